@@ -51,7 +51,7 @@ ISA_FLAGS.base :=
 ISA_FLAGS.avx2 := -march=x86-64-v3
 ISA_FLAGS.avx512 := -march=x86-64-v4 -mprefer-vector-width=512
 # sums that wait for each other stay in registers of their own: packed into vectors, they wait for the packing too
-KERNEL_FLAGS.core/kernel_dynamics := -fno-tree-slp-vectorize
+KERNEL_FLAGS.core/dynamics/kernel_dynamics := -fno-tree-slp-vectorize
 KERNELS := $(wildcard core/*/kernel_*.c)
 
 objects = $(patsubst %,$(B)/%.o,$(basename $(filter-out $(KERNELS),$(wildcard $(addprefix $(1)/,*.c *.cpp */*.c */*.cpp)))))
@@ -110,7 +110,7 @@ install: build ## into DESTDIR PREFIX (/usr/local) LIBDIR: server, library with 
 	sed 's|@PREFIX@|$(PREFIX)|' docker/pendulumd.service > "$(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service"
 PREFIX ?= /usr/local
 LIBDIR ?= $(PREFIX)/lib
-PUBLIC := base/status tree/tree dynamics/dynamics dynamics/kinematics dynamics/reference tree/presets modes/modes_store modes/modes base/checkpoint integrate/method integrate/run base/isa ensemble/member ensemble/ensemble extended/extended extended/trust ensemble/lyapunov integrate/section
+PUBLIC := base/status tree/tree tree/loads dynamics/dynamics dynamics/kinematics dynamics/reference tree/presets modes/modes_store modes/modes base/checkpoint integrate/method integrate/run base/isa ensemble/member ensemble/ensemble extended/extended extended/trust ensemble/lyapunov integrate/section
 
 uninstall: ## takes away what install put there
 	rm -f "$(DESTDIR)$(PREFIX)/bin/pendulumd" "$(DESTDIR)$(LIBDIR)/libpendulum.a" "$(DESTDIR)$(LIBDIR)/pkgconfig/pendulum.pc"

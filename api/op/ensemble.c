@@ -186,7 +186,7 @@ double api_ensemble_cost(const struct api_ensemble *e, long members) {
     const struct pend_tree *tree = e->tree.tree;
     double shortest = INFINITY, order = 4 - 0.65 * log(fmax(0.01 * e->rtol, 1e-16));
     for (int k = 0; k < tree->n; k++) shortest = fmin(shortest, tree->len[k]);
-    double radians = fabs(e->duration) * sqrt(fabs(e->tree.gravity) / shortest);
+    double radians = fabs(e->duration) * sqrt(fabs(e->tree.loads.gravity) / shortest);
     double steps = 1 + steps_a_radian * radians * 28 / order;
     struct pend_ensemble_problem problem = {.until = PEND_UNTIL_TIME};
     api_observables_ask(&e->seen, &problem);
@@ -265,7 +265,7 @@ static int range_deliver(void *context, long i, const struct pend_outcome *outco
                                 .rate = range->start + n,
                                 .length = range->start + 2 * n,
                                 .mass = range->start + 3 * n,
-                                .gravity = e->tree.gravity};
+                                .loads = e->tree.loads};
     /* drawn again, where it is told */
     if (e->seen.wanted & (1u << API_SEE_START | 1u << API_SEE_PARAMETERS)) {
         memcpy(start.length, tree->len, n * sizeof(double));
@@ -287,7 +287,7 @@ enum pend_status api_member_range_new(struct api_member_range **range, const str
     // about half a millisecond
     s->slice = 1 + 500 / (long)n;
     struct pend_ensemble_problem problem = {.tree = e->tree.tree,
-                                            .gravity = e->tree.gravity,
+                                            .loads = e->tree.loads,
                                             .duration = e->duration,
                                             .rtol = e->rtol,
                                             .atol = e->atol,

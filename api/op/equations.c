@@ -12,7 +12,7 @@ enum pend_status api_equations_new(struct api_equations **equations, const struc
     double *at = (double *)(made + 1);
     *made = (struct api_equations){.n = tree->n,
                                    .is_explicit = is_explicit,
-                                   .gravity = tree->gravity,
+                                   .loads = tree->loads,
                                    .length = at,
                                    .mass = at + n,
                                    .phi = at + 2 * n,

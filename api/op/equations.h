@@ -7,6 +7,7 @@
 
 #include "api/base/buffer.h"
 #include "api/read/state_json.h"
+#include "core/tree/loads.h"
 
 enum {
     API_EQUATIONS_EXPLICIT = 8, /* arms up to which the entries are written out where nobody says */
@@ -15,11 +16,11 @@ enum {
 
 struct api_equations {
     int n;
-    int is_explicit;       /* every entry is written out */
-    double gravity;        /* m/s^2 */
-    int *parent;           /* from 0, -1 = the pivot */
-    double *length, *mass; /* m, kg */
-    double *phi, *rate;    /* the start, rad and rad/s */
+    int is_explicit;         /* every entry is written out */
+    struct pend_loads loads; /* what acts on the tree */
+    int *parent;             /* from 0, -1 = the pivot */
+    double *length, *mass;   /* m, kg */
+    double *phi, *rate;      /* the start, rad and rad/s */
 };
 
 /**

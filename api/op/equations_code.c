@@ -124,7 +124,7 @@ static enum pend_status code_givens(const struct code_language *language,
     PEND_TRY(code_list(language, "L", "lengths", n, equations->length, out));
     PEND_TRY(code_list(language, "m", "masses at the tips", n, equations->mass, out));
     PEND_TRY(api_buffer_text(out, "g = "));
-    PEND_TRY(code_number(equations->gravity, out));
+    PEND_TRY(code_number(equations->loads.gravity, out));
     PEND_TRY(api_buffer_format(out, "%s\n", language->end));
     PEND_TRY(code_path(language, equations, out));
     PEND_TRY(code_list(language, "phi0", "the start", n, equations->phi, out));
@@ -231,7 +231,7 @@ enum pend_status api_code_curl(const struct api_equations *equations, struct api
     PEND_TRY(api_buffer_text(out, ",\"parent\":"));
     PEND_TRY(code_parents(&code_json, equations, out));
     PEND_TRY(api_buffer_text(out, ",\"gravity\":"));
-    PEND_TRY(code_number(equations->gravity, out));
+    PEND_TRY(code_number(equations->loads.gravity, out));
     PEND_TRY(api_buffer_text(out, "},\"initial\":{\"phi\":"));
     PEND_TRY(code_numbers(&code_json, n, equations->phi, out));
     PEND_TRY(api_buffer_text(out, ",\"phid\":"));

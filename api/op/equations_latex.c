@@ -115,7 +115,7 @@ static enum pend_status latex_parameters(const struct api_equations *equations,
     PEND_TRY(api_buffer_text(out, "\\,\\mathrm{m},\\qquad m="));
     PEND_TRY(latex_list(equations, latex_item_mass, out));
     PEND_TRY(api_buffer_text(out, "\\,\\mathrm{kg},\\qquad g="));
-    PEND_TRY(latex_number(equations->gravity, out));
+    PEND_TRY(latex_number(equations->loads.gravity, out));
     return api_buffer_text(out, "\\,\\mathrm{m/s^{2}}");
 }
 

@@ -302,7 +302,7 @@ static void member_set(struct pend_member *member, const struct api_variation *o
         member->mass[of->arm] = size;
         break;
     default:
-        member->gravity = x;
+        member->loads.gravity = x;
         break;
     }
 }

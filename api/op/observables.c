@@ -149,8 +149,8 @@ static double *write_one(enum api_observable observable, const struct pend_tree 
     case API_SEE_START:
         return put(put(at, tree, start->phi, 0), tree, start->rate, 0);
     case API_SEE_PARAMETERS:
-        return put_one(put(put(at, tree, start->length, 0), tree, start->mass, 0), start->gravity,
-                       0);
+        return put_one(put(put(at, tree, start->length, 0), tree, start->mass, 0),
+                       start->loads.gravity, 0);
     case API_SEE_FINAL:
         return put(put(at, tree, outcome->phi, 0), tree, outcome->rate, 0);
     case API_SEE_FIRST_FLIP:

@@ -211,16 +211,16 @@ static void forces_compute(const struct forces *forces, long s, long i) {
     const double *phi = forces->states->phi + s * tree->n,
                  *rate = forces->states->rate + s * tree->n;
     const double *low = forces->states->phi_low + s * tree->n;
-    double gravity = forces->tree.gravity, *re = forces->row[2], *im = forces->row[3];
+    const struct pend_loads *loads = &forces->tree.loads;
+    double *re = forces->row[2], *im = forces->row[3];
     // the first of some finds the accelerations and forces of all
     long behind = i % AT_ONCE, left = forces->table.rows - s;
     double *acc = forces->row[0] + behind * tree->n, *force = forces->row[1] + behind * tree->n;
     if (!behind)
-        pend_dynamics_many(tree, gravity, left < AT_ONCE ? left : AT_ONCE, phi, rate, forces->work,
+        pend_dynamics_many(tree, loads, left < AT_ONCE ? left : AT_ONCE, phi, rate, forces->work,
                            acc, force);
     if (forces_swing(tree->n, phi, low))
-        pend_dynamics_fine(tree, gravity, phi, low, rate, forces->work, forces->scratch, acc,
-                           force);
+        pend_dynamics_fine(tree, loads, phi, low, rate, forces->work, forces->scratch, acc, force);
     forces_put(forces, acc, i, PHIDD);
     forces_put(forces, force, i, LAMBDA);
     pend_kinematics_position(tree, phi, re, im);
@@ -232,7 +232,7 @@ static void forces_compute(const struct forces *forces, long s, long i) {
     pend_kinematics_acceleration(tree, phi, rate, acc, re, im);
     forces_put(forces, re, i, ZDD_RE);
     forces_put(forces, im, i, ZDD_IM);
-    struct pend_energy energy = pend_kinematics_energy(tree, gravity, phi, rate);
+    struct pend_energy energy = pend_kinematics_energy(tree, loads, phi, rate);
     forces->column[KINETIC][i] = energy.kinetic;
     forces->column[POTENTIAL][i] = energy.potential;
     forces->column[TOTAL][i] = energy.kinetic + energy.potential;

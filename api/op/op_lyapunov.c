@@ -151,7 +151,7 @@ static double lyapunov_rate(const struct lyapunov *lyapunov) {
         shortest = fmin(shortest, tree->len[k]);
         rate = fmax(rate, fabs(lyapunov->start->rate[k]));
     }
-    return rate + sqrt(fabs(lyapunov->tree.gravity) / shortest * sqrt(tree->n));
+    return rate + sqrt(fabs(lyapunov->tree.loads.gravity) / shortest * sqrt(tree->n));
 }
 
 /* intervals of a row, so many that none is longer than the fastest arm's turn */
@@ -181,7 +181,7 @@ static enum pend_status lyapunov_begin(struct lyapunov *lyapunov, struct api_buf
     lyapunov->column[1] = lyapunov->column[0] + ROWS;
     lyapunov->column[2] = lyapunov->column[1] + ROWS * count;
     const struct pend_lyapunov_problem problem = {.tree = lyapunov->tree.tree,
-                                                  .gravity = lyapunov->tree.gravity,
+                                                  .loads = lyapunov->tree.loads,
                                                   .phi = lyapunov->start->phi,
                                                   .phi_low = lyapunov->start->phi_low,
                                                   .rate = lyapunov->start->rate,

@@ -231,7 +231,7 @@ static void modes_check_size(const struct modes *modes, const struct api_reading
 /* begins the search, so that it is known how many modes there will be */
 static enum pend_status modes_begin_search(struct modes *modes, const struct api_reading *reading) {
     struct pend_error error = {.text = ""};
-    modes->request.gravity = modes->tree.gravity;
+    modes->request.loads = modes->tree.loads;
     modes->request.vectors = modes->vectors || modes->start;
     modes->request.up = modes->up;
     enum pend_status status =
@@ -365,11 +365,11 @@ static void modes_vector(const struct modes *modes, int mode, double line[]) {
 /* sum 1/omega^2 = l_tot/g, where a growing mode and a standing arm count below 0 */
 static enum pend_status write_identity(const struct modes *modes, struct api_buffer *out) {
     const struct pend_tree *tree = modes->tree.tree;
-    double sum = 0, lengths = 0, all = tree->length_total / modes->tree.gravity;
+    double sum = 0, lengths = 0, all = tree->length_total / modes->tree.loads.gravity;
     for (int k = modes->found->count - 1; k >= 0; k--)
         sum += 1 / (modes->found->omega[k] * fabs(modes->found->omega[k]));
     for (int k = 0; modes->up && k < tree->n; k++)
-        lengths += (modes->up[k] ? -tree->len[k] : tree->len[k]) / modes->tree.gravity;
+        lengths += (modes->up[k] ? -tree->len[k] : tree->len[k]) / modes->tree.loads.gravity;
     if (!modes->up) lengths = all;
     PEND_TRY(api_out_open(out, "identity", '{'));
     PEND_TRY(api_out_number(out, "sum_inverse_omega_squared", sum, modes->table.digits));
@@ -421,7 +421,7 @@ static enum pend_status write_row(struct modes *modes, struct api_buffer *out, i
         return PEND_OK;
     }
     if (part)
-        pend_matrix_row(modes->tree.tree, modes->tree.gravity, modes->up,
+        pend_matrix_row(modes->tree.tree, &modes->tree.loads, modes->up,
                         (enum pend_matrix)(part - 1), modes->row, modes->line);
     else
         modes_vector(modes, modes->row, modes->line);

@@ -81,7 +81,7 @@ static enum pend_status write_pendulum(const struct pend_preset *preset, struct 
     PEND_TRY(api_out_numbers(out, "length", preset->n, preset->length, 0));
     PEND_TRY(api_out_numbers(out, "mass", preset->n, preset->mass, 0));
     PEND_TRY(api_out_numbers(out, "parent", preset->n, parent, 0));
-    PEND_TRY(api_out_number(out, "gravity", preset->gravity, 0));
+    PEND_TRY(api_out_number(out, "gravity", preset->loads.gravity, 0));
     return api_buffer_text(out, "}");
 }
 

@@ -178,7 +178,7 @@ static enum pend_status sections_begin(struct sections *sections, struct pend_er
     if (!sections->state)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a state of %zu arms", n);
     const struct pend_section_problem problem = {.tree = sections->tree.tree,
-                                                 .gravity = sections->tree.gravity,
+                                                 .loads = sections->tree.loads,
                                                  .phi = sections->start->phi,
                                                  .rate = sections->start->rate,
                                                  .phi_low = sections->start->phi_low,
@@ -316,7 +316,7 @@ static double sections_cost(const void *state) {
         shortest = fmin(shortest, tree->len[k]);
         rate = fmax(rate, fabs(sections->start->rate[k]));
     }
-    rate += sqrt(fabs(sections->tree.gravity) / shortest * sqrt(tree->n));
+    rate += sqrt(fabs(sections->tree.loads.gravity) / shortest * sqrt(tree->n));
     /* a search may end long before its time, at its count of passages: an arm passes each turn
      * or swing but once or twice */
     double seconds = fmin(sections->duration, 20 * (double)sections->table.rows / rate);

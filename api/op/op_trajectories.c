@@ -168,7 +168,7 @@ static enum pend_status trajectory_begin(struct trajectory *trajectory, struct p
     const struct api_method *method = &trajectory->method;
     PEND_TRY(api_states_settle(trajectory->start, &trajectory->tree, error));
     struct pend_problem problem = {.tree = trajectory->tree.tree,
-                                   .gravity = trajectory->tree.gravity,
+                                   .loads = trajectory->tree.loads,
                                    .phi = trajectory->start->phi,
                                    .rate = trajectory->start->rate,
                                    .phi_low = trajectory->start->phi_low,
@@ -371,7 +371,7 @@ static double trajectory_rate(const struct trajectory *trajectory) {
         shortest = fmin(shortest, tree->len[k]);
         rate = fmax(rate, fabs(trajectory->start->rate[k]));
     }
-    return rate + sqrt(fabs(trajectory->tree.gravity) / shortest * sqrt(tree->n));
+    return rate + sqrt(fabs(trajectory->tree.loads.gravity) / shortest * sqrt(tree->n));
 }
 
 static double trajectory_cost(const void *state) {

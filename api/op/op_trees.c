@@ -74,7 +74,7 @@ static enum pend_status write_tree(const struct trees *trees, double scratch[],
     const struct api_tree *tree = &trees->tree;
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(api_out_whole(out, "n", tree->n));
-    PEND_TRY(api_out_number(out, "gravity", tree->gravity, 0));
+    PEND_TRY(api_out_number(out, "gravity", tree->loads.gravity, 0));
     PEND_TRY(api_out_number(out, "length_total", tree->tree->length_total, 0));
     PEND_TRY(api_out_open(out, "arms", '['));
     for (int i = 0; i < tree->n; i++) PEND_TRY(write_arm(tree, i, out));

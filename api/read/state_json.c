@@ -177,7 +177,7 @@ static enum pend_status states_modes(struct pend_modes **modes, const struct api
         if (mode && mode < low) low = mode;
         if (mode > high) high = mode;
     }
-    struct pend_modes_request request = {.gravity = tree->gravity,
+    struct pend_modes_request request = {.loads = tree->loads,
                                          .vectors = 1,
                                          .normalize = PEND_NORMALIZE_MAX,
                                          .select = PEND_SELECT_NUMBERS,

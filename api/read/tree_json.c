@@ -368,12 +368,13 @@ enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pe
     struct tree_reading reading = {.pendulum = pendulum, .problem = problem};
     struct pend_fault_sink sink = {tree_report, &reading, API_PROBLEM_FAULTS};
     long faults = fault_count(problem);
-    *tree = (struct api_tree){.gravity = usual_gravity};
+    *tree = (struct api_tree){.loads.gravity = usual_gravity};
     if (!api_field_object(pendulum, problem)) return PEND_INVALID;
     api_value_pointer(pendulum, reading.at);
     (void)api_value_only(pendulum, tree_fields, problem);
     struct api_value gravity = api_value_member(pendulum, "gravity");
-    (void)api_value_read_number(&gravity, -INFINITY, INFINITY, "m/s^2", &tree->gravity, problem);
+    (void)api_value_read_number(&gravity, -INFINITY, INFINITY, "m/s^2", &tree->loads.gravity,
+                                problem);
     api_value_usual_number(&gravity, usual_gravity);
 
     // the form and the number of arms decide how the rest is read
@@ -448,9 +449,9 @@ void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value 
                             const char *what, const struct api_limits *limits,
                             struct api_problem *problem) {
     double most = limits->mode_arms * limits->mode_arms;
-    if (!(tree->gravity > 0))
+    if (!pend_loads_pull_down(&tree->loads))
         api_value_fault(value, problem, "%s needs a gravity greater than 0, got %.15g", what,
-                        tree->gravity);
+                        tree->loads.gravity);
     if ((double)tree->n * count > most)
         api_value_fault(value, problem,
                         "%s takes at most %.0f arms (the limit max-mode-arms) for all modes, and "

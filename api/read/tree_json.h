@@ -8,14 +8,15 @@
 
 #include "api/read/field.h"
 #include "api/base/limits.h"
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
 struct api_tree {
-    int n;                  /* arms, in the caller's order; 0 where that could not be told */
-    double gravity;         /* m/s^2 */
-    struct pend_tree *tree; /* NULL where the description is faulty */
-    const char **names;     /* n names, or NULL where no arm was given one; an arm without a name is
-                               called by its     number, "1" the first */
+    int n;                   /* arms, in the caller's order; 0 where that could not be told */
+    struct pend_loads loads; /* what acts on the tree */
+    struct pend_tree *tree;  /* NULL where the description is faulty */
+    const char **names; /* n names, or NULL where no arm was given one; an arm without a name is
+                           called by its     number, "1" the first */
 };
 
 /**

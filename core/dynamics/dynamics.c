@@ -33,25 +33,25 @@ size_t pend_dynamics_work_bytes(int n) {
     return dynamics_shared_bytes(n) + 2 * dynamics_row(n) * sizeof(double);
 }
 
-void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree, double gravity,
-                       const double phi[], const double rate[], void *work, double acc[],
-                       double force[]) {
+void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree,
+                       const struct pend_loads *loads, const double phi[], const double rate[],
+                       void *work, double acc[], double force[]) {
     double *spare = (double *)((char *)work + dynamics_shared_bytes(tree->n)),
            *kept = spare + dynamics_row(tree->n);
     // the quick form may give up when acc is written already
     if (rate == acc) rate = memcpy(kept, rate, (size_t)tree->n * sizeof *rate);
-    if (!dynamics_kernel(isa)->one(tree, gravity, phi, rate, work, acc, force ? force : spare))
-        pend_dynamics_careful(tree, gravity, phi, rate, work, acc, force);
+    if (!dynamics_kernel(isa)->one(tree, loads, phi, rate, work, acc, force ? force : spare))
+        pend_dynamics_careful(tree, loads, phi, rate, work, acc, force);
 }
 
 enum { DYNAMICS_FEW = 48 };
 
-void pend_dynamics(const struct pend_tree *tree, double gravity, const double phi[],
+void pend_dynamics(const struct pend_tree *tree, const struct pend_loads *loads, const double phi[],
                    const double rate[], void *work, double acc[], double force[]) {
     // half of the widest vectors is quicker for a few arms, and gives the same bits
     enum pend_isa isa = pend_isa_best();
     if (isa == PEND_ISA_AVX512 && tree->n <= DYNAMICS_FEW) isa = PEND_ISA_AVX2;
-    pend_dynamics_for(isa, tree, gravity, phi, rate, work, acc, force);
+    pend_dynamics_for(isa, tree, loads, phi, rate, work, acc, force);
 }
 
 /* the vectors of the quick form, then one state for the careful one: phi, rate, acc, force and
@@ -65,32 +65,33 @@ size_t pend_dynamics_vec_bytes(int n) {
            pend_dynamics_careful_bytes(n);
 }
 
-static void dynamics_lane(const struct pend_tree *tree, double gravity, const double phi[],
-                          const double rate[], void *work, double acc[], double force[]) {
+static void dynamics_lane(const struct pend_tree *tree, const struct pend_loads *loads,
+                          const double phi[], const double rate[], void *work, double acc[],
+                          double force[]) {
     size_t row = dynamics_row(tree->n);
     double *one = (double *)((char *)work + dynamics_vec_quick_bytes(tree->n));
     for (int k = 0; k < tree->n; k++)
         one[k] = phi[DYNAMICS_VEC * k], one[row + k] = rate[DYNAMICS_VEC * k];
-    pend_dynamics_careful(tree, gravity, one, one + row, one + 4 * row, one + 2 * row,
-                          one + 3 * row);
+    pend_dynamics_careful(tree, loads, one, one + row, one + 4 * row, one + 2 * row, one + 3 * row);
     for (int k = 0; k < tree->n; k++) {
         acc[DYNAMICS_VEC * k] = one[2 * row + k];
         force[DYNAMICS_VEC * k] = one[3 * row + k];
     }
 }
 
-void pend_dynamics_vec_for(enum pend_isa isa, const struct pend_tree *tree, double gravity,
-                           const double phi[], const double rate[], void *work, double acc[],
-                           double force[]) {
-    unsigned kept = dynamics_kernel(isa)->lanes(tree, gravity, phi, rate, work, acc, force);
+void pend_dynamics_vec_for(enum pend_isa isa, const struct pend_tree *tree,
+                           const struct pend_loads *loads, const double phi[], const double rate[],
+                           void *work, double acc[], double force[]) {
+    unsigned kept = dynamics_kernel(isa)->lanes(tree, loads, phi, rate, work, acc, force);
     for (int i = 0; i < DYNAMICS_VEC; i++)
         if (!(kept >> i & 1))
-            dynamics_lane(tree, gravity, phi + i, rate + i, work, acc + i, force + i);
+            dynamics_lane(tree, loads, phi + i, rate + i, work, acc + i, force + i);
 }
 
-void pend_dynamics_vec(const struct pend_tree *tree, double gravity, const double phi[],
-                       const double rate[], void *work, double acc[], double force[]) {
-    pend_dynamics_vec_for(pend_isa_best(), tree, gravity, phi, rate, work, acc, force);
+void pend_dynamics_vec(const struct pend_tree *tree, const struct pend_loads *loads,
+                       const double phi[], const double rate[], void *work, double acc[],
+                       double force[]) {
+    pend_dynamics_vec_for(pend_isa_best(), tree, loads, phi, rate, work, acc, force);
 }
 
 /* rows that are worth all lanes, and the largest tree whose lanes stay near the processor */
@@ -109,7 +110,7 @@ size_t pend_dynamics_many_bytes(int n) {
 }
 
 /* up to DYNAMICS_VEC rows; the lanes that are left over repeat the last */
-static void dynamics_rows(const struct pend_tree *tree, double gravity, int count,
+static void dynamics_rows(const struct pend_tree *tree, const struct pend_loads *loads, int count,
                           const double phi[], const double rate[], void *work, double acc[],
                           double force[]) {
     int n = tree->n;
@@ -122,7 +123,7 @@ static void dynamics_rows(const struct pend_tree *tree, double gravity, int coun
             lane_phi[DYNAMICS_VEC * k + i] = phi[from];
             lane_rate[DYNAMICS_VEC * k + i] = rate[from];
         }
-    pend_dynamics_vec(tree, gravity, lane_phi, lane_rate, lane_force + all, lane_acc, lane_force);
+    pend_dynamics_vec(tree, loads, lane_phi, lane_rate, lane_force + all, lane_acc, lane_force);
     for (int i = 0; i < count; i++)
         for (int k = 0; k < n; k++) {
             acc[(size_t)i * (size_t)n + (size_t)k] = lane_acc[DYNAMICS_VEC * k + i];
@@ -130,7 +131,7 @@ static void dynamics_rows(const struct pend_tree *tree, double gravity, int coun
         }
 }
 
-void pend_dynamics_many(const struct pend_tree *tree, double gravity, long count,
+void pend_dynamics_many(const struct pend_tree *tree, const struct pend_loads *loads, long count,
                         const double phi[], const double rate[], void *work, double acc[],
                         double force[]) {
     long least = dynamics_alone(tree) ? LONG_MAX : DYNAMICS_VEC_LEAST;
@@ -138,22 +139,22 @@ void pend_dynamics_many(const struct pend_tree *tree, double gravity, long count
         int rows = count < least ? 1 : count < DYNAMICS_VEC ? (int)count : DYNAMICS_VEC;
         size_t step = (size_t)rows * (size_t)tree->n;
         if (rows > 1)
-            dynamics_rows(tree, gravity, rows, phi, rate, work, acc, force);
+            dynamics_rows(tree, loads, rows, phi, rate, work, acc, force);
         else
-            pend_dynamics(tree, gravity, phi, rate, work, acc, force);
+            pend_dynamics(tree, loads, phi, rate, work, acc, force);
         phi += step, rate += step, acc += step, force += step, count -= rows;
     }
 }
 
-void pend_dynamics_fine(const struct pend_tree *tree, double gravity, const double phi[],
-                        const double phi_low[], const double rate[], void *work, double scratch[],
-                        double acc[], double force[]) {
+void pend_dynamics_fine(const struct pend_tree *tree, const struct pend_loads *loads,
+                        const double phi[], const double phi_low[], const double rate[], void *work,
+                        double scratch[], double acc[], double force[]) {
     const double far = 0x1p36;
     int n = tree->n;
     double *moved = scratch, *moved_acc = scratch + n, *moved_force = scratch + 2 * (ptrdiff_t)n;
     for (int k = 0; k < n; k++) moved[k] = phi[k] + far * phi_low[k];
-    pend_dynamics(tree, gravity, phi, rate, work, acc, force);
-    pend_dynamics(tree, gravity, moved, rate, work, moved_acc, moved_force);
+    pend_dynamics(tree, loads, phi, rate, work, acc, force);
+    pend_dynamics(tree, loads, moved, rate, work, moved_acc, moved_force);
     for (int k = 0; k < n; k++) {
         acc[k] += (moved_acc[k] - acc[k]) / far;
         force[k] += (moved_force[k] - force[k]) / far;

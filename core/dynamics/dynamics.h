@@ -7,6 +7,7 @@
 #include <stddef.h>
 
 #include "core/base/isa.h"
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
 /**
@@ -22,7 +23,7 @@ size_t pend_dynamics_work_bytes(int n);
  * core/README.md for the derivation).
  *
  * tree     n arms; all arrays in the tree's stored order.
- * gravity  m/s^2, along -i; any finite value.
+ * loads    what acts on the tree; gravity of any finite value.
  * phi      n angles, rad, from the positive real axis.
  * rate     n angular velocities, rad/s.
  * work     pend_dynamics_work_bytes(n) bytes, aligned to 64; contents on entry do not matter.
@@ -36,7 +37,7 @@ size_t pend_dynamics_work_bytes(int n);
  * Cannot fail on a valid tree and finite inputs. O(n), no allocation. Safe on any thread with its
  * own work.
  */
-void pend_dynamics(const struct pend_tree *tree, double gravity, const double phi[],
+void pend_dynamics(const struct pend_tree *tree, const struct pend_loads *loads, const double phi[],
                    const double rate[], void *work, double acc[], double force[]);
 
 /* States that go side by side through pend_dynamics_vec. */
@@ -57,8 +58,9 @@ size_t pend_dynamics_vec_bytes(int n);
  * The rest as pend_dynamics, and the same bits, but for chains of 128 arms and more: they depend
  * neither on the lane nor on its neighbours.
  */
-void pend_dynamics_vec(const struct pend_tree *tree, double gravity, const double phi[],
-                       const double rate[], void *work, double acc[], double force[]);
+void pend_dynamics_vec(const struct pend_tree *tree, const struct pend_loads *loads,
+                       const double phi[], const double rate[], void *work, double acc[],
+                       double force[]);
 
 /** Bytes of scratch that pend_dynamics_many needs for a tree of n arms. */
 size_t pend_dynamics_many_bytes(int n);
@@ -71,7 +73,7 @@ size_t pend_dynamics_many_bytes(int n);
  * phi, rate, acc, force  count rows of n values; no two arrays the same, none NULL.
  * work                   pend_dynamics_many_bytes(n) bytes, aligned to 64.
  */
-void pend_dynamics_many(const struct pend_tree *tree, double gravity, long count,
+void pend_dynamics_many(const struct pend_tree *tree, const struct pend_loads *loads, long count,
                         const double phi[], const double rate[], void *work, double acc[],
                         double force[]);
 
@@ -86,16 +88,16 @@ void pend_dynamics_many(const struct pend_tree *tree, double gravity, long count
  * What phi_low does is told from a state 2^36 times as far away: what rounding that state and its
  * curvature cost is 1e-26 rad. O(n), twice the work.
  */
-void pend_dynamics_fine(const struct pend_tree *tree, double gravity, const double phi[],
-                        const double phi_low[], const double rate[], void *work, double scratch[],
-                        double acc[], double force[]);
+void pend_dynamics_fine(const struct pend_tree *tree, const struct pend_loads *loads,
+                        const double phi[], const double phi_low[], const double rate[], void *work,
+                        double scratch[], double acc[], double force[]);
 
 /** The same two, compiled for an instruction set that this processor runs: for tests. */
-void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree, double gravity,
-                       const double phi[], const double rate[], void *work, double acc[],
-                       double force[]);
-void pend_dynamics_vec_for(enum pend_isa isa, const struct pend_tree *tree, double gravity,
-                           const double phi[], const double rate[], void *work, double acc[],
-                           double force[]);
+void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree,
+                       const struct pend_loads *loads, const double phi[], const double rate[],
+                       void *work, double acc[], double force[]);
+void pend_dynamics_vec_for(enum pend_isa isa, const struct pend_tree *tree,
+                           const struct pend_loads *loads, const double phi[], const double rate[],
+                           void *work, double acc[], double force[]);
 
 #endif

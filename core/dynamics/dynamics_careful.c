@@ -190,8 +190,9 @@ static void dynamics_children(const struct pend_tree *tree, const struct dynamic
     dynamics_balance(tree, w, m, k);
 }
 
-void pend_dynamics_careful(const struct pend_tree *tree, double gravity, const double phi[],
-                           const double rate[], void *work, double acc[], double force[]) {
+void pend_dynamics_careful(const struct pend_tree *tree, const struct pend_loads *loads,
+                           const double phi[], const double rate[], void *work, double acc[],
+                           double force[]) {
     struct dynamics_work w = dynamics_view(work, tree->n);
     // the unit of mass is a power of 2 near the whole, so that products of masses neither overflow
     // nor vanish
@@ -204,8 +205,8 @@ void pend_dynamics_careful(const struct pend_tree *tree, double gravity, const d
     dynamics_up(tree, unit, phi, rate, &w);
 
     // gravity is a pivot that accelerates with i g
-    w.tension[0] = w.eff[0] * w.sine[0] * gravity + w.bias[0];
-    dynamics_tip(tree, &w, 0, 0, gravity, acc);
+    w.tension[0] = w.eff[0] * w.sine[0] * loads->gravity + w.bias[0];
+    dynamics_tip(tree, &w, 0, 0, loads->gravity, acc);
     for (int k = 0; k < tree->n; k++)
         if (tree->end[k] > k + 1) dynamics_children(tree, &w, unit * tree->mass[k], k, acc);
     if (force)

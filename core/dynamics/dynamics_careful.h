@@ -7,6 +7,7 @@
 
 #include <stddef.h>
 
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
 /** Bytes of scratch for a tree of n arms, a multiple of 64. */
@@ -20,7 +21,8 @@ size_t pend_dynamics_careful_bytes(int n);
  * differences, tensions first, and the balance of forces at every joint restored. O(n), four to six
  * times the time of the quick forms.
  */
-void pend_dynamics_careful(const struct pend_tree *tree, double gravity, const double phi[],
-                           const double rate[], void *work, double acc[], double force[]);
+void pend_dynamics_careful(const struct pend_tree *tree, const struct pend_loads *loads,
+                           const double phi[], const double rate[], void *work, double acc[],
+                           double force[]);
 
 #endif

@@ -253,15 +253,16 @@ static void chain_rest_down(struct chain_rest *rest, const struct pend_tree *tre
     }
 }
 
-static int kernel_chain(const struct pend_tree *tree, double gravity, const double phi[],
-                        const double rate[], double work[], double acc[], double force[]) {
+static int kernel_chain(const struct pend_tree *tree, const struct pend_loads *loads,
+                        const double phi[], const double rate[], double work[], double acc[],
+                        double force[]) {
     size_t length = (size_t)(tree->n / DYNAMICS_VEC);
     struct chain_row *row = (struct chain_row *)work;
     struct chain_rest rest;
     struct chain_cuts cuts;
     struct chain_pieces pieces = {.least = INFINITY};
     struct chain_ends ends;
-    double unit = kernel_unit(tree->subtree_mass[0]), most = 0;
+    double gravity = loads->gravity, unit = kernel_unit(tree->subtree_mass[0]), most = 0;
     int fine = 1;
     chain_rest_up(&rest, tree, unit, phi, rate);
     chain_cut(&cuts, &rest, length, phi);

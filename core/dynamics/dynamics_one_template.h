@@ -364,20 +364,22 @@ VEC_INLINE int one_sweeps(const struct one *one) {
     return climb.eff * (far + spin) <= most || one_load(*one, climb.joint, climb.unit) <= most;
 }
 
-HUGE int kernel_huge(const struct pend_tree *tree, double gravity, const double phi[],
-                     const double rate[], double work[], double acc[], double force[]) {
+HUGE int kernel_huge(const struct pend_tree *tree, const struct pend_loads *loads,
+                     const double phi[], const double rate[], double work[], double acc[],
+                     double force[]) {
     struct turns *turns = (struct turns *)work;
     const struct one one = {
-        tree, gravity, phi, rate, acc, force, turns, (struct joint *)(turns + 1), 1};
+        tree, loads->gravity, phi, rate, acc, force, turns, (struct joint *)(turns + 1), 1};
     return one_sweeps(&one);
 }
 
-static int kernel_blocks(const struct pend_tree *tree, double gravity, const double phi[],
-                         const double rate[], double work[], double acc[], double force[]) {
-    if (tree->n >= HUGE_ARMS) return kernel_huge(tree, gravity, phi, rate, work, acc, force);
+static int kernel_blocks(const struct pend_tree *tree, const struct pend_loads *loads,
+                         const double phi[], const double rate[], double work[], double acc[],
+                         double force[]) {
+    if (tree->n >= HUGE_ARMS) return kernel_huge(tree, loads, phi, rate, work, acc, force);
     struct turns *turns = (struct turns *)work;
     struct joint *joint = (struct joint *)(turns + one_blocks(tree));
-    const struct one one = {tree, gravity, phi, rate, acc, force, turns, joint, 0};
+    const struct one one = {tree, loads->gravity, phi, rate, acc, force, turns, joint, 0};
     return one_sweeps(&one);
 }
 

@@ -183,10 +183,11 @@ VEC_INLINE unsigned lanes_kept(wide x, wide y, wide z) {
     return kept;
 }
 
-static unsigned kernel_lanes(const struct pend_tree *tree, double gravity, const double phi[],
-                             const double rate[], double work[], double acc[], double force[]) {
+static unsigned kernel_lanes(const struct pend_tree *tree, const struct pend_loads *loads,
+                             const double phi[], const double rate[], double work[], double acc[],
+                             double force[]) {
     struct lanes_arm *arm = (struct lanes_arm *)work;
-    double unit = kernel_unit(tree->subtree_mass[0]);
+    double gravity = loads->gravity, unit = kernel_unit(tree->subtree_mass[0]);
     unsigned kept = 0, all = (1u << WIDE) - 1;
     for (int i = 0; i < DYNAMICS_VEC; i += WIDE) {
         struct lanes_peaks peaks;

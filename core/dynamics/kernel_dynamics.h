@@ -5,6 +5,7 @@
 #define PEND_KERNEL_DYNAMICS_H
 
 #include "core/dynamics/dynamics_sizes.h"
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
 struct dynamics_kernel {
@@ -15,7 +16,7 @@ struct dynamics_kernel {
      *
      * Returns non-zero when the digits are kept; else acc and force hold nothing of use.
      */
-    int (*one)(const struct pend_tree *tree, double gravity, const double phi[],
+    int (*one)(const struct pend_tree *tree, const struct pend_loads *loads, const double phi[],
                const double rate[], double work[], double acc[], double force[]);
     /**
      * DYNAMICS_VEC states, arm k of state i at DYNAMICS_VEC k + i of each array.
@@ -24,8 +25,9 @@ struct dynamics_kernel {
      *
      * Returns a bit for each state whose digits are kept.
      */
-    unsigned (*lanes)(const struct pend_tree *tree, double gravity, const double phi[],
-                      const double rate[], double work[], double acc[], double force[]);
+    unsigned (*lanes)(const struct pend_tree *tree, const struct pend_loads *loads,
+                      const double phi[], const double rate[], double work[], double acc[],
+                      double force[]);
 };
 
 extern const struct dynamics_kernel pend_kernel_dynamics_base;

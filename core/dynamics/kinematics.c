@@ -167,8 +167,9 @@ static void kinematics_add(struct kinematics_sum *s, double x) {
 
 /* of a state whose angles and rates begin at `from` of all the `end` */
 static struct pend_energy kinematics_energy(struct kinematics_units *units,
-                                            const struct pend_tree *tree, double gravity, int from,
-                                            int end, const double phi[], const double rate[]) {
+                                            const struct pend_tree *tree,
+                                            const struct pend_loads *loads, int from, int end,
+                                            const double phi[], const double rate[]) {
     struct kinematics_sum kinetic = {0, 0}, moment = {0, 0};
     struct kinematics_stack stack;
     stack.count = 0;
@@ -189,30 +190,31 @@ static struct pend_energy kinematics_energy(struct kinematics_units *units,
         }
     }
     return (struct pend_energy){(kinetic.sum + kinetic.lost) / 2,
-                                gravity * (moment.sum + moment.lost)};
+                                loads->gravity * (moment.sum + moment.lost)};
 }
 
-void pend_kinematics_energies(const struct pend_tree *tree, double gravity, int count,
-                              const double phi[], const double rate[],
+void pend_kinematics_energies(const struct pend_tree *tree, const struct pend_loads *loads,
+                              int count, const double phi[], const double rate[],
                               struct pend_energy energy[]) {
     struct kinematics_units units;
     kinematics_units_begin(&units);
     for (int i = 0; i < count; i++)
-        energy[i] =
-            kinematics_energy(&units, tree, gravity, i * tree->n, count * tree->n, phi, rate);
+        energy[i] = kinematics_energy(&units, tree, loads, i * tree->n, count * tree->n, phi, rate);
 }
 
-struct pend_energy pend_kinematics_energy(const struct pend_tree *tree, double gravity,
-                                          const double phi[], const double rate[]) {
+struct pend_energy pend_kinematics_energy(const struct pend_tree *tree,
+                                          const struct pend_loads *loads, const double phi[],
+                                          const double rate[]) {
     struct pend_energy energy;
-    pend_kinematics_energies(tree, gravity, 1, phi, rate, &energy);
+    pend_kinematics_energies(tree, loads, 1, phi, rate, &energy);
     return energy;
 }
 
-double pend_kinematics_energy_scale(const struct pend_tree *tree, double gravity, double kinetic) {
+double pend_kinematics_energy_scale(const struct pend_tree *tree, const struct pend_loads *loads,
+                                    double kinetic) {
     double moment = 0;
     for (int k = 0; k < tree->n; k++) moment += tree->len[k] * tree->subtree_mass[k];
-    return fabs(gravity) * moment + kinetic;
+    return fabs(loads->gravity) * moment + kinetic;
 }
 
 /* the part of v along arm k */
@@ -220,8 +222,9 @@ static double kinematics_along(const double phi[], int k, struct kinematics_vect
     return cos(phi[k]) * v.re + sin(phi[k]) * v.im;
 }
 
-void pend_kinematics_force(const struct pend_tree *tree, double gravity, const double phi[],
-                           const double rate[], const double acc[], double force[]) {
+void pend_kinematics_force(const struct pend_tree *tree, const struct pend_loads *loads,
+                           const double phi[], const double rate[], const double acc[],
+                           double force[]) {
     struct kinematics_stack stack;
     stack.count = 0;
 
@@ -240,7 +243,7 @@ void pend_kinematics_force(const struct pend_tree *tree, double gravity, const d
     for (int k = 0; k < tree->n; k++) {
         struct kinematics_vector base = kinematics_base(tree, k, &stack);
         kinematics_tip(tree, k, base, kinematics_bend(tree, phi, rate, acc, k), &stack);
-        base.im += gravity;
+        base.im += loads->gravity;
         force[k] += tree->subtree_mass[k] * kinematics_along(phi, k, base);
     }
 }

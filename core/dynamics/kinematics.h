@@ -5,6 +5,7 @@
 #ifndef PEND_KINEMATICS_H
 #define PEND_KINEMATICS_H
 
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
 /** J; potential is measured from the pivot, V = g sum m_k Im z_k. */
@@ -39,8 +40,9 @@ void pend_kinematics_acceleration(const struct pend_tree *tree, const double phi
  * Kinetic energy sum m_k |z'_k|^2 / 2 and potential energy g sum m_k Im z_k. O(n), compensated
  * sums.
  */
-struct pend_energy pend_kinematics_energy(const struct pend_tree *tree, double gravity,
-                                          const double phi[], const double rate[]);
+struct pend_energy pend_kinematics_energy(const struct pend_tree *tree,
+                                          const struct pend_loads *loads, const double phi[],
+                                          const double rate[]);
 
 /**
  * The same of several states, rows of n, one after the other: cheaper for small trees, whose
@@ -48,14 +50,16 @@ struct pend_energy pend_kinematics_energy(const struct pend_tree *tree, double g
  *
  * energy  out, count values.
  */
-void pend_kinematics_energies(const struct pend_tree *tree, double gravity, int count,
-                              const double phi[], const double rate[], struct pend_energy energy[]);
+void pend_kinematics_energies(const struct pend_tree *tree, const struct pend_loads *loads,
+                              int count, const double phi[], const double rate[],
+                              struct pend_energy energy[]);
 
 /**
  * The scale that an energy drift is measured against: g l-weighted, sum over arms of |g| l_k (S^T
  * m)_k, plus the kinetic energy given. J.
  */
-double pend_kinematics_energy_scale(const struct pend_tree *tree, double gravity, double kinetic);
+double pend_kinematics_energy_scale(const struct pend_tree *tree, const struct pend_loads *loads,
+                                    double kinetic);
 
 /**
  * Compression forces (bbb) of a motion whose accelerations are given, whatever law they came from:
@@ -63,7 +67,8 @@ double pend_kinematics_energy_scale(const struct pend_tree *tree, double gravity
  *
  * force  out, n values; used for motions that do not obey (aaa), such as the linearised one.
  */
-void pend_kinematics_force(const struct pend_tree *tree, double gravity, const double phi[],
-                           const double rate[], const double acc[], double force[]);
+void pend_kinematics_force(const struct pend_tree *tree, const struct pend_loads *loads,
+                           const double phi[], const double rate[], const double acc[],
+                           double force[]);
 
 #endif

@@ -132,11 +132,11 @@ enum pend_status pend_reference_mass_matrix(const struct pend_tree *tree, const 
 
 /* (aaa): phi'' = Re^-1 [ Im phi'^2 - g cos(phi) l (S^T m) ], left in space->right */
 static enum pend_status reference_aaa(struct reference_space *space, const struct pend_tree *tree,
-                                      double gravity, const double phi[]) {
+                                      const struct pend_loads *loads, const double phi[]) {
     gsl_vector *right = &space->right.vector;
     for (size_t k = 0; k < right->size; k++)
         gsl_vector_set(right, k,
-                       gravity * cos(phi[k]) * tree->len[k] *
+                       loads->gravity * cos(phi[k]) * tree->len[k] *
                            gsl_vector_get(&space->hung.vector, k));
     gsl_blas_dgemv(CblasNoTrans, 1, &space->im.matrix, &space->square.vector, -1, right);
     PEND_TRY(reference_factor(space));
@@ -146,19 +146,20 @@ static enum pend_status reference_aaa(struct reference_space *space, const struc
 
 /* (bbb): lambda = g sin(phi) (S^T m) - l^-1 [ Im phi'' + Re phi'^2 ]; `re` is M's again */
 static void reference_bbb(struct reference_space *space, const struct pend_tree *tree,
-                          double gravity, const double phi[], const double acc[], double force[]) {
+                          const struct pend_loads *loads, const double phi[], const double acc[],
+                          double force[]) {
     gsl_vector_const_view acceleration = gsl_vector_const_view_array(acc, (size_t)tree->n);
     gsl_vector *right = &space->right.vector;
     gsl_blas_dgemv(CblasNoTrans, 1, &space->im.matrix, &acceleration.vector, 0, right);
     gsl_blas_dgemv(CblasNoTrans, 1, &space->re.matrix, &space->square.vector, 1, right);
     for (size_t k = 0; k < right->size; k++)
-        force[k] = gravity * sin(phi[k]) * gsl_vector_get(&space->hung.vector, k) -
+        force[k] = loads->gravity * sin(phi[k]) * gsl_vector_get(&space->hung.vector, k) -
                    gsl_vector_get(right, k) / tree->len[k];
 }
 
-enum pend_status pend_reference_dynamics(const struct pend_tree *tree, double gravity,
-                                         const double phi[], const double rate[], double acc[],
-                                         double force[]) {
+enum pend_status pend_reference_dynamics(const struct pend_tree *tree,
+                                         const struct pend_loads *loads, const double phi[],
+                                         const double rate[], double acc[], double force[]) {
     struct reference_space space;
     enum pend_status status = reference_init(&space, tree);
     if (status) goto out;
@@ -166,12 +167,12 @@ enum pend_status pend_reference_dynamics(const struct pend_tree *tree, double gr
     reference_inertia(&space, tree, phi);
     for (int k = 0; k < tree->n; k++)
         gsl_vector_set(&space.square.vector, (size_t)k, rate[k] * rate[k]);
-    status = reference_aaa(&space, tree, gravity, phi);
+    status = reference_aaa(&space, tree, loads, phi);
     if (status) goto out;
     memcpy(acc, space.right.vector.data, (size_t)tree->n * sizeof *acc);
     if (force) {
         reference_inertia(&space, tree, phi);
-        reference_bbb(&space, tree, gravity, phi, acc, force);
+        reference_bbb(&space, tree, loads, phi, acc, force);
     }
 out:
     reference_clear(&space);
@@ -180,12 +181,13 @@ out:
 
 /* A = g Re(0)^-1 diag(l (S^T m)), column by column; re holds the factors */
 static void reference_lin(struct reference_space *space, const struct pend_tree *tree,
-                          double gravity, double a[]) {
+                          const struct pend_loads *loads, double a[]) {
     size_t n = (size_t)tree->n;
     gsl_vector *column = &space->right.vector;
     for (size_t j = 0; j < n; j++) {
         gsl_vector_set_zero(column);
-        gsl_vector_set(column, j, gravity * tree->len[j] * gsl_vector_get(&space->hung.vector, j));
+        gsl_vector_set(column, j,
+                       loads->gravity * tree->len[j] * gsl_vector_get(&space->hung.vector, j));
         gsl_linalg_pcholesky_svx(&space->re.matrix, &space->pivots, column);
         for (size_t i = 0; i < n; i++) a[i * n + j] = gsl_vector_get(column, i);
     }
@@ -193,29 +195,30 @@ static void reference_lin(struct reference_space *space, const struct pend_tree 
 
 /* A^-1 = diag(l (S^T m))^-1 Re(0) / g */
 static void reference_lin_inverse(struct reference_space *space, const struct pend_tree *tree,
-                                  double gravity, double inverse[]) {
+                                  const struct pend_loads *loads, double inverse[]) {
     size_t n = (size_t)tree->n;
     for (size_t i = 0; i < n; i++) {
-        double scale = gravity * tree->len[i] * gsl_vector_get(&space->hung.vector, i);
+        double scale = loads->gravity * tree->len[i] * gsl_vector_get(&space->hung.vector, i);
         for (size_t j = 0; j < n; j++)
             inverse[i * n + j] = gsl_matrix_get(&space->re.matrix, i, j) / scale;
     }
 }
 
-enum pend_status pend_reference_linearization(const struct pend_tree *tree, double gravity,
-                                              double a[], double a_inverse[]) {
+enum pend_status pend_reference_linearization(const struct pend_tree *tree,
+                                              const struct pend_loads *loads, double a[],
+                                              double a_inverse[]) {
     struct reference_space space;
-    if (gravity == 0 && a_inverse) return PEND_INVALID;
+    if (loads->gravity == 0 && a_inverse) return PEND_INVALID;
     enum pend_status status = reference_init(&space, tree);
     if (status) goto out;
     // M(0) is real; its angles are 0 in the block that was just cleared
     reference_paths(&space, tree);
     reference_inertia(&space, tree, space.square.vector.data);
-    if (a_inverse) reference_lin_inverse(&space, tree, gravity, a_inverse);
+    if (a_inverse) reference_lin_inverse(&space, tree, loads, a_inverse);
     if (!a) goto out;
     status = reference_factor(&space);
     if (status) goto out;
-    reference_lin(&space, tree, gravity, a);
+    reference_lin(&space, tree, loads, a);
 out:
     reference_clear(&space);
     return status;

@@ -4,6 +4,7 @@
 #ifndef PEND_REFERENCE_H
 #define PEND_REFERENCE_H
 
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
 /**
@@ -26,9 +27,9 @@ PEND_MUST_CHECK enum pend_status pend_reference_mass_matrix(const struct pend_tr
  * O(n^3).
  */
 PEND_MUST_CHECK enum pend_status pend_reference_dynamics(const struct pend_tree *tree,
-                                                         double gravity, const double phi[],
-                                                         const double rate[], double acc[],
-                                                         double force[]);
+                                                         const struct pend_loads *loads,
+                                                         const double phi[], const double rate[],
+                                                         double acc[], double force[]);
 
 /**
  * A = g Re(0)^{-1} diag(l (S^T m)) of (lin) and its inverse, 1/s^2 and s^2.
@@ -41,7 +42,7 @@ PEND_MUST_CHECK enum pend_status pend_reference_dynamics(const struct pend_tree 
  * O(n^3).
  */
 PEND_MUST_CHECK enum pend_status pend_reference_linearization(const struct pend_tree *tree,
-                                                              double gravity, double a[],
-                                                              double a_inverse[]);
+                                                              const struct pend_loads *loads,
+                                                              double a[], double a_inverse[]);
 
 #endif

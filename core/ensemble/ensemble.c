@@ -46,10 +46,10 @@ static enum pend_status ensemble_check(const struct pend_ensemble_problem *probl
         return pend_fail(error, PEND_INVALID, -1, 0, "the bound must be from 0 to 1e6 rad, got %g",
                          problem->bound);
     }
-    if (!isfinite(problem->duration) || !isfinite(problem->gravity)) {
-        return pend_fail(error, PEND_INVALID, -1, 0, "duration and gravity must be finite numbers");
+    if (!isfinite(problem->duration)) {
+        return pend_fail(error, PEND_INVALID, -1, 0, "the duration must be a finite number");
     }
-    return PEND_OK;
+    return pend_loads_check(&problem->loads, error);
 }
 
 /* hands out `count` doubles of a block, a multiple of 64 bytes */
@@ -166,7 +166,8 @@ static struct pend_tree ensemble_tree(const struct pend_ensemble *e) {
  * hanging at rest */
 static int ensemble_able(const struct pend_ensemble *e, const struct pend_tree *tree,
                          double energy) {
-    double gravity = e->member.gravity, least = -pend_kinematics_energy_scale(tree, gravity, 0);
+    double gravity = e->member.loads.gravity,
+           least = -pend_kinematics_energy_scale(tree, &e->member.loads, 0);
     int able = 0;
     for (int k = 0; k < tree->n; k++) {
         double rise = gravity * tree->len[k] * tree->subtree_mass[k] *
@@ -211,22 +212,22 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
         lanes->len[at] = member->length[k];
         lanes->inv_len[at] = 1 / member->length[k];
         lanes->mass[at] = member->mass[k];
-        fastest = fmax(
-            fastest, fmax(fabs(member->rate[k]), sqrt(fabs(member->gravity) / member->length[k])));
+        fastest = fmax(fastest, fmax(fabs(member->rate[k]),
+                                     sqrt(fabs(member->loads.gravity) / member->length[k])));
     }
     ensemble_doubt_start(lanes, i);
     lanes->from.time[i] = 0;
     lanes->stop[i] = e->problem.duration;
-    lanes->gravity[i] = member->gravity;
+    lanes->gravity[i] = member->loads.gravity;
     lanes->unit[i] = copysign(fastest > 0 ? exp2(-floor(log2(fastest))) : 1, e->problem.duration);
     pend_ensemble_watch_start(e, i);
     if (lanes->paired) pend_ensemble_shadow_start(e, i);
     if (!(e->problem.observe & PEND_OBSERVE_ENERGY) && !e->problem.spare) return lanes->n;
     struct pend_tree tree = ensemble_tree(e);
     struct pend_energy energy =
-        pend_kinematics_energy(&tree, member->gravity, member->phi, member->rate);
+        pend_kinematics_energy(&tree, &member->loads, member->phi, member->rate);
     e->seat[i].energy = energy.kinetic + energy.potential;
-    e->seat[i].scale = pend_kinematics_energy_scale(&tree, member->gravity, energy.kinetic);
+    e->seat[i].scale = pend_kinematics_energy_scale(&tree, &member->loads, energy.kinetic);
     return e->problem.spare ? ensemble_able(e, &tree, e->seat[i].energy) : lanes->n;
 }
 
@@ -265,7 +266,8 @@ static double ensemble_seat_drift(struct pend_ensemble *e, int i) {
         e->member.mass[k] = lanes->mass[k * lanes->width + i];
     }
     struct pend_tree tree = ensemble_tree(e);
-    struct pend_energy energy = pend_kinematics_energy(&tree, lanes->gravity[i], e->phi, e->rate);
+    struct pend_loads loads = {.gravity = lanes->gravity[i]};
+    struct pend_energy energy = pend_kinematics_energy(&tree, &loads, e->phi, e->rate);
     return e->seat[i].scale > 0
                ? fabs(energy.kinetic + energy.potential - e->seat[i].energy) / e->seat[i].scale
                : 0;
@@ -301,7 +303,7 @@ static void ensemble_fetch(struct pend_ensemble *e, long i, struct ensemble_queu
     memset(e->member.rate, 0, bytes);
     memcpy(e->member.length, tree->len, bytes);
     memcpy(e->member.mass, tree->mass, bytes);
-    e->member.gravity = e->problem.gravity;
+    e->member.loads = e->problem.loads;
     if (e->problem.fetch(e->problem.context, i, &e->member)) queue->cancelled = 1;
 }
 

@@ -26,7 +26,8 @@ enum {
 
 struct pend_lyapunov {
     const struct pend_tree *tree;
-    double gravity, rtol, frequency, interval;
+    struct pend_loads loads;
+    double rtol, frequency, interval;
     int n, count;
     struct pend_ensemble *ensemble; /* of pieces of this length */
     long pieces, piece;             /* of an interval; those of it that are over */
@@ -79,7 +80,7 @@ static int lyapunov_deliver(void *context, long i, const struct pend_outcome *ou
 /* a workspace for pieces of the present length */
 static enum pend_status lyapunov_open(struct pend_lyapunov *lyapunov, struct pend_error *error) {
     struct pend_ensemble_problem problem = {.tree = lyapunov->tree,
-                                            .gravity = lyapunov->gravity,
+                                            .loads = lyapunov->loads,
                                             .duration =
                                                 lyapunov->interval / (double)lyapunov->pieces,
                                             .rtol = lyapunov->rtol,
@@ -246,7 +247,7 @@ static enum pend_status lyapunov_check(const struct pend_lyapunov_problem *probl
 static double lyapunov_fastest(const struct pend_lyapunov_problem *problem) {
     double shortest = INFINITY;
     for (int k = 0; k < problem->tree->n; k++) shortest = fmin(shortest, problem->tree->len[k]);
-    double frequency = sqrt(fabs(problem->gravity) * sqrt(problem->tree->n) / shortest);
+    double frequency = sqrt(fabs(problem->loads.gravity) * sqrt(problem->tree->n) / shortest);
     return frequency > 0 ? frequency : 1;
 }
 
@@ -264,7 +265,7 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov,
                          problem->count);
     double *at = (double *)(made + 1);
     made->tree = problem->tree;
-    made->gravity = problem->gravity;
+    made->loads = problem->loads;
     made->rtol = problem->rtol > 0 ? problem->rtol : 1e-14;
     made->interval = problem->interval;
     made->n = problem->tree->n;

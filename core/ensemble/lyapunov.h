@@ -6,11 +6,12 @@
 #ifndef PEND_LYAPUNOV_H
 #define PEND_LYAPUNOV_H
 
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
 struct pend_lyapunov_problem {
     const struct pend_tree *tree; /* must outlive the computation */
-    double gravity;               /* m/s^2 */
+    struct pend_loads loads;      /* what acts on the tree */
     const double *phi, *rate;     /* start, n values each, stored order; copied */
     int count;                    /* exponents, the largest first; 1 .. 2 n */
     double

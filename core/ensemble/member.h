@@ -6,14 +6,15 @@
 #define PEND_MEMBER_H
 
 #include "core/base/isa.h"
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
 /* One member's start; arrays of n values, filled with the tree's own lengths, masses, the
- * problem's gravity and zeros before fetch is called. */
+ * problem's loads and zeros before fetch is called. */
 struct pend_member {
-    double *phi, *rate;    /* rad, rad/s */
-    double *length, *mass; /* m, kg, finite and > 0 */
-    double gravity;        /* m/s^2 */
+    double *phi, *rate;      /* rad, rad/s */
+    double *length, *mass;   /* m, kg, finite and > 0 */
+    struct pend_loads loads; /* what acts on the tree */
     double *phi_low; /* rad, what rounding to doubles has left of phi; NULL where the caller does
                         not look */
 };
@@ -75,10 +76,10 @@ typedef void pend_rows_fn(void *context, long i, long first, int count, const do
 
 struct pend_ensemble_problem {
     const struct pend_tree *tree;
-    double gravity;    /* m/s^2 */
-    double duration;   /* s, either sign */
-    double rtol, atol; /* as of the taylor method */
-    double accuracy;   /* that horizons go by (horizon.h), > 0; 0 = nobody asks */
+    struct pend_loads loads; /* what acts on the tree */
+    double duration;         /* s, either sign */
+    double rtol, atol;       /* as of the taylor method */
+    double accuracy;         /* that horizons go by (horizon.h), > 0; 0 = nobody asks */
     /* rad, > 0: theta = phi + pi/2 crossing bound + 2 i bound, i any integer, is noted: pi for
      * flips, anything for a bound of one's own. Touching it inside a step counts; starting on it
      * does not. 0: not wanted. */

@@ -145,7 +145,7 @@ int pend_extended_width(const struct pend_extended *e) { return e->kernel->width
 int pend_extended_order(const struct pend_extended *e) { return e->lanes.order; }
 
 /* a start into a lane; what the last step ended with is what the next begins with */
-static void extended_fill(struct pend_extended *e, int lane, double gravity,
+static void extended_fill(struct pend_extended *e, int lane, const struct pend_loads *loads,
                           const struct pend_extended_state *state, const double len[],
                           const double mass[], double stop) {
     struct extended_lanes *l = &e->lanes;
@@ -158,29 +158,29 @@ static void extended_fill(struct pend_extended *e, int lane, double gravity,
         l->to.rate_low[at] = state->rate_low ? state->rate_low[k] : 0;
         l->len[at] = len[k];
         l->mass[at] = mass[k];
-        fastest = fmax(fastest, fmax(fabs(state->rate[k]), sqrt(fabs(gravity) / len[k])));
+        fastest = fmax(fastest, fmax(fabs(state->rate[k]), sqrt(fabs(loads->gravity) / len[k])));
     }
     l->to.time[lane] = 0;
     l->stop[lane] = stop;
-    l->gravity[lane] = gravity;
+    l->gravity[lane] = loads->gravity;
     l->unit[lane] = copysign(fastest > 0 ? exp2(-floor(log2(fastest))) : 1, stop);
 }
 
-static void extended_begin(struct pend_extended *e, int lane, double gravity,
+static void extended_begin(struct pend_extended *e, int lane, const struct pend_loads *loads,
                            const struct pend_extended_state *state, const double len[],
                            const double mass[], double stop) {
-    extended_fill(e, lane, gravity, state, len, mass, stop);
+    extended_fill(e, lane, loads, state, len, mass, stop);
     e->seat[lane] =
         (struct extended_seat){.state = stop == 0 ? PEND_EXTENDED_STOPPED : PEND_EXTENDED_UNDER_WAY,
                                .unit = e->lanes.unit[lane]};
     // lanes without a trajectory do what this one does: its numbers are good
     for (int i = 0; i < e->kernel->width; i++)
-        if (e->seat[i].empty) extended_fill(e, i, gravity, state, len, mass, stop);
+        if (e->seat[i].empty) extended_fill(e, i, loads, state, len, mass, stop);
 }
 
-void pend_extended_start(struct pend_extended *e, int lane, double gravity,
+void pend_extended_start(struct pend_extended *e, int lane, const struct pend_loads *loads,
                          const struct pend_extended_state *state, double stop) {
-    extended_begin(e, lane, gravity, state, e->tree->len, e->tree->mass, stop);
+    extended_begin(e, lane, loads, state, e->tree->len, e->tree->mass, stop);
 }
 
 void pend_extended_stop(struct pend_extended *e, int lane, double stop) {
@@ -300,10 +300,10 @@ static void extended_seat_next(struct pend_extended *e, const struct pend_ensemb
     memset(e->member.rate, 0, bytes);
     memcpy(e->member.length, e->tree->len, bytes);
     memcpy(e->member.mass, e->tree->mass, bytes);
-    e->member.gravity = problem->gravity;
+    e->member.loads = problem->loads;
     if (problem->fetch(problem->context, *next, &e->member)) *cancelled = 1;
     struct pend_extended_state start = {.phi = e->member.phi, .rate = e->member.rate};
-    extended_begin(e, lane, e->member.gravity, &start, e->member.length, e->member.mass,
+    extended_begin(e, lane, &e->member.loads, &start, e->member.length, e->member.mass,
                    problem->duration);
     e->seat[lane].member = (*next)++;
     e->seat[lane].taken = 1;

@@ -8,6 +8,7 @@
 
 #include "core/ensemble/member.h"
 #include "core/base/checkpoint.h"
+#include "core/tree/loads.h"
 
 #define PEND_EXTENDED_RTOL_MIN 1e-30
 
@@ -48,11 +49,11 @@ int pend_extended_width(const struct pend_extended *extended);
 /**
  * Puts a trajectory into a lane, at time 0. Lanes that were never started run along with lane 0.
  *
- * gravity  m/s^2.
+ * loads    what acts on the tree; gravity of any finite value.
  * state    copied; phi_low and rate_low may be NULL: zero.
  * stop     s, where the lane is to stop, either sign; a step ends there exactly.
  */
-void pend_extended_start(struct pend_extended *extended, int lane, double gravity,
+void pend_extended_start(struct pend_extended *extended, int lane, const struct pend_loads *loads,
                          const struct pend_extended_state *state, double stop);
 
 /** Changes where a lane stops; on the same side of where it is. */

@@ -184,7 +184,7 @@ static double quad_choose(const struct jets_system *s, int order, double log_rto
 
 static double quad_expand(const struct quad_series *q, double log_rtol, double log_atol) {
     struct jets_system s = quad_view(q);
-    num gravity = quad_scale(num_of(q->gravity), q->unit * q->unit);
+    num gravity = quad_scale(num_of(q->loads.gravity), q->unit * q->unit);
     quad_start(q, &s);
     for (int k = 0; k < q->order; k++) {
         if (k % 2)

@@ -6,6 +6,7 @@
 
 #include <stddef.h>
 
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
 /* Numbers are four doubles each, those of an arm behind each other. */
@@ -14,7 +15,8 @@ struct quad_series {
     int order;
     int precise; /* coefficients from this order on are so small that their first two doubles are
                     enough */
-    double gravity, unit;       /* m/s^2; s, a power of two */
+    struct pend_loads loads;    /* what acts on the tree */
+    double unit;                /* s, a power of two */
     double *phi, *rate;         /* where the step begins: 4 n doubles each */
     double *phi_end, *rate_end; /* where it ends */
     double *numbers;            /* the series and the tree system, aligned to 64 */

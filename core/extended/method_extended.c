@@ -41,7 +41,7 @@ static enum pend_status extended_stepper_open(void **stepper, const struct pend_
                                         .rate_low = (double *)problem->rate_low};
     const struct pend_times *times = &problem->times;
     double span = pend_times_at(times, times->count - 1) - pend_times_at(times, 0);
-    pend_extended_start(x->extended, 0, problem->gravity, &start, span);
+    pend_extended_start(x->extended, 0, &problem->loads, &start, span);
     x->n = problem->tree->n;
     *stepper = x;
     return PEND_OK;

@@ -35,7 +35,7 @@ static double quad_first_unit(const struct pend_problem *problem) {
     double fastest = 0;
     for (int k = 0; k < problem->tree->n; k++) {
         fastest = fmax(fastest, fabs(problem->rate[k]));
-        fastest = fmax(fastest, sqrt(fabs(problem->gravity) / problem->tree->len[k]));
+        fastest = fmax(fastest, sqrt(fabs(problem->loads.gravity) / problem->tree->len[k]));
     }
     return fastest > 0 ? exp2(-floor(log2(fastest))) : 1;
 }
@@ -85,7 +85,7 @@ static enum pend_status quad_stepper_open(void **stepper, const struct pend_prob
     q->log_atol = problem->atol > 0 ? log2(pend_taylor_atol(problem->atol)) : -1e5;
     q->series = (struct quad_series){.tree = problem->tree,
                                      .order = order,
-                                     .gravity = problem->gravity,
+                                     .loads = problem->loads,
                                      .numbers = at,
                                      .unit = q->next_unit,
                                      .precise = quad_precise(target, order)};

@@ -84,7 +84,7 @@ static void horizon_start(struct pend_horizon *horizon, const struct pend_proble
 static void horizon_linear(struct pend_horizon *horizon, const struct pend_problem *problem) {
     static const double roundings = 3 * 0x1p-53;
     const struct pend_tree *tree = problem->tree;
-    double gravity = fabs(problem->gravity), fastest = 0, reach = 0, length = 0;
+    double gravity = fabs(problem->loads.gravity), fastest = 0, reach = 0, length = 0;
     for (int k = 0; k < tree->n; k++) {
         double springs = tree->subtree_mass[k] / tree->len[k];
         for (int c = k + 1; c < tree->end[k]; c++)
@@ -207,7 +207,7 @@ static double horizon_spread(struct pend_horizon *horizon, const struct pend_jet
     const struct pend_jets *near = &horizon->jets;
     double inverse = 1 / unit, share = 1 / scale, power[HORIZON_ORDER + 1],
            phi_power[HORIZON_ORDER + 1], force = 0;
-    pend_jets_expand(&horizon->jets, horizon->problem.gravity, unit, &horizon->near, HORIZON_ORDER);
+    pend_jets_expand(&horizon->jets, &horizon->problem.loads, unit, &horizon->near, HORIZON_ORDER);
     power[0] = share;
     for (int j = 1; j <= HORIZON_ORDER; j++) power[j] = power[j - 1] * x;
     for (int j = 0; j <= HORIZON_ORDER; j++) phi_power[j] = power[j] * x * near->share[j];
@@ -250,7 +250,7 @@ static double horizon_carry(struct pend_horizon *horizon, const struct pend_jets
         return 0;
     }
     horizon_look(horizon, series, unit);
-    return pend_jets_spread(series, horizon->problem.gravity, x, unit, horizon->phi, horizon->rate);
+    return pend_jets_spread(series, &horizon->problem.loads, x, unit, horizon->phi, horizon->rate);
 }
 
 /* from the start of a step to its end; the error at the start is looked at on the way, once its
@@ -312,7 +312,7 @@ static double horizon_expand(struct pend_horizon *horizon, double *unit, double 
     enum { RANGE = 16, TRIES = 64 };
     double x = NAN;
     for (int i = 0; i < TRIES; i++) {
-        pend_jets_expand(&horizon->anew, horizon->problem.gravity, *unit, &horizon->begin,
+        pend_jets_expand(&horizon->anew, &horizon->problem.loads, *unit, &horizon->begin,
                          HORIZON_ANEW_ORDER);
         x = pend_jets_reach(&horizon->anew, HORIZON_ANEW_ORDER, log2(HORIZON_ANEW_TARGET),
                             -INFINITY);

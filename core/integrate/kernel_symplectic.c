@@ -162,8 +162,8 @@ static double symplectic_iterate(const struct symplectic_system *system,
         // p' = - l (phi' Re(conj(u) P) + g m cos phi), P and m of all that hangs on the arm
         num along = s->up_re[k] * s->go_re[k] + s->up_im[k] * s->go_im[k];
         num force =
-            -tree->len[k] *
-            num_fma(s->rate[k], along, system->gravity * system->subtree_mass[k] * s->up_re[k]);
+            -tree->len[k] * num_fma(s->rate[k], along,
+                                    system->loads.gravity * system->subtree_mass[k] * s->up_re[k]);
         num turn = weight * s->rate[k], boost = weight * force;
         change = lanes8_max(change, lanes8_abs(turn - s->turn[k]));
         // of a momentum: what the angle would change by in a step

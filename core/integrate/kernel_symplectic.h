@@ -7,6 +7,8 @@
 
 #include <stddef.h>
 
+#include "core/tree/loads.h"
+
 /* Angles, rad, and their momenta p = Re M phi', kg m^2 rad/s, as sums of two: n values each. */
 struct symplectic_state {
     double *phi, *phi_low, *p, *p_low;
@@ -15,7 +17,7 @@ struct symplectic_state {
 struct symplectic_system {
     int n;
     const int *parent, *end;
-    double gravity;             /* m/s^2 */
+    struct pend_loads loads;    /* what acts on the tree */
     const double *subtree_mass; /* n values, kg */
     double length;              /* s, > 0, of the step, whatever its direction */
     double weight[8];           /* s: the step times b_j */

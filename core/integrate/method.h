@@ -5,6 +5,7 @@
 #define PEND_METHOD_H
 
 #include "core/base/checkpoint.h"
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
 /* The instants that are wanted, strictly monotonic, forwards or backwards. */
@@ -28,7 +29,7 @@ void pend_times_list(const struct pend_times *times, long first, int count, doub
 
 struct pend_problem {
     const struct pend_tree *tree; /* must outlive every run of it */
-    double gravity;               /* m/s^2 */
+    struct pend_loads loads;      /* what acts on the tree */
     const double *phi,
         *rate; /* start at the first instant, n values each, stored order; copied by the run */
     /* what rounding to doubles has left of the start, n values each; NULL = nothing; methods

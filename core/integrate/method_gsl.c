@@ -17,7 +17,7 @@ static const double GSL_RTOL_LEAST = 1e-16;
 
 struct gsl_stepper {
     const struct pend_tree *tree;
-    double gravity;
+    struct pend_loads loads;
     gsl_odeiv2_system system;
     gsl_odeiv2_driver
         driver; /* made here part by part: GSL's own maker does not look whether it got memory */
@@ -43,7 +43,7 @@ static int gsl_stepper_derivative(double t, const double y[], double f[], void *
     int n = g->n, bad = 0;
     (void)t;
     memcpy(f, y + n, (size_t)n * sizeof(double));
-    pend_dynamics(g->tree, g->gravity, y, y + n, g->work, f + n, NULL);
+    pend_dynamics(g->tree, &g->loads, y, y + n, g->work, f + n, NULL);
     g->counts.evaluations++;
     for (int k = 0; k < n; k++) bad |= !(fabs(f[n + k]) <= DBL_MAX);
     return bad ? GSL_EBADFUNC : GSL_SUCCESS;
@@ -175,7 +175,7 @@ static enum pend_status gsl_stepper_open(void **stepper, const struct pend_probl
     struct gsl_stepper *g = (struct gsl_stepper *)block;
     *g = (struct gsl_stepper){
         .tree = problem->tree,
-        .gravity = problem->gravity,
+        .loads = problem->loads,
         .control = {.type = &gsl_control, .state = g},
         .atol = problem->atol,
         .rtol = problem->rtol,

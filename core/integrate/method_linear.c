@@ -35,7 +35,7 @@ static enum pend_status linear_start(struct linear *linear, const struct pend_pr
     double *theta = linear->swing, *amplitude = scratch;
     memcpy(linear->phi, problem->phi, n * sizeof(double));
     memcpy(linear->rate, problem->rate, n * sizeof(double));
-    PEND_TRY(pend_modes_new(&linear->modes, tree, problem->gravity, 1, error));
+    PEND_TRY(pend_modes_new(&linear->modes, tree, &problem->loads, 1, error));
     for (size_t k = 0; k < n; k++) {
         theta[k] = pend_modes_theta(linear->phi[k], problem->phi_low ? problem->phi_low[k] : 0);
         linear->rest[k] = linear->phi[k] - theta[k];

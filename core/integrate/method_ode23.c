@@ -12,7 +12,8 @@
 
 struct ode23 {
     const struct pend_tree *tree;
-    double gravity, asked, rtol, threshold; /* the caller's rtol, and what one step is asked for */
+    struct pend_loads loads;
+    double asked, rtol, threshold; /* the caller's rtol, and what one step is asked for */
     double begin, end,
         length;  /* s: the last step's begin, end and end - begin; before the first step all 0 */
     double last; /* s, the last wanted instant */
@@ -48,7 +49,7 @@ static const double ode23_interpolant[4][3] = {
 
 static void ode23_derivative(struct ode23 *o, const double y[], double f[]) {
     memcpy(f, y + o->n, sizeof(double) * (size_t)o->n);
-    pend_dynamics(o->tree, o->gravity, y, y + o->n, o->work, f + o->n, NULL);
+    pend_dynamics(o->tree, &o->loads, y, y + o->n, o->work, f + o->n, NULL);
     o->counts.evaluations++;
 }
 
@@ -85,7 +86,7 @@ static enum pend_status ode23_open(void **stepper, const struct pend_problem *pr
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the steps of %d arms", n);
     struct ode23 *o = *stepper;
     *o = (struct ode23){.tree = problem->tree,
-                        .gravity = problem->gravity,
+                        .loads = problem->loads,
                         .asked = problem->rtol,
                         .rtol = problem->rtol,
                         .threshold = fmax(problem->atol / problem->rtol, PEND_METHOD_ATOL_LEAST),

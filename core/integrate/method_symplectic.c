@@ -42,9 +42,9 @@ struct symplectic {
 static double symplectic_speed(const struct pend_problem *problem) {
     const struct pend_tree *tree = problem->tree;
     struct pend_energy energy =
-        pend_kinematics_energy(tree, problem->gravity, problem->phi, problem->rate);
+        pend_kinematics_energy(tree, &problem->loads, problem->phi, problem->rate);
     double free = energy.kinetic + energy.potential +
-                  pend_kinematics_energy_scale(tree, problem->gravity, 0),
+                  pend_kinematics_energy_scale(tree, &problem->loads, 0),
            inertia = 0;
     for (int k = 0; k < tree->n; k++)
         inertia += tree->subtree_mass[k] * tree->len[k] * tree->len[k];
@@ -186,7 +186,7 @@ static enum pend_status symplectic_open(void **stepper, const struct pend_proble
     sketch.system = (struct symplectic_system){.n = tree->n,
                                                .parent = tree->parent,
                                                .end = tree->end,
-                                               .gravity = problem->gravity,
+                                               .loads = problem->loads,
                                                .subtree_mass = tree->subtree_mass};
     *stepper = NULL;
     PEND_TRY(symplectic_choose(&sketch, problem, error));
@@ -288,7 +288,7 @@ static void symplectic_inside(struct symplectic *s, double t, double phi[], doub
     struct jets_state state = {end->state.phi, end->state.phi_low, end->rate, end->zero};
     struct jets_values values = {.phi = phi, .rate = rate};
     if (!end->known)
-        pend_jets_expand(&end->jets, s->system.gravity, s->unit, &state, SYMPLECTIC_ORDER);
+        pend_jets_expand(&end->jets, &s->system.loads, s->unit, &state, SYMPLECTIC_ORDER);
     s->counts.evaluations += end->known ? 0 : SYMPLECTIC_ORDER;
     end->known = 1;
     double x = (t - (late ? end_time : s->time)) / s->unit;
@@ -334,7 +334,7 @@ static void symplectic_carry(void *stepper, struct pend_checkpoint *checkpoint) 
             pend_checkpoint_row(checkpoint, rows[j], row);
         struct jets_state state = {end->state.phi, end->state.phi_low, end->rate, end->zero};
         if (pend_checkpoint_puts(checkpoint) && end->known)
-            pend_jets_expand(&end->jets, s->system.gravity, s->unit, &state, SYMPLECTIC_ORDER);
+            pend_jets_expand(&end->jets, &s->system.loads, s->unit, &state, SYMPLECTIC_ORDER);
     }
 }
 

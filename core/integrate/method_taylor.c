@@ -22,7 +22,8 @@ static const double TAYLOR_LEAST = 1e-14;
 
 struct taylor {
     const struct pend_tree *tree;
-    double gravity, log_rtol, log_atol; /* binary logarithms */
+    struct pend_loads loads;
+    double log_rtol, log_atol; /* binary logarithms */
     double kinetic;   /* J, of the start, which no step of several arms without gravity changes; 0 =
                          it may change */
     int order, known; /* of the step, and the highest coefficient of the series: more, where a
@@ -51,7 +52,7 @@ static double taylor_first_unit(const struct pend_problem *problem) {
     double fastest = 0;
     for (int k = 0; k < problem->tree->n; k++) {
         fastest = fmax(fastest, fabs(problem->rate[k]));
-        fastest = fmax(fastest, sqrt(fabs(problem->gravity) / problem->tree->len[k]));
+        fastest = fmax(fastest, sqrt(fabs(problem->loads.gravity) / problem->tree->len[k]));
     }
     return fastest > 0 ? exp2(-floor(log2(fastest))) : 1;
 }
@@ -81,7 +82,7 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     }
     struct taylor *taylor = (struct taylor *)block;
     *taylor = (struct taylor){
-        .tree = problem->tree, .gravity = problem->gravity, .order = order, .known = known};
+        .tree = problem->tree, .loads = problem->loads, .order = order, .known = known};
     taylor->log_rtol = log2(pend_taylor_target(problem->rtol));
     taylor->log_atol = log2(pend_taylor_atol(problem->atol));
     taylor->next_unit = taylor_first_unit(problem);
@@ -94,9 +95,10 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     if (problem->phi_low) memcpy(taylor->end.phi_low, problem->phi_low, (size_t)n * sizeof(double));
     if (problem->rate_low)
         memcpy(taylor->end.rate_low, problem->rate_low, (size_t)n * sizeof(double));
-    if (problem->gravity == 0 && n > 1)
-        taylor->kinetic =
-            pend_kinematics_energy(problem->tree, 0, problem->phi, problem->rate).kinetic;
+    if (problem->loads.gravity == 0 && n > 1)
+        taylor->kinetic = pend_kinematics_energy(problem->tree, &(const struct pend_loads){0},
+                                                 problem->phi, problem->rate)
+                              .kinetic;
     return PEND_OK;
 }
 
@@ -123,7 +125,7 @@ static double taylor_expand(struct taylor *taylor, double limit) {
     enum { RANGE = 16, TRIES = 64 };
     double x = NAN, left = fabs(limit - taylor->time);
     for (int i = 0; i < TRIES; i++) {
-        pend_jets_expand(&taylor->jets, taylor->gravity, taylor->unit, &taylor->begin,
+        pend_jets_expand(&taylor->jets, &taylor->loads, taylor->unit, &taylor->begin,
                          taylor->known);
         taylor->counts.evaluations += taylor->order;
         x = pend_jets_reach(&taylor->jets, taylor->order, taylor->log_rtol, taylor->log_atol);
@@ -152,7 +154,9 @@ static void taylor_hold(const struct taylor *taylor) {
     const double most =
         1e-6; /* a step with a looser tolerance than that leaves more than rounding */
     const struct jets_state *end = &taylor->end;
-    double kinetic = pend_kinematics_energy(taylor->tree, 0, end->phi, end->rate).kinetic;
+    double kinetic =
+        pend_kinematics_energy(taylor->tree, &(const struct pend_loads){0}, end->phi, end->rate)
+            .kinetic;
     double part = (taylor->kinetic - kinetic) / (2 * kinetic);
     if (!(fabs(part) <= most)) return;
     for (int k = 0; k < taylor->tree->n; k++) {
@@ -289,7 +293,7 @@ static void taylor_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     }
     // the series of the last step follows from its start
     if (pend_checkpoint_puts(checkpoint) && taylor->counts.steps)
-        pend_jets_expand(&taylor->jets, taylor->gravity, taylor->unit, &taylor->begin,
+        pend_jets_expand(&taylor->jets, &taylor->loads, taylor->unit, &taylor->begin,
                          taylor->known);
 }
 

@@ -153,9 +153,9 @@ static void run_start(struct pend_run *run) {
     run->sample_cost =
         run->method->flags & PEND_METHOD_LINEAR ? tree->n * (1 + tree->n / 8.0) : tree->n;
     struct pend_energy energy =
-        pend_kinematics_energy(tree, problem->gravity, problem->phi, problem->rate);
+        pend_kinematics_energy(tree, &problem->loads, problem->phi, problem->rate);
     run->energy_start = energy.kinetic + energy.potential;
-    run->scale = pend_kinematics_energy_scale(tree, problem->gravity, energy.kinetic);
+    run->scale = pend_kinematics_energy_scale(tree, &problem->loads, energy.kinetic);
 }
 
 enum pend_status pend_run_new(struct pend_run **run, const struct pend_method *method,
@@ -217,7 +217,7 @@ static void run_weigh(struct pend_run *run) {
     struct pend_energy energy[RUN_ENDS];
     double most = 0;
     if (!ends->count) return;
-    pend_kinematics_energies(problem->tree, problem->gravity, ends->count, ends->phi, ends->rate,
+    pend_kinematics_energies(problem->tree, &problem->loads, ends->count, ends->phi, ends->rate,
                              energy);
     for (int i = 0; i < ends->count; i++) {
         double drift = fabs(energy[i].kinetic + energy[i].potential - run->energy_start);
@@ -338,14 +338,14 @@ static void run_states(struct pend_run *run, const struct pend_samples *samples,
         room->theta[i] = points.phi[i] + M_PI_2;
     if ((!points.acc && !points.force) || (flags & PEND_METHOD_SERIES && !first)) return;
     if (first && fine && run_swings(run))
-        pend_dynamics_fine(problem->tree, problem->gravity, problem->phi, problem->phi_low,
+        pend_dynamics_fine(problem->tree, &problem->loads, problem->phi, problem->phi_low,
                            problem->rate, run->work, run->scratch, room->acc, room->force);
     else if (!(flags & PEND_METHOD_LINEAR))
-        pend_dynamics_many(problem->tree, problem->gravity, due, points.phi, points.rate, run->work,
+        pend_dynamics_many(problem->tree, &problem->loads, due, points.phi, points.rate, run->work,
                            room->acc, room->force);
     else if (points.force)
         for (size_t row = 0; row < (size_t)due * n; row += n)
-            pend_kinematics_force(problem->tree, problem->gravity, points.phi + row,
+            pend_kinematics_force(problem->tree, &problem->loads, points.phi + row,
                                   points.rate + row, points.acc + row, points.force + row);
 }
 
@@ -382,7 +382,7 @@ static void run_derive(struct pend_run *run, const double phi[], const double ra
     }
     if (samples->kinetic || samples->potential) {
         struct pend_energy energy =
-            pend_kinematics_energy(problem->tree, problem->gravity, phi, rate);
+            pend_kinematics_energy(problem->tree, &problem->loads, phi, rate);
         if (samples->kinetic) samples->kinetic[at] = energy.kinetic;
         if (samples->potential) samples->potential[at] = energy.potential;
     }

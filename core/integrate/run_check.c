@@ -72,8 +72,7 @@ enum pend_status pend_run_check_tree(const struct pend_tree *tree, struct pend_e
 
 enum pend_status pend_run_check(const struct pend_method *method, struct pend_problem *problem,
                                 struct pend_error *error) {
-    if (!isfinite(problem->gravity))
-        return pend_fail(error, PEND_INVALID, -1, 0, "gravity must be finite");
+    PEND_TRY(pend_loads_check(&problem->loads, error));
     PEND_TRY(run_check_times(&problem->times, error));
     PEND_TRY(pend_run_check_tree(problem->tree, error));
     PEND_TRY(run_check_state(problem, error));

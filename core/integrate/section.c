@@ -244,7 +244,7 @@ enum pend_status pend_section_new(struct pend_section **section,
     section_aim(made, made->rest + 4 * n);
     const struct pend_problem motion = {
         .tree = problem->tree,
-        .gravity = problem->gravity,
+        .loads = problem->loads,
         .phi = made->rest,
         .phi_low = made->rest_low,
         .rate = problem->rate,

@@ -7,6 +7,7 @@
 #ifndef PEND_SECTION_H
 #define PEND_SECTION_H
 
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
 /* Which passages are wanted: with growing, with falling angle; may be or-ed. */
@@ -14,7 +15,7 @@ enum pend_way { PEND_WAY_UP = 1, PEND_WAY_DOWN = 2 };
 
 struct pend_section_problem {
     const struct pend_tree *tree; /* must outlive the search */
-    double gravity;               /* m/s^2 */
+    struct pend_loads loads;      /* what acts on the tree */
     const double *phi, *rate;     /* start, n values each, stored order; copied */
     double duration;              /* s, > 0 */
     int arm;                      /* stored number */

@@ -61,8 +61,8 @@ void pend_laplacian_close(struct pend_laplacian *laplacian) {
     laplacian->most = (1 + 1e-9) * most;
 }
 
-double pend_laplacian_spring(const struct pend_tree *tree, double gravity, const unsigned char up[],
-                             int k) {
-    double spring = gravity * tree->subtree_mass[k] / tree->len[k];
+double pend_laplacian_spring(const struct pend_tree *tree, const struct pend_loads *loads,
+                             const unsigned char up[], int k) {
+    double spring = loads->gravity * tree->subtree_mass[k] / tree->len[k];
     return up && up[k] ? -spring : spring;
 }

@@ -6,6 +6,7 @@
 #ifndef PEND_LAPLACIAN_H
 #define PEND_LAPLACIAN_H
 
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
 /* How the sweep from the leaves inwards meets a node: does it begin there, and is it the first
@@ -47,7 +48,7 @@ void pend_laplacian_free(struct pend_laplacian **laplacian);
  * k   stored number of the arm.
  * up  n flags in stored order, non-zero where the arm stands up; NULL when all hang.
  */
-double pend_laplacian_spring(const struct pend_tree *tree, double gravity, const unsigned char up[],
-                             int k);
+double pend_laplacian_spring(const struct pend_tree *tree, const struct pend_loads *loads,
+                             const unsigned char up[], int k);
 
 #endif

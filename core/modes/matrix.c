@@ -7,10 +7,10 @@ static double matrix_sign(const unsigned char up[], int k) { return up && up[k] 
 /* g/l_j (B^T diag(1/m) B)_jk (S^T m)_k: an arm meets itself, the arm it hangs on, those that hang
  * on it, its siblings
  */
-static void matrix_row_a(const struct pend_tree *tree, double gravity, double sign, int j,
-                         double row[]) {
+static void matrix_row_a(const struct pend_tree *tree, const struct pend_loads *loads, double sign,
+                         int j, double row[]) {
     int p = tree->parent[j];
-    double scale = sign * gravity / tree->len[j], own = scale / tree->mass[j],
+    double scale = sign * loads->gravity / tree->len[j], own = scale / tree->mass[j],
            at_base = p < 0 ? 0 : scale / tree->mass[p];
     for (int c = j + 1; c < tree->end[j]; c = tree->end[c])
         row[tree->order[c]] = -own * tree->subtree_mass[c];
@@ -30,13 +30,13 @@ static void matrix_row_m(const struct pend_tree *tree, const unsigned char up[],
         row[tree->order[k]] = own * matrix_sign(up, k) * tree->len[k] * tree->subtree_mass[j];
 }
 
-void pend_matrix_row(const struct pend_tree *tree, double gravity, const unsigned char up[],
-                     enum pend_matrix which, int arm, double row[]) {
+void pend_matrix_row(const struct pend_tree *tree, const struct pend_loads *loads,
+                     const unsigned char up[], enum pend_matrix which, int arm, double row[]) {
     int j = tree->place[arm];
     memset(row, 0, (size_t)tree->n * sizeof *row);
     switch (which) {
     case PEND_MATRIX_A:
-        matrix_row_a(tree, gravity, matrix_sign(up, j), j, row);
+        matrix_row_a(tree, loads, matrix_sign(up, j), j, row);
         break;
     case PEND_MATRIX_M:
         matrix_row_m(tree, up, j, row);

@@ -5,6 +5,7 @@
 #ifndef PEND_MATRIX_H
 #define PEND_MATRIX_H
 
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
 enum pend_matrix { PEND_MATRIX_A, PEND_MATRIX_M, PEND_MATRIX_S, PEND_MATRIX_B, PEND_MATRIX_COUNT };
@@ -16,14 +17,14 @@ enum pend_matrix { PEND_MATRIX_A, PEND_MATRIX_M, PEND_MATRIX_S, PEND_MATRIX_B, P
  * has A = diag(s) g Re(0)^-1 diag(l (S^T m)), and M = diag(s) Re(0) diag(s) is Re of its angles.
  * Re(0)^-1 is a product of B, 1/m and 1/l, so that all entries are known at once.
  *
- * gravity  m/s^2; for A only.
+ * loads    what acts on the tree; for A only.
  * up       n flags in stored order, non-zero where an arm stands; NULL when all hang.
  * arm      the row, an arm by the caller's number from 0.
  * row      out, n entries: 1/s^2, kg m^2, none, none.
  *
  * O(n).
  */
-void pend_matrix_row(const struct pend_tree *tree, double gravity, const unsigned char up[],
-                     enum pend_matrix which, int arm, double row[]);
+void pend_matrix_row(const struct pend_tree *tree, const struct pend_loads *loads,
+                     const unsigned char up[], enum pend_matrix which, int arm, double row[]);
 
 #endif

@@ -69,9 +69,7 @@ struct pend_modes_search {
 
 static enum pend_status modes_check(const struct pend_modes_request *r, int n,
                                     struct pend_error *error) {
-    if (!(r->gravity > 0 && isfinite(r->gravity)))
-        return pend_fail(error, PEND_INVALID, -1, 0,
-                         "gravity must be a finite number greater than 0, got %.17g", r->gravity);
+    PEND_TRY(pend_loads_check_linear(&r->loads, error));
     int first = r->select == PEND_SELECT_NUMBERS ? r->first : 0,
         counted = r->select != PEND_SELECT_ALL;
     if (r->select == PEND_SELECT_BETWEEN) counted = 0;
@@ -341,7 +339,7 @@ static void modes_stand(struct pend_modes_search *s) {
 static double modes_bound(const struct pend_modes_search *s) {
     double least = INFINITY;
     for (int k = 0; k < s->tree->n; k++)
-        least = fmin(least, s->request.gravity * s->tree->len[k] * s->tree->subtree_mass[k]);
+        least = fmin(least, s->request.loads.gravity * s->tree->len[k] * s->tree->subtree_mass[k]);
     return 1 / sqrt(least);
 }
 
@@ -430,7 +428,7 @@ enum pend_status pend_modes_search_new(struct pend_modes_search **search,
     if (!s) goto out;
     s->request = *request;
     s->tree = tree;
-    status = pend_spectrum_new(&s->spectrum, tree, request->gravity, request->up);
+    status = pend_spectrum_new(&s->spectrum, tree, &request->loads, request->up);
     if (!status && modes_check_range(s->spectrum, error)) {
         pend_modes_search_free(search);
         return PEND_INVALID;
@@ -503,7 +501,8 @@ enum pend_status pend_modes_select(struct pend_modes **modes, const struct pend_
 }
 
 enum pend_status pend_modes_new(struct pend_modes **modes, const struct pend_tree *tree,
-                                double gravity, int vectors, struct pend_error *error) {
-    struct pend_modes_request request = {.gravity = gravity, .vectors = vectors};
+                                const struct pend_loads *loads, int vectors,
+                                struct pend_error *error) {
+    struct pend_modes_request request = {.loads = *loads, .vectors = vectors};
     return pend_modes_select(modes, tree, &request, error);
 }

@@ -7,6 +7,7 @@
 #define PEND_MODES_H
 
 #include "core/modes/modes_store.h"
+#include "core/tree/loads.h"
 
 enum pend_select {
     PEND_SELECT_ALL,
@@ -16,10 +17,11 @@ enum pend_select {
     PEND_SELECT_BETWEEN
 };
 
-/* What is wanted of a tree's modes; {.gravity = 9.81} asks for all frequencies about hanging. */
+/* What is wanted of a tree's modes; {.loads.gravity = 9.81} asks for all frequencies about hanging.
+ */
 struct pend_modes_request {
-    double gravity; /* m/s^2, > 0 */
-    int vectors;    /* non-zero to compute the eigenvectors too */
+    struct pend_loads loads; /* what acts on the tree; gravity > 0 */
+    int vectors;             /* non-zero to compute the eigenvectors too */
     enum pend_normalize normalize;
     enum pend_select
         select; /* in ascending order of signed omega^2, so that modes that grow come first */
@@ -94,7 +96,8 @@ PEND_MUST_CHECK enum pend_status pend_modes_select(struct pend_modes **modes,
 
 /** All modes about hanging: pend_modes_select with the rest of the request 0. */
 PEND_MUST_CHECK enum pend_status pend_modes_new(struct pend_modes **modes,
-                                                const struct pend_tree *tree, double gravity,
-                                                int vectors, struct pend_error *error);
+                                                const struct pend_tree *tree,
+                                                const struct pend_loads *loads, int vectors,
+                                                struct pend_error *error);
 
 #endif

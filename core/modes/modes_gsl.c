@@ -32,24 +32,26 @@ static struct gsl_room *gsl_room_new(int n) {
 
 /* K^{-1/2} Re(0) K^{-1/2}: for arms on one way out entry (j, k) of Re(0) is l_j l_k times the
  * mass that both carry */
-static void gsl_fill(gsl_matrix *matrix, const struct pend_tree *tree, double gravity) {
+static void gsl_fill(gsl_matrix *matrix, const struct pend_tree *tree,
+                     const struct pend_loads *loads) {
     const double *len = tree->len, *carried = tree->subtree_mass;
     for (int k = 0; k < tree->n; k++)
         for (int j = k; j >= 0; j = tree->parent[j]) {
-            double value = sqrt(len[j] * len[k]) * sqrt(carried[k] / carried[j]) / gravity;
+            double value = sqrt(len[j] * len[k]) * sqrt(carried[k] / carried[j]) / loads->gravity;
             gsl_matrix_set(matrix, (size_t)k, (size_t)j, value);
             gsl_matrix_set(matrix, (size_t)j, (size_t)k, value);
         }
 }
 
 /* theta = K^{-1/2} u; lead: n ints of scratch */
-static void gsl_vectors(struct pend_modes *modes, const struct pend_tree *tree, double gravity,
-                        const gsl_matrix *u, double tips[], int lead[]) {
+static void gsl_vectors(struct pend_modes *modes, const struct pend_tree *tree,
+                        const struct pend_loads *loads, const gsl_matrix *u, double tips[],
+                        int lead[]) {
     for (int mode = 0; mode < modes->n; mode++) {
         double *x = modes->vector + (size_t)mode * modes->n;
         for (int k = 0; k < modes->n; k++)
             x[k] = gsl_matrix_get(u, (size_t)k, (size_t)mode) /
-                   sqrt(gravity * tree->len[k] * tree->subtree_mass[k]);
+                   sqrt(loads->gravity * tree->len[k] * tree->subtree_mass[k]);
         double norm = pend_modes_mass_norm(tree, x, tips);
         for (int k = 0; k < modes->n; k++) x[k] /= norm;
         lead[mode] = -1;
@@ -64,20 +66,19 @@ static void gsl_vectors(struct pend_modes *modes, const struct pend_tree *tree, 
 }
 
 enum pend_status pend_modes_gsl_new(struct pend_modes **modes, const struct pend_tree *tree,
-                                    double gravity, int vectors, struct pend_error *error) {
+                                    const struct pend_loads *loads, int vectors,
+                                    struct pend_error *error) {
     enum pend_status status = PEND_OK;
     struct gsl_room *room = NULL;
     *modes = NULL;
-    if (!(gravity > 0 && isfinite(gravity)))
-        return pend_fail(error, PEND_INVALID, -1, 0,
-                         "gravity must be a finite number greater than 0, got %.17g", gravity);
+    PEND_TRY(pend_loads_check_linear(loads, error));
     room = gsl_room_new(tree->n);
     if (!room || pend_modes_alloc(modes, tree->n, tree->n, vectors)) {
         status =
             pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %d arms", tree->n);
         goto out;
     }
-    gsl_fill(&room->matrix.matrix, tree, gravity);
+    gsl_fill(&room->matrix.matrix, tree, loads);
     if (gsl_eigen_symmv(&room->matrix.matrix, &room->value.vector, &room->vector.matrix,
                         &room->work)) {
         status = pend_fail(error, PEND_NO_CONVERGENCE, -1, 0,
@@ -88,8 +89,7 @@ enum pend_status pend_modes_gsl_new(struct pend_modes **modes, const struct pend
     for (int k = 0; k < tree->n; k++)
         (*modes)->omega[k] = 1 / sqrt(gsl_vector_get(&room->value.vector, (size_t)k));
     if (vectors)
-        gsl_vectors(*modes, tree, gravity, &room->vector.matrix, room->work.d,
-                    (int *)room->work.sd);
+        gsl_vectors(*modes, tree, loads, &room->vector.matrix, room->work.d, (int *)room->work.sd);
 out:
     if (status) pend_modes_free(modes);
     free(room);

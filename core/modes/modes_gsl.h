@@ -6,6 +6,7 @@
 #define PEND_MODES_GSL_H
 
 #include "core/modes/modes_store.h"
+#include "core/tree/loads.h"
 
 /**
  * All modes of a tree from its mass matrix. Parameters and result as pend_modes_new.
@@ -17,7 +18,8 @@
  * PEND_NO_MEMORY, PEND_NO_CONVERGENCE O(n^3) time, O(n^2) memory.
  */
 PEND_MUST_CHECK enum pend_status pend_modes_gsl_new(struct pend_modes **modes,
-                                                    const struct pend_tree *tree, double gravity,
-                                                    int vectors, struct pend_error *error);
+                                                    const struct pend_tree *tree,
+                                                    const struct pend_loads *loads, int vectors,
+                                                    struct pend_error *error);
 
 #endif

@@ -6,7 +6,7 @@
 enum { SPECTRUM_SHIFTS = 16, SPECTRUM_ROUNDS = 14 };
 
 enum pend_status pend_spectrum_new(struct pend_spectrum **spectrum, const struct pend_tree *tree,
-                                   double gravity, const unsigned char up[]) {
+                                   const struct pend_loads *loads, const unsigned char up[]) {
     enum pend_status status = PEND_NO_MEMORY;
     struct pend_spectrum *s = *spectrum = calloc(1, sizeof *s);
     if (!s) return PEND_NO_MEMORY;
@@ -18,7 +18,7 @@ enum pend_status pend_spectrum_new(struct pend_spectrum **spectrum, const struct
     if (!s->part) goto out;
     s->least = INFINITY;
     for (int i = 0; i < s->symmetry->part_count; i++) {
-        if (pend_symmetry_laplacian(&s->part[i], s->symmetry, i, gravity, up, s->place)) goto out;
+        if (pend_symmetry_laplacian(&s->part[i], s->symmetry, i, loads, up, s->place)) goto out;
         s->least = fmin(s->least, s->part[i]->least);
         s->most = fmax(s->most, s->part[i]->most);
     }

@@ -7,6 +7,7 @@
 
 #include "core/modes/modes_symmetry.h"
 #include "core/modes/modes_values.h"
+#include "core/tree/loads.h"
 
 /* The search for a part's eigenvalues: first those below 0, as positive ones of -L, then the
  * others. */
@@ -37,7 +38,8 @@ struct pend_spectrum {
  * PEND_NO_MEMORY  O(n).
  */
 PEND_MUST_CHECK enum pend_status pend_spectrum_new(struct pend_spectrum **spectrum,
-                                                   const struct pend_tree *tree, double gravity,
+                                                   const struct pend_tree *tree,
+                                                   const struct pend_loads *loads,
                                                    const unsigned char up[]);
 
 void pend_spectrum_free(struct pend_spectrum **spectrum);

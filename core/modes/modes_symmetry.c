@@ -253,7 +253,8 @@ void pend_symmetry_free(struct pend_symmetry **symmetry) {
 
 enum pend_status pend_symmetry_laplacian(struct pend_laplacian **laplacian,
                                          const struct pend_symmetry *symmetry, int part,
-                                         double gravity, const unsigned char up[], int place[]) {
+                                         const struct pend_loads *loads, const unsigned char up[],
+                                         int place[]) {
     const struct pend_tree *tree = symmetry->tree;
     int root = symmetry->part[part].root;
     PEND_TRY(pend_laplacian_alloc(laplacian, symmetry->part[part].n));
@@ -276,7 +277,7 @@ enum pend_status pend_symmetry_laplacian(struct pend_laplacian **laplacian,
     for (int at = 0; at < l->n; at++) {
         int k = l->end[at];
         double times = l->mass[at];
-        l->spring[at] = times * pend_laplacian_spring(tree, gravity, up, k);
+        l->spring[at] = times * pend_laplacian_spring(tree, loads, up, k);
         l->mass[at] = times * tree->mass[k];
         l->len[at] = tree->len[k];
         l->end[at] = at + 1;

@@ -7,6 +7,7 @@
 #define PEND_MODES_SYMMETRY_H
 
 #include "core/modes/laplacian.h"
+#include "core/tree/loads.h"
 
 /* Like branches on one joint: branch[first .. first + count - 1], sorted by the caller's first
  * arm in each. */
@@ -67,7 +68,7 @@ void pend_symmetry_free(struct pend_symmetry **symmetry);
  */
 PEND_MUST_CHECK enum pend_status pend_symmetry_laplacian(struct pend_laplacian **laplacian,
                                                          const struct pend_symmetry *symmetry,
-                                                         int part, double gravity,
+                                                         int part, const struct pend_loads *loads,
                                                          const unsigned char up[], int place[]);
 
 /** The places in a part of all arms that move in its modes. place: n ints of the tree; others are

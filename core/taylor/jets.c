@@ -111,9 +111,9 @@ static const struct jets_kernel *jets_kernel(enum pend_isa isa) {
     return &pend_kernel_jets_base;
 }
 
-void pend_jets_expand(struct pend_jets *jets, double gravity, double unit,
+void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, double unit,
                       const struct jets_state *state, int order) {
-    jets_kernel(jets->isa)->orders(&jets->system, state, gravity, unit, order);
+    jets_kernel(jets->isa)->orders(&jets->system, state, loads, unit, order);
 }
 
 void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit,
@@ -145,9 +145,9 @@ void pend_jets_answers(struct pend_jets *jets, void *memory) { jets->system.answ
 
 int pend_jets_spreads(const struct pend_jets *jets) { return jets->system.answers != NULL; }
 
-double pend_jets_spread(const struct pend_jets *jets, double gravity, double x, double unit,
-                        double phi[], double rate[]) {
-    return jets_kernel(jets->isa)->spread(&jets->system, gravity, x, unit, phi, rate);
+double pend_jets_spread(const struct pend_jets *jets, const struct pend_loads *loads, double x,
+                        double unit, double phi[], double rate[]) {
+    return jets_kernel(jets->isa)->spread(&jets->system, loads, x, unit, phi, rate);
 }
 
 /* x^order, order >= 0 */

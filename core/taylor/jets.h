@@ -13,6 +13,7 @@
 #include "core/taylor/kernel_jets.h"
 #include "core/taylor/levels.h"
 #include "core/taylor/chain.h"
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
 enum { PEND_JETS_ORDER_MIN = 3, PEND_JETS_ORDER_MAX = 40, PEND_JETS_PAD = 8 };
@@ -67,7 +68,7 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int or
  * The order-0 system is factorized once; each order then costs four real convolutions an arm and
  * two sweeps.
  *
- * gravity  m/s^2, any finite value.
+ * loads    what acts on the tree; gravity of any finite value.
  * unit     s, a power of two, of either sign: the unit of time; near the step to come it keeps all
  *          orders in range.
  * state    n angles, rad, and angular velocities, rad/s, as sums of two doubles; arrays aligned to
@@ -76,7 +77,7 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int or
  *
  * Cannot fail; overflow shows as coefficients that are not finite. O(n order^2), no allocation.
  */
-void pend_jets_expand(struct pend_jets *jets, double gravity, double unit,
+void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, double unit,
                       const struct jets_state *state, int order);
 
 /**
@@ -117,14 +118,14 @@ int pend_jets_spreads(const struct pend_jets *jets);
  * order and to order
  * JETS_SPREAD of the series, of which at least as many orders are known; of jets that keep answers.
  *
- * gravity, unit  those of the expansion.
+ * loads, unit  those of the expansion.
  * phi, rate      in and out: the errors, rad and rad/s, aligned to 64 and padded with zeros to
  *                PEND_JETS_PAD.
  *
  * Returns the largest error of a force at the start, N. O(n^2), no allocation.
  */
-double pend_jets_spread(const struct pend_jets *jets, double gravity, double x, double unit,
-                        double phi[], double rate[]);
+double pend_jets_spread(const struct pend_jets *jets, const struct pend_loads *loads, double x,
+                        double unit, double phi[], double rate[]);
 
 /**
  * What a step of x units to `order` leaves out: all terms behind that order, of which `beyond` are

@@ -68,7 +68,7 @@ static void kernel_chain_angles(const struct jets_system *s, const struct jets_s
 }
 
 static void kernel_orders(const struct jets_system *s, const struct jets_state *state,
-                          double gravity, double unit, int order) {
+                          const struct pend_loads *loads, double unit, int order) {
     if (s->chain) kernel_chain_angles(s, state);
     for (int k = 0; k < s->n && !s->chain; k++) kernel_angle(s, state, k);
     for (int a = 0; a < s->n; a += WIDE) {
@@ -80,7 +80,7 @@ static void kernel_orders(const struct jets_system *s, const struct jets_state *
     }
     for (int k = 0; k < s->n && s->levels; k++)
         s->rate[jets_row(s, s->levels->seat[k])] = state->rate[k] * unit;
-    gravity *= unit * unit;
+    double gravity = loads->gravity * (unit * unit);
     if (s->chain)
         chain_orders(s, gravity, order);
     else if (s->levels)
@@ -306,12 +306,12 @@ static double kernel_reach(const struct jets_system *s, int order, double log_rt
 
 /* one arm alone, by the recurrences of its orders made linear: u of the motion and its change,
  * rates */
-static double kernel_single_spread(const struct jets_system *s, double gravity, double x,
-                                   double unit, double *phi, double *speed) {
+static double kernel_single_spread(const struct jets_system *s, const struct pend_loads *loads,
+                                   double x, double unit, double *phi, double *speed) {
     double re[JETS_SPREAD + 1] = {1}, im[JETS_SPREAD + 1] = {0}, more_re[JETS_SPREAD + 1] = {0};
     double more_im[JETS_SPREAD + 1] = {*phi}, more[JETS_SPREAD + 1] = {*speed * unit}, turned = 0,
                                  faster = 0;
-    double pull = gravity * unit * unit * s->inv_len[0], C = s->cosine[0], Z = s->sine[0],
+    double pull = loads->gravity * unit * unit * s->inv_len[0], C = s->cosine[0], Z = s->sine[0],
            swing = s->rate[0] / unit;
     for (int k = 0; k < JETS_SPREAD; k++) {
         double sum[4] = {0, 0, 0, 0};
@@ -332,18 +332,18 @@ static double kernel_single_spread(const struct jets_system *s, double gravity, 
         turned = turned * x + more[j] * s->share[j];
         faster = faster * x + more[j];
     }
-    double force = s->mass[0] * (gravity * C * *phi - 2 * s->len[0] * swing * *speed);
+    double force = s->mass[0] * (loads->gravity * C * *phi - 2 * s->len[0] * swing * *speed);
     *phi += turned * x;
     *speed = faster / unit;
     return fabs(force);
 }
 
-static double kernel_spread(const struct jets_system *s, double gravity, double x, double unit,
-                            double phi[], double rate[]) {
+static double kernel_spread(const struct jets_system *s, const struct pend_loads *loads, double x,
+                            double unit, double phi[], double rate[]) {
     if (s->n > 4) return small8_spread(s, x, unit, phi, rate);
     if (s->n > 2) return small4_spread(s, x, unit, phi, rate);
     if (s->n > 1) return small2_spread(s, x, unit, phi, rate);
-    return kernel_single_spread(s, gravity, x, unit, phi, rate);
+    return kernel_single_spread(s, loads, x, unit, phi, rate);
 }
 
 const struct jets_kernel KERNEL_NAME(pend_kernel_jets_) = {

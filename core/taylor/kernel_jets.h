@@ -5,6 +5,7 @@
 #define PEND_KERNEL_JETS_H
 
 #include "core/taylor/jets_system.h"
+#include "core/tree/loads.h"
 
 /* Sums of two doubles a value, as phi and phi' are carried from step to step; n values each,
  * padded with zeros to a multiple of 8: whole vectors of arms are read. */
@@ -33,8 +34,8 @@ struct jets_kernel {
      * system  one tree; trees of up to 8 arms need a stride of 8.
      * order   >= 1.
      */
-    void (*orders)(const struct jets_system *system, const struct jets_state *state, double gravity,
-                   double unit, int order);
+    void (*orders)(const struct jets_system *system, const struct jets_state *state,
+                   const struct pend_loads *loads, double unit, int order);
     /**
      * The state x units after `from`, as sums of two doubles.
      */
@@ -62,8 +63,8 @@ struct jets_kernel {
      *
      * phi, rate  in and out; padded with zeros to a multiple of 8.
      */
-    double (*spread)(const struct jets_system *system, double gravity, double x, double unit,
-                     double phi[], double rate[]);
+    double (*spread)(const struct jets_system *system, const struct pend_loads *loads, double x,
+                     double unit, double phi[], double rate[]);
     /**
      * The sums of the terms that a step left out, of the rates and of the angles over x, in units:
      * an array of a value a seat, in the order of seats, padded to a multiple of 8.

@@ -197,7 +197,7 @@ void pend_preset_get(int i, struct pend_preset *preset) {
                                    .title = shape->title,
                                    .description = shape->description,
                                    .n = shape->n,
-                                   .gravity = 9.81,
+                                   .loads.gravity = 9.81,
                                    .stop = shape->stop,
                                    .step = shape->step};
     for (int k = 0; k < shape->n; k++) {

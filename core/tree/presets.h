@@ -4,6 +4,7 @@
 #ifndef PEND_PRESETS_H
 #define PEND_PRESETS_H
 
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
 enum { PEND_PRESET_ARMS = 64 };
@@ -16,7 +17,7 @@ struct pend_preset {
     int n;
     double length[PEND_PRESET_ARMS], mass[PEND_PRESET_ARMS]; /* m, kg */
     int parent[PEND_PRESET_ARMS];                            /* from 0, -1 = the pivot */
-    double gravity;                                          /* m/s^2 */
+    struct pend_loads loads;                                 /* what acts on the tree */
     double phi[PEND_PRESET_ARMS], rate[PEND_PRESET_ARMS];    /* rad, rad/s */
     double stop, step;                                       /* s: suggested times 0 .. stop */
 };

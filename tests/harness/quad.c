@@ -89,8 +89,9 @@ static void quad_solve(int n, test_quad a[], test_quad b[]) {
     }
 }
 
-void test_quad_dynamics(const struct pend_tree *tree, double gravity, const double phi[],
-                        const double rate[], test_quad acc[], test_quad force[]) {
+void test_quad_dynamics(const struct pend_tree *tree, const struct pend_loads *loads,
+                        const double phi[], const double rate[], test_quad acc[],
+                        test_quad force[]) {
     size_t n = (size_t)tree->n;
     test_quad *gram = malloc((4 * n * n + 2 * n) * sizeof *gram);
     if (!gram) abort();
@@ -100,7 +101,7 @@ void test_quad_dynamics(const struct pend_tree *tree, double gravity, const doub
 
     // (aaa): Re phi'' = Im phi'^2 - g cos(phi) l (S^T m); the diagonal of S^T diag(m) S is S^T m
     for (size_t i = 0; i < n; i++) {
-        acc[i] = -(test_quad)gravity * unit[i] * tree->len[i] * gram[i * n + i];
+        acc[i] = -(test_quad)loads->gravity * unit[i] * tree->len[i] * gram[i * n + i];
         for (size_t j = 0; j < n; j++) acc[i] += im[i * n + j] * rate[j] * rate[j];
     }
     memcpy(factor, re, n * n * sizeof *factor);
@@ -111,7 +112,7 @@ void test_quad_dynamics(const struct pend_tree *tree, double gravity, const doub
         test_quad sum = 0;
         for (size_t j = 0; j < n; j++)
             sum += im[i * n + j] * acc[j] + re[i * n + j] * rate[j] * rate[j];
-        force[i] = (test_quad)gravity * unit[n + i] * gram[i * n + i] - sum / tree->len[i];
+        force[i] = (test_quad)loads->gravity * unit[n + i] * gram[i * n + i] - sum / tree->len[i];
     }
     free(gram);
 }

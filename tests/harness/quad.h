@@ -5,6 +5,7 @@
 #ifndef QUAD_H
 #define QUAD_H
 
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
 #if defined(__x86_64__) || defined(__i386__)
@@ -30,8 +31,9 @@ test_quad test_quad_read(const char *text);
  * acc, force  out, n values each.
  * O(n^3), about 0.15 s for n = 200. Aborts when out of memory.
  */
-void test_quad_dynamics(const struct pend_tree *tree, double gravity, const double phi[],
-                        const double rate[], test_quad acc[], test_quad force[]);
+void test_quad_dynamics(const struct pend_tree *tree, const struct pend_loads *loads,
+                        const double phi[], const double rate[], test_quad acc[],
+                        test_quad force[]);
 
 /** Largest |x - exact| over the largest |exact| (0 when all are 0); NaN when anything is. */
 double test_quad_gap(int n, const double x[], const test_quad exact[]);

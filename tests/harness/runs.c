@@ -147,7 +147,7 @@ void test_paper_init(struct test_paper *paper, long count) {
     if (pend_tree_new(&paper->tree, 4, length, mass, parent, NULL) != PEND_OK) abort();
     paper->problem = (struct pend_problem){
         .tree = paper->tree,
-        .gravity = 9.81,
+        .loads.gravity = 9.81,
         .phi = paper->phi,
         .rate = paper->rate,
         .times = {.count = count, .span = 5, .divisor = count > 1 ? (double)(count - 1) : 1}};

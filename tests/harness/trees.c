@@ -110,14 +110,15 @@ void test_tree_clear(struct test_tree *t) {
     *t = (struct test_tree){0};
 }
 
-void test_tree_dynamics(const struct test_tree *t, double gravity, double acc[], double force[]) {
+void test_tree_dynamics(const struct test_tree *t, const struct pend_loads *loads, double acc[],
+                        double force[]) {
     static const unsigned long long signalling = 0x7ff4deadbeef0000ull;
     size_t bytes = pend_dynamics_work_bytes(t->n);
     char *work = aligned_alloc(64, bytes);
     if (!work) abort();
     for (size_t at = 0; at < bytes; at += sizeof signalling)
         memcpy(work + at, &signalling, sizeof signalling);
-    pend_dynamics(t->tree, gravity, t->phi, t->rate, work, acc, force);
+    pend_dynamics(t->tree, loads, t->phi, t->rate, work, acc, force);
     free(work);
 }
 

@@ -4,7 +4,11 @@
 #ifndef TREES_H
 #define TREES_H
 
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
+
+/* Loads of nothing but gravity, m/s^2. */
+#define TEST_LOADS(g) (&(const struct pend_loads){.gravity = (g)})
 
 enum test_tree_kind {
     TEST_TREE_ATTACHED,    /* each arm hangs on a random earlier one: depth about log n */
@@ -62,7 +66,8 @@ void test_tree_clear(struct test_tree *t);
 
 /** pend_dynamics of the tree in its state, with scratch of its own that begins as signalling NaN.
  */
-void test_tree_dynamics(const struct test_tree *t, double gravity, double acc[], double force[]);
+void test_tree_dynamics(const struct test_tree *t, const struct pend_loads *loads, double acc[],
+                        double force[]);
 
 /** Largest |a - b| over the largest |b| (0 when both are all 0); NaN when anything is. */
 double test_gap(int n, const double a[], const double b[]);

@@ -33,7 +33,7 @@ static struct pend_problem law_problem(const struct test_tree *t, int method, do
                                        long count) {
     return (struct pend_problem){
         .tree = t->tree,
-        .gravity = 9.81,
+        .loads.gravity = 9.81,
         .phi = t->phi,
         .rate = t->rate,
         .rtol = law_method[method].rtol,
@@ -248,10 +248,10 @@ TEST(integration_does_not_care_for_the_unit_of_time) {
     for (int m = 0; m < LAW_METHODS; m++) {
         struct test_record fast, slow;
         struct pend_problem problem = law_problem(&t, m, 1, 11);
-        problem.gravity = 8;
+        problem.loads.gravity = 8;
         test_record(&fast, law_method[m].name, &problem);
         for (int k = 0; k < ARMS; k++) t.rate[k] /= 2;
-        problem.gravity = 2;
+        problem.loads.gravity = 2;
         problem.times.span = 2;
         test_record(&slow, law_method[m].name, &problem);
         for (int k = 0; k < ARMS; k++) t.rate[k] *= 2;

@@ -45,8 +45,8 @@ static void worst_check(const struct worst *worst, double acc, double force, con
 static void worst_of(struct worst *worst, const struct test_tree *t, unsigned long long seed) {
     double acc[MOST], force[MOST];
     test_quad exact_acc[MOST], exact_force[MOST];
-    test_tree_dynamics(t, 9.81, acc, force);
-    test_quad_dynamics(t->tree, 9.81, t->phi, t->rate, exact_acc, exact_force);
+    test_tree_dynamics(t, TEST_LOADS(9.81), acc, force);
+    test_quad_dynamics(t->tree, TEST_LOADS(9.81), t->phi, t->rate, exact_acc, exact_force);
     worst_note(worst, test_quad_gap(t->n, acc, exact_acc), test_quad_gap(t->n, force, exact_force),
                t->n, seed);
 }
@@ -133,9 +133,9 @@ TEST(law_fast_form_agrees_with_gsl) {
         unsigned long long begin = seed;
         int n = 1 + test_random_int(&seed, i < TEST_TREE_KINDS ? MOST : 50);
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, 0.3, &seed);
-        test_tree_dynamics(&t, 9.81, acc, force);
-        REQUIRE(pend_reference_dynamics(t.tree, 9.81, t.phi, t.rate, matrix_acc, matrix_force) ==
-                PEND_OK);
+        test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
+        REQUIRE(pend_reference_dynamics(t.tree, TEST_LOADS(9.81), t.phi, t.rate, matrix_acc,
+                                        matrix_force) == PEND_OK);
         worst_note(&worst, test_gap(n, acc, matrix_acc), test_gap(n, force, matrix_force), n,
                    begin);
         test_tree_clear(&t);
@@ -150,15 +150,15 @@ TEST(law_of_the_matrix_form_notices_wrong_variants) {
     double acc[8], force[8];
     test_quad exact_acc[8], exact_force[8];
     test_tree_random(&t, TEST_TREE_ATTACHED, 8, 0.3, &seed);
-    test_quad_dynamics(t.tree, 9.81, t.phi, t.rate, exact_acc, exact_force);
-    test_tree_dynamics(&t, -9.81, acc, force);
+    test_quad_dynamics(t.tree, TEST_LOADS(9.81), t.phi, t.rate, exact_acc, exact_force);
+    test_tree_dynamics(&t, TEST_LOADS(-9.81), acc, force);
     CHECK_SAYING(test_quad_gap(8, acc, exact_acc) > 1e-2, "gravity upwards goes unseen");
-    test_tree_dynamics(&t, 9.81, acc, force);
+    test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
     for (int k = 0; k < 8; k++) force[k] = -force[k];
     CHECK_SAYING(test_quad_gap(8, force, exact_force) > 1e-2,
                  "tension taken for compression goes unseen");
     t.phi[3] += 1e-9;
-    test_tree_dynamics(&t, 9.81, acc, force);
+    test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
     CHECK_SAYING(test_quad_gap(8, acc, exact_acc) > 1e-12,
                  "an angle that is off by 1e-9 goes unseen");
     CHECK_SAYING(test_quad_gap(8, force, exact_force) > 1e-12,

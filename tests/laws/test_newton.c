@@ -47,7 +47,7 @@ TEST(law_newtons_second_law_holds_at_every_tip) {
         double acc[N], force[N];
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS),
                          2 + test_random_int(&seed, N - 1), 0.3, &seed);
-        test_tree_dynamics(&t, 9.81, acc, force);
+        test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
         worst = fmax(worst, newton_miss(&t, 9.81, acc, force));
         // forces swapped between two arms
         double swap = force[0];
@@ -81,7 +81,7 @@ TEST(law_the_accelerations_conserve_the_energy) {
         double acc[N], force[N];
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS),
                          1 + test_random_int(&seed, N), 0.3, &seed);
-        test_tree_dynamics(&t, 9.81, acc, force);
+        test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
         worst = fmax(worst, power_miss(&t, 9.81, acc));
         for (int k = 0; k < t.n; k++) acc[k] *= 1 + 1e-9;
         spoilt = fmax(spoilt, power_miss(&t, 9.81, acc));
@@ -100,7 +100,7 @@ TEST(law_the_energy_stays_along_a_short_step) {
         struct test_tree t;
         double acc[SMALL], force[SMALL], change[2], scale = 0;
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), SMALL, 0.3, &seed);
-        test_tree_dynamics(&t, 9.81, acc, force);
+        test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
         for (int half = 0; half < 2; half++) {
             double h = 1e-3 / (1 + half), total[2];
             for (int side = 0; side < 2; side++) {
@@ -109,9 +109,10 @@ TEST(law_the_energy_stays_along_a_short_step) {
                     phi[k] = t.phi[k] + s * t.rate[k];
                     rate[k] = t.rate[k] + s * acc[k];
                 }
-                struct pend_energy energy = pend_kinematics_energy(t.tree, 9.81, phi, rate);
+                struct pend_energy energy =
+                    pend_kinematics_energy(t.tree, TEST_LOADS(9.81), phi, rate);
                 total[side] = energy.kinetic + energy.potential;
-                scale = pend_kinematics_energy_scale(t.tree, 9.81, energy.kinetic);
+                scale = pend_kinematics_energy_scale(t.tree, TEST_LOADS(9.81), energy.kinetic);
             }
             change[half] = (total[1] - total[0]) / scale;
         }
@@ -140,12 +141,12 @@ TEST(law_small_motions_about_hanging_are_the_linearization) {
             theta[k] = t.phi[k] + 1.5707963267948966 + 6.123233995736766e-17;
             t.rate[k] = 0;
         }
-        REQUIRE(pend_reference_linearization(t.tree, 9.81, a, NULL) == PEND_OK);
+        REQUIRE(pend_reference_linearization(t.tree, TEST_LOADS(9.81), a, NULL) == PEND_OK);
         for (int i = 0; i < SMALL; i++) {
             want[i] = 0;
             for (int j = 0; j < SMALL; j++) want[i] -= a[i * SMALL + j] * theta[j];
         }
-        test_tree_dynamics(&t, 9.81, acc, force);
+        test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
         worst = fmax(worst, test_gap(SMALL, acc, want));
         for (int i = 0; i < SMALL; i++) want[i] = -want[i];
         spoilt = fmax(spoilt, test_gap(SMALL, acc, want));

@@ -21,7 +21,7 @@ struct answer {
 
 static struct answer answer_of(const struct test_tree *t, double gravity) {
     struct answer stored, answer = {{0}, {0}};
-    test_tree_dynamics(t, gravity, stored.acc, stored.force);
+    test_tree_dynamics(t, TEST_LOADS(gravity), stored.acc, stored.force);
     for (int i = 0; i < t->n; i++) {
         answer.acc[i] = stored.acc[t->tree->place[i]];
         answer.force[i] = stored.force[t->tree->place[i]];

@@ -34,8 +34,8 @@ static int motion_init(struct motion *m) {
     if (pend_tree_new(&m->tree, m->n, paper ? paper_length : one, paper ? paper_mass : one,
                       paper ? paper_parent : chain, NULL) != PEND_OK)
         return 0;
-    m->problem =
-        (struct pend_problem){.tree = m->tree, .gravity = 9.81, .phi = m->start, .rate = m->rest};
+    m->problem = (struct pend_problem){
+        .tree = m->tree, .loads.gravity = 9.81, .phi = m->start, .rate = m->rest};
     m->problem.times =
         (struct pend_times){.count = INSTANTS, .span = m->stop, .divisor = INSTANTS - 1};
     test_record_blocks(&m->exact, pend_method_taylor.extended, &m->problem, INSTANTS, INFINITY);
@@ -172,7 +172,7 @@ TEST(tolerances_of_members_and_of_32_digits_are_those_of_taylor) {
         double rtol = pow(10, -e);
         struct member_end end = {.motion = &motion};
         struct pend_ensemble_problem problem = {.tree = motion.tree,
-                                                .gravity = 9.81,
+                                                .loads.gravity = 9.81,
                                                 .duration = motion.stop,
                                                 .rtol = rtol,
                                                 .atol = rtol,

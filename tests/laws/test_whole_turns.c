@@ -37,7 +37,7 @@ static struct pend_problem pair_problem(const struct pair *pair, const double ph
     int rest = phi == pair->rest;
     return (struct pend_problem){
         .tree = pair->tree,
-        .gravity = 9.81,
+        .loads.gravity = 9.81,
         .phi = phi,
         .phi_low = rest ? pair->rest_low : NULL,
         .rate = huge_rate,
@@ -136,7 +136,7 @@ TEST(whole_turns_do_not_matter_to_members) {
         REQUIRE(pair_init(&pair, huge_phi[i]));
         struct crowd crowd = {.phi = {huge_phi[i], pair.rest}};
         struct pend_ensemble_problem problem = {.tree = pair.tree,
-                                                .gravity = 9.81,
+                                                .loads.gravity = 9.81,
                                                 .duration = 2,
                                                 .rtol = 1e-12,
                                                 .bound = M_PI,
@@ -168,7 +168,7 @@ TEST(whole_turns_do_not_matter_to_members) {
 static double first_passage(const struct pair *pair, const double phi[ARMS],
                             double state[2 * ARMS]) {
     struct pend_section_problem problem = {.tree = pair->tree,
-                                           .gravity = 9.81,
+                                           .loads.gravity = 9.81,
                                            .phi = phi,
                                            .rate = huge_rate,
                                            .duration = 10,
@@ -188,7 +188,7 @@ static double first_passage(const struct pair *pair, const double phi[ARMS],
 
 static double exponent(const struct pair *pair, const double phi[ARMS]) {
     struct pend_lyapunov_problem problem = {.tree = pair->tree,
-                                            .gravity = 9.81,
+                                            .loads.gravity = 9.81,
                                             .phi = phi,
                                             .rate = huge_rate,
                                             .interval = 0.5,

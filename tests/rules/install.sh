@@ -41,7 +41,7 @@ int main(void) {
     int done = 0;
     samples.cap = 2, samples.t = t, samples.phi = angle;
     if (pend_tree_new(&tree, 2, length, mass, parent, NULL) != PEND_OK) return 1;
-    problem.tree = tree, problem.gravity = 9.81, problem.phi = phi, problem.rate = rate;
+    problem.tree = tree, problem.loads.gravity = 9.81, problem.phi = phi, problem.rate = rate;
     problem.times.count = 2, problem.times.span = 1, problem.times.divisor = 1;
     const struct pend_method *method = pend_method_at(0);
     problem.rtol = method->rtol_default;

@@ -21,6 +21,7 @@
 #endif
 
 #define GRAVITY 9.81
+static const struct pend_loads loads = {.gravity = GRAVITY};
 
 static double now(void) {
     struct timespec time;
@@ -104,15 +105,15 @@ static void subject_lanes(struct subject *s) {
 /* the forms: each evaluates its state, or its states, once */
 
 static void run_ours(struct subject *s) {
-    pend_dynamics(s->tree, GRAVITY, s->phi, s->rate, s->work, s->acc, s->force);
+    pend_dynamics(s->tree, &loads, s->phi, s->rate, s->work, s->acc, s->force);
 }
 
 static void run_careful(struct subject *s) {
-    pend_dynamics_careful(s->tree, GRAVITY, s->phi, s->rate, s->work, s->acc, s->force);
+    pend_dynamics_careful(s->tree, &loads, s->phi, s->rate, s->work, s->acc, s->force);
 }
 
 static void run_lanes(struct subject *s) {
-    pend_dynamics_vec(s->tree, GRAVITY, s->lane_phi, s->lane_rate, s->lane_work, s->lane_acc,
+    pend_dynamics_vec(s->tree, &loads, s->lane_phi, s->lane_rate, s->lane_work, s->lane_acc,
                       s->lane_force);
 }
 
@@ -345,7 +346,7 @@ static void errors(struct subject *s, const struct line *line, double *acc, doub
     test_quad *exact_acc = must(malloc(n * sizeof *exact_acc)),
               *exact_force = must(malloc(n * sizeof *exact_force));
     if (s->n <= EXACT_ARMS) {
-        test_quad_dynamics(s->tree, GRAVITY, s->phi, s->rate, exact_acc, exact_force);
+        test_quad_dynamics(s->tree, &loads, s->phi, s->rate, exact_acc, exact_force);
     } else {
         run_careful(s);
         for (size_t k = 0; k < n; k++) exact_acc[k] = s->acc[k], exact_force[k] = s->force[k];

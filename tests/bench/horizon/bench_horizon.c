@@ -124,7 +124,7 @@ static struct pend_problem problem_of(const struct motion *motion, double durati
     long count = 1 + (long)ceil(duration / spacing);
     return (struct pend_problem){
         .tree = motion->tree,
-        .gravity = gravity,
+        .loads.gravity = gravity,
         .phi = motion->phi,
         .rate = motion->rate,
         .times = {.count = count, .span = duration, .divisor = (double)(count - 1)}};
@@ -234,7 +234,8 @@ static int members_deliver(void *context, long i, const struct pend_outcome *out
 }
 
 static void members_rows(void *context, long i, long first, int count, const double phi[],
-                         const double rate[], const double force[]) {
+                         const double rate[], const double force[], const double theta[]) {
+    (void)theta;
     const struct members *members = context;
     const int *order = members->start[i].tree->order;
     const double *from[3] = {phi, rate, force};
@@ -281,7 +282,7 @@ static void study_members(void) {
         }
         struct pend_problem alone = problem_of(&members.start[0], duration);
         struct pend_ensemble_problem problem = {.tree = tree,
-                                                .gravity = gravity,
+                                                .loads.gravity = gravity,
                                                 .duration = duration,
                                                 .rtol = 1e-12,
                                                 .fetch = members_fetch,
@@ -339,7 +340,7 @@ static void study_sections(void) {
         struct rows rows = {.count = 0}, exact;
         double least[2] = {INFINITY, INFINITY};
         struct pend_section_problem problem = {.tree = motion.tree,
-                                               .gravity = gravity,
+                                               .loads.gravity = gravity,
                                                .phi = motion.phi,
                                                .rate = motion.rate,
                                                .duration = draw(10, 60),

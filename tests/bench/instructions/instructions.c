@@ -12,6 +12,7 @@
 #include "core/tree/tree.h"
 
 #define GRAVITY 9.81
+static const struct pend_loads loads = {.gravity = GRAVITY};
 
 static double random_number(unsigned long long *state) {
     unsigned long long x = (*state += 0x9e3779b97f4a7c15ull);
@@ -68,29 +69,29 @@ static void subject_clear(struct subject *s) {
 
 COUNTED count_one(struct subject *s);
 COUNTED count_one(struct subject *s) {
-    pend_dynamics_for(PEND_ISA_AVX2, s->tree, GRAVITY, s->phi, s->rate, s->work, s->acc, s->force);
+    pend_dynamics_for(PEND_ISA_AVX2, s->tree, &loads, s->phi, s->rate, s->work, s->acc, s->force);
 }
 
 COUNTED count_huge(struct subject *s);
 COUNTED count_huge(struct subject *s) {
-    pend_dynamics_for(PEND_ISA_AVX2, s->tree, GRAVITY, s->phi, s->rate, s->work, s->acc, s->force);
+    pend_dynamics_for(PEND_ISA_AVX2, s->tree, &loads, s->phi, s->rate, s->work, s->acc, s->force);
 }
 
 COUNTED count_chain(struct subject *s);
 COUNTED count_chain(struct subject *s) {
-    pend_dynamics_for(PEND_ISA_AVX2, s->tree, GRAVITY, s->phi, s->rate, s->work, s->acc, s->force);
+    pend_dynamics_for(PEND_ISA_AVX2, s->tree, &loads, s->phi, s->rate, s->work, s->acc, s->force);
 }
 
 COUNTED count_lanes(struct subject *s);
 COUNTED count_lanes(struct subject *s) {
-    pend_dynamics_vec_for(PEND_ISA_AVX2, s->tree, GRAVITY, s->phi, s->rate, s->work, s->acc,
+    pend_dynamics_vec_for(PEND_ISA_AVX2, s->tree, &loads, s->phi, s->rate, s->work, s->acc,
                           s->force);
 }
 
 /* steps of the Taylor method */
 static void steps(const struct subject *s, int count) {
     struct pend_problem problem = {
-        .tree = s->tree, .gravity = GRAVITY, .phi = s->phi, .rate = s->rate};
+        .tree = s->tree, .loads.gravity = GRAVITY, .phi = s->phi, .rate = s->rate};
     struct pend_error error;
     void *stepper;
     double reached;

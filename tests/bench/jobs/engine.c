@@ -39,7 +39,7 @@ int main(int argc, char **argv) {
     long members = 0, share = argc > 3 ? atol(argv[3]) : 1;
     if (pend_tree_new(&tree, 2, length, mass, parent, NULL) != PEND_OK) return 1;
     struct pend_ensemble_problem problem = {.tree = tree,
-                                            .gravity = 9.81,
+                                            .loads.gravity = 9.81,
                                             .duration = 20,
                                             .rtol = argc > 3 ? atof(argv[2]) : 1e-9,
                                             .fetch = map_fetch,

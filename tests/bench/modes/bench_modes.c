@@ -15,6 +15,7 @@
 #include "core/modes/modes_gsl.h"
 
 #define GRAVITY 9.81
+static const struct pend_loads loads = {.gravity = GRAVITY};
 
 typedef void dsyevd_fn(const char *, const char *, const int *, double *, const int *, double *,
                        double *, const int *, int *, const int *, int *);
@@ -116,7 +117,7 @@ static void subject_clear(struct subject *s) {
 /* ours: all or part */
 static double time_modes(const struct subject *s, struct pend_modes_request request) {
     struct pend_modes *modes;
-    request.gravity = GRAVITY;
+    request.loads.gravity = GRAVITY;
     double begin = now();
     if (pend_modes_select(&modes, s->tree, &request, NULL)) exit(1);
     double time = now() - begin;
@@ -127,7 +128,7 @@ static double time_modes(const struct subject *s, struct pend_modes_request requ
 static double time_gsl(const struct subject *s) {
     struct pend_modes *modes;
     double begin = now();
-    if (pend_modes_gsl_new(&modes, s->tree, GRAVITY, 1, NULL)) exit(1);
+    if (pend_modes_gsl_new(&modes, s->tree, &loads, 1, NULL)) exit(1);
     double time = now() - begin;
     pend_modes_free(&modes);
     return time;
@@ -303,12 +304,13 @@ static double residual_of(const struct subject *s, const struct pend_modes *mode
  * the sum of 1/omega^2
  */
 static void print_accuracy(const struct line *line, const struct subject *s) {
-    struct pend_modes_request request = line->request,
-                              last = {GRAVITY, .select = PEND_SELECT_FASTEST, .count = 1};
+    struct pend_modes_request request = line->request, last = {.loads.gravity = GRAVITY,
+                                                               .select = PEND_SELECT_FASTEST,
+                                                               .count = 1};
     struct pend_modes *modes, *fastest;
     double trace = 0, orthogonality = 0, residual = 0,
            *x = must(malloc(2 * (size_t)s->n * sizeof *x)), *y = x + s->n;
-    request.gravity = GRAVITY;
+    request.loads.gravity = GRAVITY;
     if (pend_modes_select(&modes, s->tree, &request, NULL)) exit(1);
     if (pend_modes_select(&fastest, s->tree, &last, NULL)) exit(1);
     for (int i = modes->count - 1; i >= 0; i--)

@@ -60,7 +60,7 @@ static void ensemble(struct bench *bench, struct pend_ensemble_problem problem, 
     struct pend_tree *tree = pendulum(n);
     struct pend_ensemble *work;
     problem.tree = tree;
-    problem.gravity = 9.81;
+    problem.loads.gravity = 9.81;
     problem.deliver = drop;
     if (pend_ensemble_new(&work, &problem, pend_isa_best(), NULL) != PEND_OK)
         bench_broken("ensemble");
@@ -113,7 +113,8 @@ static void singly(struct bench *bench, const char *name, double tolerance) {
     long i = 0;
     while (bench_go(bench, 1)) {
         double t[2], phi[4], rate[4], from[2], rest[2] = {0, 0};
-        struct pend_problem problem = {.tree = tree, .gravity = 9.81, .phi = from, .rate = rest};
+        struct pend_problem problem = {
+            .tree = tree, .loads.gravity = 9.81, .phi = from, .rate = rest};
         struct pend_samples samples = {.cap = 2, .t = t, .phi = phi, .rate = rate};
         struct pend_run *run;
         int done = 0;

@@ -19,7 +19,8 @@
 
 enum { ARMS = 2 };
 
-static const double one[ARMS] = {1, 1}, pull = 9.81;
+static const struct pend_loads loads = {.gravity = 9.81};
+static const double one[ARMS] = {1, 1};
 static const int chain[ARMS] = {-1, 0};
 /* theta = (2, 2.5), at rest; the state after 20 s to 15 digits and more */
 static const double tumble[ARMS] = {2 - M_PI_2, 2.5 - M_PI_2}, still[ARMS];
@@ -48,11 +49,8 @@ static int pair_deliver(void *context, long i, const struct pend_outcome *outcom
 static void extended(struct bench *bench, int single) {
     struct pend_tree *tree = pair_new();
     struct pend_extended *extended;
-    struct pend_ensemble_problem problem = {.tree = tree,
-                                            .gravity = pull,
-                                            .duration = 20,
-                                            .fetch = pair_fetch,
-                                            .deliver = pair_deliver};
+    struct pend_ensemble_problem problem = {
+        .tree = tree, .loads = loads, .duration = 20, .fetch = pair_fetch, .deliver = pair_deliver};
     if (pend_extended_new(&extended, tree, 1e-30, 0, single, pend_isa_best(), NULL) != PEND_OK)
         bench_broken("memory");
     long count = single ? 1 : pend_extended_width(extended);
@@ -64,7 +62,7 @@ static void extended(struct bench *bench, int single) {
             if (pend_extended_run(extended, &problem, 0, count) != PEND_OK) bench_broken("members");
             continue;
         }
-        pend_extended_start(extended, 0, pull, &start, 20);
+        pend_extended_start(extended, 0, &loads, &start, 20);
         while (pend_extended_lane(extended, 0) == PEND_EXTENDED_UNDER_WAY)
             pend_extended_step(extended);
         pend_extended_end(extended, 0, &end);
@@ -143,7 +141,7 @@ static double quad_step(struct quad *q) {
         s->rate[k] = q->rate[k];
     }
     jets_factor(s);
-    jets_orders(s, pull, ORDER);
+    jets_orders(s, loads.gravity, ORDER);
     for (int k = 0; k < ARMS; k++)
         lead = fmax(lead, fmax(fabs((double)s->rate[k]), fabs((double)s->rate[ARMS + k])));
     for (int j = ORDER - 3; j <= ORDER; j++)
@@ -184,10 +182,10 @@ static void swing_tell(struct bench *bench, char *text, double worst) {
 }
 
 static double swing_error(const struct pend_tree *tree, const double phi[], const double rate[]) {
-    struct pend_energy first = pend_kinematics_energy(tree, pull, swing, still);
-    struct pend_energy now = pend_kinematics_energy(tree, pull, phi, rate);
+    struct pend_energy first = pend_kinematics_energy(tree, &loads, swing, still);
+    struct pend_energy now = pend_kinematics_energy(tree, &loads, phi, rate);
     return fabs(now.kinetic + now.potential - first.kinetic - first.potential) /
-           pend_kinematics_energy_scale(tree, pull, first.kinetic);
+           pend_kinematics_energy_scale(tree, &loads, first.kinetic);
 }
 
 static void swing_method(struct bench *bench, const struct pend_method *method, double rtol,
@@ -195,7 +193,7 @@ static void swing_method(struct bench *bench, const struct pend_method *method, 
     struct pend_tree *tree = pair_new();
     double phi[ARMS], rate[ARMS], worst = 0;
     struct pend_problem problem = {
-        .tree = tree, .gravity = pull, .phi = swing, .rate = still, .rtol = rtol};
+        .tree = tree, .loads = loads, .phi = swing, .rate = still, .rtol = rtol};
     problem.times = (struct pend_times){.count = 2, .span = 1000, .divisor = 1};
     while (bench_go(bench, 1000)) {
         void *stepper;
@@ -230,7 +228,7 @@ static int swing_derivative(double t, const double y[], double f[], void *contex
     const struct swing_equations *equations = context;
     (void)t;
     memcpy(f, y + ARMS, ARMS * sizeof(double));
-    pend_dynamics(equations->tree, pull, y, y + ARMS, equations->work, f + ARMS, NULL);
+    pend_dynamics(equations->tree, &loads, y, y + ARMS, equations->work, f + ARMS, NULL);
     return GSL_SUCCESS;
 }
 

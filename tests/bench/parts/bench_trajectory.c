@@ -16,7 +16,7 @@ static void integrate(struct bench *bench, const char *name, double tolerance) {
     static double t[INSTANTS], phi[INSTANTS * ARMS], rate[INSTANTS * ARMS], force[INSTANTS * ARMS];
     struct pend_tree *tree;
     if (pend_tree_new(&tree, ARMS, length, mass, parent, NULL) != PEND_OK) bench_broken("tree");
-    struct pend_problem problem = {.tree = tree, .gravity = 9.81, .phi = rest, .rate = rest};
+    struct pend_problem problem = {.tree = tree, .loads.gravity = 9.81, .phi = rest, .rate = rest};
     problem.times = (struct pend_times){.count = INSTANTS, .start = 0, .span = 5, .divisor = 500};
     problem.rtol = problem.atol = tolerance;
     while (bench_go(bench, 1)) {

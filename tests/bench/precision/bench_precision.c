@@ -52,8 +52,8 @@ static void system_init(struct bench_system *s, const char *name, int n, const d
     if (pend_tree_new(&s->tree, n, length, mass, parent, NULL) != PEND_OK) broken(name);
     s->phi = room((size_t)n * sizeof(double));
     s->rate = room((size_t)n * sizeof(double));
-    s->problem =
-        (struct pend_problem){.tree = s->tree, .gravity = 9.81, .phi = s->phi, .rate = s->rate};
+    s->problem = (struct pend_problem){
+        .tree = s->tree, .loads.gravity = 9.81, .phi = s->phi, .rate = s->rate};
     s->problem.times =
         (struct pend_times){.count = INSTANTS, .span = stop, .divisor = INSTANTS - 1};
 }

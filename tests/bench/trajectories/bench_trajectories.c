@@ -30,7 +30,7 @@ static void broken(const char *what) {
 }
 
 static void finish(struct problem *problem, int n, const struct start *start) {
-    problem->gravity = 9.81;
+    problem->loads.gravity = 9.81;
     if (pend_tree_new(&problem->tree, n, start->length, start->mass, start->parent, NULL) !=
         PEND_OK)
         broken("tree");
@@ -113,7 +113,7 @@ static int solve(const struct pend_method *method, const struct problem *problem
                  double phi[]) {
     static double t[4096];
     struct pend_problem ask = {.tree = problem->tree,
-                               .gravity = problem->gravity,
+                               .loads = problem->loads,
                                .phi = problem->phi,
                                .rate = problem->rate,
                                .rtol = tolerance};
@@ -154,10 +154,10 @@ static int crowd_deliver(void *context, long i, const struct pend_outcome *outco
 }
 
 static void crowd_rows(void *context, long i, long first, int count, const double phi[],
-                       const double rate[], const double force[]) {
+                       const double rate[], const double force[], const double theta[]) {
     struct crowd *crowd = context;
     size_t n = (size_t)crowd->problem->tree->n;
-    (void)rate, (void)force;
+    (void)rate, (void)force, (void)theta;
     if (!i) memcpy(crowd->phi + (size_t)first * n, phi, (size_t)count * n * sizeof *phi);
 }
 
@@ -167,7 +167,7 @@ static int lanes(const struct problem *problem, double tolerance, double phi[]) 
     struct pend_ensemble *ensemble;
     for (int i = 0; i < problem->count; i++) t[i] = problem_time(problem, i);
     struct pend_ensemble_problem ask = {.tree = problem->tree,
-                                        .gravity = problem->gravity,
+                                        .loads = problem->loads,
                                         .duration = problem->stop,
                                         .rtol = fmax(tolerance, 1e-16),
                                         .times = t,

@@ -51,7 +51,7 @@ static int peers_fast(double t, const double y[], double f[], void *context) {
     size_t n = (size_t)x->n;
     (void)t;
     memcpy(f, y + n, n * sizeof *f);
-    pend_dynamics(x->problem->tree, x->problem->gravity, y, y + n, x->work, f + n, NULL);
+    pend_dynamics(x->problem->tree, &x->problem->loads, y, y + n, x->work, f + n, NULL);
     return 0;
 }
 
@@ -93,7 +93,8 @@ static int peers_matrix(double t, const double y[], double f[], void *context) {
     }
     for (int i = 0; i < n; i++) {
         const double *gram = x->gram + (size_t)i * (size_t)n;
-        double *re = x->re + (size_t)i * (size_t)n, sum = -x->problem->gravity * c[i] * x->hung[i];
+        double *re = x->re + (size_t)i * (size_t)n,
+               sum = -x->problem->loads.gravity * c[i] * x->hung[i];
         for (int j = 0; j < n; j++) sum += gram[j] * (c[i] * s[j] - s[i] * c[j]) * w[j] * w[j];
         for (int j = 0; j <= i; j++) re[j] = gram[j] * (c[i] * c[j] + s[i] * s[j]);
         b[i] = sum;

@@ -4,6 +4,7 @@
 #ifndef BENCH_PROBLEM_H
 #define BENCH_PROBLEM_H
 
+#include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
 enum { PROBLEM_ARMS_MAX = 256 };
@@ -13,7 +14,7 @@ struct problem {
     int count;                 /* instants, from 0 to stop */
     int members;               /* of an ensemble, whose time is a member's; 0 = one trajectory */
     double stop, until, error; /* s; the error, rad, is to be reached up to `until` */
-    double gravity;
+    struct pend_loads loads;
     struct pend_tree *tree;
     double phi[PROBLEM_ARMS_MAX], rate[PROBLEM_ARMS_MAX]; /* start */
 };

@@ -23,7 +23,7 @@ TEST(dynamics_of_a_single_arm_are_the_textbooks) {
         struct test_tree t;
         double acc, force, g = 20 * test_random(&seed) - 5;
         test_tree_random(&t, TEST_TREE_CHAIN, 1, 2, &seed);
-        test_tree_dynamics(&t, g, &acc, &force);
+        test_tree_dynamics(&t, TEST_LOADS(g), &acc, &force);
         double l = t.length[0], m = t.mass[0], pull = m * l * t.rate[0] * t.rate[0],
                weight = m * g * sin(t.phi[0]);
         worst_acc = fmax(worst_acc, fabs(acc + g * cos(t.phi[0]) / l) / fabs(g / l));
@@ -43,7 +43,7 @@ TEST(dynamics_of_a_hanging_tree_carry_the_weights) {
         struct test_tree t;
         test_tree_random(&t, (enum test_tree_kind)kind, N, 2, &seed);
         for (int k = 0; k < N; k++) t.phi[k] = DOWN, t.rate[k] = 0;
-        test_tree_dynamics(&t, 9.81, acc, force);
+        test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
         for (int k = 0; k < N; k++) {
             // lambda = -(g S^T m), arm by arm
             worst = fmax(worst, fabs(force[k] / (-9.81 * t.tree->subtree_mass[k]) - 1));
@@ -73,7 +73,7 @@ TEST(dynamics_reproduce_the_papers_forces_for_one_tree_alone) {
                 int arm = t.tree->order[k];
                 phi[k] = row[i].phi[arm], rate[k] = row[i].rate[arm], want[k] = row[i].force[arm];
             }
-            test_tree_dynamics(&t, 9.81, acc, force);
+            test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
             worst = fmax(worst, test_gap(4, force, want));
         }
         if (worst < 0.1) {
@@ -107,7 +107,7 @@ TEST(dynamics_of_a_double_pendulum_are_the_textbooks) {
         double acc[2], force[2], book[2], angle[2];
         test_tree_init(&t, 2, (const int[]){-1, 0}, 0.3, &seed);
         for (int k = 0; k < 2; k++) angle[k] = t.phi[k] - DOWN;
-        test_tree_dynamics(&t, 9.81, acc, force);
+        test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
         double_pendulum(t.length, t.mass, 9.81, angle, t.rate, book);
         worst = fmax(worst, test_gap(2, acc, book));
         test_tree_clear(&t);
@@ -121,8 +121,8 @@ TEST(dynamics_keep_their_promises) {
     double acc[N], force[N], alone[N], aliased[N];
     struct test_tree t;
     test_tree_random(&t, TEST_TREE_ATTACHED, N, 1, &seed);
-    test_tree_dynamics(&t, 9.81, acc, force);
-    test_tree_dynamics(&t, 9.81, alone, NULL);
+    test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
+    test_tree_dynamics(&t, TEST_LOADS(9.81), alone, NULL);
     CHECK_SAYING(!memcmp(acc, alone, sizeof acc),
                  "without forces the accelerations are other bits");
 
@@ -133,7 +133,7 @@ TEST(dynamics_keep_their_promises) {
     memset(work, 0xff, pend_dynamics_work_bytes(N));
     memcpy(aliased, t.rate, sizeof aliased);
     long before = test_alloc_count();
-    pend_dynamics(t.tree, 9.81, t.phi, aliased, work, aliased, alone);
+    pend_dynamics(t.tree, TEST_LOADS(9.81), t.phi, aliased, work, aliased, alone);
     CHECK_INT(test_alloc_count(), before);
     CHECK_SAYING(!memcmp(acc, aliased, sizeof acc),
                  "with acc on top of rate the accelerations are other bits");
@@ -157,8 +157,8 @@ struct worst {
 static void worst_of(struct worst *worst, const struct test_tree *t) {
     double acc[64], force[64];
     test_quad exact_acc[64], exact_force[64];
-    test_tree_dynamics(t, 9.81, acc, force);
-    test_quad_dynamics(t->tree, 9.81, t->phi, t->rate, exact_acc, exact_force);
+    test_tree_dynamics(t, TEST_LOADS(9.81), acc, force);
+    test_quad_dynamics(t->tree, TEST_LOADS(9.81), t->phi, t->rate, exact_acc, exact_force);
     double gap_acc = test_quad_gap(t->n, acc, exact_acc),
            gap_force = test_quad_gap(t->n, force, exact_force);
     if (!(gap_acc <= worst->acc)) worst->acc = gap_acc;
@@ -245,10 +245,10 @@ TEST(dynamics_bear_the_smallest_masses_there_are) {
     test_tree_random(&t, TEST_TREE_ATTACHED, 6, 0, &seed);
     for (int k = 0; k < 6; k++) t.mass[k] = 1 + test_random_int(&seed, 9);
     test_tree_rebuild(&t);
-    test_tree_dynamics(&t, 9.81, acc, force);
+    test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
     for (int k = 0; k < 6; k++) t.mass[k] = ldexp(t.mass[k], -1074);
     test_tree_rebuild(&t);
-    test_tree_dynamics(&t, 9.81, acc_tiny, force_tiny);
+    test_tree_dynamics(&t, TEST_LOADS(9.81), acc_tiny, force_tiny);
     CHECK_RESIDUAL(test_gap(6, acc_tiny, acc), 1e-15, "phi'' with masses of a few times 5e-324");
     test_tree_clear(&t);
 }
@@ -262,10 +262,10 @@ TEST(dynamics_do_not_care_how_heavy_the_unit_of_mass_is) {
         double acc[N], force[N], acc_scaled[N], force_scaled[N];
         struct test_tree t;
         test_tree_random(&t, TEST_TREE_ATTACHED, N, 2, &seed);
-        test_tree_dynamics(&t, 9.81, acc, force);
+        test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
         for (int k = 0; k < N; k++) t.mass[k] *= unit[i % 4];
         test_tree_rebuild(&t);
-        test_tree_dynamics(&t, 9.81, acc_scaled, force_scaled);
+        test_tree_dynamics(&t, TEST_LOADS(9.81), acc_scaled, force_scaled);
         for (int k = 0; k < N; k++) force_scaled[k] /= unit[i % 4];
         worst_acc = fmax(worst_acc, test_gap(N, acc_scaled, acc));
         worst_force = fmax(worst_force, test_gap(N, force_scaled, force));
@@ -287,7 +287,7 @@ TEST(dynamics_stay_finite_for_any_masses_and_angles) {
             for (int k = 0; k < n; k++) t.phi[k] = test_random_int(&seed, 4) * DOWN;
         if (i % 7 == 0)
             for (int k = 0; k < n; k++) t.phi[k] *= 1e15;
-        test_tree_dynamics(&t, 9.81, acc, force);
+        test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
         faulty += !all_finite(n, acc) || !all_finite(n, force);
         test_tree_clear(&t);
     }
@@ -302,7 +302,7 @@ TEST(dynamics_take_a_hundred_thousand_arms) {
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++) {
         struct test_tree t;
         test_tree_random(&t, (enum test_tree_kind)kind, N, 0.3, &seed);
-        test_tree_dynamics(&t, 9.81, acc, acc + N);
+        test_tree_dynamics(&t, TEST_LOADS(9.81), acc, acc + N);
         CHECK_SAYING(all_finite(2 * N, acc), "%s of %d arms",
                      test_tree_kind_name((enum test_tree_kind)kind), N);
         test_tree_clear(&t);
@@ -365,12 +365,12 @@ TEST(dynamics_of_eight_states_are_those_of_each_to_the_bit) {
             void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
             REQUIRE(work);
             long before = test_alloc_count();
-            pend_dynamics_vec_for((enum pend_isa)isa, t.tree, 9.81, e.phi, e.rate, e.work, e.acc,
-                                  e.force);
+            pend_dynamics_vec_for((enum pend_isa)isa, t.tree, TEST_LOADS(9.81), e.phi, e.rate,
+                                  e.work, e.acc, e.force);
             CHECK_INT(test_alloc_count(), before);
             for (int j = 0; j < 8; j++) {
-                pend_dynamics_for((enum pend_isa)isa, t.tree, 9.81, phi[j], rate[j], work, acc,
-                                  force);
+                pend_dynamics_for((enum pend_isa)isa, t.tree, TEST_LOADS(9.81), phi[j], rate[j],
+                                  work, acc, force);
                 for (int k = 0; k < n; k++)
                     other += acc[k] != e.acc[8 * k + j] || force[k] != e.force[8 * k + j];
             }
@@ -397,8 +397,8 @@ TEST(dynamics_of_huge_trees_have_the_bits_of_lanes) {
         test_tree_random(&t, (enum test_tree_kind)kind, n, 0.3, &seed);
         eight_init(&e, n);
         for (int j = 0; j < 8; j++) eight_fill(&e, j, t.phi, t.rate);
-        pend_dynamics_vec(t.tree, 9.81, e.phi, e.rate, e.work, e.acc, e.force);
-        test_tree_dynamics(&t, 9.81, acc, force);
+        pend_dynamics_vec(t.tree, TEST_LOADS(9.81), e.phi, e.rate, e.work, e.acc, e.force);
+        test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
         for (int k = 0; k < n; k++) {
             other += acc[k] != e.acc[8 * k + 3] || force[k] != e.force[8 * k + 3];
             moved += acc[k] != 0 && force[k] != 0;
@@ -426,10 +426,11 @@ TEST(dynamics_of_many_states_are_those_of_each_to_the_bit) {
     for (int count = 0; count <= MOST; count++) {
         int other = 0;
         memset(acc, 0, sizeof acc);
-        pend_dynamics_many(t.tree, 9.81, count, phi[0], rate[0], work, acc[0], force[0]);
+        pend_dynamics_many(t.tree, TEST_LOADS(9.81), count, phi[0], rate[0], work, acc[0],
+                           force[0]);
         for (int j = 0; j < count; j++) {
             double one_acc[N], one_force[N];
-            pend_dynamics(t.tree, 9.81, phi[j], rate[j], work, one_acc, one_force);
+            pend_dynamics(t.tree, TEST_LOADS(9.81), phi[j], rate[j], work, one_acc, one_force);
             other += memcmp(acc[j], one_acc, sizeof one_acc) ||
                      memcmp(force[j], one_force, sizeof one_force);
         }
@@ -454,8 +455,8 @@ TEST(dynamics_of_a_lane_do_not_depend_on_its_place_or_neighbours) {
             for (int k = 0; k < 8 * N; k++)
                 e.phi[k] = place == 7 ? NAN : 6 * test_random(&seed), e.rate[k] = 1;
             eight_fill(&e, place, t.phi, t.rate);
-            pend_dynamics_vec_for((enum pend_isa)isa, t.tree, 9.81, e.phi, e.rate, e.work, e.acc,
-                                  e.force);
+            pend_dynamics_vec_for((enum pend_isa)isa, t.tree, TEST_LOADS(9.81), e.phi, e.rate,
+                                  e.work, e.acc, e.force);
             int other = 0;
             for (int k = 0; k < N; k++) {
                 if (!place) acc[k] = e.acc[8 * k], force[k] = e.force[8 * k];
@@ -483,8 +484,9 @@ TEST(dynamics_of_every_instruction_set_keep_the_digits) {
                              &seed);
             void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
             REQUIRE(work);
-            pend_dynamics_for((enum pend_isa)isa, t.tree, 9.81, t.phi, t.rate, work, acc, force);
-            test_quad_dynamics(t.tree, 9.81, t.phi, t.rate, exact_acc, exact_force);
+            pend_dynamics_for((enum pend_isa)isa, t.tree, TEST_LOADS(9.81), t.phi, t.rate, work,
+                              acc, force);
+            test_quad_dynamics(t.tree, TEST_LOADS(9.81), t.phi, t.rate, exact_acc, exact_force);
             worst->acc = fmax(worst->acc, test_quad_gap(n, acc, exact_acc));
             worst->force = fmax(worst->force, test_quad_gap(n, force, exact_force));
             free(work);
@@ -512,9 +514,10 @@ TEST(dynamics_of_long_chains_keep_the_digits) {
         for (int k = 0; k < n && i % 4; k++) t.phi[k] = line + spread * (test_random(&seed) - 0.5);
         void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
         REQUIRE(work);
-        test_quad_dynamics(t.tree, 9.81, t.phi, t.rate, exact_acc, exact_force);
+        test_quad_dynamics(t.tree, TEST_LOADS(9.81), t.phi, t.rate, exact_acc, exact_force);
         for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
-            pend_dynamics_for((enum pend_isa)isa, t.tree, 9.81, t.phi, t.rate, work, acc, force);
+            pend_dynamics_for((enum pend_isa)isa, t.tree, TEST_LOADS(9.81), t.phi, t.rate, work,
+                              acc, force);
             worst_acc = fmax(worst_acc, test_quad_gap(n, acc, exact_acc));
             worst_force = fmax(worst_force, test_quad_gap(n, force, exact_force));
             if (isa == PEND_ISA_AVX512)
@@ -547,8 +550,8 @@ TEST(dynamics_have_the_same_bits_with_avx2_and_avx512) {
         void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
         REQUIRE(work);
         for (int j = 0; j < 2; j++)
-            pend_dynamics_for(j ? PEND_ISA_AVX512 : PEND_ISA_AVX2, t.tree, 9.81, t.phi, t.rate,
-                              work, acc[j], force[j]);
+            pend_dynamics_for(j ? PEND_ISA_AVX512 : PEND_ISA_AVX2, t.tree, TEST_LOADS(9.81), t.phi,
+                              t.rate, work, acc[j], force[j]);
         other += memcmp(acc[0], acc[1], sizeof(double) * (size_t)n) ||
                  memcmp(force[0], force[1], sizeof(double) * (size_t)n);
         free(work);

@@ -44,7 +44,7 @@ TEST(kinematics_of_tips_is_the_sum_over_their_paths) {
         double complex z[N], zd[N], zdd[N], tip[N];
         double re[N], im[N], acc[N], force[N];
         test_tree_random(&t, (enum test_tree_kind)kind, N, 1, &seed);
-        test_tree_dynamics(&t, 9.81, acc, force);
+        test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
         for (int k = 0; k < N; k++) {
             z[k] = t.tree->len[k] * cexp(I * t.phi[k]);
             zd[k] = I * t.rate[k] * z[k];
@@ -85,7 +85,7 @@ TEST(kinematics_energy_is_the_sum_over_tips) {
             potential += 9.81L * m * z_im[k];
             size += 9.81L * m * fabs(z_im[k]);
         }
-        struct pend_energy energy = pend_kinematics_energy(t.tree, 9.81, t.phi, t.rate);
+        struct pend_energy energy = pend_kinematics_energy(t.tree, TEST_LOADS(9.81), t.phi, t.rate);
         worst = fmax(worst, fabs((double)((energy.kinetic - kinetic) / kinetic)));
         worst_potential =
             fmax(worst_potential, fabs((double)((energy.potential - potential) / size)));
@@ -109,10 +109,10 @@ TEST(kinematics_energies_of_several_states_are_those_of_each) {
             phi[i] = (i % 11 ? 1 : 1e7) * (test_random(&seed) - 0.5) * 6;
             rate[i] = test_random(&seed) - 0.5;
         }
-        pend_kinematics_energies(t.tree, 9.81, STATES, phi, rate, energy);
+        pend_kinematics_energies(t.tree, TEST_LOADS(9.81), STATES, phi, rate, energy);
         for (int i = 0; i < STATES; i++) {
             struct pend_energy alone =
-                pend_kinematics_energy(t.tree, 9.81, phi + i * n, rate + i * n);
+                pend_kinematics_energy(t.tree, TEST_LOADS(9.81), phi + i * n, rate + i * n);
             same += alone.kinetic == energy[i].kinetic && alone.potential == energy[i].potential;
         }
         test_tree_clear(&t);
@@ -130,8 +130,10 @@ TEST(kinematics_kinetic_energy_is_the_quadratic_form_of_re_m) {
         REQUIRE(pend_reference_mass_matrix(t.tree, t.phi, re, im) == PEND_OK);
         for (int i = 0; i < N; i++)
             for (int j = 0; j < N; j++) form += t.rate[i] * re[i * N + j] * t.rate[j] / 2;
-        worst = fmax(worst,
-                     fabs(pend_kinematics_energy(t.tree, 9.81, t.phi, t.rate).kinetic / form - 1));
+        worst = fmax(
+            worst,
+            fabs(pend_kinematics_energy(t.tree, TEST_LOADS(9.81), t.phi, t.rate).kinetic / form -
+                 1));
         test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-13, "kinetic energy = phi'^T Re M phi' / 2");
@@ -147,15 +149,16 @@ TEST(kinematics_energy_keeps_its_digits_in_a_long_chain) {
     for (int k = 0; k < LONG; k++) one[k] = 1, zero[k] = 0, rate[k] = 3, parent[k] = k - 1;
     REQUIRE(pend_tree_new(&tree, LONG, one, one, parent, NULL) == PEND_OK);
     double n = LONG, squares = n * (n + 1) * (2 * n + 1) / 6;
-    struct pend_energy energy = pend_kinematics_energy(tree, 9.81, zero, rate);
+    struct pend_energy energy = pend_kinematics_energy(tree, TEST_LOADS(9.81), zero, rate);
     CHECK(energy.kinetic == 4.5 * squares);
     CHECK(energy.potential == 0);
     for (int k = 0; k < LONG; k++) zero[k] = 1.5707963267948966;
-    energy = pend_kinematics_energy(tree, 9.81, zero, rate);
+    energy = pend_kinematics_energy(tree, TEST_LOADS(9.81), zero, rate);
     CHECK(fabs(energy.potential / (9.81 * n * (n + 1) / 2) - 1) < 1e-15);
-    CHECK_RESIDUAL(
-        fabs(pend_kinematics_energy_scale(tree, -9.81, 7) / (9.81 * n * (n + 1) / 2 + 7) - 1),
-        1e-15, "energy scale of a chain");
+    CHECK_RESIDUAL(fabs(pend_kinematics_energy_scale(tree, TEST_LOADS(-9.81), 7) /
+                            (9.81 * n * (n + 1) / 2 + 7) -
+                        1),
+                   1e-15, "energy scale of a chain");
     pend_tree_free(&tree);
     free(one);
     free(parent);
@@ -177,7 +180,7 @@ TEST(kinematics_energy_keeps_its_digits_in_a_wide_star) {
         moment += (long double)t.tree->mass[k] * v[3 * WIDE + k];
         size += (long double)t.tree->mass[k] * fabs(v[3 * WIDE + k]);
     }
-    struct pend_energy energy = pend_kinematics_energy(t.tree, 1, t.phi, t.rate);
+    struct pend_energy energy = pend_kinematics_energy(t.tree, TEST_LOADS(1), t.phi, t.rate);
     CHECK_RESIDUAL(fabs((double)(energy.kinetic / kinetic - 1)), 1e-15,
                    "kinetic energy of 200000 arms");
     CHECK_RESIDUAL(fabs((double)((energy.potential - moment) / size)), 1e-14,
@@ -193,8 +196,8 @@ TEST(kinematics_force_is_bbb_for_any_accelerations) {
         struct test_tree t;
         double acc[N], force[N], got[N], want[N], re[N * N], im[N * N];
         test_tree_random(&t, (enum test_tree_kind)kind, N, 0.3, &seed);
-        test_tree_dynamics(&t, 9.81, acc, force);
-        pend_kinematics_force(t.tree, 9.81, t.phi, t.rate, acc, got);
+        test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
+        pend_kinematics_force(t.tree, TEST_LOADS(9.81), t.phi, t.rate, acc, got);
         worst = fmax(worst, test_gap(N, got, force));
 
         // accelerations that obey no law: lambda = g sin(phi) (S^T m) - l^-1 [ Im phi'' + Re phi'^2
@@ -207,7 +210,7 @@ TEST(kinematics_force_is_bbb_for_any_accelerations) {
                 sum += im[i * N + j] * acc[j] + re[i * N + j] * t.rate[j] * t.rate[j];
             want[i] = 9.81 * sin(t.phi[i]) * t.tree->subtree_mass[i] - sum / t.tree->len[i];
         }
-        pend_kinematics_force(t.tree, 9.81, t.phi, t.rate, acc, got);
+        pend_kinematics_force(t.tree, TEST_LOADS(9.81), t.phi, t.rate, acc, got);
         worst_any = fmax(worst_any, test_gap(N, got, want));
         test_tree_clear(&t);
     }
@@ -220,13 +223,13 @@ TEST(kinematics_allocates_nothing) {
     struct test_tree t;
     double acc[N], force[N], re[N], im[N];
     test_tree_random(&t, TEST_TREE_ATTACHED, N, 1, &seed);
-    test_tree_dynamics(&t, 9.81, acc, force);
+    test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
     long before = test_alloc_count();
     pend_kinematics_position(t.tree, t.phi, re, im);
     pend_kinematics_velocity(t.tree, t.phi, t.rate, re, im);
     pend_kinematics_acceleration(t.tree, t.phi, t.rate, acc, re, im);
-    pend_kinematics_energy(t.tree, 9.81, t.phi, t.rate);
-    pend_kinematics_force(t.tree, 9.81, t.phi, t.rate, acc, force);
+    pend_kinematics_energy(t.tree, TEST_LOADS(9.81), t.phi, t.rate);
+    pend_kinematics_force(t.tree, TEST_LOADS(9.81), t.phi, t.rate, acc, force);
     CHECK_INT(test_alloc_count(), before);
     test_tree_clear(&t);
 }

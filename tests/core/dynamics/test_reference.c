@@ -23,9 +23,11 @@ TEST(reference_dynamics_agree_with_quadruple_precision) {
         test_quad exact_acc[N], exact_force[N];
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS),
                          1 + test_random_int(&seed, N), 0.3, &seed);
-        REQUIRE(pend_reference_dynamics(t.tree, 9.81, t.phi, t.rate, acc, force) == PEND_OK);
-        REQUIRE(pend_reference_dynamics(t.tree, 9.81, t.phi, t.rate, alone, NULL) == PEND_OK);
-        test_quad_dynamics(t.tree, 9.81, t.phi, t.rate, exact_acc, exact_force);
+        REQUIRE(pend_reference_dynamics(t.tree, TEST_LOADS(9.81), t.phi, t.rate, acc, force) ==
+                PEND_OK);
+        REQUIRE(pend_reference_dynamics(t.tree, TEST_LOADS(9.81), t.phi, t.rate, alone, NULL) ==
+                PEND_OK);
+        test_quad_dynamics(t.tree, TEST_LOADS(9.81), t.phi, t.rate, exact_acc, exact_force);
         worst_acc = fmax(worst_acc, test_quad_gap(t.n, acc, exact_acc));
         worst_force = fmax(worst_force, test_quad_gap(t.n, force, exact_force));
         CHECK(!memcmp(acc, alone, (size_t)t.n * sizeof *acc));
@@ -68,7 +70,7 @@ TEST(reference_inverse_of_a_has_the_lengths_on_its_diagonal) {
         double a[N * N], inverse[N * N], gravity = 1 + 20 * test_random(&seed);
         int n = 1 + test_random_int(&seed, N);
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, 0.3, &seed);
-        REQUIRE(pend_reference_linearization(t.tree, gravity, a, inverse) == PEND_OK);
+        REQUIRE(pend_reference_linearization(t.tree, TEST_LOADS(gravity), a, inverse) == PEND_OK);
         for (int k = 0; k < n; k++) {
             worst = fmax(worst, fabs(inverse[k * n + k] / (t.tree->len[k] / gravity) - 1));
             for (int j = 0; j < n; j++) {
@@ -95,7 +97,7 @@ TEST(reference_linearization_knows_the_papers_pendulums) {
     struct pend_tree *tree;
     double a[9], worst = 0;
     REQUIRE(pend_tree_new(&tree, 2, one, one, (const int[]){-1, 0}, NULL) == PEND_OK);
-    REQUIRE(pend_reference_linearization(tree, 1, a, NULL) == PEND_OK);
+    REQUIRE(pend_reference_linearization(tree, TEST_LOADS(1), a, NULL) == PEND_OK);
     for (int s = -1; s <= 1; s += 2)
         for (int i = 0; i < 2; i++) {
             double v[] = {1, -s * sqrt(2)}, square = 2 + s * sqrt(2);
@@ -109,7 +111,7 @@ TEST(reference_linearization_knows_the_papers_pendulums) {
     const double vector[3][3] = {{1, r, r}, {0, 1, -1}, {1, -r, -r}};
     const double square[3] = {3 - sqrt(6), 1, 3 + sqrt(6)};
     REQUIRE(pend_tree_new(&tree, 3, one, one, (const int[]){-1, 0, 0}, NULL) == PEND_OK);
-    REQUIRE(pend_reference_linearization(tree, 1, a, NULL) == PEND_OK);
+    REQUIRE(pend_reference_linearization(tree, TEST_LOADS(1), a, NULL) == PEND_OK);
     for (int mode = 0; mode < 3; mode++)
         for (int i = 0; i < 3; i++) {
             double product = 0;
@@ -126,12 +128,13 @@ TEST(reference_says_what_it_cannot_do) {
     struct pend_tree *tree;
     double a[9], acc[3], force[3];
     REQUIRE(pend_tree_new(&tree, 3, one, one, parent, NULL) == PEND_OK);
-    CHECK_INT(pend_reference_linearization(tree, 0, a, a), PEND_INVALID);
-    CHECK_INT(pend_reference_linearization(tree, 0, a, NULL), PEND_OK);
+    CHECK_INT(pend_reference_linearization(tree, TEST_LOADS(0), a, a), PEND_INVALID);
+    CHECK_INT(pend_reference_linearization(tree, TEST_LOADS(0), a, NULL), PEND_OK);
     pend_tree_free(&tree);
     REQUIRE(pend_tree_new(&tree, 3, huge, one, parent, NULL) == PEND_OK);
-    CHECK_INT(pend_reference_dynamics(tree, 9.81, zero, zero, acc, force), PEND_NOT_FINITE);
-    CHECK_INT(pend_reference_linearization(tree, 9.81, a, NULL), PEND_NOT_FINITE);
+    CHECK_INT(pend_reference_dynamics(tree, TEST_LOADS(9.81), zero, zero, acc, force),
+              PEND_NOT_FINITE);
+    CHECK_INT(pend_reference_linearization(tree, TEST_LOADS(9.81), a, NULL), PEND_NOT_FINITE);
     pend_tree_free(&tree);
 }
 
@@ -149,9 +152,10 @@ TEST(reference_survives_any_allocation_that_fails) {
                 if (call == 0)
                     status = pend_reference_mass_matrix(tree, angle, re, im);
                 else if (call == 1)
-                    status = pend_reference_dynamics(tree, 9.81, angle, angle, acc, force);
+                    status =
+                        pend_reference_dynamics(tree, TEST_LOADS(9.81), angle, angle, acc, force);
                 else
-                    status = pend_reference_linearization(tree, 9.81, re, im);
+                    status = pend_reference_linearization(tree, TEST_LOADS(9.81), re, im);
                 test_alloc_faults_off();
                 if (status == PEND_OK) break;
                 CHECK_INT(status, PEND_NO_MEMORY);

@@ -34,7 +34,7 @@ static int crowd_fetch(void *context, long i, struct pend_member *member) {
         if (!crowd->vary) continue;
         member->length[k] = 0.5 + test_random(&seed);
         member->mass[k] = 0.5 + test_random(&seed);
-        member->gravity = 5 + 10 * test_random(&seed);
+        member->loads.gravity = 5 + 10 * test_random(&seed);
     }
     if (crowd->broken == i) member->rate[0] = NAN;
     return 0;
@@ -68,7 +68,7 @@ static int crowd_tree(struct crowd *crowd, int n) {
 
 static struct pend_ensemble_problem crowd_problem(struct crowd *crowd, double duration) {
     return (struct pend_ensemble_problem){.tree = crowd->tree,
-                                          .gravity = 9.81,
+                                          .loads.gravity = 9.81,
                                           .duration = duration,
                                           .rtol = 1e-15,
                                           .fetch = crowd_fetch,
@@ -93,7 +93,7 @@ static void crowd_single(struct crowd *crowd, long i, double duration, double ph
     double start[2][ARMS_MAX], length[ARMS_MAX], mass[ARMS_MAX], reached = 0;
     int n = crowd->tree->n, parent[ARMS_MAX];
     struct pend_member member = {
-        .phi = start[0], .rate = start[1], .length = length, .mass = mass, .gravity = 9.81};
+        .phi = start[0], .rate = start[1], .length = length, .mass = mass, .loads.gravity = 9.81};
     memcpy(length, crowd->tree->len, (size_t)n * sizeof(double));
     memcpy(mass, crowd->tree->mass, (size_t)n * sizeof(double));
     memcpy(parent, crowd->tree->parent, (size_t)n * sizeof(int));
@@ -106,7 +106,7 @@ static void crowd_single(struct crowd *crowd, long i, double duration, double ph
         from[1][k] = start[1][tree->order[k]];
     }
     struct pend_problem problem = {
-        .tree = tree, .gravity = member.gravity, .phi = from[0], .rate = from[1], .rtol = 1e-15};
+        .tree = tree, .loads = member.loads, .phi = from[0], .rate = from[1], .rtol = 1e-15};
     void *stepper;
     REQUIRE(pend_method_taylor.open(&stepper, &problem, NULL) == PEND_OK);
     while (fabs(reached) < fabs(duration) &&
@@ -231,7 +231,7 @@ TEST(ensemble_times_the_flips_of_a_spinning_arm) {
     struct pend_tree *tree;
     REQUIRE(pend_tree_new(&tree, 1, &one, &one, &pivot, NULL) == PEND_OK);
     struct pend_ensemble_problem problem = {
-        .tree = tree, .gravity = 9.81, .duration = 6.5 * want, .rtol = 1e-15};
+        .tree = tree, .loads.gravity = 9.81, .duration = 6.5 * want, .rtol = 1e-15};
     problem.bound = M_PI;
     problem.fetch = spin_fetch;
     problem.deliver = spin_deliver;
@@ -257,7 +257,7 @@ TEST(ensemble_sees_an_arm_that_only_touches_its_bound) {
     for (int i = 0; i < 2; i++) {
         // the turning point is inside a step; a hair below it is touched, a hair above is not
         struct pend_ensemble_problem problem = {
-            .tree = tree, .gravity = 9.81, .duration = 1, .rtol = 1e-15};
+            .tree = tree, .loads.gravity = 9.81, .duration = 1, .rtol = 1e-15};
         problem.bound = top + (i ? 1e-9 : -1e-9);
         problem.fetch = spin_fetch;
         problem.deliver = spin_deliver;
@@ -376,13 +376,16 @@ static void notes_rows(void *context, long i, long first, int count, const doubl
 static int notes_samples(struct crowd *crowd, long i, double duration, int count, double phi[],
                          double rate[], double force[]) {
     double start[4][ARMS_MAX], *t = malloc((size_t)count * sizeof(double));
-    struct pend_member member = {
-        .phi = start[0], .rate = start[1], .length = start[2], .mass = start[3], .gravity = 9.81};
+    struct pend_member member = {.phi = start[0],
+                                 .rate = start[1],
+                                 .length = start[2],
+                                 .mass = start[3],
+                                 .loads.gravity = 9.81};
     memcpy(start[2], crowd->tree->len, (size_t)crowd->tree->n * sizeof(double));
     memcpy(start[3], crowd->tree->mass, (size_t)crowd->tree->n * sizeof(double));
     crowd_fetch(crowd, i, &member);
     struct pend_problem problem = {.tree = crowd->tree,
-                                   .gravity = member.gravity,
+                                   .loads = member.loads,
                                    .phi = start[0],
                                    .rate = start[1],
                                    .rtol = 1e-15};

@@ -30,7 +30,7 @@ static void horizon_run(struct horizon_bag *bag, double accuracy, double duratio
                         enum pend_isa isa) {
     struct pend_ensemble *ensemble;
     const struct pend_ensemble_problem problem = {.tree = bag->t->tree,
-                                                  .gravity = 9.81,
+                                                  .loads.gravity = 9.81,
                                                   .duration = duration,
                                                   .rtol = 1e-12,
                                                   .accuracy = accuracy,
@@ -61,7 +61,7 @@ TEST(ensemble_horizons_are_near_those_of_single_runs) {
             memset(t.rate, 0, (size_t)n * sizeof(double));
             const struct pend_problem alone = {
                 .tree = t.tree,
-                .gravity = 9.81,
+                .loads.gravity = 9.81,
                 .phi = t.phi,
                 .rate = t.rate,
                 .rtol = 1e-12,

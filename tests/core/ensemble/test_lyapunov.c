@@ -38,7 +38,7 @@ static int run(const struct test_tree *t, int count, double interval, long inter
                double exponent[], double phi[], double rate[]) {
     struct pend_lyapunov *lyapunov;
     const struct pend_lyapunov_problem problem = {.tree = t->tree,
-                                                  .gravity = 9.81,
+                                                  .loads.gravity = 9.81,
                                                   .phi = t->phi,
                                                   .rate = t->rate,
                                                   .count = count,
@@ -147,7 +147,7 @@ TEST(lyapunov_exponent_is_about_the_one_of_an_ensembles_member) {
     tumble(&t);
     struct estimate estimate = {.t = &t};
     const struct pend_ensemble_problem problem = {.tree = t.tree,
-                                                  .gravity = 9.81,
+                                                  .loads.gravity = 9.81,
                                                   .duration = 400,
                                                   .rtol = 1e-12,
                                                   .observe = PEND_OBSERVE_LYAPUNOV,
@@ -193,8 +193,12 @@ TEST(lyapunov_forgets_a_transient) {
     struct pend_lyapunov *lyapunov;
     double whole[1], first[1], rest[1];
     tumble(&t);
-    const struct pend_lyapunov_problem problem = {
-        .tree = t.tree, .gravity = 9.81, .phi = t.phi, .rate = t.rate, .count = 1, .interval = 0.1};
+    const struct pend_lyapunov_problem problem = {.tree = t.tree,
+                                                  .loads.gravity = 9.81,
+                                                  .phi = t.phi,
+                                                  .rate = t.rate,
+                                                  .count = 1,
+                                                  .interval = 0.1};
     REQUIRE(pend_lyapunov_new(&lyapunov, &problem, NULL) == PEND_OK);
     for (int i = 0, done; i < 20; i += done)
         REQUIRE(pend_lyapunov_go(lyapunov, 1000, &done, NULL) == PEND_OK);
@@ -218,8 +222,12 @@ TEST(lyapunov_problems_that_make_no_sense_are_refused) {
     struct pend_lyapunov *lyapunov;
     struct pend_error error;
     tumble(&t);
-    struct pend_lyapunov_problem problem = {
-        .tree = t.tree, .gravity = 9.81, .phi = t.phi, .rate = t.rate, .count = 5, .interval = 0.1};
+    struct pend_lyapunov_problem problem = {.tree = t.tree,
+                                            .loads.gravity = 9.81,
+                                            .phi = t.phi,
+                                            .rate = t.rate,
+                                            .count = 5,
+                                            .interval = 0.1};
     CHECK(pend_lyapunov_new(&lyapunov, &problem, &error) == PEND_INVALID && !lyapunov);
     problem.count = 1, problem.interval = 0;
     CHECK(pend_lyapunov_new(&lyapunov, &problem, &error) == PEND_INVALID && !lyapunov);
@@ -258,7 +266,7 @@ TEST(lyapunov_errors_are_of_the_size_of_the_scatter) {
         test_tree_rebuild(&t);
         for (int k = 0; k < 2; k++) t.phi[k] = aside[i][k] - M_PI_2, t.rate[k] = 0;
         const struct pend_lyapunov_problem problem = {.tree = t.tree,
-                                                      .gravity = 9.81,
+                                                      .loads.gravity = 9.81,
                                                       .phi = t.phi,
                                                       .rate = t.rate,
                                                       .count = 1,

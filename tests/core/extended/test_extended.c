@@ -42,7 +42,7 @@ static struct full follow(const struct pend_tree *tree, const struct full *start
     struct pend_extended_state from_view = full_view(&from), to_view = full_view(&to);
     if (!CHECK(pend_extended_new(&extended, tree, rtol, 0, single, isa, NULL) == PEND_OK))
         return to;
-    pend_extended_start(extended, 0, 9.81, &from_view, t);
+    pend_extended_start(extended, 0, TEST_LOADS(9.81), &from_view, t);
     while (pend_extended_lane(extended, 0) == PEND_EXTENDED_UNDER_WAY) pend_extended_step(extended);
     CHECK(pend_extended_lane(extended, 0) == PEND_EXTENDED_STOPPED &&
           pend_extended_time(extended, 0) == t);
@@ -92,7 +92,7 @@ TEST(extended_has_all_25_digits_of_the_reference) {
     fseek(file, -1, SEEK_CUR);
     REQUIRE(pend_extended_new(&extended, paper.tree, 1e-30, 0, 1, pend_isa_best(), NULL) ==
             PEND_OK);
-    pend_extended_start(extended, 0, 9.81, &view, 5);
+    pend_extended_start(extended, 0, TEST_LOADS(9.81), &view, 5);
     long allocations = test_alloc_count();
     while (reference_row(file, &t, &late, &row)) {
         while (pend_extended_time(extended, 0) < t || t == 0) {
@@ -212,11 +212,11 @@ TEST(extended_accelerations_and_forces_are_those_of_the_equations) {
         struct pend_extended_state view = full_view(&start), at_view = full_view(&at);
         REQUIRE(pend_extended_new(&extended, t.tree, 1e-28, 0, n % 2, pend_isa_best(), NULL) ==
                 PEND_OK);
-        pend_extended_start(extended, 0, 9.81, &view, 1);
+        pend_extended_start(extended, 0, TEST_LOADS(9.81), &view, 1);
         pend_extended_step(extended);
         x = 0.5 * pend_extended_time(extended, 0);
         pend_extended_at(extended, 0, 1, &x, &at_view, acc, force);
-        test_quad_dynamics(t.tree, 9.81, at.phi, at.rate, acc_want, force_want);
+        test_quad_dynamics(t.tree, TEST_LOADS(9.81), at.phi, at.rate, acc_want, force_want);
         worst[0] = fmax(worst[0], test_quad_gap(n, acc, acc_want));
         worst[1] = fmax(worst[1], test_quad_gap(n, force, force_want));
         pend_extended_free(&extended);
@@ -256,7 +256,7 @@ static int lanes_deliver(void *context, long i, const struct pend_outcome *outco
 static void lanes_all(struct lanes_run *run, enum pend_isa isa, long first, long count) {
     struct pend_extended *extended;
     struct pend_ensemble_problem problem = {.tree = run->t->tree,
-                                            .gravity = 9.81,
+                                            .loads.gravity = 9.81,
                                             .duration = 0.25,
                                             .fetch = lanes_fetch,
                                             .deliver = lanes_deliver,

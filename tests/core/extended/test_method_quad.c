@@ -49,7 +49,7 @@ static int tumble_init(struct test_paper *paper, double stop, long count) {
     paper->phi[0] = 0.42920367320510344, paper->phi[1] = 0.92920367320510344;
     if (pend_tree_new(&paper->tree, 2, one, one, parent, NULL) != PEND_OK) return 0;
     paper->problem = (struct pend_problem){
-        .tree = paper->tree, .gravity = 9.81, .phi = paper->phi, .rate = paper->rate};
+        .tree = paper->tree, .loads.gravity = 9.81, .phi = paper->phi, .rate = paper->rate};
     paper->problem.times =
         (struct pend_times){.count = count, .span = stop, .divisor = (double)(count - 1)};
     return 1;
@@ -119,7 +119,8 @@ TEST(quad_is_for_small_trees) {
     struct pend_run *run;
     struct pend_error error;
     test_tree_random(&t, TEST_TREE_ATTACHED, 257, 0.3, &seed);
-    struct pend_problem problem = {.tree = t.tree, .gravity = 9.81, .phi = t.phi, .rate = t.rate};
+    struct pend_problem problem = {
+        .tree = t.tree, .loads.gravity = 9.81, .phi = t.phi, .rate = t.rate};
     problem.times = (struct pend_times){.count = 2, .span = 1, .divisor = 1};
     CHECK_INT(pend_run_new(&run, &pend_method_taylor_quad, &problem, &error), PEND_INVALID);
     CHECK_SAYING(strstr(error.text, "at most 256 arms, got 257"), "%s", error.text);

@@ -23,7 +23,7 @@ static void tumble_init(struct test_tree *t, double aside) {
 static struct pend_problem tumble_problem(const struct test_tree *t, double span, long count) {
     return (struct pend_problem){
         .tree = t->tree,
-        .gravity = 9.81,
+        .loads.gravity = 9.81,
         .phi = t->phi,
         .rate = t->rate,
         .times = {.count = count, .span = span, .divisor = (double)(count - 1)},

@@ -23,7 +23,7 @@ static void swing_init(struct test_tree *t, int n, double amplitude, unsigned lo
 static struct pend_problem swing_problem(const struct test_tree *t, double span, long count) {
     return (struct pend_problem){
         .tree = t->tree,
-        .gravity = GRAVITY,
+        .loads.gravity = GRAVITY,
         .phi = t->phi,
         .rate = t->rate,
         .times = {.count = count, .span = span, .divisor = (double)(count - 1)}};
@@ -55,7 +55,7 @@ TEST(linear_solves_the_linearised_equation) {
     test_record(&record, "linear", &problem);
     CHECK_INT(record.status, PEND_OK);
     CHECK_INT(record.stats.steps, 1);
-    CHECK_INT(pend_reference_linearization(t.tree, GRAVITY, a, NULL), PEND_OK);
+    CHECK_INT(pend_reference_linearization(t.tree, TEST_LOADS(GRAVITY), a, NULL), PEND_OK);
     CHECK_RESIDUAL(residual(&record, t.tree, a), 5e-13, "theta'' + A theta");
     test_record_clear(&record);
     test_tree_clear(&t);
@@ -159,7 +159,7 @@ TEST(linear_repeats_after_the_period_of_a_mode) {
     struct test_record record;
     struct pend_modes *modes;
     swing_init(&t, ARMS, 0, 9);
-    REQUIRE(pend_modes_new(&modes, t.tree, GRAVITY, 1, NULL) == PEND_OK);
+    REQUIRE(pend_modes_new(&modes, t.tree, TEST_LOADS(GRAVITY), 1, NULL) == PEND_OK);
     for (int k = 0; k < modes->count; k++)
         pend_modes_scale(modes, t.tree, k, PEND_NORMALIZE_MAX, -1);
     for (int k = 0; k < ARMS; k++) t.phi[k] = 0.1 * modes->vector[2 * ARMS + k] - QUARTER;

@@ -21,7 +21,7 @@ static struct pend_problem tree_problem(const struct test_tree *t, double span, 
                                         double step) {
     return (struct pend_problem){
         .tree = t->tree,
-        .gravity = 9.81,
+        .loads.gravity = 9.81,
         .phi = t->phi,
         .rate = t->rate,
         .step = step,
@@ -67,7 +67,7 @@ static void map_step(int isa, const struct pend_tree *tree, double h, const doub
         .n = tree->n,
         .parent = tree->parent,
         .end = tree->end,
-        .gravity = 9.81,
+        .loads.gravity = 9.81,
         .subtree_mass = tree->subtree_mass,
         .length = fabs(h),
         .lanes = aligned_alloc(64, kernel->count(tree->n) * sizeof(double))};
@@ -390,7 +390,7 @@ TEST(symplectic_stays_where_nothing_moves) {
     CHECK_INT(record.status, PEND_OK);
     CHECK(fabs(record.samples.phi[9] + M_PI_2) < 1e-15);
     // without gravity and motion there is no time scale at all
-    problem.gravity = 0;
+    problem.loads.gravity = 0;
     test_record_clear(&record);
     test_record(&record, "symplectic", &problem);
     CHECK_INT(record.status, PEND_OK);
@@ -410,7 +410,7 @@ TEST(symplectic_chooses_a_step_that_works_from_an_unstable_equilibrium) {
     struct test_record record;
     REQUIRE(pend_tree_new(&tree, 2, one, one, parent, NULL) == PEND_OK);
     struct pend_problem problem = {
-        .tree = tree, .gravity = 9.81, .phi = phi, .phi_low = low, .rate = rate};
+        .tree = tree, .loads.gravity = 9.81, .phi = phi, .phi_low = low, .rate = rate};
     problem.times = (struct pend_times){.count = 61, .span = 60, .divisor = 60};
     test_record(&record, "symplectic", &problem);
     CHECK_SAYING(record.status == PEND_OK, "%s", record.error.text);
@@ -428,7 +428,7 @@ TEST(symplectic_chooses_a_step_that_works_for_long_chains) {
         struct test_record record;
         test_tree_random(&t, TEST_TREE_CHAIN, 300, 0.3, &seed);
         struct pend_problem problem = {
-            .tree = t.tree, .gravity = 9.81, .phi = t.phi, .rate = t.rate};
+            .tree = t.tree, .loads.gravity = 9.81, .phi = t.phi, .rate = t.rate};
         problem.times = (struct pend_times){.count = 3, .span = 0.05, .divisor = 2};
         test_record(&record, "symplectic", &problem);
         CHECK_SAYING(record.status == PEND_OK, "%s", record.error.text);
@@ -445,7 +445,8 @@ TEST(symplectic_chooses_a_step_that_works_for_chains_of_thousands) {
     struct test_tree t;
     struct test_record record;
     test_tree_random(&t, TEST_TREE_CHAIN, 5000, 0.3, &seed);
-    struct pend_problem problem = {.tree = t.tree, .gravity = 9.81, .phi = t.phi, .rate = t.rate};
+    struct pend_problem problem = {
+        .tree = t.tree, .loads.gravity = 9.81, .phi = t.phi, .rate = t.rate};
     problem.times = (struct pend_times){.count = 2, .span = 0.004, .divisor = 1};
     test_record(&record, "symplectic", &problem);
     CHECK_SAYING(record.status == PEND_OK, "%s", record.error.text);

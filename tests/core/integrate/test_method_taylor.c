@@ -66,7 +66,7 @@ static void paper_errors(double rtol, double error[3]) {
     REQUIRE(paper_rows(row));
     REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);
     struct pend_problem problem = {
-        .tree = ride.tree, .gravity = 9.81, .phi = zero, .rate = zero, .rtol = rtol};
+        .tree = ride.tree, .loads.gravity = 9.81, .phi = zero, .rate = zero, .rtol = rtol};
     REQUIRE(ride_open(&ride, &problem));
     for (int i = 0; i <= 500; i++) {
         double t = i / 100.0, phi[ARMS], rate[ARMS], acc[ARMS], force[ARMS];
@@ -118,7 +118,7 @@ TEST(taylor_keeps_the_energy_of_a_double_pendulum_for_a_thousand_seconds) {
     double start[2] = {2 - acos(0), 2.5 - acos(0)}, rest[2] = {0, 0}, phi[2], rate[2], worst = 0;
     REQUIRE(pend_tree_new(&ride.tree, 2, one, one, chain, NULL) == PEND_OK);
     struct pend_problem problem = {
-        .tree = ride.tree, .gravity = 9.81, .phi = start, .rate = rest, .rtol = 1e-16};
+        .tree = ride.tree, .loads.gravity = 9.81, .phi = start, .rate = rest, .rtol = 1e-16};
     REQUIRE(ride_open(&ride, &problem));
     double energy = double_energy(start, rest), fastest = 0;
     long allocations = test_alloc_count();
@@ -142,7 +142,7 @@ TEST(taylor_runs_backwards_to_its_start) {
     double phi[ARMS], rate[ARMS], t = 3, back = -3, there[2][ARMS], error = 0;
     REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);
     struct pend_problem problem = {
-        .tree = ride.tree, .gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-15};
+        .tree = ride.tree, .loads.gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-15};
     struct pend_points points = {phi, rate, NULL, NULL, NULL};
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, t, t));
     pend_method_taylor.at(ride.stepper, &t, 1, &points);
@@ -164,7 +164,7 @@ TEST(taylor_ends_a_step_where_the_next_begins) {
     double phi[2][ARMS], rate[2][ARMS];
     REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);
     struct pend_problem problem = {
-        .tree = ride.tree, .gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-10};
+        .tree = ride.tree, .loads.gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-10};
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, 0.1, 5));
     for (int i = 0; i < 30; i++) {
         double t = ride.reached;
@@ -185,7 +185,7 @@ TEST(taylor_gives_an_instant_the_same_bits_whatever_it_is_asked_with) {
     double t[COUNT], phi[2][COUNT * ARMS], rate[2][COUNT * ARMS];
     REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);
     struct pend_problem problem = {
-        .tree = ride.tree, .gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-10};
+        .tree = ride.tree, .loads.gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-10};
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, 0.5, 5));
     double step = 0.01;
     for (int i = 0; i < COUNT; i++) t[i] = ride.reached - step * (COUNT - 1 - i) / COUNT;
@@ -208,7 +208,7 @@ static int single_arm(double len, double gravity, double t, double *phi) {
     int pivot = -1;
     if (pend_tree_new(&ride.tree, 1, &len, &mass, &pivot, NULL) != PEND_OK) return 0;
     struct pend_problem problem = {
-        .tree = ride.tree, .gravity = gravity, .phi = &start, .rate = &start, .rtol = 1e-14};
+        .tree = ride.tree, .loads.gravity = gravity, .phi = &start, .rate = &start, .rtol = 1e-14};
     struct pend_points points = {phi, &rate, NULL, NULL, NULL};
     int done = ride_open(&ride, &problem) && ride_to(&ride, t, t);
     if (done) pend_method_taylor.at(ride.stepper, &t, 1, &points);
@@ -233,7 +233,7 @@ TEST(taylor_turns_freely_without_gravity) {
     struct pend_points points = {.phi = &phi, .rate = &rate};
     REQUIRE(pend_tree_new(&ride.tree, 1, one, one, paper_parent, NULL) == PEND_OK);
     struct pend_problem problem = {
-        .tree = ride.tree, .gravity = 0, .phi = &start, .rate = &spin, .rtol = 1e-12};
+        .tree = ride.tree, .loads.gravity = 0, .phi = &start, .rate = &spin, .rtol = 1e-12};
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, t, t));
     pend_method_taylor.at(ride.stepper, &t, 1, &points);
     CHECK_SAYING(phi == 1250000.5 && rate == spin, "%.17g after 200 000 turns, %.17g", phi, rate);
@@ -247,7 +247,7 @@ TEST(taylor_stays_at_rest_when_hanging) {
     struct pend_points points = {phi, rate, NULL, NULL, NULL};
     REQUIRE(pend_tree_new(&ride.tree, 2, one, one, chain, NULL) == PEND_OK);
     struct pend_problem problem = {
-        .tree = ride.tree, .gravity = 9.81, .phi = hang, .rate = zero, .rtol = 1e-10};
+        .tree = ride.tree, .loads.gravity = 9.81, .phi = hang, .rate = zero, .rtol = 1e-10};
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, t, t));
     pend_method_taylor.at(ride.stepper, &t, 1, &points);
     CHECK_SAYING(fabs(phi[1] - hang[1]) < 1e-15, "%g", phi[1] - hang[1]);
@@ -261,7 +261,7 @@ TEST(taylor_says_when_and_which_arm_ceased_to_be_finite) {
     struct pend_error error = {0};
     REQUIRE(pend_tree_new(&ride.tree, 2, one, one, chain, NULL) == PEND_OK);
     struct pend_problem problem = {
-        .tree = ride.tree, .gravity = 9.81, .phi = start, .rate = wild, .rtol = 1e-10};
+        .tree = ride.tree, .loads.gravity = 9.81, .phi = start, .rate = wild, .rtol = 1e-10};
     REQUIRE(ride_open(&ride, &problem));
     enum pend_status status = pend_method_taylor.step(ride.stepper, 1, &ride.reached, &error);
     CHECK(status == PEND_OK || status == PEND_NOT_FINITE || status == PEND_STEP_TOO_SMALL);
@@ -277,7 +277,7 @@ TEST(taylor_says_at_once_that_steps_are_too_short_to_end) {
         struct pend_error error = {0};
         REQUIRE(pend_tree_new(&ride.tree, 2, one, one, chain, NULL) == PEND_OK);
         struct pend_problem problem = {
-            .tree = ride.tree, .gravity = 9.81, .phi = start, .rate = rate, .rtol = 1e-10};
+            .tree = ride.tree, .loads.gravity = 9.81, .phi = start, .rate = rate, .rtol = 1e-10};
         REQUIRE(ride_open(&ride, &problem));
         enum pend_status status = PEND_OK;
         int steps = 0;
@@ -308,7 +308,7 @@ TEST(taylor_steps_and_samples_of_a_large_tree_allocate_nothing) {
     }
     REQUIRE(pend_tree_new(&ride.tree, MANY, len, len, parent, NULL) == PEND_OK);
     struct pend_problem problem = {
-        .tree = ride.tree, .gravity = 9.81, .phi = phi, .rate = rate, .rtol = 1e-10};
+        .tree = ride.tree, .loads.gravity = 9.81, .phi = phi, .rate = rate, .rtol = 1e-10};
     size_t all = (size_t)MANY * INSTANTS;
     struct pend_points points = {rows, rows + all, rows + 2 * all, rows + 3 * all, NULL};
     REQUIRE(ride_open(&ride, &problem));
@@ -331,7 +331,7 @@ TEST(taylor_open_fails_cleanly_without_memory) {
     struct ride ride;
     REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);
     struct pend_problem problem = {
-        .tree = ride.tree, .gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-10};
+        .tree = ride.tree, .loads.gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-10};
     struct pend_error error = {0};
     test_alloc_fail(1, 0);
     enum pend_status status = pend_method_taylor.open(&ride.stepper, &problem, &error);

@@ -21,7 +21,7 @@ static void bench_init(struct bench *bench, int n, unsigned long long seed) {
     test_tree_random(&bench->tree, TEST_TREE_ATTACHED, n, 0.3, &seed);
     bench->problem =
         (struct pend_problem){.tree = bench->tree.tree,
-                              .gravity = 9.81,
+                              .loads.gravity = 9.81,
                               .phi = bench->tree.phi,
                               .rate = bench->tree.rate,
                               .times = {.count = 31, .start = 2, .span = 0.75, .divisor = 30}};
@@ -100,7 +100,7 @@ static struct derived derived_gap(const struct test_record *record,
     for (long i = 0; i < record->samples.count; i++) {
         row_stored(record, tree, record->samples.phi, i, phi);
         row_stored(record, tree, record->samples.rate, i, rate);
-        pend_dynamics(tree, problem->gravity, phi, rate, work, acc, force);
+        pend_dynamics(tree, &problem->loads, phi, rate, work, acc, force);
         row_stored(record, tree, record->samples.acc, i, got);
         worst.acc = fmax(worst.acc, test_gap(n, got, acc));
         row_stored(record, tree, record->samples.force, i, got);
@@ -115,7 +115,7 @@ static struct derived derived_gap(const struct test_record *record,
         worst.velocity = fmax(worst.velocity, test_gap(n, got, re));
         row_stored(record, tree, record->samples.zd_im, i, got);
         worst.velocity = fmax(worst.velocity, test_gap(n, got, im));
-        struct pend_energy energy = pend_kinematics_energy(tree, problem->gravity, phi, rate);
+        struct pend_energy energy = pend_kinematics_energy(tree, &problem->loads, phi, rate);
         worst.energy = fmax(worst.energy, fabs(record->samples.kinetic[i] - energy.kinetic));
         worst.energy = fmax(worst.energy, fabs(record->samples.potential[i] - energy.potential));
     }
@@ -351,7 +351,8 @@ TEST(run_measures_the_drift_at_every_step) {
     test_record(&record, "rkf45", &bench.problem);
     CHECK_INT(record.stats.steps, 400);
     double drift = 0, start = record.samples.kinetic[0] + record.samples.potential[0];
-    double scale = pend_kinematics_energy_scale(bench.tree.tree, 9.81, record.samples.kinetic[0]);
+    double scale =
+        pend_kinematics_energy_scale(bench.tree.tree, TEST_LOADS(9.81), record.samples.kinetic[0]);
     for (long i = 0; i < 401; i++)
         drift = fmax(drift,
                      fabs(record.samples.kinetic[i] + record.samples.potential[i] - start) / scale);
@@ -387,7 +388,7 @@ TEST(run_drift_is_nought_where_nobody_asks_and_all_else_is_the_same) {
 TEST(run_drift_is_nought_where_there_is_no_energy) {
     struct bench bench;
     bench_init(&bench, 3, 25);
-    bench.problem.gravity = 0;
+    bench.problem.loads.gravity = 0;
     for (int k = 0; k < 3; k++) bench.tree.rate[k] = 0;
     struct test_record record;
     test_record(&record, "rk8pd", &bench.problem);
@@ -505,13 +506,13 @@ TEST(run_refuses_a_start_or_gravity_that_is_not_finite) {
     bench.tree.rate[2] = -INFINITY;
     check_refused(pend_method_at(0), &bench.problem, "start of arm");
     bench.tree.rate[2] = 0;
-    bench.problem.gravity = NAN;
+    bench.problem.loads.gravity = NAN;
     check_refused(pend_method_at(0), &bench.problem, "gravity");
-    bench.problem.gravity = 9.81;
+    bench.problem.loads.gravity = 9.81;
     bench.problem.step_cap = -1;
     check_refused(pend_method_at(0), &bench.problem, "step limit");
     bench.problem.step_cap = 0;
-    bench.problem.gravity = 0;
+    bench.problem.loads.gravity = 0;
     check_refused(pend_method_find("linear"), &bench.problem, "gravity");
     bench_clear(&bench);
 }
@@ -595,7 +596,7 @@ static struct outcome outcome_of(double length, double gravity, double rate, lon
     int done;
     if (pend_tree_new(&tree, 1, &length, &mass, &parent, NULL) != PEND_OK) return outcome;
     struct pend_problem problem = {.tree = tree,
-                                   .gravity = gravity,
+                                   .loads.gravity = gravity,
                                    .phi = &phi,
                                    .rate = &rate,
                                    .times = {.count = count, .span = 1, .divisor = 10}};
@@ -803,7 +804,8 @@ TEST(run_names_the_mass_or_length_that_is_too_small) {
         struct pend_error error;
         struct pend_run *run;
         REQUIRE(pend_tree_new(&tree, 2, i ? small : one, i ? one : small, parent, NULL) == PEND_OK);
-        struct pend_problem problem = {.tree = tree, .gravity = 9.81, .phi = phi, .rate = rate};
+        struct pend_problem problem = {
+            .tree = tree, .loads.gravity = 9.81, .phi = phi, .rate = rate};
         problem.times = (struct pend_times){.count = 2, .span = 1, .divisor = 1};
         CHECK_INT(pend_run_new(&run, &pend_method_taylor, &problem, &error), PEND_INVALID);
         CHECK_INT(error.arm, 1);

@@ -30,7 +30,7 @@ static void tree_of(struct test_tree *t, int n, unsigned long long seed) {
 static struct pend_section_problem section_of(const struct test_tree *t, double duration, int arm,
                                               double angle, unsigned ways) {
     return (struct pend_section_problem){.tree = t->tree,
-                                         .gravity = 9.81,
+                                         .loads.gravity = 9.81,
                                          .phi = t->phi,
                                          .rate = t->rate,
                                          .duration = duration,
@@ -61,7 +61,7 @@ static void watch(struct test_record *record, const struct test_tree *t, double 
                   long count) {
     const struct pend_problem problem = {
         .tree = t->tree,
-        .gravity = 9.81,
+        .loads.gravity = 9.81,
         .phi = t->phi,
         .rate = t->rate,
         .times = {.count = count, .span = duration, .divisor = (double)(count - 1)}};
@@ -129,7 +129,7 @@ TEST(section_passages_are_found_to_rounding) {
             times[i] = both.passage[i].time;
         }
         const struct pend_problem motion = {.tree = t.tree,
-                                            .gravity = 9.81,
+                                            .loads.gravity = 9.81,
                                             .phi = t.phi,
                                             .rate = t.rate,
                                             .times = {.count = both.count, .list = times}};
@@ -250,7 +250,7 @@ TEST(section_says_which_passages_hold) {
             struct test_record record;
             const double list[] = {0, passage.time};
             const struct pend_problem motion = {.tree = t.tree,
-                                                .gravity = 9.81,
+                                                .loads.gravity = 9.81,
                                                 .phi = t.phi,
                                                 .rate = t.rate,
                                                 .times = {.count = 2, .list = list}};

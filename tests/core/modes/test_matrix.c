@@ -22,7 +22,7 @@ TEST(matrix_rows_are_those_of_the_whole_matrices) {
         test_tree_random(&t, (enum test_tree_kind)(round % TEST_TREE_KINDS), n, 0.3, &seed);
         double a[N * N], m[N * N], im[N * N], s[N * N], b[N * N], row[N], zero[N] = {0}, size_a = 0,
                                                                           size_m = 0;
-        REQUIRE(pend_reference_linearization(t.tree, 9.81, a, NULL) == PEND_OK);
+        REQUIRE(pend_reference_linearization(t.tree, TEST_LOADS(9.81), a, NULL) == PEND_OK);
         REQUIRE(pend_reference_mass_matrix(t.tree, zero, m, im) == PEND_OK);
         pend_tree_path(t.tree, s);
         pend_tree_force_map(t.tree, b);
@@ -30,15 +30,15 @@ TEST(matrix_rows_are_those_of_the_whole_matrices) {
             size_a = fmax(size_a, fabs(a[i])), size_m = fmax(size_m, fabs(m[i]));
         for (int i = 0; i < n; i++) {
             int at = t.tree->place[i];
-            pend_matrix_row(t.tree, 9.81, NULL, PEND_MATRIX_A, i, row);
+            pend_matrix_row(t.tree, TEST_LOADS(9.81), NULL, PEND_MATRIX_A, i, row);
             for (int j = 0; j < n; j++)
                 worst_a = fmax(worst_a, fabs(row[j] - a[at * n + t.tree->place[j]]) / size_a);
-            pend_matrix_row(t.tree, 9.81, NULL, PEND_MATRIX_M, i, row);
+            pend_matrix_row(t.tree, TEST_LOADS(9.81), NULL, PEND_MATRIX_M, i, row);
             for (int j = 0; j < n; j++)
                 worst_m = fmax(worst_m, fabs(row[j] - m[at * n + t.tree->place[j]]) / size_m);
-            pend_matrix_row(t.tree, 9.81, NULL, PEND_MATRIX_S, i, row);
+            pend_matrix_row(t.tree, TEST_LOADS(9.81), NULL, PEND_MATRIX_S, i, row);
             for (int j = 0; j < n; j++) other = fmax(other, fabs(row[j] - s[i * n + j]));
-            pend_matrix_row(t.tree, 9.81, NULL, PEND_MATRIX_B, i, row);
+            pend_matrix_row(t.tree, TEST_LOADS(9.81), NULL, PEND_MATRIX_B, i, row);
             for (int j = 0; j < n; j++) other = fmax(other, fabs(row[j] - b[i * n + j]));
         }
         test_tree_clear(&t);
@@ -59,8 +59,8 @@ TEST(matrix_a_times_m_is_the_stiffness_about_any_equilibrium) {
         test_tree_random(&t, (enum test_tree_kind)(round % TEST_TREE_KINDS), n, 0.3, &seed);
         for (int k = 0; k < n; k++) up[k] = (unsigned char)(test_random(&seed) < 0.5);
         for (int i = 0; i < n; i++) {
-            pend_matrix_row(t.tree, 9.81, up, PEND_MATRIX_A, i, a[i]);
-            pend_matrix_row(t.tree, 9.81, up, PEND_MATRIX_M, i, m[i]);
+            pend_matrix_row(t.tree, TEST_LOADS(9.81), up, PEND_MATRIX_A, i, a[i]);
+            pend_matrix_row(t.tree, TEST_LOADS(9.81), up, PEND_MATRIX_M, i, m[i]);
         }
         for (int i = 0; i < n; i++)
             for (int j = 0; j < n; j++) {

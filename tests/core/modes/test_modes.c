@@ -20,7 +20,7 @@ static struct pend_tree *tree_of(int n, const double length[], const double mass
 
 static struct pend_modes *modes_of(const struct pend_tree *tree, double gravity) {
     struct pend_modes *modes = NULL;
-    CHECK_INT(pend_modes_new(&modes, tree, gravity, 1, NULL), PEND_OK);
+    CHECK_INT(pend_modes_new(&modes, tree, TEST_LOADS(gravity), 1, NULL), PEND_OK);
     return modes;
 }
 
@@ -159,7 +159,8 @@ TEST(modes_solve_the_papers_linearization) {
             test_tree_random(&t, (enum test_tree_kind)kind, n, 0.3, &seed);
             double *a = malloc(2 * (size_t)n * (size_t)n * sizeof *a),
                    *a_inverse = a + (size_t)n * n;
-            CHECK_INT(pend_reference_linearization(t.tree, GRAVITY, a, a_inverse), PEND_OK);
+            CHECK_INT(pend_reference_linearization(t.tree, TEST_LOADS(GRAVITY), a, a_inverse),
+                      PEND_OK);
             struct pend_modes *modes = modes_of(t.tree, GRAVITY);
             worst[0] = fmax(worst[0], residual(modes, a));
             worst[1] = fmax(worst[1], orthogonality(modes, t.tree, a_inverse));
@@ -324,7 +325,7 @@ TEST(modes_refuse_gravity_that_is_not_positive) {
     for (int i = 0; i < 4; i++) {
         struct pend_modes *modes = NULL;
         struct pend_error error;
-        CHECK_INT(pend_modes_new(&modes, tree, bad[i], 1, &error), PEND_INVALID);
+        CHECK_INT(pend_modes_new(&modes, tree, TEST_LOADS(bad[i]), 1, &error), PEND_INVALID);
         CHECK(!modes && error.code == PEND_INVALID && strstr(error.text, "gravity"));
     }
     pend_tree_free(&tree);
@@ -340,7 +341,7 @@ TEST(modes_survive_any_allocation_that_fails) {
             struct pend_modes *modes = NULL;
             double amplitude[10], phase[10];
             test_alloc_fail(count, for_good);
-            enum pend_status status = pend_modes_new(&modes, t.tree, GRAVITY, 1, NULL);
+            enum pend_status status = pend_modes_new(&modes, t.tree, TEST_LOADS(GRAVITY), 1, NULL);
             if (!status)
                 status = pend_modes_decompose(modes, t.tree, NULL, t.phi, t.rate, amplitude, phase);
             test_alloc_faults_off();
@@ -369,7 +370,7 @@ TEST(modes_of_like_branches_and_crowds_survive_any_allocation_that_fails) {
         }
         test_tree_rebuild(&t);
         struct pend_modes_request request = {
-            .gravity = GRAVITY, .vectors = 1, .up = variant > 3 ? up : NULL};
+            .loads.gravity = GRAVITY, .vectors = 1, .up = variant > 3 ? up : NULL};
         if (variant > 1) request.select = PEND_SELECT_FASTEST, request.count = 30;
         for (long count = 1;; count++) {
             struct pend_modes *modes = NULL;
@@ -390,7 +391,7 @@ TEST(modes_of_like_branches_and_crowds_survive_any_allocation_that_fails) {
 static double gsl_gap(const struct pend_tree *tree) {
     struct pend_modes *fast = modes_of(tree, GRAVITY), *dense = NULL;
     double worst = 0;
-    CHECK_INT(pend_modes_gsl_new(&dense, tree, GRAVITY, 1, NULL), PEND_OK);
+    CHECK_INT(pend_modes_gsl_new(&dense, tree, TEST_LOADS(GRAVITY), 1, NULL), PEND_OK);
     for (int k = 0; k < tree->n; k++)
         worst = fmax(worst, fabs(fast->omega[k] / dense->omega[k] - 1));
     pend_modes_free(&fast);
@@ -432,7 +433,7 @@ TEST(modes_of_like_branches_are_the_dense_ones) {
         }
         test_tree_rebuild(&t);
         double *a = malloc(2 * (size_t)n * (size_t)n * sizeof *a), *a_inverse = a + (size_t)n * n;
-        CHECK_INT(pend_reference_linearization(t.tree, GRAVITY, a, a_inverse), PEND_OK);
+        CHECK_INT(pend_reference_linearization(t.tree, TEST_LOADS(GRAVITY), a, a_inverse), PEND_OK);
         struct pend_modes *modes = modes_of(t.tree, GRAVITY);
         worst[0] = fmax(worst[0], gsl_gap(t.tree));
         worst[1] = fmax(worst[1], residual(modes, a));
@@ -501,7 +502,7 @@ static void check_selections(const struct pend_tree *tree, unsigned long long *s
                              double *worst) {
     struct pend_modes *all = modes_of(tree, GRAVITY), *part = NULL;
     int n = tree->n, count = 1 + test_random_int(seed, n);
-    struct pend_modes_request request = {.gravity = GRAVITY, .vectors = 1, .count = count};
+    struct pend_modes_request request = {.loads.gravity = GRAVITY, .vectors = 1, .count = count};
     request.select = PEND_SELECT_SLOWEST;
     CHECK_INT(pend_modes_select(&part, tree, &request, NULL), PEND_OK);
     CHECK(part->count == count && part->first == 0);
@@ -561,7 +562,7 @@ TEST(modes_selected_about_any_equilibrium_are_those_of_the_whole) {
         test_tree_rebuild(&t);
         /* standing by depth, so that like branches stay alike */
         for (int k = 0; k < n; k++) up[k] = t.tree->depth[k] % 2 == round % 2;
-        struct pend_modes_request request = {.gravity = GRAVITY, .vectors = 1, .up = up};
+        struct pend_modes_request request = {.loads.gravity = GRAVITY, .vectors = 1, .up = up};
         struct pend_modes *all = NULL, *some = NULL;
         REQUIRE(pend_modes_select(&all, t.tree, &request, NULL) == PEND_OK);
         request.select = PEND_SELECT_NUMBERS;
@@ -590,11 +591,11 @@ TEST(modes_refuse_selections_that_mean_nothing) {
     const double length[] = {1, 1}, mass[] = {1, 1};
     struct pend_tree *tree = tree_of(2, length, mass, (int[]){-1, 0});
     const struct pend_modes_request bad[] = {
-        {.gravity = 1, .select = PEND_SELECT_SLOWEST, .count = 3},
-        {.gravity = 1, .select = PEND_SELECT_SLOWEST},
-        {.gravity = 1, .select = PEND_SELECT_FASTEST, .count = -1},
-        {.gravity = 1, .select = PEND_SELECT_BETWEEN, .from = 2, .to = 1},
-        {.gravity = 1, .select = PEND_SELECT_BETWEEN, .from = NAN}};
+        {.loads.gravity = 1, .select = PEND_SELECT_SLOWEST, .count = 3},
+        {.loads.gravity = 1, .select = PEND_SELECT_SLOWEST},
+        {.loads.gravity = 1, .select = PEND_SELECT_FASTEST, .count = -1},
+        {.loads.gravity = 1, .select = PEND_SELECT_BETWEEN, .from = 2, .to = 1},
+        {.loads.gravity = 1, .select = PEND_SELECT_BETWEEN, .from = NAN}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         struct pend_modes *modes = NULL;
         struct pend_error error;
@@ -641,8 +642,9 @@ TEST(modes_about_any_equilibrium) {
         test_tree_rebuild(&t);
         for (int k = 0; k < n; k++) standing += up[k] = (unsigned char)(test_random(&seed) < 0.4);
         double *a_inverse = malloc((size_t)n * (size_t)n * sizeof *a_inverse);
-        CHECK_INT(pend_reference_linearization(t.tree, GRAVITY, NULL, a_inverse), PEND_OK);
-        struct pend_modes_request request = {.gravity = GRAVITY, .vectors = 1, .up = up};
+        CHECK_INT(pend_reference_linearization(t.tree, TEST_LOADS(GRAVITY), NULL, a_inverse),
+                  PEND_OK);
+        struct pend_modes_request request = {.loads.gravity = GRAVITY, .vectors = 1, .up = up};
         struct pend_modes *modes = NULL;
         CHECK_INT(pend_modes_select(&modes, t.tree, &request, NULL), PEND_OK);
         CHECK_INT(modes->growing, standing);
@@ -659,7 +661,7 @@ TEST(modes_of_standing_arms_grow_at_the_rates_at_which_hanging_ones_swing) {
     const double length[] = {1, 1}, mass[] = {1, 1};
     const unsigned char up[] = {1, 1};
     struct pend_tree *tree = tree_of(2, length, mass, (int[]){-1, 0});
-    struct pend_modes_request request = {.gravity = GRAVITY, .vectors = 1, .up = up};
+    struct pend_modes_request request = {.loads.gravity = GRAVITY, .vectors = 1, .up = up};
     struct pend_modes *modes = NULL;
     CHECK_INT(pend_modes_select(&modes, tree, &request, NULL), PEND_OK);
     CHECK_RESIDUAL(fabs(modes->omega[0] / -sqrt(GRAVITY * (2 + sqrt(2))) - 1), 1e-15,

@@ -14,7 +14,7 @@ static struct pend_laplacian *laplacian_of(const struct pend_tree *tree) {
     struct pend_laplacian *l = NULL;
     CHECK_INT(pend_laplacian_alloc(&l, tree->n), PEND_OK);
     for (int k = 0; k < tree->n; k++) {
-        l->spring[k] = pend_laplacian_spring(tree, GRAVITY, NULL, k);
+        l->spring[k] = pend_laplacian_spring(tree, TEST_LOADS(GRAVITY), NULL, k);
         l->mass[k] = tree->mass[k];
         l->len[k] = tree->len[k];
         l->parent[k] = tree->parent[k];

@@ -120,8 +120,9 @@ static struct quality quality_of(enum test_tree_kind kind, int n, double spread,
     }
     if (alike) test_tree_rebuild(&t);
     struct pend_error error = {.text = ""};
-    int found = CHECK_SAYING(pend_modes_new(&modes, t.tree, GRAVITY, 1, &error) == PEND_OK, "%s",
-                             error.text);
+    int found =
+        CHECK_SAYING(pend_modes_new(&modes, t.tree, TEST_LOADS(GRAVITY), 1, &error) == PEND_OK,
+                     "%s", error.text);
     if (found) q = measure(modes, t.tree);
     pend_modes_free(&modes);
     test_tree_clear(&t);
@@ -231,10 +232,10 @@ TEST(modes_vectors_of_a_part_of_a_hundred_thousand_arms) {
         struct pend_modes *part = NULL, *fastest = NULL;
         test_tree_random(&t, (enum test_tree_kind)kind, 100000, 0.3, &seed);
         struct pend_modes_request request = {
-            .gravity = GRAVITY, .vectors = 1, .select = PEND_SELECT_SLOWEST, .count = 12};
+            .loads.gravity = GRAVITY, .vectors = 1, .select = PEND_SELECT_SLOWEST, .count = 12};
         REQUIRE(pend_modes_select(&part, t.tree, &request, NULL) == PEND_OK);
         request = (struct pend_modes_request){
-            .gravity = GRAVITY, .select = PEND_SELECT_FASTEST, .count = 1};
+            .loads.gravity = GRAVITY, .select = PEND_SELECT_FASTEST, .count = 1};
         REQUIRE(pend_modes_select(&fastest, t.tree, &request, NULL) == PEND_OK);
         worse(&worst, quality_of_part(t.tree, part, fastest->omega[0] * fastest->omega[0]));
         pend_modes_free(&part);
@@ -252,11 +253,11 @@ TEST(modes_vectors_hold_at_every_instruction_set) {
     struct test_tree t;
     test_tree_random(&t, TEST_TREE_LIMBS, N, 0.3, &seed);
     struct pend_modes *modes = NULL;
-    REQUIRE(pend_modes_new(&modes, t.tree, GRAVITY, 1, NULL) == PEND_OK);
+    REQUIRE(pend_modes_new(&modes, t.tree, TEST_LOADS(GRAVITY), 1, NULL) == PEND_OK);
     struct pend_laplacian *l = NULL;
     REQUIRE(pend_laplacian_alloc(&l, N) == PEND_OK);
     for (int k = 0; k < N; k++) {
-        l->spring[k] = pend_laplacian_spring(t.tree, GRAVITY, NULL, k);
+        l->spring[k] = pend_laplacian_spring(t.tree, TEST_LOADS(GRAVITY), NULL, k);
         l->mass[k] = t.tree->mass[k];
         l->len[k] = t.tree->len[k];
         l->parent[k] = t.tree->parent[k];

@@ -30,7 +30,7 @@ static int run_chain(const struct pend_method *method, double rtol, const double
     }
     if (pend_tree_new(&tree, RUN_ARMS, len, mass, parent, NULL) != PEND_OK) return 0;
     struct pend_problem ask = {.tree = tree,
-                               .gravity = GRAVITY * unit[0] / unit[2] / unit[2],
+                               .loads.gravity = GRAVITY * unit[0] / unit[2] / unit[2],
                                .phi = zero,
                                .rate = zero,
                                .rtol = rtol};

@@ -17,7 +17,7 @@ enum { ARMS_MAX = 256, ORDER = 20 };
 /* a tree, a state, and its series in one place */
 struct scene {
     struct pend_tree *tree;
-    double gravity;
+    struct pend_loads loads;
     _Alignas(64) double phi[ARMS_MAX], low[ARMS_MAX], rate[ARMS_MAX];
     struct pend_jets jets;
     struct jets_state state;
@@ -34,7 +34,7 @@ static int scene_open(struct scene *s, int n, const int parent[], double decades
         s->phi[k] = 6.3 * test_random(seed);
         s->rate[k] = 4 * test_random(seed) - 2;
     }
-    s->gravity = 9.81;
+    s->loads.gravity = 9.81;
     s->state = (struct jets_state){s->phi, s->low, s->rate, s->low};
     if (pend_tree_new(&s->tree, n, len, mass, parent, NULL) != PEND_OK) return 0;
     s->block = aligned_alloc(64, pend_jets_bytes(s->tree, ORDER));
@@ -90,7 +90,7 @@ static void scene_residual(struct scene *s, double unit, double x, double residu
         phi[k] = s->phi[k] + series_at(&s->jets, ORDER, k, x, 0);
         rate[k] = series_at(&s->jets, ORDER, k, x, 1) / unit;
     }
-    pend_dynamics(s->tree, s->gravity, phi, rate, s->work, acc, force);
+    pend_dynamics(s->tree, &s->loads, phi, rate, s->work, acc, force);
     for (int k = 0; k < n; k++) {
         double series[2] = {series_at(&s->jets, ORDER, k, x, 2),
                             series_at(&s->jets, ORDER, k, x, 3)};
@@ -126,7 +126,7 @@ TEST(jets_obey_the_equations_of_motion_on_every_tree_of_up_to_eight_arms) {
             struct scene s;
             REQUIRE(scene_open(&s, n, parent, 0.3, &seed));
             double unit = trees % 2 ? 0.125 : -0.125;
-            pend_jets_expand(&s.jets, s.gravity, unit, &s.state, ORDER);
+            pend_jets_expand(&s.jets, &s.loads, unit, &s.state, ORDER);
             double x = series_reach(&s.jets, n, 1e-14);
             for (int i = 0; i <= 2; i++) scene_residual(&s, unit, 0.5 * i * x, residual);
             scene_close(&s);
@@ -154,7 +154,7 @@ TEST(jets_obey_the_equations_of_motion_on_large_random_trees) {
         random_parents(n, parent, &seed);
         struct scene s;
         REQUIRE(scene_open(&s, n, parent, 0.3, &seed));
-        pend_jets_expand(&s.jets, s.gravity, 0.0625, &s.state, ORDER);
+        pend_jets_expand(&s.jets, &s.loads, 0.0625, &s.state, ORDER);
         scene_residual(&s, 0.0625, series_reach(&s.jets, n, 1e-14), residual);
         scene_close(&s);
     }
@@ -176,7 +176,7 @@ TEST(jets_obey_the_equations_of_motion_on_large_trees_of_every_kind) {
             for (enum pend_isa isa = 0; isa <= pend_isa_best(); isa++) {
                 REQUIRE(scene_open(&s, sizes[i], parent, 0.3, &seed));
                 s.jets.isa = isa;
-                pend_jets_expand(&s.jets, s.gravity, 0.0625, &s.state, ORDER);
+                pend_jets_expand(&s.jets, &s.loads, 0.0625, &s.state, ORDER);
                 scene_residual(&s, 0.0625, series_reach(&s.jets, sizes[i], 1e-14), residual);
                 scene_close(&s);
             }
@@ -199,7 +199,7 @@ TEST(jets_have_the_same_bits_in_avx2_and_avx512) {
         int differ = 0;
         for (enum pend_isa isa = least; isa <= best; isa++) {
             s.jets.isa = isa;
-            pend_jets_expand(&s.jets, s.gravity, 0.0625, &s.state, ORDER);
+            pend_jets_expand(&s.jets, &s.loads, 0.0625, &s.state, ORDER);
             for (int k = 0; k < n; k++) {
                 for (int j = 0; j <= ORDER; j++) {
                     double x = s.jets.rate[pend_jets_place(&s.jets, k, j)];
@@ -219,8 +219,8 @@ TEST(jets_have_the_same_bits_in_avx2_and_avx512) {
 static void scene_start(struct scene *s, double residual[2]) {
     int n = s->tree->n;
     double acc[ARMS_MAX], force[ARMS_MAX], scale[2] = {0, 0}, worst[2] = {0, 0};
-    pend_jets_expand(&s->jets, s->gravity, 0.0625, &s->state, PEND_JETS_ORDER_MIN);
-    pend_dynamics(s->tree, s->gravity, s->phi, s->rate, s->work, acc, force);
+    pend_jets_expand(&s->jets, &s->loads, 0.0625, &s->state, PEND_JETS_ORDER_MIN);
+    pend_dynamics(s->tree, &s->loads, s->phi, s->rate, s->work, acc, force);
     for (int k = 0; k < n; k++) {
         double first = s->jets.rate[pend_jets_place(&s->jets, k, 1)] * 256;
         double error[2] = {fabs(first - acc[k]),
@@ -268,7 +268,7 @@ TEST(jets_obey_the_equations_of_motion_on_chains_of_every_length) {
             s.jets.isa = isa;
             strands += s.jets.system.chain != NULL;
             double unit = n % 2 ? 0.0625 : -0.0625;
-            pend_jets_expand(&s.jets, s.gravity, unit, &s.state, ORDER);
+            pend_jets_expand(&s.jets, &s.loads, unit, &s.state, ORDER);
             scene_residual(&s, unit, series_reach(&s.jets, n, 1e-14), residual);
             scene_close(&s);
         }
@@ -292,8 +292,8 @@ static int scene_compare(struct scene *s, double unit, double worst[2]) {
     other.jets.system.blocks = &other.jets.blocks;
     other.jets.system.chain = NULL;
     other.jets.isa = (enum pend_isa)isa;
-    pend_jets_expand(&s->jets, s->gravity, unit, &s->state, ORDER);
-    pend_jets_expand(&other.jets, s->gravity, unit, &s->state, ORDER);
+    pend_jets_expand(&s->jets, &s->loads, unit, &s->state, ORDER);
+    pend_jets_expand(&other.jets, &s->loads, unit, &s->state, ORDER);
     for (int j = 0; j <= ORDER; j++) {
         double gap[2] = {0, 0}, scale[2] = {0, 0};
         for (int k = 0; k < n; k++) {
@@ -386,7 +386,7 @@ TEST(jets_notice_a_wrong_coefficient) {
     int parent[4] = {-1, 0, 1, 1};
     struct scene s;
     REQUIRE(scene_open(&s, 4, parent, 0.3, &seed));
-    pend_jets_expand(&s.jets, s.gravity, 0.125, &s.state, ORDER);
+    pend_jets_expand(&s.jets, &s.loads, 0.125, &s.state, ORDER);
     double x = series_reach(&s.jets, 4, 1e-14), residual[2] = {0, 0};
     s.jets.rate[pend_jets_place(&s.jets, 1, 7)] *= 1 + 1e-3;
     scene_residual(&s, 0.125, x, residual);
@@ -405,7 +405,7 @@ static double spread_by_neighbours(struct scene *s, double unit, double x, const
     for (int side = 0; side < 2; side++) {
         for (int k = 0; k < n; k++)
             s->phi[k] += sign[side] * near * phi[k], s->rate[k] += sign[side] * near * rate[k];
-        pend_jets_expand(&s->jets, s->gravity, unit, &s->state, JETS_SPREAD);
+        pend_jets_expand(&s->jets, &s->loads, unit, &s->state, JETS_SPREAD);
         for (int k = 0; k < n; k++) {
             double share = sign[side] / (2 * near);
             to_phi[k] += share * (s->phi[k] + series_at(&s->jets, JETS_SPREAD, k, x, 0));
@@ -437,8 +437,8 @@ TEST(jets_spread_errors_as_neighbours_part) {
         double want = spread_by_neighbours(&s, unit, x, phi, rate, to_phi, to_rate);
         pend_jets_answers(&s.jets, answers);
         CHECK(pend_jets_spreads(&s.jets));
-        pend_jets_expand(&s.jets, s.gravity, unit, &s.state, ORDER);
-        double got = pend_jets_spread(&s.jets, s.gravity, x, unit, phi, rate);
+        pend_jets_expand(&s.jets, &s.loads, unit, &s.state, ORDER);
+        double got = pend_jets_spread(&s.jets, &s.loads, x, unit, phi, rate);
         for (int k = 0; k < n; k++) size = fmax(size, fmax(fabs(to_phi[k]), fabs(to_rate[k])));
         CHECK_SAYING(fabs(got - want) <= 1e-6 * (1 + want),
                      "%d arms: forces off by %g, by neighbours %g", n, got, want);
@@ -465,7 +465,7 @@ TEST(jets_foretell_what_a_step_leaves_out) {
         double *rate = aligned_alloc(64, bytes), *phi = aligned_alloc(64, bytes), size = 0, off = 0,
                off_phi = 0;
         if (!CHECK(rate && phi)) return;
-        pend_jets_expand(&s.jets, s.gravity, 0.0625, &s.state, ORDER);
+        pend_jets_expand(&s.jets, &s.loads, 0.0625, &s.state, ORDER);
         double x = pend_jets_reach(&s.jets, STEP, log2(1e-8), -INFINITY);
         pend_jets_left(&s.jets, STEP, 2, x, rate, phi);
         for (int k = 0; k < n; k++) {

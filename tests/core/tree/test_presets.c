@@ -46,7 +46,7 @@ TEST(presets_build_without_a_fault_and_move) {
             CHECK(isfinite(phi[k]) && isfinite(rate[k]));
         }
         t.phi = phi, t.rate = rate;
-        test_tree_dynamics(&t, p.gravity, acc, force);
+        test_tree_dynamics(&t, &p.loads, acc, force);
         for (int k = 0; k < p.n; k++) liveliest = fmax(liveliest, fabs(acc[k]) + fabs(rate[k]));
         CHECK_SAYING(liveliest > 0.1, "%s stays where it is", p.name);
         double samples = p.stop / p.step;
@@ -69,7 +69,7 @@ TEST(preset_of_the_paper_is_the_papers_example) {
     CHECK(!memcmp(p.length, length, sizeof length) && !memcmp(p.mass, mass, sizeof mass));
     CHECK(!memcmp(p.parent, parent, sizeof parent));
     for (int k = 0; k < 4; k++) CHECK(p.phi[k] == 0 && p.rate[k] == 0);
-    CHECK(p.gravity == 9.81 && p.stop == 5 && p.step == 0.01);
+    CHECK(p.loads.gravity == 9.81 && p.stop == 5 && p.step == 0.01);
 }
 
 TEST(presets_have_the_shapes_of_their_names) {
@@ -92,7 +92,7 @@ TEST(preset_two_to_one_has_frequencies_in_that_ratio) {
     double a[4];
     preset_by_name("two-to-one", &p);
     REQUIRE(pend_tree_new(&tree, p.n, p.length, p.mass, p.parent, NULL) == PEND_OK);
-    REQUIRE(pend_reference_linearization(tree, p.gravity, a, NULL) == PEND_OK);
+    REQUIRE(pend_reference_linearization(tree, &p.loads, a, NULL) == PEND_OK);
     double trace = a[0] + a[3], det = a[0] * a[3] - a[1] * a[2],
            root = sqrt(trace * trace - 4 * det);
     CHECK_RESIDUAL(fabs(sqrt((trace + root) / (trace - root)) - 2), 1e-15, "frequencies as 2 to 1");

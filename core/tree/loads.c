@@ -1,0 +1,19 @@
+#include "core/tree/loads.h"
+
+#include <math.h>
+
+enum pend_status pend_loads_check(const struct pend_loads *loads, struct pend_error *error) {
+    if (!isfinite(loads->gravity))
+        return pend_fail(error, PEND_INVALID, -1, 0, "gravity must be finite");
+    return PEND_OK;
+}
+
+int pend_loads_pull_down(const struct pend_loads *loads) {
+    return loads->gravity > 0 && isfinite(loads->gravity);
+}
+
+enum pend_status pend_loads_check_linear(const struct pend_loads *loads, struct pend_error *error) {
+    if (pend_loads_pull_down(loads)) return PEND_OK;
+    return pend_fail(error, PEND_INVALID, -1, 0,
+                     "gravity must be a finite number greater than 0, got %.17g", loads->gravity);
+}

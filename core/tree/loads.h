@@ -1,0 +1,37 @@
+/* Everything that acts on a tree from outside it.
+ * Leaves to others: the equations in which it stands (dynamics, taylor, modes, integrate).
+ * Invariant: a computation never changes the loads that it was given; whoever owns them keeps them
+ * unchanged until it ends. */
+#ifndef PEND_LOADS_H
+#define PEND_LOADS_H
+
+#include "core/base/status.h"
+
+/* A term of the equations of motion that depends on what surrounds the tree is a member here. */
+struct pend_loads {
+    double gravity; /* m/s^2, downwards (along -i); any finite value, negative values act upwards */
+};
+
+/**
+ * Checks loads for an integration.
+ *
+ * PEND_INVALID  gravity is not finite. O(1).
+ */
+PEND_MUST_CHECK enum pend_status pend_loads_check(const struct pend_loads *loads,
+                                                  struct pend_error *error);
+
+/**
+ * Non-zero if the loads pull every arm downwards, so that the tree that hangs straight down is a
+ * stable equilibrium: gravity is finite and greater than 0. The linearization needs it. O(1).
+ */
+int pend_loads_pull_down(const struct pend_loads *loads);
+
+/**
+ * Checks loads for the linearization.
+ *
+ * PEND_INVALID  not pend_loads_pull_down. O(1).
+ */
+PEND_MUST_CHECK enum pend_status pend_loads_check_linear(const struct pend_loads *loads,
+                                                         struct pend_error *error);
+
+#endif
