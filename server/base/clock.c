@@ -1,11 +1,13 @@
 #include "server/base/clock.h"
 
-#include <time.h>
+#include <assert.h>
+
+enum { SECOND = 1000000000 };
 
 int64_t srv_clock_now(void) {
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+    return (int64_t)now.tv_sec * SECOND + now.tv_nsec;
 }
 
 double srv_clock_seconds(void *context) {
@@ -14,6 +16,11 @@ double srv_clock_seconds(void *context) {
 }
 
 int64_t srv_clock_span(double seconds) { return (int64_t)(seconds * 1e9); }
+
+struct timespec srv_clock_timespec(int64_t ns) {
+    assert(ns >= 0);
+    return (struct timespec){ns / SECOND, ns % SECOND};
+}
 
 void srv_clock_stamp(struct srv_stamp *stamp) {
     struct timespec now;

@@ -5,6 +5,7 @@
 #define SRV_CLOCK_H
 
 #include <stdint.h>
+#include <time.h>
 
 /* A wall clock reading as text, kept from one to the next: most of it stays the same for a
  * second. */
@@ -21,6 +22,9 @@ double srv_clock_seconds(void *context);
 
 /** Nanoseconds in so many seconds. */
 int64_t srv_clock_span(double seconds);
+
+/** An instant of srv_clock_now, at least 0, in the form that the system's calls want. */
+struct timespec srv_clock_timespec(int64_t ns);
 
 /** Puts the wall clock's time into stamp->text, in UTC as RFC 3339 writes it; a stamp begins as
  * {0}. */

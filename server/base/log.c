@@ -9,12 +9,12 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "api/base/buffer.h"
 #include "api/base/text.h"
 #include "server/base/clock.h"
+#include "server/base/condition.h"
 
 enum {
     LOG_BYTES = 1 << 20, /* room for lines that are not yet written, each stream */
@@ -43,15 +43,6 @@ struct srv_log {
     struct log_stream requests, messages;
     struct srv_stamp stamp;
 };
-
-static struct timespec log_in(int ms) {
-    struct timespec when;
-    clock_gettime(CLOCK_MONOTONIC, &when);
-    when.tv_nsec += (long)ms * 1000000;
-    when.tv_sec += when.tv_nsec / 1000000000;
-    when.tv_nsec %= 1000000000;
-    return when;
-}
 
 /* waits until the stream takes a piece; a reader that does not read is waited for in slices, at
  * the end not for long */
@@ -121,12 +112,13 @@ static void *log_main(void *argument) {
     pthread_mutex_lock(&log->lock);
     while (more) {
         log->idle = 1;
-        while (log_empty(log) && !log->stopping) pthread_cond_wait(&log->wake, &log->lock);
+        while (log_empty(log) && !log->stopping)
+            srv_condition_wait(&log->wake, &log->lock, SRV_CONDITION_NEVER);
         log->idle = 0;
         /* let some lines come together, unless a message is waiting */
-        struct timespec until = log_in(LOG_NAP_MS);
+        int64_t until = srv_clock_now() + (int64_t)LOG_NAP_MS * 1000000;
         while (!log->stopping && !log->messages.filling.bytes &&
-               !pthread_cond_timedwait(&log->wake, &log->lock, &until))
+               srv_condition_wait(&log->wake, &log->lock, until))
             continue;
         log_swap(&log->requests, "{\"lost_lines\":", "}");
         log_swap(&log->messages, "", " messages were lost");
@@ -157,12 +149,8 @@ static void log_stream_clear(struct log_stream *stream) {
 enum pend_status srv_log_new(struct srv_log **log, int requests, int messages) {
     struct srv_log *made = *log = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
-    pthread_condattr_t monotonic;
-    pthread_condattr_init(&monotonic);
-    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
     pthread_mutex_init(&made->lock, NULL);
-    pthread_cond_init(&made->wake, &monotonic);
-    pthread_condattr_destroy(&monotonic);
+    srv_condition_init(&made->wake);
     log_stream_init(&made->requests, requests);
     log_stream_init(&made->messages, messages);
     if (!pthread_create(&made->thread, NULL, log_main, made)) return PEND_OK;

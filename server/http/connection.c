@@ -66,7 +66,7 @@ struct connection {
 };
 
 static struct connection *connection_of_watched(struct srv_watched *watched) {
-    return (struct connection *)((char *)watched - offsetof(struct connection, watched));
+    return SRV_CONTAINER_OF(watched, struct connection, watched);
 }
 
 /* the seconds that a client has for so many bytes */
@@ -403,7 +403,7 @@ void srv_connection_completed(void *context, struct MHD_Connection *mhd, void **
 /* --- what the wire tells --- */
 
 static struct connection *connection_of_hook(struct srv_recv_hook *hook) {
-    return (struct connection *)((char *)hook - offsetof(struct connection, hook));
+    return SRV_CONTAINER_OF(hook, struct connection, hook);
 }
 
 static void connection_refuses(struct srv_recv_hook *hook) {

@@ -9,10 +9,10 @@
 #include <string.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "server/base/clock.h"
+#include "server/base/condition.h"
 
 enum {
     WATCH_SLOW_MS = 250, /* the tick when only deadlines matter */
@@ -34,8 +34,8 @@ struct watch_lingerer {
     int64_t deadline;
 };
 
-/* The ring of watched connections closes in `ring`; those whose client waits come first, so that
- * a quick tick need not look at thousands of others. */
+/* In `watched` those whose client waits come first, so that a quick tick need not look at thousands
+ * of others. */
 struct srv_watch {
     pthread_mutex_t lock;
     pthread_cond_t wake;
@@ -43,7 +43,7 @@ struct srv_watch {
     int stopping, asleep; /* asleep: the thread waits longer than a quick tick */
     int count, waiting, glow;
     int64_t listened; /* ns: when those who listen were looked at */
-    struct srv_watched ring;
+    struct srv_list watched;
     char timeout[512]; /* the answer 408 */
     int lingerers;
     int most; /* of these, that there may be */
@@ -80,23 +80,16 @@ static void watch_end(struct srv_watched *watched) {
     if (++watched->seen >= WATCH_SIGHTS) shutdown(watched->fd, SHUT_RD);
 }
 
-static void watch_unlink(struct srv_watched *watched) {
-    watched->previous->next = watched->next;
-    watched->next->previous = watched->previous;
-}
-
-static void watch_link(struct srv_watched *before, struct srv_watched *watched) {
-    watched->previous = before;
-    watched->next = before->next;
-    before->next = watched->next->previous = watched;
+static struct srv_watched *watch_of_link(struct srv_list *link) {
+    return SRV_CONTAINER_OF(link, struct srv_watched, link);
 }
 
 static void watch_round(struct srv_watch *watch) {
     int64_t now = srv_clock_now();
     int slow = now - watch->listened >= (int64_t)(WATCH_SLOW_MS - SRV_WATCH_TICK_MS) * 1000000;
     if (slow) watch->listened = now;
-    for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring;
-         watched = watched->next) {
+    SRV_LIST_EACH (link, &watch->watched) {
+        struct srv_watched *watched = watch_of_link(link);
         if (watched->phase != SRV_WATCH_WAITING && !slow) return;
         if (watched->phase == SRV_WATCH_WAITING || watched->phase == SRV_WATCH_LISTENING)
             watch_look(watched);
@@ -139,16 +132,9 @@ static int watch_pause(struct srv_watch *watch) {
 
 static void watch_sleep(struct srv_watch *watch) {
     int ms = watch_pause(watch);
-    struct timespec until;
-    clock_gettime(CLOCK_MONOTONIC, &until);
-    until.tv_nsec += (long)ms * 1000000;
-    until.tv_sec += until.tv_nsec / 1000000000;
-    until.tv_nsec %= 1000000000;
     watch->asleep = ms != SRV_WATCH_TICK_MS;
-    if (ms)
-        pthread_cond_timedwait(&watch->wake, &watch->lock, &until);
-    else
-        pthread_cond_wait(&watch->wake, &watch->lock);
+    srv_condition_wait(&watch->wake, &watch->lock,
+                       ms ? srv_clock_now() + (int64_t)ms * 1000000 : SRV_CONDITION_NEVER);
     watch->asleep = 0;
 }
 
@@ -170,13 +156,8 @@ enum pend_status srv_watch_new(struct srv_watch **watch) {
     struct srv_watch *made = *watch = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
     made->most = SRV_WATCH_LINGERING;
-    pthread_condattr_t monotonic;
-    pthread_condattr_init(&monotonic);
-    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
     pthread_mutex_init(&made->lock, NULL);
-    pthread_cond_init(&made->wake, &monotonic);
-    pthread_condattr_destroy(&monotonic);
-    made->ring.next = made->ring.previous = &made->ring;
+    srv_condition_init(&made->wake);
     snprintf(made->timeout, sizeof made->timeout, "%sContent-Length: %zu\r\n\r\n%s", watch_head,
              sizeof watch_body - 1, watch_body);
     if (!pthread_create(&made->thread, NULL, watch_main, made)) return PEND_OK;
@@ -215,14 +196,14 @@ void srv_watch_add(struct srv_watch *watch, struct srv_watched *watched, int64_t
     watched->deadline = deadline;
     watched->since = srv_clock_now();
     watched->served = watched->seen = 0;
-    watch_link(watch->ring.previous, watched);
+    srv_list_append(&watch->watched, &watched->link);
     if (!watch->count++) watch_wake(watch);
     pthread_mutex_unlock(&watch->lock);
 }
 
 void srv_watch_remove(struct srv_watch *watch, struct srv_watched *watched) {
     pthread_mutex_lock(&watch->lock);
-    watch_unlink(watched);
+    srv_list_remove(&watched->link);
     watch->count--;
     watch->waiting -= watched->phase == SRV_WATCH_WAITING;
     pthread_mutex_unlock(&watch->lock);
@@ -234,8 +215,8 @@ void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched,
     int waits = phase == SRV_WATCH_WAITING;
     if (waits != (watched->phase == SRV_WATCH_WAITING)) {
         watch->waiting += waits ? 1 : -1;
-        watch_unlink(watched);
-        watch_link(waits ? &watch->ring : watch->ring.previous, watched);
+        srv_list_remove(&watched->link);
+        srv_list_insert(waits ? &watch->watched : watch->watched.previous, &watched->link);
     }
     watched->phase = phase;
     watched->deadline = deadline;
@@ -250,14 +231,15 @@ void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched,
 
 void srv_watch_leave_all(struct srv_watch *watch) {
     pthread_mutex_lock(&watch->lock);
-    for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring;
-         watched = watched->next)
+    SRV_LIST_EACH (link, &watch->watched) {
+        struct srv_watched *watched = watch_of_link(link);
         if ((watched->phase == SRV_WATCH_WAITING || watched->phase == SRV_WATCH_STREAMING ||
              watched->phase == SRV_WATCH_LISTENING) &&
             watched->seen < WATCH_SIGHTS) {
             watched->seen = WATCH_SIGHTS;
             watched->left(watched);
         }
+    }
     pthread_mutex_unlock(&watch->lock);
 }
 
@@ -268,8 +250,8 @@ int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience) {
     if (patience < moment) patience = moment;
     pthread_mutex_lock(&watch->lock);
     for (int i = 0; i < watch->lingerers; i++) busy += watch->linger[i].deadline > lingering;
-    for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring;
-         watched = watched->next) {
+    SRV_LIST_EACH (link, &watch->watched) {
+        struct srv_watched *watched = watch_of_link(link);
         int unread = 0;
         /* a browser asks again on another connection; a proxy must not, where it has sent a POST
          * on this one */

@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "core/base/status.h"
+#include "server/base/list.h"
 
 enum {
     SRV_WATCH_TICK_MS = 25,    /* how often waiting clients are looked at */
@@ -38,7 +39,7 @@ struct srv_watched {
     /** The client of a waiting connection is gone. Called once a request, on the watch's thread,
      * with its lock held. */
     void (*left)(struct srv_watched *watched);
-    struct srv_watched *next, *previous;
+    struct srv_list link;
     enum srv_watch_phase phase;
     int64_t deadline;   /* ns of srv_clock_now, 0 = none */
     int64_t since;      /* ns: when it became idle */

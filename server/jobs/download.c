@@ -1,7 +1,6 @@
 #include "server/jobs/download.h"
 
 #include <pthread.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -38,7 +37,7 @@ struct download {
 };
 
 static struct download *download_of(struct srv_ask *ask) {
-    return (struct download *)((char *)ask - offsetof(struct download, ask));
+    return SRV_CONTAINER_OF(ask, struct download, ask);
 }
 
 static void download_end(struct download *download) {
@@ -53,7 +52,7 @@ static void download_end(struct download *download) {
 /* --- what the threads of the storage do --- */
 
 static enum srv_stored download_run(struct srv_store *store, struct srv_store_call *call) {
-    struct download *download = download_of((struct srv_ask *)call);
+    struct download *download = SRV_CONTAINER_OF(call, struct download, ask.call);
     return srv_store_chunk(store, download->id, download->read.part, download->read.chunk,
                            download->read.to, &download->read.bytes);
 }

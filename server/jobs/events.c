@@ -7,6 +7,8 @@
 #include <string.h>
 
 #include "server/base/clock.h"
+#include "server/base/condition.h"
+#include "server/base/list.h"
 #include "server/work/inflight.h"
 #include "server/jobs/job_view.h"
 
@@ -20,7 +22,7 @@ enum {
 /* A stream that is open. */
 struct srv_listener {
     struct srv_exchange *exchange;
-    struct srv_listener *next;
+    struct srv_list link;
     struct srv_job job;      /* as it was seen last */
     char told[SRV_EVENT_ID]; /* of the event that was sent last; "" = none */
     int64_t beat_at;         /* ns: when a comment is due */
@@ -32,7 +34,7 @@ struct srv_listener {
 
 /* A question about all jobs that somebody listens to. */
 struct events_look {
-    struct srv_ask ask; /* first */
+    struct srv_ask ask;
     int count;
     struct srv_job *job; /* ids in, states out */
     enum srv_stored *stored;
@@ -45,7 +47,7 @@ struct srv_events {
     pthread_t thread;
     int most, count, started, over;
     int news, draining;
-    struct srv_listener *first;
+    struct srv_list listeners;
     struct events_look look; /* the thread's */
 };
 
@@ -54,6 +56,10 @@ void srv_events_id(const struct srv_job *job, char id[SRV_EVENT_ID]) {
 }
 
 /* --- one stream; called with the lock --- */
+
+static struct srv_listener *listener_of_link(struct srv_list *link) {
+    return SRV_CONTAINER_OF(link, struct srv_listener, link);
+}
 
 /* there is something that was not told */
 static int listener_news(const struct srv_listener *listener) {
@@ -105,9 +111,7 @@ static void listener_wake(struct srv_listener *listener) {
 }
 
 static void listener_free(struct srv_events *events, struct srv_listener *listener) {
-    struct srv_listener **at = &events->first;
-    while (*at != listener) at = &(*at)->next;
-    *at = listener->next;
+    srv_list_remove(&listener->link);
     events->count--;
     atomic_fetch_sub(&events->service->listening, 1);
     srv_memory_add(&events->service->memory, SRV_MEMORY_CONNECTIONS, -EVENTS_BYTES);
@@ -124,7 +128,8 @@ static int events_part(int most, int share) { return most / share > 0 ? most / s
  * theirs */
 static int events_sated(const struct srv_events *events, const struct srv_identity *who) {
     int own = 0, all = 0;
-    for (const struct srv_listener *at = events->first; at; at = at->next) {
+    SRV_LIST_EACH (link, &events->listeners) {
+        const struct srv_listener *at = listener_of_link(link);
         own += !strcmp(at->exchange->identity.key, who->key);
         all += !strcmp(at->exchange->identity.source, who->source);
     }
@@ -147,9 +152,8 @@ enum pend_status srv_events_open(struct srv_events *events, struct srv_exchange 
     *own = events_sated(events, &exchange->identity);
     if (status == PEND_OK && (*own || events->count >= events->most)) status = PEND_LIMIT;
     if (status == PEND_OK) {
-        made->next = events->first;
         made->over = events->draining;
-        events->first = made;
+        srv_list_append(&events->listeners, &made->link);
         events->count++;
         atomic_fetch_add(&events->service->listening, 1);
         srv_memory_add(&events->service->memory, SRV_MEMORY_CONNECTIONS, EVENTS_BYTES);
@@ -207,7 +211,7 @@ void srv_events_news(struct srv_events *events) {
     if (!events) return;
     pthread_mutex_lock(&events->lock);
     events->news = 1;
-    if (events->first) pthread_cond_signal(&events->some);
+    if (events->count) pthread_cond_signal(&events->some);
     pthread_mutex_unlock(&events->lock);
 }
 
@@ -215,7 +219,8 @@ void srv_events_drain(struct srv_events *events) {
     if (!events) return;
     pthread_mutex_lock(&events->lock);
     events->draining = 1;
-    for (struct srv_listener *at = events->first; at; at = at->next) {
+    SRV_LIST_EACH (link, &events->listeners) {
+        struct srv_listener *at = listener_of_link(link);
         at->over = 1;
         listener_wake(at);
     }
@@ -225,7 +230,7 @@ void srv_events_drain(struct srv_events *events) {
 /* --- the thread that looks --- */
 
 static enum srv_stored look_run(struct srv_store *store, struct srv_store_call *call) {
-    struct events_look *look = (struct events_look *)call;
+    struct events_look *look = SRV_CONTAINER_OF(call, struct events_look, ask.call);
     enum srv_stored stored = SRV_STORED;
     for (int i = 0; i < look->count; i++) {
         char id[SRV_ID_BYTES];
@@ -248,16 +253,19 @@ static int look_find(const struct events_look *look, const char *id) {
 static void look_gather(struct srv_events *events) {
     struct events_look *look = &events->look;
     look->count = 0;
-    for (struct srv_listener *at = events->first; at; at = at->next)
+    SRV_LIST_EACH (link, &events->listeners) {
+        const struct srv_listener *at = listener_of_link(link);
         if (!at->over && look_find(look, at->job.id) == look->count)
             memcpy(look->job[look->count++].id, at->job.id, SRV_ID_BYTES);
+    }
 }
 
 /* tells what was found; with the lock */
 static void look_tell(struct srv_events *events) {
     const struct events_look *look = &events->look;
     int64_t now = srv_clock_now();
-    for (struct srv_listener *at = events->first; at; at = at->next) {
+    SRV_LIST_EACH (link, &events->listeners) {
+        struct srv_listener *at = listener_of_link(link);
         int i = look_find(look, at->job.id), found = i < look->count;
         if (found && look->stored[i] == SRV_STORED) at->job = look->job[i];
         /* it is not kept any more: who comes again is told so */
@@ -273,15 +281,14 @@ static int events_wait(struct srv_events *events, int64_t asked) {
             least = asked + (int64_t)EVENTS_LEAST_MS * 1000000;
     while (!events->over) {
         int64_t now = srv_clock_now(), until = events->news ? least : look;
-        struct timespec time = {until / 1000000000, until % 1000000000};
-        if (!events->first) {
-            pthread_cond_wait(&events->some, &events->lock);
+        if (!events->count) {
+            srv_condition_wait(&events->some, &events->lock, SRV_CONDITION_NEVER);
             /* the first one has just been told how things are */
             look = srv_clock_now() + (int64_t)EVENTS_LEAST_MS * 1000000;
         } else if (now >= until) {
             break;
         } else {
-            pthread_cond_timedwait(&events->some, &events->lock, &time);
+            srv_condition_wait(&events->some, &events->lock, until);
         }
     }
     events->news = 0;
@@ -310,15 +317,11 @@ static void *events_main(void *context) {
 
 enum pend_status srv_events_new(struct srv_events **events, struct srv_service *service, int most) {
     struct srv_events *made = *events = calloc(1, sizeof *made);
-    pthread_condattr_t clock;
     if (!made) return PEND_NO_MEMORY;
     made->service = service;
     made->most = most;
     pthread_mutex_init(&made->lock, NULL);
-    pthread_condattr_init(&clock);
-    pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
-    pthread_cond_init(&made->some, &clock);
-    pthread_condattr_destroy(&clock);
+    srv_condition_init(&made->some);
     made->look.job = calloc((size_t)most, sizeof *made->look.job);
     made->look.stored = calloc((size_t)most, sizeof *made->look.stored);
     if (made->look.job && made->look.stored) return PEND_OK;
@@ -344,7 +347,7 @@ void srv_events_free(struct srv_events **events) {
     struct srv_events *gone = *events;
     *events = NULL;
     if (!gone) return;
-    assert(!gone->first && !gone->started);
+    assert(srv_list_empty(&gone->listeners) && !gone->started);
     free(gone->look.job);
     free(gone->look.stored);
     pthread_cond_destroy(&gone->some);

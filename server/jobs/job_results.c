@@ -41,7 +41,7 @@ static void results_deliver(struct srv_store_request *asked) {
 }
 
 static enum srv_stored results_find(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_store_request *asked = (struct srv_store_request *)call;
+    struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     enum srv_stored stored = srv_store_job(store, asked->id, &asked->job);
     if (stored != SRV_STORED || asked->job.state != SRV_JOB_SUCCESSFUL) return stored;
     free(asked->request);

@@ -104,7 +104,7 @@ static int jobs_make_id(char id[SRV_ID_BYTES]) {
 }
 
 static enum srv_stored jobs_put(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_store_request *asked = (struct srv_store_request *)call;
+    struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     const struct srv_exchange *exchange = asked->exchange;
     struct srv_job_order order = {.id = asked->id,
                                   .client = exchange->identity.key,
@@ -223,7 +223,7 @@ void srv_jobs_submit(struct srv_exchange *exchange) {
 /* a question: the end of a job that this client may end; SRV_STORED_CLASH where it is somebody
  * else's */
 static enum srv_stored jobs_drop(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_store_request *asked = (struct srv_store_request *)call;
+    struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     enum srv_stored stored = srv_store_request_find(store, call);
     if (stored != SRV_STORED) return stored;
     if (!srv_identity_owns(&asked->exchange->identity, asked->job.client)) return SRV_STORED_CLASH;
@@ -333,7 +333,7 @@ void srv_jobs_events(struct srv_exchange *exchange) {
 /* --- many jobs --- */
 
 static enum srv_stored jobs_find_page(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_store_request *asked = (struct srv_store_request *)call;
+    struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     return srv_store_list(store, asked->exchange->identity.key, asked->before, asked->most,
                           asked->page, &asked->count);
 }

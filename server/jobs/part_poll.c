@@ -4,7 +4,7 @@
 #include <string.h>
 
 static enum srv_stored poll_run(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_part_poll *poll = (struct srv_part_poll *)call;
+    struct srv_part_poll *poll = SRV_CONTAINER_OF(call, struct srv_part_poll, ask.call);
     enum srv_stored stored = SRV_STORED;
     for (int i = 0; i < poll->count && stored < SRV_STORED_FULL; i++) {
         struct srv_job job;

@@ -2,7 +2,6 @@
 
 #include <assert.h>
 #include <pthread.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,6 +9,7 @@
 #include <unistd.h>
 
 #include "server/base/clock.h"
+#include "server/base/condition.h"
 #include "server/jobs/events.h"
 #include "server/jobs/part_slot.h"
 #include "server/store/storage.h"
@@ -63,8 +63,7 @@ static int64_t runner_beat_ns(const struct srv_part_runner *runner) {
 }
 
 static enum srv_stored runner_release(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_part_runner *runner =
-        (struct srv_part_runner *)((char *)call - offsetof(struct srv_part_runner, release));
+    struct srv_part_runner *runner = SRV_CONTAINER_OF(call, struct srv_part_runner, release.call);
     return srv_store_release(store, runner->name);
 }
 
@@ -99,8 +98,7 @@ static void runner_rest(struct srv_part_runner *runner, enum srv_stored claimed,
 }
 
 static enum srv_stored runner_claim_run(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_part_runner *runner =
-        (struct srv_part_runner *)((char *)call - offsetof(struct srv_part_runner, claim));
+    struct srv_part_runner *runner = SRV_CONTAINER_OF(call, struct srv_part_runner, claim.call);
     /* what a batch that is run again had claimed was rolled back */
     for (int i = 0; i < runner->claimed; i++) srv_lease_clear(&runner->lease[i]);
     return srv_store_claim_some(store, runner->name, runner->lease_us, runner->lease, runner->asked,
@@ -132,8 +130,7 @@ static void slot_begins(struct srv_part_slot *slot, const struct srv_lease *leas
 
 /* the answer to a claim */
 static void runner_claimed(struct srv_ask *ask) {
-    struct srv_part_runner *runner =
-        (struct srv_part_runner *)((char *)ask - offsetof(struct srv_part_runner, claim));
+    struct srv_part_runner *runner = SRV_CONTAINER_OF(ask, struct srv_part_runner, claim);
     enum srv_stored stored = ask->call.stored;
     int64_t now = srv_clock_now();
     int given = 0;
@@ -210,7 +207,7 @@ static void slot_beaten(struct srv_ask *beat) {
 
 /* what ended elsewhere is not computed on */
 static void runner_polled(struct srv_ask *ask) {
-    struct srv_part_runner *runner = ((struct srv_part_poll *)ask)->context;
+    struct srv_part_runner *runner = SRV_CONTAINER_OF(ask, struct srv_part_poll, ask)->context;
     int deaf = !srv_storage_hears(runner->service->storage);
     pthread_mutex_lock(&runner->lock);
     for (int i = 0; i < runner->count && ask->call.stored == SRV_STORED; i++)
@@ -239,7 +236,7 @@ static void slot_leave(struct srv_part_slot *slot, enum srv_part_slot_state ask)
 }
 
 static int slot_run(struct srv_task *task) {
-    struct srv_part_slot *slot = (struct srv_part_slot *)task;
+    struct srv_part_slot *slot = SRV_CONTAINER_OF(task, struct srv_part_slot, task);
     struct srv_service *service = slot->runner->service;
     int64_t begin = srv_clock_now();
     int again = 0;
@@ -361,8 +358,7 @@ static void *runner_main(void *context) {
         runner_poll(runner, now);
         runner_claim(runner, now);
         int64_t next = runner_next(runner, now);
-        struct timespec until = {next / 1000000000, next % 1000000000};
-        if (next > now) pthread_cond_timedwait(&runner->some, &runner->lock, &until);
+        if (next > now) srv_condition_wait(&runner->some, &runner->lock, next);
     }
     pthread_mutex_unlock(&runner->lock);
     return NULL;
@@ -371,8 +367,7 @@ static void *runner_main(void *context) {
 /* --- from outside --- */
 
 static void runner_released(struct srv_ask *ask) {
-    struct srv_part_runner *runner =
-        (struct srv_part_runner *)((char *)ask - offsetof(struct srv_part_runner, release));
+    struct srv_part_runner *runner = SRV_CONTAINER_OF(ask, struct srv_part_runner, release);
     pthread_mutex_lock(&runner->lock);
     runner->draining = 3;
     pthread_mutex_unlock(&runner->lock);
@@ -393,7 +388,6 @@ enum pend_status srv_part_runner_new(struct srv_part_runner **runner, struct srv
     int slots = parts ? parts + RUNNER_SMALL : 0;
     struct srv_part_runner *made = *runner =
         calloc(1, sizeof *made + (size_t)slots * sizeof made->slot[0]);
-    pthread_condattr_t clock;
     if (!made) return PEND_NO_MEMORY;
     if (!(made->poll = srv_part_poll_new(slots, runner_polled, made))) {
         free(made);
@@ -409,10 +403,7 @@ enum pend_status srv_part_runner_new(struct srv_part_runner **runner, struct srv
     made->release = (struct srv_ask){.call = {.run = runner_release}, .done = runner_released};
     runner_name(made->name);
     pthread_mutex_init(&made->lock, NULL);
-    pthread_condattr_init(&clock);
-    pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
-    pthread_cond_init(&made->some, &clock);
-    pthread_condattr_destroy(&clock);
+    srv_condition_init(&made->some);
     for (int i = 0; i < slots; i++) {
         struct srv_part_slot *slot = &made->slot[i];
         *slot = (struct srv_part_slot){

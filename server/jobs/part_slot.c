@@ -1,14 +1,13 @@
 #include "server/jobs/part_slot.h"
 
-#include <stddef.h>
 #include <string.h>
 
 struct srv_part_slot *srv_part_slot_of_ask(struct srv_ask *ask) {
-    return (struct srv_part_slot *)((char *)ask - offsetof(struct srv_part_slot, ask));
+    return SRV_CONTAINER_OF(ask, struct srv_part_slot, ask);
 }
 
 struct srv_part_slot *srv_part_slot_of_beat(struct srv_ask *beat) {
-    return (struct srv_part_slot *)((char *)beat - offsetof(struct srv_part_slot, beat));
+    return SRV_CONTAINER_OF(beat, struct srv_part_slot, beat);
 }
 
 int srv_part_slot_holds(const struct srv_part_slot *slot) {
@@ -18,25 +17,25 @@ int srv_part_slot_holds(const struct srv_part_slot *slot) {
 /* --- on the store's threads --- */
 
 static enum srv_stored slot_request(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_part_slot *slot = srv_part_slot_of_ask((struct srv_ask *)call);
+    struct srv_part_slot *slot = SRV_CONTAINER_OF(call, struct srv_part_slot, ask.call);
     return srv_store_job_request(store, slot->lease.job, &slot->run.request,
                                  &slot->run.request_bytes);
 }
 
 static enum srv_stored slot_finish(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_part_slot *slot = srv_part_slot_of_ask((struct srv_ask *)call);
+    struct srv_part_slot *slot = SRV_CONTAINER_OF(call, struct srv_part_slot, ask.call);
     const struct api_buffer *out = &slot->run.out, *carry = &slot->run.carry;
     return srv_store_finish(store, &slot->lease, out->data, out->bytes,
                             carry->bytes ? carry->data : NULL, carry->bytes);
 }
 
 static enum srv_stored slot_fail(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_part_slot *slot = srv_part_slot_of_ask((struct srv_ask *)call);
+    struct srv_part_slot *slot = SRV_CONTAINER_OF(call, struct srv_part_slot, ask.call);
     return srv_store_fail(store, &slot->lease, slot->run.message);
 }
 
 static enum srv_stored slot_extend(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_part_slot *slot = srv_part_slot_of_beat((struct srv_ask *)call);
+    struct srv_part_slot *slot = SRV_CONTAINER_OF(call, struct srv_part_slot, beat.call);
     return srv_store_extend(store, &slot->beaten, slot->lease_us);
 }
 

@@ -70,7 +70,7 @@ static void scenes_give(struct srv_exchange *exchange, int status, const char *i
 
 /* a question: the scene of store request->id, into store request->kept */
 static enum srv_stored scenes_find(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_store_request *asked = (struct srv_store_request *)call;
+    struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     free(asked->kept);
     asked->kept = NULL;
     return srv_store_scene(store, asked->id, &asked->kept, &asked->kept_bytes);
@@ -79,7 +79,7 @@ static enum srv_stored scenes_find(struct srv_store *store, struct srv_store_cal
 /* the scene that is there already, kept for this client too, else the new one; between the two
  * another process may keep the same */
 static enum srv_stored scenes_put(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_store_request *asked = (struct srv_store_request *)call;
+    struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     const struct srv_identity *who = &asked->exchange->identity;
     enum srv_stored stored = SRV_STORED_CLASH;
     for (int turn = 0; turn < 2 && stored == SRV_STORED_CLASH; turn++) {
@@ -162,7 +162,7 @@ void srv_scenes_read(struct srv_exchange *exchange) {
 /* --- letting one go --- */
 
 static enum srv_stored scenes_let_go(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_store_request *asked = (struct srv_store_request *)call;
+    struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     return srv_store_scene_drop(store, asked->id, asked->exchange->identity.key);
 }
 

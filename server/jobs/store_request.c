@@ -1,6 +1,5 @@
 #include "server/jobs/store_request.h"
 
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -51,7 +50,7 @@ struct srv_store_request *srv_store_request_begin_one(struct srv_exchange *excha
 }
 
 static void store_request_done(struct srv_ask *ask) {
-    struct srv_store_request *asked = (struct srv_store_request *)ask;
+    struct srv_store_request *asked = SRV_CONTAINER_OF(ask, struct srv_store_request, ask);
     asked->answer(asked, ask->call.stored);
 }
 
@@ -75,8 +74,7 @@ void srv_store_request_ask(struct srv_store_request *asked, enum srv_ask_kind ki
 }
 
 static int store_request_work(struct srv_task *task) {
-    struct srv_store_request *asked =
-        (struct srv_store_request *)((char *)task - offsetof(struct srv_store_request, task));
+    struct srv_store_request *asked = SRV_CONTAINER_OF(task, struct srv_store_request, task);
     struct srv_exchange *exchange = asked->exchange;
     struct srv_service *service = asked->service;
     int64_t begin = srv_clock_now();
@@ -128,7 +126,7 @@ void srv_store_request_work(
 }
 
 enum srv_stored srv_store_request_find(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_store_request *asked = (struct srv_store_request *)call;
+    struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     return srv_store_job(store, asked->id, &asked->job);
 }
 

@@ -4,24 +4,22 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CACHE_ROWS = 4096 };
+#include "server/base/hash_table.h"
+#include "server/base/list.h"
 
 struct cache_entry {
-    struct cache_entry *next_in_row;
-    struct cache_entry *newer, *older;
+    struct srv_hash_node node; /* its key lies behind the entry */
+    struct srv_list link;      /* in the order of use */
     struct srv_response_body *response_body;
-    uint64_t hash;
-    size_t bytes;
     char key[];
 };
 
 struct srv_cache {
     pthread_mutex_t lock;
     size_t cap;
-    uint64_t salt;
     atomic_size_t bytes, bodies, entries;
-    struct cache_entry *newest, *oldest;
-    struct cache_entry *row[CACHE_ROWS];
+    struct srv_list order; /* of use: what was used last is last */
+    struct srv_hash_table table;
 };
 
 enum pend_status srv_cache_new(struct srv_cache **cache, size_t cap, uint64_t salt) {
@@ -29,46 +27,27 @@ enum pend_status srv_cache_new(struct srv_cache **cache, size_t cap, uint64_t sa
     if (!made) return PEND_NO_MEMORY;
     pthread_mutex_init(&made->lock, NULL);
     made->cap = cap;
-    made->salt = salt | 1;
+    srv_hash_table_init(&made->table, salt);
     return PEND_OK;
 }
 
 int srv_cache_on(const struct srv_cache *cache) { return cache->cap > 0; }
 
-/* eight bytes at a time, each product of 64 bits folded: who does not know the salt cannot
- * choose keys of one row */
-static uint64_t cache_hash(const struct srv_cache *cache, const char *key, size_t bytes) {
-    uint64_t hash = cache->salt ^ bytes, word;
-    for (; bytes; key += sizeof word) {
-        size_t part = bytes < sizeof word ? bytes : sizeof word;
-        word = 0;
-        memcpy(&word, key, part);
-        bytes -= part;
-        __extension__ unsigned __int128 product =
-            (unsigned __int128)(hash ^ word) * (cache->salt ^ 0x9e3779b97f4a7c15u);
-        hash = (uint64_t)product ^ (uint64_t)(product >> 64);
-    }
-    return hash;
-}
-
-static struct cache_entry **cache_row(struct srv_cache *cache, uint64_t hash) {
-    return &cache->row[hash % CACHE_ROWS];
-}
-
 static struct cache_entry *cache_look(struct srv_cache *cache, uint64_t hash, const void *key,
                                       size_t bytes) {
-    struct cache_entry *entry = *cache_row(cache, hash);
-    while (entry &&
-           !(entry->hash == hash && entry->bytes == bytes && !memcmp(entry->key, key, bytes)))
-        entry = entry->next_in_row;
-    return entry;
+    struct srv_hash_node *node = srv_hash_table_find(&cache->table, hash, key, bytes);
+    return node ? SRV_CONTAINER_OF(node, struct cache_entry, node) : NULL;
+}
+
+static struct cache_entry *cache_of_link(struct srv_list *link) {
+    return SRV_CONTAINER_OF(link, struct cache_entry, link);
 }
 
 /* --- what is counted --- */
 
 static void cache_count(struct srv_cache *cache, const struct cache_entry *entry, int sign) {
     struct srv_response_body *response_body = entry->response_body;
-    size_t bytes = sizeof *entry + entry->bytes, body = 0;
+    size_t bytes = sizeof *entry + entry->node.bytes, body = 0;
     /* a response body counts with its first key and until its last */
     if (sign > 0 ? !response_body->kept++ : !--response_body->kept) {
         bytes += srv_response_body_bytes(response_body);
@@ -92,35 +71,25 @@ struct srv_cache_size srv_cache_size(const struct srv_cache *cache) {
         .entries = atomic_load_explicit(&cache->entries, memory_order_relaxed)};
 }
 
-/* --- the order of use --- */
-
-static void cache_link(struct srv_cache *cache, struct cache_entry *entry) {
-    entry->newer = NULL;
-    entry->older = cache->newest;
-    *(cache->newest ? &cache->newest->newer : &cache->oldest) = entry;
-    cache->newest = entry;
-}
-
-static void cache_unlink(struct srv_cache *cache, struct cache_entry *entry) {
-    *(entry->newer ? &entry->newer->older : &cache->newest) = entry->older;
-    *(entry->older ? &entry->older->newer : &cache->oldest) = entry->newer;
-}
-
 static void cache_forget(struct srv_cache *cache, struct cache_entry *entry) {
-    struct cache_entry **at = cache_row(cache, entry->hash);
-    while (*at != entry) at = &(*at)->next_in_row;
-    *at = entry->next_in_row;
-    cache_unlink(cache, entry);
+    srv_hash_table_remove(&cache->table, &entry->node);
+    srv_list_remove(&entry->link);
     cache_count(cache, entry, -1);
     srv_response_body_drop(&entry->response_body);
     free(entry);
+}
+
+/* forgets what was not used for longest until there are at most so many bytes */
+static void cache_forget_down_to(struct srv_cache *cache, size_t bytes) {
+    while (!srv_list_empty(&cache->order) && atomic_load(&cache->bytes) > bytes)
+        cache_forget(cache, cache_of_link(cache->order.next));
 }
 
 void srv_cache_free(struct srv_cache **cache) {
     struct srv_cache *gone = *cache;
     *cache = NULL;
     if (!gone) return;
-    while (gone->oldest) cache_forget(gone, gone->oldest);
+    cache_forget_down_to(gone, 0);
     pthread_mutex_destroy(&gone->lock);
     free(gone);
 }
@@ -130,24 +99,24 @@ void srv_cache_free(struct srv_cache **cache) {
 struct srv_response_body *srv_cache_find(struct srv_cache *cache, const void *key, size_t bytes) {
     struct srv_response_body *response_body = NULL;
     if (!cache->cap || bytes > SRV_CACHE_KEY) return NULL;
-    uint64_t hash = cache_hash(cache, key, bytes);
+    uint64_t hash = srv_hash_table_hash(&cache->table, key, bytes);
     pthread_mutex_lock(&cache->lock);
     struct cache_entry *entry = cache_look(cache, hash, key, bytes);
     if (entry) {
         response_body = srv_response_body_share(entry->response_body);
-        cache_unlink(cache, entry);
-        cache_link(cache, entry);
+        srv_list_remove(&entry->link);
+        srv_list_append(&cache->order, &entry->link);
     }
     pthread_mutex_unlock(&cache->lock);
     return response_body;
 }
 
-static struct cache_entry *cache_entry_new(const void *key, size_t bytes, uint64_t hash,
+static struct cache_entry *cache_entry_new(const void *key, size_t bytes,
                                            struct srv_response_body *response_body) {
     struct cache_entry *made = malloc(sizeof *made + bytes);
     if (!made) return NULL;
-    *made = (struct cache_entry){
-        .response_body = srv_response_body_share(response_body), .hash = hash, .bytes = bytes};
+    *made = (struct cache_entry){.node = {.key = made->key, .bytes = bytes},
+                                 .response_body = srv_response_body_share(response_body)};
     memcpy(made->key, key, bytes);
     return made;
 }
@@ -157,43 +126,43 @@ void srv_cache_add(struct srv_cache *cache, const void *key, size_t bytes,
     if (bytes > SRV_CACHE_KEY ||
         srv_response_body_bytes(response_body) + bytes > cache->cap / SRV_CACHE_PART)
         return;
-    uint64_t hash = cache_hash(cache, key, bytes);
-    struct cache_entry *made = cache_entry_new(key, bytes, hash, response_body);
+    uint64_t hash = srv_hash_table_hash(&cache->table, key, bytes);
+    struct cache_entry *made = cache_entry_new(key, bytes, response_body);
     if (!made) return;
     pthread_mutex_lock(&cache->lock);
     struct cache_entry *old = cache_look(cache, hash, key, bytes);
     if (old) cache_forget(cache, old);
-    made->next_in_row = *cache_row(cache, hash);
-    *cache_row(cache, hash) = made;
-    cache_link(cache, made);
+    srv_hash_table_add(&cache->table, &made->node, hash);
+    srv_list_append(&cache->order, &made->link);
     cache_count(cache, made, 1);
-    while (atomic_load(&cache->bytes) > cache->cap) cache_forget(cache, cache->oldest);
+    cache_forget_down_to(cache, cache->cap);
     pthread_mutex_unlock(&cache->lock);
 }
 
 void srv_cache_shrink(struct srv_cache *cache, size_t bytes) {
     pthread_mutex_lock(&cache->lock);
-    size_t now = atomic_load(&cache->bytes), aim = now > bytes ? now - bytes : 0;
-    while (cache->oldest && atomic_load(&cache->bytes) > aim) cache_forget(cache, cache->oldest);
+    size_t now = atomic_load(&cache->bytes);
+    cache_forget_down_to(cache, now > bytes ? now - bytes : 0);
     pthread_mutex_unlock(&cache->lock);
 }
 
 int srv_cache_valid(struct srv_cache *cache) {
-    size_t bytes = 0, entries = 0, in_rows = 0;
+    size_t bytes = 0, entries = 0;
     pthread_mutex_lock(&cache->lock);
-    for (struct cache_entry *entry = cache->newest; entry; entry = entry->older) {
-        bytes += sizeof *entry + entry->bytes;
+    SRV_LIST_EACH (link, &cache->order) {
+        struct cache_entry *entry = cache_of_link(link);
+        bytes += sizeof *entry + entry->node.bytes;
         entries++;
         /* a response body counts once */
         size_t earlier = 0;
-        for (struct cache_entry *other = cache->newest; other != entry; other = other->older)
-            earlier += other->response_body == entry->response_body;
+        SRV_LIST_EACH (other, &cache->order) {
+            if (other == link) break;
+            earlier += cache_of_link(other)->response_body == entry->response_body;
+        }
         if (!earlier) bytes += srv_response_body_bytes(entry->response_body);
     }
-    for (int row = 0; row < CACHE_ROWS; row++)
-        for (struct cache_entry *entry = cache->row[row]; entry; entry = entry->next_in_row)
-            in_rows++;
-    int good = bytes == cache->bytes && entries == cache->entries && in_rows == entries &&
+    int good = bytes == cache->bytes && entries == cache->entries &&
+               srv_hash_table_valid(&cache->table) && cache->table.count == entries &&
                bytes <= cache->cap;
     pthread_mutex_unlock(&cache->lock);
     return good;

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "server/base/clock.h"
+#include "server/base/condition.h"
 
 enum {
     MOST_TOGETHER = 128,
@@ -19,7 +20,7 @@ enum {
 
 /* Asks of one kind that wait, first come first. */
 struct storage_line {
-    struct srv_ask *first, **last;
+    struct srv_list asks;
     pthread_cond_t some;
 };
 
@@ -61,16 +62,12 @@ static void storage_note(struct srv_storage *storage, const struct srv_store *st
 static int storage_take(struct srv_storage *storage, enum srv_ask_kind kind, int most,
                         int64_t until, struct srv_store_call *call[]) {
     struct storage_line *line = &storage->line[kind];
-    struct timespec time = {until / 1000000000, until % 1000000000};
-    int count = 0, late = 0;
+    int count = 0, early = 1;
     pthread_mutex_lock(&storage->lock);
-    while (!line->first && !storage->over && !late)
-        late = pthread_cond_timedwait(&line->some, &storage->lock, &time) != 0;
-    for (; count < most && line->first; count++) {
-        call[count] = &line->first->call;
-        line->first = line->first->next;
-    }
-    if (!line->first) line->last = &line->first;
+    while (srv_list_empty(&line->asks) && !storage->over && early)
+        early = srv_condition_wait(&line->some, &storage->lock, until);
+    for (; count < most && !srv_list_empty(&line->asks); count++)
+        call[count] = &SRV_CONTAINER_OF(srv_list_take(&line->asks), struct srv_ask, link)->call;
     pthread_mutex_unlock(&storage->lock);
     return count;
 }
@@ -146,7 +143,8 @@ static void *storage_serve(void *context) {
         if (count) srv_store_together(desk->store, call, count);
         for (int i = 0; i < count; i++) {
             storage_note(storage, desk->store, call[i]->stored);
-            ((struct srv_ask *)call[i])->done((struct srv_ask *)call[i]);
+            struct srv_ask *ask = SRV_CONTAINER_OF(call[i], struct srv_ask, call);
+            ask->done(ask);
         }
         /* what waited goes first: it may hold parts for longer whose leases a sweep would end */
         if (desk->kind == SRV_ASK_WRITE && srv_clock_now() >= round.next)
@@ -189,19 +187,12 @@ enum pend_status srv_storage_new(struct srv_storage **storage, const char *url,
                                  void (*news)(void *context), void *context,
                                  struct pend_error *error) {
     struct srv_storage *made = *storage = calloc(1, sizeof *made);
-    pthread_condattr_t clock;
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     made->log = log;
     made->news = news;
     made->context = context;
     pthread_mutex_init(&made->lock, NULL);
-    pthread_condattr_init(&clock);
-    pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
-    for (int kind = 0; kind < SRV_ASK_KINDS; kind++) {
-        made->line[kind].last = &made->line[kind].first;
-        pthread_cond_init(&made->line[kind].some, &clock);
-    }
-    pthread_condattr_destroy(&clock);
+    for (int kind = 0; kind < SRV_ASK_KINDS; kind++) srv_condition_init(&made->line[kind].some);
     enum pend_status status = storage_start(made, url, rules, error);
     if (status != PEND_OK) srv_storage_free(storage);
     return status;
@@ -226,18 +217,16 @@ void srv_storage_free(struct srv_storage **storage) {
 
 void srv_storage_ask(struct srv_storage *storage, enum srv_ask_kind kind, struct srv_ask *ask) {
     struct storage_line *line = &storage->line[kind];
-    ask->next = NULL;
     pthread_mutex_lock(&storage->lock);
     assert(!storage->over);
-    *line->last = ask;
-    line->last = &ask->next;
+    srv_list_append(&line->asks, &ask->link);
     pthread_cond_signal(&line->some);
     pthread_mutex_unlock(&storage->lock);
 }
 
 /* An ask whose asker waits, and what was to be called without. */
 struct storage_waiter {
-    struct srv_ask ask; /* first */
+    struct srv_ask ask;
     struct srv_ask *own;
     pthread_mutex_t lock;
     pthread_cond_t answered;
@@ -245,12 +234,12 @@ struct storage_waiter {
 };
 
 static enum srv_stored storage_wait_run(struct srv_store *store, struct srv_store_call *call) {
-    struct storage_waiter *waiter = (struct storage_waiter *)call;
+    struct storage_waiter *waiter = SRV_CONTAINER_OF(call, struct storage_waiter, ask.call);
     return waiter->own->call.run(store, &waiter->own->call);
 }
 
 static void storage_wait_done(struct srv_ask *ask) {
-    struct storage_waiter *waiter = (struct storage_waiter *)ask;
+    struct storage_waiter *waiter = SRV_CONTAINER_OF(ask, struct storage_waiter, ask);
     pthread_mutex_lock(&waiter->lock);
     waiter->over = 1;
     pthread_cond_signal(&waiter->answered);
@@ -262,10 +251,10 @@ enum srv_stored srv_storage_wait(struct srv_storage *storage, enum srv_ask_kind 
     struct storage_waiter waiter = {
         .ask = {.call = {.run = storage_wait_run}, .done = storage_wait_done}, .own = ask};
     pthread_mutex_init(&waiter.lock, NULL);
-    pthread_cond_init(&waiter.answered, NULL);
+    srv_condition_init(&waiter.answered);
     srv_storage_ask(storage, kind, &waiter.ask);
     pthread_mutex_lock(&waiter.lock);
-    while (!waiter.over) pthread_cond_wait(&waiter.answered, &waiter.lock);
+    while (!waiter.over) srv_condition_wait(&waiter.answered, &waiter.lock, SRV_CONDITION_NEVER);
     pthread_mutex_unlock(&waiter.lock);
     pthread_cond_destroy(&waiter.answered);
     pthread_mutex_destroy(&waiter.lock);

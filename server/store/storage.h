@@ -6,6 +6,7 @@
 #ifndef SRV_STORAGE_H
 #define SRV_STORAGE_H
 
+#include "server/base/list.h"
 #include "server/base/log.h"
 #include "server/store/store.h"
 
@@ -15,7 +16,7 @@ struct srv_ask {
     struct srv_store_call call; /* first: run and, afterwards, stored */
     void (*done)(
         struct srv_ask *ask); /* on a thread of the storage: short, may end the ask's life */
-    struct srv_ask *next;     /* the storage's */
+    struct srv_list link;     /* the storage's */
 };
 
 enum srv_ask_kind {

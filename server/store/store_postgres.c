@@ -8,7 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
-#include <time.h>
+
+#include "server/base/clock.h"
+#include "server/base/container_of.h"
 
 /* the types that statements answer with, as PostgreSQL numbers them */
 enum { TYPE_BYTEA = 17, TYPE_INT8 = 20, TYPE_TEXT = 25 };
@@ -38,14 +40,10 @@ struct postgres_sql {
     int listed[SRV_SQL_STATEMENTS], lists; /* those that have rows, first come first */
 };
 
-static int64_t postgres_clock_ms(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
+static int64_t postgres_clock_ms(void) { return srv_clock_now() / 1000000; }
 
 static void postgres_close(struct srv_sql *sql) {
-    struct postgres_sql *own = (struct postgres_sql *)sql;
+    struct postgres_sql *own = SRV_CONTAINER_OF(sql, struct postgres_sql, sql);
     PQfinish(own->connection);
     for (int i = 0; i < SRV_SQL_STATEMENTS; i++) {
         if (own->list[i]) srv_sql_list_free(own->list[i]);
@@ -395,7 +393,7 @@ static int postgres_here(struct postgres_sql *own, const char *text) {
 
 static enum srv_stored postgres_post(struct srv_sql *sql, int id, const char *text,
                                      const struct srv_value value[], int count) {
-    struct postgres_sql *own = (struct postgres_sql *)sql;
+    struct postgres_sql *own = SRV_CONTAINER_OF(sql, struct postgres_sql, sql);
     if (!postgres_here(own, text)) return SRV_STORED_AWAY;
     if (!strcmp(text, "{look}")) return SRV_STORED;
     if (!postgres_send(own, id, text, value, count, 1)) return postgres_result(own, NULL);
@@ -409,7 +407,7 @@ static enum srv_stored postgres_post(struct srv_sql *sql, int id, const char *te
 static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *text,
                                     const struct srv_value value[], int count, srv_row_fn *row,
                                     void *context) {
-    struct postgres_sql *own = (struct postgres_sql *)sql;
+    struct postgres_sql *own = SRV_CONTAINER_OF(sql, struct postgres_sql, sql);
     struct srv_value field[SRV_SQL_PARAMETERS];
     if (!postgres_here(own, text)) return SRV_STORED_AWAY;
     own->patient |= !strcmp(text, "{alone}");
@@ -439,7 +437,7 @@ static int postgres_heard(struct postgres_sql *own) {
 }
 
 static int postgres_listen(struct srv_sql *sql, int timeout_ms) {
-    struct postgres_sql *own = (struct postgres_sql *)sql;
+    struct postgres_sql *own = SRV_CONTAINER_OF(sql, struct postgres_sql, sql);
     int lost = PQstatus(own->connection) != CONNECTION_OK && !postgres_again(own);
     if (!lost && postgres_clock_ms() >= own->listen_ms) {
         PGresult *result =

@@ -11,6 +11,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "server/base/clock.h"
+#include "server/base/container_of.h"
 #include "server/store/store_sqlite_disk.h"
 
 /* how long others are waited for: who write, and, where the log of writes is to be carried over,
@@ -30,19 +32,13 @@ struct sqlite_sql {
     int patience_ms;        /* how long it waits */
 };
 
-static int64_t sqlite_clock_ms(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
-
 /* another process writes, for some milliseconds: SQLite's own handler naps up to a tenth of a
  * second between two looks, and comes too late again and again where there is much to write */
 static int sqlite_busy(void *context, int tries) {
     struct sqlite_sql *own = context;
     const struct timespec nap = {0, BUSY_NAP_US * 1000};
-    if (!tries) own->busy_ms = sqlite_clock_ms();
-    if (sqlite_clock_ms() - own->busy_ms >= own->patience_ms) return 0;
+    if (!tries) own->busy_ms = srv_clock_now() / 1000000;
+    if (srv_clock_now() / 1000000 - own->busy_ms >= own->patience_ms) return 0;
     nanosleep(&nap, NULL);
     return 1;
 }
@@ -65,7 +61,7 @@ static void sqlite_ring(sqlite3_context *context, int count, sqlite3_value **val
 }
 
 static void sqlite_close(struct srv_sql *sql) {
-    struct sqlite_sql *own = (struct sqlite_sql *)sql;
+    struct sqlite_sql *own = SRV_CONTAINER_OF(sql, struct sqlite_sql, sql);
     if (own->ear >= 0) close(own->ear);
     for (int i = 0; i < SRV_SQL_STATEMENTS; i++) sqlite3_finalize(own->kept[i]);
     sqlite3_finalize(own->rollback);
@@ -242,7 +238,7 @@ static void sqlite_committed(struct sqlite_sql *own) {
 static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
                                   const struct srv_value value[], int count, srv_row_fn *row,
                                   void *context) {
-    struct sqlite_sql *own = (struct sqlite_sql *)sql;
+    struct sqlite_sql *own = SRV_CONTAINER_OF(sql, struct sqlite_sql, sql);
     sqlite3_stmt *once = NULL, **statement = id < 0 ? &once : &own->kept[id];
     struct srv_value field[SRV_SQL_PARAMETERS];
     enum srv_stored stored = SRV_STORED;
@@ -277,7 +273,7 @@ static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
 }
 
 static int sqlite_room(struct srv_sql *sql, size_t bytes) {
-    struct sqlite_sql *own = (struct sqlite_sql *)sql;
+    struct sqlite_sql *own = SRV_CONTAINER_OF(sql, struct sqlite_sql, sql);
     if (srv_sqlite_disk_room(&own->disk, bytes)) return 1;
     own->full = 1;
     srv_sql_complain(sql, "the disk is full, but for what the ends of jobs need");
@@ -285,7 +281,7 @@ static int sqlite_room(struct srv_sql *sql, size_t bytes) {
 }
 
 static int sqlite_listen(struct srv_sql *sql, int timeout_ms) {
-    struct sqlite_sql *own = (struct sqlite_sql *)sql;
+    struct sqlite_sql *own = SRV_CONTAINER_OF(sql, struct sqlite_sql, sql);
     char event[4096];
     int heard = 0;
     if (own->ear < 0) {

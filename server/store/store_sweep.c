@@ -4,8 +4,8 @@
  * Invariant: a sweep takes a piece at a time, so that no other call waits long; any process may,
  * at any time; a job is removed as it is, and not before the time that its client was told. */
 #include <string.h>
-#include <time.h>
 
+#include "server/base/clock.h"
 #include "server/store/store_jobs.h"
 #include "server/store/store_leases.h"
 #include "server/store/store_quotas.h"
@@ -104,15 +104,9 @@ static enum srv_stored expired_remove(struct srv_store *store, const struct srv_
     return SRV_POST(store, SQL_JOBS_REMOVE, srv_value_text(job->id));
 }
 
-static int64_t sweep_clock_ns(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
-}
-
 /* false for a while after the store's clock has jumped ahead */
 static int sweep_trusts(struct srv_store *store, int64_t now) {
-    int64_t now_ns = sweep_clock_ns(), passed_us = (now_ns - store->expiry.seen_ns) / 1000;
+    int64_t now_ns = srv_clock_now(), passed_us = (now_ns - store->expiry.seen_ns) / 1000;
     if (store->expiry.seen &&
         now - store->expiry.seen > passed_us + (int64_t)SWEEP_JUMP_S * 1000000)
         store->expiry.hold_ns = now_ns + (int64_t)SWEEP_HOLD_S * 1000000000;

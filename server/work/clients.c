@@ -2,86 +2,68 @@
 
 #include <assert.h>
 #include <pthread.h>
-#include <stddef.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { CLIENTS_ROWS = 4096 };
-
 struct srv_clients {
     pthread_mutex_t lock;
-    struct srv_link idle; /* those that nobody has, the one that was left last is last */
+    struct srv_list idle; /* those that nobody has, the one that was left last is last */
     int idle_count;
-    uint64_t salt;
-    struct srv_client *row[CLIENTS_ROWS];
+    struct srv_hash_table table;
 };
-
-static struct srv_client *clients_of_idle(struct srv_link *link) {
-    return (struct srv_client *)((char *)link - offsetof(struct srv_client, idle));
-}
 
 enum pend_status srv_clients_new(struct srv_clients **clients) {
     struct srv_clients *made = *clients = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
     pthread_mutex_init(&made->lock, NULL);
-    made->idle.next = made->idle.previous = &made->idle;
     /* where the heap is differs from run to run: enough that nobody can choose addresses of one
      * row */
-    made->salt = (uint64_t)(uintptr_t)made * 0x9e3779b97f4a7c15u;
+    srv_hash_table_init(&made->table, (uint64_t)(uintptr_t)made * 0x9e3779b97f4a7c15u);
     return PEND_OK;
 }
 
-static int clients_row(const struct srv_clients *clients, const char *key) {
-    uint64_t hash = clients->salt;
-    for (; *key; key++) hash = (hash ^ (unsigned char)*key) * 0x100000001b3u, hash ^= hash >> 29;
-    return (int)(hash % CLIENTS_ROWS);
-}
-
-static void clients_forget(struct srv_clients *clients, struct srv_client *client) {
-    struct srv_client **at = &clients->row[clients_row(clients, client->key)];
-    while (*at != client) at = &(*at)->next_in_row;
-    *at = client->next_in_row;
-    free(client);
-}
-
+/* takes a record out of those that nobody has */
 static void clients_unlink(struct srv_clients *clients, struct srv_client *client) {
-    client->idle.previous->next = client->idle.next;
-    client->idle.next->previous = client->idle.previous;
+    srv_list_remove(&client->idle);
     clients->idle_count--;
+}
+
+/* frees the record that nobody has had for longest */
+static void clients_forget(struct srv_clients *clients) {
+    struct srv_client *client = SRV_CONTAINER_OF(clients->idle.next, struct srv_client, idle);
+    clients_unlink(clients, client);
+    srv_hash_table_remove(&clients->table, &client->node);
+    free(client);
 }
 
 void srv_clients_free(struct srv_clients **clients) {
     struct srv_clients *gone = *clients;
     *clients = NULL;
     if (!gone) return;
-    while (gone->idle_count) {
-        struct srv_client *client = clients_of_idle(gone->idle.next);
-        clients_unlink(gone, client);
-        clients_forget(gone, client);
-    }
+    while (gone->idle_count) clients_forget(gone);
     pthread_mutex_destroy(&gone->lock);
     free(gone);
 }
 
-static struct srv_client *clients_make(struct srv_clients *clients, const char *key, int row) {
+static struct srv_client *clients_make(struct srv_clients *clients, const char *key, size_t bytes,
+                                       uint64_t hash) {
     struct srv_client *made = calloc(1, sizeof *made);
     if (!made) return NULL;
-    strcpy(made->key, key);
-    made->next_in_row = clients->row[row];
-    clients->row[row] = made;
+    memcpy(made->key, key, bytes);
+    made->node.key = made->key;
+    made->node.bytes = bytes;
+    srv_hash_table_add(&clients->table, &made->node, hash);
     return made;
 }
 
 /* with the lock */
-static struct srv_client *clients_take(struct srv_clients *clients, const char *name) {
-    char key[SRV_CLIENT_KEY];
-    snprintf(key, sizeof key, "%s", name);
-    int row = clients_row(clients, key);
-    struct srv_client *client = clients->row[row];
-    while (client && strcmp(client->key, key)) client = client->next_in_row;
-    if (client && !client->users) clients_unlink(clients, client);
-    if (!client) client = clients_make(clients, key, row);
+static struct srv_client *clients_take(struct srv_clients *clients, const char *key) {
+    size_t bytes = strnlen(key, SRV_CLIENT_KEY - 1);
+    uint64_t hash = srv_hash_table_hash(&clients->table, key, bytes);
+    struct srv_hash_node *node = srv_hash_table_find(&clients->table, hash, key, bytes);
+    struct srv_client *client = node ? SRV_CONTAINER_OF(node, struct srv_client, node)
+                                     : clients_make(clients, key, bytes, hash);
+    if (client && client->idle.next) clients_unlink(clients, client);
     if (client) client->users++;
     return client;
 }
@@ -94,8 +76,7 @@ static void clients_give(struct srv_clients *clients, struct srv_client *client)
     struct srv_client *source = client->source;
     client->source = NULL;
     client->lane.road = NULL;
-    client->idle = (struct srv_link){.next = &clients->idle, .previous = clients->idle.previous};
-    client->idle.previous->next = clients->idle.previous = &client->idle;
+    srv_list_append(&clients->idle, &client->idle);
     clients->idle_count++;
     if (source && source != client) clients_give(clients, source);
 }
@@ -134,11 +115,7 @@ void srv_clients_share(struct srv_clients *clients, struct srv_client *client) {
 void srv_clients_give(struct srv_clients *clients, struct srv_client *client) {
     pthread_mutex_lock(&clients->lock);
     clients_give(clients, client);
-    while (clients->idle_count > SRV_CLIENTS_KEPT) {
-        struct srv_client *oldest = clients_of_idle(clients->idle.next);
-        clients_unlink(clients, oldest);
-        clients_forget(clients, oldest);
-    }
+    while (clients->idle_count > SRV_CLIENTS_KEPT) clients_forget(clients);
     pthread_mutex_unlock(&clients->lock);
 }
 

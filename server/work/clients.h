@@ -9,6 +9,7 @@
 #include <stdatomic.h>
 #include <stdint.h>
 
+#include "server/base/hash_table.h"
 #include "server/work/queue.h"
 
 enum { SRV_CLIENT_KEY = 68, SRV_CLIENTS_KEPT = 8192 };
@@ -22,8 +23,8 @@ struct srv_bucket {
 struct srv_client {
     struct srv_lane lane; /* the queue's */
     /* the rest is the table's */
-    struct srv_link idle;           /* in the ring of those that nobody has */
-    struct srv_client *next_in_row; /* of the same hash */
+    struct srv_list idle;      /* in the list of those that nobody has */
+    struct srv_hash_node node; /* by `key` */
     int users;
     struct srv_client *source;  /* the record of the address or account it comes from, which may be
                                    itself; while used */

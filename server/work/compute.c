@@ -63,13 +63,14 @@ static void compute_done(struct srv_service *service) { atomic_fetch_sub(&servic
 static void compute_release(struct srv_work *work, struct srv_response_body *response_body,
                             const char *cache, int status, const char *detail) {
     struct srv_service *service = work->service;
-    for (struct srv_exchange *next, *exchange = srv_inflight_take(work); exchange;
-         exchange = next) {
-        next = exchange->next_beside;
+    struct srv_list taken = {0};
+    struct srv_exchange *exchange;
+    srv_inflight_take(work, &taken);
+    for (const char *how = cache; (exchange = srv_inflight_next(&taken)); how = "joined") {
         exchange->waited = work->begun > exchange->queued ? work->begun - exchange->queued : 0;
         exchange->computed = work->spent;
         if (response_body) {
-            srv_result_give(exchange, response_body, next ? "joined" : cache);
+            srv_result_give(exchange, response_body, how);
             srv_result_remember(exchange, response_body);
         } else if (status == 304) {
             srv_exchange_not_modified(exchange, work->etag);
@@ -115,11 +116,9 @@ static void compute_settle(struct srv_work *work) {
 static void compute_push(struct srv_exchange *exchange);
 
 /* those who waited with the one that has become the reader of a stream compute for themselves */
-static void compute_apart(struct srv_exchange *others) {
-    for (struct srv_exchange *next, *exchange = others; exchange; exchange = next) {
-        next = exchange->next_beside;
-        compute_push(exchange);
-    }
+static void compute_apart(struct srv_list *others) {
+    struct srv_exchange *exchange;
+    while ((exchange = srv_inflight_next(others))) compute_push(exchange);
 }
 
 /* hands over what was appended; 1 when the worker goes on with it */
@@ -159,7 +158,8 @@ static void compute_promise(struct srv_work *work) {
         work->coder = NULL;
         return;
     }
-    struct srv_exchange *others, *reader = srv_inflight_stream(work, &others);
+    struct srv_list others = {0};
+    struct srv_exchange *reader = srv_inflight_stream(work, &others);
     work->promised = reader != NULL;
     if (reader) {
         srv_exchange_response_body(reader, head);
@@ -174,7 +174,7 @@ static void compute_promise(struct srv_work *work) {
         reader->finish(reader);
     }
     srv_response_body_drop(&head);
-    compute_apart(others);
+    compute_apart(&others);
 }
 
 /* whether a larger answer than usual is held: it is worth more whole than early. One that is to
@@ -306,6 +306,11 @@ static int compute_hurry(void *company) {
 
 /* --- the first turn: reading the request --- */
 
+/* the exchange whose request the work reads: until srv_inflight_opened no other waits for it */
+static struct srv_exchange *compute_exchange(struct srv_work *work) {
+    return SRV_CONTAINER_OF(work->waiters.next, struct srv_exchange, beside);
+}
+
 /* does If-Range, where there is one, name this very answer? A date names none: answers have no
  * dates */
 static int compute_range_holds(const struct srv_exchange *exchange, const char *etag) {
@@ -317,7 +322,7 @@ static int compute_range_holds(const struct srv_exchange *exchange, const char *
  * cache, or computed already by another; returns 1 when it is */
 static int compute_spared(struct srv_work *work) {
     struct srv_service *service = work->service;
-    struct srv_exchange *exchange = work->waiters;
+    struct srv_exchange *exchange = compute_exchange(work);
     srv_result_key(work, work->coding);
     /* what lies somewhere already is not what others have computed, to the byte */
     struct srv_response_body *found = work->source ? NULL : srv_result_find(work);
@@ -368,9 +373,10 @@ static int compute_read_room(struct srv_work *work, size_t body) {
     work->foreseen = COMPUTE_READ * body;
     enum srv_room room = srv_hold_try(&work->hold, work->foreseen);
     if (room == SRV_ROOM) return 1;
-    for (struct srv_exchange *next, *exchange = srv_inflight_take(work); exchange;
-         exchange = next) {
-        next = exchange->next_beside;
+    struct srv_list taken = {0};
+    struct srv_exchange *exchange;
+    srv_inflight_take(work, &taken);
+    while ((exchange = srv_inflight_next(&taken))) {
         srv_exchange_crowded(exchange, room, "reading the body");
         exchange->finish(exchange);
     }
@@ -389,7 +395,7 @@ static void compute_foresee(struct srv_work *work) {
 }
 
 static int compute_open(struct srv_work *work) {
-    struct srv_exchange *exchange = work->waiters;
+    struct srv_exchange *exchange = compute_exchange(work);
     struct srv_queue *queue = work->service->queue;
     struct api_request request = {.op = exchange->op,
                                   .argument = exchange->argument,
@@ -446,7 +452,7 @@ static int compute_first(struct srv_work *work, int64_t now) {
 }
 
 static int compute_run(struct srv_task *task) {
-    struct srv_work *work = (struct srv_work *)task;
+    struct srv_work *work = SRV_CONTAINER_OF(task, struct srv_work, task);
     struct srv_service *service = work->service;
     int64_t begin = srv_clock_now();
     atomic_fetch_add(&service->busy, 1);
@@ -462,7 +468,9 @@ static int compute_run(struct srv_task *task) {
 static void compute_refuse(struct srv_work *work, enum pend_status status) {
     struct srv_metrics *metrics = &work->service->metrics;
     struct srv_service *service = work->service;
-    struct srv_exchange *exchange = srv_inflight_take(work);
+    struct srv_list taken = {0};
+    srv_inflight_take(work, &taken);
+    struct srv_exchange *exchange = srv_inflight_next(&taken);
     srv_inflight_end(work);
     compute_done(service);
     if (status == PEND_LIMIT) {

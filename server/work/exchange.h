@@ -104,8 +104,8 @@ struct srv_exchange {
     const char *argument; /* variable part of the path, or NULL */
 
     /* being computed; compute's, under its lock */
-    struct srv_work *work;            /* that computes the answer, NULL before and after */
-    struct srv_exchange *next_beside; /* that waits for the same */
+    struct srv_work *work;   /* that computes the answer, NULL before and after */
+    struct srv_list beside;  /* in the list of those that wait for the same */
     struct srv_work *stream; /* that the answer's body is read from, piece by piece; NULL for one
                                 that is whole */
     int streams;             /* the answer is a stream, even where that is gone */

@@ -32,8 +32,7 @@ static int fairness_all_busy(struct srv_fairness *fairness) {
 void srv_fairness_nap(struct srv_fairness *fairness, int fd) {
     atomic_store(&fairness->fd, fd);
     if (!fairness_all_busy(fairness)) return;
-    int64_t end = srv_clock_now() + fairness_nap;
-    struct timespec until = {end / 1000000000, end % 1000000000};
+    struct timespec until = srv_clock_timespec(srv_clock_now() + fairness_nap);
     atomic_store(&fairness->napping, 1);
     int over =
         !fairness_all_busy(fairness) || sem_clockwait(&fairness->wake, CLOCK_MONOTONIC, &until);

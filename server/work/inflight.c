@@ -7,17 +7,19 @@
 
 #include "server/work/service.h"
 
-enum { INFLIGHT_ROWS = 1024, INFLIGHT_LARGE = 4 * SRV_INFLIGHT_BLOCK };
+enum { INFLIGHT_LARGE = 4 * SRV_INFLIGHT_BLOCK };
 
 struct srv_inflight {
     pthread_mutex_t lock;
-    struct srv_work *row[INFLIGHT_ROWS]; /* works that others may join */
+    struct srv_hash_table table; /* works that others may join */
 };
 
 enum pend_status srv_inflight_new(struct srv_inflight **inflight) {
     struct srv_inflight *made = *inflight = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
     pthread_mutex_init(&made->lock, NULL);
+    /* keys are digests, which nobody can choose to be of one row by any salt */
+    srv_hash_table_init(&made->table, 0);
     return PEND_OK;
 }
 
@@ -35,6 +37,12 @@ static void inflight_lock(struct srv_work *work) {
 
 static void inflight_unlock(struct srv_work *work) {
     pthread_mutex_unlock(&work->service->inflight->lock);
+}
+
+/* has an exchange wait for a work; called with the lock */
+static void inflight_join(struct srv_work *work, struct srv_exchange *exchange) {
+    srv_list_append(&work->waiters, &exchange->beside);
+    exchange->work = work;
 }
 
 struct srv_work *srv_inflight_begin(struct srv_exchange *exchange) {
@@ -58,16 +66,14 @@ struct srv_work *srv_inflight_begin(struct srv_exchange *exchange) {
     api_buffer_init(&made->coded, limit);
     api_buffer_init(&made->ready, limit);
     inflight_lock(made);
-    made->waiters = exchange;
-    exchange->work = made;
-    exchange->next_beside = NULL;
+    inflight_join(made, exchange);
     inflight_unlock(made);
     return made;
 }
 
 void srv_inflight_end(struct srv_work *work) {
     struct srv_buffer_pool *pool = &work->service->pool;
-    assert(!work->waiters && !work->reader && !work->listed);
+    assert(srv_list_empty(&work->waiters) && !work->reader && !work->listed);
     api_call_free(&work->call);
     if (work->source) work->source->free(work->source);
     if (work->coder) srv_coding_at(work->coding)->free(work->coder);
@@ -82,52 +88,40 @@ void srv_inflight_end(struct srv_work *work) {
 
 /* --- joining --- */
 
-/* the key begins with a digest: its first digits choose the row */
-static struct srv_work **inflight_row(struct srv_inflight *inflight, const char *key) {
-    unsigned row = 0;
-    for (int i = 0; i < 8; i++) row = row * 31 + (unsigned char)key[i];
-    return &inflight->row[row % INFLIGHT_ROWS];
+/* the exchange that a link is of */
+static struct srv_exchange *inflight_of_link(struct srv_list *link) {
+    return SRV_CONTAINER_OF(link, struct srv_exchange, beside);
 }
 
-static struct srv_work *inflight_find(struct srv_inflight *inflight, const char *key,
-                                      size_t bytes) {
-    struct srv_work *work = *inflight_row(inflight, key);
-    while (work && !(work->key_bytes == bytes && !memcmp(work->key, key, bytes)))
-        work = work->next_in_row;
-    return work;
+struct srv_exchange *srv_inflight_next(struct srv_list *taken) {
+    struct srv_list *link = srv_list_take(taken);
+    return link ? inflight_of_link(link) : NULL;
 }
 
 /* nobody can join it any more; called with the lock */
 static void inflight_unlist(struct srv_work *work) {
-    if (!work->listed) return;
-    struct srv_work **at = inflight_row(work->service->inflight, work->key);
-    while (*at != work) at = &(*at)->next_in_row;
-    *at = work->next_in_row;
+    if (work->listed) srv_hash_table_remove(&work->service->inflight->table, &work->node);
     work->listed = 0;
 }
 
 int srv_inflight_opened(struct srv_work *work) {
-    struct srv_inflight *inflight = work->service->inflight;
-    int joined = 0;
+    struct srv_hash_table *table = &work->service->inflight->table;
+    uint64_t hash = srv_hash_table_hash(table, work->key, work->key_bytes);
     inflight_lock(work);
     work->opened = 1;
     int alive = work->key_bytes && !work->stop;
-    struct srv_work *same = alive ? inflight_find(inflight, work->key, work->key_bytes) : NULL;
+    struct srv_hash_node *same =
+        alive ? srv_hash_table_find(table, hash, work->key, work->key_bytes) : NULL;
     if (same) {
-        struct srv_exchange *exchange = work->waiters;
-        exchange->next_beside = same->waiters;
-        same->waiters = exchange;
-        exchange->work = same;
-        work->waiters = NULL;
-        joined = 1;
+        inflight_join(SRV_CONTAINER_OF(same, struct srv_work, node),
+                      srv_inflight_next(&work->waiters));
     } else if (alive) {
-        struct srv_work **row = inflight_row(inflight, work->key);
-        work->next_in_row = *row;
-        *row = work;
+        work->node = (struct srv_hash_node){.key = work->key, .bytes = work->key_bytes};
+        srv_hash_table_add(table, &work->node, hash);
         work->listed = 1;
     }
     inflight_unlock(work);
-    return joined;
+    return same != NULL;
 }
 
 enum srv_stop srv_inflight_stop(struct srv_work *work) {
@@ -137,22 +131,23 @@ enum srv_stop srv_inflight_stop(struct srv_work *work) {
     return stop;
 }
 
-struct srv_exchange *srv_inflight_take(struct srv_work *work) {
+/* called with the lock */
+static void inflight_take(struct srv_work *work, struct srv_list *taken) {
+    SRV_LIST_EACH (link, &work->waiters) inflight_of_link(link)->work = NULL;
+    srv_list_move(&work->waiters, taken);
+}
+
+void srv_inflight_take(struct srv_work *work, struct srv_list *taken) {
     inflight_lock(work);
     inflight_unlist(work);
-    struct srv_exchange *taken = work->waiters;
-    work->waiters = NULL;
-    for (struct srv_exchange *exchange = taken; exchange; exchange = exchange->next_beside)
-        exchange->work = NULL;
+    inflight_take(work, taken);
     inflight_unlock(work);
-    return taken;
 }
 
 int srv_inflight_waiters(struct srv_work *work) {
     int count = 0;
     inflight_lock(work);
-    for (struct srv_exchange *exchange = work->waiters; exchange; exchange = exchange->next_beside)
-        count++;
+    SRV_LIST_EACH (link, &work->waiters) count++;
     inflight_unlock(work);
     return count;
 }
@@ -164,21 +159,17 @@ static int inflight_withdraw(struct srv_work *work) {
     return rests || srv_queue_remove(work->service->queue, &work->task);
 }
 
-static void inflight_detach(struct srv_work *work, struct srv_exchange *exchange) {
-    struct srv_exchange **at = &work->waiters;
-    while (*at != exchange) at = &(*at)->next_beside;
-    *at = exchange->next_beside;
-    exchange->work = NULL;
-}
-
 /* called with the lock; the work to be ended, or NULL */
 static struct srv_work *inflight_leave_work(struct srv_work *work, struct srv_exchange *exchange,
                                             enum srv_stop why, int *detached) {
-    int alone = work->waiters == exchange && !exchange->next_beside,
+    int alone = work->waiters.next == work->waiters.previous,
         withdrawn = alone && inflight_withdraw(work);
     /* a worker that reads the request needs the exchange */
     *detached = work->opened || withdrawn;
-    if (*detached) inflight_detach(work, exchange);
+    if (*detached) {
+        srv_list_remove(&exchange->beside);
+        exchange->work = NULL;
+    }
     if (!alone) return NULL;
     inflight_unlist(work);
     work->stop = why;
@@ -213,17 +204,11 @@ struct srv_work *srv_inflight_leave(struct srv_exchange *exchange, enum srv_stop
 
 /* --- streams --- */
 
-struct srv_exchange *srv_inflight_stream(struct srv_work *work, struct srv_exchange **others) {
-    struct srv_exchange **last = &work->waiters;
+struct srv_exchange *srv_inflight_stream(struct srv_work *work, struct srv_list *others) {
     inflight_lock(work);
     inflight_unlist(work);
-    while (*last && (*last)->next_beside) last = &(*last)->next_beside;
-    struct srv_exchange *reader = *last;
-    *last = NULL;
-    *others = work->waiters;
-    work->waiters = NULL;
-    for (struct srv_exchange *exchange = *others; exchange; exchange = exchange->next_beside)
-        exchange->work = NULL;
+    struct srv_exchange *reader = srv_inflight_next(&work->waiters);
+    inflight_take(work, others);
     work->reader = reader;
     if (reader) {
         reader->work = NULL;

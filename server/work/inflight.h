@@ -6,6 +6,7 @@
 #define SRV_INFLIGHT_H
 
 #include "api/call/call.h"
+#include "server/base/hash_table.h"
 #include "server/work/exchange.h"
 
 enum {
@@ -37,11 +38,11 @@ struct srv_work {
     int promised;         /* it is a stream */
 
     /* under the lock */
-    struct srv_exchange *waiters;
+    struct srv_list waiters; /* exchanges, first come first */
     int opened; /* the request was read: its exchange is not needed for more than its answer */
     enum srv_stop stop; /* why not to go on */
     int listed;
-    struct srv_work *next_in_row;
+    struct srv_hash_node node;   /* by `key`, while it is listed */
     struct srv_exchange *reader; /* of the stream */
     int reader_waits;            /* suspended, for the next block */
     int parked;                  /* it waits for its reader */
@@ -81,8 +82,12 @@ int srv_inflight_opened(struct srv_work *work);
 /** Why the work is not to go on. */
 enum srv_stop srv_inflight_stop(struct srv_work *work);
 
-/** Takes all who wait for a work, which nobody can join any more; a list by next_beside. */
-struct srv_exchange *srv_inflight_take(struct srv_work *work);
+/** Moves all who wait for a work, which nobody can join any more, to a list of the caller's: first
+ * come first. */
+void srv_inflight_take(struct srv_work *work, struct srv_list *taken);
+
+/** Takes the first exchange out of such a list; NULL where it is empty. */
+struct srv_exchange *srv_inflight_next(struct srv_list *taken);
 
 /**
  * An exchange waits for its work no more, nor reads its stream.
@@ -101,11 +106,11 @@ struct srv_work *srv_inflight_leave(struct srv_exchange *exchange, enum srv_stop
  * Makes the one who waits longest the reader; it is suspended until its finish is called, even if
  * it leaves.
  *
- * others  out: the others, as srv_inflight_take gives them.
+ * others  the others are appended to it, as by srv_inflight_take.
  *
  * Returns the reader, NULL where nobody waits.
  */
-struct srv_exchange *srv_inflight_stream(struct srv_work *work, struct srv_exchange **others);
+struct srv_exchange *srv_inflight_stream(struct srv_work *work, struct srv_list *others);
 
 /** How many wait for it. */
 int srv_inflight_waiters(struct srv_work *work);

@@ -4,7 +4,6 @@
 #include <pthread.h>
 #include <semaphore.h>
 #include <stdatomic.h>
-#include <stddef.h>
 #include <stdlib.h>
 
 /* Workers wait for the semaphore, which has at least as many as there are tasks. A condition
@@ -13,38 +12,18 @@
 struct srv_queue {
     pthread_mutex_t lock;
     sem_t some;
-    struct srv_link roads[SRV_QUEUE_LEVELS]; /* rings of roads that have tasks of the level */
+    struct srv_list roads[SRV_QUEUE_LEVELS]; /* rings of roads that have tasks of the level */
     int cap, lane_cap, closed;
     unsigned turn;                          /* tasks taken so far */
     atomic_int count, at[SRV_QUEUE_LEVELS]; /* tasks that wait, in all and of each level */
 };
 
-/* --- rings: they close in a link that stands for nothing but the ring --- */
-
-static void link_ring(struct srv_link *ring) { ring->next = ring->previous = ring; }
-
-static int link_empty(const struct srv_link *ring) { return !ring->next || ring->next == ring; }
-
-static void link_append(struct srv_link *ring, struct srv_link *link) {
-    link->next = ring;
-    link->previous = ring->previous;
-    link->previous->next = ring->previous = link;
+static struct srv_lane *queue_lane(struct srv_list *link, int level) {
+    return SRV_CONTAINER_OF(link, struct srv_lane, at[level].link);
 }
 
-static void link_remove(struct srv_link *link) {
-    link->previous->next = link->next;
-    link->next->previous = link->previous;
-    link->next = link->previous = NULL;
-}
-
-static struct srv_lane *queue_lane(struct srv_link *link, int level) {
-    return (struct srv_lane *)((char *)link - offsetof(struct srv_lane, at) -
-                               (size_t)level * sizeof(((struct srv_lane *)0)->at[0]));
-}
-
-static struct srv_road *queue_road(struct srv_link *link, int level) {
-    return (struct srv_road *)((char *)link - offsetof(struct srv_road, at) -
-                               (size_t)level * sizeof(((struct srv_road *)0)->at[0]));
+static struct srv_road *queue_road(struct srv_list *link, int level) {
+    return SRV_CONTAINER_OF(link, struct srv_road, at[level].link);
 }
 
 static struct srv_road *queue_road_of(struct srv_lane *lane) {
@@ -58,7 +37,6 @@ enum pend_status srv_queue_new(struct srv_queue **queue, int cap, int lane_cap) 
     if (!made) return PEND_NO_MEMORY;
     pthread_mutex_init(&made->lock, NULL);
     sem_init(&made->some, 0, 0);
-    for (int level = 0; level < SRV_QUEUE_LEVELS; level++) link_ring(&made->roads[level]);
     made->cap = cap;
     made->lane_cap = lane_cap;
     return PEND_OK;
@@ -91,20 +69,19 @@ static void queue_count(struct srv_queue *queue, const struct srv_task *task, in
 /* a lane that has got its first task of a level; called with the lock */
 static void queue_lane_add(struct srv_queue *queue, struct srv_lane *lane, int level) {
     struct srv_road *road = queue_road_of(lane);
-    if (!road->at[level].lanes.next) link_ring(&road->at[level].lanes);
-    if (link_empty(&road->at[level].lanes))
-        link_append(&queue->roads[level], &road->at[level].link);
-    link_append(&road->at[level].lanes, &lane->at[level].link);
+    if (srv_list_empty(&road->at[level].lanes))
+        srv_list_append(&queue->roads[level], &road->at[level].link);
+    srv_list_append(&road->at[level].lanes, &lane->at[level].link);
     road->at[level].busy++;
 }
 
 /* a lane that has no more tasks of a level; called with the lock */
 static void queue_lane_remove(struct srv_lane *lane, int level) {
     struct srv_road *road = queue_road_of(lane);
-    link_remove(&lane->at[level].link);
+    srv_list_remove(&lane->at[level].link);
     road->at[level].busy--;
-    if (!link_empty(&road->at[level].lanes)) return;
-    link_remove(&road->at[level].link);
+    if (!srv_list_empty(&road->at[level].lanes)) return;
+    srv_list_remove(&road->at[level].link);
     road->at[level].turns = 0;
 }
 
@@ -112,9 +89,8 @@ static void queue_lane_remove(struct srv_lane *lane, int level) {
 static void queue_add(struct srv_queue *queue, struct srv_task *task) {
     struct srv_lane *lane = task->lane;
     assert(!task->queued && lane && task->level >= 0 && task->level < SRV_QUEUE_LEVELS);
-    if (!lane->at[task->level].tasks.next) link_ring(&lane->at[task->level].tasks);
-    if (link_empty(&lane->at[task->level].tasks)) queue_lane_add(queue, lane, task->level);
-    link_append(&lane->at[task->level].tasks, &task->link);
+    if (srv_list_empty(&lane->at[task->level].tasks)) queue_lane_add(queue, lane, task->level);
+    srv_list_append(&lane->at[task->level].tasks, &task->link);
     task->queued = 1;
     queue_count(queue, task, 1);
 }
@@ -122,10 +98,10 @@ static void queue_add(struct srv_queue *queue, struct srv_task *task) {
 /* called with the lock */
 static void queue_unlink(struct srv_queue *queue, struct srv_task *task) {
     struct srv_lane *lane = task->lane;
-    link_remove(&task->link);
+    srv_list_remove(&task->link);
     task->queued = 0;
     queue_count(queue, task, -1);
-    if (link_empty(&lane->at[task->level].tasks)) queue_lane_remove(lane, task->level);
+    if (srv_list_empty(&lane->at[task->level].tasks)) queue_lane_remove(lane, task->level);
 }
 
 /* most tasks of a road */
@@ -162,7 +138,7 @@ static int queue_level(struct srv_queue *queue) {
     int first = turn % SRV_QUEUE_SHARE == SRV_QUEUE_SHARE - 1
                     ? (int)(turn / SRV_QUEUE_SHARE % SRV_QUEUE_LEVELS)
                     : 0;
-    while (link_empty(&queue->roads[first])) first = (first + 1) % SRV_QUEUE_LEVELS;
+    while (srv_list_empty(&queue->roads[first])) first = (first + 1) % SRV_QUEUE_LEVELS;
     return first;
 }
 
@@ -171,16 +147,16 @@ static struct srv_task *queue_take(struct srv_queue *queue) {
     int level = queue_level(queue);
     struct srv_road *road = queue_road(queue->roads[level].next, level);
     struct srv_lane *lane = queue_lane(road->at[level].lanes.next, level);
-    struct srv_task *task = (struct srv_task *)lane->at[level].tasks.next;
+    struct srv_task *task = SRV_CONTAINER_OF(lane->at[level].tasks.next, struct srv_task, link);
     int turns = road->at[level].busy < SRV_QUEUE_TURNS ? road->at[level].busy : SRV_QUEUE_TURNS;
     /* the lane goes behind the others of its road, and the road behind the others once it had
      * its turns */
-    link_remove(&lane->at[level].link);
-    link_append(&road->at[level].lanes, &lane->at[level].link);
+    srv_list_remove(&lane->at[level].link);
+    srv_list_append(&road->at[level].lanes, &lane->at[level].link);
     if (++road->at[level].turns >= turns) {
         road->at[level].turns = 0;
-        link_remove(&road->at[level].link);
-        link_append(&queue->roads[level], &road->at[level].link);
+        srv_list_remove(&road->at[level].link);
+        srv_list_append(&queue->roads[level], &road->at[level].link);
     }
     queue_unlink(queue, task);
     return task;
@@ -242,11 +218,9 @@ void srv_queue_close(struct srv_queue *queue) {
 /* tasks of a lane at a level, -1 where a link is wrong; no more than `most` are looked at */
 static int queue_lane_valid(const struct srv_lane *lane, int level, int most) {
     int count = 0;
-    const struct srv_link *ring = &lane->at[level].tasks;
-    for (const struct srv_link *link = ring->next; link != ring; link = link->next) {
-        const struct srv_task *task = (const struct srv_task *)link;
-        if (link->next->previous != link || !task->queued || task->lane != lane ||
-            task->level != level)
+    SRV_LIST_EACH (link, &lane->at[level].tasks) {
+        const struct srv_task *task = SRV_CONTAINER_OF(link, struct srv_task, link);
+        if (!srv_list_valid(link) || !task->queued || task->lane != lane || task->level != level)
             return -1;
         if (++count > most) return -1;
     }
@@ -256,12 +230,10 @@ static int queue_lane_valid(const struct srv_lane *lane, int level, int most) {
 /* tasks of a road at a level, -1 where a link or a count is wrong */
 static int queue_road_valid(struct srv_road *road, int level, int most) {
     int count = 0, busy = 0;
-    struct srv_link *ring = &road->at[level].lanes;
-    for (struct srv_link *link = ring->next; link != ring; link = link->next) {
+    SRV_LIST_EACH (link, &road->at[level].lanes) {
         struct srv_lane *lane = queue_lane(link, level);
         int some = queue_lane_valid(lane, level, most);
-        if (some < 0 || link->next->previous != link || queue_road_of(lane) != road ||
-            ++busy > most)
+        if (some < 0 || !srv_list_valid(link) || queue_road_of(lane) != road || ++busy > most)
             return -1;
         count += some;
     }
@@ -273,11 +245,11 @@ int srv_queue_valid(struct srv_queue *queue) {
     pthread_mutex_lock(&queue->lock);
     int most = srv_queue_count(queue);
     for (int level = 0; level < SRV_QUEUE_LEVELS; level++) {
-        struct srv_link *ring = &queue->roads[level];
-        for (struct srv_link *link = ring->next; good && link != ring; link = link->next) {
+        SRV_LIST_EACH (link, &queue->roads[level]) {
             int count = queue_road_valid(queue_road(link, level), level, most);
-            good = count > 0 && link->next->previous == link;
+            good = good && count > 0 && srv_list_valid(link);
             all += count;
+            if (!good) break;
         }
     }
     pthread_mutex_unlock(&queue->lock);

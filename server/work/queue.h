@@ -7,6 +7,7 @@
 #define SRV_QUEUE_H
 
 #include "core/base/status.h"
+#include "server/base/list.h"
 
 enum {
     SRV_QUEUE_LEVELS = 4, /* 0 = the shortest tasks */
@@ -15,17 +16,12 @@ enum {
         8 /* of so many tasks taken, one is not of the shortest waiting but of any level in turn */
 };
 
-/* A place in a ring; a ring that is not begun is {NULL, NULL}. */
-struct srv_link {
-    struct srv_link *next, *previous;
-};
-
 /* Where many lanes come from, as an address with many clients; the queue's, once it was used.
  * Begins as {0}. */
 struct srv_road {
     struct {
-        struct srv_link link; /* in the level's ring of roads that have tasks; first of its level */
-        struct srv_link lanes; /* the ring of its lanes that have tasks of the level */
+        struct srv_list link; /* in the level's ring of roads that have tasks; first of its level */
+        struct srv_list lanes; /* the ring of its lanes that have tasks of the level */
         int busy, turns;       /* how many these are; turns since the road became the first */
     } at[SRV_QUEUE_LEVELS];
     int count; /* tasks of all its lanes */
@@ -35,8 +31,8 @@ struct srv_road {
  * ends when empty. */
 struct srv_lane {
     struct {
-        struct srv_link link;  /* in its road's ring of lanes that have tasks; first of its level */
-        struct srv_link tasks; /* the ring of its tasks */
+        struct srv_list link;  /* in its road's ring of lanes that have tasks; first of its level */
+        struct srv_list tasks; /* the ring of its tasks */
     } at[SRV_QUEUE_LEVELS];
     int count;
     struct srv_road
@@ -46,7 +42,7 @@ struct srv_lane {
 
 /* Something to run; lives inside its owner's structure, so that queueing allocates nothing. */
 struct srv_task {
-    struct srv_link link; /* the queue's */
+    struct srv_list link; /* the queue's */
     /* on a worker's thread. 1: it is not done and goes to the end of its lane; 0: its life may
      * have ended */
     int (*run)(struct srv_task *task);

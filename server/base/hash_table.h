@@ -1,0 +1,53 @@
+/* The one kind of hash table: nodes that lie inside the objects of a table and are found by keys
+ * of any bytes.
+ * Leaves to others: the objects and the memory of their keys, locks, how many objects there may be.
+ * Invariant: whoever does not know the salt cannot choose keys of one row; two nodes of a table
+ * never have the same key. */
+#ifndef SRV_HASH_TABLE_H
+#define SRV_HASH_TABLE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "server/base/container_of.h"
+
+enum { SRV_HASH_ROWS = 4096 };
+
+/* An object's place in a table; `key` and `bytes` are set by the owner and stay as they are while
+ * the node is in a table, the rest belongs to the table. */
+struct srv_hash_node {
+    const void *key;
+    size_t bytes; /* of the key */
+    uint64_t hash;
+    struct srv_hash_node *next; /* of the same row */
+};
+
+struct srv_hash_table {
+    uint64_t salt;
+    size_t count; /* nodes */
+    struct srv_hash_node *row[SRV_HASH_ROWS];
+};
+
+/** Makes a table that is empty; `salt` is a number that clients do not know. */
+void srv_hash_table_init(struct srv_hash_table *table, uint64_t salt);
+
+/**
+ * The hash of a key: eight bytes at a time are multiplied by the salt, and the product of 128 bits
+ * is folded. O(bytes), about a nanosecond per eight bytes. Needs no lock.
+ */
+uint64_t srv_hash_table_hash(const struct srv_hash_table *table, const void *key, size_t bytes);
+
+/** The node of a key whose hash is known; NULL where there is none. O(bytes). */
+struct srv_hash_node *srv_hash_table_find(const struct srv_hash_table *table, uint64_t hash,
+                                          const void *key, size_t bytes);
+
+/** Adds a node under its key, which no node of the table has yet. O(1). */
+void srv_hash_table_add(struct srv_hash_table *table, struct srv_hash_node *node, uint64_t hash);
+
+/** Removes a node that is in the table. O(1). */
+void srv_hash_table_remove(struct srv_hash_table *table, struct srv_hash_node *node);
+
+/** Counts the nodes anew and checks that each is in the row of its key. O(rows and nodes). */
+int srv_hash_table_valid(const struct srv_hash_table *table);
+
+#endif
