@@ -163,9 +163,10 @@ static void compute_promise(struct srv_work *work) {
     work->promised = reader != NULL;
     if (reader) {
         srv_exchange_response_body(reader, head);
-        /* a message of known length has no trailers: what is told of an answer that is computed
-         * goes before it */
-        reader->trails = answer.tells && (answer.length < 0 || coded || !work->source);
+        /* A message of known length has no trailers: what is told of an answer goes before it, but
+         * for a range, whose length is its sense. */
+        reader->trails =
+            answer.tells && (answer.length < 0 || coded || !work->source || !work->source->ranged);
         reader->stream_bytes = coded || reader->trails ? -1 : answer.length;
         reader->waited = work->begun - reader->queued;
         api_call_promise(work->call);

@@ -190,6 +190,16 @@ static void ranges(struct place *place) {
     const char *length = test_reply_header(&reply, "Content-Length");
     CHECK(length && atol(length) > 100000 && !test_reply_header(&reply, "Content-Range"));
     test_reply_clear(&reply);
+    /* doubles have no place for what is told of them: it comes behind them, but for a range */
+    CHECK_INT(job_get(server, &reply, id, "/results", "Accept: application/octet-stream\r\n"), 200);
+    CHECK(reply.trailer ? strstr(reply.trailer, "X-Horizon: ") != NULL
+                        : test_reply_header(&reply, "X-Horizon") != NULL);
+    test_reply_clear(&reply);
+    CHECK_INT(job_get(server, &reply, id, "/results",
+                      "Accept: application/octet-stream\r\nRange: bytes=8-15\r\n"),
+              206);
+    CHECK(reply.body_bytes == 8 && !reply.trailer && test_reply_header(&reply, "Content-Length"));
+    test_reply_clear(&reply);
     test_reply_clear(&whole);
     test_server_stop(&server);
 }
