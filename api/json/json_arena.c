@@ -1,30 +1,54 @@
 #include "api/json/json_arena.h"
 
+#include <assert.h>
 #include <stdalign.h>
+#include <stdint.h>
 #include <stdlib.h>
 
-struct room {
-    char *next; /* NULL = no block */
-    size_t left;
+enum { CHUNK_FIRST = 1 << 12, CHUNK_MOST = 1 << 16 };
+
+struct api_arena_chunk {
+    alignas(max_align_t) struct api_arena_chunk *before; /* NULL = the first */
+    size_t bytes;                                        /* behind this head */
 };
 
-static _Thread_local struct room room_here;
+int api_arena_valid(const struct api_arena *arena) {
+    const struct api_arena_chunk *last = arena->last;
+    if (!last) return !arena->next && !arena->left;
+    return arena->left <= last->bytes &&
+           arena->next + arena->left == (const char *)(last + 1) + last->bytes;
+}
 
-void api_arena_begin(void *block, size_t bytes) { room_here = (struct room){block, bytes}; }
+/* adds a chunk in which a piece of that many bytes fits; chunks double up to CHUNK_MOST */
+static int arena_grow(struct api_arena *arena, size_t piece) {
+    size_t bytes = arena->last ? 2 * arena->last->bytes : CHUNK_FIRST;
+    if (bytes > CHUNK_MOST) bytes = CHUNK_MOST;
+    if (bytes < piece) bytes = piece;
+    if (bytes > SIZE_MAX - sizeof *arena->last) return 0;
+    struct api_arena_chunk *chunk = malloc(sizeof *chunk + bytes);
+    if (!chunk) return 0;
+    *chunk = (struct api_arena_chunk){arena->last, bytes};
+    *arena = (struct api_arena){chunk, (char *)(chunk + 1), bytes};
+    return 1;
+}
 
-void api_arena_end(void) { room_here = (struct room){NULL, 0}; }
-
-void *api_arena_take(size_t bytes) {
-    struct room *room = &room_here;
-    if (!room->next) return malloc(bytes);
+void *api_arena_take(struct api_arena *arena, size_t bytes) {
+    assert(bytes && api_arena_valid(arena));
     size_t whole = (bytes + alignof(max_align_t) - 1) / alignof(max_align_t) * alignof(max_align_t);
-    if (whole < bytes || whole > room->left) return NULL;
-    char *piece = room->next;
-    room->next += whole;
-    room->left -= whole;
+    if (whole < bytes || (whole > arena->left && !arena_grow(arena, whole))) return NULL;
+    char *piece = arena->next;
+    arena->next += whole;
+    arena->left -= whole;
+    assert(api_arena_valid(arena));
     return piece;
 }
 
-void api_arena_give(void *piece) {
-    if (!room_here.next) free(piece);
+void api_arena_clear(struct api_arena *arena) {
+    assert(api_arena_valid(arena));
+    while (arena->last) {
+        struct api_arena_chunk *chunk = arena->last;
+        arena->last = chunk->before;
+        free(chunk);
+    }
+    *arena = (struct api_arena){0};
 }

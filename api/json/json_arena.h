@@ -1,27 +1,34 @@
-/* Memory for a tree of many small pieces that a library builds by calls of its own: one block,
- * filled from its front, and freed whole. Asking for each piece would take longer than all else
- * of reading a request.
- * Leaves to others: the library (json_in), how large the block has to be (json_scan).
- * Invariant: a thread that has begun no block gets and gives back the C library's memory. */
+/* Memory for many small pieces that are freed together: the nodes and strings of one document.
+ * Asking the C library for each piece would take longer than all other work of reading a request.
+ * Leaves to others: what the pieces hold (json_scan), how many there may be (json_scan).
+ * Invariant: a piece keeps its address until the arena is cleared. */
 #ifndef API_JSON_ARENA_H
 #define API_JSON_ARENA_H
 
 #include <stddef.h>
 
+struct api_arena_chunk; /* one block of the C library's memory */
+
+/* All zero at first. */
+struct api_arena {
+    struct api_arena_chunk *last; /* the chunk in use; each knows the one before it */
+    char *next;                   /* the first free byte of that chunk */
+    size_t left;                  /* free bytes from there on */
+};
+
+/** True if the free bytes lie at the end of the last chunk; for assertions. */
+int api_arena_valid(const struct api_arena *arena);
+
 /**
- * From now on the calling thread takes its pieces from a block.
+ * Takes a piece of memory of at least one byte, aligned as malloc's memory is; its bytes are not
+ * set.
  *
- * block  bytes of it; aligned as malloc's memory is.
+ * Returns NULL if memory is short; the earlier pieces are unchanged. Amortised O(1). All chunks
+ * together have at most about twice the bytes of all pieces, or 4 KiB where that is more.
  */
-void api_arena_begin(void *block, size_t bytes);
+void *api_arena_take(struct api_arena *arena, size_t bytes);
 
-/** The calling thread takes no more from its block; the pieces remain until the block is freed. */
-void api_arena_end(void);
-
-/** As malloc; NULL where the block is full. */
-void *api_arena_take(size_t bytes);
-
-/** As free; of a block that the calling thread has begun nothing is given back. */
-void api_arena_give(void *piece);
+/** Frees all pieces; the arena is as new. O(chunks). */
+void api_arena_clear(struct api_arena *arena);
 
 #endif

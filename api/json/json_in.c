@@ -9,73 +9,30 @@
 
 #include <cjson/cJSON.h>
 
-#include "api/json/json_arena.h"
 #include "api/json/json_scan.h"
 #include "api/number/number.h"
 #include "api/base/text.h"
 
-struct api_json {
-    cJSON *root;
-    void *nodes; /* the block that the tree lies in */
-    double *numbers;
-    struct api_scan_array *arrays;
-};
-
-/* a bit of a node's type that cJSON does not use */
+/* a bit of a node's type that neither cJSON nor the scan uses */
 enum { NODE_USUAL = 1 << 20 };
-
-_Static_assert(sizeof(cJSON) <= API_SCAN_NODE, "a node takes no more than the scan has counted");
 
 enum { FOUND_TEXT = 40, NAME_BYTES = 64, POINTER_DEPTH = 128, NEAR_EDITS = 2 };
 
 /* building */
 
-/* cJSON asks through here for every node and string, in this program and in tests alike */
-__attribute__((constructor)) static void json_hook(void) {
-    cJSON_InitHooks(&(cJSON_Hooks){.malloc_fn = api_arena_take, .free_fn = api_arena_give});
-}
-
 void api_json_free(struct api_json **document) {
     if (!*document) return;
-    free((*document)->nodes);
-    free((*document)->numbers);
-    free((*document)->arrays);
+    api_scan_clear(*document);
     free(*document);
     *document = NULL;
 }
 
-/* gives back what a growing array did not use; where that fails the array simply stays */
-static void *json_shrink(void *items, size_t bytes) {
-    void *shrunk = bytes ? realloc(items, bytes) : items;
-    return shrunk ? shrunk : items;
-}
-
-/* takes the tables of a finished scan and parses its rest */
-static enum pend_status json_take(struct api_json *document, struct api_scan *scan) {
-    document->numbers = json_shrink(scan->numbers, scan->number_count * sizeof *scan->numbers);
-    document->arrays = json_shrink(scan->arrays, scan->array_count * sizeof *scan->arrays);
-    scan->numbers = NULL;
-    scan->arrays = NULL;
-    document->nodes = malloc(scan->cost);
-    if (!document->nodes) return PEND_NO_MEMORY;
-    api_arena_begin(document->nodes, scan->cost);
-    document->root = cJSON_ParseWithLength(scan->rest.data, scan->rest.bytes);
-    api_arena_end();
-    return document->root ? PEND_OK : PEND_NO_MEMORY; /* the rest is JSON for certain */
-}
-
 enum pend_status api_json_new(struct api_json **document, const char *text, size_t bytes,
                               int depth_cap, struct api_problem *problem) {
-    struct api_scan scan;
-    *document = NULL;
-    enum pend_status status = api_scan_run(&scan, text, bytes, depth_cap, problem);
-    if (status != PEND_OK) goto out;
-    status = PEND_NO_MEMORY;
-    if (!(*document = calloc(1, sizeof **document))) goto out;
-    status = json_take(*document, &scan);
+    *document = calloc(1, sizeof **document);
+    if (!*document) return PEND_NO_MEMORY;
+    enum pend_status status = api_scan_run(*document, text, bytes, depth_cap, problem);
     if (status != PEND_OK) api_json_free(document);
-out:
-    api_scan_clear(&scan);
     return status;
 }
 
@@ -85,23 +42,24 @@ struct api_value api_json_root(const struct api_json *document) {
     return (struct api_value){.document = document, .node = document->root};
 }
 
-/* what cJSON says that a node is; its own questions are calls of functions, one for each type */
+/* the cJSON type of a node; cJSON's own questions are function calls, one for each type */
 static int node_type(const cJSON *node) { return node->type & 0xff; }
 
-/* the table entry of an array of numbers, or NULL */
-static const struct api_scan_array *value_array(const struct api_value *value);
+static int node_has_numbers(const cJSON *node) { return (node->type & API_SCAN_NUMBERS) != 0; }
 
-/* an item of an array of numbers: its node is the double itself */
+/* an item of an array of numbers: its node is the double itself, and it is nobody's parent */
 static int value_is_double(const struct api_value *value) {
-    return value->node && value->parent && !value->key && value_array(value->parent);
+    return value->node && value->parent && !value->key && node_has_numbers(value->parent->node);
 }
 
-static const struct api_scan_array *value_array(const struct api_value *value) {
-    const cJSON *node = value->node;
-    if (!node || value_is_double(value) || node_type(node) != cJSON_Number ||
-        !(node->valuedouble < 0))
-        return NULL;
-    return &value->document->arrays[(size_t)(-node->valuedouble - 1)];
+/* the node of an array of numbers, or NULL */
+static const cJSON *value_array(const struct api_value *value) {
+    if (!value->node || value_is_double(value) || !node_has_numbers(value->node)) return NULL;
+    return value->node;
+}
+
+static const double *array_numbers(const struct api_value *value, const cJSON *array) {
+    return value->document->numbers + (size_t)array->valuedouble;
 }
 
 enum api_kind api_value_kind(const struct api_value *value) {
@@ -110,7 +68,7 @@ enum api_kind api_value_kind(const struct api_value *value) {
     if (value_is_double(value)) return API_NUMBER;
     switch (node_type(node)) {
     case cJSON_Number:
-        return node->valuedouble < 0 ? API_ARRAY : API_NUMBER;
+        return API_NUMBER;
     case cJSON_String:
         return API_STRING;
     case cJSON_Object:
@@ -172,16 +130,16 @@ struct api_value api_value_member(const struct api_value *object, const char *ke
 
 int api_value_count(const struct api_value *value) {
     enum api_kind kind = api_value_kind(value);
-    const struct api_scan_array *array = value_array(value);
-    if (array) return array->count;
+    const cJSON *array = value_array(value);
+    if (array) return array->valueint;
     return kind == API_ARRAY || kind == API_OBJECT ? cJSON_GetArraySize(value->node) : 0;
 }
 
 struct api_value api_value_item(const struct api_value *array, int i) {
-    const struct api_scan_array *entry = value_array(array);
+    const cJSON *numbers = value_array(array);
     const void *node = NULL;
-    if (entry)
-        node = i < entry->count ? &array->document->numbers[entry->first + (size_t)i] : NULL;
+    if (numbers)
+        node = i < numbers->valueint ? array_numbers(array, numbers) + i : NULL;
     else if (api_value_kind(array) == API_ARRAY)
         node = cJSON_GetArrayItem(array->node, i);
     return value_child(array, node, NULL, i);
@@ -207,10 +165,10 @@ struct api_value api_value_next(const struct api_value *item) {
 
 const double *api_value_numbers(const struct api_value *array, int *count) {
     static const double none = 0;
-    const struct api_scan_array *entry = value_array(array);
-    if (!entry) return NULL;
-    *count = entry->count;
-    return entry->count ? &array->document->numbers[entry->first] : &none;
+    const cJSON *numbers = value_array(array);
+    if (!numbers) return NULL;
+    *count = numbers->valueint;
+    return *count ? array_numbers(array, numbers) : &none;
 }
 
 const char *api_value_text(const struct api_value *value) {
@@ -221,8 +179,8 @@ double api_value_number(const struct api_value *value) {
     enum api_kind kind = api_value_kind(value);
     if (kind == API_BOOL) return cJSON_IsTrue((const cJSON *)value->node);
     if (kind != API_NUMBER) return 0;
-    if (value_is_double(value)) return *(const double *)value->node;
-    return value->document->numbers[(size_t)((const cJSON *)value->node)->valuedouble];
+    return value_is_double(value) ? *(const double *)value->node
+                                  : ((const cJSON *)value->node)->valuedouble;
 }
 
 /* pointers */

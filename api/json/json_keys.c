@@ -1,7 +1,12 @@
 #include "api/json/json_keys.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
+
+int api_keys_valid(const struct api_keys *keys) {
+    return keys->count <= keys->cap && (!keys->cap || (keys->key && keys->hash));
+}
 
 /* eight bytes at a time */
 static uint32_t keys_hash(const char *text, size_t bytes) {
@@ -15,25 +20,25 @@ static uint32_t keys_hash(const char *text, size_t bytes) {
     return (uint32_t)hash;
 }
 
-/* is a hash among others? No early end, so that the loop runs in vector lanes */
+/* true if a hash is among others; the loop does not stop early, so that it runs in vector lanes */
 static int keys_among(size_t count, const uint32_t hashes[], uint32_t hash) {
     uint32_t found = 0;
     for (size_t i = 0; i < count; i++) found |= hashes[i] == hash;
     return found != 0;
 }
 
-/* few enough, by the cap, to try them all */
-static int keys_there(const struct api_keys *keys, size_t first, const char *text,
-                      struct api_key key, uint32_t hash) {
+/* true if the object has the key; its keys are few enough, by the cap, to try them all */
+static int keys_there(const struct api_keys *keys, size_t first, struct api_key key,
+                      uint32_t hash) {
     if (!keys_among(keys->count - first, keys->hash + first, hash)) return 0;
     for (size_t i = first; i < keys->count; i++) {
         if (keys->hash[i] != hash || keys->key[i].bytes != key.bytes) continue;
-        if (!memcmp(text + keys->key[i].at, text + key.at, key.bytes)) return 1;
+        if (!memcmp(keys->key[i].text, key.text, key.bytes)) return 1;
     }
     return 0;
 }
 
-/* makes room for one more */
+/* grows the table where it is full */
 static enum pend_status keys_grow(struct api_keys *keys) {
     if (keys->count < keys->cap) return PEND_OK;
     size_t cap = keys->cap ? 2 * keys->cap : 64;
@@ -46,14 +51,16 @@ static enum pend_status keys_grow(struct api_keys *keys) {
     return PEND_OK;
 }
 
-enum pend_status api_keys_add(struct api_keys *keys, size_t first, size_t most, const char *text,
+enum pend_status api_keys_add(struct api_keys *keys, size_t first, size_t most,
                               struct api_key key) {
-    uint32_t hash = keys_hash(text + key.at, key.bytes);
+    assert(api_keys_valid(keys) && first <= keys->count);
+    uint32_t hash = keys_hash(key.text, key.bytes);
     PEND_TRY(keys_grow(keys));
     if (keys->count - first >= most) return PEND_LIMIT;
-    if (keys_there(keys, first, text, key, hash)) return PEND_INVALID;
+    if (keys_there(keys, first, key, hash)) return PEND_INVALID;
     keys->key[keys->count] = key;
     keys->hash[keys->count++] = hash;
+    assert(api_keys_valid(keys));
     return PEND_OK;
 }
 

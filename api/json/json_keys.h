@@ -1,7 +1,7 @@
 /* Keys of objects that are open: each must be the only one of its name.
- * Leaves to others: how a key is spelt, so that equal ones have equal bytes (json_scan).
- * Invariant: keys of the inner objects follow those of the outer ones, and go when their object
- * closes. */
+ * Leaves to others: reading a key, so that equal ones have equal bytes (json_scan).
+ * Invariant: keys of the inner objects follow those of the outer ones, and are dropped when their
+ * object closes. */
 #ifndef API_JSON_KEYS_H
 #define API_JSON_KEYS_H
 
@@ -10,34 +10,37 @@
 
 #include "core/base/status.h"
 
-/* A key's bytes in the text of all keys. */
 struct api_key {
-    size_t at, bytes;
+    const char *text; /* must outlive the object that it belongs to */
+    size_t bytes;
 };
 
-/* All zero at first; an object that closes sets `count` back to what it was when it opened. */
+/* All zero at first; when an object closes, its reader sets `count` back to what it was when the
+ * object opened. */
 struct api_keys {
     struct api_key *key;
     uint32_t *hash; /* of the keys */
     size_t count, cap;
 };
 
+/** True if the count is within the memory; for assertions. */
+int api_keys_valid(const struct api_keys *keys);
+
 /**
  * Adds a key of the innermost object.
  *
  * first  number of keys when that object opened.
  * most   members that an object may have.
- * text   that this key, and all before, are in.
  *
  * PEND_LIMIT      the object has as many already.
  * PEND_INVALID    the object has this key already.
  * PEND_NO_MEMORY
- * O(keys of the object), a few bytes of each unless hashes agree.
+ * O(keys of the object): a hash is compared with each, bytes only where hashes agree.
  */
 PEND_MUST_CHECK enum pend_status api_keys_add(struct api_keys *keys, size_t first, size_t most,
-                                              const char *text, struct api_key key);
+                                              struct api_key key);
 
-/** Frees what they hold. */
+/** Frees the memory of the table; it is as new. */
 void api_keys_clear(struct api_keys *keys);
 
 #endif

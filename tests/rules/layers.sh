@@ -15,7 +15,7 @@ pure='^(assert|complex|errno|float|limits|math|stdalign|stdarg|stdbool|stddef|st
 doors=(
     '^gsl/|^gsl_ ^core/(integrate/method_gsl|modes/modes_gsl|dynamics/reference)[.]c$'
     '^sys/mman[.]h$ ^core/modes/hugepage[.]c$' # advice about huge pages
-    '^cjson/ ^api/json/json_in[.]c$'
+    '^cjson/ ^api/json/json_(scan|in)[.]c$'
     '^libdeflate[.]h$ ^(api/encode/encode_npz|server/protocol/coding_gzip)[.]c$'
     '^nettle/ ^api/call/digest[.]c$'
     '^png[.]h$ ^api/encode/encode_png[.]c$'
