@@ -18,6 +18,7 @@
 #include "server/daemon.h"
 #include "server/base/log.h"
 #include "server/base/notify.h"
+#include "server/replay.h"
 
 extern char **environ;
 
@@ -136,6 +137,7 @@ int main(int argc, char **argv) {
         fprintf(stderr, "pendulumd: %s\n", error.text);
         return 2;
     }
+    if (config.task == SRV_CONFIG_REPLAY) return srv_replay(config.replay);
     if (config.task != SRV_CONFIG_SERVE) return main_print(config.task);
     main_listen(&ears);
     if (srv_daemon_new(&daemon, &config, &error) != PEND_OK) {

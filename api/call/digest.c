@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <nettle/sha2.h>
@@ -135,21 +136,45 @@ static void digest_value(struct digest *digest, const struct api_value *value) {
     }
 }
 
-void api_digest(char digest[API_DIGEST_BYTES], const char *const parts[],
-                const struct api_value *root) {
+static void digest_write(struct sha256_ctx *sha, char digest[API_DIGEST_BYTES]) {
     static const char hex[] = "0123456789abcdef";
-    struct digest fed = {.used = 0};
     uint8_t bytes[SHA256_DIGEST_SIZE];
-    sha256_init(&fed.sha);
-    for (int i = 0; parts[i]; i++) digest_text(&fed, parts[i]);
-    if (root) digest_value(&fed, root);
-    digest_flush(&fed);
-    sha256_digest(&fed.sha, sizeof bytes, bytes);
+    sha256_digest(sha, sizeof bytes, bytes);
     for (int i = 0; i < SHA256_DIGEST_SIZE; i++) {
         digest[2 * i] = hex[bytes[i] >> 4];
         digest[2 * i + 1] = hex[bytes[i] & 15];
     }
     digest[2 * SHA256_DIGEST_SIZE] = 0;
+}
+
+void api_digest(char digest[API_DIGEST_BYTES], const char *const parts[],
+                const struct api_value *root) {
+    struct digest fed = {.used = 0};
+    sha256_init(&fed.sha);
+    for (int i = 0; parts[i]; i++) digest_text(&fed, parts[i]);
+    if (root) digest_value(&fed, root);
+    digest_flush(&fed);
+    digest_write(&fed.sha, digest);
+}
+
+struct api_digest_stream {
+    struct sha256_ctx sha;
+};
+
+struct api_digest_stream *api_digest_begin(void) {
+    struct api_digest_stream *stream = malloc(sizeof *stream);
+    if (stream) sha256_init(&stream->sha);
+    return stream;
+}
+
+void api_digest_add(struct api_digest_stream *stream, const void *data, size_t bytes) {
+    if (bytes) sha256_update(&stream->sha, bytes, data);
+}
+
+void api_digest_end(struct api_digest_stream **stream, char digest[API_DIGEST_BYTES]) {
+    if (*stream && digest) digest_write(&(*stream)->sha, digest);
+    free(*stream);
+    *stream = NULL;
 }
 
 void api_seal(unsigned char seal[API_SEAL_BYTES], const char *place, long number, const void *data,

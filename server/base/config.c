@@ -95,6 +95,10 @@ static const struct config_row config_table[] = {
      CONFIG_SWITCH, FIELD(access_log), 0, 0},
     {{"log", "FILE", "-", "where the lines of requests go; - = standard output; a file is opened anew at SIGHUP and SIGUSR1"},
      CONFIG_TEXT, FIELD(log), 0, 0},
+    {{"record", "DIR", "none", "each request that is computed is written into a file of its own there, without what says who asks, for --replay; up to 1000 files or 256 MiB; none = no request is"},
+     CONFIG_TEXT, FIELD(record), 0, 0},
+    {{"replay", "FILE", "none", "computes a recorded request again and ends: the answer goes to standard output; exit status 0 where it is the recorded one, 1 where it is not, 2 where the file is damaged"},
+     CONFIG_TEXT, FIELD(replay), 0, 0},
     {{"job-part-seconds", "S", "1", "computation after which a part of a job is kept: what a crash repeats at most"},
      CONFIG_SECONDS, FIELD(job_part_seconds), 0.001, 3600},
     {{"job-lease-seconds", "S", "15", "time after which a worker that is not heard of loses its part of a job to another"},
@@ -508,6 +512,7 @@ enum pend_status srv_config_load(struct srv_config *config, int argc, char *cons
     if (config->file[0]) PEND_TRY(config_load_file(config, config->file, error));
     PEND_TRY(config_load_environment(config, environment, 0, error));
     PEND_TRY(config_load_arguments(config, argc, argv, 0, error));
+    if (strcmp(config->replay, "none")) config->task = SRV_CONFIG_REPLAY;
     config_weigh(config);
     return PEND_OK;
 }

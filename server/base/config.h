@@ -12,7 +12,13 @@
 enum { SRV_CONFIG_TEXT = 256, SRV_CONFIG_AUTO = 2 };
 
 /* What the command line asks for. */
-enum srv_config_task { SRV_CONFIG_SERVE, SRV_CONFIG_HELP, SRV_CONFIG_TABLE, SRV_CONFIG_VERSION };
+enum srv_config_task {
+    SRV_CONFIG_SERVE,
+    SRV_CONFIG_HELP,
+    SRV_CONFIG_TABLE,
+    SRV_CONFIG_VERSION,
+    SRV_CONFIG_REPLAY /* of the file `replay` */
+};
 
 struct srv_config {
     enum srv_config_task task;
@@ -28,6 +34,7 @@ struct srv_config {
     char cors_origins[SRV_CONFIG_TEXT], trusted_proxy[SRV_CONFIG_TEXT],
         client_header[SRV_CONFIG_TEXT];
     char hosts[SRV_CONFIG_TEXT];
+    char record[SRV_CONFIG_TEXT], replay[SRV_CONFIG_TEXT]; /* "none" */
     double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds,
         drain_idle_seconds;
     double least_rate; /* bytes/s */

@@ -4,14 +4,11 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "server/work/delivery.h"
 #include "server/work/result.h"
 #include "server/base/clock.h"
 
 enum {
-    COMPUTE_HOLD =
-        1
-        << 20, /* bytes of an answer that may stream are held, so that it can be shared and kept */
-    COMPUTE_SHARE = 1 << 23, /* the same where several wait for it, or where it is soon complete */
     COMPUTE_LONG_BODY = 1 << 18, /* bytes of a body that takes a while to read */
     COMPUTE_READ = 5,            /* times a body: the memory that reading it takes */
     COMPUTE_READ_FREE =
@@ -21,10 +18,6 @@ enum {
     COMPUTE_REFUSE_STEPS =
         30 /* the same where steps are estimated, which the call itself looks after */
 };
-
-/* s of computation after which a stream begins, however little there is; a whole one that is
- * waited for all the same */
-static const double compute_patience = 0.05, compute_soon = 0.25;
 
 /* s of computation from which on it belongs to the next level of the queue */
 static const double compute_level[SRV_QUEUE_LEVELS - 1] = {0.003, 0.05, 1};
@@ -40,179 +33,19 @@ static const char *compute_reason(enum srv_stop why) {
     return why == SRV_STOP_LEFT ? "the client went away" : "the server is stopping";
 }
 
-static double compute_seconds(const struct srv_work *work) { return 1e-9 * (double)work->spent; }
-
-/* bytes that a work holds, and was promised for what comes next */
-static size_t compute_bytes(const struct srv_work *work) {
-    const struct srv_coding_row *row = srv_coding_at(work->coding);
-    size_t buffers = work->out.cap + work->coded.cap + work->ready_cap;
-    double call = work->call ? api_call_bytes(work->call) : 0;
-    if (call > 0 && buffers < work->foreseen) buffers = work->foreseen;
-    return (size_t)call + buffers + (work->coder ? row->bytes : 0) +
-           (work->source ? work->source->body_bytes : 0);
-}
-
-/* counts what a work holds by now */
-static void compute_hold(struct srv_work *work) { srv_hold_set(&work->hold, compute_bytes(work)); }
-
-/* --- the end of a work --- */
-
-static void compute_done(struct srv_service *service) { atomic_fetch_sub(&service->computing, 1); }
-
-/* lets everybody go who waits for a work, and ends it */
-static void compute_release(struct srv_work *work, struct srv_response_body *response_body,
-                            const char *cache, int status, const char *detail) {
-    struct srv_service *service = work->service;
-    struct srv_list taken = {0};
-    struct srv_exchange *exchange;
-    srv_inflight_take(work, &taken);
-    for (const char *how = cache; (exchange = srv_inflight_next(&taken)); how = "joined") {
-        exchange->waited = work->begun > exchange->queued ? work->begun - exchange->queued : 0;
-        exchange->computed = work->spent;
-        if (response_body) {
-            srv_result_give(exchange, response_body, how);
-            srv_result_remember(exchange, response_body);
-        } else if (status == 304) {
-            srv_exchange_not_modified(exchange, work->etag);
-        } else {
-            srv_exchange_busy(exchange, 1, detail);
-        }
-        exchange->finish(exchange);
-    }
-    srv_inflight_end(work);
-    compute_done(service);
-}
-
-static void compute_fail(struct srv_work *work, const char *detail) {
-    compute_release(work, NULL, NULL, 503, detail);
-}
-
-/* the answer is complete: in out */
-static void compute_settle(struct srv_work *work) {
-    struct srv_service *service = work->service;
-    struct api_answer answer = api_call_answer(work->call);
-    if (answer.status == 200 && work->key_bytes)
-        srv_metrics_count(&service->metrics.cache_missed, 1);
-    enum srv_coding coding = srv_result_code(work, answer.media_type);
-    struct srv_response_body *response_body =
-        srv_result_response_body(work, answer, coding, &work->out);
-    compute_hold(work); /* the answer's memory is counted with the response body now */
-    if (!response_body) {
-        compute_fail(work, "out of memory");
-    } else if (response_body->status == 200 && !srv_hold_room(service)) {
-        srv_metrics_count(&service->metrics.refused_held, 1);
-        srv_response_body_drop(&response_body);
-        compute_fail(work, "the answers that are being sent leave no memory: max-held-bytes");
-    } else {
-        if (response_body->status == 200 && work->key_bytes)
-            srv_cache_add(service->cache, work->key, work->key_bytes, response_body);
-        compute_release(work, response_body, NULL, 0, NULL);
-    }
-    srv_response_body_drop(&response_body);
-}
-
-/* --- streams --- */
+/* --- turns on a worker --- */
 
 static void compute_push(struct srv_exchange *exchange);
 
-/* those who waited with the one that has become the reader of a stream compute for themselves */
-static void compute_apart(struct srv_list *others) {
-    struct srv_exchange *exchange;
-    while ((exchange = srv_inflight_next(others))) compute_push(exchange);
-}
-
-/* hands over what was appended; 1 when the worker goes on with it */
-static int compute_pass(struct srv_work *work, int ended) {
-    struct srv_service *service = work->service;
-    int over = 0;
-    if (work->coder) {
-        enum srv_coding_end how = ended                       ? SRV_CODING_END
-                                  : srv_inflight_hungry(work) ? SRV_CODING_FLUSH
-                                                              : SRV_CODING_MORE;
-        const struct srv_coding_row *row = srv_coding_at(work->coding);
-        if (row->write(work->coder, work->out.data, work->out.bytes, how, &work->coded) != PEND_OK)
-            ended = -1;
-        work->out.bytes = 0;
-    }
-    if (ended < 0 && !srv_inflight_stop(work)) srv_metrics_count(&service->metrics.broken, 1);
-    compute_hold(work);
-    int go_on = srv_inflight_pass(work, ended, &over);
-    if (over) compute_done(service);
-    return go_on;
-}
-
-/* from now on what is computed is sent; without memory it is not */
-static void compute_promise(struct srv_work *work) {
-    struct api_answer answer = api_call_answer(work->call);
-    struct api_buffer none;
-    const struct srv_coding_row *row = srv_coding_at(work->coding);
-    int coded = row && srv_service_config(work->service)->compress_above > 0 &&
-                srv_coding_worth(answer.media_type);
-    api_buffer_init(&none, 0);
-    if (coded && !(work->coder = row->begin())) return;
-    struct srv_response_body *head =
-        srv_result_response_body(work, answer, coded ? work->coding : SRV_IDENTITY, &none);
-    if (!head) {
-        /* the next piece tries again, from the beginning */
-        if (coded) row->free(work->coder);
-        work->coder = NULL;
-        return;
-    }
-    struct srv_list others = {0};
-    struct srv_exchange *reader = srv_inflight_stream(work, &others);
-    work->promised = reader != NULL;
-    if (reader) {
-        srv_exchange_response_body(reader, head);
-        /* A message of known length has no trailers: what is told of an answer goes before it, but
-         * for a range, whose length is its sense. */
-        reader->trails =
-            answer.tells && (answer.length < 0 || coded || !work->source || !work->source->ranged);
-        reader->stream_bytes = coded || reader->trails ? -1 : answer.length;
-        reader->waited = work->begun - reader->queued;
-        api_call_promise(work->call);
-        work->foreseen = 2 * SRV_INFLIGHT_BLOCK;
-        if (work->out.cap > COMPUTE_HOLD) api_buffer_trim(&work->out);
-        reader->finish(reader);
-    }
-    srv_response_body_drop(&head);
-    compute_apart(&others);
-}
-
-/* whether a larger answer than usual is held: it is worth more whole than early. One that is to
- * be compressed is not, as that takes a worker long in one go. */
-static int compute_whole(struct srv_work *work, int alone) {
-    double seconds = compute_seconds(work);
-    if (work->coding && srv_coding_worth(api_call_answer(work->call).media_type)) return 0;
-    if (alone && (seconds > work->cost ? seconds : work->cost) >= compute_soon) return 0;
-    /* twice the room next time it is full */
-    size_t before = work->foreseen, next = 2 * work->out.cap + SRV_INFLIGHT_BLOCK;
-    if (next <= before) return 1;
-    work->foreseen = next;
-    if (srv_hold_room(work->service) && srv_hold_try(&work->hold, compute_bytes(work)) == SRV_ROOM)
-        return 1;
-    work->foreseen = before;
-    return 0;
-}
-
-/* is it time to begin sending? */
-static int compute_ripe(struct srv_work *work) {
-    if (!api_call_streams(work->call) || !work->out.bytes) return 0;
-    if (work->out.bytes < COMPUTE_HOLD && compute_seconds(work) < compute_patience) return 0;
-    int alone = srv_inflight_waiters(work) == 1;
-    size_t most = compute_whole(work, alone) ? COMPUTE_SHARE : COMPUTE_HOLD;
-    return work->out.bytes >= most || (alone && most == COMPUTE_HOLD);
-}
-
-/* --- turns on a worker --- */
-
-/* ends a computation early; the bytes of a promised answer are sent, and then the connection is
- * cut */
+/* Ends a computation early; the bytes of a promised answer are sent, and then the connection is
+ * cut. That is no answer of the operation, so none is recorded. */
 static void compute_stop(struct srv_work *work, int status, const char *detail) {
+    srv_record_end(&work->record);
     enum api_progress progress = api_call_stop(work->call, status, detail, &work->out);
     if (progress == API_BROKEN)
-        (void)compute_pass(work, -1);
+        (void)srv_delivery_pass(work, -1);
     else
-        compute_settle(work);
+        srv_delivery_settle(work);
 }
 
 /* a reason to end it early; 0 where there is none */
@@ -226,7 +59,7 @@ static int compute_over(struct srv_work *work) {
         compute_stop(work, 503, compute_reason(why));
         return 1;
     }
-    if (compute_seconds(work) <= limit) return 0;
+    if (srv_delivery_seconds(work) <= limit) return 0;
     srv_metrics_count(&metrics->overtime, 1);
     snprintf(detail, sizeof detail,
              "the computation took longer than max-compute-seconds allows: %.15g s", limit);
@@ -239,7 +72,7 @@ static int compute_over(struct srv_work *work) {
  * hold. */
 static int compute_room(struct srv_work *work) {
     struct srv_metrics *metrics = &work->service->metrics;
-    size_t bytes = compute_bytes(work);
+    size_t bytes = srv_delivery_bytes(work);
     enum srv_room room = srv_hold_try(&work->hold, bytes);
     char detail[256];
     if (room == SRV_ROOM) return 1;
@@ -266,17 +99,31 @@ static int compute_room(struct srv_work *work) {
     return 0;
 }
 
+/* the head of the answer is sent; the exchanges that waited beside its reader compute for
+ * themselves */
+static void compute_promise(struct srv_work *work) {
+    struct srv_list others = {0};
+    struct srv_exchange *exchange;
+    srv_delivery_promise(work, &others);
+    while ((exchange = srv_inflight_next(&others))) compute_push(exchange);
+}
+
 /* one piece of work; returns 1 when the worker still has it and it is to go on */
 static int compute_piece(struct srv_work *work) {
     int64_t begin = srv_clock_now();
+    size_t before = work->out.bytes;
     enum api_progress progress = api_call_run(work->call, &work->out);
     work->spent += srv_clock_now() - begin;
     int ended = progress == API_DONE ? 1 : progress == API_BROKEN ? -1 : 0;
-    if (!work->promised && !ended && compute_ripe(work)) compute_promise(work);
+    if (work->promised) {
+        srv_record_add(work->record, work->out.data + before, work->out.bytes - before);
+        if (ended) srv_record_answer(&work->record, api_call_answer(work->call).status, ended < 0);
+    }
+    if (!work->promised && !ended && srv_delivery_ripe(work)) compute_promise(work);
     if (!ended && !compute_room(work)) return 0;
-    if (work->promised && !compute_pass(work, ended)) return 0;
+    if (work->promised && !srv_delivery_pass(work, ended)) return 0;
     if (!work->promised && ended) {
-        compute_settle(work);
+        srv_delivery_settle(work);
         return 0;
     }
     /* the next piece is on its way here: meanwhile the worker is others' */
@@ -291,7 +138,7 @@ static int compute_turn(struct srv_work *work) {
     while (!compute_over(work)) {
         if (!compute_piece(work)) return 0;
         if (!srv_queue_count(queue)) continue;
-        double seconds = compute_seconds(work);
+        double seconds = srv_delivery_seconds(work);
         work->task.level = compute_level_of(seconds > work->cost ? seconds : work->cost);
         return 1;
     }
@@ -308,7 +155,7 @@ static int compute_hurry(void *company) {
 /* --- the first turn: reading the request --- */
 
 /* the exchange whose request the work reads: until srv_inflight_opened no other waits for it */
-static struct srv_exchange *compute_exchange(struct srv_work *work) {
+static struct srv_exchange *compute_exchange(const struct srv_work *work) {
     return SRV_CONTAINER_OF(work->waiters.next, struct srv_exchange, beside);
 }
 
@@ -328,13 +175,15 @@ static int compute_spared(struct srv_work *work) {
     /* what lies somewhere already is not what others have computed, to the byte */
     struct srv_response_body *found = work->source ? NULL : srv_result_find(work);
     if (found) {
+        srv_record_remove(&work->record);
         srv_metrics_count(&service->metrics.cache_digest, 1);
-        compute_release(work, found, "digest", 0, NULL);
+        srv_delivery_release(work, found, "digest", 0, NULL);
         srv_response_body_drop(&found);
         return 1;
     }
     if (srv_exchange_matches(exchange, work->etag)) {
-        compute_release(work, NULL, NULL, 304, NULL);
+        srv_record_remove(&work->record);
+        srv_delivery_release(work, NULL, NULL, 304, NULL);
         return 1;
     }
     /* what lies somewhere already is not joined: it may cease to, which is nobody else's concern */
@@ -343,9 +192,10 @@ static int compute_spared(struct srv_work *work) {
         work->source->ranged = work->source->ranged && compute_range_holds(exchange, work->etag);
     }
     if (!srv_inflight_opened(work)) return 0;
+    srv_record_remove(&work->record);
     srv_metrics_count(&service->metrics.cache_joined, 1);
     srv_inflight_end(work);
-    compute_done(service);
+    srv_delivery_done(service);
     return 1;
 }
 
@@ -363,8 +213,9 @@ static int compute_too_long(struct srv_work *work) {
         detail, sizeof detail,
         "this would compute for about %.0f s, longer than max-compute-seconds allows: %.15g s%s",
         work->cost, limit, job);
+    srv_record_end(&work->record);
     (void)api_call_stop(work->call, 422, detail, &work->out);
-    compute_settle(work);
+    srv_delivery_settle(work);
     return 1;
 }
 
@@ -382,7 +233,7 @@ static int compute_read_room(struct srv_work *work, size_t body) {
         exchange->finish(exchange);
     }
     srv_inflight_end(work);
-    compute_done(work->service);
+    srv_delivery_done(work->service);
     return 0;
 }
 
@@ -391,13 +242,14 @@ static int compute_read_room(struct srv_work *work, size_t body) {
 static void compute_foresee(struct srv_work *work) {
     double answer = api_call_answer_bytes(work->call);
     work->foreseen =
-        (size_t)(answer < COMPUTE_HOLD ? answer : COMPUTE_HOLD) + SRV_INFLIGHT_BLOCK / 2;
-    if (answer > COMPUTE_HOLD) work->foreseen += 2 * SRV_INFLIGHT_BLOCK;
+        (size_t)(answer < SRV_DELIVERY_HOLD ? answer : SRV_DELIVERY_HOLD) + SRV_INFLIGHT_BLOCK / 2;
+    if (answer > SRV_DELIVERY_HOLD) work->foreseen += 2 * SRV_INFLIGHT_BLOCK;
 }
 
-static int compute_open(struct srv_work *work) {
-    struct srv_exchange *exchange = compute_exchange(work);
-    struct srv_queue *queue = work->service->queue;
+/* what api is asked, of the work's exchange or of the source of its answer */
+static struct api_request compute_request(const struct srv_work *work) {
+    const struct srv_exchange *exchange = compute_exchange(work);
+    const struct srv_source *source = work->source;
     struct api_request request = {.op = exchange->op,
                                   .argument = exchange->argument,
                                   .query = exchange->query,
@@ -405,36 +257,53 @@ static int compute_open(struct srv_work *work) {
                                   .accept = exchange->field[SRV_ACCEPT],
                                   .body = exchange->body.bytes ? exchange->body.data : NULL,
                                   .body_bytes = exchange->body.bytes};
-    struct srv_source *source = work->source;
     if (source) {
         request.content_type = "application/json";
         request.body = source->body;
         request.body_bytes = source->body_bytes;
         request.argument = NULL;
     }
+    return request;
+}
+
+/* has api read the request, which is recorded before where that is wanted */
+static enum api_progress compute_read(struct srv_work *work, const struct api_request *request) {
+    struct srv_recorder *recorder = work->service->recorder;
+    if (recorder && !work->source)
+        work->record = srv_recorder_begin(recorder, compute_exchange(work), request, work->limits);
+    /* without a clock an answer has no compute_seconds, which would differ at every replay */
+    if (!work->record) {
+        api_call_clock(work->call, srv_clock_seconds, NULL);
+        api_call_hurry(work->call, compute_hurry, work);
+    }
+    return work->source ? api_call_results(work->call, request, &work->source->from, &work->out)
+                        : api_call_open(work->call, request, &work->out);
+}
+
+/* the range of an answer's bytes that its client wants; 1 when that settles the work */
+static int compute_range(struct srv_work *work) {
+    if (!work->source || !work->source->ranged) return 0;
+    api_call_length(work->call, srv_lengths_find(&work->service->lengths, work->etag));
+    if (api_call_range(work->call, work->source->range, &work->out) != API_DONE) return 0;
+    srv_delivery_settle(work);
+    return 1;
+}
+
+/* the first turn; returns 1 when the work is to wait in the queue again */
+static int compute_open(struct srv_work *work) {
+    struct srv_queue *queue = work->service->queue;
+    const struct api_request request = compute_request(work);
     if (!compute_read_room(work, request.body_bytes)) return 0;
     if (api_call_new(&work->call, work->limits) != PEND_OK) {
-        compute_fail(work, "out of memory");
+        srv_delivery_fail(work, "out of memory");
         return 0;
     }
     srv_buffer_pool_take(&work->service->pool, &work->out);
-    api_call_clock(work->call, srv_clock_seconds, NULL);
-    api_call_hurry(work->call, compute_hurry, work);
-    enum api_progress progress =
-        source ? api_call_results(work->call, &request, &source->from, &work->out)
-               : api_call_open(work->call, &request, &work->out);
-    if (progress == API_DONE) {
-        compute_settle(work);
+    if (compute_read(work, &request) == API_DONE) {
+        srv_delivery_settle(work);
         return 0;
     }
-    if (compute_spared(work)) return 0;
-    if (source && source->ranged) {
-        api_call_length(work->call, srv_lengths_find(&work->service->lengths, work->etag));
-        if (api_call_range(work->call, source->range, &work->out) == API_DONE) {
-            compute_settle(work);
-            return 0;
-        }
-    }
+    if (compute_spared(work) || compute_range(work)) return 0;
     work->cost = api_call_cost(work->call);
     if (compute_too_long(work)) return 0;
     compute_foresee(work);
@@ -448,7 +317,7 @@ static int compute_first(struct srv_work *work, int64_t now) {
     work->begun = now;
     if (now - work->queued <= srv_clock_span(limit)) return compute_open(work);
     srv_metrics_count(&work->service->metrics.refused_wait, 1);
-    compute_fail(work, "no worker was free for longer than max-wait-seconds");
+    srv_delivery_fail(work, "no worker was free for longer than max-wait-seconds");
     return 0;
 }
 
@@ -473,7 +342,7 @@ static void compute_refuse(struct srv_work *work, enum pend_status status) {
     srv_inflight_take(work, &taken);
     struct srv_exchange *exchange = srv_inflight_next(&taken);
     srv_inflight_end(work);
-    compute_done(service);
+    srv_delivery_done(service);
     if (status == PEND_LIMIT) {
         srv_metrics_count(&metrics->refused_queue, 1);
         srv_exchange_busy(exchange, 1, "every worker is busy and the queue is full: max-queue");
@@ -519,7 +388,7 @@ void srv_compute_leave(struct srv_exchange *exchange, enum srv_stop why) {
         over = gone->over;
         if (!over) srv_metrics_count(&service->metrics.cancelled, why == SRV_STOP_LEFT);
         srv_inflight_end(gone);
-        if (!over) compute_done(service);
+        if (!over) srv_delivery_done(service);
     }
     if (!detached) return;
     if (!exchange->streams) {

@@ -60,30 +60,38 @@ static int hold_tight(struct srv_service *service, size_t change) {
            1.1 * srv_service_config(service)->held_bytes + HOLD_UNKNOWN;
 }
 
-static enum srv_room hold_refused(const struct srv_hold *hold, size_t change) {
+/* whether the client that pays has room in its share for what is held now */
+static enum srv_room hold_client(const struct srv_hold *hold, const struct srv_config *config) {
+    double share = srv_hold_share(config), bytes = (double)hold->bytes;
+    const struct srv_client *payer = hold->payer;
+    if (!payer) return SRV_ROOM;
+    if (bytes > share) return SRV_ROOM_NEVER;
+    if ((double)atomic_load(&payer->held) > share) return SRV_ROOM_CLIENT;
+    if (hold->kind != SRV_MEMORY_BODIES || hold->bytes <= HOLD_BODY || bytes > share / 2)
+        return SRV_ROOM;
+    return (double)atomic_load(&payer->bodies) > share / 2 ? SRV_ROOM_CLIENT : SRV_ROOM;
+}
+
+/* whether there is room for what is held now, `change` bytes of which are new */
+static enum srv_room hold_room(const struct srv_hold *hold, size_t change) {
     struct srv_service *service = hold->service;
     const struct srv_config *config = srv_service_config(service);
+    enum srv_room room = hold_client(hold, config);
+    if (room == SRV_ROOM_NEVER || srv_hold_never(config, (double)hold->bytes))
+        return SRV_ROOM_NEVER;
+    if (room != SRV_ROOM) return room;
     double most = hold->bytes > HOLD_LARGE ? srv_hold_most(config) : config->held_bytes;
-    double share = srv_hold_share(config);
-    const struct srv_client *payer = hold->payer;
-    if (payer && (double)hold->bytes > share) return SRV_ROOM_NEVER;
-    if (srv_hold_never(config, (double)hold->bytes)) return SRV_ROOM_NEVER;
-    if (payer && (double)atomic_load(&payer->held) > share) return SRV_ROOM_CLIENT;
-    int body = hold->kind == SRV_MEMORY_BODIES && hold->bytes > HOLD_BODY;
-    if (payer && body && (double)atomic_load(&payer->bodies) > share / 2 &&
-        (double)hold->bytes <= share / 2)
-        return SRV_ROOM_CLIENT;
     double excess = hold_all(service) - most;
     if (excess > 0) srv_cache_shrink(service->cache, (size_t)excess);
-    return (excess > 0 && hold_all(service) > most) || hold_tight(service, change) ? SRV_ROOM_NONE
-                                                                                   : SRV_ROOM;
+    if (excess > 0 && hold_all(service) > most) return SRV_ROOM_NONE;
+    return hold_tight(service, change) ? SRV_ROOM_NONE : SRV_ROOM;
 }
 
 enum srv_room srv_hold_try(struct srv_hold *hold, size_t bytes) {
     size_t before = hold->bytes;
     srv_hold_set(hold, bytes);
     if (bytes <= before) return SRV_ROOM;
-    enum srv_room room = hold_refused(hold, bytes - before);
+    enum srv_room room = hold_room(hold, bytes - before);
     if (room != SRV_ROOM) srv_hold_set(hold, before);
     return room;
 }

@@ -74,6 +74,7 @@ struct srv_work *srv_inflight_begin(struct srv_exchange *exchange) {
 void srv_inflight_end(struct srv_work *work) {
     struct srv_buffer_pool *pool = &work->service->pool;
     assert(srv_list_empty(&work->waiters) && !work->reader && !work->listed);
+    srv_record_end(&work->record);
     api_call_free(&work->call);
     if (work->source) work->source->free(work->source);
     if (work->coder) srv_coding_at(work->coding)->free(work->coder);
@@ -84,6 +85,14 @@ void srv_inflight_end(struct srv_work *work) {
     if (work->hold.payer) srv_clients_give(work->service->clients, work->hold.payer);
     srv_clients_give(work->service->clients, work->account);
     free(work);
+}
+
+int srv_inflight_valid(const struct srv_work *work) {
+    int streams = work->reader || work->reader_waits || work->parked;
+    return work->service && work->account && work->key_bytes <= SRV_INFLIGHT_KEY &&
+           work->taken <= work->ready.bytes && (!work->listed || work->key_bytes) &&
+           (!work->reader_waits || work->reader) && !(!srv_list_empty(&work->waiters) && streams) &&
+           work->over == (work->ended != 0);
 }
 
 /* --- joining --- */
@@ -283,33 +292,42 @@ void srv_inflight_unpark(struct srv_work *work) {
     inflight_unlock(work);
 }
 
+/* Makes the block that was appended meanwhile the one that is sent, where all before it was taken;
+ * called with the lock. Returns 1 when the work is to go on, which rested for its reader. */
+static int inflight_refill(struct srv_work *work) {
+    int rests = work->parked || work->fetching || work->over;
+    if (inflight_drained(work) && rests && inflight_chunk(work)->bytes) inflight_swap(work);
+    int again = work->parked && !inflight_chunk(work)->bytes;
+    if (again) work->parked = 0;
+    return again;
+}
+
+/* takes bytes of the block that is sent; called with the lock */
+static size_t inflight_bytes(struct srv_work *work, char *to, size_t cap) {
+    size_t left = work->ready.bytes - work->taken, count = left < cap ? left : cap;
+    if (count) memcpy(to, work->ready.data + work->taken, count);
+    work->taken += count;
+    return count;
+}
+
 long srv_inflight_read(struct srv_exchange *exchange, char *to, size_t cap,
                        void (*pause)(struct srv_exchange *)) {
     struct srv_inflight *inflight = exchange->service->inflight;
-    int again = 0;
+    long result = SRV_INFLIGHT_BROKEN;
     pthread_mutex_lock(&inflight->lock);
     struct srv_work *work = exchange->stream;
-    if (!work) {
-        pthread_mutex_unlock(&inflight->lock);
-        return SRV_INFLIGHT_BROKEN;
+    if (work) {
+        assert(srv_inflight_valid(work) && work->reader == exchange);
+        int again = inflight_refill(work);
+        result = (long)inflight_bytes(work, to, cap);
+        if (!result && work->ended)
+            result = work->ended > 0 ? SRV_INFLIGHT_END : SRV_INFLIGHT_BROKEN;
+        if (result == SRV_INFLIGHT_WAIT) {
+            work->reader_waits = 1;
+            pause(exchange);
+        }
+        if (again) srv_queue_again(work->service->queue, &work->task);
     }
-    if (inflight_drained(work) && (work->parked || work->fetching || work->over) &&
-        inflight_chunk(work)->bytes)
-        inflight_swap(work);
-    if (work->parked && !inflight_chunk(work)->bytes) {
-        again = 1;
-        work->parked = 0;
-    }
-    size_t left = work->ready.bytes - work->taken, count = left < cap ? left : cap;
-    long result = (long)count;
-    if (count) memcpy(to, work->ready.data + work->taken, count);
-    work->taken += count;
-    if (!count && work->ended) result = work->ended > 0 ? SRV_INFLIGHT_END : SRV_INFLIGHT_BROKEN;
-    if (!count && !work->ended) {
-        work->reader_waits = 1;
-        pause(exchange);
-    }
-    if (again) srv_queue_again(work->service->queue, &work->task);
     pthread_mutex_unlock(&inflight->lock);
     return result;
 }

@@ -7,7 +7,7 @@
 
 #include "api/call/call.h"
 #include "server/base/hash_table.h"
-#include "server/work/exchange.h"
+#include "server/work/recorder.h"
 
 enum {
     SRV_INFLIGHT_BLOCK = 1 << 18, /* bytes that may wait while as many are being sent */
@@ -32,10 +32,11 @@ struct srv_work {
     char etag[SRV_ETAG_BYTES];    /* as the header field; "" before it is known */
     char key[SRV_INFLIGHT_KEY];   /* of the cache and of the computations in flight */
     size_t key_bytes;
-    struct srv_hold hold; /* what it holds, and was promised */
-    size_t foreseen;      /* bytes that out, coded and ready will come to */
-    size_t ready_cap;     /* bytes of `ready`, as the worker saw it last */
-    int promised;         /* it is a stream */
+    struct srv_hold hold;      /* what it holds, and was promised */
+    size_t foreseen;           /* bytes that out, coded and ready will come to */
+    size_t ready_cap;          /* bytes of `ready`, as the worker saw it last */
+    int promised;              /* it is a stream */
+    struct srv_record *record; /* of the request, for bug reports; NULL = it is not recorded */
 
     /* under the lock */
     struct srv_list waiters; /* exchanges, first come first */
@@ -69,6 +70,10 @@ struct srv_work *srv_inflight_begin(struct srv_exchange *exchange);
 
 /** Frees a work that nobody has or waits for. */
 void srv_inflight_end(struct srv_work *work);
+
+/** True when the fields of a work that several threads touch agree with each other; for
+ * assertions, under the lock. O(1). */
+int srv_inflight_valid(const struct srv_work *work);
 
 /**
  * Says that the request was read. Its key is set.

@@ -1,5 +1,6 @@
 #include "server/work/result.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -107,39 +108,62 @@ static int result_range(const struct api_answer *answer, char text[], size_t cap
     return 1;
 }
 
-struct srv_response_body *srv_result_response_body(struct srv_work *work, struct api_answer answer,
-                                                   enum srv_coding coding,
-                                                   struct api_buffer *body) {
-    char disposition[128], range[96];
-    const char *columns = answer.columns, *file = answer.file_name;
-    if (file) snprintf(disposition, sizeof disposition, "inline; filename=\"%.80s\"", file);
-    size_t text = 352 + SRV_ETAG_BYTES + (columns ? strlen(columns) + 1 : 0);
-    for (int i = 0; answer.told && i < answer.told->count; i++)
-        text += strlen(answer.told->field[i].value) + 1;
-    struct srv_service *service = work->service;
-    struct srv_response_body *made = srv_response_body_new(answer.status, answer.media_type, body,
-                                                           text, &service->memory, &service->pool);
-    if (!made) return NULL;
-    made->steps = api_call_steps(work->call);
-    if (answer.status >= 400) srv_response_body_header(made, "Cache-Control", "no-store");
-    if (answer.status == 415) srv_response_body_header(made, "Accept-Post", srv_exchange_accepts);
-    if (answer.status == 503 || answer.status == 429)
-        srv_response_body_header(made, "Retry-After", result_retry);
-    srv_response_body_header(made, "Vary", srv_exchange_vary);
-    if (answer.status < 400 && work->etag[0]) {
+/* bytes of the texts that an answer's header fields copy */
+static size_t result_texts(const struct api_answer *answer) {
+    size_t bytes = 352 + SRV_ETAG_BYTES + (answer->columns ? strlen(answer->columns) + 1 : 0);
+    for (int i = 0; answer->told && i < answer->told->count; i++)
+        bytes += strlen(answer->told->field[i].value) + 1;
+    return bytes;
+}
+
+/* the header fields of an answer that succeeded */
+static void result_good(struct srv_response_body *made, const struct srv_work *work,
+                        enum srv_coding coding) {
+    if (work->etag[0]) {
         /* a coding may compress differently another time */
         stpcpy(stpcpy(made->etag, coding && work->source ? "W/" : ""), work->etag);
         srv_response_body_header(made, "ETag", made->etag);
     }
-    if (answer.status < 400 && work->source)
-        srv_response_body_header(made, "Accept-Ranges", "bytes");
-    if (answer.status == 206) srv_lengths_note(&service->lengths, work->etag, answer.total);
-    if (result_range(&answer, range, sizeof range))
+    if (work->source) srv_response_body_header(made, "Accept-Ranges", "bytes");
+}
+
+/* the header fields of an answer that is a problem */
+static void result_bad(struct srv_response_body *made) {
+    srv_response_body_header(made, "Cache-Control", "no-store");
+    if (made->status == 415) srv_response_body_header(made, "Accept-Post", srv_exchange_accepts);
+    if (made->status == 503 || made->status == 429)
+        srv_response_body_header(made, "Retry-After", result_retry);
+}
+
+/* the header fields that say what the body is */
+static void result_about(struct srv_response_body *made, const struct api_answer *answer) {
+    char disposition[128], range[96];
+    if (result_range(answer, range, sizeof range))
         srv_response_body_header(made, "Content-Range", range);
-    if (columns) srv_response_body_header(made, "X-Columns", columns);
-    if (file) srv_response_body_header(made, "Content-Disposition", disposition);
-    for (int i = 0; answer.told && i < answer.told->count; i++)
-        srv_response_body_header(made, answer.told->field[i].name, answer.told->field[i].value);
+    if (answer->columns) srv_response_body_header(made, "X-Columns", answer->columns);
+    if (answer->file_name) {
+        snprintf(disposition, sizeof disposition, "inline; filename=\"%.80s\"", answer->file_name);
+        srv_response_body_header(made, "Content-Disposition", disposition);
+    }
+    for (int i = 0; answer->told && i < answer->told->count; i++)
+        srv_response_body_header(made, answer->told->field[i].name, answer->told->field[i].value);
+}
+
+struct srv_response_body *srv_result_response_body(struct srv_work *work, struct api_answer answer,
+                                                   enum srv_coding coding,
+                                                   struct api_buffer *body) {
+    struct srv_service *service = work->service;
+    assert(answer.status >= 200 && answer.status <= 599);
+    struct srv_response_body *made =
+        srv_response_body_new(answer.status, answer.media_type, body, result_texts(&answer),
+                              &service->memory, &service->pool);
+    if (!made) return NULL;
+    made->steps = api_call_steps(work->call);
+    if (answer.status >= 400) result_bad(made);
+    srv_response_body_header(made, "Vary", srv_exchange_vary);
+    if (answer.status < 400) result_good(made, work, coding);
+    if (answer.status == 206) srv_lengths_note(&service->lengths, work->etag, answer.total);
+    result_about(made, &answer);
     if (coding) srv_response_body_header(made, "Content-Encoding", srv_coding_at(coding)->name);
     return made;
 }

@@ -264,8 +264,8 @@ TEST(the_help_tells_every_option_and_the_limits) {
 
 TEST(the_readme_has_the_table_of_options) {
     struct api_buffer table;
-    static char readme[65536];
-    FILE *file = fopen("server/README.md", "re");
+    static char readme[131072];
+    FILE *file = fopen("docker/README.md", "re");
     if (!file) {
         test_skip("this is not the top of the source tree");
         return;
@@ -275,7 +275,7 @@ TEST(the_readme_has_the_table_of_options) {
     api_buffer_init(&table, 65536);
     REQUIRE(srv_config_table(&table) == PEND_OK && api_buffer_add(&table, "", 1) == PEND_OK);
     CHECK_SAYING(strstr(readme, table.data) != NULL,
-                 "server/README.md does not have the table that build/release/pendulumd "
+                 "docker/README.md does not have the table that build/release/pendulumd "
                  "--help=markdown prints");
     api_buffer_clear(&table);
 }
