@@ -1,5 +1,6 @@
 #!/bin/sh
-# Makes few files of the page's many, so that a browser asks a few times: scripts and styles of server/web into DIRECTORY.
+# Makes few files of the page's many, so that a browser asks a few times: scripts and styles of server/web into DIRECTORY. Each
+# drawer is one file of its own, which is asked for when it is opened first.
 # usage: assets_bundle.sh DIRECTORY
 # Leaves to others: documents, libraries, what is compiled in (assets_embed.py).
 # Invariant: the sources work as they lie there too (tests/web/serve.mjs); nothing is made of them that they do not say.
@@ -15,8 +16,12 @@ new=$home.$$
 rm -rf "$new"
 trap 'rm -rf "$new"' EXIT
 cd server/web
-esbuild early.js main.js docs.js page.css docs.css --bundle --format=esm --minify --charset=utf8 --legal-comments=none \
+# a drawer exports what its tab opens; the others of drawers/ are what drawers are made of
+drawers=$(grep -l '^export default' drawers/*.js)
+# shellcheck disable=SC2086  # names without blanks
+esbuild early.js main.js docs.js page.css docs.css $drawers --bundle --outbase=. --format=esm --minify --charset=utf8 --legal-comments=none \
     --log-level=warning --outdir="$OLDPWD/$new"
 cd "$OLDPWD"
-mkdir -p "$home"
-mv -f "$new"/* "$home"
+# each file is moved whole: builds that run side by side may make it at once
+mkdir -p "$home/drawers"
+(cd "$new" && find . -type f) | while read -r file; do mv -f "$new/$file" "$home/$file"; done

@@ -29,8 +29,10 @@ MEDIA_TYPES = {
 
 def own_files(web, bundles):
     """The page's own files, by their names."""
-    for path in sorted([*web.glob("*.html"), *bundles.iterdir()]):
+    for path in sorted(web.glob("*.html")):
         yield path.name, path.read_bytes()
+    for path in sorted(path for path in bundles.rglob("*") if path.is_file()):
+        yield path.relative_to(bundles).as_posix(), path.read_bytes()
 
 
 def module(name, code):

@@ -7,93 +7,114 @@ import { createBag, h } from "./dom.js";
 const TURN = Math.PI / 36;
 const SETTLE_SECONDS = 0.6;
 
+/** An arm's button in words. @param {Text} text @param {Doc} doc @param {number} arm */
+function labelOf(text, doc, arm) {
+  const { length, mass, parent } = doc.pendulum;
+  return text(parent[arm - 1] ? "arm.label" : "arm.label.pivot", {
+    arm,
+    carrier: parent[arm - 1],
+    length: text.short(length[arm - 1]),
+    mass: text.short(mass[arm - 1]),
+    angle: text.number((doc.initial.phi[arm - 1] * 180) / Math.PI, 0),
+  });
+}
+
+/** One button for each arm. @param {HTMLElement} list @param {Text} text @param {Doc} doc */
+function fill(list, text, doc) {
+  const n = doc.pendulum.length.length;
+  while (list.children.length > n) list.lastChild?.remove();
+  while (list.children.length < n) {
+    list.append(h("button", { type: "button", "data-arm": list.children.length + 1 }));
+  }
+  for (let arm = 1; arm <= n; arm++) list.children[arm - 1].textContent = labelOf(text, doc, arm);
+}
+
+/** What the keys do to an arm, by the key's name. @param {App} app @param {HTMLElement} list */
+function actionsOf(app, list) {
+  const { store, edits, text } = app;
+  const told = (/** @type {number} */ arm, /** @type {() => void} */ change) => {
+    change();
+    app.announce(labelOf(text, store.get(), arm));
+  };
+  const turn = (/** @type {number} */ by) => (/** @type {number} */ arm) =>
+    told(arm, () => {
+      edits.grab();
+      edits.turn(arm, edits.angle(arm) + by);
+      edits.release(SETTLE_SECONDS);
+    });
+  const lengthen = (/** @type {number} */ by) => (/** @type {number} */ arm) =>
+    told(arm, () => edits.lengthen(arm, by));
+  const weigh = (/** @type {number} */ by) => (/** @type {number} */ arm) =>
+    told(arm, () => edits.weigh(arm, by));
+  /** A change of the list, and the focus to the arm that is chosen after it. @param {() => void} change */
+  const focusAfter = (change) => {
+    change();
+    const chosen = list.children[Math.max(store.get().view.selected, 1) - 1];
+    /** @type {HTMLElement | undefined} */ (chosen)?.focus();
+  };
+  const remove = (/** @type {number} */ arm) => focusAfter(() => edits.remove(arm));
+  /** @type {Record<string, (arm: number) => unknown>} */
+  const actions = {
+    ArrowLeft: turn(TURN),
+    ArrowUp: turn(TURN),
+    ArrowRight: turn(-TURN),
+    ArrowDown: turn(-TURN),
+    "shift ArrowUp": lengthen(0.05),
+    "shift ArrowRight": lengthen(0.05),
+    "shift ArrowDown": lengthen(-0.05),
+    "shift ArrowLeft": lengthen(-0.05),
+    "+": weigh(1.1),
+    "-": weigh(1 / 1.1),
+    a: (arm) => focusAfter(() => edits.add(arm)),
+    t: (arm) => edits.trail(arm),
+    Delete: remove,
+    Backspace: remove,
+    Enter: (arm) => app.editArm(arm),
+    Escape: () => edits.select(0),
+  };
+  return actions;
+}
+
+/** The action of a key, none where it is not for an arm. @param {Record<string, (arm: number) => unknown>} actions @param {KeyboardEvent} event */
+function actionOf(actions, event) {
+  if (event.ctrlKey || event.metaKey || event.altKey) return null;
+  const name = event.key === "=" ? "+" : event.key;
+  const shifted = event.shiftKey && name.startsWith("Arrow") ? `shift ${name}` : name;
+  return actions[shifted] ?? actions[name.toLowerCase()] ?? null;
+}
+
+/** @param {HTMLElement} element @param {App} app @param {Look} look */
 export function mountArms(element, app, look) {
   const { store, edits, text } = app;
   const bag = createBag();
   const list = h("div", { role: "group", class: "unseen arms", "aria-label": text("arms") });
   element.append(list);
-
-  function label(doc, arm) {
-    const { length, mass, parent } = doc.pendulum;
-    return text(parent[arm - 1] ? "arm.label" : "arm.label.pivot", {
-      arm,
-      carrier: parent[arm - 1],
-      length: text.short(length[arm - 1]),
-      mass: text.short(mass[arm - 1]),
-      angle: text.number((doc.initial.phi[arm - 1] * 180) / Math.PI, 0),
-    });
-  }
-
-  function fill(doc) {
-    const n = doc.pendulum.length.length;
-    while (list.children.length > n) list.lastChild.remove();
-    while (list.children.length < n)
-      list.append(h("button", { type: "button", "data-arm": list.children.length + 1 }));
-    for (let arm = 1; arm <= n; arm++) list.children[arm - 1].textContent = label(doc, arm);
-  }
-
-  const turn = (arm, by) => {
-    edits.grab();
-    edits.turn(arm, edits.angle(arm) + by);
-    edits.release(SETTLE_SECONDS);
-    app.announce(label(store.get(), arm));
-  };
-  const told = (arm, change) => {
-    change();
-    app.announce(label(store.get(), arm));
-  };
-  const KEYS = {
-    ArrowLeft: (arm) => turn(arm, TURN),
-    ArrowUp: (arm) => turn(arm, TURN),
-    ArrowRight: (arm) => turn(arm, -TURN),
-    ArrowDown: (arm) => turn(arm, -TURN),
-    "shift ArrowUp": (arm) => told(arm, () => edits.lengthen(arm, 0.05)),
-    "shift ArrowRight": (arm) => told(arm, () => edits.lengthen(arm, 0.05)),
-    "shift ArrowDown": (arm) => told(arm, () => edits.lengthen(arm, -0.05)),
-    "shift ArrowLeft": (arm) => told(arm, () => edits.lengthen(arm, -0.05)),
-    "+": (arm) => told(arm, () => edits.weigh(arm, 1.1)),
-    "-": (arm) => told(arm, () => edits.weigh(arm, 1 / 1.1)),
-    a: (arm) => focusAfter(() => edits.add(arm)),
-    t: (arm) => edits.trail(arm),
-    Delete: (arm) => focusAfter(() => edits.remove(arm)),
-    Backspace: (arm) => focusAfter(() => edits.remove(arm)),
-    Enter: (arm) => app.editArm(arm),
-    Escape: () => edits.select(0),
-  };
-
-  /** A change of the list, and the focus to the arm that is chosen after it. */
-  function focusAfter(change) {
-    change();
-    list.children[Math.max(store.get().view.selected, 1) - 1]?.focus();
-  }
+  const actions = actionsOf(app, list);
+  const armOf = (/** @type {Event} */ event) =>
+    Number(/** @type {HTMLElement} */ (event.target).dataset.arm);
 
   bag.on(list, "keydown", (event) => {
-    const arm = Number(event.target.dataset.arm);
-    const shifted =
-      event.shiftKey && event.key.startsWith("Arrow") ? `shift ${event.key}` : event.key;
-    const act =
-      KEYS[shifted] ?? KEYS[event.key.toLowerCase()] ?? (event.key === "=" ? KEYS["+"] : null);
-    if (!act || event.ctrlKey || event.metaKey || event.altKey) return;
+    const act = actionOf(actions, event);
+    if (!act) return;
     event.preventDefault();
     event.stopPropagation();
-    act(arm);
+    act(armOf(event));
   });
   bag.on(list, "focusin", (event) => {
     look.focused = true;
-    edits.select(Number(event.target.dataset.arm));
+    edits.select(armOf(event));
     look.soon();
   });
   bag.on(list, "focusout", () => {
     look.focused = false;
     look.soon();
   });
-  bag.on(list, "click", (event) => app.editArm(Number(event.target.dataset.arm)));
+  bag.on(list, "click", (event) => app.editArm(armOf(event)));
   bag(
-    store.subscribe(
-      (doc, before) =>
-        (doc.pendulum !== before.pendulum || doc.initial !== before.initial) && fill(doc),
-    ),
+    store.subscribe((doc, before) => {
+      if (doc.pendulum !== before.pendulum || doc.initial !== before.initial) fill(list, text, doc);
+    }),
   );
-  fill(store.get());
+  fill(list, text, store.get());
   return { destroy: bag.end };
 }

@@ -7,10 +7,14 @@ import { tips } from "./tree.js";
 const LOOKS = 500; // samples that are looked at, at most
 const STEPS = 6; // the box grows in sixths of the reach
 
-/** The least box around the pivot, in steps of the reach, that holds the motion: {side, up, down} in metres. */
+/**
+ * The least box around the pivot, in steps of the reach, that holds the motion: {side, up, down} in metres.
+ * @param {Track} track @param {number[]} rows @param {number} reach @param {Float64Array} x @param {Float64Array} y @returns {Box}
+ */
 export function boxOf(track, rows, reach, x, y) {
   const tree = track.doc.pendulum;
   const box = { side: 0, up: 0, down: 0 };
+  /** @param {ArrayLike<number>} phi @param {number} offset */
   const look = (phi, offset) => {
     tips(tree, rows, phi, offset, x, y);
     for (let k = 0; k < track.n; k++) {
@@ -22,6 +26,7 @@ export function boxOf(track, rows, reach, x, y) {
   look(track.initial.phi, 0);
   const stride = Math.ceil(track.count / LOOKS);
   for (let i = 0; i < track.count; i += stride) look(track.columns.phi, i * track.n);
+  /** @param {number} value */
   const stepped = (value) =>
     Math.min(STEPS, Math.ceil((value / reach) * STEPS - 1e-6)) * (reach / STEPS);
   return {
@@ -31,7 +36,10 @@ export function boxOf(track, rows, reach, x, y) {
   };
 }
 
-/** Where the pivot is, and how many pixels a metre has, so that the box fills the place. */
+/**
+ * Where the pivot is, and how many pixels a metre has, so that the box fills the place.
+ * @param {Box} box @param {number} width @param {number} height @param {{left: number, right: number, top: number, bottom: number}} margin @param {Camera} camera
+ */
 export function aim(box, width, height, margin, camera) {
   const across = width - margin.left - margin.right;
   const along = height - margin.top - margin.bottom;
@@ -40,18 +48,18 @@ export function aim(box, width, height, margin, camera) {
   camera.y = margin.top + (along - camera.scale * (box.up + box.down)) / 2 + camera.scale * box.up;
 }
 
-/** A round number that is not below the value. */
+/** A round number that is not below the value. @param {number} value */
 export function roundUp(value) {
   if (!(value > 0)) return 1;
   const power = 10 ** Math.floor(Math.log10(value));
-  return Number(
-    (
-      [1, 1.5, 2, 3, 4, 6, 8, 10].find((digit) => digit * power >= value * 0.999) * power
-    ).toPrecision(3),
-  );
+  const digit = [1, 1.5, 2, 3, 4, 6, 8].find((one) => one * power >= value * 0.999) ?? 10;
+  return Number((digit * power).toPrecision(3));
 }
 
-/** The end of the colours' scale: what 95 of 100 forces stay below, rounded up. */
+/**
+ * The end of the colours' scale: what 95 of 100 forces stay below, rounded up.
+ * @param {Track} track
+ */
 export function forceScale(track) {
   const { lambda } = track.columns;
   if (!track.count || !lambda) return 0;

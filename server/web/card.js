@@ -6,9 +6,18 @@ import { createBag, h, icon, iconButton } from "./dom.js";
 import { removable } from "./tree.js";
 
 const LEGEND = 76; // pixels at the bottom of the stage
+const NARROW = 560; // pixels, below which it never lies beside the tip
 const DEGREES = 180 / Math.PI;
 
-// name, unit, from the document, back; positive: must be greater than 0; pivot: only of the arm at the pivot
+/**
+ * A number of an arm: from the document, and back; positive: must be greater than 0; pivot: only of the arm at the pivot.
+ * @typedef {{
+ *   name: string, unit: string, positive?: boolean, pivot?: boolean,
+ *   get: (doc: Doc, k: number) => number, set: (edits: Edits, arm: number, value: number) => void,
+ * }} Field
+ */
+
+/** @type {Field[]} */
 const FIELDS = [
   {
     name: "length",
@@ -42,186 +51,228 @@ const FIELDS = [
     unit: "m/s\u00b2",
     pivot: true,
     get: (doc) => doc.pendulum.gravity,
-    set: (edits, arm, value) => edits.setGravity(value),
+    set: (edits, _, value) => edits.setGravity(value),
   },
 ];
 
-export function mountCard(element, app, look) {
-  const { store, clock, edits, text } = app;
-  const bag = createBag();
-  let arm = 0;
-  let placed = null; // for which place the card was laid out
+/**
+ * The card while it is there; arm: whose it is, 0 if none is chosen; placed: for which place it was laid out.
+ * @typedef {{
+ *   app: App, element: HTMLElement, look: Look, arm: number, placed: string | null, inputs: HTMLInputElement[],
+ *   labels: HTMLElement[], name: HTMLElement, carrier: HTMLElement, force: HTMLElement, trail: HTMLElement,
+ *   remove: HTMLButtonElement, root: HTMLElement,
+ * }} Card
+ */
 
-  const inputs = FIELDS.map((field) =>
-    h("input", {
-      type: "text",
-      inputmode: "decimal",
-      autocomplete: "off",
-      "data-field": field.name,
-      "aria-label": text(`arm.${field.name}.unit`, { unit: field.unit }),
-      on: {
-        change: (event) => commit(field, event.target),
-        focus: (event) => event.target.select(),
-      },
-    }),
-  );
-  const labels = FIELDS.map((field, i) =>
-    h(
-      "label",
-      { class: "field" },
-      h("span", {}, text(`arm.${field.name}`)),
-      h("span", { class: "with-unit" }, inputs[i], h("span", { class: "unit" }, field.unit)),
-    ),
-  );
+/** Takes what has been typed, if it is sound. @param {Card} card @param {Field} field @param {HTMLInputElement} input */
+function commit({ app, arm }, field, input) {
+  const value = app.text.read(input.value);
+  const sound = Number.isFinite(value) && (!field.positive || value > 0);
+  input.setAttribute("aria-invalid", String(!sound));
+  if (sound) {
+    field.set(app.edits, arm, value);
+    input.value = input.defaultValue;
+    return;
+  }
+  const what = app.text(`arm.${field.name}`);
+  app.announce(app.text(field.positive ? "arm.wrong.positive" : "arm.wrong", { what }));
+}
+
+/** @param {Card} card @param {Field} field @param {Doc} doc @param {number} i */
+function showField({ app, arm, inputs, labels }, field, doc, i) {
+  const shown = app.text.short(field.get(doc, arm - 1), 5);
+  const input = inputs[i];
+  labels[i].hidden = Boolean(field.pivot && doc.pendulum.parent[arm - 1]);
+  input.defaultValue = shown;
+  // who types is not disturbed while the number stays the same
+  const same = app.text.read(input.value) === app.text.read(shown);
+  if (document.activeElement !== input || !same) input.value = shown;
+  input.setAttribute("aria-invalid", "false");
+}
+
+/** @param {Card} card @param {Doc} doc */
+function show(card, doc) {
+  const { text } = card.app;
+  const arm = doc.view.selected;
+  card.arm = arm;
+  card.root.hidden = !arm;
+  if (!arm) return;
+  card.placed = null;
+  const on = doc.pendulum.parent[arm - 1];
+  card.name.textContent = text("arm.name", { arm });
+  card.carrier.textContent = on ? text("arm.on", { carrier: on }) : text("arm.on.pivot");
+  FIELDS.forEach((field, i) => showField(card, field, doc, i));
+  card.trail.setAttribute("aria-pressed", String(doc.view.trails.includes(arm)));
+  card.remove.disabled = !removable(doc.pendulum.parent, arm);
+}
+
+/** @param {Card} card */
+function tellForce({ app, look, arm, force }) {
+  const lambda = look.shape.lambda[arm - 1];
+  const sign = lambda < 0 ? "tension" : "compression";
+  const kind = Math.abs(lambda) < look.most * 1e-3 ? "slack" : sign;
+  const words = app.text(`force.${kind}`, { force: app.text.number(lambda, 2) });
+  if (force.textContent === words) return;
+  force.textContent = words;
+  force.dataset.kind = kind;
+}
+
+/**
+ * How much the card hides at a place: its own tip most, other tips and rods' middles less, the pivot in between.
+ * @param {Look} look @param {number} arm @param {Point} at @param {number} width @param {number} height
+ */
+function hiddenBy({ shape, camera }, arm, { x, y }, width, height) {
+  const hides = (/** @type {number} */ ax, /** @type {number} */ ay) => {
+    const dx = camera.x + camera.scale * ax - x;
+    const dy = camera.y - camera.scale * ay - y;
+    return dx > -10 && dx < width + 10 && dy > -10 && dy < height + 10;
+  };
+  let hidden = hides(0, 0) ? 5 : 0;
+  for (let i = 0; i < shape.n; i++) {
+    const from = shape.tree.parent[i] - 1;
+    const fromX = from < 0 ? 0 : shape.x[from];
+    const fromY = from < 0 ? 0 : shape.y[from];
+    if (hides(shape.x[i], shape.y[i])) hidden += i === arm - 1 ? 30 : 3;
+    if (hides((shape.x[i] + fromX) / 2, (shape.y[i] + fromY) / 2)) hidden += 3;
+  }
+  return hidden;
+}
+
+/** The place beside the tip where the card hides the fewest tips. @param {Card} card @param {number} width @param {number} height */
+function beside({ element, look, arm }, width, height) {
+  const { shape, camera } = look;
+  const px = camera.x + camera.scale * shape.x[arm - 1];
+  const py = camera.y - camera.scale * shape.y[arm - 1];
+  const gap = 20;
+  const spots = [
+    { x: px + gap, y: py - height / 2 },
+    { x: px - gap - width, y: py - height / 2 },
+    { x: px - width / 2, y: py + gap },
+    { x: px - width / 2, y: py - gap - height },
+  ];
+  const clamp = (/** @type {number} */ value, /** @type {number} */ most) =>
+    Math.max(8, Math.min(value, most - 8));
+  let best = spots[0];
+  let least = Infinity;
+  for (const spot of spots) {
+    const x = clamp(spot.x, element.clientWidth - width);
+    const y = clamp(spot.y, element.clientHeight - LEGEND - height);
+    const moved = Math.abs(x - spot.x) / 40 + Math.abs(y - spot.y) / 40;
+    const hidden = moved + hiddenBy(look, arm, { x, y }, width, height);
+    if (hidden < least) [best, least] = [{ x, y }, hidden];
+  }
+  return best;
+}
+
+/** @param {Card} card */
+function lay(card) {
+  const { app, element, look, root } = card;
+  const docked = app.clock.playing || element.clientWidth < NARROW;
+  const { clientWidth, clientHeight } = element;
+  const key = docked
+    ? "docked"
+    : `${app.clock.time} ${clientWidth} ${clientHeight} ${look.camera.scale}`;
+  if (key === card.placed) return;
+  card.placed = key;
+  root.classList.toggle("docked", docked);
+  const spot = docked ? null : beside(card, root.offsetWidth, root.offsetHeight);
+  root.style.transform = spot ? `translate(${Math.round(spot.x)}px, ${Math.round(spot.y)}px)` : "";
+}
+
+/** @param {Text} text @param {Field} field @param {(input: HTMLInputElement) => void} change */
+function inputOf(text, field, change) {
+  return h("input", {
+    type: "text",
+    inputmode: "decimal",
+    autocomplete: "off",
+    "data-field": field.name,
+    "aria-label": text(`arm.${field.name}.unit`, { unit: field.unit }),
+    on: {
+      change: (/** @type {any} */ event) => change(event.target),
+      focus: (/** @type {any} */ event) => event.target.select(),
+    },
+  });
+}
+
+/** @param {HTMLElement} element @param {App} app @param {Look} look @returns {Card} */
+function createCard(element, app, look) {
+  const { edits, text } = app;
+  const arm = () => card.arm;
+  const inputs = FIELDS.map((field) => inputOf(text, field, (input) => commit(card, field, input)));
+  const labels = FIELDS.map((field, i) => {
+    const unit = h("span", { class: "unit" }, field.unit);
+    const name = h("span", {}, text(`arm.${field.name}`));
+    return h("label", { class: "field" }, name, h("span", { class: "with-unit" }, inputs[i], unit));
+  });
   const name = h("strong");
   const carrier = h("span", { class: "quiet" });
   const force = h("p", { class: "force" });
+  const click = () => edits.add(arm());
   const add = h(
     "button",
-    { type: "button", class: "button", "data-act": "add", on: { click: () => edits.add(arm) } },
+    { type: "button", class: "button", "data-act": "add", on: { click } },
     icon("plus"),
     text("arm.add"),
   );
-  const trail = iconButton("trail", text("arm.trail"), () => edits.trail(arm), {
+  const trail = iconButton("trail", text("arm.trail"), () => edits.trail(arm()), {
     "data-act": "trail",
   });
-  const remove = iconButton("trash", text("arm.remove"), () => edits.remove(arm), {
+  const remove = iconButton("trash", text("arm.remove"), () => edits.remove(arm()), {
     "data-act": "remove",
   });
-  const card = h(
+  const close = iconButton("close", text("close"), () => edits.select(0));
+  const root = h(
     "div",
     { class: "card", role: "group", "aria-label": text("arm.card"), hidden: true },
-    h(
-      "div",
-      { class: "card-head" },
-      name,
-      carrier,
-      iconButton("close", text("close"), () => edits.select(0)),
-    ),
+    h("div", { class: "card-head" }, name, carrier, close),
     h("div", { class: "fields" }, ...labels),
     h("div", { class: "card-foot" }, force, add, trail, remove),
   );
-  element.append(card);
-  look.cardHeight = () => (card.hidden ? 0 : card.offsetHeight);
+  /** @type {Card} */
+  const card = {
+    app,
+    element,
+    look,
+    arm: 0,
+    placed: null,
+    inputs,
+    labels,
+    name,
+    carrier,
+    force,
+    trail,
+    remove,
+    root,
+  };
+  element.append(root);
+  return card;
+}
 
-  function commit(field, input) {
-    const value = text.read(input.value);
-    const sound = Number.isFinite(value) && (!field.positive || value > 0);
-    input.setAttribute("aria-invalid", !sound);
-    if (sound) {
-      field.set(edits, arm, value);
-      input.value = input.defaultValue;
-    } else
-      app.announce(
-        text(field.positive ? "arm.wrong.positive" : "arm.wrong", {
-          what: text(`arm.${field.name}`),
-        }),
-      );
-  }
-
-  function show(doc) {
-    arm = doc.view.selected;
-    card.hidden = !arm;
-    if (!arm) return;
-    placed = null;
-    const on = doc.pendulum.parent[arm - 1];
-    name.textContent = text("arm.name", { arm });
-    carrier.textContent = on ? text("arm.on", { carrier: on }) : text("arm.on.pivot");
-    FIELDS.forEach((field, i) => {
-      const shown = text.short(field.get(doc, arm - 1), 5);
-      labels[i].hidden = Boolean(field.pivot && on);
-      inputs[i].defaultValue = shown;
-      if (document.activeElement !== inputs[i] || text.read(inputs[i].value) !== text.read(shown))
-        inputs[i].value = shown;
-      inputs[i].setAttribute("aria-invalid", "false");
-    });
-    trail.setAttribute("aria-pressed", doc.view.trails.includes(arm));
-    remove.disabled = !removable(doc.pendulum.parent, arm);
-  }
-
-  function tellForce() {
-    const lambda = look.shape.lambda[arm - 1];
-    const kind =
-      Math.abs(lambda) < look.most * 1e-3 ? "slack" : lambda < 0 ? "tension" : "compression";
-    const words = text(`force.${kind}`, { force: text.number(lambda, 2) });
-    if (force.textContent === words) return;
-    force.textContent = words;
-    force.dataset.kind = kind;
-  }
-
-  /** Beside the tip, where it hides the fewest tips. */
-  function beside(width, height) {
-    const { shape, camera } = look;
-    const k = arm - 1;
-    const px = camera.x + camera.scale * shape.x[k];
-    const py = camera.y - camera.scale * shape.y[k];
-    const gap = 20;
-    const spots = [
-      [px + gap, py - height / 2],
-      [px - gap - width, py - height / 2],
-      [px - width / 2, py + gap],
-      [px - width / 2, py - gap - height],
-    ];
-    const clamp = (value, most) => Math.max(8, Math.min(value, most - 8));
-    let best = null;
-    for (const [left, top] of spots) {
-      const x = clamp(left, element.clientWidth - width);
-      const y = clamp(top, element.clientHeight - LEGEND - height);
-      let hidden = Math.abs(x - left) / 40 + Math.abs(y - top) / 40;
-      const hides = (ax, ay) => {
-        const [dx, dy] = [camera.x + camera.scale * ax, camera.y - camera.scale * ay];
-        return dx > x - 10 && dx < x + width + 10 && dy > y - 10 && dy < y + height + 10;
-      };
-      if (hides(0, 0)) hidden += 5;
-      for (let i = 0; i < shape.n; i++) {
-        const from = shape.tree.parent[i] - 1;
-        if (hides(shape.x[i], shape.y[i])) hidden += i === k ? 30 : 3;
-        if (
-          hides(
-            (shape.x[i] + (from < 0 ? 0 : shape.x[from])) / 2,
-            (shape.y[i] + (from < 0 ? 0 : shape.y[from])) / 2,
-          )
-        )
-          hidden += 3;
-      }
-      if (!best || hidden < best.hidden) best = { x, y, hidden };
-    }
-    return best;
-  }
-
-  function lay() {
-    const docked = clock.playing || element.clientWidth < 560;
-    const key = docked
-      ? "docked"
-      : `${clock.time} ${element.clientWidth} ${element.clientHeight} ${look.camera.scale}`;
-    if (key === placed) return;
-    placed = key;
-    card.classList.toggle("docked", docked);
-    const spot = docked ? { x: 0, y: 0 } : beside(card.offsetWidth, card.offsetHeight);
-    card.style.transform = docked
-      ? ""
-      : `translate(${Math.round(spot.x)}px, ${Math.round(spot.y)}px)`;
-  }
-
+/** @param {HTMLElement} element @param {App} app @param {Look} look */
+export function mountCard(element, app, look) {
+  const { store, edits } = app;
+  const bag = createBag();
+  const card = createCard(element, app, look);
+  look.cardHeight = () => (card.root.hidden ? 0 : card.root.offsetHeight);
   app.editArm = (chosen) => {
     edits.select(chosen);
-    inputs[0].focus();
+    card.inputs[0].focus();
   };
-  bag.on(card, "keydown", (event) => {
+  bag.on(card.root, "keydown", (event) => {
     if (event.key !== "Escape") return;
     event.stopPropagation();
-    element.querySelector(`[data-arm="${arm}"]`)?.focus();
+    /** @type {HTMLElement | null} */ (element.querySelector(`[data-arm="${card.arm}"]`))?.focus();
   });
-  bag(store.subscribe(show));
-  show(store.get());
+  bag(store.subscribe((doc) => show(card, doc)));
+  show(card, store.get());
   return {
     destroy: bag.end,
     /** Called with every frame of the stage. */
     follow() {
-      if (!arm || arm > look.shape.n) return;
-      card.classList.toggle("away", edits.grabbed);
-      tellForce();
-      lay();
+      if (!card.arm || card.arm > look.shape.n) return;
+      card.root.classList.toggle("away", edits.grabbed);
+      tellForce(card);
+      lay(card);
     },
   };
 }

@@ -7,8 +7,17 @@ import { bearer } from "./keep.js";
 const TRIES = 6;
 const LONGEST_WAIT = 20;
 
+/**
+ * Who asks: how the server is, who watches that, and who waits to try again.
+ * @typedef {{
+ *   state: {kind: string, retry: number}, watchers: Set<(state: {kind: string, retry: number}) => unknown>,
+ *   wakers: Set<() => unknown>,
+ * }} Asker
+ */
+
 /** What went wrong: kind "refused" (a problem of the request), "busy" (429, 503), "away" (no answer), "broken" (cut off). */
 export class Failure extends Error {
+  /** @param {string} kind @param {{status?: number, problem?: Problem | null, retry?: number}} more */
   constructor(kind, { status = 0, problem = null, retry = 0 } = {}) {
     super(problem?.detail ?? kind);
     this.kind = kind;
@@ -18,35 +27,46 @@ export class Failure extends Error {
   }
 }
 
-/** A failure in words, of the texts where it is the server's absence, else the server's own. */
+/** Whether this is no failure: who asked has given it up. @param {unknown} error */
+export const gaveUp = (error) => error instanceof Error && error.name === "AbortError";
+
+/**
+ * A failure in words, of the texts where it is the server's absence, else the server's own.
+ * @param {any} failure @param {Text} text
+ */
 export function said(failure, text) {
   if (failure.kind !== "refused")
     return text(`failure.${failure.kind}`, { status: failure.status });
-  const faults = (failure.problem?.errors ?? []).map(
-    (fault) => `${fault.pointer || "/"}: ${fault.detail}`,
-  );
-  const first = failure.problem?.detail ?? text("failure.refused", { status: failure.status });
+  /** @type {Problem | null} */
+  const problem = failure.problem;
+  const faults = (problem?.errors ?? []).map((fault) => `${fault.pointer || "/"}: ${fault.detail}`);
+  const first = problem?.detail ?? text("failure.refused", { status: failure.status });
   return faults.length ? faults.join("; ") : first;
 }
 
+/** @param {Response} reply @returns {Promise<Problem | null>} */
 async function problemOf(reply) {
   try {
-    return (reply.headers.get("Content-Type") ?? "").includes("json") ? await reply.json() : null;
+    const type = reply.headers.get("Content-Type") ?? "";
+    return type.includes("json") ? await reply.json() : null;
   } catch {
     return null;
   }
 }
 
-/** Waits so long, or until one of `wakers` is called. */
+/**
+ * Waits so long, or until one of `wakers` is called.
+ * @param {number} seconds @param {AbortSignal | null | undefined} signal @param {Set<() => unknown>} wakers
+ */
 function pause(seconds, signal, wakers) {
   return new Promise((resolve, reject) => {
-    const end = (settle) => {
+    const end = (/** @type {() => void} */ settle) => {
       clearTimeout(timer);
       wakers.delete(wake);
       signal?.removeEventListener("abort", stop);
       settle();
     };
-    const wake = () => end(resolve);
+    const wake = () => end(() => resolve(null));
     const stop = () => end(() => reject(new DOMException("given up", "AbortError")));
     const timer = setTimeout(wake, seconds * 1000);
     wakers.add(wake);
@@ -55,85 +75,80 @@ function pause(seconds, signal, wakers) {
   });
 }
 
-const gaveUp = (error) => error?.name === "AbortError";
+/**
+ * Tells who watches how the server is: {kind: "well" | "busy" | "away", retry}.
+ * @param {Asker} asker @param {string} kind @param {number} retry
+ */
+function report(asker, kind, retry = 0) {
+  if (kind === asker.state.kind && retry === asker.state.retry) return;
+  asker.state = { kind, retry };
+  for (const watcher of asker.watchers) watcher(asker.state);
+}
 
-export function createClient() {
-  const watchers = new Set();
-  const wakers = new Set();
-  let state = { kind: "well", retry: 0 };
+/** What a reply that is no success stands for. @param {Response} reply */
+async function failureOf(reply) {
+  const { status } = reply;
+  const problem = await problemOf(reply);
+  const retry = Number(reply.headers.get("Retry-After")) || 1;
+  // a proxy whose server is gone answers 502 or 504
+  if (status === 502 || status === 504) return new Failure("away", { status });
+  if (status === 429 || status === 503) return new Failure("busy", { status, problem, retry });
+  return new Failure("refused", { status, problem });
+}
 
-  /** Tells who watches how the server is: {kind: "well" | "busy" | "away", retry}. */
-  function report(kind, retry = 0) {
-    if (kind === state.kind && retry === state.retry) return;
-    state = { kind, retry };
-    for (const watcher of watchers) watcher(state);
+/** @param {string} path @param {RequestInit} options */
+async function once(path, options) {
+  let reply;
+  try {
+    reply = await fetch(path, { ...options, headers: { ...options.headers, ...bearer() } });
+  } catch (error) {
+    if (gaveUp(error)) throw error;
+    throw new Failure("away");
   }
+  if (reply.ok) return reply;
+  throw await failureOf(reply);
+}
 
-  async function once(path, options) {
-    let reply;
+/**
+ * The reply, after as many tries as it takes; throws Failure, or AbortError where `signal` gave up.
+ * @param {Asker} asker @param {string} path @param {RequestInit} options
+ */
+async function ask(asker, path, options = {}) {
+  for (let tried = 1; ; tried++) {
     try {
-      reply = await fetch(path, { ...options, headers: { ...options.headers, ...bearer() } });
-    } catch (error) {
-      if (gaveUp(error)) throw error;
-      throw new Failure("away");
-    }
-    if (reply.ok) return reply;
-    const problem = await problemOf(reply);
-    const retry = Number(reply.headers.get("Retry-After")) || 1;
-    // a proxy whose server is gone answers 502 or 504
-    if (reply.status === 502 || reply.status === 504)
-      throw new Failure("away", { status: reply.status });
-    if (reply.status === 429 || reply.status === 503)
-      throw new Failure("busy", { status: reply.status, problem, retry });
-    throw new Failure("refused", { status: reply.status, problem });
-  }
-
-  /** The reply, after as many tries as it takes; throws Failure, or AbortError where `signal` gave up. */
-  async function ask(path, options = {}) {
-    for (let tried = 1; ; tried++) {
-      try {
-        const reply = await once(path, options);
-        report("well");
-        return reply;
-      } catch (failure) {
-        if (gaveUp(failure) || failure.kind === "refused") throw failure;
-        if (failure.kind === "busy" && tried >= TRIES) throw failure;
-        // who waits together does not come again together
-        const wait =
-          Math.min(failure.retry || 2 ** (tried - 1), LONGEST_WAIT) * (1 + 0.25 * Math.random());
-        report(failure.kind, Math.ceil(wait));
-        await pause(wait, options.signal, wakers);
-      }
+      const reply = await once(path, options);
+      report(asker, "well");
+      return reply;
+    } catch (failure) {
+      if (!(failure instanceof Failure) || failure.kind === "refused") throw failure;
+      if (failure.kind === "busy" && tried >= TRIES) throw failure;
+      // who waits together does not come again together
+      const wait =
+        Math.min(failure.retry || 2 ** (tried - 1), LONGEST_WAIT) * (1 + 0.25 * Math.random());
+      report(asker, failure.kind, Math.ceil(wait));
+      await pause(wait, options.signal, asker.wakers);
     }
   }
+}
 
-  function post(path, body, { accept = "application/json", signal } = {}) {
-    const headers = { "Content-Type": "application/json", Accept: accept };
-    return ask(path, { method: "POST", headers, body: JSON.stringify(body), signal });
-  }
+/**
+ * @param {Asker} asker @param {string} path @param {object} body
+ * @param {AskOptions & {accept?: string}} options
+ */
+function post(asker, path, body, { accept = "application/json", signal } = {}) {
+  const headers = { "Content-Type": "application/json", Accept: accept };
+  return ask(asker, path, { method: "POST", headers, body: JSON.stringify(body), signal });
+}
 
-  const answer = (path) => async (body, options) => (await post(path, body, options)).json();
-  const get =
-    (path) =>
-    async ({ signal } = {}) =>
-      (await ask(path, { signal })).json();
-
-  const hurry = () => [...wakers].forEach((wake) => wake());
-  window.addEventListener("online", hurry);
-
+/** The routes that answer JSON, by their names. @param {Asker} asker */
+function routes(asker) {
+  const answer =
+    (/** @type {string} */ path) =>
+    async (/** @type {object} */ body, /** @type {AskOptions} */ options = {}) =>
+      (await post(asker, path, body, options)).json();
+  const get = (/** @type {string} */ path, /** @type {AskOptions} */ { signal } = {}) =>
+    ask(asker, path, { signal }).then((reply) => reply.json());
   return {
-    get state() {
-      return state;
-    },
-    /** Those who wait to try again try now. */
-    hurry,
-    /** fn({kind, retry}) whenever the server comes, goes or asks to wait. */
-    watch(fn) {
-      watchers.add(fn);
-      return () => watchers.delete(fn);
-    },
-    ask,
-    post,
     trajectory: answer("/v1/trajectories"),
     forces: answer("/v1/forces"),
     modes: answer("/v1/modes"),
@@ -141,39 +156,66 @@ export function createClient() {
     ensembles: answer("/v1/ensembles"),
     equations: answer("/v1/equations"),
     storeScene: answer("/v1/scenes"),
-    scene: (id, options) => get(`/v1/scenes/${encodeURIComponent(id)}`)(options),
-    presets: get("/v1/presets"),
-    preset: (name, options) => get(`/v1/presets/${encodeURIComponent(name)}`)(options),
-    /** A file of the answer: {blob, name}. */
-    async file(path, body, accept, options = {}) {
-      const reply = await post(path, body, { ...options, accept });
-      const name = /filename="?([^";]+)/.exec(reply.headers.get("Content-Disposition") ?? "")?.[1];
-      return { blob: await reply.blob(), name: name ?? "" };
-    },
-    /**
-     * A table of doubles, read while it arrives.
-     *
-     * reply    a reply or a promise of one that is on its way already; else the request is made.
-     * begin    begin(columns, stats), columns = [{name, count}, ...] in the order of a row; stats as the reply's head tells them,
-     *          null where they are known only behind its body, where no page can read them.
-     * rows     rows(values, count): count whole rows, valid during the call.
-     * Resolves when all of it is here; "broken" if it was cut off.
-     */
-    async table(path, body, { begin, rows, signal, reply: early = null } = {}) {
-      const reply =
-        early ?? (await post(path, body, { accept: "application/octet-stream", signal }));
-      const columns = parseColumns(reply.headers.get("X-Columns") ?? "");
-      begin(columns, parseStats(reply.headers));
-      await readRows(
-        reply.body.getReader(),
-        columns.reduce((sum, { count }) => sum + count, 0),
-        rows,
-      );
-    },
+    /** @param {string} id @param {AskOptions} [options] */
+    scene: (id, options) => get(`/v1/scenes/${encodeURIComponent(id)}`, options),
+    /** @param {AskOptions} [options] */
+    presets: (options) => get("/v1/presets", options),
+    /** @param {string} name @param {AskOptions} [options] */
+    preset: (name, options) => get(`/v1/presets/${encodeURIComponent(name)}`, options),
   };
 }
 
-/** "t,phi[4],energy_total" as [{name: "t", count: 1}, {name: "phi", count: 4}, ...]. */
+/**
+ * A table of doubles, read while it arrives.
+ *
+ * reply    a reply that is on its way already; else the request is made.
+ * begin    begin(columns, stats), columns = [{name, count}, ...] in the order of a row; stats as the reply's head tells them,
+ *          null where they are known only behind its body, where no page can read them.
+ * rows     rows(values, count): count whole rows, valid during the call.
+ * Resolves when all of it is here; "broken" if it was cut off.
+ * @param {Asker} asker @param {string} path @param {object} body @param {TableOptions} options
+ */
+async function table(asker, path, body, { begin, rows, signal, reply: early = null }) {
+  const reply =
+    early ?? (await post(asker, path, body, { accept: "application/octet-stream", signal }));
+  const columns = parseColumns(reply.headers.get("X-Columns") ?? "");
+  begin(columns, parseStats(reply.headers));
+  if (!reply.body) throw new Failure("broken");
+  const width = columns.reduce((sum, { count }) => sum + count, 0);
+  await readRows(reply.body.getReader(), width, rows);
+}
+
+/** @returns {Client} */
+export function createClient() {
+  /** @type {Asker} */
+  const asker = { state: { kind: "well", retry: 0 }, watchers: new Set(), wakers: new Set() };
+  const hurry = () => [...asker.wakers].forEach((wake) => wake());
+  window.addEventListener("online", hurry);
+  return {
+    get state() {
+      return asker.state;
+    },
+    /** Those who wait to try again try now. */
+    hurry,
+    /** fn({kind, retry}) whenever the server comes, goes or asks to wait. */
+    watch(fn) {
+      asker.watchers.add(fn);
+      return () => asker.watchers.delete(fn);
+    },
+    ask: (path, options) => ask(asker, path, options),
+    post: (path, body, options) => post(asker, path, body, options),
+    ...routes(asker),
+    /** A file of the answer: {blob, name}. */
+    async file(path, body, accept, options = {}) {
+      const reply = await post(asker, path, body, { ...options, accept });
+      const name = /filename="?([^";]+)/.exec(reply.headers.get("Content-Disposition") ?? "")?.[1];
+      return { blob: await reply.blob(), name: name ?? "" };
+    },
+    table: (path, body, options) => table(asker, path, body, options),
+  };
+}
+
+/** "t,phi[4],energy_total" as [{name: "t", count: 1}, {name: "phi", count: 4}, ...]. @param {string} header @returns {Column[]} */
 export function parseColumns(header) {
   return header
     .split(",")
@@ -184,7 +226,7 @@ export function parseColumns(header) {
     });
 }
 
-/** {horizon, energy_drift, warnings} of a reply's header fields, null without them. */
+/** {horizon, energy_drift, warnings} of a reply's header fields, null without them. @param {Headers} headers @returns {Stats | null} */
 function parseStats(headers) {
   if (!headers.has("X-Horizon")) return null;
   return {
@@ -194,7 +236,7 @@ function parseStats(headers) {
   };
 }
 
-/** Hands whole rows of `width` doubles on as they arrive, each byte copied once. */
+/** Hands whole rows of `width` doubles on as they arrive, each byte copied once. @param {ReadableStreamDefaultReader<Uint8Array>} reader @param {number} width @param {(values: Float64Array, count: number) => unknown} rows */
 async function readRows(reader, width, rows) {
   const row = width * 8;
   let rest = new Uint8Array(0);

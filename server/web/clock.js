@@ -2,116 +2,137 @@
 // Leaves to others: what there is to see at a time (motion.js).
 // Invariant: 0 <= time <= available <= duration; while it plays, subscribers are called once a frame.
 
+/**
+ * What keeps the clock going: the frame that is asked for, when the last one was, where to go on once there is data.
+ * @typedef {{clock: Clock, listeners: Set<(clock: Clock) => unknown>, frame: number, last: number, goal: number}} Works
+ */
+
+/** @param {Works} works */
+function tell({ clock, listeners }) {
+  for (const listener of listeners) listener(clock);
+}
+
+/** @param {Works} works */
+function schedule(works) {
+  if (!works.frame && works.clock.playing)
+    works.frame = requestAnimationFrame((now) => tick(works, now));
+}
+
+/** @param {Works} works @param {number} now milliseconds */
+function tick(works, now) {
+  works.frame = 0;
+  if (!works.clock.playing) return;
+  // a page that was hidden goes on from where it was
+  const passed = works.last ? Math.min((now - works.last) / 1000, 0.1) : 0;
+  works.last = now;
+  advance(works, passed * works.clock.speed);
+  schedule(works);
+  tell(works);
+}
+
+/** @param {Works} works @param {number} seconds */
+function advance({ clock, goal }, seconds) {
+  const next = clock.time + seconds;
+  // on the way to where it was before
+  clock.waiting = goal > 0;
+  if (clock.waiting) return;
+  if (next <= clock.available) {
+    clock.time = next;
+  } else if (!clock.complete) {
+    clock.time = clock.available;
+    clock.waiting = true;
+  } else if (clock.loop && clock.available > 0) {
+    clock.time = next % clock.available;
+  } else {
+    clock.time = clock.available;
+    clock.playing = false;
+  }
+}
+
+/** @param {Works} works */
+function play(works) {
+  const { clock } = works;
+  if (clock.playing) return;
+  if (clock.complete && clock.time >= clock.available) clock.time = 0;
+  clock.playing = true;
+  works.last = 0;
+  schedule(works);
+  tell(works);
+}
+
+/** @param {Works} works */
+function pause(works) {
+  const { clock } = works;
+  if (!clock.playing) return;
+  clock.playing = false;
+  clock.waiting = false;
+  cancelAnimationFrame(works.frame);
+  works.frame = 0;
+  tell(works);
+}
+
+/** @param {Works} works @param {number} available @param {number} duration @param {boolean} complete */
+function extent(works, available, duration, complete) {
+  const { clock, goal } = works;
+  clock.available = available;
+  clock.duration = duration;
+  clock.complete = complete;
+  if (goal && available >= Math.min(goal, duration)) {
+    clock.time = Math.min(goal, duration);
+    works.goal = 0;
+  }
+  if (clock.time > available) clock.time = available;
+  tell(works);
+}
+
+const STILL = {
+  time: 0,
+  playing: false,
+  waiting: false, // it plays, but the data for the next instant is not here yet
+  speed: 1,
+  loop: true,
+  duration: 0,
+  available: 0, // up to where there is data
+  complete: false, // no more data will come
+};
+
+/** @returns {Clock} */
 export function createClock() {
-  const listeners = new Set();
-  let frame = 0;
-  let last = 0;
-  let goal = 0; // where to go on once there is data
-
+  const works = /** @type {Works} */ ({ listeners: new Set(), frame: 0, last: 0, goal: 0 });
+  /** @type {Clock} */
   const clock = {
-    time: 0,
-    playing: false,
-    waiting: false, // it plays, but the data for the next instant is not here yet
-    speed: 1,
-    loop: true,
-    duration: 0,
-    available: 0, // up to where there is data
-    complete: false, // no more data will come
-
-    play() {
-      if (clock.playing) return;
-      if (clock.complete && clock.time >= clock.available) clock.time = 0;
-      clock.playing = true;
-      last = 0;
-      schedule();
-      tell();
-    },
-    pause() {
-      if (!clock.playing) return;
-      clock.playing = false;
-      clock.waiting = false;
-      cancelAnimationFrame(frame);
-      frame = 0;
-      tell();
-    },
-    toggle() {
-      clock.playing ? clock.pause() : clock.play();
-    },
+    ...STILL,
+    play: () => play(works),
+    pause: () => pause(works),
+    toggle: () => (clock.playing ? pause(works) : play(works)),
     seek(time) {
       clock.time = Math.min(Math.max(time, 0), clock.available);
-      goal = 0;
-      last = 0;
-      tell();
+      works.goal = 0;
+      works.last = 0;
+      tell(works);
     },
     /** How far the data reaches, of how much there will be. */
-    extent(available, duration, complete) {
-      clock.available = available;
-      clock.duration = duration;
-      clock.complete = complete;
-      if (goal && available >= Math.min(goal, duration)) {
-        clock.time = Math.min(goal, duration);
-        goal = 0;
-      }
-      if (clock.time > available) clock.time = available;
-      tell();
-    },
+    extent: (available, duration, complete) => extent(works, available, duration, complete),
     /** Other data will come: begins at 0, and goes on at `time` once that is there. */
     restart(time = 0) {
       clock.time = 0;
-      goal = time;
-      last = 0;
+      works.goal = time;
+      works.last = 0;
     },
     setSpeed(speed) {
       clock.speed = speed;
-      tell();
+      tell(works);
     },
     setLoop(loop) {
       clock.loop = loop;
-      tell();
+      tell(works);
     },
     /** fn(clock) at every change; answers what ends it. */
     subscribe(fn) {
-      listeners.add(fn);
-      return () => listeners.delete(fn);
+      works.listeners.add(fn);
+      return () => works.listeners.delete(fn);
     },
   };
-
-  function tell() {
-    for (const listener of listeners) listener(clock);
-  }
-
-  function schedule() {
-    if (!frame && clock.playing) frame = requestAnimationFrame(tick);
-  }
-
-  function tick(now) {
-    frame = 0;
-    if (!clock.playing) return;
-    // a page that was hidden goes on from where it was
-    const passed = last ? Math.min((now - last) / 1000, 0.1) : 0;
-    last = now;
-    advance(passed * clock.speed);
-    schedule();
-    tell();
-  }
-
-  function advance(seconds) {
-    const next = clock.time + seconds;
-    // on the way to where it was before
-    clock.waiting = goal > 0;
-    if (clock.waiting) return;
-    if (next <= clock.available) {
-      clock.time = next;
-    } else if (!clock.complete) {
-      clock.time = clock.available;
-      clock.waiting = true;
-    } else if (clock.loop && clock.available > 0) {
-      clock.time = next % clock.available;
-    } else {
-      clock.time = clock.available;
-      clock.playing = false;
-    }
-  }
-
+  works.clock = clock;
   return clock;
 }

@@ -1,144 +1,27 @@
-// The API's reference, made from /openapi.json: an entry for each section, route and schema, contents, search, anchors.
-// Leaves to others: the words (the document), fields (docs/schema.js), examples that run (docs/example.js), Markdown.
-// Invariant: whatever the document has gets a place here; nothing is known of any route.
+// The API's reference, made from /openapi.json: contents, search, anchors around what the description has.
+// Leaves to others: the words (the description), their order (docs/catalogue.js), examples that run (docs/run.js).
+// Invariant: a reference that cannot be made says why, and offers to try again.
 
-import { article, summaryOf } from "./docs/operation.js";
-import { markdown } from "./docs/markdown.js";
-import { createReader, fieldsOf } from "./docs/schema.js";
+import { groupsOf } from "./docs/catalogue.js";
+import { createReader } from "./docs/schema.js";
 import { h, icon, iconButton } from "./dom.js";
+import { dressed } from "./files.js";
 import { theme } from "./theme.js";
 
-const METHODS = ["get", "post", "put", "patch", "delete"];
 const SMALL = "(max-width: 860px)";
 
-const slug = (text) =>
-  text
-    .toLowerCase()
-    .replace(/[^a-z0-9]+/g, "-")
-    .replace(/^-|-$/g, "");
+/** @typedef {import("./docs/catalogue.js").Group} Group */
+/** @typedef {ReturnType<typeof contentsOf>} Contents */
 
-/** The description's sections: {title, text}, the first without a title. */
-function sectionsOf(description) {
-  const [first, ...rest] = `\n${description}`.split(/\n## /);
-  return [
-    { title: "", text: first },
-    ...rest.map((part) => ({
-      title: part.slice(0, part.indexOf("\n")),
-      text: part.slice(part.indexOf("\n")),
-    })),
-  ];
-}
-
-/** An operation with the parameters that its path has for all. */
-const whole = ({ parameters = [] }, operation) => ({
-  ...operation,
-  parameters: [...parameters, ...(operation.parameters ?? [])],
-});
-
-/** [{title, entries: [{id, label, element}]}]: all that the page shows, in order. */
-function groupsOf(reader) {
-  const { info, paths, tags = [], components = {} } = reader.document;
-  const [introduction, ...sections] = sectionsOf(info.description);
-  const first = h(
-    "section",
-    { id: "introduction" },
-    h("h2", {}, info.summary ?? info.title),
-    ...markdown(introduction.text),
-  );
-  const groups = [
-    {
-      title: "Overview",
-      entries: [
-        { id: "introduction", label: "Introduction", element: first },
-        ...sections.map(({ title, text }) =>
-          entry(
-            slug(title),
-            title,
-            h("section", {}, heading("h2", title, slug(title)), ...markdown(text)),
-          ),
-        ),
-      ],
-    },
-  ];
-  for (const tag of tags) {
-    const found = Object.entries(paths).flatMap(([path, item]) =>
-      METHODS.filter((method) => item[method]?.tags?.includes(tag.name)).map((method) => ({
-        path,
-        method,
-        operation: whole(item, item[method]),
-      })),
-    );
-    const intro = entry(
-      `tag-${tag.name}`,
-      null,
-      h(
-        "section",
-        { class: "doc-tag" },
-        heading("h2", title(tag.name), `tag-${tag.name}`),
-        ...markdown(tag.description ?? ""),
-      ),
-    );
-    groups.push({
-      title: title(tag.name),
-      entries: [
-        intro,
-        ...found.map((one) =>
-          entry(one.operation.operationId, summaryOf(one), article(one, reader, heading)),
-        ),
-      ],
-    });
-  }
-  const schemas = Object.entries(components.schemas ?? {}).map(([name, schema]) =>
-    entry(
-      `schema-${name}`,
-      name,
-      h(
-        "section",
-        { class: "doc-schema" },
-        heading("h3", name, `schema-${name}`),
-        ...fieldsOf(schema, reader),
-      ),
-    ),
-  );
-  const intro = entry(
-    "schemas",
-    null,
-    h(
-      "section",
-      {},
-      heading("h2", "Schemas", "schemas"),
-      h("p", {}, "What the bodies of requests and answers are made of."),
-    ),
-  );
-  groups.push({ title: "Schemas", entries: [intro, ...schemas] });
-  return groups;
-}
-
-const title = (name) => name[0].toUpperCase() + name.slice(1);
-
-function entry(id, label, element) {
-  element.id = id;
-  return { id, label, element };
-}
-
-/** A heading that leads to itself. */
-function heading(tag, text, id, ...more) {
-  return h(
-    tag,
-    {},
-    ...(more.length ? more : [text]),
-    h("a", { class: "doc-anchor", href: `#${id}`, "aria-label": `Link to ${text}` }, "#"),
-  );
-}
-
-/** The contents; returns {element, show(entry, found)}. */
+/** The contents; returns {element, show(entry, found)}. @param {Group[]} groups */
 function contentsOf(groups) {
+  /** @type {Map<string, HTMLElement>} */
   const places = new Map();
   const lists = groups.map((group) => {
     const items = group.entries
       .filter((one) => one.label)
       .map((one) => {
-        const item = h("li", {}, h("a", { href: `#${one.id}` }, ...[one.label].flat()));
+        const item = h("li", {}, h("a", { href: `#${one.id}` }, ...[one.label ?? ""].flat()));
         places.set(one.id, item);
         return item;
       });
@@ -152,7 +35,7 @@ function contentsOf(groups) {
   );
   return {
     element,
-    item: (id) => places.get(id),
+    item: (/** @type {string} */ id) => places.get(id),
     tidy: () =>
       lists.forEach((list) => {
         list.hidden = !list.querySelector("li:not([hidden])");
@@ -160,10 +43,15 @@ function contentsOf(groups) {
   };
 }
 
-/** The search field: what does not have the words is hidden, in the text and in the contents. */
+/**
+ * The search field: what does not have the words is hidden, in the text and in the contents.
+ * @param {Group[]} groups @param {Contents} contents
+ */
 function search(groups, contents) {
   const entries = groups.flatMap((group) => group.entries);
-  const texts = new Map(entries.map((one) => [one.id, one.element.textContent.toLowerCase()]));
+  const texts = new Map(
+    entries.map((one) => [one.id, (one.element.textContent ?? "").toLowerCase()]),
+  );
   const said = h("span", { class: "doc-found", role: "status", "aria-live": "polite" });
   const field = h("input", {
     type: "search",
@@ -178,16 +66,18 @@ function search(groups, contents) {
     const words = field.value.toLowerCase().split(/\s+/).filter(Boolean);
     let count = 0;
     for (const one of entries) {
-      const found = words.every((word) => texts.get(one.id).includes(word));
+      const found = words.every((word) => texts.get(one.id)?.includes(word));
       one.element.hidden = !found || (words.length > 0 && !one.label);
       const item = contents.item(one.id);
       if (item) item.hidden = !found;
       count += found && one.label ? 1 : 0;
     }
     contents.tidy();
-    said.textContent = !words.length ? "" : count === 1 ? "1 place" : `${count} places`;
+    const places = count === 1 ? "1 place" : `${count} places`;
+    said.textContent = words.length ? places : "";
   }
 
+  /** @param {KeyboardEvent} event */
   function leave(event) {
     if (event.key !== "Escape") return;
     field.value = "";
@@ -195,7 +85,8 @@ function search(groups, contents) {
   }
 
   document.addEventListener("keydown", (event) => {
-    const typing = event.target.closest?.("input, textarea, select");
+    const target = /** @type {Element} */ (event.target);
+    const typing = target.closest?.("input, textarea, select");
     if (event.key !== "/" || typing || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
     field.focus();
@@ -209,12 +100,12 @@ function search(groups, contents) {
   };
 }
 
-/** Marks in the contents what is being read. */
+/** Marks in the contents what is being read. @param {Group[]} groups @param {Contents} contents */
 function follow(groups, contents) {
   const watcher = new IntersectionObserver(
     (changes) => {
       for (const { target, isIntersecting } of changes) {
-        const link = contents.item(target.id)?.firstChild;
+        const link = contents.item(target.id)?.firstElementChild;
         if (!link) continue;
         if (isIntersecting) link.setAttribute("aria-current", "true");
         else link.removeAttribute("aria-current");
@@ -225,6 +116,7 @@ function follow(groups, contents) {
   for (const one of groups.flatMap((group) => group.entries)) watcher.observe(one.element);
 }
 
+/** @param {any} document_ */
 function head(document_) {
   const shade = iconButton("dark", "Light or dark", () => theme.toggle());
   const look = () => shade.replaceChildren(icon(theme.dark ? "light" : "dark"));
@@ -243,20 +135,36 @@ function head(document_) {
   };
 }
 
-/** Goes where the address says: what comes later than the page is scrolled to here. */
+/**
+ * Goes where the address says: what comes later than the page is scrolled to here.
+ * @param {{clear(): void}} finder
+ */
 function goThere(finder) {
   const id = decodeURIComponent(location.hash.slice(1));
   const target = id && document.getElementById(id);
   if (!target) return;
   if (target.closest("[hidden]")) finder.clear();
-  for (let outer = target.closest("details"); outer; outer = outer.parentElement.closest("details"))
+  for (let outer = target.closest("details"); outer; ) {
     outer.open = true;
+    outer = outer.parentElement?.closest("details") ?? null;
+  }
   target.scrollIntoView();
 }
 
+/** A part of the document, which always has it. @param {string} id */
+const placeOf = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
+
+/** Says so where the style sheet does not come. */
+async function tellBare() {
+  if (await dressed("docs.css")) return;
+  const words =
+    "The style sheet of this page did not come: all is here, but bare. Reload it to try again.";
+  placeOf("content").before(h("p", { role: "alert" }, words));
+}
+
 async function open() {
-  const main = document.getElementById("content");
-  const bar = document.getElementById("head");
+  const main = placeOf("content");
+  const bar = placeOf("head");
   try {
     const reply = await fetch("/openapi.json");
     if (!reply.ok) throw new Error(`it was answered ${reply.status}`);
@@ -266,7 +174,7 @@ async function open() {
     const finder = search(groups, contents);
     const { name, tools } = head(reader.document);
     bar.replaceChildren(name, finder.element, tools);
-    document.getElementById("contents").replaceChildren(contents.element);
+    placeOf("contents").replaceChildren(contents.element);
     main.replaceChildren(...groups.flatMap((group) => group.entries.map((one) => one.element)));
     follow(groups, contents);
     goThere(finder);
@@ -281,7 +189,7 @@ async function open() {
       h(
         "p",
         { role: "alert" },
-        `The description could not be read: ${error.message}. `,
+        `The description could not be read: ${/** @type {Error} */ (error).message}. `,
         h("button", { class: "button", on: { click: open } }, "Try again"),
       ),
     );
@@ -290,3 +198,4 @@ async function open() {
 }
 
 open();
+tellBare();

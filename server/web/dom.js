@@ -2,14 +2,22 @@
 // Leaves to others: all that has a meaning.
 // Invariant: text goes in as text; nothing here reads HTML.
 
-/** h("button", {class, type, on: {click}, "aria-label": ...}, child, "text", ...) */
+/** @typedef {Node | string | null | undefined | false} Child */
+
+/**
+ * h("button", {class, type, on: {click}, "aria-label": ...}, child, "text", ...)
+ * @template {keyof HTMLElementTagNameMap} Tag
+ * @param {Tag} tag @param {Record<string, any>} attributes @param {...Child} children
+ * @returns {HTMLElementTagNameMap[Tag]}
+ */
 export function h(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
-    if (name === "on")
-      for (const [event, listener] of Object.entries(value))
-        element.addEventListener(event, listener);
-    else if (value === true) element.setAttribute(name, "");
+    if (name === "on") {
+      for (const [event, listener] of Object.entries(value)) {
+        element.addEventListener(event, /** @type {EventListener} */ (listener));
+      }
+    } else if (value === true) element.setAttribute(name, "");
     else if (value !== false && value !== null && value !== undefined)
       element.setAttribute(name, value);
   }
@@ -22,6 +30,7 @@ export function h(tag, attributes = {}, ...children) {
 const SVG = "http://www.w3.org/2000/svg";
 
 // 24 x 24; F is filled, S is stroked
+/** @type {Record<string, string>} */
 const ICONS = {
   play: "F M8 5.2v13.6L19 12z",
   pause: "F M7 5h3.6v14H7zM13.4 5H17v14h-3.6z",
@@ -42,6 +51,7 @@ const ICONS = {
   arrows: "S M5 19L19 5M12 5h7v7",
 };
 
+/** @param {string} name */
 export function icon(name) {
   const svg = document.createElementNS(SVG, "svg");
   svg.setAttribute("viewBox", "0 0 24 24");
@@ -53,7 +63,10 @@ export function icon(name) {
   return svg;
 }
 
-/** A button with an icon and no words: its label is for those who cannot see it, and its title. */
+/**
+ * A button with an icon and no words: its label is for those who cannot see it, and its title.
+ * @param {string} name @param {string} label @param {() => unknown} click @param {Record<string, any>} attributes
+ */
 export function iconButton(name, label, click, attributes = {}) {
   return h(
     "button",
@@ -69,10 +82,11 @@ export function iconButton(name, label, click, attributes = {}) {
   );
 }
 
-/** Collects what a view has begun: bag(end), and bag.end() ends it all. */
+/** Collects what a view has begun: bag(end), and bag.end() ends it all. @returns {Bag} */
 export function createBag() {
+  /** @type {End[]} */
   const ends = [];
-  const bag = (end) => ends.push(end);
+  const bag = /** @type {Bag} */ ((end) => ends.push(end));
   bag.end = () => ends.splice(0).forEach((end) => end());
   /** Listens until the view goes. */
   bag.on = (target, event, listener, options) => {

@@ -1,131 +1,148 @@
-// The drawers beside the stage (below it on a phone): one open at a time, its libraries loaded when it is opened first.
+// The drawers beside the stage (below it on a phone): one open at a time, its files loaded when it is opened first.
 // Leaves to others: their insides (gallery.js, drawers/*.js).
 // Invariant: which one is open is view.drawer of the document; a drawer that is hidden is told so; one whose files do not come
 // says so, and is built when they do.
 
 import { said } from "./client.js";
 import { createBag, h } from "./dom.js";
-import compare from "./drawers/compare.js";
-import equations from "./drawers/equations.js";
-import method from "./drawers/method.js";
-import modes from "./drawers/modes.js";
-import plots from "./drawers/plots.js";
-import share from "./drawers/share.js";
-import worksheet from "./drawers/worksheet.js";
 import presets from "./gallery.js";
 import { DRAWERS } from "./state.js";
 
-const PARTS = { presets, plots, modes, compare, method, equations, share, worksheet };
+/**
+ * The drawers while they are there; open: promises of those that have been opened, null where its files did not come.
+ * @typedef {{
+ *   app: App, element: HTMLElement, open: Map<string, Promise<Drawer | null>>, tabs: Map<string, HTMLButtonElement>,
+ *   panels: Map<string, HTMLElement>,
+ * }} Chest
+ */
 
+/** The examples are part of the page: on a wide screen they lie open from the start. @param {App} app @param {string} id @returns {Promise<DrawerPart>} */
+async function partOf({ files }, id) {
+  return id === presets.id ? presets : (await files.script(`drawers/${id}.js`)).default;
+}
+
+/** In words, with a button that tries again. @param {Chest} chest @param {string} id @param {any} error */
+function missing(chest, id, error) {
+  const { text } = chest.app;
+  const attributes = {
+    type: "button",
+    class: "button",
+    "data-again": id,
+    on: { click: () => anew(chest, id) },
+  };
+  const words = said(error.kind ? error : { kind: "page" }, text);
+  const fault = h("p", { class: "fault", role: "alert" }, words);
+  chest.panels.get(id)?.replaceChildren(fault, h("button", attributes, text("again")));
+}
+
+/** @param {Chest} chest @param {string} id @param {HTMLElement} panel @returns {Promise<Drawer | null>} */
+async function mount(chest, id, panel) {
+  panel.setAttribute("aria-busy", "true");
+  panel.replaceChildren();
+  try {
+    const part = await partOf(chest.app, id);
+    return await part.mount(panel, chest.app);
+  } catch (error) {
+    missing(chest, id, error);
+    return null;
+  } finally {
+    panel.removeAttribute("aria-busy");
+  }
+}
+
+/** @param {Chest} chest @param {string} id @param {HTMLElement} panel */
+function opened(chest, id, panel) {
+  const coming = chest.open.get(id) ?? mount(chest, id, panel);
+  chest.open.set(id, coming);
+  return coming;
+}
+
+/** Shows or hides a drawer that has been opened, or is now. @param {Chest} chest @param {string} id @param {boolean} shown */
+async function show(chest, id, shown) {
+  const { open, panels, app } = chest;
+  const panel = panels.get(id);
+  if (!panel) return;
+  panel.hidden = !shown;
+  const coming = shown ? opened(chest, id, panel) : open.get(id);
+  const drawer = await coming;
+  // by now another one may be open, or this one tried again
+  if (open.get(id) !== coming) return;
+  if (!drawer) open.delete(id);
+  else if (app.store.get().view.drawer === id) drawer.show();
+  else drawer.hide();
+}
+
+/** Tries again what did not come. @param {Chest} chest @param {string | null} id */
+function anew(chest, id) {
+  const { open, app } = chest;
+  if (id && app.store.get().view.drawer === id && !open.has(id)) show(chest, id, true);
+}
+
+/** @param {Chest} chest @param {Doc} doc */
+function follow(chest, doc) {
+  const wanted = doc.view.drawer;
+  chest.element.classList.toggle("open", wanted !== null);
+  for (const [id, tab] of chest.tabs) {
+    const chosen = id === wanted;
+    tab.setAttribute("aria-selected", String(chosen));
+    tab.tabIndex = chosen || (wanted === null && id === DRAWERS[0]) ? 0 : -1;
+    if (chosen || chest.open.has(id)) show(chest, id, chosen);
+  }
+}
+
+/** A drawer's tab and its place. @param {Chest} chest @param {string} id */
+function addTab({ app, tabs, panels }, id) {
+  const { store, text } = app;
+  const toggle = () => store.set({ view: { drawer: store.get().view.drawer === id ? null : id } });
+  const words = text(`drawer.${id}`);
+  const links = {
+    id: `tab-${id}`,
+    "aria-controls": `panel-${id}`,
+    "data-tab": id,
+    "data-words": words,
+  };
+  tabs.set(
+    id,
+    h("button", { type: "button", role: "tab", ...links, on: { click: toggle } }, words),
+  );
+  const back = { id: `panel-${id}`, "aria-labelledby": `tab-${id}`, "data-drawer": id };
+  panels.set(id, h("div", { role: "tabpanel", ...back, hidden: true, tabindex: -1 }));
+}
+
+/** Arrows walk the tabs. @param {Chest} chest @param {KeyboardEvent} event */
+function walk({ tabs }, event) {
+  const steps = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
+  if (!steps) return;
+  event.preventDefault();
+  event.stopPropagation();
+  const keys = [...tabs.values()];
+  const at = keys.findIndex((tab) => tab === document.activeElement);
+  keys[(at + steps + keys.length) % keys.length].focus();
+}
+
+/** @param {HTMLElement} element @param {App} app */
 export function mountDrawers(element, app) {
   const { store, client, text } = app;
   const bag = createBag();
-  const open = new Map(); // id -> a promise of the drawer, null where its files did not come
-  const tabs = new Map();
-  const list = h("div", { class: "tabs", role: "tablist", "aria-label": text("drawers") });
-  const panels = h("div", { class: "panels" });
-  element.append(list, panels);
+  /** @type {Chest} */
+  const chest = { app, element, open: new Map(), tabs: new Map(), panels: new Map() };
+  for (const id of DRAWERS) addTab(chest, id);
+  const attributes = { class: "tabs", role: "tablist", "aria-label": text("drawers") };
+  const list = h("div", attributes, ...chest.tabs.values());
+  element.append(list, h("div", { class: "panels" }, ...chest.panels.values()));
   element.setAttribute("aria-label", text("drawers"));
 
-  for (const id of DRAWERS) {
-    const tab = h(
-      "button",
-      {
-        type: "button",
-        role: "tab",
-        id: `tab-${id}`,
-        "aria-controls": `panel-${id}`,
-        "data-tab": id,
-        "data-words": text(`drawer.${id}`),
-        on: { click: () => toggle(id) },
-      },
-      text(`drawer.${id}`),
-    );
-    tabs.set(id, tab);
-    list.append(tab);
-    panels.append(
-      h("div", {
-        role: "tabpanel",
-        id: `panel-${id}`,
-        "aria-labelledby": `tab-${id}`,
-        "data-drawer": id,
-        hidden: true,
-        tabindex: -1,
-      }),
-    );
-  }
-
-  function toggle(id) {
-    store.set({ view: { drawer: store.get().view.drawer === id ? null : id } });
-  }
-
-  /** In words, with a button that tries again. */
-  function missing(id, panel, error) {
-    const again = h(
-      "button",
-      { type: "button", class: "button", "data-again": id, on: { click: () => anew(id) } },
-      text("again"),
-    );
-    panel.replaceChildren(h("p", { class: "fault", role: "alert" }, said(error, text)), again);
-  }
-
-  async function mount(id, panel) {
-    panel.setAttribute("aria-busy", "true");
-    panel.replaceChildren();
-    try {
-      return await PARTS[id].mount(panel, app);
-    } catch (error) {
-      missing(id, panel, error.kind ? error : Object.assign(error, { kind: "page" }));
-      return null;
-    } finally {
-      panel.removeAttribute("aria-busy");
-    }
-  }
-
-  async function show(id, shown) {
-    const panel = document.getElementById(`panel-${id}`);
-    panel.hidden = !shown;
-    if (shown && !open.has(id)) open.set(id, mount(id, panel));
-    const coming = open.get(id);
-    const drawer = await coming;
-    // by now another one may be open, or this one tried again
-    if (open.get(id) !== coming) return;
-    if (!drawer) open.delete(id);
-    else if (store.get().view.drawer === id) drawer.show();
-    else drawer.hide();
-  }
-
-  function anew(id) {
-    if (id && store.get().view.drawer === id && !open.has(id)) show(id, true);
-  }
-
-  function follow(doc) {
-    const wanted = doc.view.drawer;
-    element.classList.toggle("open", wanted !== null);
-    for (const [id, tab] of tabs) {
-      const chosen = id === wanted;
-      tab.setAttribute("aria-selected", chosen);
-      tab.tabIndex = chosen || (wanted === null && id === DRAWERS[0]) ? 0 : -1;
-      if (chosen || open.has(id)) show(id, chosen);
-    }
-  }
-
-  bag.on(list, "keydown", (event) => {
-    const steps = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
-    if (!steps) return;
-    event.preventDefault();
-    event.stopPropagation();
-    const at = DRAWERS.findIndex((id) => tabs.get(id) === document.activeElement);
-    tabs.get(DRAWERS[(at + steps + DRAWERS.length) % DRAWERS.length]).focus();
-  });
+  bag.on(list, "keydown", (event) => walk(chest, event));
   // whoever waits for files may have them when the server is back
-  bag(client.watch(({ kind }) => kind === "well" && anew(store.get().view.drawer)));
-  bag(store.subscribe((doc, before) => doc.view.drawer !== before.view.drawer && follow(doc)));
-  follow(store.get());
+  bag(client.watch(({ kind }) => kind === "well" && anew(chest, store.get().view.drawer)));
+  bag(
+    store.subscribe((doc, before) => doc.view.drawer !== before.view.drawer && follow(chest, doc)),
+  );
+  follow(chest, store.get());
   return {
     destroy() {
       bag.end();
-      for (const coming of open.values()) coming.then((drawer) => drawer?.destroy());
+      for (const coming of chest.open.values()) coming.then((drawer) => drawer?.destroy());
       element.replaceChildren();
     },
   };

@@ -2,7 +2,7 @@
 // Leaves to others: the page (main.js), which takes away the words of index.html that stand there meanwhile.
 // Invariant: whatever is refused, there are words on the page.
 
-import { script, style } from "./files.js";
+import { dressed, script } from "./files.js";
 import "./first.js";
 
 const waiting = () => document.getElementById("waiting");
@@ -21,18 +21,6 @@ function giveUp() {
   place.append(button);
 }
 
-const ready = new Promise((resolve) => {
-  if (document.readyState === "complete") resolve();
-  else window.addEventListener("load", resolve, { once: true });
-});
-
-/** The document's own style sheet, where it did not come with it: a sheet that was refused is there, without a rule. */
-async function dress() {
-  await ready;
-  if (!getComputedStyle(document.documentElement).getPropertyValue("--paper"))
-    await style("page.css");
-}
-
 // the document names main.js as well, so that either of the two is enough; a page that has begun does not begin twice
 script("main.js").catch(giveUp);
-dress().catch(giveUp);
+dressed("page.css").then((there) => there || giveUp());

@@ -2,32 +2,33 @@
 // Leaves to others: which hand (hands.js, arms.js, card.js).
 // Invariant: whoever turns an arm turns the pendulum that is seen: its shape of now becomes the start, at rest.
 
-import { still } from "./theme.js";
+import { still } from "./screen.js";
 import { path, reach, removable, withArm, withoutBranch } from "./tree.js";
 
 const SHORTEST = 0.05;
 const LIGHTEST = 0.001;
 const MOST_TRAILS = 5;
 
+/** @param {number} value */
 const tidy = (value) => Number(value.toPrecision(4));
 
-/** The angle of the full turns nearest to `before`. */
+/** The angle of the full turns nearest to `before`. @param {number} angle @param {number} before */
 export function nearest(angle, before) {
   return angle + 2 * Math.PI * Math.round((before - angle) / (2 * Math.PI));
 }
 
-export function createEdits(app) {
-  const { store, motion, clock, text } = app;
+/** @param {number[]} list @param {number} k @param {number} value */
+const replaced = (list, k, value) => list.map((old, i) => (i === k ? value : old));
+
+/** Taking hold of the pendulum, turning it, letting it go. @param {App} app */
+function holding({ store, motion, clock }) {
   let grabbed = false;
   let resume = 0;
 
-  const replaced = (list, k, value) => list.map((old, i) => (i === k ? value : old));
-
-  const edits = {
+  const verbs = {
     get grabbed() {
       return grabbed;
     },
-
     /** Takes hold of the pendulum: it stands still, as it is now, until release(). */
     grab() {
       clearTimeout(resume);
@@ -38,16 +39,14 @@ export function createEdits(app) {
       store.settle();
       if (clock.time === 0) return;
       const { phi } = motion.at(clock.time);
-      store.set(
-        { initial: { phi: [...phi], phid: [...phi].map(() => 0) } },
-        { label: "turn", merge: "grab" },
-      );
+      const initial = { phi: [...phi], phid: [...phi].map(() => 0) };
+      store.set({ initial }, { label: "turn", merge: "grab" });
     },
     /** Lets it go, now or in so many seconds: it moves. */
     release(seconds = 0) {
       clearTimeout(resume);
       if (seconds) {
-        resume = setTimeout(edits.release, seconds * 1000);
+        resume = window.setTimeout(() => verbs.release(), seconds * 1000);
         return;
       }
       if (!grabbed) return;
@@ -60,65 +59,72 @@ export function createEdits(app) {
     cancel() {
       if (!grabbed) return;
       store.undo();
-      edits.release();
+      verbs.release();
     },
-    /** While grabbed: the arm's angle, and its length where one is given. */
+    /**
+     * While grabbed: the arm's angle, and its length where one is given.
+     * @param {number} arm @param {number} angle @param {number | null} length
+     */
     turn(arm, angle, length = null) {
       const { initial, pendulum } = store.get();
-      const phi = nearest(angle, initial.phi[arm - 1]);
-      const patch = { initial: { ...initial, phi: replaced(initial.phi, arm - 1, phi) } };
+      const k = arm - 1;
+      const phi = replaced(initial.phi, k, nearest(angle, initial.phi[k]));
+      /** @type {Patch} */
+      const patch = { initial: { ...initial, phi } };
       if (length !== null) {
-        patch.pendulum = {
-          ...pendulum,
-          length: replaced(pendulum.length, arm - 1, Math.max(SHORTEST, tidy(length))),
-        };
+        const longer = replaced(pendulum.length, k, Math.max(SHORTEST, tidy(length)));
+        patch.pendulum = { ...pendulum, length: longer };
       }
       store.set(patch, { label: length === null ? "turn" : "length", merge: "grab" });
     },
-    angle: (arm) => store.get().initial.phi[arm - 1],
+  };
+  return verbs;
+}
 
-    setLength(arm, length, merge = null) {
-      const { pendulum } = store.get();
-      store.set(
-        {
-          pendulum: {
-            ...pendulum,
-            length: replaced(pendulum.length, arm - 1, Math.max(SHORTEST, length)),
-          },
-        },
-        { label: "length", merge },
-      );
-    },
-    setMass(arm, mass, merge = null) {
-      const { pendulum } = store.get();
-      store.set(
-        {
-          pendulum: {
-            ...pendulum,
-            mass: replaced(pendulum.mass, arm - 1, Math.max(LIGHTEST, mass)),
-          },
-        },
-        { label: "mass", merge },
-      );
-    },
+/** Numbers that are set, and those that are changed by keys. @param {App} app */
+function numbers({ store }) {
+  /** @param {number} arm @param {number} length @param {string | null} merge */
+  function setLength(arm, length, merge = null) {
+    const { pendulum } = store.get();
+    const changed = replaced(pendulum.length, arm - 1, Math.max(SHORTEST, length));
+    store.set({ pendulum: { ...pendulum, length: changed } }, { label: "length", merge });
+  }
+  /** @param {number} arm @param {number} mass @param {string | null} merge */
+  function setMass(arm, mass, merge = null) {
+    const { pendulum } = store.get();
+    const changed = replaced(pendulum.mass, arm - 1, Math.max(LIGHTEST, mass));
+    store.set({ pendulum: { ...pendulum, mass: changed } }, { label: "mass", merge });
+  }
+  return {
+    setLength,
+    setMass,
+    /** @param {number} arm */
+    angle: (arm) => store.get().initial.phi[arm - 1],
+    /** @param {number} arm @param {number} by */
     lengthen(arm, by) {
-      edits.setLength(arm, tidy(store.get().pendulum.length[arm - 1] + by), `length ${arm}`);
+      setLength(arm, tidy(store.get().pendulum.length[arm - 1] + by), `length ${arm}`);
     },
+    /** @param {number} arm @param {number} factor */
     weigh(arm, factor) {
-      edits.setMass(arm, tidy(store.get().pendulum.mass[arm - 1] * factor), `mass ${arm}`);
+      setMass(arm, tidy(store.get().pendulum.mass[arm - 1] * factor), `mass ${arm}`);
     },
+    /** @param {number} gravity */
     setGravity(gravity) {
       store.set({ pendulum: { ...store.get().pendulum, gravity } }, { label: "gravity" });
     },
-    /** The start's angle or angular velocity of an arm: name is "phi" or "phid". */
+    /** The start's angle or angular velocity of an arm. @param {number} arm @param {"phi" | "phid"} name @param {number} value */
     setStart(arm, name, value) {
       const { initial } = store.get();
-      store.set(
-        { initial: { ...initial, [name]: replaced(initial[name], arm - 1, value) } },
-        { label: name === "phi" ? "turn" : "spin" },
-      );
+      const changed = { ...initial, [name]: replaced(initial[name], arm - 1, value) };
+      store.set({ initial: changed }, { label: name === "phi" ? "turn" : "spin" });
     },
+  };
+}
 
+/** Arms that are added, taken away, chosen, followed by a trail. @param {App} app */
+function branches({ store, text, announce }) {
+  return {
+    /** @param {number} carrier */
     add(carrier) {
       const doc = store.get();
       const { pendulum, initial } = doc;
@@ -131,55 +137,53 @@ export function createEdits(app) {
       };
       const number = pendulum.length.length + 1;
       const trails = doc.view.trails.map((tip) => (tip === carrier ? number : tip));
-      store.set(
-        { ...withArm(doc, carrier, arm), view: { selected: number, trails } },
-        { label: "add" },
-      );
-      app.announce(text("said.added", { arm: number, carrier }));
+      const view = { selected: number, trails };
+      store.set({ ...withArm(doc, carrier, arm), view }, { label: "add" });
+      announce(text("said.added", { arm: number, carrier }));
     },
+    /** @param {number} arm */
     remove(arm) {
       const doc = store.get();
-      if (!removable(doc.pendulum.parent, arm)) return app.announce(text("said.last"));
+      if (!removable(doc.pendulum.parent, arm)) return announce(text("said.last"));
       const patch = withoutBranch(doc, arm);
       const count = doc.pendulum.parent.length - patch.pendulum.parent.length;
       if (!patch.view.trails.length) patch.view.trails = [farthest(patch.pendulum)];
       store.set(patch, { label: "remove" });
-      app.announce(text(count === 1 ? "said.removed" : "said.removed.branch", { arm, count }));
+      announce(text(count === 1 ? "said.removed" : "said.removed.branch", { arm, count }));
     },
+    /** @param {number} arm */
     trail(arm) {
       const { trails } = store.get().view;
       const on = trails.includes(arm);
-      store.set({
-        view: {
-          trails: on ? trails.filter((tip) => tip !== arm) : [...trails, arm].slice(-MOST_TRAILS),
-        },
-      });
-      app.announce(text(on ? "said.trail.off" : "said.trail.on", { arm }));
+      const others = trails.filter((tip) => tip !== arm);
+      store.set({ view: { trails: on ? others : [...trails, arm].slice(-MOST_TRAILS) } });
+      announce(text(on ? "said.trail.off" : "said.trail.on", { arm }));
     },
+    /** @param {number} arm */
     select(arm) {
       if (store.get().view.selected !== arm) store.set({ view: { selected: arm } });
     },
     /** A pendulum of one arm, to build on. */
     begin() {
-      store.set(
-        {
-          title: "",
-          preset: null,
-          ghosts: [],
-          pendulum: { length: [1], mass: [1], parent: [0], gravity: 9.81 },
-          initial: { phi: [-0.5], phid: [0] },
-          view: { selected: 1, trails: [1] },
-        },
-        { label: "new" },
-      );
+      const pendulum = { length: [1], mass: [1], parent: [0], gravity: 9.81 };
+      const initial = { phi: [-0.5], phid: [0] };
+      const view = { selected: 1, trails: [1] };
+      store.set({ title: "", preset: null, ghosts: [], pendulum, initial, view }, { label: "new" });
     },
   };
-  return edits;
 }
 
-/** The tip that can be farthest from the pivot: its trail is worth watching. */
+/** @param {App} app @returns {Edits} */
+export function createEdits(app) {
+  const edits = holding(app);
+  Object.assign(edits, numbers(app), branches(app));
+  return /** @type {Edits} */ (edits);
+}
+
+/** The tip that can be farthest from the pivot: its trail is worth watching. @param {Tree} tree */
 export function farthest(tree) {
   const most = reach(tree) - 1e-9;
+  /** @param {number} arm */
   const far = (arm) => path(tree.parent, arm).reduce((sum, k) => sum + tree.length[k - 1], 0);
   return Math.max(1, tree.length.findIndex((_, k) => far(k + 1) >= most) + 1);
 }

@@ -8,8 +8,10 @@ import { PAPER, request } from "./state.js";
 
 export const OUTPUT = ["phi", "phid", "lambda", "energy"];
 
+/** @param {Doc} doc @param {State} [initial] */
 export const motionBody = (doc, initial) => ({ ...request(doc, initial), output: OUTPUT });
 
+/** @returns {{body: string, reply: Promise<Response | null>} | null} */
 function ask() {
   if (location.hash.length > 1) return null;
   const body = JSON.stringify(motionBody(PAPER));
@@ -26,6 +28,7 @@ function ask() {
 }
 
 const ASKED = Symbol.for("pendulumd.first");
-if (!(ASKED in globalThis)) globalThis[ASKED] = ask();
+const shared = /** @type {Record<symbol, ReturnType<typeof ask>>} */ (globalThis);
+if (!(ASKED in globalThis)) shared[ASKED] = ask();
 
-export const early = globalThis[ASKED];
+export const early = shared[ASKED];

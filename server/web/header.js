@@ -4,11 +4,10 @@
 
 import { createBag, h, icon, iconButton } from "./dom.js";
 import { LANGUAGES } from "./text.js";
-import { theme } from "./theme.js";
 
 const KEYS = ["tab", "turn", "length", "mass", "add", "delete", "trail", "enter", "space", "undo"];
 
-/** What can be done, and with which keys. */
+/** What can be done, and with which keys. @param {Text} text */
 function helpOf(text) {
   const dialog = h("dialog", { class: "help", "aria-labelledby": "help-title" });
   dialog.append(
@@ -39,66 +38,69 @@ function helpOf(text) {
   return dialog;
 }
 
-export function mountHeader(element, app) {
-  const { store, text } = app;
-  const bag = createBag();
-  const help = helpOf(text);
-  const undo = iconButton("undo", text("undo"), () => app.undo(), { "data-act": "undo" });
-  const redo = iconButton("redo", text("redo"), () => app.redo(), { "data-act": "redo" });
-  const shade = iconButton("dark", text("theme"), () => theme.toggle(), { "data-act": "theme" });
+/** The two buttons of the history. @param {App} app */
+function historyOf({ text, undo, redo }) {
+  return {
+    undo: iconButton("undo", text("undo"), () => undo(), { "data-act": "undo" }),
+    redo: iconButton("redo", text("redo"), () => redo(), { "data-act": "redo" }),
+  };
+}
+
+/** The choice of a language. @param {App} app */
+function tongueOf({ text, speak }) {
+  const options = LANGUAGES.map((name) => {
+    const attributes = {
+      value: name,
+      selected: name === text.language,
+      title: text(`language.${name}`),
+    };
+    return h("option", attributes, name.toUpperCase());
+  });
+  const change = () => speak(tongue.value);
   const tongue = h(
     "select",
-    {
-      class: "tongue",
-      "aria-label": text("language"),
-      on: { change: () => app.speak(tongue.value) },
-    },
-    ...LANGUAGES.map((name) =>
-      h(
-        "option",
-        { value: name, selected: name === text.language, title: text(`language.${name}`) },
-        name.toUpperCase(),
-      ),
-    ),
+    { class: "tongue", "aria-label": text("language"), on: { change } },
+    ...options,
   );
+  return tongue;
+}
+
+/** What is shown, in words. @param {Text} text @param {Doc} doc */
+function titleOf(text, { preset, title }) {
+  return preset && text.has(`preset.${preset}`) ? text(`preset.${preset}`) : title;
+}
+
+/** @param {HTMLElement} element @param {App} app */
+export function mountHeader(element, app) {
+  const { store, text, theme } = app;
+  const bag = createBag();
+  const help = helpOf(text);
+  const { undo, redo } = historyOf(app);
+  const shade = iconButton("dark", text("theme"), () => theme.toggle(), { "data-act": "theme" });
   const title = h("p", { class: "title" });
   const docs = h(
     "a",
     { class: "docs-link", href: "/docs", title: text("help.docs") },
     text("docs"),
   );
-  element.append(
-    h("h1", {}, text("name")),
-    title,
-    h(
-      "div",
-      { class: "tools" },
-      h(
-        "button",
-        {
-          type: "button",
-          class: "button",
-          "data-act": "new",
-          on: { click: () => app.edits.begin() },
-        },
-        text("new"),
-      ),
-      undo,
-      redo,
-      iconButton("help", text("help.title"), () => help.showModal(), { "data-act": "help" }),
-      docs,
-      tongue,
-      shade,
-    ),
-    help,
-  );
+  const begin = {
+    type: "button",
+    class: "button",
+    "data-act": "new",
+    on: { click: () => app.edits.begin() },
+  };
+  const ask = iconButton("help", text("help.title"), () => help.showModal(), {
+    "data-act": "help",
+  });
+  const anew = h("button", begin, text("new"));
+  const tools = h("div", { class: "tools" }, anew, undo, redo, ask, docs, tongueOf(app), shade);
+  element.append(h("h1", {}, text("name")), title, tools, help);
 
+  /** @param {Doc} doc */
   function show(doc) {
     undo.disabled = !store.canUndo();
     redo.disabled = !store.canRedo();
-    const preset =
-      doc.preset && text.has(`preset.${doc.preset}`) ? text(`preset.${doc.preset}`) : "";
-    title.textContent = preset || doc.title;
+    title.textContent = titleOf(text, doc);
   }
 
   const look = () => shade.replaceChildren(icon(theme.dark ? "light" : "dark"));

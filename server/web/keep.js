@@ -3,24 +3,34 @@
 // Invariant: a browser that refuses storage (blocked site data, a sandboxed frame) keeps all of it as long as the tab lives.
 
 const HOLDER = "pendulumd.token";
-const held = (globalThis[Symbol.for("pendulumd.kept")] ??= new Map()); // one for every bundle of the page
+const KEPT = Symbol.for("pendulumd.kept");
+// one for every bundle of the page
+const shared = /** @type {Record<symbol, {words: Map<string, string>, refused: boolean}>} */ (
+  globalThis
+);
+const held = (shared[KEPT] ??= { words: new Map(), refused: false });
+
+/** What the browser's storage does for a name, null where it refuses. @param {() => string | null | void} use */
+function stored(use) {
+  try {
+    return use() ?? null;
+  } catch {
+    held.refused = true;
+    return null;
+  }
+}
 
 export const keep = {
-  /** The text that was kept under a name, null without one. */
-  get(name) {
-    try {
-      return localStorage.getItem(name) ?? held.get(name) ?? null;
-    } catch {
-      return held.get(name) ?? null;
-    }
-  },
+  /** The text that was kept under a name, null without one. @param {string} name */
+  get: (name) => stored(() => localStorage.getItem(name)) ?? held.words.get(name) ?? null,
+  /** What the browser refuses lives as long as the tab. @param {string} name @param {string} text */
   set(name, text) {
-    held.set(name, text);
-    try {
-      localStorage.setItem(name, text);
-    } catch {
-      // it lives as long as the tab
-    }
+    held.words.set(name, text);
+    stored(() => localStorage.setItem(name, text));
+  },
+  /** Whether the browser has refused to keep something. */
+  get refused() {
+    return held.refused;
   },
 };
 

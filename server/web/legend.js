@@ -1,69 +1,65 @@
 // What the colours say: the scale of the forces with its numbers and its sign in words, and the switches of what is seen.
-// Leaves to others: the colours (paint.js), the scale's end (camera.js).
+// Leaves to others: the colours (palette.js), the scale's end (camera.js).
 // Invariant: its colours are those of the arms.
 
 import { createBag, h, iconButton } from "./dom.js";
 
+/** The legend's parts. @param {App} app */
+function partsOf({ store, text }) {
+  const view = () => store.get().view;
+  const turnArrows = () => store.set({ view: { arrows: !view().arrows } });
+  const turnPalette = () =>
+    store.set({ view: { palette: view().palette === "safe" ? "paper" : "safe" } });
+  const swatch = h("span", { class: "swatch" });
+  const label = text("legend.palette");
+  const attributes = {
+    "data-act": "palette",
+    "aria-label": label,
+    title: label,
+    on: { click: turnPalette },
+  };
+  return {
+    bar: h("div", { class: "legend-bar", "aria-hidden": "true" }),
+    ticks: [0, 1, 2, 3, 4].map(() => h("span")),
+    arrows: iconButton("arrows", text("legend.arrows"), turnArrows, { "data-act": "arrows" }),
+    swatch,
+    palette: h("button", { type: "button", class: "icon-button", ...attributes }, swatch),
+  };
+}
+
+/** @param {App} app @param {Look} look @param {ReturnType<typeof partsOf>} parts */
+function fill({ store, text }, look, { bar, ticks, arrows, swatch, palette }) {
+  const { bins } = look.colours;
+  const [low, none, high] = [bins[0], bins[bins.length >> 1], bins[bins.length - 1]];
+  bar.style.backgroundImage = `linear-gradient(90deg, ${bins.join(", ")})`;
+  swatch.style.backgroundImage = `linear-gradient(90deg, ${low} 0 33%, ${none} 33% 66%, ${high} 66%)`;
+  ticks.forEach((tick, i) => {
+    const value = look.most * (i / 2 - 1);
+    tick.textContent = look.most ? text.short(value, 3) + (i === 4 ? "\u00a0N" : "") : "";
+  });
+  const { view } = store.get();
+  document.documentElement.dataset.palette = view.palette;
+  arrows.setAttribute("aria-pressed", String(view.arrows));
+  palette.setAttribute("aria-pressed", String(view.palette === "paper"));
+}
+
+/** @param {HTMLElement} element @param {App} app @param {Look} look */
 export function mountLegend(element, app, look) {
   const { store, text } = app;
   const bag = createBag();
-  const bar = h("div", { class: "legend-bar", "aria-hidden": "true" });
-  const ticks = [0, 1, 2, 3, 4].map(() => h("span"));
-  const arrows = iconButton(
-    "arrows",
-    text("legend.arrows"),
-    () => store.set({ view: { arrows: !store.get().view.arrows } }),
-    { "data-act": "arrows" },
-  );
-  const palette = h(
-    "button",
-    {
-      type: "button",
-      class: "icon-button",
-      "data-act": "palette",
-      "aria-label": text("legend.palette"),
-      title: text("legend.palette"),
-      on: {
-        click: () =>
-          store.set({ view: { palette: store.get().view.palette === "safe" ? "paper" : "safe" } }),
-      },
-    },
-    h("span", { class: "swatch" }),
-  );
-  const legend = h(
+  const parts = partsOf(app);
+  const tension = h("span", {}, text("legend.tension"));
+  const compression = h("span", {}, text("legend.compression"));
+  const scale = h(
     "div",
-    { class: "legend", role: "group", "aria-label": text("legend") },
-    h(
-      "div",
-      { class: "legend-scale" },
-      bar,
-      h("div", { class: "legend-ticks" }, ...ticks),
-      h(
-        "div",
-        { class: "legend-words" },
-        h("span", {}, text("legend.tension")),
-        h("span", {}, text("legend.compression")),
-      ),
-    ),
-    arrows,
-    palette,
+    { class: "legend-scale" },
+    parts.bar,
+    h("div", { class: "legend-ticks" }, ...parts.ticks),
+    h("div", { class: "legend-words" }, tension, compression),
   );
-  element.append(legend);
-
-  function show() {
-    const { bins } = look.colours;
-    bar.style.backgroundImage = `linear-gradient(90deg, ${bins.join(", ")})`;
-    palette.firstChild.style.backgroundImage = `linear-gradient(90deg, ${bins[0]} 0 33%, ${bins[bins.length >> 1]} 33% 66%, ${bins.at(-1)} 66%)`;
-    ticks.forEach((tick, i) => {
-      const value = look.most * (i / 2 - 1);
-      tick.textContent = look.most ? text.short(value, 3) + (i === 4 ? "\u00a0N" : "") : "";
-    });
-    const { view } = store.get();
-    document.documentElement.dataset.palette = view.palette;
-    arrows.setAttribute("aria-pressed", view.arrows);
-    palette.setAttribute("aria-pressed", view.palette === "paper");
-  }
-
+  const attributes = { class: "legend", role: "group", "aria-label": text("legend") };
+  element.append(h("div", attributes, scale, parts.arrows, parts.palette));
+  const show = () => fill(app, look, parts);
   bag(store.subscribe((doc, before) => doc.view !== before.view && show()));
   show();
   return { show, destroy: bag.end };

@@ -5,24 +5,32 @@
 import { DRAWERS, fromRequest, request } from "./state.js";
 import { order } from "./tree.js";
 
+/** What a scene holds. @typedef {{request: any, title?: unknown, view?: Record<string, any>}} Scene */
+
 const PALETTES = ["safe", "paper"];
 const MOST_BYTES = 1 << 22; // of a scene that a link holds
 const MOST_NUMBERS = 1e7; // of one column of a motion: what a page can hold
 
-/** {title, request, view} of a document, as /v1/scenes takes it. */
+/** {title, request, view} of a document, as /v1/scenes takes it. @param {Doc} doc */
 export function sceneOf(doc) {
   const scene = { request: request(doc), view: { ...doc.view, ghosts: doc.ghosts } };
-  if (doc.title) scene.title = doc.title;
-  return scene;
+  return doc.title ? { ...scene, title: doc.title } : scene;
 }
 
+/** @param {unknown} list @param {number} n @returns {list is number[]} */
 const numbers = (list, n) =>
   Array.isArray(list) && list.length === n && list.every(Number.isFinite);
+/** @param {Partial<State> | undefined} value @param {number} n */
 const state = (value, n) => numbers(value?.phi, n) && numbers(value?.phid, n);
 
-/** What of a scene's view this page understands. */
+/**
+ * What of a scene's view this page understands.
+ * @param {Record<string, any>} view @param {number} n
+ */
 function viewOf(view, n) {
+  /** @param {any} k */
   const arm = (k) => Number.isInteger(k) && k >= 1 && k <= n;
+  /** @type {Partial<View>} */
   const known = {};
   if (view.drawer === null || DRAWERS.includes(view.drawer)) known.drawer = view.drawer;
   if (view.speed > 0 && view.speed <= 16) known.speed = view.speed;
@@ -34,7 +42,10 @@ function viewOf(view, n) {
   return known;
 }
 
-/** The patch of a scene whose request is in the page's own form; throws where it is not sound. */
+/**
+ * The patch of a scene whose request is in the page's own form; throws where it is not sound.
+ * @param {Scene} scene @returns {Patch}
+ */
 function patchOf(scene) {
   const patch = fromRequest(scene.request);
   const { length, mass, parent } = patch.pendulum;
@@ -64,7 +75,10 @@ function patchOf(scene) {
   };
 }
 
-/** Any body of /v1/trajectories in the page's own form: the server tells what tree and what start it stands for. */
+/**
+ * Any body of /v1/trajectories in the page's own form: the server tells what tree and what start it stands for.
+ * @param {any} body @param {Client} client
+ */
 async function plain(body, client) {
   const { pendulum, initial, times } = body;
   const arrays = Array.isArray(pendulum.length) && !pendulum.arms;
@@ -81,8 +95,8 @@ async function plain(body, client) {
   return {
     ...body,
     pendulum: {
-      length: tree.arms.map((arm) => arm.length),
-      mass: tree.arms.map((arm) => arm.mass),
+      length: tree.arms.map((/** @type {any} */ arm) => arm.length),
+      mass: tree.arms.map((/** @type {any} */ arm) => arm.mass),
       parent: tree.parent,
       gravity: pendulum.gravity ?? 9.81,
     },
@@ -91,6 +105,7 @@ async function plain(body, client) {
   };
 }
 
+/** @param {CompressionStream | DecompressionStream} stream @param {Uint8Array<ArrayBuffer>} bytes */
 async function through(stream, bytes) {
   const writer = stream.writable.getWriter();
   writer.write(bytes).catch(() => {});
@@ -106,24 +121,28 @@ async function through(stream, bytes) {
   }
 }
 
+/** @param {Uint8Array} bytes */
 const lettersOf = (bytes) =>
   btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""))
     .replaceAll("+", "-")
     .replaceAll("/", "_")
     .replace(/=+$/, "");
+/** @param {string} letters */
 const bytesOf = (letters) =>
   Uint8Array.from(atob(letters.replaceAll("-", "+").replaceAll("_", "/")), (letter) =>
     letter.charCodeAt(0),
   );
+/** @param {Uint8Array} bytes */
 const parsed = (bytes) => JSON.parse(new TextDecoder().decode(bytes));
 
-/** "#d=..." or "#j=...": needs no store. */
+/** "#d=..." or "#j=...": needs no store. @param {Doc} doc */
 export async function linkOf(doc) {
   const bytes = new TextEncoder().encode(JSON.stringify(sceneOf(doc)));
   if (!("CompressionStream" in globalThis)) return `#j=${lettersOf(bytes)}`;
   return `#d=${lettersOf(await through(new CompressionStream("deflate-raw"), bytes))}`;
 }
 
+/** @type {Record<string, (rest: string, client: Client) => Answer>} */
 const READERS = {
   s: (id, client) => client.scene(id),
   d: async (letters) =>
@@ -131,7 +150,10 @@ const READERS = {
   j: (letters) => parsed(bytesOf(letters)),
 };
 
-/** The patch that a hash stands for, null without one; throws where it is damaged or the server has no such scene. */
+/**
+ * The patch that a hash stands for, null without one; throws where it is damaged or the server has no such scene.
+ * @param {string} hash @param {Client} client
+ */
 export async function readLink(hash, client) {
   const [, kind, rest] = /^#([sdj])=(.+)$/.exec(hash) ?? [];
   if (!kind) return null;

@@ -1,20 +1,24 @@
 // Puts the page together: the document, its motion, the clock, and the views of them.
 // Leaves to others: everything else.
-// Invariant: views know the app {store, motion, clock, client, text, announce}, never each other.
+// Invariant: views know the app (types.d.ts), never each other; what fails of the page is told, and the rest goes on.
 
 import { createClient } from "./client.js";
 import { createClock } from "./clock.js";
-import { createEdits } from "./edits.js";
 import { mountDrawers } from "./drawers.js";
+import { createEdits } from "./edits.js";
+import * as files from "./files.js";
 import { mountHeader } from "./header.js";
+import { keep } from "./keep.js";
 import { readLink } from "./link.js";
 import { createMotion } from "./motion.js";
 import { followForces } from "./preview.js";
 import { mountStage } from "./stage.js";
 import { createStore } from "./state.js";
+import { still } from "./screen.js";
 import { createText } from "./text.js";
-import { still } from "./theme.js";
+import { theme } from "./theme.js";
 import { mountTimebar } from "./timebar.js";
+import { tried } from "./trouble.js";
 
 const root = document.documentElement;
 if ("begun" in root.dataset) throw new Error("the page has begun already");
@@ -26,6 +30,8 @@ const VIEWS = {
   timebar: mountTimebar,
   drawers: mountDrawers,
 };
+const TYPED = "input:not([type=range]), textarea";
+const PRESSED = `${TYPED}, select, button, summary, a`;
 
 const text = createText();
 const client = createClient();
@@ -34,20 +40,23 @@ const clock = createClock();
 const wide = matchMedia("(min-width: 861px)").matches && location.hash.length <= 1;
 const store = createStore(wide ? { view: { drawer: "presets" } } : {});
 const motion = createMotion({ store, client, clock });
-const live = document.getElementById("live");
+const live = /** @type {HTMLElement} */ (document.getElementById("live"));
+/** @type {{destroy: End}[]} */
 let views = [];
 
-const app = {
+const parts = {
   store,
   motion,
   clock,
   client,
   text,
-  /** Says it to those who listen instead of looking. */
+  theme,
+  files,
+  /** Says it to those who listen instead of looking. @param {string} words */
   announce(words) {
     live.textContent = words;
   },
-  /** Says it on the stage, for all. */
+  /** Says it on the stage, for all. @param {string} words */
   complain(words) {
     motion.note(words);
   },
@@ -57,16 +66,21 @@ const app = {
   redo() {
     tell("redo", store.redo());
   },
-  /** Another language: all views are built anew. */
+  /** Another language: all views are built anew. @param {string} language */
   speak(language) {
     text.use(language, true);
     mount();
   },
+  /** The stage's own (card.js, stage.js), where it has come. */
+  editArm() {},
+  stage: { tip: () => ({ x: 0, y: 0 }) },
 };
 
+const app = /** @type {App} */ (/** @type {unknown} */ (parts));
 app.edits = createEdits(app);
 followForces(app);
 
+/** @param {string} direction @param {string | null} label */
 function tell(direction, label) {
   if (label) app.announce(text(`said.${direction}`, { what: text(`step.${label}`) }));
 }
@@ -74,23 +88,27 @@ function tell(direction, label) {
 function mount() {
   views.forEach((view) => view.destroy());
   document.title = text("name");
-  views = Object.entries(VIEWS).map(([id, view]) => view(document.getElementById(id), app));
+  views = Object.entries(VIEWS).map(([id, view]) => {
+    const place = /** @type {HTMLElement} */ (document.getElementById(id));
+    return tried(app, () => view(place, app), place);
+  });
 }
 
+/** @param {KeyboardEvent} event */
 function keys(event) {
-  const field = event.target.closest("input:not([type=range]), textarea");
+  const target = /** @type {Element} */ (event.target);
+  const field = /** @type {HTMLInputElement | null} */ (target.closest(TYPED));
   // in a field whose text has changed, keys belong to the text
   const typing = field && field.value !== field.defaultValue;
-  if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z" && !typing) {
+  const key = event.key.toLowerCase();
+  if ((event.ctrlKey || event.metaKey) && key === "z" && !typing) {
     event.preventDefault();
-    event.shiftKey ? app.redo() : app.undo();
-  } else if (event.ctrlKey && event.key.toLowerCase() === "y" && !typing) {
+    if (event.shiftKey) app.redo();
+    else app.undo();
+  } else if (event.ctrlKey && key === "y" && !typing) {
     event.preventDefault();
     app.redo();
-  } else if (
-    event.key === " " &&
-    !event.target.closest("input:not([type=range]), textarea, select, button, summary, a")
-  ) {
+  } else if (key === " " && !target.closest(PRESSED)) {
     event.preventDefault();
     clock.toggle();
   }
@@ -101,17 +119,26 @@ async function open() {
     const patch = await readLink(location.hash, client);
     if (patch) store.set(patch, { label: "open" });
     else motion.begin();
-  } catch (error) {
+  } catch {
     app.complain(text("failure.link"));
     motion.begin();
   }
 }
 
-/** What nobody has expected is told as well. */
+/** What nobody has expected is told as well. @param {any} event */
 function astray({ reason, error }) {
   const what = reason ?? error;
-  if (what && what.name !== "AbortError")
-    app.complain(text(what.kind === "file" ? "failure.file" : "failure.page"));
+  if (!what || what.name === "AbortError") return;
+  app.complain(text(what.kind === "file" ? "failure.file" : "failure.page"));
+}
+
+/** What the page does without, as soon as it is known. */
+async function tellWithout() {
+  const missed = keep.refused ? [text("failure.storage")] : [];
+  if (missed.length) app.complain(missed[0]);
+  if (await files.dressed("page.css")) return;
+  missed.push(text("failure.style"));
+  app.complain(missed.join(" "));
 }
 
 window.pendulumd = app; // for the console, and for tests
@@ -123,4 +150,5 @@ text.use();
 mount();
 document.getElementById("waiting")?.remove();
 open();
+tellWithout();
 if (!still.matches) clock.play();

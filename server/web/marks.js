@@ -3,11 +3,14 @@
 // Invariant: drawn anew only when the motion, the chosen arm, the size or the theme changes.
 
 import { h } from "./dom.js";
-import { theme } from "./theme.js";
+import { fineness } from "./screen.js";
 
 const HEIGHT = 22;
 
-/** For every pixel how many arms go slack there: the sign of their force changes between two samples. */
+/**
+ * For every pixel how many arms go slack there: the sign of their force changes between two samples.
+ * @param {Track} track @param {number} only an arm, 0 for all @param {number} pixels
+ */
 function slackMoments(track, only, pixels) {
   const counts = new Uint16Array(pixels);
   const { lambda } = track.columns;
@@ -23,70 +26,90 @@ function slackMoments(track, only, pixels) {
   return counts;
 }
 
-export function createMarks({ store, motion, clock }) {
+/** @param {string} name a custom property of the style */
+const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+/** @param {CanvasRenderingContext2D} context @param {number} from @param {number} to pixels */
+function hatch(context, from, to) {
+  context.save();
+  context.beginPath();
+  context.rect(from, 0, to - from, HEIGHT);
+  context.clip();
+  context.beginPath();
+  for (let x = from - HEIGHT; x < to; x += 6) {
+    context.moveTo(x, HEIGHT);
+    context.lineTo(x + HEIGHT, 0);
+  }
+  context.strokeStyle = colour("--hatch");
+  context.lineWidth = 1.2;
+  context.stroke();
+  context.restore();
+}
+
+/** @param {CanvasRenderingContext2D} context @param {Uint16Array} counts of slack moments, a pixel each */
+function ticks(context, counts) {
+  context.fillStyle = colour("--mark");
+  for (let x = 0; x < counts.length; x++) {
+    if (!counts[x]) continue;
+    context.globalAlpha = Math.min(1, 0.5 + 0.15 * counts[x]);
+    context.fillRect(x, 0, 1, 6);
+  }
+  context.globalAlpha = 1;
+}
+
+/** Makes the canvas as fine as its place; answers its width, 0 if it is not to be seen. @param {CanvasRenderingContext2D} context */
+function prepare(context) {
+  const { canvas } = context;
+  const width = canvas.clientWidth;
+  const ratio = fineness();
+  if (!width) return 0;
+  canvas.width = Math.round(width * ratio);
+  canvas.height = Math.round(HEIGHT * ratio);
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  return width;
+}
+
+/** Draws all of it; answers how many slack moments there are. @param {App} app @param {CanvasRenderingContext2D} context */
+function paint({ store, motion, clock }, context) {
+  const width = prepare(context);
+  if (!width) return null;
+  const share = clock.duration ? clock.available / clock.duration : 0;
+  context.fillStyle = colour("--line");
+  context.fillRect(0, HEIGHT / 2 - 2, width, 4);
+  context.fillStyle = colour("--loaded");
+  context.fillRect(0, HEIGHT / 2 - 2, width * share, 4);
+  const until = motion.stats?.horizon ?? Infinity;
+  if (until < clock.duration) hatch(context, (width * until) / clock.duration, width);
+  const counts = slackMoments(motion.track, store.get().view.selected, Math.round(width));
+  ticks(context, counts);
+  return counts.reduce((sum, count) => sum + count, 0);
+}
+
+/** @param {App} app */
+export function createMarks(app) {
   const canvas = h("canvas", { class: "marks", "aria-hidden": "true" });
-  const context = canvas.getContext("2d");
+  const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
   let slack = 0;
   let frame = 0;
 
-  function colour(name) {
-    return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  }
-
-  function hatch(from, to) {
-    context.save();
-    context.beginPath();
-    context.rect(from, 0, to - from, HEIGHT);
-    context.clip();
-    context.beginPath();
-    for (let x = from - HEIGHT; x < to; x += 6) {
-      context.moveTo(x, HEIGHT);
-      context.lineTo(x + HEIGHT, 0);
-    }
-    context.strokeStyle = colour("--hatch");
-    context.lineWidth = 1.2;
-    context.stroke();
-    context.restore();
-  }
-
   function draw() {
     frame = 0;
-    const width = canvas.clientWidth;
-    if (!width) return;
-    const ratio = Math.min(devicePixelRatio, 2);
-    canvas.width = Math.round(width * ratio);
-    canvas.height = Math.round(HEIGHT * ratio);
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    const share = clock.duration ? clock.available / clock.duration : 0;
-    context.fillStyle = colour("--line");
-    context.fillRect(0, HEIGHT / 2 - 2, width, 4);
-    context.fillStyle = colour("--loaded");
-    context.fillRect(0, HEIGHT / 2 - 2, width * share, 4);
-    const until = motion.stats?.horizon;
-    if (until < clock.duration) hatch((width * until) / clock.duration, width);
-    const counts = slackMoments(motion.track, store.get().view.selected, Math.round(width));
-    slack = counts.reduce((sum, count) => sum + count, 0);
-    context.fillStyle = colour("--mark");
-    for (let x = 0; x < counts.length; x++) {
-      if (!counts[x]) continue;
-      context.globalAlpha = Math.min(1, 0.5 + 0.15 * counts[x]);
-      context.fillRect(x, 0, 1, 6);
-    }
-    context.globalAlpha = 1;
+    slack = paint(app, context) ?? slack;
   }
 
   const later = () => {
-    if (!frame) frame = requestAnimationFrame(draw);
+    frame ||= requestAnimationFrame(draw);
   };
   const observer = new ResizeObserver(later);
   observer.observe(canvas);
-  const forget = theme.subscribe(later);
+  const forget = app.theme.subscribe(later);
 
   return {
     canvas,
     draw,
     /** How many slack moments are marked. */
     count: () => slack,
+    /** @param {string} what */
     follow(what) {
       if (what === "rows") later();
       else if (what !== "preview") draw();

@@ -7,62 +7,78 @@ import { createBag, h } from "./dom.js";
 
 const PATIENCE_MS = 350;
 
+/** What is to be said: words, what a button says and does, whether it is trouble. @typedef {{words: string, label?: string, act?: () => unknown, bad?: boolean}} Matter */
+
+/** @param {App} app @param {Failed} failure @returns {Matter} */
+function failed({ store, motion, text, undo }, failure) {
+  const words = said(failure, text);
+  if (failure.kind !== "refused")
+    return { words, label: text("again"), act: motion.reload, bad: true };
+  return { words, label: store.canUndo() ? text("undo") : "", act: undo, bad: true };
+}
+
+/** The gravest matter, null if all is well. @param {App} app @param {boolean} late @returns {Matter | null} */
+function matterOf(app, late) {
+  const { motion, client, text } = app;
+  if (motion.failure) return failed(app, motion.failure);
+  const { kind, retry } = client.state;
+  if (kind !== "well") {
+    const words = text(`failure.${kind}.retry`, { seconds: retry });
+    return { words, label: text("again.now"), act: client.hurry, bad: true };
+  }
+  if (motion.complaint) {
+    return {
+      words: motion.complaint,
+      label: text("close"),
+      act: () => motion.note(null),
+      bad: true,
+    };
+  }
+  if (!motion.loading || !late) return null;
+  const share = motion.total ? Math.floor((100 * motion.count) / motion.total) : 0;
+  return { words: text("loading", { share }) };
+}
+
+/** @param {HTMLElement} element @param {App} app */
 export function mountNotices(element, app) {
-  const { store, motion, client, text } = app;
+  const { motion, client } = app;
   const bag = createBag();
   const words = h("span");
-  const act = h("button", { type: "button", class: "button small" });
-  const bubble = h("div", { class: "notice", role: "status", hidden: true }, words, act);
+  const button = h("button", { type: "button", class: "button small" });
+  const bubble = h("div", { class: "notice", role: "status", hidden: true }, words, button);
   element.append(bubble);
-  let action = null;
+  /** @type {(() => unknown) | undefined} */
+  let act;
   let late = false;
   let timer = 0;
 
-  /** The gravest matter: [words, what a button says, what it does, bad]. */
-  function matter() {
-    const { failure } = motion;
-    if (failure?.kind === "refused")
-      return [said(failure, text), store.canUndo() && text("undo"), app.undo, true];
-    if (failure) return [said(failure, text), text("again"), motion.reload, true];
-    if (client.state.kind !== "well") {
-      return [
-        text(`failure.${client.state.kind}.retry`, { seconds: client.state.retry }),
-        text("again.now"),
-        client.hurry,
-        true,
-      ];
-    }
-    if (motion.complaint) return [motion.complaint, text("close"), () => motion.note(null), true];
-    if (motion.loading && late) {
-      const share = motion.total ? Math.floor((100 * motion.count) / motion.total) : 0;
-      return [text("loading", { share })];
-    }
-    return null;
-  }
-
-  function show() {
-    if (!motion.loading) {
-      late = false;
-      clearTimeout(timer);
-      timer = 0;
-    } else if (!timer) {
-      timer = setTimeout(() => {
+  /** Whether the motion has been on its way for a while. */
+  function watch() {
+    if (motion.loading) {
+      timer ||= window.setTimeout(() => {
         late = true;
         show();
       }, PATIENCE_MS);
+      return;
     }
-    const now = matter();
-    bubble.hidden = !now;
-    if (!now) return;
-    const [said, label, does, bad = false] = now;
-    if (words.textContent !== said) words.textContent = said;
-    act.hidden = !label;
-    act.textContent = label || "";
-    action = does;
-    bubble.classList.toggle("bad", bad);
+    late = false;
+    clearTimeout(timer);
+    timer = 0;
   }
 
-  bag.on(act, "click", () => action?.());
+  function show() {
+    watch();
+    const matter = matterOf(app, late);
+    bubble.hidden = !matter;
+    if (!matter) return;
+    if (words.textContent !== matter.words) words.textContent = matter.words;
+    button.hidden = !matter.label;
+    button.textContent = matter.label ?? "";
+    act = matter.act;
+    bubble.classList.toggle("bad", matter.bad ?? false);
+  }
+
+  bag.on(button, "click", () => act?.());
   bag(client.watch(show));
   bag(motion.subscribe(show));
   bag(() => clearTimeout(timer));

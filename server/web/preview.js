@@ -2,7 +2,7 @@
 // Leaves to others: drawing them.
 // Invariant: one question at a time, the newest shape next; a failure is silent, the motion that follows will tell.
 
-/** Begins; answers what ends it. */
+/** Begins; answers what ends it. @param {{motion: Motion, client: Client}} parts @returns {End} */
 export function followForces({ motion, client }) {
   let asking = false;
   let again = false;
@@ -19,7 +19,7 @@ export function followForces({ motion, client }) {
       });
       motion.foresee(lambda);
     } catch (failure) {
-      if (failure.kind === undefined) throw failure;
+      if (/** @type {Failed} */ (failure).kind === undefined) throw failure;
     } finally {
       asking = false;
     }

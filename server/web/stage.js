@@ -8,16 +8,31 @@ import { mountCard } from "./card.js";
 import { createBag, h } from "./dom.js";
 import { mountHands } from "./hands.js";
 import { mountLegend } from "./legend.js";
-import { anglesAt, valuesAt } from "./motion.js";
 import { mountNotices } from "./notices.js";
-import { createPainter, readColours } from "./paint.js";
-import { still, theme } from "./theme.js";
+import * as paint from "./paint.js";
+import { readColours } from "./palette.js";
+import { bare, fineness, still } from "./screen.js";
+import { anglesAt, valuesAt } from "./track.js";
 import { createTrails } from "./trails.js";
 import { order, reach, tips } from "./tree.js";
+import { tried } from "./trouble.js";
 
 const EASE_SECONDS = 0.09;
+const BARE_HEIGHT = 480; // pixels, where the style has not come
+const NARROW = 560; // pixels, below which the card lies under the pendulum
 
-/** What depends on the tree only. */
+/**
+ * The stage, while it is there: its place, what it draws with, and what it has drawn.
+ * @typedef {{
+ *   app: App, element: HTMLElement, canvas: HTMLCanvasElement, context: CanvasRenderingContext2D,
+ *   painter: paint.Painter, trails: ReturnType<typeof createTrails>, look: Look,
+ *   place: Place, ghostPlace: Place, goal: Camera, frame: number, last: number, box: Box | null,
+ *   stale: boolean, size: {width: number, height: number, ratio: number},
+ *   parts: {follow?: () => void, show?: () => void, destroy: End}[],
+ * }} Stage
+ */
+
+/** What depends on the tree only. @param {Tree} tree @returns {Shape} */
 function shapeOf(tree) {
   const n = tree.length.length;
   const array = () => new Float64Array(n);
@@ -38,222 +53,241 @@ function shapeOf(tree) {
   };
 }
 
+/** @param {Box} a @param {Box} b @returns {Box} */
 const union = (a, b) => ({
   side: Math.max(a.side, b.side),
   up: Math.max(a.up, b.up),
   down: Math.max(a.down, b.down),
 });
 
-export function mountStage(element, app) {
-  const { store, motion, clock, text } = app;
-  const bag = createBag();
-  const canvas = h("canvas", { class: "canvas", role: "img" });
-  element.append(canvas);
-  const context = canvas.getContext("2d");
-  const painter = createPainter(context);
-  const trails = createTrails(context);
-  const place = { index: 0, fraction: 0 };
-  const ghostPlace = { index: 0, fraction: 0 };
-  const goal = { x: 0, y: 0, scale: 0 };
-  let frame = 0;
-  let last = 0;
-  let box = null;
-  let stale = true; // the box and the scale are of an older motion
-  let size = { width: 0, height: 0, ratio: 1 };
+/** @param {Stage} stage */
+function fit(stage) {
+  const { element, canvas, look } = stage;
+  const ratio = fineness();
+  // without a style the place is as high as what lies in it, which the canvas must not follow
+  const height = bare() ? BARE_HEIGHT : element.clientHeight;
+  stage.size = { width: element.clientWidth, height, ratio };
+  canvas.width = Math.round(stage.size.width * ratio);
+  canvas.height = Math.round(stage.size.height * ratio);
+  look.camera.scale = 0;
+  draw(stage);
+}
 
+/** Takes the measure of the motion; while it is not whole, nothing that is shown goes out of sight. @param {Stage} stage */
+function measure(stage) {
+  stage.stale = false;
+  const { track } = stage.app.motion;
+  const { look } = stage;
+  const { shape } = look;
+  const found = boxOf(track, shape.rows, shape.reach, shape.ghostX, shape.ghostY);
+  stage.box = track.complete || !stage.box ? found : union(stage.box, found);
+  if (track.complete || !look.most) look.most = forceScale(track);
+}
+
+/** @param {Stage} stage @returns {Box} the box of the motion that is shown */
+function settleShape(stage) {
+  const { pendulum } = stage.app.motion.doc;
+  if (stage.look.shape.tree !== pendulum) stage.look.shape = shapeOf(pendulum);
+  if (stage.stale) measure(stage);
+  return /** @type {Box} */ (stage.box);
+}
+
+/** Moves the camera towards where it belongs; true when it is there. @param {Stage} stage @param {Box} box @param {number} seconds */
+function approach({ look, size, goal }, box, seconds) {
+  const { camera } = look;
+  const bottom = size.width < NARROW ? Math.max(70, look.cardHeight() + 20) : 84;
+  aim(box, size.width, size.height, { left: 28, right: 28, top: 36, bottom }, goal);
+  const far = Math.hypot(goal.x - camera.x, goal.y - camera.y);
+  const near = Math.abs(goal.scale - camera.scale) < 0.002 * goal.scale && far < 0.5;
+  const share = near || !camera.scale || still.matches ? 1 : 1 - Math.exp(-seconds / EASE_SECONDS);
+  camera.x = share === 1 ? goal.x : camera.x + share * (goal.x - camera.x);
+  camera.y = share === 1 ? goal.y : camera.y + share * (goal.y - camera.y);
+  camera.scale = share === 1 ? goal.scale : camera.scale + share * (goal.scale - camera.scale);
+  return share === 1;
+}
+
+/** @param {Stage} stage */
+function draw(stage) {
+  cancelAnimationFrame(stage.frame);
+  stage.frame = 0;
+  const { app, size, look, place, context } = stage;
+  if (!size.width || !size.height) return;
+  const box = settleShape(stage);
+  const now = performance.now();
+  const there = approach(stage, box, Math.min((now - stage.last) / 1000, 0.05));
+  stage.last = now;
+  const { track } = app.motion;
+  const { shape } = look;
+  anglesAt(track, app.clock.time, place, shape.phi);
+  valuesAt(track, "lambda", app.clock.time, place, shape.lambda);
+  tips(shape.tree, shape.rows, shape.phi, 0, shape.x, shape.y);
+  context.setTransform(size.ratio, 0, 0, size.ratio, 0, 0);
+  context.clearRect(0, 0, size.width, size.height);
+  drawPendulum(stage);
+  drawChosen(stage);
+  for (const part of stage.parts) part.follow?.();
+  if (!there) look.soon();
+}
+
+/** @param {Stage} stage */
+function drawPendulum(stage) {
+  const { app, painter, look, place } = stage;
+  const { motion, store } = app;
+  for (let i = 0; i < motion.ghosts.length; i++) drawGhost(stage, i);
+  const until = motion.stats?.horizon;
+  stage.trails.draw(
+    place,
+    look,
+    until === undefined ? Infinity : until / motion.track.doc.span.step,
+  );
+  paint.paintPivot(painter, look);
+  paint.paintArms(painter, look);
+  paint.paintTips(painter, look);
+  if (store.get().view.arrows) paint.paintArrows(painter, look);
+}
+
+/** The arm that is chosen, the arm under the hand, and the numbers of one of them. @param {Stage} stage */
+function drawChosen(stage) {
+  const { app, painter, look } = stage;
+  const { selected } = app.store.get().view;
+  const { hover, shape } = look;
+  /** @param {number} arm */
+  const there = (arm) => arm > 0 && arm <= shape.n;
+  if (there(hover) && hover !== selected) paint.paintRing(painter, hover, look, false);
+  if (there(selected)) paint.paintRing(painter, selected, look, look.focused);
+  const told = hover || (app.clock.playing ? selected : 0);
+  if (there(told))
+    paint.paintLabel(painter, numbersOf(app.text, shape, told), told, look, stage.size.width);
+}
+
+/** An arm's numbers in words. @param {Text} text @param {Shape} shape @param {number} arm */
+function numbersOf(text, { tree, lambda }, arm) {
+  return text("arm.numbers", {
+    arm,
+    length: text.short(tree.length[arm - 1]),
+    mass: text.short(tree.mass[arm - 1]),
+    force: text.number(lambda[arm - 1], 1),
+  });
+}
+
+/** @param {Stage} stage @param {number} i */
+function drawGhost({ app, look, painter, ghostPlace }, i) {
+  const ghost = app.motion.ghosts[i];
+  const { shape } = look;
+  if (ghost.n !== shape.n) return;
+  anglesAt(ghost, app.clock.time, ghostPlace, shape.ghostPhi);
+  tips(shape.tree, shape.rows, shape.ghostPhi, 0, shape.ghostX, shape.ghostY);
+  paint.paintGhost(painter, i, look);
+}
+
+/** @param {Stage} stage */
+function recolour(stage) {
+  stage.look.colours = readColours(stage.app.store.get().view.palette);
+  for (const part of stage.parts) part.show?.();
+  stage.look.soon();
+}
+
+/** @param {Stage} stage */
+function describe({ app, canvas }) {
+  const n = app.store.get().pendulum.length.length;
+  canvas.setAttribute("aria-label", app.text(n === 1 ? "stage.label.one" : "stage.label", { n }));
+}
+
+/** @param {Stage} stage @param {string} what */
+function followMotion(stage, what) {
+  const { motion, store } = stage.app;
+  if (what === "begin" || what === "rows" || what === "complete") {
+    stage.stale = true;
+    stage.trails.follow(motion.track, store.get().view.trails);
+  }
+  if (what === "complete") {
+    settleShape(stage);
+    for (const part of stage.parts) part.show?.();
+  }
+  stage.look.soon();
+}
+
+/** @param {Stage} stage @param {Doc} doc @param {Doc} before */
+function followDocument(stage, doc, before) {
+  if (doc.view.palette !== before.view.palette) recolour(stage);
+  if (doc.view.trails !== before.view.trails)
+    stage.trails.follow(stage.app.motion.track, doc.view.trails);
+  if (doc.pendulum !== before.pendulum) describe(stage);
+  stage.look.soon();
+}
+
+/** @param {HTMLElement} element @param {App} app @returns {Stage} with nothing on it */
+function createStage(element, app) {
+  const canvas = h("canvas", { class: "canvas", role: "img" });
+  const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
   /** What is on the stage, for those who ask where. */
   const look = {
-    shape: shapeOf(motion.doc.pendulum),
+    shape: shapeOf(app.motion.doc.pendulum),
     camera: { x: 0, y: 0, scale: 0 },
-    colours: readColours(store.get().view.palette),
+    colours: readColours(app.store.get().view.palette),
     most: 0,
     hover: 0,
     focused: false,
-    soon,
-  };
-
-  function fit() {
-    const ratio = Math.min(devicePixelRatio, 2);
-    size = { width: element.clientWidth, height: element.clientHeight, ratio };
-    canvas.width = Math.round(size.width * ratio);
-    canvas.height = Math.round(size.height * ratio);
-    look.camera.scale = 0;
-    draw();
-  }
-
-  /** Takes the measure of the motion; while it is not whole, nothing that is shown goes out of sight. */
-  function measure() {
-    stale = false;
-    const { track } = motion;
-    const { shape } = look;
-    const found = boxOf(track, shape.rows, shape.reach, shape.ghostX, shape.ghostY);
-    box = track.complete || !box ? found : union(box, found);
-    if (track.complete || !look.most) look.most = forceScale(track);
-  }
-
-  /** Moves the camera towards where it belongs; true when it is there. */
-  function approach(seconds) {
-    const { camera } = look;
-    // on a narrow stage the card lies below the pendulum
-    const bottom = size.width < 560 ? Math.max(70, look.cardHeight() + 20) : 84;
-    aim(box, size.width, size.height, { left: 28, right: 28, top: 36, bottom }, goal);
-    const near =
-      Math.abs(goal.scale - camera.scale) < 0.002 * goal.scale &&
-      Math.hypot(goal.x - camera.x, goal.y - camera.y) < 0.5;
-    const share =
-      near || !camera.scale || still.matches ? 1 : 1 - Math.exp(-seconds / EASE_SECONDS);
-    for (const key of ["x", "y", "scale"])
-      camera[key] = share === 1 ? goal[key] : camera[key] + share * (goal[key] - camera[key]);
-    return share === 1;
-  }
-
-  function settleShape() {
-    if (look.shape.tree !== motion.doc.pendulum) look.shape = shapeOf(motion.doc.pendulum);
-    if (stale) measure();
-  }
-
-  function draw() {
-    cancelAnimationFrame(frame);
-    frame = 0;
-    if (!size.width || !size.height) return;
-    settleShape();
-    const now = performance.now();
-    const there = approach(Math.min((now - last) / 1000, 0.05));
-    last = now;
-    const { track } = motion;
-    const { shape } = look;
-    anglesAt(track, clock.time, place, shape.phi);
-    valuesAt(track, "lambda", clock.time, place, shape.lambda);
-    tips(shape.tree, shape.rows, shape.phi, 0, shape.x, shape.y);
-    context.setTransform(size.ratio, 0, 0, size.ratio, 0, 0);
-    context.clearRect(0, 0, size.width, size.height);
-    drawAll(track, shape);
-    card.follow();
-    if (!there) soon();
-  }
-
-  function drawAll(track, shape) {
-    const { camera, colours, most } = look;
-    const { view } = store.get();
-    const { tree, x, y, thin } = shape;
-    motion.ghosts.forEach((ghost, i) => drawGhost(ghost, i, shape));
-    const until = motion.stats?.horizon;
-    trails.draw(
-      track,
-      place,
-      x,
-      y,
-      camera,
-      colours,
-      thin,
-      until === undefined ? Infinity : until / track.doc.span.step,
-    );
-    painter.pivot(camera, colours);
-    painter.arms(tree, x, y, shape.lambda, most, camera, colours, thin);
-    painter.tips(tree, x, y, shape.heaviest, camera, colours, thin);
-    if (view.arrows) painter.arrows(tree, x, y, shape.phi, shape.lambda, most, camera, colours);
-    const { selected } = view;
-    if (look.hover && look.hover <= shape.n && look.hover !== selected)
-      painter.ring(look.hover, shape, camera, colours, false);
-    if (selected && selected <= shape.n)
-      painter.ring(selected, shape, camera, colours, look.focused);
-    const told = look.hover || (clock.playing ? selected : 0);
-    if (told && told <= shape.n) tell(told, shape);
-  }
-
-  /** An arm's numbers beside its tip. */
-  function tell(arm, shape) {
-    const k = arm - 1;
-    const { length, mass } = shape.tree;
-    const words = text("arm.numbers", {
-      arm,
-      length: text.short(length[k]),
-      mass: text.short(mass[k]),
-      force: text.number(shape.lambda[k], 1),
-    });
-    painter.label(words, arm, shape, look.camera, look.colours, size.width);
-  }
-
-  function drawGhost(ghost, i, shape) {
-    if (ghost.n !== shape.n) return;
-    anglesAt(ghost, clock.time, ghostPlace, shape.ghostPhi);
-    tips(shape.tree, shape.rows, shape.ghostPhi, 0, shape.ghostX, shape.ghostY);
-    painter.ghost(
-      i,
-      shape.tree,
-      shape.ghostX,
-      shape.ghostY,
-      look.camera,
-      look.colours,
-      shape.thin * 0.7,
-    );
-  }
-
-  function soon() {
-    if (!frame) frame = requestAnimationFrame(draw);
-  }
-
-  function recolour() {
-    look.colours = readColours(store.get().view.palette);
-    legend.show();
-    soon();
-  }
-
-  function describe() {
-    const { pendulum } = store.get();
-    const n = pendulum.length.length;
-    canvas.setAttribute("aria-label", text(n === 1 ? "stage.label.one" : "stage.label", { n }));
-  }
-
-  /** Where on the stage an arm's tip is (0: the pivot), in pixels; for those who point at it. */
-  app.stage = {
-    tip(arm) {
-      const { shape, camera } = look;
-      return {
-        x: camera.x + (arm ? camera.scale * shape.x[arm - 1] : 0),
-        y: camera.y - (arm ? camera.scale * shape.y[arm - 1] : 0),
-      };
+    soon() {
+      stage.frame ||= requestAnimationFrame(() => draw(stage));
     },
+    cardHeight: () => 0,
   };
-  // in the order of the tab key
-  const arms = mountArms(element, app, look);
-  const card = mountCard(element, app, look);
-  const legend = mountLegend(element, app, look);
-  const notices = mountNotices(element, app);
-  const hands = mountHands(canvas, app, look);
-  for (const part of [notices, legend, card, arms, hands]) bag(part.destroy);
+  /** @type {Stage} */
+  const stage = {
+    app,
+    element,
+    canvas,
+    context,
+    painter: paint.createPainter(context),
+    trails: createTrails(context),
+    look,
+    place: { index: 0, fraction: 0 },
+    ghostPlace: { index: 0, fraction: 0 },
+    goal: { x: 0, y: 0, scale: 0 },
+    frame: 0,
+    last: 0,
+    box: null,
+    stale: true, // the box and the scale are of an older motion
+    size: { width: 0, height: 0, ratio: 1 },
+    parts: [],
+  };
+  element.append(canvas);
+  return stage;
+}
 
-  bag(
-    motion.subscribe((_, what) => {
-      if (what === "begin" || what === "rows" || what === "complete") {
-        stale = true;
-        trails.follow(motion.track, store.get().view.trails);
-      }
-      if (what === "complete") {
-        settleShape();
-        legend.show();
-      }
-      soon();
-    }),
-  );
-  bag(
-    store.subscribe((doc, before) => {
-      if (doc.view.palette !== before.view.palette) recolour();
-      if (doc.view.trails !== before.view.trails) trails.follow(motion.track, doc.view.trails);
-      if (doc.pendulum !== before.pendulum) describe();
-      soon();
-    }),
-  );
+/** Where on the stage an arm's tip is (0: the pivot), in pixels; for those who point at it. @param {Look} look @param {number} arm */
+function tipOf({ shape, camera }, arm) {
+  return {
+    x: camera.x + (arm ? camera.scale * shape.x[arm - 1] : 0),
+    y: camera.y - (arm ? camera.scale * shape.y[arm - 1] : 0),
+  };
+}
+
+/** @param {HTMLElement} element @param {App} app */
+export function mountStage(element, app) {
+  const bag = createBag();
+  const stage = createStage(element, app);
+  const { look, canvas } = stage;
+  app.stage = { tip: (arm) => tipOf(look, arm) };
+  // in the order of the tab key
+  const mounts = [mountArms, mountCard, mountLegend, mountNotices];
+  stage.parts = mounts.map((mount) => tried(app, () => mount(element, app, look)));
+  stage.parts.push(tried(app, () => mountHands(canvas, app, look)));
+  for (const part of [...stage.parts].reverse()) bag(part.destroy);
+
+  bag(app.motion.subscribe((_, what) => followMotion(stage, what)));
+  bag(app.store.subscribe((doc, before) => followDocument(stage, doc, before)));
   // while it plays the clock calls once a frame
-  bag(clock.subscribe(() => (clock.playing ? draw() : soon())));
-  bag(theme.subscribe(recolour));
-  const observer = new ResizeObserver(fit);
+  bag(app.clock.subscribe(() => (app.clock.playing ? draw(stage) : look.soon())));
+  bag(app.theme.subscribe(() => recolour(stage)));
+  const observer = new ResizeObserver(() => fit(stage));
   observer.observe(element);
   bag(() => observer.disconnect());
-  bag(() => cancelAnimationFrame(frame));
-  trails.follow(motion.track, store.get().view.trails);
-  describe();
-  fit();
+  bag(() => cancelAnimationFrame(stage.frame));
+  stage.trails.follow(app.motion.track, app.store.get().view.trails);
+  describe(stage);
+  fit(stage);
   return {
     destroy: () => {
       bag.end();

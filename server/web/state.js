@@ -2,6 +2,7 @@
 // Leaves to others: the motion, which follows from it (motion.js), and the time (clock.js).
 // Invariant: a document is frozen and complete; what touches only `view` makes no step of history.
 
+/** @type {Doc} */
 export const PAPER = {
   title: "",
   preset: "paper-four-arms",
@@ -43,8 +44,12 @@ export const DRAWERS = [
 
 const HISTORY = 500;
 
-/** The body for POST /v1/trajectories; rtol and atol are left to the server where the document has none. */
+/**
+ * The body for POST /v1/trajectories; rtol and atol are left to the server where the document has none.
+ * @param {Doc} doc @param {State} initial
+ */
 export function request(doc, initial = doc.initial) {
+  /** @type {MotionBody} */
   const body = {
     pendulum: {
       length: doc.pendulum.length,
@@ -66,6 +71,7 @@ export function request(doc, initial = doc.initial) {
 /**
  * {doc, initial} of a ghost {phi, phid, apart?, method?, rtol?, atol?}: another start as it stands, or, with `apart`, the
  * document's start with its first arm turned by so much (0: the same start); by its own method where it names one.
+ * @param {Doc} doc @param {Ghost} ghost
  */
 export function ghostOf(doc, ghost) {
   const { phi, phid, apart, method, rtol = null, atol = null } = ghost;
@@ -78,7 +84,10 @@ export function ghostOf(doc, ghost) {
   };
 }
 
-/** The parts of a document that a body of /v1/trajectories (a scene's request, a preset) stands for. */
+/**
+ * The parts of a document that a body of /v1/trajectories (a scene's request, a preset) stands for.
+ * @param {MotionBody} body
+ */
 export function fromRequest(body) {
   const { length, mass, parent, gravity = 9.81 } = body.pendulum;
   const still = length.map(() => 0);
@@ -95,6 +104,7 @@ export function fromRequest(body) {
   };
 }
 
+/** @template Value @param {Value} value @returns {Value} */
 function freeze(value) {
   if (value && typeof value === "object" && !Object.isFrozen(value)) {
     Object.freeze(value);
@@ -103,58 +113,63 @@ function freeze(value) {
   return value;
 }
 
-/** The whole document of a patch: what it does not name stays, `view` is merged key by key; another pendulum is no longer the example. */
+/**
+ * The whole document of a patch: what it does not name stays, `view` is merged key by key; another pendulum is no longer the example.
+ * @param {Doc} doc @param {Patch} patch @returns {Doc}
+ */
 function patched(doc, patch) {
   const other = doc.preset && patch.pendulum && !("preset" in patch);
+  const view = { ...doc.view, ...patch.view };
   const next = { ...doc, ...(other && { preset: null, title: "" }), ...patch };
-  if (patch.view) next.view = { ...doc.view, ...patch.view };
-  return freeze(next);
+  return freeze({ ...next, view: patch.view ? view : doc.view });
 }
 
+/** @param {Patch} patch */
 const onlyView = (patch) => Object.keys(patch).every((key) => key === "view");
 
+/** A document that can be gone back to, and what led away from it. @typedef {{doc: Doc, label: string}} Step */
+
+/** The view on a document of the history: as it is now, but for arms that are no more. @param {View} view @param {Doc} to @returns {View} */
+function viewOn(view, to) {
+  const arms = to.pendulum.length.length;
+  const trails = view.trails.filter((arm) => arm <= arms);
+  const selected = view.selected <= arms ? view.selected : 0;
+  return { ...view, selected, trails: trails.length ? trails : to.view.trails };
+}
+
+/** @param {Patch} first @returns {Store} */
 export function createStore(first = {}) {
   let doc = patched(PAPER, first);
+  /** @type {Step[]} */
   let past = [];
+  /** @type {Step[]} */
   let future = [];
+  /** @type {string | null} */
   let merging = null;
+  /** @type {Set<Listener>} */
   const listeners = new Set();
 
-  function tell(before, cause) {
-    for (const listener of [...listeners]) listener(doc, before, cause);
-  }
-
+  /** @param {Doc} next @param {Cause} cause */
   function replace(next, cause) {
     const before = doc;
     doc = next;
-    tell(before, cause);
+    for (const listener of [...listeners]) listener(doc, before, cause);
   }
 
-  /** Steps from one list of documents to the other; the view stays as it is, but for an arm that is no more. */
-  function travel(from, to, cause) {
-    if (!from.length) return null;
+  /** Steps from one list of documents to the other. @param {Step[]} from @param {Step[]} to @param {string} label */
+  function travel(from, to, label) {
     const entry = from.pop();
+    if (!entry) return null;
     to.push({ doc, label: entry.label });
     merging = null;
-    const arms = entry.doc.pendulum.length.length;
-    const there = (arm) => arm <= arms;
-    const trails = doc.view.trails.filter(there);
-    const view = {
-      ...doc.view,
-      selected: there(doc.view.selected) ? doc.view.selected : 0,
-      trails: trails.length ? trails : entry.doc.view.trails,
-    };
-    replace(freeze({ ...entry.doc, view }), cause);
+    replace(freeze({ ...entry.doc, view: viewOn(doc.view, entry.doc) }), { label });
     return entry.label;
   }
 
   return {
     get: () => doc,
-    /**
-     * patch  what changes; `view` may name only some of its keys.
-     * label  what undo will call it (a key of the texts).
-     * merge  a name: steps of one name, one after the other, are one step of history.
-     */
+    // label: what undo will call it (a key of the texts)
+    // merge: a name; steps of one name, one after the other, are one step of history
     set(patch, { label = "change", merge = null } = {}) {
       if (onlyView(patch)) return replace(patched(doc, patch), { label });
       if (merge === null || merge !== merging) past.push({ doc, label });
@@ -167,8 +182,8 @@ export function createStore(first = {}) {
     settle() {
       merging = null;
     },
-    undo: () => travel(past, future, { label: "undo" }),
-    redo: () => travel(future, past, { label: "redo" }),
+    undo: () => travel(past, future, "undo"),
+    redo: () => travel(future, past, "redo"),
     canUndo: () => past.length > 0,
     canRedo: () => future.length > 0,
     /** fn(doc, before, cause) after every change; answers what ends it. */
@@ -179,7 +194,7 @@ export function createStore(first = {}) {
   };
 }
 
-/** Whether two documents have the same motion. */
+/** Whether two documents have the same motion. @param {Doc} a @param {Doc} b */
 export function sameMotion(a, b) {
   return (
     a.pendulum === b.pendulum &&

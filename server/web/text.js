@@ -6,28 +6,32 @@ import { keep as kept } from "./keep.js";
 import de from "./text/de.js";
 import en from "./text/en.js";
 
+/** @type {Record<string, Record<string, string>>} */
 const WORDS = { en, de };
 const KEPT = "pendulumd.language";
 
 export const LANGUAGES = Object.keys(WORDS);
 
 function wanted() {
-  const tongue =
-    kept.get(KEPT) ??
-    navigator.languages.map((name) => name.slice(0, 2)).find((name) => name in WORDS);
-  return tongue in WORDS ? tongue : "en";
+  const tongues = [kept.get(KEPT) ?? "", ...navigator.languages.map((name) => name.slice(0, 2))];
+  return tongues.find((name) => name in WORDS) ?? "en";
 }
 
 /**
  * text(key, holes) with numbers as the language writes them:
  * text.number(value, digits) fixed decimals, text.short(value, digits) significant digits, text.read(typed) a number or NaN.
+ * @returns {Text}
  */
 export function createText() {
+  /** @type {Record<string, string>} */
   let words = en;
   const formats = new Map();
-  const text = (key, holes = {}) =>
+  /** @param {string} key @param {Record<string, any>} holes */
+  const fill = (key, holes = {}) =>
     (words[key] ?? key).replace(/\{(\w+)\}/g, (hole, name) => holes[name] ?? hole);
+  const text = /** @type {Text} */ (fill);
 
+  /** @param {Intl.NumberFormatOptions} options */
   function format(options) {
     const key = JSON.stringify(options);
     if (!formats.has(key))

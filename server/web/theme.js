@@ -6,10 +6,10 @@ import { keep } from "./keep.js";
 
 const KEPT = "pendulumd.theme";
 const system = matchMedia("(prefers-color-scheme: dark)");
+/** @type {Set<() => unknown>} */
 const listeners = new Set();
 
-export const still = matchMedia("(prefers-reduced-motion: reduce)");
-
+/** @type {Theme} */
 export const theme = {
   get dark() {
     return document.documentElement.dataset.theme === "dark";

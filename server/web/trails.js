@@ -8,7 +8,11 @@ const SECONDS = 5;
 const PIECES = 14;
 const POINTS = 700;
 
-/** The path of one tip: extend() computes what has arrived since. */
+/** @typedef {{arm: number, arms: number[], count: number, x: Float32Array, y: Float32Array}} Trail */
+
+/** Which samples of a trail are drawn, in pieces of how many. @typedef {{first: number, last: number, span: number, stride: number, piece: number, trusted: number}} Stretch */
+
+/** The path of one tip: extend() computes what has arrived since. @param {Track} track @param {number} arm @returns {Trail} */
 function createTrail(track, arm) {
   const arms = path(track.doc.pendulum.parent, arm).map((k) => k - 1);
   return {
@@ -20,6 +24,7 @@ function createTrail(track, arm) {
   };
 }
 
+/** @param {Trail} trail @param {Track} track */
 function extend(trail, track) {
   const { length } = track.doc.pendulum;
   for (; trail.count < track.count; trail.count++) {
@@ -35,67 +40,80 @@ function extend(trail, track) {
   }
 }
 
+/**
+ * One piece of a trail, from one sample to another; the last one ends at the tip of now.
+ * @param {CanvasRenderingContext2D} context @param {Trail} trail @param {Look} look @param {Stretch} stretch
+ * @param {number} begin @param {number} end
+ */
+function drawPiece(context, trail, { camera, shape }, stretch, begin, end) {
+  const age = (stretch.last - end) / stretch.span;
+  context.globalAlpha = (1 - age) * (1 - age) * (end > stretch.trusted ? 0.22 : 0.8);
+  context.beginPath();
+  context.moveTo(
+    camera.x + camera.scale * trail.x[begin],
+    camera.y - camera.scale * trail.y[begin],
+  );
+  const { stride } = stretch;
+  for (let s = begin - (begin % stride) + stride; s < end; s += stride) {
+    context.lineTo(camera.x + camera.scale * trail.x[s], camera.y - camera.scale * trail.y[s]);
+  }
+  context.lineTo(camera.x + camera.scale * trail.x[end], camera.y - camera.scale * trail.y[end]);
+  if (end === stretch.last) {
+    const k = trail.arm - 1;
+    context.lineTo(camera.x + camera.scale * shape.x[k], camera.y - camera.scale * shape.y[k]);
+  }
+  context.stroke();
+}
+
+/** @param {CanvasRenderingContext2D} context @param {Trail} trail @param {Look} look @param {Stretch} stretch */
+function drawTrail(context, trail, look, stretch) {
+  const { first, last, piece } = stretch;
+  // pieces lie at fixed samples, so that none flickers while time goes on
+  for (let from = Math.floor(first / piece) * piece; from <= last; from += piece) {
+    drawPiece(context, trail, look, stretch, Math.max(from, first), Math.min(from + piece, last));
+  }
+}
+
+/** @param {CanvasRenderingContext2D} context */
 export function createTrails(context) {
+  /** @type {Trail[]} */
   let trails = [];
+  /** @type {Track | null} */
   let of = null;
+  const stretch = { first: 0, last: 0, span: 1, stride: 1, piece: 1, trusted: Infinity };
 
   return {
-    /** Brings the trails up to date with what is chosen and what has arrived. */
+    /** Brings the trails up to date with what is chosen and what has arrived. @param {Track} track @param {number[]} chosen */
     follow(track, chosen) {
-      const same =
-        of === track &&
-        chosen.length === trails.length &&
-        chosen.every((arm, i) => trails[i].arm === arm);
-      if (!same) {
+      const same = of === track && chosen.length === trails.length;
+      if (!same || !chosen.every((arm, i) => trails[i].arm === arm)) {
         const kept = of === track ? new Map(trails.map((trail) => [trail.arm, trail])) : new Map();
-        trails = chosen
-          .filter((arm) => arm <= track.n)
-          .map((arm) => kept.get(arm) ?? createTrail(track, arm));
+        const there = chosen.filter((arm) => arm <= track.n);
+        trails = there.map((arm) => kept.get(arm) ?? createTrail(track, arm));
         of = track;
       }
       for (const trail of trails) extend(trail, track);
     },
-    /** place: the samples around now; x, y: the tips now; trusted: the last sample whose digits hold. */
-    draw(track, place, x, y, camera, colours, thin, trusted) {
-      if (of !== track || track.count < 2) return;
-      const span = Math.ceil(SECONDS / track.doc.span.step);
-      const first = Math.max(0, place.index - span);
+    /**
+     * place: the samples around now; trusted: the last sample whose digits hold.
+     * @param {Place} place @param {Look} look @param {number} trusted
+     */
+    draw(place, look, trusted) {
+      if (!of || of.n !== look.shape.n || of.count < 2) return;
+      const span = Math.ceil(SECONDS / of.doc.span.step);
       const stride = Math.max(1, Math.ceil(span / POINTS));
-      const piece = Math.max(stride, Math.ceil(span / PIECES / stride) * stride);
-      context.lineWidth = Math.max(1, thin * 0.55);
+      stretch.span = span;
+      stretch.stride = stride;
+      stretch.first = Math.max(0, place.index - span);
+      stretch.last = place.index;
+      stretch.piece = Math.max(stride, Math.ceil(span / PIECES / stride) * stride);
+      stretch.trusted = trusted;
+      context.lineWidth = Math.max(1, look.shape.thin * 0.55);
       context.lineCap = "butt";
       context.lineJoin = "round";
       for (let i = 0; i < trails.length; i++) {
-        const trail = trails[i];
-        context.strokeStyle = colours.trails[i % colours.trails.length];
-        // pieces lie at fixed samples, so that none flickers while time goes on
-        for (let from = Math.floor(first / piece) * piece; from <= place.index; from += piece) {
-          const begin = Math.max(from, first);
-          const end = Math.min(from + piece, place.index);
-          const age = (place.index - end) / span;
-          context.globalAlpha = (1 - age) * (1 - age) * (end > trusted ? 0.22 : 0.8);
-          context.beginPath();
-          context.moveTo(
-            camera.x + camera.scale * trail.x[begin],
-            camera.y - camera.scale * trail.y[begin],
-          );
-          for (let s = begin - (begin % stride) + stride; s < end; s += stride) {
-            context.lineTo(
-              camera.x + camera.scale * trail.x[s],
-              camera.y - camera.scale * trail.y[s],
-            );
-          }
-          context.lineTo(
-            camera.x + camera.scale * trail.x[end],
-            camera.y - camera.scale * trail.y[end],
-          );
-          if (end === place.index)
-            context.lineTo(
-              camera.x + camera.scale * x[trail.arm - 1],
-              camera.y - camera.scale * y[trail.arm - 1],
-            );
-          context.stroke();
-        }
+        context.strokeStyle = look.colours.trails[i % look.colours.trails.length];
+        drawTrail(context, trails[i], look, stretch);
       }
       context.globalAlpha = 1;
     },

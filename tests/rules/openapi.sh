@@ -7,13 +7,10 @@ cd "$(dirname "$0")/../.." || exit
 home=build/spectral
 skip() { echo "skip openapi: $1"; echo '0 passed, 0 failed, 1 skipped'; exit 0; }
 
+# shellcheck source=tests/rules/npm.sh
+. tests/rules/npm.sh
 command -v npm >/dev/null || skip 'npm is not here (make lint installs it)'
-if ! cmp -s tests/rules/package-lock.json $home/package-lock.json || [ ! -x $home/node_modules/.bin/spectral ]; then
-    rm -rf $home.new && mkdir -p $home.new && cp tests/rules/package.json tests/rules/package-lock.json $home.new
-    timeout 240 npm ci --ignore-scripts --prefix $home.new --cache build/npm --no-audit --no-fund --no-update-notifier --silent \
-        >/dev/null 2>&1 || skip 'npm cannot fetch spectral'
-    rm -rf $home && mv $home.new $home
-fi
+fetch_packages tests/rules $home || skip 'npm cannot fetch spectral'
 if $home/node_modules/.bin/spectral lint --fail-severity=warn --ruleset tests/rules/.spectral.yaml api/call/openapi.yaml; then
     echo '1 passed, 0 failed'
 else

@@ -4,9 +4,11 @@
 
 import { h } from "../dom.js";
 
+/** The element of a heading, by how many signs it has in the text: below the page's own headings. @type {Record<number, "h3" | "h4" | "h5">} */
+const TITLES = { 2: "h3", 3: "h4", 4: "h5" };
 const PIECE = /(`[^`]+`|\*\*[^*]+\*\*|\[[^\]]+\]\([^)\s]+\))/;
 
-/** A line's `code`, **weight** and [links](to). */
+/** A line's `code`, **weight** and [links](to). @param {string} text */
 export function inline(text) {
   return text
     .split(PIECE)
@@ -19,6 +21,7 @@ export function inline(text) {
     });
 }
 
+/** @param {string} line */
 const cells = (line) =>
   line
     .trim()
@@ -26,6 +29,7 @@ const cells = (line) =>
     .split("|")
     .map((cell) => cell.trim());
 
+/** @param {string[]} lines */
 function table(lines) {
   const [names, , ...rows] = lines;
   return h(
@@ -55,6 +59,7 @@ function table(lines) {
   );
 }
 
+/** @param {string[]} lines @returns {HTMLElement[]} */
 function block(lines) {
   if (/^\s*\|/.test(lines[0]) && /^[\s|:-]+$/.test(lines[1] ?? "")) return [table(lines)];
   const start = lines.findIndex((line) => /^\s*\|/.test(line));
@@ -71,13 +76,13 @@ function block(lines) {
   const title = /^(#{2,4}) (.+)$/.exec(lines[0]);
   if (title)
     return [
-      h(`h${title[1].length + 1}`, {}, ...inline(title[2])),
+      h(TITLES[title[1].length], {}, ...inline(title[2])),
       ...(lines.length > 1 ? block(lines.slice(1)) : []),
     ];
   return [h("p", {}, ...inline(lines.join(" ").trim()))];
 }
 
-/** A text as elements. */
+/** A text as elements. @param {string} text */
 export function markdown(text) {
   return text
     .split(/\n\s*\n/)

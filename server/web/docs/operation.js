@@ -3,23 +3,33 @@
 // Invariant: every parameter, body, status, media type and header field of the route is shown.
 
 import { h } from "../dom.js";
-import { example } from "./example.js";
+import { example } from "./run.js";
 import { inline, markdown } from "./markdown.js";
 import { fieldsOf, parametersOf } from "./schema.js";
 
+/** A route of the description. @typedef {{method: string, path: string, operation: any}} Route */
+/** Makes a title that leads to itself. @typedef {(tag: "h2" | "h3", text: string, id: string) => HTMLElement} Heading */
+/** @typedef {import("./schema.js").Reader} Reader */
+
+/** @param {string} method */
 const badge = (method) => h("span", { class: `doc-method ${method}` }, method.toUpperCase());
 
-/** The route's line in the contents. */
+/** The route's line in the contents. @param {Route} route */
 export const summaryOf = ({ method, operation }) => [
   badge(method),
   h("span", {}, operation.summary ?? operation.operationId),
 ];
 
+/** @param {string} title @param {...(Node | null)} children */
 const part = (title, ...children) => [h("h4", {}, title), ...children];
 
-/** The forms that an answer has, each with its schema: by name where it has one, else with its fields. */
+/**
+ * The forms that an answer has, each with its schema: by name where it has one, else with its fields.
+ * @param {Record<string, any>} content @param {Reader} reader
+ */
 function contentOf(content, reader) {
   const types = Object.entries(content);
+  /** @param {any} one */
   const link = ({ schema }) =>
     schema?.$ref
       ? [
@@ -39,6 +49,7 @@ function contentOf(content, reader) {
   ];
 }
 
+/** @param {[string, any]} response @param {Reader} reader */
 function responseOf([status, given], reader) {
   const response = reader.resolve(given);
   const headers = Object.entries(response.headers ?? {}).map(([name, one]) => ({
@@ -61,7 +72,10 @@ function responseOf([status, given], reader) {
   );
 }
 
-/** The entry of a route; heading(tag, text, id, ...children) makes its title. */
+/**
+ * The entry of a route; heading(tag, text, id, ...children) makes its title.
+ * @param {Route} one @param {Reader} reader @param {Heading} heading
+ */
 export function article(one, reader, heading) {
   const { method, path, operation } = one;
   const parameters = (operation.parameters ?? []).map(reader.resolve);

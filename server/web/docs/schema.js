@@ -5,10 +5,18 @@
 import { h } from "../dom.js";
 import { inline, markdown } from "./markdown.js";
 
+/** A schema of the description, as JSON. @typedef {Record<string, any>} Schema */
+/** The description, and what a reference in it stands for. @typedef {{document: any, resolve(thing: any): any}} Reader */
+/** @typedef {import("../dom.js").Child} Child */
+
 const PREFIX = "#/components/schemas/";
 
-/** {document, resolve(thing)}: the document, and what a reference in it stands for. */
+/**
+ * {document, resolve(thing)}: the document, and what a reference in it stands for.
+ * @param {any} document @returns {Reader}
+ */
 export function createReader(document) {
+  /** @param {string} pointer */
   const at = (pointer) =>
     pointer
       .slice(2)
@@ -20,14 +28,17 @@ export function createReader(document) {
   };
 }
 
+/** @param {string} ref */
 const link = (ref) =>
   h("a", { href: `#schema-${ref.slice(PREFIX.length)}` }, ref.slice(PREFIX.length));
 
+/** @param {Child[][]} lists @param {string} word @returns {Child[]} */
 const join = (lists, word) => lists.flatMap((list, i) => (i ? [word, ...list] : list));
 
+/** @param {unknown} thing */
 const value = (thing) => h("code", {}, JSON.stringify(thing));
 
-/** What kind of value it is, in words and links. */
+/** What kind of value it is, in words and links. @param {Schema} schema @returns {Child[]} */
 function typeOf(schema) {
   if (schema.$ref) return [link(schema.$ref)];
   if (schema.const !== undefined) return [value(schema.const)];
@@ -47,7 +58,7 @@ function typeOf(schema) {
   return [schema.type ?? (schema.enum ? "one of" : schema.properties ? "object" : "anything")];
 }
 
-/** Bounds and the like: [["at least", 0], ...]. */
+/** Bounds and the like: [["at least", 0], ...]. @param {Schema} schema @returns {Child[][]} */
 function boundsOf(schema) {
   const words = [
     ["minimum", "at least"],
@@ -64,6 +75,7 @@ function boundsOf(schema) {
     ["pattern", "matches"],
     ["format", "format"],
   ];
+  /** @type {Child[][]} */
   const bounds = words
     .filter(([key]) => schema[key] !== undefined)
     .map(([key, word]) => [`${word} `, h("code", {}, String(schema[key]))]);
@@ -71,7 +83,7 @@ function boundsOf(schema) {
   if (schema.enum)
     bounds.push(
       join(
-        schema.enum.map((one) => [value(one)]),
+        schema.enum.map((/** @type {unknown} */ one) => [value(one)]),
         ", ",
       ),
     );
@@ -81,6 +93,7 @@ function boundsOf(schema) {
   return bounds;
 }
 
+/** @param {string} name @param {Schema} schema @param {boolean} needed @param {Reader} reader */
 function field(name, schema, needed, reader) {
   const inner = nested(schema, reader);
   return h(
@@ -110,7 +123,10 @@ function field(name, schema, needed, reader) {
   );
 }
 
-/** The fields of an object without a name, or of the items of an array. */
+/**
+ * The fields of an object without a name, or of the items of an array.
+ * @param {Schema} schema @param {Reader} reader @returns {HTMLElement[]}
+ */
 function nested(schema, reader) {
   if (schema.$ref) return [];
   if (schema.type === "array" && schema.items) return nested(schema.items, reader);
@@ -120,6 +136,7 @@ function nested(schema, reader) {
   );
 }
 
+/** @param {Schema} schema @param {Reader} reader */
 function list(schema, reader) {
   const needed = new Set(schema.required ?? []);
   return h(
@@ -131,7 +148,10 @@ function list(schema, reader) {
   );
 }
 
-/** A schema as its description and its fields; of a reference, those of what it stands for. */
+/**
+ * A schema as its description and its fields; of a reference, those of what it stands for.
+ * @param {Schema} given @param {Reader} reader
+ */
 export function fieldsOf(given, reader) {
   const schema = reader.resolve(given);
   const said = markdown(schema.description ?? "");
@@ -147,7 +167,10 @@ export function fieldsOf(given, reader) {
   ];
 }
 
-/** Parameters and header fields: like fields of an object. */
+/**
+ * Parameters and header fields: like fields of an object.
+ * @param {any[]} parameters @param {Reader} reader
+ */
 export function parametersOf(parameters, reader) {
   return h(
     "dl",

@@ -3,41 +3,39 @@
 // Invariant: hovering a chart while the clock stands sets the clock; a click does so always; nothing else is changed.
 
 import { createBag, h } from "../dom.js";
-import { script, style } from "../files.js";
 import { cssValue, figure } from "./kit.js";
-
-let uPlot = null; // comes with the first group
 
 const AXIS = 58;
 const LEAST = 1e-16;
 
-/** Charts that share time: {add(host, options), zoom(from, to), span(), follow(), destroy()}. */
-export async function createGroup({ clock, text, key }) {
-  [{ default: uPlot }] = await Promise.all([script("lib/uplot.js"), style("lib/uplot.css")]);
+/** What charts are made of: the library, the clock, the words. @typedef {{uPlot: any, clock: Clock, text: Text, key: string, group: ChartGroup}} Frame */
+
+/** @typedef {Required<ChartOptions>} Look */
+
+/** Charts that share time. @param {App} app @param {string} key a name of the group @returns {Promise<ChartGroup>} */
+export async function createGroup({ clock, text, files }, key) {
+  const coming = [files.script("lib/uplot.js"), files.style("lib/uplot.css")];
+  const [{ default: uPlot }] = await Promise.all(coming);
+  /** @type {Set<Chart>} */
   const charts = new Set();
   const bag = createBag();
-  let zoomed = null; // [from, to], null: all of it
+  /** @type {[number, number] | null} */
+  let zoomed = null; // from, to; null: all of it
 
+  /** @type {ChartGroup} */
   const group = {
     get zoomed() {
       return zoomed;
     },
     /** What is to be seen of the time axis; without arguments all of it. */
     zoom(from = null, to = null) {
-      zoomed = from === null ? null : [from, to];
+      zoomed = from === null || to === null ? null : [from, to];
       for (const chart of charts) chart.range();
     },
     /** By a factor about the clock, or about the middle where the clock is not to be seen. */
-    magnify(factor) {
-      const [from, to] = zoomed ?? [0, clock.duration];
-      const about = clock.time >= from && clock.time <= to ? clock.time : (from + to) / 2;
-      const left = Math.max(0, about - (about - from) * factor);
-      const right = Math.min(clock.duration, about + (to - about) * factor);
-      if (left <= 0 && right >= clock.duration) group.zoom();
-      else group.zoom(left, right);
-    },
+    magnify: (factor) => magnify(group, clock, factor),
     add(host, options) {
-      const chart = createChart(host, { ...options, group, clock, text, key });
+      const chart = createChart(host, options, { uPlot, clock, text, key, group });
       charts.add(chart);
       return chart;
     },
@@ -58,7 +56,17 @@ export async function createGroup({ clock, text, key }) {
   return group;
 }
 
-/** Powers of ten between two, not more than a few. */
+/** @param {ChartGroup} group @param {Clock} clock @param {number} factor */
+function magnify(group, clock, factor) {
+  const [from, to] = group.zoomed ?? [0, clock.duration];
+  const about = clock.time >= from && clock.time <= to ? clock.time : (from + to) / 2;
+  const left = Math.max(0, about - (about - from) * factor);
+  const right = Math.min(clock.duration, about + (to - about) * factor);
+  if (left <= 0 && right >= clock.duration) group.zoom();
+  else group.zoom(left, right);
+}
+
+/** Powers of ten between two, not more than a few. @param {number} low @param {number} high */
 function powers(low, high) {
   const from = Math.round(Math.log10(low));
   const to = Math.round(Math.log10(high));
@@ -69,13 +77,12 @@ function powers(low, high) {
   return list;
 }
 
-function axes({ text, times, log }) {
-  const ink = cssValue("--quiet");
+/** @param {Text} text @param {Look} look */
+function axes(text, { times, log }) {
   const line = cssValue("--line");
-  const font = "11px system-ui, sans-serif";
   const common = {
-    stroke: ink,
-    font,
+    stroke: cssValue("--quiet"),
+    font: "11px system-ui, sans-serif",
     ticks: { stroke: line, width: 1, size: 4 },
     grid: { stroke: line, width: 1 },
   };
@@ -84,102 +91,98 @@ function axes({ text, times, log }) {
     show: true,
     size: times ? 26 : 6,
     space: 60,
-    values: (_, ticks) => ticks.map((tick) => (times ? text.short(tick) : "")),
+    values: (/** @type {unknown} */ _, /** @type {number[]} */ ticks) =>
+      ticks.map((tick) => (times ? text.short(tick) : "")),
   };
   const value = {
     ...common,
     size: AXIS,
     space: log ? 22 : 30,
-    values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : figure(text, tick))),
+    values: (/** @type {unknown} */ _, /** @type {(number | null)[]} */ ticks) =>
+      ticks.map((tick) => (tick === null ? "" : figure(text, tick))),
   };
-  if (log)
-    Object.assign(value, {
-      splits: (_, axis, low, high) => powers(low, high),
-      filter: (_, ticks) => ticks,
-    });
-  return [time, value];
+  return [time, log ? { ...value, ...LOG_AXIS } : value];
 }
 
-/** Powers of ten around what there is, so that few values make an axis too; what is below the last digit of a double is cut off. */
+const LOG_AXIS = {
+  /** @param {unknown} _ @param {unknown} _axis @param {number} low @param {number} high */
+  splits: (_, _axis, low, high) => powers(low, high),
+  /** @param {unknown} _ @param {number[]} ticks */
+  filter: (_, ticks) => ticks,
+};
+
+/**
+ * Powers of ten around what there is, so that few values make an axis too; what is below the last digit of a double is cut off.
+ * @param {unknown} _ @param {number} low @param {number} high
+ */
 function logRange(_, low, high) {
   const from = Number.isFinite(low) && low > 0 ? Math.max(low, LEAST) : 1e-9;
   const to = Number.isFinite(high) && high > 0 ? high : 1;
-  return [
-    10 ** Math.floor(Math.log10(from)),
-    10 ** Math.max(Math.ceil(Math.log10(to)), Math.floor(Math.log10(from)) + 1),
-  ];
+  const bottom = Math.floor(Math.log10(from));
+  return [10 ** bottom, 10 ** Math.max(Math.ceil(Math.log10(to)), bottom + 1)];
 }
 
-/** Around what there is; what is as good as constant gets room, so that it is a line and no frame. */
+/**
+ * Around what there is; what is as good as constant gets room, so that it is a line and no frame.
+ * @param {unknown} _ @param {number} low @param {number} high
+ */
 function plainRange(_, low, high) {
   if (!Number.isFinite(low) || !Number.isFinite(high)) return [-1, 1];
   const room = (high - low) * 0.06 || Math.abs(high) * 0.1 || 1;
   return [low - room, high + room];
 }
 
-/**
- * {set(data), show(i, shown), range(), follow(), destroy()}
- *
- * series  [{colour, dash, width, shown}], one for each list of data after the times.
- * times   whether the time axis has its numbers.
- * log     powers of ten.
- */
-function createChart(
-  host,
-  { series, times = false, log = false, height = 120, group, clock, text, key },
-) {
-  const now = h("div", { class: "now-line" });
-  let data = [new Float64Array(0), ...series.map(() => [])];
-  let width = 0;
+/** @param {Series} one */
+function curve(one) {
   const ratio = Math.max(1, Math.min(devicePixelRatio, 2));
+  return {
+    stroke: one.colour,
+    width: one.width ?? 1.4,
+    dash: one.dash?.map((part) => part * ratio),
+    show: one.shown ?? true,
+    points: { show: false },
+    spanGaps: false,
+  };
+}
 
-  const plot = new uPlot(
-    {
-      width: Math.max(host.clientWidth, 120),
-      height,
-      pxAlign: 0,
-      padding: [8, 8, 0, 0],
-      legend: { show: false },
-      cursor: {
-        y: false,
-        points: { show: false },
-        sync: { key, scales: ["x", null] },
-        drag: { x: true, y: false, setScale: false },
-      },
-      scales: {
-        x: { time: false, auto: false, range: () => group.zoomed ?? [0, clock.duration || 1] },
-        y: log ? { distr: 3, range: logRange } : { range: plainRange },
-      },
-      axes: axes({ text, times, log }),
-      series: [
-        {},
-        ...series.map((one) => ({
-          stroke: one.colour,
-          width: one.width ?? 1.4,
-          dash: one.dash?.map((part) => part * ratio),
-          show: one.shown ?? true,
-          points: { show: false },
-          spanGaps: false,
-        })),
-      ],
-      hooks: { setSelect: [chosen] },
+/** What is to be seen of the time axis. @param {Frame} frame @returns {[number, number]} */
+const span = ({ group, clock }) => group.zoomed ?? [0, clock.duration || 1];
+
+/** uPlot's options of a chart. @param {HTMLElement} host @param {Look} look @param {Frame} frame */
+function optionsOf(host, look, frame) {
+  const y = look.log ? { distr: 3, range: logRange } : { range: plainRange };
+  return {
+    width: Math.max(host.clientWidth, 120),
+    height: look.height,
+    pxAlign: 0,
+    padding: [8, 8, 0, 0],
+    legend: { show: false },
+    cursor: {
+      y: false,
+      points: { show: false },
+      sync: { key: frame.key, scales: ["x", null] },
+      drag: { x: true, y: false, setScale: false },
     },
-    data,
-    host,
-  );
-  plot.over.append(now);
+    scales: { x: { time: false, auto: false, range: () => span(frame) }, y },
+    axes: axes(frame.text, look),
+    series: [{}, ...look.series.map(curve)],
+    hooks: { setSelect: [(/** @type {any} */ plotted) => chosen(frame.group, plotted)] },
+  };
+}
 
-  function chosen(plotted) {
-    const { left, width: wide } = plotted.select;
-    if (wide < 5) return;
-    group.zoom(plotted.posToVal(left, "x"), plotted.posToVal(left + wide, "x"));
-    plotted.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
-  }
+/** A stretch of time that has been drawn over is what is seen next. @param {ChartGroup} group @param {any} plotted */
+function chosen(group, plotted) {
+  const { left, width } = plotted.select;
+  if (width < 5) return;
+  group.zoom(plotted.posToVal(left, "x"), plotted.posToVal(left + width, "x"));
+  plotted.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+}
 
-  const timeAt = (event) =>
-    plot.posToVal(event.clientX - plot.over.getBoundingClientRect().left, "x");
-  const bag = createBag();
+/** The mouse sets the clock. @param {Bag} bag @param {any} plot @param {Frame} frame */
+function followMouse(bag, plot, { clock, group }) {
   let pressed = 0;
+  const timeAt = (/** @type {MouseEvent} */ event) =>
+    plot.posToVal(event.clientX - plot.over.getBoundingClientRect().left, "x");
   bag.on(plot.over, "mousedown", (event) => {
     pressed = event.clientX;
   });
@@ -192,39 +195,54 @@ function createChart(
     clock.seek(timeAt(event));
   });
   bag.on(plot.over, "dblclick", () => group.zoom());
+}
 
-  const chart = {
+/**
+ * One chart: `series` has one entry for each list of data after the times; `times` says whether the time axis has its numbers;
+ * `log` means powers of ten.
+ * @param {HTMLElement} host @param {ChartOptions} options @param {Frame} frame @returns {Chart}
+ */
+function createChart(host, options, frame) {
+  const look = { times: false, log: false, height: 120, ...options };
+  const now = h("div", { class: "now-line" });
+  /** @type {ChartData} */
+  let data = [new Float64Array(0), ...look.series.map(() => [])];
+  let width = 0;
+  const plot = new frame.uPlot(optionsOf(host, look, frame), data, host);
+  plot.over.append(now);
+  const bag = createBag();
+  followMouse(bag, plot, frame);
+
+  function follow() {
+    const [from, to] = span(frame);
+    const { time } = frame.clock;
+    const inside = time >= from && time <= to;
+    now.style.visibility = inside ? "visible" : "hidden";
+    if (inside) now.style.transform = `translateX(${plot.valToPos(time, "x")}px)`;
+  }
+  function range() {
+    plot.setData(data);
+    follow();
+  }
+  const observer = new ResizeObserver(() => {
+    if (!host.clientWidth || host.clientWidth === width) return;
+    width = host.clientWidth;
+    plot.setSize({ width, height: look.height });
+    follow();
+  });
+  observer.observe(host);
+  return {
+    follow,
+    range,
     set(next) {
       data = next;
-      plot.setData(data);
-      chart.follow();
+      range();
     },
-    show(i, shown) {
-      plot.setSeries(i + 1, { show: shown });
-    },
-    range() {
-      plot.setData(data);
-      chart.follow();
-    },
-    follow() {
-      const [from, to] = group.zoomed ?? [0, clock.duration || 1];
-      const inside = clock.time >= from && clock.time <= to;
-      now.style.visibility = inside ? "visible" : "hidden";
-      if (inside) now.style.transform = `translateX(${plot.valToPos(clock.time, "x")}px)`;
-    },
+    show: (i, shown) => plot.setSeries(i + 1, { show: shown }),
     destroy() {
       observer.disconnect();
       bag.end();
       plot.destroy();
     },
   };
-
-  const observer = new ResizeObserver(() => {
-    if (!host.clientWidth || host.clientWidth === width) return;
-    width = host.clientWidth;
-    plot.setSize({ width, height });
-    chart.follow();
-  });
-  observer.observe(host);
-  return chart;
 }

@@ -3,177 +3,177 @@
 // Invariant: the ghosts are the document's; what is shown of their distance is of the server's samples.
 
 import { createBag, h, iconButton } from "../dom.js";
-import { ghostColour } from "../paint.js";
-import { theme } from "../theme.js";
+import { ghostColour } from "../palette.js";
 import { createGroup } from "./chart.js";
-import { button, choice, cssValue, figure, later, swatch } from "./kit.js";
+import { distances, logarithmic } from "./distances.js";
 import { mountFlipMap } from "./flipmap.js";
+import { button, choice, cssValue, figure, later, swatch } from "./kit.js";
 
 const OFF = [1e-2, 1e-4, 1e-6, 1e-9, 1e-12];
 const MOST = 6;
 const PARTED = 0.1;
 const DEGREE = 180 / Math.PI;
 
-/** The largest difference of an angle at each instant that both tracks have. */
-export function distances(track, other) {
-  const n = track.n;
-  const count = Math.min(track.count, other.count);
-  const list = new Float64Array(count);
-  const { phi } = track.columns;
-  const { phi: beside } = other.columns;
-  for (let i = 0; i < count; i++) {
-    let most = 0;
-    for (let k = i * n; k < (i + 1) * n; k++) most = Math.max(most, Math.abs(phi[k] - beside[k]));
-    list[i] = most;
-  }
-  return list;
-}
+/**
+ * The drawer while it is there; off: by how much the next ghost is turned; lines: how many the chart was made for.
+ * @typedef {ReturnType<typeof partsOf> & {
+ *   app: App, shown: boolean, off: number, chart: Chart | null, lines: number, group: ChartGroup | null,
+ *   amount: ReturnType<typeof choice>, addOff: HTMLButtonElement, keep: HTMLButtonElement, clear: HTMLButtonElement,
+ * }} View
+ */
 
-/** As a list for an axis of powers of ten: 0 has no place there. */
-export const logarithmic = (list, count = list.length) =>
-  Array.from({ length: count }, (_, i) => list[i] || null);
-
-/** What a ghost is, in words. */
+/** What a ghost is, in words. @param {Ghost} ghost @param {Text} text */
 export function ghostName(ghost, text) {
   if (ghost.method) return text("compare.ghostMethod", { method: ghost.method });
   if (ghost.apart !== undefined)
     return text("compare.ghostOff", { amount: figure(text, ghost.apart, 2) });
-  const few = ghost.phi
-    .slice(0, 4)
-    .map((phi) => `${text.short(Math.round((phi * DEGREE + 90) * 10) / 10)}\u00b0`);
-  return text("compare.ghostStart", {
-    angles: few.join(", ") + (ghost.phi.length > 4 ? ", \u2026" : ""),
-  });
+  const tenth = (/** @type {number} */ phi) => Math.round((phi * DEGREE + 90) * 10) / 10;
+  const few = ghost.phi.slice(0, 4).map((phi) => `${text.short(tenth(phi))}\u00b0`);
+  const angles = few.join(", ") + (ghost.phi.length > 4 ? ", \u2026" : "");
+  return text("compare.ghostStart", { angles });
 }
 
-async function mount(element, app) {
-  const { store, motion, clock, text } = app;
-  const bag = createBag();
-  const list = h("ul", { class: "ghosts" });
-  const verdict = h("p", { class: "quiet", role: "status" });
-  const title = h("h3", { class: "chart-title" }, text("compare.distance"));
-  const host = h("div", { class: "chart", role: "img", "aria-label": text("compare.distance") });
-  const chartPlace = h("div", { hidden: true }, title, host);
-  let shown = false;
-  let off = 1e-6;
-  let chart = null;
-  let lines = -1;
-  let group = null;
-
-  const amount = choice(
-    text("compare.off"),
-    OFF.map((value) => ({
-      value,
-      words: text("compare.offAmount", { amount: figure(text, value, 2) }),
-    })),
-    off,
-    (value) => {
-      off = Number(value);
-    },
-  );
-  const start = () => {
-    const { phi, phid } = store.get().initial;
-    return { phi, phid };
+/** @param {Text} text */
+function partsOf(text) {
+  const label = text("compare.distance");
+  const host = h("div", { class: "chart", role: "img", "aria-label": label });
+  return {
+    list: h("ul", { class: "ghosts" }),
+    verdict: h("p", { class: "quiet", role: "status" }),
+    host,
+    chartPlace: h("div", { hidden: true }, h("h3", { class: "chart-title" }, label), host),
   };
-  const add = (ghost) =>
-    store.get().ghosts.length < MOST &&
-    store.set({ ghosts: [...store.get().ghosts, ghost] }, { label: "ghosts" });
-  const addOff = button(text("compare.add"), () => add({ ...start(), apart: off }), {
-    "data-add": "off",
+}
+
+/** @param {Store} store @param {Partial<Ghost>} more than the document's start */
+function add(store, more) {
+  const { ghosts, initial } = store.get();
+  if (ghosts.length >= MOST) return;
+  const ghost = { phi: initial.phi, phid: initial.phid, ...more };
+  store.set({ ghosts: [...ghosts, ghost] }, { label: "ghosts" });
+}
+
+/** @param {View} view @param {number} i */
+function remove({ app, addOff }, i) {
+  const { store } = app;
+  store.set({ ghosts: store.get().ghosts.filter((_, at) => at !== i) }, { label: "ghosts" });
+  addOff.focus();
+}
+
+/** @param {View} view */
+function showList(view) {
+  const { app, list, addOff, keep, clear } = view;
+  const { store, text } = app;
+  const { ghosts } = store.get();
+  addOff.disabled = keep.disabled = ghosts.length >= MOST;
+  clear.hidden = ghosts.length < 2;
+  const rows = ghosts.map((ghost, i) => {
+    const name = ghostName(ghost, text);
+    const close = iconButton("close", text("compare.remove", { what: name }), () =>
+      remove(view, i),
+    );
+    return h("li", {}, swatch(ghostColour(i)), h("span", {}, name), close);
   });
-  const keep = button(text("compare.keep"), () => add(start()), { "data-add": "keep" });
-  const clear = button(
-    text("compare.clear"),
-    () => store.set({ ghosts: [] }, { label: "ghosts" }),
-    { hidden: true },
+  list.replaceChildren(...rows);
+  if (!ghosts.length) list.append(h("li", { class: "quiet" }, text("compare.none")));
+}
+
+/** A chart of so many lines. @param {View} view @param {ChartGroup} group @param {number} count @returns {Chart} */
+function chartOf(view, group, count) {
+  if (view.chart && view.lines === count) return view.chart;
+  if (view.chart) group.remove(view.chart);
+  const series = Array.from({ length: count }, (_, i) => ({ colour: cssValue(ghostColour(i)) }));
+  view.lines = count;
+  view.chart = group.add(view.host, { series, times: true, log: true, height: 170 });
+  return view.chart;
+}
+
+/** From when on a ghost goes its own way, in words. @param {App} app @param {Float64Array[]} all @param {number} i */
+function partedWords({ motion, text }, all, i) {
+  const at = all[i].findIndex((distance) => distance > PARTED);
+  const time = at < 0 ? "" : text.number(motion.t[at], 2);
+  const words = at < 0 ? text("compare.together") : text("compare.parted", { time });
+  const mark = all.length > 1 ? [swatch(ghostColour(i)), " "] : [];
+  return h("span", { class: "parted" }, ...mark, words);
+}
+
+/** @param {View} view */
+async function showDistance(view) {
+  const { app, chartPlace, verdict } = view;
+  const { motion } = app;
+  const { ghosts } = motion;
+  chartPlace.hidden = !ghosts.length;
+  if (!ghosts.length) verdict.textContent = "";
+  if (!view.shown || !ghosts.length || !ghosts[0].count || !motion.count) return;
+  if (!view.group) {
+    const made = await createGroup(app, "compare");
+    view.group ??= made;
+  }
+  const all = ghosts.map((ghost) =>
+    ghost.count ? distances(motion.track, ghost) : new Float64Array(0),
   );
+  const count = Math.max(...all.map((one) => one.length));
+  const curves = all.map((one) => logarithmic(one, count));
+  chartOf(view, view.group, ghosts.length).set([motion.t.slice(0, count), ...curves]);
+  verdict.replaceChildren(...all.map((_, i) => partedWords(app, all, i)));
+}
 
-  function remove(i) {
-    store.set({ ghosts: store.get().ghosts.filter((_, at) => at !== i) }, { label: "ghosts" });
-    addOff.focus();
-  }
+/** @param {App} app @returns {View} */
+function createView(app) {
+  const { store, text } = app;
+  const amounts = OFF.map((value) => ({
+    value,
+    words: text("compare.offAmount", { amount: figure(text, value, 2) }),
+  }));
+  const take = (/** @type {string} */ value) => {
+    view.off = Number(value);
+  };
+  const addOff = () => add(store, { apart: view.off });
+  const clear = () => store.set({ ghosts: [] }, { label: "ghosts" });
+  /** @type {View} */
+  const view = {
+    ...partsOf(text),
+    app,
+    shown: false,
+    off: 1e-6,
+    chart: null,
+    lines: -1,
+    group: null,
+    amount: choice(text("compare.off"), amounts, 1e-6, take),
+    addOff: button(text("compare.add"), addOff, { "data-add": "off" }),
+    keep: button(text("compare.keep"), () => add(store, {}), { "data-add": "keep" }),
+    clear: button(text("compare.clear"), clear, { hidden: true }),
+  };
+  return view;
+}
 
-  function showList() {
-    const { ghosts } = store.get();
-    addOff.disabled = keep.disabled = ghosts.length >= MOST;
-    clear.hidden = ghosts.length < 2;
-    list.replaceChildren(
-      ...ghosts.map((ghost, i) => {
-        const name = ghostName(ghost, text);
-        return h(
-          "li",
-          {},
-          swatch(ghostColour(i)),
-          h("span", {}, name),
-          iconButton("close", text("compare.remove", { what: name }), () => remove(i)),
-        );
-      }),
-    );
-    if (!ghosts.length) list.append(h("li", { class: "quiet" }, text("compare.none")));
-  }
-
-  async function showDistance() {
-    const { ghosts } = motion;
-    chartPlace.hidden = !ghosts.length;
-    if (!ghosts.length) verdict.textContent = "";
-    if (!shown || !ghosts.length || !ghosts[0].count || !motion.count) return;
-    if (!group) {
-      const made = await createGroup({ clock, text, key: "compare" });
-      group ??= made;
-    }
-    if (lines !== ghosts.length) {
-      if (chart) group.remove(chart);
-      lines = ghosts.length;
-      chart = group.add(host, {
-        series: ghosts.map((_, i) => ({ colour: cssValue(ghostColour(i)) })),
-        times: true,
-        log: true,
-        height: 170,
-      });
-    }
-    const all = ghosts.map((ghost) =>
-      ghost.count ? distances(motion.track, ghost) : new Float64Array(0),
-    );
-    const count = Math.max(...all.map((one) => one.length));
-    chart.set([motion.t.slice(0, count), ...all.map((one) => logarithmic(one, count))]);
-    verdict.replaceChildren(
-      ...all.map((one, i) => {
-        const at = one.findIndex((distance) => distance > PARTED);
-        const words =
-          at < 0
-            ? text("compare.together")
-            : text("compare.parted", { time: text.number(motion.t[at], 2) });
-        return h(
-          "span",
-          { class: "parted" },
-          ...(all.length > 1 ? [swatch(ghostColour(i)), " "] : []),
-          words,
-        );
-      }),
-    );
-  }
-
-  const map = mountFlipMap(app);
+/** @param {HTMLElement} element @param {View} view @param {HTMLElement} map */
+function lay(element, { app, amount, addOff, keep, list, clear, chartPlace, verdict }, map) {
+  const { text } = app;
+  const hint = h("span", { class: "quiet" }, text("compare.keepHint"));
   element.append(
     h("h2", {}, text("drawer.compare")),
     h("p", { class: "quiet" }, text("compare.intro")),
     h("div", { class: "row" }, amount.element, addOff),
-    h("div", { class: "row" }, keep, h("span", { class: "quiet" }, text("compare.keepHint"))),
+    h("div", { class: "row" }, keep, hint),
     list,
     clear,
     chartPlace,
     verdict,
-    map.element,
+    map,
   );
+}
 
-  const soon = later(showDistance);
+/** @param {View} view @param {Bag} bag */
+function follow(view, bag) {
+  const { store, motion, theme } = view.app;
+  const soon = later(() => showDistance(view));
   bag(soon.end);
   bag(
     store.subscribe((doc, before) => {
-      if (doc.ghosts !== before.ghosts || doc.pendulum !== before.pendulum) {
-        showList();
-        soon();
-      }
+      if (doc.ghosts === before.ghosts && doc.pendulum === before.pendulum) return;
+      showList(view);
+      soon();
     }),
   );
   bag(
@@ -183,29 +183,39 @@ async function mount(element, app) {
   );
   bag(
     theme.subscribe(() => {
-      lines = -1;
+      view.lines = -1;
       soon();
     }),
   );
-  showList();
+  bag(() => view.group?.destroy());
+  return soon;
+}
 
+/** @param {HTMLElement} element @param {App} app @returns {Drawer} */
+function mount(element, app) {
+  const bag = createBag();
+  const view = createView(app);
+  const map = mountFlipMap(app);
+  lay(element, view, map.element);
+  const soon = follow(view, bag);
+  showList(view);
   return {
     show() {
-      shown = true;
+      view.shown = true;
       soon();
       map.show();
     },
     hide() {
-      shown = false;
+      view.shown = false;
       map.hide();
     },
     destroy() {
       bag.end();
       map.destroy();
-      group?.destroy();
       element.replaceChildren();
     },
   };
 }
 
+/** @type {DrawerPart} */
 export default { id: "compare", title: (text) => text("drawer.compare"), mount };

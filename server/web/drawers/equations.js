@@ -2,171 +2,189 @@
 // Leaves to others: writing them (the server), setting them (KaTeX).
 // Invariant: what is shown and copied is what the server wrote for the pendulum on the stage.
 
-import { createBag, h, iconButton } from "../dom.js";
 import { said } from "../client.js";
-import { script, style } from "../files.js";
+import { createBag, h, iconButton } from "../dom.js";
 import { aborted, button, choice, copyButton, settled } from "./kit.js";
 
 const PARTS = ["parameters", "z", "S", "B", "M", "aaa", "bbb"];
+const FORMS = ["explicit", "compact"];
 const EXPLICIT = 8; // written out by itself
 const MOST = 20; // written out when asked for
+const SETTING = {
+  displayMode: true,
+  fleqn: true,
+  throwOnError: false,
+  strict: "ignore",
+  trust: false,
+  maxExpand: 10000,
+  maxSize: 50,
+};
 
-async function mount(element, app) {
-  const [{ default: katex }] = await Promise.all([script("lib/katex.js"), style("lib/katex.css")]);
-  const { store, client, text } = app;
-  const bag = createBag();
-  const status = h("p", { class: "quiet", role: "status" });
-  const formulas = h("div", {});
-  const formPlace = h("div", { class: "row" });
-  let shown = false;
-  let form = null; // as the reader wants it; null: as suits the size
-  let stop = null;
-  let written = null; // {pendulum, initial, form, answer}
+/** The server's answer. @typedef {{latex: Record<string, string>, code: {matlab: string, python: string}, curl: string}} Written */
 
-  const formOf = (n) => (n > MOST ? "compact" : (form ?? (n > EXPLICIT ? "compact" : "explicit")));
+/**
+ * The drawer while it is there; form: as the reader wants it, null as suits the size; written: what the server wrote, and for what.
+ * @typedef {ReturnType<typeof partsOf> & {
+ *   app: App, katex: any, shown: boolean, form: string | null, stop: AbortController | null,
+ *   written: {pendulum: Tree, initial: State, form: string, answer: Written} | null,
+ * }} View
+ */
 
-  function fields() {
-    const n = store.get().pendulum.length.length;
-    const pick = choice(
-      text("equations.form"),
-      ["explicit", "compact"].map((value) => ({ value, words: text(`equations.${value}`) })),
-      formOf(n),
-      (value) => {
-        form = value;
-        load();
-      },
-    );
-    pick.select.dataset.form = "";
-    pick.select.disabled = n > MOST;
-    formPlace.replaceChildren(
-      pick.element,
-      enlarge,
-      ...(n > MOST ? [h("span", { class: "quiet" }, text("equations.tooMany"))] : []),
-    );
-  }
-
-  function show({ latex }) {
-    formulas.replaceChildren(
-      ...PARTS.filter((part) => latex[part]).map((part) => {
-        const place = h("div", {
-          class: "formula scroll",
-          tabindex: 0,
-          role: "region",
-          "aria-label": text(`equations.${part}`),
-        });
-        katex.render(latex[part], place, {
-          displayMode: true,
-          fleqn: true,
-          throwOnError: false,
-          strict: "ignore",
-          trust: false,
-          maxExpand: 10000,
-          maxSize: 50,
-        });
-        return h("section", { "data-part": part }, h("h3", {}, text(`equations.${part}`)), place);
-      }),
-    );
-  }
-
-  async function load() {
-    if (!shown) return;
-    const { pendulum, initial } = store.get();
-    const wanted = formOf(pendulum.length.length);
-    if (written?.pendulum === pendulum && written.initial === initial && written.form === wanted)
-      return;
-    stop?.abort();
-    stop = new AbortController();
-    try {
-      const { length, mass, parent, gravity } = pendulum;
-      const body = {
-        pendulum: { length, mass, parent, gravity },
-        initial: { phi: initial.phi, phid: initial.phid },
-        form: wanted,
-      };
-      const answer = await client.equations(body, { signal: stop.signal });
-      const same = written?.pendulum === pendulum && written.form === wanted;
-      written = { pendulum, initial, form: wanted, answer };
-      status.textContent = "";
-      if (!same) show(answer);
-    } catch (error) {
-      if (!aborted(error)) status.textContent = said(error, text);
-    }
-  }
-
-  /** One document of all formulas. */
-  const latexOf = ({ latex }) =>
+/** What can be taken away. @type {Record<string, (answer: Written) => string>} */
+const COPIES = {
+  latex: ({ latex }) =>
     PARTS.filter((part) => latex[part])
       .map((part) => `% ${part}\n\\[${latex[part]}\\]`)
-      .join("\n\n");
+      .join("\n\n"),
+  matlab: ({ code }) => code.matlab,
+  python: ({ code }) => code.python,
+  curl: ({ curl }) => curl.replace(/http:\/\/127\.0\.0\.1:8080/, location.origin),
+};
 
-  const copies = {
-    latex: latexOf,
-    matlab: ({ code }) => code.matlab,
-    python: ({ code }) => code.python,
-    curl: ({ curl }) => curl.replace(/http:\/\/127\.0\.0\.1:8080/, location.origin),
-  };
-
-  async function give(kind) {
-    await load();
-    return written ? copies[kind](written.answer) : "";
-  }
-
+/** @param {Text} text */
+function partsOf(text) {
+  const formulas = h("div", {});
   const sheet = h("div", {});
+  const close = iconButton("close", text("equations.close"), () => large.close(), {
+    "data-large": "close",
+  });
   const large = h(
     "dialog",
     { class: "large", "aria-label": text("drawer.equations") },
-    iconButton("close", text("equations.close"), () => large.close(), { "data-large": "close" }),
+    close,
     sheet,
   );
-  const enlarge = button(
-    text("equations.large"),
-    () => {
-      sheet.replaceChildren(formulas.cloneNode(true));
-      large.showModal();
-    },
-    { "data-large": "open" },
-  );
+  const show = () => {
+    sheet.replaceChildren(formulas.cloneNode(true));
+    large.showModal();
+  };
+  return {
+    formulas,
+    large,
+    enlarge: button(text("equations.large"), show, { "data-large": "open" }),
+    status: h("p", { class: "quiet", role: "status" }),
+    formPlace: h("div", { class: "row" }),
+  };
+}
 
-  const buttons = Object.keys(copies).map((kind) => {
-    const key = copyButton(app, text(`equations.${kind}`), () => give(kind));
+/** The form of so many arms. @param {View} view @param {number} n */
+function formOf({ form }, n) {
+  if (n > MOST) return "compact";
+  return form ?? (n > EXPLICIT ? "compact" : "explicit");
+}
+
+/** @param {View} view */
+function showForm(view) {
+  const { app, formPlace, enlarge } = view;
+  const { store, text } = app;
+  const n = store.get().pendulum.length.length;
+  const forms = FORMS.map((value) => ({ value, words: text(`equations.${value}`) }));
+  const pick = choice(text("equations.form"), forms, formOf(view, n), (value) => {
+    view.form = value;
+    load(view);
+  });
+  pick.select.dataset.form = "";
+  pick.select.disabled = n > MOST;
+  formPlace.replaceChildren(pick.element, enlarge);
+  if (n > MOST) formPlace.append(h("span", { class: "quiet" }, text("equations.tooMany")));
+}
+
+/** @param {View} view @param {Written} answer */
+function show({ app, katex, formulas }, { latex }) {
+  const sections = PARTS.filter((part) => latex[part]).map((part) => {
+    const name = app.text(`equations.${part}`);
+    const region = { class: "formula scroll", tabindex: 0, role: "region", "aria-label": name };
+    const place = h("div", region);
+    katex.render(latex[part], place, SETTING);
+    return h("section", { "data-part": part }, h("h3", {}, name), place);
+  });
+  formulas.replaceChildren(...sections);
+}
+
+/** @param {View} view @param {Doc} doc @param {string} form */
+async function write(view, { pendulum, initial }, form) {
+  view.stop?.abort();
+  view.stop = new AbortController();
+  const { length, mass, parent, gravity } = pendulum;
+  const start = { phi: initial.phi, phid: initial.phid };
+  const body = { pendulum: { length, mass, parent, gravity }, initial: start, form };
+  const answer = await view.app.client.equations(body, { signal: view.stop.signal });
+  const same = view.written?.pendulum === pendulum && view.written.form === form;
+  view.written = { pendulum, initial, form, answer };
+  view.status.textContent = "";
+  if (!same) show(view, answer);
+}
+
+/** The equations of the pendulum on the stage, where they are not here yet. @param {View} view */
+async function load(view) {
+  const { app, shown, written } = view;
+  if (!shown) return;
+  const doc = app.store.get();
+  const form = formOf(view, doc.pendulum.length.length);
+  const same = written?.pendulum === doc.pendulum && written.initial === doc.initial;
+  if (same && written.form === form) return;
+  try {
+    await write(view, doc, form);
+  } catch (error) {
+    if (!aborted(error)) view.status.textContent = said(error, app.text);
+  }
+}
+
+/** @param {View} view @param {string} kind */
+async function give(view, kind) {
+  await load(view);
+  return view.written ? COPIES[kind](view.written.answer) : "";
+}
+
+/** @param {HTMLElement} element @param {View} view */
+function lay(element, view) {
+  const { app, formPlace, status, formulas, large } = view;
+  const { text } = app;
+  const buttons = Object.keys(COPIES).map((kind) => {
+    const key = copyButton(app, text(`equations.${kind}`), () => give(view, kind));
     key.dataset.copy = kind;
     return key;
   });
-
+  const group = { class: "row", role: "group", "aria-label": text("equations.copy") };
   element.append(
     h("h2", {}, text("drawer.equations")),
     h("p", { class: "quiet" }, text("equations.intro")),
     formPlace,
-    h(
-      "div",
-      { class: "row", role: "group", "aria-label": text("equations.copy") },
-      h("span", { class: "quiet" }, text("equations.copy")),
-      ...buttons,
-    ),
+    h("div", group, h("span", { class: "quiet" }, text("equations.copy")), ...buttons),
     h("p", { class: "quiet small" }, text("equations.copyHint")),
     status,
     formulas,
     large,
   );
+}
 
-  const soon = settled(load, 200);
+/** @param {HTMLElement} element @param {App} app @returns {Promise<Drawer>} */
+async function mount(element, app) {
+  const { files, store } = app;
+  const coming = [files.script("lib/katex.js"), files.style("lib/katex.css")];
+  const [{ default: katex }] = await Promise.all(coming);
+  const bag = createBag();
+  const state = { shown: false, form: null, stop: null, written: null };
+  /** @type {View} */
+  const view = { ...partsOf(app.text), app, katex, ...state };
+  lay(element, view);
+  const soon = settled(() => load(view), 200);
   bag(soon.end);
-  bag(() => stop?.abort());
+  bag(() => view.stop?.abort());
   bag(
     store.subscribe((doc, before) => {
-      if (doc.pendulum !== before.pendulum) fields();
+      if (doc.pendulum !== before.pendulum) showForm(view);
       if (doc.pendulum !== before.pendulum || doc.initial !== before.initial) soon();
     }),
   );
-  fields();
-
+  showForm(view);
   return {
     show() {
-      shown = true;
-      load();
+      view.shown = true;
+      load(view);
     },
     hide() {
-      shown = false;
+      view.shown = false;
     },
     destroy() {
       bag.end();
@@ -175,4 +193,5 @@ async function mount(element, app) {
   };
 }
 
+/** @type {DrawerPart} */
 export default { id: "equations", title: (text) => text("drawer.equations"), mount };

@@ -2,63 +2,68 @@
 // Leaves to others: all that has a meaning.
 // Invariant: a control's label is its name for everybody.
 
+import { gaveUp } from "../client.js";
 import { h } from "../dom.js";
 
+/** @param {string} words @param {() => unknown} click @param {Record<string, any>} attributes */
 export const button = (words, click, attributes = {}) =>
   h("button", { type: "button", class: "button", on: { click }, ...attributes }, words);
 
-/** A select with a label: {element, select}; options are {value, words}. */
+/** One of a choice. @typedef {{value: string | number, words: string}} Option */
+
+/**
+ * A select with a label.
+ * @param {string} label @param {Option[]} options @param {string | number} value
+ * @param {(value: string) => unknown} change
+ */
 export function choice(label, options, value, change) {
-  const select = h(
-    "select",
-    { on: { change: () => change(select.value) } },
-    ...options.map((option) =>
-      h(
-        "option",
-        { value: option.value, selected: String(option.value) === String(value) },
-        option.words,
-      ),
-    ),
-  );
+  const select = h("select", { on: { change: () => change(select.value) } });
+  for (const option of options) {
+    const selected = String(option.value) === String(value);
+    select.append(h("option", { value: option.value, selected }, option.words));
+  }
   return { element: h("label", { class: "choice" }, h("span", {}, label), select), select };
 }
 
-/** A box to tick, with a label: {element, box}. */
+/**
+ * A box to tick, with a label: {element, box}.
+ * @param {string} label @param {boolean} checked @param {(on: boolean) => unknown} change
+ */
 export function tick(label, checked, change) {
   const box = h("input", { type: "checkbox", checked, on: { change: () => change(box.checked) } });
   return { element: h("label", { class: "tick" }, box, h("span", {}, label)), box };
 }
 
-/** A button that stays pressed. */
+/**
+ * A button that stays pressed.
+ * @param {Node | string} words @param {boolean} pressed @param {(on: boolean) => unknown} change
+ * @param {Record<string, any>} attributes
+ */
 export function toggle(words, pressed, change, attributes = {}) {
-  const key = h(
-    "button",
-    {
-      type: "button",
-      class: "chip",
-      "aria-pressed": String(pressed),
-      ...attributes,
-      on: {
-        click: () => {
-          const next = key.getAttribute("aria-pressed") !== "true";
-          key.setAttribute("aria-pressed", next);
-          change(next);
-        },
-      },
-    },
-    words,
-  );
+  const click = () => {
+    const next = key.getAttribute("aria-pressed") !== "true";
+    key.setAttribute("aria-pressed", String(next));
+    change(next);
+  };
+  const state = { "aria-pressed": String(pressed), ...attributes, on: { click } };
+  const key = h("button", { type: "button", class: "chip", ...state }, words);
   return key;
 }
 
-/** A bit of a line in the colour of a custom property, for legends. */
+/**
+ * A bit of a line in the colour of a custom property, for legends.
+ * @param {string} name @param {number[] | string | null} dash
+ */
 export function swatch(name, dash = null) {
   const line = h("span", { class: dash ? "stroke dashed" : "stroke" });
   line.style.setProperty("--colour", `var(${name})`);
   return line;
 }
 
-/** Calls fn once in the next frame, however often it is asked to; end() forgets it. */
+/**
+ * Calls fn once in the next frame, however often it is asked to; end() forgets it.
+ * @param {() => unknown} fn @returns {Soon}
+ */
 export function later(fn) {
   let frame = 0;
   const ask = () => {
@@ -74,7 +79,10 @@ export function later(fn) {
   return ask;
 }
 
-/** Calls fn when nobody has asked for it for a while. */
+/**
+ * Calls fn when nobody has asked for it for a while.
+ * @param {() => unknown} fn @param {number} milliseconds @returns {Soon}
+ */
 export function settled(fn, milliseconds = 250) {
   let timer = 0;
   const ask = () => {
@@ -85,13 +93,17 @@ export function settled(fn, milliseconds = 250) {
   return ask;
 }
 
+/** @param {Blob} blob @param {string} name */
 export function save(blob, name) {
   const url = URL.createObjectURL(blob);
   h("a", { href: url, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(url), 300000); // a browser that asks where to keep it waits for an answer
 }
 
-/** To the clipboard; where the page is not trusted with it (plain HTTP), by the old way. Answers whether it worked. */
+/**
+ * To the clipboard; where the page is not trusted with it (plain HTTP), by the old way. Answers whether it worked.
+ * @param {string} words
+ */
 export async function copy(words) {
   try {
     await navigator.clipboard.writeText(words);
@@ -107,7 +119,10 @@ export async function copy(words) {
   }
 }
 
-/** A button that copies what `give` gives, and says so. */
+/**
+ * A button that copies what `give` gives, and says so.
+ * @param {App} app @param {string} words @param {() => string | Promise<string>} give
+ */
 export function copyButton(app, words, give) {
   const key = button(words, async () => {
     const given = await give();
@@ -121,6 +136,7 @@ export function copyButton(app, words, give) {
   return key;
 }
 
+/** @type {Record<string, string>} */
 const RAISED = {
   "-": "\u207b",
   0: "\u2070",
@@ -134,9 +150,13 @@ const RAISED = {
   8: "\u2078",
   9: "\u2079",
 };
+/** @param {number} power */
 const raised = (power) => [...String(power)].map((letter) => RAISED[letter]).join("");
 
-/** A number to read: 0.0123, 3.2·10⁻¹⁴. */
+/**
+ * A number to read: 0.0123, 3.2·10⁻¹⁴.
+ * @param {Text} text @param {number} value @param {number} digits
+ */
 export function figure(text, value, digits = 3) {
   if (!Number.isFinite(value)) return "\u2013";
   const size = Math.abs(value);
@@ -150,7 +170,10 @@ export function figure(text, value, digits = 3) {
 export const COLOURS = 8;
 export const DASHES = [null, [7, 4], [2, 3], [9, 3, 2, 3]];
 
-/** The look of arm k = 1, 2, ...: {name, colour, dash}; `name` is the custom property of its colour. */
+/**
+ * The look of arm k = 1, 2, ...: {name, colour, dash}; `name` is the custom property of its colour.
+ * @param {number} k
+ */
 export function armLook(k) {
   const name = `--arm-${((k - 1) % COLOURS) + 1}`;
   return {
@@ -160,12 +183,20 @@ export function armLook(k) {
   };
 }
 
+/** @param {string} name */
 export const cssValue = (name) =>
   getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-/** A table of the server, whole: {count, columns: {phi: Float64Array, ...}, widths}. */
-export async function fetchTable(client, path, body, { signal, rows = () => {} } = {}) {
+/** A table of the server, by columns. @typedef {{count: number, columns: Columns, widths: Record<string, number>}} Table */
+
+/**
+ * A table of the server, whole.
+ * @param {Client} client @param {string} path @param {object} body @param {AskOptions} options
+ */
+export async function fetchTable(client, path, body, { signal } = {}) {
+  /** @type {Float64Array[]} */
   const pieces = [];
+  /** @type {Column[]} */
   let layout = [];
   let count = 0;
   await client.table(path, body, {
@@ -176,10 +207,10 @@ export async function fetchTable(client, path, body, { signal, rows = () => {} }
     rows(values, many) {
       pieces.push(values.slice());
       count += many;
-      rows(count);
     },
   });
   const width = layout.reduce((sum, column) => sum + column.count, 0);
+  /** @type {Table} */
   const table = { count, columns: {}, widths: {} };
   let offset = 0;
   for (const column of layout) {
@@ -190,6 +221,10 @@ export async function fetchTable(client, path, body, { signal, rows = () => {} }
   return table;
 }
 
+/**
+ * Some columns of a row-major table.
+ * @param {Float64Array[]} pieces @param {number} width @param {number} offset @param {number} columns @param {number} count
+ */
 function gather(pieces, width, offset, columns, count) {
   const values = new Float64Array(count * columns);
   let to = 0;
@@ -201,4 +236,5 @@ function gather(pieces, width, offset, columns, count) {
   return values;
 }
 
-export const aborted = (error) => error?.name === "AbortError";
+/** @param {unknown} error */
+export const aborted = (error) => gaveUp(error);

@@ -1,352 +1,270 @@
 // Method: how the motion is integrated, what that took, and how far it is from a reference that can be believed.
-// Leaves to others: integrating (the server), the overlaid ghost's motion (motion.js).
+// Leaves to others: integrating (the server), the overlaid ghost's motion (motion.js), the fields (method_fields.js).
 // Invariant: the reference is the server's taylor series of the same start at the same instants, finer than the run itself.
 
-import { createBag, h } from "../dom.js";
 import { said } from "../client.js";
-import { ghostColour } from "../paint.js";
+import { createBag, h } from "../dom.js";
+import { ghostColour } from "../palette.js";
 import { request, sameMotion } from "../state.js";
-import { theme } from "../theme.js";
 import { createGroup } from "./chart.js";
-import { distances, logarithmic } from "./compare.js";
-import {
-  aborted,
-  choice,
-  cssValue,
-  fetchTable,
-  figure,
-  later,
-  settled,
-  swatch,
-  tick,
-} from "./kit.js";
+import { distances, logarithmic } from "./distances.js";
+import { aborted, cssValue, fetchTable, figure, later, settled, swatch, tick } from "./kit.js";
+import { showFields } from "./method_fields.js";
 
-const METHODS = {
-  taylor: { rtol: 1e-12, finest: 1e-16, divisor: Infinity },
-  ode23: { rtol: 1e-3, finest: 1e-13, divisor: 1000 },
-  rkf45: { rtol: 1e-9, finest: 1e-14, divisor: 1000 },
-  rk8pd: { rtol: 1e-9, finest: 1e-14, divisor: 1000 },
-  msadams: { rtol: 1e-9, finest: 1e-14, divisor: 1000 },
-  symplectic: null,
-  linear: null,
-};
-const TOLERANCES = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-9, 1e-10, 1e-12, 1e-13, 1e-14, 1e-16];
-const ABSOLUTE = [0, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 1e-18];
 const WRONG = 0.1;
-const DIGITS = { double: {}, extended: { rtol: 1e-28 }, quad: { rtol: 1e-56, loosest: 1e-16 } }; // what taylor computes in
-const QUAD_ARMS = 256;
 const QUAD_REFERENCE = 1e-50; // finer than a run in 62 digits is hardly possible, but another order tells where it parts
 const FINE_ARMS = 20; // what 32 digits are cheap for
 const FINE_SECONDS = 120;
-
 const EXACT_ARMS = 20; // what the exact bound of the digits is cheap for
 const EXACT_SECONDS = 120;
+const FACTS = ["steps", "rejected", "evaluations", "drift", "trust", "atEnd", "compute"];
+const UNKNOWN = "\u2026";
 
+/** A motion that is judged; distance: from the reference, where that is here. @typedef {{name: string, colour: string, stats: Stats | null, distance: Float64Array | null}} Run */
+
+/**
+ * The drawer while it is there; known: what the last motions took that were asked about; look: for which colours the chart was made.
+ * @typedef {ReturnType<typeof partsOf> & {
+ *   app: App, overlay: ReturnType<typeof tick>, shown: boolean, stop: AbortController | null,
+ *   reference: {doc: Doc, table: import("./kit.js").Table} | null, known: {doc: Doc, stats: Stats}[],
+ *   group: ChartGroup | null, chart: Chart | null, look: string,
+ * }} View
+ */
+
+/** @param {Ghost} ghost */
 const isPaper = (ghost) => ghost.method === "ode23";
+/** @param {Doc} doc @returns {Doc} */
 const paperOf = (doc) => ({ ...doc, method: "ode23", rtol: null, atol: null, precision: "double" });
 
-/** {words, way}: 32 digits where they are cheap, else a tolerance that is finer than the run's. */
+/**
+ * 32 digits where they are cheap, else a tolerance that is finer than the run's.
+ * @param {Doc} doc @returns {{words: string, way: Partial<Doc>}}
+ */
 function referenceOf(doc) {
-  if (doc.precision === "quad" && doc.method === "taylor")
+  const { method, precision, rtol, pendulum, span } = doc;
+  const taylor = method === "taylor";
+  if (precision === "quad" && taylor) {
     return { words: "method.referenceQuad", way: { rtol: QUAD_REFERENCE } };
-  if (doc.pendulum.length.length <= FINE_ARMS && doc.span.stop <= FINE_SECONDS)
+  }
+  if (pendulum.length.length <= FINE_ARMS && span.stop <= FINE_SECONDS) {
     return { words: "method.referenceFine", way: { precision: "extended", rtol: null } };
-  const fine =
-    doc.method === "taylor" && (doc.precision === "extended" || (doc.rtol ?? 1e-12) <= 1e-12);
-  return fine
-    ? { words: "method.referenceFiner", way: { precision: "double", rtol: 1e-15 } }
-    : { words: "method.reference", way: { precision: "double", rtol: 1e-12 } };
+  }
+  const fine = taylor && (precision === "extended" || (rtol ?? 1e-12) <= 1e-12);
+  const way = { precision: "double", rtol: fine ? 1e-15 : 1e-12 };
+  return { words: fine ? "method.referenceFiner" : "method.reference", way };
 }
 
-async function mount(element, app) {
-  const { store, motion, clock, client, text } = app;
-  const bag = createBag();
-  const way = h("div", { class: "method-fields" });
-  const facts = h("div", {
+/** @param {Text} text */
+function partsOf(text) {
+  const region = {
     class: "scroll",
     tabindex: 0,
     role: "region",
     "aria-label": text("method.stats"),
+  };
+  return {
+    way: h("div", { class: "method-fields" }),
+    facts: h("div", region),
+    referenceWords: h("p", { class: "quiet" }),
+    verdicts: h("div", { role: "status" }),
+    legend: h("div", { class: "row small" }),
+    host: h("div", { class: "chart", role: "img", "aria-label": text("method.error") }),
+  };
+}
+
+/** @param {Store} store @param {boolean} on */
+function setOverlay(store, on) {
+  const { ghosts, initial } = store.get();
+  const others = ghosts.filter((ghost) => !isPaper(ghost));
+  const paper = { phi: initial.phi, phid: initial.phid, apart: 0, method: "ode23" };
+  store.set({ ghosts: on ? [...others, paper] : others }, { label: "ghosts" });
+}
+
+/** @param {Text} text @param {Stats} stats @param {number} stop */
+function trust(text, { trust_until: exact, horizon }, stop) {
+  const time = exact ?? horizon;
+  if (time >= stop) return text("method.trustAll");
+  return text("method.trustValue", { time: text.number(time, 2) });
+}
+
+/** The facts of a run in words, in the order of FACTS. @param {Text} text @param {Run} run @param {number} stop */
+function factsInWords(text, { stats, distance }, stop) {
+  if (!stats) return FACTS.map(() => UNKNOWN);
+  const whole = (/** @type {number} */ count = 0) => text.short(count, 9);
+  const time = figure(text, (stats.compute_seconds ?? 0) * 1000, 2);
+  return [
+    whole(stats.steps),
+    whole(stats.rejected),
+    whole(stats.evaluations),
+    figure(text, stats.energy_drift, 2),
+    trust(text, stats, stop),
+    distance?.length ? figure(text, distance[distance.length - 1], 2) : UNKNOWN,
+    text("method.computeValue", { time }),
+  ];
+}
+
+/** @param {View} view @param {Run[]} runs */
+function showFacts({ app, facts }, runs) {
+  const { motion, text } = app;
+  const columns = runs.map((run) => factsInWords(text, run, motion.doc.span.stop));
+  const heads = runs.map(({ name }) => h("th", { scope: "col" }, name));
+  const rows = FACTS.map((name, i) => {
+    const title = h("th", { scope: "row" }, text(`method.${name}`));
+    return h(
+      "tr",
+      { "data-fact": name },
+      title,
+      ...columns.map((column) => h("td", {}, column[i])),
+    );
   });
-  const referenceWords = h("p", { class: "quiet" });
-  const verdicts = h("div", { role: "status" });
-  const legend = h("div", { class: "row small" });
-  const host = h("div", { class: "chart", role: "img", "aria-label": text("method.error") });
-  const overlay = tick(text("method.overlay"), false, setOverlay);
+  const head = h("thead", {}, h("tr", {}, h("td", {}), ...heads));
+  facts.replaceChildren(h("table", {}, head, h("tbody", {}, ...rows)));
+}
+
+/** @param {View} view @param {Doc} doc */
+const factsOf = ({ known }, doc) => known.find((one) => sameMotion(one.doc, doc))?.stats ?? null;
+
+/** The motion, and the paper's beside it where it is overlaid. @param {View} view @returns {Run[]} */
+function runsNow(view) {
+  const { app, reference } = view;
+  const { motion, text } = app;
+  const { doc } = motion;
+  const believed = reference && sameMotion(reference.doc, doc) ? reference.table : null;
+  const far = (/** @type {Track} */ track) =>
+    believed && track.complete ? distances(track, believed) : null;
+  const own = {
+    name: doc.method,
+    colour: "--arm-1",
+    stats: factsOf(view, doc),
+    distance: far(motion.track),
+  };
+  const sameStart = (/** @type {State} */ { phi }) =>
+    phi.every((angle, k) => angle === doc.initial.phi[k]);
+  const paper = motion.ghosts.find(
+    (ghost) => ghost.doc.method === "ode23" && sameStart(ghost.initial),
+  );
+  if (!paper) return [own];
+  const colour = ghostColour(motion.ghosts.indexOf(paper));
+  const stats = factsOf(view, paperOf(doc));
+  return [own, { name: text("method.overlaid"), colour, stats, distance: far(paper) }];
+}
+
+/** A chart in the runs' colours. @param {View} view @param {ChartGroup} group @param {Run[]} runs @returns {Chart} */
+function chartOf(view, group, runs) {
+  const series = runs.map(({ colour }) => ({ colour: cssValue(colour) }));
+  const look = series.map(({ colour }) => colour).join();
+  if (view.chart && look === view.look) return view.chart;
+  if (view.chart) group.remove(view.chart);
+  view.look = look;
+  view.chart = group.add(view.host, { series, times: true, log: true, height: 180 });
+  return view.chart;
+}
+
+/** @param {View} view @param {Run[]} runs */
+async function showChart(view, runs) {
+  const { motion } = view.app;
+  if (!view.group) {
+    const made = await createGroup(view.app, "method");
+    view.group ??= made;
+  }
+  const chart = chartOf(view, view.group, runs);
+  const curves = runs.flatMap(({ distance }) => (distance ? [logarithmic(distance)] : []));
+  if (curves.length === runs.length) chart.set([motion.t.slice(0, motion.count), ...curves]);
+  else chart.set([new Float64Array(0), ...runs.map(() => [])]);
+}
+
+/** Whether a run goes wrong, in words. @param {App} app @param {string} name @param {Float64Array} distance */
+function verdictOf({ motion, text }, name, distance) {
+  const at = distance.findIndex((value) => value > WRONG);
+  if (at >= 0) {
+    const words = text("method.goesWrong", { name, time: text.number(motion.t[at], 2) });
+    return h("p", { class: "verdict wrong" }, words);
+  }
+  const most = distance.reduce((all, value) => Math.max(all, value), 0);
+  return h(
+    "p",
+    { class: "verdict" },
+    text("method.staysRight", { name, most: figure(text, most, 2) }),
+  );
+}
+
+/** @param {View} view @param {Run[]} runs */
+function showVerdicts({ app, verdicts }, runs) {
+  const said = runs.flatMap(({ name, distance }) =>
+    distance ? [verdictOf(app, name, distance)] : [],
+  );
+  const waiting = h("p", { class: "quiet" }, app.text("kit.waiting"));
+  verdicts.replaceChildren(...(said.length ? said : [waiting]));
+}
+
+/** @param {View} view */
+function show(view) {
+  if (!view.shown) return;
+  const { store, motion, text } = view.app;
+  view.overlay.box.checked = store.get().ghosts.some(isPaper);
+  view.referenceWords.textContent = text(referenceOf(motion.doc).words);
+  const runs = runsNow(view);
+  showFacts(view, runs);
+  showVerdicts(view, runs);
+  const names = runs.map(({ name, colour }) =>
+    h("span", { class: "name" }, swatch(colour), " ", name),
+  );
+  view.legend.replaceChildren(...names);
+  showChart(view, runs);
+}
+
+/** Asks what a motion took, once; with the exact bound of its digits where that is cheap. @param {View} view @param {Doc} doc @param {AbortSignal} signal */
+async function fetchFacts(view, doc, signal) {
+  if (factsOf(view, doc)) return;
+  const few = doc.pendulum.length.length <= EXACT_ARMS && doc.span.stop <= EXACT_SECONDS;
+  const times = { start: 0, stop: doc.span.stop, count: 201 };
+  const exact = few && doc.precision === "double" ? { trust: true } : {};
+  const body = { ...request(doc), times, output: ["energy"], digits: 4, ...exact };
+  const { stats } = await view.app.client.trajectory(body, { signal });
+  view.known = [{ doc, stats }, ...view.known].slice(0, 2);
+  show(view);
+}
+
+/** @param {View} view @param {Doc} doc @param {AbortSignal} signal */
+async function fetchReference(view, doc, signal) {
+  if (view.reference && sameMotion(view.reference.doc, doc)) return;
+  const finer = { ...doc, method: "taylor", atol: null, ...referenceOf(doc).way };
+  const body = { ...request(finer), output: ["phi"] };
+  const table = await fetchTable(view.app.client, "/v1/trajectories", body, { signal });
+  view.reference = { doc, table };
+  show(view);
+}
+
+/** The facts and the reference of the present run, once that is here itself. @param {View} view */
+async function load(view) {
+  const { motion, store, text } = view.app;
+  if (!view.shown || !motion.complete) return;
+  const { doc } = motion;
+  view.stop?.abort();
+  view.stop = new AbortController();
+  const { signal } = view.stop;
+  try {
+    await fetchFacts(view, doc, signal);
+    if (store.get().ghosts.some(isPaper)) await fetchFacts(view, paperOf(store.get()), signal);
+    await fetchReference(view, doc, signal);
+  } catch (error) {
+    if (aborted(error)) return;
+    view.verdicts.replaceChildren(h("p", { class: "fault" }, said(error, text)));
+  }
+}
+
+/** @param {App} app @returns {View} */
+function createView(app) {
+  const { store, text } = app;
+  const overlay = tick(text("method.overlay"), false, (on) => setOverlay(store, on));
   overlay.box.dataset.overlay = "";
-  let shown = false;
-  let stop = null;
-  let reference = null; // {doc, table}
-  let known = []; // {doc, stats} of the last motions that were asked about
-  let group = null;
-  let chart = null;
-  let lines = "";
+  const state = { shown: false, stop: null, reference: null, known: [] };
+  return { ...partsOf(text), app, overlay, ...state, group: null, chart: null, look: "" };
+}
 
-  function setOverlay(on) {
-    const others = store.get().ghosts.filter((ghost) => !isPaper(ghost));
-    const { phi, phid } = store.get().initial;
-    store.set(
-      { ghosts: on ? [...others, { phi, phid, apart: 0, method: "ode23" }] : others },
-      { label: "ghosts" },
-    );
-  }
-
-  function fields(doc) {
-    const known = METHODS[doc.method] && {
-      ...METHODS[doc.method],
-      ...(doc.method === "taylor" && DIGITS[doc.precision]),
-    };
-    const method = choice(
-      text("method.method"),
-      Object.keys(METHODS).map((value) => ({ value, words: text(`method.${value}`) })),
-      doc.method,
-      (value) =>
-        store.set(
-          { method: value, rtol: null, atol: null, precision: "double" },
-          { label: "method" },
-        ),
-    );
-    method.select.dataset.method = "";
-    const rows = [method.element];
-    if (known) {
-      const asNumber = (value) => (value === "" ? null : Number(value));
-      const list = (values, fallback) => [
-        { value: "", words: text("method.default", { value: figure(text, fallback, 2) }) },
-        ...values.map((value) => ({ value, words: figure(text, value, 2) })),
-      ];
-      const own = (values, value) =>
-        value === null || values.includes(value)
-          ? values
-          : [...values, value].sort((a, b) => b - a);
-      const rtol = choice(
-        text("method.rtol"),
-        list(
-          own(
-            TOLERANCES.filter((value) => value >= known.finest && value <= (known.loosest ?? 1)),
-            doc.rtol,
-          ),
-          known.rtol,
-        ),
-        doc.rtol ?? "",
-        (value) => store.set({ rtol: asNumber(value) }, { label: "tolerance" }),
-      );
-      const usual = (doc.rtol ?? known.rtol) / known.divisor;
-      const atol = choice(
-        text("method.atol"),
-        list(
-          own(
-            ABSOLUTE.filter((value) => value <= (known.loosest ?? 1)),
-            doc.atol,
-          ),
-          usual,
-        ),
-        doc.atol ?? "",
-        (value) => store.set({ atol: asNumber(value) }, { label: "tolerance" }),
-      );
-      rtol.select.dataset.rtol = "";
-      atol.select.dataset.atol = "";
-      rows.push(rtol.element, atol.element);
-    } else rows.push(h("p", { class: "quiet" }, text("method.none")));
-    if (doc.method === "taylor") {
-      const some = Object.keys(DIGITS).filter(
-        (value) =>
-          value !== "quad" || doc.pendulum.length.length <= QUAD_ARMS || doc.precision === "quad",
-      );
-      const fine = choice(
-        text("method.precision"),
-        some.map((value) => ({ value, words: text(`method.${value}`) })),
-        doc.precision,
-        (value) => store.set({ precision: value, rtol: null, atol: null }, { label: "method" }),
-      );
-      fine.select.dataset.precision = "";
-      rows.push(fine.element);
-    }
-    const focused = way.contains(document.activeElement)
-      ? Object.keys(document.activeElement.dataset)[0]
-      : null;
-    way.replaceChildren(...rows);
-    if (focused) way.querySelector(`[data-${focused}]`)?.focus();
-  }
-
-  function trust({ trust_until: exact, horizon }, stopAt) {
-    const time = exact ?? horizon;
-    return time >= stopAt
-      ? text("method.trustAll")
-      : text("method.trustValue", { time: text.number(time, 2) });
-  }
-
-  function factRows(stats, distance, stopAt) {
-    if (!stats) return ["\u2026", "\u2026", "\u2026", "\u2026", "\u2026", "\u2026", "\u2026"];
-    return [
-      text.short(stats.steps, 9),
-      text.short(stats.rejected, 9),
-      text.short(stats.evaluations, 9),
-      figure(text, stats.energy_drift, 2),
-      trust(stats, stopAt),
-      distance?.length ? figure(text, distance.at(-1), 2) : "\u2026",
-      text("method.computeValue", { time: figure(text, stats.compute_seconds * 1000, 2) }),
-    ];
-  }
-
-  function showFacts(runs) {
-    const names = ["steps", "rejected", "evaluations", "drift", "trust", "atEnd", "compute"];
-    const columns = runs.map(({ stats, distance }) =>
-      factRows(stats, distance, motion.doc.span.stop),
-    );
-    facts.replaceChildren(
-      h(
-        "table",
-        {},
-        h(
-          "thead",
-          {},
-          h("tr", {}, h("td", {}), ...runs.map(({ name }) => h("th", { scope: "col" }, name))),
-        ),
-        h(
-          "tbody",
-          {},
-          ...names.map((name, i) =>
-            h(
-              "tr",
-              { "data-fact": name },
-              h("th", { scope: "row" }, text(`method.${name}`)),
-              ...columns.map((column) => h("td", {}, column[i])),
-            ),
-          ),
-        ),
-      ),
-    );
-  }
-
-  const factsOf = (doc) => known.find((one) => sameMotion(one.doc, doc))?.stats ?? null;
-
-  function runsNow() {
-    const believed = reference && sameMotion(reference.doc, motion.doc) ? reference.table : null;
-    const far = (track) =>
-      believed && track.complete
-        ? distances(track, { count: believed.count, columns: believed.columns })
-        : null;
-    const list = [
-      {
-        name: motion.doc.method,
-        colour: "--arm-1",
-        stats: factsOf(motion.doc),
-        distance: far(motion.track),
-      },
-    ];
-    const paper = motion.ghosts.find(
-      ({ doc, initial }) =>
-        doc.method === "ode23" && initial.phi.every((phi, k) => phi === motion.doc.initial.phi[k]),
-    );
-    if (paper)
-      list.push({
-        name: text("method.overlaid"),
-        colour: ghostColour(motion.ghosts.indexOf(paper)),
-        stats: factsOf(paperOf(motion.doc)),
-        distance: far(paper),
-      });
-    return list;
-  }
-
-  async function showChart(runs) {
-    if (!group) {
-      const made = await createGroup({ clock, text, key: "method" });
-      group ??= made;
-    }
-    const look = runs.map(({ colour }) => cssValue(colour)).join();
-    if (look !== lines) {
-      if (chart) group.remove(chart);
-      lines = look;
-      chart = group.add(host, {
-        series: runs.map(({ colour }) => ({ colour: cssValue(colour) })),
-        times: true,
-        log: true,
-        height: 180,
-      });
-    }
-    const drawn = runs.filter(({ distance }) => distance).length === runs.length;
-    if (drawn)
-      chart.set([
-        motion.t.slice(0, motion.count),
-        ...runs.map(({ distance }) => logarithmic(distance)),
-      ]);
-    else chart.set([new Float64Array(0), ...runs.map(() => [])]);
-  }
-
-  function showVerdicts(runs) {
-    if (!runs.some(({ distance }) => distance))
-      return verdicts.replaceChildren(h("p", { class: "quiet" }, text("kit.waiting")));
-    verdicts.replaceChildren(
-      ...runs
-        .filter(({ distance }) => distance)
-        .map(({ name, distance }) => {
-          const at = distance.findIndex((value) => value > WRONG);
-          const most = distance.reduce((all, value) => Math.max(all, value), 0);
-          return h(
-            "p",
-            { class: at < 0 ? "verdict" : "verdict wrong" },
-            at < 0
-              ? text("method.staysRight", { name, most: figure(text, most, 2) })
-              : text("method.goesWrong", { name, time: text.number(motion.t[at], 2) }),
-          );
-        }),
-    );
-  }
-
-  function show() {
-    if (!shown) return;
-    overlay.box.checked = store.get().ghosts.some(isPaper);
-    referenceWords.textContent = text(referenceOf(motion.doc).words);
-    const runs = runsNow();
-    showFacts(runs);
-    showVerdicts(runs);
-    legend.replaceChildren(
-      ...runs.map(({ name, colour }) => h("span", { class: "name" }, swatch(colour), " ", name)),
-    );
-    showChart(runs);
-  }
-
-  /** Asks what a motion took, once; with the exact bound of its digits where that is cheap. */
-  async function fetchFacts(doc, signal) {
-    if (factsOf(doc)) return;
-    const exact =
-      doc.pendulum.length.length <= EXACT_ARMS &&
-      doc.span.stop <= EXACT_SECONDS &&
-      doc.precision === "double";
-    const body = {
-      ...request(doc),
-      times: { start: 0, stop: doc.span.stop, count: 201 },
-      output: ["energy"],
-      digits: 4,
-      ...(exact && { trust: true }),
-    };
-    const { stats } = await client.trajectory(body, { signal });
-    known = [{ doc, stats }, ...known].slice(0, 2);
-    show();
-  }
-
-  /** The reference of the present run, once that is here itself. */
-  async function load() {
-    if (!shown || !motion.complete) return;
-    const { doc } = motion;
-    stop?.abort();
-    stop = new AbortController();
-    const { signal } = stop;
-    try {
-      await fetchFacts(doc, signal);
-      if (store.get().ghosts.some(isPaper)) await fetchFacts(paperOf(store.get()), signal);
-      if (reference && sameMotion(reference.doc, doc)) return;
-      const body = {
-        ...request({ ...doc, method: "taylor", atol: null, ...referenceOf(doc).way }),
-        output: ["phi"],
-      };
-      reference = { doc, table: await fetchTable(client, "/v1/trajectories", body, { signal }) };
-      show();
-    } catch (error) {
-      if (!aborted(error)) verdicts.replaceChildren(h("p", { class: "fault" }, said(error, text)));
-    }
-  }
-
+/** @param {HTMLElement} element @param {View} view */
+function lay(element, { app, way, overlay, facts, legend, host, verdicts, referenceWords }) {
+  const { text } = app;
   element.append(
     h("h2", {}, text("drawer.method")),
     h("p", { class: "quiet" }, text("method.intro")),
@@ -361,39 +279,49 @@ async function mount(element, app) {
     verdicts,
     referenceWords,
   );
+}
 
-  const soon = later(show);
-  const loadSoon = settled(load, 60);
+/** @param {View} view @param {Bag} bag */
+function follow(view, bag) {
+  const { store, motion, theme } = view.app;
+  const soon = later(() => show(view));
+  const loadSoon = settled(() => load(view), 60);
   bag(soon.end);
   bag(loadSoon.end);
   bag(
     store.subscribe((doc, before) => {
-      if (!sameMotion(doc, before) || doc.ghosts !== before.ghosts) fields(doc);
-      if (doc.ghosts !== before.ghosts) loadSoon();
+      const others = doc.ghosts !== before.ghosts;
+      if (!sameMotion(doc, before) || others) showFields(view.app, view.way, doc);
+      if (others) loadSoon();
     }),
   );
   bag(
     motion.subscribe((_, what) => {
-      if (!shown) return;
+      if (!view.shown) return;
       soon();
       if (what === "complete") loadSoon();
     }),
   );
   bag(theme.subscribe(soon));
-  bag(() => {
-    stop?.abort();
-    group?.destroy();
-  });
-  fields(store.get());
+  bag(() => view.stop?.abort());
+  bag(() => view.group?.destroy());
+}
 
+/** @param {HTMLElement} element @param {App} app @returns {Drawer} */
+function mount(element, app) {
+  const bag = createBag();
+  const view = createView(app);
+  lay(element, view);
+  follow(view, bag);
+  showFields(app, view.way, app.store.get());
   return {
     show() {
-      shown = true;
-      show();
-      load();
+      view.shown = true;
+      show(view);
+      load(view);
     },
     hide() {
-      shown = false;
+      view.shown = false;
     },
     destroy() {
       bag.end();
@@ -402,4 +330,5 @@ async function mount(element, app) {
   };
 }
 
+/** @type {DrawerPart} */
 export default { id: "method", title: (text) => text("drawer.method"), mount };

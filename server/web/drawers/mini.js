@@ -6,50 +6,91 @@ import { h } from "../dom.js";
 import { order, reach, tips } from "../tree.js";
 import { cssValue } from "./kit.js";
 
-/** {canvas, draw(phi, pale)}: a tree by its angles, over pale ones; `top` is how high the pivot stands, 0.5 the middle. */
-export function createMini(tree, { width, height, top = 0.5, label = null }) {
+/** @typedef {{width: number, height: number, top?: number, label?: string | null}} MiniOptions */
+
+/** @typedef {{canvas: HTMLCanvasElement, recolour(): void, fit(phi: ArrayLike<number>): void, draw(phi: ArrayLike<number>, pale?: ArrayLike<number>[]): void}} Mini */
+
+/** What it is drawn with. @typedef {{
+ *   context: CanvasRenderingContext2D, tree: Tree, rows: number[], x: Float64Array, y: Float64Array,
+ *   thin: number, heaviest: number, scale: number,
+ * }} Sketch */
+
+/** @param {MiniOptions} options */
+function canvasOf({ width, height, label = null }) {
   const ratio = Math.min(devicePixelRatio, 2);
+  const name = label ? { role: "img", "aria-label": label } : { "aria-hidden": "true" };
   const canvas = h("canvas", {
     class: "mini",
     width: width * ratio,
     height: height * ratio,
-    ...(label ? { role: "img", "aria-label": label } : { "aria-hidden": "true" }),
+    ...name,
   });
   canvas.style.width = `${width}px`;
   canvas.style.height = `${height}px`;
-  const context = canvas.getContext("2d");
+  return { canvas, ratio };
+}
+
+/** @param {Sketch} sketch @param {ArrayLike<number>} phi @param {string} colour @param {string} tipColour */
+function strokes({ context, tree, rows, x, y, thin, heaviest, scale }, phi, colour, tipColour) {
+  tips(tree, rows, phi, 0, x, y);
+  context.beginPath();
+  for (let k = 0; k < rows.length; k++) {
+    const from = tree.parent[k] - 1;
+    context.moveTo(scale * (from < 0 ? 0 : x[from]), -scale * (from < 0 ? 0 : y[from]));
+    context.lineTo(scale * x[k], -scale * y[k]);
+  }
+  context.strokeStyle = colour;
+  context.lineWidth = thin;
+  context.stroke();
+  context.beginPath();
+  for (let k = 0; k < rows.length; k++) {
+    const r = Math.max(thin * 0.9, thin * 1.8 * Math.cbrt(tree.mass[k] / heaviest));
+    context.moveTo(scale * x[k] + r, -scale * y[k]);
+    context.arc(scale * x[k], -scale * y[k], r, 0, 2 * Math.PI);
+  }
+  context.fillStyle = tipColour;
+  context.fill();
+}
+
+/** @param {CanvasRenderingContext2D} context @param {string} colour */
+function pivot(context, colour) {
+  context.beginPath();
+  context.moveTo(-10, 0);
+  context.lineTo(10, 0);
+  context.strokeStyle = colour;
+  context.lineWidth = 1;
+  context.stroke();
+}
+
+const readColours = () => ({
+  arm: cssValue("--accent"),
+  mass: cssValue("--mass"),
+  ghost: cssValue("--line"),
+  pivot: cssValue("--quiet"),
+});
+
+/** @param {Tree} tree @param {CanvasRenderingContext2D} context @returns {Sketch} */
+function sketchOf(tree, context) {
   const rows = order(tree.parent);
   const n = rows.length;
-  const x = new Float64Array(n);
-  const y = new Float64Array(n);
   const thin = Math.max(1, Math.min(2.4, 14 / Math.sqrt(n)));
-  let scale = Math.min(width / 2 - 8, height * (1 - top) - 8) / reach(tree);
-  const heaviest = Math.max(...tree.mass);
-  let colours = null;
+  const place = { x: new Float64Array(n), y: new Float64Array(n) };
+  return { context, tree, rows, ...place, thin, heaviest: Math.max(...tree.mass), scale: 1 };
+}
 
-  function strokes(phi, colour, tipColour) {
-    tips(tree, rows, phi, 0, x, y);
-    context.beginPath();
-    for (let k = 0; k < n; k++) {
-      const carrier = tree.parent[k];
-      context.moveTo(
-        scale * (carrier ? x[carrier - 1] : 0),
-        -scale * (carrier ? y[carrier - 1] : 0),
-      );
-      context.lineTo(scale * x[k], -scale * y[k]);
-    }
-    context.strokeStyle = colour;
-    context.lineWidth = thin;
-    context.stroke();
-    context.beginPath();
-    for (let k = 0; k < n; k++) {
-      const r = Math.max(thin * 0.9, thin * 1.8 * Math.cbrt(tree.mass[k] / heaviest));
-      context.moveTo(scale * x[k] + r, -scale * y[k]);
-      context.arc(scale * x[k], -scale * y[k], r, 0, 2 * Math.PI);
-    }
-    context.fillStyle = tipColour;
-    context.fill();
-  }
+/**
+ * A tree by its angles, over pale ones; `top` is how high the pivot stands, 0.5 the middle.
+ * @param {Tree} tree @param {MiniOptions} options @returns {Mini}
+ */
+export function createMini(tree, options) {
+  const { width, height, top = 0.5 } = options;
+  const { canvas, ratio } = canvasOf(options);
+  const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+  const sketch = sketchOf(tree, context);
+  const deep = (height * (1 - top) - 8) / reach(tree);
+  sketch.scale = Math.min((width / 2 - 8) / reach(tree), deep);
+  /** @type {ReturnType<typeof readColours> | null} */
+  let colours = null;
 
   return {
     canvas,
@@ -58,29 +99,19 @@ export function createMini(tree, { width, height, top = 0.5, label = null }) {
     },
     /** As large as the place allows for a tree that swings as far aside as in this pose. */
     fit(phi) {
-      tips(tree, rows, phi, 0, x, y);
-      const aside = x.reduce((most, value) => Math.max(most, Math.abs(value)), 1e-9);
-      scale = Math.min((width / 2 - 8) / aside, (height * (1 - top) - 8) / reach(tree));
+      tips(tree, sketch.rows, phi, 0, sketch.x, sketch.y);
+      const aside = sketch.x.reduce((most, value) => Math.max(most, Math.abs(value)), 1e-9);
+      sketch.scale = Math.min((width / 2 - 8) / aside, deep);
     },
     draw(phi, pale = []) {
-      colours ??= {
-        arm: cssValue("--accent"),
-        mass: cssValue("--mass"),
-        ghost: cssValue("--line"),
-        pivot: cssValue("--quiet"),
-      };
+      colours ??= readColours();
       context.setTransform(ratio, 0, 0, ratio, 0, 0);
       context.clearRect(0, 0, width, height);
       context.translate(width / 2, height * top);
       context.lineCap = "round";
-      for (const angles of pale) strokes(angles, colours.ghost, colours.ghost);
-      context.beginPath();
-      context.moveTo(-10, 0);
-      context.lineTo(10, 0);
-      context.strokeStyle = colours.pivot;
-      context.lineWidth = 1;
-      context.stroke();
-      strokes(phi, colours.arm, colours.mass);
+      for (const angles of pale) strokes(sketch, angles, colours.ghost, colours.ghost);
+      pivot(context, colours.pivot);
+      strokes(sketch, phi, colours.arm, colours.mass);
     },
   };
 }

@@ -1,417 +1,309 @@
 // Modes: a card each with its frequency and a little tree that swings, starts in one or in a sum of them, the linear motion
 // beside the full one, and the identity sum 1/omega^2 = l_tot/g.
-// Leaves to others: the modes (the server's), the motion; the curves (chart.js).
+// Leaves to others: the modes (the server's), a card (mode_card.js), the sum's shape (mode_sum.js), the curves (mode_curves.js).
 // Invariant: shapes and frequencies are the server's; the thumbnails swing with the page's clock.
 
-import { createBag, h } from "../dom.js";
 import { said } from "../client.js";
-import { ghostColour } from "../paint.js";
-import { theme } from "../theme.js";
-import { createGroup } from "./chart.js";
-import { aborted, button, choice, cssValue, figure, later, settled, tick } from "./kit.js";
+import { createBag, h } from "../dom.js";
+import { aborted, button, figure, later, settled, tick } from "./kit.js";
 import { createMini } from "./mini.js";
+import { createModeCard } from "./mode_card.js";
+import { isLinear, openCurves } from "./mode_curves.js";
+import { DEGREE, createBlend, hang, partsOf, shapeOf, sumOf, widest } from "./mode_sum.js";
 
 const HANGING = -Math.PI / 2;
 const ALL = 300; // so many arms are asked for all of their modes
 const SLOWEST = 48;
 const PAGE = 12;
-const DEGREE = Math.PI / 180;
-const FIRST = 25; // degrees
-const STEEPEST = 60;
 
-const hang = (theta) => theta.map((angle) => HANGING + angle);
-const isLinear = (ghost) => ghost.method === "linear";
+/**
+ * The drawer while it is there; tree: whose modes `blend` has; many: how many cards are shown.
+ * @typedef {ReturnType<typeof partsOfDrawer> & {
+ *   app: App, shown: boolean, stop: AbortController | null, tree: Tree | null,
+ *   blend: import("./mode_sum.js").Blend | null, many: number, cards: {mini: import("./mini.js").Mini, k: number}[],
+ *   sum: import("./mini.js").Mini | null, curves: Awaited<ReturnType<typeof openCurves>> | null,
+ *   opening: ReturnType<typeof openCurves> | null, more: HTMLButtonElement, startSum: HTMLButtonElement,
+ *   linear: ReturnType<typeof tick>,
+ * }} View
+ */
 
-async function mount(element, app) {
-  const { store, motion, clock, client, text } = app;
-  const bag = createBag();
-  const status = h("p", { class: "quiet", role: "status" });
-  const cards = h("ul", { class: "mode-cards" });
-  const more = button(
-    "",
-    () => {
-      many += PAGE;
-      build();
-    },
-    { hidden: true },
+function partsOfDrawer() {
+  return {
+    status: h("p", { class: "quiet", role: "status" }),
+    list: h("ul", { class: "mode-cards" }),
+    identity: h("div", { class: "identity" }),
+    sumWords: h("p", {}),
+    sumPlace: h("div", { class: "sum-picture" }),
+    chartPlace: h("div", { hidden: true }),
+  };
+}
+
+/** Starts the pendulum at rest in a shape. @param {App} app @param {ArrayLike<number>} theta @param {string} label @param {string} words */
+function begin({ store, clock, announce }, theta, label, words) {
+  const phi = Array.from(theta, (angle) => HANGING + angle);
+  store.set({ initial: { phi, phid: phi.map(() => 0) } }, { label });
+  clock.seek(0);
+  if (words) announce(words);
+}
+
+/** @param {View} view */
+function beginSum({ app, blend, tree }) {
+  if (blend && tree) begin(app, sumOf(blend, tree.length.length), "sum", "");
+}
+
+/** @param {Store} store @param {boolean} on */
+function setLinear(store, on) {
+  const { ghosts, initial } = store.get();
+  const others = ghosts.filter((ghost) => !isLinear(ghost));
+  const linear = { phi: initial.phi, phid: initial.phid, apart: 0, method: "linear" };
+  store.set({ ghosts: on ? [...others, linear] : others }, { label: "ghosts" });
+}
+
+/** All cards anew. @param {View} view */
+function build(view) {
+  const { app, blend, tree, list, more, sumPlace } = view;
+  if (!blend || !tree) return;
+  const { text } = app;
+  const all = blend.modes.omega.length;
+  const count = Math.min(view.many, all);
+  const changed = () => {
+    sumChanged(view);
+    draw(view);
+  };
+  const hooks = { changed, begin: begin.bind(null, app) };
+  const cards = Array.from({ length: count }, (_, k) =>
+    createModeCard(text, tree, blend, k, hooks),
   );
-  const identity = h("div", { class: "identity" });
-  const sumWords = h("p", {});
-  const sumPlace = h("div", { class: "sum-picture" });
-  const chartPlace = h("div", { hidden: true });
-  let shown = false;
-  let stop = null;
-  let tree = null; // whose modes these are
-  let modes = null;
-  let many = PAGE;
-  let views = []; // {mini, k}
-  let sum = null;
-  let angles = []; // amplitude of every mode, degrees
-  let chosen = new Set([0, 1]);
-
-  const startSum = button(text("modes.sumStart"), () => begin(sumOf(1), "sum"), {
-    class: "button main",
-    "data-start": "sum",
+  view.cards = cards.map(({ mini }, k) => ({ mini, k }));
+  list.replaceChildren(...cards.map(({ element }) => element));
+  more.hidden = count === all;
+  more.textContent = text("modes.more", { count: Math.min(PAGE, all - count) });
+  view.sum = createMini(tree, {
+    width: 150,
+    height: 160,
+    top: 0.06,
+    label: text("modes.sumPicture"),
   });
-  const linear = tick(text("modes.linear"), false, (on) => setLinear(on));
-  linear.box.dataset.linear = "";
+  sumPlace.replaceChildren(view.sum.canvas);
+  showIdentity(view);
+  changed();
+}
 
-  /** theta of every arm: the chosen modes added up, each at its phase of a time. */
-  function sumOf(phase, time = 0) {
-    const theta = new Float64Array(tree.length.length);
-    for (const k of chosen) {
-      if (k >= modes.omega.length) continue;
-      const part = angles[k] * DEGREE * (phase === 1 ? 1 : Math.cos(modes.omega[k] * time));
-      modes.vectors[k].forEach((value, arm) => {
-        theta[arm] += part * value;
-      });
-    }
-    return theta;
+/** @param {View} view */
+function sumChanged({ app, blend, tree, sum, startSum, sumWords }) {
+  if (!blend || !tree) return;
+  const { text } = app;
+  const parts = partsOf(blend);
+  startSum.disabled = !parts.length;
+  sum?.fit(hang(widest(blend, tree.length.length)));
+  const words = parts.map((k) =>
+    text("modes.part", { mode: blend.modes.mode[k], angle: text.short(blend.angles[k]) }),
+  );
+  sumWords.textContent = parts.length ? words.join(" + ") : text("modes.sumNone");
+}
+
+/** @param {View} view */
+function showIdentity({ app, blend, tree, identity }) {
+  const found = blend?.modes.identity;
+  identity.hidden = !found;
+  if (!found || !tree) return;
+  const { text } = app;
+  const total = tree.length.reduce((all, one) => all + one, 0);
+  const number = (/** @type {string} */ words) => h("p", { class: "number" }, words);
+  const sum = figure(text, found.sum_inverse_omega_squared, 8);
+  const holes = {
+    length: figure(text, total, 6),
+    gravity: figure(text, tree.gravity, 6),
+    quotient: figure(text, found.length_total_over_g, 8),
+  };
+  const difference = figure(text, found.relative_difference, 2);
+  identity.replaceChildren(
+    h("h3", {}, text("modes.identity")),
+    h("p", { class: "quiet" }, text("modes.identityText")),
+    number(text("modes.identitySum", { sum })),
+    number(text("modes.identityLength", holes)),
+    h("p", { class: "quiet" }, text("modes.identityDifference", { difference })),
+  );
+}
+
+/** @param {View} view */
+function draw({ app, shown, blend, tree, cards, sum }) {
+  if (!shown || !blend || !tree) return;
+  const { modes, angles } = blend;
+  const { time } = app.clock;
+  for (const { mini, k } of cards) {
+    const part = angles[k] * DEGREE;
+    const pose = (/** @type {number} */ phase) => hang(shapeOf(modes, k, part * phase));
+    mini.draw(pose(Math.cos(modes.omega[k] * time)), [pose(1), pose(-1)]);
   }
+  const n = tree.length.length;
+  sum?.draw(hang(sumOf(blend, n, time)), [hang(sumOf(blend, n))]);
+}
 
-  const oneOf = (k, part) => Float64Array.from(modes.vectors[k], (value) => value * part);
-
-  function begin(theta, label, words = null) {
-    const phi = Array.from(theta, (angle) => HANGING + angle);
-    store.set({ initial: { phi, phid: phi.map(() => 0) } }, { label });
-    clock.seek(0);
-    if (words) app.announce(words);
+/** Asks for the modes of the pendulum on the stage. @param {View} view */
+async function load(view) {
+  const { store, client, text } = view.app;
+  const { pendulum } = store.get();
+  if (view.tree === pendulum) return;
+  view.stop?.abort();
+  view.stop = new AbortController();
+  view.tree = pendulum;
+  const n = pendulum.length.length;
+  if (!(pendulum.gravity > 0)) return refuse(view, text("modes.noGravity"));
+  view.status.textContent = text("kit.waiting");
+  try {
+    const select = n > ALL ? { select: { slowest: SLOWEST } } : {};
+    const body = { pendulum, normalize: "max", ...select };
+    const modes = await client.modes(body, { signal: view.stop.signal });
+    const count = modes.omega.length;
+    view.status.textContent = n > ALL ? text("modes.many", { count, all: n }) : "";
+    take(view, modes);
+  } catch (error) {
+    if (aborted(error)) return;
+    view.tree = null;
+    refuse(view, said(error, text));
   }
+}
 
-  function setLinear(on) {
-    const others = store.get().ghosts.filter((ghost) => !isLinear(ghost));
-    const { phi, phid } = store.get().initial;
-    store.set(
-      { ghosts: on ? [...others, { phi, phid, apart: 0, method: "linear" }] : others },
-      { label: "ghosts" },
-    );
+/** Amplitudes and choices stay where there are as many modes as before. @param {View} view @param {import("./mode_sum.js").Modes} modes */
+function take(view, modes) {
+  if (view.blend?.modes.omega.length === modes.omega.length) view.blend.modes = modes;
+  else {
+    view.blend = createBlend(modes);
+    view.many = PAGE;
   }
+  build(view);
+}
 
-  function card(k) {
-    const mode = modes.mode[k];
-    const mini = createMini(tree, {
-      width: 124,
-      height: 132,
-      top: 0.06,
-      label: text("modes.picture", { mode }),
-    });
-    const said = h("output", {}, text("modes.degrees", { angle: text.short(angles[k]) }));
-    const slider = h("input", {
-      type: "range",
-      min: 0,
-      max: STEEPEST,
-      step: 1,
-      value: angles[k],
-      "aria-label": text("modes.amplitude", { mode }),
-      "data-amplitude": mode,
-      on: {
-        input: () => {
-          angles[k] = Number(slider.value);
-          said.textContent = text("modes.degrees", { angle: text.short(angles[k]) });
-          slider.setAttribute("aria-valuetext", said.textContent);
-          sumChanged();
-          draw();
-        },
-      },
-    });
-    const part = tick(text("modes.inSum"), chosen.has(k), (on) => {
-      on ? chosen.add(k) : chosen.delete(k);
-      sumChanged();
-      draw();
-    });
-    part.box.dataset.part = mode;
-    const facts = [
-      ["omega", modes.omega[k]],
-      ["frequency", modes.frequency[k]],
-      ["period", modes.period[k]],
-    ];
-    mini.fit(hang(oneOf(k, STEEPEST * DEGREE)));
-    views.push({ mini, k });
-    return h(
-      "li",
-      { class: "mode-card", "data-mode": mode },
-      mini.canvas,
-      h(
-        "div",
-        { class: "mode-body" },
-        h("h3", {}, text("modes.title", { mode })),
-        h(
-          "dl",
-          {},
-          ...facts.flatMap(([id, value]) => [
-            h("dt", {}, text(`modes.${id}`)),
-            h(
-              "dd",
-              {},
-              text(`modes.${id}Value`, {
-                value: value > 0.01 && value < 1e5 ? text.number(value, 3) : figure(text, value, 4),
-              }),
-            ),
-          ]),
-        ),
-        h("div", { class: "amplitude" }, slider, said),
-        part.element,
-        button(
-          text("modes.start"),
-          () => begin(oneOf(k, angles[k] * DEGREE), "mode", text("modes.started", { mode })),
-          { "data-start": mode },
-        ),
-      ),
-    );
-  }
+/** @param {View} view @param {string} words */
+function refuse(view, words) {
+  view.blend = null;
+  view.cards = [];
+  view.list.replaceChildren();
+  view.sumPlace.replaceChildren();
+  view.identity.hidden = view.more.hidden = true;
+  view.startSum.disabled = true;
+  view.status.textContent = words;
+}
 
-  function build() {
-    views = [];
-    const count = Math.min(many, modes.omega.length);
-    cards.replaceChildren(...Array.from({ length: count }, (_, k) => card(k)));
-    more.hidden = count === modes.omega.length;
-    more.textContent = text("modes.more", { count: Math.min(PAGE, modes.omega.length - count) });
-    sum = createMini(tree, { width: 150, height: 160, top: 0.06, label: text("modes.sumPicture") });
-    sumPlace.replaceChildren(sum.canvas);
-    sumChanged();
-    showIdentity();
-    draw();
-  }
+/** @param {View} view */
+function closeCurves(view) {
+  view.curves?.destroy();
+  view.curves = null;
+}
 
-  function sumChanged() {
-    const list = [...chosen].filter((k) => k < modes.omega.length).sort((a, b) => a - b);
-    startSum.disabled = !list.length;
-    sum?.fit(
-      hang(
-        Float64Array.from(tree.length, (_, arm) =>
-          list.reduce((all, k) => all + Math.abs(angles[k] * DEGREE * modes.vectors[k][arm]), 0.05),
-        ),
-      ),
-    );
-    sumWords.textContent = list.length
-      ? list
-          .map((k) => text("modes.part", { mode: modes.mode[k], angle: text.short(angles[k]) }))
-          .join(" + ")
-      : text("modes.sumNone");
-  }
+/** The curves are there while the linear motion is. @param {View} view */
+async function followLinear(view) {
+  const { app, linear, chartPlace } = view;
+  const on = app.store.get().ghosts.some(isLinear);
+  linear.box.checked = on;
+  chartPlace.hidden = !on;
+  if (view.curves && (!on || view.curves.n !== app.motion.n)) closeCurves(view);
+  if (!on || !view.shown) return;
+  if (view.curves) return view.curves.fill();
+  view.opening ??= openCurves(app, chartPlace);
+  view.curves = await view.opening;
+  view.opening = null;
+}
 
-  function showIdentity() {
-    const found = modes.identity;
-    identity.hidden = !found;
-    if (!found) return;
-    const length = tree.length.reduce((all, one) => all + one, 0);
-    identity.replaceChildren(
-      h("h3", {}, text("modes.identity")),
-      h("p", { class: "quiet" }, text("modes.identityText")),
-      h(
-        "p",
-        { class: "number" },
-        text("modes.identitySum", { sum: figure(text, found.sum_inverse_omega_squared, 8) }),
-      ),
-      h(
-        "p",
-        { class: "number" },
-        text("modes.identityLength", {
-          length: figure(text, length, 6),
-          gravity: figure(text, tree.gravity, 6),
-          quotient: figure(text, found.length_total_over_g, 8),
-        }),
-      ),
-      h(
-        "p",
-        { class: "quiet" },
-        text("modes.identityDifference", {
-          difference: figure(text, found.relative_difference, 2),
-        }),
-      ),
-    );
-  }
+/** @param {App} app @returns {View} */
+function createView(app) {
+  const { store, text } = app;
+  const more = () => {
+    view.many += PAGE;
+    build(view);
+  };
+  const main = { class: "button main", "data-start": "sum" };
+  /** @type {View} */
+  const view = {
+    ...partsOfDrawer(),
+    app,
+    shown: false,
+    stop: null,
+    tree: null,
+    blend: null,
+    many: PAGE,
+    cards: [],
+    sum: null,
+    curves: null,
+    opening: null,
+    more: button("", more, { hidden: true }),
+    startSum: button(text("modes.sumStart"), () => beginSum(view), main),
+    linear: tick(text("modes.linear"), false, (on) => setLinear(store, on)),
+  };
+  view.linear.box.dataset.linear = "";
+  return view;
+}
 
-  function draw() {
-    if (!shown || !modes) return;
-    for (const { mini, k } of views) {
-      const part = angles[k] * DEGREE;
-      mini.draw(hang(oneOf(k, part * Math.cos(modes.omega[k] * clock.time))), [
-        hang(oneOf(k, part)),
-        hang(oneOf(k, -part)),
-      ]);
-    }
-    sum.draw(hang(sumOf(0, clock.time)), [hang(sumOf(1))]);
-  }
-
-  async function load() {
-    const doc = store.get();
-    if (tree === doc.pendulum) return;
-    stop?.abort();
-    stop = new AbortController();
-    tree = doc.pendulum;
-    const n = tree.length.length;
-    if (!(tree.gravity > 0)) return refuse(text("modes.noGravity"));
-    status.textContent = text("kit.waiting");
-    try {
-      const body = { pendulum: tree, normalize: "max" };
-      if (n > ALL) body.select = { slowest: SLOWEST };
-      const got = await client.modes(body, { signal: stop.signal });
-      status.textContent = n > ALL ? text("modes.many", { count: got.omega.length, all: n }) : "";
-      if (modes?.omega.length !== got.omega.length) {
-        angles = got.omega.map(() => FIRST);
-        chosen = new Set(got.omega.length > 1 ? [0, 1] : [0]);
-        many = PAGE;
-      }
-      modes = got;
-      build();
-    } catch (error) {
-      if (aborted(error)) return;
-      tree = null;
-      refuse(said(error, text));
-    }
-  }
-
-  function refuse(words) {
-    modes = null;
-    views = [];
-    cards.replaceChildren();
-    sumPlace.replaceChildren();
-    identity.hidden = more.hidden = true;
-    startSum.disabled = true;
-    status.textContent = words;
-  }
-
-  // linear beside non-linear: a curve of each
-  let curves = null;
-  async function openCurves() {
-    const group = await createGroup({ clock, text, key: "modes" });
-    let arm = 1;
-    const title = h("h3", { class: "chart-title" });
-    const host = h("div", { class: "chart", role: "img" });
-    const pick = choice(
-      text("modes.chartArm"),
-      motion.doc.pendulum.length.map((_, k) => ({ value: k + 1, words: String(k + 1) })),
-      arm,
-      (value) => {
-        arm = Number(value);
-        fill();
-      },
-    );
-    const pale = ghostColour(store.get().ghosts.findIndex(isLinear));
-    const names = [
-      ["--ink", "modes.nonlinear"],
-      [pale, "modes.linearName"],
-    ].map(([name, key]) => {
-      const line = h("span", { class: "stroke" });
-      line.style.setProperty("--colour", `var(${name})`);
-      return h("span", { class: "name" }, line, " ", text(key));
-    });
-    chartPlace.replaceChildren(
-      h("p", { class: "quiet" }, text("modes.linearHint")),
-      title,
-      h("div", { class: "row small" }, ...names, pick.element),
-      host,
-    );
-    const chart = group.add(host, {
-      series: [{ colour: cssValue("--ink") }, { colour: cssValue(pale), dash: [6, 3] }],
-      times: true,
-      height: 150,
-    });
-    const n = motion.n;
-    const theta = (track) =>
-      Array.from(
-        { length: track.count },
-        (_, i) => (track.columns.phi[i * n + arm - 1] - HANGING) / DEGREE,
-      );
-    function fill() {
-      const ghost = motion.ghosts.find(({ doc }) => doc.method === "linear");
-      title.textContent = text("modes.chart", { arm });
-      host.setAttribute("aria-label", title.textContent);
-      if (!ghost?.count || !motion.count || motion.n !== n) return;
-      const count = Math.min(ghost.count, motion.count);
-      chart.set([
-        motion.t.slice(0, count),
-        theta(motion.track).slice(0, count),
-        theta(ghost).slice(0, count),
-      ]);
-    }
-    fill();
-    return {
-      n,
-      fill,
-      destroy: () => {
-        group.destroy();
-        chartPlace.replaceChildren();
-      },
-    };
-  }
-
-  let opening = null;
-  async function followLinear() {
-    const on = store.get().ghosts.some(isLinear);
-    linear.box.checked = on;
-    chartPlace.hidden = !on;
-    if (curves && (!on || curves.n !== motion.n)) {
-      curves.destroy();
-      curves = null;
-    }
-    if (!on || !shown) return;
-    if (curves) return curves.fill();
-    opening ??= openCurves();
-    curves = await opening;
-    opening = null;
-  }
-
+/** @param {HTMLElement} element @param {View} view */
+function lay(
+  element,
+  { app, status, list, more, sumPlace, sumWords, startSum, linear, chartPlace, identity },
+) {
+  const { text } = app;
+  const start = h("div", {}, sumWords, h("div", { class: "row" }, startSum));
   element.append(
     h("h2", {}, text("drawer.modes")),
     h("p", { class: "quiet" }, text("modes.intro")),
     status,
-    cards,
+    list,
     more,
     h("h3", {}, text("modes.sum")),
-    h(
-      "div",
-      { class: "sum" },
-      sumPlace,
-      h("div", {}, sumWords, h("div", { class: "row" }, startSum)),
-    ),
+    h("div", { class: "sum" }, sumPlace, start),
     h("div", { class: "row" }, linear.element),
     chartPlace,
     identity,
   );
+}
 
-  const soon = later(draw);
-  const loadSoon = settled(load, 120);
-  const linearSoon = later(followLinear);
+/** @param {View} view @param {Bag} bag */
+function follow(view, bag) {
+  const { clock, store, motion, theme } = view.app;
+  const soon = later(() => draw(view));
+  const loadSoon = settled(() => load(view), 120);
+  const linearSoon = later(() => followLinear(view));
   for (const one of [soon, loadSoon, linearSoon]) bag(one.end);
   bag(clock.subscribe(soon));
   bag(
     store.subscribe((doc, before) => {
-      if (!shown) return;
+      if (!view.shown) return;
       if (doc.pendulum !== before.pendulum) loadSoon();
       if (doc.ghosts !== before.ghosts) linearSoon();
     }),
   );
   bag(
-    motion.subscribe(
-      (_, what) => shown && (what === "ghosts" || what === "complete") && linearSoon(),
-    ),
+    motion.subscribe((_, what) => {
+      if (view.shown && (what === "ghosts" || what === "complete")) linearSoon();
+    }),
   );
   bag(
     theme.subscribe(() => {
-      for (const { mini } of views) mini.recolour();
-      sum?.recolour();
-      curves?.destroy();
-      curves = null;
+      for (const { mini } of view.cards) mini.recolour();
+      view.sum?.recolour();
+      closeCurves(view);
       linearSoon();
       soon();
     }),
   );
-  bag(() => {
-    stop?.abort();
-    curves?.destroy();
-  });
+  bag(() => view.stop?.abort());
+  bag(() => closeCurves(view));
+}
 
+/** @param {HTMLElement} element @param {App} app @returns {Drawer} */
+function mount(element, app) {
+  const bag = createBag();
+  const view = createView(app);
+  lay(element, view);
+  follow(view, bag);
   return {
     show() {
-      shown = true;
-      load();
-      followLinear();
-      draw();
+      view.shown = true;
+      load(view);
+      followLinear(view);
+      draw(view);
     },
     hide() {
-      shown = false;
+      view.shown = false;
     },
     destroy() {
       bag.end();
@@ -420,4 +312,5 @@ async function mount(element, app) {
   };
 }
 
+/** @type {DrawerPart} */
 export default { id: "modes", title: (text) => text("drawer.modes"), mount };

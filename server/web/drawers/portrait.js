@@ -9,69 +9,92 @@ import { ticks } from "./picture.js";
 const LEFT = 58;
 const BOTTOM = 24;
 
-/** {element, set(xs, ys, label), at(x, y)} */
+/** @typedef {[number, number]} Limits */
+
+/** Where numbers lie on the canvas. @typedef {{xs: Limits, ys: Limits, width: number, height: number, x(value: number): number, y(value: number): number}} Scale */
+
+/** @typedef {{element: HTMLElement, set(xs: ArrayLike<number>, ys: ArrayLike<number>, colour: string, label: string): void, at(x: number, y: number): void, destroy(): void}} Portrait */
+
+/** Around what there is. @param {ArrayLike<number>} list @returns {Limits} */
+function limits(list) {
+  let low = Infinity;
+  let high = -Infinity;
+  for (let i = 0; i < list.length; i++) {
+    if (list[i] < low) low = list[i];
+    if (list[i] > high) high = list[i];
+  }
+  const middle = Number.isFinite(low) ? low : 0;
+  if (!(low < high)) return [middle - 1, middle + 1];
+  const room = (high - low) * 0.06;
+  return [low - room, high + room];
+}
+
+/** @param {Limits} xs @param {Limits} ys @param {number} width @param {number} height @returns {Scale} */
+function scaleOf(xs, ys, width, height) {
+  return {
+    xs,
+    ys,
+    width,
+    height,
+    x: (value) => LEFT + ((value - xs[0]) / (xs[1] - xs[0])) * (width - LEFT - 8),
+    y: (value) => height - BOTTOM - ((value - ys[0]) / (ys[1] - ys[0])) * (height - BOTTOM - 6),
+  };
+}
+
+/** @param {CanvasRenderingContext2D} context @param {Text} text @param {Scale} scale */
+function grid(context, text, scale) {
+  const { xs, ys, width, height } = scale;
+  context.font = "11px system-ui, sans-serif";
+  context.strokeStyle = cssValue("--line");
+  context.fillStyle = cssValue("--quiet");
+  context.lineWidth = 1;
+  context.beginPath();
+  context.textAlign = "center";
+  for (const x of ticks(...xs, 6)) {
+    context.moveTo(scale.x(x), 6);
+    context.lineTo(scale.x(x), height - BOTTOM);
+    context.fillText(figure(text, x), scale.x(x), height - 8);
+  }
+  context.textAlign = "right";
+  for (const y of ticks(...ys, 5)) {
+    context.moveTo(LEFT, scale.y(y));
+    context.lineTo(width - 8, scale.y(y));
+    context.fillText(figure(text, y), LEFT - 8, scale.y(y) + 4);
+  }
+  context.stroke();
+}
+
+/** Makes the canvas as fine as its place. @param {HTMLCanvasElement} canvas @param {number} width @param {number} height */
+function prepare(canvas, width, height) {
+  const ratio = Math.min(devicePixelRatio, 2);
+  canvas.width = width * ratio;
+  canvas.height = height * ratio;
+  canvas.style.width = `${width}px`;
+  canvas.style.height = `${height}px`;
+  canvas.getContext("2d")?.setTransform(ratio, 0, 0, ratio, 0, 0);
+}
+
+/** @param {Text} text @param {number} height pixels @returns {Portrait} */
 export function createPortrait(text, height = 220) {
   const canvas = h("canvas", { role: "img" });
   const point = h("div", { class: "portrait-point" });
   const element = h("div", { class: "portrait" }, canvas, point);
-  const context = canvas.getContext("2d");
+  const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+  /** @type {{xs: ArrayLike<number>, ys: ArrayLike<number>, colour: string}} */
   let data = { xs: [], ys: [], colour: "#000" };
+  /** @type {Scale | null} */
   let scale = null;
-
-  function limits(list) {
-    let low = Infinity;
-    let high = -Infinity;
-    for (const value of list) {
-      if (value < low) low = value;
-      if (value > high) high = value;
-    }
-    if (!(low < high))
-      return [(Number.isFinite(low) ? low : 0) - 1, (Number.isFinite(low) ? low : 0) + 1];
-    const room = (high - low) * 0.06;
-    return [low - room, high + room];
-  }
-
-  function grid(width, [x0, x1], [y0, y1]) {
-    context.font = "11px system-ui, sans-serif";
-    context.strokeStyle = cssValue("--line");
-    context.fillStyle = cssValue("--quiet");
-    context.lineWidth = 1;
-    context.beginPath();
-    context.textAlign = "center";
-    for (const x of ticks(x0, x1, 6)) {
-      context.moveTo(scale.x(x), 6);
-      context.lineTo(scale.x(x), height - BOTTOM);
-      context.fillText(figure(text, x), scale.x(x), height - 8);
-    }
-    context.textAlign = "right";
-    for (const y of ticks(y0, y1, 5)) {
-      context.moveTo(LEFT, scale.y(y));
-      context.lineTo(width - 8, scale.y(y));
-      context.fillText(figure(text, y), LEFT - 8, scale.y(y) + 4);
-    }
-    context.stroke();
-  }
 
   function draw() {
     const width = element.clientWidth;
     if (!width) return;
-    const ratio = Math.min(devicePixelRatio, 2);
-    canvas.width = width * ratio;
-    canvas.height = height * ratio;
-    canvas.style.width = `${width}px`;
-    canvas.style.height = `${height}px`;
-    const xs = limits(data.xs);
-    const ys = limits(data.ys);
-    scale = {
-      x: (x) => LEFT + ((x - xs[0]) / (xs[1] - xs[0])) * (width - LEFT - 8),
-      y: (y) => height - BOTTOM - ((y - ys[0]) / (ys[1] - ys[0])) * (height - BOTTOM - 6),
-    };
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    grid(width, xs, ys);
+    prepare(canvas, width, height);
+    const { xs, ys, colour } = data;
+    scale = scaleOf(limits(xs), limits(ys), width, height);
+    grid(context, text, scale);
     context.beginPath();
-    for (let i = 0; i < data.xs.length; i++)
-      context.lineTo(scale.x(data.xs[i]), scale.y(data.ys[i]));
-    context.strokeStyle = data.colour;
+    for (let i = 0; i < xs.length; i++) context.lineTo(scale.x(xs[i]), scale.y(ys[i]));
+    context.strokeStyle = colour;
     context.lineWidth = 1.2;
     context.lineJoin = "round";
     context.stroke();

@@ -1,218 +1,174 @@
 // Share: links that reproduce the scene to the bit, one that the server keeps and one that holds all itself, QR codes, files.
-// Leaves to others: what a link holds (link.js), the codes (qrcode-generator).
+// Leaves to others: what a link holds (link.js), the codes (qr.js).
 // Invariant: a link that is shown stands for the document as it is now; one that does not is taken away.
 
-import { createBag, h } from "../dom.js";
 import { said } from "../client.js";
-import { script } from "../files.js";
+import { createBag, h } from "../dom.js";
 import { linkOf, sceneOf } from "../link.js";
-import { request } from "../state.js";
-import { aborted, button, copyButton, save, settled } from "./kit.js";
+import { FILES, saveNumbers } from "./files_of_numbers.js";
+import { button, copyButton, save, settled } from "./kit.js";
+import { qrOf } from "./qr.js";
 
 const LONGEST = 1200; // letters of a link that a camera still reads off a projector
-const FILES = [
-  { name: "CSV", type: "text/csv", ending: "csv" },
-  { name: "NPZ", type: "application/x-npz", ending: "npz" },
-  { name: "MAT", type: "application/x-matlab-data", ending: "mat" },
-];
-const SVG = "http://www.w3.org/2000/svg";
 
-/** The code of some letters, black on white with the margin that cameras need, whatever the theme. */
-export function qrOf(qrcode, letters, label) {
-  const code = qrcode(0, letters.length > 300 ? "L" : "M");
-  code.addData(letters);
-  code.make();
-  const count = code.getModuleCount();
-  const parts = [];
-  for (let row = 0; row < count; row++) {
-    for (let column = 0; column < count; column++)
-      if (code.isDark(row, column)) parts.push(`M${column + 4} ${row + 4}h1v1h-1z`);
-  }
-  const svg = document.createElementNS(SVG, "svg");
-  const dark = document.createElementNS(SVG, "path");
-  svg.setAttribute("viewBox", `0 0 ${count + 8} ${count + 8}`);
-  svg.setAttribute("class", "qr");
-  svg.setAttribute("role", "img");
-  svg.setAttribute("aria-label", label);
-  svg.setAttribute("shape-rendering", "crispEdges");
-  dark.setAttribute("d", parts.join(""));
-  svg.append(dark);
-  return svg;
-}
+/** A link with its code: set("") hides it. @typedef {ReturnType<typeof linkField>} LinkField */
 
-/** What is handed on: all but this drawer being open. */
+/**
+ * The drawer while it is there; kept: the scene's text that the short link stands for.
+ * @typedef {{
+ *   app: App, shown: boolean, kept: string | null, status: HTMLElement, fileStatus: HTMLElement, title: HTMLInputElement,
+ *   short: LinkField, long: LinkField, make: HTMLButtonElement,
+ * }} View
+ */
+
+/** What is handed on: all but this drawer being open. @param {Doc} doc @returns {Doc} */
 const handedOn = (doc) => ({ ...doc, view: { ...doc.view, drawer: null } });
 
+/** @param {string} hash */
 const whole = (hash) => `${location.origin}/${hash}`;
 
-async function mount(element, app) {
-  const { default: qrcode } = await script("lib/qrcode.js");
-  const { store, client, text } = app;
-  const bag = createBag();
-  const status = h("p", { class: "quiet", role: "status" });
-  const fileStatus = h("p", { class: "quiet", role: "status" });
-  let shown = false;
-  let kept = null; // the scene's text that the short link stands for
-
-  const title = h("input", {
+/** @param {App} app @param {any} qrcode the library @param {string} id @param {string} label @param {() => Promise<void>} follow */
+function linkField(app, qrcode, id, label, follow) {
+  const { text } = app;
+  const focus = () => field.select();
+  const field = h("input", {
     type: "text",
-    maxlength: 200,
-    value: store.get().title,
-    "data-title": "",
-    on: {
-      input: () => store.set({ title: title.value }, { label: "title", merge: "title" }),
-      change: () => store.settle(),
+    readonly: true,
+    "aria-label": label,
+    "data-link": id,
+    on: { focus },
+  });
+  const qr = h("div", {});
+  const give = async () => {
+    await follow();
+    return field.value;
+  };
+  const row = h("div", { class: "link-row" }, field, copyButton(app, text("share.copy"), give));
+  const place = h("div", { class: "link" }, row, qr);
+  return {
+    place,
+    /** @param {string} link @param {string} words what its code is */
+    set(link, words = "") {
+      place.hidden = !link;
+      field.value = link;
+      qr.replaceChildren();
+      if (link.length > LONGEST) qr.append(h("p", { class: "quiet" }, text("share.tooLong")));
+      else if (link) qr.append(qrOf(qrcode, link, words));
     },
-  });
+  };
+}
 
-  function linkField(id, label) {
-    const field = h("input", {
-      type: "text",
-      readonly: true,
-      "aria-label": label,
-      "data-link": id,
-      on: { focus: () => field.select() },
-    });
-    const qr = h("div", {});
-    const place = h(
-      "div",
-      { class: "link" },
-      h(
-        "div",
-        { class: "link-row" },
-        field,
-        copyButton(app, text("share.copy"), async () => {
-          await follow();
-          return field.value;
-        }),
-      ),
-      qr,
-    );
-    return {
-      place,
-      field,
-      set(link, words) {
-        place.hidden = !link;
-        field.value = link;
-        qr.replaceChildren(
-          ...(!link
-            ? []
-            : link.length > LONGEST
-              ? [h("p", { class: "quiet" }, text("share.tooLong"))]
-              : [qrOf(qrcode, link, words)]),
-        );
-      },
-    };
+/** @param {View} view */
+async function makeShort(view) {
+  const { app, make, status, short } = view;
+  const { client, store, text } = app;
+  const scene = sceneOf(handedOn(store.get()));
+  make.disabled = true;
+  status.textContent = text("kit.waiting");
+  try {
+    const { links } = await client.storeScene(scene);
+    view.kept = JSON.stringify(scene);
+    status.textContent = "";
+    short.set(whole(links.page.replace(/^\//, "")), text("share.qrShort"));
+    follow(view);
+  } catch (error) {
+    const away = /** @type {Failed} */ (error).status === 404;
+    status.textContent = away ? text("share.noStore") : said(error, text);
   }
+  make.disabled = false;
+}
 
-  const short = linkField("short", text("share.short"));
-  const long = linkField("long", text("share.long"));
-  short.set("");
-  const make = button(text("share.make"), makeShort, {
-    class: "button main",
-    "data-share": "make",
-  });
-
-  async function makeShort() {
-    const scene = sceneOf(handedOn(store.get()));
-    make.disabled = true;
-    status.textContent = text("kit.waiting");
-    try {
-      const { links } = await client.storeScene(scene);
-      kept = JSON.stringify(scene);
-      status.textContent = "";
-      short.set(whole(links.page.replace(/^\//, "")), text("share.qrShort"));
-      follow();
-    } catch (error) {
-      status.textContent = error.status === 404 ? text("share.noStore") : said(error, text);
-    }
-    make.disabled = false;
+/** The links of the document as it is now. @param {View} view */
+async function follow(view) {
+  if (!view.shown) return;
+  const { app, title, short, long, status } = view;
+  const { store, text } = app;
+  const doc = store.get();
+  if (document.activeElement !== title) title.value = doc.title;
+  if (view.kept !== null && JSON.stringify(sceneOf(handedOn(doc))) !== view.kept) {
+    view.kept = null;
+    short.set("");
+    status.textContent = text("share.outdated");
   }
+  const hash = await linkOf(handedOn(doc));
+  if (doc === store.get()) long.set(whole(hash), text("share.qrLong"));
+}
 
-  async function follow() {
-    if (!shown) return;
-    const doc = store.get();
-    if (document.activeElement !== title) title.value = doc.title;
-    if (kept !== null && JSON.stringify(sceneOf(handedOn(doc))) !== kept) {
-      kept = null;
-      short.set("");
-      status.textContent = text("share.outdated");
-    }
-    const hash = await linkOf(handedOn(doc));
-    if (doc === store.get()) long.set(whole(hash), text("share.qrLong"));
-  }
+/** @param {Store} store */
+function saveScene(store) {
+  const scene = JSON.stringify(sceneOf(handedOn(store.get())), null, 1);
+  save(new Blob([scene], { type: "application/json" }), "scene.json");
+}
 
-  async function saveNumbers({ type, ending }) {
-    fileStatus.textContent = text("kit.waiting");
-    try {
-      const { blob, name } = await client.file(
-        "/v1/trajectories",
-        { ...request(store.get()), output: ["phi", "phid", "lambda", "z", "energy"] },
-        type,
-      );
-      save(blob, name || `pendulum.${ending}`);
-      fileStatus.textContent = text("plots.saved", { name: name || `pendulum.${ending}` });
-    } catch (error) {
-      if (!aborted(error)) fileStatus.textContent = said(error, text);
-    }
-  }
+/** @param {Store} store */
+function titleField(store) {
+  const input = () => store.set({ title: title.value }, { label: "title", merge: "title" });
+  const on = { input, change: () => store.settle() };
+  const { title: value } = store.get();
+  const title = h("input", { type: "text", maxlength: 200, value, "data-title": "", on });
+  return title;
+}
 
-  const saveScene = () =>
-    save(
-      new Blob([JSON.stringify(sceneOf(handedOn(store.get())), null, 1)], {
-        type: "application/json",
-      }),
-      "scene.json",
-    );
+/** @param {App} app @param {any} qrcode the library @returns {View} */
+function createView(app, qrcode) {
+  const { store, text } = app;
+  const update = () => follow(view);
+  const main = { class: "button main", "data-share": "make" };
+  /** @type {View} */
+  const view = {
+    app,
+    shown: false,
+    kept: null,
+    status: h("p", { class: "quiet", role: "status" }),
+    fileStatus: h("p", { class: "quiet", role: "status" }),
+    title: titleField(store),
+    short: linkField(app, qrcode, "short", text("share.short"), update),
+    long: linkField(app, qrcode, "long", text("share.long"), update),
+    make: button(text("share.make"), () => makeShort(view), main),
+  };
+  view.short.set("");
+  return view;
+}
 
+/** A part of the drawer with its title and what it is for. @param {Text} text @param {string} id @param {...(HTMLElement)} children */
+function section(text, id, ...children) {
+  const intro = h("p", { class: "quiet" }, text(`share.${id}Hint`));
+  return h("section", {}, h("h3", {}, text(`share.${id}`)), intro, ...children);
+}
+
+/** @param {HTMLElement} element @param {View} view */
+function lay(element, { app, title, make, status, short, long, fileStatus }) {
+  const { store, text } = app;
+  const scene = button(text("share.scene"), () => saveScene(store), { "data-save": "json" });
+  const files = FILES.map((file) =>
+    button(file.name, () => saveNumbers(app, file, fileStatus), { "data-save": file.ending }),
+  );
   element.append(
     h("h2", {}, text("drawer.share")),
     h("p", { class: "quiet" }, text("share.intro")),
     h("label", { class: "field wide" }, h("span", {}, text("share.title")), title),
-    h(
-      "section",
-      {},
-      h("h3", {}, text("share.short")),
-      h("p", { class: "quiet" }, text("share.shortHint")),
-      h("div", { class: "row" }, make),
-      status,
-      short.place,
-    ),
-    h(
-      "section",
-      {},
-      h("h3", {}, text("share.long")),
-      h("p", { class: "quiet" }, text("share.longHint")),
-      long.place,
-    ),
-    h(
-      "section",
-      {},
-      h("h3", {}, text("share.files")),
-      h("p", { class: "quiet" }, text("share.filesHint")),
-      h(
-        "div",
-        { class: "row" },
-        button(text("share.scene"), saveScene, { "data-save": "json" }),
-        ...FILES.map((file) =>
-          button(file.name, () => saveNumbers(file), { "data-save": file.ending }),
-        ),
-      ),
-      fileStatus,
-    ),
+    section(text, "short", h("div", { class: "row" }, make), status, short.place),
+    section(text, "long", long.place),
+    section(text, "files", h("div", { class: "row" }, scene, ...files), fileStatus),
   );
+}
 
-  const soon = settled(follow, 150);
+/** @param {HTMLElement} element @param {App} app @returns {Promise<Drawer>} */
+async function mount(element, app) {
+  const { default: qrcode } = await app.files.script("lib/qrcode.js");
+  const bag = createBag();
+  const view = createView(app, qrcode);
+  lay(element, view);
+  const soon = settled(() => follow(view), 150);
   bag(soon.end);
-  bag(store.subscribe(soon));
-
+  bag(app.store.subscribe(soon));
   return {
     show() {
-      shown = true;
-      follow();
+      view.shown = true;
+      follow(view);
     },
     hide() {
-      shown = false;
+      view.shown = false;
     },
     destroy() {
       bag.end();
@@ -221,4 +177,5 @@ async function mount(element, app) {
   };
 }
 
+/** @type {DrawerPart} */
 export default { id: "share", title: (text) => text("drawer.share"), mount };

@@ -419,6 +419,12 @@ export default {
   "failure.link": "Dieser Link ist nicht lesbar.",
   "failure.file":
     "Ein Teil der Seite konnte nicht geladen werden. Vielleicht ist der Server beschäftigt: bitte gleich noch einmal versuchen.",
+  "failure.part":
+    "Ein Teil der Seite konnte nicht entstehen. Der Rest geht weiter; neu geladen versucht sie es noch einmal.",
+  "failure.style":
+    "Das Aussehen der Seite kam nicht: Sie arbeitet, aber sie ist kahl. Neu geladen versucht sie es noch einmal.",
+  "failure.storage":
+    "Dieser Browser merkt sich nichts für diese Seite: Was gewählt ist, gilt, solange dieser Tab offen ist.",
   "failure.page":
     "In der Seite ist etwas schiefgegangen. Wenn es nicht weitergeht, bitte neu laden.",
 };

@@ -415,5 +415,10 @@ export default {
   "failure.link": "This link cannot be read.",
   "failure.file":
     "A part of the page could not be loaded. The server may be busy: try again in a moment.",
+  "failure.part": "A part of the page could not be made. The rest goes on; reload it to try again.",
+  "failure.style":
+    "The page's style sheet did not come: it works, but it is bare. Reload it to try again.",
+  "failure.storage":
+    "This browser keeps nothing for this page: its choices last as long as this tab.",
   "failure.page": "Something in the page went wrong. If it does not go on, reload it.",
 };

@@ -1,0 +1,426 @@
+// The shapes that the page's modules hand each other, named once: for readers, and for tsc, which checks every module of the
+// page against them (tests/rules/types.sh).
+// Leaves to others: what is done with them. Nothing here is part of a bundle.
+// Invariant: angles are radians, 0 is to the right, they grow against the clock; metres, kilograms, seconds, newtons.
+
+/** Arms are numbered from 1; parent[k - 1] is the arm that carries arm k, 0 is the pivot. */
+interface Tree {
+  length: number[];
+  mass: number[];
+  parent: number[];
+  gravity: number;
+}
+
+/** Angles and angular velocities of all arms. */
+interface State {
+  phi: number[];
+  phid: number[];
+}
+
+/** Another start beside the document's, or (apart) the document's own with its first arm turned by so much. */
+interface Ghost extends State {
+  apart?: number;
+  method?: string;
+  rtol?: number | null;
+  atol?: number | null;
+}
+
+interface View {
+  drawer: string | null;
+  speed: number;
+  loop: boolean;
+  trails: number[];
+  arrows: boolean;
+  palette: string;
+  selected: number;
+}
+
+/** What the page shows: one immutable object. */
+interface Doc {
+  title: string;
+  preset: string | null;
+  pendulum: Tree;
+  initial: State;
+  span: { stop: number; step: number };
+  method: string;
+  rtol: number | null;
+  atol: number | null;
+  precision: string;
+  ghosts: Ghost[];
+  view: View;
+}
+
+/** What changes of a document; `view` may name only some of its keys. */
+type Patch = Partial<Omit<Doc, "view">> & { view?: Partial<View> };
+
+interface Cause {
+  label: string;
+  merge?: string | null;
+}
+
+type Listener = (doc: Doc, before: Doc, cause: Cause) => unknown;
+/** Ends what has been begun. */
+type End = () => unknown;
+
+interface Store {
+  get(): Doc;
+  set(patch: Patch, options?: { label?: string; merge?: string | null }): void;
+  settle(): void;
+  undo(): string | null;
+  redo(): string | null;
+  canUndo(): boolean;
+  canRedo(): boolean;
+  subscribe(fn: Listener): End;
+}
+
+/** The body of /v1/trajectories, and of what is asked for like it. */
+interface MotionBody {
+  pendulum: Tree;
+  initial: State;
+  times: { start?: number; stop: number; step?: number; count?: number };
+  method?: string;
+  rtol?: number | null;
+  atol?: number | null;
+  precision?: string;
+  output?: string[];
+}
+
+/** How an integration went; of a motion that is sent while it is computed only part of it is known. */
+interface Stats {
+  horizon: number;
+  energy_drift: number;
+  warnings?: string | null;
+  trust_until?: number;
+  steps?: number;
+  rejected?: number;
+  evaluations?: number;
+  compute_seconds?: number;
+}
+
+interface Column {
+  name: string;
+  count: number;
+}
+
+type Columns = Record<string, Float64Array>;
+
+/** The least that a motion of which pictures are drawn has: rows 0 ... count - 1 of phi and phid. */
+interface Samples {
+  doc: { pendulum: Tree; span: { step: number } };
+  initial: State;
+  n: number;
+  count: number;
+  columns: Columns;
+}
+
+/** One trajectory: a table of samples from the server, row by row. */
+interface Track extends Samples {
+  doc: Doc;
+  total: number;
+  complete: boolean;
+  preview: ArrayLike<number> | null;
+  t: Float64Array;
+  widths: Record<string, number>;
+  parts: { values: Float64Array; count: number; offset: number }[];
+  width: number;
+  stats: Stats | null;
+}
+
+/** Where a time lies among samples. */
+interface Place {
+  index: number;
+  fraction: number;
+}
+
+interface Instant extends Place {
+  time: number;
+  phi: Float64Array;
+  phid: Float64Array;
+  lambda: Float64Array;
+}
+
+interface Failed extends Error {
+  kind: string;
+  status: number;
+  problem: Problem | null;
+  retry: number;
+}
+
+interface Problem {
+  detail?: string;
+  errors?: { pointer?: string; detail: string }[];
+}
+
+interface Motion {
+  track: Track;
+  ghosts: Track[];
+  stats: Stats | null;
+  loading: boolean;
+  failure: Failed | null;
+  complaint: string | null;
+  readonly t: Float64Array;
+  readonly columns: Columns;
+  readonly n: number;
+  readonly count: number;
+  readonly total: number;
+  readonly complete: boolean;
+  readonly doc: Doc;
+  readonly held: boolean;
+  at(time: number): Instant;
+  hold(): void;
+  foresee(lambda: ArrayLike<number>): void;
+  release(): void;
+  reload(): Promise<void>;
+  note(words: string | null): void;
+  begin(): Promise<void>;
+  subscribe(fn: (motion: Motion, what: string) => unknown): End;
+}
+
+interface Clock {
+  time: number;
+  playing: boolean;
+  waiting: boolean;
+  speed: number;
+  loop: boolean;
+  duration: number;
+  available: number;
+  complete: boolean;
+  play(): void;
+  pause(): void;
+  toggle(): void;
+  seek(time: number): void;
+  extent(available: number, duration: number, complete: boolean): void;
+  restart(time?: number): void;
+  setSpeed(speed: number): void;
+  setLoop(loop: boolean): void;
+  subscribe(fn: (clock: Clock) => unknown): End;
+}
+
+interface AskOptions {
+  signal?: AbortSignal;
+}
+
+interface TableOptions extends AskOptions {
+  begin(columns: Column[], stats: Stats | null): unknown;
+  rows(values: Float64Array, count: number): unknown;
+  reply?: Response | null;
+}
+
+/** Answers are the server's JSON, whose shape api/openapi.yaml tells. */
+type Answer = Promise<any>;
+
+interface Client {
+  readonly state: { kind: string; retry: number };
+  hurry(): void;
+  watch(fn: (state: { kind: string; retry: number }) => unknown): End;
+  ask(path: string, options?: RequestInit): Promise<Response>;
+  post(path: string, body: object, options?: AskOptions & { accept?: string }): Promise<Response>;
+  trajectory(body: object, options?: AskOptions): Answer;
+  forces(body: object, options?: AskOptions): Answer;
+  modes(body: object, options?: AskOptions): Answer;
+  trees(body: object, options?: AskOptions): Answer;
+  ensembles(body: object, options?: AskOptions): Answer;
+  equations(body: object, options?: AskOptions): Answer;
+  storeScene(body: object, options?: AskOptions): Answer;
+  scene(id: string, options?: AskOptions): Answer;
+  presets(options?: AskOptions): Answer;
+  preset(name: string, options?: AskOptions): Answer;
+  file(
+    path: string,
+    body: object,
+    accept: string,
+    options?: AskOptions,
+  ): Promise<{ blob: Blob; name: string }>;
+  table(path: string, body: object, options: TableOptions): Promise<void>;
+}
+
+/** text(key, holes), and numbers as the language writes them. */
+interface Text {
+  (key: string, holes?: Record<string, unknown>): string;
+  language: string;
+  has(key: string): boolean;
+  number(value: number, digits?: number): string;
+  short(value: number, digits?: number): string;
+  read(typed: string): number;
+  use(language?: string, keep?: boolean): void;
+}
+
+interface Edits {
+  readonly grabbed: boolean;
+  grab(): void;
+  release(seconds?: number): void;
+  cancel(): void;
+  turn(arm: number, angle: number, length?: number | null): void;
+  angle(arm: number): number;
+  setLength(arm: number, length: number, merge?: string | null): void;
+  setMass(arm: number, mass: number, merge?: string | null): void;
+  lengthen(arm: number, by: number): void;
+  weigh(arm: number, factor: number): void;
+  setGravity(gravity: number): void;
+  setStart(arm: number, name: "phi" | "phid", value: number): void;
+  add(carrier: number): void;
+  remove(arm: number): void;
+  trail(arm: number): void;
+  select(arm: number): void;
+  begin(): void;
+}
+
+interface Theme {
+  readonly dark: boolean;
+  toggle(): void;
+  subscribe(fn: () => unknown): End;
+}
+
+/** Files that are loaded when they are needed; a script is whatever it exports. */
+interface Files {
+  script(path: string): Promise<any>;
+  style(path: string): Promise<unknown>;
+}
+
+/** What every view knows. */
+interface App {
+  store: Store;
+  motion: Motion;
+  clock: Clock;
+  client: Client;
+  text: Text;
+  theme: Theme;
+  files: Files;
+  edits: Edits;
+  announce(words: string): void;
+  complain(words: string): void;
+  undo(): void;
+  redo(): void;
+  speak(language: string): void;
+  /** The stage's: opens the fields of an arm. */
+  editArm(arm: number): void;
+  stage: { tip(arm: number): Point };
+}
+
+interface Point {
+  x: number;
+  y: number;
+}
+
+/** The pivot in pixels, and how many pixels a metre has. */
+interface Camera extends Point {
+  scale: number;
+}
+
+/** How far around the pivot something goes, in metres. */
+interface Box {
+  side: number;
+  up: number;
+  down: number;
+}
+
+/** What depends on the tree only, and where its tips are in this frame. */
+interface Shape {
+  tree: Tree;
+  n: number;
+  rows: number[];
+  reach: number;
+  heaviest: number;
+  thin: number;
+  phi: Float64Array;
+  lambda: Float64Array;
+  x: Float64Array;
+  y: Float64Array;
+  ghostPhi: Float64Array;
+  ghostX: Float64Array;
+  ghostY: Float64Array;
+}
+
+interface Colours {
+  bins: string[];
+  font: string;
+  ink: string;
+  quiet: string;
+  glass: string;
+  accent: string;
+  paper: string;
+  mass: string;
+  ghosts: string[];
+  trails: string[];
+}
+
+/** What is on the stage, for those who ask where. */
+interface Look {
+  shape: Shape;
+  camera: Camera;
+  colours: Colours;
+  most: number;
+  hover: number;
+  focused: boolean;
+  soon(): void;
+  cardHeight(): number;
+}
+
+interface Bag {
+  (end: End): unknown;
+  end(): void;
+  on(
+    target: EventTarget,
+    event: string,
+    listener: (event: any) => unknown,
+    options?: AddEventListenerOptions,
+  ): void;
+}
+
+/** A function that is called soon, however often it is asked for. */
+interface Soon {
+  (): void;
+  end(): void;
+}
+
+interface Drawer {
+  show(): unknown;
+  hide(): unknown;
+  destroy(): unknown;
+}
+
+/** What a drawer's file exports by default. */
+interface DrawerPart {
+  id: string;
+  title(text: Text): string;
+  mount(element: HTMLElement, app: App): Drawer | Promise<Drawer>;
+}
+
+/** One curve of a chart. */
+interface Series {
+  colour: string;
+  dash?: number[] | null;
+  width?: number;
+  shown?: boolean;
+}
+
+type ChartData = ArrayLike<number | null>[];
+
+interface Chart {
+  set(data: ChartData): void;
+  show(i: number, shown: boolean): void;
+  range(): void;
+  follow(): void;
+  destroy(): void;
+}
+
+interface ChartOptions {
+  series: Series[];
+  times?: boolean;
+  log?: boolean;
+  height?: number;
+}
+
+interface ChartGroup {
+  readonly zoomed: [number, number] | null;
+  zoom(from?: number | null, to?: number | null): void;
+  magnify(factor: number): void;
+  add(host: HTMLElement, options: ChartOptions): Chart;
+  remove(chart: Chart): void;
+  follow(): void;
+  destroy(): void;
+}
+
+interface Window {
+  pendulumd: App;
+}
