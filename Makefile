@@ -192,8 +192,9 @@ lint: ## clang's warnings, layout and spectral; installs clang and clang-format
 	@$(CHECK) ONLY='layout openapi'; $(COUNT)
 
 #@ Source
-format: ## lays out the C with clang-format 14, as rules/layout checks it
+format: ## lays out the C with clang-format 14, as rules/layout checks it, and the page's scripts with prettier, as rules/types does
 	@tests/rules/layout.sh --write
+	@tests/rules/types.sh --format
 
 format-check: ## fails where format would change something
 	@tests/rules/layout.sh
