@@ -274,7 +274,7 @@ struct srv_store_sweep {
 /**
  * Puts parts back whose lease ran out, gives up what kills its workers, removes what is dismissed
  * or past its time; a piece at a time: at most 64 parts, 64 chunks of results of a job that has
- * ended, and 128 jobs that expired, 512 where one statement removes them all. Any process may, at
+ * ended, and 128 jobs that expired. Any process may, at
  * any time. After the store's clock has jumped ahead no job expires for ten minutes: a clock that
  * was set by mistake, and is set back, costs nobody a result.
  *

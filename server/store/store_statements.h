@@ -252,9 +252,10 @@ enum srv_statement {
         SQL_COUNT
 };
 
-/* the LIMITs of PARTS_LATE and PARTS_OF, PARTS_REMOVE_SOME, RESULTS_REMOVE_SOME: as many rows
- * mean that there may be more; and the most that JOBS_EXPIRED is asked for */
-enum { SQL_PARTS_MOST = 64, SQL_PARTS_REMOVED = 512, SQL_CHUNKS_MOST = 64, SQL_EXPIRED_MOST = 512 };
+/* The LIMITs of PARTS_LATE and PARTS_OF, PARTS_REMOVE_SOME and RESULTS_REMOVE_SOME: as many rows
+ * mean that there may be more. And the most rows that JOBS_EXPIRED is asked for: with 512 a submit
+ * to PostgreSQL waits longer while a sweep runs, and the sweep gains little. */
+enum { SQL_PARTS_MOST = 64, SQL_PARTS_REMOVED = 512, SQL_CHUNKS_MOST = 64, SQL_EXPIRED_MOST = 128 };
 
 /* the text of each */
 extern const char *const srv_statement_text[SQL_COUNT];

@@ -16,9 +16,8 @@
  * and for how long it is not trusted then */
 enum { SWEEP_SMALL = 1 << 20, SWEEP_JUMP_S = 300, SWEEP_HOLD_S = 600 };
 
-/* jobs that are past their time in one piece: where each is removed by statements of its own,
- * and where all are by one; and the bytes of results after which a piece ends */
-enum { SWEEP_SINGLE = 128, SWEEP_LIST = SQL_EXPIRED_MOST, SWEEP_PIECE = 16 << 20 };
+/* the bytes of results after which a piece ends */
+enum { SWEEP_PIECE = 16 << 20 };
 
 /* A job that is dismissed or removed and whose parts and results are still there. */
 struct row_removal {
@@ -120,8 +119,7 @@ static enum srv_stored sweep_expired(struct srv_store *store, int64_t now,
     struct row_expired rows = {0};
     if (!sweep_trusts(store, now)) return SRV_STORED;
     SRV_STORED_TRY(SRV_RUN(store, SQL_JOBS_EXPIRED, row_expired, &rows,
-                           srv_value_whole(store->expiry.from),
-                           srv_value_whole(store->sql->driver->lists ? SWEEP_LIST : SWEEP_SINGLE)));
+                           srv_value_whole(store->expiry.from), srv_value_whole(SQL_EXPIRED_MOST)));
     int64_t bytes = 0;
     for (int i = 0; i < rows.count; i++) {
         SRV_STORED_TRY(expired_remove(store, &rows.job[i]));

@@ -106,8 +106,8 @@ STORE_TEST(expired_jobs_go_many_at_a_time_and_as_they_are) {
     }
     ground_pause_ms(5);
     int sweeps = brief_sweep(own, &expired);
-    int most = ground->postgres ? 2 : 5; /* 512 and 128 at a time, and a look that finds nothing */
-    CHECK_SAYING(sweeps <= most, "%d sweeps", sweeps);
+    /* 128 at a time, so that no other call waits long, and a look or two that find nothing */
+    CHECK_SAYING(sweeps >= 4 && sweeps <= 5, "%d sweeps", sweeps);
     CHECK_INT(expired, 300);
     CHECK_INT(srv_store_figures(own, &figures), SRV_STORED);
     CHECK(!figures.jobs[SRV_JOB_SUCCESSFUL] && !figures.jobs[SRV_JOB_DISMISSED] && !figures.bytes);
