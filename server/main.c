@@ -14,7 +14,7 @@
 
 #include "api/base/engine.h"
 #include "server/base/clock.h"
-#include "server/base/config.h"
+#include "server/base/config_load.h"
 #include "server/daemon.h"
 #include "server/base/log.h"
 #include "server/base/notify.h"

@@ -1,8 +1,7 @@
-/* Every option of the server in one table, and the four places that set them: default, file,
- * environment, command line.
- * Leaves to others: acting on the values.
- * Invariant: what was loaded has passed every check of the table; help and documents are written
- * from the table. */
+/* Every option of the server in one table: name, default, meaning, and what its value may be.
+ * Leaves to others: reading values (config_load), acting on them.
+ * Invariant: an option is one field of struct srv_config or one row of api/base/limits.h, and one
+ * row here; help and documents are written from the table. */
 #ifndef SRV_CONFIG_H
 #define SRV_CONFIG_H
 
@@ -47,39 +46,55 @@ struct srv_config {
     struct api_limits limits;
 };
 
-/** What a process does, after its role. */
-int srv_config_answers(const struct srv_config *config); /* requests that compute */
-int srv_config_works(const struct srv_config *config);   /* jobs */
+/** True where the process, by its role, answers requests that compute. */
+int srv_config_answers(const struct srv_config *config);
+
+/** True where the process, by its role, computes jobs. */
+int srv_config_works(const struct srv_config *config);
 
 /** The limits of a job's request: those of any request, or wider. */
 struct api_limits srv_config_job_limits(const struct srv_config *config);
 
+/* What a value may be. */
+enum srv_option_kind {
+    SRV_OPTION_FLAG,    /* no value: asks for a task */
+    SRV_OPTION_LISTEN,  /* HOST:PORT */
+    SRV_OPTION_FILE,    /* the options' file, which no such file may name */
+    SRV_OPTION_TEXT,    /* anything */
+    SRV_OPTION_WHOLE,   /* a whole number */
+    SRV_OPTION_BYTES,   /* a whole number, or one with K, M or G behind it */
+    SRV_OPTION_SECONDS, /* a number */
+    SRV_OPTION_SWITCH,  /* on, off or auto */
+    SRV_OPTION_HOSTS,   /* *, auto or a list of hosts */
+    SRV_OPTION_ROLE,    /* all, api or worker */
+    SRV_OPTION_STORE    /* none, sqlite, sqlite:PATH or postgresql://... */
+};
+
 /* A row of the table. */
 struct srv_option {
-    const char
-        *name; /* "max-queue": --max-queue, PENDULUMD_MAX_QUEUE, max-queue = ... in the file */
+    const char *name;    /* "max-queue": --max-queue, PENDULUMD_MAX_QUEUE, max-queue = 256 */
     const char *sample;  /* what a value looks like, for the help; NULL where there is none */
     char start[32];      /* the default as one would write it */
     const char *meaning; /* one or two sentences without a capital and a full stop */
+    enum srv_option_kind kind;
+    size_t offset;      /* of the value: in struct srv_config, or the number of a limit */
+    double least, most; /* of a number */
 };
 
-/**
- * Loads the options; later places win: the defaults, the file, the environment, the command line.
- *
- * argv         of main; argv[0] is skipped.
- * environment  of main, ended by NULL; a PENDULUMD_ variable that names no option gives a warning,
- *              as supervisors set some by themselves.
- *
- * PEND_INVALID  error->text names the option, where it stands, and what would be right.
- */
-PEND_MUST_CHECK enum pend_status srv_config_load(struct srv_config *config, int argc,
-                                                 char *const argv[], char *const environment[],
-                                                 struct pend_error *error);
+/** Copies row i of the table, the server's own options first, then api/base/limits.h; returns false
+ * beyond the end. */
+int srv_config_row(int i, struct srv_option *row);
+
+/** Finds the row of a name of so many bytes, and its number in the table; returns false where there
+ * is none. */
+int srv_config_find(const char *name, size_t bytes, int *i, struct srv_option *row);
 
 /**
- * Row i of the table, the server's own options first, then api/base/limits.h; 0 beyond the end.
+ * Where the value of option i lies in a config: a double for a number and a switch, else a text.
+ *
+ * bytes  that the value takes; 0 where the option has none, and NULL is returned.
  */
-int srv_config_row(int i, struct srv_option *row);
+void *srv_config_value(struct srv_config *config, int i, size_t *bytes);
 
 /** True where option i of the table has one value in both. */
 int srv_config_same(const struct srv_config *one, const struct srv_config *other, int i);

@@ -1,0 +1,22 @@
+/* The four places that set the options: default, file, environment, command line.
+ * Leaves to others: which options there are (config), acting on the values.
+ * Invariant: what was loaded has passed every check of the table. */
+#ifndef SRV_CONFIG_LOAD_H
+#define SRV_CONFIG_LOAD_H
+
+#include "server/base/config.h"
+
+/**
+ * Loads the options; later places win: the defaults, the file, the environment, the command line.
+ *
+ * argv         of main; argv[0] is skipped.
+ * environment  of main, ended by NULL; a PENDULUMD_ variable that names no option gives a warning,
+ *              as supervisors set some by themselves.
+ *
+ * PEND_INVALID  error->text names the option, where it stands, and what would be right.
+ */
+PEND_MUST_CHECK enum pend_status srv_config_load(struct srv_config *config, int argc,
+                                                 char *const argv[], char *const environment[],
+                                                 struct pend_error *error);
+
+#endif
