@@ -1,5 +1,5 @@
-/* A growing byte buffer with a hard limit: where answers are written.
- * Leaves to others: what the bytes mean.
+/* A growing byte buffer with a hard limit, into which responses are written.
+ * Leaves to others: the meaning of the bytes.
  * Invariant: bytes <= cap <= limit; after a failure the buffer keeps its contents and stays
  * usable. */
 #ifndef API_BUFFER_H
@@ -14,21 +14,25 @@ struct api_buffer {
     size_t bytes, cap, limit;
 };
 
-/** Starts an empty buffer that may grow to limit bytes; allocates nothing. */
+/** True if the invariant holds; for assertions. */
+int api_buffer_valid(const struct api_buffer *buffer);
+
+/** Initializes an empty buffer that may grow to limit bytes; allocates nothing. */
 void api_buffer_init(struct api_buffer *buffer, size_t limit);
 
 /** Frees the memory and leaves an empty buffer of the same limit. */
 void api_buffer_clear(struct api_buffer *buffer);
 
-/** Gives back the memory that its contents do not need, where there is any; the contents stay. */
+/** Frees the memory that the contents do not need; the contents stay, but may move. */
 void api_buffer_trim(struct api_buffer *buffer);
 
 /**
- * Makes room for `more` bytes behind the present ones, so that they can be written directly at data
- * + bytes.
+ * Ensures that `more` bytes can be written directly at data + bytes; the caller then adds them to
+ * `bytes`.
  *
- * PEND_LIMIT      the limit would be passed.
- * PEND_NO_MEMORY Amortised O(1) a byte.
+ * PEND_LIMIT      the buffer would pass its limit.
+ * PEND_NO_MEMORY
+ * Amortised O(1) a byte.
  */
 PEND_MUST_CHECK enum pend_status api_buffer_room(struct api_buffer *buffer, size_t more);
 

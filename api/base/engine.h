@@ -1,12 +1,13 @@
-/* Which engine this is: a digest of the sources of core and api, made when it is built.
- * Leaves to others: where it is told. Invariant: another engine, another text. */
+/* The engine's version: a digest of the sources of core and api, made by the build.
+ * Leaves to others: reporting it (remarks, server).
+ * Invariant: engines of different sources have different digests. */
 #ifndef API_ENGINE_H
 #define API_ENGINE_H
 
-/* For people; the same wherever an answer, the program or its metrics tell it. */
+/* The version for people; the same in responses, in the program's output and in its metrics. */
 #define API_VERSION "0.1.0"
 
-/* 64 hexadecimal digits; and the first 16 of them, by which it is told. */
+/* 64 hexadecimal digits; and the first 16 of them, which responses report. */
 extern const char api_engine[], api_engine_name[];
 
 #endif

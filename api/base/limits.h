@@ -1,8 +1,8 @@
 /* Every limit of a request in one table: name, default, allowed range, unit and meaning.
- * Leaves to others: where the values come from (server/base/config), who enforces them (op_*,
+ * Leaves to others: setting them (server/base/config), enforcing them (op_*,
  * server/work/admission).
- * Invariant: the help, the OpenAPI document and the error texts name a limit by the name in this
- * table, or by that of the option that widens it for jobs. */
+ * Invariant: the help, the OpenAPI document and the error texts call a limit by its name in this
+ * table, or by the name of the option that widens it for jobs. */
 #ifndef API_LIMITS_H
 #define API_LIMITS_H
 
@@ -28,7 +28,7 @@ struct api_limits {
 #define X(field, name, start, least, most, unit, meaning) double field;
     API_LIMITS_LIST(X)
 #undef X
-    int of_jobs; /* they are those of jobs, some of which have names of their own */
+    int of_jobs; /* non-zero: limits of jobs, some of which have names of their own */
 };
 
 struct api_limit_row {
@@ -37,17 +37,17 @@ struct api_limit_row {
     const char *unit, *meaning;
 };
 
-/** Fills in the defaults of the table. */
+/** Sets all limits to the defaults of the table. */
 void api_limits_init(struct api_limits *limits);
 
-/** Row i of the table, or NULL beyond its end. */
+/** Returns row i of the table, NULL beyond its end. */
 const struct api_limit_row *api_limits_row(int i);
 
-/** The name by which texts call the limit that a field of `limits` is: "max-members", of jobs
+/** Returns the name of the limit that a field of `limits` holds: "max-members", or for jobs
  * "max-job-members". */
 const char *api_limits_name(const struct api_limits *limits, const double *field);
 
-/** The value of row i in limits, for reading and for setting. */
+/** Returns where the value of row i is in `limits`, for reading and for setting. */
 double *api_limits_value(struct api_limits *limits, int i);
 
 #endif

@@ -1,6 +1,6 @@
 /* Numbers as little-endian bytes, whatever the processor's own order is.
- * Leaves to others: what the numbers mean (encode_octets, encode_npz, encode_mat).
- * Invariant: on a little-endian processor it is all memcpy. */
+ * Leaves to others: the meaning of the numbers (encode_octets, encode_npz, encode_mat).
+ * Invariant: on a little-endian processor every function is a memcpy. */
 #ifndef API_OCTETS_H
 #define API_OCTETS_H
 
@@ -36,7 +36,7 @@ static inline char *api_octets_doubles(char *at, size_t count, const double x[])
 #endif
 }
 
-/** Writes doubles that stand `step` apart, one behind the other. Returns the end. */
+/** Writes x[0], x[step], x[2 step], ..., `count` doubles. Returns the end. */
 static inline char *api_octets_spread(char *at, size_t count, const double x[], size_t step) {
     for (size_t i = 0; i < count; i++) at = api_octets_double(at, x[i * step]);
     return at;

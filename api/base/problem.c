@@ -1,5 +1,6 @@
 #include "api/base/problem.h"
 
+#include <assert.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -45,7 +46,7 @@ static const char *problem_title(int status) {
     return status < 500 ? "Client Error" : "Server Error";
 }
 
-/* prints, cutting a text that is too long where a character ends */
+/* prints; a text that is too long is cut behind a whole character and ends with "..." */
 __attribute__((format(printf, 3, 0))) static void
 problem_print(char *out, size_t cap, const char *format, va_list arguments) {
     int bytes = vsnprintf(out, cap, format, arguments);
@@ -54,9 +55,16 @@ problem_print(char *out, size_t cap, const char *format, va_list arguments) {
     memcpy(out + api_text_cut(out, cap - 1, cap - 4), "...", 4);
 }
 
+int api_problem_valid(const struct api_problem *problem) {
+    int faults = problem->count || problem->beyond;
+    return problem->count >= 0 && problem->count <= API_PROBLEM_FAULTS && problem->beyond >= 0 &&
+           (!problem->count || problem->faults) && (!faults || problem->status);
+}
+
 void api_problem_init(struct api_problem *problem) { *problem = (struct api_problem){0}; }
 
 void api_problem_clear(struct api_problem *problem) {
+    assert(api_problem_valid(problem));
     free(problem->faults);
     api_problem_init(problem);
 }
@@ -67,6 +75,7 @@ static void problem_state(struct api_problem *problem, int status) {
 }
 
 void api_problem_set(struct api_problem *problem, int status, const char *format, ...) {
+    assert(api_problem_valid(problem) && status >= 400 && status <= 599);
     if (problem->status) return;
     problem_state(problem, status);
     va_list arguments;
@@ -81,7 +90,7 @@ int api_problem_full(struct api_problem *problem) {
     return full;
 }
 
-/* room for one more fault, or NULL */
+/* where the next fault is to be written, or NULL if it is only counted */
 static struct api_fault *problem_slot(struct api_problem *problem) {
     if (!problem->faults) problem->faults = malloc(API_PROBLEM_FAULTS * sizeof *problem->faults);
     if (!problem->faults || problem->count == API_PROBLEM_FAULTS) return NULL;
@@ -89,6 +98,7 @@ static struct api_fault *problem_slot(struct api_problem *problem) {
 }
 
 void api_problem_fault(struct api_problem *problem, const char *pointer, const char *format, ...) {
+    assert(api_problem_valid(problem));
     if (!problem->status) problem_state(problem, 422);
     struct api_fault *fault = problem_slot(problem);
     if (!fault) {
@@ -101,6 +111,7 @@ void api_problem_fault(struct api_problem *problem, const char *pointer, const c
     va_start(arguments, format);
     problem_print(fault->detail, sizeof fault->detail, format, arguments);
     va_end(arguments);
+    assert(api_problem_valid(problem));
 }
 
 /* the detail that was stated, or a count of the faults */
@@ -144,6 +155,7 @@ static enum pend_status problem_write_all(const struct api_problem *problem,
 }
 
 enum pend_status api_problem_write(const struct api_problem *problem, struct api_buffer *out) {
+    assert(api_problem_valid(problem));
     size_t before = out->bytes;
     enum pend_status status = problem_write_all(problem, out);
     if (status != PEND_OK) out->bytes = before;

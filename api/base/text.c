@@ -1,11 +1,12 @@
 #include "api/base/text.h"
 
+#include <assert.h>
 #include <string.h>
 
 static int text_tail(unsigned char c) { return (c & 0xc0) == 0x80; }
 
-/* the range of the second byte is narrower behind E0, ED, F0 and F4: no overlong forms,
- * surrogates, or beyond 10FFFF */
+/* the range of the second byte is narrower behind E0, ED, F0 and F4: this excludes overlong forms,
+ * surrogates, and code points beyond 10FFFF */
 static int text_second(unsigned char lead, unsigned char c) {
     if (lead == 0xe0) return c >= 0xa0 && c <= 0xbf;
     if (lead == 0xed) return c >= 0x80 && c <= 0x9f;
@@ -21,6 +22,7 @@ static int text_length(unsigned char lead) {
 }
 
 int api_text_utf8(const char *text, size_t bytes) {
+    assert(bytes);
     const unsigned char *p = (const unsigned char *)text;
     int length = text_length(p[0]);
     if ((size_t)length > bytes) return 0;

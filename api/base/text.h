@@ -1,37 +1,38 @@
-/* Text as JSON wants it: UTF-8 that is valid, strings that are quoted and escaped.
+/* Text for JSON: checking UTF-8, quoting and escaping strings.
  * Leaves to others: reading JSON (json_in), numbers (number).
- * Invariant: what is written is a valid JSON string in valid UTF-8 whatever came in. */
+ * Invariant: the output is a valid JSON string in valid UTF-8 whatever the input was. */
 #ifndef API_TEXT_H
 #define API_TEXT_H
 
 #include "api/base/buffer.h"
 
 /**
- * Length of the UTF-8 sequence at the start of text, 1 to 4 bytes, or 0 where it is none (Unicode
- * table 3-7: no overlong form, no surrogate, nothing beyond U+10FFFF).
+ * Returns the length of the UTF-8 sequence at the start of text, 1 to 4 bytes, or 0 if there is
+ * none (Unicode table 3-7: no overlong form, no surrogate, nothing beyond U+10FFFF).
  *
- * bytes  how many may be looked at, >= 1.
+ * bytes  of text, >= 1; none behind them is read.
  */
 int api_text_utf8(const char *text, size_t bytes);
 
 /**
- * Longest prefix of at most `cap` bytes that does not cut a UTF-8 sequence in two.
+ * Returns the length of the longest prefix of at most `cap` bytes that does not cut a UTF-8
+ * sequence in two.
  */
 size_t api_text_cut(const char *text, size_t bytes, size_t cap);
 
 /**
- * Appends text as the inside of a JSON string: one spelling for each text, so that equal texts give
+ * Appends text as the inside of a JSON string. Each text has one spelling, so that equal texts give
  * equal bytes.
  *
- * Fails as api_buffer_room does; a part may have been appended then.
+ * Fails as api_buffer_room does; then a part may have been appended.
  */
 PEND_MUST_CHECK enum pend_status api_text_escape(struct api_buffer *out, const char *text,
                                                  size_t bytes);
 
 /**
- * Appends text as a JSON string with its quotes; bytes that are no UTF-8 become U+FFFD.
+ * Appends text as a JSON string with its quotes; bytes that are not UTF-8 become U+FFFD.
  *
- * Fails as api_buffer_room does; a part may have been appended then.
+ * Fails as api_buffer_room does; then a part may have been appended.
  */
 PEND_MUST_CHECK enum pend_status api_text_quote(struct api_buffer *out, const char *text,
                                                 size_t bytes);

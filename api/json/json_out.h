@@ -1,7 +1,7 @@
-/* Pieces of JSON straight into a buffer: keys, strings, numbers, arrays of numbers.
- * Leaves to others: what is said (op_*, encode_json), limits (buffer).
- * Invariant: a comma goes where the byte before says so, so that members and items are added
- * without counting them; a number that is not finite is never written. */
+/* Writing JSON into a buffer: keys, strings, numbers, arrays of numbers.
+ * Leaves to others: which members there are (op_*, encode_json), limits (buffer).
+ * Invariant: the last byte of the buffer decides whether a comma is written, so that members and
+ * items are added without counting them; a number that is not finite is never written. */
 #ifndef API_JSON_OUT_H
 #define API_JSON_OUT_H
 
@@ -12,21 +12,22 @@
 enum { API_OUT_NUMBER_BYTES = 25 };
 
 /**
- * Most bytes of one number and its comma when it is rounded to `digits` significant digits, 0 = not
- * rounded.
+ * Returns the most bytes of one number and its comma if it is rounded to `digits` significant
+ * digits, 0 = not rounded.
  */
 int api_out_number_bytes(int digits);
 
-/** Writes a finite number at `at`, where API_NUMBER_BYTES are free; digits as above. Returns the
- * end of its text. */
+/** Writes a finite number at `at`, where API_NUMBER_BYTES are writable; digits as above. Returns
+ * the end of its text. */
 static inline char *api_out_digits(char *at, double x, int digits) {
     return digits ? api_number_write_digits(at, x, digits) : api_number_write(at, x);
 }
 
-/** Appends a comma where one is due: after anything but an opening bracket, a colon or nothing. */
+/** Appends a comma, unless the buffer is empty or ends with an opening bracket, a colon or a
+ * comma. */
 PEND_MUST_CHECK enum pend_status api_out_comma(struct api_buffer *out);
 
-/** Appends the name of a member and its colon, with the comma before it where one is due. */
+/** Appends the name of a member and its colon, after a comma as api_out_comma says. */
 PEND_MUST_CHECK enum pend_status api_out_key(struct api_buffer *out, const char *name);
 
 /** Appends the name and opens its object or array: bracket is '{' or '['. */
@@ -50,7 +51,7 @@ PEND_MUST_CHECK enum pend_status api_out_number(struct api_buffer *out, const ch
                                                 double value, int digits);
 
 /**
- * Appends an array of numbers, with the comma before it where one is due.
+ * Appends an array of numbers, after a comma as api_out_comma says.
  *
  * name    of the member, or NULL for an item of an array.
  * value   n numbers.

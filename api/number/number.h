@@ -1,7 +1,7 @@
 /* Numbers as text: doubles to and from decimals, exactly.
  * Leaves to others: JSON's grammar around them (json_in), buffers (encode_*).
- * Invariant: independent of the locale; what api_number_write writes, api_number_read reads back
- * to the same double. */
+ * Invariant: the locale does not matter; api_number_read reads back the same double that
+ * api_number_write has written. */
 #ifndef API_NUMBER_H
 #define API_NUMBER_H
 
@@ -9,15 +9,15 @@
 extern "C" {
 #endif
 
-/* Room that a number needs: the text is shorter (24 at most), but bytes behind it may be
- * overwritten. */
+/* Bytes that must be writable for a number: its text is shorter (24 at most), but bytes behind it
+ * may be overwritten. */
 enum { API_NUMBER_BYTES = 32 };
 
 /**
- * Writes the shortest decimal that reads back to the same double, and of several the nearest.
+ * Writes the shortest decimal that reads back to the same double; of several the nearest one.
  *
- * A JSON number in plain form where 1e-5 <= |x| < 1e16 (0.57, 100, 1234.5), else with an exponent
- * (1.5e-7, 1e300). Whole numbers below 1e16 are exact; zero is 0, and -0.0 with its sign.
+ * The text is a JSON number, in plain form if 1e-5 <= |x| < 1e16 (0.57, 100, 1234.5), else with an
+ * exponent (1.5e-7, 1e300). Whole numbers below 1e16 are exact; zero is 0, and -0.0 is -0.
  *
  * out  room for API_NUMBER_BYTES; no NUL is written.
  * x    finite.
@@ -28,16 +28,16 @@ char *api_number_write(char *out, double x);
 /**
  * The same, rounded to at most `digits` significant digits.
  *
- * The text is the decimal of that many digits nearest to the exact value of the double, ties to the
- * even digit, without trailing zeros; or the shortest decimal that reads back, where that has no
- * more digits: so 17 never rounds. Next to the largest double it is the nearest below, where the
- * one above could not be read.
+ * The text is the shortest decimal that reads back, if that has no more digits (17 therefore never
+ * rounds). Otherwise it is the decimal of that many digits nearest to the exact value of the
+ * double, ties to the even digit, without trailing zeros; if that is beyond the largest double, the
+ * nearest one below.
  *
  * digits  1 to 17.
  */
 char *api_number_write_digits(char *out, double x, int digits);
 
-/* Numbers that are written as rows. */
+/* Numbers to be written as rows. */
 struct api_number_rows {
     long rows, width;
     const double *value; /* rows x width, finite */
@@ -47,14 +47,14 @@ struct api_number_rows {
     int close_bytes;     /* of it that count */
 };
 
-/* Room behind the texts of rows, which may be overwritten. */
+/* Bytes behind the texts of rows that must be writable and may be overwritten. */
 enum { API_NUMBER_ROWS_BYTES = API_NUMBER_BYTES };
 
 /**
  * Writes rows of numbers with a comma between them.
  *
  * out  room for the texts, commas, open and close, and API_NUMBER_ROWS_BYTES more.
- * Returns the end of the text. Faster than one number after the other.
+ * Returns the end of the text. Faster than a call for each number.
  */
 char *api_number_write_rows(char *out, const struct api_number_rows *rows);
 
@@ -65,7 +65,7 @@ char *api_number_write_int(char *out, long long i);
  * Reads the decimal number that fills [text, end), exactly rounded.
  *
  * text  a number of RFC 8259's grammar, checked by the caller.
- * Returns the nearest double; +-INFINITY where the number is beyond the range of a double.
+ * Returns the nearest double; +-INFINITY if the number is beyond the range of a double.
  */
 double api_number_read(const char *text, const char *end);
 

@@ -1,6 +1,6 @@
-/* Sixteen decimal digits at once: from two numbers to characters, with SSE2 or in plain 64-bit
+/* Sixteen decimal digits at a time: from two numbers to characters, with SSE2 or in plain 64-bit
  * arithmetic.
- * Leaves to others: which digits, and what stands around them (number_write).
+ * Leaves to others: which digits these are, and the characters around them (number_write).
  * Invariant: both ways give the same bytes; only bytes [out, out + 17) are written. C++17. */
 #ifndef API_NUMBER_DIGITS_H
 #define API_NUMBER_DIGITS_H
@@ -26,11 +26,15 @@ inline uint64_t digits8(uint64_t x) {
 
 /*
  * Both classes hold the digits of two numbers below 10^8, those of the first before those of the
- * second, and have
- *   significant(last)              number of digits up to the last that is not 0, `last` being a
- * 17th values(out)                    the digits themselves, one a byte, the first of each number
- * in the lowest store(out)                     16 characters store_with_point(out, before)  17
- * characters: the point comes behind the first `before`, 0 to 16
+ * second, and have these functions:
+ *
+ * significant(last)              returns the number of digits up to the last that is not 0, where
+ *                                `last` is a 17th digit;
+ * values(out)                    writes the digits, one a byte, the first of each number in the
+ *                                lowest byte;
+ * store(out)                     writes 16 characters;
+ * store_with_point(out, before)  writes 17 characters; the point is behind the first `before`
+ *                                digits, 0 to 16.
  */
 class digits16_plain {
   public:
@@ -65,8 +69,8 @@ class digits16_plain {
   private:
     static constexpr uint64_t ZEROS = 0x3030303030303030;
 
-    /* a point put in at byte `at`, 0 to 7: the bytes before it stay, those behind it come from
-     * `moved` */
+    /* inserts a point at byte `at`, 0 to 7: the bytes before it stay, the bytes behind it are those
+     * of `moved` */
     static uint64_t with_point(uint64_t bytes, uint64_t moved, int at) {
         uint64_t before = ((uint64_t)1 << 8 * at) - 1, point = (uint64_t)0xff << 8 * at;
         return (bytes & before) | ((uint64_t)'.' << 8 * at) | (moved & ~before & ~point);

@@ -1,7 +1,8 @@
-/* Short numbers eight at a time, in the lanes of AVX-512: every step but the last is one for all
- * of them, and the last is a shuffle of a number's digits to their places. Leaves to others:
- * whether the processor has it (core/base/isa), all other numbers (number_write). Invariant: as
- * that of number_short, and short_lanes stands for short_batch in every way. C++17. */
+/* Short numbers eight at a time, in the lanes of AVX-512: every step is done for all eight, except
+ * the last, which shuffles the digits of one number to their places.
+ * Leaves to others: whether the processor has AVX-512 (core/base/isa), all other numbers
+ * (number_write).
+ * Invariant: the same as of number_short; short_lanes can replace short_batch everywhere. C++17. */
 #ifndef API_NUMBER_LANES_H
 #define API_NUMBER_LANES_H
 
@@ -11,14 +12,14 @@
 
 #include <immintrin.h>
 
-/* gcc 12 takes what its own header leaves open on purpose for a mistake */
+/* gcc 12 warns about variables that its own header leaves uninitialized on purpose */
 #ifndef __clang__
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #pragma GCC diagnostic ignored "-Wuninitialized"
 #endif
 
-/* functions that may use it, and are called only where the processor has it */
+/* functions that use AVX-512; they are called only if the processor has it */
 #define API_LANES __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx512cd")))
 
 namespace api {

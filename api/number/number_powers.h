@@ -1,5 +1,5 @@
-/* Powers of ten to 128 bits, made by the compiler.
- * Leaves to others: using them (number_write).
+/* Powers of ten to 128 bits, computed by the compiler.
+ * Leaves to others: the conversions (number_write).
  * Invariant: 10^p = (significand + e) * 2^exponent with 2^127 <= significand < 2^128 and 0 <= e
  * < 1; e = 0 for 0 <= p <= 55. C++17. */
 #ifndef API_NUMBER_POWERS_H

@@ -1,10 +1,9 @@
-/* Short numbers: at most eight digits, and of an everyday size. Sixteen of them are made at a
- * time, each step for all:
- * the steps of one number wait for each other, and a processor looks ahead over a short loop
- * only.
- * Leaves to others: all other numbers, what stands between them (number_write), wider lanes
+/* Short numbers: at most eight digits, and 1e-5 <= |x| < 1e7. Sixteen of them are converted at a
+ * time, each step for all sixteen: the steps of one number depend on each other, and a processor
+ * can overlap them only within a short loop.
+ * Leaves to others: all other numbers, the characters between them (number_write), wider lanes
  * (number_lanes).
- * Invariant: what is written is what api_number_write_digits writes, to the byte. C++17. */
+ * Invariant: the text is the same, to the byte, as that of api_number_write_digits. C++17. */
 #ifndef API_NUMBER_SHORT_H
 #define API_NUMBER_SHORT_H
 
@@ -50,7 +49,7 @@ inline uint64_t bits_of(double x) {
     return bits;
 }
 
-/* for every binary exponent of an everyday number: the least that has one decimal digit more
+/* for every binary exponent of a short number: the least number that has one decimal digit more
  * than 2^exponent, as bits, and the decimal exponent below it */
 struct short_exponents {
     constexpr short_exponents() : threshold(), exponent() {
@@ -96,12 +95,14 @@ struct short_layouts {
 constexpr short_layouts short_layouts_at{};
 
 /*
- * This class and the one of number_lanes have
- *   COUNT                how many numbers they make at a time
- *   short_X(digits)      1 to SHORT_DIGITS
- *   take(x)              false where one of x[0] .. x[COUNT - 1] is of another size, zero included,
- * or where rounding it needs more than a double write(out, x, i)     x[i] after take(x), and the
- * end of its text; out has room for API_NUMBER_BYTES
+ * This class and the one of number_lanes have these members:
+ *
+ * COUNT            how many numbers are converted at a time;
+ * short_X(digits)  constructs a converter to 1 to SHORT_DIGITS digits;
+ * take(x)          converts x[0] .. x[COUNT - 1]; returns false if one of them has another size
+ *                  (zero included), or rounding it needs more precision than a double has;
+ * write(out, x, i) writes the text of x[i] after take(x) and returns its end; API_NUMBER_BYTES
+ *                  bytes of out are writable.
  */
 class short_batch {
   public:
@@ -110,8 +111,8 @@ class short_batch {
 
     bool take(const double x[]) { return scale(x) && round(); }
 
-    /* neither the size of a number nor how many digits it has makes a branch, which no processor
-     * could foresee */
+    /* no branch depends on the size of a number or the count of its digits, since no processor
+     * could predict it */
     char *write(char *out, const double x[], int i) const {
         const short_layout &layout = short_layouts_at.value[exponent[i]];
         int count = 8 - (__builtin_clzll(text[i]) >> 3);
@@ -150,7 +151,7 @@ class short_batch {
         return !wrong;
     }
 
-    /* false where one is near to a tie, or rounds up to one digit more */
+    /* returns false if a number is near to a tie, or rounds up to one digit more */
     bool round() {
         int32_t tail = (int32_t)power10[SHORT_DIGITS - digits], units[COUNT], greatest = 0;
         double nearest = 1;
