@@ -27,7 +27,7 @@ int api_field_object(const struct api_value *value, struct api_problem *problem)
     return 0;
 }
 
-/* faults each item that is no number; the good ones among the first n are copied */
+/* adds a fault for each item that is not a number, and copies the good ones among the first n */
 static int field_items(const struct api_value *value, int n, double out[],
                        struct api_problem *problem) {
     int good = 1;
@@ -84,8 +84,8 @@ int api_field_truth(const struct api_value *value, int *out, struct api_problem 
     return 1;
 }
 
-/* faults a text that is none of the words, with the one that was probably meant or with all of
- * them */
+/* adds a fault for a text that is none of the words: it names the word that was probably meant, or
+ * all of them */
 static void field_fault_word(const struct api_value *value, const char *const words[],
                              struct api_problem *problem) {
     char expected[200] = "one of ";

@@ -14,7 +14,7 @@ static const struct pend_method *read_method(const struct api_value *value,
     return found < 0 ? NULL : pend_method_at(chosen);
 }
 
-/* a setting that only methods with the flag obey; non-zero where there is one */
+/* reads a setting that only methods with the flag have; returns true if it is present */
 static int read_setting(const struct api_value *value, const struct pend_method *method,
                         unsigned flag, double least, double most, double *out,
                         struct api_problem *problem) {
@@ -31,7 +31,7 @@ static int read_setting(const struct api_value *value, const struct pend_method 
     return 1;
 }
 
-/* the method in the precision asked for; NULL where it has none such */
+/* the method in the wanted precision; NULL if the method does not have it */
 static const struct pend_method *read_precision(const struct api_value *value,
                                                 const struct pend_method *method,
                                                 struct api_problem *problem) {

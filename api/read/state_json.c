@@ -1,5 +1,6 @@
 #include "api/read/state_json.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -17,14 +18,14 @@ static const struct exact exact_one = {1, 0},
                           exact_degree = {0x1.1df46a2529d39p-6, 0x1.5c1d8becdd291p-62},
                           exact_right_angle = {0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54};
 
-/* beyond that 32 digits of the angle in rad do not tell its direction to the digits of a double */
+/* 32 digits of a larger angle in rad would not give its direction to the digits of a double */
 static const double DEGREES_MOST = 1e15;
 
 static const char *const state_fields[] = {"phi",  "phid",      "theta", "thetad",
                                            "mode", "amplitude", "unit",  NULL};
 
-/* the ways to give a state: the field that decides, the one that goes with it, and what angle is
- * measured from */
+/* the forms of a state: the field that decides, the field that belongs to it, and the direction
+ * that the angle is measured from */
 static const struct {
     const char *angle, *rate;
     int from_hanging; /* phi = angle - pi/2 */
@@ -46,7 +47,15 @@ enum pend_status api_states_new(struct api_states **states, long count, int n) {
     (*states)->rate_low = (*states)->phi_low + (size_t)count * arms;
     (*states)->amplitude = (*states)->rate_low + (size_t)count * arms;
     (*states)->mode = (int *)((*states)->amplitude + count);
+    assert(api_states_valid(*states));
     return PEND_OK;
+}
+
+int api_states_valid(const struct api_states *states) {
+    return states->n >= 0 && states->count >= 0 && 0 <= states->mode_least &&
+           states->mode_least <= states->mode_most &&
+           states->mode ==
+               (const int *)(states->phi + (size_t)states->count * (4 * (size_t)states->n + 1));
 }
 
 void api_states_free(struct api_states **states) {
@@ -58,12 +67,12 @@ double api_states_bytes(const struct api_states *states) {
     if (!states) return 0;
     double n = states->n,
            modes = states->mode_most ? states->mode_most - states->mode_least + 1 : 0;
-    /* modes, while they are found: their vectors, and the search's own arrays */
+    /* the modes that are computed meanwhile: their vectors, and the arrays of the computation */
     double settle = modes > 0 ? 2.2 * sizeof(double) * n * (modes + 16) + 2048 * n : 0;
     return (double)sizeof *states + (double)states->count * (4 * n + 2) * sizeof(double) + settle;
 }
 
-/* scale x - offset, as a double and what that leaves */
+/* scale x - offset, as a double and its rounding error */
 static struct exact exact_turn(struct exact scale, double x, struct exact offset) {
     double product = scale.high * x, rest = fma(scale.high, x, -product) + scale.low * x;
     double high = product - offset.high, part = high - product;
@@ -111,8 +120,8 @@ static void read_mode(struct api_states *states, long i, const struct api_value 
     states->amplitude[i] = scale * size;
 }
 
-/* the form whose first field is there, FORM_COUNT for none; faults fields of a second form and
- * fields left alone */
+/* the form whose first field is present, FORM_COUNT for none; adds faults for fields of a second
+ * form and for fields whose partner is missing */
 static int state_form(const struct api_value *value, struct api_problem *problem) {
     int found = FORM_COUNT;
     for (int form = 0; form < FORM_COUNT; form++) {
@@ -135,40 +144,51 @@ static int state_form(const struct api_value *value, struct api_problem *problem
     return found;
 }
 
+/* reads the field unit; returns true for degrees */
+static int read_degrees(const struct api_value *value, struct api_problem *problem) {
+    static const char *const units[] = {"rad", "deg", NULL};
+    int unit = 0;
+    struct api_value field = api_value_member(value, "unit");
+    if (api_field_word(&field, units, &unit, problem) > 0 && !unit) api_value_usual(&field);
+    return unit;
+}
+
+/* a state by its angles and rates, from the real axis or from hanging */
+static void read_turns(struct api_states *states, long i, const struct api_value *angle,
+                       const struct api_value *rate, int degrees, int from_hanging,
+                       const struct api_tree *tree, struct api_problem *problem) {
+    static const struct exact none = {0, 0};
+    size_t first = states ? (size_t)i * (size_t)states->n : 0;
+    struct exact turn = degrees ? exact_degree : exact_one;
+    if (!from_hanging) api_value_usual_zeros(angle);
+    api_value_usual_zeros(rate);
+    read_angles(angle, tree, turn, from_hanging ? exact_right_angle : none,
+                states ? states->phi + first : NULL, states ? states->phi_low + first : NULL,
+                problem);
+    read_angles(rate, tree, turn, none, states ? states->rate + first : NULL,
+                states ? states->rate_low + first : NULL, problem);
+}
+
 void api_states_read(struct api_states *states, long i, const struct api_value *value,
                      const struct api_tree *tree, const struct api_limits *limits,
                      struct api_problem *problem) {
-    static const char *const units[] = {"rad", "deg", NULL};
-    int unit = 0;
+    assert(!states || (api_states_valid(states) && i >= 0 && i < states->count));
     if (api_value_kind(value) == API_MISSING || !api_field_object(value, problem)) return;
     (void)api_value_only(value, state_fields, problem);
-    struct api_value field = api_value_member(value, "unit");
-    if (api_field_word(&field, units, &unit, problem) > 0 && !unit) api_value_usual(&field);
-    int form = state_form(value, problem);
+    int degrees = read_degrees(value, problem), form = state_form(value, problem);
     if (form == FORM_COUNT) return;
 
-    double scale = unit ? pi / 180 : 1;
     struct api_value angle = api_value_member(value, state_forms[form].angle);
     struct api_value rate = api_value_member(value, state_forms[form].rate);
-    size_t first = states ? (size_t)i * (size_t)states->n : 0;
-    double *phi = states ? states->phi + first : NULL,
-           *velocity = states ? states->rate + first : NULL;
-    if (form == FORM_MODE) {
-        if (api_value_kind(&angle) != API_MISSING)
-            read_mode(states, i, &angle, &rate, scale, tree, limits, problem);
-        return;
-    }
-    if (!state_forms[form].from_hanging) api_value_usual_zeros(&angle);
-    api_value_usual_zeros(&rate);
-    static const struct exact none = {0, 0};
-    struct exact turn = unit ? exact_degree : exact_one;
-    read_angles(&angle, tree, turn, state_forms[form].from_hanging ? exact_right_angle : none, phi,
-                states ? states->phi_low + first : NULL, problem);
-    read_angles(&rate, tree, turn, none, velocity, states ? states->rate_low + first : NULL,
-                problem);
+    if (form != FORM_MODE)
+        read_turns(states, i, &angle, &rate, degrees, state_forms[form].from_hanging, tree,
+                   problem);
+    else if (api_value_kind(&angle) != API_MISSING)
+        read_mode(states, i, &angle, &rate, degrees ? pi / 180 : 1, tree, limits, problem);
+    assert(!states || api_states_valid(states));
 }
 
-/* the modes that the states name, and those between them */
+/* computes the modes that the states name, and those between them */
 static enum pend_status states_modes(struct pend_modes **modes, const struct api_states *states,
                                      const struct api_tree *tree, struct pend_error *error) {
     int low = states->n, high = 0;
@@ -190,6 +210,7 @@ enum pend_status api_states_settle(struct api_states *states, const struct api_t
                                    struct pend_error *error) {
     struct pend_modes *modes = NULL;
     size_t n = (size_t)states->n;
+    assert(api_states_valid(states) && states->n == tree->n);
     PEND_TRY(states_modes(&modes, states, tree, error));
     for (long i = 0; i < states->count; i++) {
         if (!states->mode[i]) continue;

@@ -1,45 +1,51 @@
-/* States of a tree out of JSON: angles and velocities, or one of the tree's modes.
- * Leaves to others: the tree (tree_json), what the states are for (op_*).
- * Invariant: states are in the tree's stored order; nothing of the document is kept. */
+/* Reading states of a tree from JSON: angles and velocities, or one of the tree's modes.
+ * Leaves to others: the tree (tree_json), the use of the states (op_*).
+ * Invariant: states are in the tree's stored order and hold no pointer into the document. */
 #ifndef API_STATE_JSON_H
 #define API_STATE_JSON_H
 
 #include "api/read/tree_json.h"
 
-/* count states of n arms each, one block. A state that was given as a mode is computed by
- * api_states_settle. */
+/* count states of n arms each, in one block of memory. api_states_settle computes a state that was
+ * given as a mode. */
 struct api_states {
     int n;
     long count;
     double *phi, *rate;         /* count x n, rad and rad/s */
-    double *phi_low, *rate_low; /* count x n, what rounding leaves of them */
+    double *phi_low, *rate_low; /* count x n, the rounding errors of phi and rate */
     double *amplitude;          /* count, rad */
     int *mode;                  /* count, from 1; 0 = given by its angles */
-    int mode_least, mode_most;  /* of the modes that are still to be computed; 0 = none is */
+    int mode_least, mode_most;  /* of the modes that are still to be computed; 0 = none */
 };
 
 /**
- * States at rest with phi = 0.
+ * Allocates states at rest with phi = 0.
+ *
+ * states  out; NULL on failure; ends with api_states_free.
  *
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status api_states_new(struct api_states **states, long count, int n);
 
+/** Frees states; nothing happens if they are NULL. */
 void api_states_free(struct api_states **states);
 
+/** True if the arrays fit the counts; for assertions. O(1). */
+int api_states_valid(const struct api_states *states);
+
 /**
- * Bytes of memory that states take, and that api_states_settle takes for a time where one of them
- * is a mode; NULL takes none. O(1).
+ * Returns the bytes of memory that states take, together with those that api_states_settle takes
+ * temporarily if one of them is a mode; 0 for NULL. O(1).
  */
 double api_states_bytes(const struct api_states *states);
 
 /**
  * Reads state number i.
  *
- * states   NULL = only check, as far as that goes without a tree.
+ * states   NULL = only check the value, as far as possible without a tree.
  * value    an object; a missing one is the state at rest with phi = 0.
- * tree     as it was read; a faulty one is used as far as it is known.
- * limits   of the arms of a tree whose modes are asked for.
+ * tree     as api_tree_read left it; of a faulty tree the parts that are known are used.
+ * limits   for the modes that a tree of so many arms may compute.
  *
  * Every fault is added to the problem. O(n).
  */
@@ -48,7 +54,7 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
                      struct api_problem *problem);
 
 /**
- * Computes the states that were given as modes; nothing to do where there is none.
+ * Computes the states that were given as modes, if any.
  *
  * Fails as pend_modes_new does. O(n^3).
  */

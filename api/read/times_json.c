@@ -8,14 +8,13 @@ static const char *const times_fields[] = {"start", "stop", "step", "count", NUL
 
 static const double divides_within = 1e-9; /* of the number of steps */
 
-/* a grid as it was asked for */
+/* a grid as the request gives it */
 struct grid {
     double start, stop, step;
     long count; /* 0 = by its step */
 };
 
-/* the span that leads from start to stop without a rounding, where there is one among the
- * nearest doubles */
+/* the span for which start + span is exactly stop, if one of the nearest doubles is such a span */
 static double grid_span(double start, double stop) {
     double span = stop - start, up = nextafter(span, INFINITY), down = nextafter(span, -INFINITY);
     if (start + span != stop && start + up == stop) return up;
@@ -23,8 +22,8 @@ static double grid_span(double start, double stop) {
     return span;
 }
 
-/* steps, steps / 10, steps / 100, ... when the step is such a decimal: its instants are then
- * correctly rounded */
+/* writes the step as an integer divided by 1, 10, 100, ..., if it is such a decimal: its instants
+ * are then correctly rounded */
 static int grid_is_decimal(double step, struct pend_times *times) {
     double divisor = 1;
     for (int places = 0; places <= 15; places++, divisor *= 10) {
@@ -90,27 +89,37 @@ static void check_count(const struct api_value *value, const struct grid *grid,
                         grid->count);
 }
 
+/* adds a fault for a grid by its step and its count, or by neither of them */
+static void check_one(const struct api_value *value, const struct api_value *count, int by_step,
+                      int by_count, struct api_problem *problem) {
+    if (by_step && by_count)
+        api_value_fault(count, problem, "does not go together with step: give one of the two");
+    if (!by_step && !by_count)
+        api_value_fault(value, problem, "must have a \"step\" or a \"count\"");
+}
+
+/* reads start and stop; returns false if one of them is faulty */
+static int read_ends(struct grid *grid, const struct api_value *value,
+                     struct api_problem *problem) {
+    struct api_value start = api_value_member(value, "start"),
+                     stop = api_value_member(value, "stop");
+    api_value_usual_number(&start, 0);
+    int good = api_value_read_number(&start, -INFINITY, INFINITY, "s", &grid->start, problem) >= 0;
+    return api_field_needed(&stop, problem) &&
+           api_value_read_number(&stop, -INFINITY, INFINITY, "s", &grid->stop, problem) > 0 && good;
+}
+
 static void read_grid(struct api_times *times, const struct api_value *value,
                       const struct api_limits *limits, struct api_problem *problem) {
     struct grid grid = {0};
-    struct api_value start = api_value_member(value, "start"),
-                     stop = api_value_member(value, "stop");
     struct api_value step = api_value_member(value, "step"),
                      count = api_value_member(value, "count");
     (void)api_value_only(value, times_fields, problem);
-    api_value_usual_number(&start, 0);
-    int ends = api_value_read_number(&start, -INFINITY, INFINITY, "s", &grid.start, problem) >= 0;
-    if (api_field_needed(&stop, problem))
-        ends &= api_value_read_number(&stop, -INFINITY, INFINITY, "s", &grid.stop, problem) > 0;
-    else
-        ends = 0;
+    int ends = read_ends(&grid, value, problem);
     int by_step = api_value_read_number(&step, -INFINITY, INFINITY, "s", &grid.step, problem);
     int by_count = api_field_whole(&count, 1, 1000000000, &grid.count, problem);
     if (by_step > 0 && grid.step == 0) api_value_fault(&step, problem, "must not be 0");
-    if (by_step && by_count)
-        api_value_fault(&count, problem, "does not go together with step: give one of the two");
-    if (!by_step && !by_count)
-        api_value_fault(value, problem, "must have a \"step\" or a \"count\"");
+    check_one(value, &count, by_step, by_count, problem);
     if (ends && !isfinite(grid.stop - grid.start))
         api_value_fault(value, problem, "must not span more time than a double can hold");
     if (!ends || !isfinite(grid.stop - grid.start)) return;
@@ -125,7 +134,7 @@ static void read_grid(struct api_times *times, const struct api_value *value,
         grid_by_step(&grid, &times->times);
 }
 
-/* faults every instant that does not go on in the direction of the first two */
+/* faults every instant that does not continue in the direction of the first two */
 static void check_list(const struct api_value *value, int count, const double list[],
                        struct api_problem *problem) {
     double direction = count > 1 && list[1] < list[0] ? -1 : 1;

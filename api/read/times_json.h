@@ -1,7 +1,7 @@
-/* The wanted instants out of JSON: a grid by its step or its count, or a list.
- * Leaves to others: what happens at them (core/integrate/run).
- * Invariant: instants that were read are finite, strictly monotonic as far as doubles tell, and
- * within the limits. */
+/* Reading the wanted instants from JSON: a grid by its step or its count, or a list.
+ * Leaves to others: computing samples at them (core/integrate/run).
+ * Invariant: instants that were read are finite, strictly monotonic within the resolution of
+ * doubles, and within the limits. */
 #ifndef API_TIMES_JSON_H
 #define API_TIMES_JSON_H
 
@@ -17,20 +17,22 @@ struct api_times {
 /**
  * Reads the instants.
  *
- * times  out; to be cleared with api_times_clear whatever is returned.
- * value  an object {start, stop, step} or {start, stop, count}, where start may be left out and is
- *        0 then, or an array of instants. A grid by its step ends at the last instant that is not
- *        beyond stop, and at stop itself where the step divides the span to 1e-9. Backwards in time
+ * times  out; must be cleared by api_times_clear whatever is returned.
+ * value  an object {start, stop, step} or {start, stop, count}, in s, where start is 0 if it is
+ *        left out; or an array of instants. A grid by its step ends at the last instant that is not
+ *        beyond stop, and exactly at stop if the step divides the span to 1e-9. Backwards in time
  *        a step may have either sign.
  *
  * PEND_INVALID   every fault was added to the problem.
- * PEND_NO_MEMORY O(1) for a grid, O(count) for a list.
+ * PEND_NO_MEMORY
+ * O(1) for a grid, O(count) for a list.
  */
 PEND_MUST_CHECK enum pend_status api_times_read(struct api_times *times,
                                                 const struct api_value *value,
                                                 const struct api_limits *limits,
                                                 struct api_problem *problem);
 
+/** Frees the list, if there is one. */
 void api_times_clear(struct api_times *times);
 
 #endif

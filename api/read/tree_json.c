@@ -8,7 +8,7 @@
 
 enum form { FORM_ARMS, FORM_LISTS, FORM_PAPER, FORM_COUNT };
 
-/* the fields that make up each form, and how each calls what core can fault */
+/* the fields of each form, and which of them has the faults that core finds */
 static const struct {
     const char *summary;
     const char *field[3];
@@ -39,7 +39,7 @@ enum {
     NO_PARENT = -2,    /* stands for a parent that was faulted already */
     NUMBER_BYTES = 12, /* an arm's number as text */
     NEAR_NAMES = 1000, /* names of a larger tree are not searched for the one that was meant */
-    NEAR_FAULTS = 20   /* nor when there are more faults than these already */
+    NEAR_FAULTS = 20   /* nor if there are already more faults than these */
 };
 
 /* a tree while it is read */
@@ -49,7 +49,7 @@ struct tree_reading {
     char at[API_POINTER_BYTES]; /* the pendulum's own pointer */
     enum form form;
     int n;
-    double *length, *mass; /* n each; NAN = faulted already */
+    double *length, *mass; /* n each; NAN = has a fault already */
     int *parent; /* n, from 0, -1 = the pivot, NO_PARENT; the three are one block, and length begins
                     it */
 };
@@ -80,16 +80,23 @@ static void tree_fault(const struct tree_reading *reading, const char *field, in
     api_problem_fault(reading->problem, pointer, "%s", text);
 }
 
-/* a fault that core found; what was faulted before, or follows from that, is left out */
+/* true for a fault that was added before, or follows from one that was */
+static int fault_is_known(const struct tree_reading *reading, enum pend_field field, int i) {
+    if (field == PEND_FIELD_LENGTH) return i >= 0 && isnan(reading->length[i]);
+    if (field == PEND_FIELD_MASS) return i >= 0 && isnan(reading->mass[i]);
+    if (field != PEND_FIELD_PARENT) return 0;
+    if (i >= 0) return reading->parent[i] == NO_PARENT;
+    for (int k = 0; k < reading->n; k++)
+        if (reading->parent[k] == NO_PARENT) return 1;
+    return 0;
+}
+
+/* adds a fault that core found */
 static void tree_report(void *context, enum pend_field field, int i, int j, const char *text) {
     const struct tree_reading *reading = context;
     const char *name = forms[reading->form].blamed[field];
-    if (field == PEND_FIELD_LENGTH && i >= 0 && isnan(reading->length[i])) return;
-    if (field == PEND_FIELD_MASS && i >= 0 && isnan(reading->mass[i])) return;
-    if (field == PEND_FIELD_PARENT && i >= 0 && reading->parent[i] == NO_PARENT) return;
-    for (int k = 0; field == PEND_FIELD_PARENT && i < 0 && k < reading->n; k++)
-        if (reading->parent[k] == NO_PARENT) return;
-    if (name) tree_fault(reading, name, i, j, text ? text : "is at fault");
+    if (name && !fault_is_known(reading, field, i))
+        tree_fault(reading, name, i, j, text ? text : "is at fault");
 }
 
 /* the form with names */
@@ -113,7 +120,7 @@ static enum pend_status names_new(struct name_list *names, int n) {
     return PEND_OK;
 }
 
-/* takes the arm's own name, or calls it by its number */
+/* uses the arm's own name, or its number */
 static void names_take(struct name_list *names, const struct api_value *arm,
                        struct api_problem *problem) {
     int i = arm->index;
@@ -134,7 +141,7 @@ static int name_order(const void *a, const void *b, void *context) {
     return order ? order : (i > j) - (i < j);
 }
 
-/* sorts the names, and faults every arm that is called like one before it */
+/* sorts the names, and adds a fault for every arm that has the name of an earlier one */
 static void names_sort(struct name_list *names, const struct tree_reading *reading) {
     int first = 0;
     for (int i = 0; i < reading->n; i++) names->sorted[i] = i;
@@ -188,7 +195,7 @@ static int arm_parent(const struct name_list *names, int n, const struct api_val
     return NO_PARENT;
 }
 
-/* a length or a mass; whether its value is a good one is core's to say */
+/* reads a length or a mass; core checks its range */
 static double arm_number(const struct api_value *arm, const char *name,
                          struct api_problem *problem) {
     double number = NAN;
@@ -269,7 +276,7 @@ static enum pend_status read_parents(struct tree_reading *reading) {
     return PEND_OK;
 }
 
-/* the rows of S into one array; true when each has n numbers */
+/* copies the rows of S into one array; returns true if each has n numbers */
 static int read_rows(const struct tree_reading *reading, const struct api_value *matrix,
                      double path[]) {
     int n = reading->n, good = 1;
@@ -280,7 +287,7 @@ static int read_rows(const struct tree_reading *reading, const struct api_value 
     return good;
 }
 
-/* parents out of a path matrix that has n rows */
+/* computes the parents from a path matrix of n rows */
 static enum pend_status read_matrix(struct tree_reading *reading, const struct api_value *matrix) {
     struct pend_fault_sink sink = {tree_report, reading, API_PROBLEM_FAULTS};
     size_t n = (size_t)reading->n;
@@ -311,7 +318,7 @@ static enum pend_status read_path(struct tree_reading *reading) {
 
 /* the whole */
 
-/* the form whose fields are there, or FORM_COUNT; fields of a second form are faulted */
+/* the form whose fields are present, or FORM_COUNT; adds faults for fields of a second form */
 static enum form tree_form(const struct api_value *pendulum, struct api_problem *problem) {
     enum form found = FORM_COUNT;
     for (int i = 0; i < FORM_COUNT * 3; i++) {
@@ -332,7 +339,7 @@ static enum form tree_form(const struct api_value *pendulum, struct api_problem 
     return found;
 }
 
-/* how many arms the form's first list has; 0 where none has any, which is a fault of its own */
+/* the length of the form's first list; 0 if no list has items, which is a fault of its own */
 static int tree_count(const struct tree_reading *reading) {
     for (int i = 0; i < 3 && forms[reading->form].field[i]; i++) {
         struct api_value field = api_value_member(reading->pendulum, forms[reading->form].field[i]);
@@ -342,7 +349,7 @@ static int tree_count(const struct tree_reading *reading) {
     return 0;
 }
 
-/* faults a form without any arm at its first list */
+/* adds a fault at the first list of a form without arms */
 static void fault_empty(const struct tree_reading *reading) {
     char found[API_FOUND_BYTES];
     for (int i = 0; i < 3 && forms[reading->form].field[i]; i++) {
@@ -419,7 +426,7 @@ const char *api_tree_name(const struct api_tree *tree, int i, char scratch[16]) 
     return scratch;
 }
 
-/* the caller's number, from 0, of an arm by its number or its name; -1 where there is none */
+/* the caller's number, from 0, of an arm given by its number or its name; -1 if there is none */
 static int tree_find(const struct api_tree *tree, const struct api_value *value) {
     const char *text = api_value_text(value);
     double number = api_value_number(value);
