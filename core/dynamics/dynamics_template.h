@@ -13,10 +13,6 @@
 #include "core/simd/vec_isa.h"
 #include "core/tree/tree.h"
 
-/* loops over arms, or over states, take as many at once as the instruction set holds */
-enum { WIDE = KERNEL_WIDTH };
-typedef KERNEL_OF(lanes, ) wide;
-#define WIDE_(name) KERNEL_OF(lanes, _##name)
 #define fma1 lanes1_fma
 
 /* The sizes of the sub-trees that wait halve from one to the next. */
@@ -36,12 +32,6 @@ VEC_INLINE double kernel_unit(double mass) {
     bits = (2046 - exponent) << 52;
     memcpy(&mass, &bits, sizeof bits);
     return mass;
-}
-
-VEC_INLINE wide wide_load(const double *from) {
-    wide x;
-    memcpy(&x, from, sizeof x);
-    return x;
 }
 
 #endif

@@ -4,9 +4,9 @@
 #include "core/taylor/taylor_order.h"
 
 /* a number is one value for each lane */
-#define NUM_(name) KERNEL_OF(lanes, name)
-typedef KERNEL_OF(bits, ) mask;
-enum { WIDTH = KERNEL_WIDTH };
+#define NUMBER_VEC KERNEL_WIDTH
+#include "core/taylor/jets_system.h"
+
 /* x > y ? x : y and x < y ? x : y, as one instruction; bit i of a set for lane i */
 #if defined(__AVX512F__)
 #define num_max(x, y) ((lanes8)_mm512_max_pd((__m512d)(x), (__m512d)(y)))
@@ -19,33 +19,12 @@ enum { WIDTH = KERNEL_WIDTH };
 #define mask_set(x) ((ensemble_set)_mm256_movemask_pd((__m256d)(x)))
 #define num_swap(x) ((lanes4)_mm256_permute_pd((__m256d)(x), 5))
 #else
-#define num_max NUM_(_max)
-#define num_min NUM_(_min)
+#define num_max NUM_(max)
+#define num_min NUM_(min)
 #define mask_set(x) ((ensemble_set)(((x)[0] & 1) | ((x)[1] & 2)))
 #define num_swap(x) ((lanes2){(x)[1], (x)[0]})
 #endif
-#define JETS_NUM NUM_()
-#include "core/taylor/jets_system.h"
-
-enum { WIDE = 1 };
-typedef num wide;
-#define num_of NUM_(_of)
-#define num_fma NUM_(_fma)
-#define num_abs NUM_(_abs)
-#define wide_of num_of
-#define wide_fma num_fma
-VEC_INLINE num num_add(num x, num y) { return x + y; }
-VEC_INLINE num num_sub(num x, num y) { return x - y; }
-VEC_INLINE num num_mul(num x, num y) { return x * y; }
-VEC_INLINE num num_div(num x, num y) { return x / y; }
-#define NUM_PIN VEC_PIN
-VEC_INLINE num num_neg(num x) { return -x; }
-#define wide_neg num_neg
-VEC_INLINE wide wide_add(wide x, wide y) { return x + y; }
-VEC_INLINE wide wide_sub(wide x, wide y) { return x - y; }
-VEC_INLINE wide wide_mul(wide x, wide y) { return x * y; }
-VEC_INLINE wide wide_get(const num *at) { return *at; }
-VEC_INLINE void wide_put(num *at, wide x) { *at = x; }
+#define num_abs NUM_(abs)
 
 #include "core/taylor/dense_template.h"
 
@@ -72,7 +51,7 @@ static size_t ensemble_numbers(int n, int order) {
 enum { ENSEMBLE_ANSWERS = sizeof(struct dense_table) / sizeof(num) };
 
 static size_t ensemble_series_count(int n, int order) {
-    return (ensemble_numbers(n, order) + ENSEMBLE_ANSWERS) * WIDTH +
+    return (ensemble_numbers(n, order) + ENSEMBLE_ANSWERS) * WIDE +
            (sizeof(struct jets_system) + 7) / 8;
 }
 
@@ -115,11 +94,9 @@ static void ensemble_prepare(struct ensemble_lanes *lanes) {
     if (lanes->doubt.grade > 0) ensemble_lay(lanes, lanes->doubt.series, JETS_SPREAD);
 }
 
-VEC_INLINE num lane_get(const double *array, int k) {
-    return NUM_(_get)(array + (size_t)k * WIDTH);
-}
+VEC_INLINE num lane_get(const double *array, int k) { return NUM_(get)(array + (size_t)k * WIDE); }
 
-VEC_INLINE void lane_put(double *array, int k, num x) { NUM_(_put)(array + (size_t)k * WIDTH, x); }
+VEC_INLINE void lane_put(double *array, int k, num x) { NUM_(put)(array + (size_t)k * WIDE, x); }
 
 /* sine and cosine of the angle of every arm to its parent, and rates in units */
 static void ensemble_start(const struct ensemble_state *from, const struct jets_system *s,
@@ -129,7 +106,7 @@ static void ensemble_start(const struct ensemble_state *from, const struct jets_
         num x = lane_get(from->phi, k), y = p < 0 ? num_of(0) : lane_get(from->phi, p);
         num low = lane_get(from->phi_low, k) - (p < 0 ? num_of(0) : lane_get(from->phi_low, p));
         num d = x - y, back = x - d, error = (x - (d + back)) + (back - y);
-        NUM_(_sincos)(d, error + low, &s->sine[k], &s->cosine[k]);
+        NUM_(sincos)(d, error + low, &s->sine[k], &s->cosine[k]);
         s->rate[k] = lane_get(from->rate, k) * unit;
     }
 }
@@ -150,7 +127,7 @@ VEC_INLINE num ensemble_norm(const struct jets_system *s, int j) {
     num norm = num_of(0);
     for (int k = 0; k < s->n; k++)
         norm = num_max(norm, num_abs(s->rate[(size_t)j * s->stride + (size_t)k]));
-    return NUM_(_log2)(norm) - (num)((mask)(norm == 0) & (mask)num_of(1e4));
+    return NUM_(log2)(norm) - (num)((wide_mask)(norm == 0) & (wide_mask)num_of(1e4));
 }
 
 /* the step in units, by the rule of the taylor method: the first term left out is below rtol times
@@ -176,7 +153,7 @@ static num ensemble_choose(const struct ensemble_lanes *lanes, const struct jets
         here = num_max(here, num_min(far, here + spread));
         reach = num_min(reach, here);
     }
-    return NUM_(_exp2)(num_max(reach, num_of(-60)));
+    return NUM_(exp2)(num_max(reach, num_of(-60)));
 }
 
 VEC_INLINE void ensemble_sum(double *high, double *low, int k, num sum, num add) {
@@ -218,9 +195,9 @@ VEC_INLINE void ensemble_range(const num a[], num rest, num *low, num *high) {
     *low = bottom - rest;
 }
 
-/* where arm k may get to during the step stays inside its cell: no, as a mask */
-static mask ensemble_near(const struct ensemble_lanes *lanes, const struct jets_system *s, int k,
-                          num x) {
+/* where arm k may get to during the step stays inside its cell: no, as a wide_mask */
+static wide_mask ensemble_near(const struct ensemble_lanes *lanes, const struct jets_system *s,
+                               int k, num x) {
     const num *c = s->rate + k;
     num a[RANGE_DEGREE + 1], power = x, rest = num_of(0), low, high;
     a[0] = num_of(0);
@@ -233,7 +210,7 @@ static mask ensemble_near(const struct ensemble_lanes *lanes, const struct jets_
     num middle = lane_get(lanes->from.phi, k) + 1.57079632679489661923 -
                  lane_get(lanes->cell, k) * (2 * lanes->bound);
     double inside = lanes->bound * (1 - 1e-12);
-    return ~((mask)(middle + high < inside) & (mask)(middle + low > -inside));
+    return ~((wide_mask)(middle + high < inside) & (wide_mask)(middle + low > -inside));
 }
 
 /* which lanes may have a force of arm k beyond its extremes so far, and which may have none at
@@ -247,10 +224,10 @@ static void ensemble_force(struct ensemble_lanes *lanes, const struct jets_syste
     for (int j = lanes->order - 1; j > RANGE_DEGREE; j--)
         rest = num_fma(rest, x, num_abs(c[(size_t)j * s->stride]));
     ensemble_range(a, rest * power, &low, &high);
-    mask above = (mask)(high * scale > lane_get(lanes->force_max, k)),
-         below = (mask)(low * scale < lane_get(lanes->force_min, k));
+    wide_mask above = (wide_mask)(high * scale > lane_get(lanes->force_max, k)),
+              below = (wide_mask)(low * scale < lane_get(lanes->force_min, k));
     lanes->peak[k] = lanes->extremes ? mask_set(above | below) : 0;
-    lanes->turn[k] = lanes->signs ? mask_set((mask)(high >= 0) & (mask)(low <= 0)) : 0;
+    lanes->turn[k] = lanes->signs ? mask_set((wide_mask)(high >= 0) & (wide_mask)(low <= 0)) : 0;
 }
 
 /* the state at the end of the step; a sum that is not finite shows in the return value, 0 where
@@ -303,11 +280,11 @@ static const double doubt_rounding = 2 * 0x1p-53, doubt_left = 2;
 VEC_INLINE void doubt_note(const struct ensemble_doubt *doubt, num time, num ratio) {
     num held = lane_get(doubt->held, 0), before = lane_get(doubt->ratio, 0),
         from = lane_get(doubt->time, 0);
-    num low = NUM_(_log2)(num_max(before, num_of(0x1p-1000))),
-        high = NUM_(_log2)(num_min(ratio, num_of(0x1p1000)));
+    num low = NUM_(log2)(num_max(before, num_of(0x1p-1000))),
+        high = NUM_(log2)(num_min(ratio, num_of(0x1p1000)));
     num part = num_min(num_max(low / (low - high), num_of(0)), num_of(1));
-    mask lost = (mask)(ratio > 1) & (mask)(held == ENSEMBLE_HELD);
-    lane_put(doubt->held, 0, NUM_(_pick)(lost, num_fma(part, time - from, from), held));
+    wide_mask lost = (wide_mask)(ratio > 1) & (wide_mask)(held == ENSEMBLE_HELD);
+    lane_put(doubt->held, 0, NUM_(pick)(lost, num_fma(part, time - from, from), held));
 }
 
 /* the largest error of angles and rates over what is allowed */
@@ -319,8 +296,8 @@ VEC_INLINE num doubt_ratio(const struct ensemble_doubt *doubt, const double rate
         speed = num_max(speed, num_abs(lane_get(doubt->rate, k)));
     }
     lane_put(doubt->fastest, 0, fastest);
-    num share =
-        NUM_(_pick)((mask)(fastest > 0), speed / num_max(fastest, num_of(0x1p-1000)), num_of(0));
+    num share = NUM_(pick)((wide_mask)(fastest > 0), speed / num_max(fastest, num_of(0x1p-1000)),
+                           num_of(0));
     return doubt->grade * num_max(angle, share);
 }
 
@@ -349,8 +326,8 @@ VEC_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jet
         lane_put(doubt->rate, k, rate * inverse);
     }
     lane_put(doubt->strongest, 0, strongest);
-    return NUM_(_pick)((mask)(strongest > 0),
-                       square * force / num_max(strongest, num_of(0x1p-1000)), num_of(0));
+    return NUM_(pick)((wide_mask)(strongest > 0),
+                      square * force / num_max(strongest, num_of(0x1p-1000)), num_of(0));
 }
 
 /* How the last terms of the lanes' series go on, as left_kernel.h has it: a term is `one` times
@@ -371,10 +348,10 @@ VEC_INLINE void doubt_recurrence(const struct jets_system *s, int last, num x, n
         }
     }
     num d = aa * bb - ab * ab;
-    mask good = (mask)(d > 1e-6 * aa * bb);
-    num share = num_of(1) / NUM_(_pick)(good, d, num_of(1)), none = num_of(0);
-    *one = NUM_(_pick)(good, (ac * bb - bc * ab) * share, none);
-    *two = NUM_(_pick)(good, (bc * aa - ac * ab) * share, none);
+    wide_mask good = (wide_mask)(d > 1e-6 * aa * bb);
+    num share = num_of(1) / NUM_(pick)(good, d, num_of(1)), none = num_of(0);
+    *one = NUM_(pick)(good, (ac * bb - bc * ab) * share, none);
+    *two = NUM_(pick)(good, (bc * aa - ac * ab) * share, none);
 }
 
 /* the step's own errors: the terms that it leaves out, as they are known and foretold, and
@@ -385,7 +362,7 @@ VEC_INLINE void doubt_add(const struct ensemble_lanes *lanes, const struct jets_
     int known = lanes->known;
     num power = x, most = num_of(0), length = num_abs(x / inverse),
         turn = num_abs(x) * doubt_rounding, one, two;
-    mask down = (mask)num_of(-0.0);
+    wide_mask down = (wide_mask)num_of(-0.0);
     for (int j = 2; j < known; j++) power *= x;
     for (int k = 0; k < lanes->n; k++)
         most = num_max(most, num_abs(s->rate[s->stride + (size_t)k]) * s->len[k]);
@@ -405,15 +382,15 @@ VEC_INLINE void doubt_add(const struct ensemble_lanes *lanes, const struct jets_
         num phi = lane_get(doubt->phi, k) - doubt_left * turned * x;
         num push = most * s->inv_len[k];
         num more = num_fma(push, length * 0.5, num_abs(s->rate[k]) * turn);
-        lane_put(doubt->rate, k, rate + (num)((mask)push | ((mask)rate & down)));
-        lane_put(doubt->phi, k, phi + (num)((mask)more | ((mask)phi & down)));
+        lane_put(doubt->rate, k, rate + (num)((wide_mask)push | ((wide_mask)rate & down)));
+        lane_put(doubt->phi, k, phi + (num)((wide_mask)more | ((wide_mask)phi & down)));
     }
 }
 
 static void ensemble_doubt(const struct ensemble_lanes *lanes, const struct jets_system *s, num x,
                            num next, num gravity) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
-    if (!mask_set((mask)(lane_get(doubt->held, 0) == ENSEMBLE_HELD))) return;
+    if (!mask_set((wide_mask)(lane_get(doubt->held, 0) == ENSEMBLE_HELD))) return;
     num unit = lane_get(lanes->unit, 0), inverse = 1 / unit, time = lane_get(lanes->from.time, 0),
         one = num_of(1);
     num ratio = doubt_ratio(doubt, lanes->from.rate, lanes->n);
@@ -423,8 +400,8 @@ static void ensemble_doubt(const struct ensemble_lanes *lanes, const struct jets
     lane_put(doubt->time, 0, time);
     lane_put(doubt->ratio, 0, all);
     doubt_add(lanes, s, x, inverse);
-    num grown =
-        NUM_(_pick)((mask)(ratio > 0), num_max(part / num_max(ratio, num_of(0x1p-1000)), one), one);
+    num grown = NUM_(pick)((wide_mask)(ratio > 0),
+                           num_max(part / num_max(ratio, num_of(0x1p-1000)), one), one);
     doubt_note(doubt, next, doubt_ratio(doubt, lanes->to.rate, lanes->n) * grown);
 }
 
@@ -437,21 +414,22 @@ static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attentio
     ensemble_expand(&lanes->from, s, unit, gravity, lanes->known);
     num x = ensemble_choose(lanes, s);
     if (lanes->paired) x = num_min(x, num_swap(x));
-    mask lands = (mask)(x >= (stop - time) * inverse);
-    num next = NUM_(_pick)(lands, stop, time + x * unit);
+    wide_mask lands = (wide_mask)(x >= (stop - time) * inverse);
+    num next = NUM_(pick)(lands, stop, time + x * unit);
     // a step that the duration does not resolve leads nowhere
-    mask still = (mask)(next == time) | (mask)(num_abs(x * unit) < num_abs(stop) * 0x1p-52);
+    wide_mask still =
+        (wide_mask)(next == time) | (wide_mask)(num_abs(x * unit) < num_abs(stop) * 0x1p-52);
     x = (next - time) * inverse;
     *attention = (struct ensemble_attention){.done = mask_set(lands)};
     ensemble_watch(lanes, s, x, inverse, attention);
     num bad = ensemble_advance(lanes, s, x, inverse);
     if (lanes->doubt.grade > 0) ensemble_doubt(lanes, s, x, next, gravity);
-    attention->bad = mask_set((still & ~lands) | ~(mask)(bad == 0));
+    attention->bad = mask_set((still & ~lands) | ~(wide_mask)(bad == 0));
     lane_put(lanes->to.time, 0, next);
     lane_put(lanes->step, 0, x);
     // the next unit is a power of two near this step
-    num grown = NUM_(_round)(NUM_(_log2)(num_max(x, num_of(0x1p-60))));
-    lane_put(lanes->unit, 0, unit * NUM_(_power)(grown));
+    num grown = NUM_(round)(NUM_(log2)(num_max(x, num_of(0x1p-60))));
+    lane_put(lanes->unit, 0, unit * NUM_(power)(grown));
 }
 
 static const double *ensemble_forces(const struct ensemble_lanes *lanes) {
@@ -464,22 +442,22 @@ static void ensemble_values(const struct ensemble_lanes *lanes, int lane, double
     const struct jets_system *s = ensemble_view(lanes);
     double inverse = 1 / unit;
     for (int k = 0; k < s->n; k++) {
-        size_t at = (size_t)k * WIDTH + (size_t)lane;
+        size_t at = (size_t)k * WIDE + (size_t)lane;
         double base = lanes->from.phi[at], base_rate = lanes->from.rate[at];
-        for (int i = 0; i < ENSEMBLE_INSTANTS / WIDTH; i++) {
+        for (int i = 0; i < ENSEMBLE_INSTANTS / WIDE; i++) {
             num phi = num_of(0), rate = num_of(0), force = num_of(0), place = lane_get(x, i);
             const double *c = (const double *)(s->rate + k) + lane,
                          *f = (const double *)(s->force + k) + lane;
             for (int j = lanes->order; j >= 1; j--) {
-                double w = c[(size_t)j * s->stride * WIDTH];
+                double w = c[(size_t)j * s->stride * WIDE];
                 phi = num_fma(phi, place, num_of(w * s->share[j]));
                 rate = num_fma(rate, place, num_of(w));
                 if (to->force)
-                    force = num_fma(force, place, num_of(f[(size_t)(j - 1) * s->stride * WIDTH]));
+                    force = num_fma(force, place, num_of(f[(size_t)(j - 1) * s->stride * WIDE]));
             }
             phi = place * num_fma(place, phi, num_of(c[0]));
             rate = place * rate * inverse;
-            int row = k * (ENSEMBLE_INSTANTS / WIDTH) + i;
+            int row = k * (ENSEMBLE_INSTANTS / WIDE) + i;
             lane_put(to->phi, row, base + (phi + lanes->from.phi_low[at]));
             lane_put(to->rate, row, base_rate + (rate + lanes->from.rate_low[at]));
             if (to->force) lane_put(to->force, row, force * (inverse * inverse));
@@ -488,7 +466,7 @@ static void ensemble_values(const struct ensemble_lanes *lanes, int lane, double
 }
 
 const struct ensemble_kernel KERNEL_NAME(pend_kernel_ensemble_) = {
-    .width = WIDTH,
+    .width = WIDE,
     .series_count = ensemble_series_count,
     .prepare = ensemble_prepare,
     .force = ensemble_forces,

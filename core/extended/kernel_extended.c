@@ -4,41 +4,12 @@
 #include "core/taylor/taylor_order.h"
 
 /* a number is a sum of two doubles for each lane */
-enum { WIDTH = KERNEL_WIDTH };
-#define VEC_OF(name) KERNEL_OF(lanes, name)
-#define NUM_(name) KERNEL_OF(pairs, name)
-typedef KERNEL_OF(bits, ) mask;
-#define LANES KERNEL_WIDTH
-#include "core/simd/double_double.h"
-typedef VEC_OF() vec;
-#define vec_of VEC_OF(_of)
-#define vec_fma VEC_OF(_fma)
-#define JETS_NUM NUM_()
-#include "core/taylor/jets_system.h"
-
-enum { WIDE = 1 };
-typedef num wide;
-#define num_of NUM_(_of)
-#define num_add NUM_(_add)
-#define num_sub NUM_(_sub)
-#define num_mul NUM_(_mul)
-#define num_div NUM_(_div)
-#define num_fma NUM_(_fma)
-#define num_neg NUM_(_neg)
-#define num_from NUM_(_from)
-#define num_gather NUM_(_gather)
-#define num_settle NUM_(_settle)
-#define num_scale NUM_(_scale)
-#define num_total NUM_(_total)
-#define wide_of num_of
-#define wide_add num_add
-#define wide_sub num_sub
-#define wide_mul num_mul
-#define wide_fma num_fma
-#define wide_neg num_neg
-VEC_INLINE wide wide_get(const num *at) { return *at; }
-VEC_INLINE void wide_put(num *at, wide x) { *at = x; }
+#define NUMBER_DOUBLE_DOUBLE
 #include "core/taylor/jets_template.h"
+#define num_from NUM_(from)
+#define num_gather NUM_(gather)
+#define num_settle NUM_(settle)
+#define num_total NUM_(total)
 
 enum {
 #define X(name) ARRAY_##name,
@@ -62,7 +33,7 @@ static size_t extended_series(int n, int order) { return (size_t)n * (size_t)(or
 
 static size_t extended_series_count(int n, int order) {
     size_t numbers = 4 * extended_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n;
-    return (2 * numbers + 7 * extended_series(n, order)) * WIDTH;
+    return (2 * numbers + 7 * extended_series(n, order)) * WIDE;
 }
 
 static struct jets_system extended_view(const struct extended_lanes *lanes) {
@@ -92,33 +63,32 @@ static struct jets_system extended_view(const struct extended_lanes *lanes) {
  */
 struct extended_sizes {
     int single;
-    vec *turn, *rate, *force; /* force is met's sizes with a single trajectory */
+    wide *turn, *rate, *force; /* force is met's sizes with a single trajectory */
     num *u, *met;
 };
 
 static struct extended_sizes extended_sizes_view(const struct extended_lanes *lanes) {
     size_t n = (size_t)lanes->n, series = extended_series(lanes->n, lanes->order);
     num *u = (num *)(void *)lanes->series + 4 * series + (size_t)ARRAY_COUNT * n;
-    vec *at = (vec *)(void *)(u + 2 * series);
+    wide *at = (wide *)(void *)(u + 2 * series);
     return (struct extended_sizes){
-        lanes->single && WIDTH == 4, at, at + series, at + 2 * series, u, u + series};
+        lanes->single && WIDE == 4, at, at + series, at + 2 * series, u, u + series};
 }
 
 /* x in the lanes of a set, y in the others */
-VEC_INLINE num extended_blend(const mask *set, num x, num y) { return NUM_(_pick)(*set, x, y); }
+VEC_INLINE num extended_blend(const wide_mask *set, num x, num y) { return NUM_(pick)(*set, x, y); }
 
 /* lays out phi' and u of order k, and lambda of the order before, for a single trajectory */
 static void extended_pack(const struct jets_system *s, const struct extended_sizes *sizes, int k) {
-    mask odd = {0}, late = {0};
-    for (int i = 0; i < WIDTH; i++) odd[i] = -(i % 2), late[i] = -(i / 2);
+    wide_mask odd = {0}, late = {0};
+    for (int i = 0; i < WIDE; i++) odd[i] = -(i % 2), late[i] = -(i / 2);
     for (int i = 0; i < s->n; i++) {
         size_t at = (size_t)k * s->stride + (size_t)i, next = at + s->stride;
         num force = k ? s->force[at - s->stride] : num_of(0);
         sizes->u[next] = extended_blend(&odd, s->turn_im[next], s->turn_re[next]);
         sizes->met[at] = extended_blend(&late, force, s->rate[at]);
-        sizes->turn[next] =
-            VEC_OF(_abs)(s->turn_re[next].high) + VEC_OF(_abs)(s->turn_im[next].high);
-        sizes->force[at] = VEC_OF(_abs)(sizes->met[at].high);
+        sizes->turn[next] = WIDE_(abs)(s->turn_re[next].high) + WIDE_(abs)(s->turn_im[next].high);
+        sizes->force[at] = WIDE_(abs)(sizes->met[at].high);
     }
 }
 
@@ -132,20 +102,17 @@ static void extended_measure(const struct jets_system *s, const struct extended_
     for (int i = 0; i < s->n; i++) {
         size_t at = (size_t)k * s->stride + (size_t)i, before = at - s->stride,
                next = at + s->stride;
-        sizes->rate[at] = VEC_OF(_abs)(s->rate[at].high);
-        sizes->turn[next] =
-            VEC_OF(_abs)(s->turn_re[next].high) + VEC_OF(_abs)(s->turn_im[next].high);
-        if (k) sizes->force[before] = VEC_OF(_abs)(s->force[before].high);
+        sizes->rate[at] = WIDE_(abs)(s->rate[at].high);
+        sizes->turn[next] = WIDE_(abs)(s->turn_re[next].high) + WIDE_(abs)(s->turn_im[next].high);
+        if (k) sizes->force[before] = WIDE_(abs)(s->force[before].high);
     }
 }
 
-VEC_INLINE vec lane_get(const double *array, int k) {
-    return VEC_OF(_get)(array + (size_t)k * WIDTH);
+VEC_INLINE wide lane_get(const double *array, int k) {
+    return WIDE_(get)(array + (size_t)k * WIDE);
 }
 
-VEC_INLINE void lane_put(double *array, int k, vec x) {
-    VEC_OF(_put)(array + (size_t)k * WIDTH, x);
-}
+VEC_INLINE void lane_put(double *array, int k, wide x) { WIDE_(put)(array + (size_t)k * WIDE, x); }
 
 VEC_INLINE num lane_pair(const double *high, const double *low, int k) {
     return (num){lane_get(high, k), lane_get(low, k)};
@@ -153,21 +120,21 @@ VEC_INLINE num lane_pair(const double *high, const double *low, int k) {
 
 /* 1 / (j + 1) to all digits, from its first ones */
 VEC_INLINE num extended_share(const double share[], int j) {
-    vec high = vec_of(share[j]);
-    num rest = NUM_(_product)(high, vec_of(j + 1));
+    wide high = wide_of(share[j]);
+    num rest = NUM_(product)(high, wide_of(j + 1));
     return (num){high, ((1 - rest.high) - rest.low) * high};
 }
 
 /* sine and cosine of the angle of every arm to its parent, rates in units, and the tree system
  * of order 0 */
 static void extended_start(const struct extended_lanes *lanes, const struct jets_system *s,
-                           vec unit) {
+                           wide unit) {
     const struct extended_state *from = &lanes->from;
     for (int k = 0; k < s->n; k++) {
         int p = s->parent[k];
         num angle = lane_pair(from->phi, from->phi_low, k);
         if (p >= 0) angle = num_sub(angle, lane_pair(from->phi, from->phi_low, p));
-        NUM_(_sincos)(angle, &s->sine[k], &s->cosine[k]);
+        num_sincos(angle, &s->sine[k], &s->cosine[k]);
         s->rate[k] = num_scale(lane_pair(from->rate, from->rate_low, k), unit);
         s->len[k] = num_from(lane_get(lanes->len, k));
         s->mass[k] = num_from(lane_get(lanes->mass, k));
@@ -206,23 +173,23 @@ VEC_INLINE struct extended_known extended_convolve(const struct jets_system *s, 
 
 /* sums whose first part has a fixed last place, far enough up that every product fits */
 struct extended_fixed {
-    vec start, high, low;
+    wide start, high, low;
 };
 
-typedef unsigned long long extended_bits __attribute__((vector_size(sizeof(vec))));
+typedef unsigned long long extended_bits __attribute__((vector_size(sizeof(wide))));
 
 /* a start for products whose sizes add up to `size` at most: 6 times a power of two above it, so
  * that the last place is the same all along */
-VEC_INLINE vec extended_bias(vec size) {
+VEC_INLINE wide extended_bias(wide size) {
     extended_bits exponent = (extended_bits)size & 0x7ff0000000000000ULL;
-    return (vec)((exponent + (2ULL << 52)) | 0x8000000000000ULL);
+    return (wide)((exponent + (2ULL << 52)) | 0x8000000000000ULL);
 }
 
 /* adds x y: what of the product the first part has no place for goes to the second */
 VEC_INLINE void extended_collect(struct extended_fixed *sum, num x, num y) {
-    vec high = vec_fma(x.high, y.high, sum->high), part = high - sum->high;
-    vec rest = vec_fma(x.high, y.low, vec_fma(x.high, y.high, -part));
-    sum->low += vec_fma(x.low, y.high, rest);
+    wide high = wide_fma(x.high, y.high, sum->high), part = high - sum->high;
+    wide rest = wide_fma(x.high, y.low, wide_fma(x.high, y.high, -part));
+    sum->low += wide_fma(x.low, y.high, rest);
     sum->high = high;
 }
 
@@ -230,22 +197,22 @@ VEC_INLINE num extended_collected(const struct extended_fixed *sum) {
     return num_total(sum->high - sum->start, sum->low);
 }
 
-VEC_INLINE struct extended_fixed extended_empty(vec size) {
-    vec start = extended_bias(size);
-    return (struct extended_fixed){start, start, vec_of(0)};
+VEC_INLINE struct extended_fixed extended_empty(wide size) {
+    wide start = extended_bias(size);
+    return (struct extended_fixed){start, start, wide_of(0)};
 }
 
 /* sums of the sizes of the terms of both */
-VEC_INLINE void extended_sizes(const struct extended_sizes *sizes, int n, int k, int a, vec *wind,
-                               vec *drag) {
-    const vec *turn = sizes->turn + n + a, *rate = sizes->rate + k * n + a,
-              *force = sizes->force + (k - 1) * n + a;
-    *wind = *drag = vec_of(0);
+VEC_INLINE void extended_sizes(const struct extended_sizes *sizes, int n, int k, int a, wide *wind,
+                               wide *drag) {
+    const wide *turn = sizes->turn + n + a, *rate = sizes->rate + k * n + a,
+               *force = sizes->force + (k - 1) * n + a;
+    *wind = *drag = wide_of(0);
     for (int j = 1; j <= k; j++, turn += n, rate -= n, force -= n) {
-        *wind = vec_fma(*turn, *rate, *wind);
-        *drag = vec_fma(*turn, *force, *drag);
+        *wind = wide_fma(*turn, *rate, *wind);
+        *drag = wide_fma(*turn, *force, *drag);
     }
-    *wind = vec_fma(*turn, *rate, *wind);
+    *wind = wide_fma(*turn, *rate, *wind);
 }
 
 /* order k > 0, a few digits short, where the terms are small */
@@ -254,7 +221,7 @@ VEC_INLINE struct extended_known extended_convolve_fixed(const struct jets_syste
                                                          size_t n, int k, int a) {
     const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
     const num *rate = s->rate + a + (size_t)k * n, *force = s->force + a + (size_t)(k - 1) * n;
-    vec wind, drag;
+    wide wind, drag;
     extended_sizes(sizes, (int)n, k, a, &wind, &drag);
     struct extended_fixed wind_re = extended_empty(wind), wind_im = wind_re;
     struct extended_fixed drag_re = extended_empty(drag), drag_im = drag_re;
@@ -272,7 +239,7 @@ VEC_INLINE struct extended_known extended_convolve_fixed(const struct jets_syste
 }
 
 struct extended_rough {
-    vec wind_re, wind_im, drag_re, drag_im;
+    wide wind_re, wind_im, drag_re, drag_im;
 };
 
 /* the same of an order that needs but one double */
@@ -281,22 +248,22 @@ VEC_INLINE struct extended_rough extended_convolve_rough(const struct jets_syste
                                                          size_t n, int k, int a) {
     if (sizes->single) {
         const num *u = sizes->u + a + n, *met = sizes->met + a + (size_t)k * n;
-        vec sum = vec_of(0);
-        for (int j = 1; j <= k + 1; j++, u += n, met -= n) sum = vec_fma(u->high, met->high, sum);
-        return (struct extended_rough){vec_of(sum[0]), vec_of(sum[1]), vec_of(sum[2 % WIDTH]),
-                                       vec_of(sum[3 % WIDTH])};
+        wide sum = wide_of(0);
+        for (int j = 1; j <= k + 1; j++, u += n, met -= n) sum = wide_fma(u->high, met->high, sum);
+        return (struct extended_rough){wide_of(sum[0]), wide_of(sum[1]), wide_of(sum[2 % WIDE]),
+                                       wide_of(sum[3 % WIDE])};
     }
     const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
     const num *rate = s->rate + a + (size_t)k * n, *force = s->force + a + (size_t)(k - 1) * n;
-    struct extended_rough x = {vec_of(0), vec_of(0), vec_of(0), vec_of(0)};
+    struct extended_rough x = {wide_of(0), wide_of(0), wide_of(0), wide_of(0)};
     for (int j = 1; j <= k; j++, re += n, im += n, rate -= n, force -= n) {
-        x.wind_re = vec_fma(re->high, rate->high, x.wind_re);
-        x.wind_im = vec_fma(im->high, rate->high, x.wind_im);
-        x.drag_re = vec_fma(re->high, force->high, x.drag_re);
-        x.drag_im = vec_fma(im->high, force->high, x.drag_im);
+        x.wind_re = wide_fma(re->high, rate->high, x.wind_re);
+        x.wind_im = wide_fma(im->high, rate->high, x.wind_im);
+        x.drag_re = wide_fma(re->high, force->high, x.drag_re);
+        x.drag_im = wide_fma(im->high, force->high, x.drag_im);
     }
-    x.wind_re = vec_fma(re->high, rate->high, x.wind_re);
-    x.wind_im = vec_fma(im->high, rate->high, x.wind_im);
+    x.wind_re = wide_fma(re->high, rate->high, x.wind_re);
+    x.wind_im = wide_fma(im->high, rate->high, x.wind_im);
     return x;
 }
 
@@ -337,9 +304,9 @@ static void extended_invert(const struct jets_system *s, struct extended_table *
 
 /* the four sums of a single trajectory, from one each in a lane */
 VEC_INLINE struct extended_known extended_spread(num x) {
-    return (struct extended_known){NUM_(_of2)(x.high[0], x.low[0]), NUM_(_of2)(x.high[1], x.low[1]),
-                                   NUM_(_of2)(x.high[2 % WIDTH], x.low[2 % WIDTH]),
-                                   NUM_(_of2)(x.high[3 % WIDTH], x.low[3 % WIDTH])};
+    return (struct extended_known){num_of2(x.high[0], x.low[0]), num_of2(x.high[1], x.low[1]),
+                                   num_of2(x.high[2 % WIDE], x.low[2 % WIDE]),
+                                   num_of2(x.high[3 % WIDE], x.low[3 % WIDE])};
 }
 
 /* the sums of order k of a single trajectory, by the same operations */
@@ -351,9 +318,9 @@ VEC_INLINE struct extended_known extended_convolve_single(const struct extended_
         for (int j = 1; j <= k + 1; j++, u += n, met -= n) sum = num_gather(*u, *met, sum);
         return extended_spread(num_settle(sum));
     }
-    vec size = vec_of(0);
-    const vec *turn = sizes->turn + a + n, *other = sizes->force + a + (size_t)k * n;
-    for (int j = 1; j <= k + 1; j++, turn += n, other -= n) size = vec_fma(*turn, *other, size);
+    wide size = wide_of(0);
+    const wide *turn = sizes->turn + a + n, *other = sizes->force + a + (size_t)k * n;
+    for (int j = 1; j <= k + 1; j++, turn += n, other -= n) size = wide_fma(*turn, *other, size);
     struct extended_fixed sum = extended_empty(size);
     for (int j = 1; j <= k + 1; j++, u += n, met -= n) extended_collect(&sum, *u, *met);
     return extended_spread(extended_collected(&sum));
@@ -402,13 +369,13 @@ VEC_INLINE void extended_solve_rough(const struct jets_system *s,
                                      const struct extended_table *table, int n, int k,
                                      const struct extended_rough known[]) {
     for (int i = 0; i < n; i++) {
-        vec rate = vec_of(0), force = vec_of(0);
+        wide rate = wide_of(0), force = wide_of(0);
         for (int j = 0; j < n; j++) {
-            vec side = known[j].drag_im * s->share[k], pull = known[j].wind_im;
-            rate = vec_fma(pull, table->rate_pull[j][i].high,
-                           vec_fma(side, table->rate_side[j][i].high, rate));
-            force = vec_fma(pull, table->force_pull[j][i].high,
-                            vec_fma(side, table->force_side[j][i].high, force));
+            wide side = known[j].drag_im * s->share[k], pull = known[j].wind_im;
+            rate = wide_fma(pull, table->rate_pull[j][i].high,
+                            wide_fma(side, table->rate_side[j][i].high, rate));
+            force = wide_fma(pull, table->force_pull[j][i].high,
+                             wide_fma(side, table->force_side[j][i].high, force));
         }
         s->rate[(k + 1) * n + i] = num_from(rate - known[i].wind_re);
         s->force[k * n + i] = num_from((double)(k + 1) * force - known[i].drag_re);
@@ -498,34 +465,34 @@ static void extended_orders(const struct jets_system *s, const struct extended_s
 
 /* binary logarithm of the largest coefficient of order j, far below all others where all are
  * zero */
-VEC_INLINE vec extended_norm(const struct jets_system *s, int j) {
-    vec norm = vec_of(0);
+VEC_INLINE wide extended_norm(const struct jets_system *s, int j) {
+    wide norm = wide_of(0);
     for (int k = 0; k < s->n; k++)
-        norm = VEC_OF(_max)(norm, VEC_OF(_abs)(s->rate[(size_t)j * s->stride + (size_t)k].high));
-    return VEC_OF(_log2)(norm) - (vec)((mask)(norm == 0) & (mask)vec_of(1e4));
+        norm = WIDE_(max)(norm, WIDE_(abs)(s->rate[(size_t)j * s->stride + (size_t)k].high));
+    return WIDE_(log2)(norm) - (wide)((wide_mask)(norm == 0) & (wide_mask)wide_of(1e4));
 }
 
 /* the step in units, by the rule of the taylor method: the first term left out is below rtol times
  * the motion, or atol
  */
-static vec extended_choose(const struct extended_lanes *lanes, const struct jets_system *s) {
+static wide extended_choose(const struct extended_lanes *lanes, const struct jets_system *s) {
     static const double log2_of[LEADING] = {0, 1, 1.5849625007211562, 2};
-    vec leading[LEADING], reach = vec_of(10);
+    wide leading[LEADING], reach = wide_of(10);
     const double *last = s->share + lanes->order;
     double spread = (PEND_TAYLOR_LOG_CAP - lanes->log_rtol) * last[0];
     for (int i = 0; i < LEADING; i++) leading[i] = extended_norm(s, i) - log2_of[i];
     for (int j = lanes->order - TRAILING + 1; j <= lanes->order; j++) {
-        vec trailing = extended_norm(s, j),
-            far = lanes->log_atol * last[1] - trailing * s->share[j];
-        vec here = lanes->log_rtol * last[0] + (leading[0] - trailing) * s->share[j - 1];
+        wide trailing = extended_norm(s, j),
+             far = lanes->log_atol * last[1] - trailing * s->share[j];
+        wide here = lanes->log_rtol * last[0] + (leading[0] - trailing) * s->share[j - 1];
         for (int i = 1; i < LEADING; i++)
-            here = VEC_OF(_max)(here, lanes->log_rtol * last[-i] +
-                                          (leading[i] - trailing) * s->share[j - i - 1]);
+            here = WIDE_(max)(here, lanes->log_rtol * last[-i] +
+                                        (leading[i] - trailing) * s->share[j - i - 1]);
         // what atol lets pass is bounded as rtol is
-        here = VEC_OF(_max)(here, VEC_OF(_min)(far, here + spread));
-        reach = VEC_OF(_min)(reach, here);
+        here = WIDE_(max)(here, WIDE_(min)(far, here + spread));
+        reach = WIDE_(min)(reach, here);
     }
-    return VEC_OF(_exp2)(VEC_OF(_max)(reach, vec_of(-60)));
+    return WIDE_(exp2)(WIDE_(max)(reach, wide_of(-60)));
 }
 
 /* phi (less its start) and unit times phi' (less its start) x units after the start, by Horner's
@@ -536,19 +503,19 @@ struct extended_change {
 
 /* how the coefficients of an arm are read: all lanes, or one lane's in every lane */
 VEC_INLINE num extended_pick(const num *at, int lane) {
-    return lane < 0 ? *at : NUM_(_of2)(at->high[lane], at->low[lane]);
+    return lane < 0 ? *at : num_of2(at->high[lane], at->low[lane]);
 }
 
 VEC_INLINE struct extended_change extended_horner(const struct extended_lanes *lanes,
                                                   const struct jets_system *s, int k, int lane,
                                                   num x) {
-    vec phi = vec_of(0), rate = vec_of(0);
+    wide phi = wide_of(0), rate = wide_of(0);
     int j = lanes->order;
     const num *c = s->rate + (size_t)j * s->stride + (size_t)k;
     for (; j > lanes->precise; j--, c -= s->stride) {
-        vec w = extended_pick(c, lane).high;
-        phi = vec_fma(phi, x.high, w * s->share[j]);
-        rate = vec_fma(rate, x.high, w);
+        wide w = extended_pick(c, lane).high;
+        phi = wide_fma(phi, x.high, w * s->share[j]);
+        rate = wide_fma(rate, x.high, w);
     }
     struct extended_change v = {num_from(phi), num_from(rate)};
     for (; j >= 1; j--, c -= s->stride) {
@@ -563,10 +530,10 @@ VEC_INLINE struct extended_change extended_horner(const struct extended_lanes *l
 
 /* the state at the end of the step; a sum that is not finite shows in the return value, 0 where
  * all are */
-static vec extended_advance(const struct extended_lanes *lanes, const struct jets_system *s, num x,
-                            vec unit) {
+static wide extended_advance(const struct extended_lanes *lanes, const struct jets_system *s, num x,
+                             wide unit) {
     const struct extended_state *from = &lanes->from, *to = &lanes->to;
-    vec bad = vec_of(0), inverse = 1 / unit;
+    wide bad = wide_of(0), inverse = 1 / unit;
     for (int k = 0; k < s->n; k++) {
         struct extended_change v = extended_horner(lanes, s, k, -1, x);
         num phi = num_add(lane_pair(from->phi, from->phi_low, k), v.phi);
@@ -582,8 +549,8 @@ static vec extended_advance(const struct extended_lanes *lanes, const struct jet
 
 static int extended_step(struct extended_lanes *lanes) {
     struct jets_system s = extended_view(lanes);
-    vec unit = lane_get(lanes->unit, 0), time = lane_get(lanes->from.time, 0),
-        stop = lane_get(lanes->stop, 0);
+    wide unit = lane_get(lanes->unit, 0), time = lane_get(lanes->from.time, 0),
+         stop = lane_get(lanes->stop, 0);
     struct extended_sizes sizes = extended_sizes_view(lanes);
     extended_start(lanes, &s, unit);
     num gravity = num_from(lane_get(lanes->gravity, 0) * unit * unit);
@@ -591,20 +558,20 @@ static int extended_step(struct extended_lanes *lanes) {
         extended_small(&s, &sizes, gravity, lanes->order, lanes->precise);
     else
         extended_orders(&s, &sizes, gravity, lanes->order, lanes->precise);
-    vec x = extended_choose(lanes, &s), left = (stop - time) / unit;
-    mask lands = (mask)(x >= left);
-    vec next = VEC_OF(_pick)(lands, stop, time + x * unit);
-    vec still = (vec)((mask)(next == time) & (mask)vec_of(1));
+    wide x = extended_choose(lanes, &s), left = (stop - time) / unit;
+    wide_mask lands = (wide_mask)(x >= left);
+    wide next = WIDE_(pick)(lands, stop, time + x * unit);
+    wide still = (wide)((wide_mask)(next == time) & (wide_mask)wide_of(1));
     // times are doubles, what lies between them is not
     num step = num_scale(num_total(next, -time), 1 / unit);
-    vec bad = extended_advance(lanes, &s, step, unit) + still;
+    wide bad = extended_advance(lanes, &s, step, unit) + still;
     lane_put(lanes->to.time, 0, next);
     // the next unit is a power of two near this step
     lane_put(lanes->unit, 0,
-             unit * VEC_OF(_power)(
-                        VEC_OF(_round)(VEC_OF(_log2)(VEC_OF(_max)(step.high, vec_of(0x1p-60))))));
+             unit *
+                 WIDE_(power)(WIDE_(round)(WIDE_(log2)(WIDE_(max)(step.high, wide_of(0x1p-60))))));
     int any = 0;
-    for (int i = 0; i < WIDTH; i++) {
+    for (int i = 0; i < WIDE; i++) {
         lanes->attention[i] =
             (unsigned char)((lands[i] ? EXTENDED_DONE : 0) | (bad[i] == 0 ? 0 : EXTENDED_BAD));
         any |= lanes->attention[i];
@@ -614,7 +581,7 @@ static int extended_step(struct extended_lanes *lanes) {
 
 /* ---- values inside the step: an instant in each lane */
 
-VEC_INLINE void extended_give(double to[], int n, int k, int count, vec x) {
+VEC_INLINE void extended_give(double to[], int n, int k, int count, wide x) {
     for (int i = 0; to && i < count; i++) to[(size_t)i * (size_t)n + (size_t)k] = x[i];
 }
 
@@ -633,20 +600,20 @@ static void extended_values(const struct extended_lanes *lanes, int lane, double
                             const double t[], const struct extended_values *to) {
     struct jets_system s = extended_view(lanes);
     const struct extended_state *from = &lanes->from;
-    vec at = vec_of(t[0]), inverse = vec_of(1 / unit);
+    wide at = wide_of(t[0]), inverse = wide_of(1 / unit);
     for (int i = 1; i < count; i++) at[i] = t[i];
-    num x = num_scale(num_total(at, vec_of(-from->time[lane])), inverse);
+    num x = num_scale(num_total(at, wide_of(-from->time[lane])), inverse);
     for (int k = 0; k < s.n; k++) {
-        size_t here = (size_t)k * WIDTH + (size_t)lane;
+        size_t here = (size_t)k * WIDE + (size_t)lane;
         struct extended_change v = extended_horner(lanes, &s, k, lane, x);
-        num phi = num_add(NUM_(_of2)(from->phi[here], from->phi_low[here]), v.phi);
+        num phi = num_add(num_of2(from->phi[here], from->phi_low[here]), v.phi);
         num rate =
-            num_add(NUM_(_of2)(from->rate[here], from->rate_low[here]), num_scale(v.rate, inverse));
+            num_add(num_of2(from->rate[here], from->rate_low[here]), num_scale(v.rate, inverse));
         extended_give(to->phi, s.n, k, count, phi.high);
         extended_give(to->phi_low, s.n, k, count, phi.low);
         extended_give(to->rate, s.n, k, count, rate.high);
         extended_give(to->rate_low, s.n, k, count, rate.low);
-        vec squared = inverse * inverse;
+        wide squared = inverse * inverse;
         if (to->acc)
             extended_give(to->acc, s.n, k, count,
                           extended_sum(lanes, s.rate, s.stride, k, lane, x, 1).high * squared);
@@ -657,7 +624,7 @@ static void extended_values(const struct extended_lanes *lanes, int lane, double
 }
 
 const struct extended_kernel KERNEL_NAME(pend_kernel_extended_) = {
-    .width = WIDTH,
+    .width = WIDE,
     .series_count = extended_series_count,
     .step = extended_step,
     .values = extended_values,

@@ -5,29 +5,9 @@
 #include <string.h>
 
 #include "core/simd/vec_isa.h"
-#include "core/simd/quad_double.h"
 #include "core/taylor/taylor_order.h"
 
-#define JETS_NUM quad
-#include "core/taylor/jets_system.h"
-
-enum { WIDE = 1 };
-typedef num wide;
-#define num_of quad_of
-#define num_add quad_add
-#define num_sub quad_sub
-#define num_mul quad_mul
-#define num_div quad_div
-#define num_fma quad_fma
-#define num_neg quad_neg
-#define wide_of quad_of
-#define wide_add quad_add
-#define wide_sub quad_sub
-#define wide_mul quad_mul
-#define wide_fma quad_fma
-#define wide_neg quad_neg
-VEC_INLINE wide wide_get(const num *at) { return *at; }
-VEC_INLINE void wide_put(num *at, wide x) { *at = x; }
+#define NUMBER_QUAD_DOUBLE
 #include "core/taylor/jets_template.h"
 
 enum {
@@ -104,7 +84,7 @@ VEC_INLINE struct quad_pair pair_gather(const num *x, const num *y, struct quad_
     return (struct quad_pair){high, sum.low + (gap + rest)};
 }
 
-VEC_INLINE num pair_num(struct quad_pair x) { return quad_of2(x.high, x.low); }
+VEC_INLINE num pair_num(struct quad_pair x) { return num_of2(x.high, x.low); }
 
 /* jets_known in them */
 static void quad_known(const struct jets_system *s, int k) {
@@ -142,11 +122,11 @@ static void quad_start(const struct quad_series *q, const struct jets_system *s)
         int p = s->parent[k];
         num angle = quad_get(q->phi, k);
         if (p >= 0) angle = num_sub(angle, quad_get(q->phi, p));
-        quad_sincos(angle, &s->sine[k], &s->cosine[k]);
+        num_sincos(angle, &s->sine[k], &s->cosine[k]);
         s->len[k] = num_of(q->tree->len[k]);
         s->inv_len[k] = num_div(num_of(1), s->len[k]);
         s->mass[k] = num_of(q->tree->mass[k]);
-        s->rate[k] = quad_scale(quad_get(q->rate, k), q->unit);
+        s->rate[k] = num_scale(quad_get(q->rate, k), q->unit);
         s->force[k - s->n] = num_of(0);
     }
     jets_factor(s);
@@ -184,7 +164,7 @@ static double quad_choose(const struct jets_system *s, int order, double log_rto
 
 static double quad_expand(const struct quad_series *q, double log_rtol, double log_atol) {
     struct jets_system s = quad_view(q);
-    num gravity = quad_scale(num_of(q->loads.gravity), q->unit * q->unit);
+    num gravity = num_scale(num_of(q->loads.gravity), q->unit * q->unit);
     quad_start(q, &s);
     for (int k = 0; k < q->order; k++) {
         if (k % 2)
@@ -228,10 +208,10 @@ static struct quad_sums quad_horner(const struct quad_series *q, const struct je
 
 static void quad_advance(const struct quad_series *q, double time, double reached) {
     struct jets_system s = quad_view(q);
-    num x = quad_scale(quad_of2(reached, -time), 1 / q->unit);
+    num x = num_scale(num_of2(reached, -time), 1 / q->unit);
     for (int k = 0; k < s.n; k++) {
         struct quad_sums sum = quad_horner(q, &s, k, x, 0);
-        num phi = num_add(quad_get(q->phi, k), sum.phi), rate = quad_scale(sum.rate, 1 / q->unit);
+        num phi = num_add(quad_get(q->phi, k), sum.phi), rate = num_scale(sum.rate, 1 / q->unit);
         memcpy(q->phi_end + 4 * (size_t)k, &phi, sizeof phi);
         memcpy(q->rate_end + 4 * (size_t)k, &rate, sizeof rate);
     }
@@ -241,8 +221,8 @@ static void quad_at(const struct quad_series *q, double time, double t,
                     const struct quad_values *to) {
     struct jets_system s = quad_view(q);
     double inverse = 1 / q->unit;
-    num x = quad_scale(quad_of2(t, -time), inverse),
-        quarter = quad_of2(0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54);
+    num x = num_scale(num_of2(t, -time), inverse),
+        quarter = num_of2(0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54);
     for (int k = 0; k < s.n; k++) {
         struct quad_sums sum = quad_horner(q, &s, k, x, to->acc || to->force);
         num phi = num_add(quad_get(q->phi, k), sum.phi);

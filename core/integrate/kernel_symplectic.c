@@ -7,26 +7,8 @@
 #include "core/simd/vec_isa.h"
 
 /* a number is one value for each stage */
-#define JETS_NUM lanes8
-#include "core/taylor/jets_system.h"
-
-enum { WIDE = 1, WIDTH = 8 };
-typedef num wide;
-#define num_of lanes8_of
-#define num_fma lanes8_fma
-VEC_INLINE num num_add(num x, num y) { return x + y; }
-VEC_INLINE num num_sub(num x, num y) { return x - y; }
-VEC_INLINE num num_mul(num x, num y) { return x * y; }
-VEC_INLINE num num_div(num x, num y) { return x / y; }
-VEC_INLINE num num_neg(num x) { return -x; }
-#define wide_of num_of
-#define wide_add num_add
-#define wide_sub num_sub
-#define wide_mul num_mul
-#define wide_fma num_fma
-#define wide_neg num_neg
-VEC_INLINE wide wide_get(const num *at) { return *at; }
-VEC_INLINE void wide_put(num *at, wide x) { *at = x; }
+#define NUMBER_VEC 8
+enum { WIDTH = 8 };
 #include "core/taylor/jets_template.h"
 
 /*

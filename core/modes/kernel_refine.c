@@ -5,24 +5,11 @@
 #include "core/simd/vec_isa.h"
 
 /* compiled once for every instruction set: see the Makefile */
-enum { WIDTH = KERNEL_WIDTH };
-#define VEC_OF(name) KERNEL_OF(lanes, name)
-#define NUM_OF(name) KERNEL_OF(pairs, name)
-typedef KERNEL_OF(bits, ) masks;
-#define LANES KERNEL_WIDTH
-#include "core/simd/double_double.h"
+#define NUMBER_DOUBLE_DOUBLE
+#include "core/simd/number.h"
 
-typedef VEC_OF() vec;
-typedef NUM_OF() num;
-#define vec_of VEC_OF(_of)
-#define vec_fma VEC_OF(_fma)
-#define vec_pick VEC_OF(_pick)
-#define num_of NUM_OF(_of)
-#define num_add NUM_OF(_add)
-#define num_mul NUM_OF(_mul)
-#define num_fma NUM_OF(_fma)
-#define num_div NUM_OF(_div)
-#define num_pick NUM_OF(_pick)
+#define wide_pick WIDE_(pick)
+#define num_pick NUM_(pick)
 
 /* a correction of the eigenvalue by this part or less ends the iteration */
 #define FINE_ENOUGH 1e-27
@@ -40,7 +27,7 @@ struct fine {
 /* t + c, kept from vanishing */
 VEC_INLINE num fine_pivot(num t, double spring) {
     num d = num_add(t, num_of(spring));
-    d.high = vec_pick((masks)(d.high == 0), vec_of(spring * 0x1p-110), d.high);
+    d.high = wide_pick((wide_mask)(d.high == 0), wide_of(spring * 0x1p-110), d.high);
     return d;
 }
 
@@ -68,10 +55,10 @@ static void fine_up(const struct pend_laplacian *laplacian, num minus_shift, str
 }
 
 /* root outwards; returns the node with the smallest |gamma| / m of every lane, and gamma there */
-static masks fine_down(const struct pend_laplacian *laplacian, num minus_shift, struct fine w,
-                       vec *gamma) {
-    vec least = vec_of(INFINITY), least_mass = vec_of(1);
-    masks at = {0};
+static wide_mask fine_down(const struct pend_laplacian *laplacian, num minus_shift, struct fine w,
+                           wide *gamma) {
+    wide least = wide_of(INFINITY), least_mass = wide_of(1);
+    wide_mask at = {0};
     w.above[0] = num_of(laplacian->spring[0]);
     for (int k = 0; k < laplacian->n; k++) {
         double spring = laplacian->spring[k], mass = laplacian->mass[k];
@@ -91,45 +78,45 @@ static masks fine_down(const struct pend_laplacian *laplacian, num minus_shift, 
             w.tip[k] = num_div(num_of(1), fine_pivot(u, spring));
             w.above[k] = num_mul(num_mul(u, w.tip[k]), num_of(spring));
         }
-        vec here = num_add(w.t[k], w.above[k]).high,
-            size = vec_pick((masks)(here < 0), -here, here);
-        masks less = (masks)(size * least_mass < least * mass);
-        least = vec_pick(less, size, least);
-        least_mass = vec_pick(less, vec_of(mass), least_mass);
-        *gamma = vec_pick(less, here, *gamma);
-        at = (less & ((masks){0} + k)) | (~less & at);
+        wide here = num_add(w.t[k], w.above[k]).high,
+             size = wide_pick((wide_mask)(here < 0), -here, here);
+        wide_mask less = (wide_mask)(size * least_mass < least * mass);
+        least = wide_pick(less, size, least);
+        least_mass = wide_pick(less, wide_of(mass), least_mass);
+        *gamma = wide_pick(less, here, *gamma);
+        at = (less & ((wide_mask){0} + k)) | (~less & at);
     }
     return at;
 }
 
 /* from the twists to the pivot */
-static void fine_climb(const struct pend_laplacian *laplacian, struct fine w, masks at) {
+static void fine_climb(const struct pend_laplacian *laplacian, struct fine w, wide_mask at) {
     num x = num_of(1);
     for (int k = laplacian->n - 1; k >= 0; k--) {
-        masks climbed = (at >= k) & (at < laplacian->end[k]);
-        vec y = k ? x.high * w.above[k].high / laplacian->spring[k] : x.high;
+        wide_mask climbed = (at >= k) & (at < laplacian->end[k]);
+        wide y = k ? x.high * w.above[k].high / laplacian->spring[k] : x.high;
         num from = k ? num_mul(x, num_mul(w.tip[k], num_of(laplacian->spring[k]))) : x;
-        w.above[k].high = vec_pick(climbed, y, w.above[k].high);
+        w.above[k].high = wide_pick(climbed, y, w.above[k].high);
         w.tip[k] = num_pick(climbed, x, w.tip[k]);
         x = num_pick(climbed, from, x);
     }
 }
 
 /* from the climbed ways into all other branches; angles go to their rows; returns sum m x^2 */
-static vec fine_spread(const struct pend_laplacian *laplacian, struct fine w, masks at,
-                       double *row[]) {
-    vec total = {0};
+static wide fine_spread(const struct pend_laplacian *laplacian, struct fine w, wide_mask at,
+                        double *row[]) {
+    wide total = {0};
     for (int k = 0; k < laplacian->n; k++) {
         double spring = laplacian->spring[k];
-        vec y = w.above[k].high;
+        wide y = w.above[k].high;
         if (k) {
-            masks climbed = (at >= k) & (at < laplacian->end[k]);
+            wide_mask climbed = (at >= k) & (at < laplacian->end[k]);
             num ratio = num_div(w.tip[laplacian->parent[k]], fine_pivot(w.t[k], spring));
-            y = vec_pick(climbed, y, -ratio.high * w.t[k].high);
+            y = wide_pick(climbed, y, -ratio.high * w.t[k].high);
             w.tip[k] = num_pick(climbed, w.tip[k], num_mul(ratio, num_of(spring)));
         }
-        total = vec_fma(laplacian->mass[k] * w.tip[k].high, w.tip[k].high, total);
-        for (int i = 0; i < WIDTH; i++) row[i][k] = y[i] / laplacian->len[k];
+        total = wide_fma(laplacian->mass[k] * w.tip[k].high, w.tip[k].high, total);
+        for (int i = 0; i < WIDE; i++) row[i][k] = y[i] / laplacian->len[k];
     }
     return total;
 }
@@ -143,23 +130,23 @@ void KERNEL_NAME(pend_modes_refine_for_)(const struct pend_laplacian *laplacian,
     size_t n = (size_t)laplacian->n;
     struct fine w = {(num *)work, (num *)work + n, (num *)work + 2 * n};
     num minus_shift = num_of(0);
-    vec square = {0}, scale, gamma = {0};
-    for (int i = 0; i < WIDTH; i++) minus_shift.high[i] = -value[i];
+    wide square = {0}, scale, gamma = {0};
+    for (int i = 0; i < WIDE; i++) minus_shift.high[i] = -value[i];
     for (int round = 0; round < FINE_ROUNDS; round++) {
         int enough = 1;
         fine_up(laplacian, minus_shift, w);
-        masks at = fine_down(laplacian, minus_shift, w, &gamma);
+        wide_mask at = fine_down(laplacian, minus_shift, w, &gamma);
         fine_climb(laplacian, w, at);
         square = fine_spread(laplacian, w, at, vector);
         /* Rayleigh's quotient: the residual is gamma, at the twist alone, where x is 1 */
         num step = num_of(0);
         step.high = -gamma / square;
-        for (int i = 0; i < WIDTH; i++)
+        for (int i = 0; i < WIDE; i++)
             enough &= !(fabs(step.high[i]) > FINE_ENOUGH * fabs(value[i]));
         minus_shift = num_add(minus_shift, step);
         if (enough) break;
     }
-    for (int i = 0; i < WIDTH; i++) {
+    for (int i = 0; i < WIDE; i++) {
         scale[i] = copysign(1 / sqrt(square[i]), vector[i][lead]);
         for (size_t k = 0; k < n; k++) vector[i][k] *= scale[i];
         for (size_t k = 0; tip && k < n; k++) tip[i][k] = w.tip[k].high[i] * scale[i];

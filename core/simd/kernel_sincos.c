@@ -4,16 +4,12 @@
 
 #include "core/simd/vec_isa.h"
 
-enum { WIDE = KERNEL_WIDTH };
-typedef KERNEL_OF(lanes, ) wide;
-#define WIDE_(name) KERNEL_OF(lanes, _##name)
-
 void KERNEL_NAME(pend_kernel_sincos_)(const double phi[], int count, double re[], double im[]) {
     for (int a = 0; a < count; a += WIDE) {
-        wide x = WIDE_(of)(0), cosine, sine;
+        wide x = wide_of(0), cosine, sine;
         memcpy(&x, phi + a, (size_t)(count - a < WIDE ? count - a : WIDE) * sizeof(double));
-        WIDE_(sincos)(x, WIDE_(of)(0), &sine, &cosine);
-        WIDE_(put)(re + a, cosine);
-        WIDE_(put)(im + a, sine);
+        WIDE_(sincos)(x, wide_of(0), &sine, &cosine);
+        wide_put(re + a, cosine);
+        wide_put(im + a, sine);
     }
 }

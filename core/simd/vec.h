@@ -9,6 +9,7 @@
 #include <immintrin.h>
 #endif
 
+typedef double lanes1;
 typedef double lanes2 __attribute__((vector_size(16)));
 typedef double lanes4 __attribute__((vector_size(32)));
 typedef double lanes8 __attribute__((vector_size(64)));
@@ -64,6 +65,7 @@ VEC_INLINE lanes8 lanes8_gather(const double *from, const int index[8]) {
 }
 
 /** A number in every lane. */
+VEC_INLINE lanes1 lanes1_of(double x) { return x; }
 VEC_INLINE lanes2 lanes2_of(double x) { return (lanes2){x, x}; }
 VEC_INLINE lanes4 lanes4_of(double x) { return (lanes4){x, x, x, x}; }
 VEC_INLINE lanes8 lanes8_of(double x) { return (lanes8){x, x, x, x, x, x, x, x}; }
@@ -79,7 +81,7 @@ VEC_INLINE lanes8 lanes8_of(double x) { return (lanes8){x, x, x, x, x, x, x, x};
 #endif
 
 /** The fused multiply-add of one number. */
-VEC_INLINE double lanes1_fma(double x, double y, double z) {
+VEC_INLINE lanes1 lanes1_fma(lanes1 x, lanes1 y, lanes1 z) {
 #ifdef __FMA__
     return __builtin_fma(x, y, z);
 #else

@@ -6,6 +6,8 @@
 #ifndef PEND_VEC_ISA_H
 #define PEND_VEC_ISA_H
 
+#include <string.h>
+
 #include "core/simd/vec.h"
 
 /** Doubles of such a vector. */
@@ -23,6 +25,26 @@
 /** KERNEL_OF(vec, _fma) is lanes8_fma, lanes4_fma or lanes2_fma; KERNEL_OF(bits, ) is bits8,
  * bits4 or bits2. */
 #define KERNEL_OF(kind, name) KERNEL_PASTE(kind, KERNEL_WIDTH, name)
+
+/** Such a vector, and its functions: WIDE_(fma) is lanes8_fma, lanes4_fma or lanes2_fma. */
+enum { WIDE = KERNEL_WIDTH };
+typedef KERNEL_OF(lanes, ) wide;
+#define WIDE_(name) KERNEL_OF(lanes, _##name)
+#define wide_of WIDE_(of)
+#define wide_fma WIDE_(fma)
+#define wide_get WIDE_(get)
+#define wide_put WIDE_(put)
+#define wide_gather WIDE_(gather)
+
+/** WIDE numbers that begin anywhere; wide_get takes them where a vector may lie. */
+VEC_INLINE wide wide_load(const double *from) {
+    wide x;
+    memcpy(&x, from, sizeof x);
+    return x;
+}
+
+/** All ones in a lane where a comparison of vectors holds, else 0. */
+typedef KERNEL_OF(bits, ) wide_mask;
 
 /** KERNEL_NAME(pend_x_) is pend_x_base, pend_x_avx2 or pend_x_avx512. */
 #define KERNEL_NAME(stem) KERNEL_PASTE(stem, PEND_ISA, )

@@ -6,10 +6,11 @@
 
 #include <stddef.h>
 
-#ifndef JETS_NUM
-#define JETS_NUM double
+#if defined PEND_ISA || defined NUMBER_OTHER
+#include "core/simd/number.h"
+#else
+typedef double num; /* files that lay out memory count it in doubles and compute nothing */
 #endif
-typedef JETS_NUM num;
 
 /*
  * Arrays of one value an arm, of the factorization and of the sweeps of an order; sums go over its

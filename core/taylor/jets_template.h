@@ -8,17 +8,17 @@
 #include "core/taylor/jets_factor.h"
 
 /* what follows from T and c alone, and sums set to nothing for the sweeps of order k */
-static inline void jets_prepare(const struct jets_system *s, int k, int a, wide Tr, wide Ti,
-                                wide cr, wide ci) {
-    wide_put(s->wind_re + a, Tr);
-    wide_put(s->wind_im + a, Ti);
-    wide_put(s->drag_re + a, cr);
-    wide_put(s->drag_im + a, ci);
-    wide_put(s->heave + a, wide_mul(wide_mul(wide_get(s->weight + a), wide_of(k + 1)), Ti));
-    wide_put(s->sum_side + a, wide_of(0));
-    wide_put(s->sum_cos + a, wide_of(0));
-    wide_put(s->sum_sin + a, wide_of(0));
-    wide_put(s->early + a, wide_of(0));
+static inline void jets_prepare(const struct jets_system *s, int k, int a, num Tr, num Ti, num cr,
+                                num ci) {
+    s->wind_re[a] = Tr;
+    s->wind_im[a] = Ti;
+    s->drag_re[a] = cr;
+    s->drag_im[a] = ci;
+    s->heave[a] = num_mul(num_mul(s->weight[a], num_of(k + 1)), Ti);
+    s->sum_side[a] = num_of(0);
+    s->sum_cos[a] = num_of(0);
+    s->sum_sin[a] = num_of(0);
+    s->early[a] = num_of(0);
 }
 
 /*
@@ -27,46 +27,45 @@ static inline void jets_prepare(const struct jets_system *s, int k, int a, wide 
  */
 static inline void jets_known(const struct jets_system *s, int k) {
     size_t stride = s->stride;
-    for (int a = 0; a < s->n; a += WIDE) {
+    for (int a = 0; a < s->n; a++) {
         size_t row = jets_row(s, a), last = row + (size_t)k * stride;
         const num *re = s->turn_re + row + 2 * stride, *im = s->turn_im + row + 2 * stride;
         const num *rate = s->rate + last, *force = s->force + last - stride;
-        wide w = wide_get(rate), f = wide_get(force), first = wide_get(s->rate + row);
+        num w = *rate, f = *force, first = s->rate[row];
         // u_1 is imaginary
-        wide Tr = wide_of(0), Ti = wide_mul(first, w), cr = wide_of(0), ci = wide_mul(first, f);
-        wide next_Tr = wide_of(0), next_Ti = wide_of(0), next_cr = wide_of(0), next_ci = wide_of(0);
+        num Tr = num_of(0), Ti = num_mul(first, w), cr = num_of(0), ci = num_mul(first, f);
+        num next_Tr = num_of(0), next_Ti = num_of(0), next_cr = num_of(0), next_ci = num_of(0);
         for (int j = 2; j <= k + 1; j++, re += stride, im += stride) {
-            wide ur = wide_get(re), ui = wide_get(im);
-            next_Tr = wide_fma(ur, w, next_Tr);
-            next_Ti = wide_fma(ui, w, next_Ti);
-            next_cr = wide_fma(ur, f, next_cr);
-            next_ci = wide_fma(ui, f, next_ci);
+            num ur = *re, ui = *im;
+            next_Tr = num_fma(ur, w, next_Tr);
+            next_Ti = num_fma(ui, w, next_Ti);
+            next_cr = num_fma(ur, f, next_cr);
+            next_ci = num_fma(ui, f, next_ci);
             rate -= stride, force -= stride;
-            w = wide_get(rate), f = wide_get(force);
-            Tr = wide_fma(ur, w, Tr);
-            Ti = wide_fma(ui, w, Ti);
-            cr = wide_fma(ur, f, cr);
-            ci = wide_fma(ui, f, ci);
+            w = *rate, f = *force;
+            Tr = num_fma(ur, w, Tr);
+            Ti = num_fma(ui, w, Ti);
+            cr = num_fma(ur, f, cr);
+            ci = num_fma(ui, f, ci);
         }
         jets_prepare(s, k, a, Tr, Ti, cr, ci);
-        wide_put(s->next_wind_re + a, next_Tr);
-        wide_put(s->next_wind_im + a, next_Ti);
-        wide_put(s->next_drag_re + a, next_cr);
-        wide_put(s->next_drag_im + a, next_ci);
+        s->next_wind_re[a] = next_Tr;
+        s->next_wind_im[a] = next_Ti;
+        s->next_drag_re[a] = next_cr;
+        s->next_drag_im[a] = next_ci;
     }
 }
 
 /* T and c of order k, the second of two: the terms that were missing */
 static inline void jets_complete(const struct jets_system *s, int k) {
-    for (int a = 0; a < s->n; a += WIDE) {
+    for (int a = 0; a < s->n; a++) {
         size_t row = jets_row(s, a), now = row + (size_t)k * s->stride, last = now + s->stride;
-        wide first = wide_get(s->rate + row);
-        wide Tr = wide_fma(wide_get(s->turn_re + last), first, wide_get(s->next_wind_re + a));
-        wide Ti = wide_fma(wide_get(s->turn_im + last), first, wide_get(s->next_wind_im + a));
-        Ti = wide_fma(first, wide_get(s->rate + now), Ti);
-        wide ci =
-            wide_fma(first, wide_get(s->force + now - s->stride), wide_get(s->next_drag_im + a));
-        jets_prepare(s, k, a, Tr, Ti, wide_get(s->next_drag_re + a), ci);
+        num first = s->rate[row];
+        num Tr = num_fma(s->turn_re[last], first, s->next_wind_re[a]);
+        num Ti = num_fma(s->turn_im[last], first, s->next_wind_im[a]);
+        Ti = num_fma(first, s->rate[now], Ti);
+        num ci = num_fma(first, s->force[now - s->stride], s->next_drag_im[a]);
+        jets_prepare(s, k, a, Tr, Ti, s->next_drag_re[a], ci);
     }
 }
 
@@ -78,11 +77,10 @@ static void jets_gather(const struct jets_system *s) {
         s->sum_cos[p] = num_fma(s->cosine[k], s->drag_im[k], s->sum_cos[p]);
         s->sum_sin[p] = num_fma(s->sine[k], s->drag_im[k], s->sum_sin[p]);
     }
-    for (int a = 0; a < s->n; a += WIDE) {
-        wide side = wide_sub(wide_get(s->drag_im + a), wide_get(s->sum_cos + a));
-        wide_put(s->side + a, side);
-        wide_put(s->push + a,
-                 wide_sub(wide_mul(wide_get(s->lean + a), side), wide_get(s->sum_sin + a)));
+    for (int a = 0; a < s->n; a++) {
+        num side = num_sub(s->drag_im[a], s->sum_cos[a]);
+        s->side[a] = side;
+        s->push[a] = num_sub(num_mul(s->lean[a], side), s->sum_sin[a]);
     }
 }
 
@@ -110,15 +108,13 @@ static void jets_tension(const struct jets_system *s, num gravity) {
         s->early[p] = num_fma(s->sine[k], s->bias[k], early);
         s->from_side[k] = s->side[p];
     }
-    for (int a = 0; a < s->n; a += WIDE) {
-        wide across = wide_sub(wide_get(s->from_side + a), wide_get(s->others + a));
-        wide tension = wide_fma(wide_get(s->tau + a), across,
-                                wide_mul(wide_get(s->nu + a), wide_get(s->bias + a)));
-        wide_put(s->tension + a, tension);
-        wide_put(s->shift + a,
-                 wide_mul(wide_sub(tension, wide_get(s->push + a)), wide_get(s->inv_eff + a)));
-        wide rest = wide_sub(wide_get(s->side + a), wide_get(s->sum_side + a));
-        wide_put(s->rest + a, wide_mul(rest, wide_get(s->inv + a)));
+    for (int a = 0; a < s->n; a++) {
+        num across = num_sub(s->from_side[a], s->others[a]);
+        num tension = num_fma(s->tau[a], across, num_mul(s->nu[a], s->bias[a]));
+        s->tension[a] = tension;
+        s->shift[a] = num_mul(num_sub(tension, s->push[a]), s->inv_eff[a]);
+        num rest = num_sub(s->side[a], s->sum_side[a]);
+        s->rest[a] = num_mul(rest, s->inv[a]);
     }
     // the root hangs on the pivot, which has i gravity
     num lift = num_mul(s->sine[0], gravity);
@@ -145,34 +141,31 @@ static void jets_down(const struct jets_system *s, num gravity) {
 
 /* the coefficients of order k and what they make of u */
 static inline void jets_learn(const struct jets_system *s, int k) {
-    wide share = wide_of(s->share[k]), turn_share = wide_of(s->share[k + 1]);
-    for (int a = 0; a < s->n; a += WIDE) {
+    num share = num_of(s->share[k]), turn_share = num_of(s->share[k + 1]);
+    for (int a = 0; a < s->n; a++) {
         size_t now = jets_row(s, a) + (size_t)k * s->stride, next = now + s->stride,
                after = next + s->stride;
-        wide ar = wide_get(s->from_radial + a), at = wide_get(s->from_tangential + a),
-             Tr = wide_get(s->wind_re + a);
-        wide C = wide_get(s->cosine + a), Z = wide_get(s->sine + a);
-        wide gap =
-            wide_add(wide_sub(wide_mul(Z, ar), wide_mul(C, at)), wide_get(s->tangential + a));
-        wide acc = wide_sub(wide_mul(gap, wide_get(s->inv_len + a)), wide_mul(wide_of(k + 1), Tr));
-        wide lambda = wide_sub(wide_fma(wide_get(s->stiff + a), ar, wide_get(s->tension + a)),
-                               wide_get(s->drag_re + a));
-        wide rate = wide_mul(acc, share);
-        wide_put(s->force + now, lambda);
-        wide_put(s->rate + next, rate);
-        wide_put(s->turn_re + after, wide_neg(wide_mul(wide_get(s->wind_im + a), turn_share)));
-        wide_put(s->turn_im + after, wide_mul(wide_add(rate, Tr), turn_share));
+        num ar = s->from_radial[a], at = s->from_tangential[a], Tr = s->wind_re[a];
+        num C = s->cosine[a], Z = s->sine[a];
+        num gap = num_add(num_sub(num_mul(Z, ar), num_mul(C, at)), s->tangential[a]);
+        num acc = num_sub(num_mul(gap, s->inv_len[a]), num_mul(num_of(k + 1), Tr));
+        num lambda = num_sub(num_fma(s->stiff[a], ar, s->tension[a]), s->drag_re[a]);
+        num rate = num_mul(acc, share);
+        s->force[now] = lambda;
+        s->rate[next] = rate;
+        s->turn_re[after] = num_neg(num_mul(s->wind_im[a], turn_share));
+        s->turn_im[after] = num_mul(num_add(rate, Tr), turn_share);
     }
 }
 
 /* all orders: rate_1 .. rate_order and force_0 .. force_{order - 1} from rate_0, cosine and sine */
 static inline void jets_orders(const struct jets_system *s, num gravity, int order) {
-    for (int a = 0; a < s->n; a += WIDE) {
-        wide_put(s->stiff + a, wide_mul(wide_get(s->eff + a), wide_get(s->kappa + a)));
-        wide_put(s->weight + a, wide_mul(wide_get(s->eff + a), wide_get(s->len + a)));
+    for (int a = 0; a < s->n; a++) {
+        s->stiff[a] = num_mul(s->eff[a], s->kappa[a]);
+        s->weight[a] = num_mul(s->eff[a], s->len[a]);
         size_t row = jets_row(s, a), first = row + s->stride;
-        wide_put(s->turn_re + first, wide_of(0));
-        wide_put(s->turn_im + first, wide_get(s->rate + row));
+        s->turn_re[first] = num_of(0);
+        s->turn_im[first] = s->rate[row];
     }
     for (int k = 0; k < order; k++) {
         if (k % 2)

@@ -9,29 +9,9 @@
 
 /* numbers of the sweeps are doubles; loops over arms take as many at once as the instruction set
  * holds */
-enum { WIDE = KERNEL_WIDTH };
-typedef KERNEL_OF(lanes, ) wide;
-#define WIDE_(name) KERNEL_OF(lanes, _##name)
-#define wide_fma WIDE_(fma)
-#define wide_of WIDE_(of)
-#define wide_get WIDE_(get)
-#define wide_put WIDE_(put)
-#define wide_gather WIDE_(gather)
-#define num_fma lanes1_fma
-
 /* terms that a step is judged by; the longest step in units, as a binary logarithm */
 enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000 };
 
-VEC_INLINE double num_of(double x) { return x; }
-VEC_INLINE double num_neg(double x) { return -x; }
-VEC_INLINE double num_add(double x, double y) { return x + y; }
-VEC_INLINE double num_sub(double x, double y) { return x - y; }
-VEC_INLINE double num_mul(double x, double y) { return x * y; }
-VEC_INLINE double num_div(double x, double y) { return x / y; }
-VEC_INLINE wide wide_neg(wide x) { return -x; }
-VEC_INLINE wide wide_add(wide x, wide y) { return x + y; }
-VEC_INLINE wide wide_sub(wide x, wide y) { return x - y; }
-VEC_INLINE wide wide_mul(wide x, wide y) { return x * y; }
 #include "core/taylor/blocks_template.h"
 #include "core/taylor/levels_template.h"
 #include "core/taylor/chain_template.h"

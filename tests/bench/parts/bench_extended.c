@@ -83,27 +83,19 @@ BENCH(extended_double_pendulum_in_lanes, "s of 20 s and member, all digits at th
  * (j + 1) is a double, so that only its time counts */
 
 #ifdef __x86_64__
-#define JETS_NUM __float128
-#include "core/taylor/jets_system.h"
-enum { WIDE = 1, ORDER = 40 };
-typedef num wide;
+#define NUMBER_OTHER __float128
 __float128 sinf128(__float128 x);
 __float128 cosf128(__float128 x);
-static inline num num_of(double x) { return x; }
-static inline num num_add(num x, num y) { return x + y; }
-static inline num num_sub(num x, num y) { return x - y; }
-static inline num num_mul(num x, num y) { return x * y; }
-static inline num num_div(num x, num y) { return x / y; }
-static inline num num_fma(num x, num y, num z) { return x * y + z; }
-static inline num wide_neg(num x) { return -x; }
-static inline num wide_get(const num *at) { return *at; }
-static inline void wide_put(num *at, num x) { *at = x; }
-#define wide_of num_of
-#define wide_add num_add
-#define wide_sub num_sub
-#define wide_mul num_mul
-#define wide_fma num_fma
+static inline __float128 num_of(double x) { return x; }
+static inline __float128 num_add(__float128 x, __float128 y) { return x + y; }
+static inline __float128 num_sub(__float128 x, __float128 y) { return x - y; }
+static inline __float128 num_mul(__float128 x, __float128 y) { return x * y; }
+static inline __float128 num_div(__float128 x, __float128 y) { return x / y; }
+static inline __float128 num_fma(__float128 x, __float128 y, __float128 z) { return x * y + z; }
+static inline __float128 num_neg(__float128 x) { return -x; }
 #include "core/taylor/jets_template.h"
+
+enum { ORDER = 40 };
 
 struct quad {
     struct jets_system system;

@@ -1,0 +1,90 @@
+/* The numbers that templates compute with: what such a number is, and the kinds that there are.
+ *
+ * A template is written once, in `num` and the functions below. A file that includes templates
+ * says first which kind it wants, by one of
+ *
+ *     #define NUMBER_VEC 1             a double; this is the kind if nothing is said
+ *     #define NUMBER_VEC 8             a vector of 2, 4 or 8 doubles, one value a lane
+ *     #define NUMBER_DOUBLE_DOUBLE     32 digits: a sum of two of the widest vectors
+ *     #define NUMBER_QUAD_DOUBLE       62 digits: a sum of four doubles
+ *     #define NUMBER_OTHER type        the file has defined num_of .. num_neg of `type` itself
+ *
+ * and then includes this file. All kinds have
+ *
+ *     num_of(double)                   the number, in every lane
+ *     num_add, num_sub, num_mul, num_div (x, y)
+ *     num_fma(x, y, z)                 x y + z, rounded once where the kind can
+ *     num_neg(x)
+ *
+ * The sums of several doubles have
+ *
+ *     num_of2(high, low)               a number of two parts, |high| >= |low|, in every lane
+ *     num_scale(x, power)              x times a power of two, exact
+ *     num_sincos(x, &sine, &cosine)
+ *
+ * and NUM_(name) is a function that one kind alone has.
+ * Leaves to others: the arithmetic (vec, double_double, quad_double).
+ * Invariant: the checks at the end of this file hold for every kind, or it does not compile. */
+#ifndef PEND_NUMBER_H
+#define PEND_NUMBER_H
+
+#ifdef NUMBER_OTHER
+typedef NUMBER_OTHER num;
+#else
+#include "core/simd/vec_isa.h"
+#if defined NUMBER_DOUBLE_DOUBLE
+#define LANES KERNEL_WIDTH
+#include "core/simd/double_double.h"
+typedef KERNEL_OF(pairs, ) num;
+#define NUM_(name) KERNEL_OF(pairs, _##name)
+#elif defined NUMBER_QUAD_DOUBLE
+#include "core/simd/quad_double.h"
+typedef quad num;
+#define NUM_(name) quad_##name
+#else
+#ifndef NUMBER_VEC
+#define NUMBER_VEC 1
+#endif
+typedef KERNEL_PASTE(lanes, NUMBER_VEC, ) num;
+#define NUM_(name) KERNEL_PASTE(lanes, NUMBER_VEC, _##name)
+#endif
+
+#define num_of NUM_(of)
+#define num_fma NUM_(fma)
+#ifdef NUMBER_VEC
+VEC_INLINE num num_add(num x, num y) { return x + y; }
+VEC_INLINE num num_sub(num x, num y) { return x - y; }
+VEC_INLINE num num_mul(num x, num y) { return x * y; }
+VEC_INLINE num num_div(num x, num y) { return x / y; }
+VEC_INLINE num num_neg(num x) { return -x; }
+#else
+#define num_add NUM_(add)
+#define num_sub NUM_(sub)
+#define num_mul NUM_(mul)
+#define num_div NUM_(div)
+#define num_neg NUM_(neg)
+#define num_of2 NUM_(of2)
+#define num_scale NUM_(scale)
+#define num_sincos NUM_(sincos)
+#endif
+#endif
+
+/* The concept. A kind that lacks a function, or whose function gives something else, stops here;
+ * nothing is evaluated. */
+#define NUMBER_ANY (*(num *)0)
+#define NUMBER_IS(x) _Static_assert(_Generic((x), num : 1, default : 0), #x " must be a num")
+NUMBER_IS(num_of(1.0));
+NUMBER_IS(num_add(NUMBER_ANY, NUMBER_ANY));
+NUMBER_IS(num_sub(NUMBER_ANY, NUMBER_ANY));
+NUMBER_IS(num_mul(NUMBER_ANY, NUMBER_ANY));
+NUMBER_IS(num_div(NUMBER_ANY, NUMBER_ANY));
+NUMBER_IS(num_fma(NUMBER_ANY, NUMBER_ANY, NUMBER_ANY));
+NUMBER_IS(num_neg(NUMBER_ANY));
+#if defined NUMBER_DOUBLE_DOUBLE || defined NUMBER_QUAD_DOUBLE
+NUMBER_IS(num_of2(1.0, 0.0));
+#endif
+/* templates lay numbers out in blocks of doubles, and memory is counted in these */
+_Static_assert(sizeof(num) % sizeof(double) == 0 && _Alignof(num) <= 64,
+               "a num must be laid out as doubles");
+
+#endif
