@@ -170,6 +170,9 @@ bench-horizon: $(B)/tests/bench/horizon/run ## horizons that are told over the t
 bench-dynamics: $(B)/tests/bench/dynamics/run ## accelerations against MuJoCo and LAPACK where these are installed, in half a minute
 	$< $(T)
 
+tour: build ## the way of one request through the rooms: files and functions in order, seen in a running server (ALL=1: every visit)
+	@/usr/bin/python3 -B tests/rules/tour.py $(B) $(if $(ALL),--all)
+
 fuzz: ## requests that nobody would send, by libFuzzer, FUZZ_SECONDS (30) for each program; needs clang and libclang-rt-*-dev
 	@for name in $(FUZZERS); do \
 	  $(MAKE) --no-print-directory MODE=asan CC=clang CXX=clang++ B=build/fuzz CFLAGS='-fsanitize=fuzzer-no-link -DFUZZER' \
@@ -363,5 +366,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench bench-horizon bench-precision bench-parts bench-page drill load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check clang-flags clang-flags-c++ changed
+.PHONY: help run check build bench bench-horizon bench-precision bench-parts bench-page drill load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
 .DELETE_ON_ERROR:
