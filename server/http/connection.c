@@ -9,7 +9,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "server/work/admission.h"
 #include "server/base/clock.h"
 #include "server/work/compute.h"
 #include "server/jobs/events.h"
@@ -208,13 +207,12 @@ static int connection_check_head(struct connection *connection, const char *meth
     exchange->method = method;
     MHD_get_connection_values(connection->mhd, MHD_HEADER_KIND, connection_field, exchange);
     srv_response_identify(exchange);
-    srv_admission_client(exchange);
     exchange->coding = srv_coding_choose(exchange->field[SRV_ACCEPT_ENCODING]);
-    if (exchange->status) return 0;
-    if (!connection->surplus) return srv_request_head_head(exchange) && srv_router_find(exchange);
-    connection_refuse_surplus(connection);
-    exchange->close = 1;
-    return 0;
+    if (!exchange->status && connection->surplus) {
+        connection_refuse_surplus(connection);
+        exchange->close = 1;
+    }
+    return srv_router_head(exchange);
 }
 
 /* until when the body must be there, seeing what came of it */
@@ -272,7 +270,7 @@ static enum MHD_Result connection_body(struct connection *connection, const char
 
 /* the request is complete */
 static enum MHD_Result connection_whole(struct connection *connection) {
-    if (connection->refused || srv_router_begin(&connection->exchange))
+    if (connection->refused || !srv_router_body(&connection->exchange))
         return connection_answer(connection);
     return connection_hand_over(connection);
 }

@@ -1,5 +1,6 @@
 #include "server/http/router.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -12,6 +13,7 @@
 #include "server/jobs/job_results.h"
 #include "server/jobs/jobs.h"
 #include "server/http/probes.h"
+#include "server/http/request_head.h"
 #include "server/jobs/scenes.h"
 
 static void router_metrics(struct srv_exchange *exchange) {
@@ -37,18 +39,19 @@ static const struct srv_route router_table[] = {
     {"GET", "/v1/presets", NULL, NULL, API_OP_PRESETS, "GET /v1/presets", 0},
     {"GET", "/v1/presets/{name}", NULL, NULL, API_OP_PRESET, "GET /v1/presets/{name}", 0},
     {"POST", "/v1/scenes", NULL, srv_scenes_create, API_OP_COUNT, "POST /v1/scenes",
-     SRV_ROUTE_CLOSED},
+     SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED},
     {"GET", "/v1/scenes/{id}", NULL, srv_scenes_read, API_OP_COUNT, "GET /v1/scenes/{id}", 0},
     {"DELETE", "/v1/scenes/{id}", NULL, srv_scenes_drop, API_OP_COUNT, "DELETE /v1/scenes/{id}",
-     SRV_ROUTE_CLOSED},
-    {"GET", "/v1/jobs", NULL, srv_jobs_list, API_OP_COUNT, "GET /v1/jobs", SRV_ROUTE_CLOSED},
+     SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED},
+    {"GET", "/v1/jobs", NULL, srv_jobs_list, API_OP_COUNT, "GET /v1/jobs",
+     SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED},
     {"GET", "/v1/jobs/{id}", NULL, srv_jobs_read, API_OP_COUNT, "GET /v1/jobs/{id}", 0},
     {"DELETE", "/v1/jobs/{id}", NULL, srv_jobs_dismiss, API_OP_COUNT, "DELETE /v1/jobs/{id}",
-     SRV_ROUTE_CLOSED},
+     SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED},
     {"GET", "/v1/jobs/{id}/events", NULL, srv_jobs_events, API_OP_COUNT, "GET /v1/jobs/{id}/events",
      0},
     {"GET", "/v1/jobs/{id}/results", NULL, srv_job_results, API_OP_COUNT,
-     "GET /v1/jobs/{id}/results", 0},
+     "GET /v1/jobs/{id}/results", SRV_ROUTE_COUNTED},
     {"GET", "/", srv_assets_index, NULL, API_OP_COUNT, "GET /", 0},
     {"GET", "/docs", srv_assets_docs, NULL, API_OP_COUNT, "GET /docs", 0},
     {"GET", "/page/{digest}/{file}", srv_assets_file, NULL, API_OP_COUNT,
@@ -168,12 +171,13 @@ static void router_options(struct srv_exchange *exchange) {
     srv_exchange_header(exchange, "Access-Control-Max-Age", "86400");
 }
 
-/* OPTIONS, 404 or 405 */
-static void router_explain(struct srv_exchange *exchange) {
+/* answers where there is no route: OPTIONS, 404 or 405 */
+static int router_exists(struct srv_exchange *exchange) {
+    if (exchange->route) return 1;
     char *allow = srv_exchange_text(exchange, ROUTER_ALLOW);
     if (!allow) {
         srv_exchange_problem(exchange, 431, "the request's head is too long");
-        return;
+        return 0;
     }
     router_allow(exchange->path, 0, allow);
     int options = !strcmp(exchange->method, "OPTIONS");
@@ -182,7 +186,7 @@ static void router_explain(struct srv_exchange *exchange) {
     if (!allow[0]) {
         srv_exchange_problem(exchange, 404, "there is nothing at %.200s; see /openapi.json",
                              exchange->path);
-        return;
+        return 0;
     }
     if (options)
         router_options(exchange);
@@ -190,9 +194,10 @@ static void router_explain(struct srv_exchange *exchange) {
         srv_exchange_problem(exchange, 405, "%.40s is not for %.200s, but %s", exchange->method,
                              exchange->path, allow);
     srv_exchange_header(exchange, "Allow", allow);
+    return 0;
 }
 
-/* the variable part as a text of its own; 0 without room */
+/* keeps the variable part of the path as a text of its own; returns 0 without room */
 static int router_argument(struct srv_exchange *exchange, const char *argument, size_t bytes) {
     exchange->argument = argument;
     if (!argument || !argument[bytes]) return 1;
@@ -204,25 +209,40 @@ static int router_argument(struct srv_exchange *exchange, const char *argument, 
     return 1;
 }
 
-/* may the exchange go on with its route? Else it is answered */
-static int router_admit(struct srv_exchange *exchange) {
-    const struct srv_route *route = exchange->route;
-    const struct srv_service *service = exchange->service;
-    if (route->handle) return 1;
-    if (!srv_config_answers(&service->config)) {
-        srv_exchange_busy(exchange, 60,
-                          "this process computes jobs and answers nothing else: --role worker");
-        return 0;
-    }
-    if (route->begin) return 1;
-    if (atomic_load(&service->draining) < SRV_DRAIN_HURRY) return srv_admission_count(exchange);
-    srv_exchange_busy(exchange, 5, "the server is stopping");
-    exchange->close = 1;
+/* --- stages --- */
+
+/* answers who was refused before the head was complete: a field that came twice, too many
+ * connections */
+static int router_unrefused(struct srv_exchange *exchange) { return !exchange->status; }
+
+/* looks up the route; NULL where there is none */
+static int router_find(struct srv_exchange *exchange) {
+    const char *argument = NULL;
+    size_t bytes = 0;
+    const struct srv_route *route =
+        router_route(exchange->method, exchange->path, &argument, &bytes);
+    exchange->route = route;
+    exchange->op = route ? route->op : API_OP_COUNT;
+    if (!route || router_argument(exchange, argument, bytes)) return 1;
+    srv_exchange_problem(exchange, 431, "the request's head is too long");
     return 0;
 }
 
-/* may a page of this origin ask for it? Else the exchange is answered */
-static int router_open(struct srv_exchange *exchange) {
+/* answers 421 where the server does not answer to the host that the request names */
+static int router_host(struct srv_exchange *exchange) {
+    unsigned special = exchange->route ? exchange->route->special : 0;
+    if (special & SRV_ROUTE_ANY_HOST) return 1;
+    if ((special & SRV_ROUTE_ANY_ADDRESS) && srv_hosts_numeric(exchange->host)) return 1;
+    if (srv_hosts_allow(srv_service_hosts(exchange->service), exchange->host)) return 1;
+    srv_exchange_problem(exchange, 421,
+                         "this server does not answer to the host %.100s: the option --hosts "
+                         "lists those that it does",
+                         exchange->host);
+    return 0;
+}
+
+/* answers 403 where a web page of another origin may not ask for the route */
+static int router_origin(struct srv_exchange *exchange) {
     int job = srv_jobs_wanted(exchange);
     exchange->closed = (exchange->route->special & SRV_ROUTE_CLOSED) != 0;
     if ((!exchange->closed && !job) || !router_foreign(exchange)) {
@@ -237,50 +257,88 @@ static int router_open(struct srv_exchange *exchange) {
     return 0;
 }
 
-/* does the server answer to the host that the request names? */
-static int router_host(const struct srv_exchange *exchange, const struct srv_route *route) {
-    unsigned special = route ? route->special : 0;
-    if (special & SRV_ROUTE_ANY_HOST) return 1;
-    if ((special & SRV_ROUTE_ANY_ADDRESS) && srv_hosts_numeric(exchange->host)) return 1;
-    return srv_hosts_allow(srv_service_hosts(exchange->service), exchange->host);
-}
-
-int srv_router_find(struct srv_exchange *exchange) {
-    const char *argument;
-    size_t bytes;
-    const struct srv_route *route =
-        router_route(exchange->method, exchange->path, &argument, &bytes);
-    if (!router_host(exchange, route)) {
-        srv_exchange_problem(exchange, 421,
-                             "this server does not answer to the host %.100s: the option --hosts "
-                             "lists those that it does",
-                             exchange->host);
+/* answers 503 where this process does not serve the route, or not any more */
+static int router_role(struct srv_exchange *exchange) {
+    const struct srv_route *route = exchange->route;
+    const struct srv_service *service = exchange->service;
+    if (route->handle) return 1;
+    if (!srv_config_answers(&service->config)) {
+        srv_exchange_busy(exchange, 60,
+                          "this process computes jobs and answers nothing else: --role worker");
         return 0;
     }
-    if (!srv_admission_identify(exchange)) return 0;
-    if (!route) {
-        router_explain(exchange);
-        return 0;
-    }
-    exchange->route = route;
-    exchange->op = route->op;
-    if (router_argument(exchange, argument, bytes))
-        return router_open(exchange) && router_admit(exchange);
-    srv_exchange_problem(exchange, 431, "the request's head is too long");
+    if (route->begin || atomic_load(&service->draining) < SRV_DRAIN_HURRY) return 1;
+    srv_exchange_busy(exchange, 5, "the server is stopping");
+    exchange->close = 1;
     return 0;
 }
 
-int srv_router_begin(struct srv_exchange *exchange) {
+/* answers 429 where the route counts and the client's quota is used up */
+static int router_quota(struct srv_exchange *exchange) {
     const struct srv_route *route = exchange->route;
-    if (route->handle) {
-        route->handle(exchange);
-        return 1;
+    int computes = !route->handle && !route->begin;
+    if (!computes && !(route->special & SRV_ROUTE_COUNTED)) return 1;
+    return srv_admission_count(exchange);
+}
+
+/* has the route answer that answers at once */
+static int router_handle(struct srv_exchange *exchange) {
+    if (!exchange->route->handle) return 1;
+    exchange->route->handle(exchange);
+    return 0;
+}
+
+/* answers from the cache where it has the answer to these very bytes */
+static int router_cache(struct srv_exchange *exchange) {
+    return exchange->route->begin || srv_jobs_wanted(exchange) || !srv_result_cached(exchange);
+}
+
+/* A stage lets an exchange pass, returning 1, or answers it, returning 0. It runs on the sockets'
+ * thread: it neither waits nor computes. */
+typedef int router_stage(struct srv_exchange *exchange);
+
+/* The stages of a request, in order: those that need its head, */
+static router_stage *const router_head[] = {
+    srv_admission_identify, /* who asks; every request passes */
+    router_unrefused,
+    srv_request_head_head, /* 400, 413, 414, 415, 417: the body's length, the target */
+    router_find,
+    router_host,         /* 421 */
+    srv_admission_named, /* 400, 401: an account or a token that is none */
+    router_exists,       /* 404, 405, OPTIONS */
+    router_origin,       /* 403 */
+    router_role,         /* 503 */
+    router_quota,        /* 429 */
+};
+
+/* and those that need its body. What passes them all is handed over. */
+static router_stage *const router_body[] = {
+    router_handle,
+    router_cache,
+};
+
+static int router_pass(struct srv_exchange *exchange, router_stage *const stage[], size_t count) {
+    assert(srv_exchange_valid(exchange));
+    for (size_t i = 0; i < count; i++) {
+        int passed = stage[i](exchange);
+        assert(passed == !exchange->status);
+        if (!passed) return 0;
     }
-    return !route->begin && !srv_jobs_wanted(exchange) && srv_result_cached(exchange);
+    return 1;
+}
+
+int srv_router_head(struct srv_exchange *exchange) {
+    return router_pass(exchange, router_head, sizeof router_head / sizeof *router_head);
+}
+
+int srv_router_body(struct srv_exchange *exchange) {
+    assert(exchange->route);
+    return router_pass(exchange, router_body, sizeof router_body / sizeof *router_body);
 }
 
 void srv_router_hand(struct srv_exchange *exchange) {
     const struct srv_route *route = exchange->route;
+    assert(route && !route->handle && !exchange->status);
     if (route->begin)
         route->begin(exchange);
     else if (srv_jobs_wanted(exchange))

@@ -19,7 +19,9 @@ enum {
     SRV_ROUTE_CLOSED = 1, /* web pages of other origins may not ask for it unless they are listed */
     SRV_ROUTE_ANY_HOST = 2, /* any Host is good: it says nothing but how the process is */
     SRV_ROUTE_ANY_ADDRESS =
-        4 /* any Host that is an address: by it those ask who look after the process */
+        4, /* any Host that is an address: by it those ask who look after the process */
+    SRV_ROUTE_COUNTED = 8 /* each request counts against its client's quota, as one does that an
+                             operation answers */
 };
 
 struct srv_route {
@@ -44,27 +46,25 @@ int srv_router_number(const struct srv_route *route);
 const char *srv_router_label(int i);
 
 /**
- * Finds the route of an exchange whose head was checked.
+ * Takes a request whose header fields were taken in through the stages that need its head: who
+ * asks, the target and the body's length, the route, the host, web pages of other origins, the role
+ * of the process, the client's quota.
  *
- * Returns 1 when there is one: exchange->route and exchange->argument are set, and
- * exchange->identity says who asks. Else the exchange is answered: 404, 405, OPTIONS, 421 where the
- * server does not answer to its host, 403 for web pages of other origins, 401 where what should be
- * a token is none, or, where the route needs a worker, 503 while the server is draining and 429
- * beyond the client's quota.
+ * Returns 1 when it passes: exchange->identity, route and argument are set, and exchange->account
+ * where the route needs one. Else the exchange is answered; exchange->identity is set then too.
  */
-int srv_router_find(struct srv_exchange *exchange);
+int srv_router_head(struct srv_exchange *exchange);
 
 /**
- * Goes on with an exchange whose body is complete.
+ * Takes an exchange whose body is complete through the stages that need it: a route that answers at
+ * once, the cache.
  *
- * Returns 1 when it is answered: by the route itself or from the cache. Else srv_router_hand is to
- * be called.
+ * Returns 1 when it passes: srv_router_hand is to be called, once the exchange can be answered from
+ * another thread. Else the exchange is answered.
  */
-int srv_router_begin(struct srv_exchange *exchange);
+int srv_router_body(struct srv_exchange *exchange);
 
-/** Hands an exchange over to whom it concerns; it comes back through its finish, answered, maybe
- * before this returns.
- */
+/** Hands an exchange that has passed all stages to whoever answers it. */
 void srv_router_hand(struct srv_exchange *exchange);
 
 #endif

@@ -3,7 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/work/admission.h"
 #include "server/work/compute.h"
 #include "server/jobs/download.h"
 #include "server/jobs/store_request.h"
@@ -70,9 +69,5 @@ static void results_found(struct srv_store_request *asked, enum srv_stored store
 
 void srv_job_results(struct srv_exchange *exchange) {
     struct srv_store_request *asked = srv_store_request_begin_one(exchange);
-    if (!asked) return;
-    if (srv_admission_count(exchange))
-        srv_store_request_ask(asked, SRV_ASK_READ, results_find, results_found);
-    else
-        srv_store_request_end(asked);
+    if (asked) srv_store_request_ask(asked, SRV_ASK_READ, results_find, results_found);
 }

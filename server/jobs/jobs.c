@@ -274,11 +274,7 @@ void srv_jobs_read(struct srv_exchange *exchange) {
 
 void srv_jobs_dismiss(struct srv_exchange *exchange) {
     struct srv_store_request *asked = srv_store_request_begin_one(exchange);
-    if (!asked) return;
-    if (srv_admission_count(exchange))
-        srv_store_request_ask(asked, SRV_ASK_WRITE, jobs_drop, jobs_dropped);
-    else
-        srv_store_request_end(asked);
+    if (asked) srv_store_request_ask(asked, SRV_ASK_WRITE, jobs_drop, jobs_dropped);
 }
 
 /* --- events --- */
@@ -370,10 +366,6 @@ void srv_jobs_list(struct srv_exchange *exchange) {
         srv_admission_challenge(
             exchange,
             "a list is of what was posted with a token, and an address is nobody's alone");
-        srv_store_request_end(asked);
-        return;
-    }
-    if (!srv_admission_count(exchange)) {
         srv_store_request_end(asked);
         return;
     }

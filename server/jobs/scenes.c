@@ -130,11 +130,7 @@ static int scenes_check(struct srv_store_request *asked) {
 
 void srv_scenes_create(struct srv_exchange *exchange) {
     struct srv_store_request *asked = srv_store_request_begin(exchange, &scenes_words);
-    if (!asked) return;
-    if (srv_admission_count(exchange))
-        srv_store_request_work(asked, scenes_check, scenes_put, scenes_kept);
-    else
-        srv_store_request_end(asked);
+    if (asked) srv_store_request_work(asked, scenes_check, scenes_put, scenes_kept);
 }
 
 /* --- reading one --- */
@@ -189,10 +185,8 @@ void srv_scenes_drop(struct srv_exchange *exchange) {
             "a scene is taken away with the token it was stored with, and stays without one");
     } else if (srv_store_request_id_good(exchange->argument)) {
         memcpy(asked->id, exchange->argument, SRV_ID_BYTES);
-        if (srv_admission_count(exchange)) {
-            srv_store_request_ask(asked, SRV_ASK_WRITE, scenes_let_go, scenes_gone);
-            return;
-        }
+        srv_store_request_ask(asked, SRV_ASK_WRITE, scenes_let_go, scenes_gone);
+        return;
     } else {
         scenes_refuse(asked, SRV_STORED_NONE);
     }

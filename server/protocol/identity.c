@@ -85,6 +85,13 @@ int srv_identity_token(struct srv_identity *identity, const char *authorization)
     return 1;
 }
 
+void srv_identity_make(struct srv_identity *identity, const char *address, const char *account,
+                       const char *authorization) {
+    int named = srv_identity_begin(identity, address, account);
+    identity->fault = named ? SRV_IDENTITY_GOOD : SRV_IDENTITY_NO_ACCOUNT;
+    if (named && !srv_identity_token(identity, authorization)) identity->fault = SRV_IDENTITY_NO_TOKEN;
+}
+
 int srv_identity_owns(const struct srv_identity *identity, const char *owner) {
     return !strcmp(owner, identity->key) || !strcmp(owner, identity->source) ||
            (identity->source[0] == identity_letter[SRV_IDENTITY_ADDRESS] &&

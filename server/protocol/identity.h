@@ -23,8 +23,12 @@ enum {
 /* What names a client. */
 enum srv_identity_kind { SRV_IDENTITY_ADDRESS, SRV_IDENTITY_ACCOUNT, SRV_IDENTITY_TOKEN };
 
+/* Why a request does not say who asks, though it tries to. */
+enum srv_identity_fault { SRV_IDENTITY_GOOD, SRV_IDENTITY_NO_ACCOUNT, SRV_IDENTITY_NO_TOKEN };
+
 struct srv_identity {
     enum srv_identity_kind kind;
+    enum srv_identity_fault fault;   /* of the request that it was made of */
     char key[SRV_IDENTITY_KEY];      /* who it is; stores, lanes, quotas and lists go by it */
     char source[SRV_IDENTITY_KEY];   /* the key of the address or account it came from; `key` itself
                                         without a token */
@@ -60,6 +64,13 @@ int srv_identity_begin(struct srv_identity *identity, const char *address, const
  * Returns 0 where what follows Bearer is no token by srv_identity_rule; the identity is as before.
  */
 int srv_identity_token(struct srv_identity *identity, const char *authorization);
+
+/**
+ * Makes the identity of a request: srv_identity_begin, then srv_identity_token. Where one of them
+ * returns 0, the identity is what was found before, and its fault says which.
+ */
+void srv_identity_make(struct srv_identity *identity, const char *address, const char *account,
+                       const char *authorization);
 
 /**
  * True where a thing that was made by `owner` may be ended by this identity: its token or account

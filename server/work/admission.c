@@ -9,27 +9,32 @@
 static const char admission_realm[] = "Bearer realm=\"pendulumd\"";
 static const char admission_invalid[] = "Bearer realm=\"pendulumd\", error=\"invalid_token\"";
 
-void srv_admission_client(struct srv_exchange *exchange) {
+int srv_admission_identify(struct srv_exchange *exchange) {
     const struct srv_service *service = exchange->service;
     const char *header = srv_service_config(service)->client_header,
                *value = exchange->field[SRV_FORWARDED];
-    const char *account = NULL;
+    const struct srv_peers *trusted = srv_service_trusted(service);
     char address[SRV_PEER_BYTES];
-    srv_peer_client(srv_service_trusted(service), exchange->peer, header, value, address);
-    if (value && !srv_peer_names_addresses(header) &&
-        srv_peer_trusted(srv_service_trusted(service), exchange->peer))
-        account = value;
-    exchange->unnamed = !srv_identity_begin(&exchange->identity, address, account);
+    srv_peer_client(trusted, exchange->peer, header, value, address);
+    int account =
+        value && !srv_peer_names_addresses(header) && srv_peer_trusted(trusted, exchange->peer);
+    srv_identity_make(&exchange->identity, address, account ? value : NULL,
+                      exchange->field[SRV_AUTHORIZATION]);
+    return 1;
 }
 
-int srv_admission_identify(struct srv_exchange *exchange) {
-    if (exchange->unnamed) {
+int srv_admission_named(struct srv_exchange *exchange) {
+    switch (exchange->identity.fault) {
+    case SRV_IDENTITY_GOOD:
+        return 1;
+    case SRV_IDENTITY_NO_ACCOUNT:
         srv_exchange_problem(
             exchange, 400, "the field %.60s, which says who asks, must be visible ASCII characters",
             srv_service_config(exchange->service)->client_header);
         return 0;
+    case SRV_IDENTITY_NO_TOKEN:
+        break;
     }
-    if (srv_identity_token(&exchange->identity, exchange->field[SRV_AUTHORIZATION])) return 1;
     srv_exchange_problem(exchange, 401, "%s", srv_identity_rule);
     srv_exchange_header(exchange, "WWW-Authenticate", admission_invalid);
     return 0;

@@ -7,17 +7,22 @@
 
 #include "server/work/exchange.h"
 
-/** Sets exchange->identity to whom a request comes from, the peer or whom a trusted proxy names,
- * for the log of whatever becomes of it; its token is not looked at yet. */
-void srv_admission_client(struct srv_exchange *exchange);
-
 /**
- * Makes exchange->identity whole, once a request: a token's, where there is one.
+ * Sets exchange->identity, once a request: the token's, or who is at the other end of the
+ * connection, or whom a trusted proxy names there. What is no token or no account leaves the
+ * identity without it, for the log, and sets its fault.
  *
- * Returns 1 when it is good. Else the exchange is answered: 401 for what is no token, 400 for what
- * is no account.
+ * Returns 1: nobody is refused here.
  */
 int srv_admission_identify(struct srv_exchange *exchange);
+
+/**
+ * Looks at the identity's fault.
+ *
+ * Returns 1 when there is none. Else the exchange is answered: 401 for what is no token, 400 for
+ * what is no account.
+ */
+int srv_admission_named(struct srv_exchange *exchange);
 
 /** Answers 401 and how a client names itself; format and arguments say why, a sentence's part. */
 void srv_admission_challenge(struct srv_exchange *exchange, const char *format, ...)

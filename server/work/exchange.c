@@ -86,7 +86,7 @@ void srv_exchange_reset(struct srv_exchange *exchange) {
     exchange->coding = SRV_IDENTITY;
     exchange->quota = (struct srv_quota){0};
     exchange->identity.shown[0] = exchange->identity.secret[0] = 0;
-    exchange->unnamed = exchange->closed = 0;
+    exchange->closed = 0;
     exchange->host = NULL;
     exchange->route = NULL;
     exchange->length = 0;

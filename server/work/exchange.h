@@ -87,7 +87,6 @@ struct srv_exchange {
     const char *field[SRV_FIELD_COUNT];
     char peer[SRV_PEER_BYTES];    /* the other end of the connection; outlives the request */
     struct srv_identity identity; /* who asks; its `shown` is "" before that is known */
-    int unnamed;                  /* who it is could not be read from what a trusted proxy says */
     struct srv_client *account;   /* of that client; NULL where the route needs none */
     struct srv_client
         *payer; /* of that client's address: whose share of memory it takes; NULL before it does */

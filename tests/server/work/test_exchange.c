@@ -32,9 +32,10 @@ static int answer_head(struct srv_exchange *exchange, const char *method, const 
 
 /* a route's answer, or 0 where it needs a worker */
 static int answer_route(struct srv_exchange *exchange, const char *method, const char *target) {
-    if (!answer_head(exchange, method, target)) return exchange->status;
-    if (!srv_router_find(exchange) || srv_router_begin(exchange)) return exchange->status;
-    return 0;
+    srv_exchange_reset(exchange);
+    exchange->method = method;
+    snprintf(exchange->target, sizeof exchange->target, "%s", target);
+    return srv_router_head(exchange) && srv_router_body(exchange) ? 0 : exchange->status;
 }
 
 TEST(a_problem_replaces_the_answer_and_is_not_stored) {
@@ -353,6 +354,44 @@ TEST(a_drain_answers_what_comes_until_it_is_in_a_hurry) {
     CHECK_INT(answer_route(&exchange, "POST", "/v1/trees"), 503);
     CHECK(exchange.close && answer_header(&exchange, "Retry-After"));
     CHECK_INT(answer_route(&exchange, "GET", "/v1/trees"), 405);
+    srv_exchange_clear(&exchange);
+    live_service_clear(&service);
+}
+
+TEST(the_stages_of_a_request_answer_in_their_order_and_each_knows_who_asks) {
+    static const struct {
+        const char *method, *target, *authorization;
+        int status;
+    } asked[] = {
+        /* the form of the head before who asks, who asks before the route, the quota last */
+        {"GET", "/%zz", "Bearer short", 400},
+        {"GET", "/nothing", "Bearer short", 401},
+        {"GET", "/nothing", NULL, 404},
+        {"PUT", "/v1/trees", NULL, 405},
+        {"GET", "/v1/presets", NULL, 0},
+        {"GET", "/v1/presets", NULL, 429},
+        {"GET", "/v1/jobs/x/results", NULL, 429},
+        {"GET", "/v1/jobs/x", NULL, 0},
+        {"GET", "/healthz", NULL, 200},
+        {"GET", "/v1/presets", "Bearer 3f1c9a5b7d2e4f60819a2b3c4d5e6f70", 0},
+    };
+    struct srv_service service;
+    struct srv_exchange exchange;
+    live_service(&service, 4);
+    service.config.requests_a_minute = 1;
+    srv_exchange_init(&exchange, &service);
+    snprintf(exchange.peer, sizeof exchange.peer, "192.0.2.1");
+    for (size_t i = 0; i < sizeof asked / sizeof *asked; i++) {
+        srv_exchange_reset(&exchange);
+        exchange.method = asked[i].method;
+        exchange.field[SRV_AUTHORIZATION] = asked[i].authorization;
+        snprintf(exchange.target, sizeof exchange.target, "%s", asked[i].target);
+        int passed = srv_router_head(&exchange) && srv_router_body(&exchange);
+        CHECK_SAYING(passed == !asked[i].status && exchange.status == asked[i].status,
+                     "%s %s is %d", asked[i].method, asked[i].target, exchange.status);
+        CHECK_TEXT(exchange.identity.shown, "192.0.2.1");
+        CHECK_INT(exchange.identity.kind, i == 9 ? SRV_IDENTITY_TOKEN : SRV_IDENTITY_ADDRESS);
+    }
     srv_exchange_clear(&exchange);
     live_service_clear(&service);
 }
