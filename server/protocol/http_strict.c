@@ -293,7 +293,8 @@ static void strict_size_end(struct srv_http_strict *strict, unsigned char c) {
 
 static const char strict_no_lf[] = "a line must end with CR LF";
 
-static void strict_byte(struct srv_http_strict *strict, unsigned char c) {
+/* a byte of a request's head, of a trailer section, or of the empty lines before a request */
+static void strict_head_byte(struct srv_http_strict *strict, unsigned char c) {
     switch (strict->place) {
     case SRV_STRICT_START:
         strict_begin(strict, c);
@@ -330,6 +331,14 @@ static void strict_byte(struct srv_http_strict *strict, unsigned char c) {
         else
             strict_refuse(strict, 400, strict_no_lf);
         return;
+    default:
+        return;
+    }
+}
+
+/* a byte between the chunks of a body */
+static void strict_chunk_byte(struct srv_http_strict *strict, unsigned char c) {
+    switch (strict->place) {
     case SRV_STRICT_CHUNK:
     case SRV_STRICT_IN_SIZE:
         strict_size(strict, c);
@@ -346,11 +355,16 @@ static void strict_byte(struct srv_http_strict *strict, unsigned char c) {
     case SRV_STRICT_CHUNK_LF:
         strict_expect(strict, c, '\n', SRV_STRICT_CHUNK, strict_no_chunk);
         return;
-    case SRV_STRICT_IN_BODY:
-    case SRV_STRICT_IN_CHUNK:
-    case SRV_STRICT_REFUSED:
+    default:
         return;
     }
+}
+
+static void strict_byte(struct srv_http_strict *strict, unsigned char c) {
+    if (strict->place <= SRV_STRICT_END_LF)
+        strict_head_byte(strict, c);
+    else
+        strict_chunk_byte(strict, c);
 }
 
 /* passes over the bytes of a body, or of a value that nobody looks at; returns how many */

@@ -286,23 +286,27 @@ static enum srv_stored claim_turns(struct srv_store *store, const struct row_cli
     return stored;
 }
 
+/* claims in the transaction that has begun; *mended: something of the store was put right, which is
+ * to be kept whatever was claimed */
+static enum srv_stored claim_found(struct srv_store *store, struct claim *claim, int *mended) {
+    struct row_clients clients = {0};
+    SRV_STORED_TRY(srv_store_run(store, SQL_CLIENTS, NULL, 0, row_client, &clients));
+    SRV_STORED_TRY(clients_order(store, &clients));
+    SRV_STORED_TRY(claim_turns(store, &clients, claim));
+    if (claim->count) return SRV_STORED;
+    SRV_STORED_TRY(claim_mend(store, &clients, mended));
+    /* what is ready but locked by another process will be free in a moment */
+    return *mended || clients.count ? SRV_STORED_AGAIN : SRV_STORED_NONE;
+}
+
 enum srv_stored srv_store_claim_some(struct srv_store *store, const char *worker, int64_t lease_us,
                                      struct srv_lease lease[], int most, int *count) {
-    struct row_clients clients = {0};
     struct claim claim = {.worker = worker, .lease_us = lease_us, .lease = lease, .most = most};
     int mended = 0;
     *count = 0;
     for (int i = 0; i < most; i++) lease[i] = (struct srv_lease){0};
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored = srv_store_run(store, SQL_CLIENTS, NULL, 0, row_client, &clients);
-    if (stored == SRV_STORED) stored = clients_order(store, &clients);
-    if (stored == SRV_STORED) stored = claim_turns(store, &clients, &claim);
-    if (stored == SRV_STORED && !claim.count) {
-        /* what is ready but locked by another process will be free in a moment */
-        stored = claim_mend(store, &clients, &mended);
-        if (stored == SRV_STORED)
-            stored = mended || clients.count ? SRV_STORED_AGAIN : SRV_STORED_NONE;
-    }
+    enum srv_stored stored = claim_found(store, &claim, &mended);
     stored = srv_store_end(store, mended || stored == SRV_STORED, stored);
     if (stored == SRV_STORED_DAMAGED && claim.client[0]) {
         SRV_STORED_TRY(srv_store_begin(store));

@@ -92,6 +92,17 @@ static PGresult *postgres_answer(struct postgres_sql *own, int said) {
     return answer;
 }
 
+/* keeps a result that is an answer or the first complaint, and frees what it takes the place of;
+ * frees other results */
+static void postgres_keep(PGresult *result, PGresult **answer, PGresult **bad) {
+    ExecStatusType status = PQresultStatus(result);
+    PGresult **place = status == PGRES_FATAL_ERROR ? bad : answer;
+    int passing =
+        status == PGRES_PIPELINE_SYNC || status == PGRES_PIPELINE_ABORTED || (place == bad && *bad);
+    PQclear(passing ? result : *place);
+    if (!passing) *place = result;
+}
+
 /* the answer to the last statement of a pipeline, or the first complaint about those before it;
  * NULL when the line is lost */
 static PGresult *postgres_sync(struct postgres_sql *own, int said) {
@@ -102,14 +113,9 @@ static PGresult *postgres_sync(struct postgres_sql *own, int said) {
     for (int ends = 0; !over && ends < 2;) {
         next = postgres_result_next(own, until_ms);
         ends = next ? 0 : ends + 1;
-        ExecStatusType status = next ? PQresultStatus(next) : PGRES_EMPTY_QUERY;
-        over = status == PGRES_PIPELINE_SYNC || PQstatus(own->connection) != CONNECTION_OK;
-        if (!next) continue;
-        PGresult **place = status == PGRES_FATAL_ERROR ? &bad : &answer;
-        int passing = status == PGRES_PIPELINE_SYNC || status == PGRES_PIPELINE_ABORTED ||
-                      (place == &bad && bad);
-        PQclear(passing ? next : *place);
-        if (!passing) *place = next;
+        over = (next && PQresultStatus(next) == PGRES_PIPELINE_SYNC) ||
+               PQstatus(own->connection) != CONNECTION_OK;
+        if (next) postgres_keep(next, &answer, &bad);
     }
     /* some of them may be prepared all the same: their names are not used again */
     if (bad && own->unsure) {

@@ -235,32 +235,44 @@ static void sqlite_committed(struct sqlite_sql *own) {
     own->patience_ms = BUSY_MS;
 }
 
+/* makes a statement that is not kept yet, and binds its values */
+static int sqlite_prepare(struct sqlite_sql *own, sqlite3_stmt **statement, const char *text,
+                          int keep, const struct srv_value value[], int count) {
+    int code = SQLITE_OK;
+    if (!*statement) {
+        char spelt[SRV_SQL_TEXT];
+        srv_sql_spell(&srv_sql_sqlite, text, spelt);
+        code = sqlite3_prepare_v3(own->db, spelt, -1, keep ? SQLITE_PREPARE_PERSISTENT : 0,
+                                  statement, NULL);
+    }
+    return code == SQLITE_OK ? sqlite_bind(*statement, value, count) : code;
+}
+
+/* hands the rows of a statement over, up to the first that is not taken */
+static enum srv_stored sqlite_step(struct sqlite_sql *own, sqlite3_stmt *statement, srv_row_fn *row,
+                                   void *context) {
+    struct srv_value field[SRV_SQL_PARAMETERS];
+    enum srv_stored stored = SRV_STORED;
+    int code = SQLITE_OK, columns = sqlite3_column_count(statement);
+    while (stored == SRV_STORED && (code = sqlite3_step(statement)) == SQLITE_ROW)
+        if (row && columns <= SRV_SQL_PARAMETERS) {
+            sqlite_fields(statement, field, columns);
+            stored = row(context, field);
+        }
+    return stored == SRV_STORED ? sqlite_result(own, code) : stored;
+}
+
 static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
                                   const struct srv_value value[], int count, srv_row_fn *row,
                                   void *context) {
     struct sqlite_sql *own = SRV_CONTAINER_OF(sql, struct sqlite_sql, sql);
     sqlite3_stmt *once = NULL, **statement = id < 0 ? &once : &own->kept[id];
-    struct srv_value field[SRV_SQL_PARAMETERS];
-    enum srv_stored stored = SRV_STORED;
     int code = SQLITE_OK, commit = !strcmp(text, "COMMIT");
     if (!strcmp(text, "{begin}")) sqlite_before(own);
     if (commit) code = srv_sqlite_disk_take(&own->disk);
-    if (code == SQLITE_OK && !*statement) {
-        char spelt[SRV_SQL_TEXT];
-        srv_sql_spell(&srv_sql_sqlite, text, spelt);
-        code = sqlite3_prepare_v3(own->db, spelt, -1, id < 0 ? 0 : SQLITE_PREPARE_PERSISTENT,
-                                  statement, NULL);
-    }
-    if (code == SQLITE_OK) code = sqlite_bind(*statement, value, count);
-    if (code == SQLITE_OK) {
-        int columns = sqlite3_column_count(*statement);
-        while (stored == SRV_STORED && (code = sqlite3_step(*statement)) == SQLITE_ROW)
-            if (row && columns <= SRV_SQL_PARAMETERS) {
-                sqlite_fields(*statement, field, columns);
-                stored = row(context, field);
-            }
-    }
-    if (stored == SRV_STORED) stored = sqlite_result(own, code);
+    if (code == SQLITE_OK) code = sqlite_prepare(own, statement, text, id >= 0, value, count);
+    enum srv_stored stored =
+        code == SQLITE_OK ? sqlite_step(own, *statement, row, context) : sqlite_result(own, code);
     if (*statement) {
         sqlite3_reset(*statement);
         sqlite3_clear_bindings(*statement);
