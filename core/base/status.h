@@ -27,6 +27,9 @@ enum pend_status {
 
 #define PEND_MUST_CHECK __attribute__((warn_unused_result))
 
+/* Marks a static validator: release builds have no assertions, so that nothing calls it there. */
+#define PEND_VALIDATOR __attribute__((unused)) static int
+
 /** Returns a failure of `call` to the caller; only for functions that own nothing at this point. */
 #define PEND_TRY(call)                                                                             \
     do {                                                                                           \

@@ -1,5 +1,6 @@
 #include "core/modes/hugepage.h"
 
+#include <assert.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <sys/mman.h>
@@ -10,6 +11,7 @@ void *pend_hugepage(size_t bytes) {
     size_t unit = bytes >= 2 * ROOM_PAGE ? ROOM_PAGE : ROOM_LINE;
     if (bytes > SIZE_MAX / 2) return NULL;
     bytes = (bytes + unit - 1) / unit * unit;
+    assert(bytes % unit == 0);
     void *room = aligned_alloc(unit, bytes ? bytes : unit);
 #ifdef MADV_HUGEPAGE
     /* only a hint: nothing depends on its success */

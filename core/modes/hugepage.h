@@ -1,16 +1,17 @@
-/* Large blocks of numbers.
- * Leaves to others: what is in them.
- * Invariant: a block ends with free. */
+/* Memory for large arrays of numbers.
+ * Leaves to others: the contents.
+ * Invariant: a block is released with free. */
 #ifndef PEND_HUGEPAGE_H
 #define PEND_HUGEPAGE_H
 
 #include <stddef.h>
 
 /**
- * A block aligned to 64, on huge pages where it is large and the system has them: a matrix of
- * vectors is written once, and the page faults of small pages would cost a quarter of the whole.
+ * Allocates a block aligned to 64 bytes; blocks of 4 MiB or more use huge pages if the system has
+ * them. A matrix of eigenvectors is written once, so that the page faults of small pages would be
+ * a quarter of its cost.
  *
- * Returns NULL when memory is short. Contents are not set.
+ * Returns NULL if memory is short. The contents are not initialized.
  */
 void *pend_hugepage(size_t bytes);
 

@@ -1,5 +1,6 @@
 #include "core/modes/laplacian.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -9,6 +10,7 @@ struct laplacian_block {
 };
 
 enum pend_status pend_laplacian_alloc(struct pend_laplacian **laplacian, int n) {
+    assert(n >= 1);
     *laplacian = NULL;
     size_t count = (size_t)n;
     struct laplacian_block *block = malloc(
@@ -26,6 +28,18 @@ enum pend_status pend_laplacian_alloc(struct pend_laplacian **laplacian, int n) 
     return PEND_OK;
 }
 
+int pend_laplacian_valid(const struct pend_laplacian *laplacian) {
+    const struct pend_laplacian *l = laplacian;
+    if (l->n < 1 || l->parent[0] != -1 || l->end[0] != l->n || l->depth > l->n) return 0;
+    for (int k = 0; k < l->n; k++) {
+        int p = l->parent[k];
+        if (p >= k || (k && (p < 0 || l->end[k] > l->end[p])) || l->end[k] <= k) return 0;
+        if (!(l->turn[k] & PEND_TURN_LEAF) != (l->end[k] > k + 1)) return 0;
+        if (!(l->turn[k] & PEND_TURN_NEXT) != (!k || l->end[k] == l->end[p])) return 0;
+    }
+    return 1;
+}
+
 void pend_laplacian_free(struct pend_laplacian **laplacian) {
     free(*laplacian);
     *laplacian = NULL;
@@ -34,8 +48,8 @@ void pend_laplacian_free(struct pend_laplacian **laplacian) {
 void pend_laplacian_close(struct pend_laplacian *laplacian) {
     int n = laplacian->n;
     const int *parent = laplacian->parent, *end = laplacian->end;
-    /* the trace of L^-1 M is l_tot/g: no eigenvalue is below 1 over the sum of the masses
-     * carried over the springs */
+    /* no eigenvalue is below 1 / trace(L^-1 M), and this trace is the sum over all nodes of the
+     * mass that a node carries over its spring */
     double trace = 0, most = 0, carried[PEND_LAPLACIAN_STACK + 1],
            springs[PEND_LAPLACIAN_STACK + 1];
     int top = 0, height[PEND_LAPLACIAN_STACK + 1], tall = 0;
@@ -47,6 +61,7 @@ void pend_laplacian_close(struct pend_laplacian *laplacian) {
                spring = fabs(laplacian->spring[k]);
         tall = leaf ? 1 : height[top] + 1;
         top -= !leaf;
+        assert(top >= 0 && top < PEND_LAPLACIAN_STACK);
         mass += laplacian->mass[k];
         trace += mass / spring;
         /* Gershgorin's discs of M^-1 L */
@@ -59,6 +74,7 @@ void pend_laplacian_close(struct pend_laplacian *laplacian) {
     laplacian->depth = tall;
     laplacian->least = (1 - 1e-9) / trace;
     laplacian->most = (1 + 1e-9) * most;
+    assert(pend_laplacian_valid(laplacian));
 }
 
 double pend_laplacian_spring(const struct pend_tree *tree, const struct pend_loads *loads,

@@ -1,5 +1,5 @@
-/* The linearization in tip displacements, diag(m) x'' + L x = 0: a weighted tree that is tied to
- * the pivot.
+/* The linearization in tip displacements, diag(m) x'' + L x = 0: a weighted tree whose root is
+ * tied to the pivot.
  * Leaves to others: eigenvalues and vectors (modes_values, modes_vectors), merged branches
  * (modes_symmetry).
  * Invariant: L is never assembled; parent[k] < k, and of siblings the heaviest comes last. */
@@ -9,15 +9,15 @@
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/* How the sweep from the leaves inwards meets a node: does it begin there, and is it the first
- * of its siblings? */
+/* Properties of a node that a sweep from the leaves to the root needs: the node has no children;
+ * the node has a later sibling. */
 enum { PEND_TURN_LEAF = 1, PEND_TURN_NEXT = 2 };
 
-/* Deepest stack of a sweep: a node left waiting has at most half the arms of the one below it on
- * the stack. */
+/* The deepest stack of a sweep: an entry's sub-tree has at most half the arms of the sub-tree of
+ * the entry below it. */
 enum { PEND_LAPLACIAN_STACK = 34 };
 
-/* All arrays have n entries, one owner and one block. L = S^-T diag(spring) S^-1. */
+/* All arrays have n entries and lie in one block. L = S^-T diag(spring) S^-1. */
 struct pend_laplacian {
     int n;
     double *spring;      /* N/m: g (S^T m) / l; negative where the arm stands up */
@@ -26,12 +26,14 @@ struct pend_laplacian {
     int *parent, *end;   /* as in the tree */
     unsigned char *turn; /* PEND_TURN_ bits */
     double least, most;  /* 1/s^2: every eigenvalue has least <= |lambda| <= most */
-    int depth;           /* arms on the longest way */
+    int depth;           /* arms on the longest path from the pivot */
 };
 
 /**
- * Room for n nodes; the caller fills spring, mass, len, parent and end, then calls
+ * Allocates n nodes. The caller fills spring, mass, len, parent and end, then calls
  * pend_laplacian_close.
+ *
+ * laplacian  out; NULL on failure; released by pend_laplacian_free.
  *
  * PEND_NO_MEMORY
  */
@@ -40,7 +42,11 @@ PEND_MUST_CHECK enum pend_status pend_laplacian_alloc(struct pend_laplacian **la
 /** Sets turn, least, most and depth from the other arrays. O(n). */
 void pend_laplacian_close(struct pend_laplacian *laplacian);
 
+/** Frees a laplacian and clears the pointer; NULL is accepted. */
 void pend_laplacian_free(struct pend_laplacian **laplacian);
+
+/** Returns true if the invariants of a closed laplacian hold. O(n). For assertions. */
+int pend_laplacian_valid(const struct pend_laplacian *laplacian);
 
 /**
  * The spring of an arm about an equilibrium.

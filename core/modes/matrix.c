@@ -1,11 +1,12 @@
 #include "core/modes/matrix.h"
 
+#include <assert.h>
 #include <string.h>
 
 static double matrix_sign(const unsigned char up[], int k) { return up && up[k] ? -1 : 1; }
 
-/* g/l_j (B^T diag(1/m) B)_jk (S^T m)_k: an arm meets itself, the arm it hangs on, those that hang
- * on it, its siblings
+/* g/l_j (B^T diag(1/m) B)_jk (S^T m)_k, which is not zero for the arm itself, its parent, its
+ * children and its siblings
  */
 static void matrix_row_a(const struct pend_tree *tree, const struct pend_loads *loads, double sign,
                          int j, double row[]) {
@@ -32,6 +33,7 @@ static void matrix_row_m(const struct pend_tree *tree, const unsigned char up[],
 
 void pend_matrix_row(const struct pend_tree *tree, const struct pend_loads *loads,
                      const unsigned char up[], enum pend_matrix which, int arm, double row[]) {
+    assert(arm >= 0 && arm < tree->n && (unsigned)which < PEND_MATRIX_COUNT);
     int j = tree->place[arm];
     memset(row, 0, (size_t)tree->n * sizeof *row);
     switch (which) {

@@ -11,11 +11,11 @@
 enum pend_matrix { PEND_MATRIX_A, PEND_MATRIX_M, PEND_MATRIX_S, PEND_MATRIX_B, PEND_MATRIX_COUNT };
 
 /**
- * A row of a matrix.
+ * Fills in a row of a matrix.
  *
  * With s_k = 1 where arm k hangs and -1 where it stands, theta'' = -A theta about that equilibrium
  * has A = diag(s) g Re(0)^-1 diag(l (S^T m)), and M = diag(s) Re(0) diag(s) is Re of its angles.
- * Re(0)^-1 is a product of B, 1/m and 1/l, so that all entries are known at once.
+ * Re(0)^-1 is a product of B, 1/m and 1/l, so that every entry has a closed form.
  *
  * loads    what acts on the tree; for A only.
  * up       n flags in stored order, non-zero where an arm stands; NULL when all hang.

@@ -1,6 +1,6 @@
 #include "core/modes/modes.h"
 
-#include <float.h>
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -9,29 +9,24 @@
 #include "core/modes/modes_store.h"
 #include "core/modes/modes_vectors.h"
 
-/* frequencies that agree to this, relatively, are one multiple frequency: eigenvalues are good
- * to a few units of the last place */
+/* frequencies within this relative difference are one multiple frequency: the relative error of an
+ * eigenvalue is a few units of the last place */
 #define MODES_MULTIPLE 2e-15
 
-/* (rad/s)^2, within which the squares of the frequencies are computed: beyond, sums and
- * quotients on the way would not be numbers any more, or lose digits */
-#define MODES_LEAST 1e-300
-#define MODES_MOST 1e300
-
-/* so far apart, relatively, what is large leaves nothing of the square of what is small */
+/* ratio of eigenvalues from which rounding errors of large terms hide the squares of small ones */
 #define MODES_FAR 1e30
 
-/* a piece of work: so many vectors are spread or scaled at a time */
+/* the number of vectors that one step spreads or scales */
 enum { MODES_PIECE = 32 };
 
 /* eigenvalue number `index` of those computed of a part, with all its occurrences */
 struct mode {
     double value;
     int part, index;
-    int row; /* of the first occurrence in the result; below 0 where that is not selected */
+    int row; /* of the first occurrence in the result; below 0 if that is not selected */
 };
 
-/* what is to be done next; the order is the order of work */
+/* the step that comes next; the order is the order of work */
 enum phase {
     PHASE_VALUES,
     PHASE_ROWS,
@@ -48,24 +43,34 @@ struct pend_modes_search {
     const struct pend_tree *tree;
     struct pend_spectrum *spectrum;
     enum phase phase;
-    int part;   /* PHASE_VALUES: under way */
-    int *first; /* for each part, where its values begin in value[]; one more entry ends the last */
-    int *number;   /* for each part, the number of the first computed */
-    double *value; /* the values computed, signed, ascending in each part */
+    int part;    /* PHASE_VALUES: under way */
+    int *first;  /* for each part, its first index in value[]; one more entry ends the last part */
+    int *number; /* for each part, the number of its first computed eigenvalue */
+    double *value; /* the computed eigenvalues, signed, ascending in each part */
     struct mode *mode;
     int mode_count;
     int below;      /* number of modes below those computed */
-    int drop, keep; /* rows computed only since they belong to a multiple frequency: before the
-                       others, and where the others end */
+    int drop, keep; /* the rows wanted are drop .. keep - 1; the others only complete multiple
+                       frequencies */
     struct pend_modes *modes;
-    int *lead; /* for each row, the first arm that moves, the caller's number; -1 where that is not
-                  known */
-    int at, end; /* PHASE_VECTORS, _SPREAD: the run of modes of one part */
-    int low;     /* index of the first vector of that run */
-    int row;     /* PHASE_SPREAD: how many occurrences are done; from PHASE_STAND on: next row */
+    int *lead;   /* for each row, the first arm that moves, the caller's number; -1 if that is not
+                    known */
+    int at, end; /* PHASE_VECTORS, _SPREAD: the modes of one part */
+    int low;     /* index of the first of their vectors */
+    int row;     /* PHASE_SPREAD: number of occurrences done; from PHASE_STAND on: next row */
     struct pend_vectors *vectors;
     double **vector, *room;
 };
+
+/* the search between two calls */
+PEND_VALIDATOR modes_search_valid(const struct pend_modes_search *s) {
+    const struct pend_modes_request *r = &s->request;
+    int parts = s->spectrum->symmetry->part_count;
+    return s->phase <= PHASE_DONE && s->part >= 0 && s->part <= parts && r->first >= 0 &&
+           r->count >= 0 && r->count <= s->tree->n - r->first && s->at <= s->end &&
+           s->end <= s->mode_count && s->drop >= 0 && s->drop <= s->keep &&
+           s->mode_count <= s->first[parts];
+}
 
 static enum pend_status modes_check(const struct pend_modes_request *r, int n,
                                     struct pend_error *error) {
@@ -84,35 +89,13 @@ static enum pend_status modes_check(const struct pend_modes_request *r, int n,
     return PEND_OK;
 }
 
-/* do the squares of the frequencies, and what is between, lie well within the numbers that there
- * are? */
-static enum pend_status modes_check_range(const struct pend_spectrum *spectrum,
-                                          struct pend_error *error) {
-    if (spectrum->least >= MODES_LEAST && spectrum->most <= MODES_MOST) return PEND_OK;
-    return pend_fail(error, PEND_INVALID, -1, 0,
-                     "lengths, masses and gravity are too far apart: the squares of the "
-                     "frequencies lie between %.3g and "
-                     "%.3g (rad/s)^2, and only from %.0g to %.0g can they be found",
-                     fmax(spectrum->least, 0), fmin(spectrum->most, DBL_MAX), MODES_LEAST,
-                     MODES_MOST);
-}
-
-static double modes_signed_square(double omega) { return omega * fabs(omega); }
-
 static double modes_omega(double value) { return copysign(sqrt(fabs(value)), value); }
 
-/* Every selection becomes numbers, first .. first + count - 1. The ends of an interval give way
- * by two units of the last place, so that a mode that was told is found again. */
+/* turns every selection into numbers, first .. first + count - 1 */
 static void modes_numbers(struct pend_modes_search *s) {
     struct pend_modes_request *r = &s->request;
-    if (r->select == PEND_SELECT_BETWEEN) {
-        double from = modes_signed_square(r->from), to = modes_signed_square(r->to);
-        double shift[] = {from - 2 * DBL_EPSILON * fabs(from), to + 2 * DBL_EPSILON * fabs(to)};
-        int below[2];
-        pend_spectrum_below(s->spectrum, 2, shift, below);
-        r->first = below[0];
-        r->count = below[1] > below[0] ? below[1] - below[0] : 0;
-    }
+    if (r->select == PEND_SELECT_BETWEEN)
+        pend_spectrum_between(s->spectrum, r->from, r->to, &r->first, &r->count);
     if (r->select == PEND_SELECT_ALL) r->count = s->tree->n;
     if (r->select == PEND_SELECT_ALL || r->select == PEND_SELECT_SLOWEST) r->first = 0;
     if (r->select == PEND_SELECT_FASTEST) r->first = s->tree->n - r->count;
@@ -123,7 +106,7 @@ static void modes_range(const struct pend_modes_search *s, int part, const doubl
                         int *first, int *end) {
     const struct pend_laplacian *l = s->spectrum->part[part];
     const struct pend_modes_request *r = &s->request;
-    /* numbers are known without counting where there is one part, or all are wanted, or none */
+    /* no count is needed if there is one part, or if all or no modes are wanted */
     *first = r->count && r->count < s->tree->n ? r->first : 0;
     *end = r->count < s->tree->n ? *first + r->count : l->n;
     if (s->spectrum->symmetry->part_count == 1 || !r->count || r->count == s->tree->n) return;
@@ -133,7 +116,7 @@ static void modes_range(const struct pend_modes_search *s, int part, const doubl
     *end = probe[1].below > *first ? probe[1].below : *first;
 }
 
-/* which eigenvalues of which part are to be computed */
+/* determines which eigenvalues of which part are to be computed */
 static enum pend_status modes_plan(struct pend_modes_search *s) {
     int parts = s->spectrum->symmetry->part_count, values = 0;
     double cut[2] = {0, 0};
@@ -158,7 +141,7 @@ static enum pend_status modes_plan(struct pend_modes_search *s) {
     return s->value && s->mode ? PEND_OK : PEND_NO_MEMORY;
 }
 
-/* begins with the values of a part, or goes on to what follows the last part */
+/* begins with the eigenvalues of a part; after the last part, with the next phase */
 static void modes_part_begin(struct pend_modes_search *s) {
     if (s->part == s->spectrum->symmetry->part_count) {
         s->phase = PHASE_ROWS;
@@ -208,8 +191,7 @@ static void modes_count_rows(struct pend_modes_search *s) {
     }
 }
 
-/* the first and the last of the modes that a row belongs to, going back or forth inside a
- * multiple frequency */
+/* the first (by = -1) or the last (by = 1) mode of the multiple frequency that mode i belongs to */
 static int modes_extend(const struct pend_modes_search *s, int i, int by) {
     while (s->request.vectors && i + by >= 0 && i + by < s->mode_count) {
         double omega = modes_omega(s->mode[i].value), next = modes_omega(s->mode[i + by].value);
@@ -219,8 +201,22 @@ static int modes_extend(const struct pend_modes_search *s, int i, int by) {
     return i;
 }
 
-/* The rows that are wanted, begin .. end - 1 of those computed, become the rows of the result,
- * and with them, for the time being, all others of multiple frequencies that the selection cuts. */
+/* makes the rows of the result those of modes low .. high - 1, of which the first has row `from` */
+static void modes_fill_rows(struct pend_modes_search *s, int low, int high, int from) {
+    for (int i = low; i < high; i++) {
+        s->mode[i].row -= from;
+        for (int j = 0; j < modes_times(s, &s->mode[i]); j++) {
+            int row = s->mode[i].row + j;
+            if (row < 0 || row >= s->modes->count) continue;
+            s->modes->omega[row] = modes_omega(s->mode[i].value);
+            s->lead[row] = -1;
+        }
+    }
+}
+
+/* Turns the wanted rows, begin .. end - 1 of those computed, into the rows of the result, together
+ * with all other rows of multiple frequencies that the selection cuts; pend_modes_trim drops these.
+ */
 static enum pend_status modes_rows(struct pend_modes_search *s) {
     const struct pend_modes_request *r = &s->request;
     int begin = (r->count ? r->first : s->below) - s->below, end = begin + r->count, low = 0,
@@ -244,16 +240,8 @@ static enum pend_status modes_rows(struct pend_modes_search *s) {
     s->modes->first = r->first;
     s->drop = begin - from;
     s->keep = end - from;
-    for (int i = low; i < high; i++) {
-        s->mode[i].row -= from;
-        for (int j = 0; j < modes_times(s, &s->mode[i]); j++) {
-            int row = s->mode[i].row + j;
-            if (row < 0 || row >= to - from) continue;
-            s->modes->omega[row] = modes_omega(s->mode[i].value);
-            s->lead[row] = -1;
-        }
-    }
-    /* only these are of interest from here on */
+    modes_fill_rows(s, low, high, from);
+    /* later phases use only these modes */
     s->at = s->end = low;
     s->mode_count = high;
     if (r->vectors && s->spectrum->symmetry->part_count > 1)
@@ -261,7 +249,7 @@ static enum pend_status modes_rows(struct pend_modes_search *s) {
     return PEND_OK;
 }
 
-/* the next part's modes, or on to what follows the last */
+/* begins with the vectors of the next part; after the last part, with the next phase */
 static enum pend_status modes_run_begin(struct pend_modes_search *s) {
     struct pend_spectrum *spectrum = s->spectrum;
     int whole = spectrum->symmetry->part_count == 1;
@@ -303,8 +291,7 @@ static enum pend_status modes_vectors(struct pend_modes_search *s) {
     return PEND_OK;
 }
 
-/* occurrences of one mode over the whole tree; then the next mode, and after the last one the
- * next part */
+/* spreads occurrences of one mode over the whole tree, then goes to the next mode or part */
 static enum pend_status modes_spread(struct pend_modes_search *s) {
     const struct mode *mode = &s->mode[s->at];
     int times = modes_times(s, mode), n = s->spectrum->part[mode->part]->n;
@@ -322,8 +309,8 @@ static enum pend_status modes_spread(struct pend_modes_search *s) {
     return ++s->at == s->end ? modes_run_begin(s) : PEND_OK;
 }
 
-/* an angle so far is a displacement to the right over a length; a standing arm turns the other
- * way */
+/* changes signs: so far an angle is a displacement to the right over a length, and a standing arm
+ * turns the other way */
 static void modes_stand(struct pend_modes_search *s) {
     for (int piece = 0; piece < MODES_PIECE && s->row < s->modes->count; piece++, s->row++) {
         double *x = s->modes->vector + (size_t)s->row * (size_t)s->tree->n;
@@ -364,7 +351,7 @@ static void modes_scale(struct pend_modes_search *s) {
         const double *x = modes->vector + (size_t)s->row * (size_t)s->tree->n;
         modes->norm[s->row] = 1;
         int *lead = &s->lead[s->row];
-        /* the kernel made the first entry positive; is it certainly not zero? */
+        /* the kernel made the first entry positive; the bound shows that it is not zero */
         if (*lead < 0 && bound > 0 &&
             x[s->tree->place[0]] > PEND_MODES_ZERO * bound * modes->omega[s->row])
             *lead = 0;
@@ -373,17 +360,6 @@ static void modes_scale(struct pend_modes_search *s) {
         pend_modes_scale(modes, s->tree, s->row, r->normalize, *lead);
     }
     if (s->row == modes->count) s->phase = PHASE_DONE;
-}
-
-/* only the rows that were asked for stay */
-static void modes_trim(struct pend_modes *modes, int drop, int keep) {
-    modes->count = keep - drop;
-    modes->omega += drop;
-    if (modes->vector) {
-        modes->vector += (size_t)drop * (size_t)modes->n;
-        modes->norm += drop;
-    }
-    for (int k = 0; k < modes->count; k++) modes->growing += modes->omega[k] < 0;
 }
 
 static enum pend_status modes_step(struct pend_modes_search *s) {
@@ -429,13 +405,14 @@ enum pend_status pend_modes_search_new(struct pend_modes_search **search,
     s->request = *request;
     s->tree = tree;
     status = pend_spectrum_new(&s->spectrum, tree, &request->loads, request->up);
-    if (!status && modes_check_range(s->spectrum, error)) {
+    if (!status && pend_spectrum_check(s->spectrum, error)) {
         pend_modes_search_free(search);
         return PEND_INVALID;
     }
     if (!status) modes_numbers(s);
     if (!status) status = modes_plan(s);
     if (!status) modes_part_begin(s);
+    assert(status || modes_search_valid(s));
 out:
     if (status) pend_modes_search_free(search);
     return status ? modes_fail(status, tree->n, error) : PEND_OK;
@@ -447,6 +424,7 @@ int pend_modes_search_count(const struct pend_modes_search *search) {
 
 enum pend_status pend_modes_search_step(struct pend_modes_search *search, int *done,
                                         struct pend_error *error) {
+    assert(modes_search_valid(search));
     const struct pend_spectrum *spectrum = search->spectrum;
     enum pend_status status = modes_step(search);
     if (status == PEND_NO_CONVERGENCE && !(spectrum->most < MODES_FAR * spectrum->least))
@@ -456,12 +434,14 @@ enum pend_status pend_modes_search_step(struct pend_modes_search *search, int *d
                          search->tree->n);
     if (status) return modes_fail(status, search->tree->n, error);
     *done = search->phase == PHASE_DONE;
+    assert(modes_search_valid(search));
     return PEND_OK;
 }
 
 struct pend_modes *pend_modes_search_take(struct pend_modes_search *search) {
     struct pend_modes *modes = search->modes;
-    if (modes) modes_trim(modes, search->drop, search->keep);
+    assert(search->phase == PHASE_DONE);
+    if (modes) pend_modes_trim(modes, search->drop, search->keep);
     search->modes = NULL;
     return modes;
 }
@@ -483,6 +463,7 @@ void pend_modes_search_free(struct pend_modes_search **search) {
 }
 
 double pend_modes_cost(int n, int count, int vectors) {
+    assert(n >= 1 && count >= 0);
     /* 4.4 sweeps an eigenvalue of 1 ns an arm; a vector costs about 8, more where the vectors
      * leave the cache */
     return 1e-9 * n * (count + 20.0) * (vectors ? 20 : 5.5);

@@ -25,12 +25,11 @@ struct pend_modes_request {
     enum pend_normalize normalize;
     enum pend_select
         select; /* in ascending order of signed omega^2, so that modes that grow come first */
-    int count; /* SLOWEST, FASTEST, NUMBERS: how many of the first, of the last, from number `first`
-                  on */
-    int first; /* NUMBERS: from 0 */
-    double from, to; /* BETWEEN: those with from <= omega <= to, to round-off; none is no error */
+    int count;  /* SLOWEST, FASTEST: number of modes; NUMBERS: of modes from number `first` on */
+    int first;  /* NUMBERS: from 0 */
+    double from, to; /* BETWEEN, rad/s: from <= omega <= to, to round-off; none is no error */
     const unsigned char *up; /* n flags in stored order, non-zero where the arm stands up; NULL: all
-                                hang. theta is then the small deviation from that equilibrium. */
+                                hang. theta is the small deviation from that equilibrium. */
 };
 
 /* A search under way. */
@@ -39,56 +38,61 @@ struct pend_modes_search;
 /**
  * Begins to search for modes of a tree.
  *
- * No matrix is formed: in tip displacements the linearization is a weighted tree whose sweeps count
- * the eigenvalues below a shift, to full relative precision, and give the vectors (core/README.md).
- * Branches that are alike are solved once. No eigenvalue is 0, whichever arms stand; as many are
- * negative as arms stand.
+ * No matrix is formed: in tip displacements the linearization is a weighted tree. Sweeps over this
+ * tree count the eigenvalues below a shift, to full relative precision, and give the vectors
+ * (core/theory.md). Like branches are solved once. No eigenvalue is 0, whichever arms stand, and
+ * the number of negative ones is the number of arms that stand.
  *
  * Signs and bases are fixed, so that the same tree gives the same vectors: the first entry in the
  * caller's order that is not zero (PEND_MODES_ZERO) is positive, and the vectors of a multiple
  * frequency are the one orthogonal basis in which that entry comes later from vector to vector. A
  * selection that cuts a multiple frequency of like branches has some vectors of that basis.
  *
- * search   out; NULL on failure.
+ * search   out; NULL on failure; released by pend_modes_search_free.
  * tree     must outlive the search, as request->up must; the rest of the request is copied.
  *
  * PEND_INVALID    gravity is not > 0, count not in 1 .. n, from > to or not a number, or the
- *                 squares of the frequencies may lie beyond what is computed with: below 1e-300 or
- *                 above 1e300.
- * PEND_NO_MEMORY O(n), O(n log n) at worst.
+ *                 squares of the frequencies may lie outside 1e-300 to 1e300 (rad/s)^2.
+ * PEND_NO_MEMORY
+ * O(n), O(n log n) at worst.
  */
 PEND_MUST_CHECK enum pend_status pend_modes_search_new(struct pend_modes_search **search,
                                                        const struct pend_tree *tree,
                                                        const struct pend_modes_request *request,
                                                        struct pend_error *error);
 
-/** How many modes it will find; known from its beginning. */
+/** Returns the number of modes that the search will find, which is known from its beginning. */
 int pend_modes_search_count(const struct pend_modes_search *search);
 
 /**
- * Searches on for a piece of work, of O(n) with about 64 sweeps over the tree, so that a caller can
- * look after its clock in between. In all O(count n) time; memory O(n), with vectors O(count n).
+ * Continues the search by a step of O(n), about 64 sweeps over the tree, so that the caller can
+ * check its deadline in between. All steps together take O(count n) time; memory is O(n), with
+ * vectors O(count n).
  *
- * done  set non-zero once all is found.
+ * done  out: non-zero once all modes are found.
  *
  * PEND_NO_MEMORY, PEND_NO_CONVERGENCE
  */
 PEND_MUST_CHECK enum pend_status pend_modes_search_step(struct pend_modes_search *search, int *done,
                                                         struct pend_error *error);
 
-/** The modes that were found, once; they end with pend_modes_free. */
+/**
+ * Returns the modes that a finished search found, which the caller releases by pend_modes_free;
+ * NULL after the first call.
+ */
 struct pend_modes *pend_modes_search_take(struct pend_modes_search *search);
 
+/** Frees a search and clears the pointer; NULL is accepted. */
 void pend_modes_search_free(struct pend_modes_search **search);
 
 /**
- * Seconds that a search is likely to take on a processor of today; O(1).
+ * Returns an estimate of the time that a search takes, s. O(1).
  *
- * A tree whose eigenvalues are nearly multiple, not exactly, can take longer.
+ * A tree whose eigenvalues are nearly but not exactly multiple can take longer.
  */
 double pend_modes_cost(int n, int count, int vectors);
 
-/** A search from its beginning to its end. */
+/** Makes a whole search. Parameters and errors as pend_modes_search_new and _step. */
 PEND_MUST_CHECK enum pend_status pend_modes_select(struct pend_modes **modes,
                                                    const struct pend_tree *tree,
                                                    const struct pend_modes_request *request,

@@ -1,9 +1,24 @@
 #include "core/modes/modes_spectrum.h"
 
+#include <assert.h>
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
 enum { SPECTRUM_SHIFTS = 16, SPECTRUM_ROUNDS = 14 };
+
+/* (rad/s)^2, the range of the squares of the frequencies: outside it sums and quotients of the
+ * sweeps would overflow or lose digits */
+#define SPECTRUM_LEAST 1e-300
+#define SPECTRUM_MOST 1e300
+
+/* the spectrum between two calls */
+PEND_VALIDATOR spectrum_valid(const struct pend_spectrum *spectrum) {
+    const struct pend_search *s = &spectrum->search;
+    return spectrum->negative >= 0 && spectrum->negative <= spectrum->n && s->done >= 0 &&
+           s->done <= 2 && s->split >= 0 && s->split <= s->count &&
+           pend_symmetry_valid(spectrum->symmetry);
+}
 
 enum pend_status pend_spectrum_new(struct pend_spectrum **spectrum, const struct pend_tree *tree,
                                    const struct pend_loads *loads, const unsigned char up[]) {
@@ -25,6 +40,7 @@ enum pend_status pend_spectrum_new(struct pend_spectrum **spectrum, const struct
     /* as many directions give way as arms stand up */
     for (int k = 0; up && k < tree->n; k++) s->negative += up[k] != 0;
     status = PEND_OK;
+    assert(spectrum_valid(s));
 out:
     if (status) pend_spectrum_free(spectrum);
     return status;
@@ -42,8 +58,21 @@ void pend_spectrum_free(struct pend_spectrum **spectrum) {
     *spectrum = NULL;
 }
 
+enum pend_status pend_spectrum_check(const struct pend_spectrum *spectrum,
+                                     struct pend_error *error) {
+    if (spectrum->least >= SPECTRUM_LEAST && spectrum->most <= SPECTRUM_MOST) return PEND_OK;
+    return pend_fail(error, PEND_INVALID, -1, 0,
+                     "lengths, masses and gravity are too far apart: the squares of the "
+                     "frequencies lie between %.3g and "
+                     "%.3g (rad/s)^2, and only from %.0g to %.0g can they be found",
+                     fmax(spectrum->least, 0), fmin(spectrum->most, DBL_MAX), SPECTRUM_LEAST,
+                     SPECTRUM_MOST);
+}
+
 void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const double shift[],
                          int below[]) {
+    assert(count >= 1 && count <= SPECTRUM_SHIFTS);
+    for (int i = 1; i < count; i++) assert(!(shift[i] < shift[i - 1]));
     const struct pend_modes_kernel *kernel = pend_modes_kernel();
     for (int i = 0; i < count; i++) below[i] = 0;
     for (int p = 0; p < spectrum->symmetry->part_count; p++) {
@@ -62,6 +91,27 @@ void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const 
     }
 }
 
+void pend_spectrum_between(const struct pend_spectrum *spectrum, double from, double to, int *first,
+                           int *count) {
+    assert(from <= to);
+    from *= fabs(from);
+    to *= fabs(to);
+    double shift[] = {from - 2 * DBL_EPSILON * fabs(from), to + 2 * DBL_EPSILON * fabs(to)};
+    int below[2];
+    pend_spectrum_below(spectrum, 2, shift, below);
+    *first = below[0];
+    *count = below[1] > below[0] ? below[1] - below[0] : 0;
+}
+
+/* ascending shifts whose sizes have the logarithms `at`, evenly spaced from lo to hi */
+static void spectrum_shifts(double lo, double hi, int negative, double at[], double shift[]) {
+    double step = (hi - lo) / (SPECTRUM_SHIFTS - 1);
+    for (int j = 0; j < SPECTRUM_SHIFTS; j++) {
+        at[j] = j == SPECTRUM_SHIFTS - 1 ? hi : lo + j * step;
+        shift[negative ? SPECTRUM_SHIFTS - 1 - j : j] = negative ? -exp(at[j]) : exp(at[j]);
+    }
+}
+
 double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int above) {
     /* in the logarithm of the size, on the side of 0 where the number lies */
     int negative = number < spectrum->negative;
@@ -69,13 +119,9 @@ double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int a
     if (number <= 0) return -2 * spectrum->most;
     if (number >= spectrum->n) return 2 * spectrum->most;
     for (int round = 0; round < SPECTRUM_ROUNDS; round++) {
-        double at[SPECTRUM_SHIFTS], shift[SPECTRUM_SHIFTS],
-            step = (hi - lo) / (SPECTRUM_SHIFTS - 1);
+        double at[SPECTRUM_SHIFTS], shift[SPECTRUM_SHIFTS];
         int below[SPECTRUM_SHIFTS], i = 0;
-        for (int j = 0; j < SPECTRUM_SHIFTS; j++) {
-            at[j] = j == SPECTRUM_SHIFTS - 1 ? hi : lo + j * step;
-            shift[negative ? SPECTRUM_SHIFTS - 1 - j : j] = negative ? -exp(at[j]) : exp(at[j]);
-        }
+        spectrum_shifts(lo, hi, negative, at, shift);
         pend_spectrum_below(spectrum, SPECTRUM_SHIFTS, shift, below);
         /* the first shift that has the number below it */
         while (i < SPECTRUM_SHIFTS - 1 && below[i] < number) i++;
@@ -105,7 +151,9 @@ static void spectrum_reverse(int count, double value[]) {
 
 void pend_spectrum_search(struct pend_spectrum *spectrum, int part, int first, int count,
                           double value[]) {
+    assert(part >= 0 && part < spectrum->symmetry->part_count && !spectrum->search.values);
     struct pend_laplacian *l = spectrum->part[part];
+    assert(first >= 0 && count >= 0 && count <= l->n - first);
     int split = spectrum->negative ? pend_values_below(l, 0) - first : 0;
     if (split < 0) split = 0;
     if (split > count) split = count;
@@ -126,6 +174,7 @@ static enum pend_status spectrum_begin(struct pend_search *s) {
 
 enum pend_status pend_spectrum_step(struct pend_spectrum *spectrum, int *done) {
     struct pend_search *s = &spectrum->search;
+    assert(spectrum_valid(spectrum));
     if (!s->values && s->done < 2) PEND_TRY(spectrum_begin(s));
     if (s->values && pend_values_step(s->values)) {
         pend_values_free(&s->values);
@@ -136,5 +185,6 @@ enum pend_status pend_spectrum_step(struct pend_spectrum *spectrum, int *done) {
         s->done++;
     }
     *done = s->done == 2;
+    assert(spectrum_valid(spectrum));
     return PEND_OK;
 }

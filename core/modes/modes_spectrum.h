@@ -1,7 +1,7 @@
-/* The spectrum of a whole tree: its parts (modes_symmetry) with their weighted trees, counted
- * together.
- * Leaves to others: eigenvalues inside a part (modes_values), putting modes together (modes).
- * Invariant: eigenvalues are signed here, negative where the equilibrium gives way. */
+/* The spectrum of a whole tree: the weighted trees of its parts (modes_symmetry), and counts of
+ * eigenvalues over all parts.
+ * Leaves to others: eigenvalues of one part (modes_values), combining modes (modes).
+ * Invariant: eigenvalues are signed, negative for modes that grow. */
 #ifndef PEND_MODES_SPECTRUM_H
 #define PEND_MODES_SPECTRUM_H
 
@@ -9,14 +9,14 @@
 #include "core/modes/modes_values.h"
 #include "core/tree/loads.h"
 
-/* The search for a part's eigenvalues: first those below 0, as positive ones of -L, then the
- * others. */
+/* The search for a part's eigenvalues: first for those below 0, as positive eigenvalues of -L,
+ * then for the others. */
 struct pend_search {
     struct pend_laplacian *part;
-    struct pend_values *values; /* NULL between the two */
+    struct pend_values *values; /* NULL between the two searches */
     double *value;
-    int first, count, split; /* split: how many are below 0 */
-    int done;                /* 0, 1 once those below 0 are found, 2 at the end */
+    int first, count, split; /* split: number of eigenvalues below 0 */
+    int done;                /* 0; 1 once those below 0 are found; 2 at the end */
 };
 
 struct pend_spectrum {
@@ -42,33 +42,58 @@ PEND_MUST_CHECK enum pend_status pend_spectrum_new(struct pend_spectrum **spectr
                                                    const struct pend_loads *loads,
                                                    const unsigned char up[]);
 
+/** Frees a spectrum and clears the pointer; NULL is accepted. */
 void pend_spectrum_free(struct pend_spectrum **spectrum);
 
-/** Numbers of eigenvalues below ascending shifts, at most 16 of them, each mode counted as often
- * as it occurs. O(n). */
+/**
+ * Checks that the squares of the frequencies lie within the range of numbers in which modes can be
+ * computed: 1e-300 to 1e300 (rad/s)^2.
+ *
+ * PEND_INVALID  error says where they lie. O(1).
+ */
+PEND_MUST_CHECK enum pend_status pend_spectrum_check(const struct pend_spectrum *spectrum,
+                                                     struct pend_error *error);
+
+/**
+ * Counts the eigenvalues below each shift, each mode as often as it occurs. O(n).
+ *
+ * count  1 .. 16.
+ * shift  ascending, 1/s^2.
+ */
 void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const double shift[],
                          int below[]);
 
 /**
- * A shift that has `number` or a few more eigenvalues below it (above = 1), or a few less (above =
- * 0).
+ * Finds the modes with from <= omega <= to, rad/s. Both ends are widened by two units of the last
+ * place, so that a frequency that was computed before is found again.
+ *
+ * first  out: the number, from 0, of the first such mode among all modes.
+ * count  out: how many there are, 0 or more.
+ * O(n).
+ */
+void pend_spectrum_between(const struct pend_spectrum *spectrum, double from, double to, int *first,
+                           int *count);
+
+/**
+ * Returns a shift, 1/s^2, that has `number` or a few more eigenvalues below it (above = 1), or a
+ * few less (above = 0). O(n).
  */
 double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int above);
 
 /**
  * Begins to search for eigenvalues of a part, signed and ascending.
  *
- * first, count  numbers in the part.
- * value         out, count values, once the search is done; outlives it.
+ * first, count  eigenvalues first .. first + count - 1 of the part, from the least.
+ * value         out, count values, complete at the end of the search, which it must outlive.
  * O(n of the part).
  */
 void pend_spectrum_search(struct pend_spectrum *spectrum, int part, int first, int count,
                           double value[]);
 
 /**
- * Searches on for at most about 64 sweeps over the part.
+ * Continues the search for at most about 64 sweeps over the part.
  *
- * done  set non-zero once all are found.
+ * done  out: non-zero once all are found.
  *
  * PEND_NO_MEMORY  O(count).
  */

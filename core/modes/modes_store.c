@@ -1,5 +1,6 @@
 #include "core/modes/modes_store.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -13,6 +14,7 @@ struct store_block {
 };
 
 enum pend_status pend_modes_alloc(struct pend_modes **modes, int count, int n, int vectors) {
+    assert(count >= 0 && n >= 1);
     *modes = NULL;
     size_t doubles = (size_t)count;
     if (vectors) {
@@ -29,6 +31,29 @@ enum pend_status pend_modes_alloc(struct pend_modes **modes, int count, int n, i
     }
     *modes = &block->modes;
     return PEND_OK;
+}
+
+int pend_modes_valid(const struct pend_modes *modes) {
+    int growing = 0;
+    if (modes->count < 0 || modes->n < 1 || modes->first < 0 || !modes->vector != !modes->norm)
+        return 0;
+    for (int k = 0; k < modes->count; k++) {
+        if (k && modes->omega[k] < modes->omega[k - 1]) return 0;
+        growing += modes->omega[k] < 0;
+    }
+    return growing == modes->growing;
+}
+
+void pend_modes_trim(struct pend_modes *modes, int from, int end) {
+    assert(0 <= from && from <= end && end <= modes->count);
+    modes->count = end - from;
+    modes->omega += from;
+    if (modes->vector) {
+        modes->vector += (size_t)from * (size_t)modes->n;
+        modes->norm += from;
+    }
+    for (int k = 0; k < modes->count; k++) modes->growing += modes->omega[k] < 0;
+    assert(pend_modes_valid(modes));
 }
 
 void pend_modes_free(struct pend_modes **modes) {
@@ -80,8 +105,9 @@ static int store_first(const struct pend_tree *tree, const double x[], double ze
     return from;
 }
 
-/* turns the pair (x, y) so that y becomes 0 at an entry */
+/* rotates the pair (x, y) so that y becomes 0 at an entry */
 static void store_rotate(int n, double x[], double y[], int entry) {
+    assert(y[entry] != 0);
     double h = hypot(x[entry], y[entry]), c = x[entry] / h, s = y[entry] / h;
     for (int k = 0; k < n; k++) {
         double a = x[k], b = y[k];
@@ -96,7 +122,7 @@ static void store_rotate(int n, double x[], double y[], int entry) {
 static void store_echelon(const struct pend_tree *tree, int group, double vector[]) {
     int n = tree->n, lead = 0;
     for (int done = 0; done < group - 1; done++, lead++) {
-        /* the first arm that moves in any of the vectors left, and the vector that moves it most */
+        /* the first arm that moves in any remaining vector, and the vector that moves it most */
         int first = n, best = done;
         for (int j = done; j < group; j++) {
             double *x = vector + (size_t)j * n;
@@ -137,6 +163,7 @@ static double store_divisor(const struct pend_tree *tree, const double x[], doub
 
 int pend_modes_basis(struct pend_modes *modes, const struct pend_tree *tree, double multiple,
                      int mode, int lead[]) {
+    assert(mode >= 0 && mode < modes->count && modes->vector && tree->n == modes->n);
     double limit = modes->omega[mode] + multiple * fabs(modes->omega[mode]);
     int end = mode + 1, ordered = 1;
     while (end < modes->count && modes->omega[end] <= limit) end++;
@@ -156,6 +183,8 @@ int pend_modes_basis(struct pend_modes *modes, const struct pend_tree *tree, dou
 
 void pend_modes_scale(struct pend_modes *modes, const struct pend_tree *tree, int mode,
                       enum pend_normalize rule, int lead) {
+    assert(mode >= 0 && mode < modes->count && modes->vector);
+    assert(lead >= -1 && lead < tree->n && tree->n == modes->n);
     double *x = modes->vector + (size_t)mode * modes->n;
     double divisor = store_divisor(tree, x, modes->norm[mode], rule, lead);
     for (int arm = 0; divisor != 1 && arm < modes->n; arm++) x[arm] /= divisor;
@@ -172,6 +201,7 @@ double pend_modes_theta(double phi, double low) {
 enum pend_status pend_modes_decompose(const struct pend_modes *modes, const struct pend_tree *tree,
                                       const unsigned char up[], const double theta[],
                                       const double rate[], double first[], double second[]) {
+    assert(pend_modes_valid(modes) && modes->vector && tree->n == modes->n);
     int n = modes->n;
     double *product = malloc(2 * (size_t)n * sizeof *product);
     if (!product) return PEND_NO_MEMORY;
@@ -194,6 +224,7 @@ enum pend_status pend_modes_decompose(const struct pend_modes *modes, const stru
         first[k] = hypot(c, s);
         second[k] = atan2(s, c);
         if (second[k] <= -M_PI) second[k] = M_PI;
+        assert(!(first[k] < 0) && !(fabs(second[k]) > M_PI));
     }
     free(product);
     return PEND_OK;

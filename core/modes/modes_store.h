@@ -1,17 +1,17 @@
-/* Modes once computed: memory, scaling, decomposition, the mass inner product, and the stated
- * rule for signs and bases.
+/* Computed modes: memory, scaling, decomposition, the mass inner product, and the rule for signs
+ * and bases.
  * Leaves to others: computing eigenvalues and vectors (modes_gsl, modes).
- * Invariant: rotations stay inside groups of frequencies that agree to round-off. */
+ * Invariant: vectors are combined only within a group of frequencies that agree to round-off. */
 #ifndef PEND_MODES_STORE_H
 #define PEND_MODES_STORE_H
 
 #include "core/tree/tree.h"
 
-/* An entry of a vector counts as zero when its size is at most this part of the vector's
- * largest: the paper's (0, 1, -1) comes out of floating point with a first entry of round-off. */
+/* An entry of a vector counts as zero if its size is at most this part of the vector's largest
+ * entry: the paper's mode (0, 1, -1) is computed with a first entry of the size of round-off. */
 #define PEND_MODES_ZERO 1e-9
 
-/* How a vector is scaled and signed. */
+/* The scale and the sign of a vector. */
 enum pend_normalize {
     PEND_NORMALIZE_MASS,  /* vector^T Re(0) vector = 1, the first entry (in the caller's order) that
                              is not zero > 0 */
@@ -23,9 +23,9 @@ enum pend_normalize {
 /* count modes of n arms; vector[k * n + arm] is mode-major, arm in stored order. */
 struct pend_modes {
     int count, n;
-    int first;   /* the number, from 0, of the first mode held: 0 unless only part was asked for */
-    int growing; /* the first so many of the modes held do not swing but grow as e^{-omega t}, their
-                    omega < 0; 0 about hanging */
+    int first;      /* the number, from 0, of mode 0 of these among all modes of the tree */
+    int growing;    /* number of modes, the first ones, that do not swing but grow as e^{-omega t}
+                       with omega < 0; 0 about hanging */
     double *omega;  /* rad/s, ascending; 1/s below 0 */
     double *vector; /* theta of arm; mass-orthogonal, in Re(0) or, where arms stand, Re of the
                        equilibrium's angles; NULL when not asked for */
@@ -34,10 +34,10 @@ struct pend_modes {
 };
 
 /**
- * Room for count modes of n arms in one block; the arrays are not set.
+ * Allocates count modes of n arms in one block; the arrays are not initialized.
  *
- * modes    out; NULL on failure.
- * vectors  non-zero to have room for vectors and their norms.
+ * modes    out; NULL on failure; released by pend_modes_free.
+ * vectors  non-zero to allocate vectors and their norms too.
  *
  * PEND_NO_MEMORY
  */
@@ -45,7 +45,7 @@ PEND_MUST_CHECK enum pend_status pend_modes_alloc(struct pend_modes **modes, int
                                                   int vectors);
 
 /**
- * Square root of x^T Re(0) x.
+ * Returns the square root of x^T Re(0) x.
  *
  * x     n angles, stored order.
  * tips  n doubles of scratch.
@@ -54,50 +54,56 @@ PEND_MUST_CHECK enum pend_status pend_modes_alloc(struct pend_modes **modes, int
 double pend_modes_mass_norm(const struct pend_tree *tree, const double x[], double tips[]);
 
 /**
- * Gives the multiple frequency that begins at a mode its stated basis: orthogonal vectors that
- * begin to move at later and later arms.
+ * Gives the multiple frequency that begins at a mode its basis: orthogonal vectors of which each
+ * has its first entry that is not zero at a later arm than the vector before.
  *
  * modes     omega ascending, vectors mass-orthogonal and of the same mass norm.
- * multiple  frequencies are one multiple frequency when the largest is at most this much above the
- *           least, relatively.
+ * multiple  frequencies are one multiple frequency if the largest exceeds the least by at most
+ *           this relative difference.
  * lead      in and out, one entry a mode: the first arm (the caller's number) whose entry is not
- *           zero, -1 where that is not known.
+ *           zero, -1 if that is not known.
  *
- * Returns the number of the mode after it. O(n), and O(g^2 n) for a frequency of multiplicity g.
+ * Returns the number of the first mode of the next frequency. O(n), and O(g^2 n) for a frequency
+ * of multiplicity g.
  */
 int pend_modes_basis(struct pend_modes *modes, const struct pend_tree *tree, double multiple,
                      int mode, int lead[]);
 
 /**
- * Scales a vector by a rule, and its norm with it.
+ * Scales a vector by a rule, and updates its norm.
  *
- * lead  the first arm (the caller's number) whose entry is not zero, -1 when that is not known.
+ * lead  the first arm (the caller's number) whose entry is not zero, -1 if that is not known.
  * O(n).
  */
 void pend_modes_scale(struct pend_modes *modes, const struct pend_tree *tree, int mode,
                       enum pend_normalize rule, int lead);
 
+/** Drops all modes but those with the numbers from .. end - 1, and counts those that grow.
+ * O(count). */
+void pend_modes_trim(struct pend_modes *modes, int from, int end);
+
+/** Returns true if the invariants of computed modes hold. O(count). For assertions. */
+int pend_modes_valid(const struct pend_modes *modes);
+
 /** Frees modes and clears the pointer; NULL is accepted. */
 void pend_modes_free(struct pend_modes **modes);
 
 /**
- * The angle from the nearest hanging position, rad in [-pi, pi], of an angle phi + low from the
- * positive real axis:
- * whole turns taken off, since an arm that hangs after a turn hangs. low is what rounding has left
- * of phi, or 0: then phi is taken to hang at -pi/2 as a double. O(1).
+ * Returns the angle from the nearest hanging position, rad in [-pi, pi], of an angle phi + low from
+ * the positive real axis, without whole turns. low is the rounding error of phi, or 0: then phi is
+ * taken to hang at -pi/2 as a double. O(1).
  */
 double pend_modes_theta(double phi, double low);
 
 /**
- * What is in a start of every mode: theta(t) = sum_k c_k(t) vector_k with c_k = amplitude cos(omega
- * t + phase) of a mode that swings, and c_k = rising e^{st} + falling e^{-st} of one that grows, s
- * = -omega.
+ * Decomposes a start into modes: theta(t) = sum_k c_k(t) vector_k with c_k = amplitude cos(omega t
+ * + phase) for a mode that swings, and c_k = rising e^{st} + falling e^{-st} for one that grows,
+ * s = -omega.
  *
  * up           as in the request for the modes.
- * theta, rate  n values, rad and rad/s from the equilibrium, stored order; vectors as they are
- *              normalised now.
- * first        out, count values: amplitude >= 0; rising.
- * second       out, count values: phase, rad in (-pi, pi], 0 where the amplitude is 0; falling.
+ * theta, rate  n values, rad and rad/s from the equilibrium, stored order.
+ * first        out, count values, of the vectors as they are scaled now: amplitude >= 0; rising.
+ * second       out, count values: phase, rad in (-pi, pi], 0 if the amplitude is 0; falling.
  *
  * PEND_NO_MEMORY  O(n) scratch.
  * O(count n).

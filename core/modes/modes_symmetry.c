@@ -1,5 +1,6 @@
 #include "core/modes/modes_symmetry.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -8,7 +9,7 @@
 /* what is known of the branch that begins at an arm */
 struct branch {
     uint64_t hash;
-    int arm, n; /* n: arms once merged */
+    int arm, n; /* n: number of arms after merging */
 };
 
 /* like branches as they are found, by parent */
@@ -21,8 +22,8 @@ struct finder {
     struct pend_symmetry *symmetry;
     const unsigned char *up;
     uint64_t *hash;         /* n: sums over the children, then the branch's own */
-    int *merged_n;          /* n: arms of the branch once merged */
-    struct branch *sibling; /* room for the children of one joint */
+    int *merged_n;          /* n: number of arms of the branch after merging */
+    struct branch *sibling; /* scratch for the children of one joint */
     struct found *found;
     int found_count, branch_count;
 };
@@ -104,6 +105,7 @@ static void symmetry_joint(struct finder *f, int arm) {
         if (end > i + 1) symmetry_file(f, f->sibling + i, end - i);
         place += n;
     }
+    assert(place <= tree->end[arm] - arm);
     f->merged_n[arm] = place;
 }
 
@@ -119,8 +121,7 @@ static void symmetry_find(struct finder *f) {
     }
 }
 
-/* true when two branches that are said to be alike are so, arm by arm; place and at: n ints of
- * scratch */
+/* true if two branches of the same hash are alike, arm by arm; place and at: n ints of scratch */
 static int symmetry_alike(const struct finder *f, int a, int b, int place[], int at[]) {
     const struct pend_symmetry *s = f->symmetry;
     const struct pend_tree *tree = s->tree;
@@ -201,17 +202,11 @@ static int symmetry_bound(const struct pend_tree *tree) {
     return bound;
 }
 
-enum pend_status pend_symmetry_new(struct pend_symmetry **symmetry, const struct pend_tree *tree,
-                                   const unsigned char up[]) {
-    size_t n = (size_t)tree->n, bound = (size_t)symmetry_bound(tree);
-    enum pend_status status = PEND_NO_MEMORY;
-    struct finder f = {.up = up};
-    struct pend_symmetry *s = *symmetry = malloc(sizeof *s);
-    f.hash = calloc(n, sizeof *f.hash);
-    f.merged_n = malloc(3 * n * sizeof *f.merged_n);
-    f.sibling = malloc((bound + 1) * sizeof *f.sibling);
-    f.found = malloc((bound / 2 + 1) * sizeof *f.found);
-    if (!s) goto out;
+/* a symmetry whose arms all stand alone so far, without parts; NULL when memory is short */
+static struct pend_symmetry *symmetry_allocate(const struct pend_tree *tree, size_t bound) {
+    size_t n = (size_t)tree->n;
+    struct pend_symmetry *s = malloc(sizeof *s);
+    if (!s) return NULL;
     *s = (struct pend_symmetry){.tree = tree};
     s->part = malloc((bound / 2 + 2) * sizeof *s->part);
     s->likes = malloc((bound / 2 + 1) * sizeof *s->likes);
@@ -219,15 +214,31 @@ enum pend_status pend_symmetry_new(struct pend_symmetry **symmetry, const struct
     s->branch = malloc((bound + 1) * sizeof *s->branch);
     s->offset = malloc(2 * n * sizeof *s->offset);
     s->merged = calloc(n, 1);
-    if (!f.hash || !f.merged_n || !f.sibling || !f.found || !s->part || !s->likes || !s->contrast ||
-        !s->branch || !s->offset || !s->merged)
-        goto out;
+    if (!s->part || !s->likes || !s->contrast || !s->branch || !s->offset || !s->merged) {
+        pend_symmetry_free(&s);
+        return NULL;
+    }
     s->copies = s->offset + n;
     s->offset[0] = 0;
     for (size_t k = 0; k < n; k++) s->copies[k] = 1;
-    f.symmetry = s;
+    return s;
+}
+
+enum pend_status pend_symmetry_new(struct pend_symmetry **symmetry, const struct pend_tree *tree,
+                                   const unsigned char up[]) {
+    size_t n = (size_t)tree->n, bound = (size_t)symmetry_bound(tree);
+    enum pend_status status = PEND_NO_MEMORY;
+    struct finder f = {.up = up};
+    f.symmetry = *symmetry = symmetry_allocate(tree, bound);
+    f.hash = calloc(n, sizeof *f.hash);
+    f.merged_n = malloc(3 * n * sizeof *f.merged_n);
+    f.sibling = malloc((bound + 1) * sizeof *f.sibling);
+    f.found = malloc((bound / 2 + 1) * sizeof *f.found);
+    if (!f.symmetry || !f.hash || !f.merged_n || !f.sibling || !f.found) goto out;
     symmetry_find(&f);
-    if (!f.found_count || !symmetry_parts(&f, f.merged_n + n, f.merged_n + 2 * n)) symmetry_none(s);
+    if (!f.found_count || !symmetry_parts(&f, f.merged_n + n, f.merged_n + 2 * n))
+        symmetry_none(f.symmetry);
+    assert((size_t)f.branch_count <= bound && pend_symmetry_valid(f.symmetry));
     status = PEND_OK;
 out:
     free(f.hash);
@@ -236,6 +247,16 @@ out:
     free(f.found);
     if (status) pend_symmetry_free(symmetry);
     return status;
+}
+
+int pend_symmetry_valid(const struct pend_symmetry *symmetry) {
+    long modes = 0;
+    for (int i = 0; i < symmetry->part_count; i++) {
+        const struct pend_part *part = &symmetry->part[i];
+        if (part->root < 0 || part->n < 1 || part->times < 1) return 0;
+        modes += (long)part->n * part->times;
+    }
+    return modes == symmetry->tree->n;
 }
 
 void pend_symmetry_free(struct pend_symmetry **symmetry) {
@@ -255,12 +276,13 @@ enum pend_status pend_symmetry_laplacian(struct pend_laplacian **laplacian,
                                          const struct pend_symmetry *symmetry, int part,
                                          const struct pend_loads *loads, const unsigned char up[],
                                          int place[]) {
+    assert(part >= 0 && part < symmetry->part_count);
     const struct pend_tree *tree = symmetry->tree;
     int root = symmetry->part[part].root;
     PEND_TRY(pend_laplacian_alloc(laplacian, symmetry->part[part].n));
     struct pend_laplacian *l = *laplacian;
-    /* the arms that stand for the others find their places; for now end holds the arm, mass how
-     * many it stands for */
+    /* places of the arms that represent others; until the next loop `end` holds the arm and `mass`
+     * the number of arms that it represents */
     for (int k = root; k < tree->end[root];) {
         if (k != root && symmetry->merged[k]) {
             k = tree->end[k];
@@ -297,6 +319,7 @@ static void symmetry_branch_places(const struct pend_symmetry *s, int root, int 
 }
 
 void pend_symmetry_places(const struct pend_symmetry *symmetry, int part, int place[]) {
+    assert(part >= 0 && part < symmetry->part_count);
     const struct pend_part *p = &symmetry->part[part];
     if (part == 0) symmetry_branch_places(symmetry, 0, place);
     for (int i = 0; part && i < p->times; i++) {
@@ -316,6 +339,8 @@ static void symmetry_spread_branch(const struct pend_symmetry *s, int root, cons
 
 int pend_symmetry_spread(const struct pend_symmetry *symmetry, int part, int which,
                          const double angle[], double zero, const int place[], double vector[]) {
+    assert(part >= 0 && part < symmetry->part_count);
+    assert(which >= 0 && which < symmetry->part[part].times);
     const struct pend_tree *tree = symmetry->tree;
     const struct pend_contrast *contrast = &symmetry->contrast[symmetry->part[part].first + which];
     int lead = part ? contrast->lead : 0;

@@ -1,7 +1,7 @@
-/* Branches that are alike: siblings with equal sub-trees, what they do together and what they do
- * against each other.
+/* Like branches: siblings with equal sub-trees. The modes of the tree are those in which like
+ * branches move together and those in which they move against each other.
  * Leaves to others: eigenvalues and vectors of the smaller trees (modes_values, modes_vectors).
- * Invariant: alike means equal to the last bit, arm by arm; modes of different parts are
+ * Invariant: like branches are equal to the last bit, arm by arm; modes of different parts are
  * orthogonal by construction. */
 #ifndef PEND_MODES_SYMMETRY_H
 #define PEND_MODES_SYMMETRY_H
@@ -15,8 +15,8 @@ struct pend_likes {
     int first, count;
 };
 
-/* One way in which like branches move against each other: branch `from` of the likes against all
- * later ones. */
+/* A pattern in which like branches move against each other: branch `from` of the likes against all
+ * later ones (Helmert's contrasts). */
 struct pend_contrast {
     int likes, from;
     int lead; /* the caller's number of the first arm that moves */
@@ -24,12 +24,12 @@ struct pend_contrast {
 
 /* One of the trees whose modes together are all modes. Part 0 is the whole tree with like
  * branches merged. Every other part is a kind of branch that occurs several times on a joint,
- * tied to that joint at rest, its own like branches merged: each joint with c of them has its
- * modes c - 1 times. */
+ * with that joint at rest and its own like branches merged. A joint with c such branches has each
+ * mode of this part c - 1 times. */
 struct pend_part {
     int root;  /* stored number of the arm at which the part begins */
-    int n;     /* arms once merged */
-    int times; /* how often each of its modes occurs */
+    int n;     /* number of arms after merging */
+    int times; /* number of times that each of its modes occurs */
     int first; /* its first contrast; it has `times` of them, sorted by lead; part 0 has none */
 };
 
@@ -40,27 +40,34 @@ struct pend_symmetry {
     struct pend_contrast *contrast;
     int *branch;  /* stored numbers of first arms */
     int *offset;  /* n: place of an arm in its merged part, counted from its parent's place */
-    int *copies;  /* n: how many like siblings an arm stands for, itself included */
-    char *merged; /* n: non-zero where an earlier like sibling stands for the arm */
+    int *copies;  /* n: number of like siblings that an arm represents, itself included */
+    char *merged; /* n: non-zero if an earlier like sibling represents the arm */
     const struct pend_tree *tree;
 };
 
 /**
  * Finds like branches.
  *
- * up  n flags in stored order, arms that stand up; NULL when all hang. Like branches stand alike.
+ * symmetry  out; NULL on failure; released by pend_symmetry_free.
+ * tree      must outlive the symmetry.
+ * up        n flags in stored order, non-zero for arms that stand up; NULL if all hang. Like
+ *           branches have equal flags.
  *
  * PEND_NO_MEMORY  O(n).
- * O(n log n) at worst, O(n) as a rule.
+ * O(n log n) at worst; O(n) unless joints have very many branches.
  */
 PEND_MUST_CHECK enum pend_status pend_symmetry_new(struct pend_symmetry **symmetry,
                                                    const struct pend_tree *tree,
                                                    const unsigned char up[]);
 
+/** Frees a symmetry and clears the pointer; NULL is accepted. */
 void pend_symmetry_free(struct pend_symmetry **symmetry);
 
+/** Returns true if the parts together have as many modes as the tree. O(parts). For assertions. */
+int pend_symmetry_valid(const struct pend_symmetry *symmetry);
+
 /**
- * The weighted tree of a part.
+ * Makes the weighted tree of a part.
  *
  * place  n ints of scratch for the whole tree.
  *
@@ -71,8 +78,12 @@ PEND_MUST_CHECK enum pend_status pend_symmetry_laplacian(struct pend_laplacian *
                                                          int part, const struct pend_loads *loads,
                                                          const unsigned char up[], int place[]);
 
-/** The places in a part of all arms that move in its modes. place: n ints of the tree; others are
- * left alone. O(n). */
+/**
+ * Fills in the places in a part of all arms that move in its modes.
+ *
+ * place  n ints, one for each arm of the tree; those of other arms are not changed.
+ * O(n).
+ */
 void pend_symmetry_places(const struct pend_symmetry *symmetry, int part, int place[]);
 
 /**
@@ -80,12 +91,12 @@ void pend_symmetry_places(const struct pend_symmetry *symmetry, int part, int pl
  *
  * which   number of the mode's occurrence, 0 <= which < times; occurrences are mass-orthogonal.
  * angle   the part's n angles.
- * zero    an angle of at most this size counts as none.
+ * zero    an angle of at most this size counts as 0.
  * place   from pend_symmetry_places.
  * vector  out, n angles of the tree.
  *
- * Returns the caller's number of the first arm that moves, having made its angle positive; -1 where
- * that is not known.
+ * Returns the caller's number of the first arm that moves, whose angle in `vector` is positive; -1
+ * if that arm is not known. O(n).
  */
 int pend_symmetry_spread(const struct pend_symmetry *symmetry, int part, int which,
                          const double angle[], double zero, const int place[], double vector[]);

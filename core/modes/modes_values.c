@@ -1,5 +1,6 @@
 #include "core/modes/modes_values.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -45,6 +46,12 @@ struct pend_values {
     struct span todo[];
 };
 
+PEND_VALIDATOR values_valid(const struct pend_values *v) {
+    int count = v->last - v->first;
+    return v->first >= 0 && count >= 0 && v->last <= v->laplacian->n && v->todo_count >= 0 &&
+           v->todo_count <= count + 2 * VALUES_BATCH && v->polished >= 0 && v->polished <= count;
+}
+
 int pend_values_below(const struct pend_laplacian *laplacian, double shift) {
     struct pend_modes_probe probe = {.shift = shift};
     pend_modes_kernel()->probe(laplacian, 1, &probe);
@@ -85,6 +92,7 @@ static void values_bounds(const struct span *span, double *lo, double *hi) {
 
 /* all eigenvalues of a span are the same number to round-off */
 static void values_finish(struct pend_values *v, const struct span *span, double value) {
+    assert(span->lo.at <= span->hi.at);
     value = fmin(fmax(value, span->lo.at), span->hi.at);
     for (int number = span->lo.below; number < span->hi.below; number++)
         if (number >= v->first && number < v->last) v->value[number - v->first] = value;
@@ -123,6 +131,7 @@ static double values_next(struct span *span) {
 static int values_split(struct span *span, int room, double shift[]) {
     double lo, hi;
     int several = span->hi.below - span->lo.below;
+    assert(several > 1 && room >= 1 && room <= VALUES_LANES);
     values_bounds(span, &lo, &hi);
     if (span->tries++ >= VALUES_TRIES && span->tries % 2) lo = span->lo.at, hi = span->hi.at;
     if (room > 2 * several) room = 2 * several;
@@ -221,6 +230,7 @@ static void values_round(struct pend_values *v) {
             count[spans] = values_split(s, room, shift);
         for (int i = 0; i < count[spans]; i++) probe[probes++].shift = shift[i];
     }
+    assert(probes <= VALUES_BATCH);
     v->kernel->probe(v->laplacian, probes, probe);
     for (int i = 0, at = 0; i < spans; at += count[i++])
         values_cut(v, &span[i], count[i], probe + at);
@@ -250,6 +260,8 @@ static double values_polish(const struct pend_laplacian *l, double value) {
 enum pend_status pend_values_new(struct pend_values **values,
                                  const struct pend_laplacian *laplacian, int first, int count,
                                  double value[]) {
+    assert(pend_laplacian_valid(laplacian));
+    assert(first >= 0 && count >= 0 && count <= laplacian->n - first);
     /* every span holds one of the values sought, and a round adds at most its own shifts */
     struct pend_values *v = *values =
         malloc(sizeof *v + ((size_t)count + 2 * VALUES_BATCH) * sizeof *v->todo);
@@ -266,8 +278,10 @@ enum pend_status pend_values_new(struct pend_values **values,
 }
 
 int pend_values_step(struct pend_values *v) {
+    assert(values_valid(v));
     if (v->todo_count) {
         values_round(v);
+        assert(values_valid(v));
         return 0;
     }
     if (v->laplacian->depth < VALUES_DEEP || v->polished == v->last - v->first) return 1;

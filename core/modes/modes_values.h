@@ -1,7 +1,7 @@
 /* Eigenvalues of a weighted tree by counting, to full relative accuracy.
  * Leaves to others: vectors (modes_vectors), merging several trees' values (modes).
- * Invariant: every value lies in a bracket whose ends were counted, so none is missed and none
- * is doubled. */
+ * Invariant: every value lies in an interval between two counted shifts, so that none is missed
+ * and none is found twice. */
 #ifndef PEND_MODES_VALUES_H
 #define PEND_MODES_VALUES_H
 
@@ -14,12 +14,14 @@ struct pend_values;
  * Begins to search for the eigenvalues number first .. first + count - 1 of L x = lambda M x,
  * counted from the smallest.
  *
- * Multisection isolates them; Laguerre's iteration, which each count yields at no further cost,
- * converges on them; the counts guard it. About 4 sweeps over the tree an eigenvalue.
+ * Multisection isolates them. Laguerre's iteration, whose step follows from each count without
+ * another sweep, converges to them, within the intervals that the counts guarantee. An eigenvalue
+ * takes about 4 sweeps over the tree.
  *
- * laplacian, value  must outlive the search; the laplacian is not to change.
- * value             out, count values > 0, 1/s^2, once the search is done. All of them must be
- *                   positive: see pend_values_below.
+ * values            out; NULL on failure; released by pend_values_free.
+ * laplacian, value  must outlive the search; the laplacian must not change meanwhile.
+ * value             out, count values > 0, 1/s^2, complete at the end of the search. The
+ *                   eigenvalues sought must be positive: see pend_values_below.
  *
  * PEND_NO_MEMORY  O(count).
  */
@@ -27,13 +29,14 @@ PEND_MUST_CHECK enum pend_status pend_values_new(struct pend_values **values,
                                                  const struct pend_laplacian *laplacian, int first,
                                                  int count, double value[]);
 
-/** Searches on for at most about 64 sweeps; returns non-zero once all are found. O(n), O(count n)
- * in all. */
+/** Continues the search for at most about 64 sweeps; returns non-zero once all eigenvalues are
+ * found. O(n), and O(count n) in all. */
 int pend_values_step(struct pend_values *values);
 
+/** Frees a search and clears the pointer; NULL is accepted. */
 void pend_values_free(struct pend_values **values);
 
-/** Number of eigenvalues below a shift. O(n). */
+/** Returns the number of eigenvalues below a shift, 1/s^2. O(n). */
 int pend_values_below(const struct pend_laplacian *laplacian, double shift);
 
 #endif

@@ -1,5 +1,6 @@
 #include "core/modes/modes_vectors.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -17,14 +18,14 @@ enum { VECTORS_CROWD = 16 };
 
 enum { VECTORS_TRIES = 8 };
 
-/* parts smaller than this are left in */
+/* components along other vectors smaller than this are not removed */
 #define VECTORS_SLIGHT 2e-14
 
-/* a piece of work: so many vectors are projected on at a time */
+/* the number of vectors that one call projects on */
 enum { VECTORS_PIECE = 64 };
 
-/* What is being done to vector `number`, of norm 1: passes of projection until nothing is left
- * along the others, and inverse iteration when too little of itself was left. */
+/* The state of the orthogonalization of vector `number`, of norm 1: passes of projection until no
+ * component along the others remains, and inverse iteration if too little of the vector remains. */
 struct settling {
     int first; /* of those that it is made orthogonal to */
     int next;  /* the first that this pass has not come to */
@@ -53,6 +54,12 @@ struct pend_vectors {
     double *work;         /* for the kernel; the block that ends last */
 };
 
+PEND_VALIDATOR vectors_valid(const struct pend_vectors *v) {
+    return v->number >= 0 && v->number <= v->count && v->number <= v->twisted &&
+           v->begin <= v->number && v->begin_fine <= v->number && v->coarse <= v->number &&
+           v->settling.first <= v->settling.next && v->settling.next <= v->number;
+}
+
 static int vectors_within(const struct pend_vectors *v, int a, int b, double part) {
     return v->value[b] - v->value[a] <= part * fmax(fabs(v->value[a]), fabs(v->value[b]));
 }
@@ -74,6 +81,7 @@ static int vectors_first(struct pend_vectors *v, int number) {
 }
 
 static double *vectors_tip(const struct pend_vectors *v, int number) {
+    assert(v->rows > 0 && number >= 0 && number < v->count);
     return v->tips + (size_t)(number % v->rows) * (size_t)v->laplacian->n;
 }
 
@@ -210,6 +218,7 @@ static void vectors_twist(struct pend_vectors *v, int begin) {
     const struct pend_modes_kernel *kernel = pend_modes_kernel();
     int count = v->count;
     double shift[16], *target[16], *tip[16];
+    assert(kernel->lanes <= 16);
     int tips = 0;
     for (int i = 0; i < kernel->lanes; i++) {
         int number = begin + i, last = number >= count;
@@ -255,6 +264,8 @@ static int vectors_window(struct pend_vectors *v) {
 enum pend_status pend_vectors_new(struct pend_vectors **vectors,
                                   const struct pend_laplacian *laplacian, int count,
                                   const double value[], int lead, double *vector[]) {
+    assert(pend_laplacian_valid(laplacian));
+    assert(count >= 1 && count <= laplacian->n && lead >= 0 && lead < laplacian->n);
     int lanes = pend_modes_kernel()->lanes;
     size_t n = (size_t)laplacian->n;
     struct pend_vectors *v = *vectors = calloc(1, sizeof *v + (size_t)count);
@@ -284,6 +295,7 @@ static void vectors_next(struct pend_vectors *v) {
 
 enum pend_status pend_vectors_step(struct pend_vectors *v, int *done) {
     enum pend_status status = PEND_OK;
+    assert(vectors_valid(v));
     if (v->number < v->count && v->number == v->twisted) {
         vectors_twist(v, v->number);
         v->twisted += pend_modes_kernel()->lanes;
@@ -294,6 +306,7 @@ enum pend_status pend_vectors_step(struct pend_vectors *v, int *done) {
     while (v->number < v->count && v->number < v->twisted && v->settling.first == v->number)
         vectors_next(v);
     *done = v->number == v->count;
+    assert(vectors_valid(v));
     return status;
 }
 

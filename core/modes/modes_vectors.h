@@ -1,8 +1,8 @@
 /* Eigenvectors of a weighted tree for eigenvalues that are known to full precision.
  * Leaves to others: eigenvalues (modes_values), branches that are alike (modes_symmetry), signs
  * (modes_store).
- * Invariant: vectors are orthogonal in the mass inner product to round-off, and so small in
- * residual. */
+ * Invariant: vectors are orthogonal in the mass inner product, and their residuals vanish, both to
+ * round-off. */
 #ifndef PEND_MODES_VECTORS_H
 #define PEND_MODES_VECTORS_H
 
@@ -14,9 +14,11 @@ struct pend_vectors;
 /**
  * Begins to compute eigenvectors of mass norm 1.
  *
- * A twisted factorization makes each vector by itself; those whose eigenvalues are near each other
- * are then made orthogonal by Gram-Schmidt, and iterated anew where they came out almost parallel.
+ * A twisted factorization computes each vector independently. Vectors whose eigenvalues are near
+ * each other are then made orthogonal by Gram-Schmidt, after inverse iteration if they were almost
+ * parallel.
  *
+ * vectors    out; NULL on failure; released by pend_vectors_free.
  * laplacian  must outlive the computation, as the arrays must.
  * count      number of vectors.
  * value      their eigenvalues, ascending, to full relative precision.
@@ -30,15 +32,17 @@ PEND_MUST_CHECK enum pend_status pend_vectors_new(struct pend_vectors **vectors,
                                                   const double value[], int lead, double *vector[]);
 
 /**
- * Computes on: a group of vectors, or a part of what makes one orthogonal. O(n) a step, O(count n)
- * in all, and O(g n) more for a vector with g near neighbours.
+ * Continues the computation by a group of vectors, or by a part of the orthogonalization of one.
+ * O(n) a step, O(count n) in all, and O(g n) more for a vector with g near neighbours.
  *
- * done  set non-zero once all vectors are there.
+ * done  out: non-zero once all vectors are complete.
  *
- * PEND_NO_CONVERGENCE  never seen: no vector orthogonal to the others was found.
+ * PEND_NO_CONVERGENCE  no vector orthogonal to the others was found; no tree is known for which
+ *                      this happens.
  */
 PEND_MUST_CHECK enum pend_status pend_vectors_step(struct pend_vectors *vectors, int *done);
 
+/** Frees a computation, not the vectors, and clears the pointer; NULL is accepted. */
 void pend_vectors_free(struct pend_vectors **vectors);
 
 #endif
