@@ -78,30 +78,4 @@ VEC_INLINE void block_turns(struct turns *turns, const struct pend_tree *tree, c
                wide_load_some(rate + i, count, 0), wide_load_some(len + i, count, 0));
 }
 
-/* Cosines and sines of a huge tree wait for the way back where phi'' and lambda will be, and w
- * is formed anew:
- * what has a place of its own is carried to memory and back. */
-static void turns_lend(const struct turns *turns, int count, double acc[], double force[]) {
-    int i = 0;
-    for (; i + WIDE <= count; i += WIDE) {
-        memcpy(acc + i, turns->cosine + i, sizeof(wide));
-        memcpy(force + i, turns->sine + i, sizeof(wide));
-    }
-    if (i == count) return;
-    wide_store_some(acc + i, WIDE_(get)(turns->cosine + i), count - i);
-    wide_store_some(force + i, WIDE_(get)(turns->sine + i), count - i);
-}
-
-static void turns_return(struct turns *turns, int count, const double len[], const double rate[],
-                         const double acc[], const double force[]) {
-    int i = 0;
-    for (; i + WIDE <= count; i += WIDE)
-        turns_put(turns, i, wide_load(acc + i), wide_load(force + i), wide_load(rate + i),
-                  wide_load(len + i));
-    if (i == count) return;
-    count -= i;
-    turns_put(turns, i, wide_load_some(acc + i, count, 0), wide_load_some(force + i, count, 0),
-              wide_load_some(rate + i, count, 0), wide_load_some(len + i, count, 0));
-}
-
 #endif

@@ -1,4 +1,6 @@
-/* Phi'' and lambda of a long chain in one state.
+/* Phi'' and lambda of a long chain in one state. Without this form a trajectory of a chain of 128
+ * arms takes a server 39 % longer by method rk8pd, 64 % by rkf45 and 10 % by ode23, and one of 1024
+ * arms 11 to 13 % (processor time of whole requests, avx2 and avx512): it stays.
  * Leaves to others: other trees, several states, forces that cancel (dynamics).
  * Invariant: the same operations for any width of vectors. */
 #ifndef PEND_DYNAMICS_CHAIN_TEMPLATE_H

@@ -7,14 +7,8 @@
 
 #include "core/dynamics/dynamics_angles_template.h"
 
-/* From so many arms on a tree is huge: jumps by how an arm stands in it are foreseen wrongly too
- * often, and what lies in memory is slow to come. Both sweeps do without jumps, and blocks lend
- * their angles. */
-enum { HUGE_ARMS = 1 << 13 };
-#define HUGE static __attribute__((noinline)) // with registers of its own
-
 /* What the second sweep needs of an arm that carries others: S, h, r / (m + q), t / (m + q).
- * They lie in the order of the first sweep, behind one that carries nothing. */
+ * They lie in the order of the first sweep. */
 struct joint {
     double eff, held, lean, side;
 };
@@ -35,7 +29,6 @@ struct tip {
 struct climb {
     struct sums now;                      /* of the joint to which the arm before belongs */
     struct sums stack[WAITING + 1], *top; /* joints that wait for more children */
-    long at; /* without jumps: the top of the stack, which `now` is on too */
     struct joint *joint;
     double unit, eff; /* eff: the largest S */
 };
@@ -87,40 +80,9 @@ VEC_INLINE void block_up(const struct turns *turns, const struct pend_tree *tree
     climb->now = now, climb->top = top, climb->joint = joint, climb->eff = largest;
 }
 
-/*
- * The same without jumps. The joint to which the arm before belongs is on top of the stack, above
- * those that wait, and stack[0] is a joint without children: what a leaf finds, and what an arm
- * joins that is the last of its siblings.
- */
-HUGE void block_up_even(const struct turns *turns, const struct pend_tree *tree,
-                        struct climb *climb, int begin, int count) {
-    const unsigned char *kin = tree->kin + begin;
-    const double *mass = tree->mass + begin;
-    struct sums *stack = climb->stack;
-    struct joint *joint = climb->joint;
-    double unit = climb->unit, largest = climb->eff;
-    long at = climb->at;
-    for (int i = count - 1; i >= 0; i--) {
-        long leaf = (kin[i] & PEND_KIN_LEAF) != 0, last = (kin[i] & PEND_KIN_LAST) != 0;
-        const struct sums *own = &stack[at & (leaf - 1)];
-        at += leaf + last - 1;
-        const struct sums *others = &stack[at & (last - 1)];
-        double m = unit * mass[i], inv = 1 / (m + own->q);
-        double S = fma1(fma1(m, own->p, own->area), inv, m), h = fma1(m, own->b, own->lift) * inv;
-        *joint = (struct joint){S, h, own->r * inv, own->t * inv};
-        joint += 1 - leaf;
-        largest = S > largest ? S : largest;
-        stack[at] =
-            sums_join(others, S, fma1(-S, turns->spin[i], h), turns->cosine[i], turns->sine[i]);
-    }
-    climb->at = at, climb->joint = joint, climb->eff = largest;
-}
-
 /* the sweep from the root to the leaves */
 struct descent {
     struct tip now, stack[WAITING + 2], *top;
-    long at;                   /* without jumps: the top of the stack, the parent of the next arm */
-    struct joint *none;        /* without jumps: what is found of a leaf, whose S is its mass */
     const struct joint *joint; /* one past the next */
     double unit, inverse_unit, yield;
     wide force, radial, spin, poison; /* as struct lanes_peaks */
@@ -171,37 +133,6 @@ VEC_INLINE void block_down(const struct turns *turns, const struct pend_tree *tr
     descent->now = now, descent->top = top, descent->joint = joint, descent->yield = largest;
 }
 
-/* The same without jumps: every arm that carries others is on the stack until the last of them
- * is met. */
-HUGE void block_down_even(const struct turns *turns, const struct pend_tree *tree,
-                          struct descent *descent, int begin, int count, struct values *values) {
-    const unsigned char *kin = tree->kin + begin;
-    const double *mass = tree->mass + begin;
-    struct tip *stack = descent->stack;
-    struct joint *joint = descent->none;
-    double unit = descent->unit, largest = descent->yield;
-    long at = descent->at, next = descent->joint - joint - 1;
-    for (int i = 0; i < count; i++) {
-        long leaf = (kin[i] & PEND_KIN_LEAF) != 0, last = (kin[i] & PEND_KIN_LAST) != 0;
-        const struct tip base = stack[at];
-        double C = turns->cosine[i], Z = turns->sine[i],
-               radial = tip_radial(&base, C, Z, turns->spin[i]);
-        joint->eff = unit * mass[i];
-        // by number: where it is by address, compilers jump
-        const struct joint *own = &joint[next & (leaf - 1)];
-        next -= 1 - leaf;
-        double yield = fma1(own->lean, radial, own->side);
-        at -= last;
-        stack[at + 1] = (struct tip){radial, yield, own->lean, own->side};
-        at += 1 - leaf;
-        largest = fabs(yield) > largest ? fabs(yield) : largest;
-        values->radial[i] = radial;
-        values->bend[i] = fma1(C, base.yield, Z * base.radial) - yield;
-        values->tension[i] = fma1(own->eff, radial, own->held);
-    }
-    descent->at = at, descent->joint = joint + next + 1, descent->yield = largest;
-}
-
 /* phi'' and lambda of some arms of a block */
 VEC_INLINE void block_values(struct descent *descent, wide radial, wide bend, wide tension,
                              wide spin, wide len, wide *acc, wide *force) {
@@ -214,13 +145,10 @@ VEC_INLINE void block_values(struct descent *descent, wide radial, wide bend, wi
 }
 
 VEC_INLINE void block_finish(const struct turns *turns, const struct pend_tree *tree,
-                             struct descent *descent, int huge, int begin, int count, double acc[],
+                             struct descent *descent, int begin, int count, double acc[],
                              double force[]) {
     struct values values __attribute__((aligned(64)));
-    if (huge)
-        block_down_even(turns, tree, descent, begin, count, &values);
-    else
-        block_down(turns, tree, descent, begin, count, &values);
+    block_down(turns, tree, descent, begin, count, &values);
     const double *len = tree->len + begin;
     wide a, f;
     int i = 0;
@@ -248,14 +176,9 @@ struct one {
     double gravity;
     const double *phi, *rate;
     double *acc, *force;
-    struct turns *turns; /* of every block; of a huge tree, of the one at hand */
+    struct turns *turns; /* of every block */
     struct joint *joint;
-    int huge;
 };
-
-VEC_INLINE struct turns *one_turns(const struct one *one, int b) {
-    return &one->turns[one->huge ? 0 : b];
-}
 
 VEC_INLINE int one_blocks(const struct pend_tree *tree) {
     return (tree->n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK;
@@ -269,19 +192,13 @@ VEC_INLINE int block_count(int n, int b) {
 
 VEC_INLINE void one_up(const struct one *one, struct climb *climb) {
     const struct pend_tree *tree = one->tree;
-    climb->now = climb->stack[0] = (struct sums){0};
-    climb->top = climb->stack, climb->at = 0, climb->joint = one->joint + 1;
+    climb->now = (struct sums){0};
+    climb->top = climb->stack, climb->joint = one->joint;
     climb->unit = kernel_unit(tree->subtree_mass[0]), climb->eff = 0;
     for (int b = one_blocks(tree) - 1; b >= 0; b--) {
         int begin = b * DYNAMICS_BLOCK, count = block_count(tree->n, b);
-        struct turns *turns = one_turns(one, b);
-        block_turns(turns, tree, one->phi, one->rate, begin, count);
-        if (one->huge) {
-            turns_lend(turns, count, one->acc + begin, one->force + begin);
-            block_up_even(turns, tree, climb, begin, count);
-        } else {
-            block_up(turns, tree, climb, begin, count);
-        }
+        block_turns(&one->turns[b], tree, one->phi, one->rate, begin, count);
+        block_up(&one->turns[b], tree, climb, begin, count);
     }
 }
 
@@ -290,20 +207,15 @@ VEC_INLINE void one_down(const struct one *one, const struct climb *climb,
     const struct pend_tree *tree = one->tree;
     double *acc = one->acc, *force = one->force;
     // gravity is a pivot that accelerates with i g
-    descent->now = descent->stack[1] = (struct tip){0, -one->gravity, 0, -one->gravity};
-    descent->top = descent->stack, descent->at = 1, descent->joint = climb->joint;
-    descent->none = memset(one->joint, 0, sizeof *one->joint);
+    descent->now = (struct tip){0, -one->gravity, 0, -one->gravity};
+    descent->top = descent->stack, descent->joint = climb->joint;
     descent->unit = climb->unit, descent->inverse_unit = 1 / climb->unit;
     descent->yield = 0;
     descent->force = descent->spin = descent->poison = WIDE_(of)(0);
     descent->radial = WIDE_(of)(fabs(one->gravity));
     for (int b = 0; b < one_blocks(tree); b++) {
         int begin = b * DYNAMICS_BLOCK, count = block_count(tree->n, b);
-        struct turns *turns = one_turns(one, b);
-        if (one->huge)
-            turns_return(turns, count, tree->len + begin, one->rate + begin, acc + begin,
-                         force + begin);
-        block_finish(turns, tree, descent, one->huge, begin, count, acc, force);
+        block_finish(&one->turns[b], tree, descent, begin, count, acc, force);
     }
 }
 
@@ -320,9 +232,7 @@ static __attribute__((noinline)) double one_load(struct one one, const struct jo
     double most = 0;
     for (int b = 0; b < one_blocks(tree); b++) {
         int begin = b * DYNAMICS_BLOCK, count = block_count(tree->n, b);
-        struct turns *turns = one_turns(&one, b);
-        // what was lent is written over
-        if (one.huge) block_turns(turns, tree, one.phi, one.rate, begin, count);
+        const struct turns *turns = &one.turns[b];
         for (int i = 0; i < count; i++) {
             unsigned how = tree->kin[begin + i];
             if (!(how & PEND_KIN_FIRST)) {
@@ -364,22 +274,12 @@ VEC_INLINE int one_sweeps(const struct one *one) {
     return climb.eff * (far + spin) <= most || one_load(*one, climb.joint, climb.unit) <= most;
 }
 
-HUGE int kernel_huge(const struct pend_tree *tree, const struct pend_loads *loads,
-                     const double phi[], const double rate[], double work[], double acc[],
-                     double force[]) {
-    struct turns *turns = (struct turns *)work;
-    const struct one one = {
-        tree, loads->gravity, phi, rate, acc, force, turns, (struct joint *)(turns + 1), 1};
-    return one_sweeps(&one);
-}
-
 static int kernel_blocks(const struct pend_tree *tree, const struct pend_loads *loads,
                          const double phi[], const double rate[], double work[], double acc[],
                          double force[]) {
-    if (tree->n >= HUGE_ARMS) return kernel_huge(tree, loads, phi, rate, work, acc, force);
     struct turns *turns = (struct turns *)work;
     struct joint *joint = (struct joint *)(turns + one_blocks(tree));
-    const struct one one = {tree, loads->gravity, phi, rate, acc, force, turns, joint, 0};
+    const struct one one = {tree, loads->gravity, phi, rate, acc, force, turns, joint};
     return one_sweeps(&one);
 }
 

@@ -10,7 +10,6 @@ slack=20 # percent: what compilers differ by
 # function, arms times states times steps that it runs, instructions for each with avx2
 figures='
 count_one          1024  109
-count_huge         8192  169
 count_chain        1024   44
 count_lanes        1024   43
 count_taylor_small  200 1890
