@@ -1,6 +1,6 @@
-/* The running server: its parts in the order they need each other, and its end.
+/* Starts and ends the parts of a server in the order in which they need each other.
  * Leaves to others: the command line and signals (main).
- * Invariant: what was started is ended in reverse; an accepted request is answered before its
+ * Invariant: parts are ended in the reverse order; an accepted request is answered before its
  * connection is closed. */
 #ifndef SRV_DAEMON_H
 #define SRV_DAEMON_H
@@ -14,7 +14,7 @@ struct srv_daemon;
  *
  * config  copied.
  *
- * PEND_INVALID, PEND_NO_MEMORY  error says what could not be started and why.
+ * PEND_INVALID, PEND_NO_MEMORY  error says which part could not be started, and why.
  */
 PEND_MUST_CHECK enum pend_status srv_daemon_new(struct srv_daemon **daemon,
                                                 const struct srv_config *config,
@@ -26,8 +26,8 @@ const char *srv_daemon_url(const struct srv_daemon *daemon);
 /** The log, for messages. */
 struct srv_log *srv_daemon_log(const struct srv_daemon *daemon);
 
-/** Seconds since when it found no part of a job to compute; 0 while it has one, or computes none
- * at all. */
+/** Returns for how many seconds it has found no part of a job to compute; 0 if it has one, or
+ * computes no jobs. */
 double srv_daemon_idle(struct srv_daemon *daemon);
 
 /** Puts options in force without a restart, as srv_reload does. */
@@ -35,25 +35,25 @@ PEND_MUST_CHECK enum pend_status srv_daemon_reload(struct srv_daemon *daemon,
                                                    const struct srv_config *next,
                                                    struct pend_error *error);
 
-/** Opens the log's file anew, as whoever moved it away wants it. */
+/** Opens the log's file again, after a program that rotates logs has moved it. */
 void srv_daemon_reopen(struct srv_daemon *daemon);
 
-/** Seconds that a drain may take, as they are in force. */
+/** Seconds that a drain may take, of the options in force. */
 double srv_daemon_patience(const struct srv_daemon *daemon);
 
 /**
- * Goes one step towards the end, and says how far it is: stops listening at once, gives back the
- * parts of jobs, answers what runs and what still comes on open connections, each of which ends
- * with its answer, and sees every answer off. To be called again every few milliseconds.
+ * Goes one step towards the end: stops listening, gives back the parts of jobs, and answers
+ * requests that are being computed or still arrive on open connections, each of which is closed
+ * after its answer. To be called again every few milliseconds.
  *
- * hurry  non-zero: what runs is ended now, what comes is not begun, and both are answered 503; idle
+ * hurry  non-zero: computations are ended, new ones are not begun, both are answered 503, and idle
  *        connections are not waited for.
  *
- * Returns 1 when nothing is left to wait for.
+ * Returns 1 when all answers were sent and nothing is left to wait for.
  */
 int srv_daemon_drain(struct srv_daemon *daemon, int hurry);
 
-/** Ends everything; what is still running is ended as srv_daemon_drain does in a hurry. */
+/** Ends the server; computations that still run are ended as by srv_daemon_drain in a hurry. */
 void srv_daemon_free(struct srv_daemon **daemon);
 
 #endif

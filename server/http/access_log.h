@@ -1,6 +1,6 @@
-/* A request that is over, in the metrics and in the log.
- * Leaves to others: when it is over, and how it ended (http). Invariant: every request is
- * entered once. */
+/* Enters a request that has ended in the metrics and in the log.
+ * Leaves to others: when a request has ended, and how (connection).
+ * Invariant: every request is entered once. */
 #ifndef SRV_ACCESS_LOG_H
 #define SRV_ACCESS_LOG_H
 
@@ -10,7 +10,7 @@
  * Enters a request.
  *
  * outcome  a word, see the README; static.
- * status   that its client was told, 0 = none.
+ * status   HTTP status that the client was sent, 0 = none.
  */
 void srv_access_log_enter(const struct srv_exchange *exchange, const char *outcome, int status);
 

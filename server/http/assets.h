@@ -1,7 +1,7 @@
 /* The page's files and the API's description, compiled in: the routes /, /docs,
  * /page/DIGEST/FILE and /openapi.json.
  * Leaves to others: the files themselves (web/), making them C (assets_embed.py).
- * Invariant: what lies under /page/DIGEST never changes, so that a browser may keep it for ever. */
+ * Invariant: files under /page/DIGEST never change, so a browser may keep them for ever. */
 #ifndef SRV_ASSETS_H
 #define SRV_ASSETS_H
 
@@ -32,7 +32,7 @@ void srv_assets_docs(struct srv_exchange *exchange);
 /** GET /openapi.json. */
 void srv_assets_description(struct srv_exchange *exchange);
 
-/** GET /page/{digest}/{file}: what the two are made of. 404 for another build's digest. */
+/** GET /page/{digest}/{file}: scripts, styles and fonts of both. 404 for another build's digest. */
 void srv_assets_file(struct srv_exchange *exchange);
 
 #endif

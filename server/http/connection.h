@@ -1,9 +1,8 @@
-/* A connection's life, as libmicrohttpd tells it: its requests become exchanges one after the
- * other, and these answers.
- * Leaves to others: listening and libmicrohttpd's options (http), fields of an answer
- * (response), reading along (recv_hook).
- * Invariant: nothing here computes or waits; the connection of an exchange that is with a worker
- * is suspended, and its exchange is not looked at. */
+/* The callbacks of libmicrohttpd for connections and requests: each request becomes an exchange,
+ * and each answered exchange a response. Leaves to others: listening and libmicrohttpd's options
+ * (http), the fields of a response (response), reading from sockets (recv_hook). Invariant: nothing
+ * here computes or waits; while a worker has an exchange its connection is suspended, and the
+ * exchange is not used here. */
 #ifndef SRV_CONNECTION_H
 #define SRV_CONNECTION_H
 
@@ -21,19 +20,17 @@ struct srv_connections {
     int wake; /* an eventfd: readable when the thread of the sockets is to look again */
 };
 
-/** Of MHD_start_daemon: may somebody connect? Who has far more connections than a client may have
- * is not even told. */
+/** Of MHD_start_daemon: whether a connection is accepted. A client that has far more than its share
+ * is closed without an answer. */
 enum MHD_Result srv_connection_allow(void *connections, const struct sockaddr *address,
                                      socklen_t bytes);
 
-/** MHD_OPTION_NOTIFY_CONNECTION: a connection begins, and the exchange that it has for its
- * requests; or it has ended.
- */
+/** MHD_OPTION_NOTIFY_CONNECTION: a connection begins or has ended. */
 void srv_connection_notify(void *connections, struct MHD_Connection *mhd, void **socket,
                            enum MHD_ConnectionNotificationCode code);
 
-/** MHD_OPTION_URI_LOG_CALLBACK: a request begins. Returns the connection, NULL where the request
- * is not served. */
+/** MHD_OPTION_URI_LOG_CALLBACK: a request begins. Returns the connection, NULL if the request is
+ * not served. */
 void *srv_connection_target(void *connections, const char *target, struct MHD_Connection *mhd);
 
 /** What MHD_start_daemon calls for a request's head, each piece of its body, its end, and once
@@ -42,7 +39,7 @@ enum MHD_Result srv_connection_request(void *connections, struct MHD_Connection 
                                        const char *url, const char *method, const char *version,
                                        const char *data, size_t *bytes, void **state);
 
-/** MHD_OPTION_NOTIFY_COMPLETED: a request is over, in whatever way. */
+/** MHD_OPTION_NOTIFY_COMPLETED: a request has ended, in any way. */
 void srv_connection_completed(void *connections, struct MHD_Connection *mhd, void **state,
                               enum MHD_RequestTerminationCode code);
 

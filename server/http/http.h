@@ -1,7 +1,6 @@
-/* HTTP on sockets: libmicrohttpd with its options, from listening to the last connection.
- * Leaves to others: what becomes of a connection and its requests (connection), slow and absent
- * clients (watch).
- * Invariant: its one thread never computes and never waits for anything but sockets. */
+/* Serves HTTP on a listening socket by libmicrohttpd.
+ * Leaves to others: connections and their requests (connection), slow and absent clients (watch).
+ * Invariant: its one thread never computes, and waits for sockets only. */
 #ifndef SRV_HTTP_H
 #define SRV_HTTP_H
 
@@ -25,10 +24,9 @@ PEND_MUST_CHECK enum pend_status srv_http_new(struct srv_http **http, struct srv
                                               struct pend_error *error);
 
 /**
- * Goes one step towards not listening any more, without turning away who has connected or is about
- * to.
+ * Goes one step towards not listening any more; connections that were begun are still accepted.
  *
- * Returns 1 once it does not listen and everybody who was let in has a connection; that is twice
+ * Returns 1 once the socket is closed and every accepted connection is served; that is twice
  * SRV_HTTP_SETTLE_MS after the first call.
  */
 int srv_http_quiesce(struct srv_http *http);

@@ -1,7 +1,7 @@
-/* What supervisors and load balancers ask: /healthz and /readyz.
+/* The routes for supervisors and load balancers: /healthz, /version and /readyz.
  * Leaves to others: what is counted (metrics).
- * Invariant: answers from memory, at once; a store that is away takes nothing away that needs no
- * store. */
+ * Invariant: they answer at once, from memory; a store that is out of reach changes only what needs
+ * the store. */
 #ifndef SRV_PROBES_H
 #define SRV_PROBES_H
 
@@ -14,11 +14,11 @@ void srv_probes_health(struct srv_exchange *exchange);
 void srv_probes_version(struct srv_exchange *exchange);
 
 /**
- * GET /readyz: 200 while the process takes what is for its role; the body says what it cannot do
- * just now.
+ * GET /readyz: 200 while the process takes requests of its role; the body says what it cannot do
+ * now.
  *
- * ?need=jobs asks whether jobs are taken and computed as well. A process of the role worker is
- * there for nothing else, and is always asked that. 503 with Retry-After where the answer is no,
+ * ?need=jobs asks whether jobs are taken and computed as well; a process of the role worker always
+ * answers that question. 503 with Retry-After where the answer is no,
  * 422 for another query.
  */
 void srv_probes_readiness(struct srv_exchange *exchange);

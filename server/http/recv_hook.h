@@ -1,35 +1,38 @@
-/* What libmicrohttpd reads goes through here: the strict reader sees every byte first.
+/* The recv that libmicrohttpd calls: the strict reader sees every byte before libmicrohttpd does.
  * Leaves to others: libmicrohttpd itself and what a connection is (http), the bytes (http_strict).
- * Invariant: on a thread that has not said that it reads here, recv is the C library's. */
+ * Invariant: on a thread that has not called srv_recv_hooks_here, recv is the C library's. */
 #ifndef SRV_RECV_HOOK_H
 #define SRV_RECV_HOOK_H
 
 #include "server/protocol/http_strict.h"
 
-/* A connection as its bytes come. */
+/* One connection. */
 struct srv_recv_hook {
     struct srv_http_strict strict;
-    void (*begins)(struct srv_recv_hook *hook);  /* the first bytes of a request have come */
-    void (*refuses)(struct srv_recv_hook *hook); /* the strict reader has refused the stream, and
-                                                    all before that was handed on */
+    void (*begins)(struct srv_recv_hook *hook);  /* called at the first bytes of a request */
+    void (*refuses)(struct srv_recv_hook *hook); /* called when the strict reader has refused the
+                                                    stream and all before that was passed on */
 };
 
-/* All of them, by their sockets. */
+/* All connections, by their sockets. */
 struct srv_recv_hooks {
     struct srv_recv_hook **by_fd;
     int fds; /* room in by_fd */
 };
 
+/** Prepares it, without connections. */
 void srv_recv_hooks_init(struct srv_recv_hooks *hooks);
 
+/** Frees it; no connection may be left. */
 void srv_recv_hooks_clear(struct srv_recv_hooks *hooks);
 
-/** From now on the calling thread reads through these. */
+/** Makes the calling thread read through these hooks from now on. */
 void srv_recv_hooks_here(struct srv_recv_hooks *hooks);
 
 /** Adds a connection; returns 0 without memory. */
 int srv_recv_hooks_add(struct srv_recv_hooks *hooks, int fd, struct srv_recv_hook *hook);
 
+/** Removes a connection before its socket is closed. */
 void srv_recv_hooks_remove(struct srv_recv_hooks *hooks, int fd);
 
 #endif

@@ -1,5 +1,5 @@
-/* A request's head, once the strict reader has let it pass: the fields that matter, the length
- * of the body, the target.
+/* Reads a request's head that the strict reader has accepted: the fields that matter, the length of
+ * the body, the target.
  * Leaves to others: the form of a message (http_strict), what the path means (router).
  * Invariant: a field that may come once and comes twice with two meanings is refused. */
 #ifndef SRV_REQUEST_HEAD_H
@@ -8,11 +8,11 @@
 #include "server/work/exchange.h"
 
 /**
- * Takes in one field of the head.
+ * Notes one field of the head.
  *
  * name, value  must live as long as the exchange's request.
  *
- * Returns 1 when it is good. Else the exchange is answered (400 or 431).
+ * Returns 1 if it is well-formed. Else the exchange is answered (400 or 431).
  */
 int srv_request_head_field(struct srv_exchange *exchange, const char *name, const char *value);
 
@@ -21,10 +21,10 @@ int srv_request_head_field(struct srv_exchange *exchange, const char *name, cons
 int srv_request_head_relayed(const char *name);
 
 /**
- * Reads the head as a whole, once every field was taken in: the length of the body, the
+ * Reads the head as a whole, after every field was noted: the length of the body, the
  * expectation, and the target, which is taken apart into path and query.
  *
- * Returns 1 when it is good. Else the exchange is answered (400, 413, 414 or 417).
+ * Returns 1 if it is well-formed. Else the exchange is answered (400, 413, 414, 415 or 417).
  */
 int srv_request_head_head(struct srv_exchange *exchange);
 

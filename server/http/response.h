@@ -1,7 +1,7 @@
-/* Answered exchanges as bytes: whole, as a stream, or written past libmicrohttpd where that
- * takes none.
- * Leaves to others: connections and requests (http), what an answer says (exchange).
- * Invariant: with http the only file that knows libmicrohttpd; every answer has its request id. */
+/* Makes libmicrohttpd's response of an answered exchange, complete or as a stream; or writes the
+ * answer to the socket where libmicrohttpd accepts none.
+ * Leaves to others: connections and requests (connection), what an answer says (exchange).
+ * Invariant: every answer has its request id. */
 #ifndef SRV_RESPONSE_H
 #define SRV_RESPONSE_H
 
@@ -9,11 +9,11 @@
 
 #include "server/work/exchange.h"
 
-/* What a stream's answer needs of its connection. */
+/* What the response of a stream needs of its connection. */
 struct srv_response_stream {
     struct srv_exchange *exchange;
-    /** The client did or did not get bytes: so many since the answer began; 0 = it waits for the
-     * next. */
+    /** Says how many bytes the client was given since the answer began; 0 = it waits for the next
+     * ones. */
     void (*moved)(struct srv_exchange *exchange, uint64_t bytes);
     /** Suspends the connection until the exchange's finish. */
     void (*pause)(struct srv_exchange *exchange);
@@ -21,22 +21,21 @@ struct srv_response_stream {
     int broken; /* out: its computation failed, or was ended, before the body was complete */
 };
 
-/** The client's own request id, or a new one: numbers of one process never repeat, and look
+/** Sets the request id: the client's own, or a new one; those of one process never repeat, and look
  * random. */
 void srv_response_identify(struct srv_exchange *exchange);
 
 /**
- * Makes libmicrohttpd's answer of an exchange.
+ * Makes libmicrohttpd's response of an exchange.
  *
- * stream  of one whose body is a stream; must outlive the answer.
+ * stream  used if the body is a stream; must outlive the response.
  *
  * Returns NULL without memory.
  */
 struct MHD_Response *srv_response_new(const struct srv_exchange *exchange,
                                       struct srv_response_stream *stream);
 
-/** Writes an exchange's answer straight to a socket, without waiting; the connection must end
- * then. */
+/** Writes an exchange's answer to a socket without waiting; the connection must be closed then. */
 void srv_response_refuse(struct srv_exchange *exchange, int fd);
 
 #endif

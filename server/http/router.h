@@ -1,5 +1,5 @@
-/* The one table of routes: which method and path leads where.
- * Leaves to others: computing (compute), the message's form (request_head).
+/* The table of routes, and the stages that every request passes in order.
+ * Leaves to others: computing (compute), the form of a head (request_head), who asks (admission).
  * Invariant: a path of the table is answered for every method: the route, HEAD as GET, OPTIONS,
  * or 405 with Allow. */
 #ifndef SRV_ROUTER_H
@@ -8,18 +8,18 @@
 #include "api/op/op.h"
 #include "server/work/exchange.h"
 
-/** A route's own answer, given at once on the socket's thread: must not wait or compute. */
+/** Answers a route at once, on the sockets' thread: must not wait or compute. */
 typedef void srv_handle_fn(struct srv_exchange *exchange);
 
-/** A route's own answer that takes time; the exchange comes back through its finish. */
+/** Begins to answer a route whose answer takes time; the exchange's finish is called when it is
+ * answered. */
 typedef void srv_begin_fn(struct srv_exchange *exchange);
 
 /* What is special about a route. */
 enum {
     SRV_ROUTE_CLOSED = 1, /* web pages of other origins may not ask for it unless they are listed */
-    SRV_ROUTE_ANY_HOST = 2, /* any Host is good: it says nothing but how the process is */
-    SRV_ROUTE_ANY_ADDRESS =
-        4, /* any Host that is an address: by it those ask who look after the process */
+    SRV_ROUTE_ANY_HOST = 2,    /* any Host is accepted: the answer says only how the process is */
+    SRV_ROUTE_ANY_ADDRESS = 4, /* any Host that is an address is accepted, as monitors use them */
     SRV_ROUTE_COUNTED = 8 /* each request counts against its client's quota, as one does that an
                              operation answers */
 };
@@ -29,8 +29,8 @@ struct srv_route {
         *method; /* GET also serves HEAD; POST also QUERY, where an operation of api answers */
     const char *pattern; /* "/v1/presets/{name}": one variable part at most, or two at the end that
                             take all of it */
-    srv_handle_fn *handle; /* answers at once; NULL: see begin */
-    srv_begin_fn *begin;   /* takes its time; NULL: a worker runs the operation */
+    srv_handle_fn *handle; /* answers at once; NULL: see `begin` */
+    srv_begin_fn *begin;   /* answers later; NULL: a worker runs the operation */
     enum api_op_id op;
     const char *label; /* for the metrics: method and pattern */
     unsigned special;  /* SRV_ROUTE_... */
@@ -64,7 +64,7 @@ int srv_router_head(struct srv_exchange *exchange);
  */
 int srv_router_body(struct srv_exchange *exchange);
 
-/** Hands an exchange that has passed all stages to whoever answers it. */
+/** Hands an exchange that has passed all stages to the route's `begin`, to jobs or to compute. */
 void srv_router_hand(struct srv_exchange *exchange);
 
 #endif

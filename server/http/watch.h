@@ -1,9 +1,8 @@
-/* The eye on every open connection: clients that go away, that drip, or that do not take their
- * answer.
+/* Watches every open connection for clients that leave, that send too slowly, or that do not take
+ * their answer.
  * Leaves to others: reading and writing (http); an inactive connection in general
  * (libmicrohttpd's own timeout).
- * Invariant: a socket is touched only while it is watched, and its owner cannot close it in that
- * moment. */
+ * Invariant: a socket is used only while it is watched, and its owner cannot close it meanwhile. */
 #ifndef SRV_WATCH_H
 #define SRV_WATCH_H
 
@@ -15,7 +14,7 @@
 
 enum {
     SRV_WATCH_TICK_MS = 25,    /* how often waiting clients are looked at */
-    SRV_WATCH_MOMENT_MS = 250, /* how long a drain waits for what a client may be about to do */
+    SRV_WATCH_MOMENT_MS = 250, /* how long a drain waits for a request that may be arriving */
     SRV_WATCH_LINGER_MS =
         2000, /* how long a connection that was refused in mid-request is read on, at most */
     SRV_WATCH_LINGERING = 1024 /* how many of them there are at most */
@@ -24,11 +23,11 @@ enum {
 /* What a connection is doing. */
 enum srv_watch_phase {
     SRV_WATCH_IDLE,    /* no request is under way: ends at the deadline */
-    SRV_WATCH_READING, /* a request comes in: must be there at the deadline, else 408 and the end */
-    SRV_WATCH_WAITING, /* a request is being computed: nobody else sees when the client goes away */
-    SRV_WATCH_SENDING, /* an answer goes out: must be taken at the deadline, else the end */
+    SRV_WATCH_READING, /* a request arrives: at the deadline 408 is sent and the connection ends */
+    SRV_WATCH_WAITING, /* a request is computed: libmicrohttpd does not see the client leave */
+    SRV_WATCH_SENDING, /* an answer is sent: at the deadline the connection ends */
     SRV_WATCH_STREAMING, /* the same, of an answer that is computed meanwhile */
-    SRV_WATCH_LISTENING  /* a client waits for news, for long: looked at now and then */
+    SRV_WATCH_LISTENING  /* a stream of events is open: the client is looked at rarely */
 };
 
 /* One connection, inside its owner's structure; the fields are the watch's, but fd, left and
@@ -43,10 +42,10 @@ struct srv_watched {
     enum srv_watch_phase phase;
     int64_t deadline;   /* ns of srv_clock_now, 0 = none */
     int64_t since;      /* ns: when it became idle */
-    atomic_int late;    /* 408 was said */
+    atomic_int late;    /* 408 was sent */
     atomic_int relayed; /* a proxy's; set by the owner */
     int served;         /* a request of it is over */
-    int seen;           /* how often in a row the end of the client's stream was seen */
+    int seen;           /* ticks in a row at which the end of the client's stream was seen */
 };
 
 struct srv_watch;
@@ -61,20 +60,20 @@ PEND_MUST_CHECK enum pend_status srv_watch_new(struct srv_watch **watch);
 /** How many sockets may linger at one time, SRV_WATCH_LINGERING at most; before the first does. */
 void srv_watch_lingering(struct srv_watch *watch, int most);
 
-/** Ends the thread, and closes what lingers; nothing may be watched any more. */
+/** Ends the thread and closes the sockets that linger; no connection may be watched. */
 void srv_watch_free(struct srv_watch **watch);
 
 /** Begins to watch a new connection, which is idle; fd and left are set. */
 void srv_watch_add(struct srv_watch *watch, struct srv_watched *watched, int64_t deadline);
 
-/** Ends it; afterwards neither the socket nor the structure is touched. */
+/** Stops watching; afterwards neither the socket nor the structure is used. */
 void srv_watch_remove(struct srv_watch *watch, struct srv_watched *watched);
 
-/** Says what the connection does from now on, and until when. */
+/** Sets the phase of a connection and its deadline. */
 void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched,
                      enum srv_watch_phase phase, int64_t deadline);
 
-/** Calls left for every waiting, streaming or listening connection: the server is stopping. */
+/** Calls `left` for every waiting, streaming or listening connection, as the server is stopping. */
 void srv_watch_leave_all(struct srv_watch *watch);
 
 /**
@@ -91,8 +90,8 @@ void srv_watch_leave_all(struct srv_watch *watch);
 int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience);
 
 /**
- * Keeps a connection from being reset under an answer that says no while the client is still
- * sending: its socket is shut for writing and read on, unheeded, until the client ends, a limit is
+ * Keeps a connection from being reset under a refusal while the client is still sending: the socket
+ * is shut for writing, and its bytes are read and dropped, until the client closes it, a limit is
  * reached, or the watch is freed.
  *
  * fd  a duplicate, taken; the owner may close its own at once.

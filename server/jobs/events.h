@@ -1,8 +1,8 @@
-/* Who listens to the progress of jobs: streams of server-sent events, and the one thread that
- * looks for what is new.
+/* Streams of server-sent events about the progress of jobs, and the one thread that asks the store
+ * for changes.
  * Leaves to others: jobs themselves (store), connections (http), a job as JSON (job_view).
- * Invariant: an open stream holds one event's memory, no worker and no thread; a reader that is
- * slow misses steps, never the last word. */
+ * Invariant: an open stream holds the memory of one event, no worker and no thread; a slow reader
+ * may miss events, but not the last one. */
 #ifndef SRV_EVENTS_H
 #define SRV_EVENTS_H
 
@@ -19,7 +19,7 @@ enum {
 struct srv_events;
 
 /**
- * Nobody listens yet.
+ * Makes it, without listeners and without its thread.
  *
  * service  outlives it.
  * most     streams that may be open.
@@ -32,24 +32,23 @@ PEND_MUST_CHECK enum pend_status srv_events_new(struct srv_events **events,
 /** Starts its thread, once service->storage is there. PEND_NO_MEMORY when that cannot be had. */
 PEND_MUST_CHECK enum pend_status srv_events_start(struct srv_events *events);
 
-/** Ends its thread; nobody may listen any more. */
+/** Ends its thread; no stream may be open. */
 void srv_events_end(struct srv_events *events);
 
 /** Frees, after the end. NULL is accepted. */
 void srv_events_free(struct srv_events **events);
 
-/** Some job may have got on. Any thread; NULL is accepted. */
+/** Says that the state of some job may have changed. Any thread; NULL is accepted. */
 void srv_events_news(struct srv_events *events);
 
-/** What tells a job's state from its states before and after, as the `id` of an event:
- * "running-12". */
+/** Writes the `id` of an event, which is different for each state of a job: "running-12". */
 void srv_events_id(const struct srv_job *job, char id[SRV_EVENT_ID]);
 
 /**
- * Answers an exchange with a stream of a job's events, beginning with its state now unless `last`
- * is the id of that.
+ * Answers an exchange with a stream of a job's events, beginning with its present state unless
+ * `last` is the id of that state.
  *
- * PEND_LIMIT     too many streams are open; `own` is set where it is the client who has too many.
+ * PEND_LIMIT     too many streams are open; `own` is set if it is the client that has too many.
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status srv_events_open(struct srv_events *events,
@@ -61,11 +60,11 @@ PEND_MUST_CHECK enum pend_status srv_events_open(struct srv_events *events,
 long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,
                      void (*pause)(struct srv_exchange *));
 
-/** The reader is gone, or the server is stopping and wants the stream to end. Any thread. */
+/** Ends a stream because its reader is gone or the server is stopping. Any thread. */
 void srv_events_leave(struct srv_exchange *exchange, enum srv_stop why);
 
-/** Ends every stream after what was told: the clients come again, to whom they find. Any thread;
- * NULL is accepted. */
+/** Ends every stream after its last event; the clients connect again, to another process if this
+ * one does not listen. Any thread; NULL is accepted. */
 void srv_events_drain(struct srv_events *events);
 
 #endif

@@ -1,4 +1,4 @@
-/* What a job found out, in the representation that is asked for.
+/* The route of a job's results, in the representation that the client accepts.
  * Leaves to others: the encoding (compute, api/call/results), the parts in the store.
  * Invariant: the same job, representation and engine: the same bytes, whenever and from
  * whichever process. */

@@ -1,6 +1,6 @@
 /* A job of the store as its client reads it.
- * Leaves to others: the JSON (api/call/job_json), who may see it (jobs). Invariant: says nothing
- * that the store did not. */
+ * Leaves to others: the JSON (api/call/job_json), who may read it (jobs).
+ * Invariant: every value comes from the store's row. */
 #ifndef SRV_JOB_VIEW_H
 #define SRV_JOB_VIEW_H
 
@@ -11,10 +11,10 @@
 /** The word of a state, as OGC API - Processes has it: "running". */
 const char *srv_job_word(enum srv_job_state state);
 
-/** What is written of a job; its texts are the job's. */
+/** The values that a job's JSON shows; the texts point into `job`. */
 struct api_job srv_job_view(const struct srv_job *job);
 
-/** True once nothing of it will change any more. */
+/** True for a job in a final state. */
 int srv_job_over(const struct srv_job *job);
 
 #endif

@@ -1,25 +1,25 @@
-/* The routes of jobs: how a request becomes one, and what its client can ask of it.
+/* The routes of jobs: creating, listing, reading and dismissing them, and their events.
  * Leaves to others: keeping jobs (store), computing them (part_runner), their JSON
  * (api/call/job_json), results (job_results).
- * Invariant: every exchange that comes in goes out through its finish, once; a job that was told
- * of is kept. */
+ * Invariant: the finish of every exchange is called exactly once; a job is in the store before the
+ * client is told of it. */
 #ifndef SRV_JOBS_H
 #define SRV_JOBS_H
 
 #include "server/work/exchange.h"
 
-/** True where the client prefers a job and this server keeps jobs: Prefer: respond-async on a
- * route that answers a table. */
+/** True if the client prefers a job (Prefer: respond-async), the route answers a table, and this
+ * server keeps jobs. */
 int srv_jobs_wanted(const struct srv_exchange *exchange);
 
 /** Makes a job of a request: 202, with the job as JSON and where it is. */
 void srv_jobs_submit(struct srv_exchange *exchange);
 
-/** GET /v1/jobs: the client's own, newest first; 401 for who has neither token nor account: what
- * comes from an address may be many people's. */
+/** GET /v1/jobs: the client's own, newest first; 401 for a client without token and account, since
+ * many people may share an address. */
 void srv_jobs_list(struct srv_exchange *exchange);
 
-/** GET /v1/jobs/{id}. Who knows the id may ask. */
+/** GET /v1/jobs/{id}. Whoever knows the id may ask. */
 void srv_jobs_read(struct srv_exchange *exchange);
 
 /** GET /v1/jobs/{id}/events: its progress as server-sent events, until it has ended. Who knows
@@ -27,12 +27,12 @@ void srv_jobs_read(struct srv_exchange *exchange);
 void srv_jobs_events(struct srv_exchange *exchange);
 
 /**
- * DELETE /v1/jobs/{id}: for the token or account that posted it; where none did, for who comes from
- * the same address and knows the id.
+ * DELETE /v1/jobs/{id}: allowed for the token or account that posted the job; if it was posted
+ * without either, for clients of the same address.
  *
- * Anybody else gets 403, not 404: to know the id is to be allowed to read the job, so there is
- * nothing to hide, and who has forgotten a token should hear of it. Without a token, one that was
- * posted with one answers 401.
+ * Other clients get 403, not 404: whoever knows the id may read the job, so its existence is no
+ * secret, and a client that sent the wrong token should be told. A request without a token for a
+ * job that was posted with one gets 401.
  */
 void srv_jobs_dismiss(struct srv_exchange *exchange);
 

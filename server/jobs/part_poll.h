@@ -1,6 +1,6 @@
-/* Which of some jobs have ended, asked of the store by reading.
+/* A question to the store: which jobs of a list have ended.
  * Leaves to others: which jobs, and what follows (part_runner).
- * Invariant: a job that cannot be read just now is not said to have ended. */
+ * Invariant: a job that cannot be read is not reported as ended. */
 #ifndef SRV_PART_POLL_H
 #define SRV_PART_POLL_H
 
@@ -12,25 +12,25 @@ struct srv_part_poll {
     int count; /* jobs that are listed; its owner sets it to 0 */
     struct {
         char id[SRV_ID_BYTES];
-        int ended; /* out; a job that is not known has */
+        int ended; /* out; also 1 for a job that the store does not have */
     } job[];
 };
 
 /**
- * A poll that lists nothing yet.
+ * Makes a poll with an empty list.
  *
  * most     jobs that it may list.
- * done     called when the answer is there, on a thread of the storage.
+ * done     called on a thread of the storage when the store has answered.
  * context  for done.
  *
  * NULL without memory; ends with free().
  */
 struct srv_part_poll *srv_part_poll_new(int most, void (*done)(struct srv_ask *ask), void *context);
 
-/** Lists a job, once however often it is listed; not while it is asked. */
+/** Adds a job to the list, unless it is there already. Not while the question is under way. */
 void srv_part_poll_list(struct srv_part_poll *poll, const char *id);
 
-/** Did a job that was listed end? */
+/** True if a job of the list has ended. */
 int srv_part_poll_ended(const struct srv_part_poll *poll, const char *id);
 
 #endif

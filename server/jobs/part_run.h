@@ -1,7 +1,9 @@
-/* A part of a job on a worker: begun, computed a piece at a time, and what is to be kept of it.
- * Leaves to others: who holds the part and what becomes of it (part_runner), what it computes
+/* A part of a job on a worker: it is begun, computed a piece at a time, and its results are held
+ * until they are stored.
+ * Leaves to others: leases and storing (part_runner), what it computes
  * (api/call/part).
- * Invariant: used by one thread at a time; a request is kept for the next part of its job. */
+ * Invariant: one thread at a time uses it, but for `stop`; the request stays for the next part of
+ * the same job. */
 #ifndef SRV_PART_RUN_H
 #define SRV_PART_RUN_H
 
@@ -25,34 +27,33 @@ struct srv_part_run {
 
 /* How a turn ended. */
 enum srv_part_run_end {
-    SRV_PART_RUN_YIELDS, /* somebody waits for the worker */
+    SRV_PART_RUN_YIELDS, /* another task waits for the worker */
     SRV_PART_RUN_STOPPED,
-    SRV_PART_RUN_DONE,  /* out and carry are whole */
+    SRV_PART_RUN_DONE,  /* out and carry are complete */
     SRV_PART_RUN_FAILED /* message says why */
 };
 
-/** No part and no request yet. */
+/** Prepares a run without a part and a request. */
 void srv_part_run_init(struct srv_part_run *run, struct srv_service *service);
 
 /** Frees what it holds. */
 void srv_part_run_clear(struct srv_part_run *run);
 
-/** Makes room for a job's request, which its owner then fills in; nothing is kept of the one
- * before. */
+/** Frees the request; the owner then sets that of another job. */
 void srv_part_run_forget(struct srv_part_run *run);
 
 /** Frees what was computed, but not the request. */
 void srv_part_run_drop(struct srv_part_run *run);
 
-/** Says what the job's client is to read. */
+/** Sets the message that the client of a failed job reads. */
 void srv_part_run_say(struct srv_part_run *run, const char *message);
 
 /**
- * Computes on until the part is over, somebody waits, or `stop` is set, which is seen within a
- * piece of a millisecond.
+ * Computes until the part is complete, another task waits, or `stop` is set, which is looked at
+ * after each piece of about a millisecond.
  *
  * lease  of the part; the run's request is its job's.
- * level  of the queue on which it runs: whoever is above goes first.
+ * level  of the queue on which it runs: it yields to tasks of lower levels.
  */
 enum srv_part_run_end srv_part_run_turn(struct srv_part_run *run, const struct srv_lease *lease,
                                         int level);

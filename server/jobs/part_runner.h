@@ -1,9 +1,9 @@
-/* Jobs computed by the workers: parts are claimed from the store, run in turns on the queue's
- * lowest level, and kept.
- * Leaves to others: what a part computes (api/call/part), who may hold it (store), the threads
+/* Computes jobs: claims their parts from the store, runs them on the workers at the queue's last
+ * level, and stores the results.
+ * Leaves to others: what a part computes (api/call/part), leases (store), the threads
  * (workers, storage).
- * Invariant: a part is kept by the attempt that holds its lease, or not at all; whoever waits
- * goes first. */
+ * Invariant: the result of a part is stored only by the attempt that holds its lease; requests that
+ * wait for a worker are computed first. */
 #ifndef SRV_PART_RUNNER_H
 #define SRV_PART_RUNNER_H
 
@@ -12,10 +12,11 @@
 struct srv_part_runner;
 
 /**
- * A runner that does nothing yet.
+ * Makes a runner, without its thread.
  *
  * service  outlives it.
- * parts    that are held at a time, but for small ones; 0 = this process computes no jobs.
+ * parts    number of parts that are held at a time, not counting small ones; 0 = this process
+ *          computes no jobs.
  *
  * PEND_NO_MEMORY
  */
@@ -28,21 +29,23 @@ PEND_MUST_CHECK enum pend_status srv_part_runner_start(struct srv_part_runner *r
 /** Frees a runner that was not started, or has drained. */
 void srv_part_runner_free(struct srv_part_runner **runner);
 
-/** There may be something to claim or to stop, by whomever. Any thread; the storage's news. */
+/** Says that there may be parts to claim or jobs that have ended, in any process. Any thread; the
+ * storage calls it. */
 void srv_part_runner_news(void *runner);
 
-/** A job was dismissed in this process: what runs of it stops at its next turn. Any thread. */
+/** Stops the parts of a job that was dismissed in this process, each at its next turn. Any thread.
+ */
 void srv_part_runner_dismiss(struct srv_part_runner *runner, const char *job);
 
-/** Seconds since when the store had nothing to compute and nothing was held here; 0 while there
- * is, or nobody knows. */
+/** Returns for how many seconds the store has had no part to compute and this process has held
+ * none; 0 if there are parts, or the store does not answer. */
 double srv_part_runner_idle(struct srv_part_runner *runner);
 
 /**
- * Claims nothing more and gives back what runs, each at its next turn. To be called again every few
- * milliseconds.
+ * Stops claiming and gives back the parts that are held, each at its next turn. To be called again
+ * every few milliseconds.
  *
- * Returns 1 when nothing is held any more, or the store cannot be told: then the leases run out.
+ * Returns 1 when no part is held, or the store is out of reach: then the leases run out.
  */
 int srv_part_runner_drain(struct srv_part_runner *runner);
 

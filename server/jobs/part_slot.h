@@ -1,8 +1,7 @@
-/* A part of a job that this process holds, or room for one, and what is asked of the store about
- * it.
- * Leaves to others: when to ask and what follows an answer (part_runner), computing (part_run).
- * Invariant: beside the beat, which only holds the part for longer, at most one question is
- * under way. */
+/* A slot for one part of a job that this process holds under a lease, and the questions to the
+ * store about it. Leaves to others: when to ask, and what follows from an answer (part_runner),
+ * computing (part_run). Invariant: at most one question is under way, and at most one beat, which
+ * extends the lease. */
 #ifndef SRV_PART_SLOT_H
 #define SRV_PART_SLOT_H
 
@@ -12,11 +11,11 @@
 /* What a slot is doing. */
 enum srv_part_slot_state {
     SRV_PART_SLOT_IDLE,
-    SRV_PART_SLOT_CLAIM,   /* waits for what a claim of the runner brings */
+    SRV_PART_SLOT_CLAIM,   /* waits for the answer to a claim of the runner */
     SRV_PART_SLOT_REQUEST, /* asks for its job's request */
     SRV_PART_SLOT_COMPUTE, /* its task is in the queue or with a worker */
-    SRV_PART_SLOT_FINISH,  /* asks for the result to be kept */
-    SRV_PART_SLOT_FAIL,    /* asks for the job to be ended */
+    SRV_PART_SLOT_FINISH,  /* asks the store to keep the result */
+    SRV_PART_SLOT_FAIL,    /* asks the store to end the job */
     SRV_PART_SLOT_RETRY    /* will ask again */
 };
 
@@ -29,7 +28,7 @@ struct srv_part_slot {
     struct srv_part_runner *runner;
     const char *holder; /* in whose name parts are held, and for how long */
     int64_t lease_us;
-    struct srv_part_run run; /* who has the slot has this, but for its stop */
+    struct srv_part_run run; /* the thread that has the slot uses it; any thread sets its stop */
 
     /* under the runner's lock */
     enum srv_part_slot_state state, again; /* again: what is asked after SRV_PART_SLOT_RETRY */
@@ -41,11 +40,10 @@ struct srv_part_slot {
 };
 
 /**
- * An idle slot.
+ * Prepares an idle slot.
  *
  * slot           its service, runner, holder, lease_us and task are set, all else is zero.
- * asked, beaten  called when the answer to a question, or to a beat, is there, on a thread of the
- *                storage.
+ * asked, beaten  called on a thread of the storage when a question, or a beat, is answered.
  */
 void srv_part_slot_init(struct srv_part_slot *slot, void (*asked)(struct srv_ask *ask),
                         void (*beaten)(struct srv_ask *beat));
@@ -53,23 +51,24 @@ void srv_part_slot_init(struct srv_part_slot *slot, void (*asked)(struct srv_ask
 /** Frees what an idle slot holds. */
 void srv_part_slot_clear(struct srv_part_slot *slot);
 
-/** The slot that has this question, or this beat. */
+/** The slot that a question is of. */
 struct srv_part_slot *srv_part_slot_of_ask(struct srv_ask *ask);
+/** The slot that a beat is of. */
 struct srv_part_slot *srv_part_slot_of_beat(struct srv_ask *beat);
 
-/** Does it hold a part? With the runner's lock, as all that follows. */
+/** True if the slot holds a part. Called under the runner's lock, as all functions below. */
 int srv_part_slot_holds(const struct srv_part_slot *slot);
 
-/** Asks what the state is about: one of REQUEST, FINISH, FAIL. */
+/** Sends the question of a state: REQUEST, FINISH or FAIL. */
 void srv_part_slot_ask(struct srv_part_slot *slot, enum srv_part_slot_state state);
 
-/** Asks that the part be held for longer. */
+/** Asks the store to extend the lease. */
 void srv_part_slot_beat(struct srv_part_slot *slot);
 
-/** Does it still hold the part that the beat was of? */
+/** True if the slot still holds the part that the beat was sent for. */
 int srv_part_slot_beats(const struct srv_part_slot *slot);
 
-/** The part is out of its hands. */
+/** Makes the slot idle: it does not hold the part any more. */
 void srv_part_slot_drop(struct srv_part_slot *slot);
 
 #endif

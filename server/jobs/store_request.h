@@ -1,6 +1,6 @@
-/* An exchange on its way to the store and back, maybe by way of a worker: what the routes of
- * jobs and scenes have in common. Leaves to others: what is asked and what follows (jobs,
- * job_results, scenes). Invariant: every exchange that comes in goes out through its finish,
+/* An exchange whose answer needs a question to the store, and a worker before that if its body is
+ * to be read: what the routes of jobs and scenes have in common. Leaves to others: the question and
+ * the answer (jobs, job_results, scenes). Invariant: the finish of every exchange is called exactly
  * once, and not before the store has answered. */
 #ifndef SRV_STORE_REQUEST_H
 #define SRV_STORE_REQUEST_H
@@ -9,10 +9,10 @@
 
 enum { SRV_STORE_REQUEST_KEY = 80 };
 
-/* What a route keeps, in the words of its problems. */
+/* The words for what a route stores, in its problems. */
 struct srv_store_request_words {
     const char *many;  /* "jobs" */
-    const char *again; /* what a client that does not know whether it was kept may rely on */
+    const char *again; /* what a client may do that does not know whether it was stored */
 };
 
 struct srv_store_request {
@@ -51,20 +51,19 @@ struct srv_store_request {
 
 extern const struct srv_store_request_words srv_store_request_jobs;
 
-/** A store request for an exchange; NULL, with the exchange answered and gone, where that cannot
- * be. */
+/** Makes a store request for an exchange. Returns NULL if that is not possible; the exchange is
+ * answered then, and its finish was called. */
 struct srv_store_request *srv_store_request_begin(struct srv_exchange *exchange,
                                                   const struct srv_store_request_words *words);
 
-/** A store request for the job that the path names; NULL, with the exchange answered and gone,
- * where it cannot be one's id.
- */
+/** Makes a store request for the job that the path names. Returns NULL as srv_store_request_begin,
+ * also if that cannot be the id of a job. */
 struct srv_store_request *srv_store_request_begin_one(struct srv_exchange *exchange);
 
 /**
  * Asks the store.
  *
- * answer  called on a thread of the storage; ends the store request, or asks again.
+ * answer  called on a thread of the storage; ends the store request, or asks another question.
  */
 void srv_store_request_ask(struct srv_store_request *asked, enum srv_ask_kind kind,
                            enum srv_stored (*run)(struct srv_store *store,
@@ -72,14 +71,14 @@ void srv_store_request_ask(struct srv_store_request *asked, enum srv_ask_kind ki
                            void (*answer)(struct srv_store_request *asked, enum srv_stored stored));
 
 /**
- * Has a worker read the request, then asks the store to keep what it says.
+ * Lets a worker read the request, then asks the store to keep it.
  *
  * check   called by a worker; returns 1 when the store may be asked, else it has answered the
  *         exchange.
- * run     the question, a write.
+ * run     the question; it writes.
  * answer  as in srv_store_request_ask.
  *
- * Without room in the queue the exchange is answered and gone.
+ * If the queue is full the exchange is answered, and its finish was called.
  */
 void srv_store_request_work(
     struct srv_store_request *asked, int (*check)(struct srv_store_request *asked),
@@ -89,19 +88,19 @@ void srv_store_request_work(
 /** A question: the job of store request->id, into store request->job. */
 enum srv_stored srv_store_request_find(struct srv_store *store, struct srv_store_call *call);
 
-/** Answers what went wrong in the store; what there is none of, or too many, are jobs. */
+/** Answers with the problem that a result of the store stands for, in the words of jobs. */
 void srv_store_request_refuse(struct srv_store_request *asked, enum srv_stored stored);
 
-/** The exchange is answered and goes home; the store request is over. */
+/** Calls the finish of the answered exchange, and frees the store request. */
 void srv_store_request_end(struct srv_store_request *asked);
 
-/** The store request is over, but another has taken the exchange on. */
+/** Frees the store request; the exchange has another owner now, which will call its finish. */
 void srv_store_request_leave(struct srv_store_request *asked);
 
-/** The letters of an id. */
+/* The characters of an id. */
 extern const char srv_store_request_letters[];
 
-/** True for what may be an id. */
+/** True for a text that has the form of an id. */
 int srv_store_request_id_good(const char *id);
 
 #endif

@@ -1,6 +1,6 @@
-/* Who a request counts for, and whether that client may ask now.
- * Leaves to others: room in the queue (queue), memory (exchange), limits of a request's contents
- * (api).
+/* The stages of a request that depend on its client: who asks, and whether the quota allows it.
+ * Leaves to others: the queue's bounds (queue), memory (exchange), limits of a request's contents
+ * (api), the order of the stages (http/router).
  * Invariant: a request that is refused here has cost no more than its head. */
 #ifndef SRV_ADMISSION_H
 #define SRV_ADMISSION_H
@@ -24,15 +24,16 @@ int srv_admission_identify(struct srv_exchange *exchange);
  */
 int srv_admission_named(struct srv_exchange *exchange);
 
-/** Answers 401 and how a client names itself; format and arguments say why, a sentence's part. */
+/** Answers 401 and says how a client names itself; format and arguments are the beginning of that
+ * sentence: why a name is needed. */
 void srv_admission_challenge(struct srv_exchange *exchange, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
 /**
- * Counts a request that will compute.
+ * Takes one request off the client's quota.
  *
- * Returns 1 when it may go on: exchange->account is set. Else the exchange is answered: 429 over
- * the quota, 503 without memory.
+ * Returns 1 when the quota allows it: exchange->account is set. Else the exchange is answered: 429
+ * over the quota, 503 without memory.
  */
 int srv_admission_count(struct srv_exchange *exchange);
 

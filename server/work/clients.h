@@ -1,8 +1,9 @@
 /* A record for each client: its lane in the queue, and its quota beside that of the address it
  * comes from.
  * Leaves to others: who a client is (identity), the order of the lanes' tasks (queue), telling a
- * client that it has to wait (router). Invariant: a record lives while somebody has it; records
- * that nobody has are kept up to a bound, the oldest go first. */
+ * client that it has to wait (admission).
+ * Invariant: a record exists while it is referenced; of records without references the
+ * SRV_CLIENTS_KEPT that were used last are kept. */
 #ifndef SRV_CLIENTS_H
 #define SRV_CLIENTS_H
 
@@ -23,7 +24,7 @@ struct srv_bucket {
 struct srv_client {
     struct srv_lane lane; /* the queue's */
     /* the rest is the table's */
-    struct srv_list idle;      /* in the list of those that nobody has */
+    struct srv_list idle;      /* in the list of records without references */
     struct srv_hash_node node; /* by `key` */
     int users;
     struct srv_client *source;  /* the record of the address or account it comes from, which may be
@@ -39,11 +40,12 @@ struct srv_clients;
 /** PEND_NO_MEMORY */
 PEND_MUST_CHECK enum pend_status srv_clients_new(struct srv_clients **clients);
 
-/** Frees all; nobody may have one any more. */
+/** Frees the table and its records; none may be referenced. */
 void srv_clients_free(struct srv_clients **clients);
 
 /**
- * The record of a client, made where there is none; to be given back.
+ * Adds a reference to the record of a client, which is made if there is none. Ends with
+ * srv_clients_give.
  *
  * key     who it is, shorter than SRV_CLIENT_KEY: longer ones are cut.
  * source  the key of the address or account it comes from; NULL or the same where that is who it
@@ -54,9 +56,10 @@ void srv_clients_free(struct srv_clients **clients);
 struct srv_client *srv_clients_take(struct srv_clients *clients, const char *key,
                                     const char *source);
 
-/** One more has a record that somebody has. */
+/** Adds a reference to a record that is referenced already. Any thread. */
 void srv_clients_share(struct srv_clients *clients, struct srv_client *client);
 
+/** Ends a reference. Any thread. */
 void srv_clients_give(struct srv_clients *clients, struct srv_client *client);
 
 /* What a client may still do. */

@@ -1,26 +1,26 @@
-/* Exchanges that need a computation: from the cache, by joining one under way, or through the
- * queue, api_call and back.
- * Leaves to others: the threads (workers), their order (queue), who shares what (inflight), what
- * is computed (api), who is told (the exchange's finish).
- * Invariant: every exchange that comes in goes out through its finish, once; a stream's finish
- * comes again for each pause. */
+/* Answers exchanges whose route names an operation: from the cache, by a computation that is under
+ * way for another exchange, or by a task that runs api_call on a worker, a millisecond at a time.
+ * Leaves to others: the threads (workers), the order of tasks (queue), sharing (inflight), sending
+ * what was computed (delivery), the computation itself (api).
+ * Invariant: the finish of every exchange that is handed in is called exactly once; for the reader
+ * of a stream once more after each pause. */
 #ifndef SRV_COMPUTE_H
 #define SRV_COMPUTE_H
 
 #include "server/work/exchange.h"
 
 /**
- * Queues an exchange whose route names an operation; it comes back through its finish, answered.
- * Where the queue has no room that happens before this returns, with a 503 or a 429.
+ * Queues an exchange whose route names an operation, and whose account is set. Its finish is called
+ * once it is answered: before this returns, with 503 or 429, if the queue is full.
  */
 void srv_compute_begin(struct srv_exchange *exchange);
 
 /**
- * Ends the waiting of an exchange that was queued, or the reading of a stream; the computation ends
- * too where nobody else waits for it. The exchange's finish is called where the connection waits
- * for that, now or, while a worker reads the request, soon.
+ * Takes an exchange away from its computation or its stream; a computation that no other exchange
+ * waits for ends too. If the connection waits for the exchange's finish, that is called now or, if
+ * a worker is reading the request, by that worker.
  *
- * Any thread; may be called for an exchange that is answered already, and does nothing then.
+ * Any thread. Does nothing for an exchange that is answered already.
  */
 void srv_compute_leave(struct srv_exchange *exchange, enum srv_stop why);
 

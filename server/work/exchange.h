@@ -1,7 +1,7 @@
-/* One request and its answer, with no socket in sight: what http hands to the router and the
- * workers.
- * Leaves to others: bytes on the wire (http), what an answer says (router, compute).
- * Invariant: one thread at a time owns an exchange, but for the fields that are compute's. */
+/* One request and its answer, independent of sockets: http hands it to the router and the workers.
+ * Leaves to others: sockets (http), what an answer says (router, compute).
+ * Invariant: one thread at a time owns an exchange; the fields under `being computed` are guarded
+ * by the lock that is named there. */
 #ifndef SRV_EXCHANGE_H
 #define SRV_EXCHANGE_H
 
@@ -65,15 +65,17 @@ struct srv_listener;
 struct srv_route;
 struct srv_work;
 
-/* An answer that lies somewhere already: what it was made of, and where its parts are. */
+/* The source of an answer that was computed before and is stored: the request it was computed from,
+ * and where its parts are. */
 struct srv_source {
     struct api_source from;
     const char *body; /* of the request that it was made of */
     size_t body_bytes;
     int ranged; /* the client wants `range` of it, if the answer is the one that it knows already */
     struct api_range range;
-    /* has the work rest until the source is ready, and come back to the queue then: returns 1,
-     * and the work is not the caller's any more; 0 where it is ready, or the work is to stop */
+    /* Lets the work rest until the source is ready; then the work is queued again. Returns 1 if it
+     * rests: the work is not the caller's any more. Returns 0 if the source is ready or the work is
+     * to stop. */
     int (*park)(struct srv_source *source, struct srv_work *work);
     void (*free)(struct srv_source *source);
 };
@@ -83,13 +85,13 @@ struct srv_exchange {
     struct srv_service *service;
 
     /* the request */
-    const char *method; /* valid until the exchange is answered, as are the fields */
+    const char *method; /* valid, like the fields, until the exchange is answered */
     const char *field[SRV_FIELD_COUNT];
     char peer[SRV_PEER_BYTES];    /* the other end of the connection; outlives the request */
-    struct srv_identity identity; /* who asks; its `shown` is "" before that is known */
-    struct srv_client *account;   /* of that client; NULL where the route needs none */
+    struct srv_identity identity; /* who asks; `shown` is "" before the router has set it */
+    struct srv_client *account;   /* the client's record; NULL if the route needs none */
     struct srv_client
-        *payer; /* of that client's address: whose share of memory it takes; NULL before it does */
+        *payer; /* the record of the client's address, whose share of memory it uses; NULL before */
     char target[SRV_TARGET_BYTES]; /* as it came */
     const char *path, *query; /* of the target; the path decoded, query NULL where there is none */
     const char *host; /* that it was sent to: of an absolute target, else of Host; NULL = none */
@@ -140,15 +142,15 @@ struct srv_exchange {
     struct srv_hold hold; /* of its body and its own answer */
     size_t share;         /* bytes of `response body` that the payer is charged with */
 
-    /** Gives the answered exchange back to where it came from; afterwards it is no more the
-     * caller's. Any thread. */
+    /** Returns the answered exchange to its owner; afterwards the caller must not use it. Any
+     * thread. */
     void (*finish)(struct srv_exchange *exchange);
 
     size_t text_bytes;
     char text[SRV_TEXT_BYTES];
 };
 
-/* Of Vary: what an answer depends on besides its target and its body. */
+/* The value of Vary: the header fields that an answer depends on. */
 extern const char srv_exchange_vary[];
 
 /* Media types of requests with a body, for Accept-Post. */
@@ -160,13 +162,13 @@ void srv_exchange_init(struct srv_exchange *exchange, struct srv_service *servic
 /** Frees what an exchange owns. */
 void srv_exchange_clear(struct srv_exchange *exchange);
 
-/** Makes it ready for the next request; small buffers are kept for it. */
+/** Prepares an exchange for the next request; small buffers are kept. */
 void srv_exchange_reset(struct srv_exchange *exchange);
 
-/** Tests what must hold at any time. */
+/** True when the fields agree with each other, as they must at any time; for assertions. O(1). */
 int srv_exchange_valid(const struct srv_exchange *exchange);
 
-/** Room for a small text that lives until the reset; NULL when there is none left. */
+/** Returns memory for a small text that lives until the reset; NULL if none is left. */
 char *srv_exchange_text(struct srv_exchange *exchange, size_t bytes);
 
 /** Adds a header field to the answer; name and value must live until the reset. */

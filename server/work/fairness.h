@@ -1,8 +1,8 @@
-/* The sockets' thread and those that compute, where they share a processor: who lets whom go
- * first.
- * Leaves to others: what either does (http, workers). Invariant: the sockets' thread sleeps here
- * for a moment at most, and only while every worker has a short task; nobody else ever sleeps
- * here. */
+/* Sharing of processors between the sockets' thread and the workers, where there are fewer
+ * processors than threads.
+ * Leaves to others: what the threads do (http, workers).
+ * Invariant: only the sockets' thread sleeps here, for 5 ms at most, and only while every worker
+ * has a short task. */
 #ifndef SRV_FAIRNESS_H
 #define SRV_FAIRNESS_H
 
@@ -20,28 +20,28 @@ struct srv_fairness {
     sem_t wake;
 };
 
+/** Prepares it for that queue and number of workers. Ends with srv_fairness_clear. */
 void srv_fairness_init(struct srv_fairness *fairness, const struct srv_queue *queue, int workers);
 
+/** Ends it; no thread may use it any more. */
 void srv_fairness_clear(struct srv_fairness *fairness);
 
 /**
- * For the sockets' thread, before it waits for what comes.
+ * Called by the sockets' thread before it waits for events. While every worker has a short task, it
+ * sleeps until a worker looks, or is idle, or 5 ms are over: each request and each finished answer
+ * would interrupt a worker, and so several are handled after one change of threads.
  *
- * While every worker has a short task, what comes may wait for its end. Each request and each
- * finished answer would push a worker aside; so the thread lets them gather until a worker looks,
- * or has nothing to do, or a moment is over.
- *
- * fd  what it will wait for: an epoll descriptor.
+ * fd  the epoll descriptor that the thread will wait for.
  */
 void srv_fairness_nap(struct srv_fairness *fairness, int fd);
 
-/** For a worker: it has a task of that level; it has it no more. */
+/** Called by a worker when it begins and when it ends a turn on a task of that level. */
 void srv_fairness_begin(struct srv_fairness *fairness, int level);
 void srv_fairness_end(struct srv_fairness *fairness, int level);
 
 /**
- * For a worker in mid-task: where something has come it lets the sockets' thread go first. Looks a
- * few thousand times a second at most, however often it is called.
+ * Called by a worker between two pieces of a task: yields its processor if the sockets' thread has
+ * events. Looks at most every 0.4 ms, however often it is called.
  */
 void srv_fairness_look(struct srv_fairness *fairness);
 

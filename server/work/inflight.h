@@ -1,7 +1,8 @@
-/* Computations under way: who waits for each, who may join one, and the blocks between one and
- * the reader of its stream. Leaves to others: computing (compute), suspending and resuming a
- * connection (http). Invariant: all that several threads touch of a work is under the one lock
- * of the computations in flight; a work is freed once no worker, queue or reader has it. */
+/* Computations under way, which are called works: the exchanges that wait for each, exchanges that
+ * join one, and the two blocks between a work and the reader of its stream.
+ * Leaves to others: computing (compute), suspending and resuming a connection (http).
+ * Invariant: one lock guards every field of a work that several threads use; a work is freed when
+ * no worker, queue or reader has it. */
 #ifndef SRV_INFLIGHT_H
 #define SRV_INFLIGHT_H
 
@@ -62,13 +63,13 @@ struct srv_inflight;
 /** PEND_NO_MEMORY */
 PEND_MUST_CHECK enum pend_status srv_inflight_new(struct srv_inflight **inflight);
 
-/** Frees; nothing may be under way. */
+/** Frees it; no computation may be under way. */
 void srv_inflight_free(struct srv_inflight **inflight);
 
-/** A work for an exchange, which waits for it; NULL without memory. */
+/** Makes a work for an exchange, which waits for it. Returns NULL without memory. */
 struct srv_work *srv_inflight_begin(struct srv_exchange *exchange);
 
-/** Frees a work that nobody has or waits for. */
+/** Frees a work for which no exchange waits, and which no worker, queue or reader has. */
 void srv_inflight_end(struct srv_work *work);
 
 /** True when the fields of a work that several threads touch agree with each other; for
@@ -78,9 +79,8 @@ int srv_inflight_valid(const struct srv_work *work);
 /**
  * Says that the request was read. Its key is set.
  *
- * Where the same is computed already the work's exchange waits for that from now on, and the work
- * has nothing to do:
- * returns 1. Else others may join this one. Returns 0.
+ * Returns 1 if another work computes the same: the exchange waits for that one from now on, and the
+ * caller ends this one. Else returns 0, and other exchanges may join this work.
  */
 int srv_inflight_opened(struct srv_work *work);
 
@@ -95,12 +95,13 @@ void srv_inflight_take(struct srv_work *work, struct srv_list *taken);
 struct srv_exchange *srv_inflight_next(struct srv_list *taken);
 
 /**
- * An exchange waits for its work no more, nor reads its stream.
+ * Takes an exchange away from its work or stream.
  *
- * Returns the work where it was the last, and the work waits for a worker or a reader: then the
- * caller ends it. A work that is with a worker is stopped by that. *detached: 1 when the caller is
- * to call the exchange's finish, and to answer it unless it is a stream's reader; 0 when the worker
- * will, or did, or nobody waits for that.
+ * detached  out: 1 if the caller is to call the exchange's finish, and to answer it unless it reads
+ *           a stream; 0 if the worker does, or did, or the connection does not wait for that.
+ *
+ * Returns the work if no exchange is left and no worker has it: then the caller ends it. A work
+ * that a worker has is stopped by that worker.
  */
 struct srv_work *srv_inflight_leave(struct srv_exchange *exchange, enum srv_stop why,
                                     int *detached);
@@ -117,39 +118,39 @@ struct srv_work *srv_inflight_leave(struct srv_exchange *exchange, enum srv_stop
  */
 struct srv_exchange *srv_inflight_stream(struct srv_work *work, struct srv_list *others);
 
-/** How many wait for it. */
+/** The number of exchanges that wait for a work. */
 int srv_inflight_waiters(struct srv_work *work);
 
-/** True when the reader has nothing to send just now. */
+/** True when the reader has no bytes to send now. */
 int srv_inflight_hungry(struct srv_work *work);
 
 /**
- * Hands over what a work has appended, on the thread of its worker.
+ * Hands the bytes that a work has appended to its reader. Called by the worker that has the work.
  *
  * ended  0 = more will come, 1 = that was all, -1 = the rest is missing.
  *
+ * over   out: 1 if the work has ended.
+ *
  * Returns 1 when the worker is to go on. Else the work is not the worker's any more: it waits for
- * its reader, or is over or gone; *over says which.
+ * its reader, or has ended and may be freed.
  */
 int srv_inflight_pass(struct srv_work *work, int ended, int *over);
 
 /**
- * Has a work rest that waits for its source. The work is not the worker's any more: it may be
- * withdrawn and ended.
- *
- * Returns 0, and the worker goes on, where the work is to stop.
+ * Lets a work rest until its source is ready. Returns 1 if it rests: the work is not the worker's
+ * any more, and another thread may end it. Returns 0 if the work is to stop: the worker goes on.
  */
 int srv_inflight_park(struct srv_work *work);
 
-/** Queues a work that rests since srv_inflight_park, if it still does. Any thread; the work must
- * not have ended. */
+/** Queues a work that rests since srv_inflight_park; does nothing if it does not rest any more. Any
+ * thread; the work must not have ended. */
 void srv_inflight_unpark(struct srv_work *work);
 
 /**
- * Takes bytes of a stream, on the thread of the reader's connection.
+ * Takes bytes of a stream. Called on the sockets' thread.
  *
- * pause  called, with the lock, where there are none: suspends the connection. The exchange's
- *        finish resumes it.
+ * pause  called under the lock if there are no bytes: suspends the connection, which the exchange's
+ *        finish resumes.
  *
  * Returns how many, SRV_INFLIGHT_WAIT after pause, SRV_INFLIGHT_END or SRV_INFLIGHT_BROKEN. O(cap).
  */

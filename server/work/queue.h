@@ -1,8 +1,8 @@
-/* Tasks that wait for a worker: bounded, short ones before long ones, and fair among those who
- * brought them: first among addresses, then among the clients of each. Leaves to others: what a
- * task is and how long it will take (compute), who brought it (clients), who runs it (workers).
- * Invariant: a task is in at most one place at a time:
- * here, with a worker, or with its owner. */
+/* A bounded queue of tasks for the workers: short tasks are taken before long ones, addresses take
+ * turns, and so do the clients of one address.
+ * Leaves to others: what a task is and how long it will take (compute), which client it belongs to
+ * (clients), who runs it (workers).
+ * Invariant: at any time a task is in the queue, or with one worker, or with its owner. */
 #ifndef SRV_QUEUE_H
 #define SRV_QUEUE_H
 
@@ -16,8 +16,8 @@ enum {
         8 /* of so many tasks taken, one is not of the shortest waiting but of any level in turn */
 };
 
-/* Where many lanes come from, as an address with many clients; the queue's, once it was used.
- * Begins as {0}. */
+/* Lanes of one origin, such as an address with many clients. Begins as {0}; after its first use
+ * only the queue changes it. */
 struct srv_road {
     struct {
         struct srv_list link; /* in the level's ring of roads that have tasks; first of its level */
@@ -27,8 +27,8 @@ struct srv_road {
     int count; /* tasks of all its lanes */
 };
 
-/* Whoever brings tasks has a lane in the queue; the queue's, once it was used. Begins as {0},
- * ends when empty. */
+/* The tasks of one client. Begins as {0}; after its first use only the queue changes it, and its
+ * memory may be freed when it is empty. */
 struct srv_lane {
     struct {
         struct srv_list link;  /* in its road's ring of lanes that have tasks; first of its level */
@@ -36,18 +36,18 @@ struct srv_lane {
     } at[SRV_QUEUE_LEVELS];
     int count;
     struct srv_road
-        own; /* of a lane that comes from nowhere else, and of those that come from there */
+        own; /* used by this lane if it has no other road, and by lanes that name this one */
     struct srv_road *road; /* NULL = its own; to be changed by its owner while the lane is empty */
 };
 
 /* Something to run; lives inside its owner's structure, so that queueing allocates nothing. */
 struct srv_task {
     struct srv_list link; /* the queue's */
-    /* on a worker's thread. 1: it is not done and goes to the end of its lane; 0: its life may
-     * have ended */
+    /* Runs on a worker's thread. Returns 1 if the task is not done and is to be queued again at the
+     * end of its lane; after 0 the task may have been freed. */
     int (*run)(struct srv_task *task);
-    struct srv_lane *lane; /* who brought it */
-    int level;             /* how long it may take; not to be changed while it waits */
+    struct srv_lane *lane; /* of the client that it belongs to */
+    int level;             /* 0 = the shortest; must not change while the task waits */
     int queued;            /* the queue's */
 };
 
@@ -63,56 +63,57 @@ struct srv_queue;
  */
 PEND_MUST_CHECK enum pend_status srv_queue_new(struct srv_queue **queue, int cap, int lane_cap);
 
-/** Sets both bounds anew; what waits already goes on waiting. Any thread. */
+/** Replaces both bounds; tasks that wait already stay. Any thread. */
 void srv_queue_bound(struct srv_queue *queue, int cap, int lane_cap);
 
-/** Frees a queue that is empty and has no one waiting in it. */
+/** Frees an empty queue in which no worker waits. */
 void srv_queue_free(struct srv_queue **queue);
 
 /**
  * Adds a task at the end of its lane and level.
  *
- * PEND_LIMIT    there is no room, or the queue is closed; the task stays its owner's.
- * PEND_INVALID  the lane has no room, or its road: three quarters of the queue, unless one lane may
- *               have more.
+ * PEND_LIMIT    the queue is full or closed; the task stays its owner's.
+ * PEND_INVALID  the lane is full, or its road is: it may have three quarters of the queue, or
+ *               lane_cap if that is more.
  */
 PEND_MUST_CHECK enum pend_status srv_queue_push(struct srv_queue *queue, struct srv_task *task);
 
-/** Adds a task that was taken from here before and is not done: there is always room for it. */
+/** Adds a task that was taken from the queue and is not done; the bounds do not apply to it. */
 void srv_queue_again(struct srv_queue *queue, struct srv_task *task);
 
 /**
- * Takes a task, waiting for one; NULL once the queue is closed and empty.
+ * Waits for a task and takes it. Returns NULL when the queue is closed and empty.
  *
- * Of the lowest level that has any, but for one in SRV_QUEUE_SHARE; of the roads there in turn,
- * each for as many turns in a row as it has lanes that wait, SRV_QUEUE_TURNS at most; of the road's
- * lanes in turn; of the lane the first.
+ * The task is taken from the lowest level that has tasks, but every SRV_QUEUE_SHARE-th task from
+ * the levels in turn. The roads of a level take turns, each as many in a row as it has lanes that
+ * wait, at most SRV_QUEUE_TURNS; the lanes of a road take turns; the first task of a lane is taken.
  */
 struct srv_task *srv_queue_pop(struct srv_queue *queue);
 
 /**
- * Adds a task that was taken from here, and takes the next, which may be the same, at one instant:
- * nobody finds the lane fuller by the one that a worker has.
+ * Adds a task that was taken from the queue and takes the next one, which may be the same, under
+ * one lock: no other thread sees the lane longer by the task that a worker has.
  */
 struct srv_task *srv_queue_swap(struct srv_queue *queue, struct srv_task *task);
 
-/** Takes a task out of the middle. Returns 0 when it is not there any more: a worker has it or
- * had it. O(1). */
+/** Removes a task from anywhere in the queue. Returns 0 if it is not there: a worker has it or had
+ * it. O(1). */
 int srv_queue_remove(struct srv_queue *queue, struct srv_task *task);
 
-/** Tasks that wait; without a lock, so that it may be past. */
+/** Number of tasks that wait; read without a lock, so the number may be out of date. */
 int srv_queue_count(const struct srv_queue *queue);
 
-/** Tasks of a level that wait; without a lock, so that it may be past. */
+/** Number of tasks of a level that wait; read without a lock, so the number may be out of date. */
 int srv_queue_waiting(const struct srv_queue *queue, int level);
 
-/** True when a task of a level below this one waits; without a lock, so that it may be past. */
+/** True when a task of a level below this one waits; read without a lock, so the number may be out
+ * of date. */
 int srv_queue_shorter(const struct srv_queue *queue, int level);
 
-/** Refuses further new tasks and wakes who waits once it is empty. */
+/** Refuses new tasks from now on; srv_queue_pop returns NULL when the queue is empty. */
 void srv_queue_close(struct srv_queue *queue);
 
-/** Checks the links and the counts; for tests and assertions. */
+/** True when links and counts agree; for tests and assertions. O(tasks). */
 int srv_queue_valid(struct srv_queue *queue);
 
 #endif

@@ -1,6 +1,7 @@
-/* What the parts of a running server share.
+/* State that the parts of a running server share.
  * Leaves to others: making and ending it (service_setup).
- * Invariant: outlives every exchange; what changes in it is atomic or has a lock of its own. */
+ * Invariant: a service outlives every exchange; fields that change while it runs are atomic or have
+ * a lock of their own. */
 #ifndef SRV_SERVICE_H
 #define SRV_SERVICE_H
 
@@ -27,19 +28,20 @@ struct srv_recorder;
 
 /* How far the end of this process is. */
 enum srv_drain {
-    SRV_DRAIN_NOT,  /* it serves */
-    SRV_DRAIN_LAST, /* nobody new is let in; what comes on open connections is answered, and ends
-                       its connection */
-    SRV_DRAIN_HURRY /* what runs is ended, and nothing is begun */
+    SRV_DRAIN_NOT,  /* the process serves */
+    SRV_DRAIN_LAST, /* no new connections; requests on open ones are answered, and end the
+                       connection */
+    SRV_DRAIN_HURRY /* computations are ended, and none is begun */
 };
 
-/* What a reload has put in place of what the process began with. */
+/* Options and what follows from them, as a reload has set them. */
 struct srv_reloaded {
     struct srv_config config;
     struct srv_peers trusted;
     const char *hosts; /* that it answers to */
     struct api_limits job_limits;
-    struct srv_reloaded *before; /* kept to the end of the service: somebody may be reading it */
+    struct srv_reloaded
+        *before; /* kept to the end of the service, as other threads may be reading it */
 };
 
 struct srv_service {
@@ -74,24 +76,23 @@ struct srv_service {
     int workers;
 };
 
-/** The options that are in force. What it shows stays readable to the end of the service. Any
- * thread. */
+/** The options that are in force. The memory stays valid to the end of the service. Any thread. */
 const struct srv_config *srv_service_config(const struct srv_service *service);
 
-/** The proxies whose word is taken, as they are in force; the same holds. */
+/** The trusted proxies that are in force. Valid and thread-safe as srv_service_config. */
 const struct srv_peers *srv_service_trusted(const struct srv_service *service);
 
-/** The hosts that it answers to, as they are in force; the same holds. */
+/** The hosts that the server answers to. Valid and thread-safe as srv_service_config. */
 const char *srv_service_hosts(const struct srv_service *service);
 
-/** The limits of a job's request, as they are in force; the same holds. */
+/** The limits of a job's request. Valid and thread-safe as srv_service_config. */
 const struct api_limits *srv_service_job_limits(const struct srv_service *service);
 
-/** Why this process takes no jobs just now, as a sentence without a full stop, or NULL where it
- * does. */
+/** Returns why this process takes no jobs now, as a sentence without a full stop; NULL if it takes
+ * them. */
 const char *srv_service_jobless(const struct srv_service *service);
 
-/** What the gauges of /metrics show just now. */
+/** The present values of the gauges of /metrics. */
 struct srv_gauges srv_service_gauges(struct srv_service *service);
 
 #endif

@@ -16,10 +16,10 @@ int srv_workers_default(void);
  *
  * count   threads, >= 1.
  * queue   outlives the workers.
- * fairness  of the same queue, told what they do; outlives them; NULL = nobody is told.
+ * fairness  of the same queue; outlives the workers; NULL = none.
  *
- * PEND_NO_MEMORY  also when the threads cannot be had; none is left running then and the queue is
- *                 closed.
+ * PEND_NO_MEMORY  also when the threads cannot be had; no thread is left running then, and the
+ * queue is closed.
  */
 PEND_MUST_CHECK enum pend_status srv_workers_new(struct srv_workers **workers, int count,
                                                  struct srv_queue *queue,
