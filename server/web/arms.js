@@ -1,4 +1,5 @@
-// The arms for the keyboard and for those who listen: one button an arm, unseen; the stage shows which has the focus.
+// The arms for the keyboard and for those who listen: one button an arm, unseen; the stage shows
+// which has the focus.
 // Leaves to others: what keys do (edits.js), drawing the focus.
 // Invariant: all that a hand can do here a key can.
 
@@ -46,7 +47,10 @@ function actionsOf(app, list) {
     told(arm, () => edits.lengthen(arm, by));
   const weigh = (/** @type {number} */ by) => (/** @type {number} */ arm) =>
     told(arm, () => edits.weigh(arm, by));
-  /** A change of the list, and the focus to the arm that is chosen after it. @param {() => void} change */
+  /**
+   * A change of the list, and the focus to the arm that is chosen after it.
+   * @param {() => void} change
+   */
   const focusAfter = (change) => {
     change();
     const chosen = list.children[Math.max(store.get().view.selected, 1) - 1];
@@ -75,7 +79,10 @@ function actionsOf(app, list) {
   return actions;
 }
 
-/** The action of a key, none where it is not for an arm. @param {Record<string, (arm: number) => unknown>} actions @param {KeyboardEvent} event */
+/**
+ * The action of a key, none where it is not for an arm.
+ * @param {Record<string, (arm: number) => unknown>} actions @param {KeyboardEvent} event
+ */
 function actionOf(actions, event) {
   if (event.ctrlKey || event.metaKey || event.altKey) return null;
   const name = event.key === "=" ? "+" : event.key;

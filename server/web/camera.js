@@ -1,6 +1,8 @@
-// How much of the plane the stage shows: all that the motion reaches, in steps, so that it seldom changes.
+// How much of the plane the stage shows: all that the motion reaches, in steps, so that it seldom
+// changes.
 // Leaves to others: drawing. Scale of the forces' colours: the same idea, for the same reason.
-// Invariant: what is shown follows from the motion and the stage's size alone, not from what was shown before.
+// Invariant: what is shown follows from the motion and the stage's size alone, not from what was
+// shown before.
 
 import { tips } from "./tree.js";
 
@@ -8,8 +10,10 @@ const LOOKS = 500; // samples that are looked at, at most
 const STEPS = 6; // the box grows in sixths of the reach
 
 /**
- * The least box around the pivot, in steps of the reach, that holds the motion: {side, up, down} in metres.
- * @param {Track} track @param {number[]} rows @param {number} reach @param {Float64Array} x @param {Float64Array} y @returns {Box}
+ * The least box around the pivot, in steps of the reach, that holds the motion: {side, up, down} in
+ * metres.
+ * @param {Track} track @param {number[]} rows @param {number} reach @param {Float64Array} x @param
+ * {Float64Array} y @returns {Box}
  */
 export function boxOf(track, rows, reach, x, y) {
   const tree = track.doc.pendulum;
@@ -38,7 +42,8 @@ export function boxOf(track, rows, reach, x, y) {
 
 /**
  * Where the pivot is, and how many pixels a metre has, so that the box fills the place.
- * @param {Box} box @param {number} width @param {number} height @param {{left: number, right: number, top: number, bottom: number}} margin @param {Camera} camera
+ * @param {Box} box @param {number} width @param {number} height @param {{left: number, right:
+ * number, top: number, bottom: number}} margin @param {Camera} camera
  */
 export function aim(box, width, height, margin, camera) {
   const across = width - margin.left - margin.right;

@@ -1,6 +1,8 @@
-// The card of the chosen arm: its length, mass and start, edited in place, its force of now, and what can be done with it.
+// The card of the chosen arm: its length, mass and start, edited in place, its force of now, and
+// what can be done with it.
 // Leaves to others: the changes themselves (edits.js).
-// Invariant: lies beside the tip while the pendulum stands still, in a corner while it moves; shows what the document holds.
+// Invariant: lies beside the tip while the pendulum stands still, in a corner while it moves; shows
+// what the document holds.
 
 import { createBag, h, icon, iconButton } from "./dom.js";
 import { removable } from "./tree.js";
@@ -10,7 +12,8 @@ const NARROW = 560; // pixels, below which it never lies beside the tip
 const DEGREES = 180 / Math.PI;
 
 /**
- * A number of an arm: from the document, and back; positive: must be greater than 0; pivot: only of the arm at the pivot.
+ * A number of an arm: from the document, and back; positive: must be greater than 0; pivot: only of
+ * the arm at the pivot.
  * @typedef {{
  *   name: string, unit: string, positive?: boolean, pivot?: boolean,
  *   get: (doc: Doc, k: number) => number, set: (edits: Edits, arm: number, value: number) => void,
@@ -56,15 +59,21 @@ const FIELDS = [
 ];
 
 /**
- * The card while it is there; arm: whose it is, 0 if none is chosen; placed: for which place it was laid out.
+ * The card while it is there; arm: whose it is, 0 if none is chosen; placed: for which place it was
+ * laid out.
  * @typedef {{
- *   app: App, element: HTMLElement, look: Look, arm: number, placed: string | null, inputs: HTMLInputElement[],
- *   labels: HTMLElement[], name: HTMLElement, carrier: HTMLElement, force: HTMLElement, trail: HTMLElement,
+ *   app: App, element: HTMLElement, look: Look, arm: number, placed: string | null, inputs:
+ *   HTMLInputElement[],
+ *   labels: HTMLElement[], name: HTMLElement, carrier: HTMLElement, force: HTMLElement, trail:
+ *   HTMLElement,
  *   remove: HTMLButtonElement, root: HTMLElement,
  * }} Card
  */
 
-/** Takes what has been typed, if it is sound. @param {Card} card @param {Field} field @param {HTMLInputElement} input */
+/**
+ * Takes what has been typed, if it is sound.
+ * @param {Card} card @param {Field} field @param {HTMLInputElement} input
+ */
 function commit({ app, arm }, field, input) {
   const value = app.text.read(input.value);
   const sound = Number.isFinite(value) && (!field.positive || value > 0);
@@ -118,8 +127,10 @@ function tellForce({ app, look, arm, force }) {
 }
 
 /**
- * How much the card hides at a place: its own tip most, other tips and rods' middles less, the pivot in between.
- * @param {Look} look @param {number} arm @param {Point} at @param {number} width @param {number} height
+ * How much the card hides at a place: its own tip most, other tips and rods' middles less, the
+ * pivot in between.
+ * @param {Look} look @param {number} arm @param {Point} at @param {number} width @param {number}
+ * height
  */
 function hiddenBy({ shape, camera }, arm, { x, y }, width, height) {
   const hides = (/** @type {number} */ ax, /** @type {number} */ ay) => {
@@ -138,7 +149,10 @@ function hiddenBy({ shape, camera }, arm, { x, y }, width, height) {
   return hidden;
 }
 
-/** The place beside the tip where the card hides the fewest tips. @param {Card} card @param {number} width @param {number} height */
+/**
+ * The place beside the tip where the card hides the fewest tips.
+ * @param {Card} card @param {number} width @param {number} height
+ */
 function beside({ element, look, arm }, width, height) {
   const { shape, camera } = look;
   const px = camera.x + camera.scale * shape.x[arm - 1];

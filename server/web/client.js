@@ -1,6 +1,7 @@
 // The server's REST interface, as any page may use it: every request of this page is made here.
 // Leaves to others: what to ask and what to show; words come from the texts (said).
-// Invariant: asks no other host; a refusal with Retry-After (429, 503) is tried again, a request that was given up never.
+// Invariant: asks no other host; a refusal with Retry-After (429, 503) is tried again, a request
+// that was given up never.
 
 import { bearer } from "./keep.js";
 
@@ -10,14 +11,20 @@ const LONGEST_WAIT = 20;
 /**
  * Who asks: how the server is, who watches that, and who waits to try again.
  * @typedef {{
- *   state: {kind: string, retry: number}, watchers: Set<(state: {kind: string, retry: number}) => unknown>,
+ *   state: {kind: string, retry: number}, watchers: Set<(state: {kind: string, retry: number}) =>
+ *   unknown>,
  *   wakers: Set<() => unknown>,
  * }} Asker
  */
 
-/** What went wrong: kind "refused" (a problem of the request), "busy" (429, 503), "away" (no answer), "broken" (cut off). */
+/**
+ * What went wrong: kind "refused" (a problem of the request), "busy" (429, 503), "away" (no
+ * answer), "broken" (cut off).
+ */
 export class Failure extends Error {
-  /** @param {string} kind @param {{status?: number, problem?: Problem | null, retry?: number}} more */
+  /**
+   * @param {string} kind @param {{status?: number, problem?: Problem | null, retry?: number}} more
+   */
   constructor(kind, { status = 0, problem = null, retry = 0 } = {}) {
     super(problem?.detail ?? kind);
     this.kind = kind;
@@ -56,7 +63,8 @@ async function problemOf(reply) {
 
 /**
  * Waits so long, or until one of `wakers` is called.
- * @param {number} seconds @param {AbortSignal | null | undefined} signal @param {Set<() => unknown>} wakers
+ * @param {number} seconds @param {AbortSignal | null | undefined} signal @param {Set<() =>
+ * unknown>} wakers
  */
 function pause(seconds, signal, wakers) {
   return new Promise((resolve, reject) => {
@@ -169,7 +177,8 @@ function routes(asker) {
  * A table of doubles, read while it arrives.
  *
  * reply    a reply that is on its way already; else the request is made.
- * begin    begin(columns, stats), columns = [{name, count}, ...] in the order of a row; stats as the reply's head tells them,
+ * begin begin(columns, stats), columns = [{name, count}, ...] in the order of a row; stats as the
+ *   reply's head tells them,
  *          null where they are known only behind its body, where no page can read them.
  * rows     rows(values, count): count whole rows, valid during the call.
  * Resolves when all of it is here; "broken" if it was cut off.
@@ -215,7 +224,10 @@ export function createClient() {
   };
 }
 
-/** "t,phi[4],energy_total" as [{name: "t", count: 1}, {name: "phi", count: 4}, ...]. @param {string} header @returns {Column[]} */
+/**
+ * "t,phi[4],energy_total" as [{name: "t", count: 1}, {name: "phi", count: 4}, ...].
+ * @param {string} header @returns {Column[]}
+ */
 export function parseColumns(header) {
   return header
     .split(",")
@@ -226,7 +238,10 @@ export function parseColumns(header) {
     });
 }
 
-/** {horizon, energy_drift, warnings} of a reply's header fields, null without them. @param {Headers} headers @returns {Stats | null} */
+/**
+ * {horizon, energy_drift, warnings} of a reply's header fields, null without them.
+ * @param {Headers} headers @returns {Stats | null}
+ */
 function parseStats(headers) {
   if (!headers.has("X-Horizon")) return null;
   return {
@@ -236,7 +251,11 @@ function parseStats(headers) {
   };
 }
 
-/** Hands whole rows of `width` doubles on as they arrive, each byte copied once. @param {ReadableStreamDefaultReader<Uint8Array>} reader @param {number} width @param {(values: Float64Array, count: number) => unknown} rows */
+/**
+ * Hands whole rows of `width` doubles on as they arrive, each byte copied once.
+ * @param {ReadableStreamDefaultReader<Uint8Array>} reader @param {number} width @param {(values:
+ * Float64Array, count: number) => unknown} rows
+ */
 async function readRows(reader, width, rows) {
   const row = width * 8;
   let rest = new Uint8Array(0);

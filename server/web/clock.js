@@ -1,10 +1,13 @@
 // The only clock of the page: stage, plots and thumbnails follow it.
 // Leaves to others: what there is to see at a time (motion.js).
-// Invariant: 0 <= time <= available <= duration; while it plays, subscribers are called once a frame.
+// Invariant: 0 <= time <= available <= duration; while it plays, subscribers are called once a
+// frame.
 
 /**
- * What keeps the clock going: the frame that is asked for, when the last one was, where to go on once there is data.
- * @typedef {{clock: Clock, listeners: Set<(clock: Clock) => unknown>, frame: number, last: number, goal: number}} Works
+ * What keeps the clock going: the frame that is asked for, when the last one was, where to go on
+ * once there is data.
+ * @typedef {{clock: Clock, listeners: Set<(clock: Clock) => unknown>, frame: number, last: number,
+ * goal: number}} Works
  */
 
 /** @param {Works} works */
@@ -71,7 +74,9 @@ function pause(works) {
   tell(works);
 }
 
-/** @param {Works} works @param {number} available @param {number} duration @param {boolean} complete */
+/**
+ * @param {Works} works @param {number} available @param {number} duration @param {boolean} complete
+ */
 function extent(works, available, duration, complete) {
   const { clock, goal } = works;
   clock.available = available;

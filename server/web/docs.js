@@ -1,11 +1,14 @@
-// The API's reference, made from /openapi.json: contents, search, anchors around what the description has.
-// Leaves to others: the words (the description), their order (docs/catalogue.js), examples that run (docs/run.js).
+// The API's reference, made from /openapi.json: contents, search, anchors around what the
+// description has.
+// Leaves to others: the words (the description), their order (docs/catalogue.js), examples that run
+// (docs/run.js).
 // Invariant: a reference that cannot be made says why, and offers to try again.
 
 import { groupsOf } from "./docs/catalogue.js";
 import { createReader } from "./docs/schema.js";
 import { h, icon, iconButton } from "./dom.js";
 import { dressed } from "./files.js";
+import { keep } from "./keep.js";
 import { theme } from "./theme.js";
 
 const SMALL = "(max-width: 860px)";
@@ -154,12 +157,17 @@ function goThere(finder) {
 /** A part of the document, which always has it. @param {string} id */
 const placeOf = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
 
-/** Says so where the style sheet does not come. */
-async function tellBare() {
+/** Says what the page does without: the browser's storage, its style sheet. */
+async function tellWithout() {
+  if (keep.refused) {
+    const words =
+      "This browser keeps nothing for this page: light or dark lasts as long as this tab.";
+    placeOf("content").prepend(h("p", { role: "status" }, words));
+  }
   if (await dressed("docs.css")) return;
   const words =
     "The style sheet of this page did not come: all is here, but bare. Reload it to try again.";
-  placeOf("content").before(h("p", { role: "alert" }, words));
+  placeOf("content").prepend(h("p", { role: "alert" }, words));
 }
 
 async function open() {
@@ -197,5 +205,4 @@ async function open() {
   document.documentElement.dataset.ready = "yes";
 }
 
-open();
-tellBare();
+open().then(tellWithout);

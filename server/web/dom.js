@@ -58,14 +58,20 @@ export function icon(name) {
   svg.setAttribute("aria-hidden", "true");
   const shape = document.createElementNS(SVG, "path");
   shape.setAttribute("d", ICONS[name].slice(2));
-  svg.setAttribute("class", ICONS[name][0] === "F" ? "icon filled" : "icon");
+  // what the style says is said here too: without it the icon would have no size and be a blot
+  const filled = ICONS[name][0] === "F";
+  const stroke = filled ? "none" : "currentColor";
+  const plain = { width: 20, height: 20, fill: filled ? "currentColor" : "none", stroke };
+  for (const [key, value] of Object.entries(plain)) svg.setAttribute(key, String(value));
+  svg.setAttribute("class", filled ? "icon filled" : "icon");
   svg.append(shape);
   return svg;
 }
 
 /**
  * A button with an icon and no words: its label is for those who cannot see it, and its title.
- * @param {string} name @param {string} label @param {() => unknown} click @param {Record<string, any>} attributes
+ * @param {string} name @param {string} label @param {() => unknown} click @param {Record<string,
+ * any>} attributes
  */
 export function iconButton(name, label, click, attributes = {}) {
   return h(

@@ -1,7 +1,8 @@
-// The drawers beside the stage (below it on a phone): one open at a time, its files loaded when it is opened first.
+// The drawers beside the stage (below it on a phone): one open at a time, its files loaded when it
+// is opened first.
 // Leaves to others: their insides (gallery.js, drawers/*.js).
-// Invariant: which one is open is view.drawer of the document; a drawer that is hidden is told so; one whose files do not come
-// says so, and is built when they do.
+// Invariant: which one is open is view.drawer of the document; a drawer that is hidden is told so;
+// one whose files do not come says so, and is built when they do.
 
 import { said } from "./client.js";
 import { createBag, h } from "./dom.js";
@@ -9,19 +10,27 @@ import presets from "./gallery.js";
 import { DRAWERS } from "./state.js";
 
 /**
- * The drawers while they are there; open: promises of those that have been opened, null where its files did not come.
+ * The drawers while they are there; open: promises of those that have been opened, null where its
+ * files did not come.
  * @typedef {{
- *   app: App, element: HTMLElement, open: Map<string, Promise<Drawer | null>>, tabs: Map<string, HTMLButtonElement>,
+ *   app: App, element: HTMLElement, open: Map<string, Promise<Drawer | null>>, tabs: Map<string,
+ *   HTMLButtonElement>,
  *   panels: Map<string, HTMLElement>,
  * }} Chest
  */
 
-/** The examples are part of the page: on a wide screen they lie open from the start. @param {App} app @param {string} id @returns {Promise<DrawerPart>} */
+/**
+ * The examples are part of the page: on a wide screen they lie open from the start.
+ * @param {App} app @param {string} id @returns {Promise<DrawerPart>}
+ */
 async function partOf({ files }, id) {
   return id === presets.id ? presets : (await files.script(`drawers/${id}.js`)).default;
 }
 
-/** In words, with a button that tries again. @param {Chest} chest @param {string} id @param {any} error */
+/**
+ * In words, with a button that tries again.
+ * @param {Chest} chest @param {string} id @param {any} error
+ */
 function missing(chest, id, error) {
   const { text } = chest.app;
   const attributes = {
@@ -35,7 +44,10 @@ function missing(chest, id, error) {
   chest.panels.get(id)?.replaceChildren(fault, h("button", attributes, text("again")));
 }
 
-/** @param {Chest} chest @param {string} id @param {HTMLElement} panel @returns {Promise<Drawer | null>} */
+/**
+ * @param {Chest} chest @param {string} id @param {HTMLElement} panel @returns {Promise<Drawer |
+ * null>}
+ */
 async function mount(chest, id, panel) {
   panel.setAttribute("aria-busy", "true");
   panel.replaceChildren();
@@ -57,7 +69,10 @@ function opened(chest, id, panel) {
   return coming;
 }
 
-/** Shows or hides a drawer that has been opened, or is now. @param {Chest} chest @param {string} id @param {boolean} shown */
+/**
+ * Shows or hides a drawer that has been opened, or is now.
+ * @param {Chest} chest @param {string} id @param {boolean} shown
+ */
 async function show(chest, id, shown) {
   const { open, panels, app } = chest;
   const panel = panels.get(id);

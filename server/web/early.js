@@ -1,5 +1,7 @@
-// What runs first: the first request, then the page's own script and style, asked for again where they are refused.
-// Leaves to others: the page (main.js), which takes away the words of index.html that stand there meanwhile.
+// What runs first: the first request, then the page's own script and style, asked for again where
+// they are refused.
+// Leaves to others: the page (main.js), which takes away the words of index.html that stand there
+// meanwhile.
 // Invariant: whatever is refused, there are words on the page.
 
 import { dressed, script } from "./files.js";
@@ -21,6 +23,7 @@ function giveUp() {
   place.append(button);
 }
 
-// the document names main.js as well, so that either of the two is enough; a page that has begun does not begin twice
+// the document names main.js as well, so that either of the two is enough; a page that has begun
+// does not begin twice
 script("main.js").catch(giveUp);
 dressed("page.css").then((there) => there || giveUp());

@@ -1,6 +1,8 @@
-// What a hand or a key does to the pendulum: turn, lengthen, weigh, add, remove; each one step of history.
+// What a hand or a key does to the pendulum: turn, lengthen, weigh, add, remove; each one step of
+// history.
 // Leaves to others: which hand (hands.js, arms.js, card.js).
-// Invariant: whoever turns an arm turns the pendulum that is seen: its shape of now becomes the start, at rest.
+// Invariant: whoever turns an arm turns the pendulum that is seen: its shape of now becomes the
+// start, at rest.
 
 import { still } from "./screen.js";
 import { path, reach, removable, withArm, withoutBranch } from "./tree.js";
@@ -112,7 +114,10 @@ function numbers({ store }) {
     setGravity(gravity) {
       store.set({ pendulum: { ...store.get().pendulum, gravity } }, { label: "gravity" });
     },
-    /** The start's angle or angular velocity of an arm. @param {number} arm @param {"phi" | "phid"} name @param {number} value */
+    /**
+     * The start's angle or angular velocity of an arm.
+     * @param {number} arm @param {"phi" | "phid"} name @param {number} value
+     */
     setStart(arm, name, value) {
       const { initial } = store.get();
       const changed = { ...initial, [name]: replaced(initial[name], arm - 1, value) };

@@ -1,11 +1,15 @@
-// Files of the page that are loaded when they are needed: its own script, libraries and their styles.
+// Files of the page that are loaded when they are needed: its own script, libraries and their
+// styles.
 // Leaves to others: what is said where a file does not come (its error has the kind "file").
-// Invariant: a file that is refused is asked for again, under an address that was never refused, since some browsers keep a
-// module's refusal; a file that came is asked for once.
+// Invariant: a file that is refused is asked for again, under an address that was never refused,
+// since some browsers keep a module's refusal; a file that came is asked for once.
 
 import { bare } from "./screen.js";
 
-/** What has been asked for, by path: files that come, and how often each was refused. @typedef {{brought: Map<string, Promise<any>>, refusals: Map<string, number>}} Asked */
+/**
+ * What has been asked for, by path: files that come, and how often each was refused.
+ * @typedef {{brought: Map<string, Promise<any>>, refusals: Map<string, number>}} Asked
+ */
 
 const PAUSES_MS = [300, 1000, 3000];
 // one for every bundle of the page
@@ -76,7 +80,10 @@ function linked(address) {
 /** The module at a path below the page's directory. @param {string} path */
 export const script = (path) => once(path, (address) => import(address));
 
-/** Resolves when the style sheet at a path below the page's directory is in force. @param {string} path */
+/**
+ * Resolves when the style sheet at a path below the page's directory is in force.
+ * @param {string} path
+ */
 export const style = (path) => once(path, linked);
 
 /** @type {Promise<unknown>} */
@@ -85,7 +92,11 @@ const ready = new Promise((resolve) => {
   else window.addEventListener("load", resolve, { once: true });
 });
 
-/** Whether the document's own style sheet is in force, asked for again where it did not come with the document. @param {string} path */
+/**
+ * Whether the document's own style sheet is in force, asked for again where it did not come with
+ * the document.
+ * @param {string} path
+ */
 export async function dressed(path) {
   await ready;
   if (!bare()) return true;

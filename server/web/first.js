@@ -1,7 +1,9 @@
-// The first request, made before the rest of the page is there: the motion that the page opens with.
-// Leaves to others: reading it (motion.js). A link that names another motion (after #) asks nothing here.
-// Invariant: `early.body` is to the letter what motion.js would ask for the first document; it is asked once, whichever bundle
-// of the page comes first.
+// The first request, made before the rest of the page is there: the motion that the page opens
+// with.
+// Leaves to others: reading it (motion.js). A link that names another motion (after #) asks nothing
+// here.
+// Invariant: `early.body` is to the letter what motion.js would ask for the first document; it is
+// asked once, whichever bundle of the page comes first.
 
 import { bearer } from "./keep.js";
 import { PAPER, request } from "./state.js";

@@ -1,7 +1,8 @@
 // The examples: the server's presets, each as a small picture; a click puts one on the stage.
 // Leaves to others: which there are (GET /v1/presets), drawing one (preset_picture.js).
-// Invariant: one request brings all of them; a picture moves, with the one clock, once somebody has come near the examples, and
-// asks for its motion when it can be seen; only what can be seen is drawn.
+// Invariant: one request brings all of them; a picture moves, with the one clock, once somebody has
+// come near the examples, and asks for its motion when it can be seen; only what can be seen is
+// drawn.
 
 import { gaveUp } from "./client.js";
 import { createBag, h } from "./dom.js";
@@ -14,13 +15,19 @@ const SHORTEST_SPAN = 20;
 const FRAME_MS = 30;
 
 /** @typedef {import("./preset_picture.js").Preset} Preset */
-/** @typedef {{preset: Preset, button: HTMLElement, canvas: HTMLCanvasElement, picture: import("./preset_picture.js").Picture, seen: boolean, moves: boolean}} Card */
+/**
+ * @typedef {{preset: Preset, button: HTMLElement, canvas: HTMLCanvasElement, picture:
+ * import("./preset_picture.js").Picture, seen: boolean, moves: boolean}} Card
+ */
 
 /**
- * The examples while they are there; near: somebody has pointed at them, touched them or come there by keys.
+ * The examples while they are there; near: somebody has pointed at them, touched them or come there
+ * by keys.
  * @typedef {{
- *   app: App, bag: Bag, stop: AbortController, grid: HTMLElement, cards: Map<string, Card>, sight: IntersectionObserver,
- *   colours: import("./preset_picture.js").PictureColours, shown: boolean, drawn: number, near: boolean, animating: boolean,
+ *   app: App, bag: Bag, stop: AbortController, grid: HTMLElement, cards: Map<string, Card>, sight:
+ *   IntersectionObserver,
+ *   colours: import("./preset_picture.js").PictureColours, shown: boolean, drawn: number, near:
+ *   boolean, animating: boolean,
  * }} Gallery
  */
 

@@ -1,4 +1,5 @@
-// Pointers on the stage: a tip that is dragged turns its arm (with shift its length follows too), a click chooses an arm.
+// Pointers on the stage: a tip that is dragged turns its arm (with shift its length follows too), a
+// click chooses an arm.
 // Leaves to others: what turning does (edits.js), where the tips are (the stage's look).
 // Invariant: a press is a click until it has moved; whatever ends it, what was grabbed is released.
 
@@ -6,7 +7,11 @@ import { createBag } from "./dom.js";
 
 const MOVED = 4; // pixels, from which on a press is a drag
 
-/** A press, and how far it has become a drag. @typedef {{id: number, arm: number, x: number, y: number, drag: {turn: number, stretch: number} | null}} Press */
+/**
+ * A press, and how far it has become a drag.
+ * @typedef {{id: number, arm: number, x: number, y: number, drag: {turn: number, stretch: number} |
+ * null}} Press
+ */
 
 /** @typedef {{app: App, canvas: HTMLCanvasElement, look: Look, press: Press | null}} Hands */
 
@@ -37,7 +42,10 @@ function pick(look, px, py, coarse) {
   return arm;
 }
 
-/** @param {number} px @param {number} py @param {number} ax @param {number} ay @param {number} bx @param {number} by */
+/**
+ * @param {number} px @param {number} py @param {number} ax @param {number} ay @param {number} bx
+ * @param {number} by
+ */
 function toSegment(px, py, ax, ay, bx, by) {
   const long = (bx - ax) ** 2 + (by - ay) ** 2 || 1;
   const share = Math.max(0, Math.min(1, ((px - ax) * (bx - ax) + (py - ay) * (by - ay)) / long));
@@ -50,7 +58,10 @@ function point(canvas, event) {
   return { x: event.clientX - place.left, y: event.clientY - place.top };
 }
 
-/** The pointer as seen from the joint that carries the arm: its angle and distance in metres. @param {Look} look @param {number} arm @param {Point} at */
+/**
+ * The pointer as seen from the joint that carries the arm: its angle and distance in metres.
+ * @param {Look} look @param {number} arm @param {Point} at
+ */
 function seen({ shape, camera }, arm, at) {
   const carrier = shape.tree.parent[arm - 1];
   const dx = (at.x - camera.x) / camera.scale - (carrier ? shape.x[carrier - 1] : 0);
@@ -58,7 +69,10 @@ function seen({ shape, camera }, arm, at) {
   return { angle: Math.atan2(dy, dx), far: Math.max(Math.hypot(dx, dy), 1e-3) };
 }
 
-/** A press that has moved takes hold of its arm. @param {Hands} hands @param {Press} press @param {Point} at */
+/**
+ * A press that has moved takes hold of its arm.
+ * @param {Hands} hands @param {Press} press @param {Point} at
+ */
 function begin({ app, canvas, look }, press, at) {
   const { edits, store } = app;
   edits.grab();
@@ -71,7 +85,10 @@ function begin({ app, canvas, look }, press, at) {
   follow(app, look, press, at, false);
 }
 
-/** @param {App} app @param {Look} look @param {Press} press @param {Point} at @param {boolean} stretching */
+/**
+ * @param {App} app @param {Look} look @param {Press} press @param {Point} at @param {boolean}
+ * stretching
+ */
 function follow(app, look, press, at, stretching) {
   if (!press.drag) return;
   const { angle, far } = seen(look, press.arm, at);

@@ -1,4 +1,5 @@
-// The line at the top: the page's name, what is shown, a new pendulum, undo and redo, help, the reference, language and theme.
+// The line at the top: the page's name, what is shown, a new pendulum, undo and redo, help, the
+// reference, language and theme.
 // Leaves to others: what these change.
 // Invariant: a button that would do nothing is disabled.
 

@@ -1,6 +1,8 @@
-// What the page keeps in the browser: choices, and the token that says which jobs and scenes are this browser's.
+// What the page keeps in the browser: choices, and the token that says which jobs and scenes are
+// this browser's.
 // Leaves to others: what the words mean that are kept.
-// Invariant: a browser that refuses storage (blocked site data, a sandboxed frame) keeps all of it as long as the tab lives.
+// Invariant: a browser that refuses storage (blocked site data, a sandboxed frame) keeps all of it
+// as long as the tab lives.
 
 const HOLDER = "pendulumd.token";
 const KEPT = Symbol.for("pendulumd.kept");
@@ -10,7 +12,10 @@ const shared = /** @type {Record<symbol, {words: Map<string, string>, refused: b
 );
 const held = (shared[KEPT] ??= { words: new Map(), refused: false });
 
-/** What the browser's storage does for a name, null where it refuses. @param {() => string | null | void} use */
+/**
+ * What the browser's storage does for a name, null where it refuses.
+ * @param {() => string | null | void} use
+ */
 function stored(use) {
   try {
     return use() ?? null;
@@ -23,7 +28,10 @@ function stored(use) {
 export const keep = {
   /** The text that was kept under a name, null without one. @param {string} name */
   get: (name) => stored(() => localStorage.getItem(name)) ?? held.words.get(name) ?? null,
-  /** What the browser refuses lives as long as the tab. @param {string} name @param {string} text */
+  /**
+   * What the browser refuses lives as long as the tab.
+   * @param {string} name @param {string} text
+   */
   set(name, text) {
     held.words.set(name, text);
     stored(() => localStorage.setItem(name, text));
@@ -43,7 +51,10 @@ function fresh() {
     .replace(/=+$/, "");
 }
 
-/** The header field that says whose request it is: this browser's own token, made at the first request. */
+/**
+ * The header field that says whose request it is: this browser's own token, made at the first
+ * request.
+ */
 export function bearer() {
   let token = keep.get(HOLDER);
   if (!/^[\w-]{43}$/.test(token ?? "")) {

@@ -1,4 +1,5 @@
-// What the colours say: the scale of the forces with its numbers and its sign in words, and the switches of what is seen.
+// What the colours say: the scale of the forces with its numbers and its sign in words, and the
+// switches of what is seen.
 // Leaves to others: the colours (palette.js), the scale's end (camera.js).
 // Invariant: its colours are those of the arms.
 

@@ -1,11 +1,16 @@
-// Scenes: what a link stands for. `#d=` holds all of it, as `#j=` does for browsers that compress nothing; `#s=` names one that the server keeps.
+// Scenes: what a link stands for. `#d=` holds all of it, as `#j=` does for browsers that compress
+// nothing; `#s=` names one that the server keeps.
 // Leaves to others: storing (client.storeScene), showing the link (drawers/share.js).
-// Invariant: the document of a scene that was made of doc has the motion of doc, to the bit; what is read is checked, whoever wrote it.
+// Invariant: the document of a scene that was made of doc has the motion of doc, to the bit; what
+// is read is checked, whoever wrote it.
 
 import { DRAWERS, fromRequest, request } from "./state.js";
 import { order } from "./tree.js";
 
-/** What a scene holds. @typedef {{request: any, title?: unknown, view?: Record<string, any>}} Scene */
+/**
+ * What a scene holds.
+ * @typedef {{request: any, title?: unknown, view?: Record<string, any>}} Scene
+ */
 
 const PALETTES = ["safe", "paper"];
 const MOST_BYTES = 1 << 22; // of a scene that a link holds
@@ -76,7 +81,8 @@ function patchOf(scene) {
 }
 
 /**
- * Any body of /v1/trajectories in the page's own form: the server tells what tree and what start it stands for.
+ * Any body of /v1/trajectories in the page's own form: the server tells what tree and what start it
+ * stands for.
  * @param {any} body @param {Client} client
  */
 async function plain(body, client) {
@@ -105,7 +111,9 @@ async function plain(body, client) {
   };
 }
 
-/** @param {CompressionStream | DecompressionStream} stream @param {Uint8Array<ArrayBuffer>} bytes */
+/**
+ * @param {CompressionStream | DecompressionStream} stream @param {Uint8Array<ArrayBuffer>} bytes
+ */
 async function through(stream, bytes) {
   const writer = stream.writable.getWriter();
   writer.write(bytes).catch(() => {});
@@ -151,7 +159,8 @@ const READERS = {
 };
 
 /**
- * The patch that a hash stands for, null without one; throws where it is damaged or the server has no such scene.
+ * The patch that a hash stands for, null without one; throws where it is damaged or the server has
+ * no such scene.
  * @param {string} hash @param {Client} client
  */
 export async function readLink(hash, client) {

@@ -1,6 +1,7 @@
 // Puts the page together: the document, its motion, the clock, and the views of them.
 // Leaves to others: everything else.
-// Invariant: views know the app (types.d.ts), never each other; what fails of the page is told, and the rest goes on.
+// Invariant: views know the app (types.d.ts), never each other; what fails of the page is told, and
+// the rest goes on.
 
 import { createClient } from "./client.js";
 import { createClock } from "./clock.js";

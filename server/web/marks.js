@@ -1,4 +1,5 @@
-// What the time bar knows of the whole motion: how far its data reaches, moments at which an arm goes slack, and from when on digits are not to be trusted.
+// What the time bar knows of the whole motion: how far its data reaches, moments at which an arm
+// goes slack, and from when on digits are not to be trusted.
 // Leaves to others: the clock's hand (timebar.js).
 // Invariant: drawn anew only when the motion, the chosen arm, the size or the theme changes.
 
@@ -8,7 +9,8 @@ import { fineness } from "./screen.js";
 const HEIGHT = 22;
 
 /**
- * For every pixel how many arms go slack there: the sign of their force changes between two samples.
+ * For every pixel how many arms go slack there: the sign of their force changes between two
+ * samples.
  * @param {Track} track @param {number} only an arm, 0 for all @param {number} pixels
  */
 function slackMoments(track, only, pixels) {
@@ -46,7 +48,10 @@ function hatch(context, from, to) {
   context.restore();
 }
 
-/** @param {CanvasRenderingContext2D} context @param {Uint16Array} counts of slack moments, a pixel each */
+/**
+ * @param {CanvasRenderingContext2D} context @param {Uint16Array} counts of slack moments, a pixel
+ * each
+ */
 function ticks(context, counts) {
   context.fillStyle = colour("--mark");
   for (let x = 0; x < counts.length; x++) {
@@ -57,7 +62,10 @@ function ticks(context, counts) {
   context.globalAlpha = 1;
 }
 
-/** Makes the canvas as fine as its place; answers its width, 0 if it is not to be seen. @param {CanvasRenderingContext2D} context */
+/**
+ * Makes the canvas as fine as its place; answers its width, 0 if it is not to be seen.
+ * @param {CanvasRenderingContext2D} context
+ */
 function prepare(context) {
   const { canvas } = context;
   const width = canvas.clientWidth;
@@ -69,7 +77,10 @@ function prepare(context) {
   return width;
 }
 
-/** Draws all of it; answers how many slack moments there are. @param {App} app @param {CanvasRenderingContext2D} context */
+/**
+ * Draws all of it; answers how many slack moments there are.
+ * @param {App} app @param {CanvasRenderingContext2D} context
+ */
 function paint({ store, motion, clock }, context) {
   const width = prepare(context);
   if (!width) return null;

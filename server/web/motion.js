@@ -1,13 +1,15 @@
 // The current trajectory, and those of the ghosts: asked of the server, loaded in pieces.
 // Leaves to others: their samples (track.js), time (clock.js), drawing.
-// Invariant: the current track is that of the store's document, or is being loaded for it; what was given up tells nothing.
+// Invariant: the current track is that of the store's document, or is being loaded for it; what was
+// given up tells nothing.
 
 import { Failure, gaveUp } from "./client.js";
 import { early, motionBody } from "./first.js";
 import { sameMotion } from "./state.js";
 import { addRows, beginTrack, createGhost, createTrack, instantOf } from "./track.js";
 
-const HORIZON_SAMPLES = 401; // how finely the horizon is asked for where the motion's own answer does not tell it
+// how finely the horizon is asked for where the motion's own answer does not tell it
+const HORIZON_SAMPLES = 401;
 
 /**
  * What loads: the motion that it keeps up to date, who listens, and what is under way.
@@ -24,7 +26,10 @@ function tell(loader, what) {
   for (const listener of [...loader.listeners]) listener(loader.motion, what);
 }
 
-/** Makes the document's track the current one; it begins with the forces that are seen now. @param {Loader} loader */
+/**
+ * Makes the document's track the current one; it begins with the forces that are seen now.
+ * @param {Loader} loader
+ */
 function renew({ store, motion, clock }) {
   const doc = store.get();
   const seen = motion.n === doc.pendulum.length.length ? motion.at(clock.time).lambda : null;
@@ -41,7 +46,10 @@ function extend({ motion, clock }) {
   clock.extent(track.count ? (track.count - 1) * track.doc.span.step : 0, duration, track.complete);
 }
 
-/** The reply that is on its way already, if it is the answer to this. @param {Loader} loader @param {object} body */
+/**
+ * The reply that is on its way already, if it is the answer to this.
+ * @param {Loader} loader @param {object} body
+ */
 async function takeEarly(loader, body) {
   const taken = loader.first;
   loader.first = null;
@@ -73,7 +81,8 @@ async function fetchTrack(loader, track, signal, arrived) {
 }
 
 /**
- * How the integration went: the table's head tells it, but of a long motion, which is sent while it is computed.
+ * How the integration went: the table's head tells it, but of a long motion, which is sent while it
+ * is computed.
  * @param {Loader} loader @param {Doc} doc @param {AbortSignal} signal
  */
 async function fetchStats(loader, doc, signal) {
@@ -97,7 +106,11 @@ function fail(loader, error) {
   tell(loader, "failure");
 }
 
-/** Abandons what is under way and loads the document's motion; the clock goes back unless only the way to it changed. @param {Loader} loader */
+/**
+ * Abandons what is under way and loads the document's motion; the clock goes back unless only the
+ * way to it changed.
+ * @param {Loader} loader
+ */
 async function load(loader) {
   const { store, motion, clock } = loader;
   loader.stop?.abort();
@@ -194,7 +207,11 @@ const verbs = (loader) => ({
   get held() {
     return loader.held;
   },
-  /** {time, index, fraction, phi, phid, lambda} at a time; made anew with each call: for what is not a frame. @param {number} time */
+  /**
+   * {time, index, fraction, phi, phid, lambda} at a time; made anew with each call: for what is not
+   * a frame.
+   * @param {number} time
+   */
   at: (time) => instantOf(loader.motion.track, time),
   /** Loads nothing while something is being dragged; loads what has changed when it is let go. */
   hold() {
@@ -212,14 +229,18 @@ const verbs = (loader) => ({
     if (loader.waiting) load(loader);
   },
   reload: () => load(loader),
-  /** Something to be said that is no failure of the motion: a link that cannot be read. @param {string | null} words */
+  /**
+   * Something to be said that is no failure of the motion: a link that cannot be read.
+   * @param {string | null} words
+   */
   note(words) {
     loader.motion.complaint = words;
     tell(loader, "note");
   },
   begin: () => load(loader),
   /**
-   * fn(motion, what) when a motion begins ("begin"), rows arrive ("rows"), it is whole ("complete"), stats come, it fails.
+   * fn(motion, what) when a motion begins ("begin"), rows arrive ("rows"), it is whole
+   * ("complete"), stats come, it fails.
    * @param {(motion: Motion, what: string) => unknown} fn
    */
   subscribe(fn) {

@@ -1,4 +1,5 @@
-// What the page has to say about its data: on its way, the server is gone or has no room, the request was refused.
+// What the page has to say about its data: on its way, the server is gone or has no room, the
+// request was refused.
 // Leaves to others: trying again (client.js), undoing.
 // Invariant: one line, the gravest matter; it goes by itself when the matter is over.
 
@@ -7,7 +8,10 @@ import { createBag, h } from "./dom.js";
 
 const PATIENCE_MS = 350;
 
-/** What is to be said: words, what a button says and does, whether it is trouble. @typedef {{words: string, label?: string, act?: () => unknown, bad?: boolean}} Matter */
+/**
+ * What is to be said: words, what a button says and does, whether it is trouble.
+ * @typedef {{words: string, label?: string, act?: () => unknown, bad?: boolean}} Matter
+ */
 
 /** @param {App} app @param {Failed} failure @returns {Matter} */
 function failed({ store, motion, text, undo }, failure) {
@@ -17,7 +21,10 @@ function failed({ store, motion, text, undo }, failure) {
   return { words, label: store.canUndo() ? text("undo") : "", act: undo, bad: true };
 }
 
-/** The gravest matter, null if all is well. @param {App} app @param {boolean} late @returns {Matter | null} */
+/**
+ * The gravest matter, null if all is well.
+ * @param {App} app @param {boolean} late @returns {Matter | null}
+ */
 function matterOf(app, late) {
   const { motion, client, text } = app;
   if (motion.failure) return failed(app, motion.failure);

@@ -1,6 +1,9 @@
-// Draws a pendulum on a canvas: arms in the colours of their forces, tips, arrows, ghosts, words beside a tip.
-// Leaves to others: where the tips are (tree.js), the colours (palette.js), what is chosen, when to draw.
-// Invariant: drawing a frame allocates nothing but what the canvas does; arms of one colour are one path.
+// Draws a pendulum on a canvas: arms in the colours of their forces, tips, arrows, ghosts, words
+// beside a tip.
+// Leaves to others: where the tips are (tree.js), the colours (palette.js), what is chosen, when to
+// draw.
+// Invariant: drawing a frame allocates nothing but what the canvas does; arms of one colour are one
+// path.
 
 import { BINS, MIDDLE, bin } from "./palette.js";
 
@@ -19,12 +22,18 @@ export const createPainter = (context) => ({
   next: new Int32Array(0),
 });
 
-/** Pixels of a place in metres, from the left and from the top. @param {Camera} camera @param {number} x */
+/**
+ * Pixels of a place in metres, from the left and from the top.
+ * @param {Camera} camera @param {number} x
+ */
 const across = (camera, x) => camera.x + camera.scale * x;
 /** @param {Camera} camera @param {number} y */
 const down = (camera, y) => camera.y - camera.scale * y;
 
-/** Chains the arms of every colour, in place. @param {Painter} painter @param {ArrayLike<number>} forces @param {number} most @param {number} n */
+/**
+ * Chains the arms of every colour, in place.
+ * @param {Painter} painter @param {ArrayLike<number>} forces @param {number} most @param {number} n
+ */
 function chain(painter, forces, most, n) {
   if (painter.next.length < n) painter.next = new Int32Array(n);
   painter.heads.fill(-1);
@@ -35,7 +44,10 @@ function chain(painter, forces, most, n) {
   }
 }
 
-/** How wide an arm is drawn, in pixels: wider with its force. @param {number} i @param {number} thin */
+/**
+ * How wide an arm is drawn, in pixels: wider with its force.
+ * @param {number} i @param {number} thin
+ */
 const width = (i, thin) => thin * (1 + (1.9 * Math.abs(i - MIDDLE)) / MIDDLE);
 
 /**
@@ -49,7 +61,8 @@ function tipRadius({ tree, heaviest, thin }, k, camera) {
 
 /**
  * Adds a rod to the path: from the tip that carries it to its own.
- * @param {CanvasRenderingContext2D} context @param {Tree} tree @param {Float64Array} x @param {Float64Array} y
+ * @param {CanvasRenderingContext2D} context @param {Tree} tree @param {Float64Array} x @param
+ * {Float64Array} y
  * @param {Camera} camera @param {number} k
  */
 function rod(context, tree, x, y, camera, k) {
@@ -131,7 +144,10 @@ function arrow(context, x, y, dx, dy, pixels) {
   context.lineTo(tx - head * (dx - 0.55 * dy), ty - head * (dy + 0.55 * dx));
 }
 
-/** At every tip the force that its arm pushes it with. @param {Painter} painter @param {Look} look */
+/**
+ * At every tip the force that its arm pushes it with.
+ * @param {Painter} painter @param {Look} look
+ */
 export function paintArrows({ context }, { shape, camera, colours, most }) {
   if (!(most > 0)) return;
   const { x, y, phi, lambda } = shape;
@@ -176,12 +192,16 @@ export function paintRing({ context }, arm, { shape, camera, colours }, strong) 
   context.stroke();
 }
 
-/** Whether a value lies between two. @param {number} low @param {number} value @param {number} high */
+/**
+ * Whether a value lies between two.
+ * @param {number} low @param {number} value @param {number} high
+ */
 const within = (low, value, high) => value > low && value < high;
 
 /**
  * How many tips, and half as much how many rods' middles, a label at a place would hide.
- * @param {Shape} shape @param {Camera} camera @param {number} x @param {number} y @param {number} wide
+ * @param {Shape} shape @param {Camera} camera @param {number} x @param {number} y @param {number}
+ * wide
  */
 function hides(shape, camera, x, y, wide) {
   let hidden = 0;
@@ -199,7 +219,8 @@ function hides(shape, camera, x, y, wide) {
 
 /**
  * The place beside a tip where a label hides the fewest other tips.
- * @param {Look} look @param {number} arm @param {number} wide @param {number} most the stage's width in pixels
+ * @param {Look} look @param {number} arm @param {number} wide @param {number} most the stage's
+ * width in pixels
  * @returns {Point}
  */
 function labelPlace({ shape, camera }, arm, wide, most) {
@@ -221,7 +242,10 @@ function labelPlace({ shape, camera }, arm, wide, most) {
   return best;
 }
 
-/** Adds a rectangle with round ends. @param {CanvasRenderingContext2D} context @param {Point} at @param {number} wide */
+/**
+ * Adds a rectangle with round ends.
+ * @param {CanvasRenderingContext2D} context @param {Point} at @param {number} wide
+ */
 function pill(context, { x, y }, wide) {
   const r = LABEL_HEIGHT / 2;
   context.arc(x + r, y + r, r, Math.PI / 2, 1.5 * Math.PI);
@@ -248,7 +272,10 @@ export function paintLabel({ context }, words, arm, look, most) {
   context.fillText(words, place.x + 10, place.y + 14);
 }
 
-/** Thin and pale: another motion of the same pendulum, the `i`th. @param {Painter} painter @param {number} i @param {Look} look */
+/**
+ * Thin and pale: another motion of the same pendulum, the `i`th.
+ * @param {Painter} painter @param {number} i @param {Look} look
+ */
 export function paintGhost({ context }, i, { shape, camera, colours }) {
   context.beginPath();
   for (let k = 0; k < shape.n; k++) rod(context, shape.tree, shape.ghostX, shape.ghostY, camera, k);

@@ -1,4 +1,5 @@
-// The colours of a canvas: those of the forces' scale, of ghosts and trails, as the page's style names them.
+// The colours of a canvas: those of the forces' scale, of ghosts and trails, as the page's style
+// names them.
 // Leaves to others: the colours themselves (style.css), strokes (paint.js).
 // Invariant: made anew when the theme or the palette changes, never in a frame.
 
@@ -11,7 +12,8 @@ const NAMES = {
   paper: ["--paper-tension", "--no-force", "--paper-compression"],
 };
 const PLAIN = "#808080"; // where the style has not come
-const GHOSTS = [4, 3, 5, 7, 6, 8]; // of the arms' colours, those least like tension and compression first
+// of the arms' colours, those least like tension and compression first
+const GHOSTS = [4, 3, 5, 7, 6, 8];
 
 /** @param {number[]} a @param {number[]} b @param {number} share */
 function mix(a, b, share) {
@@ -24,10 +26,16 @@ function rgb(hex) {
   return [0, 2, 4].map((i) => parseInt(digits.slice(i, i + 2), 16));
 }
 
-/** The property that holds the colour of the `i`th ghost, on the stage and wherever it is marked. @param {number} i */
+/**
+ * The property that holds the colour of the `i`th ghost, on the stage and wherever it is marked.
+ * @param {number} i
+ */
 export const ghostColour = (i) => `--arm-${GHOSTS[i % GHOSTS.length]}`;
 
-/** The colours of the page's style, as a canvas takes them. @param {string} palette @returns {Colours} */
+/**
+ * The colours of the page's style, as a canvas takes them.
+ * @param {string} palette @returns {Colours}
+ */
 export function readColours(palette) {
   const style = getComputedStyle(document.documentElement);
   /** @param {string} name */

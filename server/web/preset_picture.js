@@ -9,18 +9,28 @@ import { order, reach, tips } from "./tree.js";
 const SECONDS = 6;
 const STEP = 0.04;
 
-/** The server's description of an example. @typedef {MotionBody & {name: string, title: string, n: number}} Preset */
+/**
+ * The server's description of an example.
+ * @typedef {MotionBody & {name: string, title: string, n: number}} Preset
+ */
 
-/** A picture: drawn at a time, in these colours. @typedef {(time: number, colours: PictureColours) => void} Picture */
+/**
+ * A picture: drawn at a time, in these colours.
+ * @typedef {(time: number, colours: PictureColours) => void} Picture
+ */
 
 /** @typedef {{pivot: string, line: string, mass: string}} PictureColours */
 
 /** What a picture is drawn with. @typedef {{
- *   context: CanvasRenderingContext2D, tree: Tree, n: number, x: Float64Array, y: Float64Array, heaviest: number,
+ *   context: CanvasRenderingContext2D, tree: Tree, n: number, x: Float64Array, y: Float64Array,
+ *   heaviest: number,
  *   middle: number, top: number, scale: number, ratio: number,
  * }} Sketch */
 
-/** A preset as it starts, for a picture that does not move. @param {Preset} preset @returns {Samples} */
+/**
+ * A preset as it starts, for a picture that does not move.
+ * @param {Preset} preset @returns {Samples}
+ */
 export function pose({ pendulum, initial }) {
   const columns = { phi: Float64Array.from(initial.phi), phid: Float64Array.from(initial.phid) };
   return {
@@ -34,7 +44,8 @@ export function pose({ pendulum, initial }) {
 
 /**
  * A preset's first seconds, coarsely.
- * @param {Preset} preset @param {Client} client @param {AbortSignal} signal @returns {Promise<Samples>}
+ * @param {Preset} preset @param {Client} client @param {AbortSignal} signal @returns
+ * {Promise<Samples>}
  */
 export async function loadSeconds(preset, client, signal) {
   const { pendulum, initial } = preset;
@@ -62,7 +73,8 @@ export async function loadSeconds(preset, client, signal) {
 
 /**
  * How far around its pivot a track goes.
- * @param {Samples} track @param {number[]} rows @param {Float64Array} x @param {Float64Array} y @returns {Box}
+ * @param {Samples} track @param {number[]} rows @param {Float64Array} x @param {Float64Array} y
+ * @returns {Box}
  */
 function extent(track, rows, x, y) {
   const box = { side: 0.1, up: 0, down: 0.1 };

@@ -1,6 +1,8 @@
-// The forces of a pendulum that is held: asked of the server again and again while a hand turns it, so that colours follow the hand.
+// The forces of a pendulum that is held: asked of the server again and again while a hand turns it,
+// so that colours follow the hand.
 // Leaves to others: drawing them.
-// Invariant: one question at a time, the newest shape next; a failure is silent, the motion that follows will tell.
+// Invariant: one question at a time, the newest shape next; a failure is silent, the motion that
+// follows will tell.
 
 /** Begins; answers what ends it. @param {{motion: Motion, client: Client}} parts @returns {End} */
 export function followForces({ motion, client }) {

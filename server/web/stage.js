@@ -1,5 +1,7 @@
-// The stage: the pendulum at the clock's time, on a canvas that fills its place, and what lies on it.
-// Leaves to others: the strokes (paint.js, trails.js), what to show (camera.js), hands (hands.js), keys (arms.js), words (card.js, legend.js, notices.js).
+// The stage: the pendulum at the clock's time, on a canvas that fills its place, and what lies on
+// it.
+// Leaves to others: the strokes (paint.js, trails.js), what to show (camera.js), hands (hands.js),
+// keys (arms.js), words (card.js, legend.js, notices.js).
 // Invariant: draws at most once a frame, and only when something has changed.
 
 import { mountArms } from "./arms.js";
@@ -73,7 +75,10 @@ function fit(stage) {
   draw(stage);
 }
 
-/** Takes the measure of the motion; while it is not whole, nothing that is shown goes out of sight. @param {Stage} stage */
+/**
+ * Takes the measure of the motion; while it is not whole, nothing that is shown goes out of sight.
+ * @param {Stage} stage
+ */
 function measure(stage) {
   stage.stale = false;
   const { track } = stage.app.motion;
@@ -92,7 +97,10 @@ function settleShape(stage) {
   return /** @type {Box} */ (stage.box);
 }
 
-/** Moves the camera towards where it belongs; true when it is there. @param {Stage} stage @param {Box} box @param {number} seconds */
+/**
+ * Moves the camera towards where it belongs; true when it is there.
+ * @param {Stage} stage @param {Box} box @param {number} seconds
+ */
 function approach({ look, size, goal }, box, seconds) {
   const { camera } = look;
   const bottom = size.width < NARROW ? Math.max(70, look.cardHeight() + 20) : 84;
@@ -146,7 +154,10 @@ function drawPendulum(stage) {
   if (store.get().view.arrows) paint.paintArrows(painter, look);
 }
 
-/** The arm that is chosen, the arm under the hand, and the numbers of one of them. @param {Stage} stage */
+/**
+ * The arm that is chosen, the arm under the hand, and the numbers of one of them.
+ * @param {Stage} stage
+ */
 function drawChosen(stage) {
   const { app, painter, look } = stage;
   const { selected } = app.store.get().view;
@@ -256,7 +267,10 @@ function createStage(element, app) {
   return stage;
 }
 
-/** Where on the stage an arm's tip is (0: the pivot), in pixels; for those who point at it. @param {Look} look @param {number} arm */
+/**
+ * Where on the stage an arm's tip is (0: the pivot), in pixels; for those who point at it.
+ * @param {Look} look @param {number} arm
+ */
 function tipOf({ shape, camera }, arm) {
   return {
     x: camera.x + (arm ? camera.scale * shape.x[arm - 1] : 0),

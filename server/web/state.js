@@ -1,4 +1,5 @@
-// The document: what the page shows, one immutable object with its history; and the request that it stands for.
+// The document: what the page shows, one immutable object with its history; and the request that it
+// stands for.
 // Leaves to others: the motion, which follows from it (motion.js), and the time (clock.js).
 // Invariant: a document is frozen and complete; what touches only `view` makes no step of history.
 
@@ -45,7 +46,8 @@ export const DRAWERS = [
 const HISTORY = 500;
 
 /**
- * The body for POST /v1/trajectories; rtol and atol are left to the server where the document has none.
+ * The body for POST /v1/trajectories; rtol and atol are left to the server where the document has
+ * none.
  * @param {Doc} doc @param {State} initial
  */
 export function request(doc, initial = doc.initial) {
@@ -69,8 +71,9 @@ export function request(doc, initial = doc.initial) {
 }
 
 /**
- * {doc, initial} of a ghost {phi, phid, apart?, method?, rtol?, atol?}: another start as it stands, or, with `apart`, the
- * document's start with its first arm turned by so much (0: the same start); by its own method where it names one.
+ * {doc, initial} of a ghost {phi, phid, apart?, method?, rtol?, atol?}: another start as it stands,
+ * or, with `apart`, the document's start with its first arm turned by so much (0: the same start);
+ * by its own method where it names one.
  * @param {Doc} doc @param {Ghost} ghost
  */
 export function ghostOf(doc, ghost) {
@@ -114,7 +117,8 @@ function freeze(value) {
 }
 
 /**
- * The whole document of a patch: what it does not name stays, `view` is merged key by key; another pendulum is no longer the example.
+ * The whole document of a patch: what it does not name stays, `view` is merged key by key; another
+ * pendulum is no longer the example.
  * @param {Doc} doc @param {Patch} patch @returns {Doc}
  */
 function patched(doc, patch) {
@@ -127,9 +131,15 @@ function patched(doc, patch) {
 /** @param {Patch} patch */
 const onlyView = (patch) => Object.keys(patch).every((key) => key === "view");
 
-/** A document that can be gone back to, and what led away from it. @typedef {{doc: Doc, label: string}} Step */
+/**
+ * A document that can be gone back to, and what led away from it.
+ * @typedef {{doc: Doc, label: string}} Step
+ */
 
-/** The view on a document of the history: as it is now, but for arms that are no more. @param {View} view @param {Doc} to @returns {View} */
+/**
+ * The view on a document of the history: as it is now, but for arms that are no more.
+ * @param {View} view @param {Doc} to @returns {View}
+ */
 function viewOn(view, to) {
   const arms = to.pendulum.length.length;
   const trails = view.trails.filter((arm) => arm <= arms);
@@ -156,7 +166,10 @@ export function createStore(first = {}) {
     for (const listener of [...listeners]) listener(doc, before, cause);
   }
 
-  /** Steps from one list of documents to the other. @param {Step[]} from @param {Step[]} to @param {string} label */
+  /**
+   * Steps from one list of documents to the other.
+   * @param {Step[]} from @param {Step[]} to @param {string} label
+   */
   function travel(from, to, label) {
     const entry = from.pop();
     if (!entry) return null;

@@ -1,4 +1,5 @@
-// The words of the page: one flat object a language, in text/; no other file has words that are seen.
+// The words of the page: one flat object a language, in text/; no other file has words that are
+// seen.
 // Leaves to others: where they stand.
 // Invariant: a key that is missing shows itself, so that a test sees it.
 
@@ -18,8 +19,8 @@ function wanted() {
 }
 
 /**
- * text(key, holes) with numbers as the language writes them:
- * text.number(value, digits) fixed decimals, text.short(value, digits) significant digits, text.read(typed) a number or NaN.
+ * text(key, holes) with numbers as the language writes them: text.number(value, digits) fixed
+ * decimals, text.short(value, digits) significant digits, text.read(typed) a number or NaN.
  * @returns {Text}
  */
 export function createText() {

@@ -1,4 +1,5 @@
-// The time bar: play, step, speed, loop, how long, and a scrubber; over it what is known of the time to come.
+// The time bar: play, step, speed, loop, how long, and a scrubber; over it what is known of the
+// time to come.
 // Leaves to others: what is shown at a time.
 // Invariant: shows the clock, keeps nothing of its own.
 
@@ -10,7 +11,10 @@ const LONGEST = 3600;
 const MOST_SAMPLES = 20000;
 const STEP_SECONDS = 0.02;
 
-/** By how many seconds keys move the scrubber: a range without steps would jump. @type {Record<string, number>} */
+/**
+ * By how many seconds keys move the scrubber: a range without steps would jump.
+ * @type {Record<string, number>}
+ */
 const NUDGES = {
   ArrowLeft: -STEP_SECONDS,
   ArrowDown: -STEP_SECONDS,
@@ -20,7 +24,11 @@ const NUDGES = {
   PageUp: 1,
 };
 
-/** The bar's controls, and the time that they show. @typedef {ReturnType<typeof controlsOf> & {app: App, marks: ReturnType<typeof createMarks>, shown: string}} Bar */
+/**
+ * The bar's controls, and the time that they show.
+ * @typedef {ReturnType<typeof controlsOf> & {app: App, marks: ReturnType<typeof createMarks>,
+ * shown: string}} Bar
+ */
 
 /** How finely a motion of so many seconds is sampled. @param {number} stop */
 const stepOf = (stop) => (stop <= MOST_SAMPLES / 100 ? 0.01 : stop / MOST_SAMPLES);

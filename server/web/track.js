@@ -1,6 +1,8 @@
-// One trajectory as a table of samples: rows are added while they arrive, values are read between two of them.
+// One trajectory as a table of samples: rows are added while they arrive, values are read between
+// two of them.
 // Leaves to others: asking the server for it (motion.js), where its tips are (tree.js).
-// Invariant: rows 0 ... count-1 of every column are what the server sent; between them it interpolates and integrates nothing.
+// Invariant: rows 0 ... count-1 of every column are what the server sent; between them it
+// interpolates and integrates nothing.
 
 import { ghostOf } from "./state.js";
 
@@ -45,7 +47,10 @@ export function beginTrack(track, columns) {
   track.width = offset;
 }
 
-/** @param {Track} track @param {Float64Array} rows @param {number} count how many whole rows these are */
+/**
+ * @param {Track} track @param {Float64Array} rows @param {number} count how many whole rows these
+ * are
+ */
 export function addRows(track, rows, count) {
   const room = Math.min(count, track.total - track.count);
   for (const { values, count: width, offset } of track.parts) {
@@ -70,7 +75,8 @@ export function locate(track, time, place) {
 }
 
 /**
- * The angles at a time (cubic between two samples, by their angular velocities) into phi; no allocation.
+ * The angles at a time (cubic between two samples, by their angular velocities) into phi; no
+ * allocation.
  * @param {Samples} track @param {number} time @param {Place} place @param {Float64Array} phi
  */
 export function anglesAt(track, time, place, phi) {
@@ -92,8 +98,10 @@ export function anglesAt(track, time, place, phi) {
 }
 
 /**
- * A column at a time, linear between two samples, into values; what is known before the first sample, else zeros.
- * @param {Track} track @param {string} name @param {number} time @param {Place} place @param {Float64Array} values
+ * A column at a time, linear between two samples, into values; what is known before the first
+ * sample, else zeros.
+ * @param {Track} track @param {string} name @param {number} time @param {Place} place @param
+ * {Float64Array} values
  */
 export function valuesAt(track, name, time, place, values) {
   if (!track.count) {
@@ -110,7 +118,10 @@ export function valuesAt(track, name, time, place, values) {
     values[k] = column[from + k] + place.fraction * (column[to + k] - column[from + k]);
 }
 
-/** {time, index, fraction, phi, phid, lambda} at a time, made anew. @param {Track} track @param {number} time @returns {Instant} */
+/**
+ * {time, index, fraction, phi, phid, lambda} at a time, made anew.
+ * @param {Track} track @param {number} time @returns {Instant}
+ */
 export function instantOf(track, time) {
   const place = { index: 0, fraction: 0 };
   /** @param {string} name */

@@ -1,4 +1,5 @@
-// Trails of chosen tips: where each was at every sample, and the last seconds of it as a fading line.
+// Trails of chosen tips: where each was at every sample, and the last seconds of it as a fading
+// line.
 // Leaves to others: the samples, the colours.
 // Invariant: a frame allocates nothing; a trail is computed once a sample.
 
@@ -8,11 +9,20 @@ const SECONDS = 5;
 const PIECES = 14;
 const POINTS = 700;
 
-/** @typedef {{arm: number, arms: number[], count: number, x: Float32Array, y: Float32Array}} Trail */
+/**
+ * @typedef {{arm: number, arms: number[], count: number, x: Float32Array, y: Float32Array}} Trail
+ */
 
-/** Which samples of a trail are drawn, in pieces of how many. @typedef {{first: number, last: number, span: number, stride: number, piece: number, trusted: number}} Stretch */
+/**
+ * Which samples of a trail are drawn, in pieces of how many.
+ * @typedef {{first: number, last: number, span: number, stride: number, piece: number, trusted:
+ * number}} Stretch
+ */
 
-/** The path of one tip: extend() computes what has arrived since. @param {Track} track @param {number} arm @returns {Trail} */
+/**
+ * The path of one tip: extend() computes what has arrived since.
+ * @param {Track} track @param {number} arm @returns {Trail}
+ */
 function createTrail(track, arm) {
   const arms = path(track.doc.pendulum.parent, arm).map((k) => k - 1);
   return {
@@ -42,7 +52,8 @@ function extend(trail, track) {
 
 /**
  * One piece of a trail, from one sample to another; the last one ends at the tip of now.
- * @param {CanvasRenderingContext2D} context @param {Trail} trail @param {Look} look @param {Stretch} stretch
+ * @param {CanvasRenderingContext2D} context @param {Trail} trail @param {Look} look @param
+ * {Stretch} stretch
  * @param {number} begin @param {number} end
  */
 function drawPiece(context, trail, { camera, shape }, stretch, begin, end) {
@@ -65,7 +76,10 @@ function drawPiece(context, trail, { camera, shape }, stretch, begin, end) {
   context.stroke();
 }
 
-/** @param {CanvasRenderingContext2D} context @param {Trail} trail @param {Look} look @param {Stretch} stretch */
+/**
+ * @param {CanvasRenderingContext2D} context @param {Trail} trail @param {Look} look @param
+ * {Stretch} stretch
+ */
 function drawTrail(context, trail, look, stretch) {
   const { first, last, piece } = stretch;
   // pieces lie at fixed samples, so that none flickers while time goes on
@@ -83,7 +97,10 @@ export function createTrails(context) {
   const stretch = { first: 0, last: 0, span: 1, stride: 1, piece: 1, trusted: Infinity };
 
   return {
-    /** Brings the trails up to date with what is chosen and what has arrived. @param {Track} track @param {number[]} chosen */
+    /**
+     * Brings the trails up to date with what is chosen and what has arrived.
+     * @param {Track} track @param {number[]} chosen
+     */
     follow(track, chosen) {
       const same = of === track && chosen.length === trails.length;
       if (!same || !chosen.every((arm, i) => trails[i].arm === arm)) {

@@ -1,6 +1,8 @@
-// A pendulum tree as arrays {length, mass, parent, gravity}: where its tips are, and trees made from it.
+// A pendulum tree as arrays {length, mass, parent, gravity}: where its tips are, and trees made
+// from it.
 // Leaves to others: forces and motion, which only the server computes.
-// Invariant: arms are numbered from 1, 0 is the pivot; trees made here are valid, what is given stays as it was.
+// Invariant: arms are numbered from 1, 0 is the pivot; trees made here are valid, what is given
+// stays as it was.
 
 /**
  * Indices (from 0) of all arms such that every parent comes before its children.
@@ -30,8 +32,10 @@ export function children(parent) {
 }
 
 /**
- * Writes the tips of all arms into x, y (metres, pivot at 0, y upwards); phi from offset on. No allocation.
- * @param {Tree} tree @param {number[]} rows @param {ArrayLike<number>} phi @param {number} offset @param {Float64Array} x @param {Float64Array} y
+ * Writes the tips of all arms into x, y (metres, pivot at 0, y upwards); phi from offset on. No
+ * allocation.
+ * @param {Tree} tree @param {number[]} rows @param {ArrayLike<number>} phi @param {number} offset
+ * @param {Float64Array} x @param {Float64Array} y
  */
 export function tips(tree, rows, phi, offset, x, y) {
   for (let i = 0; i < rows.length; i++) {

@@ -5,7 +5,8 @@
 import { h } from "./dom.js";
 
 /**
- * What a part's mount answers, or nothing where it fails, which is told: in its place where it has one of its own.
+ * What a part's mount answers, or nothing where it fails, which is told: in its place where it has
+ * one of its own.
  * @template {{destroy: End}} Part
  * @param {App} app @param {() => Part} mount @param {HTMLElement | null} place
  * @returns {Part | {destroy: End}}

@@ -1,7 +1,8 @@
-// The shapes that the page's modules hand each other, named once: for readers, and for tsc, which checks every module of the
-// page against them (tests/rules/types.sh).
+// The shapes that the page's modules hand each other, named once: for readers, and for tsc, which
+// checks every module of the page against them (tests/rules/types.sh).
 // Leaves to others: what is done with them. Nothing here is part of a bundle.
-// Invariant: angles are radians, 0 is to the right, they grow against the clock; metres, kilograms, seconds, newtons.
+// Invariant: angles are radians, 0 is to the right, they grow against the clock; metres, kilograms,
+// seconds, newtons.
 
 /** Arms are numbered from 1; parent[k - 1] is the arm that carries arm k, 0 is the pivot. */
 interface Tree {
@@ -17,7 +18,10 @@ interface State {
   phid: number[];
 }
 
-/** Another start beside the document's, or (apart) the document's own with its first arm turned by so much. */
+/**
+ * Another start beside the document's, or (apart) the document's own with its first arm turned by
+ * so much.
+ */
 interface Ghost extends State {
   apart?: number;
   method?: string;
@@ -85,7 +89,9 @@ interface MotionBody {
   output?: string[];
 }
 
-/** How an integration went; of a motion that is sent while it is computed only part of it is known. */
+/**
+ * How an integration went; of a motion that is sent while it is computed only part of it is known.
+ */
 interface Stats {
   horizon: number;
   energy_drift: number;
@@ -104,7 +110,9 @@ interface Column {
 
 type Columns = Record<string, Float64Array>;
 
-/** The least that a motion of which pictures are drawn has: rows 0 ... count - 1 of phi and phid. */
+/**
+ * The least that a motion of which pictures are drawn has: rows 0 ... count - 1 of phi and phid.
+ */
 interface Samples {
   doc: { pendulum: Tree; span: { step: number } };
   initial: State;

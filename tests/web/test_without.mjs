@@ -132,5 +132,7 @@ export async function the_reference_without_style_or_storage_says_what_it_has(ri
   await page.waitForFunction(() => document.documentElement.dataset.ready === "yes");
   await page.click('.tools button');
   assert.ok(await page.locator(".doc-operation").count() > 5);
+  assert.match(await page.innerText("body"), /keeps nothing/);
+  await rig.shot(page, "docs_without_storage");
   await close(page);
 }

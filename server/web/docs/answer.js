@@ -25,7 +25,10 @@ function size(bytes) {
   return bytes < 1e6 ? `${(bytes / 1000).toFixed(1)} kB` : `${(bytes / 1e6).toFixed(2)} MB`;
 }
 
-/** Shows an answer: status, time, size, header fields, body. @param {Response} reply @param {number} begun @param {HTMLElement} place */
+/**
+ * Shows an answer: status, time, size, header fields, body.
+ * @param {Response} reply @param {number} begun @param {HTMLElement} place
+ */
 export async function showAnswer(reply, begun, place) {
   const bytes = new Uint8Array(await reply.arrayBuffer());
   const took = Math.round(performance.now() - begun);

@@ -1,5 +1,7 @@
-// The reference in order: an entry for each section, route and schema of the description, in groups.
-// Leaves to others: contents, search, anchors (docs.js), fields (schema.js), a route's entry (operation.js).
+// The reference in order: an entry for each section, route and schema of the description, in
+// groups.
+// Leaves to others: contents, search, anchors (docs.js), fields (schema.js), a route's entry
+// (operation.js).
 // Invariant: whatever the description has gets a place here; nothing is known of any route.
 
 import { h } from "../dom.js";
@@ -10,7 +12,10 @@ import { fieldsOf } from "./schema.js";
 const METHODS = ["get", "post", "put", "patch", "delete"];
 
 /** @typedef {import("./schema.js").Reader} Reader */
-/** A place of the reference; label: its line in the contents, none where it has no line of its own. @typedef {{id: string, label: string | Node[] | null, element: HTMLElement}} Entry */
+/**
+ * A place of the reference; label: its line in the contents, none where it has no line of its own.
+ * @typedef {{id: string, label: string | Node[] | null, element: HTMLElement}} Entry
+ */
 /** @typedef {{title: string, entries: Entry[]}} Group */
 
 /** @param {string} text */
@@ -23,7 +28,10 @@ const slug = (text) =>
 /** @param {string} name */
 const titled = (name) => name[0].toUpperCase() + name.slice(1);
 
-/** @param {string} id @param {string | Node[] | null} label @param {HTMLElement} element @returns {Entry} */
+/**
+ * @param {string} id @param {string | Node[] | null} label @param {HTMLElement} element @returns
+ * {Entry}
+ */
 function entry(id, label, element) {
   element.id = id;
   return { id, label, element };
@@ -58,13 +66,19 @@ function overviewOf({ document }) {
   return { title: "Overview", entries: [entry("introduction", "Introduction", first), ...others] };
 }
 
-/** An operation with the parameters that its path has for all. @param {any} item @param {any} operation */
+/**
+ * An operation with the parameters that its path has for all.
+ * @param {any} item @param {any} operation
+ */
 const whole = ({ parameters = [] }, operation) => ({
   ...operation,
   parameters: [...parameters, ...(operation.parameters ?? [])],
 });
 
-/** The routes of a tag. @param {any} paths @param {string} tag @returns {import("./operation.js").Route[]} */
+/**
+ * The routes of a tag.
+ * @param {any} paths @param {string} tag @returns {import("./operation.js").Route[]}
+ */
 function routesOf(paths, tag) {
   return Object.entries(paths).flatMap(([path, item]) =>
     METHODS.filter((method) => item[method]?.tags?.includes(tag)).map((method) => {

@@ -1,4 +1,5 @@
-// The example of a route in words: the bodies that the description has for it, the forms of its answer, its parameters.
+// The example of a route in words: the bodies that the description has for it, the forms of its
+// answer, its parameters.
 // Leaves to others: running it (run.js).
 // Invariant: what is shown is the description's, laid out for a reader.
 
@@ -35,7 +36,8 @@ export function pretty(value, indent = "") {
 
 /**
  * What a route can be asked for: {bodies: [[name, summary, text]], types, parameters}.
- * @param {import("./operation.js").Route} route @param {import("./schema.js").Reader} reader @returns {{bodies: [string, string, string][], types: string[], parameters: any[]}}
+ * @param {import("./operation.js").Route} route @param {import("./schema.js").Reader} reader
+ * @returns {{bodies: [string, string, string][], types: string[], parameters: any[]}}
  */
 export function choicesOf({ path, operation }, reader) {
   const examples =

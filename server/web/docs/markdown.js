@@ -1,10 +1,14 @@
-// The Markdown that the API's document is written in, as elements: paragraphs, lists, tables, headings, code, links.
+// The Markdown that the API's document is written in, as elements: paragraphs, lists, tables,
+// headings, code, links.
 // Leaves to others: where it stands.
 // Invariant: text goes in as text; what is no mark is shown as it is.
 
 import { h } from "../dom.js";
 
-/** The element of a heading, by how many signs it has in the text: below the page's own headings. @type {Record<number, "h3" | "h4" | "h5">} */
+/**
+ * The element of a heading, by how many signs it has in the text: below the page's own headings.
+ * @type {Record<number, "h3" | "h4" | "h5">}
+ */
 const TITLES = { 2: "h3", 3: "h4", 4: "h5" };
 const PIECE = /(`[^`]+`|\*\*[^*]+\*\*|\[[^\]]+\]\([^)\s]+\))/;
 

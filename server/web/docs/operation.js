@@ -8,7 +8,10 @@ import { inline, markdown } from "./markdown.js";
 import { fieldsOf, parametersOf } from "./schema.js";
 
 /** A route of the description. @typedef {{method: string, path: string, operation: any}} Route */
-/** Makes a title that leads to itself. @typedef {(tag: "h2" | "h3", text: string, id: string) => HTMLElement} Heading */
+/**
+ * Makes a title that leads to itself.
+ * @typedef {(tag: "h2" | "h3", text: string, id: string) => HTMLElement} Heading
+ */
 /** @typedef {import("./schema.js").Reader} Reader */
 
 /** @param {string} method */
@@ -24,7 +27,8 @@ export const summaryOf = ({ method, operation }) => [
 const part = (title, ...children) => [h("h4", {}, title), ...children];
 
 /**
- * The forms that an answer has, each with its schema: by name where it has one, else with its fields.
+ * The forms that an answer has, each with its schema: by name where it has one, else with its
+ * fields.
  * @param {Record<string, any>} content @param {Reader} reader
  */
 function contentOf(content, reader) {

@@ -1,4 +1,5 @@
-// The example of a route as it stands in the page: fields to change, a button that runs it, a button that copies it.
+// The example of a route as it stands in the page: fields to change, a button that runs it, a
+// button that copies it.
 // Leaves to others: what a route can be asked for (example.js), showing an answer (answer.js).
 // Invariant: asks this server alone.
 
@@ -13,7 +14,8 @@ const SAID_MS = 2000;
 /** @typedef {import("./schema.js").Reader} Reader */
 
 /**
- * An example's fields; a body, a choice of it and a choice of the answer's form only where there is one.
+ * An example's fields; a body, a choice of it and a choice of the answer's form only where there is
+ * one.
  * @typedef {{
  *   one: import("./operation.js").Route, bodies: [string, string, string][], parameters: any[],
  *   inputs: HTMLInputElement[], body: HTMLTextAreaElement | null, pick: HTMLSelectElement | null,
@@ -27,7 +29,10 @@ const quoted = (text) => `'${text.replaceAll("'", "'\\''")}'`;
 /** @param {string} text */
 const rowsOf = (text) => Math.min(MOST_ROWS, text.split("\n").length + 1);
 
-/** A choice among words, null where there is none to make. @param {string} label @param {string[]} words */
+/**
+ * A choice among words, null where there is none to make.
+ * @param {string} label @param {string[]} words
+ */
 function selectOf(label, words) {
   if (words.length < 2) return null;
   return h("select", { "aria-label": label }, ...words.map((one) => h("option", {}, one)));
@@ -129,7 +134,10 @@ function formOf(one, reader) {
   };
 }
 
-/** The example of a route: fields to change, a button that runs it, the answer. @param {import("./operation.js").Route} one @param {Reader} reader */
+/**
+ * The example of a route: fields to change, a button that runs it, the answer.
+ * @param {import("./operation.js").Route} one @param {Reader} reader
+ */
 export function example(one, reader) {
   const form = formOf(one, reader);
   const { bodies, parameters, inputs, body, pick, accept, answer, copied } = form;

@@ -1,4 +1,5 @@
-// Schemas as lists of fields: name, type, bounds, default, meaning; what has a name of its own is a link.
+// Schemas as lists of fields: name, type, bounds, default, meaning; what has a name of its own is a
+// link.
 // Leaves to others: where they stand (operation.js, docs.js).
 // Invariant: every property, alternative, bound and word of a list is shown.
 
@@ -6,7 +7,10 @@ import { h } from "../dom.js";
 import { inline, markdown } from "./markdown.js";
 
 /** A schema of the description, as JSON. @typedef {Record<string, any>} Schema */
-/** The description, and what a reference in it stands for. @typedef {{document: any, resolve(thing: any): any}} Reader */
+/**
+ * The description, and what a reference in it stands for.
+ * @typedef {{document: any, resolve(thing: any): any}} Reader
+ */
 /** @typedef {import("../dom.js").Child} Child */
 
 const PREFIX = "#/components/schemas/";

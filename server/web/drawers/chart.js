@@ -1,6 +1,8 @@
-// Curves over time: uPlot in the page's colours, charts of a group sharing one time axis, one zoom and the clock.
+// Curves over time: uPlot in the page's colours, charts of a group sharing one time axis, one zoom
+// and the clock.
 // Leaves to others: what the curves are.
-// Invariant: hovering a chart while the clock stands sets the clock; a click does so always; nothing else is changed.
+// Invariant: hovering a chart while the clock stands sets the clock; a click does so always;
+// nothing else is changed.
 
 import { createBag, h } from "../dom.js";
 import { cssValue, figure } from "./kit.js";
@@ -8,11 +10,17 @@ import { cssValue, figure } from "./kit.js";
 const AXIS = 58;
 const LEAST = 1e-16;
 
-/** What charts are made of: the library, the clock, the words. @typedef {{uPlot: any, clock: Clock, text: Text, key: string, group: ChartGroup}} Frame */
+/**
+ * What charts are made of: the library, the clock, the words.
+ * @typedef {{uPlot: any, clock: Clock, text: Text, key: string, group: ChartGroup}} Frame
+ */
 
 /** @typedef {Required<ChartOptions>} Look */
 
-/** Charts that share time. @param {App} app @param {string} key a name of the group @returns {Promise<ChartGroup>} */
+/**
+ * Charts that share time.
+ * @param {App} app @param {string} key a name of the group @returns {Promise<ChartGroup>}
+ */
 export async function createGroup({ clock, text, files }, key) {
   const coming = [files.script("lib/uplot.js"), files.style("lib/uplot.css")];
   const [{ default: uPlot }] = await Promise.all(coming);
@@ -112,7 +120,8 @@ const LOG_AXIS = {
 };
 
 /**
- * Powers of ten around what there is, so that few values make an axis too; what is below the last digit of a double is cut off.
+ * Powers of ten around what there is, so that few values make an axis too; what is below the last
+ * digit of a double is cut off.
  * @param {unknown} _ @param {number} low @param {number} high
  */
 function logRange(_, low, high) {
@@ -170,7 +179,10 @@ function optionsOf(host, look, frame) {
   };
 }
 
-/** A stretch of time that has been drawn over is what is seen next. @param {ChartGroup} group @param {any} plotted */
+/**
+ * A stretch of time that has been drawn over is what is seen next.
+ * @param {ChartGroup} group @param {any} plotted
+ */
 function chosen(group, plotted) {
   const { left, width } = plotted.select;
   if (width < 5) return;
@@ -198,8 +210,8 @@ function followMouse(bag, plot, { clock, group }) {
 }
 
 /**
- * One chart: `series` has one entry for each list of data after the times; `times` says whether the time axis has its numbers;
- * `log` means powers of ten.
+ * One chart: `series` has one entry for each list of data after the times; `times` says whether the
+ * time axis has its numbers; `log` means powers of ten.
  * @param {HTMLElement} host @param {ChartOptions} options @param {Frame} frame @returns {Chart}
  */
 function createChart(host, options, frame) {

@@ -1,6 +1,8 @@
-// Compare: ghosts of other starts and how far they are from the pendulum, and the map of flips (flipmap.js).
+// Compare: ghosts of other starts and how far they are from the pendulum, and the map of flips
+// (flipmap.js).
 // Leaves to others: the ghosts' motions (motion.js), drawing them (the stage).
-// Invariant: the ghosts are the document's; what is shown of their distance is of the server's samples.
+// Invariant: the ghosts are the document's; what is shown of their distance is of the server's
+// samples.
 
 import { createBag, h, iconButton } from "../dom.js";
 import { ghostColour } from "../palette.js";
@@ -15,10 +17,13 @@ const PARTED = 0.1;
 const DEGREE = 180 / Math.PI;
 
 /**
- * The drawer while it is there; off: by how much the next ghost is turned; lines: how many the chart was made for.
+ * The drawer while it is there; off: by how much the next ghost is turned; lines: how many the
+ * chart was made for.
  * @typedef {ReturnType<typeof partsOf> & {
- *   app: App, shown: boolean, off: number, chart: Chart | null, lines: number, group: ChartGroup | null,
- *   amount: ReturnType<typeof choice>, addOff: HTMLButtonElement, keep: HTMLButtonElement, clear: HTMLButtonElement,
+ *   app: App, shown: boolean, off: number, chart: Chart | null, lines: number, group: ChartGroup |
+ *   null,
+ *   amount: ReturnType<typeof choice>, addOff: HTMLButtonElement, keep: HTMLButtonElement, clear:
+ *   HTMLButtonElement,
  * }} View
  */
 
@@ -78,7 +83,10 @@ function showList(view) {
   if (!ghosts.length) list.append(h("li", { class: "quiet" }, text("compare.none")));
 }
 
-/** A chart of so many lines. @param {View} view @param {ChartGroup} group @param {number} count @returns {Chart} */
+/**
+ * A chart of so many lines.
+ * @param {View} view @param {ChartGroup} group @param {number} count @returns {Chart}
+ */
 function chartOf(view, group, count) {
   if (view.chart && view.lines === count) return view.chart;
   if (view.chart) group.remove(view.chart);
@@ -88,7 +96,10 @@ function chartOf(view, group, count) {
   return view.chart;
 }
 
-/** From when on a ghost goes its own way, in words. @param {App} app @param {Float64Array[]} all @param {number} i */
+/**
+ * From when on a ghost goes its own way, in words.
+ * @param {App} app @param {Float64Array[]} all @param {number} i
+ */
 function partedWords({ motion, text }, all, i) {
   const at = all[i].findIndex((distance) => distance > PARTED);
   const time = at < 0 ? "" : text.number(motion.t[at], 2);

@@ -4,7 +4,8 @@
 
 /**
  * The largest difference of an angle at each instant that both have.
- * @param {{n: number, count: number, columns: Columns}} track @param {{count: number, columns: Columns}} other
+ * @param {{n: number, count: number, columns: Columns}} track @param {{count: number, columns:
+ * Columns}} other
  */
 export function distances(track, other) {
   const { n } = track;
@@ -20,6 +21,9 @@ export function distances(track, other) {
   return list;
 }
 
-/** As a list for an axis of powers of ten: 0 has no place there. @param {Float64Array} list @param {number} count */
+/**
+ * As a list for an axis of powers of ten: 0 has no place there.
+ * @param {Float64Array} list @param {number} count
+ */
 export const logarithmic = (list, count = list.length) =>
   Array.from({ length: count }, (_, i) => list[i] || null);

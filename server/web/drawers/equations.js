@@ -1,4 +1,5 @@
-// Equations: the pendulum's equations of motion as the paper prints them, and as programs to take away.
+// Equations: the pendulum's equations of motion as the paper prints them, and as programs to take
+// away.
 // Leaves to others: writing them (the server), setting them (KaTeX).
 // Invariant: what is shown and copied is what the server wrote for the pendulum on the stage.
 
@@ -20,10 +21,15 @@ const SETTING = {
   maxSize: 50,
 };
 
-/** The server's answer. @typedef {{latex: Record<string, string>, code: {matlab: string, python: string}, curl: string}} Written */
+/**
+ * The server's answer.
+ * @typedef {{latex: Record<string, string>, code: {matlab: string, python: string}, curl: string}}
+ * Written
+ */
 
 /**
- * The drawer while it is there; form: as the reader wants it, null as suits the size; written: what the server wrote, and for what.
+ * The drawer while it is there; form: as the reader wants it, null as suits the size; written: what
+ * the server wrote, and for what.
  * @typedef {ReturnType<typeof partsOf> & {
  *   app: App, katex: any, shown: boolean, form: string | null, stop: AbortController | null,
  *   written: {pendulum: Tree, initial: State, form: string, answer: Written} | null,

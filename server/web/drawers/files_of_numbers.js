@@ -12,7 +12,10 @@ export const FILES = [
   { name: "MAT", type: "application/x-matlab-data", ending: "mat" },
 ];
 
-/** @param {App} app @param {{type: string, ending: string}} file @param {HTMLElement} status where it is told */
+/**
+ * @param {App} app @param {{type: string, ending: string}} file @param {HTMLElement} status where
+ * it is told
+ */
 export async function saveNumbers({ client, store, text }, { type, ending }, status) {
   status.textContent = text("kit.waiting");
   try {

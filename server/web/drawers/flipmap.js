@@ -1,6 +1,9 @@
-// The map of flips: for every start of two arms, when an arm first turns over; a point of it is a start.
-// Leaves to others: the computing (the server's ensembles, asked strip by strip so that the map grows), numbers (flips.js), drawing (flipmap_paint.js).
-// Invariant: a point's colour is the server's number; a point that is clicked starts from the angles of its middle, all else as when the map was computed.
+// The map of flips: for every start of two arms, when an arm first turns over; a point of it is a
+// start.
+// Leaves to others: the computing (the server's ensembles, asked strip by strip so that the map
+// grows), numbers (flips.js), drawing (flipmap_paint.js).
+// Invariant: a point's colour is the server's number; a point that is clicked starts from the
+// angles of its middle, all else as when the map was computed.
 
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
@@ -21,9 +24,11 @@ const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], Arro
 /** @typedef {import("./flips.js").Point} Point */
 
 /**
- * The map while its drawer is there: what is wished for, what is known, and the parts of the page that show it.
+ * The map while its drawer is there: what is wished for, what is known, and the parts of the page
+ * that show it.
  * @typedef {ReturnType<typeof partsOf> & {
- *   app: App, wish: import("./flips.js").Wish, map: FlipMap | null, picture: HTMLCanvasElement, cross: Point,
+ *   app: App, wish: import("./flips.js").Wish, map: FlipMap | null, picture: HTMLCanvasElement,
+ *   cross: Point,
  *   stop: AbortController | null, size: import("./flipmap_paint.js").Size | null,
  *   compute: HTMLButtonElement, png: HTMLButtonElement,
  * }} View
@@ -44,7 +49,10 @@ function partsOf(text) {
   };
 }
 
-/** Two arms that there are, and that are not the same. @param {import("./flips.js").Wish} wish @param {number} arms */
+/**
+ * Two arms that there are, and that are not the same.
+ * @param {import("./flips.js").Wish} wish @param {number} arms
+ */
 function settleWish(wish, arms) {
   wish.across = Math.min(wish.across, arms);
   if (wish.up > arms || wish.up === wish.across) wish.up = wish.across === arms ? 1 : arms;
@@ -125,7 +133,10 @@ async function run(view) {
   draw(view);
 }
 
-/** Strip by strip. @param {View} view @param {FlipMap} map @param {Client} client @param {AbortSignal} signal */
+/**
+ * Strip by strip.
+ * @param {View} view @param {FlipMap} map @param {Client} client @param {AbortSignal} signal
+ */
 async function fetchMap(view, map, client, signal) {
   const rows = Math.max(1, Math.round(STRIP / map.count));
   for (let row = 0; row < map.count; row += rows) {
@@ -168,7 +179,10 @@ function draw(view) {
   outdated(view);
 }
 
-/** Says so where the map is of another pendulum than the stage's; whether it is. @param {View} view */
+/**
+ * Says so where the map is of another pendulum than the stage's; whether it is.
+ * @param {View} view
+ */
 function outdated({ app, map, stop, status }) {
   const other = map !== null && map.pendulum !== app.store.get().pendulum;
   if (other && !stop) status.textContent = app.text("compare.outdated");
@@ -180,7 +194,10 @@ function describe(view, map, point) {
   view.point.textContent = wordsOf(map, point, view.app.text);
 }
 
-/** The pendulum starts from a point. @param {View} view @param {FlipMap} map @param {Point} point */
+/**
+ * The pendulum starts from a point.
+ * @param {View} view @param {FlipMap} map @param {Point} point
+ */
 function start(view, map, point) {
   const { store, clock } = view.app;
   if (outdated(view)) return;
@@ -212,7 +229,10 @@ function keys(view, event) {
   draw(view);
 }
 
-/** The point under a pointer, null where there is none. @param {View} view @param {MouseEvent} event */
+/**
+ * The point under a pointer, null where there is none.
+ * @param {View} view @param {MouseEvent} event
+ */
 function pointUnder({ canvas, map, size }, event) {
   if (!map || !size) return null;
   const box = canvas.getBoundingClientRect();

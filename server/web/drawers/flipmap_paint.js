@@ -1,4 +1,5 @@
-// Draws a map of flips: its points, its axes in degrees, the scale of its colours, a cross at the point that is chosen.
+// Draws a map of flips: its points, its axes in degrees, the scale of its colours, a cross at the
+// point that is chosen.
 // Leaves to others: its numbers (flips.js), when to draw and what a point does (flipmap.js).
 // Invariant: a point's colour is its number's; the scale goes by logarithms, and shows that.
 
@@ -24,7 +25,10 @@ const SHADES = [
 
 /** @typedef {import("./flips.js").FlipMap} FlipMap */
 
-/** How large it is drawn: the side of its square, all of it, and how fine. @typedef {{side: number, width: number, height: number, ratio: number}} Size */
+/**
+ * How large it is drawn: the side of its square, all of it, and how fine.
+ * @typedef {{side: number, width: number, height: number, ratio: number}} Size
+ */
 
 /** @typedef {{context: CanvasRenderingContext2D, map: FlipMap, size: Size, text: Text}} Drawing */
 
@@ -35,7 +39,10 @@ export function shade(share) {
   return SHADES[i].map((from, c) => Math.round(from + (at - i) * (SHADES[i + 1][c] - from)));
 }
 
-/** Makes the canvas as large as its place allows. @param {HTMLCanvasElement} canvas @param {number} wide @returns {Size} */
+/**
+ * Makes the canvas as large as its place allows.
+ * @param {HTMLCanvasElement} canvas @param {number} wide @returns {Size}
+ */
 export function fitCanvas(canvas, wide) {
   const width = Math.min(wide, WIDEST);
   const ratio = Math.min(devicePixelRatio, 2);
@@ -68,7 +75,10 @@ export function imageOf(map, dark) {
   return image;
 }
 
-/** The point under a pointer, null beside the map. @param {FlipMap} map @param {Size} size @param {number} x @param {number} y pixels */
+/**
+ * The point under a pointer, null beside the map.
+ * @param {FlipMap} map @param {Size} size @param {number} x @param {number} y pixels
+ */
 export function pointAt({ count }, { side }, x, y) {
   const i = Math.floor(((x - MARGIN.left) / side) * count);
   const j = count - 1 - Math.floor(((y - MARGIN.top) / side) * count);
@@ -99,7 +109,10 @@ function axesWithNames({ context, map, size, text }) {
   context.restore();
 }
 
-/** Numbers and strokes under the scale. @param {Drawing} drawing @param {number} y @param {number} wide pixels */
+/**
+ * Numbers and strokes under the scale.
+ * @param {Drawing} drawing @param {number} y @param {number} wide pixels
+ */
 function ticks({ context, map, text }, y, wide) {
   const low = earliest(map);
   const inside = (/** @type {number} */ time) => time >= low && time <= map.duration;
@@ -157,7 +170,8 @@ function cross({ context, map, size }, { i, j }) {
 
 /**
  * All of it; `picture` has the map's points, one pixel each.
- * @param {Drawing} drawing @param {HTMLCanvasElement} picture @param {import("./flips.js").Point} chosen
+ * @param {Drawing} drawing @param {HTMLCanvasElement} picture @param {import("./flips.js").Point}
+ * chosen
  */
 export function drawMap(drawing, picture, chosen) {
   const { context, size } = drawing;

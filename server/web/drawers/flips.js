@@ -1,19 +1,25 @@
 // A map of flips in numbers: for every start of two arms, when an arm first turns over.
 // Leaves to others: asking for it strip by strip (flipmap.js), drawing it (flipmap_paint.js).
-// Invariant: what is known of a point is the server's number; the rest of the start is as when the map was begun.
+// Invariant: what is known of a point is the server's number; the rest of the start is as when the
+// map was begun.
 
 import { figure } from "./kit.js";
 
 const DEGREE = Math.PI / 180;
 const HANGING = -Math.PI / 2;
 
-/** What is asked for: two arms, how many points a side, how many seconds. @typedef {{across: number, up: number, count: number, duration: number}} Wish */
+/**
+ * What is asked for: two arms, how many points a side, how many seconds.
+ * @typedef {{across: number, up: number, count: number, duration: number}} Wish
+ */
 
 /**
- * A map: the pendulum and the start it was begun with, and of every point row by row from below: when an arm turns over (below
- * zero: none does), which, and whether its motion failed. The first `done` points are known.
+ * A map: the pendulum and the start it was begun with, and of every point row by row from below:
+ * when an arm turns over (below zero: none does), which, and whether its motion failed. The first
+ * `done` points are known.
  * @typedef {Wish & {
- *   pendulum: Tree, initial: State, times: Float64Array, arms: Uint16Array, failed: Uint8Array, done: number,
+ *   pendulum: Tree, initial: State, times: Float64Array, arms: Uint16Array, failed: Uint8Array,
+ *   done: number,
  * }} FlipMap
  */
 
@@ -34,7 +40,10 @@ export function createMap({ pendulum, initial }, wish) {
   };
 }
 
-/** The angle of place i of `count` from -180 to 180 degrees, as the server counts it. @param {number} i @param {number} count */
+/**
+ * The angle of place i of `count` from -180 to 180 degrees, as the server counts it.
+ * @param {number} i @param {number} count
+ */
 export const angleAt = (i, count) => -180 + (360 * i) / (count - 1);
 
 /** @param {number} arm @param {number} start @param {number} stop @param {number} count */
@@ -57,7 +66,10 @@ export function bodyOf(map, row = 0, rows = map.count) {
   };
 }
 
-/** The server's answer for the rows from `row` on. @param {FlipMap} map @param {number} row @param {import("./kit.js").Table} table */
+/**
+ * The server's answer for the rows from `row` on.
+ * @param {FlipMap} map @param {number} row @param {import("./kit.js").Table} table
+ */
 export function takeRows(map, row, { columns, count }) {
   const from = row * map.count;
   map.times.set(columns.first_flip_time.subarray(0, count), from);
@@ -66,7 +78,10 @@ export function takeRows(map, row, { columns, count }) {
   map.done = from + count;
 }
 
-/** The scale: from the earliest flip there is to the duration, by logarithms. @param {FlipMap} map */
+/**
+ * The scale: from the earliest flip there is to the duration, by logarithms.
+ * @param {FlipMap} map
+ */
 export function earliest(map) {
   let least = map.duration;
   for (const time of map.times) if (time > 0 && time < least) least = time;

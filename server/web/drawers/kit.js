@@ -97,11 +97,13 @@ export function settled(fn, milliseconds = 250) {
 export function save(blob, name) {
   const url = URL.createObjectURL(blob);
   h("a", { href: url, download: name }).click();
-  setTimeout(() => URL.revokeObjectURL(url), 300000); // a browser that asks where to keep it waits for an answer
+  // a browser that asks where to keep it waits for an answer
+  setTimeout(() => URL.revokeObjectURL(url), 300000);
 }
 
 /**
- * To the clipboard; where the page is not trusted with it (plain HTTP), by the old way. Answers whether it worked.
+ * To the clipboard; where the page is not trusted with it (plain HTTP), by the old way. Answers
+ * whether it worked.
  * @param {string} words
  */
 export async function copy(words) {
@@ -187,7 +189,10 @@ export function armLook(k) {
 export const cssValue = (name) =>
   getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-/** A table of the server, by columns. @typedef {{count: number, columns: Columns, widths: Record<string, number>}} Table */
+/**
+ * A table of the server, by columns.
+ * @typedef {{count: number, columns: Columns, widths: Record<string, number>}} Table
+ */
 
 /**
  * A table of the server, whole.
@@ -223,7 +228,8 @@ export async function fetchTable(client, path, body, { signal } = {}) {
 
 /**
  * Some columns of a row-major table.
- * @param {Float64Array[]} pieces @param {number} width @param {number} offset @param {number} columns @param {number} count
+ * @param {Float64Array[]} pieces @param {number} width @param {number} offset @param {number}
+ * columns @param {number} count
  */
 function gather(pieces, width, offset, columns, count) {
   const values = new Float64Array(count * columns);

@@ -1,6 +1,9 @@
-// Method: how the motion is integrated, what that took, and how far it is from a reference that can be believed.
-// Leaves to others: integrating (the server), the overlaid ghost's motion (motion.js), the fields (method_fields.js).
-// Invariant: the reference is the server's taylor series of the same start at the same instants, finer than the run itself.
+// Method: how the motion is integrated, what that took, and how far it is from a reference that can
+// be believed.
+// Leaves to others: integrating (the server), the overlaid ghost's motion (motion.js), the fields
+// (method_fields.js).
+// Invariant: the reference is the server's taylor series of the same start at the same instants,
+// finer than the run itself.
 
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
@@ -12,7 +15,8 @@ import { aborted, cssValue, fetchTable, figure, later, settled, swatch, tick } f
 import { showFields } from "./method_fields.js";
 
 const WRONG = 0.1;
-const QUAD_REFERENCE = 1e-50; // finer than a run in 62 digits is hardly possible, but another order tells where it parts
+// finer than a run in 62 digits is hardly possible, but another order tells where it parts
+const QUAD_REFERENCE = 1e-50;
 const FINE_ARMS = 20; // what 32 digits are cheap for
 const FINE_SECONDS = 120;
 const EXACT_ARMS = 20; // what the exact bound of the digits is cheap for
@@ -20,13 +24,18 @@ const EXACT_SECONDS = 120;
 const FACTS = ["steps", "rejected", "evaluations", "drift", "trust", "atEnd", "compute"];
 const UNKNOWN = "\u2026";
 
-/** A motion that is judged; distance: from the reference, where that is here. @typedef {{name: string, colour: string, stats: Stats | null, distance: Float64Array | null}} Run */
+/**
+ * A motion that is judged; distance: from the reference, where that is here.
+ * @typedef {{name: string, colour: string, stats: Stats | null, distance: Float64Array | null}} Run
+ */
 
 /**
- * The drawer while it is there; known: what the last motions took that were asked about; look: for which colours the chart was made.
+ * The drawer while it is there; known: what the last motions took that were asked about; look: for
+ * which colours the chart was made.
  * @typedef {ReturnType<typeof partsOf> & {
  *   app: App, overlay: ReturnType<typeof tick>, shown: boolean, stop: AbortController | null,
- *   reference: {doc: Doc, table: import("./kit.js").Table} | null, known: {doc: Doc, stats: Stats}[],
+ *   reference: {doc: Doc, table: import("./kit.js").Table} | null, known: {doc: Doc, stats:
+ *   Stats}[],
  *   group: ChartGroup | null, chart: Chart | null, look: string,
  * }} View
  */
@@ -87,7 +96,10 @@ function trust(text, { trust_until: exact, horizon }, stop) {
   return text("method.trustValue", { time: text.number(time, 2) });
 }
 
-/** The facts of a run in words, in the order of FACTS. @param {Text} text @param {Run} run @param {number} stop */
+/**
+ * The facts of a run in words, in the order of FACTS.
+ * @param {Text} text @param {Run} run @param {number} stop
+ */
 function factsInWords(text, { stats, distance }, stop) {
   if (!stats) return FACTS.map(() => UNKNOWN);
   const whole = (/** @type {number} */ count = 0) => text.short(count, 9);
@@ -124,7 +136,10 @@ function showFacts({ app, facts }, runs) {
 /** @param {View} view @param {Doc} doc */
 const factsOf = ({ known }, doc) => known.find((one) => sameMotion(one.doc, doc))?.stats ?? null;
 
-/** The motion, and the paper's beside it where it is overlaid. @param {View} view @returns {Run[]} */
+/**
+ * The motion, and the paper's beside it where it is overlaid.
+ * @param {View} view @returns {Run[]}
+ */
 function runsNow(view) {
   const { app, reference } = view;
   const { motion, text } = app;
@@ -149,7 +164,10 @@ function runsNow(view) {
   return [own, { name: text("method.overlaid"), colour, stats, distance: far(paper) }];
 }
 
-/** A chart in the runs' colours. @param {View} view @param {ChartGroup} group @param {Run[]} runs @returns {Chart} */
+/**
+ * A chart in the runs' colours.
+ * @param {View} view @param {ChartGroup} group @param {Run[]} runs @returns {Chart}
+ */
 function chartOf(view, group, runs) {
   const series = runs.map(({ colour }) => ({ colour: cssValue(colour) }));
   const look = series.map(({ colour }) => colour).join();
@@ -173,7 +191,10 @@ async function showChart(view, runs) {
   else chart.set([new Float64Array(0), ...runs.map(() => [])]);
 }
 
-/** Whether a run goes wrong, in words. @param {App} app @param {string} name @param {Float64Array} distance */
+/**
+ * Whether a run goes wrong, in words.
+ * @param {App} app @param {string} name @param {Float64Array} distance
+ */
 function verdictOf({ motion, text }, name, distance) {
   const at = distance.findIndex((value) => value > WRONG);
   if (at >= 0) {
@@ -213,7 +234,10 @@ function show(view) {
   showChart(view, runs);
 }
 
-/** Asks what a motion took, once; with the exact bound of its digits where that is cheap. @param {View} view @param {Doc} doc @param {AbortSignal} signal */
+/**
+ * Asks what a motion took, once; with the exact bound of its digits where that is cheap.
+ * @param {View} view @param {Doc} doc @param {AbortSignal} signal
+ */
 async function fetchFacts(view, doc, signal) {
   if (factsOf(view, doc)) return;
   const few = doc.pendulum.length.length <= EXACT_ARMS && doc.span.stop <= EXACT_SECONDS;

@@ -5,7 +5,11 @@
 import { h } from "../dom.js";
 import { choice, figure } from "./kit.js";
 
-/** A method's default tolerance, the finest and the loosest that is offered, and what the absolute one is of it. @typedef {{rtol: number, finest: number, loosest?: number, divisor: number}} Tolerances */
+/**
+ * A method's default tolerance, the finest and the loosest that is offered, and what the absolute
+ * one is of it.
+ * @typedef {{rtol: number, finest: number, loosest?: number, divisor: number}} Tolerances
+ */
 
 /** @type {Record<string, Tolerances | null>} */
 const METHODS = {
@@ -29,7 +33,10 @@ function tolerancesOf({ method, precision }) {
   return known && { ...known, ...(method === "taylor" && DIGITS[precision]) };
 }
 
-/** What is offered, with the document's own value among it. @param {number[]} values @param {number | null} value */
+/**
+ * What is offered, with the document's own value among it.
+ * @param {number[]} values @param {number | null} value
+ */
 function withOwn(values, value) {
   return value === null || values.includes(value)
     ? values
@@ -38,7 +45,8 @@ function withOwn(values, value) {
 
 /**
  * A tolerance to choose, or the method's own.
- * @param {App} app @param {"rtol" | "atol"} key @param {number | null} value @param {number[]} values @param {number} usual
+ * @param {App} app @param {"rtol" | "atol"} key @param {number | null} value @param {number[]}
+ * values @param {number} usual
  */
 function toleranceField({ store, text }, key, value, values, usual) {
   const own = { value: "", words: text("method.default", { value: figure(text, usual, 2) }) };
@@ -82,7 +90,10 @@ function precisionField({ store, text }, doc) {
   return field.element;
 }
 
-/** All fields of the document's method into their place; the focus stays on the field that had it. @param {App} app @param {HTMLElement} place @param {Doc} doc */
+/**
+ * All fields of the document's method into their place; the focus stays on the field that had it.
+ * @param {App} app @param {HTMLElement} place @param {Doc} doc
+ */
 export function showFields(app, place, doc) {
   const known = tolerancesOf(doc);
   /** @type {HTMLElement[]} */

@@ -8,10 +8,14 @@ import { cssValue } from "./kit.js";
 
 /** @typedef {{width: number, height: number, top?: number, label?: string | null}} MiniOptions */
 
-/** @typedef {{canvas: HTMLCanvasElement, recolour(): void, fit(phi: ArrayLike<number>): void, draw(phi: ArrayLike<number>, pale?: ArrayLike<number>[]): void}} Mini */
+/**
+ * @typedef {{canvas: HTMLCanvasElement, recolour(): void, fit(phi: ArrayLike<number>): void,
+ * draw(phi: ArrayLike<number>, pale?: ArrayLike<number>[]): void}} Mini
+ */
 
 /** What it is drawn with. @typedef {{
- *   context: CanvasRenderingContext2D, tree: Tree, rows: number[], x: Float64Array, y: Float64Array,
+ *   context: CanvasRenderingContext2D, tree: Tree, rows: number[], x: Float64Array, y:
+ *   Float64Array,
  *   thin: number, heaviest: number, scale: number,
  * }} Sketch */
 
@@ -30,7 +34,10 @@ function canvasOf({ width, height, label = null }) {
   return { canvas, ratio };
 }
 
-/** @param {Sketch} sketch @param {ArrayLike<number>} phi @param {string} colour @param {string} tipColour */
+/**
+ * @param {Sketch} sketch @param {ArrayLike<number>} phi @param {string} colour @param {string}
+ * tipColour
+ */
 function strokes({ context, tree, rows, x, y, thin, heaviest, scale }, phi, colour, tipColour) {
   tips(tree, rows, phi, 0, x, y);
   context.beginPath();

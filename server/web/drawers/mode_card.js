@@ -1,4 +1,5 @@
-// A mode in a card: its little tree that swings, its numbers, its amplitude, and what can be begun with it.
+// A mode in a card: its little tree that swings, its numbers, its amplitude, and what can be begun
+// with it.
 // Leaves to others: which modes there are and their sum (modes.js), drawing the tree (mini.js).
 // Invariant: shapes and frequencies are the server's.
 
@@ -11,7 +12,11 @@ const FACTS = ["omega", "frequency", "period"];
 
 /** @typedef {import("./mode_sum.js").Blend} Blend */
 
-/** What a card does to the others. @typedef {{changed(): void, begin(theta: ArrayLike<number>, label: string, words: string): void}} Hooks */
+/**
+ * What a card does to the others.
+ * @typedef {{changed(): void, begin(theta: ArrayLike<number>, label: string, words: string): void}}
+ * Hooks
+ */
 
 /** @param {Text} text @param {number} value */
 function plainFigure(text, value) {
@@ -28,7 +33,10 @@ function factsOf(text, { modes }, k) {
   return h("dl", {}, ...rows);
 }
 
-/** The slider of a mode's amplitude, and its degrees. @param {Text} text @param {Blend} blend @param {number} k @param {Hooks} hooks */
+/**
+ * The slider of a mode's amplitude, and its degrees.
+ * @param {Text} text @param {Blend} blend @param {number} k @param {Hooks} hooks
+ */
 function amplitudeOf(text, { modes, angles }, k, hooks) {
   const mode = modes.mode[k];
   const words = () => text("modes.degrees", { angle: text.short(angles[k]) });
@@ -45,7 +53,10 @@ function amplitudeOf(text, { modes, angles }, k, hooks) {
   return h("div", { class: "amplitude" }, slider, said);
 }
 
-/** @param {Text} text @param {Tree} tree @param {Blend} blend @param {number} k counted from 0 @param {Hooks} hooks */
+/**
+ * @param {Text} text @param {Tree} tree @param {Blend} blend @param {number} k counted from 0
+ * @param {Hooks} hooks
+ */
 export function createModeCard(text, tree, blend, k, hooks) {
   const { modes, angles, chosen } = blend;
   const mode = modes.mode[k];

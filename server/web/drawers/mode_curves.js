@@ -13,13 +13,19 @@ const DEGREE = Math.PI / 180;
 /** @param {{method?: string}} ghost */
 export const isLinear = (ghost) => ghost.method === "linear";
 
-/** An arm's angle from hanging, in degrees. @param {Track} track @param {number} arm @param {number} count */
+/**
+ * An arm's angle from hanging, in degrees.
+ * @param {Track} track @param {number} arm @param {number} count
+ */
 function thetaOf(track, arm, count) {
   const { phi } = track.columns;
   return Array.from({ length: count }, (_, i) => (phi[i * track.n + arm - 1] - HANGING) / DEGREE);
 }
 
-/** Puts the curves into their place: {n, fill, destroy}. @param {App} app @param {HTMLElement} place */
+/**
+ * Puts the curves into their place: {n, fill, destroy}.
+ * @param {App} app @param {HTMLElement} place
+ */
 export async function openCurves(app, place) {
   const { motion, store, text } = app;
   const group = await createGroup(app, "modes");

@@ -1,7 +1,7 @@
 // Shapes of modes and of their sum, as angles from hanging.
 // Leaves to others: showing them (modes.js, mode_card.js).
-// Invariant: shapes and frequencies are the server's; what is added up here is their linear sum, which the server calls exact for
-// small angles only.
+// Invariant: shapes and frequencies are the server's; what is added up here is their linear sum,
+// which the server calls exact for small angles only.
 
 export const DEGREE = Math.PI / 180;
 export const STEEPEST = 60; // degrees of an amplitude
@@ -10,10 +10,14 @@ const FIRST = 25; // degrees
 
 /** The server's answer. @typedef {{
  *   omega: number[], frequency: number[], period: number[], mode: number[], vectors: number[][],
- *   identity?: {sum_inverse_omega_squared: number, length_total_over_g: number, relative_difference: number},
+ *   identity?: {sum_inverse_omega_squared: number, length_total_over_g: number,
+ *   relative_difference: number},
  * }} Modes */
 
-/** Modes, the amplitude of each in degrees, and which of them the sum has, counted from 0. @typedef {{modes: Modes, angles: number[], chosen: Set<number>}} Blend */
+/**
+ * Modes, the amplitude of each in degrees, and which of them the sum has, counted from 0.
+ * @typedef {{modes: Modes, angles: number[], chosen: Set<number>}} Blend
+ */
 
 /** @param {Modes} modes @returns {Blend} */
 export function createBlend(modes) {

@@ -1,6 +1,7 @@
-// Modes: a card each with its frequency and a little tree that swings, starts in one or in a sum of them, the linear motion
-// beside the full one, and the identity sum 1/omega^2 = l_tot/g.
-// Leaves to others: the modes (the server's), a card (mode_card.js), the sum's shape (mode_sum.js), the curves (mode_curves.js).
+// Modes: a card each with its frequency and a little tree that swings, starts in one or in a sum of
+// them, the linear motion beside the full one, and the identity sum 1/omega^2 = l_tot/g.
+// Leaves to others: the modes (the server's), a card (mode_card.js), the sum's shape (mode_sum.js),
+// the curves (mode_curves.js).
 // Invariant: shapes and frequencies are the server's; the thumbnails swing with the page's clock.
 
 import { said } from "../client.js";
@@ -20,9 +21,11 @@ const PAGE = 12;
  * The drawer while it is there; tree: whose modes `blend` has; many: how many cards are shown.
  * @typedef {ReturnType<typeof partsOfDrawer> & {
  *   app: App, shown: boolean, stop: AbortController | null, tree: Tree | null,
- *   blend: import("./mode_sum.js").Blend | null, many: number, cards: {mini: import("./mini.js").Mini, k: number}[],
+ *   blend: import("./mode_sum.js").Blend | null, many: number, cards: {mini:
+ *   import("./mini.js").Mini, k: number}[],
  *   sum: import("./mini.js").Mini | null, curves: Awaited<ReturnType<typeof openCurves>> | null,
- *   opening: ReturnType<typeof openCurves> | null, more: HTMLButtonElement, startSum: HTMLButtonElement,
+ *   opening: ReturnType<typeof openCurves> | null, more: HTMLButtonElement, startSum:
+ *   HTMLButtonElement,
  *   linear: ReturnType<typeof tick>,
  * }} View
  */
@@ -38,7 +41,10 @@ function partsOfDrawer() {
   };
 }
 
-/** Starts the pendulum at rest in a shape. @param {App} app @param {ArrayLike<number>} theta @param {string} label @param {string} words */
+/**
+ * Starts the pendulum at rest in a shape.
+ * @param {App} app @param {ArrayLike<number>} theta @param {string} label @param {string} words
+ */
 function begin({ store, clock, announce }, theta, label, words) {
   const phi = Array.from(theta, (angle) => HANGING + angle);
   store.set({ initial: { phi, phid: phi.map(() => 0) } }, { label });
@@ -165,7 +171,10 @@ async function load(view) {
   }
 }
 
-/** Amplitudes and choices stay where there are as many modes as before. @param {View} view @param {import("./mode_sum.js").Modes} modes */
+/**
+ * Amplitudes and choices stay where there are as many modes as before.
+ * @param {View} view @param {import("./mode_sum.js").Modes} modes
+ */
 function take(view, modes) {
   if (view.blend?.modes.omega.length === modes.omega.length) view.blend.modes = modes;
   else {

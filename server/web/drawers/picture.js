@@ -9,9 +9,15 @@ const LEFT = 92;
 const RIGHT = 20;
 const GAP = 46;
 
-/** A curve of a panel. @typedef {{name: string, colour: string, dash?: number[] | null, xs: ArrayLike<number>, ys: ArrayLike<number>}} PanelSeries */
+/**
+ * A curve of a panel.
+ * @typedef {{name: string, colour: string, dash?: number[] | null, xs: ArrayLike<number>, ys:
+ * ArrayLike<number>}} PanelSeries
+ */
 
-/** @typedef {{title: string, x?: [number, number], height?: number, series: PanelSeries[]}} Panel */
+/**
+ * @typedef {{title: string, x?: [number, number], height?: number, series: PanelSeries[]}} Panel
+ */
 
 /** @param {string} words */
 const escape = (words) => words.replace(/[&<>"]/g, (letter) => `&#${letter.charCodeAt(0)};`);
@@ -45,7 +51,10 @@ function bounds(lists) {
   return [low - room, high + room];
 }
 
-/** @param {ArrayLike<number>} xs @param {ArrayLike<number>} ys @param {(x: number) => number} px @param {(y: number) => number} py */
+/**
+ * @param {ArrayLike<number>} xs @param {ArrayLike<number>} ys @param {(x: number) => number} px
+ * @param {(y: number) => number} py
+ */
 function path(xs, ys, px, py) {
   const parts = [];
   for (let i = 0; i < ys.length; i++)
@@ -53,7 +62,11 @@ function path(xs, ys, px, py) {
   return parts.join("");
 }
 
-/** Where numbers lie in a panel. @typedef {{x0: number, x1: number, y0: number, y1: number, px(x: number): number, py(y: number): number}} Scale */
+/**
+ * Where numbers lie in a panel.
+ * @typedef {{x0: number, x1: number, y0: number, y1: number, px(x: number): number, py(y: number):
+ * number}} Scale
+ */
 
 /** @param {Panel} panel @param {number} top @param {number} height @returns {Scale} */
 function scaleOf(panel, top, height) {
@@ -69,7 +82,10 @@ function scaleOf(panel, top, height) {
   };
 }
 
-/** Lines and numbers of both axes. @param {Scale} scale @param {number} top @param {number} height @param {Text} text */
+/**
+ * Lines and numbers of both axes.
+ * @param {Scale} scale @param {number} top @param {number} height @param {Text} text
+ */
 function gridSvg({ x0, x1, y0, y1, px, py }, top, height, text) {
   const wide = WIDE - LEFT - RIGHT;
   const vertical = ticks(x0, x1, 8).map((x) => {
@@ -90,7 +106,10 @@ function gridSvg({ x0, x1, y0, y1, px, py }, top, height, text) {
 /** @param {PanelSeries} one */
 const dashOf = ({ dash }) => (dash ? ` stroke-dasharray="${dash.join(" ")}"` : "");
 
-/** The curves' names with a bit of each curve, from the right. @param {Panel} panel @param {number} top */
+/**
+ * The curves' names with a bit of each curve, from the right.
+ * @param {Panel} panel @param {number} top
+ */
 function namesSvg({ series }, top) {
   let at = WIDE - RIGHT;
   const names = [...series].reverse().map((one) => {
@@ -112,7 +131,10 @@ function panelSvg(panel, top, height, text) {
   return gridSvg(scale, top, height, text) + title + namesSvg(panel, top) + lines.join("");
 }
 
-/** Panels, one below the other, as SVG. @param {Panel[]} panels @param {string} title @param {Text} text */
+/**
+ * Panels, one below the other, as SVG.
+ * @param {Panel[]} panels @param {string} title @param {Text} text
+ */
 export function svgOf(panels, title, text) {
   let top = 64;
   const parts = [];

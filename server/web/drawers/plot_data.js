@@ -1,4 +1,5 @@
-// What the plots show, as lists: columns of the motion, its energies, and the panels of a picture for paper.
+// What the plots show, as lists: columns of the motion, its energies, and the panels of a picture
+// for paper.
 // Leaves to others: charts on the page (plots.js), the picture (picture.js).
 // Invariant: every number is a sample of the server's.
 
@@ -17,17 +18,26 @@ export const ENERGIES = [
 
 /** @typedef {import("./picture.js").Panel} Panel */
 
-/** Column k of a row-major table, of `count` rows. @param {Float64Array} values @param {number} width @param {number} k @param {number} count */
+/**
+ * Column k of a row-major table, of `count` rows.
+ * @param {Float64Array} values @param {number} width @param {number} k @param {number} count
+ */
 export function columnOf(values, width, k, count) {
   const list = new Float64Array(count);
   for (let i = 0; i < count; i++) list[i] = values[i * width + k];
   return list;
 }
 
-/** How far the energy is from that of the start. @param {Float64Array} total @param {number} count */
+/**
+ * How far the energy is from that of the start.
+ * @param {Float64Array} total @param {number} count
+ */
 export const driftOf = (total, count) => total.slice(0, count).map((energy) => energy - total[0]);
 
-/** What of the time axis is seen: the samples inside, as a cut of any list. @param {Motion} motion @param {[number, number]} x */
+/**
+ * What of the time axis is seen: the samples inside, as a cut of any list.
+ * @param {Motion} motion @param {[number, number]} x
+ */
 function cutOf(motion, [from, to]) {
   const t = motion.t.slice(0, motion.count);
   const first = t.findIndex((time) => time >= from);
@@ -44,7 +54,10 @@ function paperColour(name) {
   return style.getPropertyValue(name.replace("--arm", "--print-arm")).trim() || "#1c2330";
 }
 
-/** The phase portrait as a panel. @param {Motion} motion @param {number} arm @param {Text} text @returns {Panel} */
+/**
+ * The phase portrait as a panel.
+ * @param {Motion} motion @param {number} arm @param {Text} text @returns {Panel}
+ */
 function portraitPanel({ columns, n, count }, arm, text) {
   const xs = columnOf(columns.phi, n, arm - 1, count);
   const ys = columnOf(columns.phid, n, arm - 1, count);
@@ -58,7 +71,8 @@ function portraitPanel({ columns, n, count }, arm, text) {
 
 /**
  * The panels as they are seen: the same arms, the same time.
- * @param {Motion} motion @param {Text} text @param {[number, number]} x @param {Set<number>} hidden arms, from 0 @param {number} chosen the portrait's arm
+ * @param {Motion} motion @param {Text} text @param {[number, number]} x @param {Set<number>} hidden
+ * arms, from 0 @param {number} chosen the portrait's arm
  */
 export function panelsOf(motion, text, x, hidden, chosen) {
   const { columns, count, n } = motion;

@@ -1,6 +1,9 @@
-// Plots: small multiples on one time axis (angles, velocities, forces, energies, their drift), a phase portrait, and exports.
-// Leaves to others: the charts (chart.js), what they show (plot_data.js), the phase portrait (portrait.js), pictures for paper (picture.js).
-// Invariant: every number shown is a sample of the server's; files of numbers are asked from the server.
+// Plots: small multiples on one time axis (angles, velocities, forces, energies, their drift), a
+// phase portrait, and exports.
+// Leaves to others: the charts (chart.js), what they show (plot_data.js), the phase portrait
+// (portrait.js), pictures for paper (picture.js).
+// Invariant: every number shown is a sample of the server's; files of numbers are asked from the
+// server.
 
 import { createBag, h, iconButton } from "../dom.js";
 import { createGroup } from "./chart.js";
@@ -14,13 +17,19 @@ const FEW = 8; // so many arms are shown at first
 const READABLE_MS = 120; // numbers that change faster cannot be read
 const HEADS = ["", "\u03c6, rad", "\u03c6\u2032, rad/s", "\u03bb, N"];
 
-/** The charts of a number of arms. @typedef {{perArm: Chart[], energy: Chart, drift: Chart, portrait: import("./portrait.js").Portrait}} Charts */
+/**
+ * The charts of a number of arms.
+ * @typedef {{perArm: Chart[], energy: Chart, drift: Chart, portrait:
+ * import("./portrait.js").Portrait}} Charts
+ */
 
 /**
- * The drawer while it is there; made: what depends on the number of arms and the theme; arms: of how many the charts are;
- * hidden: arms that are not drawn, from 0; chosen: the portrait's arm; told: when the numbers were written last.
+ * The drawer while it is there; made: what depends on the number of arms and the theme; arms: of
+ * how many the charts are; hidden: arms that are not drawn, from 0; chosen: the portrait's arm;
+ * told: when the numbers were written last.
  * @typedef {ReturnType<typeof partsOf> & {
- *   app: App, group: ChartGroup, made: Bag, charts: Charts | null, shown: boolean, stale: boolean, arms: number,
+ *   app: App, group: ChartGroup, made: Bag, charts: Charts | null, shown: boolean, stale: boolean,
+ *   arms: number,
  *   hidden: Set<number>, chosen: number, told: number,
  * }} View
  */
@@ -219,7 +228,10 @@ function toolbarOf(text, group) {
   );
 }
 
-/** Buttons that save, behind a word. @param {Text} text @param {string} word @param {HTMLElement[]} buttons */
+/**
+ * Buttons that save, behind a word.
+ * @param {Text} text @param {string} word @param {HTMLElement[]} buttons
+ */
 function savers(text, word, buttons) {
   const attributes = { class: "row", role: "group", "aria-label": text("kit.save") };
   return h("div", attributes, h("span", { class: "quiet" }, text(word)), ...buttons);

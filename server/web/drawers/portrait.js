@@ -1,4 +1,5 @@
-// The phase portrait of one arm: angular velocity over angle, up to now, and the point where it is now.
+// The phase portrait of one arm: angular velocity over angle, up to now, and the point where it is
+// now.
 // Leaves to others: which arm, the samples.
 // Invariant: the path is drawn once for what there is; following the clock moves a point only.
 
@@ -11,9 +12,16 @@ const BOTTOM = 24;
 
 /** @typedef {[number, number]} Limits */
 
-/** Where numbers lie on the canvas. @typedef {{xs: Limits, ys: Limits, width: number, height: number, x(value: number): number, y(value: number): number}} Scale */
+/**
+ * Where numbers lie on the canvas.
+ * @typedef {{xs: Limits, ys: Limits, width: number, height: number, x(value: number): number,
+ * y(value: number): number}} Scale
+ */
 
-/** @typedef {{element: HTMLElement, set(xs: ArrayLike<number>, ys: ArrayLike<number>, colour: string, label: string): void, at(x: number, y: number): void, destroy(): void}} Portrait */
+/**
+ * @typedef {{element: HTMLElement, set(xs: ArrayLike<number>, ys: ArrayLike<number>, colour:
+ * string, label: string): void, at(x: number, y: number): void, destroy(): void}} Portrait
+ */
 
 /** Around what there is. @param {ArrayLike<number>} list @returns {Limits} */
 function limits(list) {
@@ -29,7 +37,10 @@ function limits(list) {
   return [low - room, high + room];
 }
 
-/** @param {Limits} xs @param {Limits} ys @param {number} width @param {number} height @returns {Scale} */
+/**
+ * @param {Limits} xs @param {Limits} ys @param {number} width @param {number} height @returns
+ * {Scale}
+ */
 function scaleOf(xs, ys, width, height) {
   return {
     xs,
@@ -64,7 +75,10 @@ function grid(context, text, scale) {
   context.stroke();
 }
 
-/** Makes the canvas as fine as its place. @param {HTMLCanvasElement} canvas @param {number} width @param {number} height */
+/**
+ * Makes the canvas as fine as its place.
+ * @param {HTMLCanvasElement} canvas @param {number} width @param {number} height
+ */
 function prepare(canvas, width, height) {
   const ratio = Math.min(devicePixelRatio, 2);
   canvas.width = width * ratio;

@@ -18,7 +18,10 @@ function squares(code) {
   return parts.join("");
 }
 
-/** The code of some letters. @param {any} qrcode the library @param {string} letters @param {string} label */
+/**
+ * The code of some letters.
+ * @param {any} qrcode the library @param {string} letters @param {string} label
+ */
 export function qrOf(qrcode, letters, label) {
   const code = qrcode(0, letters.length > LONG ? "L" : "M");
   code.addData(letters);

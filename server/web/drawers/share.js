@@ -1,6 +1,8 @@
-// Share: links that reproduce the scene to the bit, one that the server keeps and one that holds all itself, QR codes, files.
+// Share: links that reproduce the scene to the bit, one that the server keeps and one that holds
+// all itself, QR codes, files.
 // Leaves to others: what a link holds (link.js), the codes (qr.js).
-// Invariant: a link that is shown stands for the document as it is now; one that does not is taken away.
+// Invariant: a link that is shown stands for the document as it is now; one that does not is taken
+// away.
 
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
@@ -16,7 +18,8 @@ const LONGEST = 1200; // letters of a link that a camera still reads off a proje
 /**
  * The drawer while it is there; kept: the scene's text that the short link stands for.
  * @typedef {{
- *   app: App, shown: boolean, kept: string | null, status: HTMLElement, fileStatus: HTMLElement, title: HTMLInputElement,
+ *   app: App, shown: boolean, kept: string | null, status: HTMLElement, fileStatus: HTMLElement,
+ *   title: HTMLInputElement,
  *   short: LinkField, long: LinkField, make: HTMLButtonElement,
  * }} View
  */
@@ -27,7 +30,10 @@ const handedOn = (doc) => ({ ...doc, view: { ...doc.view, drawer: null } });
 /** @param {string} hash */
 const whole = (hash) => `${location.origin}/${hash}`;
 
-/** @param {App} app @param {any} qrcode the library @param {string} id @param {string} label @param {() => Promise<void>} follow */
+/**
+ * @param {App} app @param {any} qrcode the library @param {string} id @param {string} label @param
+ * {() => Promise<void>} follow
+ */
 function linkField(app, qrcode, id, label, follow) {
   const { text } = app;
   const focus = () => field.select();
@@ -130,7 +136,10 @@ function createView(app, qrcode) {
   return view;
 }
 
-/** A part of the drawer with its title and what it is for. @param {Text} text @param {string} id @param {...(HTMLElement)} children */
+/**
+ * A part of the drawer with its title and what it is for.
+ * @param {Text} text @param {string} id @param {...(HTMLElement)} children
+ */
 function section(text, id, ...children) {
   const intro = h("p", { class: "quiet" }, text(`share.${id}Hint`));
   return h("section", {}, h("h3", {}, text(`share.${id}`)), intro, ...children);

@@ -1,6 +1,7 @@
 // Worksheet: five steps that set the stage, ask a question, and see when it is done.
 // Leaves to others: all that is done in a step is done with the stage and the other drawers.
-// Invariant: a step is done when the page is in the state it asks for; what was done stays done (kept in the browser).
+// Invariant: a step is done when the page is in the state it asks for; what was done stays done
+// (kept in the browser).
 
 import { createBag, h } from "../dom.js";
 import { keep as browser } from "../keep.js";
@@ -12,14 +13,22 @@ const KEPT = "pendulumd.worksheet";
 const HANGING = -Math.PI / 2;
 const SPAN = { stop: 20, step: 0.01 };
 
-/** What a step looks at to see whether it is done. @typedef {{doc: Doc, clock: Clock, motion: Motion, cause: Cause | null}} Seen */
-
-/** @typedef {{id: string, drawer: string, set: {pendulum: Tree, initial: State}, done: (seen: Seen) => boolean}} Step */
+/**
+ * What a step looks at to see whether it is done.
+ * @typedef {{doc: Doc, clock: Clock, motion: Motion, cause: Cause | null}} Seen
+ */
 
 /**
- * The drawer while it is there; step: which is shown; done: those that have been; staged: whether it has set the stage.
+ * @typedef {{id: string, drawer: string, set: {pendulum: Tree, initial: State}, done: (seen: Seen)
+ * => boolean}} Step
+ */
+
+/**
+ * The drawer while it is there; step: which is shown; done: those that have been; staged: whether
+ * it has set the stage.
  * @typedef {{
- *   app: App, step: number, done: Set<string>, staged: boolean, list: HTMLElement, body: HTMLElement, mark: HTMLElement,
+ *   app: App, step: number, done: Set<string>, staged: boolean, list: HTMLElement, body:
+ *   HTMLElement, mark: HTMLElement,
  * }} View
  */
 
@@ -112,7 +121,10 @@ function stage(view) {
   if (!still.matches) clock.play();
 }
 
-/** @param {View} view @param {number} step @param {boolean} focus whether the step's key gets the focus */
+/**
+ * @param {View} view @param {number} step @param {boolean} focus whether the step's key gets the
+ * focus
+ */
 function go(view, step, focus = false) {
   view.step = Math.max(0, Math.min(STEPS.length - 1, step));
   keep(view);

@@ -1,4 +1,5 @@
-// English: every word that the page shows. {name} is filled in; the other languages have the same keys (a test compares).
+// English: every word that the page shows. {name} is filled in; the other languages have the same
+// keys (a test compares).
 
 export default {
   name: "Pendulum trees",
