@@ -91,8 +91,8 @@ int api_stats_warnings(const struct api_stats *stats) {
     return count;
 }
 
-/* room for all rows of all columns, in one block that begins with column 0; pages that stay
- * empty cost nothing */
+/* allocates all rows of all columns, in one block that begins with column 0; pages that are never
+ * written take no memory */
 static enum pend_status writer_keep(struct api_writer *writer) {
     const struct api_table *table = &writer->table;
     double numbers = (double)table->rows * api_table_numbers(table, 0);
@@ -106,6 +106,11 @@ static enum pend_status writer_keep(struct api_writer *writer) {
     return PEND_OK;
 }
 
+int api_writer_valid(const struct api_writer *writer) {
+    return writer->rows >= 0 && writer->rows <= writer->table.rows &&
+           writer->table.count <= API_COLUMNS && !writer->format->block == !!writer->column[0];
+}
+
 enum pend_status api_writer_new(struct api_writer **writer, const struct api_format *format,
                                 const struct api_table *table, struct api_buffer *out) {
     *writer = calloc(1, format->writer_bytes);
@@ -115,6 +120,7 @@ enum pend_status api_writer_new(struct api_writer **writer, const struct api_for
     enum pend_status status = format->block ? PEND_OK : writer_keep(*writer);
     if (status == PEND_OK && format->begin) status = format->begin(*writer, out);
     if (status != PEND_OK) api_writer_free(writer);
+    assert(!*writer || api_writer_valid(*writer));
     return status;
 }
 
@@ -131,8 +137,8 @@ void api_writer_free(struct api_writer **writer) {
     *writer = NULL;
 }
 
-/* true when no exponent is all ones: adding one to it carries into the sign's place. No early
- * end, no comparison, so that the loop runs in vector lanes. */
+/* true if no exponent is all ones: adding one to such an exponent carries into the sign bit. The
+ * loop neither stops early nor compares, so that it runs in vector lanes. */
 static int all_finite(long count, const double value[]) {
     const uint64_t exponent = 0x7ff0000000000000, one = 0x0010000000000000;
     uint64_t carried = 0;
@@ -175,12 +181,13 @@ static void writer_take(struct api_writer *writer, long rows, const double *cons
 
 enum pend_status api_writer_finite_block(struct api_writer *writer, long rows,
                                          const double *const data[], struct api_buffer *out) {
-    assert(writer->rows + rows <= writer->table.rows);
+    assert(api_writer_valid(writer) && rows <= writer->table.rows - writer->rows);
     if (writer->format->block)
         PEND_TRY(writer->format->block(writer, rows, data, out));
     else
         writer_take(writer, rows, data);
     writer->rows += rows;
+    assert(api_writer_valid(writer));
     return PEND_OK;
 }
 
@@ -195,6 +202,7 @@ enum pend_status api_writer_block(struct api_writer *writer, long rows, const do
 
 enum pend_status api_writer_finish(struct api_writer *writer, const struct api_stats *stats,
                                    struct api_buffer *out, int *done) {
+    assert(api_writer_valid(writer));
     writer->stats = stats;
     if (writer->format->finish) return writer->format->finish(writer, out, done);
     *done = 1;
@@ -205,11 +213,11 @@ static const struct api_format *const formats[] = {
     &api_format_json, &api_format_ndjson, &api_format_csv, &api_format_octets,
     &api_format_npz,  &api_format_mat,    &api_format_png};
 
-void api_format_list(char text[API_FORMATS_TEXT], int samples, int flows) {
+void api_format_list(char text[API_FORMATS_TEXT], int samples, int streams) {
     size_t used = 0;
     text[0] = 0;
     for (size_t i = 0; i < sizeof formats / sizeof *formats && used < API_FORMATS_TEXT; i++) {
-        if (formats[i]->samples_only > samples || (flows && !formats[i]->block)) continue;
+        if (formats[i]->samples_only > samples || (streams && !formats[i]->block)) continue;
         used += (size_t)snprintf(text + used, API_FORMATS_TEXT - used, "%s%s", used ? ", " : "",
                                  formats[i]->media_type);
     }

@@ -1,9 +1,9 @@
-/* Tables of samples as bytes: the table of representations, and the writer that feeds one of
- * them block by block.
- * Leaves to others: which representation a client wants (negotiate), what the columns hold
+/* Encoding tables of samples: the table of representations, and the writer that passes rows to one
+ * of them block by block.
+ * Leaves to others: which representation a client wants (negotiate), the meaning of the columns
  * (op_*).
  * Invariant: no answer contains NaN or Infinity; a table's bytes do not depend on how its rows
- * were cut into blocks. */
+ * were divided into blocks. */
 #ifndef API_ENCODE_H
 #define API_ENCODE_H
 
@@ -11,36 +11,33 @@
 
 enum { API_COLUMNS = 24 };
 
-/* One array of a table. Columns that share a name are its parts and stand next to each other: z
- * is re and im. */
+/* One array of a table. Columns of the same name are its parts and are adjacent: z is re and im. */
 struct api_column {
     const char *name; /* "phi" */
-    const char *part; /* "re", or NULL where the name has one array only */
-    int width; /* numbers a row: one an arm; 0 = one number that belongs to the row as a whole ("t")
-                */
-    int sparse; /* a number below 0 stands for none: text says so, what holds nothing but doubles
-                   has it as it is */
+    const char *part; /* "re", or NULL if the name has one array only */
+    int width;  /* numbers a row, one for each arm; 0 = one number for the row as a whole ("t") */
+    int sparse; /* a number below 0 means "none": representations of text write that, binary ones
+                   the number itself */
 };
 
-/* What is drawn of a grid's members: one number of a column a pixel. */
+/* The picture of a grid of members: each pixel shows one number of a column. */
 struct api_table_picture {
     long across;     /* pixels of a line; 0 = no picture */
     int column, arm; /* which number */
     int logarithmic;
 };
 
-/* What an answer's rows hold. */
+/* The columns and rows of an answer. */
 struct api_table {
     int count;
     struct api_column column[API_COLUMNS];
-    long rows;  /* how many will come */
-    int single; /* one row, and the answer's arrays are that row's, not one a row */
-    int digits; /* significant digits that numbers are rounded to, 0 = the shortest that read back
-                 */
+    long rows;  /* how many there will be */
+    int single; /* there is one row, and the answer's arrays have no axis for rows */
+    int digits; /* significant digits of a number, 0 = the shortest text that reads back */
     struct api_table_picture picture;
 };
 
-/* What is told of the computation behind the rows; the texts outlive the writer. */
+/* A figure about the computation, written behind the rows; the texts outlive the writer. */
 struct api_stat {
     const char *name;
     enum { API_STAT_TEXT, API_STAT_WHOLE, API_STAT_NUMBER, API_STAT_WARNING } kind;
@@ -61,53 +58,52 @@ struct api_stats {
     struct api_stat stat[API_STATS];
 };
 
-/* What a representation writes at a time, about. */
+/* About how many bytes a representation writes at a time. */
 enum { API_PIECE_BYTES = 1 << 16 };
 
 struct api_writer;
 
 /*
- * A representation. A writer of its own begins with struct api_writer.
+ * A representation. Its own writer struct, if any, begins with struct api_writer.
  *
- * It flows where it writes each block of rows when it comes: nothing is kept, and the answer has no
- * limit of size. Others have their rows kept, column by column, and write all in the end.
+ * A representation with a `block` function streams: it writes each block of rows at once, keeps
+ * nothing, and its answers have no limit of size. For the others the writer keeps all rows, column
+ * by column, and `finish` writes the answer in the end.
  */
 struct api_format {
     const char *media_type;   /* as Accept names it */
     const char *content_type; /* as the answer says it */
-    const char
-        *extension;    /* of a file that holds such an answer; NULL where it is rather looked at */
-    int samples_only;  /* 1: serves tables of samples and nothing else; 2: only those that can be
-                          drawn */
-    int picture;       /* draws the table's picture */
-    int digits;        /* text, so that numbers can be rounded */
-    int exact;         /* `bytes` is what the answer has */
-    int bare;          /* the answer does not say its columns: they go into a header field */
-    int problem_line;  /* a broken answer ends with a line {"problem": {...}} */
-    double most_bytes; /* of an answer, where the representation itself has a limit; else 0 */
-    size_t writer_bytes;
+    const char *extension; /* of a saved file; NULL if a browser should show the answer instead */
+    int samples_only;      /* 1: only for tables of samples; 2: only for tables with a picture */
+    int picture;           /* draws the table's picture */
+    int digits;            /* is text, so that numbers can be rounded */
+    int exact;             /* `bytes` is the exact length of the answer */
+    int bare;              /* the answer does not name its columns: a header field does */
+    int problem_line;      /* a broken answer ends with a line {"problem": {...}} */
+    double most_bytes;     /* the most bytes of an answer, if the format has a limit; else 0 */
+    size_t writer_bytes;   /* size of its writer struct */
 
-    /** A number of bytes that the table's answer will not pass. */
+    /** Returns an upper bound of the bytes of a table's answer. */
     double (*bytes)(const struct api_table *table);
-    /** What comes before the rows; NULL where nothing does. */
+    /** Writes the bytes before the rows; NULL if there are none. */
     enum pend_status (*begin)(struct api_writer *writer, struct api_buffer *out);
-    /** rows rows; data[c] holds width (or 1) numbers a row of column c, all finite. NULL: it does
-     * not flow. */
+    /** Writes rows; data[c] has width (or 1) numbers a row of column c, all finite. NULL: the
+     * representation does not stream. */
     enum pend_status (*block)(struct api_writer *writer, long rows, const double *const data[],
                               struct api_buffer *out);
-    /** Writes the next piece of what comes behind the rows that were written, or, where it does
-     * not flow, of the whole answer from writer->column and stats; sets *done after the last.
-     * NULL: nothing comes. */
+    /** Writes the next piece of the bytes behind the rows, or, if the representation does not
+     * stream, of the whole answer from writer->column and stats; sets *done after the last piece.
+     * NULL: there are no such bytes. */
     enum pend_status (*finish)(struct api_writer *writer, struct api_buffer *out, int *done);
 };
 
 struct api_writer {
     const struct api_format *format;
     struct api_table table;
-    long rows;                   /* written or kept so far */
-    double *column[API_COLUMNS]; /* the rows that are kept, one block; NULL where the representation
-                                    flows */
-    const struct api_stats *stats; /* once all rows are there; NULL = none */
+    long rows;                     /* written or kept so far */
+    double *column[API_COLUMNS];   /* the rows that are kept, one block; NULL if the representation
+                                      streams */
+    const struct api_stats *stats; /* once all rows were written or kept; NULL = none */
 };
 
 extern const struct api_format api_format_json, api_format_ndjson, api_format_csv,
@@ -116,58 +112,65 @@ extern const struct api_format api_format_json, api_format_ndjson, api_format_cs
 enum { API_FORMATS_TEXT = 160 };
 
 /**
- * The media types of the representations, separated by commas.
+ * Writes the media types of the representations, separated by commas.
  *
- * samples  as of the operation: 0, 1 where the answer is a table of samples, 2 where it may be
- *          drawn.
- * flows    non-zero: only those that flow.
+ * samples  of struct api_op: 0, 1 for a table of samples, 2 for one with a picture.
+ * streams  non-zero: only representations that stream.
  */
-void api_format_list(char text[API_FORMATS_TEXT], int samples, int flows);
+void api_format_list(char text[API_FORMATS_TEXT], int samples, int streams);
 
-/** Row i of the table of representations, or NULL beyond its end; the first is the default. */
+/** Returns row i of the table of representations, NULL beyond its end; the first is the default. */
 const struct api_format *api_format_at(int i);
 
 enum { API_COLUMNS_TEXT = 400 };
 
 /**
- * The columns as X-Columns names them: "t,phi[4],z_re[4],z_im[4]", each as often as the bracket
- * says, else once.
+ * Writes the columns as the field X-Columns lists them: "t,phi[4],z_re[4],z_im[4]", with the
+ * numbers a row in brackets unless it is one.
  */
 void api_table_columns(const struct api_table *table, char text[API_COLUMNS_TEXT]);
 
 struct api_number_rows;
 
-/** As api_number_write_rows, of a column that may be sparse: where there is no number `none` is
- * written. */
+/** As api_number_write_rows, but of a column that may be sparse: writes `none` for a number below
+ * 0 of such a column. */
 char *api_column_write(char *out, const struct api_column *column,
                        const struct api_number_rows *rows, const char *none);
 
-/** Adds a column; at most API_COLUMNS fit, which the caller knows. */
+/** Adds a column; the caller adds at most API_COLUMNS. */
 void api_table_add(struct api_table *table, const char *name, const char *part, int width);
 
-/** Numbers that a column has in one row. */
+/** Returns how many numbers a column has in one row. */
 static inline long api_column_numbers(const struct api_column *column) {
     return column->width ? column->width : 1;
 }
 
-/** Numbers that the columns from `first` on have in one row. */
+/** Returns how many numbers the columns from `first` on have in one row. */
 double api_table_numbers(const struct api_table *table, int first);
 
+/** Adds a text; at most API_STATS figures fit. */
 void api_stats_text(struct api_stats *stats, const char *name, const char *text);
+
+/** Adds a whole number. */
 void api_stats_whole(struct api_stats *stats, const char *name, long value);
+
+/** Adds a finite number. */
 void api_stats_number(struct api_stats *stats, const char *name, double value);
-/** Which version and engine have computed it. */
+
+/** Adds the version and the engine that have computed the answer. */
 void api_stats_origin(struct api_stats *stats);
-/** Warnings among them. */
+
+/** Returns how many warnings there are. */
 int api_stats_warnings(const struct api_stats *stats);
-/** A warning, in words: fewer than API_WARNING_TEXT letters of ASCII without comma, quote or
- * backslash. Of one name there is one. */
+
+/** Adds a warning: fewer than API_WARNING_TEXT letters of ASCII without comma, quote or backslash.
+ * A later one of the same name replaces it. */
 void api_stats_warning(struct api_stats *stats, const char *name, const char *text);
 
 /**
- * Starts a table and writes what comes before its rows.
+ * Starts the answer to a table and writes the bytes before its rows.
  *
- * writer  out; NULL on failure.
+ * writer  out; NULL on failure; ends with api_writer_free.
  * table   copied; its names must outlive the writer.
  *
  * PEND_NO_MEMORY, PEND_LIMIT
@@ -177,18 +180,22 @@ PEND_MUST_CHECK enum pend_status api_writer_new(struct api_writer **writer,
                                                 const struct api_table *table,
                                                 struct api_buffer *out);
 
+/** Frees a writer and the rows that it keeps; nothing happens if it is NULL. */
 void api_writer_free(struct api_writer **writer);
 
-/** Bytes of memory that a writer of such a table takes at most, rows that are kept included.
+/** True if the rows are within the table, and kept exactly if the format does not stream; for
+ * assertions. O(1). */
+int api_writer_valid(const struct api_writer *writer);
+
+/** Returns the most bytes of memory of a writer of such a table, rows that are kept included.
  * O(columns). */
 double api_writer_bytes(const struct api_format *format, const struct api_table *table);
 
 /**
- * Writes rows, or keeps them; no more than the table was said to have.
+ * Writes rows or keeps them, at most as many as the table has.
  *
- * data   one array a column, width (or 1) numbers a row.
- * error  on failure says which column and arm, and the time where the first column is t, else the
- *        row.
+ * data   one array for each column, width (or 1) numbers a row.
+ * error  on failure names the column, the arm, and the time if the first column is t, else the row.
  *
  * PEND_NOT_FINITE  a number is NaN or infinite; nothing was written.
  * PEND_NO_MEMORY, PEND_LIMIT
@@ -197,17 +204,17 @@ PEND_MUST_CHECK enum pend_status api_writer_block(struct api_writer *writer, lon
                                                   const double *const data[],
                                                   struct api_buffer *out, struct pend_error *error);
 
-/** The same of numbers that were all looked at already: they are finite. */
+/** As api_writer_block, for numbers that are known to be finite. */
 PEND_MUST_CHECK enum pend_status api_writer_finite_block(struct api_writer *writer, long rows,
                                                          const double *const data[],
                                                          struct api_buffer *out);
 
 /**
- * Writes the next piece of what comes once all rows are there, at most about API_PIECE_BYTES and
- * one row.
+ * Writes the next piece behind the rows, once all were passed to the writer: at most about
+ * API_PIECE_BYTES and one row.
  *
- * stats  in representations that have a place for them; NULL where there are none. The same at
- *        every call.
+ * stats  written by representations that have a place for them; NULL = none. The same at every
+ *        call.
  * done   set non-zero once the answer is complete.
  *
  * PEND_NO_MEMORY, PEND_LIMIT

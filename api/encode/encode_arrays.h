@@ -1,5 +1,4 @@
-/* A table's columns as arrays that a file holds each under a name of its own: re and im become
- * one complex array.
+/* Grouping a table's columns into the named arrays of a file: re and im become one complex array.
  * Leaves to others: the files (encode_npz, encode_mat).
  * Invariant: every column belongs to exactly one array, in the order of the columns. */
 #ifndef API_ENCODE_ARRAYS_H
@@ -10,9 +9,9 @@
 /* One array: rows x width numbers. */
 struct api_array {
     const char *name; /* of its columns */
-    const char *part; /* "kinetic", where the name has several arrays; else NULL */
+    const char *part; /* "kinetic", if the name has several arrays; else NULL */
     int width;        /* 0 = one number a row */
-    int re, im;       /* columns; im is -1 where the array is real */
+    int re, im;       /* columns; im is -1 if the array is real */
 };
 
 struct api_arrays {

@@ -1,8 +1,7 @@
-/* A table as CSV (RFC 4180 with plain line feeds): a header line, then one line a row, straight
- * into the answer.
- * Leaves to others: which columns there are (op_*), how a number is spelt (number).
- * Invariant: every line of the table has the same number of fields; no field needs quotes. What
- * there is to warn of comes below it, in lines of comment that begin with # and have no comma. */
+/* A table as CSV (RFC 4180 with plain line feeds): a header line, then one line a row.
+ * Leaves to others: which columns there are (op_*), the text of a number (number).
+ * Invariant: every line of the table has the same number of fields; no field needs quotes.
+ * Warnings are below the table, in lines of comment that begin with # and have no comma. */
 #include "api/encode/encode.h"
 
 #include "api/json/json_out.h"
@@ -34,7 +33,7 @@ static enum pend_status csv_begin(struct api_writer *writer, struct api_buffer *
     return PEND_OK;
 }
 
-/* some rows, put together from the columns; they are few enough for `row` */
+/* some rows, assembled from the columns; they are few enough for `row` */
 static char *csv_rows(char *at, const struct api_table *table, long rows, long from,
                       const double *const data[], double row[]) {
     long numbers = 0;
@@ -47,7 +46,7 @@ static char *csv_rows(char *at, const struct api_table *table, long rows, long f
     return api_number_write_rows(at, &lines);
 }
 
-/* a row too long for that, or that may lack numbers, column by column */
+/* a row that is too long for that, or may lack numbers, column by column */
 static char *csv_long_row(char *at, const struct api_table *table, long i,
                           const double *const data[]) {
     for (int c = 0; c < table->count; c++) {

@@ -1,6 +1,6 @@
-/* A table as one JSON object of arrays, time-major, each written from the rows that were kept of
- * its column.
- * Leaves to others: which columns there are (op_*), how a number is spelt (number).
+/* A table as one JSON object of arrays, time-major, each written from the kept rows of its
+ * column.
+ * Leaves to others: which columns there are (op_*), the text of a number (number).
  * Invariant: the object is valid JSON, members in the order of the columns, stats last. */
 #include "api/encode/encode.h"
 
@@ -22,14 +22,14 @@ static double json_bytes(const struct api_table *table) {
     return (double)table->rows * row + 64.0 * (table->count + API_STATS) + API_WARNINGS_BYTES;
 }
 
-/* true when column c carries another name than its neighbour */
+/* true if column c has another name than its neighbour */
 static int json_name_changes(const struct api_table *table, int c, int neighbour) {
     return neighbour < 0 || neighbour >= table->count ||
            strcmp(table->column[c].name, table->column[neighbour].name);
 }
 
-/* what comes before the rows of a column; commas by count, since what came before may be gone
- * from the buffer */
+/* writes the bytes before the rows of a column; the column's number decides about a comma, since
+ * the bytes before may have left the buffer */
 static enum pend_status json_open(const struct json_writer *writer, struct api_buffer *out) {
     const struct api_table *table = &writer->base.table;
     int c = writer->column;
@@ -49,7 +49,7 @@ static enum pend_status json_close(const struct json_writer *writer, struct api_
                                                                        : PEND_OK;
 }
 
-/* rows with a comma behind each */
+/* writes rows with a comma behind each */
 static char *json_write_rows(char *at, const struct api_column *column, long rows,
                              const double value[], int digits) {
     struct api_number_rows list = {rows, 1, value, digits, 0, ",", 1},
@@ -57,7 +57,7 @@ static char *json_write_rows(char *at, const struct api_column *column, long row
     return api_column_write(at, column, column->width ? &nested : &list, "null");
 }
 
-/* the next rows of the column, as many as make a piece */
+/* writes the next rows of the column, as many as a piece has */
 static enum pend_status json_rows(struct json_writer *writer, struct api_buffer *out) {
     const struct api_table *table = &writer->base.table;
     const struct api_column *column = &table->column[writer->column];

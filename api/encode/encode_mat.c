@@ -1,9 +1,8 @@
-/* A table as a MAT-file of level 5: what MATLAB and Octave `load`; z is complex, energy and
- * stats are structures.
- * Leaves to others: which columns there are (op_*). libmatio would write to a file and nowhere
- * else.
- * Invariant: every element begins at a multiple of 8 bytes; the bytes depend on the numbers and
- * nothing else. */
+/* A table as a MAT-file of level 5, which MATLAB and Octave `load`; z is complex, energy and stats
+ * are structures. (libmatio can write to files only.)
+ * Leaves to others: which columns there are (op_*).
+ * Invariant: every element begins at a multiple of 8 bytes; the bytes depend on the numbers
+ * only. */
 #include "api/encode/encode_arrays.h"
 
 #include <stdio.h>
@@ -54,7 +53,7 @@ static char *pad(char *at, const char *text, size_t bytes) {
     return at + whole;
 }
 
-/* what a matrix begins with behind its own tag: flags, dimensions, name */
+/* the head of a matrix behind its own tag: flags, dimensions, name */
 static char *matrix_head(char *at, unsigned flags, long rows, long columns, const char *name) {
     size_t bytes = strlen(name);
     at = api_octets_whole(tag(at, UINT32, 8), flags, 8);
@@ -76,9 +75,8 @@ static uint64_t matrix_head_bytes(const char *name) {
     return 2 * (TAG + 8) + (bytes && bytes <= 4 ? TAG : TAG + padded(bytes));
 }
 
-/* a structure's head with the names of its fields; its fields, `bytes` in all, are to follow as
- * matrices without names
- */
+/* a structure's head with the names of its fields; its fields, `bytes` in all, follow as matrices
+ * without names */
 static enum pend_status struct_begin(const char *name, int count, const char *const field[],
                                      uint64_t bytes, struct api_buffer *out) {
     uint64_t names = (uint64_t)count * NAME_BYTES;
@@ -95,7 +93,7 @@ static enum pend_status struct_begin(const char *name, int count, const char *co
     return PEND_OK;
 }
 
-/* arrays: columns before rows, so every arm's numbers stand together */
+/* arrays: columns before rows, so that the numbers of each arm are adjacent */
 
 static uint64_t part_numbers(const struct mat_writer *writer, const struct api_array *array) {
     return (uint64_t)writer->base.rows * (uint64_t)(array->width ? array->width : 1);
@@ -108,7 +106,7 @@ static uint64_t array_bytes(const struct mat_writer *writer, const struct api_ar
     return matrix_head_bytes(name) + parts * (TAG + 8 * part_numbers(writer, array));
 }
 
-/* true where array i opens a structure: it is the first part of its name */
+/* true if array i opens a structure: it is the first part of its name */
 static int array_leads(const struct mat_writer *writer, int i) {
     const struct api_array *array = &writer->arrays.array[i];
     return array->part && (!i || !array[-1].part || strcmp(array[-1].name, array->name));
@@ -141,7 +139,7 @@ static enum pend_status array_begin(const struct mat_writer *writer, struct api_
     return PEND_OK;
 }
 
-/* the next numbers of the part, as many as make a piece */
+/* writes the next numbers of the part, as many as a piece has */
 static enum pend_status array_go_on(struct mat_writer *writer, struct api_buffer *out) {
     const struct api_array *array = &writer->arrays.array[writer->next];
     const double *number = writer->base.column[writer->part ? array->im : array->re];
@@ -162,7 +160,7 @@ static enum pend_status array_go_on(struct mat_writer *writer, struct api_buffer
     return PEND_OK;
 }
 
-/* what is told of the computation: a structure of scalars and texts */
+/* the figures about the computation: a structure of scalars and texts */
 
 /* a stat as a matrix without a name, its tag included */
 static char *stat_write(char *at, const struct api_stat *stat) {
@@ -230,7 +228,7 @@ static enum pend_status mat_begin(struct api_writer *base, struct api_buffer *ou
     return PEND_OK;
 }
 
-/* goes on to the imaginary part, or to the next array */
+/* continues with the imaginary part, or with the next array */
 static void mat_go_on(struct mat_writer *writer) {
     const struct api_array *array = &writer->arrays.array[writer->next];
     writer->at = 0;

@@ -1,8 +1,8 @@
-/* A table as newline-delimited JSON: one object a row, on a line of its own, written as the rows
- * come.
- * Leaves to others: which columns there are (op_*), how a number is spelt (number).
- * Invariant: every line of a row is a JSON object with the same members; what stands between the
- * numbers is the same in all. Where there are stats they come last, on a line of their own. */
+/* A table as newline-delimited JSON: one object a row, on a line of its own, written when the
+ * rows are computed.
+ * Leaves to others: which columns there are (op_*), the text of a number (number).
+ * Invariant: every line of a row is a JSON object with the same members; the text between the
+ * numbers is the same in all lines. Stats, if any, are the last line. */
 #include "api/encode/encode.h"
 
 #include <string.h>

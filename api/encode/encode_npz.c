@@ -1,9 +1,10 @@
 /* A table as NumPy's .npz: a zip archive of .npy arrays, stored and not deflated, so that
- * numpy.load reads it at the speed of memory. Leaves to others: the checksum (libdeflate: the
- * processor's carry-less product makes it cost less than the copy). A library for zip archives
- * would want all members in memory, or a file: what is written here is their headers alone.
- * Invariant: the bytes depend on the numbers and nothing else; the archive has no member or
- * offset beyond 4 GiB. */
+ * numpy.load reads it at the speed of memory. Libraries for zip archives need all members in memory
+ * or a file; this file therefore writes the headers itself.
+ * Leaves to others: the checksum (libdeflate: with the processor's carry-less product it costs less
+ * than the copy).
+ * Invariant: the bytes depend on the numbers only; the archive has no member or offset beyond
+ * 4 GiB. */
 #include "api/encode/encode_arrays.h"
 
 #include <assert.h>
@@ -62,7 +63,7 @@ static void npy_head(char head[HEAD_BYTES], const char *type, const char *shape)
     head[HEAD_BYTES - 1] = '\n';
 }
 
-/* appends to the archive; the room is there */
+/* appends to the archive; the buffer is known to be large enough */
 static void npz_add(struct npz_writer *writer, struct api_buffer *out, const void *data,
                     size_t bytes) {
     memcpy(out->data + out->bytes, data, bytes);
@@ -70,8 +71,8 @@ static void npz_add(struct npz_writer *writer, struct api_buffer *out, const voi
     writer->written += bytes;
 }
 
-/* what a member's two headers have in common, from the version that is needed to the length of
- * its name */
+/* the part that a member's two headers have in common, from the version that is needed to the
+ * length of its name */
 static char *member_facts(char *at, const struct member *member) {
     at = api_octets_whole(at, VERSION, 2);
     at = api_octets_whole(at, 0, 2 + 2 + 2); /* no flags, stored, 0:00 */
@@ -149,7 +150,7 @@ static void array_shape(const struct npz_writer *writer, const struct api_array 
     stpcpy(at, ")");
 }
 
-/* names are short: they stand in the tables of the operations */
+/* names are short: they are those of the operations' tables */
 static void member_name(struct member *member, const char *first, const char *between,
                         const char *second) {
     assert(strlen(first) + strlen(between) + strlen(second) + sizeof ".npy" <= sizeof member->name);
@@ -168,7 +169,7 @@ static enum pend_status array_begin(struct npz_writer *writer, const struct api_
     return member_begin(writer, head, out);
 }
 
-/* the next numbers of the array, as many as make a piece */
+/* writes the next numbers of the array, as many as a piece has */
 static enum pend_status array_go_on(struct npz_writer *writer, const struct api_array *array,
                                     struct api_buffer *out) {
     uint64_t rest = array_numbers(writer, array) - writer->at;
@@ -183,7 +184,7 @@ static enum pend_status array_go_on(struct npz_writer *writer, const struct api_
     return PEND_OK;
 }
 
-/* what is told of the computation: arrays without an axis */
+/* the figures about the computation: arrays without an axis */
 
 static enum pend_status stat_add(struct npz_writer *writer, const struct api_stat *stat,
                                  struct api_buffer *out) {

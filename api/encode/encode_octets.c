@@ -10,8 +10,8 @@ static double octets_bytes(const struct api_table *table) {
     return (double)table->rows * api_table_numbers(table, 0) * sizeof(double);
 }
 
-/* numbers of a column to their places in the rows, `row` bytes apart; with a width that is known
- * where it is inlined, a row's numbers are moved together */
+/* writes the numbers of a column to their places in the rows, `row` bytes apart; if the width is a
+ * constant where this is inlined, the compiler moves a row's numbers together */
 static inline __attribute__((always_inline)) void octets_column(char *at, long rows, size_t width,
                                                                 size_t row, const double value[]) {
     for (long i = 0; i < rows; i++, at += row, value += width) api_octets_doubles(at, width, value);

@@ -1,8 +1,7 @@
-/* One column of a grid's members as a picture, a pixel a member: PNG with a palette, through
- * libpng.
- * Leaves to others: what is drawn (picture_json), the colours (colormap).
- * Invariant: the only file that knows libpng; the first axis runs to the right, the second
- * upwards. */
+/* One column of a grid's members as a picture, a pixel for each member: PNG with a palette, written
+ * by libpng.
+ * Leaves to others: which column is drawn (picture_json), the colours (colormap).
+ * Invariant: no other file uses libpng; the first axis points to the right, the second upwards. */
 #include "api/encode/encode.h"
 
 #include <math.h>
@@ -16,13 +15,13 @@
 
 enum { NEVER, FAILED, FIRST_SHADE, STATUS_COLUMN = 1 };
 
-/* what the numbers are mapped by */
+/* the scale that maps numbers to shades */
 struct scale {
     const struct api_table_picture *picture;
     double from, to; /* of the shades; logarithms where the scale is logarithmic */
 };
 
-/* where libpng writes, and what it came to */
+/* the buffer into which libpng writes, and the status of writing */
 struct sink {
     struct api_buffer *out;
     enum pend_status status;
@@ -38,9 +37,8 @@ static double number_at(const struct api_writer *writer, long row) {
     return writer->column[picture->column][row * width + picture->arm];
 }
 
-/* a number on the scale; NAN for one that has no place on it: what never happened, or is not
- * positive under a logarithm
- */
+/* a number on the scale; NAN for one that is not on it: an event that never happened, or a number
+ * that is not positive on a logarithmic scale */
 static double scaled(const struct api_writer *writer, long row) {
     double x = number_at(writer, row);
     if (writer->column[STATUS_COLUMN][row] != 0) return NAN;
@@ -81,7 +79,7 @@ static void leave(png_structp png, png_const_charp text) {
 
 static void stay_silent(png_structp png, png_const_charp text) { (void)png, (void)text; }
 
-/* the pixels, and a note that says what the colours mean */
+/* writes the pixels, and a note that says what the colours mean */
 static void write_picture(png_structp png, png_infop info, const struct api_writer *writer,
                           png_bytep line) {
     const struct api_table_picture *picture = &writer->table.picture;
@@ -116,7 +114,7 @@ static void write_picture(png_structp png, png_infop info, const struct api_writ
     png_write_end(png, info);
 }
 
-/* libpng comes back here when it fails */
+/* libpng calls this when it fails */
 static int picture_written(png_structp png, png_infop info, const struct api_writer *writer,
                            png_bytep line) {
     if (setjmp(png_jmpbuf(png))) return 0;

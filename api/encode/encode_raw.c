@@ -1,6 +1,6 @@
-/* A table as a job's part is kept until somebody asks for it in a representation: records of
- * rows, one of figures.
- * Leaves to others: reading it back (results), where it is kept (server).
+/* A table as a job's part is stored until a client asks for it in a representation: records of
+ * rows, and one of figures.
+ * Leaves to others: combining the parts (results), storing them (server).
  * Invariant: never sent to a client; a record is at most about API_PIECE_BYTES or one row. */
 #include "api/encode/encode_raw.h"
 
@@ -12,7 +12,7 @@ void api_raw_head_put(char *at, enum api_raw kind, size_t bytes) {
     api_octets_whole(api_octets_whole(at, (uint64_t)kind, 4), bytes, 4);
 }
 
-/* begins a record, with room for all of it */
+/* begins a record and ensures that all of it can be written */
 static enum pend_status raw_begin(struct api_buffer *out, enum api_raw kind, size_t bytes) {
     PEND_TRY(api_buffer_room(out, API_RAW_HEAD + bytes));
     api_raw_head_put(out->data + out->bytes, kind, bytes);
@@ -130,8 +130,8 @@ long api_raw_rows(const struct api_table *table, const char *data, size_t bytes,
     return rows;
 }
 
-/* a text of at most `left` bytes with its length in front; returns the bytes read, 0 where it is
- * cut */
+/* a text of at most `left` bytes with its length in front; returns the bytes read, 0 if it is
+ * incomplete */
 static size_t get_text(const char *at, size_t left, char text[API_RAW_TEXT]) {
     size_t bytes = left ? (unsigned char)*at : 0;
     if (!left || bytes >= left || bytes >= API_RAW_TEXT) return 0;
@@ -140,7 +140,7 @@ static size_t get_text(const char *at, size_t left, char text[API_RAW_TEXT]) {
     return bytes + 1;
 }
 
-/* one figure; returns its bytes, 0 where they make none */
+/* one figure; returns its bytes, 0 if they are not one */
 static size_t get_figure(struct api_raw_figure *figure, const char *at, size_t left) {
     size_t used = 1, text;
     *figure = (struct api_raw_figure){.kind = left ? *at : -1};

@@ -3,7 +3,7 @@
 #include <string.h>
 #include <strings.h>
 
-/* a piece of a header's value */
+/* a part of a field's value */
 struct piece {
     const char *text;
     size_t bytes;
@@ -19,7 +19,7 @@ static struct piece piece_trim(struct piece piece) {
     return piece;
 }
 
-/* takes what stands before the next separator outside of quotes; the rest moves on behind it */
+/* cuts off the part before the next separator outside of quotes, and the separator */
 static struct piece piece_take(const char **rest, const char *end, char separator) {
     const char *at = *rest;
     int quoted = 0;
@@ -55,7 +55,7 @@ int api_negotiate_json(const char *content_type) {
     return 1;
 }
 
-/* qvalue: 0 or 1 with up to three decimals, in thousandths; -1 where it is none */
+/* qvalue: 0 or 1 with up to three decimals, in thousandths; -1 if it is malformed */
 static int quality(struct piece piece) {
     if (!piece.bytes || piece.bytes > 5 || (piece.text[0] != '0' && piece.text[0] != '1'))
         return -1;
@@ -78,7 +78,7 @@ static int range_fits(struct piece range, const char *media_type) {
     return piece_is(range, "*/*");
 }
 
-/* the q of a type under an Accept header, in thousandths; 0 where it is not accepted */
+/* the q of a type under an Accept header, in thousandths; 0 if it is not accepted */
 static int accept_quality(const char *accept, const char *media_type) {
     int best_fit = 0, best = 0;
     const char *rest = accept, *end = accept + strlen(accept);
@@ -98,7 +98,7 @@ static int accept_quality(const char *accept, const char *media_type) {
     return best_fit ? best : 0;
 }
 
-/* one type, in full and in lower case, and nothing else: what nearly everybody sends */
+/* a single type, in full and in lower case, which nearly all clients send */
 static const struct api_format *format_named(const char *accept, int samples) {
     const struct api_format *format;
     for (int i = 0; (format = api_format_at(i)); i++)
