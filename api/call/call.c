@@ -10,10 +10,10 @@
 #include "api/encode/negotiate.h"
 #include "api/call/results.h"
 
-/* s that a row of kept results takes to be read and written, about */
+/* s, about: reading and writing one row of stored results */
 static const double fetch_row_seconds = 5e-7;
 
-/* what a call takes besides its operation; what it takes that reads a job's results: a chunk, a
+/* bytes of memory of a call besides its operation; of a call that reads a job's results: a chunk, a
  * record, its rows */
 static const double call_bytes = 4096, results_bytes = 1 << 20;
 
@@ -28,31 +28,38 @@ struct api_call {
     enum stage stage;
     const struct api_op *op;
     const struct api_format *format;
-    void *state;                 /* the operation's */
-    struct api_source source;    /* where the answer lies already; all NULL where it is computed */
-    struct api_results *results; /* once it is taken from there */
-    int fetched;                 /* all of it was */
-    int waits;                   /* the source has nothing yet */
-    int ranged;                  /* not all of it is wanted, but `range` */
+    void *state;              /* the operation's */
+    struct api_source source; /* of an answer that is stored already; all NULL if it is computed */
+    struct api_results *results; /* once the answer is read from the source */
+    int fetched;                 /* the source was read to its end */
+    int waits;                   /* the source has no bytes yet */
+    int ranged;                  /* only the bytes of `range` are wanted */
     struct api_range range;
-    long long known; /* bytes of the whole, told by who wrote it before; 0 or less = nobody did */
-    long long position;      /* bytes of the answer that were passed over or handed out */
-    struct api_buffer whole; /* what was written of the whole, on its way to the range */
+    long long known;         /* bytes of the whole, as api_call_length says; <= 0 = unknown */
+    long long position;      /* bytes of the answer that were skipped or appended to the output */
+    struct api_buffer whole; /* bytes of the whole answer that are not yet cut to the range */
     struct api_problem problem;
     double seconds; /* of the turns so far */
     long steps;
     size_t before;  /* bytes of the caller's buffer before the answer began */
-    int promised;   /* the answer's head is out of our hands */
+    int promised;   /* the answer's head was sent: it cannot become a problem any more */
     double cost;    /* s, as estimated */
-    double look_at; /* s of turns after which it is looked whether it can end within its limits */
-    int looks;      /* that there were */
-    double letters; /* bytes of the request: more than its names and lists take as they are kept */
+    double look_at; /* s of turns after which call_look_ahead judges the computation again */
+    int looks;      /* how often it has */
+    double letters; /* bytes of the request: an upper bound of its names and lists in memory */
     struct api_answer answer;
     char digest[API_DIGEST_BYTES];
     char columns[API_COLUMNS_TEXT];
     struct api_remarks told;
     char file_name[40];
 };
+
+int api_call_valid(const struct api_call *call) {
+    int open = call->stage == STAGE_READY || call->stage == STAGE_RUNNING;
+    return api_problem_valid(&call->problem) && api_buffer_valid(&call->whole) &&
+           (!call->state || open) &&
+           (!open || (call->op && call->format && call->answer.status && !call->problem.status));
+}
 
 enum pend_status api_call_new(struct api_call **call, const struct api_limits *limits) {
     *call = calloc(1, sizeof **call);
@@ -63,7 +70,7 @@ enum pend_status api_call_new(struct api_call **call, const struct api_limits *l
     return PEND_OK;
 }
 
-/* keeps what there is to tell of a computation that is complete */
+/* keeps the header fields of a computation that is complete */
 static void call_keep_told(struct api_call *call) {
     if (!call->answer.tells) return;
     api_remarks_fields(&call->told, call->source.fetch ? api_results_stats(call->results)
@@ -71,7 +78,7 @@ static void call_keep_told(struct api_call *call) {
     call->answer.told = &call->told;
 }
 
-/* lets go of what the operation holds; its steps are kept for the log */
+/* frees the operation's state; its steps are kept for the log */
 static void call_end_op(struct api_call *call) {
     api_results_free(&call->results);
     if (!call->state) return;
@@ -81,6 +88,7 @@ static void call_end_op(struct api_call *call) {
 
 void api_call_free(struct api_call **call) {
     if (!*call) return;
+    assert(api_call_valid(*call));
     call_end_op(*call);
     api_problem_clear(&(*call)->problem);
     api_buffer_clear(&(*call)->whole);
@@ -111,8 +119,8 @@ static enum api_progress call_break(struct api_call *call, struct api_buffer *ou
     return API_BROKEN;
 }
 
-/* ends the call with its problem in place of what was written. Where there is no room for that a
- * shorter one is tried, and then nothing: the status says enough. */
+/* ends the call: its problem replaces the bytes that were written. If memory is short, a shorter
+ * problem is tried, and then an empty body. */
 static enum api_progress call_refuse(struct api_call *call, struct api_buffer *out) {
     if (call->promised) return call_break(call, out);
     call_end_op(call);
@@ -130,8 +138,8 @@ static enum api_progress call_refuse(struct api_call *call, struct api_buffer *o
     return API_DONE;
 }
 
-/* makes a problem of a failure, unless one was stated where it happened; memory that ran out
- * comes before faults that could not be told in full */
+/* states the problem of a failure, unless one was stated already; a lack of memory replaces faults,
+ * which may be incomplete then */
 static enum api_progress call_fail(struct api_call *call, enum pend_status status,
                                    const struct pend_error *error, struct api_buffer *out) {
     const char *text = error && error->text[0] ? error->text : pend_status_text(status);
@@ -145,7 +153,7 @@ static enum api_progress call_fail(struct api_call *call, enum pend_status statu
     return call_refuse(call, out);
 }
 
-/* what can be said of a request before its body is looked at; a problem where it is refused */
+/* checks everything but the body of a request; states the problem if it is refused */
 static void call_check_envelope(struct api_call *call, const struct api_request *request) {
     call->format = api_negotiate_format(request->accept, call->op->samples);
     api_request_check(request, call->limits, &call->problem);
@@ -174,6 +182,7 @@ static void call_foresee(struct api_call *call) {
 
 enum api_progress api_call_open(struct api_call *call, const struct api_request *request,
                                 struct api_buffer *out) {
+    assert(api_call_valid(call) && call->stage == STAGE_NEW);
     call->op = api_op_at(request->op);
     call->letters = (double)request->body_bytes;
     call->before = out->bytes;
@@ -184,6 +193,7 @@ enum api_progress api_call_open(struct api_call *call, const struct api_request 
     if (status != PEND_OK) return call_fail(call, status, NULL, out);
     call_foresee(call);
     call->stage = STAGE_READY;
+    assert(api_call_valid(call));
     return API_MORE;
 }
 
@@ -191,7 +201,7 @@ enum api_progress api_call_results(struct api_call *call, const struct api_reque
                                    const struct api_source *source, struct api_buffer *out) {
     size_t before = out->bytes;
     enum api_progress progress = api_call_open(call, request, out);
-    /* the request was read before, when the job was taken: faults of it are not this client's */
+    /* the request was good when the job was accepted: faults in it are not this client's */
     if (progress == API_DONE && call->answer.status == 400) {
         out->bytes = before;
         api_problem_clear(&call->problem);
@@ -208,7 +218,8 @@ enum api_progress api_call_results(struct api_call *call, const struct api_reque
 
 /* --- ranges --- */
 
-/* the length of the whole is known: which bytes are wanted; 0 where there are none of them */
+/* computes which bytes are wanted, once the length of the whole is known; returns 0 if there are
+ * none */
 static int call_settle_range(struct api_call *call, long long total) {
     struct api_range *range = &call->range;
     call->answer.total = total;
@@ -244,7 +255,7 @@ enum api_progress api_call_range(struct api_call *call, struct api_range range,
     return call_refuse_range(call, out);
 }
 
-/* the next piece of an answer that lies in parts */
+/* appends the next piece of an answer whose parts are stored */
 static enum pend_status call_fetch(struct api_call *call, struct api_buffer *out, int *done,
                                    struct pend_error *error) {
     enum { FETCH_BYTES = 1 << 18 };
@@ -262,8 +273,8 @@ static enum pend_status call_fetch(struct api_call *call, struct api_buffer *out
     return status;
 }
 
-/* the same, where not all of it is wanted. The first time through only counts, where the length
- * is not known */
+/* appends the wanted bytes of the next piece. If the length of the whole is not known, the answer
+ * is written twice; the first time only counts its bytes. */
 static enum pend_status call_fetch_range(struct api_call *call, struct api_buffer *out, int *done,
                                          struct pend_error *error) {
     struct api_buffer *whole = &call->whole;
@@ -286,7 +297,7 @@ static enum pend_status call_fetch_range(struct api_call *call, struct api_buffe
     return call_settle_range(call, end) ? PEND_OK : PEND_INVALID;
 }
 
-/* computes on until the turn is over */
+/* continues the computation until the turn is over */
 static enum pend_status call_turn(struct api_call *call, const struct api_turn *turn, int *done,
                                   struct pend_error *error) {
     const struct api_source *source = &call->source;
@@ -299,12 +310,10 @@ static enum pend_status call_turn(struct api_call *call, const struct api_turn *
     return PEND_OK;
 }
 
-/* Looks whether a computation can come to its end within its limits, from what it has taken for the
- * part that is done:
- * first after some hundredths of a second, then each time it has taken four times as long. A motion
- * may need more steps in its first part than later, so the first looks forgive more. Returns 0,
- * with the problem stated, where it cannot.
- */
+/* Judges whether a computation can end within its limits, from the steps and the time that the part
+ * done so far has taken: first after a hundredth of a second, then each time it has taken four
+ * times as long. A motion may need more steps in its first part than later, so the first judgements
+ * allow more. Returns 0, with the problem stated, if it cannot. */
 static int call_hopeful(struct api_call *call) {
     enum { LEAST_STEPS = 500 };
     static const double forgiven[] = {12, 8, 6, 5}, first_look = 0.01, next_look = 4;
@@ -343,6 +352,7 @@ enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
                             .before = out->bytes};
     struct pend_error error = {.text = ""};
     int done = 0;
+    assert(api_call_valid(call) && call->stage != STAGE_NEW);
     if (call->stage == STAGE_DONE) return API_DONE;
     if (call->stage == STAGE_BROKEN) return API_BROKEN;
     if (call->stage == STAGE_READY) call->before = out->bytes;
@@ -358,6 +368,7 @@ enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
     call_keep_told(call);
     call_end_op(call);
     call->stage = STAGE_DONE;
+    assert(api_call_valid(call));
     return API_DONE;
 }
 
@@ -389,8 +400,7 @@ double api_call_answer_bytes(const struct api_call *call) {
 double api_call_bytes(const struct api_call *call) {
     if (!call->state) return 0;
     double all = call_bytes + call->letters + (double)call->whole.cap;
-    /* what is taken from a job's parts is read, and not computed: the operation holds what the
-     * request said */
+    /* the rows of a job are read and not computed: the operation holds only its request */
     if (call->source.fetch)
         return all + 8 * call->letters + results_bytes +
                api_writer_bytes(call->format, call->op->table(call->state));
@@ -399,6 +409,7 @@ double api_call_bytes(const struct api_call *call) {
 
 enum api_progress api_call_stop(struct api_call *call, int status, const char *detail,
                                 struct api_buffer *out) {
+    assert(api_call_valid(call));
     if (call->stage == STAGE_DONE) return API_DONE;
     if (call->stage == STAGE_BROKEN) return API_BROKEN;
     if (call->stage == STAGE_NEW) call->before = out->bytes;

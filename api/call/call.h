@@ -1,7 +1,7 @@
-/* One request from its bytes to its answer's bytes, with no socket in sight.
- * Leaves to others: moving the bytes, threads and clocks (server).
- * Invariant: a call is used by one thread at a time; same request and limits, same answer (but
- * for compute_seconds). */
+/* One request from its bytes to its answer's bytes, without a socket.
+ * Leaves to others: receiving and sending the bytes, threads and clocks (server).
+ * Invariant: a call is used by one thread at a time; the same request and limits give the same
+ * answer, except compute_seconds. */
 #ifndef API_CALL_H
 #define API_CALL_H
 
@@ -14,14 +14,14 @@
 struct api_answer {
     int status;             /* HTTP status */
     const char *media_type; /* a static string */
-    const char *columns; /* of X-Columns, "t,phi[4],phid[4]", or NULL: the representation does not
-                            tell them itself */
+    const char *columns; /* of the field X-Columns, "t,phi[4],phid[4]"; NULL if the representation
+                            names its columns itself */
     const struct api_remarks *told; /* fields of the figures, once the answer is complete; NULL
-                                       before, or where none are */
-    int tells; /* there are going to be such fields: of a stream they come behind it, as trailers */
-    const char *file_name; /* under which a browser would save it, or NULL: to be looked at */
+                                       before, or if there are none */
+    int tells; /* there will be such fields; of an answer that is streamed they are trailers */
+    const char *file_name; /* for a browser that saves it; NULL if a browser should show it */
     const char *etag;      /* as api_call_etag; NULL for a problem */
-    long long length;      /* bytes of the answer's body where that is known, else -1 */
+    long long length;      /* bytes of the answer's body, -1 if unknown */
     long long first;       /* status 206: the number of its first byte in the whole, from 0 */
     long long total;       /* status 206 and 416: bytes of the whole */
 };
@@ -29,8 +29,8 @@ struct api_answer {
 enum api_progress {
     API_MORE,   /* call again; bytes may have been appended */
     API_DONE,   /* the answer is complete: an answer of the operation, or a problem */
-    API_BROKEN, /* it failed after api_call_promise: what is in out may be sent, then the client is
-                   to see a message that is not complete */
+    API_BROKEN, /* it failed after api_call_promise: the bytes in out may be sent, but the client
+                   must see that the message is not complete */
     API_WAITS   /* call again once the source has more; bytes may have been appended. Only after
                    api_call_results */
 };
@@ -38,8 +38,9 @@ enum api_progress {
 struct api_call;
 
 /**
- * An empty call.
+ * Allocates a call.
  *
+ * call    out; NULL on failure; ends with api_call_free.
  * limits  must outlive the call.
  *
  * PEND_NO_MEMORY
@@ -47,26 +48,31 @@ struct api_call;
 PEND_MUST_CHECK enum pend_status api_call_new(struct api_call **call,
                                               const struct api_limits *limits);
 
+/** True if its stage fits its operation, answer and problem; for assertions. O(1). */
+int api_call_valid(const struct api_call *call);
+
+/** Frees a call at any stage; nothing happens if it is NULL. */
 void api_call_free(struct api_call **call);
 
 /**
- * Lends the call a clock; to be set before api_call_open, or never.
+ * Gives the call a clock; before api_call_open, or never.
  *
- * now  seconds since any fixed instant, monotonic; called a few times a run on the thread that runs
- *      the call.
+ * now  returns the seconds since any fixed instant, monotonic; called a few times a run on the
+ *      thread that runs the call.
  *
- * With a clock a run comes back after about a millisecond and the answer's stats say
- * compute_seconds; without one a run comes back after a fixed amount of work and compute_seconds is
- * left out. Either way it comes back once it has appended about 256 KiB: with one block of samples
- * more at most.
+ * With a clock api_call_run returns after about a millisecond, and the answer's stats have
+ * compute_seconds; without one it returns after a fixed amount of work, and compute_seconds is left
+ * out. In both cases it returns once it has appended about 256 KiB and at most one block of samples
+ * more.
  */
 void api_call_clock(struct api_call *call, double (*now)(void *context), void *context);
 
 /**
- * Lends a look at who else waits; with a clock, to be set before api_call_open, or never.
+ * Gives the call a way to ask whether other work is urgent; with a clock, before api_call_open, or
+ * never.
  *
- * hurry  asked between two pieces of work once a run has lasted a quarter of a millisecond; where
- *        it returns non-zero the run comes back. Called on the thread that runs the call.
+ * hurry  called between two pieces of work once a run has lasted a quarter of a millisecond; if it
+ *        returns non-zero, the run returns. Called on the thread that runs the call.
  */
 void api_call_hurry(struct api_call *call, int (*hurry)(void *company), void *company);
 
@@ -81,31 +87,30 @@ void api_call_hurry(struct api_call *call, int (*hurry)(void *company), void *co
 PEND_MUST_CHECK enum api_progress
 api_call_open(struct api_call *call, const struct api_request *request, struct api_buffer *out);
 
-/* Where the parts of a job lie (api/call/part). */
+/* Access to the stored parts of a job (api/call/part). */
 struct api_source {
     /**
      * Fetches the next bytes of the parts, in their order.
      *
      * data   out, room for `cap` bytes.
-     * bytes  out; 0 = that was all.
+     * bytes  out; 0 = there are no more.
      *
-     * Anything but PEND_OK ends the answer; error->text says why.
+     * Any other status than PEND_OK ends the answer; error->text says why.
      */
     enum pend_status (*fetch)(void *context, void *data, size_t cap, size_t *bytes,
                               struct pend_error *error);
-    /** Begins with the first part again. */
+    /** Makes fetch begin with the first part again. */
     void (*again)(void *context);
     void *context;
-    /** Non-zero where fetch has what it fetches, an end or an error included; NULL = fetch may
-     * wait for it. */
+    /** Returns non-zero if fetch will not wait; NULL = fetch may wait. */
     int (*ready)(void *context);
 };
 
 /**
- * As api_call_open, but api_call_run takes the answer from the kept parts of a job instead of
+ * As api_call_open, but api_call_run makes the answer from the stored parts of a job instead of
  * computing it.
  *
- * request  what the job was made of, with the Accept of the client who wants the results.
+ * request  the job's request, with the Accept of the client who wants the results.
  * source   copied; its context must outlive the call.
  */
 PEND_MUST_CHECK enum api_progress api_call_results(struct api_call *call,
@@ -116,86 +121,84 @@ PEND_MUST_CHECK enum api_progress api_call_results(struct api_call *call,
 /* A range of an answer's bytes, numbered from 0. */
 struct api_range {
     long long first; /* -1: the last `last` bytes are wanted */
-    long long last;  /* -1: all to the end */
+    long long last;  /* -1: up to the end */
 };
 
 /**
- * Tells how many bytes the whole answer has, for one whose length is not known before it is
- * written: from an answer of the same ETag that was written before. Before api_call_range, which
- * then need not write it twice.
+ * Sets the length of the whole answer, if it was learned from an earlier answer with the same ETag.
+ * To be called before api_call_range, which then does not write the answer twice.
  *
- * bytes  0 or less: it is not known.
+ * bytes  0 or less: unknown.
  */
 void api_call_length(struct api_call *call, long long bytes);
 
 /**
- * Asks for a part of the answer only, status 206, of a call that api_call_results has opened;
- * before its first run. Where the length of the whole is not known before it is written, that is
- * done twice, the first time for nobody.
+ * Restricts the answer to a range of its bytes, status 206, for a call that api_call_results has
+ * opened, before its first run. If the length of the whole is unknown before it is written, the
+ * answer is written twice; the first time only counts its bytes.
  *
- * API_DONE  as after api_call_open; status 416 where no byte of the answer is in the range: that
- *           may also come later.
+ * API_DONE  as after api_call_open; status 416 if no byte of the answer is in the range, which
+ *           api_call_run may also find later.
  */
 PEND_MUST_CHECK enum api_progress api_call_range(struct api_call *call, struct api_range range,
                                                  struct api_buffer *out);
 
 /**
- * What tells a request from every other, as 64 hexadecimal digits: a SHA-256 of the operation, what
- * it was asked in a canonical form (the order of keys, blanks, the spelling of numbers and most
- * defaults written out do not matter), the representation, and the engine. NULL for a request that
- * was refused. Equal digests: the same answer but for compute_seconds.
+ * Returns the identity of the answer as 64 hexadecimal digits: a SHA-256 of the operation, the body
+ * in a canonical form (the order of keys, blanks, the spelling of numbers and most defaults written
+ * out do not matter), the representation, and the engine. NULL for a request that was refused.
+ * Equal digests mean equal answers, except compute_seconds.
  *
- * Valid once api_call_open came back; lives as long as the call.
+ * Valid once api_call_open has returned; lives as long as the call.
  */
 const char *api_call_etag(const struct api_call *call);
 
 /**
- * An estimate of the computation, s, from the request alone: within a factor of three or so for
- * most, on the machine that it was adjusted on. 0 for a request that was refused.
+ * Returns an estimate of the computation, s, from the request alone: within a factor of about three
+ * for most requests, on the machine that it was fitted on. 0 for a request that was refused.
  */
 double api_call_cost(const struct api_call *call);
 
 /**
- * Bytes of memory that the call holds and will hold until the next api_call_run is over: its
- * operation's arrays, the rows that a representation keeps, what was read of the request; not the
- * caller's buffer. An upper bound, within a factor of about two for what is large. Known once
- * api_call_open came back and before the first run takes that memory; may grow between two runs,
- * for operations that cannot know how much they will find. 0 after the end.
+ * Returns the bytes of memory that the call holds or will hold until the next api_call_run ends:
+ * its operation's arrays, the rows that a representation keeps, the request's values; not the
+ * caller's buffer. An upper bound, within a factor of about two if it is large. Known once
+ * api_call_open has returned and before the first run allocates that memory; it may grow between
+ * two runs, for operations that cannot know how much they will find. 0 after the end.
  */
 double api_call_bytes(const struct api_call *call);
 
 /**
- * True where api_call_run itself refuses, after some hundredths of a second, what cannot come to
- * its end within max-steps and max-compute-seconds, as far as the first part of a motion can tell.
+ * True if api_call_run refuses a computation after some hundredths of a second if, judged by its
+ * first part, it cannot end within max-steps and max-compute-seconds.
  */
 int api_call_foresees(const struct api_call *call);
 
-/** Bytes that the answer's body will not pass, as far as that is known before it is written; of a
- * range the whole. */
+/** Returns an upper bound of the bytes of the answer's body, of a range that of the whole. */
 double api_call_answer_bytes(const struct api_call *call);
 
 /**
- * True when the answer may be sent in pieces while it is computed; valid once api_call_open came
- * back.
+ * True if the answer may be sent in pieces while it is computed; valid once api_call_open has
+ * returned.
  */
 int api_call_streams(const struct api_call *call);
 
 /**
- * Takes the answer of api_call_answer for promised: its head is on its way to the client. From now
- * on the caller may take bytes out of `out` between two runs, and a failure breaks the answer
- * instead of replacing it.
+ * Promises the answer of api_call_answer: its head is sent to the client. From now on the caller
+ * may remove bytes from `out` between two runs, and a failure breaks the answer instead of
+ * replacing it.
  *
- * To be called between api_call_open and API_DONE, where api_call_streams says so; once is enough.
+ * To be called between api_call_open and API_DONE, only if api_call_streams is true; further calls
+ * change nothing.
  */
 void api_call_promise(struct api_call *call);
 
 /**
- * Computes on and appends to the answer, for about a millisecond or 256 KiB at a time, so that the
- * caller can look after its clock and its client.
+ * Continues the computation and appends to the answer, for about a millisecond or 256 KiB at a
+ * time, so that the caller can check its clock and its client.
  *
- * API_DONE    also after a failure where nothing was promised: the bytes written so far are taken
- *             back (out->bytes returns to what it was before the first run) and the answer becomes
- *             a problem.
+ * API_DONE    also after a failure if nothing was promised: the bytes written so far are removed
+ *             (out->bytes is what it was before the first run) and the answer becomes a problem.
  * API_BROKEN  a failure after api_call_promise. What was appended stays; application/x-ndjson gets
  *             a last line {"problem": {...}}.
  */
@@ -211,13 +214,12 @@ enum api_progress api_call_stop(struct api_call *call, int status, const char *d
                                 struct api_buffer *out);
 
 /**
- * The head of the answer. After api_call_open returned API_MORE: what it will be if nothing fails;
- * after API_DONE:
- * what it is.
+ * Returns the head of the answer: after API_DONE the final one, before that the one that it will be
+ * if nothing fails.
  */
 struct api_answer api_call_answer(const struct api_call *call);
 
-/** Computation steps so far, for the log: integration steps of a trajectory, 0 for others. */
+/** Returns the integration steps so far, for the log; 0 for operations that do not integrate. */
 long api_call_steps(const struct api_call *call);
 
 #endif

@@ -4,7 +4,7 @@
 
 #include "api/base/text.h"
 
-/* the member whose key comes next behind `last` in the order of bytes; missing behind the last */
+/* the member with the next key after `last` in the order of bytes; missing after the last */
 static struct api_value canonical_behind(const struct api_value *object, const char *last) {
     struct api_value member = api_value_first(object), least = {0};
     for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member)) {

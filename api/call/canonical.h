@@ -1,8 +1,8 @@
-/* A JSON value written in its one canonical form: keys in the order of their bytes, no blanks,
- * the shortest numbers.
- * Leaves to others: which values are to be kept so (scene).
- * Invariant: values that mean the same, but for the order of keys and the spelling of numbers
- * and texts, give the same bytes; what is written reads back to the same value. */
+/* Writing a JSON value in its canonical form: keys in the order of their bytes, no blanks, the
+ * shortest numbers.
+ * Leaves to others: which values are written so (request, scene).
+ * Invariant: values that differ only in the order of keys and the spelling of numbers and texts
+ * give the same bytes; the bytes read back to the same value. */
 #ifndef API_CANONICAL_H
 #define API_CANONICAL_H
 

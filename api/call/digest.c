@@ -7,7 +7,7 @@
 
 #include <nettle/sha2.h>
 
-/* what is to be fed in, gathered: most pieces are short */
+/* collects the input of the hash, since most pieces are short */
 struct digest {
     struct sha256_ctx sha;
     size_t used;
@@ -29,8 +29,8 @@ static void digest_bytes(struct digest *digest, size_t bytes, const void *data) 
     digest->used += bytes;
 }
 
-/* Every value begins with a letter for its kind, and its length in one byte or in nine: what is
- * fed in can be read in one way only. */
+/* Every value begins with a letter for its kind, and its length in one byte or in nine, so that no
+ * two values give the same input. */
 static void digest_kind(struct digest *digest, char kind, uint64_t count) {
     uint8_t head[10] = {(uint8_t)kind, (uint8_t)(count < 255 ? count : 255)};
     memcpy(head + 2, &count, sizeof count);
@@ -43,7 +43,8 @@ static void digest_text(struct digest *digest, const char *text) {
     digest_bytes(digest, bytes, text);
 }
 
-/* numbers of a byte each: paths, parents and counts may be many, and hashing is what costs */
+/* whole numbers of one byte each: paths, parents and counts may be many, and hashing is what takes
+ * time */
 static int digest_small(struct digest *digest, int count, const double number[]) {
     uint8_t bytes[256];
     for (int i = 0; i < count; i++)
@@ -79,7 +80,7 @@ static void digest_array(struct digest *digest, const struct api_value *value) {
         digest_value(digest, &item);
 }
 
-/* how many members count: those that say what would hold without them do not */
+/* the number of members, without those that repeat a default */
 static int members(const struct api_value *object) {
     int count = 0;
     struct api_value member = api_value_first(object);

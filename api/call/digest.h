@@ -1,7 +1,7 @@
-/* The digest of a request in its canonical form: what an answer's ETag and a cache go by.
- * Leaves to others: who compares it (server). Invariant: SHA-256, so that no client can make two
- * requests collide; requests that differ in the order of keys, in blanks or in the spelling of
- * numbers have the same. */
+/* The digest of a request in its canonical form, by which ETags and caches identify answers.
+ * Leaves to others: comparing digests (server).
+ * Invariant: SHA-256, so that no client can make two requests collide; requests that differ only in
+ * the order of keys, in blanks or in the spelling of numbers have the same digest. */
 #ifndef API_DIGEST_H
 #define API_DIGEST_H
 
@@ -10,13 +10,12 @@
 enum { API_DIGEST_BYTES = 65 }; /* 64 hexadecimal digits and a NUL */
 
 /**
- * The digest of an operation's request.
+ * Computes the digest of an operation's request.
  *
- * parts  texts that belong to it: operation, argument, media type, engine; ended by NULL, which
- *        none of them is.
- * root   the body, or NULL where there is none.
+ * parts  texts that belong to it: operation, argument, media type, engine; ended by NULL.
+ * root   the body, or NULL if there is none.
  *
- * O(bytes of the body), for objects of few members: of m members it is O(m^2). No allocation.
+ * O(bytes of the body), and O(m^2) in an object of m members. No allocation.
  */
 void api_digest(char digest[API_DIGEST_BYTES], const char *const parts[],
                 const struct api_value *root);
@@ -24,14 +23,14 @@ void api_digest(char digest[API_DIGEST_BYTES], const char *const parts[],
 enum { API_SEAL_BYTES = 16 };
 
 /**
- * The seal of bytes that are kept elsewhere meanwhile: it tells that they came back as they were,
- * to the same place.
+ * Computes the seal of bytes that are stored elsewhere for a time: it shows, when they are read
+ * back, that they are unchanged and belong to the same place.
  *
  * seal   out: the first bytes of a SHA-256.
- * place  what they belong to, a text and a number; the same bytes elsewhere have another seal.
+ * place  with the number what the bytes belong to; the same bytes elsewhere have another seal.
  *
- * No secret goes in: who can write the bytes can write the seal too, so what is read is looked at
- * as well. O(bytes).
+ * There is no secret in it: whoever can change the bytes can change the seal too, so their reader
+ * must check them as well. O(bytes).
  */
 void api_seal(unsigned char seal[API_SEAL_BYTES], const char *place, long number, const void *data,
               size_t bytes);

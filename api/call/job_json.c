@@ -18,7 +18,7 @@ static void job_date(int64_t days, int64_t *year, int *month, int *day) {
     *year = years + era * 400 + (*month <= 2);
 }
 
-/* an instant as RFC 3339 writes it, in UTC; null where it has not come */
+/* writes an instant in UTC in the form of RFC 3339; null for 0 */
 static enum pend_status job_time(struct api_buffer *out, const char *name, int64_t us) {
     char text[JOB_TIME];
     int64_t seconds = us / 1000000, year;
@@ -38,7 +38,7 @@ static enum pend_status job_link(struct api_buffer *out, const char *relation, c
     return api_buffer_text(out, "}");
 }
 
-/* whole percents, down: 100 is for a job that is done */
+/* whole percents, rounded down: only a job that is done has 100 */
 static long job_progress(const struct api_job *job) {
     if (job->results) return 100;
     long progress = (long)(100 * ((double)job->done / (double)(job->parts > 0 ? job->parts : 1)));

@@ -1,6 +1,6 @@
-/* What a client reads of its jobs: one, or a page of them.
- * Leaves to others: where jobs are kept and who may see them (server).
- * Invariant: the same job gives the same bytes, but for remaining_seconds. */
+/* Jobs as JSON for their client: one job, or a page of them.
+ * Leaves to others: storing jobs, and who may see them (server).
+ * Invariant: the same job gives the same bytes, except remaining_seconds. */
 #ifndef API_JOB_JSON_H
 #define API_JOB_JSON_H
 
@@ -8,11 +8,10 @@
 
 #include "api/base/buffer.h"
 
-/* A job as its client sees it; texts are UTF-8. Times are microseconds since 1970, 0 = has not
- * happened. */
+/* A job as its client sees it; texts are UTF-8. Times are microseconds since 1970, 0 = not yet. */
 struct api_job {
     const char *id, *operation;
-    const char *status;  /* as OGC API - Processes says it: "running" */
+    const char *status;  /* as in OGC API - Processes: "running" */
     const char *message; /* how it ended; "" = nothing to say */
     const char *owner;   /* who may end it and list it: "token", "account" or "address" */
     long parts, done;
@@ -27,7 +26,7 @@ PEND_MUST_CHECK enum pend_status api_job_write(const struct api_job *job, struct
 /**
  * Appends a page of jobs.
  *
- * next  where the next page is, as a path with its query; NULL = there is none.
+ * next  the path of the next page with its query; NULL = there is none.
  */
 PEND_MUST_CHECK enum pend_status api_jobs_write(const struct api_job job[], int count,
                                                 const char *next, struct api_buffer *out);

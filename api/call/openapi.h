@@ -1,6 +1,6 @@
 /* The OpenAPI document, compiled in from api/call/openapi.yaml as JSON.
- * Leaves to others: serving it.
- * Invariant: the bytes are valid JSON and the same as the YAML's meaning. */
+ * Leaves to others: serving it (server).
+ * Invariant: the bytes are valid JSON with the same content as the YAML. */
 #ifndef API_OPENAPI_H
 #define API_OPENAPI_H
 

@@ -1,5 +1,6 @@
 #include "api/call/part.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -7,7 +8,7 @@
 
 #include "api/encode/encode_raw.h"
 
-/* what a part of the plan takes: all of them take about the same */
+/* the memory and the results of one part: all parts have about the same */
 static void plan_bytes(struct api_plan *plan, const struct api_op *op, void *state) {
     if (op->part) op->part(state, 0, plan->parts);
     plan->bytes = op->bytes ? op->bytes(state) : API_OP_SMALL_BYTES;
@@ -56,13 +57,13 @@ struct api_part {
     const struct api_op *op;
     char digest[API_DIGEST_BYTES];
     long number;
-    char place[API_DIGEST_BYTES +
-               24]; /* of what it carries over: the request, and how many parts it is cut into */
-    const struct api_format *format; /* raw, then JSON where that says more */
-    void *state;
-    int carries,
-        resumes; /* the next part needs what this one has; this one needs what the one before had */
-    int wrote;   /* something is to be kept of it */
+    /* of the seals of checkpoints: the request, and the number of its parts */
+    char place[API_DIGEST_BYTES + 24];
+    const struct api_format *format; /* raw, then JSON if that says more */
+    void *state;                     /* NULL once the part is complete, unless it carries */
+    int carries;                     /* the next part needs a checkpoint of this one */
+    int resumes;                     /* this part still needs the checkpoint of the one before */
+    int wrote;                       /* bytes were appended */
     double (*now)(void *context);
     void *context;
     int (*hurry)(void *company);
@@ -87,6 +88,13 @@ static enum pend_status part_read(struct api_part *part, struct pend_error *erro
     return status;
 }
 
+int api_part_valid(const struct api_part *part) {
+    return part->op && part->number >= 0 && (!part->carries || part->op->carry) &&
+           (!part->resumes || (part->op->carry && part->number > 0 && !part->wrote)) &&
+           (part->format == &api_format_raw ||
+            (part->op->json && part->format == &api_format_json));
+}
+
 enum pend_status api_part_new(struct api_part **part, const struct api_request *request,
                               const struct api_limits *limits, long number, long parts,
                               struct pend_error *error) {
@@ -101,6 +109,7 @@ enum pend_status api_part_new(struct api_part **part, const struct api_request *
     if (status == PEND_OK && made->op->part) made->op->part(made->state, number, parts);
     made->carries = made->op->carry && number + 1 < parts;
     made->resumes = made->op->carry && number > 0;
+    assert(api_part_valid(made) && number < parts);
     if (status != PEND_OK) api_part_free(part);
     return status;
 }
@@ -150,6 +159,7 @@ enum pend_status api_part_resume(struct api_part *part, const void *carried, siz
 
 enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carried) {
     struct pend_checkpoint checkpoint = {.way = PEND_CHECKPOINT_COUNT};
+    assert(api_part_valid(part) && (part->state || !part->carries));
     if (!part->carries) return PEND_OK;
     PEND_TRY(part->op->carry(part->state, &checkpoint, NULL));
     PEND_TRY(api_buffer_room(carried, checkpoint.used + API_SEAL_BYTES));
@@ -157,16 +167,15 @@ enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carrie
                                           .at = carried->data + carried->bytes,
                                           .bytes = checkpoint.used};
     PEND_TRY(part->op->carry(part->state, &checkpoint, NULL));
-    /* it is kept in a store meanwhile, and read by another process */
+    /* the checkpoint is stored, and another process reads it */
     unsigned char *seal = (unsigned char *)checkpoint.at + checkpoint.used;
     api_seal(seal, part->place, part->number + 1, checkpoint.at, checkpoint.used);
     carried->bytes += checkpoint.used + API_SEAL_BYTES;
     return PEND_OK;
 }
 
-/* puts what was appended as JSON since `before` into records, the last one first: each moves up by
- * the heads before it
- */
+/* makes records of the JSON that was appended since `before`, the last one first: each moves by the
+ * heads before it */
 static enum pend_status part_wrap(struct api_buffer *out, size_t before) {
     size_t bytes = out->bytes - before, records = (bytes + API_PIECE_BYTES - 1) / API_PIECE_BYTES;
     PEND_TRY(api_buffer_room(out, records * API_RAW_HEAD));
@@ -181,8 +190,7 @@ static enum pend_status part_wrap(struct api_buffer *out, size_t before) {
     return PEND_OK;
 }
 
-/* a record without rows: no part is kept as nothing at all, so that one that is missing is
- * missed */
+/* a record without rows: every part has at least one record, so that a missing part is noticed */
 static enum pend_status part_write_nothing(struct api_part *part, struct api_buffer *out) {
     PEND_TRY(api_buffer_room(out, API_RAW_HEAD));
     api_raw_head_put(out->data + out->bytes, API_RAW_ROWS, 0);
@@ -207,6 +215,7 @@ enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int
                             .earlier = part->seconds,
                             .before = out->bytes};
     int over = 0;
+    assert(api_part_valid(part) && part->state);
     *done = 0;
     error->text[0] = 0;
     if (part->resumes)
@@ -229,5 +238,6 @@ enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int
         part->op->json(part->state);
         part->format = &api_format_json;
     }
+    assert(api_part_valid(part));
     return PEND_OK;
 }

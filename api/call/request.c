@@ -22,8 +22,7 @@ void api_request_check(const struct api_request *request, const struct api_limit
                         request->body_bytes, limits->body_bytes);
 }
 
-/* the body in its one form; numbers that were spelt shorter than that form spells them stay as
- * they are */
+/* the body in its canonical form, unless that is longer, since the client wrote numbers shorter */
 static enum pend_status request_canonical(const struct api_request *request,
                                           const struct api_value *root,
                                           struct api_buffer *canonical) {

@@ -37,7 +37,7 @@ static enum pend_status scene_member(const char *name, const struct api_value *v
     return PEND_OK;
 }
 
-/* checks the request as /v1/trajectories does; a representation that flows sets no bound to the
+/* checks the request as /v1/trajectories does; a representation that streams has no limit of the
  * answer */
 static enum pend_status scene_check_request(const struct api_value *request,
                                             const struct api_limits *limits,
@@ -51,7 +51,7 @@ static enum pend_status scene_check_request(const struct api_value *request,
     return status;
 }
 
-/* all that makes a scene this one, as members of an object: "title":...,"request":...,"view":... */
+/* the members that the id is made from: "title":...,"request":...,"view":... */
 static enum pend_status scene_write(const struct api_value *root, double most,
                                     struct api_buffer *inner, struct api_problem *problem) {
     struct api_value title = api_value_member(root, "title"),

@@ -1,8 +1,7 @@
-/* A scene: a trajectory's request, and how a page shows it, under an id that is made of what it
- * says.
- * Leaves to others: keeping it (server), what a page puts into `view`.
+/* A scene: a trajectory's request, and how a page shows it, under an id made from its contents.
+ * Leaves to others: storing it (server), the contents of `view` (the page).
  * Invariant: the same scene has the same id, whatever the order of its keys and the spelling of
- * its numbers; what is in `request` is a good body for /v1/trajectories. */
+ * its numbers; `request` is a good body for /v1/trajectories. */
 #ifndef API_SCENE_H
 #define API_SCENE_H
 
@@ -17,14 +16,14 @@ enum {
 /**
  * Reads and checks a scene's body.
  *
- * request  its op is not looked at.
- * most     bytes that a scene may have, as it is kept.
- * created  the time, as RFC 3339 writes it.
+ * request  its op is ignored.
+ * most     bytes that a stored scene may have.
+ * created  the time in the form of RFC 3339.
  * id       out.
- * scene    the scene as JSON, as it is to be kept and answered, is appended here.
+ * scene    the scene as JSON, as it is stored and sent, is appended here.
  * out      a problem is appended here.
  *
- * Returns 0 where the scene is good, else the problem's HTTP status. O(body).
+ * Returns 0 if the scene is good, else the problem's HTTP status. O(body).
  */
 int api_scene_read(const struct api_request *request, const struct api_limits *limits, double most,
                    const char *created, char id[API_SCENE_ID], struct api_buffer *scene,
