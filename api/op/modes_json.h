@@ -1,0 +1,40 @@
+/* Reading a request for modes from JSON: the tree, its equilibrium, which modes, and what is
+ * answered about them. Leaves to others: the modes and the size of the answer (op_modes).
+ * Invariant: holds no pointer into the document. */
+#ifndef API_MODES_JSON_H
+#define API_MODES_JSON_H
+
+#include "api/op/op.h"
+#include "api/read/state_json.h"
+#include "core/modes/matrix.h"
+#include "core/modes/modes.h"
+
+struct api_modes {
+    struct api_tree tree;
+    struct api_states *start;          /* NULL = no start was given */
+    struct pend_modes_request request; /* without loads, vectors and up */
+    unsigned char *up; /* n flags in stored order, 1 for arms that stand; NULL if all hang */
+    int vectors;       /* the vectors are answered */
+    int digits;        /* significant digits of the answer, 0 = as many as needed */
+    char include[PEND_MATRIX_COUNT]; /* non-zero for the matrices that are answered */
+};
+
+/* The names of the matrices, ended by NULL. */
+extern const char *const api_modes_matrices[];
+
+/**
+ * Reads and checks a request.
+ *
+ * modes  out; must be cleared by api_modes_clear whatever is returned.
+ *
+ * Every fault is added to the reading's problem.
+ *
+ * PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status api_modes_read(struct api_modes *modes,
+                                                const struct api_reading *reading);
+
+/** Frees the tree, the start and the flags. */
+void api_modes_clear(struct api_modes *modes);
+
+#endif
