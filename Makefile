@@ -187,7 +187,7 @@ valgrind: ## the quick tests, and the server, under valgrind
 	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
 
 rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document, instructions counted
-	@$(CHECK) ONLY='layers docs replies readback equations nginx deploy restart layout measures openapi instructions'; $(COUNT)
+	@$(CHECK) ONLY='layers docs replies readback equations nginx deploy restart layout measures mirror openapi instructions'; $(COUNT)
 
 lint: ## clang's warnings, layout and spectral; installs clang and clang-format
 	@$(NEEDED) lint

@@ -6,7 +6,7 @@ ROOMS := core laws api server wire fuzz
 # in this order they are begun as soon as what they need is there: builds, what others need or what takes long, the rest
 ALL := build-release build-tsan build-asan release-core release-api tsan-wire release-wire web asan-wire valgrind-core \
 	valgrind-api tsan-server asan-core asan-server drill release-server equations asan-laws layers valgrind-wire readback \
-	asan-fuzz asan-api base-core base-api replies examples deploy nginx restart release-laws release-fuzz openapi layout measures types tour clang install same instructions docs fetch image
+	asan-fuzz asan-api base-core base-api replies examples deploy nginx restart release-laws release-fuzz openapi layout measures mirror types tour clang install same instructions docs fetch image
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
 job = @tests/harness/job.sh $@
 
@@ -57,7 +57,7 @@ layout types clang openapi image:
 	$(job) tests/rules/$@.sh
 tour: build-release
 	$(job) /usr/bin/python3 -B tests/rules/tour.py build/release --check
-measures:
-	$(job) /usr/bin/python3 -B tests/rules/measures.py
+measures mirror:
+	$(job) /usr/bin/python3 -B tests/rules/$@.py
 
 .PHONY: check $(ALL)

@@ -105,9 +105,10 @@ stems = {re.sub(r"\.\w+$", "", Path(path).name) for path in everything}
 
 
 def exists(name, home):
-    """Whether a path, with an ending or without, is there: from the document's folder, from its room or from the top."""
+    """Whether a path, with an ending or without, is there: from the document's folder, from its room,
+    from the room that its tests are of, or from the top."""
     name = ANY.sub("*", name.rstrip("/"))
-    for start in {home + "/", home.partition("/")[0] + "/", ""}:
+    for start in {home + "/", home.partition("/")[0] + "/", home.removeprefix("tests/") + "/", ""}:
         whole = os.path.normpath(start + name)
         if any(fnmatch(path, whole) or fnmatch(path, whole + ".*") for path in everything):
             return True

@@ -138,5 +138,29 @@ verdict 'api names begin with api_' "$(prefixes api '^api_')"
 # recv: recv_hook reads along with what libmicrohttpd receives
 verdict 'server names begin with srv_' "$(prefixes server '^(srv_|main$|recv$)')"
 
+# the rule notices what it is for: a copy of the sources with a fault of each kind
+noticed() {
+    local top=$PWD copy=$build/layers.sample said line
+    rm -rf "$copy"
+    mkdir -p "$copy"
+    find core api server \( -name '*.[ch]' -o -name '*.cpp' -o -name 'README.md' \) -not -path '*/node_modules/*' -exec cp --parents -t "$copy" {} +
+    sed -i '1i #include "core/integrate/run.h"' "$copy/core/tree/tree.h"
+    sed -i '1i #include "api/json/json_out.h"' "$copy/api/base/text.h"
+    sed -i '1i #include "server/work/queue.h"' "$copy/core/base/rng.h"
+    sed -i '1i #include <sqlite3.h>' "$copy/server/work/queue.c"
+    touch "$copy/server/store/unlisted.c"
+    mkdir "$copy/api/unlisted"
+    touch "$copy/api/unlisted/new.c"
+    said=$(cd "$copy" && LAYERS_SAMPLE=1 "$top/tests/rules/layers.sh" "$top/$build")
+    for line in 'core/tree/tree.h includes core/integrate/run, which is listed below it' \
+        'api/base/text.h includes api/json/json_out, which is listed below it' \
+        'core/base/rng.h may not include server/work/queue.h' 'server/work/queue.c is no door to sqlite3.h' \
+        'server/store/README.md does not list unlisted' 'api/README.md does not list api/unlisted/'; do
+        grep -qF "  $line" <<<"$said" || echo "not noticed: $line"
+    done
+    rm -rf "$copy"
+}
+[ -n "${LAYERS_SAMPLE-}" ] || verdict 'faults of each kind in a copy of the sources are noticed' "$(noticed)"
+
 printf '%d passed, %d failed\n' $passed $failed
 [ $failed = 0 ]

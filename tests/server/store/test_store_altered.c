@@ -261,7 +261,7 @@ static void altered_case(struct altered *all, int table, const char *column, int
     one->bad = altered_run(all, text);
 }
 
-/* a table that nobody alters is one that was forgotten here; test_altered_sums has those that
+/* a table that nobody alters is one that was forgotten here; test_store_altered_sums has those that
  * are the same for all */
 static enum srv_stored altered_known(void *context, const struct srv_value field[]) {
     const char *name = field[0].data;

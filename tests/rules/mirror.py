@@ -1,0 +1,87 @@
+"""Holds the tests against the rooms: every source has a test file of its name, or a README says where it is tested.
+
+usage: mirror.py
+tests/ROOM/FOLDER/test_X.c (.cpp), or test_X_MORE.c, is for ROOM/FOLDER/X.c; for what has none, tests/ROOM/README.md has a row
+`FOLDER/X` | files of tests.
+Leaves to others: what the tests check, and that they pass. Invariant: a row that is not needed, or names what is not there, fails;
+so does a test whose name is that of no source.
+"""
+import pathlib
+import re
+import sys
+
+TOP = pathlib.Path(__file__).resolve().parents[2]
+ROOMS = ("core", "api", "server")
+
+
+def own(stem, stems):
+    """Whether a test of this name is for one of the sources in its folder: its name, with more behind it or without."""
+    words = stem.split("_")
+    return next((name for n in range(len(words), 0, -1) if (name := "_".join(words[:n])) in stems), None)
+
+
+def rows(readme):
+    """(source, tests) of the table of a README."""
+    for line in readme.splitlines():
+        cells = line.split("|")
+        if len(cells) == 4 and cells[1].strip().startswith("`"):
+            tests = re.findall(r"`([^`]+)`", cells[2])
+            yield from ((source, tests) for source in re.findall(r"`([^`]+)`", cells[1]))
+
+
+def complaints(sources, headers, tests, readmes):
+    """What is wrong with the tests of sources; all are paths as text, from the top."""
+    stems, tested, told = {}, set(), {}
+    for path in sources + headers:
+        stems.setdefault(path.rpartition("/")[0], set()).add(pathlib.PurePath(path).stem)
+    for path in tests:
+        folder, _, name = path.removeprefix("tests/").rpartition("/")
+        source = own(name.removeprefix("test_").partition(".")[0], stems.get(folder, set()))
+        if source:
+            tested.add(f"{folder}/{source}")
+        else:
+            yield f"{path} has the name of no source"
+    for room, readme in readmes.items():
+        for source, names in rows(readme):
+            told[f"{room}/{source}"] = names
+            for name in names:
+                if not any(path == f"tests/{name}" or path.startswith(f"tests/{name}/") for path in everything(tests)):
+                    yield f"tests/{room}/README.md names {name}, which is not there"
+    known = {path.rpartition(".")[0] for path in sources}
+    for source in sorted(known - tested - {source for source, names in told.items() if names}):
+        yield f"{source} has no test_{source.rpartition('/')[2]}, and tests/{source.partition('/')[0]}/README.md does not say where it is tested"
+    for source in sorted(set(told) - known):
+        yield f"tests/{source.partition('/')[0]}/README.md has a row for {source}, which is no source"
+    for source in sorted(set(told) & tested):
+        yield f"tests/{source.partition('/')[0]}/README.md has a row for {source}, which has a test of its own"
+
+
+def everything(tests):
+    """The tests that mirror the rooms, and all other files of tests/."""
+    return tests + [str(path.relative_to(TOP)) for path in (TOP / "tests").glob("*/*.*")]
+
+
+def found(top, endings, start=""):
+    return sorted(str(path.relative_to(TOP)) for room in ROOMS for path in (TOP / top / room).rglob(f"{start}*")
+                  if path.suffix in endings and "node_modules" not in path.parts)
+
+
+def main():
+    sources = found("", (".c", ".cpp"))
+    readmes = {room: (TOP / "tests" / room / "README.md").read_text(encoding="utf-8") for room in ROOMS}
+    wrong = list(complaints(sources, found("", (".h",)), found("tests", (".c", ".cpp"), "test_"), readmes))
+    if len(sources) < 100:
+        wrong.append(f"only {len(sources)} sources were found")
+    # a sample that breaks every part of the rule once
+    sample = list(complaints(["core/a/x.c", "core/a/y.c", "core/a/z.c"], [], ["tests/core/a/test_x_more.c", "tests/core/a/test_w.c"],
+                             {"core": "| `a/y` | `core/a/test_x_more.c`, `core/no.c` |\n| `a/x` | `core/a/test_w.c` |\n| `a/v` | `core/a/test_w.c` |"}))
+    if len(sample) != 5:
+        wrong.append(f"of five faults of a sample the rule says {sample}")
+    for complaint in wrong:
+        print(f"FAIL {complaint}")
+    print(f"{len(sources) + 2 - min(len(wrong), len(sources) + 2)} passed, {len(wrong)} failed")
+    return len(wrong) > 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
