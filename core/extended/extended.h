@@ -41,6 +41,7 @@ PEND_MUST_CHECK enum pend_status pend_extended_new(struct pend_extended **extend
                                                    double atol, int single, enum pend_isa isa,
                                                    struct pend_error *error);
 
+/** Frees it and clears the pointer; NULL is accepted. */
 void pend_extended_free(struct pend_extended **extended);
 
 /** How many lanes there are: 2, 4 or 8. */

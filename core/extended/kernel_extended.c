@@ -5,25 +5,15 @@
 
 /* a number is a sum of two doubles for each lane */
 #define NUMBER_DOUBLE_DOUBLE
-#include "core/taylor/jets_template.h"
-#define num_from NUM_(from)
-#define num_gather NUM_(gather)
-#define num_settle NUM_(settle)
-#define num_total NUM_(total)
+#include "core/extended/extended_orders_template.h"
 
 enum {
 #define X(name) ARRAY_##name,
     JETS_ARRAYS(X)
 #undef X
         ARRAY_COUNT,
-    DENSE_MAX = 4, /* arms of trees whose orders are solved by an inverse */
     TRAILING = 4,
-    LEADING = 4,
-#ifdef __FMA__
-    FIXED = 8 /* the order from which terms are so small that sums with a fixed last place do */
-#else
-    FIXED = 1 << 30 /* these need fused multiply-add */
-#endif
+    LEADING = 4
 };
 
 /* ---- memory */
@@ -55,57 +45,12 @@ static struct jets_system extended_view(const struct extended_lanes *lanes) {
     };
 }
 
-/*
- * What the sums of T and c need besides the series, in the same order. Sizes are |Re u| + |Im u|,
- * |phi'| and |lambda|. With a single trajectory the four sums of an arm go side by side in lanes: u
- * = (Re u, Im u, Re u, Im u) of order j and met = (phi', phi', lambda, lambda), phi' of order j and
- * lambda of order j - 1.
- */
-struct extended_sizes {
-    int single;
-    wide *turn, *rate, *force; /* force is met's sizes with a single trajectory */
-    num *u, *met;
-};
-
 static struct extended_sizes extended_sizes_view(const struct extended_lanes *lanes) {
     size_t n = (size_t)lanes->n, series = extended_series(lanes->n, lanes->order);
     num *u = (num *)(void *)lanes->series + 4 * series + (size_t)ARRAY_COUNT * n;
     wide *at = (wide *)(void *)(u + 2 * series);
     return (struct extended_sizes){
         lanes->single && WIDE == 4, at, at + series, at + 2 * series, u, u + series};
-}
-
-/* x in the lanes of a set, y in the others */
-VEC_INLINE num extended_blend(const wide_mask *set, num x, num y) { return NUM_(pick)(*set, x, y); }
-
-/* lays out phi' and u of order k, and lambda of the order before, for a single trajectory */
-static void extended_pack(const struct jets_system *s, const struct extended_sizes *sizes, int k) {
-    wide_mask odd = {0}, late = {0};
-    for (int i = 0; i < WIDE; i++) odd[i] = -(i % 2), late[i] = -(i / 2);
-    for (int i = 0; i < s->n; i++) {
-        size_t at = (size_t)k * s->stride + (size_t)i, next = at + s->stride;
-        num force = k ? s->force[at - s->stride] : num_of(0);
-        sizes->u[next] = extended_blend(&odd, s->turn_im[next], s->turn_re[next]);
-        sizes->met[at] = extended_blend(&late, force, s->rate[at]);
-        sizes->turn[next] = WIDE_(abs)(s->turn_re[next].high) + WIDE_(abs)(s->turn_im[next].high);
-        sizes->force[at] = WIDE_(abs)(sizes->met[at].high);
-    }
-}
-
-/* sizes of phi' and u of order k, and of lambda of the order before */
-static void extended_measure(const struct jets_system *s, const struct extended_sizes *sizes,
-                             int k) {
-    if (sizes->single) {
-        extended_pack(s, sizes, k);
-        return;
-    }
-    for (int i = 0; i < s->n; i++) {
-        size_t at = (size_t)k * s->stride + (size_t)i, before = at - s->stride,
-               next = at + s->stride;
-        sizes->rate[at] = WIDE_(abs)(s->rate[at].high);
-        sizes->turn[next] = WIDE_(abs)(s->turn_re[next].high) + WIDE_(abs)(s->turn_im[next].high);
-        if (k) sizes->force[before] = WIDE_(abs)(s->force[before].high);
-    }
 }
 
 VEC_INLINE wide lane_get(const double *array, int k) {
@@ -116,13 +61,6 @@ VEC_INLINE void lane_put(double *array, int k, wide x) { WIDE_(put)(array + (siz
 
 VEC_INLINE num lane_pair(const double *high, const double *low, int k) {
     return (num){lane_get(high, k), lane_get(low, k)};
-}
-
-/* 1 / (j + 1) to all digits, from its first ones */
-VEC_INLINE num extended_share(const double share[], int j) {
-    wide high = wide_of(share[j]);
-    num rest = NUM_(product)(high, wide_of(j + 1));
-    return (num){high, ((1 - rest.high) - rest.low) * high};
 }
 
 /* sine and cosine of the angle of every arm to its parent, rates in units, and the tree system
@@ -143,322 +81,6 @@ static void extended_start(const struct extended_lanes *lanes, const struct jets
         s->turn_im[s->n + k] = s->rate[k];
     }
     jets_factor(s);
-}
-
-/* ---- the known parts of an order: T and c */
-
-struct extended_known {
-    num wind_re, wind_im, drag_re, drag_im;
-};
-
-VEC_INLINE struct extended_known extended_convolve(const struct jets_system *s, size_t n, int k,
-                                                   int a) {
-    const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
-    const num *rate = s->rate + a + (size_t)k * n,
-              *force = s->force + a + (size_t)(k ? k - 1 : 0) * n;
-    struct extended_known x = {num_of(0), num_of(0), num_of(0), num_of(0)};
-    for (int j = 1; j <= k; j++, re += n, im += n, rate -= n, force -= n) {
-        num w = *rate, f = *force;
-        x.wind_re = num_gather(*re, w, x.wind_re);
-        x.wind_im = num_gather(*im, w, x.wind_im);
-        x.drag_re = num_gather(*re, f, x.drag_re);
-        x.drag_im = num_gather(*im, f, x.drag_im);
-    }
-    x.wind_re = num_fma(*re, *rate, x.wind_re);
-    x.wind_im = num_fma(*im, *rate, x.wind_im);
-    x.drag_re = num_settle(x.drag_re);
-    x.drag_im = num_settle(x.drag_im);
-    return x;
-}
-
-/* sums whose first part has a fixed last place, far enough up that every product fits */
-struct extended_fixed {
-    wide start, high, low;
-};
-
-typedef unsigned long long extended_bits __attribute__((vector_size(sizeof(wide))));
-
-/* a start for products whose sizes add up to `size` at most: 6 times a power of two above it, so
- * that the last place is the same all along */
-VEC_INLINE wide extended_bias(wide size) {
-    extended_bits exponent = (extended_bits)size & 0x7ff0000000000000ULL;
-    return (wide)((exponent + (2ULL << 52)) | 0x8000000000000ULL);
-}
-
-/* adds x y: what of the product the first part has no place for goes to the second */
-VEC_INLINE void extended_collect(struct extended_fixed *sum, num x, num y) {
-    wide high = wide_fma(x.high, y.high, sum->high), part = high - sum->high;
-    wide rest = wide_fma(x.high, y.low, wide_fma(x.high, y.high, -part));
-    sum->low += wide_fma(x.low, y.high, rest);
-    sum->high = high;
-}
-
-VEC_INLINE num extended_collected(const struct extended_fixed *sum) {
-    return num_total(sum->high - sum->start, sum->low);
-}
-
-VEC_INLINE struct extended_fixed extended_empty(wide size) {
-    wide start = extended_bias(size);
-    return (struct extended_fixed){start, start, wide_of(0)};
-}
-
-/* sums of the sizes of the terms of both */
-VEC_INLINE void extended_sizes(const struct extended_sizes *sizes, int n, int k, int a, wide *wind,
-                               wide *drag) {
-    const wide *turn = sizes->turn + n + a, *rate = sizes->rate + k * n + a,
-               *force = sizes->force + (k - 1) * n + a;
-    *wind = *drag = wide_of(0);
-    for (int j = 1; j <= k; j++, turn += n, rate -= n, force -= n) {
-        *wind = wide_fma(*turn, *rate, *wind);
-        *drag = wide_fma(*turn, *force, *drag);
-    }
-    *wind = wide_fma(*turn, *rate, *wind);
-}
-
-/* order k > 0, a few digits short, where the terms are small */
-VEC_INLINE struct extended_known extended_convolve_fixed(const struct jets_system *s,
-                                                         const struct extended_sizes *sizes,
-                                                         size_t n, int k, int a) {
-    const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
-    const num *rate = s->rate + a + (size_t)k * n, *force = s->force + a + (size_t)(k - 1) * n;
-    wide wind, drag;
-    extended_sizes(sizes, (int)n, k, a, &wind, &drag);
-    struct extended_fixed wind_re = extended_empty(wind), wind_im = wind_re;
-    struct extended_fixed drag_re = extended_empty(drag), drag_im = drag_re;
-    for (int j = 1; j <= k; j++, re += n, im += n, rate -= n, force -= n) {
-        num w = *rate, f = *force, x = *re, y = *im;
-        extended_collect(&wind_re, x, w);
-        extended_collect(&wind_im, y, w);
-        extended_collect(&drag_re, x, f);
-        extended_collect(&drag_im, y, f);
-    }
-    extended_collect(&wind_re, *re, *rate);
-    extended_collect(&wind_im, *im, *rate);
-    return (struct extended_known){extended_collected(&wind_re), extended_collected(&wind_im),
-                                   extended_collected(&drag_re), extended_collected(&drag_im)};
-}
-
-struct extended_rough {
-    wide wind_re, wind_im, drag_re, drag_im;
-};
-
-/* the same of an order that needs but one double */
-VEC_INLINE struct extended_rough extended_convolve_rough(const struct jets_system *s,
-                                                         const struct extended_sizes *sizes,
-                                                         size_t n, int k, int a) {
-    if (sizes->single) {
-        const num *u = sizes->u + a + n, *met = sizes->met + a + (size_t)k * n;
-        wide sum = wide_of(0);
-        for (int j = 1; j <= k + 1; j++, u += n, met -= n) sum = wide_fma(u->high, met->high, sum);
-        return (struct extended_rough){wide_of(sum[0]), wide_of(sum[1]), wide_of(sum[2 % WIDE]),
-                                       wide_of(sum[3 % WIDE])};
-    }
-    const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
-    const num *rate = s->rate + a + (size_t)k * n, *force = s->force + a + (size_t)(k - 1) * n;
-    struct extended_rough x = {wide_of(0), wide_of(0), wide_of(0), wide_of(0)};
-    for (int j = 1; j <= k; j++, re += n, im += n, rate -= n, force -= n) {
-        x.wind_re = wide_fma(re->high, rate->high, x.wind_re);
-        x.wind_im = wide_fma(im->high, rate->high, x.wind_im);
-        x.drag_re = wide_fma(re->high, force->high, x.drag_re);
-        x.drag_im = wide_fma(im->high, force->high, x.drag_im);
-    }
-    x.wind_re = wide_fma(re->high, rate->high, x.wind_re);
-    x.wind_im = wide_fma(im->high, rate->high, x.wind_im);
-    return x;
-}
-
-/* ---- orders of small trees, by the inverse of the tree system */
-
-/* what a unit of T_j (pull) and of c_j (side) does to phi'' and to the force of arm i: [j][i] */
-struct extended_table {
-    num rate_pull[DENSE_MAX][DENSE_MAX], rate_side[DENSE_MAX][DENSE_MAX];
-    num force_pull[DENSE_MAX][DENSE_MAX], force_side[DENSE_MAX][DENSE_MAX];
-};
-
-/* the answer of all arms to the right-hand side in heave and drag_im */
-static void extended_answer(const struct jets_system *s, num rate[], num force[]) {
-    for (int k = 0; k < s->n; k++)
-        s->sum_side[k] = s->sum_cos[k] = s->sum_sin[k] = s->early[k] = num_of(0);
-    jets_up(s);
-    jets_down(s, num_of(0));
-    for (int i = 0; i < s->n; i++) {
-        num ar = s->from_radial[i], at = s->from_tangential[i];
-        num gap =
-            num_add(num_sub(num_mul(s->sine[i], ar), num_mul(s->cosine[i], at)), s->tangential[i]);
-        rate[i] = num_mul(gap, s->inv_len[i]);
-        force[i] = num_fma(num_mul(s->eff[i], s->kappa[i]), ar, s->tension[i]);
-    }
-}
-
-static void extended_invert(const struct jets_system *s, struct extended_table *table) {
-    for (int k = 0; k < s->n; k++) s->heave[k] = s->drag_im[k] = num_of(0);
-    for (int j = 0; j < s->n; j++) {
-        s->heave[j] = num_mul(s->eff[j], s->len[j]);
-        extended_answer(s, table->rate_pull[j], table->force_pull[j]);
-        s->heave[j] = num_of(0);
-        s->drag_im[j] = num_of(1);
-        extended_answer(s, table->rate_side[j], table->force_side[j]);
-        s->drag_im[j] = num_of(0);
-    }
-}
-
-/* the four sums of a single trajectory, from one each in a lane */
-VEC_INLINE struct extended_known extended_spread(num x) {
-    return (struct extended_known){num_of2(x.high[0], x.low[0]), num_of2(x.high[1], x.low[1]),
-                                   num_of2(x.high[2 % WIDE], x.low[2 % WIDE]),
-                                   num_of2(x.high[3 % WIDE], x.low[3 % WIDE])};
-}
-
-/* the sums of order k of a single trajectory, by the same operations */
-VEC_INLINE struct extended_known extended_convolve_single(const struct extended_sizes *sizes,
-                                                          size_t n, int k, int a) {
-    const num *u = sizes->u + a + n, *met = sizes->met + a + (size_t)k * n;
-    if (k < FIXED) {
-        num sum = num_of(0);
-        for (int j = 1; j <= k + 1; j++, u += n, met -= n) sum = num_gather(*u, *met, sum);
-        return extended_spread(num_settle(sum));
-    }
-    wide size = wide_of(0);
-    const wide *turn = sizes->turn + a + n, *other = sizes->force + a + (size_t)k * n;
-    for (int j = 1; j <= k + 1; j++, turn += n, other -= n) size = wide_fma(*turn, *other, size);
-    struct extended_fixed sum = extended_empty(size);
-    for (int j = 1; j <= k + 1; j++, u += n, met -= n) extended_collect(&sum, *u, *met);
-    return extended_spread(extended_collected(&sum));
-}
-
-VEC_INLINE struct extended_known extended_find(const struct jets_system *s,
-                                               const struct extended_sizes *sizes, size_t n, int k,
-                                               int a) {
-    if (sizes->single) return extended_convolve_single(sizes, n, k, a);
-    return k < FIXED ? extended_convolve(s, n, k, a) : extended_convolve_fixed(s, sizes, n, k, a);
-}
-
-/* order k from its known parts; lift and drop are gravity's, of the root */
-VEC_INLINE void extended_solve(const struct jets_system *s, const struct extended_table *table,
-                               int n, int k, num gravity, const struct extended_known known[]) {
-    num share = extended_share(s->share, k), turn_share = extended_share(s->share, k + 1),
-        pull[DENSE_MAX], side[DENSE_MAX], drop = num_of(0);
-    for (int j = 0; j < n; j++) {
-        pull[j] = known[j].wind_im;
-        side[j] = num_mul(known[j].drag_im, share);
-    }
-    if (k == 0) {
-        // gravity is a pull on the root
-        num per_len = num_mul(gravity, s->inv_len[0]);
-        pull[0] = num_sub(pull[0], num_mul(s->sine[0], per_len));
-        drop = num_mul(s->cosine[0], per_len);
-    }
-    for (int i = 0; i < n; i++) {
-        num rate = num_of(0), force = num_of(0);
-        for (int j = 0; j < n; j++) {
-            rate = num_gather(side[j], table->rate_side[j][i], rate);
-            force = num_gather(side[j], table->force_side[j][i], force);
-            rate = num_gather(pull[j], table->rate_pull[j][i], rate);
-            force = num_gather(pull[j], table->force_pull[j][i], force);
-        }
-        rate = num_settle(rate);
-        if (i == 0) rate = num_sub(rate, drop);
-        s->rate[(k + 1) * n + i] = num_sub(rate, known[i].wind_re);
-        s->force[k * n + i] = num_sub(num_mul(num_of(k + 1), num_settle(force)), known[i].drag_re);
-        s->turn_re[(k + 2) * n + i] = num_neg(num_mul(turn_share, known[i].wind_im));
-        s->turn_im[(k + 2) * n + i] = num_mul(turn_share, rate);
-    }
-}
-
-VEC_INLINE void extended_solve_rough(const struct jets_system *s,
-                                     const struct extended_table *table, int n, int k,
-                                     const struct extended_rough known[]) {
-    for (int i = 0; i < n; i++) {
-        wide rate = wide_of(0), force = wide_of(0);
-        for (int j = 0; j < n; j++) {
-            wide side = known[j].drag_im * s->share[k], pull = known[j].wind_im;
-            rate = wide_fma(pull, table->rate_pull[j][i].high,
-                            wide_fma(side, table->rate_side[j][i].high, rate));
-            force = wide_fma(pull, table->force_pull[j][i].high,
-                             wide_fma(side, table->force_side[j][i].high, force));
-        }
-        s->rate[(k + 1) * n + i] = num_from(rate - known[i].wind_re);
-        s->force[k * n + i] = num_from((double)(k + 1) * force - known[i].drag_re);
-        s->turn_re[(k + 2) * n + i] = num_from(-s->share[k + 1] * known[i].wind_im);
-        s->turn_im[(k + 2) * n + i] = num_from(s->share[k + 1] * rate);
-    }
-}
-
-VEC_INLINE void extended_small_of(const struct jets_system *s, const struct extended_sizes *sizes,
-                                  num gravity, int order, int precise, int n) {
-    struct extended_table table;
-    extended_invert(s, &table);
-    extended_measure(s, sizes, 0);
-    for (int k = 0; k < order; k++) {
-        struct extended_known known[DENSE_MAX];
-        struct extended_rough rough[DENSE_MAX];
-        if (k < precise) {
-            for (int i = 0; i < n; i++) known[i] = extended_find(s, sizes, (size_t)n, k, i);
-            extended_solve(s, &table, n, k, gravity, known);
-            extended_measure(s, sizes, k + 1);
-        } else {
-            for (int i = 0; i < n; i++)
-                rough[i] = extended_convolve_rough(s, sizes, (size_t)n, k, i);
-            extended_solve_rough(s, &table, n, k, rough);
-            if (sizes->single) extended_measure(s, sizes, k + 1);
-        }
-    }
-}
-
-static void extended_small(const struct jets_system *s, const struct extended_sizes *sizes,
-                           num gravity, int order, int precise) {
-    if (s->n == 1)
-        extended_small_of(s, sizes, gravity, order, precise, 1);
-    else if (s->n == 2)
-        extended_small_of(s, sizes, gravity, order, precise, 2);
-    else if (s->n == 3)
-        extended_small_of(s, sizes, gravity, order, precise, 3);
-    else
-        extended_small_of(s, sizes, gravity, order, precise, 4);
-}
-
-/* ---- orders of other trees, by the sweeps */
-
-static void extended_learn(const struct jets_system *s, int k) {
-    num share = extended_share(s->share, k), turn_share = extended_share(s->share, k + 1);
-    for (int i = 0; i < s->n; i++) {
-        size_t now = (size_t)k * s->stride + (size_t)i, next = now + s->stride,
-               after = next + s->stride;
-        num ar = s->from_radial[i], at = s->from_tangential[i];
-        num gap =
-            num_add(num_sub(num_mul(s->sine[i], ar), num_mul(s->cosine[i], at)), s->tangential[i]);
-        num turned = num_mul(num_mul(gap, s->inv_len[i]), share);
-        s->force[now] = num_sub(num_fma(s->stiff[i], ar, s->tension[i]), s->drag_re[i]);
-        s->rate[next] = num_sub(turned, s->wind_re[i]);
-        s->turn_re[after] = num_neg(num_mul(s->wind_im[i], turn_share));
-        s->turn_im[after] = num_mul(turned, turn_share);
-    }
-}
-
-static void extended_orders(const struct jets_system *s, const struct extended_sizes *sizes,
-                            num gravity, int order, int precise) {
-    for (int i = 0; i < s->n; i++) {
-        s->stiff[i] = num_mul(s->eff[i], s->kappa[i]);
-        s->weight[i] = num_mul(s->eff[i], s->len[i]);
-    }
-    extended_measure(s, sizes, 0);
-    for (int k = 0; k < order; k++) {
-        for (int i = 0; i < s->n; i++) {
-            struct extended_known x;
-            if (k < precise) {
-                x = extended_find(s, sizes, s->stride, k, i);
-            } else {
-                struct extended_rough y = extended_convolve_rough(s, sizes, s->stride, k, i);
-                x = (struct extended_known){num_from(y.wind_re), num_from(y.wind_im),
-                                            num_from(y.drag_re), num_from(y.drag_im)};
-            }
-            jets_prepare(s, k, i, x.wind_re, x.wind_im, x.drag_re, x.drag_im);
-        }
-        jets_up(s);
-        jets_down(s, k ? num_of(0) : gravity);
-        extended_learn(s, k);
-        if (k < precise || sizes->single) extended_measure(s, sizes, k + 1);
-    }
 }
 
 /* ---- the step */

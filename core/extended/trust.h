@@ -28,6 +28,7 @@ PEND_MUST_CHECK enum pend_status pend_trust_new(struct pend_trust **trust,
                                                 const struct pend_problem *problem,
                                                 double tolerance, struct pend_error *error);
 
+/** Frees it and clears the pointer; NULL is accepted. */
 void pend_trust_free(struct pend_trust **trust);
 
 /**

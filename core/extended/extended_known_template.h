@@ -1,0 +1,219 @@
+/* The known parts T and c of an order of the series in numbers of 32 digits: the convolutions of
+ * what is known of u, phi' and lambda, by as few operations as their sizes allow.
+ * Leaves to others: what follows from them (extended_orders_template), memory (kernel_extended).
+ * Invariant: a sum has all digits that its largest term has, unless an order needs one double. */
+#ifndef PEND_EXTENDED_KNOWN_TEMPLATE_H
+#define PEND_EXTENDED_KNOWN_TEMPLATE_H
+
+#include "core/taylor/jets_system.h"
+
+#define num_from NUM_(from)
+#define num_gather NUM_(gather)
+#define num_settle NUM_(settle)
+#define num_total NUM_(total)
+
+enum {
+#ifdef __FMA__
+    FIXED = 8 /* the order from which terms are so small that sums with a fixed last place do */
+#else
+    FIXED = 1 << 30 /* these need fused multiply-add */
+#endif
+};
+
+/*
+ * What the sums of T and c need besides the series, in the same order. Sizes are |Re u| + |Im u|,
+ * |phi'| and |lambda|. With a single trajectory the four sums of an arm go side by side in lanes: u
+ * = (Re u, Im u, Re u, Im u) of order j and met = (phi', phi', lambda, lambda), phi' of order j and
+ * lambda of order j - 1.
+ */
+struct extended_sizes {
+    int single;
+    wide *turn, *rate, *force; /* force is met's sizes with a single trajectory */
+    num *u, *met;
+};
+
+/* x in the lanes of a set, y in the others */
+VEC_INLINE num extended_blend(const wide_mask *set, num x, num y) { return NUM_(pick)(*set, x, y); }
+
+/* lays out phi' and u of order k, and lambda of the order before, for a single trajectory */
+static void extended_pack(const struct jets_system *s, const struct extended_sizes *sizes, int k) {
+    wide_mask odd = {0}, late = {0};
+    for (int i = 0; i < WIDE; i++) odd[i] = -(i % 2), late[i] = -(i / 2);
+    for (int i = 0; i < s->n; i++) {
+        size_t at = (size_t)k * s->stride + (size_t)i, next = at + s->stride;
+        num force = k ? s->force[at - s->stride] : num_of(0);
+        sizes->u[next] = extended_blend(&odd, s->turn_im[next], s->turn_re[next]);
+        sizes->met[at] = extended_blend(&late, force, s->rate[at]);
+        sizes->turn[next] = WIDE_(abs)(s->turn_re[next].high) + WIDE_(abs)(s->turn_im[next].high);
+        sizes->force[at] = WIDE_(abs)(sizes->met[at].high);
+    }
+}
+
+/* sizes of phi' and u of order k, and of lambda of the order before */
+static void extended_measure(const struct jets_system *s, const struct extended_sizes *sizes,
+                             int k) {
+    if (sizes->single) {
+        extended_pack(s, sizes, k);
+        return;
+    }
+    for (int i = 0; i < s->n; i++) {
+        size_t at = (size_t)k * s->stride + (size_t)i, before = at - s->stride,
+               next = at + s->stride;
+        sizes->rate[at] = WIDE_(abs)(s->rate[at].high);
+        sizes->turn[next] = WIDE_(abs)(s->turn_re[next].high) + WIDE_(abs)(s->turn_im[next].high);
+        if (k) sizes->force[before] = WIDE_(abs)(s->force[before].high);
+    }
+}
+
+struct extended_known {
+    num wind_re, wind_im, drag_re, drag_im;
+};
+
+VEC_INLINE struct extended_known extended_convolve(const struct jets_system *s, size_t n, int k,
+                                                   int a) {
+    const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
+    const num *rate = s->rate + a + (size_t)k * n,
+              *force = s->force + a + (size_t)(k ? k - 1 : 0) * n;
+    struct extended_known x = {num_of(0), num_of(0), num_of(0), num_of(0)};
+    for (int j = 1; j <= k; j++, re += n, im += n, rate -= n, force -= n) {
+        num w = *rate, f = *force;
+        x.wind_re = num_gather(*re, w, x.wind_re);
+        x.wind_im = num_gather(*im, w, x.wind_im);
+        x.drag_re = num_gather(*re, f, x.drag_re);
+        x.drag_im = num_gather(*im, f, x.drag_im);
+    }
+    x.wind_re = num_fma(*re, *rate, x.wind_re);
+    x.wind_im = num_fma(*im, *rate, x.wind_im);
+    x.drag_re = num_settle(x.drag_re);
+    x.drag_im = num_settle(x.drag_im);
+    return x;
+}
+
+/* sums whose first part has a fixed last place, far enough up that every product fits */
+struct extended_fixed {
+    wide start, high, low;
+};
+
+typedef unsigned long long extended_bits __attribute__((vector_size(sizeof(wide))));
+
+/* a start for products whose sizes add up to `size` at most: 6 times a power of two above it, so
+ * that the last place is the same all along */
+VEC_INLINE wide extended_bias(wide size) {
+    extended_bits exponent = (extended_bits)size & 0x7ff0000000000000ULL;
+    return (wide)((exponent + (2ULL << 52)) | 0x8000000000000ULL);
+}
+
+/* adds x y: what of the product the first part has no place for goes to the second */
+VEC_INLINE void extended_collect(struct extended_fixed *sum, num x, num y) {
+    wide high = wide_fma(x.high, y.high, sum->high), part = high - sum->high;
+    wide rest = wide_fma(x.high, y.low, wide_fma(x.high, y.high, -part));
+    sum->low += wide_fma(x.low, y.high, rest);
+    sum->high = high;
+}
+
+VEC_INLINE num extended_collected(const struct extended_fixed *sum) {
+    return num_total(sum->high - sum->start, sum->low);
+}
+
+VEC_INLINE struct extended_fixed extended_empty(wide size) {
+    wide start = extended_bias(size);
+    return (struct extended_fixed){start, start, wide_of(0)};
+}
+
+/* sums of the sizes of the terms of both */
+VEC_INLINE void extended_sizes(const struct extended_sizes *sizes, int n, int k, int a, wide *wind,
+                               wide *drag) {
+    const wide *turn = sizes->turn + n + a, *rate = sizes->rate + k * n + a,
+               *force = sizes->force + (k - 1) * n + a;
+    *wind = *drag = wide_of(0);
+    for (int j = 1; j <= k; j++, turn += n, rate -= n, force -= n) {
+        *wind = wide_fma(*turn, *rate, *wind);
+        *drag = wide_fma(*turn, *force, *drag);
+    }
+    *wind = wide_fma(*turn, *rate, *wind);
+}
+
+/* order k > 0, a few digits short, where the terms are small */
+VEC_INLINE struct extended_known extended_convolve_fixed(const struct jets_system *s,
+                                                         const struct extended_sizes *sizes,
+                                                         size_t n, int k, int a) {
+    const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
+    const num *rate = s->rate + a + (size_t)k * n, *force = s->force + a + (size_t)(k - 1) * n;
+    wide wind, drag;
+    extended_sizes(sizes, (int)n, k, a, &wind, &drag);
+    struct extended_fixed wind_re = extended_empty(wind), wind_im = wind_re;
+    struct extended_fixed drag_re = extended_empty(drag), drag_im = drag_re;
+    for (int j = 1; j <= k; j++, re += n, im += n, rate -= n, force -= n) {
+        num w = *rate, f = *force, x = *re, y = *im;
+        extended_collect(&wind_re, x, w);
+        extended_collect(&wind_im, y, w);
+        extended_collect(&drag_re, x, f);
+        extended_collect(&drag_im, y, f);
+    }
+    extended_collect(&wind_re, *re, *rate);
+    extended_collect(&wind_im, *im, *rate);
+    return (struct extended_known){extended_collected(&wind_re), extended_collected(&wind_im),
+                                   extended_collected(&drag_re), extended_collected(&drag_im)};
+}
+
+struct extended_rough {
+    wide wind_re, wind_im, drag_re, drag_im;
+};
+
+/* the same of an order that needs but one double */
+VEC_INLINE struct extended_rough extended_convolve_rough(const struct jets_system *s,
+                                                         const struct extended_sizes *sizes,
+                                                         size_t n, int k, int a) {
+    if (sizes->single) {
+        const num *u = sizes->u + a + n, *met = sizes->met + a + (size_t)k * n;
+        wide sum = wide_of(0);
+        for (int j = 1; j <= k + 1; j++, u += n, met -= n) sum = wide_fma(u->high, met->high, sum);
+        return (struct extended_rough){wide_of(sum[0]), wide_of(sum[1]), wide_of(sum[2 % WIDE]),
+                                       wide_of(sum[3 % WIDE])};
+    }
+    const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
+    const num *rate = s->rate + a + (size_t)k * n, *force = s->force + a + (size_t)(k - 1) * n;
+    struct extended_rough x = {wide_of(0), wide_of(0), wide_of(0), wide_of(0)};
+    for (int j = 1; j <= k; j++, re += n, im += n, rate -= n, force -= n) {
+        x.wind_re = wide_fma(re->high, rate->high, x.wind_re);
+        x.wind_im = wide_fma(im->high, rate->high, x.wind_im);
+        x.drag_re = wide_fma(re->high, force->high, x.drag_re);
+        x.drag_im = wide_fma(im->high, force->high, x.drag_im);
+    }
+    x.wind_re = wide_fma(re->high, rate->high, x.wind_re);
+    x.wind_im = wide_fma(im->high, rate->high, x.wind_im);
+    return x;
+}
+
+/* the four sums of a single trajectory, from one each in a lane */
+VEC_INLINE struct extended_known extended_spread(num x) {
+    return (struct extended_known){num_of2(x.high[0], x.low[0]), num_of2(x.high[1], x.low[1]),
+                                   num_of2(x.high[2 % WIDE], x.low[2 % WIDE]),
+                                   num_of2(x.high[3 % WIDE], x.low[3 % WIDE])};
+}
+
+/* the sums of order k of a single trajectory, by the same operations */
+VEC_INLINE struct extended_known extended_convolve_single(const struct extended_sizes *sizes,
+                                                          size_t n, int k, int a) {
+    const num *u = sizes->u + a + n, *met = sizes->met + a + (size_t)k * n;
+    if (k < FIXED) {
+        num sum = num_of(0);
+        for (int j = 1; j <= k + 1; j++, u += n, met -= n) sum = num_gather(*u, *met, sum);
+        return extended_spread(num_settle(sum));
+    }
+    wide size = wide_of(0);
+    const wide *turn = sizes->turn + a + n, *other = sizes->force + a + (size_t)k * n;
+    for (int j = 1; j <= k + 1; j++, turn += n, other -= n) size = wide_fma(*turn, *other, size);
+    struct extended_fixed sum = extended_empty(size);
+    for (int j = 1; j <= k + 1; j++, u += n, met -= n) extended_collect(&sum, *u, *met);
+    return extended_spread(extended_collected(&sum));
+}
+
+VEC_INLINE struct extended_known extended_find(const struct jets_system *s,
+                                               const struct extended_sizes *sizes, size_t n, int k,
+                                               int a) {
+    if (sizes->single) return extended_convolve_single(sizes, n, k, a);
+    return k < FIXED ? extended_convolve(s, n, k, a) : extended_convolve_fixed(s, sizes, n, k, a);
+}
+
+#endif
