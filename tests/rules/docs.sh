@@ -162,9 +162,8 @@ for each, count in [(fresh, 0), *((name, 1) for name in wrong)]:
     if len(found) != count:
         print(f"FAIL of {each} the rule says {found}")
 
-awaited = ("loads.h", "pend_loads")
 for path in documents:
-    complaints = [c for c in stale(path, text(path)) if not any(a in c for a in awaited)]
+    complaints = list(stale(path, text(path)))
     counts[not complaints] += 1
     for complaint in complaints:
         print(f"  {path} {complaint}")
