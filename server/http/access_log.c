@@ -1,5 +1,6 @@
 #include "server/http/access_log.h"
 
+#include <assert.h>
 #include <string.h>
 
 #include "server/base/clock.h"
@@ -19,6 +20,7 @@ static void access_log_count(const struct srv_exchange *exchange,
 }
 
 void srv_access_log_enter(const struct srv_exchange *exchange, const char *outcome, int status) {
+    assert(srv_exchange_valid(exchange) && (!status || (status >= 200 && status <= 599)));
     int64_t now = srv_clock_now();
     int bodiless = !exchange->method || !strcmp(exchange->method, "HEAD") || status == 304;
     struct srv_log_request line = {

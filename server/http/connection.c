@@ -1,7 +1,6 @@
 #include "server/http/connection.h"
 
 #include <assert.h>
-#include <netdb.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,6 +13,7 @@
 #include "server/jobs/events.h"
 #include "server/work/exchange.h"
 #include "server/http/access_log.h"
+#include "server/http/connection_share.h"
 #include "server/http/request_head.h"
 #include "server/http/response.h"
 #include "server/http/router.h"
@@ -21,10 +21,7 @@
 enum {
     CONNECTION_UNREAD =
         65536, /* largest body that is read only to keep the connection after a refusal */
-    CONNECTION_BYTES = 3 << 13, /* that libmicrohttpd takes for one */
-    CONNECTION_SURPLUS =
-        16, /* connections of a client beyond its share that are told so; others are closed */
-    CONNECTION_PART = 4 /* a client may have this part of all */
+    CONNECTION_BYTES = 3 << 13 /* that libmicrohttpd takes for one */
 };
 
 _Static_assert((int)SRV_STRICT_TARGET < (int)SRV_TARGET_BYTES,
@@ -109,6 +106,7 @@ static void connection_pause(struct srv_exchange *exchange) {
 static enum MHD_Result connection_answer(struct connection *connection) {
     struct srv_exchange *exchange = &connection->exchange;
     struct srv_service *service = connection->all->service;
+    assert(connection->state != CONNECTION_SENDING && exchange->status);
     srv_exchange_settle(exchange);
     if (atomic_load(&service->draining)) exchange->close = 1;
     connection->stream = (struct srv_response_stream){
@@ -158,6 +156,7 @@ static void connection_left(struct srv_watched *watched) {
 /* it may be answered, and the connection resumed, before this returns: that takes effect after
  * it */
 static enum MHD_Result connection_hand_over(struct connection *connection) {
+    assert(connection->state == CONNECTION_BODY && !connection->refused);
     connection->state = CONNECTION_WAITING;
     MHD_suspend_connection(connection->mhd);
     srv_router_hand(&connection->exchange);
@@ -176,13 +175,6 @@ static enum MHD_Result connection_field(void *context, enum MHD_ValueKind kind, 
                                                                                    : MHD_NO;
 }
 
-/* connections that one client may have open */
-static int connection_share(const struct srv_config *config) {
-    double share = config->client_connections > 0 ? config->client_connections
-                                                  : config->connections / CONNECTION_PART;
-    return share > 1 ? (int)share : 1;
-}
-
 /* says which limit the connection is beyond */
 static void connection_refuse_surplus(struct connection *connection) {
     struct srv_exchange *exchange = &connection->exchange;
@@ -197,7 +189,7 @@ static void connection_refuse_surplus(struct connection *connection) {
         return;
     }
     srv_exchange_problem(exchange, 429, "%s, %d", connection_own,
-                         connection_share(srv_service_config(exchange->service)));
+                         srv_connection_share(srv_service_config(exchange->service)));
     srv_exchange_retry(exchange, 1);
 }
 
@@ -418,34 +410,11 @@ static void connection_begins(struct srv_recv_hook *hook) {
 
 /* --- connections --- */
 
-static void connection_peer(const struct sockaddr *address, char peer[SRV_PEER_BYTES]) {
-    char text[64] = "";
-    socklen_t bytes = address && address->sa_family == AF_INET6 ? 28 : 16;
-    if (address) getnameinfo(address, bytes, text, sizeof text, NULL, 0, NI_NUMERICHOST);
-    snprintf(peer, SRV_PEER_BYTES, "%.*s", SRV_PEER_BYTES - 1,
-             strncmp(text, "::ffff:", 7) ? text : text + 7);
-}
-
-/* the record of an address whose connections are counted; a trusted proxy's are those of its
- * clients */
-static struct srv_client *connection_client(struct srv_service *service, const char *peer) {
-    struct srv_identity identity = {.kind = SRV_IDENTITY_ADDRESS};
-    if (srv_peer_trusted(srv_service_trusted(service), peer)) return NULL;
-    (void)srv_identity_begin(&identity, peer, NULL);
-    return srv_clients_take(service->clients, identity.source, NULL);
-}
-
 enum MHD_Result srv_connection_allow(void *context, const struct sockaddr *address,
                                      socklen_t bytes) {
     struct srv_service *service = ((struct srv_connections *)context)->service;
-    char peer[SRV_PEER_BYTES];
     (void)bytes;
-    connection_peer(address, peer);
-    struct srv_client *client = connection_client(service, peer);
-    if (!client) return MHD_YES;
-    int open = atomic_load(&client->connections);
-    srv_clients_give(service->clients, client);
-    if (open < connection_share(srv_service_config(service)) + CONNECTION_SURPLUS) return MHD_YES;
+    if (!srv_connection_share_passed(service, address)) return MHD_YES;
     srv_metrics_count(&service->metrics.refused_own_connections, 1);
     return MHD_NO;
 }
@@ -453,13 +422,13 @@ enum MHD_Result srv_connection_allow(void *context, const struct sockaddr *addre
 /* counts a new connection; sets what it is beyond */
 static void connection_count(struct connection *connection, int connections) {
     struct srv_service *service = connection->all->service;
-    connection->client = connection_client(service, connection->exchange.peer);
+    connection->client = srv_connection_share_client(service, connection->exchange.peer);
     int own = connection->client ? 1 + atomic_fetch_add(&connection->client->connections, 1) : 0;
     connection->hold = (struct srv_hold){.service = service, .kind = SRV_MEMORY_CONNECTIONS};
     size_t bytes = sizeof *connection + CONNECTION_BYTES;
     if (connections > (int)srv_service_config(service)->connections)
         connection->surplus = connection_all;
-    else if (own > connection_share(srv_service_config(service)))
+    else if (own > srv_connection_share(srv_service_config(service)))
         connection->surplus = connection_own;
     else if (srv_hold_try(&connection->hold, bytes) != SRV_ROOM)
         connection->surplus = connection_held;
@@ -483,7 +452,7 @@ static void connection_begin(struct srv_connections *all, struct MHD_Connection 
     connection->exchange.finish = connection_finish;
     const union MHD_ConnectionInfo *info =
         MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
-    connection_peer(info ? info->client_addr : NULL, connection->exchange.peer);
+    srv_connection_share_peer(info ? info->client_addr : NULL, connection->exchange.peer);
     connection->all = all;
     connection->mhd = mhd;
     connection_count(connection, connections);

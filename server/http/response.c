@@ -1,5 +1,6 @@
 #include "server/http/response.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -143,6 +144,7 @@ struct MHD_Response *srv_response_new(const struct srv_exchange *exchange,
             ? MHD_create_response_from_callback(length, RESPONSE_BLOCK, response_read, stream, NULL)
             : MHD_create_response_from_buffer(exchange->bytes, (void *)exchange->data,
                                               MHD_RESPMEM_PERSISTENT);
+    assert(exchange->id && exchange->status >= 200 && exchange->status <= 599);
     stream->response = response;
     int good =
         response && (!exchange->trails || response_field(response, "Trailer", api_remarks_names));
@@ -159,6 +161,7 @@ void srv_response_refuse(struct srv_exchange *exchange, int fd) {
                                          exchange->field[SRV_ORIGIN], exchange->closed);
     if (origin) snprintf(cors, sizeof cors, "Access-Control-Allow-Origin: %.255s\r\n", origin);
     strftime(date, sizeof date, "%a, %d %b %Y %H:%M:%S GMT", gmtime_r(&now, &part));
+    assert(exchange->status >= 400 && exchange->id && exchange->media_type);
     int bytes = snprintf(
         head, sizeof head,
         "HTTP/1.1 %d %s\r\nDate: %s\r\nConnection: close\r\nContent-Type: %s\r\n"

@@ -50,6 +50,12 @@ struct srv_watch {
     struct watch_lingerer linger[SRV_WATCH_LINGERING];
 };
 
+int srv_watch_valid(const struct srv_watch *watch) {
+    return watch->count >= 0 && watch->waiting >= 0 && watch->waiting <= watch->count &&
+           watch->lingerers >= 0 && watch->lingerers <= SRV_WATCH_LINGERING &&
+           srv_list_empty(&watch->watched) == !watch->count;
+}
+
 /* the time is over: says so to a client whose request does not come to its end, and ends the
  * connection */
 static void watch_expire(struct srv_watch *watch, struct srv_watched *watched) {
@@ -120,6 +126,7 @@ static void watch_linger_round(struct srv_watch *watch) {
             close(lingerer.fd);
     }
     watch->lingerers = kept;
+    assert(srv_watch_valid(watch));
 }
 
 /* how long the thread may sleep; 0 = until it is woken */
@@ -150,7 +157,10 @@ static void *watch_main(void *argument) {
     return NULL;
 }
 
-void srv_watch_lingering(struct srv_watch *watch, int most) { watch->most = most; }
+void srv_watch_lingering(struct srv_watch *watch, int most) {
+    assert(most >= 0 && most <= SRV_WATCH_LINGERING && !watch->lingerers);
+    watch->most = most;
+}
 
 enum pend_status srv_watch_new(struct srv_watch **watch) {
     struct srv_watch *made = *watch = calloc(1, sizeof *made);
@@ -192,26 +202,31 @@ static void watch_wake(struct srv_watch *watch) {
 
 void srv_watch_add(struct srv_watch *watch, struct srv_watched *watched, int64_t deadline) {
     pthread_mutex_lock(&watch->lock);
+    assert(srv_watch_valid(watch));
     watched->phase = SRV_WATCH_IDLE;
     watched->deadline = deadline;
     watched->since = srv_clock_now();
     watched->served = watched->seen = 0;
     srv_list_append(&watch->watched, &watched->link);
     if (!watch->count++) watch_wake(watch);
+    assert(srv_watch_valid(watch));
     pthread_mutex_unlock(&watch->lock);
 }
 
 void srv_watch_remove(struct srv_watch *watch, struct srv_watched *watched) {
     pthread_mutex_lock(&watch->lock);
+    assert(srv_watch_valid(watch));
     srv_list_remove(&watched->link);
     watch->count--;
     watch->waiting -= watched->phase == SRV_WATCH_WAITING;
+    assert(srv_watch_valid(watch));
     pthread_mutex_unlock(&watch->lock);
 }
 
 void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched,
                      enum srv_watch_phase phase, int64_t deadline) {
     pthread_mutex_lock(&watch->lock);
+    assert(srv_watch_valid(watch));
     int waits = phase == SRV_WATCH_WAITING;
     if (waits != (watched->phase == SRV_WATCH_WAITING)) {
         watch->waiting += waits ? 1 : -1;
@@ -226,11 +241,13 @@ void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched,
         watched->served = 1;
     }
     if (phase == SRV_WATCH_WAITING) watch_wake(watch);
+    assert(srv_watch_valid(watch));
     pthread_mutex_unlock(&watch->lock);
 }
 
 void srv_watch_leave_all(struct srv_watch *watch) {
     pthread_mutex_lock(&watch->lock);
+    assert(srv_watch_valid(watch));
     SRV_LIST_EACH (link, &watch->watched) {
         struct srv_watched *watched = watch_of_link(link);
         if ((watched->phase == SRV_WATCH_WAITING || watched->phase == SRV_WATCH_STREAMING ||
@@ -240,6 +257,7 @@ void srv_watch_leave_all(struct srv_watch *watch) {
             watched->left(watched);
         }
     }
+    assert(srv_watch_valid(watch));
     pthread_mutex_unlock(&watch->lock);
 }
 
@@ -249,6 +267,7 @@ int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience) {
             lingering = now + (int64_t)SRV_WATCH_LINGER_MS * 1000000 - moment;
     if (patience < moment) patience = moment;
     pthread_mutex_lock(&watch->lock);
+    assert(srv_watch_valid(watch));
     for (int i = 0; i < watch->lingerers; i++) busy += watch->linger[i].deadline > lingering;
     SRV_LIST_EACH (link, &watch->watched) {
         struct srv_watched *watched = watch_of_link(link);
@@ -261,6 +280,7 @@ int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience) {
                 (watched->served && now - began < kept) || ioctl(watched->fd, FIONREAD, &unread) ||
                 unread;
     }
+    assert(srv_watch_valid(watch));
     pthread_mutex_unlock(&watch->lock);
     return busy;
 }
@@ -268,12 +288,14 @@ int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience) {
 void srv_watch_linger(struct srv_watch *watch, int fd) {
     shutdown(fd, SHUT_WR);
     pthread_mutex_lock(&watch->lock);
+    assert(srv_watch_valid(watch));
     int room = watch->lingerers < watch->most;
     if (room) {
         int64_t deadline = srv_clock_now() + (int64_t)SRV_WATCH_LINGER_MS * 1000000;
         watch->linger[watch->lingerers++] = (struct watch_lingerer){fd, deadline};
         watch_wake(watch);
     }
+    assert(srv_watch_valid(watch));
     pthread_mutex_unlock(&watch->lock);
     if (!room) close(fd);
 }

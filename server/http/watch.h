@@ -57,6 +57,10 @@ struct srv_watch;
  */
 PEND_MUST_CHECK enum pend_status srv_watch_new(struct srv_watch **watch);
 
+/** True when the counts agree with each other and with the list; for assertions, under its lock.
+ * O(1). */
+int srv_watch_valid(const struct srv_watch *watch);
+
 /** How many sockets may linger at one time, SRV_WATCH_LINGERING at most; before the first does. */
 void srv_watch_lingering(struct srv_watch *watch, int most);
 

@@ -51,6 +51,12 @@ struct srv_events {
     struct events_look look; /* the thread's */
 };
 
+int srv_events_valid(const struct srv_events *events) {
+    return events->service && events->most > 0 && events->count >= 0 &&
+           events->count <= events->most && srv_list_empty(&events->listeners) == !events->count &&
+           events->look.count >= 0 && events->look.count <= events->most;
+}
+
 void srv_events_id(const struct srv_job *job, char id[SRV_EVENT_ID]) {
     snprintf(id, SRV_EVENT_ID, "%s-%ld", srv_job_word(job->state), job->done);
 }
@@ -149,6 +155,7 @@ enum pend_status srv_events_open(struct srv_events *events, struct srv_exchange 
     api_buffer_init(&made->text, EVENTS_TEXT);
     enum pend_status status = api_buffer_format(&made->text, "retry: %d\n\n", SRV_EVENTS_RETRY_MS);
     pthread_mutex_lock(&events->lock);
+    assert(srv_events_valid(events));
     *own = events_sated(events, &exchange->identity);
     if (status == PEND_OK && (*own || events->count >= events->most)) status = PEND_LIMIT;
     if (status == PEND_OK) {
@@ -162,6 +169,7 @@ enum pend_status srv_events_open(struct srv_events *events, struct srv_exchange 
         exchange->stream_bytes = -1;
         pthread_cond_signal(&events->some);
     }
+    assert(srv_events_valid(events));
     pthread_mutex_unlock(&events->lock);
     if (status == PEND_OK) return PEND_OK;
     api_buffer_clear(&made->text);
@@ -174,7 +182,10 @@ long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,
     struct srv_events *events = exchange->service->events;
     long result = SRV_INFLIGHT_BROKEN;
     pthread_mutex_lock(&events->lock);
+    assert(srv_events_valid(events));
     struct srv_listener *listener = exchange->listener;
+    assert(!listener ||
+           (listener->exchange == exchange && listener->taken <= listener->text.bytes));
     if (listener && (listener->taken < listener->text.bytes || listener_next(listener))) {
         size_t left = listener->text.bytes - listener->taken, count = left < cap ? left : cap;
         memcpy(to, listener->text.data + listener->taken, count);
@@ -187,6 +198,7 @@ long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,
         pause(exchange);
         result = SRV_INFLIGHT_WAIT;
     }
+    assert(srv_events_valid(events));
     pthread_mutex_unlock(&events->lock);
     return result;
 }
@@ -194,6 +206,7 @@ long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,
 void srv_events_leave(struct srv_exchange *exchange, enum srv_stop why) {
     struct srv_events *events = exchange->service->events;
     pthread_mutex_lock(&events->lock);
+    assert(srv_events_valid(events));
     struct srv_listener *listener = exchange->listener;
     if (listener && why == SRV_STOP_SHUTDOWN) {
         listener->over = 1;
@@ -204,26 +217,31 @@ void srv_events_leave(struct srv_exchange *exchange, enum srv_stop why) {
         listener_wake(listener);
         listener_free(events, listener);
     }
+    assert(srv_events_valid(events));
     pthread_mutex_unlock(&events->lock);
 }
 
 void srv_events_news(struct srv_events *events) {
     if (!events) return;
     pthread_mutex_lock(&events->lock);
+    assert(srv_events_valid(events));
     events->news = 1;
     if (events->count) pthread_cond_signal(&events->some);
+    assert(srv_events_valid(events));
     pthread_mutex_unlock(&events->lock);
 }
 
 void srv_events_drain(struct srv_events *events) {
     if (!events) return;
     pthread_mutex_lock(&events->lock);
+    assert(srv_events_valid(events));
     events->draining = 1;
     SRV_LIST_EACH (link, &events->listeners) {
         struct srv_listener *at = listener_of_link(link);
         at->over = 1;
         listener_wake(at);
     }
+    assert(srv_events_valid(events));
     pthread_mutex_unlock(&events->lock);
 }
 
@@ -318,6 +336,7 @@ static void *events_main(void *context) {
 enum pend_status srv_events_new(struct srv_events **events, struct srv_service *service, int most) {
     struct srv_events *made = *events = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
+    assert(service && most > 0);
     made->service = service;
     made->most = most;
     pthread_mutex_init(&made->lock, NULL);

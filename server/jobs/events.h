@@ -38,6 +38,10 @@ void srv_events_end(struct srv_events *events);
 /** Frees, after the end. NULL is accepted. */
 void srv_events_free(struct srv_events **events);
 
+/** True when the counts agree with each other and with the list of streams; for assertions, under
+ * its lock. O(1). */
+int srv_events_valid(const struct srv_events *events);
+
 /** Says that the state of some job may have changed. Any thread; NULL is accepted. */
 void srv_events_news(struct srv_events *events);
 

@@ -1,5 +1,6 @@
 #include "server/jobs/part_run.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -31,6 +32,12 @@ static size_t part_run_bytes(const struct srv_part_run *run) {
     return kept + (run->part ? (size_t)api_part_bytes(run->part) : 0);
 }
 
+int srv_part_run_valid(const struct srv_part_run *run) {
+    return run->service && run->hold.service == run->service && !run->hold.payer &&
+           (!run->job[0] || run->request) && run->out.bytes <= run->out.cap &&
+           run->carry.bytes <= run->carry.cap && memchr(run->message, 0, sizeof run->message);
+}
+
 void srv_part_run_forget(struct srv_part_run *run) {
     free(run->request);
     run->request = NULL;
@@ -44,10 +51,12 @@ void srv_part_run_drop(struct srv_part_run *run) {
     if (run->out.cap > PART_RUN_KEEP) api_buffer_clear(&run->out);
     api_buffer_clear(&run->carry);
     run->spent = 0;
+    assert(srv_part_run_valid(run));
     srv_hold_set(&run->hold, part_run_bytes(run));
 }
 
 void srv_part_run_say(struct srv_part_run *run, const char *message) {
+    assert(message[0]);
     snprintf(run->message, sizeof run->message, "%s", message);
 }
 
@@ -127,6 +136,7 @@ enum srv_part_run_end srv_part_run_turn(struct srv_part_run *run, const struct s
     struct pend_error error = {.text = ""};
     enum pend_status status = PEND_OK;
     int done = 0;
+    assert(srv_part_run_valid(run));
     do {
         int64_t begin = srv_clock_now();
         if (atomic_load(&run->stop)) return SRV_PART_RUN_STOPPED;

@@ -39,6 +39,9 @@ void srv_part_run_init(struct srv_part_run *run, struct srv_service *service);
 /** Frees what it holds. */
 void srv_part_run_clear(struct srv_part_run *run);
 
+/** True when the fields of a run agree with each other; for assertions. O(1). */
+int srv_part_run_valid(const struct srv_part_run *run);
+
 /** Frees the request; the owner then sets that of another job. */
 void srv_part_run_forget(struct srv_part_run *run);
 

@@ -46,11 +46,9 @@ enum {
     RUNNER_ENDED_MS = 20, /* from one poll to the next, however much news there is */
     RUNNER_DEAF_MS = 50,  /* and where there is no news */
     RUNNER_CONTENDED_MS = 5,
-    RUNNER_YOUNG_MS =
-        20, /* a part that is held for less is not asked about: it may be over by then */
-    RUNNER_LONG_MS =
-        200,           /* a part that computes for longer is no small one, whatever was estimated */
-    RUNNER_SMALL = 128 /* slots for small parts */
+    RUNNER_YOUNG_MS = 20, /* a part held for less is not asked about: it may have ended by then */
+    RUNNER_LONG_MS = 200, /* a part that computes for longer is not small, whatever the estimate */
+    RUNNER_SMALL = 128    /* slots for small parts */
 };
 
 static int64_t runner_ms(int ms) { return (int64_t)ms * 1000000; }
@@ -65,6 +63,12 @@ static int64_t runner_beat_ns(const struct srv_part_runner *runner) {
 static enum srv_stored runner_release(struct srv_store *store, struct srv_store_call *call) {
     struct srv_part_runner *runner = SRV_CONTAINER_OF(call, struct srv_part_runner, release.call);
     return srv_store_release(store, runner->name);
+}
+
+int srv_part_runner_valid(const struct srv_part_runner *runner) {
+    return runner->service && runner->count >= 0 && runner->lease_us >= 0 && runner->claimed >= 0 &&
+           runner->claimed <= SRV_CLAIMS && runner->asked <= SRV_CLAIMS && runner->draining >= 0 &&
+           runner->draining <= 3 && runner->poll && runner->poll->count <= runner->count;
 }
 
 /* --- from one state to the next --- */
@@ -135,6 +139,7 @@ static void runner_claimed(struct srv_ask *ask) {
     int64_t now = srv_clock_now();
     int given = 0;
     pthread_mutex_lock(&runner->lock);
+    assert(srv_part_runner_valid(runner));
     int count = stored == SRV_STORED ? runner->claimed : 0;
     runner->claiming = 0;
     runner->claimed = 0; /* the slots have the leases from here on */
@@ -151,6 +156,7 @@ static void runner_claimed(struct srv_ask *ask) {
     }
     if (count) srv_events_news(runner->service->events);
     pthread_cond_signal(&runner->some);
+    assert(srv_part_runner_valid(runner));
     pthread_mutex_unlock(&runner->lock);
 }
 
@@ -186,6 +192,7 @@ static void slot_done(struct srv_ask *ask) {
     struct srv_part_slot *slot = srv_part_slot_of_ask(ask);
     struct srv_part_runner *runner = slot->runner;
     pthread_mutex_lock(&runner->lock);
+    assert(srv_part_runner_valid(runner));
     slot_answered(slot, ask->call.stored);
     pthread_mutex_unlock(&runner->lock);
 }
@@ -202,6 +209,7 @@ static void slot_beaten(struct srv_ask *beat) {
         if (stored == SRV_STORED_LOST) atomic_store(&slot->run.stop, 1);
     }
     pthread_cond_signal(&runner->some);
+    assert(srv_part_runner_valid(runner));
     pthread_mutex_unlock(&runner->lock);
 }
 
@@ -219,6 +227,7 @@ static void runner_polled(struct srv_ask *ask) {
     runner->doubt |= deaf;
     runner->ended_at = srv_clock_now() + runner_ms(deaf ? RUNNER_DEAF_MS : RUNNER_ENDED_MS);
     pthread_cond_signal(&runner->some);
+    assert(srv_part_runner_valid(runner));
     pthread_mutex_unlock(&runner->lock);
 }
 
@@ -228,6 +237,7 @@ static void runner_polled(struct srv_ask *ask) {
 static void slot_leave(struct srv_part_slot *slot, enum srv_part_slot_state ask) {
     struct srv_part_runner *runner = slot->runner;
     pthread_mutex_lock(&runner->lock);
+    assert(srv_part_runner_valid(runner));
     if (ask == SRV_PART_SLOT_IDLE)
         slot_end(slot);
     else

@@ -29,6 +29,9 @@ PEND_MUST_CHECK enum pend_status srv_part_runner_start(struct srv_part_runner *r
 /** Frees a runner that was not started, or has drained. */
 void srv_part_runner_free(struct srv_part_runner **runner);
 
+/** True when a runner's counts are within their bounds; for assertions, under its lock. O(1). */
+int srv_part_runner_valid(const struct srv_part_runner *runner);
+
 /** Says that there may be parts to claim or jobs that have ended, in any process. Any thread; the
  * storage calls it. */
 void srv_part_runner_news(void *runner);

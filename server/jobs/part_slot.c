@@ -1,5 +1,6 @@
 #include "server/jobs/part_slot.h"
 
+#include <assert.h>
 #include <string.h>
 
 struct srv_part_slot *srv_part_slot_of_ask(struct srv_ask *ask) {
@@ -8,6 +9,12 @@ struct srv_part_slot *srv_part_slot_of_ask(struct srv_ask *ask) {
 
 struct srv_part_slot *srv_part_slot_of_beat(struct srv_ask *beat) {
     return SRV_CONTAINER_OF(beat, struct srv_part_slot, beat);
+}
+
+int srv_part_slot_valid(const struct srv_part_slot *slot) {
+    return slot->service && slot->runner && slot->holder && slot->lease_us > 0 &&
+           slot->state >= SRV_PART_SLOT_IDLE && slot->state <= SRV_PART_SLOT_RETRY &&
+           (!srv_part_slot_holds(slot) || slot->lease.job[0]);
 }
 
 int srv_part_slot_holds(const struct srv_part_slot *slot) {
@@ -43,7 +50,11 @@ static enum srv_stored slot_extend(struct srv_store *store, struct srv_store_cal
 
 void srv_part_slot_ask(struct srv_part_slot *slot, enum srv_part_slot_state state) {
     enum srv_ask_kind kind = state == SRV_PART_SLOT_REQUEST ? SRV_ASK_READ : SRV_ASK_WRITE;
+    assert(state == SRV_PART_SLOT_REQUEST || state == SRV_PART_SLOT_FINISH ||
+           state == SRV_PART_SLOT_FAIL);
+    assert(slot->state != state);
     slot->state = state;
+    assert(srv_part_slot_valid(slot));
     slot->ask.call.finish = state == SRV_PART_SLOT_FINISH ? &slot->lease : NULL;
     slot->ask.call.run = state == SRV_PART_SLOT_REQUEST  ? slot_request
                          : state == SRV_PART_SLOT_FINISH ? slot_finish
@@ -52,6 +63,7 @@ void srv_part_slot_ask(struct srv_part_slot *slot, enum srv_part_slot_state stat
 }
 
 void srv_part_slot_beat(struct srv_part_slot *slot) {
+    assert(srv_part_slot_valid(slot) && srv_part_slot_holds(slot) && !slot->beating);
     slot->beaten = slot->lease;
     slot->beaten.start = slot->beaten.request = NULL;
     slot->beating = 1;
@@ -68,6 +80,7 @@ int srv_part_slot_beats(const struct srv_part_slot *slot) {
 
 void srv_part_slot_init(struct srv_part_slot *slot, void (*asked)(struct srv_ask *ask),
                         void (*beaten)(struct srv_ask *beat)) {
+    assert(slot->service && slot->runner && asked && beaten);
     slot->ask.done = asked;
     slot->beat = (struct srv_ask){.call = {.run = slot_extend}, .done = beaten};
     srv_part_run_init(&slot->run, slot->service);
@@ -77,6 +90,7 @@ void srv_part_slot_drop(struct srv_part_slot *slot) {
     srv_part_run_drop(&slot->run);
     srv_lease_clear(&slot->lease);
     slot->state = SRV_PART_SLOT_IDLE;
+    assert(srv_part_slot_valid(slot));
     atomic_store(&slot->run.stop, 0);
 }
 

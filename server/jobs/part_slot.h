@@ -56,6 +56,10 @@ struct srv_part_slot *srv_part_slot_of_ask(struct srv_ask *ask);
 /** The slot that a beat is of. */
 struct srv_part_slot *srv_part_slot_of_beat(struct srv_ask *beat);
 
+/** True when the fields of a slot agree with its state; for assertions, under the runner's lock.
+ * O(1). */
+int srv_part_slot_valid(const struct srv_part_slot *slot);
+
 /** True if the slot holds a part. Called under the runner's lock, as all functions below. */
 int srv_part_slot_holds(const struct srv_part_slot *slot);
 

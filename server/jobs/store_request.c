@@ -1,5 +1,6 @@
 #include "server/jobs/store_request.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,6 +21,7 @@ int srv_store_request_id_good(const char *id) {
 struct srv_store_request *srv_store_request_begin(struct srv_exchange *exchange,
                                                   const struct srv_store_request_words *words) {
     struct srv_store_request *asked = exchange->service->storage ? calloc(1, sizeof *asked) : NULL;
+    assert(srv_exchange_valid(exchange) && !exchange->status && words);
     exchange->apart = 1;
     if (asked) {
         asked->words = words;
@@ -59,6 +61,7 @@ static void
 store_request_sends(struct srv_store_request *asked,
                     enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
                     void (*answer)(struct srv_store_request *asked, enum srv_stored stored)) {
+    assert(srv_exchange_valid(asked->exchange) && asked->service->storage && run && answer);
     asked->ask.call.run = run;
     asked->ask.done = store_request_done;
     asked->answer = answer;
@@ -81,6 +84,7 @@ static int store_request_work(struct srv_task *task) {
     exchange->waited = begin - exchange->queued;
     atomic_fetch_add(&service->busy, 1);
     int good = asked->check(asked);
+    assert(good == !exchange->status);
     exchange->computed = srv_clock_now() - begin;
     atomic_fetch_sub(&service->busy, 1);
     srv_metrics_count(&service->metrics.busy_ns, (unsigned long long)exchange->computed);
@@ -114,6 +118,7 @@ void srv_store_request_work(
     void (*answer)(struct srv_store_request *asked, enum srv_stored stored)) {
     struct srv_exchange *exchange = asked->exchange;
     store_request_sends(asked, run, answer);
+    assert(check && exchange->account);
     asked->check = check;
     exchange->queued = srv_clock_now();
     asked->task = (struct srv_task){.run = store_request_work,

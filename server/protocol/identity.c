@@ -89,7 +89,8 @@ void srv_identity_make(struct srv_identity *identity, const char *address, const
                        const char *authorization) {
     int named = srv_identity_begin(identity, address, account);
     identity->fault = named ? SRV_IDENTITY_GOOD : SRV_IDENTITY_NO_ACCOUNT;
-    if (named && !srv_identity_token(identity, authorization)) identity->fault = SRV_IDENTITY_NO_TOKEN;
+    if (named && !srv_identity_token(identity, authorization))
+        identity->fault = SRV_IDENTITY_NO_TOKEN;
 }
 
 int srv_identity_owns(const struct srv_identity *identity, const char *owner) {

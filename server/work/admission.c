@@ -1,5 +1,6 @@
 #include "server/work/admission.h"
 
+#include <assert.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -20,6 +21,7 @@ int srv_admission_identify(struct srv_exchange *exchange) {
         value && !srv_peer_names_addresses(header) && srv_peer_trusted(trusted, exchange->peer);
     srv_identity_make(&exchange->identity, address, account ? value : NULL,
                       exchange->field[SRV_AUTHORIZATION]);
+    assert(exchange->identity.key[0] && exchange->identity.source[0]);
     return 1;
 }
 
@@ -56,6 +58,7 @@ void srv_admission_challenge(struct srv_exchange *exchange, const char *format, 
 
 int srv_admission_count(struct srv_exchange *exchange) {
     struct srv_service *service = exchange->service;
+    assert(!exchange->account && exchange->identity.key[0]);
     double a_minute = srv_service_config(service)->requests_a_minute;
     exchange->account =
         srv_clients_take(service->clients, exchange->identity.key, exchange->identity.source);

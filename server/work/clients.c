@@ -72,7 +72,8 @@ static struct srv_client *clients_take(struct srv_clients *clients, const char *
 static void clients_give(struct srv_clients *clients, struct srv_client *client) {
     assert(client->users > 0);
     if (--client->users) return;
-    assert(!client->lane.count);
+    assert(!client->lane.count && atomic_load(&client->held) == 0);
+    assert(atomic_load(&client->connections) == 0);
     struct srv_client *source = client->source;
     client->source = NULL;
     client->lane.road = NULL;
@@ -108,6 +109,7 @@ struct srv_client *srv_clients_take(struct srv_clients *clients, const char *key
 
 void srv_clients_share(struct srv_clients *clients, struct srv_client *client) {
     pthread_mutex_lock(&clients->lock);
+    assert(client->users > 0);
     client->users++;
     pthread_mutex_unlock(&clients->lock);
 }
@@ -132,6 +134,7 @@ struct srv_quota srv_clients_quota(struct srv_clients *clients, struct srv_clien
                                    double a_minute, double shares, int64_t now) {
     struct srv_quota quota = {0};
     pthread_mutex_lock(&clients->lock);
+    assert(client->users > 0 && client->source && a_minute > 0 && shares > 0);
     struct srv_bucket *own = &client->own, *all = &client->source->all;
     bucket_fill(own, a_minute, now);
     bucket_fill(all, a_minute * shares, now);

@@ -314,6 +314,7 @@ static int compute_open(struct srv_work *work) {
 
 static int compute_first(struct srv_work *work, int64_t now) {
     double limit = srv_service_config(work->service)->wait_seconds;
+    assert(!work->call && !work->promised && now >= work->queued);
     work->begun = now;
     if (now - work->queued <= srv_clock_span(limit)) return compute_open(work);
     srv_metrics_count(&work->service->metrics.refused_wait, 1);
@@ -324,6 +325,7 @@ static int compute_first(struct srv_work *work, int64_t now) {
 static int compute_run(struct srv_task *task) {
     struct srv_work *work = SRV_CONTAINER_OF(task, struct srv_work, task);
     struct srv_service *service = work->service;
+    assert(work->account && service);
     int64_t begin = srv_clock_now();
     atomic_fetch_add(&service->busy, 1);
     int again = work->begun ? compute_turn(work) : compute_first(work, begin);

@@ -108,6 +108,25 @@ int srv_delivery_pass(struct srv_work *work, int ended) {
     return go_on;
 }
 
+/* the head of the stream and its reader are there: what was written is the reader's */
+static void delivery_begin(struct srv_work *work, struct srv_exchange *reader,
+                           struct srv_response_body *head, const struct api_answer *answer,
+                           int coded) {
+    srv_exchange_response_body(reader, head);
+    /* A message of known length has no trailers: what is told of an answer goes before it, but
+     * for a range, whose length is its sense. */
+    reader->trails =
+        answer->tells && (answer->length < 0 || coded || !work->source || !work->source->ranged);
+    reader->stream_bytes = coded || reader->trails ? -1 : answer->length;
+    reader->waited = work->begun - reader->queued;
+    api_call_promise(work->call);
+    srv_record_streams(work->record);
+    srv_record_add(work->record, work->out.data, work->out.bytes);
+    work->foreseen = 2 * SRV_INFLIGHT_BLOCK;
+    if (work->out.cap > SRV_DELIVERY_HOLD) api_buffer_trim(&work->out);
+    reader->finish(reader);
+}
+
 void srv_delivery_promise(struct srv_work *work, struct srv_list *others) {
     struct api_answer answer = api_call_answer(work->call);
     struct api_buffer none;
@@ -127,21 +146,7 @@ void srv_delivery_promise(struct srv_work *work, struct srv_list *others) {
     }
     struct srv_exchange *reader = srv_inflight_stream(work, others);
     work->promised = reader != NULL;
-    if (reader) {
-        srv_exchange_response_body(reader, head);
-        /* A message of known length has no trailers: what is told of an answer goes before it, but
-         * for a range, whose length is its sense. */
-        reader->trails =
-            answer.tells && (answer.length < 0 || coded || !work->source || !work->source->ranged);
-        reader->stream_bytes = coded || reader->trails ? -1 : answer.length;
-        reader->waited = work->begun - reader->queued;
-        api_call_promise(work->call);
-        srv_record_streams(work->record);
-        srv_record_add(work->record, work->out.data, work->out.bytes);
-        work->foreseen = 2 * SRV_INFLIGHT_BLOCK;
-        if (work->out.cap > SRV_DELIVERY_HOLD) api_buffer_trim(&work->out);
-        reader->finish(reader);
-    }
+    if (reader) delivery_begin(work, reader, head, &answer, coded);
     srv_response_body_drop(&head);
 }
 

@@ -115,13 +115,14 @@ char *srv_exchange_text(struct srv_exchange *exchange, size_t bytes) {
 }
 
 void srv_exchange_header(struct srv_exchange *exchange, const char *name, const char *value) {
-    assert(exchange->headers < SRV_HEADERS);
+    assert(exchange->headers < SRV_HEADERS && name[0] && !strpbrk(value, "\r\n"));
     exchange->header[exchange->headers].name = name;
     exchange->header[exchange->headers++].value = value;
 }
 
 void srv_exchange_static(struct srv_exchange *exchange, int status, const char *media_type,
                          const char *data, size_t bytes) {
+    assert(status >= 200 && status <= 599 && (data || !bytes));
     exchange->status = status;
     exchange->media_type = media_type;
     exchange->data = data;
@@ -190,6 +191,7 @@ void srv_exchange_problem(struct srv_exchange *exchange, int status, const char 
     char detail[API_DETAIL_BYTES];
     struct api_problem problem;
     va_list arguments;
+    assert(srv_exchange_valid(exchange) && status >= 400 && status <= 599);
     va_start(arguments, format);
     vsnprintf(detail, sizeof detail, format, arguments);
     va_end(arguments);
@@ -233,6 +235,7 @@ enum srv_room srv_exchange_hold(struct srv_exchange *exchange, size_t bytes) {
 void srv_exchange_crowded(struct srv_exchange *exchange, enum srv_room room, const char *what) {
     struct srv_metrics *metrics = &exchange->service->metrics;
     const struct srv_config *config = srv_service_config(exchange->service);
+    assert(room != SRV_ROOM);
     double share = srv_hold_share(config);
     if (room == SRV_ROOM_NONE) {
         srv_metrics_count(&metrics->refused_held, 1);
@@ -257,6 +260,7 @@ void srv_exchange_crowded(struct srv_exchange *exchange, enum srv_room room, con
 }
 
 void srv_exchange_settle(struct srv_exchange *exchange) {
+    assert(srv_exchange_valid(exchange) && exchange->status);
     size_t received = exchange->body.bytes;
     if (exchange->body.cap > EXCHANGE_KEEP) {
         exchange->body.bytes = 0;

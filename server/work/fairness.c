@@ -1,5 +1,6 @@
 #include "server/work/fairness.h"
 
+#include <assert.h>
 #include <poll.h>
 #include <sched.h>
 #include <time.h>
@@ -13,6 +14,7 @@
 static const int64_t fairness_look = 400000, fairness_nap = 5000000;
 
 void srv_fairness_init(struct srv_fairness *fairness, const struct srv_queue *queue, int workers) {
+    assert(queue && workers > 0);
     fairness->queue = queue;
     fairness->workers = workers;
     atomic_init(&fairness->computing, 0);
@@ -30,6 +32,7 @@ static int fairness_all_busy(struct srv_fairness *fairness) {
 }
 
 void srv_fairness_nap(struct srv_fairness *fairness, int fd) {
+    assert(fd >= 0 && !atomic_load(&fairness->napping));
     atomic_store(&fairness->fd, fd);
     if (!fairness_all_busy(fairness)) return;
     struct timespec until = srv_clock_timespec(srv_clock_now() + fairness_nap);
@@ -51,7 +54,9 @@ void srv_fairness_begin(struct srv_fairness *fairness, int level) {
 }
 
 void srv_fairness_end(struct srv_fairness *fairness, int level) {
-    atomic_fetch_sub(&fairness->computing, !level);
+    int before = atomic_fetch_sub(&fairness->computing, !level);
+    assert(before >= !level);
+    (void)before;
     if (fairness_all_busy(fairness))
         srv_fairness_look(fairness);
     else

@@ -1,5 +1,6 @@
 #include "server/work/hold.h"
 
+#include <assert.h>
 #include <math.h>
 
 enum {
@@ -16,6 +17,7 @@ enum {
 };
 
 void srv_hold_set(struct srv_hold *hold, size_t bytes) {
+    assert(hold->service);
     long long change = (long long)bytes - (long long)hold->bytes;
     if (!change) return;
     hold->bytes = bytes;
@@ -88,10 +90,12 @@ static enum srv_room hold_room(const struct srv_hold *hold, size_t change) {
 }
 
 enum srv_room srv_hold_try(struct srv_hold *hold, size_t bytes) {
+    assert(hold->service && (!hold->payer || hold->payer->key[0]));
     size_t before = hold->bytes;
     srv_hold_set(hold, bytes);
     if (bytes <= before) return SRV_ROOM;
     enum srv_room room = hold_room(hold, bytes - before);
     if (room != SRV_ROOM) srv_hold_set(hold, before);
+    assert(hold->bytes == (room == SRV_ROOM ? bytes : before));
     return room;
 }

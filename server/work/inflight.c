@@ -33,9 +33,11 @@ void srv_inflight_free(struct srv_inflight **inflight) {
 
 static void inflight_lock(struct srv_work *work) {
     pthread_mutex_lock(&work->service->inflight->lock);
+    assert(srv_inflight_valid(work));
 }
 
 static void inflight_unlock(struct srv_work *work) {
+    assert(srv_inflight_valid(work));
     pthread_mutex_unlock(&work->service->inflight->lock);
 }
 
@@ -280,6 +282,7 @@ int srv_inflight_pass(struct srv_work *work, int ended, int *over) {
 
 int srv_inflight_park(struct srv_work *work) {
     inflight_lock(work);
+    assert(work->source && !work->parked && !work->over);
     int rests = work->fetching = !work->stop;
     inflight_unlock(work);
     return rests;

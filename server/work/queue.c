@@ -37,12 +37,14 @@ enum pend_status srv_queue_new(struct srv_queue **queue, int cap, int lane_cap) 
     if (!made) return PEND_NO_MEMORY;
     pthread_mutex_init(&made->lock, NULL);
     sem_init(&made->some, 0, 0);
+    assert(cap >= 1 && lane_cap >= 1);
     made->cap = cap;
     made->lane_cap = lane_cap;
     return PEND_OK;
 }
 
 void srv_queue_bound(struct srv_queue *queue, int cap, int lane_cap) {
+    assert(cap >= 1 && lane_cap >= 1);
     pthread_mutex_lock(&queue->lock);
     queue->cap = cap;
     queue->lane_cap = lane_cap;
@@ -53,17 +55,21 @@ void srv_queue_free(struct srv_queue **queue) {
     struct srv_queue *gone = *queue;
     *queue = NULL;
     if (!gone) return;
-    assert(!srv_queue_count(gone));
+    assert(srv_queue_valid(gone) && !srv_queue_count(gone));
     sem_destroy(&gone->some);
     pthread_mutex_destroy(&gone->lock);
     free(gone);
 }
 
 static void queue_count(struct srv_queue *queue, const struct srv_task *task, int change) {
+    assert(task->level >= 0 && task->level < SRV_QUEUE_LEVELS);
     task->lane->count += change;
     queue_road_of(task->lane)->count += change;
     atomic_fetch_add_explicit(&queue->count, change, memory_order_relaxed);
     atomic_fetch_add_explicit(&queue->at[task->level], change, memory_order_relaxed);
+    assert(task->lane->count >= 0 && queue_road_of(task->lane)->count >= task->lane->count);
+    assert(srv_queue_count(queue) >= srv_queue_waiting(queue, task->level));
+    assert(srv_queue_waiting(queue, task->level) >= 0);
 }
 
 /* a lane that has got its first task of a level; called with the lock */
@@ -98,6 +104,7 @@ static void queue_add(struct srv_queue *queue, struct srv_task *task) {
 /* called with the lock */
 static void queue_unlink(struct srv_queue *queue, struct srv_task *task) {
     struct srv_lane *lane = task->lane;
+    assert(task->queued && lane->count > 0);
     srv_list_remove(&task->link);
     task->queued = 0;
     queue_count(queue, task, -1);
