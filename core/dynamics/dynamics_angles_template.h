@@ -1,6 +1,6 @@
 /* What a block of arms of one state does by itself: its angles to the parents, and w.
  * Leaves to others: the sweeps (dynamics_one_template).
- * Invariant: the operations of dynamics_vec_kernel, hence its bits. */
+ * Invariant: the operations are those of dynamics_vec_template, hence the bits are the same. */
 #ifndef PEND_DYNAMICS_ANGLES_TEMPLATE_H
 #define PEND_DYNAMICS_ANGLES_TEMPLATE_H
 

@@ -1,5 +1,5 @@
 /* Sizes on which the quick forms of the dynamics and their callers agree.
- * Leaves to others: the forms (dynamics_*_kernel), memory (dynamics).
+ * Leaves to others: the forms (dynamics_*_template), memory (dynamics).
  * Invariant: DYNAMICS_VEC is a multiple of every width of vectors. */
 #ifndef PEND_DYNAMICS_SIZES_H
 #define PEND_DYNAMICS_SIZES_H

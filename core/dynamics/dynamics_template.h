@@ -1,6 +1,6 @@
 /* What the quick forms of the dynamics share: widths, the stack's depth, when digits are vouched
  * for.
- * Leaves to others: the sweeps (dynamics_*_kernel).
+ * Leaves to others: the sweeps (dynamics_*_template).
  * Invariant: a power of 2 times all masses, and its inverse, are finite. */
 #ifndef PEND_DYNAMICS_TEMPLATE_H
 #define PEND_DYNAMICS_TEMPLATE_H

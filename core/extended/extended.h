@@ -1,6 +1,6 @@
 /* Trajectories in numbers of about 32 digits, several of one tree's shape at once, one a lane:
- * what a double's digits are checked against. Leaves to others: instants and samples (run, by
- * way of method_extended), threads (server).
+ * what a double's digits are checked against.
+ * Leaves to others: instants and samples (run, by way of method_extended), threads (server).
  * Invariant: a trajectory's bits do not depend on its lane or its neighbours, and are the same
  * on avx2 and avx512. */
 #ifndef PEND_EXTENDED_H

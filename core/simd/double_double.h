@@ -1,5 +1,5 @@
 /* Numbers of about 32 digits: vectors of unevaluated sums of two doubles. Included after
- * lanes.h, with LANES defined.
+ * vec.h, with LANES defined.
  * Leaves to others: ranges (products below 1e292 in size, above 1e-260 to keep all digits), what
  * is not finite.
  * Invariant: high is the sum rounded, low the rest, but after _gather, which leaves that to

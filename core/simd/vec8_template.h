@@ -1,7 +1,6 @@
 /* Eight numbers in vectors that the processor has: one, two or four of them, where gcc would put
  * vectors of eight into memory.
- * Leaves to others: what the numbers are (blocks_template, levels_template), `wide` (the
- * including file).
+ * Leaves to others: what the numbers are (blocks_template, levels_template).
  * Invariant: the same operations in the same order for every width, so that avx2 and avx512
  * agree to the last bit. */
 #ifndef PEND_VEC8_TEMPLATE_H

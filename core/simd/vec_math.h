@@ -1,4 +1,4 @@
-/* Elementary functions of vectors; included by lanes.h once for each number of LANES.
+/* Elementary functions of vectors; included by vec.h once for each number of LANES.
  * Leaves to others: arguments that are not finite (the callers look at their results).
  * Invariant: the same operations in every lane, no branch. */
 #define VEC_PASTE2(a, b) a##b

@@ -2,7 +2,7 @@
  * product with a small inverse.
  * Leaves to others: the factorization (jets_template), the cutting (blocks).
  * Invariant: an order waits once for each block, not for each arm; nothing is subtracted that
- * jets_kernel does not. */
+ * jets_template does not subtract. */
 #ifndef PEND_BLOCKS_TEMPLATE_H
 #define PEND_BLOCKS_TEMPLATE_H
 

@@ -1,7 +1,8 @@
 /* How small errors of a state spread in one step, for any kind of number: the equations of the
  * orders, made linear about the motion, which have the tree system of order 0 that the motion's
- * own orders have. Leaves to others: the motion's series, of which at least as many orders are
- * known, and what a number is (the including file, which includes dense_kernel.h first).
+ * own orders have.
+ * Leaves to others: the motion's series, of which at least as many orders are known
+ * (dense_template, which the including file includes first), what a number is (number).
  * Invariant: the motion's series are only read; its sweeps' arrays are used anew. */
 #ifndef PEND_CHANGE_TEMPLATE_H
 #define PEND_CHANGE_TEMPLATE_H

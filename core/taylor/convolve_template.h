@@ -1,7 +1,7 @@
 /* The convolutions of a tree's series, two orders in one pass: T and c of jets_system, arms in
  * lanes.
- * Leaves to others: where they wait until they are needed (blocks_template, levels_template),
- * `wide` (the including file).
+ * Leaves to others: where they are kept until they are needed (blocks_template,
+ * levels_template).
  * Invariant: `row` is where the series of the arms begin; tiles of eight arms. */
 #ifndef PEND_CONVOLVE_TEMPLATE_H
 #define PEND_CONVOLVE_TEMPLATE_H

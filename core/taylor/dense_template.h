@@ -1,7 +1,6 @@
 /* The orders of small trees by the inverse of the tree system of order 0, for any kind of
  * number.
- * Leaves to others: memory, what a number is (the including file, which includes jets_kernel.h
- * first).
+ * Leaves to others: memory, the sweeps (jets_template), what a number is (number).
  * Invariant: the inverse is built by the stable sweeps, one unit right-hand side after the
  * other. */
 #ifndef PEND_DENSE_TEMPLATE_H

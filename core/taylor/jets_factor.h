@@ -1,7 +1,7 @@
 /* The tree system of order 0, factorized: how a tree answers to forces, written once for any
  * kind of number.
- * Leaves to others: memory, sines and cosines (jets), what a number is (the including file), the
- * orders (*_kernel).
+ * Leaves to others: memory, sines and cosines (jets), what a number is (number), the orders
+ * (*_template).
  * Invariant: one division an arm on the way, nothing cancels; every arm does the same
  * operations. */
 #ifndef PEND_JETS_FACTOR_H

@@ -12,25 +12,34 @@
 typedef double num; /* files that lay out memory count it in doubles and compute nothing */
 #endif
 
-/*
- * Arrays of one value an arm, of the factorization and of the sweeps of an order; sums go over its
- * children unless another is named.
- *
- * len, inv_len, mass               the arm's own angle, angle_low                 to the parent, as
- * a sum of two; cosine, sine of it eff, inv_eff                     S, 1 / S inv, lean
- * 1 / (m + q), r / (m + q) kappa, nu, tau                   how an arm's share reaches its parent,
- * and the two of tension first stiff, weight                    S kappa, S l sum_p .. sum_d
- * p, r, q and the determinant's remainder late, late_q, late_r             sums over the later
- * siblings; early: over the children met so far
- * wind, drag (re, im)              T and c of this order; next_: of the order after, as far as
- * known heave                            S l (k + 1) Im T push, bias                       h, f = h
- * - heave side, sum_side, sum_cos, sum_sin the known force across the arm, and sums of Z f, C s, Z
- * s from_side, others                the parent's side; sum of Z f over the siblings shift, rest
- * what stays of radial and tangential when the parent's and the radial part are off tension
- * the part of mu that does not move with the parent radial, tangential               acceleration
- * of the tip; from_: of the parent's
- */
 // clang-format off
+/*
+ * Arrays of one value an arm, of the factorization and of the sweeps of an order. Sums go over the
+ * arm's children unless another set is named.
+ *
+ * len, inv_len, mass                the arm's own
+ * angle, angle_low                  to the parent, as a sum of two
+ * cosine, sine                      of that angle
+ * eff, inv_eff                      S, 1 / S
+ * inv, lean                         1 / (m + q), r / (m + q)
+ * kappa, nu, tau                    how an arm's share reaches its parent, and the two of tension
+ * stiff, weight                     S kappa, S l
+ * sum_p .. sum_d                    p, r, q and the determinant's remainder
+ * late, late_q, late_r              sums over the later siblings
+ * early                             sums over the children met so far
+ * wind, drag (re, im)               T and c of this order
+ * next_wind, next_drag (re, im)     T and c of the order after, as far as they are known
+ * heave                             S l (k + 1) Im T
+ * push, bias                        h, f = h - heave
+ * side                              the known force across the arm
+ * sum_side, sum_cos, sum_sin        sums of Z f, C s, Z s
+ * from_side, others                 the parent's side; sum of Z f over the siblings
+ * shift, rest                       what stays of radial and of tangential without the
+ *                                   parent's part and without the radial part
+ * tension                           the part of mu that does not move with the parent
+ * radial, tangential                acceleration of the tip
+ * from_radial, from_tangential      acceleration of the parent's tip
+ */
 #define JETS_FACTOR_ARRAYS(X) \
     X(len) X(inv_len) X(mass) X(angle) X(angle_low) X(cosine) X(sine) X(eff) X(inv_eff) X(inv) \
     X(lean) X(kappa) X(nu) \

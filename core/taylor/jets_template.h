@@ -1,6 +1,6 @@
-/* The power series of a tree's motion, written once for any kind of number: included by files
- * that define the numbers.
- * Leaves to others: memory, sines and cosines (jets), what a number is (the including file).
+/* The power series of a tree's motion, written once for any kind of number. It is the general
+ * form: the quick forms (small, chain, blocks, levels) give what it gives, to rounding.
+ * Leaves to others: memory, sines and cosines (jets), what a number is (number).
  * Invariant: no division in the orders; every arm does the same operations. */
 #ifndef PEND_JETS_TEMPLATE_H
 #define PEND_JETS_TEMPLATE_H

@@ -1,5 +1,5 @@
 /* The orders of one arm alone, for any kind of number: phi'' = -(g / l) cos phi.
- * Leaves to others: memory, what a number is (the including file).
+ * Leaves to others: memory, what a number is (number).
  * Invariant: where gravity is 0 all coefficients but the first of the rate are 0, exactly. By
  * the tree's recurrences a constant rate would be a difference of what turns the arm and what
  * holds it, and would drift by a rounding a step. */

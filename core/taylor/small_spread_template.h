@@ -1,7 +1,7 @@
 /* How a small error of the state spreads in one step of a tree of up to LANES arms: the
  * equations of the orders, made linear about the motion, which have the same table.
- * Leaves to others: the motion's own series and its table (small_kernel.h, which includes this
- * once for each number of lanes).
+ * Leaves to others: the motion's own series and its table (small_template, which includes this
+ * file once for each number of lanes).
  * Invariant: the motion's series are only read. */
 
 /* One series of pairs and one of turns: the changes of what the motion has. */
