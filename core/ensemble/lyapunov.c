@@ -256,6 +256,7 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov,
                                    struct pend_error *error) {
     *lyapunov = NULL;
     PEND_TRY(lyapunov_check(problem, error));
+    PEND_TRY(pend_loads_check_series(&problem->loads, error));
     PEND_TRY(pend_run_check_tree(problem->tree, error));
     size_t n = (size_t)problem->tree->n, count = (size_t)problem->count;
     size_t numbers = 2 * n * (3 * count + 2) + (2 + LYAPUNOV_MARKS) * count;

@@ -230,6 +230,7 @@ enum pend_status pend_section_new(struct pend_section **section,
                                   struct pend_error *error) {
     *section = NULL;
     PEND_TRY(section_check(problem, error));
+    PEND_TRY(pend_loads_check_series(&problem->loads, error));
     PEND_TRY(pend_run_check_tree(problem->tree, error));
     const struct pend_method *method = &pend_method_taylor;
     size_t n = (size_t)problem->tree->n, looks = SECTION_LOOKS + 1;

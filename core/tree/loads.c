@@ -8,6 +8,10 @@ enum pend_status pend_loads_check(const struct pend_loads *loads, struct pend_er
     return PEND_OK;
 }
 
+enum pend_status pend_loads_check_series(const struct pend_loads *loads, struct pend_error *error) {
+    return pend_loads_check(loads, error); // the series have every term
+}
+
 int pend_loads_pull_down(const struct pend_loads *loads) {
     return loads->gravity > 0 && isfinite(loads->gravity);
 }

@@ -21,6 +21,15 @@ PEND_MUST_CHECK enum pend_status pend_loads_check(const struct pend_loads *loads
                                                   struct pend_error *error);
 
 /**
+ * Checks loads for a computation by power series: ensembles, Lyapunov exponents and sections,
+ * which have no other method to fall back on. A term that the series do not have is refused here.
+ *
+ * PEND_INVALID  not pend_loads_check. O(1).
+ */
+PEND_MUST_CHECK enum pend_status pend_loads_check_series(const struct pend_loads *loads,
+                                                         struct pend_error *error);
+
+/**
  * Non-zero if the loads pull every arm downwards, so that the tree that hangs straight down is a
  * stable equilibrium: gravity is finite and greater than 0. The linearization needs it. O(1).
  */

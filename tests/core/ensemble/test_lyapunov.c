@@ -233,6 +233,9 @@ TEST(lyapunov_problems_that_make_no_sense_are_refused) {
     CHECK(pend_lyapunov_new(&lyapunov, &problem, &error) == PEND_INVALID && !lyapunov);
     problem.interval = 1, problem.rtol = 2;
     CHECK(pend_lyapunov_new(&lyapunov, &problem, &error) == PEND_INVALID && !lyapunov);
+    problem.rtol = 0, problem.loads.gravity = INFINITY;
+    CHECK(pend_lyapunov_new(&lyapunov, &problem, &error) == PEND_INVALID && !lyapunov);
+    problem.loads.gravity = 9.81;
     /* a motion that cannot be computed says so, and goes on saying so */
     t.rate[0] = 1e300;
     problem.rtol = 0;

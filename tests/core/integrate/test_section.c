@@ -225,6 +225,8 @@ TEST(sections_that_make_no_sense_are_refused) {
     CHECK(pend_section_new(&section, &bad, &error) == PEND_INVALID && !section);
     bad = good, bad.ways = 4;
     CHECK(pend_section_new(&section, &bad, &error) == PEND_INVALID && !section);
+    bad = good, bad.loads.gravity = NAN;
+    CHECK(pend_section_new(&section, &bad, &error) == PEND_INVALID && !section);
     bad = good, bad.angle = NAN;
     CHECK(pend_section_new(&section, &bad, &error) == PEND_INVALID && !section);
     test_tree_clear(&t);

@@ -11,10 +11,12 @@ TEST(loads_of_any_finite_gravity_can_be_integrated) {
     for (size_t i = 0; i < sizeof fit / sizeof *fit; i++) {
         struct pend_loads loads = {.gravity = fit[i]};
         CHECK_INT(pend_loads_check(&loads, NULL), PEND_OK);
+        CHECK_INT(pend_loads_check_series(&loads, NULL), PEND_OK);
     }
     for (size_t i = 0; i < sizeof unfit / sizeof *unfit; i++) {
         struct pend_loads loads = {.gravity = unfit[i]};
         struct pend_error error;
+        CHECK_INT(pend_loads_check_series(&loads, &error), PEND_INVALID);
         CHECK_INT(pend_loads_check(&loads, &error), PEND_INVALID);
         CHECK(error.code == PEND_INVALID && strstr(error.text, "gravity must be finite"));
     }
