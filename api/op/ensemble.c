@@ -1,5 +1,6 @@
 #include "api/op/ensemble.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,11 +14,11 @@ static const char *const fields[] = {
     "pendulum", "initial", "states", "grid", "random", "duration", "times",    "observables",
     "output",   "method",  "rtol",   "atol", "digits", "picture",  "accuracy", NULL};
 
-/* what a cost is estimated by: steps a radian of the fastest swing, s an arm and squared order,
+/* constants of the estimated cost: steps a radian of the fastest swing, s an arm and squared order,
  * s a number */
 static const double steps_a_radian = 6, pair_seconds = 0.15e-9, number_seconds = 20e-9;
 
-/* doubles of raw rows that a member may take: what a range of members of one would hold */
+/* the most doubles of raw rows of one member: the memory of a range of one member */
 static const double member_numbers = 1 << 24;
 
 struct api_ensemble {
@@ -30,7 +31,7 @@ struct api_ensemble {
     long step_cap, numbers;
 };
 
-/* one range of members on its way */
+/* a range of members while it is computed */
 struct api_member_range {
     const struct api_ensemble *ensemble;
     struct pend_ensemble *work;
@@ -72,7 +73,7 @@ static void read_method(struct api_ensemble *e, const struct api_reading *readin
                                 reading->problem);
 }
 
-/* the time that members are followed for: a duration, or the instants of a trajectory */
+/* reads how long members are followed: a duration, or the instants of a trajectory */
 static enum pend_status read_time(struct api_ensemble *e, const struct api_reading *reading) {
     struct api_value duration = api_value_member(reading->root, "duration");
     struct api_value times = api_value_member(reading->root, "times");
@@ -102,7 +103,7 @@ static enum pend_status read_time(struct api_ensemble *e, const struct api_readi
     return PEND_OK;
 }
 
-/* faults what would be too much: rows, memory, time */
+/* adds faults for too many rows, too much memory and too much time */
 static void check_size(struct api_ensemble *e, const struct api_reading *reading) {
     const struct api_limits *limits = reading->limits;
     struct api_table *table = &e->seen.table;
@@ -170,7 +171,7 @@ enum pend_status api_ensemble_new(struct api_ensemble **ensemble,
     return status;
 }
 
-/* what is known */
+/* properties */
 
 long api_ensemble_count(const struct api_ensemble *e) { return e->members.count; }
 
@@ -234,7 +235,7 @@ static void range_rows(void *context, long i, long first, int count, const doubl
                                range_row(range, i, first + j));
 }
 
-/* what a member that failed did not come to: rows of its number, the time, and zeros */
+/* fills the rows that a failed member did not reach: its number, its status, the time, and zeros */
 static void range_blank(const struct api_member_range *range, long i, enum pend_status status,
                         double reached) {
     const struct api_ensemble *e = range->ensemble;
@@ -251,6 +252,7 @@ static void range_blank(const struct api_member_range *range, long i, enum pend_
 static int range_deliver(void *context, long i, const struct pend_outcome *outcome) {
     struct api_member_range *range = context;
     const struct api_ensemble *e = range->ensemble;
+    assert(i >= range->first && i < e->members.count);
     const struct pend_tree *tree = e->tree.tree;
     size_t n = (size_t)tree->n;
     range->stats.finished++;
@@ -266,7 +268,7 @@ static int range_deliver(void *context, long i, const struct pend_outcome *outco
                                 .length = range->start + 2 * n,
                                 .mass = range->start + 3 * n,
                                 .loads = e->tree.loads};
-    /* drawn again, where it is told */
+    /* the start is drawn again only if it is answered */
     if (e->seen.wanted & (1u << API_SEE_START | 1u << API_SEE_PARAMETERS)) {
         memcpy(start.length, tree->len, n * sizeof(double));
         memcpy(start.mass, tree->mass, n * sizeof(double));
@@ -276,15 +278,24 @@ static int range_deliver(void *context, long i, const struct pend_outcome *outco
     return 0;
 }
 
+int api_member_range_valid(const struct api_member_range *range) {
+    const struct api_member_range_stats *stats = &range->stats;
+    return range->first >= 0 && range->slice > 0 && range->raw && range->work &&
+           stats->finished <= range->ensemble->members.count - range->first &&
+           stats->failed + stats->lost <= stats->finished;
+}
+
 enum pend_status api_member_range_new(struct api_member_range **range, const struct api_ensemble *e,
                                       long first, long count, double raw[],
                                       struct pend_error *error) {
     size_t n = (size_t)e->tree.n;
+    assert(!e->members.states->mode_most); /* api_ensemble_prepare was called */
+    assert(first >= 0 && count <= e->members.count - first);
     struct api_member_range *s = *range = calloc(1, sizeof *s + 4 * n * sizeof(double));
     if (!s) return PEND_NO_MEMORY;
     *s = (struct api_member_range){
         .ensemble = e, .first = first, .raw = raw, .start = (double *)(s + 1)};
-    // about half a millisecond
+    /* about half a millisecond */
     s->slice = 1 + 500 / (long)n;
     struct pend_ensemble_problem problem = {.tree = e->tree.tree,
                                             .loads = e->tree.loads,
@@ -308,6 +319,7 @@ enum pend_status api_member_range_new(struct api_member_range **range, const str
         return status;
     }
     pend_ensemble_begin(s->work, first, count);
+    assert(api_member_range_valid(s));
     return PEND_OK;
 }
 
@@ -318,7 +330,10 @@ void api_member_range_free(struct api_member_range **range) {
 }
 
 enum pend_status api_member_range_go(struct api_member_range *range, int *done) {
-    return pend_ensemble_go(range->work, range->slice, done);
+    assert(api_member_range_valid(range));
+    enum pend_status status = pend_ensemble_go(range->work, range->slice, done);
+    assert(api_member_range_valid(range));
+    return status;
 }
 
 struct api_member_range_stats api_member_range_stats(const struct api_member_range *range) {

@@ -1,10 +1,8 @@
-/* A checked request for an ensemble, and its computation in ranges of members that need not know of
- * each other.
- * Leaves to others: when and where a range of members runs (op_ensembles; a job's workers), the
- * bytes of the answer (encode).
- * Invariant: raw rows of members a .. b - 1 are the same bits however the ensemble is cut into
- * ranges of members, on any thread.
- */
+/* A checked request for an ensemble, and its computation in independent ranges of members.
+ * Leaves to others: when and where a range is computed (op_ensembles; a job's workers), the bytes
+ * of the answer (encode).
+ * Invariant: raw rows of members a .. b - 1 are the same bits however the ensemble is divided into
+ * ranges, on any thread. */
 #ifndef API_ENSEMBLE_H
 #define API_ENSEMBLE_H
 
@@ -19,47 +17,53 @@ struct api_member_range;
 /**
  * Reads and checks a request.
  *
+ * ensemble  out; NULL on failure; ends with api_ensemble_free.
+ *
  * PEND_INVALID   every fault was added to the problem.
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status api_ensemble_new(struct api_ensemble **ensemble,
                                                   const struct api_reading *reading);
 
+/** Frees an ensemble; nothing happens if it is NULL. No range of it may be in use. */
 void api_ensemble_free(struct api_ensemble **ensemble);
 
 /**
- * What is computed once, before the first range: states that were given as modes. Afterwards the
- * ensemble is not changed any more, and ranges of members may run on any number of threads.
+ * Computes the states that were given as modes; to be called once, before the first range.
+ * Afterwards the ensemble does not change, and ranges may be computed on any number of threads.
+ *
+ * Fails as api_states_settle does.
  */
 PEND_MUST_CHECK enum pend_status api_ensemble_prepare(struct api_ensemble *ensemble,
                                                       struct pend_error *error);
 
-/** Members. */
+/** Returns the number of members. */
 long api_ensemble_count(const struct api_ensemble *ensemble);
 
-/** The table that the answer is; its rows are in the order of the members, `api_ensemble_rows`
- * for each. */
+/** Returns the table of the answer; its rows are in the order of the members, api_ensemble_rows for
+ * each. */
 const struct api_table *api_ensemble_table(const struct api_ensemble *ensemble);
 
-/** Rows a member: 1, or the instants of a trajectory. */
+/** Returns the rows of a member: 1, or the instants of a trajectory. */
 long api_ensemble_rows(const struct api_ensemble *ensemble);
 
-/** Doubles a raw row. */
+/** Returns the doubles of a raw row. */
 long api_ensemble_numbers(const struct api_ensemble *ensemble);
 
-/** An estimate of the computation of so many members, s. */
+/** Estimates the computation of so many members, s. */
 double api_ensemble_cost(const struct api_ensemble *ensemble, long members);
 
-/** Bytes of memory that the ensemble and a range of members's computation take, without the raw
+/** Returns the bytes of memory of the ensemble and the computation of a range, without the raw
  * rows. O(1). */
 double api_ensemble_bytes(const struct api_ensemble *ensemble);
 
 /**
  * Begins the members first .. first + count - 1.
  *
- * raw  out, count x rows x numbers doubles, row after row; the caller's, filled once the range is
- *      done. Every number in it is finite: what never happened is -1, what a failed member did not
- *      come to is 0.
+ * range  out; NULL on failure; ends with api_member_range_free.
+ * raw    out, count x rows x numbers doubles, row after row; the caller's, complete once the range
+ *        is done. Every number in it is finite: -1 for an event that never happened, 0 for values
+ *        that a failed member did not reach.
  *
  * PEND_NO_MEMORY
  */
@@ -68,22 +72,27 @@ PEND_MUST_CHECK enum pend_status api_member_range_new(struct api_member_range **
                                                       long first, long count, double raw[],
                                                       struct pend_error *error);
 
+/** True if its counts are within the ensemble; for assertions. O(1). */
+int api_member_range_valid(const struct api_member_range *range);
+
+/** Frees a range, complete or not; nothing happens if it is NULL. */
 void api_member_range_free(struct api_member_range **range);
 
-/** Computes on for about half a millisecond. How often it is called changes no bit of the result.
- */
+/** Continues the computation for about half a millisecond and sets `done` once it is complete. How
+ * often it is called changes no bit of the result. */
 PEND_MUST_CHECK enum pend_status api_member_range_go(struct api_member_range *range, int *done);
 
-/** Members that are finished, members of these that failed, and integration steps so far. */
+/* Members that are finished, members of these that failed, and integration steps so far. */
 struct api_member_range_stats {
     long finished, failed, steps;
-    long lost; /* members that are good and did not keep the accuracy to their end */
+    long lost; /* good members whose horizon is before their end */
 };
 
+/** Returns the counts so far. O(1). */
 struct api_member_range_stats api_member_range_stats(const struct api_member_range *range);
 
 /**
- * Writes raw rows to an answer, column by column; call it with pieces of a few hundred rows.
+ * Writes raw rows to an answer, column by column; to be called with pieces of a few hundred rows.
  *
  * Fails as api_writer_block does.
  */

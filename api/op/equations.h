@@ -1,7 +1,7 @@
-/* A pendulum as its equations are written about it: everything in the caller's order, and who
- * hangs on whom.
- * Leaves to others: the words (equations_latex, equations_code).
- * Invariant: immutable once made; owns what it holds. */
+/* A pendulum in the form in which its equations are written: all arrays in the caller's order, with
+ * the parent of each arm.
+ * Leaves to others: the text of the equations (equations_latex, equations_code).
+ * Invariant: immutable once made; owns its arrays. */
 #ifndef API_EQUATIONS_H
 #define API_EQUATIONS_H
 
@@ -10,7 +10,7 @@
 #include "core/tree/loads.h"
 
 enum {
-    API_EQUATIONS_EXPLICIT = 8, /* arms up to which the entries are written out where nobody says */
+    API_EQUATIONS_EXPLICIT = 8, /* arms up to which the entries are written out by default */
     API_EQUATIONS_MOST = 20     /* arms up to which they can be */
 };
 
@@ -24,22 +24,23 @@ struct api_equations {
 };
 
 /**
- * Gathers what is needed.
+ * Copies a tree, its loads and its start.
  *
- * equations  out; NULL on failure.
+ * equations  out; NULL on failure; ends with api_equations_free.
  * start      one state of the tree.
  *
  * PEND_NO_MEMORY
- * PEND_NOT_FINITE  the start, of a mode, is beyond all numbers.
+ * PEND_NOT_FINITE  the start was given by a mode and is beyond the range of a double.
  * O(n), one allocation.
  */
 PEND_MUST_CHECK enum pend_status api_equations_new(struct api_equations **equations,
                                                    const struct api_tree *tree,
                                                    const struct api_states *start, int is_explicit);
 
+/** Frees the copy; nothing happens if it is NULL. */
 void api_equations_free(struct api_equations **equations);
 
-/** True where arm `above` is on the way from the pivot to the tip of `arm`, `arm` itself
+/** True if arm `above` is on the way from the pivot to the tip of `arm`, `arm` itself
  * included. O(depth). */
 int api_equations_carries(const struct api_equations *equations, int above, int arm);
 

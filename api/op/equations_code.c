@@ -4,7 +4,7 @@
 
 enum { CODE_LINE = 10 }; /* numbers of a line */
 
-/* How a language writes what is given. */
+/* the syntax in which a language writes lists and S */
 struct code_language {
     const char *comma, *wrap;    /* between the numbers of a list, and where a line ends */
     const char *list, *list_end; /* around a list that a name is given to */
@@ -85,7 +85,7 @@ static enum pend_status code_parents(const struct code_language *language,
     return api_buffer_text(out, "]");
 }
 
-/* S row by row, as the paper gives it */
+/* S row by row, as in the paper */
 static enum pend_status code_rows(const struct code_language *language,
                                   const struct api_equations *equations, struct api_buffer *out) {
     int n = equations->n;
@@ -117,7 +117,7 @@ static enum pend_status code_list(const struct code_language *language, const ch
     return api_buffer_text(out, "\n");
 }
 
-/* all that is given: the pendulum and its start */
+/* the parameters: the pendulum and its start */
 static enum pend_status code_givens(const struct code_language *language,
                                     const struct api_equations *equations, struct api_buffer *out) {
     int n = equations->n;

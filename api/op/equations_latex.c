@@ -23,7 +23,7 @@ static enum pend_status latex_number(double number, struct api_buffer *out) {
                           : PEND_OK;
 }
 
-/* (m_{2}+m_{3}): the masses that hang on an arm, its own included */
+/* (m_{2}+m_{3}): the masses that an arm carries, its own included */
 static enum pend_status latex_masses(const struct api_equations *equations, int arm,
                                      struct api_buffer *out) {
     int count = 0;
@@ -36,8 +36,8 @@ static enum pend_status latex_masses(const struct api_equations *equations, int 
     return count > 1 ? api_buffer_text(out, ")") : PEND_OK;
 }
 
-/* the deeper of two arms of which one carries the other, -1 where neither does: S^T diag(m) S is
- * 0 there */
+/* the deeper of two arms of which one carries the other, -1 if neither does: S^T diag(m) S is 0
+ * there */
 static int latex_deeper(const struct api_equations *equations, int i, int j) {
     if (api_equations_carries(equations, i, j)) return j;
     return api_equations_carries(equations, j, i) ? i : -1;
@@ -75,7 +75,7 @@ static enum pend_status latex_matrix(const struct api_equations *equations, late
 typedef enum pend_status latex_item_fn(const struct api_equations *equations, int i,
                                        struct api_buffer *out);
 
-/* (a,b,c), or (a,\ldots,c) where there are many */
+/* (a,b,c), or (a,\ldots,c) if there are many */
 static enum pend_status latex_list(const struct api_equations *equations, latex_item_fn *item,
                                    struct api_buffer *out) {
     int n = equations->n;
@@ -189,7 +189,7 @@ static enum pend_status latex_turned(const char *function, int i, int j, struct 
     return api_buffer_format(out, "%s(\\phi_{%d}-\\phi_{%d})", function, j + 1, i + 1);
 }
 
-/* row i of Re M phi'' = Im M phi'^2 - g cos(phi) l (S^T m), on two lines where it is long */
+/* row i of Re M phi'' = Im M phi'^2 - g cos(phi) l (S^T m), on two lines if it is long */
 static enum pend_status latex_aaa_row(const struct api_equations *equations, int i,
                                       struct api_buffer *out) {
     for (int j = 0, written = 0; j < equations->n; j++) {

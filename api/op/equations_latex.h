@@ -1,7 +1,7 @@
 /* A pendulum's equations of motion as LaTeX, in the letters of the paper.
- * Leaves to others: the same as programs (equations_code), rendering.
- * Invariant: plain amsmath that KaTeX reads as well; whatever the tree, of bounded length but
- * for the explicit form. */
+ * Leaves to others: programs (equations_code), rendering (the client).
+ * Invariant: plain amsmath that KaTeX can render; the length is bounded for every tree, except in
+ * the explicit form. */
 #ifndef API_EQUATIONS_LATEX_H
 #define API_EQUATIONS_LATEX_H
 
@@ -14,7 +14,7 @@ struct api_latex {
     enum pend_status (*write)(const struct api_equations *equations, struct api_buffer *out);
 };
 
-/** Formula i, or NULL beyond the last: parameters, S, B, z, M, aaa, bbb. */
+/** Returns formula i, NULL beyond the last: parameters, S, B, z, M, aaa, bbb. */
 const struct api_latex *api_latex_at(int i);
 
 #endif

@@ -17,7 +17,7 @@ static const char *const draw_fields[] = {"vary", "arm",       "distribution", "
                                           "mean", "deviation", "unit",         NULL};
 static const char *const random_fields[] = {"count", "seed", "draw", NULL};
 
-/* what a variation is read with */
+/* the context in which a variation is read */
 struct reading {
     const struct api_tree *tree;
     const struct api_limits *limits;
@@ -36,12 +36,12 @@ static void read_arm(const struct api_value *value, const struct reading *readin
     if (arm >= 0) out->arm = reading->tree->tree->place[arm];
 }
 
-/* true for what must be positive */
+/* true for quantities that must be positive */
 static int is_size(enum api_quantity quantity) {
     return quantity == API_VARY_LENGTH || quantity == API_VARY_MASS;
 }
 
-/* quantity, arm and what a degree is; returns the factor that makes SI of the numbers given */
+/* reads quantity, arm and unit; returns the factor that converts the given numbers to SI */
 static double read_target(const struct api_value *value, const struct reading *reading,
                           struct api_variation *out) {
     static const char *const units[] = {"rad", "deg", NULL};
@@ -60,7 +60,7 @@ static double read_target(const struct api_value *value, const struct reading *r
     return degrees ? pi / 180 : 1;
 }
 
-/* a number that must be there; positive for a size */
+/* reads a number that must be present; a size must be positive */
 static void read_end(const struct api_value *value, const struct api_variation *of, double scale,
                      double *out, struct api_problem *problem) {
     double x = 0;
@@ -125,7 +125,7 @@ static void read_draw(const struct api_value *value, const struct reading *readi
         api_value_fault(own[1], reading->problem, "must not be less than \"low\", got %g", second);
 }
 
-/* true where an earlier variation is of the same value; phi and theta are one, and so are their
+/* true if an earlier variation has the same value; phi and theta are the same, and so are their
  * rates */
 static int is_repeated(const struct api_members *members, int at) {
     const struct api_variation *a = &members->variation[at];

@@ -1,7 +1,8 @@
-/* The members of an ensemble out of JSON: a list of states, a grid over chosen values, or random
- * draws.
- * Leaves to others: what is found out about them (observe), the computation (range).
- * Invariant: member i is a function of the request and i alone; nothing of the document is kept. */
+/* Reading the members of an ensemble from JSON: a list of states, a grid over chosen values, or
+ * random draws.
+ * Leaves to others: the observables (observables), the computation (ensemble).
+ * Invariant: member i is a function of the request and i alone; no pointer into the document is
+ * kept. */
 #ifndef API_MEMBERS_JSON_H
 #define API_MEMBERS_JSON_H
 
@@ -10,7 +11,7 @@
 #include "api/read/state_json.h"
 #include "core/ensemble/member.h"
 
-/* What can vary from member to member. */
+/* The quantities that can vary from member to member. */
 enum api_quantity {
     API_VARY_PHI,
     API_VARY_THETA,
@@ -22,7 +23,7 @@ enum api_quantity {
     API_VARY_COUNT
 };
 
-/* One value that varies: the arm's stored number and how it comes about. */
+/* One value that varies: the quantity, the arm, and its values. */
 struct api_variation {
     enum api_quantity quantity;
     int arm; /* stored number; -1 for gravity */
@@ -34,8 +35,8 @@ struct api_variation {
 
 struct api_members {
     long count;                /* members */
-    struct api_states *states; /* one a member, or the one that all start from */
-    int listed;                /* one a member */
+    struct api_states *states; /* one for each member, or one from which all start */
+    int listed;                /* there is one state for each member */
     int variations;
     struct api_variation *variation; /* axes, the first runs fastest; or draws */
     uint64_t seed;
@@ -44,9 +45,9 @@ struct api_members {
 /**
  * Reads `states`, or `grid`, or `random`, with `initial` for the latter two.
  *
- * members  out; to be cleared with api_members_clear whatever is returned.
+ * members  out; must be cleared by api_members_clear whatever is returned.
  * root     the request's object.
- * tree     as it was read; a faulty one is used as far as it is known.
+ * tree     as api_tree_read left it; of a faulty tree the parts that are known are used.
  *
  * PEND_INVALID   every fault was added to the problem.
  * PEND_NO_MEMORY
@@ -57,11 +58,12 @@ PEND_MUST_CHECK enum pend_status api_members_read(struct api_members *members,
                                                   const struct api_limits *limits,
                                                   struct api_problem *problem);
 
+/** Frees the states and the variations. */
 void api_members_clear(struct api_members *members);
 
 /**
- * The start of member i into arrays that hold the tree's own lengths, masses and gravity. A draw
- * that makes no pendulum (a length or a mass that is not positive) leaves a NaN there. O(n).
+ * Writes the start of member i into arrays that hold the tree's own lengths, masses and gravity. A
+ * length or a mass that was drawn and is not positive becomes NaN. O(n).
  */
 void api_members_fill(const struct api_members *members, int n, long i, struct pend_member *member);
 

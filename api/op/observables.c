@@ -36,14 +36,14 @@ enum { OUT_PHI, OUT_PHID, OUT_THETA, OUT_THETAD, OUT_LAMBDA, OUT_COUNT };
 static const char *const outputs[OUT_COUNT + 1] = {"phi",    "phid",   "theta",
                                                    "thetad", "lambda", NULL};
 
-/* a time that never came: no answer has a NaN, and the clock of a member begins at 0 */
+/* the time of an event that never happened: answers have no NaN, and a member's time begins at 0 */
 static const double never = -1;
 
 const char *api_observables_name(enum api_observable observable) {
     return observables[observable].name;
 }
 
-/* the words of a list as bits; 0 where the field is missing or faulty */
+/* reads the words of a list as bits; 0 if the field is missing or faulty */
 static unsigned read_words(const struct api_value *list, const char *const words[],
                            struct api_problem *problem) {
     unsigned found = 0;
@@ -130,7 +130,8 @@ int api_observables_status(enum pend_status status) {
                                            : 3;
 }
 
-/* n values from stored to the caller's order; what is not finite, or not there, becomes `gap` */
+/* copies n values from stored to the caller's order; values that are absent or not finite become
+ * `gap` */
 static double *put(double *at, const struct pend_tree *tree, const double x[], double gap) {
     for (int k = 0; k < tree->n; k++) at[tree->order[k]] = x && isfinite(x[k]) ? x[k] : gap;
     return at + tree->n;
@@ -180,7 +181,7 @@ static double *write_one(enum api_observable observable, const struct pend_tree 
 void api_observables_write(const struct api_observables *seen, const struct pend_tree *tree,
                            long member, const struct pend_member *start,
                            const struct pend_outcome *outcome, double row[]) {
-    /* of a motion that was not followed to its end nothing is known */
+    /* nothing is known about a motion that was not followed to its end */
     static const struct pend_outcome nothing = {
         .arm = -1, .first = NAN, .energy_drift = NAN, .horizon = NAN, .lyapunov = NAN};
     double *at = row;

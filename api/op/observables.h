@@ -1,9 +1,7 @@
-/* What can be found out about the members of an ensemble: names, columns, and where each number
- * stands in a raw row.
- * Leaves to others: finding it out (core/ensemble/ensemble), the rows' way into an answer
- * (ensemble).
- * Invariant: a raw row holds the numbers of the table's columns in their order, arms as the
- * caller counts. */
+/* The observables of an ensemble's members: their names, their columns, and the place of each
+ * number in a raw row. Leaves to others: computing them (core/ensemble/ensemble), writing rows into
+ * an answer (ensemble). Invariant: a raw row holds the numbers of the table's columns in their
+ * order, with arms in the caller's order. */
 #ifndef API_OBSERVABLES_H
 #define API_OBSERVABLES_H
 
@@ -32,43 +30,46 @@ struct api_observables {
     unsigned wanted; /* bit i for observable i */
     unsigned output; /* of a trajectory: bits of phi, phid, theta, thetad, lambda */
     struct api_table table;
-    int at[API_SEE_COUNT]; /* first column of each that is wanted */
+    int at[API_SEE_COUNT]; /* first column of each wanted observable */
 };
 
 /**
- * Reads `observables`, and `output` for trajectories; the final state where none is named.
+ * Reads `observables`, and `output` for trajectories; the default is the final state.
  *
  * Every fault is added to the problem.
  */
 void api_observables_read(struct api_observables *seen, const struct api_value *root,
                           struct api_problem *problem);
 
-/** Sets the columns for n arms; the rows of the table are left alone. */
+/** Sets the columns for n arms; the number of rows is unchanged. */
 void api_observables_columns(struct api_observables *seen, int n);
 
-/** The name of an observable. */
+/** Returns the name of an observable. */
 const char *api_observables_name(enum api_observable observable);
 
-/** How an ensemble is to be run so that what is wanted is found out, at the least cost. */
+/** Sets the fields of an ensemble's problem so that it computes the wanted observables and no
+ * others. */
 void api_observables_ask(const struct api_observables *seen, struct pend_ensemble_problem *problem);
 
 /**
- * The row of a member into `row`.
+ * Writes the row of a member.
  *
- * member  its number, which is written first.
- * start   what it started from, as handed to the ensemble; stored order.
+ * member  its number, the first number of the row.
+ * start   its start as the ensemble was given it, in stored order.
+ * row     out, api_table_numbers doubles.
  */
 void api_observables_write(const struct api_observables *seen, const struct pend_tree *tree,
                            long member, const struct pend_member *start,
                            const struct pend_outcome *outcome, double row[]);
 
-/** One row of a trajectory: member, status 0, t, and the outputs from values in stored order. */
+/** Writes one row of a trajectory: member, status 0, t, and the outputs from values in stored
+ * order. */
 void api_observables_sample(const struct api_observables *seen, const struct pend_tree *tree,
                             long member, double t, const double phi[], const double rate[],
                             const double force[], const double theta[], double row[]);
 
-/** The status column of a member that came to this end: 0 good, 1 not finite, 2 step too small, 3
- * too many steps. */
+/** Returns the number in the status column of a member that ended so: 0 good, 1 not finite, 2 step
+ * too small, 3 too many steps. */
 int api_observables_status(enum pend_status status);
 
 #endif

@@ -1,6 +1,6 @@
-/* The operation table: one row an operation, with what it needs and how it is read, run and freed.
- * Leaves to others: the order of things in a request (call), the operations themselves (op_*).
- * Invariant: an operation's state points at nothing of the request once it was read. */
+/* The table of operations: one row for each, with its properties and the functions that read, run
+ * and free it. Leaves to others: the sequence of a request (call), the operations themselves
+ * (op_*). Invariant: an operation's state holds no pointer into the request once it was read. */
 #ifndef API_OP_H
 #define API_OP_H
 
@@ -9,7 +9,7 @@
 #include "api/base/problem.h"
 #include "core/base/checkpoint.h"
 
-/* The operations that a route can name. */
+/* The operations, each of which has a route. */
 enum api_op_id {
     API_OP_TREES,
     API_OP_TRAJECTORIES,
@@ -24,20 +24,20 @@ enum api_op_id {
     API_OP_COUNT
 };
 
-enum { API_OP_SMALL_BYTES = 1 << 16 }; /* memory of an operation that does not tell what it takes */
+enum { API_OP_SMALL_BYTES = 1 << 16 }; /* memory of an operation without `bytes` */
 
 struct api_format;
 struct api_stats;
 struct api_table;
 struct api_value;
 
-/* What an operation is read from. */
+/* The input from which an operation is read. */
 struct api_reading {
     const struct api_value *root; /* the body's JSON object; NULL for an operation without a body */
     const char *argument;         /* the variable part of the path, or NULL */
     const struct api_format *format; /* the representation that was negotiated */
     const struct api_limits *limits; /* outlives the operation */
-    struct api_problem *problem;     /* receives every fault */
+    struct api_problem *problem;     /* every fault is added to it */
 };
 
 /* One turn of a running operation. */
@@ -45,88 +45,88 @@ struct api_turn {
     struct api_buffer *out;
     double (*now)(void *context); /* s; NULL without a clock */
     void *context;
-    int (*hurry)(
-        void *company); /* does somebody wait who should not wait long?; NULL = nobody does */
+    int (*hurry)(void *company); /* returns true if other work is urgent; NULL = none is */
     void *company;
     double begun;   /* s, by the clock, when this turn began */
     double earlier; /* s, spent in the turns before */
     size_t before;  /* bytes of out when this turn began */
 };
 
-/** Seconds of computation so far, all turns together; -1 without a clock. */
+/** Returns the seconds of computation so far, all turns together; -1 without a clock. */
 double api_turn_seconds(const struct api_turn *turn);
 
 /**
- * True once the turn has lasted about a millisecond, a quarter of one where there is hurry, or
- * appended 256 KiB; without a clock always, so that a turn is one piece of work.
+ * True once the turn has lasted about a millisecond (a quarter of one if other work is urgent) or
+ * appended 256 KiB; always without a clock, so that a turn is one piece of work.
  */
 int api_turn_over(const struct api_turn *turn);
 
 struct api_op {
     const char *name; /* as in the route: "trajectories" */
     int body;         /* needs a JSON body */
-    int samples; /* 1: returns samples, in every representation and not JSON alone; 2: may be drawn,
-                    too */
+    int samples; /* 0: only JSON; 1: a table of samples, in every representation but pictures; 2: a
+                    table that can also be drawn */
 
     /**
      * Reads and checks the request.
      *
-     * state  out; NULL on failure. Frees with the row's free.
+     * state  out; NULL on failure; ends with the row's free.
      *
      * PEND_INVALID   every fault found is in reading->problem.
      * PEND_NO_MEMORY
      */
     enum pend_status (*read)(void **state, const struct api_reading *reading);
     /**
-     * Computes on until the turn is over or all is done, and appends to the answer.
+     * Continues the computation until the turn is over or the answer is complete, and appends to
+     * it.
      *
      * done   set non-zero once the answer is complete.
-     * error  says why a turn failed.
+     * error  on failure says why.
      */
     enum pend_status (*run)(void *state, const struct api_turn *turn, int *done,
                             struct pend_error *error);
-    /** Integration steps so far; NULL for an operation that takes none. */
+    /** Returns the integration steps so far; NULL for an operation that does not integrate. */
     long (*steps)(const void *state);
     /**
-     * How much of the integration steps, and of all the work, is done: 0 .. 1, or < 0 where that
-     * cannot be told. NULL:
-     * it never can. O(1).
+     * Estimates which part of the integration steps, and of all the work, is done: 0 .. 1, or < 0
+     * if that is unknown. NULL: it is always unknown. O(1).
      */
     void (*progress)(const void *state, double *steps, double *work);
-    /** The table that the answer is; NULL for an operation without samples. */
+    /** Returns the table of the answer; NULL for an operation without samples. */
     const struct api_table *(*table)(const void *state);
-    /** An estimate of the computation, s; NULL where it does not matter. */
+    /** Estimates the computation, s; NULL if it is short. */
     double (*cost)(const void *state);
     /**
-     * Bytes of memory that the state holds and will hold until the next turn is over: an upper
-     * bound, within a factor of about two for what is large. Called before the first turn and
-     * between turns, so that memory is counted before it is taken. NULL: never more than
+     * Returns the bytes of memory that the state holds or will hold until the next turn ends: an
+     * upper bound, within a factor of about two if it is large. Called before the first turn and
+     * between turns, so that memory is counted before it is allocated. NULL: never more than
      * API_OP_SMALL_BYTES. O(1).
      */
     double (*bytes)(const void *state);
-    /** The most parts that its rows can be computed in, each by itself; NULL: it is one piece. */
+    /** Returns into how many parts its rows can be divided at most; NULL: it has one part. */
     long (*parts)(const void *state);
-    /** Leaves all but part `number` of `parts` out; before the first run. */
+    /** Restricts the state to part `number` of `parts`; before the first run. */
     void (*part)(void *state, long number, long parts);
-    int rows_later; /* its table's rows are known only once it runs: until then they are the most
-                       that there can be */
+    int rows_later; /* its table's rows are known only at its end; before, they are the most that
+                       there can be */
     /**
-     * Shows a checkpoint all that the next part needs of this one, once this one is complete; where
-     * the checkpoint puts it back, after `part` and before the first run. NULL: parts need not know
-     * of each other.
+     * Passes all values that the next part needs through a checkpoint: either saves them, once this
+     * part is complete, or restores them, after `part` and before the first run. NULL: the parts
+     * are independent.
      */
     enum pend_status (*carry)(void *state, struct pend_checkpoint *checkpoint,
                               struct pend_error *error);
-    /** What is told of the computation beside its rows, once it is complete; NULL: nothing is. */
+    /** Returns the figures about the computation, once it is complete; NULL: there are none. */
     const struct api_stats *(*told)(const void *state);
-    /** True where that is to be known before the answer's first byte in representations that have
-     * no place for it. */
+    /** True if a representation without a place for the figures must be sent after them, since the
+     * client needs them in the header. */
     int (*told_first)(const void *state);
     /**
-     * Has a state whose raw answer is complete answer once more, as JSON, which says more than its
-     * table does; nothing is computed again. NULL: the table says all.
+     * Makes a state whose raw answer is complete write its answer once more, as JSON, which says
+     * more than its table; nothing is computed again. NULL: JSON says no more.
      */
     void (*json)(void *state);
+    /** Frees the state; nothing happens if it is NULL. */
     void (*free)(void **state);
 };
 
@@ -135,15 +135,16 @@ extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api
     api_op_preset;
 
 /**
- * Faults an answer that is held in memory and would be larger than max-answer-bytes.
+ * Adds a fault for an answer that is kept in memory and would be larger than max-answer-bytes.
  *
- * value  what asks for so much.
- * what   "instants", and how to ask for less: "fewer instants or outputs".
+ * value  the field that asks for it.
+ * what   the rows, for the message: "instants".
+ * fewer  how to ask for less: "fewer instants or outputs".
  */
 void api_reading_check_size(const struct api_reading *reading, const struct api_table *table,
                             const struct api_value *value, const char *what, const char *fewer);
 
-/** The row of an operation. */
+/** Returns the row of an operation; NULL if there is none. */
 const struct api_op *api_op_at(enum api_op_id id);
 
 #endif

@@ -11,8 +11,7 @@
 #include "api/encode/encode.h"
 #include "api/op/ensemble.h"
 
-/* numbers and members of a range of members: some megabytes, and enough members that lanes are
- * seldom idle */
+/* numbers and members of a range: some megabytes, and enough members that lanes are seldom idle */
 enum {
     RANGE_NUMBERS = 1 << 20,
     RANGE_MEMBERS = 16384,
@@ -70,7 +69,7 @@ static void ensembles_part(void *state, long number, long parts) {
     op->end = (long)((double)count * (double)(number + 1) / (double)parts);
 }
 
-/* doubles of a member, and members of a range of members */
+/* doubles of a member, and members of a range */
 static double ensembles_numbers(const struct ensembles *op) {
     return (double)api_ensemble_rows(op->ensemble) * (double)api_ensemble_numbers(op->ensemble);
 }
@@ -92,7 +91,7 @@ static enum pend_status ensembles_begin(struct ensembles *op, struct api_buffer 
     return api_writer_new(&op->writer, op->format, api_ensemble_table(ensemble), out);
 }
 
-/* computes on; begins the next range where none is under way */
+/* continues the present range, or begins the next one */
 static enum pend_status ensembles_compute(struct ensembles *op, struct pend_error *error) {
     int done = 0;
     if (!op->range) {
@@ -124,7 +123,7 @@ static enum pend_status ensembles_write(struct ensembles *op, struct api_buffer 
     return PEND_OK;
 }
 
-/* what is told of the computation; once, so that it is the same in every piece of the answer */
+/* writes the figures once, so that they are the same in every piece of the answer */
 static void ensembles_tell(struct ensembles *op, const struct api_turn *turn) {
     double seconds = api_turn_seconds(turn);
     api_stats_text(&op->stats, "method", "taylor");

@@ -68,7 +68,7 @@ static enum pend_status equations_read(void **state, const struct api_reading *r
     return status;
 }
 
-/* appends what was written into the text as a member */
+/* appends the text as a member */
 static enum pend_status equations_say(struct equations *equations, const char *name,
                                       struct api_buffer *out) {
     PEND_TRY(api_buffer_add(&equations->text, "", 1));
@@ -111,7 +111,7 @@ static enum pend_status equations_run(void *state, const struct api_turn *turn, 
 }
 
 /* the text of one form at a time, and the answer: some hundred letters an arm, some ten a pair
- * of arms where every entry is written out */
+ * of arms if every entry is written out */
 static double equations_bytes(const void *state) {
     const struct equations *equations = state;
     double n = equations->tree.n, square = equations->is_explicit ? n * n : 0;

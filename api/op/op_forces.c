@@ -1,8 +1,8 @@
 /* POST /v1/forces: accelerations, forces, positions and energies of given states, without
  * integration.
  * Leaves to others: reading (tree_json, state_json), the mechanics (core/dynamics/dynamics,
- * motion), the bytes (encode).
- * Invariant: one row a state, in the order in which the states came. */
+ * kinematics), the bytes (encode).
+ * Invariant: one row a state, in the order of the request. */
 #include "api/op/op.h"
 
 #include <math.h>
@@ -31,12 +31,12 @@ enum {
     COLUMNS
 };
 
-/* what a computation is estimated by: s a number of the answer, and that it is text */
+/* constants of the estimated cost: s a number of the answer, and s more if it is text */
 static const double number_seconds = 5e-8, text_seconds = 3e-8;
 
 enum { BLOCK_ROWS = 64, BLOCK_NUMBERS = 16384 };
 
-/* states whose accelerations are found together */
+/* states whose accelerations are computed together */
 enum { AT_ONCE = PEND_DYNAMICS_VEC };
 
 /* the columns of the answer, in the order above; the energies have one number a row */
@@ -85,7 +85,7 @@ static void forces_free(void **state) {
 
 /* reading */
 
-/* sets the columns and faults an answer that would be too large */
+/* sets the columns, and adds a fault for an answer that would be too large */
 static void forces_check_size(struct forces *forces, const struct api_reading *reading) {
     struct api_table *table = &forces->table;
     for (int c = 0; c < COLUMNS; c++)
@@ -93,7 +93,7 @@ static void forces_check_size(struct forces *forces, const struct api_reading *r
     api_reading_check_size(reading, table, reading->root, "states", "fewer at a time");
 }
 
-/* how many states there are; 0 where that is a fault */
+/* the number of states; 0 if that is a fault */
 static long forces_count(struct forces *forces, const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
     struct api_value one = api_value_member(reading->root, "state"),
@@ -115,8 +115,8 @@ static long forces_count(struct forces *forces, const struct api_reading *readin
     return 0;
 }
 
-/* the states; they get their memory only once nothing is wrong with the rest and with the size
- * of the answer */
+/* reads the states; their memory is allocated only if the rest of the request and the size of the
+ * answer have no fault */
 static enum pend_status forces_read_states(struct forces *forces,
                                            const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
@@ -162,8 +162,8 @@ static enum pend_status forces_read(void **state, const struct api_reading *read
 
 /* running */
 
-/* one block: the scratch of the dynamics, what it gives for some states, two rows, the columns
- * of `cap` rows */
+/* allocates one block: the scratch of the dynamics, its results for some states, two rows, the
+ * columns of `cap` rows */
 static enum pend_status forces_allocate(struct forces *forces, struct pend_error *error) {
     size_t n = (size_t)forces->tree.n,
            work = (pend_dynamics_many_bytes(forces->tree.n) + 63) / 64 * 64;
@@ -195,7 +195,7 @@ static void forces_put(const struct forces *forces, const double row[], long i, 
     for (int k = 0; k < forces->tree.n; k++) out[order[k]] = row[k];
 }
 
-/* a state is a small swing about hanging, which has digits that doubles do not hold */
+/* true for a small swing about hanging, whose angles have more digits than a double of phi */
 static int forces_swing(int n, const double phi[], const double phi_low[]) {
     double largest = 0, low = 0;
     for (int k = 0; k < n; k++) {
@@ -238,7 +238,7 @@ static void forces_compute(const struct forces *forces, long s, long i) {
     forces->column[TOTAL][i] = energy.kinetic + energy.potential;
 }
 
-/* takes whole turns from an angle and what rounding has left of it */
+/* removes whole turns from an angle and its rounding error */
 static void forces_rest(double *phi, double *low) {
     struct pend_sum rest = pend_turns_rest(*phi, *low, NULL);
     *phi = rest.high;
@@ -255,7 +255,7 @@ static enum pend_status forces_begin(struct forces *forces, struct api_buffer *o
     return api_writer_new(&forces->writer, forces->format, &forces->table, out);
 }
 
-/* the next block of states */
+/* computes and writes the next block of states */
 static enum pend_status forces_block(struct forces *forces, struct api_buffer *out,
                                      struct pend_error *error) {
     long rows = forces->table.rows - forces->next;

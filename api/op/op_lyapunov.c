@@ -18,8 +18,7 @@ static const char *const fields[] = {"pendulum", "initial", "duration", "transie
 
 enum { SAMPLES_USUAL = 100, ROWS = 64, PIECE = 20000 };
 
-/* the longest time and what a computation is estimated by: s a step and arm of one motion, and a
- * product */
+/* the longest time; constants of the estimated cost: s a step and arm of one motion, s a product */
 static const double duration_most = 1e9, arm_seconds = 1e-6, product_seconds = 1e-9;
 
 /* radians that the fastest arm turns between two instants at which the directions are made
@@ -107,7 +106,7 @@ static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov,
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
-/* the columns; faults more than there is memory for */
+/* sets the columns, and adds a fault for an answer that would be too large */
 static enum pend_status lyapunov_check_size(struct lyapunov *lyapunov,
                                             const struct api_reading *reading) {
     struct api_value count = api_value_member(reading->root, "count");
@@ -201,7 +200,7 @@ static enum pend_status lyapunov_flush(struct lyapunov *lyapunov, struct api_buf
                             error);
 }
 
-/* an interval is over: the transient's end, or a row's */
+/* ends an interval: that of the transient, or that of a row */
 static enum pend_status lyapunov_step(struct lyapunov *lyapunov, struct api_buffer *out,
                                       struct pend_error *error) {
     long over = ++lyapunov->intervals - lyapunov->skip;

@@ -34,7 +34,7 @@ static enum pend_status presets_read(void **state, const struct api_reading *rea
     return presets_new(state, -1);
 }
 
-/* states the 404, with the name that was probably meant */
+/* states a problem of status 404 with the name that was probably meant */
 static enum pend_status refuse_name(const char *name, struct api_problem *problem) {
     int count = pend_preset_count();
     struct pend_preset *presets = malloc((size_t)count * sizeof *presets);

@@ -1,8 +1,8 @@
 /* POST /v1/sections: the instants at which an arm passes a direction, and the state then.
  * Leaves to others: reading (tree_json, state_json), the search (core/integrate/section), the
  * bytes (encode).
- * Invariant: all passages are found before the first is written, so that the answer knows how
- * many there are. */
+ * Invariant: all passages are found before the first is written, so that their number is known at
+ * the head of the answer. */
 #include "api/op/op.h"
 
 #include <math.h>
@@ -24,8 +24,7 @@ enum { T, PHI, PHID, DIRECTION, COLUMNS, COUNT_USUAL = 1000, FIRST_ROOM = 256, P
 
 static const double duration_most = 1e9, angle_most = 1e6, pi = 3.14159265358979323846;
 
-/* what a computation is estimated by: steps for the fastest swing to go on by a radian, s a step
- * and arm */
+/* constants of the estimated cost: steps a radian of the fastest swing, s a step and arm */
 static const double steps_a_radian = 4, arm_seconds = 2e-6;
 
 struct sections {
@@ -134,7 +133,7 @@ static enum pend_status sections_read_parts(struct sections *sections,
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
-/* the columns; faults more than there is memory for */
+/* sets the columns, and adds a fault for an answer that would be too large */
 static enum pend_status sections_check_size(struct sections *sections,
                                             const struct api_reading *reading) {
     struct api_table *table = &sections->table;
@@ -193,7 +192,7 @@ static enum pend_status sections_begin(struct sections *sections, struct pend_er
     return pend_section_new(&sections->section, &problem, error);
 }
 
-/* room for one more passage */
+/* grows the memory if it is full */
 static enum pend_status sections_grow(struct sections *sections, struct pend_error *error) {
     long room = sections->room ? 2 * sections->room : FIRST_ROOM;
     if (sections->count < sections->room) return PEND_OK;
@@ -225,7 +224,7 @@ static enum pend_status sections_keep(struct sections *sections, const struct pe
     return PEND_OK;
 }
 
-/* looks for the next passage; the last makes the table */
+/* searches for the next passage; after the last one the table is complete */
 static enum pend_status sections_search(struct sections *sections, struct api_buffer *out,
                                         struct pend_error *error) {
     long steps = PIECE / (sections->tree.n * 16L);
@@ -299,7 +298,7 @@ static long sections_steps(const void *state) {
     return sections->section ? pend_section_steps(sections->section) : 0;
 }
 
-/* a search may end at its time or at its count: how soon is known once some passages were found */
+/* a search ends at its time or at its count: when is known once some passages were found */
 static void sections_progress(const void *state, double *steps, double *work) {
     enum { PASSAGES_KNOWN = 5 };
     const struct sections *sections = state;
@@ -323,9 +322,8 @@ static double sections_cost(const void *state) {
     return fmin(steps_a_radian * seconds * rate, sections->step_cap) * (tree->n + 2) * arm_seconds;
 }
 
-/* passages are kept as they are found, in twice as much room whenever it is full, and once more for
- * what does not flow
- */
+/* passages are kept when they are found, in memory that doubles whenever it is full, and once more
+ * for representations that do not stream */
 static double sections_bytes(const void *state) {
     const struct sections *sections = state;
     double n = sections->tree.n, numbers = api_table_numbers(&sections->table, 0);

@@ -19,7 +19,7 @@ static const char *const fields[] = {"pendulum", "initial", "times",    "method"
                                      "atol",     "step",    "output",   "digits", "precision",
                                      "events",   "trust",   "accuracy", NULL};
 
-/* what a computation is estimated by: s a step, s a step and arm, s a number of the answer as
+/* constants of the estimated cost: s a step, s a step and arm, s a number of the answer as
  * text and as it is */
 static const double step_seconds = 3e-7, arm_seconds = 6e-7, text_seconds = 4e-8,
                     binary_seconds = 1.5e-8;
@@ -94,7 +94,7 @@ static void refuse_future(const struct api_value *root, struct api_problem *prob
         api_value_fault(&field, problem, "is not served yet: leave it out");
 }
 
-/* true, false, or how far an angle may be off, rad */
+/* reads true, false, or the largest error of an angle, rad */
 static void read_trust(struct trajectory *trajectory, const struct api_value *root,
                        struct api_problem *problem) {
     static const double usual = 1e-6, least = 1e-12, most = 1;
@@ -138,7 +138,7 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
-/* faults an answer that would be too large, from its rows and columns */
+/* adds a fault for an answer that would be too large, judged by its rows and columns */
 static enum pend_status trajectory_check_size(struct trajectory *trajectory,
                                               const struct api_reading *reading) {
     struct api_table *table = &trajectory->table;
@@ -163,7 +163,7 @@ static enum pend_status trajectory_read(void **state, const struct api_reading *
     return status;
 }
 
-/* the integration at its first instant */
+/* starts the integration */
 static enum pend_status trajectory_begin(struct trajectory *trajectory, struct pend_error *error) {
     const struct api_method *method = &trajectory->method;
     PEND_TRY(api_states_settle(trajectory->start, &trajectory->tree, error));
@@ -189,7 +189,7 @@ static enum pend_status trajectory_begin(struct trajectory *trajectory, struct p
                            trajectory->table.rows);
 }
 
-/* up to which instant the answer's digits reach, and in words where that is not the last one */
+/* writes the horizon, and a warning if it is before the last instant */
 static void trajectory_tell_horizon(struct trajectory *trajectory, double horizon) {
     const struct pend_times *times = &trajectory->times.times;
     api_stats_number(&trajectory->stats, "horizon", horizon);
@@ -203,8 +203,7 @@ static void trajectory_tell_horizon(struct trajectory *trajectory, double horizo
     api_stats_warning(&trajectory->stats, "warning_horizon", trajectory->warning);
 }
 
-/* what else a reader should know: an energy that was lost, and digits that were paid for and not
- * used */
+/* adds warnings about an energy that has drifted, and about a precision that was not needed */
 static void trajectory_tell_doubts(struct trajectory *trajectory, double drift) {
     static const double lost = 0.01, loose = 1e-16;
     const struct api_method *method = &trajectory->method;
@@ -228,7 +227,7 @@ static void trajectory_tell_doubts(struct trajectory *trajectory, double drift) 
     }
 }
 
-/* what is told of the computation; once, so that it is the same in every piece of the answer */
+/* writes the figures once, so that they are the same in every piece of the answer */
 static void trajectory_tell(struct trajectory *trajectory, const struct api_turn *turn) {
     struct pend_run_stats stats = pend_run_stats(trajectory->run);
     struct api_stats *told = &trajectory->stats;
@@ -256,7 +255,7 @@ static double trajectory_progress(const struct trajectory *trajectory) {
     return (sampled + trust_times * compared) / (1 + trust_times);
 }
 
-/* compares on with 32 digits, once all samples are there */
+/* continues the comparison with 32 digits, once all samples are written */
 static enum pend_status trajectory_compare(struct trajectory *trajectory,
                                            struct pend_error *error) {
     int done = 0;
@@ -277,7 +276,7 @@ static void name_limit(const struct trajectory *trajectory, enum pend_status sta
                  " (%s): ask for a shorter time or a looser tolerance", trajectory->step_name);
 }
 
-/* the next samples, as many as a piece of work gives */
+/* writes the next samples, as many as one piece of work yields */
 static enum pend_status trajectory_block(struct trajectory *trajectory, struct api_buffer *out,
                                          int *computed, struct pend_error *error) {
     struct api_samples *samples = trajectory->samples;
@@ -438,7 +437,7 @@ static const struct api_stats *trajectory_told(const void *state) {
     return &((const struct trajectory *)state)->stats;
 }
 
-/* who asks how long the digits hold is told, or refused */
+/* a client that asks for trust gets it or a refusal, in every representation */
 static int trajectory_told_first(const void *state) {
     return ((const struct trajectory *)state)->trust_tolerance > 0;
 }

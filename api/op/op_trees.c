@@ -49,7 +49,7 @@ static enum pend_status write_arm(const struct api_tree *tree, int i, struct api
     return api_buffer_text(out, "}");
 }
 
-/* writes the lists with a number an arm; `row` has room for n numbers */
+/* writes the lists with a number an arm; `row` is scratch of n numbers */
 static enum pend_status write_lists(const struct api_tree *tree, double row[],
                                     struct api_buffer *out) {
     const struct pend_tree *stored = tree->tree;

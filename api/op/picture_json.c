@@ -6,8 +6,8 @@ static const char *const fields[] = {"of", "arm", "scale", NULL};
 
 enum { PIXELS_MOST = 16384 }; /* of a side */
 
-/* observables that have a number to draw, and those of them that are times or tiny, for a
- * logarithmic scale */
+/* observables that can be drawn, and those of them that suit a logarithmic scale: times and tiny
+ * numbers */
 static const unsigned drawn = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME |
                               1u << API_SEE_FLIPS | 1u << API_SEE_LAMBDA_MAX |
                               1u << API_SEE_LAMBDA_MIN | 1u << API_SEE_SIGN_CHANGE |
@@ -15,8 +15,7 @@ static const unsigned drawn = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME
 static const unsigned logarithmic = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME |
                                     1u << API_SEE_SIGN_CHANGE | 1u << API_SEE_ENERGY_DRIFT;
 
-/* the observable that is named, or the first that can be drawn; -1 with a fault where there is
- * none */
+/* the observable that is named, or the first that can be drawn; -1 and a fault if there is none */
 static int picture_of(const struct api_observables *seen, const struct api_value *of,
                       const struct api_value *picture, struct api_problem *problem) {
     const char *names[API_SEE_COUNT + 1] = {0};

@@ -1,7 +1,7 @@
-/* What a picture of an ensemble shows, out of JSON: which observable, of which arm, on which scale.
- * Leaves to others: drawing it (encode_png). Invariant: what was read is a column of the table, of
- * a grid of two axes.
- */
+/* Reading from JSON what a picture of an ensemble shows: which observable, of which arm, on which
+ * scale.
+ * Leaves to others: drawing it (encode_png).
+ * Invariant: a picture that was read is a column of the table, of a grid of two axes. */
 #ifndef API_PICTURE_JSON_H
 #define API_PICTURE_JSON_H
 
@@ -10,8 +10,8 @@
 #include "api/op/op.h"
 
 /**
- * Reads `picture`, and sets the table's picture where the representation is one. A request for a
- * picture without the field gets the first observable that can be drawn, of the first arm.
+ * Reads `picture`, and sets the table's picture if the representation is one. The default is the
+ * first observable that can be drawn, of the first arm.
  *
  * seen  with its columns set.
  *

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* where the numbers of a column come from */
+/* the sources of the numbers of a column */
 enum source {
     PHI,
     RATE,

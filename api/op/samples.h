@@ -1,7 +1,7 @@
 /* A block of a trajectory's samples: the outputs that a request can name, their arrays, and the
  * answer's columns.
  * Leaves to others: filling it (core/integrate/run), writing it (encode).
- * Invariant: column 0 is t; the others are in the order in which the outputs were asked for. */
+ * Invariant: column 0 is t; the others are in the order of the request's outputs. */
 #ifndef API_SAMPLES_H
 #define API_SAMPLES_H
 
@@ -11,24 +11,24 @@
 
 enum { API_OUTPUTS = 9 };
 
-/* The outputs of a request, in its order, as numbers of the table of outputs. */
+/* The outputs of a request, in its order, as indices into the table of outputs. */
 struct api_outputs {
     int count;
     int output[API_OUTPUTS];
 };
 
 /**
- * Reads the names of outputs; where the field is missing the default is taken, phi phid lambda.
+ * Reads the names of outputs; the default is phi, phid, lambda.
  *
  * Every fault is added to the problem.
  */
 void api_outputs_read(struct api_outputs *outputs, const struct api_value *value,
                       struct api_problem *problem);
 
-/** Sets the columns of the outputs for n arms, t first; the rest of the table is left alone. */
+/** Sets the columns of the outputs for n arms, t first; the rest of the table is unchanged. */
 void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_table *table);
 
-/* Samples of n arms and the columns that point at them, one block of memory. */
+/* Samples of n arms and pointers to their columns, in one block of memory. */
 struct api_samples {
     struct pend_samples samples;
     int n;
@@ -37,16 +37,20 @@ struct api_samples {
 };
 
 /**
- * Room for a number of rows that suits n arms.
+ * Allocates samples.
+ *
+ * samples  out; NULL on failure; ends with api_samples_free.
+ * rows     of the whole table; a block has at most so many, and fewer the more arms there are.
  *
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status
 api_samples_new(struct api_samples **samples, const struct api_outputs *outputs, int n, long rows);
 
+/** Frees the samples; nothing happens if they are NULL. */
 void api_samples_free(struct api_samples **samples);
 
-/** Computes the outputs that follow from others, of the rows that are filled. */
+/** Computes the outputs that are functions of other outputs, in the rows that are filled. */
 void api_samples_derive(struct api_samples *samples);
 
 #endif
