@@ -1,4 +1,5 @@
-/* The Gauss-Legendre collocation of 8 stages, order 16, computed with 60 digits and rounded.
+/* The coefficients of the Gauss-Legendre collocation of 8 stages, order 16, computed with 60
+ * digits and rounded.
  * Leaves to others: steps (kernel_symplectic).
  * Invariant: through[j][i] + through[i][j] is 1 without any rounding, which is what makes the
  * map symplectic; and through[7 - j][7 - i] is through[i][j], which makes it symmetric. */

@@ -1,5 +1,6 @@
 #include "core/integrate/horizon.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -7,8 +8,9 @@
 
 #include "core/taylor/jets.h"
 
-/* How the errors of single steps are known: from the step's own power series; by solving the
- * step anew with one; as what 32 digits leave; or in closed form for the whole motion. */
+/* The source of the errors of single steps: the step's own power series; a second solution of the
+ * step by a power series; the truncation of numbers of 32 digits; or a closed form for the whole
+ * motion. */
 enum horizon_way { HORIZON_SERIES, HORIZON_ANEW, HORIZON_EXTENDED, HORIZON_LINEAR };
 
 enum {
@@ -47,6 +49,11 @@ struct pend_horizon {
     struct jets_state begin, end; /* of a step that is solved anew */
     struct pend_jets jets, anew;
 };
+
+/* the estimate between two calls */
+PEND_VALIDATOR horizon_valid(const struct pend_horizon *horizon) {
+    return (horizon->lost == 0 || horizon->lost == 1) && horizon->grade > 0;
+}
 
 /* ---- making and freeing */
 
@@ -379,6 +386,7 @@ void pend_horizon_step(struct pend_horizon *horizon, const void *stepper, double
                        const double phi[], const double rate[]) {
     static const double often = 0.7; // a series of its own serves so far and a little further
     struct pend_series step;
+    assert(horizon_valid(horizon));
     if (horizon->lost) return;
     if (horizon->way == HORIZON_SERIES) {
         horizon->method->series(stepper, &step);
@@ -387,15 +395,18 @@ void pend_horizon_step(struct pend_horizon *horizon, const void *stepper, double
                fabs(reached) >= fabs(horizon->end_time)) {
         horizon_anew(horizon, reached, phi, rate);
     }
+    assert(horizon_valid(horizon));
 }
 
-/* ---- what is told */
+/* ---- the horizon */
 
 double pend_horizon_held(const struct pend_horizon *horizon, double reached) {
+    assert(horizon_valid(horizon));
     return horizon->lost ? horizon->held : reached;
 }
 
 double pend_horizon_until(const struct pend_horizon *horizon) {
+    assert(horizon_valid(horizon));
     const struct pend_times *times = &horizon->problem.times;
     double start = pend_times_at(times, 0);
     long first = 0, last = times->count - 1;

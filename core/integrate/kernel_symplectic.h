@@ -1,7 +1,7 @@
-/* One step of the Gauss-Legendre collocation of 8 stages in angles and momenta, a stage a lane,
- * by instruction set.
+/* One step of the Gauss-Legendre collocation of 8 stages in angles and momenta, each stage in a
+ * lane of a vector, compiled for each instruction set.
  * Leaves to others: memory, the length of the step, values inside it (method_symplectic).
- * Invariant: the map from (phi, p) to (phi, p) is symplectic and symmetric but for rounding. */
+ * Invariant: the map from (phi, p) to (phi, p) is symplectic and symmetric up to rounding. */
 #ifndef PEND_KERNEL_SYMPLECTIC_H
 #define PEND_KERNEL_SYMPLECTIC_H
 
@@ -19,7 +19,7 @@ struct symplectic_system {
     const int *parent, *end;
     struct pend_loads loads;    /* what acts on the tree */
     const double *subtree_mass; /* n values, kg */
-    double length;              /* s, > 0, of the step, whatever its direction */
+    double length;              /* s, > 0: the size of the step, in either direction */
     double weight[8];           /* s: the step times b_j */
     double *lanes;   /* symplectic_count(n) doubles, aligned to 64: the tree system, eight lanes a
                         value */
@@ -27,21 +27,21 @@ struct symplectic_system {
 };
 
 struct symplectic_kernel {
-    /** Doubles that `lanes` needs. */
+    /** Returns the number of doubles in `lanes` for n arms. */
     size_t (*count)(int n);
-    /** Lays a tree out in the lanes; the first guess of the next step is that nothing moves. */
+    /** Copies a tree into the lanes; the first guess for the next step is a constant state. */
     void (*load)(struct symplectic_system *system, const double len[], const double mass[]);
-    /** Momenta of rates: p = Re M(phi) phi'. */
+    /** Computes the momenta p = Re M(phi) phi'. O(n). */
     void (*momenta)(const struct symplectic_system *system, const double phi[], const double rate[],
                     double p[]);
-    /** Rates of momenta: phi' = (Re M(phi))^-1 p. */
+    /** Computes the rates phi' = (Re M(phi))^-1 p. O(n). */
     void (*rates)(const struct symplectic_system *system, const struct symplectic_state *state,
                   double rate[]);
     /**
-     * One step; the stages' equations are iterated until rounding ends their convergence.
+     * Takes one step; the equations of the stages are iterated until only rounding errors remain.
      *
-     * Returns 1, 0 when they do not converge, -1 when a number is not finite; `to` then holds
-     * nothing of use.
+     * Returns 1; 0 if the iteration does not converge; -1 if a number is not finite. `to` is
+     * undefined unless the step returns 1.
      */
     int (*step)(struct symplectic_system *system, const struct symplectic_state *from,
                 const struct symplectic_state *to);

@@ -1,8 +1,10 @@
 #include "core/integrate/method.h"
 
+#include <assert.h>
 #include <string.h>
 
 double pend_times_at(const struct pend_times *times, long i) {
+    assert(i >= 0 && i < times->count);
     if (times->list) return times->list[i];
     /* the last instant of a grid whose step divides its span is its end, without a rounding */
     if ((double)i == times->divisor) return times->start + times->span;
@@ -10,6 +12,7 @@ double pend_times_at(const struct pend_times *times, long i) {
 }
 
 void pend_times_list(const struct pend_times *times, long first, int count, double t[]) {
+    assert(first >= 0 && count >= 0 && count <= times->count - first);
     if (times->list) {
         memcpy(t, times->list + first, (size_t)count * sizeof *t);
         return;

@@ -1,4 +1,5 @@
-/* What an integrator is: a problem to solve, and one self-describing descriptor a method.
+/* The interface of integration methods: the problem to solve, and a table of functions and
+ * properties for each method.
  * Leaves to others: the methods themselves (method_*), the time loop and the samples (run).
  * Invariant: a stepper belongs to one run; its arrays are in the tree's stored order. */
 #ifndef PEND_METHOD_H
@@ -8,7 +9,7 @@
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/* The instants that are wanted, strictly monotonic, forwards or backwards. */
+/* The wanted instants, strictly increasing or strictly decreasing. */
 struct pend_times {
     long count;         /* >= 1 */
     double start, span; /* without a list instant i is start + i * span / divisor, so that decimal
@@ -18,12 +19,12 @@ struct pend_times {
 };
 
 /**
- * Instant i of the wanted instants, s. i from 0 to count - 1. O(1).
+ * Returns instant i of the wanted instants, s; 0 <= i < count. O(1).
  */
 double pend_times_at(const struct pend_times *times, long i);
 
 /**
- * Instants first .. first + count - 1, s, the same numbers as one by one. O(count).
+ * Fills in instants first .. first + count - 1, s, with the bits of pend_times_at. O(count).
  */
 void pend_times_list(const struct pend_times *times, long first, int count, double t[]);
 
@@ -32,34 +33,35 @@ struct pend_problem {
     struct pend_loads loads;      /* what acts on the tree */
     const double *phi,
         *rate; /* start at the first instant, n values each, stored order; copied by the run */
-    /* what rounding to doubles has left of the start, n values each; NULL = nothing; methods
-     * that carry no more than doubles do not look */
+    /* the rounding errors of the start's doubles, n values each; NULL = 0; methods that compute in
+     * doubles only ignore them */
     const double *phi_low, *rate_low;
     struct pend_times times;
     double rtol, atol; /* of the local error; 0 = the method's default */
-    int atol_given;    /* non-zero: atol is meant as it stands, 0 included */
+    int atol_given;    /* non-zero: atol = 0 means 0, not the default */
     double step;       /* s, fixed-step methods only; 0 = the method's choice */
     long step_cap;     /* most steps a run may take, 0 = no limit */
-    int no_turns; /* angles are handed out as the run has them: less the whole turns of a huge start
-                     (turns.h) */
-    double accuracy; /* of the answer, > 0: the run estimates how long it is kept (horizon.h); 0 =
-                        nobody asks */
-    int no_drift;    /* nobody asks for the energy's drift: it is not looked at, and told as 0 */
+    int no_turns;      /* non-zero: samples have angles without the whole turns of a huge start
+                          (turns.h) */
+    double accuracy;   /* of the answer, > 0: the run estimates how long it is kept (horizon.h); 0 =
+                          no estimate */
+    int no_drift;      /* non-zero: the energy's drift is not computed and is reported as 0 */
 };
 
-/* The least atol that methods with one tolerance for each component obey, as a part of rtol: a
- * component that passes 0 has no relative error, and would hold a step up for ever. */
+/* The least atol, as a part of rtol, that methods with one tolerance for each component use: a
+ * component that passes through 0 has no relative error, so that its step size would tend to 0. */
 #define PEND_METHOD_ATOL_LEAST 1e-6
 
 enum {
-    PEND_METHOD_LANDS = 1, /* no dense output: each step must be cut at the next wanted instant */
-    PEND_METHOD_TOLERANCES = 2, /* obeys rtol and atol */
-    PEND_METHOD_FIXED_STEP = 4, /* obeys step */
+    PEND_METHOD_LANDS =
+        1, /* no dense output: a step ends at the next wanted instant at the latest */
+    PEND_METHOD_TOLERANCES = 2, /* uses rtol and atol */
+    PEND_METHOD_FIXED_STEP = 4, /* uses step */
     PEND_METHOD_LINEAR =
-        8, /* solves (lin), not (aaa): `at` fills acc too, forces follow from that motion */
-    PEND_METHOD_THETA = 32, /* `at` fills theta too, of as many digits as the start had */
+        8, /* solves (lin), not (aaa): `at` fills acc too, and forces are computed from it */
+    PEND_METHOD_THETA = 32, /* `at` fills theta too, with as many digits as the start had */
     PEND_METHOD_SERIES =
-        16 /* `at` fills acc and force too, cheaper than evaluating the equations */
+        16 /* `at` fills acc and force too, faster than the equations of motion would */
 };
 
 /* States at several instants of one step, time-major in stored order: phi[i * n + arm]. The
@@ -81,9 +83,9 @@ struct pend_jets;
 
 enum { PEND_SERIES_BEYOND = 2 };
 
-/* The last step as the power series that it was taken by, about its start; valid until the next
- * step. Of a problem that names an accuracy, PEND_SERIES_BEYOND coefficients are known beyond
- * the order that the step has. */
+/* The power series about its start by which the last step was computed; valid until the next step.
+ * If the problem has an accuracy, PEND_SERIES_BEYOND coefficients beyond the step's order are
+ * known. */
 struct pend_series {
     const struct pend_jets *jets;
     const struct jets_state *begin;
@@ -92,87 +94,87 @@ struct pend_series {
         reached; /* s; time and reached are the step's ends, relative to the first instant */
 };
 
-/* Evaluations are sweeps over the whole tree: right-hand sides, or orders of a series; work is
- * measured in them. */
+/* The work of a stepper. Evaluations are sweeps over the whole tree: right-hand sides, or orders of
+ * a series. */
 struct pend_stepper_counts {
     long steps, rejected, evaluations;
 };
 
 struct pend_method {
-    const char *name;    /* as in the contract: "taylor" */
+    const char *name;    /* as in the API: "taylor" */
     const char *summary; /* one sentence for the documentation */
     unsigned flags;
     double rtol_default, rtol_min, rtol_max; /* 0 where PEND_METHOD_TOLERANCES is not set */
-    /* the default of atol is rtol over atol_divisor, or 0 where that is 0 */
+    /* the default of atol is rtol / atol_divisor, or 0 if atol_divisor is 0 */
     double atol_divisor, atol_min, atol_max;
     double step_min, step_max;          /* s; 0 where PEND_METHOD_FIXED_STEP is not set */
-    const struct pend_method *extended; /* the same in numbers of about 32 digits, answers rounded;
-                                           NULL = there is none */
+    const struct pend_method *extended; /* the same method in numbers of about 32 digits, with
+                                           rounded results; NULL = none */
 
-    /** Makes a stepper at the problem's first instant; NULL on failure. The run has checked the
-     * problem. */
+    /** Makes a stepper at the problem's first instant; NULL on failure. The caller has checked the
+     * problem (run_check). */
     enum pend_status (*open)(void **stepper, const struct pend_problem *problem,
                              struct pend_error *error);
     /**
      * Takes one accepted step towards `limit` (s, relative to the first instant; its sign is the
-     * direction): the next wanted instant where PEND_METHOD_LANDS is set, never to be passed and to
-     * be reached exactly; else the last wanted instant, which a step may pass. *reached becomes the
-     * time after the step, relative to the first instant. On failure error->time is relative too
-     * and the text names no time: the run adds both.
+     * direction). With PEND_METHOD_LANDS `limit` is the next wanted instant, which steps reach
+     * exactly and never pass; otherwise it is the last wanted instant, which a step may pass.
+     * *reached becomes the time after the step, relative to the first instant. On failure
+     * error->time is relative too and the text contains no time: the run adds both.
      */
     enum pend_status (*step)(void *stepper, double limit, double *reached,
                              struct pend_error *error);
     /**
-     * The states at `count` instants t (s, relative to the first instant, monotonic) inside the
-     * last step; with
-     * PEND_METHOD_LANDS only at its end. The end of the step gives exactly the state that the next
-     * step starts from. An instant's bits do not depend on the others in the call. Before the first
-     * step only linear methods are asked.
+     * Fills in the states at `count` instants t (s, relative to the first instant, monotonic)
+     * inside the last step; with PEND_METHOD_LANDS only at its end. At the end of the step the
+     * state is exactly the one that the next step starts from. An instant's bits do not depend on
+     * the other instants in the call. Before the first step it is called for linear methods only.
      */
     void (*at)(void *stepper, const double t[], int count, const struct pend_points *points);
+    /** Returns the work since `open`. O(1). */
     struct pend_stepper_counts (*counts)(const void *stepper);
-    /** The last step as a power series of doubles; NULL where steps are not. */
+    /** Gives the last step as a power series of doubles; NULL if the method has no such series. */
     void (*series)(const void *stepper, struct pend_series *series);
     /**
-     * Shows a checkpoint all that steps have changed since `open`; where the checkpoint puts it
-     * back, into a stepper that was just opened for the same problem, that one goes on as this one
-     * would have, `at` inside the last step too, bit for bit. What is put back may have been
-     * altered: it refuses the checkpoint, or harms nothing but the numbers. NULL: it cannot be told
-     * from outside.
+     * Shows a checkpoint everything that steps have changed since `open`. A stepper that was just
+     * opened for the same problem and into which a checkpoint restored this state continues with
+     * the same bits, including `at` inside the last step. Restored bytes may have been altered: the
+     * stepper then refuses the checkpoint, or computes wrong numbers and does no other harm. NULL
+     * if the method's state cannot be saved.
      */
     void (*carry)(void *stepper, struct pend_checkpoint *checkpoint);
+    /** Frees a stepper and clears the pointer; NULL is accepted. */
     void (*close)(void **stepper);
 };
 
-/** Shows a checkpoint the counters of a stepper, as pend_checkpoint_counts. */
+/** Shows the counters of a stepper to a checkpoint, as pend_checkpoint_counts. */
 void pend_stepper_counts_carry(struct pend_stepper_counts *counts,
                                struct pend_checkpoint *checkpoint);
 
-/* One a file, method_X.c; the three of GSL share method_gsl.c. */
+/* Each method has a file method_X.c; the three of GSL share method_gsl.c. */
 extern const struct pend_method pend_method_taylor, pend_method_ode23, pend_method_rkf45,
     pend_method_rk8pd, pend_method_msadams, pend_method_linear, pend_method_symplectic;
 
-/* what pend_method_taylor.extended points to */
+/* pend_method_taylor.extended points to this one */
 extern const struct pend_method pend_method_taylor_extended;
-/* and the same in numbers of about 62 digits */
+/* the same method in numbers of about 62 digits */
 extern const struct pend_method pend_method_taylor_quad;
 
 /**
- * The absolute tolerance that a method takes for a relative one where none is given, rad and rad/s.
- * O(1).
+ * Returns a method's default of the absolute tolerance for a relative one, rad and rad/s. O(1).
  */
 static inline double pend_method_atol(const struct pend_method *method, double rtol) {
     return method->atol_divisor > 0 ? rtol / method->atol_divisor : 0;
 }
 
 /**
- * The method of a name, or NULL. The names are the contract's: taylor ode23 rkf45 rk8pd msadams
- * symplectic linear.
+ * Returns the method of a name, or NULL. The names are those of the API: taylor ode23 rkf45 rk8pd
+ * msadams symplectic linear.
  */
 const struct pend_method *pend_method_find(const char *name);
 
 /**
- * Method number i of the table, from 0, or NULL beyond its end; the first is the default.
+ * Returns method number i of the table, from 0, or NULL beyond its end; the first is the default.
  */
 const struct pend_method *pend_method_at(int i);
 

@@ -1,5 +1,6 @@
 #include "core/integrate/roots.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -37,10 +38,11 @@ static struct roots_pair roots_slope_pair(const struct roots_path *path, double 
     return sum;
 }
 
-/* where a function comes to be above `level` between a and b, or below it: Newton's method, and
- * halving where that would leave what is known of the place */
+/* the place between a and b at which a function comes to be above `level`, or below it: Newton's
+ * method, and bisection if a step would leave the bracket */
 static double roots_root(const struct roots_path *path, roots_fn *f, double level, int above,
                          double a, double b) {
+    assert(a <= b);
     double s = 0.5 * (a + b), last = 1;
     for (int i = 0; i < 100; i++) {
         struct roots_pair at = f(path, s);
@@ -50,8 +52,8 @@ static double roots_root(const struct roots_path *path, roots_fn *f, double leve
             a = s;
         double next = s - (at.value - level) / at.slope;
         double step = fabs(next - s);
-        // near the root, steps that leave the bracket or do not shrink are rounding: its nearer end
-        // is as good as any
+        // near the root, steps that leave the bracket or do not shrink are rounding errors: every
+        // place in the bracket is as good
         if (last < 1e-7 && !(next > a && next < b && step < 0.25 * last)) {
             if (step <= 2 * last) s = fmin(fmax(next, a), b);
             break;
@@ -77,9 +79,8 @@ static void roots_bernstein(const struct roots_path *path, double b[]) {
         for (int i = d; i >= r; i--) b[i] += b[i - 1];
 }
 
-/* signs of coefficients, those within rounding of zero left out: the first one's, the last one's,
- * how often it changes
- */
+/* signs of coefficients, except those within rounding of zero: the first one, the last one, the
+ * number of changes */
 struct roots_signs {
     int first, last, changes;
 };
@@ -109,8 +110,8 @@ static void roots_note(struct roots_path *path, double s) {
     if (s < 1 && path->pieces < PEND_ROOTS_DEGREE) path->end[path->pieces++] = s;
 }
 
-/* notes the turns in an interval that is not to be halved; *before is the sign left of it, and
- * then that in it */
+/* notes the turning points in an interval that is not halved; *before is the derivative's sign to
+ * the left of it, and becomes the one at its end */
 static void roots_turns(struct roots_path *path, struct roots_signs signs, int *before, double a,
                         double b) {
     if (signs.first && *before == -signs.first) roots_note(path, a);
@@ -119,7 +120,7 @@ static void roots_turns(struct roots_path *path, struct roots_signs signs, int *
     if (signs.last) *before = signs.last;
 }
 
-/* true where the derivative's leading coefficient outweighs all others */
+/* true if the derivative's leading coefficient outweighs all others together */
 static int roots_plain(const struct roots_path *path) {
     double rest = 0;
     for (int j = 2; j <= path->degree; j++) rest += j * fabs(path->a[j]);
@@ -154,14 +155,24 @@ static void roots_search(struct roots_path *path) {
     }
 }
 
+int pend_roots_valid(const struct roots_path *path) {
+    if (path->pieces < 1 || path->pieces > PEND_ROOTS_DEGREE + 1) return 0;
+    for (int i = 0; i < path->pieces; i++)
+        if (path->end[i] < (i ? path->end[i - 1] : 0)) return 0;
+    return path->end[path->pieces - 1] == 1;
+}
+
 void pend_roots_divide(struct roots_path *path) {
+    assert(path->degree >= 1 && path->degree <= PEND_ROOTS_DEGREE);
     path->pieces = 0;
     if (!roots_plain(path)) roots_search(path);
     path->end[path->pieces++] = 1;
+    assert(pend_roots_valid(path));
 }
 
 double pend_roots_next(const struct roots_path *path, double from, double low, double high,
                        int *way) {
+    assert(pend_roots_valid(path) && from >= 0 && low <= high);
     double a = from;
     for (int i = 0; i < path->pieces; i++) {
         double b = path->end[i];
@@ -171,7 +182,7 @@ double pend_roots_next(const struct roots_path *path, double from, double low, d
         if (out) {
             *way = up ? 1 : -1;
             double level = up ? high : low;
-            // it may be there already, by rounding
+            // by rounding, the path may have reached the level already
             if (up ? at_a >= level : at_a <= level) return a;
             return roots_root(path, roots_value_pair, level, up, a, b);
         }
@@ -181,6 +192,7 @@ double pend_roots_next(const struct roots_path *path, double from, double low, d
 }
 
 struct roots_extremes pend_roots_extremes(const struct roots_path *path) {
+    assert(pend_roots_valid(path));
     double value = pend_roots_value(path, 0);
     struct roots_extremes found = {value, 0, value, 0};
     for (int i = 0; i < path->pieces; i++) {
@@ -188,5 +200,6 @@ struct roots_extremes pend_roots_extremes(const struct roots_path *path) {
         if (value > found.most) found.most = value, found.most_at = path->end[i];
         if (value < found.least) found.least = value, found.least_at = path->end[i];
     }
+    assert(!(found.least > found.most));
     return found;
 }

@@ -1,8 +1,8 @@
-/* Where a quantity given by a power series turns, leaves an interval or is largest inside one
- * step, grazing included.
- * Leaves to others: which intervals matter, and which steps are worth the look (ensemble).
- * Invariant: no turning point is missed that moves the quantity by more than its rounding,
- * however close two may be. */
+/* Instants inside one step at which a quantity given by a power series turns, reaches the bounds
+ * of an interval, tangentially too, or is largest.
+ * Leaves to others: which intervals and which steps are examined (ensemble).
+ * Invariant: no pair of turning points is missed between which the quantity changes by more than
+ * its rounding error, however close they are. */
 #ifndef PEND_ROOTS_H
 #define PEND_ROOTS_H
 
@@ -13,41 +13,44 @@ struct roots_path {
     int degree; /* 1 .. PEND_ROOTS_DEGREE */
     double base, low;
     double a[PEND_ROOTS_DEGREE + 1];
-    /* the ends of the pieces on which it only rises or only falls, ascending; the last is 1 */
+    /* the ends of the pieces on which the quantity is monotonic, ascending; the last is 1 */
     int pieces;
     double end[PEND_ROOTS_DEGREE + 1];
 };
 
-/* The least and the largest value on [0, 1], and where. */
+/* The least and the largest value on [0, 1], and their places s. */
 struct roots_extremes {
     double least, least_at, most, most_at;
 };
 
-/** The quantity at s. O(degree). */
+/** Returns the quantity at s, 0 <= s <= 1. O(degree). */
 double pend_roots_value(const struct roots_path *path, double s);
 
+/** Returns true if the pieces of a divided path are ascending and end at 1. O(pieces). */
+int pend_roots_valid(const struct roots_path *path);
+
 /**
- * Fills in `pieces` and `end`.
+ * Divides a path: fills in `pieces` and `end`.
  *
- * Counts the sign changes of the derivative's Bernstein coefficients: none or one says for certain
- * how many times it turns; with more the interval is halved. O(degree) where the first terms show
- * that it does not turn, else O(degree^2) a halving.
+ * The number of sign changes of the derivative's Bernstein coefficients, if it is 0 or 1, is the
+ * number of turning points; otherwise the interval is halved. O(degree) if the first terms show
+ * that there is no turning point, otherwise O(degree^2) a halving.
  */
 void pend_roots_divide(struct roots_path *path);
 
 /**
- * The first s in (from, 1] at which a divided path reaches low or high, coming from inside.
+ * Returns the first s in (from, 1] at which a divided path reaches low or high from inside, or
+ * infinity if it stays inside.
  *
- * from  0 <= from < 1; where a path left its interval before, it is not taken to leave it again
- *       without having turned.
- * way   out: +1 it left at high, -1 at low; unchanged when it did not.
- *
- * Returns infinity when it stays inside.
+ * from  0 <= from < 1; a path that has left its interval before `from` can leave it again only
+ *       after a turning point.
+ * way   out: +1 if the path reaches high, -1 if low; unchanged if it stays inside.
+ * O(degree) for each piece and each step of Newton's method.
  */
 double pend_roots_next(const struct roots_path *path, double from, double low, double high,
                        int *way);
 
-/** Extremes of a divided path; of equal ones the first. */
+/** Returns the extremes of a divided path; of equal ones the first. O(degree) a piece. */
 struct roots_extremes pend_roots_extremes(const struct roots_path *path);
 
 #endif

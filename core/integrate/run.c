@@ -8,9 +8,9 @@
 #include <string.h>
 
 #include "core/dynamics/dynamics.h"
-#include "core/integrate/horizon.h"
 #include "core/dynamics/kinematics.h"
 #include "core/integrate/run_check.h"
+#include "core/integrate/run_samples.h"
 #include "core/tree/turns.h"
 
 /* samples are made in groups: at most this many instants, and about this many numbers an array */
@@ -18,43 +18,15 @@ enum { RUN_GROUP = 64, RUN_GROUP_NUMBERS = 8192 };
 /* ends of steps whose energies are found together: at most this many, and about this many
  * numbers an array */
 enum { RUN_ENDS = 16, RUN_ENDS_NUMBERS = 64 };
-/* evaluations times arms after which the block's rows are looked at before it is full: numbers
- * that overflow can make steps so short that it never would be */
+/* evaluations times arms after which the rows of a block are checked although it is not full:
+ * numbers that overflow can make steps so short that the block is never filled */
 static const double RUN_LOOK = 1e6;
 
-/* States at the ends of the last steps, whose energies nobody has looked at. None is left when
- * pend_run_next returns.
- */
-struct run_ends {
-    int count, cap;
-    double *phi, *rate; /* stored order */
-};
-
-struct pend_run {
-    const struct pend_method *method;
-    struct pend_problem problem; /* phi and rate point into this block */
-    void *stepper;
-    struct pend_horizon *horizon; /* NULL: nobody asks */
-    double start, end;            /* s: the first instant, and the last one relative to it */
-    double reached;               /* s, relative: what the steps have reached */
-    long next;                    /* number of the first instant that was not handed out */
-    int group;                    /* most instants in one group */
-    long listed_from;             /* number of the first instant in t */
-    int listed;                   /* instants in t */
-    int ordered;                  /* stored order is the caller's order */
-    double sample_cost;           /* arm-evaluations that a sample stands for */
-    double scale, energy_start, drift;
-    struct pend_error failure; /* code PEND_OK: none */
-    double *t, *relative;      /* the next instants, and the same relative to the first */
-    struct pend_points points; /* a group's states, stored order */
-    struct run_ends ends;
-    double *re, *im, *scratch; /* one row each, and three */
-    double *turns,
-        *turns_low; /* rad, what the start's angles are larger by than the run's, stored order */
-    int turned;     /* there is such a thing */
-    int fine;       /* the start has digits that doubles do not hold */
-    void *work;     /* of pend_dynamics_many */
-};
+int pend_run_valid(const struct pend_run *run) {
+    const struct pend_times *times = &run->problem.times;
+    return run->next >= 0 && run->next <= times->count && run->group >= 1 && run->listed >= 0 &&
+           run->listed <= run->group && run->ends.count >= 0 && run->ends.count < run->ends.cap;
+}
 
 /* ---- making and freeing */
 
@@ -98,8 +70,8 @@ static int run_ends(int n) {
     return ends < 1 ? 1 : ends > RUN_ENDS ? RUN_ENDS : ends;
 }
 
-/* takes whole turns from the angles of a start that was copied, where one is huge; returns
- * whether it is so */
+/* subtracts whole turns from the angles of a copied start if one of them is huge; returns whether
+ * one is */
 static int run_turn(const struct pend_run *run, double *start[4]) {
     const struct pend_problem *problem = &run->problem;
     int n = problem->tree->n, turned = 0;
@@ -177,6 +149,7 @@ enum pend_status pend_run_new(struct pend_run **run, const struct pend_method *m
         free(made);
     else
         *run = made;
+    assert(status != PEND_OK || pend_run_valid(*run));
     return status;
 }
 
@@ -190,7 +163,7 @@ void pend_run_free(struct pend_run **run) {
 
 /* ---- failures */
 
-/* ends a run for good: the failure is kept and told again to whoever asks for more */
+/* ends a run: every later call returns the same failure */
 static enum pend_status run_fail(struct pend_run *run, struct pend_error *error,
                                  enum pend_status code, int arm, double t, const char *format, ...)
     __attribute__((format(printf, 6, 7)));
@@ -210,7 +183,7 @@ static enum pend_status run_fail(struct pend_run *run, struct pend_error *error,
 
 /* ---- steps */
 
-/* energy drift of the steps since it was last looked at */
+/* updates the energy drift by the steps whose energies were not computed yet */
 static void run_weigh(struct pend_run *run) {
     const struct pend_problem *problem = &run->problem;
     struct run_ends *ends = &run->ends;
@@ -227,7 +200,7 @@ static void run_weigh(struct pend_run *run) {
     ends->count = 0;
 }
 
-/* keeps the end of a step for its energy, and sees whether it is still made of numbers */
+/* stores the end of a step for its energy, and checks that it is finite */
 static enum pend_status run_inspect(struct pend_run *run, struct pend_error *error) {
     const struct pend_tree *tree = run->problem.tree;
     struct run_ends *ends = &run->ends;
@@ -280,7 +253,7 @@ static void run_list(struct pend_run *run) {
     for (int i = 0; i < run->listed; i++) run->relative[i] = run->t[i] - run->start;
 }
 
-/* counts the wanted instants within reach, at most `most` and as far as they are listed */
+/* counts the listed instants up to the end of the last step, at most `most` */
 static int run_due(struct pend_run *run, long most) {
     if (run->next < run->listed_from || run->next >= run->listed_from + run->listed) run_list(run);
     int due = 0, from = (int)(run->next - run->listed_from), left = run->listed - from;
@@ -291,140 +264,10 @@ static int run_due(struct pend_run *run, long most) {
     return due;
 }
 
-/* where a group's states go: to the caller's arrays, where these have the stored order, else
- * into the run's own */
-static struct pend_points run_room(const struct pend_run *run, const struct pend_samples *samples) {
-    struct pend_points room = run->points;
-    size_t at = (size_t)samples->count * (size_t)run->problem.tree->n;
-    if (!run->ordered) return room;
-    if (samples->phi) room.phi = samples->phi + at;
-    if (samples->rate) room.rate = samples->rate + at;
-    if (samples->acc) room.acc = samples->acc + at;
-    if (samples->force) room.force = samples->force + at;
-    if (samples->theta) room.theta = samples->theta + at;
-    return room;
-}
-
-/* the start is a small swing about hanging */
-static int run_swings(const struct pend_run *run) {
-    const struct pend_problem *problem = &run->problem;
-    double largest = 0;
-    for (int k = 0; k < problem->tree->n; k++)
-        largest = fmax(largest, fabs(pend_turns_theta(problem->phi[k], problem->phi_low[k])));
-    return largest <= PEND_TURNS_SMALL;
-}
-
-/* the states of the instants due, and their accelerations and forces where they are wanted */
-static void run_states(struct pend_run *run, const struct pend_samples *samples, int due,
-                       const struct pend_points *room) {
-    const struct pend_problem *problem = &run->problem;
-    unsigned flags = run->method->flags;
-    size_t n = (size_t)problem->tree->n;
-    int first = run->next == 0 && !(flags & PEND_METHOD_LINEAR),
-        fine = run->fine && flags & PEND_METHOD_THETA;
-    struct pend_points points = *room;
-    if (!samples->theta || !fine) points.theta = NULL;
-    if (!samples->force) points.force = NULL;
-    if (!samples->acc && !(points.force && flags & PEND_METHOD_LINEAR)) points.acc = NULL;
-    if (first) {
-        memcpy(points.phi, problem->phi, n * sizeof(double));
-        memcpy(points.rate, problem->rate, n * sizeof(double));
-        for (size_t k = 0; k < n && points.theta; k++)
-            points.theta[k] = pend_turns_theta(problem->phi[k], problem->phi_low[k]);
-    } else {
-        run->method->at(run->stepper, run->relative + (run->next - run->listed_from), due, &points);
-    }
-    for (size_t i = 0; i < (size_t)due * n && samples->theta && !points.theta; i++)
-        room->theta[i] = points.phi[i] + M_PI_2;
-    if ((!points.acc && !points.force) || (flags & PEND_METHOD_SERIES && !first)) return;
-    if (first && fine && run_swings(run))
-        pend_dynamics_fine(problem->tree, &problem->loads, problem->phi, problem->phi_low,
-                           problem->rate, run->work, run->scratch, room->acc, room->force);
-    else if (!(flags & PEND_METHOD_LINEAR))
-        pend_dynamics_many(problem->tree, &problem->loads, due, points.phi, points.rate, run->work,
-                           room->acc, room->force);
-    else if (points.force)
-        for (size_t row = 0; row < (size_t)due * n; row += n)
-            pend_kinematics_force(problem->tree, &problem->loads, points.phi + row,
-                                  points.rate + row, points.acc + row, points.force + row);
-}
-
-/* copies rows in stored order to the caller's, from row `at` of `out` on, unless they are there
- * already */
-static void run_put(const struct pend_run *run, const double rows[], int count, double out[],
-                    long at) {
-    if (!out) return;
-    size_t n = (size_t)run->problem.tree->n;
-    const int *order = run->problem.tree->order;
-    out += (size_t)at * n;
-    if (out == rows) return;
-    if (run->ordered) {
-        memcpy(out, rows, (size_t)count * n * sizeof(double));
-        return;
-    }
-    for (int i = 0; i < count; i++, out += n, rows += n)
-        for (size_t k = 0; k < n; k++) out[order[k]] = rows[k];
-}
-
-/* positions, velocities and energies of one row, as far as they are wanted */
-static void run_derive(struct pend_run *run, const double phi[], const double rate[],
-                       struct pend_samples *samples, long at) {
-    const struct pend_problem *problem = &run->problem;
-    if (samples->z_re || samples->z_im) {
-        pend_kinematics_position(problem->tree, phi, run->re, run->im);
-        run_put(run, run->re, 1, samples->z_re, at);
-        run_put(run, run->im, 1, samples->z_im, at);
-    }
-    if (samples->zd_re || samples->zd_im) {
-        pend_kinematics_velocity(problem->tree, phi, rate, run->re, run->im);
-        run_put(run, run->re, 1, samples->zd_re, at);
-        run_put(run, run->im, 1, samples->zd_im, at);
-    }
-    if (samples->kinetic || samples->potential) {
-        struct pend_energy energy =
-            pend_kinematics_energy(problem->tree, &problem->loads, phi, rate);
-        if (samples->kinetic) samples->kinetic[at] = energy.kinetic;
-        if (samples->potential) samples->potential[at] = energy.potential;
-    }
-}
-
-/* the first wanted number that is not finite: row is the number of rows where all are */
-struct run_flaw {
-    long row;
-    int arm;
-    const char *what;
-};
-
-static struct run_flaw run_find_flaw(const struct pend_run *run,
-                                     const struct pend_samples *samples) {
-    int n = run->problem.tree->n;
-    const struct {
-        const double *from;
-        int width;
-        const char *what;
-    } wanted[] = {{samples->phi, n, "angle"},        {samples->rate, n, "angular velocity"},
-                  {samples->acc, n, "acceleration"}, {samples->force, n, "force"},
-                  {samples->z_re, n, "position"},    {samples->z_im, n, "position"},
-                  {samples->zd_re, n, "velocity"},   {samples->zd_im, n, "velocity"},
-                  {samples->kinetic, 0, "energy"},   {samples->potential, 0, "energy"}};
-    struct run_flaw flaw = {.row = samples->count, .arm = -1};
-    for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
-        const double *from = wanted[i].from;
-        int width = wanted[i].width ? wanted[i].width : 1;
-        if (!from || pend_run_finite(from, flaw.row * width)) continue;
-        long bad = 0;
-        while (isfinite(from[bad])) bad++;
-        flaw = (struct run_flaw){bad / width, wanted[i].width ? (int)(bad % width) : -1,
-                                 wanted[i].what};
-    }
-    return flaw;
-}
-
-/* takes rows back from the first on that is not finite, which ends the run: what came behind it
- * never happened */
+/* removes the rows from the first one on that is not finite, which ends the run */
 static enum pend_status run_hand_out(struct pend_run *run, struct pend_samples *samples,
                                      enum pend_status status, struct pend_error *error) {
-    struct run_flaw flaw = run_find_flaw(run, samples);
+    struct run_flaw flaw = pend_run_find_flaw(run, samples);
     if (flaw.row == samples->count) return status;
     run->next -= samples->count - flaw.row;
     samples->count = flaw.row;
@@ -436,39 +279,9 @@ static enum pend_status run_hand_out(struct pend_run *run, struct pend_samples *
                     "the %s of arm %d is too large a number", flaw.what, flaw.arm + 1);
 }
 
-/* gives rows of angles in the caller's order their whole turns back */
-static void run_return(const struct pend_run *run, double phi[], int count) {
-    const struct pend_tree *tree = run->problem.tree;
-    if (!run->turned || run->problem.no_turns || !phi) return;
-    for (int i = 0; i < count; i++, phi += tree->n)
-        for (int k = 0; k < tree->n; k++)
-            phi[tree->order[k]] =
-                pend_turns_add(phi[tree->order[k]], run->turns[k], run->turns_low[k]);
-}
-
-static void run_sample(struct pend_run *run, struct pend_samples *samples, int due) {
-    size_t n = (size_t)run->problem.tree->n;
-    const struct pend_points points = run_room(run, samples);
-    long at = samples->count;
-    run_states(run, samples, due, &points);
-    memcpy(samples->t + at, run->t + (run->next - run->listed_from), (size_t)due * sizeof(double));
-    run_put(run, points.phi, due, samples->phi, at);
-    run_put(run, points.rate, due, samples->rate, at);
-    run_put(run, points.acc, due, samples->acc, at);
-    run_put(run, points.force, due, samples->force, at);
-    run_put(run, points.theta, due, samples->theta, at);
-    int derived = samples->z_re || samples->z_im || samples->zd_re || samples->zd_im ||
-                  samples->kinetic || samples->potential;
-    for (int i = 0; i < due && derived; i++)
-        run_derive(run, points.phi + (size_t)i * n, points.rate + (size_t)i * n, samples, at + i);
-    if (samples->phi) run_return(run, samples->phi + (size_t)at * n, due);
-    if (samples->theta) run_return(run, samples->theta + (size_t)at * n, due);
-    samples->count += due;
-    run->next += due;
-}
-
 enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *samples, double work,
                                int *done, struct pend_error *error) {
+    assert(pend_run_valid(run) && samples->cap >= 1 && samples->t);
     double spent = 0, look = RUN_LOOK;
     enum pend_status status = PEND_OK;
     samples->count = 0;
@@ -481,7 +294,7 @@ enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *sample
         if (run->next == run->problem.times.count || samples->count == samples->cap) break;
         int due = run_due(run, samples->cap - samples->count);
         if (due)
-            run_sample(run, samples, due);
+            pend_run_sample(run, samples, due);
         else
             status = run_step(run, &spent, error);
         spent += due * run->sample_cost;
@@ -493,12 +306,15 @@ enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *sample
     run_weigh(run);
     status = run_hand_out(run, samples, status, error);
     *done = status == PEND_OK && run->next == run->problem.times.count;
+    assert(pend_run_valid(run) && run->ends.count == 0);
+    assert(samples->count >= 0 && samples->count <= samples->cap);
     return status;
 }
 
 /* ---- statistics */
 
-/* the part of the time up to the first instant that was not handed out, as far as it is reached */
+/* the part of the time up to the first instant without a sample, or up to the end of the last step
+ */
 static double run_progress(const struct pend_run *run) {
     const struct pend_times *times = &run->problem.times;
     if (run->next == times->count) return 1;
@@ -518,18 +334,18 @@ struct pend_run_stats pend_run_stats(const struct pend_run *run) {
                                    .progress = run_progress(run)};
 }
 
-/* ---- from one process to another */
+/* ---- checkpoints */
 
 int pend_run_carries(const struct pend_method *method) { return method->carry != NULL; }
 
 enum pend_status pend_run_carry(struct pend_run *run, struct pend_checkpoint *checkpoint) {
-    assert(run->failure.code == PEND_OK);
+    assert(pend_run_valid(run) && run->failure.code == PEND_OK && run->method->carry);
     pend_checkpoint_part(checkpoint, &run->reached, sizeof run->reached);
     pend_checkpoint_counts(checkpoint, &run->next, 1);
     pend_checkpoint_part(checkpoint, &run->drift, sizeof run->drift);
     run->method->carry(run->stepper, checkpoint);
     if (run->horizon) PEND_TRY(pend_horizon_carry(run->horizon, checkpoint));
-    /* a checkpoint that refused on the way was put back in part: it is not whole */
+    /* a checkpoint that refused has restored only some parts, and is not whole */
     if (!pend_checkpoint_puts(checkpoint)) return PEND_OK;
     int good =
         run->next <= run->problem.times.count && isfinite(run->reached) && isfinite(run->drift);

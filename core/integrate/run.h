@@ -1,32 +1,21 @@
-/* An integration under way: the time loop, and the samples it hands out block by block.
+/* An integration under way: the time loop, which returns samples block by block.
  * Leaves to others: the steps (method_*), threads, deadlines and text (server, api).
- * Invariant: same problem, same bits, however the blocks are cut. */
+ * Invariant: the same problem gives the same bits, whatever the sizes of the blocks. */
 #ifndef PEND_RUN_H
 #define PEND_RUN_H
 
 #include "core/integrate/method.h"
-
-/* A block of samples, time-major in the CALLER's order of arms: phi[i * n + arm]. NULL arrays
- * are not wanted. */
-struct pend_samples {
-    long cap, count; /* room for cap samples, count are filled */
-    double *t;       /* always wanted */
-    double *phi, *rate, *acc, *force;
-    double *z_re, *z_im, *zd_re, *zd_im;
-    double *theta; /* rad, phi + pi/2, of small swings with all the digits that phi as a double does
-                      not hold */
-    double *kinetic, *potential; /* one value a sample, J */
-};
+#include "core/integrate/samples.h"
 
 struct pend_run_stats {
     const char *method;
     long steps, rejected, evaluations;
     double energy_drift; /* largest |E - E(start)| over the steps, relative to
-                            pend_kinematics_energy_scale; 0 for a method that is linear, and where
-                            the problem says no_drift */
-    double horizon;  /* s, pend_horizon_until: among the instants handed out, until the run is over;
-                        NaN where the  problem names no accuracy */
-    double progress; /* 0 .. 1 */
+                            pend_kinematics_energy_scale; 0 for linear methods and for problems
+                            with no_drift */
+    double horizon;      /* s, pend_horizon_until: among the instants returned so far; NaN if the
+                            problem has no accuracy */
+    double progress;     /* 0 .. 1 */
 };
 
 struct pend_run;
@@ -34,50 +23,53 @@ struct pend_run;
 /**
  * Prepares an integration; no step is taken yet.
  *
- * run      out; NULL on failure.
+ * run      out; NULL on failure; released by pend_run_free.
  * method   from pend_method_find.
  * problem  copied; its tree and its list of instants must outlive the run.
  *
  * PEND_INVALID    tolerances out of the method's range, times not monotonic, a state that is not
  *                 finite.
- * PEND_NO_MEMORY, and what the method's open returns.
+ * PEND_NO_MEMORY, and the failures of the method's `open`.
+ * O(n), and the cost of `open`.
  */
 PEND_MUST_CHECK enum pend_status pend_run_new(struct pend_run **run,
                                               const struct pend_method *method,
                                               const struct pend_problem *problem,
                                               struct pend_error *error);
 
+/** Frees a run and clears the pointer; NULL is accepted. */
 void pend_run_free(struct pend_run **run);
 
 /**
- * Integrates on until `samples` is full, the last instant is reached, or `work` is used up, so that
- * a caller can look after its clock and its client in between.
+ * Continues the integration until `samples` is full, the last instant is reached, or `work` is used
+ * up, so that the caller can check its deadline and its client in between.
  *
- * samples  cap >= 1; count is set to the number filled, also on failure; it can be 0 while a step
- *          takes long.
- * work     about how many arm-evaluations to spend before coming back; at least one step is taken
- *          or one group of samples made.
- * done     set non-zero once the last instant was handed out.
+ * samples  cap >= 1; count becomes the number of samples, also on failure; it can be 0.
+ * work     about the number of arm-evaluations that this call may take; it takes at least one step
+ *          or makes one group of samples.
+ * done     out: non-zero once the sample of the last instant was returned.
  *
  * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  error says the time and, if known, the
- * arm. A run that failed stays so.
+ * arm. Later calls return the same failure.
  */
 PEND_MUST_CHECK enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *samples,
                                                double work, int *done, struct pend_error *error);
 
+/** Returns the statistics of a run so far. O(log of the number of instants). */
 struct pend_run_stats pend_run_stats(const struct pend_run *run);
 
-/** True where runs of a method can be carried from one process to another. */
+/** Returns true if the invariants of the structure hold. O(1). For assertions. */
+int pend_run_valid(const struct pend_run *run);
+
+/** Returns true if runs of a method can be saved by a checkpoint. */
 int pend_run_carries(const struct pend_method *method);
 
 /**
- * Shows a checkpoint all that a run has in hand between two calls of pend_run_next; where the
- * checkpoint puts it back, into a run that was just made of the same problem, that one hands out
- * what this one would have, bit for bit. Not after a failure.
+ * Shows a checkpoint the state of a run between two calls of pend_run_next. A run that was just
+ * made of the same problem and into which a checkpoint restored this state returns the same samples
+ * as this run would, bit for bit. The run must not have failed, and pend_run_carries its method.
  *
- * method  of which pend_run_carries.
- *
- * PEND_INVALID  what was put back is not of such a run, which is then worth nothing.
+ * PEND_INVALID  the restored state is not that of such a run, which can only be freed then.
  */
 PEND_MUST_CHECK enum pend_status pend_run_carry(struct pend_run *run,
                                                 struct pend_checkpoint *checkpoint);

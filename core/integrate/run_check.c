@@ -1,13 +1,28 @@
 #include "core/integrate/run_check.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 
-/* a grid's instants never run backwards; neighbours can only coincide if its step is within a
- * rounding of its ends */
+/* A grid's instants are monotonic; neighbours can be equal only if its step is of the size of the
+ * rounding errors at its ends. */
 static int run_grid_is_wide(const struct pend_times *times) {
     double largest = fmax(fabs(times->start), fabs(times->start + times->span));
     return fabs(times->span) / times->divisor > 8 * DBL_EPSILON * largest;
+}
+
+static enum pend_status run_check_order(const struct pend_times *times, struct pend_error *error) {
+    int rises = pend_times_at(times, times->count - 1) > pend_times_at(times, 0);
+    for (long i = 1; i < times->count; i++) {
+        double before = pend_times_at(times, i - 1), now = pend_times_at(times, i);
+        if (rises ? now > before : now < before) continue;
+        return pend_fail(error, PEND_INVALID, -1, now,
+                         "the instants must be strictly increasing or strictly decreasing: instant "
+                         "%ld (%.17g s) does "
+                         "not follow instant %ld (%.17g s)",
+                         i + 1, now, i, before);
+    }
+    return PEND_OK;
 }
 
 static enum pend_status run_check_times(const struct pend_times *times, struct pend_error *error) {
@@ -25,20 +40,12 @@ static enum pend_status run_check_times(const struct pend_times *times, struct p
     if (!isfinite(last - first))
         return pend_fail(error, PEND_INVALID, -1, 0, "the instants span too long a time");
     if (!times->list && run_grid_is_wide(times)) return PEND_OK;
-    for (long i = 1; i < times->count; i++) {
-        double before = pend_times_at(times, i - 1), now = pend_times_at(times, i);
-        if (last > first ? now > before : now < before) continue;
-        return pend_fail(error, PEND_INVALID, -1, now,
-                         "the instants must be strictly increasing or strictly decreasing: instant "
-                         "%ld (%.17g s) does "
-                         "not follow instant %ld (%.17g s)",
-                         i + 1, now, i, before);
-    }
-    return PEND_OK;
+    return run_check_order(times, error);
 }
 
 static enum pend_status run_check_range(const char *method, const char *name, double value,
                                         double min, double max, struct pend_error *error) {
+    assert(min <= max);
     if (value >= min && value <= max) return PEND_OK;
     return pend_fail(error, PEND_INVALID, -1, 0, "%s of method %s must be from %g to %g, got %g",
                      name, method, min, max, value);

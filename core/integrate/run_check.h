@@ -1,6 +1,6 @@
-/* What a problem must fulfil before it is integrated.
- * Leaves to others: the integration (run), what a method demands of it (method).
- * Invariant: the problem is changed only where zeros stand for a method's defaults. */
+/* Checks of a problem before it is integrated.
+ * Leaves to others: the integration (run), a method's ranges (method).
+ * Invariant: a problem is changed only by replacing zeros with the method's defaults. */
 #ifndef PEND_RUN_CHECK_H
 #define PEND_RUN_CHECK_H
 
@@ -9,7 +9,7 @@
 
 #include "core/integrate/method.h"
 
-/** The bits of x - x, which is +0 just where x is finite; added to what was gathered before. */
+/** Returns `bad` or-ed with the bits of x - x, which are 0 if and only if x is finite. */
 static inline uint64_t pend_run_gather(uint64_t bad, double x) {
     double zero = x - x;
     uint64_t bits;
@@ -18,10 +18,10 @@ static inline uint64_t pend_run_gather(uint64_t bad, double x) {
 }
 
 /**
- * True where `count` numbers are all finite.
+ * Returns true if `count` numbers are all finite.
  *
- * The bits are gathered eight numbers side by side, without an early end, because that loop
- * vectorises. O(count).
+ * The loop takes eight numbers at a time and does not end early, so that compilers vectorize it.
+ * O(count).
  */
 static inline int pend_run_finite(const double x[], long count) {
     enum { SIDE = 8 };
@@ -47,11 +47,11 @@ PEND_MUST_CHECK enum pend_status pend_run_check_tree(const struct pend_tree *tre
                                                      struct pend_error *error);
 
 /**
- * Checks a problem and puts the method's defaults in the place of zeros.
+ * Checks a problem and replaces zeros with the method's defaults.
  *
  * PEND_INVALID  tolerances out of the method's range, times not monotonic, a state that is not
- *               finite; error says
- * which. O(n + number of instants).
+ *               finite; error says which.
+ * O(n), and O(number of instants) for a list or a very fine grid.
  */
 PEND_MUST_CHECK enum pend_status pend_run_check(const struct pend_method *method,
                                                 struct pend_problem *problem,

@@ -1,5 +1,6 @@
 #include "core/integrate/section.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -19,16 +20,22 @@ struct pend_section {
     struct pend_section_problem problem;
     int n;
     void *stepper;
-    struct pend_horizon *horizon; /* NULL: nobody asks */
+    struct pend_horizon *horizon; /* NULL: no accuracy is given */
     double reached;               /* s, by the last step */
-    double *theta;       /* of a small swing, of which angles from hanging have more digits */
+    double *theta;       /* of a small swing, whose angles from hanging have more digits than phi */
     double level, start; /* the arm's angle in the section and at the start, as of a look */
-    struct pend_passage
-        queue[SECTION_QUEUE]; /* of the last step, those that were not handed out from `next` on */
+    struct pend_passage queue[SECTION_QUEUE]; /* of the last step; entries next .. queued - 1 were
+                                                 not returned yet */
     int next, queued;
     double *phi, *rate;                          /* of SECTION_LOOKS + 1 instants */
     double *rest, *rest_low, *turns, *turns_low; /* rad, of the start's angles, n each */
 };
+
+/* the search between two calls */
+PEND_VALIDATOR section_valid(const struct pend_section *s) {
+    return s->next >= 0 && s->next <= s->queued && s->queued <= SECTION_QUEUE && s->reached >= 0 &&
+           s->n == s->problem.tree->n && s->problem.duration > 0;
+}
 
 /* --- the arm inside the last step --- */
 
@@ -46,10 +53,11 @@ static double section_turns(const struct pend_section *section, double phi) {
     return floor((phi - section->level) / (2 * M_PI));
 }
 
-/* the instant between two looks at which the angle, which only rises or only falls there, is
- * `target`: Newton's steps inside an interval that is halved where they leave it */
+/* the instant between two looks at which the angle, which is monotonic between them, is `target`:
+ * Newton's method inside a bracket, with bisection if a step leaves the bracket */
 static double section_solve(const struct pend_section *section, struct section_look a,
                             struct section_look b, double target) {
+    assert(a.time <= b.time);
     int rises = b.phi > a.phi;
     double low = a.time, high = b.time;
     struct section_look look =
@@ -70,7 +78,7 @@ static double section_solve(const struct pend_section *section, struct section_l
     return look.time;
 }
 
-/* the instant between two looks at which the rate, of another sign at each, is 0 */
+/* the instant between two looks with rates of opposite signs at which the rate is 0 */
 static struct section_look section_extreme(const struct pend_section *section,
                                            struct section_look a, struct section_look b) {
     struct section_look look = a;
@@ -94,7 +102,7 @@ static void section_add(struct pend_section *section, double time, enum pend_way
     section->queue[section->queued++] = (struct pend_passage){time, way};
 }
 
-/* between two looks, the angle only rising or only falling */
+/* adds the passages between two looks between which the angle is monotonic */
 static void section_between(struct pend_section *section, struct section_look a,
                             struct section_look b) {
     double from = section_turns(section, a.phi), to = section_turns(section, b.phi);
@@ -106,7 +114,7 @@ static void section_between(struct pend_section *section, struct section_look a,
                     PEND_WAY_DOWN);
 }
 
-/* could the angle reach a section between two looks, as fast as it is at them? */
+/* true if the angle can reach a section between two looks with the rates that it has at them */
 static int section_near(const struct pend_section *section, struct section_look a,
                         struct section_look b) {
     double far = (fabs(a.rate) + fabs(b.rate)) * (b.time - a.time);
@@ -115,6 +123,7 @@ static int section_near(const struct pend_section *section, struct section_look 
 }
 
 static void section_scan(struct pend_section *section, double from, double to) {
+    assert(from <= to);
     double time[SECTION_LOOKS + 1];
     struct section_look look[SECTION_LOOKS + 1];
     const struct pend_points points = {
@@ -164,6 +173,7 @@ static enum pend_status section_step(struct pend_section *section, struct pend_e
 enum pend_status pend_section_next(struct pend_section *section, long steps, enum pend_found *found,
                                    struct pend_passage *passage, double phi[], double rate[],
                                    struct pend_error *error) {
+    assert(section_valid(section));
     *found = PEND_FOUND_NOTHING;
     for (; section->next == section->queued && steps > 0; steps--) {
         if (section->reached >= section->problem.duration) {
@@ -182,7 +192,7 @@ enum pend_status pend_section_next(struct pend_section *section, long steps, enu
     return PEND_OK;
 }
 
-/* the start less whole turns, which do not matter to sections; 4 n values of memory */
+/* subtracts whole turns from the start, which sections do not depend on; memory: 4 n values */
 static void section_turn(struct pend_section *section, double memory[]) {
     size_t n = (size_t)section->n;
     section->rest = memory, section->rest_low = memory + n;
@@ -195,9 +205,9 @@ static void section_turn(struct pend_section *section, double memory[]) {
     }
 }
 
-/* The level of the section and where the arm begins; as angles from hanging where start and
- * section are those of a small swing that was given by such angles. `theta` has room for the
- * looks at a step. */
+/* Sets the level of the section and the arm's start, as angles from hanging if start and section
+ * are those of a small swing with more digits than phi holds. `theta`: n values for each look at a
+ * step. */
 static void section_aim(struct pend_section *section, double theta[]) {
     const struct pend_section_problem *problem = &section->problem;
     double level = pend_turns_theta(problem->angle, problem->angle_low), largest = fabs(level),
@@ -262,6 +272,7 @@ enum pend_status pend_section_new(struct pend_section **section,
         *section = made;
     else
         pend_section_free(&made);
+    assert(status != PEND_OK || section_valid(*section));
     return status;
 }
 
@@ -274,6 +285,7 @@ void pend_section_free(struct pend_section **section) {
 }
 
 double pend_section_held(const struct pend_section *section) {
+    assert(section_valid(section));
     double reached = fmin(section->reached, section->problem.duration);
     return section->horizon ? fmin(pend_horizon_held(section->horizon, reached), reached) : NAN;
 }

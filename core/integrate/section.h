@@ -1,16 +1,16 @@
 /* A Poincare section: the instants at which an arm of a motion passes a given direction, and the
- * state then.
- * Leaves to others: the steps (method_taylor), tables of what was found (api).
- * Invariant: an instant is found to rounding from the step's own series; passages that only
- * graze are found as well, unless both lie within a thirty-second of a step and less than
- * rounding apart. */
+ * states at these instants.
+ * Leaves to others: the steps (method_taylor), tables of the passages (api).
+ * Invariant: an instant is computed from the step's own series, to rounding; a pair of passages at
+ * a near tangent is found too, unless both lie within a thirty-second of a step and the angle
+ * passes the direction by less than its rounding error. */
 #ifndef PEND_SECTION_H
 #define PEND_SECTION_H
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/* Which passages are wanted: with growing, with falling angle; may be or-ed. */
+/* Passages with increasing and with decreasing angle; may be or-ed. */
 enum pend_way { PEND_WAY_UP = 1, PEND_WAY_DOWN = 2 };
 
 struct pend_section_problem {
@@ -22,9 +22,8 @@ struct pend_section_problem {
     double angle;                 /* rad, of phi; whole turns do not matter */
     unsigned ways;
     double rtol, atol; /* as of the taylor method; 0 = its default */
-    double accuracy;   /* that pend_section_held goes by, > 0; 0 = nobody asks */
-    /* what rounding to doubles has left of the start, n values each, NULL = nothing; and of the
-     * angle, rad */
+    double accuracy;   /* that pend_section_held uses, > 0; 0 = no estimate */
+    /* the rounding errors of the start, n values each, NULL = 0; and of the angle, rad */
     const double *phi_low, *rate_low;
     double angle_low;
 };
@@ -40,15 +39,17 @@ struct pend_section;
 /**
  * Prepares a search from time 0; a start that lies in the section is no passage.
  *
- * section  out; NULL on failure; ends with pend_section_free.
+ * section  out; NULL on failure; released by pend_section_free.
  *
- * PEND_INVALID    the duration, arm, angle or ways make no sense.
+ * PEND_INVALID    the duration is not > 0, there is no such arm, the angle is not finite, or ways
+ *                 are none of enum pend_way.
  * PEND_NO_MEMORY, and what the method's open returns.
  */
 PEND_MUST_CHECK enum pend_status pend_section_new(struct pend_section **section,
                                                   const struct pend_section_problem *problem,
                                                   struct pend_error *error);
 
+/** Frees a search and clears the pointer; NULL is accepted. */
 void pend_section_free(struct pend_section **section);
 
 enum pend_found { PEND_FOUND_NOTHING, PEND_FOUND_PASSAGE, PEND_FOUND_END };
@@ -56,10 +57,10 @@ enum pend_found { PEND_FOUND_NOTHING, PEND_FOUND_PASSAGE, PEND_FOUND_END };
 /**
  * Looks for the next passage in time.
  *
- * steps    after which it comes back with nothing.
- * found    out: nothing yet, a passage, or that the duration is over.
- * passage  out, where there is one.
- * phi, rate  out, n values each: the state then.
+ * steps      the largest number of integration steps of this call, >= 1.
+ * found      out: nothing yet, a passage, or the end of the duration.
+ * passage    out, if one was found.
+ * phi, rate  out, n values each: the state at the passage.
  *
  * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL  error says the time.
  * No allocation.
@@ -70,15 +71,16 @@ PEND_MUST_CHECK enum pend_status pend_section_next(struct pend_section *section,
                                                    double rate[], struct pend_error *error);
 
 /**
- * Up to when the motion keeps the problem's accuracy (horizon.h), s, as far as it was followed:
- * what passages come later may be those of another motion. NaN where the problem names none.
+ * Returns the time, s, up to which the motion keeps the problem's accuracy (horizon.h), as far as
+ * it was integrated; passages at later times may be those of another motion. NaN if the problem has
+ * no accuracy.
  */
 double pend_section_held(const struct pend_section *section);
 
-/** Integration steps so far. */
+/** Returns the number of integration steps so far. */
 long pend_section_steps(const struct pend_section *section);
 
-/** The part of the duration that is over, 0 .. 1. */
+/** Returns the part of the duration that was integrated, 0 .. 1. */
 double pend_section_progress(const struct pend_section *section);
 
 #endif

@@ -1,0 +1,19 @@
+/* A block of samples of a motion.
+ * Leaves to others: computing them (run), encoding them (api).
+ * Invariant: the arrays belong to the caller. */
+#ifndef PEND_SAMPLES_H
+#define PEND_SAMPLES_H
+
+/* A block of samples, time-major in the CALLER's order of arms: phi[i * n + arm]. Arrays that
+ * are not wanted are NULL. */
+struct pend_samples {
+    long cap, count; /* sizes of the arrays, and number of samples in them */
+    double *t;       /* never NULL */
+    double *phi, *rate, *acc, *force;
+    double *z_re, *z_im, *zd_re, *zd_im;
+    double *theta; /* rad, phi + pi/2, of small swings with all the digits that phi as a double does
+                      not hold */
+    double *kinetic, *potential; /* one value a sample, J */
+};
+
+#endif
