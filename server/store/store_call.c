@@ -1,11 +1,24 @@
 #include "server/store/store_call.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 #include "server/store/store_rows.h"
 #include "server/store/store_schema.h"
 
 enum { TRIES = 5 };
+
+static_assert((int)SQL_COUNT <= SRV_SQL_STATEMENTS, "a driver keeps every statement");
+static_assert(SRV_TALLY_CLIENTS >= (int)SQL_EXPIRED_MOST + (int)SQL_PARTS_MOST,
+              "a sweep may change the sums of as many clients as it finds jobs and parts");
+static_assert((int)SRV_TALLY_CLIENTS >= SRV_STORE_AHEAD, "a batch may have a client for each part");
+
+int srv_store_valid(const struct srv_store *store) {
+    const struct srv_store_ahead *ahead = &store->ahead;
+    return store->sql && store->sql->driver && !(store->looking && store->together) &&
+           (store->settled || !store->together) && ahead->leases >= 0 &&
+           ahead->leases <= SRV_STORE_AHEAD && ahead->rows >= 0 && ahead->rows <= SRV_STORE_AHEAD;
+}
 
 /* whether rows that were read ahead are good after this statement */
 static int call_spares(enum srv_statement id) {
@@ -33,6 +46,7 @@ static void call_notes(struct srv_store *store, enum srv_statement id) {
 enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id,
                               const struct srv_value value[], int count, srv_row_fn *row,
                               void *context) {
+    assert(srv_store_valid(store) && (unsigned)id < SQL_COUNT && count <= SRV_SQL_PARAMETERS);
     const char *text = srv_statement_text[id];
     call_notes(store, id);
     enum srv_stored stored =
@@ -45,6 +59,7 @@ enum srv_stored srv_store_post(struct srv_store *store, enum srv_statement id,
                                const struct srv_value value[], int count) {
     const struct srv_sql_driver *driver = store->sql->driver;
     if (!driver->post) return srv_store_run(store, id, value, count, NULL, NULL);
+    assert(srv_store_valid(store) && (unsigned)id < SQL_COUNT && count <= SRV_SQL_PARAMETERS);
     const char *text = srv_statement_text[id];
     call_notes(store, id);
     enum srv_stored stored = driver->post(store->sql, (int)id, text, value, count);
@@ -95,6 +110,7 @@ static enum srv_stored store_commit(struct srv_store *store) {
 
 enum srv_stored srv_store_begin(struct srv_store *store) {
     if (!store->settled) SRV_STORED_TRY(srv_store_settle(store));
+    assert(srv_store_valid(store) && !store->looking);
     enum srv_stored stored = store->together ? SRV_STORED : store_open(store);
     store->wrote = 0;
     return stored;
@@ -103,12 +119,15 @@ enum srv_stored srv_store_begin(struct srv_store *store) {
 enum srv_stored srv_store_look(struct srv_store *store) {
     const struct srv_sql_driver *driver = store->sql->driver;
     if (!driver->post || store->together || !store->settled) return srv_store_begin(store);
+    assert(!store->looking);
     store->wrote = 0;
+    SRV_STORED_TRY(driver->post(store->sql, -1, "{look}", NULL, 0));
     store->looking = 1;
-    return driver->post(store->sql, -1, "{look}", NULL, 0);
+    return SRV_STORED;
 }
 
 enum srv_stored srv_store_end(struct srv_store *store, int keep, enum srv_stored stored) {
+    assert(srv_store_valid(store) && !(store->looking && store->wrote));
     if (store->looking) {
         store->looking = 0;
         return stored;
@@ -137,6 +156,7 @@ enum srv_stored srv_store_now(struct srv_store *store, int64_t *now) {
         }
         store->now = row.whole[0];
     }
+    assert(store->now > 0);
     *now = store->now++;
     return SRV_STORED;
 }
@@ -193,6 +213,7 @@ static enum srv_stored store_batch(struct srv_store *store, struct srv_store_cal
 }
 
 void srv_store_together(struct srv_store *store, struct srv_store_call *const calls[], int count) {
+    assert(srv_store_valid(store) && !store->together && !store->looking);
     if (count > 1 && store->settled && store_batch(store, calls, count) == SRV_STORED) return;
     for (int i = 0; i < count; i++) store_single(store, calls[i]);
 }

@@ -48,6 +48,10 @@ struct srv_store {
     } expiry;
 };
 
+/** True where a store has a driver, and its call and its batch do not contradict each other. O(1).
+ */
+int srv_store_valid(const struct srv_store *store);
+
 /** Makes or migrates the tables, once the database can be reached. */
 enum srv_stored srv_store_settle(struct srv_store *store);
 

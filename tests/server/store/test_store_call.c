@@ -46,3 +46,32 @@ STORE_TEST(a_batch_is_one_transaction_of_independent_calls) {
     CHECK_INT(srv_store_job(store, "h1", &job), SRV_STORED);
     CHECK_INT(srv_store_job(store, "h2", &job), SRV_STORED);
 }
+
+/* a database that is out of reach for reads alone, and counts the ends of transactions */
+static int away_commits;
+
+static enum srv_stored away_run(struct srv_sql *sql, int id, const char *text,
+                                const struct srv_value value[], int count, srv_row_fn *row,
+                                void *context) {
+    (void)sql, (void)id, (void)value, (void)count, (void)row, (void)context;
+    away_commits += !strcmp(text, "COMMIT");
+    return SRV_STORED;
+}
+
+static enum srv_stored away_post(struct srv_sql *sql, int id, const char *text,
+                                 const struct srv_value value[], int count) {
+    (void)sql, (void)id, (void)value, (void)count;
+    return strcmp(text, "{look}") ? SRV_STORED : SRV_STORED_AWAY;
+}
+
+TEST(a_read_that_could_not_begin_leaves_the_next_call_its_commit) {
+    static const struct srv_sql_driver driver = {.run = away_run, .post = away_post};
+    static struct srv_store store;
+    struct srv_sql sql = {.driver = &driver};
+    store.sql = &sql;
+    store.settled = 1;
+    CHECK_INT(srv_store_look(&store), SRV_STORED_AWAY);
+    CHECK_INT(srv_store_begin(&store), SRV_STORED);
+    CHECK_INT(srv_store_end(&store, 1, SRV_STORED), SRV_STORED);
+    CHECK_INT(away_commits, 1);
+}
