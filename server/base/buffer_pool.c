@@ -1,5 +1,7 @@
 #include "server/base/buffer_pool.h"
 
+#include <assert.h>
+
 void srv_buffer_pool_init(struct srv_buffer_pool *pool) {
     pthread_mutex_init(&pool->lock, NULL);
     pool->count = 0;
@@ -10,10 +12,20 @@ void srv_buffer_pool_clear(struct srv_buffer_pool *pool) {
     pthread_mutex_destroy(&pool->lock);
 }
 
+int srv_buffer_pool_valid(const struct srv_buffer_pool *pool) {
+    int good = pool->count >= 0 && pool->count <= SRV_BUFFER_POOL;
+    for (int i = 0; good && i < pool->count; i++)
+        good = pool->buffer[i].data && !pool->buffer[i].bytes && pool->buffer[i].cap &&
+               pool->buffer[i].cap <= SRV_SPARE_BYTES;
+    return good;
+}
+
 void srv_buffer_pool_take(struct srv_buffer_pool *pool, struct api_buffer *buffer) {
     size_t limit = buffer->limit;
     if (buffer->cap) return;
+    assert(!buffer->data && !buffer->bytes);
     pthread_mutex_lock(&pool->lock);
+    assert(srv_buffer_pool_valid(pool));
     if (pool->count) {
         *buffer = pool->buffer[--pool->count];
         buffer->limit = limit;
@@ -31,6 +43,7 @@ void srv_buffer_pool_give(struct srv_buffer_pool *pool, struct api_buffer *buffe
         pool->buffer[pool->count++].bytes = 0;
         api_buffer_init(buffer, limit);
     }
+    assert(srv_buffer_pool_valid(pool));
     pthread_mutex_unlock(&pool->lock);
     api_buffer_clear(buffer);
 }

@@ -1,7 +1,7 @@
-/* Memory of answers between two uses, so that a large answer does not fetch its pages from the
+/* Memory of results between two uses, so that a large result does not fetch its pages from the
  * system each time.
  * Leaves to others: what is in the buffers.
- * Invariant: at most SRV_BUFFER_POOL buffers of at most SRV_SPARE_BYTES each lie here. */
+ * Invariant: a pool has at most SRV_BUFFER_POOL buffers of at most SRV_SPARE_BYTES each. */
 #ifndef SRV_BUFFER_POOL_H
 #define SRV_BUFFER_POOL_H
 
@@ -18,15 +18,21 @@ struct srv_buffer_pool {
                                                   in the caches */
 };
 
+/** Makes an empty pool. */
 void srv_buffer_pool_init(struct srv_buffer_pool *pool);
 
-/** Frees what lies here. */
+/** Frees the buffers of a pool that no thread uses any more. */
 void srv_buffer_pool_clear(struct srv_buffer_pool *pool);
 
-/** Gives a buffer without memory the memory of a spare one, if there is one. Any thread. */
+/** True where each buffer of the pool is empty, has memory and is not too large; with its lock. */
+int srv_buffer_pool_valid(const struct srv_buffer_pool *pool);
+
+/** Gives a buffer without memory the memory of the buffer that the pool got last; the buffer stays
+ * without memory where the pool is empty. Any thread. */
 void srv_buffer_pool_take(struct srv_buffer_pool *pool, struct api_buffer *buffer);
 
-/** Takes over, or frees, the memory of a buffer; it is empty afterwards. Any thread. */
+/** Moves the memory of a buffer into the pool, or frees it where the pool is full or the buffer
+ * large; the buffer has no memory afterwards. Any thread. */
 void srv_buffer_pool_give(struct srv_buffer_pool *pool, struct api_buffer *buffer);
 
 #endif

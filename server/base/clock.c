@@ -15,7 +15,10 @@ double srv_clock_seconds(void *context) {
     return 1e-9 * (double)srv_clock_now();
 }
 
-int64_t srv_clock_span(double seconds) { return (int64_t)(seconds * 1e9); }
+int64_t srv_clock_span(double seconds) {
+    assert(seconds >= 0 && seconds < 9e9); /* 64 bits of ns are 292 years */
+    return (int64_t)(seconds * 1e9);
+}
 
 struct timespec srv_clock_timespec(int64_t ns) {
     assert(ns >= 0);
@@ -32,6 +35,7 @@ void srv_clock_stamp(struct srv_stamp *stamp) {
         stamp->second = now.tv_sec;
     }
     int ms = (int)(now.tv_nsec / 1000000);
+    assert(ms >= 0 && ms < 1000 && stamp->text[19] == '.');
     stamp->text[20] = (char)('0' + ms / 100);
     stamp->text[21] = (char)('0' + ms / 10 % 10);
     stamp->text[22] = (char)('0' + ms % 10);

@@ -17,10 +17,10 @@ struct srv_stamp {
 /** Nanoseconds since some fixed instant; never goes back. Any thread. */
 int64_t srv_clock_now(void);
 
-/** The same in seconds, in the form that api_call_clock wants; context is not looked at. */
+/** srv_clock_now in seconds, in the form that api_call_clock wants; context is not read. */
 double srv_clock_seconds(void *context);
 
-/** Nanoseconds in so many seconds. */
+/** Nanoseconds in so many seconds; seconds: 0 .. 9e9. */
 int64_t srv_clock_span(double seconds);
 
 /** An instant of srv_clock_now, at least 0, in the form that the system's calls want. */

@@ -218,6 +218,7 @@ void *srv_config_value(struct srv_config *config, int i, size_t *bytes) {
 }
 
 void srv_config_take(struct srv_config *config, const struct srv_config *from, int i) {
+    assert(config != from);
     size_t bytes;
     void *to = srv_config_value(config, i, &bytes);
     if (bytes) memcpy(to, srv_config_value((struct srv_config *)from, i, &bytes), bytes);

@@ -1,5 +1,6 @@
 #include "server/base/listen.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <linux/filter.h>
 #include <netdb.h>
@@ -95,6 +96,7 @@ enum pend_status srv_listen_open(const char *address, int *fd, char url[SRV_URL_
 }
 
 int srv_listen_settle(int fd) {
+    assert(fd >= 0);
     /* byte 13 of the TCP header holds the flags: SYN (2) without ACK (16) is dropped, all else
      * is kept */
     struct sock_filter drop_new[] = {

@@ -1,5 +1,6 @@
 #include "server/base/log.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <poll.h>
 #include <pthread.h>
@@ -72,8 +73,18 @@ static void log_write(struct srv_log *log, struct log_stream *stream, int *patie
     stream->writing.bytes = 0;
 }
 
+#ifndef NDEBUG
+/* what waits is whole lines; with the lock */
+static int log_stream_valid(const struct log_stream *stream) {
+    const struct api_buffer *lines = &stream->filling;
+    return lines->bytes <= LOG_BYTES && stream->dropped >= 0 &&
+           (!lines->bytes || lines->data[lines->bytes - 1] == '\n');
+}
+#endif
+
 /* takes the lines over for writing; called with the lock */
 static void log_swap(struct log_stream *stream, const char *before, const char *after) {
+    assert(!stream->writing.bytes && log_stream_valid(stream));
     struct api_buffer full = stream->filling;
     stream->filling = stream->writing;
     stream->writing = full;
@@ -257,10 +268,12 @@ static enum pend_status log_line(struct srv_log *log, const struct srv_log_reque
 /* ends the adding of a line, with the lock: a line that found no room is taken back and counted */
 static void log_added(struct srv_log *log, struct log_stream *stream, size_t before,
                       enum pend_status status) {
+    assert(before <= stream->filling.bytes);
     if (status != PEND_OK) {
         stream->filling.bytes = before;
         stream->dropped++;
     }
+    assert(log_stream_valid(stream));
     if (log->idle) pthread_cond_signal(&log->wake);
     log->idle = 0;
 }

@@ -5,6 +5,7 @@
 #ifndef SRV_MEMORY_H
 #define SRV_MEMORY_H
 
+#include <assert.h>
 #include <stdatomic.h>
 #include <stdint.h>
 
@@ -30,13 +31,16 @@ struct srv_memory {
     atomic_llong looked;    /* ns: when */
 };
 
-/** Counts so many bytes more, or fewer. Any thread. */
+/** Counts so many bytes more, or fewer where `bytes` is negative. Any thread. */
 static inline void srv_memory_add(struct srv_memory *memory, enum srv_memory_kind kind,
                                   long long bytes) {
-    atomic_fetch_add_explicit(&memory->kind[kind], bytes, memory_order_relaxed);
+    long long before = atomic_fetch_add_explicit(&memory->kind[kind], bytes, memory_order_relaxed);
+    assert(before >= 0 && before + bytes >= 0);
+    (void)before;
     atomic_fetch_add(&memory->all, bytes);
 }
 
+/** The bytes of all kinds. Any thread. */
 static inline long long srv_memory_all(const struct srv_memory *memory) {
     return atomic_load(&memory->all);
 }

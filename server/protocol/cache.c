@@ -1,5 +1,6 @@
 #include "server/protocol/cache.h"
 
+#include <assert.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
@@ -90,9 +91,20 @@ void srv_cache_free(struct srv_cache **cache) {
     *cache = NULL;
     if (!gone) return;
     cache_forget_down_to(gone, 0);
+    assert(!gone->bytes && !gone->bodies && !gone->entries && !gone->table.count);
     pthread_mutex_destroy(&gone->lock);
     free(gone);
 }
+
+#ifndef NDEBUG
+/* what can be seen of a cache in no time; with the lock */
+static int cache_sound(const struct srv_cache *cache) {
+    size_t entries = atomic_load(&cache->entries), bytes = atomic_load(&cache->bytes);
+    return entries == cache->table.count && bytes <= cache->cap &&
+           bytes >= entries * sizeof(struct cache_entry) && atomic_load(&cache->bodies) <= bytes &&
+           srv_list_valid(&cache->order) && srv_list_empty(&cache->order) == !entries;
+}
+#endif
 
 /* --- finding and adding --- */
 
@@ -107,6 +119,7 @@ struct srv_response_body *srv_cache_find(struct srv_cache *cache, const void *ke
         srv_list_remove(&entry->link);
         srv_list_append(&cache->order, &entry->link);
     }
+    assert(cache_sound(cache));
     pthread_mutex_unlock(&cache->lock);
     return response_body;
 }
@@ -131,11 +144,13 @@ void srv_cache_add(struct srv_cache *cache, const void *key, size_t bytes,
     if (!made) return;
     pthread_mutex_lock(&cache->lock);
     struct cache_entry *old = cache_look(cache, hash, key, bytes);
+    assert(cache_sound(cache));
     if (old) cache_forget(cache, old);
     srv_hash_table_add(&cache->table, &made->node, hash);
     srv_list_append(&cache->order, &made->link);
     cache_count(cache, made, 1);
     cache_forget_down_to(cache, cache->cap);
+    assert(cache_sound(cache));
     pthread_mutex_unlock(&cache->lock);
 }
 
@@ -143,6 +158,7 @@ void srv_cache_shrink(struct srv_cache *cache, size_t bytes) {
     pthread_mutex_lock(&cache->lock);
     size_t now = atomic_load(&cache->bytes);
     cache_forget_down_to(cache, now > bytes ? now - bytes : 0);
+    assert(cache_sound(cache));
     pthread_mutex_unlock(&cache->lock);
 }
 

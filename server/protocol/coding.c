@@ -1,5 +1,6 @@
 #include "server/protocol/coding.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -12,7 +13,10 @@ static const struct srv_coding_row *const coding_table[SRV_CODINGS] = {
 static const char *const coding_texts[] = {"application/json", "application/x-ndjson",
                                            "application/problem+json", "text/"};
 
-const struct srv_coding_row *srv_coding_at(enum srv_coding coding) { return coding_table[coding]; }
+const struct srv_coding_row *srv_coding_at(enum srv_coding coding) {
+    assert(coding >= SRV_IDENTITY && coding < SRV_CODINGS);
+    return coding_table[coding];
+}
 
 /* thousandths of a q-value in the parameters of an element; 1000 where there is none, 0 where it
  * is none */
@@ -81,6 +85,7 @@ int srv_coding_worth(const char *media_type) {
 enum pend_status srv_coding_whole(enum srv_coding coding, const void *data, size_t bytes,
                                   struct api_buffer *out) {
     const struct srv_coding_row *row = coding_table[coding];
+    assert(row);
     if (row->whole) return row->whole(data, bytes, out);
     void *state = row->begin();
     enum pend_status status =

@@ -1,5 +1,6 @@
 #include "server/protocol/http_strict.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* classes of bytes */
@@ -400,8 +401,20 @@ static int strict_takes_out(const struct srv_http_strict *strict) {
     return strict->place == SRV_STRICT_IN_EXTENSION || (value && strict->field == STRICT_COOKIE);
 }
 
+#ifndef NDEBUG
+/* nothing that a head may have is beyond its bound, and a refusal has its sentence */
+static int strict_valid(const struct srv_http_strict *strict) {
+    int refused = strict->place == SRV_STRICT_REFUSED;
+    return refused == (strict->status != 0) && refused == (strict->detail != NULL) &&
+           strict->complete <= strict->requests && strict->requests <= strict->complete + 1 &&
+           (refused || (strict->fields <= SRV_STRICT_FIELDS && strict->bytes <= SRV_STRICT_HEAD &&
+                        strict->parameters <= SRV_STRICT_PARAMETERS && strict->hosts <= 1));
+}
+#endif
+
 size_t srv_http_strict_read(struct srv_http_strict *strict, char *data, size_t bytes) {
     size_t passed = 0, kept = 0;
+    assert(strict_valid(strict));
     for (size_t i = 0; i < bytes && strict->place != SRV_STRICT_REFUSED;) {
         long complete = strict->complete;
         int within = strict_takes_out(strict);
@@ -418,6 +431,9 @@ size_t srv_http_strict_read(struct srv_http_strict *strict, char *data, size_t b
             strict_refuse(strict, 431, "the request's head has more than 8192 bytes");
         if (strict->complete != complete) passed = kept;
     }
+    assert(strict_valid(strict));
+    assert(passed <= kept);
+    assert(kept <= bytes);
     return strict->place == SRV_STRICT_REFUSED ? passed : kept;
 }
 

@@ -1,5 +1,6 @@
 #include "server/protocol/identity.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
@@ -71,6 +72,7 @@ static int identity_good(const char *token) {
 }
 
 int srv_identity_token(struct srv_identity *identity, const char *authorization) {
+    assert(identity->key[0] && identity->source[0]);
     static const char scheme[] = "Bearer";
     size_t bytes = sizeof scheme - 1;
     if (!authorization || strncasecmp(authorization, scheme, bytes)) return 1;

@@ -1,5 +1,6 @@
 #include "server/protocol/lengths.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -18,6 +19,7 @@ static int lengths_row(const char *etag) {
 }
 
 void srv_lengths_note(struct srv_lengths *lengths, const char *etag, long long bytes) {
+    assert(strlen(etag) < SRV_ETAG_BYTES);
     int row = lengths_row(etag);
     if (!*etag || bytes < 0) return;
     pthread_mutex_lock(&lengths->lock);

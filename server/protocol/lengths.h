@@ -1,8 +1,8 @@
-/* How long answers are whose length shows only when they are written: remembered by their entity
- * tags, so that a range of one is not written twice each time.
+/* The lengths of response bodies that are known only once they were written, by their entity tags:
+ * so a range of one does not need a first pass each time.
  * Leaves to others: what a tag stands for (result).
- * Invariant: bounded: a new one takes the place of an older one, and one that was forgotten is
- * found out again. */
+ * Invariant: the table has SRV_LENGTHS rows; a new tag replaces the one in its row, whose length is
+ * measured again when it is needed. */
 #ifndef SRV_LENGTHS_H
 #define SRV_LENGTHS_H
 
@@ -20,14 +20,16 @@ struct srv_lengths {
     } row[SRV_LENGTHS];
 };
 
+/** Makes a table that knows no length. */
 void srv_lengths_init(struct srv_lengths *lengths);
 
+/** Ends a table that no thread uses any more. */
 void srv_lengths_clear(struct srv_lengths *lengths);
 
-/** Remembers the bytes of an answer, by its strong entity tag. Any thread. */
+/** Remembers the bytes of a response body by its strong entity tag. Any thread; O(1). */
 void srv_lengths_note(struct srv_lengths *lengths, const char *etag, long long bytes);
 
-/** The bytes of the answer of that tag; -1 where they are not known. Any thread. */
+/** The bytes of the response body of that tag; -1 where they are not known. Any thread; O(1). */
 long long srv_lengths_find(struct srv_lengths *lengths, const char *etag);
 
 #endif

@@ -1,5 +1,6 @@
 #include "server/protocol/peer.h"
 
+#include <assert.h>
 #include <arpa/inet.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -65,6 +66,7 @@ static int peer_within(const unsigned char address[16], const unsigned char netw
 }
 
 int srv_peer_trusted(const struct srv_peers *peers, const char *text) {
+    assert(peers->count >= 0 && peers->count <= SRV_PEER_NETWORKS);
     unsigned char address[16];
     if (!peers->count || !peer_address(text, address)) return 0;
     for (int i = 0; i < peers->count; i++)

@@ -46,14 +46,19 @@ void srv_response_body_header(struct srv_response_body *response_body, const cha
 }
 
 struct srv_response_body *srv_response_body_share(struct srv_response_body *response_body) {
-    atomic_fetch_add_explicit(&response_body->users, 1, memory_order_relaxed);
+    int before = atomic_fetch_add_explicit(&response_body->users, 1, memory_order_relaxed);
+    assert(before > 0);
+    (void)before;
     return response_body;
 }
 
 void srv_response_body_drop(struct srv_response_body **response_body) {
     struct srv_response_body *gone = *response_body;
     *response_body = NULL;
-    if (!gone || atomic_fetch_sub(&gone->users, 1) != 1) return;
+    int users = gone ? atomic_fetch_sub(&gone->users, 1) : 0;
+    assert(!gone || users > 0);
+    if (users != 1) return;
+    assert(!gone->kept);
     srv_memory_add(gone->memory, SRV_MEMORY_ANSWERS, -(long long)gone->body.cap);
     srv_buffer_pool_give(gone->pool, &gone->body);
     free(gone);

@@ -1,7 +1,7 @@
-/* A finished answer that several exchanges and the cache may have at once.
- * Leaves to others: computing it (compute), sending it (http), keeping it (cache).
- * Invariant: nobody changes a response body once a second one has it; the last one that lets go
- * frees it. */
+/* The bytes of a result in one representation, which several exchanges and the cache may share.
+ * Leaves to others: computing them (compute), sending them (http), keeping them (cache).
+ * Invariant: a response body with more than one reference is not changed; dropping the last
+ * reference frees it. */
 #ifndef SRV_RESPONSE_BODY_H
 #define SRV_RESPONSE_BODY_H
 
@@ -17,7 +17,7 @@ enum {
 };
 
 struct srv_response_body {
-    atomic_int users;
+    atomic_int users; /* references */
     int status;
     const char *media_type; /* a static string */
     struct api_buffer body;
@@ -36,31 +36,34 @@ struct srv_response_body {
 };
 
 /**
- * A response body without headers, which its maker has.
+ * Makes a response body without header fields; the caller has its only reference.
  *
- * body    taken over, and emptied; on failure too.
- * text    bytes of texts that srv_response_body_header is to copy, each with its NUL.
- * memory  the body's bytes are counted here, and taken off when the response body is freed.
- * buffer pool  where the body's memory goes then.
+ * body    its memory is moved into the response body, or into the pool on failure; it is empty
+ *         afterwards.
+ * text    bytes of all values that srv_response_body_header will copy, each with its NUL.
+ * memory  counts the body's bytes until the response body is freed.
+ * pool    gets the body's memory when the response body is freed.
  *
- * Returns NULL without memory.
+ * Returns NULL when memory is short.
  */
 struct srv_response_body *srv_response_body_new(int status, const char *media_type,
                                                 struct api_buffer *body, size_t text,
                                                 struct srv_memory *memory,
                                                 struct srv_buffer_pool *pool);
 
-/** Adds a header field; the name is static, the value is copied. There must be room. */
+/** Adds a header field: the name is static, the value is copied. At most SRV_RESPONSE_BODY_HEADERS
+ * fields, and the values must fit into the bytes that were asked for. */
 void srv_response_body_header(struct srv_response_body *response_body, const char *name,
                               const char *value);
 
-/** One more has it. */
+/** Adds a reference and returns the response body. Any thread. */
 struct srv_response_body *srv_response_body_share(struct srv_response_body *response_body);
 
-/** One less has it; NULL is accepted. Any thread. */
+/** Drops a reference and sets the pointer to NULL; the last one frees the response body. NULL is
+ * accepted. Any thread. */
 void srv_response_body_drop(struct srv_response_body **response_body);
 
-/** Bytes of memory that it takes in all. */
+/** Bytes of memory that a response body takes in all. */
 size_t srv_response_body_bytes(const struct srv_response_body *response_body);
 
 #endif

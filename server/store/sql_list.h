@@ -37,7 +37,11 @@ int srv_sql_list_add(struct srv_sql_list *list, const char *text, const struct s
  */
 void srv_sql_list_arrays(struct srv_sql_list *list, const char *data[], int bytes[]);
 
-/** Takes all rows out; their memory stays for the next ones. */
+/** True where every column has an array's head and room for what it holds, and the row's number
+ * fits the bytes. O(columns). */
+int srv_sql_list_valid(const struct srv_sql_list *list);
+
+/** Removes all rows; their memory stays for the next ones. */
 void srv_sql_list_empty(struct srv_sql_list *list);
 
 /** Frees what the list holds. */

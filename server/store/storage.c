@@ -66,6 +66,7 @@ static int storage_take(struct srv_storage *storage, enum srv_ask_kind kind, int
     pthread_mutex_lock(&storage->lock);
     while (srv_list_empty(&line->asks) && !storage->over && early)
         early = srv_condition_wait(&line->some, &storage->lock, until);
+    assert(srv_list_valid(&line->asks));
     for (; count < most && !srv_list_empty(&line->asks); count++)
         call[count] = &SRV_CONTAINER_OF(srv_list_take(&line->asks), struct srv_ask, link)->call;
     pthread_mutex_unlock(&storage->lock);
@@ -136,6 +137,7 @@ static void *storage_serve(void *context) {
     struct srv_store_call *call[MOST_TOGETHER];
     int count;
     if (most > MOST_TOGETHER) most = MOST_TOGETHER;
+    assert(most >= 1);
     do {
         count =
             storage_take(storage, desk->kind, most,
@@ -210,7 +212,10 @@ void srv_storage_free(struct srv_storage **storage) {
         if (gone->desk[i].runs) pthread_join(gone->desk[i].thread, NULL);
         srv_store_close(&gone->desk[i].store);
     }
-    for (int kind = 0; kind < SRV_ASK_KINDS; kind++) pthread_cond_destroy(&gone->line[kind].some);
+    for (int kind = 0; kind < SRV_ASK_KINDS; kind++) {
+        assert(srv_list_empty(&gone->line[kind].asks));
+        pthread_cond_destroy(&gone->line[kind].some);
+    }
     pthread_mutex_destroy(&gone->lock);
     free(gone);
 }
@@ -218,7 +223,7 @@ void srv_storage_free(struct srv_storage **storage) {
 void srv_storage_ask(struct srv_storage *storage, enum srv_ask_kind kind, struct srv_ask *ask) {
     struct storage_line *line = &storage->line[kind];
     pthread_mutex_lock(&storage->lock);
-    assert(!storage->over);
+    assert(!storage->over && ask->done && ask->call.run && srv_list_valid(&line->asks));
     srv_list_append(&line->asks, &ask->link);
     pthread_cond_signal(&line->some);
     pthread_mutex_unlock(&storage->lock);

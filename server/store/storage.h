@@ -1,4 +1,4 @@
-/* The threads that talk to the store, so that nobody else waits for a disk or a database.
+/* The threads that talk to the store, so that no other thread waits for a disk or a database.
  * Leaves to others: what is asked (store's calls), what follows from an answer (the asker's
  * `done`).
  * Invariant: a call that was taken comes back through its `done`, once; calls that write are
@@ -47,8 +47,8 @@ PEND_MUST_CHECK enum pend_status srv_storage_new(struct srv_storage **storage, c
 /** Waits until all that was asked is answered, then ends the threads and closes the store. */
 void srv_storage_free(struct srv_storage **storage);
 
-/** Hands an ask over. Any thread; does not wait. Calls that wait at the same time share a write
- * to disk. */
+/** Queues a call for a thread of the storage. Any thread; does not wait. Calls that are queued at
+ * the same time share a write to disk. */
 void srv_storage_ask(struct srv_storage *storage, enum srv_ask_kind kind, struct srv_ask *ask);
 
 /** Asks and waits for the answer; `done` is not called. For threads that may wait: neither
@@ -59,7 +59,7 @@ enum srv_stored srv_storage_wait(struct srv_storage *storage, enum srv_ask_kind 
 /** True while the store answers. */
 int srv_storage_here(const struct srv_storage *storage);
 
-/** False where nobody tells what other processes did, so that who wants to know it has to ask. */
+/** False if the store cannot notify other processes; callers must poll. */
 int srv_storage_hears(const struct srv_storage *storage);
 
 /** Figures as of a second or so ago. */

@@ -95,7 +95,7 @@ struct srv_lease {
     size_t start_bytes;
 };
 
-/* One connection; used by one thread at a time. */
+/* A connection to a store; one thread at a time uses it. */
 struct srv_store;
 
 /**
@@ -116,10 +116,11 @@ PEND_MUST_CHECK enum pend_status srv_store_open(struct srv_store **store, const 
                                                 const struct srv_store_rules *rules,
                                                 struct pend_error *error);
 
+/** Closes a store and sets the pointer to NULL; NULL is accepted. */
 void srv_store_close(struct srv_store **store);
 
-/** True once its tables are known to be as this version wants them: not before the database was
- * reached. */
+/** True once the tables are known to be those of this version, which the database must have been
+ * reached for. */
 int srv_store_settled(const struct srv_store *store);
 
 /** What the database said about the last failure; "" when nothing. */
@@ -274,9 +275,9 @@ struct srv_store_sweep {
 /**
  * Puts parts back whose lease ran out, gives up what kills its workers, removes what is dismissed
  * or past its time; a piece at a time: at most 64 parts, 64 chunks of results of a job that has
- * ended, and 128 jobs that expired. Any process may, at
- * any time. After the store's clock has jumped ahead no job expires for ten minutes: a clock that
- * was set by mistake, and is set back, costs nobody a result.
+ * ended, and 128 jobs that expired. Any process may sweep at any time. After the store's clock has
+ * jumped ahead no job expires for ten minutes: a clock that was set by mistake, and is set back,
+ * costs nobody a result.
  *
  * looked  us by the store's clock, 0 at first: leases count that had run out when this process
  *         looked the last time, so that after a pause it holds its own for longer before it judges
@@ -334,7 +335,8 @@ enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **
  * Waits until another process may have kept, ended or given back something; a hint only, on a
  * connection of its own.
  *
- * Returns 1 when there may be news, 0 after the time; -1 where other processes cannot be heard.
+ * Returns 1 when there may be news, 0 after the time, and -1 if the store cannot notify other
+ * processes; callers must poll then.
  */
 int srv_store_listen(struct srv_store *store, int timeout_ms);
 

@@ -2,6 +2,7 @@
  * Leaves to others: what becomes of them (store_leases).
  * Invariant: a part that is claimed was nobody's; what a claim costs does not depend on how many
  * parts wait. */
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -303,6 +304,7 @@ enum srv_stored srv_store_claim_some(struct srv_store *store, const char *worker
                                      struct srv_lease lease[], int most, int *count) {
     struct claim claim = {.worker = worker, .lease_us = lease_us, .lease = lease, .most = most};
     int mended = 0;
+    assert(most >= 1 && most <= SRV_CLAIMS && lease_us > 0);
     *count = 0;
     for (int i = 0; i < most; i++) lease[i] = (struct srv_lease){0};
     SRV_STORED_TRY(srv_store_begin(store));
@@ -314,6 +316,7 @@ enum srv_stored srv_store_claim_some(struct srv_store *store, const char *worker
         stored = srv_store_end(store, stored == SRV_STORED,
                                stored == SRV_STORED ? SRV_STORED_AGAIN : stored);
     }
+    assert(claim.count <= most && (stored != SRV_STORED || claim.count >= 1));
     for (int i = 0; i < most && stored != SRV_STORED; i++) srv_lease_clear(&lease[i]);
     if (stored == SRV_STORED) *count = claim.count;
     return stored;

@@ -1,5 +1,6 @@
 #include "server/store/store_jobs.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,6 +17,7 @@ enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, c
 }
 
 enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job) {
+    assert(*job->id && job->state == SRV_JOB_FAILED);
     unsigned char seal[SRV_SEAL_JOB_BYTES];
     SRV_STORED_TRY(srv_store_now(store, &job->now));
     job->held = SRV_ROW_BYTES;
@@ -124,6 +126,10 @@ static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_
 
 enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_order *order,
                                  struct srv_job *job) {
+    assert(order->parts >= 1 && order->cost_us >= 0 && order->digest &&
+           strlen(order->id) < SRV_ID_BYTES && strlen(order->client) < SRV_NAME_BYTES &&
+           strlen(order->operation) < SRV_NAME_BYTES);
+    assert(!order->key || strlen(order->key) < SRV_NAME_BYTES);
     *job = (struct srv_job){0};
     SRV_STORED_TRY(srv_store_begin(store));
     /* of two processes that keep the same key at one instant the second is told so by the index,
@@ -188,6 +194,7 @@ static enum srv_stored list_page(struct srv_store *store, const char *client, co
 
 enum srv_stored srv_store_list(struct srv_store *store, const char *client, const char *before,
                                int most, struct srv_job job[], int *count) {
+    assert(most >= 1);
     struct srv_row_jobs rows = {.cap = most, .job = job};
     *count = 0;
     SRV_STORED_TRY(srv_store_look(store));
@@ -207,6 +214,7 @@ static enum srv_stored end_parts(struct srv_store *store, const struct srv_job *
 
 enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job,
                                   enum srv_job_state state, const char *message) {
+    assert(*job->id && state >= SRV_JOB_FAILED && state < SRV_JOB_STATES && message);
     struct srv_job was = *job;
     SRV_STORED_TRY(srv_store_now(store, &job->now));
     /* a job that has ended is removed when it was said to be */

@@ -1,5 +1,6 @@
 #include "server/store/store_leases.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +14,7 @@ enum { PART_HELD = 1, PART_DONE = 2 };
 
 enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease *lease,
                                  int64_t lease_us) {
+    assert(lease_us > 0 && lease->part >= 0 && lease->attempt >= 1);
     struct srv_row_wholes row = {.count = 1};
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = SRV_RUN(store, SQL_PART_EXTEND, srv_row_wholes, &row,
@@ -138,6 +140,7 @@ static enum srv_stored finish_step(struct srv_store *store, struct srv_job *job,
 enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease *lease,
                                  const void *data, size_t bytes, const void *carry,
                                  size_t carry_bytes) {
+    assert(lease->part >= 0 && lease->part < lease->parts && lease->attempt >= 1);
     struct srv_job job;
     int64_t now;
     int done, over = 0;
@@ -165,6 +168,7 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
 
 enum srv_stored srv_store_fail(struct srv_store *store, const struct srv_lease *lease,
                                const char *message) {
+    assert(message && *message && lease->attempt >= 1);
     struct srv_job job;
     int done;
     SRV_STORED_TRY(srv_store_begin(store));
@@ -222,6 +226,7 @@ static enum srv_stored part_back(struct srv_store *store, const char *id, int64_
 
 enum srv_stored srv_store_back(struct srv_store *store, const char *worker, int64_t before,
                                struct srv_store_sweep *sweep, int *found) {
+    assert(worker ? *worker != 0 : before >= 0);
     struct row_parts rows = {0};
     enum srv_stored stored =
         worker ? SRV_RUN(store, SQL_PARTS_OF, row_part, &rows, srv_value_text(worker))
@@ -269,6 +274,7 @@ static enum srv_stored row_chunk(void *context, const struct srv_value field[]) 
 
 enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long part, long chunk,
                                 void *data, size_t *bytes) {
+    assert(part >= 0 && chunk >= 0);
     struct row_chunk row = {.data = data, .job = id, .part = part, .chunk = chunk};
     *bytes = 0;
     SRV_STORED_TRY(srv_store_look(store));

@@ -1,5 +1,6 @@
 #include "server/store/store_quotas.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -42,6 +43,7 @@ enum srv_stored srv_store_recount(struct srv_store *store, const char *name) {
 }
 
 long srv_job_claimable(const struct srv_job *job) {
+    assert(job->parts >= 1 && job->waiting >= 0);
     if (job->state > SRV_JOB_RUNNING) return 0;
     if (!job->chained) return job->waiting + job->parts - job->begun;
     return job->waiting > 0 || (job->begun < job->parts && job->begun == job->done);
@@ -49,6 +51,7 @@ long srv_job_claimable(const struct srv_job *job) {
 
 enum srv_stored srv_store_count_job(struct srv_store *store, const struct srv_job *was,
                                     const struct srv_job *is) {
+    assert(!strcmp(was->id, is->id) && !strcmp(was->client, is->client));
     struct srv_store_figures *change = &store->tally.change;
     struct srv_tally_client *client;
     long before = srv_job_claimable(was), after = srv_job_claimable(is);

@@ -1,5 +1,6 @@
 #include "server/store/store_rows.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,6 +22,7 @@ struct srv_value srv_value_bytes(const void *data, size_t bytes) {
 
 enum srv_stored srv_row_wholes(void *context, const struct srv_value field[]) {
     struct srv_row_wholes *row = context;
+    assert(row->count >= 0 && row->count <= 4);
     for (int i = 0; i < row->count && !row->rows; i++) {
         int good = field[i].kind == SRV_SQL_WHOLE;
         row->flawed |= !good || field[i].whole < 0 || field[i].whole > SRV_ROW_MOST;
@@ -42,12 +44,14 @@ enum srv_stored srv_row_bytes(void *context, const struct srv_value field[]) {
 }
 
 void srv_row_text(const struct srv_value *field, char text[], size_t cap) {
+    assert(cap > 0);
     snprintf(text, cap, "%s",
              field->kind == SRV_SQL_STRING && field->data ? (const char *)field->data : "");
 }
 
 int64_t srv_row_whole(const struct srv_value *field, int64_t least, int64_t most,
                       const char *column, const char **flaw) {
+    assert(least <= most && *column);
     if (field->kind == SRV_SQL_WHOLE && field->whole >= least && field->whole <= most)
         return field->whole;
     if (!*flaw) *flaw = column;
@@ -56,6 +60,7 @@ int64_t srv_row_whole(const struct srv_value *field, int64_t least, int64_t most
 
 void srv_row_word(const struct srv_value *field, size_t least, char text[], size_t cap,
                   const char *column, const char **flaw) {
+    assert(cap > least && *column);
     int good = field->kind == SRV_SQL_STRING && field->data && field->bytes >= least &&
                field->bytes < cap && strlen(field->data) == field->bytes;
     memcpy(text, good ? field->data : "", good ? field->bytes + 1 : 1);
@@ -75,6 +80,7 @@ static const char *row_job_flaw(const struct srv_job *job) {
 }
 
 void srv_row_job_fail(struct srv_job *job, const char *flaw) {
+    assert(flaw && *flaw);
     job->flaw = flaw;
     job->state = SRV_JOB_FAILED;
     job->parts = 1;
@@ -84,8 +90,11 @@ void srv_row_job_fail(struct srv_job *job, const char *flaw) {
              "the store's record of this job is damaged (%s): submit the job again", flaw);
 }
 
+static_assert(SRV_ROW_JOB + 2 <= SRV_SQL_PARAMETERS, "a row of a job and a part fits");
+
 enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
     struct srv_row_jobs *rows = context;
+    assert(rows->count >= 0 && rows->count <= rows->cap);
     if (rows->count == rows->cap) return SRV_STORED;
     struct srv_job *job = &rows->job[rows->count];
     const char *flaw = NULL;

@@ -2,6 +2,7 @@
  * Leaves to others: what a scene says, and how its id is found (scenes).
  * Invariant: a scene that was kept never changes; it goes with the last of its keepers, and no
  * link that a keeper was given is dead before. */
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,6 +26,7 @@ static enum srv_stored scene_room(struct srv_store *store, const char *client, c
 /* a client keeps a scene more, or one less */
 static enum srv_stored scene_count(struct srv_store *store, const char *name, const char *source,
                                    int count, size_t bytes) {
+    assert(count == 1 || count == -1);
     struct srv_tally_client *client;
     SRV_STORED_TRY(srv_store_client(store, name, &client));
     client->scenes += count;
@@ -35,6 +37,7 @@ static enum srv_stored scene_count(struct srv_store *store, const char *name, co
 
 /* there is a scene more, or one less */
 static void scene_count_all(struct srv_store *store, int count, size_t bytes) {
+    assert(count == 1 || count == -1);
     store->tally.change.scenes += count;
     store->tally.change.scene_bytes += count * (long long)(bytes + SRV_ROW_BYTES);
 }

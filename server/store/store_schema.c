@@ -1,5 +1,6 @@
 #include "server/store/store_schema.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -176,6 +177,7 @@ static enum srv_stored schema_migrate(struct srv_sql *sql, int64_t *version) {
 }
 
 enum srv_stored srv_schema_newer(struct srv_sql *sql, int64_t version) {
+    assert(version > SRV_SCHEMA);
     char text[SRV_SQL_COMPLAINT];
     snprintf(text, sizeof text, "the store is of version %lld, this program knows up to %d",
              (long long)version, SRV_SCHEMA);

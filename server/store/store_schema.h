@@ -1,7 +1,10 @@
 /* The tables, version by version, and how a database gets them.
  * Leaves to others: the statements on them (store_statements), when it is time (store_call).
  * Invariant: tables are changed in one transaction, one process at a time; those of a newer
- * version are left alone. */
+ * version are left alone.
+ *
+ * A part of a job is a row of the table `shards`, and its number the column `shard` of results:
+ * parts were called shards when the tables were made, and another name is not worth a migration. */
 #ifndef SRV_STORE_SCHEMA_H
 #define SRV_STORE_SCHEMA_H
 

@@ -1,5 +1,6 @@
 #include "server/store/store_seals.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -28,6 +29,7 @@ static void seal_row(unsigned char seal[API_SEAL_BYTES], const struct srv_job *j
 
 void srv_seal_job(unsigned char seal[SRV_SEAL_JOB_BYTES], const struct srv_job *job,
                   const void *request, size_t bytes) {
+    assert(job->parts >= 1 && job->created > 0 && (request || !bytes));
     api_seal(seal, "request", 0, request, bytes);
     seal_row(seal + API_SEAL_BYTES, job, seal);
 }
@@ -55,6 +57,7 @@ int srv_seal_request_whole(const struct srv_value field[2], const void *request,
 
 void srv_seal_chunk(unsigned char seal[API_SEAL_BYTES], const char *job, long part, long chunk,
                     const void *data, size_t bytes) {
+    assert(part >= 0 && chunk >= 0 && bytes <= SRV_CHUNK_BYTES);
     char place[SRV_ID_BYTES + 64];
     snprintf(place, sizeof place, "results of job %s, part %ld", job, part);
     api_seal(seal, place, chunk, data, bytes);

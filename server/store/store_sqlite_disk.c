@@ -1,5 +1,6 @@
 #include "server/store/store_sqlite_disk.h"
 
+#include <assert.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 
@@ -53,6 +54,7 @@ void srv_sqlite_disk_close(struct srv_sqlite_disk *disk) {
 }
 
 void srv_sqlite_disk_begin(struct srv_sqlite_disk *disk, int full) {
+    assert(sqlite3_get_autocommit(disk->db) && disk->page_bytes > 0);
     disk->promised = 0;
     disk->changes = sqlite3_total_changes(disk->db);
     if (full) sqlite3_wal_checkpoint_v2(disk->db, NULL, SQLITE_CHECKPOINT_TRUNCATE, NULL, NULL);
@@ -126,6 +128,7 @@ int srv_sqlite_disk_take(struct srv_sqlite_disk *disk) {
 }
 
 void srv_sqlite_disk_committed(struct srv_sqlite_disk *disk) {
+    assert(sqlite3_get_autocommit(disk->db) && disk->log_most >= LOG_PAGES);
     int pages = disk->log_pages;
     disk->log_pages = 0;
     if (pages && pages < LOG_PAGES) disk->log_most = LOG_PAGES;

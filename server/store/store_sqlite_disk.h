@@ -24,6 +24,7 @@ struct srv_sqlite_disk {
  * set its WAL hook. */
 int srv_sqlite_disk_open(struct srv_sqlite_disk *disk, sqlite3 *db);
 
+/** Frees the statements of a disk, before its connection is closed. */
 void srv_sqlite_disk_close(struct srv_sqlite_disk *disk);
 
 /** Before a transaction begins; `full`: the disk was in the last one, and what the log of writes

@@ -3,6 +3,7 @@
  * Leaves to others: when to sweep (storage).
  * Invariant: a sweep takes a piece at a time, so that no other call waits long; any process may,
  * at any time; a job is removed as it is, and not before the time that its client was told. */
+#include <assert.h>
 #include <string.h>
 
 #include "server/base/clock.h"
@@ -83,6 +84,7 @@ static enum srv_stored row_expired(void *context, const struct srv_value field[]
 /* counts a job that is removed; what is large stays a while, and is counted as long */
 static enum srv_stored expired_count(struct srv_store *store, const struct srv_job *job,
                                      int large) {
+    assert(!srv_job_open(job) && job->bytes >= 0 && job->held >= 0);
     store->tally.change.jobs[job->state]--;
     SRV_STORED_TRY(
         srv_store_count_bytes(store, job->client, -job->held - (large ? 0 : job->bytes)));
@@ -121,6 +123,7 @@ static enum srv_stored sweep_expired(struct srv_store *store, int64_t now,
     SRV_STORED_TRY(SRV_RUN(store, SQL_JOBS_EXPIRED, row_expired, &rows,
                            srv_value_whole(store->expiry.from), srv_value_whole(SQL_EXPIRED_MOST)));
     int64_t bytes = 0;
+    assert(rows.count + rows.damaged <= SQL_EXPIRED_MOST);
     for (int i = 0; i < rows.count; i++) {
         SRV_STORED_TRY(expired_remove(store, &rows.job[i]));
         bytes += rows.job[i].bytes > SWEEP_SMALL ? 0 : rows.job[i].bytes;
@@ -146,6 +149,7 @@ enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked,
                                 struct srv_store_sweep *sweep) {
     int64_t now = 0;
     int late = 0;
+    assert(!looked || *looked >= 0);
     *sweep = (struct srv_store_sweep){0};
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = srv_store_now(store, &now);

@@ -1,5 +1,6 @@
 #include "server/store/store_tally.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,6 +20,14 @@ static enum srv_stored tally_post(struct srv_sql *sql, enum srv_statement id,
     return sql->driver->post(sql, (int)id, srv_statement_text[id], value, count);
 }
 
+int srv_tally_valid(const struct srv_tally *tally) {
+    int last = tally->count - 1, good = tally->count >= 0 && tally->count <= SRV_TALLY_CLIENTS &&
+                                        tally->place >= 0 && tally->place < SRV_TALLY_PLACES;
+    for (int i = 0; good && i < last; i++)
+        good = strcmp(tally->client[i].name, tally->client[last].name) != 0;
+    return good;
+}
+
 void srv_tally_clear(struct srv_tally *tally) {
     tally->count = tally->known = tally->ring = 0;
     tally->source[0] = '\0';
@@ -33,6 +42,7 @@ struct srv_tally_client *srv_tally_client(struct srv_tally *tally, const char *n
     struct srv_tally_client *client = &tally->client[tally->count++];
     *client = (struct srv_tally_client){0};
     snprintf(client->name, sizeof client->name, "%s", name);
+    assert(srv_tally_valid(tally));
     return client;
 }
 
@@ -180,6 +190,7 @@ static enum srv_stored tally_all(const struct srv_tally *tally, struct srv_sql *
 }
 
 enum srv_stored srv_tally_write(struct srv_tally *tally, struct srv_sql *sql) {
+    assert(srv_tally_valid(tally));
     qsort(tally->client, (size_t)tally->count, sizeof tally->client[0], tally_order);
     for (int i = 0; i < tally->count; i++) SRV_STORED_TRY(tally_client(&tally->client[i], sql));
     SRV_STORED_TRY(tally_all(tally, sql));

@@ -41,6 +41,10 @@ struct srv_tally {
     struct srv_tally_client client[SRV_TALLY_CLIENTS];
 };
 
+/** True where there are changes of at most SRV_TALLY_CLIENTS clients and the client that was added
+ * last is among them once. O(clients). */
+int srv_tally_valid(const struct srv_tally *tally);
+
 /** Forgets all changes: the transaction was rolled back, or has ended. */
 void srv_tally_clear(struct srv_tally *tally);
 
