@@ -22,7 +22,7 @@ typedef double num; /* files that lay out memory count it in doubles and compute
  * cosine, sine                      of that angle
  * eff, inv_eff                      S, 1 / S
  * inv, lean                         1 / (m + q), r / (m + q)
- * kappa, nu, tau                    how an arm's share reaches its parent, and the two of tension
+ * kappa, nu, tau                    how an arm's share reaches its parent; nu, tau: tension first
  * stiff, weight                     S kappa, S l
  * sum_p .. sum_d                    p, r, q and the determinant's remainder
  * late, late_q, late_r              sums over the later siblings
