@@ -1,9 +1,9 @@
 /* Many trajectories of one tree's shape, several at once in the lanes of the processor's
  * vectors.
- * Leaves to others: where members come from and where results go (callbacks), threads (server).
+ * Leaves to others: the starts and the use of the results (callbacks), threads (server).
  * Invariant: a member's result does not depend on its lane, its neighbours, or how the members
- * are shared out: the same bits on every thread count, and on avx2 and avx512 alike (base,
- * without fused multiply-add, differs in rounding). */
+ * are divided among threads: the bits are the same for every number of threads, and the same on
+ * avx2 and avx512 (base, without fused multiply-add, differs in rounding). */
 #ifndef PEND_ENSEMBLE_H
 #define PEND_ENSEMBLE_H
 
@@ -26,6 +26,7 @@ PEND_MUST_CHECK enum pend_status pend_ensemble_new(struct pend_ensemble **ensemb
                                                    const struct pend_ensemble_problem *problem,
                                                    enum pend_isa isa, struct pend_error *error);
 
+/** Frees a workspace and clears the pointer; NULL is accepted. */
 void pend_ensemble_free(struct pend_ensemble **ensemble);
 
 /**
@@ -39,21 +40,21 @@ void pend_ensemble_free(struct pend_ensemble **ensemble);
 PEND_MUST_CHECK enum pend_status pend_ensemble_run(struct pend_ensemble *ensemble, long first,
                                                    long count);
 
-/** Begins a run of members in pieces; what an earlier run had not finished is dropped. */
+/** Begins a run that pend_ensemble_go continues; an unfinished earlier run is dropped. */
 void pend_ensemble_begin(struct pend_ensemble *ensemble, long first, long count);
 
 /**
- * Takes up to `steps` steps of all lanes, so that the caller can look after its clock.
+ * Takes up to `steps` steps of all lanes, so that the caller can check its deadline in between. The
+ * results' bits do not depend on `steps`.
  *
- * done  set to whether all members of the run were delivered. How a run is cut changes no bit of
- *       its results.
+ * done  out: non-zero if all members of the run were delivered.
  *
  * PEND_CANCELLED  a callback asked for it.
  */
 PEND_MUST_CHECK enum pend_status pend_ensemble_go(struct pend_ensemble *ensemble, long steps,
                                                   int *done);
 
-/** Members that a workspace computes at once: a run of fewer leaves lanes idle. */
+/** Returns the number of members that a workspace computes at once. O(1). */
 int pend_ensemble_width(const struct pend_ensemble *ensemble);
 
 #endif

@@ -35,14 +35,14 @@ PEND_MUST_CHECK enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapun
                                                    const struct pend_lyapunov_problem *problem,
                                                    struct pend_error *error);
 
+/** Frees a computation and clears the pointer; NULL is accepted. */
 void pend_lyapunov_free(struct pend_lyapunov **lyapunov);
 
 /**
- * Goes on in the present interval.
+ * Continues the present interval. The results' bits do not depend on `steps`.
  *
- * steps  of all lanes, after which it comes back.
- * done   set to whether the interval is over; the next call begins another. How it is cut changes
- *        no bit.
+ * steps  the largest number of steps of all lanes in this call.
+ * done   out: non-zero if the interval is over; the next call begins another.
  *
  * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  the motion, or one beside it, cannot
  * be computed.
@@ -51,12 +51,12 @@ void pend_lyapunov_free(struct pend_lyapunov **lyapunov);
 PEND_MUST_CHECK enum pend_status pend_lyapunov_go(struct pend_lyapunov *lyapunov, long steps,
                                                   int *done, struct pend_error *error);
 
-/** Takes what was found so far for a transient: exponents are counted from now on. The directions
- * stay. */
+/** Discards the intervals so far as a transient: exponents are computed from the following ones.
+ * The directions are kept. */
 void pend_lyapunov_forget(struct pend_lyapunov *lyapunov);
 
 /**
- * The exponents over the intervals so far, 1/s.
+ * Fills in the exponents over the intervals so far, 1/s.
  *
  * exponent  out, `count` values; 0 before the first interval is over.
  */
@@ -73,14 +73,15 @@ void pend_lyapunov_exponents(const struct pend_lyapunov *lyapunov, double expone
  */
 void pend_lyapunov_errors(const struct pend_lyapunov *lyapunov, double error[]);
 
-/** The motion itself at the end of the last interval; the angles without whole turns. */
+/** Fills in the motion's state at the end of the last interval, rad without whole turns and rad/s.
+ */
 void pend_lyapunov_state(const struct pend_lyapunov *lyapunov, double phi[], double rate[]);
 
 /** 1/s, by which differences of rates are divided where they are measured beside those of angles.
  */
 double pend_lyapunov_frequency(const struct pend_lyapunov *lyapunov);
 
-/** Integration steps of all motions so far. */
+/** Returns the number of integration steps of all motions so far. */
 long pend_lyapunov_steps(const struct pend_lyapunov *lyapunov);
 
 #endif

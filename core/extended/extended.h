@@ -42,9 +42,10 @@ PEND_MUST_CHECK enum pend_status pend_extended_new(struct pend_extended **extend
                                                    struct pend_error *error);
 
 /** Frees it and clears the pointer; NULL is accepted. */
+/** Frees a workspace and clears the pointer; NULL is accepted. */
 void pend_extended_free(struct pend_extended **extended);
 
-/** How many lanes there are: 2, 4 or 8. */
+/** Returns the number of lanes: 2, 4 or 8. */
 int pend_extended_width(const struct pend_extended *extended);
 
 /**
@@ -69,19 +70,19 @@ int pend_extended_step(struct pend_extended *extended);
 
 enum pend_extended_lane { PEND_EXTENDED_UNDER_WAY, PEND_EXTENDED_STOPPED, PEND_EXTENDED_FAILED };
 
-/** What became of a lane. */
+/** Returns the state of a lane. */
 enum pend_extended_lane pend_extended_lane(const struct pend_extended *extended, int lane);
 
-/** Where the last step of a lane ended, s. */
+/** Returns the time at the end of a lane's last step, s. */
 double pend_extended_time(const struct pend_extended *extended, int lane);
 
-/** Steps of a lane since its start. */
+/** Returns the number of steps of a lane since its start. */
 long pend_extended_steps(const struct pend_extended *extended, int lane);
 
-/** Orders of the series, the work of a step. */
+/** Returns the number of orders of the series, which a step computes. */
 int pend_extended_order(const struct pend_extended *extended);
 
-/** The state at the end of a lane's last step, or at its start. */
+/** Copies the state at the end of a lane's last step, or at its start. */
 void pend_extended_end(const struct pend_extended *extended, int lane,
                        const struct pend_extended_state *state);
 

@@ -1,9 +1,8 @@
-/* How long the digits of a trajectory hold: the same problem by its method and in 32 digits,
- * instant by instant.
- * Leaves to others: the samples that are answered (run).
- * Invariant: both runs see the same start, instants and limits; none is a step ahead of what is
- * compared but a block.
- */
+/* The time up to which the digits of a trajectory hold: the same problem is solved by its method
+ * and in 32 digits, and the two are compared at every wanted instant.
+ * Leaves to others: the samples of the answer (run).
+ * Invariant: both runs have the same start, instants and limits; neither is more than a block ahead
+ * of the comparison. */
 #ifndef PEND_TRUST_H
 #define PEND_TRUST_H
 
@@ -29,27 +28,28 @@ PEND_MUST_CHECK enum pend_status pend_trust_new(struct pend_trust **trust,
                                                 double tolerance, struct pend_error *error);
 
 /** Frees it and clears the pointer; NULL is accepted. */
+/** Frees a comparison and clears the pointer; NULL is accepted. */
 void pend_trust_free(struct pend_trust **trust);
 
 /**
- * Compares on, until the two have parted, the last instant is reached, or `work` is used up.
+ * Continues the comparison until the two runs differ by more than the tolerance, the last instant
+ * is reached, or `work` is used up.
  *
- * work  about how many arm-evaluations to spend on each of the two before coming back.
- * done  set non-zero when there is nothing more to find out.
+ * work  about the number of arm-evaluations of each run in this call.
+ * done  out: non-zero if the comparison is complete.
  *
- * What pend_run_next returns, of either run; that one has failed stays so.
+ * The failures of pend_run_next, of either run; later calls return the same failure.
  */
 PEND_MUST_CHECK enum pend_status pend_trust_next(struct pend_trust *trust, double work, int *done,
                                                  struct pend_error *error);
 
-/** The last instant up to which every angle was within the tolerance, s: among those compared so
- * far. */
+/** Returns the last compared instant, s, up to which every angle is within the tolerance. */
 double pend_trust_until(const struct pend_trust *trust);
 
-/** How far both computations are, 0 .. 1. */
+/** Returns the progress of the slower of the two runs, 0 .. 1. */
 double pend_trust_progress(const struct pend_trust *trust);
 
-/** Shows a checkpoint all that a comparison has in hand, as pend_run_carry. */
+/** Shows a checkpoint the state of a comparison; parameters and errors as pend_run_carry. */
 PEND_MUST_CHECK enum pend_status pend_trust_carry(struct pend_trust *trust,
                                                   struct pend_checkpoint *checkpoint);
 

@@ -131,7 +131,8 @@ static double values_next(struct span *span) {
 static int values_split(struct span *span, int room, double shift[]) {
     double lo, hi;
     int several = span->hi.below - span->lo.below;
-    assert(several > 1 && room >= 1 && room <= VALUES_LANES);
+    assert(several > 1);
+    assert(room <= VALUES_LANES);
     values_bounds(span, &lo, &hi);
     if (span->tries++ >= VALUES_TRIES && span->tries % 2) lo = span->lo.at, hi = span->hi.at;
     if (room > 2 * several) room = 2 * several;
