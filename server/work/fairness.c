@@ -14,7 +14,7 @@
 static const int64_t fairness_look = 400000, fairness_nap = 5000000;
 
 void srv_fairness_init(struct srv_fairness *fairness, const struct srv_queue *queue, int workers) {
-    assert(queue && workers > 0);
+    assert(workers > 0);
     fairness->queue = queue;
     fairness->workers = workers;
     atomic_init(&fairness->computing, 0);
