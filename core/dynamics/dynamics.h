@@ -20,7 +20,7 @@ size_t pend_dynamics_work_bytes(int n);
  *
  * Two sweeps, leaves to root then root to leaves, solve (aaa) and (bbb) without forming a matrix:
  * relative angles, arm-local frames, tensions first and made to balance at every joint (see
- * core/README.md for the derivation).
+ * core/theory.md for the derivation).
  *
  * tree     n arms; all arrays in the tree's stored order.
  * loads    what acts on the tree; gravity of any finite value.
@@ -31,7 +31,7 @@ size_t pend_dynamics_work_bytes(int n);
  * force    out, n values, N, compression positive; NULL to skip.
  *
  * Two forms do this: a quick one in the processor's vectors, and a careful one for states on which
- * the quick one loses digits, which it notices (see core/README.md). Same input, same bits, on
+ * the quick one loses digits, which it notices (see core/theory.md). Same input, same bits, on
  * processors with the same instruction set; between instruction sets the last digits differ.
  *
  * Cannot fail on a valid tree and finite inputs. O(n), no allocation. Safe on any thread with its

@@ -4,7 +4,7 @@
 #include <limits.h>
 #include <math.h>
 
-/* Scratch, one value an arm in each array; the letters are those of core/README.md. */
+/* Scratch, one value an arm in each array; the letters are those of core/theory.md. */
 struct dynamics_work {
     double *cosine, *sine; /* C, Z: of the angle to the parent */
     double *spin;          /* w = l phi'^2 */

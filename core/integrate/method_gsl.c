@@ -151,7 +151,7 @@ static double gsl_share_at(struct gsl_share share, double rtol) {
 
 /* What GSL is asked for. It bounds the error of one step; a share of the tolerances keeps what
  * the steps of a run leave together within 30 times the tolerances, as long as the motion does
- * not amplify it (core/README has the figures). */
+ * not amplify it (core/theory.md has the figures). */
 static struct pend_problem gsl_stepper_tighten(const struct pend_problem *problem,
                                                struct gsl_share shares) {
     struct pend_problem tight = *problem;
