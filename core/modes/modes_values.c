@@ -127,6 +127,15 @@ static double values_next(struct span *span) {
     return share * lo + (1 - share) * hi;
 }
 
+/* shifts between two bounds, evenly spaced, in the logarithm where the bounds are far apart */
+static void values_space(double lo, double hi, int count, double shift[]) {
+    double ratio = lo > 0 && hi > 4 * lo ? log(hi / lo) : 0;
+    for (int i = 0; i < count; i++) {
+        double part = (i + 1.0) / (count + 1.0);
+        shift[i] = ratio > 0 ? lo * exp(part * ratio) : lo + part * (hi - lo);
+    }
+}
+
 /* the next shifts for a span of several, ascending; returns how many */
 static int values_split(struct span *span, int room, double shift[]) {
     double lo, hi;
@@ -146,16 +155,10 @@ static int values_split(struct span *span, int room, double shift[]) {
         lo = span->lo.at;
         hi = span->hi.at;
     }
-    if (room <= 1) {
+    if (room > 1)
+        values_space(lo, hi, room, shift);
+    else
         shift[0] = values_middle(lo, hi);
-        return 1;
-    }
-    /* evenly spaced, in the logarithm where the bounds are far apart */
-    double ratio = lo > 0 && hi > 4 * lo ? log(hi / lo) : 0;
-    for (int i = 0; i < room; i++) {
-        double part = (i + 1.0) / (room + 1.0);
-        shift[i] = ratio > 0 ? lo * exp(part * ratio) : lo + part * (hi - lo);
-    }
     return room;
 }
 
