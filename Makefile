@@ -26,7 +26,7 @@ WARN = -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
 SANITIZED := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
 # -g1 names functions and lines, which reports need; variables would take longer to note than all else to compile
 FLAGS.release := -O3 -g1 -DNDEBUG
-FLAGS.debug := -O1 -g
+FLAGS.debug := -O1 -g $(SANITIZED)
 FLAGS.asan := -O1 -g1 -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer $(SANITIZED)
 FLAGS.tsan := -O1 -g1 -fsanitize=thread $(SANITIZED)
 $(if $(FLAGS.$(MODE)),,$(error MODE is one of release debug asan tsan, not $(MODE)))
