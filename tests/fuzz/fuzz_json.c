@@ -261,13 +261,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes) {
 
 /* documents to start from: small, but with everything in them */
 static const char *const seeds[] = {
-    "{\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":2.0,\"mass\":1.0},{\"name\":\"b\","
-    "\"parent\":\"a\",\"length\":"
-    "1.5,"
-    "\"mass\":1e-1}],\"gravity\":9.81},\"times\":{\"start\":0,\"stop\":5,\"step\":0.01}}",
+    ("{\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":2.0,\"mass\":1.0},{\"name\":\"b\","
+     "\"parent\":\"a\",\"length\":1.5,\"mass\":1e-1}],\"gravity\":9.81},"
+     "\"times\":{\"start\":0,\"stop\":5,\"step\":0.01}}"),
     "{\"L\":[2,1.5],\"m\":[1,1],\"S\":[[1,0],[1,1]]}",
-    " [ 1 , null,\ttrue,\nfalse,\"\\u20ac \\ud83d\\ude00 "
-    "\xe2\x82\xac\\n\",{},[],[[-0.5E+10]],1e308] ",
+    (" [ 1 , null,\ttrue,\nfalse,\"\\u20ac \\ud83d\\ude00 "
+     "\xe2\x82\xac\\n\",{},[],[[-0.5E+10]],1e308] "),
     "\"\xf0\x9f\x98\x80\xc3\xa9\\\\\\\"\\/\"",
     "[[[[[[[[[[[[[[[1]]]]]]]]]]]]]]]",
     "{\"a\":1,\"b\":{\"a\":1},\"\":[{\"a\":1},{\"a\":2}]}",
