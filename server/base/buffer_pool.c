@@ -26,13 +26,11 @@ void srv_buffer_pool_take(struct srv_buffer_pool *pool, struct api_buffer *buffe
     assert(!buffer->data && !buffer->bytes);
     pthread_mutex_lock(&pool->lock);
     assert(srv_buffer_pool_valid(pool));
-    if (pool->count) {
-        *buffer = pool->buffer[--pool->count];
-        buffer->limit = limit;
-    }
+    if (pool->count) *buffer = pool->buffer[--pool->count];
     pthread_mutex_unlock(&pool->lock);
     /* a buffer never has more room than its limit */
     if (buffer->cap > limit) api_buffer_clear(buffer);
+    buffer->limit = limit;
 }
 
 void srv_buffer_pool_give(struct srv_buffer_pool *pool, struct api_buffer *buffer) {

@@ -1,6 +1,5 @@
 #include "server/base/metrics.h"
 
-#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -50,7 +49,6 @@ static const struct {
 #define COUNT(table) (sizeof(table) / sizeof *(table))
 
 void srv_metrics_request(struct srv_metrics *metrics, int route, int status) {
-    assert(route < SRV_METRIC_ROUTES && status >= 0);
     int none = route < 0 || route >= SRV_METRIC_ROUTES - 1,
         odd = status < 0 || status >= SRV_METRIC_STATUS;
     srv_metrics_count(&metrics->requests[none ? SRV_METRIC_ROUTES - 1 : route][odd ? 0 : status],

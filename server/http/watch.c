@@ -158,7 +158,7 @@ static void *watch_main(void *argument) {
 }
 
 void srv_watch_lingering(struct srv_watch *watch, int most) {
-    assert(most >= 0 && most <= SRV_WATCH_LINGERING && !watch->lingerers);
+    assert(most >= 0 && most <= SRV_WATCH_LINGERING);
     watch->most = most;
 }
 

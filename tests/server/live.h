@@ -12,10 +12,10 @@
 #define LIVE_LONG                                                                                  \
     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"                            \
     "\"times\":{\"start\":0,\"stop\":100000,\"count\":5}}"
-/* and one that is computed for a quarter of an hour, or for hours where threads are watched */
+/* and one that is computed for minutes, or for hours where threads are watched */
 #define LIVE_ENDLESS                                                                               \
     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"                            \
-    "\"times\":{\"start\":0,\"stop\":1e8,\"count\":5}}"
+    "\"times\":{\"start\":0,\"stop\":2e7,\"count\":5}}"
 #define LIVE_SHORT "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]}}"
 
 /** Loads a configuration from options as on a command line, ended by NULL; a free port of

@@ -282,7 +282,7 @@ TEST(an_answer_that_is_not_taken_is_given_up) {
 
 TEST(a_client_that_went_away_frees_its_worker_at_once) {
     /* a slow machine would refuse by its own pace what is to be left */
-    static const char *const options[] = {"--workers", "1", "--max-compute-seconds", "3600", NULL};
+    static const char *const options[] = {"--workers", "1", "--max-compute-seconds", "86400", NULL};
     struct srv_daemon *daemon = live_start(options);
     struct test_client gone, waiting, next;
     struct test_reply reply;
