@@ -66,9 +66,10 @@ static enum srv_stored runner_release(struct srv_store *store, struct srv_store_
 }
 
 int srv_part_runner_valid(const struct srv_part_runner *runner) {
-    return runner->service && runner->count >= 0 && runner->lease_us >= 0 && runner->claimed >= 0 &&
-           runner->claimed <= SRV_CLAIMS && runner->asked <= SRV_CLAIMS && runner->draining >= 0 &&
-           runner->draining <= 3 && runner->poll && runner->poll->count <= runner->count;
+    /* not how many were claimed: that is the storage's while it is asked */
+    return runner->service && runner->count >= 0 && runner->lease_us >= 0 &&
+           runner->asked <= SRV_CLAIMS && runner->draining >= 0 && runner->draining <= 3 &&
+           runner->poll && runner->poll->count <= runner->count;
 }
 
 /* --- from one state to the next --- */
