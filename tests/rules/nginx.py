@@ -263,6 +263,31 @@ def addresses(build, directory):
     names.close()
 
 
+class Outdated(Names):
+    """Knows of nobody alive while it is asked for the first two times."""
+
+    def __init__(self, gone, there):
+        self.gone, self.there = [gone], [there]
+        super().__init__()
+
+    @property
+    def addresses(self):
+        return self.gone if self.asked <= 2 else self.there
+
+    @addresses.setter
+    def addresses(self, _):
+        """The two lists say it."""
+
+
+def third_round(build, directory):
+    """The memories of two rounds may both be older than the last restart: the third asks anew."""
+    port, names = free_port(), Outdated("127.0.0.2", "127.0.0.3")
+    with daemon_at(build, f"127.0.0.3:{port}", pathlib.Path(directory, "third.log")), nginx(shipped_nginx([port], names)) as front:
+        status = ask(front, "POST", "/v1/trees", LITTLE)[0]
+        check("two rounds know nobody alive, the third does", (status, names.asked) == (200, 3), (status, names.asked))
+    names.close()
+
+
 def never_twice():
     """A POST that was sent to a process that then dies is sent to nobody else; a GET is."""
     with socket.create_server(("127.0.0.1", 0)) as one, socket.create_server(("127.0.0.1", 0)) as other:
@@ -304,6 +329,7 @@ def behind_nginx(build):
                 problem("nobody behind", answer, 503)
                 check("it says when to come again", answer[1].get("Retry-After") == "5", answer[1].get("Retry-After"))
         addresses(build, directory)
+        third_round(build, directory)
         never_twice()
 
 
