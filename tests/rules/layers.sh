@@ -116,9 +116,20 @@ effects() {
         grep -vE '^(abort)$' | sed 's/^/core uses /'
 }
 
+# the objects of a room whose sources are still there: X.o of X.c or X.cc, X.avx2.o of X.c
+objects() {
+    local object source
+    find "$build/$1" -name '*.o' | while read -r object; do
+        source=${object#"$build/"} source=${source%.o}
+        for source in "$source.c" "$source.cc" "${source%.*}.c"; do
+            [ -e "$source" ] && echo "$object" && break
+        done
+    done
+}
+
 prefixes() { # room, symbol pattern
     # C++ names (_Z) have namespaces: those of the room and of its outside libraries
-    find "$build/$1" -name '*.o' -print0 | xargs -0 nm -g --defined-only | awk 'NF == 3 { print $3 }' | sort -u | grep -vE "$2|^_Z" | sed "s|^|$1 defines |"
+    objects "$1" | xargs nm -g --defined-only | awk 'NF == 3 { print $3 }' | sort -u | grep -vE "$2|^_Z" | sed "s|^|$1 defines |"
 }
 
 for room in core api server; do
