@@ -14,8 +14,10 @@
 #include "server/work/service.h"
 
 enum {
-    RESPONSE_BLOCK = 65536
-}; /* bytes of a stream that libmicrohttpd asks for at once, where the length is known */
+    RESPONSE_BLOCK = 65536, /* bytes of a stream that libmicrohttpd asks for at once, where the
+                               length is known */
+    RESPONSE_HEAD = 1536    /* bytes of a head that is sent past libmicrohttpd */
+};
 
 /* --- ids --- */
 
@@ -153,23 +155,36 @@ struct MHD_Response *srv_response_new(const struct srv_exchange *exchange,
     return NULL;
 }
 
+/* adds a field to a head of RESPONSE_HEAD bytes that is sent past libmicrohttpd; one that has no
+ * room is left out */
+static void response_line(char head[], const char *name, const char *value) {
+    size_t used = strlen(head), room = RESPONSE_HEAD - used - sizeof "\r\n";
+    int bytes = snprintf(head + used, room, "%s: %s\r\n", name, value);
+    if (bytes < 0 || (size_t)bytes >= room) head[used] = 0;
+}
+
 void srv_response_refuse(struct srv_exchange *exchange, int fd) {
-    char head[768], date[40], cors[300] = "";
+    char head[RESPONSE_HEAD], date[40], length[24];
     time_t now = time(NULL);
     struct tm part;
     const char *origin = srv_cors_origin(srv_service_config(exchange->service)->cors_origins,
                                          exchange->field[SRV_ORIGIN], exchange->closed);
-    if (origin) snprintf(cors, sizeof cors, "Access-Control-Allow-Origin: %.255s\r\n", origin);
-    strftime(date, sizeof date, "%a, %d %b %Y %H:%M:%S GMT", gmtime_r(&now, &part));
     assert(exchange->status >= 400 && exchange->id && exchange->media_type);
-    int bytes = snprintf(
-        head, sizeof head,
-        "HTTP/1.1 %d %s\r\nDate: %s\r\nConnection: close\r\nContent-Type: %s\r\n"
-        "Cache-Control: no-store\r\nX-Request-Id: %s\r\nX-Content-Type-Options: nosniff\r\n%s"
-        "Content-Length: %zu\r\n\r\n",
-        exchange->status, MHD_get_reason_phrase_for((unsigned)exchange->status), date,
-        exchange->media_type, exchange->id, cors, exchange->bytes);
-    struct iovec parts[] = {{head, (size_t)bytes}, {(void *)exchange->data, exchange->bytes}};
+    strftime(date, sizeof date, "%a, %d %b %Y %H:%M:%S GMT", gmtime_r(&now, &part));
+    snprintf(length, sizeof length, "%zu", exchange->bytes);
+    snprintf(head, sizeof head, "HTTP/1.1 %d %s\r\n", exchange->status,
+             MHD_get_reason_phrase_for((unsigned)exchange->status));
+    response_line(head, "Content-Length", length);
+    response_line(head, "Content-Type", exchange->media_type);
+    response_line(head, "Connection", "close");
+    response_line(head, "Date", date);
+    response_line(head, "X-Request-Id", exchange->id);
+    response_line(head, "X-Content-Type-Options", "nosniff");
+    if (origin) response_line(head, "Access-Control-Allow-Origin", origin);
+    for (int i = 0; i < exchange->headers; i++)
+        response_line(head, exchange->header[i].name, exchange->header[i].value);
+    strcat(head, "\r\n");
+    struct iovec parts[] = {{head, strlen(head)}, {(void *)exchange->data, exchange->bytes}};
     (void)!sendmsg(fd, &(struct msghdr){.msg_iov = parts, .msg_iovlen = 2},
                    MSG_DONTWAIT | MSG_NOSIGNAL);
     exchange->close = 1;

@@ -119,17 +119,23 @@ static int memory_send(struct test_client *client, const struct test_server *ser
            CHECK(test_client_say(client, body));
 }
 
+enum { HEAD = 1024 };
+
 /* the status of an answer that is left where it is, 0 while there is none, -1 once the
- * connection has ended */
-static int memory_peek(const struct test_client *client, int *retry) {
-    char text[1024];
+ * connection has ended; `text` becomes what of it can be seen */
+static int memory_peek(const struct test_client *client, char text[HEAD]) {
     struct pollfd look = {.fd = client->fd, .events = POLLIN};
+    text[0] = 0;
     if (poll(&look, 1, 0) <= 0) return 0;
-    ssize_t got = recv(client->fd, text, sizeof text - 1, MSG_PEEK);
+    ssize_t got = recv(client->fd, text, HEAD - 1, MSG_PEEK);
     if (got <= 0) return -1;
     text[got] = 0;
-    if (retry) *retry = strstr(text, "\r\nRetry-After: ") != NULL;
     return strncmp(text, "HTTP/1.1 ", 9) || !strstr(text, "\r\n\r\n") ? 0 : atoi(text + 9);
+}
+
+static int memory_status(const struct test_client *client) {
+    char head[HEAD];
+    return memory_peek(client, head);
 }
 
 /* Somebody else asks for something small. What a crowd's request is promised before it is refused
@@ -160,12 +166,13 @@ static int memory_crowd(const struct test_server *server, const struct test_clie
         memory_other_is_served(server);
         answered = good = 0;
         for (int i = 0; i < count; i++) {
-            int retry = 0, status = memory_peek(&client[i], &retry);
+            char head[HEAD];
+            int status = memory_peek(&client[i], head);
             answered += status != 0;
             good += status == 200;
             if (status && status != 200)
-                CHECK_SAYING((status == 503 || status == 429) && retry,
-                             "answer %d is %d, Retry-After %d", i, status, retry);
+                CHECK_SAYING((status == 503 || status == 429) && strstr(head, "\r\nRetry-After: "),
+                             "answer %d is %d: %s", i, status, head);
         }
         double now = memory_resident(server);
         if (now > most) most = now;
@@ -236,8 +243,8 @@ TEST(an_answer_that_never_has_room_is_told_the_limit) {
     /* what flows has room whatever its length */
     REQUIRE(memory_send(&client, server, 2, "POST", "/v1/trajectories",
                         "Accept: application/octet-stream\r\n", memory_long(2000000)));
-    while (!memory_peek(&client, NULL)) test_sleep(0.01);
-    CHECK_INT(memory_peek(&client, NULL), 200);
+    while (!memory_status(&client)) test_sleep(0.01);
+    CHECK_INT(memory_status(&client), 200);
     test_client_close(&client);
     memory_await_base(server);
     memory_stop(&server);
@@ -344,8 +351,12 @@ TEST(bodies_that_drip_leave_other_clients_their_memory) {
         test_client_send(&client[i], piece, SENT);
     }
     for (int i = 0; i < SLOW; i++) {
+        char head[HEAD];
         memory_other_is_served(server);
-        refused += memory_peek(&client[i], NULL) == 429;
+        if (memory_peek(&client[i], head) != 429) continue;
+        refused++;
+        CHECK_SAYING(strstr(head, "\r\nRetry-After: ") && strstr(head, "\r\nCache-Control: "), "%s",
+                     head);
     }
     CHECK_SAYING(refused > SLOW / 2, "%d bodies were refused", refused);
     double held = ask_metric(server, "pendulumd_held_kind_bytes{kind=\"bodies\"}");
@@ -406,8 +417,8 @@ static int memory_listen(struct test_client *client, const struct test_server *s
              last % 16);
     if (!memory_send(client, server, 2, "GET", path, headers, "")) return 0;
     double until = test_clock() + TEST_PATIENCE;
-    while (!memory_peek(client, NULL) && test_clock() < until) test_sleep(0.005);
-    return memory_peek(client, NULL);
+    while (!memory_status(client) && test_clock() < until) test_sleep(0.005);
+    return memory_status(client);
 }
 
 TEST(streams_of_events_are_counted_by_network) {
