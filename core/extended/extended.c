@@ -149,7 +149,7 @@ static void extended_fill(struct pend_extended *e, int lane, const struct pend_l
                           const struct pend_extended_state *state, const double len[],
                           const double mass[], double stop) {
     struct extended_lanes *l = &e->lanes;
-    double fastest = 0;
+    double unit = pend_taylor_first_unit(l->n, loads, len, state->rate);
     for (int k = 0; k < l->n; k++) {
         size_t at = (size_t)(k * e->kernel->width + lane);
         l->to.phi[at] = state->phi[k];
@@ -158,12 +158,11 @@ static void extended_fill(struct pend_extended *e, int lane, const struct pend_l
         l->to.rate_low[at] = state->rate_low ? state->rate_low[k] : 0;
         l->len[at] = len[k];
         l->mass[at] = mass[k];
-        fastest = fmax(fastest, fmax(fabs(state->rate[k]), sqrt(fabs(loads->gravity) / len[k])));
     }
     l->to.time[lane] = 0;
     l->stop[lane] = stop;
     l->gravity[lane] = loads->gravity;
-    l->unit[lane] = copysign(fastest > 0 ? exp2(-floor(log2(fastest))) : 1, stop);
+    l->unit[lane] = copysign(unit, stop);
 }
 
 static void extended_begin(struct pend_extended *e, int lane, const struct pend_loads *loads,

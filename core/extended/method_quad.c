@@ -29,17 +29,6 @@ static const struct quad_kernel *quad_kernel(enum pend_isa isa) {
     return &pend_kernel_quad_base;
 }
 
-/* a power of two near the time that the fastest arm takes for a radian, as far as the start
- * tells */
-static double quad_first_unit(const struct pend_problem *problem) {
-    double fastest = 0;
-    for (int k = 0; k < problem->tree->n; k++) {
-        fastest = fmax(fastest, fabs(problem->rate[k]));
-        fastest = fmax(fastest, sqrt(fabs(problem->loads.gravity) / problem->tree->len[k]));
-    }
-    return fastest > 0 ? exp2(-floor(log2(fastest))) : 1;
-}
-
 /* The order from which coefficients need but 32 digits: where the terms of a step have fallen by
  * as much as those fall short of the target. The slowest to fall are those of an exponential,
  * x^j / j!, as of `extended`. */
@@ -81,7 +70,9 @@ static enum pend_status quad_stepper_open(void **stepper, const struct pend_prob
     struct quad_stepper *q = (struct quad_stepper *)(void *)block;
     double *at = (double *)(void *)(block + head);
     *q = (struct quad_stepper){
-        .kernel = kernel, .log_rtol = log2(target), .next_unit = quad_first_unit(problem)};
+        .kernel = kernel,
+        .log_rtol = log2(target),
+        .next_unit = pend_taylor_first_unit(n, &problem->loads, problem->tree->len, problem->rate)};
     q->log_atol = problem->atol > 0 ? log2(pend_taylor_atol(problem->atol)) : -1e5;
     q->series = (struct quad_series){.tree = problem->tree,
                                      .order = order,

@@ -46,17 +46,6 @@ static int taylor_order(double rtol, const struct pend_tree *tree) {
     return order;
 }
 
-/* a power of two near the time that the fastest arm takes for a radian, as far as the start
- * tells */
-static double taylor_first_unit(const struct pend_problem *problem) {
-    double fastest = 0;
-    for (int k = 0; k < problem->tree->n; k++) {
-        fastest = fmax(fastest, fabs(problem->rate[k]));
-        fastest = fmax(fastest, sqrt(fabs(problem->loads.gravity) / problem->tree->len[k]));
-    }
-    return fastest > 0 ? exp2(-floor(log2(fastest))) : 1;
-}
-
 static void taylor_view(struct taylor *taylor, double *at) {
     size_t stride = pend_jets_stride(taylor->tree->n);
     double **array[] = {&taylor->begin.phi,      &taylor->begin.phi_low, &taylor->begin.rate,
@@ -85,7 +74,8 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
         .tree = problem->tree, .loads = problem->loads, .order = order, .known = known};
     taylor->log_rtol = log2(pend_taylor_target(problem->rtol));
     taylor->log_atol = log2(pend_taylor_atol(problem->atol));
-    taylor->next_unit = taylor_first_unit(problem);
+    taylor->next_unit =
+        pend_taylor_first_unit(n, &problem->loads, problem->tree->len, problem->rate);
     pend_jets_init(&taylor->jets, problem->tree, known, block + head);
     if (answers) pend_jets_answers(&taylor->jets, block + head + series + state);
     taylor_view(taylor, (double *)(block + head + series));

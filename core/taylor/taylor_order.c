@@ -12,3 +12,11 @@ int pend_taylor_order(double rtol, int alone) {
     if (order < PEND_TAYLOR_ORDER_MIN) return PEND_TAYLOR_ORDER_MIN;
     return order > PEND_TAYLOR_ORDER_MAX ? PEND_TAYLOR_ORDER_MAX : order;
 }
+
+double pend_taylor_first_unit(int n, const struct pend_loads *loads, const double length[],
+                              const double rate[]) {
+    double fastest = 0;
+    for (int k = 0; k < n; k++)
+        fastest = fmax(fastest, fmax(fabs(rate[k]), sqrt(fabs(loads->gravity) / length[k])));
+    return fastest > 0 ? exp2(-floor(log2(fastest))) : 1;
+}

@@ -5,6 +5,8 @@
 #ifndef PEND_TAYLOR_ORDER_H
 #define PEND_TAYLOR_ORDER_H
 
+#include "core/tree/loads.h"
+
 enum { PEND_TAYLOR_ORDER_MIN = 8, PEND_TAYLOR_ORDER_MAX = 30 };
 
 /**
@@ -36,5 +38,16 @@ double pend_taylor_atol(double atol);
  *        costs beside its orders counts for more, and fewer steps round less.
  */
 int pend_taylor_order(double rtol, int alone);
+
+/**
+ * Returns the unit of time of a motion's first series, s: a power of two near the time that the
+ * fastest arm takes for a radian, as far as the start tells; 1 where nothing moves or will.
+ *
+ * length  n lengths, m.
+ * rate    n angular velocities, rad/s.
+ * O(n).
+ */
+double pend_taylor_first_unit(int n, const struct pend_loads *loads, const double length[],
+                              const double rate[]);
 
 #endif
