@@ -1,42 +1,38 @@
 #include "core/ensemble/kernel_ensemble.h"
 
 #include "core/simd/vec_isa.h"
-#include "core/taylor/taylor_order.h"
 
 /* a number is one value for each lane */
 #define NUMBER_VEC KERNEL_WIDTH
 #include "core/taylor/jets_system.h"
 
-/* x > y ? x : y and x < y ? x : y, as one instruction; bit i of a set for lane i */
+/* bit i of a set for lane i; the lanes of each pair exchanged */
 #if defined(__AVX512F__)
-#define num_max(x, y) ((lanes8)_mm512_max_pd((__m512d)(x), (__m512d)(y)))
-#define num_min(x, y) ((lanes8)_mm512_min_pd((__m512d)(x), (__m512d)(y)))
 #define mask_set(x) ((ensemble_set)_mm512_movepi64_mask((__m512i)(x)))
 #define num_swap(x) ((lanes8)_mm512_permute_pd((__m512d)(x), 0x55))
 #elif defined(__AVX2__)
-#define num_max(x, y) ((lanes4)_mm256_max_pd((__m256d)(x), (__m256d)(y)))
-#define num_min(x, y) ((lanes4)_mm256_min_pd((__m256d)(x), (__m256d)(y)))
 #define mask_set(x) ((ensemble_set)_mm256_movemask_pd((__m256d)(x)))
 #define num_swap(x) ((lanes4)_mm256_permute_pd((__m256d)(x), 5))
 #else
-#define num_max NUM_(max)
-#define num_min NUM_(min)
 #define mask_set(x) ((ensemble_set)(((x)[0] & 1) | ((x)[1] & 2)))
 #define num_swap(x) ((lanes2){(x)[1], (x)[0]})
 #endif
 #define num_abs NUM_(abs)
+#define num_max NUM_(max)
+#define num_min NUM_(min)
 
 #include "core/taylor/dense_template.h"
 
 #include "core/taylor/change_template.h"
 
+#define STEP_SIZE(s, place) num_abs((s)->rate[place])
+#include "core/taylor/step_template.h"
+
 enum {
 #define X(name) ARRAY_##name,
     JETS_ARRAYS(X)
 #undef X
-        ARRAY_COUNT,
-    TRAILING = 4,
-    LEADING = 4
+        ARRAY_COUNT
 };
 
 /* numbers from one series to the next; an odd multiple of the cache's line apart, or they would
@@ -119,41 +115,6 @@ static void ensemble_expand(const struct ensemble_state *from, const struct jets
         dense_orders(s, gravity, order);
     else
         jets_orders(s, gravity, order);
-}
-
-/* binary logarithm of the largest coefficient of order j, far below all others where all are
- * zero */
-VEC_INLINE num ensemble_norm(const struct jets_system *s, int j) {
-    num norm = num_of(0);
-    for (int k = 0; k < s->n; k++)
-        norm = num_max(norm, num_abs(s->rate[(size_t)j * s->stride + (size_t)k]));
-    return NUM_(log2)(norm) - (num)((wide_mask)(norm == 0) & (wide_mask)num_of(1e4));
-}
-
-/* the step in units, by the rule of the taylor method: the first term left out is below rtol times
- * the motion, or atol
- */
-static num ensemble_choose(const struct ensemble_lanes *lanes, const struct jets_system *s) {
-    static const double log2_of[LEADING] = {0, 1, 1.5849625007211562, 2};
-    num leading[LEADING], reach = num_of(10);
-    const double *last = s->share + lanes->order;
-    double spread = (PEND_TAYLOR_LOG_CAP - lanes->log_rtol) * last[0];
-    for (int i = 0; i < LEADING; i++) {
-        leading[i] = ensemble_norm(s, i) - log2_of[i];
-    }
-    for (int j = lanes->order - TRAILING + 1; j <= lanes->order; j++) {
-        num trailing = ensemble_norm(s, j),
-            far = lanes->log_atol * last[1] - trailing * s->share[j];
-        num here = lanes->log_rtol * last[0] + (leading[0] - trailing) * s->share[j - 1];
-        for (int i = 1; i < LEADING; i++) {
-            here = num_max(here, lanes->log_rtol * last[-i] +
-                                     (leading[i] - trailing) * s->share[j - i - 1]);
-        }
-        // what atol lets pass is bounded as rtol is
-        here = num_max(here, num_min(far, here + spread));
-        reach = num_min(reach, here);
-    }
-    return NUM_(exp2)(num_max(reach, num_of(-60)));
 }
 
 VEC_INLINE void ensemble_sum(double *high, double *low, int k, num sum, num add) {
@@ -330,7 +291,7 @@ VEC_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jet
                       square * force / num_max(strongest, num_of(0x1p-1000)), num_of(0));
 }
 
-/* How the last terms of the lanes' series go on, as left_kernel.h has it: a term is `one` times
+/* How the last terms of the lanes' series go on, as left_template.h has it: a term is `one` times
  * the one before it and `two` times the one before that. */
 VEC_INLINE void doubt_recurrence(const struct jets_system *s, int last, num x, num *one, num *two) {
     num aa = num_of(0), ab = num_of(0), bb = num_of(0), ac = num_of(0), bc = num_of(0);
@@ -412,7 +373,7 @@ static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attentio
     // the unit is a power of two: its inverse is exact
     num gravity = lane_get(lanes->gravity, 0) * unit * unit, inverse = 1 / unit;
     ensemble_expand(&lanes->from, s, unit, gravity, lanes->known);
-    num x = ensemble_choose(lanes, s);
+    num x = step_reach(s, lanes->order, lanes->log_rtol, lanes->log_atol);
     if (lanes->paired) x = num_min(x, num_swap(x));
     wide_mask lands = (wide_mask)(x >= (stop - time) * inverse);
     num next = NUM_(pick)(lands, stop, time + x * unit);

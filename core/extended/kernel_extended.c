@@ -1,19 +1,19 @@
 #include "core/extended/kernel_extended.h"
 
 #include "core/simd/vec_isa.h"
-#include "core/taylor/taylor_order.h"
 
 /* a number is a sum of two doubles for each lane */
 #define NUMBER_DOUBLE_DOUBLE
 #include "core/extended/extended_orders_template.h"
 
+#define STEP_SIZE(s, place) WIDE_(abs)((s)->rate[place].high)
+#include "core/taylor/step_template.h"
+
 enum {
 #define X(name) ARRAY_##name,
     JETS_ARRAYS(X)
 #undef X
-        ARRAY_COUNT,
-    TRAILING = 4,
-    LEADING = 4
+        ARRAY_COUNT
 };
 
 /* ---- memory */
@@ -85,38 +85,6 @@ static void extended_start(const struct extended_lanes *lanes, const struct jets
 
 /* ---- the step */
 
-/* binary logarithm of the largest coefficient of order j, far below all others where all are
- * zero */
-VEC_INLINE wide extended_norm(const struct jets_system *s, int j) {
-    wide norm = wide_of(0);
-    for (int k = 0; k < s->n; k++)
-        norm = WIDE_(max)(norm, WIDE_(abs)(s->rate[(size_t)j * s->stride + (size_t)k].high));
-    return WIDE_(log2)(norm) - (wide)((wide_mask)(norm == 0) & (wide_mask)wide_of(1e4));
-}
-
-/* the step in units, by the rule of the taylor method: the first term left out is below rtol times
- * the motion, or atol
- */
-static wide extended_choose(const struct extended_lanes *lanes, const struct jets_system *s) {
-    static const double log2_of[LEADING] = {0, 1, 1.5849625007211562, 2};
-    wide leading[LEADING], reach = wide_of(10);
-    const double *last = s->share + lanes->order;
-    double spread = (PEND_TAYLOR_LOG_CAP - lanes->log_rtol) * last[0];
-    for (int i = 0; i < LEADING; i++) leading[i] = extended_norm(s, i) - log2_of[i];
-    for (int j = lanes->order - TRAILING + 1; j <= lanes->order; j++) {
-        wide trailing = extended_norm(s, j),
-             far = lanes->log_atol * last[1] - trailing * s->share[j];
-        wide here = lanes->log_rtol * last[0] + (leading[0] - trailing) * s->share[j - 1];
-        for (int i = 1; i < LEADING; i++)
-            here = WIDE_(max)(here, lanes->log_rtol * last[-i] +
-                                        (leading[i] - trailing) * s->share[j - i - 1]);
-        // what atol lets pass is bounded as rtol is
-        here = WIDE_(max)(here, WIDE_(min)(far, here + spread));
-        reach = WIDE_(min)(reach, here);
-    }
-    return WIDE_(exp2)(WIDE_(max)(reach, wide_of(-60)));
-}
-
 /* phi (less its start) and unit times phi' (less its start) x units after the start, by Horner's
  * rule */
 struct extended_change {
@@ -180,7 +148,8 @@ static int extended_step(struct extended_lanes *lanes) {
         extended_small(&s, &sizes, gravity, lanes->order, lanes->precise);
     else
         extended_orders(&s, &sizes, gravity, lanes->order, lanes->precise);
-    wide x = extended_choose(lanes, &s), left = (stop - time) / unit;
+    wide x = step_reach(&s, lanes->order, lanes->log_rtol, lanes->log_atol),
+         left = (stop - time) / unit;
     wide_mask lands = (wide_mask)(x >= left);
     wide next = WIDE_(pick)(lands, stop, time + x * unit);
     wide still = (wide)((wide_mask)(next == time) & (wide_mask)wide_of(1));
