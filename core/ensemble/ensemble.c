@@ -147,10 +147,6 @@ void pend_ensemble_free(struct pend_ensemble **ensemble) {
     *ensemble = NULL;
 }
 
-int pend_ensemble_width(const struct pend_ensemble *e) {
-    return e->lanes.width / (1 + e->lanes.paired);
-}
-
 /* the tree with the lengths and masses of the member at hand, as far as energies need it */
 static struct pend_tree ensemble_tree(const struct pend_ensemble *e) {
     struct pend_tree tree = *e->problem.tree;
@@ -197,7 +193,6 @@ static double ensemble_horizon(const struct ensemble_lanes *lanes, int i, double
 static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     struct ensemble_lanes *lanes = &e->lanes;
     const struct pend_member *member = &e->member;
-    double fastest = 0;
     // cells of another width do not fit into whole turns
     int whole = e->problem.bound == 0 || e->problem.bound == M_PI;
     for (int k = 0; k < lanes->n; k++) {
@@ -212,14 +207,14 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
         lanes->len[at] = member->length[k];
         lanes->inv_len[at] = 1 / member->length[k];
         lanes->mass[at] = member->mass[k];
-        fastest = fmax(fastest, fmax(fabs(member->rate[k]),
-                                     sqrt(fabs(member->loads.gravity) / member->length[k])));
     }
     ensemble_doubt_start(lanes, i);
     lanes->from.time[i] = 0;
     lanes->stop[i] = e->problem.duration;
     lanes->gravity[i] = member->loads.gravity;
-    lanes->unit[i] = copysign(fastest > 0 ? exp2(-floor(log2(fastest))) : 1, e->problem.duration);
+    lanes->unit[i] =
+        copysign(pend_taylor_first_unit(lanes->n, &member->loads, member->length, member->rate),
+                 e->problem.duration);
     pend_ensemble_watch_start(e, i);
     if (lanes->paired) pend_ensemble_shadow_start(e, i);
     if (!(e->problem.observe & PEND_OBSERVE_ENERGY) && !e->problem.spare) return lanes->n;

@@ -54,7 +54,4 @@ void pend_ensemble_begin(struct pend_ensemble *ensemble, long first, long count)
 PEND_MUST_CHECK enum pend_status pend_ensemble_go(struct pend_ensemble *ensemble, long steps,
                                                   int *done);
 
-/** Returns the number of members that a workspace computes at once. O(1). */
-int pend_ensemble_width(const struct pend_ensemble *ensemble);
-
 #endif

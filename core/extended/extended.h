@@ -41,7 +41,6 @@ PEND_MUST_CHECK enum pend_status pend_extended_new(struct pend_extended **extend
                                                    double atol, int single, enum pend_isa isa,
                                                    struct pend_error *error);
 
-/** Frees it and clears the pointer; NULL is accepted. */
 /** Frees a workspace and clears the pointer; NULL is accepted. */
 void pend_extended_free(struct pend_extended **extended);
 
