@@ -5,15 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "tests/harness/test.h"
-
-static const struct srv_store_rules poll_rules = {.client_jobs = 100,
-                                                  .client_bytes = 1 << 28,
-                                                  .all_bytes = 1LL << 30,
-                                                  .keep_us = 3600000000LL,
-                                                  .client_scenes = 3,
-                                                  .client_scene_bytes = 1 << 20,
-                                                  .all_scene_bytes = 1 << 24};
+#include "tests/server/ground.h"
 
 static void poll_submit(struct srv_store *store, const char *id) {
     unsigned char digest[SRV_DIGEST_BYTES] = {0};
@@ -40,7 +32,7 @@ TEST(a_poll_says_of_each_job_whether_it_has_ended) {
     struct pend_error error;
     REQUIRE(mkdtemp(directory));
     snprintf(url, sizeof url, "sqlite:%s/store.db", directory);
-    REQUIRE(srv_store_open(&store, url, &poll_rules, &error) == PEND_OK);
+    REQUIRE(srv_store_open(&store, url, &ground_rules, &error) == PEND_OK);
     struct srv_part_poll *poll = srv_part_poll_new(3, NULL, &job);
     REQUIRE(poll);
     CHECK(poll->context == &job);
@@ -67,7 +59,7 @@ TEST(a_store_that_cannot_say_ends_no_job) {
     struct pend_error error;
     struct srv_part_poll *poll = srv_part_poll_new(1, NULL, NULL);
     REQUIRE(poll);
-    REQUIRE(srv_store_open(&store, "postgresql://nobody@/none?host=/nowhere", &poll_rules,
+    REQUIRE(srv_store_open(&store, "postgresql://nobody@/none?host=/nowhere", &ground_rules,
                            &error) == PEND_OK);
     srv_part_poll_list(poll, "jobthatgoesonandonandonand");
     CHECK_INT(poll_ask(poll, store), SRV_STORED_AWAY);

@@ -9,16 +9,8 @@
 
 #include "api/call/request.h"
 #include "server/store/store.h"
-#include "tests/harness/test.h"
+#include "tests/server/ground.h"
 #include "tests/server/live.h"
-
-static const struct srv_store_rules runner_rules = {.client_jobs = 100,
-                                                    .client_bytes = 1 << 28,
-                                                    .all_bytes = 1LL << 30,
-                                                    .keep_us = 3600000000LL,
-                                                    .client_scenes = 3,
-                                                    .client_scene_bytes = 1 << 20,
-                                                    .all_scene_bytes = 1 << 24};
 
 enum { ID = SRV_ID_BYTES - 1 };
 
@@ -92,7 +84,7 @@ static void runner_post(const struct srv_daemon *daemon, const char *path, const
 static struct srv_store *runner_look(const char *url) {
     struct srv_store *store;
     struct pend_error error;
-    CHECK(srv_store_open(&store, url, &runner_rules, &error) == PEND_OK);
+    CHECK(srv_store_open(&store, url, &ground_rules, &error) == PEND_OK);
     return store;
 }
 

@@ -11,17 +11,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "tests/harness/postgres.h"
-#include "tests/harness/server.h"
-#include "tests/harness/test.h"
-
-static const struct srv_store_rules storage_rules = {.client_jobs = 100000,
-                                                     .client_bytes = 1 << 28,
-                                                     .all_bytes = 1LL << 30,
-                                                     .keep_us = 3600000000LL,
-                                                     .client_scenes = 3,
-                                                     .client_scene_bytes = 1 << 20,
-                                                     .all_scene_bytes = 1 << 24};
+#include "tests/server/ground.h"
 
 struct setting {
     struct srv_log *log;
@@ -34,13 +24,15 @@ static void setting_news(void *context) { atomic_fetch_add(&((struct setting *)c
 
 static int setting_begin(struct setting *setting, const char *url) {
     struct pend_error error;
+    struct srv_store_rules rules = ground_rules;
+    rules.client_jobs = 100000;
     snprintf(setting->directory, sizeof setting->directory, "/tmp/pendulumd-test-XXXXXX");
     if (!CHECK(mkdtemp(setting->directory) &&
                srv_log_new(&setting->log, -1, open("/dev/null", O_WRONLY)) == PEND_OK))
         return 0;
     snprintf(setting->url, sizeof setting->url, "sqlite:%s/store.db", setting->directory);
-    return CHECK(srv_storage_new(&setting->storage, url ? url : setting->url, &storage_rules,
-                                 setting->log, setting_news, setting, &error) == PEND_OK);
+    return CHECK(srv_storage_new(&setting->storage, url ? url : setting->url, &rules, setting->log,
+                                 setting_news, setting, &error) == PEND_OK);
 }
 
 static void setting_end(struct setting *setting) {
@@ -116,7 +108,7 @@ TEST(everything_that_many_threads_ask_is_answered_once_and_kept) {
     struct srv_store *store;
     struct srv_store_figures figures;
     struct pend_error error;
-    REQUIRE(srv_store_open(&store, setting.url, &storage_rules, &error) == PEND_OK);
+    REQUIRE(srv_store_open(&store, setting.url, &ground_rules, &error) == PEND_OK);
     CHECK_INT(srv_store_figures(store, &figures), SRV_STORED);
     CHECK_INT(figures.jobs[SRV_JOB_ACCEPTED], SUBMITTERS * EACH);
     srv_store_close(&store);
