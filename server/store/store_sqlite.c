@@ -268,6 +268,8 @@ static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
     struct sqlite_sql *own = SRV_CONTAINER_OF(sql, struct sqlite_sql, sql);
     sqlite3_stmt *once = NULL, **statement = id < 0 ? &once : &own->kept[id];
     int code = SQLITE_OK, commit = !strcmp(text, "COMMIT");
+    /* SQLite has ended some failed transactions itself: what it said of the failure stays */
+    if (!strcmp(text, "ROLLBACK") && sqlite3_get_autocommit(own->db)) return SRV_STORED;
     if (!strcmp(text, "{begin}")) sqlite_before(own);
     if (commit) code = srv_sqlite_disk_take(&own->disk);
     if (code == SQLITE_OK) code = sqlite_prepare(own, statement, text, id >= 0, value, count);

@@ -354,6 +354,8 @@ static void life_disk(struct ground *ground, struct srv_store *store) {
             test_disk_fail(n, mode % 2, errors[mode / 2]);
             life_run(own, &life);
             over = test_disk_faults_off() < n;
+            CHECK_SAYING(!strstr(srv_store_complaint(own), "rollback"), "%s: %s", what,
+                         srv_store_complaint(own));
             test_disk_fail(LONG_MAX, 0, EIO);
             life_judge(ground, own, &life, what);
             srv_store_close(&own);
