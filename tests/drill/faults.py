@@ -207,13 +207,14 @@ def tell_times(house):
 # --- the machine
 
 BALLAST = 6 << 20  # bytes that somebody else has on the database's disk, and can do without
+SPARE = 1 << 20    # bytes that are kept for the drill itself: on a full disk a database cannot even tidy up
 
 
 def on_small_disk(house):
     """What a store writes lies on a file system of sixteen megabytes."""
     place = house.place
     directory = os.path.join(place.directory, "small")
-    house.disk, house.ballast = small_disk(directory, "16m" if place.name == "sqlite" else "24m"), os.path.join(directory, "ballast")
+    house.disk, house.ballast = small_disk(directory, "16m" if place.name == "sqlite" else "25m"), os.path.join(directory, "ballast")
     try:
         house.disk.__enter__()
     except PermissionError as error:
@@ -226,9 +227,20 @@ def on_small_disk(house):
         place.rows("ALTER ROLE pendulumd SET default_tablespace = small")
 
 
+def take(path, size):
+    """A file that takes so many bytes of its disk."""
+    with open(path, "wb") as file:
+        os.posix_fallocate(file.fileno(), 0, size)
+
+
+def spare(house):
+    return pathlib.Path(house.ballast).with_name("spare")
+
+
 def off_small_disk(house):
     if house.place.name == "postgres":  # it writes what it has left before it ends
         pathlib.Path(house.ballast).unlink(missing_ok=True)
+        spare(house).unlink(missing_ok=True)
     house.place.close()
     house.disk.__exit__(None, None, None)
 
@@ -239,11 +251,18 @@ def room(house):
     return disk.f_bavail * disk.f_frsize
 
 
+def tidy(house):
+    """Gives the file system back what removed rows have left: PostgreSQL does so by itself within minutes, and not whole."""
+    spare(house).unlink(missing_ok=True)
+    for command in ("VACUUM results", "VACUUM FULL results"):
+        house.place.rows(command)
+    take(spare(house), SPARE)
+
+
 def load_disk(house, loaded):
     if house.place.name == "postgres" and loaded:
-        house.place.rows("VACUUM FULL results")  # what it does by itself, later, gives less back
-        with open(house.ballast, "wb") as file:
-            os.posix_fallocate(file.fileno(), 0, BALLAST)
+        tidy(house)
+        take(house.ballast, BALLAST)
     elif house.place.name == "postgres":
         os.unlink(house.ballast)
 
@@ -296,6 +315,8 @@ def disk_full(house):
     if not jobs or not (met or full or len(jobs) < 10):
         house.wrong.append(f"{len(jobs)} jobs were accepted, and none met a full disk")
     dismiss(house, *jobs, stands[0])
+    if house.place.name == "postgres":
+        tidy(house)
     after = house.submit("walk")
     house.finish([after])
     dismiss(house, after[0])
