@@ -99,7 +99,8 @@ def running(process, port, path="/", files=None):
 
 def daemon(build, *options, path="/v1/trajectories", core=SERVER_CORE):
     """pendulumd with its request lines thrown away."""
-    command = pinned(core, [TOP / build / "pendulumd", "--listen", "127.0.0.1:0", "--store", "none", *options])
+    store = () if "--store" in options else ("--store", "none")
+    command = pinned(core, [TOP / build / "pendulumd", "--listen", "127.0.0.1:0", *store, *options])
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     line = process.stderr.readline()
     if "listening on" not in line:

@@ -1,0 +1,387 @@
+"""Planar pendulum trees, computed by a pendulumd server, as NumPy arrays.
+
+    from pendulumd import Pendulum
+    pendulum = Pendulum(length=[1, 1], mass=[1, 1], parent=[0, 1])
+    motion = pendulum.run("0:5:0.01", theta=[2, 2.5])
+    print(motion.phi[-1], motion.stats["horizon"])
+
+Leaves to others: which fields there are and what they mean (the server's /docs): a field that this module does not know goes
+to the server as it is. Invariant: an answer that was cut off is never returned as if it were whole.
+"""
+import asyncio
+import contextvars
+import email.utils
+import functools
+import http.client
+import io
+import json
+import os
+import random
+import re
+import sys
+import threading
+import time
+import urllib.parse
+import uuid
+
+from .arrays import JSON, NPZ, OCTETS, Result, from_octets, result_of, width_of
+
+__all__ = ["Client", "Job", "Pendulum", "Problem", "Result"]
+SUFFIXES = {".npz": NPZ, ".mat": "application/x-matlab-data", ".csv": "text/csv", ".json": JSON, ".png": "image/png",
+            ".ndjson": "application/x-ndjson", ".bin": OCTETS}
+ENDED = ("successful", "failed", "dismissed")
+STATE = ("phi", "phid", "theta", "thetad", "unit", "mode", "amplitude")
+BROKEN = (OSError, http.client.HTTPException)
+_task = contextvars.ContextVar("task", default=None)  # of the thread that works for a coroutine
+
+
+class Problem(Exception):
+    """A refusal of the server: `status`, `detail`, and `errors`, a list of {"pointer", "detail"}."""
+
+    def __init__(self, status, problem):
+        self.status, self.problem = status, problem
+        self.detail, self.errors = problem.get("detail", ""), problem.get("errors", [])
+        super().__init__("\n".join([f"{status} {self.detail}", *(f"  {e['pointer']} {e['detail']}" for e in self.errors)]))
+
+
+def _times(times):
+    """"0:5:0.01" is start, stop, step; arrays and dicts are themselves."""
+    return dict(zip(("start", "stop", "step"), map(float, times.split(":")))) if isinstance(times, str) else times
+
+
+def _plain(value):
+    """What json cannot write: arrays and their numbers, ranges, pendulums."""
+    return value.tolist() if hasattr(value, "tolist") else value.fields if isinstance(value, Pendulum) else list(value)
+
+
+def _body(request):
+    return json.dumps(request, default=_plain, allow_nan=False).encode()
+
+
+def _seconds(text):
+    """Those of a Retry-After, which may be a date; 0 where it cannot be read."""
+    try:
+        return float(text)
+    except (TypeError, ValueError):
+        date = email.utils.parsedate_tz(text or "")
+        return email.utils.mktime_tz(date) - time.time() if date else 0
+
+
+def _sleep(seconds):
+    task = _task.get()
+    if task is None:
+        time.sleep(seconds)
+    elif task.wait(seconds):
+        raise asyncio.CancelledError
+
+
+class Client:
+    """A server. Any number of threads may use it.
+
+    url       of the server; PENDULUM_URL, or http://127.0.0.1:8080
+    token     the client's own secret, which lists and ends jobs; PENDULUM_TOKEN, or none
+    patience  s that refusals for the moment (429, 503) or lines that break may last without anything being received
+    timeout   s without a byte after which a line counts as broken; None: any time
+    """
+
+    def __init__(self, url=None, token=None, patience=60, timeout=None):
+        self.url = urllib.parse.urlsplit(url or os.environ.get("PENDULUM_URL") or "http://127.0.0.1:8080")
+        if self.url.scheme not in ("http", "https") or not self.url.hostname:
+            raise ValueError(f"{self.url.geturl()!r} is no URL of a server")
+        token = token or os.environ.get("PENDULUM_TOKEN")
+        self.headers = {"Content-Type": JSON} | ({"Authorization": f"Bearer {token}"} if token else {})
+        self.patience, self.timeout, self._idle = patience, timeout, []
+
+    # the same for asyncio: every method is a coroutine, `stream` and `jobs` are asynchronous iterators
+    aio = property(lambda self: _Async(self))
+
+    def _once(self, method, path, body, headers):
+        """(connection, response) of an exchange, over a connection that is kept or a new one."""
+        connection, task = self._idle.pop() if self._idle else None, _task.get()
+        used = connection is not None
+        if not used:
+            kind = http.client.HTTPSConnection if self.url.scheme == "https" else http.client.HTTPConnection
+            connection = kind(self.url.hostname, self.url.port, timeout=self.timeout)
+        if task:
+            task.connection = connection
+            _sleep(0)
+        try:
+            connection.request(method, self.url.path.rstrip("/") + path, body, headers)
+            return connection, connection.getresponse()
+        except BROKEN as error:
+            connection.close()
+            if used and isinstance(error, (http.client.RemoteDisconnected, ConnectionError)):
+                _sleep(0)
+                return self._once(method, path, body, headers)  # the server had ended an idle connection
+            raise
+
+    def _open(self, method, path, body=None, headers=(), good=()):
+        """As _once, its status below 400 or in `good`; it is repeated while the server refuses for the moment."""
+        end, pause = time.monotonic() + self.patience, 0.1
+        while True:
+            wait, pause = pause * random.uniform(0.5, 1), min(2 * pause, 5)
+            try:
+                connection, response = self._once(method, path, body, self.headers | dict(headers))
+                if response.status < 400 or response.status in good:
+                    return connection, response
+                data = response.read()
+                self._idle.append(connection)
+            except BROKEN as error:
+                refusal = error
+            else:
+                try:
+                    refusal = Problem(response.status, json.loads(data))
+                except (ValueError, AttributeError):
+                    refusal = Problem(response.status, {"detail": data.decode(errors="replace")[:500] or response.reason})
+                if response.status not in (429, 502, 503, 504):
+                    raise refusal
+                wait = max(wait, _seconds(response.headers["Retry-After"]))
+            if time.monotonic() + wait > end:
+                raise refusal
+            _sleep(wait)
+
+    def _ask(self, method, path, body=None, **headers):
+        """Header fields and bytes of an answer; one that breaks off is asked for once more."""
+        for last in (False, True):
+            connection, response = self._open(method, path, body, headers)
+            try:
+                data = response.read()
+                self._idle.append(connection)
+                return response.headers, data
+            except BROKEN:
+                connection.close()
+                if last:
+                    raise
+
+    def call(self, route, request, accept=None):
+        """What `POST /v1/ROUTE` answers: a Result, or bytes where `accept` names a media type."""
+        want = accept or (JSON if "include" in request else f"{NPZ}, {JSON};q=0.5")
+        try:
+            headers, data = self._ask("POST", f"/v1/{route}", _body(request), Accept=want)
+        except Problem as problem:  # more than the server keeps in memory: plain doubles have no limit
+            if accept or "max-answer-bytes" not in str(problem):
+                raise
+            headers, data = self._ask("POST", f"/v1/{route}", _body(request), Accept=OCTETS)
+        return data if accept else result_of(headers, data)
+
+    def stream(self, route, request, rows=4096):
+        """Yields Results of at most `rows` rows each, while they are computed."""
+        return self._blocks("POST", f"/v1/{route}", _body(request), rows)
+
+    def _blocks(self, method, path, body, rows):
+        connection, response = self._open(method, path, body, {"Accept": OCTETS})
+        try:
+            columns, data = response.headers["X-Columns"], b""
+            size = 8 * width_of(columns) * rows
+            while piece := response.read(size - len(data)):
+                data += piece
+                if len(data) == size:
+                    yield from_octets(columns, data)
+                    data = b""
+            if response.length:
+                raise http.client.IncompleteRead(data, response.length)
+            if data:
+                yield from_octets(columns, data)
+        finally:
+            connection.close()
+
+    def submit(self, route, request, key=None):
+        """Makes a job of a request. `key`: your own word for it, without blanks; the same again leads to the same job."""
+        headers, data = self._ask("POST", f"/v1/{route}", _body(request),
+                                  **{"Prefer": "respond-async", "Idempotency-Key": key or uuid.uuid4().hex})
+        if "Location" not in headers:
+            raise Problem(501, {"detail": "this server keeps no jobs"})
+        return Job(self, json.loads(data))
+
+    def get(self, path):
+        """The JSON at a path: client.get("/v1/presets")."""
+        return json.loads(self._ask("GET", path)[1])
+
+    def job(self, id):
+        return Job(self, self.get(f"/v1/jobs/{urllib.parse.quote(id)}"))
+
+    def jobs(self):
+        """Your jobs, the newest first; takes a token."""
+        path = "/v1/jobs?limit=100"
+        while path:
+            page = self.get(path)
+            yield from (Job(self, state) for state in page["jobs"])
+            path = next((link["href"] for link in page["links"] if link["rel"] == "next"), None)
+
+
+class Job:
+    """A request that is computed while nobody waits. `client.job(job.id)` finds it again."""
+
+    status = property(lambda self: self.state["status"])  # accepted, running, successful, failed or dismissed
+    progress = property(lambda self: self.state["progress"])  # percent
+    aio = property(lambda self: _Async(self))
+
+    def __init__(self, client, state):
+        self.client, self.state, self.id = client, state, state["id"]
+
+    def __repr__(self):
+        return f"<job {self.id} {self.status} {self.progress} %>"
+
+    def refresh(self):
+        self.state = self.client.get(f"/v1/jobs/{self.id}")
+        return self
+
+    def cancel(self):
+        self.state = json.loads(self.client._ask("DELETE", f"/v1/jobs/{self.id}")[1])
+        return self
+
+    def wait(self, progress=None):
+        """Waits for the end. progress: True for a bar on standard error, or what is called with the job after each look."""
+        tell, pause = (_bar if progress is True else progress or (lambda job: None)), 0.01
+        while tell(self.refresh()) or self.status not in ENDED:
+            _sleep(pause)
+            pause = min(1.5 * pause, 1)
+        if self.status != "successful":
+            raise Problem(409, {"detail": f"the job {self.id} is {self.status}: {self.state.get('message') or 'no reason is told'}"})
+        return self
+
+    def result(self, progress=None):
+        """Waits, and brings the Result; a download that breaks off goes on where it was."""
+        self.wait(progress)
+        for accept in (f"{NPZ}, {JSON};q=0.5", OCTETS):
+            sink = io.BytesIO()
+            try:
+                return result_of(self._fetch(accept, sink, ""), sink.getvalue())
+            except Problem as problem:
+                if accept == OCTETS or "max-answer-bytes" not in str(problem):
+                    raise
+
+    def save(self, path, accept=None, progress=None):
+        """Waits, and writes the results to a file, in the form that its ending names.
+
+        What has arrived lies in PATH.part-ETAG: another `save`, of a later process too, goes on from there.
+        """
+        accept = accept or SUFFIXES[os.path.splitext(path)[1]]
+        connection, response = self.wait(progress).client._open("HEAD", f"/v1/jobs/{self.id}/results", None, {"Accept": accept})
+        connection.close()
+        etag = response.headers["ETag"]
+        part = f"{os.fspath(path)}.part-{re.sub('[^0-9a-zA-Z]', '', etag)[:32]}"
+        with open(part, "ab+") as sink:
+            self._fetch(accept, sink, etag)
+        os.replace(part, path)
+        return path
+
+    def stream(self, rows=4096):
+        """Waits, and yields Results of at most `rows` rows each."""
+        self.wait()
+        yield from self.client._blocks("GET", f"/v1/jobs/{self.id}/results", None, rows)
+
+    def _fetch(self, accept, sink, etag):
+        """Appends to sink what it lacks of the results of this ETag, "" for none yet; the header fields."""
+        end = time.monotonic() + self.client.patience
+        while True:
+            have = sink.seek(0, os.SEEK_END)
+            headers = {"Accept": accept} | ({"Range": f"bytes={have}-", "If-Range": etag} if have else {})
+            connection, response = self.client._open("GET", f"/v1/jobs/{self.id}/results", None, headers, (416,))
+            try:
+                if response.status == 416 and response.headers["Content-Range"] == f"bytes */{have}":
+                    return response.headers  # nothing is missing
+                if response.status != 206:  # the whole: what is there is nothing, or of another answer
+                    sink.truncate(0)
+                    sink.seek(0)
+                etag = response.headers["ETag"]
+                while response.status != 416 and (piece := response.read(1 << 18)):
+                    sink.write(piece)
+                    end = time.monotonic() + self.client.patience
+                if not response.length and response.status != 416:
+                    return response.headers
+            except BROKEN:
+                pass
+            finally:
+                connection.close()
+            if time.monotonic() > end:
+                raise ConnectionError(f"the results of job {self.id} do not arrive")
+            _sleep(0.1)
+
+
+def _bar(job):
+    """A line on standard error that is written over and over."""
+    left = f", {job.state['remaining_seconds']:.0f} s left" if "remaining_seconds" in job.state else ""
+    line = f"[{'#' * (job.progress // 4):25}] {job.progress:3} % {job.status}{left}"
+    print(f"\r{line:70}", file=sys.stderr, end="\n" if job.status in ENDED else "", flush=True)
+
+
+class Pendulum:
+    """A pendulum tree by any of its forms: (length, mass, parent), (L, m, S) or (arms); more fields go to the server as they are."""
+
+    aio = property(lambda self: _Async(self))
+
+    def __init__(self, client=None, **fields):
+        self.client, self.fields = client or Client(), fields
+
+    @classmethod
+    def preset(cls, name, client=None):
+        """A ready one; its attributes `initial` and `times` are worth watching."""
+        found = (client or Client()).get(f"/v1/presets/{urllib.parse.quote(name)}")
+        made = cls(client, **found["pendulum"])
+        made.initial, made.times = found["initial"], found["times"]
+        return made
+
+    def request(self, **fields):
+        """The body of a request: phi, phid, theta, thetad, unit, mode and amplitude are its `initial`."""
+        initial = {name: fields.pop(name) for name in STATE if name in fields}
+        return {"pendulum": self.fields} | ({"initial": initial} if initial else {}) | fields
+
+    def ask(self, route, *, job=False, **fields):
+        """POST /v1/ROUTE with this pendulum: a Result, or with job=True (or a key of your own) a Job."""
+        if job:
+            return self.client.submit(route, self.request(**fields), None if job is True else job)
+        return self.client.call(route, self.request(**fields))
+
+    def run(self, times, **fields):
+        """The motion at `times`: "start:stop:step", an array, or a dict of the interface."""
+        return self.ask("trajectories", times=_times(times), **fields)
+
+    def stream(self, times, rows=4096, **fields):
+        """The same as Results of at most `rows` rows each while they are computed, however many there are."""
+        return self.client.stream("trajectories", self.request(times=_times(times), **fields), rows)
+
+    def forces(self, **fields):
+        request = self.request(**fields)
+        return self.client.call("forces", {"state" if name == "initial" else name: value for name, value in request.items()})
+
+    tree, modes = functools.partialmethod(ask, "trees"), functools.partialmethod(ask, "modes")
+    ensemble, lyapunov = functools.partialmethod(ask, "ensembles"), functools.partialmethod(ask, "lyapunov")
+    section, equations = functools.partialmethod(ask, "sections"), functools.partialmethod(ask, "equations")
+
+
+class _Async:
+    """A client, a pendulum or a job whose methods are coroutines. One that is cancelled ends its computation."""
+
+    def __init__(self, target):
+        self._target = target
+
+    def __getattr__(self, name):
+        value = getattr(self._target, name)
+        if not callable(value) or name == "request":
+            return value
+        run = _thread if name not in ("stream", "jobs") else _steps
+        return lambda *arguments, **fields: run(value, *arguments, **fields)
+
+
+async def _thread(function, *arguments, **fields):
+    task, context = threading.Event(), contextvars.copy_context()
+    task.connection = None
+    context.run(_task.set, task)
+    work = asyncio.get_running_loop().run_in_executor(None, lambda: context.run(function, *arguments, **fields))
+    try:
+        found = await asyncio.shield(work)
+    except asyncio.CancelledError:
+        task.set()
+        socket = task.connection and task.connection.sock
+        if socket:
+            socket.shutdown(2)
+        work.add_done_callback(lambda done: done.cancelled() or done.exception())
+        raise
+    return _Async(found) if isinstance(found, (Job, Pendulum)) else found
+
+
+async def _steps(function, *arguments, **fields):
+    iterator, end = await _thread(function, *arguments, **fields), object()
+    while (item := await _thread(next, iterator, end)) is not end:
+        yield item

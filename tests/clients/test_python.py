@@ -1,0 +1,162 @@
+"""The Python client against a live server: its README, what comes back, refusals, lines that break, jobs, asyncio.
+
+Leaves to others: the numbers themselves (tests/laws), the other clients (tests/rules/clients.py).
+Invariant: the package that is tested is the one that pip has installed.
+"""
+import asyncio
+import glob
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import time
+
+import numpy as np
+
+from clients import DOUBLE, FOUR, TOP, programs
+from front import Front
+from rule import check, optional, skip
+
+
+def install(home):
+    """`pip install` of the folder, without a network, into a directory of its own."""
+    source, target = home / "source", home / "python"
+    subprocess.run(["cp", "-r", TOP / "api/clients/python", source], check=True)
+    done = subprocess.run([sys.executable, "-m", "pip", "install", "--quiet", "--no-build-isolation", "--no-index", "--no-deps",
+                           "--disable-pip-version-check", "--target", target, source], capture_output=True, text=True)
+    check("pip install of the folder", done.returncode == 0, done.stdout + done.stderr)
+    sys.path.insert(0, str(target))
+
+
+def test_results(client):
+    from pendulumd import Pendulum, Problem
+    four = Pendulum(client, **FOUR)
+    motion = four.run("0:5:0.01", output=["phi", "lambda", "z", "energy"])
+    plain = json.loads(client.call("trajectories", four.request(times={"start": 0, "stop": 5, "step": 0.01}, output=["phi", "lambda", "z", "energy"]),
+                                   accept="application/json"))
+    check("arrays are those of the JSON", np.array_equal(motion.phi, plain["phi"]) and np.array_equal(motion.lambda_, plain["lambda"])
+          and np.array_equal(motion.z, np.array(plain["z"]["re"]) + 1j * np.array(plain["z"]["im"]))
+          and np.array_equal(motion.energy_total, plain["energy"]["total"]))
+    check("statistics", motion.stats["method"] == "taylor" and motion.stats["steps"] == plain["stats"]["steps"] and motion.warnings == [])
+    for name, make in (("pandas", motion.to_pandas if optional("pandas") else None), ("xarray", motion.to_xarray if optional("xarray") else None)):
+        if not make:
+            skip(f"tables of {name}", "it is not installed")
+            continue
+        table = make()
+        phi = table["phi_3"].to_numpy() if name == "pandas" else table["phi"].sel(arm=3).to_numpy()
+        index = table.index if name == "pandas" else table.t
+        check(f"tables of {name}", np.array_equal(phi, motion.phi[:, 2]) and np.array_equal(index, motion.t) and table.attrs["method"] == "taylor")
+    if optional("xarray"):
+        grid = Pendulum(client, **DOUBLE).ensemble(states=[{"theta": [2, 2]}, {"theta": [1, 0]}], duration=5, observables=["first_flip", "flips"])
+        check("an ensemble in xarray", grid.to_xarray().sizes == {"member": 2, "arm": 2}, grid.to_xarray())
+    blocks = list(four.stream("0:5:0.01", rows=200, output=["phi", "lambda", "z", "energy"]))
+    check("blocks are the same rows", [len(block.t) for block in blocks] == [200, 200, 101]
+          and np.array_equal(np.concatenate([block.z for block in blocks]), motion.z))
+    rest = four.forces(phi=[0, 0, 0, 0])
+    check("forces, modes, matrices, the tree", rest.phidd.shape == (4,) and four.modes().omega.shape == (4,)
+          and four.modes(include=["A"]).A.shape == (4, 4) and list(four.tree().depth) == [1, 2, 3, 3])
+    check("a range, an array and a pendulum of one arm", Pendulum(client, length=np.ones(1), mass=[1], parent=range(1)).run(np.linspace(0, 1, 3)).phi.shape == (3, 1))
+    check("a preset", Pendulum.preset("paper-four-arms", client).run([0, 1]).phi.shape == (2, 4))
+    for what, ask, words in (("a field of the request", lambda: four.run([0, 1], fruit=3), "/fruit is not a known field"),
+                             ("a field of the pendulum", lambda: Pendulum(client, **FOUR, fruit={"a": [1]}).run([0, 1]), "/pendulum/fruit")):
+        try:
+            ask()
+            check(f"{what} that is not known reaches the server", False, "no refusal")
+        except Problem as problem:
+            check(f"{what} that is not known reaches the server", problem.status == 422 and words in str(problem) and len(problem.errors) == 1, problem)
+
+
+def test_trouble(server, client):
+    from pendulumd import Client, Pendulum, Problem
+    front = Front(server.port)
+    four = Pendulum(Client(front.url, patience=20), **FOUR)
+    wanted = Pendulum(client, **FOUR).run("0:5:0.01")
+    front.moods = [("refuse", "429 Too Many Requests", "Retry-After: 1"), ("refuse", "503 Service Unavailable", "Retry-After: 0"), ("cut", 0)]
+    begin = time.monotonic()
+    check("refusals for the moment are repeated", np.array_equal(four.run("0:5:0.01").phi, wanted.phi) and len(front.heads) == 4, front.heads)
+    check("Retry-After is waited for", time.monotonic() - begin >= 1)
+    front.moods = [("cut", 3000)]
+    check("an answer that was cut off is asked for again", np.array_equal(Pendulum(Client(front.url), **FOUR).run("0:5:0.01").phi, wanted.phi))
+    for what, moods, kind in (("refused for longer than its patience", [("refuse", "429 Too Many Requests", "Retry-After: 60")], Problem),
+                              ("cut at each try", [("cut", 3000)] * 2, Exception)):
+        front.moods = moods
+        try:
+            Pendulum(Client(front.url, patience=5), **FOUR).run("0:5:0.01")
+            check(f"what is {what} is raised", False, "it was answered")
+        except kind as problem:
+            check(f"what is {what} is raised", not isinstance(problem, Problem) or problem.status == 429, problem)
+    front.moods = [("cut", 30000)]
+    try:
+        rows = sum(len(block.t) for block in Pendulum(Client(front.url), **FOUR).stream("0:50:0.001", rows=100))
+        check("a stream that was cut off is not taken for whole", False, f"{rows} rows")
+    except Exception as error:
+        check("a stream that was cut off is not taken for whole", "IncompleteRead" in type(error).__name__, repr(error))
+    front.close()
+
+
+def test_jobs(server, client, home):
+    from pendulumd import Client, Pendulum, Problem
+    four, looks = Pendulum(client, **FOUR), []
+    job = four.run("0:40:0.001", job="one-of-mine")
+    check("a key leads to the same job", four.run("0:40:0.001", job="one-of-mine").id == job.id)
+    motion = job.result(progress=lambda job: looks.append(job.progress))
+    check("a job's result is the answer", np.array_equal(motion.phi, four.run("0:40:0.001").phi) and looks[-1] == 100, looks)
+    check("the list has it", job.id in [each.id for each in client.jobs()])
+    front = Front(server.port)
+    again = Client(front.url, token=os.environ["PENDULUM_TOKEN"]).job(job.id)
+    front.moods = [("cut", 1000000), ("cut", 2000000)]
+    again.client._idle.clear()
+    front.heads.clear()
+    check("a download goes on by Range", np.array_equal(again.result().phi, motion.phi), "other bytes")
+    ranges = [head for head in front.heads if "Range: bytes=" in head]
+    check("and asks for what is missing only", len(ranges) == 2 and all("If-Range" in head for head in ranges), front.heads)
+    # half a file of an earlier process, and one that belongs to another answer
+    path = home / "motion.npz"
+    job.save(path)
+    whole = path.read_bytes()
+    etag = client._open("HEAD", f"/v1/jobs/{job.id}/results", None, {"Accept": "application/x-npz"})[1].headers["ETag"].strip('"')
+    for beginning in (whole[:100000], whole, whole + b"more"):
+        (home / f"motion.npz.part-{etag[:32]}").write_bytes(beginning)
+        job.save(path)
+        check(f"a file of which {len(beginning)} bytes were there", path.read_bytes() == whole and not glob.glob(f"{path}.part*"))
+    long = four.run("0:4000:0.001", job=True)
+    check("cancel ends a job", long.cancel().status == "dismissed")
+    try:
+        long.result()
+        check("a dismissed job has no result", False)
+    except Problem as problem:
+        check("a dismissed job has no result", "dismissed" in str(problem))
+    front.close()
+
+
+def test_asyncio(client):
+    from pendulumd import Pendulum
+    double = Pendulum(client, **DOUBLE)
+
+    async def main():
+        motions = await asyncio.gather(*(double.aio.run("0:5:0.01", theta=[1, k / 10]) for k in range(20)))
+        check("twenty at once", all(np.array_equal(motion.phi, double.run("0:5:0.01", theta=[1, k / 10]).phi) for k, motion in enumerate(motions)))
+        rows = [len(block.t) async for block in double.aio.stream("0:10:0.001", rows=4000)]
+        check("blocks", rows == [4000, 4000, 2001], rows)
+        job = await double.aio.run("0:5:0.01", job=True)
+        check("a job", len((await job.result()).t) == 501)
+        draw = [{"vary": "theta", "arm": 1, "distribution": "uniform", "low": -3, "high": 3}]
+        long = asyncio.ensure_future(double.aio.ensemble(random={"count": 150000, "draw": draw}, duration=60))
+        await asyncio.sleep(0.2)
+        long.cancel()
+        await asyncio.wait([long])
+        check("a task that is cancelled ends", long.cancelled())
+    asyncio.run(main())
+
+
+def test_python(server, home):
+    install(home)
+    from pendulumd import Client
+    client = Client()
+    test_results(client)
+    test_trouble(server, client)
+    test_jobs(server, client, home)
+    test_asyncio(client)
+    programs("python", [sys.executable, "-B", "-c"], {"PYTHONPATH": str(home / "python")})
+    return Client().call("trajectories", {"pendulum": FOUR, "times": {"start": 0, "stop": 5, "step": 0.01}}, accept="application/octet-stream")
