@@ -110,7 +110,7 @@ install: build ## into DESTDIR PREFIX (/usr/local) LIBDIR: server, library with 
 	sed 's|@PREFIX@|$(PREFIX)|' docker/pendulumd.service > "$(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service"
 PREFIX ?= /usr/local
 LIBDIR ?= $(PREFIX)/lib
-PUBLIC := base/status tree/tree tree/loads dynamics/dynamics dynamics/kinematics dynamics/reference tree/presets modes/modes_store modes/modes base/checkpoint integrate/method integrate/samples integrate/run base/isa ensemble/member ensemble/ensemble extended/extended extended/trust ensemble/lyapunov integrate/section
+PUBLIC := base/status tree/tree tree/terms tree/loads dynamics/dynamics dynamics/kinematics dynamics/reference tree/presets modes/modes_store modes/modes base/checkpoint integrate/method integrate/samples integrate/run base/isa ensemble/member ensemble/ensemble extended/extended extended/trust ensemble/lyapunov integrate/section
 
 uninstall: ## takes away what install put there
 	rm -f "$(DESTDIR)$(PREFIX)/bin/pendulumd" "$(DESTDIR)$(LIBDIR)/libpendulum.a" "$(DESTDIR)$(LIBDIR)/pkgconfig/pendulum.pc"

@@ -6,10 +6,13 @@
 #define PEND_LOADS_H
 
 #include "core/base/status.h"
+#include "core/tree/terms.h"
 
 /* A term of the equations of motion that depends on what surrounds the tree is a member here. */
 struct pend_loads {
     double gravity; /* m/s^2, downwards (along -i); any finite value, negative values act upwards */
+    const struct pend_terms *terms; /* beyond the ideal pendulum's; NULL = none; not owned */
+    const double *value;            /* their numbers, terms->count; not owned */
 };
 
 /**

@@ -44,13 +44,15 @@ __attribute__((format(printf, 5, 6))) static void tree_fault(struct tree_faults 
     sink->report(sink->context, field, i, j, text);
 }
 
-/* faults every value that is not a finite number above 0; returns the sum of the others */
-static double tree_check_values(int n, const double value[], enum pend_field field,
-                                const char *plural, struct tree_faults *faults) {
+/* faults every value that is not a finite number above 0, or 0 where `bare` allows it; returns the
+ * sum of the others */
+static double tree_check_values(int n, const double value[], const unsigned char bare[],
+                                enum pend_field field, const char *plural,
+                                struct tree_faults *faults) {
     double sum = 0;
     int bad = 0;
     for (int i = 0; i < n; i++)
-        if (isfinite(value[i]) && value[i] > 0) {
+        if (isfinite(value[i]) && (value[i] > 0 || (value[i] == 0 && bare && bare[i]))) {
             sum += value[i];
         } else {
             bad++;
@@ -214,9 +216,9 @@ static struct tree_block *tree_block_new(int n, struct tree_parts *part) {
     return block;
 }
 
-enum pend_status pend_tree_new(struct pend_tree **tree, int n, const double length[],
-                               const double mass[], const int parent[],
-                               const struct pend_fault_sink *sink) {
+enum pend_status pend_tree_new_bare(struct pend_tree **tree, int n, const double length[],
+                                    const double mass[], const unsigned char bare[],
+                                    const int parent[], const struct pend_fault_sink *sink) {
     struct tree_faults faults = {sink, 0};
     struct tree_parts part;
     *tree = NULL;
@@ -228,8 +230,9 @@ enum pend_status pend_tree_new(struct pend_tree **tree, int n, const double leng
     if (!block) return PEND_NO_MEMORY;
 
     // check everything; until an array holds what it is named for, it is scratch
-    block->tree.length_total = tree_check_values(n, length, PEND_FIELD_LENGTH, "lengths", &faults);
-    tree_check_values(n, mass, PEND_FIELD_MASS, "masses", &faults);
+    block->tree.length_total =
+        tree_check_values(n, length, NULL, PEND_FIELD_LENGTH, "lengths", &faults);
+    tree_check_values(n, mass, bare, PEND_FIELD_MASS, "masses", &faults);
     tree_check_parents(n, parent, &faults);
     int *size = part.depth, *list = part.order, *waiting = part.end;
     if (tree_list_from_leaves(n, parent, waiting, size, list) < n)
@@ -245,6 +248,12 @@ enum pend_status pend_tree_new(struct pend_tree **tree, int n, const double leng
     *tree = &block->tree;
     assert(pend_tree_valid(*tree));
     return PEND_OK;
+}
+
+enum pend_status pend_tree_new(struct pend_tree **tree, int n, const double length[],
+                               const double mass[], const int parent[],
+                               const struct pend_fault_sink *sink) {
+    return pend_tree_new_bare(tree, n, length, mass, NULL, parent, sink);
 }
 
 void pend_tree_free(struct pend_tree **tree) {
@@ -394,7 +403,7 @@ void pend_tree_force_map(const struct pend_tree *tree, double force_map[]) {
 static int tree_values_valid(const struct pend_tree *tree, int k) {
     int order = tree->order[k];
     if (order < 0 || order >= tree->n || tree->place[order] != k) return 0;
-    if (!(tree->len[k] > 0 && isfinite(tree->len[k]) && tree->mass[k] > 0)) return 0;
+    if (!(tree->len[k] > 0 && isfinite(tree->len[k]) && tree->mass[k] >= 0)) return 0;
     return tree->subtree_mass[k] >= tree->mass[k] && isfinite(tree->subtree_mass[k]);
 }
 

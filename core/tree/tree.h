@@ -22,7 +22,7 @@ enum pend_kin {
 struct pend_tree {
     int n;
     const double *len;          /* m */
-    const double *mass;         /* kg, at the tip */
+    const double *mass;         /* kg, at the tip; 0 only where terms make up for it */
     const double *subtree_mass; /* kg, S^T m: the mass of the arm's sub-tree, its own included */
     const int *parent; /* stored number of the arm whose tip carries this one, -1 = the pivot */
     const int *end;    /* one past the last stored arm of the sub-tree */
@@ -53,6 +53,17 @@ PEND_MUST_CHECK enum pend_status pend_tree_new(struct pend_tree **tree, int n,
                                                const double length[], const double mass[],
                                                const int parent[],
                                                const struct pend_fault_sink *faults);
+
+/**
+ * pend_tree_new of a tree some of whose arms may have no mass at their tips, because a rod or a
+ * body makes up for it (terms).
+ *
+ * bare  n flags in the caller's order: non-zero where a mass of 0 is good; NULL = nowhere.
+ */
+PEND_MUST_CHECK enum pend_status pend_tree_new_bare(struct pend_tree **tree, int n,
+                                                    const double length[], const double mass[],
+                                                    const unsigned char bare[], const int parent[],
+                                                    const struct pend_fault_sink *faults);
 
 /** Frees a tree and clears the pointer; NULL is accepted. */
 void pend_tree_free(struct pend_tree **tree);

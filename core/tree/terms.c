@@ -1,0 +1,185 @@
+#include "core/tree/terms.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* the first and the last of the terms of an arm that are laid out together */
+static const struct {
+    enum pend_term_row first, last;
+} families[] = {{PEND_TERM_ROD, PEND_TERM_ROD},
+                {PEND_TERM_BODY, PEND_TERM_INERTIA},
+                {PEND_TERM_AT_X, PEND_TERM_AT_Y},
+                {PEND_TERM_DAMPING, PEND_TERM_DAMPING},
+                {PEND_TERM_STIFFNESS, PEND_TERM_REST},
+                {PEND_TERM_FRICTION, PEND_TERM_FRICTION_SPEED},
+                {PEND_TERM_TORQUE, PEND_TERM_TORQUE},
+                {PEND_TERM_DRAG, PEND_TERM_DRAG},
+                {PEND_TERM_DRAG_QUADRATIC, PEND_TERM_DRAG_SPEED}};
+
+/* what the numbers of a term must be */
+enum range { RANGE_ANY, RANGE_NOT_NEGATIVE, RANGE_POSITIVE };
+
+static const unsigned char row_range[PEND_TERM_ROWS] = {
+    [PEND_TERM_ROD] = RANGE_NOT_NEGATIVE,
+    [PEND_TERM_BODY] = RANGE_NOT_NEGATIVE,
+    [PEND_TERM_INERTIA] = RANGE_NOT_NEGATIVE,
+    [PEND_TERM_DAMPING] = RANGE_NOT_NEGATIVE,
+    [PEND_TERM_STIFFNESS] = RANGE_NOT_NEGATIVE,
+    [PEND_TERM_FRICTION] = RANGE_NOT_NEGATIVE,
+    [PEND_TERM_FRICTION_SPEED] = RANGE_POSITIVE,
+    [PEND_TERM_DRAG] = RANGE_NOT_NEGATIVE,
+    [PEND_TERM_DRAG_QUADRATIC] = RANGE_NOT_NEGATIVE,
+    [PEND_TERM_DRAG_SPEED] = RANGE_POSITIVE,
+};
+
+static const unsigned char one_range[PEND_TERM_ONES] = {[PEND_TERM_DRAG_PER_MASS] =
+                                                            RANGE_NOT_NEGATIVE};
+
+/* places the terms of an arm; returns the numbers that they take */
+static int terms_place_rows(struct pend_terms *terms, const unsigned char rows[]) {
+    int count = 0;
+    for (size_t f = 0; f < sizeof families / sizeof *families; f++) {
+        int there = 0;
+        for (int r = families[f].first; r <= (int)families[f].last; r++) there |= rows[r];
+        for (int r = families[f].first; r <= (int)families[f].last; r++) {
+            terms->row[r] = there ? count : -1;
+            if (there) count += terms->n;
+        }
+    }
+    return count;
+}
+
+/* places the terms of the pendulum, from `count` on; returns the numbers so far */
+static int terms_place_ones(struct pend_terms *terms, const unsigned char ones[], int count) {
+    int moves = ones[PEND_TERM_PIVOT_ACCELERATION_X] || ones[PEND_TERM_PIVOT_ACCELERATION_Y];
+    for (int i = 0; i < PEND_TERM_ONES; i++) {
+        int there = i == PEND_TERM_DRAG_PER_MASS ? ones[i] : moves;
+        terms->one[i] = there ? count++ : -1;
+    }
+    return count;
+}
+
+enum pend_status pend_terms_new(struct pend_terms **terms, int n, const unsigned char rows[],
+                                const unsigned char ones[], int harmonics, const int drives[],
+                                int place[]) {
+    assert(n >= 1 && harmonics >= 0);
+    size_t head = sizeof **terms, list = (size_t)harmonics * sizeof *(*terms)->harmonic;
+    char *block = calloc(1, head + list + (size_t)n);
+    *terms = (struct pend_terms *)(void *)block;
+    if (!block) return PEND_NO_MEMORY;
+    struct pend_terms *made = *terms;
+    *made = (struct pend_terms){.n = n,
+                                .harmonics = harmonics,
+                                .harmonic = (struct pend_harmonic *)(void *)(block + head),
+                                .hung = (unsigned char *)block + head + list};
+    made->count = terms_place_ones(made, ones, terms_place_rows(made, rows));
+    int next = 0;
+    for (int target = PEND_DRIVE_PIVOT_Y; target < n && next < harmonics; target++) {
+        for (int i = 0; i < harmonics; i++) {
+            if (drives[i] != target) continue;
+            place[next] = i;
+            made->harmonic[next++] = (struct pend_harmonic){target, made->count};
+            made->count += 3;
+        }
+    }
+    assert(next == harmonics && pend_terms_valid(made));
+    return PEND_OK;
+}
+
+void pend_terms_free(struct pend_terms **terms) {
+    free(*terms);
+    *terms = NULL;
+}
+
+void pend_terms_clear(const struct pend_terms *terms, const struct pend_tree *tree,
+                      double value[]) {
+    for (int i = 0; i < terms->count; i++) value[i] = 0;
+    for (int k = 0; k < terms->n; k++) {
+        int p = tree->parent[k], x = pend_terms_place(terms, PEND_TERM_AT_X, k);
+        if (x >= 0 && p >= 0) value[x] = tree->len[p];
+        if (terms->row[PEND_TERM_FRICTION_SPEED] >= 0)
+            value[terms->row[PEND_TERM_FRICTION_SPEED] + k] = 1;
+        if (terms->row[PEND_TERM_DRAG_SPEED] >= 0) value[terms->row[PEND_TERM_DRAG_SPEED] + k] = 1;
+    }
+}
+
+/* what is wrong with a number, or NULL */
+static const char *terms_wrong(double x, enum range range) {
+    if (!isfinite(x)) return "must be a finite number";
+    if (range == RANGE_NOT_NEGATIVE && x < 0) return "must be 0 or more";
+    if (range == RANGE_POSITIVE && !(x > 0)) return "must be greater than 0";
+    return NULL;
+}
+
+/* an arm has an inertia about its joint */
+static int terms_swings(const struct pend_terms *terms, const struct pend_tree *tree,
+                        const double value[], int k) {
+    double body = pend_terms_get(terms, value, PEND_TERM_BODY, k);
+    double x = pend_terms_get(terms, value, PEND_TERM_CENTER_X, k),
+           y = pend_terms_get(terms, value, PEND_TERM_CENTER_Y, k);
+    return tree->mass[k] > 0 || pend_terms_get(terms, value, PEND_TERM_ROD, k) > 0 ||
+           (body > 0 &&
+            (x != 0 || y != 0 || pend_terms_get(terms, value, PEND_TERM_INERTIA, k) > 0));
+}
+
+int pend_terms_check(const struct pend_terms *terms, const struct pend_tree *tree,
+                     const double value[],
+                     void (*found)(void *context, const struct pend_terms_fault *fault),
+                     void *context) {
+    assert(pend_terms_valid(terms) && terms->n == tree->n);
+    int faults = 0;
+    struct pend_terms_fault fault;
+    for (int r = 0; r < PEND_TERM_ROWS; r++) {
+        for (int k = 0; k < terms->n && terms->row[r] >= 0; k++) {
+            fault = (struct pend_terms_fault){
+                r, -1, k, 0, terms_wrong(value[terms->row[r] + k], (enum range)row_range[r])};
+            if (fault.text) found(context, &fault), faults++;
+        }
+    }
+    for (int i = 0; i < PEND_TERM_ONES; i++) {
+        if (terms->one[i] < 0) continue;
+        fault = (struct pend_terms_fault){
+            -1, i, -1, 0, terms_wrong(value[terms->one[i]], (enum range)one_range[i])};
+        if (fault.text) found(context, &fault), faults++;
+    }
+    for (int i = 0; i < 3 * terms->harmonics; i++) {
+        fault = (struct pend_terms_fault){
+            -1, -1, i / 3, i % 3, terms_wrong(value[terms->harmonic[i / 3].at + i % 3], RANGE_ANY)};
+        if (fault.text) found(context, &fault), faults++;
+    }
+    for (int k = 0; k < terms->n && !faults; k++) {
+        fault =
+            (struct pend_terms_fault){PEND_TERM_BODY, -1, k, 0,
+                                      "has no inertia: a mass at its tip, a rod, or a body with a "
+                                      "mass off the joint or an inertia must be there"};
+        if (!terms_swings(terms, tree, value, k)) found(context, &fault), faults++;
+    }
+    return faults;
+}
+
+int pend_terms_conserve(const struct pend_terms *terms, const double value[]) {
+    static const enum pend_term_row losses[] = {PEND_TERM_DAMPING, PEND_TERM_FRICTION,
+                                                PEND_TERM_DRAG, PEND_TERM_DRAG_QUADRATIC};
+    for (size_t i = 0; i < sizeof losses / sizeof *losses; i++)
+        for (int k = 0; k < terms->n; k++)
+            if (pend_terms_get(terms, value, losses[i], k) != 0) return 0;
+    for (int i = 0; i < terms->harmonics; i++)
+        if (value[terms->harmonic[i].at] != 0) return 0;
+    int gamma = terms->one[PEND_TERM_DRAG_PER_MASS];
+    return gamma < 0 || value[gamma] == 0;
+}
+
+int pend_terms_valid(const struct pend_terms *terms) {
+    if (terms->n < 1 || terms->count < 0 || terms->harmonics < 0) return 0;
+    for (int r = 0; r < PEND_TERM_ROWS; r++)
+        if (terms->row[r] >= 0 && terms->row[r] + terms->n > terms->count) return 0;
+    for (int i = 0; i < terms->harmonics; i++) {
+        const struct pend_harmonic *h = &terms->harmonic[i];
+        if (h->drives < PEND_DRIVE_PIVOT_Y || h->drives >= terms->n || h->at + 3 > terms->count)
+            return 0;
+        if (i && h->drives < h[-1].drives) return 0;
+    }
+    return 1;
+}
