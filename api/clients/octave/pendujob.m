@@ -1,0 +1,47 @@
+function answer = pendujob(id, what, varargin)
+% PENDUJOB  The jobs of a pendulumd server: what it computes while nobody waits.
+%
+%   answer = pendujob(id)             waits for the end, and brings the answer (PENDUASK); 'progress', false shows nothing
+%   state = pendujob(id, 'status')    how far it is: state.status, state.progress (percent), state.message
+%   state = pendujob(id, 'cancel')    ends it
+%   jobs = pendujob()                 yours, the newest first; takes a token
+%
+%   Options of PENDUASK follow: pendujob(id, 'result', 'url', url). A download that breaks off goes on where it was.
+if nargin == 0
+    jobs = pendu_answer('GET', '/v1/jobs?limit=100', '', pendu_options({}), {});
+    answer = jobs.jobs;
+    return
+end
+if nargin < 2
+    what = 'result';
+elseif ~any(strcmp(what, {'result', 'status', 'cancel'}))
+    varargin = [{what} varargin];
+    what = 'result';
+end
+options = pendu_options(varargin);
+path = ['/v1/jobs/' id];
+if strcmp(what, 'cancel')
+    answer = pendu_answer('DELETE', path, '', options, {});
+    return
+end
+answer = pendu_answer('GET', path, '', options, {});
+pause_seconds = 0.02;
+while strcmp(what, 'result') && any(strcmp(answer.status, {'accepted', 'running'}))
+    if options.progress
+        fprintf('\r%3d %% %s ', answer.progress, answer.status);
+    end
+    pause(pause_seconds);
+    pause_seconds = min(1.5 * pause_seconds, 1);
+    answer = pendu_answer('GET', path, '', options, {});
+end
+if strcmp(what, 'status')
+    return
+end
+if options.progress
+    fprintf('\r%3d %% %s\n', answer.progress, answer.status);
+end
+if ~strcmp(answer.status, 'successful')
+    error('pendusim:job', 'the job %s is %s: %s', id, answer.status, answer.message);
+end
+answer = pendu_answer('GET', [path '/results'], '', options, {});
+end

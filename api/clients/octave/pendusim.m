@@ -1,0 +1,80 @@
+function [phi, phid, lambda, stats, answer] = pendusim(L, m, S, phi0, phid0, t, varargin)
+% PENDUSIM  The motion of a planar pendulum tree, as in the paper, computed by a pendulumd server.
+%
+%   [phi, phid] = pendusim(L, m, S, phi0, phid0, t)
+%   [phi, phid, lambda, stats] = pendusim(..., 'method', 'ode23', 'rtol', 1e-6)
+%
+%   L, m         lengths (m) and masses (kg) of the n arms
+%   S            connectivity matrix, n x n
+%   phi0, phid0  angles from the positive real axis (rad) and their rates (rad/s) at t(1)
+%   t            N instants (s), rising or falling
+%
+%   phi, phid, lambda  n x N: angles, rates, compression forces (N). Columns are the instants.
+%   stats              what the computation took, and up to when its digits hold (stats.horizon)
+%   A fifth result has all that was answered, rows the instants: with 'output', {'phi', 'z'} the positions of the tips.
+%
+%   Options are any fields of POST /v1/trajectories, by name and value; 'method' is 'taylor' by default, and 'ode23' as the paper
+%   has it. Those of the pendulum itself go into 'pendulum', struct('gravity', 1.62). Besides: 'url' and 'token' of the server
+%   (or PENDULUM_URL and PENDULUM_TOKEN of the environment), 'patience' (60 s), 'progress' (true or false), and
+%
+%   id = pendusim(..., 'job', true)           lets the server compute it while nobody waits
+%   [phi, phid, lambda, stats] = pendusim(id) waits for it
+%
+%   See also PENDUASK, PENDUJOB.
+if nargin == 1
+    answer = pendujob(L);
+else
+    n = numel(L);
+    if ~isequal(size(S), [n n]) || numel(m) ~= n || numel(phi0) ~= n || numel(phid0) ~= n
+        error('pendusim:size', 'L has %d arms: m, phi0 and phid0 need as many, and S as many rows and columns', n);
+    end
+    % cells of numbers are arrays in JSON, even with one of them
+    pendulum = struct('L', {num2cell(L(:).')}, 'm', {num2cell(m(:).')}, 'S', {arrayfun(@(k) num2cell(S(k, :)), 1:n, 'UniformOutput', false)});
+    request = struct('initial', struct('phi', {num2cell(phi0(:).')}, 'phid', {num2cell(phid0(:).')}), 'times', {instants(t)});
+    options = {};
+    for k = 1:2:numel(varargin)
+        if any(strcmp(varargin{k}, {'url', 'token', 'patience', 'progress', 'job'}))
+            options(end + 1:end + 2) = varargin(k:k + 1);
+        elseif strcmp(varargin{k}, 'pendulum')
+            for name = fieldnames(varargin{k + 1}).'
+                pendulum.(name{1}) = varargin{k + 1}.(name{1});
+            end
+        else
+            request.(varargin{k}) = varargin{k + 1};
+        end
+    end
+    request.pendulum = pendulum;
+    answer = penduask('trajectories', request, options{:});
+    if ischar(answer)
+        phi = answer; % of a job: its id
+        return
+    end
+end
+phi = column(answer, 'phi');
+phid = column(answer, 'phid');
+lambda = column(answer, 'lambda');
+stats = answer.stats;
+stats.warnings = {};
+if isfield(answer, 'warnings')
+    stats.warnings = answer.warnings;
+end
+end
+
+function times = instants(t)
+% many evenly spaced instants as their ends and their number, others as they are
+t = double(t(:).');
+even = linspace(t(1), t(end), numel(t));
+if numel(t) > 20000 && all(abs(t - even) <= 4 * eps(max(abs(t))))
+    times = struct('start', t(1), 'stop', t(end), 'count', numel(t));
+else
+    times = num2cell(t);
+end
+end
+
+function value = column(answer, name)
+% columns are the instants; empty where 'output' left it out
+value = [];
+if isfield(answer, name)
+    value = answer.(name).';
+end
+end
