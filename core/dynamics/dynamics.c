@@ -1,6 +1,8 @@
 #include "core/dynamics/dynamics.h"
 
+#include <assert.h>
 #include <limits.h>
+#include <math.h>
 #include <string.h>
 
 #include "core/dynamics/dynamics_careful.h"
@@ -29,13 +31,22 @@ static size_t dynamics_shared_bytes(int n) {
     return quick > careful ? quick : careful;
 }
 
+/* what every form needs of its arguments; a tree's own invariants are checked where it is made */
+PEND_VALIDATOR dynamics_valid(const struct pend_tree *tree, const struct pend_loads *loads,
+                              const void *work) {
+    return tree && tree->n >= 1 && isfinite(loads->gravity) && (size_t)work % 64 == 0;
+}
+
 size_t pend_dynamics_work_bytes(int n) {
+    assert(n >= 1);
     return dynamics_shared_bytes(n) + 2 * dynamics_row(n) * sizeof(double);
 }
 
 void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree,
                        const struct pend_loads *loads, const double phi[], const double rate[],
                        void *work, double acc[], double force[]) {
+    assert(dynamics_valid(tree, loads, work));
+    assert(phi != acc && phi != force && rate != force);
     double *spare = (double *)((char *)work + dynamics_shared_bytes(tree->n)),
            *kept = spare + dynamics_row(tree->n);
     // the quick form may give up when acc is written already
@@ -61,6 +72,7 @@ static size_t dynamics_vec_quick_bytes(int n) {
 }
 
 size_t pend_dynamics_vec_bytes(int n) {
+    assert(n >= 1);
     return dynamics_vec_quick_bytes(n) + 4 * dynamics_row(n) * sizeof(double) +
            pend_dynamics_careful_bytes(n);
 }
@@ -82,6 +94,8 @@ static void dynamics_lane(const struct pend_tree *tree, const struct pend_loads 
 void pend_dynamics_vec_for(enum pend_isa isa, const struct pend_tree *tree,
                            const struct pend_loads *loads, const double phi[], const double rate[],
                            void *work, double acc[], double force[]) {
+    assert(dynamics_valid(tree, loads, work));
+    assert(phi != acc && rate != acc && force && force != acc);
     unsigned kept = dynamics_kernel(isa)->lanes(tree, loads, phi, rate, work, acc, force);
     for (int i = 0; i < DYNAMICS_VEC; i++)
         if (!(kept >> i & 1))
@@ -104,6 +118,7 @@ static int dynamics_alone(const struct pend_tree *tree) {
 }
 
 size_t pend_dynamics_many_bytes(int n) {
+    assert(n >= 1);
     if (n > DYNAMICS_VEC_ARMS) return pend_dynamics_work_bytes(n);
     size_t lanes = 4 * DYNAMICS_VEC * (size_t)n * sizeof(double) + pend_dynamics_vec_bytes(n);
     return lanes > pend_dynamics_work_bytes(n) ? lanes : pend_dynamics_work_bytes(n);
@@ -134,6 +149,8 @@ static void dynamics_rows(const struct pend_tree *tree, const struct pend_loads 
 void pend_dynamics_many(const struct pend_tree *tree, const struct pend_loads *loads, long count,
                         const double phi[], const double rate[], void *work, double acc[],
                         double force[]) {
+    assert(dynamics_valid(tree, loads, work));
+    assert(count >= 0 && force && force != acc && phi != acc && rate != acc);
     long least = dynamics_alone(tree) ? LONG_MAX : DYNAMICS_VEC_LEAST;
     while (count > 0) {
         int rows = count < least ? 1 : count < DYNAMICS_VEC ? (int)count : DYNAMICS_VEC;
@@ -149,6 +166,8 @@ void pend_dynamics_many(const struct pend_tree *tree, const struct pend_loads *l
 void pend_dynamics_fine(const struct pend_tree *tree, const struct pend_loads *loads,
                         const double phi[], const double phi_low[], const double rate[], void *work,
                         double scratch[], double acc[], double force[]) {
+    assert(dynamics_valid(tree, loads, work));
+    assert(force && force != acc && scratch != acc && scratch != force);
     const double far = 0x1p36;
     int n = tree->n;
     double *moved = scratch, *moved_acc = scratch + n, *moved_force = scratch + 2 * (ptrdiff_t)n;

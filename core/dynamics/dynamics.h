@@ -11,7 +11,7 @@
 #include "core/tree/tree.h"
 
 /**
- * Bytes of scratch that pend_dynamics needs for a tree of n arms.
+ * Returns the bytes of scratch that pend_dynamics needs for a tree of n arms.
  */
 size_t pend_dynamics_work_bytes(int n);
 
@@ -47,13 +47,13 @@ enum { PEND_DYNAMICS_VEC = 8 };
 size_t pend_dynamics_vec_bytes(int n);
 
 /**
- * Angular accelerations and compression forces of PEND_DYNAMICS_VEC states of one tree, one a
- * vector lane.
+ * Angular accelerations and compression forces of PEND_DYNAMICS_VEC states of one tree,
+ * one state in each vector lane.
  *
  * phi, rate, acc, force  n PEND_DYNAMICS_VEC values each, aligned to 64: arm k of state i at
- *                        PEND_DYNAMICS_VEC k +
- * i; no two arrays the same, none NULL. Lanes of no use hold copies of another. work
- * pend_dynamics_vec_bytes(n) bytes, aligned to 64.
+ *                        PEND_DYNAMICS_VEC k + i; no two arrays the same, none NULL. Lanes that
+ *                        are not used hold copies of another.
+ * work                   pend_dynamics_vec_bytes(n) bytes, aligned to 64.
  *
  * The rest as pend_dynamics, and the same bits, but for chains of 128 arms and more: they depend
  * neither on the lane nor on its neighbours.
@@ -85,14 +85,15 @@ void pend_dynamics_many(const struct pend_tree *tree, const struct pend_loads *l
  * scratch  3 n values.
  * force    out, not NULL.
  *
- * What phi_low does is told from a state 2^36 times as far away: what rounding that state and its
- * curvature cost is 1e-26 rad. O(n), twice the work.
+ * The effect of phi_low is computed from a state 2^36 times as far away; the rounding of that state
+ * and its curvature cost 1e-26 rad. O(n), twice the work.
  */
 void pend_dynamics_fine(const struct pend_tree *tree, const struct pend_loads *loads,
                         const double phi[], const double phi_low[], const double rate[], void *work,
                         double scratch[], double acc[], double force[]);
 
-/** The same two, compiled for an instruction set that this processor runs: for tests. */
+/** pend_dynamics and pend_dynamics_vec, compiled for an instruction set that this processor runs:
+ * for tests. */
 void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree,
                        const struct pend_loads *loads, const double phi[], const double rate[],
                        void *work, double acc[], double force[]);

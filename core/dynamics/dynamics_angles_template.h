@@ -1,4 +1,5 @@
-/* What a block of arms of one state does by itself: its angles to the parents, and w.
+/* The part of a sweep that needs no other arm, for a block of arms of one state: each arm's angle
+ * to its parent, and w = l phi'^2.
  * Leaves to others: the sweeps (dynamics_one_template).
  * Invariant: the operations are those of dynamics_vec_template, hence the bits are the same. */
 #ifndef PEND_DYNAMICS_ANGLES_TEMPLATE_H

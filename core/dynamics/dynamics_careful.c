@@ -23,6 +23,7 @@ static size_t dynamics_stride(int n) {
 }
 
 size_t pend_dynamics_careful_bytes(int n) {
+    assert(n >= 1);
     return DYNAMICS_ARRAYS * dynamics_stride(n) * sizeof(double);
 }
 
@@ -193,6 +194,8 @@ static void dynamics_children(const struct pend_tree *tree, const struct dynamic
 void pend_dynamics_careful(const struct pend_tree *tree, const struct pend_loads *loads,
                            const double phi[], const double rate[], void *work, double acc[],
                            double force[]) {
+    assert((size_t)work % 64 == 0 && isfinite(loads->gravity));
+    assert(phi != acc && phi != force && acc != force);
     struct dynamics_work w = dynamics_view(work, tree->n);
     // the unit of mass is a power of 2 near the whole, so that products of masses neither overflow
     // nor vanish

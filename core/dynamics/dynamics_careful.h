@@ -1,6 +1,6 @@
-/* The dynamics of states on which quick forms lose digits: light joints between heavy arms,
- * nearly aligned or slack.
- * Leaves to others: all other states (kernel_dynamics), the choice (dynamics).
+/* The general form of the dynamics, for states on which the quick forms lose digits: light joints
+ * between heavy arms, nearly aligned or slack.
+ * Leaves to others: all other states (kernel_dynamics), the choice between the forms (dynamics).
  * Invariant: no allocation; arms in the tree's stored order. */
 #ifndef PEND_DYNAMICS_CAREFUL_H
 #define PEND_DYNAMICS_CAREFUL_H
@@ -10,7 +10,7 @@
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/** Bytes of scratch for a tree of n arms, a multiple of 64. */
+/** Returns the bytes of scratch for a tree of n arms, a multiple of 64. */
 size_t pend_dynamics_careful_bytes(int n);
 
 /**

@@ -1,6 +1,6 @@
 /* Phi'' and lambda of a long chain in one state. Without this form a trajectory of a chain of 128
  * arms takes a server 39 % longer by method rk8pd, 64 % by rkf45 and 10 % by ode23, and one of 1024
- * arms 11 to 13 % (processor time of whole requests, avx2 and avx512): it stays.
+ * arms 11 to 13 % (processor time of whole requests, avx2 and avx512), so the form stays.
  * Leaves to others: other trees, several states, forces that cancel (dynamics).
  * Invariant: the same operations for any width of vectors. */
 #ifndef PEND_DYNAMICS_CHAIN_TEMPLATE_H
@@ -10,11 +10,11 @@
 
 /*
  * Long chains. A chain is a sequence from one end to the other; cut into DYNAMICS_VEC pieces that
- * are solved side by side it is one an eighth as long. A piece answers to the acceleration x of its
- * base along its first arm, and to the tension mu of the arm that follows it:
+ * are solved side by side, the sequence is an eighth as long. The state of a piece is linear in the
+ * acceleration x of its base along its first arm and in the tension mu of the arm that follows it:
  *
- *     lambda of its first arm = S x + f + g mu        acceleration of its last tip along the next
- * arm = g x + e - k mu
+ * lambda of its first arm = S x + f + g mu
+ * acceleration of its last tip along the next arm = g x + e - k mu
  */
 struct chain_pieces {
     double eff[DYNAMICS_VEC], bias[DYNAMICS_VEC], gain[DYNAMICS_VEC]; /* S, f, g */
@@ -22,7 +22,7 @@ struct chain_pieces {
     double least, most;                                               /* masses */
 };
 
-/* of the angles before the first arms of the pieces, and before that of the rest */
+/* of the angles before the first arms of the pieces, and before the first arm of the rest */
 struct chain_cuts {
     double sine[DYNAMICS_VEC + 1], cosine[DYNAMICS_VEC + 1];
 };
@@ -33,7 +33,7 @@ struct chain_row {
     wide slope, offset, share, sine, inverse_mass, inverse_len, tension;
 };
 
-/* masses further apart than this go the long way */
+/* chains whose masses are further apart than this are solved by the form for any tree */
 enum { CHAIN_MASSES = 1024 };
 
 /* a number of every piece, or of as many as a vector holds */

@@ -10,7 +10,8 @@ enum { DYNAMICS_BLOCK = 64, DYNAMICS_VEC = 8 };
 /* A single state of a chain of so many arms or more is solved in pieces. */
 enum { DYNAMICS_CHAIN = 128 };
 
-/* Scratch of DYNAMICS_BLOCK arms with one number, or DYNAMICS_VEC numbers, a value. */
+/* A block of DYNAMICS_BLOCK arms of one state has this many values of scratch an arm; of
+ * DYNAMICS_VEC states each value is DYNAMICS_VEC numbers. */
 enum { DYNAMICS_VALUES = 7 };
 
 #endif

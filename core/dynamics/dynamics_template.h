@@ -1,5 +1,5 @@
-/* What the quick forms of the dynamics share: widths, the stack's depth, when digits are vouched
- * for.
+/* What the quick forms of the dynamics share: widths, the depth of the stack, and the bound above
+ * which a form gives a state up because its digits are in doubt.
  * Leaves to others: the sweeps (dynamics_*_template).
  * Invariant: a power of 2 times all masses, and its inverse, are finite. */
 #ifndef PEND_DYNAMICS_TEMPLATE_H

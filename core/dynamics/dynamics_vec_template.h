@@ -1,7 +1,7 @@
-/* Phi'' and lambda of several states of one tree, one a lane: every number of the sweeps is a
+/* Phi'' and lambda of several states of one tree, one state a lane: every number of the sweeps is a
  * vector.
- * Leaves to others: single states (kernel_dynamics), which go through the same operations,
- * memory (dynamics).
+ * Leaves to others: single states (dynamics_one_template), which take the same operations, memory
+ * (dynamics).
  * Invariant: lanes never mix; a state has the bits that it has alone. */
 #ifndef PEND_DYNAMICS_VEC_TEMPLATE_H
 #define PEND_DYNAMICS_VEC_TEMPLATE_H
@@ -25,8 +25,8 @@ struct lanes_tip {
     wide radial, yield, lean, side;
 };
 
-/* Angles are done so many arms before they are needed: they keep the processor busy while a
- * joint waits for its division. */
+/* The angles of an arm are computed this many arms before they are needed: the processor is busy
+ * with them while a joint waits for its division. */
 enum { VEC_AHEAD = 2 };
 
 /* Largest values of a sweep: |lambda|, and what bounds all S |acceleration|. */
@@ -146,8 +146,8 @@ static void lanes_down(const struct pend_tree *tree, double unit, double gravity
     *peaks = (struct lanes_peaks){most, radials, yields, spins, poison};
 }
 
-/* the largest S |acceleration of the base|, where an acceleration counts as the largest on the
- * way from the pivot */
+/* the largest S |acceleration of the base|, where the acceleration of a base is taken as the
+ * largest one on the way from the pivot to it */
 static wide lanes_load(const struct pend_tree *tree, double gravity, const struct lanes_arm arm[]) {
     struct {
         struct lanes_tip tip;
@@ -193,7 +193,7 @@ static unsigned kernel_lanes(const struct pend_tree *tree, const struct pend_loa
         struct lanes_peaks peaks;
         wide eff = lanes_up(tree, unit, phi + i, rate + i, arm);
         lanes_down(tree, unit, gravity, arm, acc + i, force + i, &peaks);
-        // no load is above this bound, which is most often enough
+        // this bound is above every load, and small enough most of the time
         wide most = LOAD_MOST * peaks.force,
              load = eff * (peaks.radial + peaks.yield + peaks.spin + peaks.spin);
         unsigned good = lanes_kept(load, most, peaks.poison);

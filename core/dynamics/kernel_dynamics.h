@@ -1,6 +1,6 @@
 /* The quick forms of the dynamics, by instruction set.
- * Leaves to others: states whose digits they cannot vouch for (dynamics), memory (dynamics).
- * Invariant: an unsupported set is never called. */
+ * Leaves to others: states whose digits the quick forms may lose (dynamics), memory (dynamics).
+ * Invariant: a kernel is called only on a processor that has its instruction set. */
 #ifndef PEND_KERNEL_DYNAMICS_H
 #define PEND_KERNEL_DYNAMICS_H
 

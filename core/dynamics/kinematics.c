@@ -63,7 +63,7 @@ static void kinematics_join(const struct pend_tree *tree, int k, struct kinemati
     }
 }
 
-/* e^{i phi} of the arms from `from` on, as many as there is room for */
+/* e^{i phi} of the arms from `from` on, PEND_TURN_CAP arms at most */
 struct kinematics_units {
     pend_sincos_fn *turn;
     int from, end;
@@ -80,14 +80,14 @@ static void kinematics_units_begin(struct kinematics_units *units) {
 #endif
 }
 
-/* those of the angles from k on, of n */
+/* computes the units of the angles from k on, of n angles */
 static void kinematics_units_fill(struct kinematics_units *units, int n, const double phi[],
                                   int k) {
     int count = n - k < PEND_TURN_CAP ? n - k : PEND_TURN_CAP, near = 1;
     for (int i = 0; i < count; i++) near &= fabs(phi[k + i]) <= 1e6;
     units->turn(phi + k, count, units->re, units->im);
     for (int i = 0; i < count && !near; i++) {
-        // the vectors' range has ended
+        // this angle is beyond the range of the vector kernels
         if (!(fabs(phi[k + i]) <= 1e6))
             units->re[i] = cos(phi[k + i]), units->im[i] = sin(phi[k + i]);
     }
@@ -130,6 +130,7 @@ static void kinematics_write(const struct pend_tree *tree, int k, struct kinemat
 
 void pend_kinematics_position(const struct pend_tree *tree, const double phi[], double re[],
                               double im[]) {
+    assert(re != im && phi != re && phi != im);
     struct kinematics_units units;
     kinematics_units_begin(&units);
     for (int k = 0; k < tree->n; k++)
@@ -138,6 +139,7 @@ void pend_kinematics_position(const struct pend_tree *tree, const double phi[], 
 
 void pend_kinematics_velocity(const struct pend_tree *tree, const double phi[], const double rate[],
                               double re[], double im[]) {
+    assert(re != im && phi != re && rate != re && phi != im && rate != im);
     struct kinematics_units units;
     kinematics_units_begin(&units);
     for (int k = 0; k < tree->n; k++) {
@@ -150,6 +152,7 @@ void pend_kinematics_velocity(const struct pend_tree *tree, const double phi[], 
 void pend_kinematics_acceleration(const struct pend_tree *tree, const double phi[],
                                   const double rate[], const double acc[], double re[],
                                   double im[]) {
+    assert(re != im && acc != re && acc != im);
     for (int k = 0; k < tree->n; k++)
         kinematics_write(tree, k, kinematics_bend(tree, phi, rate, acc, k), re, im);
 }
@@ -196,6 +199,7 @@ static struct pend_energy kinematics_energy(struct kinematics_units *units,
 void pend_kinematics_energies(const struct pend_tree *tree, const struct pend_loads *loads,
                               int count, const double phi[], const double rate[],
                               struct pend_energy energy[]) {
+    assert(count >= 0 && isfinite(loads->gravity));
     struct kinematics_units units;
     kinematics_units_begin(&units);
     for (int i = 0; i < count; i++)
@@ -225,6 +229,8 @@ static double kinematics_along(const double phi[], int k, struct kinematics_vect
 void pend_kinematics_force(const struct pend_tree *tree, const struct pend_loads *loads,
                            const double phi[], const double rate[], const double acc[],
                            double force[]) {
+    assert(isfinite(loads->gravity));
+    assert(force != phi && force != rate && force != acc);
     struct kinematics_stack stack;
     stack.count = 0;
 

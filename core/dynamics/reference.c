@@ -1,5 +1,6 @@
 #include "core/dynamics/reference.h"
 
+#include <assert.h>
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_complex.h>
 #include <gsl/gsl_complex_math.h>
@@ -119,6 +120,7 @@ static enum pend_status reference_factor(struct reference_space *space) {
 
 enum pend_status pend_reference_mass_matrix(const struct pend_tree *tree, const double phi[],
                                             double re[], double im[]) {
+    assert(pend_tree_valid(tree) && re != im);
     struct reference_space space;
     size_t bytes = (size_t)tree->n * (size_t)tree->n * sizeof *re;
     PEND_TRY(reference_init(&space, tree));
@@ -160,6 +162,7 @@ static void reference_bbb(struct reference_space *space, const struct pend_tree 
 enum pend_status pend_reference_dynamics(const struct pend_tree *tree,
                                          const struct pend_loads *loads, const double phi[],
                                          const double rate[], double acc[], double force[]) {
+    assert(pend_tree_valid(tree) && acc != force && phi != acc && rate != acc);
     struct reference_space space;
     enum pend_status status = reference_init(&space, tree);
     if (status) goto out;

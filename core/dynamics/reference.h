@@ -1,6 +1,6 @@
-/* The paper's matrix equations (aaa), (bbb) and (lin) as they are printed, through GSL: the
- * independent check of the fast forms.
- * Leaves to others: anything that has to be fast.
+/* The paper's matrix equations (aaa), (bbb) and (lin) as they are printed, computed through GSL:
+ * the independent check of the fast forms.
+ * Leaves to others: everything that has to be fast.
  * Invariant: shares no formula with dynamics; arms in the tree's stored order. */
 #ifndef PEND_REFERENCE_H
 #define PEND_REFERENCE_H

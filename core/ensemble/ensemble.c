@@ -1,5 +1,6 @@
 #include "core/ensemble/ensemble.h"
 
+#include <assert.h>
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
@@ -13,8 +14,8 @@
 #include "core/taylor/taylor_order.h"
 #include "core/tree/turns.h"
 
-/* arrays of n values a lane for the kernel, of one value a lane, of n values a lane for the
- * notes, of n values */
+/* numbers of arrays, by the size of an array: n values a lane for the kernel, one value a lane,
+ * n values a lane for the notes, n values */
 enum {
     ENSEMBLE_LANED = 18,
     ENSEMBLE_SINGLE = 11,
@@ -104,6 +105,16 @@ static void ensemble_place(struct pend_ensemble *e, char *at, size_t doubts) {
     lanes->series = (double *)(void *)at;
 }
 
+/* the queue's members are counted once each; a seat has a member of the queue or none */
+PEND_VALIDATOR ensemble_valid(const struct pend_ensemble *e) {
+    const struct ensemble_queue *queue = &e->queue;
+    if (!e->kernel || e->lanes.width != e->kernel->width) return 0;
+    if (e->lanes.n != e->problem.tree->n || queue->left < queue->end - queue->next) return 0;
+    for (int i = 0; i < e->lanes.width; i += 1 + e->lanes.paired)
+        if (e->seat[i].member >= queue->end && queue->end > 0) return 0;
+    return 1;
+}
+
 enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
                                    const struct pend_ensemble_problem *problem, enum pend_isa isa,
                                    struct pend_error *error) {
@@ -138,16 +149,18 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
     e->lanes.signs = (problem->observe & PEND_OBSERVE_SIGNS) != 0;
     ensemble_place(e, (char *)e + head, doubts);
     kernel->prepare(&e->lanes);
+    assert(ensemble_valid(e));
     *ensemble = e;
     return PEND_OK;
 }
 
 void pend_ensemble_free(struct pend_ensemble **ensemble) {
+    assert(!*ensemble || ensemble_valid(*ensemble));
     free(*ensemble);
     *ensemble = NULL;
 }
 
-/* the tree with the lengths and masses of the member at hand, as far as energies need it */
+/* the tree with the lengths and masses of the current member, as far as energies need it */
 static struct pend_tree ensemble_tree(const struct pend_ensemble *e) {
     struct pend_tree tree = *e->problem.tree;
     for (int k = 0; k < tree.n; k++) e->subtree[k] = e->member.mass[k];
@@ -158,8 +171,8 @@ static struct pend_tree ensemble_tree(const struct pend_ensemble *e) {
     return tree;
 }
 
-/* arms that have the energy to reach their bound: what an arm there costs at least, all others
- * hanging at rest */
+/* returns how many arms have the energy to reach their bound: an arm at its bound needs at least
+ * the potential energy that it has there while all other arms hang at rest */
 static int ensemble_able(const struct pend_ensemble *e, const struct pend_tree *tree,
                          double energy) {
     double gravity = e->member.loads.gravity,
@@ -182,18 +195,18 @@ static void ensemble_doubt_start(const struct ensemble_lanes *lanes, int i) {
     doubt->held[i] = ENSEMBLE_HELD;
 }
 
-/* up to when a member that ended at `time` has kept its digits */
+/* the instant up to which a member that ended at `time` has kept its digits */
 static double ensemble_horizon(const struct ensemble_lanes *lanes, int i, double time) {
     double held = lanes->doubt.held[i];
     if (!(lanes->doubt.grade > 0)) return NAN;
     return fabs(held) < fabs(time) ? held : time;
 }
 
-/* the start of a member into lane i; returns how many arms may reach their bound */
+/* puts the start of a member into lane i; returns how many arms may reach their bound */
 static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     struct ensemble_lanes *lanes = &e->lanes;
     const struct pend_member *member = &e->member;
-    // cells of another width do not fit into whole turns
+    // cells of another width do not divide a whole turn
     int whole = e->problem.bound == 0 || e->problem.bound == M_PI;
     for (int k = 0; k < lanes->n; k++) {
         size_t at = (size_t)(k * lanes->width + i);
@@ -226,7 +239,7 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     return e->problem.spare ? ensemble_able(e, &tree, e->seat[i].energy) : lanes->n;
 }
 
-/* what was noted of the member in lane i, beside its end */
+/* copies the notes on the member in lane i, all but its end, into its outcome */
 static void ensemble_seat_notes(const struct pend_ensemble *e, int i,
                                 struct pend_outcome *outcome) {
     size_t own = (size_t)i * (size_t)e->lanes.n;
@@ -253,7 +266,8 @@ static void ensemble_seat_notes(const struct pend_ensemble *e, int i,
     if (e->lanes.signs) outcome->sign_change = e->sign_change + own;
 }
 
-/* how far the energy at the end is from the start's */
+/* the difference between the energy at the end and the energy at the start, relative to the
+ * scale */
 static double ensemble_seat_drift(struct pend_ensemble *e, int i) {
     const struct ensemble_lanes *lanes = &e->lanes;
     for (int k = 0; k < lanes->n; k++) {
@@ -281,7 +295,8 @@ static void ensemble_seat_deliver(struct pend_ensemble *e, int i, struct pend_ou
     if (e->problem.deliver(e->problem.context, e->seat[i].member, outcome)) *cancelled = 1;
 }
 
-/* a member none of whose arms can reach its bound: nothing happens to it */
+/* delivers a member none of whose arms can reach its bound without a step, because no crossing
+ * can happen */
 static void ensemble_seat_spare(struct pend_ensemble *e, int i, int *cancelled) {
     struct pend_outcome outcome = {.stop = PEND_STOP_TIME, .time = e->problem.duration};
     memcpy(e->phi, e->member.phi, (size_t)e->lanes.n * sizeof(double));
@@ -302,8 +317,8 @@ static void ensemble_fetch(struct pend_ensemble *e, long i, struct ensemble_queu
     if (e->problem.fetch(e->problem.context, i, &e->member)) queue->cancelled = 1;
 }
 
-/* the next member into lane i; when none is left, the lane goes idle on its last state, which
- * does no harm */
+/* puts the next member into lane i; when no member is left, the lane stays idle on its last
+ * state */
 static void ensemble_seat_next(struct pend_ensemble *e, int i, struct ensemble_queue *queue) {
     while (queue->next < queue->end && !queue->cancelled) {
         ensemble_fetch(e, queue->next, queue);
@@ -318,7 +333,7 @@ static void ensemble_seat_next(struct pend_ensemble *e, int i, struct ensemble_q
         e->lanes.stop[lane] = copysign(1e300, e->lanes.unit[lane]);
 }
 
-/* how a member ends with the step of lane i: where in the step, 0 = it goes on */
+/* returns at which part of the step of lane i the member ends, 0 = the member goes on */
 static double ensemble_seat_end(struct pend_ensemble *e, int i,
                                 const struct ensemble_attention *attention,
                                 struct pend_outcome *outcome) {
@@ -350,7 +365,7 @@ static double ensemble_seat_end(struct pend_ensemble *e, int i,
     return 1;
 }
 
-/* looks after lane i at the end of a step; non-zero when its member has ended and was delivered */
+/* completes a step of lane i; returns non-zero when its member has ended and was delivered */
 static int ensemble_seat_serve(struct pend_ensemble *e, int i,
                                const struct ensemble_attention *attention, int *cancelled) {
     struct pend_outcome outcome = {.stop = PEND_STOP_TIME, .time = e->lanes.to.time[i]};
@@ -393,15 +408,18 @@ static void ensemble_step(struct pend_ensemble *e, struct ensemble_queue *queue)
 }
 
 void pend_ensemble_begin(struct pend_ensemble *e, long first, long count) {
+    assert(ensemble_valid(e) && count >= 0);
     e->queue = (struct ensemble_queue){.next = first, .end = first + count, .left = count};
     for (int i = 0; i < e->lanes.width; i += 1 + e->lanes.paired)
         ensemble_seat_next(e, i, &e->queue);
 }
 
 enum pend_status pend_ensemble_go(struct pend_ensemble *e, long steps, int *done) {
+    assert(ensemble_valid(e));
     struct ensemble_queue *queue = &e->queue;
     for (; steps > 0 && queue->left > 0 && !queue->cancelled; steps--) ensemble_step(e, queue);
     *done = queue->left <= 0;
+    assert(ensemble_valid(e) && queue->left >= 0);
     return queue->cancelled ? PEND_CANCELLED : PEND_OK;
 }
 

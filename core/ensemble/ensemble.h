@@ -1,9 +1,8 @@
-/* Many trajectories of one tree's shape, several at once in the lanes of the processor's
- * vectors.
+/* Many trajectories of trees of one shape, several at once in the lanes of the processor's vectors.
  * Leaves to others: the starts and the use of the results (callbacks), threads (server).
- * Invariant: a member's result does not depend on its lane, its neighbours, or how the members
- * are divided among threads: the bits are the same for every number of threads, and the same on
- * avx2 and avx512 (base, without fused multiply-add, differs in rounding). */
+ * Invariant: a member's result depends neither on its lane, nor on its neighbours, nor on how
+ * the members are divided among threads: the bits are the same for every number of threads, and
+ * the same on avx2 and avx512 (base, without fused multiply-add, differs in rounding). */
 #ifndef PEND_ENSEMBLE_H
 #define PEND_ENSEMBLE_H
 
@@ -30,12 +29,13 @@ PEND_MUST_CHECK enum pend_status pend_ensemble_new(struct pend_ensemble **ensemb
 void pend_ensemble_free(struct pend_ensemble **ensemble);
 
 /**
- * Computes the members first .. first + count - 1; a lane whose member ends takes the next.
+ * Computes the members first .. first + count - 1; a lane whose member has ended takes the next
+ * member.
  *
- * A member that fails is delivered as failed, the others stand.
+ * A member that fails is delivered as failed; the other members are not affected.
  *
- * PEND_CANCELLED  a callback asked for it.
- * No allocation. Any number of workspaces may run at once.
+ * PEND_CANCELLED  a callback returned non-zero. No allocation. Any number of workspaces may run at
+ * once.
  */
 PEND_MUST_CHECK enum pend_status pend_ensemble_run(struct pend_ensemble *ensemble, long first,
                                                    long count);
@@ -49,7 +49,7 @@ void pend_ensemble_begin(struct pend_ensemble *ensemble, long first, long count)
  *
  * done  out: non-zero if all members of the run were delivered.
  *
- * PEND_CANCELLED  a callback asked for it.
+ * PEND_CANCELLED  a callback returned non-zero.
  */
 PEND_MUST_CHECK enum pend_status pend_ensemble_go(struct pend_ensemble *ensemble, long steps,
                                                   int *done);

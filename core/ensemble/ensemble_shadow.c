@@ -1,9 +1,10 @@
 #include "core/ensemble/ensemble_shadow.h"
 
+#include <assert.h>
 #include <math.h>
 
-/* the distance that is restored, rad: its square, what linearity neglects, and rounding over it
- * are both near 1e-8 */
+/* the distance that is restored, rad: both its square, which the linear law neglects, and
+ * rounding divided by it are near 1e-8 */
 static const double shadow_distance = 1e-8;
 
 /* b = a + gap, as a sum of two */
@@ -14,6 +15,7 @@ static void shadow_put(double high[], double low[], int at, double gap) {
 }
 
 void pend_ensemble_shadow_start(struct pend_ensemble *e, int i) {
+    assert(e->lanes.paired && i % 2 == 0 && i < e->lanes.width);
     struct ensemble_lanes *lanes = &e->lanes;
     struct ensemble_state *from = &lanes->from;
     double sum = 0, frequency = 0;
@@ -30,7 +32,7 @@ void pend_ensemble_shadow_start(struct pend_ensemble *e, int i) {
     if (!(frequency > 0)) frequency = 1;
     e->seat[i].frequency = frequency;
     e->seat[i].growth = 0;
-    // some direction that no symmetry of a tree has
+    // a direction that no symmetry of a tree has
     for (int k = 0; k < lanes->n; k++) {
         int at = k * lanes->width + i;
         shadow_put(from->phi, from->phi_low, at, shadow_distance * cos(k + 1) / sqrt(sum));
@@ -61,6 +63,7 @@ static double shadow_far(const struct pend_ensemble *e, int i) {
 }
 
 void pend_ensemble_shadow_step(struct pend_ensemble *e, int i) {
+    assert(e->lanes.paired && i % 2 == 0 && i < e->lanes.width);
     const struct ensemble_state *to = &e->lanes.to;
     double far = shadow_far(e, i), grown = far / shadow_distance;
     if (grown > 0.1 && grown < 10) return;
@@ -74,6 +77,7 @@ void pend_ensemble_shadow_step(struct pend_ensemble *e, int i) {
 }
 
 double pend_ensemble_shadow_exponent(const struct pend_ensemble *e, int i) {
+    assert(e->lanes.paired && i % 2 == 0 && i < e->lanes.width);
     double time = e->lanes.to.time[i];
     return time == 0 ? NAN
                      : (e->seat[i].growth + log(shadow_far(e, i) / shadow_distance)) / fabs(time);

@@ -1,6 +1,7 @@
-/* The neighbour of a member, from which its largest Lyapunov exponent is estimated.
- * Leaves to others: the steps, which both take together (kernel_ensemble).
- * Invariant: the neighbour stays near enough for a linear law, and far enough to be told from
+/* The neighbour of a member, from whose distance the member's largest Lyapunov exponent is
+ * estimated.
+ * Leaves to others: the steps, which the member and its neighbour take together (kernel_ensemble).
+ * Invariant: the distance is small enough for a linear law, and large enough to stand out from
  * rounding. */
 #ifndef PEND_ENSEMBLE_SHADOW_H
 #define PEND_ENSEMBLE_SHADOW_H
@@ -11,13 +12,13 @@
 void pend_ensemble_shadow_start(struct pend_ensemble *e, int i);
 
 /**
- * After a step of lane i: brings the neighbour back to the first distance, along the line to it,
- * once that has changed much. O(n).
+ * After a step of lane i: moves the neighbour back to the first distance, along the line between
+ * the two, once the distance has changed much. O(n).
  */
 void pend_ensemble_shadow_step(struct pend_ensemble *e, int i);
 
-/** 1/s: the logarithm of the neighbour's growth up to the end of the step, over the time; NaN
- * where that is 0. */
+/** Returns the logarithm of the growth of the neighbour's distance up to the end of the step,
+ * divided by the time, 1/s; NaN where the time is 0. */
 double pend_ensemble_shadow_exponent(const struct pend_ensemble *e, int i);
 
 #endif

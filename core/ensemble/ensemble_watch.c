@@ -1,5 +1,6 @@
 #include "core/ensemble/ensemble_watch.h"
 
+#include <assert.h>
 #include <math.h>
 
 #include "core/integrate/roots.h"
@@ -11,6 +12,7 @@ double pend_ensemble_watch_time(const struct pend_ensemble *e, int i, double par
 }
 
 void pend_ensemble_watch_start(struct pend_ensemble *e, int i) {
+    assert(i >= 0 && i < e->lanes.width);
     struct ensemble_lanes *lanes = &e->lanes;
     for (int k = 0; k < lanes->n; k++) {
         int at = k * lanes->width + i, own = i * lanes->n + k;
@@ -27,7 +29,7 @@ void pend_ensemble_watch_start(struct pend_ensemble *e, int i) {
     }
 }
 
-/* the coefficients of arm k in lane i, in powers of the step's part */
+/* the coefficients of arm k in lane i, in powers of the fraction of the step */
 static struct roots_path watch_phi(const struct pend_ensemble *e, int i, int k) {
     const struct ensemble_lanes *lanes = &e->lanes;
     size_t at = (size_t)(k * lanes->width + i), stride = (size_t)lanes->n * (size_t)lanes->width;
@@ -49,14 +51,14 @@ static struct roots_path watch_force(const struct pend_ensemble *e, int i, int k
     return path;
 }
 
-/* a member that starts on its bound is in the cell that it moves into: true where that is all
- * that happened */
+/* returns true where the only event is that a member which starts on its bound moves into the
+ * cell next to it */
 static int watch_leaves_start(const struct pend_ensemble *e, int i, double phi, double level) {
     return e->lanes.from.time[i] == 0 && fabs(phi - level) <= 1e-14 * (1 + fabs(level));
 }
 
-/* follows arm k of lane i through the step from cell to cell; returns where it first leaves one,
- * infinity if never */
+/* follows arm k of lane i through the step from cell to cell; returns the place where it first
+ * leaves a cell, infinity if it leaves none */
 static double watch_cross(struct pend_ensemble *e, int i, int k) {
     const struct ensemble_lanes *lanes = &e->lanes;
     struct roots_path path = watch_phi(e, i, k);
@@ -83,7 +85,7 @@ static double watch_cross(struct pend_ensemble *e, int i, int k) {
     return first;
 }
 
-/* crossings that come after the one that ends the member did not happen */
+/* removes the crossings that come after the one that ends the member */
 static void watch_undo(struct pend_ensemble *e, int i) {
     for (int k = 0; k < e->lanes.n; k++) {
         if (k == e->seat[i].arm) continue;
@@ -93,6 +95,7 @@ static void watch_undo(struct pend_ensemble *e, int i) {
 }
 
 double pend_ensemble_watch_bound(struct pend_ensemble *e, int i) {
+    assert(e->lanes.bound > 0);
     struct ensemble_seat *seat = &e->seat[i];
     double first = INFINITY;
     int arm = -1;
@@ -129,7 +132,7 @@ static void watch_extremes(struct pend_ensemble *e, int i, int k, double part,
     }
 }
 
-/* the sign of a force from its first term that is more than rounding */
+/* the sign of a force from the first term of its series that is larger than rounding */
 static double watch_sense(const struct roots_path *path, double slack) {
     if (fabs(path->base) > slack) return copysign(1, path->base);
     for (int j = 1; j <= path->degree; j++) {
@@ -138,7 +141,8 @@ static double watch_sense(const struct roots_path *path, double slack) {
     return 0;
 }
 
-/* a force that comes back from zero, to rounding, has not changed sign */
+/* notes a change of sign; a force that is zero to rounding and returns to its side has not
+ * changed sign */
 static void watch_sign(struct pend_ensemble *e, int i, int k, double part,
                        const struct roots_path *path) {
     int own = i * e->lanes.n + k, way = 0;
@@ -151,7 +155,7 @@ static void watch_sign(struct pend_ensemble *e, int i, int k, double part,
     double beyond = pend_roots_next(path, 0, *sense > 0 ? -slack : -INFINITY,
                                     *sense > 0 ? INFINITY : slack, &way);
     if (!(beyond < INFINITY)) return;
-    // where it starts at zero the first zero is not the change
+    // a force that starts at zero changes its sign at a later zero
     double zero =
         pend_roots_next(path, 0, *sense > 0 ? 0 : -INFINITY, *sense > 0 ? INFINITY : 0, &way);
     e->sign_change[own] =
@@ -159,6 +163,7 @@ static void watch_sign(struct pend_ensemble *e, int i, int k, double part,
 }
 
 void pend_ensemble_watch_force(struct pend_ensemble *e, int i, double part) {
+    assert(part > 0 && part <= 1);
     for (int k = 0; k < e->lanes.n; k++) {
         int own = i * e->lanes.n + k, peak = e->lanes.peak[k] >> i & 1;
         // a sign that is not known yet is looked for in every step
@@ -172,7 +177,7 @@ void pend_ensemble_watch_force(struct pend_ensemble *e, int i, double part) {
     }
 }
 
-/* the values at some instants, row by row, to the receiver */
+/* hands the values at some instants to the receiver, row by row */
 static void watch_give(struct pend_ensemble *e, int i, int count) {
     int n = e->lanes.n;
     for (int a = 0; a < 4; a++)
@@ -191,9 +196,9 @@ static void watch_give(struct pend_ensemble *e, int i, int count) {
     e->seat[i].row += count;
 }
 
-/* Angles from hanging at the instants x, whose angles are known. Of a small swing they are the
- * series upon the step's begin as angles from hanging, of which all digits are there; the arrays
- * of an outcome keep that begin meanwhile. */
+/* Angles from hanging at the instants x, whose angles are known. Of a small swing they are
+ * computed from the series that begins with the angles from hanging, which keep all their
+ * digits; during the call the arrays of the outcome hold that beginning. */
 static void watch_theta(struct pend_ensemble *e, int i, const double x[]) {
     struct ensemble_lanes *lanes = &e->lanes;
     const struct ensemble_values values = {e->instants[3], e->instants[1], NULL};
@@ -219,6 +224,7 @@ static void watch_theta(struct pend_ensemble *e, int i, const double x[]) {
 }
 
 void pend_ensemble_watch_rows(struct pend_ensemble *e, int i, double until) {
+    assert(e->problem.rows && e->problem.times);
     const struct ensemble_lanes *lanes = &e->lanes;
     const struct ensemble_values values = {e->instants[0], e->instants[1], e->instants[2]};
     double way = copysign(1, lanes->unit[i]), x[ENSEMBLE_INSTANTS] __attribute__((aligned(64)));
@@ -238,6 +244,7 @@ void pend_ensemble_watch_rows(struct pend_ensemble *e, int i, double until) {
 }
 
 void pend_ensemble_watch_state(struct pend_ensemble *e, int i, double part) {
+    assert(part >= 0 && part <= 1);
     const struct ensemble_lanes *lanes = &e->lanes;
     const struct ensemble_values values = {e->instants[0], e->instants[1], e->instants[2]};
     double x[ENSEMBLE_INSTANTS] __attribute__((aligned(64))) = {lanes->step[i] * part};

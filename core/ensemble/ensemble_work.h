@@ -1,5 +1,5 @@
 /* The workspace of an ensemble on one thread.
- * Leaves to others: everything that is done with it (ensemble_watch, ensemble_shadow, ensemble).
+ * Leaves to others: the computations in it (ensemble_watch, ensemble_shadow, ensemble).
  * Invariant: one block of memory; lane i belongs to seat i / (1 + paired). */
 #ifndef PEND_ENSEMBLE_WORK_H
 #define PEND_ENSEMBLE_WORK_H
@@ -7,18 +7,19 @@
 #include "core/ensemble/kernel_ensemble.h"
 #include "core/ensemble/member.h"
 
-/* one member in its lane */
+/* a member in its lane */
 struct ensemble_seat {
     long member; /* -1 = the lane is idle */
     long steps, row;
-    int arm, open;        /* the arm that crossed first; arms that may still cross and have not */
+    int arm, open;        /* the arm that crossed first; the number of arms that may still cross
+                           * and have not */
     double first;         /* s, of the first crossing of any arm */
     double energy, scale; /* J: at the start, and what a drift is measured against */
     double growth,
         frequency; /* logarithm of the neighbour's growth so far; 1/s, what makes angles of rates */
 };
 
-/* the members of a run that still wait */
+/* the members of a run that are not delivered yet */
 struct ensemble_queue {
     long next, end;
     long left; /* not delivered yet */

@@ -35,8 +35,8 @@ enum {
         ARRAY_COUNT
 };
 
-/* numbers from one series to the next; an odd multiple of the cache's line apart, or they would
- * evict each other */
+/* numbers from one series to the next; an odd number of cache lines apart, because arrays an
+ * even number of lines apart evict each other */
 static size_t ensemble_series(int n, int order) { return (size_t)n * (size_t)(order + 3) + 5; }
 
 static size_t ensemble_numbers(int n, int order) {
@@ -139,9 +139,8 @@ static const double range_weight[RANGE_DEGREE + 1][RANGE_DEGREE + 1] = {
     F(0), F(1), F(2), F(3), F(4), F(5), F(6), F(7), F(8)};
 #undef F
 
-/* what a series may reach on [0, x]: its first terms in Bernstein's form, the rest by their size,
- * the rounding of all
- */
+/* bounds of a series on [0, x]: its first terms in Bernstein's form, the rest by their size, and
+ * the rounding of all */
 VEC_INLINE void ensemble_range(const num a[], num rest, num *low, num *high) {
     num top = a[0], bottom = a[0], size = num_abs(a[0]);
     for (int j = 1; j <= RANGE_DEGREE; j++) size += num_abs(a[j]);
@@ -156,7 +155,8 @@ VEC_INLINE void ensemble_range(const num a[], num rest, num *low, num *high) {
     *low = bottom - rest;
 }
 
-/* where arm k may get to during the step stays inside its cell: no, as a wide_mask */
+/* which lanes have arm k possibly outside its cell during the step; the result is the
+ * complement, as a wide_mask */
 static wide_mask ensemble_near(const struct ensemble_lanes *lanes, const struct jets_system *s,
                                int k, num x) {
     const num *c = s->rate + k;
@@ -174,8 +174,7 @@ static wide_mask ensemble_near(const struct ensemble_lanes *lanes, const struct 
     return ~((wide_mask)(middle + high < inside) & (wide_mask)(middle + low > -inside));
 }
 
-/* which lanes may have a force of arm k beyond its extremes so far, and which may have none at
- * all */
+/* in which lanes the force of arm k may exceed its extremes so far, and in which it may be zero */
 static void ensemble_force(struct ensemble_lanes *lanes, const struct jets_system *s, int k, num x,
                            num scale) {
     const num *c = s->force + k;
@@ -191,8 +190,7 @@ static void ensemble_force(struct ensemble_lanes *lanes, const struct jets_syste
     lanes->turn[k] = lanes->signs ? mask_set((wide_mask)(high >= 0) & (wide_mask)(low <= 0)) : 0;
 }
 
-/* the state at the end of the step; a sum that is not finite shows in the return value, 0 where
- * all are */
+/* the state at the end of the step; the return value is 0 where all sums are finite */
 static num ensemble_advance(const struct ensemble_lanes *lanes, const struct jets_system *s, num x,
                             num inverse) {
     const struct ensemble_state *from = &lanes->from, *to = &lanes->to;
@@ -215,7 +213,7 @@ static num ensemble_advance(const struct ensemble_lanes *lanes, const struct jet
     return bad;
 }
 
-/* what the step may have done that somebody asked for */
+/* marks the events that the step may hold, as far as the caller looks for them */
 static void ensemble_watch(struct ensemble_lanes *lanes, const struct jets_system *s, num x,
                            num inverse, struct ensemble_attention *attention) {
     for (int k = 0; k < s->n && lanes->bound > 0; k++) {
@@ -228,16 +226,17 @@ static void ensemble_watch(struct ensemble_lanes *lanes, const struct jets_syste
     }
 }
 
-/* ---- how far the digits reach: as horizon.c has it, which says why */
+/* ---- how far the digits hold: as in horizon.c, which explains it */
 
-/* terms that tell how a series goes on, and terms that are taken from that */
+/* terms from which the recurrence is fitted, and terms that are foretold by it */
 enum { DOUBT_FITTED = 6, DOUBT_FORETOLD = 6 };
 
-/* of a step, over the changes that it makes; by how much more may be left out than is foretold */
+/* rounding of a step, relative to the changes that it makes; the factor by which the terms left
+ * out may exceed those foretold */
 static const double doubt_rounding = 2 * 0x1p-53, doubt_left = 2;
 
-/* notes the ratio of an instant; where it is too large the accuracy was lost since the one
- * before */
+/* notes the ratio at an instant; where the ratio is too large the accuracy was lost after the
+ * instant before */
 VEC_INLINE void doubt_note(const struct ensemble_doubt *doubt, num time, num ratio) {
     num held = lane_get(doubt->held, 0), before = lane_get(doubt->ratio, 0),
         from = lane_get(doubt->time, 0);
@@ -248,7 +247,7 @@ VEC_INLINE void doubt_note(const struct ensemble_doubt *doubt, num time, num rat
     lane_put(doubt->held, 0, NUM_(pick)(lost, num_fma(part, time - from, from), held));
 }
 
-/* the largest error of angles and rates over what is allowed */
+/* the largest error of angles and rates, relative to the allowed error */
 VEC_INLINE num doubt_ratio(const struct ensemble_doubt *doubt, const double rate[], int n) {
     num angle = num_of(0), speed = num_of(0), fastest = lane_get(doubt->fastest, 0);
     for (int k = 0; k < n; k++) {
@@ -262,8 +261,8 @@ VEC_INLINE num doubt_ratio(const struct ensemble_doubt *doubt, const double rate
     return doubt->grade * num_max(angle, share);
 }
 
-/* the errors at the end of the step from those at its start; returns by how much forces are off
- * at the start, over the largest so far */
+/* the errors at the end of the step from those at its start; returns the error of the forces at
+ * the start, relative to the largest force so far */
 VEC_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jets_system *s, num x,
                             num gravity, num inverse) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
@@ -291,8 +290,8 @@ VEC_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jet
                       square * force / num_max(strongest, num_of(0x1p-1000)), num_of(0));
 }
 
-/* How the last terms of the lanes' series go on, as left_template.h has it: a term is `one` times
- * the one before it and `two` times the one before that. */
+/* The recurrence of the last terms of the lanes' series, as in left_template.h: a term is `one`
+ * times the term before it plus `two` times the term before that. */
 VEC_INLINE void doubt_recurrence(const struct jets_system *s, int last, num x, num *one, num *two) {
     num aa = num_of(0), ab = num_of(0), bb = num_of(0), ac = num_of(0), bc = num_of(0);
     for (int k = 0; k < s->n; k++) {
@@ -315,8 +314,7 @@ VEC_INLINE void doubt_recurrence(const struct jets_system *s, int last, num x, n
     *two = NUM_(pick)(good, (bc * aa - ac * ab) * share, none);
 }
 
-/* the step's own errors: the terms that it leaves out, as they are known and foretold, and
- * rounding */
+/* adds the step's own errors: the terms left out, known or foretold, and rounding */
 VEC_INLINE void doubt_add(const struct ensemble_lanes *lanes, const struct jets_system *s, num x,
                           num inverse) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
@@ -377,7 +375,7 @@ static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attentio
     if (lanes->paired) x = num_min(x, num_swap(x));
     wide_mask lands = (wide_mask)(x >= (stop - time) * inverse);
     num next = NUM_(pick)(lands, stop, time + x * unit);
-    // a step that the duration does not resolve leads nowhere
+    // the duration does not resolve this step: time would stand still
     wide_mask still =
         (wide_mask)(next == time) | (wide_mask)(num_abs(x * unit) < num_abs(stop) * 0x1p-52);
     x = (next - time) * inverse;

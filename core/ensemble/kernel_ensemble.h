@@ -1,6 +1,6 @@
 /* One step of several members of an ensemble at once, one member a lane, by instruction set.
- * Leaves to others: which member is in which lane, and what becomes of it (ensemble).
- * Invariant: no lane's result depends on another lane, but for the two of a pair. */
+ * Leaves to others: which member is in which lane, and the delivery of its outcome (ensemble).
+ * Invariant: no lane's result depends on another lane, except within a pair of lanes. */
 #ifndef PEND_KERNEL_ENSEMBLE_H
 #define PEND_KERNEL_ENSEMBLE_H
 
@@ -16,23 +16,23 @@ struct ensemble_state {
 /* Sets of lanes, bit i for lane i. */
 typedef unsigned char ensemble_set;
 
-/* How far the digits of the members reach: as horizon.h, for all lanes at once. One value a lane,
- * or an arm and lane.
- */
+/* How far the digits of the members hold: as horizon.h, for all lanes at once. Each array has
+ * one value a lane, or one value an arm and lane. */
 struct ensemble_doubt {
-    double grade; /* over an error, what it is over the error that is allowed; 0 = nobody asks */
-    double *phi, *rate;          /* the errors, rad and rad/s, of each arm */
+    double grade;       /* the factor that turns an error into its ratio to the allowed error; 0 =
+                         * horizons are not wanted */
+    double *phi, *rate; /* the errors, rad and rad/s, of each arm */
     double *fastest, *strongest; /* rad/s and N, the largest so far */
     double *time, *ratio; /* s, and the largest error over what is allowed, where they were noted */
-    double *held;         /* s: up to when; ENSEMBLE_HELD while it is not lost */
+    double *held;         /* s, the instant up to which the accuracy holds; ENSEMBLE_HELD while
+                           * it is not lost */
     double *series;       /* of the errors' change during a step */
 };
 
 /* s, beyond every time */
 #define ENSEMBLE_HELD 1e301
 
-/* Coefficients of the motion's series beyond its order, where somebody asks how far the digits
- * reach */
+/* Orders beyond the series' own whose coefficients are computed when horizons are wanted. */
 enum { ENSEMBLE_DOUBT_BEYOND = 1 };
 
 struct ensemble_lanes {
@@ -59,7 +59,7 @@ struct ensemble_lanes {
 
 enum { ENSEMBLE_WIDTH_MAX = 8, ENSEMBLE_INSTANTS = 8 };
 
-/* Lanes that want attention. */
+/* Lanes that the caller has to look at. */
 struct ensemble_attention {
     ensemble_set done;  /* stop is reached */
     ensemble_set bad;   /* a number is not finite, or time stands still */

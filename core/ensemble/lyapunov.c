@@ -1,5 +1,6 @@
 #include "core/ensemble/lyapunov.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,12 +10,12 @@
 #include "core/integrate/run_check.h"
 #include "core/tree/turns.h"
 
-/* how far neighbours are put away, on both sides, rad: what linearity neglects is its square,
- * rounding 1e-11 of it */
+/* the distance of neighbours on both sides, rad: its square is what the linear law neglects, and
+ * rounding is 1e-11 of it */
 static const double lyapunov_distance = 1e-5;
 
-/* what may be neglected of the shortest direction that is left; and what is so little that
- * longer pieces would do */
+/* the largest neglected part, relative to the shortest remaining direction; and the part below
+ * which longer pieces would do */
 static const double lyapunov_error = 1e-6, lyapunov_little = 1e-9;
 
 enum {
@@ -30,7 +31,8 @@ struct pend_lyapunov {
     double rtol, frequency, interval;
     int n, count;
     struct pend_ensemble *ensemble; /* of pieces of this length */
-    long pieces, piece;             /* of an interval; those of it that are over */
+    long pieces, piece;             /* the number of pieces in an interval; the number of
+                                     * finished pieces */
     int under_way;                  /* a piece was begun */
     double neglected;               /* the most in this interval, of what is left of a direction */
     enum pend_status status;        /* of a motion that could not be computed */
@@ -43,7 +45,8 @@ struct pend_lyapunov {
     long a_mark;       /* intervals from a mark to the next */
     int marks;         /* that are set */
     double *mark;      /* count x LYAPUNOV_MARKS: the growth at instants alike far apart */
-    double *length;    /* count: what a piece has made of each direction, without those before it */
+    double *length;    /* count: the factor by which a piece has stretched each direction,
+                        * without the directions before it */
 };
 
 /* --- the members: the motion, and two neighbours in each direction, one ahead and one behind
@@ -77,7 +80,7 @@ static int lyapunov_deliver(void *context, long i, const struct pend_outcome *ou
     return 0;
 }
 
-/* a workspace for pieces of the present length */
+/* opens a workspace for pieces of the present length */
 static enum pend_status lyapunov_open(struct pend_lyapunov *lyapunov, struct pend_error *error) {
     struct pend_ensemble_problem problem = {.tree = lyapunov->tree,
                                             .loads = lyapunov->loads,
@@ -100,8 +103,8 @@ static double lyapunov_dot(int count, const double a[], const double b[]) {
     return sum;
 }
 
-/* makes directions orthonormal, the first first (Gram and Schmidt, twice); what is left of each
- * one's length goes into `length`. Returns 0 where one is lost. */
+/* makes directions orthonormal, starting with the first (Gram and Schmidt, twice); stores what
+ * is left of each direction's length in `length`. Returns 0 where a direction is lost. */
 static int lyapunov_straighten(int count, int size, double direction[], double length[]) {
     for (int i = 0; i < count; i++) {
         double *own = direction + (size_t)i * (size_t)size;
@@ -130,9 +133,9 @@ static void lyapunov_aim(struct pend_lyapunov *lyapunov) {
 
 /* --- an interval --- */
 
-/* The ends of the neighbours become directions, in the first rows behind the motion's own.
- * Returns 0 where that is not linear enough: what two neighbours neglect goes as the third power
- * of their distance. */
+/* Turns the ends of the neighbours into directions, in the first rows after the motion's own.
+ * Returns 0 where the neighbours are not linear enough: the error of two neighbours grows as the
+ * third power of their distance. */
 static int lyapunov_turn(struct pend_lyapunov *lyapunov) {
     size_t size = 2 * (size_t)lyapunov->n;
     double longest = 0, shortest = INFINITY;
@@ -151,7 +154,7 @@ static int lyapunov_turn(struct pend_lyapunov *lyapunov) {
     return neglected <= lyapunov_error;
 }
 
-/* the end of a piece is where the next begins; angles lose their whole turns, and so keep their
+/* starts the next piece at the end of this one; angles lose their whole turns, and so keep their
  * digits */
 static void lyapunov_follow(struct pend_lyapunov *lyapunov) {
     size_t size = 2 * (size_t)lyapunov->n;
@@ -171,7 +174,7 @@ static enum pend_status lyapunov_fail(const struct pend_lyapunov *lyapunov,
                      pend_status_text(lyapunov->status));
 }
 
-/* a piece is over; where it was too long, it is taken anew in halves */
+/* completes a piece; a piece that was too long is computed again in halves */
 static enum pend_status lyapunov_settle(struct pend_lyapunov *lyapunov, struct pend_error *error) {
     lyapunov->under_way = 0;
     if (lyapunov->status != PEND_OK) return lyapunov_fail(lyapunov, error);
@@ -189,7 +192,7 @@ static enum pend_status lyapunov_settle(struct pend_lyapunov *lyapunov, struct p
     return lyapunov_fail(lyapunov, error);
 }
 
-/* the next interval, in longer pieces where these were shorter than they need be */
+/* begins the next interval, in longer pieces where the last ones were shorter than necessary */
 static enum pend_status lyapunov_next(struct pend_lyapunov *lyapunov, struct pend_error *error) {
     int longer = lyapunov->pieces > 1 && lyapunov->neglected < lyapunov_little;
     lyapunov->piece = 0;
@@ -199,7 +202,7 @@ static enum pend_status lyapunov_next(struct pend_lyapunov *lyapunov, struct pen
     return lyapunov_open(lyapunov, error);
 }
 
-/* sets a mark where one is due; of as many as there is room for, every second one is kept */
+/* sets a mark where one is due; when all marks are used, every second one is kept */
 static void lyapunov_mark(struct pend_lyapunov *lyapunov) {
     if (lyapunov->intervals % lyapunov->a_mark) return;
     for (int i = 0; i < lyapunov->count; i++)
@@ -242,8 +245,8 @@ static enum pend_status lyapunov_check(const struct pend_lyapunov_problem *probl
                      problem->interval);
 }
 
-/* 1/s, about that of the fastest swing: with it no direction is stretched much by what only
- * swings */
+/* 1/s, about the frequency of the fastest swing: rates divided by it make an oscillation stretch
+ * no direction much */
 static double lyapunov_fastest(const struct pend_lyapunov_problem *problem) {
     double shortest = INFINITY;
     for (int k = 0; k < problem->tree->n; k++) shortest = fmin(shortest, problem->tree->len[k]);
@@ -281,8 +284,8 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov,
     made->mark = made->length + count;
     made->a_mark = 1;
     for (size_t k = 0; k < n; k++) {
-        // neighbours are 1e-5 rad away: beside that the digits behind those of a double do not
-        // count
+        // neighbours are 1e-5 rad away: relative to that distance the digits beyond those of a
+        // double do not matter
         made->base[k] =
             pend_turns_rest(problem->phi[k], problem->phi_low ? problem->phi_low[k] : 0, NULL).high;
         made->base[n + k] = problem->rate[k] / made->frequency;
@@ -296,26 +299,37 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov,
     return status;
 }
 
+PEND_VALIDATOR lyapunov_valid(const struct pend_lyapunov *lyapunov) {
+    return lyapunov->n == lyapunov->tree->n && lyapunov->count >= 1 &&
+           lyapunov->count <= 2 * lyapunov->n && lyapunov->pieces >= 1 && lyapunov->piece >= 0 &&
+           lyapunov->piece <= lyapunov->pieces && lyapunov->marks >= 0 &&
+           lyapunov->marks <= LYAPUNOV_MARKS && lyapunov->a_mark >= 1 && lyapunov->frequency > 0;
+}
+
 void pend_lyapunov_free(struct pend_lyapunov **lyapunov) {
     if (!*lyapunov) return;
+    assert(lyapunov_valid(*lyapunov));
     pend_ensemble_free(&(*lyapunov)->ensemble);
     free(*lyapunov);
     *lyapunov = NULL;
 }
 
 void pend_lyapunov_forget(struct pend_lyapunov *lyapunov) {
+    assert(lyapunov_valid(lyapunov));
     lyapunov->intervals = lyapunov->marks = 0;
     lyapunov->a_mark = 1;
     for (int i = 0; i < lyapunov->count; i++) lyapunov->growth[i] = 0;
 }
 
 void pend_lyapunov_exponents(const struct pend_lyapunov *lyapunov, double exponent[]) {
+    assert(lyapunov_valid(lyapunov));
     double time = (double)lyapunov->intervals * lyapunov->interval;
     for (int i = 0; i < lyapunov->count; i++)
         exponent[i] = time > 0 ? lyapunov->growth[i] / time : 0;
 }
 
 void pend_lyapunov_errors(const struct pend_lyapunov *lyapunov, double error[]) {
+    assert(lyapunov_valid(lyapunov));
     double time = (double)lyapunov->intervals * lyapunov->interval,
            part = (double)lyapunov->a_mark * lyapunov->interval;
     int marks = lyapunov->marks;
@@ -334,6 +348,7 @@ void pend_lyapunov_errors(const struct pend_lyapunov *lyapunov, double error[]) 
 }
 
 void pend_lyapunov_state(const struct pend_lyapunov *lyapunov, double phi[], double rate[]) {
+    assert(lyapunov_valid(lyapunov) && phi != rate);
     for (int k = 0; k < lyapunov->n; k++) {
         phi[k] = lyapunov->base[k];
         rate[k] = lyapunov->base[lyapunov->n + k] * lyapunov->frequency;

@@ -1,8 +1,8 @@
-/* Lyapunov exponents of a motion: how fast neighbours in several directions leave it,
- * orthonormalised interval by interval. Leaves to others: the steps, which the motion and its
- * neighbours take side by side (ensemble).
- * Invariant: neighbours are so near that the law of their distances is linear; where they have
- * left too far within an interval it is taken anew in shorter pieces. */
+/* Lyapunov exponents of a motion: the rates at which neighbours in several directions move away
+ * from it, with the directions made orthonormal interval by interval.
+ * Leaves to others: the steps, which the motion and its neighbours take side by side (ensemble).
+ * Invariant: neighbours are so near that the law of their distances is linear; an interval in
+ * which they moved too far apart is computed again in shorter pieces. */
 #ifndef PEND_LYAPUNOV_H
 #define PEND_LYAPUNOV_H
 
@@ -63,22 +63,22 @@ void pend_lyapunov_forget(struct pend_lyapunov *lyapunov);
 void pend_lyapunov_exponents(const struct pend_lyapunov *lyapunov, double exponent[]);
 
 /**
- * A standard error of each, 1/s: of the mean of 16 to 31 parts of the time, alike in length, whose
- * growth rates scatter; and besides one power of e over the time, for the directions, which have to
- * turn to where they grow. About two in three exponents of a longer time lie within it, nearly all
- * within twice of it; those that tend to 0 are within twice of it from 0. Before there are four
- * parts it is the exponent's own size, or more.
+ * The standard error of each exponent, 1/s. It is the error of the mean of 16 to 31 parts of the
+ * time, equal in length, whose growth rates scatter, plus one power of e divided by the time,
+ * because the directions need some time to turn to where they grow. About two in three exponents of
+ * a longer time lie within one error, nearly all within two; exponents that tend to 0 are within
+ * two errors of 0. Before there are four parts the error is the exponent's own size, or more.
  *
  * error  out, `count` values.
  */
 void pend_lyapunov_errors(const struct pend_lyapunov *lyapunov, double error[]);
 
-/** Fills in the motion's state at the end of the last interval, rad without whole turns and rad/s.
+/** Copies the motion's state at the end of the last interval: rad without whole turns, and rad/s.
  */
 void pend_lyapunov_state(const struct pend_lyapunov *lyapunov, double phi[], double rate[]);
 
-/** 1/s, by which differences of rates are divided where they are measured beside those of angles.
- */
+/** Returns the frequency, 1/s, by which differences of rates are divided before they are compared
+ * with differences of angles. */
 double pend_lyapunov_frequency(const struct pend_lyapunov *lyapunov);
 
 /** Returns the number of integration steps of all motions so far. */

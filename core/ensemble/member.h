@@ -1,5 +1,4 @@
-/* The members of an ensemble: what they start from, what is to be found out about them, what
- * became of each.
+/* The members of an ensemble: their starts, the quantities that are looked for, and their outcomes.
  * Leaves to others: the computation (ensemble).
  * Invariant: arrays of one value an arm are in the tree's stored order. */
 #ifndef PEND_MEMBER_H
@@ -25,7 +24,7 @@ enum pend_stop { PEND_STOP_TIME, PEND_STOP_BOUND, PEND_STOP_FAILED };
  * or with the step in which the last arm that can cross has done so. */
 enum pend_until { PEND_UNTIL_TIME, PEND_UNTIL_FIRST, PEND_UNTIL_ALL };
 
-/* What is found out beside the end and the crossings; each costs a little. */
+/* What is computed besides the end and the crossings; each takes some time. */
 enum pend_observe {
     PEND_OBSERVE_EXTREMES = 1, /* the largest and smallest force of each arm */
     PEND_OBSERVE_SIGNS = 2,    /* when the force of each arm first changes sign */
@@ -38,7 +37,7 @@ struct pend_force_range {
     const double *most, *most_time, *least, *least_time; /* s */
 };
 
-/* What became of a member; arrays of n values, valid during the call only. */
+/* The outcome of a member; arrays of n values, valid during the call only. */
 struct pend_outcome {
     enum pend_stop stop;
     enum pend_status status; /* PEND_OK, or why it failed: PEND_NOT_FINITE, PEND_STEP_TOO_SMALL,

@@ -1,5 +1,6 @@
 #include "core/extended/extended.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -40,15 +41,15 @@ static const struct extended_kernel *extended_kernel(enum pend_isa isa) {
 /* ---- orders */
 
 /* the first term of a step that is left out, relative to the motion of the step: a hundredth of
- * rtol, not below the numbers' own last digit */
+ * rtol, but not below the last digit of the numbers */
 static double extended_target(double rtol) { return fmax(0.01 * rtol, 0x1p-106); }
 
 static int extended_order(double target) { return (int)ceil(6 - 0.45 * log(target)); }
 
 /*
- * The order above which coefficients need but one double: where the terms of a step have fallen by
- * as much as a double falls short of the target. The slowest to fall are those of an exponential,
- * x^j / j!, x such that the first term left out is the target.
+ * The order above which coefficients need but one double: the order at which the terms of a step
+ * have fallen by the ratio of a double's precision to the target. The slowest to fall are those of
+ * an exponential, x^j / j!, with x such that the first term left out is the target.
  */
 static int extended_precise(double target, int order) {
     double bits = -log2(target), log_x = (lgamma(order + 2) / M_LN2 - bits) / (order + 1);
@@ -59,7 +60,8 @@ static int extended_precise(double target, int order) {
 
 /* ---- memory */
 
-/* hands out `count` doubles of a block, a multiple of 64 bytes; with base NULL only counts them */
+/* allocates `count` doubles of a block, a multiple of 64 bytes; with base NULL it only counts
+ * them */
 static double *extended_take(char *base, size_t *used, size_t count) {
     double *piece = base ? (double *)(void *)(base + *used) : NULL;
     *used += (count + 7) / 8 * 8 * sizeof(double);
@@ -111,7 +113,7 @@ enum pend_status pend_extended_new(struct pend_extended **extended, const struct
                                 .log_rtol = log2(target),
                                 .log_atol = atol > 0 ? log2(pend_taylor_atol(atol)) : -1e5};
     size_t bytes = extended_place(&sketch, NULL);
-    // the limit is that of the widest lanes: what one processor refuses is refused by all
+    // the limit is that of the widest lanes, so that every processor refuses the same trees
     size_t widest = single ? 4 : EXTENDED_WIDTH_MAX,
            counted = bytes / (size_t)sketch.kernel->width * widest;
     if (counted > (size_t)EXTENDED_BYTES_CAP)
@@ -133,7 +135,17 @@ enum pend_status pend_extended_new(struct pend_extended **extended, const struct
     return PEND_OK;
 }
 
+/* the sizes agree with the tree's and the kernel's, and every lane is in one of its states */
+PEND_VALIDATOR extended_valid(const struct pend_extended *e) {
+    if (!e->kernel || e->kernel->width < 1 || e->kernel->width > EXTENDED_WIDTH_MAX) return 0;
+    if (e->lanes.n != e->tree->n || e->lanes.precise > e->lanes.order + 1) return 0;
+    for (int i = 0; i < e->kernel->width; i++)
+        if (e->seat[i].steps < 0 || e->seat[i].state > PEND_EXTENDED_FAILED) return 0;
+    return 1;
+}
+
 void pend_extended_free(struct pend_extended **extended) {
+    assert(!*extended || extended_valid(*extended));
     free(*extended);
     *extended = NULL;
 }
@@ -144,7 +156,7 @@ int pend_extended_width(const struct pend_extended *e) { return e->kernel->width
 
 int pend_extended_order(const struct pend_extended *e) { return e->lanes.order; }
 
-/* a start into a lane; what the last step ended with is what the next begins with */
+/* copies a start into a lane: the end of the last step is the start of the next */
 static void extended_fill(struct pend_extended *e, int lane, const struct pend_loads *loads,
                           const struct pend_extended_state *state, const double len[],
                           const double mass[], double stop) {
@@ -172,17 +184,20 @@ static void extended_begin(struct pend_extended *e, int lane, const struct pend_
     e->seat[lane] =
         (struct extended_seat){.state = stop == 0 ? PEND_EXTENDED_STOPPED : PEND_EXTENDED_UNDER_WAY,
                                .unit = e->lanes.unit[lane]};
-    // lanes without a trajectory do what this one does: its numbers are good
+    // lanes without a trajectory compute this one as well: its numbers are finite
     for (int i = 0; i < e->kernel->width; i++)
         if (e->seat[i].empty) extended_fill(e, i, loads, state, len, mass, stop);
 }
 
 void pend_extended_start(struct pend_extended *e, int lane, const struct pend_loads *loads,
                          const struct pend_extended_state *state, double stop) {
+    assert(extended_valid(e) && lane >= 0 && lane < e->kernel->width);
+    assert(!e->lanes.single || lane == 0);
     extended_begin(e, lane, loads, state, e->tree->len, e->tree->mass, stop);
 }
 
 void pend_extended_stop(struct pend_extended *e, int lane, double stop) {
+    assert(extended_valid(e) && lane >= 0 && lane < e->kernel->width);
     double left = stop - e->lanes.to.time[lane];
     e->lanes.stop[lane] = stop;
     e->lanes.unit[lane] = copysign(e->lanes.unit[lane], left);
@@ -190,7 +205,7 @@ void pend_extended_stop(struct pend_extended *e, int lane, double stop) {
         e->seat[lane].state = PEND_EXTENDED_UNDER_WAY;
 }
 
-/* before a step: its start is the end of the last; lanes that have nothing to do go on and on */
+/* before a step: its start is the end of the last; idle lanes repeat their step */
 static void extended_turn(struct pend_extended *e) {
     struct extended_lanes *l = &e->lanes;
     struct extended_state swap = l->from;
@@ -203,6 +218,7 @@ static void extended_turn(struct pend_extended *e) {
 }
 
 int pend_extended_step(struct pend_extended *e) {
+    assert(extended_valid(e));
     int ended = 0;
     extended_turn(e);
     int any = e->kernel->step(&e->lanes);
@@ -215,21 +231,28 @@ int pend_extended_step(struct pend_extended *e) {
             e->lanes.attention[i] & EXTENDED_BAD ? PEND_EXTENDED_FAILED : PEND_EXTENDED_STOPPED;
         ended++;
     }
+    assert(extended_valid(e) && ended <= e->kernel->width);
     return ended;
 }
 
 enum pend_extended_lane pend_extended_lane(const struct pend_extended *e, int lane) {
+    assert(lane >= 0 && lane < e->kernel->width);
     return e->seat[lane].state;
 }
 
 double pend_extended_time(const struct pend_extended *e, int lane) {
+    assert(lane >= 0 && lane < e->kernel->width);
     return e->lanes.to.time[lane];
 }
 
-long pend_extended_steps(const struct pend_extended *e, int lane) { return e->seat[lane].steps; }
+long pend_extended_steps(const struct pend_extended *e, int lane) {
+    assert(lane >= 0 && lane < e->kernel->width);
+    return e->seat[lane].steps;
+}
 
 void pend_extended_end(const struct pend_extended *e, int lane,
                        const struct pend_extended_state *state) {
+    assert(extended_valid(e) && state->phi != state->rate);
     const struct extended_state *to = &e->lanes.to;
     for (int k = 0; k < e->lanes.n; k++) {
         size_t at = (size_t)(k * e->kernel->width + lane);
@@ -241,10 +264,11 @@ void pend_extended_end(const struct pend_extended *e, int lane,
 }
 
 void pend_extended_carry(struct pend_extended *e, struct pend_checkpoint *checkpoint) {
+    assert(extended_valid(e));
     struct extended_lanes *l = &e->lanes;
     struct extended_seat *seat = &e->seat[0];
     const size_t width = (size_t)e->kernel->width;
-    /* the start of the last step; before the first one that of the next */
+    /* the start of the last step; before the first step, the start of that */
     struct extended_state *start = seat->steps ? &l->from : &l->to;
     long steps = seat->steps;
     double unit = seat->steps ? seat->unit : l->unit[0], stop = l->stop[0], time = start->time[0];
@@ -274,6 +298,7 @@ static double *extended_row(double *array, size_t base) { return array ? array +
 
 void pend_extended_at(const struct pend_extended *e, int lane, int count, const double t[],
                       const struct pend_extended_state *to, double acc[], double force[]) {
+    assert(extended_valid(e) && count >= 0 && to->phi && to->rate);
     int width = e->kernel->width;
     for (int i = 0; i < count; i += width) {
         size_t base = (size_t)i * (size_t)e->lanes.n;
@@ -290,7 +315,7 @@ void pend_extended_at(const struct pend_extended *e, int lane, int count, const 
 
 /* ---- many members */
 
-/* the next member into a lane, unless none is left */
+/* puts the next member into a lane, unless no member is left */
 static void extended_seat_next(struct pend_extended *e, const struct pend_ensemble_problem *problem,
                                int lane, long *next, long end, int *cancelled) {
     size_t bytes = (size_t)e->lanes.n * sizeof(double);
@@ -308,7 +333,7 @@ static void extended_seat_next(struct pend_extended *e, const struct pend_ensemb
     e->seat[lane].taken = 1;
 }
 
-/* hands out a member that has ended, or has taken too many steps; non-zero when it did */
+/* delivers a member that has ended, or has taken too many steps; returns non-zero when it did */
 static int extended_seat_serve(struct pend_extended *e, const struct pend_ensemble_problem *problem,
                                int lane, int *cancelled) {
     struct extended_seat *seat = &e->seat[lane];
@@ -337,6 +362,7 @@ static int extended_seat_serve(struct pend_extended *e, const struct pend_ensemb
 enum pend_status pend_extended_run(struct pend_extended *e,
                                    const struct pend_ensemble_problem *problem, long first,
                                    long count) {
+    assert(extended_valid(e) && problem->tree == e->tree && count >= 0);
     long next = first, end = first + count, left = count;
     int cancelled = 0, width = e->kernel->width;
     for (int i = 0; i < width; i++) extended_seat_next(e, problem, i, &next, end, &cancelled);

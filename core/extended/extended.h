@@ -1,5 +1,5 @@
-/* Trajectories in numbers of about 32 digits, several of one tree's shape at once, one a lane:
- * what a double's digits are checked against.
+/* Trajectories in numbers of about 32 digits, several of one tree's shape at once, one a lane. The
+ * digits of trajectories in doubles are checked against them.
  * Leaves to others: instants and samples (run, by way of method_extended), threads (server).
  * Invariant: a trajectory's bits do not depend on its lane or its neighbours, and are the same
  * on avx2 and avx512. */
@@ -28,8 +28,8 @@ struct pend_extended;
  * rtol      PEND_EXTENDED_RTOL_MIN .. 0.1, of the local error; the error of a motion that is not
  *           chaotic stays near it.
  * atol      0 .. 1.
- * single    non-zero: only lane 0 will be started; the same bits, in less time than when lanes are
- *           idle.
+ * single    non-zero: only lane 0 will be started; the bits are the same, in less time than with
+ *           idle lanes.
  * isa       pend_isa_best(), or a lower one.
  *
  * PEND_INVALID  a tolerance is out of range, or the series would take more than 1 GiB (some 20 000
@@ -48,7 +48,7 @@ void pend_extended_free(struct pend_extended **extended);
 int pend_extended_width(const struct pend_extended *extended);
 
 /**
- * Puts a trajectory into a lane, at time 0. Lanes that were never started run along with lane 0.
+ * Puts a trajectory into a lane, at time 0. Lanes that were never started repeat lane 0.
  *
  * loads    what acts on the tree; gravity of any finite value.
  * state    copied; phi_low and rate_low may be NULL: zero.
@@ -57,7 +57,8 @@ int pend_extended_width(const struct pend_extended *extended);
 void pend_extended_start(struct pend_extended *extended, int lane, const struct pend_loads *loads,
                          const struct pend_extended_state *state, double stop);
 
-/** Changes where a lane stops; on the same side of where it is. */
+/** Changes the time at which a lane stops, s; the new time is on the same side of the lane's
+ * time. */
 void pend_extended_stop(struct pend_extended *extended, int lane, double stop);
 
 /**
@@ -86,14 +87,14 @@ void pend_extended_end(const struct pend_extended *extended, int lane,
                        const struct pend_extended_state *state);
 
 /**
- * Shows a checkpoint the state of lane 0 of a workspace in which no other lane was started: the
- * start of its last step, which is taken anew where the checkpoint puts it back, after
- * pend_extended_start of the same trajectory.
+ * Saves the state of lane 0 to a checkpoint, or restores it, for a workspace in which no other lane
+ * was started. The checkpoint holds the start of the lane's last step; after a restore, which
+ * follows pend_extended_start of the same trajectory, that step is computed again.
  */
 void pend_extended_carry(struct pend_extended *extended, struct pend_checkpoint *checkpoint);
 
 /**
- * Values of a lane at instants inside its last step, rounded to doubles and what rounding leaves.
+ * Values of a lane at instants inside its last step, as doubles and their rounding errors.
  *
  * count  any.
  * t      s; taken as exact.
@@ -105,14 +106,12 @@ void pend_extended_at(const struct pend_extended *extended, int lane, int count,
                       const struct pend_extended_state *to, double acc[], double force[]);
 
 /**
- * Many trajectories, as pend_ensemble_run: a lane whose member ends takes the next. Only the
- * duration ends a member.
+ * Many trajectories, as pend_ensemble_run: a lane whose member has ended takes the next member.
+ * Only the duration ends a member.
  *
- * problem  tree and tolerances as of the workspace; bounds, observations and instants are not
- *          looked at.
+ * problem  has the workspace's tree and tolerances; bounds, observations and instants are ignored.
  *
- * PEND_CANCELLED  a callback asked for it.
- * No allocation.
+ * PEND_CANCELLED  a callback returned non-zero. No allocation.
  */
 PEND_MUST_CHECK enum pend_status pend_extended_run(struct pend_extended *extended,
                                                    const struct pend_ensemble_problem *problem,

@@ -1,6 +1,7 @@
 /* The known parts T and c of an order of the series in numbers of 32 digits: the convolutions of
- * what is known of u, phi' and lambda, by as few operations as their sizes allow.
- * Leaves to others: what follows from them (extended_orders_template), memory (kernel_extended).
+ * the known coefficients of u, phi' and lambda, in as few operations as their sizes allow.
+ * Leaves to others: the solution for the next coefficients (extended_orders_template), memory
+ * (kernel_extended).
  * Invariant: a sum has all digits that its largest term has, unless an order needs one double. */
 #ifndef PEND_EXTENDED_KNOWN_TEMPLATE_H
 #define PEND_EXTENDED_KNOWN_TEMPLATE_H
@@ -89,7 +90,7 @@ VEC_INLINE struct extended_known extended_convolve(const struct jets_system *s, 
     return x;
 }
 
-/* sums whose first part has a fixed last place, far enough up that every product fits */
+/* sums whose first part has a fixed last place, high enough that every product fits */
 struct extended_fixed {
     wide start, high, low;
 };
@@ -103,7 +104,7 @@ VEC_INLINE wide extended_bias(wide size) {
     return (wide)((exponent + (2ULL << 52)) | 0x8000000000000ULL);
 }
 
-/* adds x y: what of the product the first part has no place for goes to the second */
+/* adds x y: the part of the product below the last place of the first number goes to the second */
 VEC_INLINE void extended_collect(struct extended_fixed *sum, num x, num y) {
     wide high = wide_fma(x.high, y.high, sum->high), part = high - sum->high;
     wide rest = wide_fma(x.high, y.low, wide_fma(x.high, y.high, -part));

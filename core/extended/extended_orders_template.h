@@ -19,13 +19,14 @@ VEC_INLINE num extended_share(const double share[], int j) {
 
 /* ---- orders of small trees, by the inverse of the tree system */
 
-/* what a unit of T_j (pull) and of c_j (side) does to phi'' and to the force of arm i: [j][i] */
+/* the change of phi'' and of the force of arm i by a unit of T_j (pull) and of c_j (side):
+ * [j][i] */
 struct extended_table {
     num rate_pull[DENSE_MAX][DENSE_MAX], rate_side[DENSE_MAX][DENSE_MAX];
     num force_pull[DENSE_MAX][DENSE_MAX], force_side[DENSE_MAX][DENSE_MAX];
 };
 
-/* the answer of all arms to the right-hand side in heave and drag_im */
+/* the response of all arms to the right-hand side in heave and drag_im */
 static void extended_answer(const struct jets_system *s, num rate[], num force[]) {
     for (int k = 0; k < s->n; k++)
         s->sum_side[k] = s->sum_cos[k] = s->sum_sin[k] = s->early[k] = num_of(0);

@@ -91,7 +91,7 @@ struct extended_change {
     num phi, rate;
 };
 
-/* how the coefficients of an arm are read: all lanes, or one lane's in every lane */
+/* reads the coefficients of an arm: all lanes, or one lane's value in every lane */
 VEC_INLINE num extended_pick(const num *at, int lane) {
     return lane < 0 ? *at : num_of2(at->high[lane], at->low[lane]);
 }
@@ -118,8 +118,7 @@ VEC_INLINE struct extended_change extended_horner(const struct extended_lanes *l
     return v;
 }
 
-/* the state at the end of the step; a sum that is not finite shows in the return value, 0 where
- * all are */
+/* the state at the end of the step; the return value is 0 where all sums are finite */
 static wide extended_advance(const struct extended_lanes *lanes, const struct jets_system *s, num x,
                              wide unit) {
     const struct extended_state *from = &lanes->from, *to = &lanes->to;
@@ -153,7 +152,7 @@ static int extended_step(struct extended_lanes *lanes) {
     wide_mask lands = (wide_mask)(x >= left);
     wide next = WIDE_(pick)(lands, stop, time + x * unit);
     wide still = (wide)((wide_mask)(next == time) & (wide_mask)wide_of(1));
-    // times are doubles, what lies between them is not
+    // times are doubles, but their difference is not
     num step = num_scale(num_total(next, -time), 1 / unit);
     wide bad = extended_advance(lanes, &s, step, unit) + still;
     lane_put(lanes->to.time, 0, next);

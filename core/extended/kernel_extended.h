@@ -1,6 +1,6 @@
 /* One step of several trajectories in numbers of 32 digits at once, one trajectory a lane, by
  * instruction set.
- * Leaves to others: which trajectory is in which lane, and what becomes of it (extended).
+ * Leaves to others: which trajectory is in which lane, and the use of its end (extended).
  * Invariant: no lane's result depends on another lane. */
 #ifndef PEND_KERNEL_EXTENDED_H
 #define PEND_KERNEL_EXTENDED_H
@@ -16,7 +16,7 @@ struct extended_state {
 
 struct extended_lanes {
     int n, order;
-    int single;  /* all lanes hold the same trajectory: other kernels than of width 4 do not look */
+    int single;  /* all lanes hold the same trajectory; only kernels of width 4 use this */
     int precise; /* coefficients above this order are so small that one double each is enough */
     const int *parent, *end;
     double log_rtol, log_atol;      /* binary logarithms */
@@ -30,9 +30,8 @@ struct extended_lanes {
 
 enum { EXTENDED_WIDTH_MAX = 8, EXTENDED_DONE = 1, EXTENDED_BAD = 2 };
 
-/* Values of all arms at several instants, instant i of arm k at [i * n + k]; NULL = not wanted, but
- * phi and rate are.
- */
+/* Values of all arms at several instants, instant i of arm k at [i * n + k]. phi and rate are
+ * required; the others may be NULL. */
 struct extended_values {
     double *phi, *phi_low, *rate, *rate_low, *acc, *force;
 };
@@ -42,10 +41,10 @@ struct extended_kernel {
     /** Doubles that `series` needs. */
     size_t (*series_count)(int n, int order);
     /**
-     * Takes one step in every lane, never beyond stop. attention becomes EXTENDED_DONE where stop
-     * is reached,
-     * EXTENDED_BAD where a number is not finite or time stands still. Returns whether any lane
-     * wants attention.
+     * Takes one step in every lane, never beyond stop.
+     *
+     * Sets attention to EXTENDED_DONE where stop is reached and to EXTENDED_BAD where a number is
+     * not finite or time stands still. Returns non-zero if it set attention in any lane.
      */
     int (*step)(struct extended_lanes *lanes);
     /**

@@ -52,7 +52,7 @@ static num quad_get(const double *at, int k) {
     return x;
 }
 
-/* jets_learn with quotients of all digits */
+/* jets_learn with quotients to all digits */
 static void quad_learn(const struct jets_system *s, int k) {
     for (int a = 0; a < s->n; a++) {
         size_t now = jets_row(s, a) + (size_t)k * s->stride, next = now + s->stride,

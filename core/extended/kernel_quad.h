@@ -30,10 +30,10 @@ struct quad_values {
 struct quad_kernel {
     /** Doubles that `numbers` needs. */
     size_t (*count)(int n, int order);
-    /** Expands about the begin; returns the longest step, in units, NaN where something is not
+    /** Expands about the start; returns the longest step, in units, or NaN where a number is not
      * finite. */
     double (*expand)(const struct quad_series *series, double log_rtol, double log_atol);
-    /** The end of a step from `time` to `reached`, s, both taken as exact. */
+    /** Computes the end of a step from `time` to `reached`, s, both taken as exact. */
     void (*advance)(const struct quad_series *series, double time, double reached);
     /** Values at an instant t of a step that begins at `time`, rounded. */
     void (*values)(const struct quad_series *series, double time, double t,

@@ -1,5 +1,5 @@
-/* The Taylor method in numbers of about 32 digits: one trajectory, states rounded to doubles
- * when handed out.
+/* The Taylor method in numbers of about 32 digits: one trajectory, whose states are rounded to
+ * doubles at its interface.
  * Leaves to others: the series, their steps and sums (extended), the time loop (run).
  * Invariant: instants and steps are doubles taken as exact; a step allocates nothing. */
 #include <math.h>
@@ -66,7 +66,7 @@ static enum pend_status extended_stepper_step(void *stepper, double limit, doubl
 static void extended_stepper_at(void *stepper, const double t[], int count,
                                 const struct pend_points *points) {
     struct extended_stepper *x = stepper;
-    // where theta goes there is room for what it is computed from
+    // the array of theta is large enough for the values from which theta is computed
     struct pend_extended_state to = {
         .phi = points->phi, .phi_low = points->theta, .rate = points->rate};
     pend_extended_at(x->extended, 0, count, t, &to, points->acc, points->force);

@@ -1,4 +1,5 @@
-/* The Taylor method in numbers of 62 digits: what 32 digits are too few for, and are judged by.
+/* The Taylor method in numbers of 62 digits, for motions that need more than 32 digits and as the
+ * reference for those with 32.
  * Leaves to others: the series (kernel_quad), the time loop (run).
  * Invariant: a step allocates nothing; the same bits in every instruction set. */
 #include <math.h>
@@ -29,9 +30,9 @@ static const struct quad_kernel *quad_kernel(enum pend_isa isa) {
     return &pend_kernel_quad_base;
 }
 
-/* The order from which coefficients need but 32 digits: where the terms of a step have fallen by
- * as much as those fall short of the target. The slowest to fall are those of an exponential,
- * x^j / j!, as of `extended`. */
+/* The order from which coefficients need but 32 digits: the order at which the terms of a step
+ * have fallen by the ratio of that precision to the target. The slowest to fall are those of an
+ * exponential, x^j / j!, as in `extended`. */
 static int quad_precise(double target, int order) {
     double bits = -log2(target), log_x = (lgamma(order + 2) / M_LN2 - bits) / (order + 1);
     int j = 1;

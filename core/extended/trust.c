@@ -1,5 +1,6 @@
 #include "core/extended/trust.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -12,12 +13,20 @@ struct pend_trust {
     int n, parted, cap;
     double tolerance, until;
     struct pend_run *run[2];
-    int done[2], count[2]; /* rows of the block that are there */
+    int done[2], count[2]; /* rows of the block that each run has computed */
     int compared;          /* rows of the block */
     double *t[2], *phi[2];
 };
 
+/* both runs keep their rows within the block, and no row is compared that is not computed */
+PEND_VALIDATOR trust_valid(const struct pend_trust *trust) {
+    int most = trust->count[0] > trust->count[1] ? trust->count[0] : trust->count[1];
+    return trust->n >= 1 && trust->cap >= 1 && most <= trust->cap && trust->compared >= 0 &&
+           trust->compared <= trust->count[0] && trust->compared <= trust->count[1];
+}
+
 void pend_trust_free(struct pend_trust **trust) {
+    assert(!*trust || trust_valid(*trust));
     for (int i = 0; *trust && i < 2; i++) pend_run_free(&(*trust)->run[i]);
     free(*trust);
     *trust = NULL;
@@ -26,6 +35,7 @@ void pend_trust_free(struct pend_trust **trust) {
 enum pend_status pend_trust_new(struct pend_trust **trust, const struct pend_method *method,
                                 const struct pend_problem *problem, double tolerance,
                                 struct pend_error *error) {
+    assert(pend_tree_valid(problem->tree) && tolerance > 0);
     int n = problem->tree->n, cap = TRUST_NUMBERS / n;
     cap = cap < 1 ? 1 : cap > TRUST_ROWS ? TRUST_ROWS : cap;
     size_t rows = (size_t)cap * (1 + (size_t)n);
@@ -38,15 +48,15 @@ enum pend_status pend_trust_new(struct pend_trust **trust, const struct pend_met
         made->t[i] = block + (size_t)i * rows;
         made->phi[i] = made->t[i] + cap;
     }
-    // the better one keeps its own tolerances
+    // the more exact run keeps the tolerances of its own
     struct pend_problem own = *problem, exact;
-    // whole turns have fewer digits than the rest
+    // whole turns have fewer digits than the remainder
     own.no_turns = 1;
     exact = own;
     exact.rtol = exact.atol = exact.step = 0;
     exact.atol_given = 0;
-    // what has 32 digits is judged by the same with other orders and steps, the finer of the two
-    // being taken for true
+    // a run in 32 digits is compared with one in 32 digits at another order and step; the finer of
+    // the two counts as exact
     if (method == pend_method_taylor.extended)
         exact.rtol = problem->rtol > 0 && problem->rtol < 1e-29 ? method->rtol_default
                                                                 : PEND_EXTENDED_RTOL_MIN;
@@ -73,7 +83,7 @@ static enum pend_status trust_fill(struct pend_trust *trust, int i, double work,
     return status;
 }
 
-/* compares the rows that both have; an empty block follows a full one */
+/* compares the rows that both runs have; after a full block an empty one begins */
 static void trust_compare(struct pend_trust *trust) {
     int count = trust->count[0] < trust->count[1] ? trust->count[0] : trust->count[1];
     for (; trust->compared < count && !trust->parted; trust->compared++) {
@@ -89,19 +99,23 @@ static void trust_compare(struct pend_trust *trust) {
 
 enum pend_status pend_trust_next(struct pend_trust *trust, double work, int *done,
                                  struct pend_error *error) {
+    assert(trust_valid(trust) && work > 0);
     for (int i = 0; i < 2; i++) PEND_TRY(trust_fill(trust, i, work, error));
     trust_compare(trust);
     *done = trust->parted || (trust->done[0] && trust->done[1]);
+    assert(trust_valid(trust));
     return PEND_OK;
 }
 
 double pend_trust_until(const struct pend_trust *trust) { return trust->until; }
 
 double pend_trust_progress(const struct pend_trust *trust) {
+    assert(trust_valid(trust));
     return fmin(pend_run_stats(trust->run[0]).progress, pend_run_stats(trust->run[1]).progress);
 }
 
 enum pend_status pend_trust_carry(struct pend_trust *trust, struct pend_checkpoint *checkpoint) {
+    assert(trust_valid(trust));
     size_t rows = (size_t)trust->cap * (1 + (size_t)trust->n);
     pend_checkpoint_int(checkpoint, &trust->parted, 1);
     pend_checkpoint_row(checkpoint, &trust->until, 1);

@@ -1,8 +1,8 @@
 /* The time up to which the digits of a trajectory hold: the same problem is solved by its method
  * and in 32 digits, and the two are compared at every wanted instant.
- * Leaves to others: the samples of the answer (run).
- * Invariant: both runs have the same start, instants and limits; neither is more than a block ahead
- * of the comparison. */
+ * Leaves to others: the samples of the response (run).
+ * Invariant: both runs have the same start, instants and limits; neither is more than a block
+ * ahead of the comparison. */
 #ifndef PEND_TRUST_H
 #define PEND_TRUST_H
 
@@ -14,9 +14,9 @@ struct pend_trust;
  * Prepares a comparison.
  *
  * trust      out; NULL on failure; ends with pend_trust_free.
- * method     the one whose digits are in doubt; its problem is solved anew. One of 32 digits is
- *            compared with itself at another tolerance and order: that ends no later than the
- *            digits of the less exact of the two.
+ * method     the method whose digits are checked. A method of 32 digits is compared with itself at
+ *            another tolerance and order; the comparison then ends no later than the digits of the
+ *            less exact of the two.
  * problem    copied; its tree and its list of instants must outlive the comparison.
  * tolerance  rad, > 0: how far angles may be off.
  *
@@ -27,7 +27,6 @@ PEND_MUST_CHECK enum pend_status pend_trust_new(struct pend_trust **trust,
                                                 const struct pend_problem *problem,
                                                 double tolerance, struct pend_error *error);
 
-/** Frees it and clears the pointer; NULL is accepted. */
 /** Frees a comparison and clears the pointer; NULL is accepted. */
 void pend_trust_free(struct pend_trust **trust);
 
@@ -49,7 +48,7 @@ double pend_trust_until(const struct pend_trust *trust);
 /** Returns the progress of the slower of the two runs, 0 .. 1. */
 double pend_trust_progress(const struct pend_trust *trust);
 
-/** Shows a checkpoint the state of a comparison; parameters and errors as pend_run_carry. */
+/** Saves a comparison to a checkpoint or restores it; parameters and errors as pend_run_carry. */
 PEND_MUST_CHECK enum pend_status pend_trust_carry(struct pend_trust *trust,
                                                   struct pend_checkpoint *checkpoint);
 

@@ -1,5 +1,7 @@
 #include "core/taylor/blocks.h"
 
+#include <assert.h>
+
 static int blocks_start(int k) { return k / BLOCK_ARMS * BLOCK_ARMS; }
 
 /* an arm that hangs on no arm of its own block */
@@ -81,6 +83,7 @@ static size_t blocks_lay(struct blocks *b, const struct pend_tree *tree, char *b
 }
 
 size_t pend_blocks_bytes(const struct pend_tree *tree) {
+    assert(tree->n > BLOCK_ARMS);
     struct blocks sketch;
     return blocks_lay(&sketch, tree, NULL);
 }
@@ -210,6 +213,7 @@ static void blocks_children(struct blocks *b, const struct pend_tree *tree) {
 }
 
 void pend_blocks_init(struct blocks *blocks, const struct pend_tree *tree, void *memory) {
+    assert(tree->n > BLOCK_ARMS && (size_t)memory % 64 == 0);
     blocks_lay(blocks, tree, memory);
     blocks_shapes(blocks, tree);
     blocks_down_edges(blocks, tree);

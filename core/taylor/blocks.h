@@ -48,7 +48,7 @@ enum {
     BLOCK_NUMBERS = BLOCK_ROW_COUNT * BLOCK_ARMS
 };
 
-/* A run of a list. */
+/* A part of a list: from its first entry to one past its last. */
 struct block_run {
     int first, end;
 };
@@ -92,7 +92,7 @@ struct blocks {
         *crowd_arm; /* crowded joint i has the children crowd_first[i] .. [i + 1] - 1 */
 };
 
-/** Bytes that the blocks of a tree need, a multiple of 64. O(n). */
+/** Returns the bytes that the blocks of a tree need, a multiple of 64. O(n). */
 size_t pend_blocks_bytes(const struct pend_tree *tree);
 
 /**
@@ -103,7 +103,7 @@ size_t pend_blocks_bytes(const struct pend_tree *tree);
  */
 void pend_blocks_init(struct blocks *blocks, const struct pend_tree *tree, void *memory);
 
-/** The place of arm k. */
+/** Returns the place of arm k. */
 static inline int pend_blocks_place(int k) {
     return k < 0 ? -BLOCK_NUMBERS + BLOCK_ARMS - 1
                  : k / BLOCK_ARMS * BLOCK_NUMBERS + k % BLOCK_ARMS;

@@ -1,8 +1,8 @@
-/* The orders of one large tree, in blocks of eight arms: within a block both sweeps are a
- * product with a small inverse.
+/* The orders of one large tree, in blocks of eight arms: within a block both sweeps are a product
+ * with a small inverse.
  * Leaves to others: the factorization (jets_template), the cutting (blocks).
- * Invariant: an order waits once for each block, not for each arm; nothing is subtracted that
- * jets_template does not subtract. */
+ * Invariant: an order has one dependency for each block, not for each arm; it subtracts nothing
+ * that jets_template does not subtract. */
 #ifndef PEND_BLOCKS_TEMPLATE_H
 #define PEND_BLOCKS_TEMPLATE_H
 

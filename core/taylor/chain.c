@@ -1,8 +1,9 @@
 #include "core/taylor/chain.h"
 
+#include <assert.h>
 #include <math.h>
 
-/* masses further apart than this are solved in blocks */
+/* chains whose masses are further apart than this are solved in blocks */
 static const double CHAIN_MASSES = 64;
 
 int pend_chain_suits(const struct pend_tree *tree) {
@@ -21,10 +22,12 @@ static size_t chain_count(const struct pend_tree *tree) {
 }
 
 size_t pend_chain_bytes(const struct pend_tree *tree) {
+    assert(pend_chain_suits(tree));
     return (chain_count(tree) + 2) * CHAIN_NUMBERS * sizeof(double);
 }
 
 void pend_chain_init(struct chain *chain, const struct pend_tree *tree, void *memory) {
+    assert(pend_chain_suits(tree) && (size_t)memory % 64 == 0);
     chain->count = (int)chain_count(tree);
     chain->numbers = (double *)memory + CHAIN_NUMBERS;
     for (int k = 0; k < tree->n; k++) {
@@ -36,7 +39,7 @@ void pend_chain_init(struct chain *chain, const struct pend_tree *tree, void *me
         at[CHAIN_PULL * CHAIN_ARMS] = -tree->len[k];
         at[CHAIN_PART * CHAIN_ARMS] = 1 / tree->len[k];
     }
-    // arms that are not there are divided by too
+    // the empty lanes are divisors too
     double *last =
         chain->numbers + (size_t)(chain->count - 1) * CHAIN_NUMBERS + CHAIN_N_LAST * CHAIN_ARMS;
     for (int k = tree->n; k < chain->count * CHAIN_ARMS; k++) last[k % CHAIN_ARMS] = 1;

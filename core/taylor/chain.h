@@ -62,10 +62,10 @@ struct chain {
     double *numbers; /* count pieces of CHAIN_NUMBERS; one of zeros before and one after them */
 };
 
-/** Whether the tree is a chain of more than 8 arms whose masses are alike. O(n). */
+/** Returns non-zero if the tree is a chain of more than 8 arms whose masses are alike. O(n). */
 int pend_chain_suits(const struct pend_tree *tree);
 
-/** Bytes that the numbers of a chain need, a multiple of 64. */
+/** Returns the bytes that the numbers of a chain need, a multiple of 64. */
 size_t pend_chain_bytes(const struct pend_tree *tree);
 
 /**

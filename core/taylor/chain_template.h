@@ -2,8 +2,8 @@
  * instead a trajectory by the method taylor takes a server 42 % longer with 9 arms, 39 % with 32,
  * 31 % with 100 and 15 % with 500 (processor time of whole requests).
  * Leaves to others: other trees (blocks_template), which chains (chain).
- * Invariant: an order waits for no sweep from arm to arm; the inverse is made of products and
- * sums of one sign. */
+ * Invariant: an order has no sweep from arm to arm; the inverse is made of products and sums of
+ * one sign. */
 #ifndef PEND_CHAIN_TEMPLATE_H
 #define PEND_CHAIN_TEMPLATE_H
 
@@ -333,7 +333,7 @@ VEC_INLINE void chain_pieces(const struct chain *chain) {
     }
 }
 
-/* what the pieces do to each other: two sums from end to end, which go side by side */
+/* the effects of the pieces on each other: two sums from end to end, computed side by side */
 VEC_INLINE void chain_join(const struct chain *chain) {
     enum { MU = CHAIN_MU * CHAIN_ARMS, ENDS = CHAIN_ENDS * CHAIN_ARMS };
     double before = 0, after = 0;

@@ -1,9 +1,9 @@
-/* How small errors of a state spread in one step, for any kind of number: the equations of the
- * orders, made linear about the motion, which have the tree system of order 0 that the motion's
- * own orders have.
+/* The spreading of small errors of a state in one step, for any kind of number: the equations of
+ * the orders, linearized about the motion; their tree system of order 0 is that of the motion's
+ * orders.
  * Leaves to others: the motion's series, of which at least as many orders are known
- * (dense_template, which the including file includes first), what a number is (number).
- * Invariant: the motion's series are only read; its sweeps' arrays are used anew. */
+ * (dense_template, which the including file includes first), the kinds of number (number).
+ * Invariant: the motion's series are only read; the arrays of its sweeps are used again. */
 #ifndef PEND_CHANGE_TEMPLATE_H
 #define PEND_CHANGE_TEMPLATE_H
 

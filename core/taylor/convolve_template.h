@@ -1,7 +1,6 @@
 /* The convolutions of a tree's series, two orders in one pass: T and c of jets_system, arms in
  * lanes.
- * Leaves to others: where they are kept until they are needed (blocks_template,
- * levels_template).
+ * Leaves to others: their storage until they are needed (blocks_template, levels_template).
  * Invariant: `row` is where the series of the arms begin; tiles of eight arms. */
 #ifndef PEND_CONVOLVE_TEMPLATE_H
 #define PEND_CONVOLVE_TEMPLATE_H
@@ -15,8 +14,8 @@ struct convolved {
 };
 
 /*
- * T and c of order k; and in *next of order k + 1, but for the terms that order k is needed for:
- * what is loaded serves both. Row -1 of the forces is zero.
+ * T and c of order k, and in *next those of order k + 1 without the terms that need order k, so
+ * that every coefficient is loaded once for both. Row -1 of the forces is zero.
  */
 VEC_INLINE struct convolved convolve(const struct jets_system *s, size_t row, int k,
                                      struct convolved *next_) {

@@ -1,6 +1,5 @@
-/* The orders of small trees by the inverse of the tree system of order 0, for any kind of
- * number.
- * Leaves to others: memory, the sweeps (jets_template), what a number is (number).
+/* The orders of small trees by the inverse of the tree system of order 0, for any kind of number.
+ * Leaves to others: memory, the sweeps (jets_template), the kinds of number (number).
  * Invariant: the inverse is built by the stable sweeps, one unit right-hand side after the
  * other. */
 #ifndef PEND_DENSE_TEMPLATE_H
@@ -18,7 +17,8 @@ enum { DENSE_MAX = 4, DENSE_LOOP = 2 };
 enum { DENSE_MAX = 4, DENSE_LOOP = 1 };
 #endif
 
-/* what a unit of T_j (pull) and of c_j (side) does to phi'' and to the force of arm i: [j][i] */
+/* the change of phi'' and of the force of arm i by a unit of T_j (pull) and of c_j (side):
+ * [j][i] */
 struct dense_table {
     num rate_pull[DENSE_MAX][DENSE_MAX], rate_side[DENSE_MAX][DENSE_MAX];
     num force_pull[DENSE_MAX][DENSE_MAX], force_side[DENSE_MAX][DENSE_MAX];
@@ -97,7 +97,7 @@ struct dense_order {
     num re[DENSE_MAX], im[DENSE_MAX], rate[DENSE_MAX], force[DENSE_MAX];
 };
 
-/* what is added up for the arms of one loop: the sums of order k, and those of order k + 1 */
+/* the sums for the arms of one loop: of order k, and of order k + 1 */
 struct dense_sums {
     num now[4][DENSE_LOOP], next[4][DENSE_LOOP];
 };

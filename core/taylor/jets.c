@@ -1,8 +1,10 @@
 /* Memory and angles for the power series of one tree.
  * Leaves to others: the series themselves (kernel_jets).
- * Invariant: u = e^{i phi} is formed anew from the summed angles at every expansion. */
+ * Invariant: u = e^{i phi} is computed anew from the summed angles at every expansion. */
 #include "core/taylor/jets.h"
 
+#include <assert.h>
+#include <math.h>
 #include <string.h>
 
 enum {
@@ -22,6 +24,7 @@ static int jets_levels(const struct pend_tree *tree) {
 }
 
 size_t pend_jets_stride(int n) {
+    assert(n >= 1);
     return ((size_t)n + PEND_JETS_PAD - 1) / PEND_JETS_PAD * PEND_JETS_PAD;
 }
 
@@ -40,7 +43,16 @@ static size_t jets_numbers(int order_cap, const struct pend_tree *tree) {
     return 4 * jets_series(order_cap, tree) + JETS_COUNT * pend_jets_stride(tree->n) + JETS_SHARES;
 }
 
+/* the system points into the memory behind these series, and one cutting at most is in use */
+PEND_VALIDATOR jets_valid(const struct pend_jets *jets) {
+    const struct jets_system *s = &jets->system;
+    int cuts = (s->chain != NULL) + (s->levels != NULL) + (s->blocks != NULL);
+    return jets->tree && s->n == jets->tree->n && s->rate == jets->rate &&
+           s->force == jets->force && cuts == (s->n > PEND_JETS_PAD);
+}
+
 size_t pend_jets_bytes(const struct pend_tree *tree, int order_cap) {
+    assert(order_cap >= PEND_JETS_ORDER_MIN && order_cap <= PEND_JETS_ORDER_MAX);
     size_t cut = 0;
     if (pend_chain_suits(tree))
         cut = pend_chain_bytes(tree);
@@ -76,6 +88,7 @@ static struct jets_system jets_view(const struct pend_tree *tree, int order_cap,
 
 void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int order_cap,
                     void *memory) {
+    assert((size_t)memory % 64 == 0);
     memset(memory, 0, pend_jets_bytes(tree, order_cap));
     struct jets_system s = jets_view(tree, order_cap, memory);
     *jets = (struct pend_jets){
@@ -113,21 +126,26 @@ static const struct jets_kernel *jets_kernel(enum pend_isa isa) {
 
 void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, double unit,
                       const struct jets_state *state, int order) {
+    assert(jets_valid(jets) && isfinite(loads->gravity));
+    assert(order >= PEND_JETS_ORDER_MIN && order <= jets->order_cap);
     jets_kernel(jets->isa)->orders(&jets->system, state, loads, unit, order);
 }
 
 void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit,
                        const struct jets_state *from, const struct jets_state *to) {
+    assert(jets_valid(jets) && order >= 1 && order <= jets->order_cap);
     jets_kernel(jets->isa)->advance(&jets->system, order, x, unit, from, to);
 }
 
 void pend_jets_values(const struct pend_jets *jets, int order, const double x[], int count,
                       double unit, const struct jets_state *from,
                       const struct jets_values *values) {
+    assert(jets_valid(jets) && count >= 0 && values->phi && values->rate);
     jets_kernel(jets->isa)->values(&jets->system, order, x, count, unit, from, values);
 }
 
 double pend_jets_reach(const struct pend_jets *jets, int order, double log_rtol, double log_atol) {
+    assert(jets_valid(jets) && order >= PEND_JETS_ORDER_MIN && order <= jets->order_cap);
     return jets_kernel(jets->isa)->reach(&jets->system, order, log_rtol, log_atol);
 }
 
@@ -141,12 +159,17 @@ size_t pend_jets_answers_bytes(const struct pend_tree *tree) {
     return tree->n > PEND_JETS_PAD ? 0 : 4 * lanes * lanes * sizeof(double);
 }
 
-void pend_jets_answers(struct pend_jets *jets, void *memory) { jets->system.answers = memory; }
+void pend_jets_answers(struct pend_jets *jets, void *memory) {
+    assert(jets_valid(jets) && (size_t)memory % 64 == 0);
+    assert(jets->system.n <= PEND_JETS_PAD);
+    jets->system.answers = memory;
+}
 
 int pend_jets_spreads(const struct pend_jets *jets) { return jets->system.answers != NULL; }
 
 double pend_jets_spread(const struct pend_jets *jets, const struct pend_loads *loads, double x,
                         double unit, double phi[], double rate[]) {
+    assert(jets_valid(jets) && pend_jets_spreads(jets));
     return jets_kernel(jets->isa)->spread(&jets->system, loads, x, unit, phi, rate);
 }
 
@@ -160,6 +183,8 @@ static double jets_power(double x, int order) {
 
 void pend_jets_left(const struct pend_jets *jets, int order, int beyond, double x, double rate[],
                     double phi[]) {
+    assert(jets_valid(jets) && beyond >= 0 && beyond <= JETS_FITTED - 2);
+    assert(order + beyond <= jets->order_cap && order + beyond + 1 >= JETS_FITTED);
     struct jets_left left = {.from = order + beyond + 1 - JETS_FITTED, .beyond = beyond, .x = x};
     left.power = jets_power(x, left.from);
     jets_kernel(jets->isa)->left(&jets->system, &left, rate, phi);

@@ -1,8 +1,8 @@
-/* Power series in time of a moving tree: rates and arm forces about one instant, to any order,
- * O(n) an order.
+/* Power series in time of a moving tree: rates and arm forces about one instant, to any order, O(n)
+ * an order.
  * Leaves to others: step sizes, sums over steps, dense output (method_taylor).
  * Invariant: no allocation; coefficients in tiles of 8 arms, all orders of a tile together; one
- * thread at a time, for advance and values too have scratch in the memory. */
+ * thread at a time, because advance and values have scratch in the memory too. */
 #ifndef PEND_JETS_H
 #define PEND_JETS_H
 
@@ -97,20 +97,19 @@ void pend_jets_values(const struct pend_jets *jets, int order, const double x[],
                       double unit, const struct jets_state *from, const struct jets_values *values);
 
 /**
- * Bytes of memory that the answers of a tree need, a multiple of 64; 0 of a tree that has none, of
- * more than
- * PEND_JETS_PAD arms. O(1).
+ * Returns the bytes of memory that the responses of a tree need, a multiple of 64; 0 for a tree of
+ * more than PEND_JETS_PAD arms, whose responses are not kept. O(1).
  */
 size_t pend_jets_answers_bytes(const struct pend_tree *tree);
 
 /**
- * Has expansions keep the answers of the tree system from now on, for pend_jets_spread.
+ * Makes all later expansions keep the responses of the tree system, which pend_jets_spread needs.
  *
  * memory  pend_jets_answers_bytes(tree) bytes, not 0, aligned to 64; not owned.
  */
 void pend_jets_answers(struct pend_jets *jets, void *memory);
 
-/** Non-zero where expansions keep answers. O(1). */
+/** Returns non-zero if expansions keep the responses. O(1). */
 int pend_jets_spreads(const struct pend_jets *jets);
 
 /**
@@ -141,12 +140,12 @@ double pend_jets_spread(const struct pend_jets *jets, const struct pend_loads *l
 void pend_jets_left(const struct pend_jets *jets, int order, int beyond, double x, double rate[],
                     double phi[]);
 
-/** Where the value of arm k is in arrays in the order of seats. */
+/** Returns the index of the value of arm k in arrays in the order of seats. */
 static inline int pend_jets_seat(const struct pend_jets *jets, int k) {
     return jets->system.levels ? jets->levels.seat[k] : k;
 }
 
-/** Seats of a tree, a multiple of PEND_JETS_PAD. O(n). */
+/** Returns the number of seats of a tree, a multiple of PEND_JETS_PAD. O(n). */
 size_t pend_jets_seats(const struct pend_tree *tree);
 
 /**

@@ -1,16 +1,15 @@
-/* The tree system of order 0, factorized: how a tree answers to forces, written once for any
+/* The tree system of order 0, factorized: the response of a tree to forces, written once for any
  * kind of number.
- * Leaves to others: memory, sines and cosines (jets), what a number is (number), the orders
+ * Leaves to others: memory, sines and cosines (jets), the kinds of number (number), the orders
  * (*_template).
- * Invariant: one division an arm on the way, nothing cancels; every arm does the same
- * operations. */
+ * Invariant: one division an arm, nothing cancels; every arm does the same operations. */
 #ifndef PEND_JETS_FACTOR_H
 #define PEND_JETS_FACTOR_H
 
 #include "core/taylor/jets_system.h"
 
-/* sums of what the children of a parent do to it; the later siblings' part is kept for the arm
- * that joins */
+/* adds child c to the sums over the children of its parent p; the sums over the later siblings
+ * are kept for c */
 static void jets_join(const struct jets_system *s, int c, int p) {
     num C = s->cosine[c], Z = s->sine[c], S = s->eff[c];
     num sp = s->sum_p[p], sr = s->sum_r[p], sq = s->sum_q[p];
@@ -26,8 +25,8 @@ static void jets_join(const struct jets_system *s, int c, int p) {
     s->sum_q[p] = num_fma(SZ, Z, sq);
 }
 
-/* what each child of k passes on to k, from sums over its siblings that leave the child itself
- * out */
+/* computes what each child of k passes on to k, from sums over its siblings that leave the child
+ * itself out */
 static void jets_share(const struct jets_system *s, int k) {
     num early_q = num_of(0), early_r = num_of(0), inv = s->inv[k];
     for (int c = k + 1; c < s->end[k]; c = s->end[c]) {

@@ -57,16 +57,16 @@ struct jets_system {
     int n, tiles;        /* arms; tiles of eight in the series */
     size_t stride, tile; /* numbers from one order to the next, from eight arms to the next eight */
     const int *parent, *end;
-    /* of one tree of doubles with more than eight arms, one of these, as jets has cut it; else
-     * NULL */
+    /* of one tree of doubles with more than eight arms one of these three is set, as jets has
+     * cut the tree; the others are NULL */
     const struct blocks *blocks;
     const struct levels *levels; /* its series are in the order of seats */
     const struct chain *chain;
     const double *share; /* 1 / (j + 1) of order j */
     num *rate, *force, *turn_re,
         *turn_im; /* series: order j of arm k at jets_row(k) + j * stride */
-    num *answers; /* of a small tree, what its arms answer to units, kept for errors to spread by;
-                     NULL = not kept */
+    num *answers; /* of a small tree, the responses of its arms to units, kept for
+                   * pend_jets_spread; NULL = not kept */
 #define X(name) num *name;
     JETS_ARRAYS(X)
 #undef X
@@ -80,7 +80,7 @@ static inline size_t jets_row(const struct jets_system *s, int k) {
     return (size_t)(k / 8) * s->tile + (size_t)(k % 8);
 }
 
-/** Seats of a tree in levels, empty ones included; 0 of any other. */
+/** Returns the number of seats of a tree in levels, empty ones included; 0 for any other tree. */
 static inline int jets_seats(const struct jets_system *s) { return s->levels ? s->tiles * 8 : 0; }
 
 #endif

@@ -1,13 +1,13 @@
-/* The power series of a tree's motion, written once for any kind of number. It is the general
- * form: the quick forms (small, chain, blocks, levels) give what it gives, to rounding.
- * Leaves to others: memory, sines and cosines (jets), what a number is (number).
+/* The power series of a tree's motion, written once for any kind of number. This is the general
+ * form: the quick forms (small, chain, blocks, levels) give the same coefficients, to rounding.
+ * Leaves to others: memory, sines and cosines (jets), the kinds of number (number).
  * Invariant: no division in the orders; every arm does the same operations. */
 #ifndef PEND_JETS_TEMPLATE_H
 #define PEND_JETS_TEMPLATE_H
 
 #include "core/taylor/jets_factor.h"
 
-/* what follows from T and c alone, and sums set to nothing for the sweeps of order k */
+/* the terms that follow from T and c alone; clears the sums for the sweeps of order k */
 static inline void jets_prepare(const struct jets_system *s, int k, int a, num Tr, num Ti, num cr,
                                 num ci) {
     s->wind_re[a] = Tr;
@@ -22,8 +22,8 @@ static inline void jets_prepare(const struct jets_system *s, int k, int a, num T
 }
 
 /*
- * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass:
- * what is loaded serves both. Row -1 of the forces is zero.
+ * T and c of order k, and of order k + 1 without the terms that need order k, in one pass, so that
+ * every coefficient is loaded once for both. Row -1 of the forces is zero.
  */
 static inline void jets_known(const struct jets_system *s, int k) {
     size_t stride = s->stride;
@@ -139,7 +139,7 @@ static void jets_down(const struct jets_system *s, num gravity) {
     }
 }
 
-/* the coefficients of order k and what they make of u */
+/* stores the coefficients of order k and computes the next coefficient of u from them */
 static inline void jets_learn(const struct jets_system *s, int k) {
     num share = num_of(s->share[k]), turn_share = num_of(s->share[k + 1]);
     for (int a = 0; a < s->n; a++) {

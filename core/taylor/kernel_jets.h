@@ -1,6 +1,6 @@
 /* The series kernels of one tree, by instruction set.
  * Leaves to others: memory, angles (jets).
- * Invariant: an unsupported set is never called. */
+ * Invariant: a kernel is called only on a processor that has its instruction set. */
 #ifndef PEND_KERNEL_JETS_H
 #define PEND_KERNEL_JETS_H
 
@@ -13,7 +13,7 @@ struct jets_state {
     double *phi, *phi_low, *rate, *rate_low;
 };
 
-/* Where values go; n values an instant, NULL = not wanted. */
+/* Arrays for values: n values an instant, NULL = not wanted. */
 struct jets_values {
     double *phi, *rate, *acc, *force;
 };

@@ -1,6 +1,6 @@
-/* What a step of a power series leaves out: the terms behind its last one.
- * Leaves to others: what they are added to (horizon), the series (kernel_jets, which includes
- * this).
+/* The terms that a step of a power series leaves out: those after its last one.
+ * Leaves to others: the error that these terms are part of (horizon), the series (kernel_jets,
+ * which includes this).
  * Invariant: sums over arms are made in eight lanes, whatever the instruction set. */
 #ifndef PEND_LEFT_TEMPLATE_H
 #define PEND_LEFT_TEMPLATE_H
@@ -28,9 +28,10 @@ VEC_INLINE double left_total(const wide sum[]) {
 }
 
 /*
- * How the last terms of a series go on: every arm has its nearest singularities from the same pair
- * in the complex plane, so that a term is `one` times the one before it and `two` times the one
- * before that. The least squares of the last terms of all arms, in powers of x.
+ * The recurrence of the last terms of a series: every arm has its nearest singularities from the
+ * same pair in the complex plane, so that a term is `one` times the term before it plus `two` times
+ * the term before that. The factors are the least squares over the last terms of all arms, in
+ * powers of x.
  */
 VEC_INLINE void left_recurrence(const struct jets_system *s, const struct jets_left *left,
                                 int seats, int arms, double *one, double *two) {

@@ -1,5 +1,6 @@
 #include "core/taylor/levels.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* the heights that arms above the one at hand have from children met so far, one a joint that
@@ -103,6 +104,7 @@ static size_t levels_lay(struct levels *l, struct levels_plan *plan, const struc
 }
 
 size_t pend_levels_bytes(const struct pend_tree *tree) {
+    assert(pend_levels_count(tree) > 0);
     struct levels sketch;
     struct levels_plan plan;
     return levels_lay(&sketch, &plan, tree, NULL);
@@ -234,6 +236,7 @@ static void levels_seats(struct levels *l, const struct pend_tree *tree,
 }
 
 void pend_levels_init(struct levels *l, const struct pend_tree *tree, void *memory) {
+    assert(pend_levels_count(tree) > 0 && (size_t)memory % 64 == 0);
     struct levels_plan plan;
     levels_lay(l, &plan, tree, memory);
     levels_survey(&plan, tree);

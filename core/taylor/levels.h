@@ -78,11 +78,11 @@ struct levels {
                                        zeros */
 };
 
-/** Blocks that a tree has in levels; 0 where it has too many levels, crowded joints, or levels
- * too narrow. O(n). */
+/** Returns the number of blocks of a tree in levels; 0 where the tree has too many levels,
+ * crowded joints, or levels too narrow. O(n). */
 int pend_levels_count(const struct pend_tree *tree);
 
-/** Bytes that the levels of a tree need, a multiple of 64. O(n). */
+/** Returns the bytes that the levels of a tree need, a multiple of 64. O(n). */
 size_t pend_levels_bytes(const struct pend_tree *tree);
 
 /**
@@ -93,10 +93,11 @@ size_t pend_levels_bytes(const struct pend_tree *tree);
  */
 void pend_levels_init(struct levels *levels, const struct pend_tree *tree, void *memory);
 
-/** Where the rows of the ranks begin, two a rank, to be found in place of FIRST and FIRST_LEAN. */
+/** Returns where the rows of the ranks begin, two a rank, for use in place of FIRST and
+ * FIRST_LEAN. */
 static inline int pend_levels_table(int count) { return (count + 1) * LEVEL_NUMBERS; }
 
-/** The place of a seat. */
+/** Returns the place of a seat. */
 static inline int pend_levels_place(int seat) {
     return seat / LEVEL_ARMS * LEVEL_NUMBERS + seat % LEVEL_ARMS;
 }

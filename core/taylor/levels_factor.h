@@ -1,6 +1,6 @@
 /* The order-0 system of a tree in levels, factorized: eight joints at once.
  * Leaves to others: the cutting (levels), the orders (levels_template), the formulas (jets_factor).
- * Invariant: what jets_factor's factors are, to rounding; a leaf's are set once for all. */
+ * Invariant: the factors are those of jets_factor, to rounding; a leaf's are set once for all. */
 #ifndef PEND_LEVELS_FACTOR_H
 #define PEND_LEVELS_FACTOR_H
 

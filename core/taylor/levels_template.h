@@ -1,9 +1,9 @@
-/* The orders of one bushy tree, level by level: no arm waits for another arm of its level. In
+/* The orders of one bushy tree, level by level: no arm depends on another arm of its level. In
  * blocks alone, without levels, a trajectory by the method taylor takes a server as long at 32
- * arms, 10 % longer at 64, 31 % at 200 and 44 % at 1000 (processor time of whole requests). Leaves
- * to others: the factorization (levels_factor), the cutting (levels). Invariant: one pass a sweep,
- * which reads a block's numbers once; nothing is subtracted that jets_template does not subtract.
- */
+ * arms, 10 % longer at 64, 31 % at 200 and 44 % at 1000 (processor time of whole requests).
+ * Leaves to others: the factorization (levels_factor), the cutting (levels).
+ * Invariant: one pass a sweep, which reads a block's numbers once; it subtracts nothing that
+ * jets_template does not subtract. */
 #ifndef PEND_LEVELS_TEMPLATE_H
 #define PEND_LEVELS_TEMPLATE_H
 
@@ -241,7 +241,7 @@ VEC_INLINE void level_down(const struct jets_system *s, const struct levels *l, 
     level_learn(s, l, i, h, k, &felt, tension, level_tip(at, radial));
 }
 
-/* nobody asks how a leaf's tip moves */
+/* the accelerations of a leaf's tip are not needed */
 VEC_INLINE void level_down_leaves(const struct jets_system *s, const struct levels *l, int i, int h,
                                   int k) {
     const double *at = levels_at(l, i) + h;

@@ -1,10 +1,10 @@
-/* How a small error of the state spreads in one step of a tree of up to LANES arms: the
- * equations of the orders, made linear about the motion, which have the same table.
- * Leaves to others: the motion's own series and its table (small_template, which includes this
- * file once for each number of lanes).
+/* The spreading of a small error of the state in one step of a tree of up to LANES arms: the
+ * equations of the orders, linearized about the motion; their table of responses is the motion's.
+ * Leaves to others: the motion's own series and its table (small_template, which includes this file
+ * once for each number of lanes).
  * Invariant: the motion's series are only read. */
 
-/* One series of pairs and one of turns: the changes of what the motion has. */
+/* One series of pairs and one of turns: the changes of the motion's series. */
 struct SMALL(change) {
     struct SMALL(pair) motion[JETS_SPREAD + 1];
     struct SMALL(turn) turn[JETS_SPREAD + 1];
@@ -17,7 +17,7 @@ VEC_INLINE void SMALL(change_known)(const struct jets_system *s, const struct SM
     for (int p = 0; p < PARTS; p++) {
         int at = p % TURNS;
         PART zero = PART_(of)(0), minus_re[2] = {zero, zero}, im[2] = {zero, zero};
-        // what was found last comes last
+        // the newest coefficients come last
         for (int j = 0; j <= k + 1; j++) {
             PART own = PART_(get)(SMALL(motion)(s, k + 1 - j, p));
             minus_re[0] = PART_(fma)(x->turn[j].minus_re[at], own, minus_re[0]);

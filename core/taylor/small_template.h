@@ -311,8 +311,8 @@ VEC_INLINE void SMALL(arrive)(const struct jets_system *s, const struct SMALL(tu
     }
 }
 
-/* what phi''/(k + 1) + T and (lambda + c)/(k + 1) of all arms become by T of an arm, and by its
- * c / (k + 1) */
+/* the change of phi''/(k + 1) + T and of (lambda + c)/(k + 1) of all arms by T of an arm, and by
+ * its c / (k + 1) */
 struct SMALL(table) {
     struct SMALL(pair) pull[LANES], side[LANES];
 };
@@ -329,7 +329,7 @@ struct SMALL(table) {
 #define SMALL_BEAM(x, lane) PART_(of)(beam[lane])
 #endif
 
-/* what the tree answers to T and to c / (k + 1), imaginary parts */
+/* the response of the tree to T and to c / (k + 1), imaginary parts */
 VEC_INLINE struct SMALL(pair)
     SMALL(solve)(const struct SMALL(table) * table, const struct SMALL(pair) * x) {
     struct SMALL(pair) answer;
@@ -392,9 +392,10 @@ struct SMALL(first) {
 };
 
 /*
- * T and c of order k + 1 from what is known of them and what order k brings; the way from the
- * answer of one order to the next one's question is but one multiply-add long. u_1 is i phi'_0, and
- * u_{k+2} = i (turned + i Im T) / (k + 2). `question` is the imaginary part with c over k + 2.
+ * T and c of order k + 1 from the terms that are known already and those that need order k. The
+ * dependency from the result of one order to the input of the next is but one multiply-add long.
+ * u_1 is i phi'_0, and u_{k+2} = i (turned + i Im T) / (k + 2). `question` is the imaginary part
+ * with c over k + 2.
  */
 VEC_INLINE void SMALL(complete)(const struct jets_system *s, int k,
                                 const struct SMALL(first) * first,

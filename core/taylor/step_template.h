@@ -1,6 +1,6 @@
-/* The length of a step of several series at once, one a lane, by the rule of the taylor method.
- * The file that includes this says first what is looked at: STEP_SIZE(s, place) is the magnitude
- * of the coefficient of a rate at a place, as a `wide`.
+/* The length of a step of several series at once, one a lane, by the rule of the taylor method. The
+ * including file defines STEP_SIZE(s, place), the magnitude of the coefficient of a rate at a
+ * place, as a `wide`.
  * Leaves to others: one series alone, whose arms are in lanes (kernel_jets).
  * Invariant: no lane's step depends on another lane. */
 #ifndef PEND_STEP_TEMPLATE_H
@@ -34,7 +34,7 @@ static wide step_reach(const struct jets_system *s, int order, double log_rtol, 
         for (int i = 1; i < STEP_LEADING; i++)
             here = WIDE_(max)(here,
                               log_rtol * last[-i] + (leading[i] - trailing) * s->share[j - i - 1]);
-        // what atol lets pass is bounded as rtol is
+        // the limit of atol is bounded as the limit of rtol is
         here = WIDE_(max)(here, WIDE_(min)(far, here + spread));
         reach = WIDE_(min)(reach, here);
     }

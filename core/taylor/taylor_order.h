@@ -1,7 +1,7 @@
 /* The order of the power series that reaches a tolerance at the least cost, and the size of the
- * term left out.
+ * first term left out.
  * Leaves to others: memory (method_taylor caps the order of huge trees).
- * Invariant: of an ensemble's members the same for all. */
+ * Invariant: all members of an ensemble have the same order. */
 #ifndef PEND_TAYLOR_ORDER_H
 #define PEND_TAYLOR_ORDER_H
 
@@ -25,9 +25,9 @@ double pend_taylor_target(double rtol);
  */
 double pend_taylor_atol(double atol);
 
-/* What that bound may let the term be at most, relative to the motion of the step, as a binary
- * logarithm: as much as the largest rtol lets it be. Near the radius of convergence a larger one
- * would tell nothing about the terms behind it. */
+/* The upper limit of that bound, relative to the motion of the step, as a binary logarithm: the
+ * limit of the largest rtol. Near the radius of convergence a larger term would say nothing
+ * about the terms after it. */
 #define PEND_TAYLOR_LOG_CAP (-9.965784284662087)
 
 /**

@@ -10,7 +10,7 @@
 #include "core/taylor/jets_system.h"
 #include "core/taylor/levels.h"
 
-/* what an instant is asked for, beside phi and phi' */
+/* the quantities that are wanted besides phi and phi' */
 struct values_wish {
     int acc, force;
 };
