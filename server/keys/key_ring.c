@@ -1,0 +1,103 @@
+#include "server/keys/key_ring.h"
+
+#include <assert.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "server/keys/key_file.h"
+
+struct srv_key_ring {
+    pthread_mutex_t lock; /* of keys */
+    struct srv_keys keys;
+    struct stat seen; /* the file that was looked at last */
+    int missing;      /* it was not there */
+    char path[];
+};
+
+enum pend_status srv_key_ring_new(struct srv_key_ring **ring, const char *path,
+                                  struct pend_error *error) {
+    size_t bytes = strlen(path) + 1;
+    struct srv_key_ring *made = calloc(1, sizeof *made + bytes);
+    *ring = NULL;
+    if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
+    memcpy(made->path, path, bytes);
+    srv_keys_init(&made->keys);
+    pthread_mutex_init(&made->lock, NULL);
+    *ring = made;
+    enum pend_status status = srv_key_file_read(path, &made->keys, &made->seen, error);
+    if (status != PEND_OK) srv_key_ring_free(ring);
+    return status;
+}
+
+void srv_key_ring_free(struct srv_key_ring **ring) {
+    struct srv_key_ring *gone = *ring;
+    *ring = NULL;
+    if (!gone) return;
+    pthread_mutex_destroy(&gone->lock);
+    srv_keys_clear(&gone->keys);
+    free(gone);
+}
+
+/* is it the file that was seen? A change by rename or in place shows in these; of two within one
+ * tick of the file system's clock the inode tells */
+static int ring_same(const struct stat *one, const struct stat *other) {
+    return one->st_ino == other->st_ino && one->st_dev == other->st_dev &&
+           one->st_size == other->st_size && one->st_mode == other->st_mode &&
+           one->st_uid == other->st_uid && one->st_ctim.tv_sec == other->st_ctim.tv_sec &&
+           one->st_ctim.tv_nsec == other->st_ctim.tv_nsec;
+}
+
+void srv_key_ring_look(struct srv_key_ring *ring, struct srv_log *log) {
+    struct stat file;
+    struct srv_keys keys;
+    struct pend_error error = {.text = ""};
+    int missing = stat(ring->path, &file) != 0;
+    if (missing ? ring->missing : !ring->missing && ring_same(&file, &ring->seen)) return;
+    ring->missing = missing;
+    if (!missing) ring->seen = file;
+    srv_keys_init(&keys);
+    if (srv_key_file_read(ring->path, &keys, NULL, &error) != PEND_OK) {
+        srv_log_message(log, "keys: those of before stay in force: %s", error.text);
+        srv_keys_clear(&keys);
+        return;
+    }
+    pthread_mutex_lock(&ring->lock);
+    struct srv_keys old = ring->keys;
+    ring->keys = keys;
+    pthread_mutex_unlock(&ring->lock);
+    srv_log_message(log,
+                    keys.count == 1 ? "keys: %d key is in force" : "keys: %d keys are in force",
+                    keys.count);
+    srv_keys_clear(&old);
+}
+
+struct srv_key_found srv_key_ring_find(struct srv_key_ring *ring, const char *token, int64_t now) {
+    struct srv_key_found found = {.verdict = SRV_KEY_BROKEN};
+    char digest[API_DIGEST_BYTES];
+    assert(srv_keys_meant(token));
+    if (!srv_keys_whole(token)) return found;
+    srv_keys_digest(token, digest);
+    pthread_mutex_lock(&ring->lock);
+    const struct srv_key *key = srv_keys_find(&ring->keys, digest);
+    found.verdict = SRV_KEY_UNKNOWN;
+    if (key) {
+        int revoked = key->revoked && key->revoked <= now,
+            expired = key->expires && key->expires <= now;
+        found.verdict = revoked ? SRV_KEY_REVOKED : expired ? SRV_KEY_EXPIRED : SRV_KEY_GOOD;
+        found.when = revoked ? key->revoked : key->expires;
+        found.role = key->role;
+        found.limits = srv_keys_limits(&ring->keys, key);
+        memcpy(found.name, key->name, sizeof found.name);
+    }
+    pthread_mutex_unlock(&ring->lock);
+    return found;
+}
+
+struct srv_limits srv_key_ring_role(struct srv_key_ring *ring, enum srv_role role) {
+    pthread_mutex_lock(&ring->lock);
+    struct srv_limits limits = srv_keys_role(&ring->keys, role);
+    pthread_mutex_unlock(&ring->lock);
+    return limits;
+}
