@@ -117,6 +117,12 @@ enum pend_status srv_daemon_reload(struct srv_daemon *daemon, const struct srv_c
     return srv_reload(&daemon->service, &same, error);
 }
 
+int srv_daemon_has_keys(const struct srv_daemon *daemon) { return daemon->service.keys != NULL; }
+
+void srv_daemon_look(struct srv_daemon *daemon) {
+    if (daemon->service.keys) srv_key_ring_look(daemon->service.keys, daemon->service.log);
+}
+
 void srv_daemon_reopen(struct srv_daemon *daemon) {
     const struct srv_config *config = srv_service_config(&daemon->service);
     int log = srv_reload_log(config);

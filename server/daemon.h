@@ -35,6 +35,12 @@ PEND_MUST_CHECK enum pend_status srv_daemon_reload(struct srv_daemon *daemon,
                                                    const struct srv_config *next,
                                                    struct pend_error *error);
 
+/** True where the server has keys, whose file is to be looked at now and then. */
+int srv_daemon_has_keys(const struct srv_daemon *daemon);
+
+/** Reads the keys again if their file has changed. One thread at a time; may wait for the disk. */
+void srv_daemon_look(struct srv_daemon *daemon);
+
 /** Opens the log's file again, after a program that rotates logs has moved it. */
 void srv_daemon_reopen(struct srv_daemon *daemon);
 

@@ -16,13 +16,14 @@
 #include "server/base/clock.h"
 #include "server/base/config_load.h"
 #include "server/daemon.h"
+#include "server/keys_command.h"
 #include "server/base/log.h"
 #include "server/base/notify.h"
 #include "server/replay.h"
 
 extern char **environ;
 
-enum { MAIN_LOOK_MS = 100 };
+enum { MAIN_LOOK_MS = 100, MAIN_KEYS_MS = 1000 };
 
 /* What main's thread is told by signals; a closed pipe is an error of write, and no signal. */
 struct main_ears {
@@ -103,12 +104,14 @@ static const char *main_kept(const struct srv_config *config) {
  * > 0 */
 static void main_serve(struct srv_daemon *daemon, const struct main_ears *ears, double idle,
                        int argc, char **argv) {
+    int look = idle > 0 ? MAIN_LOOK_MS : srv_daemon_has_keys(daemon) ? MAIN_KEYS_MS : -1;
     for (;;) {
-        int number = main_signal(ears, idle > 0 ? MAIN_LOOK_MS : -1);
+        int number = main_signal(ears, look);
         if (number && main_ends(ears, number)) return;
+        srv_daemon_look(daemon);
         if (number == SIGHUP) main_reload(daemon, argc, argv);
         if (number == SIGUSR1) srv_daemon_reopen(daemon);
-        if (number || srv_daemon_idle(daemon) < idle) continue;
+        if (number || idle <= 0 || srv_daemon_idle(daemon) < idle) continue;
         srv_log_message(srv_daemon_log(daemon), "there was nothing to compute for %.15g s: ends",
                         idle);
         return;
@@ -133,6 +136,7 @@ int main(int argc, char **argv) {
     if (!main_streams()) return 1;
     /* what it writes, jobs and logs, is nobody else's to read */
     umask(0077);
+    if (argc > 1 && !strcmp(argv[1], "keys")) return srv_keys_command(argc, argv);
     if (srv_config_load(&config, argc, argv, environ, &error) != PEND_OK) {
         fprintf(stderr, "pendulumd: %s\n", error.text);
         return 2;

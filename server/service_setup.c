@@ -32,6 +32,8 @@ enum pend_status srv_service_setup_init(struct srv_service *service, struct pend
     srv_lengths_init(&service->lengths);
     enum pend_status status = srv_peers_read(&service->trusted, config->trusted_proxy, error);
     service->hosts = srv_hosts_mean(config->hosts, config->listen, service->trusted.count > 0);
+    if (status == PEND_OK && strcmp(config->keys, "none"))
+        status = srv_key_ring_new(&service->keys, config->keys, error);
     if (status == PEND_OK)
         status = srv_queue_new(&service->queue, (int)config->queue, (int)config->client_queue);
     srv_fairness_init(&service->fairness, service->queue, service->workers);
@@ -117,4 +119,5 @@ void srv_service_setup_clear(struct srv_service *service) {
     srv_clients_free(&service->clients);
     srv_buffer_pool_clear(&service->pool);
     srv_lengths_clear(&service->lengths);
+    srv_key_ring_free(&service->keys);
 }

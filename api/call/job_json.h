@@ -13,7 +13,7 @@ struct api_job {
     const char *id, *operation;
     const char *status;  /* as in OGC API - Processes: "running" */
     const char *message; /* how it ended; "" = nothing to say */
-    const char *owner;   /* who may end it and list it: "token", "account" or "address" */
+    const char *owner;   /* who may end it and list it: "key", "token", "account" or "address" */
     long parts, done;
     int64_t created, started, finished, expires;
     double remaining; /* s, estimated; < 0 = unknown */

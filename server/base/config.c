@@ -49,6 +49,14 @@ static const struct srv_option config_table[] = {
      "the header field in which a trusted proxy says it: this, Forwarded, or one whose value is "
      "the client's key",
      SRV_OPTION_TEXT, FIELD(client_header), 0, 0},
+    {"role-header", "NAME", "none",
+     "the header field in which a trusted proxy that names accounts says their roles, as words "
+     "with commas between; an account without one is a pupil; it is looked at with --keys alone",
+     SRV_OPTION_TEXT, FIELD(role_header), 0, 0},
+    {"keys", "FILE", "none",
+     "keys that `pendulumd keys` has made, and what roles may: who has none is anonymous; the "
+     "file has mode 0600, and is read again when it changes; none = no client has a role",
+     SRV_OPTION_TEXT, FIELD(keys), 0, 0},
     {"max-connections", "N", "4096", "open connections; one more is answered 503",
      SRV_OPTION_WHOLE, FIELD(connections), 1, 100000},
     {"max-client-connections", "N", "0",

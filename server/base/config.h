@@ -31,7 +31,8 @@ struct srv_config {
     double cache_bytes, compress_above;
     char log[SRV_CONFIG_TEXT];
     char cors_origins[SRV_CONFIG_TEXT], trusted_proxy[SRV_CONFIG_TEXT],
-        client_header[SRV_CONFIG_TEXT];
+        client_header[SRV_CONFIG_TEXT], role_header[SRV_CONFIG_TEXT];
+    char keys[SRV_CONFIG_TEXT]; /* "none" */
     char hosts[SRV_CONFIG_TEXT];
     char record[SRV_CONFIG_TEXT], replay[SRV_CONFIG_TEXT]; /* "none" */
     double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds,

@@ -36,6 +36,9 @@
     X(refused_own_connections, "pendulumd_refused_total", "limit=\"max-client-connections\"", "")  \
     X(refused_wait, "pendulumd_refused_total", "limit=\"max-wait-seconds\"", "")                   \
     X(refused_connections, "pendulumd_refused_total", "limit=\"max-connections\"", "")             \
+    X(refused_keys, "pendulumd_refused_total", "limit=\"key\"", "")                                \
+    X(refused_roles, "pendulumd_refused_total", "limit=\"role\"", "")                              \
+    X(refused_compute, "pendulumd_refused_total", "limit=\"compute\"", "")                         \
     X(slices, "pendulumd_slices_total", "", "Turns that computations had on a worker")             \
     X(parts_kept, "pendulumd_job_parts_total", "end=\"kept\"",                                     \
       "Parts of jobs that this process computed, by their end")                                    \

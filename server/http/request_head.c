@@ -40,9 +40,10 @@ static int head_find(const struct srv_service *service, const char *name) {
     for (int id = 0; id < SRV_FIELD_COUNT; id++)
         if (bytes == head_fields[id].bytes && !strcasecmp(name, head_fields[id].name)) return id;
     /* nobody's word is taken where no proxy is trusted */
-    int told = srv_service_trusted(service)->count &&
-               !strcasecmp(name, srv_service_config(service)->client_header);
-    return told ? SRV_FORWARDED : SRV_FIELD_COUNT;
+    if (!srv_service_trusted(service)->count) return SRV_FIELD_COUNT;
+    const struct srv_config *config = srv_service_config(service);
+    if (!strcasecmp(name, config->client_header)) return SRV_FORWARDED;
+    return strcasecmp(name, config->role_header) ? SRV_FIELD_COUNT : SRV_ROLES;
 }
 
 int srv_request_head_relayed(const char *name) {

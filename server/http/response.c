@@ -88,8 +88,7 @@ static int response_number(struct MHD_Response *response, const char *name, doub
 static int response_quota(struct MHD_Response *response, const struct srv_exchange *exchange) {
     const struct srv_quota *quota = &exchange->quota;
     if (quota->refresh <= 0) return 1;
-    return response_number(response, "RateLimit-Limit",
-                           srv_service_config(exchange->service)->requests_a_minute) &&
+    return response_number(response, "RateLimit-Limit", quota->limit) &&
            response_number(response, "RateLimit-Remaining", floor(quota->left)) &&
            response_number(response, "RateLimit-Reset", ceil(quota->refresh));
 }

@@ -61,7 +61,7 @@ static const struct srv_route router_table[] = {
     {"GET", "/version", srv_probes_version, NULL, API_OP_COUNT, "GET /version", 0},
     {"GET", "/readyz", srv_probes_readiness, NULL, API_OP_COUNT, "GET /readyz", SRV_ROUTE_ANY_HOST},
     {"GET", "/metrics", router_metrics, NULL, API_OP_COUNT, "GET /metrics",
-     SRV_ROUTE_ANY_ADDRESS | SRV_ROUTE_CLOSED},
+     SRV_ROUTE_ANY_ADDRESS | SRV_ROUTE_CLOSED | SRV_ROUTE_OPERATOR},
 };
 
 enum {
@@ -241,6 +241,32 @@ static int router_host(struct srv_exchange *exchange) {
     return 0;
 }
 
+/* does the route compute, at once or as a job? */
+static int router_computes(const struct srv_route *route) {
+    return !route->handle && !route->begin;
+}
+
+/* answers 401 or 403 where the client's role may not ask for this; without keys nobody has one */
+static int router_may(struct srv_exchange *exchange) {
+    const struct srv_identity *identity = &exchange->identity;
+    const double *limit = identity->limits.value;
+    unsigned special = exchange->route->special;
+    int computes = router_computes(exchange->route),
+        jobs = !strcmp(exchange->route->pattern, "/v1/jobs/{id}/results");
+    if (identity->role == SRV_ROLE_NONE) return 1;
+    if ((special & SRV_ROUTE_OPERATOR) && identity->role != SRV_ROLE_OPERATOR)
+        srv_admission_forbid(exchange, SRV_ROLE_OPERATOR, "this is for who runs the server");
+    else if ((computes || (special & SRV_ROUTE_COUNTED)) && limit[SRV_LIMIT_REQUESTS] <= 0)
+        srv_admission_forbid(exchange, SRV_ROLE_PUPIL, "this role may not send requests here");
+    else if ((computes || jobs) && limit[SRV_LIMIT_COMPUTE] <= 0)
+        srv_admission_forbid(exchange, SRV_ROLE_PUPIL, "this role may not compute here");
+    else if (srv_jobs_wanted(exchange) && limit[SRV_LIMIT_JOBS] <= 0)
+        srv_admission_forbid(exchange, SRV_ROLE_TEACHER, "this role may not post jobs");
+    else
+        return 1;
+    return 0;
+}
+
 /* answers 403 where a web page of another origin may not ask for the route */
 static int router_origin(struct srv_exchange *exchange) {
     int job = srv_jobs_wanted(exchange);
@@ -276,8 +302,7 @@ static int router_role(struct srv_exchange *exchange) {
 /* answers 429 where the route counts and the client's quota is used up */
 static int router_quota(struct srv_exchange *exchange) {
     const struct srv_route *route = exchange->route;
-    int computes = !route->handle && !route->begin;
-    if (!computes && !(route->special & SRV_ROUTE_COUNTED)) return 1;
+    if (!router_computes(route) && !(route->special & SRV_ROUTE_COUNTED)) return 1;
     return srv_admission_count(exchange);
 }
 
@@ -306,6 +331,7 @@ static router_stage *const router_head[] = {
     router_host,         /* 421 */
     srv_admission_named, /* 400, 401: an account or a token that is none */
     router_exists,       /* 404, 405, OPTIONS */
+    router_may,          /* 401, 403: a role that may not */
     router_origin,       /* 403 */
     router_role,         /* 503 */
     router_quota,        /* 429 */

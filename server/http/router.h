@@ -20,8 +20,9 @@ enum {
     SRV_ROUTE_CLOSED = 1, /* web pages of other origins may not ask for it unless they are listed */
     SRV_ROUTE_ANY_HOST = 2,    /* any Host is accepted: the answer says only how the process is */
     SRV_ROUTE_ANY_ADDRESS = 4, /* any Host that is an address is accepted, as monitors use them */
-    SRV_ROUTE_COUNTED = 8 /* each request counts against its client's quota, as one does that an
-                             operation answers */
+    SRV_ROUTE_COUNTED = 8,  /* each request counts against its client's quota, as one does that an
+                               operation answers */
+    SRV_ROUTE_OPERATOR = 16 /* where the server has keys it is for operators alone */
 };
 
 struct srv_route {

@@ -1,5 +1,6 @@
 #include "server/jobs/jobs.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -103,12 +104,19 @@ static int jobs_make_id(char id[SRV_ID_BYTES]) {
     return 1;
 }
 
+/* a limit of the client's role or key, which is no less than 1; 0 = none */
+static double jobs_own(const struct srv_exchange *exchange, enum srv_limit limit) {
+    double value = exchange->identity.limits.value[limit];
+    return isinf(value) ? 0 : fmax(value, 1);
+}
+
 static enum srv_stored jobs_put(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     const struct srv_exchange *exchange = asked->exchange;
+    const struct srv_identity *who = &exchange->identity;
     struct srv_job_order order = {.id = asked->id,
-                                  .client = exchange->identity.key,
-                                  .source = exchange->identity.source,
+                                  .client = who->key,
+                                  .source = who->source,
                                   .operation = api_op_at(exchange->op)->name,
                                   .key = asked->key[0] ? asked->key : NULL,
                                   .request = asked->body.data,
@@ -116,7 +124,10 @@ static enum srv_stored jobs_put(struct srv_store *store, struct srv_store_call *
                                   .digest = asked->digest,
                                   .parts = asked->parts,
                                   .chained = asked->chained,
-                                  .cost_us = asked->cost_us};
+                                  .cost_us = asked->cost_us,
+                                  .client_jobs = (long)jobs_own(exchange, SRV_LIMIT_JOBS),
+                                  .client_bytes = (long long)jobs_own(exchange, SRV_LIMIT_BYTES),
+                                  .turns = 1 << (int)who->limits.value[SRV_LIMIT_PRIORITY]};
     return srv_store_submit(store, &order, &asked->job);
 }
 
@@ -242,16 +253,19 @@ static void jobs_found(struct srv_store_request *asked, enum srv_stored stored) 
  * so. */
 static void jobs_denied(struct srv_exchange *exchange, const struct srv_job *job) {
     const char *owner = srv_identity_word(job->client);
-    if (exchange->identity.kind == SRV_IDENTITY_TOKEN || strcmp(owner, "token") != 0)
+    int named = exchange->identity.kind == SRV_IDENTITY_TOKEN ||
+                exchange->identity.kind == SRV_IDENTITY_ISSUED;
+    if (named || (strcmp(owner, "token") != 0 && strcmp(owner, "key") != 0))
         srv_exchange_problem(
             exchange, 403,
             "this job is not yours to end: it was posted %s, and only from there it can be ended",
             !strcmp(owner, "token")     ? "with another token"
+            : !strcmp(owner, "key")     ? "with another key"
             : !strcmp(owner, "account") ? "from another account"
                                         : "without a token, from another address");
     else
         srv_admission_challenge(exchange,
-                                "this job was posted with a token, which is needed to end it");
+                                "this job was posted with a %s, which is needed to end it", owner);
 }
 
 static void jobs_dropped(struct srv_store_request *asked, enum srv_stored stored) {

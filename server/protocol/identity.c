@@ -19,8 +19,8 @@ const char srv_identity_rule[] =
     "different, with = at the end only; "
     "for example the output of: openssl rand -hex 16";
 
-static const char identity_letter[] = {'n', 'a', 't'};
-static const char *const identity_word[] = {"address", "account", "token"};
+static const char identity_letter[] = {'n', 'a', 't', 'k'};
+static const char *const identity_word[] = {"address", "account", "token", "key"};
 
 static void identity_key(char key[SRV_IDENTITY_KEY], enum srv_identity_kind kind,
                          const char *text) {
@@ -39,6 +39,10 @@ int srv_identity_begin(struct srv_identity *identity, const char *address, const
                  identity->kind == SRV_IDENTITY_ACCOUNT ? account : identity->network);
     memcpy(identity->source, identity->key, sizeof identity->source);
     identity->secret[0] = 0;
+    identity->role = SRV_ROLE_NONE;
+    identity->limits = srv_role_limits(SRV_ROLE_NONE);
+    identity->verdict = SRV_KEY_GOOD;
+    identity->since = 0;
     if (identity->kind == SRV_IDENTITY_ACCOUNT)
         snprintf(identity->shown, sizeof identity->shown, "account:%.*s", IDENTITY_DIGITS,
                  identity->key + 2);
@@ -71,14 +75,20 @@ static int identity_good(const char *token) {
            bytes >= (size_t)(hex ? SRV_TOKEN_LEAST_HEX : SRV_TOKEN_LEAST);
 }
 
-int srv_identity_token(struct srv_identity *identity, const char *authorization) {
-    assert(identity->key[0] && identity->source[0]);
+/* what follows Bearer; NULL where the scheme is another one */
+static const char *identity_bearer(const char *authorization) {
     static const char scheme[] = "Bearer";
     size_t bytes = sizeof scheme - 1;
-    if (!authorization || strncasecmp(authorization, scheme, bytes)) return 1;
+    if (!authorization || strncasecmp(authorization, scheme, bytes)) return NULL;
     /* a scheme whose name goes on is another one */
-    if (authorization[bytes] && !strchr(" \t,;=\"", authorization[bytes])) return 1;
-    const char *token = authorization + bytes + strspn(authorization + bytes, " ");
+    if (authorization[bytes] && !strchr(" \t,;=\"", authorization[bytes])) return NULL;
+    return authorization + bytes + strspn(authorization + bytes, " ");
+}
+
+int srv_identity_token(struct srv_identity *identity, const char *authorization) {
+    assert(identity->key[0] && identity->source[0]);
+    const char *token = identity_bearer(authorization);
+    if (!token) return 1;
     if (!identity_good(token)) return 0;
     identity->kind = SRV_IDENTITY_TOKEN;
     identity_key(identity->key, identity->kind, token);
@@ -87,11 +97,56 @@ int srv_identity_token(struct srv_identity *identity, const char *authorization)
     return 1;
 }
 
-void srv_identity_make(struct srv_identity *identity, const char *address, const char *account,
-                       const char *authorization) {
-    int named = srv_identity_begin(identity, address, account);
+/* the first word of a list that is a role */
+static enum srv_role identity_role(const char *roles) {
+    for (const char *at = roles; at && *at;) {
+        at += strspn(at, ", \t");
+        size_t bytes = strcspn(at, ", \t");
+        enum srv_role role = srv_role_of(at, bytes);
+        if (role != SRV_ROLE_NONE) return role;
+        at += bytes;
+    }
+    return SRV_ROLE_NONE;
+}
+
+void srv_identity_role(struct srv_identity *identity, struct srv_key_ring *ring,
+                       const char *roles) {
+    assert(identity->key[0]);
+    if (!ring) return;
+    identity->role = SRV_ROLE_ANONYMOUS;
+    if (identity->kind == SRV_IDENTITY_ACCOUNT) {
+        enum srv_role told = identity_role(roles);
+        identity->role = told != SRV_ROLE_NONE ? told : SRV_ROLE_PUPIL;
+    }
+    identity->limits = srv_key_ring_role(ring, identity->role);
+}
+
+int srv_identity_issued(struct srv_identity *identity, struct srv_key_ring *ring,
+                        const char *authorization, int64_t now) {
+    const char *token = identity_bearer(authorization);
+    if (!ring || !token || !srv_keys_meant(token)) return 0;
+    struct srv_key_found found = srv_key_ring_find(ring, token, now);
+    identity->verdict = found.verdict;
+    identity->since = found.when;
+    if (found.name[0]) snprintf(identity->secret, sizeof identity->secret, "key:%s", found.name);
+    if (found.verdict != SRV_KEY_GOOD) return -1;
+    identity->kind = SRV_IDENTITY_ISSUED;
+    identity->role = found.role;
+    identity->limits = found.limits;
+    identity_key(identity->key, identity->kind, found.name);
+    memcpy(identity->source, identity->key, sizeof identity->source);
+    return 1;
+}
+
+void srv_identity_make(struct srv_identity *identity, struct srv_key_ring *ring,
+                       const struct srv_identity_words *words) {
+    int named = srv_identity_begin(identity, words->address, words->account);
     identity->fault = named ? SRV_IDENTITY_GOOD : SRV_IDENTITY_NO_ACCOUNT;
-    if (named && !srv_identity_token(identity, authorization))
+    srv_identity_role(identity, ring, named ? words->roles : NULL);
+    if (!named) return;
+    int issued = srv_identity_issued(identity, ring, words->authorization, words->now);
+    if (issued < 0) identity->fault = SRV_IDENTITY_NO_KEY;
+    if (!issued && !srv_identity_token(identity, words->authorization))
         identity->fault = SRV_IDENTITY_NO_TOKEN;
 }
 
@@ -102,7 +157,7 @@ int srv_identity_owns(const struct srv_identity *identity, const char *owner) {
 }
 
 const char *srv_identity_word(const char *key) {
-    for (int kind = SRV_IDENTITY_ACCOUNT; kind <= SRV_IDENTITY_TOKEN; kind++)
+    for (int kind = SRV_IDENTITY_ACCOUNT; kind <= SRV_IDENTITY_ISSUED; kind++)
         if (key[0] == identity_letter[kind] && key[1] == ':') return identity_word[kind];
     return identity_word[SRV_IDENTITY_ADDRESS];
 }

@@ -1,5 +1,5 @@
-/* Who asks: a bearer token of the client's own, else the account that a trusted proxy names,
- * else the address.
+/* Who asks: a key that the operator handed out, a bearer token of the client's own, else the
+ * account that a trusted proxy names, else the address; and the role that this gives.
  * Leaves to others: whom a proxy's header fields name (peer), what follows from it (admission,
  * jobs, scenes, events).
  * Invariant: what is kept or shown of a token or an account is a digest of all of it; two tokens
@@ -7,6 +7,7 @@
 #ifndef SRV_IDENTITY_H
 #define SRV_IDENTITY_H
 
+#include "server/keys/key_ring.h"
 #include "server/protocol/peer.h"
 
 enum {
@@ -21,10 +22,20 @@ enum {
 };
 
 /* What names a client. */
-enum srv_identity_kind { SRV_IDENTITY_ADDRESS, SRV_IDENTITY_ACCOUNT, SRV_IDENTITY_TOKEN };
+enum srv_identity_kind {
+    SRV_IDENTITY_ADDRESS,
+    SRV_IDENTITY_ACCOUNT,
+    SRV_IDENTITY_TOKEN,
+    SRV_IDENTITY_ISSUED /* a key that the operator handed out */
+};
 
 /* Why a request does not say who asks, though it tries to. */
-enum srv_identity_fault { SRV_IDENTITY_GOOD, SRV_IDENTITY_NO_ACCOUNT, SRV_IDENTITY_NO_TOKEN };
+enum srv_identity_fault {
+    SRV_IDENTITY_GOOD,
+    SRV_IDENTITY_NO_ACCOUNT,
+    SRV_IDENTITY_NO_TOKEN,
+    SRV_IDENTITY_NO_KEY /* its verdict says why */
+};
 
 struct srv_identity {
     enum srv_identity_kind kind;
@@ -36,8 +47,12 @@ struct srv_identity {
                                         knows it */
     char shown[SRV_IDENTITY_SHOWN];  /* for the log: the address, or "account:" and 12 digits of the
                                         digest */
-    char secret[SRV_IDENTITY_SHOWN]; /* for the log: "token:" and 12 digits of the digest; ""
-                                        without a token */
+    char secret[SRV_IDENTITY_SHOWN]; /* for the log: "token:" and 12 digits of the digest, or "key:"
+                                        and its name; "" without either */
+    enum srv_role role;              /* SRV_ROLE_NONE where the server has no keys */
+    struct srv_limits limits;        /* of the key, else of the role */
+    enum srv_key_verdict verdict;    /* on the key that it shows, good without one */
+    int64_t since;                   /* s since 1970: since when that is expired or revoked */
 };
 
 /* The rule for tokens, as a sentence for problems. */
@@ -66,11 +81,44 @@ int srv_identity_begin(struct srv_identity *identity, const char *address, const
 int srv_identity_token(struct srv_identity *identity, const char *authorization);
 
 /**
- * Makes the identity of a request: srv_identity_begin, then srv_identity_token. Where one of them
- * returns 0, the identity is what was found before, and its fault says which.
+ * Gives the identity the role that it has without a key: anonymous, or what a trusted proxy says
+ * of an account, a pupil's where it says nothing.
+ *
+ * ring   of the server's keys; NULL = it has none, and the role is nobody's.
+ * roles  words, separated by commas, of which the first that is a role counts; NULL where the
+ *        proxy says nothing.
  */
-void srv_identity_make(struct srv_identity *identity, const char *address, const char *account,
-                       const char *authorization);
+void srv_identity_role(struct srv_identity *identity, struct srv_key_ring *ring, const char *roles);
+
+/**
+ * Makes the identity a key's, where the field Authorization has the scheme Bearer and what looks
+ * like a key. A client with a key has no other source: the operator vouches for it.
+ *
+ * ring  of the server's keys; NULL = nothing looks like a key.
+ * now   s since 1970.
+ *
+ * Returns 1 where it is the identity of a good key now, 0 where no key is shown, and -1 where the
+ * verdict is another: then the rest of the identity is as before.
+ */
+int srv_identity_issued(struct srv_identity *identity, struct srv_key_ring *ring,
+                        const char *authorization, int64_t now);
+
+/* What a request says of who asks. */
+struct srv_identity_words {
+    const char *address; /* as of srv_identity_begin */
+    const char *account;
+    const char *roles;         /* as of srv_identity_role */
+    const char *authorization; /* the field, or NULL */
+    int64_t now;               /* s since 1970 */
+};
+
+/**
+ * Makes the identity of a request: srv_identity_begin, srv_identity_role, then srv_identity_issued
+ * or srv_identity_token. Where one of them finds a fault, the identity is what was found before,
+ * and its fault says which.
+ */
+void srv_identity_make(struct srv_identity *identity, struct srv_key_ring *ring,
+                       const struct srv_identity_words *words);
 
 /**
  * True where a thing that was made by `owner` may be ended by this identity: its token or account
@@ -80,7 +128,7 @@ void srv_identity_make(struct srv_identity *identity, const char *address, const
  */
 int srv_identity_owns(const struct srv_identity *identity, const char *owner);
 
-/** The kind of a key: "token", "account" or "address". */
+/** The kind of an identity's key: "key", "token", "account" or "address". */
 const char *srv_identity_word(const char *key);
 
 #endif

@@ -62,6 +62,10 @@ struct srv_job_order {
     long parts;                  /* >= 1 */
     int chained;     /* non-zero: a part starts from what the one before it carried over */
     int64_t cost_us; /* computation of all parts, as it is estimated */
+    /* what this client may have beside what the store's rules allow to any; 0 = as much */
+    long client_jobs;
+    long long client_bytes;
+    int turns; /* that a claim of one of the client's jobs counts for; 0 = 1 */
 };
 
 /* What is known of a job. Times are microseconds since 1970 by the store's clock, 0 = has not

@@ -98,19 +98,40 @@ static enum srv_stored submit_count(struct srv_store *store, const struct srv_jo
     return srv_store_count_bytes(store, job->client, job->held);
 }
 
+/* whether the client may have one more open job, and its bytes, by its own limits */
+static enum srv_stored submit_allowed(const struct srv_store *store,
+                                      const struct srv_job_order *order,
+                                      const struct srv_tally_client *client,
+                                      char message[SRV_REQUEST_HEAD_BYTES]) {
+    int64_t open = client->jobs_were + client->jobs;
+    long long kept = client->bytes_were + client->bytes + submit_held(order);
+    if (open >= store->rules.client_jobs)
+        snprintf(message, SRV_REQUEST_HEAD_BYTES, "the client has max-client-jobs, %ld, open jobs",
+                 store->rules.client_jobs);
+    else if (order->client_jobs && open >= order->client_jobs)
+        snprintf(message, SRV_REQUEST_HEAD_BYTES,
+                 "the client has %ld open jobs, as many as its role or its key allows",
+                 order->client_jobs);
+    else if (order->client_bytes && kept > order->client_bytes)
+        snprintf(message, SRV_REQUEST_HEAD_BYTES,
+                 "the client's kept jobs would pass the %lld bytes that its role or its key "
+                 "allows; DELETE jobs that are not needed any more",
+                 order->client_bytes);
+    else
+        return SRV_STORED;
+    return SRV_STORED_QUOTA;
+}
+
 static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_order *order,
                                   struct srv_job *job) {
     struct srv_tally_client *client;
     int64_t now, part_us = order->cost_us / order->parts;
     unsigned char seal[SRV_SEAL_JOB_BYTES];
     SRV_STORED_TRY(srv_tally_look(&store->tally, store->sql, order->client, &client));
-    if (client->jobs_were + client->jobs >= store->rules.client_jobs) {
-        snprintf(job->message, sizeof job->message,
-                 "the client has max-client-jobs, %ld, open jobs", store->rules.client_jobs);
-        return SRV_STORED_QUOTA;
-    }
+    SRV_STORED_TRY(submit_allowed(store, order, client, job->message));
     SRV_STORED_TRY(srv_store_source(store, order->client, order->source, job->message));
     SRV_STORED_TRY(srv_store_room(store, order->client, (size_t)submit_held(order), job->message));
+    if (order->turns) client->weight = order->turns * (client->weight > 0 ? client->weight : 1);
     SRV_STORED_TRY(srv_store_now(store, &now));
     submit_job(order, now, job);
     srv_seal_job(seal, job, order->request, order->request_bytes);

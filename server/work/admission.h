@@ -19,8 +19,8 @@ int srv_admission_identify(struct srv_exchange *exchange);
 /**
  * Looks at the identity's fault.
  *
- * Returns 1 when there is none. Else the exchange is answered: 401 for what is no token, 400 for
- * what is no account.
+ * Returns 1 when there is none. Else the exchange is answered: 401 for what is no token and for a
+ * key that is broken, unknown, expired or revoked, 400 for what is no account.
  */
 int srv_admission_named(struct srv_exchange *exchange);
 
@@ -30,10 +30,19 @@ void srv_admission_challenge(struct srv_exchange *exchange, const char *format, 
     __attribute__((format(printf, 2, 3)));
 
 /**
- * Takes one request off the client's quota.
+ * Answers that the client's role may not have what it asks for: 401 where it has shown no key, else
+ * 403.
  *
- * Returns 1 when the quota allows it: exchange->account is set. Else the exchange is answered: 429
- * over the quota, 503 without memory.
+ * needed  a role that may.
+ * what    the beginning of the sentence: what it may not.
+ */
+void srv_admission_forbid(struct srv_exchange *exchange, enum srv_role needed, const char *what);
+
+/**
+ * Takes one request off the client's quota, and looks whether it has seconds of computation left.
+ *
+ * Returns 1 when both allow it: exchange->account is set. Else the exchange is answered: 429 over
+ * one of them, 503 without memory.
  */
 int srv_admission_count(struct srv_exchange *exchange);
 

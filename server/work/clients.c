@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { CLIENTS_DEBT = 3600 /* s of computation that a client has to make up for at most */ };
+
 struct srv_clients {
     pthread_mutex_t lock;
     struct srv_list idle; /* those that nobody has, the one that was left last is last */
@@ -149,8 +151,32 @@ struct srv_quota srv_clients_quota(struct srv_clients *clients, struct srv_clien
     double left = crowded ? all->tokens : own->tokens,
            rate = crowded ? a_minute * shares : a_minute;
     pthread_mutex_unlock(&clients->lock);
+    quota.limit = a_minute;
     quota.left = left;
     quota.refresh = (a_minute - left) * 60 / rate;
     quota.retry = quota.granted ? 0 : (1 - left) * 60 / rate;
     return quota;
+}
+
+double srv_clients_debt(struct srv_clients *clients, struct srv_client *client, double a_minute,
+                        int64_t now) {
+    assert(a_minute >= 0);
+    pthread_mutex_lock(&clients->lock);
+    bucket_fill(&client->seconds, a_minute, now);
+    double left = client->seconds.tokens;
+    pthread_mutex_unlock(&clients->lock);
+    if (left > 0) return 0;
+    /* who may compute nothing is told to come again in a minute */
+    return a_minute > 0 ? 1e-3 - left * 60 / a_minute : 60;
+}
+
+void srv_clients_charge(struct srv_clients *clients, struct srv_client *client, double seconds) {
+    assert(seconds >= 0);
+    pthread_mutex_lock(&clients->lock);
+    struct srv_bucket *bucket = &client->seconds;
+    if (bucket->counted) {
+        double left = bucket->tokens - seconds;
+        bucket->tokens = left > -CLIENTS_DEBT ? left : -CLIENTS_DEBT;
+    }
+    pthread_mutex_unlock(&clients->lock);
 }

@@ -30,6 +30,9 @@ struct srv_client {
     struct srv_client *source;  /* the record of the address or account it comes from, which may be
                                    itself; while used */
     struct srv_bucket own, all; /* what it may send, and what all may together whose source it is */
+    struct srv_bucket seconds;  /* s that it may compute; below 0 what it has computed beyond */
+    atomic_llong share;         /* bytes that its role lets it hold; 0 = as the options say */
+    atomic_int priority;        /* levels of the queue that its computations stand behind others */
     atomic_llong held, bodies;  /* bytes that it holds in memory; of them those of bodies (hold) */
     atomic_int connections;     /* that it has open */
     char key[SRV_CLIENT_KEY];
@@ -65,6 +68,7 @@ void srv_clients_give(struct srv_clients *clients, struct srv_client *client);
 /* What a client may still do. */
 struct srv_quota {
     int granted;
+    double limit;   /* requests a minute */
     double left;    /* requests */
     double refresh; /* s until all are there again */
     double retry;   /* s until one is there, if none was granted */
@@ -78,5 +82,18 @@ struct srv_quota {
  */
 struct srv_quota srv_clients_quota(struct srv_clients *clients, struct srv_client *client,
                                    double a_minute, double shares, int64_t now);
+
+/**
+ * For how many seconds a client has computed too much to compute again; <= 0 where it may.
+ *
+ * a_minute  seconds of computation that it has a minute, >= 0, all of which may come at once. What
+ *           begins while some are left may take more: then that is waited for.
+ */
+double srv_clients_debt(struct srv_clients *clients, struct srv_client *client, double a_minute,
+                        int64_t now);
+
+/** Takes seconds that a client has computed off those that it has; nothing off one that
+ * srv_clients_debt was never asked about. Any thread. */
+void srv_clients_charge(struct srv_clients *clients, struct srv_client *client, double seconds);
 
 #endif

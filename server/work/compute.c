@@ -22,10 +22,10 @@ enum {
 /* s of computation from which on it belongs to the next level of the queue */
 static const double compute_level[SRV_QUEUE_LEVELS - 1] = {0.003, 0.05, 1};
 
-static int compute_level_of(double seconds) {
-    int level = 0;
+static int compute_level_of(const struct srv_work *work, double seconds) {
+    int level = 0, behind = atomic_load(&work->account->priority);
     while (level < SRV_QUEUE_LEVELS - 1 && seconds >= compute_level[level]) level++;
-    return level;
+    return level + behind < SRV_QUEUE_LEVELS ? level + behind : SRV_QUEUE_LEVELS - 1;
 }
 
 /* why a computation is not to go on, as an answer that nobody or somebody reads */
@@ -77,7 +77,7 @@ static int compute_room(struct srv_work *work) {
     char detail[256];
     if (room == SRV_ROOM) return 1;
     srv_metrics_count(room == SRV_ROOM_NONE ? &metrics->refused_held : &metrics->refused_share, 1);
-    double share = srv_hold_share(srv_service_config(work->service));
+    double share = srv_hold_share_of(srv_service_config(work->service), work->hold.payer);
     if (room == SRV_ROOM_NONE)
         snprintf(detail, sizeof detail,
                  "this takes about %zu bytes of memory, and what is held already leaves no room: "
@@ -139,7 +139,7 @@ static int compute_turn(struct srv_work *work) {
         if (!compute_piece(work)) return 0;
         if (!srv_queue_count(queue)) continue;
         double seconds = srv_delivery_seconds(work);
-        work->task.level = compute_level_of(seconds > work->cost ? seconds : work->cost);
+        work->task.level = compute_level_of(work, seconds > work->cost ? seconds : work->cost);
         return 1;
     }
     return 0;
@@ -308,7 +308,7 @@ static int compute_open(struct srv_work *work) {
     if (compute_too_long(work)) return 0;
     compute_foresee(work);
     if (!compute_room(work)) return 0;
-    work->task.level = compute_level_of(work->cost);
+    work->task.level = compute_level_of(work, work->cost);
     return (work->task.level && srv_queue_count(queue)) || compute_turn(work);
 }
 

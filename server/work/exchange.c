@@ -31,9 +31,12 @@ void srv_exchange_init(struct srv_exchange *exchange, struct srv_service *servic
 }
 
 struct srv_client *srv_exchange_payer(struct srv_exchange *exchange) {
-    if (!exchange->payer && exchange->identity.source[0])
-        exchange->payer =
-            srv_clients_take(exchange->service->clients, exchange->identity.source, NULL);
+    if (exchange->payer || !exchange->identity.source[0]) return exchange->payer;
+    exchange->payer = srv_clients_take(exchange->service->clients, exchange->identity.source, NULL);
+    double memory = exchange->identity.limits.value[SRV_LIMIT_MEMORY];
+    /* without keys a role lets everybody hold what the options say */
+    if (exchange->payer && exchange->identity.role != SRV_ROLE_NONE)
+        atomic_store(&exchange->payer->share, isinf(memory) ? 0 : (long long)memory);
     return exchange->payer;
 }
 
@@ -236,7 +239,7 @@ void srv_exchange_crowded(struct srv_exchange *exchange, enum srv_room room, con
     struct srv_metrics *metrics = &exchange->service->metrics;
     const struct srv_config *config = srv_service_config(exchange->service);
     assert(room != SRV_ROOM);
-    double share = srv_hold_share(config);
+    double share = srv_hold_share_of(config, exchange->payer);
     if (room == SRV_ROOM_NONE) {
         srv_metrics_count(&metrics->refused_held, 1);
         srv_exchange_busy(exchange, 1,

@@ -42,6 +42,7 @@
     X(SRV_REQUEST_ID, "X-Request-Id", LAST)                                                        \
     X(SRV_TRACE, "Traceparent", LAST)                                                              \
     X(SRV_FORWARDED, "", LIST) /* the name is the option client-header */                          \
+    X(SRV_ROLES, "", LIST)     /* the name is the option role-header */                            \
     X(SRV_USER_AGENT, "User-Agent", LAST)
 
 /* The header fields that the server looks at. */

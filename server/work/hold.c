@@ -33,6 +33,12 @@ double srv_hold_share(const struct srv_config *config) {
     return fmin(fmax(most / HOLD_PART, config->limits.answer_bytes + HOLD_BESIDE), most / 2);
 }
 
+double srv_hold_share_of(const struct srv_config *config, const struct srv_client *payer) {
+    double any = srv_hold_share(config);
+    double own = payer ? (double)atomic_load(&payer->share) : 0;
+    return own > 0 ? fmin(own, any) : any;
+}
+
 double srv_hold_most(const struct srv_config *config) {
     return config->held_bytes - config->held_bytes / HOLD_LEFT;
 }
@@ -64,9 +70,9 @@ static int hold_tight(struct srv_service *service, size_t change) {
 
 /* whether the client that pays has room in its share for what is held now */
 static enum srv_room hold_client(const struct srv_hold *hold, const struct srv_config *config) {
-    double share = srv_hold_share(config), bytes = (double)hold->bytes;
     const struct srv_client *payer = hold->payer;
     if (!payer) return SRV_ROOM;
+    double share = srv_hold_share_of(config, payer), bytes = (double)hold->bytes;
     if (bytes > share) return SRV_ROOM_NEVER;
     if ((double)atomic_load(&payer->held) > share) return SRV_ROOM_CLIENT;
     if (hold->kind != SRV_MEMORY_BODIES || hold->bytes <= HOLD_BODY || bytes > share / 2)

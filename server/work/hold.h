@@ -37,6 +37,10 @@ enum srv_room srv_hold_try(struct srv_hold *hold, size_t bytes);
 /** The most bytes that one client may hold. */
 double srv_hold_share(const struct srv_config *config);
 
+/** The most bytes that this client may hold: its role may let it have less than any. NULL = any
+ * client. */
+double srv_hold_share_of(const struct srv_config *config, const struct srv_client *payer);
+
 /** True if a part of a job of so many bytes does not fit even when nothing else is held. */
 int srv_hold_never(const struct srv_config *config, double bytes);
 

@@ -85,6 +85,7 @@ void srv_inflight_end(struct srv_work *work) {
     srv_buffer_pool_give(pool, &work->ready);
     srv_hold_set(&work->hold, 0);
     if (work->hold.payer) srv_clients_give(work->service->clients, work->hold.payer);
+    srv_clients_charge(work->service->clients, work->account, 1e-9 * (double)work->spent);
     srv_clients_give(work->service->clients, work->account);
     free(work);
 }

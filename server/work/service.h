@@ -14,6 +14,7 @@
 #include "server/work/fairness.h"
 #include "server/protocol/lengths.h"
 #include "server/base/log.h"
+#include "server/keys/key_ring.h"
 #include "server/base/memory.h"
 #include "server/base/metrics.h"
 #include "server/protocol/peer.h"
@@ -51,6 +52,7 @@ struct srv_service {
     struct srv_peers trusted;                /* proxies that may say who the client is */
     const char *hosts;                       /* that it answers to */
     struct srv_log *log;
+    struct srv_key_ring *keys; /* that the operator handed out; NULL = none, and no roles */
     struct srv_queue *queue;
     struct srv_fairness fairness; /* who goes first, the sockets or the workers */
     struct srv_clients *clients;

@@ -1,7 +1,11 @@
 /* Tests of server/protocol/identity: who asks. */
 #include "server/protocol/identity.h"
 
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "tests/harness/test.h"
 
@@ -95,4 +99,79 @@ TEST(things_are_ended_by_who_made_them) {
     key_of(&other, "192.0.2.1", NULL, NULL);
     CHECK(!srv_identity_owns(&other, maker.key) && !srv_identity_owns(&maker, other.key));
     CHECK(!srv_identity_owns(&maker, "192.0.2.1") && !srv_identity_owns(&maker, ""));
+}
+
+TEST(without_keys_nobody_has_a_role_and_what_looks_like_a_key_is_a_token) {
+    struct srv_identity identity;
+    struct srv_identity_words words = {.address = "192.0.2.1",
+                                       .roles = "operator",
+                                       .authorization =
+                                           "Bearer pdk_0123456789abcdefghjkmnpqrstvwxyz000000"};
+    srv_identity_make(&identity, NULL, &words);
+    CHECK_INT(identity.fault, SRV_IDENTITY_GOOD);
+    CHECK_INT(identity.kind, SRV_IDENTITY_TOKEN);
+    CHECK_INT(identity.role, SRV_ROLE_NONE);
+    for (int i = 0; i < SRV_LIMIT_PRIORITY; i++) CHECK(isinf(identity.limits.value[i]));
+    words.account = "anna";
+    words.authorization = "Bearer short";
+    srv_identity_make(&identity, NULL, &words);
+    CHECK_INT(identity.fault, SRV_IDENTITY_NO_TOKEN);
+    CHECK_INT(identity.kind, SRV_IDENTITY_ACCOUNT);
+    CHECK_INT(identity.role, SRV_ROLE_NONE);
+}
+
+/* a ring of one teacher's key */
+static struct srv_key_ring *ring_of(char path[], char token[SRV_KEY_TOKEN]) {
+    struct srv_key_ring *ring = NULL;
+    char digest[API_DIGEST_BYTES], text[256];
+    int fd = mkstemp(path);
+    if (!CHECK(fd >= 0 && srv_keys_draw(token))) return NULL;
+    srv_keys_digest(token, digest);
+    int bytes = snprintf(text, sizeof text,
+                         "key anna role=teacher expires=2033-05-18T03:33:20Z digest=%s\n", digest);
+    CHECK(write(fd, text, (size_t)bytes) == bytes && !close(fd));
+    CHECK(srv_key_ring_new(&ring, path, NULL) == PEND_OK);
+    unlink(path);
+    return ring;
+}
+
+TEST(a_key_is_one_client_wherever_it_comes_from_and_gives_its_role) {
+    char path[] = "/tmp/pendulumd-test-XXXXXX", token[SRV_KEY_TOKEN], field[64];
+    struct srv_key_ring *ring = ring_of(path, token);
+    struct srv_identity here, there;
+    REQUIRE(ring != NULL);
+    snprintf(field, sizeof field, "bearer %s", token);
+    struct srv_identity_words words = {
+        .address = "192.0.2.1", .authorization = field, .now = 1999999999};
+    srv_identity_make(&here, ring, &words);
+    words.address = "2001:db8::1";
+    words.account = "somebody";
+    words.roles = "operator";
+    srv_identity_make(&there, ring, &words);
+    CHECK_INT(here.kind, SRV_IDENTITY_ISSUED);
+    CHECK_INT(here.role, SRV_ROLE_TEACHER);
+    CHECK_INT(there.role, SRV_ROLE_TEACHER);
+    CHECK_TEXT(here.key, there.key);
+    CHECK_TEXT(here.source, here.key);
+    CHECK_TEXT(here.secret, "key:anna");
+    CHECK_TEXT(srv_identity_word(here.key), "key");
+    /* an account of the key's name is another client */
+    words = (struct srv_identity_words){.address = "192.0.2.1", .account = "anna"};
+    srv_identity_make(&there, ring, &words);
+    CHECK(strcmp(there.key, here.key) && !srv_identity_owns(&there, here.key));
+    CHECK_INT(there.role, SRV_ROLE_PUPIL);
+    words.roles = "staff;teacher, batch,operator";
+    srv_identity_make(&there, ring, &words);
+    CHECK_INT(there.role, SRV_ROLE_BATCH);
+    /* a second later it is the address's, and its role nobody's but anonymous */
+    words = (struct srv_identity_words){
+        .address = "192.0.2.1", .authorization = field, .now = 2000000000};
+    srv_identity_make(&there, ring, &words);
+    CHECK_INT(there.fault, SRV_IDENTITY_NO_KEY);
+    CHECK_INT(there.verdict, SRV_KEY_EXPIRED);
+    CHECK_INT(there.since, 2000000000);
+    CHECK_INT(there.kind, SRV_IDENTITY_ADDRESS);
+    CHECK_INT(there.role, SRV_ROLE_ANONYMOUS);
+    CHECK_TEXT(there.source, there.key);
+    srv_key_ring_free(&ring);
 }

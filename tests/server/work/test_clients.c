@@ -129,3 +129,24 @@ TEST(clients_of_one_address_share_its_quota) {
     srv_clients_give(clients, home);
     srv_clients_free(&clients);
 }
+
+TEST(who_has_computed_too_much_waits_until_it_is_made_up_for) {
+    struct srv_clients *clients;
+    int64_t second = 1000000000, now = 5 * second;
+    REQUIRE(srv_clients_new(&clients) == PEND_OK);
+    struct srv_client *client = srv_clients_take(clients, "a", NULL);
+    srv_clients_charge(clients, client, 1e9);
+    /* 30 s a minute: what begins while some are left may take more */
+    CHECK(srv_clients_debt(clients, client, 30, now) == 0);
+    srv_clients_charge(clients, client, 29);
+    CHECK(srv_clients_debt(clients, client, 30, now) == 0);
+    srv_clients_charge(clients, client, 11);
+    double wait = srv_clients_debt(clients, client, 30, now);
+    CHECK_SAYING(wait > 20 && wait < 20.01, "%.15g s", wait);
+    CHECK(srv_clients_debt(clients, client, 30, now + 19 * second) > 0);
+    CHECK(srv_clients_debt(clients, client, 30, now + 21 * second) == 0);
+    /* who may compute nothing always waits */
+    CHECK(srv_clients_debt(clients, client, 0, now + 22 * second) == 60);
+    srv_clients_give(clients, client);
+    srv_clients_free(&clients);
+}

@@ -1,0 +1,294 @@
+/* Keys and roles through a daemon's socket: `pendulumd keys` makes them, each bad key has its
+ * status and sentence, each role its limits. */
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "tests/wire/place.h"
+
+enum { KEY = 64, FIELD = 128 };
+
+/* A store, a file of keys beside it, and a daemon. */
+struct keyed {
+    struct place place;
+    char file[128];
+    struct test_server *server;
+};
+
+/* runs `pendulumd keys ACTION --keys FILE` with up to six further words; what it says */
+static int command(const struct keyed *keyed, const char *action, const char *const words[],
+                   char text[], size_t cap) {
+    const char *all[12] = {"keys", action, "--keys", keyed->file};
+    for (int i = 0; words[i]; i++) all[4 + i] = words[i];
+    return test_server_run(all, text, cap);
+}
+
+#define COMMAND(keyed, action, text, ...)                                                          \
+    command(keyed, action, (const char *const[]){__VA_ARGS__, NULL}, text, sizeof text)
+
+/* makes a key and the header field that shows it */
+static int make(const struct keyed *keyed, const char *name, const char *role, const char *quota,
+                char field[FIELD]) {
+    char text[1024];
+    int status = COMMAND(keyed, "add", text, "--name", name, "--role", role,
+                         quota ? "--quota" : NULL, quota);
+    text[strcspn(text, "\n")] = 0;
+    snprintf(field, FIELD, "Authorization: Bearer %.63s\r\n", text);
+    return CHECK_INT(status, 0) && CHECK_INT(strlen(text), 42);
+}
+
+static int keyed_begin(struct keyed *keyed) {
+    char text[4096], first[FIELD];
+    if (!place_begin(&keyed->place, 0)) return 0;
+    snprintf(keyed->file, sizeof keyed->file, "%s/keys", keyed->place.directory);
+    if (!make(keyed, "root", "operator", NULL, first)) return 0;
+    CHECK_INT(COMMAND(keyed, "list", text, NULL), 0);
+    CHECK_SAYING(strstr(text, "root operator good") != NULL, "%s", text);
+    const char *const options[] = {"--store",
+                                   keyed->place.url,
+                                   "--keys",
+                                   keyed->file,
+                                   "--trusted-proxy",
+                                   "127.0.0.1",
+                                   "--role-header",
+                                   "X-Roles",
+                                   "--client-header",
+                                   "X-Account",
+                                   "--job-part-seconds",
+                                   "1",
+                                   NULL};
+    keyed->server = test_server_start(options);
+    return CHECK(keyed->server != NULL);
+}
+
+static void keyed_end(struct keyed *keyed) {
+    stop_after_deaths(&keyed->server);
+    unlink(keyed->file);
+    place_end(&keyed->place);
+}
+
+/* waits until the server's log says a word */
+static int says(struct keyed *keyed, const char *word) {
+    for (double end = test_clock() + TEST_PATIENCE; test_clock() < end; test_sleep(0.02))
+        if (strstr(test_server_log(keyed->server), word)) return 1;
+    return CHECK_SAYING(0, "it does not say %s but: %s", word, test_server_log(keyed->server));
+}
+
+/* asks with a key; the answer's status, sentence and WWW-Authenticate must be these */
+static void refused(struct keyed *keyed, const char *path, const char *field, int status,
+                    const char *sentence, const char *asks) {
+    struct test_reply reply;
+    int get = !strcmp(path, "/metrics") || !strcmp(path, "/v1/jobs");
+    CHECK_INT(test_request(keyed->server, &reply, get ? "GET" : "POST", path, field,
+                           get ? NULL : ASK_LITTLE),
+              status);
+    ask_problem(&reply, status, NULL);
+    CHECK_SAYING(strstr(reply.body, sentence) != NULL, "%s: %s", sentence, reply.body);
+    const char *told = test_reply_header(&reply, "WWW-Authenticate");
+    CHECK_SAYING(told && strstr(told, asks) && !strncmp(told, "Bearer realm=", 13), "%s: %s", asks,
+                 told ? told : "nothing");
+    test_reply_clear(&reply);
+}
+
+static int status_of(const struct keyed *keyed, const char *path, const char *field,
+                     const char *body) {
+    struct test_reply reply;
+    int status = test_request(keyed->server, &reply, body ? "POST" : "GET", path, field, body);
+    test_reply_clear(&reply);
+    return status;
+}
+
+TEST(each_bad_key_has_its_status_and_its_sentence) {
+    struct keyed keyed;
+    char good[FIELD], field[FIELD], text[1024];
+    REQUIRE(keyed_begin(&keyed));
+    REQUIRE(make(&keyed, "lab", "batch", "requests=50", good));
+    /* it is in force without a signal */
+    REQUIRE(says(&keyed, "keys: 2 keys are in force"));
+    CHECK_INT(status_of(&keyed, "/v1/trees", good, ASK_LITTLE), 200);
+    /* cut by a letter, and with another letter */
+    snprintf(field, sizeof field, "%.*s\r\n", (int)strlen(good) - 3, good);
+    refused(&keyed, "/v1/trees", field, 401, "not whole", "invalid_token");
+    snprintf(field, sizeof field, "%s", good);
+    field[40] = field[40] == 'q' ? 'r' : 'q';
+    refused(&keyed, "/v1/trees", field, 401, "not whole", "invalid_token");
+    /* expired, then good again, then revoked, then gone */
+    CHECK_INT(COMMAND(&keyed, "expire", text, "--name", "lab", "--expires", "2020-02-29"), 0);
+    test_server_signal(keyed.server, SIGHUP);
+    REQUIRE(says(&keyed, "reload: 0 options"));
+    refused(&keyed, "/v1/trees", good, 401, "the key lab has expired, at 2020-02-29T00:00:00Z",
+            "error_description=\"the key has expired\"");
+    refused(&keyed, "/metrics", good, 401, "expired", "invalid_token");
+    CHECK_INT(COMMAND(&keyed, "expire", text, "--name=lab", "--expires=never"), 0);
+    for (int i = 0; i < 400 && status_of(&keyed, "/v1/trees", good, ASK_LITTLE) != 200; i++)
+        test_sleep(0.05);
+    CHECK_INT(status_of(&keyed, "/v1/trees", good, ASK_LITTLE), 200);
+    CHECK_INT(COMMAND(&keyed, "revoke", text, "--name", "lab"), 0);
+    for (int i = 0; i < 400 && status_of(&keyed, "/v1/trees", good, ASK_LITTLE) == 200; i++)
+        test_sleep(0.05);
+    refused(&keyed, "/v1/trees", good, 401, "the key lab was revoked", "the key was revoked");
+    CHECK_INT(COMMAND(&keyed, "remove", text, "--name", "lab"), 0);
+    REQUIRE(says(&keyed, "keys: 1 key is in force"));
+    refused(&keyed, "/v1/trees", good, 401, "knows no such key", "invalid_token");
+    /* a secret of the client's own is still one, and anonymous */
+    CHECK_INT(status_of(&keyed, "/v1/trees", "Authorization: Bearer abcdefghijklmnopqrstuv\r\n",
+                        ASK_LITTLE),
+              200);
+    keyed_end(&keyed);
+}
+
+TEST(each_role_may_what_it_may) {
+    struct keyed keyed;
+    char pupil[FIELD], batch[FIELD], operator[FIELD], text[1024], id[ID + 1], headers[2 * FIELD];
+    REQUIRE(keyed_begin(&keyed));
+    REQUIRE(make(&keyed, "7b", "pupil", NULL, pupil));
+    REQUIRE(make(&keyed, "night", "batch", "jobs=1,bytes=8M", batch));
+    REQUIRE(make(&keyed, "ops", "operator", NULL, operator));
+    REQUIRE(says(&keyed, "keys: 4 keys are in force"));
+    /* metrics are for operators */
+    refused(&keyed, "/metrics", "", 401, "needs a key of the role operator", "Bearer realm");
+    refused(&keyed, "/metrics", pupil, 403, "your role is pupil", "insufficient_scope");
+    refused(&keyed, "/metrics", batch, 403, "your role is batch", "scope=\"operator\"");
+    CHECK_INT(status_of(&keyed, "/metrics", operator, NULL), 200);
+    /* jobs are for teachers and others who have any */
+    snprintf(headers, sizeof headers, ASYNC "%s", pupil);
+    refused(&keyed, "/v1/lyapunov", headers, 403, "may not post jobs", "scope=\"teacher\"");
+    refused(&keyed, "/v1/lyapunov", ASYNC, 401, "may not post jobs", "Bearer realm");
+    refused(&keyed, "/v1/lyapunov", ASYNC "Authorization: Bearer abcdefghijklmnopqrstuv\r\n", 401,
+            "may not post jobs", "Bearer realm");
+    static const char longer[] =
+        "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":20000,\"count\":5}}";
+    snprintf(headers, sizeof headers, ASYNC "%s", batch);
+    char first[ID + 1];
+    CHECK_INT(submit(keyed.server, "/v1/trajectories", headers, longer, first), 202);
+    struct test_reply reply;
+    CHECK_INT(job_get(keyed.server, &reply, first, "", ""), 200);
+    CHECK_SAYING(strstr(reply.body, "\"owner\":\"key\"") != NULL, "%s", reply.body);
+    test_reply_clear(&reply);
+    CHECK_INT(submit(keyed.server, "/v1/trajectories", headers, longer, id), 429);
+    /* a list and an end by another key of the same name, and by nobody else */
+    REQUIRE(make(&keyed, "night", "batch", NULL, headers));
+    REQUIRE(says(&keyed, "keys: 5 keys are in force"));
+    snprintf(text, sizeof text, "/v1/jobs/%s", first);
+    CHECK_INT(test_request(keyed.server, &reply, "DELETE", text, pupil, NULL), 403);
+    test_reply_clear(&reply);
+    CHECK_INT(test_request(keyed.server, &reply, "DELETE", text, "", NULL), 401);
+    test_reply_clear(&reply);
+    CHECK_INT(test_request(keyed.server, &reply, "GET", "/v1/jobs", headers, NULL), 200);
+    CHECK_SAYING(strstr(reply.body, first) != NULL, "%s", reply.body);
+    test_reply_clear(&reply);
+    CHECK_INT(test_request(keyed.server, &reply, "DELETE", text, headers, NULL), 200);
+    test_reply_clear(&reply);
+    /* what a role may is changed while the server runs; 0 requests are none */
+    CHECK_INT(COMMAND(&keyed, "role", text, "--role", "anonymous", "--quota", "requests=0"), 0);
+    for (int i = 0; i < 400 && status_of(&keyed, "/v1/trees", "", ASK_LITTLE) == 200; i++)
+        test_sleep(0.05);
+    refused(&keyed, "/v1/trees", "", 401, "may not send requests", "Bearer realm");
+    CHECK_INT(status_of(&keyed, "/healthz", "", NULL), 200);
+    CHECK_INT(status_of(&keyed, "/v1/trees", pupil, ASK_LITTLE), 200);
+    keyed_end(&keyed);
+}
+
+TEST(a_proxys_word_gives_an_account_its_role) {
+    struct keyed keyed;
+    REQUIRE(keyed_begin(&keyed));
+    CHECK_INT(
+        status_of(&keyed, "/metrics", "X-Account: anna\r\nX-Roles: staff, operator\r\n", NULL),
+        200);
+    refused(&keyed, "/metrics", "X-Account: anna\r\nX-Roles: teacher,operator\r\n", 403,
+            "your role is teacher", "insufficient_scope");
+    refused(&keyed, "/metrics", "X-Account: anna\r\n", 403, "your role is pupil", "scope");
+    refused(&keyed, "/metrics", "X-Roles: operator\r\n", 401, "operator", "Bearer realm");
+    keyed_end(&keyed);
+}
+
+TEST(limits_of_a_role_are_kept_to) {
+    struct keyed keyed;
+    struct test_reply reply;
+    char slow[FIELD], small[FIELD], tired[FIELD];
+    REQUIRE(keyed_begin(&keyed));
+    REQUIRE(make(&keyed, "slow", "pupil", "requests=0.05", slow));
+    REQUIRE(make(&keyed, "small", "pupil", "memory=1M", small));
+    REQUIRE(make(&keyed, "tired", "pupil", "compute=0.001", tired));
+    REQUIRE(says(&keyed, "keys: 4 keys are in force"));
+    /* three a minute */
+    for (int i = 0; i < 4; i++) {
+        CHECK_INT(test_request(keyed.server, &reply, "POST", "/v1/trees", slow, ASK_LITTLE),
+                  i < 3 ? 200 : 429);
+        const char *limit = test_reply_header(&reply, "RateLimit-Limit"),
+                   *again = test_reply_header(&reply, "Retry-After");
+        CHECK_TEXT(limit ? limit : "", "3");
+        if (i == 3) {
+            CHECK_SAYING(strstr(reply.body, "of the role pupil of 3 a minute") && again &&
+                             atoi(again) >= 1 && atoi(again) <= 20,
+                         "%s %s", reply.body, again ? again : "");
+        }
+        test_reply_clear(&reply);
+    }
+    /* an answer of more than a megabyte that does not stream */
+    static const char large[] =
+        "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":100,\"count\":100001}}";
+    char headers[2 * FIELD];
+    snprintf(headers, sizeof headers, "Accept: application/x-npz\r\n%s", small);
+    CHECK_INT(test_request(keyed.server, &reply, "POST", "/v1/trajectories", headers, large), 422);
+    CHECK_SAYING(strstr(reply.body, "1048576") != NULL, "%s", reply.body);
+    test_reply_clear(&reply);
+    /* who has computed for longer than a millisecond waits */
+    CHECK_INT(test_request(keyed.server, &reply, "POST", "/v1/trajectories", tired, ask_long(10)),
+              200);
+    test_reply_clear(&reply);
+    int status = 200;
+    for (int i = 0; i < 100 && status == 200; i++) {
+        if (i) test_reply_clear(&reply);
+        status = test_request(keyed.server, &reply, "POST", "/v1/trees", tired, ASK_LITTLE);
+    }
+    CHECK_INT(status, 429);
+    CHECK_SAYING(strstr(reply.body, "0.001 seconds a minute") &&
+                     test_reply_header(&reply, "Retry-After"),
+                 "%s", reply.body);
+    test_reply_clear(&reply);
+    keyed_end(&keyed);
+}
+
+TEST(the_command_says_what_is_wrong) {
+    struct keyed keyed;
+    char text[4096], field[FIELD];
+    REQUIRE(place_begin(&keyed.place, 0));
+    snprintf(keyed.file, sizeof keyed.file, "%s/keys", keyed.place.directory);
+    CHECK_INT(COMMAND(&keyed, "list", text, NULL), 1);
+    CHECK_SAYING(strstr(text, "No such file") != NULL, "%s", text);
+    CHECK_INT(COMMAND(&keyed, "add", text, "--name", "lab", "--role", "king"), 1);
+    CHECK_SAYING(strstr(text, "king") != NULL, "%s", text);
+    CHECK_INT(COMMAND(&keyed, "add", text, "--name", "l b", "--role", "pupil"), 1);
+    CHECK_INT(COMMAND(&keyed, "add", text, "--name", "lab", "--role", "pupil", "--quota", "jobs=x"),
+              1);
+    CHECK(access(keyed.file, F_OK) != 0);
+    REQUIRE(make(&keyed, "lab", "pupil", NULL, field));
+    CHECK_INT(COMMAND(&keyed, "revoke", text, "--name", "lob"), 1);
+    CHECK_SAYING(strstr(text, "no key 'lob'") != NULL, "%s", text);
+    CHECK_INT(COMMAND(&keyed, "revoke", text, "--nam", "lab"), 2);
+    CHECK_INT(COMMAND(&keyed, "revoke", text, "--name"), 2);
+    CHECK_INT(COMMAND(&keyed, "melt", text, NULL), 2);
+    CHECK_INT(COMMAND(&keyed, "--help", text, NULL), 0);
+    CHECK_SAYING(strstr(text, "keys add") && strstr(text, "WHEN"), "%s", text);
+    /* a key is nowhere but where it was printed */
+    char kept[2048] = "";
+    FILE *file = fopen(keyed.file, "r");
+    REQUIRE(file != NULL);
+    size_t bytes = fread(kept, 1, sizeof kept - 1, file);
+    fclose(file);
+    field[strcspn(field, "\r")] = 0;
+    CHECK(bytes > 64 && !strstr(kept, field + 22) && strstr(kept, "digest="));
+    /* a server does not start with keys that others can read, or that are none */
+    const char *const options[] = {"--keys",  keyed.file, "--listen", "127.0.0.1:0",
+                                   "--store", "none",     NULL};
+    CHECK(!chmod(keyed.file, 0644));
+    CHECK_INT(test_server_run(options, text, sizeof text), 1);
+    CHECK_SAYING(strstr(text, "0644") != NULL, "%s", text);
+    unlink(keyed.file);
+    CHECK_INT(test_server_run(options, text, sizeof text), 1);
+    place_end(&keyed.place);
+}
