@@ -103,9 +103,12 @@ build: $(B)/pendulumd ## the server
 debug: ## the server with assertions, in build/debug
 	@$(MAKE) --no-print-directory MODE=debug build
 
-install: build ## into DESTDIR PREFIX (/usr/local) LIBDIR: server, library with headers for C and C++, systemd unit
+install: build $(B)/pendulum ## into DESTDIR PREFIX (/usr/local) LIBDIR: server, command line, library with headers for C and C++, systemd unit
 	docker/library.sh "$(B)" "$(DESTDIR)" "$(PREFIX)" "$(LIBDIR)" $(PUBLIC)
 	install -D -m 755 $(B)/pendulumd "$(DESTDIR)$(PREFIX)/bin/pendulumd"
+	install -D -m 755 $(B)/pendulum "$(DESTDIR)$(PREFIX)/bin/pendulum"
+	install -D -m 644 api/clients/cli/pendulum.1 "$(DESTDIR)$(PREFIX)/share/man/man1/pendulum.1"
+	install -D -m 644 api/clients/cli/pendulum.bash "$(DESTDIR)$(PREFIX)/share/bash-completion/completions/pendulum"
 	install -d "$(DESTDIR)$(PREFIX)/lib/systemd/system"
 	sed 's|@PREFIX@|$(PREFIX)|' docker/pendulumd.service > "$(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service"
 PREFIX ?= /usr/local
@@ -113,6 +116,7 @@ LIBDIR ?= $(PREFIX)/lib
 PUBLIC := base/status tree/tree tree/terms tree/loads dynamics/dynamics dynamics/kinematics dynamics/reference tree/presets modes/modes_store modes/modes base/checkpoint integrate/method integrate/samples integrate/run base/isa ensemble/member ensemble/ensemble extended/extended extended/trust ensemble/lyapunov integrate/section
 
 uninstall: ## takes away what install put there
+	rm -f "$(DESTDIR)$(PREFIX)/bin/pendulum" "$(DESTDIR)$(PREFIX)/share/man/man1/pendulum.1" "$(DESTDIR)$(PREFIX)/share/bash-completion/completions/pendulum"
 	rm -f "$(DESTDIR)$(PREFIX)/bin/pendulumd" "$(DESTDIR)$(LIBDIR)/libpendulum.a" "$(DESTDIR)$(LIBDIR)/pkgconfig/pendulum.pc"
 	rm -f "$(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service"
 	rm -rf "$(DESTDIR)$(PREFIX)/include/pendulum"
@@ -300,6 +304,12 @@ $(foreach room,$(ROOMS),$(eval $(call test_program,$(room))))
 $(B)/tests/base/%: $(B)/tests/%/run $(B)/tests/base/isa.o
 	$(call say,link,$@)
 	$(Q)$(LINK) $(WRAP) -o $@ $(B)/tests/base/isa.o $(call objects,tests/$*) $(HARNESS) $(PARTS.$*) $(TEST_LIBS) $(QUADMATH)
+
+# the command line: what computes beside what asks
+$(B)/pendulum: $(call objects,api/clients) $(API) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(CLI_LIBS)
+$(call lazy,CLI_LIBS,$(PKG_CONFIG) --libs libcurl $(filter-out libmicrohttpd sqlite3 libpq libisal libzstd,$(PKG)) && echo -lm)
 
 $(B)/tests/bench/parts/run: $(call objects,tests/bench/parts) $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)

@@ -14,7 +14,7 @@ check: $(JOBS)
 $(shell mkdir -p build/check; echo $(JOBS) > build/check/jobs)
 
 build-release build-asan: build-%:
-	$(job) $(MAKE) --no-print-directory MODE=$* build $(ROOMS:%=build/$*/tests/%/run) build/$*/tests/drill/clock.so
+	$(job) $(MAKE) --no-print-directory MODE=$* build build/$*/pendulum $(ROOMS:%=build/$*/tests/%/run) build/$*/tests/drill/clock.so
 build-tsan:
 	$(job) $(MAKE) --no-print-directory MODE=tsan build build/tsan/tests/server/run build/tsan/tests/wire/run
 

@@ -21,17 +21,17 @@ from servers import daemon  # noqa: E402
 sys.path.insert(0, str(TOP / "tests/clients"))
 FOUR = {"L": [2, 1.5, 0.75, 1.25], "m": [1, 1, 1, 0.1], "S": [[1, 0, 0, 0], [1, 1, 0, 0], [1, 1, 1, 0], [1, 1, 0, 1]]}
 DOUBLE = {"length": [1, 1], "mass": [1, 1], "parent": [0, 1]}
-CLIENTS = ("python", "octave")
+CLIENTS = ("python", "octave", "cli")
 
 
-def programs(language, command, extra=None, folder=None, ten=True):
+def programs(language, command, extra=None, folder=None, home=None):
     """Runs the programs of a client's README, each with the text that the README shows below it."""
     text = (TOP / "api/clients" / (folder or language) / "README.md").read_text(encoding="utf-8")
     found = re.findall(rf"```{language}\n(.*?)```(?:\n\n```\n(.*?)```)?", text, re.S)
     check(f"{language}: a README begins with a program of five lines", found and text.find("```") < 200
           and len([line for line in found[0][0].splitlines() if line.strip()]) <= 6, text[:300])
     for number, (program, shown) in enumerate(found, 1):
-        done = subprocess.run([*command, program], capture_output=True, text=True, env=os.environ | (extra or {}), timeout=300)
+        done = subprocess.run([*command, program], capture_output=True, text=True, env=os.environ | (extra or {}), timeout=300, cwd=home)
         check(f"{language}: program {number} of the README", done.returncode == 0 and (not shown or done.stdout == shown),
               f"{done.stdout}{done.stderr[-2000:]}instead of\n{shown}")
 

@@ -60,6 +60,10 @@ want='-2.196 -2.605'
 say 'a program in C' program gcc -std=gnu17 -Wall
 say 'the same in C++' program g++ -std=c++17 -x c++
 
+command_line() { echo '{"length":[1],"mass":[1],"parent":[0]}' | "$root/usr/bin/pendulum" run - --t 0,1 --local > "$root/answer" &&
+    [ "$(wc -l < "$root/answer")" = 3 ] && [ -s "$root/usr/share/man/man1/pendulum.1" ] && bash -n "$root/usr/share/bash-completion/completions/pendulum"; }
+say 'the command line, its man page and its completion' command_line
+
 # what is beside it stays, whatever its name
 mkdir -p "${root% *}"; touch "${root% *}/mine"
 uninstalled() { $make"$root" PREFIX=/usr LIBDIR=/usr/lib/x uninstall > /dev/null && [ -e "${root% *}/mine" ] &&

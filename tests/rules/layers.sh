@@ -8,7 +8,8 @@ build=$1
 passed=0 failed=0
 
 # what each room's files may include of the project
-declare -A may=([core]='^core/' [api]='^(api|core)/' [server]='^(server|api)/|^core/base/status[.]h$')
+declare -A may=([core]='^core/' [api]='^(api|core)/' [server]='^(server|api)/|^core/base/status[.]h$'
+    [api/clients]='^api/')
 # system headers that core and api may use: none that knows threads, files, sockets or time
 pure='^(assert|complex|errno|float|limits|math|stdalign|stdarg|stdbool|stddef|stdint|stdio|stdlib|string|strings|tgmath|[ei]mmintrin|arm_neon)[.]h$|^(cassert|cmath|cstddef|cstdint|cstdio|cstdlib|cstring|limits|system_error)$'
 # an outside library's headers, and the files that are its door
@@ -16,6 +17,7 @@ doors=(
     '^gsl/|^gsl_ ^core/(integrate/method_gsl|modes/modes_gsl|dynamics/reference)[.]c$'
     '^sys/mman[.]h$ ^core/modes/hugepage[.]c$' # advice about huge pages
     '^cjson/ ^api/json/json_(scan|in)[.]c$'
+    '^curl/ ^api/clients/cli/remote[.]c$'
     '^libdeflate[.]h$ ^(api/encode/encode_npz|server/protocol/coding_gzip)[.]c$'
     '^nettle/ ^api/call/digest[.]c$'
     '^png[.]h$ ^api/encode/encode_png[.]c$'
@@ -36,10 +38,11 @@ verdict() { # name, complaints
     printf 'FAIL %s\n' "$1"
 }
 
-files() { find "$1" -name '*.[ch]' -o -name '*.cpp' | sort; }
+# the clients ask from outside: they are no part of the room that they lie in
+files() { find "$1" \( -name '*.[ch]' -o -name '*.cpp' \) | if [ "$1" = api ]; then grep -v '^api/clients/'; else cat; fi | sort; }
 
 # every include of the three rooms: file, header, and the line's quote or angle
-includes=$(grep -E '^ *# *include' $(files core) $(files api) $(files server) /dev/null |
+includes=$(grep -E '^ *# *include' $(files core) $(files api) $(files server) $(files api/clients) /dev/null |
     sed -nE 's/^([^:]+): *# *include *(["<])([^">]+)[">].*/\1 \3 \2/p')
 
 room_includes() {
@@ -53,12 +56,12 @@ door() { # header pattern, file pattern
 pure_headers() {
     local all=$pure row
     for row in "${doors[@]}"; do [[ $row = *pthread* ]] || all+="|${row%% *}"; done
-    awk -v all="$all" '$3 == "<" && $1 ~ /^(core|api)\// && $2 !~ all { print $1 " may not use " $2 }' <<<"$includes"
+    awk -v all="$all" '$3 == "<" && $1 ~ /^(core|api)\// && $1 !~ /^api\/clients\// && $2 !~ all { print $1 " may not use " $2 }' <<<"$includes"
 }
 
 own_header_first() {
     local file
-    for file in $(files core) $(files api) $(files server); do
+    for file in $(files core) $(files api) $(files server) $(files api/clients); do
         [ -f "${file%.*}.h" ] && [[ $file != *.h ]] || continue
         awk -v file="$file" -v own="${file%.*}.h" '$1 == file { if ($2 != own) print file " does not include its own header first"; exit }' <<<"$includes"
     done
@@ -119,7 +122,7 @@ effects() {
 # the objects of a room whose sources are still there: X.o of X.c or X.cc, X.avx2.o of X.c
 objects() {
     local object source
-    find "$build/$1" -name '*.o' | while read -r object; do
+    find "$build/$1" -name '*.o' -not -path '*/api/clients/*' | while read -r object; do
         source=${object#"$build/"} source=${source%.o}
         for source in "$source.c" "$source.cc" "${source%.*}.c"; do
             [ -e "$source" ] && echo "$object" && break
@@ -136,6 +139,8 @@ for room in core api server; do
     verdict "$room includes only what it may" "$(room_includes $room)"
     verdict "$room's folders and files include only those above them in its READMEs" "$(file_order $room)"
 done
+verdict 'a client includes only itself and api' "$(room_includes api/clients)"
+verdict 'no room includes a client' "$(awk '$1 !~ /^api\/clients\// && $2 ~ /^api\/clients\// { print $1 " includes " $2 }' <<<"$includes")"
 for row in "${doors[@]}"; do
     read -r header file <<<"$row"
     verdict "only the door to $header includes it" "$(door "$header" "$file")"

@@ -1,0 +1,319 @@
+/* pendulum: motions, modes and maps of pendulum trees from a shell, by a server or without one.
+ * Leaves to others: the body (request), the answer's way (remote, local, sink).
+ * Invariant: exit status 0 means that the whole answer is where it was wanted. */
+#include <assert.h>
+#include <getopt.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+#include <time.h>
+
+#include "api/base/engine.h"
+#include "api/clients/cli/local.h"
+#include "api/clients/cli/remote.h"
+#include "api/clients/cli/request.h"
+#include "api/json/json_in.h"
+
+static const char usage[] =
+    "usage: pendulum run FILE --t START:STOP:STEP    motion of the pendulum in FILE (JSON)\n"
+    "       pendulum modes FILE                      its modes of oscillation\n"
+    "       pendulum map FILE --x AXIS --y AXIS      a map of starts, AXIS as theta1:-3:3:512\n"
+    "       pendulum ask ROUTE FILE                  any POST /v1/ROUTE\n"
+    "       pendulum jobs                            your jobs; get ID, cancel ID\n"
+    "  -o, --out FILE      .npz .mat .csv .json .ndjson .png .bin; else standard output\n"
+    "      --as FORM       the same without a file: csv (default), json, npz, ...\n"
+    "      --theta A,B     start; also --phi, --thetad, --phid, --unit deg\n"
+    "      --method NAME   taylor (default), ode23, ...\n"
+    "      --duration S    of a map; --of OBSERVABLE (first_flip)\n"
+    "  -s, --set NAME=JSON any field, as -s rtol=1e-9 or -s pendulum.gravity=1.62\n"
+    "      --job           as a job; waits for it, and `get ID` finds it again\n"
+    "      --detach        as a job; prints its ID and ends\n"
+    "      --key KEY       of the job: the same again is the same job\n"
+    "      --local         computes here, without a server\n"
+    "      --server URL    PENDULUM_URL, http://127.0.0.1:8080; PENDULUM_TOKEN is your secret\n"
+    "      --patience S    how long a busy server is asked again (60)\n";
+
+/* options that are a text, as letters and as places of `text` */
+enum { LETTERS = 256, AS = LETTERS, OF, KEY, SERVER, PATIENCE, X, Y, TEXTS, T = TEXTS, FIELD };
+
+static int of_job, detached, here; /* options without a value */
+
+static const struct option options[] = {{"out", 1, 0, 'o'},
+                                        {"as", 1, 0, AS},
+                                        {"t", 1, 0, T},
+                                        {"set", 1, 0, 's'},
+                                        {"theta", 1, 0, FIELD},
+                                        {"phi", 1, 0, FIELD},
+                                        {"thetad", 1, 0, FIELD},
+                                        {"phid", 1, 0, FIELD},
+                                        {"unit", 1, 0, FIELD},
+                                        {"method", 1, 0, FIELD},
+                                        {"duration", 1, 0, FIELD},
+                                        {"x", 1, 0, X},
+                                        {"y", 1, 0, Y},
+                                        {"of", 1, 0, OF},
+                                        {"job", 0, &of_job, 1},
+                                        {"key", 1, 0, KEY},
+                                        {"detach", 0, &detached, 1},
+                                        {"local", 0, &here, 1},
+                                        {"server", 1, 0, SERVER},
+                                        {"patience", 1, 0, PATIENCE},
+                                        {"help", 0, 0, 'h'},
+                                        {"version", 0, 0, 'V'},
+                                        {0, 0, 0, 0}};
+
+static const struct {
+    const char *ending, *media_type;
+} forms[] = {{"csv", "text/csv"},
+             {"json", "application/json"},
+             {"npz", "application/x-npz"},
+             {"mat", "application/x-matlab-data"},
+             {"ndjson", "application/x-ndjson"},
+             {"png", "image/png"},
+             {"bin", "application/octet-stream"}};
+
+struct line { /* what the command line says */
+    struct cli_remote remote;
+    struct cli_fields fields;
+    const char *out, *text[TEXTS - LETTERS];
+};
+
+/* the text of an option, or NULL */
+static const char *said(const struct line *line, int letter) {
+    assert(letter >= LETTERS && letter < TEXTS);
+    return line->text[letter - LETTERS];
+}
+
+static const char *accepted(const struct line *line) {
+    const char *dot = line->out ? strrchr(line->out, '.') : NULL;
+    const char *form = said(line, AS) ? said(line, AS) : dot ? dot + 1 : "csv";
+    for (size_t i = 0; i < sizeof forms / sizeof *forms; i++)
+        if (!strcmp(forms[i].ending, form)) return forms[i].media_type;
+    cli_die("no form %s: csv, json, npz, mat, ndjson, png or bin (--as)", form);
+}
+
+/* a start is a member of `initial`, a text or a list; method and duration are of the request */
+static void start(struct cli_fields *fields, const char *name, const char *value) {
+    char whole[40];
+    snprintf(whole, sizeof whole, "initial.%s", name);
+    if (!strcmp(name, "method") || !strcmp(name, "duration")) {
+        cli_field(fields, name, value);
+    } else if (!strcmp(name, "unit")) {
+        cli_field(fields, whole, value);
+    } else {
+        cli_list(fields, whole, value);
+    }
+}
+
+static void read_options(struct line *line, int argc, char *argv[]) {
+    int letter, which = 0;
+    while ((letter = getopt_long(argc, argv, "o:s:hV", options, &which)) != -1) {
+        switch (letter) {
+        case 0:
+            break; /* it has set its variable */
+        case 'o':
+            line->out = optarg;
+            break;
+        case 's':
+            cli_assign(&line->fields, optarg);
+            break;
+        case T:
+            cli_times(&line->fields, optarg);
+            break;
+        case FIELD:
+            start(&line->fields, options[which].name, optarg);
+            break;
+        case 'h':
+            fputs(usage, stdout);
+            exit(0);
+        case 'V':
+            printf("pendulum %s, engine %s\n", API_VERSION, api_engine_name);
+            exit(0);
+        case '?':
+            fputs(usage, stderr);
+            exit(2);
+        default:
+            line->text[letter - LETTERS] = optarg;
+        }
+    }
+    if (said(line, SERVER)) line->remote.url = said(line, SERVER);
+    if (said(line, PATIENCE)) line->remote.patience = atof(said(line, PATIENCE));
+    if (line->remote.token && !*line->remote.token) line->remote.token = NULL;
+}
+
+/* the JSON at a path, in memory */
+static struct api_json *state(struct line *line, const char *method, const char *path,
+                              const struct api_buffer *body, const char *key) {
+    struct cli_exchange exchange = {.method = method, .path = path, .body = body, .key = key};
+    struct cli_sink sink;
+    struct api_problem problem;
+    struct api_json *document;
+    api_problem_init(&problem);
+    cli_sink_open(&sink, "", NULL);
+    long status = cli_remote_ask(&line->remote, &exchange, &sink);
+    if (key && status != 202) cli_die("this server keeps no jobs");
+    if (api_json_new(&document, sink.text.data ? sink.text.data : "", sink.text.bytes, 16,
+                     &problem) != PEND_OK)
+        cli_die("%s%s: %s", line->remote.url, path, problem.detail);
+    cli_sink_close(&sink);
+    return document;
+}
+
+static const char *text(const struct api_json *document, const char *name) {
+    struct api_value root = api_json_root(document), value = api_value_member(&root, name);
+    const char *found = api_value_text(&value);
+    return found ? found : "";
+}
+
+static double number(const struct api_json *document, const char *name) {
+    struct api_value root = api_json_root(document), value = api_value_member(&root, name);
+    return api_value_number(&value);
+}
+
+/* waits for the end of a job, and brings its results */
+static void get(struct line *line, const char *id) {
+    char path[200], kept[80];
+    long pause_ms = 20;
+    for (;;) {
+        snprintf(path, sizeof path, "/v1/jobs/%.60s", id);
+        struct api_json *job = state(line, "GET", path, NULL, NULL);
+        const char *status = text(job, "status");
+        int done = (int)number(job, "progress"),
+            ended = strcmp(status, "accepted") && strcmp(status, "running");
+        cli_progress("[%-25.*s] %d %% %s", done / 4, "#########################", done, status);
+        if (ended && strcmp(status, "successful"))
+            cli_die("the job %s is %s: %s", id, status, text(job, "message"));
+        api_json_free(&job);
+        if (ended) break;
+        nanosleep(&(struct timespec){pause_ms / 1000, pause_ms % 1000 * 1000000}, NULL);
+        pause_ms = pause_ms < 700 ? pause_ms * 3 / 2 : 1000;
+    }
+    snprintf(path, sizeof path, "/v1/jobs/%.60s/results", id);
+    struct cli_exchange exchange = {
+        .method = "HEAD", .path = path, .accept = accepted(line), .resumes = 1};
+    struct cli_sink sink;
+    cli_sink_open(&sink, "", NULL);
+    cli_remote_ask(&line->remote, &exchange, &sink);
+    cli_sink_close(&sink);
+    snprintf(kept, sizeof kept, "%.32s", exchange.etag + (*exchange.etag == '"'));
+    exchange.method = "GET";
+    cli_sink_open(&sink, line->out, kept);
+    cli_remote_ask(&line->remote, &exchange, &sink);
+    cli_sink_close(&sink);
+}
+
+/* a request, computed here, there, or there as a job */
+static void ask(struct line *line, const char *route, const char *file) {
+    struct api_buffer body;
+    struct cli_sink sink;
+    char path[200], key[40];
+    api_buffer_init(&body, 1 << 30);
+    cli_body(&body, file, &line->fields);
+    snprintf(path, sizeof path, "/v1/%.60s", route);
+    if ((of_job || detached || said(line, KEY)) && !here) {
+        unsigned long random[2];
+        if (getrandom(random, sizeof random, 0) != sizeof random) cli_die("no random number");
+        snprintf(key, sizeof key, "%016lx%016lx", random[0], random[1]);
+        struct api_json *job =
+            state(line, "POST", path, &body, said(line, KEY) ? said(line, KEY) : key);
+        if (detached)
+            puts(text(job, "id"));
+        else
+            fprintf(stderr, "job %s\n", text(job, "id")), get(line, text(job, "id"));
+        api_json_free(&job);
+    } else {
+        const char *accept = accepted(line);
+        struct cli_exchange exchange = {
+            .method = "POST", .path = path, .body = &body, .accept = accept};
+        cli_sink_open(&sink, line->out, NULL);
+        if (here)
+            cli_local(route, &body, accept, &sink);
+        else
+            cli_remote_ask(&line->remote, &exchange, &sink);
+        cli_sink_close(&sink);
+    }
+    api_buffer_clear(&body);
+}
+
+/* an ensemble over two axes */
+static void map(struct line *line, const char *file) {
+    char grid[700], of[100];
+    if (!said(line, X) || !said(line, Y)) cli_die("a map has two axes, --x and --y");
+    char *x = cli_axis(said(line, X)), *y = cli_axis(said(line, Y));
+    snprintf(grid, sizeof grid, "[%s,%s]", x, y);
+    snprintf(of, sizeof of, "[\"%.80s\"]", said(line, OF) ? said(line, OF) : "first_flip");
+    cli_field(&line->fields, "grid", grid);
+    cli_field(&line->fields, "observables", of);
+    ask(line, "ensembles", file);
+    free(x), free(y);
+}
+
+static void jobs(struct line *line, const char *none) {
+    (void)none;
+    char path[200] = "/v1/jobs?limit=100";
+    while (*path) {
+        struct api_json *page = state(line, "GET", path, NULL, NULL);
+        struct api_value root = api_json_root(page), list = api_value_member(&root, "jobs");
+        *path = '\0';
+        for (struct api_value job = api_value_first(&list); api_value_kind(&job) != API_MISSING;
+             job = api_value_next(&job)) {
+            static const char *const names[] = {"id", "status", "operation", "created"};
+            struct api_value done = api_value_member(&job, "progress");
+            for (int i = 0; i < 4; i++) {
+                struct api_value value = api_value_member(&job, names[i]);
+                if (i == 1) printf("%3.0f %% ", api_value_number(&done));
+                printf(i == 3 ? "%s\n" : "%-12s ", api_value_text(&value));
+            }
+        }
+        struct api_value links = api_value_member(&root, "links");
+        for (struct api_value link = api_value_first(&links); api_value_kind(&link) != API_MISSING;
+             link = api_value_next(&link)) {
+            struct api_value rel = api_value_member(&link, "rel"),
+                             href = api_value_member(&link, "href");
+            if (!strcmp(api_value_text(&rel), "next"))
+                snprintf(path, sizeof path, "%s", api_value_text(&href));
+        }
+        api_json_free(&page);
+    }
+}
+
+static void run(struct line *line, const char *file) { ask(line, "trajectories", file); }
+
+static void modes(struct line *line, const char *file) { ask(line, "modes", file); }
+
+static void cancel(struct line *line, const char *id) {
+    char path[200];
+    snprintf(path, sizeof path, "/v1/jobs/%.60s", id);
+    struct api_json *job = state(line, "DELETE", path, NULL, NULL);
+    puts(text(job, "status"));
+    api_json_free(&job);
+}
+
+static const struct {
+    const char *name;
+    int words; /* behind it */
+    void (*work)(struct line *line, const char *word);
+} commands[] = {{"run", 1, run},   {"modes", 1, modes}, {"map", 1, map},
+                {"jobs", 0, jobs}, {"get", 1, get},     {"cancel", 1, cancel}};
+
+int main(int argc, char *argv[]) {
+    const char *url = getenv("PENDULUM_URL");
+    struct line line = {
+        .remote = {url && *url ? url : "http://127.0.0.1:8080", getenv("PENDULUM_TOKEN"), 60}};
+    read_options(&line, argc, argv);
+    char **word = argv + optind;
+    size_t i = 0, count = sizeof commands / sizeof *commands;
+    while (i < count &&
+           (argc - optind != 1 + commands[i].words || strcmp(word[0], commands[i].name)))
+        i++;
+    if (i < count) {
+        commands[i].work(&line, word[1]);
+    } else if (argc - optind == 3 && !strcmp(word[0], "ask")) {
+        ask(&line, word[1], word[2]);
+    } else {
+        fputs(usage, stderr);
+        return 2;
+    }
+    cli_progress("%s", "");
+    return 0;
+}

@@ -1,0 +1,220 @@
+#include "api/clients/cli/request.h"
+
+#include <assert.h>
+#include <errno.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/call/canonical.h"
+
+enum { MOST_BYTES = 1 << 30, DEPTH = 64 };
+
+void cli_die(const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    fputs("pendulum: ", stderr);
+    vfprintf(stderr, format, arguments);
+    fputc('\n', stderr);
+    va_end(arguments);
+    exit(1);
+}
+
+void cli_need(int good) {
+    if (!good) cli_die("out of memory");
+}
+
+void cli_refuse(long status, const struct api_buffer *text) {
+    struct api_problem problem;
+    struct api_json *document = NULL;
+    api_problem_init(&problem);
+    if (api_json_new(&document, text->data ? text->data : "", text->bytes, 16, &problem) != PEND_OK)
+        cli_die("the answer is %ld", status);
+    struct api_value root = api_json_root(document), detail = api_value_member(&root, "detail");
+    struct api_value errors = api_value_member(&root, "errors");
+    for (struct api_value item = api_value_first(&errors); api_value_kind(&item) != API_MISSING;
+         item = api_value_next(&item)) {
+        struct api_value pointer = api_value_member(&item, "pointer");
+        struct api_value words = api_value_member(&item, "detail");
+        if (api_value_text(&pointer) && api_value_text(&words))
+            fprintf(stderr, "  %s %s\n", api_value_text(&pointer), api_value_text(&words));
+    }
+    const char *said = api_value_text(&detail);
+    cli_die("%ld %s", status, said ? said : "");
+}
+
+/* the document, or NULL with the problem's detail; `what` NULL: nothing is said */
+static struct api_json *parsed(const char *text, size_t bytes, const char *what) {
+    struct api_problem problem;
+    struct api_json *document = NULL;
+    api_problem_init(&problem);
+    if (api_json_new(&document, text, bytes, DEPTH, &problem) != PEND_OK && what)
+        cli_die("%s: %s", what, problem.status ? problem.detail : "out of memory");
+    api_problem_clear(&problem);
+    return document;
+}
+
+void cli_field(struct cli_fields *fields, const char *name, const char *value) {
+    if (fields->count == CLI_FIELDS) cli_die("more than %d fields", CLI_FIELDS);
+    assert(fields->count >= 0 && name && value);
+    int i = fields->count++;
+    const char *dot = strchr(name, '.');
+    size_t object = dot ? (size_t)(dot - name) : 0;
+    const char *last = dot ? dot + 1 : name;
+    if (object >= sizeof fields->field[i].object || strlen(last) >= sizeof fields->field[i].name ||
+        !*last)
+        cli_die("%s is no name of a field", name);
+    memcpy(fields->field[i].object, name, object);
+    strcpy(fields->field[i].name, last);
+    struct api_json *document = parsed(value, strlen(value), NULL);
+    struct api_buffer text;
+    api_buffer_init(&text, MOST_BYTES);
+    if (document) {
+        cli_need(api_buffer_text(&text, value) == PEND_OK);
+    } else {
+        cli_need(api_out_text(&text, "", value) == PEND_OK); /* "":"value" */
+        text.bytes -= 3;
+        memmove(text.data, text.data + 3, text.bytes);
+    }
+    fields->field[i].json = strndup(text.data, text.bytes);
+    cli_need(fields->field[i].json != NULL);
+    api_buffer_clear(&text);
+    api_json_free(&document);
+}
+
+void cli_assign(struct cli_fields *fields, const char *assignment) {
+    const char *sign = strchr(assignment, '=');
+    if (!sign) cli_die("%s is not NAME=VALUE", assignment);
+    char *name = strndup(assignment, (size_t)(sign - assignment));
+    cli_need(name != NULL);
+    cli_field(fields, name, sign + 1);
+    free(name);
+}
+
+void cli_list(struct cli_fields *fields, const char *name, const char *numbers) {
+    char *text = malloc(strlen(numbers) + 3);
+    cli_need(text != NULL);
+    sprintf(text, "[%s]", numbers);
+    cli_field(fields, name, text);
+    free(text);
+}
+
+/* a number at *text, up to one of the characters of `ends`; *text moves behind that */
+static const char *number(const char **text, const char *ends, const char *whole, size_t *length) {
+    const char *begin = *text;
+    char *end;
+    strtod(begin, &end);
+    if (end == begin || (!*end ? *ends != '\0' : !strchr(ends, *end)))
+        cli_die("%s is neither START:STOP:STEP nor START:STOP/COUNT", whole);
+    *length = (size_t)(end - begin);
+    *text = *end ? end + 1 : end;
+    return begin;
+}
+
+void cli_times(struct cli_fields *fields, const char *text) {
+    const char *at = text, *part[3];
+    size_t length[3];
+    if (!strchr(text, ':')) {
+        cli_list(fields, "times", text);
+        return;
+    }
+    part[0] = number(&at, ":", text, &length[0]);
+    part[1] = number(&at, ":/", text, &length[1]);
+    const char *third = at[-1] == '/' ? "count" : "step";
+    part[2] = number(&at, "", text, &length[2]);
+    char json[400];
+    if (strlen(text) > 200) cli_die("%s is too long", text);
+    snprintf(json, sizeof json, "{\"start\":%.*s,\"stop\":%.*s,\"%s\":%.*s}", (int)length[0],
+             part[0], (int)length[1], part[1], third, (int)length[2], part[2]);
+    cli_field(fields, "times", json);
+}
+
+char *cli_axis(const char *text) {
+    char name[20], arm[20], json[300];
+    double start, stop;
+    int count, end = 0;
+    if (sscanf(text, "%19[a-z]%19[0-9]:%lf:%lf:%d%n", name, arm, &start, &stop, &count, &end) < 5) {
+        strcpy(arm, "");
+        if (sscanf(text, "%19[a-z]:%lf:%lf:%d%n", name, &start, &stop, &count, &end) < 4) end = 0;
+    }
+    if (!end || text[end]) cli_die("%s is no axis, as theta1:-3:3:512 is one", text);
+    snprintf(json, sizeof json, "{\"vary\":\"%s\"%s%s,\"start\":%.17g,\"stop\":%.17g,\"count\":%d}",
+             name, *arm ? ",\"arm\":" : "", arm, start, stop, count);
+    char *copy = strdup(json);
+    cli_need(copy != NULL);
+    return copy;
+}
+
+/* whether the command line has `name` of `object`, or with NULL anything of it */
+static int has(const struct cli_fields *fields, const char *object, const char *name, int first) {
+    for (int i = first; i < fields->count; i++)
+        if (!strcmp(fields->field[i].object, object) &&
+            (!name || !strcmp(fields->field[i].name, name)))
+            return 1;
+    return 0;
+}
+
+/* an object: the members of a value that stay, and those of the command line */
+static void merged(struct api_buffer *out, const struct api_value *value, const char *object,
+                   const struct cli_fields *fields) {
+    cli_need(api_out_open(out, object, '{') == PEND_OK);
+    for (struct api_value item = api_value_first(value); api_value_kind(&item) != API_MISSING;
+         item = api_value_next(&item))
+        if (!has(fields, object, item.key, 0))
+            cli_need(api_out_key(out, item.key) == PEND_OK &&
+                     api_canonical_write(&item, out) == PEND_OK);
+    for (int i = 0; i < fields->count; i++)
+        if (!strcmp(fields->field[i].object, object))
+            cli_need(api_out_key(out, fields->field[i].name) == PEND_OK &&
+                     api_buffer_text(out, fields->field[i].json) == PEND_OK);
+    cli_need(api_buffer_add(out, "}", 1) == PEND_OK);
+}
+
+/* every byte of a file */
+static void slurp(struct api_buffer *text, const char *path) {
+    FILE *file = strcmp(path, "-") ? fopen(path, "rb") : stdin;
+    if (!file) cli_die("%s: %s", path, strerror(errno));
+    size_t got;
+    do {
+        if (api_buffer_room(text, 1 << 16) != PEND_OK) cli_die("%s is too large", path);
+        text->bytes += got = fread(text->data + text->bytes, 1, 1 << 16, file);
+    } while (got > 0);
+    if (ferror(file)) cli_die("%s: %s", path, strerror(errno));
+    if (file != stdin) fclose(file);
+}
+
+void cli_body(struct api_buffer *out, const char *path, const struct cli_fields *fields) {
+    struct api_buffer text;
+    assert(out->bytes == 0); /* a comma is written by what stands before it */
+    api_buffer_init(&text, MOST_BYTES);
+    slurp(&text, path);
+    struct api_json *document = parsed(text.data, text.bytes, path);
+    struct api_value root = api_json_root(document);
+    if (api_value_kind(&root) != API_OBJECT) cli_die("%s holds no JSON object", path);
+    struct api_value pendulum = api_value_member(&root, "pendulum");
+    int alone = api_value_kind(&pendulum) == API_MISSING;
+    cli_need(api_buffer_add(out, "{", 1) == PEND_OK);
+    merged(out, alone ? &root : &pendulum, "pendulum", fields);
+    for (struct api_value item = api_value_first(&root);
+         !alone && api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+        if (!strcmp(item.key, "pendulum") || has(fields, "", item.key, 0) ||
+            has(fields, item.key, NULL, 0))
+            continue;
+        cli_need(api_out_key(out, item.key) == PEND_OK &&
+                 api_canonical_write(&item, out) == PEND_OK);
+    }
+    for (int i = 0; i < fields->count; i++) {
+        const char *object = fields->field[i].object;
+        struct api_value value = api_value_member(&root, object);
+        if (!*object) {
+            cli_need(api_out_key(out, fields->field[i].name) == PEND_OK &&
+                     api_buffer_text(out, fields->field[i].json) == PEND_OK);
+        } else if (strcmp(object, "pendulum") && !has(fields, object, NULL, i + 1)) {
+            merged(out, &value, object, fields);
+        }
+    }
+    cli_need(api_buffer_add(out, "}", 1) == PEND_OK);
+    api_json_free(&document);
+    api_buffer_clear(&text);
+}

@@ -1,0 +1,51 @@
+/* A request's body from a file and from what the command line says on top of it.
+ * Leaves to others: what the fields mean (api/op): a name that is not known here is passed on.
+ * Invariant: every number of the file keeps its value to the last bit; a body is JSON. */
+#ifndef CLI_REQUEST_H
+#define CLI_REQUEST_H
+
+#include "api/base/buffer.h"
+
+enum { CLI_FIELDS = 100 };
+
+/* Members that replace or join those of the file. */
+struct cli_fields {
+    int count;
+    struct {
+        char object[40]; /* "pendulum", "initial" or another member; "" = the request itself */
+        char name[40];
+        char *json;
+    } field[CLI_FIELDS];
+};
+
+/** Prints "pendulum: " and the message on standard error, and ends the program with status 1. */
+void cli_die(const char *format, ...) __attribute__((format(printf, 1, 2), noreturn));
+
+/** Ends the program unless `good`, which is what an allocation or a write to memory gave. */
+void cli_need(int good);
+
+/** Ends the program by the words of a refusal, a problem in JSON: its detail, and each fault in a
+ * line. */
+void cli_refuse(long status, const struct api_buffer *problem) __attribute__((noreturn));
+
+/** Adds NAME or OBJECT.NAME; a value that is not JSON becomes a text. Dies where there are too
+ * many. */
+void cli_field(struct cli_fields *fields, const char *name, const char *value);
+
+/** Adds NAME=VALUE; dies without the sign. */
+void cli_assign(struct cli_fields *fields, const char *assignment);
+
+/** Adds the list "1,2,3" as an array. */
+void cli_list(struct cli_fields *fields, const char *name, const char *numbers);
+
+/** Adds `times`: "0:5:0.01" is start, stop, step; "0:5/501" start, stop, count; else a list. */
+void cli_times(struct cli_fields *fields, const char *text);
+
+/** Returns the axis "theta1:-3:3:512" as JSON, to be freed; dies where it is none. */
+char *cli_axis(const char *text);
+
+/** Appends the body. path: of the file with a request or with a pendulum alone; "-" is standard
+ * input. Dies where it cannot be read or is not JSON. */
+void cli_body(struct api_buffer *out, const char *path, const struct cli_fields *fields);
+
+#endif

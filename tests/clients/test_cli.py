@@ -1,0 +1,130 @@
+"""The command line against a live server and without one: its README, forms, jobs, trouble, completion, man page.
+
+Leaves to others: whether `make install` puts it in place (tests/rules/install.sh). Invariant: it runs in a directory of its own.
+"""
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+
+import numpy as np
+
+from clients import DOUBLE, FOUR, TOP, programs
+from front import Front
+from rule import check, skip
+
+
+def test_cli(server, home):
+    build, work = pathlib.Path(os.environ["PENDULUM_BUILD"]), home / "cli"
+    work.mkdir()
+    os.environ["PATH"] = f"{build}:{os.environ['PATH']}"
+    for name, tree in (("four", FOUR), ("double", DOUBLE), ("request", {"pendulum": DOUBLE, "times": [0, 1], "initial": {"theta": [0.1, 1 / 3]}})):
+        (work / f"{name}.json").write_text(json.dumps(tree))
+
+    def run(*words, status=0, url=None, **more):
+        done = subprocess.run(["pendulum", *map(str, words)], cwd=work, capture_output=True, text=True, timeout=120,
+                              env=os.environ | ({"PENDULUM_URL": url} if url else {}), **more)
+        check(f"cli: {' '.join(map(str, words))}", done.returncode == status, f"{done.returncode}: {done.stdout[-300:]}{done.stderr}")
+        return done.stdout if status == 0 else done.stderr
+
+    test_answers(run, work, server)
+    test_refusals(run)
+    test_jobs(run, work, server)
+    test_beside(run)
+    programs("sh", ["sh", "-c"], folder="cli", home=work)
+    return (work / "server.bin").read_bytes()
+
+
+def test_answers(run, work, server):
+    times = "0:5:0.01"
+    run("run", "four.json", "--t", times, "-o", "server.bin")
+    run("run", "four.json", "--t", times, "-o", "local.bin", "--local", url="http://127.0.0.1:1")
+    check("cli: without a server the bytes are the same", (work / "server.bin").read_bytes() == (work / "local.bin").read_bytes())
+    for words in (("--t", "0:5/501"), ("--t", times, "--phi", "0,0,0,0", "--phid", "0,0,0,0")):
+        run("run", "four.json", *words, "-o", "other.bin")
+        check(f"cli: {words} is the same", (work / "server.bin").read_bytes() == (work / "other.bin").read_bytes())
+    for form in ("npz", "mat", "csv", "json", "ndjson"):
+        run("run", "request.json", "-o", f"far.{form}")
+        run("run", "request.json", "-o", f"near.{form}", "--local", url="http://127.0.0.1:1")
+    far, near = np.load(work / "far.npz"), np.load(work / "near.npz")
+    check("cli: arrays are the same", set(far.files) == {*near.files, "stats_compute_seconds"} and all(np.array_equal(far[n], near[n]) for n in near.files), far.files)
+    check("cli: a number of the file keeps its bits", far["phi"][0, 1] == 1 / 3 - np.pi / 2 or abs(far["phi"][0, 1] - (1 / 3 - np.pi / 2)) < 1e-15)
+    check("cli: CSV is the same", (work / "far.csv").read_text() == (work / "near.csv").read_text())
+    moved = json.loads(run("run", "request.json", "--t", "0,0.5,1", "--as", "json", "-s", "pendulum.gravity=1.62", "--method", "ode23", "--local"))
+    check("cli: options replace fields of the file", moved["t"] == [0, 0.5, 1] and moved["stats"]["method"] == "ode23")
+    check("cli: standard input", json.loads(run("ask", "trees", "-", "--as", "json", input='{"length":[1],"mass":[1],"parent":[0]}'))["n"] == 1)
+    for place in ((), ("--local",)):
+        run("map", "double.json", "--x", "theta1:-3:3:20", "--y", "theta2:-3:3:30", "--duration", 5, "-o", "map.png", *place)
+        head = (work / "map.png").read_bytes()[:24]
+        check(f"cli: a map {place}", head[1:4] == b"PNG" and head[16:24] == bytes([0, 0, 0, 20, 0, 0, 0, 30]), head)
+    check("cli: gravity is an axis without an arm", len(run("map", "double.json", "--x", "gravity:1:9:3", "--y", "theta2:-3:3:3", "--duration", 1).splitlines()) == 10)
+
+
+def test_refusals(run):
+    for words, text in ((("run", "four.json", "--t", "0:5:0.01", "-s", "fruit=3"), "/fruit is not a known field"),
+                        (("run", "four.json", "--t", "0:5:0.01", "-s", "pendulum.fruit=x y", "--local"), "/pendulum/fruit is not a known field"),
+                        (("run", "four.json", "--t", "0:x:1"), "START:STOP:STEP"), (("run", "none.json", "--t", "0:1:1"), "No such file"),
+                        (("run", "four.json", "--t", "0:1:1", "-o", "a.odd"), "no form odd"), (("run", "four.json", "-s", "rtol"), "NAME=VALUE"),
+                        (("map", "double.json", "--x", "theta1:0:1", "--y", "theta2:0:1:3"), "no axis"), (("map", "double.json"), "two axes"),
+                        (("run", "four.json", "--t", "0:5:0.01", "-o", "/no/such/place.npz"), "No such file"), (("ask", "fruit", "four.json"), "404"),
+                        (("ask", "fruit", "four.json", "--local"), "without a server"), (("get", "no-such-job"), "404"),
+                        (("run", "four.json", "--t", "0:1:1", "--server", "http://127.0.0.1:1", "--patience", 0.5), "127.0.0.1:1"),
+                        (("run", "four.json", "--t", "0:1:1", "--server", "file:///etc", "--patience", 0), "rotocol"),
+                        (("run", "-", "--t", "0:1:1"), "holds no JSON object")):
+        said = run(*words, status=1, input="[1]")
+        check(f"cli: {text}", text in said and "pendulum: " in said, said)
+    for words in ((), ("fruit",), ("run",), ("run", "four.json", "--fruit")):
+        check(f"cli: usage of {words}", "usage: pendulum" in run(*words, status=2))
+
+
+def test_jobs(run, work, server):
+    words = ("run", "four.json", "--t", "0:40:0.001")
+    run(*words, "-o", "whole.npz")
+    run(*words, "-o", "job.npz", "--job", "--key", "of-the-command-line")
+    whole, job = np.load(work / "whole.npz"), np.load(work / "job.npz")
+    check("cli: a job's results", all(np.array_equal(whole[name], job[name]) for name in ("t", "phi", "lambda")))
+    found = run(*words, "--detach", "--key", "of-the-command-line").strip()
+    check("cli: a key leads to the same job", re.fullmatch("[0-9a-z]{26}", found) and found in run("jobs"))
+    run("get", found, "-o", "again.npz")
+    data = (work / "again.npz").read_bytes()
+    check("cli: get brings the same bytes", data == (work / "job.npz").read_bytes())
+    front = Front(server.port)
+    # each line of the front takes the next mood: the job, the head of the results, the results
+    front.moods = [("refuse", "503 Service Unavailable", "Retry-After: 1"), ("pass",), ("pass",), ("cut", 1000000), ("cut", 1000000)]
+    run("get", found, "-o", "cut.npz", url=front.url)
+    ranges = [head for head in front.heads if "Range: bytes=" in head]
+    check("cli: a download goes on by Range", data == (work / "cut.npz").read_bytes() and len(ranges) == 2 and "If-Range" in ranges[0], front.heads)
+    etag = re.search(r'If-Range: "(\w{32})', ranges[0])[1]
+    for beginning in (data[:70000], data, data + b"more"):
+        (work / f"part.npz.part-{etag}").write_bytes(beginning)
+        run("get", found, "-o", "part.npz")
+        check(f"cli: a file of which {len(beginning)} bytes were there", data == (work / "part.npz").read_bytes())
+    front.moods, front.heads[:] = [("cut", 200000)], []
+    run(*words, "-o", "twice.npz", url=front.url)
+    check("cli: an answer that was cut off is asked for again", len(front.heads) == 2 and np.array_equal(np.load(work / "twice.npz")["phi"], whole["phi"]))
+    front.moods = [("cut", 200000)] * 99
+    run(*words, "-o", "never.npz", "--patience", 0.5, url=front.url, status=1)
+    check("cli: no file is there before it is whole", not (work / "never.npz").exists())
+    front.moods = [("refuse", "429 Too Many Requests", "Retry-After: 60")]
+    check("cli: a server that is busy for longer", "429" in run(*words, "--patience", 2, url=front.url, status=1))
+    front.close()
+    long = run("run", "four.json", "--t", "0:4000:0.001", "--detach").strip()
+    check("cli: cancel", run("cancel", long) == "dismissed\n" and "dismissed" in run("get", long, status=1))
+
+
+def test_beside(run):
+    help_text, page = run("--help"), (TOP / "api/clients/cli/pendulum.1").read_text()
+    told = set(re.findall(r"--([a-z]+)", help_text))
+    check("cli: the man page tells every option", told == set(re.findall(r"\\-\\-([a-z]+)", page)), told ^ set(re.findall(r"\\-\\-([a-z]+)", page)))
+    check("cli: version", re.match(r"pendulum [0-9.]+, engine [0-9a-f]{16}\n", run("--version")))
+    shown = subprocess.run(["man", "--warnings", "-l", TOP / "api/clients/cli/pendulum.1"], capture_output=True, text=True) if shutil.which("man") else None
+    if shown:
+        check("cli: man shows it", shown.returncode == 0 and "pendulum get ID" not in shown.stderr and not shown.stderr and "EXIT STATUS" in shown.stdout, shown.stderr)
+    else:
+        skip("the man page as man shows it", "man is not installed")
+    for words, wanted in ((("pendulum", "m"), "modes map"), (("pendulum", "run", "--d"), "--detach --duration"), (("pendulum", "run", "f", "--as", "n"), "npz ndjson")):
+        script = f"source {TOP}/api/clients/cli/pendulum.bash; COMP_WORDS=({' '.join(words)}); COMP_CWORD={len(words) - 1}; _pendulum; echo ${{COMPREPLY[*]}}"
+        done = subprocess.run(["bash", "-c", script], capture_output=True, text=True)
+        check(f"cli: completion of {words}", done.stdout.split() == wanted.split(), done.stdout + done.stderr)
