@@ -7,6 +7,7 @@
 
 #include "core/dynamics/dynamics_careful.h"
 #include "core/base/isa.h"
+#include "core/bodies/bodies.h"
 #include "core/dynamics/kernel_dynamics.h"
 
 static const struct dynamics_kernel *dynamics_kernel(enum pend_isa isa) {
@@ -63,6 +64,21 @@ void pend_dynamics(const struct pend_tree *tree, const struct pend_loads *loads,
     enum pend_isa isa = pend_isa_best();
     if (isa == PEND_ISA_AVX512 && tree->n <= DYNAMICS_FEW) isa = PEND_ISA_AVX2;
     pend_dynamics_for(isa, tree, loads, phi, rate, work, acc, force);
+}
+
+size_t pend_dynamics_at_bytes(const struct pend_tree *tree, const struct pend_loads *loads) {
+    return loads->terms ? pend_bodies_bytes(tree, loads->terms) : pend_dynamics_work_bytes(tree->n);
+}
+
+void pend_dynamics_at(const struct pend_tree *tree, const struct pend_loads *loads, double time,
+                      const double phi[], const double rate[], void *work, double acc[],
+                      double force[]) {
+    struct bodies_state state = {phi, NULL, rate, time, 0};
+    struct bodies_forces forces = {.tip_along = force};
+    if (loads->terms)
+        pend_bodies_at(tree, loads, &state, work, acc, &forces);
+    else
+        pend_dynamics(tree, loads, phi, rate, work, acc, force);
 }
 
 /* the vectors of the quick form, then one state for the careful one: phi, rate, acc, force and

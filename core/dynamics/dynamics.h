@@ -40,6 +40,21 @@ size_t pend_dynamics_work_bytes(int n);
 void pend_dynamics(const struct pend_tree *tree, const struct pend_loads *loads, const double phi[],
                    const double rate[], void *work, double acc[], double force[]);
 
+/** Bytes of scratch that pend_dynamics_at needs. O(harmonics). */
+size_t pend_dynamics_at_bytes(const struct pend_tree *tree, const struct pend_loads *loads);
+
+/**
+ * pend_dynamics at a time, of ideal and of real pendulums: with terms in the loads by the general
+ * kernel (bodies), else by the quick forms.
+ *
+ * time   s, the request's own, at which drives are taken.
+ * work   pend_dynamics_at_bytes bytes, aligned to 64.
+ * force  of a real pendulum the compression at the arms' tips.
+ */
+void pend_dynamics_at(const struct pend_tree *tree, const struct pend_loads *loads, double time,
+                      const double phi[], const double rate[], void *work, double acc[],
+                      double force[]);
+
 /* States that go side by side through pend_dynamics_vec. */
 enum { PEND_DYNAMICS_VEC = 8 };
 

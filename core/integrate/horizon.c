@@ -109,13 +109,15 @@ static void horizon_linear(struct pend_horizon *horizon, const struct pend_probl
 enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pend_method *method,
                                   const struct pend_problem *problem, struct pend_error *error) {
     const struct pend_tree *tree = problem->tree;
+    const struct pend_terms *terms = problem->loads.terms;
     enum horizon_way way = horizon_way(method);
     size_t stride = pend_jets_stride(tree->n), head = (sizeof **horizon + 63) / 64 * 64;
     size_t rows = (HORIZON_ROWS * stride + 2 * pend_jets_seats(tree)) * sizeof(double);
     int own = way == HORIZON_ANEW || way == HORIZON_EXTENDED;
-    size_t answers = pend_jets_answers_bytes(tree),
-           anew = own ? pend_jets_bytes(tree, HORIZON_ANEW_ORDER) : 0;
-    size_t series = way == HORIZON_LINEAR || answers ? 0 : pend_jets_bytes(tree, HORIZON_ORDER);
+    size_t answers = pend_jets_answers_bytes(tree, terms),
+           anew = own ? pend_jets_bytes(tree, terms, HORIZON_ANEW_ORDER) : 0;
+    size_t series =
+        way == HORIZON_LINEAR || answers ? 0 : pend_jets_bytes(tree, terms, HORIZON_ORDER);
     char *block = aligned_alloc(64, head + rows + series + anew + answers),
          *behind = block + head + rows;
     *horizon = (struct pend_horizon *)block;
@@ -139,8 +141,9 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
     made->left_phi = made->left_rate + pend_jets_seats(tree);
     horizon_start(made, problem);
     if (way == HORIZON_LINEAR) horizon_linear(made, problem);
-    if (series) pend_jets_init(&made->jets, tree, HORIZON_ORDER, behind);
-    if (own) pend_jets_init(&made->anew, tree, HORIZON_ANEW_ORDER, behind + series);
+    if (series) pend_jets_init(&made->jets, tree, &problem->loads, HORIZON_ORDER, behind);
+    if (own)
+        pend_jets_init(&made->anew, tree, &problem->loads, HORIZON_ANEW_ORDER, behind + series);
     if (own && answers) pend_jets_answers(&made->anew, behind + series + anew);
     return PEND_OK;
 }
@@ -171,6 +174,8 @@ static double horizon_displace(struct pend_horizon *horizon, const struct jets_s
     for (int k = 0; k < n; k++)
         most = fmax(most, fmax(fabs(horizon->phi[k]), fabs(horizon->rate[k] * length)));
     double scale = most > DBL_MIN ? HORIZON_NEAR / most : 0;
+    horizon->near.time = from->time;
+    horizon->near.late = from->late;
     for (int k = 0; k < n && scale > 0; k++) {
         const struct jets_state *near = &horizon->near;
         horizon_add(from->phi[k], from->phi_low[k], scale * horizon->phi[k], &near->phi[k],
@@ -354,6 +359,7 @@ static void horizon_anew(struct pend_horizon *horizon, double reached, const dou
     size_t bytes = (size_t)horizon->problem.tree->n * sizeof(double);
     double now = horizon->settled, part = 0;
     while (now != reached && !horizon->lost) {
+        jets_state_time(begin, pend_times_at(&horizon->problem.times, 0), now);
         double unit = copysign(horizon->unit, reached - now),
                x = horizon_expand(horizon, &unit, reached - now);
         double next = now + x * unit;

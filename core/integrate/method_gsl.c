@@ -27,6 +27,7 @@ struct gsl_stepper {
         size; /* s: reached, relative to the first instant; the next step, with its direction */
     struct pend_stepper_counts counts;
     long rejected; /* steps before GSL's last start */
+    double start;  /* s, the first instant in the request's own time */
     int n;
     double *y; /* phi and phi' beneath each other, 2 n values; behind them 6 n of scratch */
     void *work;
@@ -41,9 +42,8 @@ __attribute__((constructor)) static void gsl_stepper_quieten(void) { gsl_set_err
 static int gsl_stepper_derivative(double t, const double y[], double f[], void *context) {
     struct gsl_stepper *g = context;
     int n = g->n, bad = 0;
-    (void)t;
     memcpy(f, y + n, (size_t)n * sizeof(double));
-    pend_dynamics(g->tree, &g->loads, y, y + n, g->work, f + n, NULL);
+    pend_dynamics_at(g->tree, &g->loads, g->start + t, y, y + n, g->work, f + n, NULL);
     g->counts.evaluations++;
     for (int k = 0; k < n; k++) bad |= !(fabs(f[n + k]) <= DBL_MAX);
     return bad ? GSL_EBADFUNC : GSL_SUCCESS;
@@ -70,7 +70,7 @@ static double gsl_stepper_first_size(struct gsl_stepper *g, const struct pend_pr
     double d0 = gsl_stepper_norm(g, problem, g->y), d1 = gsl_stepper_norm(g, problem, slope);
     double guess = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : 0.01 * d0 / d1;
     for (int i = 0; i < m; i++) y[i] = g->y[i] + guess * slope[i];
-    gsl_stepper_derivative(0, y, slope_after, g);
+    gsl_stepper_derivative(guess, y, slope_after, g);
     for (int i = 0; i < m; i++) slope_after[i] -= slope[i];
     double d2 = gsl_stepper_norm(g, problem, slope_after) / guess, largest = fmax(d1, d2);
     double size =
@@ -168,7 +168,8 @@ static enum pend_status gsl_stepper_open(void **stepper, const struct pend_probl
     int n = problem->tree->n;
     size_t head = (sizeof(struct gsl_stepper) + 63) / 64 * 64,
            state = ((size_t)n * 8 * sizeof(double) + 63) / 64 * 64;
-    char *block = aligned_alloc(64, head + state + (pend_dynamics_work_bytes(n) + 63) / 64 * 64);
+    char *block = aligned_alloc(
+        64, head + state + (pend_dynamics_at_bytes(problem->tree, &problem->loads) + 63) / 64 * 64);
     *stepper = NULL;
     if (!block)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the steps of %d arms", n);
@@ -181,6 +182,7 @@ static enum pend_status gsl_stepper_open(void **stepper, const struct pend_probl
         .rtol = problem->rtol,
         .system = {.function = gsl_stepper_derivative, .dimension = 2 * (size_t)n, .params = g},
         .n = n,
+        .start = pend_times_at(&problem->times, 0),
         .y = (double *)(block + head),
         .work = block + head + state};
     memcpy(g->y, problem->phi, (size_t)n * sizeof(double));

@@ -15,8 +15,8 @@ struct ode23 {
     struct pend_loads loads;
     double asked, rtol, threshold; /* the caller's rtol, and what one step is asked for */
     double begin, end,
-        length;  /* s: the last step's begin, end and end - begin; before the first step all 0 */
-    double last; /* s, the last wanted instant */
+        length; /* s: the last step's begin, end and end - begin; before the first step all 0 */
+    double first, last;    /* s: the first instant in the request's own time; the last, relative */
     double size, size_max; /* s, of the next step and of any, >= 0 */
     struct pend_stepper_counts counts;
     int n;
@@ -47,9 +47,10 @@ static const double ode23_error[4] = {-5.0 / 72, 1.0 / 12, 1.0 / 9, -1.0 / 8};
 static const double ode23_interpolant[4][3] = {
     {1, -4.0 / 3, 5.0 / 9}, {0, 1, -2.0 / 3}, {0, 4.0 / 3, -8.0 / 9}, {0, -1, 1}};
 
-static void ode23_derivative(struct ode23 *o, const double y[], double f[]) {
+/* `time` is relative to the first instant */
+static void ode23_derivative(struct ode23 *o, double time, const double y[], double f[]) {
     memcpy(f, y + o->n, sizeof(double) * (size_t)o->n);
-    pend_dynamics(o->tree, &o->loads, y, y + o->n, o->work, f + o->n, NULL);
+    pend_dynamics_at(o->tree, &o->loads, o->first + time, y, y + o->n, o->work, f + o->n, NULL);
     o->counts.evaluations++;
 }
 
@@ -65,12 +66,12 @@ static double ode23_first_size(const struct ode23 *o) {
 
 static void ode23_start(struct ode23 *o, const struct pend_problem *problem) {
     const struct pend_times *times = &problem->times;
-    double first = pend_times_at(times, 0);
-    o->last = pend_times_at(times, times->count - 1) - first;
+    o->first = pend_times_at(times, 0);
+    o->last = pend_times_at(times, times->count - 1) - o->first;
     o->size_max = 0.1 * fabs(o->last);
     memcpy(o->y_end, problem->phi, sizeof(double) * (size_t)o->n);
     memcpy(o->y_end + o->n, problem->rate, sizeof(double) * (size_t)o->n);
-    ode23_derivative(o, o->y_end, o->f[3]);
+    ode23_derivative(o, 0, o->y_end, o->f[3]);
     o->size = ode23_first_size(o);
 }
 
@@ -79,7 +80,7 @@ static enum pend_status ode23_open(void **stepper, const struct pend_problem *pr
     int n = problem->tree->n;
     size_t vector = ((size_t)n * 2 * sizeof(double) + 63) / 64 * 64,
            head = (sizeof(struct ode23) + 63) / 64 * 64;
-    size_t work = (pend_dynamics_work_bytes(n) + 63) / 64 * 64;
+    size_t work = (pend_dynamics_at_bytes(problem->tree, &problem->loads) + 63) / 64 * 64;
     char *block = aligned_alloc(64, head + ODE23_ROWS * vector + work);
     *stepper = block;
     if (!block)
@@ -136,9 +137,9 @@ static void ode23_try(struct ode23 *o, double h) {
     double *y = o->y, *y_end = o->y_end, *f0 = o->f[0], *f1 = o->f[1], *f2 = o->f[2];
     if (!o->matlab) h = o->end - o->begin;
     for (int i = 0; i < m; i++) y_end[i] = y[i] + h * ode23_stage2 * f0[i];
-    ode23_derivative(o, y_end, f1);
+    ode23_derivative(o, o->begin + h * ode23_stage2, y_end, f1);
     for (int i = 0; i < m; i++) y_end[i] = y[i] + h * ode23_stage3 * f1[i];
-    ode23_derivative(o, y_end, f2);
+    ode23_derivative(o, o->begin + h * ode23_stage3, y_end, f2);
     double b0 = h * ode23_result[0], b1 = h * ode23_result[1], b2 = h * ode23_result[2];
     for (int i = 0; i < m; i++) {
         double change = b0 * f0[i] + b1 * f1[i] + b2 * f2[i];
@@ -147,7 +148,7 @@ static void ode23_try(struct ode23 *o, double h) {
         else
             ode23_sum(o, i, change);
     }
-    ode23_derivative(o, y_end, o->f[3]);
+    ode23_derivative(o, o->end, y_end, o->f[3]);
     o->length = o->end - o->begin;
 }
 

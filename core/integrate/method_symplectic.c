@@ -135,7 +135,7 @@ static const struct symplectic_kernel *symplectic_kernel(enum pend_isa isa) {
 static size_t symplectic_place(struct symplectic *s, char *base) {
     int n = s->tree->n;
     size_t used = (sizeof *s + 63) / 64 * 64, row = pend_jets_stride(n),
-           series = pend_jets_bytes(s->tree, SYMPLECTIC_ORDER);
+           series = pend_jets_bytes(s->tree, NULL, SYMPLECTIC_ORDER);
     for (int i = 0; i < 2; i++) {
         struct symplectic_end *end = &s->end[i];
         double **part[] = {&end->state.phi,   &end->state.phi_low, &end->state.p,
@@ -144,7 +144,8 @@ static size_t symplectic_place(struct symplectic *s, char *base) {
             if (base) *part[j] = (double *)(void *)(base + used);
             used += row * sizeof(double);
         }
-        if (base) pend_jets_init(&end->jets, s->tree, SYMPLECTIC_ORDER, base + used);
+        if (base)
+            pend_jets_init(&end->jets, s->tree, &s->system.loads, SYMPLECTIC_ORDER, base + used);
         used += series;
     }
     double **spare[] = {&s->spare.phi, &s->spare.phi_low, &s->spare.p, &s->spare.p_low};
@@ -285,7 +286,10 @@ static void symplectic_inside(struct symplectic *s, double t, double phi[], doub
     double end_time = (double)s->counts.steps * s->length;
     int late = fabs(end_time - t) < fabs(t - s->time);
     struct symplectic_end *end = &s->end[late ? s->now : !s->now];
-    struct jets_state state = {end->state.phi, end->state.phi_low, end->rate, end->zero};
+    struct jets_state state = {.phi = end->state.phi,
+                               .phi_low = end->state.phi_low,
+                               .rate = end->rate,
+                               .rate_low = end->zero};
     struct jets_values values = {.phi = phi, .rate = rate};
     if (!end->known)
         pend_jets_expand(&end->jets, &s->system.loads, s->unit, &state, SYMPLECTIC_ORDER);
@@ -332,7 +336,10 @@ static void symplectic_carry(void *stepper, struct pend_checkpoint *checkpoint) 
         pend_checkpoint_int(checkpoint, &end->known, 1);
         for (size_t j = 0; j < sizeof rows / sizeof *rows; j++)
             pend_checkpoint_row(checkpoint, rows[j], row);
-        struct jets_state state = {end->state.phi, end->state.phi_low, end->rate, end->zero};
+        struct jets_state state = {.phi = end->state.phi,
+                                   .phi_low = end->state.phi_low,
+                                   .rate = end->rate,
+                                   .rate_low = end->zero};
         if (pend_checkpoint_puts(checkpoint) && end->known)
             pend_jets_expand(&end->jets, &s->system.loads, s->unit, &state, SYMPLECTIC_ORDER);
     }

@@ -23,6 +23,7 @@ static const double TAYLOR_LEAST = 1e-14;
 struct taylor {
     const struct pend_tree *tree;
     struct pend_loads loads;
+    double start;              /* s, the first instant in the request's own time */
     double log_rtol, log_atol; /* binary logarithms */
     double kinetic;   /* J, of the start, which no step of several arms without gravity changes; 0 =
                          it may change */
@@ -39,10 +40,12 @@ struct taylor {
 };
 
 /* the order for the tolerance, lower where the series would fill the memory */
-static int taylor_order(double rtol, const struct pend_tree *tree) {
+static int taylor_order(const struct pend_problem *problem) {
     enum { BYTES_CAP = 1 << 30 };
-    int order = pend_taylor_order(rtol, 1);
-    while (order > PEND_TAYLOR_ORDER_MIN && pend_jets_bytes(tree, order) > BYTES_CAP) order--;
+    int order = pend_taylor_order(problem->rtol, 1);
+    while (order > PEND_TAYLOR_ORDER_MIN &&
+           pend_jets_bytes(problem->tree, problem->loads.terms, order) > BYTES_CAP)
+        order--;
     return order;
 }
 
@@ -57,11 +60,12 @@ static void taylor_view(struct taylor *taylor, double *at) {
 
 static enum pend_status taylor_open(void **stepper, const struct pend_problem *problem,
                                     struct pend_error *error) {
-    int n = problem->tree->n, order = taylor_order(problem->rtol, problem->tree);
+    int n = problem->tree->n, order = taylor_order(problem);
     int known = order + (problem->accuracy > 0 ? PEND_SERIES_BEYOND : 0);
     size_t head = (sizeof(struct taylor) + 63) / 64 * 64,
-           series = pend_jets_bytes(problem->tree, known);
-    size_t answers = problem->accuracy > 0 ? pend_jets_answers_bytes(problem->tree) : 0;
+           series = pend_jets_bytes(problem->tree, problem->loads.terms, known);
+    size_t answers =
+        problem->accuracy > 0 ? pend_jets_answers_bytes(problem->tree, problem->loads.terms) : 0;
     size_t state = TAYLOR_STATE * pend_jets_stride(n) * sizeof(double),
            bytes = head + series + state + answers;
     char *block = *stepper = aligned_alloc(64, bytes);
@@ -72,11 +76,12 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     struct taylor *taylor = (struct taylor *)block;
     *taylor = (struct taylor){
         .tree = problem->tree, .loads = problem->loads, .order = order, .known = known};
+    taylor->start = pend_times_at(&problem->times, 0);
     taylor->log_rtol = log2(pend_taylor_target(problem->rtol));
     taylor->log_atol = log2(pend_taylor_atol(problem->atol));
     taylor->next_unit =
         pend_taylor_first_unit(n, &problem->loads, problem->tree->len, problem->rate);
-    pend_jets_init(&taylor->jets, problem->tree, known, block + head);
+    pend_jets_init(&taylor->jets, problem->tree, &problem->loads, known, block + head);
     if (answers) pend_jets_answers(&taylor->jets, block + head + series + state);
     taylor_view(taylor, (double *)(block + head + series));
     memset(block + head + series, 0, state);
@@ -85,7 +90,7 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     if (problem->phi_low) memcpy(taylor->end.phi_low, problem->phi_low, (size_t)n * sizeof(double));
     if (problem->rate_low)
         memcpy(taylor->end.rate_low, problem->rate_low, (size_t)n * sizeof(double));
-    if (problem->loads.gravity == 0 && n > 1)
+    if (problem->loads.gravity == 0 && n > 1 && !problem->loads.terms)
         taylor->kinetic = pend_kinematics_energy(problem->tree, &(const struct pend_loads){0},
                                                  problem->phi, problem->rate)
                               .kinetic;
@@ -163,6 +168,7 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
     taylor->begin = taylor->end;
     taylor->end = swap;
     taylor->time = taylor->reached;
+    jets_state_time(&taylor->begin, taylor->start, taylor->time);
     taylor->unit = copysign(taylor->next_unit, limit - taylor->time);
     double x = taylor_expand(taylor, limit);
     if (isnan(x)) {
@@ -282,6 +288,7 @@ static void taylor_carry(void *stepper, struct pend_checkpoint *checkpoint) {
             pend_checkpoint_row(checkpoint, rows[j], stride);
     }
     // the series of the last step follows from its start
+    jets_state_time(&taylor->begin, taylor->start, taylor->time);
     if (pend_checkpoint_puts(checkpoint) && taylor->counts.steps)
         pend_jets_expand(&taylor->jets, &taylor->loads, taylor->unit, &taylor->begin,
                          taylor->known);

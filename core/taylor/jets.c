@@ -29,45 +29,50 @@ size_t pend_jets_stride(int n) {
 }
 
 /* tiles of the series: what levels leave empty included */
-static int jets_tiles(const struct pend_tree *tree) {
-    int levels = jets_levels(tree);
+static int jets_tiles(const struct pend_tree *tree, int real) {
+    int levels = real ? 0 : jets_levels(tree);
     return levels ? levels : (int)(pend_jets_stride(tree->n) / PEND_JETS_PAD);
 }
 
-static size_t jets_series(int order_cap, const struct pend_tree *tree) {
-    return (size_t)(order_cap + JETS_BEYOND) * PEND_JETS_PAD * (size_t)jets_tiles(tree);
+static size_t jets_series(int order_cap, const struct pend_tree *tree, int real) {
+    return (size_t)(order_cap + JETS_BEYOND) * PEND_JETS_PAD * (size_t)jets_tiles(tree, real);
 }
 
 /* numbers of the series and of the factorization */
-static size_t jets_numbers(int order_cap, const struct pend_tree *tree) {
-    return 4 * jets_series(order_cap, tree) + JETS_COUNT * pend_jets_stride(tree->n) + JETS_SHARES;
+static size_t jets_numbers(int order_cap, const struct pend_tree *tree, int real) {
+    return 4 * jets_series(order_cap, tree, real) + JETS_COUNT * pend_jets_stride(tree->n) +
+           JETS_SHARES;
 }
 
 /* the system points into the memory behind these series, and one cutting at most is in use */
 PEND_VALIDATOR jets_valid(const struct pend_jets *jets) {
     const struct jets_system *s = &jets->system;
-    int cuts = (s->chain != NULL) + (s->levels != NULL) + (s->blocks != NULL);
+    int cuts = (s->chain != NULL) + (s->levels != NULL) + (s->blocks != NULL) + jets->real;
     return jets->tree && s->n == jets->tree->n && s->rate == jets->rate &&
-           s->force == jets->force && cuts == (s->n > PEND_JETS_PAD);
+           s->force == jets->force && cuts == (s->n > PEND_JETS_PAD || jets->real);
 }
 
-size_t pend_jets_bytes(const struct pend_tree *tree, int order_cap) {
+size_t pend_jets_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
+                       int order_cap) {
     assert(order_cap >= PEND_JETS_ORDER_MIN && order_cap <= PEND_JETS_ORDER_MAX);
     size_t cut = 0;
-    if (pend_chain_suits(tree))
+    if (terms)
+        cut = pend_bodies_system_bytes(tree, terms, order_cap);
+    else if (pend_chain_suits(tree))
         cut = pend_chain_bytes(tree);
     else if (jets_levels(tree))
         cut = pend_levels_bytes(tree);
     else if (tree->n > PEND_JETS_PAD)
         cut = pend_blocks_bytes(tree);
-    return jets_numbers(order_cap, tree) * sizeof(double) + cut;
+    return jets_numbers(order_cap, tree, terms != NULL) * sizeof(double) + cut;
 }
 
-static struct jets_system jets_view(const struct pend_tree *tree, int order_cap, double *memory) {
-    size_t series = jets_series(order_cap, tree), stride = pend_jets_stride(tree->n);
+static struct jets_system jets_view(const struct pend_tree *tree, int real, int order_cap,
+                                    double *memory) {
+    size_t series = jets_series(order_cap, tree, real), stride = pend_jets_stride(tree->n);
     double *share = memory + 4 * series, *at = share + JETS_SHARES;
     struct jets_system s = {.n = tree->n,
-                            .tiles = jets_tiles(tree),
+                            .tiles = jets_tiles(tree, real),
                             .stride = PEND_JETS_PAD,
                             .tile = PEND_JETS_PAD * (size_t)(order_cap + JETS_BEYOND),
                             .share = share,
@@ -82,28 +87,42 @@ static struct jets_system jets_view(const struct pend_tree *tree, int order_cap,
 #undef X
     };
     // the orders of up to four arms have rates and forces side by side
-    if (s.n <= 4) s.force = s.rate + s.stride + (s.n <= 2 ? 2 : 4);
+    if (s.n <= 4 && !real) s.force = s.rate + s.stride + (s.n <= 2 ? 2 : 4);
     return s;
 }
 
-void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int order_cap,
-                    void *memory) {
+/* the general kernel's arrays beside the series of all kernels */
+static void jets_real(struct pend_jets *jets, const struct pend_loads *loads, void *memory) {
+    pend_bodies_system(&jets->bodies, jets->tree, loads, jets->order_cap, memory);
+    assert(jets->bodies.tile == jets->system.tile);
+    jets->bodies.rate = jets->system.rate;
+    jets->bodies.force = jets->system.force;
+    jets->bodies.turn_re = jets->system.turn_re;
+    jets->bodies.turn_im = jets->system.turn_im;
+    jets->real = 1;
+}
+
+void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
+                    const struct pend_loads *loads, int order_cap, void *memory) {
+    int real = loads->terms != NULL;
     assert((size_t)memory % 64 == 0);
-    memset(memory, 0, pend_jets_bytes(tree, order_cap));
-    struct jets_system s = jets_view(tree, order_cap, memory);
+    memset(memory, 0, pend_jets_bytes(tree, loads->terms, order_cap));
+    struct jets_system s = jets_view(tree, real, order_cap, memory);
     *jets = (struct pend_jets){
         .tree = tree, .order_cap = order_cap, .isa = pend_isa_best(), .system = s};
     jets->rate = s.rate;
     jets->force = s.force;
-    jets->share = (double *)memory + 4 * jets_series(order_cap, tree);
+    jets->share = (double *)memory + 4 * jets_series(order_cap, tree, real);
     for (int j = 0; j < JETS_SHARES; j++) jets->share[j] = 1.0 / (j + 1);
     for (int k = 0; k < s.n; k++) {
         s.len[k] = tree->len[k];
         s.inv_len[k] = 1 / tree->len[k];
         s.mass[k] = tree->mass[k];
     }
-    void *cut = (double *)memory + jets_numbers(order_cap, tree);
-    if (pend_chain_suits(tree)) {
+    void *cut = (double *)memory + jets_numbers(order_cap, tree, real);
+    if (real) {
+        jets_real(jets, loads, cut);
+    } else if (pend_chain_suits(tree)) {
         pend_chain_init(&jets->chain, tree, cut);
         jets->system.chain = &jets->chain;
     } else if (jets_levels(tree)) {
@@ -128,6 +147,14 @@ void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, do
                       const struct jets_state *state, int order) {
     assert(jets_valid(jets) && isfinite(loads->gravity));
     assert(order >= PEND_JETS_ORDER_MIN && order <= jets->order_cap);
+    assert(jets->real == (loads->terms != NULL));
+    if (jets->real) {
+        struct bodies_state at = {state->phi, state->phi_low, state->rate, state->time,
+                                  state->late};
+        jets->bodies.value = loads->value;
+        pend_kernel_bodies()->orders(&jets->bodies, &at, loads->gravity, unit, order);
+        return;
+    }
     jets_kernel(jets->isa)->orders(&jets->system, state, loads, unit, order);
 }
 
@@ -150,13 +177,13 @@ double pend_jets_reach(const struct pend_jets *jets, int order, double log_rtol,
 }
 
 size_t pend_jets_seats(const struct pend_tree *tree) {
-    return (size_t)jets_tiles(tree) * PEND_JETS_PAD;
+    return (size_t)jets_tiles(tree, 0) * PEND_JETS_PAD;
 }
 
 /* two tables of a pair an arm, a pair being a rate and a force for each lane */
-size_t pend_jets_answers_bytes(const struct pend_tree *tree) {
+size_t pend_jets_answers_bytes(const struct pend_tree *tree, const struct pend_terms *terms) {
     size_t lanes = tree->n <= 2 ? 2 : tree->n <= 4 ? 4 : 8;
-    return tree->n > PEND_JETS_PAD ? 0 : 4 * lanes * lanes * sizeof(double);
+    return tree->n > PEND_JETS_PAD || terms ? 0 : 4 * lanes * lanes * sizeof(double);
 }
 
 void pend_jets_answers(struct pend_jets *jets, void *memory) {

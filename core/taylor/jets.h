@@ -8,8 +8,9 @@
 
 #include <stddef.h>
 
-#include "core/taylor/blocks.h"
 #include "core/base/isa.h"
+#include "core/bodies/bodies.h"
+#include "core/taylor/blocks.h"
 #include "core/taylor/kernel_jets.h"
 #include "core/taylor/levels.h"
 #include "core/taylor/chain.h"
@@ -28,17 +29,21 @@ struct pend_jets {
     int order_cap;
     enum pend_isa isa; /* the best one that runs here, unless changed to a lower one */
     double *rate, *force;
-    double *share;             /* 1 / (j + 1) of order j */
-    struct jets_system system; /* the order-0 tree system, in the same memory */
-    struct blocks blocks;      /* of a tree of more than PEND_JETS_PAD arms */
-    struct levels levels;      /* of a large bushy one instead */
-    struct chain chain;        /* of a chain that suits it instead */
+    double *share;               /* 1 / (j + 1) of order j */
+    struct jets_system system;   /* the order-0 tree system, in the same memory */
+    struct blocks blocks;        /* of a tree of more than PEND_JETS_PAD arms */
+    struct levels levels;        /* of a large bushy one instead */
+    struct chain chain;          /* of a chain that suits it instead */
+    struct bodies_system bodies; /* of a real pendulum instead of all these */
+    int real;                    /* non-zero for a real pendulum, one with terms */
 };
 
 /**
  * Bytes of memory that series of a tree to order_cap need, a multiple of 64. O(n).
+ *
+ * terms  of a real pendulum, or NULL.
  */
-size_t pend_jets_bytes(const struct pend_tree *tree, int order_cap);
+size_t pend_jets_bytes(const struct pend_tree *tree, const struct pend_terms *terms, int order_cap);
 
 /**
  * Arms that an array of one value an arm has room for, padding included.
@@ -56,11 +61,12 @@ static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j)
  *
  * jets       stays where it is: it points into itself.
  * tree       must outlive the series.
+ * loads      their terms must outlive the series; the numbers are those given to pend_jets_expand.
  * order_cap  PEND_JETS_ORDER_MIN .. PEND_JETS_ORDER_MAX.
- * memory     pend_jets_bytes(tree, order_cap) bytes, aligned to 64; not owned.
+ * memory     pend_jets_bytes(tree, loads->terms, order_cap) bytes, aligned to 64; not owned.
  */
-void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int order_cap,
-                    void *memory);
+void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
+                    const struct pend_loads *loads, int order_cap, void *memory);
 
 /**
  * Expands the motion about a state.
@@ -98,9 +104,9 @@ void pend_jets_values(const struct pend_jets *jets, int order, const double x[],
 
 /**
  * Returns the bytes of memory that the responses of a tree need, a multiple of 64; 0 for a tree of
- * more than PEND_JETS_PAD arms, whose responses are not kept. O(1).
+ * more than PEND_JETS_PAD arms and for a real pendulum, whose responses are not kept. O(1).
  */
-size_t pend_jets_answers_bytes(const struct pend_tree *tree);
+size_t pend_jets_answers_bytes(const struct pend_tree *tree, const struct pend_terms *terms);
 
 /**
  * Makes all later expansions keep the responses of the tree system, which pend_jets_spread needs.

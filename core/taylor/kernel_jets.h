@@ -11,7 +11,15 @@
  * padded with zeros to a multiple of 8: whole vectors of arms are read. */
 struct jets_state {
     double *phi, *phi_low, *rate, *rate_low;
+    double time, late; /* s, the request's own time as a sum of two, at which drives are taken */
 };
+
+/** Puts the time of a state, s, as the sum of a start and of what has passed since. */
+static inline void jets_state_time(struct jets_state *state, double start, double since) {
+    double sum = start + since, part = sum - start;
+    state->time = sum;
+    state->late = (start - (sum - part)) + (since - part);
+}
 
 /* Arrays for values: n values an instant, NULL = not wanted. */
 struct jets_values {

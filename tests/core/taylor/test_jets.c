@@ -35,12 +35,13 @@ static int scene_open(struct scene *s, int n, const int parent[], double decades
         s->rate[k] = 4 * test_random(seed) - 2;
     }
     s->loads.gravity = 9.81;
-    s->state = (struct jets_state){s->phi, s->low, s->rate, s->low};
+    s->state =
+        (struct jets_state){.phi = s->phi, .phi_low = s->low, .rate = s->rate, .rate_low = s->low};
     if (pend_tree_new(&s->tree, n, len, mass, parent, NULL) != PEND_OK) return 0;
-    s->block = aligned_alloc(64, pend_jets_bytes(s->tree, ORDER));
+    s->block = aligned_alloc(64, pend_jets_bytes(s->tree, NULL, ORDER));
     s->work = aligned_alloc(64, (pend_dynamics_work_bytes(n) + 63) / 64 * 64);
     if (!s->block || !s->work) return 0;
-    pend_jets_init(&s->jets, s->tree, ORDER, s->block);
+    pend_jets_init(&s->jets, s->tree, TEST_LOADS(0), ORDER, s->block);
     // all instruction sets in turn
     s->jets.isa = (enum pend_isa)test_random_int(seed, (int)pend_isa_best() + 1);
     return 1;
@@ -283,10 +284,10 @@ TEST(jets_obey_the_equations_of_motion_on_chains_of_every_length) {
 static int scene_compare(struct scene *s, double unit, double worst[2]) {
     int n = s->tree->n, isa = (int)s->jets.isa;
     struct scene other = {.tree = s->tree};
-    other.block = aligned_alloc(64, pend_jets_bytes(s->tree, ORDER));
+    other.block = aligned_alloc(64, pend_jets_bytes(s->tree, NULL, ORDER));
     other.work = aligned_alloc(64, pend_blocks_bytes(s->tree));
     if (!other.block || !other.work) return 0;
-    pend_jets_init(&other.jets, s->tree, ORDER, other.block);
+    pend_jets_init(&other.jets, s->tree, TEST_LOADS(0), ORDER, other.block);
     memset(other.work, 0, pend_blocks_bytes(s->tree));
     pend_blocks_init(&other.jets.blocks, s->tree, other.work);
     other.jets.system.blocks = &other.jets.blocks;
@@ -431,7 +432,8 @@ TEST(jets_spread_errors_as_neighbours_part) {
         struct scene s;
         for (int k = 1; k < n; k++) parent[k] = test_random_int(&seed, k);
         if (!CHECK(scene_open(&s, n, parent, 0.5, &seed))) return;
-        CHECK(pend_jets_answers_bytes(s.tree) <= sizeof answers && !pend_jets_spreads(&s.jets));
+        CHECK(pend_jets_answers_bytes(s.tree, NULL) <= sizeof answers &&
+              !pend_jets_spreads(&s.jets));
         for (int k = 0; k < n; k++)
             phi[k] = 2 * test_random(&seed) - 1, rate[k] = 6 * test_random(&seed) - 3;
         double want = spread_by_neighbours(&s, unit, x, phi, rate, to_phi, to_rate);

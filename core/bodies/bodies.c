@@ -1,0 +1,91 @@
+#include "core/bodies/bodies.h"
+
+#include <assert.h>
+#include <string.h>
+
+#include "core/base/isa.h"
+
+enum {
+    BODIES_TILE = 8,
+    BODIES_AHEAD = 3, /* rows of a series beyond its order: turns are two ahead */
+    BODIES_SHARES = 48
+};
+
+const struct bodies_kernel *pend_kernel_bodies(void) {
+#ifdef __x86_64__
+    enum pend_isa isa = pend_isa_best();
+    if (isa == PEND_ISA_AVX512) return &pend_kernel_bodies_avx512;
+    if (isa == PEND_ISA_AVX2) return &pend_kernel_bodies_avx2;
+#endif
+    return &pend_kernel_bodies_base;
+}
+
+/* arms, padded to whole tiles */
+static size_t bodies_arms(int n) {
+    return ((size_t)n + BODIES_TILE - 1) / BODIES_TILE * BODIES_TILE;
+}
+
+static size_t bodies_series(int n, int order) {
+    return bodies_arms(n) * (size_t)(order + BODIES_AHEAD);
+}
+
+/* the numbers of a system without the four series that jets has */
+static size_t bodies_own(const struct pend_tree *tree, const struct pend_terms *terms, int order) {
+    return bodies_numbers(terms, bodies_arms(tree->n), bodies_series(tree->n, order), order) +
+           2 * bodies_arms(tree->n) + BODIES_SHARES;
+}
+
+size_t pend_bodies_system_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
+                                int order) {
+    return (bodies_own(tree, terms, order) + 7) / 8 * 8 * sizeof(double);
+}
+
+void pend_bodies_system(struct bodies_system *system, const struct pend_tree *tree,
+                        const struct pend_loads *loads, int order, void *memory) {
+    assert(pend_tree_valid(tree) && loads->terms && order >= 1 && order + 2 <= BODIES_SHARES);
+    size_t arms = bodies_arms(tree->n);
+    memset(memory, 0, pend_bodies_system_bytes(tree, loads->terms, order));
+    double *len = memory, *mass = len + arms, *share = mass + arms;
+    for (int k = 0; k < tree->n; k++) len[k] = tree->len[k], mass[k] = tree->mass[k];
+    for (int j = 0; j < BODIES_SHARES; j++) share[j] = 1.0 / (j + 1);
+    *system = (struct bodies_system){.n = tree->n,
+                                     .stride = BODIES_TILE,
+                                     .tile = (size_t)BODIES_TILE * (size_t)(order + BODIES_AHEAD),
+                                     .parent = tree->parent,
+                                     .terms = loads->terms,
+                                     .share = share,
+                                     .len = len,
+                                     .mass = mass,
+                                     .value = loads->value};
+    bodies_lay(system, arms, bodies_series(tree->n, order), order, share + BODIES_SHARES);
+}
+
+size_t pend_bodies_bytes(const struct pend_tree *tree, const struct pend_terms *terms) {
+    return pend_bodies_system_bytes(tree, terms, 1) +
+           4 * bodies_series(tree->n, 1) * sizeof(double);
+}
+
+void pend_bodies_at(const struct pend_tree *tree, const struct pend_loads *loads,
+                    const struct bodies_state *state, void *work, double acc[],
+                    const struct bodies_forces *forces) {
+    struct bodies_system s;
+    size_t series = bodies_series(tree->n, 1),
+           own = pend_bodies_system_bytes(tree, loads->terms, 1);
+    pend_bodies_system(&s, tree, loads, 1, work);
+    s.rate = (double *)(void *)((char *)work + own);
+    s.force = s.rate + series, s.turn_re = s.rate + 2 * series, s.turn_im = s.rate + 3 * series;
+    memset(s.rate, 0, 4 * series * sizeof(double));
+    pend_kernel_bodies()->orders(&s, state, loads->gravity, 1, 1);
+    for (int k = 0; k < tree->n; k++) {
+        size_t row = bodies_row(&s, k);
+        acc[k] = s.rate[row + s.stride];
+        if (!forces) continue;
+        double x = s.base_x[k], y = s.base_y[k];
+        if (forces->joint_along)
+            forces->joint_along[k] = s.form_xx[k] * x + s.form_xy[k] * y + s.asked_x[k];
+        if (forces->joint_across)
+            forces->joint_across[k] = s.form_xy[k] * x + s.form_yy[k] * y + s.asked_y[k];
+        if (forces->tip_along) forces->tip_along[k] = s.tip_x[row];
+        if (forces->tip_across) forces->tip_across[k] = s.tip_y[row];
+    }
+}

@@ -1,0 +1,163 @@
+/* The arrays that the general kernel works on, for every kind of number.
+ * Leaves to others: the arithmetic (bodies_template), where the memory comes from (bodies, jets,
+ * ensemble, extended).
+ * Invariant: a series is kept in tiles of eight arms, all orders of a tile together, as those of
+ * the ideal pendulum are. */
+#ifndef PEND_BODIES_SYSTEM_H
+#define PEND_BODIES_SYSTEM_H
+
+#include <stddef.h>
+
+#include "core/tree/terms.h"
+
+#if defined PEND_ISA || defined NUMBER_OTHER
+#include "core/simd/number.h"
+#else
+typedef double num; /* files that lay out memory count it in doubles and compute nothing */
+#endif
+
+// clang-format off
+/*
+ * Arrays of one value an arm. All vectors are in the frame of the arm, whose axes are fixed at the
+ * state that is expanded about.
+ *
+ * cosine, sine, bend       of the angle to the parent (of the first arm: to the axes), which the
+ *                          caller fills in; the angle to the parent itself, of the first arm theta
+ * point_x, point_y         where on its parent the arm hangs, in the parent's frame
+ * body, moment_x, moment_y M, h = sum of m p
+ * inertia                  J = sum of m |p|^2
+ * total                    D, what the arm and all that it carries oppose to its turning
+ * inv_total                1 / D
+ * lever_x, lever_y         X = x / D
+ * form_xx, form_xy, form_yy  Phi: the force asked of the base for a unit of its acceleration
+ * form_det                 its determinant
+ * draw_x, draw_y           y = h + sum P p: what a unit of the real part of u'' asks of the base
+ * twist                    sum of <i p, P p>: the torque about the joint that it asks
+ * wind_x, wind_y           T of an order
+ * turned, pulled           theta and kr, the known parts of u''
+ * couple                   tau, all torques on the arm
+ * known                    Im (conj u G) but for its last term
+ * along                    Re (conj u F) of the tip but for its last term
+ * drag_x, drag_y           the air's force on the tip
+ * asked_x, asked_y         beta: the force asked of the base, but for its acceleration
+ * answer                   m / D
+ * base_x, base_y           acceleration of the base
+ * speed_x, speed_y         velocity of the base
+ */
+#define BODIES_ARRAYS(X) \
+    X(cosine) X(sine) X(bend) X(point_x) X(point_y) X(body) X(moment_x) X(moment_y) X(inertia) \
+    X(total) X(inv_total) X(lever_x) X(lever_y) X(form_xx) X(form_xy) X(form_yy) X(form_det) \
+    X(draw_x) X(draw_y) X(twist) X(wind_x) X(wind_y) X(turned) X(pulled) X(couple) X(known) X(along) X(drag_x) \
+    X(drag_y) X(asked_x) X(asked_y) X(answer) X(base_x) X(base_y) X(speed_x) X(speed_y)
+/*
+ * Series beside those of rates, forces and turns.
+ *
+ * push_x, push_y           G
+ * tip_x, tip_y             the force that the arm passes on at its tip
+ * loss, drive              torques at the arm's joint: of friction, and the given ones
+ * way_x, way_y             velocity of the tip
+ * air_x, air_y             the air's force on the tip
+ * air_size, air_part       |v|^2 + e^2 and its root
+ * grip, grip_rest          tanh of the joint's speed and 1 - its square
+ * base_way_x, base_way_y   velocity of the joint
+ */
+#define BODIES_SERIES(X) \
+    X(push_x, 1) X(push_y, 1) X(tip_x, 1) X(tip_y, 1) \
+    X(loss, BODIES_LOSSES) X(drive, BODIES_DRIVES) X(way_x, BODIES_AIR) X(way_y, BODIES_AIR) \
+    X(air_x, BODIES_AIR) X(air_y, BODIES_AIR) X(air_size, BODIES_FAST_AIR) \
+    X(air_part, BODIES_FAST_AIR) X(grip, BODIES_GRIP) X(grip_rest, BODIES_GRIP) \
+    X(base_way_x, BODIES_MIST) X(base_way_y, BODIES_MIST)
+// clang-format on
+
+/* Which series a pendulum needs. */
+enum bodies_need {
+    BODIES_LOSSES = 2,
+    BODIES_DRIVES = 4,
+    BODIES_AIR = 8,
+    BODIES_FAST_AIR = 16,
+    BODIES_GRIP = 32,
+    BODIES_MIST = 64
+};
+
+/** Returns the bits of bodies_need that hold of a pendulum, and 1. O(harmonics). */
+static inline unsigned bodies_needs(const struct pend_terms *terms) {
+    unsigned need = 1;
+    const int *row = terms->row;
+    if (row[PEND_TERM_DAMPING] >= 0 || row[PEND_TERM_FRICTION] >= 0) need |= BODIES_LOSSES;
+    if (row[PEND_TERM_TORQUE] >= 0) need |= BODIES_DRIVES;
+    if (terms->harmonics && terms->harmonic[terms->harmonics - 1].drives >= 0)
+        need |= BODIES_DRIVES;
+    if (row[PEND_TERM_DRAG] >= 0 || row[PEND_TERM_DRAG_QUADRATIC] >= 0) need |= BODIES_AIR;
+    if (row[PEND_TERM_DRAG_QUADRATIC] >= 0) need |= BODIES_FAST_AIR;
+    if (row[PEND_TERM_FRICTION] >= 0) need |= BODIES_GRIP;
+    if (terms->one[PEND_TERM_DRAG_PER_MASS] >= 0) need |= BODIES_MIST;
+    return need;
+}
+
+struct bodies_system {
+    int n;
+    size_t stride, tile; /* numbers from one order to the next, from eight arms to the next eight */
+    unsigned need;       /* of bodies_need */
+    const int *parent;
+    const struct pend_terms *terms;
+    const double *share;   /* 1 / (j + 1) of order j */
+    const num *len, *mass; /* m; kg, at the tip */
+    const num *value;      /* of the terms */
+    num *rate, *force, *turn_re,
+        *turn_im;         /* series; order j of arm k at bodies_row(k) + j stride */
+    num *lift_x, *lift_y; /* of the pivot: z'' + 2 gamma z', and gravity, order + 1 coefficients */
+    num *slide_x, *slide_y; /* z' of the pivot, order + 1 coefficients */
+    num *haul_x, *haul_y;   /* the force that the pivot exerts, in the axes, order coefficients */
+#define X(name) num *name;
+    BODIES_ARRAYS(X)
+#undef X
+#define X(name, need) num *name;
+    BODIES_SERIES(X)
+#undef X
+};
+
+/** Where the series of arm k begin. */
+static inline size_t bodies_row(const struct bodies_system *s, int k) {
+    return (size_t)(k / 8) * s->tile + (size_t)(k % 8);
+}
+
+enum {
+#define X(name) BODIES_ARRAY_##name,
+    BODIES_ARRAYS(X)
+#undef X
+        BODIES_ARRAY_COUNT,
+    BODIES_PIVOT_SERIES = 6
+};
+
+/** Returns the numbers that bodies_lay takes: `arms` for an array of a value an arm, `series` for a
+ * series, `order` for the highest order. O(harmonics). */
+static inline size_t bodies_numbers(const struct pend_terms *terms, size_t arms, size_t series,
+                                    int order) {
+    unsigned need = bodies_needs(terms);
+    size_t count = 0;
+#define X(name, needs) count += need & (needs) ? 1 : 0;
+    BODIES_SERIES(X)
+#undef X
+    return count * series + BODIES_ARRAY_COUNT * arms +
+           (size_t)BODIES_PIVOT_SERIES * ((size_t)(order + 8) / 8 * 8);
+}
+
+/** Lays the arrays of a system into memory of bodies_numbers; the rest is the caller's. */
+static inline void bodies_lay(struct bodies_system *s, size_t arms, size_t series, int order,
+                              num *at) {
+    s->need = bodies_needs(s->terms);
+#define X(name, needs)                                                                             \
+    s->name = s->need & (needs) ? at : NULL;                                                       \
+    if (s->name) at += series;
+    BODIES_SERIES(X)
+#undef X
+#define X(name) s->name = at, at += arms;
+    BODIES_ARRAYS(X)
+#undef X
+    size_t pivot = (size_t)(order + 8) / 8 * 8;
+    s->lift_x = at, s->lift_y = at + pivot;
+    s->slide_x = at + 2 * pivot, s->slide_y = at + 3 * pivot;
+    s->haul_x = at + 4 * pivot, s->haul_y = at + 5 * pivot;
+}
+
+#endif

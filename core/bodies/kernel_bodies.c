@@ -1,0 +1,40 @@
+#include "core/bodies/kernel_bodies.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core/simd/vec_isa.h"
+
+#include "core/bodies/bodies_template.h"
+
+/* pi / 2 as a sum of two */
+static const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54;
+
+/* sines and cosines of the angles to the parents, and these angles; rates in units */
+static void kernel_start(const struct bodies_system *s, const struct bodies_state *state,
+                         double unit) {
+    for (int k = 0; k < s->n; k++) {
+        int p = s->parent[k];
+        double x = state->phi[k], y = p < 0 ? 0 : state->phi[p], low = 0, d = x - y, back = x - d;
+        if (state->phi_low) low = state->phi_low[k] - (p < 0 ? 0 : state->phi_low[p]);
+        low += (x - (d + back)) + (back - y);
+        num_turn(d, low, &s->sine[k], &s->cosine[k]);
+        s->bend[k] = p < 0 ? (d + quarter) + (low + quarter_low) : d + low;
+        s->rate[bodies_row(s, k)] = state->rate[k] * unit;
+    }
+}
+
+static void kernel_orders(const struct bodies_system *s, const struct bodies_state *state,
+                          double gravity, double unit, int order) {
+    struct bodies_moment now = {unit, gravity * (unit * unit), state->time, state->late};
+    kernel_start(s, state, unit);
+    bodies_orders(s, &now, order);
+}
+
+static void kernel_power(const struct bodies_system *s, double unit, int order, double work[],
+                         double heat[]) {
+    bodies_power(s, unit, order, work, heat);
+}
+
+const struct bodies_kernel KERNEL_NAME(pend_kernel_bodies_) = {.orders = kernel_orders,
+                                                               .power = kernel_power};

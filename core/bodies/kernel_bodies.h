@@ -1,0 +1,44 @@
+/* The general kernel for one pendulum in doubles, by instruction set.
+ * Leaves to others: memory (bodies), many pendulums side by side (ensemble), more digits
+ * (extended).
+ * Invariant: an unsupported set is never called. */
+#ifndef PEND_KERNEL_BODIES_H
+#define PEND_KERNEL_BODIES_H
+
+#include "core/bodies/bodies_system.h"
+#include "core/tree/loads.h"
+
+/* A state: n angles, rad, and angular velocities, rad/s, in stored order; what the doubles of the
+ * angles leave out, or NULL; the time as a sum of two, s. */
+struct bodies_state {
+    const double *phi, *phi_low, *rate;
+    double time, late;
+};
+
+struct bodies_kernel {
+    /**
+     * All orders: rate_1 .. rate_order and force_0 .. force_{order - 1}, in powers of t / unit.
+     *
+     * system  arrays padded to eight arms; len, mass and value are there.
+     * unit    s, a power of two of either sign.
+     * order   >= 1.
+     */
+    void (*orders)(const struct bodies_system *system, const struct bodies_state *state,
+                   double gravity, double unit, int order);
+    /**
+     * The work of drives and the heat of friction per unit of time, as series of the same powers,
+     * after `orders`: the coefficients of order 0 .. order - 1, J times unit^2. O(n order^2).
+     */
+    void (*power)(const struct bodies_system *system, double unit, int order, double work[],
+                  double heat[]);
+};
+
+extern const struct bodies_kernel pend_kernel_bodies_base;
+#ifdef __x86_64__
+extern const struct bodies_kernel pend_kernel_bodies_avx2, pend_kernel_bodies_avx512;
+#endif
+
+/** Returns the kernel of the best instruction set that runs here. O(1). */
+const struct bodies_kernel *pend_kernel_bodies(void);
+
+#endif

@@ -1,0 +1,82 @@
+#include "tests/harness/bodies.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "tests/harness/test.h"
+
+static double between(double low, double high, unsigned long long *seed) {
+    return low + (high - low) * test_random(seed);
+}
+
+static void row_fill(struct test_bodies *b, enum pend_term_row row, double low, double high,
+                     unsigned long long *seed) {
+    int at = b->terms->row[row];
+    for (int k = 0; k < b->terms->n && at >= 0; k++) b->value[at + k] = between(low, high, seed);
+}
+
+static void fill(struct test_bodies *b, const struct pend_tree *tree, unsigned long long *seed) {
+    row_fill(b, PEND_TERM_ROD, 0.3, 2, seed);
+    row_fill(b, PEND_TERM_BODY, 0.3, 2, seed);
+    row_fill(b, PEND_TERM_CENTER_X, -0.3, 1, seed);
+    row_fill(b, PEND_TERM_CENTER_Y, -0.3, 0.3, seed);
+    row_fill(b, PEND_TERM_INERTIA, 0.05, 0.3, seed);
+    row_fill(b, PEND_TERM_DAMPING, 0.05, 0.5, seed);
+    row_fill(b, PEND_TERM_STIFFNESS, 0.5, 2, seed);
+    row_fill(b, PEND_TERM_REST, -1, 1, seed);
+    row_fill(b, PEND_TERM_FRICTION, 0.05, 0.5, seed);
+    row_fill(b, PEND_TERM_FRICTION_SPEED, 0.3, 3, seed);
+    row_fill(b, PEND_TERM_TORQUE, -1, 1, seed);
+    row_fill(b, PEND_TERM_DRAG, 0, 0.3, seed);
+    row_fill(b, PEND_TERM_DRAG_QUADRATIC, 0, 0.3, seed);
+    row_fill(b, PEND_TERM_DRAG_SPEED, 0.3, 3, seed);
+    for (int k = 1; k < b->terms->n && b->terms->row[PEND_TERM_AT_X] >= 0; k++) {
+        if (test_random(seed) < 0.4) continue;
+        b->terms->hung[k] = 1;
+        b->value[b->terms->row[PEND_TERM_AT_X] + k] =
+            between(0.2, 1.2, seed) * tree->len[tree->parent[k]];
+        b->value[b->terms->row[PEND_TERM_AT_Y] + k] = between(-0.3, 0.3, seed);
+    }
+    for (int i = 0; i < PEND_TERM_ONES; i++)
+        if (b->terms->one[i] >= 0) b->value[b->terms->one[i]] = between(0.05, 0.5, seed);
+    for (int i = 0; i < b->terms->harmonics; i++) {
+        double *h = b->value + b->terms->harmonic[i].at;
+        h[0] = between(0.05, 0.2, seed), h[1] = between(1, 9, seed), h[2] = between(-3, 3, seed);
+    }
+}
+
+void test_bodies_random(struct test_bodies *b, const struct pend_tree *tree, unsigned what,
+                        unsigned long long *seed) {
+    unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
+    int drives[5], place[5], harmonics = 0;
+    if (what & TEST_TERMS_RODS)
+        rows[PEND_TERM_ROD] = rows[PEND_TERM_BODY] = rows[PEND_TERM_AT_X] = 1;
+    if (what & TEST_TERMS_SPRINGS) rows[PEND_TERM_STIFFNESS] = 1;
+    if (what & TEST_TERMS_DAMPING) rows[PEND_TERM_DAMPING] = 1;
+    if (what & TEST_TERMS_FRICTION) rows[PEND_TERM_FRICTION] = 1;
+    if (what & TEST_TERMS_DRAG) rows[PEND_TERM_DRAG] = rows[PEND_TERM_DRAG_QUADRATIC] = 1;
+    if (what & TEST_TERMS_MIST) ones[PEND_TERM_DRAG_PER_MASS] = 1;
+    if (what & TEST_TERMS_TORQUES) {
+        rows[PEND_TERM_TORQUE] = 1;
+        for (int i = 0; i < 2; i++) drives[harmonics++] = (int)(test_random(seed) * tree->n);
+    }
+    if (what & TEST_TERMS_PIVOT) {
+        ones[PEND_TERM_PIVOT_ACCELERATION_X] = 1;
+        drives[harmonics++] = PEND_DRIVE_PIVOT_Y;
+        drives[harmonics++] = PEND_DRIVE_PIVOT_X;
+        drives[harmonics++] = PEND_DRIVE_PIVOT_Y;
+    }
+    if (pend_terms_new(&b->terms, tree->n, rows, ones, harmonics, drives, place) != PEND_OK)
+        abort();
+    b->value = calloc((size_t)b->terms->count + 1, sizeof *b->value);
+    if (!b->value) abort();
+    pend_terms_clear(b->terms, tree, b->value);
+    fill(b, tree, seed);
+    b->loads = (struct pend_loads){9.81, b->terms, b->value};
+}
+
+void test_bodies_clear(struct test_bodies *b) {
+    pend_terms_free(&b->terms);
+    free(b->value);
+    b->value = NULL;
+}

@@ -1,0 +1,38 @@
+/* Real pendulums to test with: random terms and numbers for a tree.
+ * Leaves to others: the trees (trees).
+ * Invariant: the same seed gives the same pendulum on every machine. */
+#ifndef BODIES_H
+#define BODIES_H
+
+#include "core/tree/loads.h"
+#include "tests/harness/trees.h"
+
+/* What a random pendulum has; bits. */
+enum test_terms {
+    TEST_TERMS_RODS = 1,     /* rods, bodies with centers anywhere, arms hung anywhere */
+    TEST_TERMS_SPRINGS = 2,  /* springs with rest angles */
+    TEST_TERMS_DAMPING = 4,  /* viscous friction in the joints */
+    TEST_TERMS_FRICTION = 8, /* dry friction */
+    TEST_TERMS_DRAG = 16,    /* linear and quadratic drag of tips */
+    TEST_TERMS_MIST = 32,    /* drag per mass */
+    TEST_TERMS_TORQUES = 64, /* constant torques and two harmonics on some arms */
+    TEST_TERMS_PIVOT = 128,  /* three harmonics and an acceleration of the pivot */
+    TEST_TERMS_ALL = 255
+};
+
+/* The terms of a pendulum and their numbers, which loads point to. */
+struct test_bodies {
+    struct pend_terms *terms;
+    double *value;
+    struct pend_loads loads;
+};
+
+/** Random terms for a tree: gravity 9.81, masses of 10^±0.3 kg, springs of 0.5 to 2 N m/rad and so
+ * on. Aborts when out of memory. */
+void test_bodies_random(struct test_bodies *b, const struct pend_tree *tree, unsigned what,
+                        unsigned long long *seed);
+
+/** Frees what test_bodies_random made. */
+void test_bodies_clear(struct test_bodies *b);
+
+#endif
