@@ -83,7 +83,7 @@ same("limits in api/call/openapi.yaml", limits, told)
 
 # what documents name: links and their headings, paths, identifiers. In names X, ROOM, FOLDER and NAME stand for any.
 PLACES = ("api", "core", "docker", "server", "tests")
-SOURCES = (".c", ".h", ".cpp", ".py", ".m", ".sh", ".js", ".mjs", ".yaml", ".yml", ".mk", ".conf", ".css", ".html", ".sbatch", ".service")
+SOURCES = (".c", ".h", ".cpp", ".py", ".m", ".sh", ".js", ".ts", ".mjs", ".yaml", ".yml", ".mk", ".conf", ".css", ".html", ".sbatch", ".service")
 ANY = re.compile(r"(?<![A-Za-z0-9])(?:X|ROOM|FOLDER|NAME)(?![A-Za-z0-9])|[*]")
 FILE = re.compile(r"[\w.{}*/-]+\.(?:cpp|c|h|py|sh|mjs|js|yaml|mk|md|conf|sbatch)")
 

@@ -315,5 +315,6 @@ int main(int argc, char *argv[]) {
         return 2;
     }
     cli_progress("%s", "");
+    cli_fields_clear(&line.fields);
     return 0;
 }

@@ -83,6 +83,10 @@ void cli_field(struct cli_fields *fields, const char *name, const char *value) {
     api_json_free(&document);
 }
 
+void cli_fields_clear(struct cli_fields *fields) {
+    while (fields->count > 0) free(fields->field[--fields->count].json);
+}
+
 void cli_assign(struct cli_fields *fields, const char *assignment) {
     const char *sign = strchr(assignment, '=');
     if (!sign) cli_die("%s is not NAME=VALUE", assignment);

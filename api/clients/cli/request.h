@@ -32,6 +32,9 @@ void cli_refuse(long status, const struct api_buffer *problem) __attribute__((no
  * many. */
 void cli_field(struct cli_fields *fields, const char *name, const char *value);
 
+/** Frees what was added. */
+void cli_fields_clear(struct cli_fields *fields);
+
 /** Adds NAME=VALUE; dies without the sign. */
 void cli_assign(struct cli_fields *fields, const char *assignment);
 

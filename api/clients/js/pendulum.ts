@@ -1,0 +1,297 @@
+// Planar pendulum trees from a pendulumd server, in browsers and Node.js 18 or later, without a dependency.
+//
+//     import { Pendulum } from "pendulumd";
+//     const pendulum = new Pendulum({ length: [1, 1], mass: [1, 1], parent: [0, 1] });
+//     const motion = await pendulum.run({ initial: { theta: [2, 2.5] }, times: { stop: 5, step: 0.01 } });
+//
+// Leaves to others: which fields there are (openapi.ts, made from the server's OpenAPI document); fields that are not in it go to
+// the server as `more`. Invariant: an answer that was cut off is never given out as if it were whole.
+import type { components } from "./openapi.js";
+
+type Schemas = components["schemas"];
+type Keys<U> = U extends unknown ? keyof U : never;
+/** One member of a union, without the fields of the others: {theta, phi} is no state. */
+export type One<U, All = U> = U extends unknown ? U & { [K in Exclude<Keys<All>, keyof U>]?: never } : never;
+
+export type Tree = One<Schemas["Pendulum"]>;
+export type State = One<Schemas["State"]>;
+export type Times = One<Exclude<Schemas["Times"], unknown[]>> | number[];
+export type Output = NonNullable<Schemas["TrajectoryRequest"]["output"]>[number];
+export type Trajectory = Schemas["Trajectory"];
+export type Job = Schemas["Job"];
+/** Any further fields: of later versions of the server, say. */
+export type More = Record<string, unknown>;
+
+type Default = "phi" | "phid" | "lambda";
+export type MotionRequest<O extends Output = Output> = Omit<Schemas["TrajectoryRequest"], "pendulum" | "initial" | "times" | "output"> & {
+  initial?: State;
+  times: Times;
+  output?: O[];
+};
+/** A trajectory that has what was asked for. */
+export type Motion<O extends Output> = Omit<Trajectory, O> & Required<Pick<Trajectory, O>>;
+type Column<O extends Output> = O extends "z" | "zd" ? `${O}_re` | `${O}_im` : O extends "energy" ? never : O;
+type Energies<O extends Output> = "energy" extends O ? "energy_kinetic" | "energy_potential" | "energy_total" : never;
+/** One instant: arrays of an arm's numbers, views of the bytes as they came. */
+export type Row<O extends Output> = { t: number } & { [K in Column<O>]: Float64Array } & { [K in Energies<O>]: number };
+
+type Members = { states: State[] } | { grid: Schemas["Axis"][]; initial?: State } | { random: Schemas["Draws"]; initial?: State };
+export type EnsembleRequest = Omit<Schemas["EnsembleRequest"], "pendulum" | "states" | "grid" | "random" | "initial" | "times"> &
+  One<Members> & { times?: Times };
+type Without<T> = Omit<T, "pendulum" | "initial"> & { initial?: State };
+
+/** What the routes take beside the pendulum, and what they answer. */
+export interface Routes {
+  trees: { request: object; answer: Schemas["Tree"] };
+  trajectories: { request: MotionRequest; answer: Trajectory };
+  forces: { request: One<{ state: State } | { states: State[] }> & { digits?: number }; answer: Schemas["Forces"] };
+  modes: { request: Without<Schemas["ModesRequest"]>; answer: Schemas["Modes"] };
+  ensembles: { request: EnsembleRequest; answer: Schemas["Ensemble"] };
+  lyapunov: { request: Without<Schemas["LyapunovRequest"]>; answer: Schemas["Lyapunov"] };
+  sections: { request: Without<Schemas["SectionRequest"]>; answer: Schemas["Section"] };
+  equations: { request: Without<Schemas["EquationsRequest"]>; answer: Schemas["Equations"] };
+}
+
+/** A refusal of the server; `problem.errors` names every fault. */
+export class Refusal extends Error {
+  constructor(readonly status: number, readonly problem: Partial<Schemas["Problem"]>) {
+    super([`${status} ${problem.detail ?? ""}`, ...(problem.errors ?? []).map((fault) => `  ${fault.pointer} ${fault.detail}`)].join("\n"));
+  }
+}
+
+export interface Options {
+  /** Of the server; PENDULUM_URL, or in a browser where the page comes from. */
+  url?: string;
+  /** The client's own secret, which lists and ends jobs; PENDULUM_TOKEN, or none. */
+  token?: string;
+  /** Seconds that refusals for the moment, or lines that break, may last without anything being received. */
+  patience?: number;
+  /** Ends what is under way, computations on the server too. */
+  signal?: AbortSignal;
+}
+
+const environment = (globalThis as { process?: { env: Record<string, string | undefined> } }).process?.env ?? {};
+const TRANSIENT = [429, 502, 503, 504];
+
+/** A server. */
+export class Client {
+  readonly url: string;
+  readonly patience: number;
+  private readonly fields: Record<string, string>;
+  private readonly signal: AbortSignal | null;
+
+  constructor(options: Options = {}) {
+    const page = typeof location === "undefined" ? "http://127.0.0.1:8080" : location.origin;
+    this.url = (options.url ?? environment["PENDULUM_URL"] ?? page).replace(/\/+$/, "");
+    this.patience = options.patience ?? 60;
+    this.signal = options.signal ?? null;
+    const token = options.token ?? environment["PENDULUM_TOKEN"];
+    this.fields = token ? { Authorization: `Bearer ${token}` } : {};
+  }
+
+  /** An answer whose status is good, or in `good`; asks again while the server refuses for the moment. */
+  async open(method: string, path: string, fields: Record<string, string> = {}, body?: unknown, good: number[] = []): Promise<Response> {
+    const end = performance.now() + 1000 * this.patience;
+    const init = {
+      method, signal: this.signal, headers: { ...this.fields, ...fields, ...(body === undefined ? {} : { "Content-Type": "application/json" }) },
+      ...(body === undefined ? {} : { body: JSON.stringify(body) }),
+    };
+    for (let pause = 0.1; ; pause = Math.min(2 * pause, 5)) {
+      let wait = pause;
+      let refusal: unknown;
+      try {
+        const response = await fetch(this.url + path, init);
+        if (response.ok || good.includes(response.status)) return response;
+        const text = await response.text();
+        refusal = new Refusal(response.status, problem(text));
+        if (!TRANSIENT.includes(response.status)) throw refusal;
+        const after = response.headers.get("Retry-After") ?? "";
+        wait = Math.max(wait, Number(after) || (Date.parse(after) - Date.now()) / 1000 || 0);
+      } catch (error) {
+        if (error === refusal || this.signal?.aborted) throw error;
+        refusal = error;
+      }
+      if (performance.now() + 1000 * wait > end) throw refusal;
+      await sleep(wait);
+    }
+  }
+
+  /** The JSON at a path, or that a body is answered with; an answer that breaks off is asked for once more. */
+  async json<T>(method: string, path: string, body?: unknown, fields: Record<string, string> = {}): Promise<T> {
+    for (let last = false; ; last = true) {
+      const response = await this.open(method, path, { Accept: "application/json", ...fields }, body);
+      try {
+        return await response.json();
+      } catch (error) {
+        if (last || this.signal?.aborted) throw error;
+      }
+    }
+  }
+
+  get presets(): Promise<Schemas["PresetList"]> {
+    return this.json("GET", "/v1/presets");
+  }
+
+  /** A job by its id. */
+  job<T = unknown>(id: string): JobHandle<T> {
+    return new JobHandle<T>(this, id);
+  }
+
+  /** Your jobs, the newest first; takes a token. */
+  async *jobs(): AsyncGenerator<Job> {
+    for (let path: string | undefined = "/v1/jobs?limit=100"; path; ) {
+      const page: Schemas["JobList"] = await this.json("GET", path);
+      yield* page.jobs;
+      path = page.links.find((link) => link.rel === "next")?.href;
+    }
+  }
+}
+
+/** A pendulum tree. */
+export class Pendulum {
+  readonly client: Client;
+
+  /** more: fields of the pendulum that are not in the OpenAPI document. */
+  constructor(readonly tree: Tree, options: Options | Client = {}, readonly more: More = {}) {
+    this.client = options instanceof Client ? options : new Client(options);
+  }
+
+  private body(fields: object, more: More): object {
+    return { pendulum: { ...this.tree, ...this.more }, ...fields, ...more };
+  }
+
+  /** Any route. more: fields that are not in the OpenAPI document. */
+  ask<R extends keyof Routes>(route: R, fields: Routes[R]["request"], more: More = {}): Promise<Routes[R]["answer"]> {
+    return this.client.json("POST", `/v1/${route}`, this.body(fields, more));
+  }
+
+  /** The motion as arrays: motion.phi[i][k] of instant i and arm k. */
+  run<O extends Output = Default>(fields: MotionRequest<O>, more: More = {}): Promise<Motion<O>> {
+    return this.client.json("POST", "/v1/trajectories", this.body(fields, more));
+  }
+
+  /** The motion instant by instant while it is computed, of any length. */
+  async *rows<O extends Output = Default>(fields: MotionRequest<O>, more: More = {}): AsyncGenerator<Row<O>> {
+    const accept = { Accept: "application/octet-stream" };
+    yield* rowsOf<Row<O>>(await this.client.open("POST", "/v1/trajectories", accept, this.body(fields, more)));
+  }
+
+  /** Makes a job of a request. key: your own word for it; the same again leads to the same job. */
+  async submit<R extends keyof Routes>(route: R, fields: Routes[R]["request"], key?: string, more: More = {}): Promise<JobHandle<Routes[R]["answer"]>> {
+    const own = key ?? Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
+    const job: Job = await this.client.json("POST", `/v1/${route}`, this.body(fields, more), { Prefer: "respond-async", "Idempotency-Key": own });
+    if (!job.id) throw new Refusal(501, { detail: "this server keeps no jobs" });
+    return this.client.job(job.id);
+  }
+}
+
+/** A request that is computed while nobody waits; T is what it answers. */
+export class JobHandle<T> {
+  constructor(readonly client: Client, readonly id: string) {}
+
+  state(): Promise<Job> {
+    return this.client.json("GET", `/v1/jobs/${this.id}`);
+  }
+
+  /** The job at each look at it, until it has ended. */
+  async *progress(): AsyncGenerator<Job> {
+    for (let pause = 0.01; ; pause = Math.min(1.5 * pause, 1)) {
+      const state = await this.state();
+      yield state;
+      if (!["accepted", "running"].includes(state.status)) return;
+      await sleep(pause);
+    }
+  }
+
+  /** Waits, and brings the answer. */
+  async result(): Promise<T> {
+    return JSON.parse(new TextDecoder().decode(await this.bytes("application/json")));
+  }
+
+  /** Waits, and brings the results in any form; a download that breaks off goes on where it was. */
+  async bytes(accept: string): Promise<Uint8Array<ArrayBuffer>> {
+    let state: Job | undefined;
+    for await (state of this.progress());
+    if (state?.status !== "successful") throw new Refusal(409, { detail: `the job ${this.id} is ${state?.status}: ${state?.message}` });
+    const pieces: Uint8Array[] = [];
+    let [have, etag, end] = [0, "", performance.now() + 1000 * this.client.patience];
+    for (;;) {
+      const range: Record<string, string> = have ? { Range: `bytes=${have}-`, "If-Range": etag } : {};
+      const response = await this.client.open("GET", `/v1/jobs/${this.id}/results`, { Accept: accept, ...range }, undefined, [416]);
+      if (response.status === 416 && response.headers.get("Content-Range") === `bytes */${have}`) return joined(pieces, have);
+      if (response.status !== 206) [pieces.length, have] = [0, 0]; // the whole: what is there is of another answer
+      if (response.status === 416) continue;
+      etag = response.headers.get("ETag") ?? "";
+      try {
+        for await (const piece of chunks(response)) {
+          pieces.push(piece);
+          have += piece.length;
+          end = performance.now() + 1000 * this.client.patience;
+        }
+        return joined(pieces, have);
+      } catch (error) {
+        if (performance.now() > end || !(error instanceof TypeError)) throw error;
+        await sleep(0.1);
+      }
+    }
+  }
+
+  cancel(): Promise<Job> {
+    return this.client.json("DELETE", `/v1/jobs/${this.id}`);
+  }
+}
+
+function sleep(seconds: number): Promise<void> {
+  return new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
+}
+
+function problem(text: string): Partial<Schemas["Problem"]> {
+  try {
+    return JSON.parse(text);
+  } catch {
+    return { detail: text.slice(0, 500) };
+  }
+}
+
+function joined(pieces: Uint8Array[], size: number): Uint8Array<ArrayBuffer> {
+  const whole = new Uint8Array(size);
+  let at = 0;
+  for (const piece of pieces) {
+    whole.set(piece, at);
+    at += piece.length;
+  }
+  return whole;
+}
+
+async function* chunks(response: Response): AsyncGenerator<Uint8Array> {
+  const reader = response.body?.getReader();
+  if (!reader) return;
+  try {
+    for (let got = await reader.read(); !got.done; got = await reader.read()) yield got.value;
+  } finally {
+    await reader.cancel();
+  }
+}
+
+/** Rows of an application/octet-stream, whose columns are named "t,phi[4],z_re[4]"; a TypeError where it breaks off. */
+export async function* rowsOf<R>(response: Response): AsyncGenerator<R> {
+  const columns = [...(response.headers.get("X-Columns") ?? "").matchAll(/(\w+)(?:\[(\d+)\])?/g)].map(([, name, count]) => ({ name: name ?? "", count: Number(count ?? 0) }));
+  const size = 8 * columns.reduce((sum, { count }) => sum + (count || 1), 0);
+  let rest = new Uint8Array(0);
+  for await (const chunk of chunks(response)) {
+    const data = joined([rest, chunk], rest.length + chunk.length);
+    let at = 0;
+    for (; at + size <= data.length; at += size) {
+      let place = at;
+      const row: Record<string, number | Float64Array> = {};
+      for (const { name, count } of columns) {
+        const view = new Float64Array(data.buffer, place, count || 1);
+        row[name] = count ? view : view[0] ?? NaN;
+        place += 8 * view.length;
+      }
+      yield row as R;
+    }
+    rest = data.slice(at);
+  }
+  if (rest.length) throw new TypeError("the answer broke off");
+}

@@ -1,0 +1,67 @@
+// The JavaScript client against a live server: what comes back, rows, jobs, refusals, lines that break.
+// usage: client.mjs FRONT CUTTING BROKEN OUT     (fronts that refuse twice, that cut downloads, that cut each line; a file for the doubles of the paper's example)
+// Leaves to others: counting (test_js.py), types (types.ts). Invariant: every check says ok or FAIL with its name.
+import { writeFileSync } from "node:fs";
+import { Client, Pendulum, Refusal, rowsOf } from "pendulumd";
+
+const [front, cutting, broken, out] = process.argv.slice(2);
+const check = (name, good) => console.log(`${good ? "ok" : "FAIL"} ${name}`);
+const refused = async (name, work, words) => {
+  try {
+    await work();
+    check(name, false);
+  } catch (error) {
+    check(`${name}: ${String(error.message).replaceAll("\n", " ")}`, words ? error instanceof Refusal && error.message.includes(words) : true);
+  }
+};
+const FOUR = { L: [2, 1.5, 0.75, 1.25], m: [1, 1, 1, 0.1], S: [[1, 0, 0, 0], [1, 1, 0, 0], [1, 1, 1, 0], [1, 1, 0, 1]] };
+const times = { start: 0, stop: 5, step: 0.01 };
+const four = new Pendulum(FOUR);
+
+const motion = await four.run({ times, output: ["phi", "z", "energy"] });
+check("arrays", motion.phi.length === 501 && motion.phi[0].length === 4 && motion.stats.method === "taylor");
+const rows = [];
+for await (const row of four.rows({ times, output: ["phi", "z", "energy"] })) rows.push(row);
+check("rows are the same doubles", rows.length === 501 && rows.every((row, i) => row.t === motion.t[i] && row.energy_total === motion.energy.total[i]
+  && row.phi.every((angle, k) => angle === motion.phi[i][k]) && row.z_im.every((y, k) => y === motion.z.im[i][k])));
+check("routes", (await four.ask("modes", {})).omega.length === 4 && (await four.ask("forces", { state: { phi: [0, 0, 0, 0] } })).phidd.length === 4
+  && (await four.ask("trees", {})).depth.join() === "1,2,3,3" && (await four.client.presets).presets.length > 3);
+let count = 0;
+for await (const row of four.rows({ times: { stop: 4000, step: 0.001 } })) if (row.t >= 0 && ++count === 1000) break;
+check("who stops listening ends the computation", count === 1000);
+
+await refused("a field that nobody knows", () => four.run({ times }, { fruit: 3 }), "/fruit is not a known field");
+await refused("a field of the pendulum that nobody knows", () => new Pendulum(FOUR, {}, { fruit: [1] }).run({ times }), "/pendulum/fruit");
+await refused("no server", () => new Pendulum(FOUR, { url: "http://127.0.0.1:1", patience: 0.3 }).run({ times }));
+const begin = performance.now();
+const late = await new Pendulum(FOUR, { url: front }).run({ times });
+check("refusals for the moment are repeated after Retry-After", late.phi[500][3] === motion.phi[500][3] && performance.now() - begin >= 1000);
+await refused("rows that were cut off", async () => {
+  for await (const row of new Pendulum(FOUR, { url: broken }).rows({ times: { stop: 5, step: 0.0001 } })) count += row.t;
+});
+const stop = new AbortController();
+const long = new Pendulum(FOUR, { signal: stop.signal }).ask("ensembles", { random: { count: 100000, draw: [{ vary: "theta", arm: 1, distribution: "uniform", low: -3, high: 3 }] }, duration: 30 });
+setTimeout(() => stop.abort(), 200);
+await refused("who aborts", () => long);
+
+const job = await four.submit("trajectories", { times: { stop: 40, step: 0.001 } }, "of-js");
+check("a key leads to the same job", (await four.submit("trajectories", { times: { stop: 40, step: 0.001 } }, "of-js")).id === job.id);
+const looks = [];
+for await (const state of job.progress()) looks.push(state.progress);
+check("progress", looks.at(-1) === 100);
+const answer = await job.result();
+check("the answer of a job", answer.phi.length === 40001);
+const whole = await job.bytes("application/octet-stream");
+const pieces = await new Client({ url: cutting }).job(job.id).bytes("application/octet-stream");
+check("a download goes on", whole.length === pieces.length && Buffer.compare(whole, pieces) === 0);
+const listed = [];
+for await (const each of four.client.jobs()) listed.push(each.id);
+check("the list has it", listed.includes(job.id));
+const endless = await four.submit("trajectories", { times: { stop: 4000, step: 0.001 } });
+check("cancel", (await endless.cancel()).status === "dismissed");
+await refused("a dismissed job has no answer", () => endless.result(), "dismissed");
+
+const doubles = [];
+for await (const row of rowsOf(await four.client.open("POST", "/v1/trajectories", { Accept: "application/octet-stream" }, { pendulum: FOUR, times })))
+  doubles.push(row.t, ...row.phi, ...row.phid, ...row.lambda);
+writeFileSync(out, new Float64Array(doubles));
