@@ -6,7 +6,7 @@
 #include <time.h>
 
 #include "server/base/clock.h"
-#include "server/jobs/events.h"
+#include "server/jobs/job_events.h"
 #include "server/work/inflight.h"
 #include "server/base/hosts.h"
 #include "server/jobs/part_runner.h"
@@ -92,9 +92,10 @@ enum pend_status srv_service_setup_jobs(struct srv_service *service, struct pend
         return pend_fail(error, PEND_INVALID, -1, 0, "--role %.10s needs a --store that it shares",
                          service->config.role);
     }
+    int streams = (int)service->config.event_streams;
     enum pend_status status = srv_part_runner_new(&service->runner, service, slots);
-    if (status == PEND_OK)
-        status = srv_events_new(&service->events, service, (int)service->config.event_streams);
+    if (status == PEND_OK) status = srv_events_new(&service->events, service, streams);
+    if (status == PEND_OK) status = srv_events_add(service->events, srv_job_events_new(streams));
     if (status == PEND_OK) PEND_TRY(setup_storage(service, error));
     if (status == PEND_OK) status = srv_events_start(service->events);
     if (status == PEND_OK) status = srv_part_runner_start(service->runner);

@@ -2,42 +2,18 @@
 
 #include <assert.h>
 #include <pthread.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "server/base/clock.h"
 #include "server/base/condition.h"
-#include "server/base/list.h"
 #include "server/work/inflight.h"
-#include "server/jobs/job_view.h"
 
 enum {
     EVENTS_LOOK_MS = 500, /* how often the store is asked without news */
     EVENTS_LEAST_MS = 40, /* how long nothing is asked after it was */
-    EVENTS_TEXT = 8192,
-    EVENTS_BYTES = EVENTS_TEXT + 2048 /* that a stream takes in memory */
-};
-
-/* A stream that is open. */
-struct srv_listener {
-    struct srv_exchange *exchange;
-    struct srv_list link;
-    struct srv_job job;      /* as it was seen last */
-    char told[SRV_EVENT_ID]; /* of the event that was sent last; "" = none */
-    int64_t beat_at;         /* ns: when a comment is due */
-    int beat, over;          /* a comment is due; nothing will come any more */
-    int waits;               /* suspended, for the next event */
-    struct api_buffer text;  /* what is being sent */
-    size_t taken;            /* bytes of it that were */
-};
-
-/* A question about all jobs that somebody listens to. */
-struct events_look {
-    struct srv_ask ask;
-    int count;
-    struct srv_job *job; /* ids in, states out */
-    enum srv_stored *stored;
+    EVENTS_TOPICS = 2,
+    EVENTS_BYTES = SRV_EVENTS_TEXT + 2048 /* that a stream takes in memory */
 };
 
 struct srv_events {
@@ -48,17 +24,14 @@ struct srv_events {
     int most, count, started, over;
     int news, draining;
     struct srv_list listeners;
-    struct events_look look; /* the thread's */
+    struct srv_topic *topic[EVENTS_TOPICS]; /* `topics` of them */
+    int topics;
 };
 
 int srv_events_valid(const struct srv_events *events) {
     return events->service && events->most > 0 && events->count >= 0 &&
            events->count <= events->most && srv_list_empty(&events->listeners) == !events->count &&
-           events->look.count >= 0 && events->look.count <= events->most;
-}
-
-void srv_events_id(const struct srv_job *job, char id[SRV_EVENT_ID]) {
-    snprintf(id, SRV_EVENT_ID, "%s-%ld", srv_job_word(job->state), job->done);
+           events->topics >= 0 && events->topics <= EVENTS_TOPICS;
 }
 
 /* --- one stream; called with the lock --- */
@@ -67,34 +40,21 @@ static struct srv_listener *listener_of_link(struct srv_list *link) {
     return SRV_CONTAINER_OF(link, struct srv_listener, link);
 }
 
-/* there is something that was not told */
-static int listener_news(const struct srv_listener *listener) {
-    char id[SRV_EVENT_ID];
-    srv_events_id(&listener->job, id);
-    return strcmp(id, listener->told) != 0;
-}
-
-static enum pend_status listener_event(struct srv_listener *listener) {
-    struct api_buffer json, *text = &listener->text;
-    struct api_job view = srv_job_view(&listener->job);
-    api_buffer_init(&json, EVENTS_TEXT);
-    srv_events_id(&listener->job, listener->told);
-    enum pend_status status = api_job_write(&view, &json);
-    if (status == PEND_OK)
-        status = api_buffer_format(text, "event: progress\nid: %s\ndata: ", listener->told);
-    if (status == PEND_OK) status = api_buffer_add(text, json.data, json.bytes);
-    if (status == PEND_OK) status = api_buffer_text(text, "\n\n");
-    api_buffer_clear(&json);
-    return status;
+/* counts what a stream holds beyond what every stream does */
+static void listener_count(struct srv_events *events, struct srv_listener *listener) {
+    size_t text = listener->text.cap > SRV_EVENTS_TEXT ? listener->text.cap : 0;
+    int64_t bytes = (int64_t)(text + listener->kept);
+    srv_memory_add(&events->service->memory, SRV_MEMORY_CONNECTIONS, bytes - listener->counted);
+    listener->counted = bytes;
 }
 
 /* puts what comes next where it is sent from; 0 where nothing does */
 static int listener_next(struct srv_listener *listener) {
     enum pend_status status = PEND_OK;
     listener->text.bytes = listener->taken = 0;
-    if (listener_news(listener)) {
-        status = listener_event(listener);
-        listener->over |= srv_job_over(&listener->job);
+    if (listener->text.cap > SRV_EVENTS_TEXT) api_buffer_clear(&listener->text);
+    if (listener->topic->news(listener)) {
+        status = listener->topic->next(listener);
     } else if (listener->over) {
         return 0;
     } else if (listener->beat) {
@@ -120,9 +80,10 @@ static void listener_free(struct srv_events *events, struct srv_listener *listen
     srv_list_remove(&listener->link);
     events->count--;
     atomic_fetch_sub(&events->service->listening, 1);
-    srv_memory_add(&events->service->memory, SRV_MEMORY_CONNECTIONS, -EVENTS_BYTES);
+    srv_memory_add(&events->service->memory, SRV_MEMORY_CONNECTIONS,
+                   -EVENTS_BYTES - listener->counted);
     api_buffer_clear(&listener->text);
-    free(listener);
+    listener->topic->drop(listener);
 }
 
 /* --- from outside --- */
@@ -143,16 +104,10 @@ static int events_sated(const struct srv_events *events, const struct srv_identi
            all >= events_part(3 * events->most, SRV_EVENTS_SHARE);
 }
 
-enum pend_status srv_events_open(struct srv_events *events, struct srv_exchange *exchange,
-                                 const struct srv_job *job, const char *last, int *own) {
-    struct srv_listener *made = calloc(1, sizeof *made);
-    if (!made) return PEND_NO_MEMORY;
-    *made =
-        (struct srv_listener){.exchange = exchange,
-                              .job = *job,
-                              .beat_at = srv_clock_now() + (int64_t)SRV_EVENTS_BEAT_S * 1000000000};
-    if (last) snprintf(made->told, sizeof made->told, "%s", last);
-    api_buffer_init(&made->text, EVENTS_TEXT);
+/* adds a stream, if it may be opened; *own: it is the client that has too many */
+static enum pend_status events_begin(struct srv_events *events, struct srv_listener *made,
+                                     int *own) {
+    struct srv_exchange *exchange = made->exchange;
     enum pend_status status = api_buffer_format(&made->text, "retry: %d\n\n", SRV_EVENTS_RETRY_MS);
     pthread_mutex_lock(&events->lock);
     assert(srv_events_valid(events));
@@ -167,14 +122,40 @@ enum pend_status srv_events_open(struct srv_events *events, struct srv_exchange 
         exchange->listener = made;
         exchange->listens = exchange->streams = 1;
         exchange->stream_bytes = -1;
+        events->news |= made->wants;
         pthread_cond_signal(&events->some);
     }
     assert(srv_events_valid(events));
     pthread_mutex_unlock(&events->lock);
-    if (status == PEND_OK) return PEND_OK;
-    api_buffer_clear(&made->text);
-    free(made);
     return status;
+}
+
+void srv_events_open(struct srv_events *events, struct srv_listener *listener) {
+    struct srv_exchange *exchange = listener->exchange;
+    int own = 0;
+    api_buffer_init(&listener->text, SRV_EVENTS_TEXT);
+    listener->beat_at = srv_clock_now() + (int64_t)SRV_EVENTS_BEAT_S * 1000000000;
+    enum pend_status status = events_begin(events, listener, &own);
+    if (status == PEND_OK) {
+        srv_exchange_static(exchange, 200, "text/event-stream", NULL, 0);
+        srv_exchange_header(exchange, "Cache-Control", "no-store");
+        /* nginx would hold the events back */
+        srv_exchange_header(exchange, "X-Accel-Buffering", "no");
+        return;
+    }
+    api_buffer_clear(&listener->text);
+    listener->topic->drop(listener);
+    if (status == PEND_NO_MEMORY) {
+        srv_exchange_busy(exchange, 1, "out of memory");
+    } else if (own) {
+        srv_exchange_problem(
+            exchange, 429,
+            "you have a quarter of max-event-streams, %d, open, or all of your address three",
+            events->most);
+        srv_exchange_retry(exchange, 5);
+    } else {
+        srv_exchange_busy(exchange, 5, "too many streams of events are open: max-event-streams");
+    }
 }
 
 long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,
@@ -195,6 +176,9 @@ long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,
         result = SRV_INFLIGHT_END;
     } else if (listener) {
         listener->waits = 1;
+        listener_count(events, listener);
+        events->news |= listener->wants;
+        if (listener->wants) pthread_cond_signal(&events->some);
         pause(exchange);
         result = SRV_INFLIGHT_WAIT;
     }
@@ -247,49 +231,14 @@ void srv_events_drain(struct srv_events *events) {
 
 /* --- the thread that looks --- */
 
-static enum srv_stored look_run(struct srv_store *store, struct srv_store_call *call) {
-    struct events_look *look = SRV_CONTAINER_OF(call, struct events_look, ask.call);
-    enum srv_stored stored = SRV_STORED;
-    for (int i = 0; i < look->count; i++) {
-        char id[SRV_ID_BYTES];
-        memcpy(id, look->job[i].id, sizeof id);
-        /* a store that is away is not asked again for each */
-        if (stored < SRV_STORED_AWAY) stored = srv_store_job(store, id, &look->job[i]);
-        look->stored[i] = stored;
-        memcpy(look->job[i].id, id, sizeof id);
-    }
-    return stored < SRV_STORED_AWAY ? SRV_STORED : stored;
-}
-
-static int look_find(const struct events_look *look, const char *id) {
-    int i = 0;
-    while (i < look->count && strcmp(look->job[i].id, id) != 0) i++;
-    return i;
-}
-
-/* lists the jobs that are listened to; with the lock */
-static void look_gather(struct srv_events *events) {
-    struct events_look *look = &events->look;
-    look->count = 0;
-    SRV_LIST_EACH (link, &events->listeners) {
-        const struct srv_listener *at = listener_of_link(link);
-        if (!at->over && look_find(look, at->job.id) == look->count)
-            memcpy(look->job[look->count++].id, at->job.id, SRV_ID_BYTES);
-    }
-}
-
-/* tells what was found; with the lock */
-static void look_tell(struct srv_events *events) {
-    const struct events_look *look = &events->look;
+/* wakes those for whom there is something; with the lock */
+static void events_wake(struct srv_events *events) {
     int64_t now = srv_clock_now();
     SRV_LIST_EACH (link, &events->listeners) {
         struct srv_listener *at = listener_of_link(link);
-        int i = look_find(look, at->job.id), found = i < look->count;
-        if (found && look->stored[i] == SRV_STORED) at->job = look->job[i];
-        /* it is not kept any more: who comes again is told so */
-        if (found && look->stored[i] == SRV_STORED_NONE) at->over = 1;
         if (now >= at->beat_at) at->beat = 1;
-        if (at->over || at->beat || listener_news(at)) listener_wake(at);
+        listener_count(events, at);
+        if (at->over || at->beat || at->topic->news(at)) listener_wake(at);
     }
 }
 
@@ -313,19 +262,26 @@ static int events_wait(struct srv_events *events, int64_t asked) {
     return !events->over;
 }
 
+/* has a topic look until it has nothing more to ask; with the lock, which is left meanwhile */
+static void events_look(struct srv_events *events, struct srv_topic *topic) {
+    int more = 1;
+    while (more && !events->over && topic->gather(topic, &events->listeners)) {
+        pthread_mutex_unlock(&events->lock);
+        srv_storage_wait(events->service->storage, SRV_ASK_READ, &topic->ask);
+        pthread_mutex_lock(&events->lock);
+        more = topic->tell(topic, &events->listeners);
+        events_wake(events);
+    }
+}
+
 static void *events_main(void *context) {
     struct srv_events *events = context;
     int64_t asked = 0;
     pthread_mutex_lock(&events->lock);
     while (events_wait(events, asked)) {
-        look_gather(events);
-        pthread_mutex_unlock(&events->lock);
         asked = srv_clock_now();
-        events->look.ask.call.run = look_run;
-        if (events->look.count)
-            srv_storage_wait(events->service->storage, SRV_ASK_READ, &events->look.ask);
-        pthread_mutex_lock(&events->lock);
-        look_tell(events);
+        for (int i = 0; i < events->topics; i++) events_look(events, events->topic[i]);
+        events_wake(events);
     }
     pthread_mutex_unlock(&events->lock);
     return NULL;
@@ -341,11 +297,19 @@ enum pend_status srv_events_new(struct srv_events **events, struct srv_service *
     made->most = most;
     pthread_mutex_init(&made->lock, NULL);
     srv_condition_init(&made->some);
-    made->look.job = calloc((size_t)most, sizeof *made->look.job);
-    made->look.stored = calloc((size_t)most, sizeof *made->look.stored);
-    if (made->look.job && made->look.stored) return PEND_OK;
-    srv_events_free(events);
-    return PEND_NO_MEMORY;
+    return PEND_OK;
+}
+
+enum pend_status srv_events_add(struct srv_events *events, struct srv_topic *topic) {
+    if (!topic) return PEND_NO_MEMORY;
+    assert(!events->started && events->topics < EVENTS_TOPICS);
+    events->topic[events->topics++] = topic;
+    return PEND_OK;
+}
+
+struct srv_topic *srv_events_topic(const struct srv_events *events, int i) {
+    assert(i >= 0 && i < events->topics);
+    return events->topic[i];
 }
 
 enum pend_status srv_events_start(struct srv_events *events) {
@@ -367,8 +331,7 @@ void srv_events_free(struct srv_events **events) {
     *events = NULL;
     if (!gone) return;
     assert(srv_list_empty(&gone->listeners) && !gone->started);
-    free(gone->look.job);
-    free(gone->look.stored);
+    for (int i = 0; i < gone->topics; i++) gone->topic[i]->free(gone->topic[i]);
     pthread_cond_destroy(&gone->some);
     pthread_mutex_destroy(&gone->lock);
     free(gone);

@@ -1,11 +1,12 @@
-/* Streams of server-sent events about the progress of jobs, and the one thread that asks the store
- * for changes.
- * Leaves to others: jobs themselves (store), connections (http), a job as JSON (job_view).
+/* Streams of server-sent events, whatever they tell of, and the one thread that asks the store for
+ * changes.
+ * Leaves to others: what is told (a topic: job_events, classes/class_events), connections (http).
  * Invariant: an open stream holds the memory of one event, no worker and no thread; a slow reader
  * may miss events, but not the last one. */
 #ifndef SRV_EVENTS_H
 #define SRV_EVENTS_H
 
+#include "server/base/list.h"
 #include "server/work/exchange.h"
 
 enum {
@@ -13,13 +14,47 @@ enum {
     SRV_EVENTS_RETRY_MS = 2000,
     SRV_EVENTS_SHARE =
         4, /* one client may have an open stream in so many, all of an address three */
-    SRV_EVENT_ID = 48
+    SRV_EVENTS_TEXT = 8192 /* bytes of an event that need not be counted by its topic */
 };
 
 struct srv_events;
+struct srv_topic;
+
+/* A stream that is open; a topic's own begins with it. Under the lock of the events. */
+struct srv_listener {
+    struct srv_exchange *exchange;
+    struct srv_topic *topic;
+    struct srv_list link;
+    int64_t beat_at;        /* ns: when a comment is due */
+    int beat, over;         /* a comment is due; nothing will come any more */
+    int waits;              /* suspended, for the next event */
+    int wants;              /* its topic is to look soon: there is more than was asked for */
+    struct api_buffer text; /* what is being sent */
+    size_t taken;           /* bytes of it that were */
+    size_t kept;            /* bytes of memory that its topic keeps for it, with its next event */
+    int64_t counted;        /* bytes beyond SRV_EVENTS_TEXT that the memory was told of */
+};
+
+/* What streams tell of. All but `run` of the ask are called with the lock of the events. */
+struct srv_topic {
+    struct srv_ask ask; /* of the thread; its call.run is the topic's */
+    /** True when there is something to tell. */
+    int (*news)(const struct srv_listener *listener);
+    /** Appends what there is to tell to listener->text. */
+    enum pend_status (*next)(struct srv_listener *listener);
+    /** Lists what the store is to be asked; returns 0 when that is nothing. */
+    int (*gather)(struct srv_topic *topic, struct srv_list *listeners);
+    /** Tells the listeners what was found; returns 1 when the next question should follow at
+     * once. */
+    int (*tell)(struct srv_topic *topic, struct srv_list *listeners);
+    /** Frees what a listener of the topic has beside its text, and then the listener. */
+    void (*drop)(struct srv_listener *listener);
+    /** Frees the topic. */
+    void (*free)(struct srv_topic *topic);
+};
 
 /**
- * Makes it, without listeners and without its thread.
+ * Makes it, without listeners, topics and its thread.
  *
  * service  outlives it.
  * most     streams that may be open.
@@ -28,6 +63,12 @@ struct srv_events;
  */
 PEND_MUST_CHECK enum pend_status srv_events_new(struct srv_events **events,
                                                 struct srv_service *service, int most);
+
+/** Adds a topic, which is freed with the events; NULL is PEND_NO_MEMORY. Before the start. */
+PEND_MUST_CHECK enum pend_status srv_events_add(struct srv_events *events, struct srv_topic *topic);
+
+/** The topic that was added as number i. */
+struct srv_topic *srv_events_topic(const struct srv_events *events, int i);
 
 /** Starts its thread, once service->storage is there. PEND_NO_MEMORY when that cannot be had. */
 PEND_MUST_CHECK enum pend_status srv_events_start(struct srv_events *events);
@@ -42,23 +83,16 @@ void srv_events_free(struct srv_events **events);
  * its lock. O(1). */
 int srv_events_valid(const struct srv_events *events);
 
-/** Says that the state of some job may have changed. Any thread; NULL is accepted. */
+/** Says that something in the store may have changed. Any thread; NULL is accepted. */
 void srv_events_news(struct srv_events *events);
 
-/** Writes the `id` of an event, which is different for each state of a job: "running-12". */
-void srv_events_id(const struct srv_job *job, char id[SRV_EVENT_ID]);
-
 /**
- * Answers an exchange with a stream of a job's events, beginning with its present state unless
- * `last` is the id of that state.
+ * Answers an exchange with a stream: 200, or 429, or 503.
  *
- * PEND_LIMIT     too many streams are open; `own` is set if it is the client that has too many.
- * PEND_NO_MEMORY
+ * listener  the topic's, malloc'ed, with exchange and topic set; it is taken, and freed where no
+ *           stream is opened.
  */
-PEND_MUST_CHECK enum pend_status srv_events_open(struct srv_events *events,
-                                                 struct srv_exchange *exchange,
-                                                 const struct srv_job *job, const char *last,
-                                                 int *own);
+void srv_events_open(struct srv_events *events, struct srv_listener *listener);
 
 /** As srv_inflight_read, of an exchange whose `listens` is set. */
 long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,

@@ -10,7 +10,7 @@
 #include "api/call/part.h"
 #include "server/work/admission.h"
 #include "server/jobs/store_request.h"
-#include "server/jobs/events.h"
+#include "server/jobs/job_events.h"
 #include "server/work/hold.h"
 #include "server/jobs/job_view.h"
 #include "server/jobs/part_runner.h"
@@ -297,40 +297,18 @@ void srv_jobs_dismiss(struct srv_exchange *exchange) {
 static int jobs_ended(struct srv_store_request *asked) {
     char id[SRV_EVENT_ID];
     const char *last = asked->exchange->field[SRV_LAST_EVENT_ID];
-    srv_events_id(&asked->job, id);
+    srv_job_events_id(&asked->job, id);
     if (!last || strcmp(last, id) != 0 || !srv_job_over(&asked->job)) return 0;
     srv_exchange_static(asked->exchange, 204, NULL, NULL, 0);
     return 1;
-}
-
-static void jobs_listen(struct srv_store_request *asked) {
-    struct srv_exchange *exchange = asked->exchange;
-    int own, most = (int)asked->service->config.event_streams;
-    enum pend_status status = srv_events_open(asked->service->events, exchange, &asked->job,
-                                              exchange->field[SRV_LAST_EVENT_ID], &own);
-    if (status == PEND_NO_MEMORY) {
-        srv_exchange_busy(exchange, 1, "out of memory");
-    } else if (status != PEND_OK && own) {
-        srv_exchange_problem(
-            exchange, 429,
-            "you have a quarter of max-event-streams, %d, open, or all of your address three",
-            most);
-        srv_exchange_retry(exchange, 5);
-    } else if (status != PEND_OK) {
-        srv_exchange_busy(exchange, 5, "too many streams of events are open: max-event-streams");
-    } else {
-        srv_exchange_static(exchange, 200, "text/event-stream", NULL, 0);
-        srv_exchange_header(exchange, "Cache-Control", "no-store");
-        /* nginx would hold the events back */
-        srv_exchange_header(exchange, "X-Accel-Buffering", "no");
-    }
 }
 
 static void jobs_found_events(struct srv_store_request *asked, enum srv_stored stored) {
     if (stored != SRV_STORED)
         srv_store_request_refuse(asked, stored);
     else if (!jobs_ended(asked))
-        jobs_listen(asked);
+        srv_job_events_open(asked->exchange, &asked->job,
+                            asked->exchange->field[SRV_LAST_EVENT_ID]);
     srv_store_request_end(asked);
 }
 

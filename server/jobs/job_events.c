@@ -1,0 +1,147 @@
+#include "server/jobs/job_events.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/jobs/job_view.h"
+
+/* A stream of a job's events. */
+struct job_listener {
+    struct srv_listener listener;
+    struct srv_job job;      /* as it was seen last */
+    char told[SRV_EVENT_ID]; /* of the event that was sent last; "" = none */
+};
+
+/* All jobs that somebody listens to. */
+struct job_topic {
+    struct srv_topic topic;
+    int count;
+    struct srv_job *job; /* ids in, states out */
+    enum srv_stored *stored;
+};
+
+void srv_job_events_id(const struct srv_job *job, char id[SRV_EVENT_ID]) {
+    snprintf(id, SRV_EVENT_ID, "%s-%ld", srv_job_word(job->state), job->done);
+}
+
+/* --- one stream --- */
+
+static struct job_listener *job_listener(const struct srv_listener *listener) {
+    return SRV_CONTAINER_OF(listener, struct job_listener, listener);
+}
+
+/* there is something that was not told */
+static int job_news(const struct srv_listener *listener) {
+    const struct job_listener *own = job_listener(listener);
+    char id[SRV_EVENT_ID];
+    srv_job_events_id(&own->job, id);
+    return strcmp(id, own->told) != 0;
+}
+
+static enum pend_status job_next(struct srv_listener *listener) {
+    struct job_listener *own = job_listener(listener);
+    struct api_buffer json, *text = &listener->text;
+    struct api_job view = srv_job_view(&own->job);
+    api_buffer_init(&json, SRV_EVENTS_TEXT);
+    srv_job_events_id(&own->job, own->told);
+    enum pend_status status = api_job_write(&view, &json);
+    if (status == PEND_OK)
+        status = api_buffer_format(text, "event: progress\nid: %s\ndata: ", own->told);
+    if (status == PEND_OK) status = api_buffer_add(text, json.data, json.bytes);
+    if (status == PEND_OK) status = api_buffer_text(text, "\n\n");
+    api_buffer_clear(&json);
+    listener->over |= srv_job_over(&own->job);
+    return status;
+}
+
+static void job_drop(struct srv_listener *listener) { free(job_listener(listener)); }
+
+void srv_job_events_open(struct srv_exchange *exchange, const struct srv_job *job,
+                         const char *last) {
+    struct srv_events *events = exchange->service->events;
+    struct job_listener *made = calloc(1, sizeof *made);
+    if (!made) {
+        srv_exchange_busy(exchange, 1, "out of memory");
+        return;
+    }
+    made->job = *job;
+    made->listener.exchange = exchange;
+    made->listener.topic = srv_events_topic(events, 0);
+    if (last) snprintf(made->told, sizeof made->told, "%s", last);
+    srv_events_open(events, &made->listener);
+}
+
+/* --- all of them --- */
+
+static enum srv_stored look_run(struct srv_store *store, struct srv_store_call *call) {
+    struct job_topic *look = SRV_CONTAINER_OF(call, struct job_topic, topic.ask.call);
+    enum srv_stored stored = SRV_STORED;
+    for (int i = 0; i < look->count; i++) {
+        char id[SRV_ID_BYTES];
+        memcpy(id, look->job[i].id, sizeof id);
+        /* a store that is away is not asked again for each */
+        if (stored < SRV_STORED_AWAY) stored = srv_store_job(store, id, &look->job[i]);
+        look->stored[i] = stored;
+        memcpy(look->job[i].id, id, sizeof id);
+    }
+    return stored < SRV_STORED_AWAY ? SRV_STORED : stored;
+}
+
+static int look_find(const struct job_topic *look, const char *id) {
+    int i = 0;
+    while (i < look->count && strcmp(look->job[i].id, id) != 0) i++;
+    return i;
+}
+
+/* lists the jobs that are listened to */
+static int look_gather(struct srv_topic *topic, struct srv_list *listeners) {
+    struct job_topic *look = SRV_CONTAINER_OF(topic, struct job_topic, topic);
+    look->count = 0;
+    SRV_LIST_EACH (link, listeners) {
+        const struct srv_listener *at = SRV_CONTAINER_OF(link, struct srv_listener, link);
+        if (at->topic != topic || at->over) continue;
+        const struct srv_job *job = &job_listener(at)->job;
+        if (look_find(look, job->id) == look->count)
+            memcpy(look->job[look->count++].id, job->id, SRV_ID_BYTES);
+    }
+    return look->count;
+}
+
+static int look_tell(struct srv_topic *topic, struct srv_list *listeners) {
+    const struct job_topic *look = SRV_CONTAINER_OF(topic, struct job_topic, topic);
+    SRV_LIST_EACH (link, listeners) {
+        struct srv_listener *at = SRV_CONTAINER_OF(link, struct srv_listener, link);
+        if (at->topic != topic) continue;
+        struct srv_job *job = &job_listener(at)->job;
+        int i = look_find(look, job->id), found = i < look->count;
+        if (found && look->stored[i] == SRV_STORED) *job = look->job[i];
+        /* it is not kept any more: who comes again is told so */
+        if (found && look->stored[i] == SRV_STORED_NONE) at->over = 1;
+    }
+    return 0;
+}
+
+static void look_free(struct srv_topic *topic) {
+    struct job_topic *gone = SRV_CONTAINER_OF(topic, struct job_topic, topic);
+    free(gone->job);
+    free(gone->stored);
+    free(gone);
+}
+
+struct srv_topic *srv_job_events_new(int most) {
+    struct job_topic *made = calloc(1, sizeof *made);
+    if (!made) return NULL;
+    made->topic = (struct srv_topic){.ask = {.call = {.run = look_run}},
+                                     .news = job_news,
+                                     .next = job_next,
+                                     .gather = look_gather,
+                                     .tell = look_tell,
+                                     .drop = job_drop,
+                                     .free = look_free};
+    made->job = calloc((size_t)most, sizeof *made->job);
+    made->stored = calloc((size_t)most, sizeof *made->stored);
+    if (made->job && made->stored) return &made->topic;
+    look_free(&made->topic);
+    return NULL;
+}
