@@ -18,8 +18,7 @@ static void job_date(int64_t days, int64_t *year, int *month, int *day) {
     *year = years + era * 400 + (*month <= 2);
 }
 
-/* writes an instant in UTC in the form of RFC 3339; null for 0 */
-static enum pend_status job_time(struct api_buffer *out, const char *name, int64_t us) {
+enum pend_status api_job_time(struct api_buffer *out, const char *name, int64_t us) {
     char text[JOB_TIME];
     int64_t seconds = us / 1000000, year;
     int month, day, second = (int)(seconds % 86400);
@@ -55,10 +54,10 @@ enum pend_status api_job_write(const struct api_job *job, struct api_buffer *out
     PEND_TRY(api_out_text(out, "status", job->status));
     PEND_TRY(api_out_text(out, "owner", job->owner));
     PEND_TRY(api_out_whole(out, "progress", job_progress(job)));
-    PEND_TRY(job_time(out, "created", job->created));
-    PEND_TRY(job_time(out, "started", job->started));
-    PEND_TRY(job_time(out, "finished", job->finished));
-    PEND_TRY(job_time(out, "expires", job->expires));
+    PEND_TRY(api_job_time(out, "created", job->created));
+    PEND_TRY(api_job_time(out, "started", job->started));
+    PEND_TRY(api_job_time(out, "finished", job->finished));
+    PEND_TRY(api_job_time(out, "expires", job->expires));
     if (job->remaining >= 0) PEND_TRY(api_out_number(out, "remaining_seconds", job->remaining, 3));
     PEND_TRY(api_out_text(out, "message", job->message));
     PEND_TRY(api_out_open(out, "links", '['));

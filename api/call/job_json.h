@@ -20,6 +20,10 @@ struct api_job {
     int results;      /* they can be fetched */
 };
 
+/** Appends a member that is an instant, us since 1970, in UTC in the form of RFC 3339; null for 0.
+ * Fails as api_buffer_room does. */
+PEND_MUST_CHECK enum pend_status api_job_time(struct api_buffer *out, const char *name, int64_t us);
+
 /** Appends a job as a JSON object; fails as api_buffer_room does. */
 PEND_MUST_CHECK enum pend_status api_job_write(const struct api_job *job, struct api_buffer *out);
 

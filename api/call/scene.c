@@ -37,15 +37,13 @@ static enum pend_status scene_member(const char *name, const struct api_value *v
     return PEND_OK;
 }
 
-/* checks the request as /v1/trajectories does; a representation that streams has no limit of the
- * answer */
-static enum pend_status scene_check_request(const struct api_value *request,
-                                            const struct api_limits *limits,
-                                            struct api_problem *problem) {
+enum pend_status api_scene_check_request(const struct api_value *value,
+                                         const struct api_limits *limits,
+                                         struct api_problem *problem) {
     struct api_reading reading = {
-        .root = request, .format = &api_format_octets, .limits = limits, .problem = problem};
+        .root = value, .format = &api_format_octets, .limits = limits, .problem = problem};
     void *state = NULL;
-    if (!api_field_object(request, problem)) return PEND_INVALID;
+    if (!api_field_object(value, problem)) return PEND_INVALID;
     enum pend_status status = api_op_trajectories.read(&state, &reading);
     if (state) api_op_trajectories.free(&state);
     return status;
@@ -81,7 +79,7 @@ static enum pend_status scene_check(const struct api_value *root, const struct a
     struct api_value view = api_value_member(root, "view");
     (void)api_value_only(root, scene_fields, problem);
     scene_check_title(&title, problem);
-    enum pend_status status = scene_check_request(&request, limits, problem);
+    enum pend_status status = api_scene_check_request(&request, limits, problem);
     if (status == PEND_NO_MEMORY) return status;
     if (api_value_kind(&view) != API_MISSING) (void)api_field_object(&view, problem);
     return problem->status ? PEND_INVALID : scene_write(root, most, inner, problem);

@@ -29,4 +29,18 @@ int api_scene_read(const struct api_request *request, const struct api_limits *l
                    const char *created, char id[API_SCENE_ID], struct api_buffer *scene,
                    struct api_buffer *out);
 
+/**
+ * Checks a trajectory's request as /v1/trajectories does; a representation that streams has no
+ * limit of the answer.
+ *
+ * value    the request; a fault is added where it is no object.
+ *
+ * PEND_INVALID    problem has the faults.
+ * PEND_NO_MEMORY
+ * O(request).
+ */
+PEND_MUST_CHECK enum pend_status api_scene_check_request(const struct api_value *value,
+                                                         const struct api_limits *limits,
+                                                         struct api_problem *problem);
+
 #endif

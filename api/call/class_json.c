@@ -1,0 +1,481 @@
+#include "api/call/class_json.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+#include "api/call/canonical.h"
+#include "api/call/job_json.h"
+#include "api/call/scene.h"
+#include "api/encode/negotiate.h"
+#include "api/read/field.h"
+
+/* characters of texts */
+enum { CLASS_TITLE = 200, CLASS_LINE = 300, CLASS_TEXT = 4000, CLASS_UNIT = 16 };
+
+/* bytes that a body may have beyond its canonical form: blanks, and numbers in another spelling */
+enum { CLASS_SPARE = 4 };
+
+/* What is read into, besides the value itself. */
+struct class_reading {
+    const struct api_limits *limits;
+    struct api_class_facts *facts;
+    struct api_problem *problem;
+    enum pend_status status; /* PEND_NO_MEMORY once that has happened */
+};
+
+/* a kind of question, and the number of its choices, in a flag; an answer's shape is a kind too */
+enum { KIND_NUMBER, KIND_CHOICE, KIND_ANGLE, KIND_TEXT };
+enum { FLAG_CLOSED = 1, FLAG_KIND = 2, FLAG_CHOICES = 16 };
+static const char *const class_kinds[] = {"number", "choice", "angle", "text", NULL};
+
+/* --- parts --- */
+
+/* how many characters a text has, -1 where one of them must not stand in a line: control
+ * characters, and those that turn the direction of what is beside them (U+202A to U+202E, U+2066
+ * to U+2069) */
+static long class_line(const char *text) {
+    long characters = 0;
+    for (const unsigned char *at = (const unsigned char *)text; *at; at++) {
+        if (*at < ' ' || *at == 0x7f) return -1;
+        if (at[0] == 0xe2 && at[1] == 0x80 && at[2] >= 0xaa && at[2] <= 0xae) return -1;
+        if (at[0] == 0xe2 && at[1] == 0x81 && at[2] >= 0xa6 && at[2] <= 0xa9) return -1;
+        characters += (*at & 0xc0) != 0x80;
+    }
+    return characters;
+}
+
+static long class_characters(const char *text) {
+    long characters = 0;
+    for (; *text; text++) characters += ((unsigned char)*text & 0xc0) != 0x80;
+    return characters;
+}
+
+/* a text of least .. most characters; of one line if that is wanted */
+static void class_text(const struct api_value *value, long least, long most, int line,
+                       struct api_problem *problem) {
+    char found[API_FOUND_BYTES];
+    if (api_value_kind(value) == API_MISSING && !least) return;
+    const char *text = api_value_text(value);
+    if (text) {
+        long characters = line ? class_line(text) : class_characters(text);
+        if (characters >= least && characters <= most) return;
+        if (characters < 0)
+            api_value_fault(value, problem,
+                            "must be one line, without control characters and without those that "
+                            "change the direction of writing");
+        else
+            api_value_fault(value, problem, "must have %ld to %ld characters, got %ld", least, most,
+                            characters);
+        return;
+    }
+    api_value_found(value, found);
+    api_value_fault(value, problem, "must be a text of %ld to %ld characters, got %s", least, most,
+                    found);
+}
+
+int api_class_id_good(const char *id) {
+    size_t bytes = strlen(id);
+    return bytes >= 1 && bytes <= API_CLASS_ID &&
+           strspn(id, "abcdefghijklmnopqrstuvwxyz0123456789-") == bytes;
+}
+
+/* the id of something in the room; returns whether it is there and good */
+static int class_id(const struct api_value *value, int needed, struct api_problem *problem) {
+    const char *id = api_value_text(value);
+    if (api_value_kind(value) == API_MISSING && !needed) return 0;
+    if (id && api_class_id_good(id)) return 1;
+    api_value_fault(value, problem, "must be 1 to %d of a-z, 0-9 and -", API_CLASS_ID);
+    return 0;
+}
+
+/* a pendulum as the page shows it: a trajectory's request, and how it is shown */
+static void class_scene(const struct api_value *scene, struct class_reading *reading) {
+    static const char *const fields[] = {"request", "view", NULL};
+    struct api_problem *problem = reading->problem;
+    if (api_value_kind(scene) == API_MISSING || api_value_kind(scene) == API_NULL) return;
+    if (!api_field_object(scene, problem)) return;
+    struct api_value request = api_value_member(scene, "request"),
+                     view = api_value_member(scene, "view");
+    (void)api_value_only(scene, fields, problem);
+    enum pend_status status = api_scene_check_request(&request, reading->limits, problem);
+    if (status == PEND_NO_MEMORY) reading->status = status;
+    if (api_value_kind(&view) != API_MISSING) (void)api_field_object(&view, problem);
+}
+
+/* the value of an answer; its flag, 0 where it is none */
+static int64_t class_value(const struct api_value *value, struct api_problem *problem) {
+    if (api_value_kind(value) == API_STRING) {
+        class_text(value, 0, CLASS_TEXT, 0, problem);
+        return FLAG_KIND * KIND_TEXT;
+    }
+    if (api_value_kind(value) != API_NUMBER) {
+        char found[API_FOUND_BYTES];
+        api_value_found(value, found);
+        api_value_fault(value, problem, "must be a number or a text, got %s", found);
+        return 0;
+    }
+    double x = api_value_number(value);
+    int whole = x >= 1 && x <= API_CLASS_CHOICES && x == floor(x) ? (int)x : 0;
+    return FLAG_KIND * KIND_NUMBER + FLAG_CHOICES * whole;
+}
+
+static void class_choices(const struct api_value *choices, struct api_problem *problem) {
+    int count = api_value_count(choices);
+    if (api_value_kind(choices) != API_ARRAY || count < 2 || count > API_CLASS_CHOICES) {
+        api_value_fault(choices, problem, "must be a list of 2 to %d texts", API_CLASS_CHOICES);
+        return;
+    }
+    struct api_value item = api_value_first(choices);
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
+        class_text(&item, 1, CLASS_LINE, 1, problem);
+}
+
+/* what kind of answer a question wants; its flag */
+static int64_t class_wants(const struct api_value *question, struct api_problem *problem) {
+    int kind = KIND_TEXT;
+    struct api_value word = api_value_member(question, "kind"),
+                     unit = api_value_member(question, "unit"),
+                     choices = api_value_member(question, "choices");
+    if (api_field_needed(&word, problem)) (void)api_field_word(&word, class_kinds, &kind, problem);
+    class_text(&unit, 0, CLASS_UNIT, 1, problem);
+    if (kind == KIND_CHOICE) {
+        class_choices(&choices, problem);
+        return FLAG_KIND * kind + FLAG_CHOICES * api_value_count(&choices);
+    }
+    if (api_value_kind(&choices) != API_MISSING)
+        api_value_fault(&choices, problem, "is for questions of the kind \"choice\"");
+    return FLAG_KIND * kind;
+}
+
+int api_class_fits(int64_t question, int64_t answer) {
+    assert(question >= 0 && answer >= 0);
+    int64_t wanted = question / FLAG_KIND % 8, given = answer / FLAG_KIND % 8;
+    int64_t choice = answer / FLAG_CHOICES;
+    if (wanted == KIND_TEXT) return given == KIND_TEXT;
+    if (given != KIND_NUMBER) return 0;
+    return wanted != KIND_CHOICE || (choice >= 1 && choice <= question / FLAG_CHOICES);
+}
+
+static void class_tolerance(const struct api_value *tolerance, struct api_problem *problem) {
+    double number;
+    (void)api_value_read_number(tolerance, 0, INFINITY, "", &number, problem);
+}
+
+/* --- the kinds of item --- */
+
+static void class_room(const struct api_value *root, struct class_reading *reading) {
+    static const char *const fields[] = {"hours", NULL};
+    struct api_value hours = api_value_member(root, "hours");
+    (void)api_value_only(root, fields, reading->problem);
+    (void)api_value_read_number(&hours, 0.25, 720, "h", &reading->facts->hours, reading->problem);
+}
+
+static void class_pupil(const struct api_value *root, struct class_reading *reading) {
+    static const char *const fields[] = {"nickname", NULL};
+    struct api_value nickname = api_value_member(root, "nickname");
+    (void)api_value_only(root, fields, reading->problem);
+    class_text(&nickname, 1, API_CLASS_NICKNAME, 1, reading->problem);
+}
+
+static void class_stage(const struct api_value *root, struct class_reading *reading) {
+    static const char *const fields[] = {"scene",   "frozen",   "open",      "text",
+                                         "release", "question", "worksheet", NULL};
+    struct api_problem *problem = reading->problem;
+    struct api_value scene = api_value_member(root, "scene"),
+                     frozen = api_value_member(root, "frozen"),
+                     open = api_value_member(root, "open"), text = api_value_member(root, "text"),
+                     release = api_value_member(root, "release"),
+                     question = api_value_member(root, "question"),
+                     worksheet = api_value_member(root, "worksheet");
+    int truth = 0, opened = 1;
+    (void)api_value_only(root, fields, problem);
+    class_scene(&scene, reading);
+    (void)api_field_truth(&frozen, &truth, problem);
+    (void)api_field_truth(&open, &opened, problem);
+    class_text(&text, 0, CLASS_TEXT, 0, problem);
+    (void)class_id(&question, 0, problem);
+    (void)class_id(&worksheet, 0, problem);
+    reading->facts->shut = !opened;
+    if (api_value_kind(&release) == API_MISSING || !api_field_object(&release, problem)) return;
+    static const char *const parts[] = {"number", "spread", NULL};
+    struct api_value number = api_value_member(&release, "number"),
+                     spread = api_value_member(&release, "spread");
+    long count;
+    double rad;
+    (void)api_value_only(&release, parts, problem);
+    if (api_field_needed(&number, problem))
+        (void)api_field_whole(&number, 1, 1000000, &count, problem);
+    (void)api_value_read_number(&spread, 0, 1, "rad", &rad, problem);
+}
+
+static void class_own_stage(const struct api_value *root, struct class_reading *reading) {
+    static const char *const fields[] = {"scene", "state", "release", "step", NULL},
+                             *const states[] = {"working", "stuck", "done", NULL};
+    struct api_problem *problem = reading->problem;
+    struct api_value scene = api_value_member(root, "scene"),
+                     state = api_value_member(root, "state"),
+                     release = api_value_member(root, "release"),
+                     step = api_value_member(root, "step");
+    int word;
+    long number;
+    (void)api_value_only(root, fields, problem);
+    class_scene(&scene, reading);
+    (void)api_field_word(&state, states, &word, problem);
+    (void)api_field_whole(&release, 1, 1000000, &number, problem);
+    (void)class_id(&step, 0, problem);
+}
+
+static void class_question(const struct api_value *root, struct class_reading *reading) {
+    static const char *const fields[] = {"text",  "kind",   "unit", "choices",
+                                         "scene", "closed", NULL};
+    struct api_problem *problem = reading->problem;
+    struct api_value text = api_value_member(root, "text"), scene = api_value_member(root, "scene"),
+                     closed = api_value_member(root, "closed");
+    int shut = 0;
+    (void)api_value_only(root, fields, problem);
+    class_text(&text, 1, CLASS_TEXT, 0, problem);
+    class_scene(&scene, reading);
+    (void)api_field_truth(&closed, &shut, problem);
+    reading->facts->flag = class_wants(root, problem) + (shut ? FLAG_CLOSED : 0);
+}
+
+static void class_solution(const struct api_value *root, struct class_reading *reading) {
+    static const char *const fields[] = {"value", "tolerance", "text", "shown", NULL};
+    struct api_problem *problem = reading->problem;
+    struct api_value value = api_value_member(root, "value"),
+                     tolerance = api_value_member(root, "tolerance"),
+                     text = api_value_member(root, "text"), shown = api_value_member(root, "shown");
+    (void)api_value_only(root, fields, problem);
+    if (api_value_kind(&value) != API_MISSING) (void)class_value(&value, problem);
+    class_tolerance(&tolerance, problem);
+    class_text(&text, 0, CLASS_TEXT, 0, problem);
+    (void)api_field_truth(&shown, &reading->facts->shown, problem);
+}
+
+static void class_answer(const struct api_value *root, struct class_reading *reading) {
+    static const char *const fields[] = {"value", "scene", NULL};
+    struct api_value value = api_value_member(root, "value"),
+                     scene = api_value_member(root, "scene");
+    (void)api_value_only(root, fields, reading->problem);
+    if (api_field_needed(&value, reading->problem))
+        reading->facts->flag = class_value(&value, reading->problem);
+    class_scene(&scene, reading);
+}
+
+/* the question of a step, with its solution, which whoever does the worksheet may see */
+static void class_step_question(const struct api_value *question, struct class_reading *reading) {
+    static const char *const fields[] = {"text",  "kind",      "unit", "choices",
+                                         "value", "tolerance", NULL};
+    struct api_problem *problem = reading->problem;
+    if (api_value_kind(question) == API_MISSING || !api_field_object(question, problem)) return;
+    struct api_value text = api_value_member(question, "text"),
+                     value = api_value_member(question, "value"),
+                     tolerance = api_value_member(question, "tolerance");
+    (void)api_value_only(question, fields, problem);
+    class_text(&text, 0, CLASS_TEXT, 0, problem);
+    int64_t wanted = class_wants(question, problem);
+    class_tolerance(&tolerance, problem);
+    if (api_value_kind(&value) == API_MISSING) return;
+    if (!api_class_fits(wanted, class_value(&value, problem)))
+        api_value_fault(&value, problem,
+                        "must be an answer to the question: a number, the number "
+                        "of a choice, or a text");
+}
+
+/* whether a step before `at` has the id */
+static int class_step_before(const struct api_value *steps, const struct api_value *at,
+                             const char *id) {
+    struct api_value step = api_value_first(steps);
+    for (; step.index < at->index; step = api_value_next(&step)) {
+        struct api_value name = api_value_member(&step, "id");
+        const char *text = api_value_text(&name);
+        if (text && !strcmp(text, id)) return 1;
+    }
+    return 0;
+}
+
+static void class_step(const struct api_value *steps, const struct api_value *step,
+                       struct class_reading *reading) {
+    static const char *const fields[] = {"id",   "title", "text",         "scene", "question",
+                                         "hint", "needs", "hidden_until", NULL},
+                             *const needs[] = {"nothing", "answer", "right", NULL};
+    struct api_problem *problem = reading->problem;
+    if (!api_field_object(step, problem)) return;
+    struct api_value id = api_value_member(step, "id"), title = api_value_member(step, "title"),
+                     text = api_value_member(step, "text"), scene = api_value_member(step, "scene"),
+                     question = api_value_member(step, "question"),
+                     hint = api_value_member(step, "hint"), need = api_value_member(step, "needs"),
+                     until = api_value_member(step, "hidden_until");
+    int word = 0;
+    (void)api_value_only(step, fields, problem);
+    if (class_id(&id, 1, problem) && class_step_before(steps, step, api_value_text(&id)))
+        api_value_fault(&id, problem, "is the id of an earlier step");
+    class_text(&title, 0, CLASS_TITLE, 1, problem);
+    class_text(&text, 0, CLASS_TEXT, 0, problem);
+    class_text(&hint, 0, CLASS_TEXT, 0, problem);
+    class_scene(&scene, reading);
+    class_step_question(&question, reading);
+    (void)api_field_word(&need, needs, &word, problem);
+    if (word && api_value_kind(&question) == API_MISSING)
+        api_value_fault(&need, problem, "is for a step with a question");
+    if (class_id(&until, 0, problem) && !class_step_before(steps, step, api_value_text(&until)))
+        api_value_fault(&until, problem, "must be the id of an earlier step");
+}
+
+static void class_worksheet(const struct api_value *root, struct class_reading *reading) {
+    static const char *const fields[] = {"title", "language", "steps", "closed", NULL};
+    struct api_problem *problem = reading->problem;
+    struct api_value title = api_value_member(root, "title"),
+                     language = api_value_member(root, "language"),
+                     steps = api_value_member(root, "steps"),
+                     closed = api_value_member(root, "closed");
+    int count = api_value_count(&steps), shut = 0;
+    (void)api_value_only(root, fields, problem);
+    class_text(&title, 1, CLASS_TITLE, 1, problem);
+    class_text(&language, 0, CLASS_UNIT, 1, problem);
+    (void)api_field_truth(&closed, &shut, problem);
+    reading->facts->flag = shut ? FLAG_CLOSED : 0;
+    if (api_value_kind(&steps) != API_ARRAY || count < 1 || count > API_CLASS_STEPS) {
+        api_value_fault(&steps, problem, "must be a list of 1 to %d steps", API_CLASS_STEPS);
+        return;
+    }
+    struct api_value step = api_value_first(&steps);
+    for (; api_value_kind(&step) != API_MISSING; step = api_value_next(&step))
+        class_step(&steps, &step, reading);
+}
+
+static void class_handin(const struct api_value *root, struct class_reading *reading) {
+    static const char *const fields[] = {"answers", "done", NULL}, *const parts[] = {"step",
+                                                                                     "value",
+                                                                                     "scene", NULL};
+    struct api_problem *problem = reading->problem;
+    struct api_value answers = api_value_member(root, "answers"),
+                     done = api_value_member(root, "done");
+    int truth;
+    (void)api_value_only(root, fields, problem);
+    (void)api_field_truth(&done, &truth, problem);
+    if (api_value_kind(&answers) != API_ARRAY || api_value_count(&answers) > API_CLASS_STEPS) {
+        api_value_fault(&answers, problem, "must be a list of at most %d answers", API_CLASS_STEPS);
+        return;
+    }
+    struct api_value answer = api_value_first(&answers);
+    for (; api_value_kind(&answer) != API_MISSING; answer = api_value_next(&answer)) {
+        if (!api_field_object(&answer, problem)) continue;
+        struct api_value step = api_value_member(&answer, "step"),
+                         value = api_value_member(&answer, "value"),
+                         scene = api_value_member(&answer, "scene");
+        (void)api_value_only(&answer, parts, problem);
+        (void)class_id(&step, 1, problem);
+        (void)class_value(&value, problem);
+        class_scene(&scene, reading);
+    }
+}
+
+/* what each kind is called, how many bytes it may have, and who reads it */
+static const struct {
+    const char *name;
+    size_t most;
+    void (*read)(const struct api_value *root, struct class_reading *reading);
+} class_table[API_CLASS_KINDS] = {
+    [API_CLASS_ROOM] = {"room", 1024, class_room},
+    [API_CLASS_PUPIL] = {"pupil", 1024, class_pupil},
+    [API_CLASS_STAGE] = {"stage", 32 * 1024, class_stage},
+    [API_CLASS_OWN_STAGE] = {"stage", 8 * 1024, class_own_stage},
+    [API_CLASS_QUESTION] = {"question", 32 * 1024, class_question},
+    [API_CLASS_SOLUTION] = {"solution", 20 * 1024, class_solution},
+    [API_CLASS_WORKSHEET] = {"worksheet", 64 * 1024, class_worksheet},
+    [API_CLASS_ANSWER] = {"answer", 20 * 1024, class_answer},
+    [API_CLASS_HANDIN] = {"handin", 32 * 1024, class_handin},
+};
+
+/* --- a body --- */
+
+/* states that a body is larger than its kind may be */
+static void class_large(enum api_class_kind kind, size_t bytes, struct api_problem *problem) {
+    api_problem_set(problem, 413, "a %s has at most %zu bytes without blanks, got %zu",
+                    class_table[kind].name, class_table[kind].most, bytes);
+}
+
+static enum pend_status class_make(const struct api_request *request, enum api_class_kind kind,
+                                   struct class_reading *reading, struct api_buffer *value) {
+    struct api_json *document = NULL;
+    enum pend_status status =
+        api_json_new(&document, request->body ? request->body : "", request->body_bytes,
+                     (int)reading->limits->depth, reading->problem);
+    if (status == PEND_OK) {
+        struct api_value root = api_json_root(document);
+        if (api_field_object(&root, reading->problem)) class_table[kind].read(&root, reading);
+        status = reading->status;
+        if (status == PEND_OK && reading->problem->status) status = PEND_INVALID;
+        if (status == PEND_OK) status = api_canonical_write(&root, value);
+    }
+    if (status == PEND_OK && value->bytes > class_table[kind].most) {
+        class_large(kind, value->bytes, reading->problem);
+        status = PEND_INVALID;
+    }
+    api_json_free(&document);
+    return status;
+}
+
+int api_class_read(const struct api_request *request, const struct api_limits *limits,
+                   enum api_class_kind kind, struct api_class_facts *facts,
+                   struct api_buffer *value, struct api_buffer *out) {
+    struct api_request checked = *request;
+    struct api_problem problem;
+    struct class_reading reading = {.limits = limits, .facts = facts, .problem = &problem};
+    enum pend_status status = PEND_INVALID;
+    assert((unsigned)kind < API_CLASS_KINDS);
+    *facts = (struct api_class_facts){.hours = 24};
+    api_problem_init(&problem);
+    checked.op = API_OP_TREES;
+    api_request_check(&checked, limits, &problem);
+    if (!api_negotiate_format(request->accept, 0)) api_negotiate_refuse(&problem, 0);
+    if (!problem.status && request->body_bytes > CLASS_SPARE * class_table[kind].most)
+        class_large(kind, request->body_bytes, &problem);
+    if (!problem.status) status = class_make(&checked, kind, &reading, value);
+    int http = 0;
+    if (status != PEND_OK) {
+        if (status == PEND_NO_MEMORY) api_problem_clear(&problem);
+        api_problem_set(&problem, pend_status_http(status), "%s", pend_status_text(status));
+        http = problem.status;
+        if (api_problem_write(&problem, out) != PEND_OK) out->bytes = 0;
+    }
+    api_problem_clear(&problem);
+    return http;
+}
+
+/* --- what is told --- */
+
+enum pend_status api_class_item_write(const struct api_class_item *item, struct api_buffer *out) {
+    PEND_TRY(api_out_comma(out));
+    PEND_TRY(api_buffer_text(out, "{"));
+    PEND_TRY(api_out_text(out, "name", item->name));
+    PEND_TRY(api_out_whole(out, "version", (long)item->version));
+    PEND_TRY(api_job_time(out, "changed", item->changed));
+    PEND_TRY(api_out_key(out, "value"));
+    if (item->bytes)
+        PEND_TRY(api_buffer_add(out, item->value, item->bytes));
+    else
+        PEND_TRY(api_buffer_text(out, "null"));
+    return api_buffer_text(out, "}");
+}
+
+enum pend_status api_class_room_write(const struct api_class_room *room, struct api_buffer *out) {
+    char path[64] = "/v1/classes/";
+    strncat(path, room->code, sizeof path - sizeof "/v1/classes/");
+    PEND_TRY(api_buffer_text(out, "{"));
+    PEND_TRY(api_out_text(out, "code", room->code));
+    PEND_TRY(api_out_text(out, "role", room->role));
+    if (room->pupil) PEND_TRY(api_out_whole(out, "pupil", room->pupil));
+    if (room->token) PEND_TRY(api_out_text(out, "token", room->token));
+    PEND_TRY(api_job_time(out, "created", room->created));
+    PEND_TRY(api_job_time(out, "ends", room->ends));
+    PEND_TRY(api_out_whole(out, "version", (long)room->version));
+    PEND_TRY(api_out_whole(out, "pupils", room->pupils));
+    PEND_TRY(api_out_key(out, "open"));
+    PEND_TRY(api_buffer_text(out, room->shut ? "false" : "true"));
+    PEND_TRY(api_out_open(out, "links", '{'));
+    PEND_TRY(api_out_text(out, "self", path));
+    return api_buffer_text(out, "}");
+}

@@ -1,0 +1,101 @@
+#include "api/call/class_table.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "tests/harness/test.h"
+
+#define NOW INT64_C(1769851800125000)
+#define NOW_TEXT "2026-01-31T09:30:00.125Z\r\n"
+
+static struct api_class_item item(const char *name, const char *value) {
+    return (struct api_class_item){name, 1, NOW, value, strlen(value)};
+}
+
+TEST(a_table_has_a_row_for_each_answer) {
+    static const char *const items[][2] = {
+        {"pupils/1", "{\"nickname\":\"Ada \\\"L\\\"\"}"},
+        {"pupils/40", "{\"nickname\":\"=1+1\"}"},
+        {"stages/class", "{\"frozen\":true}"},
+        {"stages/1", "{\"state\":\"done\"}"},
+        {"questions/q", "{\"kind\":\"number\",\"text\":\"How, long?\"}"},
+        {"answers/q/1", "{\"value\":0.1}"},
+        {"answers/q/40", "{\"value\":\"@SUM\\n\"}"},
+        {"answers/q/2", ""},
+        {"worksheets/w", "{\"title\":\"W\"}"},
+        {"handins/w/1", "{\"answers\":[{\"step\":\"a\",\"value\":-2},{\"step\":\"b\",\"value\":"
+                        "\"-\"}]}"},
+    };
+    struct api_class_names names = {0};
+    struct api_buffer out;
+    api_buffer_init(&out, 1 << 16);
+    CHECK_INT(api_class_table_begin(&out), PEND_OK);
+    for (size_t i = 0; i < sizeof items / sizeof *items; i++) {
+        struct api_class_item at = item(items[i][0], items[i][1]);
+        CHECK_INT(api_class_table_add(&at, &names, &out), PEND_OK);
+    }
+    CHECK_INT(api_buffer_add(&out, "", 1), PEND_OK);
+    CHECK_TEXT(out.data, "item,id,step,pupil,nickname,value,changed\r\n"
+                         "stages,1,,1,\"Ada \"\"L\"\"\",\"done\"," NOW_TEXT
+                         "questions,q,,,,\"How, long?\"," NOW_TEXT
+                         "answers,q,,1,\"Ada \"\"L\"\"\",0.1," NOW_TEXT
+                         "answers,q,,40,\"'=1+1\",\"'@SUM\n\"," NOW_TEXT
+                         "handins,w,a,1,\"Ada \"\"L\"\"\",-2," NOW_TEXT
+                         "handins,w,b,1,\"Ada \"\"L\"\"\",\"'-\"," NOW_TEXT);
+    struct api_class_item damaged = item("answers/q/1", "{\"value\":");
+    CHECK_INT(api_class_table_add(&damaged, &names, &out), PEND_INVALID);
+    api_class_names_clear(&names);
+    api_buffer_clear(&out);
+}
+
+/* the histogram of some answers */
+static void check_tally(const char *const value[], int count, const char *text) {
+    struct api_class_tally tally = {0};
+    struct api_buffer out;
+    char body[64];
+    api_buffer_init(&out, 1 << 16);
+    for (int i = 0; i < count; i++) {
+        snprintf(body, sizeof body, "{\"value\":%s}", value[i]);
+        struct api_class_item at = item("answers/q/1", body);
+        CHECK_INT(api_class_tally_add(&at, &tally), PEND_OK);
+    }
+    CHECK_INT(api_class_tally_write(&tally, &out), PEND_OK);
+    CHECK_INT(api_buffer_add(&out, "", 1), PEND_OK);
+    CHECK_TEXT(out.data, text);
+    api_class_tally_clear(&tally);
+    api_buffer_clear(&out);
+}
+
+TEST(a_histogram_counts_values) {
+    static const char *const few[] = {"2", "1", "2.0", "3"}, *const words[] = {"\"b\"", "\"a\"",
+                                                                               "\"b\""};
+    check_tally(NULL, 0, "{\"answers\":0,\"values\":[],\"bins\":[]}");
+    check_tally(few, 4,
+                "{\"answers\":4,\"values\":[{\"value\":1,\"count\":1},{\"value\":2,\"count\":2},{"
+                "\"value\":3,\"count\":1}],\"bins\":[]}");
+    check_tally(words, 3,
+                "{\"answers\":3,\"values\":[{\"value\":\"b\",\"count\":2},{\"value\":\"a\","
+                "\"count\":1}],\"bins\":[]}");
+}
+
+/* 0, 1, ..., 120: ten in each bin, and the greatest in the last one */
+TEST(a_histogram_of_many_numbers_has_twelve_bins) {
+    struct api_class_tally tally = {0};
+    struct api_buffer out;
+    char body[64];
+    int bins = 0;
+    api_buffer_init(&out, 1 << 16);
+    for (int i = 0; i <= 120; i++) {
+        snprintf(body, sizeof body, "{\"value\":%d}", (i * 37) % 121);
+        struct api_class_item at = item("answers/q/1", body);
+        CHECK_INT(api_class_tally_add(&at, &tally), PEND_OK);
+    }
+    CHECK_INT(api_class_tally_write(&tally, &out), PEND_OK);
+    CHECK_INT(api_buffer_add(&out, "", 1), PEND_OK);
+    for (const char *at = out.data; (at = strstr(at, "\"count\":10}")); at++) bins++;
+    CHECK_INT(bins, 11);
+    CHECK(strstr(out.data, "\"values\":[]") && strstr(out.data, "{\"from\":0,\"to\":10,"));
+    CHECK(strstr(out.data, "\"to\":120,\"count\":11}]}"));
+    api_class_tally_clear(&tally);
+    api_buffer_clear(&out);
+}
