@@ -48,6 +48,8 @@ struct srv_store_rules {
     long source_clients; /* clients of one source that have jobs */
     long source_jobs, source_scenes;
     long long source_bytes;
+    long classes, class_pupils; /* rooms in all, pupils of one */
+    long long class_bytes;      /* that the items of one are counted for */
 };
 
 /* A job to be kept; texts are shorter than SRV_NAME_BYTES and not NULL unless said. */

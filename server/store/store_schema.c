@@ -120,7 +120,22 @@ static const char *const schema[] = {
     "ALTER TABLE jobs ADD COLUMN seal {bytes}",
     "ALTER TABLE jobs ADD COLUMN sealed BIGINT NOT NULL DEFAULT 0",
     "ALTER TABLE scenes ADD COLUMN seal {bytes}",
-    "ALTER TABLE scenes ADD COLUMN sealed BIGINT NOT NULL DEFAULT 0", NULL};
+    "ALTER TABLE scenes ADD COLUMN sealed BIGINT NOT NULL DEFAULT 0", NULL,
+    /* 7: rooms in which a class works together, who is in them, and what stands there */
+    "CREATE TABLE classes (code TEXT PRIMARY KEY, teacher TEXT NOT NULL, key TEXT, created BIGINT "
+    "NOT NULL, ends BIGINT NOT NULL, version BIGINT NOT NULL DEFAULT 0, shared BIGINT NOT NULL "
+    "DEFAULT 0, pupils BIGINT NOT NULL DEFAULT 0, numbered BIGINT NOT NULL DEFAULT 0, bytes BIGINT "
+    "NOT NULL DEFAULT 0, shut BIGINT NOT NULL DEFAULT 0) {hot}",
+    "CREATE UNIQUE INDEX classes_key ON classes (teacher, key) WHERE key IS NOT NULL",
+    "CREATE INDEX classes_ends ON classes (ends)",
+    "CREATE TABLE class_pupils (code TEXT NOT NULL, who TEXT NOT NULL, number BIGINT NOT NULL, "
+    "bytes BIGINT NOT NULL, PRIMARY KEY (code, who))",
+    "CREATE UNIQUE INDEX class_pupils_number ON class_pupils (code, number)",
+    "CREATE TABLE class_items (code TEXT NOT NULL, name TEXT NOT NULL, version BIGINT NOT NULL, "
+    "reader BIGINT NOT NULL, flag BIGINT NOT NULL, changed BIGINT NOT NULL, body {bytes} NOT NULL, "
+    "PRIMARY KEY (code, name))",
+    "CREATE INDEX class_items_version ON class_items (code, version)",
+    "CREATE INDEX class_items_reader ON class_items (code, reader, version)", NULL};
 
 /* the tables' version; -1 where none is written */
 static enum srv_stored schema_read(struct srv_sql *sql, int64_t *version) {

@@ -37,6 +37,13 @@
 #define STATE_COUNT(state)                                                                         \
     "CAST(COALESCE(SUM(CASE WHEN state = " state " THEN 1 ELSE 0 END), 0) AS BIGINT)"
 
+/* a room, and the number and the bytes of the pupil whose token's key is $2 */
+#define CLASS_COLUMNS                                                                              \
+    "code, teacher, created, ends, version, shared, pupils, numbered, bytes, shut, "               \
+    "COALESCE((SELECT number FROM class_pupils WHERE class_pupils.code = $1 AND who = $2), 0), "   \
+    "COALESCE((SELECT class_pupils.bytes FROM class_pupils WHERE class_pupils.code = $1 AND who "  \
+    "= $2), 0)"
+
 /* Each statement, in the dialect that both databases share. */
 #define STATEMENTS(X)                                                                              \
     X(BEGIN, "{begin}")                                                                            \
@@ -243,7 +250,37 @@
                  "RETURNING created")                                                              \
     X(SCENE_LOCK, "SELECT CAST(LENGTH(body) AS BIGINT) FROM scenes WHERE id = $1 {lock}")          \
     X(SCENE_REMOVE, "DELETE FROM scenes WHERE id = $1")                                            \
-    X(SCENE, "SELECT body, seal, sealed FROM scenes WHERE id = $1")
+    X(SCENE, "SELECT body, seal, sealed FROM scenes WHERE id = $1")                                \
+    X(CLASS_PUT, "INSERT INTO classes (code, teacher, key, created, ends) VALUES ($1, $2, $3, "    \
+                 "$4, $5) ON CONFLICT DO NOTHING RETURNING created")                               \
+    X(CLASS_OF_KEY, "SELECT code FROM classes WHERE teacher = $1 AND key = $2")                    \
+    X(CLASS_COUNT, "SELECT CAST(COUNT(*) AS BIGINT) FROM classes")                                 \
+    X(CLASS, "SELECT " CLASS_COLUMNS " FROM classes WHERE code = $1")                              \
+    X(CLASS_LOCK, "SELECT " CLASS_COLUMNS " FROM classes WHERE code = $1 {skip}")                  \
+    X(CLASS_CHANGE, "UPDATE classes SET version = $2, shared = $3, pupils = $4, numbered = $5, "   \
+                    "bytes = $6, shut = $7 WHERE code = $1")                                       \
+    X(CLASS_MARK, "SELECT version, shared FROM classes WHERE code = $1 AND ends > {now}")          \
+    X(CLASS_PUPIL_PUT, "INSERT INTO class_pupils (code, who, number, bytes) VALUES ($1, $2, $3, "  \
+                       "$4)")                                                                      \
+    X(CLASS_PUPIL_BYTES, "UPDATE class_pupils SET bytes = $3 WHERE code = $1 AND who = $2")        \
+    X(CLASS_PUPIL_REMOVE, "DELETE FROM class_pupils WHERE code = $1 AND number = $2 RETURNING "    \
+                          "number")                                                                \
+    X(CLASS_ITEM, "SELECT name, version, reader, flag, changed, body FROM class_items WHERE "      \
+                  "code = $1 AND name = $2")                                                       \
+    X(CLASS_ITEM_PUT, "INSERT INTO class_items (code, name, version, reader, flag, changed, "      \
+                      "body) VALUES ($1, $2, $3, $4, $5, $6, $7) ON CONFLICT (code, name) DO "     \
+                      "UPDATE SET version = $3, reader = $4, flag = $5, changed = $6, body = $7")  \
+    X(CLASS_ITEMS, "SELECT name, version, reader, flag, changed, body FROM class_items WHERE "     \
+                   "code = $1 AND version > $2 ORDER BY version LIMIT 64")                         \
+    X(CLASS_ITEMS_OF,                                                                              \
+      "SELECT name, version, reader, flag, changed, body FROM class_items WHERE "                  \
+      "code = $1 AND reader IN (0, $3) AND version > $2 ORDER BY version LIMIT 64")                \
+    X(CLASS_ITEMS_OWN, "SELECT name, version, reader, flag, changed, body FROM class_items WHERE " \
+                       "code = $1 AND reader = $2 AND version > $3 ORDER BY version LIMIT 64")     \
+    X(CLASS_ENDED, "SELECT code FROM classes WHERE ends < $1 ORDER BY ends LIMIT 1 {skip}")        \
+    X(CLASS_ITEMS_REMOVE, "DELETE FROM class_items WHERE code = $1")                               \
+    X(CLASS_PUPILS_REMOVE, "DELETE FROM class_pupils WHERE code = $1")                             \
+    X(CLASS_REMOVE, "DELETE FROM classes WHERE code = $1")
 
 enum srv_statement {
 #define X(name, text) SQL_##name,
@@ -255,7 +292,13 @@ enum srv_statement {
 /* The LIMITs of PARTS_LATE and PARTS_OF, PARTS_REMOVE_SOME and RESULTS_REMOVE_SOME: as many rows
  * mean that there may be more. And the most rows that JOBS_EXPIRED is asked for: with 512 a submit
  * to PostgreSQL waits longer while a sweep runs, and the sweep gains little. */
-enum { SQL_PARTS_MOST = 64, SQL_PARTS_REMOVED = 512, SQL_CHUNKS_MOST = 64, SQL_EXPIRED_MOST = 128 };
+enum {
+    SQL_PARTS_MOST = 64,
+    SQL_PARTS_REMOVED = 512,
+    SQL_CHUNKS_MOST = 64,
+    SQL_EXPIRED_MOST = 128,
+    SQL_CLASS_ITEMS_MOST = 64 /* and the LIMIT of CLASS_ITEMS, _OF and _OWN */
+};
 
 /* the text of each */
 extern const char *const srv_statement_text[SQL_COUNT];

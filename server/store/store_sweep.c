@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "server/base/clock.h"
+#include "server/store/store_class_sweep.h"
 #include "server/store/store_jobs.h"
 #include "server/store/store_leases.h"
 #include "server/store/store_quotas.h"
@@ -120,6 +121,7 @@ static enum srv_stored sweep_expired(struct srv_store *store, int64_t now,
                                      struct srv_store_sweep *sweep) {
     struct row_expired rows = {0};
     if (!sweep_trusts(store, now)) return SRV_STORED;
+    SRV_STORED_TRY(srv_store_class_sweep(store, now, &sweep->more));
     SRV_STORED_TRY(SRV_RUN(store, SQL_JOBS_EXPIRED, row_expired, &rows,
                            srv_value_whole(store->expiry.from), srv_value_whole(SQL_EXPIRED_MOST)));
     int64_t bytes = 0;

@@ -1,0 +1,440 @@
+#include "server/store/store_classes.h"
+
+#include <assert.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/store/store_call.h"
+#include "server/store/store_class_sweep.h"
+#include "server/store/store_rows.h"
+
+/* A room's row. */
+struct row_class {
+    struct srv_class *room;
+    const char *who;
+    int rows;
+    const char *flaw;
+};
+
+static enum srv_stored row_class(void *context, const struct srv_value field[]) {
+    struct row_class *row = context;
+    struct srv_class *room = row->room;
+    char teacher[SRV_NAME_BYTES];
+    int64_t *const whole[] = {&room->created, &room->ends,     &room->version, &room->shared,
+                              &room->pupils,  &room->numbered, &room->bytes};
+    srv_row_word(&field[0], 1, room->code, sizeof room->code, "code", &row->flaw);
+    srv_row_word(&field[1], 1, teacher, sizeof teacher, "teacher", &row->flaw);
+    for (int i = 0; i < 7; i++)
+        *whole[i] = srv_row_whole(&field[2 + i], 0, SRV_ROW_MOST, "a number", &row->flaw);
+    room->shut = (int)srv_row_whole(&field[9], 0, 1, "shut", &row->flaw);
+    room->teacher = *row->who && !strcmp(teacher, row->who);
+    room->pupil = srv_row_whole(&field[10], 0, SRV_ROW_MOST, "number", &row->flaw);
+    room->pupil_bytes = srv_row_whole(&field[11], 0, SRV_ROW_MOST, "bytes", &row->flaw);
+    row->rows++;
+    return SRV_STORED;
+}
+
+/* the room that a statement finds, if it has not ended */
+static enum srv_stored class_find(struct srv_store *store, enum srv_statement id, const char *code,
+                                  const char *who, struct srv_class *room) {
+    struct row_class row = {.room = room, .who = who};
+    int64_t now;
+    *room = (struct srv_class){0};
+    SRV_STORED_TRY(SRV_RUN(store, id, row_class, &row, srv_value_text(code), srv_value_text(who)));
+    if (!row.rows) return SRV_STORED_NONE;
+    if (row.flaw) return SRV_STORED_DAMAGED;
+    SRV_STORED_TRY(srv_store_now(store, &now));
+    return room->ends > now ? SRV_STORED : SRV_STORED_NONE;
+}
+
+/* the room, locked; a room that another process has locked is not waited for: a transaction that
+ * has locked one room and waits for another could wait for one that waits for it */
+static enum srv_stored class_lock(struct srv_store *store, const struct srv_class_put *put,
+                                  struct srv_class *room) {
+    enum srv_stored stored = class_find(store, SQL_CLASS_LOCK, put->code, put->who, room);
+    if (stored != SRV_STORED_NONE) return stored;
+    stored = class_find(store, SQL_CLASS, put->code, put->who, room);
+    return stored == SRV_STORED ? SRV_STORED_AGAIN : stored;
+}
+
+static enum srv_stored class_change(struct srv_store *store, const struct srv_class *room) {
+    assert(room->shared <= room->version && room->pupils <= room->numbered && room->bytes >= 0);
+    store->tally.ring = 1;
+    return SRV_POST(store, SQL_CLASS_CHANGE, srv_value_text(room->code),
+                    srv_value_whole(room->version), srv_value_whole(room->shared),
+                    srv_value_whole(room->pupils), srv_value_whole(room->numbered),
+                    srv_value_whole(room->bytes), srv_value_whole(room->shut));
+}
+
+static enum srv_stored class_refuse(struct srv_class_put *put, enum srv_class_why why) {
+    assert(why != SRV_CLASS_FINE);
+    put->why = why;
+    return SRV_STORED_CLASH;
+}
+
+/* --- items --- */
+
+/* An item that stands in the room. */
+struct class_there {
+    int rows;
+    struct srv_class_item item; /* its body is malloc'ed */
+};
+
+static void class_item(const struct srv_value field[], struct srv_class_item *item,
+                       const char **flaw) {
+    srv_row_word(&field[0], 1, item->name, sizeof item->name, "name", flaw);
+    item->version = srv_row_whole(&field[1], 1, SRV_ROW_MOST, "version", flaw);
+    item->reader = srv_row_whole(&field[2], SRV_CLASS_TEACHER, SRV_ROW_MOST, "reader", flaw);
+    item->flag = srv_row_whole(&field[3], 0, SRV_ROW_MOST, "flag", flaw);
+    item->changed = srv_row_whole(&field[4], 0, SRV_ROW_LATEST, "changed", flaw);
+    if (field[5].kind != SRV_SQL_BYTES && !*flaw) *flaw = "body";
+    item->body = field[5].data;
+    item->bytes = *flaw ? 0 : field[5].bytes;
+}
+
+static enum srv_stored row_there(void *context, const struct srv_value field[]) {
+    struct class_there *there = context;
+    const char *flaw = NULL;
+    class_item(field, &there->item, &flaw);
+    const void *body = there->item.body;
+    there->item.body = NULL;
+    if (flaw) return SRV_STORED_DAMAGED;
+    void *copy = malloc(there->item.bytes + 1);
+    if (!copy) return SRV_STORED_BROKEN;
+    if (there->item.bytes) memcpy(copy, body, there->item.bytes);
+    there->item.body = copy;
+    there->rows++;
+    return SRV_STORED;
+}
+
+/* the bytes that an item is counted for */
+static int64_t class_weight(size_t bytes) { return SRV_CLASS_ITEM_BYTES + (int64_t)bytes; }
+
+/* writes an item whose room is there for, as the room's next change */
+static enum srv_stored class_write(struct srv_store *store, struct srv_class *room,
+                                   const struct srv_class_item *item) {
+    int64_t now;
+    SRV_STORED_TRY(srv_store_now(store, &now));
+    room->version++;
+    if (item->reader == SRV_CLASS_ALL) room->shared = room->version;
+    return SRV_POST(
+        store, SQL_CLASS_ITEM_PUT, srv_value_text(room->code), srv_value_text(item->name),
+        srv_value_whole(room->version), srv_value_whole(item->reader), srv_value_whole(item->flag),
+        srv_value_whole(now), srv_value_bytes(item->bytes ? item->body : "", item->bytes));
+}
+
+/* whether the room, and the pupil whose item it is, may be counted for `more` bytes */
+static enum srv_stored class_room(const struct srv_store *store, struct srv_class_put *put,
+                                  const struct srv_class *room, int64_t more) {
+    if (more <= 0) return SRV_STORED;
+    if (room->bytes + more > store->rules.class_bytes)
+        return class_refuse(put, SRV_CLASS_ROOM_FULL);
+    if (put->own && room->pupil_bytes + more > SRV_CLASS_PUPIL_BYTES)
+        return class_refuse(put, SRV_CLASS_PUPIL_FULL);
+    const struct srv_sql_driver *driver = store->sql->driver;
+    return driver->room && !driver->room(store->sql, (size_t)more) ? SRV_STORED_FULL : SRV_STORED;
+}
+
+/* what the item answers must be there, and take it */
+static enum srv_stored class_base(struct srv_store *store, struct srv_class_put *put) {
+    struct class_there base = {0};
+    if (!put->base || !put->body) return SRV_STORED;
+    enum srv_stored stored = SRV_RUN(store, SQL_CLASS_ITEM, row_there, &base,
+                                     srv_value_text(put->code), srv_value_text(put->base));
+    free((void *)base.item.body);
+    SRV_STORED_TRY(stored);
+    if (!base.rows || !base.item.bytes) return class_refuse(put, SRV_CLASS_NO_BASE);
+    if (base.item.flag & 1) return class_refuse(put, SRV_CLASS_CLOSED);
+    if (put->fits && !put->fits(base.item.flag, put->flag))
+        return class_refuse(put, SRV_CLASS_MISFIT);
+    return SRV_STORED;
+}
+
+/* writes the item in place of the one that is there, unless they are the same */
+static enum srv_stored class_replace(struct srv_store *store, struct srv_class_put *put,
+                                     struct srv_class *room, const struct srv_class_item *item,
+                                     const struct class_there *there) {
+    int64_t was = there->rows ? class_weight(there->item.bytes) : 0,
+            more = class_weight(item->bytes) - was;
+    int shut = put->shut < 0 ? room->shut : put->shut;
+    int same = there->rows
+                   ? there->item.bytes == item->bytes && there->item.flag == item->flag &&
+                         there->item.reader == item->reader &&
+                         !memcmp(there->item.body, item->bytes ? item->body : "", item->bytes)
+                   : !item->bytes;
+    if (same && shut == room->shut) return SRV_STORED;
+    SRV_STORED_TRY(class_room(store, put, room, more));
+    /* who could read what is there must hear that it goes */
+    struct srv_class_item told = *item;
+    if (!told.bytes && there->rows) told.reader = there->item.reader;
+    SRV_STORED_TRY(class_write(store, room, &told));
+    room->bytes += more;
+    room->shut = shut;
+    if (put->own && more) {
+        room->pupil_bytes += more;
+        SRV_STORED_TRY(SRV_POST(store, SQL_CLASS_PUPIL_BYTES, srv_value_text(put->code),
+                                srv_value_text(put->who), srv_value_whole(room->pupil_bytes)));
+    }
+    return class_change(store, room);
+}
+
+static enum srv_stored class_put(struct srv_store *store, struct srv_class_put *put,
+                                 struct srv_class *room) {
+    struct class_there there = {0};
+    struct srv_class_item item = {.reader = put->own ? room->pupil : put->reader,
+                                  .flag = put->flag,
+                                  .body = put->body,
+                                  .bytes = put->body ? put->bytes : 0};
+    SRV_STORED_TRY(class_base(store, put));
+    if (put->own)
+        snprintf(item.name, sizeof item.name, "%s/%lld", put->name, (long long)room->pupil);
+    else
+        snprintf(item.name, sizeof item.name, "%s", put->name);
+    enum srv_stored stored = SRV_RUN(store, SQL_CLASS_ITEM, row_there, &there,
+                                     srv_value_text(put->code), srv_value_text(item.name));
+    if (stored == SRV_STORED) stored = class_replace(store, put, room, &item, &there);
+    free((void *)there.item.body);
+    return stored;
+}
+
+/* --- who comes and goes --- */
+
+static enum srv_stored class_join(struct srv_store *store, struct srv_class_put *put,
+                                  struct srv_class *room) {
+    struct srv_class_item item = {.body = put->body, .bytes = put->bytes};
+    if (room->pupil) return SRV_STORED;
+    if (room->teacher) return class_refuse(put, SRV_CLASS_NO_PUPIL);
+    if (room->shut) return class_refuse(put, SRV_CLASS_SHUT);
+    if (room->pupils >= store->rules.class_pupils) return class_refuse(put, SRV_CLASS_CROWDED);
+    int64_t weight = class_weight(put->bytes);
+    SRV_STORED_TRY(class_room(store, put, room, weight));
+    room->pupils++;
+    room->pupil = item.reader = ++room->numbered;
+    room->pupil_bytes = weight;
+    room->bytes += weight;
+    snprintf(item.name, sizeof item.name, "pupils/%lld", (long long)room->pupil);
+    SRV_STORED_TRY(SRV_POST(store, SQL_CLASS_PUPIL_PUT, srv_value_text(put->code),
+                            srv_value_text(put->who), srv_value_whole(room->pupil),
+                            srv_value_whole(weight)));
+    SRV_STORED_TRY(class_write(store, room, &item));
+    return class_change(store, room);
+}
+
+/* The names of a pupil's items that are to go. */
+struct class_own {
+    int count;
+    int64_t version; /* of the last one */
+    struct srv_class_item item[SQL_CLASS_ITEMS_MOST];
+    int64_t weight[SQL_CLASS_ITEMS_MOST];
+};
+
+static enum srv_stored row_own(void *context, const struct srv_value field[]) {
+    struct class_own *own = context;
+    const char *flaw = NULL;
+    if (own->count == SQL_CLASS_ITEMS_MOST) return SRV_STORED_DAMAGED;
+    struct srv_class_item *item = &own->item[own->count];
+    class_item(field, item, &flaw);
+    if (flaw) return SRV_STORED_DAMAGED;
+    own->version = item->version;
+    own->weight[own->count] = (int64_t)item->bytes;
+    item->bytes = 0;
+    own->count += own->weight[own->count] > 0;
+    return SRV_STORED;
+}
+
+/* takes a pupil away with all items of it, which are told as gone */
+static enum srv_stored class_dismiss(struct srv_store *store, struct srv_class *room,
+                                     int64_t number) {
+    struct srv_row_wholes gone = {.count = 1};
+    SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_PUPIL_REMOVE, srv_row_wholes, &gone,
+                           srv_value_text(room->code), srv_value_whole(number)));
+    if (!gone.rows) return SRV_STORED;
+    int64_t before = room->version;
+    struct class_own *own = calloc(1, sizeof *own);
+    enum srv_stored stored = own ? SRV_STORED : SRV_STORED_BROKEN;
+    for (int64_t seen = -1; stored == SRV_STORED && own->version > seen;) {
+        seen = own->version;
+        own->count = 0;
+        stored = SRV_RUN(store, SQL_CLASS_ITEMS_OWN, row_own, own, srv_value_text(room->code),
+                         srv_value_whole(number), srv_value_whole(seen));
+        for (int i = 0; i < own->count && stored == SRV_STORED; i++) {
+            room->bytes -= own->weight[i];
+            stored = class_write(store, room, &own->item[i]);
+        }
+        /* those that were just written as gone are not looked at again */
+        if (own->version > before) break;
+    }
+    free(own);
+    SRV_STORED_TRY(stored);
+    room->pupils--;
+    /* its stream, if it has one, is to look and to find that it is over */
+    room->shared = room->version;
+    return class_change(store, room);
+}
+
+/* --- calls --- */
+
+/* runs a piece of work in a room that is locked, for whom it may be done */
+static enum srv_stored
+class_call(struct srv_store *store, struct srv_class_put *put, struct srv_class *room,
+           enum srv_stored (*work)(struct srv_store *store, struct srv_class_put *put,
+                                   struct srv_class *room)) {
+    put->why = SRV_CLASS_FINE;
+    SRV_STORED_TRY(srv_store_begin(store));
+    enum srv_stored stored = class_lock(store, put, room);
+    if (stored == SRV_STORED) stored = work(store, put, room);
+    return srv_store_end(store, stored == SRV_STORED, stored);
+}
+
+/* what only a teacher, or only a pupil, may do */
+static enum srv_stored class_may(struct srv_class_put *put, const struct srv_class *room, int own) {
+    if (!room->teacher && !room->pupil) return class_refuse(put, SRV_CLASS_STRANGER);
+    if (own && !room->pupil) return class_refuse(put, SRV_CLASS_NO_PUPIL);
+    return own || room->teacher ? SRV_STORED : class_refuse(put, SRV_CLASS_NO_TEACHER);
+}
+
+static enum srv_stored class_put_work(struct srv_store *store, struct srv_class_put *put,
+                                      struct srv_class *room) {
+    static const char pupils[] = "pupils/";
+    SRV_STORED_TRY(class_may(put, room, put->own));
+    if (!put->own && !put->body && !strncmp(put->name, pupils, sizeof pupils - 1))
+        return class_dismiss(store, room, strtoll(put->name + sizeof pupils - 1, NULL, 10));
+    return class_put(store, put, room);
+}
+
+enum srv_stored srv_store_class_put(struct srv_store *store, struct srv_class_put *put,
+                                    struct srv_class *room) {
+    return class_call(store, put, room, class_put_work);
+}
+
+enum srv_stored srv_store_class_join(struct srv_store *store, struct srv_class_put *put,
+                                     struct srv_class *room) {
+    assert(put->body && put->bytes);
+    put->own = 1;
+    return class_call(store, put, room, class_join);
+}
+
+static enum srv_stored class_end(struct srv_store *store, struct srv_class_put *put,
+                                 struct srv_class *room) {
+    SRV_STORED_TRY(class_may(put, room, 0));
+    return srv_store_class_erase(store, put->code);
+}
+
+enum srv_stored srv_store_class_end(struct srv_store *store, struct srv_class_put *put,
+                                    struct srv_class *room) {
+    return class_call(store, put, room, class_end);
+}
+
+/* The code of a room. */
+struct row_code {
+    char code[SRV_CLASS_CODE];
+    const char *flaw;
+};
+
+static enum srv_stored row_code(void *context, const struct srv_value field[]) {
+    struct row_code *row = context;
+    srv_row_word(&field[0], 1, row->code, sizeof row->code, "code", &row->flaw);
+    return row->flaw ? SRV_STORED_DAMAGED : SRV_STORED;
+}
+
+static enum srv_stored class_new(struct srv_store *store, const char *code, const char *who,
+                                 const char *key, int64_t span_us, struct srv_class *room) {
+    struct row_code known = {.code = ""};
+    struct srv_row_wholes count = {.count = 1}, put = {.count = 1};
+    int64_t now;
+    if (key)
+        SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_OF_KEY, row_code, &known, srv_value_text(who),
+                               srv_value_text(key)));
+    if (*known.code) {
+        enum srv_stored stored = class_find(store, SQL_CLASS, known.code, who, room);
+        /* a room that has ended, and is not swept yet, is nobody's */
+        if (stored != SRV_STORED_NONE) return stored;
+        SRV_STORED_TRY(srv_store_class_erase(store, known.code));
+    }
+    SRV_STORED_TRY(srv_store_run(store, SQL_CLASS_COUNT, NULL, 0, srv_row_wholes, &count));
+    if (count.whole[0] >= store->rules.classes) return SRV_STORED_QUOTA;
+    SRV_STORED_TRY(srv_store_now(store, &now));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_PUT, srv_row_wholes, &put, srv_value_text(code),
+                           srv_value_text(who), srv_value_text(key), srv_value_whole(now),
+                           srv_value_whole(now + span_us)));
+    return put.rows ? class_find(store, SQL_CLASS, code, who, room) : SRV_STORED_CLASH;
+}
+
+enum srv_stored srv_store_class_new(struct srv_store *store, const char *code, const char *who,
+                                    const char *key, int64_t span_us, struct srv_class *room) {
+    assert(strlen(code) == SRV_CLASS_CODE - 1 && span_us > 0);
+    SRV_STORED_TRY(srv_store_begin(store));
+    enum srv_stored stored = class_new(store, code, who, key, span_us, room);
+    return srv_store_end(store, stored == SRV_STORED, stored);
+}
+
+/* --- reading --- */
+
+enum srv_stored srv_store_class(struct srv_store *store, const char *code, const char *who,
+                                struct srv_class *room) {
+    SRV_STORED_TRY(srv_store_begin(store));
+    return srv_store_end(store, 1, class_find(store, SQL_CLASS, code, who, room));
+}
+
+/* Who takes the items that are read. */
+struct class_taker {
+    srv_class_item_fn *take;
+    void *context;
+    int count, full;
+    size_t bytes;
+    int64_t version; /* of the last one */
+};
+
+static enum srv_stored row_taken(void *context, const struct srv_value field[]) {
+    struct class_taker *taker = context;
+    struct srv_class_item item;
+    const char *flaw = NULL;
+    if (taker->full) return SRV_STORED;
+    class_item(field, &item, &flaw);
+    if (flaw || item.version <= taker->version) return SRV_STORED_DAMAGED;
+    taker->bytes += item.bytes;
+    taker->full = taker->bytes >= SRV_CLASS_PAGE_BYTES;
+    taker->version = item.version;
+    taker->count++;
+    return taker->take(taker->context, &item);
+}
+
+static enum srv_stored class_items(struct srv_store *store, int64_t *since, int *more,
+                                   const struct srv_class *room, struct class_taker *taker) {
+    if (!room->teacher && !room->pupil) return SRV_STORED_CLASH;
+    if (room->teacher)
+        SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_ITEMS, row_taken, taker, srv_value_text(room->code),
+                               srv_value_whole(*since)));
+    else
+        SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_ITEMS_OF, row_taken, taker,
+                               srv_value_text(room->code), srv_value_whole(*since),
+                               srv_value_whole(room->pupil)));
+    *more = taker->full || taker->count == SQL_CLASS_ITEMS_MOST;
+    /* the room's row was read first: what it does not count may be among the items, never less */
+    *since = *more || taker->version > room->version ? taker->version : room->version;
+    return SRV_STORED;
+}
+
+enum srv_stored srv_store_class_items(struct srv_store *store, const char *code, const char *who,
+                                      int64_t *since, int *more, struct srv_class *room,
+                                      srv_class_item_fn *take, void *context) {
+    struct class_taker taker = {.take = take, .context = context, .version = *since};
+    *more = 0;
+    SRV_STORED_TRY(srv_store_begin(store));
+    enum srv_stored stored = class_find(store, SQL_CLASS, code, who, room);
+    if (stored == SRV_STORED) stored = class_items(store, since, more, room, &taker);
+    return srv_store_end(store, 1, stored);
+}
+
+enum srv_stored srv_store_class_mark(struct srv_store *store, const char *code, int64_t *version,
+                                     int64_t *shared) {
+    struct srv_row_wholes row = {.count = 2};
+    SRV_STORED_TRY(srv_store_look(store));
+    enum srv_stored stored =
+        SRV_RUN(store, SQL_CLASS_MARK, srv_row_wholes, &row, srv_value_text(code));
+    if (stored == SRV_STORED && !row.rows) stored = SRV_STORED_NONE;
+    *version = row.whole[0];
+    *shared = row.whole[1];
+    return srv_store_end(store, 1, stored);
+}

@@ -1,0 +1,294 @@
+/* Tests of server/store/store_classes: changes of a room are numbered without a gap, each reader
+ * gets what is for it, bounds hold, and of a room that has ended nothing is left. */
+#include "server/store/store_classes.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "tests/server/ground.h"
+
+enum { HOUR_S = 3600, ITEMS = 256 };
+
+/* What was read of a room. */
+struct found {
+    int count;
+    int64_t version[ITEMS];
+    char name[ITEMS][SRV_CLASS_NAME], body[ITEMS][16];
+};
+
+static enum srv_stored take(void *context, const struct srv_class_item *item) {
+    struct found *found = context;
+    if (found->count == ITEMS) return SRV_STORED_BROKEN;
+    found->version[found->count] = item->version;
+    snprintf(found->name[found->count], SRV_CLASS_NAME, "%s", item->name);
+    snprintf(found->body[found->count], 16, "%.*s", (int)item->bytes, (const char *)item->body);
+    found->count++;
+    return SRV_STORED;
+}
+
+/* all that somebody may read after a change, page by page */
+static enum srv_stored read_all(struct srv_store *store, const char *who, int64_t since,
+                                struct found *found) {
+    struct srv_class room;
+    int more = 1;
+    found->count = 0;
+    while (more) {
+        enum srv_stored stored =
+            srv_store_class_items(store, "ABCDE", who, &since, &more, &room, take, found);
+        if (stored != SRV_STORED) return stored;
+    }
+    CHECK_INT(since, room.version);
+    return SRV_STORED;
+}
+
+static const char *body_of(const struct found *found, const char *name) {
+    for (int i = 0; i < found->count; i++)
+        if (!strcmp(found->name[i], name)) return found->body[i];
+    return "nothing";
+}
+
+static struct srv_class_put item(const char *who, const char *name, const char *body, int own) {
+    return (struct srv_class_put){.code = "ABCDE",
+                                  .who = who,
+                                  .name = name,
+                                  .own = own,
+                                  .shut = -1,
+                                  .body = body,
+                                  .bytes = body ? strlen(body) : 0};
+}
+
+static enum srv_stored put(struct srv_store *store, const char *who, const char *name,
+                           const char *body, int own, enum srv_class_why why) {
+    struct srv_class room;
+    struct srv_class_put made = item(who, name, body, own);
+    enum srv_stored stored = srv_store_class_put(store, &made, &room);
+    CHECK_INT(made.why, why);
+    return stored;
+}
+
+static enum srv_stored join(struct srv_store *store, const char *who, int64_t *pupil) {
+    struct srv_class room;
+    struct srv_class_put made = item(who, "", "{\"n\"}", 1);
+    enum srv_stored stored = srv_store_class_join(store, &made, &room);
+    *pupil = room.pupil;
+    return stored;
+}
+
+static struct srv_store *begin(struct ground *ground, struct srv_class *room) {
+    ground->rules.classes = 2;
+    ground->rules.class_pupils = 3;
+    ground->rules.class_bytes = 100000;
+    struct srv_store *store = ground_open(ground);
+    if (store)
+        CHECK_INT(
+            srv_store_class_new(store, "ABCDE", "teacher", NULL, (int64_t)HOUR_S * SECOND, room),
+            SRV_STORED);
+    return store;
+}
+
+STORE_TEST(a_room_is_read_by_who_may) {
+    struct srv_class room;
+    struct found found;
+    int64_t pupil;
+    (void)store;
+    struct srv_store *own = begin(ground, &room);
+    REQUIRE(own != NULL);
+    CHECK(room.teacher && !room.pupil && !room.version && room.ends > room.created);
+    CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
+    CHECK_INT(pupil, 1);
+    CHECK_INT(join(own, "bob", &pupil), SRV_STORED);
+    CHECK_INT(pupil, 2);
+    /* a request that came twice */
+    CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
+    CHECK_INT(pupil, 1);
+    CHECK_INT(put(own, "teacher", "questions/q", "Q", 0, SRV_CLASS_FINE), SRV_STORED);
+    CHECK_INT(put(own, "ada", "stages", "A", 1, SRV_CLASS_FINE), SRV_STORED);
+    CHECK_INT(put(own, "bob", "stages", "B", 1, SRV_CLASS_FINE), SRV_STORED);
+    struct srv_class_put hidden = item("teacher", "solutions/q", "S", 0);
+    hidden.reader = SRV_CLASS_TEACHER;
+    CHECK_INT(srv_store_class_put(own, &hidden, &room), SRV_STORED);
+    CHECK_INT(room.version, 6);
+    CHECK_INT(read_all(own, "teacher", 0, &found), SRV_STORED);
+    CHECK_INT(found.count, 6);
+    for (int i = 0; i < found.count; i++) CHECK_INT(found.version[i], i + 1);
+    CHECK_INT(read_all(own, "ada", 0, &found), SRV_STORED);
+    CHECK_INT(found.count, 3);
+    CHECK_TEXT(body_of(&found, "stages/1"), "A");
+    CHECK_TEXT(body_of(&found, "stages/2"), "nothing");
+    CHECK_TEXT(body_of(&found, "solutions/q"), "nothing");
+    CHECK_INT(read_all(own, "eve", 0, &found), SRV_STORED_CLASH);
+    CHECK_INT(put(own, "eve", "stages", "E", 1, SRV_CLASS_STRANGER), SRV_STORED_CLASH);
+    CHECK_INT(put(own, "ada", "questions/q", "E", 0, SRV_CLASS_NO_TEACHER), SRV_STORED_CLASH);
+    CHECK_INT(put(own, "teacher", "stages", "E", 1, SRV_CLASS_NO_PUPIL), SRV_STORED_CLASH);
+    /* what is there already is no change */
+    CHECK_INT(put(own, "ada", "stages", "A", 1, SRV_CLASS_FINE), SRV_STORED);
+    CHECK_INT(read_all(own, "teacher", 6, &found), SRV_STORED);
+    CHECK_INT(found.count, 0);
+    CHECK_INT(put(own, "ada", "stages", "AA", 1, SRV_CLASS_FINE), SRV_STORED);
+    CHECK_INT(read_all(own, "teacher", 6, &found), SRV_STORED);
+    CHECK(found.count == 1 && found.version[0] == 7);
+    srv_store_close(&own);
+}
+
+static int fits(int64_t base, int64_t flag) { return base / 2 == flag; }
+
+STORE_TEST(an_answer_needs_a_question_that_is_open_and_of_its_kind) {
+    struct srv_class room;
+    int64_t pupil;
+    (void)store;
+    struct srv_store *own = begin(ground, &room);
+    REQUIRE(own != NULL);
+    CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
+    struct srv_class_put answer = item("ada", "answers/q", "1", 1),
+                         question = item("teacher", "questions/q", "Q", 0);
+    answer.base = "questions/q";
+    answer.fits = fits;
+    answer.flag = 4;
+    CHECK_INT(srv_store_class_put(own, &answer, &room), SRV_STORED_CLASH);
+    CHECK_INT(answer.why, SRV_CLASS_NO_BASE);
+    question.flag = 6;
+    CHECK_INT(srv_store_class_put(own, &question, &room), SRV_STORED);
+    CHECK_INT(srv_store_class_put(own, &answer, &room), SRV_STORED_CLASH);
+    CHECK_INT(answer.why, SRV_CLASS_MISFIT);
+    question.flag = 8;
+    CHECK_INT(srv_store_class_put(own, &question, &room), SRV_STORED);
+    CHECK_INT(srv_store_class_put(own, &answer, &room), SRV_STORED);
+    question.flag = 9;
+    CHECK_INT(srv_store_class_put(own, &question, &room), SRV_STORED);
+    answer.body = "2";
+    CHECK_INT(srv_store_class_put(own, &answer, &room), SRV_STORED_CLASH);
+    CHECK_INT(answer.why, SRV_CLASS_CLOSED);
+    /* a question that is taken away takes no answer, and its answers stay */
+    struct found found;
+    CHECK_INT(put(own, "teacher", "questions/q", NULL, 0, SRV_CLASS_FINE), SRV_STORED);
+    CHECK_INT(srv_store_class_put(own, &answer, &room), SRV_STORED_CLASH);
+    CHECK_INT(answer.why, SRV_CLASS_NO_BASE);
+    CHECK_INT(read_all(own, "teacher", 0, &found), SRV_STORED);
+    CHECK_TEXT(body_of(&found, "answers/q/1"), "1");
+    CHECK_TEXT(body_of(&found, "questions/q"), "");
+    srv_store_close(&own);
+}
+
+STORE_TEST(a_room_is_bounded) {
+    static char large[SRV_CLASS_PUPIL_BYTES + 1];
+    struct srv_class room;
+    int64_t pupil;
+    (void)store;
+    memset(large, 'x', sizeof large - 1);
+    struct srv_store *own = begin(ground, &room);
+    REQUIRE(own != NULL);
+    CHECK_INT(srv_store_class_new(own, "ABCDE", "t", NULL, SECOND, &room), SRV_STORED_CLASH);
+    CHECK_INT(srv_store_class_new(own, "ABCDF", "t", "key", SECOND, &room), SRV_STORED);
+    CHECK_INT(srv_store_class_new(own, "ABCDG", "t", "key", SECOND, &room), SRV_STORED);
+    CHECK_TEXT(room.code, "ABCDF");
+    CHECK_INT(srv_store_class_new(own, "ABCDG", "t", NULL, SECOND, &room), SRV_STORED_QUOTA);
+    for (int i = 0; i < 3; i++) {
+        const char who[] = {(char)('a' + i), 0};
+        CHECK_INT(join(own, who, &pupil), SRV_STORED);
+    }
+    CHECK_INT(join(own, "d", &pupil), SRV_STORED_CLASH);
+    CHECK_INT(join(own, "a", &pupil), SRV_STORED);
+    /* a pupil who was taken away makes room, and is a stranger */
+    CHECK_INT(put(own, "a", "stages", "A", 1, SRV_CLASS_FINE), SRV_STORED);
+    CHECK_INT(put(own, "teacher", "pupils/1", NULL, 0, SRV_CLASS_FINE), SRV_STORED);
+    CHECK_INT(put(own, "teacher", "pupils/1", NULL, 0, SRV_CLASS_FINE), SRV_STORED);
+    CHECK_INT(put(own, "a", "stages", "A", 1, SRV_CLASS_STRANGER), SRV_STORED_CLASH);
+    CHECK_INT(join(own, "d", &pupil), SRV_STORED);
+    CHECK_INT(pupil, 4);
+    CHECK_INT(put(own, "teacher", "worksheets/w", large, 0, SRV_CLASS_ROOM_FULL), SRV_STORED_CLASH);
+    srv_store_close(&own);
+    ground->rules.class_bytes = 1 << 20;
+    REQUIRE((own = ground_open(ground)) != NULL);
+    CHECK_INT(put(own, "d", "handins/w", large, 1, SRV_CLASS_PUPIL_FULL), SRV_STORED_CLASH);
+    CHECK_INT(put(own, "teacher", "worksheets/w", large, 0, SRV_CLASS_FINE), SRV_STORED);
+    /* the bytes that a room is counted for are those of its items, whatever has become of them */
+    CHECK_INT(put(own, "teacher", "worksheets/w", "short", 0, SRV_CLASS_FINE), SRV_STORED);
+    CHECK_INT(ground_ask(ground, "SELECT bytes FROM classes WHERE code = 'ABCDE'"),
+              ground_ask(ground, "SELECT CAST(SUM(LENGTH(body) + 128) AS BIGINT) FROM class_items "
+                                 "WHERE code = 'ABCDE'"));
+    srv_store_close(&own);
+}
+
+STORE_TEST(a_pupil_with_many_items_goes_with_all_of_them) {
+    struct srv_class room;
+    struct found found;
+    int64_t pupil;
+    char name[32];
+    (void)store;
+    struct srv_store *own = begin(ground, &room);
+    REQUIRE(own != NULL);
+    CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
+    for (int i = 0; i < 100; i++) {
+        snprintf(name, sizeof name, "answers/q%d", i);
+        CHECK_INT(put(own, "ada", name, "A", 1, SRV_CLASS_FINE), SRV_STORED);
+    }
+    CHECK_INT(read_all(own, "ada", 0, &found), SRV_STORED);
+    CHECK_INT(found.count, 101);
+    CHECK_INT(put(own, "teacher", "pupils/1", NULL, 0, SRV_CLASS_FINE), SRV_STORED);
+    CHECK_INT(read_all(own, "teacher", 101, &found), SRV_STORED);
+    CHECK_INT(found.count, 101);
+    for (int i = 0; i < found.count; i++) {
+        CHECK_INT(found.version[i], 102 + i);
+        CHECK_TEXT(found.body[i], "");
+    }
+    CHECK_INT(ground_ask(ground, "SELECT bytes FROM classes"), 101 * SRV_CLASS_ITEM_BYTES);
+    srv_store_close(&own);
+}
+
+STORE_TEST(of_a_room_that_has_ended_nothing_is_left) {
+    static const char left[] = "SELECT CAST((SELECT COUNT(*) FROM classes) + (SELECT COUNT(*) FROM "
+                               "class_items) + (SELECT COUNT(*) FROM class_pupils) AS BIGINT)";
+    struct srv_class room;
+    struct srv_store_sweep sweep = {.more = 1};
+    int64_t pupil, version, shared, looked = 0;
+    (void)store;
+    struct srv_store *own = begin(ground, &room);
+    REQUIRE(own != NULL);
+    CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
+    CHECK_INT(put(own, "teacher", "questions/q", "Q", 0, SRV_CLASS_FINE), SRV_STORED);
+    CHECK_INT(srv_store_class_mark(own, "ABCDE", &version, &shared), SRV_STORED);
+    CHECK(version == 2 && shared == 2);
+    struct srv_class_put end = item("ada", "", NULL, 0);
+    CHECK_INT(srv_store_class_end(own, &end, &room), SRV_STORED_CLASH);
+    CHECK_INT(end.why, SRV_CLASS_NO_TEACHER);
+    CHECK_INT(ground_ask(ground, left), 4);
+    end.who = "teacher";
+    CHECK_INT(srv_store_class_end(own, &end, &room), SRV_STORED);
+    CHECK_INT(ground_ask(ground, left), 0);
+    CHECK_INT(srv_store_class(own, "ABCDE", "teacher", &room), SRV_STORED_NONE);
+    CHECK_INT(srv_store_class_mark(own, "ABCDE", &version, &shared), SRV_STORED_NONE);
+    /* one whose time is over is nobody's at once, and is swept */
+    CHECK_INT(srv_store_class_new(own, "ABCDE", "teacher", "k", SECOND, &room), SRV_STORED);
+    CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
+    ground_run(ground, "UPDATE classes SET ends = 1");
+    CHECK_INT(srv_store_class(own, "ABCDE", "teacher", &room), SRV_STORED_NONE);
+    CHECK_INT(join(own, "ada", &pupil), SRV_STORED_NONE);
+    CHECK_INT(ground_ask(ground, left), 3);
+    while (sweep.more) REQUIRE(srv_store_sweep(own, &looked, &sweep) == SRV_STORED);
+    CHECK_INT(ground_ask(ground, left), 0);
+    srv_store_close(&own);
+}
+
+/* two processes on one store: who is in the way of another says so, and nothing is numbered
+ * twice */
+STORE_TEST(two_connections_number_the_changes_of_a_room_together) {
+    struct srv_class room;
+    struct found found;
+    int64_t pupil;
+    char body[8];
+    (void)store;
+    struct srv_store *own = begin(ground, &room), *other = ground_open(ground);
+    REQUIRE(own != NULL && other != NULL);
+    CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
+    CHECK_INT(join(other, "bob", &pupil), SRV_STORED);
+    for (int i = 0; i < 20; i++) {
+        snprintf(body, sizeof body, "%d", i);
+        CHECK_INT(put(own, "ada", "stages", body, 1, SRV_CLASS_FINE), SRV_STORED);
+        CHECK_INT(put(other, "bob", "stages", body, 1, SRV_CLASS_FINE), SRV_STORED);
+    }
+    CHECK_INT(read_all(other, "teacher", 0, &found), SRV_STORED);
+    CHECK_INT(found.count, 4);
+    CHECK(found.version[2] == 41 && found.version[3] == 42);
+    srv_store_close(&other);
+    srv_store_close(&own);
+}
