@@ -6,6 +6,7 @@
 #include <time.h>
 
 #include "server/base/clock.h"
+#include "server/classes/class_events.h"
 #include "server/jobs/job_events.h"
 #include "server/work/inflight.h"
 #include "server/base/hosts.h"
@@ -70,7 +71,10 @@ static enum pend_status setup_storage(struct srv_service *service, struct pend_e
         .source_clients = (long)(PARTS_KEEPERS * shares),
         .source_jobs = (long)(shares * config->client_jobs),
         .source_scenes = (long)(shares * config->client_scenes),
-        .source_bytes = (long long)(bytes > config->client_bytes ? bytes : config->client_bytes)};
+        .source_bytes = (long long)(bytes > config->client_bytes ? bytes : config->client_bytes),
+        .classes = (long)config->classes,
+        .class_pupils = (long)config->class_pupils,
+        .class_bytes = (long long)config->class_bytes};
     char url[SRV_CONFIG_TEXT];
     struct pend_error why = {.text = ""};
     PEND_TRY(srv_state_url(config->store, url, error));
@@ -96,6 +100,7 @@ enum pend_status srv_service_setup_jobs(struct srv_service *service, struct pend
     enum pend_status status = srv_part_runner_new(&service->runner, service, slots);
     if (status == PEND_OK) status = srv_events_new(&service->events, service, streams);
     if (status == PEND_OK) status = srv_events_add(service->events, srv_job_events_new(streams));
+    if (status == PEND_OK) status = srv_events_add(service->events, srv_class_events_new());
     if (status == PEND_OK) PEND_TRY(setup_storage(service, error));
     if (status == PEND_OK) status = srv_events_start(service->events);
     if (status == PEND_OK) status = srv_part_runner_start(service->runner);

@@ -55,6 +55,7 @@ static long class_characters(const char *text) {
 static void class_text(const struct api_value *value, long least, long most, int line,
                        struct api_problem *problem) {
     char found[API_FOUND_BYTES];
+    assert(least >= 0 && least <= most);
     if (api_value_kind(value) == API_MISSING && !least) return;
     const char *text = api_value_text(value);
     if (text) {
@@ -122,6 +123,7 @@ static int64_t class_value(const struct api_value *value, struct api_problem *pr
 
 static void class_choices(const struct api_value *choices, struct api_problem *problem) {
     int count = api_value_count(choices);
+    assert(count >= 0);
     if (api_value_kind(choices) != API_ARRAY || count < 2 || count > API_CLASS_CHOICES) {
         api_value_fault(choices, problem, "must be a list of 2 to %d texts", API_CLASS_CHOICES);
         return;
@@ -287,6 +289,7 @@ static void class_step_question(const struct api_value *question, struct class_r
 static int class_step_before(const struct api_value *steps, const struct api_value *at,
                              const char *id) {
     struct api_value step = api_value_first(steps);
+    assert(at->index >= 0);
     for (; step.index < at->index; step = api_value_next(&step)) {
         struct api_value name = api_value_member(&step, "id");
         const char *text = api_value_text(&name);
@@ -448,6 +451,7 @@ int api_class_read(const struct api_request *request, const struct api_limits *l
 /* --- what is told --- */
 
 enum pend_status api_class_item_write(const struct api_class_item *item, struct api_buffer *out) {
+    assert(*item->name && item->version > 0 && (item->value || !item->bytes));
     PEND_TRY(api_out_comma(out));
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(api_out_text(out, "name", item->name));
@@ -463,6 +467,7 @@ enum pend_status api_class_item_write(const struct api_class_item *item, struct 
 
 enum pend_status api_class_room_write(const struct api_class_room *room, struct api_buffer *out) {
     char path[64] = "/v1/classes/";
+    assert(*room->code && *room->role && room->pupil >= 0 && room->ends >= room->created);
     strncat(path, room->code, sizeof path - sizeof "/v1/classes/");
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(api_out_text(out, "code", room->code));

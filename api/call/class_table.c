@@ -1,5 +1,6 @@
 #include "api/call/class_table.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -52,6 +53,7 @@ void api_class_names_clear(struct api_class_names *names) {
 }
 
 static enum pend_status names_add(struct api_class_names *names, long pupil, const char *text) {
+    assert(pupil > 0 && pupil <= TABLE_PUPILS && names->count >= 0);
     if (pupil >= names->count) {
         long count = 2 * pupil + 16;
         char **more = realloc(names->name, (size_t)count * sizeof *more);
@@ -93,6 +95,7 @@ static enum pend_status table_value(struct api_buffer *out, const struct api_val
 static enum pend_status table_row(const struct api_class_item *item, const struct table_name *name,
                                   const char *step, const struct api_value *value,
                                   const struct api_class_names *names, struct api_buffer *out) {
+    assert(name->pupil >= 0);
     const char *nickname = name->pupil < names->count ? names->name[name->pupil] : NULL;
     struct api_buffer changed;
     PEND_TRY(api_buffer_format(out, "%s,%s,%s,", name->kind, name->id, step));
@@ -171,6 +174,7 @@ void api_class_tally_clear(struct api_class_tally *tally) {
 }
 
 static enum pend_status tally_number(struct api_class_tally *tally, double number) {
+    assert(tally->numbers <= tally->room);
     if (tally->numbers == tally->room) {
         long room = 2 * tally->room + 64;
         double *more = realloc(tally->number, (size_t)room * sizeof *more);
@@ -188,6 +192,7 @@ static enum pend_status tally_text(struct api_class_tally *tally, const char *te
             tally->text[i].count++;
             return PEND_OK;
         }
+    assert(tally->texts <= tally->text_room);
     if (tally->texts == tally->text_room) {
         long room = 2 * tally->text_room + 64;
         struct api_class_tally_text *more = realloc(tally->text, (size_t)room * sizeof *more);
@@ -248,6 +253,7 @@ static enum pend_status tally_values(const struct api_class_tally *tally, struct
 
 /* where bin `i` begins; halves first, as the width of all may be beyond what a double holds */
 static double tally_edge(const struct api_class_tally *tally, int i) {
+    assert(i >= 0 && i <= TALLY_BINS && tally->numbers > 0);
     double part = (double)i / TALLY_BINS;
     return tally->number[0] * (1 - part) + tally->number[tally->numbers - 1] * part;
 }
@@ -282,5 +288,6 @@ enum pend_status api_class_tally_write(struct api_class_tally *tally, struct api
     PEND_TRY(api_buffer_text(out, "]"));
     PEND_TRY(api_out_open(out, "bins", '['));
     if (different > TALLY_VALUES) PEND_TRY(tally_bins(tally, out));
+    assert(tally->answers >= tally->numbers);
     return api_buffer_text(out, "]}");
 }

@@ -43,6 +43,7 @@ struct srv_config {
     double client_jobs, client_bytes, store_bytes, keep_seconds;
     double client_scenes, scene_bytes, client_scene_bytes, store_scene_bytes;
     double event_streams;
+    double classes, class_pupils, class_bytes;
     double job_members, job_samples, job_steps, job_seconds;
     struct api_limits limits;
 };

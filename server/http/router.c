@@ -7,6 +7,8 @@
 #include "server/work/admission.h"
 #include "server/work/result.h"
 #include "server/http/assets.h"
+#include "server/classes/class_reports.h"
+#include "server/classes/classes.h"
 #include "server/work/compute.h"
 #include "server/protocol/cors.h"
 #include "server/base/hosts.h"
@@ -52,6 +54,24 @@ static const struct srv_route router_table[] = {
      0},
     {"GET", "/v1/jobs/{id}/results", NULL, srv_job_results, API_OP_COUNT,
      "GET /v1/jobs/{id}/results", SRV_ROUTE_COUNTED},
+    {"POST", "/v1/classes", NULL, srv_classes_create, API_OP_COUNT, "POST /v1/classes",
+     SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED},
+    {"GET", "/v1/classes/{code}", NULL, srv_class_reports_room, API_OP_COUNT,
+     "GET /v1/classes/{code}", SRV_ROUTE_COUNTED},
+    {"DELETE", "/v1/classes/{code}", NULL, srv_classes_erase, API_OP_COUNT,
+     "DELETE /v1/classes/{code}", SRV_ROUTE_COUNTED},
+    {"POST", "/v1/classes/{code}/pupils", NULL, srv_classes_join, API_OP_COUNT,
+     "POST /v1/classes/{code}/pupils", SRV_ROUTE_COUNTED},
+    {"GET", "/v1/classes/{code}/events", NULL, srv_classes_events, API_OP_COUNT,
+     "GET /v1/classes/{code}/events", SRV_ROUTE_COUNTED},
+    {"GET", "/v1/classes/{code}/table", NULL, srv_class_reports_table, API_OP_COUNT,
+     "GET /v1/classes/{code}/table", SRV_ROUTE_COUNTED},
+    {"GET", "/v1/classes/{code}/histograms/{id}", NULL, srv_class_reports_histogram, API_OP_COUNT,
+     "GET /v1/classes/{code}/histograms/{id}", SRV_ROUTE_COUNTED},
+    {"PUT", "/v1/classes/{code}/{kind}/{id}", NULL, srv_classes_put, API_OP_COUNT,
+     "PUT /v1/classes/{code}/{kind}/{id}", SRV_ROUTE_COUNTED},
+    {"DELETE", "/v1/classes/{code}/{kind}/{id}", NULL, srv_classes_remove, API_OP_COUNT,
+     "DELETE /v1/classes/{code}/{kind}/{id}", SRV_ROUTE_COUNTED},
     {"GET", "/", srv_assets_index, NULL, API_OP_COUNT, "GET /", 0},
     {"GET", "/docs", srv_assets_docs, NULL, API_OP_COUNT, "GET /docs", 0},
     {"GET", "/page/{digest}/{file}", srv_assets_file, NULL, API_OP_COUNT,
@@ -84,22 +104,28 @@ const char *srv_router_label(int i) {
     return i >= 0 && i < ROUTER_COUNT ? router_table[i].label : NULL;
 }
 
-/* does the path follow the pattern? Its variable part is from *argument on, *bytes long; NULL
- * where there is none. Two variables are the path's rest, slashes and all. */
+/* does the path follow the pattern? Its variable part, from the first variable to the end of the
+ * last one, is from *argument on, *bytes long; NULL where there is none. A variable is what stands
+ * between two slashes; {file} is the path's rest, slashes and all. */
 static int router_match(const char *pattern, const char *path, const char **argument,
                         size_t *bytes) {
-    size_t fixed = strcspn(pattern, "{");
     *argument = NULL;
     *bytes = 0;
-    if (!pattern[fixed]) return !strcmp(pattern, path);
-    if (strncmp(pattern, path, fixed)) return 0;
-    int rest = strchr(pattern + fixed + 1, '{') != NULL;
-    *bytes = rest ? strlen(path + fixed) : strcspn(path + fixed, "/");
-    *argument = path + fixed;
-    if (rest) return *bytes > 0;
-    if (!*bytes || strcmp(path + fixed + *bytes, strchr(pattern, '}') + 1)) return 0;
-    *argument = path + fixed;
-    return 1;
+    while (*pattern) {
+        size_t fixed = strcspn(pattern, "{");
+        if (strncmp(pattern, path, fixed)) return 0;
+        pattern += fixed;
+        path += fixed;
+        if (!*pattern) break;
+        size_t name = strcspn(pattern, "}") + 1,
+               part = !strcmp(pattern, "{file}") ? strlen(path) : strcspn(path, "/");
+        if (!part) return 0;
+        if (!*argument) *argument = path;
+        pattern += name;
+        path += part;
+        *bytes = (size_t)(path - *argument);
+    }
+    return !*path;
 }
 
 /* can the route be asked by QUERY as well? What only computes changes nothing */
@@ -182,7 +208,7 @@ static int router_exists(struct srv_exchange *exchange) {
     router_allow(exchange->path, 0, allow);
     int options = !strcmp(exchange->method, "OPTIONS");
     if (options && !strcmp(exchange->path, "*"))
-        strcpy(allow, "GET, HEAD, POST, QUERY, DELETE, OPTIONS");
+        strcpy(allow, "GET, HEAD, POST, PUT, QUERY, DELETE, OPTIONS");
     if (!allow[0]) {
         srv_exchange_problem(exchange, 404, "there is nothing at %.200s; see /openapi.json",
                              exchange->path);

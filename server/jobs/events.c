@@ -42,6 +42,7 @@ static struct srv_listener *listener_of_link(struct srv_list *link) {
 
 /* counts what a stream holds beyond what every stream does */
 static void listener_count(struct srv_events *events, struct srv_listener *listener) {
+    assert(listener->taken <= listener->text.bytes);
     size_t text = listener->text.cap > SRV_EVENTS_TEXT ? listener->text.cap : 0;
     int64_t bytes = (int64_t)(text + listener->kept);
     srv_memory_add(&events->service->memory, SRV_MEMORY_CONNECTIONS, bytes - listener->counted);
@@ -133,6 +134,7 @@ static enum pend_status events_begin(struct srv_events *events, struct srv_liste
 void srv_events_open(struct srv_events *events, struct srv_listener *listener) {
     struct srv_exchange *exchange = listener->exchange;
     int own = 0;
+    assert(exchange && listener->topic && !exchange->status);
     api_buffer_init(&listener->text, SRV_EVENTS_TEXT);
     listener->beat_at = srv_clock_now() + (int64_t)SRV_EVENTS_BEAT_S * 1000000000;
     enum pend_status status = events_begin(events, listener, &own);

@@ -1,5 +1,6 @@
 #include "server/jobs/job_events.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -60,6 +61,7 @@ static void job_drop(struct srv_listener *listener) { free(job_listener(listener
 void srv_job_events_open(struct srv_exchange *exchange, const struct srv_job *job,
                          const char *last) {
     struct srv_events *events = exchange->service->events;
+    assert(events && *job->id);
     struct job_listener *made = calloc(1, sizeof *made);
     if (!made) {
         srv_exchange_busy(exchange, 1, "out of memory");

@@ -178,6 +178,7 @@ static void store_request_free(struct srv_store_request *asked) {
     free(asked->kept);
     free(asked->page);
     free(asked->request);
+    if (asked->more) asked->more_free(asked->more);
     free(asked);
 }
 

@@ -47,6 +47,10 @@ struct srv_store_request {
     struct api_buffer scene; /* that is to be kept */
     void *kept;              /* the one that the store has */
     size_t kept_bytes;
+
+    /* of another route: what it has beside this, and how that is freed */
+    void *more;
+    void (*more_free)(void *more);
 };
 
 extern const struct srv_store_request_words srv_store_request_jobs;

@@ -11,7 +11,7 @@ const char srv_cors_expose[] =
     "X-Request-Id, X-Trust-Until, X-Warning";
 
 const char srv_cors_fields[] =
-    "Accept, Authorization, Content-Type, Idempotency-Key, If-None-Match, If-Range, "
+    "Accept, Authorization, Class-Token, Content-Type, Idempotency-Key, If-None-Match, If-Range, "
     "Last-Event-ID, Prefer, Range, Traceparent, X-Request-Id";
 
 /* is an entry in a list of them? */

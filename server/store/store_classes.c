@@ -40,6 +40,7 @@ static enum srv_stored class_find(struct srv_store *store, enum srv_statement id
                                   const char *who, struct srv_class *room) {
     struct row_class row = {.room = room, .who = who};
     int64_t now;
+    assert(id == SQL_CLASS || id == SQL_CLASS_LOCK);
     *room = (struct srv_class){0};
     SRV_STORED_TRY(SRV_RUN(store, id, row_class, &row, srv_value_text(code), srv_value_text(who)));
     if (!row.rows) return SRV_STORED_NONE;
@@ -116,6 +117,7 @@ static enum srv_stored class_write(struct srv_store *store, struct srv_class *ro
                                    const struct srv_class_item *item) {
     int64_t now;
     SRV_STORED_TRY(srv_store_now(store, &now));
+    assert(*item->name && item->reader >= SRV_CLASS_TEACHER);
     room->version++;
     if (item->reader == SRV_CLASS_ALL) room->shared = room->version;
     return SRV_POST(
@@ -127,6 +129,7 @@ static enum srv_stored class_write(struct srv_store *store, struct srv_class *ro
 /* whether the room, and the pupil whose item it is, may be counted for `more` bytes */
 static enum srv_stored class_room(const struct srv_store *store, struct srv_class_put *put,
                                   const struct srv_class *room, int64_t more) {
+    assert(put->own == 0 || room->pupil > 0 || more > 0);
     if (more <= 0) return SRV_STORED;
     if (room->bytes + more > store->rules.class_bytes)
         return class_refuse(put, SRV_CLASS_ROOM_FULL);
@@ -267,6 +270,7 @@ static enum srv_stored class_dismiss(struct srv_store *store, struct srv_class *
     }
     free(own);
     SRV_STORED_TRY(stored);
+    assert(room->pupils > 0 && room->version >= before);
     room->pupils--;
     /* its stream, if it has one, is to look and to find that it is over */
     room->shared = room->version;
@@ -280,6 +284,7 @@ static enum srv_stored
 class_call(struct srv_store *store, struct srv_class_put *put, struct srv_class *room,
            enum srv_stored (*work)(struct srv_store *store, struct srv_class_put *put,
                                    struct srv_class *room)) {
+    assert(put->code && put->who && *put->who && (put->body || !put->bytes));
     put->why = SRV_CLASS_FINE;
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = class_lock(store, put, room);
@@ -419,6 +424,7 @@ static enum srv_stored class_items(struct srv_store *store, int64_t *since, int 
 enum srv_stored srv_store_class_items(struct srv_store *store, const char *code, const char *who,
                                       int64_t *since, int *more, struct srv_class *room,
                                       srv_class_item_fn *take, void *context) {
+    assert(*since >= 0 && take);
     struct class_taker taker = {.take = take, .context = context, .version = *since};
     *more = 0;
     SRV_STORED_TRY(srv_store_begin(store));

@@ -123,12 +123,12 @@ void srv_clients_give(struct srv_clients *clients, struct srv_client *client) {
     pthread_mutex_unlock(&clients->lock);
 }
 
-/* what came in since the last time, at so many a minute */
-static void bucket_fill(struct srv_bucket *bucket, double a_minute, int64_t now) {
-    double grown = a_minute;
+/* what came in since the last time, at so many a minute, `burst` of which may gather */
+static void bucket_fill(struct srv_bucket *bucket, double a_minute, double burst, int64_t now) {
+    double grown = burst;
     if (bucket->counted)
         grown = bucket->tokens + 1e-9 * (double)(now - bucket->counted) * a_minute / 60;
-    bucket->tokens = grown < a_minute ? grown : a_minute;
+    bucket->tokens = grown < burst ? grown : burst;
     bucket->counted = now;
 }
 
@@ -138,8 +138,8 @@ struct srv_quota srv_clients_quota(struct srv_clients *clients, struct srv_clien
     pthread_mutex_lock(&clients->lock);
     assert(client->users > 0 && client->source && a_minute > 0 && shares > 0);
     struct srv_bucket *own = &client->own, *all = &client->source->all;
-    bucket_fill(own, a_minute, now);
-    bucket_fill(all, a_minute * shares, now);
+    bucket_fill(own, a_minute, a_minute, now);
+    bucket_fill(all, a_minute * shares, a_minute * shares, now);
     quota.granted = own->tokens >= 1 && all->tokens >= 1;
     if (quota.granted) {
         own->tokens -= 1;
@@ -162,7 +162,7 @@ double srv_clients_debt(struct srv_clients *clients, struct srv_client *client, 
                         int64_t now) {
     assert(a_minute >= 0);
     pthread_mutex_lock(&clients->lock);
-    bucket_fill(&client->seconds, a_minute, now);
+    bucket_fill(&client->seconds, a_minute, a_minute, now);
     double left = client->seconds.tokens;
     pthread_mutex_unlock(&clients->lock);
     if (left > 0) return 0;
@@ -179,4 +179,16 @@ void srv_clients_charge(struct srv_clients *clients, struct srv_client *client, 
         bucket->tokens = left > -CLIENTS_DEBT ? left : -CLIENTS_DEBT;
     }
     pthread_mutex_unlock(&clients->lock);
+}
+
+double srv_clients_pace(struct srv_clients *clients, struct srv_client *client, enum srv_pace pace,
+                        double a_second, double burst, int taken, int64_t now) {
+    pthread_mutex_lock(&clients->lock);
+    assert(client->users > 0 && (unsigned)pace < SRV_PACES && a_second > 0 && burst >= 1);
+    struct srv_bucket *bucket = &client->pace[pace];
+    bucket_fill(bucket, 60 * a_second, burst, now);
+    double lacks = 1 - bucket->tokens;
+    if (lacks <= 0 && taken) bucket->tokens -= 1;
+    pthread_mutex_unlock(&clients->lock);
+    return lacks <= 0 ? 0 : lacks / a_second;
 }

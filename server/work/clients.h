@@ -21,6 +21,15 @@ struct srv_bucket {
     int64_t counted; /* ns; 0 = never */
 };
 
+/* What has a pace of its own in rooms of classes. */
+enum srv_pace {
+    SRV_PACE_ROOMS,  /* rooms that are made */
+    SRV_PACE_JOINS,  /* pupils who join */
+    SRV_PACE_MISSES, /* codes of rooms that there are not */
+    SRV_PACE_WRITES, /* items that are written */
+    SRV_PACES
+};
+
 struct srv_client {
     struct srv_lane lane; /* the queue's */
     /* the rest is the table's */
@@ -33,8 +42,9 @@ struct srv_client {
     struct srv_bucket seconds;  /* s that it may compute; below 0 what it has computed beyond */
     atomic_llong share;         /* bytes that its role lets it hold; 0 = as the options say */
     atomic_int priority;        /* levels of the queue that its computations stand behind others */
-    atomic_llong held, bodies;  /* bytes that it holds in memory; of them those of bodies (hold) */
-    atomic_int connections;     /* that it has open */
+    struct srv_bucket pace[SRV_PACES];
+    atomic_llong held, bodies; /* bytes that it holds in memory; of them those of bodies (hold) */
+    atomic_int connections;    /* that it has open */
     char key[SRV_CLIENT_KEY];
 };
 
@@ -95,5 +105,15 @@ double srv_clients_debt(struct srv_clients *clients, struct srv_client *client, 
 /** Takes seconds that a client has computed off those that it has; nothing off one that
  * srv_clients_debt was never asked about. Any thread. */
 void srv_clients_charge(struct srv_clients *clients, struct srv_client *client, double seconds);
+
+/**
+ * Takes one of what comes at a pace: `burst` of it at once, and so many a second.
+ *
+ * taken  0 = only looks whether one is there.
+ *
+ * Returns 0 when one was there, else after how many seconds one will be.
+ */
+double srv_clients_pace(struct srv_clients *clients, struct srv_client *client, enum srv_pace pace,
+                        double a_second, double burst, int taken, int64_t now);
 
 #endif

@@ -38,6 +38,7 @@
     X(SRV_PREFLIGHT, "Access-Control-Request-Method", LAST)                                        \
     X(SRV_PREFER, "Prefer", LIST)                                                                  \
     X(SRV_IDEMPOTENCY_KEY, "Idempotency-Key", ONE)                                                 \
+    X(SRV_ROOM_TOKEN, "Class-Token", ONE)                                                          \
     X(SRV_AUTHORIZATION, "Authorization", ONE)                                                     \
     X(SRV_REQUEST_ID, "X-Request-Id", LAST)                                                        \
     X(SRV_TRACE, "Traceparent", LAST)                                                              \

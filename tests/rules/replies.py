@@ -9,6 +9,8 @@ fault too with --complete), and last "N passed, N failed". To be reached are eve
 operation, and every other error of the document once.
 """
 import copy
+import csv
+import io
 import json
 import pathlib
 import re
@@ -95,6 +97,16 @@ def check_csv(text):
             raise Fault(f"line {number} of the CSV is not {width} numbers: {line[:100]!r}")
 
 
+def check_table(text):
+    """The answers of a class, as RFC 4180 has them."""
+    rows = list(csv.reader(io.StringIO(text, newline=""), strict=True))
+    if rows[0] != ["item", "id", "step", "pupil", "nickname", "value", "changed"]:
+        raise Fault(f"the table begins with {rows[0]}")
+    for number, row in enumerate(rows[1:], 2):
+        if len(row) != len(rows[0]) or row[4][:1] in ("=", "+", "-", "@") and row[4]:
+            raise Fault(f"row {number} of the table is {row}")
+
+
 def check_ndjson(text):
     lines = text.split("\n")
     if lines.pop() or not lines:
@@ -122,16 +134,20 @@ def check_metrics(text):
             raise Fault(f"line {number} is no sample of Prometheus' text format: {line[:100]!r}")
 
 
-EVENT = re.compile(r"event: progress\nid: [a-z]+-[0-9]+\ndata: (.*)")
+EVENT = {"Job": re.compile(r"event: progress\nid: [a-z]+-[0-9]+\ndata: (.*)"),
+         "ClassItem": re.compile(r"event: item\nid: [0-9]+\ndata:(.*)")}
+END = "event: end\ndata: {}"  # the last event of a room
 
 
-def read_events(text):
-    """The data of the events of a stream that has ended."""
+def read_events(text, kind):
+    """The data of the events of a stream that has ended, of jobs or of items of a class."""
     pieces = text.split("\n\n")
     if pieces.pop() or not pieces or pieces[0] != "retry: 2000":
         raise Fault(f"the stream begins or ends otherwise: {text[:100]!r}")
-    events = [EVENT.fullmatch(piece) for piece in pieces[1:] if piece != ":"]
-    if not events or not all(events):
+    if kind == "ClassItem" and pieces[-1] == END:
+        pieces.pop()
+    events = [EVENT[kind].fullmatch(piece) for piece in pieces[1:] if piece != ":"]
+    if (kind == "Job" and not events) or not all(events):
         raise Fault(f"the stream has something else than events: {text[:300]!r}")
     return [parse(event.group(1)) for event in events]
 
@@ -203,14 +219,15 @@ class Document:
         if method == "head" or status == 206:  # a piece of what is looked at as a whole
             return reached
         if media_type == "text/event-stream":
-            for event in read_events(reply["body"]):
-                self.validate({"$ref": "#/components/schemas/Job"}, event)
+            kind = "ClassItem" if reply["path"].startswith("/v1/classes/") else "Job"
+            for event in read_events(reply["body"], kind):
+                self.validate({"$ref": f"#/components/schemas/{kind}"}, event)
             return reached
         if media_type == "text/plain":
             check_metrics(reply["body"])
             return reached
         if media_type == "text/csv":
-            check_csv(reply["body"])
+            (check_table if reply["path"].endswith("/table") else check_csv)(reply["body"])
             return reached
         if media_type == "application/x-ndjson":
             check_ndjson(reply["body"])

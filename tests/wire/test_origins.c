@@ -7,7 +7,7 @@
 #define ALICE "Authorization: Bearer alice-Zm9vYmFyYmF6cXV4MTIz\r\n"
 #define EVIL "Origin: https://evil.example\r\n"
 #define HEADERS                                                                                    \
-    "Accept, Authorization, Content-Type, Idempotency-Key, If-None-Match, If-Range, "              \
+    "Accept, Authorization, Class-Token, Content-Type, Idempotency-Key, If-None-Match, If-Range, " \
     "Last-Event-ID, Prefer, Range, "                                                               \
     "Traceparent, X-Request-Id"
 

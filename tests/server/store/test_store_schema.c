@@ -189,9 +189,15 @@ TEST(a_store_of_the_first_version_is_brought_up_to_date_on_postgresql) {
  * none --- */
 
 static const char *const fifth_version[] = {
-    "ALTER TABLE results DROP COLUMN sealed", "ALTER TABLE jobs DROP COLUMN seal",
-    "ALTER TABLE jobs DROP COLUMN sealed",    "ALTER TABLE scenes DROP COLUMN seal",
-    "ALTER TABLE scenes DROP COLUMN sealed",  "UPDATE pendulumd SET version = 5",
+    "ALTER TABLE results DROP COLUMN sealed",
+    "ALTER TABLE jobs DROP COLUMN seal",
+    "ALTER TABLE jobs DROP COLUMN sealed",
+    "ALTER TABLE scenes DROP COLUMN seal",
+    "ALTER TABLE scenes DROP COLUMN sealed",
+    "UPDATE pendulumd SET version = 5",
+    "DROP TABLE classes",
+    "DROP TABLE class_pupils",
+    "DROP TABLE class_items",
 };
 
 static void seal_of_version_five(const struct ground *ground, const char *data) {

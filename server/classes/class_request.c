@@ -1,0 +1,271 @@
+#include "server/classes/class_request.h"
+
+#include <assert.h>
+#include <ctype.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+
+#include "server/base/clock.h"
+#include "server/work/admission.h"
+
+/* codes of rooms that there are not: so many at once and so many a second from one address */
+enum { REQUEST_MISSES = 30 };
+#define REQUEST_MISSES_A_SECOND 0.5
+
+/* bytes that a body may be kept in */
+enum { REQUEST_BODY = 1 << 18, REQUEST_TEXT = 64 << 20 };
+
+static const char request_letters[] = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789";
+
+static const struct srv_store_request_words request_words = {
+    "rooms of classes", "a request that writes may be sent again as it is"};
+
+struct srv_class_request *srv_class_request_of(struct srv_store_request *asked) {
+    assert(asked->more);
+    return asked->more;
+}
+
+static void request_free(void *more) {
+    struct srv_class_request *gone = more;
+    api_buffer_clear(&gone->text);
+    api_class_names_clear(&gone->names);
+    api_class_tally_clear(&gone->tally);
+    free(gone);
+}
+
+/* the code that the path begins with, in capitals; 0 where it cannot be one */
+static int request_read_code(const char *path, char code[SRV_CLASS_CODE]) {
+    size_t bytes = strcspn(path, "/");
+    assert(sizeof request_letters - 1 == 32);
+    if (bytes != SRV_CLASS_CODE - 1) return 0;
+    for (size_t i = 0; i < bytes; i++) {
+        code[i] = (char)toupper((unsigned char)path[i]);
+        if (!strchr(request_letters, code[i])) return 0;
+    }
+    code[bytes] = 0;
+    return 1;
+}
+
+/* answers as for a room that there is not, or that whoever asks is not in */
+static void request_nowhere(struct srv_class_request *own) {
+    struct srv_exchange *exchange = own->exchange;
+    if (own->joins) {
+        (void)srv_clients_pace(exchange->service->clients, exchange->account->source,
+                               SRV_PACE_MISSES, REQUEST_MISSES_A_SECOND, REQUEST_MISSES, 1,
+                               srv_clock_now());
+        srv_exchange_problem(exchange, 404, "there is no room of this code, or it has ended");
+    } else {
+        srv_exchange_problem(exchange, 404, "there is no room of this code that your token is in");
+    }
+}
+
+/* sets the identity of a token; 0 where it is none */
+static int request_identity(const char *token, struct srv_identity *identity) {
+    char field[sizeof "Bearer " + SRV_TOKEN_MOST];
+    snprintf(field, sizeof field, "Bearer %s", token);
+    identity->kind = SRV_IDENTITY_ADDRESS;
+    return strlen(token) <= SRV_TOKEN_MOST && srv_identity_token(identity, field) &&
+           identity->kind == SRV_IDENTITY_TOKEN;
+}
+
+/* finds out who asks; 0 where the exchange is answered, as what was sent is no token */
+static int request_who(struct srv_class_request *own) {
+    struct srv_exchange *exchange = own->exchange;
+    struct srv_identity who = exchange->identity;
+    const char *token = exchange->field[SRV_ROOM_TOKEN];
+    if (token && !request_identity(token, &who)) {
+        srv_exchange_problem(exchange, 401, "what Class-Token has is no token: %s",
+                             srv_identity_rule);
+        srv_exchange_header(exchange, "WWW-Authenticate", "Bearer realm=\"pendulumd\"");
+        return 0;
+    }
+    int pupil = own->joins && exchange->argument;
+    if (who.kind == SRV_IDENTITY_TOKEN || (who.kind == SRV_IDENTITY_ISSUED && !pupil))
+        snprintf(own->who, sizeof own->who, "%s", who.key);
+    return 1;
+}
+
+/* whether the request may name a room; else it is answered */
+static int request_names(struct srv_class_request *own) {
+    struct srv_exchange *exchange = own->exchange;
+    if (!request_who(own)) return 0;
+    if (!own->joins && !*own->who) {
+        srv_admission_challenge(exchange, "a room is for those who are in it, and it knows them by "
+                                          "the token that they have joined with");
+        return 0;
+    }
+    if (!exchange->argument) return 1;
+    if (own->joins) {
+        double wait =
+            srv_clients_pace(exchange->service->clients, exchange->account->source, SRV_PACE_MISSES,
+                             REQUEST_MISSES_A_SECOND, REQUEST_MISSES, 0, srv_clock_now());
+        if (wait > 0) {
+            srv_exchange_problem(exchange, 429,
+                                 "too many rooms that there are not were named from your address");
+            srv_exchange_retry(exchange, wait);
+            return 0;
+        }
+    }
+    if (request_read_code(exchange->argument, own->code)) return 1;
+    request_nowhere(own);
+    return 0;
+}
+
+struct srv_store_request *srv_class_request_begin(struct srv_exchange *exchange, int joins) {
+    struct srv_store_request *asked = srv_store_request_begin(exchange, &request_words);
+    if (!asked) return NULL;
+    assert(exchange->account);
+    struct srv_class_request *own = calloc(1, sizeof *own);
+    asked->more = own;
+    asked->more_free = request_free;
+    if (!own) {
+        srv_exchange_busy(exchange, 1, "out of memory");
+    } else {
+        own->exchange = exchange;
+        own->joins = joins;
+        api_buffer_init(&own->text, REQUEST_TEXT);
+        if (request_names(own)) return asked;
+    }
+    srv_store_request_end(asked);
+    return NULL;
+}
+
+void srv_class_request_part(const struct srv_exchange *exchange, int at, char part[], size_t cap) {
+    const char *from = exchange->argument;
+    assert(at >= 1 && cap > 1);
+    for (int i = 0; i < at && from; i++)
+        if ((from = strchr(from, '/'))) from++;
+    size_t bytes = from ? strcspn(from, "/") : 0;
+    /* one that is too long is none that there can be */
+    if (bytes >= cap) bytes = 0;
+    memcpy(part, bytes ? from : "", bytes);
+    part[bytes] = 0;
+}
+
+int srv_class_request_pace(struct srv_store_request *asked, enum srv_pace pace, double a_second,
+                           double burst, int own, const char *what) {
+    struct srv_exchange *exchange = asked->exchange;
+    struct srv_clients *clients = exchange->service->clients;
+    assert(exchange->account && (!own || *srv_class_request_of(asked)->who));
+    /* of several who share a key of the operator's each has a pace of its own */
+    struct srv_client *client =
+        own ? srv_clients_take(clients, srv_class_request_of(asked)->who, exchange->identity.source)
+            : exchange->account->source;
+    double wait =
+        client ? srv_clients_pace(clients, client, pace, a_second, burst, 1, srv_clock_now()) : 1;
+    if (own && client) srv_clients_give(clients, client);
+    if (wait <= 0) return 1;
+    srv_exchange_problem(exchange, 429, "%s: %.0f at once, and then %.3g a second", what, burst,
+                         a_second);
+    srv_exchange_retry(exchange, wait);
+    srv_store_request_end(asked);
+    return 0;
+}
+
+int srv_class_request_code(char code[SRV_CLASS_CODE]) {
+    unsigned char bits[SRV_CLASS_CODE - 1];
+    if (getrandom(bits, sizeof bits, 0) != (ssize_t)sizeof bits) return 0;
+    for (size_t i = 0; i < sizeof bits; i++) code[i] = request_letters[bits[i] & 31];
+    code[sizeof bits] = 0;
+    return 1;
+}
+
+int srv_class_request_token(struct srv_store_request *asked) {
+    struct srv_class_request *own = asked->more;
+    struct srv_identity made = asked->exchange->identity;
+    unsigned char bits[(SRV_CLASS_TOKEN - 1) / 2];
+    /* one draw in many millions has too few different letters to be taken for random */
+    for (int i = 0; i < 4 && !*own->who; i++) {
+        if (getrandom(bits, sizeof bits, 0) != (ssize_t)sizeof bits) break;
+        for (size_t k = 0; k < sizeof bits; k++) snprintf(own->token + 2 * k, 3, "%02x", bits[k]);
+        if (request_identity(own->token, &made))
+            snprintf(own->who, sizeof own->who, "%s", made.key);
+    }
+    if (*own->who) return 1;
+    srv_exchange_busy(asked->exchange, 1, "the system has no random numbers");
+    return 0;
+}
+
+int srv_class_request_check(struct srv_store_request *asked) {
+    struct srv_exchange *exchange = asked->exchange;
+    struct srv_class_request *own = asked->more;
+    struct api_request request = {.query = exchange->query,
+                                  .content_type = exchange->field[SRV_CONTENT_TYPE],
+                                  .accept = exchange->field[SRV_ACCEPT],
+                                  .body = exchange->body.bytes ? exchange->body.data : NULL,
+                                  .body_bytes = exchange->body.bytes};
+    assert(own->kind < API_CLASS_KINDS && !exchange->status);
+    api_buffer_init(&asked->body, REQUEST_BODY);
+    int http = api_class_read(&request, &srv_service_config(exchange->service)->limits, own->kind,
+                              &own->facts, &asked->body, &exchange->answer);
+    if (http) {
+        srv_exchange_answered(exchange, http, "application/problem+json");
+        return 0;
+    }
+    own->put.body = asked->body.data;
+    own->put.bytes = asked->body.bytes;
+    return 1;
+}
+
+int srv_class_request_again(struct srv_store_request *asked, enum srv_stored stored) {
+    return stored == SRV_STORED_AGAIN && srv_class_request_of(asked)->tries++ < SRV_CLASS_TRIES;
+}
+
+/* answers with why nothing was written */
+static void request_why(struct srv_class_request *own) {
+    struct srv_exchange *exchange = own->exchange;
+    const struct srv_config *config = &exchange->service->config;
+    assert(own->put.why != SRV_CLASS_FINE);
+    switch (own->put.why) {
+    case SRV_CLASS_NO_TEACHER:
+        srv_exchange_problem(exchange, 403, "this is for the teacher of the room");
+        break;
+    case SRV_CLASS_NO_PUPIL:
+        srv_exchange_problem(exchange, 403, "this is for the pupils of the room");
+        break;
+    case SRV_CLASS_SHUT:
+        srv_exchange_problem(exchange, 403, "the teacher lets nobody more in");
+        break;
+    case SRV_CLASS_CROWDED:
+        srv_exchange_problem(exchange, 429, "the room has max-class-pupils, %.0f",
+                             config->class_pupils);
+        srv_exchange_retry(exchange, 60);
+        break;
+    case SRV_CLASS_ROOM_FULL:
+        srv_exchange_problem(exchange, 429, "the room is full: max-class-bytes, %.0f",
+                             config->class_bytes);
+        srv_exchange_retry(exchange, 60);
+        break;
+    case SRV_CLASS_PUPIL_FULL:
+        srv_exchange_problem(exchange, 429, "what stands here of one pupil has %d bytes at most",
+                             SRV_CLASS_PUPIL_BYTES);
+        srv_exchange_retry(exchange, 60);
+        break;
+    case SRV_CLASS_NO_BASE:
+        srv_exchange_problem(exchange, 409, "there is no %.90s to answer", own->base);
+        break;
+    case SRV_CLASS_CLOSED:
+        srv_exchange_problem(exchange, 409, "%.90s takes no answers any more", own->base);
+        break;
+    case SRV_CLASS_MISFIT:
+        srv_exchange_problem(exchange, 422,
+                             "the value is no answer to %.90s: see the kind of the question",
+                             own->base);
+        break;
+    default:
+        request_nowhere(own);
+        break;
+    }
+}
+
+void srv_class_request_refuse(struct srv_store_request *asked, enum srv_stored stored) {
+    struct srv_class_request *own = asked->more;
+    if (stored == SRV_STORED_NONE)
+        request_nowhere(own);
+    else if (stored == SRV_STORED_CLASH)
+        request_why(own);
+    else
+        srv_store_request_refuse(asked, stored);
+}

@@ -1,0 +1,331 @@
+#include "server/classes/classes.h"
+
+#include <assert.h>
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/json/json_out.h"
+#include "server/classes/class_events.h"
+#include "server/classes/class_request.h"
+
+/* how much may come at once; and a second: from one address rooms and joins, from one client what
+ * is written */
+enum { CLASSES_ROOMS = 60, CLASSES_JOINS = 100, CLASSES_WRITES = 40, CLASSES_CODES = 16 };
+#define CLASSES_ROOMS_A_SECOND (1.0 / 60)
+#define CLASSES_JOINS_A_SECOND 10.0
+#define CLASSES_WRITES_A_SECOND 5.0
+
+static const char classes_json[] = "application/json";
+
+static struct srv_class_request *classes_own(struct srv_store_call *call) {
+    return srv_class_request_of(SRV_CONTAINER_OF(call, struct srv_store_request, ask.call));
+}
+
+/* what of the exchange is finished when this returns: the room as JSON, which ends here */
+static void classes_tell(struct srv_store_request *asked, int status) {
+    struct srv_exchange *exchange = asked->exchange;
+    struct srv_class_request *own = srv_class_request_of(asked);
+    const struct srv_class *room = &own->room;
+    struct api_class_room told = {.code = room->code,
+                                  .role = room->teacher ? "teacher" : "pupil",
+                                  .token = *own->token ? own->token : NULL,
+                                  .pupil = (long)room->pupil,
+                                  .created = room->created,
+                                  .ends = room->ends,
+                                  .version = room->version,
+                                  .pupils = (long)room->pupils,
+                                  .shut = room->shut};
+    assert(room->teacher || room->pupil);
+    char *location = srv_exchange_text(exchange, 40);
+    if (api_class_room_write(&told, &exchange->answer) != PEND_OK ||
+        api_buffer_text(&exchange->answer, "}") != PEND_OK) {
+        srv_exchange_busy(exchange, 1, "out of memory");
+        return;
+    }
+    srv_exchange_answered(exchange, status, classes_json);
+    srv_exchange_header(exchange, "Cache-Control", "no-store");
+    if (!location) return;
+    snprintf(location, 40, "/v1/classes/%s", room->code);
+    srv_exchange_header(exchange, "Location", location);
+}
+
+/* --- a new room --- */
+
+/* 1 to SRV_STORE_REQUEST_KEY visible characters, or none */
+static int classes_read_key(const char *text, char key[SRV_STORE_REQUEST_KEY + 1]) {
+    key[0] = 0;
+    if (!text) return 1;
+    size_t bytes = strlen(text);
+    if (!bytes || bytes > SRV_STORE_REQUEST_KEY) return 0;
+    for (size_t i = 0; i < bytes; i++)
+        if (text[i] <= ' ' || text[i] > '~') return 0;
+    memcpy(key, text, bytes + 1);
+    return 1;
+}
+
+static enum srv_stored create_run(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
+    struct srv_class_request *own = srv_class_request_of(asked);
+    enum srv_stored stored = SRV_STORED_CLASH;
+    for (int i = 0; i < CLASSES_CODES && stored == SRV_STORED_CLASH; i++) {
+        if (!srv_class_request_code(own->code)) return SRV_STORED_AGAIN;
+        stored = srv_store_class_new(store, own->code, own->who, *asked->key ? asked->key : NULL,
+                                     (int64_t)(own->facts.hours * 3600e6), &own->room);
+    }
+    return stored == SRV_STORED_CLASH ? SRV_STORED_QUOTA : stored;
+}
+
+static void create_answer(struct srv_store_request *asked, enum srv_stored stored) {
+    struct srv_exchange *exchange = asked->exchange;
+    if (stored == SRV_STORED) {
+        classes_tell(asked, 201);
+    } else if (stored == SRV_STORED_QUOTA) {
+        srv_exchange_problem(exchange, 429, "there are max-classes rooms, %.0f, already",
+                             exchange->service->config.classes);
+        srv_exchange_retry(exchange, 600);
+    } else {
+        srv_class_request_refuse(asked, stored);
+    }
+    srv_store_request_end(asked);
+}
+
+void srv_classes_create(struct srv_exchange *exchange) {
+    struct srv_store_request *asked = srv_class_request_begin(exchange, 1);
+    if (!asked) return;
+    srv_class_request_of(asked)->kind = API_CLASS_ROOM;
+    if (!classes_read_key(exchange->field[SRV_IDEMPOTENCY_KEY], asked->key)) {
+        srv_exchange_problem(exchange, 400,
+                             "Idempotency-Key must be 1 to %d visible ASCII characters",
+                             SRV_STORE_REQUEST_KEY);
+    } else if (*asked->key && !*srv_class_request_of(asked)->who) {
+        srv_exchange_problem(exchange, 400,
+                             "Idempotency-Key is for who sends a token of the client's own: a "
+                             "token that is made here is told once");
+    } else if (srv_class_request_token(asked)) {
+        if (srv_class_request_pace(asked, SRV_PACE_ROOMS, CLASSES_ROOMS_A_SECOND, CLASSES_ROOMS, 0,
+                                   "too many rooms were made from your address"))
+            srv_store_request_work(asked, srv_class_request_check, create_run, create_answer);
+        return;
+    }
+    srv_store_request_end(asked);
+}
+
+/* --- writing --- */
+
+static enum srv_stored join_run(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_class_request *own = classes_own(call);
+    return srv_store_class_join(store, &own->put, &own->room);
+}
+
+static enum srv_stored put_run(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_class_request *own = classes_own(call);
+    return srv_store_class_put(store, &own->put, &own->room);
+}
+
+static enum srv_stored erase_run(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_class_request *own = classes_own(call);
+    return srv_store_class_end(store, &own->put, &own->room);
+}
+
+/* after something was written; 0 where the store was asked again, or has refused */
+static int classes_written(struct srv_store_request *asked, enum srv_stored stored,
+                           void (*answer)(struct srv_store_request *asked,
+                                          enum srv_stored stored)) {
+    if (srv_class_request_again(asked, stored)) {
+        srv_store_request_ask(asked, SRV_ASK_WRITE, asked->ask.call.run, answer);
+        return 0;
+    }
+    assert(!asked->exchange->status);
+    if (stored == SRV_STORED) {
+        srv_events_news(asked->service->events);
+        return 1;
+    }
+    srv_class_request_refuse(asked, stored);
+    srv_store_request_end(asked);
+    return 0;
+}
+
+static void join_answer(struct srv_store_request *asked, enum srv_stored stored) {
+    if (!classes_written(asked, stored, join_answer)) return;
+    classes_tell(asked, 201);
+    srv_store_request_end(asked);
+}
+
+static void gone_answer(struct srv_store_request *asked, enum srv_stored stored) {
+    if (!classes_written(asked, stored, gone_answer)) return;
+    srv_exchange_static(asked->exchange, 204, NULL, NULL, 0);
+    srv_store_request_end(asked);
+}
+
+static void put_answer(struct srv_store_request *asked, enum srv_stored stored) {
+    struct srv_exchange *exchange = asked->exchange;
+    if (!classes_written(asked, stored, put_answer)) return;
+    if (api_buffer_format(&exchange->answer, "{\"version\":%lld}",
+                          (long long)srv_class_request_of(asked)->room.version) != PEND_OK)
+        srv_exchange_busy(exchange, 1, "out of memory");
+    else
+        srv_exchange_answered(exchange, 200, classes_json);
+    srv_store_request_end(asked);
+}
+
+/* the parts of a write that are the same for all */
+static struct srv_class_put *classes_put(struct srv_class_request *own) {
+    own->put.code = own->code;
+    own->put.who = own->who;
+    own->put.name = own->name;
+    own->put.shut = -1;
+    return &own->put;
+}
+
+void srv_classes_join(struct srv_exchange *exchange) {
+    struct srv_store_request *asked = srv_class_request_begin(exchange, 1);
+    if (!asked) return;
+    (void)classes_put(srv_class_request_of(asked));
+    srv_class_request_of(asked)->kind = API_CLASS_PUPIL;
+    if (!srv_class_request_token(asked)) {
+        srv_store_request_end(asked);
+        return;
+    }
+    if (srv_class_request_pace(asked, SRV_PACE_JOINS, CLASSES_JOINS_A_SECOND, CLASSES_JOINS, 0,
+                               "too many pupils join from your address"))
+        srv_store_request_work(asked, srv_class_request_check, join_run, join_answer);
+}
+
+void srv_classes_erase(struct srv_exchange *exchange) {
+    struct srv_store_request *asked = srv_class_request_begin(exchange, 0);
+    if (!asked) return;
+    (void)classes_put(srv_class_request_of(asked));
+    srv_store_request_ask(asked, SRV_ASK_WRITE, erase_run, gone_answer);
+}
+
+/* --- items --- */
+
+/* What the path calls an item. */
+static const struct {
+    const char *kind, *id; /* id: NULL = any */
+    enum api_class_kind body;
+    int own;          /* a pupil's */
+    const char *base; /* the kind of what it answers */
+} classes_kind[] = {
+    {"stages", "class", API_CLASS_STAGE, 0, NULL},
+    {"stages", "own", API_CLASS_OWN_STAGE, 1, NULL},
+    {"questions", NULL, API_CLASS_QUESTION, 0, NULL},
+    {"solutions", NULL, API_CLASS_SOLUTION, 0, NULL},
+    {"worksheets", NULL, API_CLASS_WORKSHEET, 0, NULL},
+    {"answers", NULL, API_CLASS_ANSWER, 1, "questions"},
+    {"handins", NULL, API_CLASS_HANDIN, 1, "worksheets"},
+};
+
+/* a pupil, whom a teacher may take away: "pupils/NUMBER", without a zero in front */
+static int classes_pupil(struct srv_class_request *own, const char *kind, const char *id) {
+    if (strcmp(kind, "pupils") || strspn(id, "123456789") < 1 || strlen(id) > 9 ||
+        strspn(id, "0123456789") != strlen(id))
+        return 0;
+    snprintf(own->name, sizeof own->name, "pupils/%s", id);
+    return 1;
+}
+
+/* finds the item that the path names; 0 where there can be none */
+static int classes_find(struct srv_class_request *own, int removes) {
+    char kind[SRV_CLASS_NAME / 3], id[SRV_CLASS_NAME / 2];
+    srv_class_request_part(own->exchange, 1, kind, sizeof kind);
+    srv_class_request_part(own->exchange, 2, id, sizeof id);
+    if (removes && classes_pupil(own, kind, id)) return 1;
+    for (size_t i = 0; i < sizeof classes_kind / sizeof *classes_kind; i++) {
+        const char *only = classes_kind[i].id;
+        if (strcmp(kind, classes_kind[i].kind) || (only && strcmp(id, only))) continue;
+        if (!api_class_id_good(id)) return 0;
+        own->kind = classes_kind[i].body;
+        own->put.own = classes_kind[i].own;
+        /* a pupil's own stage is stages/NUMBER */
+        snprintf(own->name, sizeof own->name, "%s%s%s", kind, only && own->put.own ? "" : "/",
+                 only && own->put.own ? "" : id);
+        if (!classes_kind[i].base) return 1;
+        snprintf(own->base, sizeof own->base, "%s/%s", classes_kind[i].base, id);
+        own->put.base = own->base;
+        return 1;
+    }
+    return 0;
+}
+
+static struct srv_store_request *classes_begin_item(struct srv_exchange *exchange, int removes) {
+    struct srv_store_request *asked = srv_class_request_begin(exchange, 0);
+    if (!asked) return NULL;
+    struct srv_class_request *own = srv_class_request_of(asked);
+    (void)classes_put(own);
+    if (!classes_find(own, removes)) {
+        srv_exchange_problem(exchange, 404,
+                             "a room has stages/class, stages/own, and questions, solutions, "
+                             "worksheets, answers and handins whose ids are 1 to %d of a-z, 0-9 "
+                             "and -; pupils can be taken away by their numbers",
+                             API_CLASS_ID);
+        srv_store_request_end(asked);
+        return NULL;
+    }
+    return srv_class_request_pace(asked, SRV_PACE_WRITES, CLASSES_WRITES_A_SECOND, CLASSES_WRITES,
+                                  1, "you write too often")
+               ? asked
+               : NULL;
+}
+
+static int put_check(struct srv_store_request *asked) {
+    struct srv_class_request *own = srv_class_request_of(asked);
+    if (!srv_class_request_check(asked)) return 0;
+    assert(own->put.body && *own->name);
+    own->put.flag = own->facts.flag;
+    if (own->kind == API_CLASS_STAGE) own->put.shut = own->facts.shut;
+    if (own->kind == API_CLASS_ANSWER) own->put.fits = api_class_fits;
+    int hidden = own->kind == API_CLASS_SOLUTION && !own->facts.shown;
+    own->put.reader = hidden ? SRV_CLASS_TEACHER : SRV_CLASS_ALL;
+    return 1;
+}
+
+void srv_classes_put(struct srv_exchange *exchange) {
+    struct srv_store_request *asked = classes_begin_item(exchange, 0);
+    if (asked) srv_store_request_work(asked, put_check, put_run, put_answer);
+}
+
+void srv_classes_remove(struct srv_exchange *exchange) {
+    struct srv_store_request *asked = classes_begin_item(exchange, 1);
+    if (!asked) return;
+    struct srv_class_request *own = srv_class_request_of(asked);
+    /* a class whose stage is taken away is open */
+    if (own->kind == API_CLASS_STAGE && !strncmp(own->name, "stages/", 7)) own->put.shut = 0;
+    srv_store_request_ask(asked, SRV_ASK_WRITE, put_run, gone_answer);
+}
+
+/* --- events --- */
+
+static enum srv_stored events_run(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_class_request *own = classes_own(call);
+    enum srv_stored stored = srv_store_class(store, own->code, own->who, &own->room);
+    if (stored != SRV_STORED) return stored;
+    return own->room.teacher || own->room.pupil ? stored : SRV_STORED_NONE;
+}
+
+/* the change that a client has seen last; one that there was not is none */
+static int64_t events_since(const char *last, const struct srv_class *room) {
+    char *end;
+    if (!last || *last < '0' || *last > '9') return 0;
+    errno = 0;
+    long long since = strtoll(last, &end, 10);
+    return errno || *end || since > room->version ? 0 : since;
+}
+
+static void events_answer(struct srv_store_request *asked, enum srv_stored stored) {
+    struct srv_exchange *exchange = asked->exchange;
+    struct srv_class_request *own = srv_class_request_of(asked);
+    if (stored == SRV_STORED)
+        srv_class_events_open(exchange, &own->room, own->who,
+                              events_since(exchange->field[SRV_LAST_EVENT_ID], &own->room));
+    else
+        srv_class_request_refuse(asked, stored);
+    srv_store_request_end(asked);
+}
+
+void srv_classes_events(struct srv_exchange *exchange) {
+    struct srv_store_request *asked = srv_class_request_begin(exchange, 0);
+    if (asked) srv_store_request_ask(asked, SRV_ASK_READ, events_run, events_answer);
+}
