@@ -54,6 +54,19 @@ static int daemon_files(struct srv_config *config, struct srv_log *log) {
     return lingering;
 }
 
+/* opens the file of the deeds; returns 0 where it cannot be opened, with errno set */
+static int daemon_audit(struct srv_daemon *daemon, const struct srv_config *config) {
+    int audit = srv_reload_audit(config);
+    if (audit != -2) {
+        srv_log_turn(daemon->service.log, SRV_LOG_DEEDS, audit);
+        return 1;
+    }
+    srv_log_message(daemon->service.log,
+                    "the log %.150s cannot be opened: %s; it goes on where it was",
+                    config->audit_log, strerror(errno));
+    return 0;
+}
+
 static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_error *error) {
     struct srv_service *service = &daemon->service;
     struct srv_config *config = &service->config;
@@ -67,6 +80,11 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
                          config->log, strerror(errno));
     }
     enum pend_status status = srv_log_new(&service->log, log, STDERR_FILENO);
+    if (status == PEND_OK && !daemon_audit(daemon, config)) {
+        close(fd);
+        return pend_fail(error, PEND_INVALID, -1, 0, "the log %.150s cannot be opened: %s",
+                         config->audit_log, strerror(errno));
+    }
     if (status == PEND_OK) {
         int lingering = daemon_files(config, service->log);
         status = srv_watch_new(&daemon->watch);
@@ -131,7 +149,8 @@ void srv_daemon_reopen(struct srv_daemon *daemon) {
                         "the log %.150s cannot be opened: %s; it goes on where it was", config->log,
                         strerror(errno));
     else
-        srv_log_turn(daemon->service.log, log);
+        srv_log_turn(daemon->service.log, SRV_LOG_REQUESTS, log);
+    daemon_audit(daemon, config);
 }
 
 double srv_daemon_patience(const struct srv_daemon *daemon) {

@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -17,7 +18,8 @@ static const char *const reload_names[] = {
     "send-seconds",       "least-rate",       "drain-seconds",
     "drain-idle-seconds", "access-log",       "log",
     "max-scene-bytes",    "max-job-members",  "max-job-samples",
-    "max-job-steps",      "max-job-seconds",
+    "max-job-steps",      "max-job-seconds",  "audit-log",
+    "log-client",         "role-header",
 };
 
 int srv_reload_may(const char *name) {
@@ -29,12 +31,38 @@ int srv_reload_may(const char *name) {
     return 0;
 }
 
+static int reload_open(const char *path) {
+    int fd = open(path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0640);
+    return fd < 0 ? -2 : fd;
+}
+
 int srv_reload_log(const struct srv_config *config) {
     if (!config->access_log) return -1;
     if (!strcmp(config->log, "-"))
         return config->access_log == SRV_CONFIG_AUTO && isatty(STDOUT_FILENO) ? -1 : STDOUT_FILENO;
-    int fd = open(config->log, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0640);
-    return fd < 0 ? -2 : fd;
+    return reload_open(config->log);
+}
+
+int srv_reload_audit(const struct srv_config *config) {
+    if (!strcmp(config->audit_log, "none")) return -1;
+    return strcmp(config->audit_log, "-") ? reload_open(config->audit_log) : STDOUT_FILENO;
+}
+
+/* opens both logs; returns 0 with the error said where one cannot be opened */
+static int reload_logs(const struct srv_config *config, int *log, int *audit,
+                       struct pend_error *error) {
+    const char *path = config->log;
+    *audit = -1;
+    *log = srv_reload_log(config);
+    if (*log != -2) {
+        *audit = srv_reload_audit(config);
+        path = config->audit_log;
+    }
+    if (*log != -2 && *audit != -2) return 1;
+    (void)pend_fail(error, PEND_INVALID, -1, 0, "the log %.150s cannot be opened: %s", path,
+                    strerror(errno));
+    if (*log > STDERR_FILENO) close(*log);
+    return 0;
 }
 
 /* what is to be in force: options that want a restart keep their values */
@@ -73,10 +101,9 @@ enum pend_status srv_reload(struct srv_service *service, const struct srv_config
     reload_mix(&made->config, now, next);
     made->job_limits = srv_config_job_limits(&made->config);
     enum pend_status status = srv_peers_read(&made->trusted, made->config.trusted_proxy, error);
-    int log = status == PEND_OK ? srv_reload_log(&made->config) : -1;
-    if (log == -2)
-        status = pend_fail(error, PEND_INVALID, -1, 0, "the log %.150s cannot be opened: %s",
-                           made->config.log, strerror(errno));
+    int log, audit;
+    if (status == PEND_OK && !reload_logs(&made->config, &log, &audit, error))
+        status = PEND_INVALID;
     if (status != PEND_OK) {
         free(made);
         return status;
@@ -86,11 +113,20 @@ enum pend_status srv_reload(struct srv_service *service, const struct srv_config
     made->before = atomic_load(&service->reloaded);
     atomic_store_explicit(&service->reloaded, made, memory_order_release);
     srv_queue_bound(service->queue, (int)made->config.queue, (int)made->config.client_queue);
-    srv_log_turn(service->log, log);
+    srv_log_turn(service->log, SRV_LOG_REQUESTS, log);
+    srv_log_turn(service->log, SRV_LOG_DEEDS, audit);
     srv_log_message(service->log,
                     changed == 1 ? "reload: %d option has changed"
                                  : "reload: %d options have changed",
                     changed);
+    char count[16];
+    snprintf(count, sizeof count, "%d", changed);
+    srv_log_deed(service->log, &(struct srv_log_deed){.id = "",
+                                                      .who = "operator",
+                                                      .role = "",
+                                                      .what = "reload of options",
+                                                      .of = count,
+                                                      .outcome = "done"});
     if (next->warning[0]) srv_log_message(service->log, "%s", next->warning);
     return PEND_OK;
 }

@@ -15,6 +15,9 @@ int srv_reload_may(const char *name);
  * set, if it cannot be opened. */
 int srv_reload_log(const struct srv_config *config);
 
+/** Opens the file of the deeds, as srv_reload_log does. */
+int srv_reload_audit(const struct srv_config *config);
+
 /**
  * Puts new options in force and names them in the log; options that need a restart are named too
  * and keep their values. The file of the log is opened again.

@@ -117,6 +117,15 @@ static const struct srv_option config_table[] = {
      "where the lines of requests go; - = standard output; a file is opened anew at SIGHUP and "
      "SIGUSR1",
      SRV_OPTION_TEXT, FIELD(log), 0, 0},
+    {"audit-log", "FILE", "none",
+     "where it is written who has made, ended or erased what, asked what is an operator's, or was "
+     "refused with 401 or 403: one JSON line each, without bodies; - = standard output; a file is "
+     "opened anew at SIGHUP and SIGUSR1",
+     SRV_OPTION_TEXT, FIELD(audit_log), 0, 0},
+    {"log-client", "HOW", "full",
+     "what both logs say of addresses: full, network = of IPv4 24 bits and of IPv6 48, or none; "
+     "keys' names and digests of accounts and tokens stay",
+     SRV_OPTION_CLIENT, FIELD(log_client), 0, 0},
     {"record", "DIR", "none",
      "each request that is computed is written into a file of its own there, without what says "
      "who asks, for --replay; up to 1000 files or 256 MiB; none = no request is",

@@ -29,7 +29,7 @@ struct srv_config {
     double held_bytes, client_held_bytes; /* of a client 0 = a share, see hold */
     double wait_seconds, requests_a_minute, address_clients;
     double cache_bytes, compress_above;
-    char log[SRV_CONFIG_TEXT];
+    char log[SRV_CONFIG_TEXT], audit_log[SRV_CONFIG_TEXT], log_client[SRV_CONFIG_TEXT];
     char cors_origins[SRV_CONFIG_TEXT], trusted_proxy[SRV_CONFIG_TEXT],
         client_header[SRV_CONFIG_TEXT], role_header[SRV_CONFIG_TEXT];
     char keys[SRV_CONFIG_TEXT]; /* "none" */
@@ -69,6 +69,7 @@ enum srv_option_kind {
     SRV_OPTION_SWITCH,  /* on, off or auto */
     SRV_OPTION_HOSTS,   /* *, auto or a list of hosts */
     SRV_OPTION_ROLE,    /* all, api or worker */
+    SRV_OPTION_CLIENT,  /* full, network or none */
     SRV_OPTION_STORE    /* none, sqlite, sqlite:PATH or postgresql://... */
 };
 

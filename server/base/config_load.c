@@ -83,6 +83,9 @@ static const char *load_text_right(enum srv_option_kind kind, const char *value)
     if (kind == SRV_OPTION_ROLE && strcmp(value, "all") && strcmp(value, "api") &&
         strcmp(value, "worker"))
         return "all, api or worker";
+    if (kind == SRV_OPTION_CLIENT && strcmp(value, "full") && strcmp(value, "network") &&
+        strcmp(value, "none"))
+        return "full, network or none";
     return *value && strlen(value) < SRV_CONFIG_TEXT ? NULL : "a text of 1 to 255 bytes";
 }
 
@@ -130,6 +133,7 @@ static enum pend_status load_set(struct srv_config *config, const struct srv_opt
     case SRV_OPTION_TEXT:
     case SRV_OPTION_HOSTS:
     case SRV_OPTION_ROLE:
+    case SRV_OPTION_CLIENT:
         return load_set_text(out, row, place, value, error);
     case SRV_OPTION_WHOLE:
     case SRV_OPTION_BYTES:

@@ -33,6 +33,7 @@ struct log_stream {
     size_t piece;  /* bytes a write */
     struct api_buffer filling, writing;
     long dropped;
+    int turning, turn; /* its lines are to go to the descriptor `turn` from now on */
 };
 
 struct srv_log {
@@ -40,8 +41,7 @@ struct srv_log {
     pthread_cond_t wake;
     pthread_t thread;
     int idle, stopping; /* idle: the thread waits for a first line */
-    int turning, turn;  /* the request lines are to go to the descriptor `turn` from now on */
-    struct log_stream requests, messages;
+    struct log_stream requests, deeds, messages;
     struct srv_stamp stamp;
 };
 
@@ -63,7 +63,7 @@ static int log_writable(struct srv_log *log, int fd, int *patience) {
 static void log_write(struct srv_log *log, struct log_stream *stream, int *patience) {
     const char *at = stream->writing.data;
     size_t left = stream->writing.bytes;
-    while (left && log_writable(log, stream->fd, patience)) {
+    while (left && stream->fd >= 0 && log_writable(log, stream->fd, patience)) {
         ssize_t wrote = write(stream->fd, at, left < stream->piece ? left : stream->piece);
         if (wrote < 0 && errno != EINTR && errno != EAGAIN) break;
         if (wrote < 0) continue;
@@ -95,9 +95,13 @@ static void log_swap(struct log_stream *stream, const char *before, const char *
     stream->writing.limit -= LOG_TEXT;
 }
 
+static int log_stream_empty(const struct log_stream *stream) {
+    return !stream->turning && !stream->filling.bytes && !stream->dropped;
+}
+
 static int log_empty(const struct srv_log *log) {
-    return !log->turning && !log->requests.filling.bytes && !log->messages.filling.bytes &&
-           !log->requests.dropped && !log->messages.dropped;
+    return log_stream_empty(&log->requests) && log_stream_empty(&log->deeds) &&
+           log_stream_empty(&log->messages);
 }
 
 /* what is written from now on goes there; what it was written to before is closed, but for the
@@ -111,10 +115,10 @@ static void log_stream_to(struct log_stream *stream, int fd) {
 }
 
 /* with the lock, by the thread: lines that came before are written */
-static void log_turned(struct srv_log *log) {
-    if (!log->turning || log->requests.filling.bytes) return;
-    log_stream_to(&log->requests, log->turn);
-    log->turning = 0;
+static void log_turned(struct log_stream *stream) {
+    if (!stream->turning || (stream->filling.bytes && atomic_load(&stream->fd) >= 0)) return;
+    log_stream_to(stream, stream->turn);
+    stream->turning = 0;
 }
 
 static void *log_main(void *argument) {
@@ -131,13 +135,18 @@ static void *log_main(void *argument) {
         while (!log->stopping && !log->messages.filling.bytes &&
                srv_condition_wait(&log->wake, &log->lock, until))
             continue;
+        /* what waits for its first file must not be written to none */
+        log_turned(&log->deeds);
         log_swap(&log->requests, "{\"lost_lines\":", "}");
+        log_swap(&log->deeds, "{\"lost_lines\":", "}");
         log_swap(&log->messages, "", " messages were lost");
         pthread_mutex_unlock(&log->lock);
         log_write(log, &log->messages, &patience);
+        log_write(log, &log->deeds, &patience);
         log_write(log, &log->requests, &patience);
         pthread_mutex_lock(&log->lock);
-        log_turned(log);
+        log_turned(&log->requests);
+        log_turned(&log->deeds);
         more = !log->stopping || (!log_empty(log) && patience > 0);
     }
     pthread_mutex_unlock(&log->lock);
@@ -163,6 +172,7 @@ enum pend_status srv_log_new(struct srv_log **log, int requests, int messages) {
     pthread_mutex_init(&made->lock, NULL);
     srv_condition_init(&made->wake);
     log_stream_init(&made->requests, requests);
+    log_stream_init(&made->deeds, -1);
     log_stream_init(&made->messages, messages);
     if (!pthread_create(&made->thread, NULL, log_main, made)) return PEND_OK;
     pthread_cond_destroy(&made->wake);
@@ -172,12 +182,13 @@ enum pend_status srv_log_new(struct srv_log **log, int requests, int messages) {
     return PEND_NO_MEMORY;
 }
 
-void srv_log_turn(struct srv_log *log, int requests) {
+void srv_log_turn(struct srv_log *log, enum srv_log_kind kind, int fd) {
+    struct log_stream *stream = kind == SRV_LOG_DEEDS ? &log->deeds : &log->requests;
     pthread_mutex_lock(&log->lock);
     /* one that was to come next and never came */
-    if (log->turning && log->turn > STDERR_FILENO) close(log->turn);
-    log->turning = 1;
-    log->turn = requests;
+    if (stream->turning && stream->turn > STDERR_FILENO) close(stream->turn);
+    stream->turning = 1;
+    stream->turn = fd;
     pthread_cond_signal(&log->wake);
     pthread_mutex_unlock(&log->lock);
 }
@@ -192,6 +203,7 @@ void srv_log_free(struct srv_log **log) {
     pthread_mutex_unlock(&gone->lock);
     pthread_join(gone->thread, NULL);
     log_stream_clear(&gone->requests);
+    log_stream_clear(&gone->deeds);
     log_stream_clear(&gone->messages);
     pthread_cond_destroy(&gone->wake);
     pthread_mutex_destroy(&gone->lock);
@@ -283,6 +295,29 @@ void srv_log_request(struct srv_log *log, const struct srv_log_request *request)
     pthread_mutex_lock(&log->lock);
     size_t before = log->requests.filling.bytes;
     log_added(log, &log->requests, before, log_line(log, request));
+    pthread_mutex_unlock(&log->lock);
+}
+
+static enum pend_status log_deed_line(struct srv_log *log, const struct srv_log_deed *deed) {
+    struct api_buffer *out = &log->deeds.filling;
+    srv_clock_stamp(&log->stamp);
+    PEND_TRY(log_text(out, "{\"time\":", log->stamp.text));
+    PEND_TRY(log_text(out, ",\"id\":", deed->id));
+    PEND_TRY(log_text(out, ",\"who\":", deed->who));
+    PEND_TRY(log_text(out, ",\"role\":", deed->role));
+    PEND_TRY(log_text(out, ",\"what\":", deed->what));
+    if (deed->of) PEND_TRY(log_text(out, ",\"of\":", deed->of));
+    PEND_TRY(log_number(out, ",\"status\":", deed->status, 0));
+    PEND_TRY(log_text(out, ",\"outcome\":", deed->outcome));
+    return api_buffer_text(out, "}\n");
+}
+
+void srv_log_deed(struct srv_log *log, const struct srv_log_deed *deed) {
+    pthread_mutex_lock(&log->lock);
+    size_t before = log->deeds.filling.bytes;
+    /* one that comes while the file is being turned to goes there too */
+    if ((log->deeds.turning ? log->deeds.turn : atomic_load(&log->deeds.fd)) >= 0)
+        log_added(log, &log->deeds, before, log_deed_line(log, deed));
     pthread_mutex_unlock(&log->lock);
 }
 

@@ -1,5 +1,5 @@
-/* What the server says: one JSON line a request to one stream, messages for people to the other.
- * Leaves to others: what is worth saying.
+/* What the server says: one JSON line a request to one stream, one a deed that must be accounted
+ * for to another, messages for people to a third. Leaves to others: what is worth saying.
  * Invariant: only the log's own thread writes; who logs never waits for a reader, lines that
  * find no room are counted and the count is said. */
 #ifndef SRV_LOG_H
@@ -25,6 +25,20 @@ struct srv_log_request {
     long steps; /* of the computation */
 };
 
+/* Something that was done, or refused, for which somebody answers. Texts may hold any bytes. */
+struct srv_log_deed {
+    const char *id;   /* of the request; "" where it was none */
+    const char *who;  /* key, token, account, address; "operator" for who runs the process */
+    const char *role; /* "" without one */
+    const char *what; /* "DELETE /v1/jobs/{id}", "keys" */
+    const char *of;   /* the job's or scene's id, a number of keys; NULL = nothing of that kind */
+    int status;       /* HTTP status; 0 where it was no request */
+    const char *outcome; /* "done", "refused" or "failed" */
+};
+
+/* The streams that may be turned to other files. */
+enum srv_log_kind { SRV_LOG_REQUESTS, SRV_LOG_DEEDS };
+
 /**
  * Starts a log and its thread.
  *
@@ -38,15 +52,18 @@ struct srv_log_request {
  */
 PEND_MUST_CHECK enum pend_status srv_log_new(struct srv_log **log, int requests, int messages);
 
-/** Writes the request lines to another file descriptor from now on, which is taken as by
- * srv_log_new. Any thread. */
-void srv_log_turn(struct srv_log *log, int requests);
+/** Writes the lines of one kind to another file descriptor from now on, -1 to leave them out. It is
+ * taken as by srv_log_new. Deeds are left out at first. Any thread. */
+void srv_log_turn(struct srv_log *log, enum srv_log_kind kind, int fd);
 
 /** Writes what is left, waiting for a reader at most about a second, and ends the thread. */
 void srv_log_free(struct srv_log **log);
 
 /** Adds a request line. Any thread; about a microsecond; never waits for the reader. */
 void srv_log_request(struct srv_log *log, const struct srv_log_request *request);
+
+/** Adds a line for a deed. Any thread; never waits for the reader. */
+void srv_log_deed(struct srv_log *log, const struct srv_log_deed *deed);
 
 /** Adds a message line; control characters in it become '?'. Any thread; never waits for the
  * reader. */

@@ -1,4 +1,4 @@
-/* Enters a request that has ended in the metrics and in the log.
+/* Enters a request that has ended in the metrics and in the log, and a deed among the deeds.
  * Leaves to others: when a request has ended, and how (connection).
  * Invariant: every request is entered once. */
 #ifndef SRV_ACCESS_LOG_H

@@ -60,6 +60,11 @@ void srv_key_ring_look(struct srv_key_ring *ring, struct srv_log *log) {
     srv_keys_init(&keys);
     if (srv_key_file_read(ring->path, &keys, NULL, &error) != PEND_OK) {
         srv_log_message(log, "keys: those of before stay in force: %s", error.text);
+        srv_log_deed(log, &(struct srv_log_deed){.id = "",
+                                                 .who = "operator",
+                                                 .role = "",
+                                                 .what = "keys in force",
+                                                 .outcome = "failed"});
         srv_keys_clear(&keys);
         return;
     }
@@ -70,6 +75,14 @@ void srv_key_ring_look(struct srv_key_ring *ring, struct srv_log *log) {
     srv_log_message(log,
                     keys.count == 1 ? "keys: %d key is in force" : "keys: %d keys are in force",
                     keys.count);
+    char count[16];
+    snprintf(count, sizeof count, "%d", keys.count);
+    srv_log_deed(log, &(struct srv_log_deed){.id = "",
+                                             .who = "operator",
+                                             .role = "",
+                                             .what = "keys in force",
+                                             .of = count,
+                                             .outcome = "done"});
     srv_keys_clear(&old);
 }
 

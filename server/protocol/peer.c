@@ -91,6 +91,16 @@ void srv_peer_network(const char *text, char network[SRV_PEER_BYTES]) {
     inet_ntop(AF_INET6, address, network, SRV_PEER_BYTES);
 }
 
+void srv_peer_shorten(const char *text, char shown[SRV_PEER_BYTES]) {
+    static const unsigned char mapped[12] = {[10] = 0xff, [11] = 0xff};
+    unsigned char address[16];
+    shown[0] = 0;
+    if (!peer_address(text, address)) return;
+    int old = !memcmp(address, mapped, sizeof mapped);
+    memset(address + (old ? 15 : 6), 0, old ? 1 : 10);
+    inet_ntop(old ? AF_INET : AF_INET6, address + (old ? 12 : 0), shown, SRV_PEER_BYTES);
+}
+
 /* the value of for= in an element of Forwarded; "" where there is none */
 static char *peer_for(char *element) {
     for (char *part = element; part; part = strchr(part, ';')) {

@@ -39,6 +39,10 @@ int srv_peer_names_addresses(const char *header);
  * of an IPv4 address, also one that is written as IPv6, itself; of anything else the text. */
 void srv_peer_network(const char *address, char network[SRV_PEER_BYTES]);
 
+/** An address as a log may tell it that is to name nobody: of IPv4 its first 24 bits, of IPv6 48,
+ * of anything else nothing. */
+void srv_peer_shorten(const char *text, char shown[SRV_PEER_BYTES]);
+
 /**
  * The address that a request comes from.
  *

@@ -292,3 +292,74 @@ TEST(the_command_says_what_is_wrong) {
     CHECK_INT(test_server_run(options, text, sizeof text), 1);
     place_end(&keyed.place);
 }
+
+/* what a file says, cut to fit */
+static void file_text(const char *path, char text[], size_t cap) {
+    FILE *file = fopen(path, "r");
+    text[0] = 0;
+    if (!CHECK_SAYING(file != NULL, "%s", path)) return;
+    size_t bytes = fread(text, 1, cap - 1, file);
+    text[bytes] = 0;
+    fclose(file);
+}
+
+/* waits until a file says a word, and reads it */
+static int file_says(const char *path, const char *word, char text[], size_t cap) {
+    for (double end = test_clock() + TEST_PATIENCE; test_clock() < end; test_sleep(0.02)) {
+        file_text(path, text, cap);
+        if (strstr(text, word)) return 1;
+    }
+    return CHECK_SAYING(0, "it does not say %s but: %s", word, text);
+}
+
+TEST(deeds_are_accounted_for_without_bodies_and_addresses_as_far_as_wanted) {
+    struct keyed keyed;
+    char audit[128], log[128], text[16384], teacher[FIELD], headers[2 * FIELD], id[ID + 1];
+    struct test_reply reply;
+    REQUIRE(place_begin(&keyed.place, 0));
+    snprintf(keyed.file, sizeof keyed.file, "%s/keys", keyed.place.directory);
+    snprintf(audit, sizeof audit, "%s/audit", keyed.place.directory);
+    snprintf(log, sizeof log, "%s/log", keyed.place.directory);
+    REQUIRE(make(&keyed, "anna", "teacher", NULL, teacher));
+    const char *const options[] = {
+        "--store", keyed.place.url, "--keys", keyed.file,     "--audit-log", audit, "--log",
+        log,       "--access-log",  "on",     "--log-client", "none",        NULL};
+    keyed.server = test_server_start(options);
+    REQUIRE(keyed.server != NULL);
+    CHECK_INT(status_of(&keyed, "/v1/trees", teacher, ASK_LITTLE), 200);
+    snprintf(headers, sizeof headers, ASYNC "%s", teacher);
+    CHECK_INT(submit(keyed.server, "/v1/lyapunov", headers,
+                     "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1}", id),
+              202);
+    CHECK_INT(status_of(&keyed, "/metrics", "", NULL), 401);
+    CHECK_INT(status_of(&keyed, "/metrics", teacher, NULL), 403);
+    snprintf(text, sizeof text, "/v1/jobs/%s", id);
+    CHECK_INT(test_request(keyed.server, &reply, "DELETE", text, "", NULL), 401);
+    test_reply_clear(&reply);
+    CHECK_INT(test_request(keyed.server, &reply, "DELETE", text, teacher, NULL), 200);
+    test_reply_clear(&reply);
+    test_server_signal(keyed.server, SIGHUP);
+    REQUIRE(file_says(audit, "reload of options", text, sizeof text));
+    CHECK_SAYING(strstr(text, "\"who\":\"key:anna\",\"role\":\"teacher\",\"what\":\"POST "
+                              "/v1/lyapunov\",\"of\":\"/v1/jobs/") != NULL,
+                 "%s", text);
+    CHECK(strstr(text, "\"status\":202,\"outcome\":\"done\"") != NULL);
+    CHECK(strstr(text, "\"who\":\"-\",\"role\":\"anonymous\",\"what\":\"GET "
+                       "/metrics\",\"status\":401,\"outcome\":\"refused\"") != NULL);
+    CHECK(strstr(text, "GET /metrics\",\"status\":403,\"outcome\":\"refused\"") != NULL);
+    CHECK(strstr(text, "DELETE /v1/jobs/{id}") && strstr(text, id));
+    /* who has only computed has done nothing that must be accounted for */
+    CHECK_SAYING(!strstr(text, "/v1/trees") && !strstr(text, "duration"), "%s", text);
+    int lines = 0;
+    for (const char *at = text; (at = strchr(at, '\n')); at++) lines++;
+    CHECK_INT(lines, 6);
+    /* no log has an address */
+    CHECK(!strstr(text, "127.0.0.1"));
+    REQUIRE(file_says(log, "DELETE", text, sizeof text));
+    CHECK_SAYING(!strstr(text, "127.0.0.1") && strstr(text, "\"client\":\"-\"") &&
+                     strstr(text, "key:anna"),
+                 "%s", text);
+    unlink(audit);
+    unlink(log);
+    keyed_end(&keyed);
+}

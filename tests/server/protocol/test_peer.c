@@ -54,3 +54,18 @@ TEST(only_a_trusted_proxy_is_believed) {
     srv_peer_client(&peers, "10.0.0.1", "X-Forwarded-For", value, client);
     CHECK_TEXT(client, "10.0.0.1");
 }
+
+TEST(an_address_that_is_to_name_nobody_is_cut) {
+    static const char *const pair[][2] = {{"192.0.2.77", "192.0.2.0"},
+                                          {"::ffff:192.0.2.77", "192.0.2.0"},
+                                          {"2001:db8:1:2:3:4:5:6", "2001:db8:1::"},
+                                          {"::1", "::"},
+                                          {"fe80::1%eth0", ""},
+                                          {"account:0123", ""},
+                                          {"", ""}};
+    char shown[SRV_PEER_BYTES];
+    for (size_t i = 0; i < sizeof pair / sizeof *pair; i++) {
+        srv_peer_shorten(pair[i][0], shown);
+        CHECK_TEXT(shown, pair[i][1]);
+    }
+}
