@@ -325,7 +325,7 @@ $(B)/tests/base/%: $(B)/tests/%/run $(B)/tests/base/isa.o
 	$(Q)$(LINK) $(WRAP) -o $@ $(B)/tests/base/isa.o $(call objects,tests/$*) $(HARNESS) $(PARTS.$*) $(TEST_LIBS) $(QUADMATH)
 
 # the command line: what computes beside what asks
-$(B)/pendulum: $(call objects,api/clients) $(API) $(B)/libpendulum.a $(B)/parts
+$(B)/pendulum: $(call objects,api/clients/cli) $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(CLI_LIBS)
 $(call lazy,CLI_LIBS,$(PKG_CONFIG) --libs libcurl $(filter-out libmicrohttpd sqlite3 libpq libisal libzstd,$(PKG)) && echo -lm)
