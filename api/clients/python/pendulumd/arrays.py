@@ -29,17 +29,21 @@ class Result(dict):
         rows = len(next(iter(arrays.values()), ()))
         return {name: value for name, value in arrays.items() if len(value) == rows}
 
-    def to_pandas(self):
-        """A pandas.DataFrame, its columns named as in the CSV: phi_1, z_re_2, energy_total; `attrs` are the statistics."""
-        import pandas
+    def columns(self):
+        """Arrays of one dimension by the names that columns have in the CSV: phi_1, z_re_2, energy_total."""
         columns = {}
         for name, value in self._tables().items():
             parts = {name + "_re": value.real, name + "_im": value.imag} if np.iscomplexobj(value) else {name: value}
             for part, array in parts.items():
                 columns |= {part: array} if array.ndim == 1 else {f"{part}_{k}": column for k, column in enumerate(array.T, 1)}
-        frame = pandas.DataFrame(columns)
+        return columns
+
+    def to_pandas(self):
+        """A pandas.DataFrame of `columns`; `attrs` are the statistics."""
+        import pandas
+        frame = pandas.DataFrame(self.columns())
         frame.attrs = dict(self.get("stats", {}))
-        return frame.set_index("t") if "t" in columns and "member" not in columns else frame
+        return frame.set_index("t") if "t" in frame and "member" not in frame else frame
 
     def to_xarray(self):
         """An xarray.Dataset over t, member or row, and over arm."""
