@@ -59,6 +59,7 @@ enum {
     PEND_METHOD_FIXED_STEP = 4, /* uses step */
     PEND_METHOD_LINEAR =
         8, /* solves (lin), not (aaa): `at` fills acc too, and forces are computed from it */
+    PEND_METHOD_TERMS = 64, /* takes the terms of real pendulums (loads) */
     PEND_METHOD_THETA = 32, /* `at` fills theta too, with as many digits as the start had */
     PEND_METHOD_SERIES =
         16 /* `at` fills acc and force too, faster than the equations of motion would */
@@ -133,6 +134,13 @@ struct pend_method {
     void (*at)(void *stepper, const double t[], int count, const struct pend_points *points);
     /** Returns the work since `open`. O(1). */
     struct pend_stepper_counts (*counts)(const void *stepper);
+    /**
+     * Fills in the work of drives and the heat of friction since `open`, J, at `count` instants
+     * inside the last step or at its end, as `at`; of real pendulums whose energy is not conserved.
+     * NULL if the method cannot tell.
+     */
+    void (*exchange)(const void *stepper, const double t[], int count, double work[],
+                     double heat[]);
     /** Gives the last step as a power series of doubles; NULL if the method has no such series. */
     void (*series)(const void *stepper, struct pend_series *series);
     /**

@@ -305,7 +305,7 @@ static enum pend_status gsl_stepper_open_msadams(void **stepper, const struct pe
     const struct pend_method pend_method_##name_ = {                                               \
         .name = #name_,                                                                            \
         .summary = summary_,                                                                       \
-        .flags = PEND_METHOD_LANDS | PEND_METHOD_TOLERANCES,                                       \
+        .flags = PEND_METHOD_LANDS | PEND_METHOD_TOLERANCES | PEND_METHOD_TERMS,                   \
         .rtol_default = 1e-9,                                                                      \
         .rtol_min = 1e-14,                                                                         \
         .rtol_max = 0.1,                                                                           \

@@ -257,7 +257,7 @@ const struct pend_method pend_method_ode23 = {
     .summary = "Bogacki-Shampine 3(2) with MATLAB's step control and default tolerances, as used "
                "in the paper; quick and "
                "coarse.",
-    .flags = PEND_METHOD_TOLERANCES,
+    .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_TERMS,
     .rtol_default = 1e-3,
     .rtol_min = 1e-13,
     .rtol_max = 0.1,

@@ -20,6 +20,13 @@ enum { TAYLOR_STATE = 10, TAYLOR_GROUP = 64 };
 /* the shortest step, as a part of the time that is left */
 static const double TAYLOR_LEAST = 1e-14;
 
+/* What a pendulum is given or loses, J: up to the start of the last step, as a sum of two, and the
+ * series of what follows, over the square of the unit and less the powers' own. */
+struct taylor_given {
+    double sum, low;
+    double series[PEND_JETS_ORDER_MAX];
+};
+
 struct taylor {
     const struct pend_tree *tree;
     struct pend_loads loads;
@@ -31,9 +38,12 @@ struct taylor {
                          horizon is asked for */
     double unit;      /* s, of the series */
     double next_unit; /* s, > 0 */
+    double before;    /* s, the start of the step before */
     double time,
         reached; /* s: start and end of the last step, exact: the step is what lies between */
     struct jets_state begin, end;
+    int gives; /* the work of drives and the heat of friction are added up */
+    struct taylor_given work, heat;
     double *hanging; /* angles of a step's begin from hanging, and zeros */
     struct pend_jets jets;
     struct pend_stepper_counts counts;
@@ -77,6 +87,8 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     *taylor = (struct taylor){
         .tree = problem->tree, .loads = problem->loads, .order = order, .known = known};
     taylor->start = pend_times_at(&problem->times, 0);
+    taylor->gives =
+        problem->loads.terms && !pend_terms_conserve(problem->loads.terms, problem->loads.value);
     taylor->log_rtol = log2(pend_taylor_target(problem->rtol));
     taylor->log_atol = log2(pend_taylor_atol(problem->atol));
     taylor->next_unit =
@@ -134,12 +146,40 @@ static double taylor_expand(struct taylor *taylor, double limit) {
 
 /* the power of two below a step's length; of a step that is hardly a number, one that is far too
  * long */
-static double taylor_power(double step) {
+static double taylor_power_of_two(double step) {
     uint64_t bits;
     memcpy(&bits, &step, sizeof bits);
     bits &= UINT64_C(0x7ff) << 52;
     memcpy(&step, &bits, sizeof step);
     return step > 0 ? step : DBL_MIN;
+}
+
+/* the power of the last expansion, as series */
+static void taylor_power(struct taylor *taylor) {
+    pend_jets_power(&taylor->jets, taylor->unit, taylor->order, taylor->work.series,
+                    taylor->heat.series);
+}
+
+/* what a series gives x units after its start, J */
+static double taylor_given(const struct taylor *taylor, const struct taylor_given *given,
+                           double x) {
+    double sum = 0, inverse = 1 / taylor->unit;
+    for (int j = taylor->order - 1; j >= 0; j--)
+        sum = sum * x + given->series[j] * taylor->jets.share[j];
+    return sum * x * (inverse * inverse);
+}
+
+/* adds the step that has ended */
+static void taylor_add(struct taylor *taylor, struct taylor_given *given, double x) {
+    double add = taylor_given(taylor, given, x) + given->low, sum = given->sum + add;
+    given->low = add - (sum - given->sum);
+    given->sum = sum;
+}
+
+static void taylor_give(struct taylor *taylor) {
+    double x = (taylor->time - taylor->before) / taylor->unit;
+    taylor_add(taylor, &taylor->work, x);
+    taylor_add(taylor, &taylor->heat, x);
 }
 
 /* Gives the end of a step the energy of the start. Arms that turn like one rigid body round
@@ -167,8 +207,10 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
     struct jets_state swap = taylor->begin;
     taylor->begin = taylor->end;
     taylor->end = swap;
+    taylor->before = taylor->time;
     taylor->time = taylor->reached;
     jets_state_time(&taylor->begin, taylor->start, taylor->time);
+    if (taylor->gives && taylor->counts.steps) taylor_give(taylor);
     taylor->unit = copysign(taylor->next_unit, limit - taylor->time);
     double x = taylor_expand(taylor, limit);
     if (isnan(x)) {
@@ -182,10 +224,11 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, taylor->time, "the step fell to %g s",
                          x * taylor->unit);
     }
+    if (taylor->gives) taylor_power(taylor);
     pend_jets_advance(&taylor->jets, taylor->order, (taylor->reached - taylor->time) / taylor->unit,
                       taylor->unit, &taylor->begin, &taylor->end);
     if (taylor->kinetic > 0) taylor_hold(taylor);
-    taylor->next_unit = taylor_power(x * taylor->unit);
+    taylor->next_unit = taylor_power_of_two(x * taylor->unit);
     taylor->counts.steps++;
     *reached = taylor->reached;
     return PEND_OK;
@@ -259,6 +302,18 @@ static void taylor_at(void *stepper, const double t[], int count,
     if (points->theta) taylor_theta(taylor, t, count, points);
 }
 
+static void taylor_exchange(const void *stepper, const double t[], int count, double work[],
+                            double heat[]) {
+    const struct taylor *taylor = stepper;
+    for (int i = 0; i < count; i++) {
+        double x = (t[i] - taylor->time) / taylor->unit;
+        work[i] = heat[i] = 0;
+        if (!taylor->gives) continue;
+        work[i] = taylor->work.sum + (taylor->work.low + taylor_given(taylor, &taylor->work, x));
+        heat[i] = taylor->heat.sum + (taylor->heat.low + taylor_given(taylor, &taylor->heat, x));
+    }
+}
+
 static struct pend_stepper_counts taylor_counts(const void *stepper) {
     const struct taylor *taylor = stepper;
     return taylor->counts;
@@ -287,18 +342,21 @@ static void taylor_carry(void *stepper, struct pend_checkpoint *checkpoint) {
         for (size_t j = 0; j < sizeof rows / sizeof *rows; j++)
             pend_checkpoint_row(checkpoint, rows[j], stride);
     }
+    double *given[] = {&taylor->work.sum, &taylor->work.low, &taylor->heat.sum, &taylor->heat.low};
+    for (size_t i = 0; i < sizeof given / sizeof *given && taylor->gives; i++)
+        pend_checkpoint_row(checkpoint, given[i], 1);
     // the series of the last step follows from its start
+    if (!pend_checkpoint_puts(checkpoint) || !taylor->counts.steps) return;
     jets_state_time(&taylor->begin, taylor->start, taylor->time);
-    if (pend_checkpoint_puts(checkpoint) && taylor->counts.steps)
-        pend_jets_expand(&taylor->jets, &taylor->loads, taylor->unit, &taylor->begin,
-                         taylor->known);
+    pend_jets_expand(&taylor->jets, &taylor->loads, taylor->unit, &taylor->begin, taylor->known);
+    if (taylor->gives) taylor_power(taylor);
 }
 
 const struct pend_method pend_method_taylor = {
     .name = "taylor",
     .summary = "Power series of the motion, order and step by the tolerance: the most accurate and "
                "the fastest.",
-    .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES | PEND_METHOD_THETA,
+    .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES | PEND_METHOD_THETA | PEND_METHOD_TERMS,
     .rtol_default = 1e-12,
     .rtol_min = 1e-16,
     .rtol_max = 1e-1,
@@ -310,6 +368,7 @@ const struct pend_method pend_method_taylor = {
     .step = taylor_step,
     .at = taylor_at,
     .counts = taylor_counts,
+    .exchange = taylor_exchange,
     .series = taylor_series,
     .carry = taylor_carry,
     .close = taylor_close,

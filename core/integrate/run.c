@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "core/dynamics/dynamics.h"
-#include "core/dynamics/kinematics.h"
+#include "core/dynamics/kinematics_at.h"
 #include "core/integrate/run_check.h"
 #include "core/integrate/run_samples.h"
 #include "core/tree/turns.h"
@@ -38,7 +38,9 @@ static void *run_take(char *base, size_t *used, size_t bytes) {
 }
 
 /* places a run's parts in its block; says how many bytes they need */
-static size_t run_place(struct pend_run *run, char *base, int n, int group, double *start[4]) {
+static size_t run_place(struct pend_run *run, char *base, int group, double *start[4]) {
+    const struct pend_problem *problem = &run->problem;
+    int n = problem->tree->n;
     size_t used = 0, row = (size_t)n * sizeof(double), rows = row * (size_t)group;
     run_take(base, &used, sizeof *run);
     for (int i = 0; i < 4; i++) start[i] = run_take(base, &used, row);
@@ -56,7 +58,14 @@ static size_t run_place(struct pend_run *run, char *base, int n, int group, doub
     run->scratch = run_take(base, &used, 3 * row);
     run->turns = run_take(base, &used, row);
     run->turns_low = run_take(base, &used, row);
-    run->work = run_take(base, &used, pend_dynamics_many_bytes(n));
+    run->ends.time = run_take(base, &used, (size_t)run->ends.cap * sizeof(double));
+    run->ends.work = run_take(base, &used, (size_t)run->ends.cap * sizeof(double));
+    run->ends.heat = run_take(base, &used, (size_t)run->ends.cap * sizeof(double));
+    run->room = run_take(base, &used, 4 * row);
+    run->work =
+        run_take(base, &used,
+                 problem->loads.terms ? pend_dynamics_at_bytes(problem->tree, &problem->loads)
+                                      : pend_dynamics_many_bytes(n));
     return used;
 }
 
@@ -75,6 +84,8 @@ static int run_ends(int n) {
 static int run_turn(const struct pend_run *run, double *start[4]) {
     const struct pend_problem *problem = &run->problem;
     int n = problem->tree->n, turned = 0;
+    // springs tell whole turns apart
+    if (problem->loads.terms && problem->loads.terms->row[PEND_TERM_STIFFNESS] >= 0) return 0;
     for (int k = 0; k < n; k++) turned |= fabs(problem->phi[k]) > PEND_TURNS_FROM;
     for (int k = 0; k < n && turned; k++) {
         struct pend_sum turns;
@@ -94,13 +105,13 @@ static struct pend_run *run_allocate(const struct pend_method *method,
     sketch.ends.cap = run_ends(n);
     double *start[4];
     const double *given[4] = {problem->phi, problem->rate, problem->phi_low, problem->rate_low};
-    size_t bytes = run_place(&sketch, NULL, n, group, start);
+    size_t bytes = run_place(&sketch, NULL, group, start);
     char *block = aligned_alloc(64, bytes);
     if (!block) return NULL;
 #ifndef NDEBUG
     memset(block, 0xff, bytes); /* not-a-numbers, so that reading before writing shows */
 #endif
-    run_place(&sketch, block, n, group, start);
+    run_place(&sketch, block, group, start);
     for (int i = 0; i < 4; i++)
         if (given[i]) memcpy(start[i], given[i], (size_t)n * sizeof(double));
     sketch.turned = run_turn(&sketch, start);
@@ -124,10 +135,13 @@ static void run_start(struct pend_run *run) {
     /* a sum of n modes: a multiply and add takes about an eighth of an arm-evaluation */
     run->sample_cost =
         run->method->flags & PEND_METHOD_LINEAR ? tree->n * (1 + tree->n / 8.0) : tree->n;
-    struct pend_energy energy =
-        pend_kinematics_energy(tree, &problem->loads, problem->phi, problem->rate);
+    struct pend_energy energy = pend_kinematics_energy_at(tree, &problem->loads, run->start,
+                                                          problem->phi, problem->rate, run->room);
     run->energy_start = energy.kinetic + energy.potential;
-    run->scale = pend_kinematics_energy_scale(tree, &problem->loads, energy.kinetic);
+    run->scale = pend_kinematics_energy_scale_at(tree, &problem->loads, energy.kinetic);
+    run->gives =
+        problem->loads.terms && !pend_terms_conserve(problem->loads.terms, problem->loads.value);
+    if (run->gives && !run->method->exchange) run->drift = NAN;
 }
 
 enum pend_status pend_run_new(struct pend_run **run, const struct pend_method *method,
@@ -183,6 +197,25 @@ static enum pend_status run_fail(struct pend_run *run, struct pend_error *error,
 
 /* ---- steps */
 
+/* the same of a real pendulum: the drift of the energy less what was given and plus what was lost,
+ * over a scale that grows with what there is */
+static void run_balance(struct pend_run *run) {
+    const struct pend_problem *problem = &run->problem;
+    struct run_ends *ends = &run->ends;
+    size_t n = (size_t)problem->tree->n;
+    for (int i = 0; i < ends->count && !isnan(run->drift); i++) {
+        struct pend_energy energy = pend_kinematics_energy_at(
+            problem->tree, &problem->loads, ends->time[i], ends->phi + (size_t)i * n,
+            ends->rate + (size_t)i * n, run->room);
+        double sum = energy.kinetic + energy.potential, given = ends->work[i] - ends->heat[i];
+        double most = energy.kinetic + fabs(ends->work[i]) + fabs(ends->heat[i]);
+        run->scale = fmax(run->scale, most);
+        double gap = fabs((sum - run->energy_start) - given);
+        if (run->scale > 0) run->drift = fmax(run->drift, gap / run->scale);
+    }
+    ends->count = 0;
+}
+
 /* updates the energy drift by the steps whose energies were not computed yet */
 static void run_weigh(struct pend_run *run) {
     const struct pend_problem *problem = &run->problem;
@@ -190,6 +223,10 @@ static void run_weigh(struct pend_run *run) {
     struct pend_energy energy[RUN_ENDS];
     double most = 0;
     if (!ends->count) return;
+    if (problem->loads.terms) {
+        run_balance(run);
+        return;
+    }
     pend_kinematics_energies(problem->tree, &problem->loads, ends->count, ends->phi, ends->rate,
                              energy);
     for (int i = 0; i < ends->count; i++) {
@@ -198,6 +235,16 @@ static void run_weigh(struct pend_run *run) {
     }
     if (run->scale > 0) run->drift = fmax(run->drift, most / run->scale);
     ends->count = 0;
+}
+
+/* the time of the end of a step, and what was given and lost by then */
+static void run_note(struct pend_run *run) {
+    struct run_ends *ends = &run->ends;
+    int i = ends->count;
+    ends->time[i] = run->start + run->reached;
+    ends->work[i] = ends->heat[i] = 0;
+    if (run->gives && run->method->exchange)
+        run->method->exchange(run->stepper, &run->reached, 1, &ends->work[i], &ends->heat[i]);
 }
 
 /* stores the end of a step for its energy, and checks that it is finite */
@@ -215,6 +262,7 @@ static enum pend_status run_inspect(struct pend_run *run, struct pend_error *err
                         "the motion of arm %d ceased to be finite", tree->order[k] + 1);
     }
     if (run->horizon) pend_horizon_step(run->horizon, run->stepper, run->reached, phi, rate);
+    if (run->problem.loads.terms) run_note(run);
     if (!run->problem.no_drift && ++ends->count == ends->cap) run_weigh(run);
     return PEND_OK;
 }
@@ -347,7 +395,7 @@ enum pend_status pend_run_carry(struct pend_run *run, struct pend_checkpoint *ch
     if (run->horizon) PEND_TRY(pend_horizon_carry(run->horizon, checkpoint));
     /* a checkpoint that refused has restored only some parts, and is not whole */
     if (!pend_checkpoint_puts(checkpoint)) return PEND_OK;
-    int good =
-        run->next <= run->problem.times.count && isfinite(run->reached) && isfinite(run->drift);
+    int good = run->next <= run->problem.times.count && isfinite(run->reached) &&
+               (isfinite(run->drift) || (run->gives && !run->method->exchange));
     return good ? PEND_OK : PEND_INVALID;
 }

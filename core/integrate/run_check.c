@@ -66,7 +66,8 @@ static enum pend_status run_check_state(const struct pend_problem *problem,
 
 enum pend_status pend_run_check_tree(const struct pend_tree *tree, struct pend_error *error) {
     for (int k = 0; k < tree->n; k++) {
-        int light = tree->mass[k] < DBL_MIN, arm = tree->order[k];
+        // a mass of 0 is one that terms make up for
+        int light = tree->mass[k] != 0 && tree->mass[k] < DBL_MIN, arm = tree->order[k];
         if (!light && tree->len[k] >= DBL_MIN) continue;
         return pend_fail(error, PEND_INVALID, arm, 0,
                          "the %s of arm %d is %.15g %s, too small to compute a motion with: it "
@@ -80,6 +81,11 @@ enum pend_status pend_run_check_tree(const struct pend_tree *tree, struct pend_e
 enum pend_status pend_run_check(const struct pend_method *method, struct pend_problem *problem,
                                 struct pend_error *error) {
     PEND_TRY(pend_loads_check(&problem->loads, error));
+    if (problem->loads.terms && !(method->flags & PEND_METHOD_TERMS))
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "method %s has no friction, drives, springs, rods or bodies: use method "
+                         "taylor, or rkf45, rk8pd, msadams or ode23",
+                         method->name);
     PEND_TRY(run_check_times(&problem->times, error));
     PEND_TRY(pend_run_check_tree(problem->tree, error));
     PEND_TRY(run_check_state(problem, error));

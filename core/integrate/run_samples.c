@@ -4,8 +4,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/bodies/bodies.h"
 #include "core/dynamics/dynamics.h"
-#include "core/dynamics/kinematics.h"
+#include "core/dynamics/kinematics_at.h"
 #include "core/integrate/run_check.h"
 #include "core/tree/turns.h"
 
@@ -46,7 +47,12 @@ static void run_forces(struct pend_run *run, int due, int swings, const struct p
                        const struct pend_points *room) {
     const struct pend_problem *problem = &run->problem;
     size_t n = (size_t)problem->tree->n;
-    if (swings)
+    const double *t = run->t + (run->next - run->listed_from);
+    if (problem->loads.terms)
+        for (size_t row = 0; row < (size_t)due * n; row += n)
+            pend_dynamics_at(problem->tree, &problem->loads, t[row / n], points->phi + row,
+                             points->rate + row, run->work, room->acc + row, room->force + row);
+    else if (swings)
         pend_dynamics_fine(problem->tree, &problem->loads, problem->phi, problem->phi_low,
                            problem->rate, run->work, run->scratch, room->acc, room->force);
     else if (!(run->method->flags & PEND_METHOD_LINEAR))
@@ -64,7 +70,7 @@ static struct pend_points run_wanted(const struct pend_run *run, const struct pe
     struct pend_points points = *room;
     int linear = run->method->flags & PEND_METHOD_LINEAR;
     if (!samples->theta || !fine) points.theta = NULL;
-    if (!samples->force) points.force = NULL;
+    if (!samples->force && !samples->joint_along) points.force = NULL;
     if (!samples->acc && !(points.force && linear)) points.acc = NULL;
     return points;
 }
@@ -106,24 +112,64 @@ static void run_put(const struct pend_run *run, const double rows[], int count, 
 }
 
 /* positions, velocities and energies of one row, if they are wanted */
-static void run_derive(struct pend_run *run, const double phi[], const double rate[],
+static void run_derive(struct pend_run *run, double time, const double phi[], const double rate[],
                        struct pend_samples *samples, long at) {
     const struct pend_problem *problem = &run->problem;
     if (samples->z_re || samples->z_im) {
-        pend_kinematics_position(problem->tree, phi, run->re, run->im);
+        pend_kinematics_position_at(problem->tree, &problem->loads, time, phi, run->re, run->im);
         run_put(run, run->re, 1, samples->z_re, at);
         run_put(run, run->im, 1, samples->z_im, at);
     }
     if (samples->zd_re || samples->zd_im) {
-        pend_kinematics_velocity(problem->tree, phi, rate, run->re, run->im);
+        pend_kinematics_velocity_at(problem->tree, &problem->loads, time, phi, rate, run->re,
+                                    run->im);
         run_put(run, run->re, 1, samples->zd_re, at);
         run_put(run, run->im, 1, samples->zd_im, at);
     }
     if (samples->kinetic || samples->potential) {
         struct pend_energy energy =
-            pend_kinematics_energy(problem->tree, &problem->loads, phi, rate);
+            pend_kinematics_energy_at(problem->tree, &problem->loads, time, phi, rate, run->room);
         if (samples->kinetic) samples->kinetic[at] = energy.kinetic;
         if (samples->potential) samples->potential[at] = energy.potential;
+    }
+}
+
+/* the forces of real pendulums beyond lambda, and what they are of ideal ones: lambda at the joint
+ * too, nothing across */
+static void run_joints(struct pend_run *run, const struct pend_points *points, int due,
+                       struct pend_samples *samples) {
+    const struct pend_problem *problem = &run->problem;
+    size_t n = (size_t)problem->tree->n;
+    double *acc = run->room, *along = acc + n, *across = along + n, *tip = across + n;
+    struct bodies_forces forces = {along, across, NULL, tip};
+    memset(run->room, 0, 4 * n * sizeof(double));
+    for (int i = 0; i < due; i++) {
+        long at = samples->count + i;
+        size_t row = (size_t)i * n;
+        struct bodies_state state = {points->phi + row, NULL, points->rate + row, samples->t[at],
+                                     0};
+        if (problem->loads.terms)
+            pend_bodies_at(problem->tree, &problem->loads, &state, run->work, acc, &forces);
+        else if (points->force)
+            memcpy(along, points->force + row, n * sizeof(double));
+        run_put(run, along, 1, samples->joint_along, at);
+        run_put(run, across, 1, samples->joint_across, at);
+        run_put(run, tip, 1, samples->across, at);
+    }
+}
+
+/* work and heat of the instants due */
+static void run_exchange(const struct pend_run *run, int due, struct pend_samples *samples) {
+    const double *t = run->relative + (run->next - run->listed_from);
+    for (int i = 0; i < due; i++) {
+        double work = 0, heat = 0;
+        int first = run->next + i == 0;
+        if (run->gives && !run->method->exchange)
+            work = heat = first ? 0 : NAN;
+        else if (run->gives && !first)
+            run->method->exchange(run->stepper, t + i, 1, &work, &heat);
+        if (samples->work) samples->work[samples->count + i] = work;
+        if (samples->heat) samples->heat[samples->count + i] = heat;
     }
 }
 
@@ -133,11 +179,13 @@ struct run_flaw pend_run_find_flaw(const struct pend_run *run, const struct pend
         const double *from;
         int width;
         const char *what;
-    } wanted[] = {{samples->phi, n, "angle"},        {samples->rate, n, "angular velocity"},
-                  {samples->acc, n, "acceleration"}, {samples->force, n, "force"},
-                  {samples->z_re, n, "position"},    {samples->z_im, n, "position"},
-                  {samples->zd_re, n, "velocity"},   {samples->zd_im, n, "velocity"},
-                  {samples->kinetic, 0, "energy"},   {samples->potential, 0, "energy"}};
+    } wanted[] = {{samples->phi, n, "angle"},          {samples->rate, n, "angular velocity"},
+                  {samples->acc, n, "acceleration"},   {samples->force, n, "force"},
+                  {samples->across, n, "force"},       {samples->joint_along, n, "force"},
+                  {samples->joint_across, n, "force"}, {samples->z_re, n, "position"},
+                  {samples->z_im, n, "position"},      {samples->zd_re, n, "velocity"},
+                  {samples->zd_im, n, "velocity"},     {samples->kinetic, 0, "energy"},
+                  {samples->potential, 0, "energy"}};
     struct run_flaw flaw = {.row = samples->count, .arm = -1};
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
         const double *from = wanted[i].from;
@@ -177,7 +225,11 @@ void pend_run_sample(struct pend_run *run, struct pend_samples *samples, int due
     int derived = samples->z_re || samples->z_im || samples->zd_re || samples->zd_im ||
                   samples->kinetic || samples->potential;
     for (int i = 0; i < due && derived; i++)
-        run_derive(run, points.phi + (size_t)i * n, points.rate + (size_t)i * n, samples, at + i);
+        run_derive(run, samples->t[at + i], points.phi + (size_t)i * n, points.rate + (size_t)i * n,
+                   samples, at + i);
+    if (samples->across || samples->joint_along || samples->joint_across)
+        run_joints(run, &points, due, samples);
+    if (samples->work || samples->heat) run_exchange(run, due, samples);
     if (samples->phi) run_return(run, samples->phi + (size_t)at * n, due);
     if (samples->theta) run_return(run, samples->theta + (size_t)at * n, due);
     samples->count += due;

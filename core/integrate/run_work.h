@@ -10,7 +10,8 @@
  * after pend_run_next. */
 struct run_ends {
     int count, cap;
-    double *phi, *rate; /* stored order */
+    double *phi, *rate;         /* stored order */
+    double *time, *work, *heat; /* s, the request's own; J, what was given and lost so far */
 };
 
 struct pend_run {
@@ -27,6 +28,7 @@ struct pend_run {
     int ordered;                  /* stored order is the caller's order */
     double sample_cost;           /* arm-evaluations that a sample stands for */
     double scale, energy_start, drift;
+    int gives;                 /* drives and friction change the energy */
     struct pend_error failure; /* code PEND_OK: none */
     double *t, *relative;      /* the next instants, and the same relative to the first */
     struct pend_points points; /* a group's states, stored order */
@@ -36,7 +38,8 @@ struct pend_run {
         *turns_low; /* rad, what the start's angles are larger by than the run's, stored order */
     int turned;     /* some turns are not 0 */
     int fine;       /* the start has digits that doubles do not hold */
-    void *work;     /* of pend_dynamics_many */
+    double *room;   /* four rows, for energies */
+    void *work;     /* of pend_dynamics_many, or of pend_dynamics_at of a real pendulum */
 };
 
 #endif

@@ -13,7 +13,12 @@ struct pend_samples {
     double *z_re, *z_im, *zd_re, *zd_im;
     double *theta; /* rad, phi + pi/2, of small swings with all the digits that phi as a double does
                       not hold */
+    /* N, of real pendulums more than `force`, the compression at the tip: across the arm there, and
+     * along and across it at its joint; as struct bodies_forces has them */
+    double *across, *joint_along, *joint_across;
     double *kinetic, *potential; /* one value a sample, J */
+    double *work, *heat; /* one value a sample, J: what drives gave and friction took since the
+                            first instant; not a number where the method cannot tell */
 };
 
 #endif

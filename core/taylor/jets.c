@@ -158,6 +158,12 @@ void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, do
     jets_kernel(jets->isa)->orders(&jets->system, state, loads, unit, order);
 }
 
+void pend_jets_power(const struct pend_jets *jets, double unit, int order, double work[],
+                     double heat[]) {
+    assert(jets_valid(jets) && jets->real && order <= jets->order_cap);
+    pend_kernel_bodies()->power(&jets->bodies, unit, order, work, heat);
+}
+
 void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit,
                        const struct jets_state *from, const struct jets_state *to) {
     assert(jets_valid(jets) && order >= 1 && order <= jets->order_cap);

@@ -87,6 +87,17 @@ void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, do
                       const struct jets_state *state, int order);
 
 /**
+ * The work of drives and the heat of friction and of the air per unit of time, as series of the
+ * same powers, after pend_jets_expand to at least `order`; of a real pendulum.
+ *
+ * work, heat  out, coefficients 0 .. order - 1: J times unit^2 per unit of time.
+ *
+ * O(n order^2), no allocation.
+ */
+void pend_jets_power(const struct pend_jets *jets, double unit, int order, double work[],
+                     double heat[]);
+
+/**
  * The state x units of time after the one expanded about; both are sums of two doubles, arrays
  * padded to
  * PEND_JETS_PAD. O(n order).

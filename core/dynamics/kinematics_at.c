@@ -1,0 +1,181 @@
+#include "core/dynamics/kinematics_at.h"
+
+#include <assert.h>
+#include <math.h>
+
+struct at_vector {
+    double x, y;
+};
+
+/* x + y i times the unit vector of a direction */
+static struct at_vector at_turn(double x, double y, double direction) {
+    double c = cos(direction), s = sin(direction);
+    return (struct at_vector){x * c - y * s, x * s + y * c};
+}
+
+/* the pivot's place, or its velocity */
+static struct at_vector at_pivot(const struct pend_loads *loads, double time, int moves) {
+    const struct pend_terms *terms = loads->terms;
+    struct at_vector sum = {0, 0};
+    int x = terms->one[PEND_TERM_PIVOT_ACCELERATION_X];
+    if (x >= 0) {
+        double part = moves ? time : time * time / 2;
+        sum.x = loads->value[x] * part;
+        sum.y = loads->value[terms->one[PEND_TERM_PIVOT_ACCELERATION_Y]] * part;
+    }
+    for (int i = 0; i < terms->harmonics && terms->harmonic[i].drives < 0; i++) {
+        const double *h = loads->value + terms->harmonic[i].at;
+        double phase = h[1] * time + h[2];
+        double add = moves ? -h[0] * h[1] * sin(phase) : h[0] * cos(phase);
+        if (terms->harmonic[i].drives == PEND_DRIVE_PIVOT_X)
+            sum.x += add;
+        else
+            sum.y += add;
+    }
+    return sum;
+}
+
+/* from the tip of the parent of arm k back to where k hangs, in the parent's frame */
+static struct at_vector at_point(const struct pend_tree *tree, const struct pend_loads *loads,
+                                 int k) {
+    if (!loads->terms->hung[k]) return (struct at_vector){0, 0};
+    return (struct at_vector){pend_terms_get(loads->terms, loads->value, PEND_TERM_AT_X, k) -
+                                  tree->len[tree->parent[k]],
+                              pend_terms_get(loads->terms, loads->value, PEND_TERM_AT_Y, k)};
+}
+
+void pend_kinematics_position_at(const struct pend_tree *tree, const struct pend_loads *loads,
+                                 double time, const double phi[], double re[], double im[]) {
+    if (!loads->terms) {
+        pend_kinematics_position(tree, phi, re, im);
+        return;
+    }
+    struct at_vector pivot = at_pivot(loads, time, 0);
+    for (int k = 0; k < tree->n; k++) {
+        int p = tree->parent[k];
+        struct at_vector arm = at_turn(tree->len[k], 0, phi[k]), base = pivot;
+        if (p >= 0) {
+            struct at_vector back = at_point(tree, loads, k);
+            back = at_turn(back.x, back.y, phi[p]);
+            base = (struct at_vector){re[p] + back.x, im[p] + back.y};
+        }
+        re[k] = base.x + arm.x;
+        im[k] = base.y + arm.y;
+    }
+}
+
+/* velocities of the joints, and of the tips too if they are wanted */
+static void at_velocities(const struct pend_tree *tree, const struct pend_loads *loads, double time,
+                          const double phi[], const double rate[], double base_x[], double base_y[],
+                          double re[], double im[]) {
+    struct at_vector pivot = at_pivot(loads, time, 1);
+    for (int k = 0; k < tree->n; k++) {
+        int p = tree->parent[k];
+        struct at_vector arm = at_turn(tree->len[k], 0, phi[k]), base = pivot;
+        if (p >= 0) {
+            struct at_vector back = at_point(tree, loads, k);
+            back = at_turn(back.x, back.y, phi[p]);
+            base = (struct at_vector){re[p] - rate[p] * back.y, im[p] + rate[p] * back.x};
+        }
+        if (base_x) base_x[k] = base.x, base_y[k] = base.y;
+        re[k] = base.x - rate[k] * arm.y;
+        im[k] = base.y + rate[k] * arm.x;
+    }
+}
+
+void pend_kinematics_velocity_at(const struct pend_tree *tree, const struct pend_loads *loads,
+                                 double time, const double phi[], const double rate[], double re[],
+                                 double im[]) {
+    if (loads->terms)
+        at_velocities(tree, loads, time, phi, rate, NULL, NULL, re, im);
+    else
+        pend_kinematics_velocity(tree, phi, rate, re, im);
+}
+
+/* a sum and what its roundings lost */
+struct at_sum {
+    double sum, lost;
+};
+
+static void at_add(struct at_sum *s, double x) {
+    double sum = s->sum + x, part = sum - s->sum;
+    s->lost += (s->sum - (sum - part)) + (x - part);
+    s->sum = sum;
+}
+
+/* what an arm is made of: masses at points of its frame, with inertias of their own */
+enum { AT_POINTS = 3 };
+struct at_mass {
+    double mass, inertia;
+    struct at_vector at;
+};
+
+static void at_masses(const struct pend_tree *tree, const struct pend_loads *loads, int k,
+                      struct at_mass mass[]) {
+    const struct pend_terms *terms = loads->terms;
+    const double *value = loads->value;
+    double l = tree->len[k], rod = pend_terms_get(terms, value, PEND_TERM_ROD, k);
+    mass[0] = (struct at_mass){tree->mass[k], 0, {l, 0}};
+    mass[1] = (struct at_mass){rod, rod * l * l / 12, {l / 2, 0}};
+    mass[2] = (struct at_mass){pend_terms_get(terms, value, PEND_TERM_BODY, k),
+                               pend_terms_get(terms, value, PEND_TERM_INERTIA, k),
+                               {pend_terms_get(terms, value, PEND_TERM_CENTER_X, k),
+                                pend_terms_get(terms, value, PEND_TERM_CENTER_Y, k)}};
+}
+
+/* the energy of the spring of a joint */
+static double at_spring(const struct pend_tree *tree, const struct pend_loads *loads,
+                        const double phi[], int k) {
+    double stiff = pend_terms_get(loads->terms, loads->value, PEND_TERM_STIFFNESS, k);
+    double bent = tree->parent[k] < 0 ? phi[k] + M_PI_2 : phi[k] - phi[tree->parent[k]];
+    bent -= pend_terms_get(loads->terms, loads->value, PEND_TERM_REST, k);
+    return stiff * bent * bent / 2;
+}
+
+struct pend_energy pend_kinematics_energy_at(const struct pend_tree *tree,
+                                             const struct pend_loads *loads, double time,
+                                             const double phi[], const double rate[],
+                                             double scratch[]) {
+    if (!loads->terms) return pend_kinematics_energy(tree, loads, phi, rate);
+    assert(scratch);
+    struct at_sum kinetic = {0, 0}, potential = {0, 0};
+    size_t n = (size_t)tree->n;
+    double *re = scratch, *im = scratch + n, *x = scratch + 2 * n, *y = scratch + 3 * n;
+    at_velocities(tree, loads, time, phi, rate, x, y, re, im);
+    for (size_t k = 0; k < n; k++) {
+        struct at_mass mass[AT_POINTS];
+        at_masses(tree, loads, (int)k, mass);
+        for (int i = 0; i < AT_POINTS; i++) {
+            struct at_vector p = at_turn(mass[i].at.x, mass[i].at.y, phi[k]);
+            double vx = x[k] - rate[k] * p.y, vy = y[k] + rate[k] * p.x;
+            at_add(&kinetic, mass[i].mass * (vx * vx + vy * vy) / 2);
+            at_add(&kinetic, mass[i].inertia * rate[k] * rate[k] / 2);
+        }
+    }
+    pend_kinematics_position_at(tree, loads, time, phi, re, im);
+    for (size_t k = 0; k < n; k++) {
+        struct at_mass mass[AT_POINTS];
+        at_masses(tree, loads, (int)k, mass);
+        for (int i = 0; i < AT_POINTS; i++) {
+            // from the tip back to the mass
+            struct at_vector p = at_turn(mass[i].at.x - tree->len[k], mass[i].at.y, phi[k]);
+            at_add(&potential, loads->gravity * mass[i].mass * (im[k] + p.y));
+        }
+        at_add(&potential, at_spring(tree, loads, phi, (int)k));
+    }
+    return (struct pend_energy){kinetic.sum + kinetic.lost, potential.sum + potential.lost};
+}
+
+double pend_kinematics_energy_scale_at(const struct pend_tree *tree, const struct pend_loads *loads,
+                                       double kinetic) {
+    if (!loads->terms) return pend_kinematics_energy_scale(tree, loads, kinetic);
+    double total = 0, reach = 0, springs = 0;
+    for (int k = 0; k < tree->n; k++) {
+        struct at_mass mass[AT_POINTS];
+        at_masses(tree, loads, k, mass);
+        for (int i = 0; i < AT_POINTS; i++) total += mass[i].mass;
+        reach = fmax(reach, tree->depth[k] * tree->len[k]);
+        springs += pend_terms_get(loads->terms, loads->value, PEND_TERM_STIFFNESS, k) / 2;
+    }
+    return fabs(loads->gravity) * total * reach + springs + kinetic;
+}

@@ -1,0 +1,46 @@
+/* Places, velocities and energies of a pendulum at a time, ideal or real.
+ * Leaves to others: ideal pendulums (kinematics), to which it hands over.
+ * Invariant: arms in the tree's stored order; no allocation. */
+#ifndef PEND_KINEMATICS_AT_H
+#define PEND_KINEMATICS_AT_H
+
+#include "core/dynamics/kinematics.h"
+#include "core/tree/loads.h"
+
+/**
+ * Fills in the positions of the tips, m, in the ground's frame: those of pend_kinematics_position,
+ * where arms hang on points of others, and the pivot moves.
+ *
+ * time    s, the request's own, for a pivot that is driven.
+ * re, im  out, n values each.
+ * O(n + harmonics).
+ */
+void pend_kinematics_position_at(const struct pend_tree *tree, const struct pend_loads *loads,
+                                 double time, const double phi[], double re[], double im[]);
+
+/** Fills in the velocities of the tips, m/s. Parameters as pend_kinematics_position_at. */
+void pend_kinematics_velocity_at(const struct pend_tree *tree, const struct pend_loads *loads,
+                                 double time, const double phi[], const double rate[], double re[],
+                                 double im[]);
+
+/**
+ * Returns the kinetic energy in the ground's frame, and the potential energy of gravity and
+ * springs, J.
+ *
+ * scratch  4 n values, for a real pendulum; may be NULL for an ideal one.
+ *
+ * O(n + harmonics), compensated sums.
+ */
+struct pend_energy pend_kinematics_energy_at(const struct pend_tree *tree,
+                                             const struct pend_loads *loads, double time,
+                                             const double phi[], const double rate[],
+                                             double scratch[]);
+
+/**
+ * Returns the scale that an energy drift is measured against, J: pend_kinematics_energy_scale, with
+ * the masses of rods and bodies, and the energy of springs that are bent by a radian.
+ */
+double pend_kinematics_energy_scale_at(const struct pend_tree *tree, const struct pend_loads *loads,
+                                       double kinetic);
+
+#endif

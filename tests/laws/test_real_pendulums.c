@@ -1,0 +1,167 @@
+/* Motions of real pendulums: the methods agree, the balance of energy holds, forces and places are
+ * those of the dense form.
+ * Leaves to others: accelerations at one state (test_bodies), closed forms (laws).
+ * Invariant: all pendulums are random, from seeds. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/dynamics/kinematics_at.h"
+#include "core/dynamics/reference_bodies.h"
+#include "core/integrate/run.h"
+#include "tests/harness/bodies.h"
+#include "tests/harness/test.h"
+#include "tests/harness/trees.h"
+
+enum { ARMS = 12, INSTANTS = 3 };
+
+/* samples of a motion, in the caller's order */
+struct motion {
+    double t[INSTANTS], phi[INSTANTS * ARMS], rate[INSTANTS * ARMS], acc[INSTANTS * ARMS],
+        force[INSTANTS * ARMS], across[INSTANTS * ARMS], joint_along[INSTANTS * ARMS],
+        joint_across[INSTANTS * ARMS], z_re[INSTANTS * ARMS], z_im[INSTANTS * ARMS],
+        zd_re[INSTANTS * ARMS], zd_im[INSTANTS * ARMS], kinetic[INSTANTS], potential[INSTANTS],
+        work[INSTANTS], heat[INSTANTS];
+    struct pend_run_stats stats;
+};
+
+static void motion_run(const char *method, const struct test_tree *t, const struct test_bodies *b,
+                       struct motion *m) {
+    struct pend_problem problem = {
+        .tree = t->tree,
+        .loads = b->loads,
+        .phi = t->phi,
+        .rate = t->rate,
+        .times = {.count = INSTANTS, .start = 0.7, .span = 1, .divisor = 2},
+        .rtol = 1e-13,
+        .atol = 1e-13,
+        .atol_given = 1};
+    struct pend_samples samples = {.cap = INSTANTS,
+                                   .t = m->t,
+                                   .phi = m->phi,
+                                   .rate = m->rate,
+                                   .acc = m->acc,
+                                   .force = m->force,
+                                   .across = m->across,
+                                   .joint_along = m->joint_along,
+                                   .joint_across = m->joint_across,
+                                   .z_re = m->z_re,
+                                   .z_im = m->z_im,
+                                   .zd_re = m->zd_re,
+                                   .zd_im = m->zd_im,
+                                   .kinetic = m->kinetic,
+                                   .potential = m->potential,
+                                   .work = m->work,
+                                   .heat = m->heat};
+    struct pend_run *run;
+    struct pend_error error = {0};
+    int done = 0;
+    if (!strcmp(method, "taylor")) problem.accuracy = 1e-6;
+    CHECK_SAYING(pend_run_new(&run, pend_method_find(method), &problem, &error) == PEND_OK, "%s",
+                 error.text);
+    if (!run) return;
+    while (!done)
+        if (pend_run_next(run, &samples, 1e9, &done, &error) != PEND_OK) break;
+    CHECK_SAYING(done, "%s", error.text);
+    m->stats = pend_run_stats(run);
+    pend_run_free(&run);
+}
+
+/* the terms of test number i: each kind alone, then all */
+static unsigned motion_terms(int i) { return i < 8 ? 1u << i : TEST_TERMS_ALL; }
+
+TEST(motions_of_real_pendulums_agree_with_gsl_and_keep_their_energys_balance) {
+    unsigned long long seed = 7;
+    double gap = 0, drift = 0, ends = 0;
+    for (int i = 0; i < 9; i++) {
+        for (int n = 1; n <= 10; n += 3) {
+            struct test_tree t;
+            struct test_bodies b;
+            struct motion taylor, other;
+            test_tree_random(&t, TEST_TREE_LIMBS, n, 0.3, &seed);
+            test_bodies_random(&b, t.tree, motion_terms(i), &seed);
+            motion_run("taylor", &t, &b, &taylor);
+            motion_run("rk8pd", &t, &b, &other);
+            gap = fmax(gap, test_gap(INSTANTS * n, taylor.phi, other.phi));
+            drift = fmax(drift, taylor.stats.energy_drift);
+            CHECK(taylor.stats.horizon == taylor.t[INSTANTS - 1]);
+            // the balance at the last sample, from the samples alone
+            double scale = taylor.kinetic[0] + fabs(taylor.potential[0]) + taylor.heat[2] + 1;
+            double sum = taylor.kinetic[2] + taylor.potential[2] - taylor.work[2] + taylor.heat[2];
+            ends = fmax(ends, fabs(sum - taylor.kinetic[0] - taylor.potential[0]) / scale);
+            test_bodies_clear(&b);
+            test_tree_clear(&t);
+        }
+    }
+    CHECK_RESIDUAL(gap, 1e-12, "angles by taylor and by rk8pd after a second");
+    CHECK_RESIDUAL(drift, 4e-13, "drift of the energy's balance");
+    CHECK_RESIDUAL(ends, 4e-13, "balance of the samples");
+}
+
+TEST(samples_of_real_pendulums_have_the_dense_forms_forces) {
+    unsigned long long seed = 11;
+    double worst = 0, place = 0;
+    for (int i = 0; i < 9; i++) {
+        enum { N = 5 };
+        struct test_tree t;
+        struct test_bodies b;
+        struct motion m;
+        test_tree_random(&t, TEST_TREE_ATTACHED, N, 0.3, &seed);
+        test_bodies_random(&b, t.tree, motion_terms(i), &seed);
+        motion_run("taylor", &t, &b, &m);
+        for (int row = 0; row < INSTANTS; row++) {
+            double phi[N], rate[N], acc[N], force[4][N], got[5][N], want[5][N], re[N], im[N];
+            struct bodies_state state = {phi, NULL, rate, m.t[row], 0};
+            struct bodies_forces forces = {force[0], force[1], force[2], force[3]};
+            for (int k = 0; k < N; k++) {
+                phi[k] = m.phi[row * N + t.tree->order[k]];
+                rate[k] = m.rate[row * N + t.tree->order[k]];
+            }
+            CHECK(pend_reference_bodies(t.tree, &b.loads, &state, acc, &forces) == PEND_OK);
+            pend_kinematics_position_at(t.tree, &b.loads, m.t[row], phi, re, im);
+            for (int k = 0; k < N; k++) {
+                int at = row * N + t.tree->order[k];
+                double all[5] = {m.acc[at], m.joint_along[at], m.joint_across[at], m.force[at],
+                                 m.across[at]};
+                double dense[5] = {acc[k], force[0][k], force[1][k], force[2][k], force[3][k]};
+                for (int j = 0; j < 5; j++) got[j][k] = all[j], want[j][k] = dense[j];
+                place = fmax(place, fabs(m.z_re[at] - re[k]) + fabs(m.z_im[at] - im[k]));
+            }
+            for (int j = 0; j < 5; j++) {
+                double gap = 0, most = 1;
+                for (int k = 0; k < N; k++) {
+                    gap = fmax(gap, fabs(got[j][k] - want[j][k]));
+                    most = fmax(most, fabs(want[j][k]));
+                }
+                worst = fmax(worst, gap / most);
+            }
+        }
+        test_bodies_clear(&b);
+        test_tree_clear(&t);
+    }
+    CHECK_RESIDUAL(worst, 2e-12, "accelerations and forces of samples");
+    CHECK(place == 0);
+}
+
+TEST(methods_without_terms_refuse_real_pendulums_in_words) {
+    static const char *const name[] = {"symplectic", "linear"};
+    unsigned long long seed = 3;
+    struct test_tree t;
+    struct test_bodies b;
+    test_tree_random(&t, TEST_TREE_CHAIN, 2, 0.3, &seed);
+    test_bodies_random(&b, t.tree, TEST_TERMS_DAMPING, &seed);
+    for (int i = 0; i < 2; i++) {
+        struct pend_problem problem = {.tree = t.tree,
+                                       .loads = b.loads,
+                                       .phi = t.phi,
+                                       .rate = t.rate,
+                                       .times = {.count = 2, .span = 1, .divisor = 1}};
+        struct pend_run *run;
+        struct pend_error error;
+        CHECK(pend_run_new(&run, pend_method_find(name[i]), &problem, &error) == PEND_INVALID);
+        CHECK(strstr(error.text, "use method taylor") != NULL);
+    }
+    test_bodies_clear(&b);
+    test_tree_clear(&t);
+}
