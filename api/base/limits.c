@@ -1,5 +1,6 @@
 #include "api/base/limits.h"
 
+#include <assert.h>
 #include <stddef.h>
 
 static const struct api_limit_row limits_table[] = {
@@ -35,6 +36,7 @@ const struct api_limit_row *api_limits_row(int i) {
 }
 
 double *api_limits_value(struct api_limits *limits, int i) {
+    assert(i >= 0 && i < LIMITS_COUNT);
     return (double *)((char *)limits + limits_offset[i]);
 }
 
@@ -44,5 +46,6 @@ const char *api_limits_name(const struct api_limits *limits, const double *field
         if (limits_of_jobs[i].offset == offset) return limits_of_jobs[i].name;
     int i = 0;
     while (i + 1 < LIMITS_COUNT && limits_offset[i] != offset) i++;
+    assert(limits_offset[i] == offset);
     return limits_table[i].name;
 }

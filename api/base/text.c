@@ -36,6 +36,7 @@ size_t api_text_cut(const char *text, size_t bytes, size_t cap) {
     if (bytes <= cap) return bytes;
     size_t end = cap;
     while (end && end + 4 > cap && text_tail((unsigned char)text[end])) end--;
+    assert(end <= cap && cap < bytes);
     return text_tail((unsigned char)text[end]) ? cap : end;
 }
 

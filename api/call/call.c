@@ -50,7 +50,7 @@ struct api_call {
     struct api_answer answer;
     char digest[API_DIGEST_BYTES];
     char columns[API_COLUMNS_TEXT];
-    struct api_remarks told;
+    struct api_remarks remarks;
     char file_name[40];
 };
 
@@ -71,11 +71,11 @@ enum pend_status api_call_new(struct api_call **call, const struct api_limits *l
 }
 
 /* keeps the header fields of a computation that is complete */
-static void call_keep_told(struct api_call *call) {
-    if (!call->answer.tells) return;
-    api_remarks_fields(&call->told, call->source.fetch ? api_results_stats(call->results)
-                                                       : call->op->told(call->state));
-    call->answer.told = &call->told;
+static void call_keep_remarks(struct api_call *call) {
+    if (!call->answer.has_remarks) return;
+    api_remarks_fields(&call->remarks, call->source.fetch ? api_results_stats(call->results)
+                                                          : call->op->stats(call->state));
+    call->answer.remarks = &call->remarks;
 }
 
 /* frees the operation's state; its steps are kept for the log */
@@ -167,7 +167,7 @@ static void call_foresee(struct api_call *call) {
     const struct api_table *table = op->table ? op->table(call->state) : NULL;
     call->answer = (struct api_answer){
         .status = 200, .media_type = format->content_type, .etag = call->digest, .length = -1};
-    call->answer.tells = op->told != NULL;
+    call->answer.has_remarks = op->stats != NULL;
     if (op->cost) call->cost = op->cost(call->state);
     if (!table) return;
     if (format->exact && !op->rows_later) call->answer.length = (long long)format->bytes(table);
@@ -241,7 +241,10 @@ static enum api_progress call_refuse_range(struct api_call *call, struct api_buf
     return progress;
 }
 
-void api_call_length(struct api_call *call, long long bytes) { call->known = bytes; }
+void api_call_length(struct api_call *call, long long bytes) {
+    assert(api_call_valid(call));
+    call->known = bytes;
+}
 
 enum api_progress api_call_range(struct api_call *call, struct api_range range,
                                  struct api_buffer *out) {
@@ -365,7 +368,7 @@ enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
     if (status != PEND_OK) return call_fail(call, status, &error, out);
     if (!done && call->waits) return API_WAITS;
     if (!done) return call_hopeful(call) ? API_MORE : call_refuse(call, out);
-    call_keep_told(call);
+    call_keep_remarks(call);
     call_end_op(call);
     call->stage = STAGE_DONE;
     assert(api_call_valid(call));
@@ -373,8 +376,9 @@ enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
 }
 
 int api_call_streams(const struct api_call *call) {
+    assert(api_call_valid(call));
     int open = call->stage == STAGE_READY || call->stage == STAGE_RUNNING;
-    if (open && call->format->bare && call->op->told_first && call->op->told_first(call->state))
+    if (open && call->format->bare && call->op->stats_first && call->op->stats_first(call->state))
         return 0;
     return open && call->op->samples;
 }
@@ -389,15 +393,18 @@ const char *api_call_etag(const struct api_call *call) { return call->answer.eta
 double api_call_cost(const struct api_call *call) { return call->cost; }
 
 int api_call_foresees(const struct api_call *call) {
+    assert(api_call_valid(call) && call->op);
     return call->op->progress && !call->source.fetch;
 }
 
 double api_call_answer_bytes(const struct api_call *call) {
+    assert(api_call_valid(call));
     if (!call->state || !call->op->table) return API_OP_SMALL_BYTES;
     return call->format->bytes(call->op->table(call->state));
 }
 
 double api_call_bytes(const struct api_call *call) {
+    assert(api_call_valid(call));
     if (!call->state) return 0;
     double all = call_bytes + call->letters + (double)call->whole.cap;
     /* the rows of a job are read and not computed: the operation holds only its request */
@@ -419,9 +426,11 @@ enum api_progress api_call_stop(struct api_call *call, int status, const char *d
 }
 
 struct api_answer api_call_answer(const struct api_call *call) {
+    assert(api_call_valid(call));
     return call->answer;
 }
 
 long api_call_steps(const struct api_call *call) {
+    assert(api_call_valid(call));
     return call->state && call->op->steps ? call->op->steps(call->state) : call->steps;
 }

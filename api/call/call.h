@@ -16,9 +16,10 @@ struct api_answer {
     const char *media_type; /* a static string */
     const char *columns; /* of the field X-Columns, "t,phi[4],phid[4]"; NULL if the representation
                             names its columns itself */
-    const struct api_remarks *told; /* fields of the figures, once the answer is complete; NULL
-                                       before, or if there are none */
-    int tells; /* there will be such fields; of an answer that is streamed they are trailers */
+    const struct api_remarks *remarks; /* header fields of the figures, once the answer is complete;
+                                       NULL before, or if there are none */
+    int has_remarks; /* there will be such fields; of an answer that is streamed they are trailers
+                      */
     const char *file_name; /* for a browser that saves it; NULL if a browser should show it */
     const char *etag;      /* as api_call_etag; NULL for a problem */
     long long length;      /* bytes of the answer's body, -1 if unknown */

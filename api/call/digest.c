@@ -1,5 +1,6 @@
 #include "api/call/digest.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -150,6 +151,7 @@ static void digest_write(struct sha256_ctx *sha, char digest[API_DIGEST_BYTES]) 
 
 void api_digest(char digest[API_DIGEST_BYTES], const char *const parts[],
                 const struct api_value *root) {
+    assert(parts[0]);
     struct digest fed = {.used = 0};
     sha256_init(&fed.sha);
     for (int i = 0; parts[i]; i++) digest_text(&fed, parts[i]);
@@ -169,6 +171,7 @@ struct api_digest_stream *api_digest_begin(void) {
 }
 
 void api_digest_add(struct api_digest_stream *stream, const void *data, size_t bytes) {
+    assert(stream && (data || !bytes));
     if (bytes) sha256_update(&stream->sha, bytes, data);
 }
 
@@ -180,6 +183,7 @@ void api_digest_end(struct api_digest_stream **stream, char digest[API_DIGEST_BY
 
 void api_seal(unsigned char seal[API_SEAL_BYTES], const char *place, long number, const void *data,
               size_t bytes) {
+    assert(place && number >= 0 && (data || !bytes));
     struct digest fed = {.used = 0};
     uint8_t all[SHA256_DIGEST_SIZE];
     sha256_init(&fed.sha);

@@ -1,5 +1,6 @@
 #include "api/call/job_json.h"
 
+#include <assert.h>
 #include <stdio.h>
 
 #include "api/json/json_out.h"
@@ -45,6 +46,7 @@ static long job_progress(const struct api_job *job) {
 }
 
 enum pend_status api_job_write(const struct api_job *job, struct api_buffer *out) {
+    assert(job->id && job->status && job->owner && job->done >= 0);
     char path[JOB_PATH];
     PEND_TRY(api_out_comma(out));
     PEND_TRY(api_buffer_text(out, "{"));
@@ -72,6 +74,7 @@ enum pend_status api_job_write(const struct api_job *job, struct api_buffer *out
 
 enum pend_status api_jobs_write(const struct api_job job[], int count, const char *next,
                                 struct api_buffer *out) {
+    assert(count >= 0 && (job || !count));
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(api_out_open(out, "jobs", '['));
     for (int i = 0; i < count; i++) PEND_TRY(api_job_write(&job[i], out));

@@ -200,9 +200,9 @@ static enum pend_status part_write_nothing(struct api_part *part, struct api_buf
 }
 
 double api_part_bytes(const struct api_part *part) {
-    double told =
+    double state =
         part->state && part->op->bytes ? part->op->bytes(part->state) : API_OP_SMALL_BYTES;
-    return (double)sizeof *part + (double)part->request.body_bytes + told;
+    return (double)sizeof *part + (double)part->request.body_bytes + state;
 }
 
 enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int *done,

@@ -1,5 +1,6 @@
 #include "api/call/results.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -37,9 +38,18 @@ static enum pend_status results_room(struct api_results *results) {
     return PEND_OK;
 }
 
+/* the record that is being gathered is within its limit; a writer has the results' table */
+PEND_VALIDATOR results_valid(const struct api_results *results) {
+    const struct api_buffer *record = &results->record;
+    if (results->pieces < 0 || !api_buffer_valid(record)) return 0;
+    return !results->writer ||
+           (api_writer_valid(results->writer) && results->writer->rows <= results->table->rows);
+}
+
 enum pend_status api_results_new(struct api_results **results, const struct api_format *format,
                                  const struct api_table *table, int apart, int later,
                                  struct api_buffer *out) {
+    assert(table->count >= 1 && table->count <= API_COLUMNS);
     struct api_results *made = *results = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
     made->table = table;
@@ -49,6 +59,7 @@ enum pend_status api_results_new(struct api_results **results, const struct api_
     if (status == PEND_OK && !(apart && format == &api_format_json))
         status = api_writer_new(&made->writer, format, table, out);
     if (status != PEND_OK) api_results_free(results);
+    assert(status != PEND_OK || results_valid(made));
     return status;
 }
 
@@ -83,6 +94,7 @@ static enum pend_status results_take(struct api_results *results, enum api_raw k
 
 enum pend_status api_results_feed(struct api_results *results, const void *data, size_t bytes,
                                   struct api_buffer *out) {
+    assert(results_valid(results));
     struct api_buffer *record = &results->record;
     const char *from = data;
     while (bytes) {
@@ -104,10 +116,12 @@ enum pend_status api_results_feed(struct api_results *results, const void *data,
         PEND_TRY(results_take(results, kind, record->data + API_RAW_HEAD, body, out));
         record->bytes = 0;
     }
+    assert(results_valid(results));
     return PEND_OK;
 }
 
 enum pend_status api_results_end(struct api_results *results, struct api_buffer *out, int *done) {
+    assert(results_valid(results));
     *done = 0;
     if (results->record.bytes) return PEND_BUG;
     if (!results->writer) {

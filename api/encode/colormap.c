@@ -1,5 +1,6 @@
 #include "api/encode/colormap.h"
 
+#include <assert.h>
 #include <math.h>
 
 /* the line: lightness, chroma and hue (degrees) at both ends; all of it is within sRGB */
@@ -12,6 +13,7 @@ static unsigned char colormap_byte(double x) {
 }
 
 void api_colormap_shade(int shade, unsigned char rgb[3]) {
+    assert(shade >= 0 && shade < API_COLORMAP_SHADES);
     double part = (double)shade / (API_COLORMAP_SHADES - 1),
            light = light_from + (light_to - light_from) * part;
     double hue = (hue_from + (hue_to - hue_from) * part) * 3.14159265358979323846 / 180;

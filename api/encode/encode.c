@@ -12,11 +12,13 @@
 #include "core/base/status.h"
 
 void api_table_add(struct api_table *table, const char *name, const char *part, int width) {
+    assert(table->count >= 0 && table->count < API_COLUMNS && name && width >= 0);
     table->column[table->count++] = (struct api_column){.name = name, .part = part, .width = width};
 }
 
 char *api_column_write(char *out, const struct api_column *column,
                        const struct api_number_rows *rows, const char *none) {
+    assert(rows->rows >= 0 && rows->width >= 1 && rows->digits >= 0 && rows->digits <= 17);
     if (!column->sparse) return api_number_write_rows(out, rows);
     size_t none_bytes = strlen(none);
     const double *value = rows->value;
@@ -39,6 +41,7 @@ char *api_column_write(char *out, const struct api_column *column,
 }
 
 double api_table_numbers(const struct api_table *table, int first) {
+    assert(first >= 0 && table->count <= API_COLUMNS);
     double numbers = 0;
     for (int c = first; c < table->count; c++)
         numbers += (double)api_column_numbers(&table->column[c]);
@@ -60,21 +63,25 @@ void api_table_columns(const struct api_table *table, char text[API_COLUMNS_TEXT
 }
 
 void api_stats_text(struct api_stats *stats, const char *name, const char *text) {
+    assert(stats->count < API_STATS && name && text);
     stats->stat[stats->count++] =
         (struct api_stat){.name = name, .kind = API_STAT_TEXT, .text = text};
 }
 
 void api_stats_whole(struct api_stats *stats, const char *name, long value) {
+    assert(stats->count < API_STATS && name);
     stats->stat[stats->count++] =
         (struct api_stat){.name = name, .kind = API_STAT_WHOLE, .whole = value};
 }
 
 void api_stats_number(struct api_stats *stats, const char *name, double value) {
+    assert(stats->count < API_STATS && name && isfinite(value));
     stats->stat[stats->count++] =
         (struct api_stat){.name = name, .kind = API_STAT_NUMBER, .number = value};
 }
 
 void api_stats_warning(struct api_stats *stats, const char *name, const char *text) {
+    assert(stats->count < API_STATS && strlen(text) < API_WARNING_TEXT);
     stats->stat[stats->count++] =
         (struct api_stat){.name = name, .kind = API_STAT_WARNING, .text = text};
 }

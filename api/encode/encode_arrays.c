@@ -1,5 +1,6 @@
 #include "api/encode/encode_arrays.h"
 
+#include <assert.h>
 #include <string.h>
 
 static int part_is(const struct api_column *column, const char *part) {
@@ -13,6 +14,7 @@ void api_arrays_init(struct api_arrays *arrays, const struct api_table *table) {
         struct api_array *array = &arrays->array[arrays->count++];
         *array = (struct api_array){column->name, column->part, column->width, c, -1};
         if (!part_is(column, "re") || c + 1 == table->count || !part_is(column + 1, "im")) continue;
+        assert(column->width == column[1].width);
         array->part = NULL;
         array->im = ++c;
     }

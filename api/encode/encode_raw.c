@@ -4,11 +4,14 @@
  * Invariant: never sent to a client; a record is at most about API_PIECE_BYTES or one row. */
 #include "api/encode/encode_raw.h"
 
+#include <assert.h>
+#include <stdint.h>
 #include <stdlib.h>
 
 #include "api/base/octets.h"
 
 void api_raw_head_put(char *at, enum api_raw kind, size_t bytes) {
+    assert(bytes <= UINT32_MAX && kind >= API_RAW_ROWS && kind <= API_RAW_JSON);
     api_octets_whole(api_octets_whole(at, (uint64_t)kind, 4), bytes, 4);
 }
 
@@ -27,6 +30,7 @@ static double raw_bytes(const struct api_table *table) {
 
 static enum pend_status raw_record(struct api_writer *writer, long rows, long from,
                                    const double *const data[], struct api_buffer *out) {
+    assert(rows >= 0 && from >= 0);
     const struct api_table *table = &writer->table;
     size_t row = (size_t)api_table_numbers(table, 0) * sizeof(double);
     PEND_TRY(raw_begin(out, API_RAW_ROWS, (size_t)rows * row));

@@ -51,11 +51,11 @@ enum pend_status api_remarks_comments(const struct api_stats *stats, struct api_
     return PEND_OK;
 }
 
-void api_remarks_fields(struct api_remarks *told, const struct api_stats *stats) {
-    told->count = 0;
-    for (int i = 0; stats && i < stats->count && told->count < API_REMARKS_FIELDS; i++) {
+void api_remarks_fields(struct api_remarks *remarks, const struct api_stats *stats) {
+    remarks->count = 0;
+    for (int i = 0; stats && i < stats->count && remarks->count < API_REMARKS_FIELDS; i++) {
         const struct api_stat *stat = &stats->stat[i];
-        char *value = told->field[told->count].value;
+        char *value = remarks->field[remarks->count].value;
         const char *name = stat->kind == API_STAT_WARNING ? "X-Warning" : NULL;
         for (size_t j = 0;
              stat->kind == API_STAT_NUMBER && j < sizeof remarks_numbers / sizeof *remarks_numbers;
@@ -66,6 +66,6 @@ void api_remarks_fields(struct api_remarks *told, const struct api_stats *stats)
             remarks_number(stat->number, value);
         else
             snprintf(value, API_REMARKS_TEXT, "%s", stat->text);
-        told->field[told->count++].name = name;
+        remarks->field[remarks->count++].name = name;
     }
 }

@@ -32,6 +32,6 @@ PEND_MUST_CHECK enum pend_status api_remarks_comments(const struct api_stats *st
                                                       struct api_buffer *out);
 
 /** Writes the fields of the figures; none if stats is NULL. */
-void api_remarks_fields(struct api_remarks *told, const struct api_stats *stats);
+void api_remarks_fields(struct api_remarks *remarks, const struct api_stats *stats);
 
 #endif

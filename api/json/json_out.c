@@ -1,17 +1,20 @@
 #include "api/json/json_out.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
 #include "api/base/text.h"
 
 int api_out_number_bytes(int digits) {
+    assert(digits >= 0 && digits <= 17);
     int exponent_or_zeros = digits + 8, whole = 18; /* -0.000012345, and -1230000000000000, */
     if (!digits) return API_OUT_NUMBER_BYTES;
     return exponent_or_zeros > whole ? exponent_or_zeros : whole;
 }
 
 enum pend_status api_out_comma(struct api_buffer *out) {
+    assert(api_buffer_valid(out));
     if (!out->bytes || strchr("{[:,", out->data[out->bytes - 1])) return PEND_OK;
     return api_buffer_add(out, ",", 1);
 }
@@ -23,6 +26,7 @@ enum pend_status api_out_key(struct api_buffer *out, const char *name) {
 }
 
 enum pend_status api_out_open(struct api_buffer *out, const char *name, char bracket) {
+    assert(bracket == '{' || bracket == '[');
     PEND_TRY(api_out_key(out, name));
     return api_buffer_add(out, &bracket, 1);
 }
@@ -39,6 +43,7 @@ enum pend_status api_out_whole(struct api_buffer *out, const char *name, long va
 
 enum pend_status api_out_number(struct api_buffer *out, const char *name, double value,
                                 int digits) {
+    assert(digits >= 0 && digits <= 17);
     if (!isfinite(value)) return PEND_NOT_FINITE;
     PEND_TRY(api_out_key(out, name));
     PEND_TRY(api_buffer_room(out, API_NUMBER_BYTES));
@@ -48,6 +53,7 @@ enum pend_status api_out_number(struct api_buffer *out, const char *name, double
 
 enum pend_status api_out_numbers(struct api_buffer *out, const char *name, int n,
                                  const double value[], int digits) {
+    assert(n >= 0 && digits >= 0 && digits <= 17);
     for (int i = 0; i < n; i++)
         if (!isfinite(value[i])) return PEND_NOT_FINITE;
     PEND_TRY(name ? api_out_key(out, name) : api_out_comma(out));
@@ -60,11 +66,13 @@ enum pend_status api_out_numbers(struct api_buffer *out, const char *name, int n
     }
     *at++ = ']';
     out->bytes = (size_t)(at - out->data);
+    assert(api_buffer_valid(out));
     return PEND_OK;
 }
 
 enum pend_status api_out_matrix(struct api_buffer *out, const char *name, int n,
                                 const double value[], int digits) {
+    assert(n >= 1);
     PEND_TRY(api_out_open(out, name, '['));
     for (int i = 0; i < n; i++)
         PEND_TRY(api_out_numbers(out, NULL, n, value + (size_t)i * (size_t)n, digits));

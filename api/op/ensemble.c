@@ -184,6 +184,7 @@ long api_ensemble_rows(const struct api_ensemble *e) {
 long api_ensemble_numbers(const struct api_ensemble *e) { return e->numbers; }
 
 double api_ensemble_cost(const struct api_ensemble *e, long members) {
+    assert(members >= 0 && e->tree.tree);
     const struct pend_tree *tree = e->tree.tree;
     double shortest = INFINITY, order = 4 - 0.65 * log(fmax(0.01 * e->rtol, 1e-16));
     for (int k = 0; k < tree->n; k++) shortest = fmin(shortest, tree->len[k]);
@@ -208,6 +209,7 @@ double api_ensemble_bytes(const struct api_ensemble *e) {
 }
 
 enum pend_status api_ensemble_prepare(struct api_ensemble *e, struct pend_error *error) {
+    assert(api_states_valid(e->members.states));
     return api_states_settle(e->members.states, &e->tree, error);
 }
 
@@ -215,6 +217,7 @@ enum pend_status api_ensemble_prepare(struct api_ensemble *e, struct pend_error 
 
 static double *range_row(const struct api_member_range *range, long member, long row) {
     const struct api_ensemble *e = range->ensemble;
+    assert(row >= 0 && row < api_ensemble_rows(e) && member >= range->first);
     return range->raw + ((member - range->first) * api_ensemble_rows(e) + row) * e->numbers;
 }
 
@@ -324,6 +327,7 @@ enum pend_status api_member_range_new(struct api_member_range **range, const str
 }
 
 void api_member_range_free(struct api_member_range **range) {
+    assert(!*range || !(*range)->work || api_member_range_valid(*range));
     if (*range) pend_ensemble_free(&(*range)->work);
     free(*range);
     *range = NULL;
@@ -337,12 +341,14 @@ enum pend_status api_member_range_go(struct api_member_range *range, int *done) 
 }
 
 struct api_member_range_stats api_member_range_stats(const struct api_member_range *range) {
+    assert(api_member_range_valid(range));
     return range->stats;
 }
 
 enum pend_status api_ensemble_write(const struct api_ensemble *e, struct api_writer *writer,
                                     long rows, const double raw[], struct api_buffer *out,
                                     struct pend_error *error) {
+    assert(api_writer_valid(writer) && rows >= 0);
     const struct api_table *table = &e->seen.table;
     const double *data[API_COLUMNS];
     double *block = malloc((size_t)(rows * e->numbers) * sizeof *block + 1), *at = block;

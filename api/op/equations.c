@@ -1,10 +1,22 @@
 #include "api/op/equations.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
+/* the parents lead every arm to the pivot in n steps at most */
+PEND_VALIDATOR equations_valid(const struct api_equations *equations) {
+    for (int i = 0; i < equations->n; i++) {
+        int steps = 0;
+        for (int k = i; k >= 0 && steps <= equations->n; k = equations->parent[k]) steps++;
+        if (steps > equations->n) return 0;
+    }
+    return equations->n >= 1;
+}
+
 enum pend_status api_equations_new(struct api_equations **equations, const struct api_tree *tree,
                                    const struct api_states *start, int is_explicit) {
+    assert(pend_tree_valid(tree->tree) && api_states_valid(start));
     size_t n = (size_t)tree->n;
     struct api_equations *made = *equations =
         malloc(sizeof *made + n * (4 * sizeof(double) + sizeof(int)));
@@ -35,11 +47,13 @@ enum pend_status api_equations_new(struct api_equations **equations, const struc
 }
 
 void api_equations_free(struct api_equations **equations) {
+    assert(!*equations || equations_valid(*equations));
     free(*equations);
     *equations = NULL;
 }
 
 int api_equations_carries(const struct api_equations *equations, int above, int arm) {
+    assert(above >= 0 && above < equations->n && arm < equations->n);
     while (arm >= 0 && arm != above) arm = equations->parent[arm];
     return arm == above;
 }

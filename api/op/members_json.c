@@ -1,5 +1,6 @@
 #include "api/op/members_json.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -279,6 +280,7 @@ static double member_value(const struct api_members *members, const struct api_v
 }
 
 static void member_set(struct pend_member *member, const struct api_variation *of, double x) {
+    assert(of->quantity == API_VARY_GRAVITY || of->arm >= 0);
     double size = x > 0 && isfinite(x) ? x : NAN;
     struct pend_sum hanging;
     switch (of->quantity) {
@@ -309,6 +311,7 @@ static void member_set(struct pend_member *member, const struct api_variation *o
 
 void api_members_fill(const struct api_members *members, int n, long i,
                       struct pend_member *member) {
+    assert(i >= 0 && i < members->count && n >= 1);
     size_t state = members->listed ? (size_t)i * (size_t)n : 0, bytes = (size_t)n * sizeof(double);
     long rest = i;
     memcpy(member->phi, members->states->phi + state, bytes);

@@ -1,5 +1,6 @@
 /* Reading a request for modes from JSON: the tree, its equilibrium, which modes, and what is
- * answered about them. Leaves to others: the modes and the size of the answer (op_modes).
+ * answered about them.
+ * Leaves to others: the modes and the size of the answer (op_modes).
  * Invariant: holds no pointer into the document. */
 #ifndef API_MODES_JSON_H
 #define API_MODES_JSON_H

@@ -1,5 +1,6 @@
 #include "api/op/observables.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -40,6 +41,7 @@ static const char *const outputs[OUT_COUNT + 1] = {"phi",    "phid",   "theta",
 static const double never = -1;
 
 const char *api_observables_name(enum api_observable observable) {
+    assert(observable >= 0 && observable < API_SEE_COUNT);
     return observables[observable].name;
 }
 
@@ -82,6 +84,7 @@ void api_observables_read(struct api_observables *seen, const struct api_value *
 }
 
 void api_observables_columns(struct api_observables *seen, int n) {
+    assert(n >= 1);
     struct api_table *table = &seen->table;
     api_table_add(table, "member", NULL, 0);
     if (seen->wanted >> API_SEE_TRAJECTORY & 1) {
@@ -181,6 +184,7 @@ static double *write_one(enum api_observable observable, const struct pend_tree 
 void api_observables_write(const struct api_observables *seen, const struct pend_tree *tree,
                            long member, const struct pend_member *start,
                            const struct pend_outcome *outcome, double row[]) {
+    assert(member >= 0 && pend_tree_valid(tree));
     /* nothing is known about a motion that was not followed to its end */
     static const struct pend_outcome nothing = {
         .arm = -1, .first = NAN, .energy_drift = NAN, .horizon = NAN, .lyapunov = NAN};
@@ -195,6 +199,7 @@ void api_observables_write(const struct api_observables *seen, const struct pend
 void api_observables_sample(const struct api_observables *seen, const struct pend_tree *tree,
                             long member, double t, const double phi[], const double rate[],
                             const double force[], const double theta[], double row[]) {
+    assert(member >= 0 && seen->wanted >> API_SEE_TRAJECTORY & 1);
     double *at = row;
     *at++ = (double)member;
     *at++ = 0;

@@ -1,7 +1,9 @@
 /* The observables of an ensemble's members: their names, their columns, and the place of each
- * number in a raw row. Leaves to others: computing them (core/ensemble/ensemble), writing rows into
- * an answer (ensemble). Invariant: a raw row holds the numbers of the table's columns in their
- * order, with arms in the caller's order. */
+ * number in a raw row.
+ * Leaves to others: computing them (core/ensemble/ensemble), writing rows into an answer
+ * (ensemble).
+ * Invariant: a raw row holds the numbers of the table's columns in their order, with arms in the
+ * caller's order. */
 #ifndef API_OBSERVABLES_H
 #define API_OBSERVABLES_H
 

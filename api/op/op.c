@@ -1,5 +1,6 @@
 #include "api/op/op.h"
 
+#include <assert.h>
 #include <stddef.h>
 #include <stdio.h>
 
@@ -10,10 +11,12 @@ static const double turn_seconds = 0.001, hurried_seconds = 0.00025;
 static const size_t turn_bytes = 1 << 18;
 
 double api_turn_seconds(const struct api_turn *turn) {
+    assert(turn->earlier >= 0);
     return turn->now ? turn->earlier + (turn->now(turn->context) - turn->begun) : -1;
 }
 
 int api_turn_over(const struct api_turn *turn) {
+    assert(turn->out->bytes >= turn->before);
     if (!turn->now || turn->out->bytes - turn->before >= turn_bytes) return 1;
     double seconds = turn->now(turn->context) - turn->begun;
     return seconds >= turn_seconds ||
@@ -22,6 +25,7 @@ int api_turn_over(const struct api_turn *turn) {
 
 void api_reading_check_size(const struct api_reading *reading, const struct api_table *table,
                             const struct api_value *value, const char *what, const char *fewer) {
+    assert(table->count >= 1 && table->rows >= 0);
     const struct api_format *format = reading->format;
     double bytes = format->bytes(table), most = reading->limits->answer_bytes;
     char flowing[API_FORMATS_TEXT], reason[80] = "the limit max-answer-bytes";

@@ -1,6 +1,7 @@
 /* The table of operations: one row for each, with its properties and the functions that read, run
- * and free it. Leaves to others: the sequence of a request (call), the operations themselves
- * (op_*). Invariant: an operation's state holds no pointer into the request once it was read. */
+ * and free it.
+ * Leaves to others: the sequence of a request (call), the operations themselves (op_*).
+ * Invariant: an operation's state holds no pointer into the request once it was read. */
 #ifndef API_OP_H
 #define API_OP_H
 
@@ -117,10 +118,10 @@ struct api_op {
     enum pend_status (*carry)(void *state, struct pend_checkpoint *checkpoint,
                               struct pend_error *error);
     /** Returns the figures about the computation, once it is complete; NULL: there are none. */
-    const struct api_stats *(*told)(const void *state);
+    const struct api_stats *(*stats)(const void *state);
     /** True if a representation without a place for the figures must be sent after them, since the
      * client needs them in the header. */
-    int (*told_first)(const void *state);
+    int (*stats_first)(const void *state);
     /**
      * Makes a state whose raw answer is complete write its answer once more, as JSON, which says
      * more than its table; nothing is computed again. NULL: JSON says no more.

@@ -172,7 +172,7 @@ static double ensembles_cost(const void *state) {
     return api_ensemble_cost(ensemble, api_ensemble_count(ensemble));
 }
 
-static const struct api_stats *ensembles_told(const void *state) {
+static const struct api_stats *ensembles_stats(const void *state) {
     return &((const struct ensembles *)state)->stats;
 }
 
@@ -197,6 +197,6 @@ const struct api_op api_op_ensembles = {
     .bytes = ensembles_bytes,
     .parts = ensembles_parts,
     .part = ensembles_part,
-    .told = ensembles_told,
+    .stats = ensembles_stats,
     .free = ensembles_free,
 };

@@ -290,7 +290,7 @@ static const struct api_table *lyapunov_table(const void *state) {
     return &((const struct lyapunov *)state)->table;
 }
 
-static const struct api_stats *lyapunov_told(const void *state) {
+static const struct api_stats *lyapunov_stats(const void *state) {
     return &((const struct lyapunov *)state)->stats;
 }
 
@@ -303,6 +303,6 @@ const struct api_op api_op_lyapunov = {.name = "lyapunov",
                                        .progress = lyapunov_progress,
                                        .table = lyapunov_table,
                                        .cost = lyapunov_cost,
-                                       .told = lyapunov_told,
+                                       .stats = lyapunov_stats,
                                        .bytes = lyapunov_bytes,
                                        .free = lyapunov_free};

@@ -339,7 +339,7 @@ static const struct api_table *sections_table(const void *state) {
     return &((const struct sections *)state)->table;
 }
 
-static const struct api_stats *sections_told(const void *state) {
+static const struct api_stats *sections_stats(const void *state) {
     return &((const struct sections *)state)->stats;
 }
 
@@ -354,5 +354,5 @@ const struct api_op api_op_sections = {.name = "sections",
                                        .cost = sections_cost,
                                        .bytes = sections_bytes,
                                        .rows_later = 1,
-                                       .told = sections_told,
+                                       .stats = sections_stats,
                                        .free = sections_free};

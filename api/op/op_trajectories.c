@@ -230,20 +230,20 @@ static void trajectory_tell_doubts(struct trajectory *trajectory, double drift) 
 /* writes the figures once, so that they are the same in every piece of the answer */
 static void trajectory_tell(struct trajectory *trajectory, const struct api_turn *turn) {
     struct pend_run_stats stats = pend_run_stats(trajectory->run);
-    struct api_stats *told = &trajectory->stats;
+    struct api_stats *figures = &trajectory->stats;
     double seconds = api_turn_seconds(turn);
-    api_stats_text(told, "method", stats.method);
-    api_stats_whole(told, "steps", stats.steps);
-    api_stats_whole(told, "rejected", stats.rejected);
-    api_stats_whole(told, "evaluations", stats.evaluations);
-    api_stats_number(told, "energy_drift", stats.energy_drift);
+    api_stats_text(figures, "method", stats.method);
+    api_stats_whole(figures, "steps", stats.steps);
+    api_stats_whole(figures, "rejected", stats.rejected);
+    api_stats_whole(figures, "evaluations", stats.evaluations);
+    api_stats_number(figures, "energy_drift", stats.energy_drift);
     trajectory_tell_horizon(trajectory, stats.horizon);
     trajectory_tell_doubts(trajectory, stats.energy_drift);
     if (trajectory->trust_tolerance > 0)
-        api_stats_number(told, "trust_until", trajectory->trust_until);
-    api_stats_origin(told);
+        api_stats_number(figures, "trust_until", trajectory->trust_until);
+    api_stats_origin(figures);
     if (seconds >= 0)
-        api_stats_number(told, "compute_seconds",
+        api_stats_number(figures, "compute_seconds",
                          rint((seconds + trajectory->earlier) * 1e6) / 1e6);
 }
 
@@ -433,12 +433,12 @@ static const struct api_table *trajectory_table(const void *state) {
     return &((const struct trajectory *)state)->table;
 }
 
-static const struct api_stats *trajectory_told(const void *state) {
+static const struct api_stats *trajectory_stats(const void *state) {
     return &((const struct trajectory *)state)->stats;
 }
 
 /* a client that asks for trust gets it or a refusal, in every representation */
-static int trajectory_told_first(const void *state) {
+static int trajectory_stats_first(const void *state) {
     return ((const struct trajectory *)state)->trust_tolerance > 0;
 }
 
@@ -456,7 +456,7 @@ const struct api_op api_op_trajectories = {
     .parts = trajectory_parts,
     .part = trajectory_part,
     .carry = trajectory_carry,
-    .told = trajectory_told,
-    .told_first = trajectory_told_first,
+    .stats = trajectory_stats,
+    .stats_first = trajectory_stats_first,
     .free = trajectory_free,
 };

@@ -1,5 +1,6 @@
 #include "api/op/samples.h"
 
+#include <assert.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -94,6 +95,7 @@ void api_outputs_read(struct api_outputs *outputs, const struct api_value *value
 /* columns */
 
 void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_table *table) {
+    assert(n >= 1 && outputs->count >= 0);
     table->count = 0;
     api_table_add(table, "t", NULL, 0);
     for (int i = 0; i < outputs->count; i++) {
@@ -135,6 +137,7 @@ static long samples_cap(size_t numbers, long rows) {
 
 enum pend_status api_samples_new(struct api_samples **samples, const struct api_outputs *outputs,
                                  int n, long rows) {
+    assert(n >= 1 && rows >= 1);
     char wanted[SOURCES];
     double *array[SOURCES];
     outputs_sources(outputs, wanted);
@@ -168,12 +171,20 @@ enum pend_status api_samples_new(struct api_samples **samples, const struct api_
     return PEND_OK;
 }
 
+PEND_VALIDATOR samples_valid(const struct api_samples *samples) {
+    const struct pend_samples *s = &samples->samples;
+    return samples->n >= 1 && s->cap >= 1 && s->count >= 0 && s->count <= s->cap &&
+           samples->column[0] == s->t && (!samples->total || (s->kinetic && s->potential));
+}
+
 void api_samples_free(struct api_samples **samples) {
+    assert(!*samples || samples_valid(*samples));
     free(*samples);
     *samples = NULL;
 }
 
 void api_samples_derive(struct api_samples *samples) {
+    assert(samples_valid(samples));
     const struct pend_samples *from = &samples->samples;
     for (long i = 0; samples->total && i < from->count; i++)
         samples->total[i] = from->kinetic[i] + from->potential[i];

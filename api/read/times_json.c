@@ -1,5 +1,6 @@
 #include "api/read/times_json.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -163,6 +164,7 @@ static enum pend_status read_list(struct api_times *times, const struct api_valu
     times->list = malloc((size_t)count * sizeof *list);
     if (!times->list) return PEND_NO_MEMORY;
     memcpy(times->list, list, (size_t)count * sizeof *list);
+    assert(count >= 1 && count <= limits->samples);
     times->times = (struct pend_times){.count = count, .divisor = 1, .list = times->list};
     return PEND_OK;
 }
@@ -174,6 +176,7 @@ enum pend_status api_times_read(struct api_times *times, const struct api_value 
     if (api_value_kind(value) == API_ARRAY) return read_list(times, value, limits, problem);
     if (!api_field_object(value, problem)) return PEND_INVALID;
     read_grid(times, value, limits, problem);
+    assert(times->times.count >= 0 && !times->list);
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 

@@ -1,5 +1,6 @@
 #include "api/read/tree_json.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -313,7 +314,7 @@ static enum pend_status read_path(struct tree_reading *reading) {
     for (int i = 0; status != PEND_OK && i < n; i++) reading->parent[i] = NO_PARENT;
     return status == PEND_INVALID
                ? PEND_OK
-               : status; /* the faults are told; the rest is still to be checked */
+               : status; /* the faults were added; the rest is still to be checked */
 }
 
 /* the whole */
@@ -407,20 +408,31 @@ enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pe
     return status == PEND_OK && fault_count(problem) > faults ? PEND_INVALID : status;
 }
 
-double api_tree_bytes(const struct api_tree *tree) { return 1024 + 128.0 * tree->n; }
+/* what was read of a tree agrees with the tree that was made of it */
+PEND_VALIDATOR tree_read_valid(const struct api_tree *tree) {
+    return tree->n >= 0 && (!tree->tree || (tree->tree->n == tree->n && tree->n >= 1));
+}
+
+double api_tree_bytes(const struct api_tree *tree) {
+    assert(tree_read_valid(tree));
+    return 1024 + 128.0 * tree->n;
+}
 
 void api_tree_clear(struct api_tree *tree) {
+    assert(tree_read_valid(tree));
     pend_tree_free(&tree->tree);
     free(tree->names);
     *tree = (struct api_tree){0};
 }
 
 int api_tree_parent(const struct api_tree *tree, int i) {
+    assert(tree->tree && i >= 0 && i < tree->n);
     int parent = tree->tree->parent[tree->tree->place[i]];
     return parent < 0 ? -1 : tree->tree->order[parent];
 }
 
 const char *api_tree_name(const struct api_tree *tree, int i, char scratch[16]) {
+    assert(i >= 0 && i < tree->n);
     if (tree->names) return tree->names[i];
     snprintf(scratch, 16, "%d", i + 1);
     return scratch;
@@ -441,6 +453,7 @@ static int tree_find(const struct api_tree *tree, const struct api_value *value)
 
 int api_tree_read_arm(const struct api_tree *tree, const struct api_value *value,
                       struct api_problem *problem) {
+    assert(tree_read_valid(tree));
     char found[API_FOUND_BYTES];
     if (!api_field_needed(value, problem) || !tree->tree) return -1;
     int arm = tree_find(tree, value);
@@ -455,6 +468,7 @@ int api_tree_read_arm(const struct api_tree *tree, const struct api_value *value
 void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value *value, int count,
                             const char *what, const struct api_limits *limits,
                             struct api_problem *problem) {
+    assert(tree_read_valid(tree) && count >= 0);
     double most = limits->mode_arms * limits->mode_arms;
     if (!pend_loads_pull_down(&tree->loads))
         api_value_fault(value, problem, "%s needs a gravity greater than 0, got %.15g", what,

@@ -1,5 +1,6 @@
 /* ode23: the pair of Bogacki and Shampine, 3(2), with the step control, the defaults and the
- * interpolant of MATLAB's function of that name. Leaves to others: the time loop (run).
+ * interpolant of MATLAB's function of that name.
+ * Leaves to others: the time loop (run).
  * Invariant: y, f[0] belong to the begin of the last step, y_end, f[3] to its end. From rtol
  * 1e-3 on, which is MATLAB's default, every operation is MATLAB's; below it the tolerances are
  * calibrated and the state is a compensated sum. */

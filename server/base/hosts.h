@@ -1,7 +1,8 @@
 /* Which names a server answers to: a page of somebody else's may have its own name lead to this
- * address (DNS rebinding), and would be of one origin with the server if that answered to any
- * name. Leaves to others: answering 421 (router). Invariant: a server that only this machine can
- * reach answers to this machine's names alone, unless it was told more. */
+ * address (DNS rebinding), and would be of one origin with the server if that answered to any name.
+ * Leaves to others: answering 421 (router).
+ * Invariant: a server that only this machine can reach answers to this machine's names alone,
+ * unless it was told more. */
 #ifndef SRV_HOSTS_H
 #define SRV_HOSTS_H
 

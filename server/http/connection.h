@@ -1,8 +1,9 @@
 /* The callbacks of libmicrohttpd for connections and requests: each request becomes an exchange,
- * and each answered exchange a response. Leaves to others: listening and libmicrohttpd's options
- * (http), the fields of a response (response), reading from sockets (recv_hook). Invariant: nothing
- * here computes or waits; while a worker has an exchange its connection is suspended, and the
- * exchange is not used here. */
+ * and each answered exchange a response.
+ * Leaves to others: listening and libmicrohttpd's options (http), the fields of a response
+ * (response), reading from sockets (recv_hook).
+ * Invariant: nothing here computes or waits; while a worker has an exchange its connection is
+ * suspended, and the exchange is not used here. */
 #ifndef SRV_CONNECTION_H
 #define SRV_CONNECTION_H
 

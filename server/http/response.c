@@ -111,13 +111,14 @@ static int response_fields(struct MHD_Response *response, const struct srv_excha
 
 /* --- bodies --- */
 
-/* what was found out while the body was sent. Without memory it is not told: the body is
+/* what was found out while the body was sent. Without memory the field is left out: the body is
  * complete */
 static void response_trail(struct srv_response_stream *stream) {
-    struct api_remarks told;
-    srv_inflight_told(stream->exchange, &told);
-    for (int i = 0; i < told.count; i++)
-        (void)MHD_add_response_footer(stream->response, told.field[i].name, told.field[i].value);
+    struct api_remarks remarks;
+    srv_inflight_remarks(stream->exchange, &remarks);
+    for (int i = 0; i < remarks.count; i++)
+        (void)MHD_add_response_footer(stream->response, remarks.field[i].name,
+                                      remarks.field[i].value);
 }
 
 /* libmicrohttpd wants bytes of a stream */

@@ -1,7 +1,8 @@
 /* A slot for one part of a job that this process holds under a lease, and the questions to the
- * store about it. Leaves to others: when to ask, and what follows from an answer (part_runner),
- * computing (part_run). Invariant: at most one question is under way, and at most one beat, which
- * extends the lease. */
+ * store about it.
+ * Leaves to others: when to ask, and what follows from an answer (part_runner), computing
+ * (part_run).
+ * Invariant: at most one question is under way, and at most one beat, which extends the lease. */
 #ifndef SRV_PART_SLOT_H
 #define SRV_PART_SLOT_H
 

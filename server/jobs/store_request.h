@@ -1,7 +1,8 @@
 /* An exchange whose answer needs a question to the store, and a worker before that if its body is
- * to be read: what the routes of jobs and scenes have in common. Leaves to others: the question and
- * the answer (jobs, job_results, scenes). Invariant: the finish of every exchange is called exactly
- * once, and not before the store has answered. */
+ * to be read: what the routes of jobs and scenes have in common.
+ * Leaves to others: the question and the answer (jobs, job_results, scenes).
+ * Invariant: the finish of every exchange is called exactly once, and not before the store has
+ * answered. */
 #ifndef SRV_STORE_REQUEST_H
 #define SRV_STORE_REQUEST_H
 

@@ -145,9 +145,9 @@ void srv_peer_client(const struct srv_peers *peers, const char *peer, const char
         element[count++] = next;
     }
     for (int trusted = 1; trusted && count--;) {
-        char *told = peer_bare(forwarded ? peer_for(element[count]) : element[count]);
-        if (!peer_address(told, address)) return;
-        snprintf(client, SRV_PEER_BYTES, "%s", told);
-        trusted = srv_peer_trusted(peers, told);
+        char *named = peer_bare(forwarded ? peer_for(element[count]) : element[count]);
+        if (!peer_address(named, address)) return;
+        snprintf(client, SRV_PEER_BYTES, "%s", named);
+        trusted = srv_peer_trusted(peers, named);
     }
 }

@@ -1,7 +1,7 @@
 /* Parts of jobs under leases: extended, finished or failed, given back; and the results.
- * Leaves to others: claiming them (store_claims), jobs as a whole (store_jobs), finding leases
- * that ran out (store_sweep). Invariant: a part's result is taken once, from the attempt that
- * holds it. */
+ * Leaves to others: claiming them (store_claims), jobs as a whole (store_jobs), finding leases that
+ * ran out (store_sweep).
+ * Invariant: a part's result is taken once, from the attempt that holds it. */
 #ifndef SRV_STORE_LEASES_H
 #define SRV_STORE_LEASES_H
 

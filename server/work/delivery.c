@@ -115,8 +115,8 @@ static void delivery_begin(struct srv_work *work, struct srv_exchange *reader,
     srv_exchange_response_body(reader, head);
     /* A message of known length has no trailers: what is told of an answer goes before it, but
      * for a range, whose length is its sense. */
-    reader->trails =
-        answer->tells && (answer->length < 0 || coded || !work->source || !work->source->ranged);
+    reader->trails = answer->has_remarks &&
+                     (answer->length < 0 || coded || !work->source || !work->source->ranged);
     reader->stream_bytes = coded || reader->trails ? -1 : answer->length;
     reader->waited = work->begun - reader->queued;
     api_call_promise(work->call);

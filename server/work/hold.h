@@ -1,7 +1,8 @@
 /* Memory of one owner, counted before it is allocated: for the whole process and for the client
- * that pays for it. Both counts are bounded. Leaves to others: what the memory is used for
- * (exchange, inflight, part_run), what a refusal says to the client (exchange). Invariant: a hold
- * counts its bytes once; set to 0 it counts nothing. */
+ * that pays for it. Both counts are bounded.
+ * Leaves to others: what the memory is used for (exchange, inflight, part_run), what a refusal says
+ * to the client (exchange).
+ * Invariant: a hold counts its bytes once; set to 0 it counts nothing. */
 #ifndef SRV_HOLD_H
 #define SRV_HOLD_H
 

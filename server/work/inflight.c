@@ -336,13 +336,13 @@ long srv_inflight_read(struct srv_exchange *exchange, char *to, size_t cap,
     return result;
 }
 
-void srv_inflight_told(struct srv_exchange *exchange, struct api_remarks *told) {
+void srv_inflight_remarks(struct srv_exchange *exchange, struct api_remarks *remarks) {
     struct srv_inflight *inflight = exchange->service->inflight;
-    told->count = 0;
+    remarks->count = 0;
     pthread_mutex_lock(&inflight->lock);
     struct srv_work *work = exchange->stream;
     struct api_answer answer =
         work && work->ended > 0 ? api_call_answer(work->call) : (struct api_answer){0};
-    if (answer.told) *told = *answer.told;
+    if (answer.remarks) *remarks = *answer.remarks;
     pthread_mutex_unlock(&inflight->lock);
 }

@@ -159,6 +159,6 @@ long srv_inflight_read(struct srv_exchange *exchange, char *to, size_t cap,
 
 /** What is told of a stream's computation, copied, once srv_inflight_read came to
  * SRV_INFLIGHT_END; nothing before. */
-void srv_inflight_told(struct srv_exchange *exchange, struct api_remarks *told);
+void srv_inflight_remarks(struct srv_exchange *exchange, struct api_remarks *remarks);
 
 #endif

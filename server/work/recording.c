@@ -194,7 +194,7 @@ static enum pend_status recording_answer(struct srv_recording *recording, const 
 
 enum pend_status srv_recording_read(struct srv_recording *recording, char *data, size_t bytes,
                                     struct pend_error *error) {
-    char first[RECORDING_FIRST], told[API_DIGEST_BYTES], form[RECORDING_FIRST];
+    char first[RECORDING_FIRST], digest[API_DIGEST_BYTES], form[RECORDING_FIRST];
     size_t head, body;
     const char *end = memchr(data, '\n', bytes < RECORDING_FIRST - 1 ? bytes : RECORDING_FIRST - 1);
     *recording = (struct srv_recording){.engine = NULL};
@@ -203,16 +203,16 @@ enum pend_status srv_recording_read(struct srv_recording *recording, char *data,
     size_t line = (size_t)(end - data) + 1;
     memcpy(first, data, line);
     first[line] = 0;
-    if (sscanf(first, "pendulumd request 1 %9zu %19zu %64s", &head, &body, told) != 3)
+    if (sscanf(first, "pendulumd request 1 %9zu %19zu %64s", &head, &body, digest) != 3)
         return recording_bad(error, "it is no recorded request, or one of another version");
-    snprintf(form, sizeof form, "pendulumd request 1 %zu %zu %s\n", head, body, told);
+    snprintf(form, sizeof form, "pendulumd request 1 %zu %zu %s\n", head, body, digest);
     if (strcmp(form, first)) return recording_bad(error, "its first line is damaged");
     size_t left = bytes - line;
     if (head > SRV_RECORDING_HEAD || head > left || body > left - head)
         return recording_bad(error, "its end is missing");
     if (!recording_seal(data + line, head, data + line + head, body, recording->seal))
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
-    if (strcmp(recording->seal, told))
+    if (strcmp(recording->seal, digest))
         return recording_bad(error, "its bytes are not those that were recorded");
     recording->request.body = body ? data + line + head : NULL;
     recording->request.body_bytes = body;

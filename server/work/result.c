@@ -111,8 +111,8 @@ static int result_range(const struct api_answer *answer, char text[], size_t cap
 /* bytes of the texts that an answer's header fields copy */
 static size_t result_texts(const struct api_answer *answer) {
     size_t bytes = 352 + SRV_ETAG_BYTES + (answer->columns ? strlen(answer->columns) + 1 : 0);
-    for (int i = 0; answer->told && i < answer->told->count; i++)
-        bytes += strlen(answer->told->field[i].value) + 1;
+    for (int i = 0; answer->remarks && i < answer->remarks->count; i++)
+        bytes += strlen(answer->remarks->field[i].value) + 1;
     return bytes;
 }
 
@@ -145,8 +145,9 @@ static void result_about(struct srv_response_body *made, const struct api_answer
         snprintf(disposition, sizeof disposition, "inline; filename=\"%.80s\"", answer->file_name);
         srv_response_body_header(made, "Content-Disposition", disposition);
     }
-    for (int i = 0; answer->told && i < answer->told->count; i++)
-        srv_response_body_header(made, answer->told->field[i].name, answer->told->field[i].value);
+    for (int i = 0; answer->remarks && i < answer->remarks->count; i++)
+        srv_response_body_header(made, answer->remarks->field[i].name,
+                                 answer->remarks->field[i].value);
 }
 
 struct srv_response_body *srv_result_response_body(struct srv_work *work, struct api_answer answer,

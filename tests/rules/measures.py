@@ -13,7 +13,7 @@ ROOMS = ("core", "api", "server")
 COLUMNS, FILE_LINES, FUNCTION_LINES, BRANCHES, ASSERTIONS = 100, 500, 60, 15, 10
 
 # How often each measure is broken today. A number may only fall; assertions, for a thousand lines, may only rise.
-KNOWN = {"columns": 0, "files": 0, "functions": 0, "branches": 0, "comments": 0, "assertions": 8.2}
+KNOWN = {"columns": 0, "files": 0, "functions": 0, "branches": 0, "comments": 0, "assertions": 9.4}
 
 RULES = {
     "columns": f"lines have at most {COLUMNS} columns",
