@@ -83,7 +83,7 @@ HARNESS := $(call objects,tests/harness)
 WRAP := -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc
 WRAP += -Wl,--wrap=pwrite64,--wrap=fsync,--wrap=fdatasync,--wrap=ftruncate64
 # how often a request is read is counted
-WRAP.server := -Wl,--wrap=api_request_read,--wrap=srv_store_claim_some
+WRAP.server := -Wl,--wrap=api_request_read,--wrap=srv_store_claim
 QUADMATH := $(if $(filter x86_64 i%86,$(ARCH)),-lquadmath)
 PARTS.core := $(B)/libpendulum.a
 PARTS.laws := $(B)/libpendulum.a

@@ -8,18 +8,22 @@ void srv_hash_table_init(struct srv_hash_table *table, uint64_t salt) {
     table->salt = salt | 1;
 }
 
-uint64_t srv_hash_table_hash(const struct srv_hash_table *table, const void *key, size_t bytes) {
-    uint64_t hash = table->salt ^ bytes, word;
+uint64_t srv_hash_bytes(uint64_t salt, const void *key, size_t bytes) {
+    uint64_t hash = salt ^ bytes, word;
     for (const char *at = key; bytes; at += sizeof word) {
         size_t part = bytes < sizeof word ? bytes : sizeof word;
         word = 0;
         memcpy(&word, at, part);
         bytes -= part;
         __extension__ unsigned __int128 product =
-            (unsigned __int128)(hash ^ word) * (table->salt ^ 0x9e3779b97f4a7c15u);
+            (unsigned __int128)(hash ^ word) * (salt ^ 0x9e3779b97f4a7c15u);
         hash = (uint64_t)product ^ (uint64_t)(product >> 64);
     }
     return hash;
+}
+
+uint64_t srv_hash_table_hash(const struct srv_hash_table *table, const void *key, size_t bytes) {
+    return srv_hash_bytes(table->salt, key, bytes);
 }
 
 struct srv_hash_node *srv_hash_table_find(const struct srv_hash_table *table, uint64_t hash,

@@ -32,9 +32,13 @@ struct srv_hash_table {
 void srv_hash_table_init(struct srv_hash_table *table, uint64_t salt);
 
 /**
- * The hash of a key: eight bytes at a time are multiplied by the salt, and the product of 128 bits
- * is folded. O(bytes), about a nanosecond per eight bytes. Needs no lock.
+ * Returns a hash of some bytes: eight bytes at a time are multiplied by the salt, and the product
+ * of 128 bits is folded. O(bytes), about a nanosecond per eight bytes.
  */
+uint64_t srv_hash_bytes(uint64_t salt, const void *key, size_t bytes);
+
+/** Returns the hash of a key in a table, which is srv_hash_bytes by the table's salt. Needs no
+ * lock. */
 uint64_t srv_hash_table_hash(const struct srv_hash_table *table, const void *key, size_t bytes);
 
 /** The node of a key whose hash is known; NULL where there is none. O(bytes). */

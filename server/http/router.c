@@ -29,59 +29,54 @@ static void router_metrics(struct srv_exchange *exchange) {
     srv_exchange_header(exchange, "Cache-Control", "no-store");
 }
 
+/* The three kinds of rows: a worker runs an operation; the answer takes time; it is there at once.
+ */
+#define ROUTER_OPERATION(method, pattern, op)                                                      \
+    { method, pattern, NULL, NULL, op, method " " pattern, 0 }
+#define ROUTER_LATER(method, pattern, begin, special)                                              \
+    { method, pattern, NULL, begin, API_OP_COUNT, method " " pattern, special }
+#define ROUTER_AT_ONCE(method, pattern, handle, special)                                           \
+    { method, pattern, handle, NULL, API_OP_COUNT, method " " pattern, special }
+
 static const struct srv_route router_table[] = {
-    {"POST", "/v1/trees", NULL, NULL, API_OP_TREES, "POST /v1/trees", 0},
-    {"POST", "/v1/trajectories", NULL, NULL, API_OP_TRAJECTORIES, "POST /v1/trajectories", 0},
-    {"POST", "/v1/forces", NULL, NULL, API_OP_FORCES, "POST /v1/forces", 0},
-    {"POST", "/v1/modes", NULL, NULL, API_OP_MODES, "POST /v1/modes", 0},
-    {"POST", "/v1/ensembles", NULL, NULL, API_OP_ENSEMBLES, "POST /v1/ensembles", 0},
-    {"POST", "/v1/lyapunov", NULL, NULL, API_OP_LYAPUNOV, "POST /v1/lyapunov", 0},
-    {"POST", "/v1/sections", NULL, NULL, API_OP_SECTIONS, "POST /v1/sections", 0},
-    {"POST", "/v1/equations", NULL, NULL, API_OP_EQUATIONS, "POST /v1/equations", 0},
-    {"GET", "/v1/presets", NULL, NULL, API_OP_PRESETS, "GET /v1/presets", 0},
-    {"GET", "/v1/presets/{name}", NULL, NULL, API_OP_PRESET, "GET /v1/presets/{name}", 0},
-    {"POST", "/v1/scenes", NULL, srv_scenes_create, API_OP_COUNT, "POST /v1/scenes",
-     SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED},
-    {"GET", "/v1/scenes/{id}", NULL, srv_scenes_read, API_OP_COUNT, "GET /v1/scenes/{id}", 0},
-    {"DELETE", "/v1/scenes/{id}", NULL, srv_scenes_drop, API_OP_COUNT, "DELETE /v1/scenes/{id}",
-     SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED},
-    {"GET", "/v1/jobs", NULL, srv_jobs_list, API_OP_COUNT, "GET /v1/jobs",
-     SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED},
-    {"GET", "/v1/jobs/{id}", NULL, srv_jobs_read, API_OP_COUNT, "GET /v1/jobs/{id}", 0},
-    {"DELETE", "/v1/jobs/{id}", NULL, srv_jobs_dismiss, API_OP_COUNT, "DELETE /v1/jobs/{id}",
-     SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED},
-    {"GET", "/v1/jobs/{id}/events", NULL, srv_jobs_events, API_OP_COUNT, "GET /v1/jobs/{id}/events",
-     0},
-    {"GET", "/v1/jobs/{id}/results", NULL, srv_job_results, API_OP_COUNT,
-     "GET /v1/jobs/{id}/results", SRV_ROUTE_COUNTED},
-    {"POST", "/v1/classes", NULL, srv_classes_create, API_OP_COUNT, "POST /v1/classes",
-     SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED},
-    {"GET", "/v1/classes/{code}", NULL, srv_class_reports_room, API_OP_COUNT,
-     "GET /v1/classes/{code}", SRV_ROUTE_COUNTED},
-    {"DELETE", "/v1/classes/{code}", NULL, srv_classes_erase, API_OP_COUNT,
-     "DELETE /v1/classes/{code}", SRV_ROUTE_COUNTED},
-    {"POST", "/v1/classes/{code}/pupils", NULL, srv_classes_join, API_OP_COUNT,
-     "POST /v1/classes/{code}/pupils", SRV_ROUTE_COUNTED},
-    {"GET", "/v1/classes/{code}/events", NULL, srv_classes_events, API_OP_COUNT,
-     "GET /v1/classes/{code}/events", SRV_ROUTE_COUNTED},
-    {"GET", "/v1/classes/{code}/table", NULL, srv_class_reports_table, API_OP_COUNT,
-     "GET /v1/classes/{code}/table", SRV_ROUTE_COUNTED},
-    {"GET", "/v1/classes/{code}/histograms/{id}", NULL, srv_class_reports_histogram, API_OP_COUNT,
-     "GET /v1/classes/{code}/histograms/{id}", SRV_ROUTE_COUNTED},
-    {"PUT", "/v1/classes/{code}/{kind}/{id}", NULL, srv_classes_put, API_OP_COUNT,
-     "PUT /v1/classes/{code}/{kind}/{id}", SRV_ROUTE_COUNTED},
-    {"DELETE", "/v1/classes/{code}/{kind}/{id}", NULL, srv_classes_remove, API_OP_COUNT,
-     "DELETE /v1/classes/{code}/{kind}/{id}", SRV_ROUTE_COUNTED},
-    {"GET", "/", srv_assets_index, NULL, API_OP_COUNT, "GET /", 0},
-    {"GET", "/docs", srv_assets_docs, NULL, API_OP_COUNT, "GET /docs", 0},
-    {"GET", "/page/{digest}/{file}", srv_assets_file, NULL, API_OP_COUNT,
-     "GET /page/{digest}/{file}", 0},
-    {"GET", "/openapi.json", srv_assets_description, NULL, API_OP_COUNT, "GET /openapi.json", 0},
-    {"GET", "/healthz", srv_probes_health, NULL, API_OP_COUNT, "GET /healthz", SRV_ROUTE_ANY_HOST},
-    {"GET", "/version", srv_probes_version, NULL, API_OP_COUNT, "GET /version", 0},
-    {"GET", "/readyz", srv_probes_readiness, NULL, API_OP_COUNT, "GET /readyz", SRV_ROUTE_ANY_HOST},
-    {"GET", "/metrics", router_metrics, NULL, API_OP_COUNT, "GET /metrics",
-     SRV_ROUTE_ANY_ADDRESS | SRV_ROUTE_CLOSED | SRV_ROUTE_OPERATOR},
+    ROUTER_OPERATION("POST", "/v1/trees", API_OP_TREES),
+    ROUTER_OPERATION("POST", "/v1/trajectories", API_OP_TRAJECTORIES),
+    ROUTER_OPERATION("POST", "/v1/forces", API_OP_FORCES),
+    ROUTER_OPERATION("POST", "/v1/modes", API_OP_MODES),
+    ROUTER_OPERATION("POST", "/v1/ensembles", API_OP_ENSEMBLES),
+    ROUTER_OPERATION("POST", "/v1/lyapunov", API_OP_LYAPUNOV),
+    ROUTER_OPERATION("POST", "/v1/sections", API_OP_SECTIONS),
+    ROUTER_OPERATION("POST", "/v1/equations", API_OP_EQUATIONS),
+    ROUTER_OPERATION("GET", "/v1/presets", API_OP_PRESETS),
+    ROUTER_OPERATION("GET", "/v1/presets/{name}", API_OP_PRESET),
+    ROUTER_LATER("POST", "/v1/scenes", srv_scenes_create, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
+    ROUTER_LATER("GET", "/v1/scenes/{id}", srv_scenes_read, 0),
+    ROUTER_LATER("DELETE", "/v1/scenes/{id}", srv_scenes_drop,
+                 SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
+    ROUTER_LATER("GET", "/v1/jobs", srv_jobs_list, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
+    ROUTER_LATER("GET", "/v1/jobs/{id}", srv_jobs_read, 0),
+    ROUTER_LATER("DELETE", "/v1/jobs/{id}", srv_jobs_dismiss, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
+    ROUTER_LATER("GET", "/v1/jobs/{id}/events", srv_jobs_events, 0),
+    ROUTER_LATER("GET", "/v1/jobs/{id}/results", srv_job_results, SRV_ROUTE_COUNTED),
+    ROUTER_LATER("POST", "/v1/classes", srv_classes_create, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
+    ROUTER_LATER("GET", "/v1/classes/{code}", srv_class_reports_room, SRV_ROUTE_COUNTED),
+    ROUTER_LATER("DELETE", "/v1/classes/{code}", srv_classes_erase, SRV_ROUTE_COUNTED),
+    ROUTER_LATER("POST", "/v1/classes/{code}/pupils", srv_classes_join, SRV_ROUTE_COUNTED),
+    ROUTER_LATER("GET", "/v1/classes/{code}/events", srv_classes_events, SRV_ROUTE_COUNTED),
+    ROUTER_LATER("GET", "/v1/classes/{code}/table", srv_class_reports_table, SRV_ROUTE_COUNTED),
+    ROUTER_LATER("GET", "/v1/classes/{code}/histograms/{id}", srv_class_reports_histogram,
+                 SRV_ROUTE_COUNTED),
+    ROUTER_LATER("PUT", "/v1/classes/{code}/{kind}/{id}", srv_classes_put, SRV_ROUTE_COUNTED),
+    ROUTER_LATER("DELETE", "/v1/classes/{code}/{kind}/{id}", srv_classes_remove, SRV_ROUTE_COUNTED),
+    ROUTER_AT_ONCE("GET", "/", srv_assets_index, 0),
+    ROUTER_AT_ONCE("GET", "/docs", srv_assets_docs, 0),
+    ROUTER_AT_ONCE("GET", "/page/{digest}/{file}", srv_assets_file, 0),
+    ROUTER_AT_ONCE("GET", "/openapi.json", srv_assets_description, 0),
+    ROUTER_AT_ONCE("GET", "/healthz", srv_probes_health, SRV_ROUTE_ANY_HOST),
+    ROUTER_AT_ONCE("GET", "/version", srv_probes_version, 0),
+    ROUTER_AT_ONCE("GET", "/readyz", srv_probes_readiness, SRV_ROUTE_ANY_HOST),
+    ROUTER_AT_ONCE("GET", "/metrics", router_metrics,
+                   SRV_ROUTE_ANY_ADDRESS | SRV_ROUTE_CLOSED | SRV_ROUTE_OPERATOR),
 };
 
 enum {
@@ -91,10 +86,6 @@ enum {
 };
 
 _Static_assert((int)ROUTER_COUNT < (int)SRV_METRIC_ROUTES, "every route has its counters");
-
-const struct srv_route *srv_router_row(int i) {
-    return i >= 0 && i < ROUTER_COUNT ? &router_table[i] : NULL;
-}
 
 int srv_router_number(const struct srv_route *route) {
     return route ? (int)(route - router_table) : -1;

@@ -37,13 +37,10 @@ struct srv_route {
     unsigned special;  /* SRV_ROUTE_... */
 };
 
-/** Row i of the table, or NULL beyond its end. */
-const struct srv_route *srv_router_row(int i);
-
-/** The number of a row, -1 of none. */
+/** Returns the number of a row of the table, -1 for NULL. */
 int srv_router_number(const struct srv_route *route);
 
-/** The label of row i, or NULL beyond the table's end. */
+/** Returns the label of row i, "GET /v1/jobs/{id}"; NULL beyond the table's end. */
 const char *srv_router_label(int i);
 
 /**

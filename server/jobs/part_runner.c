@@ -106,8 +106,8 @@ static enum srv_stored runner_claim_run(struct srv_store *store, struct srv_stor
     struct srv_part_runner *runner = SRV_CONTAINER_OF(call, struct srv_part_runner, claim.call);
     /* what a batch that is run again had claimed was rolled back */
     for (int i = 0; i < runner->claimed; i++) srv_lease_clear(&runner->lease[i]);
-    return srv_store_claim_some(store, runner->name, runner->lease_us, runner->lease, runner->asked,
-                                &runner->claimed);
+    return srv_store_claim(store, runner->name, runner->lease_us, runner->lease, runner->asked,
+                           &runner->claimed);
 }
 
 /* a slot has a part; called with the lock */

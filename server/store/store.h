@@ -204,30 +204,23 @@ enum srv_stored srv_store_list(struct srv_store *store, const char *client, cons
 enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struct srv_job *job);
 
 /**
- * Takes a part that waits, those that nobody held before first. Clients take turns. Of one client's
- * jobs that one is next whose creation plus remaining computation is earliest: a short job goes
- * before a long one, and a job that has waited for as long as it computes goes before every new
- * one. Its cost depends on nothing that waits. A job whose row is damaged fails, and
- * SRV_STORED_AGAIN says to ask for another.
+ * Takes parts that wait, those that nobody has held before first: one part, or one of each of as
+ * many jobs while they are small, of the clients in turn. Of one client's jobs the next is the one
+ * whose creation plus remaining computation is earliest: a short job goes before a long one, and a
+ * job that has waited for as long as it computes goes before every new one. The cost of a claim
+ * does not depend on how much waits. A job whose row is damaged fails; the call then returns
+ * SRV_STORED_AGAIN, and the caller should claim again.
  *
- * worker  a name that no other process has.
- * lease   out.
+ * worker    a name that no other process has.
+ * lease_us  how long the parts are held, us.
+ * lease     out, room for `most`.
+ * most      1 .. SRV_CLAIMS.
+ * count     out: >= 1 where SRV_STORED is returned.
  *
  * SRV_STORED_NONE  nothing waits.
  */
 enum srv_stored srv_store_claim(struct srv_store *store, const char *worker, int64_t lease_us,
-                                struct srv_lease *lease);
-
-/**
- * As srv_store_claim, several parts: one of each of as many jobs, of the clients in turn, while
- * they are small.
- *
- * lease  out, room for `most`.
- * most   1 .. SRV_CLAIMS.
- * count  out: >= 1 where SRV_STORED is returned.
- */
-enum srv_stored srv_store_claim_some(struct srv_store *store, const char *worker, int64_t lease_us,
-                                     struct srv_lease lease[], int most, int *count);
+                                struct srv_lease lease[], int most, int *count);
 
 /** Frees what a lease holds in memory. */
 void srv_lease_clear(struct srv_lease *lease);

@@ -300,8 +300,8 @@ static enum srv_stored claim_found(struct srv_store *store, struct claim *claim,
     return *mended || clients.count ? SRV_STORED_AGAIN : SRV_STORED_NONE;
 }
 
-enum srv_stored srv_store_claim_some(struct srv_store *store, const char *worker, int64_t lease_us,
-                                     struct srv_lease lease[], int most, int *count) {
+enum srv_stored srv_store_claim(struct srv_store *store, const char *worker, int64_t lease_us,
+                                struct srv_lease lease[], int most, int *count) {
     struct claim claim = {.worker = worker, .lease_us = lease_us, .lease = lease, .most = most};
     int mended = 0;
     assert(most >= 1 && most <= SRV_CLAIMS && lease_us > 0);
@@ -320,10 +320,4 @@ enum srv_stored srv_store_claim_some(struct srv_store *store, const char *worker
     for (int i = 0; i < most && stored != SRV_STORED; i++) srv_lease_clear(&lease[i]);
     if (stored == SRV_STORED) *count = claim.count;
     return stored;
-}
-
-enum srv_stored srv_store_claim(struct srv_store *store, const char *worker, int64_t lease_us,
-                                struct srv_lease *lease) {
-    int count;
-    return srv_store_claim_some(store, worker, lease_us, lease, 1, &count);
 }

@@ -61,7 +61,7 @@ if write:
 same("options in docker/README.md", table.splitlines(), old.splitlines())
 
 # routes: the router's table, the README, the paths of the OpenAPI document
-router = re.findall(r'\{"(GET|POST|PUT|DELETE)", "(/[^"]*)"', text("server/http/router.c"))
+router = re.findall(r'ROUTER_\w+\("(GET|POST|PUT|DELETE)", "(/[^"]*)"', text("server/http/router.c"))
 routes = {f"{method} {path}" for method, path in router}
 same("routes in README.md", routes, first_cells(readme, "| route | answers |"))
 verbs = ("get", "post", "put", "delete")

@@ -62,9 +62,15 @@ void ground_test(int postgres, void (*test)(struct ground *ground, struct srv_st
     ground_clear(&ground);
 }
 
+enum srv_stored ground_claim_whole(struct srv_store *store, const char *worker, int64_t lease_us,
+                                   struct srv_lease *lease) {
+    int count;
+    return srv_store_claim(store, worker, lease_us, lease, 1, &count);
+}
+
 enum srv_stored ground_claim(struct srv_store *store, const char *worker, int64_t lease_us,
                              struct srv_lease *lease) {
-    enum srv_stored stored = srv_store_claim(store, worker, lease_us, lease);
+    enum srv_stored stored = ground_claim_whole(store, worker, lease_us, lease);
     if (stored == SRV_STORED) free(lease->request);
     lease->request = NULL;
     return stored;

@@ -45,8 +45,11 @@ void ground_test(int postgres, void (*test)(struct ground *ground, struct srv_st
 enum srv_stored ground_submit(struct srv_store *store, const char *id, const char *client,
                               const char *key, long parts, int chained, struct srv_job *job);
 
-/** Claims a part as srv_store_claim does, and drops the request, which no worker is here to read.
- */
+/** Claims one part, with the request that its lease holds. */
+enum srv_stored ground_claim_whole(struct srv_store *store, const char *worker, int64_t lease_us,
+                                   struct srv_lease *lease);
+
+/** Claims one part and frees the request, which no worker is here to read. */
 enum srv_stored ground_claim(struct srv_store *store, const char *worker, int64_t lease_us,
                              struct srv_lease *lease);
 

@@ -47,14 +47,18 @@ TEST(every_row_of_the_route_table_is_found) {
     struct srv_exchange exchange;
     live_service(&service, 4);
     srv_exchange_init(&exchange, &service);
-    for (int i = 0; srv_router_row(i); i++) {
-        const struct srv_route *route = srv_router_row(i);
-        char path[128], filled[128];
-        const char *argument = answer_fill(route->pattern, path, filled);
+    for (int i = 0; srv_router_label(i); i++) {
+        char method[16], pattern[128], path[128], filled[128];
+        REQUIRE(sscanf(srv_router_label(i), "%15s %127s", method, pattern) == 2);
+        const char *argument = answer_fill(pattern, path, filled);
         /* a file's path is found, but of that name there is none */
-        int rest = strstr(route->pattern, "{file}") != NULL;
-        int status = answer_route(&exchange, route->method, path);
-        CHECK_SAYING(exchange.route == route, "%s leads elsewhere", path);
+        int rest = strstr(pattern, "{file}") != NULL;
+        int status = answer_route(&exchange, method, path);
+        const struct srv_route *route = exchange.route;
+        CHECK_SAYING(srv_router_number(route) == i, "%s leads elsewhere", path);
+        REQUIRE(route);
+        CHECK_TEXT(route->method, method);
+        CHECK_TEXT(route->pattern, pattern);
         CHECK_INT(status, !route->handle ? 0 : rest ? 404 : 200);
         CHECK_TEXT(exchange.argument, argument);
         /* a query changes nothing, four more parts do, but where it is a file's */
@@ -65,7 +69,7 @@ TEST(every_row_of_the_route_table_is_found) {
         CHECK_INT(answer_route(&exchange, route->method, path), 404);
         CHECK((exchange.route == route) == rest);
     }
-    CHECK(!srv_router_row(-1) && srv_router_row(8) != NULL);
+    CHECK(!srv_router_label(-1) && srv_router_label(8) != NULL);
     srv_exchange_clear(&exchange);
     live_service_clear(&service);
 }

@@ -34,26 +34,25 @@ __wrap_api_request_read(const struct api_request *request, const struct api_form
     return __real_api_request_read(request, format, limits, problem, state, digest, canonical);
 }
 
-enum srv_stored __real_srv_store_claim_some(struct srv_store *store, const char *worker,
-                                            int64_t lease_us, struct srv_lease lease[], int most,
-                                            int *count);
-enum srv_stored __wrap_srv_store_claim_some(struct srv_store *store, const char *worker,
-                                            int64_t lease_us, struct srv_lease lease[], int most,
-                                            int *count);
+enum srv_stored __real_srv_store_claim(struct srv_store *store, const char *worker,
+                                       int64_t lease_us, struct srv_lease lease[], int most,
+                                       int *count);
+enum srv_stored __wrap_srv_store_claim(struct srv_store *store, const char *worker,
+                                       int64_t lease_us, struct srv_lease lease[], int most,
+                                       int *count);
 
 /* 1: the next claim that finds something is taken back and is to be made again; 2: it was */
 static atomic_int runner_again;
 static atomic_int runner_kept; /* what it had is still there when it is made again */
 
-enum srv_stored __wrap_srv_store_claim_some(struct srv_store *store, const char *worker,
-                                            int64_t lease_us, struct srv_lease lease[], int most,
-                                            int *count) {
+enum srv_stored __wrap_srv_store_claim(struct srv_store *store, const char *worker,
+                                       int64_t lease_us, struct srv_lease lease[], int most,
+                                       int *count) {
     if (atomic_load(&runner_again) == 2) {
         atomic_store(&runner_again, 3);
         atomic_store(&runner_kept, lease[0].request != NULL);
     }
-    enum srv_stored stored =
-        __real_srv_store_claim_some(store, worker, lease_us, lease, most, count);
+    enum srv_stored stored = __real_srv_store_claim(store, worker, lease_us, lease, most, count);
     if (stored != SRV_STORED || atomic_load(&runner_again) != 1) return stored;
     CHECK(lease[0].request != NULL);
     CHECK_INT(srv_store_release(store, worker), SRV_STORED);
@@ -106,9 +105,9 @@ TEST(a_part_that_was_running_is_given_back_by_a_drain_and_lost_by_nobody) {
         }
         CHECK_INT(job.state, SRV_JOB_RUNNING);
         /* it is held, for as long as the daemon lives */
-        CHECK_INT(srv_store_claim(store, "other", 1000000, &lease), SRV_STORED_NONE);
+        CHECK_INT(ground_claim_whole(store, "other", 1000000, &lease), SRV_STORED_NONE);
         srv_daemon_free(&daemon);
-        CHECK_INT(srv_store_claim(store, "other", 60000000, &lease), SRV_STORED);
+        CHECK_INT(ground_claim_whole(store, "other", 60000000, &lease), SRV_STORED);
         CHECK_TEXT(lease.job, id);
         CHECK_INT(lease.attempt, 2);
         srv_lease_clear(&lease);

@@ -216,7 +216,7 @@ static void altered_template(struct srv_store *store, char life) {
     }
     CHECK_INT(srv_store_submit(store, &order, &job), SRV_STORED);
     for (long number = 0; number < (life == 'w' ? 0 : life == 'h' ? 1 : 2); number++) {
-        CHECK_INT(srv_store_claim(store, "ghost", 60 * (int64_t)SECOND, &lease), SRV_STORED);
+        CHECK_INT(ground_claim_whole(store, "ghost", 60 * (int64_t)SECOND, &lease), SRV_STORED);
         CHECK_TEXT(lease.job, id);
         altered_part(number, &carry, &out);
         if (life != 'g' || !number)

@@ -107,7 +107,7 @@ static enum srv_stored life_claim(struct srv_store *store, struct srv_store_call
     const struct life_call *own = (struct life_call *)call;
     /* a call of a batch that failed is run again */
     srv_lease_clear(own->lease);
-    return srv_store_claim(store, "worker", 60 * (int64_t)SECOND, own->lease);
+    return ground_claim_whole(store, "worker", 60 * (int64_t)SECOND, own->lease);
 }
 
 static enum srv_stored life_finish(struct srv_store *store, struct srv_store_call *call) {

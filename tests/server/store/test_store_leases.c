@@ -43,7 +43,7 @@ STORE_TEST(a_bit_that_changed_in_a_result_is_seen) {
     char back[SRV_CHUNK_BYTES];
     size_t bytes;
     CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
-    CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+    CHECK_INT(ground_claim_whole(store, "w", 60 * SECOND, &lease), SRV_STORED);
     CHECK_INT(srv_store_finish(store, &lease, "abc", 3, NULL, 0), SRV_STORED);
     CHECK_INT(srv_store_chunk(store, "j", 0, 0, back, &bytes), SRV_STORED);
     ground_run(ground, ground->postgres ? "UPDATE results SET data = '\\x616263'::bytea"
@@ -222,7 +222,7 @@ STORE_TEST(one_claim_takes_several_small_parts_or_one_long) {
     char id[16];
     int count, annas = 0;
     submit_cost(store, "long", 2, 2 * SECOND);
-    CHECK_INT(srv_store_claim_some(store, "w", 60 * SECOND, lease, SRV_CLAIMS, &count), SRV_STORED);
+    CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, lease, SRV_CLAIMS, &count), SRV_STORED);
     CHECK(count == 1 && !strcmp(lease[0].job, "long") && lease[0].part_us == SECOND);
     srv_lease_clear(&lease[0]);
     for (int i = 0; i < 2 * SRV_CLAIMS; i++) {
@@ -233,7 +233,7 @@ STORE_TEST(one_claim_takes_several_small_parts_or_one_long) {
         snprintf(id, sizeof id, "b%d", i);
         CHECK_INT(ground_submit(store, id, "berta", NULL, 1, 0, &job), SRV_STORED);
     }
-    CHECK_INT(srv_store_claim_some(store, "w", 60 * SECOND, lease, SRV_CLAIMS, &count), SRV_STORED);
+    CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, lease, SRV_CLAIMS, &count), SRV_STORED);
     for (int i = 0; i < count; i++) {
         annas += lease[i].job[0] == 'a';
         CHECK(lease[i].part == 0 && lease[i].attempt == 1 && lease[i].request_bytes > 0 &&
@@ -251,7 +251,7 @@ STORE_TEST(one_claim_takes_several_small_parts_or_one_long) {
         submit_cost(store, id, 1, 4000);
         ground_run(ground, "UPDATE jobs SET rank = 0 WHERE part = 4000");
     }
-    CHECK_INT(srv_store_claim_some(store, "w", 60 * SECOND, lease, SRV_CLAIMS, &count), SRV_STORED);
+    CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, lease, SRV_CLAIMS, &count), SRV_STORED);
     CHECK_INT(count, SRV_CLAIM_US / 4000);
     for (int i = 0; i < count; i++) srv_lease_clear(&lease[i]);
     ground_sums(ground);

@@ -237,7 +237,7 @@ STORE_TEST(a_store_of_version_five_keeps_what_it_can_tell) {
     CHECK(bytes == 4 && !memcmp(back, "data", 4));
     CHECK_INT(srv_store_scene(now, "scene", &body, &bytes), SRV_STORED);
     free(body);
-    CHECK_INT(srv_store_claim(now, "w", 60 * SECOND, &lease), SRV_STORED);
+    CHECK_INT(ground_claim_whole(now, "w", 60 * SECOND, &lease), SRV_STORED);
     CHECK_TEXT(lease.job, "waits");
     CHECK_INT(srv_store_finish(now, &lease, "new", 3, NULL, 0), SRV_STORED);
     srv_lease_clear(&lease);

@@ -22,7 +22,7 @@ static void seals_bytes(const struct ground *ground, const char *before, const c
 static int seals_claim(struct srv_store *store, struct srv_lease *lease) {
     enum srv_stored stored = SRV_STORED_AGAIN;
     for (int tries = 0; stored == SRV_STORED_AGAIN && tries < 20; tries++)
-        stored = srv_store_claim(store, "w", 60 * (int64_t)SECOND, lease);
+        stored = ground_claim_whole(store, "w", 60 * (int64_t)SECOND, lease);
     CHECK_SAYING(stored == SRV_STORED || stored == SRV_STORED_NONE, "the claims end with %d: %s",
                  stored, srv_store_complaint(store));
     return stored == SRV_STORED;
