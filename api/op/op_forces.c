@@ -11,10 +11,11 @@
 #include "api/encode/encode.h"
 #include "api/read/state_json.h"
 #include "core/dynamics/dynamics.h"
-#include "core/dynamics/kinematics.h"
+#include "core/bodies/bodies.h"
+#include "core/dynamics/kinematics_at.h"
 #include "core/tree/turns.h"
 
-static const char *const fields[] = {"pendulum", "state", "states", "digits", NULL};
+static const char *const fields[] = {"pendulum", "state", "states", "time", "digits", NULL};
 
 enum {
     PHIDD,
@@ -28,6 +29,10 @@ enum {
     KINETIC,
     POTENTIAL,
     TOTAL,
+    JOINT_ALONG,
+    JOINT_ACROSS,
+    TIP_ALONG,
+    TIP_ACROSS,
     COLUMNS
 };
 
@@ -54,10 +59,19 @@ static const struct {
     [KINETIC] = {"energy", "kinetic"},
     [POTENTIAL] = {"energy", "potential"},
     [TOTAL] = {"energy", "total"},
+    [JOINT_ALONG] = {"joint_force", "along"},
+    [JOINT_ACROSS] = {"joint_force", "across"},
+    [TIP_ALONG] = {"tip_force", "along"},
+    [TIP_ACROSS] = {"tip_force", "across"},
 };
+
+/* an arm's number each, or one a row */
+static int column_of_arms(int column) { return column < KINETIC || column > TOTAL; }
 
 struct forces {
     struct api_tree tree;
+    double time; /* s, at which drives are taken */
+    int count;   /* columns: the last ones are those of real pendulums */
     struct api_states *states;
     struct api_table table;
     const struct api_format *format;
@@ -68,7 +82,7 @@ struct forces {
     void *work;
     double *row[4];  /* accelerations, forces of AT_ONCE states; two parts of a vector; n numbers in
                         stored order each */
-    double *scratch; /* 3 n numbers */
+    double *scratch; /* 4 n numbers */
     double *column[COLUMNS];
 };
 
@@ -88,8 +102,10 @@ static void forces_free(void **state) {
 /* sets the columns, and adds a fault for an answer that would be too large */
 static void forces_check_size(struct forces *forces, const struct api_reading *reading) {
     struct api_table *table = &forces->table;
-    for (int c = 0; c < COLUMNS; c++)
-        api_table_add(table, columns[c].name, columns[c].part, c < KINETIC ? forces->tree.n : 0);
+    forces->count = forces->tree.loads.terms ? COLUMNS : JOINT_ALONG;
+    for (int c = 0; c < forces->count; c++)
+        api_table_add(table, columns[c].name, columns[c].part,
+                      column_of_arms(c) ? forces->tree.n : 0);
     api_reading_check_size(reading, table, reading->root, "states", "fewer at a time");
 }
 
@@ -140,8 +156,11 @@ static enum pend_status forces_read_parts(struct forces *forces,
                                           const struct api_reading *reading) {
     struct api_value pendulum = api_value_member(reading->root, "pendulum");
     struct api_value digits = api_value_member(reading->root, "digits");
+    struct api_value time = api_value_member(reading->root, "time");
     long rounded = 0;
     (void)api_value_only(reading->root, fields, reading->problem);
+    (void)api_value_read_number(&time, -1e9, 1e9, "s", &forces->time, reading->problem);
+    api_value_usual_number(&time, 0);
     (void)api_field_whole(&digits, 1, 17, &rounded, reading->problem);
     forces->table.digits = (int)rounded;
     enum pend_status status =
@@ -162,17 +181,22 @@ static enum pend_status forces_read(void **state, const struct api_reading *read
 
 /* running */
 
+/* bytes of the scratch of the dynamics */
+static size_t forces_work(const struct forces *forces) {
+    const struct pend_loads *loads = &forces->tree.loads;
+    if (loads->terms) return pend_dynamics_at_bytes(forces->tree.tree, loads);
+    return pend_dynamics_many_bytes(forces->tree.n);
+}
+
 /* allocates one block: the scratch of the dynamics, its results for some states, two rows, the
  * columns of `cap` rows */
 static enum pend_status forces_allocate(struct forces *forces, struct pend_error *error) {
-    size_t n = (size_t)forces->tree.n,
-           work = (pend_dynamics_many_bytes(forces->tree.n) + 63) / 64 * 64;
+    size_t n = (size_t)forces->tree.n, work = (forces_work(forces) + 63) / 64 * 64;
     long cap = BLOCK_NUMBERS / (long)api_table_numbers(&forces->table, 0);
     if (cap > BLOCK_ROWS) cap = BLOCK_ROWS;
     if (cap > forces->table.rows) cap = forces->table.rows;
     forces->cap = cap < 1 ? 1 : cap;
-    size_t numbers =
-        (2 * AT_ONCE + 2 + 3) * n + (size_t)forces->cap * (KINETIC * n + (COLUMNS - KINETIC));
+    size_t numbers = (2 * AT_ONCE + 2 + 4) * n + (size_t)forces->cap * (COLUMNS * n);
     forces->work = aligned_alloc(64, work + (numbers * sizeof(double) + 63) / 64 * 64);
     if (!forces->work)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for states of %zu arms", n);
@@ -180,10 +204,10 @@ static enum pend_status forces_allocate(struct forces *forces, struct pend_error
     for (int i = 0; i < 2; i++, at += AT_ONCE * n) forces->row[i] = at;
     for (int i = 2; i < 4; i++, at += n) forces->row[i] = at;
     forces->scratch = at;
-    at += 3 * n;
+    at += 4 * n;
     for (int c = 0; c < COLUMNS; c++) {
         forces->column[c] = at;
-        at += (size_t)forces->cap * (c < KINETIC ? n : 1);
+        at += (size_t)forces->cap * (column_of_arms(c) ? n : 1);
     }
     return PEND_OK;
 }
@@ -205,6 +229,20 @@ static int forces_swing(int n, const double phi[], const double phi_low[]) {
     return low > 0 && largest <= PEND_TURNS_SMALL;
 }
 
+/* the accelerations and all forces of a real pendulum, into row i of the columns */
+static void forces_real(const struct forces *forces, const double phi[], const double rate[],
+                        long i, double acc[], double force[]) {
+    size_t n = (size_t)forces->tree.n;
+    double *along = forces->scratch, *across = along + n, *tip = across + n;
+    struct bodies_state state = {phi, NULL, rate, forces->time, 0};
+    struct bodies_forces all = {along, across, force, tip};
+    pend_bodies_at(forces->tree.tree, &forces->tree.loads, &state, forces->work, acc, &all);
+    forces_put(forces, along, i, JOINT_ALONG);
+    forces_put(forces, across, i, JOINT_ACROSS);
+    forces_put(forces, force, i, TIP_ALONG);
+    forces_put(forces, tip, i, TIP_ACROSS);
+}
+
 /* computes state s into row i of the columns */
 static void forces_compute(const struct forces *forces, long s, long i) {
     const struct pend_tree *tree = forces->tree.tree;
@@ -216,23 +254,26 @@ static void forces_compute(const struct forces *forces, long s, long i) {
     // the first of some finds the accelerations and forces of all
     long behind = i % AT_ONCE, left = forces->table.rows - s;
     double *acc = forces->row[0] + behind * tree->n, *force = forces->row[1] + behind * tree->n;
-    if (!behind)
+    if (loads->terms)
+        forces_real(forces, phi, rate, i, acc, force);
+    else if (!behind)
         pend_dynamics_many(tree, loads, left < AT_ONCE ? left : AT_ONCE, phi, rate, forces->work,
                            acc, force);
-    if (forces_swing(tree->n, phi, low))
+    if (!loads->terms && forces_swing(tree->n, phi, low))
         pend_dynamics_fine(tree, loads, phi, low, rate, forces->work, forces->scratch, acc, force);
     forces_put(forces, acc, i, PHIDD);
     forces_put(forces, force, i, LAMBDA);
-    pend_kinematics_position(tree, phi, re, im);
+    pend_kinematics_position_at(tree, loads, forces->time, phi, re, im);
     forces_put(forces, re, i, Z_RE);
     forces_put(forces, im, i, Z_IM);
-    pend_kinematics_velocity(tree, phi, rate, re, im);
+    pend_kinematics_velocity_at(tree, loads, forces->time, phi, rate, re, im);
     forces_put(forces, re, i, ZD_RE);
     forces_put(forces, im, i, ZD_IM);
-    pend_kinematics_acceleration(tree, phi, rate, acc, re, im);
+    pend_kinematics_acceleration_at(tree, loads, forces->time, phi, rate, acc, re, im);
     forces_put(forces, re, i, ZDD_RE);
     forces_put(forces, im, i, ZDD_IM);
-    struct pend_energy energy = pend_kinematics_energy(tree, loads, phi, rate);
+    struct pend_energy energy =
+        pend_kinematics_energy_at(tree, loads, forces->time, phi, rate, forces->scratch);
     forces->column[KINETIC][i] = energy.kinetic;
     forces->column[POTENTIAL][i] = energy.potential;
     forces->column[TOTAL][i] = energy.kinetic + energy.potential;
@@ -248,8 +289,10 @@ static void forces_rest(double *phi, double *low) {
 static enum pend_status forces_begin(struct forces *forces, struct api_buffer *out,
                                      struct pend_error *error) {
     PEND_TRY(api_states_settle(forces->states, &forces->tree, error));
-    // no angle is told, and forces do not change with whole turns
-    for (long i = 0; i < forces->table.rows * forces->tree.n; i++)
+    // no angle is told, and forces do not change with whole turns, unless springs do
+    int springs =
+        forces->tree.loads.terms && forces->tree.loads.terms->row[PEND_TERM_STIFFNESS] >= 0;
+    for (long i = 0; i < forces->table.rows * forces->tree.n && !springs; i++)
         forces_rest(&forces->states->phi[i], &forces->states->phi_low[i]);
     PEND_TRY(forces_allocate(forces, error));
     return api_writer_new(&forces->writer, forces->format, &forces->table, out);
@@ -288,10 +331,9 @@ static double forces_cost(const void *state) {
 static double forces_bytes(const void *state) {
     const struct forces *forces = state;
     double n = forces->tree.n,
-           block = 2.0 * BLOCK_NUMBERS + (2 * AT_ONCE + 2 + 3 + KINETIC + COLUMNS) * n;
-    return block * sizeof(double) + (double)pend_dynamics_many_bytes(forces->tree.n) +
-           api_tree_bytes(&forces->tree) + api_states_bytes(forces->states) +
-           api_writer_bytes(forces->format, &forces->table);
+           block = 2.0 * BLOCK_NUMBERS + (2 * AT_ONCE + 2 + 4 + 2 * COLUMNS) * n;
+    return block * sizeof(double) + (double)forces_work(forces) + api_tree_bytes(&forces->tree) +
+           api_states_bytes(forces->states) + api_writer_bytes(forces->format, &forces->table);
 }
 
 static const struct api_table *forces_table(const void *state) {

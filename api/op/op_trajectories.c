@@ -111,6 +111,17 @@ static void read_trust(struct trajectory *trajectory, const struct api_value *ro
     trajectory->trust_tolerance = kind == API_BOOL && value != 0 ? usual : value;
 }
 
+/* work and heat are known by some methods only, of pendulums that have either */
+static void check_exchange(const struct trajectory *trajectory, const struct api_value *output,
+                           struct api_problem *problem) {
+    const struct pend_method *method = trajectory->method.method;
+    const struct pend_loads *loads = &trajectory->tree.loads;
+    if (!method || method->exchange || !api_outputs_exchange(&trajectory->outputs)) return;
+    if (loads->terms && !pend_terms_conserve(loads->terms, loads->value))
+        api_value_fault(output, problem,
+                        "\"exchange\", work and heat, is known by method taylor only");
+}
+
 static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
                                               const struct api_reading *reading) {
     const struct api_value *root = reading->root;
@@ -134,6 +145,7 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
     (void)api_field_whole(&digits, 1, 17, &rounded, problem);
     trajectory->table.digits = (int)rounded;
     read_trust(trajectory, root, problem);
+    check_exchange(trajectory, &output, problem);
     refuse_future(root, problem);
     return problem->status ? PEND_INVALID : PEND_OK;
 }

@@ -16,9 +16,14 @@ enum source {
     ZD_RE,
     ZD_IM,
     THETA,
+    JOINT_ALONG,
+    JOINT_ACROSS,
+    TIP_ACROSS,
     KINETIC,
     POTENTIAL,
     TOTAL,
+    WORK,
+    HEAT,
     SOURCES
 };
 
@@ -39,6 +44,9 @@ static const struct {
     {"zd", 2, {"re", "im"}, {ZD_RE, ZD_IM}},
     {"lambda", 1, {NULL}, {FORCE}},
     {"energy", 3, {"kinetic", "potential", "total"}, {KINETIC, POTENTIAL, TOTAL}},
+    {"joint_force", 2, {"along", "across"}, {JOINT_ALONG, JOINT_ACROSS}},
+    {"tip_force", 2, {"along", "across"}, {FORCE, TIP_ACROSS}},
+    {"exchange", 2, {"work", "heat"}, {WORK, HEAT}},
 };
 
 static const char *const output_start[] = {"phi", "phid", "lambda", NULL};
@@ -90,6 +98,12 @@ void api_outputs_read(struct api_outputs *outputs, const struct api_value *value
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
         output_add(outputs, &item, problem);
     if (outputs_usual(outputs)) api_value_usual(value);
+}
+
+int api_outputs_exchange(const struct api_outputs *outputs) {
+    for (int i = 0; i < outputs->count; i++)
+        if (output_table[outputs->output[i]].source[0] == WORK) return 1;
+    return 0;
 }
 
 /* columns */
@@ -160,6 +174,11 @@ enum pend_status api_samples_new(struct api_samples **samples, const struct api_
                                           .zd_re = array[ZD_RE],
                                           .zd_im = array[ZD_IM],
                                           .theta = array[THETA],
+                                          .joint_along = array[JOINT_ALONG],
+                                          .joint_across = array[JOINT_ACROSS],
+                                          .across = array[TIP_ACROSS],
+                                          .work = array[WORK],
+                                          .heat = array[HEAT],
                                           .kinetic = array[KINETIC],
                                           .potential = array[POTENTIAL]};
     int column = 0;

@@ -13,20 +13,21 @@ static struct at_vector at_turn(double x, double y, double direction) {
     return (struct at_vector){x * c - y * s, x * s + y * c};
 }
 
-/* the pivot's place, or its velocity */
-static struct at_vector at_pivot(const struct pend_loads *loads, double time, int moves) {
+/* the pivot's place, its velocity or its acceleration: the derivative of that order */
+static struct at_vector at_pivot(const struct pend_loads *loads, double time, int order) {
     const struct pend_terms *terms = loads->terms;
     struct at_vector sum = {0, 0};
     int x = terms->one[PEND_TERM_PIVOT_ACCELERATION_X];
     if (x >= 0) {
-        double part = moves ? time : time * time / 2;
+        double part = order == 2 ? 1 : order ? time : time * time / 2;
         sum.x = loads->value[x] * part;
         sum.y = loads->value[terms->one[PEND_TERM_PIVOT_ACCELERATION_Y]] * part;
     }
     for (int i = 0; i < terms->harmonics && terms->harmonic[i].drives < 0; i++) {
         const double *h = loads->value + terms->harmonic[i].at;
-        double phase = h[1] * time + h[2];
-        double add = moves ? -h[0] * h[1] * sin(phase) : h[0] * cos(phase);
+        double phase = h[1] * time + h[2], add = h[0] * cos(phase);
+        if (order == 1) add = -h[0] * h[1] * sin(phase);
+        if (order == 2) add *= -h[1] * h[1];
         if (terms->harmonic[i].drives == PEND_DRIVE_PIVOT_X)
             sum.x += add;
         else
@@ -90,6 +91,34 @@ void pend_kinematics_velocity_at(const struct pend_tree *tree, const struct pend
         at_velocities(tree, loads, time, phi, rate, NULL, NULL, re, im);
     else
         pend_kinematics_velocity(tree, phi, rate, re, im);
+}
+
+/* what turning with a rate and its change does to a point of an arm */
+static struct at_vector at_bend(struct at_vector p, double rate, double acc) {
+    double square = rate * rate;
+    return (struct at_vector){-acc * p.y - square * p.x, acc * p.x - square * p.y};
+}
+
+void pend_kinematics_acceleration_at(const struct pend_tree *tree, const struct pend_loads *loads,
+                                     double time, const double phi[], const double rate[],
+                                     const double acc[], double re[], double im[]) {
+    if (!loads->terms) {
+        pend_kinematics_acceleration(tree, phi, rate, acc, re, im);
+        return;
+    }
+    struct at_vector pivot = at_pivot(loads, time, 2);
+    for (int k = 0; k < tree->n; k++) {
+        int p = tree->parent[k];
+        struct at_vector arm = at_bend(at_turn(tree->len[k], 0, phi[k]), rate[k], acc[k]);
+        struct at_vector base = pivot;
+        if (p >= 0) {
+            struct at_vector back = at_point(tree, loads, k);
+            back = at_bend(at_turn(back.x, back.y, phi[p]), rate[p], acc[p]);
+            base = (struct at_vector){re[p] + back.x, im[p] + back.y};
+        }
+        re[k] = base.x + arm.x;
+        im[k] = base.y + arm.y;
+    }
 }
 
 /* a sum and what its roundings lost */

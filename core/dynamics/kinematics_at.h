@@ -23,6 +23,12 @@ void pend_kinematics_velocity_at(const struct pend_tree *tree, const struct pend
                                  double time, const double phi[], const double rate[], double re[],
                                  double im[]);
 
+/** Fills in the accelerations of the tips, m/s^2. acc: phi''. Parameters as
+ * pend_kinematics_position_at. */
+void pend_kinematics_acceleration_at(const struct pend_tree *tree, const struct pend_loads *loads,
+                                     double time, const double phi[], const double rate[],
+                                     const double acc[], double re[], double im[]);
+
 /**
  * Returns the kinetic energy in the ground's frame, and the potential energy of gravity and
  * springs, J.
