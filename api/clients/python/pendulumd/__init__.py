@@ -41,7 +41,7 @@ class Problem(Exception):
     def __init__(self, status, problem):
         self.status, self.problem = status, problem
         self.detail, self.errors = problem.get("detail", ""), problem.get("errors", [])
-        super().__init__("\n".join([f"{status} {self.detail}", *(f"  {e['pointer']} {e['detail']}" for e in self.errors)]))
+        super().__init__("\n".join([f"{status} {self.detail}", *(f"  {e.get('pointer')} {e.get('detail')}" for e in self.errors)]))
 
 
 def _times(times):

@@ -1,0 +1,29 @@
+"""Runs the scripts of api/clients/python/tasks, the large ones in small, and reads what they say of their results.
+
+Leaves to others: the client (test_python.py), which has to be installed before. Invariant: each runs in a directory of its own.
+"""
+import os
+import subprocess
+import sys
+
+from clients import TOP
+from rule import check, optional, skip
+
+SMALL = {"dataset": "2000", "flips": "100"}
+SAYS = {"dataset": "(2000, 500, 4) finite: True starts within 3 rad: True\n", "flips": "(100, 100) 61% turn over\n",
+        "exponents": "calm below -20 J: True chaotic above 0 J: True\n", "longjob": "(400001, 2) stays below 1 rad: True\n",
+        "masses": "the heavier the second mass, the harder it pulls: True\n"}
+
+
+def test_tasks(server, home):
+    if not optional("pendulumd"):
+        skip("the tasks", "the Python client comes before them")
+        return
+    scripts = sorted((TOP / "api/clients/python/tasks").glob("*.py"))
+    check("tasks: every script is run", {script.stem for script in scripts} == set(SAYS))
+    for script in scripts:
+        place = home / script.stem
+        place.mkdir()
+        done = subprocess.run([sys.executable, "-B", script, *SMALL.get(script.stem, "").split()], cwd=place, capture_output=True, text=True,
+                              env=os.environ | {"PYTHONPATH": str(home / "python")}, timeout=300)
+        check(f"tasks: {script.stem}", done.returncode == 0 and done.stdout == SAYS[script.stem], done.stdout + done.stderr[-1000:])
