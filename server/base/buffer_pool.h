@@ -1,6 +1,6 @@
-/* Memory of results between two uses, so that a large result does not fetch its pages from the
- * system each time.
- * Leaves to others: what is in the buffers.
+/* The memory of results, kept between two uses so that a large result does not fetch its pages from
+ * the system each time.
+ * Leaves to others: the contents of the buffers.
  * Invariant: a pool has at most SRV_BUFFER_POOL buffers of at most SRV_SPARE_BYTES each. */
 #ifndef SRV_BUFFER_POOL_H
 #define SRV_BUFFER_POOL_H
@@ -24,15 +24,16 @@ void srv_buffer_pool_init(struct srv_buffer_pool *pool);
 /** Frees the buffers of a pool that no thread uses any more. */
 void srv_buffer_pool_clear(struct srv_buffer_pool *pool);
 
-/** True where each buffer of the pool is empty, has memory and is not too large; with its lock. */
+/** Returns true if each buffer of the pool is empty, has memory and is not too large; called with
+ * its lock held. */
 int srv_buffer_pool_valid(const struct srv_buffer_pool *pool);
 
-/** Gives a buffer without memory the memory of the buffer that the pool got last; the buffer stays
- * without memory where the pool is empty. Any thread. */
+/** Gives a buffer without memory the memory that the pool received last; if the pool is empty the
+ * buffer stays without memory. Any thread. */
 void srv_buffer_pool_take(struct srv_buffer_pool *pool, struct api_buffer *buffer);
 
-/** Moves the memory of a buffer into the pool, or frees it where the pool is full or the buffer
- * large; the buffer has no memory afterwards. Any thread. */
+/** Moves the memory of a buffer into the pool, or frees it if the pool is full or the buffer
+ * large; the buffer then has no memory. Any thread. */
 void srv_buffer_pool_give(struct srv_buffer_pool *pool, struct api_buffer *buffer);
 
 #endif

@@ -1,5 +1,5 @@
-/* Time: a clock that never goes back for durations and deadlines, and the wall clock for people.
- * Leaves to others: sleeping, and what is done when a time is over.
+/* Time: a monotonic clock for durations and deadlines, and the wall clock for people.
+ * Leaves to others: sleeping, and the consequences of a deadline.
  * Invariant: every duration and deadline of the server is in nanoseconds of srv_clock_now. */
 #ifndef SRV_CLOCK_H
 #define SRV_CLOCK_H
@@ -7,27 +7,26 @@
 #include <stdint.h>
 #include <time.h>
 
-/* A wall clock reading as text, kept from one to the next: most of it stays the same for a
- * second. */
+/* A wall clock reading as text. It is kept from one reading to the next, because most of the
+ * text stays the same for a second. */
 struct srv_stamp {
     int64_t second; /* of the text; 0 at first */
     char text[25];  /* 2026-01-31T09:30:00.125Z */
 };
 
-/** Nanoseconds since some fixed instant; never goes back. Any thread. */
+/** Returns the nanoseconds since some fixed instant; the value never decreases. Any thread. */
 int64_t srv_clock_now(void);
 
-/** srv_clock_now in seconds, in the form that api_call_clock wants; context is not read. */
+/** Returns srv_clock_now in seconds, in the form of api_call_clock; context is ignored. */
 double srv_clock_seconds(void *context);
 
-/** Nanoseconds in so many seconds; seconds: 0 .. 9e9. */
+/** Returns the nanoseconds in so many seconds, 0 .. 9e9. */
 int64_t srv_clock_span(double seconds);
 
-/** An instant of srv_clock_now, at least 0, in the form that the system's calls want. */
+/** Converts an instant of srv_clock_now, at least 0, for system calls. */
 struct timespec srv_clock_timespec(int64_t ns);
 
-/** Puts the wall clock's time into stamp->text, in UTC as RFC 3339 writes it; a stamp begins as
- * {0}. */
+/** Writes the wall clock's time to stamp->text, in UTC as RFC 3339; a stamp begins as {0}. */
 void srv_clock_stamp(struct srv_stamp *stamp);
 
 #endif

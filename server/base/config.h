@@ -1,7 +1,7 @@
-/* Every option of the server in one table: name, default, meaning, and what its value may be.
+/* Every option of the server in one table: name, default, meaning, and allowed values.
  * Leaves to others: reading values (config_load), acting on them.
- * Invariant: an option is one field of struct srv_config or one row of api/base/limits.h, and one
- * row here; help and documents are written from the table. */
+ * Invariant: an option is one field of struct srv_config or one row of api/base/limits.h, and
+ * one row here; help and documents are generated from the table. */
 #ifndef SRV_CONFIG_H
 #define SRV_CONFIG_H
 
@@ -48,13 +48,13 @@ struct srv_config {
     struct api_limits limits;
 };
 
-/** True where the process, by its role, answers requests that compute. */
+/** Returns true if the process, by its role, answers requests that compute. */
 int srv_config_answers(const struct srv_config *config);
 
-/** True where the process, by its role, computes jobs. */
+/** Returns true if the process, by its role, computes jobs. */
 int srv_config_works(const struct srv_config *config);
 
-/** The limits of a job's request: those of any request, or wider. */
+/** Returns the limits of a job's request: those of any request, or wider. */
 struct api_limits srv_config_job_limits(const struct srv_config *config);
 
 /* What a value may be. */
@@ -99,7 +99,7 @@ int srv_config_find(const char *name, size_t bytes, int *i, struct srv_option *r
  */
 void *srv_config_value(struct srv_config *config, int i, size_t *bytes);
 
-/** True where option i of the table has one value in both. */
+/** Copies the value of option i of the table from another config. */
 int srv_config_same(const struct srv_config *one, const struct srv_config *other, int i);
 
 /** Gives option i of the table the value that it has in another config. */

@@ -1,7 +1,7 @@
-/* From a member to the structure that it lies in: how an object that lives inside its owner's
- * structure, as a list's link or a question to the store, leads back to its owner.
- * Leaves to others: what the structures are.
- * Invariant: the member's name and the type of the structure are checked by the compiler. */
+/* From a pointer to a member to the structure that contains it. An object that lives inside its
+ * owner's structure, such as a list's link or a question to the store, leads back to its owner.
+ * Leaves to others: the structures.
+ * Invariant: the compiler checks the member's name and the type of the structure. */
 #ifndef SRV_CONTAINER_OF_H
 #define SRV_CONTAINER_OF_H
 

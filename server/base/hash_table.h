@@ -1,8 +1,7 @@
-/* The one kind of hash table: nodes that lie inside the objects of a table and are found by keys
- * of any bytes.
- * Leaves to others: the objects and the memory of their keys, locks, how many objects there may be.
- * Invariant: whoever does not know the salt cannot choose keys of one row; two nodes of a table
- * never have the same key. */
+/* The server's one hash table: nodes inside the objects of a table, found by keys of any bytes.
+ * Leaves to others: the objects and the memory of their keys, locks, the number of objects.
+ * Invariant: a client that does not know the salt cannot choose keys that share a row; two nodes
+ * of a table never have the same key. */
 #ifndef SRV_HASH_TABLE_H
 #define SRV_HASH_TABLE_H
 
@@ -28,7 +27,7 @@ struct srv_hash_table {
     struct srv_hash_node *row[SRV_HASH_ROWS];
 };
 
-/** Makes a table that is empty; `salt` is a number that clients do not know. */
+/** Initializes an empty table; `salt` is a number that clients do not know. */
 void srv_hash_table_init(struct srv_hash_table *table, uint64_t salt);
 
 /**

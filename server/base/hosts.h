@@ -1,8 +1,9 @@
-/* Which names a server answers to: a page of somebody else's may have its own name lead to this
- * address (DNS rebinding), and would be of one origin with the server if that answered to any name.
+/* The host names that a server answers to. A web page of somebody else can make its own name
+ * resolve to this server's address (DNS rebinding); it would then have the same origin as the
+ * server if the server answered to any name.
  * Leaves to others: answering 421 (router).
  * Invariant: a server that only this machine can reach answers to this machine's names alone,
- * unless it was told more. */
+ * unless its options say more. */
 #ifndef SRV_HOSTS_H
 #define SRV_HOSTS_H
 

@@ -1,7 +1,6 @@
-/* The listening socket: HOST:PORT becomes a bound socket and the address that it really has.
- * Leaves to others: accepting (http).
- * Invariant: a socket that is handed out listens, does not block and is not inherited by other
- * programs. */
+/* The listening socket: HOST:PORT becomes a bound socket and its actual address.
+ * Leaves to others: accepting connections (http).
+ * Invariant: a returned socket listens, does not block and is not inherited by other programs. */
 #ifndef SRV_LISTEN_H
 #define SRV_LISTEN_H
 

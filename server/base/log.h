@@ -1,7 +1,7 @@
-/* What the server says: one JSON line a request to one stream, one a deed that must be accounted
- * for to another, messages for people to a third. Leaves to others: what is worth saying.
- * Invariant: only the log's own thread writes; who logs never waits for a reader, lines that
- * find no room are counted and the count is said. */
+/* The server's two logs: one JSON line a request to one stream, messages for people to the other.
+ * Leaves to others: the choice of what is logged.
+ * Invariant: only the log's own thread writes; a caller never waits for a reader; lines that do
+ * not fit are dropped and counted, and the count is logged. */
 #ifndef SRV_LOG_H
 #define SRV_LOG_H
 
@@ -12,7 +12,7 @@
 
 struct srv_log;
 
-/* One request that is over. Texts may hold any bytes: they are escaped. */
+/* One completed request. Texts may hold any bytes: they are escaped. */
 struct srv_log_request {
     const char *id, *client, *method, *target;
     const char *token;                 /* a short form of its digest; NULL without one */
@@ -56,7 +56,7 @@ PEND_MUST_CHECK enum pend_status srv_log_new(struct srv_log **log, int requests,
  * taken as by srv_log_new. Deeds are left out at first. Any thread. */
 void srv_log_turn(struct srv_log *log, enum srv_log_kind kind, int fd);
 
-/** Writes what is left, waiting for a reader at most about a second, and ends the thread. */
+/** Writes the remaining lines, waiting at most about a second for a reader, and ends the thread. */
 void srv_log_free(struct srv_log **log);
 
 /** Adds a request line. Any thread; about a microsecond; never waits for the reader. */

@@ -1,7 +1,7 @@
-/* What the process holds in memory, by kind, and what the allocator says of it.
- * Leaves to others: who may hold how much (hold), what is held (exchange, inflight,
- * response_body, part_run, connection).
- * Invariant: whoever adds bytes takes the same bytes off again, once; counting takes no lock. */
+/* The memory that the process holds, by kind, and the allocator's own figures.
+ * Leaves to others: bounds (hold), the holders (exchange, inflight, response_body, part_run,
+ * connection).
+ * Invariant: whoever adds bytes subtracts the same bytes once; counting takes no lock. */
 #ifndef SRV_MEMORY_H
 #define SRV_MEMORY_H
 
@@ -31,7 +31,7 @@ struct srv_memory {
     atomic_llong looked;    /* ns: when */
 };
 
-/** Counts so many bytes more, or fewer where `bytes` is negative. Any thread. */
+/** Adds to the count of a kind; `bytes` may be negative. Any thread. */
 static inline void srv_memory_add(struct srv_memory *memory, enum srv_memory_kind kind,
                                   long long bytes) {
     long long before = atomic_fetch_add_explicit(&memory->kind[kind], bytes, memory_order_relaxed);
@@ -40,7 +40,7 @@ static inline void srv_memory_add(struct srv_memory *memory, enum srv_memory_kin
     atomic_fetch_add(&memory->all, bytes);
 }
 
-/** The bytes of all kinds. Any thread. */
+/** Returns the bytes of all kinds. Any thread. */
 static inline long long srv_memory_all(const struct srv_memory *memory) {
     return atomic_load(&memory->all);
 }

@@ -1,5 +1,5 @@
-/* What is counted while the server runs, and the text that Prometheus reads.
- * Leaves to others: what happens (http, compute, cache), who may ask (router).
+/* The counters of the running server, and their text for Prometheus.
+ * Leaves to others: counting (http, compute, cache), access to the text (router).
  * Invariant: counting takes no lock and never waits; every metric is a row of a table here. */
 #ifndef SRV_METRICS_H
 #define SRV_METRICS_H
@@ -121,10 +121,10 @@ static inline void srv_metrics_count(atomic_ullong *counter, unsigned long long 
     atomic_fetch_add_explicit(counter, count, memory_order_relaxed);
 }
 
-/** Counts a request that is over; route < 0 stands for none. */
+/** Adds a duration to a histogram; 0 and less are ignored, because the stage was not reached. */
 void srv_metrics_request(struct srv_metrics *metrics, int route, int status);
 
-/** Adds a duration to a histogram; 0 and less are left out, as the stage was not reached. */
+/** Returns the resident memory of the process in bytes; 0 if the system does not provide it. */
 void srv_metrics_time(struct srv_histogram *histogram, int64_t ns);
 
 /** Resident memory of the process, in bytes; 0 where the system does not tell. */

@@ -1,6 +1,6 @@
-/* Telling a supervisor (systemd and those that do like it) how the server is.
- * Leaves to others: when to tell.
- * Invariant: without a supervisor nothing happens; a supervisor that does not listen delays
+/* Messages about the server's state to a supervisor (systemd and compatible ones).
+ * Leaves to others: the time of each message.
+ * Invariant: without a supervisor nothing happens; a supervisor that does not read delays
  * nothing. */
 #ifndef SRV_NOTIFY_H
 #define SRV_NOTIFY_H
@@ -10,7 +10,7 @@
  *
  * state  "READY=1", "STOPPING=1", ...
  *
- * Returns 1 when it was sent, 0 when there is no supervisor or it could not be told.
+ * Returns 1 if the message was sent, 0 if there is no supervisor or sending failed.
  */
 int srv_notify(const char *state);
 

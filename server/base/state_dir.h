@@ -1,4 +1,4 @@
-/* The url of the store that is meant: a file of one's own where none is named.
+/* The url of the store: a file in the user's state directory if the option names none.
  * Leaves to others: opening it (storage).
  * Invariant: a directory that is made here is readable by its user only. */
 #ifndef SRV_STATE_DIR_H
@@ -7,8 +7,8 @@
 #include "server/base/config.h"
 
 /**
- * Writes out the url of a store. For "sqlite" alone that is pendulumd/store.db in $XDG_STATE_HOME,
- * or in ~/.local/state, with the directories made.
+ * Writes the url of a store. For "sqlite" alone it is pendulumd/store.db in $XDG_STATE_HOME, or in
+ * ~/.local/state, with the directories made.
  *
  * store  as the option; not "none".
  * url    out, SRV_CONFIG_TEXT bytes.

@@ -1,16 +1,17 @@
-/* The strict front: reads along with every byte of a connection and stops at the first that no
- * request may have.
- * Leaves to others: fetching the bytes and telling the client (http), what a request means
+/* The strict reader of requests: it checks every byte of a connection before libmicrohttpd reads
+ * it, and stops at the first byte that no request may have.
+ * Leaves to others: receiving the bytes and answering the client (http), the meaning of a request
  * (request_head, router).
- * Invariant: what passes can be cut into requests in one way only, that of RFC 9112 without its
- * leniencies. */
+ * Invariant: the bytes that pass can be divided into requests in one way only, that of RFC 9112
+ * without its leniencies. */
 #ifndef SRV_HTTP_STRICT_H
 #define SRV_HTTP_STRICT_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-/* What a request's head may have; libmicrohttpd's memory for a connection holds that much. */
+/* The bounds of a request's head; libmicrohttpd's memory for a connection is large enough for
+ * them. */
 enum {
     SRV_STRICT_METHOD = 32,      /* bytes of the method */
     SRV_STRICT_TARGET = 1023,    /* bytes of the target */
@@ -21,7 +22,7 @@ enum {
     SRV_STRICT_NAME = 20         /* bytes of a field's name that are kept, to know the field by */
 };
 
-/* Where in a request the next byte belongs. */
+/* The place in a request to which the next byte belongs. */
 enum srv_http_strict_place {
     SRV_STRICT_START, /* before the first byte of a request */
     SRV_STRICT_START_LF,
@@ -63,25 +64,25 @@ struct srv_http_strict {
     char name[SRV_STRICT_NAME];
 };
 
-/** Starts with a new connection. */
+/** Begins a new connection. */
 void srv_http_strict_init(struct srv_http_strict *strict);
 
 /**
- * Reads along.
+ * Checks the next bytes of a connection.
  *
- * The values of cookies are taken out, however TCP has cut them, as nobody needs them and
- * libmicrohttpd would take them apart at great expense of memory: the field stays, and is empty.
+ * The values of cookies are removed, however TCP has divided them: nothing uses them, and
+ * libmicrohttpd would need much memory to parse them. The field stays, and is empty.
  *
- * The extensions of chunks are taken out: nobody needs them either, and libmicrohttpd 1.0 takes the
+ * The extensions of chunks are removed as well: nothing uses them, and libmicrohttpd 1.0 takes the
  * end of such a line for the chunk's first byte.
  *
- * Returns how many bytes may be passed on, from `data` on: all that were not taken out, or, once
- * the stream is refused, those of the requests that were complete before the one at fault.
- * O(bytes), a nanosecond or two a byte of a head, no time for a body.
+ * Returns how many bytes may be passed on, from `data` on: all that were not removed, or, once the
+ * stream is refused, those of the requests that were complete before the one at fault. O(bytes), a
+ * nanosecond or two a byte of a head, no time for a body.
  */
 size_t srv_http_strict_read(struct srv_http_strict *strict, char *data, size_t bytes);
 
-/** True between the first byte of a request and its last. */
+/** Returns true between the first byte of a request and its last. */
 int srv_http_strict_within(const struct srv_http_strict *strict);
 
 #endif

@@ -1,8 +1,8 @@
-/* The lengths of response bodies that are known only once they were written, by their entity tags:
- * so a range of one does not need a first pass each time.
- * Leaves to others: what a tag stands for (result).
- * Invariant: the table has SRV_LENGTHS rows; a new tag replaces the one in its row, whose length is
- * measured again when it is needed. */
+/* The lengths of response bodies by their entity tags. Some lengths are known only once the body
+ * was written; with the length a range of such a body needs no first pass.
+ * Leaves to others: the meaning of a tag (result).
+ * Invariant: the table has SRV_LENGTHS rows; a new tag replaces the one in its row, whose length
+ * is measured again when it is needed. */
 #ifndef SRV_LENGTHS_H
 #define SRV_LENGTHS_H
 
@@ -20,7 +20,7 @@ struct srv_lengths {
     } row[SRV_LENGTHS];
 };
 
-/** Makes a table that knows no length. */
+/** Initializes a table without lengths. */
 void srv_lengths_init(struct srv_lengths *lengths);
 
 /** Ends a table that no thread uses any more. */
@@ -29,7 +29,8 @@ void srv_lengths_clear(struct srv_lengths *lengths);
 /** Remembers the bytes of a response body by its strong entity tag. Any thread; O(1). */
 void srv_lengths_note(struct srv_lengths *lengths, const char *etag, long long bytes);
 
-/** The bytes of the response body of that tag; -1 where they are not known. Any thread; O(1). */
+/** Returns the bytes of the response body of that tag; -1 if they are not known. Any thread;
+ * O(1). */
 long long srv_lengths_find(struct srv_lengths *lengths, const char *etag);
 
 #endif

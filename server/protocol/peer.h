@@ -31,8 +31,8 @@ PEND_MUST_CHECK enum pend_status srv_peers_read(struct srv_peers *peers, const c
 /** True where the word of an address is taken: it is in one of the networks. */
 int srv_peer_trusted(const struct srv_peers *peers, const char *address);
 
-/** True for a field that names addresses, "X-Forwarded-For" or "Forwarded"; any other one names
- * an account. */
+/** Returns true for a field that names addresses, "X-Forwarded-For" or "Forwarded"; any other
+ * field names an account. */
 int srv_peer_names_addresses(const char *header);
 
 /** The network of an address, as text: of IPv6 that of 64 bits, which is what one household gets;

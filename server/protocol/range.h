@@ -1,6 +1,7 @@
-/* The field Range of a request (RFC 9110, 14): which bytes of an answer its client wants.
- * Leaves to others: cutting them out (api/call/call), whether If-Range allows it (compute).
- * Invariant: what is not one good range of bytes asks for nothing: the whole answer is as good. */
+/* The field Range of a request (RFC 9110, 14): the bytes of an answer that its client wants.
+ * Leaves to others: cutting them out (api/call/call), the condition If-Range (compute).
+ * Invariant: a field that is not one good range of bytes is ignored, and the whole answer is
+ * sent. */
 #ifndef SRV_RANGE_H
 #define SRV_RANGE_H
 

@@ -63,7 +63,7 @@ struct srv_response_body *srv_response_body_share(struct srv_response_body *resp
  * accepted. Any thread. */
 void srv_response_body_drop(struct srv_response_body **response_body);
 
-/** Bytes of memory that a response body takes in all. */
+/** Returns the bytes of memory of a response body in all. */
 size_t srv_response_body_bytes(const struct srv_response_body *response_body);
 
 #endif

@@ -1,9 +1,9 @@
-/* What a database must be able to do to be a store: statements, rows, and the words that differ
- * between dialects.
+/* The interface that a database has to offer to a store: statements, rows, and the words that
+ * differ between dialects.
  * Leaves to others: the statements (store_statements), the libraries (store_sqlite,
  * store_postgres).
- * Invariant: a connection is used by one thread at a time; what came from outside goes in as a
- * parameter only. */
+ * Invariant: a connection is used by one thread at a time; data from outside are passed as
+ * parameters only. */
 #ifndef SRV_SQL_H
 #define SRV_SQL_H
 
@@ -19,7 +19,7 @@ enum {
     SRV_SQL_COMPLAINT = 240
 };
 
-/* What became of a call to a store. */
+/* The result of a call to a store. */
 enum srv_stored {
     SRV_STORED,         /* done, and on disk */
     SRV_STORED_NONE,    /* there is no such thing */
@@ -121,7 +121,7 @@ struct srv_sql_driver {
 
 extern const struct srv_sql_driver srv_sql_sqlite, srv_sql_postgres;
 
-/** Notes what the database said, the first line of it. */
+/** Keeps the first line of a message of the database. */
 void srv_sql_complain(struct srv_sql *sql, const char *text);
 
 /** The letters of the types of a statement on rows of values, up to a "}"; NULL where it is none.

@@ -1,8 +1,7 @@
-/* The threads that talk to the store, so that no other thread waits for a disk or a database.
- * Leaves to others: what is asked (store's calls), what follows from an answer (the asker's
- * `done`).
- * Invariant: a call that was taken comes back through its `done`, once; calls that write are
- * done in the order in which they came where there is one writer. */
+/* The threads that call the store, so that no other thread waits for a disk or a database.
+ * Leaves to others: the questions (store's calls), the use of the answers (the asker's `done`).
+ * Invariant: a call that was accepted comes back through its `done`, once; calls that write are
+ * run in the order in which they came if there is one writer. */
 #ifndef SRV_STORAGE_H
 #define SRV_STORAGE_H
 
@@ -10,7 +9,7 @@
 #include "server/base/log.h"
 #include "server/store/store.h"
 
-/* Something to ask of the store; lives inside its owner's structure, so that asking allocates
+/* A question to the store. It lies inside its owner's structure, so that asking allocates
  * nothing. */
 struct srv_ask {
     struct srv_store_call call; /* first: run and, afterwards, stored */
@@ -44,25 +43,25 @@ PEND_MUST_CHECK enum pend_status srv_storage_new(struct srv_storage **storage, c
                                                  struct srv_log *log, void (*news)(void *context),
                                                  void *context, struct pend_error *error);
 
-/** Waits until all that was asked is answered, then ends the threads and closes the store. */
+/** Waits until all calls are answered, then ends the threads and closes the store. */
 void srv_storage_free(struct srv_storage **storage);
 
 /** Queues a call for a thread of the storage. Any thread; does not wait. Calls that are queued at
  * the same time share a write to disk. */
 void srv_storage_ask(struct srv_storage *storage, enum srv_ask_kind kind, struct srv_ask *ask);
 
-/** Asks and waits for the answer; `done` is not called. For threads that may wait: neither
+/** Asks and waits for the answer; `done` is not called. Only for threads that may wait: neither
  * libmicrohttpd's nor a worker's. */
 enum srv_stored srv_storage_wait(struct srv_storage *storage, enum srv_ask_kind kind,
                                  struct srv_ask *ask);
 
-/** True while the store answers. */
+/** Returns true while the store answers. */
 int srv_storage_here(const struct srv_storage *storage);
 
-/** False if the store cannot notify other processes; callers must poll. */
+/** Returns false if the store cannot notify other processes; callers must poll. */
 int srv_storage_hears(const struct srv_storage *storage);
 
-/** Figures as of a second or so ago. */
+/** Returns figures that are about a second old. */
 struct srv_store_figures srv_storage_figures(struct srv_storage *storage);
 
 #endif

@@ -1,7 +1,7 @@
-/* Where jobs and scenes are kept: what every store can do, whatever database is behind it.
- * Leaves to others: the databases (store_sqlite, store_postgres), running what a job asks for.
- * Invariant: what a call returned SRV_STORED for is on disk and survives the death of any
- * process; a part's result is taken once, from the attempt that holds its lease. */
+/* The store of jobs and scenes: the calls of every store, whatever its database.
+ * Leaves to others: the databases (store_sqlite, store_postgres), running the jobs.
+ * Invariant: data for which a call returned SRV_STORED are on disk and survive the death of any
+ * process; a part's result is accepted once, from the attempt that holds its lease. */
 #ifndef SRV_STORE_H
 #define SRV_STORE_H
 
@@ -125,14 +125,14 @@ PEND_MUST_CHECK enum pend_status srv_store_open(struct srv_store **store, const 
 /** Closes a store and sets the pointer to NULL; NULL is accepted. */
 void srv_store_close(struct srv_store **store);
 
-/** True once the tables are known to be those of this version, which the database must have been
- * reached for. */
+/** Returns true once the tables are known to be those of this version, for which the database
+ * must have been reached. */
 int srv_store_settled(const struct srv_store *store);
 
-/** What the database said about the last failure; "" when nothing. */
+/** Returns what the database said about the last failure; "" if nothing. */
 const char *srv_store_complaint(const struct srv_store *store);
 
-/** Calls that one srv_store_together is best made of, at most. */
+/** Returns the largest useful number of calls for one srv_store_together. */
 int srv_store_batch(const struct srv_store *store);
 
 /* One call of a batch: does its work on the store and returns the result, which is final once
@@ -146,12 +146,12 @@ struct srv_store_call {
 };
 
 /**
- * Runs calls in one transaction with one write to disk; a call that fails leaves no trace, the
- * others stand. Where the transaction as a whole fails, each is run again by itself; so is one that
- * finds the disk full.
+ * Runs calls in one transaction with one write to disk. A call that fails leaves no trace and does
+ * not affect the others. If the transaction as a whole fails, each call is run again by itself; so
+ * is a call that finds the disk full.
  *
  * calls  count of them; `stored` of each is set to what its run returned, or to the commit's
- *        failure.
+ * failure.
  */
 void srv_store_together(struct srv_store *store, struct srv_store_call *const calls[], int count);
 
@@ -199,7 +199,7 @@ enum srv_stored srv_store_job_request(struct srv_store *store, const char *id, v
 enum srv_stored srv_store_list(struct srv_store *store, const char *client, const char *before,
                                int most, struct srv_job job[], int *count);
 
-/** Ends a job for its client: nothing of it runs on, its request and its results go.
+/** Dismisses a job for its client: its parts stop, and its request and results are removed.
  * SRV_STORED_NONE */
 enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struct srv_job *job);
 
@@ -247,7 +247,8 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
 enum srv_stored srv_store_fail(struct srv_store *store, const struct srv_lease *lease,
                                const char *message);
 
-/** Gives back every part that a worker holds, without a mark against them. */
+/** Returns every part that a worker holds to the waiting parts, without counting an attempt
+ * against it. */
 enum srv_stored srv_store_release(struct srv_store *store, const char *worker);
 
 /**
@@ -272,15 +273,15 @@ struct srv_store_sweep {
 };
 
 /**
- * Puts parts back whose lease ran out, gives up what kills its workers, removes what is dismissed
- * or past its time; a piece at a time: at most 64 parts, 64 chunks of results of a job that has
- * ended, and 128 jobs that expired. Any process may sweep at any time. After the store's clock has
- * jumped ahead no job expires for ten minutes: a clock that was set by mistake, and is set back,
- * costs nobody a result.
+ * Returns parts whose lease ran out to the waiting parts, gives up jobs whose workers vanish, and
+ * removes jobs that were dismissed or have expired. One call does a piece of this: at most 64
+ * parts, 64 chunks of results of a job that has ended, and 128 jobs that expired. Any process may
+ * sweep at any time. After the store's clock has jumped ahead no job expires for ten minutes, so
+ * that a clock which was set by mistake, and is set back, costs nobody a result.
  *
- * looked  us by the store's clock, 0 at first: leases count that had run out when this process
- *         looked the last time, so that after a pause it holds its own for longer before it judges
- *         any; becomes now. NULL: all that have run out.
+ * looked  us by the store's clock, 0 at first, set to now. Only leases count that had run out when
+ * this process swept the last time, so that a process that was suspended can extend its own leases
+ * before it judges any. NULL: all leases that have run out.
  */
 enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked,
                                 struct srv_store_sweep *sweep);
@@ -300,28 +301,28 @@ struct srv_store_figures {
 enum srv_stored srv_store_figures(struct srv_store *store, struct srv_store_figures *figures);
 
 /**
- * Keeps a scene, for this client beside those who keep it already.
+ * Stores a scene for this client; other clients may have stored it too.
  *
  * id      shorter than SRV_ID_BYTES; the same id and body twice is no fault.
  * source  the address or account that the client comes from; NULL = the client is one itself.
  *
  * SRV_STORED_CLASH  the id has another body; this client does not keep it.
  * SRV_STORED_QUOTA  the client, all clients of its source, or all clients would have too many, or
- *                   too many bytes.
+ * too many bytes.
  */
 enum srv_stored srv_store_scene_put(struct srv_store *store, const char *id, const char *client,
                                     const char *source, const void *body, size_t bytes);
 
-/** As srv_store_scene_put, of a scene that is there, whatever its body. SRV_STORED_NONE,
- * SRV_STORED_QUOTA */
+/** As srv_store_scene_put, for a scene that is stored already, whatever its body.
+ * SRV_STORED_NONE, SRV_STORED_QUOTA */
 enum srv_stored srv_store_scene_keep(struct srv_store *store, const char *id, const char *client,
                                      const char *source);
 
 /**
- * Keeps a scene no more for this client; it goes with the last who keeps it.
+ * Removes this client's share of a scene; the scene is removed with the last share.
  *
  * SRV_STORED_NONE   there is no such scene.
- * SRV_STORED_CLASH  others keep it, this client does not.
+ * SRV_STORED_CLASH  other clients keep it, this client does not.
  */
 enum srv_stored srv_store_scene_drop(struct srv_store *store, const char *id, const char *client);
 
@@ -331,8 +332,8 @@ enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **
                                 size_t *bytes);
 
 /**
- * Waits until another process may have kept, ended or given back something; a hint only, on a
- * connection of its own.
+ * Waits until another process may have stored, ended or returned something, on a connection of its
+ * own. The result is only a hint.
  *
  * Returns 1 when there may be news, 0 after the time, and -1 if the store cannot notify other
  * processes; callers must poll then.

@@ -1,8 +1,7 @@
 /* A call on the store: its transaction, alone or among others of a batch, and its statements.
- * Leaves to others: what a call does (store_jobs, store_leases, store_sweep, store_scenes).
- * Invariant: between begin and end a call's writes stand or fall together; no call begins before
- * the tables are known.
- */
+ * Leaves to others: the work of a call (store_jobs, store_leases, store_sweep, store_scenes).
+ * Invariant: between begin and end a call's writes are kept or discarded together; no call
+ * begins before the tables are known. */
 #ifndef SRV_STORE_CALL_H
 #define SRV_STORE_CALL_H
 
@@ -48,14 +47,14 @@ struct srv_store {
     } expiry;
 };
 
-/** True where a store has a driver, and its call and its batch do not contradict each other. O(1).
- */
+/** Returns true if a store has a driver, and its call and its batch do not contradict each other.
+ * O(1). */
 int srv_store_valid(const struct srv_store *store);
 
 /** Makes or migrates the tables, once the database can be reached. */
 enum srv_stored srv_store_settle(struct srv_store *store);
 
-/** Begins a call: a transaction of its own, unless it is one of a batch. */
+/** Begins a call, with a transaction of its own unless it is one of a batch. */
 enum srv_stored srv_store_begin(struct srv_store *store);
 
 /** Begins a call of one statement, which reads: without a transaction where a statement is one by

@@ -1,4 +1,4 @@
-/* Jobs: submitted, read, listed, ended.
+/* Jobs as a whole: submitting, reading, listing and ending them.
  * Leaves to others: their parts (store_leases), their removal (store_sweep).
  * Invariant: a job ends once; a client's key makes one job, however many submissions come at
  * once. */
@@ -19,8 +19,8 @@ enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, c
 int srv_job_open(const struct srv_job *job);
 
 /**
- * Ends a job that was locked, in a call that has begun: without success. Its request goes at once,
- * its parts and results go by and by; no attempt can write any more.
+ * Ends a locked job without success, in a call that has begun. Its request is removed at once, its
+ * parts and results later, piece by piece; no attempt can write any more.
  *
  * state  SRV_JOB_FAILED or SRV_JOB_DISMISSED.
  * job    in: as it was read; out: as it is.
@@ -29,10 +29,10 @@ enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job,
                                   enum srv_job_state state, const char *message);
 
 /**
- * Ends a job whose row is damaged, in a call that has begun: it has failed, and what was kept of it
- * goes.
+ * Ends a job whose row is damaged, in a call that has begun: the job has failed, and its data are
+ * removed.
  *
- * job  id, client, operation and the message are read; becomes what is kept now.
+ * job  id, client, operation and the message are read; set to what the store now has.
  */
 enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job);
 

@@ -1,5 +1,5 @@
-/* What clients keep and hold, and how much of it they may.
- * Leaves to others: what follows when it is too much (store_jobs, store_leases, store_scenes).
+/* The jobs, scenes and bytes that clients have in the store, and their quotas.
+ * Leaves to others: the consequences of an exceeded quota (store_jobs, store_leases, store_scenes).
  * Invariant: sums are changed in the transaction that changes what they count, so that they
  * always equal a recount. */
 #ifndef SRV_STORE_QUOTAS_H
@@ -12,7 +12,7 @@
 enum srv_stored srv_store_client(struct srv_store *store, const char *name,
                                  struct srv_tally_client **client);
 
-/** Adds to what is kept for a client's jobs, and in all. */
+/** Adds to the bytes kept for a client's jobs, and to the sum of all clients. */
 enum srv_stored srv_store_count_bytes(struct srv_store *store, const char *client, long long bytes);
 
 /** Counts a client's jobs, bytes and scenes anew; what this transaction has changed of them is
@@ -25,7 +25,7 @@ enum srv_stored srv_store_recount_client(struct srv_store *store, const char *cl
  */
 enum srv_stored srv_store_recount(struct srv_store *store, const char *client);
 
-/** Parts of a job that can be claimed now. */
+/** Returns the number of parts of a job that can be claimed now. */
 long srv_job_claimable(const struct srv_job *job);
 
 /** Counts what became of a job between two readings of it: its state, its parts that can be

@@ -1,4 +1,4 @@
-/* Values that statements are given, and rows that they answer with.
+/* The values of statements and the rows that they return.
  * Leaves to others: the statements (store_statements), rows that only one file reads (that file).
  * Invariant: a text or a list that is too long for its place is cut, and never written past it. */
 #ifndef SRV_STORE_ROWS_H

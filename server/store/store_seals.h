@@ -1,10 +1,10 @@
-/* Seals: what tells that a row came back from the database as it was written, to the place that
- * it was written for.
- * Leaves to others: the rows themselves (store_rows), and what becomes of a damaged one.
+/* Seals: checksums that show whether a row came back from the database as it was written, and from
+ * the place that it was written to.
+ * Leaves to others: the rows themselves (store_rows), and the treatment of a damaged one.
  * Invariant: every row of a job, a chunk of results or a scene that this version writes has a
  * seal, and says so in its column `sealed`; only a row that says it is older may have none. No
- * secret goes into a seal: it tells accidents and exchanged rows, not a forger who can write to
- * the database. */
+ * secret goes into a seal: it detects accidents and exchanged rows, not a forger who can write
+ * to the database. */
 #ifndef SRV_STORE_SEALS_H
 #define SRV_STORE_SEALS_H
 
