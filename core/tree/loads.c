@@ -9,7 +9,11 @@ enum pend_status pend_loads_check(const struct pend_loads *loads, struct pend_er
 }
 
 enum pend_status pend_loads_check_series(const struct pend_loads *loads, struct pend_error *error) {
-    return pend_loads_check(loads, error); // the series have every term
+    PEND_TRY(pend_loads_check(loads, error));
+    if (!loads->terms) return PEND_OK;
+    return pend_fail(error, PEND_INVALID, -1, 0,
+                     "ensembles, Lyapunov exponents and sections have no friction, drives, "
+                     "springs, rods or bodies yet: compute trajectories by method taylor");
 }
 
 int pend_loads_pull_down(const struct pend_loads *loads) {
