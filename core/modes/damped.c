@@ -1,0 +1,418 @@
+#include "core/modes/damped.h"
+
+#include <assert.h>
+#include <complex.h>
+#include <gsl/gsl_eigen.h>
+#include <gsl/gsl_linalg.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A pendulum at some angles: what hangs on every joint, in the frame of the arm. */
+struct damped_state {
+    const struct pend_tree *tree;
+    const struct pend_loads *loads;
+    size_t n;
+    double complex *turn;   /* n: e^{i phi} */
+    double complex *moment; /* n: first moment of the arm and of all that hangs on it */
+    double *mass, *inertia; /* n: mass of both; inertia about the joint, with what hangs there as
+                               points */
+};
+
+static double damped_get(const struct pend_loads *loads, enum pend_term_row row, int k) {
+    return loads->terms ? pend_terms_get(loads->terms, loads->value, row, k) : 0;
+}
+
+/* where arm k hangs on its parent */
+static double complex damped_point(const struct damped_state *s, int k) {
+    const struct pend_terms *terms = s->loads->terms;
+    if (!terms || !terms->hung[k]) return s->tree->len[s->tree->parent[k]];
+    return damped_get(s->loads, PEND_TERM_AT_X, k) + I * damped_get(s->loads, PEND_TERM_AT_Y, k);
+}
+
+/* the masses of an arm alone */
+static void damped_arm(const struct damped_state *s, int k) {
+    double l = s->tree->len[k], m = s->tree->mass[k], rod = damped_get(s->loads, PEND_TERM_ROD, k);
+    double body = damped_get(s->loads, PEND_TERM_BODY, k);
+    double complex center = damped_get(s->loads, PEND_TERM_CENTER_X, k) +
+                            I * damped_get(s->loads, PEND_TERM_CENTER_Y, k);
+    s->mass[k] = m + rod + body;
+    s->moment[k] = m * l + rod * l / 2 + body * center;
+    s->inertia[k] = m * l * l + rod * l * l / 3 + body * creal(center * conj(center)) +
+                    damped_get(s->loads, PEND_TERM_INERTIA, k);
+}
+
+/* the weights of what hangs on each joint: of masses, or of the drag of tips in their place */
+static void damped_weigh(const struct damped_state *s, int drag) {
+    for (int k = 0; k < s->tree->n; k++) {
+        double l = s->tree->len[k], speed = damped_get(s->loads, PEND_TERM_DRAG_SPEED, k);
+        double b = damped_get(s->loads, PEND_TERM_DRAG, k) +
+                   damped_get(s->loads, PEND_TERM_DRAG_QUADRATIC, k) * speed;
+        if (drag)
+            s->mass[k] = b, s->moment[k] = b * l, s->inertia[k] = b * l * l;
+        else
+            damped_arm(s, k);
+    }
+    for (int k = s->tree->n - 1; k > 0; k--) {
+        int p = s->tree->parent[k];
+        double complex at = damped_point(s, k);
+        s->moment[p] += at * s->mass[k];
+        s->inertia[p] += creal(at * conj(at)) * s->mass[k];
+        s->mass[p] += s->mass[k];
+    }
+}
+
+static enum pend_status damped_open(struct damped_state *s, const struct pend_tree *tree,
+                                    const struct pend_loads *loads) {
+    size_t n = (size_t)tree->n;
+    *s = (struct damped_state){.tree = tree, .loads = loads, .n = n};
+    s->turn = malloc(n * (2 * sizeof *s->turn + 2 * sizeof *s->mass));
+    if (!s->turn) return PEND_NO_MEMORY;
+    s->moment = s->turn + n;
+    s->mass = (double *)(s->moment + n);
+    s->inertia = s->mass + n;
+    return PEND_OK;
+}
+
+static void damped_turn(const struct damped_state *s, const double phi[]) {
+    for (size_t k = 0; k < s->n; k++) s->turn[k] = cexp(I * phi[k]);
+}
+
+/* adds sum of w Re(conj(z_j) z_k) over the weights: the form of M, and of drag in C */
+static void damped_form(const struct damped_state *s, double part, double out[]) {
+    const int *parent = s->tree->parent;
+    for (int k = 0; k < s->tree->n; k++) {
+        size_t row = (size_t)k;
+        double complex moment = s->moment[k] * s->turn[k];
+        out[row * s->n + row] += part * s->inertia[k];
+        for (int c = k; parent[c] >= 0; c = parent[c]) {
+            size_t j = (size_t)parent[c];
+            double add = part * creal(conj(damped_point(s, c) * s->turn[j]) * moment);
+            out[row * s->n + j] += add;
+            out[j * s->n + row] += add;
+        }
+    }
+}
+
+/* adds a torque of the joints, of `strength` a radian of what an arm differs by from its parent */
+static void damped_joint(const struct damped_state *s, int k, double strength, double out[]) {
+    size_t row = (size_t)k, n = s->n;
+    int parent = s->tree->parent[k];
+    out[row * n + row] += strength;
+    if (parent < 0) return;
+    size_t p = (size_t)parent;
+    out[p * n + p] += strength;
+    out[row * n + p] -= strength;
+    out[p * n + row] -= strength;
+}
+
+/* what pulls: i g, and the pivot's constant acceleration */
+static double complex damped_pull(const struct pend_loads *loads) {
+    double complex pull = I * loads->gravity;
+    if (!loads->terms || loads->terms->one[PEND_TERM_PIVOT_ACCELERATION_X] < 0) return pull;
+    return pull + loads->value[loads->terms->one[PEND_TERM_PIVOT_ACCELERATION_X]] +
+           I * loads->value[loads->terms->one[PEND_TERM_PIVOT_ACCELERATION_Y]];
+}
+
+static void damped_stiffness(const struct damped_state *s, double out[]) {
+    double complex pull = damped_pull(s->loads);
+    for (int k = 0; k < s->tree->n; k++) {
+        out[(size_t)k * s->n + (size_t)k] -= creal(conj(pull) * s->moment[k] * s->turn[k]);
+        damped_joint(s, k, damped_get(s->loads, PEND_TERM_STIFFNESS, k), out);
+    }
+}
+
+/* the gradient of the potential energy; returns its largest entry over the largest of its parts */
+static double damped_gradient(const struct damped_state *s, const double phi[], double out[]) {
+    double complex pull = damped_pull(s->loads);
+    double most = 0, size = 0;
+    for (size_t k = 0; k < s->n; k++) {
+        out[k] = creal(conj(pull) * I * s->moment[k] * s->turn[k]);
+        size = fmax(size, cabs(pull) * cabs(s->moment[k]));
+    }
+    for (int k = 0; k < s->tree->n; k++) {
+        int p = s->tree->parent[k];
+        double bent = phi[k] - (p < 0 ? -M_PI_2 : phi[p]) - damped_get(s->loads, PEND_TERM_REST, k);
+        double spring = damped_get(s->loads, PEND_TERM_STIFFNESS, k) * bent;
+        double torque = damped_get(s->loads, PEND_TERM_TORQUE, k);
+        out[k] += spring - torque;
+        if (p >= 0) out[p] -= spring - torque;
+        size = fmax(size, fmax(fabs(spring), fabs(torque)));
+    }
+    for (size_t k = 0; k < s->n; k++) most = fmax(most, fabs(out[k]));
+    return size > 0 ? most / size : 0;
+}
+
+/* one step of Newton's method: solves K step = gradient; 0 if K is singular. Angles move by half a
+ * radian at most. */
+static int damped_newton(const struct damped_state *s, double matrix[], double gradient[],
+                         size_t pivot[], double phi[]) {
+    gsl_matrix_view k = gsl_matrix_view_array(matrix, s->n, s->n);
+    gsl_vector_view g = gsl_vector_view_array(gradient, s->n);
+    gsl_permutation order = {s->n, pivot};
+    int sign;
+    memset(matrix, 0, s->n * s->n * sizeof *matrix);
+    damped_stiffness(s, matrix);
+    if (gsl_linalg_LU_decomp(&k.matrix, &order, &sign)) return 0;
+    if (gsl_linalg_LU_svx(&k.matrix, &order, &g.vector)) return 0;
+    double most = 0;
+    for (size_t i = 0; i < s->n; i++) most = fmax(most, fabs(gradient[i]));
+    if (!isfinite(most)) return 0;
+    for (size_t i = 0; i < s->n; i++) phi[i] -= gradient[i] * (most > 0.5 ? 0.5 / most : 1);
+    return 1;
+}
+
+int pend_damped_equilibrium(const struct pend_tree *tree, const struct pend_loads *loads,
+                            double phi[]) {
+    enum { MOST = 200 };
+    struct damped_state s;
+    size_t n = (size_t)tree->n;
+    int steps = -1;
+    assert(pend_tree_valid(tree));
+    if (damped_open(&s, tree, loads) != PEND_OK) return -1;
+    double *matrix = malloc((n * n + n) * sizeof *matrix);
+    size_t *pivot = malloc(n * sizeof *pivot);
+    damped_weigh(&s, 0);
+    for (int i = 0; i < MOST && matrix && pivot && steps < 0; i++) {
+        double *gradient = matrix + n * n;
+        damped_turn(&s, phi);
+        if (damped_gradient(&s, phi, gradient) <= 0x1p-52 * (double)(n + 4))
+            steps = i;
+        else if (!damped_newton(&s, matrix, gradient, pivot, phi))
+            break;
+    }
+    free(pivot);
+    free(matrix);
+    free(s.turn);
+    return steps;
+}
+
+/* C: joints, tips in the air, and what is proportional to M */
+static void damped_damping(const struct damped_state *s, const double mass[], double out[]) {
+    const struct pend_terms *terms = s->loads->terms;
+    if (!terms) return;
+    int gamma = terms->one[PEND_TERM_DRAG_PER_MASS];
+    double twice = gamma < 0 ? 0 : 2 * s->loads->value[gamma];
+    for (size_t i = 0; i < s->n * s->n; i++) out[i] += twice * mass[i];
+    for (int k = 0; k < s->tree->n; k++) {
+        double friction = damped_get(s->loads, PEND_TERM_FRICTION, k), strength = 0;
+        if (friction > 0) strength = friction / damped_get(s->loads, PEND_TERM_FRICTION_SPEED, k);
+        damped_joint(s, k, damped_get(s->loads, PEND_TERM_DAMPING, k) + strength, out);
+    }
+    damped_weigh(s, 1);
+    damped_form(s, 1, out);
+}
+
+enum pend_status pend_damped_matrices(const struct pend_tree *tree, const struct pend_loads *loads,
+                                      const double phi[], double mass[], double damping[],
+                                      double stiffness[]) {
+    struct damped_state s;
+    size_t bytes = (size_t)tree->n * (size_t)tree->n * sizeof *mass;
+    PEND_TRY(damped_open(&s, tree, loads));
+    damped_turn(&s, phi);
+    damped_weigh(&s, 0);
+    memset(mass, 0, bytes);
+    memset(damping, 0, bytes);
+    memset(stiffness, 0, bytes);
+    damped_form(&s, 1, mass);
+    damped_stiffness(&s, stiffness);
+    damped_damping(&s, mass, damping);
+    free(s.turn);
+    return PEND_OK;
+}
+
+void pend_damped_free(struct pend_damped **damped) {
+    free(*damped);
+    *damped = NULL;
+}
+
+static struct pend_damped *damped_alloc(int n) {
+    size_t count = 2 * (size_t)n, numbers = (size_t)n + 2 * count + 2 * count * (size_t)n;
+    struct pend_damped *made = calloc(1, sizeof *made + numbers * sizeof(double));
+    if (!made) return NULL;
+    double *at = (double *)(made + 1);
+    made->n = n;
+    made->phi = at, at += n;
+    made->omega = at, at += count;
+    made->decay = at, at += count;
+    made->re = at, at += count * (size_t)n;
+    made->im = at;
+    return made;
+}
+
+/* adds a mode; its shape's entry of largest size becomes 1 */
+static void damped_add(struct pend_damped *damped, double complex value,
+                       const double complex shape[]) {
+    size_t n = (size_t)damped->n, row = (size_t)damped->count * n;
+    double complex scale = 1;
+    double most = 0;
+    for (size_t k = 0; k < n; k++) {
+        if (cabs(shape[k]) <= most * (1 + 1e-9)) continue;
+        most = cabs(shape[k]);
+        scale = shape[k];
+    }
+    for (size_t k = 0; k < n; k++) {
+        double complex entry = shape[k] / scale;
+        damped->re[row + k] = creal(entry);
+        damped->im[row + k] = cimag(entry);
+    }
+    damped->omega[damped->count] = fabs(cimag(value));
+    damped->decay[damped->count++] = creal(value);
+}
+
+/* nothing damps: K x = omega^2 M x */
+static enum pend_status damped_symmetric(struct pend_damped *damped, double mass[],
+                                         double stiffness[]) {
+    size_t n = (size_t)damped->n;
+    gsl_matrix_view m = gsl_matrix_view_array(mass, n, n);
+    gsl_matrix_view k = gsl_matrix_view_array(stiffness, n, n);
+    gsl_eigen_gensymmv_workspace *work = gsl_eigen_gensymmv_alloc(n);
+    gsl_vector *value = gsl_vector_alloc(n);
+    gsl_matrix *vector = gsl_matrix_alloc(n, n);
+    double complex *shape = malloc(n * sizeof *shape);
+    enum pend_status status = work && value && vector && shape ? PEND_OK : PEND_NO_MEMORY;
+    if (!status && gsl_eigen_gensymmv(&k.matrix, &m.matrix, value, vector, work))
+        status = PEND_NOT_FINITE;
+    for (size_t j = 0; j < n && !status; j++) {
+        double square = gsl_vector_get(value, j);
+        for (size_t i = 0; i < n; i++) shape[i] = gsl_matrix_get(vector, i, j);
+        if (square >= 0) {
+            damped_add(damped, I * sqrt(square), shape);
+            continue;
+        }
+        damped_add(damped, sqrt(-square), shape);
+        damped_add(damped, -sqrt(-square), shape);
+    }
+    free(shape);
+    gsl_matrix_free(vector);
+    gsl_vector_free(value);
+    gsl_eigen_gensymmv_free(work);
+    return status;
+}
+
+/* the matrix of 2 n rows: x' = v, v' = -M^{-1} (K x + C v) */
+static enum pend_status damped_companion(size_t n, double mass[], const double damping[],
+                                         const double stiffness[], gsl_matrix *out) {
+    gsl_matrix_view m = gsl_matrix_view_array(mass, n, n);
+    double *column = malloc(n * sizeof *column);
+    if (!column) return PEND_NO_MEMORY;
+    gsl_vector_view right = gsl_vector_view_array(column, n);
+    enum pend_status status = gsl_linalg_cholesky_decomp1(&m.matrix) ? PEND_NOT_FINITE : PEND_OK;
+    gsl_matrix_set_zero(out);
+    for (size_t i = 0; i < n; i++) gsl_matrix_set(out, i, n + i, 1);
+    for (size_t j = 0; j < 2 * n && !status; j++) {
+        const double *from = j < n ? stiffness : damping;
+        for (size_t i = 0; i < n; i++) column[i] = -from[i * n + j % n];
+        gsl_linalg_cholesky_svx(&m.matrix, &right.vector);
+        for (size_t i = 0; i < n; i++) gsl_matrix_set(out, n + i, j, column[i]);
+    }
+    free(column);
+    return status;
+}
+
+/* takes the eigenvalues of the companion matrix, one of each complex pair */
+static enum pend_status damped_take(struct pend_damped *damped, const gsl_vector_complex *value,
+                                    const gsl_matrix_complex *vector) {
+    size_t n = (size_t)damped->n;
+    double complex *shape = malloc(n * sizeof *shape);
+    if (!shape) return PEND_NO_MEMORY;
+    for (size_t j = 0; j < 2 * n; j++) {
+        gsl_complex z = gsl_vector_complex_get(value, j);
+        if (GSL_IMAG(z) < 0) continue;
+        for (size_t i = 0; i < n; i++) {
+            gsl_complex x = gsl_matrix_complex_get(vector, i, j);
+            shape[i] = GSL_REAL(x) + I * GSL_IMAG(x);
+        }
+        damped_add(damped, GSL_REAL(z) + I * GSL_IMAG(z), shape);
+    }
+    free(shape);
+    return PEND_OK;
+}
+
+static enum pend_status damped_general(struct pend_damped *damped, double mass[],
+                                       const double damping[], const double stiffness[]) {
+    size_t n = (size_t)damped->n;
+    gsl_eigen_nonsymmv_workspace *work = gsl_eigen_nonsymmv_alloc(2 * n);
+    gsl_matrix *matrix = gsl_matrix_alloc(2 * n, 2 * n);
+    gsl_vector_complex *value = gsl_vector_complex_alloc(2 * n);
+    gsl_matrix_complex *vector = gsl_matrix_complex_alloc(2 * n, 2 * n);
+    enum pend_status status = work && matrix && value && vector ? PEND_OK : PEND_NO_MEMORY;
+    if (!status) status = damped_companion(n, mass, damping, stiffness, matrix);
+    if (!status && gsl_eigen_nonsymmv(matrix, value, vector, work)) status = PEND_NOT_FINITE;
+    if (!status) status = damped_take(damped, value, vector);
+    gsl_matrix_complex_free(vector);
+    gsl_vector_complex_free(value);
+    gsl_matrix_free(matrix);
+    gsl_eigen_nonsymmv_free(work);
+    return status;
+}
+
+/* mode a comes before mode b: those that grow first, then by omega, then by decay */
+static int damped_before(const struct pend_damped *d, int a, int b) {
+    int grows = d->decay[a] > 0, other = d->decay[b] > 0;
+    if (grows != other) return grows;
+    if (d->omega[a] != d->omega[b]) return d->omega[a] < d->omega[b];
+    return d->decay[a] > d->decay[b];
+}
+
+static void damped_swap(double *x, double *y, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        double keep = x[i];
+        x[i] = y[i];
+        y[i] = keep;
+    }
+}
+
+static void damped_sort(struct pend_damped *d) {
+    size_t n = (size_t)d->n;
+    for (int i = 0; i < d->count; i++) {
+        int first = i;
+        for (int j = i + 1; j < d->count; j++)
+            if (damped_before(d, j, first)) first = j;
+        if (first == i) continue;
+        damped_swap(&d->omega[i], &d->omega[first], 1);
+        damped_swap(&d->decay[i], &d->decay[first], 1);
+        damped_swap(d->re + (size_t)i * n, d->re + (size_t)first * n, n);
+        damped_swap(d->im + (size_t)i * n, d->im + (size_t)first * n, n);
+    }
+}
+
+/* the modes about the equilibrium that is in `damped` already */
+static enum pend_status damped_solve(struct pend_damped *damped, const struct pend_tree *tree,
+                                     const struct pend_loads *loads) {
+    size_t square = (size_t)tree->n * (size_t)tree->n;
+    double *mass = malloc(3 * square * sizeof *mass);
+    if (!mass) return PEND_NO_MEMORY;
+    double *damping = mass + square, *stiffness = damping + square;
+    int damps = 0;
+    enum pend_status status =
+        pend_damped_matrices(tree, loads, damped->phi, mass, damping, stiffness);
+    for (size_t i = 0; i < square && !status; i++) damps |= damping[i] != 0;
+    if (!status)
+        status = damps ? damped_general(damped, mass, damping, stiffness)
+                       : damped_symmetric(damped, mass, stiffness);
+    free(mass);
+    if (!status) damped_sort(damped);
+    return status;
+}
+
+enum pend_status pend_damped_new(struct pend_damped **damped, const struct pend_tree *tree,
+                                 const struct pend_loads *loads, const double phi[],
+                                 struct pend_error *error) {
+    assert(pend_tree_valid(tree));
+    struct pend_damped *made = *damped = damped_alloc(tree->n);
+    if (!made)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %d arms",
+                         tree->n);
+    memcpy(made->phi, phi, (size_t)tree->n * sizeof *phi);
+    made->steps = pend_damped_equilibrium(tree, loads, made->phi);
+    enum pend_status status = made->steps < 0 ? PEND_NOT_FINITE : damped_solve(made, tree, loads);
+    if (status == PEND_OK) return PEND_OK;
+    pend_fail(error, status, -1, 0,
+              made->steps < 0 ? "no equilibrium was found near this state: give another one"
+              : status == PEND_NO_MEMORY ? "no memory for the modes of %d arms"
+                                         : "the modes of %d arms did not converge",
+              tree->n);
+    pend_damped_free(damped);
+    return status;
+}

@@ -1,0 +1,73 @@
+/* Small motions of a real pendulum about an equilibrium: where it is, and the modes there, damped
+ * or not, from dense matrices.
+ * Leaves to others: ideal pendulums, whose modes need no matrix (modes), the eigenvalues
+ * themselves (modes_gsl).
+ * Invariant: the equations are M x'' + C x' + K x = 0 in the angles x from the equilibrium; drives
+ * that depend on time are left out. */
+#ifndef PEND_DAMPED_H
+#define PEND_DAMPED_H
+
+#include "core/tree/loads.h"
+#include "core/tree/tree.h"
+
+/* Modes of n arms. Mode k moves as e^{(decay + i omega) t}: a pair of complex eigenvalues is one
+ * mode, a real eigenvalue is one with omega = 0. */
+struct pend_damped {
+    int n, count;    /* arms; modes, n .. 2 n */
+    double *phi;     /* n: the equilibrium, rad, stored order */
+    double *omega;   /* rad/s, >= 0 */
+    double *decay;   /* 1/s: the real part of the eigenvalue, below 0 where the mode dies away */
+    double *re, *im; /* shapes, mode-major: the angle of arm k in mode j at j n + k; the entry of
+                        largest size is 1 */
+    int steps;       /* of Newton's method */
+};
+
+/**
+ * Finds the equilibrium of a pendulum near a state, by Newton's method on the gradient of the
+ * potential energy of gravity, springs, constant torques and a constant acceleration of the pivot.
+ *
+ * phi  in: n angles to start from, rad; out: the equilibrium.
+ *
+ * Returns the number of steps; -1 if they do not converge in 200, or memory is short.
+ * O(n^3) a step. The nearest equilibrium is found where the start is close to it, and it may be
+ * unstable: an angle at which nothing pulls stays.
+ */
+int pend_damped_equilibrium(const struct pend_tree *tree, const struct pend_loads *loads,
+                            double phi[]);
+
+/**
+ * Fills in M, C and K at an equilibrium, n x n row-major each.
+ *
+ * M  kg m^2: M_jk = Re(conj(p u_j) H_k u_k) for an arm k beyond the point p of arm j, H the first
+ *    moment of an arm and of all that hangs on it; M_kk = J_k + sum |p_c|^2 m_c.
+ * C  N m s/rad: friction of the joints (that of speed s as f / s), drag of the tips, 2 gamma M.
+ * K  N m/rad: springs, and Re(conj(G) H_k u_k) on the diagonal, G = i g + a, with its sign.
+ *
+ * PEND_NO_MEMORY
+ * O(n^2).
+ */
+PEND_MUST_CHECK enum pend_status pend_damped_matrices(const struct pend_tree *tree,
+                                                      const struct pend_loads *loads,
+                                                      const double phi[], double mass[],
+                                                      double damping[], double stiffness[]);
+
+/**
+ * Finds all modes about the equilibrium that Newton's method finds from a start.
+ *
+ * damped  out; NULL on failure; released by pend_damped_free.
+ * phi     n angles to start from, rad, stored order.
+ *
+ * PEND_NO_MEMORY
+ * PEND_NOT_FINITE the equilibrium was not found, or eigenvalues did not converge.
+ * Modes are sorted: those that grow first, then by omega, then by decay. O(n^3): symmetric where
+ * nothing damps, else with a matrix of 2 n rows.
+ */
+PEND_MUST_CHECK enum pend_status pend_damped_new(struct pend_damped **damped,
+                                                 const struct pend_tree *tree,
+                                                 const struct pend_loads *loads, const double phi[],
+                                                 struct pend_error *error);
+
+/** Frees modes and clears the pointer; NULL is accepted. */
+void pend_damped_free(struct pend_damped **damped);
+
+#endif

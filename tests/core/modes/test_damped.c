@@ -1,0 +1,164 @@
+/* Tests of core/modes/damped: equilibria, matrices and damped modes of real pendulums.
+ * Leaves to others: modes of ideal pendulums (test_modes).
+ * Invariant: all pendulums are random, from seeds. */
+#include "core/modes/damped.h"
+
+#include <complex.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/bodies/bodies.h"
+#include "core/modes/modes_gsl.h"
+#include "tests/harness/bodies.h"
+#include "tests/harness/test.h"
+#include "tests/harness/trees.h"
+
+enum { ARMS = 7 };
+
+/* what conserves, then what damps: no drives that depend on time */
+enum { STILL = TEST_TERMS_RODS | TEST_TERMS_SPRINGS };
+enum {
+    LOSES = STILL | TEST_TERMS_DAMPING | TEST_TERMS_FRICTION | TEST_TERMS_DRAG | TEST_TERMS_MIST
+};
+
+static void accelerations(const struct test_tree *t, const struct test_bodies *b,
+                          const double phi[], const double rate[], double acc[]) {
+    struct bodies_state state = {phi, NULL, rate, 0, 0};
+    void *work = aligned_alloc(64, (pend_bodies_bytes(t->tree, b->terms) + 63) / 64 * 64);
+    if (!work) abort();
+    pend_bodies_at(t->tree, &b->loads, &state, work, acc, NULL);
+    free(work);
+}
+
+TEST(damped_modes_stand_at_a_rest_of_the_equations_of_motion) {
+    unsigned long long seed = 1;
+    double worst = 0;
+    for (int i = 0; i < 40; i++) {
+        struct test_tree t;
+        struct test_bodies b;
+        struct pend_error error = {0};
+        struct pend_damped *d;
+        double zero[ARMS] = {0}, acc[ARMS], start[ARMS];
+        test_tree_random(&t, TEST_TREE_ATTACHED, ARMS, 0.3, &seed);
+        test_bodies_random(&b, t.tree, i % 2 ? STILL : LOSES, &seed);
+        for (int k = 0; k < ARMS; k++) start[k] = -M_PI_2;
+        CHECK_SAYING(pend_damped_new(&d, t.tree, &b.loads, start, &error) == PEND_OK, "%s",
+                     error.text);
+        if (!d) continue;
+        accelerations(&t, &b, d->phi, zero, acc);
+        for (int k = 0; k < ARMS; k++) worst = fmax(worst, fabs(acc[k]));
+        pend_damped_free(&d);
+        test_bodies_clear(&b);
+        test_tree_clear(&t);
+    }
+    CHECK_RESIDUAL(worst, 1e-11, "accelerations at the equilibrium, rad/s^2");
+}
+
+/* phi'' of the linearized motion in a mode's direction, by differences of the equations of motion
+ */
+TEST(damped_modes_solve_the_equations_of_motion_near_their_rest) {
+    unsigned long long seed = 2;
+    double worst = 0;
+    for (int i = 0; i < 12; i++) {
+        struct test_tree t;
+        struct test_bodies b;
+        struct pend_error error = {0};
+        struct pend_damped *d;
+        double start[ARMS];
+        test_tree_random(&t, TEST_TREE_LIMBS, ARMS, 0.3, &seed);
+        test_bodies_random(&b, t.tree, i % 2 ? STILL : LOSES, &seed);
+        for (int k = 0; k < ARMS; k++) start[k] = -M_PI_2;
+        REQUIRE(pend_damped_new(&d, t.tree, &b.loads, start, &error) == PEND_OK);
+        int pairs = 0;
+        for (int j = 0; j < d->count; j++) {
+            const double step = 1e-6;
+            double complex value = d->decay[j] + I * d->omega[j];
+            double acc[2][2][ARMS];
+            pairs += d->omega[j] > 0 ? 2 : 1;
+            // real and imaginary parts of the shape, each to both sides
+            for (int part = 0; part < 2; part++) {
+                for (int side = 0; side < 2; side++) {
+                    double phi[ARMS], rate[ARMS];
+                    for (int k = 0; k < ARMS; k++) {
+                        double complex x = d->re[j * ARMS + k] + I * d->im[j * ARMS + k];
+                        double complex v = value * x;
+                        double move = side ? -step : step;
+                        phi[k] = d->phi[k] + move * (part ? cimag(x) : creal(x));
+                        rate[k] = move * (part ? cimag(v) : creal(v));
+                    }
+                    accelerations(&t, &b, phi, rate, acc[part][side]);
+                }
+            }
+            for (int k = 0; k < ARMS; k++) {
+                double complex x = d->re[j * ARMS + k] + I * d->im[j * ARMS + k];
+                double complex got = (acc[0][0][k] - acc[0][1][k]) / (2 * step) +
+                                     I * (acc[1][0][k] - acc[1][1][k]) / (2 * step);
+                double size = fmax(1, creal(value * conj(value)));
+                worst = fmax(worst, cabs(got - value * value * x) / size);
+            }
+        }
+        CHECK_INT(pairs, 2 * ARMS);
+        pend_damped_free(&d);
+        test_bodies_clear(&b);
+        test_tree_clear(&t);
+    }
+    CHECK_RESIDUAL(worst, 1e-7, "lambda^2 x = phi'' of a small motion in a mode");
+}
+
+TEST(damped_modes_of_ideal_pendulums_are_those_without_matrices) {
+    unsigned long long seed = 3;
+    double worst = 0;
+    for (int i = 0; i < 20; i++) {
+        struct test_tree t;
+        struct pend_error error = {0};
+        struct pend_damped *d;
+        struct pend_modes *modes;
+        double start[ARMS];
+        test_tree_random(&t, TEST_TREE_ATTACHED, ARMS, 0.5, &seed);
+        for (int k = 0; k < ARMS; k++) start[k] = -M_PI_2 + 0.1;
+        REQUIRE(pend_damped_new(&d, t.tree, TEST_LOADS(9.81), start, &error) == PEND_OK);
+        REQUIRE(pend_modes_gsl_new(&modes, t.tree, TEST_LOADS(9.81), 0, &error) == PEND_OK);
+        CHECK_INT(d->count, ARMS);
+        for (int k = 0; k < ARMS; k++) {
+            worst = fmax(worst, fabs(d->omega[k] / modes->omega[k] - 1));
+            CHECK(d->decay[k] == 0);
+        }
+        pend_modes_free(&modes);
+        pend_damped_free(&d);
+        test_tree_clear(&t);
+    }
+    CHECK_RESIDUAL(worst, 1e-11, "frequencies of ideal pendulums");
+}
+
+TEST(damped_modes_of_one_arm_are_the_textbooks) {
+    const double l = 0.7, m = 1.3, g = 9.81, damping[] = {0.05, 0.5, 20};
+    struct pend_tree *tree;
+    int parent = -1;
+    REQUIRE(pend_tree_new(&tree, 1, &l, &m, &parent, NULL) == PEND_OK);
+    for (int i = 0; i < 3; i++) {
+        unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
+        struct pend_terms *terms;
+        struct pend_error error;
+        struct pend_damped *d;
+        double start = -1.2, rate = damping[i] / (2 * m * l * l), square = g / l;
+        rows[PEND_TERM_DAMPING] = 1;
+        REQUIRE(pend_terms_new(&terms, 1, rows, ones, 0, NULL, NULL) == PEND_OK);
+        struct pend_loads loads = {g, terms, &damping[i]};
+        REQUIRE(pend_damped_new(&d, tree, &loads, &start, &error) == PEND_OK);
+        CHECK_RESIDUAL(fabs(d->phi[0] + M_PI_2) + 1e-16, 2e-15, "the arm hangs");
+        if (rate * rate < square) {
+            CHECK_INT(d->count, 1);
+            CHECK(fabs(d->omega[0] - sqrt(square - rate * rate)) < 1e-13);
+            CHECK(fabs(d->decay[0] + rate) < 1e-13);
+        } else {
+            double root = sqrt(rate * rate - square);
+            CHECK_INT(d->count, 2);
+            CHECK(fabs(d->decay[0] - (root - rate)) < 1e-12);
+            CHECK(fabs(d->decay[1] + root + rate) < 1e-12);
+        }
+        pend_damped_free(&d);
+        pend_terms_free(&terms);
+    }
+    pend_tree_free(&tree);
+}
