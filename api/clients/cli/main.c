@@ -159,10 +159,16 @@ static struct api_json *state(struct line *line, const char *method, const char 
     return document;
 }
 
-static const char *text(const struct api_json *document, const char *name) {
-    struct api_value root = api_json_root(document), value = api_value_member(&root, name);
+/* a member that is a text; "" where it is none */
+static const char *member(const struct api_value *object, const char *name) {
+    struct api_value value = api_value_member(object, name);
     const char *found = api_value_text(&value);
     return found ? found : "";
+}
+
+static const char *text(const struct api_json *document, const char *name) {
+    struct api_value root = api_json_root(document);
+    return member(&root, name);
 }
 
 static double number(const struct api_json *document, const char *name) {
@@ -257,21 +263,15 @@ static void jobs(struct line *line, const char *none) {
         *path = '\0';
         for (struct api_value job = api_value_first(&list); api_value_kind(&job) != API_MISSING;
              job = api_value_next(&job)) {
-            static const char *const names[] = {"id", "status", "operation", "created"};
             struct api_value done = api_value_member(&job, "progress");
-            for (int i = 0; i < 4; i++) {
-                struct api_value value = api_value_member(&job, names[i]);
-                if (i == 1) printf("%3.0f %% ", api_value_number(&done));
-                printf(i == 3 ? "%s\n" : "%-12s ", api_value_text(&value));
-            }
+            printf("%s %3.0f %% %-12s %-12s %s\n", member(&job, "id"), api_value_number(&done),
+                   member(&job, "status"), member(&job, "operation"), member(&job, "created"));
         }
         struct api_value links = api_value_member(&root, "links");
         for (struct api_value link = api_value_first(&links); api_value_kind(&link) != API_MISSING;
              link = api_value_next(&link)) {
-            struct api_value rel = api_value_member(&link, "rel"),
-                             href = api_value_member(&link, "href");
-            if (!strcmp(api_value_text(&rel), "next"))
-                snprintf(path, sizeof path, "%s", api_value_text(&href));
+            if (!strcmp(member(&link, "rel"), "next"))
+                snprintf(path, sizeof path, "%s", member(&link, "href"));
         }
         api_json_free(&page);
     }

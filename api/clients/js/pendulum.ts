@@ -178,7 +178,8 @@ export class Pendulum {
 
   /** Makes a job of a request. key: your own word for it; the same again leads to the same job. */
   async submit<R extends keyof Routes>(route: R, fields: Routes[R]["request"], key?: string, more: More = {}): Promise<JobHandle<Routes[R]["answer"]>> {
-    const own = key ?? Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
+    // one of a kind among this client's keys; nobody has to be kept from guessing it, and Node.js 18 has no global crypto
+    const own = key ?? [Date.now(), Math.random(), Math.random()].map((part) => part.toString(36).replace("0.", "")).join("-");
     const job: Job = await this.client.json("POST", `/v1/${route}`, this.body(fields, more), { Prefer: "respond-async", "Idempotency-Key": own });
     if (!job.id) throw new Refusal(501, { detail: "this server keeps no jobs" });
     return this.client.job(job.id);

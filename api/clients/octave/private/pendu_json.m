@@ -1,5 +1,8 @@
 function text = pendu_json(value)
 % JSON of a value. Unlike jsonencode it writes every digit of a double, and a cell of one number as an array.
+if isa(value, 'string') && isscalar(value)
+    value = char(value);
+end
 if ischar(value)
     text = ['"' regexprep(strrep(strrep(value, '\', '\\'), '"', '\"'), '[\x00-\x1f]', ' ') '"'];
 elseif isstruct(value) && isscalar(value)
