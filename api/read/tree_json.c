@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/read/arm_names.h"
+
 enum form { FORM_ARMS, FORM_LISTS, FORM_PAPER, FORM_COUNT };
 
 /* the fields of each form, and which of them has the faults that core finds */
@@ -36,13 +38,6 @@ static const char *const tree_fields[] = {"arms", "length", "mass",    "parent",
                                           "m",    "S",      "gravity", NULL};
 static const char *const arm_fields[] = {"name", "parent", "length", "mass", NULL};
 
-enum {
-    NO_PARENT = -2,    /* stands for a parent that was faulted already */
-    NUMBER_BYTES = 12, /* an arm's number as text */
-    NEAR_NAMES = 1000, /* names of a larger tree are not searched for the one that was meant */
-    NEAR_FAULTS = 20   /* nor if there are already more faults than these */
-};
-
 /* a tree while it is read */
 struct tree_reading {
     const struct api_value *pendulum;
@@ -51,8 +46,8 @@ struct tree_reading {
     enum form form;
     int n;
     double *length, *mass; /* n each; NAN = has a fault already */
-    int *parent; /* n, from 0, -1 = the pivot, NO_PARENT; the three are one block, and length begins
-                    it */
+    int *parent; /* n, from 0, -1 = the pivot, API_ARM_FAULTY; the three are one block, and length
+                    begins it */
 };
 
 /* faults */
@@ -86,9 +81,9 @@ static int fault_is_known(const struct tree_reading *reading, enum pend_field fi
     if (field == PEND_FIELD_LENGTH) return i >= 0 && isnan(reading->length[i]);
     if (field == PEND_FIELD_MASS) return i >= 0 && isnan(reading->mass[i]);
     if (field != PEND_FIELD_PARENT) return 0;
-    if (i >= 0) return reading->parent[i] == NO_PARENT;
+    if (i >= 0) return reading->parent[i] == API_ARM_FAULTY;
     for (int k = 0; k < reading->n; k++)
-        if (reading->parent[k] == NO_PARENT) return 1;
+        if (reading->parent[k] == API_ARM_FAULTY) return 1;
     return 0;
 }
 
@@ -102,100 +97,6 @@ static void tree_report(void *context, enum pend_field field, int i, int j, cons
 
 /* the form with names */
 
-struct name_list {
-    const char **text; /* n and a NULL; begins the block of all four */
-    int *sorted;       /* arms by name, then by number */
-    char *numbers;     /* NUMBER_BYTES an arm, the names of those that were given none */
-    int given;         /* arms with a name of their own */
-};
-
-static enum pend_status names_new(struct name_list *names, int n) {
-    size_t count = (size_t)n;
-    names->text =
-        malloc((count + 1) * sizeof *names->text + count * (sizeof *names->sorted + NUMBER_BYTES));
-    if (!names->text) return PEND_NO_MEMORY;
-    names->text[n] = NULL;
-    names->sorted = (int *)(names->text + count + 1);
-    names->numbers = (char *)(names->sorted + count);
-    names->given = 0;
-    return PEND_OK;
-}
-
-/* uses the arm's own name, or its number */
-static void names_take(struct name_list *names, const struct api_value *arm,
-                       struct api_problem *problem) {
-    int i = arm->index;
-    char found[API_FOUND_BYTES], *number = names->numbers + (size_t)i * NUMBER_BYTES;
-    struct api_value field = api_value_member(arm, "name");
-    const char *text = api_value_text(&field);
-    snprintf(number, NUMBER_BYTES, "%d", i + 1);
-    names->given += text && *text;
-    names->text[i] = text && *text ? text : number;
-    if (names->text[i] == text || api_value_kind(&field) == API_MISSING) return;
-    api_value_found(&field, found);
-    api_value_fault(&field, problem, "must be a text that is not empty, got %s", found);
-}
-
-static int name_order(const void *a, const void *b, void *context) {
-    const char *const *text = context;
-    int i = *(const int *)a, j = *(const int *)b, order = strcmp(text[i], text[j]);
-    return order ? order : (i > j) - (i < j);
-}
-
-/* sorts the names, and adds a fault for every arm that has the name of an earlier one */
-static void names_sort(struct name_list *names, const struct tree_reading *reading) {
-    int first = 0;
-    for (int i = 0; i < reading->n; i++) names->sorted[i] = i;
-    qsort_r(names->sorted, (size_t)reading->n, sizeof *names->sorted, name_order, names->text);
-    for (int i = 1; i < reading->n; i++) {
-        char text[80];
-        if (strcmp(names->text[names->sorted[i]], names->text[names->sorted[first]])) {
-            first = i;
-            continue;
-        }
-        snprintf(text, sizeof text,
-                 "arm %d has this name already; an arm without a name has its number",
-                 names->sorted[first] + 1);
-        tree_fault(reading, "name", names->sorted[i], -1, text);
-    }
-}
-
-/* the first arm of that name, or NO_PARENT */
-static int names_find(const struct name_list *names, int n, const char *name) {
-    int low = 0, high = n;
-    while (low < high) {
-        int middle = low + (high - low) / 2;
-        if (strcmp(names->text[names->sorted[middle]], name) < 0)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low < n && !strcmp(names->text[names->sorted[low]], name) ? names->sorted[low]
-                                                                     : NO_PARENT;
-}
-
-/* the arm that carries this one, by its name */
-static int arm_parent(const struct name_list *names, int n, const struct api_value *arm,
-                      struct api_problem *problem) {
-    char found[API_FOUND_BYTES];
-    struct api_value field = api_value_member(arm, "parent");
-    if (api_value_kind(&field) == API_MISSING || api_value_kind(&field) == API_NULL) return -1;
-    const char *text = api_value_text(&field), *near = NULL;
-    int parent = text ? names_find(names, n, text) : NO_PARENT;
-    if (parent >= 0 || api_problem_full(problem)) return parent;
-    if (text && n <= NEAR_NAMES && fault_count(problem) < NEAR_FAULTS)
-        near = api_name_nearest(text, names->text);
-    api_value_found(&field, found);
-    if (near)
-        api_value_fault(&field, problem, "must be the name of an arm, got %s; did you mean \"%s\"?",
-                        found, near);
-    else
-        api_value_fault(&field, problem,
-                        "must be the name of an arm (left out or null at the pivot), got %s",
-                        found);
-    return NO_PARENT;
-}
-
 /* reads a length or a mass; core checks its range */
 static double arm_number(const struct api_value *arm, const char *name,
                          struct api_problem *problem) {
@@ -206,10 +107,10 @@ static double arm_number(const struct api_value *arm, const char *name,
     return number;
 }
 
-static void read_arm(struct tree_reading *reading, struct name_list *names,
+static void read_arm(struct tree_reading *reading, struct api_arm_names *names,
                      const struct api_value *arm) {
     int i = arm->index;
-    names_take(names, arm, reading->problem);
+    api_arm_names_take(names, arm, reading->problem);
     reading->length[i] = reading->mass[i] = NAN;
     if (!api_field_object(arm, reading->problem)) return;
     (void)api_value_only(arm, arm_fields, reading->problem);
@@ -217,34 +118,19 @@ static void read_arm(struct tree_reading *reading, struct name_list *names,
     reading->mass[i] = arm_number(arm, "mass", reading->problem);
 }
 
-/* copies the names into one block that outlives the document */
-static enum pend_status names_keep(const struct name_list *names, int n, const char ***kept) {
-    size_t bytes = (size_t)n * sizeof **kept;
-    for (int i = 0; i < n; i++) bytes += strlen(names->text[i]) + 1;
-    const char **list = malloc(bytes);
-    if (!list) return PEND_NO_MEMORY;
-    char *at = (char *)(list + n);
-    for (int i = 0; i < n; i++) {
-        list[i] = at;
-        at = stpcpy(at, names->text[i]) + 1;
-    }
-    *kept = list;
-    return PEND_OK;
-}
-
 static enum pend_status read_arms(struct tree_reading *reading, const char ***kept) {
-    struct name_list names = {0};
+    struct api_arm_names names;
     struct api_value arms = api_value_member(reading->pendulum, "arms"), arm;
-    PEND_TRY(names_new(&names, reading->n));
+    PEND_TRY(api_arm_names_init(&names, reading->n));
     for (arm = api_value_item(&arms, 0); api_value_kind(&arm) != API_MISSING;
          arm = api_value_next(&arm))
         read_arm(reading, &names, &arm);
-    names_sort(&names, reading);
+    api_arm_names_sort(&names, &arms, reading->problem);
     for (arm = api_value_item(&arms, 0); api_value_kind(&arm) != API_MISSING;
          arm = api_value_next(&arm))
-        reading->parent[arm.index] = arm_parent(&names, reading->n, &arm, reading->problem);
-    enum pend_status status = names.given ? names_keep(&names, reading->n, kept) : PEND_OK;
-    free(names.text);
+        reading->parent[arm.index] = api_arm_names_parent(&names, &arm, reading->problem);
+    enum pend_status status = api_arm_names_keep(&names, kept);
+    api_arm_names_clear(&names);
     return status;
 }
 
@@ -266,7 +152,7 @@ static enum pend_status read_parents(struct tree_reading *reading) {
         char text[120];
         double x = number[i];
         int good = x >= 0 && x <= reading->n && x == floor(x);
-        reading->parent[i] = good ? (int)x - 1 : NO_PARENT;
+        reading->parent[i] = good ? (int)x - 1 : API_ARM_FAULTY;
         if (good || isnan(x)) continue;
         snprintf(text, sizeof text,
                  "must be 0 (the pivot) or the number of an arm, 1 to %d, got %.15g", reading->n,
@@ -311,7 +197,7 @@ static enum pend_status read_path(struct tree_reading *reading) {
     else if (api_field_needed(&matrix, reading->problem))
         api_value_fault(&matrix, reading->problem,
                         "must be an array of %d rows of %d numbers, one for each arm", n, n);
-    for (int i = 0; status != PEND_OK && i < n; i++) reading->parent[i] = NO_PARENT;
+    for (int i = 0; status != PEND_OK && i < n; i++) reading->parent[i] = API_ARM_FAULTY;
     return status == PEND_INVALID
                ? PEND_OK
                : status; /* the faults were added; the rest is still to be checked */
