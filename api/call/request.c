@@ -46,8 +46,11 @@ enum pend_status api_request_read(const struct api_request *request,
     const char *const parts[] = {op->name, argument, format->media_type, engine, NULL};
     struct api_json *document = NULL;
     struct api_value root;
-    struct api_reading reading = {
-        .argument = request->argument, .format = format, .limits = limits, .problem = problem};
+    struct api_reading reading = {.op = op,
+                                  .argument = request->argument,
+                                  .format = format,
+                                  .limits = limits,
+                                  .problem = problem};
     enum pend_status status = PEND_OK;
     *state = NULL;
     if (op->body) {

@@ -40,8 +40,11 @@ static enum pend_status scene_member(const char *name, const struct api_value *v
 enum pend_status api_scene_check_request(const struct api_value *value,
                                          const struct api_limits *limits,
                                          struct api_problem *problem) {
-    struct api_reading reading = {
-        .root = value, .format = &api_format_octets, .limits = limits, .problem = problem};
+    struct api_reading reading = {.op = &api_op_trajectories,
+                                  .root = value,
+                                  .format = &api_format_octets,
+                                  .limits = limits,
+                                  .problem = problem};
     void *state = NULL;
     if (!api_field_object(value, problem)) return PEND_INVALID;
     enum pend_status status = api_op_trajectories.read(&state, &reading);

@@ -140,11 +140,10 @@ static void check_size(struct api_ensemble *e, const struct api_reading *reading
 static enum pend_status read_parts(struct api_ensemble *e, const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
     const struct api_value *root = reading->root;
-    struct api_value pendulum = api_value_member(root, "pendulum"),
-                     digits = api_value_member(root, "digits");
+    struct api_value digits = api_value_member(root, "digits");
     long rounded = 0;
     (void)api_value_only(root, fields, problem);
-    enum pend_status status = api_tree_read(&e->tree, &pendulum, reading->limits, problem);
+    enum pend_status status = api_reading_tree(reading, &e->tree);
     if (status == PEND_NO_MEMORY) return status;
     api_observables_read(&e->seen, root, problem);
     PEND_TRY(read_time(e, reading));

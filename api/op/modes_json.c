@@ -145,7 +145,7 @@ enum pend_status api_modes_read(struct api_modes *modes, const struct api_readin
     long rounded = 0;
     *modes = (struct api_modes){.vectors = 1};
     (void)api_value_only(root, modes_fields, problem);
-    enum pend_status status = api_tree_read(&modes->tree, &pendulum, reading->limits, problem);
+    enum pend_status status = api_reading_tree(reading, &modes->tree);
     if (status == PEND_NO_MEMORY) return status;
     if (modes->tree.n)
         api_tree_modes_allowed(&modes->tree, &pendulum, 0, "finding the modes", reading->limits,

@@ -23,6 +23,17 @@ int api_turn_over(const struct api_turn *turn) {
            (turn->hurry && seconds >= hurried_seconds && turn->hurry(turn->company));
 }
 
+enum pend_status api_reading_tree(const struct api_reading *reading, struct api_tree *tree) {
+    struct api_value pendulum = api_value_member(reading->root, "pendulum");
+    PEND_TRY(api_tree_read(tree, &pendulum, reading->limits, reading->problem));
+    if (!tree->terms || reading->op->terms) return PEND_OK;
+    api_value_fault(&pendulum, reading->problem,
+                    "has rods, bodies, springs, friction or drives, which \"%s\" does not take "
+                    "yet: leave them out",
+                    reading->op->name);
+    return PEND_INVALID;
+}
+
 void api_reading_check_size(const struct api_reading *reading, const struct api_table *table,
                             const struct api_value *value, const char *what, const char *fewer) {
     assert(table->count >= 1 && table->rows >= 0);

@@ -8,6 +8,7 @@
 #include "api/base/buffer.h"
 #include "api/base/limits.h"
 #include "api/base/problem.h"
+#include "api/read/tree_json.h"
 #include "core/base/checkpoint.h"
 
 /* The operations, each of which has a route. */
@@ -28,12 +29,13 @@ enum api_op_id {
 enum { API_OP_SMALL_BYTES = 1 << 16 }; /* memory of an operation without `bytes` */
 
 struct api_format;
+struct api_op;
 struct api_stats;
 struct api_table;
-struct api_value;
 
 /* The input from which an operation is read. */
 struct api_reading {
+    const struct api_op *op;      /* the operation that reads it */
     const struct api_value *root; /* the body's JSON object; NULL for an operation without a body */
     const char *argument;         /* the variable part of the path, or NULL */
     const struct api_format *format; /* the representation that was negotiated */
@@ -65,6 +67,7 @@ int api_turn_over(const struct api_turn *turn);
 struct api_op {
     const char *name; /* as in the route: "trajectories" */
     int body;         /* needs a JSON body */
+    int terms;        /* takes the terms of a real pendulum, not of an ideal one alone */
     int samples; /* 0: only JSON; 1: a table of samples, in every representation but pictures; 2: a
                     table that can also be drawn */
 
@@ -134,6 +137,13 @@ struct api_op {
 extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api_op_modes,
     api_op_ensembles, api_op_equations, api_op_lyapunov, api_op_sections, api_op_presets,
     api_op_preset;
+
+/**
+ * Reads the member `pendulum`, as api_tree_read does; terms that the operation does not take are
+ * faults.
+ */
+PEND_MUST_CHECK enum pend_status api_reading_tree(const struct api_reading *reading,
+                                                  struct api_tree *tree);
 
 /**
  * Adds a fault for an answer that is kept in memory and would be larger than max-answer-bytes.

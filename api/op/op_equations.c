@@ -47,10 +47,9 @@ static void equations_read_form(struct equations *equations, const struct api_re
 static enum pend_status equations_read_parts(struct equations *equations,
                                              const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
-    struct api_value pendulum = api_value_member(reading->root, "pendulum");
     struct api_value initial = api_value_member(reading->root, "initial");
     (void)api_value_only(reading->root, fields, problem);
-    enum pend_status status = api_tree_read(&equations->tree, &pendulum, reading->limits, problem);
+    enum pend_status status = api_reading_tree(reading, &equations->tree);
     if (status == PEND_NO_MEMORY) return status;
     if (status == PEND_OK) PEND_TRY(api_states_new(&equations->start, 1, equations->tree.n));
     api_states_read(equations->start, 0, &initial, &equations->tree, reading->limits, problem);

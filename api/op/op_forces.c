@@ -154,7 +154,6 @@ static enum pend_status forces_read_states(struct forces *forces,
 
 static enum pend_status forces_read_parts(struct forces *forces,
                                           const struct api_reading *reading) {
-    struct api_value pendulum = api_value_member(reading->root, "pendulum");
     struct api_value digits = api_value_member(reading->root, "digits");
     struct api_value time = api_value_member(reading->root, "time");
     long rounded = 0;
@@ -163,8 +162,7 @@ static enum pend_status forces_read_parts(struct forces *forces,
     api_value_usual_number(&time, 0);
     (void)api_field_whole(&digits, 1, 17, &rounded, reading->problem);
     forces->table.digits = (int)rounded;
-    enum pend_status status =
-        api_tree_read(&forces->tree, &pendulum, reading->limits, reading->problem);
+    enum pend_status status = api_reading_tree(reading, &forces->tree);
     if (status == PEND_NO_MEMORY) return status;
     return forces_read_states(forces, reading);
 }

@@ -81,8 +81,7 @@ static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov,
                                             const struct api_reading *reading) {
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
-    struct api_value pendulum = api_value_member(root, "pendulum"),
-                     initial = api_value_member(root, "initial");
+    struct api_value initial = api_value_member(root, "initial");
     struct api_value duration = api_value_member(root, "duration"),
                      transient = api_value_member(root, "transient");
     struct api_value samples = api_value_member(root, "samples"),
@@ -90,7 +89,7 @@ static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov,
     struct api_value digits = api_value_member(root, "digits");
     long rounded = 0, rows = SAMPLES_USUAL;
     (void)api_value_only(root, fields, problem);
-    enum pend_status status = api_tree_read(&lyapunov->tree, &pendulum, reading->limits, problem);
+    enum pend_status status = api_reading_tree(reading, &lyapunov->tree);
     if (status == PEND_NO_MEMORY) return status;
     if (status == PEND_OK) PEND_TRY(api_states_new(&lyapunov->start, 1, lyapunov->tree.n));
     api_states_read(lyapunov->start, 0, &initial, &lyapunov->tree, reading->limits, problem);

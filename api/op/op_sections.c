@@ -107,8 +107,7 @@ static enum pend_status sections_read_parts(struct sections *sections,
                                             const struct api_reading *reading) {
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
-    struct api_value pendulum = api_value_member(root, "pendulum"),
-                     initial = api_value_member(root, "initial");
+    struct api_value initial = api_value_member(root, "initial");
     struct api_value section = api_value_member(root, "section"),
                      duration = api_value_member(root, "duration");
     struct api_value count = api_value_member(root, "count"), rtol = api_value_member(root, "rtol");
@@ -116,7 +115,7 @@ static enum pend_status sections_read_parts(struct sections *sections,
     double most = reading->limits->samples;
     long rounded = 0, rows = most < COUNT_USUAL ? (long)most : COUNT_USUAL;
     (void)api_value_only(root, fields, problem);
-    enum pend_status status = api_tree_read(&sections->tree, &pendulum, reading->limits, problem);
+    enum pend_status status = api_reading_tree(reading, &sections->tree);
     if (status == PEND_NO_MEMORY) return status;
     if (status == PEND_OK) PEND_TRY(api_states_new(&sections->start, 1, sections->tree.n));
     api_states_read(sections->start, 0, &initial, &sections->tree, reading->limits, problem);

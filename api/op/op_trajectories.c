@@ -126,14 +126,13 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
                                               const struct api_reading *reading) {
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
-    struct api_value pendulum = api_value_member(root, "pendulum"),
-                     initial = api_value_member(root, "initial");
+    struct api_value initial = api_value_member(root, "initial");
     struct api_value times = api_value_member(root, "times"),
                      output = api_value_member(root, "output");
     struct api_value digits = api_value_member(root, "digits");
     long rounded = 0;
     (void)api_value_only(root, fields, problem);
-    enum pend_status status = api_tree_read(&trajectory->tree, &pendulum, reading->limits, problem);
+    enum pend_status status = api_reading_tree(reading, &trajectory->tree);
     if (status == PEND_NO_MEMORY) return status;
     if (status == PEND_OK) PEND_TRY(api_states_new(&trajectory->start, 1, trajectory->tree.n));
     api_states_read(trajectory->start, 0, &initial, &trajectory->tree, reading->limits, problem);

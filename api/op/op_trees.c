@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "api/json/json_out.h"
+#include "api/op/terms_write.h"
 #include "api/read/tree_json.h"
 
 static const char *const fields[] = {"pendulum", NULL};
@@ -23,13 +24,11 @@ static void trees_free(void **state) {
 }
 
 static enum pend_status trees_read(void **state, const struct api_reading *reading) {
-    struct api_value pendulum = api_value_member(reading->root, "pendulum");
     struct trees *trees = calloc(1, sizeof *trees);
     *state = trees;
     if (!trees) return PEND_NO_MEMORY;
     int unknown = api_value_only(reading->root, fields, reading->problem);
-    enum pend_status status =
-        api_tree_read(&trees->tree, &pendulum, reading->limits, reading->problem);
+    enum pend_status status = api_reading_tree(reading, &trees->tree);
     if (status == PEND_OK && unknown) status = PEND_INVALID;
     trees->matrices = trees->tree.n <= reading->limits->matrix_arms;
     if (status != PEND_OK) trees_free(state);
@@ -46,7 +45,22 @@ static enum pend_status write_arm(const struct api_tree *tree, int i, struct api
         api_out_text(out, "parent", parent < 0 ? NULL : api_tree_name(tree, parent, parent_name)));
     PEND_TRY(api_out_number(out, "length", tree->tree->len[k], 0));
     PEND_TRY(api_out_number(out, "mass", tree->tree->mass[k], 0));
+    PEND_TRY(api_terms_write_arm(&tree->loads, k, out));
     return api_buffer_text(out, "}");
+}
+
+/* the masses of the arms' sub-trees, with those of rods and bodies, in the caller's order */
+static void sum_masses(const struct api_tree *tree, double row[]) {
+    const struct pend_tree *stored = tree->tree;
+    const struct pend_loads *loads = &tree->loads;
+    for (int k = 0; k < tree->n; k++)
+        row[stored->order[k]] =
+            loads->terms
+                ? stored->mass[k] + pend_terms_get(loads->terms, loads->value, PEND_TERM_ROD, k) +
+                      pend_terms_get(loads->terms, loads->value, PEND_TERM_BODY, k)
+                : stored->subtree_mass[k];
+    for (int k = tree->n - 1; loads->terms && k > 0; k--)
+        row[stored->order[stored->parent[k]]] += row[stored->order[k]];
 }
 
 /* writes the lists with a number an arm; `row` is scratch of n numbers */
@@ -57,7 +71,7 @@ static enum pend_status write_lists(const struct api_tree *tree, double row[],
     PEND_TRY(api_out_numbers(out, "parent", tree->n, row, 0));
     for (int i = 0; i < tree->n; i++) row[i] = stored->depth[stored->place[i]];
     PEND_TRY(api_out_numbers(out, "depth", tree->n, row, 0));
-    for (int i = 0; i < tree->n; i++) row[i] = stored->subtree_mass[stored->place[i]];
+    sum_masses(tree, row);
     return api_out_numbers(out, "subtree_mass", tree->n, row, 0);
 }
 
@@ -75,6 +89,7 @@ static enum pend_status write_tree(const struct trees *trees, double scratch[],
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(api_out_whole(out, "n", tree->n));
     PEND_TRY(api_out_number(out, "gravity", tree->loads.gravity, 0));
+    PEND_TRY(api_terms_write_whole(&tree->loads, out));
     PEND_TRY(api_out_number(out, "length_total", tree->tree->length_total, 0));
     PEND_TRY(api_out_open(out, "arms", '['));
     for (int i = 0; i < tree->n; i++) PEND_TRY(write_arm(tree, i, out));
@@ -102,11 +117,13 @@ static enum pend_status trees_run(void *state, const struct api_turn *turn, int 
 static double trees_bytes(const void *state) {
     const struct trees *trees = state;
     double n = trees->tree.n, square = trees->matrices ? n * n : n;
-    return api_tree_bytes(&trees->tree) + (sizeof(double) + 8) * square + 512 * n;
+    return api_tree_bytes(&trees->tree) + (sizeof(double) + 8) * square + 512 * n +
+           api_terms_write_bytes(&trees->tree.loads);
 }
 
 const struct api_op api_op_trees = {.name = "trees",
                                     .body = 1,
+                                    .terms = 1,
                                     .read = trees_read,
                                     .run = trees_run,
                                     .bytes = trees_bytes,

@@ -69,8 +69,10 @@ void api_method_read(struct api_method *method, const struct api_value *root,
     (void)read_setting(&step, known, PEND_METHOD_FIXED_STEP, range->step_min, range->step_max,
                        &method->step, problem);
     method->accuracy = api_accuracy_read(root, problem);
-    if (known && known->flags & PEND_METHOD_LINEAR)
+    if (known && known->flags & PEND_METHOD_LINEAR) {
+        api_tree_ideal(tree, &name, "method linear", problem);
         api_tree_modes_allowed(tree, &name, tree->n, "method linear", limits, problem);
+    }
 }
 
 double api_accuracy_read(const struct api_value *root, struct api_problem *problem) {

@@ -112,6 +112,7 @@ static void read_mode(struct api_states *states, long i, const struct api_value 
     (void)api_field_whole(mode, 1, tree->n ? tree->n : (long)limits->arms, &number, problem);
     if (api_field_needed(amplitude, problem))
         (void)api_value_read_number(amplitude, -INFINITY, INFINITY, "", &size, problem);
+    api_tree_ideal(tree, mode, "a start in a mode", problem);
     api_tree_modes_allowed(tree, mode, 1, "a start in a mode", limits, problem);
     if (!states) return;
     states->mode[i] = (int)number;

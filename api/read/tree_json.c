@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "api/read/arm_names.h"
+#include "api/read/terms_json.h"
 
 enum form { FORM_ARMS, FORM_LISTS, FORM_PAPER, FORM_COUNT };
 
@@ -34,9 +35,11 @@ static const struct {
 
 static const double usual_gravity = 9.81; /* m/s^2 */
 
-static const char *const tree_fields[] = {"arms", "length", "mass",    "parent", "L",
-                                          "m",    "S",      "gravity", NULL};
-static const char *const arm_fields[] = {"name", "parent", "length", "mass", NULL};
+static const char *const tree_fields[] = {
+    "arms", "length",  "mass",           "parent",          "L", "m",
+    "S",    "gravity", API_TERMS_OF_ALL, API_TERMS_OF_ARMS, NULL};
+static const char *const arm_fields[] = {"name", "parent",          "length",
+                                         "mass", API_TERMS_OF_ARMS, NULL};
 
 /* a tree while it is read */
 struct tree_reading {
@@ -45,7 +48,9 @@ struct tree_reading {
     char at[API_POINTER_BYTES]; /* the pendulum's own pointer */
     enum form form;
     int n;
-    double *length, *mass; /* n each; NAN = has a fault already */
+    double *length, *mass;  /* n each; NAN = has a fault already */
+    struct api_terms terms; /* what is beyond the ideal pendulum */
+    unsigned char *bare;    /* n flags: the mass at the tip may be 0; NULL = nowhere */
     int *parent; /* n, from 0, -1 = the pivot, API_ARM_FAULTY; the three are one block, and length
                     begins it */
 };
@@ -95,15 +100,26 @@ static void tree_report(void *context, enum pend_field field, int i, int j, cons
         tree_fault(reading, name, i, j, text ? text : "is at fault");
 }
 
+/* adds a fault that terms_json found */
+static void term_fault(void *context, const char *field, int i, const char *text) {
+    const struct tree_reading *reading = context;
+    int mass = !strcmp(field, "mass");
+    tree_fault(reading, mass ? forms[reading->form].blamed[PEND_FIELD_MASS] : field, i, -1, text);
+}
+
+/* a mass may be missing or null where a rod or a body has one */
+static int mass_is_spared(const struct tree_reading *reading, const struct api_value *mass, int i) {
+    enum api_kind kind = api_value_kind(mass);
+    return (kind == API_MISSING || kind == API_NULL) && api_terms_bare(&reading->terms, i);
+}
+
 /* the form with names */
 
 /* reads a length or a mass; core checks its range */
-static double arm_number(const struct api_value *arm, const char *name,
-                         struct api_problem *problem) {
+static double arm_number(const struct api_value *field, struct api_problem *problem) {
     double number = NAN;
-    struct api_value field = api_value_member(arm, name);
-    if (api_field_needed(&field, problem))
-        (void)api_value_read_number(&field, -INFINITY, INFINITY, "", &number, problem);
+    if (api_field_needed(field, problem))
+        (void)api_value_read_number(field, -INFINITY, INFINITY, "", &number, problem);
     return number;
 }
 
@@ -114,8 +130,10 @@ static void read_arm(struct tree_reading *reading, struct api_arm_names *names,
     reading->length[i] = reading->mass[i] = NAN;
     if (!api_field_object(arm, reading->problem)) return;
     (void)api_value_only(arm, arm_fields, reading->problem);
-    reading->length[i] = arm_number(arm, "length", reading->problem);
-    reading->mass[i] = arm_number(arm, "mass", reading->problem);
+    struct api_value length = api_value_member(arm, "length"), mass = api_value_member(arm, "mass");
+    reading->length[i] = arm_number(&length, reading->problem);
+    api_terms_read_arm(&reading->terms, arm);
+    reading->mass[i] = mass_is_spared(reading, &mass, i) ? 0 : arm_number(&mass, reading->problem);
 }
 
 static enum pend_status read_arms(struct tree_reading *reading, const char ***kept) {
@@ -141,6 +159,29 @@ static void read_list(const struct tree_reading *reading, const char *name, doub
     for (int i = 0; i < reading->n; i++) out[i] = NAN;
     if (api_field_needed(&field, reading->problem))
         (void)api_field_numbers(&field, reading->n, "arm", out, reading->problem);
+}
+
+/* the list of masses, where some arms may have none at their tips */
+static void read_bare_masses(const struct tree_reading *reading) {
+    struct api_value field = api_value_member(reading->pendulum, "mass"), item;
+    int spared = 0, n = reading->n;
+    for (int i = 0; i < n; i++) reading->mass[i] = NAN;
+    if (api_value_kind(&field) == API_MISSING) {
+        for (int i = 0; i < n; i++) {
+            reading->mass[i] = mass_is_spared(reading, &field, i) ? 0 : NAN;
+            spared += !isnan(reading->mass[i]);
+        }
+        if (spared < n) (void)api_field_needed(&field, reading->problem);
+        return;
+    }
+    if (api_value_kind(&field) != API_ARRAY || api_value_count(&field) != n) {
+        (void)api_field_numbers(&field, n, "arm", reading->mass, reading->problem);
+        return;
+    }
+    for (item = api_value_first(&field); api_value_kind(&item) != API_MISSING;
+         item = api_value_next(&item))
+        reading->mass[item.index] =
+            mass_is_spared(reading, &item, item.index) ? 0 : arm_number(&item, reading->problem);
 }
 
 /* parents as numbers from 1, 0 = the pivot */
@@ -253,14 +294,48 @@ static void fault_empty(const struct tree_reading *reading) {
 static enum pend_status read_form(struct tree_reading *reading, const char ***names) {
     if (reading->form == FORM_ARMS) return read_arms(reading, names);
     read_list(reading, forms[reading->form].field[0], reading->length);
-    read_list(reading, forms[reading->form].field[1], reading->mass);
+    if (reading->form == FORM_LISTS) api_terms_read_lists(&reading->terms, reading->pendulum, NULL);
+    if (reading->terms.given)
+        read_bare_masses(reading);
+    else
+        read_list(reading, forms[reading->form].field[1], reading->mass);
     return reading->form == FORM_LISTS ? read_parents(reading) : read_path(reading);
+}
+
+/* the flags of the arms whose tips may have no mass */
+static void bare_arms(const struct tree_reading *reading) {
+    for (int i = 0; i < reading->n; i++)
+        reading->bare[i] = (unsigned char)api_terms_bare(&reading->terms, i);
+}
+
+/* reads the arms and the terms, and builds the tree and the list */
+static enum pend_status read_whole(struct tree_reading *reading, struct api_tree *tree) {
+    struct pend_fault_sink sink = {tree_report, reading, API_PROBLEM_FAULTS};
+    size_t n = (size_t)reading->n;
+    reading->length = malloc(n * (2 * sizeof(double) + sizeof(int) + 1));
+    if (!reading->length) return PEND_NO_MEMORY;
+    reading->mass = reading->length + n;
+    reading->parent = (int *)(reading->mass + n);
+    reading->bare = (unsigned char *)(reading->parent + n);
+    PEND_TRY(read_form(reading, &tree->names));
+    if (reading->form != FORM_LISTS)
+        api_terms_read_lists(&reading->terms, reading->pendulum, forms[reading->form].summary);
+    api_terms_read_whole(&reading->terms, reading->pendulum);
+    PEND_TRY(reading->terms.status);
+    api_terms_check(&reading->terms, reading->parent, term_fault, reading);
+    bare_arms(reading);
+    PEND_TRY(pend_tree_new_bare(&tree->tree, reading->n, reading->length, reading->mass,
+                                reading->bare, reading->parent, &sink));
+    PEND_TRY(api_terms_make(&reading->terms, tree->tree, &tree->terms, &tree->value, term_fault,
+                            reading));
+    tree->loads.terms = tree->terms;
+    tree->loads.value = tree->value;
+    return PEND_OK;
 }
 
 enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pendulum,
                                const struct api_limits *limits, struct api_problem *problem) {
     struct tree_reading reading = {.pendulum = pendulum, .problem = problem};
-    struct pend_fault_sink sink = {tree_report, &reading, API_PROBLEM_FAULTS};
     long faults = fault_count(problem);
     *tree = (struct api_tree){.loads.gravity = usual_gravity};
     if (!api_field_object(pendulum, problem)) return PEND_INVALID;
@@ -281,32 +356,32 @@ enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pe
                         reading.n, limits->arms);
     if (!reading.n || reading.n > limits->arms) return PEND_INVALID;
 
-    size_t n = (size_t)reading.n;
-    reading.length = malloc(n * (2 * sizeof(double) + sizeof(int)));
-    if (!reading.length) return PEND_NO_MEMORY;
-    reading.mass = reading.length + n;
-    reading.parent = (int *)(reading.mass + n);
-    enum pend_status status = read_form(&reading, &tree->names);
-    if (status == PEND_OK)
-        status = pend_tree_new(&tree->tree, reading.n, reading.length, reading.mass, reading.parent,
-                               &sink);
+    api_terms_init(&reading.terms, reading.n, problem);
+    enum pend_status status = read_whole(&reading, tree);
+    api_terms_clear(&reading.terms);
     free(reading.length);
     return status == PEND_OK && fault_count(problem) > faults ? PEND_INVALID : status;
 }
 
 /* what was read of a tree agrees with the tree that was made of it */
 PEND_VALIDATOR tree_read_valid(const struct api_tree *tree) {
-    return tree->n >= 0 && (!tree->tree || (tree->tree->n == tree->n && tree->n >= 1));
+    return tree->n >= 0 && (!tree->tree || (tree->tree->n == tree->n && tree->n >= 1)) &&
+           !tree->terms == !tree->value && tree->loads.terms == tree->terms;
 }
 
 double api_tree_bytes(const struct api_tree *tree) {
     assert(tree_read_valid(tree));
-    return 1024 + 128.0 * tree->n;
+    double bytes = 1024 + 128.0 * tree->n;
+    if (!tree->terms) return bytes;
+    return bytes + sizeof *tree->terms + tree->n + sizeof(double) * (double)tree->terms->count +
+           (double)sizeof *tree->terms->harmonic * tree->terms->harmonics;
 }
 
 void api_tree_clear(struct api_tree *tree) {
     assert(tree_read_valid(tree));
     pend_tree_free(&tree->tree);
+    pend_terms_free(&tree->terms);
+    free(tree->value);
     free(tree->names);
     *tree = (struct api_tree){0};
 }
@@ -349,6 +424,15 @@ int api_tree_read_arm(const struct api_tree *tree, const struct api_value *value
                     "must be an arm of this pendulum, a number from 1 to %d%s, got %s", tree->n,
                     tree->names ? " or an arm's name" : "", found);
     return -1;
+}
+
+void api_tree_ideal(const struct api_tree *tree, const struct api_value *value, const char *what,
+                    struct api_problem *problem) {
+    if (tree->terms)
+        api_value_fault(value, problem,
+                        "%s is for ideal pendulums as yet: none with rods, bodies, springs, "
+                        "friction or drives",
+                        what);
 }
 
 void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value *value, int count,

@@ -12,11 +12,13 @@
 #include "core/tree/tree.h"
 
 struct api_tree {
-    int n;                   /* arms, in the caller's order; 0 if their number is unknown */
-    struct pend_loads loads; /* what acts on the tree */
-    struct pend_tree *tree;  /* NULL if the description is faulty */
-    const char **names;      /* n names, or NULL if no arm has a name; the name of an arm without
-                                one is its number, from "1" */
+    int n;                    /* arms, in the caller's order; 0 if their number is unknown */
+    struct pend_loads loads;  /* what acts on the tree */
+    struct pend_terms *terms; /* of a real pendulum, to which loads points; NULL = it is ideal */
+    double *value;            /* their numbers, terms->count of them */
+    struct pend_tree *tree;   /* NULL if the description is faulty */
+    const char **names;       /* n names, or NULL if no arm has a name; the name of an arm without
+                                 one is its number, from "1" */
 };
 
 /**
@@ -36,7 +38,7 @@ PEND_MUST_CHECK enum pend_status api_tree_read(struct api_tree *tree,
                                                const struct api_limits *limits,
                                                struct api_problem *problem);
 
-/** Frees the tree and its names. */
+/** Frees the tree, its terms and its names. */
 void api_tree_clear(struct api_tree *tree);
 
 /** Returns the bytes of memory that a tree takes at most, except the text of its names. O(1). */
@@ -58,6 +60,15 @@ const char *api_tree_name(const struct api_tree *tree, int i, char scratch[16]);
  */
 int api_tree_read_arm(const struct api_tree *tree, const struct api_value *value,
                       struct api_problem *problem);
+
+/**
+ * Adds a fault if the tree has terms beyond the ideal pendulum's.
+ *
+ * value  the field that needs it ideal.
+ * what   that use, for the message: "a start in a mode".
+ */
+void api_tree_ideal(const struct api_tree *tree, const struct api_value *value, const char *what,
+                    struct api_problem *problem);
 
 /**
  * Adds a fault if the tree or the limits forbid a use of its modes: gravity must be positive, and

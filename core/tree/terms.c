@@ -61,6 +61,14 @@ static int terms_place_ones(struct pend_terms *terms, const unsigned char ones[]
     return count;
 }
 
+/* harmonics by what they drive, those of one drive in the caller's order */
+static int drive_order(const void *a, const void *b, void *context) {
+    const int *drives = context;
+    int i = *(const int *)a, j = *(const int *)b;
+    if (drives[i] != drives[j]) return drives[i] > drives[j] ? 1 : -1;
+    return (i > j) - (i < j);
+}
+
 enum pend_status pend_terms_new(struct pend_terms **terms, int n, const unsigned char rows[],
                                 const unsigned char ones[], int harmonics, const int drives[],
                                 int place[]) {
@@ -75,16 +83,13 @@ enum pend_status pend_terms_new(struct pend_terms **terms, int n, const unsigned
                                 .harmonic = (struct pend_harmonic *)(void *)(block + head),
                                 .hung = (unsigned char *)block + head + list};
     made->count = terms_place_ones(made, ones, terms_place_rows(made, rows));
-    int next = 0;
-    for (int target = PEND_DRIVE_PIVOT_Y; target < n && next < harmonics; target++) {
-        for (int i = 0; i < harmonics; i++) {
-            if (drives[i] != target) continue;
-            place[next] = i;
-            made->harmonic[next++] = (struct pend_harmonic){target, made->count};
-            made->count += 3;
-        }
+    for (int i = 0; i < harmonics; i++) place[i] = i;
+    if (harmonics) qsort_r(place, (size_t)harmonics, sizeof *place, drive_order, (void *)drives);
+    for (int i = 0; i < harmonics; i++) {
+        made->harmonic[i] = (struct pend_harmonic){drives[place[i]], made->count};
+        made->count += 3;
     }
-    assert(next == harmonics && pend_terms_valid(made));
+    assert(pend_terms_valid(made));
     return PEND_OK;
 }
 
@@ -149,7 +154,8 @@ int pend_terms_check(const struct pend_terms *terms, const struct pend_tree *tre
             -1, -1, i / 3, i % 3, terms_wrong(value[terms->harmonic[i / 3].at + i % 3], RANGE_ANY)};
         if (fault.text) found(context, &fault), faults++;
     }
-    for (int k = 0; k < terms->n && !faults; k++) {
+    int sound = !faults; // else an arm may lack an inertia because of a number that is wrong
+    for (int k = 0; k < terms->n && sound; k++) {
         fault =
             (struct pend_terms_fault){PEND_TERM_BODY, -1, k, 0,
                                       "has no inertia: a mass at its tip, a rod, or a body with a "

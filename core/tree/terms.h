@@ -75,7 +75,7 @@ struct pend_terms {
  *            place[i].
  * place      out, `harmonics` numbers; may be NULL if there are none.
  *
- * PEND_NO_MEMORY  O(n + harmonics).
+ * PEND_NO_MEMORY  O(n + h log h) of h harmonics.
  */
 PEND_MUST_CHECK enum pend_status pend_terms_new(struct pend_terms **terms, int n,
                                                 const unsigned char rows[],

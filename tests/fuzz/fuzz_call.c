@@ -227,6 +227,17 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes) {
 #define LISTS                                                                                      \
     "\"pendulum\":{\"length\":[2,1.5,0.75,1.25],\"mass\":[1,1,1,0.1],\"parent\":[0,1,2,2]}"
 #define PAPER "\"pendulum\":{\"L\":[2,1.5,0.75],\"m\":[1,1,1],\"S\":[[1,0,0],[1,1,0],[1,1,1]]}"
+#define REAL                                                                                       \
+    "\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":2,\"rod\":1,\"damping\":0.1,\"friction\":" \
+    "{"                                                                                            \
+    "\"torque\":0.1,\"speed\":0.5}},{\"parent\":\"a\",\"at\":[1,0.1],\"length\":1,\"mass\":0,"     \
+    "\"body\":{\"mass\":2,\"center\":[0.5,0],\"inertia\":0.1},\"stiffness\":1,\"rest\":0.2,"       \
+    "\"drag\":{\"linear\":0.1,\"quadratic\":0.1,\"speed\":0.1}}],\"drag_per_mass\":0.1}"
+#define DRIVEN                                                                                     \
+    "\"pendulum\":{\"length\":[2,1],\"mass\":[1,null],\"parent\":[0,1],\"rod\":[null,1],"          \
+    "\"torque\":[{\"constant\":1,\"harmonics\":[{\"amplitude\":1,\"omega\":2,\"phase\":3}]},0.5]," \
+    "\"pivot\":{\"x\":{\"harmonics\":[{\"amplitude\":0.1,\"omega\":9}]},\"y\":{\"harmonics\":[]}," \
+    "\"acceleration\":[1,0]}}"
 
 /* good requests, the first character for the operation and the form */
 static const char *const seeds[] = {
@@ -250,6 +261,8 @@ static const char *const seeds[] = {
     "2{" ARMS ",\"select\":{\"from\":0,\"to\":9},\"vectors\":false}",
     "3{" ARMS "}",
     "3{" PAPER "}",
+    "3{" REAL "}",
+    "3{" DRIVEN "}",
     "6{" LISTS ",\"initial\":{\"phi\":[1,2,3,4]},\"duration\":1,\"transient\":0.1,\"samples\":3,"
     "\"count\":2,\"digits\":5}",
     "7{" LISTS ",\"section\":{\"arm\":2,\"theta\":10,\"unit\":\"deg\",\"direction\":\"both\"},"
@@ -324,13 +337,86 @@ static const char *const values[] = {
 };
 
 static const char *const names[] = {
-    "pendulum", "arms",    "name",      "parent", "length",  "mass",      "L",           "m",
-    "S",        "gravity", "initial",   "state",  "states",  "phi",       "phid",        "theta",
-    "thetad",   "mode",    "amplitude", "unit",   "times",   "start",     "stop",        "step",
-    "count",    "method",  "rtol",      "atol",   "output",  "digits",    "precision",   "select",
-    "slowest",  "fastest", "from",      "to",     "vectors", "normalize", "include",     "events",
-    "typo",     "grid",    "random",    "vary",   "arm",     "duration",  "observables", "draw",
-    "seed",     "picture", "form",      "title",  "request", "view",      "transient",   "samples",
+    "pendulum",
+    "arms",
+    "name",
+    "parent",
+    "length",
+    "mass",
+    "L",
+    "m",
+    "S",
+    "gravity",
+    "initial",
+    "state",
+    "states",
+    "phi",
+    "phid",
+    "theta",
+    "thetad",
+    "mode",
+    "amplitude",
+    "unit",
+    "times",
+    "start",
+    "stop",
+    "step",
+    "count",
+    "method",
+    "rtol",
+    "atol",
+    "output",
+    "digits",
+    "precision",
+    "select",
+    "slowest",
+    "fastest",
+    "from",
+    "to",
+    "vectors",
+    "normalize",
+    "include",
+    "events",
+    "typo",
+    "grid",
+    "random",
+    "vary",
+    "arm",
+    "duration",
+    "observables",
+    "draw",
+    "seed",
+    "picture",
+    "form",
+    "title",
+    "request",
+    "view",
+    "transient",
+    "samples",
+    "rod",
+    "body",
+    "at",
+    "damping",
+    "stiffness",
+    "rest",
+    "friction",
+    "torque",
+    "drag",
+    "center",
+    "inertia",
+    "speed",
+    "harmonics",
+    "omega",
+    "phase",
+    "constant",
+    "linear",
+    "quadratic",
+    "drag_per_mass",
+    "pivot",
+    "x",
+    "y",
+    "acceleration",
+    "cart",
 };
 
 enum { VALUES = sizeof values / sizeof *values, NAMES = sizeof names / sizeof *names };

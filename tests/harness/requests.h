@@ -12,6 +12,14 @@
 #define TEST_TREE                                                                                  \
     "\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":1,\"mass\":1},{\"parent\":\"a\","          \
     "\"length\":1,\"mass\":2}]}"
+#define TEST_REAL_TREE                                                                             \
+    "\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":1,\"rod\":2,\"damping\":0.1,"              \
+    "\"friction\":{\"torque\":0.1,\"speed\":0.1},\"torque\":{\"constant\":0.1,\"harmonics\":[{"    \
+    "\"amplitude\":0.5,\"omega\":3}]}},{\"parent\":\"a\",\"at\":[0.5,0.1],\"length\":1,"           \
+    "\"mass\":2,\"body\":{\"mass\":1,\"center\":0.5,\"inertia\":0.1},\"stiffness\":2,"             \
+    "\"rest\":0.5,\"drag\":{\"linear\":0.1,\"quadratic\":0.2}}],\"drag_per_mass\":0.05,"           \
+    "\"pivot\":{\"x\":{\"harmonics\":[{\"amplitude\":0.1,\"omega\":5,\"phase\":1}]},"              \
+    "\"acceleration\":[0.1,0]}}"
 #define TEST_TIMES "\"times\":[0,0.1,0.25]"
 #define TEST_MOTION "{" TEST_TREE ",\"initial\":{\"theta\":[1,2]}," TEST_TIMES ","
 #define TEST_GRID                                                                                  \
@@ -26,7 +34,10 @@ static const struct test_request {
     {API_OP_TREES, "{" TEST_TREE "}", NULL},
     {API_OP_TREES, "{\"pendulum\":{\"L\":[1,1],\"m\":[1,1],\"S\":[[1,0],[1,1]]}}", NULL},
     {API_OP_TREES,
-     "{\"pendulum\":{\"length\":[1,0],\"mass\":[1,\"x\"],\"parent\":[0,3]},\"more\":1}", NULL},
+     "{\"pendulum\":{\"length\":[1,0],\"mass\":[1,\"x\"],\"parent\":[0,3],\"rod\":[null,-1],"
+     "\"torque\":[{\"harmonics\":[{\"amplitude\":1,\"omega\":2}]},{}]},\"more\":1}",
+     NULL},
+    {API_OP_TREES, "{" TEST_REAL_TREE "}", NULL},
     {API_OP_TRAJECTORIES,
      "{" TEST_TREE
      ",\"initial\":{\"mode\":2,\"amplitude\":0.5},\"times\":{\"stop\":1,\"step\":0.002},"

@@ -389,8 +389,11 @@ static double *raw_rows(const char *body, const long size[], int sizes, size_t *
     api_problem_init(&problem);
     if (!CHECK(api_json_new(&document, body, strlen(body), 16, &problem) == PEND_OK)) return NULL;
     struct api_value root = api_json_root(document);
-    struct api_reading reading = {
-        .root = &root, .format = api_format_at(0), .limits = &limits, .problem = &problem};
+    struct api_reading reading = {.op = &api_op_ensembles,
+                                  .root = &root,
+                                  .format = api_format_at(0),
+                                  .limits = &limits,
+                                  .problem = &problem};
     if (!CHECK(api_ensemble_new(&ensemble, &reading) == PEND_OK)) return NULL;
     CHECK(api_ensemble_prepare(ensemble, NULL) == PEND_OK);
     long count = api_ensemble_count(ensemble),

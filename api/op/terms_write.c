@@ -1,0 +1,122 @@
+#include "api/op/terms_write.h"
+
+#include "api/read/terms_fields.h"
+
+/* the first harmonic that drives this or a later one */
+static int first_harmonic(const struct pend_terms *terms, int drives) {
+    int low = 0, high = terms->harmonics;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (terms->harmonic[middle].drives < drives)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static int has_harmonics(const struct pend_terms *terms, int drives) {
+    int h = first_harmonic(terms, drives);
+    return h < terms->harmonics && terms->harmonic[h].drives == drives;
+}
+
+/* writes the member "harmonics" of what drives an arm or the pivot */
+static enum pend_status write_harmonics(const struct pend_loads *loads, int drives,
+                                        struct api_buffer *out) {
+    const struct pend_terms *terms = loads->terms;
+    PEND_TRY(api_out_open(out, "harmonics", '['));
+    for (int h = first_harmonic(terms, drives);
+         h < terms->harmonics && terms->harmonic[h].drives == drives; h++) {
+        const double *part = &loads->value[terms->harmonic[h].at];
+        PEND_TRY(api_out_comma(out));
+        PEND_TRY(api_buffer_text(out, "{"));
+        PEND_TRY(api_out_number(out, "amplitude", part[0], 0));
+        PEND_TRY(api_out_number(out, "omega", part[1], 0));
+        PEND_TRY(api_out_number(out, "phase", part[2], 0));
+        PEND_TRY(api_buffer_text(out, "}"));
+    }
+    return api_buffer_text(out, "]");
+}
+
+static double part_number(const struct pend_loads *loads, int row, int k) {
+    return loads->value[loads->terms->row[row] + k];
+}
+
+/* true where the arm has something else there than what is usual */
+static int part_says(const struct pend_loads *loads, const struct api_terms_part *part, int k) {
+    const struct pend_terms *terms = loads->terms;
+    if (terms->row[part->row] < 0) return 0;
+    if (part->row == PEND_TERM_AT_X) return terms->hung[k];
+    return part_number(loads, (int)part->row, k) != api_terms_usual(part->row) ||
+           (part->point && part_number(loads, (int)part->row + 1, k) != 0);
+}
+
+static enum pend_status write_part(const struct pend_loads *loads,
+                                   const struct api_terms_part *part, const char *name, int k,
+                                   struct api_buffer *out) {
+    double x = part_number(loads, (int)part->row, k);
+    if (!part->point) return api_out_number(out, name, x, 0);
+    double pair[2] = {x, part_number(loads, (int)part->row + 1, k)};
+    return pair[1] != 0 ? api_out_numbers(out, name, 2, pair, 0) : api_out_number(out, name, x, 0);
+}
+
+static enum pend_status write_field(const struct pend_loads *loads,
+                                    const struct api_terms_row *field, int k,
+                                    struct api_buffer *out) {
+    int drive = field->kind == API_TERMS_DRIVE && has_harmonics(loads->terms, k), says = drive;
+    for (const struct api_terms_part *part = field->part; part->unit; part++)
+        says |= part_says(loads, part, k);
+    if (!says) return PEND_OK;
+    if (field->kind == API_TERMS_PLAIN || (field->kind == API_TERMS_DRIVE && !drive))
+        return write_part(loads, field->part, field->name, k, out);
+    PEND_TRY(api_out_open(out, field->name, '{'));
+    for (const struct api_terms_part *part = field->part; part->unit; part++)
+        if (part->needed || part_says(loads, part, k))
+            PEND_TRY(write_part(loads, part, part->name, k, out));
+    if (drive) PEND_TRY(write_harmonics(loads, k, out));
+    return api_buffer_text(out, "}");
+}
+
+enum pend_status api_terms_write_arm(const struct pend_loads *loads, int k,
+                                     struct api_buffer *out) {
+    for (int f = 0; loads->terms && f < API_TERMS_FIELDS; f++)
+        PEND_TRY(write_field(loads, api_terms_row((enum api_terms_field)f), k, out));
+    return PEND_OK;
+}
+
+static enum pend_status write_pivot(const struct pend_loads *loads, struct api_buffer *out) {
+    static const struct {
+        const char *name;
+        int drives;
+    } axes[] = {{"x", PEND_DRIVE_PIVOT_X}, {"y", PEND_DRIVE_PIVOT_Y}};
+    const int *one = loads->terms->one;
+    PEND_TRY(api_out_open(out, "pivot", '{'));
+    for (int i = 0; i < 2; i++) {
+        if (!has_harmonics(loads->terms, axes[i].drives)) continue;
+        PEND_TRY(api_out_open(out, axes[i].name, '{'));
+        PEND_TRY(write_harmonics(loads, axes[i].drives, out));
+        PEND_TRY(api_buffer_text(out, "}"));
+    }
+    if (one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0) {
+        double both[2] = {loads->value[one[PEND_TERM_PIVOT_ACCELERATION_X]],
+                          loads->value[one[PEND_TERM_PIVOT_ACCELERATION_Y]]};
+        PEND_TRY(api_out_numbers(out, "acceleration", 2, both, 0));
+    }
+    return api_buffer_text(out, "}");
+}
+
+enum pend_status api_terms_write_whole(const struct pend_loads *loads, struct api_buffer *out) {
+    const struct pend_terms *terms = loads->terms;
+    if (!terms) return PEND_OK;
+    int drag = terms->one[PEND_TERM_DRAG_PER_MASS];
+    if (drag >= 0) PEND_TRY(api_out_number(out, "drag_per_mass", loads->value[drag], 0));
+    if (terms->one[PEND_TERM_PIVOT_ACCELERATION_X] < 0 &&
+        !has_harmonics(terms, PEND_DRIVE_PIVOT_X) && !has_harmonics(terms, PEND_DRIVE_PIVOT_Y))
+        return PEND_OK;
+    return write_pivot(loads, out);
+}
+
+double api_terms_write_bytes(const struct pend_loads *loads) {
+    enum { NAMED_NUMBER = 48 }; /* a number, its name, and its share of braces */
+    return loads->terms ? 256 + NAMED_NUMBER * (double)loads->terms->count : 0;
+}

@@ -1,0 +1,27 @@
+/* Writing what a pendulum has beyond the ideal one, as a request has it.
+ * Leaves to others: the arms themselves (op_trees), reading it (read/terms_json).
+ * Invariant: what is written reads back to the same list of numbers, bit for bit. */
+#ifndef API_TERMS_WRITE_H
+#define API_TERMS_WRITE_H
+
+#include "api/json/json_out.h"
+#include "core/tree/loads.h"
+#include "core/tree/tree.h"
+
+/**
+ * Appends the fields of stored arm k as members of its object; nothing for an ideal pendulum.
+ *
+ * Fails as api_out_number does. O(its harmonics + log of all harmonics).
+ */
+PEND_MUST_CHECK enum pend_status api_terms_write_arm(const struct pend_loads *loads, int k,
+                                                     struct api_buffer *out);
+
+/** Appends the fields of the whole pendulum as members of its object. Fails as api_out_number
+ * does. */
+PEND_MUST_CHECK enum pend_status api_terms_write_whole(const struct pend_loads *loads,
+                                                       struct api_buffer *out);
+
+/** Returns the bytes of text of all of it, at most. O(1). */
+double api_terms_write_bytes(const struct pend_loads *loads);
+
+#endif

@@ -1,0 +1,51 @@
+#include "api/read/terms_fields.h"
+
+#include <assert.h>
+#include <math.h>
+
+#define MORE_THAN_0 4.9406564584124654e-324
+
+/* m/s, of drag: a body of a centimeter in air at this speed has a Reynolds number of 7, far below
+ * those at which drag is quadratic; from 0.1 m/s on it changes the drag by less than 0.5 %. Steps
+ * near a turning point are of the order of speed / acceleration, a millisecond. */
+static const double usual_drag_speed = 0.01;
+
+static const struct api_terms_row fields[API_TERMS_FIELDS] = {
+    [API_TERMS_ROD] = {"rod", API_TERMS_PLAIN, {{NULL, PEND_TERM_ROD, 0, 1, MORE_THAN_0, "kg"}}},
+    [API_TERMS_BODY] = {"body",
+                        API_TERMS_OBJECT,
+                        {{"mass", PEND_TERM_BODY, 0, 1, MORE_THAN_0, "kg"},
+                         {"center", PEND_TERM_CENTER_X, 1, 1, -INFINITY, "m"},
+                         {"inertia", PEND_TERM_INERTIA, 0, 0, 0, "kg m^2"}}},
+    [API_TERMS_AT] = {"at", API_TERMS_PLAIN, {{NULL, PEND_TERM_AT_X, 1, 1, -INFINITY, "m"}}},
+    [API_TERMS_DAMPING] = {"damping",
+                           API_TERMS_PLAIN,
+                           {{NULL, PEND_TERM_DAMPING, 0, 0, 0, "N m s/rad"}}},
+    [API_TERMS_STIFFNESS] = {"stiffness",
+                             API_TERMS_PLAIN,
+                             {{NULL, PEND_TERM_STIFFNESS, 0, 0, 0, "N m/rad"}}},
+    [API_TERMS_REST] = {"rest", API_TERMS_PLAIN, {{NULL, PEND_TERM_REST, 0, 0, -INFINITY, "rad"}}},
+    [API_TERMS_FRICTION] = {"friction",
+                            API_TERMS_OBJECT,
+                            {{"torque", PEND_TERM_FRICTION, 0, 1, 0, "N m"},
+                             {"speed", PEND_TERM_FRICTION_SPEED, 0, 1, MORE_THAN_0, "rad/s"}}},
+    [API_TERMS_TORQUE] = {"torque",
+                          API_TERMS_DRIVE,
+                          {{"constant", PEND_TERM_TORQUE, 0, 0, -INFINITY, "N m"}}},
+    [API_TERMS_DRAG] = {"drag",
+                        API_TERMS_OBJECT,
+                        {{"linear", PEND_TERM_DRAG, 0, 0, 0, "N s/m"},
+                         {"quadratic", PEND_TERM_DRAG_QUADRATIC, 0, 0, 0, "N s^2/m^2"},
+                         {"speed", PEND_TERM_DRAG_SPEED, 0, 0, MORE_THAN_0, "m/s"}}},
+};
+
+const struct api_terms_row *api_terms_row(enum api_terms_field field) {
+    assert(field >= 0 && field < API_TERMS_FIELDS);
+    return &fields[field];
+}
+
+double api_terms_usual(enum pend_term_row row) {
+    if (row == PEND_TERM_AT_X) return NAN;
+    if (row == PEND_TERM_FRICTION_SPEED) return 1; /* of arms without friction */
+    return row == PEND_TERM_DRAG_SPEED ? usual_drag_speed : 0;
+}

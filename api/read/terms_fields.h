@@ -1,0 +1,60 @@
+/* The fields of an arm of a real pendulum, in one table: their names, ranges and units, and the
+ * terms that they say.
+ * Leaves to others: reading them (terms_json), writing them (op/terms_write), what they do
+ * (core/tree/terms). */
+#ifndef API_TERMS_FIELDS_H
+#define API_TERMS_FIELDS_H
+
+#include "core/tree/terms.h"
+
+/* the names of the table, in its order; they are lists beside "length", "mass" and "parent" too */
+#define API_TERMS_OF_ARMS                                                                          \
+    "rod", "body", "at", "damping", "stiffness", "rest", "friction", "torque", "drag"
+/* the fields of the whole pendulum, in every form */
+#define API_TERMS_OF_ALL "drag_per_mass", "pivot"
+
+enum api_terms_field {
+    API_TERMS_ROD,
+    API_TERMS_BODY,
+    API_TERMS_AT,
+    API_TERMS_DAMPING,
+    API_TERMS_STIFFNESS,
+    API_TERMS_REST,
+    API_TERMS_FRICTION,
+    API_TERMS_TORQUE,
+    API_TERMS_DRAG,
+    API_TERMS_FIELDS
+};
+
+enum { API_TERMS_PARTS = 3 };
+
+/* A number or a point of a field. */
+struct api_terms_part {
+    const char *name; /* in the field's object; NULL where the field is no object */
+    enum pend_term_row row;
+    int point;  /* two rows: a number along the arm, or [along, across] */
+    int needed; /* may not be left out */
+    double least;
+    const char *unit; /* NULL behind the last part */
+};
+
+enum api_terms_kind {
+    API_TERMS_PLAIN,  /* its one part */
+    API_TERMS_OBJECT, /* an object with its parts */
+    API_TERMS_DRIVE   /* its one part, or an object of that, "constant", and "harmonics" */
+};
+
+struct api_terms_row {
+    const char *name;
+    enum api_terms_kind kind;
+    struct api_terms_part part[API_TERMS_PARTS + 1];
+};
+
+/** Returns the row of a field. O(1). */
+const struct api_terms_row *api_terms_row(enum api_terms_field field);
+
+/** Returns the number that an arm has where it does not say one; NAN for its place along its
+ * parent, which is then the parent's length. O(1). */
+double api_terms_usual(enum pend_term_row row);
+
+#endif

@@ -1,0 +1,406 @@
+#include "api/read/terms_json.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* keeping numbers */
+
+static void terms_put(struct api_terms *terms, enum pend_term_row row, int i, double x) {
+    double usual = api_terms_usual(row), *number = terms->row[row];
+    if (!number && x == usual) return;
+    if (!number) {
+        number = terms->row[row] = malloc((size_t)terms->n * sizeof *number);
+        if (!number) {
+            terms->status = PEND_NO_MEMORY;
+            return;
+        }
+        for (int k = 0; k < terms->n; k++) number[k] = usual;
+    }
+    number[i] = x;
+}
+
+/* the next harmonic; NULL without memory */
+static struct api_harmonic *terms_harmonic(struct api_terms *terms, int drives) {
+    if (terms->harmonics == terms->room) {
+        int room = terms->room ? 2 * terms->room : 8;
+        struct api_harmonic *more =
+            realloc(terms->harmonic, (size_t)room * sizeof *terms->harmonic);
+        if (!more) {
+            terms->status = PEND_NO_MEMORY;
+            return NULL;
+        }
+        terms->harmonic = more;
+        terms->room = room;
+    }
+    terms->harmonic[terms->harmonics] = (struct api_harmonic){.drives = drives};
+    return &terms->harmonic[terms->harmonics++];
+}
+
+/* reading fields */
+
+static void read_point(struct api_terms *terms, const struct api_terms_part *part, int i,
+                       const struct api_value *value) {
+    int count = 0;
+    char found[API_FOUND_BYTES];
+    const double *pair = api_value_numbers(value, &count);
+    if (api_value_kind(value) == API_NUMBER) {
+        terms_put(terms, part->row, i, api_value_number(value));
+        terms_put(terms, part->row + 1, i, 0);
+    } else if (pair && count == 2) {
+        terms_put(terms, part->row, i, pair[0]);
+        terms_put(terms, part->row + 1, i, pair[1]);
+    } else if (!api_problem_full(terms->problem)) {
+        api_value_found(value, found);
+        api_value_fault(value, terms->problem,
+                        "must be a number, m along the arm, or two, [along, across], got %s",
+                        found);
+    }
+}
+
+static void read_part(struct api_terms *terms, const struct api_terms_part *part, int i,
+                      const struct api_value *value) {
+    double x = api_terms_usual(part->row);
+    if (part->needed && !api_field_needed(value, terms->problem)) return;
+    if (part->point) {
+        read_point(terms, part, i, value);
+        return;
+    }
+    if (!part->needed) api_value_usual_number(value, x);
+    if (api_value_read_number(value, part->least, INFINITY, part->unit, &x, terms->problem) >= 0)
+        terms_put(terms, part->row, i, x);
+}
+
+static void read_object(struct api_terms *terms, const struct api_terms_row *field, int i,
+                        const struct api_value *value) {
+    const char *names[API_TERMS_PARTS + 1] = {NULL};
+    if (!api_field_object(value, terms->problem)) return;
+    for (int p = 0; field->part[p].unit; p++) names[p] = field->part[p].name;
+    (void)api_value_only(value, names, terms->problem);
+    for (int p = 0; names[p]; p++) {
+        struct api_value member = api_value_member(value, names[p]);
+        read_part(terms, &field->part[p], i, &member);
+    }
+    api_value_usual_object(value);
+}
+
+static void read_harmonic(struct api_terms *terms, int drives, const struct api_value *value) {
+    static const char *const names[] = {"amplitude", "omega", "phase", NULL};
+    if (!api_field_object(value, terms->problem)) return;
+    (void)api_value_only(value, names, terms->problem);
+    struct api_harmonic *harmonic = terms_harmonic(terms, drives);
+    for (int p = 0; harmonic && p < 3; p++) {
+        struct api_value part = api_value_member(value, names[p]);
+        if (p == 2)
+            api_value_usual_number(&part, 0);
+        else if (!api_field_needed(&part, terms->problem))
+            continue;
+        (void)api_value_read_number(&part, -INFINITY, INFINITY, "", &harmonic->part[p],
+                                    terms->problem);
+    }
+}
+
+/* reads the member `harmonics` of what drives something */
+static void read_harmonics(struct api_terms *terms, int drives, const struct api_value *drive) {
+    struct api_value list = api_value_member(drive, "harmonics");
+    char found[API_FOUND_BYTES];
+    if (api_value_kind(&list) == API_MISSING) return;
+    api_value_usual_zeros(&list);
+    if (api_value_kind(&list) != API_ARRAY) {
+        api_value_found(&list, found);
+        api_value_fault(&list, terms->problem, "must be an array of harmonics, got %s", found);
+        return;
+    }
+    if (api_value_count(&list) > API_TERMS_HARMONICS) {
+        api_value_fault(&list, terms->problem,
+                        "has %d harmonics, more than the %d that it may have",
+                        api_value_count(&list), API_TERMS_HARMONICS);
+        return;
+    }
+    struct api_value item = api_value_first(&list);
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
+        read_harmonic(terms, drives, &item);
+}
+
+static void read_drive(struct api_terms *terms, const struct api_terms_row *field, int i,
+                       const struct api_value *value) {
+    static const char *const names[] = {"constant", "harmonics", NULL};
+    char found[API_FOUND_BYTES];
+    if (api_value_kind(value) == API_NUMBER) {
+        read_part(terms, field->part, i, value);
+    } else if (api_value_kind(value) == API_OBJECT) {
+        (void)api_value_only(value, names, terms->problem);
+        struct api_value constant = api_value_member(value, "constant");
+        read_part(terms, field->part, i, &constant);
+        read_harmonics(terms, i, value);
+        api_value_usual_object(value);
+    } else if (!api_problem_full(terms->problem)) {
+        api_value_found(value, found);
+        api_value_fault(value, terms->problem,
+                        "must be a number of N m, or an object with \"constant\" and "
+                        "\"harmonics\", got %s",
+                        found);
+    }
+}
+
+enum { FAULTY = API_TERMS_FIELDS }; /* the bit of a set of fields: one of them has a fault */
+
+static const char *const field_names[API_TERMS_FIELDS] = {API_TERMS_OF_ARMS};
+
+static long fault_count(const struct api_problem *problem) {
+    return problem->count + problem->beyond;
+}
+
+/* reads field f of arm i, unless it is null */
+static void read_field(struct api_terms *terms, int f, int i, const struct api_value *value) {
+    long faults = fault_count(terms->problem);
+    if (api_value_kind(value) == API_NULL) {
+        api_value_usual(value);
+        return;
+    }
+    if (!terms->given) terms->given = calloc((size_t)terms->n, sizeof *terms->given);
+    if (!terms->given) {
+        terms->status = PEND_NO_MEMORY;
+        return;
+    }
+    const struct api_terms_row *field = api_terms_row((enum api_terms_field)f);
+    if (field->kind == API_TERMS_PLAIN)
+        read_part(terms, field->part, i, value);
+    else if (field->kind == API_TERMS_OBJECT)
+        read_object(terms, field, i, value);
+    else
+        read_drive(terms, field, i, value);
+    terms->given[i] |= (unsigned short)(1U << f);
+    if (fault_count(terms->problem) > faults) terms->given[i] |= 1U << FAULTY;
+}
+
+static int arm_has(const struct api_terms *terms, int f, int i) {
+    return terms->given && terms->given[i] >> f & 1;
+}
+
+/* the whole */
+
+void api_terms_init(struct api_terms *terms, int n, struct api_problem *problem) {
+    assert(n >= 1 && !strcmp(field_names[API_TERMS_DRAG], api_terms_row(API_TERMS_DRAG)->name));
+    *terms = (struct api_terms){.n = n, .problem = problem};
+}
+
+void api_terms_clear(struct api_terms *terms) {
+    for (int r = 0; r < PEND_TERM_ROWS; r++) free(terms->row[r]);
+    free(terms->given);
+    free(terms->harmonic);
+    *terms = (struct api_terms){0};
+}
+
+void api_terms_read_arm(struct api_terms *terms, const struct api_value *arm) {
+    struct api_value member = api_value_first(arm);
+    for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member))
+        for (int f = 0; f < API_TERMS_FIELDS; f++)
+            if (!strcmp(member.key, field_names[f])) read_field(terms, f, arm->index, &member);
+}
+
+/* reads a list with an entry an arm */
+static void read_list(struct api_terms *terms, int f, const struct api_value *list) {
+    char found[API_FOUND_BYTES];
+    if (api_value_kind(list) != API_ARRAY) {
+        api_value_found(list, found);
+        api_value_fault(list, terms->problem,
+                        "must be an array of %d entries, one for each arm, null where there is "
+                        "none, got %s",
+                        terms->n, found);
+        return;
+    }
+    if (api_value_count(list) != terms->n) {
+        api_value_fault(list, terms->problem,
+                        "must have %d entries, one for each arm, null where there is none, got %d",
+                        terms->n, api_value_count(list));
+        return;
+    }
+    if (f != API_TERMS_ROD && f != API_TERMS_AT) api_value_usual_zeros(list);
+    struct api_value item = api_value_first(list);
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
+        read_field(terms, f, item.index, &item);
+}
+
+void api_terms_read_lists(struct api_terms *terms, const struct api_value *pendulum,
+                          const char *form) {
+    for (int f = 0; f < API_TERMS_FIELDS; f++) {
+        struct api_value list = api_value_member(pendulum, field_names[f]);
+        if (api_value_kind(&list) == API_MISSING) continue;
+        if (form)
+            api_value_fault(&list, terms->problem,
+                            "does not go together with %s: it is a field of each arm of \"arms\", "
+                            "or a list beside \"length\", \"mass\" and \"parent\"",
+                            form);
+        else
+            read_list(terms, f, &list);
+    }
+}
+
+static void read_pivot(struct api_terms *terms, const struct api_value *pivot) {
+    static const char *const names[] = {"x", "y", "acceleration", "cart", NULL},
+                             *const of_axis[] = {"harmonics", NULL};
+    if (!api_field_object(pivot, terms->problem)) return;
+    (void)api_value_only(pivot, names, terms->problem);
+    for (int axis = 0; axis < 2; axis++) {
+        struct api_value drive = api_value_member(pivot, names[axis]);
+        if (api_value_kind(&drive) == API_MISSING || !api_field_object(&drive, terms->problem))
+            continue;
+        (void)api_value_only(&drive, of_axis, terms->problem);
+        read_harmonics(terms, axis ? PEND_DRIVE_PIVOT_Y : PEND_DRIVE_PIVOT_X, &drive);
+        api_value_usual_object(&drive);
+    }
+    double both[2] = {0, 0};
+    struct api_value acceleration = api_value_member(pivot, "acceleration"),
+                     cart = api_value_member(pivot, "cart");
+    api_value_usual_zeros(&acceleration);
+    if (api_field_numbers(&acceleration, 2, "coordinate", both, terms->problem) > 0)
+        memcpy(&terms->one[PEND_TERM_PIVOT_ACCELERATION_X], both, sizeof both);
+    if (api_value_kind(&cart) != API_MISSING)
+        api_value_fault(&cart, terms->problem, "is not served yet: leave it out");
+    api_value_usual_object(pivot);
+}
+
+void api_terms_read_whole(struct api_terms *terms, const struct api_value *pendulum) {
+    struct api_value drag = api_value_member(pendulum, "drag_per_mass"),
+                     pivot = api_value_member(pendulum, "pivot");
+    api_value_usual_number(&drag, 0);
+    (void)api_value_read_number(&drag, 0, INFINITY, "1/s", &terms->one[PEND_TERM_DRAG_PER_MASS],
+                                terms->problem);
+    if (api_value_kind(&pivot) != API_MISSING) read_pivot(terms, &pivot);
+}
+
+int api_terms_bare(const struct api_terms *terms, int i) {
+    return arm_has(terms, API_TERMS_ROD, i) || arm_has(terms, API_TERMS_BODY, i);
+}
+
+void api_terms_check(const struct api_terms *terms, const int parent[], api_terms_fault_fn *fault,
+                     void *context) {
+    for (int i = 0; terms->given && i < terms->n; i++) {
+        if (parent[i] == -1 && arm_has(terms, API_TERMS_AT, i))
+            fault(context, "at", i,
+                  "has no meaning for the arm at the pivot, which hangs on the pivot itself: leave "
+                  "it out");
+        if (arm_has(terms, API_TERMS_REST, i) && !arm_has(terms, API_TERMS_STIFFNESS, i))
+            fault(context, "rest", i,
+                  "is the angle at which a spring is slack, and needs a \"stiffness\"");
+    }
+}
+
+/* the list */
+
+/* whether the arm's place on its parent is another than its tip */
+static int arm_hung(const struct api_terms *terms, const struct pend_tree *tree, int i) {
+    int p = tree->parent[tree->place[i]];
+    if (!terms->row[PEND_TERM_AT_X] || isnan(terms->row[PEND_TERM_AT_X][i]) || p < 0) return 0;
+    return terms->row[PEND_TERM_AT_X][i] != tree->len[p] ||
+           (terms->row[PEND_TERM_AT_Y] && terms->row[PEND_TERM_AT_Y][i] != 0);
+}
+
+/* lays out the list; *made stays NULL if nothing is in it */
+static enum pend_status terms_lay_out(const struct api_terms *terms, const struct pend_tree *tree,
+                                      struct pend_terms **made, int place[]) {
+    unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
+    int any = terms->harmonics, hung = 0;
+    for (int i = 0; i < terms->n && !hung; i++) hung = arm_hung(terms, tree, i);
+    for (int r = 0; r < PEND_TERM_ROWS; r++) {
+        rows[r] = terms->row[r] && (hung || (r != PEND_TERM_AT_X && r != PEND_TERM_AT_Y));
+        any |= rows[r];
+    }
+    for (int one = 0; one < PEND_TERM_ONES; one++) any |= ones[one] = terms->one[one] != 0;
+    if (!any) return PEND_OK;
+    int *drives = malloc(((size_t)terms->harmonics + 1) * sizeof *drives);
+    if (!drives) return PEND_NO_MEMORY;
+    for (int h = 0; h < terms->harmonics; h++) {
+        int arm = terms->harmonic[h].drives;
+        drives[h] = arm >= 0 ? tree->place[arm] : arm;
+    }
+    enum pend_status status =
+        pend_terms_new(made, terms->n, rows, ones, terms->harmonics, drives, place);
+    free(drives);
+    return status;
+}
+
+/* writes the numbers into the list */
+static void terms_fill(const struct api_terms *terms, const struct pend_tree *tree,
+                       struct pend_terms *made, const int place[], double value[]) {
+    pend_terms_clear(made, tree, value);
+    for (int r = 0; r < PEND_TERM_ROWS; r++) {
+        for (int i = 0; made->row[r] >= 0 && i < terms->n; i++) {
+            double *number = &value[made->row[r] + tree->place[i]];
+            int at = r == PEND_TERM_AT_X || r == PEND_TERM_AT_Y;
+            if (at ? arm_hung(terms, tree, i) : terms->row[r] != NULL)
+                *number = terms->row[r] ? terms->row[r][i] : 0;
+            else if (!at)
+                *number = api_terms_usual((enum pend_term_row)r);
+        }
+    }
+    for (int i = 0; i < terms->n; i++)
+        made->hung[tree->place[i]] = (unsigned char)arm_hung(terms, tree, i);
+    for (int one = 0; one < PEND_TERM_ONES; one++)
+        if (made->one[one] >= 0) value[made->one[one]] = terms->one[one];
+    for (int h = 0; h < made->harmonics; h++)
+        memcpy(&value[made->harmonic[h].at], terms->harmonic[place[h]].part,
+               sizeof terms->harmonic->part);
+}
+
+/* where the faults of the list go */
+struct list_faults {
+    const struct api_terms *terms;
+    const struct pend_tree *tree;
+    api_terms_fault_fn *fault;
+    void *context;
+    int count;
+};
+
+/* the ranges were checked number by number: what is left is an arm without inertia, which follows
+ * from a fault where the arm has one */
+static void list_fault(void *context, const struct pend_terms_fault *found) {
+    struct list_faults *faults = context;
+    int i = found->arm >= 0 && found->row >= 0 ? faults->tree->order[found->arm] : -1;
+    if (i < 0 || arm_has(faults->terms, FAULTY, i)) return;
+    faults->fault(faults->context, "mass", i, found->text);
+    faults->count++;
+}
+
+/* checks the numbers of a list together; returns the faults */
+static int list_check(struct list_faults *faults, const struct pend_terms *made,
+                      const double value[]) {
+    double sum = faults->tree->subtree_mass[0];
+    (void)pend_terms_check(made, faults->tree, value, list_fault, faults);
+    for (int k = 0; k < made->n; k++)
+        sum += pend_terms_get(made, value, PEND_TERM_ROD, k) +
+               pend_terms_get(made, value, PEND_TERM_BODY, k);
+    if (isfinite(sum)) return faults->count;
+    faults->fault(faults->context, "mass", -1,
+                  "the masses, with those of rods and bodies, must add up to a finite number");
+    return faults->count + 1;
+}
+
+enum pend_status api_terms_make(const struct api_terms *terms, const struct pend_tree *tree,
+                                struct pend_terms **made, double **value, api_terms_fault_fn *fault,
+                                void *context) {
+    struct list_faults faults = {terms, tree, fault, context, 0};
+    *made = NULL;
+    *value = NULL;
+    assert(terms->n == tree->n);
+    if (terms->status != PEND_OK) return terms->status;
+    int *place = malloc(((size_t)terms->harmonics + 1) * sizeof *place);
+    if (!place) return PEND_NO_MEMORY;
+    enum pend_status status = terms_lay_out(terms, tree, made, place);
+    if (status == PEND_OK && *made) {
+        *value = malloc(((size_t)(*made)->count + 1) * sizeof **value);
+        status = *value ? PEND_OK : PEND_NO_MEMORY;
+    }
+    if (status == PEND_OK && *made) {
+        terms_fill(terms, tree, *made, place, *value);
+        if (list_check(&faults, *made, *value)) status = PEND_INVALID;
+    }
+    free(place);
+    if (status == PEND_OK) return PEND_OK;
+    pend_terms_free(made);
+    free(*value);
+    *value = NULL;
+    return status;
+}
