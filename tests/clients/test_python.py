@@ -11,12 +11,14 @@ import pathlib
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from clients import DOUBLE, FOUR, TOP, programs
 from front import Front
-from rule import check, optional, skip
+from rule import check, optional, shipped_nginx, skip
+from servers import nginx, tool
 
 
 def install(home):
@@ -95,6 +97,21 @@ def test_trouble(server, client):
     front.close()
 
 
+def test_nginx(server):
+    """Behind the shipped nginx, here with 20 requests a second and 40 at once: all of eighty are answered, the last after two seconds."""
+    from pendulumd import Client, Pendulum
+    if not tool("nginx"):
+        skip("eighty requests behind nginx", "it is not installed")
+        return
+    narrow = [("rate=100r/s", "rate=20r/s"), ("client_requests burst=200", "client_requests burst=40")]
+    with nginx(shipped_nginx([server.port], changes=narrow)) as proxy, ThreadPoolExecutor(16) as pool:
+        double = Pendulum(Client(proxy.url, patience=30), **DOUBLE)
+        begin = time.monotonic()
+        ends = list(pool.map(lambda k: double.run("0:1:0.5", theta=[k / 100, 0]).phi[0, 0], range(80)))
+        check("eighty requests behind the shipped nginx", np.allclose(ends, np.arange(80) / 100 - np.pi / 2), ends)
+        check("of which it has put some off", time.monotonic() - begin > 1.5)
+
+
 def test_jobs(server, client, home):
     from pendulumd import Client, Pendulum, Problem
     four, looks = Pendulum(client, **FOUR), []
@@ -156,6 +173,7 @@ def test_python(server, home):
     client = Client()
     test_results(client)
     test_trouble(server, client)
+    test_nginx(server)
     test_jobs(server, client, home)
     test_asyncio(client)
     programs("python", [sys.executable, "-B", "-c"], {"PYTHONPATH": str(home / "python")})
