@@ -170,7 +170,7 @@ static void call_foresee(struct api_call *call) {
     call->answer.has_remarks = op->stats != NULL;
     if (op->cost) call->cost = op->cost(call->state);
     if (!table) return;
-    if (format->exact && !op->rows_later) call->answer.length = (long long)format->bytes(table);
+    if (format->exact && !table->rows_later) call->answer.length = (long long)format->bytes(table);
     if (format->bare) {
         api_table_columns(table, call->columns);
         call->answer.columns = call->columns;
@@ -263,9 +263,10 @@ static enum pend_status call_fetch(struct api_call *call, struct api_buffer *out
                                    struct pend_error *error) {
     enum { FETCH_BYTES = 1 << 18 };
     size_t bytes = 0;
+    const struct api_table *table = call->op->table(call->state);
     if (!call->results)
-        PEND_TRY(api_results_new(&call->results, call->format, call->op->table(call->state),
-                                 call->op->json != NULL, call->op->rows_later, out));
+        PEND_TRY(api_results_new(&call->results, call->format, table, call->op->json != NULL,
+                                 table->rows_later, out));
     if (call->fetched) return api_results_end(call->results, out, done);
     char *data = malloc(FETCH_BYTES);
     enum pend_status status = data ? PEND_OK : PEND_NO_MEMORY;

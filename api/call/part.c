@@ -12,8 +12,8 @@
 static void plan_bytes(struct api_plan *plan, const struct api_op *op, void *state) {
     if (op->part) op->part(state, 0, plan->parts);
     plan->bytes = op->bytes ? op->bytes(state) : API_OP_SMALL_BYTES;
-    if (op->rows_later) return;
     const struct api_table *table = op->table(state);
+    if (table->rows_later) return;
     plan->kept = (double)table->rows * api_table_numbers(table, 0) * (double)sizeof(double) /
                  (double)plan->parts;
 }

@@ -31,9 +31,11 @@ struct api_table_picture {
 struct api_table {
     int count;
     struct api_column column[API_COLUMNS];
-    long rows;  /* how many there will be */
-    int single; /* there is one row, and the answer's arrays have no axis for rows */
-    int digits; /* significant digits of a number, 0 = the shortest text that reads back */
+    long rows;      /* how many there will be */
+    int rows_later; /* rows are known only at the end; before, they are the most that there can be
+                     */
+    int single;     /* there is one row, and the answer's arrays have no axis for rows */
+    int digits;     /* significant digits of a number, 0 = the shortest text that reads back */
     struct api_table_picture picture;
 };
 

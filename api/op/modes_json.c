@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "api/encode/encode_raw.h"
+#include "api/op/damped_json.h"
 
 static const char *const modes_fields[] = {"pendulum", "about",   "select", "vectors", "normalize",
                                            "include",  "initial", "digits", NULL};
@@ -133,6 +134,31 @@ static void read_style(struct api_modes *modes, const struct api_value *root,
     modes->request.normalize = rules[rule];
 }
 
+/* what the modes of a real pendulum have not: their equilibrium is looked for, and all are found */
+static void check_real(const struct api_modes *modes, const struct api_reading *reading) {
+    static const char *const absent[] = {"about", "select", "normalize", "include"};
+    static const char *const way[] = {
+        "a real pendulum has no arms that stand or hang: give a state near the equilibrium as "
+        "\"initial\"",
+        "all modes of a real pendulum are answered: leave it out",
+        "the shapes of a real pendulum have an entry of 1, the largest: leave it out",
+        "the matrices of a real pendulum are not answered: leave it out"};
+    for (size_t i = 0; i < sizeof absent / sizeof *absent; i++) {
+        struct api_value field = api_value_member(reading->root, absent[i]);
+        if (api_value_kind(&field) != API_MISSING)
+            api_value_fault(&field, reading->problem, "%s", way[i]);
+    }
+    const struct pend_loads *loads = &modes->tree.loads;
+    int loses = !pend_terms_conserve(loads->terms, loads->value);
+    int most = loses ? API_DAMPED_ARMS : API_STILL_ARMS;
+    struct api_value pendulum = api_value_member(reading->root, "pendulum");
+    if (modes->tree.n > most)
+        api_value_fault(&pendulum, reading->problem,
+                        "has %d arms; the modes of real pendulums are found for at most %d, or %d "
+                        "without friction and drives",
+                        modes->tree.n, API_DAMPED_ARMS, API_STILL_ARMS);
+}
+
 enum pend_status api_modes_read(struct api_modes *modes, const struct api_reading *reading) {
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
@@ -147,7 +173,7 @@ enum pend_status api_modes_read(struct api_modes *modes, const struct api_readin
     (void)api_value_only(root, modes_fields, problem);
     enum pend_status status = api_reading_tree(reading, &modes->tree);
     if (status == PEND_NO_MEMORY) return status;
-    if (modes->tree.n)
+    if (modes->tree.n && !modes->tree.loads.terms)
         api_tree_modes_allowed(&modes->tree, &pendulum, 0, "finding the modes", reading->limits,
                                problem);
     if (api_value_kind(&initial) != API_MISSING && status == PEND_OK)
@@ -159,6 +185,7 @@ enum pend_status api_modes_read(struct api_modes *modes, const struct api_readin
     read_include(modes, &include, reading);
     (void)api_field_whole(&digits, 1, 17, &rounded, problem);
     modes->digits = (int)rounded;
+    if (modes->tree.loads.terms) check_real(modes, reading);
     return PEND_OK;
 }
 

@@ -111,8 +111,6 @@ struct api_op {
     long (*parts)(const void *state);
     /** Restricts the state to part `number` of `parts`; before the first run. */
     void (*part)(void *state, long number, long parts);
-    int rows_later; /* its table's rows are known only at its end; before, they are the most that
-                       there can be */
     /**
      * Passes all values that the next part needs through a checkpoint: either saves them, once this
      * part is complete, or restores them, after `part` and before the first run. NULL: the parts

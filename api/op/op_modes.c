@@ -13,6 +13,7 @@
 
 #include "api/encode/encode_raw.h"
 #include "api/json/json_out.h"
+#include "api/op/damped_json.h"
 #include "api/op/modes_json.h"
 #include "core/modes/matrix.h"
 #include "core/modes/modes.h"
@@ -33,6 +34,8 @@ struct modes {
     const struct api_format *format;
     struct api_table table; /* the answer in every representation except JSON */
     struct pend_modes_search *search;
+    struct api_damped damped; /* of a real pendulum in place of all that follows */
+    double *near;             /* n: where its equilibrium is looked for; NULL of an ideal one */
 
     /* once it runs */
     struct pend_modes *found;
@@ -52,6 +55,8 @@ static void modes_free(void **state) {
     struct modes *modes = *state;
     if (!modes) return;
     api_writer_free(&modes->writer);
+    api_damped_clear(&modes->damped);
+    free(modes->near);
     free(modes->scratch);
     pend_modes_free(&modes->found);
     pend_modes_search_free(&modes->search);
@@ -126,10 +131,25 @@ static enum pend_status modes_begin_search(struct modes *modes, const struct api
     return PEND_OK;
 }
 
+/* a real pendulum's modes: the equilibrium is looked for where all arms hang, or near a start */
+static enum pend_status modes_begin_real(struct modes *modes, const struct api_reading *reading) {
+    size_t n = (size_t)modes->asked.tree.n;
+    modes->near = malloc(n * sizeof *modes->near);
+    if (!modes->near) return PEND_NO_MEMORY;
+    for (size_t k = 0; k < n; k++) modes->near[k] = -pi / 2;
+    api_damped_init(&modes->damped, &modes->asked.tree, modes->near, reading->format,
+                    modes->asked.digits, modes->asked.vectors);
+    api_reading_check_size(reading, &modes->damped.table, reading->root, "modes",
+                           "no shapes, by \"vectors\": false");
+    return PEND_OK;
+}
+
 static enum pend_status modes_read_parts(struct modes *modes, const struct api_reading *reading) {
     PEND_TRY(api_modes_read(&modes->asked, reading));
     modes->table.digits = modes->asked.digits;
-    if (!reading->problem->status) PEND_TRY(modes_begin_search(modes, reading));
+    if (!reading->problem->status)
+        PEND_TRY(modes->asked.tree.loads.terms ? modes_begin_real(modes, reading)
+                                               : modes_begin_search(modes, reading));
     return reading->problem->status ? PEND_INVALID : PEND_OK;
 }
 
@@ -323,12 +343,25 @@ static enum pend_status modes_piece(struct modes *modes, struct api_buffer *out,
     return write_lists(modes, out);
 }
 
+static enum pend_status modes_run_real(struct modes *modes, const struct api_turn *turn, int *done,
+                                       struct pend_error *error) {
+    if (modes->asked.start && !modes->split) {
+        PEND_TRY(api_states_settle(modes->asked.start, &modes->asked.tree, error));
+        for (int k = 0; k < modes->asked.tree.n; k++) modes->near[k] = modes->asked.start->phi[k];
+        modes->split = 1;
+    }
+    do PEND_TRY(api_damped_run(&modes->damped, turn->out, done, error));
+    while (!*done && !api_turn_over(turn));
+    return PEND_OK;
+}
+
 /* JSON's commas depend on the last byte of the buffer, but the caller may remove the bytes of a
  * turn after it: therefore the last byte of a turn is written by the next one */
 static enum pend_status modes_run(void *state, const struct api_turn *turn, int *done,
                                   struct pend_error *error) {
     struct modes *modes = state;
     struct api_buffer *out = turn->out;
+    if (modes->near) return modes_run_real(modes, turn, done, error);
     if (modes->last) PEND_TRY(api_buffer_add(out, &modes->last, 1));
     do {
         enum pend_status status = modes_piece(modes, out, done, error);
@@ -349,16 +382,19 @@ static enum pend_status modes_run(void *state, const struct api_turn *turn, int 
 static void modes_json(void *state) {
     struct modes *modes = state;
     api_writer_free(&modes->writer);
-    modes->format = &api_format_json;
+    api_writer_free(&modes->damped.writer);
+    modes->format = modes->damped.format = &api_format_json;
     modes->begun = modes->row = 0;
 }
 
 static const struct api_table *modes_table(const void *state) {
-    return &((const struct modes *)state)->table;
+    const struct modes *modes = state;
+    return modes->near ? &modes->damped.table : &modes->table;
 }
 
 static double modes_cost(const void *state) {
     const struct modes *modes = state;
+    if (modes->near) return api_damped_cost(&modes->damped);
     return pend_modes_cost(modes->asked.tree.n, (int)modes->table.rows,
                            modes->asked.request.vectors);
 }
@@ -367,6 +403,9 @@ static double modes_cost(const void *state) {
  * time while equal branches are combined */
 static double modes_bytes(const void *state) {
     const struct modes *modes = state;
+    if (modes->near)
+        return api_damped_bytes(&modes->damped) + api_tree_bytes(&modes->asked.tree) +
+               api_states_bytes(modes->asked.start);
     double n = modes->asked.tree.n, count = (double)modes->table.rows;
     double vectors = modes->asked.request.vectors ? 2.2 * sizeof(double) * n * (count + 16) : 0;
     return 2048 * (n + 16) + 256 * count + vectors + sizeof(double) * (2.0 * PIECE_NUMBERS + n) +

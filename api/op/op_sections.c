@@ -129,6 +129,7 @@ static enum pend_status sections_read_parts(struct sections *sections,
     (void)api_field_whole(&digits, 1, 17, &rounded, problem);
     sections->table.digits = (int)rounded;
     sections->table.rows = rows;
+    sections->table.rows_later = 1;
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
@@ -352,6 +353,5 @@ const struct api_op api_op_sections = {.name = "sections",
                                        .table = sections_table,
                                        .cost = sections_cost,
                                        .bytes = sections_bytes,
-                                       .rows_later = 1,
                                        .stats = sections_stats,
                                        .free = sections_free};

@@ -1,0 +1,142 @@
+#include "api/op/damped_json.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "api/encode/encode_raw.h"
+#include "api/json/json_out.h"
+#include "core/tree/turns.h"
+
+enum column { MODE, OMEGA, FREQUENCY, DECAY, RATIO, EQUILIBRIUM, RE, IM, COLUMNS };
+
+/* names of the columns and of their parts */
+static const struct {
+    const char *name, *part;
+} columns[COLUMNS] = {
+    [MODE] = {"mode", NULL},           [OMEGA] = {"omega", NULL},
+    [FREQUENCY] = {"frequency", NULL}, [DECAY] = {"decay", NULL},
+    [RATIO] = {"damping_ratio", NULL}, [EQUILIBRIUM] = {"equilibrium", NULL},
+    [RE] = {"vectors", "re"},          [IM] = {"vectors", "im"},
+};
+
+/* s a cube of arms, of matrices of n and of 2 n rows */
+static const double still_seconds = 1.5e-8, damped_seconds = 2.5e-7;
+
+static int damped_loses(const struct api_damped *damped) {
+    const struct pend_loads *loads = &damped->tree->loads;
+    return !pend_terms_conserve(loads->terms, loads->value);
+}
+
+void api_damped_init(struct api_damped *damped, const struct api_tree *tree, const double phi[],
+                     const struct api_format *format, int digits, int vectors) {
+    assert(tree->loads.terms);
+    *damped = (struct api_damped){.tree = tree, .phi = phi, .format = format, .vectors = vectors};
+    damped->table.digits = digits;
+    damped->table.rows = 2 * (long)tree->n;
+    damped->table.rows_later = 1;
+    for (int c = 0; c < (vectors ? COLUMNS : RE); c++)
+        api_table_add(&damped->table, columns[c].name, columns[c].part,
+                      c >= EQUILIBRIUM ? tree->n : 0);
+}
+
+void api_damped_clear(struct api_damped *damped) {
+    api_writer_free(&damped->writer);
+    free(damped->column[0]);
+    pend_damped_free(&damped->found);
+}
+
+/* ---- running */
+
+/* a row in the caller's order */
+static void damped_put(const struct api_damped *damped, const double row[], double out[]) {
+    const int *order = damped->tree->tree->order;
+    for (int k = 0; k < damped->tree->n; k++) out[order[k]] = row[k];
+}
+
+/* the numbers of mode j */
+static void damped_fill(const struct api_damped *damped, int j) {
+    const struct pend_damped *found = damped->found;
+    size_t n = (size_t)damped->tree->n, row = (size_t)j * n;
+    double size = hypot(found->omega[j], found->decay[j]);
+    damped->column[MODE][j] = j + 1;
+    damped->column[OMEGA][j] = found->omega[j];
+    damped->column[FREQUENCY][j] = found->omega[j] / (2 * M_PI);
+    damped->column[DECAY][j] = 0 - found->decay[j];
+    damped->column[RATIO][j] = size > 0 ? 0 - found->decay[j] / size : 0;
+    damped_put(damped, found->phi, damped->column[EQUILIBRIUM] + row);
+    if (!damped->vectors) return;
+    damped_put(damped, found->re + row, damped->column[RE] + row);
+    damped_put(damped, found->im + row, damped->column[IM] + row);
+}
+
+static enum pend_status damped_find(struct api_damped *damped, struct pend_error *error) {
+    const struct api_tree *tree = damped->tree;
+    PEND_TRY(pend_damped_new(&damped->found, tree->tree, &tree->loads, damped->phi, error));
+    size_t n = (size_t)tree->n, rows = (size_t)damped->found->count;
+    double *at = malloc((EQUILIBRIUM + 3 * n) * rows * sizeof *at);
+    if (!at) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes");
+    for (int c = 0; c < COLUMNS; c++) {
+        damped->column[c] = at;
+        at += rows * (c >= EQUILIBRIUM ? n : 1);
+    }
+    damped->table.rows = (long)rows;
+    for (int j = 0; j < damped->found->count; j++) damped_fill(damped, j);
+    return PEND_OK;
+}
+
+/* an array of rows, one a mode */
+static enum pend_status damped_rows(const struct api_damped *damped, const char *name,
+                                    const double row[], struct api_buffer *out) {
+    int n = damped->tree->n;
+    PEND_TRY(api_out_open(out, name, '['));
+    for (long j = 0; j < damped->table.rows; j++)
+        PEND_TRY(api_out_numbers(out, NULL, n, row + j * n, damped->table.digits));
+    return api_buffer_text(out, "]");
+}
+
+static enum pend_status damped_vectors(const struct api_damped *damped, struct api_buffer *out) {
+    if (!damped->vectors) return PEND_OK;
+    PEND_TRY(api_out_open(out, "vectors", '{'));
+    PEND_TRY(damped_rows(damped, "re", damped->column[RE], out));
+    PEND_TRY(damped_rows(damped, "im", damped->column[IM], out));
+    return api_buffer_text(out, "}");
+}
+
+/* the equilibrium once, then lists with one entry a mode, then the shapes */
+static enum pend_status damped_json(const struct api_damped *damped, struct api_buffer *out) {
+    int digits = damped->table.digits;
+    PEND_TRY(api_buffer_text(out, "{"));
+    PEND_TRY(
+        api_out_numbers(out, "equilibrium", damped->tree->n, damped->column[EQUILIBRIUM], digits));
+    for (int c = 0; c < EQUILIBRIUM; c++)
+        PEND_TRY(api_out_numbers(out, columns[c].name, (int)damped->table.rows, damped->column[c],
+                                 c == MODE ? 0 : digits));
+    PEND_TRY(damped_vectors(damped, out));
+    return api_buffer_text(out, "}");
+}
+
+enum pend_status api_damped_run(struct api_damped *damped, struct api_buffer *out, int *done,
+                                struct pend_error *error) {
+    if (!damped->found) PEND_TRY(damped_find(damped, error));
+    if (damped->format == &api_format_json) {
+        *done = 1;
+        return damped_json(damped, out);
+    }
+    if (damped->writer) return api_writer_finish(damped->writer, NULL, out, done);
+    PEND_TRY(api_writer_new(&damped->writer, damped->format, &damped->table, out));
+    return api_writer_block(damped->writer, damped->table.rows,
+                            (const double *const *)damped->column, out, error);
+}
+
+double api_damped_cost(const struct api_damped *damped) {
+    double n = damped->tree->n;
+    return n * n * n * (damped_loses(damped) ? damped_seconds : still_seconds);
+}
+
+double api_damped_bytes(const struct api_damped *damped) {
+    double n = damped->tree->n;
+    return sizeof(double) * n * (32 * n + 64) +
+           (damped->format == &api_format_json ? 0
+                                               : api_writer_bytes(damped->format, &damped->table));
+}
