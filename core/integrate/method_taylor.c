@@ -86,7 +86,8 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     struct taylor *taylor = (struct taylor *)block;
     *taylor = (struct taylor){
         .tree = problem->tree, .loads = problem->loads, .order = order, .known = known};
-    taylor->start = pend_times_at(&problem->times, 0);
+    // a stepper may be opened without instants
+    taylor->start = problem->times.count ? pend_times_at(&problem->times, 0) : problem->times.start;
     taylor->gives =
         problem->loads.terms && !pend_terms_conserve(problem->loads.terms, problem->loads.value);
     taylor->log_rtol = log2(pend_taylor_target(problem->rtol));
