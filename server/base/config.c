@@ -9,8 +9,20 @@
 #define FIELD(name) offsetof(struct srv_config, name)
 static const struct srv_option config_table[] = {
     {"listen", "HOST:PORT", "127.0.0.1:8080",
-     "where to serve; port 0 takes a free one, [::1]:8080 is IPv6, *:8080 every address",
+     "where to serve; port 0 takes a free one, [::1]:8080 is IPv6, *:8080 every address, "
+     "unix:PATH a socket for this user and its group",
      SRV_OPTION_LISTEN, FIELD(listen), 0, 0},
+    {"tls-certificate", "FILE", "none",
+     "serves HTTPS (TLS 1.2 and 1.3) and nothing else: the server's certificate as PEM, with those "
+     "between it and its authority behind it; read again at SIGHUP",
+     SRV_OPTION_TEXT, FIELD(tls_certificate), 0, 0},
+    {"tls-key", "FILE", "none",
+     "the key of that certificate as PEM, in a file of mode 0600; read again at SIGHUP",
+     SRV_OPTION_TEXT, FIELD(tls_key), 0, 0},
+    {"tls-client-authority", "FILE", "none",
+     "clients must show a certificate that this authority, as PEM, has signed for clients; others "
+     "are answered 403; read again at SIGHUP",
+     SRV_OPTION_TEXT, FIELD(tls_client_authority), 0, 0},
     {"config", "FILE", "",
      "a file with lines 'name = value', the names as in this list; # begins a comment",
      SRV_OPTION_FILE, FIELD(file), 0, 0},
@@ -43,7 +55,8 @@ static const struct srv_option config_table[] = {
      "like https://example.org, which may have jobs and scenes too",
      SRV_OPTION_TEXT, FIELD(cors_origins), 0, 0},
     {"trusted-proxy", "LIST", "none",
-     "networks like 10.0.0.0/8 of proxies that may say who the client is",
+     "networks like 10.0.0.0/8 of proxies that may say who the client is, and unix for those that "
+     "come by a socket's path",
      SRV_OPTION_TEXT, FIELD(trusted_proxy), 0, 0},
     {"client-header", "NAME", "X-Forwarded-For",
      "the header field in which a trusted proxy says it: this, Forwarded, or one whose value is "

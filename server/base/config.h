@@ -32,7 +32,9 @@ struct srv_config {
     char log[SRV_CONFIG_TEXT], audit_log[SRV_CONFIG_TEXT], log_client[SRV_CONFIG_TEXT];
     char cors_origins[SRV_CONFIG_TEXT], trusted_proxy[SRV_CONFIG_TEXT],
         client_header[SRV_CONFIG_TEXT], role_header[SRV_CONFIG_TEXT];
-    char keys[SRV_CONFIG_TEXT]; /* "none" */
+    char keys[SRV_CONFIG_TEXT]; /* "none", as these: */
+    char tls_certificate[SRV_CONFIG_TEXT], tls_key[SRV_CONFIG_TEXT],
+        tls_client_authority[SRV_CONFIG_TEXT];
     char hosts[SRV_CONFIG_TEXT];
     char record[SRV_CONFIG_TEXT], replay[SRV_CONFIG_TEXT]; /* "none" */
     double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds,
@@ -60,7 +62,7 @@ struct api_limits srv_config_job_limits(const struct srv_config *config);
 /* What a value may be. */
 enum srv_option_kind {
     SRV_OPTION_FLAG,    /* no value: asks for a task */
-    SRV_OPTION_LISTEN,  /* HOST:PORT */
+    SRV_OPTION_LISTEN,  /* HOST:PORT or unix:PATH */
     SRV_OPTION_FILE,    /* the options' file, which no such file may name */
     SRV_OPTION_TEXT,    /* anything */
     SRV_OPTION_WHOLE,   /* a whole number */

@@ -17,6 +17,7 @@
 #include "server/http/request_head.h"
 #include "server/http/response.h"
 #include "server/http/router.h"
+#include "server/http/tls.h"
 
 enum {
     CONNECTION_UNREAD =
@@ -26,11 +27,6 @@ enum {
 
 _Static_assert((int)SRV_STRICT_TARGET < (int)SRV_TARGET_BYTES,
                "a target that the front lets pass fits into an exchange");
-
-/* why a connection is not served */
-static const char connection_all[] = "too many connections are open: max-connections",
-                  connection_own[] = "you have more connections open than max-client-connections",
-                  connection_held[] = "there is no memory left for a connection: max-held-bytes";
 
 /* How far the exchange of a connection is. */
 enum connection_state {
@@ -48,9 +44,12 @@ struct connection {
     struct srv_recv_hook hook;
     struct srv_connections *all;
     struct MHD_Connection *mhd;
+    void *session;           /* GnuTLS's; NULL where the connection is not sealed */
+    int examined;            /* its client's certificate was looked at */
+    char unfit[SRV_TLS_WHY]; /* what is wrong with that; "" = nothing */
     enum connection_state state;
-    long done;           /* requests that are over */
-    const char *surplus; /* the limit that it is beyond; NULL = none */
+    long done;                /* requests that are over */
+    enum srv_surplus surplus; /* the limit that it is beyond */
     struct srv_client
         *client; /* of its address; NULL where that is a trusted proxy, or without memory */
     struct srv_hold hold;
@@ -175,22 +174,13 @@ static enum MHD_Result connection_field(void *context, enum MHD_ValueKind kind, 
                                                                                    : MHD_NO;
 }
 
-/* says which limit the connection is beyond */
-static void connection_refuse_surplus(struct connection *connection) {
-    struct srv_exchange *exchange = &connection->exchange;
-    struct srv_metrics *metrics = &exchange->service->metrics;
-    int own = connection->surplus == connection_own;
-    srv_metrics_count(own                                      ? &metrics->refused_own_connections
-                      : connection->surplus == connection_held ? &metrics->refused_held
-                                                               : &metrics->refused_connections,
-                      1);
-    if (!own) {
-        srv_exchange_busy(exchange, 1, connection->surplus);
-        return;
-    }
-    srv_exchange_problem(exchange, 429, "%s, %d", connection_own,
-                         srv_connection_share(srv_service_config(exchange->service)));
-    srv_exchange_retry(exchange, 1);
+/* looks at the client's certificate, at the first request of a sealed connection */
+static void connection_examine(struct connection *connection) {
+    struct srv_tls *tls = connection->all->service->tls;
+    if (tls && !connection->examined)
+        (void)srv_tls_client_fits(tls, connection->session, connection->unfit);
+    connection->examined = 1;
+    connection->exchange.unfit = connection->unfit[0] ? connection->unfit : NULL;
 }
 
 /* reads the head; returns 1 when the exchange is to go on, 0 when it is answered */
@@ -200,8 +190,9 @@ static int connection_check_head(struct connection *connection, const char *meth
     MHD_get_connection_values(connection->mhd, MHD_HEADER_KIND, connection_field, exchange);
     srv_response_identify(exchange);
     exchange->coding = srv_coding_choose(exchange->field[SRV_ACCEPT_ENCODING]);
+    connection_examine(connection);
     if (!exchange->status && connection->surplus) {
-        connection_refuse_surplus(connection);
+        srv_connection_share_refuse(exchange, connection->surplus);
         exchange->close = 1;
     }
     return srv_router_head(exchange);
@@ -253,7 +244,7 @@ static enum MHD_Result connection_body(struct connection *connection, const char
         if (room != SRV_ROOM) srv_exchange_crowded(exchange, room, "the body");
     }
     if (exchange->status) {
-        srv_response_refuse(&connection->exchange, connection->watched.fd);
+        srv_response_refuse(&connection->exchange, connection->watched.fd, connection->session);
         return MHD_NO;
     }
     connection_body_deadline(connection);
@@ -350,7 +341,7 @@ static void connection_refuse_stream(struct connection *connection) {
     if (!exchange->id) srv_response_identify(exchange);
     srv_exchange_problem(exchange, connection->hook.strict.status, "%s",
                          connection->hook.strict.detail);
-    srv_response_refuse(&connection->exchange, connection->watched.fd);
+    srv_response_refuse(&connection->exchange, connection->watched.fd, connection->session);
     if (connection->state != CONNECTION_NONE) return;
     exchange->received = srv_clock_now();
     connection_log(connection, "refused");
@@ -427,12 +418,20 @@ static void connection_count(struct connection *connection, int connections) {
     connection->hold = (struct srv_hold){.service = service, .kind = SRV_MEMORY_CONNECTIONS};
     size_t bytes = sizeof *connection + CONNECTION_BYTES;
     if (connections > (int)srv_service_config(service)->connections)
-        connection->surplus = connection_all;
+        connection->surplus = SRV_SURPLUS_ALL;
     else if (own > srv_connection_share(srv_service_config(service)))
-        connection->surplus = connection_own;
+        connection->surplus = SRV_SURPLUS_OWN;
     else if (srv_hold_try(&connection->hold, bytes) != SRV_ROOM)
-        connection->surplus = connection_held;
+        connection->surplus = SRV_SURPLUS_HELD;
     srv_hold_set(&connection->hold, bytes);
+}
+
+/* until when a new connection must have begun a request: one that is beyond a limit soon, a sealed
+ * one when its handshake must be over */
+static int64_t connection_begin_deadline(const struct connection *connection) {
+    const struct srv_config *config = srv_service_config(connection->all->service);
+    if (connection->surplus) return connection_deadline(1);
+    return connection->session ? connection_deadline(config->header_seconds) : 0;
 }
 
 static void connection_begin(struct srv_connections *all, struct MHD_Connection *mhd,
@@ -455,13 +454,15 @@ static void connection_begin(struct srv_connections *all, struct MHD_Connection 
     srv_connection_share_peer(info ? info->client_addr : NULL, connection->exchange.peer);
     connection->all = all;
     connection->mhd = mhd;
+    info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_GNUTLS_SESSION);
+    connection->session = info ? info->tls_session : NULL;
+    connection->hook.sealed = connection->watched.sealed = connection->session != NULL;
     connection_count(connection, connections);
     connection->watched.fd = fd;
     connection->watched.left = connection_left;
     atomic_store(&connection->watched.relayed,
                  srv_peer_trusted(srv_service_trusted(all->service), connection->exchange.peer));
-    srv_watch_add(all->watch, &connection->watched,
-                  connection->surplus ? connection_deadline(1) : 0);
+    srv_watch_add(all->watch, &connection->watched, connection_begin_deadline(connection));
     connection->hook.begins = connection_begins;
     connection->hook.refuses = connection_refuses;
 }

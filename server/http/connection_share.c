@@ -20,6 +20,10 @@ int srv_connection_share(const struct srv_config *config) {
 
 void srv_connection_share_peer(const struct sockaddr *address, char peer[SRV_PEER_BYTES]) {
     char text[64] = "";
+    if (address && address->sa_family == AF_UNIX) {
+        snprintf(peer, SRV_PEER_BYTES, "unix");
+        return;
+    }
     socklen_t bytes = address && address->sa_family == AF_INET6 ? 28 : 16;
     if (address) getnameinfo(address, bytes, text, sizeof text, NULL, 0, NI_NUMERICHOST);
     snprintf(peer, SRV_PEER_BYTES, "%.*s", SRV_PEER_BYTES - 1,
@@ -43,4 +47,24 @@ int srv_connection_share_passed(struct srv_service *service, const struct sockad
     assert(open >= 0);
     srv_clients_give(service->clients, client);
     return open >= srv_connection_share(srv_service_config(service)) + SHARE_SURPLUS;
+}
+
+void srv_connection_share_refuse(struct srv_exchange *exchange, enum srv_surplus surplus) {
+    struct srv_metrics *metrics = &exchange->service->metrics;
+    assert(surplus != SRV_SURPLUS_NONE);
+    srv_metrics_count(surplus == SRV_SURPLUS_OWN    ? &metrics->refused_own_connections
+                      : surplus == SRV_SURPLUS_HELD ? &metrics->refused_held
+                                                    : &metrics->refused_connections,
+                      1);
+    if (surplus != SRV_SURPLUS_OWN) {
+        srv_exchange_busy(exchange, 1,
+                          surplus == SRV_SURPLUS_ALL
+                              ? "too many connections are open: max-connections"
+                              : "there is no memory left for a connection: max-held-bytes");
+        return;
+    }
+    srv_exchange_problem(exchange, 429,
+                         "you have more connections open than max-client-connections, %d",
+                         srv_connection_share(srv_service_config(exchange->service)));
+    srv_exchange_retry(exchange, 1);
 }

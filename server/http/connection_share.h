@@ -6,7 +6,7 @@
 
 #include <sys/socket.h>
 
-#include "server/work/service.h"
+#include "server/work/exchange.h"
 
 /** The most connections that one client may have open, >= 1. */
 int srv_connection_share(const struct srv_config *config);
@@ -21,5 +21,16 @@ struct srv_client *srv_connection_share_client(struct srv_service *service, cons
 /** True if an address has so many connections more than its share that a new one is to be closed
  * without an answer. */
 int srv_connection_share_passed(struct srv_service *service, const struct sockaddr *address);
+
+/* The limit that a connection is beyond. */
+enum srv_surplus {
+    SRV_SURPLUS_NONE,
+    SRV_SURPLUS_ALL, /* max-connections */
+    SRV_SURPLUS_OWN, /* max-client-connections */
+    SRV_SURPLUS_HELD /* max-held-bytes */
+};
+
+/** Answers a request on a connection that is beyond a limit: 429 for the client's own, else 503. */
+void srv_connection_share_refuse(struct srv_exchange *exchange, enum srv_surplus surplus);
 
 #endif

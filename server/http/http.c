@@ -13,6 +13,7 @@
 #include "server/base/clock.h"
 #include "server/http/connection.h"
 #include "server/base/listen.h"
+#include "server/http/tls.h"
 
 enum {
     HTTP_POOL = 24576, /* bytes of libmicrohttpd's memory a connection: holds what the strict reader
@@ -76,6 +77,7 @@ static void http_wait(struct srv_http *http) {
 static void *http_main(void *context) {
     struct srv_http *http = context;
     srv_recv_hooks_here(&http->all.hooks);
+    srv_tls_here(http->all.service->tls);
     while (!atomic_load(&http->end)) {
         http_wait(http);
         MHD_run(http->daemon);
@@ -125,10 +127,19 @@ enum pend_status srv_http_new(struct srv_http **http, struct srv_service *servic
         {MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, NULL},
         {MHD_OPTION_END, 0, NULL},
     };
-    unsigned flags = MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_TURBO;
-    made->daemon =
-        MHD_start_daemon(flags, 0, srv_connection_allow, &made->all, srv_connection_request,
-                         &made->all, MHD_OPTION_ARRAY, options, MHD_OPTION_END);
+    const struct srv_tls *tls = service->tls;
+    const char *trust = tls ? srv_tls_trust(tls) : NULL;
+    struct MHD_OptionItem sealed[] = {
+        {tls ? MHD_OPTION_HTTPS_CERT_CALLBACK : MHD_OPTION_END, 0, srv_tls_callback()},
+        {MHD_OPTION_HTTPS_PRIORITIES, 0, (void *)srv_tls_priorities},
+        {trust ? MHD_OPTION_HTTPS_MEM_TRUST : MHD_OPTION_END, 0, (void *)trust},
+        {MHD_OPTION_END, 0, NULL},
+    };
+    unsigned flags =
+        MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_TURBO | (tls ? MHD_USE_TLS : 0);
+    made->daemon = MHD_start_daemon(flags, 0, srv_connection_allow, &made->all,
+                                    srv_connection_request, &made->all, MHD_OPTION_ARRAY, options,
+                                    MHD_OPTION_ARRAY, sealed, MHD_OPTION_END);
     if (made->daemon && http_listen_for(made, made->all.wake) &&
         http_listen_for(made,
                         MHD_get_daemon_info(made->daemon, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd) &&

@@ -30,12 +30,11 @@ int srv_recv_hooks_add(struct srv_recv_hooks *hooks, int fd, struct srv_recv_hoo
 
 void srv_recv_hooks_remove(struct srv_recv_hooks *hooks, int fd) { hooks->by_fd[fd] = NULL; }
 
-static struct srv_recv_hook *hooks_find(int fd) {
+struct srv_recv_hook *srv_recv_hook_at(int fd) {
     return hooks_here && fd >= 0 && fd < hooks_here->fds ? hooks_here->by_fd[fd] : NULL;
 }
 
-/* shows the strict reader what came; returns what libmicrohttpd may see of it */
-static size_t hook_show(struct srv_recv_hook *hook, char *data, size_t bytes) {
+size_t srv_recv_hook_show(struct srv_recv_hook *hook, char *data, size_t bytes) {
     struct srv_http_strict *strict = &hook->strict;
     int within = srv_http_strict_within(strict);
     bytes = srv_http_strict_read(strict, data, bytes);
@@ -50,7 +49,8 @@ static size_t hook_show(struct srv_recv_hook *hook, char *data, size_t bytes) {
 ssize_t hook_recv(int fd, void *data, size_t bytes, int flags) __asm__("recv");
 
 ssize_t hook_recv(int fd, void *data, size_t bytes, int flags) {
-    struct srv_recv_hook *hook = hooks_find(fd);
+    struct srv_recv_hook *hook = srv_recv_hook_at(fd);
+    if (hook && hook->sealed) return recvfrom(fd, data, bytes, flags, NULL, NULL);
     if (hook && hook->strict.status) return 0;
     size_t held = 0, asked, shown;
     ssize_t got;
@@ -60,7 +60,7 @@ ssize_t hook_recv(int fd, void *data, size_t bytes, int flags) {
         asked = bytes - held;
         got = recvfrom(fd, (char *)data + held, asked, flags, NULL, NULL);
         if (!hook || got <= 0) return held ? (ssize_t)held : got;
-        shown = hook_show(hook, (char *)data + held, (size_t)got);
+        shown = srv_recv_hook_show(hook, (char *)data + held, (size_t)got);
         held += shown;
     } while (!hook->strict.status && (!held || (shown < (size_t)got && (size_t)got == asked)));
     return (ssize_t)held;

@@ -12,6 +12,7 @@
 #include "server/jobs/events.h"
 #include "server/work/inflight.h"
 #include "server/work/service.h"
+#include "server/http/tls.h"
 
 enum {
     RESPONSE_BLOCK = 65536, /* bytes of a stream that libmicrohttpd asks for at once, where the
@@ -163,7 +164,7 @@ static void response_line(char head[], const char *name, const char *value) {
     if (bytes < 0 || (size_t)bytes >= room) head[used] = 0;
 }
 
-void srv_response_refuse(struct srv_exchange *exchange, int fd) {
+void srv_response_refuse(struct srv_exchange *exchange, int fd, void *sealed) {
     char head[RESPONSE_HEAD], date[40], length[24];
     time_t now = time(NULL);
     struct tm part;
@@ -184,6 +185,12 @@ void srv_response_refuse(struct srv_exchange *exchange, int fd) {
     for (int i = 0; i < exchange->headers; i++)
         response_line(head, exchange->header[i].name, exchange->header[i].value);
     strcat(head, "\r\n");
+    if (sealed) {
+        srv_tls_send(sealed, head, strlen(head));
+        srv_tls_send(sealed, exchange->data, exchange->bytes);
+        exchange->close = 1;
+        return;
+    }
     struct iovec parts[] = {{head, strlen(head)}, {(void *)exchange->data, exchange->bytes}};
     (void)!sendmsg(fd, &(struct msghdr){.msg_iov = parts, .msg_iovlen = 2},
                    MSG_DONTWAIT | MSG_NOSIGNAL);

@@ -228,6 +228,18 @@ static int router_argument(struct srv_exchange *exchange, const char *argument, 
 
 /* --- stages --- */
 
+/* answers 403 where the connection has not shown a certificate that fits */
+static int router_fit(struct srv_exchange *exchange) {
+    if (!exchange->unfit) return 1;
+    srv_metrics_count(&exchange->service->metrics.refused_certificates, 1);
+    srv_exchange_problem(exchange, 403,
+                         "clients of this server need a certificate, and %s; the option "
+                         "--tls-client-authority says whose it must be",
+                         exchange->unfit);
+    exchange->close = 1;
+    return 0;
+}
+
 /* answers who was refused before the head was complete: a field that came twice, too many
  * connections */
 static int router_unrefused(struct srv_exchange *exchange) { return !exchange->status; }
@@ -343,6 +355,7 @@ typedef int router_stage(struct srv_exchange *exchange);
 static router_stage *const router_head[] = {
     srv_admission_identify, /* who asks; every request passes */
     router_unrefused,
+    router_fit,            /* 403: a certificate that does not fit */
     srv_request_head_head, /* 400, 413, 414, 415, 417: the body's length, the target */
     router_find,
     router_host,         /* 421 */

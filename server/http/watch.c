@@ -61,8 +61,10 @@ int srv_watch_valid(const struct srv_watch *watch) {
 static void watch_expire(struct srv_watch *watch, struct srv_watched *watched) {
     if (watched->phase == SRV_WATCH_READING) {
         atomic_store(&watched->late, 1);
-        (void)!send(watched->fd, watch->timeout, strlen(watch->timeout),
-                    MSG_DONTWAIT | MSG_NOSIGNAL);
+        /* a sealed connection just ends: what is sealed is its own thread's to send */
+        if (!watched->sealed)
+            (void)!send(watched->fd, watch->timeout, strlen(watch->timeout),
+                        MSG_DONTWAIT | MSG_NOSIGNAL);
     }
     shutdown(watched->fd, SHUT_RDWR);
     watched->deadline = 0;

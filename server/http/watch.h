@@ -42,7 +42,8 @@ struct srv_watched {
     enum srv_watch_phase phase;
     int64_t deadline;   /* ns of srv_clock_now, 0 = none */
     int64_t since;      /* ns: when it became idle */
-    atomic_int late;    /* 408 was sent */
+    int sealed;         /* what it sends must be TLS; set by the owner before it is watched */
+    atomic_int late;    /* its request came too late */
     atomic_int relayed; /* a proxy's; set by the owner */
     int served;         /* a request of it is over */
     int seen;           /* ticks in a row at which the end of the client's stream was seen */

@@ -114,8 +114,10 @@ static int reap(struct test_server *server) {
 }
 
 static int port_in_log(struct test_server *server) {
-    const char *log = test_server_log(server), *line = strstr(log, "listening on http://");
+    const char *log = test_server_log(server), *line = strstr(log, "listening on ");
     if (!line || !strchr(line, '\n')) return 0;
+    /* a path has no port, but it is there */
+    if (!strncmp(line, "listening on unix:", 18)) return 1;
     const char *colon = NULL;
     for (const char *at = line; *at != '\n'; at++)
         if (*at == ':') colon = at;
@@ -188,7 +190,7 @@ static const char *noise(const char *log) {
         const char *end = strchr(log, '\n');
         if (!end) return log;
         int json = log[0] == '{' && end[-1] == '}';
-        if (!json && end != log && strncmp(log, "listening on http://", 20) != 0) return log;
+        if (!json && end != log && strncmp(log, "listening on ", 13) != 0) return log;
         log = end + 1;
     }
     return NULL;
