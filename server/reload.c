@@ -108,7 +108,8 @@ enum pend_status srv_reload(struct srv_service *service, const struct srv_config
         free(made);
         return status;
     }
-    made->hosts = srv_hosts_mean(made->config.hosts, made->config.listen, made->trusted.count > 0);
+    made->hosts =
+        srv_hosts_mean(made->config.hosts, made->config.listen, srv_peers_any(&made->trusted));
     int changed = reload_tell(service->log, now, next);
     made->before = atomic_load(&service->reloaded);
     atomic_store_explicit(&service->reloaded, made, memory_order_release);

@@ -32,7 +32,8 @@ enum pend_status srv_service_setup_init(struct srv_service *service, struct pend
     srv_buffer_pool_init(&service->pool);
     srv_lengths_init(&service->lengths);
     enum pend_status status = srv_peers_read(&service->trusted, config->trusted_proxy, error);
-    service->hosts = srv_hosts_mean(config->hosts, config->listen, service->trusted.count > 0);
+    service->hosts =
+        srv_hosts_mean(config->hosts, config->listen, srv_peers_any(&service->trusted));
     if (status == PEND_OK && strcmp(config->keys, "none"))
         status = srv_key_ring_new(&service->keys, config->keys, error);
     if (status == PEND_OK)

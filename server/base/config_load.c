@@ -8,7 +8,10 @@
 
 #include "server/base/hosts.h"
 
-enum { LOAD_LINE = 1024 }; /* bytes of a line of the file */
+enum {
+    LOAD_LINE = 1024, /* bytes of a line of the file */
+    LOAD_UNIX = 104   /* bytes of a socket's path with its NUL */
+};
 
 /* Where a value was found, for messages: "--workers", "PENDULUMD_WORKERS", "pendulumd.conf:3:
  * workers". */
@@ -63,8 +66,10 @@ static enum pend_status load_set_number(double *out, const struct srv_option *ro
     return load_wrong(place, value, right, error);
 }
 
-/* HOST:PORT with a port from 0 to 65535; whether the host exists is seen when it is bound */
+/* HOST:PORT with a port from 0 to 65535, or unix:PATH; whether the host or the directory exists is
+ * seen when it is bound */
 static int load_listen_good(const char *value) {
+    if (!strncmp(value, "unix:", 5)) return value[5] && strlen(value + 5) < LOAD_UNIX;
     const char *colon = strrchr(value, ':');
     double port;
     if (!colon || colon == value || !load_read(colon + 1, strlen(colon + 1), 1, &port) ||
@@ -77,7 +82,7 @@ static int load_listen_good(const char *value) {
 /* what a text of a kind must be, where it is not; NULL where it is good */
 static const char *load_text_right(enum srv_option_kind kind, const char *value) {
     if (kind == SRV_OPTION_LISTEN && !load_listen_good(value))
-        return "HOST:PORT with a port from 0 to 65535, an IPv6 host in brackets";
+        return "HOST:PORT with a port from 0 to 65535, an IPv6 host in brackets, or unix:PATH";
     if (kind == SRV_OPTION_HOSTS && !srv_hosts_good(value))
         return "*, auto, or hosts like example.org, *.example.org, 192.0.2.1, [::1]:8080";
     if (kind == SRV_OPTION_ROLE && strcmp(value, "all") && strcmp(value, "api") &&

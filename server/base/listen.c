@@ -8,6 +8,8 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 enum { LISTEN_HOST = 256 };
@@ -72,6 +74,37 @@ static int listen_every(const struct addrinfo *list) {
     return -1;
 }
 
+/* is there a socket that nobody listens on? */
+static int listen_stale(const struct sockaddr_un *address) {
+    struct stat file;
+    if (lstat(address->sun_path, &file) || !S_ISSOCK(file.st_mode)) return 0;
+    int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    int refused = fd >= 0 && connect(fd, (const struct sockaddr *)address, sizeof *address) &&
+                  errno == ECONNREFUSED;
+    if (fd >= 0) close(fd);
+    return refused;
+}
+
+/* a socket with a path, which this user and its group may connect to; -1 with errno set */
+static int listen_unix(const char *path) {
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    if (strlen(path) >= sizeof address.sun_path) {
+        errno = ENAMETOOLONG;
+        return -1;
+    }
+    strcpy(address.sun_path, path);
+    int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (fd < 0) return -1;
+    int bound = !bind(fd, (struct sockaddr *)&address, sizeof address);
+    if (!bound && errno == EADDRINUSE && listen_stale(&address) && !unlink(path))
+        bound = !bind(fd, (struct sockaddr *)&address, sizeof address);
+    if (bound && !chmod(path, 0660) && !listen(fd, SOMAXCONN)) return fd;
+    int reason = errno;
+    close(fd);
+    errno = reason;
+    return -1;
+}
+
 enum pend_status srv_listen_open(const char *address, int *fd, char url[SRV_URL_BYTES],
                                  struct pend_error *error) {
     struct listen_address parts;
@@ -80,6 +113,13 @@ enum pend_status srv_listen_open(const char *address, int *fd, char url[SRV_URL_
                              .ai_flags = AI_PASSIVE},
                     *list;
     *fd = -1;
+    if (!strncmp(address, "unix:", 5)) {
+        snprintf(url, SRV_URL_BYTES, "%s", address);
+        *fd = listen_unix(address + 5);
+        return *fd >= 0 ? PEND_OK
+                        : pend_fail(error, PEND_INVALID, -1, 0, "cannot listen on %.100s: %s",
+                                    address, strerror(errno));
+    }
     PEND_TRY(listen_split(address, &parts, error));
     int failed = getaddrinfo(parts.host[0] ? parts.host : NULL, parts.port, &hints, &list);
     if (failed)
@@ -96,7 +136,11 @@ enum pend_status srv_listen_open(const char *address, int *fd, char url[SRV_URL_
 }
 
 int srv_listen_settle(int fd) {
+    int domain = 0;
+    socklen_t bytes = sizeof domain;
     assert(fd >= 0);
+    /* who connects by a path waits in the queue of the socket, and nothing of it can be kept out */
+    if (getsockopt(fd, SOL_SOCKET, SO_DOMAIN, &domain, &bytes) || domain == AF_UNIX) return 0;
     /* byte 13 of the TCP header holds the flags: SYN (2) without ACK (16) is dropped, all else
      * is kept */
     struct sock_filter drop_new[] = {

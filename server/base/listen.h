@@ -1,4 +1,4 @@
-/* The listening socket: HOST:PORT becomes a bound socket and its actual address.
+/* The listening socket: HOST:PORT or unix:PATH becomes a bound socket and its actual address.
  * Leaves to others: accepting connections (http).
  * Invariant: a returned socket listens, does not block and is not inherited by other programs. */
 #ifndef SRV_LISTEN_H
@@ -12,10 +12,10 @@ enum { SRV_URL_BYTES = 320 };
  * Binds and listens.
  *
  * address  HOST:PORT; the host is a name, a number, an IPv6 number in brackets, or * for every
- *          address. Port 0 takes a free one.
- * fd       out, owned by the caller; -1 on failure.
- * url      out: http://HOST:PORT with the host as it was given (* as 0.0.0.0 or [::]) and the port
- *          as it is.
+ *          address. Port 0 takes a free one. Or unix:PATH: a socket of mode 0660, in the place of
+ * one there that nobody listens on. fd       out, owned by the caller; -1 on failure. url      out:
+ * http://HOST:PORT with the host as it was given (* as 0.0.0.0 or [::]) and the port as it is;
+ * unix:PATH as it was given.
  *
  * PEND_INVALID  error says what could not be done and why: an unknown host, an address in use, no
  *               permission.

@@ -40,7 +40,7 @@ static int head_find(const struct srv_service *service, const char *name) {
     for (int id = 0; id < SRV_FIELD_COUNT; id++)
         if (bytes == head_fields[id].bytes && !strcasecmp(name, head_fields[id].name)) return id;
     /* nobody's word is taken where no proxy is trusted */
-    if (!srv_service_trusted(service)->count) return SRV_FIELD_COUNT;
+    if (!srv_peers_any(srv_service_trusted(service))) return SRV_FIELD_COUNT;
     const struct srv_config *config = srv_service_config(service);
     if (!strcasecmp(name, config->client_header)) return SRV_FORWARDED;
     return strcasecmp(name, config->role_header) ? SRV_FIELD_COUNT : SRV_ROLES;

@@ -50,11 +50,15 @@ enum pend_status srv_peers_read(struct srv_peers *peers, const char *text,
     for (char *element; (element = peer_next(&list));) {
         char shown[64];
         snprintf(shown, sizeof shown, "%s", element);
+        if (!strcmp(element, "unix")) {
+            peers->local = 1;
+            continue;
+        }
         if (!peer_network(peers, element))
-            return pend_fail(
-                error, PEND_INVALID, -1, 0,
-                "trusted-proxy must be a list of at most %d networks like 10.0.0.0/8, got '%s'",
-                SRV_PEER_NETWORKS, shown);
+            return pend_fail(error, PEND_INVALID, -1, 0,
+                             "trusted-proxy must be a list of at most %d networks like 10.0.0.0/8, "
+                             "or unix, got '%s'",
+                             SRV_PEER_NETWORKS, shown);
     }
     return PEND_OK;
 }
@@ -65,9 +69,12 @@ static int peer_within(const unsigned char address[16], const unsigned char netw
     return !rest || !((address[whole] ^ network[whole]) >> (8 - rest));
 }
 
+int srv_peers_any(const struct srv_peers *peers) { return peers->count > 0 || peers->local; }
+
 int srv_peer_trusted(const struct srv_peers *peers, const char *text) {
     assert(peers->count >= 0 && peers->count <= SRV_PEER_NETWORKS);
     unsigned char address[16];
+    if (peers->local && !strcmp(text, "unix")) return 1;
     if (!peers->count || !peer_address(text, address)) return 0;
     for (int i = 0; i < peers->count; i++)
         if (peer_within(address, peers->network[i].address, peers->network[i].bits)) return 1;

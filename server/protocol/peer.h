@@ -11,6 +11,7 @@ enum { SRV_PEER_NETWORKS = 32, SRV_PEER_BYTES = 48 };
 
 /* Networks whose word is taken. */
 struct srv_peers {
+    int local; /* whoever connects by a path */
     int count;
     struct {
         unsigned char address[16]; /* IPv4 as ::ffff:a.b.c.d */
@@ -21,14 +22,19 @@ struct srv_peers {
 /**
  * Reads a list of networks.
  *
- * text  "10.0.0.0/8, ::1"; an address without a length is that address alone; "none" is none.
+ * text  "10.0.0.0/8, ::1"; an address without a length is that address alone; "unix" is whoever
+ *       connects by the path of a socket; "none" is none.
  *
  * PEND_INVALID  error says which entry is none.
  */
 PEND_MUST_CHECK enum pend_status srv_peers_read(struct srv_peers *peers, const char *text,
                                                 struct pend_error *error);
 
-/** True where the word of an address is taken: it is in one of the networks. */
+/** True where anybody's word is taken. */
+int srv_peers_any(const struct srv_peers *peers);
+
+/** True where the word of an address is taken: it is in one of the networks, or is "unix" and that
+ * is in the list. */
 int srv_peer_trusted(const struct srv_peers *peers, const char *address);
 
 /** Returns true for a field that names addresses, "X-Forwarded-For" or "Forwarded"; any other
