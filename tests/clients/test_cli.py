@@ -68,6 +68,8 @@ def test_refusals(run):
                         (("run", "four.json", "--t", "0:x:1"), "START:STOP:STEP"), (("run", "none.json", "--t", "0:1:1"), "No such file"),
                         (("run", "four.json", "--t", "0:1:1", "-o", "a.odd"), "no form odd"), (("run", "four.json", "-s", "rtol"), "NAME=VALUE"),
                         (("map", "double.json", "--x", "theta1:0:1", "--y", "theta2:0:1:3"), "no axis"), (("map", "double.json"), "two axes"),
+                        (("map", "double.json", "--x", "theta1:0:inf:3", "--y", "theta2:0:1:3"), "no axis"),
+                        (("run", "four.json", "--t", "0:nan:1"), "times: the body is not JSON"), (("run", "four.json", "--t", "0,1", "--theta", "1,x"), "initial.theta: "),
                         (("run", "four.json", "--t", "0:5:0.01", "-o", "/no/such/place.npz"), "No such file"), (("ask", "fruit", "four.json"), "404"),
                         (("ask", "fruit", "four.json", "--local"), "without a server"), (("get", "no-such-job"), "404"),
                         (("run", "four.json", "--t", "0:1:1", "--server", "http://127.0.0.1:1", "--patience", 0.5), "127.0.0.1:1"),

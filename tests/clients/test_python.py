@@ -40,6 +40,7 @@ def test_results(client):
     check("arrays are those of the JSON", np.array_equal(motion.phi, plain["phi"]) and np.array_equal(motion.lambda_, plain["lambda"])
           and np.array_equal(motion.z, np.array(plain["z"]["re"]) + 1j * np.array(plain["z"]["im"]))
           and np.array_equal(motion.energy_total, plain["energy"]["total"]))
+    check("instants by their number", np.array_equal(four.run("0:5/501").t, motion.t))
     check("statistics", motion.stats["method"] == "taylor" and motion.stats["steps"] == plain["stats"]["steps"] and motion.warnings == [])
     for name, make in (("pandas", motion.to_pandas if optional("pandas") else None), ("xarray", motion.to_xarray if optional("xarray") else None)):
         if not make:

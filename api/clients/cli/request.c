@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <errno.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -96,11 +97,18 @@ void cli_assign(struct cli_fields *fields, const char *assignment) {
     free(name);
 }
 
+/* adds what has to be JSON */
+static void strict(struct cli_fields *fields, const char *name, const char *json) {
+    struct api_json *document = parsed(json, strlen(json), name);
+    api_json_free(&document);
+    cli_field(fields, name, json);
+}
+
 void cli_list(struct cli_fields *fields, const char *name, const char *numbers) {
     char *text = malloc(strlen(numbers) + 3);
     cli_need(text != NULL);
     sprintf(text, "[%s]", numbers);
-    cli_field(fields, name, text);
+    strict(fields, name, text);
     free(text);
 }
 
@@ -131,7 +139,7 @@ void cli_times(struct cli_fields *fields, const char *text) {
     if (strlen(text) > 200) cli_die("%s is too long", text);
     snprintf(json, sizeof json, "{\"start\":%.*s,\"stop\":%.*s,\"%s\":%.*s}", (int)length[0],
              part[0], (int)length[1], part[1], third, (int)length[2], part[2]);
-    cli_field(fields, "times", json);
+    strict(fields, "times", json);
 }
 
 char *cli_axis(const char *text) {
@@ -142,7 +150,8 @@ char *cli_axis(const char *text) {
         strcpy(arm, "");
         if (sscanf(text, "%19[a-z]:%lf:%lf:%d%n", name, &start, &stop, &count, &end) < 4) end = 0;
     }
-    if (!end || text[end]) cli_die("%s is no axis, as theta1:-3:3:512 is one", text);
+    if (!end || text[end] || !isfinite(start) || !isfinite(stop))
+        cli_die("%s is no axis, as theta1:-3:3:512 is one", text);
     snprintf(json, sizeof json, "{\"vary\":\"%s\"%s%s,\"start\":%.17g,\"stop\":%.17g,\"count\":%d}",
              name, *arm ? ",\"arm\":" : "", arm, start, stop, count);
     char *copy = strdup(json);

@@ -45,8 +45,14 @@ class Problem(Exception):
 
 
 def _times(times):
-    """"0:5:0.01" is start, stop, step; arrays and dicts are themselves."""
-    return dict(zip(("start", "stop", "step"), map(float, times.split(":")))) if isinstance(times, str) else times
+    """"0:5:0.01" is start, stop, step, and "0:5/501" start, stop, count; arrays and dicts are themselves."""
+    if not isinstance(times, str):
+        return times
+    found = re.fullmatch(r"([^:]+):([^:/]+)([:/])([^:/]+)", times)
+    if not found:
+        raise ValueError(f"{times!r} is neither start:stop:step nor start:stop/count")
+    last = {"step": float(found[4])} if found[3] == ":" else {"count": int(found[4])}
+    return {"start": float(found[1]), "stop": float(found[2])} | last
 
 
 def _plain(value):
@@ -334,7 +340,7 @@ class Pendulum:
         return self.client.call(route, self.request(**fields))
 
     def run(self, times, **fields):
-        """The motion at `times`: "start:stop:step", an array, or a dict of the interface."""
+        """The motion at `times`: "start:stop:step", "start:stop/count", an array, or a dict of the interface."""
         return self.ask("trajectories", times=_times(times), **fields)
 
     def stream(self, times, rows=4096, **fields):
