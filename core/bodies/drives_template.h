@@ -201,7 +201,9 @@ static inline void bodies_rush(const struct bodies_system *s, const struct bodie
     }
     s->air_size[last] = sum;
     if (!k) {
-        s->air_part[last] = num_root(sum);
+        // the root has the sign of the unit, by which speeds are multiplied: exact, a power of two
+        num square = num_mul(now->unit, now->unit);
+        s->air_part[last] = num_mul(now->unit, num_root(num_div(sum, square)));
         return;
     }
     for (int j = 1; j < k; j++)
