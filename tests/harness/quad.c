@@ -8,16 +8,20 @@
 test_quad sinf128(test_quad x);
 test_quad cosf128(test_quad x);
 test_quad sqrtf128(test_quad x);
+test_quad tanhf128(test_quad x);
 test_quad test_quad_sin(test_quad x) { return sinf128(x); }
 test_quad test_quad_cos(test_quad x) { return cosf128(x); }
 test_quad test_quad_sqrt(test_quad x) { return sqrtf128(x); }
+test_quad test_quad_tanh(test_quad x) { return tanhf128(x); }
 #else
 long double sinl(long double x);
 long double cosl(long double x);
 long double sqrtl(long double x);
+long double tanhl(long double x);
 test_quad test_quad_sin(test_quad x) { return sinl(x); }
 test_quad test_quad_cos(test_quad x) { return cosl(x); }
 test_quad test_quad_sqrt(test_quad x) { return sqrtl(x); }
+test_quad test_quad_tanh(test_quad x) { return tanhl(x); }
 #endif
 
 test_quad test_quad_abs(test_quad x) { return x < 0 ? -x : x; }
@@ -68,8 +72,7 @@ static void quad_inertia(const struct pend_tree *tree, const double phi[], const
         }
 }
 
-/* solves a x = b by Cholesky in place of a's lower triangle; b becomes x */
-static void quad_solve(int n, test_quad a[], test_quad b[]) {
+void test_quad_solve(int n, test_quad a[], test_quad b[]) {
     size_t w = (size_t)n;
     for (size_t j = 0; j < w; j++) {
         for (size_t k = 0; k < j; k++) a[j * w + j] -= a[j * w + k] * a[j * w + k];
@@ -105,7 +108,7 @@ void test_quad_dynamics(const struct pend_tree *tree, const struct pend_loads *l
         for (size_t j = 0; j < n; j++) acc[i] += im[i * n + j] * rate[j] * rate[j];
     }
     memcpy(factor, re, n * n * sizeof *factor);
-    quad_solve(tree->n, factor, acc);
+    test_quad_solve(tree->n, factor, acc);
 
     // (bbb): lambda = g sin(phi) (S^T m) - l^-1 (Im phi'' + Re phi'^2)
     for (size_t i = 0; i < n; i++) {

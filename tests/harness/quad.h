@@ -18,6 +18,7 @@ typedef long double test_quad; /* 113 bits on arm64 and riscv64 */
 test_quad test_quad_sin(test_quad x);
 test_quad test_quad_cos(test_quad x);
 test_quad test_quad_sqrt(test_quad x);
+test_quad test_quad_tanh(test_quad x);
 test_quad test_quad_abs(test_quad x);
 
 /** A decimal number of any length, to all digits of a test_quad. */
@@ -34,6 +35,10 @@ test_quad test_quad_read(const char *text);
 void test_quad_dynamics(const struct pend_tree *tree, const struct pend_loads *loads,
                         const double phi[], const double rate[], test_quad acc[],
                         test_quad force[]);
+
+/** Solves a x = b, a symmetric and positive definite, n x n, by Cholesky in place of its lower
+ * triangle; b becomes x. O(n^3). */
+void test_quad_solve(int n, test_quad a[], test_quad b[]);
 
 /** Largest |x - exact| over the largest |exact| (0 when all are 0); NaN when anything is. */
 double test_quad_gap(int n, const double x[], const test_quad exact[]);
