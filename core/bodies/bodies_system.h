@@ -57,7 +57,7 @@ typedef double num; /* files that lay out memory count it in doubles and compute
  * loss, drive              torques at the arm's joint: of friction, and the given ones
  * way_x, way_y             velocity of the tip
  * air_x, air_y             the air's force on the tip
- * air_size, air_part       |v|^2 + e^2 and its root
+ * air_size, air_part       |v|^2 + e^2 and its root, which has the unit's sign
  * grip, grip_rest          tanh of the joint's speed and 1 - its square
  * base_way_x, base_way_y   velocity of the joint
  */

@@ -10,7 +10,7 @@
 #include "core/ensemble/ensemble_watch.h"
 #include "core/integrate/horizon.h"
 #include "core/taylor/jets_system.h"
-#include "core/dynamics/kinematics.h"
+#include "core/dynamics/kinematics_at.h"
 #include "core/taylor/taylor_order.h"
 #include "core/tree/turns.h"
 
@@ -18,9 +18,9 @@
  * n values a lane for the notes, n values */
 enum {
     ENSEMBLE_LANED = 18,
-    ENSEMBLE_SINGLE = 11,
+    ENSEMBLE_SINGLE = 14,
     ENSEMBLE_NOTED = 8,
-    ENSEMBLE_FLAT = 9,
+    ENSEMBLE_FLAT = 13,
     ENSEMBLE_SHARES = 48
 };
 
@@ -50,7 +50,7 @@ static enum pend_status ensemble_check(const struct pend_ensemble_problem *probl
     if (!isfinite(problem->duration)) {
         return pend_fail(error, PEND_INVALID, -1, 0, "the duration must be a finite number");
     }
-    return pend_loads_check_series(&problem->loads, error);
+    return pend_loads_check(&problem->loads, error);
 }
 
 /* hands out `count` doubles of a block, a multiple of 64 bytes */
@@ -62,9 +62,17 @@ static double *ensemble_take(char **at, size_t count) {
 
 static size_t ensemble_padded(size_t count) { return (count + 7) / 8 * 8; }
 
-static size_t ensemble_doubles(int n_, int width_, size_t series) {
-    size_t n = (size_t)n_, width = (size_t)width_;
-    return (ENSEMBLE_LANED + ENSEMBLE_NOTED) * ensemble_padded(n * width) +
+/* the numbers of an ensemble's terms */
+static size_t ensemble_terms(const struct pend_terms *terms) {
+    return terms ? (size_t)terms->count : 0;
+}
+
+static size_t ensemble_doubles(const struct pend_terms *terms, int n_, int width_, size_t series) {
+    size_t n = (size_t)n_, width = (size_t)width_, count = ensemble_terms(terms);
+    size_t real =
+        terms ? ensemble_padded(count * width) + ensemble_padded(count) + ENSEMBLE_ORDER_MAX * width
+              : 0;
+    return real + (ENSEMBLE_LANED + ENSEMBLE_NOTED) * ensemble_padded(n * width) +
            ENSEMBLE_SINGLE * ensemble_padded(width) + ENSEMBLE_FLAT * ensemble_padded(n) +
            8 * ensemble_padded(n * ENSEMBLE_INSTANTS) + ENSEMBLE_SHARES + 3 * ensemble_padded(n) +
            ensemble_padded(series);
@@ -80,27 +88,35 @@ static void ensemble_place(struct pend_ensemble *e, char *at, size_t doubts) {
         &lanes->len,       &lanes->inv_len,      &lanes->mass,      &lanes->cell,
         &lanes->force_max, &lanes->force_min,    &e->turns,         &e->turns_low,
         &doubt->phi,       &doubt->rate};
-    double **single[ENSEMBLE_SINGLE] = {&lanes->from.time, &lanes->to.time,   &lanes->gravity,
-                                        &lanes->unit,      &lanes->stop,      &lanes->step,
-                                        &doubt->fastest,   &doubt->strongest, &doubt->time,
-                                        &doubt->ratio,     &doubt->held};
+    double **single[ENSEMBLE_SINGLE] = {
+        &lanes->from.time, &lanes->to.time, &lanes->from.gain, &lanes->to.gain, &lanes->start,
+        &lanes->gravity,   &lanes->unit,    &lanes->stop,      &lanes->step,    &doubt->fastest,
+        &doubt->strongest, &doubt->time,    &doubt->ratio,     &doubt->held};
     double **noted[ENSEMBLE_NOTED - 1] = {&e->first_crossing, &e->most,       &e->most_time,
                                           &e->least,          &e->least_time, &e->sign_change,
                                           &e->sense};
-    double **flat[ENSEMBLE_FLAT] = {
+    double **flat[ENSEMBLE_FLAT - 4] = {
         &e->member.phi, &e->member.rate, &e->member.length,  &e->member.mass, &e->phi,
         &e->rate,       &e->subtree,     &e->member.phi_low, &e->phi_low};
     ensemble_set **set[3] = {&lanes->near, &lanes->peak, &lanes->turn};
     for (int i = 0; i < ENSEMBLE_LANED; i++) *laned[i] = ensemble_take(&at, n * width);
     for (int i = 0; i < ENSEMBLE_SINGLE; i++) *single[i] = ensemble_take(&at, width);
     for (int i = 0; i < ENSEMBLE_NOTED - 1; i++) *noted[i] = ensemble_take(&at, n * width);
-    for (int i = 0; i < ENSEMBLE_FLAT; i++) *flat[i] = ensemble_take(&at, n);
+    for (int i = 0; i < ENSEMBLE_FLAT - 4; i++) *flat[i] = ensemble_take(&at, n);
+    e->room = ensemble_take(&at, 4 * n);
     for (int i = 0; i < 4; i++) e->rows[i] = ensemble_take(&at, n * ENSEMBLE_INSTANTS);
     for (int i = 0; i < 4; i++) e->instants[i] = ensemble_take(&at, n * ENSEMBLE_INSTANTS);
     for (int i = 0; i < 3; i++) *set[i] = (ensemble_set *)ensemble_take(&at, n);
     lanes->share = ensemble_take(&at, ENSEMBLE_SHARES);
     for (int j = 0; j < ENSEMBLE_SHARES; j++) lanes->share[j] = 1.0 / (j + 1);
     e->crossings = (long *)(void *)ensemble_take(&at, n * width);
+    if (lanes->terms) {
+        size_t count = ensemble_terms(lanes->terms);
+        lanes->value = ensemble_take(&at, count * width);
+        e->member.value = ensemble_take(&at, count);
+        double *power = ensemble_take(&at, ENSEMBLE_ORDER_MAX * width);
+        if (e->problem.observe & PEND_OBSERVE_ENERGY) lanes->power = power;
+    }
     lanes->doubt.series = ensemble_take(&at, doubts);
     lanes->series = (double *)(void *)at;
 }
@@ -121,14 +137,15 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
     *ensemble = NULL;
     PEND_TRY(ensemble_check(problem, error));
     const struct ensemble_kernel *kernel = ensemble_kernel(isa);
+    const struct pend_terms *terms = problem->loads.terms;
     int n = problem->tree->n, order = pend_taylor_order(problem->rtol, 0);
     int known = order + (problem->accuracy > 0 ? ENSEMBLE_DOUBT_BEYOND : 0);
     size_t doubts =
-        problem->accuracy > 0 ? ensemble_padded(kernel->series_count(n, JETS_SPREAD)) : 0;
-    size_t head = (sizeof **ensemble + 63) / 64 * 64;
+        problem->accuracy > 0 ? ensemble_padded(kernel->series_count(terms, n, JETS_SPREAD)) : 0;
+    size_t head = (sizeof **ensemble + 63) / 64 * 64,
+           series = kernel->series_count(terms, n, known);
     size_t bytes =
-        head + (doubts + ensemble_doubles(n, kernel->width, kernel->series_count(n, known))) *
-                   sizeof(double);
+        head + (doubts + ensemble_doubles(terms, n, kernel->width, series)) * sizeof(double);
     struct pend_ensemble *e = aligned_alloc(64, bytes);
     if (!e)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0,
@@ -139,6 +156,7 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
     e->lanes =
         (struct ensemble_lanes){.n = n, .order = order, .known = known, .width = kernel->width};
     e->lanes.doubt.grade = problem->accuracy > 0 ? PEND_HORIZON_MARGIN / problem->accuracy : 0;
+    e->lanes.terms = terms;
     e->lanes.parent = problem->tree->parent;
     e->lanes.end = problem->tree->end;
     e->lanes.log_rtol = log2(pend_taylor_target(problem->rtol));
@@ -206,8 +224,10 @@ static double ensemble_horizon(const struct ensemble_lanes *lanes, int i, double
 static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     struct ensemble_lanes *lanes = &e->lanes;
     const struct pend_member *member = &e->member;
-    // cells of another width do not divide a whole turn
-    int whole = e->problem.bound == 0 || e->problem.bound == M_PI;
+    const struct pend_terms *terms = lanes->terms;
+    // cells of another width do not divide a whole turn, and springs tell whole turns apart
+    int whole = (e->problem.bound == 0 || e->problem.bound == M_PI) &&
+                !(terms && terms->row[PEND_TERM_STIFFNESS] >= 0);
     for (int k = 0; k < lanes->n; k++) {
         size_t at = (size_t)(k * lanes->width + i);
         struct pend_sum turns = {0, 0}, phi = {member->phi[k], member->phi_low[k]};
@@ -221,8 +241,11 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
         lanes->inv_len[at] = 1 / member->length[k];
         lanes->mass[at] = member->mass[k];
     }
+    for (int j = 0; terms && j < terms->count; j++)
+        lanes->value[j * lanes->width + i] = member->value[j];
     ensemble_doubt_start(lanes, i);
-    lanes->from.time[i] = 0;
+    lanes->from.time[i] = lanes->from.gain[i] = 0;
+    lanes->start[i] = member->start;
     lanes->stop[i] = e->problem.duration;
     lanes->gravity[i] = member->loads.gravity;
     lanes->unit[i] =
@@ -232,11 +255,11 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     if (lanes->paired) pend_ensemble_shadow_start(e, i);
     if (!(e->problem.observe & PEND_OBSERVE_ENERGY) && !e->problem.spare) return lanes->n;
     struct pend_tree tree = ensemble_tree(e);
-    struct pend_energy energy =
-        pend_kinematics_energy(&tree, &member->loads, member->phi, member->rate);
+    struct pend_energy energy = pend_kinematics_energy_at(&tree, &member->loads, member->start,
+                                                          member->phi, member->rate, e->room);
     e->seat[i].energy = energy.kinetic + energy.potential;
-    e->seat[i].scale = pend_kinematics_energy_scale(&tree, &member->loads, energy.kinetic);
-    return e->problem.spare ? ensemble_able(e, &tree, e->seat[i].energy) : lanes->n;
+    e->seat[i].scale = pend_kinematics_energy_scale_at(&tree, &member->loads, energy.kinetic);
+    return e->problem.spare && !terms ? ensemble_able(e, &tree, e->seat[i].energy) : lanes->n;
 }
 
 /* copies the notes on the member in lane i, all but its end, into its outcome */
@@ -266,27 +289,41 @@ static void ensemble_seat_notes(const struct pend_ensemble *e, int i,
     if (e->lanes.signs) outcome->sign_change = e->sign_change + own;
 }
 
-/* the difference between the energy at the end and the energy at the start, relative to the
- * scale */
-static double ensemble_seat_drift(struct pend_ensemble *e, int i) {
-    const struct ensemble_lanes *lanes = &e->lanes;
-    for (int k = 0; k < lanes->n; k++) {
-        e->member.length[k] = lanes->len[k * lanes->width + i];
-        e->member.mass[k] = lanes->mass[k * lanes->width + i];
-    }
-    struct pend_tree tree = ensemble_tree(e);
-    struct pend_loads loads = {.gravity = lanes->gravity[i]};
-    struct pend_energy energy = pend_kinematics_energy(&tree, &loads, e->phi, e->rate);
-    return e->seat[i].scale > 0
-               ? fabs(energy.kinetic + energy.potential - e->seat[i].energy) / e->seat[i].scale
-               : 0;
+/* what drives have given less what friction has taken, J, up to a part of the step of lane i */
+static double ensemble_gain(const struct ensemble_lanes *lanes, int i, double part) {
+    double sum = 0, x = lanes->step[i] * part;
+    if (!lanes->power) return 0;
+    for (int j = lanes->order - 1; j >= 0; j--) sum = sum * x + lanes->power[j * lanes->width + i];
+    return part == 1 ? lanes->to.gain[i] : lanes->from.gain[i] + sum * x;
 }
 
-static void ensemble_seat_deliver(struct pend_ensemble *e, int i, struct pend_outcome *outcome,
-                                  int *cancelled) {
+/* the difference between the energy at the end, at a part of the step, and the energy at the start
+ * and what was exchanged, relative to the scale */
+static double ensemble_seat_drift(struct pend_ensemble *e, int i, double part) {
+    const struct ensemble_lanes *lanes = &e->lanes;
+    int width = lanes->width, terms = (int)ensemble_terms(lanes->terms);
+    for (int k = 0; k < lanes->n; k++) {
+        e->member.length[k] = lanes->len[k * width + i];
+        e->member.mass[k] = lanes->mass[k * width + i];
+    }
+    for (int j = 0; j < terms; j++) e->member.value[j] = lanes->value[j * width + i];
+    struct pend_tree tree = ensemble_tree(e);
+    struct pend_loads loads = {lanes->gravity[i], lanes->terms, e->member.value};
+    double time = lanes->start[i] + pend_ensemble_watch_time(e, i, part);
+    struct pend_energy energy =
+        pend_kinematics_energy_at(&tree, &loads, time, e->phi, e->rate, e->room);
+    double gain = ensemble_gain(lanes, i, part), scale = e->seat[i].scale;
+    if (terms) scale = fmax(scale, energy.kinetic + fabs(gain));
+    double gap = energy.kinetic + energy.potential - e->seat[i].energy - gain;
+    return scale > 0 ? fabs(gap) / scale : 0;
+}
+
+/* part: of the step, where the member ended */
+static void ensemble_seat_deliver(struct pend_ensemble *e, int i, double part,
+                                  struct pend_outcome *outcome, int *cancelled) {
     ensemble_seat_notes(e, i, outcome);
     if (outcome->steps && e->problem.observe & PEND_OBSERVE_ENERGY)
-        outcome->energy_drift = ensemble_seat_drift(e, i);
+        outcome->energy_drift = ensemble_seat_drift(e, i, part);
     if (outcome->steps && e->lanes.paired) outcome->lyapunov = pend_ensemble_shadow_exponent(e, i);
     for (int k = 0; k < e->lanes.n; k++) {
         int at = k * e->lanes.width + i;
@@ -302,7 +339,7 @@ static void ensemble_seat_spare(struct pend_ensemble *e, int i, int *cancelled) 
     memcpy(e->phi, e->member.phi, (size_t)e->lanes.n * sizeof(double));
     memcpy(e->phi_low, e->member.phi_low, (size_t)e->lanes.n * sizeof(double));
     memcpy(e->rate, e->member.rate, (size_t)e->lanes.n * sizeof(double));
-    ensemble_seat_deliver(e, i, &outcome, cancelled);
+    ensemble_seat_deliver(e, i, 1, &outcome, cancelled);
 }
 
 static void ensemble_fetch(struct pend_ensemble *e, long i, struct ensemble_queue *queue) {
@@ -314,6 +351,12 @@ static void ensemble_fetch(struct pend_ensemble *e, long i, struct ensemble_queu
     memcpy(e->member.length, tree->len, bytes);
     memcpy(e->member.mass, tree->mass, bytes);
     e->member.loads = e->problem.loads;
+    e->member.start = 0;
+    if (e->lanes.terms) {
+        memcpy(e->member.value, e->problem.loads.value,
+               ensemble_terms(e->lanes.terms) * sizeof(double));
+        e->member.loads.value = e->member.value;
+    }
     if (e->problem.fetch(e->problem.context, i, &e->member)) queue->cancelled = 1;
 }
 
@@ -373,7 +416,7 @@ static int ensemble_seat_serve(struct pend_ensemble *e, int i,
     double part = ensemble_seat_end(e, i, attention, &outcome);
     if (part == 0) return 0;
     pend_ensemble_watch_state(e, i, part);
-    ensemble_seat_deliver(e, i, &outcome, cancelled);
+    ensemble_seat_deliver(e, i, part, &outcome, cancelled);
     return 1;
 }
 

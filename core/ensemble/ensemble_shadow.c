@@ -39,7 +39,11 @@ void pend_ensemble_shadow_start(struct pend_ensemble *e, int i) {
         shadow_put(from->rate, from->rate_low, at,
                    shadow_distance * frequency * sin(3 * k + 2) / sqrt(sum));
     }
+    for (int j = 0; lanes->terms && j < lanes->terms->count; j++)
+        lanes->value[j * lanes->width + i + 1] = lanes->value[j * lanes->width + i];
     from->time[i + 1] = from->time[i];
+    from->gain[i + 1] = from->gain[i];
+    lanes->start[i + 1] = lanes->start[i];
     lanes->stop[i + 1] = lanes->stop[i];
     lanes->gravity[i + 1] = lanes->gravity[i];
     lanes->unit[i + 1] = lanes->unit[i];

@@ -42,6 +42,7 @@ struct pend_ensemble {
                                 * width + lane] */
     double *phi, *rate, *phi_low; /* of an outcome */
     double *subtree;              /* kg, of the member in `member` */
+    double *room;                 /* 4 n, of energies */
     /* angles, rates, forces and angles from hanging of some instants: row by row, and as the
      * kernel leaves them */
     double *rows[4], *instants[4];

@@ -25,6 +25,8 @@
 
 #include "core/taylor/change_template.h"
 
+#include "core/ensemble/real_template.h"
+
 #define STEP_SIZE(s, place) num_abs((s)->rate[place])
 #include "core/taylor/step_template.h"
 
@@ -39,26 +41,35 @@ enum {
  * even number of lines apart evict each other */
 static size_t ensemble_series(int n, int order) { return (size_t)n * (size_t)(order + 3) + 5; }
 
-static size_t ensemble_numbers(int n, int order) {
-    return 4 * ensemble_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n;
+static size_t ensemble_numbers(const struct pend_terms *terms, int n, int order) {
+    size_t series = ensemble_series(n, order);
+    return 4 * series + (size_t)ARRAY_COUNT * (size_t)n + real_numbers(terms, n, series, order);
 }
 
 /* the table of a small tree's answers, in numbers */
 enum { ENSEMBLE_ANSWERS = sizeof(struct dense_table) / sizeof(num) };
 
-static size_t ensemble_series_count(int n, int order) {
-    return (ensemble_numbers(n, order) + ENSEMBLE_ANSWERS) * WIDE +
-           (sizeof(struct jets_system) + 7) / 8;
+/* where the arrays of a series are, for ideal pendulums and for real ones */
+struct ensemble_tables {
+    struct jets_system jets;
+    struct bodies_system real;
+};
+
+static size_t ensemble_series_count(const struct pend_terms *terms, int n, int order) {
+    return (ensemble_numbers(terms, n, order) + ENSEMBLE_ANSWERS) * WIDE +
+           (sizeof(struct ensemble_tables) + 7) / 8;
 }
 
 /* the arrays of a series, behind which their table stands */
-VEC_INLINE struct jets_system *ensemble_table(int n, double *series, int order) {
+VEC_INLINE struct ensemble_tables *ensemble_table(const struct ensemble_lanes *lanes,
+                                                  double *series, int order) {
     num *at = (num *)(void *)series;
-    return (struct jets_system *)(void *)(at + ensemble_numbers(n, order) + ENSEMBLE_ANSWERS);
+    size_t numbers = ensemble_numbers(lanes->terms, lanes->n, order);
+    return (struct ensemble_tables *)(void *)(at + numbers + ENSEMBLE_ANSWERS);
 }
 
 VEC_INLINE struct jets_system *ensemble_view(const struct ensemble_lanes *lanes) {
-    return ensemble_table(lanes->n, lanes->series, lanes->known);
+    return &ensemble_table(lanes, lanes->series, lanes->known)->jets;
 }
 
 static void ensemble_lay(const struct ensemble_lanes *lanes, double *memory, int order) {
@@ -81,8 +92,12 @@ static void ensemble_lay(const struct ensemble_lanes *lanes, double *memory, int
     s.len = (num *)(void *)lanes->len;
     s.inv_len = (num *)(void *)lanes->inv_len;
     s.mass = (num *)(void *)lanes->mass;
-    if (lanes->doubt.grade > 0) s.answers = at + ensemble_numbers(lanes->n, order);
-    *ensemble_table(lanes->n, memory, order) = s;
+    struct ensemble_tables *tables = ensemble_table(lanes, memory, order);
+    if (lanes->doubt.grade > 0 && !lanes->terms)
+        s.answers = at + ensemble_numbers(lanes->terms, lanes->n, order);
+    tables->jets = s;
+    if (lanes->terms)
+        real_lay(&tables->real, lanes, &s, series, order, arrays + (size_t)ARRAY_COUNT * n);
 }
 
 static void ensemble_prepare(struct ensemble_lanes *lanes) {
@@ -107,9 +122,14 @@ static void ensemble_start(const struct ensemble_state *from, const struct jets_
     }
 }
 
-static void ensemble_expand(const struct ensemble_state *from, const struct jets_system *s,
+static void ensemble_expand(const struct ensemble_lanes *lanes, const struct jets_system *s,
                             num unit, num gravity, int order) {
-    ensemble_start(from, s, unit);
+    if (lanes->terms) {
+        real_expand(lanes, &ensemble_table(lanes, lanes->series, order)->real, unit, gravity,
+                    order);
+        return;
+    }
+    ensemble_start(&lanes->from, s, unit);
     jets_factor(s);
     if (s->n <= DENSE_MAX)
         dense_orders(s, gravity, order);
@@ -262,12 +282,12 @@ VEC_INLINE num doubt_ratio(const struct ensemble_doubt *doubt, const double rate
 }
 
 /* the errors at the end of the step from those at its start; returns the error of the forces at
- * the start, relative to the largest force so far */
-VEC_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jets_system *s, num x,
+ * the start, over the square of the unit */
+VEC_INLINE num doubt_change(const struct ensemble_lanes *lanes, const struct jets_system *s, num x,
                             num gravity, num inverse) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
-    const struct jets_system *change = ensemble_table(lanes->n, doubt->series, JETS_SPREAD);
-    num force = num_of(0), strongest = lane_get(doubt->strongest, 0), square = inverse * inverse;
+    const struct jets_system *change = &ensemble_table(lanes, doubt->series, JETS_SPREAD)->jets;
+    num force = num_of(0);
     for (int k = 0; k < lanes->n; k++) {
         change->turn_im[k] = lane_get(doubt->phi, k);
         change->rate[k] = lane_get(doubt->rate, k) / inverse;
@@ -281,10 +301,26 @@ VEC_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jet
             rate = num_fma(rate, x, c);
         }
         force = num_max(force, num_abs(change->force[k]));
-        strongest = num_max(strongest, num_abs(s->force[k] * square));
         lane_put(doubt->phi, k, num_fma(x, phi, lane_get(doubt->phi, k)));
         lane_put(doubt->rate, k, rate * inverse);
     }
+    return force;
+}
+
+/* the errors at the end of the step from those at its start; returns the error of the forces at
+ * the start, relative to the largest force so far */
+VEC_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jets_system *s, num x,
+                            num gravity, num inverse) {
+    const struct ensemble_doubt *doubt = &lanes->doubt;
+    num strongest = lane_get(doubt->strongest, 0), square = inverse * inverse, force;
+    if (lanes->terms)
+        force = real_spread(lanes, &ensemble_table(lanes, lanes->series, lanes->known)->real,
+                            &ensemble_table(lanes, doubt->series, JETS_SPREAD)->real,
+                            lane_get(lanes->unit, 0), gravity, x);
+    else
+        force = doubt_change(lanes, s, x, gravity, inverse);
+    for (int k = 0; k < lanes->n; k++)
+        strongest = num_max(strongest, num_abs(s->force[k] * square));
     lane_put(doubt->strongest, 0, strongest);
     return NUM_(pick)((wide_mask)(strongest > 0),
                       square * force / num_max(strongest, num_of(0x1p-1000)), num_of(0));
@@ -370,7 +406,7 @@ static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attentio
         stop = lane_get(lanes->stop, 0);
     // the unit is a power of two: its inverse is exact
     num gravity = lane_get(lanes->gravity, 0) * unit * unit, inverse = 1 / unit;
-    ensemble_expand(&lanes->from, s, unit, gravity, lanes->known);
+    ensemble_expand(lanes, s, unit, gravity, lanes->known);
     num x = step_reach(s, lanes->order, lanes->log_rtol, lanes->log_atol);
     if (lanes->paired) x = num_min(x, num_swap(x));
     wide_mask lands = (wide_mask)(x >= (stop - time) * inverse);
@@ -382,6 +418,8 @@ static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attentio
     *attention = (struct ensemble_attention){.done = mask_set(lands)};
     ensemble_watch(lanes, s, x, inverse, attention);
     num bad = ensemble_advance(lanes, s, x, inverse);
+    if (lanes->power)
+        real_balance(lanes, &ensemble_table(lanes, lanes->series, lanes->known)->real, unit, x);
     if (lanes->doubt.grade > 0) ensemble_doubt(lanes, s, x, next, gravity);
     attention->bad = mask_set((still & ~lands) | ~(wide_mask)(bad == 0));
     lane_put(lanes->to.time, 0, next);

@@ -6,11 +6,15 @@
 
 #include <stddef.h>
 
+#include "core/tree/terms.h"
+
 /* Values of arm k in lane i are array[k * width + i]; one value a lane: array[i]. All arrays are
  * aligned to 64. */
 struct ensemble_state {
     double *phi, *phi_low, *rate, *rate_low; /* angles, rad, and rates, rad/s, as sums of two */
     double *time;                            /* s, one value a lane */
+    double *gain; /* J, one value a lane: what drives have given less what friction has taken, of
+                     lanes that are asked for it */
 };
 
 /* Sets of lanes, bit i for lane i. */
@@ -45,11 +49,16 @@ struct ensemble_lanes {
     double bound; /* rad; crossings of theta = bound + 2 i bound are looked for; 0 = none */
     int extremes,
         signs; /* non-zero: forces beyond those met so far, and changes of sign, are looked for */
-    struct ensemble_state from, to;   /* start and end of the step */
-    double *len, *inv_len, *mass;     /* an arm's own */
-    double *gravity, *unit, *stop;    /* one value a lane; unit and stop - time have one sign */
-    double *step;                     /* out: the step in units */
-    double *cell;                     /* the number i of the stretch that theta of an arm is in */
+    struct ensemble_state from, to; /* start and end of the step */
+    double *len, *inv_len, *mass;   /* an arm's own */
+    double *gravity, *unit, *stop;  /* one value a lane; unit and stop - time have one sign */
+    double *start; /* s, one value a lane: what time 0 is in the time of the drives */
+    const struct pend_terms *terms; /* of real pendulums; NULL = ideal ones */
+    double *value;                  /* their numbers: number j of lane i at value[j * width + i] */
+    double *power; /* out: order j of what the step's gain is per unit of x, over j + 1, J, at
+                      power[j * width + lane]; NULL = gains are not asked for */
+    double *step;  /* out: the step in units */
+    double *cell;  /* the number i of the stretch that theta of an arm is in */
     double *force_max, *force_min;    /* N, of each arm so far */
     ensemble_set *near, *peak, *turn; /* out, a set an arm: where the step may leave the cell, where
                                          the force may pass its extremes, where it may be zero */
@@ -57,7 +66,7 @@ struct ensemble_lanes {
     double *share;  /* 1 / (j + 1) of order j */
 };
 
-enum { ENSEMBLE_WIDTH_MAX = 8, ENSEMBLE_INSTANTS = 8 };
+enum { ENSEMBLE_WIDTH_MAX = 8, ENSEMBLE_INSTANTS = 8, ENSEMBLE_ORDER_MAX = 32 };
 
 /* Lanes that the caller has to look at. */
 struct ensemble_attention {
@@ -74,8 +83,8 @@ struct ensemble_values {
 
 struct ensemble_kernel {
     int width;
-    /** Doubles that `series` needs. */
-    size_t (*series_count)(int n, int order);
+    /** Doubles that `series` needs; terms: NULL for ideal pendulums. */
+    size_t (*series_count)(const struct pend_terms *terms, int n, int order);
     /** Prepares `series`, once, when all other arrays are in their places. */
     void (*prepare)(struct ensemble_lanes *lanes);
     /** Where the series of the forces begin; those of the rates begin with `series`. */

@@ -12,8 +12,11 @@
  * problem's loads and zeros before fetch is called. */
 struct pend_member {
     double *phi, *rate;      /* rad, rad/s */
-    double *length, *mass;   /* m, kg, finite and > 0 */
-    struct pend_loads loads; /* what acts on the tree */
+    double *length, *mass;   /* m, kg, finite and > 0; a mass may be 0 where terms make up for it */
+    struct pend_loads loads; /* what acts on the tree; its terms are the problem's */
+    double *value;           /* the numbers of its terms, loads.terms->count, each the member's own;
+                                loads.value           points to them; NULL without terms */
+    double start;            /* s, the member's beginning in the time of its drives; else 0 */
     double *phi_low; /* rad, what rounding to doubles has left of phi; NULL where the caller does
                         not look */
 };
@@ -54,7 +57,9 @@ struct pend_outcome {
     struct pend_force_range force; /* NULLs where not asked for */
     const double *sign_change;     /* s, when the force of each arm first changed sign; NaN = never;
                                       NULL = not asked */
-    double energy_drift;           /* |E - E(start)| at the end over pend_kinematics_energy_scale */
+    double energy_drift; /* |E - E(start)| at the end over pend_kinematics_energy_scale; of a real
+                            pendulum less what drives gave and friction took, over a scale that
+                            includes what was exchanged */
     double horizon;  /* s, up to when the member keeps the problem's accuracy: `time` where it does
                         to the  end; NaN where the problem names none */
     double lyapunov; /* 1/s, logarithm of a neighbour's growth over the time; NaN where time is 0 */
@@ -84,8 +89,8 @@ struct pend_ensemble_problem {
      * does not. 0: not wanted. */
     double bound;
     enum pend_until until;
-    int spare; /* non-zero: the end is not wanted, and a member whose energy lets no arm reach its
-                  bound is delivered at once, with `time` the duration and no steps */
+    int spare; /* non-zero: the end is not wanted, and an ideal member whose energy lets no arm
+                  reach its bound is delivered at once, with `time` the duration and no steps */
     unsigned observe;    /* enum pend_observe, or-ed */
     const double *times; /* s, ascending in the direction of the duration, none beyond it: rows are
                             wanted there */

@@ -12,7 +12,7 @@ enum pend_status pend_loads_check_series(const struct pend_loads *loads, struct 
     PEND_TRY(pend_loads_check(loads, error));
     if (!loads->terms) return PEND_OK;
     return pend_fail(error, PEND_INVALID, -1, 0,
-                     "ensembles, Lyapunov exponents and sections have no friction, drives, "
+                     "Lyapunov exponents and sections have no friction, drives, "
                      "springs, rods or bodies yet: compute trajectories by method taylor");
 }
 

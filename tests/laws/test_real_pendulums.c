@@ -26,14 +26,14 @@ struct motion {
     struct pend_run_stats stats;
 };
 
-static void motion_run(const char *method, const struct test_tree *t, const struct test_bodies *b,
-                       struct motion *m) {
+static void motion_run(const char *method, double span, const struct test_tree *t,
+                       const struct test_bodies *b, struct motion *m) {
     struct pend_problem problem = {
         .tree = t->tree,
         .loads = b->loads,
         .phi = t->phi,
         .rate = t->rate,
-        .times = {.count = INSTANTS, .start = 0.7, .span = 1, .divisor = 2},
+        .times = {.count = INSTANTS, .start = 0.7, .span = span, .divisor = 2},
         .rtol = 1e-13,
         .atol = 1e-13,
         .atol_given = 1};
@@ -81,8 +81,8 @@ TEST(motions_of_real_pendulums_agree_with_gsl_and_keep_their_energys_balance) {
             struct motion taylor, other;
             test_tree_random(&t, TEST_TREE_LIMBS, n, 0.3, &seed);
             test_bodies_random(&b, t.tree, motion_terms(i), &seed);
-            motion_run("taylor", &t, &b, &taylor);
-            motion_run("rk8pd", &t, &b, &other);
+            motion_run("taylor", n == 4 ? -0.25 : 1, &t, &b, &taylor);
+            motion_run("rk8pd", n == 4 ? -0.25 : 1, &t, &b, &other);
             gap = fmax(gap, test_gap(INSTANTS * n, taylor.phi, other.phi));
             drift = fmax(drift, taylor.stats.energy_drift);
             CHECK(taylor.stats.horizon == taylor.t[INSTANTS - 1]);
@@ -109,7 +109,7 @@ TEST(samples_of_real_pendulums_have_the_dense_forms_forces) {
         struct motion m;
         test_tree_random(&t, TEST_TREE_ATTACHED, N, 0.3, &seed);
         test_bodies_random(&b, t.tree, motion_terms(i), &seed);
-        motion_run("taylor", &t, &b, &m);
+        motion_run("taylor", 1, &t, &b, &m);
         for (int row = 0; row < INSTANTS; row++) {
             double phi[N], rate[N], acc[N], force[4][N], got[5][N], want[5][N], re[N], im[N];
             struct bodies_state state = {phi, NULL, rate, m.t[row], 0};

@@ -1,7 +1,7 @@
 /* Double pendulums of 20 s at round-off accuracy: in an ensemble, one by one, and by GSL on the
- * same O(n) equations; with observables; the usual flip map. Leaves to others: single
- * trajectories. Invariant: all lines start from angles near (2, 2.5); one core; ns a member, so
- * that 15 000 members a second are 66 667. */
+ * same O(n) equations; with observables; damped and driven; the usual flip map. Leaves to others:
+ * single trajectories. Invariant: all lines start from angles near (2, 2.5); one core; ns a member,
+ * so that 15 000 members a second are 66 667. */
 #include <math.h>
 
 #include "core/ensemble/ensemble.h"
@@ -32,6 +32,12 @@ static void start(long i, double phi[2]) {
 static int near_fetch(void *context, long i, struct pend_member *member) {
     (void)context;
     start(i, member->phi);
+    return 0;
+}
+
+static int alone_fetch(void *context, long i, struct pend_member *member) {
+    (void)context;
+    member->phi[0] = 2 + 1e-3 * (double)(i % 1000) - M_PI_2;
     return 0;
 }
 
@@ -106,6 +112,44 @@ BENCH(ensemble_32_arms_1_s, "member") {
              (struct pend_ensemble_problem){.duration = 1, .rtol = 1e-9, .fetch = rest_fetch}, 32,
              16);
 }
+
+/* each member has its own damping and its own drive, whose amplitude and frequency are spread over
+ * those of a resonance map */
+static int driven_fetch(void *context, long i, struct pend_member *member) {
+    const struct pend_terms *terms = member->loads.terms;
+    (void)context;
+    member->phi[0] = 2 + 1e-3 * (double)(i % 1000) - M_PI_2;
+    for (int k = 1; k < terms->n; k++) member->phi[k] = 2.5 - M_PI_2;
+    for (int k = 0; k < terms->n; k++)
+        member->value[terms->row[PEND_TERM_DAMPING] + k] = 0.05 + 0.05 * (double)(i % 7);
+    double *drive = member->value + terms->harmonic[0].at;
+    drive[0] = 3 + 0.5 * (double)(i % 13), drive[1] = 1.5 + 0.1 * (double)(i % 17);
+    return 0;
+}
+
+/* damped driven chains beside ideal ones of the same starts */
+static void driven(struct bench *bench, int n, int real) {
+    unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
+    const int first = 0;
+    int place;
+    double value[8] = {0};
+    struct pend_terms *terms;
+    struct pend_ensemble_problem problem = near_problem(0, 0);
+    rows[PEND_TERM_DAMPING] = 1;
+    if (pend_terms_new(&terms, n, rows, ones, 1, &first, &place) != PEND_OK) bench_broken("terms");
+    if (real) {
+        problem.loads.terms = terms, problem.loads.value = value;
+        problem.fetch = driven_fetch;
+    } else {
+        problem.fetch = n == 2 ? near_fetch : alone_fetch;
+    }
+    ensemble(bench, problem, n, 8 * MEMBERS);
+    pend_terms_free(&terms);
+}
+
+BENCH(ensemble_20_s_one_arm, "member") { driven(bench, 1, 0); }
+BENCH(ensemble_20_s_one_arm_damped_driven, "member") { driven(bench, 1, 1); }
+BENCH(ensemble_20_s_damped_driven, "member") { driven(bench, 2, 1); }
 
 /* the same members by a method of single trajectories */
 static void singly(struct bench *bench, const char *name, double tolerance) {

@@ -1,0 +1,128 @@
+/* Real pendulums in the lanes of an ensemble, one a lane: their series, the balance of their
+ * energies, and how small errors of a state spread. Included by the kernel, after the numbers.
+ * Leaves to others: the equations of motion (bodies_template), steps (kernel_ensemble).
+ * Invariant: lanes differ in every number of the list of terms, and in nothing else but what ideal
+ * pendulums differ in. */
+#ifndef PEND_REAL_TEMPLATE_H
+#define PEND_REAL_TEMPLATE_H
+
+#include "core/bodies/bodies_template.h"
+
+/* a neighbour's distance in its largest coordinate, rad, over which errors are taken as linear; and
+ * an error below which there is none */
+static const double real_near = 0x1p-20, real_least = 0x1p-1000;
+
+/* Numbers that a series to `order` takes beside those of an ideal pendulum; 0 for one. */
+static size_t real_numbers(const struct pend_terms *terms, int n, size_t series, int order) {
+    return terms ? bodies_numbers(terms, (size_t)n, series, order) : 0;
+}
+
+/* lays out what an ideal pendulum has not, and shares with it what it has */
+static void real_lay(struct bodies_system *b, const struct ensemble_lanes *lanes,
+                     const struct jets_system *s, size_t series, int order, num *memory) {
+    *b = (struct bodies_system){.n = s->n,
+                                .stride = s->stride,
+                                .tile = s->tile,
+                                .parent = s->parent,
+                                .terms = lanes->terms,
+                                .share = s->share,
+                                .len = s->len,
+                                .mass = s->mass,
+                                .value = (const num *)(const void *)lanes->value,
+                                .rate = s->rate,
+                                .force = s->force,
+                                .turn_re = s->turn_re,
+                                .turn_im = s->turn_im};
+    bodies_lay(b, (size_t)s->n, series, order, memory);
+}
+
+/* the instant of a state, in units */
+VEC_INLINE struct bodies_moment real_moment(const struct ensemble_lanes *lanes, num unit,
+                                            num gravity) {
+    num start = NUM_(get)(lanes->start), time = NUM_(get)(lanes->from.time);
+    num sum = start + time, part = sum - start;
+    return (struct bodies_moment){unit, gravity, sum, (start - (sum - part)) + (time - part)};
+}
+
+/* sines and cosines of the angles to the parents, and these angles */
+static void real_bend(const struct bodies_system *b, const num phi[], const num low[]) {
+    // pi / 2 as a sum of two
+    const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54;
+    for (int k = 0; k < b->n; k++) {
+        int p = b->parent[k];
+        num x = phi[k], y = p < 0 ? num_of(0) : phi[p], d = x - y, back = x - d;
+        num rest = (low[k] - (p < 0 ? num_of(0) : low[p])) + ((x - (d + back)) + (back - y));
+        num_turn(d, rest, &b->sine[k], &b->cosine[k]);
+        b->bend[k] = p < 0 ? (d + quarter) + (rest + quarter_low) : d + rest;
+    }
+}
+
+/* the series of a state */
+static __attribute__((noinline)) void real_expand(const struct ensemble_lanes *lanes,
+                                                  const struct bodies_system *b, num unit,
+                                                  num gravity, int order) {
+    const struct ensemble_state *from = &lanes->from;
+    struct bodies_moment now = real_moment(lanes, unit, gravity);
+    real_bend(b, (const num *)(const void *)from->phi, (const num *)(const void *)from->phi_low);
+    for (int k = 0; k < b->n; k++) b->rate[k] = NUM_(get)(from->rate + (size_t)k * WIDE) * unit;
+    bodies_orders(b, &now, order);
+}
+
+/* what drives give and friction takes in a step of x units, J; its series is kept for parts of the
+ * step */
+static __attribute__((noinline)) void real_balance(const struct ensemble_lanes *lanes,
+                                                   const struct bodies_system *b, num unit, num x) {
+    num sum = num_of(0), inverse = 1 / unit, work[ENSEMBLE_ORDER_MAX], heat[ENSEMBLE_ORDER_MAX];
+    bodies_power(b, unit, lanes->order, work, heat);
+    for (int j = lanes->order - 1; j >= 0; j--) {
+        num c = (work[j] - heat[j]) * lanes->share[j] * (inverse * inverse);
+        sum = num_fma(sum, x, c);
+        NUM_(put)(lanes->power + (size_t)j * WIDE, c);
+    }
+    NUM_(put)(lanes->to.gain, NUM_(get)(lanes->from.gain) + sum * x);
+}
+
+/* The errors x units later, to first order, from those at the start of the step: the series of a
+ * neighbour in their direction less the motion's own, as in horizon.c. Returns the largest error of
+ * a force at the start, over the square of the unit. */
+static __attribute__((noinline)) num real_spread(const struct ensemble_lanes *lanes,
+                                                 const struct bodies_system *own,
+                                                 const struct bodies_system *near, num unit,
+                                                 num gravity, num x) {
+    const struct ensemble_doubt *doubt = &lanes->doubt;
+    const struct ensemble_state *from = &lanes->from;
+    struct bodies_moment now = real_moment(lanes, unit, gravity);
+    num most = num_of(real_least), force = num_of(0), length = x * unit, inverse = 1 / unit;
+    num *error_phi = (num *)(void *)doubt->phi, *error_rate = (num *)(void *)doubt->rate;
+    // the places of a series of order 4 that are not in use yet
+    num *phi = near->turned, *low = near->pulled;
+    for (int k = 0; k < own->n; k++)
+        most = num_max(most, num_max(num_abs(error_phi[k]), num_abs(error_rate[k] * length)));
+    num scale = real_near / most, share = 1 / scale;
+    for (int k = 0; k < own->n; k++) {
+        num base = NUM_(get)(from->phi + (size_t)k * WIDE), add = scale * error_phi[k];
+        num sum = base + add, part = sum - base;
+        phi[k] = sum;
+        low[k] =
+            ((base - (sum - part)) + (add - part)) + NUM_(get)(from->phi_low + (size_t)k * WIDE);
+        near->rate[k] =
+            num_fma(scale, error_rate[k], NUM_(get)(from->rate + (size_t)k * WIDE)) * unit;
+    }
+    real_bend(near, phi, low);
+    bodies_orders(near, &now, JETS_SPREAD);
+    for (int k = 0; k < own->n; k++) {
+        num turned = num_of(0), faster = num_of(0);
+        for (int j = JETS_SPREAD; j > 0; j--) {
+            size_t at = (size_t)j * own->stride + (size_t)k;
+            num gap = (near->rate[at] - own->rate[at]) * share;
+            turned = num_fma(turned, x, gap * lanes->share[j]);
+            faster = num_fma(faster, x, gap);
+        }
+        force = num_max(force, num_abs(near->force[k] - own->force[k]) * share);
+        error_phi[k] += num_fma(error_rate[k], length, turned * (x * x));
+        error_rate[k] += faster * (x * inverse);
+    }
+    return force;
+}
+
+#endif
