@@ -62,9 +62,20 @@ end
 pendulum = struct('L', L, 'm', m, 'S', S);
 modes = penduask('modes', struct('pendulum', pendulum, 'include', {{'A'}}));
 check('matrices', abs(sort(sqrt(eig(modes.A))) - modes.omega) < 1e-9);
+tree = penduask('trees', struct('pendulum', struct('length', [1; 1], 'mass', [1; 1], 'parent', [0; 1], 'damping', [0.1; 0.2])));
+check('fields of real pendulums', tree.arms(2).damping == 0.2);
 check('a path', numel(penduask('/v1/presets').presets) > 3);
 refused('a field that nobody knows', '/fruit is not a known field', L, m, S, phi0, phid0, t, 'fruit', 3);
 refused('a field of the pendulum that nobody knows', '/pendulum/fruit', L, m, S, phi0, phid0, t, 'pendulum', struct('fruit', 3));
+S2 = [1 0; 1 1];
+real = {[1; 1], [1; 1], S2, [0; 0], [0; 0], 0:.1:1, 'pendulum', struct('damping', [0.1; 0.2])};
+try % of a server that takes no damping yet, the refusal of damping
+    damped = pendusim(real{:});
+    check('a real pendulum', abs(damped - pendusim(real{1:6}))(:, end) > 1e-3);
+catch problem
+    check('a real pendulum', ! isempty(strfind(problem.message, 'friction')) && isempty(strfind(problem.message, 'length')));
+end
+refused('an S that is none', 'row 2 of S', [1; 1], [1; 1], [1 0; 0 2], [0; 0], [0; 0], 0:.1:1, 'pendulum', struct('damping', [0.1; 0.2]));
 refused('lengths that do not fit', 'as many', L, m, S, [0; 0], phid0, t);
 refused('numbers that are none', 'finite', L, m, S, phi0, phid0, [0 NaN]);
 refused('no server', '127.0.0.1:1/', L, m, S, phi0, phid0, t, 'url', 'http://127.0.0.1:1', 'patience', 1);

@@ -26,6 +26,8 @@ check("rows are the same doubles", rows.length === 501 && rows.every((row, i) =>
   && row.phi.every((angle, k) => angle === motion.phi[i][k]) && row.z_im.every((y, k) => y === motion.z.im[i][k])));
 check("routes", (await four.ask("modes", {})).omega.length === 4 && (await four.ask("forces", { state: { phi: [0, 0, 0, 0] } })).phidd.length === 4
   && (await four.ask("trees", {})).depth.join() === "1,2,3,3" && (await four.client.presets).presets.length > 3);
+const damped = await new Pendulum({ length: [1, 1], mass: [1, 1], parent: [0, 1], damping: [0.1, 0.2] }).ask("trees", {});
+check("fields of real pendulums", damped.arms[1].damping === 0.2);
 let count = 0;
 for await (const row of four.rows({ times: { stop: 4000, step: 0.001 } })) if (row.t >= 0 && ++count === 1000) break;
 check("who stops listening ends the computation", count === 1000);

@@ -54,6 +54,9 @@ def test_answers(run, work, server):
     check("cli: CSV is the same", (work / "far.csv").read_text() == (work / "near.csv").read_text())
     moved = json.loads(run("run", "request.json", "--t", "0,0.5,1", "--as", "json", "-s", "pendulum.gravity=1.62", "--method", "ode23", "--local"))
     check("cli: options replace fields of the file", moved["t"] == [0, 0.5, 1] and moved["stats"]["method"] == "ode23")
+    for place in ((), ("--local",)):
+        tree = json.loads(run("ask", "trees", "double.json", "-s", "pendulum.damping=[0.1,0.2]", "--as", "json", *place))
+        check(f"cli: fields of real pendulums {place}", tree["arms"][1]["damping"] == 0.2, tree)
     check("cli: standard input", json.loads(run("ask", "trees", "-", "--as", "json", input='{"length":[1],"mass":[1],"parent":[0]}'))["n"] == 1)
     for place in ((), ("--local",)):
         run("map", "double.json", "--x", "theta1:-3:3:20", "--y", "theta2:-3:3:30", "--duration", 5, "-o", "map.png", *place)

@@ -60,6 +60,7 @@ def test_results(client):
     check("forces, modes, matrices, the tree", rest.phidd.shape == (4,) and four.modes().omega.shape == (4,)
           and four.modes(include=["A"]).A.shape == (4, 4) and list(four.tree().depth) == [1, 2, 3, 3])
     check("a range, an array and a pendulum of one arm", Pendulum(client, length=np.ones(1), mass=[1], parent=range(1)).run(np.linspace(0, 1, 3)).phi.shape == (3, 1))
+    check("fields of real pendulums", Pendulum(client, **DOUBLE, damping=[0.1, 0.2]).tree().arms[1]["damping"] == 0.2)
     check("a preset", Pendulum.preset("paper-four-arms", client).run([0, 1]).phi.shape == (2, 4))
     for what, ask, words in (("a field of the request", lambda: four.run([0, 1], fruit=3), "/fruit is not a known field"),
                              ("a field of the pendulum", lambda: Pendulum(client, **FOUR, fruit={"a": [1]}).run([0, 1]), "/pendulum/fruit")):

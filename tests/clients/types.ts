@@ -6,6 +6,7 @@ import { Client, Pendulum, Refusal, type Job } from "pendulumd";
 const client = new Client({ url: "http://127.0.0.1:8080", token: "x", patience: 5, signal: new AbortController().signal });
 const pendulum = new Pendulum({ length: [1, 1], mass: [1, 1], parent: [0, 1] }, client, { friction: [0.1] });
 new Pendulum({ arms: [{ name: "a", length: 1, mass: 1 }, { parent: "a", length: 1, mass: 1 }], gravity: 1.62 });
+new Pendulum({ length: [1, 1], mass: [1, 1], parent: [0, 1], damping: [0.1, 0.2], pivot: { y: { harmonics: [{ amplitude: 0.02, omega: 100 }] } } });
 new Pendulum({ L: [1], m: [1], S: [[1]] }, { url: "http://127.0.0.1:8080" });
 
 export async function right(): Promise<number> {

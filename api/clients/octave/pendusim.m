@@ -14,7 +14,8 @@ function [phi, phid, lambda, stats, answer] = pendusim(L, m, S, phi0, phid0, t, 
 %   A fifth result has all that was answered, rows the instants: with 'output', {'phi', 'z'} the positions of the tips.
 %
 %   Options are any fields of POST /v1/trajectories, by name and value; 'method' is 'taylor' by default, and 'ode23' as the paper
-%   has it. Those of the pendulum itself go into 'pendulum', struct('gravity', 1.62). Besides: 'url' and 'token' of the server
+%   has it. Those of the pendulum itself go into 'pendulum': struct('gravity', 1.62), or of a real pendulum
+%   struct('damping', [0.1; 0.2], ...), a number an arm ({0.1} where there is one arm). Besides: 'url' and 'token' of the server
 %   (or PENDULUM_URL and PENDULUM_TOKEN of the environment), 'patience' (60 s), 'progress' (true or false), and
 %
 %   id = pendusim(..., 'job', true)           lets the server compute it while nobody waits
@@ -36,7 +37,11 @@ else
         if any(strcmp(varargin{k}, {'url', 'token', 'patience', 'progress', 'job'}))
             options(end + 1:end + 2) = varargin(k:k + 1);
         elseif strcmp(varargin{k}, 'pendulum')
-            for name = fieldnames(varargin{k + 1}).'
+            more = fieldnames(varargin{k + 1}).';
+            if ~all(strcmp(more, 'gravity'))
+                pendulum = struct('length', {pendulum.L}, 'mass', {pendulum.m}, 'parent', {num2cell(parents(S))});
+            end
+            for name = more
                 pendulum.(name{1}) = varargin{k + 1}.(name{1});
             end
         else
@@ -57,6 +62,24 @@ stats = answer.stats;
 stats.warnings = {};
 if isfield(answer, 'warnings')
     stats.warnings = answer.warnings;
+end
+end
+
+function parent = parents(S)
+% which arm each arm hangs on, 0 the pivot: of those on its way the one with the longest way. Real pendulums are told so.
+parent = zeros(1, size(S, 1));
+for k = 1:size(S, 1)
+    way = S(k, :) ~= 0;
+    [~, parent(k)] = max(sum(S ~= 0, 2).' .* way .* ((1:numel(way)) ~= k));
+    before = zeros(1, numel(way));
+    if sum(way) == 1
+        parent(k) = 0;
+    else
+        before = S(parent(k), :);
+    end
+    if ~isequal(S(k, :), before + ((1:numel(way)) == k))
+        error('pendusim:S', 'row %d of S is not the way from the pivot to tip %d', k, k);
+    end
 end
 end
 
