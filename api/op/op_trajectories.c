@@ -372,6 +372,14 @@ static void trajectory_done(const void *state, double *steps, double *work) {
     *steps = *work = known ? pend_run_stats(trajectory->run).progress : -1;
 }
 
+/* rad/s of the fastest drive */
+static double trajectory_drive(const struct pend_loads *loads) {
+    double omega = 0;
+    for (int i = 0; loads->terms && i < loads->terms->harmonics; i++)
+        omega = fmax(omega, fabs(loads->value[loads->terms->harmonic[i].at + 1]));
+    return omega;
+}
+
 /* rad/s at which the fastest arm turns, about: as fast as the shortest arm swings, faster where
  * many hang on each other, and as the start has it */
 static double trajectory_rate(const struct trajectory *trajectory) {
@@ -381,7 +389,8 @@ static double trajectory_rate(const struct trajectory *trajectory) {
         shortest = fmin(shortest, tree->len[k]);
         rate = fmax(rate, fabs(trajectory->start->rate[k]));
     }
-    return rate + sqrt(fabs(trajectory->tree.loads.gravity) / shortest * sqrt(tree->n));
+    return rate + trajectory_drive(&trajectory->tree.loads) +
+           sqrt(fabs(trajectory->tree.loads.gravity) / shortest * sqrt(tree->n));
 }
 
 static double trajectory_cost(const void *state) {
@@ -428,6 +437,7 @@ static double trajectory_bytes(const void *state) {
         if (!strcmp(trajectory->method.method->name, bytes_an_arm[i].method))
             an_arm = bytes_an_arm[i].bytes;
     if (trajectory->method.method == pend_method_taylor.extended) an_arm = bytes_of_extended;
+    if (trajectory->tree.loads.terms) an_arm *= 3; // more series, and a neighbour's of small trees
     if (trajectory->trust_tolerance > 0) an_arm = 2 * an_arm + bytes_of_extended;
     double square = trajectory->method.method == &pend_method_linear
                         ? linear_numbers * sizeof(double) * n * n

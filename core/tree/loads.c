@@ -21,6 +21,10 @@ int pend_loads_pull_down(const struct pend_loads *loads) {
 }
 
 enum pend_status pend_loads_check_linear(const struct pend_loads *loads, struct pend_error *error) {
+    if (loads->terms)
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "the linearization without a matrix is of ideal pendulums: it has no "
+                         "friction, drives, springs, rods or bodies");
     if (pend_loads_pull_down(loads)) return PEND_OK;
     return pend_fail(error, PEND_INVALID, -1, 0,
                      "gravity must be a finite number greater than 0, got %.17g", loads->gravity);

@@ -41,7 +41,7 @@ int pend_loads_pull_down(const struct pend_loads *loads);
 /**
  * Checks loads for the linearization.
  *
- * PEND_INVALID  not pend_loads_pull_down. O(1).
+ * PEND_INVALID  not pend_loads_pull_down, or there are terms (core/modes/damped has these). O(1).
  */
 PEND_MUST_CHECK enum pend_status pend_loads_check_linear(const struct pend_loads *loads,
                                                          struct pend_error *error);
