@@ -340,6 +340,7 @@ static const struct api_table *forces_table(const void *state) {
 
 const struct api_op api_op_forces = {.name = "forces",
                                      .body = 1,
+                                     .terms = 1,
                                      .samples = 1,
                                      .read = forces_read,
                                      .run = forces_run,

@@ -415,6 +415,7 @@ static double modes_bytes(const void *state) {
 
 const struct api_op api_op_modes = {.name = "modes",
                                     .body = 1,
+                                    .terms = 1,
                                     .samples = 1,
                                     .read = modes_read,
                                     .run = modes_run,

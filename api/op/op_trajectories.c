@@ -247,7 +247,9 @@ static void trajectory_tell(struct trajectory *trajectory, const struct api_turn
     api_stats_whole(figures, "steps", stats.steps);
     api_stats_whole(figures, "rejected", stats.rejected);
     api_stats_whole(figures, "evaluations", stats.evaluations);
-    api_stats_number(figures, "energy_drift", stats.energy_drift);
+    // not a number where the method does not know what drives and friction change
+    if (!isnan(stats.energy_drift))
+        api_stats_number(figures, "energy_drift", stats.energy_drift);
     trajectory_tell_horizon(trajectory, stats.horizon);
     trajectory_tell_doubts(trajectory, stats.energy_drift);
     if (trajectory->trust_tolerance > 0)
@@ -466,6 +468,7 @@ static int trajectory_stats_first(const void *state) {
 const struct api_op api_op_trajectories = {
     .name = "trajectories",
     .body = 1,
+    .terms = 1,
     .samples = 1,
     .read = trajectory_read,
     .run = trajectory_run,

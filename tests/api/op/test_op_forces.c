@@ -234,3 +234,35 @@ TEST(forces_of_huge_angles_are_those_of_their_rests) {
         test_reply_free(&reply[1]);
     }
 }
+
+/* a bar of 2 kg on a joint with friction, driven; a body off the axis hangs on its middle */
+#define REAL                                                                                       \
+    "\"pendulum\":{\"arms\":["                                                                     \
+    "{\"name\":\"a\",\"length\":1,\"mass\":0,\"rod\":2,\"damping\":0.4},"                          \
+    "{\"name\":\"b\",\"parent\":\"a\",\"length\":0.5,\"at\":0.5,"                                  \
+    "\"body\":{\"mass\":1,\"center\":[0.2,0.1],\"inertia\":0.02}}],"                               \
+    "\"pivot\":{\"y\":{\"harmonics\":[{\"amplitude\":0.1,\"omega\":3}]}}}"
+
+TEST(forces_of_a_real_pendulum_hold_what_hangs_on_them) {
+    // at rest the pivot holds both weights and what its own acceleration adds
+    struct test_reply reply =
+        test_post(API_OP_FORCES, "{" REAL ",\"state\":{\"theta\":[0,0]},\"time\":0}");
+    CHECK_INT(reply.status, 200);
+    CHECK_INT(test_reply_count(&reply, "/joint_force/along"), 2);
+    double lift = -0.9, along = test_reply_number(&reply, "/joint_force/along/0");
+    double z = test_reply_number(&reply, "/zdd/im/0");
+    // arm a and the joint of b move up and down with the pivot
+    CHECK(fabs(z - lift) < 1e-12);
+    double center = test_reply_number(&reply, "/phidd/1");
+    double pull = 2 * (9.81 + lift) + 1 * (9.81 + lift + 0.1 * center);
+    CHECK_SAYING(fabs(along + pull) < 1e-12 * pull, "%.17g is not %.17g", -along, pull);
+    // nothing is at the tip of a bar
+    CHECK(test_reply_number(&reply, "/lambda/0") == 0);
+    CHECK(test_reply_number(&reply, "/tip_force/across/0") == 0);
+    test_reply_free(&reply);
+    struct test_reply ideal =
+        test_post(API_OP_FORCES, "{" THREE ",\"state\":{\"theta\":[0.1,0,0]},\"time\":3}");
+    CHECK_INT(ideal.status, 200);
+    CHECK_INT(test_reply_count(&ideal, "/joint_force/along"), -1);
+    test_reply_free(&ideal);
+}

@@ -506,3 +506,25 @@ TEST(limits_of_modes_are_named) {
     CHECK(test_reply_has_fault(&reply, "", "more than the limit max-answer-bytes of 1100"));
     test_reply_free(&reply);
 }
+
+TEST(modes_of_a_real_pendulum_have_decay_and_complex_shapes) {
+    struct test_reply rod =
+        test_post(API_OP_MODES, "{\"pendulum\":{\"length\":[0.9],\"mass\":[0],\"parent\":[0],"
+                                "\"rod\":[1.7]}}");
+    CHECK_INT(rod.status, 200);
+    CHECK(fabs(test_reply_number(&rod, "/omega/0") - sqrt(1.5 * 9.81 / 0.9)) < 1e-14 * 4);
+    CHECK(test_reply_number(&rod, "/decay/0") == 0);
+    test_reply_free(&rod);
+    struct test_reply two =
+        test_post(API_OP_MODES, "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1],"
+                                "\"damping\":[0.1,0.2],\"stiffness\":[1,2],\"rest\":[0.3,0.1]}}");
+    CHECK_INT(two.status, 200);
+    CHECK_INT(test_reply_count(&two, "/vectors/im"), 2);
+    CHECK(test_reply_number(&two, "/decay/1") > 0 && test_reply_number(&two, "/omega/1") > 0);
+    CHECK(test_reply_number(&two, "/equilibrium/0") > -1.5707);
+    test_reply_free(&two);
+    CHECK_REFUSED(API_OP_MODES,
+                  "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[1]},"
+                  "\"select\":{\"slowest\":1}}",
+                  "/select", "all modes of a real pendulum are answered");
+}

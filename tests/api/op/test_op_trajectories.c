@@ -548,3 +548,45 @@ TEST(quad_precision_is_served_with_its_horizon) {
     CHECK(test_reply_number(&reply, "/phi/2/1") == -43.45858340112293);
     test_reply_free(&reply);
 }
+
+TEST(a_damped_arm_dies_away_as_its_closed_form) {
+    // m l^2 theta'' + c theta' + m g l theta = 0, to the square of the angle
+    struct test_reply reply = test_post(
+        API_OP_TRAJECTORIES,
+        "{\"pendulum\":{\"length\":[0.8],\"mass\":[1.5],\"parent\":[0],\"damping\":[0.3]},"
+        "\"initial\":{\"theta\":[1e-5]},\"times\":{\"stop\":5,\"step\":1},"
+        "\"output\":[\"theta\",\"energy\",\"exchange\"]}");
+    double decay = 0.3 / (2 * 1.5 * 0.64), omega = sqrt(9.81 / 0.8 - decay * decay), worst = 0;
+    CHECK_INT(reply.status, 200);
+    for (int i = 0; i <= 5; i++) {
+        char pointer[40];
+        snprintf(pointer, sizeof pointer, "/theta/%d/0", i);
+        double want = 1e-5 * exp(-decay * i) * (cos(omega * i) + decay / omega * sin(omega * i));
+        worst = fmax(worst, fabs(test_reply_number(&reply, pointer) - want) / 1e-5);
+    }
+    CHECK_RESIDUAL(worst, 1e-9, "theta of a damped small swing");
+    double lost =
+        test_reply_number(&reply, "/energy/total/0") - test_reply_number(&reply, "/energy/total/5");
+    CHECK(fabs(lost - test_reply_number(&reply, "/exchange/heat/5")) < 2e-14);
+    CHECK(test_reply_number(&reply, "/exchange/work/5") == 0);
+    CHECK(test_reply_number(&reply, "/stats/energy_drift") < 1e-13);
+    test_reply_free(&reply);
+}
+
+TEST(what_a_method_does_not_know_of_a_real_pendulum_is_refused_or_left_out) {
+#define DAMPED "\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[1]}"
+    struct test_reply reply =
+        test_post(API_OP_TRAJECTORIES, "{" DAMPED ",\"times\":{\"stop\":1,\"step\":1},"
+                                       "\"method\":\"rk8pd\"}");
+    CHECK_INT(reply.status, 200);
+    CHECK(isnan(test_reply_number(&reply, "/stats/energy_drift")));
+    test_reply_free(&reply);
+    CHECK_REFUSED(API_OP_TRAJECTORIES,
+                  "{" DAMPED ",\"times\":{\"stop\":1,\"step\":1},\"method\":\"rk8pd\",\"output\":["
+                  "\"exchange\"]}",
+                  "/output", "is known by method taylor only");
+    reply = test_post(API_OP_TRAJECTORIES,
+                      "{" DAMPED ",\"times\":{\"stop\":1,\"step\":1},\"method\":\"symplectic\"}");
+    CHECK_INT(reply.status, 422);
+    test_reply_free(&reply);
+}
