@@ -27,9 +27,9 @@ struct srv_daemon {
     struct srv_service service;
     struct srv_watch *watch;
     struct srv_workers *workers;
-    struct srv_http *http;
-    double connections; /* that were asked for; the system may allow fewer */
-    int64_t drained;    /* ns: since when it drains; 0 = it does not */
+    struct srv_http *http, *probes; /* for all; for probes and metrics, or NULL */
+    double connections;             /* that were asked for; the system may allow fewer */
+    int64_t drained;                /* ns: since when it drains; 0 = it does not */
     char url[SRV_URL_BYTES];
 };
 
@@ -78,6 +78,18 @@ static void daemon_seal(char url[SRV_URL_BYTES]) {
     url[4] = 's';
 }
 
+/* the listener of probes and metrics, if there is to be one */
+static enum pend_status daemon_probes(struct srv_daemon *daemon, struct pend_error *error) {
+    const char *listen = daemon->service.config.probe_listen;
+    char url[SRV_URL_BYTES];
+    int fd;
+    if (!strcmp(listen, "none")) return PEND_OK;
+    PEND_TRY(srv_listen_open(listen, &fd, url, error));
+    PEND_TRY(srv_http_new(&daemon->probes, &daemon->service, daemon->watch, fd, 1, error));
+    srv_log_message(daemon->service.log, "probes and metrics on %s", url);
+    return PEND_OK;
+}
+
 static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_error *error) {
     struct srv_service *service = &daemon->service;
     struct srv_config *config = &service->config;
@@ -109,9 +121,10 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
     if (status == PEND_OK) {
         status = srv_service_setup_jobs(service, error);
         if (status == PEND_OK)
-            return srv_http_new(&daemon->http, service, daemon->watch, fd, error);
-        close(fd);
-        return status;
+            status = srv_http_new(&daemon->http, service, daemon->watch, fd, 0, error);
+        else
+            close(fd);
+        return status == PEND_OK ? daemon_probes(daemon, error) : status;
     }
     close(fd);
     return pend_fail(error, status, -1, 0,
@@ -205,6 +218,7 @@ void srv_daemon_free(struct srv_daemon **daemon) {
         daemon_nap();
     srv_workers_free(&gone->workers);
     srv_http_free(&gone->http);
+    srv_http_free(&gone->probes);
     srv_service_setup_jobs_end(&gone->service);
     srv_watch_free(&gone->watch);
     srv_log_free(&gone->service.log);

@@ -23,6 +23,10 @@ static const struct srv_option config_table[] = {
      "clients must show a certificate that this authority, as PEM, has signed for clients; others "
      "are answered 403; read again at SIGHUP",
      SRV_OPTION_TEXT, FIELD(tls_client_authority), 0, 0},
+    {"probe-listen", "HOST:PORT", "none",
+     "an address of its own for /healthz, /readyz, /version and /metrics and nothing else, without "
+     "TLS, keys and limits of connections; none = they are answered at --listen alone",
+     SRV_OPTION_TEXT, FIELD(probe_listen), 0, 0},
     {"config", "FILE", "",
      "a file with lines 'name = value', the names as in this list; # begins a comment",
      SRV_OPTION_FILE, FIELD(file), 0, 0},
@@ -40,6 +44,10 @@ static const struct srv_option config_table[] = {
      "where jobs are kept: sqlite:PATH, sqlite = a file in the user's state directory, "
      "postgresql://..., or none",
      SRV_OPTION_STORE, FIELD(store), 0, 0},
+    {"store-file", "FILE", "none",
+     "a file of mode 0600 that says what --store is, where that holds a password; it goes before "
+     "--store",
+     SRV_OPTION_TEXT, FIELD(store_file), 0, 0},
     {"cache-bytes", "BYTES", "64M", "memory for answers that can be given again; 0 = none",
      SRV_OPTION_BYTES, FIELD(cache_bytes), 0, 1e15},
     {"compress-above", "BYTES", "4K",

@@ -32,7 +32,8 @@ struct srv_config {
     char log[SRV_CONFIG_TEXT], audit_log[SRV_CONFIG_TEXT], log_client[SRV_CONFIG_TEXT];
     char cors_origins[SRV_CONFIG_TEXT], trusted_proxy[SRV_CONFIG_TEXT],
         client_header[SRV_CONFIG_TEXT], role_header[SRV_CONFIG_TEXT];
-    char keys[SRV_CONFIG_TEXT]; /* "none", as these: */
+    char store_file[SRV_CONFIG_TEXT], probe_listen[SRV_CONFIG_TEXT]; /* "none", as these: */
+    char keys[SRV_CONFIG_TEXT];
     char tls_certificate[SRV_CONFIG_TEXT], tls_key[SRV_CONFIG_TEXT],
         tls_client_authority[SRV_CONFIG_TEXT];
     char hosts[SRV_CONFIG_TEXT];

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "server/base/hosts.h"
+#include "server/base/secret.h"
 
 enum {
     LOAD_LINE = 1024, /* bytes of a line of the file */
@@ -312,6 +313,26 @@ static void load_weigh(struct srv_config *config) {
              config->drain_seconds, config->limits.compute_seconds);
 }
 
+/* the store that a file names; what it says is not told, as it may hold a password */
+static enum pend_status load_store_file(struct srv_config *config, struct pend_error *error) {
+    struct api_buffer text;
+    struct srv_option row;
+    struct load_place place;
+    int i;
+    char value[SRV_CONFIG_TEXT] = "";
+    api_buffer_init(&text, SRV_CONFIG_TEXT - 1);
+    enum pend_status status = srv_secret_read(config->store_file, &text, NULL, error);
+    if (text.data && status == PEND_OK) memcpy(value, text.data, text.bytes);
+    if (text.data) explicit_bzero(text.data, text.bytes);
+    api_buffer_clear(&text);
+    PEND_TRY(status);
+    snprintf(place.text, sizeof place.text, "the text of %.200s", config->store_file);
+    srv_config_find("store", 5, &i, &row);
+    status = load_set_store(config->store, &row, &place, load_trim(value), error);
+    explicit_bzero(value, sizeof value);
+    return status;
+}
+
 enum pend_status srv_config_load(struct srv_config *config, int argc, char *const argv[],
                                  char *const environment[], struct pend_error *error) {
     PEND_TRY(load_defaults(config));
@@ -322,6 +343,7 @@ enum pend_status srv_config_load(struct srv_config *config, int argc, char *cons
     if (config->file[0]) PEND_TRY(load_file(config, config->file, error));
     PEND_TRY(load_environment(config, environment, 0, error));
     PEND_TRY(load_arguments(config, argc, argv, 0, error));
+    if (strcmp(config->store_file, "none")) PEND_TRY(load_store_file(config, error));
     if (strcmp(config->replay, "none")) config->task = SRV_CONFIG_REPLAY;
     load_weigh(config);
     return PEND_OK;

@@ -176,7 +176,7 @@ static enum MHD_Result connection_field(void *context, enum MHD_ValueKind kind, 
 
 /* looks at the client's certificate, at the first request of a sealed connection */
 static void connection_examine(struct connection *connection) {
-    struct srv_tls *tls = connection->all->service->tls;
+    struct srv_tls *tls = connection->all->probes ? NULL : connection->all->service->tls;
     if (tls && !connection->examined)
         (void)srv_tls_client_fits(tls, connection->session, connection->unfit);
     connection->examined = 1;
@@ -403,9 +403,10 @@ static void connection_begins(struct srv_recv_hook *hook) {
 
 enum MHD_Result srv_connection_allow(void *context, const struct sockaddr *address,
                                      socklen_t bytes) {
-    struct srv_service *service = ((struct srv_connections *)context)->service;
+    const struct srv_connections *all = context;
+    struct srv_service *service = all->service;
     (void)bytes;
-    if (!srv_connection_share_passed(service, address)) return MHD_YES;
+    if (all->probes || !srv_connection_share_passed(service, address)) return MHD_YES;
     srv_metrics_count(&service->metrics.refused_own_connections, 1);
     return MHD_NO;
 }
@@ -417,7 +418,9 @@ static void connection_count(struct connection *connection, int connections) {
     int own = connection->client ? 1 + atomic_fetch_add(&connection->client->connections, 1) : 0;
     connection->hold = (struct srv_hold){.service = service, .kind = SRV_MEMORY_CONNECTIONS};
     size_t bytes = sizeof *connection + CONNECTION_BYTES;
-    if (connections > (int)srv_service_config(service)->connections)
+    if (connection->all->probes)
+        connection->surplus = SRV_SURPLUS_NONE;
+    else if (connections > (int)srv_service_config(service)->connections)
         connection->surplus = SRV_SURPLUS_ALL;
     else if (own > srv_connection_share(srv_service_config(service)))
         connection->surplus = SRV_SURPLUS_OWN;
@@ -448,6 +451,7 @@ static void connection_begin(struct srv_connections *all, struct MHD_Connection 
     if (!connection) return;
     srv_exchange_init(&connection->exchange, all->service);
     srv_http_strict_init(&connection->hook.strict);
+    connection->exchange.probes = all->probes;
     connection->exchange.finish = connection_finish;
     const union MHD_ConnectionInfo *info =
         MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);

@@ -18,7 +18,8 @@ struct srv_connections {
     struct srv_service *service;
     struct srv_watch *watch;
     struct srv_recv_hooks hooks;
-    int wake; /* an eventfd: readable when the thread of the sockets is to look again */
+    int probes; /* only probes and metrics are answered here, without limits and certificates */
+    int wake;   /* an eventfd: readable when the thread of the sockets is to look again */
 };
 
 /** Of MHD_start_daemon: whether a connection is accepted. A client that has far more than its share

@@ -63,7 +63,7 @@ static void http_wait(struct srv_http *http) {
     if (MHD_get_timeout(http->daemon, &ms) == MHD_YES)
         most = ms < HTTP_WAIT_MS ? (int)ms : HTTP_WAIT_MS;
     if (!most) return;
-    srv_fairness_nap(&http->all.service->fairness, http->events);
+    if (!http->all.probes) srv_fairness_nap(&http->all.service->fairness, http->events);
     struct epoll_event events[2];
     int count = epoll_wait(http->events, events, 2, most);
     for (int i = 0; i < count; i++) {
@@ -77,7 +77,7 @@ static void http_wait(struct srv_http *http) {
 static void *http_main(void *context) {
     struct srv_http *http = context;
     srv_recv_hooks_here(&http->all.hooks);
-    srv_tls_here(http->all.service->tls);
+    srv_tls_here(http->all.probes ? NULL : http->all.service->tls);
     while (!atomic_load(&http->end)) {
         http_wait(http);
         MHD_run(http->daemon);
@@ -104,14 +104,16 @@ static void http_drop(struct srv_http *http) {
 }
 
 enum pend_status srv_http_new(struct srv_http **http, struct srv_service *service,
-                              struct srv_watch *watch, int fd, struct pend_error *error) {
+                              struct srv_watch *watch, int fd, int probes,
+                              struct pend_error *error) {
     const struct srv_config *config = &service->config;
     struct srv_http *made = *http = calloc(1, sizeof *made);
     if (!made) {
         close(fd);
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     }
-    *made = (struct srv_http){.all = {.service = service, .watch = watch}, .fd = fd, .listen = 1};
+    *made = (struct srv_http){
+        .all = {.service = service, .watch = watch, .probes = probes}, .fd = fd, .listen = 1};
     made->all.wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     made->events = epoll_create1(EPOLL_CLOEXEC);
     srv_recv_hooks_init(&made->all.hooks);
@@ -127,7 +129,7 @@ enum pend_status srv_http_new(struct srv_http **http, struct srv_service *servic
         {MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, NULL},
         {MHD_OPTION_END, 0, NULL},
     };
-    const struct srv_tls *tls = service->tls;
+    const struct srv_tls *tls = probes ? NULL : service->tls;
     const char *trust = tls ? srv_tls_trust(tls) : NULL;
     struct MHD_OptionItem sealed[] = {
         {tls ? MHD_OPTION_HTTPS_CERT_CALLBACK : MHD_OPTION_END, 0, srv_tls_callback()},

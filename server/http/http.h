@@ -16,11 +16,12 @@ struct srv_http;
  *
  * service, watch  outlive it.
  * fd              from srv_listen_open; taken, also on failure.
+ * probes          non-zero: only probes and metrics are answered, whoever asks, and without TLS.
  *
  * PEND_NO_MEMORY, PEND_INVALID  error says what could not be started.
  */
 PEND_MUST_CHECK enum pend_status srv_http_new(struct srv_http **http, struct srv_service *service,
-                                              struct srv_watch *watch, int fd,
+                                              struct srv_watch *watch, int fd, int probes,
                                               struct pend_error *error);
 
 /**

@@ -72,11 +72,11 @@ static const struct srv_route router_table[] = {
     ROUTER_AT_ONCE("GET", "/docs", srv_assets_docs, 0),
     ROUTER_AT_ONCE("GET", "/page/{digest}/{file}", srv_assets_file, 0),
     ROUTER_AT_ONCE("GET", "/openapi.json", srv_assets_description, 0),
-    ROUTER_AT_ONCE("GET", "/healthz", srv_probes_health, SRV_ROUTE_ANY_HOST),
-    ROUTER_AT_ONCE("GET", "/version", srv_probes_version, 0),
-    ROUTER_AT_ONCE("GET", "/readyz", srv_probes_readiness, SRV_ROUTE_ANY_HOST),
+    ROUTER_AT_ONCE("GET", "/healthz", srv_probes_health, SRV_ROUTE_ANY_HOST | SRV_ROUTE_PROBE),
+    ROUTER_AT_ONCE("GET", "/version", srv_probes_version, SRV_ROUTE_PROBE),
+    ROUTER_AT_ONCE("GET", "/readyz", srv_probes_readiness, SRV_ROUTE_ANY_HOST | SRV_ROUTE_PROBE),
     ROUTER_AT_ONCE("GET", "/metrics", router_metrics,
-                   SRV_ROUTE_ANY_ADDRESS | SRV_ROUTE_CLOSED | SRV_ROUTE_OPERATOR),
+                   SRV_ROUTE_ANY_ADDRESS | SRV_ROUTE_CLOSED | SRV_ROUTE_OPERATOR | SRV_ROUTE_PROBE),
 };
 
 enum {
@@ -191,6 +191,12 @@ static void router_options(struct srv_exchange *exchange) {
 /* answers where there is no route: OPTIONS, 404 or 405 */
 static int router_exists(struct srv_exchange *exchange) {
     if (exchange->route) return 1;
+    if (exchange->probes) {
+        srv_exchange_problem(exchange, 404,
+                             "this address answers GET /healthz, /readyz, /version and /metrics "
+                             "and nothing else: the option --probe-listen");
+        return 0;
+    }
     char *allow = srv_exchange_text(exchange, ROUTER_ALLOW);
     if (!allow) {
         srv_exchange_problem(exchange, 431, "the request's head is too long");
@@ -250,6 +256,7 @@ static int router_find(struct srv_exchange *exchange) {
     size_t bytes = 0;
     const struct srv_route *route =
         router_route(exchange->method, exchange->path, &argument, &bytes);
+    if (exchange->probes && route && !(route->special & SRV_ROUTE_PROBE)) route = NULL;
     exchange->route = route;
     exchange->op = route ? route->op : API_OP_COUNT;
     if (!route || router_argument(exchange, argument, bytes)) return 1;
@@ -260,7 +267,7 @@ static int router_find(struct srv_exchange *exchange) {
 /* answers 421 where the server does not answer to the host that the request names */
 static int router_host(struct srv_exchange *exchange) {
     unsigned special = exchange->route ? exchange->route->special : 0;
-    if (special & SRV_ROUTE_ANY_HOST) return 1;
+    if ((special & SRV_ROUTE_ANY_HOST) || exchange->probes) return 1;
     if ((special & SRV_ROUTE_ANY_ADDRESS) && srv_hosts_numeric(exchange->host)) return 1;
     if (srv_hosts_allow(srv_service_hosts(exchange->service), exchange->host)) return 1;
     srv_exchange_problem(exchange, 421,
@@ -282,7 +289,7 @@ static int router_may(struct srv_exchange *exchange) {
     unsigned special = exchange->route->special;
     int computes = router_computes(exchange->route),
         jobs = !strcmp(exchange->route->pattern, "/v1/jobs/{id}/results");
-    if (identity->role == SRV_ROLE_NONE) return 1;
+    if (identity->role == SRV_ROLE_NONE || exchange->probes) return 1;
     if ((special & SRV_ROUTE_OPERATOR) && identity->role != SRV_ROLE_OPERATOR)
         srv_admission_forbid(exchange, SRV_ROLE_OPERATOR, "this is for who runs the server");
     else if ((computes || (special & SRV_ROUTE_COUNTED)) && limit[SRV_LIMIT_REQUESTS] <= 0)

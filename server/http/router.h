@@ -22,6 +22,7 @@ enum {
     SRV_ROUTE_ANY_ADDRESS = 4, /* any Host that is an address is accepted, as monitors use them */
     SRV_ROUTE_COUNTED = 8,  /* each request counts against its client's quota, as one does that an
                                operation answers */
+    SRV_ROUTE_PROBE = 32,   /* answered by the listener of probes and metrics as well */
     SRV_ROUTE_OPERATOR = 16 /* where the server has keys it is for operators alone */
 };
 

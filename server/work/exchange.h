@@ -96,7 +96,8 @@ struct srv_exchange {
         *payer; /* the record of the client's address, whose share of memory it uses; NULL before */
     char target[SRV_TARGET_BYTES]; /* as it came */
     const char *path, *query; /* of the target; the path decoded, query NULL where there is none */
-    const char *host;  /* that it was sent to: of an absolute target, else of Host; NULL = none */
+    const char *host; /* that it was sent to: of an absolute target, else of Host; NULL = none */
+    int probes; /* it came to the listener of probes and metrics, which answers nothing else */
     const char *unfit; /* why the client's certificate does not fit, as the end of a sentence; NULL
                           where it does, or none is needed */
     int closed;        /* only listed web pages may read the answer (cors) */

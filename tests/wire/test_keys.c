@@ -363,3 +363,82 @@ TEST(deeds_are_accounted_for_without_bodies_and_addresses_as_far_as_wanted) {
     unlink(log);
     keyed_end(&keyed);
 }
+
+/* the port in the log behind a word */
+static int port_behind(struct test_server *server, const char *word) {
+    const char *line = strstr(test_server_log(server), word);
+    return CHECK(line != NULL) ? atoi(line + strlen(word)) : 0;
+}
+
+static int probe(int port, const char *request, struct test_reply *reply) {
+    struct test_client client;
+    int status = 0;
+    if (test_client_open(&client, port) && CHECK(test_client_say(&client, request)))
+        status = test_client_receive(&client, reply, 0, TEST_PATIENCE);
+    test_client_close(&client);
+    return status;
+}
+
+TEST(probes_and_metrics_have_an_address_of_their_own) {
+    struct keyed keyed;
+    struct test_reply reply;
+    struct test_client held;
+    char first[FIELD];
+    REQUIRE(place_begin(&keyed.place, 0));
+    snprintf(keyed.file, sizeof keyed.file, "%s/keys", keyed.place.directory);
+    REQUIRE(make(&keyed, "root", "operator", NULL, first));
+    const char *const options[] = {"--keys",      keyed.file,          "--probe-listen",
+                                   "127.0.0.1:0", "--max-connections", "1",
+                                   "--hosts",     "example.org",       NULL};
+    keyed.server = test_server_start(options);
+    REQUIRE(keyed.server != NULL);
+    int port = port_behind(keyed.server, "probes and metrics on http://127.0.0.1:");
+    /* one connection is all that others may have; probes need none of it, and no key and no name */
+    REQUIRE(test_client_open(&held, test_server_port(keyed.server)));
+    CHECK_INT(probe(port, "GET /metrics HTTP/1.1\r\nHost: any\r\n\r\n", &reply), 200);
+    CHECK(strstr(reply.body, "pendulumd_requests_total") != NULL);
+    test_reply_clear(&reply);
+    CHECK_INT(probe(port, "GET /readyz HTTP/1.1\r\nHost: any\r\n\r\n", &reply), 200);
+    test_reply_clear(&reply);
+    CHECK_INT(probe(port, "GET /v1/presets HTTP/1.1\r\nHost: any\r\n\r\n", &reply), 404);
+    ask_problem(&reply, 404, NULL);
+    CHECK_SAYING(strstr(reply.body, "--probe-listen") != NULL, "%s", reply.body);
+    test_reply_clear(&reply);
+    CHECK_INT(probe(port, "GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n", &reply), 400);
+    test_reply_clear(&reply);
+    test_client_close(&held);
+    keyed_end(&keyed);
+}
+
+TEST(where_the_store_is_may_stand_in_a_file_of_its_own) {
+    struct place place;
+    char path[128], text[1024];
+    REQUIRE(place_begin(&place, 0));
+    snprintf(path, sizeof path, "%s/url", place.directory);
+    FILE *file = fopen(path, "w");
+    REQUIRE(file != NULL);
+    fprintf(file, "%s\n", place.url);
+    fclose(file);
+    CHECK(!chmod(path, 0600));
+    const char *const options[] = {"--store", "none", "--store-file", path, NULL};
+    struct test_server *server = test_server_start(options);
+    struct test_reply reply;
+    if (server) {
+        CHECK_INT(test_request(server, &reply, "GET", "/readyz?need=jobs", "", NULL), 200);
+        test_reply_clear(&reply);
+    }
+    test_server_stop(&server);
+    CHECK(!chmod(path, 0644));
+    CHECK_INT(test_server_run(options, text, sizeof text), 2);
+    CHECK_SAYING(strstr(text, "0600") != NULL, "%s", text);
+    /* what is no store is not repeated: it may be a password */
+    file = fopen(path, "w");
+    REQUIRE(file != NULL);
+    fputs("mysql://user:secret@host", file);
+    fclose(file);
+    CHECK(!chmod(path, 0600));
+    CHECK_INT(test_server_run(options, text, sizeof text), 2);
+    CHECK_SAYING(strstr(text, "must be none, sqlite") && !strstr(text, "secret"), "%s", text);
+    unlink(path);
+    place_end(&place);
+}
