@@ -50,7 +50,7 @@ static enum pend_status ensemble_check(const struct pend_ensemble_problem *probl
     if (!isfinite(problem->duration)) {
         return pend_fail(error, PEND_INVALID, -1, 0, "the duration must be a finite number");
     }
-    return pend_loads_check(&problem->loads, error);
+    return pend_loads_check_series(&problem->loads, error);
 }
 
 /* hands out `count` doubles of a block, a multiple of 64 bytes */

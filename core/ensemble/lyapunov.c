@@ -29,6 +29,8 @@ struct pend_lyapunov {
     const struct pend_tree *tree;
     struct pend_loads loads;
     double rtol, frequency, interval;
+    double start; /* s, of the first interval that is not forgotten, in the time of drives */
+    int whole;    /* motions do not depend on whole turns: there are no springs */
     int n, count;
     struct pend_ensemble *ensemble; /* of pieces of this length */
     long pieces, piece;             /* the number of pieces in an interval; the number of
@@ -57,6 +59,8 @@ static int lyapunov_fetch(void *context, long i, struct pend_member *member) {
     const double *base = lyapunov->base,
                  *beside = lyapunov->direction + (i - 1) / 2 * 2 * lyapunov->n;
     double distance = i % 2 ? lyapunov_distance : -lyapunov_distance;
+    double parts = (double)lyapunov->intervals + (double)lyapunov->piece / (double)lyapunov->pieces;
+    member->start = lyapunov->start + parts * lyapunov->interval;
     for (int k = 0; k < lyapunov->n; k++) {
         double phi = i ? distance * beside[k] : 0,
                rate = i ? distance * beside[lyapunov->n + k] : 0;
@@ -161,7 +165,7 @@ static void lyapunov_follow(struct pend_lyapunov *lyapunov) {
     memcpy(lyapunov->base, lyapunov->end, size * sizeof *lyapunov->base);
     memcpy(lyapunov->direction, lyapunov->end + size,
            (size_t)lyapunov->count * size * sizeof *lyapunov->direction);
-    for (int k = 0; k < lyapunov->n; k++)
+    for (int k = 0; k < lyapunov->n && lyapunov->whole; k++)
         lyapunov->base[k] = remainder(lyapunov->base[k], 2 * M_PI);
     for (int i = 0; i < lyapunov->count; i++) lyapunov->growth[i] += log(lyapunov->length[i]);
     lyapunov->piece++;
@@ -240,6 +244,8 @@ static enum pend_status lyapunov_check(const struct pend_lyapunov_problem *probl
     if (problem->count < 1 || problem->count > 2 * problem->tree->n)
         return pend_fail(error, PEND_INVALID, -1, 0, "the count must be from 1 to %d, got %d",
                          2 * problem->tree->n, problem->count);
+    if (!isfinite(problem->start))
+        return pend_fail(error, PEND_INVALID, -1, 0, "the start must be a finite time");
     if (problem->interval > 0 && isfinite(problem->interval)) return PEND_OK;
     return pend_fail(error, PEND_INVALID, -1, 0, "the interval must be greater than 0, got %g",
                      problem->interval);
@@ -272,6 +278,8 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov,
     made->loads = problem->loads;
     made->rtol = problem->rtol > 0 ? problem->rtol : 1e-14;
     made->interval = problem->interval;
+    made->start = problem->start;
+    made->whole = !problem->loads.terms || problem->loads.terms->row[PEND_TERM_STIFFNESS] < 0;
     made->n = problem->tree->n;
     made->count = problem->count;
     made->pieces = 1;
@@ -286,8 +294,9 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov,
     for (size_t k = 0; k < n; k++) {
         // neighbours are 1e-5 rad away: relative to that distance the digits beyond those of a
         // double do not matter
+        double low = problem->phi_low ? problem->phi_low[k] : 0;
         made->base[k] =
-            pend_turns_rest(problem->phi[k], problem->phi_low ? problem->phi_low[k] : 0, NULL).high;
+            made->whole ? pend_turns_rest(problem->phi[k], low, NULL).high : problem->phi[k];
         made->base[n + k] = problem->rate[k] / made->frequency;
     }
     lyapunov_aim(made);
@@ -316,6 +325,7 @@ void pend_lyapunov_free(struct pend_lyapunov **lyapunov) {
 
 void pend_lyapunov_forget(struct pend_lyapunov *lyapunov) {
     assert(lyapunov_valid(lyapunov));
+    lyapunov->start += (double)lyapunov->intervals * lyapunov->interval;
     lyapunov->intervals = lyapunov->marks = 0;
     lyapunov->a_mark = 1;
     for (int i = 0; i < lyapunov->count; i++) lyapunov->growth[i] = 0;

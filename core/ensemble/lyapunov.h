@@ -11,7 +11,7 @@
 
 struct pend_lyapunov_problem {
     const struct pend_tree *tree; /* must outlive the computation */
-    struct pend_loads loads;      /* what acts on the tree */
+    struct pend_loads loads;      /* what acts on the tree; so must its terms and their numbers */
     const double *phi, *rate;     /* start, n values each, stored order; copied */
     int count;                    /* exponents, the largest first; 1 .. 2 n */
     double
@@ -19,6 +19,7 @@ struct pend_lyapunov_problem {
     double rtol;  /* of the motions' local error, as of the taylor method; 0 = 1e-14 */
     const double
         *phi_low; /* rad, what rounding to doubles has left of phi, n values; NULL = nothing */
+    double start; /* s, the motion's beginning in the time of its drives */
 };
 
 struct pend_lyapunov;

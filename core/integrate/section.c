@@ -22,6 +22,7 @@ struct pend_section {
     void *stepper;
     struct pend_horizon *horizon; /* NULL: no accuracy is given */
     double reached;               /* s, by the last step */
+    double flash;                 /* of the next instant of a stroboscopic section, which one */
     double *theta;       /* of a small swing, whose angles from hanging have more digits than phi */
     double level, start; /* the arm's angle in the section and at the start, as of a look */
     struct pend_passage queue[SECTION_QUEUE]; /* of the last step; entries next .. queued - 1 were
@@ -166,7 +167,35 @@ static enum pend_status section_step(struct pend_section *section, struct pend_e
         pend_horizon_step(section->horizon, section->stepper, section->reached, end.phi, end.rate);
     }
     section->next = section->queued = 0;
+    if (section->problem.period > 0) return PEND_OK;
     section_scan(section, from, fmin(section->reached, duration));
+    return PEND_OK;
+}
+
+/* hands out the state at a passage */
+static void section_give(struct pend_section *section, const struct pend_passage *passage,
+                         double phi[], double rate[]) {
+    const struct pend_points points = {.phi = phi, .rate = rate};
+    pend_method_taylor.at(section->stepper, &passage->time, 1, &points);
+    for (int k = 0; k < section->n; k++)
+        phi[k] = pend_turns_add(phi[k], section->turns[k], section->turns_low[k]);
+}
+
+/* pend_section_next of a stroboscopic section */
+static enum pend_status section_flash(struct pend_section *section, long steps,
+                                      enum pend_found *found, struct pend_passage *passage,
+                                      double phi[], double rate[], struct pend_error *error) {
+    double period = section->problem.period,
+           time = fma(section->flash, period, section->problem.first);
+    for (; section->reached < fmin(time, section->problem.duration); steps--) {
+        if (steps <= 0) return PEND_OK;
+        PEND_TRY(section_step(section, error));
+    }
+    *found = time > section->problem.duration ? PEND_FOUND_END : PEND_FOUND_PASSAGE;
+    if (*found == PEND_FOUND_END) return PEND_OK;
+    *passage = (struct pend_passage){.time = time};
+    section_give(section, passage, phi, rate);
+    section->flash++;
     return PEND_OK;
 }
 
@@ -175,6 +204,8 @@ enum pend_status pend_section_next(struct pend_section *section, long steps, enu
                                    struct pend_error *error) {
     assert(section_valid(section));
     *found = PEND_FOUND_NOTHING;
+    if (section->problem.period > 0)
+        return section_flash(section, steps, found, passage, phi, rate, error);
     for (; section->next == section->queued && steps > 0; steps--) {
         if (section->reached >= section->problem.duration) {
             *found = PEND_FOUND_END;
@@ -183,23 +214,24 @@ enum pend_status pend_section_next(struct pend_section *section, long steps, enu
         PEND_TRY(section_step(section, error));
     }
     if (section->next == section->queued) return PEND_OK;
-    const struct pend_points points = {.phi = phi, .rate = rate};
     *passage = section->queue[section->next++];
     *found = PEND_FOUND_PASSAGE;
-    pend_method_taylor.at(section->stepper, &passage->time, 1, &points);
-    for (int k = 0; k < section->n; k++)
-        phi[k] = pend_turns_add(phi[k], section->turns[k], section->turns_low[k]);
+    section_give(section, passage, phi, rate);
     return PEND_OK;
 }
 
-/* subtracts whole turns from the start, which sections do not depend on; memory: 4 n values */
+/* subtracts whole turns from the start, which sections do not depend on, but springs do; memory: 4
+ * n values */
 static void section_turn(struct pend_section *section, double memory[]) {
+    const struct pend_terms *terms = section->problem.loads.terms;
     size_t n = (size_t)section->n;
+    int springs = terms && terms->row[PEND_TERM_STIFFNESS] >= 0;
     section->rest = memory, section->rest_low = memory + n;
     section->turns = memory + 2 * n, section->turns_low = memory + 3 * n;
     for (size_t k = 0; k < n; k++) {
         double low = section->problem.phi_low ? section->problem.phi_low[k] : 0;
-        struct pend_sum turns, rest = pend_turns_rest(section->problem.phi[k], low, &turns);
+        struct pend_sum turns = {0, 0}, rest = {section->problem.phi[k], low};
+        if (!springs) rest = pend_turns_rest(section->problem.phi[k], low, &turns);
         section->rest[k] = rest.high, section->rest_low[k] = rest.low;
         section->turns[k] = turns.high, section->turns_low[k] = turns.low;
     }
@@ -228,6 +260,16 @@ static enum pend_status section_check(const struct pend_section_problem *problem
     if (!(problem->duration > 0 && isfinite(problem->duration)))
         return pend_fail(error, PEND_INVALID, -1, 0, "the duration must be greater than 0, got %g",
                          problem->duration);
+    if (!(problem->period >= 0 && isfinite(problem->period) && isfinite(problem->first)))
+        return pend_fail(error, PEND_INVALID, -1, 0, "the period must be 0 or more, got %g",
+                         problem->period);
+    if (problem->period > 0 &&
+        !(fmax(problem->duration, fabs(problem->first)) / problem->period < 0x1p53))
+        return pend_fail(error, PEND_INVALID, -1, 0, "a duration of %g s has too many periods",
+                         problem->duration);
+    if (!isfinite(problem->start))
+        return pend_fail(error, PEND_INVALID, -1, 0, "the start must be a finite time");
+    if (problem->period > 0) return PEND_OK;
     if (problem->arm < 0 || problem->arm >= problem->tree->n || !isfinite(problem->angle))
         return pend_fail(error, PEND_INVALID, problem->arm, 0, "there is no such section");
     if (problem->ways & ~(unsigned)(PEND_WAY_UP | PEND_WAY_DOWN) || !problem->ways)
@@ -249,6 +291,11 @@ enum pend_status pend_section_new(struct pend_section **section,
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a section of %zu arms", n);
     made->problem = *problem;
     made->n = problem->tree->n;
+    if (problem->period > 0) {
+        made->problem.arm = 0; // it is not looked at
+        // the first instant after the start
+        made->flash = floor(-problem->first / problem->period) + 1;
+    }
     made->phi = (double *)(made + 1);
     made->rate = made->phi + n * looks;
     section_turn(made, made->rate + n * looks);
@@ -260,7 +307,7 @@ enum pend_status pend_section_new(struct pend_section **section,
         .phi_low = made->rest_low,
         .rate = problem->rate,
         .rate_low = problem->rate_low,
-        .times = {.count = 2, .span = problem->duration, .divisor = 1},
+        .times = {.count = 2, .start = problem->start, .span = problem->duration, .divisor = 1},
         .rtol = problem->rtol > 0 ? problem->rtol : method->rtol_default,
         .atol = problem->atol,
         .accuracy = problem->accuracy};

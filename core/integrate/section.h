@@ -1,5 +1,5 @@
-/* A Poincare section: the instants at which an arm of a motion passes a given direction, and the
- * states at these instants.
+/* A Poincare section: the instants at which an arm of a motion passes a given direction, or those
+ * that follow each other by the period of a drive, and the states at these instants.
  * Leaves to others: the steps (method_taylor), tables of the passages (api).
  * Invariant: an instant is computed from the step's own series, to rounding; a pair of passages at
  * a near tangent is found too, unless both lie within a thirty-second of a step and the angle
@@ -26,12 +26,16 @@ struct pend_section_problem {
     /* the rounding errors of the start, n values each, NULL = 0; and of the angle, rad */
     const double *phi_low, *rate_low;
     double angle_low;
+    double start; /* s, the motion's beginning in the time of its drives; passages count from it */
+    /* s, > 0: the section is stroboscopic, and its passages are at first + k period, k any integer;
+     * 0: it is that of the arm. The arm, its angle and its ways are ignored then. */
+    double period, first;
 };
 
 /* A passage. */
 struct pend_passage {
     double time;       /* s */
-    enum pend_way way; /* PEND_WAY_UP or PEND_WAY_DOWN */
+    enum pend_way way; /* PEND_WAY_UP or PEND_WAY_DOWN; 0 in a stroboscopic section */
 };
 
 struct pend_section;
@@ -42,7 +46,7 @@ struct pend_section;
  * section  out; NULL on failure; released by pend_section_free.
  *
  * PEND_INVALID    the duration is not > 0, there is no such arm, the angle is not finite, or ways
- *                 are none of enum pend_way.
+ *                 are none of enum pend_way, or the period is not >= 0; more than 2^53 periods.
  * PEND_NO_MEMORY, and what the method's open returns.
  */
 PEND_MUST_CHECK enum pend_status pend_section_new(struct pend_section **section,

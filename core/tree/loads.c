@@ -9,11 +9,7 @@ enum pend_status pend_loads_check(const struct pend_loads *loads, struct pend_er
 }
 
 enum pend_status pend_loads_check_series(const struct pend_loads *loads, struct pend_error *error) {
-    PEND_TRY(pend_loads_check(loads, error));
-    if (!loads->terms) return PEND_OK;
-    return pend_fail(error, PEND_INVALID, -1, 0,
-                     "Lyapunov exponents and sections have no friction, drives, "
-                     "springs, rods or bodies yet: compute trajectories by method taylor");
+    return pend_loads_check(loads, error); // the series have every term
 }
 
 int pend_loads_pull_down(const struct pend_loads *loads) {

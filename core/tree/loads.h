@@ -24,8 +24,8 @@ PEND_MUST_CHECK enum pend_status pend_loads_check(const struct pend_loads *loads
                                                   struct pend_error *error);
 
 /**
- * Checks loads for a computation by power series: Lyapunov exponents and sections, which have no
- * other method to fall back on. A term that they do not have is refused here.
+ * Checks loads for a computation by power series: ensembles, Lyapunov exponents and sections,
+ * which have no other method to fall back on. A term that the series do not have is refused here.
  *
  * PEND_INVALID  not pend_loads_check. O(1).
  */

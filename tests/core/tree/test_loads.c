@@ -22,15 +22,6 @@ TEST(loads_of_any_finite_gravity_can_be_integrated) {
     }
 }
 
-TEST(loads_with_terms_are_refused_where_a_computation_does_not_have_them) {
-    struct pend_terms terms = {.n = 1};
-    struct pend_loads loads = {.gravity = 9.81, .terms = &terms};
-    struct pend_error error;
-    CHECK_INT(pend_loads_check(&loads, &error), PEND_OK);
-    CHECK_INT(pend_loads_check_series(&loads, &error), PEND_INVALID);
-    CHECK(strstr(error.text, "method taylor") != NULL);
-}
-
 TEST(loads_of_the_linearization_pull_downwards) {
     static const double fit[] = {9.81, 1e-300, 1e300};
     static const double unfit[] = {0, -0.0, -9.81, NAN, INFINITY, -INFINITY};
