@@ -275,7 +275,7 @@ STORE_TEST(two_connections_number_the_changes_of_a_room_together) {
     struct srv_class room;
     struct found found;
     int64_t pupil;
-    char body[8];
+    char body[16];
     (void)store;
     struct srv_store *own = begin(ground, &room), *other = ground_open(ground);
     REQUIRE(own != NULL && other != NULL);
