@@ -31,6 +31,7 @@ struct storage_desk {
     enum srv_ask_kind kind;
     pthread_t thread;
     int runs;
+    int away; /* its connection did not reach the store the last time */
 };
 
 struct srv_storage {
@@ -41,20 +42,23 @@ struct srv_storage {
     struct storage_line line[SRV_ASK_KINDS];
     int over;
     struct srv_store_figures figures;
-    atomic_int away;
+    atomic_int away;                   /* connections that do not reach the store */
     struct storage_desk desk[THREADS]; /* the writers', the readers', the one that listens */
 };
 
-/* notes whether the store answered, and says so when that changes */
-static void storage_note(struct srv_storage *storage, const struct srv_store *store,
-                         enum srv_stored stored) {
+/* notes whether the store answered a desk, and says so when it is out of reach for the first of
+ * them, and when it is back for all: they try again at times of their own */
+static void storage_note(struct storage_desk *desk, enum srv_stored stored) {
+    struct srv_storage *storage = desk->storage;
     int away = stored == SRV_STORED_AWAY || stored == SRV_STORED_BROKEN;
-    if (atomic_exchange(&storage->away, away) == away) return;
-    if (away)
-        srv_log_message(storage->log, "the store is out of reach: %s", srv_store_complaint(store));
-    else
-        srv_log_message(storage->log, "the store is back");
-    if (!away) storage->news(storage->context);
+    if (desk->away == away) return;
+    desk->away = away;
+    if (away && atomic_fetch_add(&storage->away, 1) == 0)
+        srv_log_message(storage->log, "the store is out of reach: %s",
+                        srv_store_complaint(desk->store));
+    if (away || atomic_fetch_sub(&storage->away, 1) != 1) return;
+    srv_log_message(storage->log, "the store is back");
+    storage->news(storage->context);
 }
 
 /* takes the asks of a line, most of them at once; waits until a time if there are none. Returns
@@ -102,8 +106,9 @@ static int storage_piece(struct srv_storage *storage, struct srv_store *store,
     return sweep.more;
 }
 
-static void storage_sweep(struct srv_storage *storage, struct srv_store *store,
-                          struct storage_round *round) {
+static void storage_sweep(struct storage_desk *desk, struct storage_round *round) {
+    struct srv_storage *storage = desk->storage;
+    struct srv_store *store = desk->store;
     struct srv_store_figures figures;
     enum srv_stored stored;
     int64_t now = srv_clock_now(), second = srv_clock_span(SWEEP_MS / 1000.0);
@@ -113,7 +118,7 @@ static void storage_sweep(struct srv_storage *storage, struct srv_store *store,
     if (more && now < round->begun + second) return;
     round->pieces = 0;
     if (stored == SRV_STORED) stored = srv_store_figures(store, &figures);
-    storage_note(storage, store, stored);
+    storage_note(desk, stored);
     if (!more) round->next = now + second;
     if (stored != SRV_STORED) return;
     pthread_mutex_lock(&storage->lock);
@@ -126,6 +131,13 @@ static int storage_over(struct srv_storage *storage) {
     int over = storage->over;
     pthread_mutex_unlock(&storage->lock);
     return over;
+}
+
+/* a desk that nobody asks looks by itself whether the store is back */
+static void storage_knock(struct storage_desk *desk) {
+    struct srv_store_figures figures;
+    assert(desk->away);
+    storage_note(desk, srv_store_figures(desk->store, &figures));
 }
 
 static void *storage_serve(void *context) {
@@ -144,13 +156,14 @@ static void *storage_serve(void *context) {
                          desk->kind == SRV_ASK_WRITE ? round.next : srv_clock_now() + second, call);
         if (count) srv_store_together(desk->store, call, count);
         for (int i = 0; i < count; i++) {
-            storage_note(storage, desk->store, call[i]->stored);
+            storage_note(desk, call[i]->stored);
             struct srv_ask *ask = SRV_CONTAINER_OF(call[i], struct srv_ask, call);
             ask->done(ask);
         }
+        if (desk->kind == SRV_ASK_READ && !count && desk->away) storage_knock(desk);
         /* what waited goes first: it may hold parts for longer whose leases a sweep would end */
         if (desk->kind == SRV_ASK_WRITE && srv_clock_now() >= round.next)
-            storage_sweep(storage, desk->store, &round);
+            storage_sweep(desk, &round);
     } while (count || !storage_over(storage));
     return NULL;
 }
@@ -173,8 +186,7 @@ static enum pend_status storage_start(struct srv_storage *storage, const char *u
         desk->storage = storage;
         desk->kind = i < WRITERS ? SRV_ASK_WRITE : SRV_ASK_READ;
         PEND_TRY(srv_store_open(&desk->store, url, rules, error));
-        if (!i && !srv_store_settled(desk->store))
-            storage_note(storage, desk->store, SRV_STORED_AWAY);
+        if (!i && !srv_store_settled(desk->store)) storage_note(desk, SRV_STORED_AWAY);
         if (listens && srv_store_listen(desk->store, 0) < 0) continue;
         desk->runs =
             !pthread_create(&desk->thread, NULL, listens ? storage_listen : storage_serve, desk);

@@ -1,6 +1,9 @@
 #include "server/store/store_class_sweep.h"
 
 #include <assert.h>
+#include <string.h>
+
+enum { SWEEP_CODE = 5 }; /* letters of a code */
 
 enum srv_stored srv_store_class_erase(struct srv_store *store, const char *code) {
     assert(*code);
@@ -27,7 +30,10 @@ enum srv_stored srv_store_class_sweep(struct srv_store *store, int64_t now, int 
     struct row_ended ended = {0};
     assert(now > 0);
     SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_ENDED, row_ended, &ended, srv_value_whole(now)));
-    if (!ended.rows || !*ended.code) return SRV_STORED;
+    if (!ended.rows) return SRV_STORED;
+    /* a code that was altered names no room */
+    if (strlen(ended.code) != SWEEP_CODE)
+        return SRV_POST(store, SQL_CLASSES_NAMELESS, srv_value_whole(now));
     *more = 1;
     return srv_store_class_erase(store, ended.code);
 }

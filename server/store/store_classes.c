@@ -8,6 +8,7 @@
 #include "server/store/store_call.h"
 #include "server/store/store_class_sweep.h"
 #include "server/store/store_rows.h"
+#include "server/store/store_seals.h"
 
 /* A room's row. */
 struct row_class {
@@ -31,6 +32,9 @@ static enum srv_stored row_class(void *context, const struct srv_value field[]) 
     room->teacher = *row->who && !strcmp(teacher, row->who);
     room->pupil = srv_row_whole(&field[10], 0, SRV_ROW_MOST, "number", &row->flaw);
     room->pupil_bytes = srv_row_whole(&field[11], 0, SRV_ROW_MOST, "bytes", &row->flaw);
+    int counted = room->shared <= room->version && room->pupils <= room->numbered &&
+                  (!room->pupil || (room->pupil <= room->numbered && room->pupils > 0));
+    if (!counted && !row->flaw) row->flaw = "version, pupils";
     row->rows++;
     return SRV_STORED;
 }
@@ -78,12 +82,14 @@ static enum srv_stored class_refuse(struct srv_class_put *put, enum srv_class_wh
 
 /* An item that stands in the room. */
 struct class_there {
+    const char *code;
     int rows;
     struct srv_class_item item; /* its body is malloc'ed */
 };
 
-static void class_item(const struct srv_value field[], struct srv_class_item *item,
-                       const char **flaw) {
+/* an item of a room; what is not what was written has a flaw */
+static void class_item(const struct srv_value field[], const char *code,
+                       struct srv_class_item *item, const char **flaw) {
     srv_row_word(&field[0], 1, item->name, sizeof item->name, "name", flaw);
     item->version = srv_row_whole(&field[1], 1, SRV_ROW_MOST, "version", flaw);
     item->reader = srv_row_whole(&field[2], SRV_CLASS_TEACHER, SRV_ROW_MOST, "reader", flaw);
@@ -92,12 +98,16 @@ static void class_item(const struct srv_value field[], struct srv_class_item *it
     if (field[5].kind != SRV_SQL_BYTES && !*flaw) *flaw = "body";
     item->body = field[5].data;
     item->bytes = *flaw ? 0 : field[5].bytes;
+    const int64_t number[] = {item->version, item->reader, item->flag};
+    if (!*flaw &&
+        !srv_seal_item_whole(&field[6], code, item->name, number, item->body, item->bytes))
+        *flaw = "seal";
 }
 
 static enum srv_stored row_there(void *context, const struct srv_value field[]) {
     struct class_there *there = context;
     const char *flaw = NULL;
-    class_item(field, &there->item, &flaw);
+    class_item(field, there->code, &there->item, &flaw);
     const void *body = there->item.body;
     there->item.body = NULL;
     if (flaw) return SRV_STORED_DAMAGED;
@@ -120,16 +130,23 @@ static enum srv_stored class_write(struct srv_store *store, struct srv_class *ro
     assert(*item->name && item->reader >= SRV_CLASS_TEACHER);
     room->version++;
     if (item->reader == SRV_CLASS_ALL) room->shared = room->version;
+    const int64_t number[] = {room->version, item->reader, item->flag};
+    unsigned char seal[API_SEAL_BYTES];
+    srv_seal_item(seal, room->code, item->name, number, item->body, item->bytes);
     return SRV_POST(
         store, SQL_CLASS_ITEM_PUT, srv_value_text(room->code), srv_value_text(item->name),
         srv_value_whole(room->version), srv_value_whole(item->reader), srv_value_whole(item->flag),
-        srv_value_whole(now), srv_value_bytes(item->bytes ? item->body : "", item->bytes));
+        srv_value_whole(now), srv_value_bytes(item->bytes ? item->body : "", item->bytes),
+        srv_value_bytes(seal, sizeof seal));
 }
 
 /* whether the room, and the pupil whose item it is, may be counted for `more` bytes */
 static enum srv_stored class_room(const struct srv_store *store, struct srv_class_put *put,
                                   const struct srv_class *room, int64_t more) {
     assert(put->own == 0 || room->pupil > 0 || more > 0);
+    /* a sum that cannot have been counted */
+    if (room->bytes + more < 0 || room->pupil_bytes + more < 0)
+        return put->own || room->bytes + more < 0 ? SRV_STORED_DAMAGED : SRV_STORED;
     if (more <= 0) return SRV_STORED;
     if (room->bytes + more > store->rules.class_bytes)
         return class_refuse(put, SRV_CLASS_ROOM_FULL);
@@ -141,7 +158,7 @@ static enum srv_stored class_room(const struct srv_store *store, struct srv_clas
 
 /* what the item answers must be there, and take it */
 static enum srv_stored class_base(struct srv_store *store, struct srv_class_put *put) {
-    struct class_there base = {0};
+    struct class_there base = {.code = put->code};
     if (!put->base || !put->body) return SRV_STORED;
     enum srv_stored stored = SRV_RUN(store, SQL_CLASS_ITEM, row_there, &base,
                                      srv_value_text(put->code), srv_value_text(put->base));
@@ -184,7 +201,7 @@ static enum srv_stored class_replace(struct srv_store *store, struct srv_class_p
 
 static enum srv_stored class_put(struct srv_store *store, struct srv_class_put *put,
                                  struct srv_class *room) {
-    struct class_there there = {0};
+    struct class_there there = {.code = put->code};
     struct srv_class_item item = {.reader = put->own ? room->pupil : put->reader,
                                   .flag = put->flag,
                                   .body = put->body,
@@ -226,6 +243,7 @@ static enum srv_stored class_join(struct srv_store *store, struct srv_class_put 
 
 /* The names of a pupil's items that are to go. */
 struct class_own {
+    const char *code;
     int count;
     int64_t version; /* of the last one */
     struct srv_class_item item[SQL_CLASS_ITEMS_MOST];
@@ -237,7 +255,7 @@ static enum srv_stored row_own(void *context, const struct srv_value field[]) {
     const char *flaw = NULL;
     if (own->count == SQL_CLASS_ITEMS_MOST) return SRV_STORED_DAMAGED;
     struct srv_class_item *item = &own->item[own->count];
-    class_item(field, item, &flaw);
+    class_item(field, own->code, item, &flaw);
     if (flaw) return SRV_STORED_DAMAGED;
     own->version = item->version;
     own->weight[own->count] = (int64_t)item->bytes;
@@ -256,6 +274,7 @@ static enum srv_stored class_dismiss(struct srv_store *store, struct srv_class *
     int64_t before = room->version;
     struct class_own *own = calloc(1, sizeof *own);
     enum srv_stored stored = own ? SRV_STORED : SRV_STORED_BROKEN;
+    if (own) own->code = room->code;
     for (int64_t seen = -1; stored == SRV_STORED && own->version > seen;) {
         seen = own->version;
         own->count = 0;
@@ -263,14 +282,15 @@ static enum srv_stored class_dismiss(struct srv_store *store, struct srv_class *
                          srv_value_whole(number), srv_value_whole(seen));
         for (int i = 0; i < own->count && stored == SRV_STORED; i++) {
             room->bytes -= own->weight[i];
-            stored = class_write(store, room, &own->item[i]);
+            stored = room->bytes < 0 ? SRV_STORED_DAMAGED : class_write(store, room, &own->item[i]);
         }
         /* those that were just written as gone are not looked at again */
         if (own->version > before) break;
     }
     free(own);
     SRV_STORED_TRY(stored);
-    assert(room->pupils > 0 && room->version >= before);
+    if (!room->pupils) return SRV_STORED_DAMAGED;
+    assert(room->version >= before);
     room->pupils--;
     /* its stream, if it has one, is to look and to find that it is over */
     room->shared = room->version;
@@ -384,6 +404,7 @@ enum srv_stored srv_store_class(struct srv_store *store, const char *code, const
 
 /* Who takes the items that are read. */
 struct class_taker {
+    const char *code;
     srv_class_item_fn *take;
     void *context;
     int count, full;
@@ -396,7 +417,7 @@ static enum srv_stored row_taken(void *context, const struct srv_value field[]) 
     struct srv_class_item item;
     const char *flaw = NULL;
     if (taker->full) return SRV_STORED;
-    class_item(field, &item, &flaw);
+    class_item(field, taker->code, &item, &flaw);
     if (flaw || item.version <= taker->version) return SRV_STORED_DAMAGED;
     taker->bytes += item.bytes;
     taker->full = taker->bytes >= SRV_CLASS_PAGE_BYTES;
@@ -425,7 +446,7 @@ enum srv_stored srv_store_class_items(struct srv_store *store, const char *code,
                                       int64_t *since, int *more, struct srv_class *room,
                                       srv_class_item_fn *take, void *context) {
     assert(*since >= 0 && take);
-    struct class_taker taker = {.take = take, .context = context, .version = *since};
+    struct class_taker taker = {.code = code, .take = take, .context = context, .version = *since};
     *more = 0;
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = class_find(store, SQL_CLASS, code, who, room);

@@ -133,7 +133,7 @@ static const char *const schema[] = {
     "CREATE UNIQUE INDEX class_pupils_number ON class_pupils (code, number)",
     "CREATE TABLE class_items (code TEXT NOT NULL, name TEXT NOT NULL, version BIGINT NOT NULL, "
     "reader BIGINT NOT NULL, flag BIGINT NOT NULL, changed BIGINT NOT NULL, body {bytes} NOT NULL, "
-    "PRIMARY KEY (code, name))",
+    "seal {bytes} NOT NULL, PRIMARY KEY (code, name))",
     "CREATE INDEX class_items_version ON class_items (code, version)",
     "CREATE INDEX class_items_reader ON class_items (code, reader, version)", NULL};
 

@@ -96,3 +96,21 @@ int srv_seal_scene_whole(const struct srv_value field[2], const char *id, const 
     srv_seal_scene(want, id, body, bytes);
     return seal_equals(&field[0], want, sizeof want);
 }
+
+/* --- items of rooms --- */
+
+void srv_seal_item(unsigned char seal[API_SEAL_BYTES], const char *code, const char *name,
+                   const int64_t number[3], const void *body, size_t bytes) {
+    char place[256];
+    assert(body || !bytes);
+    snprintf(place, sizeof place, "item %.100s of room %.16s, %lld %lld", name, code,
+             (long long)number[1], (long long)number[2]);
+    api_seal(seal, place, (long)number[0], body ? body : "", bytes);
+}
+
+int srv_seal_item_whole(const struct srv_value *field, const char *code, const char *name,
+                        const int64_t number[3], const void *body, size_t bytes) {
+    unsigned char want[API_SEAL_BYTES];
+    srv_seal_item(want, code, name, number, body, bytes);
+    return seal_equals(field, want, sizeof want);
+}

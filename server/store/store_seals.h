@@ -53,4 +53,13 @@ void srv_seal_scene(unsigned char seal[API_SEAL_BYTES], const char *id, const vo
 int srv_seal_scene_whole(const struct srv_value field[2], const char *id, const void *body,
                          size_t bytes);
 
+/** Makes the seal of an item of a room: of the room's code, the item's name, who may read it, the
+ * change that wrote it, its flag and its body. O(bytes). */
+void srv_seal_item(unsigned char seal[API_SEAL_BYTES], const char *code, const char *name,
+                   const int64_t number[3], const void *body, size_t bytes);
+
+/** Returns whether an item is what was written; `field` is the column seal of the row. O(bytes). */
+int srv_seal_item_whole(const struct srv_value *field, const char *code, const char *name,
+                        const int64_t number[3], const void *body, size_t bytes);
+
 #endif

@@ -44,6 +44,8 @@
     "COALESCE((SELECT class_pupils.bytes FROM class_pupils WHERE class_pupils.code = $1 AND who "  \
     "= $2), 0)"
 
+#define CLASS_ITEM_COLUMNS "name, version, reader, flag, changed, body, seal"
+
 /* Each statement, in the dialect that both databases share. */
 #define STATEMENTS(X)                                                                              \
     X(BEGIN, "{begin}")                                                                            \
@@ -265,18 +267,19 @@
     X(CLASS_PUPIL_BYTES, "UPDATE class_pupils SET bytes = $3 WHERE code = $1 AND who = $2")        \
     X(CLASS_PUPIL_REMOVE, "DELETE FROM class_pupils WHERE code = $1 AND number = $2 RETURNING "    \
                           "number")                                                                \
-    X(CLASS_ITEM, "SELECT name, version, reader, flag, changed, body FROM class_items WHERE "      \
-                  "code = $1 AND name = $2")                                                       \
+    X(CLASS_ITEM, "SELECT " CLASS_ITEM_COLUMNS " FROM class_items WHERE code = $1 AND name = $2")  \
     X(CLASS_ITEM_PUT, "INSERT INTO class_items (code, name, version, reader, flag, changed, "      \
-                      "body) VALUES ($1, $2, $3, $4, $5, $6, $7) ON CONFLICT (code, name) DO "     \
-                      "UPDATE SET version = $3, reader = $4, flag = $5, changed = $6, body = $7")  \
-    X(CLASS_ITEMS, "SELECT name, version, reader, flag, changed, body FROM class_items WHERE "     \
-                   "code = $1 AND version > $2 ORDER BY version LIMIT 64")                         \
-    X(CLASS_ITEMS_OF,                                                                              \
-      "SELECT name, version, reader, flag, changed, body FROM class_items WHERE "                  \
-      "code = $1 AND reader IN (0, $3) AND version > $2 ORDER BY version LIMIT 64")                \
-    X(CLASS_ITEMS_OWN, "SELECT name, version, reader, flag, changed, body FROM class_items WHERE " \
-                       "code = $1 AND reader = $2 AND version > $3 ORDER BY version LIMIT 64")     \
+                      "body, seal) VALUES ($1, $2, $3, $4, $5, $6, $7, $8) ON CONFLICT (code, "    \
+                      "name) DO UPDATE SET version = $3, reader = $4, flag = $5, changed = $6, "   \
+                      "body = $7, seal = $8")                                                      \
+    X(CLASS_ITEMS, "SELECT " CLASS_ITEM_COLUMNS " FROM class_items WHERE code = $1 AND version "   \
+                   "> $2 ORDER BY version LIMIT 64")                                               \
+    X(CLASS_ITEMS_OF, "SELECT " CLASS_ITEM_COLUMNS " FROM class_items WHERE code = $1 AND "        \
+                      "reader IN (0, $3) AND version > $2 ORDER BY version LIMIT 64")              \
+    X(CLASS_ITEMS_OWN, "SELECT " CLASS_ITEM_COLUMNS " FROM class_items WHERE code = $1 AND "       \
+                       "reader = $2 AND version > $3 ORDER BY version LIMIT 64")                   \
+    X(CLASSES_NAMELESS, "DELETE FROM classes WHERE ends < $1 AND (code IS NULL OR LENGTH(code) "   \
+                        "<> 5 OR CAST(code AS TEXT) <> code)")                                     \
     X(CLASS_ENDED, "SELECT code FROM classes WHERE ends < $1 ORDER BY ends LIMIT 1 {skip}")        \
     X(CLASS_ITEMS_REMOVE, "DELETE FROM class_items WHERE code = $1")                               \
     X(CLASS_PUPILS_REMOVE, "DELETE FROM class_pupils WHERE code = $1")                             \

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "server/store/store_rows.h"
 #include "tests/server/ground.h"
 
 enum { HOUR_S = 3600, ITEMS = 256 };
@@ -290,5 +291,88 @@ STORE_TEST(two_connections_number_the_changes_of_a_room_together) {
     CHECK_INT(found.count, 4);
     CHECK(found.version[2] == 41 && found.version[3] == 42);
     srv_store_close(&other);
+    srv_store_close(&own);
+}
+
+/* every column of every row of a room, altered: the room may be damaged or gone, nothing ends, and
+ * another room is as it was */
+STORE_TEST(an_altered_row_harms_its_room_alone) {
+    static const char *const columns[] = {
+        "classes.code",        "classes.teacher",     "classes.key",        "classes.created",
+        "classes.ends",        "classes.version",     "classes.shared",     "classes.pupils",
+        "classes.numbered",    "classes.bytes",       "classes.shut",       "class_pupils.code",
+        "class_pupils.who",    "class_pupils.number", "class_pupils.bytes", "class_items.code",
+        "class_items.name",    "class_items.version", "class_items.reader", "class_items.flag",
+        "class_items.changed", "class_items.body",    "class_items.seal"};
+    static const char *const values[] = {"NULL",   "-1", "0", "2000000", "9223372036854775807",
+                                         "'word'", "''"};
+    struct srv_class room;
+    struct found found;
+    struct srv_store_sweep sweep;
+    int64_t looked = 0;
+    (void)store;
+    struct srv_store *own = begin(ground, &room);
+    REQUIRE(own != NULL);
+    ground->rules.classes = 1000;
+    srv_store_close(&own);
+    REQUIRE((own = ground_open(ground)) != NULL);
+    const struct srv_sql_driver *driver = ground->postgres ? &srv_sql_postgres : &srv_sql_sqlite;
+    struct pend_error error;
+    struct srv_sql *sql = NULL;
+    REQUIRE(driver->open(&sql, ground->url, &error) == PEND_OK);
+    CHECK_INT(put(own, "teacher", "questions/q", "Q", 0, SRV_CLASS_FINE), SRV_STORED);
+    for (size_t c = 0; c < sizeof columns / sizeof *columns; c++)
+        for (size_t v = 0; v < sizeof values / sizeof *values; v++) {
+            char text[200], table[16];
+            const char *column = strchr(columns[c], '.') + 1;
+            snprintf(table, sizeof table, "%.*s", (int)(column - columns[c] - 1), columns[c]);
+            struct srv_class_put in = item("t", "", "{}", 1), out = in, write = in;
+            in.code = out.code = write.code = "WORDS";
+            CHECK_INT(
+                srv_store_class_new(own, "WORDS", "t", "key", (int64_t)HOUR_S * SECOND, &room),
+                SRV_STORED);
+            in.who = write.who = "p";
+            CHECK_INT(srv_store_class_join(own, &in, &room), SRV_STORED);
+            snprintf(text, sizeof text, "UPDATE %s SET %s = %s WHERE code = 'WORDS'", table, column,
+                     values[v]);
+            (void)driver->run(sql, -1, "{begin}", NULL, 0, NULL, NULL);
+            int bad = driver->run(sql, -1, text, NULL, 0, NULL, NULL) == SRV_STORED;
+            (void)driver->run(sql, -1, bad ? "COMMIT" : "ROLLBACK", NULL, 0, NULL, NULL);
+            int64_t since = 0, version, shared;
+            int more;
+            write.name = "stages";
+            found.count = 0;
+            enum srv_stored said[] = {
+                srv_store_class(own, "WORDS", "p", &room),
+                srv_store_class_mark(own, "WORDS", &version, &shared),
+                srv_store_class_put(own, &write, &room),
+                srv_store_class_items(own, "WORDS", "t", &since, &more, &room, take, &found),
+                srv_store_class_join(own, &in, &room)};
+            for (size_t i = 0; i < sizeof said / sizeof *said; i++)
+                CHECK_SAYING(said[i] <= SRV_STORED_DAMAGED || said[i] == SRV_STORED_AGAIN,
+                             "%s = %s: call %zu says %d", columns[c], values[v], i, (int)said[i]);
+            for (int i = 0; i < found.count; i++) CHECK_TEXT(found.body[i], "{}");
+            out.name = "pupils/1";
+            out.body = NULL;
+            out.own = 0;
+            (void)srv_store_class_put(own, &out, &room);
+            (void)srv_store_class_end(own, &out, &room);
+            (void)driver->run(sql, -1,
+                              "UPDATE classes SET ends = 1 WHERE code <> 'ABCDE' OR code IS NULL",
+                              NULL, 0, NULL, NULL);
+            for (int i = 0; i < 3; i++)
+                REQUIRE(srv_store_sweep(own, &looked, &sweep) == SRV_STORED);
+            struct srv_row_wholes left = {.count = 1};
+            (void)driver->run(sql, -1, "DELETE FROM class_items WHERE code <> 'ABCDE'", NULL, 0,
+                              NULL, NULL);
+            (void)driver->run(sql, -1, "DELETE FROM class_pupils WHERE code <> 'ABCDE'", NULL, 0,
+                              NULL, NULL);
+            (void)driver->run(sql, -1, "SELECT CAST(COUNT(*) AS BIGINT) FROM classes", NULL, 0,
+                              srv_row_wholes, &left);
+            CHECK_INT(left.whole[0], 1);
+        }
+    driver->close(sql);
+    CHECK_INT(read_all(own, "teacher", 0, &found), SRV_STORED);
+    CHECK(found.count == 1 && !strcmp(found.body[0], "Q"));
     srv_store_close(&own);
 }
