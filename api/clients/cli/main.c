@@ -2,6 +2,7 @@
  * Leaves to others: the body (request), the answer's way (remote, local, sink).
  * Invariant: exit status 0 means that the whole answer is where it was wanted. */
 #include <assert.h>
+#include <ctype.h>
 #include <getopt.h>
 #include <stdlib.h>
 #include <string.h>
@@ -178,7 +179,7 @@ static double number(const struct api_json *document, const char *name) {
 
 /* waits for the end of a job, and brings its results */
 static void get(struct line *line, const char *id) {
-    char path[200], kept[80];
+    char path[200], kept[33];
     long pause_ms = 20;
     for (;;) {
         snprintf(path, sizeof path, "/v1/jobs/%.60s", id);
@@ -201,7 +202,12 @@ static void get(struct line *line, const char *id) {
     cli_sink_open(&sink, "", NULL);
     cli_remote_ask(&line->remote, &exchange, &sink);
     cli_sink_close(&sink);
-    snprintf(kept, sizeof kept, "%.32s", exchange.etag + (*exchange.etag == '"'));
+    /* a server's word becomes part of a name of a file: letters and digits of it */
+    size_t length = 0;
+    for (const char *c = exchange.etag; *c && length < sizeof kept - 1; c++)
+        if (isalnum((unsigned char)*c)) kept[length++] = *c;
+    if (length == 0) cli_die("%s gives its results no name", line->remote.url);
+    kept[length] = '\0';
     exchange.method = "GET";
     cli_sink_open(&sink, line->out, kept);
     cli_remote_ask(&line->remote, &exchange, &sink);

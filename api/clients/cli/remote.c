@@ -69,7 +69,10 @@ static CURLcode attempt_once(struct attempt *attempt, const struct cli_remote *r
     CURL *curl = attempt->curl;
     int rest = exchange->resumes && attempt->sink->have > 0 && *exchange->etag;
     snprintf(range, sizeof range, "bytes=%lld-", attempt->sink->have);
-    if (snprintf(url, sizeof url, "%s%s", remote->url, exchange->path) >= (int)sizeof url ||
+    int server = (int)strlen(remote->url);
+    while (server > 0 && remote->url[server - 1] == '/') server--;
+    if (snprintf(url, sizeof url, "%.*s%s", server, remote->url, exchange->path) >=
+            (int)sizeof url ||
         snprintf(bearer, sizeof bearer, "Bearer %s", remote->token ? remote->token : "") >=
             (int)sizeof bearer)
         cli_die("the URL or the token is too long");
@@ -83,6 +86,8 @@ static CURLcode attempt_once(struct attempt *attempt, const struct cli_remote *r
     curl_easy_reset(curl);
     curl_easy_setopt(curl, CURLOPT_URL, url);
     curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
+    curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, 30L);
+    curl_easy_setopt(curl, CURLOPT_TCP_KEEPALIVE, 1L); /* a server that is gone is noticed */
     curl_easy_setopt(curl, CURLOPT_CUSTOMREQUEST, exchange->method);
     curl_easy_setopt(curl, CURLOPT_NOBODY, (long)!strcmp(exchange->method, "HEAD"));
     curl_easy_setopt(curl, CURLOPT_HTTPHEADER, fields);

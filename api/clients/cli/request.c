@@ -171,6 +171,7 @@ static int has(const struct cli_fields *fields, const char *object, const char *
 /* an object: the members of a value that stay, and those of the command line */
 static void merged(struct api_buffer *out, const struct api_value *value, const char *object,
                    const struct cli_fields *fields) {
+    assert(api_buffer_valid(out) && *object);
     cli_need(api_out_open(out, object, '{') == PEND_OK);
     for (struct api_value item = api_value_first(value); api_value_kind(&item) != API_MISSING;
          item = api_value_next(&item))

@@ -17,6 +17,10 @@ struct cli_sink {
     long long have;         /* bytes in the file */
 };
 
+/** True if the sink is one: a part has a path, and bytes are counted of a file alone; for
+ * assertions. */
+int cli_sink_valid(const struct cli_sink *sink);
+
 /** Opens a sink. path: of the file; NULL = standard output, "" = memory. kept: the name of the
  * answer, under which its beginning may be there already; NULL = begin anew. Dies on failure. */
 void cli_sink_open(struct cli_sink *sink, const char *path, const char *kept);

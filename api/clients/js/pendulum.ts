@@ -82,10 +82,10 @@ export class Client {
 
   constructor(options: Options = {}) {
     const page = typeof location === "undefined" ? "http://127.0.0.1:8080" : location.origin;
-    this.url = (options.url ?? environment["PENDULUM_URL"] ?? page).replace(/\/+$/, "");
+    this.url = (options.url || environment["PENDULUM_URL"] || page).replace(/\/+$/, "");
     this.patience = options.patience ?? 60;
     this.signal = options.signal ?? null;
-    const token = options.token ?? environment["PENDULUM_TOKEN"];
+    const token = options.token || environment["PENDULUM_TOKEN"];
     this.fields = token ? { Authorization: `Bearer ${token}` } : {};
   }
 
