@@ -166,15 +166,17 @@ int pend_terms_check(const struct pend_terms *terms, const struct pend_tree *tre
 }
 
 int pend_terms_conserve(const struct pend_terms *terms, const double value[]) {
-    static const enum pend_term_row losses[] = {PEND_TERM_DAMPING, PEND_TERM_FRICTION,
-                                                PEND_TERM_DRAG, PEND_TERM_DRAG_QUADRATIC};
-    for (size_t i = 0; i < sizeof losses / sizeof *losses; i++)
+    static const enum pend_term_row changes[] = {PEND_TERM_DAMPING, PEND_TERM_FRICTION,
+                                                 PEND_TERM_DRAG, PEND_TERM_DRAG_QUADRATIC,
+                                                 PEND_TERM_TORQUE};
+    for (size_t i = 0; i < sizeof changes / sizeof *changes; i++)
         for (int k = 0; k < terms->n; k++)
-            if (pend_terms_get(terms, value, losses[i], k) != 0) return 0;
+            if (pend_terms_get(terms, value, changes[i], k) != 0) return 0;
     for (int i = 0; i < terms->harmonics; i++)
         if (value[terms->harmonic[i].at] != 0) return 0;
-    int gamma = terms->one[PEND_TERM_DRAG_PER_MASS];
-    return gamma < 0 || value[gamma] == 0;
+    for (int i = 0; i < PEND_TERM_ONES; i++)
+        if (terms->one[i] >= 0 && value[terms->one[i]] != 0) return 0;
+    return 1;
 }
 
 int pend_terms_valid(const struct pend_terms *terms) {

@@ -127,7 +127,8 @@ int pend_terms_check(const struct pend_terms *terms, const struct pend_tree *tre
                      void (*found)(void *context, const struct pend_terms_fault *fault),
                      void *context);
 
-/** Non-zero if the energy is kept: no friction, no drag and no drive that depends on time. O(n). */
+/** Non-zero if the sum of kinetic energy and that of gravity and springs is kept: no friction, no
+ * drag, no torque, and a pivot that does not move. O(n). */
 int pend_terms_conserve(const struct pend_terms *terms, const double value[]);
 
 /** Returns true if the layout holds together. O(n). For assertions and tests. */

@@ -1,0 +1,92 @@
+/* Trajectories of real pendulums against what is known of them in closed form. */
+#include <math.h>
+#include <stdio.h>
+
+#include "tests/api/post.h"
+#include "tests/harness/test.h"
+
+static const double pi = 3.14159265358979323846;
+
+/* the number of arm i at the last of `count` instants */
+static double last(const struct test_reply *reply, const char *name, int count, int i) {
+    char pointer[60];
+    snprintf(pointer, sizeof pointer, "/%s/%d/%d", name, count - 1, i);
+    return test_reply_number(reply, pointer);
+}
+
+TEST(a_pivot_that_accelerates_is_a_stronger_gravity_that_is_tilted) {
+    static const double ax = 3, ay = 1, g = 9.81;
+    double tilt = atan2(-(g + ay), -ax) + pi / 2, pull = hypot(ax, g + ay), gap = 0;
+    char moved[400], tilted[400];
+    snprintf(moved, sizeof moved,
+             "{\"pendulum\":{\"length\":[1,0.7],\"mass\":[1,2],\"parent\":[0,1],\"pivot\":{"
+             "\"acceleration\":[%.17g,%.17g]}},\"initial\":{\"phi\":[%.17g,%.17g]},"
+             "\"times\":{\"stop\":3,\"count\":4}}",
+             ax, ay, 0.2 + tilt, -1 + tilt);
+    snprintf(tilted, sizeof tilted,
+             "{\"pendulum\":{\"length\":[1,0.7],\"mass\":[1,2],\"parent\":[0,1],\"gravity\":%.17g},"
+             "\"initial\":{\"phi\":[0.2,-1]},\"times\":{\"stop\":3,\"count\":4}}",
+             pull);
+    struct test_reply a = test_post(API_OP_TRAJECTORIES, moved),
+                      b = test_post(API_OP_TRAJECTORIES, tilted);
+    CHECK_INT(a.status, 200);
+    for (int i = 0; i < 2; i++) {
+        gap = fmax(gap, fabs(last(&a, "phi", 4, i) - tilt - last(&b, "phi", 4, i)));
+        gap = fmax(gap, fabs(last(&a, "phid", 4, i) - last(&b, "phid", 4, i)));
+        gap = fmax(gap, fabs(last(&a, "lambda", 4, i) - last(&b, "lambda", 4, i)));
+    }
+    CHECK_RESIDUAL(gap, 1e-10, "an accelerated pivot and a tilted gravity");
+    CHECK(test_reply_number(&a, "/stats/energy_drift") < 1e-11);
+    test_reply_free(&a);
+    test_reply_free(&b);
+}
+
+TEST(a_constant_torque_gives_what_it_turns_through) {
+    struct test_reply reply =
+        test_post(API_OP_TRAJECTORIES,
+                  "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1],\"torque\":[12,"
+                  "-3]},\"times\":{\"stop\":4,\"count\":3},\"output\":[\"phi\",\"energy\","
+                  "\"exchange\"]}");
+    CHECK_INT(reply.status, 200);
+    double first = last(&reply, "phi", 3, 0), second = last(&reply, "phi", 3, 1);
+    double work = 12 * first - 3 * (second - first);
+    CHECK(fabs(work) > 1);
+    CHECK_RESIDUAL(fabs(test_reply_number(&reply, "/exchange/work/2") / work - 1), 1e-13,
+                   "the work of a constant torque");
+    CHECK_RESIDUAL(fabs(test_reply_number(&reply, "/energy/total/2") / work - 1), 1e-11,
+                   "the energy that it gave");
+    CHECK(test_reply_number(&reply, "/stats/energy_drift") < 1e-12);
+    CHECK_INT(test_reply_count(&reply, "/warnings"), -1);
+    test_reply_free(&reply);
+}
+
+/* theta = a cos(w t), w^2 = 3 g / (2 l) */
+TEST(a_bar_swings_as_a_uniform_bar_does) {
+    static const char *const bars[] = {
+        "\"rod\":[2]", "\"mass\":[0],\"body\":[{\"mass\":2,\"center\":0.4,\"inertia\":"
+                       "0.10666666666666667}]"};
+    double period = 2 * pi * sqrt(2 * 0.8 / (3 * 9.81)), gap = 0;
+    for (int i = 0; i < 2; i++) {
+        char body[400];
+        snprintf(body, sizeof body,
+                 "{\"pendulum\":{\"length\":[0.8],\"parent\":[0],%s},\"initial\":{\"theta\":[1e-5]}"
+                 ",\"times\":[0,%.17g],\"output\":[\"theta\"]}",
+                 bars[i], period / 3);
+        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        CHECK_INT(reply.status, 200);
+        gap = fmax(gap, fabs(last(&reply, "theta", 2, 0) / 1e-5 + 0.5));
+        test_reply_free(&reply);
+    }
+    CHECK_RESIDUAL(gap, 1e-9, "a uniform bar's small swing");
+}
+
+TEST(what_a_method_does_not_know_of_the_energy_is_left_out) {
+    struct test_reply reply =
+        test_post(API_OP_TRAJECTORIES,
+                  "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[0.3]},"
+                  "\"times\":[0,1],\"method\":\"rkf45\"}");
+    CHECK_INT(reply.status, 200);
+    CHECK(isnan(test_reply_number(&reply, "/stats/energy_drift")));
+    CHECK(test_reply_number(&reply, "/stats/horizon") >= 0);
+    test_reply_free(&reply);
+}
