@@ -372,6 +372,33 @@ out:
     place_end(&place);
 }
 
+/* the whole of a stream, for who compares replies with the API's description */
+TEST(a_stream_of_a_room_is_whole_when_the_room_is_gone) {
+    struct member teacher;
+    struct test_reply reply;
+    struct place place;
+    char path[80];
+    if (!place_begin(&place, 0)) return;
+    struct test_server *server = serve(&place);
+    if (server && open_room(server, &teacher)) {
+        CHECK_INT(does(server, &teacher, "PUT", "/stages/class", "{\"frozen\":true}"), 200);
+        CHECK(ear_open(&ear[0], server, &teacher, NULL));
+        CHECK(ask_await(server, "pendulumd_event_streams", 1, 1));
+        CHECK_INT(does(server, &teacher, "DELETE", "", NULL), 204);
+        CHECK_INT(test_client_receive(&ear[0].client, &reply, 0, TEST_PATIENCE), 200);
+        snprintf(path, sizeof path, "%s/events", teacher.path);
+        test_reply_record(&reply, "GET", path);
+        CHECK(strstr(reply.body, "event: end\ndata: {}\n\n") != NULL);
+        test_reply_clear(&reply);
+        test_client_close(&ear[0].client);
+        CHECK_INT(ask(server, &reply, "/v1/classes", "{\"hours\":0}"), 422);
+        ask_problem(&reply, 422, "/hours");
+        test_reply_clear(&reply);
+    }
+    test_server_stop(&server);
+    place_end(&place);
+}
+
 TEST(a_server_that_keeps_nothing_has_no_rooms) {
     struct test_reply reply;
     struct test_server *server = test_server_start(NULL);
