@@ -16,6 +16,7 @@
 #include "server/jobs/jobs.h"
 #include "server/http/probes.h"
 #include "server/http/request_head.h"
+#include "server/jobs/erasure.h"
 #include "server/jobs/scenes.h"
 
 static void router_metrics(struct srv_exchange *exchange) {
@@ -58,6 +59,7 @@ static const struct srv_route router_table[] = {
     ROUTER_LATER("DELETE", "/v1/jobs/{id}", srv_jobs_dismiss, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
     ROUTER_LATER("GET", "/v1/jobs/{id}/events", srv_jobs_events, 0),
     ROUTER_LATER("GET", "/v1/jobs/{id}/results", srv_job_results, SRV_ROUTE_COUNTED),
+    ROUTER_LATER("DELETE", "/v1/clients/{name}", srv_erasure, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
     ROUTER_LATER("POST", "/v1/classes", srv_classes_create, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
     ROUTER_LATER("GET", "/v1/classes/{code}", srv_class_reports_room, SRV_ROUTE_COUNTED),
     ROUTER_LATER("DELETE", "/v1/classes/{code}", srv_classes_erase, SRV_ROUTE_COUNTED),

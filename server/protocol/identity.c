@@ -161,3 +161,18 @@ const char *srv_identity_word(const char *key) {
         if (key[0] == identity_letter[kind] && key[1] == ':') return identity_word[kind];
     return identity_word[SRV_IDENTITY_ADDRESS];
 }
+
+int srv_identity_named(const char *name, char key[SRV_IDENTITY_KEY]) {
+    static const enum srv_identity_kind kinds[] = {SRV_IDENTITY_ADDRESS, SRV_IDENTITY_ACCOUNT,
+                                                   SRV_IDENTITY_ISSUED};
+    char network[SRV_PEER_BYTES];
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
+        size_t bytes = strlen(identity_word[kinds[i]]);
+        if (strncmp(name, identity_word[kinds[i]], bytes) || name[bytes] != ':') continue;
+        const char *text = name + bytes + 1;
+        srv_peer_network(text, network);
+        identity_key(key, kinds[i], kinds[i] == SRV_IDENTITY_ADDRESS ? network : text);
+        return *text != 0;
+    }
+    return 0;
+}

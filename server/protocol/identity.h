@@ -128,6 +128,13 @@ void srv_identity_make(struct srv_identity *identity, struct srv_key_ring *ring,
  */
 int srv_identity_owns(const struct srv_identity *identity, const char *owner);
 
+/**
+ * The key of a client that an operator names: key:NAME, account:NAME or address:ADDRESS.
+ *
+ * Returns 0 where the name has none of these forms.
+ */
+int srv_identity_named(const char *name, char key[SRV_IDENTITY_KEY]);
+
 /** The kind of an identity's key: "key", "token", "account" or "address". */
 const char *srv_identity_word(const char *key);
 

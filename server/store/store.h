@@ -286,6 +286,19 @@ struct srv_store_sweep {
 enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked,
                                 struct srv_store_sweep *sweep);
 
+/**
+ * Erases a piece of what is kept of a client's jobs, at most 32 of them: open ones are dismissed,
+ * and all go with their results, of which large ones are removed by the sweeps that follow.
+ *
+ * count  out: jobs that were erased; 0 when none is left.
+ */
+enum srv_stored srv_store_erase_jobs(struct srv_store *store, const char *client, int *count);
+
+/** Has a client keep at most 64 of its scenes no more; those that nobody else keeps go.
+ *
+ * count  out: scenes that were let go; 0 when none is left. */
+enum srv_stored srv_store_erase_scenes(struct srv_store *store, const char *client, int *count);
+
 /* What is in a store, for metrics and for whoever decides how many workers there should be. */
 struct srv_store_figures {
     long jobs[SRV_JOB_STATES];

@@ -142,6 +142,47 @@ enum srv_stored srv_store_scene_drop(struct srv_store *store, const char *id, co
     return srv_store_end(store, stored == SRV_STORED, stored);
 }
 
+/* Scenes that a client keeps. */
+struct row_kept {
+    int count;
+    char id[SQL_KEPT_MOST][SRV_ID_BYTES];
+};
+
+static enum srv_stored row_kept(void *context, const struct srv_value field[]) {
+    struct row_kept *rows = context;
+    const char *flaw = NULL;
+    if (rows->count == SQL_KEPT_MOST) return SRV_STORED;
+    srv_row_word(&field[0], 1, rows->id[rows->count], SRV_ID_BYTES, "scene", &flaw);
+    rows->count += !flaw;
+    return SRV_STORED;
+}
+
+static enum srv_stored erase_scenes(struct srv_store *store, const char *client, int *count) {
+    struct row_kept rows = {0};
+    SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPERS_OF, row_kept, &rows, srv_value_text(client)));
+    for (int i = 0; i < rows.count; i++) {
+        enum srv_stored stored = scene_drop(store, rows.id[i], client);
+        if (stored == SRV_STORED_CLASH) continue; /* it was let go meanwhile */
+        if (stored != SRV_STORED_NONE) {
+            SRV_STORED_TRY(stored);
+            continue;
+        }
+        /* a row of a scene that somebody has taken out of the tables by hand */
+        SRV_STORED_TRY(
+            SRV_POST(store, SQL_KEEPER_REMOVE, srv_value_text(rows.id[i]), srv_value_text(client)));
+        SRV_STORED_TRY(srv_store_recount_client(store, client));
+    }
+    *count = rows.count;
+    return SRV_STORED;
+}
+
+enum srv_stored srv_store_erase_scenes(struct srv_store *store, const char *client, int *count) {
+    *count = 0;
+    SRV_STORED_TRY(srv_store_begin(store));
+    enum srv_stored stored = erase_scenes(store, client, count);
+    return srv_store_end(store, stored == SRV_STORED, stored);
+}
+
 enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **body,
                                 size_t *bytes) {
     return srv_store_bytes(store, SQL_SCENE, id, srv_seal_scene_whole, body, bytes);

@@ -244,6 +244,7 @@
     X(KEEPERS_FROM, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers WHERE source = $1")              \
     X(KEEPER, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers WHERE scene = $1 AND client = $2")     \
     X(KEEPERS, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers WHERE scene = $1")                    \
+    X(KEEPERS_OF, "SELECT scene FROM keepers WHERE client = $1 LIMIT 64")                          \
     X(KEEPER_PUT, "INSERT INTO keepers (scene, client, source, bytes) VALUES ($1, $2, $3, $4)")    \
     X(KEEPER_REMOVE, "DELETE FROM keepers WHERE scene = $1 AND client = $2")                       \
     X(SCENE_PUT, "INSERT INTO scenes (id, client, body, created, seal, sealed) VALUES ($1, '', "   \
@@ -292,10 +293,11 @@ enum srv_statement {
         SQL_COUNT
 };
 
-/* The LIMITs of PARTS_LATE and PARTS_OF, PARTS_REMOVE_SOME and RESULTS_REMOVE_SOME: as many rows
- * mean that there may be more. And the most rows that JOBS_EXPIRED is asked for: with 512 a submit
- * to PostgreSQL waits longer while a sweep runs, and the sweep gains little. */
+/* The LIMITs of KEEPERS_OF, PARTS_LATE and PARTS_OF, PARTS_REMOVE_SOME and RESULTS_REMOVE_SOME: as
+ * many rows mean that there may be more. And the most rows that JOBS_EXPIRED is asked for: with 512
+ * a submit to PostgreSQL waits longer while a sweep runs, and the sweep gains little. */
 enum {
+    SQL_KEPT_MOST = 64,
     SQL_PARTS_MOST = 64,
     SQL_PARTS_REMOVED = 512,
     SQL_CHUNKS_MOST = 64,

@@ -1,8 +1,7 @@
-/* Sweeping: what ran out, was dismissed or is past its time; and what is in the store, in
- * figures.
- * Leaves to others: when to sweep (storage).
- * Invariant: a sweep takes a piece at a time, so that no other call waits long; any process may,
- * at any time; a job is removed as it is, and not before the time that its client was told. */
+/* Sweeping: what ran out, was dismissed or is past its time; erasing a client's jobs; and what is
+ * in the store, in figures. Leaves to others: when to sweep (storage). Invariant: a sweep takes a
+ * piece at a time, so that no other call waits long; any process may, at any time; a job is removed
+ * as it is, and not before the time that its client was told. */
 #include <assert.h>
 #include <string.h>
 
@@ -20,6 +19,9 @@ enum { SWEEP_SMALL = 1 << 20, SWEEP_JUMP_S = 300, SWEEP_HOLD_S = 600 };
 
 /* the bytes of results after which a piece ends */
 enum { SWEEP_PIECE = 16 << 20 };
+
+/* jobs of a client that are erased in one transaction */
+enum { ERASE_JOBS = 32 };
 
 /* A job that is dismissed or removed and whose parts and results are still there. */
 struct row_removal {
@@ -161,6 +163,32 @@ enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked,
     if (stored == SRV_STORED) stored = sweep_removal(store, sweep);
     if (stored == SRV_STORED) stored = sweep_expired(store, now, sweep);
     sweep->more |= late == SQL_PARTS_MOST;
+    return srv_store_end(store, stored == SRV_STORED, stored);
+}
+
+/* erases one job of a client, which may have gone meanwhile */
+static enum srv_stored erase_job(struct srv_store *store, const char *id) {
+    struct srv_job job;
+    enum srv_stored stored = srv_store_lock(store, id, &job);
+    if (stored == SRV_STORED_NONE) return SRV_STORED;
+    SRV_STORED_TRY(stored);
+    if (srv_job_open(&job)) SRV_STORED_TRY(srv_store_job_end(store, &job, SRV_JOB_DISMISSED, ""));
+    return expired_remove(store, &job);
+}
+
+enum srv_stored srv_store_erase_jobs(struct srv_store *store, const char *client, int *count) {
+    static const struct srv_row_jobs none;
+    struct srv_job job[ERASE_JOBS];
+    struct srv_row_jobs rows = none;
+    rows.cap = ERASE_JOBS;
+    rows.job = job;
+    *count = 0;
+    SRV_STORED_TRY(srv_store_begin(store));
+    enum srv_stored stored = SRV_RUN(store, SQL_JOBS, srv_row_job, &rows, srv_value_text(client),
+                                     srv_value_whole(ERASE_JOBS));
+    for (int i = 0; i < rows.count && stored == SRV_STORED; i++)
+        stored = erase_job(store, job[i].id);
+    if (stored == SRV_STORED) *count = rows.count;
     return srv_store_end(store, stored == SRV_STORED, stored);
 }
 

@@ -442,3 +442,103 @@ TEST(where_the_store_is_may_stand_in_a_file_of_its_own) {
     unlink(path);
     place_end(&place);
 }
+
+static int erases(const struct test_server *server, const char *name, const char *field) {
+    struct test_reply reply;
+    char path[128];
+    snprintf(path, sizeof path, "/v1/clients/%s", name);
+    int status = test_request(server, &reply, "DELETE", path, field, NULL);
+    if (status >= 400) ask_problem(&reply, status, NULL);
+    test_reply_clear(&reply);
+    return status;
+}
+
+#define TOKEN_A "Authorization: Bearer abcdefghijklmnopqrstuv\r\n"
+#define TOKEN_B "Authorization: Bearer zyxwvutsrqponmlkjihgfe\r\n"
+
+/* jobs of two clients, one of which is being computed, and a scene of each and one of both */
+static void erasure(struct place *place) {
+    struct test_reply reply;
+    char done[ID + 1], running[ID + 1], others[ID + 1], path[64];
+    static const char lyapunov[] = "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1}",
+                      endless[] = "{\"pendulum\":" ASK_DOUBLE
+                                  ",\"times\":{\"start\":0,\"stop\":20000000,\"count\":5}}",
+                      scene[] = "{\"title\":\"both\",\"request\":{\"pendulum\":" ASK_DOUBLE
+                                ",\"times\":[0,1]}}";
+    const char *const options[] = {
+        "--store",       place->url,          "--keep-seconds", "3600", "--max-job-steps",
+        "1000000000000", "--max-job-seconds", "10000000",       NULL};
+    struct test_server *server = test_server_start(options);
+    if (!server) return;
+    CHECK_INT(submit(server, "/v1/lyapunov", ASYNC TOKEN_A, lyapunov, done), 202);
+    CHECK_INT(submit(server, "/v1/lyapunov", ASYNC TOKEN_B, lyapunov, others), 202);
+    char word[WORDS];
+    job_wait(server, done, word);
+    job_wait(server, others, word);
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC TOKEN_A, endless, running), 202);
+    char first[128] = "";
+    CHECK_INT(test_request(server, &reply, "POST", "/v1/scenes", TOKEN_A, scene), 201);
+    snprintf(first, sizeof first, "%s", test_reply_header(&reply, "Location"));
+    test_reply_clear(&reply);
+    CHECK_INT(test_request(server, &reply, "POST", "/v1/scenes", TOKEN_B, scene), 201);
+    test_reply_clear(&reply);
+    /* who may not, and whom nobody can mean */
+    CHECK_INT(erases(server, "me", ""), 401);
+    CHECK_INT(erases(server, "key:anna", TOKEN_A), 403);
+    CHECK_INT(erases(server, "me", TOKEN_A), 204);
+    CHECK_INT(job_get(server, &reply, done, "", TOKEN_A), 404);
+    test_reply_clear(&reply);
+    CHECK_INT(job_get(server, &reply, running, "", TOKEN_A), 404);
+    test_reply_clear(&reply);
+    /* what was being computed is not any more, and the sums are those of the other alone */
+    CHECK(ask_await(server, "pendulumd_workers_busy", 0, 0));
+    CHECK(ask_await(server, "pendulumd_jobs{state=\"successful\"}", 1, 1));
+    CHECK(ask_await(server, "pendulumd_jobs{state=\"running\"}", 0, 0));
+    CHECK(ask_await(server, "pendulumd_jobs{state=\"dismissed\"}", 0, 0));
+    CHECK_INT(job_get(server, &reply, others, "/results", ""), 200);
+    test_reply_clear(&reply);
+    CHECK_INT(test_request(server, &reply, "GET", first, "", NULL), 200);
+    test_reply_clear(&reply);
+    CHECK_INT(erases(server, "me", TOKEN_A), 204);
+    CHECK_INT(erases(server, "me", TOKEN_B), 204);
+    CHECK_INT(test_request(server, &reply, "GET", first, "", NULL), 404);
+    test_reply_clear(&reply);
+    snprintf(path, sizeof path, "/v1/jobs");
+    CHECK_INT(test_request(server, &reply, "GET", path, TOKEN_B, NULL), 200);
+    CHECK_SAYING(strstr(reply.body, "\"jobs\":[]") != NULL, "%s", reply.body);
+    test_reply_clear(&reply);
+    CHECK(ask_await(server, "pendulumd_store_bytes", 0, 0));
+    test_server_stop(&server);
+}
+
+TEST(what_is_kept_of_a_client_is_erased_and_nothing_else) { place_on_both(erasure); }
+
+TEST(an_operator_erases_what_is_kept_of_others) {
+    struct keyed keyed;
+    struct test_reply reply;
+    char operator[FIELD], teacher[FIELD], headers[2 * FIELD], text[1024], id[ID + 1], by[ID + 1];
+    REQUIRE(keyed_begin(&keyed));
+    REQUIRE(make(&keyed, "ops", "operator", NULL, operator));
+    REQUIRE(make(&keyed, "anna", "teacher", NULL, teacher));
+    REQUIRE(says(&keyed, "keys: 3 keys are in force"));
+    static const char body[] = "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1}";
+    snprintf(headers, sizeof headers, ASYNC "%s", teacher);
+    CHECK_INT(submit(keyed.server, "/v1/lyapunov", headers, body, id), 202);
+    CHECK_INT(submit(keyed.server, "/v1/lyapunov", ASYNC "X-Account: bob\r\nX-Roles: teacher\r\n",
+                     body, by),
+              202);
+    CHECK_INT(erases(keyed.server, "account:bob", teacher), 403);
+    CHECK_INT(erases(keyed.server, "account:bob", ""), 401);
+    CHECK_INT(erases(keyed.server, "bob", operator), 404);
+    CHECK_INT(erases(keyed.server, "key:", operator), 404);
+    CHECK_INT(erases(keyed.server, "key:anna", operator), 204);
+    CHECK_INT(job_get(keyed.server, &reply, id, "", ""), 404);
+    test_reply_clear(&reply);
+    CHECK_INT(job_get(keyed.server, &reply, by, "", ""), 200);
+    test_reply_clear(&reply);
+    CHECK_INT(erases(keyed.server, "account:bob", operator), 204);
+    CHECK_INT(job_get(keyed.server, &reply, by, "", ""), 404);
+    test_reply_clear(&reply);
+    CHECK_INT(COMMAND(&keyed, "list", text, NULL), 0);
+    keyed_end(&keyed);
+}

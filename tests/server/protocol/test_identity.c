@@ -101,6 +101,19 @@ TEST(things_are_ended_by_who_made_them) {
     CHECK(!srv_identity_owns(&maker, "192.0.2.1") && !srv_identity_owns(&maker, ""));
 }
 
+TEST(clients_that_an_operator_names_have_the_keys_that_they_had) {
+    struct srv_identity identity;
+    char key[SRV_IDENTITY_KEY];
+    key_of(&identity, "192.0.2.1", "anna", NULL);
+    CHECK(srv_identity_named("account:anna", key) && !strcmp(key, identity.key));
+    key_of(&identity, "2001:db8:1:2::7", NULL, NULL);
+    CHECK(srv_identity_named("address:2001:db8:1:2::9", key) && !strcmp(key, identity.key));
+    CHECK(srv_identity_named("key:anna", key) && key[0] == 'k');
+    CHECK(!srv_identity_named("anna", key) && !srv_identity_named("account:", key) &&
+          !srv_identity_named("", key) && !srv_identity_named("accounts:anna", key) &&
+          !srv_identity_named("token:0123", key));
+}
+
 TEST(without_keys_nobody_has_a_role_and_what_looks_like_a_key_is_a_token) {
     struct srv_identity identity;
     struct srv_identity_words words = {.address = "192.0.2.1",

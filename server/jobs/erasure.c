@@ -1,0 +1,83 @@
+#include "server/jobs/erasure.h"
+
+#include <assert.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "server/work/admission.h"
+#include "server/jobs/events.h"
+#include "server/jobs/part_runner.h"
+#include "server/jobs/store_request.h"
+
+static const struct srv_store_request_words erasure_words = {
+    "clients", "what was not erased is erased when it is asked for again"};
+
+/* a piece of what is kept of the client `before`; count is 0 once nothing is left */
+static enum srv_stored erasure_piece(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
+    enum srv_stored stored = srv_store_erase_jobs(store, asked->before, &asked->count);
+    if (stored != SRV_STORED || asked->count) return stored;
+    return srv_store_erase_scenes(store, asked->before, &asked->count);
+}
+
+static void erasure_done(struct srv_store_request *asked, enum srv_stored stored) {
+    if (stored == SRV_STORED && asked->count) {
+        srv_store_request_ask(asked, SRV_ASK_WRITE, erasure_piece, erasure_done);
+        return;
+    }
+    if (stored == SRV_STORED) {
+        srv_exchange_static(asked->exchange, 204, NULL, NULL, 0);
+        srv_part_runner_news(asked->service->runner);
+        srv_events_news(asked->service->events);
+    } else {
+        srv_store_request_refuse(asked, stored);
+    }
+    srv_store_request_end(asked);
+}
+
+/* whom the path means; returns 0 where the exchange is answered */
+static int erasure_whom(struct srv_exchange *exchange, char key[SRV_IDENTITY_KEY]) {
+    const struct srv_identity *identity = &exchange->identity;
+    int self = !strcmp(exchange->argument, "me");
+    if (self && identity->kind == SRV_IDENTITY_ADDRESS) {
+        srv_admission_challenge(
+            exchange, "what is kept of an address may be many people's, and is an operator's to "
+                      "erase");
+        return 0;
+    }
+    if (self) {
+        memcpy(key, identity->key, SRV_IDENTITY_KEY);
+        return 1;
+    }
+    if (identity->role == SRV_ROLE_NONE) {
+        srv_exchange_problem(exchange, 403,
+                             "what is kept of others is an operator's to erase, and this server "
+                             "has no keys that could tell one: the option --keys");
+        return 0;
+    }
+    if (identity->role != SRV_ROLE_OPERATOR) {
+        srv_admission_forbid(exchange, SRV_ROLE_OPERATOR,
+                             "what is kept of others is not yours to erase");
+        return 0;
+    }
+    if (srv_identity_named(exchange->argument, key)) return 1;
+    srv_exchange_problem(exchange, 404,
+                         "a client is me, key:NAME, account:NAME or address:ADDRESS, got %.100s",
+                         exchange->argument);
+    return 0;
+}
+
+void srv_erasure(struct srv_exchange *exchange) {
+    struct srv_store_request *asked = srv_store_request_begin(exchange, &erasure_words);
+    if (!asked) return;
+    char *key = srv_exchange_text(exchange, SRV_IDENTITY_KEY);
+    assert(exchange->argument);
+    if (!key)
+        srv_exchange_problem(exchange, 431, "the request's head is too long");
+    else if (erasure_whom(exchange, key)) {
+        asked->before = key;
+        srv_store_request_ask(asked, SRV_ASK_WRITE, erasure_piece, erasure_done);
+        return;
+    }
+    srv_store_request_end(asked);
+}
