@@ -39,7 +39,7 @@ def test_js(server, home):
     built = run(["npm", "run", "--silent", "build"], cwd=package, env=os.environ | {"OPENAPI": str(TOP / "api/call/openapi.yaml")})
     check("js: it builds, with types from the OpenAPI document", built.returncode == 0, built.stdout + built.stderr)
     shutil.copy(TOP / "tests/clients/types.ts", home)
-    strict = ["--strict", "--noEmit", "--noUncheckedIndexedAccess", "--target", "ES2022", "--module", "NodeNext", "--lib", "ES2022,DOM"]
+    strict = ["--strict", "--skipLibCheck", "--noEmit", "--noUncheckedIndexedAccess", "--target", "ES2022", "--module", "NodeNext", "--lib", "ES2022,DOM"]
     typed = run([package / "node_modules/.bin/tsc", *strict, "types.ts"], cwd=home)
     wrong = (home / "types.ts").read_text().count("// @ts-expect-error")
     check("js: right programs compile without a cast, and wrong ones do not", typed.returncode == 0 and wrong >= 10

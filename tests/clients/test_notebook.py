@@ -10,7 +10,6 @@ import contextlib
 import io
 import json
 import os
-import sys
 import time
 
 from clients import TOP
@@ -68,4 +67,4 @@ def test_notebook(server, home):
                     check(f"{path.name}: cell {number} shows a picture", base64.b64decode(output["data"]["image/png"])[1:4] == b"PNG")
         if "WRITE_NOTEBOOKS" in os.environ:
             path.write_text(json.dumps(book, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-        print(f"{path.name}: {time.monotonic() - begin:.1f} s", file=sys.stderr)
+        print(f"{path.name}: {time.monotonic() - begin:.1f} s")

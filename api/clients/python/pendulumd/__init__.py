@@ -265,7 +265,7 @@ class Job:
         accept = accept or SUFFIXES[os.path.splitext(path)[1]]
         connection, response = self.wait(progress).client._open("HEAD", f"/v1/jobs/{self.id}/results", None, {"Accept": accept})
         connection.close()
-        etag = response.headers["ETag"]
+        etag = response.headers["ETag"] or ""
         part = f"{os.fspath(path)}.part-{re.sub('[^0-9a-zA-Z]', '', etag)[:32]}"
         with open(part, "ab+") as sink:
             self._fetch(accept, sink, etag)
@@ -282,7 +282,7 @@ class Job:
         end = time.monotonic() + self.client.patience
         while True:
             have = sink.seek(0, os.SEEK_END)
-            headers = {"Accept": accept} | ({"Range": f"bytes={have}-", "If-Range": etag} if have else {})
+            headers = {"Accept": accept} | ({"Range": f"bytes={have}-", "If-Range": etag} if have and etag else {})
             connection, response = self.client._open("GET", f"/v1/jobs/{self.id}/results", None, headers, (416,))
             try:
                 if response.status == 416 and response.headers["Content-Range"] == f"bytes */{have}":
@@ -290,7 +290,7 @@ class Job:
                 if response.status != 206:  # the whole: what is there is nothing, or of another answer
                     sink.truncate(0)
                     sink.seek(0)
-                etag = response.headers["ETag"]
+                etag = response.headers["ETag"] or ""
                 while response.status != 416 and (piece := response.read(1 << 18)):
                     sink.write(piece)
                     end = time.monotonic() + self.client.patience
