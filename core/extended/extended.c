@@ -27,7 +27,7 @@ struct pend_extended {
 };
 
 /* arrays with values for every lane, with one value a lane, and with one for all lanes */
-enum { EXTENDED_LANED = 10, EXTENDED_SINGLE = 5, EXTENDED_FLAT = 8, EXTENDED_BYTES_CAP = 1 << 30 };
+enum { EXTENDED_LANED = 10, EXTENDED_SINGLE = 6, EXTENDED_FLAT = 8, EXTENDED_BYTES_CAP = 1 << 30 };
 
 static const struct extended_kernel *extended_kernel(enum pend_isa isa) {
 #ifdef __x86_64__
@@ -74,8 +74,8 @@ static size_t extended_place(struct pend_extended *e, char *base) {
     double **laned[EXTENDED_LANED] = {
         &l->from.phi,   &l->from.phi_low, &l->from.rate,   &l->from.rate_low, &l->to.phi,
         &l->to.phi_low, &l->to.rate,      &l->to.rate_low, &l->len,           &l->mass};
-    double **single[EXTENDED_SINGLE] = {&l->from.time, &l->to.time, &l->gravity, &l->unit,
-                                        &l->stop};
+    double **single[EXTENDED_SINGLE] = {&l->from.time, &l->to.time, &l->gravity,
+                                        &l->unit,      &l->stop,    &l->start};
     double **flat[EXTENDED_FLAT] = {&e->member.phi,  &e->member.rate, &e->member.length,
                                     &e->member.mass, &e->end.phi,     &e->end.rate,
                                     &e->end.phi_low, &e->end.rate_low};
@@ -85,13 +85,16 @@ static size_t extended_place(struct pend_extended *e, char *base) {
     for (int i = 0; i < EXTENDED_FLAT; i++) *flat[i] = extended_take(base, &used, n);
     l->attention = (unsigned char *)extended_take(base, &used, 1);
     l->share = extended_take(base, &used, (size_t)l->order + 2);
-    l->series = extended_take(base, &used, e->kernel->series_count(l->n, l->order));
+    l->series = extended_take(base, &used, e->kernel->series_count(l->terms, l->n, l->order));
+    if (!l->terms) return used;
+    l->value = extended_take(base, &used, (size_t)l->terms->count * width);
+    e->member.value = extended_take(base, &used, (size_t)l->terms->count);
     return used;
 }
 
 enum pend_status pend_extended_new(struct pend_extended **extended, const struct pend_tree *tree,
-                                   double rtol, double atol, int single, enum pend_isa isa,
-                                   struct pend_error *error) {
+                                   const struct pend_terms *terms, double rtol, double atol,
+                                   int single, enum pend_isa isa, struct pend_error *error) {
     *extended = NULL;
     if (!(rtol >= PEND_EXTENDED_RTOL_MIN && rtol <= 0.1))
         return pend_fail(error, PEND_INVALID, -1, 0, "rtol must be from %g to 0.1, got %g",
@@ -106,6 +109,7 @@ enum pend_status pend_extended_new(struct pend_extended **extended, const struct
     sketch.lanes =
         (struct extended_lanes){.n = tree->n,
                                 .single = single,
+                                .terms = terms,
                                 .order = order,
                                 .precise = extended_precise(target, order),
                                 .parent = tree->parent,
@@ -159,7 +163,7 @@ int pend_extended_order(const struct pend_extended *e) { return e->lanes.order; 
 /* copies a start into a lane: the end of the last step is the start of the next */
 static void extended_fill(struct pend_extended *e, int lane, const struct pend_loads *loads,
                           const struct pend_extended_state *state, const double len[],
-                          const double mass[], double stop) {
+                          const double mass[], double start, double stop) {
     struct extended_lanes *l = &e->lanes;
     double unit = pend_taylor_first_unit(l->n, loads, len, state->rate);
     for (int k = 0; k < l->n; k++) {
@@ -171,6 +175,9 @@ static void extended_fill(struct pend_extended *e, int lane, const struct pend_l
         l->len[at] = len[k];
         l->mass[at] = mass[k];
     }
+    for (int j = 0; l->terms && j < l->terms->count; j++)
+        l->value[j * e->kernel->width + lane] = loads->value[j];
+    l->start[lane] = start;
     l->to.time[lane] = 0;
     l->stop[lane] = stop;
     l->gravity[lane] = loads->gravity;
@@ -179,21 +186,22 @@ static void extended_fill(struct pend_extended *e, int lane, const struct pend_l
 
 static void extended_begin(struct pend_extended *e, int lane, const struct pend_loads *loads,
                            const struct pend_extended_state *state, const double len[],
-                           const double mass[], double stop) {
-    extended_fill(e, lane, loads, state, len, mass, stop);
+                           const double mass[], double start, double stop) {
+    extended_fill(e, lane, loads, state, len, mass, start, stop);
     e->seat[lane] =
         (struct extended_seat){.state = stop == 0 ? PEND_EXTENDED_STOPPED : PEND_EXTENDED_UNDER_WAY,
                                .unit = e->lanes.unit[lane]};
     // lanes without a trajectory compute this one as well: its numbers are finite
     for (int i = 0; i < e->kernel->width; i++)
-        if (e->seat[i].empty) extended_fill(e, i, loads, state, len, mass, stop);
+        if (e->seat[i].empty) extended_fill(e, i, loads, state, len, mass, start, stop);
 }
 
 void pend_extended_start(struct pend_extended *e, int lane, const struct pend_loads *loads,
-                         const struct pend_extended_state *state, double stop) {
+                         const struct pend_extended_state *state, double start, double stop) {
     assert(extended_valid(e) && lane >= 0 && lane < e->kernel->width);
+    assert(loads->terms == e->lanes.terms);
     assert(!e->lanes.single || lane == 0);
-    extended_begin(e, lane, loads, state, e->tree->len, e->tree->mass, stop);
+    extended_begin(e, lane, loads, state, e->tree->len, e->tree->mass, start, stop);
 }
 
 void pend_extended_stop(struct pend_extended *e, int lane, double stop) {
@@ -325,10 +333,16 @@ static void extended_seat_next(struct pend_extended *e, const struct pend_ensemb
     memcpy(e->member.length, e->tree->len, bytes);
     memcpy(e->member.mass, e->tree->mass, bytes);
     e->member.loads = problem->loads;
+    e->member.start = 0;
+    if (e->lanes.terms) {
+        memcpy(e->member.value, problem->loads.value,
+               (size_t)e->lanes.terms->count * sizeof(double));
+        e->member.loads.value = e->member.value;
+    }
     if (problem->fetch(problem->context, *next, &e->member)) *cancelled = 1;
     struct pend_extended_state start = {.phi = e->member.phi, .rate = e->member.rate};
     extended_begin(e, lane, &e->member.loads, &start, e->member.length, e->member.mass,
-                   problem->duration);
+                   e->member.start, problem->duration);
     e->seat[lane].member = (*next)++;
     e->seat[lane].taken = 1;
 }

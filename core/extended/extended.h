@@ -25,6 +25,7 @@ struct pend_extended;
  *
  * extended  out; NULL on failure; ends with pend_extended_free.
  * tree      must outlive the workspace; lengths and masses are taken as the doubles that they are.
+ * terms     of real pendulums, as those of the loads; must outlive the workspace; or NULL.
  * rtol      PEND_EXTENDED_RTOL_MIN .. 0.1, of the local error; the error of a motion that is not
  *           chaotic stays near it.
  * atol      0 .. 1.
@@ -37,7 +38,8 @@ struct pend_extended;
  * PEND_NO_MEMORY One allocation.
  */
 PEND_MUST_CHECK enum pend_status pend_extended_new(struct pend_extended **extended,
-                                                   const struct pend_tree *tree, double rtol,
+                                                   const struct pend_tree *tree,
+                                                   const struct pend_terms *terms, double rtol,
                                                    double atol, int single, enum pend_isa isa,
                                                    struct pend_error *error);
 
@@ -50,12 +52,14 @@ int pend_extended_width(const struct pend_extended *extended);
 /**
  * Puts a trajectory into a lane, at time 0. Lanes that were never started repeat lane 0.
  *
- * loads    what acts on the tree; gravity of any finite value.
+ * loads    what acts on the tree; gravity of any finite value; the workspace's terms, whose numbers
+ *          are copied.
  * state    copied; phi_low and rate_low may be NULL: zero.
+ * start    s, what time 0 is in the time of drives.
  * stop     s, where the lane is to stop, either sign; a step ends there exactly.
  */
 void pend_extended_start(struct pend_extended *extended, int lane, const struct pend_loads *loads,
-                         const struct pend_extended_state *state, double stop);
+                         const struct pend_extended_state *state, double start, double stop);
 
 /** Changes the time at which a lane stops, s; the new time is on the same side of the lane's
  * time. */

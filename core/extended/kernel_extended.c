@@ -6,6 +6,8 @@
 #define NUMBER_DOUBLE_DOUBLE
 #include "core/extended/extended_orders_template.h"
 
+#include "core/bodies/bodies_template.h"
+
 #define STEP_SIZE(s, place) WIDE_(abs)((s)->rate[place].high)
 #include "core/taylor/step_template.h"
 
@@ -21,9 +23,18 @@ enum {
 /* numbers from one series to the next */
 static size_t extended_series(int n, int order) { return (size_t)n * (size_t)(order + 2); }
 
-static size_t extended_series_count(int n, int order) {
+/* what ideal pendulums take, in doubles a lane */
+static size_t extended_ideal(int n, int order) {
     size_t numbers = 4 * extended_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n;
-    return (2 * numbers + 7 * extended_series(n, order)) * WIDE;
+    return 2 * numbers + 7 * extended_series(n, order);
+}
+
+static size_t extended_series_count(const struct pend_terms *terms, int n, int order) {
+    size_t real = 0;
+    if (terms)
+        real = (size_t)terms->count +
+               bodies_numbers(terms, (size_t)n, extended_series(n, order), order);
+    return (extended_ideal(n, order) + 2 * real) * WIDE;
 }
 
 static struct jets_system extended_view(const struct extended_lanes *lanes) {
@@ -63,8 +74,30 @@ VEC_INLINE num lane_pair(const double *high, const double *low, int k) {
     return (num){lane_get(high, k), lane_get(low, k)};
 }
 
-/* sine and cosine of the angle of every arm to its parent, rates in units, and the tree system
- * of order 0 */
+/* the same of a real pendulum, with the numbers of its terms, behind what ideal ones take */
+static struct bodies_system extended_real(const struct extended_lanes *lanes,
+                                          const struct jets_system *s) {
+    size_t n = (size_t)lanes->n, count = (size_t)lanes->terms->count;
+    num *value = (num *)(void *)(lanes->series + extended_ideal(lanes->n, lanes->order) * WIDE);
+    struct bodies_system b = {.n = s->n,
+                              .stride = s->stride,
+                              .tile = s->tile,
+                              .parent = s->parent,
+                              .terms = lanes->terms,
+                              .share = s->share,
+                              .len = s->len,
+                              .mass = s->mass,
+                              .value = value,
+                              .rate = s->rate,
+                              .force = s->force,
+                              .turn_re = s->turn_re,
+                              .turn_im = s->turn_im};
+    for (size_t j = 0; j < count; j++) value[j] = num_from(WIDE_(get)(lanes->value + j * WIDE));
+    bodies_lay(&b, n, extended_series(lanes->n, lanes->order), lanes->order, value + count);
+    return b;
+}
+
+/* sine and cosine of the angle of every arm to its parent, and rates in units */
 static void extended_start(const struct extended_lanes *lanes, const struct jets_system *s,
                            wide unit) {
     const struct extended_state *from = &lanes->from;
@@ -80,7 +113,23 @@ static void extended_start(const struct extended_lanes *lanes, const struct jets
         s->turn_re[s->n + k] = num_of(0);
         s->turn_im[s->n + k] = s->rate[k];
     }
-    jets_factor(s);
+}
+
+/* all orders of a real pendulum */
+static void extended_bodies(const struct extended_lanes *lanes, const struct jets_system *s,
+                            wide unit, num gravity) {
+    const num quarter = num_of2(0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54);
+    struct bodies_system b = extended_real(lanes, s);
+    struct bodies_moment now = {num_from(unit), gravity, num_from(lane_get(lanes->start, 0)),
+                                num_from(lane_get(lanes->from.time, 0))};
+    for (int k = 0; k < s->n; k++) {
+        int p = s->parent[k];
+        num angle = lane_pair(lanes->from.phi, lanes->from.phi_low, k), from = num_neg(quarter);
+        if (p >= 0) from = lane_pair(lanes->from.phi, lanes->from.phi_low, p);
+        b.bend[k] = num_sub(angle, from);
+        b.sine[k] = s->sine[k], b.cosine[k] = s->cosine[k];
+    }
+    bodies_orders(&b, &now, lanes->order);
 }
 
 /* ---- the step */
@@ -136,17 +185,27 @@ static wide extended_advance(const struct extended_lanes *lanes, const struct je
     return bad;
 }
 
+static void extended_expand(const struct extended_lanes *lanes, const struct jets_system *s,
+                            const struct extended_sizes *sizes, wide unit) {
+    num gravity = num_from(lane_get(lanes->gravity, 0) * unit * unit);
+    extended_start(lanes, s, unit);
+    if (lanes->terms) {
+        extended_bodies(lanes, s, unit, gravity);
+        return;
+    }
+    jets_factor(s);
+    if (s->n <= DENSE_MAX)
+        extended_small(s, sizes, gravity, lanes->order, lanes->precise);
+    else
+        extended_orders(s, sizes, gravity, lanes->order, lanes->precise);
+}
+
 static int extended_step(struct extended_lanes *lanes) {
     struct jets_system s = extended_view(lanes);
     wide unit = lane_get(lanes->unit, 0), time = lane_get(lanes->from.time, 0),
          stop = lane_get(lanes->stop, 0);
     struct extended_sizes sizes = extended_sizes_view(lanes);
-    extended_start(lanes, &s, unit);
-    num gravity = num_from(lane_get(lanes->gravity, 0) * unit * unit);
-    if (s.n <= DENSE_MAX)
-        extended_small(&s, &sizes, gravity, lanes->order, lanes->precise);
-    else
-        extended_orders(&s, &sizes, gravity, lanes->order, lanes->precise);
+    extended_expand(lanes, &s, &sizes, unit);
     wide x = step_reach(&s, lanes->order, lanes->log_rtol, lanes->log_atol),
          left = (stop - time) / unit;
     wide_mask lands = (wide_mask)(x >= left);

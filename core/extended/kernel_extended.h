@@ -7,6 +7,8 @@
 
 #include <stddef.h>
 
+#include "core/tree/terms.h"
+
 /* Values of arm k in lane i are array[k * width + i]; one value a lane: array[i]. All arrays are
  * aligned to 64. */
 struct extended_state {
@@ -23,6 +25,9 @@ struct extended_lanes {
     struct extended_state from, to; /* start and end of the step */
     double *len, *mass;             /* an arm's own */
     double *gravity, *unit, *stop;  /* one value a lane; unit and stop - time have one sign */
+    double *start; /* s, one value a lane: what time 0 is in the time of drives; taken as exact */
+    const struct pend_terms *terms; /* of real pendulums; NULL = ideal ones */
+    double *value;                  /* their numbers: number j of lane i at value[j * width + i] */
     unsigned char *attention;       /* out, one a lane */
     double *share;                  /* 1 / (j + 1) of order j, up to order + 1 */
     double *series; /* rate, force, turn_re, turn_im, orders 0 .. order + 1, then scratch */
@@ -38,8 +43,8 @@ struct extended_values {
 
 struct extended_kernel {
     int width;
-    /** Doubles that `series` needs. */
-    size_t (*series_count)(int n, int order);
+    /** Doubles that `series` needs; terms: NULL for ideal pendulums. */
+    size_t (*series_count)(const struct pend_terms *terms, int n, int order);
     /**
      * Takes one step in every lane, never beyond stop.
      *

@@ -10,6 +10,8 @@
 #define NUMBER_QUAD_DOUBLE
 #include "core/taylor/jets_template.h"
 
+#include "core/bodies/bodies_template.h"
+
 enum {
 #define X(name) QUAD_##name,
     JETS_ARRAYS(X)
@@ -21,8 +23,16 @@ enum {
 
 static size_t quad_rows(int n, int order) { return (size_t)n * (size_t)(order + 4); }
 
-static size_t quad_count(int n, int order) {
-    return 4 * (4 * quad_rows(n, order) + (size_t)QUAD_ARRAYS * (size_t)n);
+/* numbers of an ideal pendulum */
+static size_t quad_ideal(int n, int order) {
+    return 4 * quad_rows(n, order) + (size_t)QUAD_ARRAYS * (size_t)n;
+}
+
+static size_t quad_count(const struct pend_terms *terms, int n, int order) {
+    size_t real = 0;
+    if (terms)
+        real = (size_t)terms->count + bodies_numbers(terms, (size_t)n, quad_rows(n, order), order);
+    return 4 * (quad_ideal(n, order) + real);
 }
 
 /* a row of eight arms and their series follow each other, as jets_row has it: one tile an arm
@@ -44,6 +54,27 @@ static struct jets_system quad_view(const struct quad_series *q) {
 #undef X
     };
     return s;
+}
+
+/* the same of a real pendulum, with the numbers of its terms, behind those of ideal ones */
+static struct bodies_system quad_real(const struct quad_series *q, const struct jets_system *s) {
+    const struct pend_terms *terms = q->loads.terms;
+    num *value = (num *)(void *)q->numbers + quad_ideal(s->n, q->order);
+    struct bodies_system b = {.n = s->n,
+                              .stride = s->stride,
+                              .tile = s->tile,
+                              .parent = s->parent,
+                              .terms = terms,
+                              .len = s->len,
+                              .mass = s->mass,
+                              .value = value,
+                              .rate = s->rate,
+                              .force = s->force,
+                              .turn_re = s->turn_re,
+                              .turn_im = s->turn_im};
+    for (int j = 0; j < terms->count; j++) value[j] = num_of(q->loads.value[j]);
+    bodies_lay(&b, (size_t)s->n, quad_rows(s->n, q->order), q->order, value + terms->count);
+    return b;
 }
 
 static num quad_get(const double *at, int k) {
@@ -129,6 +160,10 @@ static void quad_start(const struct quad_series *q, const struct jets_system *s)
         s->rate[k] = num_scale(quad_get(q->rate, k), q->unit);
         s->force[k - s->n] = num_of(0);
     }
+}
+
+/* the tree system of order 0 */
+static void quad_factor(const struct jets_system *s) {
     jets_factor(s);
     for (int k = 0; k < s->n; k++) {
         s->stiff[k] = num_mul(s->eff[k], s->kappa[k]);
@@ -162,21 +197,45 @@ static double quad_choose(const struct jets_system *s, int order, double log_rto
     return exp2(fmax(reach, -60));
 }
 
+/* all orders of an ideal pendulum */
+static void quad_orders(const struct quad_series *q, const struct jets_system *s, num gravity) {
+    quad_factor(s);
+    for (int k = 0; k < q->order; k++) {
+        if (k % 2)
+            jets_complete(s, k);
+        else if (k < q->precise)
+            jets_known(s, k);
+        else
+            quad_known(s, k);
+        jets_up(s);
+        jets_down(s, k ? num_of(0) : gravity);
+        quad_learn(s, k);
+    }
+}
+
+/* all orders of a real pendulum */
+static void quad_bodies(const struct quad_series *q, const struct jets_system *s, num gravity) {
+    const num quarter = {{0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54, -0x1.f1976b7ed8fbcp-110,
+                          0x1.4cf98e804177dp-164}};
+    struct bodies_system b = quad_real(q, s);
+    struct bodies_moment now = {num_of(q->unit), gravity, num_of(q->start), num_of(q->time)};
+    for (int k = 0; k < s->n; k++) {
+        int p = s->parent[k];
+        num from = p < 0 ? num_neg(quarter) : quad_get(q->phi, p);
+        b.bend[k] = num_sub(quad_get(q->phi, k), from);
+        b.sine[k] = s->sine[k], b.cosine[k] = s->cosine[k];
+    }
+    bodies_orders(&b, &now, q->order);
+}
+
 static double quad_expand(const struct quad_series *q, double log_rtol, double log_atol) {
     struct jets_system s = quad_view(q);
     num gravity = num_scale(num_of(q->loads.gravity), q->unit * q->unit);
     quad_start(q, &s);
-    for (int k = 0; k < q->order; k++) {
-        if (k % 2)
-            jets_complete(&s, k);
-        else if (k < q->precise)
-            jets_known(&s, k);
-        else
-            quad_known(&s, k);
-        jets_up(&s);
-        jets_down(&s, k ? num_of(0) : gravity);
-        quad_learn(&s, k);
-    }
+    if (q->loads.terms)
+        quad_bodies(q, &s, gravity);
+    else
+        quad_orders(q, &s, gravity);
     double sum = 0;
     for (int j = 0; j <= q->order; j++)
         for (int k = 0; k < s.n; k++)

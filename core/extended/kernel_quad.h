@@ -15,9 +15,10 @@ struct quad_series {
     int order;
     int precise; /* coefficients from this order on are so small that their first two doubles are
                     enough */
-    struct pend_loads loads;    /* what acts on the tree */
-    double unit;                /* s, a power of two */
-    double *phi, *rate;         /* where the step begins: 4 n doubles each */
+    struct pend_loads loads; /* what acts on the tree */
+    double start, time; /* s, whose sum is where the step begins in the time of drives; as exact */
+    double unit;        /* s, a power of two */
+    double *phi, *rate; /* where the step begins: 4 n doubles each */
     double *phi_end, *rate_end; /* where it ends */
     double *numbers;            /* the series and the tree system, aligned to 64 */
 };
@@ -28,8 +29,8 @@ struct quad_values {
 };
 
 struct quad_kernel {
-    /** Doubles that `numbers` needs. */
-    size_t (*count)(int n, int order);
+    /** Doubles that `numbers` needs; terms: NULL for ideal pendulums. */
+    size_t (*count)(const struct pend_terms *terms, int n, int order);
     /** Expands about the start; returns the longest step, in units, or NaN where a number is not
      * finite. */
     double (*expand)(const struct quad_series *series, double log_rtol, double log_atol);

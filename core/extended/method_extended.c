@@ -28,8 +28,9 @@ static enum pend_status extended_stepper_open(void **stepper, const struct pend_
     struct extended_stepper *x = calloc(1, sizeof *x);
     *stepper = NULL;
     if (!x) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a run");
-    enum pend_status status = pend_extended_new(&x->extended, problem->tree, problem->rtol,
-                                                problem->atol, 1, pend_isa_best(), error);
+    enum pend_status status =
+        pend_extended_new(&x->extended, problem->tree, problem->loads.terms, problem->rtol,
+                          problem->atol, 1, pend_isa_best(), error);
     if (status != PEND_OK) {
         free(x);
         return status;
@@ -41,7 +42,7 @@ static enum pend_status extended_stepper_open(void **stepper, const struct pend_
                                         .rate_low = (double *)problem->rate_low};
     const struct pend_times *times = &problem->times;
     double span = pend_times_at(times, times->count - 1) - pend_times_at(times, 0);
-    pend_extended_start(x->extended, 0, &problem->loads, &start, span);
+    pend_extended_start(x->extended, 0, &problem->loads, &start, pend_times_at(times, 0), span);
     x->n = problem->tree->n;
     *stepper = x;
     return PEND_OK;
@@ -91,7 +92,7 @@ const struct pend_method pend_method_taylor_extended = {
     .name = "taylor",
     .summary = "Power series of the motion in numbers of about 32 digits: what other answers are "
                "checked against.",
-    .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES | PEND_METHOD_THETA,
+    .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES | PEND_METHOD_THETA | PEND_METHOD_TERMS,
     .rtol_default = 1e-28,
     .rtol_min = PEND_EXTENDED_RTOL_MIN,
     .rtol_max = 1e-1,

@@ -55,7 +55,7 @@ static enum pend_status quad_stepper_open(void **stepper, const struct pend_prob
     double target = 0.01 * problem->rtol;
     int n = problem->tree->n, order = (int)ceil(6 - 0.45 * log(target));
     size_t head = (sizeof(struct quad_stepper) + 63) / 64 * 64, row = PARTS * (size_t)n;
-    size_t numbers = (kernel->count(n, order) + 7) / 8 * 8,
+    size_t numbers = (kernel->count(problem->loads.terms, n, order) + 7) / 8 * 8,
            bytes = head + (numbers + 4 * row + 7) / 8 * 64;
     *stepper = NULL;
     if (n > QUAD_ARMS_MOST)
@@ -78,6 +78,7 @@ static enum pend_status quad_stepper_open(void **stepper, const struct pend_prob
     q->series = (struct quad_series){.tree = problem->tree,
                                      .order = order,
                                      .loads = problem->loads,
+                                     .start = pend_times_at(&problem->times, 0),
                                      .numbers = at,
                                      .unit = q->next_unit,
                                      .precise = quad_precise(target, order)};
@@ -104,6 +105,7 @@ static enum pend_status quad_stepper_step(void *stepper, double limit, double *r
     s->phi = s->phi_end, s->rate = s->rate_end;
     s->phi_end = phi, s->rate_end = rate;
     q->time = q->reached;
+    s->time = q->time;
     s->unit = copysign(q->next_unit, limit - q->time);
     double x = q->kernel->expand(s, q->log_rtol, q->log_atol);
     q->counts.evaluations += s->order;
@@ -151,6 +153,7 @@ static void quad_stepper_carry(void *stepper, struct pend_checkpoint *checkpoint
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
         pend_checkpoint_row(checkpoint, rows[i], PARTS * (size_t)s->tree->n);
     // the series of the last step follows from its start
+    s->time = q->time;
     if (pend_checkpoint_puts(checkpoint) && q->counts.steps)
         q->kernel->expand(s, q->log_rtol, q->log_atol);
 }
@@ -159,7 +162,7 @@ const struct pend_method pend_method_taylor_quad = {
     .name = "taylor",
     .summary = "Power series of the motion in numbers of about 62 digits: for horizons beyond "
                "those of 32.",
-    .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES | PEND_METHOD_THETA,
+    .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES | PEND_METHOD_THETA | PEND_METHOD_TERMS,
     .rtol_default = 1e-56,
     .rtol_min = 1e-58,
     .rtol_max = 1e-16,

@@ -186,8 +186,8 @@ TEST(tolerances_of_members_and_of_32_digits_are_those_of_taylor) {
         CHECK_SAYING(member_gap(&end) <= 30 * rtol, "a member, %g: %g", rtol,
                      member_gap(&end) / rtol);
         pend_ensemble_free(&ensemble);
-        REQUIRE(pend_extended_new(&extended, motion.tree, rtol, rtol, 0, pend_isa_best(), NULL) ==
-                PEND_OK);
+        REQUIRE(pend_extended_new(&extended, motion.tree, NULL, rtol, rtol, 0, pend_isa_best(),
+                                  NULL) == PEND_OK);
         CHECK_INT(pend_extended_run(extended, &problem, 0, 1), PEND_OK);
         CHECK_SAYING(member_gap(&end) <= 30 * rtol, "32 digits, %g: %g", rtol,
                      member_gap(&end) / rtol);

@@ -51,7 +51,8 @@ static void extended(struct bench *bench, int single) {
     struct pend_extended *extended;
     struct pend_ensemble_problem problem = {
         .tree = tree, .loads = loads, .duration = 20, .fetch = pair_fetch, .deliver = pair_deliver};
-    if (pend_extended_new(&extended, tree, 1e-30, 0, single, pend_isa_best(), NULL) != PEND_OK)
+    if (pend_extended_new(&extended, tree, NULL, 1e-30, 0, single, pend_isa_best(), NULL) !=
+        PEND_OK)
         bench_broken("memory");
     long count = single ? 1 : pend_extended_width(extended);
     struct pend_extended_state start = {.phi = (double *)tumble, .rate = (double *)still}, end;
@@ -62,7 +63,7 @@ static void extended(struct bench *bench, int single) {
             if (pend_extended_run(extended, &problem, 0, count) != PEND_OK) bench_broken("members");
             continue;
         }
-        pend_extended_start(extended, 0, &loads, &start, 20);
+        pend_extended_start(extended, 0, &loads, &start, 0, 20);
         while (pend_extended_lane(extended, 0) == PEND_EXTENDED_UNDER_WAY)
             pend_extended_step(extended);
         pend_extended_end(extended, 0, &end);

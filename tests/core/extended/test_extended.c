@@ -40,9 +40,9 @@ static struct full follow(const struct pend_tree *tree, const struct full *start
     struct pend_extended *extended;
     struct full from = *start, to = {{0}, {0}, {0}, {0}};
     struct pend_extended_state from_view = full_view(&from), to_view = full_view(&to);
-    if (!CHECK(pend_extended_new(&extended, tree, rtol, 0, single, isa, NULL) == PEND_OK))
+    if (!CHECK(pend_extended_new(&extended, tree, NULL, rtol, 0, single, isa, NULL) == PEND_OK))
         return to;
-    pend_extended_start(extended, 0, TEST_LOADS(9.81), &from_view, t);
+    pend_extended_start(extended, 0, TEST_LOADS(9.81), &from_view, 0, t);
     while (pend_extended_lane(extended, 0) == PEND_EXTENDED_UNDER_WAY) pend_extended_step(extended);
     CHECK(pend_extended_lane(extended, 0) == PEND_EXTENDED_STOPPED &&
           pend_extended_time(extended, 0) == t);
@@ -90,9 +90,9 @@ TEST(extended_has_all_25_digits_of_the_reference) {
     for (int c; (c = getc(file)) == '#';)
         while (c != '\n' && c != EOF) c = getc(file);
     fseek(file, -1, SEEK_CUR);
-    REQUIRE(pend_extended_new(&extended, paper.tree, 1e-30, 0, 1, pend_isa_best(), NULL) ==
+    REQUIRE(pend_extended_new(&extended, paper.tree, NULL, 1e-30, 0, 1, pend_isa_best(), NULL) ==
             PEND_OK);
-    pend_extended_start(extended, 0, TEST_LOADS(9.81), &view, 5);
+    pend_extended_start(extended, 0, TEST_LOADS(9.81), &view, 0, 5);
     long allocations = test_alloc_count();
     while (reference_row(file, &t, &late, &row)) {
         while (pend_extended_time(extended, 0) < t || t == 0) {
@@ -210,9 +210,9 @@ TEST(extended_accelerations_and_forces_are_those_of_the_equations) {
         test_tree_random(&t, TEST_TREE_ATTACHED, n, n % 3 ? 0.3 : 3, &seed);
         struct full start = full_start(&t);
         struct pend_extended_state view = full_view(&start), at_view = full_view(&at);
-        REQUIRE(pend_extended_new(&extended, t.tree, 1e-28, 0, n % 2, pend_isa_best(), NULL) ==
-                PEND_OK);
-        pend_extended_start(extended, 0, TEST_LOADS(9.81), &view, 1);
+        REQUIRE(pend_extended_new(&extended, t.tree, NULL, 1e-28, 0, n % 2, pend_isa_best(),
+                                  NULL) == PEND_OK);
+        pend_extended_start(extended, 0, TEST_LOADS(9.81), &view, 0, 1);
         pend_extended_step(extended);
         x = 0.5 * pend_extended_time(extended, 0);
         pend_extended_at(extended, 0, 1, &x, &at_view, acc, force);
@@ -261,7 +261,7 @@ static void lanes_all(struct lanes_run *run, enum pend_isa isa, long first, long
                                             .fetch = lanes_fetch,
                                             .deliver = lanes_deliver,
                                             .context = run};
-    if (!CHECK(pend_extended_new(&extended, run->t->tree, 1e-25, 0, 0, isa, NULL) == PEND_OK))
+    if (!CHECK(pend_extended_new(&extended, run->t->tree, NULL, 1e-25, 0, 0, isa, NULL) == PEND_OK))
         return;
     CHECK(pend_extended_width(extended) >= 2);
     long allocations = test_alloc_count();
@@ -317,14 +317,14 @@ TEST(extended_refuses_tolerances_out_of_range_and_fails_cleanly_without_memory) 
     struct pend_extended *extended;
     struct pend_error error;
     test_paper_init(&paper, 2);
-    CHECK(pend_extended_new(&extended, paper.tree, 1e-31, 0, 1, pend_isa_best(), &error) ==
+    CHECK(pend_extended_new(&extended, paper.tree, NULL, 1e-31, 0, 1, pend_isa_best(), &error) ==
               PEND_INVALID &&
           !extended);
-    CHECK(pend_extended_new(&extended, paper.tree, 1e-20, -1, 1, pend_isa_best(), &error) ==
+    CHECK(pend_extended_new(&extended, paper.tree, NULL, 1e-20, -1, 1, pend_isa_best(), &error) ==
               PEND_INVALID &&
           !extended);
     test_alloc_fail(1, 0);
-    CHECK(pend_extended_new(&extended, paper.tree, 1e-20, 0, 1, pend_isa_best(), &error) ==
+    CHECK(pend_extended_new(&extended, paper.tree, NULL, 1e-20, 0, 1, pend_isa_best(), &error) ==
               PEND_NO_MEMORY &&
           !extended);
     test_alloc_faults_off();
@@ -342,7 +342,7 @@ TEST(extended_refuses_trees_whose_series_would_fill_the_memory) {
     REQUIRE(pend_tree_new(&tree, ARMS, one, one, parent, NULL) == PEND_OK);
     /* at every instruction set */
     for (int isa = PEND_ISA_BASE; isa <= (int)pend_isa_best(); isa++) {
-        CHECK(pend_extended_new(&extended, tree, 1e-20, 0, 1, (enum pend_isa)isa, &error) ==
+        CHECK(pend_extended_new(&extended, tree, NULL, 1e-20, 0, 1, (enum pend_isa)isa, &error) ==
                   PEND_INVALID &&
               !extended);
         CHECK_SAYING(

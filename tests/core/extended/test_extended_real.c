@@ -1,0 +1,353 @@
+/* Tests of real pendulums in 32 and in 62 digits: three motions whose digits another program has
+ * computed, and members side by side.
+ * Leaves to others: ideal pendulums (test_extended, test_method_quad), doubles (laws).
+ * Invariant: the table holds 40 digits or more. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/extended/extended.h"
+#include "core/extended/kernel_quad.h"
+#include "core/extended/trust.h"
+#include "core/integrate/run.h"
+#include "core/simd/quad_double.h"
+#include "tests/harness/bodies.h"
+#include "tests/harness/test.h"
+#include "tests/harness/trees.h"
+
+enum { ARMS = 2, SYSTEMS = 3, VALUES = 32 };
+
+/* a pendulum of arms one after the other, with its terms and its start; the time of its drives
+ * begins at 0.5 s */
+struct real {
+    struct pend_tree *tree;
+    struct pend_terms *terms;
+    double value[VALUES], phi[ARMS], rate[ARMS];
+    struct pend_loads loads;
+};
+
+static const double began = 0.5;
+
+static void real_new(struct real *r, int n, const unsigned char rows[], const unsigned char ones[],
+                     int harmonics, const int drives[]) {
+    static const double length[] = {0.75, 1.25};
+    const double mass[] = {n == 1 ? 1.25 : 0.5, 0.25};
+    const int parent[] = {-1, 0};
+    int place[2];
+    memset(r, 0, sizeof *r);
+    REQUIRE(pend_tree_new(&r->tree, n, length, mass, parent, NULL) == PEND_OK);
+    REQUIRE(pend_terms_new(&r->terms, n, rows, ones, harmonics, drives, place) == PEND_OK);
+    REQUIRE(r->terms->count <= VALUES);
+    pend_terms_clear(r->terms, r->tree, r->value);
+    r->loads = (struct pend_loads){9.75, r->terms, r->value};
+    r->phi[0] = -0.5, r->rate[0] = 1.5;
+    if (n == 2) r->phi[1] = 0.75, r->rate[1] = -0.5;
+}
+
+static void real_free(struct real *r) {
+    pend_terms_free(&r->terms);
+    pend_tree_free(&r->tree);
+}
+
+static void real_set(struct real *r, enum pend_term_row row, double first, double second) {
+    r->value[r->terms->row[row]] = first;
+    if (r->terms->n == 2) r->value[r->terms->row[row] + 1] = second;
+}
+
+static void real_drive(struct real *r, int i, double amplitude, double omega, double phase) {
+    double *h = r->value + r->terms->harmonic[i].at;
+    h[0] = amplitude, h[1] = omega, h[2] = phase;
+}
+
+/* a spring, two kinds of friction, a constant torque and one that swings */
+static void real_joint(struct real *r) {
+    unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
+    const int drives[] = {0};
+    rows[PEND_TERM_DAMPING] = rows[PEND_TERM_FRICTION] = rows[PEND_TERM_STIFFNESS] = 1;
+    rows[PEND_TERM_TORQUE] = 1;
+    real_new(r, 1, rows, ones, 1, drives);
+    real_set(r, PEND_TERM_DAMPING, 0.125, 0);
+    real_set(r, PEND_TERM_FRICTION, 0.25, 0);
+    real_set(r, PEND_TERM_FRICTION_SPEED, 0.5, 0);
+    real_set(r, PEND_TERM_STIFFNESS, 1.5, 0);
+    real_set(r, PEND_TERM_REST, 0.25, 0);
+    real_set(r, PEND_TERM_TORQUE, 0.375, 0);
+    real_drive(r, 0, 2, 3, 0.5);
+}
+
+/* the air, and a pivot that swings both ways and is carried off */
+static void real_air(struct real *r) {
+    unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {1, 1, 1};
+    const int drives[] = {PEND_DRIVE_PIVOT_Y, PEND_DRIVE_PIVOT_X};
+    rows[PEND_TERM_DRAG] = rows[PEND_TERM_DRAG_QUADRATIC] = 1;
+    real_new(r, 1, rows, ones, 2, drives);
+    real_set(r, PEND_TERM_DRAG, 0.125, 0);
+    real_set(r, PEND_TERM_DRAG_QUADRATIC, 0.25, 0);
+    real_set(r, PEND_TERM_DRAG_SPEED, 0.5, 0);
+    r->value[r->terms->one[PEND_TERM_DRAG_PER_MASS]] = 0.0625;
+    r->value[r->terms->one[PEND_TERM_PIVOT_ACCELERATION_X]] = 0.375;
+    r->value[r->terms->one[PEND_TERM_PIVOT_ACCELERATION_Y]] = -0.25;
+    for (int i = 0; i < 2; i++) {
+        if (r->terms->harmonic[i].drives == PEND_DRIVE_PIVOT_Y)
+            real_drive(r, i, 0.125, 7, 0.5);
+        else
+            real_drive(r, i, 0.25, 5, -1);
+    }
+}
+
+/* two rods and a body, the second hung beside the first's axis, with springs and dampers */
+static void real_rods(struct real *r) {
+    unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
+    rows[PEND_TERM_ROD] = rows[PEND_TERM_BODY] = rows[PEND_TERM_AT_X] = 1;
+    rows[PEND_TERM_STIFFNESS] = rows[PEND_TERM_DAMPING] = 1;
+    real_new(r, 2, rows, ones, 0, NULL);
+    real_set(r, PEND_TERM_ROD, 1.25, 0.75);
+    real_set(r, PEND_TERM_BODY, 0, 0.5);
+    real_set(r, PEND_TERM_CENTER_X, 0, 0.25);
+    real_set(r, PEND_TERM_CENTER_Y, 0, -0.125);
+    real_set(r, PEND_TERM_INERTIA, 0, 0.0625);
+    real_set(r, PEND_TERM_AT_X, 0, 0.5);
+    real_set(r, PEND_TERM_AT_Y, 0, 0.125);
+    real_set(r, PEND_TERM_STIFFNESS, 0.5, 1.5);
+    real_set(r, PEND_TERM_REST, 0.25, 0.5);
+    real_set(r, PEND_TERM_DAMPING, 0.125, 0.0625);
+    r->terms->hung[1] = 1;
+}
+
+static void (*const real_make[SYSTEMS])(struct real *) = {real_joint, real_air, real_rods};
+
+/* The states a second later, as sums of four doubles: from Newton's or Lagrange's equations,
+ * written out for each system, by extrapolation of the midpoint rule (22 columns, 48 steps) in 70
+ * digits with mpmath 1.3; with 40 steps the results differ by less than 1e-41. */
+static const struct {
+    quad phi[ARMS], rate[ARMS];
+} known[SYSTEMS] = {{.phi = {{{-0x1.5c51a0fac2f2bp+1, -0x1.45d0e271e860fp-53,
+                               -0x1.f2ab2b42c1f2ap-108, 0x1.2fd40be83a685p-164}}},
+                     .rate = {{{0x1.d61bf2d1bbcbbp-1, -0x1.d0f905c0a737cp-55,
+                                0x1.d8a736d2eed71p-109, -0x1.5d023e7c9ba62p-163}}}},
+                    {.phi = {{{-0x1.2cca809509a62p+1, 0x1.18c4aa1256bc8p-53, 0x1.f678a678ae05fp-109,
+                               -0x1.8ca59bfa5ba40p-163}}},
+                     .rate = {{{0x1.615a559d9d490p+0, 0x1.38264ac8f05e7p-54,
+                                -0x1.a7d8d4130facdp-108, 0x1.ad2fe5c119dc7p-162}}}},
+                    {.phi = {{{-0x1.447291a77b798p+1, 0x1.3133d76479a0fp-55, 0x1.6b987056cc775p-109,
+                               -0x1.d1fe40da8cb0fp-163}},
+                             {{-0x1.6ba42b1b13886p+1, 0x1.c3c8f6b529af7p-54, 0x1.aaf77d12dfd99p-110,
+                               -0x1.15d1fa47e09ecp-164}}},
+                     .rate = {{{-0x1.c16ca5d872913p+1, -0x1.2682656effe4bp-54,
+                                -0x1.8c418f9ca714ep-108, 0x1.5659c4cffb936p-167}},
+                              {{-0x1.3fa4d0d62a064p+1, 0x1.cfa98fdfa3e45p-53,
+                                0x1.a0e082e25b889p-108, -0x1.717aaf8f95b63p-168}}}}};
+
+static double gap_of(quad x, quad y) { return fabs(quad_sub(x, y).part[0]); }
+
+/* ---- 32 digits */
+
+TEST(extended_has_28_digits_of_three_real_pendulums_and_doubles_have_theirs) {
+    double worst = 0, plain = 0;
+    for (int i = 0; i < SYSTEMS; i++) {
+        struct real r;
+        struct pend_extended *extended;
+        double phi[ARMS], low[ARMS], rate[ARMS], rate_low[ARMS];
+        struct pend_extended_state end = {phi, low, rate, rate_low}, start = {0};
+        real_make[i](&r);
+        start.phi = r.phi, start.rate = r.rate;
+        for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
+            for (int single = 0; single < 2; single++) {
+                REQUIRE(pend_extended_new(&extended, r.tree, r.terms, 1e-30, 0, single,
+                                          (enum pend_isa)isa, NULL) == PEND_OK);
+                pend_extended_start(extended, 0, &r.loads, &start, began, 1);
+                while (pend_extended_lane(extended, 0) == PEND_EXTENDED_UNDER_WAY)
+                    pend_extended_step(extended);
+                pend_extended_end(extended, 0, &end);
+                pend_extended_free(&extended);
+                for (int k = 0; k < r.tree->n; k++) {
+                    quad x = {{phi[k], low[k], 0, 0}}, y = {{rate[k], rate_low[k], 0, 0}};
+                    worst = fmax(worst, gap_of(x, known[i].phi[k]));
+                    worst = fmax(worst, gap_of(y, known[i].rate[k]));
+                }
+            }
+        }
+        struct pend_problem problem = {
+            .tree = r.tree,
+            .loads = r.loads,
+            .phi = r.phi,
+            .rate = r.rate,
+            .times = {.count = 2, .start = began, .span = 1, .divisor = 1},
+            .rtol = 1e-15};
+        double t[2], angle[2 * ARMS], speed[2 * ARMS];
+        struct pend_samples samples = {.cap = 2, .t = t, .phi = angle, .rate = speed};
+        struct pend_run *run;
+        int done = 0, n = r.tree->n;
+        REQUIRE(pend_run_new(&run, pend_method_find("taylor"), &problem, NULL) == PEND_OK);
+        while (!done) REQUIRE(pend_run_next(run, &samples, 1e9, &done, NULL) == PEND_OK);
+        pend_run_free(&run);
+        for (int k = 0; k < n; k++) {
+            plain = fmax(plain, fabs(angle[n + k] - known[i].phi[k].part[0]));
+            plain = fmax(plain, fabs(speed[n + k] - known[i].rate[k].part[0]));
+        }
+        real_free(&r);
+    }
+    CHECK_RESIDUAL(worst, 1e-28, "32 digits after a second");
+    CHECK_RESIDUAL(plain, 1e-14, "doubles after a second");
+}
+
+/* ---- 62 digits */
+
+TEST(quad_has_40_digits_of_three_real_pendulums) {
+    enum { ORDER = 66, PARTS = 4 };
+    double worst = 0;
+    for (int i = 0; i < SYSTEMS; i++) {
+        struct real r;
+        double state[4][PARTS * ARMS] = {{0}}, time = 0;
+        real_make[i](&r);
+        const struct quad_kernel *kernel = &pend_kernel_quad_base;
+        size_t count = kernel->count(r.terms, r.tree->n, ORDER);
+        struct quad_series s = {.tree = r.tree,
+                                .order = ORDER,
+                                .precise = ORDER,
+                                .loads = r.loads,
+                                .start = began,
+                                .unit = 0x1p-4,
+                                .phi = state[0],
+                                .rate = state[1],
+                                .phi_end = state[2],
+                                .rate_end = state[3]};
+        s.numbers = aligned_alloc(64, (count * sizeof(double) + 63) / 64 * 64);
+        REQUIRE(s.numbers);
+        memset(s.numbers, 0, count * sizeof(double));
+        for (int k = 0; k < r.tree->n; k++)
+            state[2][PARTS * k] = r.phi[k], state[3][PARTS * k] = r.rate[k];
+        while (time < 1) {
+            double *phi = s.phi, *rate = s.rate;
+            s.phi = s.phi_end, s.rate = s.rate_end, s.phi_end = phi, s.rate_end = rate;
+            s.time = time;
+            double x = kernel->expand(&s, log2(1e-58), -1e5), next = fmin(1, time + x * s.unit);
+            REQUIRE(next > time);
+            kernel->advance(&s, time, next);
+            s.unit = exp2(floor(log2(x * s.unit)));
+            time = next;
+        }
+        for (int k = 0; k < r.tree->n; k++) {
+            quad x, y;
+            memcpy(&x, s.phi_end + PARTS * k, sizeof x);
+            memcpy(&y, s.rate_end + PARTS * k, sizeof y);
+            worst = fmax(worst, fmax(gap_of(x, known[i].phi[k]), gap_of(y, known[i].rate[k])));
+        }
+        free(s.numbers);
+        real_free(&r);
+    }
+    CHECK_RESIDUAL(worst, 1e-42, "62 digits after a second, against a table of 42 or more");
+}
+
+/* ---- the methods */
+
+TEST(trust_of_real_pendulums_reaches_the_end_where_digits_hold_and_not_where_chaos_takes_them) {
+    static const double tolerance[] = {1e-9, 1e-13};
+    unsigned long long seed = 31;
+    double until[2] = {0, 0};
+    struct test_tree t;
+    struct test_bodies b;
+    test_tree_random(&t, TEST_TREE_CHAIN, 2, 0.3, &seed);
+    test_bodies_random(&b, t.tree, TEST_TERMS_RODS | TEST_TERMS_PIVOT, &seed);
+    for (int i = 0; i < 2; i++) {
+        const struct pend_problem problem = {
+            .tree = t.tree,
+            .loads = b.loads,
+            .phi = t.phi,
+            .rate = t.rate,
+            .times = {.count = 201, .start = 3, .span = 20, .divisor = 200}};
+        struct pend_trust *trust;
+        int done = 0;
+        REQUIRE(pend_trust_new(&trust, pend_method_find("taylor"), &problem, tolerance[i], NULL) ==
+                PEND_OK);
+        while (!done) REQUIRE(pend_trust_next(trust, 1e6, &done, NULL) == PEND_OK);
+        until[i] = pend_trust_until(trust);
+        pend_trust_free(&trust);
+    }
+    CHECK_SAYING(until[0] > 10 && until[1] >= 3 && until[1] < until[0], "%g s, %g s", until[0],
+                 until[1]);
+    test_bodies_clear(&b);
+    test_tree_clear(&t);
+}
+
+/* both methods of more digits give the doubles that the other gives, backwards in time as well */
+TEST(quad_gives_what_extended_gives_of_real_pendulums) {
+    unsigned long long seed = 32;
+    double worst = 0;
+    for (int i = 0; i < 9; i++) {
+        enum { N = 3 };
+        struct test_tree t;
+        struct test_bodies b;
+        double phi[2][2 * N], rate[2][2 * N], time[2];
+        test_tree_random(&t, TEST_TREE_ATTACHED, N, 0.3, &seed);
+        test_bodies_random(&b, t.tree, i < 8 ? 1u << i : TEST_TERMS_ALL, &seed);
+        const struct pend_problem problem = {
+            .tree = t.tree,
+            .loads = b.loads,
+            .phi = t.phi,
+            .rate = t.rate,
+            .times = {.count = 2, .start = 2, .span = i % 2 ? 0.25 : -0.125, .divisor = 1}};
+        const struct pend_method *method[] = {pend_method_find("taylor")->extended,
+                                              &pend_method_taylor_quad};
+        for (int j = 0; j < 2; j++) {
+            struct pend_samples samples = {.cap = 2, .t = time, .phi = phi[j], .rate = rate[j]};
+            struct pend_run *run;
+            int done = 0;
+            REQUIRE(pend_run_new(&run, method[j], &problem, NULL) == PEND_OK);
+            while (!done) REQUIRE(pend_run_next(run, &samples, 1e9, &done, NULL) == PEND_OK);
+            pend_run_free(&run);
+        }
+        worst = fmax(worst, test_gap(2 * N, phi[0], phi[1]));
+        worst = fmax(worst, test_gap(2 * N, rate[0], rate[1]));
+        test_bodies_clear(&b);
+        test_tree_clear(&t);
+    }
+    CHECK_RESIDUAL(worst, 3e-16, "doubles of 62 digits against those of 32");
+}
+
+/* ---- lanes */
+
+enum { MEMBERS = 11 };
+
+struct crowd {
+    const struct real *real;
+    double phi[MEMBERS];
+};
+
+static int crowd_fetch(void *context, long i, struct pend_member *member) {
+    const struct crowd *crowd = context;
+    member->phi[0] = crowd->real->phi[0];
+    member->rate[0] = crowd->real->rate[0];
+    for (int j = 0; j < crowd->real->terms->count; j++) member->value[j] *= 1 + 0.05 * (double)i;
+    member->start = began;
+    return 0;
+}
+
+static int crowd_deliver(void *context, long i, const struct pend_outcome *outcome) {
+    struct crowd *crowd = context;
+    crowd->phi[i] = outcome->phi[0];
+    return outcome->status != PEND_OK;
+}
+
+TEST(extended_members_of_real_pendulums_have_the_same_bits_in_any_company) {
+    struct real r;
+    struct crowd whole = {.real = &r}, parts = {.real = &r};
+    struct pend_extended *extended;
+    real_joint(&r);
+    struct pend_ensemble_problem problem = {.tree = r.tree,
+                                            .loads = r.loads,
+                                            .duration = 1,
+                                            .fetch = crowd_fetch,
+                                            .deliver = crowd_deliver,
+                                            .context = &whole};
+    REQUIRE(pend_extended_new(&extended, r.tree, r.terms, 1e-30, 0, 0, pend_isa_best(), NULL) ==
+            PEND_OK);
+    CHECK(pend_extended_run(extended, &problem, 0, MEMBERS) == PEND_OK);
+    problem.context = &parts;
+    CHECK(pend_extended_run(extended, &problem, 5, MEMBERS - 5) == PEND_OK);
+    CHECK(pend_extended_run(extended, &problem, 0, 5) == PEND_OK);
+    pend_extended_free(&extended);
+    CHECK(!memcmp(whole.phi, parts.phi, sizeof whole.phi));
+    CHECK(whole.phi[0] == known[0].phi[0].part[0] && whole.phi[1] != whole.phi[0]);
+    real_free(&r);
+}
