@@ -1,18 +1,21 @@
 /* GET /v1/presets and /v1/presets/{name}: ready pendulums, as requests that can be sent as they
  * are.
- * Leaves to others: the pendulums themselves (core/tree/presets).
+ * Leaves to others: the pendulums themselves (core/tree/presets, presets_real).
  * Invariant: pendulum, initial and times of a preset are the body of a good request to
  * /v1/trajectories. */
 #include "api/op/op.h"
 
+#include <assert.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "api/json/json_in.h"
 #include "api/json/json_out.h"
+#include "api/op/presets_real.h"
 #include "core/tree/presets.h"
 
 struct presets {
-    int only; /* the preset asked for, or -1: all */
+    int only; /* the preset asked for, or -1: all; the real ones come behind the ideal ones */
     struct pend_preset preset;
 };
 
@@ -34,17 +37,36 @@ static enum pend_status presets_read(void **state, const struct api_reading *rea
     return presets_new(state, -1);
 }
 
+static int presets_count(void) {
+    int count = pend_preset_count();
+    for (int i = 0; api_preset_real(i); i++) count++;
+    return count;
+}
+
+/* the name of preset i; an ideal one is filled into `scratch` */
+static const char *preset_name(int i, struct pend_preset *scratch) {
+    int ideal = pend_preset_count();
+    assert(i >= 0 && i < presets_count());
+    if (i >= ideal) return api_preset_real(i - ideal)->name;
+    pend_preset_get(i, scratch);
+    return scratch->name;
+}
+
+static int preset_find(const char *name) {
+    int found = pend_preset_find(name);
+    for (int i = 0; found < 0 && api_preset_real(i); i++)
+        if (!strcmp(name, api_preset_real(i)->name)) found = pend_preset_count() + i;
+    return found;
+}
+
 /* states a problem of status 404 with the name that was probably meant */
 static enum pend_status refuse_name(const char *name, struct api_problem *problem) {
-    int count = pend_preset_count();
-    struct pend_preset *presets = malloc((size_t)count * sizeof *presets);
+    int count = presets_count();
+    struct pend_preset scratch;
     const char **names = calloc((size_t)count + 1, sizeof *names);
-    enum pend_status status = presets && names ? PEND_INVALID : PEND_NO_MEMORY;
+    enum pend_status status = names ? PEND_INVALID : PEND_NO_MEMORY;
     if (status == PEND_INVALID) {
-        for (int i = 0; i < count; i++) {
-            pend_preset_get(i, &presets[i]);
-            names[i] = presets[i].name;
-        }
+        for (int i = 0; i < count; i++) names[i] = preset_name(i, &scratch);
         const char *near = api_name_nearest(name, names);
         if (near)
             api_problem_set(problem, 404, "there is no preset \"%s\"; did you mean \"%s\"?", name,
@@ -54,24 +76,42 @@ static enum pend_status refuse_name(const char *name, struct api_problem *proble
                             name);
     }
     free(names);
-    free(presets);
     return status;
 }
 
 static enum pend_status preset_read(void **state, const struct api_reading *reading) {
     const char *name = reading->argument ? reading->argument : "";
-    int found = pend_preset_find(name);
+    int found = preset_find(name);
     *state = NULL;
     return found < 0 ? refuse_name(name, reading->problem) : presets_new(state, found);
 }
 
-static enum pend_status write_head(const struct pend_preset *preset, struct api_buffer *out) {
+static enum pend_status write_head(const char *name, const char *title, const char *description,
+                                   int n, struct api_buffer *out) {
     PEND_TRY(api_out_comma(out));
     PEND_TRY(api_buffer_text(out, "{"));
-    PEND_TRY(api_out_text(out, "name", preset->name));
-    PEND_TRY(api_out_text(out, "title", preset->title));
-    PEND_TRY(api_out_text(out, "description", preset->description));
-    return api_out_whole(out, "n", preset->n);
+    PEND_TRY(api_out_text(out, "name", name));
+    PEND_TRY(api_out_text(out, "title", title));
+    PEND_TRY(api_out_text(out, "description", description));
+    return api_out_whole(out, "n", n);
+}
+
+/* the last members of a preset */
+static enum pend_status write_times(double stop, double step, struct api_buffer *out) {
+    PEND_TRY(api_out_open(out, "times", '{'));
+    PEND_TRY(api_out_number(out, "start", 0, 0));
+    PEND_TRY(api_out_number(out, "stop", stop, 0));
+    PEND_TRY(api_out_number(out, "step", step, 0));
+    return api_buffer_text(out, "}}");
+}
+
+static enum pend_status write_real(const struct api_preset_real *preset, struct api_buffer *out) {
+    PEND_TRY(write_head(preset->name, preset->title, preset->description, preset->n, out));
+    PEND_TRY(api_out_key(out, "pendulum"));
+    PEND_TRY(api_buffer_text(out, preset->pendulum));
+    PEND_TRY(api_out_key(out, "initial"));
+    PEND_TRY(api_buffer_text(out, preset->initial));
+    return write_times(preset->stop, preset->step, out);
 }
 
 static enum pend_status write_pendulum(const struct pend_preset *preset, struct api_buffer *out) {
@@ -85,18 +125,21 @@ static enum pend_status write_pendulum(const struct pend_preset *preset, struct 
     return api_buffer_text(out, "}");
 }
 
-static enum pend_status write_preset(const struct pend_preset *preset, struct api_buffer *out) {
-    PEND_TRY(write_head(preset, out));
+static enum pend_status write_ideal(const struct pend_preset *preset, struct api_buffer *out) {
+    PEND_TRY(write_head(preset->name, preset->title, preset->description, preset->n, out));
     PEND_TRY(write_pendulum(preset, out));
     PEND_TRY(api_out_open(out, "initial", '{'));
     PEND_TRY(api_out_numbers(out, "phi", preset->n, preset->phi, 0));
     PEND_TRY(api_out_numbers(out, "phid", preset->n, preset->rate, 0));
     PEND_TRY(api_buffer_text(out, "}"));
-    PEND_TRY(api_out_open(out, "times", '{'));
-    PEND_TRY(api_out_number(out, "start", 0, 0));
-    PEND_TRY(api_out_number(out, "stop", preset->stop, 0));
-    PEND_TRY(api_out_number(out, "step", preset->step, 0));
-    return api_buffer_text(out, "}}");
+    return write_times(preset->stop, preset->step, out);
+}
+
+static enum pend_status write_preset(int i, struct pend_preset *scratch, struct api_buffer *out) {
+    int ideal = pend_preset_count();
+    if (i >= ideal) return write_real(api_preset_real(i - ideal), out);
+    pend_preset_get(i, scratch);
+    return write_ideal(scratch, out);
 }
 
 static enum pend_status presets_run(void *state, const struct api_turn *turn, int *done,
@@ -104,15 +147,10 @@ static enum pend_status presets_run(void *state, const struct api_turn *turn, in
     struct presets *presets = state;
     (void)error;
     *done = 1;
-    if (presets->only >= 0) {
-        pend_preset_get(presets->only, &presets->preset);
-        return write_preset(&presets->preset, turn->out);
-    }
+    if (presets->only >= 0) return write_preset(presets->only, &presets->preset, turn->out);
     PEND_TRY(api_buffer_text(turn->out, "{\"presets\":["));
-    for (int i = 0; i < pend_preset_count(); i++) {
-        pend_preset_get(i, &presets->preset);
-        PEND_TRY(write_preset(&presets->preset, turn->out));
-    }
+    for (int i = 0; i < presets_count(); i++)
+        PEND_TRY(write_preset(i, &presets->preset, turn->out));
     return api_buffer_text(turn->out, "]}");
 }
 

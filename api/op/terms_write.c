@@ -1,5 +1,7 @@
 #include "api/op/terms_write.h"
 
+#include <assert.h>
+
 #include "api/read/terms_fields.h"
 
 /* the first harmonic that drives this or a later one */
@@ -39,6 +41,7 @@ static enum pend_status write_harmonics(const struct pend_loads *loads, int driv
 }
 
 static double part_number(const struct pend_loads *loads, int row, int k) {
+    assert(loads->terms->row[row] >= 0 && k >= 0 && k < loads->terms->n);
     return loads->value[loads->terms->row[row] + k];
 }
 
@@ -79,6 +82,7 @@ static enum pend_status write_field(const struct pend_loads *loads,
 
 enum pend_status api_terms_write_arm(const struct pend_loads *loads, int k,
                                      struct api_buffer *out) {
+    assert(!loads->terms || (pend_terms_valid(loads->terms) && k < loads->terms->n));
     for (int f = 0; loads->terms && f < API_TERMS_FIELDS; f++)
         PEND_TRY(write_field(loads, api_terms_row((enum api_terms_field)f), k, out));
     return PEND_OK;
@@ -108,6 +112,7 @@ static enum pend_status write_pivot(const struct pend_loads *loads, struct api_b
 enum pend_status api_terms_write_whole(const struct pend_loads *loads, struct api_buffer *out) {
     const struct pend_terms *terms = loads->terms;
     if (!terms) return PEND_OK;
+    assert(loads->value && pend_terms_valid(terms));
     int drag = terms->one[PEND_TERM_DRAG_PER_MASS];
     if (drag >= 0) PEND_TRY(api_out_number(out, "drag_per_mass", loads->value[drag], 0));
     if (terms->one[PEND_TERM_PIVOT_ACCELERATION_X] < 0 &&

@@ -9,6 +9,7 @@
 
 static void terms_put(struct api_terms *terms, enum pend_term_row row, int i, double x) {
     double usual = api_terms_usual(row), *number = terms->row[row];
+    assert(i >= 0 && i < terms->n);
     if (!number && x == usual) return;
     if (!number) {
         number = terms->row[row] = malloc((size_t)terms->n * sizeof *number);
@@ -23,6 +24,7 @@ static void terms_put(struct api_terms *terms, enum pend_term_row row, int i, do
 
 /* the next harmonic; NULL without memory */
 static struct api_harmonic *terms_harmonic(struct api_terms *terms, int drives) {
+    assert(terms->harmonics <= terms->room && drives < terms->n);
     if (terms->harmonics == terms->room) {
         int room = terms->room ? 2 * terms->room : 8;
         struct api_harmonic *more =
@@ -194,6 +196,7 @@ void api_terms_clear(struct api_terms *terms) {
 }
 
 void api_terms_read_arm(struct api_terms *terms, const struct api_value *arm) {
+    assert(arm->index >= 0 && arm->index < terms->n);
     struct api_value member = api_value_first(arm);
     for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member))
         for (int f = 0; f < API_TERMS_FIELDS; f++)
@@ -272,6 +275,7 @@ void api_terms_read_whole(struct api_terms *terms, const struct api_value *pendu
 }
 
 int api_terms_bare(const struct api_terms *terms, int i) {
+    assert(i >= 0 && i < terms->n);
     return arm_has(terms, API_TERMS_ROD, i) || arm_has(terms, API_TERMS_BODY, i);
 }
 

@@ -31,6 +31,10 @@ const FRAME_MS = 30;
  * }} Gallery
  */
 
+/** Whether this page can show it: bars, springs and drives are not drawn. @param {Preset} preset */
+const isIdeal = ({ pendulum }) =>
+  Object.keys(pendulum).every((name) => ["length", "mass", "parent", "gravity"].includes(name));
+
 /** The document of a preset. @param {Preset} preset @returns {Patch} */
 function documentOf(preset) {
   const patch = fromRequest(preset);
@@ -91,7 +95,7 @@ function stageMoves({ app, bag }) {
 async function fill(gallery) {
   await stageMoves(gallery);
   const { presets } = await gallery.app.client.presets({ signal: gallery.stop.signal });
-  for (const preset of presets) addCard(gallery, preset);
+  for (const preset of presets.filter(isIdeal)) addCard(gallery, preset);
   mark(gallery);
   draw(gallery);
 }

@@ -1,7 +1,9 @@
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/op/presets_real.h"
 #include "core/tree/presets.h"
 #include "tests/api/post.h"
 #include "tests/harness/test.h"
@@ -11,14 +13,35 @@ static struct test_reply get(enum api_op_id op, const char *name) {
     return test_send(&request, NULL);
 }
 
+static int real_count(void) {
+    int count = 0;
+    while (api_preset_real(count)) count++;
+    return count;
+}
+
+/* preset i of the list: its name, title and arms */
+static struct pend_preset told(int i) {
+    struct pend_preset preset = {.name = NULL};
+    int ideal = pend_preset_count();
+    if (i < ideal) {
+        pend_preset_get(i, &preset);
+        return preset;
+    }
+    const struct api_preset_real *real = api_preset_real(i - ideal);
+    preset.name = real->name;
+    preset.title = real->title;
+    preset.n = real->n;
+    preset.phi[0] = NAN;
+    return preset;
+}
+
 TEST(the_list_has_every_preset_whole) {
     struct test_reply reply = get(API_OP_PRESETS, NULL);
     CHECK_INT(reply.status, 200);
-    CHECK_INT(test_reply_count(&reply, "/presets"), pend_preset_count());
-    for (int i = 0; i < pend_preset_count(); i++) {
-        struct pend_preset preset;
+    CHECK_INT(test_reply_count(&reply, "/presets"), pend_preset_count() + real_count());
+    for (int i = 0; i < pend_preset_count() + real_count(); i++) {
+        struct pend_preset preset = told(i);
         char pointer[60];
-        pend_preset_get(i, &preset);
         snprintf(pointer, sizeof pointer, "/presets/%d/name", i);
         CHECK_TEXT(test_reply_text(&reply, pointer), preset.name);
         snprintf(pointer, sizeof pointer, "/presets/%d/n", i);
@@ -33,9 +56,8 @@ TEST(the_list_has_every_preset_whole) {
 }
 
 TEST(every_preset_is_a_request_for_its_trajectory) {
-    for (int i = 0; i < pend_preset_count(); i++) {
-        struct pend_preset preset;
-        pend_preset_get(i, &preset);
+    for (int i = 0; i < pend_preset_count() + real_count(); i++) {
+        struct pend_preset preset = told(i);
         struct test_reply reply = get(API_OP_PRESET, preset.name);
         CHECK_INT(reply.status, 200);
         CHECK_TEXT(test_reply_text(&reply, "/title"), preset.title);
@@ -47,7 +69,8 @@ TEST(every_preset_is_a_request_for_its_trajectory) {
                 pendulum);
         struct test_reply run = test_post(API_OP_TRAJECTORIES, body);
         CHECK_SAYING(run.status == 200, "%s: %.300s", preset.name, run.out.data);
-        CHECK(test_reply_number(&run, "/phi/0/0") == preset.phi[0]);
+        CHECK(test_reply_number(&run, "/phi/0/0") ==
+              (isnan(preset.phi[0]) ? test_reply_number(&reply, "/initial/phi/0") : preset.phi[0]));
         test_reply_free(&run);
         sprintf(body, "{%s", pendulum);
         struct api_limits limits;
@@ -76,4 +99,107 @@ TEST(an_unknown_preset_is_not_found_and_a_near_name_is_offered) {
     reply = get(API_OP_PRESET, NULL);
     CHECK_INT(reply.status, 404);
     test_reply_free(&reply);
+}
+
+/* the motion of a real preset, with some of its text exchanged */
+static struct test_reply motion(const char *name, const char *old, const char *new,
+                                const char *output) {
+    struct test_reply preset = get(API_OP_PRESET, name);
+    char *pendulum = strstr(preset.out.data, "\"pendulum\":"), *body = malloc(4000), *place;
+    int bytes =
+        snprintf(body, 4000, "{%.*s,\"output\":[%s]}", (int)strlen(pendulum) - 1, pendulum, output);
+    if (old && CHECK_SAYING((place = strstr(body, old)) != NULL, "%s is not in %s", old, body)) {
+        char rest[4000];
+        snprintf(rest, sizeof rest, "%s", place + strlen(old));
+        snprintf(place, (size_t)(4000 - (place - body)), "%s%s", new, rest);
+    }
+    CHECK(bytes < 3900);
+    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    CHECK_SAYING(reply.status == 200, "%s: %.300s", name, reply.out.data);
+    free(body);
+    test_reply_free(&preset);
+    return reply;
+}
+
+/* the largest |x - middle| of an arm between two samples */
+static double reach(const struct test_reply *reply, int arm, int from, int to, double middle) {
+    double most = 0;
+    for (int i = from; i <= to; i += 3) {
+        char pointer[60];
+        snprintf(pointer, sizeof pointer, "/theta/%d/%d", i, arm);
+        most = fmax(most, fabs(test_reply_number(reply, pointer) - middle));
+    }
+    return most;
+}
+
+static const double pi = 3.14159265358979323846;
+
+TEST(kapitzas_pendulum_stays_up_and_falls_with_less) {
+    static const char kept[] = "\"amplitude\":0.02";
+    struct test_reply up = motion("kapitza", NULL, NULL, "\"theta\"");
+    struct test_reply less = motion("kapitza", kept, "\"amplitude\":0.012", "\"theta\"");
+    struct test_reply down = motion("kapitza", kept, "\"amplitude\":0.0105", "\"theta\"");
+    CHECK(reach(&up, 0, 0, 3000, pi) < 0.4);
+    CHECK(reach(&up, 0, 0, 3000, pi) > 0.2);
+    CHECK(reach(&less, 0, 0, 3000, pi) < 0.6);
+    CHECK(reach(&down, 0, 0, 3000, pi) > 2);
+    test_reply_free(&up);
+    test_reply_free(&less);
+    test_reply_free(&down);
+}
+
+TEST(coupled_pendulums_hand_their_motion_over) {
+    struct test_reply reply = motion("coupled", NULL, NULL, "\"theta\",\"energy\"");
+    double first = reach(&reply, 1, 0, 100, 0), second = reach(&reply, 2, 0, 50, 0);
+    double later = 1, most = 0;
+    for (int at = 300; at < 600; at += 25) {
+        double here = reach(&reply, 1, at, at + 75, 0);
+        if (here < later) later = here, most = reach(&reply, 2, at, at + 75, 0);
+    }
+    CHECK(first > 0.18 && second < 0.08);
+    CHECK_SAYING(later < 0.04 && most > 0.17, "the first has %g, the second %g", later, most);
+    CHECK(test_reply_number(&reply, "/stats/energy_drift") < 1e-11);
+    test_reply_free(&reply);
+}
+
+/* the period in periods of the drive: by the angle at three instants a period apart */
+TEST(the_driven_pendulum_repeats_itself_or_not_as_the_books_have_it) {
+    static const struct {
+        const char *amplitude;
+        int once, twice;
+    } tries[] = {
+        {"\"amplitude\":0.9", 1, 1}, {"\"amplitude\":1.07", 0, 1}, {"\"amplitude\":1.15", 0, 0}};
+    for (size_t i = 0; i < sizeof tries / sizeof *tries; i++) {
+        char body[600];
+        snprintf(body, sizeof body,
+                 "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":1,"
+                 "\"damping\":[0.5],\"torque\":[{\"harmonics\":[{%s,\"omega\":"
+                 "0.6666666666666666}]}]},\"initial\":{\"theta\":[0.2]},\"output\":[\"theta\","
+                 "\"thetad\"],\"times\":{\"stop\":942.47779607693793,\"count\":101}}",
+                 tries[i].amplitude);
+        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        double rate[3];
+        for (int k = 0; k < 3; k++) {
+            char pointer[40];
+            snprintf(pointer, sizeof pointer, "/thetad/%d/0", 98 + k);
+            rate[k] = test_reply_number(&reply, pointer);
+        }
+        CHECK_SAYING((fabs(rate[1] - rate[2]) < 1e-6) == tries[i].once, "%s: %g %g",
+                     tries[i].amplitude, rate[1], rate[2]);
+        CHECK_SAYING((fabs(rate[0] - rate[2]) < 1e-6) == tries[i].twice, "%s: %g %g",
+                     tries[i].amplitude, rate[0], rate[2]);
+        test_reply_free(&reply);
+    }
+}
+
+TEST(bars_keep_their_energy_and_the_laboratory_loses_it_as_told) {
+    struct test_reply bars = motion("double-bars", NULL, NULL, "\"theta\"");
+    CHECK(test_reply_number(&bars, "/stats/energy_drift") < 1e-11);
+    CHECK(reach(&bars, 1, 0, 2000, 0) > 2 * pi);
+    test_reply_free(&bars);
+    struct test_reply rig = motion("laboratory-double", NULL, NULL, "\"theta\",\"exchange\"");
+    CHECK(test_reply_number(&rig, "/stats/energy_drift") < 1e-11);
+    CHECK(test_reply_number(&rig, "/exchange/work/2000") > 0.1);
+    CHECK(test_reply_number(&rig, "/exchange/heat/2000") > 0.1);
+    test_reply_free(&rig);
 }
