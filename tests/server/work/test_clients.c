@@ -150,3 +150,36 @@ TEST(who_has_computed_too_much_waits_until_it_is_made_up_for) {
     srv_clients_give(clients, client);
     srv_clients_free(&clients);
 }
+
+TEST(what_comes_at_a_pace_comes_in_bursts_and_then_one_by_one) {
+    struct srv_clients *clients;
+    const int64_t second = 1000000000;
+    REQUIRE(srv_clients_new(&clients) == PEND_OK);
+    struct srv_client *one = srv_clients_take(clients, "t:1", "a:1"),
+                      *other = srv_clients_take(clients, "t:2", "a:1");
+    REQUIRE(one && other && one->source == other->source);
+    int64_t now = 1000 * second;
+    for (int i = 0; i < 3; i++)
+        CHECK(srv_clients_pace(clients, one, SRV_PACE_WRITES, 2, 3, 1, now) <= 0);
+    double wait = srv_clients_pace(clients, one, SRV_PACE_WRITES, 2, 3, 1, now);
+    CHECK_SAYING(wait > 0.49 && wait < 0.51, "%g s", wait);
+    /* another one, another pace and a look take nothing of it */
+    CHECK(srv_clients_pace(clients, other, SRV_PACE_WRITES, 2, 3, 1, now) <= 0);
+    CHECK(srv_clients_pace(clients, one, SRV_PACE_JOINS, 2, 3, 1, now) <= 0);
+    now += second / 2;
+    for (int i = 0; i < 2; i++)
+        CHECK(srv_clients_pace(clients, one, SRV_PACE_WRITES, 2, 3, 0, now) <= 0);
+    CHECK(srv_clients_pace(clients, one, SRV_PACE_WRITES, 2, 3, 1, now) <= 0);
+    CHECK(srv_clients_pace(clients, one, SRV_PACE_WRITES, 2, 3, 1, now) > 0);
+    /* after a long pause there are as many as there may be at once */
+    now += 3600 * second;
+    for (int i = 0; i < 3; i++)
+        CHECK(srv_clients_pace(clients, one, SRV_PACE_WRITES, 2, 3, 1, now) <= 0);
+    CHECK(srv_clients_pace(clients, one, SRV_PACE_WRITES, 2, 3, 1, now) > 0);
+    /* what is of the address is of all of its clients */
+    CHECK(srv_clients_pace(clients, one->source, SRV_PACE_MISSES, 1, 1, 1, now) <= 0);
+    CHECK(srv_clients_pace(clients, other->source, SRV_PACE_MISSES, 1, 1, 1, now) > 0);
+    srv_clients_give(clients, one);
+    srv_clients_give(clients, other);
+    srv_clients_free(&clients);
+}
