@@ -1,0 +1,134 @@
+/* Real pendulums beside the ideal ones of the same arms: a series to order 20, and runs of 5 s by
+ * power series and by GSL's rk8pd on the same O(n) equations, at a tolerance of 1e-12.
+ * Leaves to others: ideal trees against other programs (bench_dynamics, bench_trajectories).
+ * Invariant: the same trees and numbers every time; loads are light, so that all kinds of a tree
+ * move alike and their times are comparable. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/integrate/run.h"
+#include "core/taylor/jets.h"
+#include "tests/bench/parts/bench.h"
+
+enum { ARMS_MAX = 64, ORDER = 20 };
+
+/* what a pendulum has beyond the ideal one */
+enum kind { IDEAL, COUPLES, PIVOT, RODS, EVERYTHING };
+
+struct subject {
+    struct pend_tree *tree;
+    struct pend_terms *terms;
+    double *value;
+    struct pend_loads loads;
+    _Alignas(64) double phi[ARMS_MAX], rate[ARMS_MAX], zero[ARMS_MAX];
+};
+
+static void subject_fill(struct subject *s, enum pend_term_row row, double number) {
+    int at = s->terms->row[row];
+    for (int k = 0; k < s->terms->n && at >= 0; k++) s->value[at + k] = number;
+}
+
+static void subject_terms(struct subject *s, int n, enum kind kind) {
+    unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
+    int drives[2] = {PEND_DRIVE_PIVOT_Y, 0}, place[2], all = kind == EVERYTHING;
+    int harmonics = all ? 2 : kind == PIVOT;
+    rows[PEND_TERM_DAMPING] = rows[PEND_TERM_STIFFNESS] = kind == COUPLES || all;
+    rows[PEND_TERM_ROD] = kind == RODS || all;
+    rows[PEND_TERM_FRICTION] = rows[PEND_TERM_DRAG] = rows[PEND_TERM_DRAG_QUADRATIC] = all;
+    ones[PEND_TERM_DRAG_PER_MASS] = all;
+    if (pend_terms_new(&s->terms, n, rows, ones, harmonics, drives, place) != PEND_OK)
+        bench_broken("terms");
+    s->value = calloc((size_t)s->terms->count + 1, sizeof *s->value);
+    if (!s->value) bench_broken("memory");
+    pend_terms_clear(s->terms, s->tree, s->value);
+    subject_fill(s, PEND_TERM_DAMPING, 0.01);
+    subject_fill(s, PEND_TERM_STIFFNESS, 0.1);
+    subject_fill(s, PEND_TERM_ROD, 0.5);
+    subject_fill(s, PEND_TERM_FRICTION, 0.01);
+    subject_fill(s, PEND_TERM_DRAG, 0.01);
+    subject_fill(s, PEND_TERM_DRAG_QUADRATIC, 0.01);
+    if (all) s->value[s->terms->one[PEND_TERM_DRAG_PER_MASS]] = 0.01;
+    for (int i = 0; i < harmonics; i++) {
+        double *h = s->value + s->terms->harmonic[i].at;
+        h[0] = 0.02, h[1] = 5, h[2] = 0;
+    }
+    s->loads.terms = s->terms, s->loads.value = s->value;
+}
+
+/* a chain, or a tree whose arms hang on one of the three before them */
+static void subject_open(struct subject *s, int n, int chain, enum kind kind) {
+    double length[ARMS_MAX], mass[ARMS_MAX];
+    int parent[ARMS_MAX];
+    unsigned state = 1;
+    memset(s, 0, sizeof *s);
+    for (int k = 0; k < n; k++) {
+        state = state * 1664525u + 1013904223u;
+        parent[k] = chain || k < 3 ? k - 1 : k - 1 - (int)((state >> 16) % 3);
+        length[k] = 1, mass[k] = 1 + 0.01 * k;
+        s->phi[k] = -1 + 0.3 * k, s->rate[k] = 0.2;
+    }
+    if (pend_tree_new(&s->tree, n, length, mass, parent, NULL) != PEND_OK) bench_broken("tree");
+    s->loads.gravity = 9.81;
+    if (kind != IDEAL) subject_terms(s, n, kind);
+}
+
+static void subject_close(struct subject *s) {
+    pend_tree_free(&s->tree);
+    pend_terms_free(&s->terms);
+    free(s->value);
+}
+
+static void series(struct bench *bench, int n, int chain, enum kind kind) {
+    struct subject s;
+    struct pend_jets jets;
+    subject_open(&s, n, chain, kind);
+    size_t bytes = pend_jets_bytes(s.tree, s.terms, ORDER);
+    void *memory = aligned_alloc(64, (bytes + 63) / 64 * 64);
+    if (!memory) bench_broken("memory");
+    struct jets_state state = {
+        .phi = s.phi, .phi_low = s.zero, .rate = s.rate, .rate_low = s.zero, .time = 1};
+    pend_jets_init(&jets, s.tree, &s.loads, ORDER, memory);
+    while (bench_go(bench, 1)) pend_jets_expand(&jets, &s.loads, 0.0625, &state, ORDER);
+    if (!(jets.rate[pend_jets_place(&jets, 0, 1)] != 0)) bench_broken("series");
+    free(memory);
+    subject_close(&s);
+}
+
+static void run(struct bench *bench, int n, int chain, enum kind kind, const char *name) {
+    static double t[2], phi[2 * ARMS_MAX], rate[2 * ARMS_MAX];
+    struct subject s;
+    subject_open(&s, n, chain, kind);
+    struct pend_problem problem = {
+        .tree = s.tree, .loads = s.loads, .phi = s.phi, .rate = s.rate, .atol_given = 1};
+    problem.times = (struct pend_times){.count = 2, .span = 5, .divisor = 1};
+    problem.rtol = problem.atol = 1e-12;
+    while (bench_go(bench, 1)) {
+        struct pend_samples samples = {.cap = 2, .t = t, .phi = phi, .rate = rate};
+        struct pend_run *one;
+        int done = 0;
+        if (pend_run_new(&one, pend_method_find(name), &problem, NULL) != PEND_OK)
+            bench_broken(name);
+        while (!done)
+            if (pend_run_next(one, &samples, 1e9, &done, NULL) != PEND_OK) bench_broken(name);
+        pend_run_free(&one);
+    }
+    subject_close(&s);
+}
+
+#define KINDS(X, ...)                                                                              \
+    X(ideal, IDEAL, __VA_ARGS__)                                                                   \
+    X(couples, COUPLES, __VA_ARGS__) X(pivot, PIVOT, __VA_ARGS__) X(rods, RODS, __VA_ARGS__)       \
+        X(everything, EVERYTHING, __VA_ARGS__)
+#define SERIES(name, kind, n, chain, tree)                                                         \
+    BENCH(bodies_series_##tree##_##name, "series") { series(bench, n, chain, kind); }
+#define RUN(name, kind, n, chain, tree)                                                            \
+    BENCH(bodies_run_##tree##_##name, "run") { run(bench, n, chain, kind, "taylor"); }             \
+    BENCH(bodies_run_##tree##_##name##_rk8pd, "run") { run(bench, n, chain, kind, "rk8pd"); }
+
+KINDS(SERIES, 1, 1, arm_1)
+KINDS(SERIES, 2, 1, chain_2)
+KINDS(SERIES, 6, 0, limbs_6)
+KINDS(SERIES, 16, 1, chain_16)
+KINDS(SERIES, 40, 0, limbs_40)
+KINDS(RUN, 2, 1, chain_2)
+KINDS(RUN, 16, 1, chain_16)
