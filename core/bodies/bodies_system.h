@@ -33,22 +33,28 @@ typedef double num; /* files that lay out memory count it in doubles and compute
  * form_det                 its determinant
  * draw_x, draw_y           y = h + sum P p: what a unit of the real part of u'' asks of the base
  * twist                    sum of <i p, P p>: the torque about the joint that it asks
+ * place_x, place_y         where the arm hangs, turned into its own frame: conj(R) p
+ * bear_x, bear_y           R X: what a unit of m of the arm adds to the force on its parent
+ * yield                    the moment of that about the parent's joint
+ * carry_xx ... carry_yy    R^T (1 - e X^T): the base's acceleration for a unit of the parent's
  * wind_x, wind_y           T of an order
  * turned, pulled           theta and kr, the known parts of u''
  * couple                   tau, all torques on the arm
- * known                    Im (conj u G) but for its last term
  * along                    Re (conj u F) of the tip but for its last term
  * drag_x, drag_y           the air's force on the tip
  * asked_x, asked_y         beta: the force asked of the base, but for its acceleration
- * answer                   m / D
+ * answer                   m, then m / D, then chi
+ * reach_x, reach_y         the force on the parent, in the parent's frame
+ * heave_x, heave_y         conj(p) times it, which the parent's G has of it
  * base_x, base_y           acceleration of the base
  * speed_x, speed_y         velocity of the base
  */
 #define BODIES_ARRAYS(X) \
     X(cosine) X(sine) X(bend) X(point_x) X(point_y) X(body) X(moment_x) X(moment_y) X(inertia) \
     X(total) X(inv_total) X(lever_x) X(lever_y) X(form_xx) X(form_xy) X(form_yy) X(form_det) \
-    X(draw_x) X(draw_y) X(twist) X(wind_x) X(wind_y) X(turned) X(pulled) X(couple) X(known) X(along) X(drag_x) \
-    X(drag_y) X(asked_x) X(asked_y) X(answer) X(base_x) X(base_y) X(speed_x) X(speed_y)
+    X(draw_x) X(draw_y) X(twist) X(place_x) X(place_y) X(bear_x) X(bear_y) X(yield) X(carry_xx) X(carry_xy) \
+    X(carry_yx) X(carry_yy) X(wind_x) X(wind_y) X(turned) X(pulled) X(couple) X(along) X(drag_x) \
+    X(drag_y) X(asked_x) X(asked_y) X(answer) X(reach_x) X(reach_y) X(heave_x) X(heave_y) X(base_x) X(base_y) X(speed_x) X(speed_y)
 /*
  * Series beside those of rates, forces and turns.
  *

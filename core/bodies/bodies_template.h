@@ -26,16 +26,22 @@
 #ifndef PEND_BODIES_TEMPLATE_H
 #define PEND_BODIES_TEMPLATE_H
 
+#include <assert.h>
+
 #include "core/bodies/bodies_number.h"
 #include "core/bodies/bodies_system.h"
 
-/* arms that a convolution takes at once */
+/* what is computed for several arms at once */
 #if defined NUMBER_VEC && NUMBER_VEC == 1
 enum { BODIES_ARMS = WIDE };
 typedef wide arms;
 #define arms_of wide_of
+#define arms_all wide_of
 #define arms_fma wide_fma
 #define arms_get wide_load
+VEC_INLINE arms arms_add(arms x, arms y) { return x + y; }
+VEC_INLINE arms arms_sub(arms x, arms y) { return x - y; }
+VEC_INLINE arms arms_mul(arms x, arms y) { return x * y; }
 VEC_INLINE arms arms_neg(arms x) { return -x; }
 VEC_INLINE void arms_put(num *at, arms x) { memcpy(at, &x, sizeof x); }
 #else
@@ -43,7 +49,11 @@ enum { BODIES_ARMS = 1 };
 typedef num arms;
 #define arms_of num_of
 #define arms_fma num_fma
+#define arms_add num_add
+#define arms_sub num_sub
+#define arms_mul num_mul
 #define arms_neg num_neg
+VEC_INLINE arms arms_all(num x) { return x; }
 VEC_INLINE arms arms_get(const num *at) { return *at; }
 VEC_INLINE void arms_put(num *at, arms x) { *at = x; }
 #endif
@@ -160,6 +170,24 @@ static inline void bodies_point(const struct bodies_system *s, int k) {
     s->point_y[k] = s->value[s->terms->row[PEND_TERM_AT_Y] + k];
 }
 
+/* what the sweeps multiply by at arm k, whose own form and whose parent's are complete: a sweep's
+ * way from arm to arm is then two or three products long */
+static inline void bodies_ways(const struct bodies_system *s, int k) {
+    num C = s->cosine[k], Z = s->sine[k], X = s->lever_x[k], Y = s->lever_y[k];
+    num px = s->point_x[k], py = s->point_y[k];
+    num x = num_fma(C, px, num_mul(Z, py)), y = num_sub(num_mul(C, py), num_mul(Z, px));
+    s->place_x[k] = x, s->place_y[k] = y;
+    s->bear_x[k] = num_sub(num_mul(C, X), num_mul(Z, Y));
+    s->bear_y[k] = num_fma(Z, X, num_mul(C, Y));
+    s->yield[k] = num_sub(num_mul(x, Y), num_mul(y, X));
+    if (!k) return;
+    num up_x = s->lever_x[s->parent[k]], up_y = s->lever_y[s->parent[k]];
+    s->carry_xx[k] = num_fma(y, up_x, C);
+    s->carry_xy[k] = num_fma(y, up_y, Z);
+    s->carry_yx[k] = num_neg(num_fma(x, up_x, Z));
+    s->carry_yy[k] = num_sub(C, num_mul(x, up_y));
+}
+
 static inline void bodies_factor(const struct bodies_system *s) {
     for (int k = 0; k < s->n; k++) {
         bodies_point(s, k);
@@ -169,6 +197,7 @@ static inline void bodies_factor(const struct bodies_system *s) {
         s->inv_total[k] = num_div(num_of(1), s->total[k]);
         if (k) bodies_join(s, k, s->parent[k]);
     }
+    for (int k = 0; k < s->n; k++) bodies_ways(s, k);
 }
 
 /* ---- an order */
@@ -176,133 +205,170 @@ static inline void bodies_factor(const struct bodies_system *s) {
 /* 1 / (j + 1) */
 VEC_INLINE num bodies_share(int j) { return num_div(num_of(1), num_of(j + 1)); }
 
-/* theta, kr, and the known parts of Im (conj u G) and of the force along the arm at its tip */
+/* theta, kr, and the known parts of Im (conj u G) and of the force along the arm at its tip; then m
+ * and the force asked of the base, both without the children */
 static inline void bodies_convolve(const struct bodies_system *s, int k, num gamma) {
     size_t stride = s->stride;
-    num more = num_of(k + 1), twice = num_mul(num_of(2), gamma);
+    arms more = arms_of(k + 1), twice = arms_all(num_mul(num_of(2), gamma));
     for (int a = 0; a < s->n; a += BODIES_ARMS) {
-        size_t row = bodies_row(s, a);
-        const num *re = s->turn_re + row, *im = s->turn_im + row;
-        const num *rate = s->rate + row + (size_t)(k + 1) * stride;
-        arms Tr = arms_of(0), Ti = arms_of(0), known = arms_of(0), along = arms_of(0);
-        for (int j = 1; j <= k + 1; j++) {
-            size_t at = (size_t)j * stride;
-            arms ur = arms_get(re + at), ui = arms_get(im + at), w = arms_get(rate - at);
+        size_t row = bodies_row(s, a), next = (size_t)(k + 1) * stride;
+        const num *re = s->turn_re + row, *im = s->turn_im + row, *rate = s->rate + row + next;
+        const num *push_x = s->push_x + row + next - stride,
+                  *tip_x = s->tip_x + row + next - stride;
+        const num *push_y = s->push_y + row + next - stride,
+                  *tip_y = s->tip_y + row + next - stride;
+        arms ur = arms_get(re + next), ui = arms_get(im + next), w = arms_get(rate - next);
+        arms Tr = arms_mul(ur, w), Ti = arms_mul(ui, w), known = arms_of(0), less = arms_of(0);
+        arms along = arms_of(0), across = arms_of(0);
+        arms turned = arms_mul(twice, ui), pulled = arms_mul(twice, ur);
+        for (size_t at = stride; at < next; at += stride) {
+            ur = arms_get(re + at), ui = arms_get(im + at), w = arms_get(rate - at);
             Tr = arms_fma(ur, w, Tr);
             Ti = arms_fma(ui, w, Ti);
-            if (j > k) break;
-            size_t back = row + (size_t)(k - j) * stride;
-            arms gx = arms_get(s->push_x + back), gy = arms_get(s->push_y + back);
-            known = arms_fma(ur, gy, known);
-            known = arms_fma(arms_neg(ui), gx, known);
-            along = arms_fma(ur, arms_get(s->tip_x + back), along);
-            along = arms_fma(ui, arms_get(s->tip_y + back), along);
+            known = arms_fma(ur, arms_get(push_y - at), known);
+            less = arms_fma(ui, arms_get(push_x - at), less);
+            along = arms_fma(ur, arms_get(tip_x - at), along);
+            across = arms_fma(ui, arms_get(tip_y - at), across);
         }
+        turned = arms_mul(more, arms_add(turned, Tr));
+        pulled = arms_mul(more, arms_sub(pulled, Ti));
         arms_put(s->wind_x + a, Tr);
         arms_put(s->wind_y + a, Ti);
-        arms_put(s->known + a, known);
-        arms_put(s->along + a, along);
-    }
-    for (int a = 0; a < s->n; a++) {
-        size_t next = bodies_row(s, a) + (size_t)(k + 1) * stride;
-        s->turned[a] = num_mul(more, num_fma(twice, s->turn_im[next], s->wind_x[a]));
-        s->pulled[a] = num_mul(more, num_sub(num_mul(twice, s->turn_re[next]), s->wind_y[a]));
+        arms_put(s->turned + a, turned);
+        arms_put(s->pulled + a, pulled);
+        arms_put(s->along + a, arms_add(along, across));
+        arms slow = arms_mul(twice, arms_get(rate - stride));
+        arms m =
+            arms_fma(arms_get(s->inertia + a), arms_sub(turned, slow), arms_get(s->couple + a));
+        m = arms_sub(arms_sub(m, arms_sub(known, less)), arms_mul(arms_get(s->twist + a), pulled));
+        arms x = arms_mul(arms_get(s->draw_x + a), pulled);
+        arms y = arms_mul(arms_get(s->draw_y + a), pulled);
+        if (s->need & BODIES_AIR) {
+            x = arms_sub(x, arms_get(s->drag_x + a));
+            y = arms_sub(y, arms_get(s->drag_y + a));
+            m = arms_fma(arms_get(s->len + a), arms_get(s->drag_y + a), m);
+        }
+        arms_put(s->asked_x + a, x);
+        arms_put(s->asked_y + a, y);
+        arms_put(s->answer + a, m);
     }
 }
 
-/* leaves to root: the force that each arm asks of its base, but for the base's acceleration */
-static inline void bodies_up(const struct bodies_system *s, int k, num gamma) {
-    int air = s->need & BODIES_AIR ? 1 : 0;
-    num twice = num_mul(num_of(2), gamma);
-    for (int a = 0; a < s->n; a++) {
-        num w = s->rate[bodies_row(s, a) + (size_t)k * s->stride], kr = s->pulled[a];
-        num ki = num_sub(s->turned[a], num_mul(twice, w));
-        num m = num_sub(num_fma(s->inertia[a], ki, s->couple[a]), s->known[a]);
-        m = num_sub(m, num_mul(s->twist[a], kr));
-        s->asked_x[a] = num_mul(s->draw_x[a], kr);
-        s->asked_y[a] = num_mul(s->draw_y[a], kr);
-        if (air) {
-            s->asked_x[a] = num_sub(s->asked_x[a], s->drag_x[a]);
-            s->asked_y[a] = num_sub(s->asked_y[a], s->drag_y[a]);
-            m = num_fma(s->len[a], s->drag_y[a], m);
-        }
-        s->answer[a] = m;
-    }
-    for (int c = s->n - 1; c >= 0; c--) {
-        num m = s->answer[c];
-        s->asked_x[c] = num_fma(s->lever_x[c], m, s->asked_x[c]);
-        s->asked_y[c] = num_fma(s->lever_y[c], m, s->asked_y[c]);
-        s->answer[c] = num_mul(m, s->inv_total[c]);
-        if (!c) break;
+/* leaves to root: m, and the force asked of the base but for what m and the base's acceleration
+ * ask. Where the parent comes next, what it is asked is handed on, not read again. */
+static inline void bodies_up(const struct bodies_system *s) {
+    int last = s->n - 1;
+    num ax = s->asked_x[last], ay = s->asked_y[last], m = s->answer[last];
+    for (int c = last; c > 0; c--) {
         int p = s->parent[c];
-        num C = s->cosine[c], Z = s->sine[c];
-        num x = num_sub(num_mul(C, s->asked_x[c]), num_mul(Z, s->asked_y[c]));
-        num y = num_fma(Z, s->asked_x[c], num_mul(C, s->asked_y[c]));
-        s->asked_x[p] = num_add(s->asked_x[p], x);
-        s->asked_y[p] = num_add(s->asked_y[p], y);
-        num moment = num_sub(num_mul(s->point_x[c], y), num_mul(s->point_y[c], x));
-        s->answer[p] = num_sub(s->answer[p], moment);
+        num C = s->cosine[c], Z = s->sine[c], moment = s->answer[p];
+        num x = num_fma(C, ax, s->asked_x[p]), y = num_fma(Z, ax, s->asked_y[p]);
+        moment = num_fma(s->place_y[c], ax, moment);
+        x = num_sub(x, num_mul(Z, ay));
+        y = num_fma(C, ay, y);
+        moment = num_sub(moment, num_mul(s->place_x[c], ay));
+        x = num_fma(s->bear_x[c], m, x);
+        y = num_fma(s->bear_y[c], m, y);
+        moment = num_sub(moment, num_mul(s->yield[c], m));
+        s->asked_x[p] = x, s->asked_y[p] = y, s->answer[p] = moment;
+        if (p == c - 1)
+            ax = x, ay = y, m = moment;
+        else
+            ax = s->asked_x[c - 1], ay = s->asked_y[c - 1], m = s->answer[c - 1];
+    }
+    for (int a = 0; a < s->n; a += BODIES_ARMS) {
+        arms all = arms_get(s->answer + a);
+        arms fx = arms_fma(arms_get(s->lever_x + a), all, arms_get(s->asked_x + a));
+        arms fy = arms_fma(arms_get(s->lever_y + a), all, arms_get(s->asked_y + a));
+        arms_put(s->asked_x + a, fx);
+        arms_put(s->asked_y + a, fy);
+        arms_put(s->answer + a, arms_mul(all, arms_get(s->inv_total + a)));
     }
 }
 
-/* what an arm that is solved adds at its tip and to G, and then, by its force on its parent, to the
- * parent's */
-static inline void bodies_pass(const struct bodies_system *s, int k, int a, num chi) {
-    size_t row = bodies_row(s, a) + (size_t)k * s->stride;
-    num ax = s->base_x[a], ay = s->base_y[a], l = s->len[a], m = s->mass[a];
-    num hx = s->moment_x[a], hy = s->moment_y[a];
-    s->push_x[row] = num_fma(hx, ax, num_mul(hy, ay));
-    s->push_y[row] = num_sub(num_mul(hx, ay), num_mul(hy, ax));
-    s->tip_x[row] = num_mul(m, num_fma(l, s->pulled[a], ax));
-    s->tip_y[row] = num_mul(m, num_fma(l, chi, ay));
-    if (s->need & BODIES_AIR) {
-        s->push_x[row] = num_sub(s->push_x[row], num_mul(l, s->drag_x[a]));
-        s->push_y[row] = num_sub(s->push_y[row], num_mul(l, s->drag_y[a]));
-        s->tip_x[row] = num_sub(s->tip_x[row], s->drag_x[a]);
-        s->tip_y[row] = num_sub(s->tip_y[row], s->drag_y[a]);
-    }
-    num fx = num_add(s->asked_x[a], num_fma(s->form_xx[a], ax, num_mul(s->form_xy[a], ay)));
-    num fy = num_add(s->asked_y[a], num_fma(s->form_xy[a], ax, num_mul(s->form_yy[a], ay)));
-    num C = s->cosine[a], Z = s->sine[a], px = s->point_x[a], py = s->point_y[a];
-    num x = num_sub(num_mul(C, fx), num_mul(Z, fy)), y = num_fma(Z, fx, num_mul(C, fy));
-    if (!a) {
-        s->haul_x[k] = x, s->haul_y[k] = y;
-        return;
-    }
-    size_t up = bodies_row(s, s->parent[a]) + (size_t)k * s->stride;
-    s->push_x[up] = num_add(s->push_x[up], num_fma(px, x, num_mul(py, y)));
-    s->push_y[up] = num_add(s->push_y[up], num_sub(num_mul(px, y), num_mul(py, x)));
-    if (s->terms->hung[a]) return;
-    s->tip_x[up] = num_add(s->tip_x[up], x);
-    s->tip_y[up] = num_add(s->tip_y[up], y);
-}
-
-/* root to leaves: accelerations, and the coefficients of order k + 1 */
+/* root to leaves: accelerations */
 static inline void bodies_down(const struct bodies_system *s, int k) {
-    num share = bodies_share(k), turn_share = bodies_share(k + 1);
-    for (int a = 0; a < s->n; a++) {
+    num x = s->lift_x[k], y = s->lift_y[k], C = s->cosine[0], Z = s->sine[0];
+    num ax = num_fma(C, x, num_mul(Z, y)), ay = num_sub(num_mul(C, y), num_mul(Z, x));
+    s->base_x[0] = ax, s->base_y[0] = ay;
+    for (int a = 1; a < s->n; a++) {
         int p = s->parent[a];
-        num x = s->lift_x[k], y = s->lift_y[k];
-        if (p >= 0) {
-            // the parent's chi is in `answer` by now
-            num px = s->point_x[a], py = s->point_y[a], kr = s->pulled[p], chi = s->answer[p];
-            x = num_add(s->base_x[p], num_sub(num_mul(px, kr), num_mul(py, chi)));
-            y = num_add(s->base_y[p], num_fma(py, kr, num_mul(px, chi)));
-        }
-        num C = s->cosine[a], Z = s->sine[a];
-        num ax = num_fma(C, x, num_mul(Z, y)), ay = num_sub(num_mul(C, y), num_mul(Z, x));
-        num chi = num_sub(s->answer[a], num_fma(s->lever_x[a], ax, num_mul(s->lever_y[a], ay)));
-        s->base_x[a] = ax, s->base_y[a] = ay, s->answer[a] = chi;
-        bodies_pass(s, k, a, chi);
-        size_t row = bodies_row(s, a), next = row + (size_t)(k + 1) * s->stride;
-        s->rate[next] = num_mul(num_sub(chi, s->turned[a]), share);
+        num kr = s->pulled[p], chi = s->answer[p], px = s->place_x[a], py = s->place_y[a];
+        x = num_sub(num_mul(px, kr), num_mul(py, chi));
+        y = num_fma(py, kr, num_mul(px, chi));
+        if (p != a - 1) ax = s->base_x[p], ay = s->base_y[p];
+        x = num_fma(s->carry_xx[a], ax, x);
+        y = num_fma(s->carry_yx[a], ax, y);
+        x = num_fma(s->carry_xy[a], ay, x);
+        y = num_fma(s->carry_yy[a], ay, y);
+        s->base_x[a] = ax = x, s->base_y[a] = ay = y;
     }
-    for (int a = 0; a < s->n; a++) {
-        size_t row = bodies_row(s, a), now = row + (size_t)k * s->stride, next = now + s->stride;
-        num Tr = s->wind_x[a], Ti = s->wind_y[a];
-        s->turn_re[next + s->stride] = num_neg(num_mul(Ti, turn_share));
-        s->turn_im[next + s->stride] = num_mul(num_add(s->rate[next], Tr), turn_share);
-        s->force[now] = num_add(s->along[a], s->tip_x[now]);
+    for (int a = 0; a < s->n; a += BODIES_ARMS) {
+        arms across = arms_mul(arms_get(s->lever_y + a), arms_get(s->base_y + a));
+        arms way = arms_fma(arms_get(s->lever_x + a), arms_get(s->base_x + a), across);
+        arms_put(s->answer + a, arms_sub(arms_get(s->answer + a), way));
+    }
+}
+
+/* what arms from arm a on add at their tips and to G, and their forces on their parents */
+static inline void bodies_press(const struct bodies_system *s, size_t row, int a) {
+    arms ax = arms_get(s->base_x + a), ay = arms_get(s->base_y + a), l = arms_get(s->len + a);
+    arms hx = arms_get(s->moment_x + a), hy = arms_get(s->moment_y + a);
+    arms m = arms_get(s->mass + a), fx = arms_get(s->asked_x + a), fy = arms_get(s->asked_y + a);
+    arms push_x = arms_fma(hx, ax, arms_mul(hy, ay));
+    arms push_y = arms_sub(arms_mul(hx, ay), arms_mul(hy, ax));
+    arms tip_x = arms_mul(m, arms_fma(l, arms_get(s->pulled + a), ax));
+    arms tip_y = arms_mul(m, arms_fma(l, arms_get(s->answer + a), ay));
+    if (s->need & BODIES_AIR) {
+        arms drag_x = arms_get(s->drag_x + a), drag_y = arms_get(s->drag_y + a);
+        push_x = arms_sub(push_x, arms_mul(l, drag_x));
+        push_y = arms_sub(push_y, arms_mul(l, drag_y));
+        tip_x = arms_sub(tip_x, drag_x);
+        tip_y = arms_sub(tip_y, drag_y);
+    }
+    arms_put(s->push_x + row, push_x);
+    arms_put(s->push_y + row, push_y);
+    arms_put(s->tip_x + row, tip_x);
+    arms_put(s->tip_y + row, tip_y);
+    arms xx = arms_get(s->form_xx + a), xy = arms_get(s->form_xy + a),
+         yy = arms_get(s->form_yy + a);
+    fx = arms_add(fx, arms_fma(xx, ax, arms_mul(xy, ay)));
+    fy = arms_add(fy, arms_fma(xy, ax, arms_mul(yy, ay)));
+    arms C = arms_get(s->cosine + a), Z = arms_get(s->sine + a);
+    arms x = arms_sub(arms_mul(C, fx), arms_mul(Z, fy)), y = arms_fma(Z, fx, arms_mul(C, fy));
+    arms px = arms_get(s->point_x + a), py = arms_get(s->point_y + a);
+    arms_put(s->reach_x + a, x);
+    arms_put(s->reach_y + a, y);
+    arms_put(s->heave_x + a, arms_fma(px, x, arms_mul(py, y)));
+    arms_put(s->heave_y + a, arms_sub(arms_mul(px, y), arms_mul(py, x)));
+}
+
+/* the coefficients of order k of forces, and of order k + 1 of rates and turns */
+static inline void bodies_close(const struct bodies_system *s, int k) {
+    arms share = arms_all(bodies_share(k)), turn_share = arms_all(bodies_share(k + 1));
+    size_t now = (size_t)k * s->stride;
+    for (int a = 0; a < s->n; a += BODIES_ARMS) {
+        size_t row = bodies_row(s, a) + now, next = row + s->stride;
+        arms chi = arms_get(s->answer + a), Tr = arms_get(s->wind_x + a);
+        arms rate = arms_mul(arms_sub(chi, arms_get(s->turned + a)), share);
+        bodies_press(s, row, a);
+        arms_put(s->rate + next, rate);
+        arms_put(s->turn_re + next + s->stride,
+                 arms_neg(arms_mul(arms_get(s->wind_y + a), turn_share)));
+        arms_put(s->turn_im + next + s->stride, arms_mul(arms_add(rate, Tr), turn_share));
+    }
+    s->haul_x[k] = s->reach_x[0], s->haul_y[k] = s->reach_y[0];
+    for (int a = 1; a < s->n; a++) {
+        size_t up = bodies_row(s, s->parent[a]) + now;
+        s->push_x[up] = num_add(s->push_x[up], s->heave_x[a]);
+        s->push_y[up] = num_add(s->push_y[up], s->heave_y[a]);
+        if (s->terms->hung[a]) continue;
+        s->tip_x[up] = num_add(s->tip_x[up], s->reach_x[a]);
+        s->tip_y[up] = num_add(s->tip_y[up], s->reach_y[a]);
+    }
+    for (int a = 0; a < s->n; a += BODIES_ARMS) {
+        size_t row = bodies_row(s, a) + now;
+        arms_put(s->force + row, arms_add(arms_get(s->along + a), arms_get(s->tip_x + row)));
     }
 }
 
@@ -333,8 +399,9 @@ static inline void bodies_orders(const struct bodies_system *s, const struct bod
     for (int k = 0; k < order; k++) {
         bodies_load(s, now, k);
         bodies_convolve(s, k, gamma);
-        bodies_up(s, k, gamma);
+        bodies_up(s);
         bodies_down(s, k);
+        bodies_close(s, k);
     }
 }
 

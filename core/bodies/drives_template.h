@@ -136,8 +136,8 @@ static inline num bodies_lose(const struct bodies_system *s, const struct bodies
 
 /* what the spring of the joint of arm a does, order k */
 VEC_INLINE num bodies_spring(const struct bodies_system *s, const struct bodies_moment *now, int a,
-                             int k) {
-    num bent = k ? num_div(bodies_swing(s, a, k - 1), num_of(k))
+                             int k, num share) {
+    num bent = k ? num_mul(bodies_swing(s, a, k - 1), share)
                  : num_sub(s->bend[a], bodies_get(s, PEND_TERM_REST, a));
     num stiff = num_mul(bodies_get(s, PEND_TERM_STIFFNESS, a), num_mul(now->unit, now->unit));
     return num_neg(num_mul(stiff, bent));
@@ -149,10 +149,11 @@ static inline void bodies_couple(const struct bodies_system *s, const struct bod
     int stiff = s->terms->row[PEND_TERM_STIFFNESS] >= 0;
     for (int a = 0; a < s->n; a++) s->couple[a] = num_of(0);
     if (!stiff && !(s->need & (BODIES_LOSSES | BODIES_DRIVES))) return;
+    num share = num_div(num_of(1), num_of(k ? k : 1));
     for (int a = 0; a < s->n; a++) {
         num torque = num_of(0);
         int p = s->parent[a];
-        if (stiff) torque = bodies_spring(s, now, a, k);
+        if (stiff) torque = bodies_spring(s, now, a, k, share);
         if (s->need & BODIES_LOSSES) torque = num_add(torque, bodies_lose(s, now, a, k));
         if (s->need & BODIES_DRIVES)
             torque = num_add(torque, s->drive[bodies_row(s, a) + (size_t)k * s->stride]);
@@ -252,16 +253,29 @@ static inline num bodies_product(const struct bodies_system *s, const num *a, co
     return sum;
 }
 
-/* the power of the torques in the joint of arm a, order k: what `torque` gives to the arm less what
- * it takes from the parent */
-static inline num bodies_effort(const struct bodies_system *s, const num *torque, int a, int k,
-                                num sum) {
-    const num *own = torque + bodies_row(s, a);
-    int p = s->parent[a];
-    sum = bodies_product(s, own, s->rate + bodies_row(s, a), k, sum);
-    if (p < 0) return sum;
-    num back = bodies_product(s, own, s->rate + bodies_row(s, p), k, num_of(0));
-    return num_sub(sum, back);
+enum { BODIES_ORDERS = 48 };
+
+/* adds the power of the torques of all joints, orders 0 .. order - 1: what `torque` gives to an arm
+ * less what it takes from the parent. Each arm's share is summed in the arms' order. */
+static inline void bodies_effort(const struct bodies_system *s, const num *torque, int order,
+                                 num sum[]) {
+    assert(order <= BODIES_ORDERS);
+    for (int a = 0; a < s->n; a += BODIES_ARMS) {
+        num swing[BODIES_ORDERS][BODIES_ARMS];
+        const num *own = torque + bodies_row(s, a);
+        int count = s->n - a < BODIES_ARMS ? s->n - a : BODIES_ARMS;
+        for (int j = 0; j < order; j++)
+            for (int i = 0; i < BODIES_ARMS; i++)
+                swing[j][i] = i < count ? bodies_swing(s, a + i, j) : num_of(0);
+        for (int k = 0; k < order; k++) {
+            num share[BODIES_ARMS];
+            arms all = arms_of(0);
+            for (int j = 0; j <= k; j++)
+                all = arms_fma(arms_get(own + (size_t)j * s->stride), arms_get(swing[k - j]), all);
+            arms_put(share, all);
+            for (int i = 0; i < count; i++) sum[k] = num_add(sum[k], share[i]);
+        }
+    }
 }
 
 /* half of what drag_per_mass takes over gamma, order k: sum of m |v|^2 of all masses of arm a. The
@@ -303,21 +317,24 @@ static inline num bodies_haul(const struct bodies_system *s, const num *force_x,
  */
 static inline void bodies_power(const struct bodies_system *s, num unit, int order, num work[],
                                 num heat[]) {
-    num gamma = num_mul(bodies_one(s, PEND_TERM_DRAG_PER_MASS), unit);
+    num twice = num_mul(num_mul(num_of(2), bodies_one(s, PEND_TERM_DRAG_PER_MASS)), unit);
     for (int k = 0; k < order; k++) {
-        num given = bodies_haul(s, s->haul_x, s->haul_y, k), taken = num_of(0), mist = num_of(0);
+        work[k] = bodies_haul(s, s->haul_x, s->haul_y, k);
+        heat[k] = num_of(0);
+    }
+    if (s->need & BODIES_DRIVES) bodies_effort(s, s->drive, order, work);
+    if (s->need & BODIES_LOSSES) bodies_effort(s, s->loss, order, heat);
+    for (int k = 0; k < order; k++) {
+        num taken = heat[k], mist = num_of(0);
         for (int a = 0; a < s->n; a++) {
             size_t row = bodies_row(s, a);
-            if (s->need & BODIES_DRIVES) given = bodies_effort(s, s->drive, a, k, given);
-            if (s->need & BODIES_LOSSES) taken = bodies_effort(s, s->loss, a, k, taken);
             if (s->need & BODIES_AIR) {
                 taken = bodies_product(s, s->air_x + row, s->way_x + row, k, taken);
                 taken = bodies_product(s, s->air_y + row, s->way_y + row, k, taken);
             }
             if (s->need & BODIES_MIST) mist = bodies_sweep(s, a, k, mist);
         }
-        work[k] = given;
-        heat[k] = num_sub(num_mul(num_mul(num_of(2), gamma), mist), taken);
+        heat[k] = num_sub(num_mul(twice, mist), taken);
     }
 }
 
