@@ -7,6 +7,8 @@ MODE ?= release
 B := build/$(MODE)
 # of what the compiler makes, which may be a cross compiler; before one is installed, this machine
 ARCH ?= $(firstword $(subst -, ,$(shell $(CC) -dumpmachine 2>/dev/null || uname -m)))
+# tests, and who tries the server by make, may be root in a container; an installed server may not (server/walls)
+export PENDULUMD_ALLOW_ROOT ?= on
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 
 # $(call lazy,NAME,command): runs the command when NAME is first used, once; before that a package may be missing
@@ -20,7 +22,7 @@ endif
 # warnings are errors with the compilers that we try: gcc and clang of Debian 12 and 13; others may see what these do not
 $(call lazy,COMPILER,$(CC) -dumpversion)
 WERROR ?= $(if $(filter 12 14 14.% 19.%,$(COMPILER)),-Werror)
-PKG := libmicrohttpd gnutls libcjson gsl nettle libdeflate libpng zlib libisal libzstd sqlite3 libpq
+PKG := libmicrohttpd gnutls libcjson gsl nettle libdeflate libpng zlib libisal libzstd sqlite3 libpq libseccomp
 WARN = -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
 # gcc's warning of unset variables is often mistaken about instrumented code; valgrind looks for these
 SANITIZED := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
@@ -328,7 +330,7 @@ $(B)/tests/base/%: $(B)/tests/%/run $(B)/tests/base/isa.o
 $(B)/pendulum: $(call objects,api/clients/cli) $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(CLI_LIBS)
-$(call lazy,CLI_LIBS,$(PKG_CONFIG) --libs libcurl $(filter-out libmicrohttpd gnutls sqlite3 libpq libisal libzstd,$(PKG)) && echo -lm)
+$(call lazy,CLI_LIBS,$(PKG_CONFIG) --libs libcurl $(filter-out libmicrohttpd gnutls sqlite3 libpq libseccomp libisal libzstd,$(PKG)) && echo -lm)
 
 $(B)/tests/bench/parts/run: $(call objects,tests/bench/parts) $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)

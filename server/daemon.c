@@ -15,6 +15,7 @@
 #include "server/base/listen.h"
 #include "server/service_setup.h"
 #include "server/reload.h"
+#include "server/walls.h"
 #include "server/jobs/part_runner.h"
 #include "server/work/workers.h"
 
@@ -30,7 +31,9 @@ struct srv_daemon {
     struct srv_http *http, *probes; /* for all; for probes and metrics, or NULL */
     double connections;             /* that were asked for; the system may allow fewer */
     int64_t drained;                /* ns: since when it drains; 0 = it does not */
-    char url[SRV_URL_BYTES];
+    int probe_fd;                   /* -1 = none, or probes has it */
+    char url[SRV_URL_BYTES], probe_url[SRV_URL_BYTES];
+    char lack[SRV_CONFIG_TEXT]; /* walls that are not up; "" = all are */
 };
 
 /* As many open files as the system lets us have; fewer connections where that is not enough, and
@@ -80,13 +83,11 @@ static void daemon_seal(char url[SRV_URL_BYTES]) {
 
 /* the listener of probes and metrics, if there is to be one */
 static enum pend_status daemon_probes(struct srv_daemon *daemon, struct pend_error *error) {
-    const char *listen = daemon->service.config.probe_listen;
-    char url[SRV_URL_BYTES];
-    int fd;
-    if (!strcmp(listen, "none")) return PEND_OK;
-    PEND_TRY(srv_listen_open(listen, &fd, url, error));
+    int fd = daemon->probe_fd;
+    daemon->probe_fd = -1;
+    if (fd < 0) return PEND_OK;
     PEND_TRY(srv_http_new(&daemon->probes, &daemon->service, daemon->watch, fd, 1, error));
-    srv_log_message(daemon->service.log, "probes and metrics on %s", url);
+    srv_log_message(daemon->service.log, "probes and metrics on %s", daemon->probe_url);
     return PEND_OK;
 }
 
@@ -96,6 +97,9 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
     int fd;
     PEND_TRY(srv_service_setup_init(service, error));
     PEND_TRY(srv_tls_new(&service->tls, config, error));
+    if (strcmp(config->probe_listen, "none"))
+        PEND_TRY(
+            srv_listen_open(config->probe_listen, &daemon->probe_fd, daemon->probe_url, error));
     PEND_TRY(srv_listen_open(config->listen, &fd, daemon->url, error));
     if (service->tls) daemon_seal(daemon->url);
     int log = srv_reload_log(config);
@@ -104,7 +108,12 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
         return pend_fail(error, PEND_INVALID, -1, 0, "the log %.150s cannot be opened: %s",
                          config->log, strerror(errno));
     }
-    enum pend_status status = srv_log_new(&service->log, log, STDERR_FILENO);
+    enum pend_status status = srv_walls_raise(config, daemon->lack, error);
+    if (status != PEND_OK) {
+        close(fd);
+        return status;
+    }
+    status = srv_log_new(&service->log, log, STDERR_FILENO);
     if (status == PEND_OK && !daemon_audit(daemon, config)) {
         close(fd);
         return pend_fail(error, PEND_INVALID, -1, 0, "the log %.150s cannot be opened: %s",
@@ -137,6 +146,7 @@ enum pend_status srv_daemon_new(struct srv_daemon **daemon, const struct srv_con
     struct srv_daemon *made = *daemon = calloc(1, sizeof *made);
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     made->service.config = *config;
+    made->probe_fd = -1;
     made->connections = config->connections;
     enum pend_status status = daemon_start(made, error);
     if (status != PEND_OK) srv_daemon_free(daemon);
@@ -144,6 +154,8 @@ enum pend_status srv_daemon_new(struct srv_daemon **daemon, const struct srv_con
 }
 
 const char *srv_daemon_url(const struct srv_daemon *daemon) { return daemon->url; }
+
+const char *srv_daemon_lack(const struct srv_daemon *daemon) { return daemon->lack; }
 
 struct srv_log *srv_daemon_log(const struct srv_daemon *daemon) {
     return daemon->service.log;
@@ -216,6 +228,7 @@ void srv_daemon_free(struct srv_daemon **daemon) {
     while (gone->service.runner && gone->service.storage &&
            !srv_part_runner_drain(gone->service.runner))
         daemon_nap();
+    if (gone->probe_fd >= 0) close(gone->probe_fd);
     srv_workers_free(&gone->workers);
     srv_http_free(&gone->http);
     srv_http_free(&gone->probes);

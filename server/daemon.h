@@ -23,6 +23,10 @@ PEND_MUST_CHECK enum pend_status srv_daemon_new(struct srv_daemon **daemon,
 /** Where it listens: "http://127.0.0.1:8080". */
 const char *srv_daemon_url(const struct srv_daemon *daemon);
 
+/** Which walls this kernel or build does not have, as srv_walls_raise tells; "" where none lacks.
+ */
+const char *srv_daemon_lack(const struct srv_daemon *daemon);
+
 /** The log, for messages. */
 struct srv_log *srv_daemon_log(const struct srv_daemon *daemon);
 

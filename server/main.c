@@ -20,6 +20,7 @@
 #include "server/base/log.h"
 #include "server/base/notify.h"
 #include "server/replay.h"
+#include "server/walls.h"
 
 extern char **environ;
 
@@ -144,7 +145,8 @@ int main(int argc, char **argv) {
     if (config.task == SRV_CONFIG_REPLAY) return srv_replay(config.replay);
     if (config.task != SRV_CONFIG_SERVE) return main_print(config.task);
     main_listen(&ears);
-    if (srv_daemon_new(&daemon, &config, &error) != PEND_OK) {
+    if (srv_walls_root(&config, &error) != PEND_OK ||
+        srv_daemon_new(&daemon, &config, &error) != PEND_OK) {
         fprintf(stderr, "pendulumd: %s\n", error.text);
         return 1;
     }
@@ -153,6 +155,9 @@ int main(int argc, char **argv) {
         srv_log_message(srv_daemon_log(daemon), "open it in a browser; Ctrl-C ends it; %s%.200s",
                         main_kept(&config),
                         strncmp(config.store, "sqlite:", 7) ? "" : config.store + 7);
+    if (srv_daemon_lack(daemon)[0])
+        srv_log_message(srv_daemon_log(daemon), "walls: not all are up: %s",
+                        srv_daemon_lack(daemon));
     if (config.warning[0]) srv_log_message(srv_daemon_log(daemon), "%s", config.warning);
     srv_notify("READY=1");
     main_serve(daemon, &ears, config.until_idle_seconds, argc, argv);

@@ -78,6 +78,13 @@ static const struct srv_option config_table[] = {
      "keys that `pendulumd keys` has made, and what roles may: who has none is anonymous; the "
      "file has mode 0600, and is read again when it changes; none = no client has a role",
      SRV_OPTION_TEXT, FIELD(keys), 0, 0},
+    {"walls", "on/off/auto", "auto",
+     "once it listens it drops all capabilities, opens no file but those that options name and "
+     "those of libraries (Landlock), and makes no system call but those it needs (seccomp); auto = "
+     "as far as the kernel has this, on = or it does not start",
+     SRV_OPTION_SWITCH, FIELD(walls), 0, 0},
+    {"allow-root", "on/off", "off", "on = it runs as root too; off = it refuses to start",
+     SRV_OPTION_SWITCH, FIELD(allow_root), 0, 0},
     {"max-connections", "N", "4096", "open connections; one more is answered 503",
      SRV_OPTION_WHOLE, FIELD(connections), 1, 100000},
     {"max-client-connections", "N", "0",

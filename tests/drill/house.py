@@ -48,7 +48,7 @@ class Daemon:
                    "--workers", "1", "--access-log", "off", *options]
         with open(self.log, "wb") as log:
             self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=log,
-                                            env=os.environ | (environment or {}), preexec_fn=die_with_parent(signal.SIGKILL))
+                                            env={"PENDULUMD_ALLOW_ROOT": "on"} | os.environ | (environment or {}), preexec_fn=die_with_parent(signal.SIGKILL))
         end = time.monotonic() + PATIENCE
         while "listening on" not in (text := self.log.read_text()):
             if self.process.poll() is not None or time.monotonic() > end:

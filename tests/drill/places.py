@@ -71,6 +71,7 @@ class Postgres:
         self.user = {"user": owner.pw_uid, "group": owner.pw_gid, "extra_groups": []} if owner else {}
         if owner:
             os.chown(self.directory, owner.pw_uid, owner.pw_gid)
+            os.chmod(self.directory, 0o711)  # a daemon of root has no capabilities: it finds the socket as everybody does
         self.url = f"postgresql://pendulumd@/postgres?host={self.directory}"
         self.log = open(pathlib.Path(directory, "log"), "ab")
         self.run("initdb", "-D", "data", "-U", "pendulumd", "-A", "trust", "-E", "UTF8", "--locale=C", "-N")

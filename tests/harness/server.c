@@ -99,6 +99,9 @@ static pid_t launch(const char *const options[], const char *listen, const char 
     dup2(null, 0);
     dup2(log, 1);
     dup2(log, 2);
+    setenv("PENDULUMD_ALLOW_ROOT", "on", 0);
+    /* another program under which it runs makes calls of its own */
+    if (prefix) setenv("PENDULUMD_WALLS", "off", 0);
     execvp(word[0], word);
     _exit(127);
 }
@@ -190,7 +193,8 @@ static const char *noise(const char *log) {
         const char *end = strchr(log, '\n');
         if (!end) return log;
         int json = log[0] == '{' && end[-1] == '}';
-        if (!json && end != log && strncmp(log, "listening on ", 13) != 0) return log;
+        int wall = !strncmp(log, "walls: not all are up", 21);
+        if (!json && !wall && end != log && strncmp(log, "listening on ", 13) != 0) return log;
         log = end + 1;
     }
     return NULL;

@@ -207,6 +207,17 @@ def unit():
     """The systemd unit waits as long as a drain may take."""
     seconds = re.search(r"^TimeoutStopSec=(\d+)$", (TOP / "docker/pendulumd.service").read_text(), re.M)[1]
     lasts("pendulumd.service", float(seconds), float(defaults()["drain-seconds"]))
+    analyze = tool("systemd-analyze")
+    if not analyze:
+        skip("pendulumd.service: its exposure", "there is no systemd-analyze")
+        return
+    with tempfile.TemporaryDirectory(prefix="pendulumd-unit-") as directory:
+        path = pathlib.Path(directory, "pendulumd.service")
+        path.write_text((TOP / "docker/pendulumd.service").read_text().replace("@PREFIX@/bin/pendulumd", str(BUILD / "pendulumd")))
+        said = subprocess.run([analyze, "--no-pager", "security", "--offline=true", "--threshold=9", path], capture_output=True, text=True)
+        check("pendulumd.service: its exposure is below 1.0", not said.returncode, said.stdout + said.stderr)
+        said = subprocess.run([analyze, "verify", path], capture_output=True, text=True)
+        check("pendulumd.service: systemd understands it", "pendulumd.service:" not in said.stderr, said.stderr)
 
 
 # --- the same live

@@ -15,7 +15,7 @@ pure='^(assert|complex|errno|float|limits|math|stdalign|stdarg|stdbool|stddef|st
 # an outside library's headers, and the files that are its door
 doors=(
     '^gsl/|^gsl_ ^core/(integrate/method_gsl|modes/modes_gsl|modes/damped|dynamics/reference|dynamics/reference_bodies)[.]c$'
-    '^sys/mman[.]h$ ^core/modes/hugepage[.]c$' # advice about huge pages
+    '^sys/mman[.]h$ ^(core/modes/hugepage|server/base/calls)[.]c$' # advice about huge pages; rights of memory
     '^cjson/ ^api/json/json_(scan|in)[.]c$'
     '^curl/ ^api/clients/cli/remote[.]c$'
     '^libdeflate[.]h$ ^(api/encode/encode_npz|server/protocol/coding_gzip)[.]c$'
@@ -29,6 +29,8 @@ doors=(
     '^zstd[.]h$ ^server/protocol/coding_zstd[.]c$'
     '^sqlite3[.]h$ ^server/store/store_sqlite([.]c|_disk[.][ch])$'
     '^libpq-fe[.]h$ ^server/store/store_postgres[.]c$'
+    '^seccomp[.]h$ ^server/base/calls[.]c$'
+    '^linux/(landlock|capability)[.]h$ ^server/(base/fence|walls)[.]c$'
     '^(pthread|threads)[.]h$ ^server/'
 )
 

@@ -17,6 +17,8 @@ struct srv_config live_config(const char *const options[]) {
                                         "off",
                                         "--store",
                                         "none",
+                                        "--walls",
+                                        "off",
                                         "--max-wait-seconds",
                                         "3600",
                                         "--header-seconds",

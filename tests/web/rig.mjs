@@ -24,7 +24,9 @@ const ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-firs
 
 /** A daemon on a free port: {url, stop()}; options are added to its command line. */
 export async function startDaemon(options = ["--store", "none"]) {
-  const child = spawn(PROGRAM, ["--listen", "127.0.0.1:0", ...PATIENT, ...options], { stdio: ["ignore", "ignore", "pipe"] });
+  const child = spawn(PROGRAM, ["--listen", "127.0.0.1:0", ...PATIENT, ...options], {
+    stdio: ["ignore", "ignore", "pipe"], env: { PENDULUMD_ALLOW_ROOT: "on", ...process.env },
+  });
   const gone = new Promise((resolve) => child.on("exit", resolve));
   const url = await new Promise((resolve, reject) => {
     let said = "";

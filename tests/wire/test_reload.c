@@ -170,7 +170,8 @@ TEST(closed_standard_streams_are_nobodys_socket) {
     strcpy(end, "/pendulumd");
     snprintf(
         command, sizeof command,
-        "'%s' --listen 127.0.0.1:0 --store none <&- >&- 2>&- & pid=$!; for i in $(seq 1000); do "
+        "'%s' --listen 127.0.0.1:0 --store none --allow-root on <&- >&- 2>&- & pid=$!; for i in "
+        "$(seq 1000); do "
         "[ \"$(readlink /proc/$pid/fd/2)\" = /dev/null ] && break; sleep 0.02; done; "
         "readlink /proc/$pid/fd/0 /proc/$pid/fd/1 /proc/$pid/fd/2 >%s/fds; kill $pid; wait $pid",
         program, directory);
