@@ -38,7 +38,7 @@ struct api_member_range {
     long first, slice;
     struct api_member_range_stats stats;
     double *raw;
-    double *start; /* of the member at hand: angles, rates, lengths, masses */
+    double *start; /* of the member at hand: angles, rates, lengths, masses, numbers of terms */
 };
 
 void api_ensemble_free(struct api_ensemble **ensemble) {
@@ -153,7 +153,7 @@ static enum pend_status read_parts(struct api_ensemble *e, const struct api_read
     if (status == PEND_NO_MEMORY) return status;
     if (problem->status) return PEND_INVALID;
     e->seen.table.digits = (int)rounded;
-    api_observables_columns(&e->seen, e->tree.n);
+    api_observables_columns(&e->seen, e->tree.n, &e->members);
     api_picture_read(&e->seen, &e->members, &e->tree, reading);
     if (!problem->status) check_size(e, reading);
     return problem->status ? PEND_INVALID : PEND_OK;
@@ -203,7 +203,10 @@ double api_ensemble_bytes(const struct api_ensemble *e) {
     double n = e->tree.n,
            list = e->instants ? 2.0 * (double)e->times.times.count * sizeof(double) : 0;
     double varied = (double)e->members.variations * sizeof *e->members.variation;
-    return 32768 + (n + 16) * 18000 + list + varied + api_tree_bytes(&e->tree) +
+    // numbers of terms for each lane, and more series, with those of a neighbour
+    if (e->tree.loads.terms) varied += 16 * sizeof(double) * e->tree.loads.terms->count;
+    double arm_bytes = e->tree.loads.terms ? 54000 : 18000;
+    return 32768 + (n + 16) * arm_bytes + list + varied + api_tree_bytes(&e->tree) +
            api_states_bytes(e->members.states);
 }
 
@@ -222,7 +225,9 @@ static double *range_row(const struct api_member_range *range, long member, long
 
 static int range_fetch(void *context, long i, struct pend_member *member) {
     const struct api_member_range *range = context;
-    api_members_fill(&range->ensemble->members, range->ensemble->tree.n, i, member);
+    const struct api_ensemble *e = range->ensemble;
+    api_members_fill(&e->members, e->tree.n, i, member);
+    if (e->instants) member->start = pend_times_at(&e->times.times, 0);
     return 0;
 }
 
@@ -269,11 +274,14 @@ static int range_deliver(void *context, long i, const struct pend_outcome *outco
                                 .rate = range->start + n,
                                 .length = range->start + 2 * n,
                                 .mass = range->start + 3 * n,
-                                .loads = e->tree.loads};
+                                .loads = e->tree.loads,
+                                .value = range->start + 4 * n};
+    size_t terms = e->tree.loads.terms ? (size_t)e->tree.loads.terms->count : 0;
     /* the start is drawn again only if it is answered */
     if (e->seen.wanted & (1u << API_SEE_START | 1u << API_SEE_PARAMETERS)) {
         memcpy(start.length, tree->len, n * sizeof(double));
         memcpy(start.mass, tree->mass, n * sizeof(double));
+        if (terms) memcpy(start.value, e->tree.loads.value, terms * sizeof(double));
         api_members_fill(&e->members, tree->n, i, &start);
     }
     api_observables_write(&e->seen, tree, i, &start, outcome, range_row(range, i, 0));
@@ -293,7 +301,8 @@ enum pend_status api_member_range_new(struct api_member_range **range, const str
     size_t n = (size_t)e->tree.n;
     assert(!e->members.states->mode_most); /* api_ensemble_prepare was called */
     assert(first >= 0 && count <= e->members.count - first);
-    struct api_member_range *s = *range = calloc(1, sizeof *s + 4 * n * sizeof(double));
+    size_t terms = e->tree.loads.terms ? (size_t)e->tree.loads.terms->count : 0;
+    struct api_member_range *s = *range = calloc(1, sizeof *s + (4 * n + terms) * sizeof(double));
     if (!s) return PEND_NO_MEMORY;
     *s = (struct api_member_range){
         .ensemble = e, .first = first, .raw = raw, .start = (double *)(s + 1)};

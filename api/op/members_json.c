@@ -5,17 +5,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/op/varied.h"
 #include "core/base/rng.h"
 #include "core/tree/turns.h"
 
 static const double pi = 3.14159265358979323846;
 
-static const char *const quantities[] = {"phi",    "theta", "phid",    "thetad",
-                                         "length", "mass",  "gravity", NULL};
-static const char *const axis_fields[] = {"vary",  "arm",   "start", "stop",
-                                          "count", "scale", "unit",  NULL};
-static const char *const draw_fields[] = {"vary", "arm",       "distribution", "low", "high",
-                                          "mean", "deviation", "unit",         NULL};
+static const char *const quantities[] = {"phi",    "theta", "phid",   "thetad",
+                                         "length", "mass",  "gravity"};
+static const char *const axis_fields[] = {"vary",  "arm",   "harmonic", "start", "stop",
+                                          "count", "scale", "unit",     NULL};
+static const char *const draw_fields[] = {"vary", "arm",  "harmonic",  "distribution", "low",
+                                          "high", "mean", "deviation", "unit",         NULL};
 static const char *const random_fields[] = {"count", "seed", "draw", NULL};
 
 /* the context in which a variation is read */
@@ -25,16 +26,38 @@ struct reading {
     struct api_problem *problem;
 };
 
-static void read_arm(const struct api_value *value, const struct reading *reading,
-                     struct api_variation *out) {
-    if (out->quantity == API_VARY_GRAVITY) {
+static void read_arm(const struct api_value *value, const struct reading *reading, const char *name,
+                     int of_arm, struct api_variation *out) {
+    if (!of_arm) {
         if (api_value_kind(value) != API_MISSING)
             api_value_fault(value, reading->problem,
-                            "does not go together with gravity, which all arms share");
+                            "does not go together with %s, which all arms share", name);
         return;
     }
     int arm = api_tree_read_arm(reading->tree, value, reading->problem);
     if (arm >= 0) out->arm = reading->tree->tree->place[arm];
+}
+
+/* all names, ended by NULL */
+static void list_names(const char *list[API_VARY_TERM + API_VARIED + 1]) {
+    for (int i = 0; i < API_VARY_TERM; i++) list[i] = quantities[i];
+    for (int i = 0; i < API_VARIED; i++) list[API_VARY_TERM + i] = api_varied_name(i);
+    list[API_VARY_TERM + API_VARIED] = NULL;
+}
+
+/* finds the number of a term that varies; the pendulum must have it */
+static void read_term(const struct api_value *value, const struct api_value *vary, int term,
+                      const struct reading *reading, struct api_variation *out) {
+    struct api_value field = api_value_member(value, "harmonic");
+    long harmonic = 1;
+    if (api_field_whole(&field, 1, 1000, &harmonic, reading->problem) < 0) return;
+    api_value_usual_number(&field, 1);
+    if (!reading->tree->tree || reading->problem->status) return;
+    out->place = api_varied_place(reading->tree, term, out->arm, (int)harmonic);
+    if (out->place < 0)
+        api_value_fault(vary, reading->problem,
+                        "varies a number that the pendulum has not: give it one in \"pendulum\"; "
+                        "0 will do where it may be 0");
 }
 
 /* true for quantities that must be positive */
@@ -48,13 +71,18 @@ static double read_target(const struct api_value *value, const struct reading *r
     static const char *const units[] = {"rad", "deg", NULL};
     struct api_value vary = api_value_member(value, "vary"), arm = api_value_member(value, "arm");
     struct api_value unit = api_value_member(value, "unit");
+    const char *list[API_VARY_TERM + API_VARIED + 1];
     int chosen = 0, degrees = 0;
     out->arm = -1;
+    list_names(list);
     if (!api_field_needed(&vary, reading->problem) ||
-        api_field_word(&vary, quantities, &chosen, reading->problem) < 0)
+        api_field_word(&vary, list, &chosen, reading->problem) < 0)
         return 1;
-    out->quantity = (enum api_quantity)chosen;
-    read_arm(&arm, reading, out);
+    int term = chosen - API_VARY_TERM;
+    out->quantity = term >= 0 ? API_VARY_TERM : (enum api_quantity)chosen;
+    read_arm(&arm, reading, list[chosen],
+             term >= 0 ? api_varied_of_arm(term) : chosen != API_VARY_GRAVITY, out);
+    if (term >= 0) read_term(value, &vary, term, reading, out);
     if (api_field_word(&unit, units, &degrees, reading->problem) > 0 &&
         out->quantity > API_VARY_THETAD)
         api_value_fault(&unit, reading->problem, "is for angles and their rates: leave it out");
@@ -73,6 +101,18 @@ static void read_end(const struct api_value *value, const struct api_variation *
     *out = scale * x;
 }
 
+/* the ends of an axis over a term must be what the term may be */
+static void check_end(const struct api_value *value, const struct api_variation *of, double x,
+                      const struct reading *reading) {
+    if (of->quantity != API_VARY_TERM || of->place < 0 || !reading->tree->loads.terms) return;
+    if (reading->problem->status || pend_terms_fits(reading->tree->loads.terms, of->place, x))
+        return;
+    api_value_fault(value, reading->problem,
+                    "is %g, which this number of a pendulum cannot be: it must not be below 0, and "
+                    "a speed must be above 0",
+                    x);
+}
+
 static void read_axis(const struct api_value *value, const struct reading *reading,
                       struct api_variation *out) {
     static const char *const scales[] = {"linear", "log", NULL};
@@ -88,6 +128,8 @@ static void read_axis(const struct api_value *value, const struct reading *readi
     out->spread = spread ? API_SPREAD_LOG : API_SPREAD_LINEAR;
     read_end(&start, out, factor, &out->from, reading->problem);
     read_end(&stop, out, factor, &out->to, reading->problem);
+    check_end(&start, out, out->from, reading);
+    check_end(&stop, out, out->to, reading);
     out->count = 1;
     if (api_field_needed(&count, reading->problem))
         (void)api_field_whole(&count, 1, 1000000000, &out->count, reading->problem);
@@ -135,7 +177,7 @@ static int is_repeated(const struct api_members *members, int at) {
         int same = a->quantity == b->quantity ||
                    (a->quantity < API_VARY_LENGTH && b->quantity < API_VARY_LENGTH &&
                     a->quantity / 2 == b->quantity / 2);
-        if (same && a->arm == b->arm) return 1;
+        if (same && a->arm == b->arm && a->place == b->place) return 1;
     }
     return 0;
 }
@@ -196,7 +238,9 @@ static enum pend_status read_random(struct api_members *members, const struct ap
     struct api_value count = api_value_member(random, "count"),
                      seed = api_value_member(random, "seed");
     struct api_value draw = api_value_member(random, "draw");
-    long number = 0, most = reading->tree->n ? 4 * reading->tree->n + 1 : 1000000, drawn = 0;
+    long number = 0,
+         most = reading->tree->n ? (4 + PEND_TERM_ROWS) * reading->tree->n + 64 : 1000000,
+         drawn = 0;
     (void)api_value_only(random, random_fields, reading->problem);
     if (api_field_needed(&count, reading->problem) &&
         api_field_whole(&count, 1, 1000000000, &number, reading->problem) > 0)
@@ -234,7 +278,7 @@ enum pend_status api_members_read(struct api_members *members, const struct api_
     struct reading reading = {tree, limits, problem};
     struct api_value way[3], initial = api_value_member(root, "initial");
     int chosen = -1;
-    *members = (struct api_members){0};
+    *members = (struct api_members){.terms = tree->loads.terms};
     for (int i = 0; i < 3; i++) {
         way[i] = api_value_member(root, ways[i]);
         if (api_value_kind(&way[i]) == API_MISSING) continue;
@@ -259,6 +303,13 @@ enum pend_status api_members_read(struct api_members *members, const struct api_
                        : read_random(members, &way[2], &reading);
 }
 
+int api_members_varied(const struct api_members *members) {
+    int count = 0;
+    for (int v = 0; v < members->variations; v++)
+        count += members->variation[v].quantity == API_VARY_TERM;
+    return count;
+}
+
 void api_members_clear(struct api_members *members) {
     api_states_free(&members->states);
     free(members->variation);
@@ -279,8 +330,9 @@ static double member_value(const struct api_members *members, const struct api_v
     return of->spread == API_SPREAD_LOG ? exp(x) : x;
 }
 
-static void member_set(struct pend_member *member, const struct api_variation *of, double x) {
-    assert(of->quantity == API_VARY_GRAVITY || of->arm >= 0);
+static void member_set(const struct api_members *members, struct pend_member *member,
+                       const struct api_variation *of, double x) {
+    assert(of->quantity >= API_VARY_GRAVITY || of->arm >= 0);
     double size = x > 0 && isfinite(x) ? x : NAN;
     struct pend_sum hanging;
     switch (of->quantity) {
@@ -303,6 +355,9 @@ static void member_set(struct pend_member *member, const struct api_variation *o
     case API_VARY_MASS:
         member->mass[of->arm] = size;
         break;
+    case API_VARY_TERM:
+        member->value[of->place] = pend_terms_fits(members->terms, of->place, x) ? x : NAN;
+        break;
     default:
         member->loads.gravity = x;
         break;
@@ -321,6 +376,6 @@ void api_members_fill(const struct api_members *members, int n, long i,
         const struct api_variation *of = &members->variation[v];
         long step = of->count ? rest % of->count : 0;
         if (of->count) rest /= of->count;
-        member_set(member, of, member_value(members, of, i, step, (uint32_t)v));
+        member_set(members, member, of, member_value(members, of, i, step, (uint32_t)v));
     }
 }

@@ -20,13 +20,15 @@ enum api_quantity {
     API_VARY_LENGTH,
     API_VARY_MASS,
     API_VARY_GRAVITY,
+    API_VARY_TERM, /* a number of a real pendulum (varied) */
     API_VARY_COUNT
 };
 
 /* One value that varies: the quantity, the arm, and its values. */
 struct api_variation {
     enum api_quantity quantity;
-    int arm; /* stored number; -1 for gravity */
+    int arm;   /* stored number; -1 for what is the pendulum's */
+    int place; /* of a term's number in the list */
     enum { API_SPREAD_LINEAR, API_SPREAD_LOG, API_SPREAD_UNIFORM, API_SPREAD_NORMAL } spread;
     double from, to; /* ends of an axis or of a uniform draw; mean and deviation of a normal one;
                         logarithms with LOG */
@@ -40,6 +42,7 @@ struct api_members {
     int variations;
     struct api_variation *variation; /* axes, the first runs fastest; or draws */
     uint64_t seed;
+    const struct pend_terms *terms; /* of the pendulum, NULL of an ideal one; not owned */
 };
 
 /**
@@ -58,12 +61,15 @@ PEND_MUST_CHECK enum pend_status api_members_read(struct api_members *members,
                                                   const struct api_limits *limits,
                                                   struct api_problem *problem);
 
+/** Returns how many of the variations are of terms. O(variations). */
+int api_members_varied(const struct api_members *members);
+
 /** Frees the states and the variations. */
 void api_members_clear(struct api_members *members);
 
 /**
- * Writes the start of member i into arrays that hold the tree's own lengths, masses and gravity. A
- * length or a mass that was drawn and is not positive becomes NaN. O(n).
+ * Writes the start of member i into arrays that hold the tree's own lengths, masses, gravity and
+ * numbers of terms. A number that was drawn and cannot be, as a negative length, becomes NaN. O(n).
  */
 void api_members_fill(const struct api_members *members, int n, long i, struct pend_member *member);
 

@@ -83,8 +83,10 @@ void api_observables_read(struct api_observables *seen, const struct api_value *
     if (!seen->output) seen->output = 1u << OUT_PHI | 1u << OUT_PHID | 1u << OUT_LAMBDA;
 }
 
-void api_observables_columns(struct api_observables *seen, int n) {
+void api_observables_columns(struct api_observables *seen, int n,
+                             const struct api_members *members) {
     assert(n >= 1);
+    seen->members = members;
     struct api_table *table = &seen->table;
     api_table_add(table, "member", NULL, 0);
     if (seen->wanted >> API_SEE_TRAJECTORY & 1) {
@@ -103,6 +105,8 @@ void api_observables_columns(struct api_observables *seen, int n) {
                           observables[i].arms[part] ? n : 0);
             table->column[table->count - 1].sparse = (int)(observables[i].times >> part & 1);
         }
+        if (i == API_SEE_PARAMETERS && api_members_varied(members))
+            api_table_add(table, observables[i].name, "varied", api_members_varied(members));
     }
 }
 
@@ -143,6 +147,15 @@ static double *put(double *at, const struct pend_tree *tree, const double x[], d
 static double *put_one(double *at, double x, double gap) {
     *at = isfinite(x) ? x : gap;
     return at + 1;
+}
+
+/* the numbers of terms that vary, in the order of the request */
+static double *put_varied(const struct api_members *members, const struct pend_member *start,
+                          double *at) {
+    for (int v = 0; v < members->variations; v++)
+        if (members->variation[v].quantity == API_VARY_TERM)
+            at = put_one(at, start->value[members->variation[v].place], 0);
+    return at;
 }
 
 static double *write_one(enum api_observable observable, const struct pend_tree *tree,
@@ -192,8 +205,11 @@ void api_observables_write(const struct api_observables *seen, const struct pend
     *at++ = (double)member;
     *at++ = api_observables_status(outcome->status);
     if (outcome->status != PEND_OK) outcome = &nothing;
-    for (int i = 0; i < API_SEE_COUNT; i++)
-        if (seen->wanted >> i & 1) at = write_one((enum api_observable)i, tree, start, outcome, at);
+    for (int i = 0; i < API_SEE_COUNT; i++) {
+        if (!(seen->wanted >> i & 1)) continue;
+        at = write_one((enum api_observable)i, tree, start, outcome, at);
+        if (i == API_SEE_PARAMETERS) at = put_varied(seen->members, start, at);
+    }
 }
 
 void api_observables_sample(const struct api_observables *seen, const struct pend_tree *tree,

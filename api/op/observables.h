@@ -8,6 +8,7 @@
 #define API_OBSERVABLES_H
 
 #include "api/encode/encode.h"
+#include "api/op/members_json.h"
 #include "api/read/field.h"
 #include "core/ensemble/member.h"
 
@@ -32,7 +33,8 @@ struct api_observables {
     unsigned wanted; /* bit i for observable i */
     unsigned output; /* of a trajectory: bits of phi, phid, theta, thetad, lambda */
     struct api_table table;
-    int at[API_SEE_COUNT]; /* first column of each wanted observable */
+    int at[API_SEE_COUNT];             /* first column of each wanted observable */
+    const struct api_members *members; /* whose variations the parameters have; not owned */
 };
 
 /**
@@ -43,8 +45,10 @@ struct api_observables {
 void api_observables_read(struct api_observables *seen, const struct api_value *root,
                           struct api_problem *problem);
 
-/** Sets the columns for n arms; the number of rows is unchanged. */
-void api_observables_columns(struct api_observables *seen, int n);
+/** Sets the columns for n arms; the number of rows is unchanged. members: must outlive `seen`; the
+ * numbers of terms that vary become a part of the parameters. */
+void api_observables_columns(struct api_observables *seen, int n,
+                             const struct api_members *members);
 
 /** Returns the name of an observable. */
 const char *api_observables_name(enum api_observable observable);

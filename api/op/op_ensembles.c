@@ -188,6 +188,7 @@ static double ensembles_bytes(const void *state) {
 const struct api_op api_op_ensembles = {
     .name = "ensembles",
     .body = 1,
+    .terms = 1,
     .samples = 2,
     .read = ensembles_read,
     .run = ensembles_run,

@@ -248,8 +248,7 @@ static void trajectory_tell(struct trajectory *trajectory, const struct api_turn
     api_stats_whole(figures, "rejected", stats.rejected);
     api_stats_whole(figures, "evaluations", stats.evaluations);
     // not a number where the method does not know what drives and friction change
-    if (!isnan(stats.energy_drift))
-        api_stats_number(figures, "energy_drift", stats.energy_drift);
+    if (!isnan(stats.energy_drift)) api_stats_number(figures, "energy_drift", stats.energy_drift);
     trajectory_tell_horizon(trajectory, stats.horizon);
     trajectory_tell_doubts(trajectory, stats.energy_drift);
     if (trajectory->trust_tolerance > 0)

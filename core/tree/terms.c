@@ -165,6 +165,17 @@ int pend_terms_check(const struct pend_terms *terms, const struct pend_tree *tre
     return faults;
 }
 
+int pend_terms_fits(const struct pend_terms *terms, int place, double x) {
+    enum range range = RANGE_ANY;
+    assert(place >= 0 && place < terms->count);
+    for (int r = 0; r < PEND_TERM_ROWS; r++)
+        if (terms->row[r] >= 0 && place >= terms->row[r] && place < terms->row[r] + terms->n)
+            range = (enum range)row_range[r];
+    for (int i = 0; i < PEND_TERM_ONES; i++)
+        if (terms->one[i] == place) range = (enum range)one_range[i];
+    return !terms_wrong(x, range);
+}
+
 int pend_terms_conserve(const struct pend_terms *terms, const double value[]) {
     static const enum pend_term_row changes[] = {PEND_TERM_DAMPING, PEND_TERM_FRICTION,
                                                  PEND_TERM_DRAG, PEND_TERM_DRAG_QUADRATIC,

@@ -127,6 +127,12 @@ int pend_terms_check(const struct pend_terms *terms, const struct pend_tree *tre
                      void (*found)(void *context, const struct pend_terms_fault *fault),
                      void *context);
 
+/**
+ * Returns true if the number at a place of the list may be x: finite, and 0 or more or greater than
+ * 0 where the term asks for it. O(1).
+ */
+int pend_terms_fits(const struct pend_terms *terms, int place, double x);
+
 /** Non-zero if the sum of kinetic energy and that of gravity and springs is kept: no friction, no
  * drag, no torque, and a pivot that does not move. O(n). */
 int pend_terms_conserve(const struct pend_terms *terms, const double value[]);

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "api/op/ensemble.h"
+#include "api/op/varied.h"
 #include "tests/api/post.h"
 #include "tests/harness/test.h"
 
@@ -520,4 +521,46 @@ TEST(ensembles_say_which_members_lose_their_digits) {
     test_reply_free(&reply);
     snprintf(text, sizeof text, body, ",\"accuracy\":0");
     CHECK_REFUSED(API_OP_ENSEMBLES, text, "/accuracy", "must be");
+}
+
+TEST(every_number_of_a_real_pendulum_varies_by_name) {
+    // one name after the other as an axis of two values; the answer says what each member has
+    static const char pendulum[] =
+        "{\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":1,\"mass\":1,\"rod\":1,\"damping\":1,"
+        "\"stiffness\":1,\"rest\":0.1,\"friction\":{\"torque\":1,\"speed\":1},\"torque\":{"
+        "\"constant\":1,\"harmonics\":[{\"amplitude\":1,\"omega\":1,\"phase\":0.5}]},"
+        "\"body\":{\"mass\":1,\"center\":[0.3,0.1],\"inertia\":0.1},"
+        "\"drag\":{\"linear\":1,\"quadratic\":1,\"speed\":1}},"
+        "{\"name\":\"b\",\"parent\":\"a\",\"length\":1,\"mass\":1,\"at\":[0.5,0.2]}],"
+        "\"drag_per_mass\":0.1,\"pivot\":{\"acceleration\":[0.1,0.2],"
+        "\"x\":{\"harmonics\":[{\"amplitude\":0.1,\"omega\":1},{\"amplitude\":0.2,\"omega\":2}]},"
+        "\"y\":{\"harmonics\":[{\"amplitude\":0.1,\"omega\":3}]}}},"
+        "\"duration\":0.5,\"observables\":[\"parameters\",\"final\"],";
+    for (int i = 0; i < API_VARIED; i++) {
+        char body[2000], arm[20] = "";
+        int second = i == PEND_TERM_AT_X || i == PEND_TERM_AT_Y;
+        if (api_varied_of_arm(i)) snprintf(arm, sizeof arm, "\"arm\":%d,", second ? 2 : 1);
+        snprintf(body, sizeof body,
+                 "%s\"grid\":[{\"vary\":\"%s\",%s\"start\":0.25,\"stop\":0.75,\"count\":2}]}",
+                 pendulum, api_varied_name(i), arm);
+        struct test_reply reply = test_post(API_OP_ENSEMBLES, body);
+        CHECK_SAYING(reply.status == 200, "%s: %d", api_varied_name(i), reply.status);
+        CHECK(test_reply_number(&reply, "/parameters/varied/0/0") == 0.25);
+        CHECK(test_reply_number(&reply, "/parameters/varied/1/0") == 0.75);
+        CHECK_SAYING(test_reply_number(&reply, "/final/phi/0/0") !=
+                         test_reply_number(&reply, "/final/phi/1/0"),
+                     "%s changes nothing", api_varied_name(i));
+        CHECK(test_reply_number(&reply, "/status/0") == 0);
+        test_reply_free(&reply);
+    }
+    char body[2000];
+    snprintf(body, sizeof body,
+             "%s\"grid\":[{\"vary\":\"damping\",\"arm\":2,\"start\":-1,\"stop\":0,\"count\":2}]}",
+             pendulum);
+    CHECK_REFUSED(API_OP_ENSEMBLES, body, "/grid/0/start", "must not be below 0");
+    snprintf(body, sizeof body,
+             "%s\"grid\":[{\"vary\":\"pivot_y_omega\",\"harmonic\":2,\"start\":1,\"stop\":2,"
+             "\"count\":2}]}",
+             pendulum);
+    CHECK_REFUSED(API_OP_ENSEMBLES, body, "/grid/0/vary", "the pendulum has not");
 }
