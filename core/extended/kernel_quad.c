@@ -10,7 +10,37 @@
 #define NUMBER_QUAD_DOUBLE
 #include "core/taylor/jets_template.h"
 
+/* the general kernel calls its arithmetic: put into every place, it would take minutes to compile
+ */
+#define QUAD_CALL(name) static __attribute__((noinline)) quad quad_call_##name(quad x, quad y)
+QUAD_CALL(add) { return quad_add(x, y); }
+QUAD_CALL(sub) { return quad_sub(x, y); }
+QUAD_CALL(mul) { return quad_mul(x, y); }
+QUAD_CALL(div) { return quad_div(x, y); }
+static __attribute__((noinline)) quad quad_call_fma(quad x, quad y, quad z) {
+    return quad_fma(x, y, z);
+}
+#undef num_add
+#undef num_sub
+#undef num_mul
+#undef num_div
+#undef num_fma
+#define num_add quad_call_add
+#define num_sub quad_call_sub
+#define num_mul quad_call_mul
+#define num_div quad_call_div
+#define num_fma quad_call_fma
 #include "core/bodies/bodies_template.h"
+#undef num_add
+#undef num_sub
+#undef num_mul
+#undef num_div
+#undef num_fma
+#define num_add quad_add
+#define num_sub quad_sub
+#define num_mul quad_mul
+#define num_div quad_div
+#define num_fma quad_fma
 
 enum {
 #define X(name) QUAD_##name,
