@@ -596,3 +596,70 @@ TEST(an_operation_that_takes_no_terms_says_so) {
     }
     CHECK(refused < API_OP_COUNT - 2 && api_op_trees.terms);
 }
+
+struct etag {
+    char text[80];
+};
+
+static struct etag etag_of(const char *members) {
+    struct etag etag = {"refused"};
+    struct api_limits limits;
+    struct api_buffer out;
+    struct api_call *call;
+    char body[400];
+    snprintf(body, sizeof body, ARM("%s"), members);
+    struct api_request request = {.op = API_OP_TREES,
+                                  .content_type = "application/json",
+                                  .body = body,
+                                  .body_bytes = strlen(body)};
+    api_limits_init(&limits);
+    api_buffer_init(&out, 1 << 20);
+    if (api_call_new(&call, &limits) != PEND_OK) return etag;
+    if (CHECK_SAYING(api_call_open(call, &request, &out) == API_MORE, "%s", body))
+        snprintf(etag.text, sizeof etag.text, "%s", api_call_etag(call));
+    api_call_free(&call);
+    api_buffer_clear(&out);
+    return etag;
+}
+
+/* caches and idempotency keys go by the ETag */
+TEST(pendulums_that_differ_in_a_term_have_etags_of_their_own) {
+    static const char *const others[] = {
+        "\"name\":\"a\"",
+        "\"rod\":1",
+        "\"rod\":1.0000000000000002",
+        "\"body\":{\"mass\":1,\"center\":1}",
+        "\"body\":{\"mass\":1,\"center\":[1,1]}",
+        "\"body\":{\"mass\":1,\"center\":1,\"inertia\":1}",
+        "\"damping\":1",
+        "\"stiffness\":1",
+        "\"stiffness\":1,\"rest\":1",
+        "\"friction\":{\"torque\":1,\"speed\":1}",
+        "\"friction\":{\"torque\":1,\"speed\":2}",
+        "\"torque\":1",
+        "\"torque\":{\"harmonics\":[{\"amplitude\":1,\"omega\":1}]}",
+        "\"torque\":{\"harmonics\":[{\"amplitude\":1,\"omega\":2}]}",
+        "\"torque\":{\"harmonics\":[{\"amplitude\":1,\"omega\":1,\"phase\":1}]}",
+        "\"drag\":{\"linear\":1}",
+        "\"drag\":{\"quadratic\":1}",
+        "\"drag\":{\"quadratic\":1,\"speed\":1}",
+    };
+    static const char *const same[][2] = {
+        {"\"name\":\"a\"", "\"name\":\"a\",\"damping\":0,\"rod\":null,\"torque\":0,\"drag\":{}"},
+        {"\"stiffness\":1", "\"stiffness\":1,\"rest\":0"},
+        {"\"drag\":{\"quadratic\":1}", "\"drag\":{\"speed\":0.01,\"quadratic\":1,\"linear\":0}"},
+        {"\"torque\":{\"harmonics\":[{\"amplitude\":1,\"omega\":1}]}",
+         "\"torque\":{\"constant\":0,\"harmonics\":[{\"amplitude\":1,\"omega\":1,\"phase\":0}]}"},
+        {"\"body\":{\"mass\":1,\"center\":1}", "\"body\":{\"inertia\":0,\"center\":1,\"mass\":1}"},
+    };
+    enum { OTHERS = sizeof others / sizeof *others };
+    struct etag seen[OTHERS];
+    for (int i = 0; i < OTHERS; i++) {
+        seen[i] = etag_of(others[i]);
+        for (int j = 0; j < i; j++)
+            CHECK_SAYING(strcmp(seen[i].text, seen[j].text) != 0, "%s and %s", others[i],
+                         others[j]);
+    }
+    for (size_t i = 0; i < sizeof same / sizeof *same; i++)
+        CHECK_TEXT(etag_of(same[i][1]).text, etag_of(same[i][0]).text);
+}
