@@ -354,6 +354,7 @@ STORE_TEST(an_altered_row_harms_its_room_alone) {
             for (int i = 0; i < found.count; i++) CHECK_TEXT(found.body[i], "{}");
             out.name = "pupils/1";
             out.body = NULL;
+            out.bytes = 0;
             out.own = 0;
             (void)srv_store_class_put(own, &out, &room);
             (void)srv_store_class_end(own, &out, &room);
