@@ -80,7 +80,7 @@ STORE_TEST(scenes_are_bounded_in_bytes) {
     static const char body[4000];
     struct srv_store_figures figures;
     struct srv_store *own;
-    char id[8];
+    char id[16];
     (void)store;
     ground->rules.client_scenes = 100;
     ground->rules.client_scene_bytes = 3 * (sizeof body + SRV_ROW_BYTES);
