@@ -155,10 +155,10 @@ static int calls_conditions(scmp_filter_ctx filter) {
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0);
     for (size_t i = 0; !failed && i < sizeof calls_families / sizeof *calls_families; i++)
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 1,
-                                  SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)calls_families[i]));
+                                  SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)calls_families[i], 0));
     for (size_t i = 0; !failed && i < sizeof calls_settings / sizeof *calls_settings; i++)
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(prctl), 1,
-                                  SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)calls_settings[i]));
+                                  SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)calls_settings[i], 0));
     return failed;
 }
 
