@@ -1,5 +1,6 @@
 #include "server/base/hosts.h"
 
+#include <assert.h>
 #include <arpa/inet.h>
 #include <string.h>
 #include <strings.h>
@@ -24,6 +25,7 @@ static struct hosts_part hosts_split(const char *text, size_t bytes) {
         part.port_bytes = bytes - part.name_bytes;
     }
     if (part.name_bytes && text[part.name_bytes - 1] == '.') part.name_bytes--;
+    assert(part.name_bytes + part.port_bytes <= bytes);
     return part;
 }
 
@@ -76,6 +78,7 @@ int srv_hosts_good(const char *list) {
 }
 
 const char *srv_hosts_mean(const char *list, const char *listen, int proxied) {
+    assert(srv_hosts_good(list));
     if (strcmp(list, "auto") != 0) return list;
     const char *colon = strrchr(listen, ':');
     size_t bytes = colon ? (size_t)(colon - listen) : strlen(listen);
@@ -87,6 +90,7 @@ static int hosts_of_loopback(const struct hosts_part *host) {
     char text[16];
     struct in_addr address;
     if (host->name_bytes >= sizeof text) return 0;
+    assert(host->name_bytes < sizeof text);
     memcpy(text, host->name, host->name_bytes);
     text[host->name_bytes] = 0;
     return inet_pton(AF_INET, text, &address) == 1 && ntohl(address.s_addr) >> 24 == 127;

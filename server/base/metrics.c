@@ -1,5 +1,6 @@
 #include "server/base/metrics.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -139,6 +140,7 @@ static enum pend_status metrics_histogram(const struct srv_histogram *histogram,
                                    i < SRV_METRIC_BUCKETS - 1 ? metrics_bucket[i].label : "+Inf",
                                    count));
     }
+    assert(count >= metrics_read(&histogram->bucket[SRV_METRIC_BUCKETS - 1]));
     return api_buffer_format(out, "%s_sum{stage=\"%s\"} %.9f\n%s_count{stage=\"%s\"} %llu\n", name,
                              stage, 1e-9 * (double)metrics_read(&histogram->sum_ns), name, stage,
                              count);
@@ -146,6 +148,7 @@ static enum pend_status metrics_histogram(const struct srv_histogram *histogram,
 
 enum pend_status srv_metrics_write(struct srv_metrics *metrics, const struct srv_gauges *gauges,
                                    const char *(*label)(int route), struct api_buffer *out) {
+    assert(metrics && gauges && label);
     PEND_TRY(metrics_requests(metrics, label, out));
     PEND_TRY(metrics_head(out, "pendulumd_build_info", NULL,
                           "1; which program this is, and which engine computes", "gauge"));

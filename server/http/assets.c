@@ -1,5 +1,6 @@
 #include "server/http/assets.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -28,6 +29,7 @@ static int assets_is_document(const struct srv_asset *asset) {
 
 static void assets_give(struct srv_exchange *exchange, const struct srv_asset *asset,
                         const char *keep) {
+    assert(asset->plain && asset->media_type && asset->etag);
     int packed =
         asset->packed && srv_coding_accepts(exchange->field[SRV_ACCEPT_ENCODING], SRV_GZIP);
     if (srv_exchange_matches(exchange, asset->etag)) {
@@ -71,6 +73,7 @@ void srv_assets_description(struct srv_exchange *exchange) {
 }
 
 void srv_assets_file(struct srv_exchange *exchange) {
+    assert(exchange->argument);
     size_t digest = strlen(srv_assets_digest);
     const char *name = exchange->argument;
     int ours = !strncmp(name, srv_assets_digest, digest) && name[digest] == '/';

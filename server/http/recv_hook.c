@@ -1,12 +1,16 @@
 #include "server/http/recv_hook.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
 
 static _Thread_local struct srv_recv_hooks *hooks_here;
 
-void srv_recv_hooks_init(struct srv_recv_hooks *hooks) { *hooks = (struct srv_recv_hooks){0}; }
+void srv_recv_hooks_init(struct srv_recv_hooks *hooks) {
+    assert(hooks);
+    *hooks = (struct srv_recv_hooks){0};
+}
 
 void srv_recv_hooks_clear(struct srv_recv_hooks *hooks) {
     free(hooks->by_fd);
@@ -16,6 +20,7 @@ void srv_recv_hooks_clear(struct srv_recv_hooks *hooks) {
 void srv_recv_hooks_here(struct srv_recv_hooks *hooks) { hooks_here = hooks; }
 
 int srv_recv_hooks_add(struct srv_recv_hooks *hooks, int fd, struct srv_recv_hook *hook) {
+    assert(fd >= 0 && hook);
     if (fd >= hooks->fds) {
         int fds = fd < 512 ? 1024 : 2 * fd;
         struct srv_recv_hook **by_fd = realloc(hooks->by_fd, (size_t)fds * sizeof *by_fd);
@@ -24,11 +29,15 @@ int srv_recv_hooks_add(struct srv_recv_hooks *hooks, int fd, struct srv_recv_hoo
         hooks->by_fd = by_fd;
         hooks->fds = fds;
     }
+    assert(fd < hooks->fds);
     hooks->by_fd[fd] = hook;
     return 1;
 }
 
-void srv_recv_hooks_remove(struct srv_recv_hooks *hooks, int fd) { hooks->by_fd[fd] = NULL; }
+void srv_recv_hooks_remove(struct srv_recv_hooks *hooks, int fd) {
+    assert(fd >= 0 && fd < hooks->fds);
+    hooks->by_fd[fd] = NULL;
+}
 
 struct srv_recv_hook *srv_recv_hook_at(int fd) {
     return hooks_here && fd >= 0 && fd < hooks_here->fds ? hooks_here->by_fd[fd] : NULL;
@@ -38,6 +47,7 @@ size_t srv_recv_hook_show(struct srv_recv_hook *hook, char *data, size_t bytes) 
     struct srv_http_strict *strict = &hook->strict;
     int within = srv_http_strict_within(strict);
     bytes = srv_http_strict_read(strict, data, bytes);
+    assert(!strict->status || strict->detail);
     if (strict->status && !bytes) hook->refuses(hook);
     if (!within && srv_http_strict_within(strict)) hook->begins(hook);
     return bytes;

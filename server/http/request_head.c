@@ -1,5 +1,6 @@
 #include "server/http/request_head.h"
 
+#include <assert.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -23,6 +24,7 @@ static int head_refuse(struct srv_exchange *exchange, int status, const char *fo
     __attribute__((format(printf, 3, 4)));
 
 static int head_refuse(struct srv_exchange *exchange, int status, const char *format, ...) {
+    assert(status >= 400 && status <= 599);
     char detail[240];
     va_list arguments;
     va_start(arguments, format);
@@ -62,6 +64,7 @@ static const char *head_join(struct srv_exchange *exchange, const char *first, c
 }
 
 int srv_request_head_field(struct srv_exchange *exchange, const char *name, const char *value) {
+    assert(srv_exchange_valid(exchange) && name && value);
     int id = head_find(exchange->service, name);
     if (id == SRV_FIELD_COUNT) return 1;
     const char **known = &exchange->field[id];
@@ -82,6 +85,7 @@ static int head_length(struct srv_exchange *exchange) {
     exchange->length = exchange->field[SRV_TRANSFER_ENCODING] ? -1
                        : length                               ? strtoll(length, NULL, 10)
                                                               : 0;
+    assert(exchange->length >= -1);
     if ((double)exchange->length <= limit) return 1;
     exchange->close = 1;
     return head_refuse(exchange, 413,
@@ -117,6 +121,7 @@ static int head_decode(const char *from, size_t bytes, char *to) {
         }
         i += 2;
     }
+    assert(length >= 0 && (size_t)length <= bytes);
     to[length] = 0;
     return length;
 }
@@ -169,6 +174,7 @@ static int head_coding(struct srv_exchange *exchange) {
 }
 
 int srv_request_head_head(struct srv_exchange *exchange) {
+    assert(srv_exchange_valid(exchange));
     const char *expect = exchange->field[SRV_EXPECT];
     if (!head_length(exchange) || !head_coding(exchange)) return 0;
     if (expect && strcasecmp(expect, "100-continue"))

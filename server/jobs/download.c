@@ -1,5 +1,6 @@
 #include "server/jobs/download.h"
 
+#include <assert.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
@@ -40,6 +41,13 @@ static struct download *download_of(struct srv_ask *ask) {
     return SRV_CONTAINER_OF(ask, struct download, ask);
 }
 
+/* the ring is within its places, and what follows is within the job's parts; with the lock */
+PEND_VALIDATOR download_valid(const struct download *download) {
+    return download->first >= 0 && download->first < DOWNLOAD_AHEAD && download->count >= 0 &&
+           download->count + download->asked <= DOWNLOAD_AHEAD && download->part >= 0 &&
+           download->part <= download->parts && download->chunk >= 0;
+}
+
 static void download_end(struct download *download) {
     struct srv_hold *hold = &download->hold;
     pthread_mutex_destroy(&download->lock);
@@ -59,6 +67,7 @@ static enum srv_stored download_run(struct srv_store *store, struct srv_store_ca
 
 /* asks for the next piece where there is room for it, and any; called with the lock */
 static void download_ask(struct download *download) {
+    assert(download_valid(download));
     int over = download->part == download->parts || download->stored != SRV_STORED;
     if (download->asked || over || download->count == DOWNLOAD_AHEAD) return;
     int place = (download->first + download->count) % DOWNLOAD_AHEAD;
@@ -72,6 +81,7 @@ static void download_ask(struct download *download) {
 
 /* a piece, or what is in its place, has come; called with the lock */
 static void download_take(struct download *download, enum srv_stored stored) {
+    assert(download->count < DOWNLOAD_AHEAD);
     /* a part that fills its last piece ends where there is no other */
     int none = stored == SRV_STORED_NONE && download->chunk > 0;
     size_t bytes = none ? 0 : download->read.bytes;
@@ -84,6 +94,7 @@ static void download_take(struct download *download, enum srv_stored stored) {
         download->part++;
         download->chunk = 0;
     }
+    assert(bytes <= SRV_CHUNK_BYTES);
     if (bytes) download->bytes[(download->first + download->count++) % DOWNLOAD_AHEAD] = bytes;
 }
 
@@ -147,6 +158,7 @@ static enum pend_status download_fetch(void *context, void *data, size_t cap, si
     } else if (download->part < download->parts) {
         status = pend_fail(error, PEND_BUG, -1, 0, "nothing was read yet");
     }
+    assert(*bytes <= cap && download->first < DOWNLOAD_AHEAD);
     pthread_mutex_unlock(&download->lock);
     return status;
 }
@@ -161,6 +173,7 @@ static void download_again(void *context) {
 }
 
 static int download_park(struct srv_source *source, struct srv_work *work) {
+    assert(source && work);
     struct download *download = (struct download *)source;
     pthread_mutex_lock(&download->lock);
     int rests = !download_has(download) && srv_inflight_park(work);
@@ -172,6 +185,7 @@ static int download_park(struct srv_source *source, struct srv_work *work) {
 static void download_free(struct srv_source *source) {
     struct download *download = (struct download *)source;
     pthread_mutex_lock(&download->lock);
+    assert(!download->gone);
     int asked = download->gone = download->asked;
     download->waiting = NULL;
     pthread_mutex_unlock(&download->lock);
@@ -180,6 +194,7 @@ static void download_free(struct srv_source *source) {
 
 enum srv_room srv_download_new(struct srv_source **source, struct srv_exchange *exchange,
                                const char *id, long parts, void *body, size_t body_bytes) {
+    assert(parts >= 1 && strlen(id) < SRV_ID_BYTES);
     struct srv_service *service = exchange->service;
     struct download *made = malloc(sizeof *made + (size_t)DOWNLOAD_AHEAD * SRV_CHUNK_BYTES);
     *source = NULL;

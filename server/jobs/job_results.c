@@ -1,5 +1,6 @@
 #include "server/jobs/job_results.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,6 +12,7 @@
 
 /* the exchange goes on to a worker, which takes the answer from the store */
 static void results_deliver(struct srv_store_request *asked) {
+    assert(asked->request && asked->job.parts >= 1);
     struct srv_exchange *exchange = asked->exchange;
     struct srv_source *source;
     int op = 0;

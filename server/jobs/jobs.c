@@ -1,5 +1,6 @@
 #include "server/jobs/jobs.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -31,6 +32,7 @@ static void jobs_written(struct srv_exchange *exchange, int status, enum pend_st
 }
 
 static void jobs_answer_job(struct srv_exchange *exchange, int status, const struct srv_job *job) {
+    assert(status == 200 || status == 202);
     struct api_job view = srv_job_view(job);
     jobs_written(exchange, status, api_job_write(&view, &exchange->answer));
 }
@@ -90,6 +92,7 @@ static int jobs_read_query(const char *query, struct srv_store_request *asked) {
             return 0;
         }
     }
+    assert(asked->most >= 1 && asked->most <= JOBS_PAGE);
     return 1;
 }
 
@@ -112,6 +115,7 @@ static double jobs_own(const struct srv_exchange *exchange, enum srv_limit limit
 
 static enum srv_stored jobs_put(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
+    assert(asked->parts >= 1 && asked->id[0] && asked->cost_us >= 0);
     const struct srv_exchange *exchange = asked->exchange;
     const struct srv_identity *who = &exchange->identity;
     struct srv_job_order order = {.id = asked->id,
@@ -161,6 +165,7 @@ static void jobs_digest(const char *text, unsigned char digest[SRV_DIGEST_BYTES]
  * Returns 1 where it fits.
  */
 static int jobs_fit(struct srv_exchange *exchange, const struct api_plan *plan, size_t body_bytes) {
+    assert(plan->parts >= 1 && plan->bytes >= 0);
     const struct srv_config *config = srv_service_config(exchange->service);
     double bytes = plan->bytes + 2 * (double)body_bytes, answer = config->limits.answer_bytes;
     if (srv_hold_never(config, bytes))
@@ -217,6 +222,7 @@ static int jobs_plan(struct srv_store_request *asked) {
 }
 
 void srv_jobs_submit(struct srv_exchange *exchange) {
+    assert(api_op_at(exchange->op));
     struct srv_store_request *asked = srv_store_request_begin(exchange, &srv_store_request_jobs);
     if (!asked) return;
     if (!jobs_read_key(exchange->field[SRV_IDEMPOTENCY_KEY], asked->key)) {
@@ -327,6 +333,7 @@ static enum srv_stored jobs_find_page(struct srv_store *store, struct srv_store_
 }
 
 static void jobs_found_page(struct srv_store_request *asked, enum srv_stored stored) {
+    assert(asked->count >= 0 && asked->count <= JOBS_PAGE);
     struct srv_exchange *exchange = asked->exchange;
     struct api_job view[JOBS_PAGE];
     char next[96];

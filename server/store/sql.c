@@ -5,6 +5,7 @@
 #include <string.h>
 
 void srv_sql_complain(struct srv_sql *sql, const char *text) {
+    assert(text && sql->driver);
     snprintf(sql->complaint, sizeof sql->complaint, "%.*s", (int)strcspn(text, "\n"), text);
 }
 
@@ -38,6 +39,7 @@ const char *srv_sql_columns(const char *text) {
 
 /* adds to a text that is long enough for every statement there is */
 static void sql_add(char text[SQL_LIST_TEXT], const char *more) {
+    assert(strlen(text) + strlen(more) < SQL_LIST_TEXT);
     size_t bytes = strlen(text);
     snprintf(text + bytes, SQL_LIST_TEXT - bytes, "%s", more);
 }

@@ -1,5 +1,6 @@
 #include "server/store/sql.h"
 
+#include <assert.h>
 #include <fcntl.h>
 #include <poll.h>
 #include <sqlite3.h>
@@ -58,6 +59,12 @@ static void sqlite_ring(sqlite3_context *context, int count, sqlite3_value **val
     (void)count, (void)value;
     own->ringing = 1;
     sqlite3_result_int(context, 1);
+}
+
+/* a connection that was opened: only one that has a database is used */
+PEND_VALIDATOR sqlite_valid(const struct sqlite_sql *own) {
+    return own->sql.driver == &srv_sql_sqlite && own->db && own->rollback && own->ear >= -1 &&
+           own->patience_ms > 0;
 }
 
 static void sqlite_close(struct srv_sql *sql) {
@@ -161,6 +168,7 @@ static enum srv_stored sqlite_result(struct sqlite_sql *own, int code) {
 }
 
 static int sqlite_bind(sqlite3_stmt *statement, const struct srv_value value[], int count) {
+    assert(count >= 0 && count <= SRV_SQL_PARAMETERS);
     int code = SQLITE_OK;
     for (int i = 0; i < count && code == SQLITE_OK; i++) {
         char name[16];
@@ -219,15 +227,18 @@ static void sqlite_leave(struct sqlite_sql *own) {
 }
 
 static void sqlite_before(struct sqlite_sql *own) {
+    assert(sqlite_valid(own));
     sqlite_leave(own);
     own->ringing = 0;
     own->patience_ms = CARRY_MS;
+    assert(sqlite3_get_autocommit(own->db));
     srv_sqlite_disk_begin(&own->disk, own->full);
     own->patience_ms = BUSY_MS;
     own->full = 0;
 }
 
 static void sqlite_committed(struct sqlite_sql *own) {
+    assert(sqlite_valid(own));
     if (own->ringing) utimensat(AT_FDCWD, sqlite3_db_filename(own->db, "main"), NULL, 0);
     own->ringing = 0;
     own->patience_ms = CARRY_MS;
@@ -251,6 +262,7 @@ static int sqlite_prepare(struct sqlite_sql *own, sqlite3_stmt **statement, cons
 /* hands the rows of a statement over, up to the first that is not taken */
 static enum srv_stored sqlite_step(struct sqlite_sql *own, sqlite3_stmt *statement, srv_row_fn *row,
                                    void *context) {
+    assert(statement);
     struct srv_value field[SRV_SQL_PARAMETERS];
     enum srv_stored stored = SRV_STORED;
     int code = SQLITE_OK, columns = sqlite3_column_count(statement);
@@ -266,6 +278,7 @@ static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
                                   const struct srv_value value[], int count, srv_row_fn *row,
                                   void *context) {
     struct sqlite_sql *own = SRV_CONTAINER_OF(sql, struct sqlite_sql, sql);
+    assert(sqlite_valid(own) && id >= -1 && id < SRV_SQL_STATEMENTS);
     sqlite3_stmt *once = NULL, **statement = id < 0 ? &once : &own->kept[id];
     int code = SQLITE_OK, commit = !strcmp(text, "COMMIT");
     /* SQLite has ended some failed transactions itself: what it said of the failure stays */
@@ -296,6 +309,7 @@ static int sqlite_room(struct srv_sql *sql, size_t bytes) {
 
 static int sqlite_listen(struct srv_sql *sql, int timeout_ms) {
     struct sqlite_sql *own = SRV_CONTAINER_OF(sql, struct sqlite_sql, sql);
+    assert(sqlite_valid(own));
     char event[4096];
     int heard = 0;
     if (own->ear < 0) {

@@ -1,5 +1,7 @@
 #include "server/work/service.h"
 
+#include <assert.h>
+
 const struct srv_config *srv_service_config(const struct srv_service *service) {
     const struct srv_reloaded *reloaded =
         atomic_load_explicit(&service->reloaded, memory_order_acquire);
@@ -35,6 +37,7 @@ static double service_held(const struct srv_service *service, enum srv_memory_ki
 }
 
 struct srv_gauges srv_service_gauges(struct srv_service *service) {
+    assert(service->workers >= 0);
     srv_memory_look(&service->memory);
     struct srv_cache_size cache = srv_cache_size(service->cache);
     struct srv_store_figures store = {0};
