@@ -21,10 +21,10 @@ typedef struct {
     VEC high, low;
 } DD_TYPE;
 
-/** x y and what its rounding leaves out. */
+/** x y with its rounding error. */
 VEC_INLINE DD_TYPE DD(product)(VEC x, VEC y) {
     VEC p = x * y;
-    // no compiler may fuse the product into the sums that it goes to, whatever its flags
+    // without this a compiler could fuse the product into the sums in which it is used
     VEC_PIN(p);
 #ifdef __FMA__
     return (DD_TYPE){p, VEC_(fma)(x, y, -p)};
@@ -38,7 +38,7 @@ VEC_INLINE DD_TYPE DD(product)(VEC x, VEC y) {
 #endif
 }
 
-/** x + y and what its rounding leaves out (Knuth). */
+/** x + y with its rounding error (Knuth). */
 VEC_INLINE DD_TYPE DD(total)(VEC x, VEC y) {
     VEC s = x + y, part = s - x;
     return (DD_TYPE){s, (x - (s - part)) + (y - part)};
@@ -81,7 +81,7 @@ VEC_INLINE DD_TYPE DD(mul)(DD_TYPE x, DD_TYPE y) {
     return DD(settle)(p);
 }
 
-/** sum + x y for long sums: the result goes to _gather again, or to _settle. */
+/** sum + x y for long sums; the result is an argument of _gather again, or of _settle. */
 VEC_INLINE DD_TYPE DD(gather)(DD_TYPE x, DD_TYPE y, DD_TYPE sum) {
     DD_TYPE p = DD(product)(x.high, y.high), s = DD(total)(sum.high, p.high);
     p.low = VEC_(fma)(x.high, y.low, p.low);
@@ -102,7 +102,7 @@ VEC_INLINE DD_TYPE DD(div)(DD_TYPE x, DD_TYPE y) {
     return DD(settle)((DD_TYPE){q, (rest - q * y.low) / y.high});
 }
 
-/** x in the lanes where `which` is all ones, y where it is 0. */
+/** x in the lanes in which `which` is all ones, y in those in which it is 0. */
 VEC_INLINE DD_TYPE DD(pick)(BITS which, DD_TYPE x, DD_TYPE y) {
     return (DD_TYPE){VEC_(pick)(which, x.high, y.high), VEC_(pick)(which, x.low, y.low)};
 }

@@ -1,6 +1,6 @@
-/* Directions of many angles, by instruction set.
- * Leaves to others: what is made of them (kinematics).
- * Invariant: an unsupported set is never called. */
+/* Cosines and sines of many angles, by instruction set.
+ * Leaves to others: the vectors that are made of them (kinematics).
+ * Invariant: a kernel is called only on a processor that has its instruction set. */
 #ifndef PEND_KERNEL_SINCOS_H
 #define PEND_KERNEL_SINCOS_H
 

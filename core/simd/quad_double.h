@@ -13,8 +13,8 @@
 
 #include <math.h>
 
-/* keeps a number as it is: no compiler may fuse a product into the sums that it goes to,
- * whatever its flags */
+/* keeps a number in a register as it is: without this a compiler could fuse a product into the
+ * sums in which it is used */
 #if defined(__x86_64__)
 #define QUAD_PIN(x) __asm__("" : "+x"(x))
 #elif defined(__aarch64__)
@@ -27,21 +27,21 @@ typedef struct {
     double part[4];
 } quad;
 
-/** x + y and what its rounding leaves out (Knuth). */
+/** x + y with its rounding error (Knuth). */
 static inline __attribute__((always_inline)) double quad_total(double x, double y, double *low) {
     double s = x + y, part = s - x;
     *low = (x - (s - part)) + (y - part);
     return s;
 }
 
-/** The same where |x| >= |y| (Dekker). */
+/** quad_total where |x| >= |y| (Dekker). */
 static inline __attribute__((always_inline)) double quad_settle(double x, double y, double *low) {
     double s = x + y;
     *low = y - (s - x);
     return s;
 }
 
-/** x y and what its rounding leaves out. */
+/** x y with its rounding error. */
 static inline __attribute__((always_inline)) double quad_product(double x, double y, double *low) {
     double p = x * y;
     QUAD_PIN(p);

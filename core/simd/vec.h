@@ -49,8 +49,8 @@ VEC_INLINE lanes8 lanes8_fma(lanes8 x, lanes8 y, lanes8 z) {
 #endif
 }
 
-/** Numbers of an array. By single loads: the gathering instruction is slow where it has been made
- * safe. */
+/** Numbers of an array, by single loads: the gathering instruction is slow on processors on which
+ * it was made safe. */
 VEC_INLINE lanes2 lanes2_gather(const double *from, const int index[2]) {
     return (lanes2){from[index[0]], from[index[1]]};
 }
@@ -70,8 +70,8 @@ VEC_INLINE lanes2 lanes2_of(double x) { return (lanes2){x, x}; }
 VEC_INLINE lanes4 lanes4_of(double x) { return (lanes4){x, x, x, x}; }
 VEC_INLINE lanes8 lanes8_of(double x) { return (lanes8){x, x, x, x, x, x, x, x}; }
 
-/* Keeps a vector of the instruction set's own width in a register: gcc 12 would load it anew for
- * every use. */
+/* Keeps a vector of the instruction set's own width in a register: gcc 12 would otherwise load
+ * it again for every use. */
 #if defined(__AVX512F__)
 #define VEC_PIN(x) __asm__("" : "+v"(x))
 #elif defined(__x86_64__)

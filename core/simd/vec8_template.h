@@ -1,6 +1,6 @@
-/* Eight numbers in vectors that the processor has: one, two or four of them, where gcc would put
- * vectors of eight into memory.
- * Leaves to others: what the numbers are (blocks_template, levels_template).
+/* Eight numbers in one, two or four vectors of the processor's own width. gcc would keep vectors of
+ * eight in memory.
+ * Leaves to others: the meaning of the numbers (blocks_template, levels_template).
  * Invariant: the same operations in the same order for every width, so that avx2 and avx512
  * agree to the last bit. */
 #ifndef PEND_VEC8_TEMPLATE_H
@@ -26,7 +26,7 @@ VEC_INLINE void vec8_put(double *at, const struct vec8 *x) {
     for (int p = 0; p < VEC8_PARTS; p++) wide_put(at + p * WIDE, x->part[p]);
 }
 
-/** x one lane on, and one lane back. */
+/** x moved by one lane upwards, and by one lane downwards. */
 VEC_INLINE wide wide_shift(wide x, wide after) {
 #if KERNEL_WIDTH == 8
     return __builtin_shufflevector(x, after, 1, 2, 3, 4, 5, 6, 7, 8);
@@ -47,7 +47,7 @@ VEC_INLINE wide wide_unshift(wide before, wide x) {
 #endif
 }
 
-/** The last lane of x in all. */
+/** The last lane of x, in every lane. */
 VEC_INLINE wide wide_end(wide x) {
 #if KERNEL_WIDTH == 8
     return __builtin_shufflevector(x, x, 7, 7, 7, 7, 7, 7, 7, 7);
@@ -58,7 +58,8 @@ VEC_INLINE wide wide_end(wide x) {
 #endif
 }
 
-/** Of eight lanes those from `first` on: x in one of the eight, zero in the others. */
+/** The lanes from `first` on of a vector of eight: x in lane `lane` of the eight, zero in the
+ * others. */
 VEC_INLINE wide wide_only(double x, int lane, int first) {
     static const long long all[2 * VEC8 - 1] = {[VEC8 - 1] = -1};
     KERNEL_OF(bits, ) mask;

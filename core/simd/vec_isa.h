@@ -26,7 +26,8 @@
  * bits4 or bits2. */
 #define KERNEL_OF(kind, name) KERNEL_PASTE(kind, KERNEL_WIDTH, name)
 
-/** Such a vector, and its functions: WIDE_(fma) is lanes8_fma, lanes4_fma or lanes2_fma. */
+/** A vector of that width, and its functions: WIDE_(fma) is lanes8_fma, lanes4_fma or lanes2_fma.
+ */
 enum { WIDE = KERNEL_WIDTH };
 typedef KERNEL_OF(lanes, ) wide;
 #define WIDE_(name) KERNEL_OF(lanes, _##name)
@@ -36,7 +37,7 @@ typedef KERNEL_OF(lanes, ) wide;
 #define wide_put WIDE_(put)
 #define wide_gather WIDE_(gather)
 
-/** WIDE numbers that begin anywhere; wide_get takes them where a vector may lie. */
+/** Loads WIDE numbers from any address; wide_get loads from an address aligned for a vector. */
 VEC_INLINE wide wide_load(const double *from) {
     wide x;
     memcpy(&x, from, sizeof x);

@@ -1,5 +1,5 @@
-/* Elementary functions of vectors; included by vec.h once for each number of LANES.
- * Leaves to others: arguments that are not finite (the callers look at their results).
+/* Elementary functions of vectors; vec.h includes this file once for each number of LANES.
+ * Leaves to others: arguments that are not finite (the callers check their results).
  * Invariant: the same operations in every lane, no branch. */
 #define VEC_PASTE2(a, b) a##b
 #define VEC_PASTE(a, b) VEC_PASTE2(a, b)
@@ -161,14 +161,14 @@ VEC_INLINE VEC OF(reduce_eighths)(VEC x, VEC low, BITS *turn) {
 }
 
 /**
- * Sine and cosine of the exact x - base: of either half an ulp of 1 more than sincos at the most, a
- * sine near 0 to its own last digits; two thirds of the work, since steps of a sixteenth of the
- * circle leave so little of an angle that short polynomials do, and that its own rounding is none
- * of the result's.
+ * Sine and cosine of the exact x - base. The error is at most half an ulp of 1 more than that of
+ * sincos, and a sine near 0 is exact to its own last digits. It takes two thirds of the work: steps
+ * of a sixteenth of the circle leave so small an angle that short polynomials suffice, and the
+ * rounding of x - base does not enter the result.
  */
 VEC_INLINE void OF(between)(VEC x, VEC base, VEC *sine, VEC *cosine) {
-    // the difference is rounded, and near a half turn its rounding is all that tells two arms from
-    // aligned ones
+    // the difference is rounded, and near a half turn only its rounding error distinguishes two
+    // arms from aligned ones
     VEC angle = x - base, back = x - angle, low = (x - (angle + back)) + (back - base), far_sine,
         far_cosine;
     BITS turn;

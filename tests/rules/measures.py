@@ -1,4 +1,5 @@
-"""Holds the C of the rooms to the measures of CONTRIBUTING.md: columns, lengths, branches, comments, assertions.
+"""Holds the C of the rooms to the measures of CONTRIBUTING.md: columns, lengths, branches, comments, assertions; the
+page's sheets of style to the columns.
 
 usage: measures.py [--list]     --list also prints every complaint, and the longest and the most branched functions
 Leaves to others: layout and one statement a line (layout.sh), who includes whom (layers.sh).
@@ -13,7 +14,7 @@ ROOMS = ("core", "api", "server")
 COLUMNS, FILE_LINES, FUNCTION_LINES, BRANCHES, ASSERTIONS = 100, 500, 60, 15, 10
 
 # How often each measure is broken today. A number may only fall; assertions, for a thousand lines, may only rise.
-KNOWN = {"columns": 0, "files": 0, "functions": 0, "branches": 0, "comments": 0, "assertions": 9.4}
+KNOWN = {"columns": 0, "files": 0, "functions": 0, "branches": 0, "comments": 0, "assertions": 9.6}
 
 RULES = {
     "columns": f"lines have at most {COLUMNS} columns",
@@ -121,6 +122,12 @@ def main():
         seen = {key: len(complaints) for key, complaints in measure(sample(excess))[0].items()}
         if seen != {key: excess for key in RULES}:
             failures.append(f"of a sample that breaks each measure {excess} times the rule noticed {seen}")
+    styles = [p for p in (TOP / "server/web").rglob("*.css") if "node_modules" not in p.parts]
+    for p in styles:
+        lines = enumerate(p.read_text(encoding="utf-8").split("\n"), 1)
+        wrong["columns"] += [f"{p.relative_to(TOP)}:{i}: {len(line)} columns" for i, line in lines if len(line) > COLUMNS]
+    if len(styles) < 3:
+        failures.append(f"only {len(styles)} sheets of style were found")
     density = 1000 * assertions / max(total, 1)
     for key, complaints in wrong.items():
         count, known = len(complaints), KNOWN[key]
