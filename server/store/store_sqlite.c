@@ -63,8 +63,7 @@ static void sqlite_ring(sqlite3_context *context, int count, sqlite3_value **val
 
 /* a connection that was opened: only one that has a database is used */
 PEND_VALIDATOR sqlite_valid(const struct sqlite_sql *own) {
-    return own->sql.driver == &srv_sql_sqlite && own->db && own->rollback && own->ear >= -1 &&
-           own->patience_ms > 0;
+    return own->sql.driver && own->db && own->rollback && own->ear >= -1 && own->patience_ms > 0;
 }
 
 static void sqlite_close(struct srv_sql *sql) {
