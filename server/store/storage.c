@@ -18,7 +18,7 @@ enum {
     THREADS = READERS + WRITERS + 1
 };
 
-/* Asks of one kind that wait, first come first. */
+/* The waiting questions of one kind, in the order in which they came. */
 struct storage_line {
     struct srv_list asks;
     pthread_cond_t some;
@@ -77,9 +77,9 @@ static int storage_take(struct srv_storage *storage, enum srv_ask_kind kind, int
     return count;
 }
 
-/* What is done beside what is asked: rounds of pieces, one a second, between which others have
- * their turn. While there is more to sweep, a round takes its whole second, and the next one
- * begins at its end. */
+/* The sweeps that a writing thread does between questions: rounds of pieces, one round a second.
+ * While there is more to sweep, a round takes its whole second, and the next one begins at its
+ * end. */
 struct storage_round {
     int64_t next, begun; /* ns: when a piece is due; when the round began */
     int64_t before,
@@ -161,7 +161,7 @@ static void *storage_serve(void *context) {
             ask->done(ask);
         }
         if (desk->kind == SRV_ASK_READ && !count && desk->away) storage_knock(desk);
-        /* what waited goes first: it may hold parts for longer whose leases a sweep would end */
+        /* questions go first: they may extend leases that a sweep would end */
         if (desk->kind == SRV_ASK_WRITE && srv_clock_now() >= round.next)
             storage_sweep(desk, &round);
     } while (count || !storage_over(storage));
@@ -241,7 +241,7 @@ void srv_storage_ask(struct srv_storage *storage, enum srv_ask_kind kind, struct
     pthread_mutex_unlock(&storage->lock);
 }
 
-/* An ask whose asker waits, and what was to be called without. */
+/* A question that is asked in place of the asker's own, whose thread waits for the answer. */
 struct storage_waiter {
     struct srv_ask ask;
     struct srv_ask *own;

@@ -85,8 +85,7 @@ static enum srv_stored store_open(struct srv_store *store) {
     return srv_store_post(store, SQL_BEGIN, NULL, 0);
 }
 
-/* sums that cannot be added to are counted anew: those of the clients whose sums a transaction
- * would have changed */
+/* counts anew the sums of those clients whose sums a transaction could not change */
 static enum srv_stored store_mend(struct srv_store *store) {
     struct srv_tally tally = store->tally;
     SRV_STORED_TRY(store_open(store));
@@ -178,8 +177,7 @@ enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, 
     return stored;
 }
 
-/* a full disk is tried twice: what the first try found in the way may be given back before the
- * second */
+/* runs a call twice on a full disk: the first try may free what it found in the way */
 static void store_single(struct srv_store *store, struct srv_store_call *call) {
     for (int i = 0; i < TRIES; i++) {
         call->stored = call->run(store, call);

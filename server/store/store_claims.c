@@ -1,7 +1,7 @@
-/* Claims: which parts of jobs a worker is to compute next, several small ones at a time.
- * Leaves to others: what becomes of them (store_leases).
- * Invariant: a part that is claimed was nobody's; what a claim costs does not depend on how many
- * parts wait. */
+/* Claims: choosing the parts of jobs that a worker computes next, several small ones at a time.
+ * Leaves to others: the results of the parts (store_leases).
+ * Invariant: nobody held a part when it is claimed; the cost of a claim does not depend on how
+ * many parts wait. */
 #include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,7 +14,7 @@
 
 enum { LAST_PARTS = 8, TURN_CLIENTS = 8 };
 
-/* a job's rank is an instant, and so many microseconds from none: more was not written by us */
+/* a job's rank is an instant and a number of microseconds: this program writes no larger value */
 #define CLAIM_RANK (INT64_C(1) << 62)
 
 struct row_lease {
@@ -140,9 +140,9 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
     return SRV_STORED;
 }
 
-/* Nobody whose turn it is has a job that can be claimed: those of whom it is only said are
- * counted anew, so that they stand in nobody's way. What this transaction has claimed, and what
- * another has locked, is there. */
+/* None of the clients whose turn it is has a job that can be claimed. The sums of clients that
+ * should have such jobs are counted anew, so that they do not block the others. What this
+ * transaction has claimed, and rows that another has locked, are counted too. */
 static enum srv_stored claim_mend(struct srv_store *store, const struct row_clients *clients,
                                   int *mended) {
     *mended = clients->nameless;
@@ -177,9 +177,8 @@ static enum srv_stored claim_damaged(struct srv_store *store, const char *client
     return srv_store_condemn(store, &job);
 }
 
-/* takes the first part of a job that nobody has held, and that starts from nothing: its row is
- * known without looking
- */
+/* claims the first part of a job of which no part was held and whose parts are independent: the
+ * part's row is known without reading it */
 static enum srv_stored claim_first(struct srv_store *store, const struct ready *ready,
                                    const char *worker, int64_t lease_us, struct srv_lease *lease) {
     lease->part = ready->job.begun;
@@ -254,7 +253,7 @@ static enum srv_stored claim_client(struct srv_store *store, const char *client,
     for (int i = 0;
          i < rows.rows && stored == SRV_STORED && claim_suits(claim, rows.ready[i].part_us); i++) {
         struct ready *ready = &rows.ready[i];
-        /* a damaged one is seen to when it is the first */
+        /* a damaged job is treated when it is the first */
         if (ready->flaw && claim->count) break;
         claim->sum_us += ready->part_us;
         stored = claim_part(store, client, weight, claim->worker, claim->lease_us, ready,
@@ -296,7 +295,7 @@ static enum srv_stored claim_found(struct srv_store *store, struct claim *claim,
     SRV_STORED_TRY(claim_turns(store, &clients, claim));
     if (claim->count) return SRV_STORED;
     SRV_STORED_TRY(claim_mend(store, &clients, mended));
-    /* what is ready but locked by another process will be free in a moment */
+    /* parts that are ready but locked by another process will be free in a moment */
     return *mended || clients.count ? SRV_STORED_AGAIN : SRV_STORED_NONE;
 }
 

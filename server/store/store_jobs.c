@@ -35,11 +35,11 @@ enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job) 
         srv_value_text(job->operation), srv_value_text(job->message), srv_value_whole(job->created),
         srv_value_whole(job->finished), srv_value_whole(job->expires), srv_value_whole(job->held),
         srv_value_bytes("", 0), srv_value_bytes(seal, sizeof seal)));
-    /* its parts and results go by and by */
+    /* its parts and results are removed later, piece by piece */
     SRV_STORED_TRY(SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, srv_value_text(job->id),
                            srv_value_text(job->client), srv_value_whole(0)));
     store->tally.ring = 1;
-    /* what the row said of itself cannot be taken off the sums */
+    /* the sums cannot be reduced by what a damaged row says */
     return srv_store_recount(store, job->client);
 }
 
@@ -50,8 +50,7 @@ enum srv_stored srv_store_lock(struct srv_store *store, const char *id, struct s
 
 int srv_job_open(const struct srv_job *job) { return job->state <= SRV_JOB_RUNNING; }
 
-/* the key of a job that nobody will compute, or that is past its time, is free: what it says
- * would be of no use */
+/* the key of a job that failed, was dismissed or is past its time is free */
 static int submit_spent(const struct srv_job *job) {
     return job->state >= SRV_JOB_FAILED || (job->expires > 0 && job->expires < job->now);
 }
@@ -224,7 +223,7 @@ enum srv_stored srv_store_list(struct srv_store *store, const char *client, cons
     return stored;
 }
 
-/* its parts: few go at once, many by and by, as its results do */
+/* removes its parts: a few at once, many later with its results */
 static enum srv_stored end_parts(struct srv_store *store, const struct srv_job *job) {
     if (job->bytes > 0 || job->begun > SRV_FEW_PARTS)
         return SRV_POST(store, SQL_REMOVAL_PUT, srv_value_text(job->id),

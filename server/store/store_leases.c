@@ -114,7 +114,7 @@ static enum srv_stored finish_data(struct srv_store *store, const struct srv_lea
                     srv_value_whole((int64_t)bytes));
 }
 
-/* the job has a part more that is done; the last one ends it */
+/* counts one more finished part of the job; the last one ends it */
 static enum srv_stored finish_step(struct srv_store *store, struct srv_job *job, size_t bytes,
                                    const void *carry, size_t carry_bytes) {
     struct srv_job was = *job;
@@ -157,7 +157,7 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
         stored = srv_store_job_end(store, &job, SRV_JOB_FAILED, message);
     } else {
         if (stored == SRV_STORED) stored = finish_data(store, lease, data, bytes);
-        /* a job that gets on is not what kills its workers */
+        /* a job that makes progress does not kill its workers */
         if (stored == SRV_STORED && job.parts > 1)
             stored = SRV_POST(store, SQL_PARTS_CLEARED, srv_value_text(lease->job));
         if (stored == SRV_STORED) stored = finish_step(store, &job, bytes, carry, carry_bytes);
@@ -194,7 +194,7 @@ static enum srv_stored row_part(void *context, const struct srv_value field[]) {
     return SRV_STORED;
 }
 
-/* a part waits again; with `mark` because its lease ran out, which counts against it */
+/* returns a part to those that wait; `mark`: its lease ran out, which counts against it */
 static enum srv_stored part_back(struct srv_store *store, const char *id, int64_t number, int mark,
                                  struct srv_store_sweep *sweep) {
     struct srv_row_wholes row = {.count = 1};

@@ -17,8 +17,8 @@ enum { TYPE_BYTEA = 17, TYPE_INT8 = 20, TYPE_TEXT = 25 };
 /* bytes that are sent without waiting for an answer */
 enum { POST_BYTES = 1 << 20 };
 enum { FIRST_WAIT_MS = 100, MOST_WAIT_MS = 5000 };
-/* nobody waits for a database longer than ANSWER_MS for an answer and CONNECT_S for a
- * connection; a listener that hears nothing asks so often whether the line still holds */
+/* the longest waits for the database: ANSWER_MS for an answer, CONNECT_S for a connection; a
+ * listener without news checks the connection after LISTEN_MS */
 enum { ANSWER_MS = 10000, LISTEN_MS = 5000, PATIENT_MS = 24 * 3600 * 1000 };
 #define CONNECT_S "5"
 
@@ -54,7 +54,7 @@ static void postgres_close(struct srv_sql *sql) {
 
 static void postgres_quiet(void *context, const char *message) { (void)context, (void)message; }
 
-/* waits until PQgetResult will not, or in vain; what was said goes out meanwhile */
+/* waits until PQgetResult will not wait, or the time is over; queued bytes are sent meanwhile */
 static int postgres_wait(PGconn *connection, int64_t until_ms) {
     int unsent;
     while ((unsent = PQflush(connection)) > 0 || (unsent == 0 && PQisBusy(connection))) {
@@ -138,8 +138,8 @@ static PGresult *postgres_sync(struct postgres_sql *own, int said) {
     "SET enable_sort = off; SET enable_hashjoin = off; SET enable_mergejoin = off; SET jit = off;" \
     "SET max_parallel_workers_per_gather = 0"
 
-/* what a connection is told first: a process that was stopped in the middle of a transaction
- * must not hold its rows, and nobody waits for them without end */
+/* the settings of a connection: a process that was stopped in the middle of a transaction must
+ * not hold its rows, and nobody waits for them without end */
 static int postgres_settle(struct postgres_sql *own) {
     if (PQsetnonblocking(own->connection, 1)) return 0;
     PQsetNoticeProcessor(own->connection, postgres_quiet, NULL);
@@ -154,7 +154,7 @@ static int postgres_settle(struct postgres_sql *own) {
     return good && PQenterPipelineMode(own->connection);
 }
 
-/* a link that is cut without a word is noticed in about ten seconds, unless the url says
+/* a connection that broke silently is noticed in about ten seconds, unless the url says
  * otherwise */
 static PGconn *postgres_connect(const char *url) {
     static const char *const word[] = {"connect_timeout",
@@ -347,7 +347,7 @@ static int postgres_put_list(struct postgres_sql *own, int id) {
     return good;
 }
 
-/* forgets the rows that were gathered: what they belong to will not be */
+/* drops the rows that were gathered, because their transaction has failed */
 static void postgres_drop_lists(struct postgres_sql *own) {
     for (int i = 0; i < own->lists; i++) srv_sql_list_empty(own->list[own->listed[i]]);
     own->lists = 0;

@@ -1,7 +1,7 @@
-/* Scenes in the store: kept as long as somebody keeps them, read.
- * Leaves to others: what a scene says, and how its id is found (scenes).
- * Invariant: a scene that was kept never changes; it goes with the last of its keepers, and no
- * link that a keeper was given is dead before. */
+/* Scenes in the store: storing, reading and removing them.
+ * Leaves to others: the contents of a scene, and its id (scenes).
+ * Invariant: a stored scene never changes; it is removed with the last of its keepers, so that
+ * no keeper's link ends before. */
 #include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -23,7 +23,7 @@ static enum srv_stored scene_room(struct srv_store *store, const char *client, c
     return all.whole[0] < rules->source_scenes ? SRV_STORED : SRV_STORED_QUOTA;
 }
 
-/* a client keeps a scene more, or one less */
+/* changes the number of scenes that a client keeps by one, up or down */
 static enum srv_stored scene_count(struct srv_store *store, const char *name, const char *source,
                                    int count, size_t bytes) {
     assert(count == 1 || count == -1);
@@ -35,7 +35,7 @@ static enum srv_stored scene_count(struct srv_store *store, const char *name, co
     return SRV_STORED;
 }
 
-/* there is a scene more, or one less */
+/* changes the number of all scenes by one, up or down */
 static void scene_count_all(struct srv_store *store, int count, size_t bytes) {
     assert(count == 1 || count == -1);
     store->tally.change.scenes += count;
@@ -58,7 +58,7 @@ static enum srv_stored scene_keeper_put(struct srv_store *store, const char *id,
     return scene_count(store, client, source, 1, bytes);
 }
 
-/* one more keeps a scene that is there and locked */
+/* adds a keeper to a scene that is stored and locked */
 static enum srv_stored scene_keep(struct srv_store *store, const char *id, const char *client,
                                   const char *source, size_t bytes) {
     int keeps;
@@ -68,7 +68,7 @@ static enum srv_stored scene_keep(struct srv_store *store, const char *id, const
     return scene_keeper_put(store, id, client, source, bytes);
 }
 
-/* locks a scene, so that nobody takes away what another keeps just now */
+/* locks a scene, so that no other process removes it meanwhile */
 static enum srv_stored scene_lock(struct srv_store *store, const char *id, size_t *bytes) {
     struct srv_row_wholes row = {.count = 1};
     SRV_STORED_TRY(SRV_RUN(store, SQL_SCENE_LOCK, srv_row_wholes, &row, srv_value_text(id)));
@@ -76,7 +76,7 @@ static enum srv_stored scene_lock(struct srv_store *store, const char *id, size_
     return row.rows ? SRV_STORED : SRV_STORED_NONE;
 }
 
-/* a scene that nobody has */
+/* stores a new scene */
 static enum srv_stored scene_new(struct srv_store *store, const char *id, const char *client,
                                  const char *source, const void *body, size_t bytes) {
     struct srv_row_wholes put = {.count = 1};

@@ -16,8 +16,8 @@
 #include "server/base/container_of.h"
 #include "server/store/store_sqlite_disk.h"
 
-/* how long others are waited for: who write, and, where the log of writes is to be carried over,
- * who read as well */
+/* how long this process waits for others: for writers, and for readers too when the log of
+ * writes is to be carried over */
 enum { BUSY_MS = 5000, CARRY_MS = 100, BUSY_NAP_US = 1000 };
 
 struct sqlite_sql {
@@ -76,23 +76,23 @@ static void sqlite_close(struct srv_sql *sql) {
     free(own);
 }
 
-/* what a connection is told first: every commit is on disk before it returns, and readers do not
+/* the settings of a connection: every commit is on disk before it returns, and readers do not
  * wait for the writer */
 static const char *const sqlite_settings =
     "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA temp_store = "
     "MEMORY; PRAGMA journal_size_limit = 4194304;";
 
-/* A new store is its owner's alone, as the log and the index of it are then, whatever the
- * process's umask; one that is there keeps its mode, which its owner may have widened on
- * purpose. That it cannot be made is told by the library. */
+/* A new store's file can be read and written by its owner only, whatever the process's umask;
+ * SQLite gives the log and its index the same mode. An existing file keeps its mode, which its
+ * owner may have widened on purpose. If the file cannot be made, the library reports it. */
 static void sqlite_private(const char *path) {
     int fd = open(path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
     if (fd >= 0) close(fd);
 }
 
-/* What a file from elsewhere may have in it reaches nothing beyond its own rows: its triggers
- * call no function that could, it has no views, and nobody writes its schema. Plain triggers
- * stay: an operator may count or audit with one, as the drill does. */
+/* Limits what a file from elsewhere can do to its own rows: its triggers call no function that
+ * could do more, views are off, and the schema cannot be written. Plain triggers stay: an
+ * operator may count or audit with one, as the drill does. */
 static int sqlite_distrust(sqlite3 *db) {
     int code = sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
     if (code == SQLITE_OK) code = sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL);
@@ -258,7 +258,7 @@ static int sqlite_prepare(struct sqlite_sql *own, sqlite3_stmt **statement, cons
     return code == SQLITE_OK ? sqlite_bind(*statement, value, count) : code;
 }
 
-/* hands the rows of a statement over, up to the first that is not taken */
+/* passes the rows of a statement to `row`, up to the first that it does not accept */
 static enum srv_stored sqlite_step(struct sqlite_sql *own, sqlite3_stmt *statement, srv_row_fn *row,
                                    void *context) {
     assert(statement);

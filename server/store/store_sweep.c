@@ -1,7 +1,8 @@
-/* Sweeping: what ran out, was dismissed or is past its time; erasing a client's jobs; and what is
- * in the store, in figures. Leaves to others: when to sweep (storage). Invariant: a sweep takes a
- * piece at a time, so that no other call waits long; any process may, at any time; a job is removed
- * as it is, and not before the time that its client was told. */
+/* Sweeping: returning parts whose leases ran out and removing dismissed and expired jobs; erasing a
+ * client's jobs; and the store's figures.
+ * Leaves to others: the times of sweeps (storage).
+ * Invariant: a sweep does one piece at a time, so that no other call waits long; any process may
+ * sweep at any time; a job is not removed before the time that its client was given. */
 #include <assert.h>
 #include <string.h>
 
@@ -40,7 +41,7 @@ static enum srv_stored row_removal(void *context, const struct srv_value field[]
     return SRV_STORED;
 }
 
-/* takes a piece of a job's results and parts away; the last piece settles the client's account */
+/* removes a piece of a job's results and parts; the last piece settles the client's account */
 static enum srv_stored sweep_removal(struct srv_store *store, struct srv_store_sweep *sweep) {
     struct row_removal removal = {0};
     struct srv_row_wholes chunks = {.count = 1}, parts = {.count = 1};
@@ -96,7 +97,7 @@ static enum srv_stored expired_count(struct srv_store *store, const struct srv_j
                     srv_value_whole(job->bytes));
 }
 
-/* removes a job; with it go its parts and results where they are small */
+/* removes a job, together with its parts and results if they are small */
 static enum srv_stored expired_remove(struct srv_store *store, const struct srv_job *job) {
     /* one that failed or was dismissed has a removal of its own already, if it needs one */
     int kept = job->state == SRV_JOB_SUCCESSFUL,
