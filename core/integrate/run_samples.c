@@ -209,11 +209,26 @@ static void run_return(const struct pend_run *run, double phi[], int count) {
                 pend_turns_add(phi[tree->order[k]], run->turns[k], run->turns_low[k]);
 }
 
+/* what follows from the states of the instants due, as far as it is wanted */
+static void run_all_derive(struct pend_run *run, const struct pend_points *points, int due,
+                           struct pend_samples *samples) {
+    size_t n = (size_t)run->problem.tree->n;
+    long at = samples->count;
+    int derived = samples->z_re || samples->z_im || samples->zd_re || samples->zd_im ||
+                  samples->kinetic || samples->potential;
+    for (int i = 0; i < due && derived; i++)
+        run_derive(run, samples->t[at + i], points->phi + (size_t)i * n,
+                   points->rate + (size_t)i * n, samples, at + i);
+    if (samples->across || samples->joint_along || samples->joint_across)
+        run_joints(run, points, due, samples);
+    if (samples->work || samples->heat) run_exchange(run, due, samples);
+}
+
 void pend_run_sample(struct pend_run *run, struct pend_samples *samples, int due) {
     assert(due >= 1 && due <= run->group && due <= samples->cap - samples->count);
     assert(run->next >= run->listed_from && run->next + due <= run->listed_from + run->listed);
-    size_t n = (size_t)run->problem.tree->n;
     const struct pend_points points = run_room(run, samples);
+    size_t n = (size_t)run->problem.tree->n;
     long at = samples->count;
     run_states(run, samples, due, &points);
     memcpy(samples->t + at, run->t + (run->next - run->listed_from), (size_t)due * sizeof(double));
@@ -222,14 +237,7 @@ void pend_run_sample(struct pend_run *run, struct pend_samples *samples, int due
     run_put(run, points.acc, due, samples->acc, at);
     run_put(run, points.force, due, samples->force, at);
     run_put(run, points.theta, due, samples->theta, at);
-    int derived = samples->z_re || samples->z_im || samples->zd_re || samples->zd_im ||
-                  samples->kinetic || samples->potential;
-    for (int i = 0; i < due && derived; i++)
-        run_derive(run, samples->t[at + i], points.phi + (size_t)i * n, points.rate + (size_t)i * n,
-                   samples, at + i);
-    if (samples->across || samples->joint_along || samples->joint_across)
-        run_joints(run, &points, due, samples);
-    if (samples->work || samples->heat) run_exchange(run, due, samples);
+    run_all_derive(run, &points, due, samples);
     if (samples->phi) run_return(run, samples->phi + (size_t)at * n, due);
     if (samples->theta) run_return(run, samples->theta + (size_t)at * n, due);
     samples->count += due;

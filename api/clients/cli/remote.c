@@ -62,20 +62,27 @@ static void warn(CURL *curl) {
         fprintf(stderr, "pendulum: warning: %s\n", field->value);
 }
 
+enum { URL_BYTES = 2000, BEARER_BYTES = 4200 };
+
+/* the URL without a slash too many, and the field's value of the token */
+static void address(const struct cli_remote *remote, const struct cli_exchange *exchange,
+                    char url[URL_BYTES], char bearer[BEARER_BYTES]) {
+    const char *token = remote->token ? remote->token : "";
+    int server = (int)strlen(remote->url);
+    while (server > 0 && remote->url[server - 1] == '/') server--;
+    if (snprintf(url, URL_BYTES, "%.*s%s", server, remote->url, exchange->path) >= URL_BYTES ||
+        snprintf(bearer, BEARER_BYTES, "Bearer %s", token) >= BEARER_BYTES)
+        cli_die("the URL or the token is too long");
+}
+
 static CURLcode attempt_once(struct attempt *attempt, const struct cli_remote *remote,
                              struct cli_exchange *exchange) {
     struct curl_slist *fields = NULL;
-    char url[2000], range[40], bearer[4200];
+    char url[URL_BYTES], range[40], bearer[BEARER_BYTES];
     CURL *curl = attempt->curl;
     int rest = exchange->resumes && attempt->sink->have > 0 && *exchange->etag;
     snprintf(range, sizeof range, "bytes=%lld-", attempt->sink->have);
-    int server = (int)strlen(remote->url);
-    while (server > 0 && remote->url[server - 1] == '/') server--;
-    if (snprintf(url, sizeof url, "%.*s%s", server, remote->url, exchange->path) >=
-            (int)sizeof url ||
-        snprintf(bearer, sizeof bearer, "Bearer %s", remote->token ? remote->token : "") >=
-            (int)sizeof bearer)
-        cli_die("the URL or the token is too long");
+    address(remote, exchange, url, bearer);
     header(&fields, "Content-Type", exchange->body ? "application/json" : NULL);
     header(&fields, "Accept", exchange->accept ? exchange->accept : "application/json");
     header(&fields, "Authorization", remote->token ? bearer : NULL);

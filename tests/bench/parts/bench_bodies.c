@@ -117,8 +117,8 @@ static void run(struct bench *bench, int n, int chain, enum kind kind, const cha
 
 #define KINDS(X, ...)                                                                              \
     X(ideal, IDEAL, __VA_ARGS__)                                                                   \
-    X(couples, COUPLES, __VA_ARGS__) X(pivot, PIVOT, __VA_ARGS__) X(rods, RODS, __VA_ARGS__)       \
-        X(everything, EVERYTHING, __VA_ARGS__)
+    X(couples, COUPLES, __VA_ARGS__)                                                               \
+    X(pivot, PIVOT, __VA_ARGS__) X(rods, RODS, __VA_ARGS__) X(everything, EVERYTHING, __VA_ARGS__)
 #define SERIES(name, kind, n, chain, tree)                                                         \
     BENCH(bodies_series_##tree##_##name, "series") { series(bench, n, chain, kind); }
 #define RUN(name, kind, n, chain, tree)                                                            \
