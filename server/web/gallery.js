@@ -8,7 +8,7 @@ import { gaveUp } from "./client.js";
 import { createBag, h } from "./dom.js";
 import { farthest } from "./edits.js";
 import { createPicture, loadSeconds, pose } from "./preset_picture.js";
-import { fromRequest } from "./state.js";
+import { fromRequest, isIdeal } from "./state.js";
 import { theme } from "./theme.js";
 
 const SHORTEST_SPAN = 20;
@@ -30,10 +30,6 @@ const FRAME_MS = 30;
  *   boolean, animating: boolean,
  * }} Gallery
  */
-
-/** Whether this page can show it: bars, springs and drives are not drawn. @param {Preset} preset */
-const isIdeal = ({ pendulum }) =>
-  Object.keys(pendulum).every((name) => ["length", "mass", "parent", "gravity"].includes(name));
 
 /** The document of a preset. @param {Preset} preset @returns {Patch} */
 function documentOf(preset) {
@@ -95,7 +91,7 @@ function stageMoves({ app, bag }) {
 async function fill(gallery) {
   await stageMoves(gallery);
   const { presets } = await gallery.app.client.presets({ signal: gallery.stop.signal });
-  for (const preset of presets.filter(isIdeal)) addCard(gallery, preset);
+  for (const preset of presets.filter(({ pendulum }) => isIdeal(pendulum))) addCard(gallery, preset);
   mark(gallery);
   draw(gallery);
 }

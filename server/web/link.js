@@ -4,7 +4,7 @@
 // Invariant: the document of a scene that was made of doc has the motion of doc, to the bit; what
 // is read is checked, whoever wrote it.
 
-import { DRAWERS, fromRequest, request } from "./state.js";
+import { DRAWERS, fromRequest, isIdeal, request } from "./state.js";
 import { order } from "./tree.js";
 
 /**
@@ -160,12 +160,13 @@ const READERS = {
 
 /**
  * The patch that a hash stands for, null without one; throws where it is damaged or the server has
- * no such scene.
+ * no such scene, and a RangeError where its pendulum is none that this page can show.
  * @param {string} hash @param {Client} client
  */
 export async function readLink(hash, client) {
   const [, kind, rest] = /^#([sdj])=(.+)$/.exec(hash) ?? [];
   if (!kind) return null;
   const scene = await READERS[kind](rest, client);
+  if (!isIdeal(scene.request.pendulum)) throw new RangeError("no ideal pendulum");
   return patchOf({ ...scene, request: await plain(scene.request, client) });
 }

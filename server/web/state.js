@@ -87,6 +87,19 @@ export function ghostOf(doc, ghost) {
   };
 }
 
+const IDEAL = ["arms", "length", "mass", "parent", "L", "m", "S", "gravity"];
+const IDEAL_ARM = ["name", "parent", "length", "mass"];
+
+/**
+ * Whether this page can show a pendulum: bars, springs, friction and drives it does not draw.
+ * @param {any} pendulum
+ */
+export const isIdeal = (pendulum) =>
+  Object.keys(pendulum).every((name) => IDEAL.includes(name)) &&
+  (Array.isArray(pendulum.arms) ? pendulum.arms : []).every((/** @type {any} */ arm) =>
+    Object.keys(arm).every((name) => IDEAL_ARM.includes(name)),
+  );
+
 /**
  * The parts of a document that a body of /v1/trajectories (a scene's request, a preset) stands for.
  * @param {MotionBody} body

@@ -417,6 +417,8 @@ export default {
   "failure.broken": "Die Antwort brach vor ihrem Ende ab.",
   "failure.refused": "Der Server hat das abgelehnt ({status}).",
   "failure.link": "Dieser Link ist nicht lesbar.",
+  "failure.real":
+    "Dieses Pendel hat Stäbe, Federn, Reibung oder einen Antrieb, was diese Seite noch nicht zeigt.",
   "failure.file":
     "Ein Teil der Seite konnte nicht geladen werden. Vielleicht ist der Server beschäftigt: bitte gleich noch einmal versuchen.",
   "failure.part":

@@ -414,6 +414,8 @@ export default {
   "failure.broken": "The answer broke off before its end.",
   "failure.refused": "The server refused this ({status}).",
   "failure.link": "This link cannot be read.",
+  "failure.real":
+    "This pendulum has bars, springs, friction or a drive, which this page cannot show yet.",
   "failure.file":
     "A part of the page could not be loaded. The server may be busy: try again in a moment.",
   "failure.part": "A part of the page could not be made. The rest goes on; reload it to try again.",
