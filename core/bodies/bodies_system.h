@@ -54,8 +54,8 @@ typedef double num; /* files that lay out memory count it in doubles and compute
     X(total) X(inv_total) X(lever_x) X(lever_y) X(form_xx) X(form_xy) X(form_yy) X(form_det) \
     X(draw_x) X(draw_y) X(twist) X(place_x) X(place_y) X(bear_x) X(bear_y) X(yield) \
     X(carry_xx) X(carry_xy) X(carry_yx) X(carry_yy) X(wind_x) X(wind_y) X(turned) X(pulled) \
-    X(couple) X(along) X(drag_x) X(drag_y) X(asked_x) X(asked_y) X(answer) X(reach_x) X(reach_y) X(heave_x) X(heave_y) \
-    X(base_x) X(base_y) X(speed_x) X(speed_y)
+    X(couple) X(along) X(drag_x) X(drag_y) X(asked_x) X(asked_y) X(answer) X(reach_x) \
+    X(reach_y) X(heave_x) X(heave_y) X(base_x) X(base_y) X(speed_x) X(speed_y)
 /*
  * Series beside those of rates, forces and turns.
  *

@@ -91,7 +91,7 @@ function stageMoves({ app, bag }) {
 async function fill(gallery) {
   await stageMoves(gallery);
   const { presets } = await gallery.app.client.presets({ signal: gallery.stop.signal });
-  for (const preset of presets.filter(({ pendulum }) => isIdeal(pendulum))) addCard(gallery, preset);
+  for (const preset of presets) if (isIdeal(preset.pendulum)) addCard(gallery, preset);
   mark(gallery);
   draw(gallery);
 }

@@ -90,3 +90,22 @@ TEST(what_a_method_does_not_know_of_the_energy_is_left_out) {
     CHECK(test_reply_number(&reply, "/stats/horizon") >= 0);
     test_reply_free(&reply);
 }
+
+TEST(the_readmes_bar_stays_upside_down_on_its_shaken_pivot) {
+    struct test_reply reply = test_post(
+        API_OP_TRAJECTORIES,
+        "{\"pendulum\":{\"arms\":[{\"name\":\"bar\",\"length\":1,\"mass\":0,\"rod\":1,"
+        "\"damping\":0.02}],\"pivot\":{\"y\":{\"harmonics\":[{\"amplitude\":0.05,\"omega\":100}]}}}"
+        ",\"initial\":{\"theta\":[3]},\"times\":{\"stop\":10,\"step\":0.01},"
+        "\"output\":[\"theta\",\"tip_force\",\"joint_force\",\"energy\",\"exchange\"]}");
+    CHECK_INT(reply.status, 200);
+    CHECK_INT(test_reply_count(&reply, "/theta"), 1001);
+    for (int i = 0; i <= 1000; i += 10) {
+        char pointer[40];
+        snprintf(pointer, sizeof pointer, "/theta/%d/0", i);
+        CHECK(fabs(test_reply_number(&reply, pointer) - 3.14159) < 0.3);
+    }
+    CHECK(test_reply_number(&reply, "/exchange/heat/1000") > 0);
+    CHECK(test_reply_number(&reply, "/stats/energy_drift") < 1e-11);
+    test_reply_free(&reply);
+}
