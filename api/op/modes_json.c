@@ -138,8 +138,7 @@ static void read_style(struct api_modes *modes, const struct api_value *root,
 static void check_real(const struct api_modes *modes, const struct api_reading *reading) {
     static const char *const absent[] = {"about", "select", "normalize", "include"};
     static const char *const way[] = {
-        "a real pendulum has no arms that stand or hang: give a state near the equilibrium as "
-        "\"initial\"",
+        "a real pendulum's equilibrium is looked for near \"initial\": give that instead",
         "all modes of a real pendulum are answered: leave it out",
         "the shapes of a real pendulum have an entry of 1, the largest: leave it out",
         "the matrices of a real pendulum are not answered: leave it out"};
