@@ -42,7 +42,7 @@ size_t pend_bodies_system_bytes(const struct pend_tree *tree, const struct pend_
 
 void pend_bodies_system(struct bodies_system *system, const struct pend_tree *tree,
                         const struct pend_loads *loads, int order, void *memory) {
-    assert(pend_tree_valid(tree) && loads->terms && order >= 1 && order + 2 <= BODIES_SHARES);
+    assert(tree->n >= 1 && loads->terms && order >= 1 && order + 2 <= BODIES_SHARES);
     size_t arms = bodies_arms(tree->n);
     memset(memory, 0, pend_bodies_system_bytes(tree, loads->terms, order));
     double *len = memory, *mass = len + arms, *share = mass + arms;
