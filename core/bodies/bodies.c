@@ -7,8 +7,7 @@
 
 enum {
     BODIES_TILE = 8,
-    BODIES_AHEAD = 3, /* rows of a series beyond its order: turns are two ahead */
-    BODIES_SHARES = 48
+    BODIES_AHEAD = 3 /* rows of a series beyond its order: turns are two ahead */
 };
 
 const struct bodies_kernel *pend_kernel_bodies(void) {
@@ -32,7 +31,7 @@ static size_t bodies_series(int n, int order) {
 /* the numbers of a system without the four series that jets has */
 static size_t bodies_own(const struct pend_tree *tree, const struct pend_terms *terms, int order) {
     return bodies_numbers(terms, bodies_arms(tree->n), bodies_series(tree->n, order), order) +
-           2 * bodies_arms(tree->n) + BODIES_SHARES;
+           2 * bodies_arms(tree->n);
 }
 
 size_t pend_bodies_system_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
@@ -42,22 +41,20 @@ size_t pend_bodies_system_bytes(const struct pend_tree *tree, const struct pend_
 
 void pend_bodies_system(struct bodies_system *system, const struct pend_tree *tree,
                         const struct pend_loads *loads, int order, void *memory) {
-    assert(tree->n >= 1 && loads->terms && order >= 1 && order + 2 <= BODIES_SHARES);
+    assert(tree->n >= 1 && loads->terms && order >= 1);
     size_t arms = bodies_arms(tree->n);
     memset(memory, 0, pend_bodies_system_bytes(tree, loads->terms, order));
-    double *len = memory, *mass = len + arms, *share = mass + arms;
+    double *len = memory, *mass = len + arms;
     for (int k = 0; k < tree->n; k++) len[k] = tree->len[k], mass[k] = tree->mass[k];
-    for (int j = 0; j < BODIES_SHARES; j++) share[j] = 1.0 / (j + 1);
     *system = (struct bodies_system){.n = tree->n,
                                      .stride = BODIES_TILE,
                                      .tile = (size_t)BODIES_TILE * (size_t)(order + BODIES_AHEAD),
                                      .parent = tree->parent,
                                      .terms = loads->terms,
-                                     .share = share,
                                      .len = len,
                                      .mass = mass,
                                      .value = loads->value};
-    bodies_lay(system, arms, bodies_series(tree->n, order), order, share + BODIES_SHARES);
+    bodies_lay(system, arms, bodies_series(tree->n, order), order, mass + arms);
 }
 
 size_t pend_bodies_bytes(const struct pend_tree *tree, const struct pend_terms *terms) {

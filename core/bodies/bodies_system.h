@@ -107,7 +107,6 @@ struct bodies_system {
     unsigned need;       /* of bodies_need */
     const int *parent;
     const struct pend_terms *terms;
-    const double *share;   /* 1 / (j + 1) of order j */
     const num *len, *mass; /* m; kg, at the tip */
     const num *value;      /* of the terms */
     num *rate, *force, *turn_re,

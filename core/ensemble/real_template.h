@@ -7,6 +7,7 @@
 #define PEND_REAL_TEMPLATE_H
 
 #include "core/bodies/bodies_template.h"
+#include "core/taylor/jets_bodies.h"
 
 /* a neighbour's distance in its largest coordinate, rad, over which errors are taken as linear; and
  * an error below which there is none */
@@ -20,19 +21,7 @@ static size_t real_numbers(const struct pend_terms *terms, int n, size_t series,
 /* lays out what an ideal pendulum has not, and shares with it what it has */
 static void real_lay(struct bodies_system *b, const struct ensemble_lanes *lanes,
                      const struct jets_system *s, size_t series, int order, num *memory) {
-    *b = (struct bodies_system){.n = s->n,
-                                .stride = s->stride,
-                                .tile = s->tile,
-                                .parent = s->parent,
-                                .terms = lanes->terms,
-                                .share = s->share,
-                                .len = s->len,
-                                .mass = s->mass,
-                                .value = (const num *)(const void *)lanes->value,
-                                .rate = s->rate,
-                                .force = s->force,
-                                .turn_re = s->turn_re,
-                                .turn_im = s->turn_im};
+    *b = jets_bodies(s, lanes->terms, (const num *)(const void *)lanes->value);
     bodies_lay(b, (size_t)s->n, series, order, memory);
 }
 

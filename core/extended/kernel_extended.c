@@ -7,6 +7,7 @@
 #include "core/extended/extended_orders_template.h"
 
 #include "core/bodies/bodies_template.h"
+#include "core/taylor/jets_bodies.h"
 
 #define STEP_SIZE(s, place) WIDE_(abs)((s)->rate[place].high)
 #include "core/taylor/step_template.h"
@@ -79,19 +80,7 @@ static struct bodies_system extended_real(const struct extended_lanes *lanes,
                                           const struct jets_system *s) {
     size_t n = (size_t)lanes->n, count = (size_t)lanes->terms->count;
     num *value = (num *)(void *)(lanes->series + extended_ideal(lanes->n, lanes->order) * WIDE);
-    struct bodies_system b = {.n = s->n,
-                              .stride = s->stride,
-                              .tile = s->tile,
-                              .parent = s->parent,
-                              .terms = lanes->terms,
-                              .share = s->share,
-                              .len = s->len,
-                              .mass = s->mass,
-                              .value = value,
-                              .rate = s->rate,
-                              .force = s->force,
-                              .turn_re = s->turn_re,
-                              .turn_im = s->turn_im};
+    struct bodies_system b = jets_bodies(s, lanes->terms, value);
     for (size_t j = 0; j < count; j++) value[j] = num_from(WIDE_(get)(lanes->value + j * WIDE));
     bodies_lay(&b, n, extended_series(lanes->n, lanes->order), lanes->order, value + count);
     return b;

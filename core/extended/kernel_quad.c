@@ -31,6 +31,7 @@ static __attribute__((noinline)) quad quad_call_fma(quad x, quad y, quad z) {
 #define num_div quad_call_div
 #define num_fma quad_call_fma
 #include "core/bodies/bodies_template.h"
+#include "core/taylor/jets_bodies.h"
 #undef num_add
 #undef num_sub
 #undef num_mul
@@ -90,18 +91,7 @@ static struct jets_system quad_view(const struct quad_series *q) {
 static struct bodies_system quad_real(const struct quad_series *q, const struct jets_system *s) {
     const struct pend_terms *terms = q->loads.terms;
     num *value = (num *)(void *)q->numbers + quad_ideal(s->n, q->order);
-    struct bodies_system b = {.n = s->n,
-                              .stride = s->stride,
-                              .tile = s->tile,
-                              .parent = s->parent,
-                              .terms = terms,
-                              .len = s->len,
-                              .mass = s->mass,
-                              .value = value,
-                              .rate = s->rate,
-                              .force = s->force,
-                              .turn_re = s->turn_re,
-                              .turn_im = s->turn_im};
+    struct bodies_system b = jets_bodies(s, terms, value);
     for (int j = 0; j < terms->count; j++) value[j] = num_of(q->loads.value[j]);
     bodies_lay(&b, (size_t)s->n, quad_rows(s->n, q->order), q->order, value + terms->count);
     return b;
