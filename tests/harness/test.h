@@ -73,6 +73,16 @@ long test_alloc_count(void);
 void test_disk_fail(long count, int for_good, int error);
 long test_disk_faults_off(void);
 
+/**
+ * The stride of loops over thousands of faults: the thread sanitizer takes one in eight of them,
+ * because a single thread walks such a loop and every other build walks all of it.
+ */
+#ifdef __SANITIZE_THREAD__
+#define TEST_STRIDE 8
+#else
+#define TEST_STRIDE 1
+#endif
+
 /** A reproducible random number in [0, 1) from a state of the test's own; splitmix64. */
 double test_random(unsigned long long *state);
 /** The same, an integer in [0, below). */

@@ -288,7 +288,7 @@ STORE_TEST(a_life_survives_every_statement_that_fails) {
         faulty_begin(own);
         /* every third, on PostgreSQL every fourteenth, others in each mode: each costs
          * connections for the recount */
-        long step = ground->postgres ? 14 : 3, n = 1 + mode * 5 % step;
+        long step = ground->postgres ? 14 : 3 * TEST_STRIDE, n = 1 + mode * 5 % step;
         for (int over = 0; !over && n < MOST_FAULTS; n += step) {
             char what[80];
             snprintf(what, sizeof what, "statement %ld, fault %d%s", n, mode / 2,
@@ -313,7 +313,8 @@ STORE_TEST(a_life_survives_every_allocation_that_fails) {
         long n = 1;
         /* the first sixty, and then one in forty of those so far: the same few allocate again
          * and again */
-        for (int over = 0; !over && n < MOST_FAULTS; n += n < 60 ? 1 : n / 40) {
+        for (int over = 0; !over && n < MOST_FAULTS;
+             n += n < 60 ? TEST_STRIDE : n / 40 * TEST_STRIDE) {
             struct life life = {.submitted = SRV_STORED_BROKEN};
             struct pend_error error;
             struct srv_store *own = NULL;
@@ -344,7 +345,8 @@ static void life_disk(struct ground *ground, struct srv_store *store) {
     for (int mode = 0; mode < 4; mode++) {
         long n = 1;
         /* the first sixty, and then one in twenty of those so far: most are pages of the log */
-        for (int over = 0; !over && n < MOST_FAULTS; n += n < 60 ? 1 : n / 20) {
+        for (int over = 0; !over && n < MOST_FAULTS;
+             n += n < 60 ? TEST_STRIDE : n / 20 * TEST_STRIDE) {
             struct life life;
             struct srv_store *own = life_open(ground);
             char what[80];
