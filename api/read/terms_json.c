@@ -276,6 +276,8 @@ void api_terms_read_whole(struct api_terms *terms, const struct api_value *pendu
 
 int api_terms_bare(const struct api_terms *terms, int i) {
     assert(i >= 0 && i < terms->n);
+    // without memory for what was read nothing is known, and that is what is told
+    if (terms->status != PEND_OK) return 1;
     return arm_has(terms, API_TERMS_ROD, i) || arm_has(terms, API_TERMS_BODY, i);
 }
 

@@ -59,7 +59,7 @@ void api_terms_read_lists(struct api_terms *terms, const struct api_value *pendu
 void api_terms_read_whole(struct api_terms *terms, const struct api_value *pendulum);
 
 /** Non-zero where the caller's arm i has a rod or a body, good or faulty, so that the mass at its
- * tip may be 0. O(1). */
+ * tip may be 0; for all arms once memory was lacking. O(1). */
 int api_terms_bare(const struct api_terms *terms, int i);
 
 /**
