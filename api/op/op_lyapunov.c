@@ -13,8 +13,8 @@
 #include "api/read/state_json.h"
 #include "core/ensemble/lyapunov.h"
 
-static const char *const fields[] = {"pendulum", "initial", "duration", "transient",
-                                     "samples",  "count",   "digits",   NULL};
+static const char *const fields[] = {"pendulum", "initial", "start",  "duration", "transient",
+                                     "samples",  "count",   "digits", NULL};
 
 enum { SAMPLES_USUAL = 100, ROWS = 64, PIECE = 20000 };
 
@@ -28,7 +28,7 @@ static const double turn = 0.3;
 struct lyapunov {
     struct api_tree tree;
     struct api_states *start;
-    double duration, transient;
+    double origin, duration, transient; /* s; the start in the request's own time */
     int count;
     struct api_table table;
     const struct api_format *format;
@@ -83,7 +83,8 @@ static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov,
     struct api_problem *problem = reading->problem;
     struct api_value initial = api_value_member(root, "initial");
     struct api_value duration = api_value_member(root, "duration"),
-                     transient = api_value_member(root, "transient");
+                     transient = api_value_member(root, "transient"),
+                     start = api_value_member(root, "start");
     struct api_value samples = api_value_member(root, "samples"),
                      count = api_value_member(root, "count");
     struct api_value digits = api_value_member(root, "digits");
@@ -93,6 +94,9 @@ static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov,
     if (status == PEND_NO_MEMORY) return status;
     if (status == PEND_OK) PEND_TRY(api_states_new(&lyapunov->start, 1, lyapunov->tree.n));
     api_states_read(lyapunov->start, 0, &initial, &lyapunov->tree, reading->limits, problem);
+    (void)api_value_read_number(&start, -duration_most, duration_most, "s", &lyapunov->origin,
+                                problem);
+    api_value_usual_number(&start, 0);
     if (api_field_needed(&duration, problem))
         (void)api_value_read_number(&duration, 1e-9, duration_most, "s", &lyapunov->duration,
                                     problem);
@@ -184,7 +188,8 @@ static enum pend_status lyapunov_begin(struct lyapunov *lyapunov, struct api_buf
                                                   .phi_low = lyapunov->start->phi_low,
                                                   .rate = lyapunov->start->rate,
                                                   .count = lyapunov->count,
-                                                  .interval = lyapunov->interval};
+                                                  .interval = lyapunov->interval,
+                                                  .start = lyapunov->origin};
     PEND_TRY(pend_lyapunov_new(&lyapunov->exponents, &problem, error));
     return api_writer_new(&lyapunov->writer, lyapunov->format, &lyapunov->table, out);
 }
@@ -271,6 +276,9 @@ static double lyapunov_cost(const void *state) {
     const struct lyapunov *lyapunov = state;
     double n = lyapunov->tree.n, count = lyapunov->count;
     double intervals = lyapunov_intervals(lyapunov) * (double)lyapunov->table.rows;
+    // springs and drives take more steps, in intervals that are as long
+    double spring = pend_loads_rate(&lyapunov->tree.loads, lyapunov->tree.tree);
+    intervals = fmax(intervals, lyapunov->duration * spring);
     intervals *= 1 + lyapunov->transient / lyapunov->duration;
     return intervals *
            (2 * (2 * count + 1) * (n + 4) * arm_seconds + 4 * count * count * n * product_seconds);
@@ -279,7 +287,9 @@ static double lyapunov_cost(const void *state) {
 static double lyapunov_bytes(const void *state) {
     const struct lyapunov *lyapunov = state;
     double n = lyapunov->tree.n, count = lyapunov->count;
-    return 32768 + (n + 16) * 16000 +
+    // real pendulums have more series
+    double an_arm = lyapunov->tree.loads.terms ? 54000 : 16000;
+    return 32768 + (n + 16) * an_arm +
            sizeof(double) * (8 * n * (count + 1) + (2 + 32) * count + ROWS * (1 + 2 * count)) +
            api_tree_bytes(&lyapunov->tree) + api_states_bytes(lyapunov->start) +
            api_writer_bytes(lyapunov->format, &lyapunov->table);
@@ -295,6 +305,7 @@ static const struct api_stats *lyapunov_stats(const void *state) {
 
 const struct api_op api_op_lyapunov = {.name = "lyapunov",
                                        .body = 1,
+                                       .terms = 1,
                                        .samples = 1,
                                        .read = lyapunov_read,
                                        .run = lyapunov_run,

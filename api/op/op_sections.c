@@ -1,4 +1,5 @@
-/* POST /v1/sections: the instants at which an arm passes a direction, and the state then.
+/* POST /v1/sections: the instants at which an arm passes a direction, or which follow each other by
+ * the period of a drive, and the state then.
  * Leaves to others: reading (tree_json, state_json), the search (core/integrate/section), the
  * bytes (encode).
  * Invariant: all passages are found before the first is written, so that their number is known at
@@ -16,13 +17,19 @@
 #include "core/integrate/section.h"
 #include "core/tree/turns.h"
 
-static const char *const fields[] = {"pendulum", "initial",  "section", "duration", "count",
-                                     "rtol",     "accuracy", "digits",  NULL};
-static const char *const section_fields[] = {"arm", "theta", "phi", "unit", "direction", NULL};
+static const char *const fields[] = {"pendulum", "initial", "section",  "start",  "duration",
+                                     "count",    "rtol",    "accuracy", "digits", NULL};
+static const char *const arm_fields[] = {"arm", "theta", "phi", "unit", "direction", NULL};
+static const char *const section_fields[] = {"arm",       "theta",  "phi",   "unit",
+                                             "direction", "period", "first", NULL};
 
 enum { T, PHI, PHID, DIRECTION, COLUMNS, COUNT_USUAL = 1000, FIRST_ROOM = 256, PIECE = 50000 };
 
 static const double duration_most = 1e9, angle_most = 1e6, pi = 3.14159265358979323846;
+
+/* s, of a stroboscopic section; and its periods in the time that is searched: the number of each is
+ * a double */
+static const double period_least = 1e-9, periods_most = 1e15;
 
 /* constants of the estimated cost: steps a radian of the fastest swing, s a step and arm */
 static const double steps_a_radian = 4, arm_seconds = 2e-6;
@@ -30,8 +37,10 @@ static const double steps_a_radian = 4, arm_seconds = 2e-6;
 struct sections {
     struct api_tree tree;
     struct api_states *start;
-    double duration, angle, angle_low, rtol, accuracy;
-    int arm; /* stored number */
+    double origin, duration; /* s; the start in the request's own time, in which drives are */
+    double angle, angle_low, rtol, accuracy;
+    double period, first; /* s, of a stroboscopic section; a period of 0: it is that of the arm */
+    int arm;              /* stored number */
     unsigned ways;
     struct api_table table;
     const struct api_format *format;
@@ -87,6 +96,57 @@ static void sections_read_angle(struct sections *sections, const struct api_valu
     sections->angle_low = from_theta ? hanging.low : 0;
 }
 
+/* the period of the pendulum's drives, which must have one in common */
+static void sections_drive_period(struct sections *sections, const struct api_value *period,
+                                  struct api_problem *problem) {
+    const struct pend_loads *loads = &sections->tree.loads;
+    double omega = 0, other = 0;
+    for (int i = 0; loads->terms && i < loads->terms->harmonics; i++) {
+        const double *harmonic = loads->value + loads->terms->harmonic[i].at;
+        double own = fabs(harmonic[1]);
+        if (harmonic[0] == 0 || own == 0 || own == omega) continue;
+        *(omega == 0 ? &omega : &other) = own;
+    }
+    if (other > 0)
+        api_value_fault(period, problem,
+                        "is not one: drives have the angular frequencies %.17g and %.17g rad/s; "
+                        "give the period as a number of seconds",
+                        omega, other);
+    else if (omega > 0)
+        sections->period = 2 * pi / omega;
+    else
+        api_value_fault(period, problem,
+                        "is unknown: the pendulum has no drive that repeats itself; give the "
+                        "period as a number of seconds");
+}
+
+/* a stroboscopic section */
+static void sections_read_period(struct sections *sections, const struct api_value *section,
+                                 struct api_problem *problem) {
+    struct api_value period = api_value_member(section, "period"),
+                     first = api_value_member(section, "first");
+    const char *text = api_value_text(&period);
+    for (int i = 0; arm_fields[i]; i++) {
+        struct api_value field = api_value_member(section, arm_fields[i]);
+        if (api_value_kind(&field) != API_MISSING)
+            api_value_fault(&field, problem,
+                            "does not go together with a period: a section is of an arm that "
+                            "passes a direction, or stroboscopic");
+    }
+    (void)api_value_read_number(&first, -duration_most, duration_most, "s", &sections->first,
+                                problem);
+    api_value_usual_number(&first, 0);
+    if (!api_field_needed(&period, problem)) return;
+    if (text && strcmp(text, "drive") != 0)
+        api_value_fault(&period, problem,
+                        "must be a number of seconds, or \"drive\", got \"%.40s\"", text);
+    else if (text && sections->tree.tree)
+        sections_drive_period(sections, &period, problem);
+    else if (!text)
+        (void)api_value_read_number(&period, period_least, duration_most, "s", &sections->period,
+                                    problem);
+}
+
 static void sections_read_section(struct sections *sections, const struct api_value *section,
                                   struct api_problem *problem) {
     static const char *const words[] = {"up", "down", "both", NULL};
@@ -94,6 +154,12 @@ static void sections_read_section(struct sections *sections, const struct api_va
     int word = 0;
     if (!api_field_object(section, problem)) return;
     (void)api_value_only(section, section_fields, problem);
+    struct api_value period = api_value_member(section, "period"),
+                     first = api_value_member(section, "first");
+    if (api_value_kind(&period) != API_MISSING || api_value_kind(&first) != API_MISSING) {
+        sections_read_period(sections, section, problem);
+        return;
+    }
     struct api_value arm = api_value_member(section, "arm"),
                      direction = api_value_member(section, "direction");
     int caller = api_tree_read_arm(&sections->tree, &arm, problem);
@@ -103,13 +169,32 @@ static void sections_read_section(struct sections *sections, const struct api_va
     sections->ways = ways[word];
 }
 
+/* when the motion begins and how long it is followed */
+static void sections_read_time(struct sections *sections, const struct api_value *root,
+                               struct api_problem *problem) {
+    struct api_value section = api_value_member(root, "section"),
+                     duration = api_value_member(root, "duration"),
+                     start = api_value_member(root, "start");
+    struct api_value period = api_value_member(&section, "period");
+    (void)api_value_read_number(&start, -duration_most, duration_most, "s", &sections->origin,
+                                problem);
+    api_value_usual_number(&start, 0);
+    if (api_field_needed(&duration, problem))
+        (void)api_value_read_number(&duration, 1e-9, duration_most, "s", &sections->duration,
+                                    problem);
+    double span = sections->duration + fabs(sections->first - sections->origin);
+    if (span > periods_most * sections->period && sections->period > 0)
+        api_value_fault(&period, problem,
+                        "is too short for %.6g s: at most %.0e periods are counted", span,
+                        periods_most);
+}
+
 static enum pend_status sections_read_parts(struct sections *sections,
                                             const struct api_reading *reading) {
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
     struct api_value initial = api_value_member(root, "initial");
-    struct api_value section = api_value_member(root, "section"),
-                     duration = api_value_member(root, "duration");
+    struct api_value section = api_value_member(root, "section");
     struct api_value count = api_value_member(root, "count"), rtol = api_value_member(root, "rtol");
     struct api_value digits = api_value_member(root, "digits");
     double most = reading->limits->samples;
@@ -120,9 +205,7 @@ static enum pend_status sections_read_parts(struct sections *sections,
     if (status == PEND_OK) PEND_TRY(api_states_new(&sections->start, 1, sections->tree.n));
     api_states_read(sections->start, 0, &initial, &sections->tree, reading->limits, problem);
     sections_read_section(sections, &section, problem);
-    if (api_field_needed(&duration, problem))
-        (void)api_value_read_number(&duration, 1e-9, duration_most, "s", &sections->duration,
-                                    problem);
+    sections_read_time(sections, root, problem);
     (void)api_field_whole(&count, 1, (long)most, &rows, problem);
     (void)api_value_read_number(&rtol, 1e-16, 0.1, "", &sections->rtol, problem);
     sections->accuracy = api_accuracy_read(root, problem);
@@ -143,7 +226,7 @@ static enum pend_status sections_check_size(struct sections *sections,
     api_table_add(table, "t", NULL, 0);
     api_table_add(table, "phi", NULL, n);
     api_table_add(table, "phid", NULL, n);
-    api_table_add(table, "direction", NULL, 0);
+    if (sections->period == 0) api_table_add(table, "direction", NULL, 0);
     double bytes = 8 * api_table_numbers(table, 0) * (double)table->rows;
     if (bytes > most)
         api_value_fault(&count, reading->problem,
@@ -188,7 +271,10 @@ static enum pend_status sections_begin(struct sections *sections, struct pend_er
                                                  .angle_low = sections->angle_low,
                                                  .ways = sections->ways,
                                                  .rtol = sections->rtol,
-                                                 .accuracy = sections->accuracy};
+                                                 .accuracy = sections->accuracy,
+                                                 .start = sections->origin,
+                                                 .period = sections->period,
+                                                 .first = sections->first - sections->origin};
     return pend_section_new(&sections->section, &problem, error);
 }
 
@@ -197,7 +283,7 @@ static enum pend_status sections_grow(struct sections *sections, struct pend_err
     long room = sections->room ? 2 * sections->room : FIRST_ROOM;
     if (sections->count < sections->room) return PEND_OK;
     if (room > sections->table.rows) room = sections->table.rows;
-    for (int c = 0; c < COLUMNS; c++) {
+    for (int c = 0; c < sections->table.count; c++) {
         size_t width = (size_t)api_column_numbers(&sections->table.column[c]);
         double *grown = realloc(sections->column[c], (size_t)room * width * sizeof *grown);
         if (!grown)
@@ -214,13 +300,14 @@ static enum pend_status sections_keep(struct sections *sections, const struct pe
     const int *order = sections->tree.tree->order;
     PEND_TRY(sections_grow(sections, error));
     long row = sections->count++;
-    sections->column[T][row] = passage->time;
-    sections->column[DIRECTION][row] = passage->way == PEND_WAY_UP ? 1 : -1;
+    sections->column[T][row] = sections->origin + passage->time;
+    if (sections->period == 0)
+        sections->column[DIRECTION][row] = passage->way == PEND_WAY_UP ? 1 : -1;
     for (int k = 0; k < n; k++) {
         sections->column[PHI][row * n + order[k]] = sections->state[k];
         sections->column[PHID][row * n + order[k]] = sections->state[n + k];
     }
-    sections->until = passage->time;
+    sections->until = sections->column[T][row];
     return PEND_OK;
 }
 
@@ -234,7 +321,7 @@ static enum pend_status sections_search(struct sections *sections, struct api_bu
     PEND_TRY(pend_section_next(sections->section, steps > 0 ? steps : 1, &found, &passage, phi,
                                rate, error));
     if (found == PEND_FOUND_PASSAGE) PEND_TRY(sections_keep(sections, &passage, error));
-    if (found == PEND_FOUND_END) sections->until = sections->duration;
+    if (found == PEND_FOUND_END) sections->until = sections->origin + sections->duration;
     if ((double)pend_section_steps(sections->section) > sections->step_cap)
         return pend_fail(
             error, PEND_TOO_MANY_STEPS, -1, 0,
@@ -252,7 +339,7 @@ static enum pend_status sections_search(struct sections *sections, struct api_bu
 /* up to when the passages are those of the motion, and how many of them; in words where not all
  * are */
 static void sections_tell_horizon(struct sections *sections) {
-    double held = fmin(pend_section_held(sections->section), sections->until);
+    double held = fmin(sections->origin + pend_section_held(sections->section), sections->until);
     long holding = 0;
     while (holding < sections->count && sections->column[T][holding] <= held) holding++;
     api_stats_number(&sections->stats, "horizon", held);
@@ -315,10 +402,13 @@ static double sections_cost(const void *state) {
         shortest = fmin(shortest, tree->len[k]);
         rate = fmax(rate, fabs(sections->start->rate[k]));
     }
-    rate += sqrt(fabs(sections->tree.loads.gravity) / shortest * sqrt(tree->n));
+    rate += sqrt(fabs(sections->tree.loads.gravity) / shortest * sqrt(tree->n)) +
+            pend_loads_rate(&sections->tree.loads, tree);
     /* a search may end long before its time, at its count of passages: an arm passes each turn
      * or swing but once or twice */
-    double seconds = fmin(sections->duration, 20 * (double)sections->table.rows / rate);
+    double passages = (double)sections->table.rows;
+    double most = sections->period > 0 ? passages * sections->period : 20 * passages / rate;
+    double seconds = fmin(sections->duration, most);
     return fmin(steps_a_radian * seconds * rate, sections->step_cap) * (tree->n + 2) * arm_seconds;
 }
 
@@ -331,7 +421,9 @@ static double sections_bytes(const void *state) {
     if (sections->room && sections->count + 1 >= sections->room) room *= 3;
     room = fmin(room, 1.5 * (double)sections->table.rows);
     double kept = sections->format->block ? 0 : numbers * fmin(room, (double)sections->table.rows);
-    return 32768 + (n + 16) * 6000 + sizeof(double) * (numbers * room + kept + 2 * n) +
+    // real pendulums have more series
+    double an_arm = sections->tree.loads.terms ? 18000 : 6000;
+    return 32768 + (n + 16) * an_arm + sizeof(double) * (numbers * room + kept + 2 * n) +
            api_tree_bytes(&sections->tree) + api_states_bytes(sections->start) + API_PIECE_BYTES;
 }
 
@@ -345,6 +437,7 @@ static const struct api_stats *sections_stats(const void *state) {
 
 const struct api_op api_op_sections = {.name = "sections",
                                        .body = 1,
+                                       .terms = 1,
                                        .samples = 1,
                                        .read = sections_read,
                                        .run = sections_run,

@@ -373,14 +373,6 @@ static void trajectory_done(const void *state, double *steps, double *work) {
     *steps = *work = known ? pend_run_stats(trajectory->run).progress : -1;
 }
 
-/* rad/s of the fastest drive */
-static double trajectory_drive(const struct pend_loads *loads) {
-    double omega = 0;
-    for (int i = 0; loads->terms && i < loads->terms->harmonics; i++)
-        omega = fmax(omega, fabs(loads->value[loads->terms->harmonic[i].at + 1]));
-    return omega;
-}
-
 /* rad/s at which the fastest arm turns, about: as fast as the shortest arm swings, faster where
  * many hang on each other, and as the start has it */
 static double trajectory_rate(const struct trajectory *trajectory) {
@@ -390,7 +382,7 @@ static double trajectory_rate(const struct trajectory *trajectory) {
         shortest = fmin(shortest, tree->len[k]);
         rate = fmax(rate, fabs(trajectory->start->rate[k]));
     }
-    return rate + trajectory_drive(&trajectory->tree.loads) +
+    return rate + pend_loads_rate(&trajectory->tree.loads, tree) +
            sqrt(fabs(trajectory->tree.loads.gravity) / shortest * sqrt(tree->n));
 }
 

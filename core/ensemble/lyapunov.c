@@ -257,6 +257,11 @@ static double lyapunov_fastest(const struct pend_lyapunov_problem *problem) {
     double shortest = INFINITY;
     for (int k = 0; k < problem->tree->n; k++) shortest = fmin(shortest, problem->tree->len[k]);
     double frequency = sqrt(fabs(problem->loads.gravity) * sqrt(problem->tree->n) / shortest);
+    const struct pend_loads *loads = &problem->loads;
+    const struct pend_tree *tree = problem->tree;
+    if (loads->terms)
+        frequency +=
+            pend_terms_rate(loads->terms, tree->parent, tree->len, tree->mass, loads->value);
     return frequency > 0 ? frequency : 1;
 }
 

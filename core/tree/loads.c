@@ -16,6 +16,12 @@ int pend_loads_pull_down(const struct pend_loads *loads) {
     return loads->gravity > 0 && isfinite(loads->gravity);
 }
 
+double pend_loads_rate(const struct pend_loads *loads, const struct pend_tree *tree) {
+    if (!loads->terms) return 0;
+    return pend_terms_rate(loads->terms, tree->parent, tree->len, tree->mass, loads->value) +
+           pend_terms_drive_rate(loads->terms, loads->value);
+}
+
 enum pend_status pend_loads_check_linear(const struct pend_loads *loads, struct pend_error *error) {
     if (loads->terms)
         return pend_fail(error, PEND_INVALID, -1, 0,

@@ -38,6 +38,10 @@ PEND_MUST_CHECK enum pend_status pend_loads_check_series(const struct pend_loads
  */
 int pend_loads_pull_down(const struct pend_loads *loads);
 
+/** Returns how fast terms make a motion, rad/s, about: pend_terms_rate, and the fastest drive; 0
+ * for an ideal pendulum. O(n + harmonics). */
+double pend_loads_rate(const struct pend_loads *loads, const struct pend_tree *tree);
+
 /**
  * Checks loads for the linearization.
  *

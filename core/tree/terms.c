@@ -190,6 +190,65 @@ int pend_terms_conserve(const struct pend_terms *terms, const double value[]) {
     return 1;
 }
 
+/* the inertia of an arm alone about its joint, kg m^2 */
+static double terms_inertia(const struct pend_terms *terms, const double value[], double length,
+                            double mass, int k) {
+    double x = pend_terms_get(terms, value, PEND_TERM_CENTER_X, k),
+           y = pend_terms_get(terms, value, PEND_TERM_CENTER_Y, k);
+    return (mass + pend_terms_get(terms, value, PEND_TERM_ROD, k) / 3) * length * length +
+           pend_terms_get(terms, value, PEND_TERM_INERTIA, k) +
+           pend_terms_get(terms, value, PEND_TERM_BODY, k) * (x * x + y * y);
+}
+
+/* the amplitudes of what drives an arm's torque, or a coordinate of the pivot: N m or m/s^2;
+ * harmonics are grouped by that, and `next` is the first one that was not looked at */
+static double terms_drive(const struct pend_terms *terms, const double value[], int drives,
+                          int *next) {
+    double sum = 0;
+    for (; *next < terms->harmonics && terms->harmonic[*next].drives <= drives; (*next)++) {
+        const double *harmonic = value + terms->harmonic[*next].at;
+        sum += fabs(harmonic[0]) * (drives < 0 ? harmonic[1] * harmonic[1] : 1);
+    }
+    return sum;
+}
+
+double pend_terms_rate(const struct pend_terms *terms, const int parent[], const double length[],
+                       const double mass[], const double value[]) {
+    assert(pend_terms_valid(terms));
+    int mist = terms->one[PEND_TERM_DRAG_PER_MASS], next = 0;
+    double most = 0, pull = terms_drive(terms, value, PEND_DRIVE_PIVOT_X, &next);
+    for (int i = PEND_TERM_PIVOT_ACCELERATION_X; i <= PEND_TERM_PIVOT_ACCELERATION_Y; i++)
+        if (terms->one[i] >= 0) pull += fabs(value[terms->one[i]]);
+    for (int k = 0; k < terms->n; k++) {
+        double l = length[k], yields = 1 / terms_inertia(terms, value, l, mass[k], k);
+        // what acts between two arms moves both
+        int p = parent[k];
+        double parents = p < 0 ? 0 : 1 / terms_inertia(terms, value, length[p], mass[p], p);
+        double torque = pend_terms_get(terms, value, PEND_TERM_STIFFNESS, k) +
+                        fabs(pend_terms_get(terms, value, PEND_TERM_TORQUE, k)) +
+                        terms_drive(terms, value, k, &next);
+        double loss = pend_terms_get(terms, value, PEND_TERM_DAMPING, k);
+        if (terms->row[PEND_TERM_FRICTION] >= 0)
+            loss += value[terms->row[PEND_TERM_FRICTION] + k] /
+                    value[terms->row[PEND_TERM_FRICTION_SPEED] + k];
+        double drag = pend_terms_get(terms, value, PEND_TERM_DRAG, k) +
+                      pend_terms_get(terms, value, PEND_TERM_DRAG_QUADRATIC, k) *
+                          pend_terms_get(terms, value, PEND_TERM_DRAG_SPEED, k);
+        double rate = sqrt(torque * (yields + parents) + pull / l) + loss * (yields + parents) +
+                      drag * l * l * yields;
+        most = fmax(most, rate);
+    }
+    return most + (mist >= 0 ? 2 * value[mist] : 0);
+}
+
+double pend_terms_drive_rate(const struct pend_terms *terms, const double value[]) {
+    double most = 0;
+    for (int i = 0; i < terms->harmonics; i++)
+        if (value[terms->harmonic[i].at] != 0)
+            most = fmax(most, fabs(value[terms->harmonic[i].at + 1]));
+    return most;
+}
+
 int pend_terms_valid(const struct pend_terms *terms) {
     if (terms->n < 1 || terms->count < 0 || terms->harmonics < 0) return 0;
     for (int r = 0; r < PEND_TERM_ROWS; r++)

@@ -137,6 +137,19 @@ int pend_terms_fits(const struct pend_terms *terms, int place, double x);
  * drag, no torque, and a pivot that does not move. O(n). */
 int pend_terms_conserve(const struct pend_terms *terms, const double value[]);
 
+/**
+ * Returns how fast the terms make a motion near rest, rad/s, about: what springs and torques make
+ * of the arms' own inertias, what friction and the air take in a second; 0 where terms do neither.
+ *
+ * mass  n masses at the tips, kg; which inertia an arm has beyond them is in the terms.
+ * O(n + harmonics).
+ */
+double pend_terms_rate(const struct pend_terms *terms, const int parent[], const double length[],
+                       const double mass[], const double value[]);
+
+/** Returns the largest angular frequency of the drives, rad/s; 0 without drives. O(harmonics). */
+double pend_terms_drive_rate(const struct pend_terms *terms, const double value[]);
+
 /** Returns true if the layout holds together. O(n). For assertions and tests. */
 int pend_terms_valid(const struct pend_terms *terms);
 

@@ -74,6 +74,11 @@ static const struct test_request {
      "{" TEST_TREE
      ",\"initial\":{\"theta\":[1,2]},\"duration\":3,\"section\":{\"arm\":1,\"theta\":0}}",
      NULL},
+    {API_OP_LYAPUNOV, "{" TEST_REAL_TREE ",\"start\":2,\"duration\":0.2,\"samples\":2}",
+     "text/csv"},
+    {API_OP_SECTIONS,
+     "{" TEST_REAL_TREE ",\"start\":-1,\"duration\":1,\"section\":{\"period\":0.3,\"first\":2}}",
+     "application/x-npz"},
     {API_OP_PRESETS, NULL, NULL},
     {API_OP_PRESET, NULL, NULL},
 };

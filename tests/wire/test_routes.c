@@ -5,6 +5,10 @@
 
 #include "tests/wire/ask.h"
 
+#define DRIVEN                                                                                     \
+    "{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[0.1],"                               \
+    "\"torque\":[{\"harmonics\":[{\"amplitude\":1,\"omega\":3}]}]}"
+
 /* every route with a request that it must answer, and a word that must stand in the answer */
 static const struct {
     const char *method, *path, *body, *type, *word;
@@ -21,6 +25,11 @@ static const struct {
     {"POST", "/v1/sections",
      "{\"pendulum\":" ASK_DOUBLE ",\"duration\":5,\"section\":{\"arm\":1,\"theta\":0}}",
      "application/json", "\"direction\""},
+    {"POST", "/v1/lyapunov", "{\"pendulum\":" DRIVEN ",\"start\":1,\"duration\":1}",
+     "application/json", "\"exponents\""},
+    {"POST", "/v1/sections",
+     "{\"pendulum\":" DRIVEN ",\"duration\":5,\"section\":{\"period\":\"drive\"}}",
+     "application/json", "\"passages\":2"},
     {"POST", "/v1/equations", ASK_LITTLE, "application/json", "ell_{2}"},
     {"GET", "/", NULL, "text/html; charset=utf-8", "<title>"},
     {"GET", "/docs", NULL, "text/html; charset=utf-8", "<title>"},
@@ -173,6 +182,9 @@ static const struct {
      "/count"},
     {"POST", "/v1/sections", "",
      "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1,\"section\":{\"arm\":3}}", 422, "/section/arm"},
+    {"POST", "/v1/sections", "",
+     "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1,\"section\":{\"period\":\"drive\"}}", 422,
+     "/section/period"},
     {"POST", "/v1/equations", "", "{\"pendulum\":" ASK_DOUBLE ",\"form\":\"long\"}", 422, "/form"},
     {"POST", "/v1/modes", "", "{\"pendulum\":" ASK_DOUBLE ",\"normalize\":\"big\"}", 422,
      "/normalize"},

@@ -1,5 +1,6 @@
 /* What is asked and answered. That the exponents are right: tests/core/ensemble/test_lyapunov.c. */
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "tests/api/post.h"
@@ -85,5 +86,99 @@ TEST(lyapunov_of_too_many_steps_is_refused) {
                          &limits);
     CHECK_INT(reply.status, 422);
     CHECK(strstr(reply.out.data, "max-steps") != NULL);
+    test_reply_free(&reply);
+}
+
+/* near rest theta'' + c theta' + 9.81 theta = 0: overdamped, the exponents are its two roots, and
+ * else both are half of the damping */
+TEST(lyapunov_of_a_damped_pendulum_at_rest_has_the_roots_of_its_equation) {
+    struct test_reply reply =
+        test_post(API_OP_LYAPUNOV,
+                  "{\"pendulum\":{\"length\":[0.5],\"mass\":[4],\"parent\":[0],\"gravity\":4.905,"
+                  "\"damping\":[10]},\"initial\":{\"theta\":[0]},\"duration\":8,\"transient\":6,"
+                  "\"count\":2,\"samples\":4}");
+    double root = sqrt(25 - 9.81);
+    CHECK_RESIDUAL(fabs(test_reply_number(&reply, "/exponents/3/0") + 5 - root), 1e-8,
+                   "the slow root");
+    CHECK_RESIDUAL(fabs(test_reply_number(&reply, "/exponents/3/1") + 5 + root), 1e-8,
+                   "the fast root");
+    test_reply_free(&reply);
+    reply = test_post(API_OP_LYAPUNOV,
+                      "{\"pendulum\":{\"length\":[0.5],\"mass\":[4],\"parent\":[0],"
+                      "\"damping\":[0.3]},\"initial\":{\"theta\":[0]},\"duration\":400,"
+                      "\"count\":2,\"samples\":1}");
+    double first = test_reply_number(&reply, "/exponents/0/0"),
+           second = test_reply_number(&reply, "/exponents/0/1");
+    CHECK_RESIDUAL(fabs(first + second + 0.3), 1e-12, "their sum");
+    CHECK_SAYING(fabs(first + 0.15) < 0.01, "%g", first);
+    test_reply_free(&reply);
+}
+
+/* Drag that goes with mass takes from every pair of directions alike, whatever they do: exponents
+ * are pairs around minus the drag (Dressler, Phys. Rev. A 38, 1988) */
+TEST(lyapunov_exponents_of_drag_per_mass_are_pairs_around_it) {
+    struct test_reply reply =
+        test_post(API_OP_LYAPUNOV,
+                  "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1],"
+                  "\"drag_per_mass\":0.05,\"pivot\":{\"y\":{\"harmonics\":[{\"amplitude\":0.3,"
+                  "\"omega\":7}]}}},\"initial\":{\"theta\":[2,2.5]},\"start\":3,\"duration\":60,"
+                  "\"count\":\"all\",\"samples\":1}");
+    double of[4];
+    for (int i = 0; i < 4; i++) {
+        char at[30];
+        snprintf(at, sizeof at, "/exponents/0/%d", i);
+        of[i] = test_reply_number(&reply, at);
+    }
+    // volumes are of angles and rates, not momenta: up to the masses' determinant, over the time
+    CHECK_RESIDUAL(fabs(of[0] + of[1] + of[2] + of[3] + 0.2), 2e-3, "the sum of all four");
+    CHECK_SAYING(of[0] > 0.5 && fabs(of[0] + of[3] + 0.1) < 0.05, "%g and %g", of[0], of[3]);
+    test_reply_free(&reply);
+}
+
+TEST(lyapunov_of_a_driven_pendulum_begins_at_its_start_and_agrees_with_the_ensembles) {
+#define DRIVEN                                                                                     \
+    "\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":1,\"damping\":[0.5],"    \
+    "\"torque\":[{\"harmonics\":[{\"amplitude\":1.5,\"omega\":0.6666666666666666}]}]}"
+    static const char *const start[] = {"0", "4"};
+    double exponent[2];
+    for (int i = 0; i < 2; i++) {
+        char body[500];
+        snprintf(body, sizeof body,
+                 "{" DRIVEN ",\"initial\":{\"theta\":[0.2]},\"start\":%s,\"duration\":100,"
+                 "\"samples\":1}",
+                 start[i]);
+        struct test_reply reply = test_post(API_OP_LYAPUNOV, body);
+        CHECK_INT(reply.status, 200);
+        exponent[i] = test_reply_number(&reply, "/exponents/0/0");
+        test_reply_free(&reply);
+    }
+    CHECK(fabs(exponent[0] - exponent[1]) > 1e-4);
+    struct test_reply reply =
+        test_post(API_OP_ENSEMBLES, "{" DRIVEN ",\"states\":[{\"theta\":[0.2]}],\"duration\":100,"
+                                    "\"observables\":[\"lyapunov\"]}");
+    double member = test_reply_number(&reply, "/lyapunov/0");
+    CHECK_SAYING(fabs(member - exponent[0]) < 0.05 && exponent[0] > 0.05, "%g and %g", member,
+                 exponent[0]);
+    test_reply_free(&reply);
+    CHECK_REFUSED(API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":1,\"start\":\"now\"}", "/start",
+                  "number");
+    CHECK_REFUSED(API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":1,\"start\":-2e9}", "/start", "-2");
+}
+
+/* a spring that is far quicker than the swing: neighbours are measured by how fast it is */
+TEST(lyapunov_of_stiff_springs_takes_no_shorter_pieces) {
+    struct test_reply reply = test_post(
+        API_OP_LYAPUNOV, "{\"pendulum\":{\"length\":[1,0.1],\"mass\":[1,0.1],\"parent\":[0,1],"
+                         "\"stiffness\":[0,100]},\"initial\":{\"theta\":[1,0.9]},"
+                         "\"duration\":10,\"count\":\"all\",\"samples\":1}");
+    double sum = 0;
+    for (int i = 0; i < 4; i++) {
+        char at[30];
+        snprintf(at, sizeof at, "/exponents/0/%d", i);
+        sum += test_reply_number(&reply, at);
+    }
+    CHECK_RESIDUAL(fabs(sum), 5e-5, "exponents of a stiff spring");
+    CHECK_SAYING(test_reply_number(&reply, "/stats/steps") < 45000, "%g",
+                 test_reply_number(&reply, "/stats/steps"));
     test_reply_free(&reply);
 }

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "tests/api/post.h"
+#include "tests/harness/requests.h"
 #include "tests/harness/test.h"
 
 #define DOUBLE                                                                                     \
@@ -141,4 +142,114 @@ TEST(sections_say_how_many_of_their_passages_hold) {
     CHECK(test_reply_number(&reply, "/stats/holding") ==
           test_reply_number(&reply, "/stats/passages"));
     test_reply_free(&reply);
+}
+
+/* the driven pendulum of the books, in its own units */
+#define DRIVEN                                                                                     \
+    "\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":1,\"damping\":[0.5],"    \
+    "\"torque\":[{\"harmonics\":[{\"amplitude\":0.9,\"omega\":-2}]}]},\"initial\":{\"theta\":[0."  \
+    "2]}"
+
+/* the rows of a section, and those of a trajectory at its instants; returns how many there are */
+static int compared(const char *motion, const char *start, const char *section, double *gap) {
+    char body[3000], at[40];
+    snprintf(body, sizeof body, "{%s,\"start\":%s,\"duration\":20,\"rtol\":1e-15,\"section\":%s}",
+             motion, start, section);
+    struct test_reply found = test_post(API_OP_SECTIONS, body);
+    int rows = test_reply_count(&found, "/t"), arms = test_reply_count(&found, "/phi/0");
+    int used = snprintf(body, sizeof body,
+                        "{%s,\"rtol\":1e-15,\"output\":[\"phi\",\"phid\"],"
+                        "\"times\":[%s",
+                        motion, start);
+    for (int i = 0; i < rows && i < 40; i++) {
+        snprintf(at, sizeof at, "/t/%d", i);
+        used += snprintf(body + used, sizeof body - (size_t)used, ",%.17g",
+                         test_reply_number(&found, at));
+    }
+    snprintf(body + used, sizeof body - (size_t)used, "]}");
+    struct test_reply want = test_post(API_OP_TRAJECTORIES, body);
+    CHECK_INT(found.status, 200);
+    CHECK_INT(want.status, 200);
+    *gap = 0;
+    for (int i = 0; i < rows && i < 40; i++)
+        for (int k = 0; k < 2 * arms; k++) {
+            const char *what = k < arms ? "phi" : "phid";
+            snprintf(at, sizeof at, "/%s/%d/%d", what, i, k % arms);
+            double is = test_reply_number(&found, at);
+            snprintf(at, sizeof at, "/%s/%d/%d", what, i + 1, k % arms);
+            double off = fabs(is - test_reply_number(&want, at));
+            if (!(off <= *gap)) *gap = off;
+        }
+    test_reply_free(&found);
+    test_reply_free(&want);
+    return rows;
+}
+
+TEST(sections_of_real_pendulums_have_the_states_of_trajectories_at_the_same_instants) {
+    static const char *const real = TEST_REAL_TREE ",\"initial\":{\"theta\":[1,0.5]}";
+    double gap;
+    // the same steps, and so the same bits
+    CHECK_INT(compared(DRIVEN, "1.5", "{\"period\":\"drive\",\"first\":0.25}", &gap), 6);
+    CHECK(gap == 0);
+    CHECK_INT(compared(real, "-3", "{\"period\":0.75}", &gap), 26);
+    CHECK(gap == 0);
+    int rows = compared(real, "2", "{\"arm\":2,\"theta\":0.1,\"direction\":\"both\"}", &gap);
+    CHECK_SAYING(rows > 5 && rows < 60, "%d", rows);
+    CHECK_RESIDUAL(gap, 1e-13, "passages of a real pendulum");
+}
+
+TEST(sections_tell_times_of_the_requests_own_and_no_direction_without_an_arm) {
+    struct test_reply reply = test_post(
+        API_OP_SECTIONS,
+        "{" DRIVEN ",\"start\":-7,\"duration\":9,\"section\":{\"period\":2,\"first\":-1e3}}");
+    CHECK_INT(reply.status, 200);
+    CHECK_INT(test_reply_count(&reply, "/t"), 5);
+    for (int i = 0; i < 5; i++) {
+        char at[20];
+        snprintf(at, sizeof at, "/t/%d", i);
+        CHECK(test_reply_number(&reply, at) == 2 * i - 6);
+    }
+    CHECK(test_reply_number(&reply, "/stats/until") == 2 &&
+          test_reply_number(&reply, "/stats/horizon") == 2 &&
+          test_reply_number(&reply, "/stats/holding") == 5);
+    CHECK_INT(test_reply_count(&reply, "/direction"), -1);
+    test_reply_free(&reply);
+    reply =
+        test_post_as(API_OP_SECTIONS,
+                     "{" DRIVEN ",\"duration\":1e6,\"count\":3,\"section\":{\"period\":\"drive\"}}",
+                     "text/csv", NULL);
+    CHECK(!strncmp(reply.out.data, "t,phi_1,phid_1\n3.14159265358979", 31));
+    int lines = 0;
+    for (const char *at = reply.out.data; *at; at++) lines += *at == '\n';
+    CHECK_INT(lines, 4);
+    test_reply_free(&reply);
+}
+
+TEST(sections_of_an_ideal_pendulum_may_be_stroboscopic_too) {
+    double gap;
+    CHECK_INT(compared(DOUBLE, "5", "{\"period\":0.5}", &gap), 40);
+    CHECK(gap == 0);
+}
+
+TEST(stroboscopic_sections_that_make_no_sense_are_refused) {
+#define AT(what) "{" DRIVEN ",\"duration\":1,\"section\":" what "}"
+    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"first\":1}"), "/section/period", "");
+    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"period\":0}"), "/section/period", "got 0");
+    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"period\":-2}"), "/section/period", "-2");
+    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"period\":\"omega\"}"), "/section/period", "\"drive\"");
+    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"period\":true}"), "/section/period", "number");
+    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"period\":1,\"first\":\"x\"}"), "/section/first",
+                  "number");
+    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"period\":1,\"arm\":1}"), "/section/arm", "period");
+    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"period\":1,\"direction\":\"up\"}"), "/section/direction",
+                  "period");
+    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"period\":1},\"start\":1e10"), "/start", "1000000000");
+    CHECK_REFUSED(API_OP_SECTIONS, "{" DRIVEN ",\"duration\":1e9,\"section\":{\"period\":1e-8}}",
+                  "/section/period", "too short");
+    CHECK_REFUSED(API_OP_SECTIONS, "{" DOUBLE ",\"duration\":1,\"section\":{\"period\":\"drive\"}}",
+                  "/section/period", "no drive");
+    // two drives without a common period
+    CHECK_REFUSED(API_OP_SECTIONS,
+                  "{" TEST_REAL_TREE ",\"duration\":1,\"section\":{\"period\":\"drive\"}}",
+                  "/section/period", "frequencies 5 and 3 rad/s");
 }
