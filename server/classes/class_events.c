@@ -8,10 +8,10 @@
 #include "api/call/class_json.h"
 
 enum {
-    EVENTS_NUMBER = 1,    /* of the topic among those of the service */
-    EVENTS_PAGES = 16,    /* that are read for one question to the store */
-    EVENTS_ROOMS = 64,    /* whose numbers are */
-    EVENTS_PAGE = 1 << 20 /* bytes that a page cannot have */
+    EVENTS_NUMBER = 1,    /* the number of the topic among those of the service */
+    EVENTS_PAGES = 16,    /* pages that are read in one question to the store */
+    EVENTS_ROOMS = 64,    /* rooms whose version numbers are read in one question */
+    EVENTS_PAGE = 1 << 20 /* more bytes than a page can have */
 };
 
 /* A stream of a room's events. */
@@ -19,11 +19,11 @@ struct class_listener {
     struct srv_listener listener;
     char code[SRV_CLASS_CODE], who[SRV_NAME_BYTES];
     int teacher;
-    uint64_t serial;        /* no other listener has it */
-    int64_t seen;           /* the change up to which it was told, or will be by `page` */
-    int lags;               /* there is something after that */
-    int ended;              /* it is in the room no more, or the room is gone */
-    struct api_buffer page; /* what is to be told next */
+    uint64_t serial;        /* a number that no other listener has */
+    int64_t seen;           /* the change up to which the listener was told, or will be by `page` */
+    int lags;               /* there are changes after that */
+    int ended;              /* the listener has left the room, or the room was erased */
+    struct api_buffer page; /* the page that is sent next */
 };
 
 /* A page that is read for a listener. */
@@ -46,9 +46,9 @@ struct class_mark {
 struct class_topic {
     struct srv_topic topic;
     uint64_t serials;
-    int paging; /* pages are asked for; else the numbers of rooms */
+    int paging; /* 1 = pages are read, 0 = version numbers of rooms */
     int marks, room;
-    struct class_mark *mark; /* `marks` of them, `room` have room */
+    struct class_mark *mark; /* `marks` entries in use, `room` allocated */
     int pages;
     struct class_page page[EVENTS_PAGES];
 };
@@ -131,7 +131,7 @@ static enum srv_stored page_take(void *context, const struct srv_class_item *ite
 static enum srv_stored look_run(struct srv_store *store, struct srv_store_call *call) {
     struct class_topic *look = SRV_CONTAINER_OF(call, struct class_topic, topic.ask.call);
     enum srv_stored stored = SRV_STORED;
-    /* a store that is away is not asked again for each */
+    /* If the store is out of reach, it is not asked again for each room. */
     for (int i = 0; !look->paging && i < look->marks; i++) {
         struct class_mark *mark = &look->mark[i];
         if (stored < SRV_STORED_AWAY)
@@ -157,7 +157,8 @@ static struct class_mark *mark_find(const struct class_topic *look, const char *
     return NULL;
 }
 
-/* notes a room whose number is to be asked for; without memory it is left for the next time */
+/* Notes a room whose version number is to be read. Without memory the room waits for the next
+ * time. */
 static void mark_add(struct class_topic *look, const char *code) {
     if (look->marks == look->room) {
         int room = look->room + EVENTS_ROOMS;
@@ -215,11 +216,11 @@ static void page_gather(struct class_topic *look, struct srv_list *listeners) {
     }
 }
 
-/* a listener is given what was read for it */
+/* Gives a listener the page that was read for it. */
 static void page_give(struct class_listener *at, struct class_page *page) {
     at->listener.wants = 0;
     if (page->stored == SRV_STORED_NONE || page->stored == SRV_STORED_CLASH) at->ended = 1;
-    /* what could not be read is asked for again after a while */
+    /* What could not be read is asked for again after a while. */
     if (page->stored != SRV_STORED) return;
     assert(page->seen >= at->seen && !at->page.bytes && page->serial == at->serial);
     at->seen = page->seen;
@@ -229,7 +230,7 @@ static void page_give(struct class_listener *at, struct class_page *page) {
     at->listener.kept = at->page.cap;
 }
 
-/* those that were given something go to the end, so that all have their turn */
+/* Listeners that received a page go to the end of the list, so that all have their turn. */
 static void page_tell(struct class_topic *look, struct srv_list *listeners) {
     struct srv_list *link = listeners->next;
     for (int left = look->pages; left > 0 && link && link != listeners;) {
@@ -241,7 +242,8 @@ static void page_tell(struct class_topic *look, struct srv_list *listeners) {
         if (i == look->pages) continue;
         page_give(at, &look->page[i]);
         left--;
-        /* its number is of one page only: it is not found again at the list's end */
+        /* The number belongs to one page only; the search does not find it again at the list's
+         * end. */
         look->page[i].serial = 0;
         srv_list_remove(&at->listener.link);
         srv_list_append(listeners, &at->listener.link);

@@ -8,7 +8,7 @@
 
 #include "server/classes/class_request.h"
 
-/* bytes of items after which the rest is for a further request */
+/* bytes of items after which the rest waits for a further request */
 enum { REPORTS_PAGE = 1 << 20 };
 
 typedef void reports_answer(struct srv_store_request *asked, enum srv_stored stored);
@@ -18,13 +18,13 @@ static struct api_class_item reports_item(const struct srv_class_item *item) {
                                    item->bytes};
 }
 
-/* what became of a piece of a report, as a store would say it */
+/* Converts the status of a piece of a report to that of a store. */
 static enum srv_stored reports_stored(enum pend_status status) {
     if (status == PEND_OK) return SRV_STORED;
     return status == PEND_INVALID ? SRV_STORED_DAMAGED : SRV_STORED_BROKEN;
 }
 
-/* reads a page; the pages' items are taken by `take` */
+/* Reads a page; `take` receives its items. */
 static enum srv_stored reports_page(struct srv_store *store, struct srv_store_call *call,
                                     srv_class_item_fn *take) {
     struct srv_class_request *own =
@@ -35,7 +35,7 @@ static enum srv_stored reports_page(struct srv_store *store, struct srv_store_ca
     return stored;
 }
 
-/* begins a report; a read without a body */
+/* Begins a report; the request has no body. */
 static void reports_begin(struct srv_exchange *exchange,
                           enum srv_stored (*run)(struct srv_store *, struct srv_store_call *),
                           reports_answer *answer) {
@@ -43,8 +43,8 @@ static void reports_begin(struct srv_exchange *exchange,
     if (asked) srv_store_request_ask(asked, SRV_ASK_READ, run, answer);
 }
 
-/* after a page: 1 when the report is complete; else the next page was asked for, or the request is
- * over */
+/* After a page: returns 1 if the report is complete; else the next page was asked for, or the
+ * request has ended. */
 static int reports_done(struct srv_store_request *asked, enum srv_stored stored, size_t most,
                         reports_answer *answer) {
     struct srv_class_request *own = srv_class_request_of(asked);
@@ -59,7 +59,7 @@ static int reports_done(struct srv_store_request *asked, enum srv_stored stored,
     return 0;
 }
 
-/* gives what is written in exchange->answer */
+/* Sends what is written in exchange->answer. */
 static void reports_give(struct srv_store_request *asked, enum pend_status status,
                          const char *media_type) {
     struct srv_exchange *exchange = asked->exchange;
@@ -110,7 +110,7 @@ static void room_answer(struct srv_store_request *asked, enum srv_stored stored)
                  "application/json");
 }
 
-/* reads ?since=VERSION; 0 where the query is another */
+/* Reads ?since=VERSION. Returns 0 for any other query. */
 static int room_since(const char *query, int64_t *since) {
     static const char name[] = "since=";
     char *end;
@@ -160,7 +160,7 @@ static void table_answer(struct srv_store_request *asked, enum srv_stored stored
     struct srv_class_request *own = srv_class_request_of(asked);
     struct api_buffer *out = &asked->exchange->answer;
     if (!reports_done(asked, stored, own->text.limit, table_answer)) return;
-    /* a room without a single item has the header alone */
+    /* A room without items has the header only. */
     enum pend_status status = own->text.bytes ? api_buffer_add(out, own->text.data, own->text.bytes)
                                               : api_class_table_begin(out);
     if (status == PEND_OK)

@@ -10,11 +10,11 @@
 #include "server/base/clock.h"
 #include "server/work/admission.h"
 
-/* codes of rooms that there are not: so many at once and so many a second from one address */
+/* wrong codes that one address may try at once, and in a second */
 enum { REQUEST_MISSES = 30 };
 #define REQUEST_MISSES_A_SECOND 0.5
 
-/* bytes that a body may be kept in */
+/* bytes of a body; bytes of a text that is kept */
 enum { REQUEST_BODY = 1 << 18, REQUEST_TEXT = 64 << 20 };
 
 static const char request_letters[] = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789";
@@ -35,7 +35,7 @@ static void request_free(void *more) {
     free(gone);
 }
 
-/* the code that the path begins with, in capitals; 0 where it cannot be one */
+/* Reads the code at the beginning of the path, in capitals. Returns 0 if it cannot be a code. */
 static int request_read_code(const char *path, char code[SRV_CLASS_CODE]) {
     size_t bytes = strcspn(path, "/");
     assert(sizeof request_letters - 1 == 32);
@@ -48,7 +48,7 @@ static int request_read_code(const char *path, char code[SRV_CLASS_CODE]) {
     return 1;
 }
 
-/* answers as for a room that there is not, or that whoever asks is not in */
+/* Answers 404, for a room that does not exist as for one that the client is not in. */
 static void request_nowhere(struct srv_class_request *own) {
     struct srv_exchange *exchange = own->exchange;
     if (own->joins) {
@@ -61,7 +61,7 @@ static void request_nowhere(struct srv_class_request *own) {
     }
 }
 
-/* sets the identity of a token; 0 where it is none */
+/* Sets the identity of a token. Returns 0 if the token is malformed. */
 static int request_identity(const char *token, struct srv_identity *identity) {
     char field[sizeof "Bearer " + SRV_TOKEN_MOST];
     snprintf(field, sizeof field, "Bearer %s", token);
@@ -70,7 +70,7 @@ static int request_identity(const char *token, struct srv_identity *identity) {
            identity->kind == SRV_IDENTITY_TOKEN;
 }
 
-/* finds out who asks; 0 where the exchange is answered, as what was sent is no token */
+/* Identifies the client. Returns 0 if the exchange was answered because the token is malformed. */
 static int request_who(struct srv_class_request *own) {
     struct srv_exchange *exchange = own->exchange;
     struct srv_identity who = exchange->identity;
@@ -87,7 +87,7 @@ static int request_who(struct srv_class_request *own) {
     return 1;
 }
 
-/* whether the request may name a room; else it is answered */
+/* Returns 1 if the request may name a room; else it is answered. */
 static int request_names(struct srv_class_request *own) {
     struct srv_exchange *exchange = own->exchange;
     if (!request_who(own)) return 0;
@@ -138,7 +138,7 @@ void srv_class_request_part(const struct srv_exchange *exchange, int at, char pa
     for (int i = 0; i < at && from; i++)
         if ((from = strchr(from, '/'))) from++;
     size_t bytes = from ? strcspn(from, "/") : 0;
-    /* one that is too long is none that there can be */
+    /* An id that is too long cannot exist. */
     if (bytes >= cap) bytes = 0;
     memcpy(part, bytes ? from : "", bytes);
     part[bytes] = 0;
@@ -149,7 +149,7 @@ int srv_class_request_pace(struct srv_store_request *asked, enum srv_pace pace, 
     struct srv_exchange *exchange = asked->exchange;
     struct srv_clients *clients = exchange->service->clients;
     assert(exchange->account && (!own || *srv_class_request_of(asked)->who));
-    /* of several who share a key of the operator's each has a pace of its own */
+    /* Clients that share a key of the operator have a rate each. */
     struct srv_client *client =
         own ? srv_clients_take(clients, srv_class_request_of(asked)->who, exchange->identity.source)
             : exchange->account->source;
@@ -176,7 +176,7 @@ int srv_class_request_token(struct srv_store_request *asked) {
     struct srv_class_request *own = asked->more;
     struct srv_identity made = asked->exchange->identity;
     unsigned char bits[(SRV_CLASS_TOKEN - 1) / 2];
-    /* one draw in many millions has too few different letters to be taken for random */
+    /* One draw in many millions has too few different letters to be accepted as random. */
     for (int i = 0; i < 4 && !*own->who; i++) {
         if (getrandom(bits, sizeof bits, 0) != (ssize_t)sizeof bits) break;
         for (size_t k = 0; k < sizeof bits; k++) snprintf(own->token + 2 * k, 3, "%02x", bits[k]);
@@ -213,7 +213,7 @@ int srv_class_request_again(struct srv_store_request *asked, enum srv_stored sto
     return stored == SRV_STORED_AGAIN && srv_class_request_of(asked)->tries++ < SRV_CLASS_TRIES;
 }
 
-/* answers with why nothing was written */
+/* Answers with the reason why nothing was written. */
 static void request_why(struct srv_class_request *own) {
     struct srv_exchange *exchange = own->exchange;
     const struct srv_config *config = &exchange->service->config;

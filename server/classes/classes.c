@@ -10,8 +10,7 @@
 #include "server/classes/class_events.h"
 #include "server/classes/class_request.h"
 
-/* how much may come at once; and a second: from one address rooms and joins, from one client what
- * is written */
+/* bursts, and rates a second: rooms and joins of one address, writes of one client */
 enum { CLASSES_ROOMS = 60, CLASSES_JOINS = 100, CLASSES_WRITES = 40, CLASSES_CODES = 16 };
 #define CLASSES_ROOMS_A_SECOND (1.0 / 60)
 #define CLASSES_JOINS_A_SECOND 10.0
@@ -23,7 +22,7 @@ static struct srv_class_request *classes_own(struct srv_store_call *call) {
     return srv_class_request_of(SRV_CONTAINER_OF(call, struct srv_store_request, ask.call));
 }
 
-/* what of the exchange is finished when this returns: the room as JSON, which ends here */
+/* Answers with the room as JSON; the request ends here. */
 static void classes_tell(struct srv_store_request *asked, int status) {
     struct srv_exchange *exchange = asked->exchange;
     struct srv_class_request *own = srv_class_request_of(asked);
@@ -53,7 +52,7 @@ static void classes_tell(struct srv_store_request *asked, int status) {
 
 /* --- a new room --- */
 
-/* 1 to SRV_STORE_REQUEST_KEY visible characters, or none */
+/* Reads a key of 1 to SRV_STORE_REQUEST_KEY visible characters, which may be missing. */
 static int classes_read_key(const char *text, char key[SRV_STORE_REQUEST_KEY + 1]) {
     key[0] = 0;
     if (!text) return 1;
@@ -129,7 +128,7 @@ static enum srv_stored erase_run(struct srv_store *store, struct srv_store_call 
     return srv_store_class_end(store, &own->put, &own->room);
 }
 
-/* after something was written; 0 where the store was asked again, or has refused */
+/* Continues after a write. Returns 0 if the store was asked again, or has refused. */
 static int classes_written(struct srv_store_request *asked, enum srv_stored stored,
                            void (*answer)(struct srv_store_request *asked,
                                           enum srv_stored stored)) {
@@ -170,7 +169,7 @@ static void put_answer(struct srv_store_request *asked, enum srv_stored stored) 
     srv_store_request_end(asked);
 }
 
-/* the parts of a write that are the same for all */
+/* The parts of a write that all writes share. */
 static struct srv_class_put *classes_put(struct srv_class_request *own) {
     own->put.code = own->code;
     own->put.who = own->who;
@@ -202,12 +201,12 @@ void srv_classes_erase(struct srv_exchange *exchange) {
 
 /* --- items --- */
 
-/* What the path calls an item. */
+/* How a path names an item. */
 static const struct {
     const char *kind, *id; /* id: NULL = any */
     enum api_class_kind body;
-    int own;          /* a pupil's */
-    const char *base; /* the kind of what it answers */
+    int own;          /* the item belongs to a pupil */
+    const char *base; /* the kind of item that it answers */
 } classes_kind[] = {
     {"stages", "class", API_CLASS_STAGE, 0, NULL},
     {"stages", "own", API_CLASS_OWN_STAGE, 1, NULL},
@@ -218,7 +217,7 @@ static const struct {
     {"handins", NULL, API_CLASS_HANDIN, 1, "worksheets"},
 };
 
-/* a pupil, whom a teacher may take away: "pupils/NUMBER", without a zero in front */
+/* Finds the pupil whom a teacher may remove: "pupils/NUMBER", without leading zeros. */
 static int classes_pupil(struct srv_class_request *own, const char *kind, const char *id) {
     if (strcmp(kind, "pupils") || strspn(id, "123456789") < 1 || strlen(id) > 9 ||
         strspn(id, "0123456789") != strlen(id))
@@ -227,7 +226,7 @@ static int classes_pupil(struct srv_class_request *own, const char *kind, const 
     return 1;
 }
 
-/* finds the item that the path names; 0 where there can be none */
+/* Finds the item that the path names. Returns 0 if it cannot exist. */
 static int classes_find(struct srv_class_request *own, int removes) {
     char kind[SRV_CLASS_NAME / 3], id[SRV_CLASS_NAME / 2];
     srv_class_request_part(own->exchange, 1, kind, sizeof kind);
@@ -239,7 +238,7 @@ static int classes_find(struct srv_class_request *own, int removes) {
         if (!api_class_id_good(id)) return 0;
         own->kind = classes_kind[i].body;
         own->put.own = classes_kind[i].own;
-        /* a pupil's own stage is stages/NUMBER */
+        /* The stage of a pupil is stages/NUMBER. */
         snprintf(own->name, sizeof own->name, "%s%s%s", kind, only && own->put.own ? "" : "/",
                  only && own->put.own ? "" : id);
         if (!classes_kind[i].base) return 1;
@@ -291,7 +290,7 @@ void srv_classes_remove(struct srv_exchange *exchange) {
     struct srv_store_request *asked = classes_begin_item(exchange, 1);
     if (!asked) return;
     struct srv_class_request *own = srv_class_request_of(asked);
-    /* a class whose stage is taken away is open */
+    /* A class whose stage was removed is open again. */
     if (own->kind == API_CLASS_STAGE && !strncmp(own->name, "stages/", 7)) own->put.shut = 0;
     srv_store_request_ask(asked, SRV_ASK_WRITE, put_run, gone_answer);
 }
@@ -305,7 +304,7 @@ static enum srv_stored events_run(struct srv_store *store, struct srv_store_call
     return own->room.teacher || own->room.pupil ? stored : SRV_STORED_NONE;
 }
 
-/* the change that a client has seen last; one that there was not is none */
+/* Reads the last change that the client has seen; a change that does not exist counts as none. */
 static int64_t events_since(const char *last, const struct srv_class *room) {
     char *end;
     if (!last || *last < '0' || *last > '9') return 0;

@@ -7,7 +7,7 @@
 #include "server/http/router.h"
 #include "server/jobs/jobs.h"
 
-/* counts a request that is over */
+/* Counts a request that has ended. */
 static void access_log_count(const struct srv_exchange *exchange,
                              const struct srv_log_request *line, int64_t now) {
     struct srv_metrics *metrics = &exchange->service->metrics;
@@ -20,7 +20,7 @@ static void access_log_count(const struct srv_exchange *exchange,
     if (line->bytes_out) srv_metrics_count(&metrics->bytes_out, line->bytes_out);
 }
 
-/* the address or the account, as far as the logs may tell it */
+/* The address or account of a client, as far as the log's options allow to name it. */
 static const char *access_log_client(const struct srv_exchange *exchange,
                                      char text[SRV_PEER_BYTES]) {
     const char *how = srv_service_config(exchange->service)->log_client,
@@ -31,7 +31,7 @@ static const char *access_log_client(const struct srv_exchange *exchange,
     return text[0] ? text : "-";
 }
 
-/* is it something for which somebody answers: a change, what is an operator's, or a refusal? */
+/* Returns 1 for what the audit log records: changes, operators' requests and refusals. */
 static int access_log_deed(const struct srv_exchange *exchange, int status) {
     const struct srv_route *route = exchange->route;
     if (status == 401 || status == 403) return 1;
@@ -42,7 +42,7 @@ static int access_log_deed(const struct srv_exchange *exchange, int status) {
            (exchange->identity.role != SRV_ROLE_NONE && (route->special & SRV_ROUTE_OPERATOR) != 0);
 }
 
-/* what it was about: the path's variable part, or where what was made is */
+/* The object of a request: the variable part of the path, or the place of what was created. */
 static const char *access_log_of(const struct srv_exchange *exchange) {
     if (exchange->argument) return exchange->argument;
     for (int i = 0; i < exchange->headers; i++)

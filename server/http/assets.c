@@ -6,7 +6,8 @@
 
 #include "api/call/openapi.h"
 
-/* what a document may load, and who may frame it: this server's own, and nobody */
+/* The content security policy: a document may load from this server only, and nobody may frame it.
+ */
 static const char assets_policy[] =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src "
     "'self'; "
@@ -48,7 +49,8 @@ static void assets_give(struct srv_exchange *exchange, const struct srv_asset *a
     srv_exchange_header(exchange, "Content-Security-Policy", assets_policy);
 }
 
-/* documents are asked for at every visit: they name the digest that all else lies under */
+/* Documents are requested at every visit: they name the digest under which every other file is
+ * found. */
 static void assets_document(struct srv_exchange *exchange, const char *name) {
     const struct srv_asset *asset = assets_find(name);
     if (asset)

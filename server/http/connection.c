@@ -21,8 +21,8 @@
 
 enum {
     CONNECTION_UNREAD =
-        65536, /* largest body that is read only to keep the connection after a refusal */
-    CONNECTION_BYTES = 3 << 13 /* that libmicrohttpd takes for one */
+        65536, /* the largest body that is read after a refusal only to keep the connection */
+    CONNECTION_BYTES = 3 << 13 /* bytes of memory that libmicrohttpd takes for a connection */
 };
 
 _Static_assert((int)SRV_STRICT_TARGET < (int)SRV_TARGET_BYTES,
@@ -30,41 +30,42 @@ _Static_assert((int)SRV_STRICT_TARGET < (int)SRV_TARGET_BYTES,
 
 /* How far the exchange of a connection is. */
 enum connection_state {
-    CONNECTION_NONE,    /* no request line yet, for all that libmicrohttpd says */
+    CONNECTION_NONE,    /* libmicrohttpd has not reported a request line */
     CONNECTION_HEAD,    /* the target is known */
     CONNECTION_BODY,    /* the head is checked and the body is coming */
     CONNECTION_WAITING, /* handed over; the connection is suspended */
-    CONNECTION_SENDING  /* the answer is libmicrohttpd's */
+    CONNECTION_SENDING  /* libmicrohttpd sends the response */
 };
 
 /* A connection and its one exchange at a time. */
 struct connection {
-    struct srv_exchange exchange; /* first: an exchange that came over a socket is its connection */
+    struct srv_exchange
+        exchange; /* first, because an exchange of a socket is converted to its connection */
     struct srv_watched watched;
     struct srv_recv_hook hook;
     struct srv_connections *all;
     struct MHD_Connection *mhd;
-    void *session;           /* GnuTLS's; NULL where the connection is not sealed */
-    int examined;            /* its client's certificate was looked at */
-    char unfit[SRV_TLS_WHY]; /* what is wrong with that; "" = nothing */
+    void *session;           /* the session of GnuTLS; NULL without TLS */
+    int examined;            /* the client's certificate was examined */
+    char unfit[SRV_TLS_WHY]; /* the fault of the certificate; "" = none */
     enum connection_state state;
-    long done;                /* requests that are over */
-    enum srv_surplus surplus; /* the limit that it is beyond */
+    long done;                /* the number of requests that have ended */
+    enum srv_surplus surplus; /* the limit that the connection exceeds */
     struct srv_client
-        *client; /* of its address; NULL where that is a trusted proxy, or without memory */
+        *client; /* the record of its address; NULL for a trusted proxy, or without memory */
     struct srv_hold hold;
-    int refused; /* answered at the head, while the body is still read */
+    int refused; /* the request was answered after its head, while the body is still read */
     int64_t body_began;
     struct srv_response_stream stream;
-    int64_t paused,
-        pauses; /* ns: since when a stream has nothing to send, how long it had nothing before */
+    int64_t paused, pauses; /* ns: since when a stream has nothing to send, and how long it had
+                               nothing before */
 };
 
 static struct connection *connection_of_watched(struct srv_watched *watched) {
     return SRV_CONTAINER_OF(watched, struct connection, watched);
 }
 
-/* the seconds that a client has for so many bytes */
+/* The seconds that a client has for a number of bytes. */
 static double connection_patience(const struct connection *connection, double seconds,
                                   size_t bytes) {
     return seconds + (double)bytes / srv_service_config(connection->all->service)->least_rate;
@@ -76,8 +77,8 @@ static int64_t connection_deadline(double seconds) {
 
 /* --- answers --- */
 
-/* how long the client has for what it got of a stream, not counting the time that it had to wait
- * for more */
+/* Sets the deadline for what the client has received of a stream; the time in which the stream had
+ * nothing to send does not count. */
 static void connection_moved(struct srv_exchange *exchange, uint64_t bytes) {
     struct connection *connection = (struct connection *)exchange;
     struct srv_watch *watch = connection->all->watch;
@@ -101,7 +102,7 @@ static void connection_pause(struct srv_exchange *exchange) {
     MHD_suspend_connection(((struct connection *)exchange)->mhd);
 }
 
-/* gives the answer to libmicrohttpd */
+/* Hands the response to libmicrohttpd. */
 static enum MHD_Result connection_answer(struct connection *connection) {
     struct srv_exchange *exchange = &connection->exchange;
     struct srv_service *service = connection->all->service;
@@ -128,7 +129,7 @@ static enum MHD_Result connection_answer(struct connection *connection) {
 
 /* --- the way to a worker and back --- */
 
-/* Has the connection of an exchange go on. The thread of the sockets may end both before this
+/* Resumes the connection of an exchange. The thread of the sockets may end both before this
  * returns. */
 static void connection_finish(struct srv_exchange *exchange) {
     struct connection *connection = (struct connection *)exchange;
@@ -137,7 +138,7 @@ static void connection_finish(struct srv_exchange *exchange) {
     eventfd_write(wake, 1);
 }
 
-/* whoever works on an exchange's answer need not go on */
+/* Tells the worker of an exchange that the client left. */
 static void connection_leave(struct connection *connection, enum srv_stop why) {
     if (connection->exchange.listens)
         srv_events_leave(&connection->exchange, why);
@@ -152,8 +153,8 @@ static void connection_left(struct srv_watched *watched) {
                                      : SRV_STOP_LEFT);
 }
 
-/* it may be answered, and the connection resumed, before this returns: that takes effect after
- * it */
+/* Hands the exchange over. It may be answered, and the connection resumed, before this returns;
+ * the resumption takes effect afterwards. */
 static enum MHD_Result connection_hand_over(struct connection *connection) {
     assert(connection->state == CONNECTION_BODY && !connection->refused);
     connection->state = CONNECTION_WAITING;
@@ -174,7 +175,7 @@ static enum MHD_Result connection_field(void *context, enum MHD_ValueKind kind, 
                                                                                    : MHD_NO;
 }
 
-/* looks at the client's certificate, at the first request of a sealed connection */
+/* Examines the client's certificate at the first request of a TLS connection. */
 static void connection_examine(struct connection *connection) {
     struct srv_tls *tls = connection->all->probes ? NULL : connection->all->service->tls;
     if (tls && !connection->examined)
@@ -183,7 +184,7 @@ static void connection_examine(struct connection *connection) {
     connection->exchange.unfit = connection->unfit[0] ? connection->unfit : NULL;
 }
 
-/* reads the head; returns 1 when the exchange is to go on, 0 when it is answered */
+/* Reads the head. Returns 1 if the exchange goes on, 0 if it is answered. */
 static int connection_check_head(struct connection *connection, const char *method) {
     struct srv_exchange *exchange = &connection->exchange;
     exchange->method = method;
@@ -198,7 +199,7 @@ static int connection_check_head(struct connection *connection, const char *meth
     return srv_router_head(exchange);
 }
 
-/* until when the body must be there, seeing what came of it */
+/* Sets the deadline of the body from what has arrived of it. */
 static void connection_body_deadline(struct connection *connection) {
     double seconds =
         connection_patience(connection, srv_service_config(connection->all->service)->body_seconds,
@@ -207,14 +208,14 @@ static void connection_body_deadline(struct connection *connection) {
                     connection->body_began + srv_clock_span(seconds));
 }
 
-/* the first call of libmicrohttpd for a request: its head is there */
+/* The first call of libmicrohttpd for a request: the head is complete. */
 static enum MHD_Result connection_head(struct connection *connection, const char *method) {
     struct srv_exchange *exchange = &connection->exchange;
     connection->state = CONNECTION_BODY;
     connection->refused = !connection_check_head(connection, method);
     if (connection->refused) {
-        /* an answer at this point ends the connection; where nothing speaks for that, the body
-         * is read first */
+        /* A response at this point ends the connection. If nothing forbids it, the body is read
+         * first and the connection stays. */
         int keep = exchange->length >= 0 && exchange->length <= CONNECTION_UNREAD &&
                    !exchange->field[SRV_EXPECT];
         if (keep && !exchange->close) return MHD_YES;
@@ -227,7 +228,7 @@ static enum MHD_Result connection_head(struct connection *connection, const char
     return MHD_YES;
 }
 
-/* a piece of the body */
+/* Takes a piece of the body. */
 static enum MHD_Result connection_body(struct connection *connection, const char *data,
                                        size_t bytes) {
     struct srv_exchange *exchange = &connection->exchange;
@@ -251,7 +252,7 @@ static enum MHD_Result connection_body(struct connection *connection, const char
     return MHD_YES;
 }
 
-/* the request is complete */
+/* The request is complete. */
 static enum MHD_Result connection_whole(struct connection *connection) {
     if (connection->refused || !srv_router_body(&connection->exchange))
         return connection_answer(connection);
@@ -275,7 +276,7 @@ enum MHD_Result srv_connection_request(void *context, struct MHD_Connection *mhd
     return connection->state == CONNECTION_WAITING ? connection_answer(connection) : MHD_NO;
 }
 
-/* the request line is there: a request begins */
+/* libmicrohttpd has read the request line: a request begins. */
 void *srv_connection_target(void *context, const char *target, struct MHD_Connection *mhd) {
     const union MHD_ConnectionInfo *info =
         MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
@@ -317,15 +318,16 @@ static void connection_log(const struct connection *connection, const char *outc
     srv_access_log_enter(exchange, outcome, exchange->status ? exchange->status : late ? 408 : 0);
 }
 
-/* the client may still be sending: its unread bytes must not turn the answer into a reset */
+/* Delays the close, because the client may still be sending: unread bytes would turn the response
+ * into a reset. */
 static void connection_linger(struct connection *connection) {
     int fd = dup(connection->watched.fd);
     if (fd >= 0) srv_watch_linger(connection->all->watch, fd);
 }
 
-/* Ends the connection under a broken stream. An HTTP/1.0 client would take its end for the end
- * of the answer, and gets a reset. libmicrohttpd would do it too, but only when something
- * happens on another connection. */
+/* Ends the connection of a broken stream. An HTTP/1.0 client would take the end of the connection
+ * for the end of the response, so it receives a reset. libmicrohttpd would end it too, but only
+ * when something happens on another connection. */
 static void connection_cut(struct connection *connection) {
     if (connection->hook.strict.old)
         connect(connection->watched.fd, &(struct sockaddr){.sa_family = AF_UNSPEC},
@@ -334,8 +336,8 @@ static void connection_cut(struct connection *connection) {
         shutdown(connection->watched.fd, SHUT_RDWR);
 }
 
-/* The front has found a byte that no request may have, and all requests before it are over. From
- * now on libmicrohttpd sees the end of the stream. */
+/* The strict reader has found a byte that no request may have, and all requests before it have
+ * ended. From here on libmicrohttpd sees the end of the stream. */
 static void connection_refuse_stream(struct connection *connection) {
     struct srv_exchange *exchange = &connection->exchange;
     if (!exchange->id) srv_response_identify(exchange);
@@ -349,15 +351,15 @@ static void connection_refuse_stream(struct connection *connection) {
     srv_exchange_reset(exchange);
 }
 
-/* a request is over, in whatever way; its texts and its answer are not needed any more */
+/* A request has ended, in whatever way; its texts and its response are released. */
 void srv_connection_completed(void *context, struct MHD_Connection *mhd, void **state,
                               enum MHD_RequestTerminationCode code) {
     struct srv_connections *all = context;
     struct connection *connection = *state;
     if (!connection) return;
     const char *outcome = connection_outcome(connection, code);
-    /* a stream that was cut is not computed on; the watch, which may be leaving it just now,
-     * does so no more */
+    /* The computation of a stream that was cut stops. The watch may be reporting the connection at
+     * this instant; afterwards it does not. */
     if (connection->exchange.streams) {
         srv_watch_phase(all->watch, &connection->watched, SRV_WATCH_SENDING, 0);
         connection_leave(connection, SRV_STOP_LEFT);
@@ -377,7 +379,7 @@ void srv_connection_completed(void *context, struct MHD_Connection *mhd, void **
     if (!connection->hook.strict.status || connection->hook.strict.complete != connection->done)
         return;
     connection_refuse_stream(connection);
-    /* it has nothing to read, and so nothing that would end it but time */
+    /* The connection has nothing to read, so only the timeout can end it. */
     MHD_set_connection_option(mhd, MHD_CONNECTION_OPTION_TIMEOUT, 1u);
 }
 
@@ -411,7 +413,7 @@ enum MHD_Result srv_connection_allow(void *context, const struct sockaddr *addre
     return MHD_NO;
 }
 
-/* counts a new connection; sets what it is beyond */
+/* Counts a new connection and notes the limit that it exceeds. */
 static void connection_count(struct connection *connection, int connections) {
     struct srv_service *service = connection->all->service;
     connection->client = srv_connection_share_client(service, connection->exchange.peer);
@@ -429,8 +431,8 @@ static void connection_count(struct connection *connection, int connections) {
     srv_hold_set(&connection->hold, bytes);
 }
 
-/* until when a new connection must have begun a request: one that is beyond a limit soon, a sealed
- * one when its handshake must be over */
+/* ns: when a new connection must have begun a request: soon if it exceeds a limit; with TLS when
+ * its handshake must be complete. */
 static int64_t connection_begin_deadline(const struct connection *connection) {
     const struct srv_config *config = srv_service_config(connection->all->service);
     if (connection->surplus) return connection_deadline(1);
@@ -439,7 +441,7 @@ static int64_t connection_begin_deadline(const struct connection *connection) {
 
 static void connection_begin(struct srv_connections *all, struct MHD_Connection *mhd,
                              void **socket) {
-    /* read at once: from 1.0 on the next question overwrites the answer */
+    /* The value is copied at once: from libmicrohttpd 1.0 on the next question overwrites it. */
     int fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
     int connections = 1 + atomic_fetch_add(&all->service->connections, 1);
     struct connection *connection = calloc(1, sizeof *connection);
@@ -476,7 +478,7 @@ static void connection_end(struct srv_connections *all, void **socket) {
     atomic_fetch_sub(&all->service->connections, 1);
     *socket = NULL;
     if (!connection) return;
-    /* a request that was late before libmicrohttpd saw its first line */
+    /* A request was late before libmicrohttpd saw its first line. */
     if (atomic_load(&connection->watched.late) &&
         connection->hook.strict.requests > connection->done)
         connection_log(connection, "late");

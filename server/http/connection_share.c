@@ -8,8 +8,8 @@
 #include "server/protocol/identity.h"
 
 enum {
-    SHARE_SURPLUS = 16, /* connections beyond the share that are answered; more are closed */
-    SHARE_PART = 4      /* one client may have this part of all connections */
+    SHARE_SURPLUS = 16, /* connections beyond the share that are told so; further ones are closed */
+    SHARE_PART = 4      /* a client may have 1/4 of all connections */
 };
 
 int srv_connection_share(const struct srv_config *config) {

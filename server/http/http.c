@@ -16,10 +16,11 @@
 #include "server/http/tls.h"
 
 enum {
-    HTTP_POOL = 24576, /* bytes of libmicrohttpd's memory a connection: holds what the strict reader
-                          lets pass */
-    HTTP_WAIT_MS = 60000, /* longest wait: a net, as whatever happens is told */
-    HTTP_SPARE = 64       /* connections beyond the cap that are told so */
+    HTTP_POOL = 24576, /* libmicrohttpd's memory for a connection in bytes: enough for every head
+                        * that the strict reader accepts */
+    HTTP_WAIT_MS =
+        60000,      /* the longest wait in ms: a safety net, because every event is notified */
+    HTTP_SPARE = 64 /* connections beyond the limit that are told so */
 };
 
 struct srv_http {
@@ -27,13 +28,15 @@ struct srv_http {
     struct MHD_Daemon *daemon;
     pthread_t thread;
     int events; /* an epoll descriptor: readable while libmicrohttpd has work or `wake` is set */
-    int fd;     /* that it listens on; the thread's own once `listen` is 0 */
-    atomic_int listen; /* 1; 0 = the thread is to listen no more; -1 = it does not */
+    int fd;     /* the listening socket; it belongs to the thread once `listen` is 0 */
+    atomic_int
+        listen; /* 1 = listening, 0 = the thread should stop listening, -1 = it has stopped */
     atomic_int end;
-    int64_t settling; /* ns: since when nobody new is let in, then since when it does not listen */
+    int64_t settling; /* ns: since when no new connection is accepted, then since when the thread
+                         does not listen */
 };
 
-/* paths are decoded by message, strictly */
+/* The strict reader decodes paths, so libmicrohttpd must not. */
 static size_t http_unescape(void *context, struct MHD_Connection *mhd, char *text) {
     (void)context, (void)mhd;
     return strlen(text);
@@ -41,7 +44,7 @@ static size_t http_unescape(void *context, struct MHD_Connection *mhd, char *tex
 
 /* --- the thread --- */
 
-/* Takes in who has connected already, and listens no more. */
+/* Accepts the connections that are complete already, and stops listening. */
 static void http_close(struct srv_http *http) {
     struct sockaddr_storage address;
     socklen_t bytes = sizeof address;
@@ -55,8 +58,8 @@ static void http_close(struct srv_http *http) {
     atomic_store(&http->listen, -1);
 }
 
-/* Waits until libmicrohttpd has something to do, a connection's time is up, or somebody wakes the
- * thread. The workers get their turn before: what comes may gather while they compute. */
+/* Waits until libmicrohttpd has work, a connection's time is over, or the thread is woken. The
+ * workers run first, so that events can gather meanwhile. */
 static void http_wait(struct srv_http *http) {
     MHD_UNSIGNED_LONG_LONG ms;
     int most = -1;
@@ -72,8 +75,8 @@ static void http_wait(struct srv_http *http) {
     }
 }
 
-/* libmicrohttpd is asked what has come, and never waits itself: with 128 events at once (0.9.75 to
- * 1.0.1) it would ask for more before it looks at any, and fall asleep over them. */
+/* libmicrohttpd is asked for events and never waits itself: with 128 events at once its versions
+ * 0.9.75 to 1.0.1 ask for more before they handle any, and sleep over them. */
 static void *http_main(void *context) {
     struct srv_http *http = context;
     srv_recv_hooks_here(&http->all.hooks);
@@ -94,7 +97,7 @@ static int http_listen_for(struct srv_http *http, int fd) {
     return !epoll_ctl(http->events, EPOLL_CTL_ADD, fd, &event);
 }
 
-/* Drops what there is, all but the listening socket. The thread has ended before. */
+/* Releases everything but the listening socket. The thread has ended before. */
 static void http_drop(struct srv_http *http) {
     if (http->daemon) MHD_stop_daemon(http->daemon);
     if (http->all.wake >= 0) close(http->all.wake);
@@ -148,7 +151,7 @@ enum pend_status srv_http_new(struct srv_http **http, struct srv_service *servic
         !pthread_create(&made->thread, NULL, http_main, made))
         return PEND_OK;
     *http = NULL;
-    if (!made->daemon) close(fd); /* libmicrohttpd closes it otherwise */
+    if (!made->daemon) close(fd); /* libmicrohttpd closes the socket otherwise. */
     http_drop(made);
     return pend_fail(error, PEND_NO_MEMORY, -1, 0, "libmicrohttpd does not start");
 }

@@ -23,7 +23,7 @@ void srv_probes_version(struct srv_exchange *exchange) {
     srv_exchange_header(exchange, "Cache-Control", "no-cache");
 }
 
-/* is the question about jobs as well? -1 where it is none that is known */
+/* Returns 1 if the probe asks about jobs as well, 0 if not, -1 for an unknown query. */
 static int probes_need(const struct srv_exchange *exchange) {
     if (!exchange->query || !*exchange->query)
         return !srv_config_answers(&exchange->service->config);
@@ -47,7 +47,7 @@ void srv_probes_readiness(struct srv_exchange *exchange) {
         srv_exchange_busy(exchange, 5, jobs);
         return;
     }
-    /* a process without a store was never meant to have jobs */
+    /* A process without a store does not serve jobs by intent. */
     const char *status = jobs && service->storage ? "degraded" : "ready";
     exchange->answer.bytes = 0;
     if (api_buffer_format(&exchange->answer, "{\"status\":\"%s\",\"jobs\":\"%s\"}", status,

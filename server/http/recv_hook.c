@@ -53,9 +53,9 @@ size_t srv_recv_hook_show(struct srv_recv_hook *hook, char *data, size_t bytes) 
     return bytes;
 }
 
-/* libmicrohttpd forgives what it should refuse, and does not show the bytes of a message. So its
- * reading goes through here: a recv in the program comes before the C library's for every shared
- * library. That of a refused stream says that the client has ended it. */
+/* libmicrohttpd accepts some malformed messages and does not show their bytes, so every read goes
+ * through this function: a recv in the program replaces that of the C library for all shared
+ * libraries. For a stream that was refused it reports that the client has ended it. */
 ssize_t hook_recv(int fd, void *data, size_t bytes, int flags) __asm__("recv");
 
 ssize_t hook_recv(int fd, void *data, size_t bytes, int flags) {
@@ -64,8 +64,8 @@ ssize_t hook_recv(int fd, void *data, size_t bytes, int flags) {
     if (hook && hook->strict.status) return 0;
     size_t held = 0, asked, shown;
     ssize_t got;
-    /* where the strict reader took something out, the room is filled up: less than was asked for
-     * says that there is no more */
+    /* If the strict reader removed bytes, the buffer is filled up: libmicrohttpd takes a short
+     * read for the end of the data. */
     do {
         asked = bytes - held;
         got = recvfrom(fd, (char *)data + held, asked, flags, NULL, NULL);

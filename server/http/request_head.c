@@ -31,8 +31,8 @@ static int head_refuse(struct srv_exchange *exchange, int status, const char *fo
     vsnprintf(detail, sizeof detail, format, arguments);
     va_end(arguments);
     srv_exchange_problem(exchange, status, "%s", detail);
-    /* who sends what is malformed may have meant another message than this one: nothing behind
-     * it is read */
+    /* A client that sends a malformed message may have meant a different one, so nothing behind it
+     * is read. */
     exchange->close |= status == 400;
     return 0;
 }
@@ -41,7 +41,7 @@ static int head_find(const struct srv_service *service, const char *name) {
     size_t bytes = strlen(name);
     for (int id = 0; id < SRV_FIELD_COUNT; id++)
         if (bytes == head_fields[id].bytes && !strcasecmp(name, head_fields[id].name)) return id;
-    /* nobody's word is taken where no proxy is trusted */
+    /* Fields of a proxy are ignored if no proxy is trusted. */
     if (!srv_peers_any(srv_service_trusted(service))) return SRV_FIELD_COUNT;
     const struct srv_config *config = srv_service_config(service);
     if (!strcasecmp(name, config->client_header)) return SRV_FORWARDED;
@@ -55,7 +55,7 @@ int srv_request_head_relayed(const char *name) {
     return 0;
 }
 
-/* "a" and "b" of two fields become "a, b" */
+/* Joins the values "a" and "b" of two fields to "a, b". */
 static const char *head_join(struct srv_exchange *exchange, const char *first, const char *second) {
     size_t bytes = strlen(first) + strlen(second) + 3;
     char *text = srv_exchange_text(exchange, bytes);
@@ -78,7 +78,7 @@ int srv_request_head_field(struct srv_exchange *exchange, const char *name, cons
     return 1;
 }
 
-/* how long the body is: the strict reader has seen to it that there is one answer to that */
+/* Finds the length of the body. The strict reader has made sure that it is unambiguous. */
 static int head_length(struct srv_exchange *exchange) {
     const char *length = exchange->field[SRV_CONTENT_LENGTH];
     double limit = srv_service_config(exchange->service)->limits.body_bytes;
@@ -99,9 +99,9 @@ static int head_hex(char c) {
     return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
 }
 
-/* Undoes the percent encoding of a path. A slash stays encoded, so that it cannot become a
- * separator; a control character is refused, as is what is no encoding. Returns the length, -1
- * on refusal. */
+/* Decodes the percent encoding of a path. A slash stays encoded, so that it cannot become a
+ * separator. Control characters and invalid encodings are refused. Returns the length, -1 on
+ * refusal. */
 static int head_decode(const char *from, size_t bytes, char *to) {
     int length = 0;
     for (size_t i = 0; i < bytes; i++) {
@@ -126,8 +126,8 @@ static int head_decode(const char *from, size_t bytes, char *to) {
     return length;
 }
 
-/* The absolute form (RFC 9112 3.2.2) is cut down to the origin form, and its host counts
- * whatever the field Host says; NULL if it is neither, or there is no room. */
+/* Reduces the absolute form (RFC 9112 3.2.2) to the origin form; its host replaces the field Host.
+ * Returns NULL if the target has neither form, or without memory. */
 static const char *head_origin(struct srv_exchange *exchange) {
     const char *target = exchange->target;
     exchange->host = exchange->field[SRV_HOST];
@@ -161,8 +161,8 @@ static int head_target(struct srv_exchange *exchange) {
     return 1;
 }
 
-/* a body that is not as it is: nothing here undoes a coding, and a body that is compressed has
- * no known end */
+/* Refuses a body with a content coding: the server decodes none, and the decoded size of a body
+ * has no known bound. */
 static int head_coding(struct srv_exchange *exchange) {
     const char *coding = exchange->field[SRV_CONTENT_ENCODING];
     if (!exchange->length || !coding || !*coding || !strcasecmp(coding, "identity")) return 1;

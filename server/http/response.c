@@ -15,9 +15,9 @@
 #include "server/http/tls.h"
 
 enum {
-    RESPONSE_BLOCK = 65536, /* bytes of a stream that libmicrohttpd asks for at once, where the
-                               length is known */
-    RESPONSE_HEAD = 1536    /* bytes of a head that is sent past libmicrohttpd */
+    RESPONSE_BLOCK =
+        65536, /* bytes of a stream that libmicrohttpd asks for at once if the length is known */
+    RESPONSE_HEAD = 1536 /* the room in bytes for a head that is sent without libmicrohttpd */
 };
 
 /* --- ids --- */
@@ -29,13 +29,14 @@ static int response_id_good(const char *text) {
                bytes;
 }
 
-/* version, trace, parent, flags: 00-32 digits-16 digits-2 digits (W3C Trace Context) */
+/* Checks a trace parent: version, trace, parent and flags as 2, 32, 16 and 2 digits (W3C Trace
+ * Context). */
 static int response_trace_good(const char *text) {
     static const char form[] = "##-################################-################-##";
     if (strlen(text) != sizeof form - 1) return 0;
     for (size_t i = 0; i < sizeof form - 1; i++)
         if (form[i] == '-' ? text[i] != '-' : !memchr("0123456789abcdef", text[i], 16)) return 0;
-    /* the version ff is none, and ids of nothing but zeros name nothing */
+    /* The version ff is invalid, and so are ids that are all zeros. */
     return strncmp(text, "ff", 2) && strspn(text + 3, "0") < 32 && strspn(text + 36, "0") < 16;
 }
 
@@ -112,8 +113,8 @@ static int response_fields(struct MHD_Response *response, const struct srv_excha
 
 /* --- bodies --- */
 
-/* what was found out while the body was sent. Without memory the field is left out: the body is
- * complete */
+/* Adds the trailers: what was found out while the body was sent. Without memory a field is left
+ * out; the body is complete all the same. */
 static void response_trail(struct srv_response_stream *stream) {
     struct api_remarks remarks;
     srv_inflight_remarks(stream->exchange, &remarks);
@@ -122,7 +123,7 @@ static void response_trail(struct srv_response_stream *stream) {
                                       remarks.field[i].value);
 }
 
-/* libmicrohttpd wants bytes of a stream */
+/* Gives libmicrohttpd bytes of a stream. */
 static ssize_t response_read(void *context, uint64_t position, char *to, size_t cap) {
     struct srv_response_stream *stream = context;
     long count = stream->exchange->listens
@@ -156,8 +157,8 @@ struct MHD_Response *srv_response_new(const struct srv_exchange *exchange,
     return NULL;
 }
 
-/* adds a field to a head of RESPONSE_HEAD bytes that is sent past libmicrohttpd; one that has no
- * room is left out */
+/* Adds a field to a head of RESPONSE_HEAD bytes that is sent without libmicrohttpd. A field that
+ * does not fit is left out. */
 static void response_line(char head[], const char *name, const char *value) {
     size_t used = strlen(head), room = RESPONSE_HEAD - used - sizeof "\r\n";
     int bytes = snprintf(head + used, room, "%s: %s\r\n", name, value);

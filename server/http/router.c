@@ -30,8 +30,8 @@ static void router_metrics(struct srv_exchange *exchange) {
     srv_exchange_header(exchange, "Cache-Control", "no-store");
 }
 
-/* The three kinds of rows: a worker runs an operation; the answer takes time; it is there at once.
- */
+/* The three kinds of rows: a worker runs an operation; the response takes time; the response is
+ * there at once. */
 #define ROUTER_OPERATION(method, pattern, op)                                                      \
     { method, pattern, NULL, NULL, op, method " " pattern, 0 }
 #define ROUTER_LATER(method, pattern, begin, special)                                              \
@@ -97,9 +97,9 @@ const char *srv_router_label(int i) {
     return i >= 0 && i < ROUTER_COUNT ? router_table[i].label : NULL;
 }
 
-/* does the path follow the pattern? Its variable part, from the first variable to the end of the
- * last one, is from *argument on, *bytes long; NULL where there is none. A variable is what stands
- * between two slashes; {file} is the path's rest, slashes and all. */
+/* Matches a path with a pattern. A variable stands between two slashes; {file} is the rest of the
+ * path, slashes included. On success *argument and *bytes receive the part from the first variable
+ * to the end of the last one, or NULL if there is none. */
 static int router_match(const char *pattern, const char *path, const char **argument,
                         size_t *bytes) {
     *argument = NULL;
@@ -121,7 +121,7 @@ static int router_match(const char *pattern, const char *path, const char **argu
     return !*path;
 }
 
-/* can the route be asked by QUERY as well? What only computes changes nothing */
+/* Returns 1 if the route can also be asked by QUERY: it only computes and changes nothing. */
 static int router_queried(const struct srv_route *route) {
     return !strcmp(route->method, "POST") && route->op != API_OP_COUNT;
 }
@@ -137,8 +137,8 @@ static void router_allow_add(char allow[ROUTER_ALLOW], const char *method) {
     snprintf(allow + bytes, ROUTER_ALLOW - bytes, "%s%s", bytes ? ", " : "", method);
 }
 
-/* what a path can do, without the routes that are special in one of these ways; "" where there
- * is no such path */
+/* Lists the methods of a path, without the routes that have one of the properties `without`; "" if
+ * the path does not exist. */
 static void router_allow(const char *path, unsigned without, char allow[ROUTER_ALLOW]) {
     const char *argument;
     size_t bytes;
@@ -155,8 +155,8 @@ static void router_allow(const char *path, unsigned without, char allow[ROUTER_A
     if (any) router_allow_add(allow, "OPTIONS");
 }
 
-/* the route of a method and a path, whose variable part is told as router_match does; NULL where
- * there is none */
+/* Finds the route of a method and a path, and its variable part as router_match does; NULL if
+ * there is none. */
 static const struct srv_route *router_route(const char *method, const char *path,
                                             const char **argument, size_t *bytes) {
     for (int i = 0; i < ROUTER_COUNT; i++)
@@ -166,15 +166,14 @@ static const struct srv_route *router_route(const char *method, const char *path
     return NULL;
 }
 
-/* does a page of another origin ask, which is not listed? */
+/* Returns 1 if a web page of another origin asks that is not listed. */
 static int router_foreign(const struct srv_exchange *exchange) {
     return srv_cors_foreign(srv_service_config(exchange->service)->cors_origins,
                             exchange->field[SRV_ORIGIN], exchange->field[SRV_FETCH_SITE],
                             exchange->host);
 }
 
-/* OPTIONS; a browser that asks before a page's request wants to know what such a request may
- * have */
+/* Answers OPTIONS; for a browser's preflight with what the page's request may contain. */
 static void router_options(struct srv_exchange *exchange) {
     const char *argument, *method = exchange->field[SRV_PREFLIGHT];
     size_t bytes;
@@ -190,7 +189,7 @@ static void router_options(struct srv_exchange *exchange) {
     srv_exchange_header(exchange, "Access-Control-Max-Age", "86400");
 }
 
-/* answers where there is no route: OPTIONS, 404 or 405 */
+/* Answers OPTIONS, 404 or 405 if there is no route. */
 static int router_exists(struct srv_exchange *exchange) {
     if (exchange->route) return 1;
     if (exchange->probes) {
@@ -222,7 +221,7 @@ static int router_exists(struct srv_exchange *exchange) {
     return 0;
 }
 
-/* keeps the variable part of the path as a text of its own; returns 0 without room */
+/* Copies the variable part of the path. Returns 0 without memory. */
 static int router_argument(struct srv_exchange *exchange, const char *argument, size_t bytes) {
     exchange->argument = argument;
     if (!argument || !argument[bytes]) return 1;
@@ -236,7 +235,7 @@ static int router_argument(struct srv_exchange *exchange, const char *argument, 
 
 /* --- stages --- */
 
-/* answers 403 where the connection has not shown a certificate that fits */
+/* Answers 403 if the connection has not shown a certificate that is valid. */
 static int router_fit(struct srv_exchange *exchange) {
     if (!exchange->unfit) return 1;
     srv_metrics_count(&exchange->service->metrics.refused_certificates, 1);
@@ -248,11 +247,11 @@ static int router_fit(struct srv_exchange *exchange) {
     return 0;
 }
 
-/* answers who was refused before the head was complete: a field that came twice, too many
- * connections */
+/* Passes an exchange that was not refused while its head was read, for a repeated field or too
+ * many connections. */
 static int router_unrefused(struct srv_exchange *exchange) { return !exchange->status; }
 
-/* looks up the route; NULL where there is none */
+/* Looks up the route; answers if there is none. */
 static int router_find(struct srv_exchange *exchange) {
     const char *argument = NULL;
     size_t bytes = 0;
@@ -266,7 +265,7 @@ static int router_find(struct srv_exchange *exchange) {
     return 0;
 }
 
-/* answers 421 where the server does not answer to the host that the request names */
+/* Answers 421 if the server does not answer to the host that the request names. */
 static int router_host(struct srv_exchange *exchange) {
     unsigned special = exchange->route ? exchange->route->special : 0;
     if ((special & SRV_ROUTE_ANY_HOST) || exchange->probes) return 1;
@@ -279,12 +278,13 @@ static int router_host(struct srv_exchange *exchange) {
     return 0;
 }
 
-/* does the route compute, at once or as a job? */
+/* Returns 1 if the route computes, at once or as a job. */
 static int router_computes(const struct srv_route *route) {
     return !route->handle && !route->begin;
 }
 
-/* answers 401 or 403 where the client's role may not ask for this; without keys nobody has one */
+/* Answers 401 or 403 if the client's role does not allow the route. Without a key file there are
+ * no roles. */
 static int router_may(struct srv_exchange *exchange) {
     const struct srv_identity *identity = &exchange->identity;
     const double *limit = identity->limits.value;
@@ -305,7 +305,7 @@ static int router_may(struct srv_exchange *exchange) {
     return 0;
 }
 
-/* answers 403 where a web page of another origin may not ask for the route */
+/* Answers 403 if a web page of another origin may not ask for the route. */
 static int router_origin(struct srv_exchange *exchange) {
     int job = srv_jobs_wanted(exchange);
     exchange->closed = (exchange->route->special & SRV_ROUTE_CLOSED) != 0;
@@ -321,7 +321,7 @@ static int router_origin(struct srv_exchange *exchange) {
     return 0;
 }
 
-/* answers 503 where this process does not serve the route, or not any more */
+/* Answers 503 if this process does not serve the route, or not any more. */
 static int router_role(struct srv_exchange *exchange) {
     const struct srv_route *route = exchange->route;
     const struct srv_service *service = exchange->service;
@@ -337,21 +337,21 @@ static int router_role(struct srv_exchange *exchange) {
     return 0;
 }
 
-/* answers 429 where the route counts and the client's quota is used up */
+/* Answers 429 if the route counts against the client's quota, which is used up. */
 static int router_quota(struct srv_exchange *exchange) {
     const struct srv_route *route = exchange->route;
     if (!router_computes(route) && !(route->special & SRV_ROUTE_COUNTED)) return 1;
     return srv_admission_count(exchange);
 }
 
-/* has the route answer that answers at once */
+/* Calls the handler of a route that answers at once. */
 static int router_handle(struct srv_exchange *exchange) {
     if (!exchange->route->handle) return 1;
     exchange->route->handle(exchange);
     return 0;
 }
 
-/* answers from the cache where it has the answer to these very bytes */
+/* Answers from the exact cache. */
 static int router_cache(struct srv_exchange *exchange) {
     return exchange->route->begin || srv_jobs_wanted(exchange) || !srv_result_cached(exchange);
 }
@@ -362,21 +362,21 @@ typedef int router_stage(struct srv_exchange *exchange);
 
 /* The stages of a request, in order: those that need its head, */
 static router_stage *const router_head[] = {
-    srv_admission_identify, /* who asks; every request passes */
+    srv_admission_identify, /* identity of the client; every request passes */
     router_unrefused,
-    router_fit,            /* 403: a certificate that does not fit */
-    srv_request_head_head, /* 400, 413, 414, 415, 417: the body's length, the target */
+    router_fit,            /* 403: invalid certificate */
+    srv_request_head_head, /* 400, 413, 414, 415, 417: length of the body, target */
     router_find,
     router_host,         /* 421 */
-    srv_admission_named, /* 400, 401: an account or a token that is none */
+    srv_admission_named, /* 400, 401: invalid account or token */
     router_exists,       /* 404, 405, OPTIONS */
-    router_may,          /* 401, 403: a role that may not */
+    router_may,          /* 401, 403: role */
     router_origin,       /* 403 */
     router_role,         /* 503 */
     router_quota,        /* 429 */
 };
 
-/* and those that need its body. What passes them all is handed over. */
+/* and those that need its body. An exchange that passes all of them is handed over. */
 static router_stage *const router_body[] = {
     router_handle,
     router_cache,

@@ -18,20 +18,21 @@ enum { TLS_CHAIN = 16, TLS_FILE = 1 << 20, TLS_ID = 64 };
 
 const char srv_tls_priorities[] = "NORMAL:-VERS-ALL:+VERS-TLS1.3:+VERS-TLS1.2:%SERVER_PRECEDENCE";
 
-/* What the files said at one reading. */
+/* The contents of the files at one reading. */
 struct tls_set {
     gnutls_pcert_st chain[TLS_CHAIN];
     unsigned count;
     gnutls_privkey_t key;
     gnutls_x509_trust_list_t trust; /* NULL = clients need no certificate */
-    struct tls_set *before;         /* kept to the end: a handshake may be using it */
+    struct tls_set
+        *before; /* earlier sets are kept to the end, because a handshake may be using one */
 };
 
 struct srv_tls {
     char certificate[SRV_CONFIG_TEXT], key[SRV_CONFIG_TEXT], authority[SRV_CONFIG_TEXT];
-    pthread_mutex_t lock; /* of set */
+    pthread_mutex_t lock; /* guards set */
     struct tls_set *set;
-    struct api_buffer asked; /* the authority's PEM of the start */
+    struct api_buffer asked; /* the authority's PEM text at the start */
 };
 
 static _Thread_local struct srv_tls *tls_here;
@@ -64,7 +65,7 @@ static enum pend_status tls_wrong(const char *what, const char *path, int code,
                      gnutls_strerror(code));
 }
 
-/* a file that anybody may read */
+/* Reads a file that need not be secret. */
 static enum pend_status tls_read(const char *what, const char *path, struct api_buffer *out,
                                  struct pend_error *error) {
     gnutls_datum_t data;
@@ -81,7 +82,7 @@ static gnutls_datum_t tls_datum(const struct api_buffer *text) {
     return (gnutls_datum_t){(unsigned char *)text->data, (unsigned)text->bytes};
 }
 
-/* is it the time of a certificate? */
+/* Returns an error if a certificate is not valid at this time. */
 static enum pend_status tls_timely(gnutls_x509_crt_t certificate, const char *path,
                                    struct pend_error *error) {
     time_t now = time(NULL), begin = gnutls_x509_crt_get_activation_time(certificate),
@@ -96,7 +97,7 @@ static enum pend_status tls_timely(gnutls_x509_crt_t certificate, const char *pa
                      now < begin ? "is good only from" : "has expired, at", text);
 }
 
-/* is the key the certificate's? */
+/* Returns an error if the key does not belong to the certificate. */
 static enum pend_status tls_pair(const struct srv_tls *tls, gnutls_x509_crt_t certificate,
                                  gnutls_x509_privkey_t key, struct pend_error *error) {
     unsigned char one[TLS_ID], other[TLS_ID];
@@ -110,7 +111,7 @@ static enum pend_status tls_pair(const struct srv_tls *tls, gnutls_x509_crt_t ce
                      tls->certificate);
 }
 
-/* takes a chain of certificates into the set, if its first is timely and the key's */
+/* Adds a chain of certificates to the set if its first is valid now and belongs to the key. */
 static enum pend_status tls_chain(const struct srv_tls *tls, struct tls_set *set,
                                   const struct api_buffer *text, gnutls_x509_privkey_t key,
                                   struct pend_error *error) {
@@ -145,7 +146,7 @@ static enum pend_status tls_authority(const struct srv_tls *tls, struct tls_set 
                      code ? code : GNUTLS_E_NO_CERTIFICATE_FOUND, error);
 }
 
-/* what the texts of the three files say */
+/* Parses the texts of the three files. */
 static enum pend_status tls_fill(const struct srv_tls *tls, struct tls_set *set,
                                  struct api_buffer text[3], struct pend_error *error) {
     gnutls_x509_privkey_t key = NULL;
@@ -161,7 +162,7 @@ static enum pend_status tls_fill(const struct srv_tls *tls, struct tls_set *set,
     return status;
 }
 
-/* reads the files into a new set */
+/* Reads the files into a new set. */
 static enum pend_status tls_load(struct srv_tls *tls, struct tls_set **set,
                                  struct pend_error *error) {
     struct api_buffer text[3];
@@ -257,7 +258,7 @@ const char *srv_tls_trust(const struct srv_tls *tls) {
     return tls->asked.bytes ? tls->asked.data : NULL;
 }
 
-/* the certificates that a client has shown; returns how many there are */
+/* The certificates that a client has shown; returns their number. */
 static unsigned tls_shown(gnutls_session_t session, gnutls_x509_crt_t list[TLS_CHAIN]) {
     unsigned count = 0, good = 0;
     const gnutls_datum_t *raw = gnutls_certificate_get_peers(session, &count);
@@ -314,14 +315,14 @@ void srv_tls_send(void *session, const void *data, size_t bytes) {
     }
 }
 
-/* libmicrohttpd reads sealed connections by this. As its recv does, it goes through here: what was
- * opened is shown to the strict reader first. */
+/* libmicrohttpd reads TLS connections by this function. Like recv it is replaced here, so that the
+ * strict reader sees the decrypted bytes first. */
 ssize_t tls_record_recv(gnutls_session_t session, void *data,
                         size_t bytes) __asm__("gnutls_record_recv");
 
 typedef ssize_t tls_record_recv_fn(gnutls_session_t session, void *data, size_t bytes);
 
-/* GnuTLS's own */
+/* The function of GnuTLS itself. */
 static tls_record_recv_fn *tls_recv(void) {
     static _Thread_local tls_record_recv_fn *found;
     union {
@@ -339,7 +340,7 @@ ssize_t tls_record_recv(gnutls_session_t session, void *data, size_t bytes) {
     ssize_t got;
     size_t shown = 0;
     if (!receive) return GNUTLS_E_INTERNAL_ERROR;
-    /* that of a refused stream says that the client has ended it */
+    /* For a stream that was refused the function reports that the client has ended it. */
     if (hook && hook->strict.status) return 0;
     do {
         got = receive(session, data, bytes);

@@ -15,11 +15,11 @@
 #include "server/base/condition.h"
 
 enum {
-    WATCH_SLOW_MS = 250, /* the tick when only deadlines matter */
-    WATCH_AFTERGLOW =
-        40, /* quick ticks after the last waiting connection, so that short requests wake nobody */
+    WATCH_SLOW_MS = 250,  /* the period in ms if only deadlines matter */
+    WATCH_AFTERGLOW = 40, /* quick periods after the last waiting connection, so that short requests
+                             wake nobody */
     WATCH_SIGHTS =
-        2 /* ticks that a client that has shut its side is given: it may still want its answer */
+        2 /* periods that a client has after it shut its side: it may still want its response */
 };
 
 static const char watch_head[] =
@@ -34,19 +34,19 @@ struct watch_lingerer {
     int64_t deadline;
 };
 
-/* In `watched` those whose client waits come first, so that a quick tick need not look at thousands
- * of others. */
+/* In `watched` the connections whose client waits come first, so that a quick period need not look
+ * at thousands of others. */
 struct srv_watch {
     pthread_mutex_t lock;
     pthread_cond_t wake;
     pthread_t thread;
-    int stopping, asleep; /* asleep: the thread waits longer than a quick tick */
+    int stopping, asleep; /* asleep: the thread waits longer than a quick period */
     int count, waiting, glow;
-    int64_t listened; /* ns: when those who listen were looked at */
+    int64_t listened; /* ns: when the event streams were looked at */
     struct srv_list watched;
-    char timeout[512]; /* the answer 408 */
+    char timeout[512]; /* the text of the 408 response */
     int lingerers;
-    int most; /* of these, that there may be */
+    int most; /* the most connections that can be watched */
     struct watch_lingerer linger[SRV_WATCH_LINGERING];
 };
 
@@ -56,12 +56,13 @@ int srv_watch_valid(const struct srv_watch *watch) {
            srv_list_empty(&watch->watched) == !watch->count;
 }
 
-/* the time is over: says so to a client whose request does not come to its end, and ends the
- * connection */
+/* The deadline has passed: answers 408 to a client whose request is incomplete, and ends the
+ * connection. */
 static void watch_expire(struct srv_watch *watch, struct srv_watched *watched) {
     if (watched->phase == SRV_WATCH_READING) {
         atomic_store(&watched->late, 1);
-        /* a sealed connection just ends: what is sealed is its own thread's to send */
+        /* A TLS connection ends without a text, because only the connection's own thread may
+         * encrypt. */
         if (!watched->sealed)
             (void)!send(watched->fd, watch->timeout, strlen(watch->timeout),
                         MSG_DONTWAIT | MSG_NOSIGNAL);
@@ -70,7 +71,7 @@ static void watch_expire(struct srv_watch *watch, struct srv_watched *watched) {
     watched->deadline = 0;
 }
 
-/* looks whether the client of a waiting connection is still there */
+/* Looks whether the client of a waiting connection is still there. */
 static void watch_look(struct srv_watched *watched) {
     struct pollfd look = {.fd = watched->fd, .events = POLLRDHUP};
     if (watched->seen >= WATCH_SIGHTS || poll(&look, 1, 0) <= 0) return;
@@ -78,9 +79,9 @@ static void watch_look(struct srv_watched *watched) {
     if (watched->seen >= WATCH_SIGHTS) watched->left(watched);
 }
 
-/* Shows a client's end in mid-request to libmicrohttpd. A read that gives less than was asked
- * for counts there as the last one until epoll speaks again, and an end that came with that data
- * is not spoken of again. */
+/* Reports a client's end in the middle of a request to libmicrohttpd. It takes a short read for
+ * the last one until epoll reports again, and an end that arrived together with data is not
+ * reported again. */
 static void watch_end(struct srv_watched *watched) {
     struct pollfd look = {.fd = watched->fd, .events = POLLRDHUP};
     int unread = 0;
@@ -106,7 +107,7 @@ static void watch_round(struct srv_watch *watch) {
     }
 }
 
-/* reads on what nobody wants; returns 0 once it has ended */
+/* Reads and drops what arrives. Returns 0 at the end of the stream. */
 static int watch_read_on(int fd) {
     char rubbish[16384];
     for (int turn = 0; turn < 16; turn++) {
@@ -131,7 +132,7 @@ static void watch_linger_round(struct srv_watch *watch) {
     assert(srv_watch_valid(watch));
 }
 
-/* how long the thread may sleep; 0 = until it is woken */
+/* The ms that the thread may sleep; 0 = until it is woken. */
 static int watch_pause(struct srv_watch *watch) {
     if (watch->waiting || watch->lingerers) watch->glow = WATCH_AFTERGLOW;
     if (watch->glow-- > 0) return SRV_WATCH_TICK_MS;
@@ -196,7 +197,7 @@ void srv_watch_free(struct srv_watch **watch) {
     free(gone);
 }
 
-/* ends a long sleep; called with the lock */
+/* Ends a long sleep. The caller holds the lock. */
 static void watch_wake(struct srv_watch *watch) {
     if (watch->asleep) pthread_cond_signal(&watch->wake);
     watch->asleep = 0;
@@ -274,8 +275,8 @@ int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience) {
     SRV_LIST_EACH (link, &watch->watched) {
         struct srv_watched *watched = watch_of_link(link);
         int unread = 0;
-        /* a browser asks again on another connection; a proxy must not, where it has sent a POST
-         * on this one */
+        /* A browser repeats its request on another connection; a proxy that has sent a POST on
+         * this one must not. */
         int64_t kept = atomic_load(&watched->relayed) ? patience : moment;
         busy += watched->phase != SRV_WATCH_IDLE ||
                 now - watched->since < (watched->served ? moment : patience) ||

@@ -7,41 +7,45 @@
 
 #include "server/work/inflight.h"
 
-enum { DOWNLOAD_AHEAD = 2 }; /* pieces that are kept: one is encoded while the next is read */
+enum {
+    DOWNLOAD_AHEAD = 2
+}; /* the number of pieces in memory: one is encoded while the next is read */
 
 struct download {
-    struct srv_source source; /* first */
+    struct srv_source source; /* first, because a source is converted to its download */
     struct srv_ask ask;
     struct srv_storage *storage;
-    struct srv_hold hold; /* of the pieces */
+    struct srv_hold hold; /* the reservation for the pieces */
     char id[SRV_ID_BYTES];
     long parts;
     void *body; /* of the request */
 
-    /* the storage's while it is asked: which piece, and where it goes */
+    /* Belongs to the storage thread while the store is asked: which piece, and where it is
+     * written. */
     struct {
         long part, chunk;
         char *to;
         size_t bytes;
     } read;
 
-    pthread_mutex_t lock;     /* of what follows; taken before that of the computations in flight */
-    struct srv_work *waiting; /* it rests until a piece is here */
-    int asked;                /* the storage reads a piece */
-    int stale;                /* that piece is not wanted any more */
-    int gone;                 /* nobody waits any more: who gets the piece ends the download */
-    long part, chunk;         /* that follow upon what was read */
-    enum srv_stored stored;   /* why nothing more can be read; SRV_STORED = nothing is wrong */
-    int first, count;         /* pieces that are here: a ring */
+    pthread_mutex_t lock;     /* guards what follows; it is taken before the lock of srv_inflight */
+    struct srv_work *waiting; /* the work that rests until a piece arrives */
+    int asked;                /* the storage thread is reading a piece */
+    int stale;                /* the piece that is being read is not wanted any more */
+    int gone; /* the work has ended; the thread that receives the piece frees the download */
+    long part, chunk;       /* the part and the chunk that follow upon what was read */
+    enum srv_stored stored; /* why nothing more can be read; SRV_STORED = no error */
+    int first, count;       /* the ring of pieces that have arrived */
     size_t bytes[DOWNLOAD_AHEAD];
-    char data[]; /* DOWNLOAD_AHEAD pieces */
+    char data[]; /* the memory of DOWNLOAD_AHEAD pieces */
 };
 
 static struct download *download_of(struct srv_ask *ask) {
     return SRV_CONTAINER_OF(ask, struct download, ask);
 }
 
-/* the ring is within its places, and what follows is within the job's parts; with the lock */
+/* The ring's indices are in range, and the next piece belongs to the job. The caller holds the
+ * lock. */
 PEND_VALIDATOR download_valid(const struct download *download) {
     return download->first >= 0 && download->first < DOWNLOAD_AHEAD && download->count >= 0 &&
            download->count + download->asked <= DOWNLOAD_AHEAD && download->part >= 0 &&
@@ -65,7 +69,7 @@ static enum srv_stored download_run(struct srv_store *store, struct srv_store_ca
                            download->read.to, &download->read.bytes);
 }
 
-/* asks for the next piece where there is room for it, and any; called with the lock */
+/* Asks for the next piece if the ring has room and there is one. The caller holds the lock. */
 static void download_ask(struct download *download) {
     assert(download_valid(download));
     int over = download->part == download->parts || download->stored != SRV_STORED;
@@ -79,10 +83,10 @@ static void download_ask(struct download *download) {
     srv_storage_ask(download->storage, SRV_ASK_READ, &download->ask);
 }
 
-/* a piece, or what is in its place, has come; called with the lock */
+/* Takes a piece, or the error in its place. The caller holds the lock. */
 static void download_take(struct download *download, enum srv_stored stored) {
     assert(download->count < DOWNLOAD_AHEAD);
-    /* a part that fills its last piece ends where there is no other */
+    /* A part whose last piece is full ends where no other piece follows. */
     int none = stored == SRV_STORED_NONE && download->chunk > 0;
     size_t bytes = none ? 0 : download->read.bytes;
     if (stored != SRV_STORED && !none) {
@@ -98,7 +102,7 @@ static void download_take(struct download *download, enum srv_stored stored) {
     if (bytes) download->bytes[(download->first + download->count++) % DOWNLOAD_AHEAD] = bytes;
 }
 
-/* is there a piece, an error or the end? called with the lock */
+/* Returns 1 if there is a piece, an error or the end. The caller holds the lock. */
 static int download_has(const struct download *download) {
     return download->count || download->stored != SRV_STORED || download->part == download->parts;
 }
@@ -113,7 +117,8 @@ static void download_done(struct srv_ask *ask) {
         download->stale = 0;
         download_ask(download);
         if (download->waiting && download_has(download)) {
-            /* it does not end before it was given the lock, whatever becomes of it meanwhile */
+            /* The work cannot end before the lock is released, whatever happens to its exchange
+             * meanwhile. */
             srv_inflight_unpark(download->waiting);
             download->waiting = NULL;
         }

@@ -12,7 +12,7 @@
 static const struct srv_store_request_words erasure_words = {
     "clients", "what was not erased is erased when it is asked for again"};
 
-/* a piece of what is kept of the client `before`; count is 0 once nothing is left */
+/* Erases a piece of what is stored of the client `before`; count is 0 once nothing is left. */
 static enum srv_stored erasure_piece(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     enum srv_stored stored = srv_store_erase_jobs(store, asked->before, &asked->count);
@@ -35,7 +35,7 @@ static void erasure_done(struct srv_store_request *asked, enum srv_stored stored
     srv_store_request_end(asked);
 }
 
-/* whom the path means; returns 0 where the exchange is answered */
+/* Finds the client that the path names. Returns 0 if the exchange was answered. */
 static int erasure_whom(struct srv_exchange *exchange, char key[SRV_IDENTITY_KEY]) {
     const struct srv_identity *identity = &exchange->identity;
     int self = !strcmp(exchange->argument, "me");

@@ -10,10 +10,10 @@
 #include "server/work/inflight.h"
 
 enum {
-    EVENTS_LOOK_MS = 500, /* how often the store is asked without news */
-    EVENTS_LEAST_MS = 40, /* how long nothing is asked after it was */
+    EVENTS_LOOK_MS = 500, /* ms between two questions to the store if no news arrive */
+    EVENTS_LEAST_MS = 40, /* ms that pass at least between two questions */
     EVENTS_TOPICS = 2,
-    EVENTS_BYTES = SRV_EVENTS_TEXT + 2048 /* that a stream takes in memory */
+    EVENTS_BYTES = SRV_EVENTS_TEXT + 2048 /* bytes of memory that a stream takes */
 };
 
 struct srv_events {
@@ -24,7 +24,7 @@ struct srv_events {
     int most, count, started, over;
     int news, draining;
     struct srv_list listeners;
-    struct srv_topic *topic[EVENTS_TOPICS]; /* `topics` of them */
+    struct srv_topic *topic[EVENTS_TOPICS]; /* `topics` of them are in use */
     int topics;
 };
 
@@ -40,7 +40,7 @@ static struct srv_listener *listener_of_link(struct srv_list *link) {
     return SRV_CONTAINER_OF(link, struct srv_listener, link);
 }
 
-/* counts what a stream holds beyond what every stream does */
+/* Counts the memory of a stream beyond the fixed part. */
 static void listener_count(struct srv_events *events, struct srv_listener *listener) {
     assert(listener->taken <= listener->text.bytes);
     size_t text = listener->text.cap > SRV_EVENTS_TEXT ? listener->text.cap : 0;
@@ -49,7 +49,7 @@ static void listener_count(struct srv_events *events, struct srv_listener *liste
     listener->counted = bytes;
 }
 
-/* puts what comes next where it is sent from; 0 where nothing does */
+/* Puts the next event into the text that is sent. Returns 0 if there is none. */
 static int listener_next(struct srv_listener *listener) {
     enum pend_status status = PEND_OK;
     listener->text.bytes = listener->taken = 0;
@@ -65,7 +65,7 @@ static int listener_next(struct srv_listener *listener) {
     }
     listener->beat = 0;
     listener->beat_at = srv_clock_now() + (int64_t)SRV_EVENTS_BEAT_S * 1000000000;
-    /* without memory the client comes again */
+    /* Without memory the stream ends, and the client comes again. */
     if (status != PEND_OK) listener->text.bytes = 0;
     listener->over |= status != PEND_OK;
     return listener->text.bytes > 0;
@@ -89,11 +89,11 @@ static void listener_free(struct srv_events *events, struct srv_listener *listen
 
 /* --- from outside --- */
 
-/* so many of so many, at least one */
+/* One share of the limit, at least 1. */
 static int events_part(int most, int share) { return most / share > 0 ? most / share : 1; }
 
-/* whether a client has its share of the streams, or all clients of its address or account have
- * theirs */
+/* Returns 1 if a client has its share of the streams, or all clients of its address or account
+ * have theirs. */
 static int events_sated(const struct srv_events *events, const struct srv_identity *who) {
     int own = 0, all = 0;
     SRV_LIST_EACH (link, &events->listeners) {
@@ -105,7 +105,7 @@ static int events_sated(const struct srv_events *events, const struct srv_identi
            all >= events_part(3 * events->most, SRV_EVENTS_SHARE);
 }
 
-/* adds a stream, if it may be opened; *own: it is the client that has too many */
+/* Adds a stream if it may be opened. *own is 1 if the client itself has too many. */
 static enum pend_status events_begin(struct srv_events *events, struct srv_listener *made,
                                      int *own) {
     struct srv_exchange *exchange = made->exchange;
@@ -141,7 +141,7 @@ void srv_events_open(struct srv_events *events, struct srv_listener *listener) {
     if (status == PEND_OK) {
         srv_exchange_static(exchange, 200, "text/event-stream", NULL, 0);
         srv_exchange_header(exchange, "Cache-Control", "no-store");
-        /* nginx would hold the events back */
+        /* nginx would buffer the events otherwise. */
         srv_exchange_header(exchange, "X-Accel-Buffering", "no");
         return;
     }
@@ -233,7 +233,7 @@ void srv_events_drain(struct srv_events *events) {
 
 /* --- the thread that looks --- */
 
-/* wakes those for whom there is something; with the lock */
+/* Wakes the streams for which there is an event. The caller holds the lock. */
 static void events_wake(struct srv_events *events) {
     int64_t now = srv_clock_now();
     SRV_LIST_EACH (link, &events->listeners) {
@@ -244,7 +244,7 @@ static void events_wake(struct srv_events *events) {
     }
 }
 
-/* waits for something to do; 0 at the end; with the lock */
+/* Waits for something to do. Returns 0 at the end. The caller holds the lock. */
 static int events_wait(struct srv_events *events, int64_t asked) {
     int64_t look = asked + (int64_t)EVENTS_LOOK_MS * 1000000,
             least = asked + (int64_t)EVENTS_LEAST_MS * 1000000;
@@ -252,7 +252,7 @@ static int events_wait(struct srv_events *events, int64_t asked) {
         int64_t now = srv_clock_now(), until = events->news ? least : look;
         if (!events->count) {
             srv_condition_wait(&events->some, &events->lock, SRV_CONDITION_NEVER);
-            /* the first one has just been told how things are */
+            /* A new stream has just been told the state, so the next question can wait. */
             look = srv_clock_now() + (int64_t)EVENTS_LEAST_MS * 1000000;
         } else if (now >= until) {
             break;
@@ -264,7 +264,8 @@ static int events_wait(struct srv_events *events, int64_t asked) {
     return !events->over;
 }
 
-/* has a topic look until it has nothing more to ask; with the lock, which is left meanwhile */
+/* Lets a topic ask the store until it has no more questions. The caller holds the lock, which is
+ * released meanwhile. */
 static void events_look(struct srv_events *events, struct srv_topic *topic) {
     int more = 1;
     while (more && !events->over && topic->gather(topic, &events->listeners)) {

@@ -10,15 +10,15 @@
 /* A stream of a job's events. */
 struct job_listener {
     struct srv_listener listener;
-    struct srv_job job;      /* as it was seen last */
-    char told[SRV_EVENT_ID]; /* of the event that was sent last; "" = none */
+    struct srv_job job;      /* the job as it was read last */
+    char told[SRV_EVENT_ID]; /* the id of the event that was sent last; "" = none */
 };
 
 /* All jobs that somebody listens to. */
 struct job_topic {
     struct srv_topic topic;
     int count;
-    struct srv_job *job; /* ids in, states out */
+    struct srv_job *job; /* ids on entry, states on return */
     enum srv_stored *stored;
 };
 
@@ -32,7 +32,7 @@ static struct job_listener *job_listener(const struct srv_listener *listener) {
     return SRV_CONTAINER_OF(listener, struct job_listener, listener);
 }
 
-/* there is something that was not told */
+/* Returns 1 if the job has changed since the last event. */
 static int job_news(const struct srv_listener *listener) {
     const struct job_listener *own = job_listener(listener);
     char id[SRV_EVENT_ID];
@@ -82,7 +82,7 @@ static enum srv_stored look_run(struct srv_store *store, struct srv_store_call *
     for (int i = 0; i < look->count; i++) {
         char id[SRV_ID_BYTES];
         memcpy(id, look->job[i].id, sizeof id);
-        /* a store that is away is not asked again for each */
+        /* If the store is out of reach, it is not asked again for each job. */
         if (stored < SRV_STORED_AWAY) stored = srv_store_job(store, id, &look->job[i]);
         look->stored[i] = stored;
         memcpy(look->job[i].id, id, sizeof id);
@@ -96,7 +96,7 @@ static int look_find(const struct job_topic *look, const char *id) {
     return i;
 }
 
-/* lists the jobs that are listened to */
+/* Lists the jobs that have listeners. */
 static int look_gather(struct srv_topic *topic, struct srv_list *listeners) {
     struct job_topic *look = SRV_CONTAINER_OF(topic, struct job_topic, topic);
     look->count = 0;
@@ -118,7 +118,7 @@ static int look_tell(struct srv_topic *topic, struct srv_list *listeners) {
         struct srv_job *job = &job_listener(at)->job;
         int i = look_find(look, job->id), found = i < look->count;
         if (found && look->stored[i] == SRV_STORED) *job = look->job[i];
-        /* it is not kept any more: who comes again is told so */
+        /* The job is not stored any more; a client that comes again is told so. */
         if (found && look->stored[i] == SRV_STORED_NONE) at->over = 1;
     }
     return 0;

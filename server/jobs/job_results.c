@@ -10,7 +10,7 @@
 #include "server/jobs/job_view.h"
 #include "server/protocol/range.h"
 
-/* the exchange goes on to a worker, which takes the answer from the store */
+/* Hands the exchange to a worker, which reads the response from the store. */
 static void results_deliver(struct srv_store_request *asked) {
     assert(asked->request && asked->job.parts >= 1);
     struct srv_exchange *exchange = asked->exchange;
@@ -33,7 +33,7 @@ static void results_deliver(struct srv_store_request *asked) {
     }
     if (!strcmp(exchange->method, "GET"))
         source->ranged = srv_range_read(exchange->field[SRV_RANGE], &source->range);
-    /* the bytes that are numbered are those of the answer as it is */
+    /* Ranges count the bytes of the response without a coding. */
     if (source->ranged) exchange->coding = SRV_IDENTITY;
     exchange->source = source;
     exchange->op = (enum api_op_id)op;

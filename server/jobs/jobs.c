@@ -39,7 +39,7 @@ static void jobs_answer_job(struct srv_exchange *exchange, int status, const str
 
 /* --- Prefer, Idempotency-Key and the query --- */
 
-/* is a preference (RFC 7240) in the list of them? Its value and parameters are not looked at */
+/* Returns 1 if a preference (RFC 7240) is in the list. Its value and parameters are ignored. */
 static int jobs_prefers(const char *list, const char *name) {
     size_t bytes = strlen(name);
     for (const char *at = list; at && *at; at = strchr(at, ',') ? strchr(at, ',') + 1 : NULL) {
@@ -50,7 +50,7 @@ static int jobs_prefers(const char *list, const char *name) {
 }
 
 int srv_jobs_wanted(const struct srv_exchange *exchange) {
-    /* what answers a table computes; anything else is there at once */
+    /* Only operations of the table compute; every other response is there at once. */
     const struct api_op *op = api_op_at(exchange->op);
     if (exchange->method && !strcmp(exchange->method, "QUERY"))
         return 0; /* it is to change nothing */
@@ -58,7 +58,7 @@ int srv_jobs_wanted(const struct srv_exchange *exchange) {
            jobs_prefers(exchange->field[SRV_PREFER], "respond-async");
 }
 
-/* visible ASCII, with or without the quotes of a structured field */
+/* Reads visible ASCII characters, with or without the quotes of a structured field. */
 static int jobs_read_key(const char *text, char key[SRV_STORE_REQUEST_KEY + 1]) {
     size_t bytes = text ? strlen(text) : 0;
     key[0] = 0;
@@ -75,7 +75,7 @@ static int jobs_read_key(const char *text, char key[SRV_STORE_REQUEST_KEY + 1]) 
     return 1;
 }
 
-/* before=ID and limit=N; 0 for anything else */
+/* Reads before=ID and limit=N. Returns 0 for any other query. */
 static int jobs_read_query(const char *query, struct srv_store_request *asked) {
     asked->most = JOBS_DEFAULT;
     for (const char *at = query; at && *at; at = strchr(at, '&') ? strchr(at, '&') + 1 : NULL) {
@@ -98,7 +98,7 @@ static int jobs_read_query(const char *query, struct srv_store_request *asked) {
 
 /* --- submitting --- */
 
-/* 130 bits that nobody can guess: who knows them may see the job */
+/* 130 random bits: whoever knows the id may read the job. */
 static int jobs_make_id(char id[SRV_ID_BYTES]) {
     unsigned char bits[SRV_ID_BYTES - 1];
     if (getrandom(bits, sizeof bits, 0) != (ssize_t)sizeof bits) return 0;
@@ -107,7 +107,7 @@ static int jobs_make_id(char id[SRV_ID_BYTES]) {
     return 1;
 }
 
-/* a limit of the client's role or key, which is no less than 1; 0 = none */
+/* A limit of the client's role or key, at least 1; 0 = the role has none. */
 static double jobs_own(const struct srv_exchange *exchange, enum srv_limit limit) {
     double value = exchange->identity.limits.value[limit];
     return isinf(value) ? 0 : fmax(value, 1);
@@ -152,7 +152,7 @@ static void jobs_submitted(struct srv_store_request *asked, enum srv_stored stor
     srv_store_request_end(asked);
 }
 
-/* a digest's 64 digits as bytes */
+/* Converts the 64 digits of a digest to bytes. */
 static void jobs_digest(const char *text, unsigned char digest[SRV_DIGEST_BYTES]) {
     for (int i = 0; i < SRV_DIGEST_BYTES; i++) {
         unsigned byte = 0;
@@ -161,9 +161,7 @@ static void jobs_digest(const char *text, unsigned char digest[SRV_DIGEST_BYTES]
     }
 }
 
-/* Refuses what would be accepted and fail for its size at the first part, or at the largest.
- * Returns 1 where it fits.
- */
+/* Refuses a job that would fail for its size at its first or largest part. Returns 1 if it fits. */
 static int jobs_fit(struct srv_exchange *exchange, const struct api_plan *plan, size_t body_bytes) {
     assert(plan->parts >= 1 && plan->bytes >= 0);
     const struct srv_config *config = srv_service_config(exchange->service);
@@ -185,8 +183,7 @@ static int jobs_fit(struct srv_exchange *exchange, const struct api_plan *plan, 
     return 0;
 }
 
-/* reads the request as a whole; returns 1 when the job may be kept, else the exchange is
- * answered */
+/* Reads the whole request. Returns 1 if the job may be stored; else the exchange is answered. */
 static int jobs_plan(struct srv_store_request *asked) {
     struct srv_exchange *exchange = asked->exchange;
     const struct srv_service *service = exchange->service;
@@ -237,8 +234,7 @@ void srv_jobs_submit(struct srv_exchange *exchange) {
 
 /* --- one job --- */
 
-/* a question: the end of a job that this client may end; SRV_STORED_CLASH where it is somebody
- * else's */
+/* Asks the store to end a job; SRV_STORED_CLASH if it belongs to another client. */
 static enum srv_stored jobs_drop(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     enum srv_stored stored = srv_store_request_find(store, call);
@@ -255,8 +251,7 @@ static void jobs_found(struct srv_store_request *asked, enum srv_stored stored) 
     srv_store_request_end(asked);
 }
 
-/* Who knows an id may read the job, so that it is there is no secret: who may not end it is told
- * so. */
+/* Answers 403. That the job exists is no secret, because whoever knows its id may read it. */
 static void jobs_denied(struct srv_exchange *exchange, const struct srv_job *job) {
     const char *owner = srv_identity_word(job->client);
     int named = exchange->identity.kind == SRV_IDENTITY_TOKEN ||
@@ -299,7 +294,8 @@ void srv_jobs_dismiss(struct srv_exchange *exchange) {
 
 /* --- events --- */
 
-/* a client that has seen the end and comes again is told not to: 204 (HTML's EventSource) */
+/* Answers 204 to a client that has seen the last event and connects again, so that HTML's
+ * EventSource stops. */
 static int jobs_ended(struct srv_store_request *asked) {
     char id[SRV_EVENT_ID];
     const char *last = asked->exchange->field[SRV_LAST_EVENT_ID];

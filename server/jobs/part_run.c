@@ -26,7 +26,7 @@ void srv_part_run_clear(struct srv_part_run *run) {
     srv_hold_set(&run->hold, 0);
 }
 
-/* bytes that it holds, and will after the next piece */
+/* The bytes that the run holds now or after the next piece, whichever is more. */
 static size_t part_run_bytes(const struct srv_part_run *run) {
     size_t kept = run->out.cap + run->carry.cap + (run->request ? run->request_bytes : 0);
     return kept + (run->part ? (size_t)api_part_bytes(run->part) : 0);
@@ -60,7 +60,7 @@ void srv_part_run_say(struct srv_part_run *run, const char *message) {
     snprintf(run->message, sizeof run->message, "%s", message);
 }
 
-/* A turn's company: what is asked between two pieces of it. */
+/* What is asked between two pieces of a turn. */
 struct part_run_turn {
     struct srv_part_run *run;
     int level;
@@ -72,7 +72,7 @@ static enum api_op_id part_run_op(const char *name) {
     return (enum api_op_id)op;
 }
 
-/* does anybody wait for an answer, or is it not to go on? */
+/* Returns 1 if another task waits, or if the part should stop. */
 static int part_run_hurry(void *company) {
     const struct part_run_turn *turn = company;
     struct srv_service *service = turn->run->service;
@@ -80,7 +80,7 @@ static int part_run_hurry(void *company) {
     return atomic_load(&turn->run->stop) || srv_queue_shorter(service->queue, turn->level);
 }
 
-/* makes the part ready */
+/* Prepares the part. */
 static enum pend_status part_run_begin(struct srv_part_run *run, const struct srv_lease *lease,
                                        struct pend_error *error) {
     struct srv_service *service = run->service;
@@ -98,8 +98,8 @@ static enum pend_status part_run_begin(struct srv_part_run *run, const struct sr
     return api_part_resume(run->part, lease->start, lease->start_bytes, error);
 }
 
-/* Reserves the memory of a part. Returns 1 when it may begin, 0 when it is to wait until others
- * hold less. */
+/* Reserves the memory of a part. Returns 1 if it may begin, 0 if it should wait until others hold
+ * less. */
 static int part_run_room(struct srv_part_run *run, enum pend_status *status,
                          struct pend_error *error) {
     size_t bytes = part_run_bytes(run);
@@ -114,7 +114,7 @@ static int part_run_room(struct srv_part_run *run, enum pend_status *status,
     return run->roomy;
 }
 
-/* one piece of a part */
+/* Computes one piece of a part. */
 static enum pend_status part_run_piece(struct srv_part_run *run, int *done,
                                        struct pend_error *error) {
     double limit = srv_service_job_limits(run->service)->compute_seconds;

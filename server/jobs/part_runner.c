@@ -19,23 +19,26 @@ struct srv_part_runner {
     struct srv_service *service;
     char name[SRV_NAME_BYTES];
     int64_t lease_us;
-    struct srv_lane lane; /* the queue's */
+    struct srv_lane lane; /* its lane in the queue */
     struct srv_ask release;
-    struct srv_part_poll *poll; /* of the jobs whose parts are held */
+    struct srv_part_poll *poll; /* asks about the jobs whose parts are held */
     pthread_mutex_t lock;
     pthread_cond_t some;
     pthread_t thread;
     int started, over;
-    int wanted;        /* somebody should look whether there is a part */
-    int64_t poll_at;   /* ns: when to look without being told */
-    int doubt, asking; /* a job may have ended elsewhere; the poll is under way */
-    int64_t ended_at;  /* ns: not before */
-    int64_t idle;      /* ns: since when there was nothing to do; 0 = there is, or nobody knows */
-    int draining;      /* 1 = no more claims, 2 = asked to give back, 3 = given back */
-    struct srv_ask claim; /* for parts, `asked` at most */
+    int wanted;        /* the store should be asked for a part */
+    int64_t poll_at;   /* ns: when to ask without being notified */
+    int doubt, asking; /* doubt: a job may have ended elsewhere; asking: the poll is under way */
+    int64_t ended_at;  /* ns: the poll is not repeated before this instant */
+    int64_t
+        idle; /* ns: since when there was nothing to do; 0 = there is something, or it is unknown */
+    int draining; /* 1 = no more claims, 2 = the parts were asked to be given back, 3 = they are
+                     given back */
+    struct srv_ask claim; /* the question for at most `asked` parts */
     int claiming, asked, claimed;
-    struct srv_lease lease[SRV_CLAIMS]; /* of the claim */
-    int count, most_long; /* slots; parts that are not small and may be held at a time */
+    struct srv_lease lease[SRV_CLAIMS]; /* the leases that the claim returned */
+    int count,
+        most_long; /* count: slots; most_long: parts that are not small and may be held at a time */
     struct srv_part_slot slot[];
 };
 
@@ -43,18 +46,19 @@ enum {
     RUNNER_POLL_MS = 1000,
     RUNNER_AGAIN_MS = 200,
     RUNNER_BEAT_MS = 500,
-    RUNNER_ENDED_MS = 20, /* from one poll to the next, however much news there is */
-    RUNNER_DEAF_MS = 50,  /* and where there is no news */
+    RUNNER_ENDED_MS = 20, /* ms between two polls, however many notifications arrive */
+    RUNNER_DEAF_MS = 50,  /* ms between two polls if the store cannot notify */
     RUNNER_CONTENDED_MS = 5,
-    RUNNER_YOUNG_MS = 20, /* a part held for less is not asked about: it may have ended by then */
-    RUNNER_LONG_MS = 200, /* a part that computes for longer is not small, whatever the estimate */
-    RUNNER_SMALL = 128    /* slots for small parts */
+    RUNNER_YOUNG_MS =
+        20, /* a part that is held for less is not polled: it may have ended by then */
+    RUNNER_LONG_MS = 200, /* a part that computes for longer is not small, whatever was estimated */
+    RUNNER_SMALL = 128    /* the number of slots for small parts */
 };
 
 static int64_t runner_ms(int ms) { return (int64_t)ms * 1000000; }
 
-/* how often a part is held for longer: well within its lease, and often enough to hear that its
- * job was dismissed by another process, should that be news that got lost */
+/* How often a lease is renewed, in ns: well within its length, and often enough to learn that
+ * another process dismissed the job even if a notification was lost. */
 static int64_t runner_beat_ns(const struct srv_part_runner *runner) {
     int64_t third = runner->lease_us * 1000 / 3;
     return third < runner_ms(RUNNER_BEAT_MS) ? third : runner_ms(RUNNER_BEAT_MS);
@@ -66,7 +70,8 @@ static enum srv_stored runner_release(struct srv_store *store, struct srv_store_
 }
 
 int srv_part_runner_valid(const struct srv_part_runner *runner) {
-    /* not how many were claimed: that is the storage's while it is asked */
+    /* The number of claimed parts is not checked: it belongs to the storage thread while the store
+     * is asked. */
     return runner->service && runner->count >= 0 && runner->lease_us >= 0 &&
            runner->asked <= SRV_CLAIMS && runner->draining >= 0 && runner->draining <= 3 &&
            runner->poll && runner->poll->count <= runner->count;
@@ -74,20 +79,20 @@ int srv_part_runner_valid(const struct srv_part_runner *runner) {
 
 /* --- from one state to the next --- */
 
-/* the part is out of this slot's hands; called with the lock */
+/* Ends a slot: its part is done with. The caller holds the lock. */
 static void slot_end(struct srv_part_slot *slot) {
     srv_part_slot_drop(slot);
     slot->runner->wanted = 1;
     pthread_cond_signal(&slot->runner->some);
 }
 
-/* a worker is to have it; called with the lock */
+/* Puts the slot's task into the queue. The caller holds the lock. */
 static void slot_compute(struct srv_part_slot *slot) {
     slot->state = SRV_PART_SLOT_COMPUTE;
     srv_queue_again(slot->runner->service->queue, &slot->task);
 }
 
-/* asks again after a while; called with the lock */
+/* Asks the store again after a while. The caller holds the lock. */
 static void slot_retry(struct srv_part_slot *slot, enum srv_part_slot_state again) {
     slot->state = SRV_PART_SLOT_RETRY;
     slot->again = again;
@@ -95,7 +100,7 @@ static void slot_retry(struct srv_part_slot *slot, enum srv_part_slot_state agai
     pthread_cond_signal(&slot->runner->some);
 }
 
-/* notes since when nothing was to be had, and nothing is held; called with the lock */
+/* Notes since when no part was available and none is held. The caller holds the lock. */
 static void runner_rest(struct srv_part_runner *runner, enum srv_stored claimed, int64_t now) {
     int holds = claimed != SRV_STORED_NONE;
     for (int i = 0; i < runner->count; i++) holds |= srv_part_slot_holds(&runner->slot[i]);
@@ -104,13 +109,13 @@ static void runner_rest(struct srv_part_runner *runner, enum srv_stored claimed,
 
 static enum srv_stored runner_claim_run(struct srv_store *store, struct srv_store_call *call) {
     struct srv_part_runner *runner = SRV_CONTAINER_OF(call, struct srv_part_runner, claim.call);
-    /* what a batch that is run again had claimed was rolled back */
+    /* The claims of a batch that runs again were rolled back. */
     for (int i = 0; i < runner->claimed; i++) srv_lease_clear(&runner->lease[i]);
     return srv_store_claim(store, runner->name, runner->lease_us, runner->lease, runner->asked,
                            &runner->claimed);
 }
 
-/* a slot has a part; called with the lock */
+/* Gives a slot its part. The caller holds the lock. */
 static void slot_begins(struct srv_part_slot *slot, const struct srv_lease *lease, int64_t now) {
     struct srv_part_run *run = &slot->run;
     slot->lease = *lease;
@@ -133,7 +138,7 @@ static void slot_begins(struct srv_part_slot *slot, const struct srv_lease *leas
     }
 }
 
-/* the answer to a claim */
+/* Takes the response to a claim. */
 static void runner_claimed(struct srv_ask *ask) {
     struct srv_part_runner *runner = SRV_CONTAINER_OF(ask, struct srv_part_runner, claim);
     enum srv_stored stored = ask->call.stored;
@@ -143,10 +148,10 @@ static void runner_claimed(struct srv_ask *ask) {
     assert(srv_part_runner_valid(runner));
     int count = stored == SRV_STORED ? runner->claimed : 0;
     runner->claiming = 0;
-    runner->claimed = 0; /* the slots have the leases from here on */
+    runner->claimed = 0; /* The slots own the leases from here on. */
     runner_rest(runner, stored, now);
     if (stored == SRV_STORED_AGAIN) runner->poll_at = now + runner_ms(RUNNER_CONTENDED_MS);
-    /* where there was one there may be more; and it may have been dismissed since */
+    /* If there was one part there may be more, and its job may have been dismissed since. */
     runner->wanted |= count > 0;
     runner->doubt |= count > 0;
     for (int i = 0; i < runner->count; i++) {
@@ -161,7 +166,7 @@ static void runner_claimed(struct srv_ask *ask) {
     pthread_mutex_unlock(&runner->lock);
 }
 
-/* the answer to another question; called with the lock */
+/* Takes the response to a slot's question. The caller holds the lock. */
 static void slot_answered(struct srv_part_slot *slot, enum srv_stored stored) {
     enum srv_part_slot_state asked = slot->state;
     struct srv_metrics *metrics = &slot->runner->service->metrics;
@@ -214,7 +219,7 @@ static void slot_beaten(struct srv_ask *beat) {
     pthread_mutex_unlock(&runner->lock);
 }
 
-/* what ended elsewhere is not computed on */
+/* Stops the parts of jobs that ended elsewhere. */
 static void runner_polled(struct srv_ask *ask) {
     struct srv_part_runner *runner = SRV_CONTAINER_OF(ask, struct srv_part_poll, ask)->context;
     int deaf = !srv_storage_hears(runner->service->storage);
@@ -234,7 +239,7 @@ static void runner_polled(struct srv_ask *ask) {
 
 /* --- on a worker --- */
 
-/* the part is over, or is not to go on */
+/* Ends a part that is complete or should stop. */
 static void slot_leave(struct srv_part_slot *slot, enum srv_part_slot_state ask) {
     struct srv_part_runner *runner = slot->runner;
     pthread_mutex_lock(&runner->lock);
@@ -273,15 +278,15 @@ static int slot_run(struct srv_task *task) {
 
 /* --- the runner's thread; its functions are called with the lock --- */
 
-/* whether a part keeps a worker for long: as it was estimated, or because it does */
+/* Returns 1 if a part occupies a worker for long, by its estimate or because it already has. */
 static int slot_long(const struct srv_part_slot *slot, int64_t now) {
     int computes =
         slot->state == SRV_PART_SLOT_COMPUTE && now - slot->held_at > runner_ms(RUNNER_LONG_MS);
     return srv_part_slot_holds(slot) && (slot->lease.part_us > SRV_SMALL_US || computes);
 }
 
-/* how many parts may be claimed: of long ones no more than are computed soon, and some small
- * ones beside them */
+/* The number of parts that may be claimed: as many long ones as can be computed soon, and some
+ * small ones beside them. */
 static int runner_room(const struct srv_part_runner *runner, int64_t now) {
     int idle = 0, waiting = 0, longs = 0;
     for (int i = 0; i < runner->count; i++) {
@@ -294,7 +299,7 @@ static int runner_room(const struct srv_part_runner *runner, int64_t now) {
     return idle < SRV_CLAIMS ? idle : SRV_CLAIMS;
 }
 
-/* one claim at a time; where it finds parts the next is sent */
+/* Sends one claim at a time. If it finds parts, the next one follows. */
 static void runner_claim(struct srv_part_runner *runner, int64_t now) {
     if (runner->draining || runner->claiming || (!runner->wanted && now < runner->poll_at)) return;
     int room = runner_room(runner, now);
@@ -316,7 +321,7 @@ static void runner_beat(struct srv_part_slot *slot, int64_t now) {
         srv_part_slot_beat(slot);
 }
 
-/* asks which of the jobs that it has parts of have ended */
+/* Asks which of the jobs whose parts are held have ended. */
 static void runner_poll(struct srv_part_runner *runner, int64_t now) {
     if (runner->draining || runner->asking || !runner->doubt || now < runner->ended_at) return;
     runner->doubt = 0;
@@ -341,7 +346,7 @@ static void runner_retry(struct srv_part_slot *slot, int64_t now) {
         srv_part_slot_ask(slot, slot->again);
 }
 
-/* ns: when there is something to do without being told */
+/* ns: when there is something to do without a notification. */
 static int64_t runner_next(const struct srv_part_runner *runner, int64_t now) {
     int64_t next = now + runner_ms(RUNNER_POLL_MS);
     if (!runner->draining && runner->poll_at > now && runner->poll_at < next)
@@ -384,7 +389,7 @@ static void runner_released(struct srv_ask *ask) {
     pthread_mutex_unlock(&runner->lock);
 }
 
-/* a name that no other process has, on whatever machine */
+/* A name that no other process has on any machine. */
 static void runner_name(char name[SRV_NAME_BYTES]) {
     char host[48] = "";
     uint64_t bits = 0;

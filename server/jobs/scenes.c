@@ -20,7 +20,7 @@ static const struct srv_store_request_words scenes_words = {"scenes",
 
 /* --- answers --- */
 
-/* what went wrong in the store */
+/* Answers with the store's error. */
 static void scenes_refuse(struct srv_store_request *asked, enum srv_stored stored) {
     struct srv_exchange *exchange = asked->exchange;
     switch (stored) {
@@ -45,7 +45,7 @@ static void scenes_refuse(struct srv_store_request *asked, enum srv_stored store
     }
 }
 
-/* answers with a scene; its bytes are those that were kept, for ever */
+/* Answers with a scene; its bytes never change. */
 static void scenes_give(struct srv_exchange *exchange, int status, const char *id, const void *data,
                         size_t bytes) {
     if (api_buffer_add(&exchange->answer, data, bytes) != PEND_OK) {
@@ -68,7 +68,7 @@ static void scenes_give(struct srv_exchange *exchange, int status, const char *i
 
 /* --- keeping one --- */
 
-/* a question: the scene of store request->id, into store request->kept */
+/* Reads the scene request->id into request->kept. */
 static enum srv_stored scenes_find(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     free(asked->kept);
@@ -76,8 +76,8 @@ static enum srv_stored scenes_find(struct srv_store *store, struct srv_store_cal
     return srv_store_scene(store, asked->id, &asked->kept, &asked->kept_bytes);
 }
 
-/* the scene that is there already, kept for this client too, else the new one; between the two
- * another process may keep the same */
+/* Stores a scene, or adds this client to the one that exists. Another process may store the same
+ * scene between the two steps. */
 static enum srv_stored scenes_put(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     const struct srv_identity *who = &asked->exchange->identity;
@@ -110,7 +110,7 @@ static void scenes_kept(struct srv_store_request *asked, enum srv_stored stored)
     srv_store_request_end(asked);
 }
 
-/* reads the scene; returns 1 when it may be kept, else the exchange is answered */
+/* Reads the scene. Returns 1 if it may be stored; else the exchange is answered. */
 static int scenes_check(struct srv_store_request *asked) {
     struct srv_exchange *exchange = asked->exchange;
     const struct srv_config *config = srv_service_config(exchange->service);

@@ -56,7 +56,7 @@ static void store_request_done(struct srv_ask *ask) {
     asked->answer(asked, ask->call.stored);
 }
 
-/* what will be asked, and who hears the answer */
+/* The question to the store, and the function that takes its response. */
 static void
 store_request_sends(struct srv_store_request *asked,
                     enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
@@ -95,7 +95,7 @@ static int store_request_work(struct srv_task *task) {
     return 0;
 }
 
-/* there is no room in the queue */
+/* Answers 503: the queue of the storage is full. */
 static void store_request_crowded(struct srv_exchange *exchange, enum pend_status status) {
     struct srv_metrics *metrics = &exchange->service->metrics;
     if (status == PEND_LIMIT) {

@@ -32,7 +32,7 @@ static enum pend_status key_file_world(const char *what, const char *path,
     return pend_fail(error, PEND_INVALID, -1, 0, "%s %.150s: %s", what, path, strerror(errno));
 }
 
-/* a directory that is locked: of the file; -1 with the error said */
+/* Locks the directory of the file. Returns its descriptor, -1 with the error set. */
 static int key_file_lock(const char *path, struct pend_error *error) {
     char directory[KEY_FILE_PATH];
     const char *slash = strrchr(path, '/');
@@ -45,7 +45,7 @@ static int key_file_lock(const char *path, struct pend_error *error) {
     return -1;
 }
 
-/* writes all, and has the disk keep it */
+/* Writes the whole text and waits until the disk has it. */
 static int key_file_fill(int fd, const struct api_buffer *text) {
     size_t done = 0;
     while (done < text->bytes) {
@@ -57,15 +57,15 @@ static int key_file_fill(int fd, const struct api_buffer *text) {
     return !fsync(fd);
 }
 
-/* puts the text in the place of the file, whose owner stays; old has st_nlink 0 where there was
- * none */
+/* Replaces the file by one with the text; its owner stays. old->st_nlink is 0 if there was no
+ * file. */
 static enum pend_status key_file_replace(const char *path, const struct stat *old,
                                          const struct api_buffer *text, int directory,
                                          struct pend_error *error) {
     char fresh[KEY_FILE_PATH];
     if ((size_t)snprintf(fresh, sizeof fresh, "%s.new", path) >= sizeof fresh)
         return pend_fail(error, PEND_INVALID, -1, 0, "the path of the keys is too long");
-    /* one that is there was left by a change that died: the lock is held */
+    /* A temporary file that exists was left by a process that died, because the lock is held. */
     unlink(fresh);
     int fd = open(fresh, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (fd < 0) return key_file_world("cannot write", fresh, error);

@@ -9,10 +9,10 @@
 #include "server/keys/key_file.h"
 
 struct srv_key_ring {
-    pthread_mutex_t lock; /* of keys */
+    pthread_mutex_t lock; /* guards keys */
     struct srv_keys keys;
-    struct stat seen; /* the file that was looked at last */
-    int missing;      /* it was not there */
+    struct stat seen; /* the state of the file at the last look */
+    int missing;      /* the file did not exist */
     char path[];
 };
 
@@ -40,8 +40,8 @@ void srv_key_ring_free(struct srv_key_ring **ring) {
     free(gone);
 }
 
-/* is it the file that was seen? A change by rename or in place shows in these; of two within one
- * tick of the file system's clock the inode tells */
+/* Returns 1 if the file is unchanged. Replacing it or writing to it changes these numbers; if two
+ * changes fall into one tick of the file system's clock the inode differs. */
 static int ring_same(const struct stat *one, const struct stat *other) {
     return one->st_ino == other->st_ino && one->st_dev == other->st_dev &&
            one->st_size == other->st_size && one->st_mode == other->st_mode &&

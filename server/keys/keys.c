@@ -8,7 +8,7 @@
 #include <time.h>
 
 enum {
-    KEYS_PREFIX = 4, /* pdk_ */
+    KEYS_PREFIX = 4, /* the length of pdk_ */
     KEYS_SECRET = 32,
     KEYS_CHECK = 6,
     KEYS_LINE = 1024
@@ -32,7 +32,7 @@ void srv_keys_clear(struct srv_keys *keys) {
 
 /* --- a key --- */
 
-/* the digits at a key's end */
+/* Computes the check digits at the end of a key. */
 static void keys_check(const char *token, char check[API_DIGEST_BYTES]) {
     char secret[KEYS_SECRET + 1];
     snprintf(secret, sizeof secret, "%.*s", KEYS_SECRET, token + KEYS_PREFIX);
@@ -117,7 +117,7 @@ enum pend_status srv_keys_add(struct srv_keys *keys, const struct srv_key *key,
     return PEND_OK;
 }
 
-/* 1 where two digests are the same; takes the same time wherever they differ */
+/* Compares two digests. The time does not depend on where they differ. */
 static int keys_same(const char *one, const char *other) {
     uint64_t different = 0;
     for (size_t i = 0; i < API_DIGEST_BYTES - 1; i += sizeof different) {
@@ -159,7 +159,7 @@ void srv_keys_time(int64_t instant, char text[SRV_KEY_TIME]) {
         snprintf(text, SRV_KEY_TIME, "never");
 }
 
-/* a span such as 90d; 0 where it is none */
+/* Parses a span such as 90d. Returns 0 if it is malformed. */
 static int keys_span(const char *text, int64_t *seconds) {
     static const char units[] = "smhdw";
     static const int64_t each[] = {1, 60, 3600, 86400, 604800};
@@ -188,7 +188,7 @@ int srv_keys_instant(const char *text, int64_t now, int64_t *instant) {
         if (!end || *end || strlen(text) != lengths[i]) continue;
         same = part;
         *instant = (int64_t)timegm(&part);
-        /* the thirty-first of a short month is none */
+        /* A date such as the thirty-first of a short month does not exist. */
         return *instant > 0 && part.tm_mday == same.tm_mday && part.tm_sec == same.tm_sec;
     }
     return 0;
@@ -196,7 +196,7 @@ int srv_keys_instant(const char *text, int64_t now, int64_t *instant) {
 
 /* --- text --- */
 
-/* one field of a key's line, "role=batch" */
+/* Parses one field of a key's line, such as "role=batch". */
 static enum pend_status keys_field(struct srv_key *key, const char *field,
                                    struct pend_error *error) {
     static const char *const words[] = {"role=", "made=", "expires=", "revoked=", "digest="};
@@ -225,7 +225,7 @@ static enum pend_status keys_field(struct srv_key *key, const char *field,
                      "%s must be like 2026-01-31T09:30:00Z, got '%.40s'", words[word], value);
 }
 
-/* the fields behind "key" */
+/* Parses the fields behind "key". */
 static enum pend_status keys_line_key(struct srv_keys *keys, char **rest,
                                       struct pend_error *error) {
     struct srv_key key = {.role = SRV_ROLE_NONE};
@@ -243,7 +243,7 @@ static enum pend_status keys_line_key(struct srv_keys *keys, char **rest,
     return srv_keys_add(keys, &key, error);
 }
 
-/* the fields behind "role" */
+/* Parses the fields behind "role". */
 static enum pend_status keys_line_role(struct srv_keys *keys, char **rest,
                                        struct pend_error *error) {
     const char *name = strtok_r(NULL, " \t\r", rest);

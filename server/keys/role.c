@@ -11,8 +11,8 @@ static const char *const role_words[SRV_ROLE_COUNT] = {"",        "anonymous", "
 
 #define MEGA 1048576.0
 
-/* a row a role: requests a second, s of computation a minute, bytes of memory, bytes kept, open
- * jobs, priority */
+/* A row for each role: requests a second, seconds of computation a minute, bytes of memory, bytes
+ * stored, open jobs, priority. */
 static const struct srv_limits role_limits[SRV_ROLE_COUNT] = {
     [SRV_ROLE_NONE] = {{INFINITY, INFINITY, INFINITY, INFINITY, INFINITY, 0}},
     [SRV_ROLE_ANONYMOUS] = {{INFINITY, INFINITY, INFINITY, 64 * MEGA, 0, 0}},
@@ -22,7 +22,7 @@ static const struct srv_limits role_limits[SRV_ROLE_COUNT] = {
     [SRV_ROLE_OPERATOR] = {{INFINITY, INFINITY, INFINITY, INFINITY, INFINITY, 0}},
 };
 
-/* a row a limit */
+/* A row for each limit. */
 static const struct {
     const char *word, *right;
     int whole, bytes;
@@ -62,7 +62,7 @@ void srv_limits_unset(struct srv_limits *limits) {
     for (int i = 0; i < SRV_LIMIT_COUNT; i++) limits->value[i] = SRV_LIMIT_UNSET;
 }
 
-/* a number of digits and one point, with K, M or G behind bytes; 0 where it is none */
+/* Parses digits with at most one point, followed by K, M or G for bytes. Returns 0 if malformed. */
 static int limit_number(const char *text, int whole, int bytes, double *value) {
     size_t digits = strspn(text, "0123456789");
     size_t all = digits;

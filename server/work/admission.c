@@ -12,7 +12,7 @@
 static const char admission_realm[] = "Bearer realm=\"pendulumd\"";
 static const char admission_invalid[] = "Bearer realm=\"pendulumd\", error=\"invalid_token\"";
 
-/* a WWW-Authenticate of its own, with what the error is; without room the header says less */
+/* Adds a WWW-Authenticate field that names the error. Without memory the field says less. */
 static void admission_asks(struct srv_exchange *exchange, const char *error, const char *name,
                            const char *value) {
     enum { ADMISSION_ASKS = 192 };
@@ -23,7 +23,7 @@ static void admission_asks(struct srv_exchange *exchange, const char *error, con
     srv_exchange_header(exchange, "WWW-Authenticate", text ? text : admission_realm);
 }
 
-/* a key that is none, or none any more */
+/* Answers 401 to a key that is malformed, unknown, expired or revoked. */
 static void admission_key(struct srv_exchange *exchange) {
     const struct srv_identity *identity = &exchange->identity;
     static const char other[] = "ask who runs this server for another one";
@@ -131,7 +131,8 @@ void srv_admission_forbid(struct srv_exchange *exchange, enum srv_role needed, c
     admission_asks(exchange, "insufficient_scope", "scope", role);
 }
 
-/* requests a minute that this client has, 0 = any number; `named` is whose limit that is */
+/* The requests a minute that this client may send; 0 = no limit. `named` receives the name of the
+ * limit. */
 static double admission_rate(const struct srv_exchange *exchange, char named[64]) {
     double all = srv_service_config(exchange->service)->requests_a_minute,
            own = fmax(60 * exchange->identity.limits.value[SRV_LIMIT_REQUESTS], 1);
@@ -143,7 +144,7 @@ static double admission_rate(const struct srv_exchange *exchange, char named[64]
     return own;
 }
 
-/* answers 429 where the client has computed more than its part of the last minutes */
+/* Answers 429 if the client has used up its share of computing time of the last minutes. */
 static int admission_computed(struct srv_exchange *exchange) {
     double seconds = exchange->identity.limits.value[SRV_LIMIT_COMPUTE];
     if (isinf(seconds)) return 1;

@@ -5,11 +5,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CLIENTS_DEBT = 3600 /* s of computation that a client has to make up for at most */ };
+enum {
+    CLIENTS_DEBT = 3600 /* the most seconds of computation that a client can be in debt with */
+};
 
 struct srv_clients {
     pthread_mutex_t lock;
-    struct srv_list idle; /* those that nobody has, the one that was left last is last */
+    struct srv_list idle; /* records that nobody references; the one released last is at the end */
     int idle_count;
     struct srv_hash_table table;
 };
@@ -18,19 +20,19 @@ enum pend_status srv_clients_new(struct srv_clients **clients) {
     struct srv_clients *made = *clients = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
     pthread_mutex_init(&made->lock, NULL);
-    /* where the heap is differs from run to run: enough that nobody can choose addresses of one
-     * row */
+    /* The address of the heap serves as the salt: it differs from run to run, so nobody can choose
+     * client addresses that fall into one row. */
     srv_hash_table_init(&made->table, (uint64_t)(uintptr_t)made * 0x9e3779b97f4a7c15u);
     return PEND_OK;
 }
 
-/* takes a record out of those that nobody has */
+/* Removes a record from the list of those that nobody references. */
 static void clients_unlink(struct srv_clients *clients, struct srv_client *client) {
     srv_list_remove(&client->idle);
     clients->idle_count--;
 }
 
-/* frees the record that nobody has had for longest */
+/* Frees the record that has been without a reference for longest. */
 static void clients_forget(struct srv_clients *clients) {
     struct srv_client *client = SRV_CONTAINER_OF(clients->idle.next, struct srv_client, idle);
     clients_unlink(clients, client);
@@ -58,7 +60,7 @@ static struct srv_client *clients_make(struct srv_clients *clients, const char *
     return made;
 }
 
-/* with the lock */
+/* The caller holds the lock. */
 static struct srv_client *clients_take(struct srv_clients *clients, const char *key) {
     size_t bytes = strnlen(key, SRV_CLIENT_KEY - 1);
     uint64_t hash = srv_hash_table_hash(&clients->table, key, bytes);
@@ -70,7 +72,7 @@ static struct srv_client *clients_take(struct srv_clients *clients, const char *
     return client;
 }
 
-/* with the lock */
+/* The caller holds the lock. */
 static void clients_give(struct srv_clients *clients, struct srv_client *client) {
     assert(client->users > 0);
     if (--client->users) return;
@@ -84,7 +86,8 @@ static void clients_give(struct srv_clients *clients, struct srv_client *client)
     if (source && source != client) clients_give(clients, source);
 }
 
-/* the record of where a client comes from, if it has none yet; 0 without memory; with the lock */
+/* Finds or makes the record of the address that a client comes from, unless it has one already.
+ * Returns 0 without memory. The caller holds the lock. */
 static int clients_trace(struct srv_clients *clients, struct srv_client *client,
                          const char *source) {
     if (client->source) return 1;
@@ -123,7 +126,8 @@ void srv_clients_give(struct srv_clients *clients, struct srv_client *client) {
     pthread_mutex_unlock(&clients->lock);
 }
 
-/* what came in since the last time, at so many a minute, `burst` of which may gather */
+/* Adds the tokens earned since the last call, at `a_minute` a minute; at most `burst` can gather.
+ */
 static void bucket_fill(struct srv_bucket *bucket, double a_minute, double burst, int64_t now) {
     double grown = burst;
     if (bucket->counted)
@@ -145,8 +149,8 @@ struct srv_quota srv_clients_quota(struct srv_clients *clients, struct srv_clien
         own->tokens -= 1;
         all->tokens -= 1;
     }
-    /* told of the one that has less left; an address that is at its end has as many times more a
-     * minute */
+    /* The bucket that has less left is reported; an address has several times the rate of one
+     * client. */
     int crowded = all->tokens < own->tokens;
     double left = crowded ? all->tokens : own->tokens,
            rate = crowded ? a_minute * shares : a_minute;
@@ -166,7 +170,7 @@ double srv_clients_debt(struct srv_clients *clients, struct srv_client *client, 
     double left = client->seconds.tokens;
     pthread_mutex_unlock(&clients->lock);
     if (left > 0) return 0;
-    /* who may compute nothing is told to come again in a minute */
+    /* A client whose limit is 0 is told to come again in a minute. */
     return a_minute > 0 ? 1e-3 - left * 60 / a_minute : 60;
 }
 

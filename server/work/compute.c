@@ -9,17 +9,19 @@
 #include "server/base/clock.h"
 
 enum {
-    COMPUTE_LONG_BODY = 1 << 18, /* bytes of a body that takes a while to read */
-    COMPUTE_READ = 5,            /* times a body: the memory that reading it takes */
+    COMPUTE_LONG_BODY = 1 << 18, /* bytes of a body from which reading it counts as long */
+    COMPUTE_READ = 5,            /* memory that reading a body takes, in multiples of its size */
     COMPUTE_READ_FREE =
-        1 << 16, /* bytes of a body for which that is not counted: it is read in one go */
-    COMPUTE_REFUSE_COST =
-        3, /* times max-compute-seconds: an estimate may be wrong by this factor */
-    COMPUTE_REFUSE_STEPS =
-        30 /* the same where steps are estimated, which the call itself looks after */
+        1
+        << 16, /* bodies below this many bytes are read at once, and their memory is not counted */
+    COMPUTE_REFUSE_COST = 3,  /* an estimate above this multiple of max-compute-seconds is refused,
+                               * because estimates can  be wrong by this factor */
+    COMPUTE_REFUSE_STEPS = 30 /* the same multiple where steps are estimated, which the call checks
+                               * itself while it runs
+                               */
 };
 
-/* s of computation from which on it belongs to the next level of the queue */
+/* seconds of computation from which a request belongs to the next level of the queue */
 static const double compute_level[SRV_QUEUE_LEVELS - 1] = {0.003, 0.05, 1};
 
 static int compute_level_of(const struct srv_work *work, double seconds) {
@@ -28,7 +30,7 @@ static int compute_level_of(const struct srv_work *work, double seconds) {
     return level + behind < SRV_QUEUE_LEVELS ? level + behind : SRV_QUEUE_LEVELS - 1;
 }
 
-/* why a computation is not to go on, as an answer that nobody or somebody reads */
+/* Why a computation ends early, as the detail of a problem response. */
 static const char *compute_reason(enum srv_stop why) {
     return why == SRV_STOP_LEFT ? "the client went away" : "the server is stopping";
 }
@@ -37,8 +39,9 @@ static const char *compute_reason(enum srv_stop why) {
 
 static void compute_push(struct srv_exchange *exchange);
 
-/* Ends a computation early; the bytes of a promised answer are sent, and then the connection is
- * cut. That is no answer of the operation, so none is recorded. */
+/* Ends a computation early. If the head of the response was already sent, the bytes that are ready
+ * follow and the connection is cut. Such a response is not recorded, because the operation did not
+ * produce it. */
 static void compute_stop(struct srv_work *work, int status, const char *detail) {
     srv_record_end(&work->record);
     enum api_progress progress = api_call_stop(work->call, status, detail, &work->out);
@@ -48,7 +51,8 @@ static void compute_stop(struct srv_work *work, int status, const char *detail) 
         srv_delivery_settle(work);
 }
 
-/* a reason to end it early; 0 where there is none */
+/* Ends the computation if the client left, the server stops or its time is used up. Returns 1 if
+ * it ended. */
 static int compute_over(struct srv_work *work) {
     struct srv_metrics *metrics = &work->service->metrics;
     double limit = work->limits->compute_seconds;
@@ -67,9 +71,9 @@ static int compute_over(struct srv_work *work) {
     return 1;
 }
 
-/* Reserves what the work will hold after its next piece. Where there is no room it ends, and 0
- * is returned: 503 for now, 429 where its client holds too much, 422 for what no client may
- * hold. */
+/* Reserves the memory that the work will hold after its next piece. If the reservation fails, the
+ * work ends with 503 (the server is full), 429 (the client holds too much) or 422 (no client may
+ * hold so much), and 0 is returned. */
 static int compute_room(struct srv_work *work) {
     struct srv_metrics *metrics = &work->service->metrics;
     size_t bytes = srv_delivery_bytes(work);
@@ -99,8 +103,8 @@ static int compute_room(struct srv_work *work) {
     return 0;
 }
 
-/* the head of the answer is sent; the exchanges that waited beside its reader compute for
- * themselves */
+/* Sends the head of the response. Exchanges that waited for the same work compute for themselves
+ * from here on. */
 static void compute_promise(struct srv_work *work) {
     struct srv_list others = {0};
     struct srv_exchange *exchange;
@@ -108,7 +112,7 @@ static void compute_promise(struct srv_work *work) {
     while ((exchange = srv_inflight_next(&others))) compute_push(exchange);
 }
 
-/* one piece of work; returns 1 when the worker still has it and it is to go on */
+/* Runs one piece of the work. Returns 1 if this worker should continue with it. */
 static int compute_piece(struct srv_work *work) {
     int64_t begin = srv_clock_now();
     size_t before = work->out.bytes;
@@ -126,12 +130,12 @@ static int compute_piece(struct srv_work *work) {
         srv_delivery_settle(work);
         return 0;
     }
-    /* the next piece is on its way here: meanwhile the worker is others' */
+    /* The source is reading the next piece; until it arrives the worker serves others. */
     return progress != API_WAITS || !work->source->park(work->source, work);
 }
 
-/* the worker goes on with it unless somebody waits: then it goes to the end of its client's
- * lane, and 1 is returned */
+/* Continues with the work unless others wait. If they do, the work goes to the end of its client's
+ * lane, and 1 is returned. */
 static int compute_turn(struct srv_work *work) {
     struct srv_queue *queue = work->service->queue;
     srv_metrics_count(&work->service->metrics.slices, 1);
@@ -145,7 +149,7 @@ static int compute_turn(struct srv_work *work) {
     return 0;
 }
 
-/* between two pieces of a computation: does a shorter one wait? */
+/* Between two pieces of a computation: returns 1 if a shorter task waits. */
 static int compute_hurry(void *company) {
     struct srv_work *work = company;
     srv_fairness_look(&work->service->fairness);
@@ -154,25 +158,26 @@ static int compute_hurry(void *company) {
 
 /* --- the first turn: reading the request --- */
 
-/* the exchange whose request the work reads: until srv_inflight_opened no other waits for it */
+/* The exchange whose request the work reads. Until srv_inflight_opened is called no other exchange
+ * waits for the work. */
 static struct srv_exchange *compute_exchange(const struct srv_work *work) {
     return SRV_CONTAINER_OF(work->waiters.next, struct srv_exchange, beside);
 }
 
-/* does If-Range, where there is one, name this very answer? A date names none: answers have no
- * dates */
+/* Returns 1 if the field If-Range is absent or names this response's entity tag. A date never
+ * matches, because responses have no dates. */
 static int compute_range_holds(const struct srv_exchange *exchange, const char *etag) {
     const char *known = exchange->field[SRV_IF_RANGE];
     return !known || !strcmp(known, etag);
 }
 
-/* answers a request that was read and needs no computation: it is in the client's memory, in the
- * cache, or computed already by another; returns 1 when it is */
+/* Answers a request that was read if no computation is needed: the client has the response
+ * already, the cache has it, or another request has computed it. Returns 1 if it was answered. */
 static int compute_spared(struct srv_work *work) {
     struct srv_service *service = work->service;
     struct srv_exchange *exchange = compute_exchange(work);
     srv_result_key(work, work->coding);
-    /* what lies somewhere already is not what others have computed, to the byte */
+    /* A stored result differs from a computed response in its bytes, so the cache is not asked. */
     struct srv_response_body *found = work->source ? NULL : srv_result_find(work);
     if (found) {
         srv_record_remove(&work->record);
@@ -186,7 +191,8 @@ static int compute_spared(struct srv_work *work) {
         srv_delivery_release(work, NULL, NULL, 304, NULL);
         return 1;
     }
-    /* what lies somewhere already is not joined: it may cease to, which is nobody else's concern */
+    /* A stored result is not shared between exchanges, because its job may be deleted in the
+     * middle. */
     if (work->source) {
         work->key_bytes = 0;
         work->source->ranged = work->source->ranged && compute_range_holds(exchange, work->etag);
@@ -199,7 +205,7 @@ static int compute_spared(struct srv_work *work) {
     return 1;
 }
 
-/* a computation that is sure to outrun its limit is not begun */
+/* Refuses a computation that is sure to exceed its time limit. Returns 1 if it was refused. */
 static int compute_too_long(struct srv_work *work) {
     char detail[256], job[96] = "";
     double limit = work->limits->compute_seconds,
@@ -219,7 +225,8 @@ static int compute_too_long(struct srv_work *work) {
     return 1;
 }
 
-/* what reading a request takes beside its body: lists of numbers, and values of a tree */
+/* Reserves the memory that reading a request takes beside its body: lists of numbers and the JSON
+ * tree. */
 static int compute_read_room(struct srv_work *work, size_t body) {
     if (body <= COMPUTE_READ_FREE) return 1;
     work->foreseen = COMPUTE_READ * body;
@@ -237,8 +244,8 @@ static int compute_read_room(struct srv_work *work, size_t body) {
     return 0;
 }
 
-/* what its answer will take while it is computed: all of it, or what is held before it streams
- * and two blocks */
+/* Estimates the memory that the response takes while it is computed: all of it, or what is held
+ * before it streams plus two blocks. */
 static void compute_foresee(struct srv_work *work) {
     double answer = api_call_answer_bytes(work->call);
     work->foreseen =
@@ -246,7 +253,7 @@ static void compute_foresee(struct srv_work *work) {
     if (answer > SRV_DELIVERY_HOLD) work->foreseen += 2 * SRV_INFLIGHT_BLOCK;
 }
 
-/* what api is asked, of the work's exchange or of the source of its answer */
+/* The request to api: that of the work's exchange, or that of the source of a stored result. */
 static struct api_request compute_request(const struct srv_work *work) {
     const struct srv_exchange *exchange = compute_exchange(work);
     const struct srv_source *source = work->source;
@@ -266,12 +273,13 @@ static struct api_request compute_request(const struct srv_work *work) {
     return request;
 }
 
-/* has api read the request, which is recorded before where that is wanted */
+/* Lets api read the request. If requests are recorded, it is recorded first. */
 static enum api_progress compute_read(struct srv_work *work, const struct api_request *request) {
     struct srv_recorder *recorder = work->service->recorder;
     if (recorder && !work->source)
         work->record = srv_recorder_begin(recorder, compute_exchange(work), request, work->limits);
-    /* without a clock an answer has no compute_seconds, which would differ at every replay */
+    /* A recorded request has no clock, so that its response has no compute_seconds, which would
+     * differ at every replay. */
     if (!work->record) {
         api_call_clock(work->call, srv_clock_seconds, NULL);
         api_call_hurry(work->call, compute_hurry, work);
@@ -280,7 +288,7 @@ static enum api_progress compute_read(struct srv_work *work, const struct api_re
                         : api_call_open(work->call, request, &work->out);
 }
 
-/* the range of an answer's bytes that its client wants; 1 when that settles the work */
+/* Applies the Range field. Returns 1 if that settles the work. */
 static int compute_range(struct srv_work *work) {
     if (!work->source || !work->source->ranged) return 0;
     api_call_length(work->call, srv_lengths_find(&work->service->lengths, work->etag));
@@ -289,7 +297,7 @@ static int compute_range(struct srv_work *work) {
     return 1;
 }
 
-/* the first turn; returns 1 when the work is to wait in the queue again */
+/* The first turn of a work. Returns 1 if the work should wait in the queue again. */
 static int compute_open(struct srv_work *work) {
     struct srv_queue *queue = work->service->queue;
     const struct api_request request = compute_request(work);
@@ -336,7 +344,7 @@ static int compute_run(struct srv_task *task) {
 
 /* --- in and out --- */
 
-/* a work that was not begun for want of room */
+/* Answers a work that could not begin for want of memory. */
 static void compute_refuse(struct srv_work *work, enum pend_status status) {
     struct srv_metrics *metrics = &work->service->metrics;
     struct srv_service *service = work->service;

@@ -5,12 +5,12 @@
 #include "server/work/result.h"
 
 enum {
-    DELIVERY_SHARE = 1 << 23 /* bytes of an answer that are held at most where several wait for
-                                it, or where it is soon complete */
+    DELIVERY_SHARE = 1 << 23 /* bytes of a response that are held at most if several exchanges wait
+                              * for it, or if it is nearly complete */
 };
 
-/* s of computation after which a stream begins, however little was written; s below which a
- * complete answer is waited for all the same */
+/* patience: seconds of computation after which a stream begins, however little was written; soon:
+ * a response that needs no more seconds than this is sent complete */
 static const double delivery_patience = 0.05, delivery_soon = 0.25;
 
 double srv_delivery_seconds(const struct srv_work *work) { return 1e-9 * (double)work->spent; }
@@ -24,7 +24,7 @@ size_t srv_delivery_bytes(const struct srv_work *work) {
            (work->source ? work->source->body_bytes : 0);
 }
 
-/* counts the bytes that a work holds by now */
+/* Updates the count of the bytes that a work holds. */
 static void delivery_hold(struct srv_work *work) {
     srv_hold_set(&work->hold, srv_delivery_bytes(work));
 }
@@ -71,7 +71,8 @@ void srv_delivery_settle(struct srv_work *work) {
     enum srv_coding coding = srv_result_code(work, answer.media_type);
     struct srv_response_body *response_body =
         srv_result_response_body(work, answer, coding, &work->out);
-    delivery_hold(work); /* the answer's memory is counted with the response body now */
+    delivery_hold(
+        work); /* The memory of the response is counted with the response body from here on. */
     if (!response_body) {
         srv_delivery_fail(work, "out of memory");
     } else if (response_body->status == 200 && !srv_hold_room(service)) {
@@ -108,13 +109,13 @@ int srv_delivery_pass(struct srv_work *work, int ended) {
     return go_on;
 }
 
-/* the head of the stream and its reader are there: what was written is the reader's */
+/* Hands what was written to the reader, once the head is sent. */
 static void delivery_begin(struct srv_work *work, struct srv_exchange *reader,
                            struct srv_response_body *head, const struct api_answer *answer,
                            int coded) {
     srv_exchange_response_body(reader, head);
-    /* A message of known length has no trailers: what is told of an answer goes before it, but
-     * for a range, whose length is its sense. */
+    /* A message of known length has no trailers, so remarks go before the body. Ranges are the
+     * exception: their point is the known length. */
     reader->trails = answer->has_remarks &&
                      (answer->length < 0 || coded || !work->source || !work->source->ranged);
     reader->stream_bytes = coded || reader->trails ? -1 : answer->length;
@@ -139,7 +140,7 @@ void srv_delivery_promise(struct srv_work *work, struct srv_list *others) {
     struct srv_response_body *head =
         srv_result_response_body(work, answer, coded ? work->coding : SRV_IDENTITY, &none);
     if (!head) {
-        /* the next piece tries again, from the beginning */
+        /* The next piece tries again from the beginning. */
         if (coded) row->free(work->coder);
         work->coder = NULL;
         return;
@@ -150,13 +151,14 @@ void srv_delivery_promise(struct srv_work *work, struct srv_list *others) {
     srv_response_body_drop(&head);
 }
 
-/* True when an answer above SRV_DELIVERY_HOLD should be held still: complete, it can be shared and
- * kept. One that is to be compressed is not held, as compressing it at once takes a worker long. */
+/* Returns 1 if a response above SRV_DELIVERY_HOLD should still be completed before it is sent:
+ * complete, it can be shared and cached. A response that will be compressed is not held, because
+ * compressing it in one go occupies a worker for long. */
 static int delivery_whole(struct srv_work *work, int alone) {
     double seconds = srv_delivery_seconds(work);
     if (work->coding && srv_coding_worth(api_call_answer(work->call).media_type)) return 0;
     if (alone && (seconds > work->cost ? seconds : work->cost) >= delivery_soon) return 0;
-    /* twice the room next time it is full */
+    /* The buffer doubles the next time it is full. */
     size_t before = work->foreseen, next = 2 * work->out.cap + SRV_INFLIGHT_BLOCK;
     if (next <= before) return 1;
     work->foreseen = next;

@@ -10,8 +10,10 @@
 
 enum {
     EXCHANGE_MAGIC = 0x65786368,
-    EXCHANGE_KEEP = 4096, /* largest buffer that stays with its connection for the next request */
-    EXCHANGE_ANSWER = 1 << 16 /* bytes of an own answer that needs room */
+    EXCHANGE_KEEP =
+        4096, /* the largest buffer in bytes that stays with a connection for its next request */
+    EXCHANGE_ANSWER =
+        1 << 16 /* a response of the server's own above this many bytes needs a reservation */
 };
 
 const char srv_exchange_vary[] = "Accept, Accept-Encoding";
@@ -34,13 +36,13 @@ struct srv_client *srv_exchange_payer(struct srv_exchange *exchange) {
     if (exchange->payer || !exchange->identity.source[0]) return exchange->payer;
     exchange->payer = srv_clients_take(exchange->service->clients, exchange->identity.source, NULL);
     double memory = exchange->identity.limits.value[SRV_LIMIT_MEMORY];
-    /* without keys a role lets everybody hold what the options say */
+    /* Without a key file every client may hold what the options allow. */
     if (exchange->payer && exchange->identity.role != SRV_ROLE_NONE)
         atomic_store(&exchange->payer->share, isinf(memory) ? 0 : (long long)memory);
     return exchange->payer;
 }
 
-/* its answer is not a response body any more */
+/* Releases the response body of an exchange. */
 static void exchange_drop(struct srv_exchange *exchange) {
     if (!exchange->response_body) return;
     atomic_fetch_sub(&exchange->response_body->readers, 1);
@@ -49,7 +51,7 @@ static void exchange_drop(struct srv_exchange *exchange) {
     srv_response_body_drop(&exchange->response_body);
 }
 
-/* what it shares with others */
+/* Releases what the exchange shares with others. */
 static void exchange_let_go(struct srv_exchange *exchange) {
     assert(!exchange->work && !exchange->stream && !exchange->listener);
     srv_hold_set(&exchange->hold, 0);
@@ -146,7 +148,7 @@ void srv_exchange_response_body(struct srv_exchange *exchange,
     exchange_drop(exchange);
     exchange->response_body = srv_response_body_share(response_body);
     exchange->steps = response_body->steps;
-    /* those who have the same answer share its memory */
+    /* Exchanges with the same response share its memory. */
     int readers = 1 + atomic_fetch_add(&response_body->readers, 1);
     exchange->share = srv_exchange_payer(exchange) ? response_body->body.cap / (size_t)readers : 0;
     if (exchange->share) atomic_fetch_add(&exchange->payer->held, (long long)exchange->share);
@@ -162,7 +164,7 @@ int srv_exchange_safe(const struct srv_exchange *exchange) {
 int srv_exchange_matches(const struct srv_exchange *exchange, const char *etag) {
     const char *at = exchange->field[SRV_IF_NONE_MATCH];
     if (!at || !*etag) return 0;
-    /* the comparison of RFC 9110 8.8.3.2 that heeds no W/ */
+    /* The weak comparison of RFC 9110 8.8.3.2, which ignores W/. */
     size_t weak = strncmp(etag, "W/", 2) ? 0 : 2, bytes = strlen(etag + weak);
     for (; *at; at += strcspn(at, ","), at += *at == ',') {
         at += strspn(at, " \t");
@@ -268,7 +270,7 @@ void srv_exchange_settle(struct srv_exchange *exchange) {
     if (exchange->body.cap > EXCHANGE_KEEP) {
         exchange->body.bytes = 0;
         srv_buffer_pool_give(&exchange->service->pool, &exchange->body);
-        exchange->body.bytes = received; /* for the log */
+        exchange->body.bytes = received; /* The access log reports this number. */
     }
     enum srv_room room = srv_exchange_hold(exchange, exchange->body.cap + exchange->answer.cap);
     if (room == SRV_ROOM || exchange->answer.cap <= EXCHANGE_ANSWER || !exchange->bytes) return;

@@ -7,10 +7,10 @@
 
 #include "server/base/clock.h"
 
-/* ns: between two looks of a worker; longest nap. The nap is longer than a tick of the kernel's
- * clock (4 ms): a shorter time than that is what the processor's own timer has to be set to and
- * back for each nap, which in a virtual machine takes ten times as long as going to sleep and
- * waking. It is no more than a net: workers look. */
+/* look: ns between two looks of a worker at the queue. nap: ns that a worker sleeps at most. The
+ * nap is longer than a tick of the kernel's clock (4 ms), because a shorter one makes the kernel
+ * program the processor's own timer, which in a virtual machine costs ten times as much as
+ * sleeping and waking. The nap is only a safety net: workers look often enough. */
 static const int64_t fairness_look = 400000, fairness_nap = 5000000;
 
 void srv_fairness_init(struct srv_fairness *fairness, const struct srv_queue *queue, int workers) {
@@ -25,7 +25,7 @@ void srv_fairness_init(struct srv_fairness *fairness, const struct srv_queue *qu
 
 void srv_fairness_clear(struct srv_fairness *fairness) { sem_destroy(&fairness->wake); }
 
-/* every worker has a short task, or is about to */
+/* Returns 1 if every worker has a short task or is about to take one. */
 static int fairness_all_busy(struct srv_fairness *fairness) {
     return atomic_load(&fairness->computing) + srv_queue_waiting(fairness->queue, 0) >=
            fairness->workers;
@@ -39,7 +39,7 @@ void srv_fairness_nap(struct srv_fairness *fairness, int fd) {
     atomic_store(&fairness->napping, 1);
     int over =
         !fairness_all_busy(fairness) || sem_clockwait(&fairness->wake, CLOCK_MONOTONIC, &until);
-    /* who took the flag away has raised the semaphore, or is about to */
+    /* The thread that cleared the flag has raised the semaphore or is about to. */
     if (over && !atomic_exchange(&fairness->napping, 0))
         while (sem_wait(&fairness->wake)) continue;
 }

@@ -4,15 +4,16 @@
 #include <math.h>
 
 enum {
-    HOLD_PART = 4, /* a client may hold this part of all */
+    HOLD_PART = 4, /* a client may hold 1/4 of max-held-bytes */
     HOLD_BESIDE =
-        32
-        << 20, /* and not less than an answer of the greatest size with so many bytes beside it */
-    HOLD_BODY = 1 << 16,     /* bytes of a body for which the client's bodies are not looked at */
-    HOLD_UNKNOWN = 48 << 20, /* bytes that may be allocated without being counted */
-    HOLD_SMALL = 1 << 16,    /* bytes that there is room for even when too much is allocated */
-    HOLD_LARGE = 1 << 20, /* what is larger leaves this part of all to what is not, so that others
-                             are served */
+        32 << 20, /* but at least a response of the greatest size and this many bytes beside it */
+    HOLD_BODY = 1 << 16,     /* bodies below this many bytes are not charged to their client */
+    HOLD_UNKNOWN = 48 << 20, /* bytes that may be allocated beyond what is counted */
+    HOLD_SMALL =
+        1 << 16, /* a reservation below this many bytes succeeds even if too much is allocated */
+    HOLD_LARGE =
+        1
+        << 20, /* a reservation above this many bytes leaves a part of the whole to smaller ones */
     HOLD_LEFT = 8
 };
 
@@ -47,7 +48,7 @@ int srv_hold_never(const struct srv_config *config, double bytes) {
     return bytes > (bytes > HOLD_LARGE ? srv_hold_most(config) : config->held_bytes);
 }
 
-/* all that is counted; the cache counts its keys and heads itself */
+/* The sum of all counters. The cache counts its keys and heads itself. */
 static double hold_all(const struct srv_service *service) {
     struct srv_cache_size cache = srv_cache_size(service->cache);
     return (double)srv_memory_all(&service->memory) + (double)cache.bytes - (double)cache.bodies;
@@ -59,8 +60,8 @@ int srv_hold_room(const struct srv_service *service) {
            srv_service_config(service)->held_bytes;
 }
 
-/* more was allocated than was counted, and than the process is to have: only what is small is
- * let in */
+/* Returns 1 if the process has allocated more than was counted and more than its limit; then only
+ * small reservations succeed. */
 static int hold_tight(struct srv_service *service, size_t change) {
     if (change <= HOLD_SMALL) return 0;
     srv_memory_look(&service->memory);
@@ -68,7 +69,7 @@ static int hold_tight(struct srv_service *service, size_t change) {
            1.1 * srv_service_config(service)->held_bytes + HOLD_UNKNOWN;
 }
 
-/* whether the client that pays has room in its share for what is held now */
+/* Checks the share of the client that pays. */
 static enum srv_room hold_client(const struct srv_hold *hold, const struct srv_config *config) {
     const struct srv_client *payer = hold->payer;
     if (!payer) return SRV_ROOM;
@@ -80,7 +81,7 @@ static enum srv_room hold_client(const struct srv_hold *hold, const struct srv_c
     return (double)atomic_load(&payer->bodies) > share / 2 ? SRV_ROOM_CLIENT : SRV_ROOM;
 }
 
-/* whether there is room for what is held now, `change` bytes of which are new */
+/* Checks the whole for what is held now, `change` bytes of which are new. */
 static enum srv_room hold_room(const struct srv_hold *hold, size_t change) {
     struct srv_service *service = hold->service;
     const struct srv_config *config = srv_service_config(service);

@@ -11,14 +11,15 @@ enum { INFLIGHT_LARGE = 4 * SRV_INFLIGHT_BLOCK };
 
 struct srv_inflight {
     pthread_mutex_t lock;
-    struct srv_hash_table table; /* works that others may join */
+    struct srv_hash_table table; /* works that other exchanges may join */
 };
 
 enum pend_status srv_inflight_new(struct srv_inflight **inflight) {
     struct srv_inflight *made = *inflight = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
     pthread_mutex_init(&made->lock, NULL);
-    /* keys are digests, which nobody can choose to be of one row by any salt */
+    /* The keys are digests, so nobody can choose keys that fall into one row, whatever the salt
+     * is. */
     srv_hash_table_init(&made->table, 0);
     return PEND_OK;
 }
@@ -41,7 +42,7 @@ static void inflight_unlock(struct srv_work *work) {
     pthread_mutex_unlock(&work->service->inflight->lock);
 }
 
-/* has an exchange wait for a work; called with the lock */
+/* Lets an exchange wait for a work. The caller holds the lock. */
 static void inflight_join(struct srv_work *work, struct srv_exchange *exchange) {
     srv_list_append(&work->waiters, &exchange->beside);
     exchange->work = work;
@@ -100,7 +101,7 @@ int srv_inflight_valid(const struct srv_work *work) {
 
 /* --- joining --- */
 
-/* the exchange that a link is of */
+/* The exchange that contains a link. */
 static struct srv_exchange *inflight_of_link(struct srv_list *link) {
     return SRV_CONTAINER_OF(link, struct srv_exchange, beside);
 }
@@ -110,7 +111,7 @@ struct srv_exchange *srv_inflight_next(struct srv_list *taken) {
     return link ? inflight_of_link(link) : NULL;
 }
 
-/* nobody can join it any more; called with the lock */
+/* Removes a work from the table, so that nobody can join it any more. The caller holds the lock. */
 static void inflight_unlist(struct srv_work *work) {
     if (work->listed) srv_hash_table_remove(&work->service->inflight->table, &work->node);
     work->listed = 0;
@@ -143,7 +144,7 @@ enum srv_stop srv_inflight_stop(struct srv_work *work) {
     return stop;
 }
 
-/* called with the lock */
+/* Moves the exchanges that wait for a work to `taken`. The caller holds the lock. */
 static void inflight_take(struct srv_work *work, struct srv_list *taken) {
     SRV_LIST_EACH (link, &work->waiters) inflight_of_link(link)->work = NULL;
     srv_list_move(&work->waiters, taken);
@@ -164,19 +165,21 @@ int srv_inflight_waiters(struct srv_work *work) {
     return count;
 }
 
-/* takes a work that no worker has away from where it waits; called with the lock */
+/* Takes a work out of the queue or from its source, if no worker has it. Returns 1 if it did. The
+ * caller holds the lock. */
 static int inflight_withdraw(struct srv_work *work) {
     int rests = work->parked || work->fetching;
     work->parked = work->fetching = 0;
     return rests || srv_queue_remove(work->service->queue, &work->task);
 }
 
-/* called with the lock; the work to be ended, or NULL */
+/* Removes an exchange from a work. Returns the work if it should end, else NULL. The caller holds
+ * the lock. */
 static struct srv_work *inflight_leave_work(struct srv_work *work, struct srv_exchange *exchange,
                                             enum srv_stop why, int *detached) {
     int alone = work->waiters.next == work->waiters.previous,
         withdrawn = alone && inflight_withdraw(work);
-    /* a worker that reads the request needs the exchange */
+    /* A worker that is reading the request still needs the exchange. */
     *detached = work->opened || withdrawn;
     if (*detached) {
         srv_list_remove(&exchange->beside);
@@ -188,7 +191,8 @@ static struct srv_work *inflight_leave_work(struct srv_work *work, struct srv_ex
     return withdrawn ? work : NULL;
 }
 
-/* the reader goes; called with the lock; the work to be ended, or NULL */
+/* Removes the reader of a stream. Returns the work if it should end, else NULL. The caller holds
+ * the lock. */
 static struct srv_work *inflight_leave_stream(struct srv_work *work, struct srv_exchange *exchange,
                                               enum srv_stop why, int *detached) {
     *detached = work->reader_waits;
@@ -231,7 +235,7 @@ struct srv_exchange *srv_inflight_stream(struct srv_work *work, struct srv_list 
     return reader;
 }
 
-/* what was appended last, to be sent next */
+/* The block that was appended last and is sent next. */
 static struct api_buffer *inflight_chunk(struct srv_work *work) {
     return work->coder ? &work->coded : &work->out;
 }
@@ -247,13 +251,13 @@ int srv_inflight_hungry(struct srv_work *work) {
     return hungry;
 }
 
-/* the block that was appended becomes the one that is sent; called with the lock */
+/* Makes the appended block the one that is sent. The caller holds the lock. */
 static void inflight_swap(struct srv_work *work) {
     struct api_buffer *chunk = inflight_chunk(work), sent = work->ready;
     work->ready = *chunk;
     *chunk = sent;
     chunk->bytes = 0;
-    /* what was held before the head is not needed again */
+    /* The bytes that were held before the head are not needed again. */
     if (chunk->cap > INFLIGHT_LARGE) api_buffer_clear(chunk);
     work->ready_cap = work->ready.cap;
     work->taken = 0;
@@ -296,8 +300,8 @@ void srv_inflight_unpark(struct srv_work *work) {
     inflight_unlock(work);
 }
 
-/* Makes the block that was appended meanwhile the one that is sent, where all before it was taken;
- * called with the lock. Returns 1 when the work is to go on, which rested for its reader. */
+/* If the block that is sent is used up, makes the appended one the next. Returns 1 if the work was
+ * resting for its reader and should go on. The caller holds the lock. */
 static int inflight_refill(struct srv_work *work) {
     int rests = work->parked || work->fetching || work->over;
     if (inflight_drained(work) && rests && inflight_chunk(work)->bytes) inflight_swap(work);
@@ -306,7 +310,7 @@ static int inflight_refill(struct srv_work *work) {
     return again;
 }
 
-/* takes bytes of the block that is sent; called with the lock */
+/* Copies bytes from the block that is sent. The caller holds the lock. */
 static size_t inflight_bytes(struct srv_work *work, char *to, size_t cap) {
     size_t left = work->ready.bytes - work->taken, count = left < cap ? left : cap;
     if (count) memcpy(to, work->ready.data + work->taken, count);

@@ -6,16 +6,18 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
-/* Workers wait for the semaphore, which has at least as many as there are tasks. A condition
- * variable would do, but that of the C library before 2.41 can lose a signal when several
- * threads wait (its bug 25847): a task would lie here until the next one comes. */
+/* Workers wait for a semaphore, whose count is at least the number of tasks. A condition variable
+ * would do, but the one of the C library before 2.41 can lose a signal if several threads wait
+ * (its bug 25847); a task would then stay in the queue until the next one arrives. */
 struct srv_queue {
     pthread_mutex_t lock;
     sem_t some;
-    struct srv_list roads[SRV_QUEUE_LEVELS]; /* rings of roads that have tasks of the level */
+    struct srv_list
+        roads[SRV_QUEUE_LEVELS]; /* for each level the ring of roads that have tasks of it */
     int cap, lane_cap, closed;
-    unsigned turn;                          /* tasks taken so far */
-    atomic_int count, at[SRV_QUEUE_LEVELS]; /* tasks that wait, in all and of each level */
+    unsigned turn; /* the number of tasks taken so far */
+    atomic_int count,
+        at[SRV_QUEUE_LEVELS]; /* the number of waiting tasks, in all and for each level */
 };
 
 static struct srv_lane *queue_lane(struct srv_list *link, int level) {
@@ -72,7 +74,7 @@ static void queue_count(struct srv_queue *queue, const struct srv_task *task, in
     assert(srv_queue_waiting(queue, task->level) >= 0);
 }
 
-/* a lane that has got its first task of a level; called with the lock */
+/* Links a lane that has received its first task of a level. The caller holds the lock. */
 static void queue_lane_add(struct srv_queue *queue, struct srv_lane *lane, int level) {
     struct srv_road *road = queue_road_of(lane);
     if (srv_list_empty(&road->at[level].lanes))
@@ -81,7 +83,7 @@ static void queue_lane_add(struct srv_queue *queue, struct srv_lane *lane, int l
     road->at[level].busy++;
 }
 
-/* a lane that has no more tasks of a level; called with the lock */
+/* Unlinks a lane that has no more tasks of a level. The caller holds the lock. */
 static void queue_lane_remove(struct srv_lane *lane, int level) {
     struct srv_road *road = queue_road_of(lane);
     srv_list_remove(&lane->at[level].link);
@@ -91,7 +93,7 @@ static void queue_lane_remove(struct srv_lane *lane, int level) {
     road->at[level].turns = 0;
 }
 
-/* called with the lock */
+/* The caller holds the lock. */
 static void queue_add(struct srv_queue *queue, struct srv_task *task) {
     struct srv_lane *lane = task->lane;
     assert(!task->queued && lane && task->level >= 0 && task->level < SRV_QUEUE_LEVELS);
@@ -101,7 +103,7 @@ static void queue_add(struct srv_queue *queue, struct srv_task *task) {
     queue_count(queue, task, 1);
 }
 
-/* called with the lock */
+/* The caller holds the lock. */
 static void queue_unlink(struct srv_queue *queue, struct srv_task *task) {
     struct srv_lane *lane = task->lane;
     assert(task->queued && lane->count > 0);
@@ -111,7 +113,7 @@ static void queue_unlink(struct srv_queue *queue, struct srv_task *task) {
     if (srv_list_empty(&lane->at[task->level].tasks)) queue_lane_remove(lane, task->level);
 }
 
-/* most tasks of a road */
+/* The most tasks that a road may have. */
 static int queue_road_cap(const struct srv_queue *queue) {
     int most = queue->cap - queue->cap / 4;
     return most > queue->lane_cap ? most : queue->lane_cap;
@@ -139,7 +141,7 @@ void srv_queue_again(struct srv_queue *queue, struct srv_task *task) {
     sem_post(&queue->some);
 }
 
-/* the level whose turn it is; called with the lock, when there is a task */
+/* The level whose turn it is. The caller holds the lock, and there is a task. */
 static int queue_level(struct srv_queue *queue) {
     unsigned turn = queue->turn++;
     int first = turn % SRV_QUEUE_SHARE == SRV_QUEUE_SHARE - 1
@@ -149,15 +151,15 @@ static int queue_level(struct srv_queue *queue) {
     return first;
 }
 
-/* the next task, with the lock */
+/* Takes the next task. The caller holds the lock. */
 static struct srv_task *queue_take(struct srv_queue *queue) {
     int level = queue_level(queue);
     struct srv_road *road = queue_road(queue->roads[level].next, level);
     struct srv_lane *lane = queue_lane(road->at[level].lanes.next, level);
     struct srv_task *task = SRV_CONTAINER_OF(lane->at[level].tasks.next, struct srv_task, link);
     int turns = road->at[level].busy < SRV_QUEUE_TURNS ? road->at[level].busy : SRV_QUEUE_TURNS;
-    /* the lane goes behind the others of its road, and the road behind the others once it had
-     * its turns */
+    /* The lane goes behind the others of its road. The road goes behind the other roads once it
+     * has used up its turns. */
     srv_list_remove(&lane->at[level].link);
     srv_list_append(&road->at[level].lanes, &lane->at[level].link);
     if (++road->at[level].turns >= turns) {
@@ -175,12 +177,12 @@ struct srv_task *srv_queue_pop(struct srv_queue *queue) {
     while (!task && !closed) {
         if (sem_wait(&queue->some)) continue;
         pthread_mutex_lock(&queue->lock);
-        /* there is none where one was taken out of the middle */
+        /* There is no task if it was withdrawn meanwhile. */
         if (srv_queue_count(queue)) task = queue_take(queue);
         closed = queue->closed;
         pthread_mutex_unlock(&queue->lock);
     }
-    /* the next one is to see that too */
+    /* The next worker must see the end too. */
     if (!task) sem_post(&queue->some);
     return task;
 }
@@ -222,7 +224,8 @@ void srv_queue_close(struct srv_queue *queue) {
     sem_post(&queue->some);
 }
 
-/* tasks of a lane at a level, -1 where a link is wrong; no more than `most` are looked at */
+/* The number of tasks of a lane at a level, -1 if a link is wrong. At most `most` tasks are looked
+ * at. */
 static int queue_lane_valid(const struct srv_lane *lane, int level, int most) {
     int count = 0;
     SRV_LIST_EACH (link, &lane->at[level].tasks) {
@@ -234,7 +237,7 @@ static int queue_lane_valid(const struct srv_lane *lane, int level, int most) {
     return count ? count : -1;
 }
 
-/* tasks of a road at a level, -1 where a link or a count is wrong */
+/* The number of tasks of a road at a level, -1 if a link or a count is wrong. */
 static int queue_road_valid(struct srv_road *road, int level, int most) {
     int count = 0, busy = 0;
     SRV_LIST_EACH (link, &road->at[level].lanes) {

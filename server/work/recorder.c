@@ -19,11 +19,11 @@ static const char recorder_ending[] = ".request";
 
 struct srv_recorder {
     pthread_mutex_t lock;
-    int directory; /* open */
+    int directory; /* the open directory */
     int files;
     long long bytes;
-    long number; /* of the last file */
-    int stopped; /* the log was told why */
+    long number; /* the number of the last file */
+    int stopped; /* the log was told why recording stopped */
 };
 
 struct srv_record {
@@ -31,12 +31,12 @@ struct srv_record {
     char name[RECORDER_NAME];
     char seal[API_DIGEST_BYTES];
     struct api_digest_stream *answer;
-    long long bytes; /* of the file */
+    long long bytes; /* the size of all files in bytes */
     int streams;
 };
 
-/* The header fields that are written: those that may change an answer or find it in the log. A
- * list of what is left out would leave out no field that is new. */
+/* The header fields that are written: those that can change a response or identify it in the log.
+ * A list of fields to leave out would miss every field that is new. */
 static const struct {
     enum srv_field_id id;
     const char *name;
@@ -62,7 +62,7 @@ int srv_recorder_valid(const struct srv_recorder *recorder) {
 
 /* --- the directory --- */
 
-/* counts one file; 0 where it is none of a recorder */
+/* Counts one file. Returns 0 if the name is not that of a recording. */
 static int recorder_count(struct srv_recorder *recorder, const char *name) {
     struct stat about;
     char *end;
@@ -76,7 +76,7 @@ static int recorder_count(struct srv_recorder *recorder, const char *name) {
     return 1;
 }
 
-/* counts what is there already; 0 where the directory cannot be read */
+/* Counts the recordings that exist already. Returns 0 if the directory cannot be read. */
 static int recorder_look(struct srv_recorder *recorder) {
     int copy = openat(recorder->directory, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     DIR *directory = copy < 0 ? NULL : fdopendir(copy);
@@ -121,7 +121,8 @@ void srv_recorder_free(struct srv_recorder **recorder) {
 
 /* --- one file --- */
 
-/* Takes a place for a file of so many bytes, and its number; 0, said once, where there is none. */
+/* Reserves the number and the bytes of a new file. Returns 0 if the limits forbid it; the first
+ * refusal sets *said for the log. */
 static long recorder_reserve(struct srv_recorder *recorder, long long bytes, int *said) {
     pthread_mutex_lock(&recorder->lock);
     assert(srv_recorder_valid(recorder));
@@ -139,7 +140,7 @@ static long recorder_reserve(struct srv_recorder *recorder, long long bytes, int
     return number;
 }
 
-/* gives the place of a file back that is not there */
+/* Returns the reservation of a file that was not written. */
 static void recorder_give_back(struct srv_recorder *recorder, long long bytes) {
     pthread_mutex_lock(&recorder->lock);
     recorder->files--;
@@ -159,7 +160,7 @@ static int recorder_put(int fd, const char *data, size_t bytes) {
     return 1;
 }
 
-/* writes a new file; 0 with errno where that does not work, and then there is none */
+/* Writes a new file. Returns 0 with errno set if that fails; then no file is left. */
 static int recorder_file(const struct srv_record *record, const struct api_buffer *head,
                          const struct api_request *request) {
     int directory = record->recorder->directory;
@@ -175,7 +176,7 @@ static int recorder_file(const struct srv_record *record, const struct api_buffe
     return good;
 }
 
-/* the head of an exchange's recording */
+/* Writes the head of an exchange's recording. */
 static enum pend_status recorder_head(struct srv_record *record,
                                       const struct srv_exchange *exchange,
                                       const struct api_request *request,
@@ -196,7 +197,7 @@ static enum pend_status recorder_head(struct srv_record *record,
     return status;
 }
 
-/* writes the request; 0, with the log told why once, where there is no file */
+/* Writes the request. Returns 0 if there is no file; the log is told why once. */
 static int recorder_write(struct srv_record *record, const struct srv_exchange *exchange,
                           const struct api_request *request, const struct api_buffer *head) {
     struct srv_recorder *recorder = record->recorder;
@@ -253,7 +254,7 @@ void srv_record_answer(struct srv_record **record, int status, int broken) {
     int bytes = srv_recording_write_answer(&answer, ended->seal, line);
     int fd = openat(ended->recorder->directory, ended->name,
                     O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC);
-    /* a file without its last line is good, and one that is cut is seen to be damaged */
+    /* A file without its last line is valid, and one that was cut is recognized as damaged. */
     if (fd >= 0) {
         (void)recorder_put(fd, line, (size_t)bytes);
         close(fd);

@@ -8,11 +8,11 @@
 
 #include "api/op/op.h"
 
-enum { RECORDING_FIRST = 160 }; /* room for the first line */
+enum { RECORDING_FIRST = 160 }; /* the room for the first line in bytes */
 
 static const char *const recording_ends[SRV_RECORDING_ENDS] = {"none", "whole", "stream", "broken"};
 
-/* the digest of two pieces; 0 without memory */
+/* The digest of two pieces. Returns 0 without memory. */
 static int recording_seal(const void *one, size_t one_bytes, const void *two, size_t two_bytes,
                           char seal[API_DIGEST_BYTES]) {
     struct api_digest_stream *stream = api_digest_begin();
@@ -85,7 +85,7 @@ static enum pend_status recording_bad(struct pend_error *error, const char *what
     return pend_fail(error, PEND_INVALID, -1, 0, "%s", what);
 }
 
-/* the value of a line that begins with a name; NULL where it does not */
+/* The value of a line that begins with a name, else NULL. */
 static const char *recording_value(const char *line, const char *name) {
     size_t bytes = strlen(name);
     return strncmp(line, name, bytes) ? NULL : line + bytes;
@@ -100,7 +100,7 @@ static int recording_operation(struct srv_recording *recording, const char *name
     return 0;
 }
 
-/* "Content-Type: application/json" */
+/* Parses a line such as "Content-Type: application/json". */
 static int recording_field(struct srv_recording *recording, char *text) {
     char *colon = strstr(text, ": ");
     if (!colon || recording->fields == SRV_RECORDING_FIELDS) return 0;
@@ -112,7 +112,7 @@ static int recording_field(struct srv_recording *recording, char *text) {
     return 1;
 }
 
-/* "max-arms 5000" */
+/* Parses a line such as "max-arms 5000". */
 static int recording_limit(struct srv_recording *recording, char *text) {
     const struct api_limit_row *row;
     char *blank = strchr(text, ' '), *end;
@@ -127,7 +127,7 @@ static int recording_limit(struct srv_recording *recording, char *text) {
     return 0;
 }
 
-/* one line of the head; 0 where it is none */
+/* Parses one line of the head. Returns 0 if it is malformed. */
 static int recording_take(struct srv_recording *recording, char *line) {
     const char *value;
     if ((value = recording_value(line, "engine: ")))
@@ -148,7 +148,7 @@ static int recording_take(struct srv_recording *recording, char *line) {
     return 1;
 }
 
-/* the lines from `head` to the empty one, which ends at `end` */
+/* Parses the lines from `head` to the empty line, which ends at `end`. */
 static enum pend_status recording_lines(struct srv_recording *recording, char *head, char *end,
                                         struct pend_error *error) {
     char *line = head;
@@ -171,7 +171,7 @@ static enum pend_status recording_lines(struct srv_recording *recording, char *h
     return PEND_OK;
 }
 
-/* the last line, or nothing */
+/* Parses the last line, which may be missing. */
 static enum pend_status recording_answer(struct srv_recording *recording, const char *text,
                                          size_t bytes, struct pend_error *error) {
     struct srv_recording_answer *answer = &recording->answer;

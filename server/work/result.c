@@ -5,22 +5,22 @@
 #include <string.h>
 
 enum {
-    RESULT_MOST_CODED = 1 << 30, /* bytes of an answer that is compressed whole */
-    RESULT_DIGITS = 64           /* of a digest */
+    RESULT_MOST_CODED =
+        1 << 30,       /* a response of at most this many bytes is compressed in one piece */
+    RESULT_DIGITS = 64 /* the hexadecimal digits of a digest */
 };
 
 _Static_assert((int)SRV_ETAG_BYTES > 2 + 1 + RESULT_DIGITS + 1, "a tag is W/\"digest\"");
 _Static_assert((int)SRV_INFLIGHT_KEY > RESULT_DIGITS, "a key is the digest and the coding");
 
-/* s after which a computation that was out of time or memory may be tried again: it may find a
- * machine that is less busy */
+/* After this many seconds a computation that ran out of time or memory may be tried again: the
+ * machine may be less busy then. */
 static const char result_retry[] = "60";
 
 /* --- the exact bytes of a request --- */
 
-/* the bytes of a request that make its answer, as a key: written behind its body; returns its
- * length, 0 without memory
- */
+/* Forms the key of the exact cache from the bytes that determine the response. The key is written
+ * behind the request's body. Returns its length, 0 without memory. */
 static size_t result_exact_key(struct srv_exchange *exchange, const char **key) {
     struct api_buffer *body = &exchange->body;
     size_t bytes = body->bytes;
@@ -37,7 +37,7 @@ static size_t result_exact_key(struct srv_exchange *exchange, const char **key) 
     return status == PEND_OK ? all : 0;
 }
 
-/* such an exchange is never answered from the exact bytes */
+/* Returns 1 if the exchange is never answered from the exact cache. */
 static int result_unkeyed(const struct srv_exchange *exchange) {
     return !srv_cache_on(exchange->service->cache) || exchange->apart ||
            exchange->body.bytes > SRV_CACHE_KEY || exchange->query;
@@ -53,7 +53,7 @@ void srv_result_give(struct srv_exchange *exchange, struct srv_response_body *re
         srv_exchange_not_modified(exchange, response_body->etag);
         return;
     }
-    /* with the length of the answer that it stands for, which is not sent */
+    /* 304 carries the length of the response that it stands for. */
     exchange->status = 304;
     srv_metrics_count(&exchange->service->metrics.not_modified, 1);
 }
@@ -96,7 +96,7 @@ enum srv_coding srv_result_code(struct srv_work *work, const char *media_type) {
     return work->coding;
 }
 
-/* Content-Range; 0 where an answer has none */
+/* Writes Content-Range. Returns 0 if the response has none. */
 static int result_range(const struct api_answer *answer, char text[], size_t cap) {
     int part = answer->status == 206;
     if (!part && answer->status != 416) return 0;
@@ -108,7 +108,7 @@ static int result_range(const struct api_answer *answer, char text[], size_t cap
     return 1;
 }
 
-/* bytes of the texts that an answer's header fields copy */
+/* The bytes of the texts that the header fields of a response copy. */
 static size_t result_texts(const struct api_answer *answer) {
     size_t bytes = 352 + SRV_ETAG_BYTES + (answer->columns ? strlen(answer->columns) + 1 : 0);
     for (int i = 0; answer->remarks && i < answer->remarks->count; i++)
@@ -116,18 +116,18 @@ static size_t result_texts(const struct api_answer *answer) {
     return bytes;
 }
 
-/* the header fields of an answer that succeeded */
+/* The header fields of a successful response. */
 static void result_good(struct srv_response_body *made, const struct srv_work *work,
                         enum srv_coding coding) {
     if (work->etag[0]) {
-        /* a coding may compress differently another time */
+        /* A coding may produce different bytes another time, so the entity tag is weak. */
         stpcpy(stpcpy(made->etag, coding && work->source ? "W/" : ""), work->etag);
         srv_response_body_header(made, "ETag", made->etag);
     }
     if (work->source) srv_response_body_header(made, "Accept-Ranges", "bytes");
 }
 
-/* the header fields of an answer that is a problem */
+/* The header fields of a problem response. */
 static void result_bad(struct srv_response_body *made) {
     srv_response_body_header(made, "Cache-Control", "no-store");
     if (made->status == 415) srv_response_body_header(made, "Accept-Post", srv_exchange_accepts);
@@ -135,7 +135,7 @@ static void result_bad(struct srv_response_body *made) {
         srv_response_body_header(made, "Retry-After", result_retry);
 }
 
-/* the header fields that say what the body is */
+/* The header fields that describe the body. */
 static void result_about(struct srv_response_body *made, const struct api_answer *answer) {
     char disposition[128], range[96];
     if (result_range(answer, range, sizeof range))
@@ -181,7 +181,8 @@ void srv_result_key(struct srv_work *work, enum srv_coding coding) {
     memcpy(at, digest, digits);
     at[digits] = (char)('0' + coding);
     work->key_bytes = digits + 1;
-    /* what a job has found out comes the same to the byte, even compute_seconds */
+    /* The result of a job is the same to the byte every time, compute_seconds included; a computed
+     * response is not. */
     at = stpcpy(work->etag, work->source ? "\"" : "W/\"");
     memcpy(at, digest, digits);
     stpcpy(at + digits, "\"");
