@@ -20,8 +20,7 @@
 #include "server/http/tls.h"
 
 enum {
-    CONNECTION_UNREAD =
-        65536, /* the largest body that is read after a refusal only to keep the connection */
+    CONNECTION_UNREAD = 65536, /* bytes of a body that are read only to keep the connection */
     CONNECTION_BYTES = 3 << 13 /* bytes of memory that libmicrohttpd takes for a connection */
 };
 
@@ -39,8 +38,7 @@ enum connection_state {
 
 /* A connection and its one exchange at a time. */
 struct connection {
-    struct srv_exchange
-        exchange; /* first, because an exchange of a socket is converted to its connection */
+    struct srv_exchange exchange; /* first: the exchange of a socket converts to its connection */
     struct srv_watched watched;
     struct srv_recv_hook hook;
     struct srv_connections *all;
@@ -49,10 +47,9 @@ struct connection {
     int examined;            /* the client's certificate was examined */
     char unfit[SRV_TLS_WHY]; /* the fault of the certificate; "" = none */
     enum connection_state state;
-    long done;                /* the number of requests that have ended */
-    enum srv_surplus surplus; /* the limit that the connection exceeds */
-    struct srv_client
-        *client; /* the record of its address; NULL for a trusted proxy, or without memory */
+    long done;                 /* the number of requests that have ended */
+    enum srv_surplus surplus;  /* the limit that the connection exceeds */
+    struct srv_client *client; /* of its address; NULL for a trusted proxy, or without memory */
     struct srv_hold hold;
     int refused; /* the request was answered after its head, while the body is still read */
     int64_t body_began;

@@ -30,15 +30,13 @@ struct srv_part_runner {
     int64_t poll_at;   /* ns: when to ask without being notified */
     int doubt, asking; /* doubt: a job may have ended elsewhere; asking: the poll is under way */
     int64_t ended_at;  /* ns: the poll is not repeated before this instant */
-    int64_t
-        idle; /* ns: since when there was nothing to do; 0 = there is something, or it is unknown */
-    int draining; /* 1 = no more claims, 2 = the parts were asked to be given back, 3 = they are
-                     given back */
+    int64_t idle;      /* ns: since when there was nothing to do; 0 = there is, or it is unknown */
+    int draining;      /* 1 = no more claims, 2 = giving the parts back, 3 = they are given back */
     struct srv_ask claim; /* the question for at most `asked` parts */
     int claiming, asked, claimed;
     struct srv_lease lease[SRV_CLAIMS]; /* the leases that the claim returned */
-    int count,
-        most_long; /* count: slots; most_long: parts that are not small and may be held at a time */
+    int count;                          /* slots */
+    int most_long;                      /* parts that are not small and may be held at a time */
     struct srv_part_slot slot[];
 };
 
@@ -49,8 +47,7 @@ enum {
     RUNNER_ENDED_MS = 20, /* ms between two polls, however many notifications arrive */
     RUNNER_DEAF_MS = 50,  /* ms between two polls if the store cannot notify */
     RUNNER_CONTENDED_MS = 5,
-    RUNNER_YOUNG_MS =
-        20, /* a part that is held for less is not polled: it may have ended by then */
+    RUNNER_YOUNG_MS = 20, /* a part that is held for less is not polled: it may end soon */
     RUNNER_LONG_MS = 200, /* a part that computes for longer is not small, whatever was estimated */
     RUNNER_SMALL = 128    /* the number of slots for small parts */
 };
