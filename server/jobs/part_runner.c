@@ -67,8 +67,7 @@ static enum srv_stored runner_release(struct srv_store *store, struct srv_store_
 }
 
 int srv_part_runner_valid(const struct srv_part_runner *runner) {
-    /* The number of claimed parts is not checked: it belongs to the storage thread while the store
-     * is asked. */
+    /* The number of claimed parts belongs to the storage thread while the store is asked. */
     return runner->service && runner->count >= 0 && runner->lease_us >= 0 &&
            runner->asked <= SRV_CLAIMS && runner->draining >= 0 && runner->draining <= 3 &&
            runner->poll && runner->poll->count <= runner->count;
@@ -282,8 +281,7 @@ static int slot_long(const struct srv_part_slot *slot, int64_t now) {
     return srv_part_slot_holds(slot) && (slot->lease.part_us > SRV_SMALL_US || computes);
 }
 
-/* The number of parts that may be claimed: as many long ones as can be computed soon, and some
- * small ones beside them. */
+/* The number of parts that may be claimed: long ones that can be computed soon, and small ones. */
 static int runner_room(const struct srv_part_runner *runner, int64_t now) {
     int idle = 0, waiting = 0, longs = 0;
     for (int i = 0; i < runner->count; i++) {
