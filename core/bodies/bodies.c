@@ -62,6 +62,16 @@ size_t pend_bodies_bytes(const struct pend_tree *tree, const struct pend_terms *
            4 * bodies_series(tree->n, 1) * sizeof(double);
 }
 
+/* the force of the rail on a cart, along and across it */
+static void bodies_rail(const struct bodies_system *s, const struct bodies_forces *forces) {
+    double c = -s->point_y[0], z = s->point_x[0], x = s->haul_x[0], y = s->haul_y[0];
+    double along = c * x + z * y, across = c * y - z * x;
+    if (forces->joint_along) forces->joint_along[0] = along;
+    if (forces->joint_across) forces->joint_across[0] = across;
+    if (forces->tip_along) forces->tip_along[0] = along;
+    if (forces->tip_across) forces->tip_across[0] = across;
+}
+
 void pend_bodies_at(const struct pend_tree *tree, const struct pend_loads *loads,
                     const struct bodies_state *state, void *work, double acc[],
                     const struct bodies_forces *forces) {
@@ -85,4 +95,5 @@ void pend_bodies_at(const struct pend_tree *tree, const struct pend_loads *loads
         if (forces->tip_along) forces->tip_along[k] = s.tip_x[row];
         if (forces->tip_across) forces->tip_across[k] = s.tip_y[row];
     }
+    if (forces && pend_terms_cart(loads->terms)) bodies_rail(&s, forces);
 }

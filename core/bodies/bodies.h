@@ -14,7 +14,9 @@
 /* Forces in an arm, N, n values each, in the arm's own frame; NULL = not wanted. The base exerts
  * (joint_along, joint_across) on the arm at its joint; the arm exerts (tip_along, tip_across) on
  * what is at its tip: the mass there and the arms that hang there. Along is positive where the arm
- * is compressed, across is counterclockwise. tip_along is the lambda of the paper. */
+ * is compressed, across is counterclockwise. tip_along is the lambda of the paper. Those of a cart,
+ * at both ends, are the force of the rail on it, along the rail and across it; the force along it
+ * is the sum of those that the cart's spring, damping, friction and drive exert. */
 struct bodies_forces {
     double *joint_along, *joint_across, *tip_along, *tip_across;
 };

@@ -67,6 +67,7 @@ VEC_INLINE num bodies_one(const struct bodies_system *s, enum pend_term_one one)
     return s->terms->one[one] < 0 ? num_of(0) : s->value[s->terms->one[one]];
 }
 
+#include "core/bodies/cart_template.h"
 #include "core/bodies/drives_template.h"
 
 /* ---- the factorization */
@@ -93,6 +94,7 @@ static inline void bodies_heap_add(struct bodies_heap *heap, num mass, num x, nu
 static inline void bodies_alone(const struct bodies_system *s, int k) {
     num l = s->len[k], zero = num_of(0), rod = bodies_get(s, PEND_TERM_ROD, k);
     struct bodies_heap heap = {s->mass[k], l, zero, zero};
+    if (!k && pend_terms_cart(s->terms)) heap.x = s->point_x[0], heap.y = s->point_y[0];
     if (s->terms->row[PEND_TERM_ROD] >= 0)
         bodies_heap_add(&heap, rod, num_mul(l, num_of(0.5)), zero,
                         num_div(num_mul(rod, num_mul(l, l)), num_of(12)));
@@ -163,6 +165,11 @@ static inline void bodies_join(const struct bodies_system *s, int c, int p) {
 /* where arm k hangs on its parent, in the parent's frame */
 static inline void bodies_point(const struct bodies_system *s, int k) {
     int p = s->parent[k];
+    if (p <= 0 && pend_terms_cart(s->terms)) {
+        if (p < 0) bodies_cart_point(s);
+        s->point_x[k] = s->point_x[0], s->point_y[k] = s->point_y[0];
+        return;
+    }
     s->point_x[k] = p < 0 ? num_of(0) : s->len[p];
     s->point_y[k] = num_of(0);
     if (!s->terms->hung[k]) return;
@@ -357,6 +364,7 @@ static inline void bodies_close(const struct bodies_system *s, int k) {
                  arms_neg(arms_mul(arms_get(s->wind_y + a), turn_share)));
         arms_put(s->turn_im + next + s->stride, arms_mul(arms_add(rate, Tr), turn_share));
     }
+    if (pend_terms_cart(s->terms)) bodies_cart_still(s, k + 2);
     s->haul_x[k] = s->reach_x[0], s->haul_y[k] = s->reach_y[0];
     for (int a = 1; a < s->n; a++) {
         size_t up = bodies_row(s, s->parent[a]) + now;
@@ -386,6 +394,7 @@ static inline void bodies_begin(const struct bodies_system *s, const struct bodi
         s->turn_im[row] = s->turn_re[row + s->stride] = num_of(0);
         s->turn_im[row + s->stride] = s->rate[row];
     }
+    if (pend_terms_cart(s->terms)) bodies_cart_still(s, 1);
 }
 
 /**
@@ -399,6 +408,7 @@ static inline void bodies_orders(const struct bodies_system *s, const struct bod
     for (int k = 0; k < order; k++) {
         bodies_load(s, now, k);
         bodies_convolve(s, k, gamma);
+        if (pend_terms_cart(s->terms)) bodies_cart_mist(s, k, gamma);
         bodies_up(s);
         bodies_down(s, k);
         bodies_close(s, k);

@@ -90,7 +90,7 @@ static inline void bodies_drive(const struct bodies_system *s, const struct bodi
 
 /* coefficient k of the rate of arm a relative to its parent */
 VEC_INLINE num bodies_swing(const struct bodies_system *s, int a, int k) {
-    int p = s->parent[a];
+    int p = pend_terms_holder(s->terms, s->parent, a);
     size_t at = (size_t)k * s->stride;
     num w = s->rate[bodies_row(s, a) + at];
     return p < 0 ? w : num_sub(w, s->rate[bodies_row(s, p) + at]);
@@ -152,7 +152,7 @@ static inline void bodies_couple(const struct bodies_system *s, const struct bod
     num share = num_div(num_of(1), num_of(k ? k : 1));
     for (int a = 0; a < s->n; a++) {
         num torque = num_of(0);
-        int p = s->parent[a];
+        int p = pend_terms_holder(s->terms, s->parent, a);
         if (stiff) torque = bodies_spring(s, now, a, k, share);
         if (s->need & BODIES_LOSSES) torque = num_add(torque, bodies_lose(s, now, a, k));
         if (s->need & BODIES_DRIVES)
@@ -174,6 +174,7 @@ static inline void bodies_move(const struct bodies_system *s, int k) {
         if (p >= 0) {
             size_t up = bodies_row(s, p) + (size_t)(k + 1) * s->stride;
             num re = num_mul(more, s->turn_re[up]), im = num_mul(more, s->turn_im[up]);
+            if (!p && pend_terms_cart(s->terms)) im = bodies_cart_speed(s, k);
             num px = s->point_x[a], py = s->point_y[a];
             x = num_add(s->speed_x[p], num_sub(num_mul(px, re), num_mul(py, im)));
             y = num_add(s->speed_y[p], num_fma(py, re, num_mul(px, im)));
@@ -291,6 +292,7 @@ static inline num bodies_sweep(const struct bodies_system *s, int a, int k, num 
         size_t at = row + (size_t)(j + 1) * stride;
         num re = num_mul(num_of(j + 1), s->turn_re[at]),
             im = num_mul(num_of(j + 1), s->turn_im[at]);
+        if (!a && pend_terms_cart(s->terms)) im = bodies_cart_speed(s, j);
         num hx = num_sub(num_mul(s->moment_x[a], re), num_mul(s->moment_y[a], im));
         num hy = num_fma(s->moment_x[a], im, num_mul(s->moment_y[a], re));
         size_t back = (size_t)(k - j) * stride;

@@ -14,7 +14,7 @@ static const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145
 static void kernel_start(const struct bodies_system *s, const struct bodies_state *state,
                          double unit) {
     for (int k = 0; k < s->n; k++) {
-        int p = s->parent[k];
+        int p = pend_terms_holder(s->terms, s->parent, k);
         double x = state->phi[k], y = p < 0 ? 0 : state->phi[p], low = 0, d = x - y, back = x - d;
         if (state->phi_low) low = state->phi_low[k] - (p < 0 ? 0 : state->phi_low[p]);
         low += (x - (d + back)) + (back - y);
@@ -22,6 +22,8 @@ static void kernel_start(const struct bodies_system *s, const struct bodies_stat
         s->bend[k] = p < 0 ? (d + quarter) + (low + quarter_low) : d + low;
         s->rate[bodies_row(s, k)] = state->rate[k] * unit;
     }
+    if (pend_terms_cart(s->terms))
+        bodies_cart_start(s, state->phi[0] + (state->phi_low ? state->phi_low[0] : 0));
 }
 
 static void kernel_orders(const struct bodies_system *s, const struct bodies_state *state,

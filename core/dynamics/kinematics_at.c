@@ -36,6 +36,16 @@ static struct at_vector at_pivot(const struct pend_loads *loads, double time, in
     return sum;
 }
 
+/* x along the rail of a cart */
+static struct at_vector at_rail(const struct pend_loads *loads, double x) {
+    return at_turn(x, 0, loads->value[loads->terms->one[PEND_TERM_RAIL]]);
+}
+
+/* arm k is a cart, whose tip is its place */
+static int at_cart(const struct pend_loads *loads, int k) {
+    return !k && pend_terms_cart(loads->terms);
+}
+
 /* from the tip of the parent of arm k back to where k hangs, in the parent's frame */
 static struct at_vector at_point(const struct pend_tree *tree, const struct pend_loads *loads,
                                  int k) {
@@ -55,6 +65,7 @@ void pend_kinematics_position_at(const struct pend_tree *tree, const struct pend
     for (int k = 0; k < tree->n; k++) {
         int p = tree->parent[k];
         struct at_vector arm = at_turn(tree->len[k], 0, phi[k]), base = pivot;
+        if (at_cart(loads, k)) arm = at_rail(loads, phi[k]);
         if (p >= 0) {
             struct at_vector back = at_point(tree, loads, k);
             back = at_turn(back.x, back.y, phi[p]);
@@ -77,6 +88,10 @@ static void at_velocities(const struct pend_tree *tree, const struct pend_loads 
             struct at_vector back = at_point(tree, loads, k);
             back = at_turn(back.x, back.y, phi[p]);
             base = (struct at_vector){re[p] - rate[p] * back.y, im[p] + rate[p] * back.x};
+        }
+        if (at_cart(loads, k)) {
+            base = at_rail(loads, rate[k]);
+            arm = (struct at_vector){0, 0};
         }
         if (base_x) base_x[k] = base.x, base_y[k] = base.y;
         re[k] = base.x - rate[k] * arm.y;
@@ -111,6 +126,7 @@ void pend_kinematics_acceleration_at(const struct pend_tree *tree, const struct 
         int p = tree->parent[k];
         struct at_vector arm = at_bend(at_turn(tree->len[k], 0, phi[k]), rate[k], acc[k]);
         struct at_vector base = pivot;
+        if (at_cart(loads, k)) arm = at_rail(loads, acc[k]);
         if (p >= 0) {
             struct at_vector back = at_point(tree, loads, k);
             back = at_bend(at_turn(back.x, back.y, phi[p]), rate[p], acc[p]);
@@ -156,7 +172,9 @@ static void at_masses(const struct pend_tree *tree, const struct pend_loads *loa
 static double at_spring(const struct pend_tree *tree, const struct pend_loads *loads,
                         const double phi[], int k) {
     double stiff = pend_terms_get(loads->terms, loads->value, PEND_TERM_STIFFNESS, k);
-    double bent = tree->parent[k] < 0 ? phi[k] + M_PI_2 : phi[k] - phi[tree->parent[k]];
+    int p = pend_terms_holder(loads->terms, tree->parent, k);
+    double bent = p < 0 ? phi[k] + M_PI_2 : phi[k] - phi[p];
+    if (at_cart(loads, k)) bent = phi[k];
     bent -= pend_terms_get(loads->terms, loads->value, PEND_TERM_REST, k);
     return stiff * bent * bent / 2;
 }
@@ -176,7 +194,8 @@ struct pend_energy pend_kinematics_energy_at(const struct pend_tree *tree,
         at_masses(tree, loads, (int)k, mass);
         for (int i = 0; i < AT_POINTS; i++) {
             struct at_vector p = at_turn(mass[i].at.x, mass[i].at.y, phi[k]);
-            double vx = x[k] - rate[k] * p.y, vy = y[k] + rate[k] * p.x;
+            double turning = at_cart(loads, (int)k) ? 0 : rate[k];
+            double vx = x[k] - turning * p.y, vy = y[k] + turning * p.x;
             at_add(&kinetic, mass[i].mass * (vx * vx + vy * vy) / 2);
             at_add(&kinetic, mass[i].inertia * rate[k] * rate[k] / 2);
         }

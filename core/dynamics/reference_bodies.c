@@ -51,6 +51,15 @@ static double complex bodies_hangs_at(const struct reference_bodies *b, int k) {
     return bodies_number(b, PEND_TERM_AT_X, k) + I * bodies_number(b, PEND_TERM_AT_Y, k);
 }
 
+/* arm k is a cart: a point that moves along its rail */
+static int bodies_cart(const struct reference_bodies *b, int k) {
+    return !k && b->loads->terms->one[PEND_TERM_RAIL] >= 0;
+}
+
+static double complex bodies_rail(const struct reference_bodies *b) {
+    return cexp(I * bodies_whole(b, PEND_TERM_RAIL));
+}
+
 /* the sum of the harmonics that drive something, differentiated `times` times */
 static double bodies_driven(const struct reference_bodies *b, int drives, int times) {
     const struct pend_terms *terms = b->loads->terms;
@@ -66,7 +75,9 @@ static double bodies_driven(const struct reference_bodies *b, int drives, int ti
 /* torque of the joint of arm k on it */
 static double bodies_torque(const struct reference_bodies *b, int k) {
     int p = b->tree->parent[k];
+    if (p >= 0 && bodies_cart(b, p)) p = -1;
     double q = b->state->phi[k] - (p < 0 ? -M_PI_2 : b->state->phi[p]);
+    if (bodies_cart(b, k)) q = b->state->phi[k];
     double r = b->state->rate[k] - (p < 0 ? 0 : b->state->rate[p]);
     double torque = bodies_number(b, PEND_TERM_TORQUE, k) + bodies_driven(b, k, 0);
     torque -= bodies_number(b, PEND_TERM_DAMPING, k) * r;
@@ -100,6 +111,12 @@ static void bodies_joints(const struct reference_bodies *b) {
         double w = b->state->rate[p];
         double complex place = bodies_hangs_at(b, (int)k) * b->turn[p];
         memcpy(b->moves + k * n, b->moves + p * n, n * sizeof *b->moves);
+        if (bodies_cart(b, (int)p)) {
+            b->moves[k * n] = bodies_rail(b);
+            b->speed[k] = bodies_rail(b) * w;
+            b->bend[k] = 0;
+            continue;
+        }
         b->moves[k * n + p] += I * place;
         b->speed[k] = b->speed[p] + I * place * w;
         b->bend[k] = b->bend[p] - place * w * w;
@@ -127,6 +144,14 @@ static void bodies_add(const struct reference_bodies *b, size_t k,
     b->right[k] -= 2 * gamma * point->inertia * w;
 }
 
+/* adds the mass of a cart, with what drag_per_mass does to it */
+static void bodies_add_cart(const struct reference_bodies *b) {
+    double gamma = bodies_whole(b, PEND_TERM_DRAG_PER_MASS), mass = b->tree->mass[0];
+    double complex known = I * b->loads->gravity + 2 * gamma * bodies_rail(b) * b->state->rate[0];
+    b->matrix[0] += mass;
+    b->right[0] -= mass * creal(conj(bodies_rail(b)) * known);
+}
+
 static void bodies_equations(const struct reference_bodies *b) {
     size_t n = (size_t)b->tree->n;
     for (size_t k = 0; k < n; k++) {
@@ -134,7 +159,11 @@ static void bodies_equations(const struct reference_bodies *b) {
         int p = b->tree->parent[k];
         double torque = bodies_torque(b, (int)k);
         b->right[k] += torque;
-        if (p >= 0) b->right[p] -= torque;
+        if (p >= 0 && !bodies_cart(b, p)) b->right[p] -= torque;
+        if (bodies_cart(b, (int)k)) {
+            bodies_add_cart(b);
+            continue;
+        }
         bodies_points(b, (int)k, point);
         for (int i = 0; i < POINTS; i++) bodies_add(b, k, &point[i], i ? 0 : bodies_air(b, (int)k));
     }
@@ -149,8 +178,13 @@ static void bodies_newton(const struct reference_bodies *b, const double acc[]) 
         for (size_t j = 0; j < n; j++) b->acc[k] += b->moves[k * n + j] * acc[j];
         b->force[k] = b->tip[k] = 0;
     }
+    if (bodies_cart(b, 0))
+        b->force[0] =
+            b->tree->mass[0] *
+            (I * b->loads->gravity + bodies_rail(b) * (acc[0] + 2 * gamma * b->state->rate[0]));
     for (size_t k = n; k-- > 0;) {
         struct reference_point point[POINTS];
+        if (bodies_cart(b, (int)k)) break;
         double w = b->state->rate[k];
         bodies_points(b, (int)k, point);
         for (int i = 0; i < POINTS; i++) {
@@ -170,6 +204,10 @@ static void bodies_newton(const struct reference_bodies *b, const double acc[]) 
 }
 
 static void bodies_hand_out(const struct reference_bodies *b, const struct bodies_forces *forces) {
+    if (bodies_cart(b, 0)) {
+        b->turn[0] = bodies_rail(b);
+        b->tip[0] = b->force[0];
+    }
     for (int k = 0; k < b->tree->n; k++) {
         double complex joint = conj(b->turn[k]) * b->force[k], tip = conj(b->turn[k]) * b->tip[k];
         if (forces->joint_along) forces->joint_along[k] = creal(joint);

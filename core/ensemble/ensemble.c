@@ -226,8 +226,8 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     const struct pend_member *member = &e->member;
     const struct pend_terms *terms = lanes->terms;
     // cells of another width do not divide a whole turn, and springs tell whole turns apart
-    int whole = (e->problem.bound == 0 || e->problem.bound == M_PI) &&
-                !(terms && terms->row[PEND_TERM_STIFFNESS] >= 0);
+    int whole =
+        (e->problem.bound == 0 || e->problem.bound == M_PI) && pend_terms_whole_turns(terms);
     for (int k = 0; k < lanes->n; k++) {
         size_t at = (size_t)(k * lanes->width + i);
         struct pend_sum turns = {0, 0}, phi = {member->phi[k], member->phi_low[k]};

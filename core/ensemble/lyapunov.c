@@ -284,7 +284,7 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov,
     made->rtol = problem->rtol > 0 ? problem->rtol : 1e-14;
     made->interval = problem->interval;
     made->start = problem->start;
-    made->whole = !problem->loads.terms || problem->loads.terms->row[PEND_TERM_STIFFNESS] < 0;
+    made->whole = pend_terms_whole_turns(problem->loads.terms);
     made->n = problem->tree->n;
     made->count = problem->count;
     made->pieces = 1;

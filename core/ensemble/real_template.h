@@ -38,12 +38,13 @@ static void real_bend(const struct bodies_system *b, const num phi[], const num 
     // pi / 2 as a sum of two
     const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54;
     for (int k = 0; k < b->n; k++) {
-        int p = b->parent[k];
+        int p = pend_terms_holder(b->terms, b->parent, k);
         num x = phi[k], y = p < 0 ? num_of(0) : phi[p], d = x - y, back = x - d;
         num rest = (low[k] - (p < 0 ? num_of(0) : low[p])) + ((x - (d + back)) + (back - y));
         num_turn(d, rest, &b->sine[k], &b->cosine[k]);
         b->bend[k] = p < 0 ? (d + quarter) + (rest + quarter_low) : d + rest;
     }
+    if (pend_terms_cart(b->terms)) bodies_cart_start(b, phi[0] + low[0]);
 }
 
 /* the series of a state */

@@ -91,7 +91,7 @@ static void extended_start(const struct extended_lanes *lanes, const struct jets
                            wide unit) {
     const struct extended_state *from = &lanes->from;
     for (int k = 0; k < s->n; k++) {
-        int p = s->parent[k];
+        int p = pend_terms_holder(lanes->terms, s->parent, k);
         num angle = lane_pair(from->phi, from->phi_low, k);
         if (p >= 0) angle = num_sub(angle, lane_pair(from->phi, from->phi_low, p));
         num_sincos(angle, &s->sine[k], &s->cosine[k]);
@@ -112,12 +112,14 @@ static void extended_bodies(const struct extended_lanes *lanes, const struct jet
     struct bodies_moment now = {num_from(unit), gravity, num_from(lane_get(lanes->start, 0)),
                                 num_from(lane_get(lanes->from.time, 0))};
     for (int k = 0; k < s->n; k++) {
-        int p = s->parent[k];
+        int p = pend_terms_holder(b.terms, s->parent, k);
         num angle = lane_pair(lanes->from.phi, lanes->from.phi_low, k), from = num_neg(quarter);
         if (p >= 0) from = lane_pair(lanes->from.phi, lanes->from.phi_low, p);
         b.bend[k] = num_sub(angle, from);
         b.sine[k] = s->sine[k], b.cosine[k] = s->cosine[k];
     }
+    if (pend_terms_cart(b.terms))
+        bodies_cart_start(&b, lane_pair(lanes->from.phi, lanes->from.phi_low, 0));
     bodies_orders(&b, &now, lanes->order);
 }
 

@@ -170,7 +170,7 @@ static void quad_known(const struct jets_system *s, int k) {
 
 static void quad_start(const struct quad_series *q, const struct jets_system *s) {
     for (int k = 0; k < s->n; k++) {
-        int p = s->parent[k];
+        int p = pend_terms_holder(q->loads.terms, s->parent, k);
         num angle = quad_get(q->phi, k);
         if (p >= 0) angle = num_sub(angle, quad_get(q->phi, p));
         num_sincos(angle, &s->sine[k], &s->cosine[k]);
@@ -240,11 +240,12 @@ static void quad_bodies(const struct quad_series *q, const struct jets_system *s
     struct bodies_system b = quad_real(q, s);
     struct bodies_moment now = {num_of(q->unit), gravity, num_of(q->start), num_of(q->time)};
     for (int k = 0; k < s->n; k++) {
-        int p = s->parent[k];
+        int p = pend_terms_holder(b.terms, s->parent, k);
         num from = p < 0 ? num_neg(quarter) : quad_get(q->phi, p);
         b.bend[k] = num_sub(quad_get(q->phi, k), from);
         b.sine[k] = s->sine[k], b.cosine[k] = s->cosine[k];
     }
+    if (pend_terms_cart(b.terms)) bodies_cart_start(&b, quad_get(q->phi, 0));
     bodies_orders(&b, &now, q->order);
 }
 

@@ -84,8 +84,7 @@ static int run_ends(int n) {
 static int run_turn(const struct pend_run *run, double *start[4]) {
     const struct pend_problem *problem = &run->problem;
     int n = problem->tree->n, turned = 0;
-    // springs tell whole turns apart
-    if (problem->loads.terms && problem->loads.terms->row[PEND_TERM_STIFFNESS] >= 0) return 0;
+    if (!pend_terms_whole_turns(problem->loads.terms)) return 0;
     for (int k = 0; k < n; k++) turned |= fabs(problem->phi[k]) > PEND_TURNS_FROM;
     for (int k = 0; k < n && turned; k++) {
         struct pend_sum turns;

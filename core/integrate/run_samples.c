@@ -10,12 +10,17 @@
 #include "core/integrate/run_check.h"
 #include "core/tree/turns.h"
 
+/* columns of the caller's arrays: the arms without a cart */
+static int run_arms(const struct pend_run *run) {
+    return run->problem.tree->n - (pend_terms_cart(run->problem.loads.terms) ? 1 : 0);
+}
+
 /* the arrays for a group's states: the caller's if they have the stored order, otherwise the run's
  * own */
 static struct pend_points run_room(const struct pend_run *run, const struct pend_samples *samples) {
     struct pend_points room = run->points;
     size_t at = (size_t)samples->count * (size_t)run->problem.tree->n;
-    if (!run->ordered) return room;
+    if (!run->ordered || run_arms(run) < run->problem.tree->n) return room;
     if (samples->phi) room.phi = samples->phi + at;
     if (samples->rate) room.rate = samples->rate + at;
     if (samples->acc) room.acc = samples->acc + at;
@@ -99,16 +104,18 @@ static void run_states(struct pend_run *run, const struct pend_samples *samples,
 static void run_put(const struct pend_run *run, const double rows[], int count, double out[],
                     long at) {
     if (!out) return;
-    size_t n = (size_t)run->problem.tree->n;
+    size_t n = (size_t)run->problem.tree->n, arms = (size_t)run_arms(run);
     const int *order = run->problem.tree->order;
-    out += (size_t)at * n;
+    out += (size_t)at * arms;
     if (out == rows) return;
-    if (run->ordered) {
+    if (run->ordered && arms == n) {
         memcpy(out, rows, (size_t)count * n * sizeof(double));
         return;
     }
-    for (int i = 0; i < count; i++, out += n, rows += n)
-        for (size_t k = 0; k < n; k++) out[order[k]] = rows[k];
+    // a cart, the first that is stored, has columns of its own
+    int cart = arms < n ? order[0] : (int)n;
+    for (int i = 0; i < count; i++, out += arms, rows += n)
+        for (size_t k = n - arms; k < n; k++) out[order[k] - (order[k] > cart)] = rows[k];
 }
 
 /* positions, velocities and energies of one row, if they are wanted */
@@ -155,6 +162,7 @@ static void run_joints(struct pend_run *run, const struct pend_points *points, i
         run_put(run, along, 1, samples->joint_along, at);
         run_put(run, across, 1, samples->joint_across, at);
         run_put(run, tip, 1, samples->across, at);
+        if (samples->cart_reaction) samples->cart_reaction[at] = across[0];
     }
 }
 
@@ -174,18 +182,27 @@ static void run_exchange(const struct pend_run *run, int due, struct pend_sample
 }
 
 struct run_flaw pend_run_find_flaw(const struct pend_run *run, const struct pend_samples *samples) {
-    int n = run->problem.tree->n;
+    int n = run_arms(run);
     const struct {
         const double *from;
         int width;
         const char *what;
-    } wanted[] = {{samples->phi, n, "angle"},          {samples->rate, n, "angular velocity"},
-                  {samples->acc, n, "acceleration"},   {samples->force, n, "force"},
-                  {samples->across, n, "force"},       {samples->joint_along, n, "force"},
-                  {samples->joint_across, n, "force"}, {samples->z_re, n, "position"},
-                  {samples->z_im, n, "position"},      {samples->zd_re, n, "velocity"},
-                  {samples->zd_im, n, "velocity"},     {samples->kinetic, 0, "energy"},
-                  {samples->potential, 0, "energy"}};
+    } wanted[] = {{samples->phi, n, "angle"},
+                  {samples->rate, n, "angular velocity"},
+                  {samples->acc, n, "acceleration"},
+                  {samples->force, n, "force"},
+                  {samples->across, n, "force"},
+                  {samples->joint_along, n, "force"},
+                  {samples->joint_across, n, "force"},
+                  {samples->z_re, n, "position"},
+                  {samples->z_im, n, "position"},
+                  {samples->zd_re, n, "velocity"},
+                  {samples->zd_im, n, "velocity"},
+                  {samples->kinetic, 0, "energy"},
+                  {samples->potential, 0, "energy"},
+                  {samples->cart_place, 0, "place of the cart"},
+                  {samples->cart_speed, 0, "speed of the cart"},
+                  {samples->cart_reaction, 0, "force"}};
     struct run_flaw flaw = {.row = samples->count, .arm = -1};
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
         const double *from = wanted[i].from;
@@ -219,7 +236,7 @@ static void run_all_derive(struct pend_run *run, const struct pend_points *point
     for (int i = 0; i < due && derived; i++)
         run_derive(run, samples->t[at + i], points->phi + (size_t)i * n,
                    points->rate + (size_t)i * n, samples, at + i);
-    if (samples->across || samples->joint_along || samples->joint_across)
+    if (samples->across || samples->joint_along || samples->joint_across || samples->cart_reaction)
         run_joints(run, points, due, samples);
     if (samples->work || samples->heat) run_exchange(run, due, samples);
 }
@@ -238,6 +255,10 @@ void pend_run_sample(struct pend_run *run, struct pend_samples *samples, int due
     run_put(run, points.force, due, samples->force, at);
     run_put(run, points.theta, due, samples->theta, at);
     run_all_derive(run, &points, due, samples);
+    for (int i = 0; i < due && pend_terms_cart(run->problem.loads.terms); i++) {
+        if (samples->cart_place) samples->cart_place[at + i] = points.phi[(size_t)i * n];
+        if (samples->cart_speed) samples->cart_speed[at + i] = points.rate[(size_t)i * n];
+    }
     if (samples->phi) run_return(run, samples->phi + (size_t)at * n, due);
     if (samples->theta) run_return(run, samples->theta + (size_t)at * n, due);
     samples->count += due;

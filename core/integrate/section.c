@@ -225,13 +225,13 @@ enum pend_status pend_section_next(struct pend_section *section, long steps, enu
 static void section_turn(struct pend_section *section, double memory[]) {
     const struct pend_terms *terms = section->problem.loads.terms;
     size_t n = (size_t)section->n;
-    int springs = terms && terms->row[PEND_TERM_STIFFNESS] >= 0;
+    int whole = pend_terms_whole_turns(terms);
     section->rest = memory, section->rest_low = memory + n;
     section->turns = memory + 2 * n, section->turns_low = memory + 3 * n;
     for (size_t k = 0; k < n; k++) {
         double low = section->problem.phi_low ? section->problem.phi_low[k] : 0;
         struct pend_sum turns = {0, 0}, rest = {section->problem.phi[k], low};
-        if (!springs) rest = pend_turns_rest(section->problem.phi[k], low, &turns);
+        if (whole) rest = pend_turns_rest(section->problem.phi[k], low, &turns);
         section->rest[k] = rest.high, section->rest_low[k] = rest.low;
         section->turns[k] = turns.high, section->turns_low[k] = turns.low;
     }

@@ -23,9 +23,17 @@ static double damped_get(const struct pend_loads *loads, enum pend_term_row row,
     return loads->terms ? pend_terms_get(loads->terms, loads->value, row, k) : 0;
 }
 
-/* where arm k hangs on its parent */
+/* arm k is a cart */
+static int damped_cart(const struct damped_state *s, int k) {
+    return !k && pend_terms_cart(s->loads->terms);
+}
+
+/* where arm k hangs on its parent; on a cart, whose frame does not turn, at the point whose move by
+ * a unit of its place is the direction of the rail */
 static double complex damped_point(const struct damped_state *s, int k) {
     const struct pend_terms *terms = s->loads->terms;
+    if (damped_cart(s, s->tree->parent[k]))
+        return -I * cexp(I * s->loads->value[terms->one[PEND_TERM_RAIL]]);
     if (!terms || !terms->hung[k]) return s->tree->len[s->tree->parent[k]];
     return damped_get(s->loads, PEND_TERM_AT_X, k) + I * damped_get(s->loads, PEND_TERM_AT_Y, k);
 }
@@ -36,6 +44,11 @@ static void damped_arm(const struct damped_state *s, int k) {
     double body = damped_get(s->loads, PEND_TERM_BODY, k);
     double complex center = damped_get(s->loads, PEND_TERM_CENTER_X, k) +
                             I * damped_get(s->loads, PEND_TERM_CENTER_Y, k);
+    if (damped_cart(s, k)) {
+        s->mass[0] = s->inertia[0] = m;
+        s->moment[0] = -I * m * cexp(I * s->loads->value[s->loads->terms->one[PEND_TERM_RAIL]]);
+        return;
+    }
     s->mass[k] = m + rod + body;
     s->moment[k] = m * l + rod * l / 2 + body * center;
     s->inertia[k] = m * l * l + rod * l * l / 3 + body * creal(center * conj(center)) +
@@ -75,7 +88,7 @@ static enum pend_status damped_open(struct damped_state *s, const struct pend_tr
 }
 
 static void damped_turn(const struct damped_state *s, const double phi[]) {
-    for (size_t k = 0; k < s->n; k++) s->turn[k] = cexp(I * phi[k]);
+    for (size_t k = 0; k < s->n; k++) s->turn[k] = damped_cart(s, (int)k) ? 1 : cexp(I * phi[k]);
 }
 
 /* adds sum of w Re(conj(z_j) z_k) over the weights: the form of M, and of drag in C */
@@ -97,7 +110,7 @@ static void damped_form(const struct damped_state *s, double part, double out[])
 /* adds a torque of the joints, of `strength` a radian of what an arm differs by from its parent */
 static void damped_joint(const struct damped_state *s, int k, double strength, double out[]) {
     size_t row = (size_t)k, n = s->n;
-    int parent = s->tree->parent[k];
+    int parent = pend_terms_holder(s->loads->terms, s->tree->parent, k);
     out[row * n + row] += strength;
     if (parent < 0) return;
     size_t p = (size_t)parent;
@@ -117,7 +130,8 @@ static double complex damped_pull(const struct pend_loads *loads) {
 static void damped_stiffness(const struct damped_state *s, double out[]) {
     double complex pull = damped_pull(s->loads);
     for (int k = 0; k < s->tree->n; k++) {
-        out[(size_t)k * s->n + (size_t)k] -= creal(conj(pull) * s->moment[k] * s->turn[k]);
+        if (!damped_cart(s, k))
+            out[(size_t)k * s->n + (size_t)k] -= creal(conj(pull) * s->moment[k] * s->turn[k]);
         damped_joint(s, k, damped_get(s->loads, PEND_TERM_STIFFNESS, k), out);
     }
 }
@@ -131,8 +145,9 @@ static double damped_gradient(const struct damped_state *s, const double phi[], 
         size = fmax(size, cabs(pull) * cabs(s->moment[k]));
     }
     for (int k = 0; k < s->tree->n; k++) {
-        int p = s->tree->parent[k];
-        double bent = phi[k] - (p < 0 ? -M_PI_2 : phi[p]) - damped_get(s->loads, PEND_TERM_REST, k);
+        int p = pend_terms_holder(s->loads->terms, s->tree->parent, k);
+        double from = p >= 0 ? phi[p] : damped_cart(s, k) ? 0 : -M_PI_2;
+        double bent = phi[k] - from - damped_get(s->loads, PEND_TERM_REST, k);
         double spring = damped_get(s->loads, PEND_TERM_STIFFNESS, k) * bent;
         double torque = damped_get(s->loads, PEND_TERM_TORQUE, k);
         out[k] += spring - torque;
@@ -153,6 +168,8 @@ static int damped_newton(const struct damped_state *s, double matrix[], double g
     int sign;
     memset(matrix, 0, s->n * s->n * sizeof *matrix);
     damped_stiffness(s, matrix);
+    // a cart without a spring rests anywhere, or nowhere
+    if (damped_cart(s, 0) && matrix[0] == 0) matrix[0] = 1;
     if (gsl_linalg_LU_decomp(&k.matrix, &order, &sign)) return 0;
     if (gsl_linalg_LU_svx(&k.matrix, &order, &g.vector)) return 0;
     double most = 0;
@@ -273,8 +290,12 @@ static enum pend_status damped_symmetric(struct pend_damped *damped, double mass
     enum pend_status status = work && value && vector && shape ? PEND_OK : PEND_NO_MEMORY;
     if (!status && gsl_eigen_gensymmv(&k.matrix, &m.matrix, value, vector, work))
         status = PEND_NOT_FINITE;
+    double least = 0;
+    for (size_t j = 0; j < n && !status; j++)
+        least = fmax(least, (double)n * 0x1p-52 * fabs(gsl_vector_get(value, j)));
     for (size_t j = 0; j < n && !status; j++) {
         double square = gsl_vector_get(value, j);
+        if (fabs(square) <= least) square = 0; // a cart that nothing holds
         for (size_t i = 0; i < n; i++) shape[i] = gsl_matrix_get(vector, i, j);
         if (square >= 0) {
             damped_add(damped, I * sqrt(square), shape);

@@ -55,7 +55,8 @@ static int terms_place_rows(struct pend_terms *terms, const unsigned char rows[]
 static int terms_place_ones(struct pend_terms *terms, const unsigned char ones[], int count) {
     int moves = ones[PEND_TERM_PIVOT_ACCELERATION_X] || ones[PEND_TERM_PIVOT_ACCELERATION_Y];
     for (int i = 0; i < PEND_TERM_ONES; i++) {
-        int there = i == PEND_TERM_DRAG_PER_MASS ? ones[i] : moves;
+        int pushed = i == PEND_TERM_PIVOT_ACCELERATION_X || i == PEND_TERM_PIVOT_ACCELERATION_Y;
+        int there = pushed ? moves : ones[i];
         terms->one[i] = there ? count++ : -1;
     }
     return count;
@@ -186,7 +187,7 @@ int pend_terms_conserve(const struct pend_terms *terms, const double value[]) {
     for (int i = 0; i < terms->harmonics; i++)
         if (value[terms->harmonic[i].at] != 0) return 0;
     for (int i = 0; i < PEND_TERM_ONES; i++)
-        if (terms->one[i] >= 0 && value[terms->one[i]] != 0) return 0;
+        if (i != PEND_TERM_RAIL && terms->one[i] >= 0 && value[terms->one[i]] != 0) return 0;
     return 1;
 }
 

@@ -38,8 +38,15 @@ enum pend_term_one {
     PEND_TERM_DRAG_PER_MASS,        /* 1/s, gamma: force -2 gamma m v on every mass m */
     PEND_TERM_PIVOT_ACCELERATION_X, /* m/s^2, of the pivot, from t = 0 at rest on */
     PEND_TERM_PIVOT_ACCELERATION_Y, /* m/s^2 */
+    PEND_TERM_RAIL,                 /* rad, the direction of the cart's rail: there is a cart */
     PEND_TERM_ONES
 };
+
+/* A cart carries the pivot along a straight rail through 0. It is stored arm 0, of length 1 m and
+ * with the cart's mass, on which all arms at the pivot hang; its phi is its place along the rail,
+ * m, and its rate its speed, m/s. Its damping, stiffness, rest, friction and torque are forces
+ * along the rail, N s/m, N/m and so on, and it has no other terms. The arms that it carries turn
+ * against the ground, as those at a fixed pivot do. The rail does not move. */
 
 /* What a harmonic drives, if it is not an arm's torque. */
 enum { PEND_DRIVE_PIVOT_X = -1, PEND_DRIVE_PIVOT_Y = -2 };
@@ -94,6 +101,23 @@ static inline int pend_terms_place(const struct pend_terms *terms, enum pend_ter
 static inline double pend_terms_get(const struct pend_terms *terms, const double value[],
                                     enum pend_term_row row, int k) {
     return terms->row[row] < 0 ? 0 : value[terms->row[row] + k];
+}
+
+/** Non-zero if stored arm 0 is a cart. O(1). */
+static inline int pend_terms_cart(const struct pend_terms *terms) {
+    return terms && terms->one[PEND_TERM_RAIL] >= 0;
+}
+
+/** Returns the stored arm against which arm k turns: its parent, or -1 for the ground, at a pivot
+ * or on a cart. O(1). */
+static inline int pend_terms_holder(const struct pend_terms *terms, const int parent[], int k) {
+    return parent[k] == 0 && pend_terms_cart(terms) ? -1 : parent[k];
+}
+
+/** Non-zero if whole turns of the angles of a start change nothing but the angles: springs tell
+ * them apart, and a cart's place is no angle. O(1). */
+static inline int pend_terms_whole_turns(const struct pend_terms *terms) {
+    return !terms || (terms->row[PEND_TERM_STIFFNESS] < 0 && !pend_terms_cart(terms));
 }
 
 /**

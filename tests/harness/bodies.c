@@ -45,6 +45,17 @@ static void fill(struct test_bodies *b, const struct pend_tree *tree, unsigned l
     }
 }
 
+/* arm 0 becomes a cart, which has no body and no drag and whose arms hang at no tip */
+static void fill_cart(struct test_bodies *b, const struct pend_tree *tree) {
+    static const enum pend_term_row none[] = {
+        PEND_TERM_ROD,     PEND_TERM_BODY, PEND_TERM_CENTER_X,      PEND_TERM_CENTER_Y,
+        PEND_TERM_INERTIA, PEND_TERM_DRAG, PEND_TERM_DRAG_QUADRATIC};
+    for (size_t i = 0; i < sizeof none / sizeof *none; i++)
+        if (b->terms->row[none[i]] >= 0) b->value[b->terms->row[none[i]]] = 0;
+    for (int k = 1; k < tree->n; k++)
+        if (!tree->parent[k]) b->terms->hung[k] = 0;
+}
+
 void test_bodies_random(struct test_bodies *b, const struct pend_tree *tree, unsigned what,
                         unsigned long long *seed) {
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
@@ -56,6 +67,7 @@ void test_bodies_random(struct test_bodies *b, const struct pend_tree *tree, uns
     if (what & TEST_TERMS_FRICTION) rows[PEND_TERM_FRICTION] = 1;
     if (what & TEST_TERMS_DRAG) rows[PEND_TERM_DRAG] = rows[PEND_TERM_DRAG_QUADRATIC] = 1;
     if (what & TEST_TERMS_MIST) ones[PEND_TERM_DRAG_PER_MASS] = 1;
+    if (what & TEST_TERMS_CART) ones[PEND_TERM_RAIL] = 1;
     if (what & TEST_TERMS_TORQUES) {
         rows[PEND_TERM_TORQUE] = 1;
         for (int i = 0; i < 2; i++) drives[harmonics++] = (int)(test_random(seed) * tree->n);
@@ -72,6 +84,7 @@ void test_bodies_random(struct test_bodies *b, const struct pend_tree *tree, uns
     if (!b->value) abort();
     pend_terms_clear(b->terms, tree, b->value);
     fill(b, tree, seed);
+    if (what & TEST_TERMS_CART) fill_cart(b, tree);
     b->loads = (struct pend_loads){9.81, b->terms, b->value};
 }
 

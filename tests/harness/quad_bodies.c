@@ -52,6 +52,16 @@ static test_quad quad_one(const struct quad_pendulum *q, enum pend_term_one one)
     return at < 0 ? 0 : q->loads->value[at];
 }
 
+/* arm k is a cart, which moves along r and does not turn */
+static int quad_cart(const struct quad_pendulum *q, int k) {
+    return !k && q->loads->terms->one[PEND_TERM_RAIL] >= 0;
+}
+
+static struct pair quad_rail(const struct quad_pendulum *q) {
+    test_quad angle = quad_one(q, PEND_TERM_RAIL);
+    return pair_of(test_quad_cos(angle), test_quad_sin(angle));
+}
+
 /* what drives a coordinate or an arm, differentiated no more than twice */
 static test_quad quad_driven(const struct quad_pendulum *q, int drives, int times) {
     test_quad sum = 0;
@@ -84,6 +94,7 @@ static void quad_body(const struct quad_pendulum *q, int k) {
         pair_of(quad_term(q, PEND_TERM_CENTER_X, k), quad_term(q, PEND_TERM_CENTER_Y, k));
     struct pair moment = pair_of(tip * l + rod * l / 2 + body * center.x, body * center.y);
     a->turn = pair_of(test_quad_cos(q->state->phi[k]), test_quad_sin(q->state->phi[k]));
+    if (quad_cart(q, k)) a->turn = quad_rail(q);
     a->mass = tip + rod + body;
     a->moment = pair_turn(moment, a->turn);
     a->inertia = tip * l * l + rod * l * l / 3 + quad_term(q, PEND_TERM_INERTIA, k) +
@@ -105,6 +116,11 @@ static void quad_joint(const struct quad_pendulum *q, int k) {
         at = pair_of(quad_term(q, PEND_TERM_AT_X, k), quad_term(q, PEND_TERM_AT_Y, k));
     a->hangs = pair_turn(at, q->arm[p].turn);
     memcpy(q->moves + row, q->moves + (size_t)p * n, n * sizeof *q->moves);
+    if (quad_cart(q, p)) {
+        q->moves[row] = quad_rail(q);
+        a->speed = pair_scale(w, quad_rail(q));
+        return;
+    }
     q->moves[row + (size_t)p] = pair_left(a->hangs);
     a->speed = pair_add(q->arm[p].speed, pair_scale(w, pair_left(a->hangs)));
     a->rest = pair_add(q->arm[p].rest, pair_scale(-w * w, a->hangs));
@@ -114,7 +130,9 @@ static void quad_joint(const struct quad_pendulum *q, int k) {
 static test_quad quad_torque(const struct quad_pendulum *q, int k) {
     int p = q->tree->parent[k];
     const test_quad quarter = test_quad_read("1.57079632679489661923132169163975144");
+    if (p >= 0 && quad_cart(q, p)) p = -1;
     test_quad bend = q->state->phi[k] - (p < 0 ? -quarter : q->state->phi[p]);
+    if (quad_cart(q, k)) bend = q->state->phi[k];
     test_quad swing = q->state->rate[k] - (p < 0 ? 0 : q->state->rate[p]);
     test_quad sum = quad_term(q, PEND_TERM_TORQUE, k) + quad_driven(q, k, 0);
     test_quad friction = quad_term(q, PEND_TERM_FRICTION, k);
@@ -139,6 +157,13 @@ static struct pair quad_air(const struct quad_pendulum *q, int k) {
 static void quad_add(const struct quad_pendulum *q, int k, test_quad matrix[], test_quad right[]) {
     const struct quad_arm *a = &q->arm[k];
     size_t n = (size_t)q->tree->n, own = (size_t)k;
+    if (quad_cart(q, k)) {
+        struct pair weight = pair_scale(a->mass, pair_of(0, q->loads->gravity));
+        matrix[0] += a->mass;
+        right[0] += a->torque - pair_dot(a->turn, weight);
+        right[0] -= 2 * quad_one(q, PEND_TERM_DRAG_PER_MASS) * a->mass * q->state->rate[0];
+        return;
+    }
     const struct pair *moves = q->moves + own * n;
     test_quad w = q->state->rate[k], twice = 2 * quad_one(q, PEND_TERM_DRAG_PER_MASS);
     struct pair spin = pair_left(a->moment), lift = pair_of(0, q->loads->gravity);
@@ -167,6 +192,11 @@ static void quad_newton(const struct quad_pendulum *q, const test_quad acc[]) {
     for (size_t k = 0; k < n; k++) {
         struct quad_arm *a = &q->arm[k];
         test_quad w = q->state->rate[k];
+        if (quad_cart(q, (int)k)) {
+            struct pair push = pair_scale(acc[0] + twice * w, a->turn);
+            a->joint = pair_scale(a->mass, pair_add(push, lift));
+            continue;
+        }
         struct pair known = pair_add(pair_add(a->rest, lift), pair_scale(twice, a->speed));
         for (size_t j = 0; j < n; j++)
             known = pair_add(known, pair_scale(acc[j], q->moves[k * n + j]));
@@ -185,6 +215,7 @@ static void quad_newton(const struct quad_pendulum *q, const test_quad acc[]) {
 }
 
 static void quad_hand_out(const struct quad_pendulum *q, const struct test_quad_forces *forces) {
+    if (quad_cart(q, 0)) q->arm[0].tip = q->arm[0].joint;
     for (int k = 0; k < q->tree->n; k++) {
         const struct quad_arm *a = &q->arm[k];
         forces->joint_along[k] = pair_dot(a->turn, a->joint);
@@ -208,8 +239,9 @@ void test_quad_bodies(const struct pend_tree *tree, const struct pend_loads *loa
         quad_joint(&q, k);
         test_quad torque = quad_torque(&q, k);
         q.arm[k].torque = torque;
-        if (tree->parent[k] >= 0) q.arm[tree->parent[k]].torque -= torque;
-        q.arm[k].air = quad_air(&q, k);
+        int p = tree->parent[k];
+        if (p >= 0 && !quad_cart(&q, p)) q.arm[p].torque -= torque;
+        if (!quad_cart(&q, k)) q.arm[k].air = quad_air(&q, k);
         acc[k] = 0;
     }
     for (int k = 0; k < tree->n; k++) quad_add(&q, k, matrix, acc);

@@ -41,8 +41,9 @@ TEST(damped_modes_stand_at_a_rest_of_the_equations_of_motion) {
         struct pend_damped *d;
         double zero[ARMS] = {0}, acc[ARMS], start[ARMS];
         test_tree_random(&t, TEST_TREE_ATTACHED, ARMS, 0.3, &seed);
-        test_bodies_random(&b, t.tree, i % 2 ? STILL : LOSES, &seed);
-        for (int k = 0; k < ARMS; k++) start[k] = -M_PI_2;
+        test_bodies_random(&b, t.tree, (i % 2 ? STILL : LOSES) | (i % 3 ? 0 : TEST_TERMS_CART),
+                           &seed);
+        for (int k = 0; k < ARMS; k++) start[k] = i % 3 || k ? -M_PI_2 : 0;
         CHECK_SAYING(pend_damped_new(&d, t.tree, &b.loads, start, &error) == PEND_OK, "%s",
                      error.text);
         if (!d) continue;
@@ -67,8 +68,9 @@ TEST(damped_modes_solve_the_equations_of_motion_near_their_rest) {
         struct pend_damped *d;
         double start[ARMS];
         test_tree_random(&t, TEST_TREE_LIMBS, ARMS, 0.3, &seed);
-        test_bodies_random(&b, t.tree, i % 2 ? STILL : LOSES, &seed);
-        for (int k = 0; k < ARMS; k++) start[k] = -M_PI_2;
+        test_bodies_random(&b, t.tree, (i % 2 ? STILL : LOSES) | (i % 3 ? 0 : TEST_TERMS_CART),
+                           &seed);
+        for (int k = 0; k < ARMS; k++) start[k] = i % 3 || k ? -M_PI_2 : 0;
         REQUIRE(pend_damped_new(&d, t.tree, &b.loads, start, &error) == PEND_OK);
         int pairs = 0;
         for (int j = 0; j < d->count; j++) {
