@@ -1,0 +1,73 @@
+/* The sweeps over a tree that answer harmonic drives of eight frequencies, side by side: compiled
+ * once for each instruction set.
+ * Leaves to others: the constants of the arms and what is answered (response).
+ * Invariant: lanes never mix, so that a frequency has the same bits in any company. */
+#ifndef PEND_KERNEL_RESPONSE_H
+#define PEND_KERNEL_RESPONSE_H
+
+#include "core/base/isa.h"
+
+enum { RESPONSE_LANES = 8 };
+
+/* Constants of an arm about the equilibrium. Vectors have x and y in the fixed frame, and are the
+ * derivative of a place by an angle: i times what the arm's frame says, turned. */
+struct response_arm {
+    int parent;
+    double mass, moment[2], inertia; /* kg, kg m, kg m^2, of the arm alone */
+    double drag, lever[2], span;     /* N s/m; m, of the tip; m^2, the lever's square */
+    double fall;                     /* N m/rad, of gravity on the arm and all that hangs on it */
+    double spring, damper;           /* N m/rad, N m s/rad, of its joint */
+    double place[2];                 /* m, of its joint, by its parent's angle */
+    double whole[2], wind[2];        /* kg m, N s: the moments of masses and of drag with all that
+                                        hangs on the arm */
+};
+
+struct response_arms {
+    int n;
+    double mist; /* 1/s: drag per mass */
+    const struct response_arm *arm;
+};
+
+/* A complex number in each lane. */
+struct response_lanes {
+    _Alignas(64) double re[RESPONSE_LANES];
+    double im[RESPONSE_LANES];
+};
+
+/* What the sweeps keep of an arm. With the base's displacement b and the arm's angle x, all that
+ * hangs on the arm asks for the force form b + cross x at its base. */
+struct response_node {
+    struct response_lanes form[3], cross[2], own; /* xx, xy, yy; couplings; of x itself */
+    struct response_lanes joint, inverse;         /* spring and damper; of the pivot */
+    struct response_lanes drive, couple, push[2]; /* N m, wanted; N m, N, of an elimination */
+    struct response_lanes angle, base[2];         /* rad, m */
+    struct response_lanes force[2], rest;         /* N at the joint; N m, what the equations miss */
+    struct response_lanes scale;                  /* sizes: of own, of rest's parts */
+};
+
+/* What the sweeps of eight frequencies are given and tell. */
+struct response_sweep {
+    double omega[RESPONSE_LANES];   /* rad/s */
+    struct response_lanes pivot[2]; /* m, the pivot's displacement */
+    double moved[RESPONSE_LANES];   /* J: the answer's squares times the arms' own stiffness */
+    double driven[RESPONSE_LANES];  /* J: the torques' squares over it */
+};
+
+/**
+ * Solves the equations of motion for eight frequencies, with angles, displacements of joints and
+ * forces at joints in the nodes.
+ *
+ * node  n, aligned to 64; in: drive; out: the rest of it.
+ *
+ * Cannot fail; what overflows is not finite. O(n): one sweep to the root and one back, and two
+ * more for each correction, at most six, by what the equations still miss.
+ */
+typedef void pend_response_fn(const struct response_arms *arms, struct response_sweep *sweep,
+                              struct response_node node[]);
+
+pend_response_fn pend_response_base;
+#ifdef __x86_64__
+pend_response_fn pend_response_avx2, pend_response_avx512;
+#endif
+
+#endif

@@ -1,0 +1,56 @@
+/* Where a real pendulum can rest: an equilibrium near given angles, in O(n) a step.
+ * Leaves to others: motion about it (damped, response), drives that depend on time.
+ * Invariant: at an equilibrium the torques of gravity, springs, constant torques and a constant
+ * acceleration of the pivot cancel at every arm, to the rounding error of the largest of them. */
+#ifndef PEND_REST_H
+#define PEND_REST_H
+
+#include "core/tree/loads.h"
+#include "core/tree/tree.h"
+
+/* Masses of an arm in its own frame: alone, or with all that hangs on it as points. */
+struct rest_body {
+    double mass;      /* kg */
+    double moment[2]; /* kg m, sum of m p about the joint, along and across the arm */
+    double inertia;   /* kg m^2 about the joint */
+};
+
+/** The masses of stored arm k alone: its tip, its rod, its body. O(1). */
+struct rest_body pend_rest_arm(const struct pend_tree *tree, const struct pend_loads *loads, int k);
+
+/** The drag of the tip of stored arm k in the place of a mass there, N s/m, at small speeds. */
+struct rest_body pend_rest_drag(const struct pend_tree *tree, const struct pend_loads *loads,
+                                int k);
+
+/** The point, m, of its parent's frame at which stored arm k > 0 hangs. O(1). */
+void pend_rest_point(const struct pend_tree *tree, const struct pend_loads *loads, int k,
+                     double point[2]);
+
+/**
+ * Adds to every arm's mass and first moment those of the arms that hang on it, as points at their
+ * joints; inertias stay.
+ *
+ * body  n, in: arms alone. O(n).
+ */
+void pend_rest_gather(const struct pend_tree *tree, const struct pend_loads *loads,
+                      struct rest_body body[]);
+
+/** What pulls on a mass, m/s^2: i g and the constant acceleration of the pivot. O(1). */
+void pend_rest_pull(const struct pend_loads *loads, double pull[2]);
+
+/**
+ * Finds the equilibrium near a state, by Newton's method with the tree's own elimination.
+ *
+ * phi     in: n angles to start from, rad, stored order; out: the equilibrium.
+ * stable  out: non-zero if the potential energy is a minimum there, so that a push is answered by
+ *         a torque back; NULL = not wanted.
+ *
+ * PEND_NO_MEMORY
+ * PEND_NOT_FINITE 200 steps do not converge.
+ * O(n) a step. An equilibrium at which the pendulum starts stays, though it may be unstable.
+ */
+PEND_MUST_CHECK enum pend_status pend_rest_find(const struct pend_tree *tree,
+                                                const struct pend_loads *loads, double phi[],
+                                                int *stable, struct pend_error *error);
+
+#endif
