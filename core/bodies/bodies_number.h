@@ -61,17 +61,50 @@ static inline num num_limit(num x, double bound) {
 
 static inline num num_root_near(num x) { return num_of(sqrt(x.part[0])); }
 
+#elif defined NUMBER_TANGENT
+
+static inline num num_limit(num x, double bound) {
+    double value = x.part[0][0];
+    return fabs(value) <= bound ? x : num_of(copysign(bound, value));
+}
+
+static inline num num_root(num x) {
+    double root = sqrt(x.part[0][0]);
+    return tangent_chain(x, root, 0.5 / root);
+}
+
+/* sine and cosine of x, to whose value `low` is added */
+static inline void num_turn(num x, double low, num *sine, num *cosine) {
+    lanes2 s, c;
+    lanes2_sincos(lanes2_of(x.part[0][0]), lanes2_of(low), &s, &c);
+    *sine = tangent_chain(x, s[0], c[0]);
+    *cosine = tangent_chain(x, c[0], -s[0]);
+}
+
 #endif
 
-#ifdef NUMBER_VEC
+#ifdef NUMBER_TANGENT
+typedef double num_plain;
+#define num_plain_of(x) (x)
+#elif defined NUMBER_VEC
+typedef num num_plain;
+#define num_plain_of num_of
+#endif
+
+#if defined NUMBER_VEC || defined NUMBER_TANGENT
 /* x y as a sum of two, by Dekker's and Veltkamp's splitting: the same in every instruction set */
-static inline num num_product(num x, num y, num *low) {
-    num big = num_of(0x1p27 + 1), p = x * y, a = big * x, b = big * y;
-    num xh = a - (a - x), xl = x - xh, yh = b - (b - y), yl = y - yh;
+static inline num_plain num_product(num_plain x, num_plain y, num_plain *low) {
+    num_plain big = num_plain_of(0x1p27 + 1), p = x * y, a = big * x, b = big * y;
+    num_plain xh = a - (a - x), xl = x - xh, yh = b - (b - y), yl = y - yh;
     *low = ((xh * yh - p) + xh * yl + xl * yh) + xl * yl;
     return p;
 }
 
+enum { NUM_TANH_DEPTH = 9 };
+static const double num_tanh_bound = 20;
+#endif
+
+#ifdef NUMBER_VEC
 /**
  * Sine and cosine of omega (time + late) + phase, to the last digits of double arithmetic with
  * omega time up to 1e12.
@@ -81,9 +114,15 @@ static inline void num_drive(num omega, num time, num late, num phase, num *sine
     num rest = (x - (sum - part)) + (phase - part);
     num_turn(sum, rest + (low + omega * late), sine, cosine);
 }
-
-enum { NUM_TANH_DEPTH = 9 };
-static const double num_tanh_bound = 20;
+#elif defined NUMBER_TANGENT
+/* as of doubles; the derivatives are those of omega (time + late) + phase */
+static inline void num_drive(num omega, num time, num late, num phase, num *sine, num *cosine) {
+    double w = omega.part[0][0], t = time.part[0][0], start = phase.part[0][0], low;
+    double x = num_product(w, t, &low), sum = x + start, part = sum - x;
+    double rest = (x - (sum - part)) + (start - part);
+    num angle = num_fma(omega, num_add(time, late), phase);
+    num_turn(tangent_with(angle, sum), rest + (low + w * late.part[0][0]), sine, cosine);
+}
 #else
 /** The square root of a number above 0, by two of Newton's steps from that of a double. */
 static inline num num_root(num x) {

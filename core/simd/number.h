@@ -7,6 +7,7 @@
  *     #define NUMBER_VEC 8             a vector of 2, 4 or 8 doubles, one value a lane
  *     #define NUMBER_DOUBLE_DOUBLE     32 digits: a sum of two of the widest vectors
  *     #define NUMBER_QUAD_DOUBLE       62 digits: a sum of four doubles
+ *     #define NUMBER_TANGENT           a double and its derivatives by seven parameters
  *     #define NUMBER_OTHER type        the file has defined num_of .. num_neg of `type` itself
  *
  * and then includes this file. All kinds have
@@ -23,7 +24,7 @@
  *     num_sincos(x, &sine, &cosine)
  *
  * and NUM_(name) is a function that one kind alone has.
- * Leaves to others: the arithmetic (vec, double_double, quad_double).
+ * Leaves to others: the arithmetic (vec, double_double, quad_double, tangent).
  * Invariant: the checks at the end of this file hold for every kind, or it does not compile. */
 #ifndef PEND_NUMBER_H
 #define PEND_NUMBER_H
@@ -41,6 +42,10 @@ typedef KERNEL_OF(pairs, ) num;
 #include "core/simd/quad_double.h"
 typedef quad num;
 #define NUM_(name) quad_##name
+#elif defined NUMBER_TANGENT
+#include "core/simd/tangent.h"
+typedef struct tangent num;
+#define NUM_(name) tangent_##name
 #else
 #ifndef NUMBER_VEC
 #define NUMBER_VEC 1

@@ -1,0 +1,130 @@
+/* A motion together with its derivatives with respect to any of its parameters and starts: the
+ * variational equations, by power series of numbers that carry derivatives.
+ * Leaves to others: names of parameters (api), motions alone (run).
+ * Invariant: arrays of results are in the CALLER's order of arms, the last axis is the parameter;
+ * the same problem gives the same bits, whatever the sizes of the blocks. */
+#ifndef PEND_DERIVATIVES_H
+#define PEND_DERIVATIVES_H
+
+#include "core/integrate/method.h"
+
+/* What a derivative is with respect to. */
+enum pend_parameter_kind {
+    PEND_PARAMETER_PHI,     /* the start's angle of an arm, rad */
+    PEND_PARAMETER_RATE,    /* the start's rate of an arm, rad/s */
+    PEND_PARAMETER_LENGTH,  /* of an arm, m; its rod and the joints at its tip go with it */
+    PEND_PARAMETER_MASS,    /* at the tip of an arm, kg */
+    PEND_PARAMETER_GRAVITY, /* m/s^2 */
+    PEND_PARAMETER_TERM     /* a number of the list of terms, in its unit */
+};
+
+struct pend_parameter {
+    enum pend_parameter_kind kind;
+    int at; /* the stored arm, or the place in the list of terms; of gravity 0 */
+};
+
+/* What is differentiated; the energies have one number a row, everything else one for each arm.
+ * FORCE is the compression at the tip; joint forces as struct bodies_forces has them. */
+enum pend_derived {
+    PEND_DERIVED_PHI,
+    PEND_DERIVED_RATE,
+    PEND_DERIVED_ACC,
+    PEND_DERIVED_FORCE,
+    PEND_DERIVED_Z_RE,
+    PEND_DERIVED_Z_IM,
+    PEND_DERIVED_ZD_RE,
+    PEND_DERIVED_ZD_IM,
+    PEND_DERIVED_ZDD_RE,
+    PEND_DERIVED_ZDD_IM,
+    PEND_DERIVED_JOINT_ALONG,
+    PEND_DERIVED_JOINT_ACROSS,
+    PEND_DERIVED_TIP_ACROSS,
+    PEND_DERIVED_KINETIC,
+    PEND_DERIVED_POTENTIAL,
+    PEND_DERIVED
+};
+
+/* Rows of results; NULL = not wanted. With n arms and P parameters a row has n values and n P
+ * derivatives, [arm * P + parameter]; of the energies 1 and P. */
+struct pend_derived_rows {
+    double *value[PEND_DERIVED], *derivative[PEND_DERIVED];
+};
+
+struct pend_derivatives;
+
+/**
+ * Prepares a motion with derivatives; no step is taken yet.
+ *
+ * derivatives  out; NULL on failure; released by pend_derivatives_free.
+ * problem      copied, but for its tree, loads, terms and list of instants, which must outlive the
+ *              result. rtol and atol are those of the taylor method, for the motion and for every
+ *              derivative; accuracy, step and no_drift do not matter.
+ * count        of parameters, >= 1.
+ * parameter    copied.
+ *
+ * PEND_INVALID    as of pend_run_new.
+ * PEND_NO_MEMORY  O(n (order + count)), one allocation and the terms of an ideal pendulum.
+ */
+PEND_MUST_CHECK enum pend_status pend_derivatives_new(struct pend_derivatives **derivatives,
+                                                      const struct pend_problem *problem, int count,
+                                                      const struct pend_parameter parameter[],
+                                                      struct pend_error *error);
+
+/** Frees the memory and clears the pointer; NULL is accepted. */
+void pend_derivatives_free(struct pend_derivatives **derivatives);
+
+/**
+ * Continues until `cap` rows are made, the last instant is reached or `work` is used up.
+ *
+ * rows   row 0 is the first instant that has no row yet. Angles are without the whole turns of a
+ *        huge start (turns.h).
+ * cap    >= 1.
+ * work   about the number of arm-evaluations in doubles that this call may take; it takes at least
+ *        one step or makes one row.
+ * made   out: the rows made, also on failure; it can be 0.
+ *
+ * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  error says the time. Later calls
+ * return the same failure. No allocation.
+ */
+PEND_MUST_CHECK enum pend_status pend_derivatives_next(struct pend_derivatives *derivatives,
+                                                       const struct pend_derived_rows *rows,
+                                                       long cap, double work, long *made,
+                                                       struct pend_error *error);
+
+/**
+ * The results of one state, whose angles and rates are the parameters of kinds PHI and RATE.
+ *
+ * phi, phi_low, rate  n values each, stored order; phi_low may be NULL.
+ * time                s, at which drives are taken.
+ * row                 of rows, which is filled in.
+ *
+ * Leaves the motion as it is. What overflows is not finite. O(n count), no allocation.
+ */
+void pend_derivatives_state(struct pend_derivatives *derivatives, const double phi[],
+                            const double phi_low[], const double rate[], double time,
+                            const struct pend_derived_rows *rows, long row);
+
+/** Returns the part of the time that has rows, 0 .. 1. O(1). */
+double pend_derivatives_progress(const struct pend_derivatives *derivatives);
+
+/** Returns the steps so far. O(1). */
+long pend_derivatives_steps(const struct pend_derivatives *derivatives);
+
+/** Returns the bytes that pend_derivatives_new allocates. O(harmonics). */
+double pend_derivatives_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
+                              int count);
+
+/** Returns true if the invariants of the structure hold. O(1). For assertions. */
+int pend_derivatives_valid(const struct pend_derivatives *derivatives);
+
+/**
+ * Shows a checkpoint the state of a motion between two calls of pend_derivatives_next. One that was
+ * just made of the same problem and into which a checkpoint restored this state goes on with the
+ * same bits. It must not have failed.
+ *
+ * PEND_INVALID  the restored state is not that of such a motion, which can only be freed then.
+ */
+PEND_MUST_CHECK enum pend_status pend_derivatives_carry(struct pend_derivatives *derivatives,
+                                                        struct pend_checkpoint *checkpoint);
+
+#endif

@@ -1,0 +1,381 @@
+#include "core/derivatives/kernel_derivatives.h"
+
+#include <math.h>
+#include <string.h>
+
+#define NUMBER_TANGENT
+#include "core/simd/number.h"
+
+#include "core/bodies/bodies_template.h"
+#include "core/taylor/taylor_order.h"
+
+/* Seven derivatives of a real double pendulum take 2.5 times as long as its motion alone (make
+ * bench). The peer is two motions more for each parameter, which cost 14 times as much and lose
+ * half of the digits. */
+
+enum {
+    DERIVATIVES_TRAILING = 4,
+    DERIVATIVES_LEADING = 4,
+    DERIVATIVES_AHEAD = 4, /* rows of a series beyond its order: turns are two ahead */
+    DERIVATIVES_LAST = 48  /* most orders */
+};
+
+/* binary logarithm of the part of the motion below which a derivative is not looked at: rounding
+ * has no limit of its own */
+static const double derivatives_floor = -40;
+
+/* numbers from one order to the next, an odd number of cache lines apart: orders an even number of
+ * lines apart evict each other, five times as slow with eight arms */
+static size_t derivatives_stride(int n) { return (size_t)(n < 8 ? n : 8) | 1; }
+
+static size_t derivatives_tile(int n, int order) {
+    return derivatives_stride(n) * (size_t)(order + DERIVATIVES_AHEAD);
+}
+
+static size_t derivatives_series(int n, int order) {
+    return (size_t)(n + 7) / 8 * derivatives_tile(n, order) | 1;
+}
+
+static size_t derivatives_count(const struct pend_terms *terms, int n, int order) {
+    size_t series = derivatives_series(n, order);
+    return 4 * series + bodies_numbers(terms, (size_t)n, series, order);
+}
+
+VEC_INLINE num *derivatives_number(double *at) { return (num *)(void *)at; }
+
+static struct bodies_system derivatives_system(const struct derivatives_pass *pass, double *memory,
+                                               int order) {
+    int n = pass->tree->n;
+    size_t series = derivatives_series(n, order);
+    num *at = derivatives_number(memory);
+    struct bodies_system s = {.n = n,
+                              .stride = derivatives_stride(n),
+                              .tile = derivatives_tile(n, order),
+                              .parent = pass->tree->parent,
+                              .terms = pass->terms,
+                              .len = derivatives_number(pass->len),
+                              .mass = derivatives_number(pass->mass),
+                              .value = derivatives_number(pass->value),
+                              .rate = at,
+                              .force = at + series,
+                              .turn_re = at + 2 * series,
+                              .turn_im = at + 3 * series};
+    bodies_lay(&s, (size_t)n, series, order, at + 4 * series);
+    return s;
+}
+
+/* cosines and sines of the angles to the parents, and these angles; rates in units */
+static void derivatives_start(const struct bodies_system *s, const num phi[], const num low[],
+                              const num rate[], num unit) {
+    // pi / 2 as a sum of two
+    const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54;
+    for (int k = 0; k < s->n; k++) {
+        int p = s->parent[k];
+        num d = p < 0 ? phi[k] : num_sub(phi[k], phi[p]);
+        double x = phi[k].part[0][0], y = p < 0 ? 0 : phi[p].part[0][0], gap = x - y;
+        double back = x - gap, rest = (x - (gap + back)) + (back - y);
+        if (low) rest += low[k].part[0][0] - (p < 0 ? 0 : low[p].part[0][0]);
+        num_turn(d, rest, &s->sine[k], &s->cosine[k]);
+        s->bend[k] = tangent_with(d, p < 0 ? (gap + quarter) + (rest + quarter_low) : gap + rest);
+        s->rate[bodies_row(s, k)] = num_mul(rate[k], unit);
+    }
+}
+
+/* ---- the length of a step */
+
+/* binary logarithms of the largest coefficients of order j, a lane for the value and each
+ * derivative */
+static void derivatives_norm(const struct bodies_system *s, int j, wide norm[TANGENT_PARTS]) {
+    for (int p = 0; p < TANGENT_PARTS; p++) {
+        wide most = wide_of(0);
+        for (int k = 0; k < s->n; k++)
+            most = WIDE_(peak)(s->rate[bodies_row(s, k) + (size_t)j * s->stride].part[p], most);
+        norm[p] = WIDE_(log2)(most) - (wide)((wide_mask)(most == 0) & (wide_mask)wide_of(1e4));
+    }
+}
+
+/* the rule of step_template for each lane; a derivative's motion is at least the floor's part of
+ * the value's */
+static double derivatives_reach(const struct bodies_system *s, int order, double log_rtol,
+                                double log_atol) {
+    wide leading[DERIVATIVES_LEADING][TANGENT_PARTS], reach = wide_of(10);
+    double spread = (PEND_TAYLOR_LOG_CAP - log_rtol) / (order + 1), least = 10;
+    for (int i = 0; i < DERIVATIVES_LEADING; i++) {
+        derivatives_norm(s, i, leading[i]);
+        wide floor = wide_of(leading[i][0][0] + derivatives_floor);
+        for (int p = 0; p < TANGENT_PARTS; p++)
+            leading[i][p] = WIDE_(max)(leading[i][p], floor) - log2(i + 1);
+    }
+    for (int j = order - DERIVATIVES_TRAILING + 1; j <= order; j++) {
+        wide trailing[TANGENT_PARTS];
+        derivatives_norm(s, j, trailing);
+        for (int p = 0; p < TANGENT_PARTS; p++) {
+            wide far = log_atol / (order + 2) - trailing[p] / (double)(j + 1);
+            wide here = wide_of(-1e4);
+            for (int i = 0; i < DERIVATIVES_LEADING; i++)
+                here = WIDE_(max)(here, log_rtol / (order + 1 - i) +
+                                            (leading[i][p] - trailing[p]) / (double)(j - i));
+            here = WIDE_(max)(here, WIDE_(min)(far, here + spread));
+            reach = WIDE_(min)(reach, here);
+        }
+    }
+    for (int i = 0; i < WIDE; i++) least = fmin(least, reach[i]);
+    return exp2(fmax(least, -60));
+}
+
+static int derivatives_finite(const struct bodies_system *s, int order) {
+    wide bad = wide_of(0);
+    for (int k = 0; k < s->n; k++)
+        for (int j = 0; j <= order; j++)
+            for (int p = 0; p < TANGENT_PARTS; p++)
+                bad += s->rate[bodies_row(s, k) + (size_t)j * s->stride].part[p] * 0;
+    double sum = 0;
+    for (int i = 0; i < WIDE; i++) sum += bad[i];
+    return sum == 0;
+}
+
+static double derivatives_expand(const struct derivatives_pass *pass, double log_rtol,
+                                 double log_atol) {
+    struct bodies_system s = derivatives_system(pass, pass->series, pass->order);
+    double sum = pass->start + pass->time, part = sum - pass->start;
+    double late = (pass->start - (sum - part)) + (pass->time - part);
+    num unit = num_of(pass->unit);
+    num gravity = num_mul(*derivatives_number(pass->gravity), num_of(pass->unit * pass->unit));
+    struct bodies_moment now = {unit, gravity, num_of(sum), num_of(late)};
+    derivatives_start(&s, derivatives_number(pass->phi), derivatives_number(pass->phi_low),
+                      derivatives_number(pass->rate), unit);
+    bodies_orders(&s, &now, pass->order);
+    if (!derivatives_finite(&s, pass->order)) return NAN;
+    return derivatives_reach(&s, pass->order, log_rtol, log_atol);
+}
+
+/* ---- the state inside a step */
+
+/* adds to a sum of two */
+VEC_INLINE void derivatives_sum(double *high, double *low, double *from, double *from_low, int k,
+                                num add) {
+    num x = derivatives_number(from)[k], y = derivatives_number(from_low)[k], lost;
+    for (int p = 0; p < TANGENT_PARTS; p++) {
+        wide more = add.part[p] + y.part[p], total = x.part[p] + more, part = total - x.part[p];
+        lost.part[p] = (x.part[p] - (total - part)) + (more - part);
+        x.part[p] = total;
+    }
+    derivatives_number(high)[k] = x;
+    derivatives_number(low)[k] = lost;
+}
+
+/* phi and unit phi' less their start, unit^2 phi'' and unit^2 lambda of an arm */
+struct derivatives_sums {
+    num phi, rate, acc, force;
+};
+
+VEC_INLINE num derivatives_horner(num sum, double x, num c, double factor) {
+    for (int p = 0; p < TANGENT_PARTS; p++)
+        sum.part[p] = wide_fma(sum.part[p], wide_of(x), c.part[p] * factor);
+    return sum;
+}
+
+VEC_INLINE struct derivatives_sums derivatives_at(const struct bodies_system *s, int order, int k,
+                                                  double x, const double share[], int all) {
+    num zero = num_of(0);
+    struct derivatives_sums sum = {zero, zero, zero, zero};
+    const num *rate = s->rate + bodies_row(s, k), *force = s->force + bodies_row(s, k);
+    for (int j = order; j >= 1; j--) {
+        num c = rate[(size_t)j * s->stride];
+        sum.phi = derivatives_horner(sum.phi, x, c, share[j]);
+        sum.rate = derivatives_horner(sum.rate, x, c, 1);
+        if (!all) continue;
+        sum.acc = derivatives_horner(sum.acc, x, c, j);
+        sum.force = derivatives_horner(sum.force, x, force[(size_t)(j - 1) * s->stride], 1);
+    }
+    sum.phi = derivatives_horner(derivatives_horner(sum.phi, x, rate[0], 1), x, zero, 1);
+    sum.rate = derivatives_horner(sum.rate, x, zero, 1);
+    return sum;
+}
+
+static void derivatives_shares(int order, double share[DERIVATIVES_LAST]) {
+    for (int j = 0; j <= order; j++) share[j] = 1.0 / (j + 1);
+}
+
+static void derivatives_advance(const struct derivatives_pass *pass, double x) {
+    struct bodies_system s = derivatives_system(pass, pass->series, pass->order);
+    double share[DERIVATIVES_LAST];
+    derivatives_shares(pass->order, share);
+    for (int k = 0; k < s.n; k++) {
+        struct derivatives_sums sum = derivatives_at(&s, pass->order, k, x, share, 0);
+        num rate = num_mul(sum.rate, num_of(1 / pass->unit));
+        derivatives_sum(pass->end_phi, pass->end_low, pass->phi, pass->phi_low, k, sum.phi);
+        derivatives_sum(pass->end_rate, pass->slow, pass->rate, pass->rate_low, k, rate);
+    }
+}
+
+static void derivatives_values(const struct derivatives_pass *pass, double x,
+                               const struct derivatives_view *view) {
+    struct bodies_system s = derivatives_system(pass, pass->series, pass->order);
+    double share[DERIVATIVES_LAST], inverse = 1 / pass->unit;
+    int all = view->acc || view->force;
+    derivatives_shares(pass->order, share);
+    for (int k = 0; k < s.n; k++) {
+        struct derivatives_sums sum = derivatives_at(&s, pass->order, k, x, share, all);
+        const num *phi = derivatives_number(pass->phi), *low = derivatives_number(pass->phi_low);
+        const num *rate = derivatives_number(pass->rate),
+                  *slow = derivatives_number(pass->rate_low);
+        derivatives_number(view->phi)[k] = num_add(phi[k], num_add(sum.phi, low[k]));
+        num gain = num_mul(sum.rate, num_of(inverse)), square = num_of(inverse * inverse);
+        derivatives_number(view->rate)[k] = num_add(rate[k], num_add(gain, slow[k]));
+        if (view->acc) derivatives_number(view->acc)[k] = num_mul(sum.acc, square);
+        if (view->force) derivatives_number(view->force)[k] = num_mul(sum.force, square);
+    }
+}
+
+/* ---- what follows from a state */
+
+struct derivatives_vector {
+    num x, y;
+};
+
+/* the pivot's place, its velocity or its acceleration: the derivative of that order */
+static struct derivatives_vector derivatives_pivot(const struct bodies_system *s,
+                                                   const struct bodies_moment *now, int order) {
+    struct derivatives_vector sum = {num_of(0), num_of(0)};
+    num t = now->time, half = num_mul(num_mul(t, t), num_of(0.5));
+    num part = order == 2 ? num_of(1) : order ? t : half;
+    sum.x = num_mul(part, bodies_one(s, PEND_TERM_PIVOT_ACCELERATION_X));
+    sum.y = num_mul(part, bodies_one(s, PEND_TERM_PIVOT_ACCELERATION_Y));
+    for (int i = 0; i < s->terms->harmonics && s->terms->harmonic[i].drives < 0; i++) {
+        const struct pend_harmonic *h = &s->terms->harmonic[i];
+        num *to = h->drives == PEND_DRIVE_PIVOT_X ? &sum.x : &sum.y;
+        bodies_harmonic(s, now, h->at, order, 0, to, 1);
+    }
+    return sum;
+}
+
+/* x + i y turned by u */
+VEC_INLINE struct derivatives_vector derivatives_turn(num x, num y, struct derivatives_vector u) {
+    return (struct derivatives_vector){num_sub(num_mul(x, u.x), num_mul(y, u.y)),
+                                       num_fma(x, u.y, num_mul(y, u.x))};
+}
+
+/* the change of a vector that turns: its first or its second derivative by time */
+VEC_INLINE struct derivatives_vector derivatives_swing(struct derivatives_vector v, num rate,
+                                                       num acc, int order) {
+    if (!order) return v;
+    if (order == 1)
+        return (struct derivatives_vector){num_neg(num_mul(rate, v.y)), num_mul(rate, v.x)};
+    num square = num_mul(rate, rate);
+    return (struct derivatives_vector){num_neg(num_fma(acc, v.y, num_mul(square, v.x))),
+                                       num_sub(num_mul(acc, v.x), num_mul(square, v.y))};
+}
+
+/* Places of all tips, their velocities or accelerations, and those of the joints, in the axes. The
+ * directions of the arms are in wind, joints in base. */
+static void derivatives_tips(const struct bodies_system *s, const struct bodies_moment *now,
+                             const struct derivatives_view *view, int order, num re[], num im[]) {
+    const num *rate = derivatives_number(view->rate), *acc = derivatives_number(view->acc);
+    struct derivatives_vector pivot = derivatives_pivot(s, now, order);
+    for (int k = 0; k < s->n; k++) {
+        int p = s->parent[k];
+        struct derivatives_vector u = {s->wind_x[k], s->wind_y[k]}, base = pivot;
+        num zero = num_of(0);
+        if (p >= 0) {
+            struct derivatives_vector up = {s->wind_x[p], s->wind_y[p]};
+            up = derivatives_turn(s->point_x[k], s->point_y[k], up);
+            up = derivatives_swing(up, rate[p], acc ? acc[p] : zero, order);
+            base.x = num_add(s->base_x[p], up.x), base.y = num_add(s->base_y[p], up.y);
+        }
+        s->base_x[k] = base.x, s->base_y[k] = base.y;
+        struct derivatives_vector arm = derivatives_turn(s->len[k], zero, u);
+        arm = derivatives_swing(arm, rate[k], acc ? acc[k] : zero, order);
+        if (re) re[k] = num_add(base.x, arm.x);
+        if (im) im[k] = num_add(base.y, arm.y);
+    }
+}
+
+/* kinetic energy, from the joints' velocities in base: M |v|^2 / 2 + Re(conj(v) i h u) phi' +
+ * J phi'^2 / 2 */
+static num derivatives_kinetic(const struct bodies_system *s, const num rate[]) {
+    num sum = num_of(0), half = num_of(0.5);
+    for (int k = 0; k < s->n; k++) {
+        struct derivatives_vector u = {s->wind_x[k], s->wind_y[k]};
+        struct derivatives_vector h = derivatives_turn(s->moment_x[k], s->moment_y[k], u);
+        num vx = s->base_x[k], vy = s->base_y[k], square = num_fma(vx, vx, num_mul(vy, vy));
+        num across = num_sub(num_mul(vy, h.x), num_mul(vx, h.y));
+        sum = num_fma(num_mul(half, s->body[k]), square, sum);
+        sum = num_fma(rate[k], across, sum);
+        sum = num_fma(num_mul(half, s->inertia[k]), num_mul(rate[k], rate[k]), sum);
+    }
+    return sum;
+}
+
+/* potential energy, from the joints' places in base: of gravity and of springs */
+static num derivatives_potential(const struct bodies_system *s, num gravity) {
+    num sum = num_of(0), half = num_of(0.5);
+    for (int k = 0; k < s->n; k++) {
+        struct derivatives_vector u = {s->wind_x[k], s->wind_y[k]};
+        struct derivatives_vector h = derivatives_turn(s->moment_x[k], s->moment_y[k], u);
+        num bent = num_sub(s->bend[k], bodies_get(s, PEND_TERM_REST, k));
+        num stiff = num_mul(half, bodies_get(s, PEND_TERM_STIFFNESS, k));
+        sum = num_fma(gravity, num_fma(s->body[k], s->base_y[k], h.y), sum);
+        sum = num_fma(stiff, num_mul(bent, bent), sum);
+    }
+    return sum;
+}
+
+/* accelerations and forces of the state; they overwrite the scratch of tips */
+static void derivatives_forces(const struct bodies_system *s, const struct bodies_moment *now,
+                               const struct derivatives_view *view) {
+    bodies_orders(s, now, 1);
+    for (int k = 0; k < s->n; k++) {
+        size_t row = bodies_row(s, k);
+        num x = s->base_x[k], y = s->base_y[k];
+        num along = num_fma(s->form_xx[k], x, num_fma(s->form_xy[k], y, s->asked_x[k]));
+        num across = num_fma(s->form_xy[k], x, num_fma(s->form_yy[k], y, s->asked_y[k]));
+        if (view->acc) derivatives_number(view->acc)[k] = s->rate[row + s->stride];
+        if (view->force) derivatives_number(view->force)[k] = s->tip_x[row];
+        if (view->tip_across) derivatives_number(view->tip_across)[k] = s->tip_y[row];
+        if (view->joint_along) derivatives_number(view->joint_along)[k] = along;
+        if (view->joint_across) derivatives_number(view->joint_across)[k] = across;
+    }
+}
+
+/* the directions of the arms, into wind */
+static void derivatives_directions(const struct bodies_system *s, const num phi[]) {
+    for (int k = 0; k < s->n; k++) num_turn(phi[k], 0, &s->wind_y[k], &s->wind_x[k]);
+}
+
+static void derivatives_observe(const struct derivatives_pass *pass, double time, int dynamics,
+                                const struct derivatives_view *view) {
+    struct bodies_system s = derivatives_system(pass, pass->place, 1);
+    num gravity = *derivatives_number(pass->gravity), zero = num_of(0);
+    const num *phi = derivatives_number(view->phi), *rate = derivatives_number(view->rate);
+    struct bodies_moment now = {num_of(1), gravity, num_of(time), zero};
+    derivatives_start(&s, phi, NULL, rate, num_of(1));
+    if (dynamics) derivatives_forces(&s, &now, view);
+    for (int k = 0; k < s.n; k++) {
+        bodies_point(&s, k);
+        bodies_alone(&s, k);
+    }
+    derivatives_directions(&s, phi);
+    if (view->z_re || view->potential) {
+        derivatives_tips(&s, &now, view, 0, derivatives_number(view->z_re),
+                         derivatives_number(view->z_im));
+        if (view->potential)
+            *derivatives_number(view->potential) = derivatives_potential(&s, gravity);
+    }
+    if (view->zd_re || view->kinetic) {
+        derivatives_tips(&s, &now, view, 1, derivatives_number(view->zd_re),
+                         derivatives_number(view->zd_im));
+        if (view->kinetic) *derivatives_number(view->kinetic) = derivatives_kinetic(&s, rate);
+    }
+    if (view->zdd_re)
+        derivatives_tips(&s, &now, view, 2, derivatives_number(view->zdd_re),
+                         derivatives_number(view->zdd_im));
+}
+
+const struct derivatives_kernel KERNEL_NAME(pend_kernel_derivatives_) = {
+    .count = derivatives_count,
+    .expand = derivatives_expand,
+    .advance = derivatives_advance,
+    .values = derivatives_values,
+    .observe = derivatives_observe,
+};

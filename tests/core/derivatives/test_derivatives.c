@@ -1,0 +1,548 @@
+/* Tests of motions with derivatives: central differences in 32 digits, the laws of flows, ends,
+ * checkpoints and faults.
+ * Leaves to others: the motion itself (laws), requests (api).
+ * Invariant: pendulums are random, from seeds; arrays of a parameter are in the caller's order. */
+#include "core/derivatives/derivatives.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/ensemble/lyapunov.h"
+#include "core/extended/extended.h"
+#include "core/integrate/run.h"
+#include "tests/harness/bodies.h"
+#include "tests/harness/test.h"
+#include "tests/harness/trees.h"
+
+enum { ARMS = 6, PARAMETERS = 16, ROWS = 5 };
+
+/* the parameters of a pendulum's state: all angles, then all rates */
+static int state_parameters(int n, struct pend_parameter by[]) {
+    for (int k = 0; k < n; k++) {
+        by[k] = (struct pend_parameter){PEND_PARAMETER_PHI, k};
+        by[n + k] = (struct pend_parameter){PEND_PARAMETER_RATE, k};
+    }
+    return 2 * n;
+}
+
+static struct pend_problem problem_of(const struct test_tree *t, const struct pend_loads *loads,
+                                      double span) {
+    return (struct pend_problem){
+        .tree = t->tree,
+        .loads = *loads,
+        .phi = t->phi,
+        .rate = t->rate,
+        .times = {.count = ROWS, .start = 0.7, .span = span, .divisor = ROWS - 1},
+        .rtol = 1e-14};
+}
+
+/* rows of phi and rate: values [row n + arm], derivatives [(row n + arm) count + parameter] */
+struct answer {
+    double phi[ROWS * ARMS], rate[ROWS * ARMS];
+    double phi_by[ROWS * ARMS * PARAMETERS], rate_by[ROWS * ARMS * PARAMETERS];
+    long rows, steps;
+};
+
+static void answer_of(const struct pend_problem *problem, int count,
+                      const struct pend_parameter by[], struct answer *a) {
+    struct pend_derivatives *d;
+    struct pend_error error = {0};
+    struct pend_derived_rows rows = {.value = {a->phi, a->rate},
+                                     .derivative = {a->phi_by, a->rate_by}};
+    a->rows = 0;
+    CHECK_SAYING(pend_derivatives_new(&d, problem, count, by, &error) == PEND_OK, "%s", error.text);
+    if (!d) return;
+    CHECK_SAYING(pend_derivatives_next(d, &rows, ROWS, INFINITY, &a->rows, &error) == PEND_OK, "%s",
+                 error.text);
+    CHECK(pend_derivatives_progress(d) == 1);
+    a->steps = pend_derivatives_steps(d);
+    pend_derivatives_free(&d);
+}
+
+/* ---- against differences in 32 digits */
+
+/* the state at the end, as sums of two */
+struct end {
+    double phi[ARMS], phi_low[ARMS], rate[ARMS], rate_low[ARMS];
+};
+
+static void end_of(const struct test_tree *t, const struct pend_loads *loads, double span,
+                   struct end *end) {
+    struct pend_extended *extended;
+    struct pend_extended_state start = {t->phi, NULL, t->rate, NULL};
+    struct pend_extended_state out = {end->phi, end->phi_low, end->rate, end->rate_low};
+    REQUIRE(pend_extended_new(&extended, t->tree, loads->terms, 1e-24, 0, 1, pend_isa_best(),
+                              NULL) == PEND_OK);
+    pend_extended_start(extended, 0, loads, &start, 0.7, span);
+    while (pend_extended_lane(extended, 0) == PEND_EXTENDED_UNDER_WAY)
+        (void)pend_extended_step(extended);
+    pend_extended_end(extended, 0, &out);
+    pend_extended_free(&extended);
+}
+
+/* where a parameter of the pendulum stands; of an arm's own numbers in the caller's order */
+static double *parameter_of(struct test_tree *t, struct test_bodies *b, struct pend_parameter by) {
+    switch (by.kind) {
+    case PEND_PARAMETER_PHI:
+        return &t->phi[by.at];
+    case PEND_PARAMETER_RATE:
+        return &t->rate[by.at];
+    case PEND_PARAMETER_LENGTH:
+        return &t->length[t->tree->order[by.at]];
+    case PEND_PARAMETER_MASS:
+        return &t->mass[t->tree->order[by.at]];
+    case PEND_PARAMETER_GRAVITY:
+        return &b->loads.gravity;
+    case PEND_PARAMETER_TERM:
+        return &b->value[by.at];
+    }
+    abort();
+}
+
+/* any parameter that the pendulum has */
+static struct pend_parameter
+parameter_random(const struct test_tree *t, const struct test_bodies *b, unsigned long long *seed) {
+    for (;;) {
+        enum pend_parameter_kind kind = (enum pend_parameter_kind)test_random_int(seed, 6);
+        int at = 0;
+        if (kind != PEND_PARAMETER_GRAVITY)
+            at = test_random_int(seed, kind == PEND_PARAMETER_TERM ? b->terms->count : t->n);
+        // numbers of arms that hang at a tip have no place of their own
+        if (kind != PEND_PARAMETER_TERM || b->value[at] != 0)
+            return (struct pend_parameter){kind, at};
+    }
+}
+
+/* the largest error of the derivatives by one parameter at the end, over the largest of them */
+static double difference_gap(struct test_tree *t, struct test_bodies *b, struct pend_parameter by,
+                             double span, const struct answer *a, int count, int column) {
+    static struct end side[2];
+    double *x = parameter_of(t, b, by), middle = *x, h = fmax(fabs(middle), 0.1) * 1e-8;
+    double low = middle - h, high = middle + h, most = 0, gap = 0;
+    for (int i = 0; i < 2; i++) {
+        *x = i ? high : low;
+        if (by.kind == PEND_PARAMETER_LENGTH || by.kind == PEND_PARAMETER_MASS)
+            test_tree_rebuild(t);
+        end_of(t, &b->loads, span, &side[i]);
+    }
+    *x = middle;
+    if (by.kind == PEND_PARAMETER_LENGTH || by.kind == PEND_PARAMETER_MASS) test_tree_rebuild(t);
+    for (int k = 0; k < t->n; k++) {
+        size_t at =
+            (size_t)((ROWS - 1) * t->n + t->tree->order[k]) * (size_t)count + (size_t)column;
+        double phi = (side[1].phi[k] - side[0].phi[k]) + (side[1].phi_low[k] - side[0].phi_low[k]);
+        double rate =
+            (side[1].rate[k] - side[0].rate[k]) + (side[1].rate_low[k] - side[0].rate_low[k]);
+        phi /= high - low, rate /= high - low;
+        most = fmax(most, fmax(fabs(phi), fabs(rate)));
+        gap = fmax(gap, fmax(fabs(a->phi_by[at] - phi), fabs(a->rate_by[at] - rate)));
+    }
+    // a derivative that is next to nothing has the digits of what it is a difference of
+    return gap / fmax(most, 1e-3);
+}
+
+TEST(derivatives_are_differences_in_32_digits_on_100_random_pendulums) {
+    enum { TREES = 100, EACH = 2 };
+    unsigned long long seed = 31;
+    double worst = 0;
+    for (int i = 0; i < TREES; i++) {
+        struct test_tree t;
+        struct test_bodies b;
+        struct pend_parameter by[EACH];
+        static struct answer a;
+        double span = i % 3 ? 0.3 : -0.2;
+        test_tree_random(&t, TEST_TREE_ATTACHED, 1 + i % 4, 0.3, &seed);
+        test_bodies_random(&b, t.tree, i % 9 < 8 ? 1u << (i % 9) : TEST_TERMS_ALL, &seed);
+        for (int j = 0; j < EACH; j++) by[j] = parameter_random(&t, &b, &seed);
+        struct pend_problem problem = problem_of(&t, &b.loads, span);
+        answer_of(&problem, EACH, by, &a);
+        for (int j = 0; j < EACH; j++) {
+            double gap = difference_gap(&t, &b, by[j], span, &a, EACH, j);
+            if (!(gap <= worst)) worst = gap;
+            CHECK_SAYING(gap < 1e-10, "pendulum %d, kind %d at %d: %g", i, (int)by[j].kind,
+                         by[j].at, gap);
+        }
+        test_bodies_clear(&b);
+        test_tree_clear(&t);
+    }
+    CHECK_RESIDUAL(worst, 1e-11, "derivatives against differences in 32 digits");
+}
+
+/* ---- laws of flows */
+
+/* p = M(phi) phi' and its derivatives by the state, of an ideal double pendulum with S^T M S as the
+ * paper has it: M_ij = mu_max(i,j) l_i l_j cos(phi_i - phi_j) */
+static void momenta(const struct pend_tree *tree, const double phi[2], const double rate[2],
+                    double by_phi[2][2], double by_rate[2][2]) {
+    double mass[2] = {tree->mass[0] + tree->mass[1], tree->mass[1]};
+    memset(by_phi, 0, 4 * sizeof(double));
+    for (int i = 0; i < 2; i++)
+        for (int j = 0; j < 2; j++) {
+            double size = mass[i > j ? i : j] * tree->len[i] * tree->len[j], d = phi[i] - phi[j];
+            by_rate[i][j] = size * cos(d);
+            by_phi[i][i] -= size * sin(d) * rate[j];
+            by_phi[i][j] += size * sin(d) * rate[j];
+        }
+}
+
+/* the matrix of d(phi, p) by d(phi, rate) */
+static void canonical(const struct pend_tree *tree, const double phi[2], const double rate[2],
+                      double m[4][4]) {
+    double by_phi[2][2], by_rate[2][2];
+    memset(m, 0, 16 * sizeof(double));
+    momenta(tree, phi, rate, by_phi, by_rate);
+    for (int i = 0; i < 2; i++) {
+        m[i][i] = 1;
+        for (int j = 0; j < 2; j++) m[2 + i][j] = by_phi[i][j], m[2 + i][2 + j] = by_rate[i][j];
+    }
+}
+
+/* a^T J b, J the symplectic form of four numbers */
+static double form(const double a[4], const double b[4]) {
+    return a[0] * b[2] + a[1] * b[3] - a[2] * b[0] - a[3] * b[1];
+}
+
+/* D^T J D - J of D in (phi, p) is (A_end D)^T J (A_end D) - A^T J A of D in (phi, rate) */
+TEST(derivatives_of_a_conservative_motion_are_symplectic) {
+    unsigned long long seed = 5;
+    const int parent[] = {-1, 0};
+    double worst = 0;
+    for (int i = 0; i < 5; i++) {
+        struct test_tree t;
+        struct pend_parameter by[PARAMETERS];
+        static struct answer a;
+        test_tree_init(&t, 2, parent, 0.3, &seed);
+        struct pend_problem problem = problem_of(&t, TEST_LOADS(9.81), 2);
+        answer_of(&problem, state_parameters(2, by), by, &a);
+        double begin[4][4], end[4][4], column[4][4], size = 0;
+        const double *phi = a.phi + (ROWS - 1) * 2, *rate = a.rate + (ROWS - 1) * 2;
+        canonical(t.tree, t.phi, t.rate, begin);
+        canonical(t.tree, phi, rate, end);
+        for (int j = 0; j < 4; j++) {
+            double d[4];
+            for (int k = 0; k < 2; k++) {
+                d[k] = a.phi_by[((ROWS - 1) * 2 + k) * 4 + j];
+                d[2 + k] = a.rate_by[((ROWS - 1) * 2 + k) * 4 + j];
+            }
+            for (int r = 0; r < 4; r++) {
+                column[j][r] = 0;
+                for (int k = 0; k < 4; k++) column[j][r] += end[r][k] * d[k];
+                size = fmax(size, fabs(column[j][r]));
+            }
+        }
+        for (int j = 0; j < 4; j++)
+            for (int k = 0; k < 4; k++) {
+                double own[2][4];
+                for (int r = 0; r < 4; r++) own[0][r] = begin[r][j], own[1][r] = begin[r][k];
+                double gap = form(column[j], column[k]) - form(own[0], own[1]);
+                worst = fmax(worst, fabs(gap) / (size * size));
+            }
+        test_tree_clear(&t);
+    }
+    CHECK_RESIDUAL(worst, 1e-13, "D^T J D - J over |D|^2");
+}
+
+/* moved along its own flow, the start moves the end along the flow: D (phi', phi'')_0 is
+ * (phi', phi'')_end where nothing depends on time */
+TEST(derivatives_carry_the_flow_along_itself) {
+    unsigned long long seed = 8;
+    double worst = 0;
+    for (int i = 0; i < 6; i++) {
+        struct test_tree t;
+        struct test_bodies b;
+        struct pend_parameter by[PARAMETERS];
+        double phi[ROWS * ARMS], rate[ROWS * ARMS], acc[ROWS * ARMS];
+        static double phi_by[ROWS * ARMS * PARAMETERS], rate_by[ROWS * ARMS * PARAMETERS];
+        struct pend_derived_rows rows = {.value = {phi, rate, acc},
+                                         .derivative = {phi_by, rate_by}};
+        long made = 0;
+        test_tree_random(&t, TEST_TREE_ATTACHED, 1 + i, 0.3, &seed);
+        test_bodies_random(&b, t.tree, TEST_TERMS_ALL & ~(TEST_TERMS_TORQUES | TEST_TERMS_PIVOT),
+                           &seed);
+        struct pend_problem problem = problem_of(&t, &b.loads, 0.5);
+        struct pend_derivatives *d;
+        int n = t.n, count = state_parameters(n, by);
+        REQUIRE(pend_derivatives_new(&d, &problem, count, by, NULL) == PEND_OK);
+        CHECK(pend_derivatives_next(d, &rows, ROWS, INFINITY, &made, NULL) == PEND_OK);
+        double most = 0, gap = 0;
+        for (int k = 0; k < n; k++) {
+            int row = (ROWS - 1) * n + k;
+            double turned = 0, faster = 0;
+            for (int j = 0; j < n; j++) {
+                int arm = t.tree->order[j];
+                turned += phi_by[row * count + j] * rate[arm];
+                turned += phi_by[row * count + n + j] * acc[arm];
+                faster += rate_by[row * count + j] * rate[arm];
+                faster += rate_by[row * count + n + j] * acc[arm];
+            }
+            most = fmax(most, fmax(fabs(rate[row]), fabs(acc[row])));
+            gap = fmax(gap, fmax(fabs(turned - rate[row]), fabs(faster - acc[row])));
+        }
+        worst = fmax(worst, gap / most);
+        pend_derivatives_free(&d);
+        test_bodies_clear(&b);
+        test_tree_clear(&t);
+    }
+    CHECK_RESIDUAL(worst, 1e-13, "D of the flow against the flow");
+}
+
+/* Lengths a times as long and gravity a times as large are another unit of length: angles stay, so
+ * that the sum of l d/dl and g d/dg of them is 0. Masses all alike: the sum of m d/dm is 0. */
+TEST(derivatives_obey_a_change_of_units) {
+    unsigned long long seed = 13;
+    double worst = 0;
+    for (int i = 0; i < 5; i++) {
+        struct test_tree t;
+        struct pend_parameter by[PARAMETERS];
+        static struct answer a;
+        int n = 2 + i;
+        test_tree_random(&t, TEST_TREE_ATTACHED, n, 0.3, &seed);
+        for (int k = 0; k < n; k++) {
+            by[k] = (struct pend_parameter){PEND_PARAMETER_LENGTH, k};
+            by[n + k] = (struct pend_parameter){PEND_PARAMETER_MASS, k};
+        }
+        by[2 * n] = (struct pend_parameter){PEND_PARAMETER_GRAVITY, 0};
+        struct pend_problem problem = problem_of(&t, TEST_LOADS(9.81), 0.6);
+        answer_of(&problem, 2 * n + 1, by, &a);
+        for (int k = 0; k < n; k++) {
+            const double *row = a.phi_by + ((ROWS - 1) * n + k) * (2 * n + 1);
+            double length = 9.81 * row[2 * n], mass = 0, size = fabs(length);
+            for (int j = 0; j < n; j++) {
+                length += t.tree->len[j] * row[j];
+                mass += t.tree->mass[j] * row[n + j];
+                size = fmax(size, fabs(t.tree->len[j] * row[j]));
+            }
+            worst = fmax(worst, fmax(fabs(length), fabs(mass)) / size);
+        }
+        test_tree_clear(&t);
+    }
+    CHECK_RESIDUAL(worst, 1e-12, "sums of scaled derivatives");
+}
+
+/* the largest exponent is the growth of the derivatives by the state */
+TEST(derivatives_grow_as_the_lyapunov_exponent_says) {
+    const double length[] = {1, 1}, mass[] = {1, 1}, phi[] = {1, 1.3}, rate[] = {0, 0};
+    const int parent[] = {-1, 0};
+    enum { SPAN = 40 };
+    struct pend_tree *tree;
+    struct pend_parameter by[PARAMETERS];
+    REQUIRE(pend_tree_new(&tree, 2, length, mass, parent, NULL) == PEND_OK);
+    struct pend_problem problem = {.tree = tree,
+                                   .loads = {.gravity = 9.81},
+                                   .phi = phi,
+                                   .rate = rate,
+                                   .times = {.count = 2, .span = SPAN, .divisor = 1},
+                                   .rtol = 1e-14};
+    struct pend_lyapunov_problem other = {.tree = tree,
+                                          .loads = {.gravity = 9.81},
+                                          .phi = phi,
+                                          .rate = rate,
+                                          .count = 1,
+                                          .interval = 1,
+                                          .rtol = 1e-14};
+    static struct answer a;
+    answer_of(&problem, state_parameters(2, by), by, &a);
+    double most = 0, exponent = 0, error = 0;
+    for (int k = 8; k < 16; k++) most = fmax(most, fmax(fabs(a.phi_by[k]), fabs(a.rate_by[k])));
+    struct pend_lyapunov *lyapunov;
+    REQUIRE(pend_lyapunov_new(&lyapunov, &other, NULL) == PEND_OK);
+    for (int i = 0, done = 0; i < SPAN; i += done)
+        REQUIRE(pend_lyapunov_go(lyapunov, 1000, &done, NULL) == PEND_OK);
+    pend_lyapunov_exponents(lyapunov, &exponent);
+    pend_lyapunov_errors(lyapunov, &error);
+    // the growth has a factor of a few beside e^(exponent t)
+    CHECK_SAYING(exponent > 1 && fabs(log(most) / SPAN - exponent) < 3.0 / SPAN,
+                 "growth %g 1/s, exponent %g +- %g 1/s", log(most) / SPAN, exponent, error);
+    pend_lyapunov_free(&lyapunov);
+    pend_tree_free(&tree);
+}
+
+/* ---- other quantities */
+
+/* every quantity that a run too has: values against the run's, derivatives against differences of
+ * pend_derivatives_state, which are those of other states */
+TEST(derivatives_have_the_values_of_a_run_in_every_quantity) {
+    unsigned long long seed = 17;
+    struct test_tree t;
+    struct test_bodies b;
+    struct pend_parameter by[PARAMETERS];
+    static double value[PEND_DERIVED][ROWS * ARMS], run_value[PEND_DERIVED][ROWS * ARMS];
+    double times[ROWS], worst = 0;
+    long made = 0;
+    test_tree_random(&t, TEST_TREE_ATTACHED, ARMS, 0.3, &seed);
+    test_bodies_random(&b, t.tree, TEST_TERMS_ALL, &seed);
+    struct pend_problem problem = problem_of(&t, &b.loads, 0.5);
+    struct pend_derivatives *d;
+    struct pend_derived_rows rows = {{0}, {0}};
+    REQUIRE(pend_derivatives_new(&d, &problem, state_parameters(ARMS, by), by, NULL) == PEND_OK);
+    for (int i = 0; i < PEND_DERIVED; i++) rows.value[i] = value[i];
+    CHECK(pend_derivatives_next(d, &rows, ROWS, INFINITY, &made, NULL) == PEND_OK && made == ROWS);
+    struct pend_samples samples = {.cap = ROWS,
+                                   .t = times,
+                                   .phi = run_value[PEND_DERIVED_PHI],
+                                   .rate = run_value[PEND_DERIVED_RATE],
+                                   .acc = run_value[PEND_DERIVED_ACC],
+                                   .force = run_value[PEND_DERIVED_FORCE],
+                                   .z_re = run_value[PEND_DERIVED_Z_RE],
+                                   .z_im = run_value[PEND_DERIVED_Z_IM],
+                                   .zd_re = run_value[PEND_DERIVED_ZD_RE],
+                                   .zd_im = run_value[PEND_DERIVED_ZD_IM],
+                                   .joint_along = run_value[PEND_DERIVED_JOINT_ALONG],
+                                   .joint_across = run_value[PEND_DERIVED_JOINT_ACROSS],
+                                   .across = run_value[PEND_DERIVED_TIP_ACROSS],
+                                   .kinetic = run_value[PEND_DERIVED_KINETIC],
+                                   .potential = run_value[PEND_DERIVED_POTENTIAL]};
+    struct pend_run *run;
+    int done = 0;
+    REQUIRE(pend_run_new(&run, &pend_method_taylor, &problem, NULL) == PEND_OK);
+    CHECK(pend_run_next(run, &samples, INFINITY, &done, NULL) == PEND_OK && done);
+    for (int i = 0; i < PEND_DERIVED; i++) {
+        int numbers = i < PEND_DERIVED_KINETIC ? ROWS * ARMS : ROWS;
+        if (i == PEND_DERIVED_ZDD_RE || i == PEND_DERIVED_ZDD_IM) continue;
+        double gap = test_gap(numbers, value[i], run_value[i]);
+        CHECK_SAYING(gap < 1e-13, "quantity %d: %g", i, gap);
+        worst = fmax(worst, gap);
+    }
+    CHECK_RESIDUAL(worst, 1e-13, "values of a motion with derivatives");
+    pend_run_free(&run);
+    pend_derivatives_free(&d);
+    test_bodies_clear(&b);
+    test_tree_clear(&t);
+}
+
+TEST(derivatives_of_a_state_are_differences_in_every_quantity) {
+    unsigned long long seed = 23;
+    struct test_tree t;
+    struct test_bodies b;
+    struct pend_parameter by[PARAMETERS];
+    static double value[2][PEND_DERIVED][ARMS], slope[PEND_DERIVED][ARMS * PARAMETERS];
+    test_tree_random(&t, TEST_TREE_ATTACHED, 4, 0.3, &seed);
+    test_bodies_random(&b, t.tree, TEST_TERMS_ALL, &seed);
+    int count = state_parameters(4, by);
+    for (; count < PARAMETERS; count++) by[count] = parameter_random(&t, &b, &seed);
+    double worst = 0;
+    for (int j = 0; j < count; j++) {
+        double *x = parameter_of(&t, &b, by[j]), middle = *x, h = fmax(fabs(middle), 0.1) * 1e-5;
+        for (int side = 0; side < 3; side++) {
+            struct pend_derivatives *d;
+            struct pend_derived_rows rows = {{0}, {0}};
+            for (int i = 0; i < PEND_DERIVED; i++) {
+                if (side < 2)
+                    rows.value[i] = value[side][i];
+                else
+                    rows.derivative[i] = slope[i];
+            }
+            *x = side == 2 ? middle : side ? middle + h : middle - h;
+            test_tree_rebuild(&t);
+            struct pend_problem problem = problem_of(&t, &b.loads, 1);
+            REQUIRE(pend_derivatives_new(&d, &problem, count, by, NULL) == PEND_OK);
+            pend_derivatives_state(d, t.phi, NULL, t.rate, 0.9, &rows, 0);
+            pend_derivatives_free(&d);
+        }
+        for (int i = 0; i < PEND_DERIVED; i++) {
+            double most = 0, gap = 0;
+            for (int k = 0; k < (i < PEND_DERIVED_KINETIC ? 4 : 1); k++) {
+                double want = (value[1][i][k] - value[0][i][k]) / (2 * h);
+                most = fmax(most, fabs(want) + fabs(value[0][i][k]));
+                gap = fmax(gap, fabs(slope[i][k * count + j] - want));
+            }
+            worst = fmax(worst, gap / fmax(most, 1e-3));
+        }
+    }
+    CHECK_RESIDUAL(worst, 1e-7, "derivatives of a state against differences in doubles");
+    test_bodies_clear(&b);
+    test_tree_clear(&t);
+}
+
+/* ---- passes, blocks, ends */
+
+TEST(derivatives_have_the_same_bits_in_blocks_of_any_size_and_after_a_checkpoint) {
+    unsigned long long seed = 4;
+    struct test_tree t;
+    struct pend_parameter by[PARAMETERS];
+    static struct answer a, other;
+    static char bytes[1 << 16];
+    test_tree_random(&t, TEST_TREE_ATTACHED, 4, 0.3, &seed);
+    struct pend_problem problem = problem_of(&t, TEST_LOADS(9.81), 3);
+    int count = state_parameters(4, by);
+    answer_of(&problem, count, by, &a);
+    CHECK(a.rows == ROWS && a.steps > ROWS);
+    struct pend_derivatives *d;
+    REQUIRE(pend_derivatives_new(&d, &problem, count, by, NULL) == PEND_OK);
+    for (long row = 0; row < ROWS;) {
+        struct pend_derived_rows rows = {
+            .value = {other.phi + row * 4, other.rate + row * 4},
+            .derivative = {other.phi_by + row * 4 * count, other.rate_by + row * 4 * count}};
+        struct pend_checkpoint take = {PEND_CHECKPOINT_TAKE, bytes, 0, sizeof bytes};
+        long made = 0;
+        CHECK(pend_derivatives_next(d, &rows, 1, 1, &made, NULL) == PEND_OK);
+        row += made;
+        CHECK(pend_derivatives_carry(d, &take) == PEND_OK && take.used < sizeof bytes);
+        pend_derivatives_free(&d);
+        REQUIRE(pend_derivatives_new(&d, &problem, count, by, NULL) == PEND_OK);
+        struct pend_checkpoint put = {PEND_CHECKPOINT_PUT, bytes, 0, take.used};
+        CHECK(pend_derivatives_carry(d, &put) == PEND_OK && pend_checkpoint_whole(&put));
+    }
+    CHECK(!memcmp(a.phi_by, other.phi_by, (size_t)(ROWS * 4 * count) * sizeof(double)));
+    CHECK(!memcmp(a.rate_by, other.rate_by, (size_t)(ROWS * 4 * count) * sizeof(double)));
+    CHECK(!memcmp(a.phi, other.phi, ROWS * 4 * sizeof(double)));
+    pend_derivatives_free(&d);
+    test_tree_clear(&t);
+}
+
+TEST(derivatives_that_a_motion_does_not_have_are_zero_and_cost_no_steps) {
+    const double length[] = {1}, mass[] = {2}, phi[] = {0.3}, rate[] = {0.5};
+    const int parent[] = {-1};
+    struct pend_parameter by[] = {{PEND_PARAMETER_RATE, 0}, {PEND_PARAMETER_MASS, 0}};
+    struct pend_tree *tree;
+    static struct answer a, alone;
+    REQUIRE(pend_tree_new(&tree, 1, length, mass, parent, NULL) == PEND_OK);
+    struct pend_problem problem = {.tree = tree,
+                                   .loads = {.gravity = 9.81},
+                                   .phi = phi,
+                                   .rate = rate,
+                                   .times = {.count = ROWS, .span = 8, .divisor = 1}};
+    answer_of(&problem, 2, by, &a);
+    answer_of(&problem, 1, by, &alone);
+    for (int i = 0; i < ROWS; i++) CHECK(fabs(a.phi_by[2 * i + 1]) < 1e-14);
+    CHECK(fabs(a.phi_by[2 * (ROWS - 1)]) > 0.1);
+    CHECK_SAYING(a.steps <= alone.steps + alone.steps / 10, "%ld steps, %ld steps", a.steps,
+                 alone.steps);
+    pend_tree_free(&tree);
+}
+
+TEST(derivatives_end_with_a_reason) {
+    const double length[] = {1}, mass[] = {1}, phi[] = {0.3}, rate[] = {1e200};
+    const int parent[] = {-1};
+    struct pend_parameter by[] = {{PEND_PARAMETER_RATE, 0}};
+    struct pend_tree *tree;
+    struct pend_derivatives *d;
+    struct pend_error error = {0};
+    double number[ROWS];
+    long made = 0;
+    struct pend_derived_rows rows = {.derivative = {number}};
+    REQUIRE(pend_tree_new(&tree, 1, length, mass, parent, NULL) == PEND_OK);
+    struct pend_problem problem = {.tree = tree,
+                                   .loads = {.gravity = 9.81},
+                                   .phi = phi,
+                                   .rate = rate,
+                                   .times = {.count = 2, .span = 1, .divisor = 1},
+                                   .step_cap = 3};
+    REQUIRE(pend_derivatives_new(&d, &problem, 1, by, NULL) == PEND_OK);
+    for (int i = 0; i < 2; i++) {
+        CHECK(pend_derivatives_next(d, &rows, 2, INFINITY, &made, &error) != PEND_OK);
+        CHECK(error.text[0] != 0);
+    }
+    pend_derivatives_free(&d);
+    CHECK(!d);
+    problem.rtol = 2;
+    CHECK(pend_derivatives_new(&d, &problem, 1, by, &error) == PEND_INVALID && !d);
+    problem.rtol = 0;
+    for (int i = 1; i <= 2; i++) {
+        test_alloc_fail(i, 1);
+        CHECK(pend_derivatives_new(&d, &problem, 1, by, &error) == PEND_NO_MEMORY && !d);
+        test_alloc_faults_off();
+    }
+    pend_tree_free(&tree);
+}
