@@ -4,32 +4,53 @@
 // Invariant: what is shown follows from the motion and the stage's size alone, not from what was
 // shown before.
 
+import { centerOf, termOf } from "./terms.js";
 import { tips } from "./tree.js";
 
 const LOOKS = 500; // samples that are looked at, at most
 const STEPS = 6; // the box grows in sixths of the reach
 
+/** @param {Box} box @param {number} x @param {number} y */
+function widen(box, x, y) {
+  box.side = Math.max(box.side, Math.abs(x));
+  box.up = Math.max(box.up, y);
+  box.down = Math.max(box.down, -y);
+}
+
+/**
+ * Widens a box by all parts of a tree: its tips, joints beside them, the centers of its bodies.
+ * @param {Box} box @param {Tree} tree @param {ArrayLike<number>} phi @param {number} offset
+ * @param {Spots} spots
+ */
+export function widenBy(box, tree, phi, offset, { x, y, fromX, fromY }) {
+  for (let k = 0; k < x.length; k++) {
+    widen(box, x[k], y[k]);
+    if (tree.at) widen(box, fromX[k], fromY[k]);
+    const body = termOf(tree, "body", k);
+    if (!body) continue;
+    const [along, across] = centerOf(body);
+    const [cos, sin] = [Math.cos(phi[offset + k]), Math.sin(phi[offset + k])];
+    widen(box, fromX[k] + along * cos - across * sin, fromY[k] + along * sin + across * cos);
+  }
+}
+
 /**
  * The least box around the pivot, in steps of the reach, that holds the motion: {side, up, down} in
  * metres.
- * @param {Track} track @param {number[]} rows @param {number} reach @param {Float64Array} x @param
- * {Float64Array} y @returns {Box}
+ * @param {Track} track @param {number[]} rows @param {number} reach @param {Spots} spots
+ * @returns {Box}
  */
-export function boxOf(track, rows, reach, x, y) {
-  const tree = track.doc.pendulum;
+export function boxOf(track, rows, reach, spots) {
+  const { pendulum: tree, span } = track.doc;
   const box = { side: 0, up: 0, down: 0 };
-  /** @param {ArrayLike<number>} phi @param {number} offset */
-  const look = (phi, offset) => {
-    tips(tree, rows, phi, offset, x, y);
-    for (let k = 0; k < track.n; k++) {
-      box.side = Math.max(box.side, Math.abs(x[k]));
-      box.up = Math.max(box.up, y[k]);
-      box.down = Math.max(box.down, -y[k]);
-    }
+  /** @param {ArrayLike<number>} phi @param {number} row */
+  const look = (phi, row) => {
+    tips(tree, rows, phi, row * track.n, spots, (span.start ?? 0) + row * span.step);
+    widenBy(box, tree, phi, row * track.n, spots);
   };
   look(track.initial.phi, 0);
   const stride = Math.ceil(track.count / LOOKS);
-  for (let i = 0; i < track.count; i += stride) look(track.columns.phi, i * track.n);
+  for (let i = 0; i < track.count; i += stride) look(track.columns.phi, i);
   /** @param {number} value */
   const stepped = (value) =>
     Math.min(STEPS, Math.ceil((value / reach) * STEPS - 1e-6)) * (reach / STEPS);

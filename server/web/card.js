@@ -5,17 +5,19 @@
 // what the document holds.
 
 import { createBag, h, icon, iconButton } from "./dom.js";
+import { massOf } from "./terms.js";
 import { removable } from "./tree.js";
 
 const LEGEND = 76; // pixels at the bottom of the stage
 const NARROW = 560; // pixels, below which it never lies beside the tip
 const DEGREES = 180 / Math.PI;
+const LEAST = Number.MIN_VALUE;
 
 /**
- * A number of an arm: from the document, and back; positive: must be greater than 0; pivot: only of
- * the arm at the pivot.
+ * A number of an arm: from the document, and back; least: what it must not be below (a mass may be
+ * 0 where the arm is a bar); pivot: only of the arm at the pivot.
  * @typedef {{
- *   name: string, unit: string, positive?: boolean, pivot?: boolean,
+ *   name: string, unit: string, least?: (doc: Doc, k: number) => number, pivot?: boolean,
  *   get: (doc: Doc, k: number) => number, set: (edits: Edits, arm: number, value: number) => void,
  * }} Field
  */
@@ -25,14 +27,14 @@ const FIELDS = [
   {
     name: "length",
     unit: "m",
-    positive: true,
+    least: () => LEAST,
     get: (doc, k) => doc.pendulum.length[k],
     set: (edits, arm, value) => edits.setLength(arm, value),
   },
   {
     name: "mass",
     unit: "kg",
-    positive: true,
+    least: (doc, k) => (massOf(doc.pendulum, k) > doc.pendulum.mass[k] ? 0 : LEAST),
     get: (doc, k) => doc.pendulum.mass[k],
     set: (edits, arm, value) => edits.setMass(arm, value),
   },
@@ -76,7 +78,8 @@ const FIELDS = [
  */
 function commit({ app, arm }, field, input) {
   const value = app.text.read(input.value);
-  const sound = Number.isFinite(value) && (!field.positive || value > 0);
+  const least = field.least?.(app.store.get(), arm - 1) ?? -Infinity;
+  const sound = Number.isFinite(value) && value >= least;
   input.setAttribute("aria-invalid", String(!sound));
   if (sound) {
     field.set(app.edits, arm, value);
@@ -84,7 +87,7 @@ function commit({ app, arm }, field, input) {
     return;
   }
   const what = app.text(`arm.${field.name}`);
-  app.announce(app.text(field.positive ? "arm.wrong.positive" : "arm.wrong", { what }));
+  app.announce(app.text(least > 0 ? "arm.wrong.positive" : "arm.wrong", { what }));
 }
 
 /** @param {Card} card @param {Field} field @param {Doc} doc @param {number} i */
@@ -138,13 +141,10 @@ function hiddenBy({ shape, camera }, arm, { x, y }, width, height) {
     const dy = camera.y - camera.scale * ay - y;
     return dx > -10 && dx < width + 10 && dy > -10 && dy < height + 10;
   };
-  let hidden = hides(0, 0) ? 5 : 0;
+  let hidden = hides(shape.pivot.x, shape.pivot.y) ? 5 : 0;
   for (let i = 0; i < shape.n; i++) {
-    const from = shape.tree.parent[i] - 1;
-    const fromX = from < 0 ? 0 : shape.x[from];
-    const fromY = from < 0 ? 0 : shape.y[from];
     if (hides(shape.x[i], shape.y[i])) hidden += i === arm - 1 ? 30 : 3;
-    if (hides((shape.x[i] + fromX) / 2, (shape.y[i] + fromY) / 2)) hidden += 3;
+    if (hides((shape.x[i] + shape.fromX[i]) / 2, (shape.y[i] + shape.fromY[i]) / 2)) hidden += 3;
   }
   return hidden;
 }

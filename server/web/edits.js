@@ -5,7 +5,8 @@
 // start, at rest.
 
 import { still } from "./screen.js";
-import { path, reach, removable, withArm, withoutBranch } from "./tree.js";
+import { massOf } from "./terms.js";
+import { path, reach, removable, tipMass, withArm, withoutBranch } from "./tree.js";
 
 const SHORTEST = 0.05;
 const LIGHTEST = 0.001;
@@ -94,7 +95,9 @@ function numbers({ store }) {
   /** @param {number} arm @param {number} mass @param {string | null} merge */
   function setMass(arm, mass, merge = null) {
     const { pendulum } = store.get();
-    const changed = replaced(pendulum.mass, arm - 1, Math.max(LIGHTEST, mass));
+    // a bar or a body needs no mass at its tip
+    const heavy = massOf(pendulum, arm - 1) > pendulum.mass[arm - 1];
+    const changed = replaced(pendulum.mass, arm - 1, Math.max(heavy ? 0 : LIGHTEST, mass));
     store.set({ pendulum: { ...pendulum, mass: changed } }, { label: "mass", merge });
   }
   return {
@@ -137,7 +140,7 @@ function branches({ store, text, announce }) {
       const lean = [0.5, -0.5, 1.1, -1.1, 1.7, -1.7][siblings % 6];
       const arm = {
         length: tidy(pendulum.length[carrier - 1] * 0.75),
-        mass: pendulum.mass[carrier - 1],
+        mass: tipMass(pendulum, carrier),
         phi: initial.phi[carrier - 1] + lean,
       };
       const number = pendulum.length.length + 1;

@@ -7,11 +7,15 @@
 
 import { bearer } from "./keep.js";
 import { PAPER, request } from "./state.js";
+import { exchanges } from "./terms.js";
 
 export const OUTPUT = ["phi", "phid", "lambda", "energy"];
 
-/** @param {Doc} doc @param {State} [initial] */
-export const motionBody = (doc, initial) => ({ ...request(doc, initial), output: OUTPUT });
+/** With work and heat, where the method knows them. @param {Doc} doc @param {State} [initial] */
+export const motionBody = (doc, initial) => ({
+  ...request(doc, initial),
+  output: exchanges(doc.pendulum) && doc.method === "taylor" ? [...OUTPUT, "exchange"] : OUTPUT,
+});
 
 /** @returns {{body: string, reply: Promise<Response | null>} | null} */
 function ask() {

@@ -8,7 +8,7 @@ import { gaveUp } from "./client.js";
 import { createBag, h } from "./dom.js";
 import { farthest } from "./edits.js";
 import { createPicture, loadSeconds, pose } from "./preset_picture.js";
-import { fromRequest, isIdeal } from "./state.js";
+import { fromRequest } from "./state.js";
 import { theme } from "./theme.js";
 
 const SHORTEST_SPAN = 20;
@@ -47,6 +47,12 @@ function documentOf(preset) {
 const named = (text, { name, title }) =>
   text.has(`preset.${name}`) ? text(`preset.${name}`) : title;
 
+/** What an example shows, in the page's language. @param {Text} text @param {Preset} preset */
+function explained(text, { name, description }) {
+  if (text.has(`preset.${name}.words`)) return text(`preset.${name}.words`);
+  return text.language === "en" ? description : "";
+}
+
 /** @param {Gallery} gallery @param {Preset} preset */
 function choose({ app }, preset) {
   app.store.set(documentOf(preset), { label: "preset" });
@@ -70,6 +76,7 @@ function addCard(gallery, preset) {
     canvas,
     h("span", { class: "preset-name" }, named(text, preset)),
     h("span", { class: "quiet" }, text(n === 1 ? "presets.arm" : "presets.arms", { n })),
+    h("span", { class: "preset-words" }, explained(text, preset)),
   );
   gallery.grid.append(button);
   const picture = createPicture(canvas, pose(preset));
@@ -91,7 +98,7 @@ function stageMoves({ app, bag }) {
 async function fill(gallery) {
   await stageMoves(gallery);
   const { presets } = await gallery.app.client.presets({ signal: gallery.stop.signal });
-  for (const preset of presets) if (isIdeal(preset.pendulum)) addCard(gallery, preset);
+  for (const preset of presets) addCard(gallery, preset);
   mark(gallery);
   draw(gallery);
 }

@@ -21,22 +21,20 @@ const MOVED = 4; // pixels, from which on a press is a drag
  */
 function pick(look, px, py, coarse) {
   const { shape, camera } = look;
-  const { tree, x, y } = shape;
-  /** @param {number} k */
-  const across = (k) => camera.x + camera.scale * (k < 0 ? 0 : x[k]);
-  /** @param {number} k */
-  const down = (k) => camera.y - camera.scale * (k < 0 ? 0 : y[k]);
+  const { x, y, fromX, fromY } = shape;
+  const across = (/** @type {number} */ place) => camera.x + camera.scale * place;
+  const down = (/** @type {number} */ place) => camera.y - camera.scale * place;
   let arm = 0;
   let least = coarse ? 26 : 15;
   for (let k = 0; k < shape.n; k++) {
-    const far = Math.hypot(px - across(k), py - down(k));
+    const far = Math.hypot(px - across(x[k]), py - down(y[k]));
     if (far <= least) [arm, least] = [k + 1, far];
   }
   if (arm) return arm;
   least = coarse ? 16 : 8;
   for (let k = 0; k < shape.n; k++) {
-    const from = tree.parent[k] - 1;
-    const far = toSegment(px, py, across(from), down(from), across(k), down(k));
+    const [ax, ay] = [across(fromX[k]), down(fromY[k])];
+    const far = toSegment(px, py, ax, ay, across(x[k]), down(y[k]));
     if (far <= least) [arm, least] = [k + 1, far];
   }
   return arm;
@@ -63,9 +61,8 @@ function point(canvas, event) {
  * @param {Look} look @param {number} arm @param {Point} at
  */
 function seen({ shape, camera }, arm, at) {
-  const carrier = shape.tree.parent[arm - 1];
-  const dx = (at.x - camera.x) / camera.scale - (carrier ? shape.x[carrier - 1] : 0);
-  const dy = (camera.y - at.y) / camera.scale - (carrier ? shape.y[carrier - 1] : 0);
+  const dx = (at.x - camera.x) / camera.scale - shape.fromX[arm - 1];
+  const dy = (camera.y - at.y) / camera.scale - shape.fromY[arm - 1];
   return { angle: Math.atan2(dy, dx), far: Math.max(Math.hypot(dx, dy), 1e-3) };
 }
 

@@ -4,7 +4,8 @@
 // Invariant: the document of a scene that was made of doc has the motion of doc, to the bit; what
 // is read is checked, whoever wrote it.
 
-import { DRAWERS, fromRequest, isIdeal, request } from "./state.js";
+import { DRAWERS, fromRequest, request } from "./state.js";
+import { listsOf, soundTerms, termsOf } from "./terms.js";
 import { order } from "./tree.js";
 
 /**
@@ -47,22 +48,29 @@ function viewOf(view, n) {
   return known;
 }
 
+/** @param {Tree} tree @param {number} n */
+function soundTree({ length, mass, parent, ...terms }, n) {
+  const carriers =
+    Array.isArray(parent) && parent.every((k) => Number.isInteger(k) && k >= 0 && k <= n);
+  return (
+    numbers(length, n) &&
+    numbers(mass, n) &&
+    carriers &&
+    parent.length === n &&
+    order(parent).length === n &&
+    soundTerms(terms, n)
+  );
+}
+
 /**
  * The patch of a scene whose request is in the page's own form; throws where it is not sound.
  * @param {Scene} scene @returns {Patch}
  */
 function patchOf(scene) {
   const patch = fromRequest(scene.request);
-  const { length, mass, parent } = patch.pendulum;
-  const n = length.length;
-  const carriers =
-    Array.isArray(parent) && parent.every((k) => Number.isInteger(k) && k >= 0 && k <= n);
+  const n = patch.pendulum.length.length;
   const sound =
-    numbers(length, n) &&
-    numbers(mass, n) &&
-    carriers &&
-    parent.length === n &&
-    order(parent).length === n &&
+    soundTree(patch.pendulum, n) &&
     state(patch.initial, n) &&
     patch.span.stop > 0 &&
     patch.span.step > 0 &&
@@ -89,25 +97,32 @@ async function plain(body, client) {
   const { pendulum, initial, times } = body;
   const arrays = Array.isArray(pendulum.length) && !pendulum.arms;
   const angles = initial?.phi && (initial.unit ?? "rad") === "rad";
-  if (arrays && angles && times.stop > 0 && (times.start ?? 0) === 0) return body;
-  const tree = await client.trees({ pendulum });
+  if (arrays && angles && times.stop > (times.start ?? 0)) return body;
+  const begin = Array.isArray(times) ? times[0] : (times.start ?? 0);
+  const stop = Array.isArray(times) ? Math.max(...times) : times.stop;
   const start = await client.trajectory({
     pendulum,
     ...(initial && { initial }),
-    times: [0],
+    times: [begin],
     output: ["phi", "phid"],
   });
-  const stop = Array.isArray(times) ? Math.max(...times) : times.stop;
   return {
     ...body,
-    pendulum: {
-      length: tree.arms.map((/** @type {any} */ arm) => arm.length),
-      mass: tree.arms.map((/** @type {any} */ arm) => arm.mass),
-      parent: tree.parent,
-      gravity: pendulum.gravity ?? 9.81,
-    },
+    pendulum: plainTree(await client.trees({ pendulum })),
     initial: { phi: start.phi[0], phid: start.phid[0] },
-    times: { stop, step: times.step ?? stop / 1000 },
+    times: { start: begin, stop, step: times.step ?? (stop - begin) / 1000 },
+  };
+}
+
+/** A tree as lists, from the server's description of it. @param {any} told @returns {Tree} */
+function plainTree({ arms, parent, gravity, drag_per_mass: drag, pivot }) {
+  return {
+    length: arms.map((/** @type {any} */ arm) => arm.length),
+    mass: arms.map((/** @type {any} */ arm) => arm.mass),
+    parent,
+    gravity,
+    ...listsOf(arms),
+    ...termsOf({ drag_per_mass: drag, pivot }),
   };
 }
 
@@ -160,13 +175,12 @@ const READERS = {
 
 /**
  * The patch that a hash stands for, null without one; throws where it is damaged or the server has
- * no such scene, and a RangeError where its pendulum is none that this page can show.
+ * no such scene.
  * @param {string} hash @param {Client} client
  */
 export async function readLink(hash, client) {
   const [, kind, rest] = /^#([sdj])=(.+)$/.exec(hash) ?? [];
   if (!kind) return null;
   const scene = await READERS[kind](rest, client);
-  if (!isIdeal(scene.request.pendulum)) throw new RangeError("no ideal pendulum");
   return patchOf({ ...scene, request: await plain(scene.request, client) });
 }

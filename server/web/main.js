@@ -120,8 +120,8 @@ async function open() {
     const patch = await readLink(location.hash, client);
     if (patch) store.set(patch, { label: "open" });
     else motion.begin();
-  } catch (error) {
-    app.complain(text(error instanceof RangeError ? "failure.real" : "failure.link"));
+  } catch {
+    app.complain(text("failure.link"));
     motion.begin();
   }
 }

@@ -68,7 +68,7 @@ async function fetchTrack(loader, track, signal, arrived) {
     reply,
     begin(columns, stats) {
       beginTrack(track, columns);
-      track.stats = stats;
+      track.stats = fromStart(stats, track.doc);
     },
     rows(values, count) {
       addRows(track, values, count);
@@ -81,6 +81,13 @@ async function fetchTrack(loader, track, signal, arrived) {
 }
 
 /**
+ * What the server tells of times, from the start on.
+ * @template {Stats | null} Told @param {Told} stats @param {Doc} doc @returns {Told}
+ */
+const fromStart = (stats, { span }) =>
+  stats && span.start ? { ...stats, horizon: stats.horizon - span.start } : stats;
+
+/**
  * How the integration went: the table's head tells it, but of a long motion, which is sent while it
  * is computed.
  * @param {Loader} loader @param {Doc} doc @param {AbortSignal} signal
@@ -89,9 +96,11 @@ async function fetchStats(loader, doc, signal) {
   const { motion, client } = loader;
   let { stats } = motion.track;
   if (!stats) {
-    const times = { start: 0, stop: doc.span.stop, count: Math.min(HORIZON_SAMPLES, motion.total) };
+    const { start = 0, stop } = doc.span;
+    const times = { start, stop: start + stop, count: Math.min(HORIZON_SAMPLES, motion.total) };
     const body = { ...motionBody(doc), times, output: ["energy"], digits: 4 };
     ({ stats } = await client.trajectory(body, { signal }));
+    stats = fromStart(stats, doc);
   }
   motion.stats = stats;
   tell(loader, "stats");

@@ -6,6 +6,7 @@
 // path.
 
 import { BINS, MIDDLE, bin } from "./palette.js";
+import { brackets } from "./tree.js";
 
 const ARROW = 120; // pixels of the force at the end of the scale
 const LABEL_HEIGHT = 26;
@@ -55,20 +56,30 @@ const width = (i, thin) => thin * (1 + (1.9 * Math.abs(i - MIDDLE)) / MIDDLE);
  * @param {Shape} shape @param {number} k @param {Camera} camera
  */
 function tipRadius({ tree, heaviest, thin }, k, camera) {
-  const wanted = Math.max(thin * 1.1, thin * 3 * Math.cbrt(tree.mass[k] / heaviest));
+  const wanted = Math.max(thin * 1.1, thin * 3 * Math.cbrt(tree.mass[k] / (heaviest || 1)));
   return Math.max(0.6, Math.min(wanted, 0.35 * camera.scale * tree.length[k]));
 }
 
 /**
- * Adds a rod to the path: from the tip that carries it to its own.
- * @param {CanvasRenderingContext2D} context @param {Tree} tree @param {Float64Array} x @param
- * {Float64Array} y
- * @param {Camera} camera @param {number} k
+ * Adds an arm to the path: from its joint to its tip.
+ * @param {CanvasRenderingContext2D} context @param {Spots} spots @param {Camera} camera
+ * @param {number} k
  */
-function rod(context, tree, x, y, camera, k) {
-  const from = tree.parent[k] - 1;
-  context.moveTo(across(camera, from < 0 ? 0 : x[from]), down(camera, from < 0 ? 0 : y[from]));
+function rod(context, { x, y, fromX, fromY }, camera, k) {
+  context.moveTo(across(camera, fromX[k]), down(camera, fromY[k]));
   context.lineTo(across(camera, x[k]), down(camera, y[k]));
+}
+
+/** What holds joints beside an arm. @param {Painter} painter @param {Look} look */
+export function paintBrackets({ context }, { shape, camera, colours }) {
+  context.beginPath();
+  brackets(shape.tree, shape, (ax, ay, bx, by) => {
+    context.moveTo(across(camera, ax), down(camera, ay));
+    context.lineTo(across(camera, bx), down(camera, by));
+  });
+  context.strokeStyle = colours.quiet;
+  context.lineWidth = shape.thin;
+  context.stroke();
 }
 
 /** @param {Painter} painter @param {Look} look */
@@ -79,8 +90,7 @@ export function paintArms(painter, { shape, camera, colours, most }) {
   for (let i = 0; i < BINS; i++) {
     if (heads[i] < 0) continue;
     context.beginPath();
-    for (let k = heads[i]; k >= 0; k = painter.next[k])
-      rod(context, shape.tree, shape.x, shape.y, camera, k);
+    for (let k = heads[i]; k >= 0; k = painter.next[k]) rod(context, shape, camera, k);
     context.strokeStyle = colours.bins[i];
     context.lineWidth = width(i, shape.thin);
     context.stroke();
@@ -108,22 +118,24 @@ export function paintTips({ context }, { shape, camera, colours }) {
 }
 
 /** What the pendulum hangs on. @param {Painter} painter @param {Look} look */
-export function paintPivot({ context }, { camera, colours }) {
+export function paintPivot({ context }, { shape, camera, colours }) {
   const half = 22;
-  const up = camera.y - 9;
+  const x = across(camera, shape.pivot.x);
+  const y = down(camera, shape.pivot.y);
+  const up = y - 9;
   context.strokeStyle = colours.quiet;
   context.fillStyle = colours.paper;
   context.lineCap = "round";
   context.lineWidth = 1.6;
   context.beginPath();
-  context.moveTo(camera.x - half, up);
-  context.lineTo(camera.x + half, up);
-  context.moveTo(camera.x - 8, up);
-  context.lineTo(camera.x, camera.y);
-  context.lineTo(camera.x + 8, up);
+  context.moveTo(x - half, up);
+  context.lineTo(x + half, up);
+  context.moveTo(x - 8, up);
+  context.lineTo(x, y);
+  context.lineTo(x + 8, up);
   context.stroke();
   context.beginPath();
-  context.arc(camera.x, camera.y, 4, 0, 2 * Math.PI);
+  context.arc(x, y, 4, 0, 2 * Math.PI);
   context.fill();
   context.stroke();
 }
@@ -209,9 +221,8 @@ function hides(shape, camera, x, y, wide) {
     const dx = across(camera, shape.x[k]) - x;
     const dy = down(camera, shape.y[k]) - y;
     if (within(-8, dx, wide + 8) && within(-8, dy, 34)) hidden++;
-    const from = shape.tree.parent[k] - 1;
-    const mx = dx - (camera.scale * (shape.x[k] - (from < 0 ? 0 : shape.x[from]))) / 2;
-    const my = dy + (camera.scale * (shape.y[k] - (from < 0 ? 0 : shape.y[from]))) / 2;
+    const mx = dx - (camera.scale * (shape.x[k] - shape.fromX[k])) / 2;
+    const my = dy + (camera.scale * (shape.y[k] - shape.fromY[k])) / 2;
     if (within(-4, mx, wide + 4) && within(-4, my, 30)) hidden += 0.5;
   }
   return hidden;
@@ -278,7 +289,7 @@ export function paintLabel({ context }, words, arm, look, most) {
  */
 export function paintGhost({ context }, i, { shape, camera, colours }) {
   context.beginPath();
-  for (let k = 0; k < shape.n; k++) rod(context, shape.tree, shape.ghostX, shape.ghostY, camera, k);
+  for (let k = 0; k < shape.n; k++) rod(context, shape.ghost, camera, k);
   context.strokeStyle = colours.ghosts[i % colours.ghosts.length];
   context.lineWidth = shape.thin * 0.7;
   context.globalAlpha = 0.65;

@@ -2,16 +2,19 @@
 // Leaves to others: which examples there are, and when to draw (gallery.js).
 // Invariant: what moves is computed by the server; the picture holds all that the motion reaches.
 
+import { widenBy } from "./camera.js";
 import { fineness } from "./screen.js";
+import { fromRequest } from "./state.js";
 import { anglesAt } from "./track.js";
-import { order, reach, tips } from "./tree.js";
+import { massOf } from "./terms.js";
+import { brackets, createSpots, order, reach, tips } from "./tree.js";
 
 const SECONDS = 6;
 const STEP = 0.04;
 
 /**
  * The server's description of an example.
- * @typedef {MotionBody & {name: string, title: string, n: number}} Preset
+ * @typedef {MotionBody & {name: string, title: string, description: string, n: number}} Preset
  */
 
 /**
@@ -22,8 +25,7 @@ const STEP = 0.04;
 /** @typedef {{pivot: string, line: string, mass: string}} PictureColours */
 
 /** What a picture is drawn with. @typedef {{
- *   context: CanvasRenderingContext2D, tree: Tree, n: number, x: Float64Array, y: Float64Array,
- *   heaviest: number,
+ *   context: CanvasRenderingContext2D, tree: Tree, n: number, spots: Spots, heaviest: number,
  *   middle: number, top: number, scale: number, ratio: number,
  * }} Sketch */
 
@@ -31,7 +33,8 @@ const STEP = 0.04;
  * A preset as it starts, for a picture that does not move.
  * @param {Preset} preset @returns {Samples}
  */
-export function pose({ pendulum, initial }) {
+export function pose(preset) {
+  const { pendulum, initial } = fromRequest(preset);
   const columns = { phi: Float64Array.from(initial.phi), phid: Float64Array.from(initial.phid) };
   return {
     doc: { pendulum, span: { step: STEP } },
@@ -48,13 +51,14 @@ export function pose({ pendulum, initial }) {
  * {Promise<Samples>}
  */
 export async function loadSeconds(preset, client, signal) {
-  const { pendulum, initial } = preset;
+  const { initial } = preset;
+  const { pendulum } = fromRequest(preset);
   const n = pendulum.length.length;
   const total = Math.round(SECONDS / STEP) + 1;
   const columns = { phi: new Float64Array(total * n), phid: new Float64Array(total * n) };
   const track = { doc: { pendulum, span: { step: STEP } }, initial, n, count: 0, columns };
   const times = { start: 0, stop: SECONDS, step: STEP };
-  const body = { pendulum, initial, times, rtol: 1e-6, output: ["phi", "phid"] };
+  const body = { pendulum: preset.pendulum, initial, times, rtol: 1e-6, output: ["phi", "phid"] };
   const width = 1 + 2 * n;
   await client.table("/v1/trajectories", body, {
     signal,
@@ -73,43 +77,42 @@ export async function loadSeconds(preset, client, signal) {
 
 /**
  * How far around its pivot a track goes.
- * @param {Samples} track @param {number[]} rows @param {Float64Array} x @param {Float64Array} y
- * @returns {Box}
+ * @param {Samples} track @param {number[]} rows @param {Spots} spots @returns {Box}
  */
-function extent(track, rows, x, y) {
+function extent(track, rows, spots) {
   const box = { side: 0.1, up: 0, down: 0.1 };
+  const { pendulum } = track.doc;
   for (let i = 0; i < track.count; i += 3) {
-    tips(track.doc.pendulum, rows, track.columns.phi, i * track.n, x, y);
-    for (let k = 0; k < track.n; k++) {
-      box.side = Math.max(box.side, Math.abs(x[k]));
-      box.up = Math.max(box.up, y[k]);
-      box.down = Math.max(box.down, -y[k]);
-    }
+    tips(pendulum, rows, track.columns.phi, i * track.n, spots, i * STEP);
+    widenBy(box, pendulum, track.columns.phi, i * track.n, spots);
   }
   return box;
 }
 
 /** @param {Sketch} sketch @param {PictureColours} colours */
-function drawPivot({ context, middle, top }, colours) {
+function drawPivot({ context, spots, middle, top, scale }, colours) {
+  const x = middle + scale * spots.pivot.x;
+  const y = top - scale * spots.pivot.y;
   context.beginPath();
-  context.moveTo(middle - 9, top);
-  context.lineTo(middle + 9, top);
+  context.moveTo(x - 9, y);
+  context.lineTo(x + 9, y);
   context.strokeStyle = colours.pivot;
   context.lineWidth = 1.2;
   context.stroke();
 }
 
 /** @param {Sketch} sketch @param {PictureColours} colours */
-function drawArms({ context, tree, n, x, y, middle, top, scale }, colours) {
+function drawArms({ context, tree, n, spots, middle, top, scale }, colours) {
+  const { x, y, fromX, fromY } = spots;
   context.beginPath();
   for (let k = 0; k < n; k++) {
-    const from = tree.parent[k] - 1;
-    context.moveTo(
-      middle + (from < 0 ? 0 : scale * x[from]),
-      top - (from < 0 ? 0 : scale * y[from]),
-    );
+    context.moveTo(middle + scale * fromX[k], top - scale * fromY[k]);
     context.lineTo(middle + scale * x[k], top - scale * y[k]);
   }
+  brackets(tree, spots, (ax, ay, bx, by) => {
+    context.moveTo(middle + scale * ax, top - scale * ay);
+    context.lineTo(middle + scale * bx, top - scale * by);
+  });
   context.strokeStyle = colours.line;
   context.lineWidth = 1.6;
   context.lineCap = "round";
@@ -117,10 +120,11 @@ function drawArms({ context, tree, n, x, y, middle, top, scale }, colours) {
 }
 
 /** @param {Sketch} sketch @param {PictureColours} colours */
-function drawTips({ context, tree, n, x, y, heaviest, middle, top, scale }, colours) {
+function drawTips({ context, tree, n, spots, heaviest, middle, top, scale }, colours) {
+  const { x, y } = spots;
   context.beginPath();
   for (let k = 0; k < n; k++) {
-    const r = Math.max(1.2, 3.4 * Math.cbrt(tree.mass[k] / heaviest));
+    const r = Math.max(1.2, 3.4 * Math.cbrt(tree.mass[k] / (heaviest || 1)));
     context.moveTo(middle + scale * x[k] + r, top - scale * y[k]);
     context.arc(middle + scale * x[k], top - scale * y[k], r, 0, 2 * Math.PI);
   }
@@ -155,18 +159,18 @@ export function createPicture(canvas, track) {
   const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
   const tree = track.doc.pendulum;
   const rows = order(tree.parent);
-  const [phi, x, y] = [0, 1, 2].map(() => new Float64Array(track.n));
+  const phi = new Float64Array(track.n);
+  const spots = createSpots(track.n);
   const place = { index: 0, fraction: 0 };
   const far = reach(tree);
-  const box = track.count ? extent(track, rows, x, y) : { side: far, up: far, down: far };
+  const box = track.count ? extent(track, rows, spots) : { side: far, up: far, down: far };
   const last = (track.count - 1) * STEP;
   const sketch = {
     context,
     tree,
     n: track.n,
-    x,
-    y,
-    heaviest: Math.max(...tree.mass),
+    spots,
+    heaviest: Math.max(...tree.mass.map((_, k) => massOf(tree, k))),
     middle: 0,
     top: 0,
     scale: 1,
@@ -175,8 +179,9 @@ export function createPicture(canvas, track) {
 
   return (time, colours) => {
     const turn = track.count > 1 ? time % (2 * last) : 0;
-    anglesAt(track, turn > last ? 2 * last - turn : turn, place, phi);
-    tips(tree, rows, phi, 0, x, y);
+    const at = turn > last ? 2 * last - turn : turn;
+    anglesAt(track, at, place, phi);
+    tips(tree, rows, phi, 0, spots, at);
     prepare(sketch, canvas, box);
     drawPivot(sketch, colours);
     drawArms(sketch, colours);

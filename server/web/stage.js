@@ -16,7 +16,8 @@ import { readColours } from "./palette.js";
 import { bare, fineness, still } from "./screen.js";
 import { anglesAt, valuesAt } from "./track.js";
 import { createTrails } from "./trails.js";
-import { order, reach, tips } from "./tree.js";
+import { massOf } from "./terms.js";
+import { createSpots, order, reach, tips } from "./tree.js";
 import { tried } from "./trouble.js";
 
 const EASE_SECONDS = 0.09;
@@ -43,15 +44,14 @@ function shapeOf(tree) {
     n,
     rows: order(tree.parent),
     reach: reach(tree),
-    heaviest: Math.max(...tree.mass),
+    heaviest: Math.max(...tree.mass.map((_, k) => massOf(tree, k))),
     thin: Math.max(1.5, 3.6 - 0.3 * Math.log2(n)),
     phi: array(),
     lambda: array(),
-    x: array(),
-    y: array(),
     ghostPhi: array(),
-    ghostX: array(),
-    ghostY: array(),
+    ...createSpots(n),
+    ghost: createSpots(n),
+    time: 0,
   };
 }
 
@@ -84,7 +84,7 @@ function measure(stage) {
   const { track } = stage.app.motion;
   const { look } = stage;
   const { shape } = look;
-  const found = boxOf(track, shape.rows, shape.reach, shape.ghostX, shape.ghostY);
+  const found = boxOf(track, shape.rows, shape.reach, shape.ghost);
   stage.box = track.complete || !stage.box ? found : union(stage.box, found);
   if (track.complete || !look.most) look.most = forceScale(track);
 }
@@ -128,7 +128,8 @@ function draw(stage) {
   const { shape } = look;
   anglesAt(track, app.clock.time, place, shape.phi);
   valuesAt(track, "lambda", app.clock.time, place, shape.lambda);
-  tips(shape.tree, shape.rows, shape.phi, 0, shape.x, shape.y);
+  shape.time = (track.doc.span.start ?? 0) + app.clock.time;
+  tips(shape.tree, shape.rows, shape.phi, 0, shape, shape.time);
   context.setTransform(size.ratio, 0, 0, size.ratio, 0, 0);
   context.clearRect(0, 0, size.width, size.height);
   drawPendulum(stage);
@@ -149,6 +150,7 @@ function drawPendulum(stage) {
     until === undefined ? Infinity : until / motion.track.doc.span.step,
   );
   paint.paintPivot(painter, look);
+  if (look.shape.tree.at) paint.paintBrackets(painter, look);
   paint.paintArms(painter, look);
   paint.paintTips(painter, look);
   if (store.get().view.arrows) paint.paintArrows(painter, look);
@@ -176,7 +178,7 @@ function numbersOf(text, { tree, lambda }, arm) {
   return text("arm.numbers", {
     arm,
     length: text.short(tree.length[arm - 1]),
-    mass: text.short(tree.mass[arm - 1]),
+    mass: text.short(massOf(tree, arm - 1)),
     force: text.number(lambda[arm - 1], 1),
   });
 }
@@ -187,7 +189,7 @@ function drawGhost({ app, look, painter, ghostPlace }, i) {
   const { shape } = look;
   if (ghost.n !== shape.n) return;
   anglesAt(ghost, app.clock.time, ghostPlace, shape.ghostPhi);
-  tips(shape.tree, shape.rows, shape.ghostPhi, 0, shape.ghostX, shape.ghostY);
+  tips(shape.tree, shape.rows, shape.ghostPhi, 0, shape.ghost, shape.time);
   paint.paintGhost(painter, i, look);
 }
 
@@ -273,8 +275,8 @@ function createStage(element, app) {
  */
 function tipOf({ shape, camera }, arm) {
   return {
-    x: camera.x + (arm ? camera.scale * shape.x[arm - 1] : 0),
-    y: camera.y - (arm ? camera.scale * shape.y[arm - 1] : 0),
+    x: camera.x + camera.scale * (arm ? shape.x[arm - 1] : shape.pivot.x),
+    y: camera.y - camera.scale * (arm ? shape.y[arm - 1] : shape.pivot.y),
   };
 }
 

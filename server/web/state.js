@@ -3,6 +3,8 @@
 // Leaves to others: the motion, which follows from it (motion.js), and the time (clock.js).
 // Invariant: a document is frozen and complete; what touches only `view` makes no step of history.
 
+import { pendulumOf, termsOf } from "./terms.js";
+
 /** @type {Doc} */
 export const PAPER = {
   title: "",
@@ -51,16 +53,12 @@ const HISTORY = 500;
  * @param {Doc} doc @param {State} initial
  */
 export function request(doc, initial = doc.initial) {
+  const { start = 0 } = doc.span;
   /** @type {MotionBody} */
   const body = {
-    pendulum: {
-      length: doc.pendulum.length,
-      mass: doc.pendulum.mass,
-      parent: doc.pendulum.parent,
-      gravity: doc.pendulum.gravity,
-    },
+    pendulum: pendulumOf(doc.pendulum),
     initial: { phi: initial.phi, phid: initial.phid },
-    times: { start: 0, stop: doc.span.stop, step: doc.span.step },
+    times: { start, stop: start + doc.span.stop, step: doc.span.step },
     method: doc.method,
   };
   const tolerant = doc.method !== "symplectic" && doc.method !== "linear";
@@ -87,37 +85,35 @@ export function ghostOf(doc, ghost) {
   };
 }
 
-const IDEAL = ["arms", "length", "mass", "parent", "L", "m", "S", "gravity"];
-const IDEAL_ARM = ["name", "parent", "length", "mass"];
-
-/**
- * Whether this page can show a pendulum: bars, springs, friction and drives it does not draw.
- * @param {any} pendulum
- */
-export const isIdeal = (pendulum) =>
-  Object.keys(pendulum).every((name) => IDEAL.includes(name)) &&
-  (Array.isArray(pendulum.arms) ? pendulum.arms : []).every((/** @type {any} */ arm) =>
-    Object.keys(arm).every((name) => IDEAL_ARM.includes(name)),
-  );
-
 /**
  * The parts of a document that a body of /v1/trajectories (a scene's request, a preset) stands for.
  * @param {MotionBody} body
  */
 export function fromRequest(body) {
-  const { length, mass, parent, gravity = 9.81 } = body.pendulum;
+  const { length, parent, gravity = 9.81 } = body.pendulum;
+  const mass = length.map((_, k) => body.pendulum.mass?.[k] ?? 0);
   const still = length.map(() => 0);
-  const { stop, step, count } = body.times;
   return {
-    pendulum: { length, mass, parent, gravity },
+    pendulum: { length, mass, parent, gravity, ...termsOf(body.pendulum) },
     initial: { phi: body.initial?.phi ?? still, phid: body.initial?.phid ?? still },
-    span: { stop, step: step ?? stop / ((count ?? 1001) - 1) },
+    span: spanOf(body.times),
     method: body.method ?? "taylor",
     rtol: body.rtol ?? null,
     atol: body.atol ?? null,
     precision: body.precision ?? "double",
     ghosts: [],
   };
+}
+
+/**
+ * From when on, for how long and how finely; a start at 0 is left out.
+ * @param {MotionBody["times"]} times
+ */
+function spanOf({ start = 0, stop, step, count }) {
+  // the last digits of a difference are not of the duration
+  const long = start ? Number((stop - start).toPrecision(12)) : stop;
+  const span = { stop: long, step: step ?? long / ((count ?? 1001) - 1) };
+  return start ? { start, ...span } : span;
 }
 
 /** @template Value @param {Value} value @returns {Value} */
@@ -137,7 +133,10 @@ function freeze(value) {
 function patched(doc, patch) {
   const other = doc.preset && patch.pendulum && !("preset" in patch);
   const view = { ...doc.view, ...patch.view };
-  const next = { ...doc, ...(other && { preset: null, title: "" }), ...patch };
+  // another start is one at 0
+  const anew = doc.span.start !== undefined && patch.initial && !patch.span;
+  const span = anew && { span: { stop: doc.span.stop, step: doc.span.step } };
+  const next = { ...doc, ...(other && { preset: null, title: "" }), ...span, ...patch };
   return freeze({ ...next, view: patch.view ? view : doc.view });
 }
 

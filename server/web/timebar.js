@@ -49,11 +49,13 @@ function nudge(clock, event) {
 
 /** Another duration, as it has been typed. @param {App} app @param {HTMLInputElement} until */
 function lengthen({ store, text, announce }, until) {
-  const stop = text.read(until.value);
+  const { start } = store.get().span;
+  const stop = text.read(until.value) - (start ?? 0);
   const sound = stop >= 0.1 && stop <= LONGEST;
   until.setAttribute("aria-invalid", String(!sound));
   if (!sound) return announce(text("time.until.wrong", { most: LONGEST }));
-  store.set({ span: { stop, step: stepOf(stop) } }, { label: "span" });
+  const span = { stop, step: stepOf(stop) };
+  store.set({ span: start ? { start, ...span } : span }, { label: "span" });
 }
 
 /** The buttons that move the clock. @param {App} app */
@@ -124,13 +126,14 @@ function show(bar) {
   const { app, scrub, now } = bar;
   const { clock, text } = app;
   showPlay(bar);
-  const time = text.number(clock.time, 2);
+  const { start = 0 } = app.motion.doc.span;
+  const time = text.number(start + clock.time, 2);
   if (bar.shown === time) return;
   bar.shown = time;
   scrub.max = String(clock.duration);
   scrub.value = String(clock.time);
   scrub.style.setProperty("--share", String(clock.duration ? clock.time / clock.duration : 0));
-  const words = text("time.now", { time, duration: text.short(clock.duration) });
+  const words = text("time.now", { time, duration: text.short(start + clock.duration) });
   scrub.setAttribute("aria-valuetext", words);
   now.textContent = `${time} /`;
 }
@@ -142,7 +145,7 @@ function settings({ app, speed, loop, until }, doc) {
   if (clock.loop !== doc.view.loop) clock.setLoop(doc.view.loop);
   speed.value = String(doc.view.speed);
   loop.setAttribute("aria-pressed", String(doc.view.loop));
-  until.defaultValue = text.short(doc.span.stop, 6);
+  until.defaultValue = text.short((doc.span.start ?? 0) + doc.span.stop, 6);
   if (document.activeElement !== until) until.value = until.defaultValue;
   until.style.width = `calc(${until.defaultValue.length}ch + 12px)`;
 }
@@ -155,7 +158,10 @@ function explain({ app, marks, caption }) {
   const horizon = motion.stats?.horizon;
   if (marks.count()) keys.push(selected ? "time.marks.arm" : "time.marks");
   if (horizon !== undefined && horizon < clock.duration) keys.push("time.trust");
-  const holes = { arm: selected, time: text.short(horizon ?? 0, 3) };
+  const holes = {
+    arm: selected,
+    time: text.short((motion.doc.span.start ?? 0) + (horizon ?? 0), 3),
+  };
   caption.textContent = keys.map((key) => text(key, holes)).join(" \u00b7 ");
   caption.title = keys.map((key) => text(`${key}.long`, holes)).join("; ");
 }

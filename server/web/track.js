@@ -1,8 +1,8 @@
 // One trajectory as a table of samples: rows are added while they arrive, values are read between
 // two of them.
 // Leaves to others: asking the server for it (motion.js), where its tips are (tree.js).
-// Invariant: rows 0 ... count-1 of every column are what the server sent; between them it
-// interpolates and integrates nothing.
+// Invariant: rows 0 ... count-1 of every column are what the server sent (t: since the start);
+// between them it interpolates and integrates nothing.
 
 import { ghostOf } from "./state.js";
 
@@ -41,7 +41,8 @@ export function beginTrack(track, columns) {
       track.columns[name] = values;
       track.widths[name] = count;
     }
-    track.parts.push({ values, count, offset });
+    const shift = name === "t" ? (track.doc.span.start ?? 0) : 0;
+    track.parts.push({ values, count, offset, shift });
     offset += count;
   }
   track.width = offset;
@@ -53,11 +54,11 @@ export function beginTrack(track, columns) {
  */
 export function addRows(track, rows, count) {
   const room = Math.min(count, track.total - track.count);
-  for (const { values, count: width, offset } of track.parts) {
+  for (const { values, count: width, offset, shift } of track.parts) {
     for (let i = 0; i < room; i++) {
       const from = i * track.width + offset;
       const to = (track.count + i) * width;
-      for (let k = 0; k < width; k++) values[to + k] = rows[from + k];
+      for (let k = 0; k < width; k++) values[to + k] = rows[from + k] - shift;
     }
   }
   track.count += room;

@@ -3,14 +3,18 @@
 // Leaves to others: the samples, the colours.
 // Invariant: a frame allocates nothing; a trail is computed once a sample.
 
-import { path } from "./tree.js";
+import { hangsAt } from "./terms.js";
+import { path, pivotAt } from "./tree.js";
 
 const SECONDS = 5;
 const PIECES = 14;
 const POINTS = 700;
 
 /**
- * @typedef {{arm: number, arms: number[], count: number, x: Float32Array, y: Float32Array}} Trail
+ * The path of a tip; legs: the arms on the way to it, from 0, and how far along and across each of
+ * them it goes.
+ * @typedef {{k: number, along: number, across: number}} Leg
+ * @typedef {{arm: number, legs: Leg[], count: number, x: Float32Array, y: Float32Array}} Trail
  */
 
 /**
@@ -24,10 +28,15 @@ const POINTS = 700;
  * @param {Track} track @param {number} arm @returns {Trail}
  */
 function createTrail(track, arm) {
-  const arms = path(track.doc.pendulum.parent, arm).map((k) => k - 1);
+  const tree = track.doc.pendulum;
+  const arms = path(tree.parent, arm).map((k) => k - 1);
+  const legs = arms.map((k, i) => {
+    const [along, across] = i + 1 < arms.length ? hangsAt(tree, arms[i + 1]) : [tree.length[k], 0];
+    return { k, along, across };
+  });
   return {
     arm,
-    arms,
+    legs,
     count: 0,
     x: new Float32Array(track.total),
     y: new Float32Array(track.total),
@@ -36,14 +45,17 @@ function createTrail(track, arm) {
 
 /** @param {Trail} trail @param {Track} track */
 function extend(trail, track) {
-  const { length } = track.doc.pendulum;
+  const { pendulum, span } = track.doc;
+  const pivot = { x: 0, y: 0 };
   for (; trail.count < track.count; trail.count++) {
     const row = trail.count * track.n;
-    let x = 0;
-    let y = 0;
-    for (const k of trail.arms) {
-      x += length[k] * Math.cos(track.columns.phi[row + k]);
-      y += length[k] * Math.sin(track.columns.phi[row + k]);
+    pivotAt(pendulum, (span.start ?? 0) + trail.count * span.step, pivot);
+    let { x, y } = pivot;
+    for (const { k, along, across } of trail.legs) {
+      const cos = Math.cos(track.columns.phi[row + k]);
+      const sin = Math.sin(track.columns.phi[row + k]);
+      x += along * cos - across * sin;
+      y += along * sin + across * cos;
     }
     trail.x[trail.count] = x;
     trail.y[trail.count] = y;

@@ -1,8 +1,10 @@
-// A pendulum tree as arrays {length, mass, parent, gravity}: where its tips are, and trees made
-// from it.
+// A pendulum tree as arrays {length, mass, parent, gravity}, and lists of terms: where its joints
+// and tips are, and trees made from it.
 // Leaves to others: forces and motion, which only the server computes.
 // Invariant: arms are numbered from 1, 0 is the pivot; trees made here are valid, what is given
 // stays as it was.
+
+import { ROWS, centerOf, hangsAt, massOf, shakes, termOf, waveAt, withTerm } from "./terms.js";
 
 /**
  * Indices (from 0) of all arms such that every parent comes before its children.
@@ -31,19 +33,70 @@ export function children(parent) {
   return rows;
 }
 
+/** Room for the places of n arms. @param {number} n @returns {Spots} */
+export const createSpots = (n) => ({
+  x: new Float64Array(n),
+  y: new Float64Array(n),
+  fromX: new Float64Array(n),
+  fromY: new Float64Array(n),
+  pivot: { x: 0, y: 0 },
+});
+
 /**
- * Writes the tips of all arms into x, y (metres, pivot at 0, y upwards); phi from offset on. No
- * allocation.
- * @param {Tree} tree @param {number[]} rows @param {ArrayLike<number>} phi @param {number} offset
- * @param {Float64Array} x @param {Float64Array} y
+ * Where the pivot is at a time, but for its constant acceleration, with which the eye goes.
+ * @param {Tree} tree @param {number} time s of the request's own time @param {Point} pivot
  */
-export function tips(tree, rows, phi, offset, x, y) {
+export function pivotAt(tree, time, pivot) {
+  pivot.x = waveAt(tree.pivot?.x?.harmonics, time);
+  pivot.y = waveAt(tree.pivot?.y?.harmonics, time);
+}
+
+/**
+ * Writes the joints and tips of all arms into spots (metres, from where the pivot is at rest, y
+ * upwards); phi from offset on. An ideal tree's allocates nothing.
+ * @param {Tree} tree @param {number[]} rows @param {ArrayLike<number>} phi @param {number} offset
+ * @param {Spots} spots @param {number} time s of the request's own time
+ */
+export function tips(tree, rows, phi, offset, spots, time = 0) {
+  const { x, y, fromX, fromY, pivot } = spots;
+  pivotAt(tree, time, pivot);
   for (let i = 0; i < rows.length; i++) {
     const k = rows[i];
-    const carrier = tree.parent[k];
-    const angle = phi[offset + k];
-    x[k] = (carrier ? x[carrier - 1] : 0) + tree.length[k] * Math.cos(angle);
-    y[k] = (carrier ? y[carrier - 1] : 0) + tree.length[k] * Math.sin(angle);
+    const carrier = tree.parent[k] - 1;
+    fromX[k] = carrier < 0 ? pivot.x : x[carrier];
+    fromY[k] = carrier < 0 ? pivot.y : y[carrier];
+    if (carrier >= 0 && termOf(tree, "at", k) !== null) hang(tree, k, phi[offset + carrier], spots);
+    x[k] = fromX[k] + tree.length[k] * Math.cos(phi[offset + k]);
+    y[k] = fromY[k] + tree.length[k] * Math.sin(phi[offset + k]);
+  }
+}
+
+/**
+ * The joint of an arm that hangs elsewhere than at its parent's tip.
+ * @param {Tree} tree @param {number} k @param {number} angle of the parent @param {Spots} spots
+ */
+function hang(tree, k, angle, { fromX, fromY }) {
+  const carrier = tree.parent[k] - 1;
+  const [along, across] = hangsAt(tree, k);
+  fromX[k] = fromX[carrier] + along * Math.cos(angle) - across * Math.sin(angle);
+  fromY[k] = fromY[carrier] + along * Math.sin(angle) + across * Math.cos(angle);
+}
+
+/**
+ * Calls line(ax, ay, bx, by) for every joint that is not on the parent's arm: from the nearest
+ * point of the arm to the joint, metres.
+ * @param {Tree} tree @param {Spots} spots
+ * @param {(ax: number, ay: number, bx: number, by: number) => unknown} line
+ */
+export function brackets(tree, { x, y, fromX, fromY }, line) {
+  for (let k = 0; k < (tree.at?.length ?? 0); k++) {
+    const carrier = tree.parent[k] - 1;
+    if (carrier < 0 || termOf(tree, "at", k) === null) continue;
+    const long = tree.length[carrier];
+    const share = Math.max(0, Math.min(1, hangsAt(tree, k)[0] / long));
+    const ax = fromX[carrier] + share * (x[carrier] - fromX[carrier]);
+    const ay = fromY[carrier] + share * (y[carrier] - fromY[carrier]);
+    line(ax, ay, fromX[k], fromY[k]);
   }
 }
 
@@ -58,13 +111,16 @@ export function path(parent, arm) {
   return rows;
 }
 
-/** How far the farthest tip can be from the pivot. @param {Tree} tree */
+/** How far the farthest part can be from where the pivot rests. @param {Tree} tree */
 export function reach(tree) {
-  const far = new Float64Array(tree.length.length);
+  const joint = new Float64Array(tree.length.length);
   let most = 0;
   for (const k of order(tree.parent)) {
-    far[k] = (tree.parent[k] ? far[tree.parent[k] - 1] : 0) + tree.length[k];
-    if (far[k] > most) most = far[k];
+    const carrier = tree.parent[k] - 1;
+    joint[k] = carrier < 0 ? shakes(tree) : joint[carrier] + Math.hypot(...hangsAt(tree, k));
+    const body = termOf(tree, "body", k);
+    const far = Math.max(tree.length[k], body ? Math.hypot(...centerOf(body)) : 0);
+    most = Math.max(most, joint[k] + far);
   }
   return most;
 }
@@ -86,6 +142,20 @@ export function removable(parent, arm) {
 }
 
 /**
+ * Terms by which a new arm is like the one that carries it, where it is a bar: a rig is of one
+ * make.
+ * @type {import("./terms.js").Row[]}
+ */
+const ALIKE = ["rod", "damping", "friction"];
+
+/**
+ * The mass at a new arm's tip on `carrier`: 0 of a bar, else as much as the carrier weighs.
+ * @param {Tree} tree @param {number} carrier
+ */
+export const tipMass = (tree, carrier) =>
+  termOf(tree, "rod", carrier - 1) ? tree.mass[carrier - 1] : massOf(tree, carrier - 1);
+
+/**
  * {pendulum, initial, ghosts} with one more arm on `carrier`, its number the last.
  * @param {Doc} doc @param {number} carrier @param {{length: number, mass: number, phi: number}} arm
  */
@@ -93,13 +163,24 @@ export function withArm(doc, carrier, { length, mass, phi }) {
   const { pendulum } = doc;
   /** @template {State} Start @param {Start} state @returns {Start} */
   const longer = (state) => ({ ...state, phi: [...state.phi, phi], phid: [...state.phid, 0] });
+  /** @type {Tree} */
+  let grown = {
+    ...pendulum,
+    length: [...pendulum.length, length],
+    mass: [...pendulum.mass, mass],
+    parent: [...pendulum.parent, carrier],
+  };
+  for (const name of ROWS) {
+    const like = ALIKE.includes(name) ? termOf(pendulum, name, carrier - 1) : null;
+    if (pendulum[name])
+      grown = withTerm(
+        grown,
+        name,
+        (k) => pendulum[name]?.[k] ?? (k < pendulum.length.length ? null : like),
+      );
+  }
   return {
-    pendulum: {
-      ...pendulum,
-      length: [...pendulum.length, length],
-      mass: [...pendulum.mass, mass],
-      parent: [...pendulum.parent, carrier],
-    },
+    pendulum: grown,
     initial: longer(doc.initial),
     ghosts: doc.ghosts.map(longer),
   };
@@ -118,13 +199,17 @@ export function withoutBranch(doc, arm) {
   const pick = (list) => keep.map((k) => list[k]);
   /** @template {State} Start @param {Start} state @returns {Start} */
   const shorter = (state) => ({ ...state, phi: pick(state.phi), phid: pick(state.phid) });
+  /** @type {Tree} */
+  let rest = {
+    ...pendulum,
+    length: pick(pendulum.length),
+    mass: pick(pendulum.mass),
+    parent: pick(pendulum.parent).map((carrier) => number.get(carrier) ?? 0),
+  };
+  for (const name of ROWS)
+    if (pendulum[name]) rest = withTerm(rest, name, (k) => termOf(pendulum, name, keep[k]));
   return {
-    pendulum: {
-      ...pendulum,
-      length: pick(pendulum.length),
-      mass: pick(pendulum.mass),
-      parent: pick(pendulum.parent).map((carrier) => number.get(carrier) ?? 0),
-    },
+    pendulum: rest,
     initial: shorter(doc.initial),
     ghosts: doc.ghosts.map(shorter),
     view: {

@@ -4,8 +4,43 @@
 // Invariant: angles are radians, 0 is to the right, they grow against the clock; metres, kilograms,
 // seconds, newtons.
 
+/** A place on an arm, m: along it, or [along, across]. */
+type Place2 = number | number[];
+
+interface Body {
+  mass: number;
+  center: Place2;
+  inertia?: number;
+}
+
+/** amplitude cos(omega t + phase) */
+interface Harmonic {
+  amplitude: number;
+  omega: number;
+  phase?: number;
+}
+
+interface Axis {
+  harmonics?: Harmonic[];
+}
+
+/** What a real pendulum has beyond an ideal one, as requests have it: one entry an arm. */
+interface Terms {
+  rod?: (number | null)[];
+  body?: (Body | null)[];
+  at?: (Place2 | null)[];
+  damping?: (number | null)[];
+  stiffness?: (number | null)[];
+  rest?: (number | null)[];
+  friction?: ({ torque: number; speed: number } | null)[];
+  torque?: (number | { constant?: number; harmonics?: Harmonic[] } | null)[];
+  drag?: ({ linear?: number; quadratic?: number; speed?: number } | null)[];
+  drag_per_mass?: number;
+  pivot?: { x?: Axis; y?: Axis; acceleration?: number[] };
+}
+
 /** Arms are numbered from 1; parent[k - 1] is the arm that carries arm k, 0 is the pivot. */
-interface Tree {
+interface Tree extends Terms {
   length: number[];
   mass: number[];
   parent: number[];
@@ -45,7 +80,8 @@ interface Doc {
   preset: string | null;
   pendulum: Tree;
   initial: State;
-  span: { stop: number; step: number };
+  /** From `start` (0 where it is left out) for `stop` seconds. */
+  span: { start?: number; stop: number; step: number };
   method: string;
   rtol: number | null;
   atol: number | null;
@@ -79,7 +115,12 @@ interface Store {
 
 /** The body of /v1/trajectories, and of what is asked for like it. */
 interface MotionBody {
-  pendulum: Tree;
+  pendulum: Terms & {
+    length: number[];
+    mass?: (number | null)[];
+    parent: number[];
+    gravity?: number;
+  };
   initial: State;
   times: { start?: number; stop: number; step?: number; count?: number };
   method?: string;
@@ -114,7 +155,7 @@ type Columns = Record<string, Float64Array>;
  * The least that a motion of which pictures are drawn has: rows 0 ... count - 1 of phi and phid.
  */
 interface Samples {
-  doc: { pendulum: Tree; span: { step: number } };
+  doc: { pendulum: Tree; span: { start?: number; step: number } };
   initial: State;
   n: number;
   count: number;
@@ -129,7 +170,7 @@ interface Track extends Samples {
   preview: ArrayLike<number> | null;
   t: Float64Array;
   widths: Record<string, number>;
-  parts: { values: Float64Array; count: number; offset: number }[];
+  parts: { values: Float64Array; count: number; offset: number; shift: number }[];
   width: number;
   stats: Stats | null;
 }
@@ -322,8 +363,17 @@ interface Box {
   down: number;
 }
 
-/** What depends on the tree only, and where its tips are in this frame. */
-interface Shape {
+/** Where the joints (from) and the tips of arms are, and the pivot; metres. */
+interface Spots {
+  x: Float64Array;
+  y: Float64Array;
+  fromX: Float64Array;
+  fromY: Float64Array;
+  pivot: Point;
+}
+
+/** What depends on the tree only, and where its joints and tips are in this frame. */
+interface Shape extends Spots {
   tree: Tree;
   n: number;
   rows: number[];
@@ -332,11 +382,10 @@ interface Shape {
   thin: number;
   phi: Float64Array;
   lambda: Float64Array;
-  x: Float64Array;
-  y: Float64Array;
   ghostPhi: Float64Array;
-  ghostX: Float64Array;
-  ghostY: Float64Array;
+  ghost: Spots;
+  /** s of the request's own time */
+  time: number;
 }
 
 interface Colours {

@@ -97,8 +97,9 @@ export async function links_that_are_damaged_or_hostile_do_no_harm(rig) {
   const bad = ["/#d=%%%", "/#d=AAAA", "/#s=nosuchscene0000000000", "/#j=AAAA", linkOf({}), linkOf([]),
     `/#d=${deflateRawSync(Buffer.alloc(64 << 20, " ")).toString("base64url")}`, // much from little
     linkOf({ request: null }),
-    linkOf({ request: { pendulum: { ...tree, damping: [1, 0] }, initial: start, times } }), // not shown as an ideal one
-    linkOf({ request: { pendulum: { arms: [{ length: 1, rod: 1 }] }, initial: start, times } }),
+    linkOf({ request: { pendulum: { ...tree, damping: [1] }, initial: start, times } }),
+    linkOf({ request: { pendulum: { ...tree, body: [5, null] }, initial: start, times } }),
+    linkOf({ request: { pendulum: { ...tree, pivot: { x: { harmonics: [null] } } }, initial: start, times } }),
     linkOf({ request: { pendulum: { ...tree, parent: [2, 1] }, initial: start, times } }),
     linkOf({ request: { pendulum: tree, initial: { phi: ["<b>", 0], phid: [0, 0] }, times } }),
     linkOf({ request: { pendulum: tree, initial: start, times: { start: 0, stop: 1e9, step: 1e-9 } } })];

@@ -22,7 +22,10 @@ export async function the_page_opens_wide_with_the_examples_beside_it(rig) {
   await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(3.98); });
   await drawn(page);
   await rig.shot(page, "wide");
-  assert.equal(await page.locator(".preset").count(), 14);
+  const names = await page.evaluate(async () => (await pendulumd.client.presets()).presets.map(({ name }) => name));
+  const shown = await page.locator(".preset").evaluateAll((cards) => cards.map((card) => card.dataset.preset));
+  assert.deepEqual(shown, names, "every example of the server is shown, real pendulums too");
+  assert.ok(names.length >= 19 && names.includes("kapitza"));
   await close(page);
 }
 

@@ -12,7 +12,8 @@ const LEAST = 1e-16;
 
 /**
  * What charts are made of: the library, the clock, the words.
- * @typedef {{uPlot: any, clock: Clock, text: Text, key: string, group: ChartGroup}} Frame
+ * @typedef {{uPlot: any, motion: Motion, clock: Clock, text: Text, key: string, group:
+ * ChartGroup}} Frame
  */
 
 /** @typedef {Required<ChartOptions>} Look */
@@ -21,7 +22,7 @@ const LEAST = 1e-16;
  * Charts that share time.
  * @param {App} app @param {string} key a name of the group @returns {Promise<ChartGroup>}
  */
-export async function createGroup({ clock, text, files }, key) {
+export async function createGroup({ motion, clock, text, files }, key) {
   const coming = [files.script("lib/uplot.js"), files.style("lib/uplot.css")];
   const [{ default: uPlot }] = await Promise.all(coming);
   /** @type {Set<Chart>} */
@@ -43,7 +44,7 @@ export async function createGroup({ clock, text, files }, key) {
     /** By a factor about the clock, or about the middle where the clock is not to be seen. */
     magnify: (factor) => magnify(group, clock, factor),
     add(host, options) {
-      const chart = createChart(host, options, { uPlot, clock, text, key, group });
+      const chart = createChart(host, options, { uPlot, motion, clock, text, key, group });
       charts.add(chart);
       return chart;
     },
@@ -85,8 +86,8 @@ function powers(low, high) {
   return list;
 }
 
-/** @param {Text} text @param {Look} look */
-function axes(text, { times, log }) {
+/** @param {Frame} frame @param {Look} look */
+function axes({ text, motion }, { times, log }) {
   const line = cssValue("--line");
   const common = {
     stroke: cssValue("--quiet"),
@@ -100,7 +101,7 @@ function axes(text, { times, log }) {
     size: times ? 26 : 6,
     space: 60,
     values: (/** @type {unknown} */ _, /** @type {number[]} */ ticks) =>
-      ticks.map((tick) => (times ? text.short(tick) : "")),
+      ticks.map((tick) => (times ? text.short((motion.doc.span.start ?? 0) + tick) : "")),
   };
   const value = {
     ...common,
@@ -173,7 +174,7 @@ function optionsOf(host, look, frame) {
       drag: { x: true, y: false, setScale: false },
     },
     scales: { x: { time: false, auto: false, range: () => span(frame) }, y },
-    axes: axes(frame.text, look),
+    axes: axes(frame, look),
     series: [{}, ...look.series.map(curve)],
     hooks: { setSelect: [(/** @type {any} */ plotted) => chosen(frame.group, plotted)] },
   };

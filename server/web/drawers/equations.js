@@ -5,6 +5,7 @@
 
 import { said } from "../client.js";
 import { createBag, h, iconButton } from "../dom.js";
+import { pendulumOf } from "../terms.js";
 import { aborted, button, choice, copyButton, settled } from "./kit.js";
 
 const PARTS = ["parameters", "z", "S", "B", "M", "aaa", "bbb"];
@@ -111,9 +112,8 @@ function show({ app, katex, formulas }, { latex }) {
 async function write(view, { pendulum, initial }, form) {
   view.stop?.abort();
   view.stop = new AbortController();
-  const { length, mass, parent, gravity } = pendulum;
   const start = { phi: initial.phi, phid: initial.phid };
-  const body = { pendulum: { length, mass, parent, gravity }, initial: start, form };
+  const body = { pendulum: pendulumOf(pendulum), initial: start, form };
   const answer = await view.app.client.equations(body, { signal: view.stop.signal });
   const same = view.written?.pendulum === pendulum && view.written.form === form;
   view.written = { pendulum, initial, form, answer };

@@ -3,6 +3,7 @@
 // Invariant: what is known of a point is the server's number; the rest of the start is as when the
 // map was begun.
 
+import { pendulumOf } from "../terms.js";
 import { figure } from "./kit.js";
 
 const DEGREE = Math.PI / 180;
@@ -55,10 +56,9 @@ const axis = (arm, start, stop, count) => ({ vary: "theta", arm, start, stop, co
  */
 export function bodyOf(map, row = 0, rows = map.count) {
   const { pendulum, initial, across, up, count, duration } = map;
-  const { length, mass, parent, gravity } = pendulum;
   const strip = axis(up, angleAt(row, count), angleAt(row + rows - 1, count), rows);
   return {
-    pendulum: { length, mass, parent, gravity },
+    pendulum: pendulumOf(pendulum),
     initial: { phi: initial.phi, phid: initial.phid },
     grid: [axis(across, -180, 180, count), strip],
     duration,

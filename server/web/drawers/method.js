@@ -89,18 +89,18 @@ function setOverlay(store, on) {
   store.set({ ghosts: on ? [...others, paper] : others }, { label: "ghosts" });
 }
 
-/** @param {Text} text @param {Stats} stats @param {number} stop */
-function trust(text, { trust_until: exact, horizon }, stop) {
+/** @param {Text} text @param {Stats} stats @param {Doc["span"]} span */
+function trust(text, { trust_until: exact, horizon }, { start = 0, stop }) {
   const time = exact ?? horizon;
-  if (time >= stop) return text("method.trustAll");
+  if (time >= start + stop) return text("method.trustAll");
   return text("method.trustValue", { time: text.number(time, 2) });
 }
 
 /**
  * The facts of a run in words, in the order of FACTS.
- * @param {Text} text @param {Run} run @param {number} stop
+ * @param {Text} text @param {Run} run @param {Doc["span"]} span
  */
-function factsInWords(text, { stats, distance }, stop) {
+function factsInWords(text, { stats, distance }, span) {
   if (!stats) return FACTS.map(() => UNKNOWN);
   const whole = (/** @type {number} */ count = 0) => text.short(count, 9);
   const time = figure(text, (stats.compute_seconds ?? 0) * 1000, 2);
@@ -109,7 +109,7 @@ function factsInWords(text, { stats, distance }, stop) {
     whole(stats.rejected),
     whole(stats.evaluations),
     figure(text, stats.energy_drift, 2),
-    trust(text, stats, stop),
+    trust(text, stats, span),
     distance?.length ? figure(text, distance[distance.length - 1], 2) : UNKNOWN,
     text("method.computeValue", { time }),
   ];
@@ -118,7 +118,7 @@ function factsInWords(text, { stats, distance }, stop) {
 /** @param {View} view @param {Run[]} runs */
 function showFacts({ app, facts }, runs) {
   const { motion, text } = app;
-  const columns = runs.map((run) => factsInWords(text, run, motion.doc.span.stop));
+  const columns = runs.map((run) => factsInWords(text, run, motion.doc.span));
   const heads = runs.map(({ name }) => h("th", { scope: "col" }, name));
   const rows = FACTS.map((name, i) => {
     const title = h("th", { scope: "row" }, text(`method.${name}`));
@@ -241,7 +241,8 @@ function show(view) {
 async function fetchFacts(view, doc, signal) {
   if (factsOf(view, doc)) return;
   const few = doc.pendulum.length.length <= EXACT_ARMS && doc.span.stop <= EXACT_SECONDS;
-  const times = { start: 0, stop: doc.span.stop, count: 201 };
+  const { start = 0, stop } = doc.span;
+  const times = { start, stop: start + stop, count: 201 };
   const exact = few && doc.precision === "double" ? { trust: true } : {};
   const body = { ...request(doc), times, output: ["energy"], digits: 4, ...exact };
   const { stats } = await view.app.client.trajectory(body, { signal });

@@ -3,7 +3,8 @@
 // Invariant: all of the tree fits whatever the angles, unless it was told of less (fit).
 
 import { h } from "../dom.js";
-import { order, reach, tips } from "../tree.js";
+import { massOf } from "../terms.js";
+import { brackets, createSpots, order, reach, tips } from "../tree.js";
 import { cssValue } from "./kit.js";
 
 /** @typedef {{width: number, height: number, top?: number, label?: string | null}} MiniOptions */
@@ -14,8 +15,7 @@ import { cssValue } from "./kit.js";
  */
 
 /** What it is drawn with. @typedef {{
- *   context: CanvasRenderingContext2D, tree: Tree, rows: number[], x: Float64Array, y:
- *   Float64Array,
+ *   context: CanvasRenderingContext2D, tree: Tree, rows: number[], spots: Spots,
  *   thin: number, heaviest: number, scale: number,
  * }} Sketch */
 
@@ -38,20 +38,24 @@ function canvasOf({ width, height, label = null }) {
  * @param {Sketch} sketch @param {ArrayLike<number>} phi @param {string} colour @param {string}
  * tipColour
  */
-function strokes({ context, tree, rows, x, y, thin, heaviest, scale }, phi, colour, tipColour) {
-  tips(tree, rows, phi, 0, x, y);
+function strokes({ context, tree, rows, spots, thin, heaviest, scale }, phi, colour, tipColour) {
+  const { x, y, fromX, fromY } = spots;
+  tips(tree, rows, phi, 0, spots);
   context.beginPath();
   for (let k = 0; k < rows.length; k++) {
-    const from = tree.parent[k] - 1;
-    context.moveTo(scale * (from < 0 ? 0 : x[from]), -scale * (from < 0 ? 0 : y[from]));
+    context.moveTo(scale * fromX[k], -scale * fromY[k]);
     context.lineTo(scale * x[k], -scale * y[k]);
   }
+  brackets(tree, spots, (ax, ay, bx, by) => {
+    context.moveTo(scale * ax, -scale * ay);
+    context.lineTo(scale * bx, -scale * by);
+  });
   context.strokeStyle = colour;
   context.lineWidth = thin;
   context.stroke();
   context.beginPath();
   for (let k = 0; k < rows.length; k++) {
-    const r = Math.max(thin * 0.9, thin * 1.8 * Math.cbrt(tree.mass[k] / heaviest));
+    const r = Math.max(thin * 0.9, thin * 1.8 * Math.cbrt(tree.mass[k] / (heaviest || 1)));
     context.moveTo(scale * x[k] + r, -scale * y[k]);
     context.arc(scale * x[k], -scale * y[k], r, 0, 2 * Math.PI);
   }
@@ -81,8 +85,8 @@ function sketchOf(tree, context) {
   const rows = order(tree.parent);
   const n = rows.length;
   const thin = Math.max(1, Math.min(2.4, 14 / Math.sqrt(n)));
-  const place = { x: new Float64Array(n), y: new Float64Array(n) };
-  return { context, tree, rows, ...place, thin, heaviest: Math.max(...tree.mass), scale: 1 };
+  const heaviest = Math.max(...tree.mass.map((_, k) => massOf(tree, k)));
+  return { context, tree, rows, spots: createSpots(n), thin, heaviest, scale: 1 };
 }
 
 /**
@@ -106,8 +110,8 @@ export function createMini(tree, options) {
     },
     /** As large as the place allows for a tree that swings as far aside as in this pose. */
     fit(phi) {
-      tips(tree, sketch.rows, phi, 0, sketch.x, sketch.y);
-      const aside = sketch.x.reduce((most, value) => Math.max(most, Math.abs(value)), 1e-9);
+      tips(tree, sketch.rows, phi, 0, sketch.spots);
+      const aside = sketch.spots.x.reduce((most, value) => Math.max(most, Math.abs(value)), 1e-9);
       sketch.scale = Math.min((width / 2 - 8) / aside, deep);
     },
     draw(phi, pale = []) {

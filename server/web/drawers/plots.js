@@ -200,7 +200,9 @@ function follow(view) {
   charts.portrait.at(now.phi[chosen - 1], now.phid[chosen - 1]);
   if (clock.playing && performance.now() - view.told < READABLE_MS) return;
   view.told = performance.now();
-  summary.textContent = text("plots.numbers", { time: text.number(clock.time, 2) });
+  summary.textContent = text("plots.numbers", {
+    time: text.number((motion.doc.span.start ?? 0) + clock.time, 2),
+  });
   if (numbers.open) table.replaceChildren(tableOf(text, now));
 }
 

@@ -357,6 +357,21 @@ export default {
   "preset.thor": "Thor",
   "preset.octopus": "Krake",
   "preset.mobile": "Mobile",
+  "preset.kapitza": "Kapitza-Pendel",
+  "preset.double-bars": "Doppelpendel aus Stäben",
+  "preset.driven-damped": "Angetrieben und gedämpft",
+  "preset.coupled": "Gekoppelt durch eine Feder",
+  "preset.laboratory-double": "Doppelpendel im Labor",
+  "preset.kapitza.words":
+    "Die Aufhängung rüttelt 32 Mal in der Sekunde auf und ab: So bleibt das Pendel oben stehen. Mit weniger als der halben Amplitude (unter 11 mm) fällt es.",
+  "preset.double-bars.words":
+    "Zwei Stäbe ohne Gewichte an den Enden, wie die meisten Doppelpendel auf einem Tisch.",
+  "preset.driven-damped.words":
+    "Ein Motor dreht es hin und her, Reibung bremst es. Mit einem Motor von 0,9 N m schwingt es im Takt des Motors, mit 1,07 N m wiederholt es sich erst nach zwei Perioden, und mit 1,15 N m, wie hier, wiederholt es sich nie: der Weg ins Chaos.",
+  "preset.coupled.words":
+    "Zwei gleiche Pendel hängen an einem Rahmen, den eine Feder aufrecht hält. Das erste gibt seine Schwingung an das zweite ab und bekommt sie wieder.",
+  "preset.laboratory-double.words":
+    "Ein Versuchsstand mit Lagern und einem Motor im zweiten Gelenk, beschrieben durch fünfzehn Zahlen.",
 
   "help.title": "So geht es",
   "help.hand":
@@ -417,8 +432,6 @@ export default {
   "failure.broken": "Die Antwort brach vor ihrem Ende ab.",
   "failure.refused": "Der Server hat das abgelehnt ({status}).",
   "failure.link": "Dieser Link ist nicht lesbar.",
-  "failure.real":
-    "Dieses Pendel hat Stäbe, Federn, Reibung oder einen Antrieb, was diese Seite noch nicht zeigt.",
   "failure.file":
     "Ein Teil der Seite konnte nicht geladen werden. Vielleicht ist der Server beschäftigt: bitte gleich noch einmal versuchen.",
   "failure.part":

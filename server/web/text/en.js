@@ -355,6 +355,21 @@ export default {
   "preset.thor": "Thor",
   "preset.octopus": "Octopus",
   "preset.mobile": "Mobile",
+  "preset.kapitza": "Kapitza’s pendulum",
+  "preset.double-bars": "Double pendulum of bars",
+  "preset.driven-damped": "Driven and damped",
+  "preset.coupled": "Coupled by a spring",
+  "preset.laboratory-double": "Laboratory double pendulum",
+  "preset.kapitza.words":
+    "The pivot shakes up and down 32 times a second: so the pendulum stays upside down. With less than half the amplitude (below 11 mm) it falls.",
+  "preset.double-bars.words":
+    "Two bars with nothing at their tips, like most double pendulums on a table.",
+  "preset.driven-damped.words":
+    "A motor turns it to and fro, friction brakes it. With a motor of 0.9 N m it swings in the motor’s time, with 1.07 N m it needs two periods to repeat itself, and with 1.15 N m, as here, it never repeats: the route to chaos.",
+  "preset.coupled.words":
+    "Two equal pendulums hang on a frame that a spring holds upright. The first hands its swing over to the second, and gets it back.",
+  "preset.laboratory-double.words":
+    "A rig with bearings and a motor in the second joint, described by fifteen numbers.",
 
   "help.title": "How to handle it",
   "help.hand":
@@ -414,8 +429,6 @@ export default {
   "failure.broken": "The answer broke off before its end.",
   "failure.refused": "The server refused this ({status}).",
   "failure.link": "This link cannot be read.",
-  "failure.real":
-    "This pendulum has bars, springs, friction or a drive, which this page cannot show yet.",
   "failure.file":
     "A part of the page could not be loaded. The server may be busy: try again in a moment.",
   "failure.part": "A part of the page could not be made. The rest goes on; reload it to try again.",

@@ -1,0 +1,102 @@
+// Real pendulums on the stage: bars, springs, friction and drives come in by links and examples, and what is seen is what
+// the server computes.
+
+import assert from "node:assert/strict";
+import { deflateRawSync } from "node:zlib";
+import { close, drawn, moving } from "./rig.mjs";
+
+const linkOf = (scene) => `/#d=${deflateRawSync(JSON.stringify(scene)).toString("base64url")}`;
+
+/** A pendulum with a term of every kind, drawn in places that only the terms explain. */
+const EVERYTHING = {
+  length: [1, 0.5, 0.6], mass: [0.5, 0, 0.2], parent: [0, 1, 1], gravity: 1.62,
+  rod: [null, 0.3, null], body: [{ mass: 0.4, center: [-0.2, 0.1], inertia: 0.01 }, null, null], at: [null, [0.4, 0.3], -0.2],
+  damping: [0.05, null, 0.01], stiffness: [null, 0.8, null], rest: [null, 0.5, null], friction: [null, null, { torque: 0.01, speed: 0.1 }],
+  torque: [null, { constant: 0.1, harmonics: [{ amplitude: 0.3, omega: 3, phase: 1 }] }, null], drag: [null, null, { linear: 0.02, quadratic: 0.1 }],
+  drag_per_mass: 0.01, pivot: { x: { harmonics: [{ amplitude: 0.1, omega: 5, phase: 0.2 }] }, y: { harmonics: [{ amplitude: 0.05, omega: 9 }] } },
+};
+const REQUEST = { pendulum: EVERYTHING, initial: { phi: [-1, 0.2, -2], phid: [0, 1, 0] }, times: { start: 1.5, stop: 5.5, step: 0.01 } };
+
+/** What the page has drawn at a time, in metres, and what the server says of the same instant. */
+async function tipsAt(page, time) {
+  await page.evaluate((t) => { pendulumd.clock.pause(); pendulumd.clock.seek(t); }, time);
+  await drawn(page);
+  return page.evaluate(async () => {
+    const { stage, store, clock, client, motion } = pendulumd;
+    const doc = store.get();
+    const { z } = await client.trajectory({ pendulum: doc.pendulum, initial: doc.initial, output: ["z"],
+      times: [doc.span.start ?? 0, (doc.span.start ?? 0) + clock.time] });
+    const last = z.re.length - 1;
+    const pixels = z.re[last].map((_, k) => stage.tip(k + 1));
+    return { pixels, z: z.re[last].map((x, k) => ({ x, y: z.im[last][k] })), t: motion.t[1] };
+  });
+}
+
+/** The largest difference in metres between what is drawn and z, the scale being that of two tips. */
+function apart({ pixels, z }) {
+  const far = (a, b) => Math.hypot(a.x - b.x, a.y - b.y);
+  const scale = far(pixels[0], pixels[1]) / far(z[0], z[1]);
+  return Math.max(...z.map((tip, k) => Math.hypot((pixels[k].x - pixels[0].x) / scale - (tip.x - z[0].x), -(pixels[k].y - pixels[0].y) / scale - (tip.y - z[0].y))));
+}
+
+export async function a_link_with_every_term_opens_as_what_it_is_and_the_stage_shows_its_motion(rig) {
+  const page = await rig.open({ path: linkOf({ request: REQUEST }) });
+  const { pendulum, span } = await page.evaluate(() => pendulumd.store.get());
+  assert.deepEqual([pendulum, span], [EVERYTHING, { start: 1.5, stop: 4, step: 0.01 }]);
+  for (const time of [0.01, 2]) {
+    const seen = await tipsAt(page, time);
+    const off = apart(seen);
+    assert.ok(off < 1e-9, `at ${time} s the tips are ${off} m from where the server has them`);
+    assert.ok(Math.abs(seen.t - 0.01) < 1e-12, "samples are counted from the start");
+  }
+  assert.equal(await page.textContent(".now"), "3.50 /", "the time bar shows the request's own time");
+  const again = await page.evaluate(async () => {
+    const link = await import(new URL("link.js", document.querySelector("script[src$='early.js']").src));
+    return link.linkOf(pendulumd.store.get());
+  });
+  const other = await rig.open({ path: `/${again}` });
+  const parts = (seen) => seen.evaluate(() => {
+    const { pendulum: tree, initial, span: when, method } = pendulumd.store.get();
+    return { tree, initial, when, method };
+  });
+  assert.deepEqual(await parts(other), await parts(page));
+  await close(other);
+  await close(page);
+}
+
+export async function a_scene_by_arms_keeps_its_terms(rig) {
+  const request = { pendulum: { arms: [{ name: "a", length: 1, rod: 2, damping: 0.1 }, { parent: "a", length: 0.5, mass: 1, at: 0.5, torque: 0.2 }], drag_per_mass: 0.1,
+    pivot: { acceleration: [1, 0] } }, initial: { theta: [90, 45], unit: "deg" }, times: { stop: 4, step: 0.01 } };
+  const page = await rig.open({ path: linkOf({ request }) });
+  const { pendulum } = await page.evaluate(() => pendulumd.store.get());
+  assert.deepEqual([pendulum.rod, pendulum.damping, pendulum.at, pendulum.torque], [[2, null], [0.1, null], [null, 0.5], [null, 0.2]]);
+  assert.deepEqual([pendulum.drag_per_mass, pendulum.pivot.acceleration, pendulum.mass], [0.1, [1, 0], [0, 1]]);
+  await close(page);
+}
+
+export async function every_real_example_moves_on_the_stage_as_the_server_has_it(rig) {
+  const page = await rig.open();
+  await page.waitForSelector('[data-preset="laboratory-double"]');
+  for (const name of ["kapitza", "double-bars", "driven-damped", "coupled", "laboratory-double"]) {
+    await page.click(`[data-preset="${name}"]`);
+    await page.waitForFunction((which) => pendulumd.store.get().preset === which && pendulumd.motion.complete && pendulumd.motion.doc === pendulumd.store.get(), name);
+    const seen = await tipsAt(page, 1.7);
+    if (seen.z.length > 1) assert.ok(apart(seen) < 1e-7, `${name}: ${apart(seen)} m off`);
+    await rig.shot(page, `real-${name}`);
+  }
+  await close(page);
+}
+
+export async function arms_come_and_go_with_their_terms(rig) {
+  const page = await rig.open({ path: linkOf({ request: REQUEST }) });
+  await page.evaluate(() => pendulumd.edits.remove(2));
+  let { pendulum } = await page.evaluate(() => pendulumd.store.get());
+  assert.deepEqual([pendulum.rod, pendulum.stiffness, pendulum.torque], [undefined, undefined, undefined], "what no arm has is not there");
+  assert.deepEqual([pendulum.at, pendulum.damping], [[null, -0.2], [0.05, 0.01]]);
+  await page.evaluate(() => pendulumd.edits.add(2));
+  ({ pendulum } = await page.evaluate(() => pendulumd.store.get()));
+  assert.deepEqual([pendulum.at, pendulum.damping, pendulum.mass], [[null, -0.2, null], [0.05, 0.01, 0.01], [0.5, 0.2, 0.2]]);
+  await moving(page);
+  assert.equal(await page.evaluate(() => pendulumd.motion.failure), null);
+  await close(page);
+}
