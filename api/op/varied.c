@@ -23,6 +23,7 @@ static const char *const names[API_VARIED] = {
     "drag_per_mass",
     "pivot_acceleration_x",
     "pivot_acceleration_y",
+    "cart_angle",
     "torque_amplitude",
     "torque_omega",
     "torque_phase",
