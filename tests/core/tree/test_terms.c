@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/tree/loads.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 
@@ -210,4 +211,42 @@ TEST(terms_without_memory_say_so) {
     CHECK(pend_terms_new(&terms, ARMS, rows, ones, 0, NULL, NULL) == PEND_NO_MEMORY);
     test_alloc_faults_off();
     CHECK(!terms);
+}
+
+/* closed forms: a bar on a spring turns with sqrt(3 k / (m l^2)); a damped one slows by c / J; a
+ * spring between two arms has both inertias against it */
+TEST(the_pace_of_terms_is_that_of_springs_friction_and_drives) {
+    const double lengths[] = {2, 1}, masses[] = {1, 0.5};
+    const int above[] = {-1, 0}, drives[] = {1, PEND_DRIVE_PIVOT_Y};
+    unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
+    struct pend_tree *tree;
+    struct pend_terms *terms;
+    double value[40] = {0};
+    int place[2];
+    rows[PEND_TERM_ROD] = rows[PEND_TERM_STIFFNESS] = rows[PEND_TERM_DAMPING] = 1;
+    ones[PEND_TERM_DRAG_PER_MASS] = 1;
+    REQUIRE(pend_tree_new(&tree, 2, lengths, masses, above, NULL) == PEND_OK);
+    REQUIRE(pend_terms_new(&terms, 2, rows, ones, 2, drives, place) == PEND_OK);
+    REQUIRE(terms->count <= 40);
+    pend_terms_clear(terms, tree, value);
+    const struct pend_loads loads = {9.81, terms, value};
+    CHECK(pend_loads_rate(&loads, tree) == 0);
+    value[terms->row[PEND_TERM_ROD]] = 3;
+    CHECK(pend_terms_inertia(terms, 2, 1, value, 0) == 8);
+    value[terms->row[PEND_TERM_STIFFNESS]] = 32;
+    CHECK(pend_loads_rate(&loads, tree) == 2);
+    value[terms->row[PEND_TERM_STIFFNESS] + 1] = 8; // 1 / 8 + 1 / 0.5
+    CHECK(fabs(pend_loads_rate(&loads, tree) - sqrt(17)) < 1e-15);
+    value[terms->row[PEND_TERM_DAMPING] + 1] = 16;
+    value[terms->one[PEND_TERM_DRAG_PER_MASS]] = 0.5;
+    CHECK(fabs(pend_loads_rate(&loads, tree) - (sqrt(17) + 34 + 1)) < 1e-13);
+    // of two drives the quicker one, unless it does nothing
+    for (int i = 0; i < 2; i++) value[terms->harmonic[i].at + 1] = i ? -5 : 7;
+    CHECK(pend_terms_drive_rate(terms, value) == 0);
+    value[terms->harmonic[1].at] = 1e-9;
+    CHECK(pend_terms_drive_rate(terms, value) == 5);
+    value[terms->harmonic[0].at] = 1e-9;
+    CHECK(pend_terms_drive_rate(terms, value) == 7);
+    pend_terms_free(&terms);
+    pend_tree_free(&tree);
 }
