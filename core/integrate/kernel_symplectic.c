@@ -11,6 +11,8 @@
 enum { WIDTH = 8 };
 #include "core/taylor/jets_template.h"
 
+#include "core/integrate/conserved_template.h"
+
 /*
  * Of every stage, beside the tree system:
  *
@@ -31,30 +33,40 @@ enum {
 
 struct symplectic_lanes {
     struct jets_system tree;
+    int real; /* the pendulum has terms: `body` is used, and of `tree` only drag_im */
+    struct conserved body;
 #define X(name) num *name;
     SYMPLECTIC_ARRAYS(X)
 #undef X
 };
 
-static size_t symplectic_count(int n) { return (size_t)ARRAY_COUNT * (size_t)n * WIDTH; }
+static size_t symplectic_count(const struct pend_terms *terms, int n) {
+    return ((size_t)ARRAY_COUNT * (size_t)n + conserved_numbers(terms, n)) * WIDTH;
+}
 
 static struct symplectic_lanes symplectic_view(const struct symplectic_system *system) {
     size_t n = (size_t)system->n;
     num *at = (num *)(void *)system->lanes;
-    return (struct symplectic_lanes){.tree = {.n = system->n,
-                                              .parent = system->parent,
-                                              .end = system->end,
+    const struct pend_terms *terms = system->loads.terms;
+    struct symplectic_lanes s = {.tree = {.n = system->n,
+                                          .parent = system->parent,
+                                          .end = system->end,
 #define X(name) .name = at + (size_t)ARRAY_##name * n,
-                                              JETS_ARRAYS(X)},
-                                     SYMPLECTIC_ARRAYS(X)
+                                          JETS_ARRAYS(X)},
+                                 .real = terms != NULL,
+                                 SYMPLECTIC_ARRAYS(X)
 #undef X
     };
+    if (terms)
+        s.body = conserved_view(terms, system->n, system->parent, at + (size_t)ARRAY_COUNT * n);
+    return s;
 }
 
 static void symplectic_load(struct symplectic_system *system, const double len[],
                             const double mass[]) {
-    memset(system->lanes, 0, symplectic_count(system->n) * sizeof(double));
+    memset(system->lanes, 0, symplectic_count(system->loads.terms, system->n) * sizeof(double));
     struct symplectic_lanes s = symplectic_view(system);
+    if (s.real) conserved_load(&s.body, len, mass, system->loads.value);
     for (int k = 0; k < system->n; k++) {
         s.tree.len[k] = num_of(len[k]);
         s.tree.inv_len[k] = num_of(1 / len[k]);
@@ -69,6 +81,7 @@ static void symplectic_place(const struct symplectic_lanes *s) {
         int p = tree->parent[k];
         num x = s->phi[k], low = s->phi_low[k];
         lanes8_sincos(x, low, &s->up_im[k], &s->up_re[k]);
+        if (s->real) continue;
         if (p < 0) {
             tree->sine[k] = s->up_im[k];
             tree->cosine[k] = s->up_re[k];
@@ -78,13 +91,20 @@ static void symplectic_place(const struct symplectic_lanes *s) {
         num error = (x - (d + back)) + (back - y);
         lanes8_sincos(d, error + (low - s->phi_low[p]), &tree->sine[k], &tree->cosine[k]);
     }
-    jets_factor(tree);
+    if (s->real)
+        conserved_place(&s->body, s->phi, s->phi_low);
+    else
+        jets_factor(tree);
 }
 
 /* phi' = (Re M)^-1 p: a momentum is a couple on its arm, a force p / l across it; p is in
  * drag_im */
 static void symplectic_solve(const struct symplectic_lanes *s) {
     const struct jets_system *tree = &s->tree;
+    if (s->real) {
+        conserved_rates(&s->body, tree->drag_im, s->rate);
+        return;
+    }
     for (int k = 0; k < tree->n; k++) {
         tree->drag_im[k] *= tree->inv_len[k];
         tree->heave[k] = tree->sum_side[k] = tree->sum_cos[k] = tree->sum_sin[k] = tree->early[k] =
@@ -102,6 +122,10 @@ static void symplectic_solve(const struct symplectic_lanes *s) {
 /* momenta of all that hangs on each arm, from the rates */
 static void symplectic_flow(const struct symplectic_lanes *s) {
     const struct jets_system *tree = &s->tree;
+    if (s->real) {
+        conserved_flow(&s->body, s->rate);
+        return;
+    }
     for (int k = 0; k < tree->n; k++) {
         int p = tree->parent[k];
         num speed = tree->len[k] * s->rate[k];
@@ -123,6 +147,23 @@ VEC_INLINE num symplectic_through(num gain) {
     return sum;
 }
 
+/* the force on the angle of arm k: p' = - l (phi' Re(conj(u) P) + g m cos phi), P and m of all that
+ * hangs on the arm */
+VEC_INLINE num symplectic_force(const struct symplectic_system *system,
+                                const struct symplectic_lanes *s, int k) {
+    if (s->real) return s->body.pull[k];
+    num along = s->up_re[k] * s->go_re[k] + s->up_im[k] * s->go_im[k];
+    return -s->tree.len[k] * num_fma(s->rate[k], along,
+                                     system->loads.gravity * system->subtree_mass[k] * s->up_re[k]);
+}
+
+/* what turns with the angle of arm k, kg m^2 */
+VEC_INLINE num symplectic_inertia(const struct symplectic_system *system,
+                                  const struct symplectic_lanes *s, int k) {
+    if (s->real) return s->body.swing[k];
+    return system->subtree_mass[k] * s->tree.len[k] * s->tree.len[k];
+}
+
 /* one iteration: angles from rates, rates from momenta, forces from both; returns the largest
  * change as an angle */
 static double symplectic_iterate(const struct symplectic_system *system,
@@ -139,17 +180,13 @@ static double symplectic_iterate(const struct symplectic_system *system,
     symplectic_place(s);
     symplectic_solve(s);
     symplectic_flow(s);
+    if (s->real) conserved_pull(&s->body, system->loads.gravity, s->rate, s->up_re, s->up_im);
     num change = num_of(0), bad = num_of(0);
     for (int k = 0; k < tree->n; k++) {
-        // p' = - l (phi' Re(conj(u) P) + g m cos phi), P and m of all that hangs on the arm
-        num along = s->up_re[k] * s->go_re[k] + s->up_im[k] * s->go_im[k];
-        num force =
-            -tree->len[k] * num_fma(s->rate[k], along,
-                                    system->loads.gravity * system->subtree_mass[k] * s->up_re[k]);
-        num turn = weight * s->rate[k], boost = weight * force;
+        num turn = weight * s->rate[k], boost = weight * symplectic_force(system, s, k);
         change = lanes8_max(change, lanes8_abs(turn - s->turn[k]));
         // of a momentum: what the angle would change by in a step
-        num inertia = system->subtree_mass[k] * tree->len[k] * tree->len[k];
+        num inertia = symplectic_inertia(system, s, k);
         change = lanes8_max(change, system->length * lanes8_abs(boost - s->boost[k]) / inertia);
         s->turn[k] = turn;
         s->boost[k] = boost;
@@ -241,7 +278,8 @@ static void symplectic_momenta(const struct symplectic_system *system, const dou
     symplectic_place(&s);
     symplectic_flow(&s);
     // p = l Im(conj(u) P)
-    for (int k = 0; k < system->n; k++)
+    for (int k = 0; k < system->n && s.real; k++) p[k] = s.body.couple_y[k][0];
+    for (int k = 0; k < system->n && !s.real; k++)
         p[k] = (s.tree.len[k] * (s.up_re[k] * s.go_im[k] - s.up_im[k] * s.go_re[k]))[0];
 }
 

@@ -17,19 +17,20 @@ struct symplectic_state {
 struct symplectic_system {
     int n;
     const int *parent, *end;
-    struct pend_loads loads;    /* what acts on the tree */
+    struct pend_loads loads;    /* what acts on the tree; terms keep its energy */
     const double *subtree_mass; /* n values, kg */
     double length;              /* s, > 0: the size of the step, in either direction */
     double weight[8];           /* s: the step times b_j */
-    double *lanes;   /* symplectic_count(n) doubles, aligned to 64: the tree system, eight lanes a
+    double *lanes;   /* symplectic_count doubles, aligned to 64: the tree system, eight lanes a
                         value */
     long iterations; /* in all steps so far */
 };
 
 struct symplectic_kernel {
-    /** Returns the number of doubles in `lanes` for n arms. */
-    size_t (*count)(int n);
-    /** Copies a tree into the lanes; the first guess for the next step is a constant state. */
+    /** Returns the number of doubles in `lanes` for n arms; terms: NULL for ideal pendulums. */
+    size_t (*count)(const struct pend_terms *terms, int n);
+    /** Copies a tree and the numbers of its terms into the lanes; the first guess for the next step
+     * is a constant state. */
     void (*load)(struct symplectic_system *system, const double len[], const double mass[]);
     /** Computes the momenta p = Re M(phi) phi'. O(n). */
     void (*momenta)(const struct symplectic_system *system, const double phi[], const double rate[],

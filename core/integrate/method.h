@@ -59,8 +59,9 @@ enum {
     PEND_METHOD_FIXED_STEP = 4, /* uses step */
     PEND_METHOD_LINEAR =
         8, /* solves (lin), not (aaa): `at` fills acc too, and forces are computed from it */
-    PEND_METHOD_TERMS = 64, /* takes the terms of real pendulums (loads) */
-    PEND_METHOD_THETA = 32, /* `at` fills theta too, with as many digits as the start had */
+    PEND_METHOD_TERMS = 64,      /* takes the terms of real pendulums (loads) */
+    PEND_METHOD_CONSERVES = 128, /* of these only what pend_terms_conserve is true of */
+    PEND_METHOD_THETA = 32,      /* `at` fills theta too, with as many digits as the start had */
     PEND_METHOD_SERIES =
         16 /* `at` fills acc and force too, faster than the equations of motion would */
 };

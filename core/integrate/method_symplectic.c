@@ -10,7 +10,7 @@
 #include "core/taylor/jets.h"
 #include "core/integrate/kernel_symplectic.h"
 #include "core/integrate/method.h"
-#include "core/dynamics/kinematics.h"
+#include "core/dynamics/kinematics_at.h"
 
 enum { SYMPLECTIC_ORDER = 22 };
 
@@ -38,22 +38,25 @@ struct symplectic {
 /* ---- the length of the step */
 
 /* how fast the arms may become by the energy that the start holds over that of hanging at rest,
- * 1/s: a start at an unstable equilibrium does not show it */
-static double symplectic_speed(const struct pend_problem *problem) {
+ * 1/s: a start at an unstable equilibrium does not show it; scratch: 4 n values */
+static double symplectic_speed(const struct pend_problem *problem, double scratch[]) {
     const struct pend_tree *tree = problem->tree;
-    struct pend_energy energy =
-        pend_kinematics_energy(tree, &problem->loads, problem->phi, problem->rate);
-    double free = energy.kinetic + energy.potential +
-                  pend_kinematics_energy_scale(tree, &problem->loads, 0),
+    const struct pend_loads *loads = &problem->loads;
+    struct pend_energy energy = pend_kinematics_energy_at(
+        tree, loads, pend_times_at(&problem->times, 0), problem->phi, problem->rate, scratch);
+    double free =
+               energy.kinetic + energy.potential + pend_kinematics_energy_scale_at(tree, loads, 0),
            inertia = 0;
     for (int k = 0; k < tree->n; k++)
-        inertia += tree->subtree_mass[k] * tree->len[k] * tree->len[k];
+        inertia += loads->terms ? pend_terms_inertia(loads->terms, tree->len[k], tree->mass[k],
+                                                     loads->value, k)
+                                : tree->subtree_mass[k] * tree->len[k] * tree->len[k];
     return free > 0 && inertia > 0 ? sqrt(2 * free * tree->n / inertia) : 0;
 }
 
 /* the shortest of the steps that method taylor takes first, with rtol 1e-12: about a quarter of
  * the distance to the nearest singularity of the motion in complex time, which bounds every
- * method's step; state: 2 n values of scratch */
+ * method's step; state: 4 n values of scratch */
 static enum pend_status symplectic_scout(const struct pend_problem *problem, double span,
                                          double state[], double *shortest,
                                          struct pend_error *error) {
@@ -80,7 +83,7 @@ static enum pend_status symplectic_scout(const struct pend_problem *problem, dou
         last = reached;
     }
     pend_method_taylor.close(&stepper);
-    double speed = symplectic_speed(problem);
+    double speed = symplectic_speed(problem, state);
     if (largest < 1e-3 * speed) *shortest = fmin(*shortest, 0.1 / speed);
     return PEND_OK;
 }
@@ -106,7 +109,7 @@ static enum pend_status symplectic_choose(struct symplectic *s, const struct pen
     double span = pend_times_at(times, times->count - 1) - pend_times_at(times, 0),
            length = problem->step;
     if (length == 0 && span != 0) {
-        double *state = malloc(2 * (size_t)problem->tree->n * sizeof *state);
+        double *state = malloc(4 * (size_t)problem->tree->n * sizeof *state);
         if (!state)
             return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a state of %d arms",
                              problem->tree->n);
@@ -135,7 +138,7 @@ static const struct symplectic_kernel *symplectic_kernel(enum pend_isa isa) {
 static size_t symplectic_place(struct symplectic *s, char *base) {
     int n = s->tree->n;
     size_t used = (sizeof *s + 63) / 64 * 64, row = pend_jets_stride(n),
-           series = pend_jets_bytes(s->tree, NULL, SYMPLECTIC_ORDER);
+           series = pend_jets_bytes(s->tree, s->system.loads.terms, SYMPLECTIC_ORDER);
     for (int i = 0; i < 2; i++) {
         struct symplectic_end *end = &s->end[i];
         double **part[] = {&end->state.phi,   &end->state.phi_low, &end->state.p,
@@ -154,7 +157,7 @@ static size_t symplectic_place(struct symplectic *s, char *base) {
         used += row * sizeof(double);
     }
     if (base) s->system.lanes = (double *)(void *)(base + used);
-    return used + s->kernel->count(n) * sizeof(double);
+    return used + s->kernel->count(s->system.loads.terms, n) * sizeof(double);
 }
 
 static void symplectic_close(void **stepper) {
@@ -168,7 +171,7 @@ static void symplectic_close(void **stepper) {
 static void symplectic_halve(struct symplectic *s) {
     enum { HALVINGS = 40 };
     const struct symplectic_end *begin = &s->end[s->now], *end = &s->end[!s->now];
-    size_t lanes = s->kernel->count(s->tree->n) * sizeof(double);
+    size_t lanes = s->kernel->count(s->system.loads.terms, s->tree->n) * sizeof(double);
     for (int i = 0; i < HALVINGS && s->length != 0; i++) {
         int good = s->kernel->step(&s->system, &begin->state, &end->state);
         // the next guess is none
@@ -328,7 +331,8 @@ static void symplectic_carry(void *stepper, struct pend_checkpoint *checkpoint) 
     pend_checkpoint_counts(checkpoint, &s->system.iterations, 1);
     pend_checkpoint_int(checkpoint, &s->now, 1);
     pend_checkpoint_row(checkpoint, &s->time, 1);
-    pend_checkpoint_row(checkpoint, s->system.lanes, s->kernel->count(s->tree->n));
+    pend_checkpoint_row(checkpoint, s->system.lanes,
+                        s->kernel->count(s->system.loads.terms, s->tree->n));
     for (int i = 0; i < 2; i++) {
         struct symplectic_end *end = &s->end[i];
         double *rows[] = {end->state.phi, end->state.phi_low, end->state.p, end->state.p_low,
@@ -350,7 +354,7 @@ const struct pend_method pend_method_symplectic = {
     .summary = "Gauss-Legendre collocation of order 16 with a fixed step: the energy stays where "
                "it is over millions of "
                "periods.",
-    .flags = PEND_METHOD_FIXED_STEP,
+    .flags = PEND_METHOD_FIXED_STEP | PEND_METHOD_TERMS | PEND_METHOD_CONSERVES,
     .step_min = 1e-9,
     .step_max = 1e9,
     .open = symplectic_open,

@@ -78,14 +78,28 @@ enum pend_status pend_run_check_tree(const struct pend_tree *tree, struct pend_e
     return PEND_OK;
 }
 
-enum pend_status pend_run_check(const struct pend_method *method, struct pend_problem *problem,
-                                struct pend_error *error) {
-    PEND_TRY(pend_loads_check(&problem->loads, error));
-    if (problem->loads.terms && !(method->flags & PEND_METHOD_TERMS))
+/* the terms of a real pendulum are those that the method has */
+static enum pend_status run_check_terms(const struct pend_method *method,
+                                        const struct pend_loads *loads, struct pend_error *error) {
+    if (!loads->terms) return PEND_OK;
+    if (!(method->flags & PEND_METHOD_TERMS))
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "method %s has no friction, drives, springs, rods or bodies: use method "
                          "taylor, or rkf45, rk8pd, msadams or ode23",
                          method->name);
+    if (method->flags & PEND_METHOD_CONSERVES && !pend_terms_conserve(loads->terms, loads->value))
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "method %s keeps the energy, of springs, rods and bodies too, but has no "
+                         "friction, drag, torques or moving pivot: use method taylor, or rkf45, "
+                         "rk8pd, msadams or ode23",
+                         method->name);
+    return PEND_OK;
+}
+
+enum pend_status pend_run_check(const struct pend_method *method, struct pend_problem *problem,
+                                struct pend_error *error) {
+    PEND_TRY(pend_loads_check(&problem->loads, error));
+    PEND_TRY(run_check_terms(method, &problem->loads, error));
     PEND_TRY(run_check_times(&problem->times, error));
     PEND_TRY(pend_run_check_tree(problem->tree, error));
     PEND_TRY(run_check_state(problem, error));

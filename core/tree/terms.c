@@ -191,9 +191,8 @@ int pend_terms_conserve(const struct pend_terms *terms, const double value[]) {
     return 1;
 }
 
-/* the inertia of an arm alone about its joint, kg m^2 */
-static double terms_inertia(const struct pend_terms *terms, const double value[], double length,
-                            double mass, int k) {
+double pend_terms_inertia(const struct pend_terms *terms, double length, double mass,
+                          const double value[], int k) {
     double x = pend_terms_get(terms, value, PEND_TERM_CENTER_X, k),
            y = pend_terms_get(terms, value, PEND_TERM_CENTER_Y, k);
     return (mass + pend_terms_get(terms, value, PEND_TERM_ROD, k) / 3) * length * length +
@@ -221,10 +220,10 @@ double pend_terms_rate(const struct pend_terms *terms, const int parent[], const
     for (int i = PEND_TERM_PIVOT_ACCELERATION_X; i <= PEND_TERM_PIVOT_ACCELERATION_Y; i++)
         if (terms->one[i] >= 0) pull += fabs(value[terms->one[i]]);
     for (int k = 0; k < terms->n; k++) {
-        double l = length[k], yields = 1 / terms_inertia(terms, value, l, mass[k], k);
+        double l = length[k], yields = 1 / pend_terms_inertia(terms, l, mass[k], value, k);
         // what acts between two arms moves both
         int p = parent[k];
-        double parents = p < 0 ? 0 : 1 / terms_inertia(terms, value, length[p], mass[p], p);
+        double parents = p < 0 ? 0 : 1 / pend_terms_inertia(terms, length[p], mass[p], value, p);
         double torque = pend_terms_get(terms, value, PEND_TERM_STIFFNESS, k) +
                         fabs(pend_terms_get(terms, value, PEND_TERM_TORQUE, k)) +
                         terms_drive(terms, value, k, &next);

@@ -161,6 +161,11 @@ int pend_terms_fits(const struct pend_terms *terms, int place, double x);
  * drag, no torque, and a pivot that does not move. O(n). */
 int pend_terms_conserve(const struct pend_terms *terms, const double value[]);
 
+/** Returns the inertia of stored arm k alone about its joint, kg m^2: of the mass at its tip, its
+ * rod and its body. O(1). */
+double pend_terms_inertia(const struct pend_terms *terms, double length, double mass,
+                          const double value[], int k);
+
 /**
  * Returns how fast the terms make a motion near rest, rad/s, about: what springs and torques make
  * of the arms' own inertias, what friction and the air take in a second; 0 where terms do neither.

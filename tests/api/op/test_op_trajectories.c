@@ -585,8 +585,15 @@ TEST(what_a_method_does_not_know_of_a_real_pendulum_is_refused_or_left_out) {
                   "{" DAMPED ",\"times\":{\"stop\":1,\"step\":1},\"method\":\"rk8pd\",\"output\":["
                   "\"exchange\"]}",
                   "/output", "is known by method taylor only");
-    reply = test_post(API_OP_TRAJECTORIES,
-                      "{" DAMPED ",\"times\":{\"stop\":1,\"step\":1},\"method\":\"symplectic\"}");
-    CHECK_INT(reply.status, 422);
+    CHECK_REFUSED(API_OP_TRAJECTORIES,
+                  "{" DAMPED ",\"times\":{\"stop\":1,\"step\":1},\"method\":\"symplectic\"}",
+                  "/method", "keeps the energy");
+    reply = test_post(
+        API_OP_TRAJECTORIES,
+        "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,0],\"parent\":[0,1],\"rod\":[null,1],"
+        "\"at\":[null,[0.5,0.2]],\"stiffness\":[3,1],\"damping\":[0,0]},"
+        "\"times\":{\"stop\":9,\"step\":1},\"method\":\"symplectic\"}");
+    CHECK_INT(reply.status, 200);
+    CHECK(test_reply_number(&reply, "/stats/energy_drift") < 1e-13);
     test_reply_free(&reply);
 }
