@@ -124,11 +124,12 @@ build: $(B)/pendulumd ## the server
 debug: ## the server with assertions, in build/debug
 	@$(MAKE) --no-print-directory MODE=debug build
 
-install: build $(B)/pendulum ## into DESTDIR PREFIX (/usr/local) LIBDIR: server, command line, library with headers for C and C++, systemd unit
+install: build $(B)/pendulum $(B)/pendulumd.8 ## into DESTDIR PREFIX (/usr/local) LIBDIR: server, command line, library with headers for C and C++, systemd unit
 	docker/library.sh "$(B)" "$(DESTDIR)" "$(PREFIX)" "$(LIBDIR)" $(PUBLIC)
 	install -D -m 755 $(B)/pendulumd "$(DESTDIR)$(PREFIX)/bin/pendulumd"
 	install -D -m 755 $(B)/pendulum "$(DESTDIR)$(PREFIX)/bin/pendulum"
 	install -D -m 644 api/clients/cli/pendulum.1 "$(DESTDIR)$(PREFIX)/share/man/man1/pendulum.1"
+	install -D -m 644 $(B)/pendulumd.8 "$(DESTDIR)$(PREFIX)/share/man/man8/pendulumd.8"
 	install -D -m 644 api/clients/cli/pendulum.bash "$(DESTDIR)$(PREFIX)/share/bash-completion/completions/pendulum"
 	install -d "$(DESTDIR)$(PREFIX)/lib/systemd/system"
 	sed 's|@PREFIX@|$(PREFIX)|' docker/pendulumd.service > "$(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service"
@@ -138,9 +139,17 @@ PUBLIC := base/status tree/tree tree/terms tree/loads dynamics/dynamics dynamics
 
 uninstall: ## takes away what install put there
 	rm -f "$(DESTDIR)$(PREFIX)/bin/pendulum" "$(DESTDIR)$(PREFIX)/share/man/man1/pendulum.1" "$(DESTDIR)$(PREFIX)/share/bash-completion/completions/pendulum"
-	rm -f "$(DESTDIR)$(PREFIX)/bin/pendulumd" "$(DESTDIR)$(LIBDIR)/libpendulum.a" "$(DESTDIR)$(LIBDIR)/pkgconfig/pendulum.pc"
+	rm -f "$(DESTDIR)$(PREFIX)/share/man/man8/pendulumd.8" "$(DESTDIR)$(PREFIX)/bin/pendulumd" "$(DESTDIR)$(LIBDIR)/libpendulum.a" "$(DESTDIR)$(LIBDIR)/pkgconfig/pendulum.pc"
 	rm -f "$(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service"
 	rm -rf "$(DESTDIR)$(PREFIX)/include/pendulum"
+
+$(B)/pendulumd.8: $(B)/pendulumd docker/manual.py
+	@docker/manual.py $< > $@
+
+deb: ## Debian packages of the server, the command line and the library, and what they are made of (SBOM), in build/deb
+	@$(NEEDED) deb
+	@server/http/assets_fetch.sh build/web
+	@docker/deb.sh build/deb
 
 clean: ## removes build/
 	rm -rf build

@@ -6,7 +6,7 @@ ROOMS := core laws api server wire fuzz
 # in this order they are begun as soon as what they need is there: builds, what others need or what takes long, the rest
 ALL := build-release build-tsan build-asan release-core release-api tsan-wire release-wire web asan-wire valgrind-core \
 	valgrind-api tsan-server asan-core asan-server drill release-server clients equations asan-laws layers valgrind-wire readback \
-	asan-fuzz asan-api base-core base-api replies examples deploy nginx restart release-laws release-fuzz openapi layout measures mirror types tour clang install same instructions hardened docs fetch image
+	asan-fuzz asan-api base-core base-api replies examples deploy nginx restart release-laws release-fuzz openapi layout measures mirror types tour clang install same instructions hardened packages docs fetch image
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
 job = @tests/harness/job.sh $@
 
@@ -46,7 +46,7 @@ drill: build-release
 	$(job) tests/drill/drill.sh build/release
 layers: build-release
 	$(job) tests/rules/layers.sh build/release
-docs examples web readback clients equations nginx deploy restart fetch install same hardened: build-release
+docs examples web readback clients equations nginx deploy restart fetch install same hardened packages: build-release
 	$(job) tests/rules/$@.sh build/release
 replies: release-wire
 	$(job) tests/rules/replies.sh build/release/tests/wire/replies.ndjson

@@ -1,0 +1,36 @@
+#!/bin/sh
+# Builds the Debian packages of this tree into DIRECTORY: pendulumd, pendulum-client, libpendulum-dev, with what they were
+# built from (.buildinfo). lintian has its say where it is installed.
+# usage: deb.sh DIRECTORY
+# Leaves to others: the recipe (debian/), the page's npm packages, which are in build/web (assets_fetch.sh).
+# Invariant: writes into DIRECTORY only; two runs on the same packages make the same bytes, wherever they run.
+set -eu
+directory=$1
+version=$(sed -nE 's/^#define API_VERSION "(.*)"$/\1/p' api/base/engine.h)
+head=$(head -n 1 docker/debian/changelog)
+case $head in
+"pendulumd ($version) "*) ;;
+*)
+    echo "deb.sh: docker/debian/changelog begins with '$head', but this is version $version" >&2
+    exit 1
+    ;;
+esac
+source=$directory/pendulumd-$version
+rm -rf "$directory"
+mkdir -p "$source/build/web"
+cp -R Makefile README.md LICENSE core api server docker "$source"
+cp -R build/web/node_modules build/web/package-lock.json "$source/build/web"
+find "$source" -name __pycache__ -prune -exec rm -rf {} +
+cp -R docker/debian "$source/debian"
+# what building takes is listed once
+sed -nE 's/^build +([a-z0-9.+-]+) .*/ \1,/p' docker/packages.txt | grep -vxE ' (gcc|g\+\+|make),' >"$directory/needs"
+sed -i -e "/^@BUILD@\$/{r $directory/needs
+d}" "$source/debian/control"
+rm "$directory/needs"
+export SOURCE_DATE_EPOCH="$(cd "$source" && dpkg-parsechangelog -S Timestamp)"
+(cd "$source" && dpkg-buildpackage --build=binary --no-sign --jobs="$(nproc)") || exit
+rm -rf "$source"
+if command -v lintian >/dev/null; then
+    lintian --fail-on error,warning --suppress-tags bad-distribution-in-changes-file "$directory"/*.changes
+fi
+ls "$directory"
