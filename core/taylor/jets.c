@@ -29,50 +29,104 @@ size_t pend_jets_stride(int n) {
 }
 
 /* tiles of the series: what levels leave empty included */
-static int jets_tiles(const struct pend_tree *tree, int real) {
-    int levels = real ? 0 : jets_levels(tree);
+static int jets_tiles(const struct pend_tree *tree, int general) {
+    int levels = general ? 0 : jets_levels(tree);
     return levels ? levels : (int)(pend_jets_stride(tree->n) / PEND_JETS_PAD);
 }
 
-static size_t jets_series(int order_cap, const struct pend_tree *tree, int real) {
-    return (size_t)(order_cap + JETS_BEYOND) * PEND_JETS_PAD * (size_t)jets_tiles(tree, real);
+static size_t jets_series(int order_cap, const struct pend_tree *tree, int general) {
+    return (size_t)(order_cap + JETS_BEYOND) * PEND_JETS_PAD * (size_t)jets_tiles(tree, general);
 }
 
 /* numbers of the series and of the factorization */
-static size_t jets_numbers(int order_cap, const struct pend_tree *tree, int real) {
-    return 4 * jets_series(order_cap, tree, real) + JETS_COUNT * pend_jets_stride(tree->n) +
+static size_t jets_numbers(int order_cap, const struct pend_tree *tree, int general) {
+    return 4 * jets_series(order_cap, tree, general) + JETS_COUNT * pend_jets_stride(tree->n) +
            JETS_SHARES;
 }
 
 /* the system points into the memory behind these series, and one cutting at most is in use */
 PEND_VALIDATOR jets_valid(const struct pend_jets *jets) {
     const struct jets_system *s = &jets->system;
-    int cuts = (s->chain != NULL) + (s->levels != NULL) + (s->blocks != NULL) + jets->real;
+    int cuts = (s->chain != NULL) + (s->levels != NULL) + (s->blocks != NULL) + jets->general;
     return jets->tree && s->n == jets->tree->n && s->rate == jets->rate &&
-           s->force == jets->force && cuts == (s->n > PEND_JETS_PAD || jets->real);
+           s->force == jets->force && cuts == (s->n > PEND_JETS_PAD || jets->general) &&
+           jets->real == (jets->general || s->loads != NULL);
+}
+
+/* the pendulum is one of the general kernel */
+static int jets_general(const struct pend_tree *tree, const struct pend_terms *terms) {
+    return terms && !jets_loads_suit(tree, terms);
+}
+
+/* numbers of a row of each order, and of a series, of a real pendulum that the quick kernels take
+ */
+static size_t jets_loads_rows(int order_cap) {
+    return (size_t)(order_cap + JETS_BEYOND) * LOADS_STRIDE;
+}
+
+static size_t jets_loads_series(int order_cap) {
+    return ((size_t)order_cap + JETS_BEYOND + 3 * LOADS_MARGIN) / LOADS_MARGIN * LOADS_MARGIN;
+}
+
+static size_t jets_loads_bytes(int order_cap) {
+    size_t count = LOADS_MARGIN;
+#define X(name) count += jets_loads_rows(order_cap);
+    LOADS_ROWS(X)
+#undef X
+#define X(name) count += jets_loads_series(order_cap);
+    LOADS_SERIES(X)
+#undef X
+    return count * sizeof(double);
+}
+
+static void jets_loads_lay(struct jets_loads *loads, const struct pend_tree *tree,
+                           const struct pend_terms *terms, int order_cap, double *at) {
+    int arms = terms->harmonics && terms->harmonic[terms->harmonics - 1].drives >= 0,
+        pivot = terms->harmonics && terms->harmonic[0].drives < 0;
+    *loads = (struct jets_loads){.terms = terms,
+                                 .springs = terms->row[PEND_TERM_STIFFNESS] >= 0,
+                                 .losses = terms->row[PEND_TERM_DAMPING] >= 0,
+                                 .drives = arms,
+                                 .moves = pivot || terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0};
+    loads->couples = loads->springs || loads->losses || arms || terms->row[PEND_TERM_TORQUE] >= 0;
+    loads->bend = at, at += LOADS_MARGIN;
+#define X(name) loads->name = at, at += jets_loads_rows(order_cap);
+    LOADS_ROWS(X)
+#undef X
+#define X(name) loads->name = at + LOADS_MARGIN, at += jets_loads_series(order_cap);
+    LOADS_SERIES(X)
+#undef X
+    int from = tree->n > 4 ? 8 : tree->n > 2 ? 4 : 2;
+    for (int a = 0; a < tree->n; a++) {
+        double *forces = loads->twist + a * LOADS_STRIDE + from;
+        forces[a] = 1 / tree->len[a];
+        if (tree->parent[a] >= 0) forces[tree->parent[a]] = -1 / tree->len[tree->parent[a]];
+    }
 }
 
 size_t pend_jets_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
                        int order_cap) {
     assert(order_cap >= PEND_JETS_ORDER_MIN && order_cap <= PEND_JETS_ORDER_MAX);
     size_t cut = 0;
-    if (terms)
+    if (jets_general(tree, terms))
         cut = pend_bodies_system_bytes(tree, terms, order_cap);
+    else if (terms)
+        cut = jets_loads_bytes(order_cap);
     else if (pend_chain_suits(tree))
         cut = pend_chain_bytes(tree);
     else if (jets_levels(tree))
         cut = pend_levels_bytes(tree);
     else if (tree->n > PEND_JETS_PAD)
         cut = pend_blocks_bytes(tree);
-    return jets_numbers(order_cap, tree, terms != NULL) * sizeof(double) + cut;
+    return jets_numbers(order_cap, tree, jets_general(tree, terms)) * sizeof(double) + cut;
 }
 
-static struct jets_system jets_view(const struct pend_tree *tree, int real, int order_cap,
+static struct jets_system jets_view(const struct pend_tree *tree, int general, int order_cap,
                                     double *memory) {
-    size_t series = jets_series(order_cap, tree, real), stride = pend_jets_stride(tree->n);
+    size_t series = jets_series(order_cap, tree, general), stride = pend_jets_stride(tree->n);
     double *share = memory + 4 * series, *at = share + JETS_SHARES;
     struct jets_system s = {.n = tree->n,
-                            .tiles = jets_tiles(tree, real),
+                            .tiles = jets_tiles(tree, general),
                             .stride = PEND_JETS_PAD,
                             .tile = PEND_JETS_PAD * (size_t)(order_cap + JETS_BEYOND),
                             .share = share,
@@ -87,41 +141,47 @@ static struct jets_system jets_view(const struct pend_tree *tree, int real, int 
 #undef X
     };
     // the orders of up to four arms have rates and forces side by side
-    if (s.n <= 4 && !real) s.force = s.rate + s.stride + (s.n <= 2 ? 2 : 4);
+    if (s.n <= 4 && !general) s.force = s.rate + s.stride + (s.n <= 2 ? 2 : 4);
     return s;
 }
 
 /* the general kernel's arrays beside the series of all kernels */
-static void jets_real(struct pend_jets *jets, const struct pend_loads *loads, void *memory) {
+static void jets_bodies_of(struct pend_jets *jets, const struct pend_loads *loads, void *memory) {
     pend_bodies_system(&jets->bodies, jets->tree, loads, jets->order_cap, memory);
     assert(jets->bodies.tile == jets->system.tile);
     jets->bodies.rate = jets->system.rate;
     jets->bodies.force = jets->system.force;
     jets->bodies.turn_re = jets->system.turn_re;
     jets->bodies.turn_im = jets->system.turn_im;
-    jets->real = 1;
+    jets->general = 1;
 }
 
 void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
                     const struct pend_loads *loads, int order_cap, void *memory) {
-    int real = loads->terms != NULL;
+    int general = jets_general(tree, loads->terms);
     assert((size_t)memory % 64 == 0);
     memset(memory, 0, pend_jets_bytes(tree, loads->terms, order_cap));
-    struct jets_system s = jets_view(tree, real, order_cap, memory);
-    *jets = (struct pend_jets){
-        .tree = tree, .order_cap = order_cap, .isa = pend_isa_best(), .system = s};
+    struct jets_system s = jets_view(tree, general, order_cap, memory);
+    *jets = (struct pend_jets){.tree = tree,
+                               .order_cap = order_cap,
+                               .isa = pend_isa_best(),
+                               .system = s,
+                               .real = loads->terms != NULL};
     jets->rate = s.rate;
     jets->force = s.force;
-    jets->share = (double *)memory + 4 * jets_series(order_cap, tree, real);
+    jets->share = (double *)memory + 4 * jets_series(order_cap, tree, general);
     for (int j = 0; j < JETS_SHARES; j++) jets->share[j] = 1.0 / (j + 1);
     for (int k = 0; k < s.n; k++) {
         s.len[k] = tree->len[k];
         s.inv_len[k] = 1 / tree->len[k];
         s.mass[k] = tree->mass[k];
     }
-    void *cut = (double *)memory + jets_numbers(order_cap, tree, real);
-    if (real) {
-        jets_real(jets, loads, cut);
+    void *cut = (double *)memory + jets_numbers(order_cap, tree, general);
+    if (general) {
+        jets_bodies_of(jets, loads, cut);
+    } else if (loads->terms) {
+        jets_loads_lay(&jets->loads, tree, loads->terms, order_cap, cut);
+        jets->system.loads = &jets->loads;
     } else if (pend_chain_suits(tree)) {
         pend_chain_init(&jets->chain, tree, cut);
         jets->system.chain = &jets->chain;
@@ -148,7 +208,7 @@ void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, do
     assert(jets_valid(jets) && isfinite(loads->gravity));
     assert(order >= PEND_JETS_ORDER_MIN && order <= jets->order_cap);
     assert(jets->real == (loads->terms != NULL));
-    if (jets->real) {
+    if (jets->general) {
         struct bodies_state at = {state->phi, state->phi_low, state->rate, state->time,
                                   state->late};
         jets->bodies.value = loads->value;
@@ -158,10 +218,20 @@ void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, do
     jets_kernel(jets->isa)->orders(&jets->system, state, loads, unit, order);
 }
 
+void pend_jets_forces(const struct pend_jets *jets) {
+    struct jets_loads *loads = jets->system.loads;
+    if (!loads || !loads->orders) return;
+    jets_kernel(jets->isa)->along(&jets->system, loads->orders);
+    loads->orders = 0;
+}
+
 void pend_jets_power(const struct pend_jets *jets, double unit, int order, double work[],
                      double heat[]) {
     assert(jets_valid(jets) && jets->real && order <= jets->order_cap);
-    pend_kernel_bodies()->power(&jets->bodies, unit, order, work, heat);
+    if (jets->general)
+        pend_kernel_bodies()->power(&jets->bodies, unit, order, work, heat);
+    else
+        jets_kernel(jets->isa)->power(&jets->system, order, work, heat);
 }
 
 void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit,
@@ -174,6 +244,7 @@ void pend_jets_values(const struct pend_jets *jets, int order, const double x[],
                       double unit, const struct jets_state *from,
                       const struct jets_values *values) {
     assert(jets_valid(jets) && count >= 0 && values->phi && values->rate);
+    if (values->force) pend_jets_forces(jets);
     jets_kernel(jets->isa)->values(&jets->system, order, x, count, unit, from, values);
 }
 

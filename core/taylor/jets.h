@@ -11,6 +11,7 @@
 #include "core/base/isa.h"
 #include "core/bodies/bodies.h"
 #include "core/taylor/blocks.h"
+#include "core/taylor/jets_loads.h"
 #include "core/taylor/kernel_jets.h"
 #include "core/taylor/levels.h"
 #include "core/taylor/chain.h"
@@ -34,8 +35,10 @@ struct pend_jets {
     struct blocks blocks;        /* of a tree of more than PEND_JETS_PAD arms */
     struct levels levels;        /* of a large bushy one instead */
     struct chain chain;          /* of a chain that suits it instead */
-    struct bodies_system bodies; /* of a real pendulum instead of all these */
+    struct jets_loads loads;     /* of a real pendulum that the quick kernels take */
+    struct bodies_system bodies; /* of another real pendulum instead of all these */
     int real;                    /* non-zero for a real pendulum, one with terms */
+    int general;                 /* non-zero for one of the general kernel */
 };
 
 /**
@@ -85,6 +88,13 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
  */
 void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, double unit,
                       const struct jets_state *state, int order);
+
+/**
+ * Makes the forces of all orders the compression forces that `force` promises, after
+ * pend_jets_expand; of order 0 they are before. Of pendulums without torques in their joints they
+ * always are. pend_jets_values does it where forces are wanted. O(n order^2), once an expansion.
+ */
+void pend_jets_forces(const struct pend_jets *jets);
 
 /**
  * The work of drives and the heat of friction and of the air per unit of time, as series of the

@@ -62,7 +62,8 @@ struct jets_system {
     const struct blocks *blocks;
     const struct levels *levels; /* its series are in the order of seats */
     const struct chain *chain;
-    const double *share; /* 1 / (j + 1) of order j */
+    struct jets_loads *loads; /* of a real pendulum that the quick kernels take; NULL = ideal */
+    const double *share;      /* 1 / (j + 1) of order j */
     num *rate, *force, *turn_re,
         *turn_im; /* series: order j of arm k at jets_row(k) + j * stride */
     num *answers; /* of a small tree, the responses of its arms to units, kept for

@@ -15,6 +15,7 @@ enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000 };
 #include "core/taylor/blocks_template.h"
 #include "core/taylor/levels_template.h"
 #include "core/taylor/chain_template.h"
+#include "core/taylor/loads_template.h"
 
 #define LANES 2
 #include "core/taylor/small_template.h"
@@ -47,6 +48,50 @@ static void kernel_chain_angles(const struct jets_system *s, const struct jets_s
     }
 }
 
+/* the angles to the parents, which springs hold, of the first arm to the vertical */
+static void kernel_bend(const struct jets_system *s) {
+    // pi / 2 as a sum of two
+    const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54;
+    for (int k = 0; k < s->n; k++) {
+        double high = k ? 0 : quarter, low = k ? 0 : quarter_low;
+        s->loads->bend[k] = (s->angle[k] + high) + (s->angle_low[k] + low);
+    }
+}
+
+/* of a real pendulum */
+static void kernel_loaded(const struct jets_system *s, const struct jets_state *state,
+                          const struct pend_loads *loads, double unit, int order) {
+    struct loads_moment now = {unit, loads->gravity * (unit * unit), state->time, state->late};
+    if (s->loads->springs) kernel_bend(s);
+    if (s->n > 4)
+        small8_loaded_orders(s, loads->value, &now, order);
+    else if (s->n > 2)
+        small4_loaded_orders(s, loads->value, &now, order);
+    else
+        small2_loaded_orders(s, loads->value, &now, order);
+}
+
+static void kernel_along(const struct jets_system *s, int order) {
+    if (s->n > 4)
+        small8_along(s, order);
+    else if (s->n > 2)
+        small4_along(s, order);
+    else
+        small2_along(s, order);
+}
+
+static void kernel_power(const struct jets_system *s, int order, double work[], double heat[]) {
+    double sums[2][LOADS_ORDERS] = {{0}};
+    if (s->n > 4)
+        small8_power(s, order, sums[0], sums[1]);
+    else if (s->n > 2)
+        small4_power(s, order, sums[0], sums[1]);
+    else
+        small2_power(s, order, sums[0], sums[1]);
+    memcpy(work, sums[0], (size_t)order * sizeof(double));
+    memcpy(heat, sums[1], (size_t)order * sizeof(double));
+}
+
 static void kernel_orders(const struct jets_system *s, const struct jets_state *state,
                           const struct pend_loads *loads, double unit, int order) {
     if (s->chain) kernel_chain_angles(s, state);
@@ -60,6 +105,10 @@ static void kernel_orders(const struct jets_system *s, const struct jets_state *
     }
     for (int k = 0; k < s->n && s->levels; k++)
         s->rate[jets_row(s, s->levels->seat[k])] = state->rate[k] * unit;
+    if (s->loads) {
+        kernel_loaded(s, state, loads, unit, order);
+        return;
+    }
     double gravity = loads->gravity * (unit * unit);
     if (s->chain)
         chain_orders(s, gravity, order);
@@ -333,4 +382,6 @@ const struct jets_kernel KERNEL_NAME(pend_kernel_jets_) = {
     .values = kernel_values,
     .spread = kernel_spread,
     .left = kernel_left,
+    .power = kernel_power,
+    .along = kernel_along,
 };

@@ -79,6 +79,17 @@ struct jets_kernel {
      */
     void (*left)(const struct jets_system *system, const struct jets_left *left, double rate[],
                  double phi[]);
+    /**
+     * The work of drives and the heat of friction per unit of time, as series of the same powers,
+     * after `orders`, of a system with loads: the coefficients of order 0 .. order - 1, J times
+     * unit^2. O(n order^2).
+     */
+    void (*power)(const struct jets_system *system, int order, double work[], double heat[]);
+    /**
+     * The forces along the arms of orders below `order`, of a system with torques, where their
+     * real parts in fixed axes are. O(n order^2).
+     */
+    void (*along)(const struct jets_system *system, int order);
 };
 
 extern const struct jets_kernel pend_kernel_jets_base;

@@ -27,128 +27,7 @@ VEC_INLINE VEC SMALL(unit)(int arm, int span) {
     return x;
 }
 
-/* answers of arm j to a unit of inward pull W_i (first) or of force s_i across arm i (second) in
- * lane i: force along the arm, and acceleration across it; by reciprocity these rows are the
- * columns that the orders need */
-struct SMALL(columns) {
-    struct SMALL(arms) force_pull[LANES], force_side[LANES], acc_pull[LANES], acc_side[LANES];
-};
-
-/* sums over the children of an arm, and what the sweep up leaves, for the unit right-hand sides
- * of a span */
-struct SMALL(node) {
-    VEC push_pull, push_side, side_pull, side_side, sin,
-        side; /* sums on the way up; side is g_t itself */
-    VEC bias_pull, bias_side, late_pull, late_side, early_pull, early_side;
-    VEC radial_pull, radial_side, tangential_pull, tangential_side;
-};
-
-VEC_INLINE void SMALL(up)(const struct jets_system *s, int span, struct SMALL(node) node[]) {
-    for (int k = 0; k < s->n; k++) {
-        VEC zero = VEC_(of)(0);
-        node[k].push_pull = node[k].push_side = node[k].side_pull = node[k].side_side =
-            node[k].sin = zero;
-        node[k].early_pull = node[k].early_side = zero;
-        node[k].side = SMALL(unit)(k, span);
-    }
-    for (int k = s->n - 1; k >= 0; k--) {
-        struct SMALL(node) *x = &node[k];
-        x->push_side = VEC_(fma)(VEC_(of)(s->lean[k]), x->side, x->push_side - x->sin);
-        x->bias_pull = x->push_pull - s->eff[k] * SMALL(unit)(k, span);
-        x->bias_side = x->push_side;
-        if (!k) break;
-        struct SMALL(node) *up = &node[s->parent[k]];
-        VEC Z = VEC_(of)(s->sine[k]), C = VEC_(of)(s->cosine[k]), kappa = VEC_(of)(s->kappa[k]);
-        x->late_pull = up->side_pull;
-        x->late_side = up->side_side;
-        up->push_pull = VEC_(fma)(kappa, x->bias_pull, up->push_pull);
-        up->push_side = VEC_(fma)(kappa, x->bias_side, up->push_side);
-        up->side_pull = VEC_(fma)(Z, x->bias_pull, up->side_pull);
-        up->side_side = VEC_(fma)(Z, x->bias_side, up->side_side);
-        up->sin = VEC_(fma)(Z, SMALL(unit)(k, span), up->sin);
-        up->side = up->side - C * SMALL(unit)(k, span);
-    }
-}
-
-VEC_INLINE void SMALL(down)(const struct jets_system *s, int span, struct SMALL(node) node[],
-                            struct SMALL(columns) * columns) {
-    struct SMALL(node) pivot = {0};
-    for (int k = 0; k < s->n; k++) {
-        struct SMALL(node) *x = &node[k], *up = k ? &node[s->parent[k]] : &pivot;
-        VEC Z = VEC_(of)(s->sine[k]), C = VEC_(of)(s->cosine[k]), tau = VEC_(of)(s->tau[k]);
-        VEC stiff = VEC_(of)(s->eff[k] * s->kappa[k]), inv_eff = VEC_(of)(s->inv_eff[k]);
-        VEC tension_pull = s->nu[k] * x->bias_pull, tension_side = s->nu[k] * x->bias_side;
-        if (k) {
-            // tension first, the siblings' part leaves k itself out
-            tension_pull -= tau * (up->early_pull + x->late_pull);
-            tension_side += tau * (up->side - (up->early_side + x->late_side));
-            up->early_pull = VEC_(fma)(Z, x->bias_pull, up->early_pull);
-            up->early_side = VEC_(fma)(Z, x->bias_side, up->early_side);
-        }
-        VEC kappa = VEC_(of)(s->kappa[k]);
-        x->radial_pull = VEC_(fma)(kappa, up->radial_pull, (tension_pull - x->push_pull) * inv_eff);
-        x->radial_side = VEC_(fma)(kappa, up->radial_side, (tension_side - x->push_side) * inv_eff);
-        x->tangential_pull =
-            -s->inv[k] * VEC_(fma)(VEC_(of)(s->sum_r[k]), x->radial_pull, x->side_pull);
-        x->tangential_side =
-            s->inv[k] * (x->side - VEC_(fma)(VEC_(of)(s->sum_r[k]), x->radial_side, x->side_side));
-        columns->force_pull[k].span[span] = VEC_(fma)(stiff, up->radial_pull, tension_pull);
-        columns->force_side[k].span[span] = VEC_(fma)(stiff, up->radial_side, tension_side);
-        columns->acc_pull[k].span[span] =
-            x->tangential_pull + Z * up->radial_pull - C * up->tangential_pull;
-        columns->acc_side[k].span[span] =
-            x->tangential_side + Z * up->radial_side - C * up->tangential_side;
-    }
-}
-
-/* the columns in the units of the orders: pulls are l T, accelerations of angles */
-VEC_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) * columns) {
-    for (int span = 0; span < SPANS; span++) {
-        VEC inv_len = VEC_(get)(s->inv_len + span * VEC_WIDTH);
-        for (int j = 0; j < s->n; j++) {
-            VEC len = VEC_(of)(s->len[j]);
-            columns->acc_side[j].span[span] *= inv_len;
-            columns->force_side[j].span[span] *= inv_len * len;
-            columns->force_pull[j].span[span] *= len;
-        }
-    }
-}
-
-#if LANES == 2
-/* two arms, one on the other: what the sweeps come to, with one division */
-VEC_INLINE void small_double(const struct jets_system *s, struct small2_columns *columns) {
-    double m0 = s->mass[0], m1 = s->mass[1], C = s->cosine[1], Z = s->sine[1], light = 1 / m1;
-    double hung = m1 * Z, inv = 1 / lanes1_fma(hung, Z, m0), share = inv * m0,
-           lean = inv * hung * C;
-    columns->acc_pull[0].span[0] = (lanes2){lean, inv * hung};
-    columns->acc_side[0].span[0] = (lanes2){inv, -inv * C};
-    columns->acc_pull[1].span[0] = (lanes2){-lanes1_fma(C, lean, Z), -lean};
-    columns->acc_side[1].span[0] = (lanes2){-inv * C, lanes1_fma(C, inv * C, light)};
-    columns->force_pull[0].span[0] = (lanes2){-share * (m0 + m1), -share * m1 * C};
-    columns->force_side[0].span[0] = (lanes2){lean, -lanes1_fma(C, lean, Z)};
-    columns->force_pull[1].span[0] = (lanes2){-share * m1 * C, -share * m1};
-    columns->force_side[1].span[0] = (lanes2){inv * hung, -lean};
-}
-#endif
-
-/* the inverse of the tree system */
-VEC_INLINE void SMALL(invert)(const struct jets_system *s, struct SMALL(columns) * columns) {
-    struct SMALL(node) node[LANES];
-#if LANES == 2
-    if (s->n == 2) {
-        small_double(s, columns);
-        SMALL(scale)(s, columns);
-        return;
-    }
-#endif
-    jets_factor(s);
-    *columns = (struct SMALL(columns)){0};
-    for (int span = 0; span < SPANS && span * VEC_WIDTH < s->n; span++) {
-        SMALL(up)(s, span, node);
-        SMALL(down)(s, span, node, columns);
-    }
-    SMALL(scale)(s, columns);
-}
+#include "core/taylor/small_invert_template.h"
 
 /*
  * What the orders work on: rates in the lower half, forces in the upper one, as one vector where
@@ -168,8 +47,9 @@ VEC_INLINE void SMALL(invert)(const struct jets_system *s, struct SMALL(columns)
 #define PART SMALL_PASTE(lanes, PART_WIDTH)
 #define PART_(name) SMALL_PASTE(PART, _##name)
 /* parts of a pair, and of the turns of all arms; turns stand twice in a part that holds a whole
- * pair */
+ * pair; the first part that has forces */
 #define PARTS (2 * LANES / PART_WIDTH)
+#define FORCES (PARTS > 1 ? PARTS / 2 : 0)
 #define TURNS (PARTS > 1 ? PARTS / 2 : 1)
 
 struct SMALL(pair) {
@@ -192,6 +72,13 @@ VEC_INLINE double *SMALL(motion)(const struct jets_system *s, int j, int part) {
     if (part >= PARTS / 2) return s->force + (j - 1) * 8 + (part - PARTS / 2) * PART_WIDTH;
 #endif
     return s->rate + j * 8 + part * PART_WIDTH;
+}
+
+/* what the real parts of turns meet: the pair of the rates and of the forces across where `couples`
+ * act in the joints, in memory; else the same */
+VEC_INLINE double *SMALL(across)(const struct jets_system *s, int j, int part, int couples) {
+    if (!couples || part < FORCES) return SMALL(motion)(s, j, part);
+    return s->loads->across + j * LOADS_STRIDE + part * PART_WIDTH;
 }
 
 /* a pair from its halves */
@@ -240,55 +127,58 @@ struct SMALL(sums) {
 };
 
 VEC_INLINE void SMALL(meet)(PART *minus_re, PART *im, const struct jets_system *s, int j, int i,
-                            int part) {
+                            int part, int couples) {
     int at = j * 8 + part % TURNS * PART_WIDTH;
     PART motion = PART_(get)(SMALL(motion)(s, i, part));
-    *minus_re = PART_(fma)(PART_(get)(s->turn_re + at), motion, *minus_re);
+    PART across = couples ? PART_(get)(SMALL(across)(s, i, part, couples)) : motion;
+    *minus_re = PART_(fma)(PART_(get)(s->turn_re + at), across, *minus_re);
     *im = PART_(fma)(PART_(get)(s->turn_im + at), motion, *im);
 }
 
 /* the products for orders k and k + 1 of coefficients that were known before order k - 2: what
  * is loaded serves both */
-VEC_INLINE void SMALL(long_known)(const struct jets_system *s, int k, int part,
+VEC_INLINE void SMALL(long_known)(const struct jets_system *s, int k, int part, int couples,
                                   struct SMALL(sums) * x) {
     enum { STRIDE = 8 };
     const double *re = s->turn_re + 4 * STRIDE + part % TURNS * PART_WIDTH;
     const double *im = s->turn_im + 4 * STRIDE + part % TURNS * PART_WIDTH;
     const double *motion = SMALL(motion)(s, k - 2, part);
-    PART m = PART_(get)(motion);
+    const double *across = SMALL(across)(s, k - 2, part, couples);
+    int back = couples && part >= FORCES ? LOADS_STRIDE : STRIDE;
+    PART m = PART_(get)(motion), c = couples ? PART_(get)(across) : m;
     for (int j = 4; j < k; j += 2, re += 2 * STRIDE, im += 2 * STRIDE) {
         PART ur = PART_(get)(re), ui = PART_(get)(im), vr = PART_(get)(re + STRIDE),
              vi = PART_(get)(im + STRIDE);
-        x->next_re[0] = PART_(fma)(ur, m, x->next_re[0]);
+        x->next_re[0] = PART_(fma)(ur, c, x->next_re[0]);
         x->next_im[0] = PART_(fma)(ui, m, x->next_im[0]);
-        m = PART_(get)(motion - STRIDE);
-        x->now_re[0] = PART_(fma)(ur, m, x->now_re[0]);
+        m = PART_(get)(motion - STRIDE), c = couples ? PART_(get)(across - back) : m;
+        x->now_re[0] = PART_(fma)(ur, c, x->now_re[0]);
         x->now_im[0] = PART_(fma)(ui, m, x->now_im[0]);
-        x->next_re[1] = PART_(fma)(vr, m, x->next_re[1]);
+        x->next_re[1] = PART_(fma)(vr, c, x->next_re[1]);
         x->next_im[1] = PART_(fma)(vi, m, x->next_im[1]);
-        motion -= 2 * STRIDE;
-        m = PART_(get)(motion);
-        x->now_re[1] = PART_(fma)(vr, m, x->now_re[1]);
+        motion -= 2 * STRIDE, across -= 2 * back;
+        m = PART_(get)(motion), c = couples ? PART_(get)(across) : m;
+        x->now_re[1] = PART_(fma)(vr, c, x->now_re[1]);
         x->now_im[1] = PART_(fma)(vi, m, x->now_im[1]);
     }
 }
 
 /* T and c of orders k and k + 1, k even and not 0, less the terms of the orders from k - 1 on;
  * the coefficients of order k - 2 come late and last */
-VEC_INLINE void SMALL(known)(const struct jets_system *s, int k, struct SMALL(known) * now,
-                             struct SMALL(known) * next) {
+VEC_INLINE void SMALL(known)(const struct jets_system *s, int k, int couples,
+                             struct SMALL(known) * now, struct SMALL(known) * next) {
     for (int p = 0; p < PARTS; p++) {
         struct SMALL(sums) x;
         for (int i = 0; i < 2; i++)
             x.now_re[i] = x.now_im[i] = x.next_re[i] = x.next_im[i] = PART_(of)(0);
         if (k > 2) {
-            SMALL(long_known)(s, k, p, &x);
-            SMALL(meet)(&x.now_re[0], &x.now_im[0], s, 3, k - 2, p);
-            SMALL(meet)(&x.now_re[1], &x.now_im[1], s, k, 1, p);
-            SMALL(meet)(&x.next_re[0], &x.next_im[0], s, 3, k - 1, p);
-            SMALL(meet)(&x.next_re[1], &x.next_im[1], s, k, 2, p);
+            SMALL(long_known)(s, k, p, couples, &x);
+            SMALL(meet)(&x.now_re[0], &x.now_im[0], s, 3, k - 2, p, couples);
+            SMALL(meet)(&x.now_re[1], &x.now_im[1], s, k, 1, p, couples);
+            SMALL(meet)(&x.next_re[0], &x.next_im[0], s, 3, k - 1, p, couples);
+            SMALL(meet)(&x.next_re[1], &x.next_im[1], s, k, 2, p, couples);
         }
-        SMALL(meet)(&x.now_re[0], &x.now_im[0], s, 2, k - 1, p);
+        SMALL(meet)(&x.now_re[0], &x.now_im[0], s, 2, k - 1, p, couples);
         now->minus_re.part[p] = x.now_re[0] + x.now_re[1];
         now->im.part[p] = x.now_im[0] + x.now_im[1];
         next->minus_re.part[p] = x.next_re[0] + x.next_re[1];
@@ -299,14 +189,16 @@ VEC_INLINE void SMALL(known)(const struct jets_system *s, int k, struct SMALL(kn
 /* adds to the sums of order k + 2 what order k has brought, k not 0: the turns of order k + 2,
  * the motion of k + 1 */
 VEC_INLINE void SMALL(arrive)(const struct jets_system *s, const struct SMALL(turn) * turn,
-                              const struct SMALL(pair) * motion, struct SMALL(known) * x) {
+                              const struct SMALL(pair) * motion, const struct SMALL(pair) * across,
+                              int couples, struct SMALL(known) * x) {
     for (int p = 0; p < PARTS; p++) {
         const double *second = s->turn_re + 2 * 8 + p % TURNS * PART_WIDTH;
         PART first = PART_(get)(SMALL(motion)(s, 1, p)), minus_re = PART_(get)(second);
         PART im = PART_(get)(s->turn_im + (second - s->turn_re));
-        x->minus_re.part[p] = PART_(fma)(turn->minus_re[p % TURNS], first, x->minus_re.part[p]);
+        PART beside = couples ? PART_(get)(SMALL(across)(s, 1, p, couples)) : first;
+        x->minus_re.part[p] = PART_(fma)(turn->minus_re[p % TURNS], beside, x->minus_re.part[p]);
         x->im.part[p] = PART_(fma)(turn->im[p % TURNS], first, x->im.part[p]);
-        x->minus_re.part[p] = PART_(fma)(minus_re, motion->part[p], x->minus_re.part[p]);
+        x->minus_re.part[p] = PART_(fma)(minus_re, across->part[p], x->minus_re.part[p]);
         x->im.part[p] = PART_(fma)(im, motion->part[p], x->im.part[p]);
     }
 }
@@ -464,19 +356,20 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
         // the first of two, whose sums were made with those of the order before
         SMALL(complete)(s, k - 1, &first, &known, &answer, &turn, &next, &question);
         known = next;
-        if (k + 1 < order) SMALL(known)(s, k + 1, &now, &next);
+        if (k + 1 < order) SMALL(known)(s, k + 1, 0, &now, &next);
         answer = SMALL(solve)(&table, &question);
         SMALL(keep)(s, k, &known, &answer, &motion, &turn);
         if (k + 1 == order) break;
         SMALL(complete)(s, k, &first, &known, &answer, &turn, &now, &question);
         known = now;
-        SMALL(arrive)(s, &turn, &motion, &next);
+        SMALL(arrive)(s, &turn, &motion, &motion, 0, &next);
         answer = SMALL(solve)(&table, &question);
         SMALL(keep)(s, k + 1, &known, &answer, &motion, &turn);
     }
 }
 
 #include "core/taylor/small_spread_template.h"
+#include "core/taylor/small_loads_template.h"
 
 #undef SMALL_BEAM
 #undef PART_WIDTH
@@ -484,6 +377,7 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
 #undef PART_
 #undef PARTS
 #undef TURNS
+#undef FORCES
 
 #undef SMALL_PASTE2
 #undef SMALL_PASTE

@@ -1,0 +1,74 @@
+/* What a real pendulum of point masses has beside the series of an ideal one: torques between arms,
+ * and the acceleration of its pivot. The quick kernels take these.
+ * Leaves to others: the arithmetic (loads_template, small_loads_template), pendulums with anything
+ * else (jets_bodies).
+ * Invariant: which terms there are decides, not their numbers, so that all members of an ensemble
+ * go one way. */
+#ifndef PEND_JETS_LOADS_H
+#define PEND_JETS_LOADS_H
+
+#include <stddef.h>
+
+#include "core/tree/terms.h"
+#include "core/tree/tree.h"
+
+enum {
+    LOADS_STRIDE = 16, /* numbers of a row: one of each arm for rates, one for forces across */
+    LOADS_MARGIN = 8   /* zeros before and behind the series of the pivot */
+};
+
+/*
+ * Rows of an order have the numbers of arms where the kernel has them: first as rates, then as
+ * forces. Forces are times unit^2.
+ *
+ * across  row k + 1: the rates of order k + 1 beside the forces across the arms of order k
+ * given   row k: less the pivot's acceleration along the first arm over its length, and the known
+ *         forces across the arms, torques over lengths
+ * drop    row k: less the pivot's acceleration across the first arm over its length
+ * loss    row k: what friction adds to the forces across the arms
+ * twist   row a: the forces across for a torque of 1 on arm a and its opposite on the parent
+ */
+#define LOADS_ROWS(X) X(across) X(given) X(drop) X(loss) X(twist)
+/*
+ * Series of a number an order, with LOADS_MARGIN zeros on either side.
+ *
+ * lift_x, lift_y    acceleration of the pivot and gravity
+ * slide_x, slide_y  velocity of the pivot
+ * haul_x, haul_y    the force that the pivot exerts, along the first arm's axes
+ */
+#define LOADS_SERIES(X) X(lift_x) X(lift_y) X(slide_x) X(slide_y) X(haul_x) X(haul_y)
+
+/* The instant that series are about, and their unit. */
+struct loads_moment {
+    double unit;       /* s, a power of two of either sign */
+    double gravity;    /* m/s^2 times unit^2 */
+    double time, late; /* s, the request's own time as a sum of two */
+};
+
+struct jets_loads {
+    const struct pend_terms *terms;
+    const double *value; /* of the terms, those of the expansion at hand */
+    int couples;         /* torques act between arms */
+    int springs, losses; /* among them those of springs and of friction */
+    int drives, moves;   /* harmonics among the torques; the pivot moves */
+    int orders;          /* of the forces, whose real parts in fixed axes stand where lambda will */
+    double *bend;        /* angles to the parents, of the first arm to the vertical */
+#define X(name) double *name;
+    LOADS_ROWS(X) LOADS_SERIES(X)
+#undef X
+};
+
+/**
+ * Non-zero if the quick kernels take a real pendulum: point masses at the tips of massless arms, at
+ * which the other arms hang, without dry friction and drag, and few enough arms. O(1).
+ */
+static inline int jets_loads_suit(const struct pend_tree *tree, const struct pend_terms *terms) {
+    static const enum pend_term_row others[] = {PEND_TERM_ROD,  PEND_TERM_BODY,
+                                                PEND_TERM_AT_X, PEND_TERM_FRICTION,
+                                                PEND_TERM_DRAG, PEND_TERM_DRAG_QUADRATIC};
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++)
+        if (terms->row[others[i]] >= 0) return 0;
+    return terms->one[PEND_TERM_DRAG_PER_MASS] < 0 && tree->n <= 8;
+}
+
+#endif

@@ -1,0 +1,147 @@
+/* The drives of a real pendulum that the quick kernels take, as series about an instant: torques,
+ * and the acceleration and the velocity of the pivot; and products of series.
+ * Leaves to others: the orders of the motion (small_loads_template), lanes of members.
+ * Invariant: a harmonic costs one sine and one cosine an expansion. */
+#ifndef PEND_LOADS_TEMPLATE_H
+#define PEND_LOADS_TEMPLATE_H
+
+#include <string.h>
+
+#include "core/bodies/bodies_number.h"
+#include "core/taylor/jets_loads.h"
+#include "core/taylor/jets_system.h"
+
+enum { LOADS_ORDERS = 48 };
+
+/* Adds A cos(omega t + phase), or its derivative of order 2, to a series in units, orders below an
+ * even number of at least `order`. The coefficients of even orders hang on the cosine, those of odd
+ * ones on the sine. Returns the derivative of order 1 at the instant. */
+VEC_INLINE double loads_harmonic(const struct jets_system *s, const double *harmonic,
+                                 const struct loads_moment *now, int twice, int order, double *to) {
+    double sine, cosine, w = harmonic[1] * now->unit, square = w * w;
+    num_drive(harmonic[1], now->time, now->late, harmonic[2], &sine, &cosine);
+    double size = twice ? -harmonic[0] * square : harmonic[0];
+    double even = size * cosine, odd = -size * w * sine;
+    for (int j = 0; j < order; j += 2) {
+        to[j] += even;
+        to[j + 1] += odd;
+        even *= -square * (s->share[j] * s->share[j + 1]);
+        odd *= -square * (s->share[j + 1] * s->share[j + 2]);
+    }
+    return -harmonic[0] * w * sine;
+}
+
+/* the series of the pivot */
+static void loads_pivot(const struct jets_system *s, const struct loads_moment *now, int order) {
+    const struct jets_loads *loads = s->loads;
+    const struct pend_terms *terms = loads->terms;
+    size_t bytes = (size_t)(order + 2) * sizeof(double);
+    double start[2] = {0, 0}, *lift[2] = {loads->lift_x, loads->lift_y},
+           *slide[2] = {loads->slide_x, loads->slide_y};
+    for (int i = 0; i < 2; i++) memset(lift[i], 0, bytes);
+    for (int i = 0; i < terms->harmonics && terms->harmonic[i].drives < 0; i++) {
+        const double *harmonic = loads->value + terms->harmonic[i].at;
+        int y = terms->harmonic[i].drives == PEND_DRIVE_PIVOT_Y;
+        start[y] += loads_harmonic(s, harmonic, now, 1, order, lift[y]);
+    }
+    if (terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0) {
+        double since = (now->time + now->late) / now->unit, square = now->unit * now->unit;
+        for (int i = 0; i < 2; i++) {
+            double a = square * loads->value[terms->one[PEND_TERM_PIVOT_ACCELERATION_X + i]];
+            lift[i][0] += a;
+            start[i] += a * since;
+        }
+    }
+    for (int i = 0; i < 2; i++) {
+        slide[i][0] = start[i];
+        for (int j = 1; j < order; j++) slide[i][j] = lift[i][j - 1] * s->share[j - 1];
+    }
+    lift[1][0] += now->gravity;
+}
+
+/* the pivot's acceleration in the frame of the first arm */
+static void loads_lift(const struct jets_system *s, int order) {
+    const struct jets_loads *loads = s->loads;
+    double C = s->cosine[0] * s->inv_len[0], Z = s->sine[0] * s->inv_len[0];
+    for (int k = 0; k < order; k++) {
+        double x = loads->lift_x[k], y = loads->lift_y[k];
+        loads->given[k * LOADS_STRIDE] = -(C * x + Z * y);
+        loads->drop[k * LOADS_STRIDE] = Z * x - C * y;
+    }
+}
+
+/* a torque on arm a, and its opposite on its parent, as forces across */
+VEC_INLINE void loads_twist(const struct jets_system *s, int a, double torque, double *forces) {
+    int p = s->parent[a];
+    forces[a] += torque * s->inv_len[a];
+    if (p >= 0) forces[p] -= torque * s->inv_len[p];
+}
+
+/* the given torques; `from` is where the forces of a row begin */
+static void loads_torques(const struct jets_system *s, const struct loads_moment *now, int order,
+                          int from) {
+    const struct jets_loads *loads = s->loads;
+    const struct pend_terms *terms = loads->terms;
+    double *forces = loads->given + from, square = now->unit * now->unit;
+    int fixed = terms->row[PEND_TERM_TORQUE];
+    for (int k = 0; k < (loads->drives ? order : 1); k++)
+        memset(forces + k * LOADS_STRIDE, 0, (size_t)s->n * sizeof(double));
+    for (int a = 0; a < s->n && fixed >= 0; a++)
+        loads_twist(s, a, square * loads->value[fixed + a], forces);
+    for (int i = 0; i < terms->harmonics; i++) {
+        int a = terms->harmonic[i].drives;
+        double torque[LOADS_ORDERS];
+        if (a < 0) continue;
+        memset(torque, 0, (size_t)(order + 2) * sizeof(double));
+        loads_harmonic(s, loads->value + terms->harmonic[i].at, now, 0, order, torque);
+        for (int k = 0; k < order; k++)
+            loads_twist(s, a, square * torque[k], forces + k * LOADS_STRIDE);
+    }
+}
+
+/* what the springs do at the start */
+static void loads_springs(const struct jets_system *s, double unit, double *forces) {
+    const struct jets_loads *loads = s->loads;
+    int stiff = loads->terms->row[PEND_TERM_STIFFNESS], rest = loads->terms->row[PEND_TERM_REST];
+    for (int a = 0; a < s->n && stiff >= 0; a++) {
+        double bent = loads->bend[a] - loads->value[rest + a];
+        loads_twist(s, a, -(unit * unit) * loads->value[stiff + a] * bent, forces);
+    }
+}
+
+/* all that is known before the first order */
+static void loads_begin(const struct jets_system *s, const double *value,
+                        const struct loads_moment *now, int order, int from) {
+    struct jets_loads *loads = s->loads;
+    loads->value = value;
+    loads_pivot(s, now, loads->moves ? order : 1);
+    loads_lift(s, loads->moves ? order : 1);
+    if (loads->couples) loads_torques(s, now, order, from);
+}
+
+/* ---- power */
+
+/* adds sum_{j <= k} a_j b_{k-j} to orders k below `order`; a and b have LOADS_MARGIN zeros before
+ * them and enough behind */
+static void loads_product(const double *a, const double *b, int order, double *sum) {
+    for (int k = 0; k < order; k += WIDE) {
+        wide all = wide_load(sum + k);
+        int last = k + WIDE < order ? k + WIDE : order;
+        for (int j = 0; j < last; j++) all = wide_fma(wide_of(a[j]), wide_load(b + k - j), all);
+        memcpy(sum + k, &all, sizeof all);
+    }
+}
+
+/* the power of the pivot, orders below `order` */
+static void loads_haul(const struct jets_system *s, int order, double *sum) {
+    const struct jets_loads *loads = s->loads;
+    double C = s->cosine[0], Z = s->sine[0], force[2][LOADS_ORDERS];
+    for (int k = 0; k < order; k++) {
+        force[0][k] = C * loads->haul_x[k] - Z * loads->haul_y[k];
+        force[1][k] = Z * loads->haul_x[k] + C * loads->haul_y[k];
+    }
+    loads_product(force[0], loads->slide_x, order, sum);
+    loads_product(force[1], loads->slide_y, order, sum);
+}
+
+#endif

@@ -1,0 +1,288 @@
+/* The orders of a real pendulum of up to LANES point masses: torques between arms, and a pivot that
+ * moves. The recurrences are those of an ideal one (small_template), with two more known parts.
+ * Leaves to others: the series of drives (loads_template), the inverse (small_invert_template).
+ * Included once for each number of lanes.
+ * Invariant: without torques an order costs two additions more than an ideal one.
+ *
+ * A torque on an arm is a force across it, so that the force in an arm is f u with a complex f =
+ * lambda + i sigma, sigma known from order to order. Its series F = f u in axes that are fixed is
+ * what the recurrences are made with: sigma = Im (conj(u) F), so that of order k
+ *     Im F_k = sigma_k - sum_{j>=1} (Re u_j Im F_{k-j} - Im u_j Re F_{k-j})
+ * is known, at the cost of the sums with lambda, and Re F_k is what the tree answers. The lambda =
+ * Re (conj(u) F) are no part of the recurrences and are computed behind them. */
+
+/* the responses of all arms to the rate of an arm through friction, and what rates and angles make
+ * of forces across: by friction, by springs */
+struct SMALL(joints) {
+    struct SMALL(pair) friction[LANES], loss[LANES], spring[LANES];
+};
+
+/* what the rates of arm a and of its parent make of forces across, as the torque -c (w_a - w_p) */
+VEC_INLINE void SMALL(hold)(const struct jets_system *s, int a, double c,
+                            struct SMALL(pair) column[LANES]) {
+    int up = s->parent[a];
+    const double *twist = s->loads->twist + a * LOADS_STRIDE;
+    for (int p = FORCES; p < PARTS; p++) {
+        PART torque = PART_(get)(twist + p * PART_WIDTH) * c;
+        column[a].part[p] -= torque;
+        if (up >= 0) column[up].part[p] += torque;
+    }
+}
+
+VEC_INLINE void SMALL(join_arms)(const struct jets_system *s, const struct SMALL(table) * table,
+                                 double unit, struct SMALL(joints) * joints) {
+    const struct jets_loads *loads = s->loads;
+    *joints = (struct SMALL(joints)){0};
+    for (int a = 0; a < s->n && loads->losses; a++) {
+        int p = s->parent[a];
+        double c = pend_terms_get(loads->terms, loads->value, PEND_TERM_DAMPING, a) * unit;
+        SMALL(hold)(s, a, c, joints->loss);
+        for (int i = 0; i < PARTS; i++) {
+            PART own = table->side[a].part[i] * (c * s->inv_len[a]);
+            if (p >= 0) {
+                own -= table->side[p].part[i] * (c * s->inv_len[p]);
+                joints->friction[p].part[i] += own;
+            }
+            joints->friction[a].part[i] -= own;
+        }
+    }
+    for (int a = 0; a < s->n && loads->springs; a++) {
+        double c = pend_terms_get(loads->terms, loads->value, PEND_TERM_STIFFNESS, a);
+        SMALL(hold)(s, a, c * (unit * unit), joints->spring);
+    }
+}
+
+/* adds to the known parts of order k, which are over k + 1 */
+VEC_INLINE void SMALL(give)(const struct jets_system *s, const struct SMALL(joints) * joints, int k,
+                            struct SMALL(pair) * question) {
+    const struct jets_loads *loads = s->loads;
+    PART share = PART_(of)(s->share[k]);
+    for (int p = 0; p < PARTS; p++)
+        question->part[p] = PART_(fma)(
+            share, PART_(get)(loads->given + k * LOADS_STRIDE + p * PART_WIDTH), question->part[p]);
+    if (!joints || !loads->springs || !k) return;
+    const double *rate = s->rate + (k - 1) * 8;
+    share *= s->share[k - 1];
+    for (int p = FORCES; p < PARTS; p++) {
+        PART sum = rate[0] * joints->spring[0].part[p];
+        for (int j = 1; j < LANES; j++)
+            sum = PART_(fma)(PART_(of)(rate[j]), joints->spring[j].part[p], sum);
+        question->part[p] = PART_(fma)(share, sum, question->part[p]);
+    }
+}
+
+/* number `lane` of the rates of a pair, which are in memory too */
+#if PARTS == 1
+#define SMALL_RATE(x, rate, lane) SMALL_BEAM(x, lane)
+#else
+#define SMALL_RATE(x, rate, lane) PART_(of)((rate)[lane])
+#endif
+
+/* the response of the tree to an order's question, to the pivot and to friction */
+VEC_INLINE struct SMALL(pair)
+    SMALL(respond)(const struct jets_system *s, const struct SMALL(table) * table,
+                   const struct SMALL(joints) * joints, int k, const struct SMALL(pair) * question,
+                   const struct SMALL(pair) * motion) {
+    const struct jets_loads *loads = s->loads;
+    const double *rate = s->rate + k * 8;
+    PART share = PART_(of)(s->share[k]);
+    struct SMALL(pair) answer = SMALL(solve)(table, question);
+    (void)rate, (void)motion;
+    for (int p = 0; p < PARTS; p++) {
+        PART sum =
+            p < TURNS ? PART_(get)(loads->drop + k * LOADS_STRIDE + p * PART_WIDTH) : PART_(of)(0);
+        if (joints && loads->losses) {
+#define SMALL_TERM(sum, j)                                                                         \
+    sum = PART_(fma)(SMALL_RATE(motion, rate, j), joints->friction[j].part[p], sum)
+            SMALL_TERM(sum, 0);
+#if LANES == 2
+            SMALL_TERM(sum, 1);
+#else
+            PART odd = SMALL_RATE(motion, rate, 1) * joints->friction[1].part[p];
+            SMALL_TERM(sum, 2);
+            SMALL_TERM(odd, 3);
+#if LANES == 8
+            SMALL_TERM(sum, 4);
+            SMALL_TERM(odd, 5);
+            SMALL_TERM(sum, 6);
+            SMALL_TERM(odd, 7);
+#endif
+            sum += odd;
+#endif
+#undef SMALL_TERM
+        } else if (p >= TURNS) {
+            continue;
+        }
+        answer.part[p] = PART_(fma)(share, sum, answer.part[p]);
+    }
+    return answer;
+}
+
+/* the forces across of order k, from its question and the rates of order k, beside the rates of
+ * order k + 1 */
+VEC_INLINE void SMALL(cross)(const struct jets_system *s, const struct SMALL(joints) * joints,
+                             int k, const struct SMALL(pair) * question,
+                             const struct SMALL(pair) * motion, struct SMALL(pair) * across) {
+    const struct jets_loads *loads = s->loads;
+    const double *rate = s->rate + k * 8;
+    *across = *motion;
+    for (int p = FORCES; p < PARTS; p++) {
+        size_t at = (size_t)k * LOADS_STRIDE + (size_t)p * PART_WIDTH;
+        PART sum = PART_(of)(0);
+        if (loads->losses) {
+            sum = rate[0] * joints->loss[0].part[p];
+            for (int j = 1; j < LANES; j++)
+                sum = PART_(fma)(PART_(of)(rate[j]), joints->loss[j].part[p], sum);
+            PART_(put)(loads->loss + at, sum);
+        }
+        sum = PART_(fma)(SMALL(factor)(0, k + 1, p), question->part[p], sum);
+        if (PARTS == 1) sum = PART_(fma)(SMALL(factor)(1, 0, p), motion->part[p], sum);
+        across->part[p] = sum;
+        PART_(put)(loads->across + at + LOADS_STRIDE, sum);
+    }
+}
+
+/* the sums with real parts of turns join the others: what is left are those of rates */
+VEC_INLINE void SMALL(fold)(struct SMALL(known) * x) {
+    for (int p = FORCES; p < PARTS; p++) {
+        x->im.part[p] = PART_(fma)(SMALL(factor)(0, 1, p), x->minus_re.part[p], x->im.part[p]);
+        x->minus_re.part[p] *= SMALL(factor)(1, 0, p);
+    }
+}
+
+/* where the forces of row i begin, or those across */
+VEC_INLINE double *SMALL(forces)(const struct jets_system *s, int i, int span) {
+    return (LANES == 8 ? s->force + (i - 1) * 8 : s->rate + i * 8 + LANES) + span * VEC_WIDTH;
+}
+
+/* lambda from F: Re (conj(u) F), from the highest order down, in place */
+static void SMALL(along)(const struct jets_system *s, int order) {
+    const struct jets_loads *loads = s->loads;
+    for (int span = 0; span < SPANS; span++) {
+        const double *across = loads->across + LANES + span * VEC_WIDTH;
+        const double *re = s->turn_re + span * VEC_WIDTH, *im = s->turn_im + span * VEC_WIDTH;
+        VEC first = VEC_(get)(s->rate + span * VEC_WIDTH);
+        for (int k = order - 1; k > 0; k--) {
+            VEC sum = VEC_(get)(SMALL(forces)(s, k + 1, span)), less = VEC_(of)(0);
+            sum = VEC_(fma)(first, VEC_(get)(across + k * LOADS_STRIDE), sum);
+            for (int j = 2; j <= k; j++) {
+                sum = VEC_(fma)(VEC_(get)(im + j * 8),
+                                VEC_(get)(across + (k + 1 - j) * LOADS_STRIDE), sum);
+                less = VEC_(fma)(VEC_(get)(re + j * 8),
+                                 VEC_(get)(SMALL(forces)(s, k + 1 - j, span)), less);
+            }
+            VEC_(put)(SMALL(forces)(s, k + 1, span), sum - less);
+        }
+    }
+}
+
+/* the force that the pivot exerts, order k, which is that of the first arm */
+VEC_INLINE void SMALL(haul)(const struct jets_system *s, int k, const struct SMALL(pair) * question,
+                            const struct SMALL(pair) * answer) {
+    const int lane = PARTS == 1 ? LANES : 0;
+    s->loads->haul_x[k] = (k + 1) * answer->part[FORCES][lane];
+    s->loads->haul_y[k] = (k + 1) * question->part[FORCES][lane];
+}
+
+/* an order from its question: the coefficients, and what the pivot exerts */
+VEC_INLINE void SMALL(order)(const struct jets_system *s, const struct SMALL(table) * table,
+                             const struct SMALL(joints) * joints, int k,
+                             const struct SMALL(known) * known, struct SMALL(pair) * question,
+                             struct SMALL(pair) * answer, struct SMALL(pair) * motion,
+                             struct SMALL(pair) * across, struct SMALL(turn) * turn) {
+    SMALL(give)(s, joints, k, question);
+    *answer = SMALL(respond)(s, table, joints, k, question, motion);
+    SMALL(keep)(s, k, known, answer, motion, turn);
+    if (joints)
+        SMALL(cross)(s, joints, k, question, motion, across);
+    else
+        *across = *motion;
+    if (s->loads->moves && !joints) SMALL(haul)(s, k, question, answer);
+}
+
+VEC_INLINE void SMALL(loaded)(const struct jets_system *s, double unit, int order, int couples) {
+    struct SMALL(columns) columns;
+    struct SMALL(table) table;
+    struct SMALL(joints) made, *joints = couples ? &made : NULL;
+    SMALL(invert)(s, &columns);
+    for (int j = 0; j < LANES; j++) {
+        table.pull[j] = SMALL(join)(&columns.force_side[j], &columns.force_pull[j]);
+        table.side[j] = SMALL(join)(&columns.acc_side[j], &columns.acc_pull[j]);
+    }
+    if (couples) SMALL(join_arms)(s, &table, unit, joints);
+    struct SMALL(start) start = SMALL(begin)(s, 0);
+    struct SMALL(first)
+        first = {SMALL(join)(&start.rate, &start.rate), SMALL(join)(&start.rate, &start.opposite),
+                 SMALL(join)(&start.rate, &start.zero)};
+    struct SMALL(known)
+        known = {SMALL(join)(&start.zero, &start.zero), SMALL(join)(&start.square, &start.zero)};
+    struct SMALL(known) next = {known.minus_re, known.minus_re}, now = next;
+    struct SMALL(pair) question = known.im, motion = first.alone, across, answer;
+    struct SMALL(turn) turn;
+    _Alignas(64) double bent[2 * LANES] = {0};
+    if (couples) loads_springs(s, unit, bent + LANES);
+    for (int p = 0; p < PARTS; p++) {
+        PART_(put)(SMALL(motion)(s, 0, p), first.alone.part[p]);
+        question.part[p] += PART_(get)(bent + p * PART_WIDTH);
+    }
+    SMALL(order)(s, &table, joints, 0, &known, &question, &answer, &motion, &across, &turn);
+    for (int k = 1; k < order; k += 2) {
+        if (couples) SMALL(fold)(&next);
+        SMALL(complete)(s, k - 1, &first, &known, &answer, &turn, &next, &question);
+        known = next;
+        if (k + 1 < order) SMALL(known)(s, k + 1, couples, &now, &next);
+        SMALL(order)(s, &table, joints, k, &known, &question, &answer, &motion, &across, &turn);
+        if (k + 1 == order) break;
+        if (couples) SMALL(fold)(&now);
+        SMALL(complete)(s, k, &first, &known, &answer, &turn, &now, &question);
+        known = now;
+        SMALL(arrive)(s, &turn, &motion, &across, couples, &next);
+        SMALL(order)(s, &table, joints, k + 1, &known, &question, &answer, &motion, &across, &turn);
+    }
+}
+
+/* the orders of a pendulum with loads */
+static void SMALL(loaded_orders)(const struct jets_system *s, const double *value,
+                                 const struct loads_moment *now, int order) {
+    struct jets_loads *loads = s->loads;
+    loads_begin(s, value, now, order, LANES);
+    if (!loads->couples) {
+        SMALL(loaded)(s, now->unit, order, 0);
+        return;
+    }
+    SMALL(loaded)(s, now->unit, order, 1);
+    for (int k = 0; k < order; k++) {
+        loads->haul_x[k] = *SMALL(forces)(s, k + 1, 0);
+        loads->haul_y[k] = loads->across[(k + 1) * LOADS_STRIDE + LANES];
+    }
+    loads->orders = order;
+}
+
+/* sums of products of forces across and rates, times lengths, orders below `order`; forces of
+ * orders from `orders` on are zero */
+VEC_INLINE void SMALL(effort)(const struct jets_system *s, const double *forces, int orders,
+                              int order, double factor, double *sum) {
+    for (int k = 0; k < order; k++) {
+        VEC all[SPANS];
+        double total = 0;
+        for (int i = 0; i < SPANS; i++) {
+            all[i] = VEC_(of)(0);
+            for (int j = 0; j <= k && j < orders; j++)
+                all[i] = VEC_(fma)(VEC_(get)(forces + j * LOADS_STRIDE + LANES + i * VEC_WIDTH),
+                                   VEC_(get)(s->rate + (k - j) * 8 + i * VEC_WIDTH), all[i]);
+            all[i] *= VEC_(get)(s->len + i * VEC_WIDTH);
+            for (int lane = 0; lane < VEC_WIDTH; lane++) total += all[i][lane];
+        }
+        sum[k] += factor * total;
+    }
+}
+
+static void SMALL(power)(const struct jets_system *s, int order, double *work, double *heat) {
+    const struct jets_loads *loads = s->loads;
+    if (loads->losses) SMALL(effort)(s, loads->loss, order, order, -1, heat);
+    if (loads->couples && (loads->drives || loads->terms->row[PEND_TERM_TORQUE] >= 0))
+        SMALL(effort)(s, loads->given, loads->drives ? order : 1, order, 1, work);
+    if (loads->moves) loads_haul(s, order, work);
+}
+
+#undef SMALL_RATE

@@ -1,0 +1,209 @@
+/* Tests of the quick kernels of real pendulums (core/taylor/jets_loads): torques between arms and a
+ * driven pivot, on all small trees, against quadruple precision and against the general kernel.
+ * Leaves to others: ideal pendulums (test_jets), steps and runs (test_bodies_quad,
+ * test_real_pendulums).
+ * Invariant: residuals are relative to the largest value among the arms. */
+#include "core/taylor/jets_loads.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/taylor/jets.h"
+#include "tests/harness/bodies.h"
+#include "tests/harness/quad_bodies.h"
+#include "tests/harness/test.h"
+#include "tests/harness/trees.h"
+
+enum { ARMS = 16, ORDER = 20 };
+
+static const unsigned loads[] = {TEST_TERMS_SPRINGS, TEST_TERMS_DAMPING, TEST_TERMS_TORQUES,
+                                 TEST_TERMS_PIVOT};
+
+/* a state and the series about it */
+struct scene {
+    struct pend_jets jets;
+    _Alignas(64) double phi[ARMS], low[ARMS], rate[ARMS];
+    double work[ORDER], heat[ORDER];
+    struct jets_state state;
+    void *memory;
+};
+
+static void scene_open(struct scene *s, const struct test_tree *t, const struct pend_loads *given,
+                       double unit, enum pend_isa isa) {
+    memset(s, 0, sizeof *s);
+    memcpy(s->phi, t->phi, (size_t)t->n * sizeof(double));
+    memcpy(s->rate, t->rate, (size_t)t->n * sizeof(double));
+    s->state = (struct jets_state){
+        .phi = s->phi, .phi_low = s->low, .rate = s->rate, .rate_low = s->low, .time = 11};
+    s->memory = aligned_alloc(64, (pend_jets_bytes(t->tree, given->terms, ORDER) + 63) / 64 * 64);
+    if (!s->memory) abort();
+    pend_jets_init(&s->jets, t->tree, given, ORDER, s->memory);
+    s->jets.isa = isa;
+    pend_jets_expand(&s->jets, given, unit, &s->state, ORDER);
+    pend_jets_power(&s->jets, unit, ORDER, s->work, s->heat);
+    pend_jets_forces(&s->jets);
+}
+
+/* the same pendulum with rods of no mass, which only the general kernel takes: their numbers are
+ * the first of the list */
+struct twin {
+    struct pend_terms *terms;
+    double *value;
+    struct pend_loads loads;
+};
+
+static void twin_open(struct twin *twin, const struct test_bodies *b) {
+    const struct pend_terms *own = b->terms;
+    unsigned char rows[PEND_TERM_ROWS] = {[PEND_TERM_ROD] = 1}, ones[PEND_TERM_ONES] = {0};
+    int drives[8], place[8];
+    for (int r = 0; r < PEND_TERM_ROWS; r++) rows[r] |= own->row[r] >= 0;
+    for (int i = 0; i < PEND_TERM_ONES; i++) ones[i] = own->one[i] >= 0;
+    for (int i = 0; i < own->harmonics; i++) drives[i] = own->harmonic[i].drives;
+    if (pend_terms_new(&twin->terms, own->n, rows, ones, own->harmonics, drives, place) != PEND_OK)
+        abort();
+    twin->value = calloc((size_t)twin->terms->count, sizeof(double));
+    if (!twin->value) abort();
+    memcpy(twin->value + own->n, b->value, (size_t)own->count * sizeof(double));
+    twin->loads = (struct pend_loads){b->loads.gravity, twin->terms, twin->value};
+}
+
+static void twin_close(struct twin *twin) {
+    pend_terms_free(&twin->terms);
+    free(twin->value);
+}
+
+/* the sum of orders 0 .. last of a series at x */
+static double sum_of(const double *at, size_t step, int last, double x) {
+    double sum = 0;
+    for (int j = last; j >= 0; j--) sum = sum * x + at[(size_t)j * step];
+    return sum;
+}
+
+/* the largest errors, of their largest values: phi'' and lambda at the start against quadruple
+ * precision, and rates, lambda, work and heat a part of a step later against the general kernel */
+struct errors {
+    double acc, force, rates, forces, work, heat;
+};
+
+static void keep(double *worst, double gap) {
+    if (!(gap <= *worst)) *worst = gap;
+}
+
+static void start_errors(struct errors *worst, const struct test_tree *t,
+                         const struct pend_loads *given, const struct scene *s, double unit) {
+    test_quad phi[ARMS], rate[ARMS], acc[ARMS], force[4][ARMS];
+    double own[ARMS], tip[ARMS], most = 0, gap = 0;
+    for (int k = 0; k < t->n; k++) phi[k] = s->phi[k], rate[k] = s->rate[k];
+    struct test_quad_state state = {phi, rate, 11};
+    struct test_quad_forces forces = {force[0], force[1], force[2], force[3]};
+    test_quad_bodies(t->tree, given, &state, acc, &forces);
+    for (int k = 0; k < t->n; k++) {
+        own[k] = s->jets.rate[pend_jets_place(&s->jets, k, 1)] / (unit * unit);
+        tip[k] = s->jets.force[pend_jets_place(&s->jets, k, 0)] / (unit * unit);
+        gap = fmax(gap, (double)test_quad_abs(tip[k] - force[2][k]));
+        for (int i = 0; i < 4; i++) most = fmax(most, (double)test_quad_abs(force[i][k]));
+    }
+    keep(&worst->acc, test_quad_gap(t->n, own, acc));
+    keep(&worst->force, gap / most);
+}
+
+static void series_errors(struct errors *worst, int n, const struct scene *s,
+                          const struct scene *general, double x) {
+    double own[2][ARMS], want[2][ARMS];
+    for (int k = 0; k < n; k++) {
+        size_t at = pend_jets_place(&s->jets, k, 0), to = pend_jets_place(&general->jets, k, 0);
+        size_t step = pend_jets_place(&s->jets, k, 1) - at;
+        size_t other = pend_jets_place(&general->jets, k, 1) - to;
+        own[0][k] = sum_of(s->jets.rate + at, step, ORDER, x);
+        own[1][k] = sum_of(s->jets.force + at, step, ORDER - 1, x);
+        want[0][k] = sum_of(general->jets.rate + to, other, ORDER, x);
+        want[1][k] = sum_of(general->jets.force + to, other, ORDER - 1, x);
+    }
+    keep(&worst->rates, test_gap(n, own[0], want[0]));
+    keep(&worst->forces, test_gap(n, own[1], want[1]));
+    double scale = 0, work = sum_of(general->work, 1, ORDER - 1, x);
+    double heat = sum_of(general->heat, 1, ORDER - 1, x);
+    for (int k = 0; k < n; k++) scale = fmax(scale, fabs(want[0][k] * want[1][k]));
+    scale = fmax(scale, fmax(fabs(work), fabs(heat)));
+    keep(&worst->work, fabs(sum_of(s->work, 1, ORDER - 1, x) - work) / scale);
+    keep(&worst->heat, fabs(sum_of(s->heat, 1, ORDER - 1, x) - heat) / scale);
+}
+
+static void pendulum_errors(struct errors *worst, const struct test_tree *t, unsigned what,
+                            enum pend_isa isa, unsigned long long *seed) {
+    struct test_bodies b;
+    struct twin twin;
+    struct scene quick, general;
+    double unit = what % 3 ? 0.0625 : -0.0625;
+    test_bodies_random(&b, t->tree, what, seed);
+    twin_open(&twin, &b);
+    scene_open(&quick, t, &b.loads, unit, isa);
+    scene_open(&general, t, &twin.loads, unit, isa);
+    CHECK(quick.jets.real && !quick.jets.general && general.jets.general);
+    start_errors(worst, t, &b.loads, &quick, unit);
+    double reach = pend_jets_reach(&quick.jets, ORDER, log2(1e-14), log2(1e-14));
+    for (int i = 0; i <= 2; i++) series_errors(worst, t->n, &quick, &general, 0.5 * i * reach);
+    free(quick.memory);
+    free(general.memory);
+    twin_close(&twin);
+    test_bodies_clear(&b);
+}
+
+TEST(quick_kernels_have_the_series_of_the_general_one_with_any_loads_on_all_small_trees) {
+    unsigned long long seed = 1;
+    struct errors worst = {0};
+    int trees = 0;
+    for (int n = 1; n <= 8; n++) {
+        int parent[ARMS];
+        test_parents_first(n, parent);
+        // of seven and eight arms some
+        for (int i = 0, more = 1; more; i++, more = test_parents_next(n, parent)) {
+            if (n > 6 && i % 97) continue;
+            unsigned what = 0;
+            for (int bit = 0; bit < 4; bit++)
+                if ((trees % 15 + 1) >> bit & 1) what |= loads[bit];
+            struct test_tree t;
+            test_tree_init(&t, n, parent, 0.3, &seed);
+            pendulum_errors(&worst, &t, what, (enum pend_isa)(trees % (pend_isa_best() + 1)),
+                            &seed);
+            test_tree_clear(&t);
+            trees++;
+        }
+    }
+    CHECK_INT(trees, 154 + 8 + 52);
+    CHECK_RESIDUAL(worst.acc, 1e-13, "phi'' against quadruple precision");
+    CHECK_RESIDUAL(worst.force, 1e-13, "lambda against quadruple precision");
+    CHECK_RESIDUAL(worst.rates, 1e-13, "rates within a step against the general kernel");
+    CHECK_RESIDUAL(worst.forces, 1e-12, "lambda within a step against the general kernel");
+    CHECK_RESIDUAL(worst.work, 1e-12, "work within a step against the general kernel");
+    CHECK_RESIDUAL(worst.heat, 1e-14, "heat within a step against the general kernel");
+}
+
+TEST(quick_kernels_with_loads_have_the_same_bits_in_avx2_and_avx512) {
+    unsigned long long seed = 2;
+    enum pend_isa best = pend_isa_best(), least = best < PEND_ISA_AVX2 ? best : PEND_ISA_AVX2;
+    for (int i = 0; i < 60; i++) {
+        struct test_tree t;
+        struct test_bodies b;
+        struct scene one, other;
+        test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), 1 + i % 8, 0.3, &seed);
+        test_bodies_random(&b, t.tree, loads[i % 4] | loads[i / 4 % 4], &seed);
+        scene_open(&one, &t, &b.loads, 0.0625, least);
+        scene_open(&other, &t, &b.loads, 0.0625, best);
+        int differ = memcmp(one.work, other.work, sizeof one.work) != 0 ||
+                     memcmp(one.heat, other.heat, sizeof one.heat) != 0;
+        for (int k = 0; k < t.n; k++)
+            for (int j = 0; j <= ORDER; j++) {
+                size_t at = pend_jets_place(&one.jets, k, j);
+                differ |= memcmp(one.jets.rate + at, other.jets.rate + at, sizeof(double)) != 0;
+                if (j == ORDER) continue;
+                differ |= memcmp(one.jets.force + at, other.jets.force + at, sizeof(double)) != 0;
+            }
+        CHECK(!differ);
+        free(one.memory);
+        free(other.memory);
+        test_bodies_clear(&b);
+        test_tree_clear(&t);
+    }
+}
