@@ -213,7 +213,7 @@ static void class_stage(const struct api_value *root, struct class_reading *read
 
 static void class_own_stage(const struct api_value *root, struct class_reading *reading) {
     static const char *const fields[] = {"scene", "state", "release", "step", NULL},
-                             *const states[] = {"working", "stuck", "done", NULL};
+                             *const states[] = {"working", "stuck", "done", "away", NULL};
     struct api_problem *problem = reading->problem;
     struct api_value scene = api_value_member(root, "scene"),
                      state = api_value_member(root, "state"),

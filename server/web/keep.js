@@ -43,7 +43,7 @@ export const keep = {
 };
 
 /** 256 random bits as 43 letters of base64url. */
-function fresh() {
+export function fresh() {
   const bytes = crypto.getRandomValues(new Uint8Array(32));
   return btoa(String.fromCharCode(...bytes))
     .replaceAll("+", "-")

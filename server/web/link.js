@@ -174,6 +174,14 @@ const READERS = {
 };
 
 /**
+ * The patch that a scene stands for; throws where it is not sound.
+ * @param {Scene} scene @param {Client} client
+ */
+export async function readScene(scene, client) {
+  return patchOf({ ...scene, request: await plain(scene.request, client) });
+}
+
+/**
  * The patch that a hash stands for, null without one; throws where it is damaged or the server has
  * no such scene.
  * @param {string} hash @param {Client} client
@@ -181,6 +189,5 @@ const READERS = {
 export async function readLink(hash, client) {
   const [, kind, rest] = /^#([sdj])=(.+)$/.exec(hash) ?? [];
   if (!kind) return null;
-  const scene = await READERS[kind](rest, client);
-  return patchOf({ ...scene, request: await plain(scene.request, client) });
+  return readScene(await READERS[kind](rest, client), client);
 }

@@ -3,7 +3,7 @@
 // Invariant: views know the app (types.d.ts), never each other; what fails of the page is told, and
 // the rest goes on.
 
-import { createClient } from "./client.js";
+import { createClient, said } from "./client.js";
 import { createClock } from "./clock.js";
 import { mountDrawers } from "./drawers.js";
 import { createEdits } from "./edits.js";
@@ -13,6 +13,7 @@ import { keep } from "./keep.js";
 import { readLink } from "./link.js";
 import { createMotion } from "./motion.js";
 import { followForces } from "./preview.js";
+import { enterRoom } from "./room.js";
 import { mountStage } from "./stage.js";
 import { createStore } from "./state.js";
 import { still } from "./screen.js";
@@ -152,4 +153,5 @@ mount();
 document.getElementById("waiting")?.remove();
 open();
 tellWithout();
+enterRoom(app).catch((error) => app.complain(said(error, text)));
 if (!still.matches) clock.play();

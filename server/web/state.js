@@ -43,6 +43,7 @@ export const DRAWERS = [
   "equations",
   "share",
   "worksheet",
+  "class",
 ];
 
 const HISTORY = 500;
@@ -159,8 +160,8 @@ function viewOn(view, to) {
   return { ...view, selected, trails: trails.length ? trails : to.view.trails };
 }
 
-/** @param {Patch} first @returns {Store} */
-export function createStore(first = {}) {
+/** @param {Patch} first @returns {Omit<Store, "refuse">} */
+function freeStore(first) {
   let doc = patched(PAPER, first);
   /** @type {Step[]} */
   let past = [];
@@ -215,6 +216,30 @@ export function createStore(first = {}) {
     subscribe(fn) {
       listeners.add(fn);
       return () => listeners.delete(fn);
+    },
+  };
+}
+
+/** @param {Patch} first @returns {Store} */
+export function createStore(first = {}) {
+  const store = freeStore(first);
+  /** @type {(() => unknown) | null} */
+  let refusing = null;
+  const travel = (/** @type {() => string | null} */ step) => {
+    refusing?.();
+    return refusing ? null : step();
+  };
+  return {
+    ...store,
+    set(patch, options) {
+      if (refusing && !onlyView(patch)) refusing();
+      else store.set(patch, options);
+    },
+    undo: () => travel(store.undo),
+    redo: () => travel(store.redo),
+    /** From now on nobody changes more than the view: fn is told instead; null ends that. */
+    refuse(fn) {
+      refusing = fn;
     },
   };
 }

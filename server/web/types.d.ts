@@ -106,6 +106,7 @@ interface Store {
   get(): Doc;
   set(patch: Patch, options?: { label?: string; merge?: string | null }): void;
   settle(): void;
+  refuse(fn: (() => unknown) | null): void;
   undo(): string | null;
   redo(): string | null;
   canUndo(): boolean;

@@ -23,6 +23,7 @@ export default {
   "drawer.equations": "Formeln",
   "drawer.share": "Teilen",
   "drawer.worksheet": "Aufgaben",
+  "drawer.class": "Klasse",
   "kit.copied": "Kopiert",
   "kit.notCopied": "Nicht kopiert",
   "kit.save": "Sichern als",

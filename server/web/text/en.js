@@ -24,6 +24,7 @@ export default {
   "drawer.equations": "Equations",
   "drawer.share": "Share",
   "drawer.worksheet": "Worksheet",
+  "drawer.class": "Class",
   "kit.copied": "Copied",
   "kit.notCopied": "Could not copy",
   "kit.save": "Save as",

@@ -69,6 +69,7 @@ TEST(what_stands_in_a_room_is_kept_in_one_form) {
     CHECK_INT(good(API_CLASS_STAGE, "{\"scene\":" SCENE ",\"release\":{\"number\":3}}", NULL).shut,
               0);
     good(API_CLASS_OWN_STAGE, "{\"scene\":" SCENE ",\"state\":\"stuck\",\"release\":3}", NULL);
+    good(API_CLASS_OWN_STAGE, "{\"state\":\"away\"}", NULL);
     good(API_CLASS_SOLUTION, "{\"value\":2.006,\"tolerance\":1e-2}",
          "{\"tolerance\":0.01,\"value\":2.006}");
     CHECK_INT(good(API_CLASS_SOLUTION, "{\"shown\":true}", NULL).shown, 1);

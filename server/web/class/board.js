@@ -1,0 +1,173 @@
+// The board: the wall of a class with its counts and orders, over the whole screen where that is
+// wanted; one pupil enlarged.
+// Leaves to others: the wall (wall.js), the controls (teach.js).
+// Invariant: there is one wall; it hangs in the drawer or on the whole screen.
+
+import { createBag, h, iconButton } from "../dom.js";
+import { button, choice } from "../drawers/kit.js";
+import { createMini } from "../drawers/mini.js";
+import { stageScene } from "./scenes.js";
+import { anglesOver, createWall, poseOf } from "./wall.js";
+
+const SORTS = ["name", "state", "came", "changed"];
+const STATES = ["stuck", "working", "done", "away"];
+const SPAN = { start: 0, stop: 20, step: 0.02 };
+
+/**
+ * A dialog over the page.
+ * @param {Room} room @param {string} kind @param {string} title @param {...(Node | null)} children
+ */
+export function openDialog({ app }, kind, title, ...children) {
+  /** @type {HTMLDialogElement} */
+  const dialog = h(
+    "dialog",
+    { class: `class-dialog ${kind}`, "aria-label": title, on: { close: () => dialog.remove() } },
+    h(
+      "div",
+      { class: "dialog-head" },
+      h("h2", {}, title),
+      iconButton("close", app.text("close"), () => dialog.close()),
+    ),
+    ...children,
+  );
+  document.body.append(dialog);
+  dialog.showModal();
+  return dialog;
+}
+
+/** What a pupil has answered and handed in. @param {Room} room @param {number} number */
+function doneBy({ session, say }, number) {
+  const rows = [];
+  for (const { name, value } of session.items.values()) {
+    const [kind, id, pupil] = name.split("/");
+    if (Number(pupil) !== number) continue;
+    if (kind === "handins") {
+      const title = session.value(`worksheets/${id}`)?.title ?? id;
+      rows.push(
+        say(value.done ? "class.handedIn" : "class.worksOn", {
+          title,
+          count: value.answers.length,
+        }),
+      );
+    }
+  }
+  return rows.length ? h("ul", {}, ...rows.map((row) => h("li", {}, row))) : null;
+}
+
+/**
+ * Moves the enlarged pendulum until the dialog goes. @param {HTMLElement} dialog @param
+ * {import("../drawers/mini.js").Mini} mini @param {Float64Array} motion @param {number} n
+ */
+function swing(dialog, mini, motion, n) {
+  const begun = performance.now();
+  const frame = () => {
+    if (!dialog.isConnected) return;
+    const row = Math.floor((performance.now() - begun) / 1000 / SPAN.step) % (motion.length / n);
+    mini.draw(motion.subarray(row * n, (row + 1) * n));
+    requestAnimationFrame(frame);
+  };
+  frame();
+}
+
+/** @param {Room} room @param {number} number */
+function enlarge(room, number) {
+  const { app, session, say } = room;
+  const nickname = String(session.value(`pupils/${number}`)?.nickname ?? "");
+  const scene = session.value(`stages/${number}`)?.scene;
+  const pose = poseOf(scene);
+  const side = Math.max(220, Math.min(innerWidth - 90, innerHeight - 240, 720));
+  const mini = pose && createMini(pose.tree, { width: side, height: side, label: nickname });
+  const stop = new AbortController();
+  const onStage =
+    scene &&
+    button(
+      say("class.onMyStage"),
+      () => {
+        stageScene(app, scene);
+        dialog.close();
+      },
+      { "data-class": "take" },
+    );
+  const remove = button(
+    say("class.removePupil"),
+    async () => {
+      if (!confirm(say("class.removePupil.sure", { nickname }))) return;
+      await session.drop(`pupils/${number}`);
+      dialog.close();
+    },
+    { "data-class": "remove" },
+  );
+  const dialog = openDialog(
+    room,
+    "pupil",
+    nickname,
+    mini?.canvas ?? h("p", {}, say("class.noPicture")),
+    doneBy(room, number),
+    h("div", { class: "row" }, onStage, remove),
+  );
+  dialog.addEventListener("close", () => stop.abort());
+  if (!mini || !pose) return;
+  mini.draw(pose.phi);
+  anglesOver(app.client, scene, SPAN, stop.signal).then(
+    (motion) => swing(dialog, mini, motion, pose.phi.length),
+    () => {},
+  );
+}
+
+/** @param {Room} room @param {HTMLElement} controls what stands on the whole screen as well */
+export function mountBoard(room, controls) {
+  const { session, say } = room;
+  const bag = createBag();
+  const wall = createWall(room, (number) => enlarge(room, number));
+  const counts = h("p", { class: "counts", role: "status" });
+  const nobody = h("p", { class: "quiet" }, say("class.nobody"));
+  const sort = choice(
+    say("class.sort"),
+    SORTS.map((by) => ({ value: by, words: say(`class.sort.${by}`) })),
+    "name",
+    wall.sort,
+  );
+  const home = h("div", { class: "wall-place" });
+  const place = h("section", { class: "board" });
+  const large = button(
+    say("class.wholeScreen"),
+    () => {
+      const far = h("div", { class: "controls-place" });
+      const back = controls.parentElement;
+      const mark = controls.nextSibling;
+      const dialog = openDialog(
+        room,
+        "wide",
+        `${say("class.board")} \u00b7 ${session.entry?.code}`,
+        far,
+        home,
+      );
+      far.append(controls);
+      dialog.addEventListener("close", () => {
+        place.append(home);
+        back?.insertBefore(controls, mark);
+      });
+    },
+    { "data-class": "large" },
+  );
+  home.append(counts, h("div", { class: "row" }, sort.element), nobody, wall.list);
+  place.append(h("h3", {}, say("class.board")), h("div", { class: "row" }, large), home);
+
+  function show() {
+    const cells = [...wall.cells.values()];
+    nobody.hidden = cells.length > 0;
+    const parts = STATES.map((state) => ({
+      state,
+      count: cells.filter((cell) => cell.state === state).length,
+    }));
+    const told = parts
+      .filter(({ count }) => count)
+      .map(({ state, count }) => say(`class.count.${state}`, { count }));
+    const words = [say.count("class.pupils", cells.length), ...told].join(" \u00b7 ");
+    if (counts.textContent !== words) counts.textContent = words;
+  }
+  bag(session.subscribe(show));
+  bag(wall.end);
+  show();
+  return { place, destroy: bag.end };
+}

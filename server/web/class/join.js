@@ -1,0 +1,137 @@
+// The way into a room: by its code and a nickname, as before, or as the teacher of a new one.
+// Leaves to others: the room (session.js), the page about what is kept (kept.js).
+// Invariant: what is refused is said beside the form; what was typed stays.
+
+import { said } from "../client.js";
+import { h } from "../dom.js";
+import { button, choice } from "../drawers/kit.js";
+import { codeInAddress } from "../room.js";
+import { keptLink } from "./kept.js";
+import { keptRooms } from "./session.js";
+
+const HOURS = [1, 2, 8, 24, 168, 720];
+const CODE = /^[a-hj-np-z2-9]{5}$/i;
+
+/** Why it was refused, in words. @param {Room} room @param {any} error @param {string} code */
+function why({ app, say }, error, code) {
+  if (error.status === 404) return say("class.join.none", { code });
+  if (error.status === 403) return say("class.join.shut", { code });
+  return said(error, app.text);
+}
+
+/** @param {string} label @param {Record<string, any>} attributes */
+function fieldOf(label, attributes) {
+  const input = h("input", { type: "text", autocomplete: "off", ...attributes });
+  return { input, element: h("label", { class: "field" }, h("span", {}, label), input) };
+}
+
+/** @param {Room} room @param {HTMLElement} fault */
+function joinForm(room, fault) {
+  const { session, say } = room;
+  const code = fieldOf(say("class.code"), {
+    maxlength: 5,
+    autocapitalize: "characters",
+    spellcheck: "false",
+    class: "code-input",
+    "data-class": "code",
+    value: codeInAddress() ?? "",
+  });
+  const name = fieldOf(say("class.nickname"), { maxlength: 32, "data-class": "nickname" });
+  const go = h(
+    "button",
+    { type: "submit", class: "button main", "data-class": "join" },
+    say("class.join"),
+  );
+
+  async function join() {
+    const typed = code.input.value.trim();
+    const nickname = name.input.value.trim();
+    code.input.setAttribute("aria-invalid", String(!CODE.test(typed)));
+    name.input.setAttribute("aria-invalid", String(!nickname));
+    fault.textContent = "";
+    if (!CODE.test(typed)) fault.textContent = say("class.join.code");
+    else if (!nickname) fault.textContent = say("class.join.nickname");
+    if (fault.textContent) return (CODE.test(typed) ? name : code).input.focus();
+    go.disabled = true;
+    try {
+      await session.join(typed, nickname);
+    } catch (error) {
+      fault.textContent = why(room, error, typed.toUpperCase());
+    }
+    go.disabled = false;
+  }
+  const submit = (/** @type {Event} */ event) => {
+    event.preventDefault();
+    join();
+  };
+  const hint = h("p", { class: "quiet" }, say("class.nickname.hint"), " ", keptLink(room));
+  return h(
+    "form",
+    { class: "join", novalidate: true, on: { submit } },
+    code.element,
+    name.element,
+    hint,
+    go,
+  );
+}
+
+/** Rooms that this browser was in. @param {Room} room @param {HTMLElement} fault */
+function backList(room, fault) {
+  const { session, say, app } = room;
+  const rooms = keptRooms();
+  if (!rooms.length) return null;
+  const rows = rooms.map(({ code, role, nickname }) => {
+    const who = role === "teacher" ? say("class.teacher") : nickname;
+    const back = () =>
+      session.resume(code).catch((error) => {
+        fault.textContent = said(error, app.text);
+      });
+    return h("li", {}, button(say("class.back", { code, who }), back, { "data-back": code }));
+  });
+  return h("section", {}, h("h3", {}, say("class.rooms")), h("ul", { class: "plain" }, ...rows));
+}
+
+/** @param {Room} room @param {HTMLElement} fault */
+function makeForm({ app, session, say }, fault) {
+  let hours = 2;
+  const options = HOURS.map((value) => ({ value, words: say(`class.hours.${value}`) }));
+  const length = choice(say("class.hours"), options, hours, (value) => {
+    hours = Number(value);
+  });
+  const make = button(
+    say("class.make"),
+    async () => {
+      make.disabled = true;
+      try {
+        await session.make(hours);
+      } catch (error) {
+        const none = /** @type {Failed} */ (error).status === 404;
+        fault.textContent = none ? say("class.noStore") : said(error, app.text);
+      }
+      make.disabled = false;
+    },
+    { "data-class": "make" },
+  );
+  return h(
+    "section",
+    {},
+    h("h3", {}, say("class.forTeachers")),
+    h("p", { class: "quiet" }, say("class.make.hint")),
+    h("div", { class: "row" }, length.element, make),
+  );
+}
+
+/** @param {HTMLElement} element @param {Room} room */
+export function mountJoin(element, room) {
+  const { say, session } = room;
+  const fault = h("p", { class: "fault", role: "alert" });
+  if (session.state === "gone") fault.textContent = say("class.gone");
+  element.append(
+    h("p", { class: "quiet" }, say("class.intro")),
+    joinForm(room, fault),
+    fault,
+    ...[backList(room, fault)].filter((part) => part !== null),
+    makeForm(room, fault),
+  );
+  return { destroy: () => element.replaceChildren() };
+}

@@ -1,0 +1,185 @@
+// A pupil's page follows the class: scenes that everybody is shown, frozen stages, releases; the
+// pupil's own pendulum waits meanwhile, and comes back.
+// Leaves to others: how it looks (pupil_panel.js), what is sent to the room (sender.js).
+// Invariant: what the teacher has said last holds; what is shown twice is shown once.
+
+import { bareScene, hanging, keyOf, stageScene, turned, wholeScene } from "./scenes.js";
+import { createSender } from "./sender.js";
+
+/**
+ * What the class is to see; by: "push", "hand" (the start is to be made by hand) or "spread".
+ * @typedef {{scene: ClassScene, by: string, key: string, number: number, offset: number}} Target
+ */
+
+/**
+ * @typedef {{
+ *   room: Room, sender: import("./sender.js").Sender, frozen: boolean, told: Record<string,
+ *   string>,
+ *   target: Target | null, queue: Promise<unknown>, listeners: Set<() => unknown>,
+ * }} Pupil
+ */
+
+/** @param {Room} room @returns {Target | null} */
+function targetOf({ session }) {
+  /** @type {ClassStage} */
+  const { scene, release } = session.value("stages/class") ?? {};
+  if (!scene) return null;
+  const number = release?.number ?? 0;
+  const by = release ? (release.spread === undefined ? "hand" : "spread") : "push";
+  const { pupil = 1 } = session.entry ?? {};
+  const most = Math.max(session.pupils, pupil, 2);
+  const offset = ((release?.spread ?? 0) * (pupil - 1)) / (most - 1);
+  return { scene, by, number, offset, key: `${keyOf(scene)}.${number}` };
+}
+
+/** The scene as this pupil gets it. @param {Target} target */
+function sceneFor({ scene, by, offset }) {
+  if (by === "hand") return hanging(scene);
+  return offset ? turned(scene, offset) : scene;
+}
+
+/** Does what a frozen stage forbids. @param {Pupil} pupil @param {() => Promise<unknown>} what */
+async function past({ room: { app } }, what) {
+  app.store.refuse(null);
+  await what();
+}
+
+/** @param {Pupil} pupil */
+async function followScene(pupil) {
+  const { room, sender } = pupil;
+  const { app, session, say } = room;
+  const target = targetOf(room);
+  const { seen = "", mine } = session.entry ?? {};
+  pupil.target = target;
+  if ((target?.key ?? "") === seen) return;
+  if (target) {
+    const left = seen ? mine : wholeScene(app.store.get());
+    session.note({ seen: target.key, mine: left });
+    app.edits.cancel();
+    await past(pupil, () => stageScene(app, sceneFor(target), target.by !== "hand"));
+    if (target.by === "spread") sender.mark(target.number);
+    else if (target.by === "hand") open(pupil);
+    room.tell(say(`class.told.${target.by}`));
+  } else {
+    session.note({ seen: "", mine: undefined });
+    if (mine) await past(pupil, () => stageScene(app, mine));
+    room.tell(say("class.told.own"));
+  }
+}
+
+/** What cannot be changed while the stage is frozen. */
+const HELD =
+  "#stage, #timebar, [data-drawer]:not([data-drawer=class]):not([data-drawer=worksheet])";
+
+/** @param {Pupil} pupil @param {boolean} frozen */
+function hold(pupil, frozen) {
+  const { app, tell, say } = pupil.room;
+  /** @type {NodeListOf<HTMLElement>} */
+  const parts = document.querySelectorAll(HELD);
+  for (const part of parts) part.inert = frozen;
+  app.store.refuse(frozen ? () => tell(say("class.told.stillFrozen")) : null);
+  if (frozen) app.clock.pause();
+}
+
+/** @param {Pupil} pupil */
+function followFrozen(pupil) {
+  const { tell, say, session, app } = pupil.room;
+  const frozen = session.value("stages/class")?.frozen === true;
+  if (frozen !== pupil.frozen) tell(say(frozen ? "class.told.frozen" : "class.told.free"));
+  if (pupil.frozen && !frozen) app.clock.play();
+  pupil.frozen = frozen;
+  hold(pupil, frozen);
+}
+
+/** Opens the drawer of the class: there is something to do. @param {Pupil} pupil */
+function open({ room: { app } }) {
+  app.store.set({ view: { drawer: "class" } });
+}
+
+/** What the class is asked, given and told. @param {Pupil} pupil */
+function followRest(pupil) {
+  const { tell, say, session } = pupil.room;
+  /** @type {ClassStage} */
+  const stage = session.value("stages/class") ?? {};
+  const { told } = pupil;
+  const question = stage.question && session.value(`questions/${stage.question}`);
+  const sheet = stage.worksheet && session.value(`worksheets/${stage.worksheet}`);
+  const now = {
+    text: stage.text ?? "",
+    question: question ? `${stage.question}` : "",
+    worksheet: sheet ? `${stage.worksheet}` : "",
+  };
+  const words = { text: now.text, question: question?.text ?? "", worksheet: sheet?.title ?? "" };
+  for (const [kind, value] of Object.entries(now)) {
+    if (value === told[kind]) continue;
+    told[kind] = value;
+    if (!value) continue;
+    tell(say(`class.told.${kind}`, { words: words[/** @type {"text"} */ (kind)] }));
+    open(pupil);
+  }
+}
+
+/** @param {Pupil} pupil */
+async function follow(pupil) {
+  if (pupil.room.session.state === "gone") return;
+  await followScene(pupil);
+  followFrozen(pupil);
+  followRest(pupil);
+  pupil.listeners.forEach((listener) => listener());
+}
+
+/** The stage as it was before a reload. @param {Room} room */
+async function restore({ app, session }) {
+  const own = session.value(`stages/${session.entry?.pupil}`);
+  if (own?.scene && location.hash.length <= 1) await stageScene(app, own.scene);
+}
+
+/** Follows the class until end(). @param {Room} room @param {boolean} back from a reload */
+export async function followClass(room, back) {
+  if (back) await restore(room);
+  /** @type {Pupil} */
+  const pupil = {
+    room,
+    sender: createSender(room),
+    frozen: false,
+    told: {},
+    target: null,
+    queue: Promise.resolve(),
+    listeners: new Set(),
+  };
+  const soon = () => {
+    pupil.queue = pupil.queue.then(() => follow(pupil)).catch(() => {});
+  };
+  const ends = [room.session.subscribe(soon), () => hold(pupil, false), pupil.sender.end];
+  soon();
+  return {
+    sender: pupil.sender,
+    get frozen() {
+      return pupil.frozen;
+    },
+    get target() {
+      return pupil.target;
+    },
+    /** The start that was made by hand is let go. */
+    release() {
+      const { app, session, tell, say } = room;
+      if (!pupil.target) return;
+      pupil.sender.mark(pupil.target.number);
+      session.note({ released: pupil.target.number });
+      app.clock.restart();
+      app.clock.play();
+      tell(say("class.told.letGo"));
+    },
+    get start() {
+      return bareScene(room.app.store.get());
+    },
+    /** @param {() => unknown} fn after the class has been followed */
+    subscribe(fn) {
+      pupil.listeners.add(fn);
+      return () => pupil.listeners.delete(fn);
+    },
+    end: () => ends.forEach((end) => end()),
+  };
+}
+
+/** @typedef {Awaited<ReturnType<typeof followClass>>} Follower */

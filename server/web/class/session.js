@@ -1,0 +1,261 @@
+// A room as this browser is in it: made, joined, come back to after a reload; its items, which
+// events keep up to date, and what this browser writes.
+// Leaves to others: what items mean (pupil.js, teach.js), what the server keeps (/v1/classes).
+// Invariant: a stream that breaks is asked for again where it was; the token of a room is random,
+// of that room alone, and kept by this browser only.
+
+import { gaveUp } from "../client.js";
+import { fresh, keep } from "../keep.js";
+import { readEvents } from "./events.js";
+
+const KEPT = "pendulumd.rooms";
+const MOST_ROOMS = 8;
+const PAUSES_MS = [500, 1000, 2000, 4000];
+
+/**
+ * The session while the page is there.
+ * @typedef {{
+ *   client: Client, entry: RoomEntry | null, state: string, items: Map<string, ClassItem>,
+ *   pupils: number, seen: number, stop: AbortController | null,
+ *   listeners: Set<(names: Set<string> | null) => unknown>,
+ * }} Seat
+ */
+
+/** What the browser keeps: its rooms, the present one first. @returns {RoomEntry[]} */
+export function keptRooms() {
+  try {
+    // where storage is refused the tab's own history has it: a reload keeps that
+    const text = keep.get(KEPT) ?? history.state?.[KEPT] ?? "[]";
+    const rooms = JSON.parse(text);
+    const alive = (/** @type {RoomEntry} */ { code, token, ends }) =>
+      typeof code === "string" && typeof token === "string" && Date.parse(ends) > Date.now();
+    return Array.isArray(rooms) ? rooms.filter(alive) : [];
+  } catch {
+    return [];
+  }
+}
+
+/** @param {RoomEntry[]} rooms */
+function keepRooms(rooms) {
+  const text = JSON.stringify(rooms.slice(0, MOST_ROOMS));
+  keep.set(KEPT, text);
+  if (keep.refused) history.replaceState({ ...history.state, [KEPT]: text }, "");
+}
+
+/** @param {Seat} seat @param {Set<string> | null} names */
+function notify(seat, names) {
+  for (const listener of [...seat.listeners]) listener(names);
+}
+
+/** @param {Seat} seat @param {string} state */
+function become(seat, state) {
+  if (seat.state === state) return;
+  seat.state = state;
+  notify(seat, null);
+}
+
+/**
+ * @param {Seat} seat @param {RoomEntry} entry @param {string} path @param {RequestInit} options
+ */
+function ask({ client }, entry, path, options = {}) {
+  const headers = { ...options.headers, "Class-Token": entry.token };
+  return client.ask(`/v1/classes/${entry.code}${path}`, { ...options, headers });
+}
+
+/** @param {string} method @param {object} body @returns {RequestInit} */
+const sending = (method, body) => ({
+  method,
+  headers: { "Content-Type": "application/json" },
+  body: JSON.stringify(body),
+});
+
+/** Takes in what has changed. @param {Seat} seat @param {ClassItem[]} items */
+function take(seat, items) {
+  if (!items.length) return;
+  for (const item of items) {
+    if (item.value === null) seat.items.delete(item.name);
+    else seat.items.set(item.name, item);
+    seat.seen = Math.max(seat.seen, item.version);
+  }
+  notify(seat, new Set(items.map(({ name }) => name)));
+}
+
+/** The room as it is, page by page. @param {Seat} seat @param {RoomEntry} entry */
+async function load(seat, entry) {
+  let told;
+  for (let path = ""; ; path = `?${told.next.split("?")[1]}`) {
+    told = await (await ask(seat, entry, path)).json();
+    seat.pupils = told.pupils;
+    take(seat, told.items ?? []);
+    if (!told.next) break;
+  }
+  seat.seen = Math.max(seat.seen, told.version);
+}
+
+/** @param {Seat} seat */
+function gone(seat) {
+  if (seat.entry) keepRooms(keptRooms().filter(({ code }) => code !== seat.entry?.code));
+  seat.stop?.abort();
+  become(seat, "gone");
+}
+
+/**
+ * Hears of changes for as long as the room is there. @param {Seat} seat @param {RoomEntry} entry
+ */
+async function listen(seat, entry, /** @type {AbortSignal} */ signal) {
+  for (let tried = 0; !signal.aborted; tried++) {
+    const begun = performance.now();
+    try {
+      const ended = await readEvents({
+        open: (stop) =>
+          ask(seat, entry, "/events", {
+            headers: { "Last-Event-ID": String(seat.seen), Accept: "text/event-stream" },
+            signal: stop,
+          }),
+        live: () => become(seat, "live"),
+        items: (items) => take(seat, items),
+        signal,
+      });
+      if (ended) return gone(seat);
+    } catch (error) {
+      if (signal.aborted) return;
+      if (/** @type {Failed} */ (error).kind === "refused") return gone(seat);
+    }
+    become(seat, "away");
+    if (performance.now() - begun > 10000) tried = 0;
+    const pause = PAUSES_MS[Math.min(tried, PAUSES_MS.length - 1)] * (1 + Math.random() / 2);
+    await new Promise((resolve) => {
+      setTimeout(resolve, pause);
+    });
+  }
+}
+
+/** Begins to be in a room. @param {Seat} seat @param {RoomEntry} entry */
+async function enter(seat, entry) {
+  seat.stop?.abort();
+  seat.stop = new AbortController();
+  seat.entry = entry;
+  seat.items = new Map();
+  seat.seen = 0;
+  keepRooms([entry, ...keptRooms().filter(({ code }) => code !== entry.code)]);
+  become(seat, "coming");
+  await load(seat, entry);
+  become(seat, "live");
+  listen(seat, entry, seat.stop.signal);
+}
+
+/** @param {Seat} seat */
+function ways(seat) {
+  return {
+    /** A new room, whose teacher is this browser. @param {number} hours */
+    async make(hours) {
+      const token = fresh();
+      const options = sending("POST", { hours });
+      const headers = { ...options.headers, "Class-Token": token, "Idempotency-Key": token };
+      const made = await seat.client.ask("/v1/classes", { ...options, headers });
+      const { code, ends } = await made.json();
+      await enter(seat, { code, role: "teacher", token, ends });
+    },
+    /** @param {string} typed @param {string} nickname */
+    async join(typed, nickname) {
+      const code = typed.toUpperCase();
+      const before = keptRooms().find((one) => one.code === code && one.role === "pupil");
+      const token = before?.token ?? fresh();
+      const entry = { ...before, code, role: "pupil", token, nickname, ends: "" };
+      const reply = await ask(seat, entry, "/pupils", sending("POST", { nickname }));
+      const { pupil, ends } = await reply.json();
+      await enter(seat, { ...entry, pupil, ends });
+    },
+    /**
+     * Comes back to a room that the browser has kept; false where there is none.
+     * @param {string | null} code null: the last one
+     */
+    async resume(code) {
+      const kept = keptRooms();
+      const entry = code ? kept.find((one) => one.code === code.toUpperCase()) : kept[0];
+      if (!entry) return false;
+      try {
+        await enter(seat, entry);
+      } catch (error) {
+        if (gaveUp(error)) return true;
+        if (/** @type {Failed} */ (error).kind !== "refused") throw error;
+        gone(seat);
+      }
+      return true;
+    },
+    /** Forgets the room in this browser. */
+    leave() {
+      seat.stop?.abort();
+      keepRooms(keptRooms().filter(({ code }) => code !== seat.entry?.code));
+      seat.entry = null;
+      seat.items = new Map();
+      become(seat, "none");
+    },
+  };
+}
+
+/** @param {Seat} seat */
+function verbs(seat) {
+  const entry = () => {
+    if (!seat.entry) throw new Error("in no room");
+    return seat.entry;
+  };
+  return {
+    /** @param {Partial<RoomEntry>} patch */
+    note(patch) {
+      seat.entry = { ...entry(), ...patch };
+      keepRooms([seat.entry, ...keptRooms().filter(({ code }) => code !== seat.entry?.code)]);
+    },
+    /** @param {string} name */
+    value: (name) => seat.items.get(name)?.value ?? null,
+    /** @param {string} path @param {object} value @param {RequestInit} options */
+    async put(path, value, options = {}) {
+      const reply = await ask(seat, entry(), `/${path}`, { ...sending("PUT", value), ...options });
+      return reply.json();
+    },
+    /** @param {string} path */
+    drop: (path) => ask(seat, entry(), `/${path}`, { method: "DELETE" }),
+    /** @param {string} path */
+    get: (path) => ask(seat, entry(), `/${path}`),
+    async erase() {
+      await ask(seat, entry(), "", { method: "DELETE" });
+      gone(seat);
+    },
+    /** @param {(names: Set<string> | null) => unknown} fn */
+    subscribe(fn) {
+      seat.listeners.add(fn);
+      return () => seat.listeners.delete(fn);
+    },
+  };
+}
+
+/** @param {Client} client @returns {Session} */
+export function createSession(client) {
+  /** @type {Seat} */
+  const seat = {
+    client,
+    entry: null,
+    state: "none",
+    items: new Map(),
+    pupils: 0,
+    seen: 0,
+    stop: null,
+    listeners: new Set(),
+  };
+  return {
+    get entry() {
+      return seat.entry;
+    },
+    get state() {
+      return seat.state;
+    },
+    get items() {
+      return seat.items;
+    },
+    get pupils() {
+      return seat.pupils;
+    },
+    ...ways(seat),
+    ...verbs(seat),
+  };
+}

@@ -1,0 +1,247 @@
+// The teacher's part of the drawer: the code, what the class is shown, asked and given, the board,
+// and the room's end.
+// Leaves to others: its parts (board.js, ask.js, together.js, sheets.js), writing (session.js).
+// Invariant: what holds is what stands in the room; a second tab of the teacher sees the same.
+
+import { said } from "../client.js";
+import { createBag, h } from "../dom.js";
+import { button, copyButton, save, toggle } from "../drawers/kit.js";
+import { qrOf } from "../drawers/qr.js";
+import { mountBoard, openDialog } from "./board.js";
+import { keptLink } from "./kept.js";
+import { wholeScene } from "./scenes.js";
+
+/**
+ * The stage of the class, and the change of it.
+ * @typedef {{stage(): ClassStage, change(patch: Partial<ClassStage>): Promise<void>,
+ * attempt(what: () => Promise<unknown>): Promise<boolean>}} Desk
+ */
+
+/**
+ * Does it, or says why not. @param {Room} room @param {HTMLElement} fault @param {() =>
+ * Promise<unknown>} what
+ */
+async function attempt({ app }, fault, what) {
+  fault.textContent = "";
+  try {
+    await what();
+    return true;
+  } catch (error) {
+    fault.textContent = said(error, app.text);
+    return false;
+  }
+}
+
+/** @param {Room} room @param {HTMLElement} fault @returns {Desk} */
+function deskOf(room, fault) {
+  const { session } = room;
+  const stage = () => session.value("stages/class") ?? {};
+  // one after the other: each is made of what the one before has left
+  let queue = Promise.resolve();
+  return {
+    stage,
+    change(patch) {
+      queue = queue.then(async () => {
+        const next = JSON.parse(JSON.stringify({ ...stage(), ...patch }));
+        await attempt(room, fault, async () => {
+          const { version } = await session.put("stages/class", next);
+          // what is written is known here before the stream tells it
+          session.items.set("stages/class", {
+            name: "stages/class",
+            version,
+            changed: new Date().toISOString(),
+            value: next,
+          });
+        });
+      });
+      return queue;
+    },
+    attempt: (what) => attempt(room, fault, what),
+  };
+}
+
+/** The address that leads into the room. @param {Room} room */
+const addressOf = ({ session }) => `${location.origin}/?room=${session.entry?.code}`;
+
+/** @param {Room} room */
+function codePart(room) {
+  const { app, session, say } = room;
+  const code = session.entry?.code ?? "";
+  const address = addressOf(room);
+  const large = button(
+    say("class.showCode"),
+    async () => {
+      const { default: qrcode } = await app.files.script("lib/qrcode.js");
+      const picture = qrOf(qrcode, address, say("class.qr", { code }));
+      openDialog(
+        room,
+        "code",
+        say("class.joinHere"),
+        h("p", { class: "huge" }, code),
+        picture,
+        h("p", { class: "address" }, address),
+      );
+    },
+    { class: "button main", "data-class": "showCode" },
+  );
+  return h(
+    "section",
+    { class: "code-part" },
+    h(
+      "p",
+      { class: "room-code", "aria-label": say("class.codeIs", { code: [...code].join(" ") }) },
+      code,
+    ),
+    h(
+      "div",
+      { class: "row" },
+      large,
+      copyButton(app, say("class.copyLink"), () => address),
+    ),
+  );
+}
+
+/** What the class is shown. @param {Room} room @param {Desk} desk */
+function showPart({ app, session, say, tell }, desk) {
+  const push = button(
+    say("class.push"),
+    async () => {
+      await desk.change({ scene: wholeScene(app.store.get()), release: undefined });
+      tell(say("class.did.push"));
+    },
+    { class: "button main", "data-class": "push" },
+  );
+  const own = button(
+    say("class.own"),
+    async () => {
+      await desk.change({ scene: undefined, release: undefined, frozen: false });
+      tell(say("class.did.own"));
+    },
+    { "data-class": "own" },
+  );
+  const freeze = toggle(
+    say("class.freeze"),
+    false,
+    async (frozen) => {
+      await desk.change({ frozen });
+      tell(say(frozen ? "class.did.freeze" : "class.did.free"));
+    },
+    { "data-class": "freeze" },
+  );
+  const now = h("p", { class: "class-now" });
+  const place = h(
+    "section",
+    { class: "show-part" },
+    now,
+    h("div", { class: "row" }, push, freeze, own),
+  );
+  return {
+    place,
+    show() {
+      /** @type {ClassStage} */
+      const { scene, frozen, release } = session.value("stages/class") ?? {};
+      const shown = scene ? (release ? "class.desk.release" : "class.desk.push") : "class.desk.own";
+      now.textContent = say(frozen ? `${shown}.frozen` : shown);
+      freeze.setAttribute("aria-pressed", String(Boolean(frozen)));
+      own.disabled = !scene && !frozen;
+    },
+  };
+}
+
+/** Words for all. @param {Room} room @param {Desk} desk */
+function wordsPart({ session, say }, desk) {
+  const field = h("input", { type: "text", maxlength: 500, "data-class": "words" });
+  const submit = (/** @type {Event} */ event) => {
+    event.preventDefault();
+    desk.change({ text: field.value.trim() || undefined });
+  };
+  const label = h("label", { class: "field wide" }, h("span", {}, say("class.words")), field);
+  const give = h("button", { type: "submit", class: "button" }, say("class.words.send"));
+  const place = h("form", { class: "words-part", on: { submit } }, label, give);
+  return {
+    place,
+    show() {
+      const { text = "" } = session.value("stages/class") ?? {};
+      field.defaultValue = text;
+    },
+  };
+}
+
+/** @param {Room} room @param {Desk} desk */
+function endPart(room, desk) {
+  const { session, say } = room;
+  const code = session.entry?.code;
+  const table = button(
+    say("class.table"),
+    () =>
+      desk.attempt(async () => {
+        const reply = await session.get("table");
+        save(await reply.blob(), `class-${code}.csv`);
+      }),
+    { "data-class": "table" },
+  );
+  const door = toggle(
+    say("class.shut"),
+    false,
+    (shut) => desk.change({ open: shut ? false : undefined }),
+    { "data-class": "shut" },
+  );
+  const erase = button(
+    say("class.erase"),
+    () => {
+      if (confirm(say("class.erase.sure"))) desk.attempt(() => session.erase());
+    },
+    { "data-class": "erase" },
+  );
+  const leave = button(
+    say("class.leaveTeacher"),
+    () => {
+      if (confirm(say("class.leave.sure"))) session.leave();
+    },
+    { "data-class": "leave" },
+  );
+  const ends = new Date(session.entry?.ends ?? 0).toLocaleString(room.app.text.language, {
+    dateStyle: "medium",
+    timeStyle: "short",
+  });
+  const place = h(
+    "section",
+    {},
+    h("h3", {}, say("class.end")),
+    h("p", { class: "quiet" }, say("class.ends", { ends }), " ", keptLink(room)),
+    h("div", { class: "row" }, table, door, erase, leave),
+  );
+  return {
+    place,
+    show: () =>
+      door.setAttribute("aria-pressed", String(session.value("stages/class")?.open === false)),
+  };
+}
+
+/** @param {HTMLElement} element @param {Room} room */
+export default function mountTeacher(element, room) {
+  const { session, say } = room;
+  const bag = createBag();
+  const fault = h("p", { class: "fault", role: "alert" });
+  const away = h("p", { class: "fault", role: "status", hidden: true }, say("class.now.away"));
+  const desk = deskOf(room, fault);
+  const parts = [showPart(room, desk), wordsPart(room, desk)];
+  const end = endPart(room, desk);
+  const controls = h("div", { class: "controls" }, away, fault, ...parts.map(({ place }) => place));
+  const board = mountBoard(room, controls);
+  element.append(codePart(room), controls, board.place, end.place);
+  function show() {
+    away.hidden = session.state !== "away";
+    parts.forEach((part) => part.show());
+    end.show();
+  }
+  bag(session.subscribe(show));
+  bag(board.destroy);
+  show();
+  return {
+    destroy() {
+      bag.end();
+      element.replaceChildren();
+    },
+  };
+}

@@ -1,0 +1,300 @@
+// The wall of a class: each pupil's pendulum, live and small, who needs help, who is done.
+// Leaves to others: where it hangs (board.js), drawing a tree (drawers/mini.js).
+// Invariant: what a pupil's browser sent is drawn only where it is a tree; only what can be seen is
+// drawn and asked for; the motions are the server's.
+
+import { createBag, h } from "../dom.js";
+import { aborted, fetchTable } from "../drawers/kit.js";
+import { createMini } from "../drawers/mini.js";
+import { still } from "../screen.js";
+import { order } from "../tree.js";
+import { HANGING } from "./scenes.js";
+
+const FRAME_MS = 45;
+const SPAN = { start: 0, stop: 10, step: 0.04 };
+const AT_ONCE = 2; // motions that are asked for
+const MOST_ARMS = 64;
+const QUIET_MS = 180000; // without a change, from which on that is told
+const RANK = { stuck: 0, working: 1, done: 2, away: 3 };
+
+/** @typedef {{tree: Tree, phi: number[]}} Pose */
+
+/**
+ * A pupil on the wall; motion: rows of angles, once they are here.
+ * @typedef {{
+ *   number: number, element: HTMLElement, button: HTMLElement, canvas: HTMLElement | null, name:
+ *   HTMLElement,
+ *   note: HTMLElement, pose: Pose | null, key: string, scene: ClassScene | null,
+ *   mini: import("../drawers/mini.js").Mini | null, motion: Float64Array | null, wants: boolean,
+ *   seen: boolean, state: string, nickname: string, changed: number,
+ * }} Cell
+ */
+
+/**
+ * @typedef {{
+ *   room: Room, list: HTMLElement, cells: Map<number, Cell>, sight: IntersectionObserver, sort:
+ *   string, loading: number, stop: AbortController, begun: number, frame: number, drawn: number,
+ *   open: (number: number) => unknown, size: {width: number, height: number, top: number},
+ * }} Wall
+ */
+
+/** @param {unknown} list @param {number} n @returns {list is number[]} */
+const numbers = (list, n) =>
+  Array.isArray(list) && list.length === n && list.every((one) => Number.isFinite(one));
+
+/**
+ * The start's angles from the horizontal, whichever way they are told. @param {any} initial @param
+ * {number} n
+ */
+function anglesOf(initial, n) {
+  const { phi, theta, unit } = initial ?? {};
+  const given = phi ?? theta ?? Array.from({ length: n }, () => (initial ? 0 : 0));
+  if (!numbers(given, n)) return null;
+  const factor = unit === "deg" ? Math.PI / 180 : 1;
+  return given.map((angle) => angle * factor + (phi === undefined && theta ? HANGING : 0));
+}
+
+/**
+ * What can be drawn of a scene; null where it is no tree in arrays. @param {ClassScene | null |
+ * undefined} scene @returns {Pose | null}
+ */
+export function poseOf(scene) {
+  const { length, parent, gravity = 9.81, ...more } = scene?.request?.pendulum ?? {};
+  const n = Array.isArray(parent) ? parent.length : 0;
+  if (!n || n > MOST_ARMS || !numbers(length, n)) return null;
+  // bars have no mass at their tips
+  const mass = numbers(more.mass, n) && more.mass.some(Boolean) ? more.mass : length.map(() => 1);
+  if (!parent.every((/** @type {any} */ k) => Number.isInteger(k) && k >= 0 && k <= n)) return null;
+  if (order(parent).length !== n) return null;
+  const phi = anglesOf(scene?.request.initial, n);
+  return phi && { tree: { length, mass, parent, gravity }, phi };
+}
+
+/**
+ * The angles of a motion, row by row. @param {Client} client @param {ClassScene} scene @param
+ * {object} times @param {AbortSignal} signal
+ */
+export async function anglesOver(client, scene, times, signal) {
+  const body = { ...scene.request, times, output: ["phi"] };
+  const { columns } = await fetchTable(client, "/v1/trajectories", body, { signal });
+  return columns.phi;
+}
+
+/** @param {Wall} wall */
+async function loadNext(wall) {
+  const { room, cells, stop } = wall;
+  const cell = [...cells.values()].find(({ wants, seen }) => wants && seen);
+  if (!cell?.scene || wall.loading >= AT_ONCE || still.matches) return;
+  cell.wants = false;
+  wall.loading++;
+  const { key, scene } = cell;
+  try {
+    const motion = await anglesOver(room.app.client, scene, SPAN, stop.signal);
+    if (cell.key === key) cell.motion = motion;
+  } catch (error) {
+    // a pupil's pendulum that the server refuses is shown as it starts
+    if (!aborted(error) && !(/** @type {Failed} */ (error).kind)) throw error;
+  }
+  wall.loading--;
+  if (!stop.signal.aborted) loadNext(wall);
+}
+
+/** @param {Wall} wall @param {Cell} cell */
+function drawCell(wall, cell) {
+  const { pose, motion, mini } = cell;
+  if (!pose || !mini) return;
+  const n = pose.phi.length;
+  if (!motion) return mini.draw(pose.phi);
+  const rows = motion.length / n;
+  const row = Math.floor((performance.now() - wall.begun) / 1000 / SPAN.step) % rows;
+  mini.draw(motion.subarray(row * n, (row + 1) * n));
+}
+
+/** @param {Wall} wall */
+function turn(wall) {
+  wall.frame = requestAnimationFrame(() => turn(wall));
+  if (performance.now() - wall.drawn < FRAME_MS || !wall.list.isConnected) return;
+  wall.drawn = performance.now();
+  for (const cell of wall.cells.values()) if (cell.seen && cell.motion) drawCell(wall, cell);
+}
+
+/** What is told below a pupil's name. @param {Wall} wall @param {Cell} cell */
+function noteOf({ room: { say } }, { state, changed, scene }) {
+  const quiet = Date.now() - changed;
+  if (state !== "working") return say(`class.is.${state}`);
+  if (!scene) return say("class.is.coming");
+  return quiet > QUIET_MS ? say("class.is.quiet", { minutes: Math.floor(quiet / 60000) }) : "";
+}
+
+/** @param {Wall} wall @param {Cell} cell @param {ClassScene | null} scene */
+function restage(wall, cell, scene) {
+  const key = JSON.stringify(scene);
+  if (key === cell.key) return;
+  cell.key = key;
+  cell.scene = scene;
+  cell.motion = null;
+  const pose = poseOf(scene);
+  const same = JSON.stringify(pose?.tree) === JSON.stringify(cell.pose?.tree);
+  cell.pose = pose;
+  cell.wants = pose !== null;
+  if (!same || !cell.mini) {
+    cell.mini = pose && createMini(pose.tree, wall.size);
+    const canvas = cell.mini?.canvas ?? h("span", { class: "no-picture" }, "?");
+    cell.canvas?.replaceWith(canvas);
+    cell.canvas = canvas;
+  }
+  drawCell(wall, cell);
+}
+
+/** @param {Wall} wall @param {number} number @returns {Cell} */
+function cellOf(wall, number) {
+  const known = wall.cells.get(number);
+  if (known) return known;
+  const canvas = h("span", { class: "no-picture" }, "\u2026");
+  const name = h("span", { class: "cell-name" });
+  const note = h("span", { class: "cell-note" });
+  const click = () => wall.open(number);
+  const button = h(
+    "button",
+    { type: "button", class: "cell", "data-pupil": number, on: { click } },
+    canvas,
+    name,
+    note,
+  );
+  const element = h("li", {}, button);
+  /** @type {Cell} */
+  const cell = {
+    number,
+    element,
+    button,
+    canvas,
+    name,
+    note,
+    pose: null,
+    key: "",
+    scene: null,
+    mini: null,
+    motion: null,
+    wants: false,
+    seen: false,
+    state: "working",
+    nickname: "",
+    changed: 0,
+  };
+  wall.cells.set(number, cell);
+  wall.sight.observe(button);
+  return cell;
+}
+
+/** @param {Wall} wall */
+function sorted({ cells, sort }) {
+  const byName = (/** @type {Cell} */ a, /** @type {Cell} */ b) =>
+    a.nickname.localeCompare(b.nickname) || a.number - b.number;
+  const rank = (/** @type {Cell} */ { state }) => RANK[/** @type {"done"} */ (state)] ?? 1;
+  const orders = {
+    name: byName,
+    state: (/** @type {Cell} */ a, /** @type {Cell} */ b) => rank(a) - rank(b) || byName(a, b),
+    came: (/** @type {Cell} */ a, /** @type {Cell} */ b) => a.number - b.number,
+    changed: (/** @type {Cell} */ a, /** @type {Cell} */ b) => b.changed - a.changed,
+  };
+  return [...cells.values()].sort(orders[/** @type {"name"} */ (sort)]);
+}
+
+/** Puts the cells in order, moving as few as are out of it. @param {Wall} wall */
+function arrange(wall) {
+  let place = wall.list.firstElementChild;
+  for (const { element } of sorted(wall)) {
+    if (element === place) place = place.nextElementSibling;
+    else wall.list.insertBefore(element, place);
+  }
+}
+
+/** @param {Wall} wall */
+function follow(wall) {
+  const { items } = wall.room.session;
+  /** @type {Set<number>} */
+  const there = new Set();
+  for (const { name, value } of items.values()) {
+    const [kind, id] = name.split("/");
+    if (kind !== "pupils") continue;
+    const number = Number(id);
+    const stage = items.get(`stages/${id}`);
+    const cell = cellOf(wall, number);
+    there.add(number);
+    cell.nickname = String(value.nickname);
+    cell.name.textContent = cell.nickname;
+    cell.state = stage?.value.state ?? "working";
+    cell.changed = Date.parse(stage?.changed ?? "") || Date.now();
+    cell.button.dataset.state = cell.state;
+    restage(wall, cell, stage?.value.scene ?? null);
+    cell.note.textContent = noteOf(wall, cell);
+  }
+  for (const [number, { element }] of wall.cells) {
+    if (there.has(number)) continue;
+    element.remove();
+    wall.cells.delete(number);
+  }
+  arrange(wall);
+  loadNext(wall);
+}
+
+/** @param {Room} room @param {(number: number) => unknown} open */
+export function createWall(room, open) {
+  const bag = createBag();
+  const list = h("ul", { class: "wall", "aria-label": room.say("class.board") });
+  const sight = new IntersectionObserver((entries) => {
+    for (const { target, isIntersecting } of entries) {
+      const cell = wall.cells.get(Number(/** @type {HTMLElement} */ (target).dataset.pupil));
+      if (cell) cell.seen = isIntersecting;
+      if (cell && isIntersecting) drawCell(wall, cell);
+    }
+    for (let i = 0; i < AT_ONCE; i++) loadNext(wall);
+  });
+  /** @type {Wall} */
+  const wall = {
+    room,
+    list,
+    cells: new Map(),
+    sight,
+    sort: "name",
+    loading: 0,
+    stop: new AbortController(),
+    begun: performance.now(),
+    frame: 0,
+    drawn: 0,
+    open,
+    size: { width: 132, height: 112, top: 0.42 },
+  };
+  const recolour = () => {
+    for (const cell of wall.cells.values()) {
+      cell.mini?.recolour();
+      drawCell(wall, cell);
+    }
+  };
+  bag(
+    room.session.subscribe(
+      (names) =>
+        (!names || [...names].some((name) => /^(pupils|stages)\//.test(name))) && follow(wall),
+    ),
+  );
+  bag(room.app.theme.subscribe(recolour));
+  const minute = setInterval(() => {
+    for (const cell of wall.cells.values()) cell.note.textContent = noteOf(wall, cell);
+  }, 30000);
+  bag(() => clearInterval(minute));
+  bag(() => sight.disconnect());
+  bag(() => wall.stop.abort());
+  bag(() => cancelAnimationFrame(wall.frame));
+  follow(wall);
+  turn(wall);
+  return {
+    list,
+    cells: wall.cells,
+    /** @param {string} by */
+    sort(by) {
+      wall.sort = by;
+      arrange(wall);
+    },
+    end: bag.end,
+  };
+}

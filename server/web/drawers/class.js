@@ -1,0 +1,127 @@
+// The drawer of a class: the way into a room, and what one does there, as a pupil or as the
+// teacher, whose part is loaded only for teachers.
+// Leaves to others: the room (class/session.js), its parts (class/).
+// Invariant: one room at a time; it goes on while other drawers are open and languages change.
+
+import { mountChip } from "../class/chip.js";
+import { mountJoin } from "../class/join.js";
+import { followClass } from "../class/pupil.js";
+import { mountPupil } from "../class/pupil_panel.js";
+import { createSession } from "../class/session.js";
+import { sayOf } from "../class/words.js";
+import { createBag, h } from "../dom.js";
+import { codeInAddress } from "../room.js";
+
+/** @typedef {import("../class/pupil.js").Follower} Follower */
+
+/**
+ * What lives as long as the page: the room, and a pupil who follows the class in it.
+ * @type {{room: Room, follower: Follower | null, coming: Promise<unknown> | null, back: boolean,
+ * listeners: Set<() => unknown>} | null}
+ */
+let life = null;
+
+/** A pupil's page follows the class while there is a room. @param {NonNullable<typeof life>} one */
+function look(one) {
+  const { session } = one.room;
+  const here = session.state === "live" || session.state === "away";
+  if (here && session.entry?.role === "pupil" && !one.coming) {
+    const { back } = one;
+    one.coming = followClass(one.room, back).then((follower) => {
+      one.follower = follower;
+      one.listeners.forEach((listener) => listener());
+    });
+  } else if (!here && session.state !== "coming" && one.coming) {
+    one.coming.then(() => {
+      one.follower?.end();
+      one.follower = null;
+      one.coming = null;
+    });
+  }
+}
+
+/** @param {App} app */
+function lifeOf(app) {
+  if (life) return life;
+  app.files.style("class/class.css").catch(() => {});
+  const session = createSession(app.client);
+  /** @type {Room} */
+  const room = { app, session, say: sayOf(app.text), tell: (words) => app.announce(words) };
+  const one = { room, follower: null, coming: null, back: false, listeners: new Set() };
+  life = one;
+  session.subscribe((names) => names ?? look(one));
+  mountChip(room);
+  return one;
+}
+
+/** Comes back to the room that the address names, or the last one; else asks for a nickname. */
+export async function resume(/** @type {App} */ app) {
+  const one = lifeOf(app);
+  one.back = true;
+  const found = await one.room.session.resume(codeInAddress());
+  one.back = false;
+  if (found && one.room.session.entry?.role === "pupil") await one.coming;
+  app.store.set({ view: { drawer: "class" } });
+}
+
+/** Which of its faces the drawer has now. @param {NonNullable<typeof life>} one */
+function faceOf({ room: { session }, follower }) {
+  const { state, entry } = session;
+  if (state === "none" || state === "gone" || !entry) return `join ${state}`;
+  if (state === "coming") return "coming";
+  if (entry.role === "teacher") return `teacher ${entry.code}`;
+  return follower ? `pupil ${entry.code}` : "coming";
+}
+
+/** @param {HTMLElement} element @param {App} app @returns {Drawer} */
+function mount(element, app) {
+  const one = lifeOf(app);
+  const { room } = one;
+  const bag = createBag();
+  const body = h("div", { class: "class-body" });
+  element.append(h("h2", {}, app.text("drawer.class")), body);
+  let face = "";
+  /** @type {{destroy: End} | null} */
+  let part = null;
+
+  /** @param {string} wanted */
+  async function partOf(wanted) {
+    if (wanted.startsWith("join")) return mountJoin(body, room);
+    if (wanted.startsWith("pupil") && one.follower) return mountPupil(body, room, one.follower);
+    if (wanted.startsWith("teacher")) {
+      const { default: mountTeacher } = await app.files.script("class/teach.js");
+      return face === wanted ? mountTeacher(body, room) : null;
+    }
+    body.replaceChildren(
+      h("p", { class: "quiet", role: "status" }, room.say("class.state.coming")),
+    );
+    return null;
+  }
+  async function show() {
+    const wanted = faceOf(one);
+    if (wanted === face) return;
+    face = wanted;
+    part?.destroy();
+    part = null;
+    body.replaceChildren();
+    const made = await partOf(wanted);
+    if (face === wanted) part = made;
+    else made?.destroy();
+  }
+  bag(room.session.subscribe((names) => names ?? show()));
+  one.listeners.add(show);
+  bag(() => one.listeners.delete(show));
+  show();
+  return {
+    show() {},
+    hide() {},
+    destroy() {
+      bag.end();
+      part?.destroy();
+      element.replaceChildren();
+    },
+  };
+}
+
+/** @type {DrawerPart} */
+export default { id: "class", title: (text) => text("drawer.class"), mount };

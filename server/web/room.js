@@ -1,0 +1,19 @@
+// Whether this page belongs to a room of a class: the address names one, or the browser is in one.
+// Leaves to others: the room itself (drawers/class.js), which is loaded only then.
+// Invariant: without a room nothing of a class is loaded.
+
+import { keep } from "./keep.js";
+
+/** The code of a room in the address: /?room=CODE, or /CODE. */
+export function codeInAddress() {
+  const asked = new URLSearchParams(location.search).get("room") ?? location.pathname.slice(1);
+  return /^[A-HJ-NP-Z2-9]{5}$/i.test(asked) ? asked.toUpperCase() : null;
+}
+
+/** Goes into the room, if there is one to go into. @param {App} app */
+export async function enterRoom(app) {
+  const kept = keep.get("pendulumd.rooms") ?? history.state?.["pendulumd.rooms"] ?? "[]";
+  if (!codeInAddress() && kept === "[]") return;
+  const { resume } = await app.files.script("drawers/class.js");
+  await resume(app);
+}

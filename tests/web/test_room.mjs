@@ -1,0 +1,164 @@
+// A room of a class in real browsers: a teacher and pupils, what one does and the others see.
+// Leaves to others: the server's side of it (tests/wire/test_classes.c), thirty pages (lesson.mjs).
+
+import assert from "node:assert/strict";
+import { violations } from "./axe.mjs";
+import { openDrawer } from "./drawers.mjs";
+import { close } from "./rig.mjs";
+import de from "../../server/web/class/words_de.js";
+import en from "../../server/web/class/words_en.js";
+import { arms, cell, hasArms, join, says, setChain, teach } from "./room.mjs";
+
+export const rig = { store: true, sources: false };
+
+export async function what_the_teacher_shows_everybody_sees_and_then_has_its_own_again(rig) {
+  const { page: teacher, code } = await teach(rig);
+  const ada = await join(rig, code, "Ada");
+  const ben = await join(rig, code, "Ben");
+  await setChain(ada, [1, 2, 3], [10, 20, 30]);
+  await says(ada, /your own pendulum/);
+  await teacher.waitForFunction(() => document.querySelectorAll(".cell canvas").length === 2);
+  assert.match(await teacher.textContent(".counts"), /2 pupils/);
+
+  await setChain(teacher, [1, 1], [90, 90]);
+  await teacher.click("[data-class=push]");
+  for (const page of [ada, ben]) await hasArms(page, 2);
+  await says(ben, /Everybody has the same pendulum/);
+  await teacher.click("[data-class=freeze]");
+  for (const page of [ada, ben]) await says(page, /frozen all stages/);
+  await ben.evaluate(() => pendulumd.edits.setMass(1, 5));
+  assert.equal(await ben.evaluate(() => pendulumd.store.get().pendulum.mass[0]), 1, "a frozen stage does not change");
+  assert.equal(await ben.evaluate(() => document.querySelector("#stage").inert), true);
+  assert.match(await ben.textContent("[data-room]"), /frozen/, "the page's head says so");
+  await rig.shot(ben, "room-frozen");
+  await teacher.click("[data-class=freeze]");
+  await says(ada, /Everybody has the same/);
+  await ben.evaluate(() => pendulumd.edits.setMass(1, 5));
+  assert.equal(await ben.evaluate(() => pendulumd.store.get().pendulum.mass[0]), 5);
+
+  await teacher.click("[data-class=own]");
+  await hasArms(ada, 3);
+  await hasArms(ben, 4);
+  await says(ada, /your own pendulum/);
+  await rig.shot(teacher, "room-teacher");
+  for (const page of [teacher, ada, ben]) await close(page);
+}
+
+export async function who_needs_help_is_seen_at_once_and_a_name_is_text(rig) {
+  const { page: teacher, code } = await teach(rig);
+  const name = "<img src=x onerror=alert(1)>";
+  const pupil = await join(rig, code, name);
+  await pupil.click("[data-state=stuck]");
+  await cell(teacher, name).and(teacher.locator("[data-state=stuck]")).waitFor();
+  assert.equal(await teacher.locator(".cell-name").textContent(), name);
+  assert.equal(await teacher.locator(".wall img").count() + await pupil.locator(".class-body img").count(), 0);
+  await setChain(pupil, [1], [45]);
+  await pupil.waitForTimeout(1500); // until the stage is sent, at its pace
+  await teacher.click("[data-pupil='1']");
+  await teacher.waitForSelector("dialog.pupil canvas");
+  await rig.shot(teacher, "room-enlarged");
+  await teacher.click("[data-class=take]");
+  await hasArms(teacher, 1);
+  for (const page of [teacher, pupil]) await close(page);
+}
+
+export async function a_reload_and_a_dead_line_cost_nothing(rig) {
+  const { page: teacher, code } = await teach(rig);
+  const pupil = await join(rig, code, "Ada");
+  pupil.forgiven.push(/net::ERR|Failed to load/);
+  await setChain(pupil, [1, 2, 3], [10, 20, 30]);
+  await teacher.waitForSelector(".cell canvas");
+  await pupil.waitForTimeout(1500); // until the stage is sent, at its pace
+  await pupil.reload();
+  await hasArms(pupil, 3);
+  await says(pupil, /your own pendulum/);
+  assert.match(await pupil.textContent("[data-room]"), new RegExp(code));
+  await pupil.context().setOffline(true);
+  await says(pupil, /No connection/);
+  await setChain(teacher, [1, 1], [90, 90]);
+  await teacher.click("[data-class=push]");
+  await pupil.context().setOffline(false);
+  await hasArms(pupil, 2);
+  await pupil.reload();
+  await says(pupil, /Everybody has the same/);
+  await teacher.reload();
+  await teacher.waitForSelector(".room-code");
+  assert.equal(await teacher.textContent(".room-code"), code);
+  await teacher.click("[data-class=own]");
+  await hasArms(pupil, 3);
+  for (const page of [teacher, pupil]) await close(page);
+}
+
+export async function the_end_of_a_room_is_told_and_wrong_codes_are_refused_in_words(rig) {
+  const { page: teacher, code } = await teach(rig);
+  const pupil = await join(rig, code, "Ada");
+  teacher.on("dialog", (dialog) => dialog.accept());
+  await teacher.click("[data-class=erase]");
+  await pupil.waitForSelector("text=This room is over");
+  assert.equal(await pupil.evaluate(() => JSON.parse(localStorage.getItem("pendulumd.rooms")).length), 0, "nothing of it stays in the browser");
+  pupil.forgiven.push(/404/);
+  await pupil.fill("[data-class=nickname]", "Ada");
+  await pupil.click("[data-class=join]");
+  await pupil.waitForSelector(`text=There is no room ${code}`);
+  await pupil.fill("[data-class=code]", "0");
+  await pupil.click("[data-class=join]");
+  await pupil.waitForSelector("text=five letters and digits");
+  for (const page of [teacher, pupil]) await close(page);
+}
+
+export async function the_room_works_where_the_browser_keeps_nothing(rig) {
+  const { page: teacher, code } = await teach(rig);
+  const pupil = await rig.open({ cold: true, still: true, wait: false });
+  await pupil.addInitScript(() => {
+    Object.defineProperty(window, "localStorage", { get() { throw new DOMException("no", "SecurityError"); } });
+  });
+  await pupil.goto(`${rig.url}/?room=${code}`);
+  await pupil.fill("[data-class=nickname]", "Ada");
+  await pupil.press("[data-class=nickname]", "Enter");
+  await says(pupil, /your own pendulum/);
+  await pupil.reload();
+  await says(pupil, /your own pendulum/);
+  assert.match(await teacher.textContent(".counts"), /^1 pupil\b/, "the same pupil");
+  for (const page of [teacher, pupil]) await close(page);
+}
+
+export async function a_room_is_accessible_dark_and_on_a_phone(rig) {
+  const bad = [];
+  const { page: teacher, code } = await teach(rig, { dark: true, language: "de" });
+  const phone = await join(rig, code, "Ada", { width: 390, height: 844, touch: true });
+  await teacher.waitForSelector(".cell canvas");
+  for (const [page, name] of [[teacher, "teacher"], [phone, "phone"]]) {
+    await rig.shot(page, `room-${name}`);
+    bad.push(...await violations(page, { context: { include: ["[data-drawer=class]", "#header"] }, colours: true }));
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+    if (wide > 0) bad.push(`${name}: ${wide} pixels too wide`);
+  }
+  await teacher.click("[data-class=showCode]");
+  await teacher.waitForSelector("dialog.code svg");
+  await rig.shot(teacher, "room-code");
+  await teacher.click("dialog.code .icon-button");
+  await teacher.click("[data-class=large]");
+  await rig.shot(teacher, "room-board");
+  await teacher.keyboard.press("Escape");
+  await teacher.click("[data-class=kept]");
+  await rig.shot(teacher, "room-kept");
+  assert.deepEqual(bad, []);
+  for (const page of [teacher, phone]) await close(page);
+}
+
+export async function the_words_of_classes_are_there_in_every_language() {
+  assert.deepEqual(Object.keys(de).sort(), Object.keys(en).sort());
+  for (const words of [de, en]) assert.ok(Object.values(words).every((one) => one && !one.includes("undefined")));
+}
+
+export async function nothing_of_a_class_is_loaded_without_one(rig) {
+  const page = await rig.open();
+  const loaded = () => page.evaluate(() => performance.getEntriesByType("resource").map(({ name }) => name).filter((name) => name.includes("class")));
+  assert.deepEqual(await loaded(), []);
+  await openDrawer(page, "class");
+  await page.waitForSelector("[data-class=join]");
+  const there = await loaded();
+  assert.ok(there.some((name) => name.endsWith("drawers/class.js")) && !there.some((name) => name.endsWith("teach.js")), there.join(" "));
+  assert.equal(await arms(page), 4);
+  await close(page);
+}
