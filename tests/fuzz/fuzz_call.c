@@ -16,7 +16,7 @@
 #include "tests/harness/test.h"
 #endif
 
-enum { ROOM = 1 << 14, RUN_CAP = 100000, FORMATS = 6, OPS = 9, SCENE = 8 };
+enum { ROOM = 1 << 14, RUN_CAP = 100000, FORMATS = 6, OPS = 10, SCENE = 8 };
 
 /* small limits, so that whatever is asked for is soon done or refused */
 static struct api_limits fuzz_limits(void) {
@@ -172,9 +172,10 @@ static const char *scene_complaint(const struct api_request *request,
 /* runs one request; the first byte says which and in what form, the rest is the body. *status is
  * told where it is not NULL. Returns what is wrong, or NULL. */
 static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
-    static const enum api_op_id ops[] = {
-        API_OP_TRAJECTORIES, API_OP_FORCES,   API_OP_MODES,    API_OP_TREES,       API_OP_ENSEMBLES,
-        API_OP_EQUATIONS,    API_OP_LYAPUNOV, API_OP_SECTIONS, API_OP_TRAJECTORIES};
+    static const enum api_op_id ops[] = {API_OP_TRAJECTORIES, API_OP_FORCES,    API_OP_MODES,
+                                         API_OP_TREES,        API_OP_ENSEMBLES, API_OP_EQUATIONS,
+                                         API_OP_LYAPUNOV,     API_OP_SECTIONS,  API_OP_TRAJECTORIES,
+                                         API_OP_RESPONSE};
     static const char *const accepts[FORMATS] = {NULL,
                                                  "text/csv, */*;q=0.1",
                                                  "application/x-ndjson, */*;q=0.1",
@@ -244,7 +245,7 @@ static const char *const seeds[] = {
     "0{" ARMS ",\"initial\":{\"theta\":[0.1,-0.2],\"thetad\":[1,0],\"unit\":\"deg\"},\"times\":[0,"
     "0.5,1],\"method\":"
     "\"rkf45\",\"rtol\":1e-6,\"atol\":1e-9}",
-    "9{" LISTS ",\"times\":{\"start\":0,\"stop\":1,\"step\":0.1},\"output\":[\"phi\",\"phid\","
+    ":{" LISTS ",\"times\":{\"start\":0,\"stop\":1,\"step\":0.1},\"output\":[\"phi\",\"phid\","
     "\"phidd\",\"theta\",\"z\","
     "\"zd\",\"lambda\",\"energy\"],\"digits\":6,\"precision\":\"double\"}",
     "0{" PAPER ",\"initial\":{\"mode\":2,\"amplitude\":0.1},\"times\":{\"start\":1,\"stop\":-1,"
@@ -253,7 +254,7 @@ static const char *const seeds[] = {
     "0{" ARMS ",\"times\":{\"stop\":2,\"count\":50},\"method\":\"ode23\"}",
     "0{" PAPER ",\"times\":{\"stop\":0.5,\"count\":5},\"method\":\"msadams\"}",
     "1{" LISTS ",\"state\":{\"phi\":[1,2,3,4],\"phid\":[0.1,0.2,0.3,0.4]}}",
-    ":{" PAPER ",\"states\":[{},{\"phi\":[1,2,3]},{\"mode\":1,\"amplitude\":3,\"unit\":\"deg\"}],"
+    ";{" PAPER ",\"states\":[{},{\"phi\":[1,2,3]},{\"mode\":1,\"amplitude\":3,\"unit\":\"deg\"}],"
     "\"digits\":3}",
     "2{" LISTS ",\"select\":{\"slowest\":2},\"vectors\":true,\"normalize\":\"mass\",\"include\":["
     "\"A\",\"M\",\"S\","
@@ -263,6 +264,9 @@ static const char *const seeds[] = {
     "3{" PAPER "}",
     "3{" REAL "}",
     "3{" DRIVEN "}",
+    "9{" DRIVEN ",\"omega\":[0,1,9],\"initial\":{\"theta\":[1,2]}}",
+    "9{" REAL ",\"drive\":{\"pivot\":{\"direction\":30,\"unit\":\"deg\"}},\"omega\":{\"start\":1,"
+    "\"stop\":9,\"count\":9,\"scale\":\"logarithmic\"},\"output\":[\"z\",\"transmissibility\"]}",
     "6{" LISTS ",\"initial\":{\"phi\":[1,2,3,4]},\"duration\":1,\"transient\":0.1,\"samples\":3,"
     "\"count\":2,\"digits\":5}",
     "7{" LISTS ",\"section\":{\"arm\":2,\"theta\":10,\"unit\":\"deg\",\"direction\":\"both\"},"

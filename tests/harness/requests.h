@@ -79,6 +79,11 @@ static const struct test_request {
     {API_OP_SECTIONS,
      "{" TEST_REAL_TREE ",\"start\":-1,\"duration\":1,\"section\":{\"period\":0.3,\"first\":2}}",
      "application/x-npz"},
+    {API_OP_RESPONSE,
+     "{" TEST_TREE
+     ",\"drive\":{\"pivot\":{\"y\":1}},\"omega\":[0,1],\"initial\":{\"theta\":[0,3]}}",
+     NULL},
+    {API_OP_RESPONSE, "{" TEST_REAL_TREE ",\"output\":[\"z\",\"lambda\"]}", "application/x-npz"},
     {API_OP_PRESETS, NULL, NULL},
     {API_OP_PRESET, NULL, NULL},
 };

@@ -90,6 +90,14 @@ static const struct {
     {"/v1/sections",
      PASSAGES("20"),
      {"application/json", "text/csv", "application/octet-stream", "application/x-ndjson"}},
+    {"/v1/response",
+     "{\"pendulum\":" ASK_DOUBLE ",\"drive\":{\"torque\":{\"arm\":2}},\"poles\":true,"
+     "\"omega\":{\"start\":0,\"stop\":9,\"count\":500}}",
+     {"application/json"}},
+    {"/v1/response",
+     "{\"pendulum\":" ASK_DOUBLE ",\"drive\":{\"pivot\":{\"x\":1}},\"output\":["
+     "\"transmissibility\"],\"omega\":{\"start\":0,\"stop\":9,\"count\":500}}",
+     {"application/json", "text/csv", "application/octet-stream", "application/x-ndjson"}},
     /* no passage at all */
     {"/v1/sections", PASSAGES("1e-6"), {"application/json"}},
 };

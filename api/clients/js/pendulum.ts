@@ -49,6 +49,7 @@ export interface Routes {
   ensembles: { request: EnsembleRequest; answer: Schemas["Ensemble"] };
   lyapunov: { request: Without<Schemas["LyapunovRequest"]>; answer: Schemas["Lyapunov"] };
   sections: { request: Without<Schemas["SectionRequest"]>; answer: Schemas["Section"] };
+  response: { request: Without<Schemas["ResponseRequest"]>; answer: Schemas["Response"] };
   equations: { request: Without<Schemas["EquationsRequest"]>; answer: Schemas["Equations"] };
 }
 

@@ -168,6 +168,11 @@ TEST(what_looks_for_passages_exponents_forces_and_ensembles_tells_its_memory) {
                      "\"arm\":1,\"theta\":0}",
                      angles);
             bytes_check(API_OP_SECTIONS, json, pendulum, rest);
+            snprintf(rest, sizeof rest,
+                     ",\"drive\":{\"pivot\":{\"x\":1}},\"output\":[\"phi\",\"z\"],\"omega\":{"
+                     "\"start\":0,\"stop\":9,\"count\":%d}",
+                     9 + 2000 / n);
+            bytes_check(API_OP_RESPONSE, a ? json : npz, pendulum, rest);
             at = states;
             for (int i = 0; i < 2 + 2000 / n; i++)
                 at += sprintf(at, "%s{\"theta\":[%s]}", i ? "," : "", angles);

@@ -78,6 +78,10 @@ static const struct {
      "\"theta\":0},"
      "\"duration\":20}",
      1, 0},
+    {API_OP_RESPONSE,
+     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"drive\":{\"pivot\":{"
+     "\"x\":1}},\"omega\":{\"start\":0,\"stop\":9,\"count\":100}}",
+     1, 0},
 };
 enum { CASES = sizeof cases / sizeof *cases };
 

@@ -1,0 +1,58 @@
+/* Reading a request for a response: what drives the pendulum, at which frequencies, and what is
+ * told.
+ * Leaves to others: the tree (tree_json), the response (core/modes/response), the answer
+ * (op_response).
+ * Invariant: every fault is added; a request that was read drives something at some frequency. */
+#ifndef API_RESPONSE_JSON_H
+#define API_RESPONSE_JSON_H
+
+#include "api/op/op.h"
+#include "api/read/state_json.h"
+
+/* What is told of each arm; a name of the field `output`. */
+enum api_response_output {
+    API_RESPONSE_PHI,
+    API_RESPONSE_Z,
+    API_RESPONSE_LAMBDA,
+    API_RESPONSE_JOINT_FORCE,
+    API_RESPONSE_TIP_FORCE,
+    API_RESPONSE_TRANSMISSIBILITY,
+    API_RESPONSE_OUTPUTS
+};
+
+struct api_response {
+    struct api_tree tree;
+    struct api_states *start; /* near which the equilibrium is looked for; NULL = where all hang */
+    int own;                  /* the pendulum's harmonics drive it */
+    int apart;                /* each of them at its own frequency: the rows are these */
+    int given;                /* an amplitude was given, so that it has a size */
+    double pivot[2];          /* m, of x and y; else: */
+    int arm;                  /* stored, -1 = none */
+    double couple;            /* N m */
+    long rows;
+    double *list;    /* rows frequencies, rad/s; NULL = a range: */
+    double from, to; /* rad/s */
+    int logarithmic;
+    unsigned char output[API_RESPONSE_OUTPUTS];
+    int poles, digits;
+};
+
+/** The names of the outputs. */
+extern const char *const api_response_outputs[API_RESPONSE_OUTPUTS + 1];
+
+/**
+ * Reads the request; must be cleared by api_response_clear whatever is returned.
+ *
+ * PEND_INVALID   every fault was added.
+ * PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status api_response_read(struct api_response *asked,
+                                                   const struct api_reading *reading);
+
+/** Frees what was read. */
+void api_response_clear(struct api_response *asked);
+
+/** Returns the frequency of row i, rad/s. O(1). */
+double api_response_omega(const struct api_response *asked, long i);
+
+#endif
