@@ -161,6 +161,7 @@ static void response_own(const struct response *response, double omega,
                          struct pend_response_drive *drive) {
     const struct pend_terms *terms = response->asked.tree.loads.terms;
     size_t n = (size_t)response->asked.tree.n;
+    assert(terms && terms->harmonics > 0);
     memset(response->couple, 0, 2 * n * sizeof(double));
     for (int i = 0; i < terms->harmonics; i++) {
         const double *h = response->asked.tree.value + terms->harmonic[i].at;
@@ -210,6 +211,7 @@ static double response_passed(const struct response *response,
 static void response_row(struct response *response, long row, int lane, int defined,
                          const struct pend_response_drive *drive) {
     size_t n = (size_t)response->asked.tree.n, from = (size_t)lane * n;
+    assert(row < response->table.rows && lane < PEND_RESPONSE_LANES);
     const int *order = response->asked.tree.tree->order;
     int c = FIRST_PART;
     for (int i = 0; i < COLUMNS; i++) {
@@ -263,6 +265,7 @@ static enum pend_status response_write(struct response *response, struct api_buf
                                        struct pend_error *error) {
     const double *data[API_COLUMNS];
     long rows = response->computed - response->written;
+    assert(rows >= 0 && response->computed <= response->table.rows);
     for (int c = 0; c < response->table.count; c++)
         data[c] = response->column[c] +
                   response->written * api_column_numbers(&response->table.column[c]);

@@ -88,7 +88,7 @@ static void read_own(struct api_response *asked, const struct api_value *value,
 
 static void read_drive(struct api_response *asked, const struct api_value *value,
                        struct api_problem *problem) {
-    asked->arm = -1;
+    assert(asked->arm < 0 && !asked->own);
     if (!present(value)) {
         read_own(asked, value, problem);
         return;
@@ -142,6 +142,25 @@ static enum pend_status read_list(struct api_response *asked, const struct api_v
     return PEND_OK;
 }
 
+/* adds the faults that the ends, the count and the scale of a range have together */
+static void check_range(const struct api_response *asked, const struct api_value *value,
+                        struct api_problem *problem) {
+    struct api_value start = api_value_member(value, "start");
+    struct api_value stop = api_value_member(value, "stop");
+    struct api_value count = api_value_member(value, "count");
+    assert(asked->from >= 0 && asked->to >= 0);
+    if (asked->to < asked->from)
+        api_value_fault(&stop, problem, "must not be below start (%.15g rad/s), got %.15g",
+                        asked->from, asked->to);
+    if (asked->rows == 1 && asked->from != asked->to)
+        api_value_fault(&count, problem,
+                        "must be at least 2 for the frequencies to begin at start and end at "
+                        "stop, got 1");
+    if (asked->logarithmic && !(asked->from > 0))
+        api_value_fault(&start, problem, "must be greater than 0 on a logarithmic scale, got %.15g",
+                        asked->from);
+}
+
 static void read_range(struct api_response *asked, const struct api_value *value,
                        const struct api_limits *limits, struct api_problem *problem) {
     static const char *const scales[] = {"linear", "logarithmic", NULL};
@@ -161,16 +180,7 @@ static void read_range(struct api_response *asked, const struct api_value *value
         (void)api_field_whole(&count, 1, 1000000000, &asked->rows, problem);
     if ((double)asked->rows > limits->samples)
         fault_rows(&count, (double)asked->rows, limits, problem);
-    if (good && asked->to < asked->from)
-        api_value_fault(&stop, problem, "must not be below start (%.15g rad/s), got %.15g",
-                        asked->from, asked->to);
-    if (good && asked->rows == 1 && asked->from != asked->to)
-        api_value_fault(&count, problem,
-                        "must be at least 2 for the frequencies to begin at start and end at "
-                        "stop, got 1");
-    if (good && asked->logarithmic && !(asked->from > 0))
-        api_value_fault(&start, problem, "must be greater than 0 on a logarithmic scale, got %.15g",
-                        asked->from);
+    if (good) check_range(asked, value, problem);
 }
 
 static int ascending(const void *a, const void *b) {

@@ -184,6 +184,7 @@ static double complex response_along(double complex way, const double complex fo
 
 /* forces of the tips on what is there, in the fixed frame */
 static void response_tips(const struct pend_response *response, double omega, int lane) {
+    assert(lane >= 0 && lane < RESPONSE_LANES);
     const unsigned char *hung = response->loads.terms ? response->loads.terms->hung : NULL;
     double complex(*tip)[2] = response->tip;
     memset(tip, 0, (size_t)response->tree->n * sizeof *tip);

@@ -99,6 +99,7 @@ static double rest_slopes(const struct pend_tree *tree, const struct pend_loads 
  * springs'; returns true if all pivots are positive */
 static int rest_eliminate(const struct pend_tree *tree, struct rest_node node[]) {
     int positive = 1;
+    assert(tree->parent[0] < 0);
     for (int k = tree->n - 1; k >= 0; k--) {
         struct rest_node *at = node + k;
         positive &= at->pivot > 0;
