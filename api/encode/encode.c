@@ -16,6 +16,23 @@ void api_table_add(struct api_table *table, const char *name, const char *part, 
     table->column[table->count++] = (struct api_column){.name = name, .part = part, .width = width};
 }
 
+void api_table_add_inner(struct api_table *table, const char *name, const char *part, int arms,
+                         int inner) {
+    assert(arms >= 0 && inner >= 1);
+    api_table_add(table, name, part, arms ? arms * inner : inner);
+    // a row of one group is a plain row
+    if (arms) table->column[table->count - 1].inner = inner;
+}
+
+char *api_column_write_row(char *out, const struct api_column *column, const double value[],
+                           int digits) {
+    const struct api_number_rows row = {1, api_column_numbers(column), value, digits, 0, "", 0};
+    if (!column->inner) return api_column_write(out, column, &row, "null");
+    const struct api_number_rows groups = {
+        column->width / column->inner, column->inner, value, digits, '[', "],", 2};
+    return api_number_write_rows(out, &groups) - 1;
+}
+
 char *api_column_write(char *out, const struct api_column *column,
                        const struct api_number_rows *rows, const char *none) {
     assert(rows->rows >= 0 && rows->width >= 1 && rows->digits >= 0 && rows->digits <= 17);
@@ -58,7 +75,11 @@ void api_table_columns(const struct api_table *table, char text[API_COLUMNS_TEXT
         assert(at + COLUMN_TEXT <= text + API_COLUMNS_TEXT);
         at = stpcpy(stpcpy(at, c ? "," : ""), column->name);
         if (column->part) at = stpcpy(stpcpy(at, "_"), column->part);
-        if (column->width) at = stpcpy(api_number_write_int(stpcpy(at, "["), column->width), "]");
+        if (!column->width) continue;
+        at = stpcpy(at, "[");
+        if (column->inner)
+            at = stpcpy(api_number_write_int(at, column->width / column->inner), ",");
+        at = stpcpy(api_number_write_int(at, column->inner ? column->inner : column->width), "]");
     }
 }
 
@@ -164,7 +185,7 @@ static enum pend_status column_fails(const struct api_writer *writer, int c, lon
     long i = 0, width = api_column_numbers(column);
     while (i < count && isfinite(data[c][i])) i++;
     int timed = !strcmp(writer->table.column[0].name, "t"),
-        arm = column->width ? (int)(i % width) : -1;
+        arm = column->width ? (int)(i % width) / (column->inner ? column->inner : 1) : -1;
     double time = timed ? data[0][i / width] : 0;
     char where[40] = "", when[40] = "";
     if (arm >= 0) snprintf(where, sizeof where, " of arm %d", arm + 1);

@@ -7,15 +7,19 @@
 #ifndef API_ENCODE_H
 #define API_ENCODE_H
 
+#include <stddef.h>
+
 #include "api/base/buffer.h"
 
-enum { API_COLUMNS = 24 };
+enum { API_COLUMNS = 48 };
 
 /* One array of a table. Columns of the same name are its parts and are adjacent: z is re and im. */
 struct api_column {
     const char *name; /* "phi" */
     const char *part; /* "re", or NULL if the name has one array only */
     int width;  /* numbers a row, one for each arm; 0 = one number for the row as a whole ("t") */
+    int inner;  /* numbers of a second axis, so that there are width / inner arms; 0 = there is none
+                 */
     int sparse; /* a number below 0 means "none": representations of text write that, binary ones
                    the number itself */
 };
@@ -124,11 +128,11 @@ void api_format_list(char text[API_FORMATS_TEXT], int samples, int streams);
 /** Returns row i of the table of representations, NULL beyond its end; the first is the default. */
 const struct api_format *api_format_at(int i);
 
-enum { API_COLUMNS_TEXT = 400 };
+enum { API_COLUMNS_TEXT = 1600 };
 
 /**
  * Writes the columns as the field X-Columns lists them: "t,phi[4],z_re[4],z_im[4]", with the
- * numbers a row in brackets unless it is one.
+ * numbers a row in brackets unless it is one; of a column with two axes both: "[4,2]".
  */
 void api_table_columns(const struct api_table *table, char text[API_COLUMNS_TEXT]);
 
@@ -139,8 +143,22 @@ struct api_number_rows;
 char *api_column_write(char *out, const struct api_column *column,
                        const struct api_number_rows *rows, const char *none);
 
+/** Writes a row of a column as JSON does, without the brackets around it: numbers with commas
+ * between them, each group of a second axis in brackets. */
+char *api_column_write_row(char *out, const struct api_column *column, const double value[],
+                           int digits);
+
+/** Returns the bytes of the brackets and commas of the groups of a row's second axis. O(1). */
+static inline size_t api_column_brackets(const struct api_column *column) {
+    return column->inner ? (size_t)(3 * (column->width / column->inner)) : 0;
+}
+
 /** Adds a column; the caller adds at most API_COLUMNS. */
 void api_table_add(struct api_table *table, const char *name, const char *part, int width);
+
+/** Adds a column of `arms` times `inner` numbers a row; no arms: `inner` numbers. */
+void api_table_add_inner(struct api_table *table, const char *name, const char *part, int arms,
+                         int inner);
 
 /** Returns how many numbers a column has in one row. */
 static inline long api_column_numbers(const struct api_column *column) {

@@ -6,11 +6,12 @@
 
 #include "api/encode/encode.h"
 
-/* One array: rows x width numbers. */
+/* One array: rows x width numbers, or rows x (width / inner) x inner. */
 struct api_array {
     const char *name; /* of its columns */
     const char *part; /* "kinetic", if the name has several arrays; else NULL */
     int width;        /* 0 = one number a row */
+    int inner;        /* of a second axis; 0 = there is none */
     int re, im;       /* columns; im is -1 if the array is real */
 };
 

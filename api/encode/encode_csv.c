@@ -7,7 +7,7 @@
 #include "api/json/json_out.h"
 #include "api/encode/remarks.h"
 
-enum { CSV_NAME_BYTES = 40 }; /* of a field of the header */
+enum { CSV_NAME_BYTES = 56 }; /* of a field of the header */
 
 static double csv_bytes(const struct api_table *table) {
     double numbers = api_table_numbers(table, 0);
@@ -15,11 +15,16 @@ static double csv_bytes(const struct api_table *table) {
            numbers * CSV_NAME_BYTES + API_WARNINGS_BYTES;
 }
 
-/* one field of the header: name, name_part, name_arm or name_part_arm, and the comma */
+/* one field of the header: name, name_part, name_arm or name_part_arm, with a second axis its
+ * number behind the arm's, and the comma */
 static enum pend_status csv_name(const struct api_column *column, int arm, struct api_buffer *out) {
     PEND_TRY(api_buffer_text(out, column->name));
     if (column->part) PEND_TRY(api_buffer_format(out, "_%s", column->part));
-    if (column->width) PEND_TRY(api_buffer_format(out, "_%d", arm + 1));
+    if (column->inner)
+        PEND_TRY(
+            api_buffer_format(out, "_%d_%d", arm / column->inner + 1, arm % column->inner + 1));
+    else if (column->width)
+        PEND_TRY(api_buffer_format(out, "_%d", arm + 1));
     return api_buffer_add(out, ",", 1);
 }
 

@@ -19,6 +19,7 @@ struct json_writer {
 static double json_bytes(const struct api_table *table) {
     double row =
         api_table_numbers(table, 0) * api_out_number_bytes(table->digits) + 3.0 * table->count;
+    for (int c = 0; c < table->count; c++) row += (double)api_column_brackets(&table->column[c]);
     return (double)table->rows * row + 64.0 * (table->count + API_STATS) + API_WARNINGS_BYTES;
 }
 
@@ -52,6 +53,12 @@ static enum pend_status json_close(const struct json_writer *writer, struct api_
 /* writes rows with a comma behind each */
 static char *json_write_rows(char *at, const struct api_column *column, long rows,
                              const double value[], int digits) {
+    for (long i = 0; i < rows && column->inner; i++) {
+        *at++ = '[';
+        at = api_column_write_row(at, column, value + i * column->width, digits);
+        at = stpcpy(at, "],");
+    }
+    if (column->inner) return at;
     struct api_number_rows list = {rows, 1, value, digits, 0, ",", 1},
                            nested = {rows, column->width, value, digits, '[', "],", 2};
     return api_column_write(at, column, column->width ? &nested : &list, "null");
@@ -62,7 +69,8 @@ static enum pend_status json_rows(struct json_writer *writer, struct api_buffer 
     const struct api_table *table = &writer->base.table;
     const struct api_column *column = &table->column[writer->column];
     size_t width = (size_t)api_column_numbers(column);
-    size_t row_bytes = width * (size_t)api_out_number_bytes(table->digits) + 3;
+    size_t row_bytes =
+        width * (size_t)api_out_number_bytes(table->digits) + 3 + api_column_brackets(column);
     long rows = writer->base.rows - writer->row, most = 1 + (long)(API_PIECE_BYTES / row_bytes);
     if (rows > most) rows = most;
     if (!rows) return PEND_OK;

@@ -18,7 +18,7 @@ enum {
     FILE_HEAD = 128,
     TAG = 8,
     NAME_BYTES = 32,
-    HEAD_CAP = 2 * TAG + 2 * (TAG + 8) + NAME_BYTES,
+    HEAD_CAP = 2 * TAG + 2 * (TAG + 8) + 8 + NAME_BYTES,
     TEXT_CAP = 100
 };
 
@@ -53,13 +53,14 @@ static char *pad(char *at, const char *text, size_t bytes) {
     return at + whole;
 }
 
-/* the head of a matrix behind its own tag: flags, dimensions, name */
-static char *matrix_head(char *at, unsigned flags, long rows, long columns, const char *name) {
+/* the head of an array behind its own tag: flags, dimensions, of which the third may be 0 for
+ * none, name */
+static char *array_head(char *at, unsigned flags, const long size[3], const char *name) {
     size_t bytes = strlen(name);
     at = api_octets_whole(tag(at, UINT32, 8), flags, 8);
-    at = tag(at, INT32, 8);
-    at = api_octets_whole(at, (uint64_t)rows, 4);
-    at = api_octets_whole(at, (uint64_t)columns, 4);
+    at = tag(at, INT32, size[2] ? 12 : 8);
+    for (int i = 0; i < (size[2] ? 4 : 2); i++)
+        at = api_octets_whole(at, i < 3 ? (uint64_t)size[i] : 0, 4);
     if (bytes && bytes <= 4) {
         /* a short one shares the tag's 8 bytes */
         at = api_octets_whole(api_octets_whole(at, INT8, 2), bytes, 2);
@@ -68,6 +69,11 @@ static char *matrix_head(char *at, unsigned flags, long rows, long columns, cons
         return at + 4;
     }
     return pad(tag(at, INT8, bytes), name, bytes);
+}
+
+static char *matrix_head(char *at, unsigned flags, long rows, long columns, const char *name) {
+    const long size[3] = {rows, columns, 0};
+    return array_head(at, flags, size, name);
 }
 
 static uint64_t matrix_head_bytes(const char *name) {
@@ -103,7 +109,8 @@ static uint64_t part_numbers(const struct mat_writer *writer, const struct api_a
 static uint64_t array_bytes(const struct mat_writer *writer, const struct api_array *array,
                             const char *name) {
     uint64_t parts = array->im < 0 ? 1 : 2;
-    return matrix_head_bytes(name) + parts * (TAG + 8 * part_numbers(writer, array));
+    return matrix_head_bytes(name) + (array->inner ? 8 : 0) +
+           parts * (TAG + 8 * part_numbers(writer, array));
 }
 
 /* true if array i opens a structure: it is the first part of its name */
@@ -134,9 +141,17 @@ static enum pend_status array_begin(const struct mat_writer *writer, struct api_
     if (array_leads(writer, writer->next)) PEND_TRY(array_struct(writer, out));
     PEND_TRY(api_buffer_room(out, TAG + HEAD_CAP));
     char *at = tag(out->data + out->bytes, MATRIX, array_bytes(writer, array, name));
-    at = matrix_head(at, flags, writer->base.rows, array->width ? array->width : 1, name);
+    long width = array->width ? array->width : 1, inner = array->inner;
+    const long size[3] = {writer->base.rows, inner ? width / inner : width, inner};
+    at = array_head(at, flags, size, name);
     out->bytes = (size_t)(at - out->data);
     return PEND_OK;
+}
+
+/* where number `at` of a row is, which goes by arms first and then by the second axis */
+static uint64_t array_place(const struct api_array *array, uint64_t at) {
+    uint64_t inner = (uint64_t)array->inner, arms = (uint64_t)array->width / inner;
+    return at % arms * inner + at / arms;
 }
 
 /* writes the next numbers of the part, as many as a piece has */
@@ -152,6 +167,7 @@ static enum pend_status array_go_on(struct mat_writer *writer, struct api_buffer
     while (rest && writer->at < numbers) {
         uint64_t row = writer->at % rows, arm = writer->at / rows,
                  count = rows - row < rest ? rows - row : rest;
+        if (array->inner) arm = array_place(array, arm);
         at = api_octets_spread(at, (size_t)count, number + row * width + arm, width);
         writer->at += count;
         rest -= count;

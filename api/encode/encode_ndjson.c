@@ -25,6 +25,7 @@ static double ndjson_bytes(const struct api_table *table) {
         const struct api_column *column = &table->column[c];
         text +=
             16 + (double)strlen(column->name) + (column->part ? (double)strlen(column->part) : 0);
+        text += (double)api_column_brackets(column);
     }
     return (double)table->rows * (row + text) + 64.0 * API_STATS + API_WARNINGS_BYTES;
 }
@@ -79,14 +80,14 @@ static enum pend_status ndjson_block(struct api_writer *base, long rows, const d
     size_t row_bytes =
         (size_t)api_table_numbers(table, 0) * (size_t)api_out_number_bytes(table->digits) +
         NDJSON_TEXT;
+    for (int c = 0; c < table->count; c++) row_bytes += api_column_brackets(&table->column[c]);
     for (long i = 0; i < rows; i++) {
         PEND_TRY(api_buffer_room(out, row_bytes + API_NUMBER_BYTES));
         char *at = out->data + out->bytes;
         for (int c = 0; c < table->count; c++) {
             long width = api_column_numbers(&table->column[c]);
-            const struct api_number_rows row = {1,  width, data[c] + i * width, table->digits, 0,
-                                                "", 0};
-            at = api_column_write(ndjson_piece(writer, c, at), &table->column[c], &row, "null");
+            at = api_column_write_row(ndjson_piece(writer, c, at), &table->column[c],
+                                      data[c] + i * width, table->digits);
         }
         at = ndjson_piece(writer, table->count, at);
         out->bytes = (size_t)(at - out->data);

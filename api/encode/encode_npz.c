@@ -146,7 +146,9 @@ static void array_shape(const struct npz_writer *writer, const struct api_array 
     int rows = !writer->base.table.single;
     char *at = stpcpy(shape, "(");
     if (rows) at = stpcpy(api_number_write_int(at, writer->base.rows), array->width ? ", " : ",");
-    if (array->width) at = stpcpy(api_number_write_int(at, array->width), rows ? "" : ",");
+    if (array->inner) at = stpcpy(api_number_write_int(at, array->width / array->inner), ", ");
+    int last = array->inner ? array->inner : array->width;
+    if (array->width) at = stpcpy(api_number_write_int(at, last), rows || array->inner ? "" : ",");
     stpcpy(at, ")");
 }
 

@@ -11,8 +11,6 @@
 
 static const double pi = 3.14159265358979323846;
 
-static const char *const quantities[] = {"phi",    "theta", "phid",   "thetad",
-                                         "length", "mass",  "gravity"};
 static const char *const axis_fields[] = {"vary",  "arm",   "harmonic", "start", "stop",
                                           "count", "scale", "unit",     NULL};
 static const char *const draw_fields[] = {"vary", "arm",  "harmonic",  "distribution", "low",
@@ -26,40 +24,6 @@ struct reading {
     struct api_problem *problem;
 };
 
-static void read_arm(const struct api_value *value, const struct reading *reading, const char *name,
-                     int of_arm, struct api_variation *out) {
-    if (!of_arm) {
-        if (api_value_kind(value) != API_MISSING)
-            api_value_fault(value, reading->problem,
-                            "does not go together with %s, which all arms share", name);
-        return;
-    }
-    int arm = api_tree_read_arm(reading->tree, value, reading->problem);
-    if (arm >= 0) out->arm = reading->tree->tree->place[arm];
-}
-
-/* all names, ended by NULL */
-static void list_names(const char *list[API_VARY_TERM + API_VARIED + 1]) {
-    for (int i = 0; i < API_VARY_TERM; i++) list[i] = quantities[i];
-    for (int i = 0; i < API_VARIED; i++) list[API_VARY_TERM + i] = api_varied_name(i);
-    list[API_VARY_TERM + API_VARIED] = NULL;
-}
-
-/* finds the number of a term that varies; the pendulum must have it */
-static void read_term(const struct api_value *value, const struct api_value *vary, int term,
-                      const struct reading *reading, struct api_variation *out) {
-    struct api_value field = api_value_member(value, "harmonic");
-    long harmonic = 1;
-    if (api_field_whole(&field, 1, 1000, &harmonic, reading->problem) < 0) return;
-    api_value_usual_number(&field, 1);
-    if (!reading->tree->tree || reading->problem->status) return;
-    out->place = api_varied_place(reading->tree, term, out->arm, (int)harmonic);
-    if (out->place < 0)
-        api_value_fault(vary, reading->problem,
-                        "varies a number that the pendulum has not: give it one in \"pendulum\"; "
-                        "0 will do where it may be 0");
-}
-
 /* true for quantities that must be positive */
 static int is_size(enum api_quantity quantity) {
     return quantity == API_VARY_LENGTH || quantity == API_VARY_MASS;
@@ -69,20 +33,12 @@ static int is_size(enum api_quantity quantity) {
 static double read_target(const struct api_value *value, const struct reading *reading,
                           struct api_variation *out) {
     static const char *const units[] = {"rad", "deg", NULL};
-    struct api_value vary = api_value_member(value, "vary"), arm = api_value_member(value, "arm");
     struct api_value unit = api_value_member(value, "unit");
-    const char *list[API_VARY_TERM + API_VARIED + 1];
-    int chosen = 0, degrees = 0;
-    out->arm = -1;
-    list_names(list);
-    if (!api_field_needed(&vary, reading->problem) ||
-        api_field_word(&vary, list, &chosen, reading->problem) < 0)
-        return 1;
-    int term = chosen - API_VARY_TERM;
-    out->quantity = term >= 0 ? API_VARY_TERM : (enum api_quantity)chosen;
-    read_arm(&arm, reading, list[chosen],
-             term >= 0 ? api_varied_of_arm(term) : chosen != API_VARY_GRAVITY, out);
-    if (term >= 0) read_term(value, &vary, term, reading, out);
+    struct api_target target;
+    int degrees = 0;
+    int named = api_target_read(&target, value, reading->tree, reading->problem);
+    out->quantity = target.quantity, out->arm = target.arm, out->place = target.place;
+    if (!named) return 1;
     if (api_field_word(&unit, units, &degrees, reading->problem) > 0 &&
         out->quantity > API_VARY_THETAD)
         api_value_fault(&unit, reading->problem, "is for angles and their rates: leave it out");

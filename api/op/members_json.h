@@ -8,21 +8,9 @@
 
 #include <stdint.h>
 
+#include "api/op/varied.h"
 #include "api/read/state_json.h"
 #include "core/ensemble/member.h"
-
-/* The quantities that can vary from member to member. */
-enum api_quantity {
-    API_VARY_PHI,
-    API_VARY_THETA,
-    API_VARY_PHID,
-    API_VARY_THETAD,
-    API_VARY_LENGTH,
-    API_VARY_MASS,
-    API_VARY_GRAVITY,
-    API_VARY_TERM, /* a number of a real pendulum (varied) */
-    API_VARY_COUNT
-};
 
 /* One value that varies: the quantity, the arm, and its values. */
 struct api_variation {

@@ -7,15 +7,18 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "api/encode/encode.h"
+#include "api/op/derived.h"
 #include "api/read/state_json.h"
 #include "core/dynamics/dynamics.h"
 #include "core/bodies/bodies.h"
 #include "core/dynamics/kinematics_at.h"
 #include "core/tree/turns.h"
 
-static const char *const fields[] = {"pendulum", "state", "states", "time", "digits", NULL};
+static const char *const fields[] = {"pendulum", "state",       "states", "time",
+                                     "digits",   "derivatives", NULL};
 
 enum {
     PHIDD,
@@ -68,11 +71,31 @@ static const struct {
 /* an arm's number each, or one a row */
 static int column_of_arms(int column) { return column < KINETIC || column > TOTAL; }
 
+/* what a column's derivatives are those of */
+static const int derived_of[COLUMNS] = {
+    [PHIDD] = PEND_DERIVED_ACC,
+    [LAMBDA] = PEND_DERIVED_FORCE,
+    [Z_RE] = PEND_DERIVED_Z_RE,
+    [Z_IM] = PEND_DERIVED_Z_IM,
+    [ZD_RE] = PEND_DERIVED_ZD_RE,
+    [ZD_IM] = PEND_DERIVED_ZD_IM,
+    [ZDD_RE] = PEND_DERIVED_ZDD_RE,
+    [ZDD_IM] = PEND_DERIVED_ZDD_IM,
+    [KINETIC] = PEND_DERIVED_KINETIC,
+    [POTENTIAL] = PEND_DERIVED_POTENTIAL,
+    [TOTAL] = API_DERIVED_TOTAL,
+    [JOINT_ALONG] = PEND_DERIVED_JOINT_ALONG,
+    [JOINT_ACROSS] = PEND_DERIVED_JOINT_ACROSS,
+    [TIP_ALONG] = PEND_DERIVED_FORCE,
+    [TIP_ACROSS] = PEND_DERIVED_TIP_ACROSS,
+};
+
 struct forces {
     struct api_tree tree;
     double time; /* s, at which drives are taken */
     int count;   /* columns: the last ones are those of real pendulums */
     struct api_states *states;
+    struct api_derived derived;
     struct api_table table;
     const struct api_format *format;
 
@@ -91,6 +114,7 @@ static void forces_free(void **state) {
     if (!forces) return;
     free(forces->work);
     api_writer_free(&forces->writer);
+    api_derived_clear(&forces->derived);
     api_states_free(&forces->states);
     api_tree_clear(&forces->tree);
     free(forces);
@@ -106,6 +130,8 @@ static void forces_check_size(struct forces *forces, const struct api_reading *r
     for (int c = 0; c < forces->count; c++)
         api_table_add(table, columns[c].name, columns[c].part,
                       column_of_arms(c) ? forces->tree.n : 0);
+    for (int c = 0; c < forces->count && forces->derived.count; c++)
+        api_derived_add(&forces->derived, table, columns[c].name, columns[c].part, derived_of[c]);
     api_reading_check_size(reading, table, reading->root, "states", "fewer at a time");
 }
 
@@ -164,6 +190,9 @@ static enum pend_status forces_read_parts(struct forces *forces,
     forces->table.digits = (int)rounded;
     enum pend_status status = api_reading_tree(reading, &forces->tree);
     if (status == PEND_NO_MEMORY) return status;
+    struct api_value derivatives = api_value_member(reading->root, "derivatives");
+    status = api_derived_read(&forces->derived, &derivatives, &forces->tree, reading->problem);
+    if (status == PEND_NO_MEMORY) return status;
     return forces_read_states(forces, reading);
 }
 
@@ -193,6 +222,8 @@ static enum pend_status forces_allocate(struct forces *forces, struct pend_error
     long cap = BLOCK_NUMBERS / (long)api_table_numbers(&forces->table, 0);
     if (cap > BLOCK_ROWS) cap = BLOCK_ROWS;
     if (cap > forces->table.rows) cap = forces->table.rows;
+    if (forces->derived.count && cap > api_derived_cap(&forces->derived, forces->table.rows))
+        cap = api_derived_cap(&forces->derived, forces->table.rows);
     forces->cap = cap < 1 ? 1 : cap;
     size_t numbers = (2 * AT_ONCE + 2 + 4) * n + (size_t)forces->cap * (COLUMNS * n);
     forces->work = aligned_alloc(64, work + (numbers * sizeof(double) + 63) / 64 * 64);
@@ -284,6 +315,16 @@ static void forces_rest(double *phi, double *low) {
     *low = rest.low;
 }
 
+/* makes what differentiates a state, of which one instant and the first state are as good as any */
+static enum pend_status forces_begin_derived(struct forces *forces, struct pend_error *error) {
+    struct pend_problem problem = {.tree = forces->tree.tree,
+                                   .loads = forces->tree.loads,
+                                   .phi = forces->states->phi,
+                                   .rate = forces->states->rate,
+                                   .times = {.count = 1, .start = forces->time, .divisor = 1}};
+    return api_derived_begin(&forces->derived, &problem, forces->cap, error);
+}
+
 static enum pend_status forces_begin(struct forces *forces, struct api_buffer *out,
                                      struct pend_error *error) {
     PEND_TRY(api_states_settle(forces->states, &forces->tree, error));
@@ -293,6 +334,7 @@ static enum pend_status forces_begin(struct forces *forces, struct api_buffer *o
     for (long i = 0; i < forces->table.rows * forces->tree.n && !springs; i++)
         forces_rest(&forces->states->phi[i], &forces->states->phi_low[i]);
     PEND_TRY(forces_allocate(forces, error));
+    if (forces->derived.count) PEND_TRY(forces_begin_derived(forces, error));
     return api_writer_new(&forces->writer, forces->format, &forces->table, out);
 }
 
@@ -301,10 +343,19 @@ static enum pend_status forces_block(struct forces *forces, struct api_buffer *o
                                      struct pend_error *error) {
     long rows = forces->table.rows - forces->next;
     if (rows > forces->cap) rows = forces->cap;
-    for (long i = 0; i < rows; i++) forces_compute(forces, forces->next + i, i);
+    const double *column[API_COLUMNS];
+    for (long i = 0; i < rows; i++) {
+        size_t at = (size_t)(forces->next + i) * (size_t)forces->tree.n;
+        forces_compute(forces, forces->next + i, i);
+        if (forces->derived.count)
+            api_derived_state(&forces->derived, forces->states->phi + at,
+                              forces->states->phi_low + at, forces->states->rate + at, forces->time,
+                              i);
+    }
+    memcpy(column, forces->column, (size_t)forces->count * sizeof *column);
+    api_derived_columns(&forces->derived, column + forces->count);
     forces->next += rows;
-    return api_writer_block(forces->writer, rows, (const double *const *)forces->column, out,
-                            error);
+    return api_writer_block(forces->writer, rows, column, out, error);
 }
 
 static enum pend_status forces_run(void *state, const struct api_turn *turn, int *done,
@@ -323,6 +374,7 @@ static enum pend_status forces_run(void *state, const struct api_turn *turn, int
 static double forces_cost(const void *state) {
     const struct forces *forces = state;
     double numbers = (double)forces->table.rows * api_table_numbers(&forces->table, 0);
+    numbers += (double)forces->table.rows * 100 * ceil(forces->derived.count / 7.0);
     return numbers * (number_seconds + (forces->format->digits ? text_seconds : 0));
 }
 
@@ -331,7 +383,11 @@ static double forces_bytes(const void *state) {
     double n = forces->tree.n,
            block = 2.0 * BLOCK_NUMBERS + (2 * AT_ONCE + 2 + 4 + 2 * COLUMNS) * n;
     return block * sizeof(double) + (double)forces_work(forces) + api_tree_bytes(&forces->tree) +
-           api_states_bytes(forces->states) + api_writer_bytes(forces->format, &forces->table);
+           api_states_bytes(forces->states) +
+           api_derived_bytes(
+               &forces->derived, &forces->tree,
+               forces->derived.count ? api_derived_cap(&forces->derived, forces->table.rows) : 0) +
+           api_writer_bytes(forces->format, &forces->table);
 }
 
 static const struct api_table *forces_table(const void *state) {

@@ -10,41 +10,24 @@
 #include <string.h>
 
 #include "api/read/method_json.h"
-#include "api/op/samples.h"
+#include "api/op/trajectory_cost.h"
 #include "api/read/state_json.h"
 #include "api/read/times_json.h"
 #include "core/extended/trust.h"
 
-static const char *const fields[] = {"pendulum", "initial", "times",    "method", "rtol",
-                                     "atol",     "step",    "output",   "digits", "precision",
-                                     "events",   "trust",   "accuracy", NULL};
+static const char *const fields[] = {"pendulum", "initial", "times",    "method",      "rtol",
+                                     "atol",     "step",    "output",   "digits",      "precision",
+                                     "events",   "trust",   "accuracy", "derivatives", NULL};
 
-/* constants of the estimated cost: s a step, s a step and arm, s a number of the answer as
- * text and as it is */
-static const double step_seconds = 3e-7, arm_seconds = 6e-7, text_seconds = 4e-8,
-                    binary_seconds = 1.5e-8;
-
-/* steps for the fastest swing to go on by a radian, times what a step costs in steps of taylor's;
- * at default tolerances
- */
-static const struct {
-    const char *method;
-    double steps;
-} steps_a_radian[] = {{"taylor", 4}, {"linear", 0},   {"ode23", 6},     {"rkf45", 45},
-                      {"rk8pd", 35}, {"msadams", 30}, {"symplectic", 1}};
-static const double steps_of_others = 20;
-
-/* how many times as long 32 digits take, the fixed step, and a comparison with 32 digits beside
- * the trajectory */
-static const double extended_times = 25, quad_times = 2000, symplectic_times = 20, trust_times = 26;
+/* how long a comparison with 32 digits takes, in times the trajectory */
+static const double trust_times = API_TRAJECTORY_TRUST_TIMES;
 
 /* arm-evaluations asked for at a time: about a millisecond */
 static const double piece = 50000;
 
 enum {
-    SAMPLE_NUMBERS = 16384, /* of a block of samples */
     MOST_PARTS = 1000000,
-    CARRIED = 4 /* changes with what trajectory_carry shows, or any `carry` of core */
+    CARRIED = 5 /* changes with what trajectory_carry shows, or any `carry` of core */
 };
 
 struct trajectory {
@@ -53,6 +36,7 @@ struct trajectory {
     struct api_times times;
     struct api_method method;
     struct api_outputs outputs;
+    struct api_derived derived;
     struct api_table table;
     const struct api_format *format;
     long step_cap;
@@ -66,7 +50,9 @@ struct trajectory {
     struct pend_trust *trust; /* NULL where it is not wanted, or found out */
     struct api_samples *samples;
     struct api_writer *writer;
-    int computed; /* all samples are there; what remains is to compare and to write */
+    long due, made; /* rows of `samples` that are not written yet, and those with derivatives */
+    int ended;      /* the run is; derivatives may be behind */
+    int computed;   /* all samples are there; what remains is to compare and to write */
     double trust_until;
     struct api_stats stats;
     char warning[API_WARNING_TEXT], energy_warning[API_WARNING_TEXT],
@@ -78,6 +64,7 @@ static void trajectory_free(void **state) {
     if (!trajectory) return;
     api_writer_free(&trajectory->writer);
     api_samples_free(&trajectory->samples);
+    api_derived_clear(&trajectory->derived);
     pend_trust_free(&trajectory->trust);
     pend_run_free(&trajectory->run);
     api_times_clear(&trajectory->times);
@@ -122,6 +109,18 @@ static void check_exchange(const struct trajectory *trajectory, const struct api
                         "\"exchange\", work and heat, is known by method taylor only");
 }
 
+/* reads by what is differentiated; derivatives go with the method that has them */
+static enum pend_status trajectory_read_derived(struct trajectory *trajectory,
+                                                const struct api_value *root,
+                                                struct api_problem *problem) {
+    struct api_value value = api_value_member(root, "derivatives");
+    enum pend_status status =
+        api_derived_read(&trajectory->derived, &value, &trajectory->tree, problem);
+    if (status == PEND_NO_MEMORY) return status;
+    api_derived_check_method(&trajectory->derived, &value, &trajectory->method, problem);
+    return PEND_OK;
+}
+
 static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
                                               const struct api_reading *reading) {
     const struct api_value *root = reading->root;
@@ -144,6 +143,7 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
     (void)api_field_whole(&digits, 1, 17, &rounded, problem);
     trajectory->table.digits = (int)rounded;
     read_trust(trajectory, root, problem);
+    PEND_TRY(trajectory_read_derived(trajectory, root, problem));
     check_exchange(trajectory, &output, problem);
     refuse_future(root, problem);
     return problem->status ? PEND_INVALID : PEND_OK;
@@ -155,7 +155,11 @@ static enum pend_status trajectory_check_size(struct trajectory *trajectory,
     struct api_table *table = &trajectory->table;
     struct api_value times = api_value_member(reading->root, "times");
     table->rows = trajectory->times.times.count;
+    struct api_value derivatives = api_value_member(reading->root, "derivatives");
     api_outputs_columns(&trajectory->outputs, trajectory->tree.n, table);
+    if (trajectory->derived.count)
+        api_outputs_derived(&trajectory->outputs, &derivatives, &trajectory->derived, table,
+                            reading->problem);
     api_reading_check_size(reading, table, &times, "rows", "fewer instants or outputs");
     return reading->problem->status ? PEND_INVALID : PEND_OK;
 }
@@ -196,8 +200,12 @@ static enum pend_status trajectory_begin(struct trajectory *trajectory, struct p
     if (trajectory->trust_tolerance > 0)
         PEND_TRY(pend_trust_new(&trajectory->trust, method->method, &problem,
                                 trajectory->trust_tolerance, error));
-    return api_samples_new(&trajectory->samples, &trajectory->outputs, trajectory->tree.n,
-                           trajectory->table.rows);
+    long rows = trajectory->table.rows;
+    if (trajectory->derived.count) rows = api_derived_cap(&trajectory->derived, rows);
+    PEND_TRY(api_samples_new(&trajectory->samples, &trajectory->outputs, trajectory->tree.n, rows));
+    if (!trajectory->derived.count) return PEND_OK;
+    return api_derived_begin(&trajectory->derived, &problem, trajectory->samples->samples.cap,
+                             error);
 }
 
 /* writes the horizon, and a warning if it is before the last instant */
@@ -259,9 +267,16 @@ static void trajectory_tell(struct trajectory *trajectory, const struct api_turn
                          rint((seconds + trajectory->earlier) * 1e6) / 1e6);
 }
 
+/* how much of the samples and their derivatives is computed, 0 .. 1 */
+static double trajectory_sampled(const struct trajectory *trajectory) {
+    double sampled = pend_run_stats(trajectory->run).progress;
+    if (!trajectory->derived.motion) return sampled;
+    return fmin(sampled, pend_derivatives_progress(trajectory->derived.motion));
+}
+
 /* how much of the computation is done, 0 .. 1 */
 static double trajectory_progress(const struct trajectory *trajectory) {
-    double sampled = pend_run_stats(trajectory->run).progress;
+    double sampled = trajectory_sampled(trajectory);
     if (trajectory->trust_tolerance <= 0) return sampled;
     double compared = trajectory->trust ? pend_trust_progress(trajectory->trust) : 1;
     return (sampled + trust_times * compared) / (1 + trust_times);
@@ -288,15 +303,51 @@ static void name_limit(const struct trajectory *trajectory, enum pend_status sta
                  " (%s): ask for a shorter time or a looser tolerance", trajectory->step_name);
 }
 
+/* brings the derivatives of the rows that are due, as many as one piece of work yields */
+static enum pend_status trajectory_differentiate(struct trajectory *trajectory,
+                                                 struct pend_error *error) {
+    long more = 0, due = trajectory->due, made = trajectory->made;
+    if (due == made) return PEND_OK;
+    enum pend_status status =
+        api_derived_next(&trajectory->derived, made, due - made, piece, &more, error);
+    trajectory->made += more;
+    name_limit(trajectory, status, error);
+    return status;
+}
+
+/* writes the rows with their derivatives, once all of these are there */
+static enum pend_status trajectory_write_derived(struct trajectory *trajectory,
+                                                 struct api_buffer *out, int *computed,
+                                                 struct pend_error *error) {
+    PEND_TRY(trajectory_differentiate(trajectory, error));
+    if (trajectory->made < trajectory->due) return PEND_OK;
+    const double *column[API_COLUMNS];
+    int own = trajectory->table.count - trajectory->derived.columns;
+    memcpy(column, trajectory->samples->column, (size_t)own * sizeof *column);
+    api_derived_columns(&trajectory->derived, column + own);
+    long rows = trajectory->due;
+    trajectory->due = trajectory->made = 0;
+    *computed = trajectory->ended;
+    return api_writer_block(trajectory->writer, rows, column, out, error);
+}
+
 /* writes the next samples, as many as one piece of work yields */
 static enum pend_status trajectory_block(struct trajectory *trajectory, struct api_buffer *out,
                                          int *computed, struct pend_error *error) {
     struct api_samples *samples = trajectory->samples;
+    if (trajectory->due) return trajectory_write_derived(trajectory, out, computed, error);
+    int ended = 0;
     enum pend_status status =
-        pend_run_next(trajectory->run, &samples->samples, piece, computed, error);
+        pend_run_next(trajectory->run, &samples->samples, piece, &ended, error);
     name_limit(trajectory, status, error);
     PEND_TRY(status);
     api_samples_derive(samples);
+    if (trajectory->derived.count) {
+        trajectory->due = samples->samples.count;
+        trajectory->ended = ended;
+        return PEND_OK;
+    }
+    *computed = ended;
     // what a run hands out is finite; the sum of two energies need not be
     if (!samples->total)
         return api_writer_finite_block(trajectory->writer, samples->samples.count, samples->column,
@@ -318,8 +369,8 @@ static enum pend_status trajectory_run(void *state, const struct api_turn *turn,
     if (!trajectory->writer)
         PEND_TRY(
             api_writer_new(&trajectory->writer, trajectory->format, &trajectory->table, turn->out));
-    while (
-        !(*done |= trajectory->until < 1 && trajectory_progress(trajectory) >= trajectory->until)) {
+    while (!(*done |= trajectory->until < 1 && !trajectory->due &&
+                      trajectory_progress(trajectory) >= trajectory->until)) {
         if (trajectory->computed && trajectory->trust)
             PEND_TRY(trajectory_compare(trajectory, error));
         else if (trajectory->computed)
@@ -357,6 +408,8 @@ static enum pend_status trajectory_carry(void *state, struct pend_checkpoint *ch
     if (version != CARRIED || (trusts && !trajectory->trust)) return PEND_INVALID;
     if (!trusts) pend_trust_free(&trajectory->trust);
     PEND_TRY(pend_run_carry(trajectory->run, checkpoint));
+    if (trajectory->derived.motion)
+        PEND_TRY(pend_derivatives_carry(trajectory->derived.motion, checkpoint));
     return trusts ? pend_trust_carry(trajectory->trust, checkpoint) : PEND_OK;
 }
 
@@ -370,77 +423,29 @@ static long trajectory_steps(const void *state) {
 static void trajectory_done(const void *state, double *steps, double *work) {
     const struct trajectory *trajectory = state;
     int known = trajectory->run && !trajectory->computed;
-    *steps = *work = known ? pend_run_stats(trajectory->run).progress : -1;
+    *steps = *work = known ? trajectory_sampled(trajectory) : -1;
 }
 
-/* rad/s at which the fastest arm turns, about: as fast as the shortest arm swings, faster where
- * many hang on each other, and as the start has it */
-static double trajectory_rate(const struct trajectory *trajectory) {
-    const struct pend_tree *tree = trajectory->tree.tree;
-    double shortest = INFINITY, rate = 0;
-    for (int k = 0; k < tree->n; k++) {
-        shortest = fmin(shortest, tree->len[k]);
-        rate = fmax(rate, fabs(trajectory->start->rate[k]));
-    }
-    return rate + pend_loads_rate(&trajectory->tree.loads, tree) +
-           sqrt(fabs(trajectory->tree.loads.gravity) / shortest * sqrt(tree->n));
+static struct api_trajectory_size trajectory_size(const struct trajectory *trajectory) {
+    return (struct api_trajectory_size){.tree = &trajectory->tree,
+                                        .start = trajectory->start,
+                                        .times = &trajectory->times,
+                                        .method = &trajectory->method,
+                                        .derived = &trajectory->derived,
+                                        .table = &trajectory->table,
+                                        .format = trajectory->format,
+                                        .trusts = trajectory->trust_tolerance > 0,
+                                        .step_cap = trajectory->step_cap};
 }
 
 static double trajectory_cost(const void *state) {
-    const struct trajectory *trajectory = state;
-    const struct api_table *table = &trajectory->table;
-    const struct pend_times *times = &trajectory->times.times;
-    double span = fabs(pend_times_at(times, times->count - 1) - pend_times_at(times, 0)),
-           steps = steps_of_others;
-    double numbers = (double)table->rows * api_table_numbers(table, 0);
-    for (size_t i = 0; i < sizeof steps_a_radian / sizeof *steps_a_radian; i++)
-        if (!strcmp(trajectory->method.method->name, steps_a_radian[i].method))
-            steps = steps_a_radian[i].steps;
-    steps *= span * trajectory_rate(trajectory);
-    if (trajectory->method.step > 0) steps = span / trajectory->method.step;
-    double times_as_long = trajectory->trust_tolerance > 0 ? 1 + trust_times : 1;
-    if (trajectory->method.method == pend_method_taylor.extended)
-        times_as_long = trajectory->trust_tolerance > 0 ? 2 * extended_times : extended_times;
-    if (trajectory->method.method == &pend_method_taylor_quad)
-        times_as_long = trajectory->trust_tolerance > 0 ? 2 * quad_times : quad_times;
-    if (trajectory->method.method == &pend_method_symplectic) times_as_long = symplectic_times;
-    return times_as_long * fmin(steps, (double)trajectory->step_cap) *
-               (step_seconds + trajectory->tree.n * arm_seconds) +
-           numbers * (trajectory->format->digits ? text_seconds : binary_seconds);
+    struct api_trajectory_size size = trajectory_size(state);
+    return api_trajectory_cost_seconds(&size);
 }
 
-/* bytes that a method takes for each arm: its series, stages and scratch; small trees are filled
- * up to whole lanes */
-static const struct {
-    const char *method;
-    double bytes;
-} bytes_an_arm[] = {{"taylor", 9000}, {"symplectic", 16000}, {"linear", 6000}};
-static const double bytes_of_others = 8000, bytes_of_extended = 30000, lane_arms = 16,
-                    method_bytes = 32768;
-
-/* numbers that `linear` takes for each pair of arms: its modes, and what they are made
- * orthogonal to */
-static const double linear_numbers = 2.2;
-
 static double trajectory_bytes(const void *state) {
-    const struct trajectory *trajectory = state;
-    double n = trajectory->tree.n, an_arm = bytes_of_others,
-           row = api_table_numbers(&trajectory->table, 0);
-    for (size_t i = 0; i < sizeof bytes_an_arm / sizeof *bytes_an_arm; i++)
-        if (!strcmp(trajectory->method.method->name, bytes_an_arm[i].method))
-            an_arm = bytes_an_arm[i].bytes;
-    if (trajectory->method.method == pend_method_taylor.extended) an_arm = bytes_of_extended;
-    if (trajectory->tree.loads.terms) an_arm *= 3; // more series, and a neighbour's of small trees
-    if (trajectory->trust_tolerance > 0) an_arm = 2 * an_arm + bytes_of_extended;
-    double square = trajectory->method.method == &pend_method_linear
-                        ? linear_numbers * sizeof(double) * n * n
-                        : 0;
-    double list =
-        trajectory->times.list ? (double)trajectory->times.times.count * sizeof(double) : 0;
-    double block = fmin(SAMPLE_NUMBERS, (double)trajectory->table.rows * (row + 8)) + row + 8;
-    return method_bytes + (n + lane_arms) * an_arm + square + list + 2 * sizeof(double) * block +
-           api_tree_bytes(&trajectory->tree) + api_states_bytes(trajectory->start) +
-           api_writer_bytes(trajectory->format, &trajectory->table);
+    struct api_trajectory_size size = trajectory_size(state);
+    return api_trajectory_cost_bytes(&size);
 }
 
 static const struct api_table *trajectory_table(const void *state) {

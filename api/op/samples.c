@@ -120,6 +120,34 @@ void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_ta
     }
 }
 
+void api_outputs_derived(const struct api_outputs *outputs, const struct api_value *value,
+                         struct api_derived *derived, struct api_table *table,
+                         struct api_problem *problem) {
+    static const int what[SOURCES] = {[PHI] = PEND_DERIVED_PHI,
+                                      [RATE] = PEND_DERIVED_RATE,
+                                      [ACC] = PEND_DERIVED_ACC,
+                                      [FORCE] = PEND_DERIVED_FORCE,
+                                      [Z_RE] = PEND_DERIVED_Z_RE,
+                                      [Z_IM] = PEND_DERIVED_Z_IM,
+                                      [ZD_RE] = PEND_DERIVED_ZD_RE,
+                                      [ZD_IM] = PEND_DERIVED_ZD_IM,
+                                      [THETA] = PEND_DERIVED_PHI,
+                                      [JOINT_ALONG] = PEND_DERIVED_JOINT_ALONG,
+                                      [JOINT_ACROSS] = PEND_DERIVED_JOINT_ACROSS,
+                                      [TIP_ACROSS] = PEND_DERIVED_TIP_ACROSS,
+                                      [KINETIC] = PEND_DERIVED_KINETIC,
+                                      [POTENTIAL] = PEND_DERIVED_POTENTIAL,
+                                      [TOTAL] = API_DERIVED_TOTAL};
+    if (api_outputs_exchange(outputs))
+        api_value_fault(value, problem, "of \"exchange\" are not known: leave out one of the two");
+    for (int i = 0; i < outputs->count; i++) {
+        int output = outputs->output[i];
+        for (int p = 0; p < output_table[output].parts; p++)
+            api_derived_add(derived, table, output_table[output].name, output_table[output].part[p],
+                            what[output_table[output].source[p]]);
+    }
+}
+
 /* the sources that the outputs need, each as true or false */
 static void outputs_sources(const struct api_outputs *outputs, char wanted[SOURCES]) {
     memset(wanted, 0, SOURCES);

@@ -5,7 +5,7 @@
 #ifndef API_SAMPLES_H
 #define API_SAMPLES_H
 
-#include "api/encode/encode.h"
+#include "api/op/derived.h"
 #include "api/read/field.h"
 #include "core/integrate/run.h"
 
@@ -30,6 +30,14 @@ int api_outputs_exchange(const struct api_outputs *outputs);
 
 /** Sets the columns of the outputs for n arms, t first; the rest of the table is unchanged. */
 void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_table *table);
+
+/**
+ * Adds the columns of the derivatives of the outputs, behind those of the outputs themselves.
+ * Work and heat have none: asking for them is a fault.
+ */
+void api_outputs_derived(const struct api_outputs *outputs, const struct api_value *value,
+                         struct api_derived *derived, struct api_table *table,
+                         struct api_problem *problem);
 
 /* Samples of n arms and pointers to their columns, in one block of memory. */
 struct api_samples {

@@ -59,3 +59,58 @@ int api_varied_place(const struct api_tree *tree, int i, int arm, int harmonic) 
             return terms->harmonic[j].at + (i - WAVES) % 3;
     return -1;
 }
+
+static const char *const quantities[] = {"phi",    "theta", "phid",   "thetad",
+                                         "length", "mass",  "gravity"};
+
+static void target_arm(const struct api_value *value, const struct api_tree *tree, const char *name,
+                       int of_arm, struct api_target *out, struct api_problem *problem) {
+    if (!of_arm) {
+        if (api_value_kind(value) != API_MISSING)
+            api_value_fault(value, problem, "does not go together with %s, which all arms share",
+                            name);
+        return;
+    }
+    int arm = api_tree_read_arm(tree, value, problem);
+    if (arm >= 0) out->arm = tree->tree->place[arm];
+}
+
+/* all names, ended by NULL */
+static void target_names(const char *list[API_VARY_TERM + API_VARIED + 1]) {
+    for (int i = 0; i < API_VARY_TERM; i++) list[i] = quantities[i];
+    for (int i = 0; i < API_VARIED; i++) list[API_VARY_TERM + i] = api_varied_name(i);
+    list[API_VARY_TERM + API_VARIED] = NULL;
+}
+
+/* finds the number of a term; the pendulum must have it */
+static void target_term(const struct api_value *value, const struct api_value *vary, int term,
+                        const struct api_tree *tree, struct api_target *out,
+                        struct api_problem *problem) {
+    struct api_value field = api_value_member(value, "harmonic");
+    long harmonic = 1;
+    if (api_field_whole(&field, 1, 1000, &harmonic, problem) < 0) return;
+    api_value_usual_number(&field, 1);
+    if (!tree->tree || problem->status) return;
+    out->place = api_varied_place(tree, term, out->arm, (int)harmonic);
+    if (out->place < 0)
+        api_value_fault(vary, problem,
+                        "varies a number that the pendulum has not: give it one in \"pendulum\"; "
+                        "0 will do where it may be 0");
+}
+
+int api_target_read(struct api_target *target, const struct api_value *value,
+                    const struct api_tree *tree, struct api_problem *problem) {
+    struct api_value vary = api_value_member(value, "vary"), arm = api_value_member(value, "arm");
+    const char *list[API_VARY_TERM + API_VARIED + 1];
+    int chosen = 0;
+    *target = (struct api_target){.arm = -1};
+    target_names(list);
+    if (!api_field_needed(&vary, problem) || api_field_word(&vary, list, &chosen, problem) < 0)
+        return 0;
+    int term = chosen - API_VARY_TERM;
+    target->quantity = term >= 0 ? API_VARY_TERM : (enum api_quantity)chosen;
+    target_arm(&arm, tree, list[chosen],
+               term >= 0 ? api_varied_of_arm(term) : chosen != API_VARY_GRAVITY, target, problem);
+    if (term >= 0) target_term(value, &vary, term, tree, target, problem);
+    return 1;
+}

@@ -1,4 +1,5 @@
-/* The numbers of a real pendulum that can vary from member to member, by name.
+/* The numbers of a pendulum that can vary from member to member, or by which is differentiated, by
+ * name.
  * Leaves to others: axes and draws (members_json), what the terms are (core/tree/terms).
  * Invariant: a name stands for one number of the list of terms, together with an arm or a harmonic
  * where it needs one. */
@@ -7,8 +8,37 @@
 
 #include "api/read/tree_json.h"
 
-/* How many names there are. */
+/* The quantities that can vary from member to member. */
+enum api_quantity {
+    API_VARY_PHI,
+    API_VARY_THETA,
+    API_VARY_PHID,
+    API_VARY_THETAD,
+    API_VARY_LENGTH,
+    API_VARY_MASS,
+    API_VARY_GRAVITY,
+    API_VARY_TERM, /* a number of a real pendulum (varied) */
+    API_VARY_COUNT
+};
+
+/* How many names of terms there are. */
 enum { API_VARIED = PEND_TERM_ROWS + PEND_TERM_ONES + 9 };
+
+/* What varies, or what a derivative is with respect to. */
+struct api_target {
+    enum api_quantity quantity;
+    int arm;   /* stored number; -1 for what is the pendulum's */
+    int place; /* of a term's number in the list */
+};
+
+/**
+ * Reads what an object's fields `vary`, `arm` and `harmonic` name; other fields are left alone.
+ *
+ * Returns 1; 0 if `vary` is missing or is no such name, which is a fault. Other faults, as of the
+ * arm or of a number that the pendulum has not, leave `arm` or `place` -1. O(harmonics).
+ */
+int api_target_read(struct api_target *target, const struct api_value *value,
+                    const struct api_tree *tree, struct api_problem *problem);
 
 /** Returns name number i, 0 .. API_VARIED - 1: "damping", "pivot_y_amplitude". O(1). */
 const char *api_varied_name(int i);

@@ -196,6 +196,9 @@ enum pend_status pend_derivatives_new(struct pend_derivatives **derivatives,
     struct pend_problem checked = *problem;
     *derivatives = NULL;
     PEND_TRY(pend_run_check(&pend_method_taylor, &checked, error));
+    if (pend_terms_cart(checked.loads.terms))
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "derivatives are not known of a pendulum on a cart");
     struct pend_derivatives sketch = derivatives_sketch(&checked, count);
     const struct pend_terms *terms = checked.loads.terms;
     if (!terms &&

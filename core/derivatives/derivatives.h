@@ -62,7 +62,7 @@ struct pend_derivatives;
  * count        of parameters, >= 1.
  * parameter    copied.
  *
- * PEND_INVALID    as of pend_run_new.
+ * PEND_INVALID    as of pend_run_new; a pendulum on a cart.
  * PEND_NO_MEMORY  O(n (order + count)), one allocation and the terms of an ideal pendulum.
  */
 PEND_MUST_CHECK enum pend_status pend_derivatives_new(struct pend_derivatives **derivatives,

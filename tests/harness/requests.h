@@ -49,6 +49,14 @@ static const struct test_request {
     {API_OP_TRAJECTORIES, TEST_MOTION "\"output\":[\"phi\",\"z\"]}", "application/x-npz"},
     {API_OP_TRAJECTORIES, TEST_MOTION "\"output\":[\"theta\"]}", "application/x-matlab-data"},
     {API_OP_TRAJECTORIES, "{" TEST_TREE "," TEST_TIMES ",\"method\":\"linear\"}", NULL},
+    {API_OP_TRAJECTORIES,
+     TEST_MOTION "\"output\":[\"phi\",\"z\",\"energy\"],\"derivatives\":[{\"vary\":"
+                 "\"length\",\"arm\":\"a\"},{\"vary\":\"phi\",\"arm\":2}]}",
+     "application/x-matlab-data"},
+    {API_OP_FORCES,
+     "{" TEST_REAL_TREE
+     ",\"derivatives\":[{\"vary\":\"damping\",\"arm\":1},{\"vary\":\"gravity\"}]}",
+     NULL},
     {API_OP_TRAJECTORIES, TEST_MOTION "\"method\":\"ode23\"}", NULL},
     {API_OP_TRAJECTORIES, TEST_MOTION "\"method\":\"rkf45\"}", NULL},
     {API_OP_TRAJECTORIES, TEST_MOTION "\"method\":\"rk8pd\",\"digits\":3}", NULL},

@@ -48,6 +48,8 @@ static const struct {
     {API_OP_TRAJECTORIES, TRAJECTORY("\"method\":\"linear\""), 7, 0},
     {API_OP_TRAJECTORIES, TRAJECTORY("\"precision\":\"extended\",\"rtol\":1e-28"), 7, 0},
     {API_OP_TRAJECTORIES, TRAJECTORY("\"trust\":true"), 7, 0},
+    {API_OP_TRAJECTORIES,
+     TRAJECTORY("\"derivatives\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"gravity\"}]"), 7, 0},
     {API_OP_FORCES,
      "{\"pendulum\":{\"length\":[2,1.5],\"mass\":[1,1],\"parent\":[0,1]},\"states\":[{\"phi\":[1,2]"
      "},{\"phi\":[0.5,0."

@@ -1,0 +1,95 @@
+/* The field `derivatives` of a request, and the columns of the answer that it adds.
+ * Leaves to others: the derivatives (core/derivatives), which outputs there are (samples, op_*).
+ * Invariant: the columns of derivatives are parts of one name, in the order of the outputs, and
+ * their last axis is the parameter, in the order of the request. */
+#ifndef API_DERIVED_H
+#define API_DERIVED_H
+
+#include "api/encode/encode.h"
+#include "api/op/varied.h"
+#include "api/read/method_json.h"
+#include "core/derivatives/derivatives.h"
+
+enum { API_DERIVED_MOST = 1000, API_DERIVED_LABEL = 24, API_DERIVED_TOTAL = PEND_DERIVED };
+
+/* What is differentiated by what; zero, there are none. */
+struct api_derived {
+    int n;
+    int count; /* parameters */
+    struct pend_parameter *parameter;
+    int columns;
+    struct {
+        int what;                      /* enum pend_derived, or API_DERIVED_TOTAL */
+        char label[API_DERIVED_LABEL]; /* "phi", "z_re", "energy_total" */
+    } column[API_COLUMNS / 2];
+
+    /* once it runs */
+    struct pend_derivatives *motion;
+    long cap;      /* rows of a block */
+    double *block; /* the rows of all quantities */
+    struct pend_derived_rows rows;
+    double *total; /* NULL = not wanted */
+};
+
+/**
+ * Reads the field `derivatives`.
+ *
+ * derived  out; must be cleared by api_derived_clear whatever is returned; count 0 if the field is
+ *          missing.
+ *
+ * PEND_INVALID    every fault was added to the problem.
+ * PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status api_derived_read(struct api_derived *derived,
+                                                  const struct api_value *value,
+                                                  const struct api_tree *tree,
+                                                  struct api_problem *problem);
+
+/** Adds a fault if the motion's method is not the one that derivatives have: taylor in doubles. */
+void api_derived_check_method(const struct api_derived *derived, const struct api_value *value,
+                              const struct api_method *method, struct api_problem *problem);
+
+/** Frees all of it. */
+void api_derived_clear(struct api_derived *derived);
+
+/** Adds the column of the derivatives of a quantity, whose name is `name` or `name_part`. The table
+ * refers to the label in `derived`. */
+void api_derived_add(struct api_derived *derived, struct api_table *table, const char *name,
+                     const char *part, int what);
+
+/** Returns the bytes of memory that a computation takes, with blocks of that many rows. O(1). */
+double api_derived_bytes(const struct api_derived *derived, const struct api_tree *tree, long rows);
+
+/** Returns the most rows of a block, for `rows` in all. O(1). */
+long api_derived_cap(const struct api_derived *derived, long rows);
+
+/**
+ * Makes the motion and the memory of its rows.
+ *
+ * cap  rows of a block.
+ *
+ * PEND_NO_MEMORY, and what pend_derivatives_new says.
+ */
+PEND_MUST_CHECK enum pend_status api_derived_begin(struct api_derived *derived,
+                                                   const struct pend_problem *problem, long cap,
+                                                   struct pend_error *error);
+
+/**
+ * Computes the next rows of a block, from row `from` on.
+ *
+ * made  out: how many more, at most `rows`.
+ *
+ * What pend_derivatives_next says.
+ */
+PEND_MUST_CHECK enum pend_status api_derived_next(struct api_derived *derived, long from, long rows,
+                                                  double work, long *made,
+                                                  struct pend_error *error);
+
+/** Computes one row of a block from a state, as pend_derivatives_state. */
+void api_derived_state(struct api_derived *derived, const double phi[], const double phi_low[],
+                       const double rate[], double time, long row);
+
+/** Fills in where the columns' rows are, `columns` pointers. */
+void api_derived_columns(const struct api_derived *derived, const double *column[]);
+
+#endif

@@ -1,0 +1,190 @@
+/* Tests of the field `derivatives`: in every representation, against differences of requests, as a
+ * part of a job, and its faults at their pointers.
+ * Leaves to others: the derivatives themselves (core/derivatives/test_derivatives).
+ * Invariant: requests are texts as clients send them. */
+#include "api/op/derived.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/api/post.h"
+#include "tests/harness/test.h"
+
+#define MOTION                                                                                     \
+    "\"initial\":{\"theta\":[1,1.5],\"thetad\":[0.5,-1]},\"times\":{\"stop\":2,\"count\":4},"      \
+    "\"output\":[\"phi\",\"phidd\",\"theta\",\"z\",\"lambda\",\"energy\",\"tip_force\"]"
+#define BY                                                                                         \
+    "\"derivatives\":[{\"vary\":\"length\",\"arm\":2},{\"vary\":\"damping\",\"arm\":1},"           \
+    "{\"vary\":\"gravity\"},{\"vary\":\"torque_omega\",\"arm\":1}]"
+
+/* a double pendulum with a damper and a drive, with numbers that derivatives are by */
+static void body_of(char body[1000], const double x[4], const char *more) {
+    snprintf(
+        body, 1000,
+        "{\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":1,\"mass\":1,\"damping\":%.17g,"
+        "\"torque\":{\"harmonics\":[{\"amplitude\":0.5,\"omega\":%.17g}]}},"
+        "{\"name\":\"b\",\"parent\":\"a\",\"length\":%.17g,\"mass\":2}],\"gravity\":%.17g}," MOTION
+        "%s%s}",
+        x[1], x[3], x[0], x[2], *more ? "," : "", more);
+}
+
+/* the number at name/i/k/j; -1 leaves an index out */
+static double number_at(const struct test_reply *reply, const char *name, int i, int k, int j) {
+    char pointer[80], *at = stpcpy(stpcpy(pointer, "/"), name);
+    const int index[3] = {i, k, j};
+    for (int a = 0; a < 3; a++)
+        if (index[a] >= 0) at += snprintf(at, 8, "/%d", index[a]);
+    return test_reply_number(reply, pointer);
+}
+
+TEST(derivatives_of_requests_are_differences_of_requests) {
+    static const char *const values[] = {"phi",  "phidd",  "theta",
+                                         "z/im", "lambda", "tip_force/across"};
+    static const char *const slopes[] = {"derivatives/phi",    "derivatives/phidd",
+                                         "derivatives/theta",  "derivatives/z_im",
+                                         "derivatives/lambda", "derivatives/tip_force_across"};
+    const double middle[4] = {1.5, 0.1, 9.81, 3}, h = 1e-5;
+    char body[1000];
+    double worst = 0;
+    body_of(body, middle, BY);
+    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    CHECK_INT(reply.status, 200);
+    for (int j = 0; j < 4; j++) {
+        struct test_reply side[2];
+        for (int s = 0; s < 2; s++) {
+            double x[4];
+            memcpy(x, middle, sizeof x);
+            x[j] += s ? h : -h;
+            body_of(body, x, "");
+            side[s] = test_post(API_OP_TRAJECTORIES, body);
+            CHECK_INT(side[s].status, 200);
+        }
+        for (int q = 0; q < 6; q++)
+            for (int i = 0; i < 4; i++)
+                for (int k = 0; k < 2; k++) {
+                    double high = number_at(&side[1], values[q], i, k, -1);
+                    double want = (high - number_at(&side[0], values[q], i, k, -1)) / (2 * h);
+                    double gap = fabs(number_at(&reply, slopes[q], i, k, j) - want);
+                    worst = fmax(worst, gap / fmax(fabs(want), fmax(fabs(high), 1)));
+                }
+        double high = test_reply_number(&side[1], "/energy/total/3");
+        double want = (high - test_reply_number(&side[0], "/energy/total/3")) / (2 * h);
+        double got = number_at(&reply, "derivatives/energy_total", 3, j, -1);
+        worst = fmax(worst, fabs(got - want) / fmax(fabs(want), fabs(high)));
+        for (int s = 0; s < 2; s++) test_reply_free(&side[s]);
+    }
+    CHECK_RESIDUAL(worst, 1e-7, "derivatives of requests");
+    test_reply_free(&reply);
+}
+
+TEST(derivatives_leave_the_motion_as_it_is) {
+    const double x[4] = {1.5, 0.1, 9.81, 3};
+    char body[1000];
+    body_of(body, x, "");
+    struct test_reply plain = test_post(API_OP_TRAJECTORIES, body);
+    body_of(body, x, BY);
+    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 2; k++) {
+            CHECK(number_at(&plain, "phi", i, k, -1) == number_at(&reply, "phi", i, k, -1));
+            CHECK(number_at(&plain, "lambda", i, k, -1) == number_at(&reply, "lambda", i, k, -1));
+        }
+    CHECK_INT(test_reply_count(&reply, "/derivatives"), 11);
+    CHECK_INT(test_reply_count(&reply, "/derivatives/phi/0/1"), 4);
+    test_reply_free(&plain);
+    test_reply_free(&reply);
+}
+
+#define DOUBLE "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
+#define SHORT                                                                                      \
+    DOUBLE "\"times\":[0,1],\"output\":[\"phi\",\"energy\"],\"derivatives\":[{\"vary\":"           \
+           "\"gravity\"},{\"vary\":\"mass\",\"arm\":1},{\"vary\":\"mass\",\"arm\":2}]}"
+
+TEST(derivatives_have_an_axis_in_every_representation) {
+    static const struct {
+        const char *accept, *text;
+    } rows[] = {
+        {"text/csv", "derivatives_phi_2_3,derivatives_energy_kinetic_1"},
+        {"application/x-ndjson",
+         "\"derivatives\":{\"phi\":[[0,0,0],[0,0,0]],\"energy_kinetic\":[0"},
+        {"application/x-npz", "derivatives_phi.npy"},
+        {"application/x-npz", "'shape': (2, 2, 3), }"},
+        {"application/x-npz", "'shape': (2, 3), }"},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        struct test_reply reply = test_post_as(API_OP_TRAJECTORIES, SHORT, rows[i].accept, NULL);
+        CHECK_INT(reply.status, 200);
+        CHECK_SAYING(memmem(reply.out.data, reply.out.bytes, rows[i].text, strlen(rows[i].text)),
+                     "%s lacks %s", rows[i].accept, rows[i].text);
+        test_reply_free(&reply);
+    }
+    // by columns, the arms before the parameters: dimensions 2, 2, 3, then the numbers
+    static const char sizes[] = {5, 0, 0, 0, 12, 0, 0, 0, 2, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0};
+    struct test_reply mat =
+        test_post_as(API_OP_TRAJECTORIES, SHORT, "application/x-matlab-data", NULL);
+    CHECK(memmem(mat.out.data, mat.out.bytes, sizes, sizeof sizes));
+    test_reply_free(&mat);
+}
+
+TEST(derivatives_of_forces_are_those_of_each_state) {
+    static const char body[] =
+        DOUBLE "\"states\":[{\"theta\":[1,2]},{\"theta\":[0.5,-1],\"thetad\":[1,2]}],"
+               "\"derivatives\":[{\"vary\":\"theta\",\"arm\":1},{\"vary\":\"gravity\"}]}";
+    struct test_reply reply = test_post(API_OP_FORCES, body);
+    CHECK_INT(reply.status, 200);
+    CHECK_INT(test_reply_count(&reply, "/derivatives/zdd_re"), 2);
+    // at rest accelerations are proportional to gravity
+    for (int k = 0; k < 2; k++) {
+        double slope = number_at(&reply, "derivatives/phidd", 0, k, 1);
+        CHECK(fabs(slope * 9.81 - number_at(&reply, "phidd", 0, k, -1)) < 1e-13);
+    }
+    // dV/dtheta_1 = 2 m g l sin theta_1
+    double slope = number_at(&reply, "derivatives/energy_potential", 1, 0, -1);
+    CHECK(fabs(slope - 2 * 9.81 * sin(0.5)) < 1e-13);
+    test_reply_free(&reply);
+}
+
+TEST(derivatives_are_refused_at_their_pointer) {
+    static const struct {
+        const char *more, *pointer, *text;
+    } rows[] = {
+        {"\"derivatives\":[]", "/derivatives", "must be an array of 1 to 1000"},
+        {"\"derivatives\":true", "/derivatives", "must be an array"},
+        {"\"derivatives\":[\"phi\"]", "/derivatives/0", "must be an object"},
+        {"\"derivatives\":[{}]", "/derivatives/0/vary", "is missing"},
+        {"\"derivatives\":[{\"vary\":\"lenght\",\"arm\":1}]", "/derivatives/0/vary", "\"length\""},
+        {"\"derivatives\":[{\"vary\":\"mass\",\"arm\":3}]", "/derivatives/0/arm", "from 1 to 2"},
+        {"\"derivatives\":[{\"vary\":\"gravity\",\"arm\":1}]", "/derivatives/0/arm", "share"},
+        {"\"derivatives\":[{\"vary\":\"rest\",\"arm\":1}]", "/derivatives/0/vary", "has not"},
+        {"\"derivatives\":[{\"vary\":\"gravity\",\"start\":1}]", "/derivatives/0/start", "known"},
+        {"\"method\":\"rk8pd\",\"derivatives\":[{\"vary\":\"gravity\"}]", "/derivatives", "taylor"},
+        {"\"precision\":\"quad\",\"derivatives\":[{\"vary\":\"gravity\"}]", "/derivatives",
+         "precision"},
+        {"\"output\":[\"phi\",\"exchange\"],\"derivatives\":[{\"vary\":\"gravity\"}]",
+         "/derivatives", "exchange"},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        char body[500];
+        snprintf(body, sizeof body, DOUBLE "\"times\":[0,1],%s}", rows[i].more);
+        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        CHECK_INT(reply.status, 422);
+        CHECK_SAYING(test_reply_has_fault(&reply, rows[i].pointer, rows[i].text), "%s: %s",
+                     rows[i].more, reply.out.data);
+        test_reply_free(&reply);
+    }
+}
+
+TEST(derivatives_that_would_be_too_large_are_refused_before_they_run) {
+    enum { MANY = 1000 };
+    static char body[100000];
+    char *at = body + sprintf(body, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
+                                    "\"times\":{\"stop\":1,\"count\":1000000},\"derivatives\":[");
+    for (int i = 0; i < MANY; i++) at += sprintf(at, "%s{\"vary\":\"gravity\"}", i ? "," : "");
+    strcpy(at, "]}");
+    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    CHECK_INT(reply.status, 422);
+    CHECK(test_reply_has_fault(&reply, "/times", "max-answer-bytes"));
+    test_reply_free(&reply);
+}
