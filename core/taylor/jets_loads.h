@@ -60,15 +60,19 @@ struct jets_loads {
 
 /**
  * Non-zero if the quick kernels take a real pendulum: point masses at the tips of massless arms, at
- * which the other arms hang, without dry friction and drag, and few enough arms. O(1).
+ * which the other arms hang, with springs, viscous friction and torques in the joints and a pivot
+ * that moves as it is told; nothing else, and few enough arms. O(1).
  */
 static inline int jets_loads_suit(const struct pend_tree *tree, const struct pend_terms *terms) {
-    static const enum pend_term_row others[] = {PEND_TERM_ROD,  PEND_TERM_BODY,
-                                                PEND_TERM_AT_X, PEND_TERM_FRICTION,
-                                                PEND_TERM_DRAG, PEND_TERM_DRAG_QUADRATIC};
-    for (size_t i = 0; i < sizeof others / sizeof *others; i++)
-        if (terms->row[others[i]] >= 0) return 0;
-    return terms->one[PEND_TERM_DRAG_PER_MASS] < 0 && tree->n <= 8;
+    for (int r = 0; r < PEND_TERM_ROWS; r++)
+        if (terms->row[r] >= 0 && r != PEND_TERM_DAMPING && r != PEND_TERM_STIFFNESS &&
+            r != PEND_TERM_REST && r != PEND_TERM_TORQUE)
+            return 0;
+    for (int i = 0; i < PEND_TERM_ONES; i++)
+        if (terms->one[i] >= 0 && i != PEND_TERM_PIVOT_ACCELERATION_X &&
+            i != PEND_TERM_PIVOT_ACCELERATION_Y)
+            return 0;
+    return tree->n <= 8;
 }
 
 #endif

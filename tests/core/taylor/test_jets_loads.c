@@ -207,3 +207,24 @@ TEST(quick_kernels_with_loads_have_the_same_bits_in_avx2_and_avx512) {
         test_tree_clear(&t);
     }
 }
+
+TEST(quick_kernels_take_no_pendulum_with_any_other_term) {
+    unsigned long long seed = 3;
+    struct test_tree t;
+    test_tree_random(&t, TEST_TREE_CHAIN, 2, 0.3, &seed);
+    int taken = 0;
+    for (int i = 0; i < PEND_TERM_ROWS + PEND_TERM_ONES; i++) {
+        unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
+        struct pend_terms *terms;
+        if (i < PEND_TERM_ROWS)
+            rows[i] = 1;
+        else
+            ones[i - PEND_TERM_ROWS] = 1;
+        REQUIRE(pend_terms_new(&terms, 2, rows, ones, 0, NULL, NULL) == PEND_OK);
+        taken += jets_loads_suit(t.tree, terms);
+        pend_terms_free(&terms);
+    }
+    // damping, stiffness and rest, torque, and the two of the pivot's acceleration
+    CHECK_INT(taken, 6);
+    test_tree_clear(&t);
+}
