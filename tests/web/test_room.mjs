@@ -162,3 +162,72 @@ export async function nothing_of_a_class_is_loaded_without_one(rig) {
   assert.equal(await arms(page), 4);
   await close(page);
 }
+
+const answer = async (page, value) => {
+  await page.fill("[data-answer]", value);
+  await page.press("[data-answer]", "Enter");
+  await page.waitForSelector("text=/^Sent/");
+};
+
+export async function what_is_asked_is_answered_and_counted_at_once(rig) {
+  const { page: teacher, code } = await teach(rig);
+  const pupils = [await join(rig, code, "Ada"), await join(rig, code, "Ben")];
+  await teacher.click("[data-class=askForm] summary");
+  await teacher.fill("[data-question=text]", "How long does <b>one</b> swing take?");
+  await teacher.fill("[data-question=unit]", "s");
+  await teacher.fill("[data-question=right]", "2");
+  await teacher.fill("[data-question=tolerance]", "0.1");
+  await teacher.click("[data-class=ask]");
+  for (const page of pupils) await page.waitForSelector("text=How long does <b>one</b> swing take?");
+  await answer(pupils[0], "2.05");
+  await answer(pupils[1], "3");
+  await teacher.waitForFunction(() => document.querySelectorAll(".histogram li").length === 2);
+  assert.match(await teacher.textContent(".asked .counts"), /2 answers/);
+  await rig.shot(teacher, "room-asked");
+  await rig.shot(pupils[0], "room-answered");
+  await teacher.click("[data-class=showSolution]");
+  await pupils[0].waitForSelector("text=That is right. The answer: 2 s.");
+  await pupils[1].waitForSelector("text=Not quite. The answer: 2 s.");
+  await teacher.click("[data-class=closeQuestion]");
+  await pupils[1].waitForSelector("text=No more answers are taken.");
+
+  await teacher.click("[data-class=askForm] summary");
+  await teacher.selectOption("[data-question=kind]", "choice");
+  await teacher.fill("[data-question=choices]", "shorter\nas long\nlonger");
+  await teacher.fill("[data-question=right]", "3");
+  await teacher.click("[data-class=ask]");
+  await pupils[0].click("[data-choice='3']");
+  await pupils[0].click("[data-class=answer]");
+  await teacher.waitForFunction(() => document.querySelector(".histogram .right .bar-count")?.textContent === "1");
+  assert.equal(await teacher.textContent(".histogram .right .bar-words"), "longer");
+  assert.match(await (await teacher.context().request.get(`${rig.url}/v1/classes/${code}/table`, { headers: { "Class-Token":
+    await teacher.evaluate(() => JSON.parse(localStorage.getItem("pendulumd.rooms"))[0].token) } })).text(), /answers,q1,,1,"Ada",2.05/);
+  for (const page of [teacher, ...pupils]) await close(page);
+}
+
+export async function all_let_go_together_and_their_starts_lie_in_one_picture(rig) {
+  const { page: teacher, code } = await teach(rig);
+  const pupils = [await join(rig, code, "Ada"), await join(rig, code, "Ben"), await join(rig, code, "Cem")];
+  await setChain(teacher, [1, 1], [120, 120]);
+  await teacher.selectOption("[data-class=spread]", "0.001");
+  await teacher.click("[data-class=release]");
+  for (const page of pupils) await hasArms(page, 2);
+  const starts = await Promise.all(pupils.map((page) => page.evaluate(() => pendulumd.store.get().initial.phi[0])));
+  assert.ok(Math.abs(Math.max(...starts) - Math.min(...starts) - 0.001) < 1e-9, `${starts}`);
+  await teacher.click("[data-class=together]");
+  await teacher.waitForSelector("text=/3 starts.*They begin 0.001 rad apart.*exponent is/");
+  await teacher.waitForTimeout(2000);
+  await rig.shot(teacher, "room-together");
+  await teacher.keyboard.press("Escape");
+  // by hand: the pendulum hangs, and is let go when its pupil says so
+  await teacher.selectOption("[data-class=spread]", "hand");
+  await teacher.click("[data-class=release]");
+  await pupils[0].waitForSelector("[data-class=letGo]");
+  assert.equal(await pupils[0].evaluate(() => pendulumd.store.get().initial.phi[0]), -Math.PI / 2);
+  await rig.shot(pupils[0], "room-by-hand");
+  await setChain(pupils[0], [1, 1], [118, 121]);
+  await pupils[0].click("[data-class=letGo]");
+  await teacher.click("[data-class=together]");
+  await teacher.waitForSelector("text=/1 start\\./");
+  for (const page of [teacher, ...pupils]) await close(page);
+}

@@ -70,11 +70,11 @@ function swing(dialog, mini, motion, n) {
 }
 
 /** @param {Room} room @param {number} number */
-function enlarge(room, number) {
+async function enlarge(room, number) {
   const { app, session, say } = room;
   const nickname = String(session.value(`pupils/${number}`)?.nickname ?? "");
   const scene = session.value(`stages/${number}`)?.scene;
-  const pose = poseOf(scene);
+  const pose = await poseOf(app, scene);
   const side = Math.max(220, Math.min(innerWidth - 90, innerHeight - 240, 720));
   const mini = pose && createMini(pose.tree, { width: side, height: side, label: nickname });
   const stop = new AbortController();

@@ -7,9 +7,11 @@ import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { button, copyButton, save, toggle } from "../drawers/kit.js";
 import { qrOf } from "../drawers/qr.js";
+import { mountAsk } from "./ask.js";
 import { mountBoard, openDialog } from "./board.js";
 import { keptLink } from "./kept.js";
 import { wholeScene } from "./scenes.js";
+import { togetherPart } from "./together.js";
 
 /**
  * The stage of the class, and the change of it.
@@ -227,16 +229,20 @@ export default function mountTeacher(element, room) {
   const desk = deskOf(room, fault);
   const parts = [showPart(room, desk), wordsPart(room, desk)];
   const end = endPart(room, desk);
+  const together = togetherPart(room, desk);
+  const ask = mountAsk(room, desk);
   const controls = h("div", { class: "controls" }, away, fault, ...parts.map(({ place }) => place));
   const board = mountBoard(room, controls);
-  element.append(codePart(room), controls, board.place, end.place);
+  element.append(codePart(room), controls, board.place, ask.place, together.place, end.place);
   function show() {
     away.hidden = session.state !== "away";
     parts.forEach((part) => part.show());
+    together.show();
     end.show();
   }
   bag(session.subscribe(show));
   bag(board.destroy);
+  bag(ask.destroy);
   show();
   return {
     destroy() {

@@ -6,9 +6,8 @@
 import { createBag, h } from "../dom.js";
 import { aborted, fetchTable } from "../drawers/kit.js";
 import { createMini } from "../drawers/mini.js";
+import { readScene } from "../link.js";
 import { still } from "../screen.js";
-import { order } from "../tree.js";
-import { HANGING } from "./scenes.js";
 
 const FRAME_MS = 45;
 const SPAN = { start: 0, stop: 10, step: 0.04 };
@@ -38,36 +37,19 @@ const RANK = { stuck: 0, working: 1, done: 2, away: 3 };
  * }} Wall
  */
 
-/** @param {unknown} list @param {number} n @returns {list is number[]} */
-const numbers = (list, n) =>
-  Array.isArray(list) && list.length === n && list.every((one) => Number.isFinite(one));
-
 /**
- * The start's angles from the horizontal, whichever way they are told. @param {any} initial @param
- * {number} n
+ * What can be drawn of a scene; null where it is not sound, whoever has sent it.
+ * @param {App} app @param {ClassScene | null | undefined} scene @returns {Promise<Pose | null>}
  */
-function anglesOf(initial, n) {
-  const { phi, theta, unit } = initial ?? {};
-  const given = phi ?? theta ?? Array.from({ length: n }, () => (initial ? 0 : 0));
-  if (!numbers(given, n)) return null;
-  const factor = unit === "deg" ? Math.PI / 180 : 1;
-  return given.map((angle) => angle * factor + (phi === undefined && theta ? HANGING : 0));
-}
-
-/**
- * What can be drawn of a scene; null where it is no tree in arrays. @param {ClassScene | null |
- * undefined} scene @returns {Pose | null}
- */
-export function poseOf(scene) {
-  const { length, parent, gravity = 9.81, ...more } = scene?.request?.pendulum ?? {};
-  const n = Array.isArray(parent) ? parent.length : 0;
-  if (!n || n > MOST_ARMS || !numbers(length, n)) return null;
-  // bars have no mass at their tips
-  const mass = numbers(more.mass, n) && more.mass.some(Boolean) ? more.mass : length.map(() => 1);
-  if (!parent.every((/** @type {any} */ k) => Number.isInteger(k) && k >= 0 && k <= n)) return null;
-  if (order(parent).length !== n) return null;
-  const phi = anglesOf(scene?.request.initial, n);
-  return phi && { tree: { length, mass, parent, gravity }, phi };
+export async function poseOf({ client }, scene) {
+  if (!scene) return null;
+  try {
+    const { pendulum, initial } = await readScene(scene, client);
+    if (!pendulum || !initial || pendulum.length.length > MOST_ARMS) return null;
+    return { tree: pendulum, phi: initial.phi };
+  } catch {
+    return null;
+  }
 }
 
 /**
@@ -127,13 +109,14 @@ function noteOf({ room: { say } }, { state, changed, scene }) {
 }
 
 /** @param {Wall} wall @param {Cell} cell @param {ClassScene | null} scene */
-function restage(wall, cell, scene) {
+async function restage(wall, cell, scene) {
   const key = JSON.stringify(scene);
   if (key === cell.key) return;
   cell.key = key;
   cell.scene = scene;
   cell.motion = null;
-  const pose = poseOf(scene);
+  const pose = await poseOf(wall.room.app, scene);
+  if (cell.key !== key) return;
   const same = JSON.stringify(pose?.tree) === JSON.stringify(cell.pose?.tree);
   cell.pose = pose;
   cell.wants = pose !== null;
@@ -144,6 +127,7 @@ function restage(wall, cell, scene) {
     cell.canvas = canvas;
   }
   drawCell(wall, cell);
+  loadNext(wall);
 }
 
 /** @param {Wall} wall @param {number} number @returns {Cell} */
