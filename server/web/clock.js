@@ -124,6 +124,11 @@ export function createClock() {
       works.goal = time;
       works.last = 0;
     },
+    /** The same instant has another number: what follows counts from so many seconds on. */
+    shift(seconds) {
+      clock.time = Math.max(0, clock.time - seconds);
+      works.goal = 0;
+    },
     setSpeed(speed) {
       clock.speed = speed;
       tell(works);

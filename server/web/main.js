@@ -11,6 +11,7 @@ import * as files from "./files.js";
 import { mountHeader } from "./header.js";
 import { keep } from "./keep.js";
 import { readLink } from "./link.js";
+import { createLive } from "./live.js";
 import { createMotion } from "./motion.js";
 import { followForces } from "./preview.js";
 import { enterRoom } from "./room.js";
@@ -80,6 +81,7 @@ const parts = {
 
 const app = /** @type {App} */ (/** @type {unknown} */ (parts));
 app.edits = createEdits(app);
+app.live = createLive(app);
 followForces(app);
 
 /** @param {string} direction @param {string | null} label */

@@ -12,12 +12,15 @@ import { addRows, beginTrack, createGhost, createTrack, instantOf } from "./trac
 const HORIZON_SAMPLES = 401;
 
 /**
- * What loads: the motion that it keeps up to date, who listens, and what is under way.
+ * What loads: the motion that it keeps up to date, who listens, and what is under way; row: the
+ * sample from which the next motion goes on, -1: from its own start; coming: a motion that takes
+ * over when the clock is there.
  * @typedef {{
  *   store: Store, client: Client, clock: Clock, motion: Motion,
  *   listeners: Set<(motion: Motion, what: string) => unknown>,
  *   stop: AbortController | null, stopGhosts: AbortController | null,
  *   held: boolean, waiting: boolean, first: typeof early | null,
+ *   row: number, coming: {track: Track, at: number} | null,
  * }} Loader
  */
 
@@ -112,6 +115,10 @@ function fail(loader, error) {
   if (!(error instanceof Failure)) throw error;
   loader.motion.loading = false;
   loader.motion.failure = error;
+  if (loader.coming) {
+    loader.coming = null;
+    extend(loader);
+  }
   tell(loader, "failure");
 }
 
@@ -129,6 +136,7 @@ async function load(loader) {
   const before = motion.track.doc;
   const sameStart = before.pendulum === doc.pendulum && before.initial === doc.initial;
   loader.waiting = false;
+  loader.coming = null;
   renew(loader);
   motion.loading = true;
   clock.restart(sameStart ? clock.time : 0);
@@ -168,6 +176,7 @@ async function loadGhosts(loader, doc) {
 function wait(loader, doc) {
   loader.stop?.abort();
   loader.waiting = true;
+  loader.coming = null;
   renew(loader);
   loader.motion.ghosts = doc.ghosts.map((ghost) => createGhost(doc, ghost));
   loader.clock.restart(0);
@@ -175,10 +184,75 @@ function wait(loader, doc) {
   tell(loader, "begin");
 }
 
+/**
+ * What is coming becomes the current track, once it has begun to arrive and the clock is there.
+ * @param {Loader} loader
+ */
+function takeOver(loader) {
+  const { coming, motion, clock } = loader;
+  if (!coming?.track.count) return;
+  if (clock.playing && clock.time < coming.at - 1e-9) return;
+  loader.coming = null;
+  motion.track = coming.track;
+  motion.stats = null;
+  clock.shift(coming.at);
+  extend(loader);
+  tell(loader, "begin");
+  tell(loader, "rows");
+  loadGhosts(loader, motion.doc);
+  if (motion.complete) finish(loader);
+}
+
+/** The motion that has taken over is whole. @param {Loader} loader */
+async function finish(loader) {
+  const { motion, stop } = loader;
+  const signal = /** @type {AbortController} */ (stop).signal;
+  motion.loading = false;
+  tell(loader, "complete");
+  try {
+    await fetchStats(loader, motion.doc, signal);
+  } catch (error) {
+    fail(loader, error);
+  }
+}
+
+/**
+ * Loads the document's motion as the one that goes on from a sample of this one, which is seen
+ * meanwhile.
+ * @param {Loader} loader @param {number} row
+ */
+async function proceed(loader, row) {
+  const { store, motion, clock } = loader;
+  loader.stop?.abort();
+  loader.stop = new AbortController();
+  const { signal } = loader.stop;
+  const doc = store.get();
+  const track = createTrack(doc, doc.initial);
+  const at = row * motion.track.doc.span.step;
+  loader.coming = { track, at };
+  motion.loading = true;
+  motion.failure = null;
+  clock.extent(at, clock.duration, false);
+  try {
+    await fetchTrack(loader, track, signal, () => {
+      if (signal.aborted) return;
+      if (loader.coming) return takeOver(loader);
+      extend(loader);
+      tell(loader, "rows");
+    });
+    if (motion.track === track && motion.loading) await finish(loader);
+  } catch (error) {
+    fail(loader, error);
+  }
+}
+
 /** @param {Loader} loader @param {Doc} doc @param {Doc} before */
 function follow(loader, doc, before) {
+  const { row } = loader;
+  loader.row = -1;
   if (!sameMotion(doc, before)) {
     if (loader.held) wait(loader, doc);
+    else if (row >= 0) proceed(loader, row);
     else load(loader);
   } else if (doc.ghosts !== before.ghosts) {
     loadGhosts(loader, doc);
@@ -226,6 +300,13 @@ const verbs = (loader) => ({
   hold() {
     loader.held = true;
   },
+  /**
+   * The document's next change goes on from a sample of this motion, which is shown until then.
+   * @param {number} row
+   */
+  proceed(row) {
+    loader.row = row;
+  },
   /** The forces of the start, known before its motion. @param {ArrayLike<number>} lambda */
   foresee(lambda) {
     const { track } = loader.motion;
@@ -269,7 +350,15 @@ export function createMotion({ store, client, clock }) {
     failure: null,
     complaint: null,
   };
-  const state = { stop: null, stopGhosts: null, held: false, waiting: false, first: early };
+  const state = {
+    stop: null,
+    stopGhosts: null,
+    held: false,
+    waiting: false,
+    first: early,
+    row: -1,
+    coming: null,
+  };
   const motion = /** @type {Motion} */ (/** @type {unknown} */ (first));
   /** @type {Loader} */
   const loader = { store, client, clock, motion, listeners: new Set(), ...state };
@@ -277,5 +366,6 @@ export function createMotion({ store, client, clock }) {
     Object.defineProperties(motion, Object.getOwnPropertyDescriptors(part));
   }
   store.subscribe((next, before) => follow(loader, next, before));
+  clock.subscribe(() => loader.coming && takeOver(loader));
   return motion;
 }

@@ -12,6 +12,7 @@ import { mountHands } from "./hands.js";
 import { mountLegend } from "./legend.js";
 import { mountNotices } from "./notices.js";
 import * as paint from "./paint.js";
+import { paintOver, paintUnder } from "./paint_real.js";
 import { readColours } from "./palette.js";
 import { bare, fineness, still } from "./screen.js";
 import { anglesAt, valuesAt } from "./track.js";
@@ -149,10 +150,12 @@ function drawPendulum(stage) {
     look,
     until === undefined ? Infinity : until / motion.track.doc.span.step,
   );
+  paintUnder(painter, look);
   paint.paintPivot(painter, look);
   if (look.shape.tree.at) paint.paintBrackets(painter, look);
   paint.paintArms(painter, look);
   paint.paintTips(painter, look);
+  paintOver(painter, look);
   if (store.get().view.arrows) paint.paintArrows(painter, look);
 }
 

@@ -36,6 +36,7 @@ export const PAPER = {
 /** What can lie open beside the stage (view.drawer). */
 export const DRAWERS = [
   "presets",
+  "physics",
   "plots",
   "modes",
   "compare",

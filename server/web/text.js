@@ -52,6 +52,10 @@ export function createText() {
     const plain = typed.trim().replace("\u2212", "-").replace(",", ".");
     return plain === "" ? NaN : Number(plain);
   };
+  /** Words that come with a part of the page, by language. */
+  text.teach = (more) => {
+    for (const [language, list] of Object.entries(more)) Object.assign(WORDS[language], list);
+  };
   /** Changes the language, keeps the choice. */
   text.use = (language = wanted(), keep = false) => {
     words = WORDS[language];

@@ -218,6 +218,7 @@ interface Motion {
   readonly held: boolean;
   at(time: number): Instant;
   hold(): void;
+  proceed(row: number): void;
   foresee(lambda: ArrayLike<number>): void;
   release(): void;
   reload(): Promise<void>;
@@ -241,6 +242,7 @@ interface Clock {
   seek(time: number): void;
   extent(available: number, duration: number, complete: boolean): void;
   restart(time?: number): void;
+  shift(seconds: number): void;
   setSpeed(speed: number): void;
   setLoop(loop: boolean): void;
   subscribe(fn: (clock: Clock) => unknown): End;
@@ -293,6 +295,7 @@ interface Text {
   short(value: number, digits?: number): string;
   read(typed: string): number;
   use(language?: string, keep?: boolean): void;
+  teach(more: Record<string, Record<string, string>>): void;
 }
 
 interface Edits {
@@ -313,6 +316,12 @@ interface Edits {
   trail(arm: number): void;
   select(arm: number): void;
   begin(): void;
+}
+
+/** Changes of the pendulum while it moves (live.js). */
+interface Live {
+  change(name: string, change: (tree: Tree, time: number) => Tree): void;
+  waiting(): number;
 }
 
 interface Theme {
@@ -337,6 +346,7 @@ interface App {
   theme: Theme;
   files: Files;
   edits: Edits;
+  live: Live;
   announce(words: string): void;
   complain(words: string): void;
   undo(): void;

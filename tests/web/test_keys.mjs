@@ -72,7 +72,7 @@ export async function an_example_is_chosen_and_played_by_keys(rig) {
   await page.waitForSelector('[data-preset="thor"]:not([disabled])');
   await tabTo(page, '[data-tab="presets"]');
   await page.keyboard.press("ArrowDown");
-  assert.equal(await page.evaluate(() => document.activeElement.dataset.tab), "plots");
+  assert.equal(await page.evaluate(() => document.activeElement.dataset.tab), "physics");
   await page.keyboard.press("ArrowUp");
   await tabTo(page, '[data-preset="thor"]');
   await page.keyboard.press("Enter");

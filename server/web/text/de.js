@@ -16,6 +16,7 @@ export default {
 
   drawers: "Werkzeuge",
   "drawer.presets": "Beispiele",
+  "drawer.physics": "Physik",
   "drawer.plots": "Kurven",
   "drawer.modes": "Moden",
   "drawer.compare": "Vergleich",
@@ -416,6 +417,7 @@ export default {
   "step.turn": "Drehen eines Arms",
   "step.spin": "Startdrehung",
   "step.length": "Länge",
+  "step.physics": "Physik",
   "step.gravity": "Schwerkraft",
   "step.mass": "Masse",
   "step.add": "Anhängen eines Arms",

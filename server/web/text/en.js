@@ -17,6 +17,7 @@ export default {
 
   drawers: "Tools",
   "drawer.presets": "Examples",
+  "drawer.physics": "Physics",
   "drawer.plots": "Plots",
   "drawer.modes": "Modes",
   "drawer.compare": "Compare",
@@ -414,6 +415,7 @@ export default {
   "step.turn": "turning an arm",
   "step.spin": "start rate",
   "step.length": "length",
+  "step.physics": "physics",
   "step.gravity": "gravity",
   "step.mass": "mass",
   "step.add": "adding an arm",

@@ -1,0 +1,224 @@
+// Physics: sliders that change the pendulum while it moves; what they show is what is asked of the server and what it answers.
+
+import assert from "node:assert/strict";
+import { violations } from "./axe.mjs";
+import { openDrawer } from "./drawers.mjs";
+import { close, drawn, moving } from "./rig.mjs";
+import de from "../../server/web/text/physics_de.js";
+import en from "../../server/web/text/physics_en.js";
+
+const TURN = 2 * Math.PI;
+const doc = (page) => page.evaluate(() => pendulumd.store.get());
+/** Until nothing waits and the motion is the document's. */
+const settled = (page) => page.waitForFunction(() => !pendulumd.live.waiting() && !pendulumd.motion.loading && pendulumd.motion.complete
+  && pendulumd.motion.doc === pendulumd.store.get());
+
+async function open(rig, preset, options) {
+  const page = await rig.open(options);
+  if (preset) {
+    await openDrawer(page, "presets");
+    await page.click(`[data-preset="${preset}"]`);
+    await page.waitForFunction((name) => pendulumd.store.get().preset === name && pendulumd.motion.complete, preset);
+  }
+  await openDrawer(page, "physics");
+  return page;
+}
+
+async function type(page, name, value) {
+  await page.fill(`[data-number="${name}"]`, String(value));
+  await page.press(`[data-number="${name}"]`, "Enter");
+  await settled(page);
+}
+
+/** The start of the document as the server has it for an earlier one at that time: the largest difference. */
+const startOff = (page, before) => page.evaluate(async (earlier) => {
+  const now = pendulumd.store.get();
+  const { phi, phid } = await pendulumd.client.trajectory({ pendulum: earlier.pendulum, initial: earlier.initial, output: ["phi", "phid"],
+    times: { start: earlier.span.start ?? 0, stop: now.span.start, step: earlier.span.step } });
+  const last = phi.length - 1;
+  return Math.max(...now.initial.phi.map((angle, k) => Math.max(Math.abs(angle - phi[last][k]), Math.abs(now.initial.phid[k] - phid[last][k]))));
+}, before);
+
+export async function a_slider_changes_the_motion_that_goes_on_from_where_it_is(rig) {
+  const page = await open(rig, "double");
+  await page.waitForFunction(() => pendulumd.clock.time > 0.5);
+  const before = await doc(page);
+  const times = await page.evaluate(async () => {
+    const slider = document.querySelector('[data-slider="damping"]');
+    const list = [];
+    const forget = pendulumd.clock.subscribe(({ time }) => list.push((pendulumd.motion.doc.span.start ?? 0) + time));
+    slider.value = 600;
+    slider.dispatchEvent(new Event("input"));
+    slider.dispatchEvent(new Event("change"));
+    while (list.at(-1) < 1.5 || pendulumd.motion.loading) await new Promise((done) => { setTimeout(done, 30); });
+    forget();
+    return list;
+  });
+  const after = await doc(page);
+  assert.ok(after.pendulum.damping.every((c) => c > 0) && after.span.start > 0.5);
+  assert.ok(await startOff(page, before) < 1e-9, "it goes on from the state of that time");
+  const back = times.filter((time, i) => i && time < times[i - 1] - 1e-9);
+  assert.deepEqual(back, [], "time does not go back");
+  const most = Math.max(...times.map((time, i) => (i ? time - times[i - 1] : 0)));
+  assert.ok(most < 0.11, `time goes on by at most a frame, not by ${most} s`);
+  await page.keyboard.press("Control+z");
+  assert.deepEqual((await doc(page)).pendulum, before.pendulum, "one hand's way is one step");
+  assert.deepEqual((await doc(page)).initial, before.initial);
+  await close(page);
+}
+
+export async function a_drag_asks_seldom_and_ends_with_what_the_slider_shows(rig) {
+  const page = await open(rig, "double");
+  let asked = 0;
+  page.on("request", (one) => { asked += one.url().endsWith("/v1/trajectories"); });
+  const took = await page.evaluate(async () => {
+    const slider = document.querySelector('[data-slider="dry"]');
+    const begun = performance.now();
+    for (let i = 1; i <= 120; i++) {
+      slider.value = 5 * i;
+      slider.dispatchEvent(new Event("input"));
+      await new Promise((done) => { setTimeout(done, 8); });
+    }
+    slider.dispatchEvent(new Event("change"));
+    return performance.now() - begun;
+  });
+  await settled(page);
+  assert.ok(asked >= 2 && asked <= took / 120 + 3, `${asked} requests in ${Math.round(took)} ms`);
+  const { pendulum } = await doc(page);
+  const shown = Number(await page.inputValue('[data-number="dry"]'));
+  assert.deepEqual(pendulum.friction, [{ torque: shown, speed: 0.05 }, { torque: shown, speed: 0.05 }]);
+  assert.ok(shown > 0);
+  await close(page);
+  return `${asked} requests in ${Math.round(took)} ms of dragging`;
+}
+
+/** What each number that is typed becomes in the pendulum, and that the server's motion of it is what the page has. */
+export async function every_number_is_the_request_s_and_the_motion_the_server_s(rig) {
+  const page = await open(rig, "double");
+  await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(0); });
+  await page.selectOption("[data-scope]", "2");
+  const typed = { gravity: 1.62, damping: 0.3, dry: 0.2, drag: 0.1, quadratic: 0.4, everywhere: 0.05, stiffness: 3, rest: 30, rod: 0.7, tip: 0.2,
+    motor: 1.5, motorRate: 0.5, constant: -0.25, up: 0.1, upRate: 2, aside: 0.05, asideRate: 3 };
+  for (const [name, value] of Object.entries(typed)) await type(page, name, value);
+  const { pendulum } = await doc(page);
+  assert.deepEqual({ ...pendulum, rest: null }, { length: [1, 1], mass: [1, 0.2], parent: [0, 1], gravity: 1.62, damping: [null, 0.3],
+    friction: [null, { torque: 0.2, speed: 0.05 }], drag: [null, { linear: 0.1, quadratic: 0.4 }], drag_per_mass: 0.05, stiffness: [null, 3], rest: null,
+    rod: [null, 0.7], torque: [null, { constant: -0.25, harmonics: [{ amplitude: 1.5, omega: 0.5 * TURN, phase: 0 }] }],
+    pivot: { x: { harmonics: [{ amplitude: 0.05, omega: 3 * TURN, phase: 0 }] }, y: { harmonics: [{ amplitude: 0.1, omega: 2 * TURN, phase: 0 }] } } });
+  assert.ok(Math.abs(pendulum.rest[1] - Math.PI / 6) < 1e-15);
+  for (const [name, value] of Object.entries(typed)) assert.equal(Number((await page.inputValue(`[data-number="${name}"]`)).replace("\u2212", "-")), value, name);
+  const off = await page.evaluate(async () => {
+    const { store, client, motion } = pendulumd;
+    const { pendulum: tree, initial, span } = store.get();
+    const { phi, exchange } = await client.trajectory({ pendulum: tree, initial, times: { start: 0, stop: 2, step: span.step }, output: ["phi", "exchange"] });
+    return Math.max(...phi.map((row, i) => Math.max(...row.map((angle, k) => Math.abs(angle - motion.columns.phi[2 * i + k])),
+      Math.abs(exchange.heat[i] - motion.columns.exchange_heat[i]))));
+  });
+  assert.equal(off, 0, "to the bit");
+  await page.click("[data-clear]");
+  await settled(page);
+  assert.deepEqual((await doc(page)).pendulum, { length: [1, 1], mass: [1, 0.2], parent: [0, 1], gravity: 1.62, rod: [null, 0.7] });
+  await type(page, "rod", 0);
+  await type(page, "tip", 0);
+  assert.deepEqual((await doc(page)).pendulum.mass, [1, 0.001], "an arm has some mass");
+  await page.click('[data-place="jupiter"]');
+  await settled(page);
+  assert.equal((await doc(page)).pendulum.gravity, 24.79);
+  assert.equal(await page.getAttribute('[data-place="jupiter"]', "aria-pressed"), "true");
+  await page.fill('[data-number="damping"]', "-1");
+  await page.press('[data-number="damping"]', "Enter");
+  assert.equal(await page.getAttribute('[data-number="damping"]', "aria-invalid"), "true");
+  await close(page);
+}
+
+export async function another_frequency_in_the_midst_of_the_motion_moves_the_pivot_by_nothing(rig) {
+  const page = await open(rig, "kapitza");
+  await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(1.234); });
+  await drawn(page);
+  const pivot = () => page.evaluate(() => pendulumd.stage.tip(0));
+  const before = await pivot();
+  const { x, y } = await page.evaluate(() => pendulumd.stage.tip(1));
+  await type(page, "upRate", 25);
+  await drawn(page);
+  const after = await pivot();
+  assert.ok(Math.hypot(after.x - before.x, after.y - before.y) < 0.01, "the pivot stays");
+  const tip = await page.evaluate(() => pendulumd.stage.tip(1));
+  assert.ok(Math.hypot(tip.x - x, tip.y - y) < 0.01, "the tip stays");
+  const { span, pendulum } = await doc(page);
+  assert.equal(span.start, 1.234);
+  assert.ok(Math.abs(pendulum.pivot.y.harmonics[0].omega - 50 * Math.PI) < 1e-12);
+  await close(page);
+}
+
+/** What the bars say, J. */
+const bars = (page) => page.evaluate(() => Object.fromEntries([...document.querySelectorAll("[data-energy]")].map((row) => {
+  const [front, power = ""] = row.querySelector(".energy-value").textContent.replace(" J", "").replaceAll("\u2212", "-").split("\u00b710");
+  const digits = [...power].map((letter) => "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079".indexOf(letter));
+  return [row.dataset.energy, Number(front) * 10 ** Number(digits.map((digit) => (digit ? digit - 1 : "-")).join(""))];
+})));
+
+export async function the_bars_of_energy_are_the_server_s_and_their_balance_stays(rig) {
+  const page = await open(rig, null);
+  await page.evaluate(() => pendulumd.store.set({ ghosts: [], pendulum: { length: [0.5, 0.4], mass: [0.2, 0], parent: [0, 1], gravity: 9.81, rod: [null, 0.3],
+    damping: [0.01, 0.02], stiffness: [null, 0.6], torque: [{ constant: 0.1, harmonics: [{ amplitude: 0.5, omega: 6 }] }, null] }, initial: { phi: [-0.6, -1], phid: [0, 0] } }));
+  await settled(page);
+  const times = [0, 1.5, 6];
+  const told = await page.evaluate(async () => {
+    const { pendulum, initial, span } = pendulumd.store.get();
+    const { energy, exchange } = await pendulumd.client.trajectory({ pendulum, initial, times: { start: 0, stop: 6, step: span.step }, output: ["energy", "exchange"] });
+    return { kinetic: energy.kinetic, heat: exchange.heat, work: exchange.work };
+  });
+  const rows = [];
+  for (const time of times) {
+    await page.evaluate((t) => { pendulumd.clock.pause(); pendulumd.clock.seek(t); }, time);
+    await drawn(page);
+    const shown = await bars(page);
+    for (const [kind, values] of Object.entries(told)) {
+      const value = values[Math.round(time * 100)];
+      assert.ok(Math.abs(shown[kind] - value) <= 6e-3 * Math.abs(value), `${kind} at ${time} s: ${shown[kind]}, the server has ${value}`);
+    }
+    rows.push(shown);
+  }
+  assert.ok(rows[2].heat > rows[1].heat && rows[1].heat > 0.01 && rows.some(({ springs }) => springs > 0.01) && rows.every(({ height }) => height >= 0));
+  assert.ok(rows.every(({ balance }) => balance > 0.1 && balance === rows[0].balance), JSON.stringify(rows));
+  await close(page);
+}
+
+export async function sliders_obey_keys_and_axe_finds_nothing_in_light_dark_and_on_a_phone(rig) {
+  for (const [name, options] of Object.entries({ light: { height: 1000 }, dark: { height: 1000, dark: true, language: "de" }, phone: { width: 390, height: 844, touch: true } })) {
+    const page = await open(rig, name === "phone" ? null : "coupled", options);
+    await page.evaluate(() => pendulumd.clock.pause());
+    await page.focus('[data-slider="damping"]');
+    for (let i = 0; i < 3; i++) await page.keyboard.press("ArrowRight");
+    await settled(page);
+    const { pendulum } = await doc(page);
+    assert.ok(pendulum.damping?.[0] > 0, "a key moves the slider");
+    const said = await page.getAttribute('[data-slider="damping"]', "aria-valuetext");
+    assert.match(said, /N·m·s$/);
+    await page.evaluate(() => document.querySelector('[data-drawer="physics"]').scrollIntoView({ block: "start" }));
+    await drawn(page);
+    await rig.shot(page, `physics-${name}`);
+    assert.deepEqual(await violations(page, { context: { include: ['[data-drawer="physics"]'] } }), [], name);
+    const wide = await page.evaluate(() => document.querySelector('[data-drawer="physics"]').scrollWidth - document.querySelector('[data-drawer="physics"]').clientWidth);
+    assert.ok(wide <= 0, `${name}: ${wide} pixels too wide`);
+    await close(page);
+  }
+}
+
+export async function both_languages_have_the_words_of_physics() {
+  const holes = (words) => (words.match(/\{\w+\}/g) ?? []).sort().join();
+  assert.deepEqual(Object.keys(de), Object.keys(en));
+  for (const key of Object.keys(en)) assert.equal(holes(de[key]), holes(en[key]), key);
+}
+
+export async function a_change_that_the_server_refuses_is_said_and_can_be_undone(rig) {
+  const page = await open(rig, "single");
+  await page.evaluate(() => pendulumd.live.change("bad", (tree) => ({ ...tree, damping: [-1] })));
+  page.forgiven.push(/422/);
+  await page.waitForSelector(".notice.bad:not([hidden])");
+  await page.evaluate(() => pendulumd.undo());
+  await moving(page);
+  await settled(page);
+  assert.equal(await page.evaluate(() => pendulumd.motion.failure), null);
+  await close(page);
+}
