@@ -98,17 +98,6 @@ static void read_trust(struct trajectory *trajectory, const struct api_value *ro
     trajectory->trust_tolerance = kind == API_BOOL && value != 0 ? usual : value;
 }
 
-/* work and heat are known by some methods only, of pendulums that have either */
-static void check_exchange(const struct trajectory *trajectory, const struct api_value *output,
-                           struct api_problem *problem) {
-    const struct pend_method *method = trajectory->method.method;
-    const struct pend_loads *loads = &trajectory->tree.loads;
-    if (!method || method->exchange || !api_outputs_exchange(&trajectory->outputs)) return;
-    if (loads->terms && !pend_terms_conserve(loads->terms, loads->value))
-        api_value_fault(output, problem,
-                        "\"exchange\", work and heat, is known by method taylor only");
-}
-
 /* reads by what is differentiated; derivatives go with the method that has them */
 static enum pend_status trajectory_read_derived(struct trajectory *trajectory,
                                                 const struct api_value *root,
@@ -144,7 +133,6 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
     trajectory->table.digits = (int)rounded;
     read_trust(trajectory, root, problem);
     PEND_TRY(trajectory_read_derived(trajectory, root, problem));
-    check_exchange(trajectory, &output, problem);
     refuse_future(root, problem);
     return problem->status ? PEND_INVALID : PEND_OK;
 }
@@ -255,8 +243,7 @@ static void trajectory_tell(struct trajectory *trajectory, const struct api_turn
     api_stats_whole(figures, "steps", stats.steps);
     api_stats_whole(figures, "rejected", stats.rejected);
     api_stats_whole(figures, "evaluations", stats.evaluations);
-    // not a number where the method does not know what drives and friction change
-    if (!isnan(stats.energy_drift)) api_stats_number(figures, "energy_drift", stats.energy_drift);
+    api_stats_number(figures, "energy_drift", stats.energy_drift);
     trajectory_tell_horizon(trajectory, stats.horizon);
     trajectory_tell_doubts(trajectory, stats.energy_drift);
     if (trajectory->trust_tolerance > 0)

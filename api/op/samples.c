@@ -100,12 +100,6 @@ void api_outputs_read(struct api_outputs *outputs, const struct api_value *value
     if (outputs_usual(outputs)) api_value_usual(value);
 }
 
-int api_outputs_exchange(const struct api_outputs *outputs) {
-    for (int i = 0; i < outputs->count; i++)
-        if (output_table[outputs->output[i]].source[0] == WORK) return 1;
-    return 0;
-}
-
 /* columns */
 
 void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_table *table) {
@@ -118,6 +112,13 @@ void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_ta
             api_table_add(table, output_table[output].name, output_table[output].part[p],
                           source_width(output_table[output].source[p], n));
     }
+}
+
+/* work and heat are wanted */
+static int outputs_exchange(const struct api_outputs *outputs) {
+    for (int i = 0; i < outputs->count; i++)
+        if (output_table[outputs->output[i]].source[0] == WORK) return 1;
+    return 0;
 }
 
 void api_outputs_derived(const struct api_outputs *outputs, const struct api_value *value,
@@ -138,7 +139,7 @@ void api_outputs_derived(const struct api_outputs *outputs, const struct api_val
                                       [KINETIC] = PEND_DERIVED_KINETIC,
                                       [POTENTIAL] = PEND_DERIVED_POTENTIAL,
                                       [TOTAL] = API_DERIVED_TOTAL};
-    if (api_outputs_exchange(outputs))
+    if (outputs_exchange(outputs))
         api_value_fault(value, problem, "of \"exchange\" are not known: leave out one of the two");
     for (int i = 0; i < outputs->count; i++) {
         int output = outputs->output[i];

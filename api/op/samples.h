@@ -25,9 +25,6 @@ struct api_outputs {
 void api_outputs_read(struct api_outputs *outputs, const struct api_value *value,
                       struct api_problem *problem);
 
-/** Non-zero if the work of drives and the heat of friction are among the outputs. O(1). */
-int api_outputs_exchange(const struct api_outputs *outputs);
-
 /** Sets the columns of the outputs for n arms, t first; the rest of the table is unchanged. */
 void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_table *table);
 

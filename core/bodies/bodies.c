@@ -72,9 +72,10 @@ static void bodies_rail(const struct bodies_system *s, const struct bodies_force
     if (forces->tip_across) forces->tip_across[0] = across;
 }
 
-void pend_bodies_at(const struct pend_tree *tree, const struct pend_loads *loads,
-                    const struct bodies_state *state, void *work, double acc[],
-                    const struct bodies_forces *forces) {
+/* the system at a state, to order 1 in seconds */
+static struct bodies_system bodies_expand(const struct pend_tree *tree,
+                                          const struct pend_loads *loads,
+                                          const struct bodies_state *state, void *work) {
     struct bodies_system s;
     size_t series = bodies_series(tree->n, 1),
            own = pend_bodies_system_bytes(tree, loads->terms, 1);
@@ -83,6 +84,21 @@ void pend_bodies_at(const struct pend_tree *tree, const struct pend_loads *loads
     s.force = s.rate + series, s.turn_re = s.rate + 2 * series, s.turn_im = s.rate + 3 * series;
     memset(s.rate, 0, 4 * series * sizeof(double));
     pend_kernel_bodies()->orders(&s, state, loads->gravity, 1, 1);
+    return s;
+}
+
+void pend_bodies_power_at(const struct pend_tree *tree, const struct pend_loads *loads,
+                          const struct bodies_state *state, void *work, double acc[], double *given,
+                          double *lost) {
+    struct bodies_system s = bodies_expand(tree, loads, state, work);
+    pend_kernel_bodies()->power(&s, 1, 1, given, lost);
+    for (int k = 0; k < tree->n; k++) acc[k] = s.rate[bodies_row(&s, k) + s.stride];
+}
+
+void pend_bodies_at(const struct pend_tree *tree, const struct pend_loads *loads,
+                    const struct bodies_state *state, void *work, double acc[],
+                    const struct bodies_forces *forces) {
+    struct bodies_system s = bodies_expand(tree, loads, state, work);
     for (int k = 0; k < tree->n; k++) {
         size_t row = bodies_row(&s, k);
         acc[k] = s.rate[row + s.stride];

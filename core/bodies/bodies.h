@@ -42,6 +42,17 @@ void pend_bodies_at(const struct pend_tree *tree, const struct pend_loads *loads
                     const struct bodies_forces *forces);
 
 /**
+ * Angular accelerations, and the power of what changes the energy.
+ *
+ * work     as of pend_bodies_at, which has the other parameters.
+ * given    out, W: what drives do and a moving pivot does.
+ * lost     out, W: what friction and the air take.
+ */
+void pend_bodies_power_at(const struct pend_tree *tree, const struct pend_loads *loads,
+                          const struct bodies_state *state, void *work, double acc[], double *given,
+                          double *lost);
+
+/**
  * Lays a system of doubles into memory, with room for series up to an order.
  *
  * system  out: all of it, but for rate, force, turn_re and turn_im, which are series too.

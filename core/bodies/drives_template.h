@@ -254,7 +254,11 @@ static inline num bodies_product(const struct bodies_system *s, const num *a, co
     return sum;
 }
 
+#ifdef NUMBER_QUAD_DOUBLE
+enum { BODIES_ORDERS = 80 };
+#else
 enum { BODIES_ORDERS = 48 };
+#endif
 
 /* adds the power of the torques of all joints, orders 0 .. order - 1: what `torque` gives to an arm
  * less what it takes from the parent. Each arm's share is summed in the arms' order. */

@@ -321,6 +321,12 @@ void pend_extended_at(const struct pend_extended *e, int lane, int count, const 
     }
 }
 
+double pend_extended_power(const struct pend_extended *e, int lane, double work[], double heat[]) {
+    assert(extended_valid(e) && e->lanes.terms && e->seat[lane].steps > 0);
+    e->kernel->power(&e->lanes, lane, e->seat[lane].unit, work, heat);
+    return e->seat[lane].unit;
+}
+
 /* ---- many members */
 
 /* puts the next member into a lane, unless no member is left */

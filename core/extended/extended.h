@@ -110,6 +110,14 @@ void pend_extended_at(const struct pend_extended *extended, int lane, int count,
                       const struct pend_extended_state *to, double acc[], double force[]);
 
 /**
+ * The power of drives, and what friction and the air take, in a lane's last step, of a real
+ * pendulum: series about the step's start in x = (t - its start) / unit, pend_extended_order
+ * coefficients each, J times unit^2, rounded to doubles. Returns the unit, s. O(n order^2).
+ */
+double pend_extended_power(const struct pend_extended *extended, int lane, double work[],
+                           double heat[]);
+
+/**
  * Many trajectories, as pend_ensemble_run: a lane whose member has ended takes the next member.
  * Only the duration ends a member.
  *

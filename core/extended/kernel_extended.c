@@ -263,9 +263,20 @@ static void extended_values(const struct extended_lanes *lanes, int lane, double
     }
 }
 
+static void extended_power(const struct extended_lanes *lanes, int lane, double unit, double work[],
+                           double heat[]) {
+    struct jets_system s = extended_view(lanes);
+    struct bodies_system b = extended_real(lanes, &s);
+    num given[BODIES_ORDERS], lost[BODIES_ORDERS];
+    bodies_power(&b, num_of(unit), lanes->order, given, lost);
+    for (int j = 0; j < lanes->order; j++)
+        work[j] = given[j].high[lane], heat[j] = lost[j].high[lane];
+}
+
 const struct extended_kernel KERNEL_NAME(pend_kernel_extended_) = {
     .width = WIDE,
     .series_count = extended_series_count,
     .step = extended_step,
     .values = extended_values,
+    .power = extended_power,
 };

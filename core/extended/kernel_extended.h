@@ -60,6 +60,15 @@ struct extended_kernel {
      */
     void (*values)(const struct extended_lanes *lanes, int lane, double unit, int count,
                    const double t[], const struct extended_values *to);
+    /**
+     * The power of drives, and what friction and the air take, of one lane of a real pendulum as
+     * series about the start of the step just taken: `order` coefficients each, J times unit^2,
+     * rounded.
+     *
+     * unit  s, of that step.
+     */
+    void (*power)(const struct extended_lanes *lanes, int lane, double unit, double work[],
+                  double heat[]);
 };
 
 extern const struct extended_kernel pend_kernel_extended_base;

@@ -314,9 +314,18 @@ static void quad_at(const struct quad_series *q, double time, double t,
     }
 }
 
+static void quad_power(const struct quad_series *q, double work[], double heat[]) {
+    struct jets_system s = quad_view(q);
+    struct bodies_system b = quad_real(q, &s);
+    num given[BODIES_ORDERS], lost[BODIES_ORDERS];
+    bodies_power(&b, num_of(q->unit), q->order, given, lost);
+    for (int j = 0; j < q->order; j++) work[j] = given[j].part[0], heat[j] = lost[j].part[0];
+}
+
 const struct quad_kernel KERNEL_NAME(pend_kernel_quad_) = {
     .count = quad_count,
     .expand = quad_expand,
     .advance = quad_advance,
     .values = quad_at,
+    .power = quad_power,
 };

@@ -39,6 +39,9 @@ struct quad_kernel {
     /** Values at an instant t of a step that begins at `time`, rounded. */
     void (*values)(const struct quad_series *series, double time, double t,
                    const struct quad_values *values);
+    /** The power of drives, and what friction and the air take, of a real pendulum, as series about
+     * the start: `order` coefficients each, J times unit^2, rounded. */
+    void (*power)(const struct quad_series *series, double work[], double heat[]);
 };
 
 extern const struct quad_kernel pend_kernel_quad_base;

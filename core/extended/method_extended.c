@@ -2,11 +2,13 @@
  * doubles at its interface.
  * Leaves to others: the series, their steps and sums (extended), the time loop (run).
  * Invariant: instants and steps are doubles taken as exact; a step allocates nothing. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/extended/extended.h"
+#include "core/integrate/exchange.h"
 #include "core/integrate/method.h"
 #include "core/tree/turns.h"
 
@@ -14,6 +16,9 @@ struct extended_stepper {
     struct pend_extended *extended;
     int n;
     long steps;
+    int gives;     /* the work of drives and the heat of friction are added up */
+    double before; /* s, the start of the last step */
+    struct pend_exchange exchange;
 };
 
 static void extended_stepper_close(void **stepper) {
@@ -44,17 +49,32 @@ static enum pend_status extended_stepper_open(void **stepper, const struct pend_
     double span = pend_times_at(times, times->count - 1) - pend_times_at(times, 0);
     pend_extended_start(x->extended, 0, &problem->loads, &start, pend_times_at(times, 0), span);
     x->n = problem->tree->n;
+    x->gives =
+        problem->loads.terms && !pend_terms_conserve(problem->loads.terms, problem->loads.value);
+    x->exchange.order = pend_extended_order(x->extended);
+    assert(x->exchange.order <= PEND_EXCHANGE_ORDERS);
     *stepper = x;
     return PEND_OK;
+}
+
+/* the power of the last step, as series */
+static void extended_stepper_power(struct extended_stepper *x) {
+    struct pend_exchange *exchange = &x->exchange;
+    exchange->unit =
+        pend_extended_power(x->extended, 0, exchange->work.series, exchange->heat.series);
 }
 
 static enum pend_status extended_stepper_step(void *stepper, double limit, double *reached,
                                               struct pend_error *error) {
     struct extended_stepper *x = stepper;
     double before = pend_extended_time(x->extended, 0);
+    if (x->gives && x->steps)
+        pend_exchange_add(&x->exchange, (before - x->before) / x->exchange.unit);
+    x->before = before;
     pend_extended_stop(x->extended, 0, limit);
     pend_extended_step(x->extended);
     x->steps++;
+    if (x->gives) extended_stepper_power(x);
     *reached = pend_extended_time(x->extended, 0);
     if (pend_extended_lane(x->extended, 0) != PEND_EXTENDED_FAILED) return PEND_OK;
     if (*reached == before)
@@ -76,6 +96,18 @@ static void extended_stepper_at(void *stepper, const double t[], int count,
         points->theta[i] = pend_turns_theta(points->phi[i], points->theta[i]);
 }
 
+static void extended_stepper_exchange(const void *stepper, const double t[], int count,
+                                      double work[], double heat[]) {
+    const struct extended_stepper *x = stepper;
+    for (int i = 0; i < count; i++) {
+        work[i] = heat[i] = 0;
+        if (!x->gives) continue;
+        double part = (t[i] - x->before) / x->exchange.unit;
+        work[i] = pend_given_at(&x->exchange, &x->exchange.work, part);
+        heat[i] = pend_given_at(&x->exchange, &x->exchange.heat, part);
+    }
+}
+
 static struct pend_stepper_counts extended_stepper_counts(const void *stepper) {
     const struct extended_stepper *x = stepper;
     return (struct pend_stepper_counts){.steps = x->steps,
@@ -86,6 +118,11 @@ static void extended_stepper_carry(void *stepper, struct pend_checkpoint *checkp
     struct extended_stepper *x = stepper;
     pend_checkpoint_counts(checkpoint, &x->steps, 1);
     pend_extended_carry(x->extended, checkpoint);
+    if (!x->gives) return;
+    pend_checkpoint_row(checkpoint, &x->before, 1);
+    pend_exchange_carry(&x->exchange, checkpoint);
+    // the series of the last step follows from its start
+    if (pend_checkpoint_puts(checkpoint) && x->steps) extended_stepper_power(x);
 }
 
 const struct pend_method pend_method_taylor_extended = {
@@ -103,6 +140,7 @@ const struct pend_method pend_method_taylor_extended = {
     .step = extended_stepper_step,
     .at = extended_stepper_at,
     .counts = extended_stepper_counts,
+    .exchange = extended_stepper_exchange,
     .carry = extended_stepper_carry,
     .close = extended_stepper_close,
 };

@@ -2,12 +2,14 @@
  * reference for those with 32.
  * Leaves to others: the series (kernel_quad), the time loop (run).
  * Invariant: a step allocates nothing; the same bits in every instruction set. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/base/isa.h"
 #include "core/extended/kernel_quad.h"
+#include "core/integrate/exchange.h"
 #include "core/integrate/method.h"
 #include "core/taylor/taylor_order.h"
 
@@ -19,6 +21,8 @@ struct quad_stepper {
     double log_rtol, log_atol;       /* binary logarithms */
     double next_unit, time, reached; /* s: of the next step, > 0; the last step's ends */
     struct pend_stepper_counts counts;
+    int gives; /* the work of drives and the heat of friction are added up */
+    struct pend_exchange exchange;
 };
 
 static const struct quad_kernel *quad_kernel(enum pend_isa isa) {
@@ -86,6 +90,9 @@ static enum pend_status quad_stepper_open(void **stepper, const struct pend_prob
     q->series.rate = q->series.phi + row;
     q->series.phi_end = q->series.rate + row;
     q->series.rate_end = q->series.phi_end + row;
+    q->gives =
+        problem->loads.terms && !pend_terms_conserve(problem->loads.terms, problem->loads.value);
+    assert(order <= PEND_EXCHANGE_ORDERS);
     quad_stepper_fill(q->series.phi_end, problem->phi, problem->phi_low, n);
     quad_stepper_fill(q->series.rate_end, problem->rate, problem->rate_low, n);
     *stepper = q;
@@ -97,6 +104,12 @@ static void quad_stepper_close(void **stepper) {
     *stepper = NULL;
 }
 
+/* the power of the last step, as series */
+static void quad_stepper_power(struct quad_stepper *q) {
+    q->exchange.order = q->series.order, q->exchange.unit = q->series.unit;
+    q->kernel->power(&q->series, q->exchange.work.series, q->exchange.heat.series);
+}
+
 static enum pend_status quad_stepper_step(void *stepper, double limit, double *reached,
                                           struct pend_error *error) {
     struct quad_stepper *q = stepper;
@@ -104,6 +117,8 @@ static enum pend_status quad_stepper_step(void *stepper, double limit, double *r
     double *phi = s->phi, *rate = s->rate;
     s->phi = s->phi_end, s->rate = s->rate_end;
     s->phi_end = phi, s->rate_end = rate;
+    if (q->gives && q->counts.steps)
+        pend_exchange_add(&q->exchange, (q->reached - q->time) / q->exchange.unit);
     q->time = q->reached;
     s->time = q->time;
     s->unit = copysign(q->next_unit, limit - q->time);
@@ -119,6 +134,7 @@ static enum pend_status quad_stepper_step(void *stepper, double limit, double *r
                          x * s->unit);
     q->kernel->advance(s, q->time, q->reached);
     q->next_unit = exp2(floor(log2(fabs(x * s->unit))));
+    if (q->gives) quad_stepper_power(q);
     q->counts.steps++;
     *reached = q->reached;
     return PEND_OK;
@@ -138,6 +154,18 @@ static void quad_stepper_at(void *stepper, const double t[], int count,
     }
 }
 
+static void quad_stepper_exchange(const void *stepper, const double t[], int count, double work[],
+                                  double heat[]) {
+    const struct quad_stepper *q = stepper;
+    for (int i = 0; i < count; i++) {
+        work[i] = heat[i] = 0;
+        if (!q->gives) continue;
+        double x = (t[i] - q->time) / q->exchange.unit;
+        work[i] = pend_given_at(&q->exchange, &q->exchange.work, x);
+        heat[i] = pend_given_at(&q->exchange, &q->exchange.heat, x);
+    }
+}
+
 static struct pend_stepper_counts quad_stepper_counts(const void *stepper) {
     return ((const struct quad_stepper *)stepper)->counts;
 }
@@ -152,10 +180,12 @@ static void quad_stepper_carry(void *stepper, struct pend_checkpoint *checkpoint
         pend_checkpoint_row(checkpoint, numbers[i], 1);
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
         pend_checkpoint_row(checkpoint, rows[i], PARTS * (size_t)s->tree->n);
+    if (q->gives) pend_exchange_carry(&q->exchange, checkpoint);
     // the series of the last step follows from its start
     s->time = q->time;
-    if (pend_checkpoint_puts(checkpoint) && q->counts.steps)
-        q->kernel->expand(s, q->log_rtol, q->log_atol);
+    if (!pend_checkpoint_puts(checkpoint) || !q->counts.steps) return;
+    q->kernel->expand(s, q->log_rtol, q->log_atol);
+    if (q->gives) quad_stepper_power(q);
 }
 
 const struct pend_method pend_method_taylor_quad = {
@@ -173,6 +203,7 @@ const struct pend_method pend_method_taylor_quad = {
     .step = quad_stepper_step,
     .at = quad_stepper_at,
     .counts = quad_stepper_counts,
+    .exchange = quad_stepper_exchange,
     .carry = quad_stepper_carry,
     .close = quad_stepper_close,
 };

@@ -9,7 +9,9 @@
  *     P = M v + i h phi' + sum P_c,    L = conj(h) v + i J phi' + sum conj(p_c) P_c.
  * The momentum of the angle is p = Im L, and the kinetic energy has the derivative -phi' Re L by
  * the angle at fixed rates. (Re M)^-1 p are the accelerations that torques p give to a pendulum at
- * rest without gravity: the general kernel's order 0. */
+ * rest without gravity: the general kernel's order 0. A cart is an arm whose u is 1
+ * (cart_template): its place has the momentum Im L, and the kinetic energy does not depend on it.
+ */
 #ifndef PEND_CONSERVED_TEMPLATE_H
 #define PEND_CONSERVED_TEMPLATE_H
 
@@ -105,12 +107,13 @@ static void conserved_place(const struct conserved *c, const num phi[], const nu
     // pi / 2 as a sum of two
     const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54;
     for (int k = 0; k < b->n; k++) {
-        int p = b->parent[k];
+        int p = pend_terms_holder(b->terms, b->parent, k);
         num x = phi[k], y = p < 0 ? num_of(0) : phi[p], d = x - y, back = x - d;
         num rest = (low[k] - (p < 0 ? num_of(0) : low[p])) + ((x - (d + back)) + (back - y));
         num_turn(d, rest, &b->sine[k], &b->cosine[k]);
         b->bend[k] = p < 0 ? (d + quarter) + (rest + quarter_low) : d + rest;
     }
+    if (pend_terms_cart(b->terms)) bodies_cart_start(b, phi[0] + low[0]);
     bodies_factor(b);
 }
 
@@ -161,12 +164,14 @@ static void conserved_pull(const struct conserved *c, double gravity, const num 
                            const num up_re[], const num up_im[]) {
     const struct bodies_system *b = &c->body;
     int stiff = b->terms->row[PEND_TERM_STIFFNESS] >= 0;
-    for (int k = 0; k < b->n; k++) {
+    // a cart's frame does not turn
+    if (pend_terms_cart(b->terms)) c->pull[0] = -gravity * c->weight_x[0];
+    for (int k = pend_terms_cart(b->terms) ? 1 : 0; k < b->n; k++) {
         num fall = c->weight_x[k] * up_re[k] - c->weight_y[k] * up_im[k];
         c->pull[k] = -num_fma(rate[k], c->couple_x[k], gravity * fall);
     }
     for (int k = 0; k < b->n && stiff; k++) {
-        int p = b->parent[k];
+        int p = pend_terms_holder(b->terms, b->parent, k);
         num bent = b->bend[k] - bodies_get(b, PEND_TERM_REST, k);
         num torque = bodies_get(b, PEND_TERM_STIFFNESS, k) * bent;
         c->pull[k] -= torque;

@@ -138,7 +138,7 @@ struct pend_method {
     /**
      * Fills in the work of drives and the heat of friction since `open`, J, at `count` instants
      * inside the last step or at its end, as `at`; of real pendulums whose energy is not conserved.
-     * NULL if the method cannot tell.
+     * NULL for a method that takes none of these.
      */
     void (*exchange)(const void *stepper, const double t[], int count, double work[],
                      double heat[]);

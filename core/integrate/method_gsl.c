@@ -9,6 +9,7 @@
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_odeiv2.h>
 
+#include "core/bodies/bodies.h"
 #include "core/dynamics/dynamics.h"
 #include "core/integrate/method.h"
 
@@ -29,7 +30,10 @@ struct gsl_stepper {
     long rejected; /* steps before GSL's last start */
     double start;  /* s, the first instant in the request's own time */
     int n;
-    double *y; /* phi and phi' beneath each other, 2 n values; behind them 6 n of scratch */
+    int gives; /* drives and friction change the energy */
+    /* phi and phi' beneath each other, 2 n values, where something changes the energy the work and
+     * the heat so far, J, which no step depends on; behind them three times as much of scratch */
+    double *y;
     void *work;
 };
 
@@ -43,7 +47,11 @@ static int gsl_stepper_derivative(double t, const double y[], double f[], void *
     struct gsl_stepper *g = context;
     int n = g->n, bad = 0;
     memcpy(f, y + n, (size_t)n * sizeof(double));
-    pend_dynamics_at(g->tree, &g->loads, g->start + t, y, y + n, g->work, f + n, NULL);
+    struct bodies_state state = {.phi = y, .rate = y + n, .time = g->start + t};
+    if (g->gives)
+        pend_bodies_power_at(g->tree, &g->loads, &state, g->work, f + n, f + 2 * n, f + 2 * n + 1);
+    else
+        pend_dynamics_at(g->tree, &g->loads, state.time, y, y + n, g->work, f + n, NULL);
     g->counts.evaluations++;
     for (int k = 0; k < n; k++) bad |= !(fabs(f[n + k]) <= DBL_MAX);
     return bad ? GSL_EBADFUNC : GSL_SUCCESS;
@@ -61,10 +69,10 @@ static double gsl_stepper_norm(const struct gsl_stepper *g, const struct pend_pr
 }
 
 /* The first step: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.4,
- * for a method of that order; `scratch` has 6 n values. */
+ * for a method of that order; `scratch` has three times the values of y. */
 static double gsl_stepper_first_size(struct gsl_stepper *g, const struct pend_problem *problem,
                                      int order, double scratch[]) {
-    int m = 2 * g->n;
+    int m = (int)g->system.dimension;
     double *slope = scratch, *y = scratch + m, *slope_after = scratch + 2 * m;
     gsl_stepper_derivative(0, g->y, slope, g);
     double d0 = gsl_stepper_norm(g, problem, g->y), d1 = gsl_stepper_norm(g, problem, slope);
@@ -89,6 +97,7 @@ static double gsl_control_level(const struct gsl_stepper *g, double y, double sl
 static int gsl_control_adjust(void *state, size_t count, unsigned order, const double y[],
                               const double error[], const double slope[], double *size) {
     double worst = DBL_MIN, before = *size;
+    if (((const struct gsl_stepper *)state)->gives) count -= 2;
     for (size_t i = 0; i < count; i++) {
         double part = fabs(error[i]) / fabs(gsl_control_level(state, y[i], slope[i], before));
         if (part > worst) worst = part;
@@ -104,8 +113,9 @@ static int gsl_control_adjust(void *state, size_t count, unsigned order, const d
 
 static int gsl_control_errlevel(void *state, const double y, const double slope, const double size,
                                 const size_t index, double *level) {
-    (void)index;
+    const struct gsl_stepper *g = state;
     *level = gsl_control_level(state, y, slope, size);
+    if (index >= 2 * (size_t)g->n) *level = DBL_MAX; // work and heat, of whatever size
     return *level <= 0 ? GSL_ESANITY : GSL_SUCCESS;
 }
 
@@ -165,9 +175,12 @@ static enum pend_status gsl_stepper_open(void **stepper, const struct pend_probl
                                          struct pend_error *error, const gsl_odeiv2_step_type *type,
                                          int order, struct gsl_share share) {
     const struct pend_problem tight = gsl_stepper_tighten(wanted, share), *problem = &tight;
-    int n = problem->tree->n;
-    size_t head = (sizeof(struct gsl_stepper) + 63) / 64 * 64,
-           state = ((size_t)n * 8 * sizeof(double) + 63) / 64 * 64;
+    const struct pend_loads *loads = &problem->loads;
+    int n = problem->tree->n,
+        gives = loads->terms && !pend_terms_conserve(loads->terms, loads->value);
+    size_t count = 2 * (size_t)n + (gives ? 2 : 0),
+           head = (sizeof(struct gsl_stepper) + 63) / 64 * 64,
+           state = (count * 4 * sizeof(double) + 63) / 64 * 64;
     char *block = aligned_alloc(
         64, head + state + (pend_dynamics_at_bytes(problem->tree, &problem->loads) + 63) / 64 * 64);
     *stepper = NULL;
@@ -180,16 +193,18 @@ static enum pend_status gsl_stepper_open(void **stepper, const struct pend_probl
         .control = {.type = &gsl_control, .state = g},
         .atol = problem->atol,
         .rtol = problem->rtol,
-        .system = {.function = gsl_stepper_derivative, .dimension = 2 * (size_t)n, .params = g},
+        .system = {.function = gsl_stepper_derivative, .dimension = count, .params = g},
         .n = n,
+        .gives = gives,
         .start = pend_times_at(&problem->times, 0),
         .y = (double *)(block + head),
         .work = block + head + state};
+    memset(g->y, 0, count * sizeof(double));
     memcpy(g->y, problem->phi, (size_t)n * sizeof(double));
     memcpy(g->y + n, problem->rate, (size_t)n * sizeof(double));
     const struct pend_times *times = &problem->times;
     double span = pend_times_at(times, times->count - 1) - pend_times_at(times, 0);
-    g->size = copysign(gsl_stepper_first_size(g, problem, order, g->y + 2 * n), span);
+    g->size = copysign(gsl_stepper_first_size(g, problem, order, g->y + count), span);
     if (!gsl_stepper_drive(g, type)) {
         gsl_stepper_free(g);
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the steps of %d arms", n);
@@ -220,8 +235,8 @@ static int gsl_stepper_evolve(struct gsl_stepper *g, double limit) {
 /* The same; where it fails on numbers that are not finite, once more without history: GSL's
  * multistep method divides by differences that vanish where two states are all but one. */
 static int gsl_stepper_evolve_anew(struct gsl_stepper *g, double limit) {
-    double t = g->t, size = g->size, *kept = g->y + 2 * g->n;
-    size_t bytes = 2 * (size_t)g->n * sizeof(double);
+    double t = g->t, size = g->size, *kept = g->y + g->system.dimension;
+    size_t bytes = g->system.dimension * sizeof(double);
     memcpy(kept, g->y, bytes);
     int status = gsl_stepper_evolve(g, limit);
     if (status != GSL_EBADFUNC) return status;
@@ -259,12 +274,22 @@ static void gsl_stepper_at(void *stepper, const double t[], int count,
     }
 }
 
+static void gsl_stepper_exchange(const void *stepper, const double t[], int count, double work[],
+                                 double heat[]) {
+    const struct gsl_stepper *g = stepper;
+    (void)t; /* only ever the end of the last step */
+    for (int i = 0; i < count; i++) {
+        work[i] = g->gives ? g->y[2 * g->n] : 0;
+        heat[i] = g->gives ? g->y[2 * g->n + 1] : 0;
+    }
+}
+
 /* the steppers of one step keep nothing but what their driver shows: the last derivative, and
  * that there is one */
 static void gsl_stepper_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct gsl_stepper *g = stepper;
     gsl_odeiv2_evolve *e = g->driver.e;
-    size_t m = 2 * (size_t)g->n;
+    size_t m = g->system.dimension;
     long applied[] = {(long)e->count, (long)e->failed_steps};
     pend_stepper_counts_carry(&g->counts, checkpoint);
     pend_checkpoint_counts(checkpoint, &g->rejected, 1);
@@ -317,6 +342,7 @@ static enum pend_status gsl_stepper_open_msadams(void **stepper, const struct pe
         .at = gsl_stepper_at,                                                                      \
         .carry = (carry_),                                                                         \
         .counts = gsl_stepper_counts,                                                              \
+        .exchange = gsl_stepper_exchange,                                                          \
         .close = gsl_stepper_close,                                                                \
     }
 

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/bodies/bodies.h"
 #include "core/dynamics/dynamics.h"
 #include "core/integrate/method.h"
 
@@ -21,9 +22,12 @@ struct ode23 {
     double size, size_max; /* s, of the next step and of any, >= 0 */
     struct pend_stepper_counts counts;
     int n;
+    int gives;  /* drives and friction change the energy */
+    int count;  /* 2 n, and 2 more where something changes the energy */
     int matlab; /* each operation is MATLAB's */
-    double *y, *y_end,
-        *f[4]; /* phi and phi' beneath each other, 2 n values each, and their derivatives */
+    /* phi and phi' beneath each other, 2 n values each, with the work and the heat so far, J, which
+     * no step depends on; and their derivatives */
+    double *y, *y_end, *f[4];
     double *low,
         *low_end; /* what rounding has left of y and y_end; 0 where each operation is MATLAB's */
     void *work;
@@ -50,8 +54,13 @@ static const double ode23_interpolant[4][3] = {
 
 /* `time` is relative to the first instant */
 static void ode23_derivative(struct ode23 *o, double time, const double y[], double f[]) {
-    memcpy(f, y + o->n, sizeof(double) * (size_t)o->n);
-    pend_dynamics_at(o->tree, &o->loads, o->first + time, y, y + o->n, o->work, f + o->n, NULL);
+    int n = o->n;
+    struct bodies_state state = {.phi = y, .rate = y + n, .time = o->first + time};
+    memcpy(f, y + n, sizeof(double) * (size_t)n);
+    if (o->gives)
+        pend_bodies_power_at(o->tree, &o->loads, &state, o->work, f + n, f + 2 * n, f + 2 * n + 1);
+    else
+        pend_dynamics_at(o->tree, &o->loads, state.time, y, y + n, o->work, f + n, NULL);
     o->counts.evaluations++;
 }
 
@@ -78,8 +87,11 @@ static void ode23_start(struct ode23 *o, const struct pend_problem *problem) {
 
 static enum pend_status ode23_open(void **stepper, const struct pend_problem *problem,
                                    struct pend_error *error) {
-    int n = problem->tree->n;
-    size_t vector = ((size_t)n * 2 * sizeof(double) + 63) / 64 * 64,
+    const struct pend_loads *loads = &problem->loads;
+    int n = problem->tree->n,
+        gives = loads->terms && !pend_terms_conserve(loads->terms, loads->value);
+    int count = 2 * n + (gives ? 2 : 0);
+    size_t vector = ((size_t)count * sizeof(double) + 63) / 64 * 64,
            head = (sizeof(struct ode23) + 63) / 64 * 64;
     size_t work = (pend_dynamics_at_bytes(problem->tree, &problem->loads) + 63) / 64 * 64;
     char *block = aligned_alloc(64, head + ODE23_ROWS * vector + work);
@@ -93,12 +105,15 @@ static enum pend_status ode23_open(void **stepper, const struct pend_problem *pr
                         .rtol = problem->rtol,
                         .threshold = fmax(problem->atol / problem->rtol, PEND_METHOD_ATOL_LEAST),
                         .matlab = problem->rtol >= ODE23_MATLAB_RTOL,
-                        .n = n};
+                        .n = n,
+                        .gives = gives,
+                        .count = count};
     if (!o->matlab) o->rtol *= ODE23_SHARE;
     double **row[ODE23_ROWS] = {&o->y,    &o->y_end, &o->f[0], &o->f[1],
                                 &o->f[2], &o->f[3],  &o->low,  &o->low_end};
     for (size_t j = 0; j < ODE23_ROWS; j++) *row[j] = (double *)(block + head + j * vector);
     o->work = block + head + ODE23_ROWS * vector;
+    memset(o->y_end, 0, vector);
     memset(o->low, 0, vector);
     memset(o->low_end, 0, vector);
     ode23_start(o, problem);
@@ -134,7 +149,7 @@ static void ode23_sum(struct ode23 *o, int i, double change) {
  * place; where the tolerance is tighter than MATLAB's default they use end - begin, which
  * differs from `h` by a rounding of the time. */
 static void ode23_try(struct ode23 *o, double h) {
-    int m = 2 * o->n;
+    int m = o->count;
     double *y = o->y, *y_end = o->y_end, *f0 = o->f[0], *f1 = o->f[1], *f2 = o->f[2];
     if (!o->matlab) h = o->end - o->begin;
     for (int i = 0; i < m; i++) y_end[i] = y[i] + h * ode23_stage2 * f0[i];
@@ -206,20 +221,40 @@ static enum pend_status ode23_step(void *stepper, double limit, double *reached,
     return PEND_OK;
 }
 
-/* the cubic through both ends with the slopes there, as MATLAB's ntrp23 */
-static void ode23_interpolate(const struct ode23 *o, double t, double phi[], double rate[]) {
-    double s = (t - o->begin) / o->length, weight[4];
+/* the weights of the derivatives in the cubic through both ends with the slopes there, as MATLAB's
+ * ntrp23 */
+static void ode23_weigh(const struct ode23 *o, double t, double weight[4]) {
+    double s = (t - o->begin) / o->length;
     for (int j = 0; j < 4; j++) {
         const double *b = ode23_interpolant[j];
         weight[j] = o->length * (s * (b[0] + s * (b[1] + s * b[2])));
     }
-    for (int half = 0; half < 2; half++) {
-        double *out = half ? rate : phi;
-        int offset = half * o->n;
-        for (int i = 0; i < o->n; i++)
-            out[i] = o->y[offset + i] +
-                     (weight[0] * o->f[0][offset + i] + weight[1] * o->f[1][offset + i] +
-                      weight[2] * o->f[2][offset + i] + weight[3] * o->f[3][offset + i]);
+}
+
+/* component i inside the step */
+static double ode23_inside(const struct ode23 *o, const double weight[4], int i) {
+    return o->y[i] + (weight[0] * o->f[0][i] + weight[1] * o->f[1][i] + weight[2] * o->f[2][i] +
+                      weight[3] * o->f[3][i]);
+}
+
+static void ode23_interpolate(const struct ode23 *o, double t, double phi[], double rate[]) {
+    double weight[4];
+    ode23_weigh(o, t, weight);
+    for (int k = 0; k < o->n; k++) phi[k] = ode23_inside(o, weight, k);
+    for (int k = 0; k < o->n; k++) rate[k] = ode23_inside(o, weight, o->n + k);
+}
+
+static void ode23_exchange(const void *stepper, const double t[], int count, double work[],
+                           double heat[]) {
+    const struct ode23 *o = stepper;
+    double weight[4];
+    for (int i = 0; i < count; i++) {
+        int at = 2 * o->n, end = t[i] == o->end;
+        work[i] = heat[i] = 0;
+        if (!o->gives) continue;
+        ode23_weigh(o, t[i], weight);
+        work[i] = end ? o->y_end[at] : ode23_inside(o, weight, at);
+        heat[i] = end ? o->y_end[at + 1] : ode23_inside(o, weight, at + 1);
     }
 }
 
@@ -250,7 +285,7 @@ static void ode23_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
         pend_checkpoint_row(checkpoint, numbers[i], 1);
     for (size_t i = 0; i < ODE23_ROWS; i++)
-        pend_checkpoint_row(checkpoint, rows[i], 2 * (size_t)o->n);
+        pend_checkpoint_row(checkpoint, rows[i], (size_t)o->count);
 }
 
 const struct pend_method pend_method_ode23 = {
@@ -268,6 +303,7 @@ const struct pend_method pend_method_ode23 = {
     .open = ode23_open,
     .step = ode23_step,
     .at = ode23_at,
+    .exchange = ode23_exchange,
     .counts = ode23_counts,
     .carry = ode23_carry,
     .close = ode23_close,

@@ -2,6 +2,7 @@
  * trailing coefficients.
  * Leaves to others: the series (jets), the time loop (run).
  * Invariant: angles and rates are sums with compensation; a step allocates nothing. */
+#include "core/integrate/exchange.h"
 #include "core/integrate/method.h"
 
 #include <float.h>
@@ -20,13 +21,6 @@ enum { TAYLOR_STATE = 10, TAYLOR_GROUP = 64 };
 /* the shortest step, as a part of the time that is left */
 static const double TAYLOR_LEAST = 1e-14;
 
-/* What a pendulum is given or loses, J: up to the start of the last step, as a sum of two, and the
- * series of what follows, over the square of the unit and less the powers' own. */
-struct taylor_given {
-    double sum, low;
-    double series[PEND_JETS_ORDER_MAX];
-};
-
 struct taylor {
     const struct pend_tree *tree;
     struct pend_loads loads;
@@ -43,7 +37,7 @@ struct taylor {
         reached; /* s: start and end of the last step, exact: the step is what lies between */
     struct jets_state begin, end;
     int gives; /* the work of drives and the heat of friction are added up */
-    struct taylor_given work, heat;
+    struct pend_exchange exchange;
     double *hanging; /* angles of a step's begin from hanging, and zeros */
     struct pend_jets jets;
     struct pend_stepper_counts counts;
@@ -157,30 +151,10 @@ static double taylor_power_of_two(double step) {
 
 /* the power of the last expansion, as series */
 static void taylor_power(struct taylor *taylor) {
-    pend_jets_power(&taylor->jets, taylor->unit, taylor->order, taylor->work.series,
-                    taylor->heat.series);
-}
-
-/* what a series gives x units after its start, J */
-static double taylor_given(const struct taylor *taylor, const struct taylor_given *given,
-                           double x) {
-    double sum = 0, inverse = 1 / taylor->unit;
-    for (int j = taylor->order - 1; j >= 0; j--)
-        sum = sum * x + given->series[j] * taylor->jets.share[j];
-    return sum * x * (inverse * inverse);
-}
-
-/* adds the step that has ended */
-static void taylor_add(struct taylor *taylor, struct taylor_given *given, double x) {
-    double add = taylor_given(taylor, given, x) + given->low, sum = given->sum + add;
-    given->low = add - (sum - given->sum);
-    given->sum = sum;
-}
-
-static void taylor_give(struct taylor *taylor) {
-    double x = (taylor->time - taylor->before) / taylor->unit;
-    taylor_add(taylor, &taylor->work, x);
-    taylor_add(taylor, &taylor->heat, x);
+    struct pend_exchange *exchange = &taylor->exchange;
+    exchange->order = taylor->order, exchange->unit = taylor->unit;
+    pend_jets_power(&taylor->jets, taylor->unit, taylor->order, exchange->work.series,
+                    exchange->heat.series);
 }
 
 /* Gives the end of a step the energy of the start. Arms that turn like one rigid body round
@@ -211,7 +185,8 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
     taylor->before = taylor->time;
     taylor->time = taylor->reached;
     jets_state_time(&taylor->begin, taylor->start, taylor->time);
-    if (taylor->gives && taylor->counts.steps) taylor_give(taylor);
+    if (taylor->gives && taylor->counts.steps)
+        pend_exchange_add(&taylor->exchange, (taylor->time - taylor->before) / taylor->unit);
     taylor->unit = copysign(taylor->next_unit, limit - taylor->time);
     double x = taylor_expand(taylor, limit);
     if (isnan(x)) {
@@ -310,8 +285,8 @@ static void taylor_exchange(const void *stepper, const double t[], int count, do
         double x = (t[i] - taylor->time) / taylor->unit;
         work[i] = heat[i] = 0;
         if (!taylor->gives) continue;
-        work[i] = taylor->work.sum + (taylor->work.low + taylor_given(taylor, &taylor->work, x));
-        heat[i] = taylor->heat.sum + (taylor->heat.low + taylor_given(taylor, &taylor->heat, x));
+        work[i] = pend_given_at(&taylor->exchange, &taylor->exchange.work, x);
+        heat[i] = pend_given_at(&taylor->exchange, &taylor->exchange.heat, x);
     }
 }
 
@@ -343,9 +318,7 @@ static void taylor_carry(void *stepper, struct pend_checkpoint *checkpoint) {
         for (size_t j = 0; j < sizeof rows / sizeof *rows; j++)
             pend_checkpoint_row(checkpoint, rows[j], stride);
     }
-    double *given[] = {&taylor->work.sum, &taylor->work.low, &taylor->heat.sum, &taylor->heat.low};
-    for (size_t i = 0; i < sizeof given / sizeof *given && taylor->gives; i++)
-        pend_checkpoint_row(checkpoint, given[i], 1);
+    if (taylor->gives) pend_exchange_carry(&taylor->exchange, checkpoint);
     // the series of the last step follows from its start
     if (!pend_checkpoint_puts(checkpoint) || !taylor->counts.steps) return;
     jets_state_time(&taylor->begin, taylor->start, taylor->time);

@@ -140,7 +140,7 @@ static void run_start(struct pend_run *run) {
     run->scale = pend_kinematics_energy_scale_at(tree, &problem->loads, energy.kinetic);
     run->gives =
         problem->loads.terms && !pend_terms_conserve(problem->loads.terms, problem->loads.value);
-    if (run->gives && !run->method->exchange) run->drift = NAN;
+    assert(!run->gives || run->method->exchange);
 }
 
 enum pend_status pend_run_new(struct pend_run **run, const struct pend_method *method,
@@ -202,7 +202,7 @@ static void run_balance(struct pend_run *run) {
     const struct pend_problem *problem = &run->problem;
     struct run_ends *ends = &run->ends;
     size_t n = (size_t)problem->tree->n;
-    for (int i = 0; i < ends->count && !isnan(run->drift); i++) {
+    for (int i = 0; i < ends->count; i++) {
         struct pend_energy energy = pend_kinematics_energy_at(
             problem->tree, &problem->loads, ends->time[i], ends->phi + (size_t)i * n,
             ends->rate + (size_t)i * n, run->room);
@@ -242,7 +242,7 @@ static void run_note(struct pend_run *run) {
     int i = ends->count;
     ends->time[i] = run->start + run->reached;
     ends->work[i] = ends->heat[i] = 0;
-    if (run->gives && run->method->exchange)
+    if (run->gives)
         run->method->exchange(run->stepper, &run->reached, 1, &ends->work[i], &ends->heat[i]);
 }
 
@@ -390,11 +390,12 @@ enum pend_status pend_run_carry(struct pend_run *run, struct pend_checkpoint *ch
     pend_checkpoint_part(checkpoint, &run->reached, sizeof run->reached);
     pend_checkpoint_counts(checkpoint, &run->next, 1);
     pend_checkpoint_part(checkpoint, &run->drift, sizeof run->drift);
+    pend_checkpoint_part(checkpoint, &run->scale, sizeof run->scale);
     run->method->carry(run->stepper, checkpoint);
     if (run->horizon) PEND_TRY(pend_horizon_carry(run->horizon, checkpoint));
     /* a checkpoint that refused has restored only some parts, and is not whole */
     if (!pend_checkpoint_puts(checkpoint)) return PEND_OK;
     int good = run->next <= run->problem.times.count && isfinite(run->reached) &&
-               (isfinite(run->drift) || (run->gives && !run->method->exchange));
+               isfinite(run->drift) && isfinite(run->scale);
     return good ? PEND_OK : PEND_INVALID;
 }

@@ -172,10 +172,7 @@ static void run_exchange(const struct pend_run *run, int due, struct pend_sample
     for (int i = 0; i < due; i++) {
         double work = 0, heat = 0;
         int first = run->next + i == 0;
-        if (run->gives && !run->method->exchange)
-            work = heat = first ? 0 : NAN;
-        else if (run->gives && !first)
-            run->method->exchange(run->stepper, t + i, 1, &work, &heat);
+        if (run->gives && !first) run->method->exchange(run->stepper, t + i, 1, &work, &heat);
         if (samples->work) samples->work[samples->count + i] = work;
         if (samples->heat) samples->heat[samples->count + i] = heat;
     }

@@ -21,7 +21,7 @@ struct pend_samples {
     double *cart_place, *cart_speed, *cart_reaction;
     double *kinetic, *potential; /* one value a sample, J */
     double *work, *heat; /* one value a sample, J: what drives gave and friction took since the
-                            first instant; not a number where the method cannot tell */
+                            first instant */
 };
 
 #endif

@@ -11,6 +11,7 @@
 #include "core/dynamics/reference_bodies.h"
 #include "core/integrate/run.h"
 #include "tests/harness/bodies.h"
+#include "tests/harness/runs.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 
@@ -83,7 +84,7 @@ static int motion_column(const struct test_tree *t, const struct test_bodies *b,
 
 TEST(motions_of_real_pendulums_agree_with_gsl_and_keep_their_energys_balance) {
     unsigned long long seed = 7;
-    double gap = 0, drift = 0, ends = 0;
+    double gap = 0, drift = 0, ends = 0, exchange = 0;
     for (int i = 0; i < 10; i++) {
         for (int n = i < 9 ? 1 : 4; n <= 10; n += 3) {
             struct test_tree t;
@@ -98,6 +99,9 @@ TEST(motions_of_real_pendulums_agree_with_gsl_and_keep_their_energys_balance) {
             if (cart) gap = fmax(gap, test_gap(INSTANTS, taylor.cart_place, other.cart_place));
             if (cart) gap = fmax(gap, test_gap(INSTANTS, taylor.cart_speed, other.cart_speed));
             drift = fmax(drift, taylor.stats.energy_drift);
+            drift = fmax(drift, other.stats.energy_drift);
+            exchange = fmax(exchange, fabs(taylor.work[2] - other.work[2]));
+            exchange = fmax(exchange, fabs(taylor.heat[2] - other.heat[2]));
             CHECK(taylor.stats.horizon == taylor.t[INSTANTS - 1]);
             // the balance at the last sample, from the samples alone
             double scale = taylor.kinetic[0] + fabs(taylor.potential[0]) + taylor.heat[2] + 1;
@@ -110,6 +114,7 @@ TEST(motions_of_real_pendulums_agree_with_gsl_and_keep_their_energys_balance) {
     CHECK_RESIDUAL(gap, 1e-12, "angles by taylor and by rk8pd after a second");
     CHECK_RESIDUAL(drift, 4e-13, "drift of the energy's balance");
     CHECK_RESIDUAL(ends, 4e-13, "balance of the samples");
+    CHECK_RESIDUAL(exchange, 1e-11, "work and heat by taylor and by rk8pd");
 }
 
 TEST(samples_of_real_pendulums_have_the_dense_forms_forces) {
@@ -176,6 +181,43 @@ TEST(methods_without_terms_refuse_real_pendulums_in_words) {
         struct pend_error error;
         CHECK(pend_run_new(&run, pend_method_find(name[i]), &problem, &error) == PEND_INVALID);
         CHECK(strstr(error.text, "use method taylor") != NULL);
+    }
+    test_bodies_clear(&b);
+    test_tree_clear(&t);
+}
+
+/* jobs are carried from part to part: the work, the heat and the balance's drift too */
+TEST(motions_of_real_pendulums_carried_after_every_call_have_the_same_bits) {
+    const struct pend_method *method[] = {pend_method_find("taylor"),
+                                          pend_method_find("rkf45"),
+                                          pend_method_find("rk8pd"),
+                                          pend_method_find("ode23"),
+                                          pend_method_find("taylor")->extended,
+                                          &pend_method_taylor_quad};
+    unsigned long long seed = 17;
+    struct test_tree t;
+    struct test_bodies b;
+    test_tree_random(&t, TEST_TREE_LIMBS, 3, 0.3, &seed);
+    test_bodies_random(&b, t.tree, TEST_TERMS_ALL, &seed);
+    for (int i = 0; i < 6; i++) {
+        struct pend_problem problem = {.tree = t.tree,
+                                       .loads = b.loads,
+                                       .phi = t.phi,
+                                       .rate = t.rate,
+                                       .times = {.count = 9, .start = 3, .span = 1, .divisor = 8},
+                                       .rtol = i == 3  ? 1e-5
+                                               : i < 5 ? 1e-9
+                                                       : 1e-20};
+        struct test_record whole, carried;
+        if (i == 5) problem.times.span = 0.1;
+        test_record_blocks(&whole, method[i], &problem, 2, 1);
+        test_record_carried(&carried, method[i], &problem, 2, 1);
+        CHECK_SAYING(whole.status == PEND_OK && test_record_same(&whole, &carried), "%d", i);
+        CHECK_SAYING(
+            carried.stats.energy_drift == whole.stats.energy_drift && whole.stats.energy_drift > 0,
+            "%s: %g, %g", method[i]->name, carried.stats.energy_drift, whole.stats.energy_drift);
+        test_record_clear(&whole);
+        test_record_clear(&carried);
     }
     test_bodies_clear(&b);
     test_tree_clear(&t);

@@ -3,6 +3,7 @@
 #include <stdio.h>
 
 #include "tests/api/post.h"
+#include "tests/harness/requests.h"
 #include "tests/harness/test.h"
 
 static const double pi = 3.14159265358979323846;
@@ -80,15 +81,39 @@ TEST(a_bar_swings_as_a_uniform_bar_does) {
     CHECK_RESIDUAL(gap, 1e-9, "a uniform bar's small swing");
 }
 
-TEST(what_a_method_does_not_know_of_the_energy_is_left_out) {
-    struct test_reply reply =
-        test_post(API_OP_TRAJECTORIES,
-                  "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[0.3]},"
-                  "\"times\":[0,1],\"method\":\"rkf45\"}");
-    CHECK_INT(reply.status, 200);
-    CHECK(isnan(test_reply_number(&reply, "/stats/energy_drift")));
-    CHECK(test_reply_number(&reply, "/stats/horizon") >= 0);
-    test_reply_free(&reply);
+/* heat is what is lost: each method as near as its tolerance */
+TEST(every_method_knows_work_and_heat_and_the_balance_is_its_check) {
+    static const struct {
+        const char *method;
+        double gap, drift;
+    } of[] = {{"\"method\":\"rkf45\"", 1e-7, 1e-7},
+              {"\"method\":\"rk8pd\"", 1e-7, 1e-7},
+              {"\"method\":\"msadams\"", 1e-6, 1e-6},
+              {"\"method\":\"ode23\",\"rtol\":1e-7", 1e-5, 1e-5},
+              {"\"precision\":\"extended\"", 1e-9, 1e-14},
+              {"\"precision\":\"quad\"", 1e-9, 1e-14},
+              {"\"rtol\":1e-15", 0, 1e-13}};
+    double work = NAN, heat = NAN;
+    for (int i = 6; i >= 0; i--) {
+        char body[900];
+        snprintf(body, sizeof body,
+                 "{" TEST_REAL_TREE
+                 ",\"initial\":{\"theta\":[1,2]},\"times\":{\"start\":1,\"stop\":"
+                 "1.4,\"count\":9},\"output\":[\"exchange\"],%s}",
+                 of[i].method);
+        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        CHECK_INT(reply.status, 200);
+        double given = test_reply_number(&reply, "/exchange/work/7"),
+               lost = test_reply_number(&reply, "/exchange/heat/7"),
+               drift = test_reply_number(&reply, "/stats/energy_drift");
+        if (i == 6) work = given, heat = lost;
+        CHECK(test_reply_number(&reply, "/exchange/heat/0") == 0 && heat > 0.02 &&
+              fabs(work) > 0.02);
+        double gap = fmax(fabs(given / work - 1), fabs(lost / heat - 1));
+        CHECK_SAYING(gap <= of[i].gap && drift < of[i].drift && (i == 6 || gap > 0),
+                     "%s: %g, drift %g", of[i].method, gap, drift);
+        test_reply_free(&reply);
+    }
 }
 
 TEST(the_readmes_bar_stays_upside_down_on_its_shaken_pivot) {

@@ -176,8 +176,9 @@ static void map_defects(unsigned what, double *worst, double *plain) {
 }
 
 TEST(symplectic_step_is_a_symplectic_map) {
-    static const unsigned what[] = {0, TEST_TERMS_RODS | TEST_TERMS_SPRINGS};
-    for (int i = 0; i < 2; i++) {
+    static const unsigned what[] = {0, TEST_TERMS_RODS | TEST_TERMS_SPRINGS,
+                                    TEST_TERMS_RODS | TEST_TERMS_SPRINGS | TEST_TERMS_CART};
+    for (int i = 0; i < 3; i++) {
         double worst, plain;
         map_defects(what[i], &worst, &plain);
         CHECK_RESIDUAL(worst, 1e-9, "J^T Omega J - Omega in (phi, p)");

@@ -15,6 +15,9 @@
 
 enum { N = 5, KEEPS = TEST_TERMS_RODS | TEST_TERMS_SPRINGS };
 
+/* what test i has: every second pendulum from two arms on is on a cart */
+static unsigned keeps(int i) { return i % N && i % 2 ? KEEPS | TEST_TERMS_CART : KEEPS; }
+
 struct real {
     struct test_tree t;
     struct test_bodies b;
@@ -48,7 +51,7 @@ TEST(momenta_of_real_pendulums_are_those_of_their_energy_and_give_the_rates_back
     double energy_gap = 0, rate_gap = 0;
     for (int i = 0; i < 20; i++) {
         struct real real;
-        real_init(&real, 1 + i % N, KEEPS, &seed);
+        real_init(&real, 1 + i % N, keeps(i), &seed);
         const struct pend_tree *tree = real.t.tree;
         double p[N], low[N] = {0}, rate[N], scratch[4 * N], sum = 0;
         struct symplectic_system system = {.n = tree->n,
@@ -73,22 +76,24 @@ TEST(momenta_of_real_pendulums_are_those_of_their_energy_and_give_the_rates_back
         real_clear(&real);
     }
     CHECK_RESIDUAL(energy_gap, 2e-14, "sum p phi' / 2 beside the kinetic energy");
-    CHECK_RESIDUAL(rate_gap, 1e-12, "rates from momenta");
+    CHECK_RESIDUAL(rate_gap, 1e-13, "rates from momenta");
 }
 
 TEST(symplectic_motion_of_real_pendulums_is_that_of_method_taylor) {
     unsigned long long seed = 32;
     double gap = 0, drift = 0;
-    for (int i = 0; i < 6; i++) {
+    for (int i = 0; i < 10; i++) {
         struct real real;
         struct test_record got, want;
-        real_init(&real, 1 + i % N, KEEPS, &seed);
+        real_init(&real, 1 + i % N, keeps(i), &seed);
         struct pend_problem problem = real_problem(&real, 1, 41, 0);
         test_record(&got, "symplectic", &problem);
         problem.rtol = 1e-16;
         test_record(&want, "taylor", &problem);
         CHECK_SAYING(got.status == PEND_OK, "%s", got.error.text);
-        gap = fmax(gap, test_record_gap(&got, &want).phi);
+        // a cart, whose place is no angle, has no column
+        int columns = real.t.n - (pend_terms_cart(real.b.terms) ? 1 : 0);
+        gap = fmax(gap, test_gap(41 * columns, got.samples.phi, want.samples.phi));
         drift = fmax(drift, got.stats.energy_drift);
         test_record_clear(&got);
         test_record_clear(&want);
@@ -167,7 +172,7 @@ TEST(symplectic_runs_backwards_to_the_start_of_a_real_pendulum) {
 }
 
 TEST(symplectic_refuses_what_does_not_keep_the_energy_and_says_what_to_use) {
-    for (unsigned what = TEST_TERMS_DAMPING; what < TEST_TERMS_ALL; what *= 2) {
+    for (unsigned what = TEST_TERMS_DAMPING; what <= TEST_TERMS_PIVOT; what *= 2) {
         unsigned long long seed = 35;
         struct real real;
         struct pend_run *run;
