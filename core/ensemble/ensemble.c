@@ -165,6 +165,7 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
     e->lanes.paired = (problem->observe & PEND_OBSERVE_LYAPUNOV) != 0;
     e->lanes.extremes = (problem->observe & PEND_OBSERVE_EXTREMES) != 0;
     e->lanes.signs = (problem->observe & PEND_OBSERVE_SIGNS) != 0;
+    e->lanes.forces = e->lanes.extremes || e->lanes.signs || problem->times_count > 0;
     ensemble_place(e, (char *)e + head, doubts);
     kernel->prepare(&e->lanes);
     assert(ensemble_valid(e));

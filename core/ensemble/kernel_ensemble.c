@@ -125,7 +125,7 @@ static void ensemble_start(const struct ensemble_state *from, const struct jets_
 static void ensemble_expand(const struct ensemble_lanes *lanes, const struct jets_system *s,
                             num unit, num gravity, int order) {
     if (lanes->terms) {
-        real_expand(lanes, &ensemble_table(lanes, lanes->series, order)->real, unit, gravity,
+        real_expand(lanes, s, &ensemble_table(lanes, lanes->series, order)->real, unit, gravity,
                     order);
         return;
     }
@@ -314,7 +314,8 @@ VEC_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jet
     const struct ensemble_doubt *doubt = &lanes->doubt;
     num strongest = lane_get(doubt->strongest, 0), square = inverse * inverse, force;
     if (lanes->terms)
-        force = real_spread(lanes, &ensemble_table(lanes, lanes->series, lanes->known)->real,
+        force = real_spread(lanes, &ensemble_table(lanes, doubt->series, JETS_SPREAD)->jets,
+                            &ensemble_table(lanes, lanes->series, lanes->known)->real,
                             &ensemble_table(lanes, doubt->series, JETS_SPREAD)->real,
                             lane_get(lanes->unit, 0), gravity, x);
     else

@@ -48,7 +48,8 @@ struct ensemble_lanes {
     double log_rtol, log_atol; /* binary logarithms */
     double bound; /* rad; crossings of theta = bound + 2 i bound are looked for; 0 = none */
     int extremes,
-        signs; /* non-zero: forces beyond those met so far, and changes of sign, are looked for */
+        signs;  /* non-zero: forces beyond those met so far, and changes of sign, are looked for */
+    int forces; /* non-zero: forces beyond the start of a step are read */
     struct ensemble_state from, to; /* start and end of the step */
     double *len, *inv_len, *mass;   /* an arm's own */
     double *gravity, *unit, *stop;  /* one value a lane; unit and stop - time have one sign */

@@ -8,6 +8,7 @@
 
 #include "core/bodies/bodies_template.h"
 #include "core/taylor/jets_bodies.h"
+#include "core/taylor/lanes_loads_template.h"
 
 /* a neighbour's distance in its largest coordinate, rad, over which errors are taken as linear; and
  * an error below which there is none */
@@ -47,15 +48,26 @@ static void real_bend(const struct bodies_system *b, const num phi[], const num 
     if (pend_terms_cart(b->terms)) bodies_cart_start(b, phi[0] + low[0]);
 }
 
+/* the orders of the quick form where it takes the pendulum, of the general one else; forces beyond
+ * order 0 if they are wanted */
+static void real_orders(const struct jets_system *s, const struct bodies_system *b,
+                        const struct bodies_moment *now, int order, int forces) {
+    if (s->n <= DENSE_MAX && jets_loads_known(b->terms))
+        lanes_orders(s, b, now, order, forces);
+    else
+        bodies_orders(b, now, order);
+}
+
 /* the series of a state */
 static __attribute__((noinline)) void real_expand(const struct ensemble_lanes *lanes,
+                                                  const struct jets_system *s,
                                                   const struct bodies_system *b, num unit,
                                                   num gravity, int order) {
     const struct ensemble_state *from = &lanes->from;
     struct bodies_moment now = real_moment(lanes, unit, gravity);
     real_bend(b, (const num *)(const void *)from->phi, (const num *)(const void *)from->phi_low);
     for (int k = 0; k < b->n; k++) b->rate[k] = NUM_(get)(from->rate + (size_t)k * WIDE) * unit;
-    bodies_orders(b, &now, order);
+    real_orders(s, b, &now, order, lanes->forces);
 }
 
 /* what drives give and friction takes in a step of x units, J; its series is kept for parts of the
@@ -74,8 +86,9 @@ static __attribute__((noinline)) void real_balance(const struct ensemble_lanes *
 
 /* The errors x units later, to first order, from those at the start of the step: the series of a
  * neighbour in their direction less the motion's own, as in horizon.c. Returns the largest error of
- * a force at the start, over the square of the unit. */
+ * a force at the start, over the square of the unit. s: the series of the neighbour. */
 static __attribute__((noinline)) num real_spread(const struct ensemble_lanes *lanes,
+                                                 const struct jets_system *s,
                                                  const struct bodies_system *own,
                                                  const struct bodies_system *near, num unit,
                                                  num gravity, num x) {
@@ -99,7 +112,7 @@ static __attribute__((noinline)) num real_spread(const struct ensemble_lanes *la
             num_fma(scale, error_rate[k], NUM_(get)(from->rate + (size_t)k * WIDE)) * unit;
     }
     real_bend(near, phi, low);
-    bodies_orders(near, &now, JETS_SPREAD);
+    real_orders(s, near, &now, JETS_SPREAD, 0);
     for (int k = 0; k < own->n; k++) {
         num turned = num_of(0), faster = num_of(0);
         for (int j = JETS_SPREAD; j > 0; j--) {

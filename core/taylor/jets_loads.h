@@ -59,11 +59,11 @@ struct jets_loads {
 };
 
 /**
- * Non-zero if the quick kernels take a real pendulum: point masses at the tips of massless arms, at
- * which the other arms hang, with springs, viscous friction and torques in the joints and a pivot
- * that moves as it is told; nothing else, and few enough arms. O(1).
+ * Non-zero if the quick kernels know all terms of a real pendulum: point masses at the tips of
+ * massless arms, at which the other arms hang, with springs, viscous friction and torques in the
+ * joints and a pivot that moves as it is told, and nothing else. O(1).
  */
-static inline int jets_loads_suit(const struct pend_tree *tree, const struct pend_terms *terms) {
+static inline int jets_loads_known(const struct pend_terms *terms) {
     for (int r = 0; r < PEND_TERM_ROWS; r++)
         if (terms->row[r] >= 0 && r != PEND_TERM_DAMPING && r != PEND_TERM_STIFFNESS &&
             r != PEND_TERM_REST && r != PEND_TERM_TORQUE)
@@ -72,7 +72,12 @@ static inline int jets_loads_suit(const struct pend_tree *tree, const struct pen
         if (terms->one[i] >= 0 && i != PEND_TERM_PIVOT_ACCELERATION_X &&
             i != PEND_TERM_PIVOT_ACCELERATION_Y)
             return 0;
-    return tree->n <= 8;
+    return 1;
+}
+
+/** Non-zero if the quick kernels of one tree take it, which has few arms. O(1). */
+static inline int jets_loads_suit(const struct pend_tree *tree, const struct pend_terms *terms) {
+    return tree->n <= 8 && jets_loads_known(terms);
 }
 
 #endif

@@ -127,10 +127,22 @@ static int driven_fetch(void *context, long i, struct pend_member *member) {
     return 0;
 }
 
+/* the same with a pivot that shakes: a map of Kapitza's pendulum */
+static int shaken_fetch(void *context, long i, struct pend_member *member) {
+    const struct pend_terms *terms = member->loads.terms;
+    (void)context;
+    member->phi[0] = 0.1 + 1e-4 * (double)(i % 1000) + M_PI_2;
+    for (int k = 0; k < terms->n; k++)
+        member->value[terms->row[PEND_TERM_DAMPING] + k] = 0.05 + 0.05 * (double)(i % 7);
+    double *drive = member->value + terms->harmonic[0].at;
+    drive[0] = 0.2 + 0.02 * (double)(i % 13), drive[1] = 12 + 0.5 * (double)(i % 17);
+    return 0;
+}
+
 /* damped driven chains beside ideal ones of the same starts */
 static void driven(struct bench *bench, int n, int real) {
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
-    const int first = 0;
+    const int first = real < 2 ? 0 : PEND_DRIVE_PIVOT_Y;
     int place;
     double value[8] = {0};
     struct pend_terms *terms;
@@ -139,7 +151,7 @@ static void driven(struct bench *bench, int n, int real) {
     if (pend_terms_new(&terms, n, rows, ones, 1, &first, &place) != PEND_OK) bench_broken("terms");
     if (real) {
         problem.loads.terms = terms, problem.loads.value = value;
-        problem.fetch = driven_fetch;
+        problem.fetch = real < 2 ? driven_fetch : shaken_fetch;
     } else {
         problem.fetch = n == 2 ? near_fetch : alone_fetch;
     }
@@ -149,6 +161,7 @@ static void driven(struct bench *bench, int n, int real) {
 
 BENCH(ensemble_20_s_one_arm, "member") { driven(bench, 1, 0); }
 BENCH(ensemble_20_s_one_arm_damped_driven, "member") { driven(bench, 1, 1); }
+BENCH(ensemble_20_s_one_arm_damped_shaken, "member") { driven(bench, 1, 2); }
 BENCH(ensemble_20_s_damped_driven, "member") { driven(bench, 2, 1); }
 
 /* the same members by a method of single trajectories */

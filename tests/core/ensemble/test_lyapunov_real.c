@@ -69,7 +69,7 @@ TEST(exponents_of_the_driven_pendulum_add_up_to_its_damping) {
                                                       .interval = 3,
                                                       .start = 1};
         exponents(&problem, 20, 400, exponent);
-        CHECK_RESIDUAL(fabs(exponent[0] + exponent[1] + 0.5), 1e-8, "the sum of both exponents");
+        CHECK_RESIDUAL(fabs(exponent[0] + exponent[1] + 0.5), 1e-9, "the sum of both exponents");
         CHECK_SAYING(i ? exponent[0] > 0.1 && exponent[0] < 0.25 : exponent[0] < -0.1, "%g",
                      exponent[0]);
         driven_free(&d);

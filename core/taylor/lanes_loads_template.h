@@ -1,0 +1,304 @@
+/* The orders of real pendulums of point masses, for any vector of doubles, a pendulum a lane:
+ * torques between arms, and a pivot that moves. The recurrences are those of small_loads_template.
+ * Leaves to others: other real pendulums (bodies_template), memory and angles (ensemble).
+ * Invariant: the numbers of springs, friction and drives stand where the general kernel has them,
+ * so that its power is theirs. */
+#ifndef PEND_LANES_LOADS_TEMPLATE_H
+#define PEND_LANES_LOADS_TEMPLATE_H
+
+#include "core/bodies/bodies_template.h"
+#include "core/taylor/dense_template.h"
+#include "core/taylor/jets_loads.h"
+
+/* a pendulum's systems, its instant, the orders, and whether forces beyond order 0 are wanted */
+struct lanes_loads {
+    const struct jets_system *s;
+    const struct bodies_system *b;
+    struct bodies_moment now;
+    int order, moves, forces;
+};
+
+/* Adds A cos(omega t + phase) to orders 0 .. order - 1 of a series, or its derivative of order 2;
+ * returns the derivative of order 1 at the instant. The coefficients of even orders hang on the
+ * cosine, those of odd ones on the sine. */
+static inline num lanes_harmonic(const struct lanes_loads *x, int at, int twice, num factor,
+                                 num *to, size_t step) {
+    const num *value = x->b->value + at;
+    const double *share = x->s->share;
+    num sine, cosine, w = value[1] * x->now.unit, square = w * w, size = value[0] * factor;
+    num_drive(value[1], x->now.time, x->now.late, value[2], &sine, &cosine);
+    num pair[2] = {size * cosine, num_neg(size * w * sine)}, first = pair[1];
+    if (twice) pair[0] = num_neg(pair[0] * square), pair[1] = num_neg(pair[1] * square);
+    for (int j = 0; j < x->order; j++) {
+        to[(size_t)j * step] += pair[j % 2];
+        pair[j % 2] *= square * (-share[j] * share[j + 1]);
+    }
+    return first;
+}
+
+/* the acceleration and the velocity of the pivot, and gravity, in the axes */
+static void lanes_pivot(const struct lanes_loads *x) {
+    const struct bodies_system *b = x->b;
+    num *lift[2] = {b->lift_x, b->lift_y}, *slide[2] = {b->slide_x, b->slide_y};
+    num square = x->now.unit * x->now.unit, one = num_of(1);
+    b->lift_x[0] = num_of(0), b->lift_y[0] = x->now.gravity;
+    if (!x->moves) return;
+    for (int i = 0; i < 2; i++) {
+        for (int j = 0; j < x->order; j++) lift[i][j] = num_of(0);
+        slide[i][0] = num_of(0);
+    }
+    for (int i = 0; i < b->terms->harmonics && b->terms->harmonic[i].drives < 0; i++) {
+        int y = b->terms->harmonic[i].drives == PEND_DRIVE_PIVOT_Y;
+        slide[y][0] += lanes_harmonic(x, b->terms->harmonic[i].at, 1, one, lift[y], 1);
+    }
+    if (b->terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0) {
+        num since = (x->now.time + x->now.late) / x->now.unit;
+        for (int i = 0; i < 2; i++) {
+            num a = square * b->value[b->terms->one[PEND_TERM_PIVOT_ACCELERATION_X + i]];
+            lift[i][0] += a;
+            slide[i][0] = num_fma(a, since, slide[i][0]);
+        }
+    }
+    for (int i = 0; i < 2; i++)
+        for (int j = 1; j < x->order; j++) slide[i][j] = lift[i][j - 1] * x->s->share[j - 1];
+    lift[1][0] += x->now.gravity;
+}
+
+/* all drives */
+static void lanes_drives(const struct lanes_loads *x) {
+    const struct bodies_system *b = x->b;
+    num square = x->now.unit * x->now.unit;
+    int fixed = b->terms->row[PEND_TERM_TORQUE];
+    lanes_pivot(x);
+    for (int a = 0; a < b->n && b->need & BODIES_DRIVES; a++) {
+        num *drive = b->drive + bodies_row(b, a);
+        for (int j = 0; j < x->order; j++) drive[(size_t)j * b->stride] = num_of(0);
+        if (fixed >= 0) drive[0] = square * b->value[fixed + a];
+    }
+    for (int i = 0; i < b->terms->harmonics; i++) {
+        const struct pend_harmonic *h = &b->terms->harmonic[i];
+        if (h->drives >= 0)
+            lanes_harmonic(x, h->at, 0, square, b->drive + bodies_row(b, h->drives), b->stride);
+    }
+}
+
+/* the sum of all torques on every arm, order k, into `couple`; 0 if there are none */
+VEC_INLINE int lanes_couple(const struct lanes_loads *x, int k) {
+    const struct bodies_system *b = x->b;
+    const int *row = b->terms->row;
+    int springs = row[PEND_TERM_STIFFNESS], losses = row[PEND_TERM_DAMPING],
+        drives = b->need & BODIES_DRIVES;
+    if (springs < 0 && losses < 0 && !drives) return 0;
+    for (int a = 0; a < b->n; a++) {
+        num torque = num_of(0);
+        int p = b->parent[a];
+        size_t at = bodies_row(b, a) + (size_t)k * b->stride;
+        if (drives) torque = b->drive[at];
+        if (losses >= 0) {
+            num loss = num_neg(b->value[losses + a] * x->now.unit * bodies_swing(b, a, k));
+            b->loss[at] = loss;
+            torque += loss;
+        }
+        if (springs >= 0) {
+            num bent = k ? bodies_swing(b, a, k - 1) * x->s->share[k - 1]
+                         : b->bend[a] - b->value[row[PEND_TERM_REST] + a];
+            torque -= b->value[springs + a] * (x->now.unit * x->now.unit) * bent;
+        }
+        b->couple[a] = torque;
+        if (p >= 0) b->couple[p] -= torque;
+    }
+    return 1;
+}
+
+/* the acceleration of the pivot, order k, along and across the first arm */
+VEC_INLINE void lanes_lift(const struct lanes_loads *x, int k, num *along, num *across) {
+    num C = x->s->cosine[0], Z = x->s->sine[0], dx = x->b->lift_x[k], dy = x->b->lift_y[k];
+    *along = num_fma(C, dx, Z * dy);
+    *across = num_sub(C * dy, Z * dx);
+}
+
+/* ---- one arm alone */
+
+/*
+ * With u = e^{i (phi - phi_0)} and a the acceleration of the pivot in the axes of the start
+ *     phi'' = tau / (m l^2) - Im (conj(u) a) / l    lambda = m [Re (conj(u) a) - l phi'^2]
+ * where Im (conj(u) a) is a product without sums if the pivot is at rest.
+ */
+struct lanes_arm {
+    num re[SINGLE_ROWS], im[SINGLE_ROWS], rate[SINGLE_ROWS], along[SINGLE_ROWS],
+        across[SINGLE_ROWS];
+};
+
+/* order k of conj(u) a, times x + i y -> (x, y) of *along, *across */
+VEC_INLINE void lanes_weigh(const struct lanes_arm *u, int k, int moves, num *along, num *across) {
+    num a = num_fma(u->re[k], u->along[0], u->im[k] * u->across[0]);
+    num b = num_sub(u->re[k] * u->across[0], u->im[k] * u->along[0]), less = num_of(0);
+    for (int j = 0; j < k && moves; j++) {
+        num x = u->along[k - j], y = u->across[k - j];
+        a = num_fma(u->re[j], x, num_fma(u->im[j], y, a));
+        b = num_fma(u->re[j], y, b);
+        less = num_fma(u->im[j], x, less);
+    }
+    *along = a;
+    *across = b - less;
+}
+
+static inline void lanes_single(const struct lanes_loads *x) {
+    const struct jets_system *s = x->s;
+    struct lanes_arm u;
+    num inv = s->inv_len[0], mass = s->mass[0], light = inv * inv / mass, along, across;
+    u.re[0] = num_of(1), u.im[0] = num_of(0), u.rate[0] = s->rate[0];
+    for (int k = 0; k < (x->moves ? x->order : 1); k++) lanes_lift(x, k, &u.along[k], &u.across[k]);
+    for (int k = 0; k < x->order; k++) {
+        lanes_weigh(&u, k, x->moves, &along, &across);
+        num acc = num_neg(across * inv), share = num_of(s->share[k]);
+        if (lanes_couple(x, k)) acc = num_fma(x->b->couple[0], light, acc);
+        if (x->forces || !k) {
+            num square = num_of(0);
+            for (int j = 0; j <= k; j++) square = num_fma(u.rate[j], u.rate[k - j], square);
+            s->force[(size_t)k * s->stride] = mass * (along - s->len[0] * square);
+        }
+        struct single_pair sum = single_convolve(u.re, u.im, u.rate, k);
+        u.re[k + 1] = num_neg(share * sum.im);
+        u.im[k + 1] = share * sum.re;
+        s->rate[(size_t)(k + 1) * s->stride] = u.rate[k + 1] = share * acc;
+    }
+    if (!x->moves) return;
+    // what the pivot exerts moves the mass: F = m (a + l u'')
+    struct single_pair sum = single_convolve(u.re, u.im, u.rate, x->order);
+    u.re[x->order + 1] = num_neg(sum.im * s->share[x->order]);
+    u.im[x->order + 1] = sum.re * s->share[x->order];
+    for (int k = 0; k < x->order; k++) {
+        num way = s->len[0] * num_of((k + 1) * (k + 2)), C = s->cosine[0], Z = s->sine[0];
+        num fx = mass * num_fma(way, u.re[k + 2], u.along[k]);
+        num fy = mass * num_fma(way, u.im[k + 2], u.across[k]);
+        x->b->haul_x[k] = C * fx - Z * fy;
+        x->b->haul_y[k] = num_fma(Z, fx, C * fy);
+    }
+}
+
+/* ---- several arms */
+
+/* T of order k, and what is known of the force across an arm but for torques: the forces in fixed
+ * axes stand in `force` and in `tip_y` */
+VEC_INLINE void lanes_known(const struct lanes_loads *x, int k, int i, num *Tr, num *Ti,
+                            num *side) {
+    const struct jets_system *s = x->s;
+    size_t stride = s->stride, now = (size_t)k * stride;
+    const num *re = s->turn_re + i, *im = s->turn_im + i, *rate = s->rate + i + now,
+              *along = s->force + i + now, *across = x->b->tip_y + i + now;
+    num first = s->rate[i], w = *rate, sum[4] = {num_of(0), first * w, num_of(0), num_of(0)};
+    if (k) sum[2] = first * *(along - stride);
+    for (int j = 2; j <= k; j++) {
+        size_t at = (size_t)j * stride;
+        num ur = re[at], ui = im[at];
+        w = *(rate + stride - at);
+        sum[0] = num_fma(ur, w, sum[0]);
+        sum[1] = num_fma(ui, w, sum[1]);
+        sum[2] = num_fma(ui, *(along - at), sum[2]);
+        sum[3] = num_fma(ur, *(across - at), sum[3]);
+    }
+    if (k) {
+        sum[0] = num_fma(re[now + stride], first, sum[0]);
+        sum[1] = num_fma(im[now + stride], first, sum[1]);
+    }
+    *Tr = sum[0], *Ti = sum[1], *side = sum[2] - sum[3];
+}
+
+/* what is known of order k of all arms, torques included; the forces across are kept */
+VEC_INLINE void lanes_question(const struct lanes_loads *x, int k, struct dense_order *known) {
+    const struct jets_system *s = x->s;
+    int couples = lanes_couple(x, k);
+    for (int i = 0; i < s->n; i++) {
+        num side;
+        lanes_known(x, k, i, &known->re[i], &known->im[i], &side);
+        if (couples) side = num_fma(x->b->couple[i], s->inv_len[i], side);
+        known->rate[i] = num_of(0), known->force[i] = side;
+        x->b->tip_y[(size_t)k * s->stride + (size_t)i] = side;
+    }
+}
+
+/* the orders of up to DENSE_MAX arms by the inverse */
+VEC_INLINE void lanes_dense(const struct lanes_loads *x, int n) {
+    const struct jets_system *s = x->s;
+    struct dense_table table;
+    struct dense_order known, newest;
+    num along, across;
+    dense_invert(s, n, &table);
+    for (int k = 0; k < x->order; k++) {
+        num share = num_of(s->share[k]) * s->inv_len[0];
+        lanes_question(x, k, &known);
+        struct dense_order asked = known;
+        if (x->moves || !k) {
+            lanes_lift(x, k, &along, &across);
+            asked.im[0] -= along * share;
+        }
+        dense_solve(s, &table, n, k, &asked, &newest);
+        if (x->moves || !k) {
+            newest.rate[0] -= across * share;
+            newest.im[0] -= across * share * s->share[k + 1];
+        }
+        for (int i = 0; i < n; i++) newest.re[i] = num_neg(known.im[i] * s->share[k + 1]);
+        dense_keep(s, n, k, &newest);
+    }
+}
+
+/* lambda = Re (conj(u) F) of orders below `order`, from the highest down, in place */
+static void lanes_along(const struct lanes_loads *x) {
+    const struct jets_system *s = x->s;
+    for (int i = 0; i < s->n; i++)
+        for (int k = x->order - 1; k > 0; k--) {
+            num *force = s->force + i + (size_t)k * s->stride, sum = *force;
+            const num *across = x->b->tip_y + i + (size_t)k * s->stride;
+            sum = num_fma(s->rate[i], *(across - s->stride), sum);
+            for (int j = 2; j <= k; j++) {
+                size_t at = (size_t)j * s->stride;
+                sum = num_fma(s->turn_re[at + (size_t)i], *(force - at), sum);
+                sum = num_fma(s->turn_im[at + (size_t)i], *(across - at), sum);
+            }
+            *force = sum;
+        }
+}
+
+static inline void lanes_several(const struct lanes_loads *x) {
+    const struct jets_system *s = x->s;
+    for (int i = 0; i < s->n; i++) {
+        s->turn_re[s->n + i] = num_of(0);
+        s->turn_im[s->n + i] = s->rate[i];
+    }
+    jets_factor(s);
+    if (s->n == 2)
+        lanes_dense(x, 2);
+    else if (s->n == 3)
+        lanes_dense(x, 3);
+    else
+        lanes_dense(x, 4);
+    for (int k = 0; k < x->order && x->moves; k++) {
+        size_t at = (size_t)k * s->stride;
+        num fx = s->force[at], fy = x->b->tip_y[at], C = s->cosine[0], Z = s->sine[0];
+        x->b->haul_x[k] = C * fx - Z * fy;
+        x->b->haul_y[k] = num_fma(Z, fx, C * fy);
+    }
+    if (x->forces) lanes_along(x);
+}
+
+/**
+ * All orders of up to DENSE_MAX arms: rate_1 .. rate_order, force_0 and, where forces are wanted,
+ * force_1 .. force_{order - 1}, from rate_0, cosine, sine and bend; and what bodies_power needs of
+ * such a pendulum. O(n order^2).
+ */
+static inline void lanes_orders(const struct jets_system *s, const struct bodies_system *b,
+                                const struct bodies_moment *now, int order, int forces) {
+    const struct pend_terms *terms = b->terms;
+    int moves = (terms->harmonics && terms->harmonic[0].drives < 0) ||
+                terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0;
+    struct lanes_loads x = {s, b, *now, order, moves, forces};
+    for (int k = 0; k < s->n; k++) s->sine[k] = b->sine[k], s->cosine[k] = b->cosine[k];
+    lanes_drives(&x);
+    if (s->n == 1)
+        lanes_single(&x);
+    else
+        lanes_several(&x);
+}
+
+#endif
