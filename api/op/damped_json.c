@@ -8,16 +8,37 @@
 #include "api/json/json_out.h"
 #include "core/tree/turns.h"
 
-enum column { MODE, OMEGA, FREQUENCY, DECAY, RATIO, EQUILIBRIUM, RE, IM, COLUMNS };
+/* those of a cart are there where a pendulum has one */
+enum column {
+    MODE,
+    OMEGA,
+    FREQUENCY,
+    DECAY,
+    RATIO,
+    CART_REST,
+    CART_RE,
+    CART_IM,
+    EQUILIBRIUM,
+    RE,
+    IM,
+    COLUMNS
+};
 
 /* names of the columns and of their parts */
 static const struct {
     const char *name, *part;
 } columns[COLUMNS] = {
-    [MODE] = {"mode", NULL},           [OMEGA] = {"omega", NULL},
-    [FREQUENCY] = {"frequency", NULL}, [DECAY] = {"decay", NULL},
-    [RATIO] = {"damping_ratio", NULL}, [EQUILIBRIUM] = {"equilibrium", NULL},
-    [RE] = {"vectors", "re"},          [IM] = {"vectors", "im"},
+    [MODE] = {"mode", NULL},
+    [OMEGA] = {"omega", NULL},
+    [FREQUENCY] = {"frequency", NULL},
+    [DECAY] = {"decay", NULL},
+    [RATIO] = {"damping_ratio", NULL},
+    [CART_REST] = {"cart", "equilibrium"},
+    [CART_RE] = {"cart", "re"},
+    [CART_IM] = {"cart", "im"},
+    [EQUILIBRIUM] = {"equilibrium", NULL},
+    [RE] = {"vectors", "re"},
+    [IM] = {"vectors", "im"},
 };
 
 /* s a cube of arms, of matrices of n and of 2 n rows */
@@ -28,16 +49,25 @@ static int damped_loses(const struct api_damped *damped) {
     return !pend_terms_conserve(loads->terms, loads->value);
 }
 
+/* whether a column is answered */
+static int damped_tells(const struct api_damped *damped, int column) {
+    assert(column >= 0 && column < COLUMNS);
+    int cart = column >= CART_REST && column <= CART_IM;
+    int shape = column >= RE || column == CART_RE || column == CART_IM;
+    return (!cart || damped->tree->cart) && (!shape || damped->vectors);
+}
+
 void api_damped_init(struct api_damped *damped, const struct api_tree *tree, const double phi[],
                      const struct api_format *format, int digits, int vectors) {
     assert(tree->loads.terms);
     *damped = (struct api_damped){.tree = tree, .phi = phi, .format = format, .vectors = vectors};
     damped->table.digits = digits;
-    damped->table.rows = 2 * (long)tree->n;
+    damped->table.rows = 2 * (long)api_tree_stored(tree);
     damped->table.rows_later = 1;
-    for (int c = 0; c < (vectors ? COLUMNS : RE); c++)
-        api_table_add(&damped->table, columns[c].name, columns[c].part,
-                      c >= EQUILIBRIUM ? tree->n : 0);
+    for (int c = 0; c < COLUMNS; c++)
+        if (damped_tells(damped, c))
+            api_table_add(&damped->table, columns[c].name, columns[c].part,
+                          c >= EQUILIBRIUM ? tree->n : 0);
 }
 
 void api_damped_clear(struct api_damped *damped) {
@@ -48,26 +78,22 @@ void api_damped_clear(struct api_damped *damped) {
 
 /* ---- running */
 
-/* a row in the caller's order */
-static void damped_put(const struct api_damped *damped, const double row[], double out[]) {
-    const int *order = damped->tree->tree->order;
-    for (int k = 0; k < damped->tree->n; k++) out[order[k]] = row[k];
-}
-
 /* the numbers of mode j */
 static void damped_fill(const struct api_damped *damped, int j) {
     const struct pend_damped *found = damped->found;
-    size_t n = (size_t)damped->tree->n, row = (size_t)j * n;
+    size_t row = (size_t)j * (size_t)damped->tree->n, from = (size_t)j * (size_t)found->n;
     double size = hypot(found->omega[j], found->decay[j]);
     damped->column[MODE][j] = j + 1;
     damped->column[OMEGA][j] = found->omega[j];
     damped->column[FREQUENCY][j] = found->omega[j] / (2 * M_PI);
     damped->column[DECAY][j] = 0 - found->decay[j];
     damped->column[RATIO][j] = size > 0 ? 0 - found->decay[j] / size : 0;
-    damped_put(damped, found->phi, damped->column[EQUILIBRIUM] + row);
-    if (!damped->vectors) return;
-    damped_put(damped, found->re + row, damped->column[RE] + row);
-    damped_put(damped, found->im + row, damped->column[IM] + row);
+    damped->column[CART_REST][j] = found->phi[0];
+    damped->column[CART_RE][j] = found->re[from];
+    damped->column[CART_IM][j] = found->im[from];
+    api_tree_put(damped->tree, found->phi, damped->column[EQUILIBRIUM] + row);
+    api_tree_put(damped->tree, found->re + from, damped->column[RE] + row);
+    api_tree_put(damped->tree, found->im + from, damped->column[IM] + row);
 }
 
 static enum pend_status damped_find(struct api_damped *damped, struct pend_error *error) {
@@ -82,6 +108,8 @@ static enum pend_status damped_find(struct api_damped *damped, struct pend_error
     }
     damped->table.rows = (long)rows;
     for (int j = 0; j < damped->found->count; j++) damped_fill(damped, j);
+    for (int c = 0, told = 0; c < COLUMNS; c++)
+        if (damped_tells(damped, c)) damped->told[told++] = damped->column[c];
     return PEND_OK;
 }
 
@@ -93,6 +121,17 @@ static enum pend_status damped_rows(const struct api_damped *damped, const char 
     for (long j = 0; j < damped->table.rows; j++)
         PEND_TRY(api_out_numbers(out, NULL, n, row + j * n, damped->table.digits));
     return api_buffer_text(out, "]");
+}
+
+/* what a cart has of the equilibrium and of the shapes */
+static enum pend_status damped_cart(const struct api_damped *damped, struct api_buffer *out) {
+    int rows = (int)damped->table.rows, digits = damped->table.digits;
+    if (!damped->tree->cart) return PEND_OK;
+    PEND_TRY(api_out_open(out, "cart", '{'));
+    PEND_TRY(api_out_number(out, "equilibrium", damped->column[CART_REST][0], digits));
+    for (int c = CART_RE; c <= CART_IM && damped->vectors; c++)
+        PEND_TRY(api_out_numbers(out, columns[c].part, rows, damped->column[c], digits));
+    return api_buffer_text(out, "}");
 }
 
 static enum pend_status damped_vectors(const struct api_damped *damped, struct api_buffer *out) {
@@ -109,9 +148,10 @@ static enum pend_status damped_json(const struct api_damped *damped, struct api_
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(
         api_out_numbers(out, "equilibrium", damped->tree->n, damped->column[EQUILIBRIUM], digits));
-    for (int c = 0; c < EQUILIBRIUM; c++)
+    for (int c = 0; c < CART_REST; c++)
         PEND_TRY(api_out_numbers(out, columns[c].name, (int)damped->table.rows, damped->column[c],
                                  c == MODE ? 0 : digits));
+    PEND_TRY(damped_cart(damped, out));
     PEND_TRY(damped_vectors(damped, out));
     return api_buffer_text(out, "}");
 }
@@ -125,17 +165,16 @@ enum pend_status api_damped_run(struct api_damped *damped, struct api_buffer *ou
     }
     if (damped->writer) return api_writer_finish(damped->writer, NULL, out, done);
     PEND_TRY(api_writer_new(&damped->writer, damped->format, &damped->table, out));
-    return api_writer_block(damped->writer, damped->table.rows,
-                            (const double *const *)damped->column, out, error);
+    return api_writer_block(damped->writer, damped->table.rows, damped->told, out, error);
 }
 
 double api_damped_cost(const struct api_damped *damped) {
-    double n = damped->tree->n;
+    double n = api_tree_stored(damped->tree);
     return n * n * n * (damped_loses(damped) ? damped_seconds : still_seconds);
 }
 
 double api_damped_bytes(const struct api_damped *damped) {
-    double n = damped->tree->n;
+    double n = api_tree_stored(damped->tree);
     return sizeof(double) * n * (32 * n + 64) +
            (damped->format == &api_format_json ? 0
                                                : api_writer_bytes(damped->format, &damped->table));

@@ -21,7 +21,8 @@ struct api_damped {
     struct api_table table; /* one row a mode */
     int vectors;            /* the shapes are answered */
     struct pend_damped *found;
-    double *column[API_COLUMNS]; /* one block */
+    double *column[API_COLUMNS];     /* one block */
+    const double *told[API_COLUMNS]; /* those that are answered */
     struct api_writer *writer;
     int row; /* the next row of the table, or part of the JSON */
 };

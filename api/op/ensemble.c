@@ -137,6 +137,20 @@ static void check_size(struct api_ensemble *e, const struct api_reading *reading
                         limits->compute_seconds);
 }
 
+/* what is told of a cart alone, and what is not told where there is one: its place is no angle that
+ * passes the upright */
+static void check_cart(const struct api_ensemble *e, const struct api_reading *reading) {
+    struct api_value list = api_value_member(reading->root, "observables");
+    const unsigned flips = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME | 1u << API_SEE_FLIPS;
+    if (!e->tree.cart && e->seen.wanted >> API_SEE_CART & 1)
+        api_value_fault(&list, reading->problem,
+                        "has \"cart\", and the pendulum has none: give one in \"pivot\"");
+    if (e->tree.cart && e->seen.wanted & flips)
+        api_value_fault(&list, reading->problem,
+                        "asks for flips, which are not told of pendulums on a cart: ask for "
+                        "\"trajectory\" or \"final\" instead");
+}
+
 static enum pend_status read_parts(struct api_ensemble *e, const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
     const struct api_value *root = reading->root;
@@ -153,6 +167,8 @@ static enum pend_status read_parts(struct api_ensemble *e, const struct api_read
     if (status == PEND_NO_MEMORY) return status;
     if (problem->status) return PEND_INVALID;
     e->seen.table.digits = (int)rounded;
+    check_cart(e, reading);
+    if (problem->status) return PEND_INVALID;
     api_observables_columns(&e->seen, e->tree.n, &e->members);
     api_picture_read(&e->seen, &e->members, &e->tree, reading);
     if (!problem->status) check_size(e, reading);
@@ -202,7 +218,7 @@ double api_ensemble_cost(const struct api_ensemble *e, long members) {
 }
 
 double api_ensemble_bytes(const struct api_ensemble *e) {
-    double n = e->tree.n,
+    double n = api_tree_stored(&e->tree),
            list = e->instants ? 2.0 * (double)e->times.times.count * sizeof(double) : 0;
     double varied = (double)e->members.variations * sizeof *e->members.variation;
     // numbers of terms for each lane, and more series, with those of a neighbour
@@ -228,7 +244,7 @@ static double *range_row(const struct api_member_range *range, long member, long
 static int range_fetch(void *context, long i, struct pend_member *member) {
     const struct api_member_range *range = context;
     const struct api_ensemble *e = range->ensemble;
-    api_members_fill(&e->members, e->tree.n, i, member);
+    api_members_fill(&e->members, e->tree.tree->n, i, member);
     if (e->instants) member->start = pend_times_at(&e->times.times, 0);
     return 0;
 }
@@ -237,9 +253,9 @@ static void range_rows(void *context, long i, long first, int count, const doubl
                        const double rate[], const double force[], const double theta[]) {
     const struct api_member_range *range = context;
     const struct api_ensemble *e = range->ensemble;
-    int n = e->tree.n;
+    int n = e->tree.tree->n;
     for (int j = 0; j < count; j++)
-        api_observables_sample(&e->seen, e->tree.tree, i, pend_times_at(&e->times.times, first + j),
+        api_observables_sample(&e->seen, &e->tree, i, pend_times_at(&e->times.times, first + j),
                                phi + j * n, rate + j * n, force + j * n, theta + j * n,
                                range_row(range, i, first + j));
 }
@@ -286,7 +302,7 @@ static int range_deliver(void *context, long i, const struct pend_outcome *outco
         if (terms) memcpy(start.value, e->tree.loads.value, terms * sizeof(double));
         api_members_fill(&e->members, tree->n, i, &start);
     }
-    api_observables_write(&e->seen, tree, i, &start, outcome, range_row(range, i, 0));
+    api_observables_write(&e->seen, &e->tree, i, &start, outcome, range_row(range, i, 0));
     return 0;
 }
 
@@ -300,7 +316,7 @@ int api_member_range_valid(const struct api_member_range *range) {
 enum pend_status api_member_range_new(struct api_member_range **range, const struct api_ensemble *e,
                                       long first, long count, double raw[],
                                       struct pend_error *error) {
-    size_t n = (size_t)e->tree.n;
+    size_t n = (size_t)e->tree.tree->n;
     assert(!e->members.states->mode_most); /* api_ensemble_prepare was called */
     assert(first >= 0 && count <= e->members.count - first);
     size_t terms = e->tree.loads.terms ? (size_t)e->tree.loads.terms->count : 0;

@@ -195,7 +195,8 @@ static enum pend_status read_random(struct api_members *members, const struct ap
                      seed = api_value_member(random, "seed");
     struct api_value draw = api_value_member(random, "draw");
     long number = 0,
-         most = reading->tree->n ? (4 + PEND_TERM_ROWS) * reading->tree->n + 64 : 1000000,
+         most = reading->tree->n ? (4 + PEND_TERM_ROWS) * api_tree_stored(reading->tree) + 64
+                                 : 1000000,
          drawn = 0;
     (void)api_value_only(random, random_fields, reading->problem);
     if (api_field_needed(&count, reading->problem) &&
@@ -217,7 +218,7 @@ static enum pend_status read_listed(struct api_members *members, const struct ap
     }
     check_count((double)count, list, reading);
     if (reading->problem->status) return PEND_INVALID;
-    PEND_TRY(api_states_new(&members->states, count, reading->tree->n));
+    PEND_TRY(api_states_new(&members->states, count, api_tree_stored(reading->tree)));
     members->listed = 1;
     members->count = count;
     struct api_value state = api_value_item(list, 0);
@@ -253,7 +254,7 @@ enum pend_status api_members_read(struct api_members *members, const struct api_
         api_value_fault(&initial, problem,
                         "does not go together with \"states\", which say how each member starts");
     if (chosen == 0) return read_listed(members, &way[0], &reading);
-    if (tree->n) PEND_TRY(api_states_new(&members->states, 1, tree->n));
+    if (tree->n) PEND_TRY(api_states_new(&members->states, 1, api_tree_stored(tree)));
     api_states_read(members->states, 0, &initial, tree, limits, problem);
     return chosen == 1 ? read_grid(members, &way[1], &reading)
                        : read_random(members, &way[2], &reading);

@@ -176,7 +176,7 @@ enum pend_status api_modes_read(struct api_modes *modes, const struct api_readin
         api_tree_modes_allowed(&modes->tree, &pendulum, 0, "finding the modes", reading->limits,
                                problem);
     if (api_value_kind(&initial) != API_MISSING && status == PEND_OK)
-        PEND_TRY(api_states_new(&modes->start, 1, modes->tree.n));
+        PEND_TRY(api_states_new(&modes->start, 1, api_tree_stored(&modes->tree)));
     api_states_read(modes->start, 0, &initial, &modes->tree, reading->limits, problem);
     PEND_TRY(read_about(modes, &about, problem));
     read_select(modes, &select, problem);

@@ -28,6 +28,7 @@ static const struct columns observables[API_SEE_COUNT] = {
     [API_SEE_ENERGY_DRIFT] = {"energy_drift", {NULL}, {0}, 0},
     [API_SEE_LYAPUNOV] = {"lyapunov", {NULL}, {0}, 0},
     [API_SEE_HORIZON] = {"horizon", {NULL}, {0}, 0},
+    [API_SEE_CART] = {"cart", {"x", "v"}, {0, 0}, 0},
     [API_SEE_TRAJECTORY] = {"trajectory", {NULL}, {0}, 0},
 };
 
@@ -139,14 +140,28 @@ int api_observables_status(enum pend_status status) {
 
 /* copies n values from stored to the caller's order; values that are absent or not finite become
  * `gap` */
-static double *put(double *at, const struct pend_tree *tree, const double x[], double gap) {
-    for (int k = 0; k < tree->n; k++) at[tree->order[k]] = x && isfinite(x[k]) ? x[k] : gap;
+static double *put(double *at, const struct api_tree *tree, const double x[], double gap) {
+    const int *order = tree->tree->order;
+    for (int k = tree->cart; k < tree->tree->n; k++)
+        at[order[k]] = x && isfinite(x[k]) ? x[k] : gap;
     return at + tree->n;
 }
 
 static double *put_one(double *at, double x, double gap) {
     *at = isfinite(x) ? x : gap;
     return at + 1;
+}
+
+/* the caller's number of a stored arm, 0 for none */
+static double *put_arm(double *at, const struct api_tree *tree, int arm) {
+    return put_one(at, arm < 0 ? 0 : tree->tree->order[arm] + 1, 0);
+}
+
+/* where a cart is at the end, and how fast; zeros where the end is not known */
+static double *put_cart(double *at, const struct pend_outcome *outcome) {
+    assert(!outcome->phi == !outcome->rate);
+    at = put_one(at, outcome->phi ? outcome->phi[0] : 0, 0);
+    return put_one(at, outcome->rate ? outcome->rate[0] : 0, 0);
 }
 
 /* the numbers of terms that vary, in the order of the request */
@@ -158,7 +173,7 @@ static double *put_varied(const struct api_members *members, const struct pend_m
     return at;
 }
 
-static double *write_one(enum api_observable observable, const struct pend_tree *tree,
+static double *write_one(enum api_observable observable, const struct api_tree *tree,
                          const struct pend_member *start, const struct pend_outcome *outcome,
                          double *at) {
     const struct pend_force_range *force = &outcome->force;
@@ -172,12 +187,12 @@ static double *write_one(enum api_observable observable, const struct pend_tree 
         return put(put(at, tree, outcome->phi, 0), tree, outcome->rate, 0);
     case API_SEE_FIRST_FLIP:
         at = put_one(at, outcome->first, never);
-        return put_one(at, outcome->arm < 0 ? 0 : tree->order[outcome->arm] + 1, 0);
+        return put_arm(at, tree, outcome->arm);
     case API_SEE_FLIP_TIME:
         return put(at, tree, outcome->first_crossing, never);
     case API_SEE_FLIPS:
-        for (int k = 0; k < tree->n; k++)
-            at[tree->order[k]] = outcome->crossings ? (double)outcome->crossings[k] : 0;
+        for (int k = tree->cart; k < tree->tree->n; k++)
+            at[tree->tree->order[k]] = outcome->crossings ? (double)outcome->crossings[k] : 0;
         return at + tree->n;
     case API_SEE_LAMBDA_MAX:
         return put(put(at, tree, force->most, 0), tree, force->most_time, never);
@@ -189,15 +204,17 @@ static double *write_one(enum api_observable observable, const struct pend_tree 
         return put_one(at, outcome->energy_drift, 0);
     case API_SEE_HORIZON:
         return put_one(at, outcome->horizon, 0);
+    case API_SEE_CART:
+        return put_cart(at, outcome);
     default:
         return put_one(at, outcome->lyapunov, 0);
     }
 }
 
-void api_observables_write(const struct api_observables *seen, const struct pend_tree *tree,
+void api_observables_write(const struct api_observables *seen, const struct api_tree *tree,
                            long member, const struct pend_member *start,
                            const struct pend_outcome *outcome, double row[]) {
-    assert(member >= 0 && pend_tree_valid(tree));
+    assert(member >= 0 && pend_tree_valid(tree->tree));
     /* nothing is known about a motion that was not followed to its end */
     static const struct pend_outcome nothing = {
         .arm = -1, .first = NAN, .energy_drift = NAN, .horizon = NAN, .lyapunov = NAN};
@@ -212,7 +229,7 @@ void api_observables_write(const struct api_observables *seen, const struct pend
     }
 }
 
-void api_observables_sample(const struct api_observables *seen, const struct pend_tree *tree,
+void api_observables_sample(const struct api_observables *seen, const struct api_tree *tree,
                             long member, double t, const double phi[], const double rate[],
                             const double force[], const double theta[], double row[]) {
     assert(member >= 0 && seen->wanted >> API_SEE_TRAJECTORY & 1);

@@ -25,6 +25,7 @@ enum api_observable {
     API_SEE_ENERGY_DRIFT,
     API_SEE_LYAPUNOV,
     API_SEE_HORIZON,
+    API_SEE_CART,
     API_SEE_TRAJECTORY,
     API_SEE_COUNT
 };
@@ -64,13 +65,13 @@ void api_observables_ask(const struct api_observables *seen, struct pend_ensembl
  * start   its start as the ensemble was given it, in stored order.
  * row     out, api_table_numbers doubles.
  */
-void api_observables_write(const struct api_observables *seen, const struct pend_tree *tree,
+void api_observables_write(const struct api_observables *seen, const struct api_tree *tree,
                            long member, const struct pend_member *start,
                            const struct pend_outcome *outcome, double row[]);
 
 /** Writes one row of a trajectory: member, status 0, t, and the outputs from values in stored
  * order. */
-void api_observables_sample(const struct api_observables *seen, const struct pend_tree *tree,
+void api_observables_sample(const struct api_observables *seen, const struct api_tree *tree,
                             long member, double t, const double phi[], const double rate[],
                             const double force[], const double theta[], double row[]);
 

@@ -69,6 +69,7 @@ struct api_op {
     const char *name; /* as in the route: "trajectories" */
     int body;         /* needs a JSON body */
     int terms;        /* takes the terms of a real pendulum, not of an ideal one alone */
+    int cart;         /* takes a pivot on a cart, whose place is one more number of a state */
     int samples; /* 0: only JSON; 1: a table of samples, in every representation but pictures; 2: a
                     table that can also be drawn */
 

@@ -189,6 +189,7 @@ const struct api_op api_op_ensembles = {
     .name = "ensembles",
     .body = 1,
     .terms = 1,
+    .cart = 1,
     .samples = 2,
     .read = ensembles_read,
     .run = ensembles_run,

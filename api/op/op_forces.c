@@ -36,6 +36,8 @@ enum {
     JOINT_ACROSS,
     TIP_ALONG,
     TIP_ACROSS,
+    CART_ACC,
+    CART_REACTION,
     COLUMNS
 };
 
@@ -47,7 +49,7 @@ enum { BLOCK_ROWS = 64, BLOCK_NUMBERS = 16384 };
 /* states whose accelerations are computed together */
 enum { AT_ONCE = PEND_DYNAMICS_VEC };
 
-/* the columns of the answer, in the order above; the energies have one number a row */
+/* the columns of the answer, in the order above; the energies and a cart have one number a row */
 static const struct {
     const char *name, *part;
 } columns[COLUMNS] = {
@@ -66,10 +68,14 @@ static const struct {
     [JOINT_ACROSS] = {"joint_force", "across"},
     [TIP_ALONG] = {"tip_force", "along"},
     [TIP_ACROSS] = {"tip_force", "across"},
+    [CART_ACC] = {"cart", "acceleration"},
+    [CART_REACTION] = {"cart", "reaction"},
 };
 
 /* an arm's number each, or one a row */
-static int column_of_arms(int column) { return column < KINETIC || column > TOTAL; }
+static int column_of_arms(int column) {
+    return column < KINETIC || (column > TOTAL && column < CART_ACC);
+}
 
 /* what a column's derivatives are those of */
 static const int derived_of[COLUMNS] = {
@@ -126,7 +132,7 @@ static void forces_free(void **state) {
 /* sets the columns, and adds a fault for an answer that would be too large */
 static void forces_check_size(struct forces *forces, const struct api_reading *reading) {
     struct api_table *table = &forces->table;
-    forces->count = forces->tree.loads.terms ? COLUMNS : JOINT_ALONG;
+    forces->count = forces->tree.cart ? COLUMNS : forces->tree.loads.terms ? CART_ACC : JOINT_ALONG;
     for (int c = 0; c < forces->count; c++)
         api_table_add(table, columns[c].name, columns[c].part,
                       column_of_arms(c) ? forces->tree.n : 0);
@@ -168,7 +174,8 @@ static enum pend_status forces_read_states(struct forces *forces,
     if (!forces->table.rows) return PEND_INVALID;
     if (forces->tree.tree) forces_check_size(forces, reading);
     if (!problem->status)
-        PEND_TRY(api_states_new(&forces->states, forces->table.rows, forces->tree.n));
+        PEND_TRY(
+            api_states_new(&forces->states, forces->table.rows, api_tree_stored(&forces->tree)));
     if (forces->table.single)
         api_states_read(forces->states, 0, &one, &forces->tree, reading->limits, problem);
     struct api_value state = api_value_item(&many, 0);
@@ -218,7 +225,7 @@ static size_t forces_work(const struct forces *forces) {
 /* allocates one block: the scratch of the dynamics, its results for some states, two rows, the
  * columns of `cap` rows */
 static enum pend_status forces_allocate(struct forces *forces, struct pend_error *error) {
-    size_t n = (size_t)forces->tree.n, work = (forces_work(forces) + 63) / 64 * 64;
+    size_t n = (size_t)api_tree_stored(&forces->tree), work = (forces_work(forces) + 63) / 64 * 64;
     long cap = BLOCK_NUMBERS / (long)api_table_numbers(&forces->table, 0);
     if (cap > BLOCK_ROWS) cap = BLOCK_ROWS;
     if (cap > forces->table.rows) cap = forces->table.rows;
@@ -243,9 +250,7 @@ static enum pend_status forces_allocate(struct forces *forces, struct pend_error
 
 /* copies a row in stored order to row i of a column */
 static void forces_put(const struct forces *forces, const double row[], long i, int column) {
-    double *out = forces->column[column] + i * forces->tree.n;
-    const int *order = forces->tree.tree->order;
-    for (int k = 0; k < forces->tree.n; k++) out[order[k]] = row[k];
+    api_tree_put(&forces->tree, row, forces->column[column] + i * forces->tree.n);
 }
 
 /* true for a small swing about hanging, whose angles have more digits than a double of phi */
@@ -261,7 +266,7 @@ static int forces_swing(int n, const double phi[], const double phi_low[]) {
 /* the accelerations and all forces of a real pendulum, into row i of the columns */
 static void forces_real(const struct forces *forces, const double phi[], const double rate[],
                         long i, double acc[], double force[]) {
-    size_t n = (size_t)forces->tree.n;
+    size_t n = (size_t)forces->tree.tree->n;
     double *along = forces->scratch, *across = along + n, *tip = across + n;
     struct bodies_state state = {phi, NULL, rate, forces->time, 0};
     struct bodies_forces all = {along, across, force, tip};
@@ -270,6 +275,9 @@ static void forces_real(const struct forces *forces, const double phi[], const d
     forces_put(forces, across, i, JOINT_ACROSS);
     forces_put(forces, force, i, TIP_ALONG);
     forces_put(forces, tip, i, TIP_ACROSS);
+    if (!forces->tree.cart) return;
+    forces->column[CART_ACC][i] = acc[0];
+    forces->column[CART_REACTION][i] = across[0];
 }
 
 /* computes state s into row i of the columns */
@@ -328,10 +336,9 @@ static enum pend_status forces_begin_derived(struct forces *forces, struct pend_
 static enum pend_status forces_begin(struct forces *forces, struct api_buffer *out,
                                      struct pend_error *error) {
     PEND_TRY(api_states_settle(forces->states, &forces->tree, error));
-    // no angle is told, and forces do not change with whole turns, unless springs do
-    int springs =
-        forces->tree.loads.terms && forces->tree.loads.terms->row[PEND_TERM_STIFFNESS] >= 0;
-    for (long i = 0; i < forces->table.rows * forces->tree.n && !springs; i++)
+    // no angle is told, and forces do not change with whole turns, unless springs or a cart do
+    int whole = pend_terms_whole_turns(forces->tree.loads.terms);
+    for (long i = 0; i < forces->table.rows * forces->tree.n && whole; i++)
         forces_rest(&forces->states->phi[i], &forces->states->phi_low[i]);
     PEND_TRY(forces_allocate(forces, error));
     if (forces->derived.count) PEND_TRY(forces_begin_derived(forces, error));
@@ -380,7 +387,7 @@ static double forces_cost(const void *state) {
 
 static double forces_bytes(const void *state) {
     const struct forces *forces = state;
-    double n = forces->tree.n,
+    double n = api_tree_stored(&forces->tree),
            block = 2.0 * BLOCK_NUMBERS + (2 * AT_ONCE + 2 + 4 + 2 * COLUMNS) * n;
     return block * sizeof(double) + (double)forces_work(forces) + api_tree_bytes(&forces->tree) +
            api_states_bytes(forces->states) +
@@ -397,6 +404,7 @@ static const struct api_table *forces_table(const void *state) {
 const struct api_op api_op_forces = {.name = "forces",
                                      .body = 1,
                                      .terms = 1,
+                                     .cart = 1,
                                      .samples = 1,
                                      .read = forces_read,
                                      .run = forces_run,

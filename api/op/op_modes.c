@@ -133,10 +133,11 @@ static enum pend_status modes_begin_search(struct modes *modes, const struct api
 
 /* a real pendulum's modes: the equilibrium is looked for where all arms hang, or near a start */
 static enum pend_status modes_begin_real(struct modes *modes, const struct api_reading *reading) {
-    size_t n = (size_t)modes->asked.tree.n;
+    size_t n = (size_t)api_tree_stored(&modes->asked.tree);
     modes->near = malloc(n * sizeof *modes->near);
     if (!modes->near) return PEND_NO_MEMORY;
     for (size_t k = 0; k < n; k++) modes->near[k] = -pi / 2;
+    if (modes->asked.tree.cart) modes->near[0] = 0;
     api_damped_init(&modes->damped, &modes->asked.tree, modes->near, reading->format,
                     modes->asked.digits, modes->asked.vectors);
     api_reading_check_size(reading, &modes->damped.table, reading->root, "modes",
@@ -347,7 +348,7 @@ static enum pend_status modes_run_real(struct modes *modes, const struct api_tur
                                        struct pend_error *error) {
     if (modes->asked.start && !modes->split) {
         PEND_TRY(api_states_settle(modes->asked.start, &modes->asked.tree, error));
-        for (int k = 0; k < modes->asked.tree.n; k++) modes->near[k] = modes->asked.start->phi[k];
+        for (int k = 0; k < modes->asked.start->n; k++) modes->near[k] = modes->asked.start->phi[k];
         modes->split = 1;
     }
     do PEND_TRY(api_damped_run(&modes->damped, turn->out, done, error));
@@ -416,6 +417,7 @@ static double modes_bytes(const void *state) {
 const struct api_op api_op_modes = {.name = "modes",
                                     .body = 1,
                                     .terms = 1,
+                                    .cart = 1,
                                     .samples = 1,
                                     .read = modes_read,
                                     .run = modes_run,

@@ -122,7 +122,8 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
     (void)api_value_only(root, fields, problem);
     enum pend_status status = api_reading_tree(reading, &trajectory->tree);
     if (status == PEND_NO_MEMORY) return status;
-    if (status == PEND_OK) PEND_TRY(api_states_new(&trajectory->start, 1, trajectory->tree.n));
+    if (status == PEND_OK)
+        PEND_TRY(api_states_new(&trajectory->start, 1, api_tree_stored(&trajectory->tree)));
     api_states_read(trajectory->start, 0, &initial, &trajectory->tree, reading->limits, problem);
     api_value_usual_object(&initial);
     status = api_times_read(&trajectory->times, &times, reading->limits, problem);
@@ -133,6 +134,9 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
     trajectory->table.digits = (int)rounded;
     read_trust(trajectory, root, problem);
     PEND_TRY(trajectory_read_derived(trajectory, root, problem));
+    if (trajectory->tree.tree && !trajectory->tree.cart && api_outputs_cart(&trajectory->outputs))
+        api_value_fault(&output, problem,
+                        "has \"cart\", and the pendulum has none: give one in \"pivot\"");
     refuse_future(root, problem);
     return problem->status ? PEND_INVALID : PEND_OK;
 }
@@ -452,6 +456,7 @@ const struct api_op api_op_trajectories = {
     .name = "trajectories",
     .body = 1,
     .terms = 1,
+    .cart = 1,
     .samples = 1,
     .read = trajectory_read,
     .run = trajectory_run,

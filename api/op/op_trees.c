@@ -3,7 +3,9 @@
  * Invariant: the answer's arms, put into a request, describe the same tree. */
 #include "api/op/op.h"
 
+#include <assert.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "api/json/json_out.h"
 #include "api/op/terms_write.h"
@@ -53,14 +55,15 @@ static enum pend_status write_arm(const struct api_tree *tree, int i, struct api
 static void sum_masses(const struct api_tree *tree, double row[]) {
     const struct pend_tree *stored = tree->tree;
     const struct pend_loads *loads = &tree->loads;
-    for (int k = 0; k < tree->n; k++)
+    for (int k = tree->cart; k < stored->n; k++)
         row[stored->order[k]] =
             loads->terms
                 ? stored->mass[k] + pend_terms_get(loads->terms, loads->value, PEND_TERM_ROD, k) +
                       pend_terms_get(loads->terms, loads->value, PEND_TERM_BODY, k)
                 : stored->subtree_mass[k];
-    for (int k = tree->n - 1; loads->terms && k > 0; k--)
-        row[stored->order[stored->parent[k]]] += row[stored->order[k]];
+    for (int k = stored->n - 1; loads->terms && k > 0; k--)
+        if (stored->parent[k] >= tree->cart)
+            row[stored->order[stored->parent[k]]] += row[stored->order[k]];
 }
 
 /* writes the lists with a number an arm; `row` is scratch of n numbers */
@@ -69,17 +72,27 @@ static enum pend_status write_lists(const struct api_tree *tree, double row[],
     const struct pend_tree *stored = tree->tree;
     for (int i = 0; i < tree->n; i++) row[i] = api_tree_parent(tree, i) + 1;
     PEND_TRY(api_out_numbers(out, "parent", tree->n, row, 0));
-    for (int i = 0; i < tree->n; i++) row[i] = stored->depth[stored->place[i]];
+    for (int i = 0; i < tree->n; i++) row[i] = stored->depth[stored->place[i]] - tree->cart;
     PEND_TRY(api_out_numbers(out, "depth", tree->n, row, 0));
     sum_masses(tree, row);
     return api_out_numbers(out, "subtree_mass", tree->n, row, 0);
 }
 
+/* takes the last row and the last column from a matrix, which are those of a cart */
+static void leave_cart_out(const struct api_tree *tree, double matrix[]) {
+    size_t n = (size_t)tree->n, stored = n + (size_t)tree->cart;
+    assert(stored == (size_t)tree->tree->n);
+    for (size_t i = 1; i < n && tree->cart; i++)
+        memmove(matrix + i * n, matrix + i * stored, n * sizeof *matrix);
+}
+
 static enum pend_status write_matrices(const struct api_tree *tree, double matrix[],
                                        struct api_buffer *out) {
     pend_tree_path(tree->tree, matrix);
+    leave_cart_out(tree, matrix);
     PEND_TRY(api_out_matrix(out, "S", tree->n, matrix, 0));
     pend_tree_force_map(tree->tree, matrix);
+    leave_cart_out(tree, matrix);
     return api_out_matrix(out, "B", tree->n, matrix, 0);
 }
 
@@ -89,8 +102,8 @@ static enum pend_status write_tree(const struct trees *trees, double scratch[],
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(api_out_whole(out, "n", tree->n));
     PEND_TRY(api_out_number(out, "gravity", tree->loads.gravity, 0));
-    PEND_TRY(api_terms_write_whole(&tree->loads, out));
-    PEND_TRY(api_out_number(out, "length_total", tree->tree->length_total, 0));
+    PEND_TRY(api_terms_write_whole(tree->tree, &tree->loads, out));
+    PEND_TRY(api_out_number(out, "length_total", tree->tree->length_total - tree->cart, 0));
     PEND_TRY(api_out_open(out, "arms", '['));
     for (int i = 0; i < tree->n; i++) PEND_TRY(write_arm(tree, i, out));
     PEND_TRY(api_buffer_text(out, "]"));
@@ -102,7 +115,7 @@ static enum pend_status write_tree(const struct trees *trees, double scratch[],
 static enum pend_status trees_run(void *state, const struct api_turn *turn, int *done,
                                   struct pend_error *error) {
     const struct trees *trees = state;
-    size_t n = (size_t)trees->tree.n;
+    size_t n = (size_t)api_tree_stored(&trees->tree);
     double *scratch = calloc(n, (trees->matrices ? n : 1) * sizeof *scratch);
     if (!scratch)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the matrices of %d arms",
@@ -116,7 +129,7 @@ static enum pend_status trees_run(void *state, const struct api_turn *turn, int 
 /* a matrix, and its answer: most entries of S are of one digit, those of B of a few */
 static double trees_bytes(const void *state) {
     const struct trees *trees = state;
-    double n = trees->tree.n, square = trees->matrices ? n * n : n;
+    double n = api_tree_stored(&trees->tree), square = trees->matrices ? n * n : n;
     return api_tree_bytes(&trees->tree) + (sizeof(double) + 8) * square + 512 * n +
            api_terms_write_bytes(&trees->tree.loads);
 }
@@ -124,6 +137,7 @@ static double trees_bytes(const void *state) {
 const struct api_op api_op_trees = {.name = "trees",
                                     .body = 1,
                                     .terms = 1,
+                                    .cart = 1,
                                     .read = trees_read,
                                     .run = trees_run,
                                     .bytes = trees_bytes,

@@ -24,6 +24,9 @@ enum source {
     TOTAL,
     WORK,
     HEAT,
+    CART_PLACE,
+    CART_SPEED,
+    CART_REACTION,
     SOURCES
 };
 
@@ -47,6 +50,7 @@ static const struct {
     {"joint_force", 2, {"along", "across"}, {JOINT_ALONG, JOINT_ACROSS}},
     {"tip_force", 2, {"along", "across"}, {FORCE, TIP_ACROSS}},
     {"exchange", 2, {"work", "heat"}, {WORK, HEAT}},
+    {"cart", 3, {"x", "v", "reaction"}, {CART_PLACE, CART_SPEED, CART_REACTION}},
 };
 
 static const char *const output_start[] = {"phi", "phid", "lambda", NULL};
@@ -98,6 +102,12 @@ void api_outputs_read(struct api_outputs *outputs, const struct api_value *value
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
         output_add(outputs, &item, problem);
     if (outputs_usual(outputs)) api_value_usual(value);
+}
+
+int api_outputs_cart(const struct api_outputs *outputs) {
+    for (int i = 0; i < outputs->count; i++)
+        if (output_table[outputs->output[i]].source[0] == CART_PLACE) return 1;
+    return 0;
 }
 
 /* columns */
@@ -208,6 +218,9 @@ enum pend_status api_samples_new(struct api_samples **samples, const struct api_
                                           .across = array[TIP_ACROSS],
                                           .work = array[WORK],
                                           .heat = array[HEAT],
+                                          .cart_place = array[CART_PLACE],
+                                          .cart_speed = array[CART_SPEED],
+                                          .cart_reaction = array[CART_REACTION],
                                           .kinetic = array[KINETIC],
                                           .potential = array[POTENTIAL]};
     int column = 0;

@@ -9,7 +9,7 @@
 #include "api/read/field.h"
 #include "core/integrate/run.h"
 
-enum { API_OUTPUTS = 12 };
+enum { API_OUTPUTS = 13 };
 
 /* The outputs of a request, in its order, as indices into the table of outputs. */
 struct api_outputs {
@@ -24,6 +24,9 @@ struct api_outputs {
  */
 void api_outputs_read(struct api_outputs *outputs, const struct api_value *value,
                       struct api_problem *problem);
+
+/** Non-zero if the place of a cart is among the outputs. O(1). */
+int api_outputs_cart(const struct api_outputs *outputs);
 
 /** Sets the columns of the outputs for n arms, t first; the rest of the table is unchanged. */
 void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_table *table);

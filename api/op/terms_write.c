@@ -109,12 +109,40 @@ static enum pend_status write_pivot(const struct pend_loads *loads, struct api_b
     return api_buffer_text(out, "}");
 }
 
-enum pend_status api_terms_write_whole(const struct pend_loads *loads, struct api_buffer *out) {
+/* the force along the rail: a number, or a constant and harmonics */
+static enum pend_status write_cart_force(const struct pend_loads *loads, struct api_buffer *out) {
+    double constant = pend_terms_get(loads->terms, loads->value, PEND_TERM_TORQUE, 0);
+    if (!has_harmonics(loads->terms, 0)) return api_out_number(out, "force", constant, 0);
+    PEND_TRY(api_out_open(out, "force", '{'));
+    PEND_TRY(api_out_number(out, "constant", constant, 0));
+    PEND_TRY(write_harmonics(loads, 0, out));
+    return api_buffer_text(out, "}");
+}
+
+static enum pend_status write_cart(const struct pend_tree *tree, const struct pend_loads *loads,
+                                   struct api_buffer *out) {
+    const struct pend_terms *terms = loads->terms;
+    assert(pend_terms_cart(terms) && terms->n == tree->n);
+    PEND_TRY(api_out_open(out, "pivot", '{'));
+    PEND_TRY(api_out_open(out, "cart", '{'));
+    PEND_TRY(api_out_number(out, "mass", tree->mass[0], 0));
+    PEND_TRY(api_out_number(out, "angle", loads->value[terms->one[PEND_TERM_RAIL]], 0));
+    PEND_TRY(api_out_number(out, "damping",
+                            pend_terms_get(terms, loads->value, PEND_TERM_DAMPING, 0), 0));
+    PEND_TRY(api_out_number(out, "stiffness",
+                            pend_terms_get(terms, loads->value, PEND_TERM_STIFFNESS, 0), 0));
+    PEND_TRY(write_cart_force(loads, out));
+    return api_buffer_text(out, "}}");
+}
+
+enum pend_status api_terms_write_whole(const struct pend_tree *tree, const struct pend_loads *loads,
+                                       struct api_buffer *out) {
     const struct pend_terms *terms = loads->terms;
     if (!terms) return PEND_OK;
     assert(loads->value && pend_terms_valid(terms));
     int drag = terms->one[PEND_TERM_DRAG_PER_MASS];
     if (drag >= 0) PEND_TRY(api_out_number(out, "drag_per_mass", loads->value[drag], 0));
+    if (pend_terms_cart(terms)) return write_cart(tree, loads, out);
     if (terms->one[PEND_TERM_PIVOT_ACCELERATION_X] < 0 &&
         !has_harmonics(terms, PEND_DRIVE_PIVOT_X) && !has_harmonics(terms, PEND_DRIVE_PIVOT_Y))
         return PEND_OK;

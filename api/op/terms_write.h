@@ -16,9 +16,10 @@
 PEND_MUST_CHECK enum pend_status api_terms_write_arm(const struct pend_loads *loads, int k,
                                                      struct api_buffer *out);
 
-/** Appends the fields of the whole pendulum as members of its object. Fails as api_out_number
- * does. */
-PEND_MUST_CHECK enum pend_status api_terms_write_whole(const struct pend_loads *loads,
+/** Appends the fields of the whole pendulum as members of its object; tree: of which the mass of a
+ * cart is taken. Fails as api_out_number does. */
+PEND_MUST_CHECK enum pend_status api_terms_write_whole(const struct pend_tree *tree,
+                                                       const struct pend_loads *loads,
                                                        struct api_buffer *out);
 
 /** Returns the bytes of text of all of it, at most. O(1). */

@@ -84,7 +84,8 @@ static double trajectory_derived_bytes(const struct api_trajectory_size *size) {
 }
 
 double api_trajectory_cost_bytes(const struct api_trajectory_size *size) {
-    double n = size->tree->n, an_arm = bytes_of_others, row = api_table_numbers(size->table, 0);
+    double n = api_tree_stored(size->tree), an_arm = bytes_of_others,
+           row = api_table_numbers(size->table, 0);
     for (size_t i = 0; i < sizeof bytes_an_arm / sizeof *bytes_an_arm; i++)
         if (!strcmp(size->method->method->name, bytes_an_arm[i].method))
             an_arm = bytes_an_arm[i].bytes;

@@ -1,6 +1,7 @@
 #include "api/op/varied.h"
 
 #include <assert.h>
+#include <string.h>
 
 /* in the order of enum pend_term_row, of enum pend_term_one, then of what harmonics drive */
 static const char *const names[API_VARIED] = {
@@ -42,6 +43,16 @@ const char *api_varied_name(int i) {
     return names[i];
 }
 
+int api_varied_of_cart(const char *name) {
+    static const char *const of_cart[] = {
+        "phi",          "phid",        "mass", "damping", "stiffness", "torque", "torque_amplitude",
+        "torque_omega", "torque_phase"};
+    assert(name);
+    for (size_t i = 0; i < sizeof of_cart / sizeof *of_cart; i++)
+        if (!strcmp(name, of_cart[i])) return 1;
+    return 0;
+}
+
 int api_varied_of_arm(int i) { return i < ONES || (i >= WAVES && i < WAVES + 3); }
 
 int api_varied_place(const struct api_tree *tree, int i, int arm, int harmonic) {
@@ -69,6 +80,11 @@ static void target_arm(const struct api_value *value, const struct api_tree *tre
         if (api_value_kind(value) != API_MISSING)
             api_value_fault(value, problem, "does not go together with %s, which all arms share",
                             name);
+        return;
+    }
+    const char *text = api_value_text(value);
+    if (tree->cart && text && !strcmp(text, "cart")) {
+        out->arm = 0; // the first that is stored
         return;
     }
     int arm = api_tree_read_arm(tree, value, problem);
@@ -111,6 +127,11 @@ int api_target_read(struct api_target *target, const struct api_value *value,
     target->quantity = term >= 0 ? API_VARY_TERM : (enum api_quantity)chosen;
     target_arm(&arm, tree, list[chosen],
                term >= 0 ? api_varied_of_arm(term) : chosen != API_VARY_GRAVITY, target, problem);
+    if (tree->cart && target->arm == 0 && !api_varied_of_cart(list[chosen]))
+        api_value_fault(&vary, problem,
+                        "is no number of a cart, which has \"mass\", \"damping\", \"stiffness\", "
+                        "\"torque\" for the force along its rail, its place \"phi\" and its speed "
+                        "\"phid\"");
     if (term >= 0) target_term(value, &vary, term, tree, target, problem);
     return 1;
 }

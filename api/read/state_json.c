@@ -21,8 +21,8 @@ static const struct exact exact_one = {1, 0},
 /* 32 digits of a larger angle in rad would not give its direction to the digits of a double */
 static const double DEGREES_MOST = 1e15;
 
-static const char *const state_fields[] = {"phi",  "phid",      "theta", "thetad",
-                                           "mode", "amplitude", "unit",  NULL};
+static const char *const state_fields[] = {"phi",       "phid", "theta", "thetad", "mode",
+                                           "amplitude", "unit", "cart",  NULL};
 
 /* the forms of a state: the field that decides, the field that belongs to it, and the direction
  * that the angle is measured from */
@@ -170,6 +170,29 @@ static void read_turns(struct api_states *states, long i, const struct api_value
                 states ? states->rate_low + first : NULL, problem);
 }
 
+/* where a cart is on its rail and how fast it is, m and m/s: stored arm 0 */
+static void read_cart(struct api_states *states, long i, const struct api_value *cart,
+                      const struct api_tree *tree, struct api_problem *problem) {
+    static const char *const names[] = {"x", "v", NULL};
+    double number[2] = {0, 0};
+    if (api_value_kind(cart) == API_MISSING || !api_field_object(cart, problem)) return;
+    (void)api_value_only(cart, names, problem);
+    if (tree->tree && !tree->cart)
+        api_value_fault(cart, problem,
+                        "is the place and the speed of a cart, and the pendulum has none: give one "
+                        "in \"pivot\", or leave it out");
+    for (int j = 0; j < 2; j++) {
+        struct api_value field = api_value_member(cart, names[j]);
+        api_value_usual_number(&field, 0);
+        (void)api_value_read_number(&field, -INFINITY, INFINITY, j ? "m/s" : "m", &number[j],
+                                    problem);
+    }
+    api_value_usual_object(cart);
+    if (!states || !tree->cart) return;
+    states->phi[(size_t)i * (size_t)states->n] = number[0];
+    states->rate[(size_t)i * (size_t)states->n] = number[1];
+}
+
 void api_states_read(struct api_states *states, long i, const struct api_value *value,
                      const struct api_tree *tree, const struct api_limits *limits,
                      struct api_problem *problem) {
@@ -177,6 +200,8 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
     if (api_value_kind(value) == API_MISSING || !api_field_object(value, problem)) return;
     (void)api_value_only(value, state_fields, problem);
     int degrees = read_degrees(value, problem), form = state_form(value, problem);
+    struct api_value cart = api_value_member(value, "cart");
+    read_cart(states, i, &cart, tree, problem);
     if (form == FORM_COUNT) return;
 
     struct api_value angle = api_value_member(value, state_forms[form].angle);
@@ -211,7 +236,7 @@ enum pend_status api_states_settle(struct api_states *states, const struct api_t
                                    struct pend_error *error) {
     struct pend_modes *modes = NULL;
     size_t n = (size_t)states->n;
-    assert(api_states_valid(states) && states->n == tree->n);
+    assert(api_states_valid(states) && states->n == api_tree_stored(tree));
     PEND_TRY(states_modes(&modes, states, tree, error));
     for (long i = 0; i < states->count; i++) {
         if (!states->mode[i]) continue;

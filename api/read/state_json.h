@@ -6,8 +6,8 @@
 
 #include "api/read/tree_json.h"
 
-/* count states of n arms each, in one block of memory. api_states_settle computes a state that was
- * given as a mode. */
+/* count states of n arms each, a cart counted as one, in one block of memory. api_states_settle
+ * computes a state that was given as a mode. */
 struct api_states {
     int n;
     long count;

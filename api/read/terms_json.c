@@ -1,6 +1,7 @@
 #include "api/read/terms_json.h"
 
 #include <assert.h>
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,7 +25,7 @@ static void terms_put(struct api_terms *terms, enum pend_term_row row, int i, do
 
 /* the next harmonic; NULL without memory */
 static struct api_harmonic *terms_harmonic(struct api_terms *terms, int drives) {
-    assert(terms->harmonics <= terms->room && drives < terms->n);
+    assert(terms->harmonics <= terms->room && drives <= terms->n);
     if (terms->harmonics == terms->room) {
         int room = terms->room ? 2 * terms->room : 8;
         struct api_harmonic *more =
@@ -241,6 +242,48 @@ void api_terms_read_lists(struct api_terms *terms, const struct api_value *pendu
     }
 }
 
+/* the force along the rail: a number, or a constant and harmonics */
+static void read_cart_force(struct api_terms *terms, const struct api_value *force) {
+    static const char *const names[] = {"constant", "harmonics", NULL};
+    struct api_value constant = *force;
+    if (api_value_kind(force) == API_OBJECT) {
+        (void)api_value_only(force, names, terms->problem);
+        constant = api_value_member(force, "constant");
+        read_harmonics(terms, terms->n, force);
+        api_value_usual_object(force);
+    }
+    api_value_usual_number(&constant, 0);
+    (void)api_value_read_number(&constant, -INFINITY, INFINITY, "N", &terms->cart.force,
+                                terms->problem);
+}
+
+static void read_cart(struct api_terms *terms, const struct api_value *cart) {
+    static const char *const names[] = {"mass", "angle", "damping", "stiffness", "force", NULL};
+    struct api_cart *read = &terms->cart;
+    const struct {
+        double least;
+        const char *unit;
+        double *to;
+    } part[] = {{DBL_MIN, "kg", &read->mass},
+                {-INFINITY, "rad", &read->angle},
+                {0, "N s/m", &read->damping},
+                {0, "N/m", &read->stiffness}};
+    read->given = read->mass = 1;
+    if (!api_field_object(cart, terms->problem)) return;
+    (void)api_value_only(cart, names, terms->problem);
+    for (int i = 0; i < 4; i++) {
+        struct api_value field = api_value_member(cart, names[i]);
+        if (i)
+            api_value_usual_number(&field, 0);
+        else if (!api_field_needed(&field, terms->problem))
+            continue;
+        (void)api_value_read_number(&field, part[i].least, INFINITY, part[i].unit, part[i].to,
+                                    terms->problem);
+    }
+    struct api_value force = api_value_member(cart, names[4]);
+    if (api_value_kind(&force) != API_MISSING) read_cart_force(terms, &force);
+}
+
 static void read_pivot(struct api_terms *terms, const struct api_value *pivot) {
     static const char *const names[] = {"x", "y", "acceleration", "cart", NULL},
                              *const of_axis[] = {"harmonics", NULL};
@@ -260,8 +303,15 @@ static void read_pivot(struct api_terms *terms, const struct api_value *pivot) {
     api_value_usual_zeros(&acceleration);
     if (api_field_numbers(&acceleration, 2, "coordinate", both, terms->problem) > 0)
         memcpy(&terms->one[PEND_TERM_PIVOT_ACCELERATION_X], both, sizeof both);
-    if (api_value_kind(&cart) != API_MISSING)
-        api_value_fault(&cart, terms->problem, "is not served yet: leave it out");
+    if (api_value_kind(&cart) != API_MISSING) {
+        if (api_value_count(pivot) > 1)
+            api_value_fault(
+                pivot, terms->problem,
+                "is either moved, by \"x\", \"y\" and \"acceleration\", or carried by a "
+                "\"cart\": give one of the two");
+        read_cart(terms, &cart);
+        return;
+    }
     api_value_usual_object(pivot);
 }
 
@@ -299,6 +349,7 @@ void api_terms_check(const struct api_terms *terms, const int parent[], api_term
 /* whether the arm's place on its parent is another than its tip */
 static int arm_hung(const struct api_terms *terms, const struct pend_tree *tree, int i) {
     int p = tree->parent[tree->place[i]];
+    if (terms->cart.given && p == 0) return 0;
     if (!terms->row[PEND_TERM_AT_X] || isnan(terms->row[PEND_TERM_AT_X][i]) || p < 0) return 0;
     return terms->row[PEND_TERM_AT_X][i] != tree->len[p] ||
            (terms->row[PEND_TERM_AT_Y] && terms->row[PEND_TERM_AT_Y][i] != 0);
@@ -315,6 +366,10 @@ static enum pend_status terms_lay_out(const struct api_terms *terms, const struc
         any |= rows[r];
     }
     for (int one = 0; one < PEND_TERM_ONES; one++) any |= ones[one] = terms->one[one] != 0;
+    any |= ones[PEND_TERM_RAIL] = (unsigned char)(terms->cart.given != 0);
+    rows[PEND_TERM_DAMPING] |= terms->cart.damping != 0;
+    rows[PEND_TERM_STIFFNESS] |= terms->cart.stiffness != 0;
+    rows[PEND_TERM_TORQUE] |= terms->cart.force != 0;
     if (!any) return PEND_OK;
     int *drives = malloc(((size_t)terms->harmonics + 1) * sizeof *drives);
     if (!drives) return PEND_NO_MEMORY;
@@ -323,9 +378,19 @@ static enum pend_status terms_lay_out(const struct api_terms *terms, const struc
         drives[h] = arm >= 0 ? tree->place[arm] : arm;
     }
     enum pend_status status =
-        pend_terms_new(made, terms->n, rows, ones, terms->harmonics, drives, place);
+        pend_terms_new(made, tree->n, rows, ones, terms->harmonics, drives, place);
     free(drives);
     return status;
+}
+
+/* writes the numbers of a cart, stored arm 0 */
+static void cart_fill(const struct api_cart *cart, const struct pend_terms *made, double value[]) {
+    const int *row = made->row;
+    assert(pend_terms_cart(made) && cart->mass > 0);
+    value[made->one[PEND_TERM_RAIL]] = cart->angle;
+    if (row[PEND_TERM_DAMPING] >= 0) value[row[PEND_TERM_DAMPING]] = cart->damping;
+    if (row[PEND_TERM_STIFFNESS] >= 0) value[row[PEND_TERM_STIFFNESS]] = cart->stiffness;
+    if (row[PEND_TERM_TORQUE] >= 0) value[row[PEND_TERM_TORQUE]] = cart->force;
 }
 
 /* writes the numbers into the list */
@@ -342,10 +407,11 @@ static void terms_fill(const struct api_terms *terms, const struct pend_tree *tr
                 *number = api_terms_usual((enum pend_term_row)r);
         }
     }
+    if (terms->cart.given) cart_fill(&terms->cart, made, value);
     for (int i = 0; i < terms->n; i++)
         made->hung[tree->place[i]] = (unsigned char)arm_hung(terms, tree, i);
     for (int one = 0; one < PEND_TERM_ONES; one++)
-        if (made->one[one] >= 0) value[made->one[one]] = terms->one[one];
+        if (made->one[one] >= 0 && one != PEND_TERM_RAIL) value[made->one[one]] = terms->one[one];
     for (int h = 0; h < made->harmonics; h++)
         memcpy(&value[made->harmonic[h].at], terms->harmonic[place[h]].part,
                sizeof terms->harmonic->part);
@@ -365,7 +431,7 @@ struct list_faults {
 static void list_fault(void *context, const struct pend_terms_fault *found) {
     struct list_faults *faults = context;
     int i = found->arm >= 0 && found->row >= 0 ? faults->tree->order[found->arm] : -1;
-    if (i < 0 || arm_has(faults->terms, FAULTY, i)) return;
+    if (i < 0 || i >= faults->terms->n || arm_has(faults->terms, FAULTY, i)) return;
     faults->fault(faults->context, "mass", i, found->text);
     faults->count++;
 }
@@ -390,7 +456,7 @@ enum pend_status api_terms_make(const struct api_terms *terms, const struct pend
     struct list_faults faults = {terms, tree, fault, context, 0};
     *made = NULL;
     *value = NULL;
-    assert(terms->n == tree->n);
+    assert(terms->n + terms->cart.given == tree->n);
     if (terms->status != PEND_OK) return terms->status;
     int *place = malloc(((size_t)terms->harmonics + 1) * sizeof *place);
     if (!place) return PEND_NO_MEMORY;

@@ -19,6 +19,13 @@ struct api_harmonic {
     double part[3];
 };
 
+/* A cart on a rail that carries the pivot. What drives it is harmonics of arm n, one beyond the
+ * caller's. */
+struct api_cart {
+    int given;
+    double mass, angle, damping, stiffness, force; /* force: its constant part */
+};
+
 /* The terms of a pendulum while it is read, in the caller's order. */
 struct api_terms {
     int n;
@@ -27,6 +34,7 @@ struct api_terms {
     double *row[PEND_TERM_ROWS]; /* n numbers each; NULL = all as the default has it */
     double one[PEND_TERM_ONES];
     unsigned short *given; /* n sets of the fields that an arm has; NULL = none has any */
+    struct api_cart cart;
     struct api_harmonic *harmonic;
     int harmonics, room;
 };
@@ -74,7 +82,8 @@ void api_terms_check(const struct api_terms *terms, const int parent[], api_term
 /**
  * Makes the list of terms of a tree.
  *
- * tree   whose arms were read, in the caller's order.
+ * tree   whose arms were read, in the caller's order; a cart, if there is one, is one more, behind
+ *        them.
  * made   out; NULL if there are none, or on failure.
  * value  out, the numbers of the list, to be freed by free(); NULL where *made is NULL.
  * fault  is told of arms that have no inertia; `field` is then "mass".

@@ -308,15 +308,28 @@ static void bare_arms(const struct tree_reading *reading) {
         reading->bare[i] = (unsigned char)api_terms_bare(&reading->terms, i);
 }
 
+/* a cart becomes the arm behind the caller's, which carries all that hang on the pivot */
+static void hang_on_cart(struct tree_reading *reading) {
+    int n = reading->n;
+    assert(n >= 1 && reading->terms.cart.given);
+    for (int i = 0; i < n; i++)
+        if (reading->parent[i] == -1) reading->parent[i] = n;
+    reading->length[n] = 1;
+    reading->mass[n] = reading->terms.cart.mass;
+    reading->parent[n] = -1;
+    reading->bare[n] = 0;
+}
+
 /* reads the arms and the terms, and builds the tree and the list */
 static enum pend_status read_whole(struct tree_reading *reading, struct api_tree *tree) {
     struct pend_fault_sink sink = {tree_report, reading, API_PROBLEM_FAULTS};
     size_t n = (size_t)reading->n;
-    reading->length = malloc(n * (2 * sizeof(double) + sizeof(int) + 1));
+    // and a cart
+    reading->length = malloc((n + 1) * (2 * sizeof(double) + sizeof(int) + 1));
     if (!reading->length) return PEND_NO_MEMORY;
-    reading->mass = reading->length + n;
-    reading->parent = (int *)(reading->mass + n);
-    reading->bare = (unsigned char *)(reading->parent + n);
+    reading->mass = reading->length + n + 1;
+    reading->parent = (int *)(reading->mass + n + 1);
+    reading->bare = (unsigned char *)(reading->parent + n + 1);
     PEND_TRY(read_form(reading, &tree->names));
     if (reading->form != FORM_LISTS)
         api_terms_read_lists(&reading->terms, reading->pendulum, forms[reading->form].summary);
@@ -324,7 +337,9 @@ static enum pend_status read_whole(struct tree_reading *reading, struct api_tree
     PEND_TRY(reading->terms.status);
     api_terms_check(&reading->terms, reading->parent, term_fault, reading);
     bare_arms(reading);
-    PEND_TRY(pend_tree_new_bare(&tree->tree, reading->n, reading->length, reading->mass,
+    tree->cart = reading->terms.cart.given;
+    if (tree->cart) hang_on_cart(reading);
+    PEND_TRY(pend_tree_new_bare(&tree->tree, api_tree_stored(tree), reading->length, reading->mass,
                                 reading->bare, reading->parent, &sink));
     PEND_TRY(api_terms_make(&reading->terms, tree->tree, &tree->terms, &tree->value, term_fault,
                             reading));
@@ -365,7 +380,8 @@ enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pe
 
 /* what was read of a tree agrees with the tree that was made of it */
 PEND_VALIDATOR tree_read_valid(const struct api_tree *tree) {
-    return tree->n >= 0 && (!tree->tree || (tree->tree->n == tree->n && tree->n >= 1)) &&
+    return tree->n >= 0 &&
+           (!tree->tree || (tree->tree->n == api_tree_stored(tree) && tree->n >= 1)) &&
            !tree->terms == !tree->value && tree->loads.terms == tree->terms;
 }
 
@@ -386,10 +402,16 @@ void api_tree_clear(struct api_tree *tree) {
     *tree = (struct api_tree){0};
 }
 
+void api_tree_put(const struct api_tree *tree, const double row[], double out[]) {
+    const int *order = tree->tree->order;
+    assert(tree_read_valid(tree));
+    for (int k = tree->cart; k < api_tree_stored(tree); k++) out[order[k]] = row[k];
+}
+
 int api_tree_parent(const struct api_tree *tree, int i) {
     assert(tree->tree && i >= 0 && i < tree->n);
     int parent = tree->tree->parent[tree->tree->place[i]];
-    return parent < 0 ? -1 : tree->tree->order[parent];
+    return parent < tree->cart ? -1 : tree->tree->order[parent];
 }
 
 const char *api_tree_name(const struct api_tree *tree, int i, char scratch[16]) {

@@ -12,7 +12,8 @@
 #include "core/tree/tree.h"
 
 struct api_tree {
-    int n;                    /* arms, in the caller's order; 0 if their number is unknown */
+    int n;    /* arms, in the caller's order; 0 if their number is unknown */
+    int cart; /* 1 = the pivot is on a cart: arm n of the tree, its first stored one */
     struct pend_loads loads;  /* what acts on the tree */
     struct pend_terms *terms; /* of a real pendulum, to which loads points; NULL = it is ideal */
     double *value;            /* their numbers, terms->count of them */
@@ -38,6 +39,13 @@ PEND_MUST_CHECK enum pend_status api_tree_read(struct api_tree *tree,
                                                const struct api_limits *limits,
                                                struct api_problem *problem);
 
+/** Returns the number of coordinates of a tree, of which its states have one number each: its arms,
+ * and a cart. O(1). */
+static inline int api_tree_stored(const struct api_tree *tree) { return tree->n + tree->cart; }
+
+/** Copies a row in stored order to one of n numbers in the caller's order, without a cart. O(n). */
+void api_tree_put(const struct api_tree *tree, const double row[], double out[]);
+
 /** Frees the tree, its terms and its names. */
 void api_tree_clear(struct api_tree *tree);
 
@@ -45,7 +53,7 @@ void api_tree_clear(struct api_tree *tree);
 double api_tree_bytes(const struct api_tree *tree);
 
 /** Returns the caller's number, from 0, of the arm that carries the caller's arm i; -1 for the
- * pivot. O(1). */
+ * pivot and for a cart. O(1). */
 int api_tree_parent(const struct api_tree *tree, int i);
 
 /** Returns the name of the caller's arm i; for an arm without one its number from 1 as text, which

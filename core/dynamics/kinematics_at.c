@@ -38,6 +38,7 @@ static struct at_vector at_pivot(const struct pend_loads *loads, double time, in
 
 /* x along the rail of a cart */
 static struct at_vector at_rail(const struct pend_loads *loads, double x) {
+    assert(pend_terms_cart(loads->terms));
     return at_turn(x, 0, loads->value[loads->terms->one[PEND_TERM_RAIL]]);
 }
 

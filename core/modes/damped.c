@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/modes/rest.h"
+
 /* A pendulum at some angles: what hangs on every joint, in the frame of the arm. */
 struct damped_state {
     const struct pend_tree *tree;
@@ -134,74 +136,6 @@ static void damped_stiffness(const struct damped_state *s, double out[]) {
             out[(size_t)k * s->n + (size_t)k] -= creal(conj(pull) * s->moment[k] * s->turn[k]);
         damped_joint(s, k, damped_get(s->loads, PEND_TERM_STIFFNESS, k), out);
     }
-}
-
-/* the gradient of the potential energy; returns its largest entry over the largest of its parts */
-static double damped_gradient(const struct damped_state *s, const double phi[], double out[]) {
-    double complex pull = damped_pull(s->loads);
-    double most = 0, size = 0;
-    for (size_t k = 0; k < s->n; k++) {
-        out[k] = creal(conj(pull) * I * s->moment[k] * s->turn[k]);
-        size = fmax(size, cabs(pull) * cabs(s->moment[k]));
-    }
-    for (int k = 0; k < s->tree->n; k++) {
-        int p = pend_terms_holder(s->loads->terms, s->tree->parent, k);
-        double from = p >= 0 ? phi[p] : damped_cart(s, k) ? 0 : -M_PI_2;
-        double bent = phi[k] - from - damped_get(s->loads, PEND_TERM_REST, k);
-        double spring = damped_get(s->loads, PEND_TERM_STIFFNESS, k) * bent;
-        double torque = damped_get(s->loads, PEND_TERM_TORQUE, k);
-        out[k] += spring - torque;
-        if (p >= 0) out[p] -= spring - torque;
-        size = fmax(size, fmax(fabs(spring), fabs(torque)));
-    }
-    for (size_t k = 0; k < s->n; k++) most = fmax(most, fabs(out[k]));
-    return size > 0 ? most / size : 0;
-}
-
-/* one step of Newton's method: solves K step = gradient; 0 if K is singular. Angles move by half a
- * radian at most. */
-static int damped_newton(const struct damped_state *s, double matrix[], double gradient[],
-                         size_t pivot[], double phi[]) {
-    gsl_matrix_view k = gsl_matrix_view_array(matrix, s->n, s->n);
-    gsl_vector_view g = gsl_vector_view_array(gradient, s->n);
-    gsl_permutation order = {s->n, pivot};
-    int sign;
-    memset(matrix, 0, s->n * s->n * sizeof *matrix);
-    damped_stiffness(s, matrix);
-    // a cart without a spring rests anywhere, or nowhere
-    if (damped_cart(s, 0) && matrix[0] == 0) matrix[0] = 1;
-    if (gsl_linalg_LU_decomp(&k.matrix, &order, &sign)) return 0;
-    if (gsl_linalg_LU_svx(&k.matrix, &order, &g.vector)) return 0;
-    double most = 0;
-    for (size_t i = 0; i < s->n; i++) most = fmax(most, fabs(gradient[i]));
-    if (!isfinite(most)) return 0;
-    for (size_t i = 0; i < s->n; i++) phi[i] -= gradient[i] * (most > 0.5 ? 0.5 / most : 1);
-    return 1;
-}
-
-int pend_damped_equilibrium(const struct pend_tree *tree, const struct pend_loads *loads,
-                            double phi[]) {
-    enum { MOST = 200 };
-    struct damped_state s;
-    size_t n = (size_t)tree->n;
-    int steps = -1;
-    assert(pend_tree_valid(tree));
-    if (damped_open(&s, tree, loads) != PEND_OK) return -1;
-    double *matrix = malloc((n * n + n) * sizeof *matrix);
-    size_t *pivot = malloc(n * sizeof *pivot);
-    damped_weigh(&s, 0);
-    for (int i = 0; i < MOST && matrix && pivot && steps < 0; i++) {
-        double *gradient = matrix + n * n;
-        damped_turn(&s, phi);
-        if (damped_gradient(&s, phi, gradient) <= 0x1p-52 * (double)(n + 4))
-            steps = i;
-        else if (!damped_newton(&s, matrix, gradient, pivot, phi))
-            break;
-    }
-    free(pivot);
-    free(matrix);
-    free(s.turn);
-    return steps;
 }
 
 /* C: joints, tips in the air, and what is proportional to M */
@@ -426,14 +360,15 @@ enum pend_status pend_damped_new(struct pend_damped **damped, const struct pend_
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %d arms",
                          tree->n);
     memcpy(made->phi, phi, (size_t)tree->n * sizeof *phi);
-    made->steps = pend_damped_equilibrium(tree, loads, made->phi);
-    enum pend_status status = made->steps < 0 ? PEND_NOT_FINITE : damped_solve(made, tree, loads);
-    if (status == PEND_OK) return PEND_OK;
-    pend_fail(error, status, -1, 0,
-              made->steps < 0 ? "no equilibrium was found near this state: give another one"
-              : status == PEND_NO_MEMORY ? "no memory for the modes of %d arms"
-                                         : "the modes of %d arms did not converge",
-              tree->n);
+    enum pend_status status = pend_rest_find(tree, loads, made->phi, NULL, error);
+    if (status == PEND_OK) {
+        status = damped_solve(made, tree, loads);
+        if (status == PEND_OK) return PEND_OK;
+        pend_fail(error, status, -1, 0,
+                  status == PEND_NO_MEMORY ? "no memory for the modes of %d arms"
+                                           : "the modes of %d arms did not converge",
+                  tree->n);
+    }
     pend_damped_free(damped);
     return status;
 }

@@ -1,9 +1,8 @@
-/* Small motions of a real pendulum about an equilibrium: where it is, and the modes there, damped
- * or not, from dense matrices.
- * Leaves to others: ideal pendulums, whose modes need no matrix (modes), the eigenvalues
- * themselves (modes_gsl).
- * Invariant: the equations are M x'' + C x' + K x = 0 in the angles x from the equilibrium; drives
- * that depend on time are left out. */
+/* Small motions of a real pendulum about an equilibrium: the modes there, damped or not, from
+ * dense matrices.
+ * Leaves to others: where it is (rest), ideal pendulums, whose modes need no matrix (modes), the
+ * eigenvalues themselves (modes_gsl). Invariant: the equations are M x'' + C x' + K x = 0 in the
+ * angles x from the equilibrium; drives that depend on time are left out. */
 #ifndef PEND_DAMPED_H
 #define PEND_DAMPED_H
 
@@ -19,21 +18,7 @@ struct pend_damped {
     double *decay;   /* 1/s: the real part of the eigenvalue, below 0 where the mode dies away */
     double *re, *im; /* shapes, mode-major: the angle of arm k in mode j at j n + k; the entry of
                         largest size is 1 */
-    int steps;       /* of Newton's method */
 };
-
-/**
- * Finds the equilibrium of a pendulum near a state, by Newton's method on the gradient of the
- * potential energy of gravity, springs, constant torques and a constant acceleration of the pivot.
- *
- * phi  in: n angles to start from, rad; out: the equilibrium.
- *
- * Returns the number of steps; -1 if they do not converge in 200, or memory is short.
- * O(n^3) a step. The nearest equilibrium is found where the start is close to it, and it may be
- * unstable: an angle at which nothing pulls stays.
- */
-int pend_damped_equilibrium(const struct pend_tree *tree, const struct pend_loads *loads,
-                            double phi[]);
 
 /**
  * Fills in M, C and K at an equilibrium, n x n row-major each.

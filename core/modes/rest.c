@@ -19,6 +19,11 @@ static double rest_get(const struct pend_loads *loads, enum pend_term_row row, i
     return loads->terms ? pend_terms_get(loads->terms, loads->value, row, k) : 0;
 }
 
+/* arm k is a cart */
+static int rest_cart(const struct pend_loads *loads, int k) {
+    return !k && pend_terms_cart(loads->terms);
+}
+
 struct rest_body pend_rest_arm(const struct pend_tree *tree, const struct pend_loads *loads,
                                int k) {
     assert(k >= 0 && k < tree->n);
@@ -26,6 +31,10 @@ struct rest_body pend_rest_arm(const struct pend_tree *tree, const struct pend_l
     double body = rest_get(loads, PEND_TERM_BODY, k), x = rest_get(loads, PEND_TERM_CENTER_X, k);
     double y = rest_get(loads, PEND_TERM_CENTER_Y, k);
     double own = rest_get(loads, PEND_TERM_INERTIA, k);
+    if (rest_cart(loads, k)) {
+        double rail = loads->value[loads->terms->one[PEND_TERM_RAIL]];
+        return (struct rest_body){m, {m * sin(rail), -m * cos(rail)}, m};
+    }
     return (struct rest_body){m + rod + body,
                               {m * l + rod * l / 2 + body * x, body * y},
                               m * l * l + rod * l * l / 3 + body * (x * x + y * y) + own};
@@ -44,6 +53,11 @@ void pend_rest_point(const struct pend_tree *tree, const struct pend_loads *load
                      double point[2]) {
     assert(k > 0 && k < tree->n);
     int hung = loads->terms && loads->terms->hung[k];
+    if (rest_cart(loads, tree->parent[k])) {
+        double rail = loads->value[loads->terms->one[PEND_TERM_RAIL]];
+        point[0] = sin(rail), point[1] = -cos(rail);
+        return;
+    }
     point[0] = hung ? rest_get(loads, PEND_TERM_AT_X, k) : tree->len[tree->parent[k]];
     point[1] = hung ? rest_get(loads, PEND_TERM_AT_Y, k) : 0;
 }
@@ -76,15 +90,17 @@ static double rest_slopes(const struct pend_tree *tree, const struct pend_loads 
     pend_rest_pull(loads, pull);
     for (int k = 0; k < tree->n; k++) {
         const struct rest_body *body = &node[k].body;
-        double complex part = conj(pull[0] + I * pull[1]) *
-                              ((body->moment[0] + I * body->moment[1]) * cexp(I * phi[k]));
+        double complex turn = rest_cart(loads, k) ? 1 : cexp(I * phi[k]);
+        double complex part =
+            conj(pull[0] + I * pull[1]) * ((body->moment[0] + I * body->moment[1]) * turn);
         node[k].slope = -cimag(part);
-        node[k].pivot = node[k].spring - creal(part);
+        node[k].pivot = node[k].spring - (rest_cart(loads, k) ? 0 : creal(part));
         size = fmax(size, hypot(pull[0], pull[1]) * hypot(body->moment[0], body->moment[1]));
     }
     for (int k = 0; k < tree->n; k++) {
-        int p = tree->parent[k];
-        double bent = phi[k] - (p < 0 ? -M_PI_2 : phi[p]) - rest_get(loads, PEND_TERM_REST, k);
+        int p = pend_terms_holder(loads->terms, tree->parent, k);
+        double from = p >= 0 ? phi[p] : rest_cart(loads, k) ? 0 : -M_PI_2;
+        double bent = phi[k] - from - rest_get(loads, PEND_TERM_REST, k);
         double spring = node[k].spring * bent;
         node[k].slope += spring - node[k].torque;
         if (p >= 0) node[p].slope -= spring - node[k].torque;
@@ -97,15 +113,17 @@ static double rest_slopes(const struct pend_tree *tree, const struct pend_loads 
 
 /* eliminates the arms from the leaves on, of the matrix whose only entries off the diagonal are the
  * springs'; returns true if all pivots are positive */
-static int rest_eliminate(const struct pend_tree *tree, struct rest_node node[]) {
+static int rest_eliminate(const struct pend_tree *tree, const struct pend_loads *loads,
+                          struct rest_node node[]) {
     int positive = 1;
     assert(tree->parent[0] < 0);
     for (int k = tree->n - 1; k >= 0; k--) {
         struct rest_node *at = node + k;
         positive &= at->pivot > 0;
         if (at->pivot == 0) at->pivot = 0x1p-52 * (at->spring > 0 ? at->spring : 1);
-        if (tree->parent[k] < 0) continue;
-        struct rest_node *parent = node + tree->parent[k];
+        int p = pend_terms_holder(loads->terms, tree->parent, k);
+        if (p < 0) continue;
+        struct rest_node *parent = node + p;
         double ratio = at->spring / at->pivot;
         parent->pivot -= ratio * at->spring;
         parent->slope += ratio * at->slope;
@@ -114,17 +132,19 @@ static int rest_eliminate(const struct pend_tree *tree, struct rest_node node[])
 }
 
 /* moves the angles by a step of Newton's method, whose factors are known; 0 if it is not finite */
-static int rest_step(const struct pend_tree *tree, struct rest_node node[], double phi[]) {
+static int rest_step(const struct pend_tree *tree, const struct pend_loads *loads,
+                     struct rest_node node[], double phi[]) {
     double most = 0;
     for (int k = 0; k < tree->n; k++) {
-        int p = tree->parent[k];
+        int p = pend_terms_holder(loads->terms, tree->parent, k);
         node[k].slope =
             (node[k].slope + (p < 0 ? 0 : node[k].spring * node[p].slope)) / node[k].pivot;
         if (!isfinite(node[k].slope)) return 0;
-        most = fmax(most, fabs(node[k].slope));
+        if (!rest_cart(loads, k)) most = fmax(most, fabs(node[k].slope));
     }
-    for (int k = 0; k < tree->n; k++)
-        phi[k] -= node[k].slope * (most > angle_most ? angle_most / most : 1);
+    // what pulls on a cart does not depend on where anything is
+    double part = most > angle_most ? angle_most / most : 1;
+    for (int k = 0; k < tree->n; k++) phi[k] -= node[k].slope * (rest_cart(loads, k) ? 1 : part);
     return 1;
 }
 
@@ -157,8 +177,8 @@ enum pend_status pend_rest_find(const struct pend_tree *tree, const struct pend_
     int found = 0, goes = 1, positive = 0;
     for (int i = 0; i < STEPS_MOST && goes && !found; i++) {
         found = rest_slopes(tree, loads, phi, node) <= 0x1p-52 * (double)(tree->n + 4);
-        positive = rest_eliminate(tree, node);
-        goes = found || rest_step(tree, node, phi);
+        positive = rest_eliminate(tree, loads, node);
+        goes = found || rest_step(tree, loads, node, phi);
     }
     if (stable) *stable = positive;
     free(node);

@@ -20,6 +20,11 @@
     "\"rest\":0.5,\"drag\":{\"linear\":0.1,\"quadratic\":0.2}}],\"drag_per_mass\":0.05,"           \
     "\"pivot\":{\"x\":{\"harmonics\":[{\"amplitude\":0.1,\"omega\":5,\"phase\":1}]},"              \
     "\"acceleration\":[0.1,0]}}"
+#define TEST_CART_TREE                                                                             \
+    "\"pendulum\":{\"length\":[1,0.5,0.7],\"mass\":[1,2,1],\"parent\":[0,1,0],\"damping\":[0.1,0," \
+    "0.2],\"pivot\":{\"cart\":{\"mass\":2,\"angle\":0.2,\"damping\":0.3,\"stiffness\":20,"         \
+    "\"force\":{"                                                                                  \
+    "\"constant\":1,\"harmonics\":[{\"amplitude\":2,\"omega\":3}]}}}}"
 #define TEST_TIMES "\"times\":[0,0.1,0.25]"
 #define TEST_MOTION "{" TEST_TREE ",\"initial\":{\"theta\":[1,2]}," TEST_TIMES ","
 #define TEST_GRID                                                                                  \
@@ -38,6 +43,18 @@ static const struct test_request {
      "\"torque\":[{\"harmonics\":[{\"amplitude\":1,\"omega\":2}]},{}]},\"more\":1}",
      NULL},
     {API_OP_TREES, "{" TEST_REAL_TREE "}", NULL},
+    {API_OP_TREES, "{" TEST_CART_TREE "}", NULL},
+    {API_OP_TRAJECTORIES,
+     "{" TEST_CART_TREE "," TEST_TIMES
+     ",\"initial\":{\"theta\":[1,2,0],\"cart\":{\"x\":0.1}},\"output\":[\"phi\",\"z\",\"cart\"]}",
+     "text/csv"},
+    {API_OP_FORCES, "{" TEST_CART_TREE ",\"state\":{\"phi\":[1,2,3],\"cart\":{\"v\":1}}}", NULL},
+    {API_OP_MODES, "{" TEST_CART_TREE "}", NULL},
+    {API_OP_ENSEMBLES,
+     "{" TEST_CART_TREE
+     ",\"duration\":0.5,\"observables\":[\"cart\",\"final\"],\"grid\":[{\"vary\":"
+     "\"mass\",\"arm\":\"cart\",\"start\":1,\"stop\":3,\"count\":3}]}",
+     NULL},
     {API_OP_TRAJECTORIES,
      "{" TEST_TREE
      ",\"initial\":{\"mode\":2,\"amplitude\":0.5},\"times\":{\"stop\":1,\"step\":0.002},"

@@ -538,6 +538,7 @@ TEST(every_number_of_a_real_pendulum_varies_by_name) {
         "\"duration\":0.5,\"observables\":[\"parameters\",\"final\"],";
     for (int i = 0; i < API_VARIED; i++) {
         char body[2000], arm[20] = "";
+        if (!strcmp(api_varied_name(i), "cart_angle")) continue; // of a pendulum with a cart
         int second = i == PEND_TERM_AT_X || i == PEND_TERM_AT_Y;
         if (api_varied_of_arm(i)) snprintf(arm, sizeof arm, "\"arm\":%d,", second ? 2 : 1);
         snprintf(body, sizeof body,

@@ -1,0 +1,190 @@
+/* Tests of requests with a pivot on a cart: its start, its columns in every operation, axes over
+ * its numbers, and what is refused. Leaves to others: the equations (laws/test_cart), faults of its
+ * fields (test_terms_json). Invariant: arms of an answer are those of the request; the cart's
+ * numbers stand apart. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "tests/api/post.h"
+#include "tests/harness/test.h"
+
+#define CART                                                                                       \
+    "\"pendulum\":{\"length\":[1,0.5,0.7],\"mass\":[1,2,1],\"parent\":[0,1,0],\"pivot\":{"         \
+    "\"cart\":"                                                                                    \
+    "{\"mass\":2,\"angle\":0.2,\"damping\":0.3,\"stiffness\":20,\"force\":{\"constant\":1,"        \
+    "\"harmonics\":[{\"amplitude\":2,\"omega\":3}]}}}}"
+#define START "{\"phi\":[-1,0.5,-2],\"phid\":[0.3,0,1],\"cart\":{\"x\":0.1,\"v\":-0.4}}"
+
+TEST(a_tree_on_a_cart_is_told_as_it_was_given) {
+    struct test_reply reply = test_post(API_OP_TREES, "{" CART "}");
+    CHECK_INT(reply.status, 200);
+    CHECK(test_reply_number(&reply, "/n") == 3);
+    CHECK(test_reply_number(&reply, "/pivot/cart/mass") == 2);
+    CHECK(test_reply_number(&reply, "/pivot/cart/angle") == 0.2);
+    CHECK(test_reply_number(&reply, "/pivot/cart/stiffness") == 20);
+    CHECK(test_reply_number(&reply, "/pivot/cart/force/constant") == 1);
+    CHECK(test_reply_number(&reply, "/pivot/cart/force/harmonics/0/omega") == 3);
+    CHECK(test_reply_number(&reply, "/length_total") == 2.2);
+    CHECK(test_reply_number(&reply, "/subtree_mass/0") == 3);
+    CHECK(test_reply_number(&reply, "/depth/1") == 2 && test_reply_number(&reply, "/depth/2") == 1);
+    CHECK(test_reply_number(&reply, "/parent/2") == 0);
+    CHECK(test_reply_number(&reply, "/S/1/0") == 1 && test_reply_number(&reply, "/S/2/0") == 0);
+    CHECK(strstr(reply.out.data, "\"S\":[[1,0,0],[1,1,0],[0,0,1]]"));
+    CHECK(strstr(reply.out.data, "\"B\":[[1,-1,0],[0,1,0],[0,0,1]]"));
+    test_reply_free(&reply);
+}
+
+TEST(a_trajectory_on_a_cart_agrees_with_the_forces_of_its_states) {
+    struct test_reply reply =
+        test_post(API_OP_TRAJECTORIES,
+                  "{" CART ",\"initial\":" START ",\"times\":[0,0.001],\"rtol\":1e-14,\"output\":["
+                  "\"phi\",\"cart\",\"z\",\"phid\",\"energy\",\"exchange\",\"joint_force\"]}");
+    CHECK_INT(reply.status, 200);
+    CHECK(test_reply_number(&reply, "/cart/x/0") == 0.1);
+    CHECK(test_reply_number(&reply, "/cart/v/0") == -0.4);
+    CHECK(test_reply_number(&reply, "/phi/0/2") == -2);
+    // both arms of the pivot begin at the cart
+    CHECK(fabs(test_reply_number(&reply, "/z/re/0/2") - 0.1 * cos(0.2) - 0.7 * cos(2)) < 1e-15);
+    double speed = test_reply_number(&reply, "/cart/v/1"), sum = 0;
+    struct test_reply forces = test_post(API_OP_FORCES, "{" CART ",\"state\":" START "}");
+    CHECK_INT(forces.status, 200);
+    double acc = test_reply_number(&forces, "/cart/acceleration");
+    CHECK(fabs((speed + 0.4) / 0.001 - acc) < 0.05);
+    double reaction = test_reply_number(&forces, "/cart/reaction");
+    CHECK(fabs(test_reply_number(&reply, "/cart/reaction/0") / reaction - 1) < 1e-13);
+    // energy less work plus heat stays
+    static const char *const part[] = {"/energy/total/1", "/energy/total/0", "/exchange/work/1",
+                                       "/exchange/heat/1"};
+    static const double sign[] = {1, -1, -1, 1};
+    for (int i = 0; i < 4; i++) sum += sign[i] * test_reply_number(&reply, part[i]);
+    CHECK(fabs(sum) < 1e-13);
+    test_reply_free(&forces);
+    test_reply_free(&reply);
+}
+
+TEST(every_method_and_precision_gives_the_same_motion_on_a_cart) {
+    static const char *const ways[] = {"\"method\":\"taylor\"",      "\"method\":\"rk8pd\"",
+                                       "\"method\":\"msadams\"",     "\"method\":\"ode23\"",
+                                       "\"precision\":\"extended\"", "\"precision\":\"quad\""};
+    double first[2] = {0, 0};
+    for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
+        char body[700];
+        snprintf(body, sizeof body,
+                 "{" CART ",\"initial\":" START
+                 ",\"times\":[0.5,1],%s,%s\"output\":[\"cart\",\"phi\",\"energy\",\"exchange\"]}",
+                 ways[i], i == 3 ? "\"rtol\":1e-9,\"atol\":1e-10," : "");
+        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        CHECK_SAYING(reply.status == 200, "%s: %.300s", ways[i], reply.out.data);
+        double x = test_reply_number(&reply, "/cart/x/1"),
+               phi = test_reply_number(&reply, "/phi/1/1");
+        if (!i) first[0] = x, first[1] = phi;
+        double gap = fmax(fabs(x - first[0]), fabs(phi - first[1]));
+        CHECK_SAYING(gap < (i == 3 ? 1e-6 : 1e-9), "%s: %g", ways[i], gap);
+        // energy less work plus heat stays, by every method
+        double sum = test_reply_number(&reply, "/energy/total/1") -
+                     test_reply_number(&reply, "/energy/total/0") -
+                     test_reply_number(&reply, "/exchange/work/1") +
+                     test_reply_number(&reply, "/exchange/heat/1");
+        CHECK_SAYING(fabs(sum) < (i == 3 ? 1e-5 : 1e-8), "%s: balance %g", ways[i], sum);
+        test_reply_free(&reply);
+    }
+}
+
+TEST(modes_on_a_cart_count_it) {
+    struct test_reply reply = test_post(
+        API_OP_MODES, "{\"pendulum\":{\"length\":[0.4],\"mass\":[1],\"parent\":[0],\"pivot\":{"
+                      "\"cart\":{\"mass\":3}}}}");
+    CHECK_INT(reply.status, 200);
+    CHECK(test_reply_number(&reply, "/omega/0") == 0);
+    double omega = sqrt((1 + 1.0 / 3) * 9.81 / 0.4);
+    CHECK(fabs(test_reply_number(&reply, "/omega/1") / omega - 1) < 1e-14);
+    CHECK(test_reply_number(&reply, "/cart/equilibrium") == 0);
+    CHECK(fabs(test_reply_number(&reply, "/cart/re/1") + 0.1) < 1e-14);
+    CHECK(test_reply_number(&reply, "/vectors/re/1/0") == 1);
+    test_reply_free(&reply);
+}
+
+TEST(members_on_a_cart_vary_in_its_numbers) {
+    static const char *const names[] = {"mass", "damping", "stiffness",        "phi",
+                                        "phid", "torque",  "torque_amplitude", "torque_omega"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        char body[700];
+        snprintf(
+            body, sizeof body,
+            "{" CART
+            ",\"duration\":1,\"observables\":[\"final\",\"cart\",\"lyapunov\"],\"initial\":" START
+            ",\"grid\":[{\"vary\":\"%s\",\"arm\":\"cart\",\"start\":1,\"stop\":2,\"count\":"
+            "2}]}",
+            names[i]);
+        struct test_reply reply = test_post(API_OP_ENSEMBLES, body);
+        CHECK_SAYING(reply.status == 200, "%s: %.300s", names[i], reply.out.data);
+        CHECK(test_reply_number(&reply, "/cart/x/0") != test_reply_number(&reply, "/cart/x/1"));
+        CHECK(test_reply_number(&reply, "/final/phi/0/2") !=
+              test_reply_number(&reply, "/final/phi/1/2"));
+        test_reply_free(&reply);
+    }
+    // a member ends where a trajectory does
+    struct test_reply one =
+        test_post(API_OP_ENSEMBLES, "{" CART ",\"duration\":1,\"observables\":[\"cart\",\"final\"],"
+                                    "\"states\":[" START "]}");
+    struct test_reply alone =
+        test_post(API_OP_TRAJECTORIES,
+                  "{" CART ",\"initial\":" START ",\"times\":[0,1],\"output\":[\"cart\",\"phi\"]}");
+    CHECK(fabs(test_reply_number(&one, "/cart/x/0") - test_reply_number(&alone, "/cart/x/1")) <
+          1e-11);
+    CHECK(fabs(test_reply_number(&one, "/final/phi/0/2") - test_reply_number(&alone, "/phi/1/2")) <
+          1e-10);
+    test_reply_free(&alone);
+    test_reply_free(&one);
+}
+
+TEST(two_metronomes_on_a_cart_with_friction_end_against_each_other) {
+    // Huygens' clocks: what moves the cart dies away
+    struct test_reply reply = test_post(
+        API_OP_TRAJECTORIES,
+        "{\"pendulum\":{\"length\":[0.25,0.25],\"mass\":[0.1,0.1],\"parent\":[0,0],\"pivot\":{"
+        "\"cart\":{\"mass\":0.6,\"damping\":0.3}}},\"initial\":{\"theta\":[0.4,0.05]},\"times\":{"
+        "\"stop\":120,\"step\":0.5},\"output\":[\"theta\",\"cart\"]}");
+    CHECK_INT(reply.status, 200);
+    double together = 0, apart = 0;
+    for (int i = 200; i <= 240; i++) {
+        char pointer[40];
+        snprintf(pointer, sizeof pointer, "/theta/%d/0", i);
+        double first = test_reply_number(&reply, pointer);
+        snprintf(pointer, sizeof pointer, "/theta/%d/1", i);
+        double second = test_reply_number(&reply, pointer);
+        together = fmax(together, fabs(first + second));
+        apart = fmax(apart, fabs(first - second));
+    }
+    CHECK_SAYING(together < 0.02 && apart > 0.3, "together %g, apart %g", together, apart);
+    test_reply_free(&reply);
+}
+
+TEST(what_does_not_take_a_cart_says_so) {
+    CHECK_REFUSED(API_OP_LYAPUNOV, "{" CART ",\"duration\":1}", "/pendulum", "a pivot on a cart");
+    CHECK_REFUSED(API_OP_TRAJECTORIES,
+                  "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"times\":[0,1],"
+                  "\"output\":[\"cart\"]}",
+                  "/output", "the pendulum has none");
+    CHECK_REFUSED(API_OP_TRAJECTORIES,
+                  "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"times\":[0,1],"
+                  "\"initial\":{\"cart\":{\"x\":1}}}",
+                  "/initial/cart", "the pendulum has none");
+    CHECK_REFUSED(API_OP_TRAJECTORIES,
+                  "{" CART ",\"times\":[0,1],\"initial\":{\"cart\":{\"y\":1}}}", "/initial/cart/y",
+                  "not a known field");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" CART ",\"times\":[0,1],\"method\":\"symplectic\"}",
+                  "/method", "has no pivot on a cart");
+    CHECK_REFUSED(API_OP_TRAJECTORIES,
+                  "{" CART ",\"times\":[0,1],\"derivatives\":[{\"vary\":\"gravity\"}]}",
+                  "/derivatives", "a pendulum on a cart");
+    CHECK_REFUSED(API_OP_ENSEMBLES,
+                  "{" CART ",\"duration\":1,\"observables\":[\"flips\"],\"states\":[{}]}",
+                  "/observables", "flips");
+    CHECK_REFUSED(API_OP_ENSEMBLES,
+                  "{" CART
+                  ",\"duration\":1,\"grid\":[{\"vary\":\"theta\",\"arm\":\"cart\",\"start\":1,"
+                  "\"stop\":2,\"count\":2}]}",
+                  "/grid/0/vary", "is no number of a cart");
+}
