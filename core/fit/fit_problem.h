@@ -1,0 +1,58 @@
+/* Measurements of a pendulum, and what is to be found from them.
+ * Leaves to others: the model (fit_model), the minimum (fit).
+ * Invariant: all pointers belong to the caller. */
+#ifndef PEND_FIT_PROBLEM_H
+#define PEND_FIT_PROBLEM_H
+
+#include "core/derivatives/derivatives.h"
+
+/* What is measured in a column: an angle of an arm, or a coordinate of its tip, as the camera has
+ * it. */
+enum pend_fit_kind { PEND_FIT_PHI, PEND_FIT_X, PEND_FIT_Y };
+
+/* Arms in the caller's order. */
+struct pend_fit_column {
+    enum pend_fit_kind kind;
+    int arm;
+    double sigma;       /* of one measurement, in the data's unit; 0 = not known */
+    const double *data; /* a number a row, rad or the camera's unit; NaN = not measured */
+};
+
+/* The camera's place x + i y = origin + scale e^{i rotation} z. */
+enum pend_fit_camera {
+    PEND_FIT_SCALE,    /* units of the camera per m */
+    PEND_FIT_ROTATION, /* rad */
+    PEND_FIT_ORIGIN_X, /* of the pivot, in the camera's unit */
+    PEND_FIT_ORIGIN_Y,
+    PEND_FIT_CAMERA
+};
+
+/* What is to be found; the bounds may be infinite. */
+struct pend_fit_unknown {
+    int camera;               /* enum pend_fit_camera; -1 = a parameter of the pendulum */
+    struct pend_parameter by; /* of the pendulum */
+    double start, low, high;  /* low < start < high */
+};
+
+/* All pointers must outlive the fit. */
+struct pend_fit_problem {
+    int n;                       /* arms */
+    const double *length, *mass; /* the caller's order, as the tree was made */
+    const unsigned char *bare;
+    const int *parent, *order; /* order: of the stored arms, as pend_tree has it */
+    struct pend_loads loads;
+    const double *phi, *rate; /* start, stored order */
+    double start;             /* s, when it is there: not after the first row */
+    double camera[PEND_FIT_CAMERA];
+    long rows;
+    const double *t; /* s, strictly increasing */
+    int columns;
+    const struct pend_fit_column *column;
+    int unknowns;
+    const struct pend_fit_unknown *unknown;
+    double rtol;    /* of the motion, as of the taylor method */
+    int iterations; /* most, 1 .. */
+    long step_cap;  /* of a motion, 0 = none; it is lowered to what a tame one may take */
+};
+
+#endif

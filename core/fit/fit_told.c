@@ -1,0 +1,81 @@
+#include "core/fit/fit_told.h"
+
+#include <assert.h>
+#include <gsl/gsl_linalg.h>
+#include <math.h>
+#include <stdlib.h>
+
+/* A direction whose effect on the data is less than this part of the largest is not told by them.
+ */
+static const double told_least = 1e-7;
+
+enum pend_status pend_fit_told_init(struct fit_told *told, size_t m, int q, const double slope[],
+                                    const double residual[], const unsigned char fixed[],
+                                    const double size[]) {
+    assert(q >= 1 && m >= (size_t)q);
+    size_t p = (size_t)q;
+    *told = (struct fit_told){.q = q, .size = size};
+    double *block = malloc((p * p + 2 * p + m * p) * sizeof *block);
+    if (!block) return PEND_NO_MEMORY;
+    told->direction = block, told->value = block + p * p, told->gain = told->value + p;
+    double *left = told->gain + p;
+    for (size_t i = 0; i < m; i++)
+        for (size_t j = 0; j < p; j++) left[i * p + j] = fixed[j] ? 0 : slope[i * p + j] * size[j];
+    gsl_matrix_view U = gsl_matrix_view_array(left, m, p);
+    gsl_matrix_view V = gsl_matrix_view_array(told->direction, p, p);
+    gsl_vector_view s = gsl_vector_view_array(told->value, p);
+    if (gsl_linalg_SV_decomp_jacobi(&U.matrix, &V.matrix, &s.vector)) return PEND_NO_MEMORY;
+    for (size_t d = 0; d < p; d++) {
+        told->gain[d] = 0;
+        for (size_t i = 0; i < m; i++) told->gain[d] += left[i * p + d] * residual[i];
+    }
+    return PEND_OK;
+}
+
+void pend_fit_told_clear(struct fit_told *told) {
+    free(told->direction);
+    told->direction = NULL;
+}
+
+int pend_fit_told_is(const struct fit_told *told, int d) {
+    assert(d >= 0 && d < told->q);
+    return told->value[d] > told_least * told->value[0];
+}
+
+void pend_fit_told_covariance(const struct fit_told *told, double covariance[]) {
+    int q = told->q;
+    for (int i = 0; i < q; i++)
+        for (int j = 0; j < q; j++) {
+            double sum = 0;
+            for (int d = 0; d < q; d++) {
+                double s = told->value[d];
+                if (pend_fit_told_is(told, d))
+                    sum += told->direction[i * q + d] * told->direction[j * q + d] / (s * s);
+            }
+            covariance[i * q + j] = sum * told->size[i] * told->size[j];
+        }
+}
+
+double pend_fit_told_gain(const struct fit_told *told) {
+    double gain = 0;
+    for (int d = 0; d < told->q; d++)
+        if (pend_fit_told_is(told, d)) gain += told->gain[d] * told->gain[d];
+    return gain;
+}
+
+int pend_fit_told_blind(const struct fit_told *told, const unsigned char fixed[], int most,
+                        double to[]) {
+    int q = told->q, count = 0;
+    for (int d = 0; d < q && count < most; d++) {
+        double largest = 0, *row = to + (size_t)count * (size_t)q;
+        if (pend_fit_told_is(told, d)) continue;
+        for (int j = 0; j < q; j++) {
+            row[j] = fixed[j] ? 0 : told->direction[j * q + d];
+            if (fabs(row[j]) > fabs(largest)) largest = row[j];
+        }
+        if (fabs(largest) < 0.1) continue; // the direction of an unknown at its bound
+        for (int j = 0; j < q; j++) row[j] /= largest;
+        count++;
+    }
+    return count;
+}

@@ -1,0 +1,60 @@
+/* What measurements tell of the unknowns, from the slopes at a minimum: the singular values of the
+ * Jacobian matrix and their directions.
+ * Leaves to others: the slopes (fit_model), the search (fit).
+ * Invariant: an unknown at a bound has no part in any direction that the data tell. */
+#ifndef PEND_FIT_TOLD_H
+#define PEND_FIT_TOLD_H
+
+#include <stddef.h>
+
+#include "core/base/status.h"
+
+struct fit_told {
+    int q;              /* unknowns */
+    double *direction;  /* q x q: column d is the direction of singular value d */
+    double *value;      /* q, descending */
+    double *gain;       /* q: what a direction still takes from the residuals */
+    const double *size; /* q: what an unknown is measured in */
+};
+
+/**
+ * Decomposes slopes.
+ *
+ * told      out; ends with pend_fit_told_clear, also after a failure.
+ * m, q      measurements and unknowns, m >= q.
+ * slope     m x q.
+ * residual  m.
+ * fixed     q flags: unknowns at a bound, whose slopes count as 0.
+ * size      q numbers, which must outlive `told`.
+ *
+ * PEND_NO_MEMORY  O(m q^2).
+ */
+PEND_MUST_CHECK enum pend_status pend_fit_told_init(struct fit_told *told, size_t m, int q,
+                                                    const double slope[], const double residual[],
+                                                    const unsigned char fixed[],
+                                                    const double size[]);
+
+/** Frees the memory. */
+void pend_fit_told_clear(struct fit_told *told);
+
+/** Whether the data tell direction d: its effect is above 1e-7 of the largest. O(1). */
+int pend_fit_told_is(const struct fit_told *told, int d);
+
+/** The covariance of the unknowns, q x q, in their own units, for residuals of variance 1; what is
+ * not told has no part in it. O(q^3). */
+void pend_fit_told_covariance(const struct fit_told *told, double covariance[]);
+
+/** What one more step could take from the sum of squares, to first order. O(q). */
+double pend_fit_told_gain(const struct fit_told *told);
+
+/**
+ * Copies the directions that are not told, each with a largest part of 1.
+ *
+ * to  most x q.
+ *
+ * Returns how many; those of unknowns at a bound are left out. O(q^2).
+ */
+int pend_fit_told_blind(const struct fit_told *told, const unsigned char fixed[], int most,
+                        double to[]);
+
+#endif

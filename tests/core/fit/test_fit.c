@@ -1,0 +1,315 @@
+/* Tests of fits: synthetic measurements with noise, by angles and by a camera; what the data do not
+ * tell; data of another pendulum; faults. FITS=500 in the environment takes that many data sets.
+ * Leaves to others: reading data (api).
+ * Invariant: random numbers are from seeds; every data set has an error of its own size. */
+#include "core/fit/fit.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/integrate/run.h"
+#include "tests/harness/test.h"
+
+enum { ARMS = 3, ROWS = 500, UNKNOWNS = 20 };
+
+/* a damped chain, its measurements and what is to be found */
+struct study {
+    int n, rows, columns, unknowns;
+    double length[ARMS], mass[ARMS], phi[ARMS], rate[ARMS], value[ARMS], truth[UNKNOWNS];
+    double t[ROWS], angle[ROWS * ARMS], x[ROWS * ARMS], y[ROWS * ARMS], data[2 * ARMS][ROWS];
+    struct pend_tree *tree;
+    struct pend_terms *terms;
+    struct pend_fit_column column[2 * ARMS];
+    struct pend_fit_unknown unknown[UNKNOWNS];
+    struct pend_fit_problem problem;
+};
+
+static const int parents[ARMS] = {-1, 0, 1}, in_order[ARMS] = {0, 1, 2};
+
+static double gauss(unsigned long long *seed) {
+    double size = sqrt(-2 * log(1 - test_random(seed)));
+    return size * cos(2 * M_PI * test_random(seed));
+}
+
+static void study_run(struct study *s, double span) {
+    struct pend_problem problem = {
+        .tree = s->tree,
+        .loads = {9.81, s->terms, s->value},
+        .phi = s->phi,
+        .rate = s->rate,
+        .times = {.count = s->rows, .span = span, .divisor = s->rows - 1}};
+    struct pend_samples samples = {
+        .cap = s->rows, .t = s->t, .phi = s->angle, .z_re = s->x, .z_im = s->y};
+    struct pend_run *run;
+    int done = 0;
+    REQUIRE(pend_run_new(&run, &pend_method_taylor, &problem, NULL) == PEND_OK);
+    CHECK(pend_run_next(run, &samples, INFINITY, &done, NULL) == PEND_OK && done);
+    pend_run_free(&run);
+}
+
+/* a chain of n arms, let go up to `swing` rad from hanging, and its motion */
+static void study_new(struct study *s, int n, int rows, double span, double swing,
+                      unsigned long long *seed) {
+    unsigned char row[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
+    memset(s, 0, sizeof *s);
+    s->n = n, s->rows = rows;
+    for (int k = 0; k < n; k++) {
+        s->length[k] = 0.2 + 0.3 * test_random(seed);
+        s->mass[k] = 0.1 + 0.3 * test_random(seed);
+        s->phi[k] = swing * (2 * test_random(seed) - 1) - M_PI / 2;
+        s->value[k] = 0.0005 + 0.002 * test_random(seed);
+    }
+    row[PEND_TERM_DAMPING] = 1;
+    REQUIRE(pend_tree_new(&s->tree, n, s->length, s->mass, parents, NULL) == PEND_OK);
+    REQUIRE(pend_terms_new(&s->terms, n, row, ones, 0, NULL, NULL) == PEND_OK);
+    REQUIRE(s->terms->count == n);
+    study_run(s, span);
+    s->problem = (struct pend_fit_problem){.n = n,
+                                           .length = s->length,
+                                           .mass = s->mass,
+                                           .parent = parents,
+                                           .order = in_order,
+                                           .loads = {9.81, s->terms, s->value},
+                                           .phi = s->phi,
+                                           .rate = s->rate,
+                                           .camera = {1, 0, 0, 0},
+                                           .rows = rows,
+                                           .t = s->t,
+                                           .column = s->column,
+                                           .unknown = s->unknown,
+                                           .rtol = 1e-10,
+                                           .iterations = 300,
+                                           .step_cap = 100000};
+}
+
+static void study_free(struct study *s) {
+    pend_terms_free(&s->terms);
+    pend_tree_free(&s->tree);
+}
+
+/* angles of all arms with noise that is a part of how far they swing, as a tracker tells them */
+static void study_angles(struct study *s, double noise, int known, unsigned long long *seed) {
+    double square = 0;
+    for (int i = 0; i < s->rows * s->n; i++)
+        square += pow(remainder(s->angle[i] + M_PI / 2, 2 * M_PI), 2) / (s->rows * s->n);
+    double sigma = noise * sqrt(square);
+    for (int k = 0; k < s->n; k++) {
+        for (int i = 0; i < s->rows; i++)
+            s->data[k][i] = remainder(s->angle[i * s->n + k] + sigma * gauss(seed), 2 * M_PI);
+        s->column[k] = (struct pend_fit_column){PEND_FIT_PHI, k, known ? sigma : 0, s->data[k]};
+    }
+    s->problem.columns = s->n;
+}
+
+static void study_add(struct study *s, enum pend_parameter_kind kind, int at, double truth,
+                      double start, double low) {
+    s->truth[s->unknowns] = truth;
+    s->unknown[s->unknowns++] = (struct pend_fit_unknown){-1, {kind, at}, start, low, INFINITY};
+    s->problem.unknowns = s->unknowns;
+}
+
+/* all lengths, masses but the first, damping and starts are unknown */
+static void study_unknowns(struct study *s, unsigned long long *seed) {
+    for (int k = 0; k < s->n; k++) {
+        double off = 1 + 0.2 * (2 * test_random(seed) - 1);
+        study_add(s, PEND_PARAMETER_LENGTH, k, s->length[k], s->length[k] * off, 0);
+        if (k) study_add(s, PEND_PARAMETER_MASS, k, s->mass[k], s->mass[k] / off, 0);
+        study_add(s, PEND_PARAMETER_TERM, k, s->value[k], 0.001, 0);
+        study_add(s, PEND_PARAMETER_PHI, k, s->phi[k], s->data[k][0], -INFINITY);
+        study_add(s, PEND_PARAMETER_RATE, k, 0, 0, -INFINITY);
+    }
+}
+
+static struct pend_fit *fit_of(const struct study *s) {
+    struct pend_fit *fit;
+    struct pend_error error = {0};
+    int done = 0;
+    double before = 0;
+    CHECK_SAYING(pend_fit_new(&fit, &s->problem, &error) == PEND_OK, "%s", error.text);
+    while (fit && !done) {
+        if (!CHECK_SAYING(pend_fit_step(fit, &done, &error) == PEND_OK, "%s", error.text)) break;
+        CHECK(pend_fit_progress(fit) >= before);
+        before = pend_fit_progress(fit);
+    }
+    CHECK(before == 1);
+    return fit;
+}
+
+/* errors over standard errors: how many are above 3, and the sum of squares */
+struct tally {
+    long count, beyond;
+    double squares;
+};
+
+static void tally_add(struct tally *tally, const struct study *s,
+                      const struct pend_fit_result *result) {
+    for (int j = 0; j < s->unknowns; j++) {
+        double gap = result->value[j] - s->truth[j];
+        if (s->unknown[j].by.kind == PEND_PARAMETER_PHI) gap = remainder(gap, 2 * M_PI);
+        if (!isfinite(result->error[j])) continue;
+        tally->count++;
+        tally->beyond += fabs(gap) > 3 * result->error[j];
+        tally->squares += pow(gap / result->error[j], 2);
+    }
+}
+
+TEST(fits_of_synthetic_data_are_within_three_standard_errors) {
+    const char *asked = getenv("FITS");
+    int sets = asked ? atoi(asked) : 20, converged = 0;
+    struct tally tally = {0};
+    for (int i = 0; i < sets; i++) {
+        static struct study s;
+        unsigned long long seed = 7919ull * (unsigned long long)i + 17;
+        int n = i % 5 == 4 ? 3 : 2;
+        double noise = 0.01 + 0.04 * test_random(&seed);
+        double span = asked ? 5 + 15 * test_random(&seed) : 5;
+        study_new(&s, n, asked ? ROWS : 150, span, 1, &seed);
+        study_angles(&s, noise, i % 2, &seed);
+        study_unknowns(&s, &seed);
+        struct pend_fit *fit = fit_of(&s);
+        struct pend_fit_result result = pend_fit_result(fit);
+        converged += result.end == PEND_FIT_CONVERGED;
+        if (result.end == PEND_FIT_CONVERGED) {
+            tally_add(&tally, &s, &result);
+            CHECK(result.blind == 0 && result.follows == s.t[s.rows - 1]);
+            double spread = result.chi_squared / (double)result.freedom;
+            CHECK_SAYING(!(i % 2) || fabs(spread - 1) < 0.4, "chi^2 a freedom %g", spread);
+        }
+        pend_fit_free(&fit);
+        study_free(&s);
+    }
+    CHECK_SAYING(converged >= sets * 19 / 20, "%d of %d converged", converged, sets);
+    CHECK_SAYING((double)tally.beyond <= 0.01 * (double)tally.count, "%ld of %ld beyond 3 errors",
+                 tally.beyond, tally.count);
+    double size = sqrt(tally.squares / (double)tally.count);
+    CHECK_SAYING(fabs(size - 1) < (asked ? 0.1 : 0.2), "errors are %g of what is told", size);
+    printf("  %d of %d converged, %ld of %ld errors beyond 3 standard errors, their size %.3f\n",
+           converged, sets, tally.beyond, tally.count, size);
+}
+
+/* tips in pixels of a tilted camera, whose scale, tilt and origin are found with the pendulum */
+TEST(fits_find_the_camera_with_the_pendulum) {
+    static struct study s;
+    unsigned long long seed = 5;
+    const double scale = 700, turn = 0.05, ox = 320, oy = 100, sigma = 1;
+    struct tally tally = {0};
+    study_new(&s, 2, 150, 4, 1, &seed);
+    for (int k = 0; k < 2; k++) {
+        for (int i = 0; i < s.rows; i++) {
+            double x = s.x[i * 2 + k], y = s.y[i * 2 + k], c = cos(turn), b = sin(turn);
+            s.data[2 * k][i] = ox + scale * (c * x - b * y) + sigma * gauss(&seed);
+            s.data[2 * k + 1][i] = oy + scale * (b * x + c * y) + sigma * gauss(&seed);
+            if (i % 10 == 3) s.data[2 * k][i] = NAN; // a frame that was missed
+        }
+        s.column[2 * k] = (struct pend_fit_column){PEND_FIT_X, k, sigma, s.data[2 * k]};
+        s.column[2 * k + 1] = (struct pend_fit_column){PEND_FIT_Y, k, sigma, s.data[2 * k + 1]};
+    }
+    s.problem.columns = 4;
+    s.problem.camera[PEND_FIT_SCALE] = 650;
+    s.problem.camera[PEND_FIT_ORIGIN_X] = 300;
+    s.problem.camera[PEND_FIT_ORIGIN_Y] = 110;
+    study_add(&s, PEND_PARAMETER_LENGTH, 1, s.length[1], s.length[1] * 1.1, 0);
+    study_add(&s, PEND_PARAMETER_MASS, 1, s.mass[1], s.mass[1] * 0.8, 0);
+    for (int k = 0; k < 2; k++) {
+        study_add(&s, PEND_PARAMETER_PHI, k, s.phi[k], s.phi[k] + 0.1, -INFINITY);
+        study_add(&s, PEND_PARAMETER_RATE, k, 0, 0.1, -INFINITY);
+    }
+    const double camera[PEND_FIT_CAMERA] = {scale, turn, ox, oy};
+    for (int i = 0; i < PEND_FIT_CAMERA; i++) {
+        s.truth[s.unknowns] = camera[i];
+        s.unknown[s.unknowns++] = (struct pend_fit_unknown){
+            i, {PEND_PARAMETER_GRAVITY, 0}, s.problem.camera[i], -INFINITY, INFINITY};
+    }
+    s.problem.unknowns = s.unknowns;
+    struct pend_fit *fit = fit_of(&s);
+    struct pend_fit_result result = pend_fit_result(fit);
+    CHECK_INT(result.end, PEND_FIT_CONVERGED);
+    tally_add(&tally, &s, &result);
+    CHECK(tally.count == s.unknowns && tally.beyond == 0);
+    CHECK(isnan(result.residual[3 * 4]) && isfinite(result.residual[3 * 4 + 1]));
+    pend_fit_free(&fit);
+    study_free(&s);
+}
+
+/* all masses and all dampers are unknown: angles tell only their ratios */
+TEST(fits_say_what_the_data_do_not_tell) {
+    static struct study s;
+    unsigned long long seed = 9;
+    study_new(&s, 2, 150, 4, 1, &seed);
+    study_angles(&s, 0.01, 1, &seed);
+    study_unknowns(&s, &seed);
+    study_add(&s, PEND_PARAMETER_MASS, 0, s.mass[0], s.mass[0] * 1.1, 0);
+    struct pend_fit *fit = fit_of(&s);
+    struct pend_fit_result result = pend_fit_result(fit);
+    CHECK_INT(result.end, PEND_FIT_CONVERGED);
+    CHECK_INT(result.blind, 1);
+    for (int j = 0; j < s.unknowns; j++) {
+        struct pend_parameter by = s.unknown[j].by;
+        int scales = by.kind == PEND_PARAMETER_MASS || by.kind == PEND_PARAMETER_TERM;
+        CHECK(isinf(result.error[j]) == scales);
+        CHECK_SAYING(fabs(result.direction[j] - scales) < 1e-3, "unknown %d: %g", j,
+                     result.direction[j]);
+    }
+    pend_fit_free(&fit);
+    study_free(&s);
+}
+
+TEST(fits_to_data_of_another_pendulum_are_not_called_converged) {
+    static struct study s;
+    unsigned long long seed = 3;
+    study_new(&s, 2, 150, 6, 1.5, &seed);
+    study_angles(&s, 0.01, 1, &seed);
+    // the second arm's angles are those of a rod that turns steadily
+    for (int i = 0; i < s.rows; i++)
+        s.data[1][i] = remainder(5 * s.t[i] + sin(9 * s.t[i]), 2 * M_PI);
+    study_unknowns(&s, &seed);
+    s.problem.iterations = 60;
+    struct pend_fit *fit = fit_of(&s);
+    struct pend_fit_result result = pend_fit_result(fit);
+    CHECK(result.end != PEND_FIT_CONVERGED);
+    CHECK(!(result.follows > s.t[s.rows / 2]));
+    CHECK(result.iterations <= 60);
+    pend_fit_free(&fit);
+    study_free(&s);
+}
+
+TEST(fits_refuse_what_cannot_be_fitted) {
+    static struct study s;
+    unsigned long long seed = 2;
+    struct pend_error error = {0};
+    struct pend_fit *fit;
+    study_new(&s, 1, 20, 2, 1, &seed);
+    study_angles(&s, 0.01, 1, &seed);
+    CHECK(pend_fit_new(&fit, &s.problem, &error) == PEND_INVALID && !fit);
+    CHECK(strstr(error.text, "no unknowns"));
+    study_unknowns(&s, &seed);
+    s.problem.rows = 2;
+    CHECK(pend_fit_new(&fit, &s.problem, &error) == PEND_INVALID);
+    CHECK(strstr(error.text, "too few"));
+    s.problem.rows = 20;
+    double t = s.t[7];
+    s.t[7] = s.t[6];
+    CHECK(pend_fit_new(&fit, &s.problem, &error) == PEND_INVALID);
+    CHECK(strstr(error.text, "row 8"));
+    s.t[7] = t;
+    s.problem.start = 1;
+    CHECK(pend_fit_new(&fit, &s.problem, &error) == PEND_INVALID);
+    s.problem.start = 0;
+    s.unknown[0].low = s.unknown[0].start;
+    CHECK(pend_fit_new(&fit, &s.problem, &error) == PEND_INVALID);
+    CHECK(strstr(error.text, "between its bounds"));
+    s.unknown[0].low = 0;
+    test_alloc_fail(1, 1);
+    CHECK(pend_fit_new(&fit, &s.problem, &error) == PEND_NO_MEMORY && !fit);
+    test_alloc_faults_off();
+    REQUIRE(pend_fit_new(&fit, &s.problem, &error) == PEND_OK);
+    int done = 0;
+    test_alloc_fail(1, 1);
+    CHECK(pend_fit_step(fit, &done, &error) != PEND_OK && !done);
+    test_alloc_faults_off();
+    CHECK(pend_fit_bytes(&s.problem) > 1000);
+    pend_fit_free(&fit);
+    study_free(&s);
+}
