@@ -87,6 +87,17 @@ static void listener_free(struct srv_events *events, struct srv_listener *listen
     listener->topic->drop(listener);
 }
 
+/* Ends a wait: the topic answers the exchange, which goes on. */
+static void listener_answer(struct srv_events *events, struct srv_listener *listener) {
+    struct srv_exchange *exchange = listener->exchange;
+    assert(listener->until && exchange->listener == listener);
+    listener->topic->answer(listener);
+    assert(exchange->status);
+    exchange->listener = NULL;
+    listener_free(events, listener);
+    exchange->finish(exchange);
+}
+
 /* --- from outside --- */
 
 /* One share of the limit, at least 1. */
@@ -105,11 +116,13 @@ static int events_sated(const struct srv_events *events, const struct srv_identi
            all >= events_part(3 * events->most, SRV_EVENTS_SHARE);
 }
 
-/* Adds a stream if it may be opened. *own is 1 if the client itself has too many. */
+/* Adds a stream or a wait if it may be opened. *own is 1 if the client itself has too many. A wait
+ * may be over before this returns. */
 static enum pend_status events_begin(struct srv_events *events, struct srv_listener *made,
                                      int *own) {
     struct srv_exchange *exchange = made->exchange;
-    enum pend_status status = api_buffer_format(&made->text, "retry: %d\n\n", SRV_EVENTS_RETRY_MS);
+    enum pend_status status = PEND_OK;
+    if (!made->until) status = api_buffer_format(&made->text, "retry: %d\n\n", SRV_EVENTS_RETRY_MS);
     pthread_mutex_lock(&events->lock);
     assert(srv_events_valid(events));
     *own = events_sated(events, &exchange->identity);
@@ -121,43 +134,65 @@ static enum pend_status events_begin(struct srv_events *events, struct srv_liste
         atomic_fetch_add(&events->service->listening, 1);
         srv_memory_add(&events->service->memory, SRV_MEMORY_CONNECTIONS, EVENTS_BYTES);
         exchange->listener = made;
-        exchange->listens = exchange->streams = 1;
-        exchange->stream_bytes = -1;
+        atomic_store(&exchange->listens, 1);
+        if (!made->until) {
+            exchange->streams = 1;
+            exchange->stream_bytes = -1;
+        }
         events->news |= made->wants;
         pthread_cond_signal(&events->some);
+        if (made->until && made->over) listener_answer(events, made);
     }
     assert(srv_events_valid(events));
     pthread_mutex_unlock(&events->lock);
     return status;
 }
 
-void srv_events_open(struct srv_events *events, struct srv_listener *listener) {
+/* Frees a listener that could not be added, and answers its exchange. */
+static void events_refuse(struct srv_events *events, struct srv_listener *listener,
+                          enum pend_status status, int own) {
     struct srv_exchange *exchange = listener->exchange;
-    int own = 0;
-    assert(exchange && listener->topic && !exchange->status);
-    api_buffer_init(&listener->text, SRV_EVENTS_TEXT);
-    listener->beat_at = srv_clock_now() + (int64_t)SRV_EVENTS_BEAT_S * 1000000000;
-    enum pend_status status = events_begin(events, listener, &own);
-    if (status == PEND_OK) {
-        srv_exchange_static(exchange, 200, "text/event-stream", NULL, 0);
-        srv_exchange_header(exchange, "Cache-Control", "no-store");
-        /* nginx would buffer the events otherwise. */
-        srv_exchange_header(exchange, "X-Accel-Buffering", "no");
-        return;
-    }
     api_buffer_clear(&listener->text);
     listener->topic->drop(listener);
     if (status == PEND_NO_MEMORY) {
         srv_exchange_busy(exchange, 1, "out of memory");
     } else if (own) {
-        srv_exchange_problem(
-            exchange, 429,
-            "you have a quarter of max-event-streams, %d, open, or all of your address three",
-            events->most);
+        srv_exchange_problem(exchange, 429,
+                             "you have a quarter of max-event-streams, %d, open or waiting, or all "
+                             "of your address three",
+                             events->most);
         srv_exchange_retry(exchange, 5);
     } else {
         srv_exchange_busy(exchange, 5, "too many streams of events are open: max-event-streams");
     }
+}
+
+void srv_events_open(struct srv_events *events, struct srv_listener *listener) {
+    struct srv_exchange *exchange = listener->exchange;
+    int own = 0;
+    assert(exchange && listener->topic && !exchange->status && !listener->until);
+    api_buffer_init(&listener->text, SRV_EVENTS_TEXT);
+    listener->beat_at = srv_clock_now() + (int64_t)SRV_EVENTS_BEAT_S * 1000000000;
+    enum pend_status status = events_begin(events, listener, &own);
+    if (status != PEND_OK) {
+        events_refuse(events, listener, status, own);
+        return;
+    }
+    srv_exchange_static(exchange, 200, "text/event-stream", NULL, 0);
+    srv_exchange_header(exchange, "Cache-Control", "no-store");
+    /* nginx would buffer the events otherwise. */
+    srv_exchange_header(exchange, "X-Accel-Buffering", "no");
+}
+
+int srv_events_await(struct srv_events *events, struct srv_listener *listener) {
+    int own = 0;
+    assert(listener->exchange && listener->topic->answer && listener->until);
+    assert(!listener->exchange->status);
+    api_buffer_init(&listener->text, SRV_EVENTS_TEXT);
+    listener->beat_at = INT64_MAX;
+    enum pend_status status = events_begin(events, listener, &own);
+    if (status != PEND_OK) events_refuse(events, listener, status, own);
+    return status == PEND_OK;
 }
 
 long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,
@@ -194,7 +229,10 @@ void srv_events_leave(struct srv_exchange *exchange, enum srv_stop why) {
     pthread_mutex_lock(&events->lock);
     assert(srv_events_valid(events));
     struct srv_listener *listener = exchange->listener;
-    if (listener && why == SRV_STOP_SHUTDOWN) {
+    if (listener && listener->until) {
+        if (why != SRV_STOP_SHUTDOWN) exchange->close = 1;
+        listener_answer(events, listener);
+    } else if (listener && why == SRV_STOP_SHUTDOWN) {
         listener->over = 1;
         listener_wake(listener);
     } else if (listener) {
@@ -217,32 +255,37 @@ void srv_events_news(struct srv_events *events) {
     pthread_mutex_unlock(&events->lock);
 }
 
+/* Wakes the streams for which there is an event, and answers the exchanges that need not wait any
+ * more. The caller holds the lock. */
+static void events_wake(struct srv_events *events) {
+    int64_t now = srv_clock_now();
+    struct srv_list *next;
+    for (struct srv_list *link = events->listeners.next; link && link != &events->listeners;
+         link = next) {
+        struct srv_listener *at = listener_of_link(link);
+        next = link->next;
+        if (now >= at->beat_at) at->beat = 1;
+        listener_count(events, at);
+        if (at->until) {
+            if (at->over || now >= at->until || at->topic->news(at)) listener_answer(events, at);
+        } else if (at->over || at->beat || at->topic->news(at)) {
+            listener_wake(at);
+        }
+    }
+}
+
 void srv_events_drain(struct srv_events *events) {
     if (!events) return;
     pthread_mutex_lock(&events->lock);
     assert(srv_events_valid(events));
     events->draining = 1;
-    SRV_LIST_EACH (link, &events->listeners) {
-        struct srv_listener *at = listener_of_link(link);
-        at->over = 1;
-        listener_wake(at);
-    }
+    SRV_LIST_EACH (link, &events->listeners) listener_of_link(link)->over = 1;
+    events_wake(events);
     assert(srv_events_valid(events));
     pthread_mutex_unlock(&events->lock);
 }
 
 /* --- the thread that looks --- */
-
-/* Wakes the streams for which there is an event. The caller holds the lock. */
-static void events_wake(struct srv_events *events) {
-    int64_t now = srv_clock_now();
-    SRV_LIST_EACH (link, &events->listeners) {
-        struct srv_listener *at = listener_of_link(link);
-        if (now >= at->beat_at) at->beat = 1;
-        listener_count(events, at);
-        if (at->over || at->beat || at->topic->news(at)) listener_wake(at);
-    }
-}
 
 /* Waits for something to do. Returns 0 at the end. The caller holds the lock. */
 static int events_wait(struct srv_events *events, int64_t asked) {

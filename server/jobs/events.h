@@ -1,5 +1,5 @@
-/* Streams of server-sent events, whatever they tell of, and the one thread that asks the store for
- * changes.
+/* Streams of server-sent events, whatever they tell of, answers that wait for a change, and the one
+ * thread that asks the store for changes.
  * Leaves to others: what is told (a topic: job_events, classes/class_events), connections (http).
  * Invariant: an open stream holds the memory of one event, no worker and no thread; a slow reader
  * may miss events, but not the last one. */
@@ -29,6 +29,7 @@ struct srv_listener {
     int beat, over;         /* a comment is due; nothing will come any more */
     int waits;              /* suspended, for the next event */
     int wants;              /* its topic is to look soon: there is more than was asked for */
+    int64_t until;          /* ns: when an answer that waits is given; 0 = a stream of events */
     struct api_buffer text; /* what is being sent */
     size_t taken;           /* bytes of it that were */
     size_t kept;            /* bytes of memory that its topic keeps for it, with its next event */
@@ -42,6 +43,9 @@ struct srv_topic {
     int (*news)(const struct srv_listener *listener);
     /** Appends what there is to tell to listener->text. */
     enum pend_status (*next)(struct srv_listener *listener);
+    /** Answers the exchange of a listener that waits, because there is news, its time is up or it
+     * is over; NULL if the topic has no such listeners. */
+    void (*answer)(struct srv_listener *listener);
     /** Lists what the store is to be asked; returns 0 when that is nothing. */
     int (*gather)(struct srv_topic *topic, struct srv_list *listeners);
     /** Tells the listeners what was found; returns 1 when the next question should follow at
@@ -94,15 +98,27 @@ void srv_events_news(struct srv_events *events);
  */
 void srv_events_open(struct srv_events *events, struct srv_listener *listener);
 
+/**
+ * Lets an exchange wait until its topic has news of it, at most until listener->until; then the
+ * topic answers it. An answer may be half a second late. Waiting exchanges count as streams.
+ *
+ * listener  as srv_events_open.
+ *
+ * Returns 1 if the exchange waits: its finish is called from here on. Returns 0 if it was answered
+ * with 429 or 503, and the caller has to finish it.
+ */
+PEND_MUST_CHECK int srv_events_await(struct srv_events *events, struct srv_listener *listener);
+
 /** As srv_inflight_read, of an exchange whose `listens` is set. */
 long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,
                      void (*pause)(struct srv_exchange *));
 
-/** Ends a stream because its reader is gone or the server is stopping. Any thread. */
+/** Ends a stream, or a wait with its answer, because its reader is gone or the server is stopping.
+ * Any thread. */
 void srv_events_leave(struct srv_exchange *exchange, enum srv_stop why);
 
-/** Ends every stream after its last event; the clients connect again, to another process if this
- * one does not listen. Any thread; NULL is accepted. */
+/** Ends every stream after its last event, and answers who waits; the clients connect again, to
+ * another process if this one does not listen. Any thread; NULL is accepted. */
 void srv_events_drain(struct srv_events *events);
 
 #endif

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/base/clock.h"
 #include "server/jobs/job_view.h"
 
 /* A stream of a job's events. */
@@ -12,6 +13,8 @@ struct job_listener {
     struct srv_listener listener;
     struct srv_job job;      /* the job as it was read last */
     char told[SRV_EVENT_ID]; /* the id of the event that was sent last; "" = none */
+    int gone;                /* the job is not stored any more */
+    void (*answer)(struct srv_exchange *exchange, const struct srv_job *job);
 };
 
 /* All jobs that somebody listens to. */
@@ -36,8 +39,14 @@ static struct job_listener *job_listener(const struct srv_listener *listener) {
 static int job_news(const struct srv_listener *listener) {
     const struct job_listener *own = job_listener(listener);
     char id[SRV_EVENT_ID];
+    if (listener->until) return srv_job_over(&own->job);
     srv_job_events_id(&own->job, id);
     return strcmp(id, own->told) != 0;
+}
+
+static void job_answer(struct srv_listener *listener) {
+    struct job_listener *own = job_listener(listener);
+    own->answer(listener->exchange, own->gone ? NULL : &own->job);
 }
 
 static enum pend_status job_next(struct srv_listener *listener) {
@@ -58,20 +67,36 @@ static enum pend_status job_next(struct srv_listener *listener) {
 
 static void job_drop(struct srv_listener *listener) { free(job_listener(listener)); }
 
-void srv_job_events_open(struct srv_exchange *exchange, const struct srv_job *job,
-                         const char *last) {
-    struct srv_events *events = exchange->service->events;
-    assert(events && *job->id);
+/* A listener of a job; without memory NULL, and the exchange is answered. */
+static struct job_listener *job_listen(struct srv_exchange *exchange, const struct srv_job *job) {
+    assert(exchange->service->events && *job->id);
     struct job_listener *made = calloc(1, sizeof *made);
     if (!made) {
         srv_exchange_busy(exchange, 1, "out of memory");
-        return;
+        return NULL;
     }
     made->job = *job;
     made->listener.exchange = exchange;
-    made->listener.topic = srv_events_topic(events, 0);
+    made->listener.topic = srv_events_topic(exchange->service->events, 0);
+    return made;
+}
+
+void srv_job_events_open(struct srv_exchange *exchange, const struct srv_job *job,
+                         const char *last) {
+    struct job_listener *made = job_listen(exchange, job);
+    if (!made) return;
     if (last) snprintf(made->told, sizeof made->told, "%s", last);
-    srv_events_open(events, &made->listener);
+    srv_events_open(exchange->service->events, &made->listener);
+}
+
+int srv_job_events_await(struct srv_exchange *exchange, const struct srv_job *job, int seconds,
+                         void (*answer)(struct srv_exchange *exchange, const struct srv_job *job)) {
+    assert(seconds > 0 && seconds <= SRV_JOB_WAIT_S && !srv_job_over(job));
+    struct job_listener *made = job_listen(exchange, job);
+    if (!made) return 0;
+    made->answer = answer;
+    made->listener.until = srv_clock_now() + srv_clock_span(seconds);
+    return srv_events_await(exchange->service->events, &made->listener);
 }
 
 /* --- all of them --- */
@@ -119,7 +144,7 @@ static int look_tell(struct srv_topic *topic, struct srv_list *listeners) {
         int i = look_find(look, job->id), found = i < look->count;
         if (found && look->stored[i] == SRV_STORED) *job = look->job[i];
         /* The job is not stored any more; a client that comes again is told so. */
-        if (found && look->stored[i] == SRV_STORED_NONE) at->over = 1;
+        if (found && look->stored[i] == SRV_STORED_NONE) at->over = job_listener(at)->gone = 1;
     }
     return 0;
 }
@@ -137,6 +162,7 @@ struct srv_topic *srv_job_events_new(int most) {
     made->topic = (struct srv_topic){.ask = {.call = {.run = look_run}},
                                      .news = job_news,
                                      .next = job_next,
+                                     .answer = job_answer,
                                      .gather = look_gather,
                                      .tell = look_tell,
                                      .drop = job_drop,

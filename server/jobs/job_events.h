@@ -1,4 +1,4 @@
-/* Streams of events about the progress of jobs.
+/* Streams of events about the progress of jobs, and answers that wait for a job's end.
  * Leaves to others: jobs themselves (store), the streams (events), a job as JSON (job_view).
  * Invariant: each state of a job has an id of its own, and is told once. */
 #ifndef SRV_JOB_EVENTS_H
@@ -18,5 +18,18 @@ void srv_job_events_id(const struct srv_job *job, char id[SRV_EVENT_ID]);
  * present state unless `last` is the id of that state. */
 void srv_job_events_open(struct srv_exchange *exchange, const struct srv_job *job,
                          const char *last);
+
+enum { SRV_JOB_WAIT_S = 60 }; /* that a client may wait for a job at a time */
+
+/**
+ * Lets an exchange wait until a job has ended, at most for so many seconds, and answers it then.
+ *
+ * answer  writes the answer from the job as it is then; NULL for a job that is not stored any more.
+ *
+ * Returns as srv_events_await.
+ */
+PEND_MUST_CHECK int
+srv_job_events_await(struct srv_exchange *exchange, const struct srv_job *job, int seconds,
+                     void (*answer)(struct srv_exchange *exchange, const struct srv_job *job));
 
 #endif

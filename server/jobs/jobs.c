@@ -32,21 +32,39 @@ static void jobs_written(struct srv_exchange *exchange, int status, enum pend_st
 }
 
 static void jobs_answer_job(struct srv_exchange *exchange, int status, const struct srv_job *job) {
-    assert(status == 200 || status == 202);
+    assert(status == 200 || status == 202 || status == 303);
     struct api_job view = srv_job_view(job);
     jobs_written(exchange, status, api_job_write(&view, &exchange->answer));
 }
 
 /* --- Prefer, Idempotency-Key and the query --- */
 
-/* Returns 1 if a preference (RFC 7240) is in the list. Its value and parameters are ignored. */
-static int jobs_prefers(const char *list, const char *name) {
+/* The text behind a preference (RFC 7240) in the list, NULL if it is not there. */
+static const char *jobs_prefers(const char *list, const char *name) {
     size_t bytes = strlen(name);
     for (const char *at = list; at && *at; at = strchr(at, ',') ? strchr(at, ',') + 1 : NULL) {
         at += strspn(at, " \t");
-        if (!strncasecmp(at, name, bytes) && (!at[bytes] || strchr(" \t,;=", at[bytes]))) return 1;
+        if (!strncasecmp(at, name, bytes) && (!at[bytes] || strchr(" \t,;=", at[bytes])))
+            return at + bytes;
     }
-    return 0;
+    return NULL;
+}
+
+/* The seconds of a wait in the digits of a text that is followed by one of `ends`; more than
+ * SRV_JOB_WAIT_S counts as one more than that, -1 for any other text. */
+static int jobs_read_wait(const char *text, const char *ends) {
+    size_t digits = strspn(text, "0123456789");
+    if (!digits || (text[digits] && !strchr(ends, text[digits]))) return -1;
+    int seconds = digits < 5 ? atoi(text) : SRV_JOB_WAIT_S + 1;
+    return seconds > SRV_JOB_WAIT_S ? SRV_JOB_WAIT_S + 1 : seconds;
+}
+
+/* The seconds that a client prefers to wait for its new job, 0 to SRV_JOB_WAIT_S. A preference that
+ * is malformed counts as none. */
+static int jobs_waits(const struct srv_exchange *exchange) {
+    const char *text = jobs_prefers(exchange->field[SRV_PREFER], "wait");
+    int seconds = text && *text == '=' ? jobs_read_wait(text + 1, " \t,;") : 0;
+    return seconds < 0 ? 0 : seconds > SRV_JOB_WAIT_S ? SRV_JOB_WAIT_S : seconds;
 }
 
 int srv_jobs_wanted(const struct srv_exchange *exchange) {
@@ -55,7 +73,7 @@ int srv_jobs_wanted(const struct srv_exchange *exchange) {
     if (exchange->method && !strcmp(exchange->method, "QUERY"))
         return 0; /* it is to change nothing */
     return op && op->table && exchange->service->storage &&
-           jobs_prefers(exchange->field[SRV_PREFER], "respond-async");
+           jobs_prefers(exchange->field[SRV_PREFER], "respond-async") != NULL;
 }
 
 /* Reads visible ASCII characters, with or without the quotes of a structured field. */
@@ -135,19 +153,40 @@ static enum srv_stored jobs_put(struct srv_store *store, struct srv_store_call *
     return srv_store_submit(store, &order, &asked->job);
 }
 
+/* Answers with a job that was accepted: 202, or 303 to its results if the client wished to wait and
+ * they are there. `job` is NULL if it is not stored any more. */
+static void jobs_accepted(struct srv_exchange *exchange, const struct srv_job *job) {
+    int seconds = jobs_waits(exchange), done = 0;
+    char *location = srv_exchange_text(exchange, 64), *applied = srv_exchange_text(exchange, 64);
+    if (!job) {
+        srv_exchange_problem(exchange, 404, "the job was erased while its end was waited for");
+        return;
+    }
+    done = seconds && job->state == SRV_JOB_SUCCESSFUL;
+    jobs_answer_job(exchange, done ? 303 : 202, job);
+    if (applied) {
+        snprintf(applied, 64, seconds ? "respond-async, wait=%d" : "respond-async", seconds);
+        srv_exchange_header(exchange, "Preference-Applied", applied);
+    }
+    if (location) {
+        snprintf(location, 64, "/v1/jobs/%s%s", job->id, done ? "/results" : "");
+        srv_exchange_header(exchange, "Location", location);
+    }
+}
+
 static void jobs_submitted(struct srv_store_request *asked, enum srv_stored stored) {
     struct srv_exchange *exchange = asked->exchange;
-    char *location = srv_exchange_text(exchange, 64);
     if (stored != SRV_STORED) {
         srv_store_request_refuse(asked, stored);
     } else {
-        jobs_answer_job(exchange, 202, &asked->job);
-        srv_exchange_header(exchange, "Preference-Applied", "respond-async");
-        if (location) {
-            snprintf(location, 64, "/v1/jobs/%s", asked->job.id);
-            srv_exchange_header(exchange, "Location", location);
-        }
+        int seconds = jobs_waits(exchange);
         srv_part_runner_news(exchange->service->runner);
+        if (!seconds || srv_job_over(&asked->job))
+            jobs_accepted(exchange, &asked->job);
+        else if (srv_job_events_await(exchange, &asked->job, seconds, jobs_accepted)) {
+            srv_store_request_leave(asked);
+            return;
+        }
     }
     srv_store_request_end(asked);
 }
@@ -251,6 +290,25 @@ static void jobs_found(struct srv_store_request *asked, enum srv_stored stored) 
     srv_store_request_end(asked);
 }
 
+/* Answers with a job whose end was waited for. */
+static void jobs_awaited(struct srv_exchange *exchange, const struct srv_job *job) {
+    if (job)
+        jobs_answer_job(exchange, 200, job);
+    else
+        srv_exchange_problem(exchange, 404, "the job was erased while its end was waited for");
+}
+
+/* Continues GET /v1/jobs/{id}?wait=N. */
+static void jobs_found_wait(struct srv_store_request *asked, enum srv_stored stored) {
+    int seconds = jobs_read_wait(asked->exchange->query + strlen("wait="), "");
+    if (stored != SRV_STORED || !seconds || srv_job_over(&asked->job))
+        jobs_found(asked, stored);
+    else if (srv_job_events_await(asked->exchange, &asked->job, seconds, jobs_awaited))
+        srv_store_request_leave(asked);
+    else
+        srv_store_request_end(asked);
+}
+
 /* Answers 403. That the job exists is no secret, because whoever knows its id may read it. */
 static void jobs_denied(struct srv_exchange *exchange, const struct srv_job *job) {
     const char *owner = srv_identity_word(job->client);
@@ -283,8 +341,19 @@ static void jobs_dropped(struct srv_store_request *asked, enum srv_stored stored
 }
 
 void srv_jobs_read(struct srv_exchange *exchange) {
+    const char *query = exchange->query;
+    int waits = query && !strncmp(query, "wait=", 5);
+    int seconds = waits ? jobs_read_wait(query + 5, "") : 0;
     struct srv_store_request *asked = srv_store_request_begin_one(exchange);
-    if (asked) srv_store_request_ask(asked, SRV_ASK_READ, srv_store_request_find, jobs_found);
+    if (!asked) return;
+    if (seconds >= 0 && seconds <= SRV_JOB_WAIT_S) {
+        srv_store_request_ask(asked, SRV_ASK_READ, srv_store_request_find,
+                              waits ? jobs_found_wait : jobs_found);
+        return;
+    }
+    srv_exchange_problem(exchange, 422, "wait must be 0 to %d whole seconds, got ?%.100s",
+                         SRV_JOB_WAIT_S, query);
+    srv_store_request_end(asked);
 }
 
 void srv_jobs_dismiss(struct srv_exchange *exchange) {

@@ -12,14 +12,17 @@
  * server keeps jobs. */
 int srv_jobs_wanted(const struct srv_exchange *exchange);
 
-/** Makes a job of a request: 202, with the job as JSON and where it is. */
+/** Makes a job of a request: 202, with the job as JSON and where it is. With Prefer: wait=N the
+ * answer waits up to N seconds (60 at most) for the job's end: 303 to its results if it succeeds in
+ * this time. */
 void srv_jobs_submit(struct srv_exchange *exchange);
 
 /** GET /v1/jobs: the client's own, newest first; 401 for a client without token and account, since
  * many people may share an address. */
 void srv_jobs_list(struct srv_exchange *exchange);
 
-/** GET /v1/jobs/{id}. Whoever knows the id may ask. */
+/** GET /v1/jobs/{id}. Whoever knows the id may ask. With ?wait=N, 0 to 60, the answer waits up to N
+ * seconds for the job's end. */
 void srv_jobs_read(struct srv_exchange *exchange);
 
 /** GET /v1/jobs/{id}/events: its progress as server-sent events, until it has ended. Who knows

@@ -116,8 +116,8 @@ struct srv_exchange {
                                 that is whole */
     int streams;             /* the answer is a stream, even where that is gone */
     struct srv_listener *listener; /* of a stream of events; events', under its lock */
-    int listens;                   /* the answer is one, even where the listener is gone */
-    struct srv_source *source;     /* the answer is taken from there; NULL = it is computed */
+    atomic_int listens; /* the answer is one, or waits for one, even where the listener is gone */
+    struct srv_source *source; /* the answer is taken from there; NULL = it is computed */
     int apart; /* its bytes do not say what is answered: it is not looked up, nor kept, by them */
     int stop;  /* enum srv_stop: why it is not waited for any more */
 
