@@ -16,8 +16,8 @@ new=$home.$$
 rm -rf "$new"
 trap 'rm -rf "$new"' EXIT
 cd server/web
-# what is loaded when it is wanted, a drawer or a part of a class, exports that by default; the others are what it is made of
-drawers=$(grep -l '^export default [fm{]' drawers/*.js class/*.js | grep -v /words_)
+# what is loaded when it is wanted, a drawer, a part of a class or its words, exports that by default; the others are what it is made of
+drawers=$(grep -l '^export default [fm{]' drawers/*.js class/*.js)
 # shellcheck disable=SC2086  # names without blanks
 esbuild early.js main.js docs.js page.css docs.css class/class.css $drawers --bundle --outbase=. --format=esm --minify --charset=utf8 --legal-comments=none \
     --log-level=warning --outdir="$OLDPWD/$new"

@@ -2,7 +2,7 @@
 
     assets_embed.py server/web BUNDLES MODULES LIB    C source that defines srv_assets_table and its count
 
-Takes the HTML documents of the first directory, the bundles of scripts and styles that assets_bundle.sh made of it, and of
+Takes the HTML documents and the worksheets (sheets/*.json) of the first directory, the bundles of scripts and styles that assets_bundle.sh made of it, and of
 the npm packages in MODULES what a browser loads: uPlot, KaTeX and the QR
 code as ES modules, their styles, and the fonts; these are put into LIB as well, for pages that are served
 from their sources. All of it is served under /page/DIGEST, a digest of all files, so that a
@@ -31,6 +31,8 @@ def own_files(web, bundles):
     """The page's own files, by their names."""
     for path in sorted(web.glob("*.html")):
         yield path.name, path.read_bytes()
+    for path in sorted(web.glob("sheets/*.json")):
+        yield path.relative_to(web).as_posix(), path.read_bytes()
     for path in sorted(path for path in bundles.rglob("*") if path.is_file()):
         yield path.relative_to(bundles).as_posix(), path.read_bytes()
 

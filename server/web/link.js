@@ -162,14 +162,23 @@ const parsed = (bytes) => JSON.parse(new TextDecoder().decode(bytes));
 export async function linkOf(doc) {
   const bytes = new TextEncoder().encode(JSON.stringify(sceneOf(doc)));
   if (!("CompressionStream" in globalThis)) return `#j=${lettersOf(bytes)}`;
-  return `#d=${lettersOf(await through(new CompressionStream("deflate-raw"), bytes))}`;
+  return `#d=${await pack(bytes)}`;
+}
+
+/** Letters for a link that hold some bytes, compressed. @param {Uint8Array<ArrayBuffer>} bytes */
+export async function pack(bytes) {
+  return lettersOf(await through(new CompressionStream("deflate-raw"), bytes));
+}
+
+/** The JSON that letters of a link hold. @param {string} letters */
+export async function unpack(letters) {
+  return parsed(await through(new DecompressionStream("deflate-raw"), bytesOf(letters)));
 }
 
 /** @type {Record<string, (rest: string, client: Client) => Answer>} */
 const READERS = {
   s: (id, client) => client.scene(id),
-  d: async (letters) =>
-    parsed(await through(new DecompressionStream("deflate-raw"), bytesOf(letters))),
+  d: unpack,
   j: (letters) => parsed(bytesOf(letters)),
 };
 

@@ -10,8 +10,12 @@ export function codeInAddress() {
   return /^[A-HJ-NP-Z2-9]{5}$/i.test(asked) ? asked.toUpperCase() : null;
 }
 
-/** Goes into the room, if there is one to go into. @param {App} app */
+/**
+ * Opens the worksheet of a link; goes into the room, if there is one to go into.
+ * @param {App} app
+ */
 export async function enterRoom(app) {
+  if (location.hash.startsWith("#w=")) app.store.set({ view: { drawer: "worksheet" } });
   const kept = keep.get("pendulumd.rooms") ?? history.state?.["pendulumd.rooms"] ?? "[]";
   if (!codeInAddress() && kept === "[]") return;
   const { resume } = await app.files.script("drawers/class.js");

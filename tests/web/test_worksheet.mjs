@@ -1,82 +1,153 @@
-// The worksheet, by keyboard: each step sets the stage, and sees when it is done.
+// Worksheets in real browsers: alone, by keyboard and in few actions; in a room, written, handed out, answered, handed in.
 
 import assert from "node:assert/strict";
-import { openDrawer, settledMotion } from "./drawers.mjs";
-import { close } from "./rig.mjs";
+import { readFileSync, readdirSync } from "node:fs";
+import { violations } from "./axe.mjs";
+import { openDrawer } from "./drawers.mjs";
+import { ROOT, close } from "./rig.mjs";
+import { arms, hasArms, join, teach } from "./room.mjs";
 
-async function press(page, selector) {
-  await page.focus(selector);
-  await page.keyboard.press("Enter");
-}
+export const rig = { store: true, sources: false };
 
-const isDone = (page, step) => page.waitForSelector(`[data-step='${step}'].done`, { state: "attached" });
-const arms = (page) => page.evaluate(() => window.pendulumd.store.get().pendulum.length.length);
+const step = (page, title) => page.waitForFunction((words) => document.querySelector(".step h3")?.textContent === words, title);
 
-export async function the_worksheet_is_gone_through_by_keyboard(rig) {
+export async function the_five_experiments_take_twelve_actions(rig) {
   const page = await rig.open({ height: 1000 });
-  await openDrawer(page, "worksheet");
-  await press(page, "[data-worksheet=stage]");
-  assert.equal(await arms(page), 1);
-  assert.equal(await page.locator(".step-key.done").count(), 0);
-  await page.evaluate(() => {
-    const { store } = window.pendulumd;
-    store.set({ pendulum: { ...store.get().pendulum, length: [4] } });
-  });
-  await isDone(page, 1);
-
-  await press(page, "[data-worksheet=next]");
-  assert.equal(await arms(page), 2);
-  await page.evaluate(() => {
-    const { store } = window.pendulumd;
-    store.set({ pendulum: { ...store.get().pendulum, mass: [1, 0.1] } });
-  });
-  await isDone(page, 2);
-
-  await press(page, "[data-worksheet=next]");
-  await press(page, "[data-worksheet=open]");
-  await page.waitForSelector("[data-add=off]");
-  await press(page, "[data-add=off]");
-  await press(page, "[data-tab=worksheet]");
-  await isDone(page, 3);
-
-  await press(page, "[data-worksheet=next]");
-  assert.equal(await page.evaluate(() => window.pendulumd.store.get().ghosts.length), 0);
-  await press(page, "[data-worksheet=open]");
-  await page.waitForSelector("[data-mode='2']");
-  await press(page, "[data-start='2']");
-  await press(page, "[data-tab=worksheet]");
-  await isDone(page, 4);
-
-  // by the arrows of the list of steps
-  await page.focus("[data-step='4']");
-  await page.keyboard.press("ArrowRight");
-  await page.keyboard.press("Enter");
-  assert.equal(await arms(page), 4);
-  await settledMotion(page);
-  const pushing = await page.evaluate(() => {
-    const { motion, clock } = window.pendulumd;
-    const row = motion.columns.lambda.findIndex((force) => force > 0.5);
-    clock.pause();
-    clock.seek(motion.t[Math.floor(row / motion.n)]);
-    return row;
-  });
-  assert.ok(pushing > 0);
-  await isDone(page, 5);
+  let actions = 0;
+  const click = async (selector) => { actions++; await page.click(selector); };
+  await click('[data-tab="worksheet"]');
+  await step(page, "One arm");
+  assert.equal(await arms(page), 1, "a step sets the stage");
+  assert.ok(await page.isDisabled("[data-step='2']"), "one goes on with the right answer only");
+  actions++;
+  await page.fill("[data-answer]", "4");
+  await click("[data-sheet=answer]");
+  for (const [title, choice] of [["Two arms", 2], ["Two starts, nearly the same", 3], ["The swings that repeat", 2], ["Pulling and pushing", 2]]) {
+    await step(page, title);
+    await click(`[data-choice='${choice}']`);
+    await click("[data-sheet=answer]");
+  }
+  await page.waitForSelector("text=✓ Handed in");
+  assert.equal(await page.locator(".step-key.done").count(), 5);
+  assert.ok(actions <= 12, `${actions} actions`);
   await rig.shot(page, "worksheet-done");
-  // what was done stays done
   await page.reload();
   await openDrawer(page, "worksheet");
-  assert.equal(await page.locator(".step-key.done").count(), 5);
+  await page.waitForSelector("[data-step='5']");
+  assert.equal(await page.locator(".step-key.done").count(), 5, "what was answered stays answered");
+  await close(page);
+  return `${actions} actions`;
+}
+
+export async function a_wrong_answer_shows_the_hint_and_keys_suffice(rig) {
+  const page = await rig.open({ height: 1000 });
+  await openDrawer(page, "worksheet");
+  await page.focus("[data-sheet=which]");
+  await page.selectOption("[data-sheet=which]", "tension");
+  await step(page, "At the lowest point");
+  await page.focus("[data-answer]");
+  await page.keyboard.type("12");
+  await page.keyboard.press("Enter");
+  await page.waitForSelector("text=Not yet.");
+  assert.ok(await page.isVisible(".step details p"), "the hint is open");
+  await page.fill("[data-answer]", "29.4");
+  await page.keyboard.press("Enter");
+  await step(page, "Pushing");
+  await page.evaluate(() => pendulumd.edits.grab());
+  await page.evaluate(() => { pendulumd.edits.turn(1, -Math.PI / 2 + 91 * Math.PI / 180); pendulumd.clock.pause(); });
+  await page.click("[data-class=angle]");
+  assert.equal(await page.inputValue("[data-answer]"), "91", "an angle is taken from the stage, from hanging");
+  await page.evaluate(() => pendulumd.edits.release());
+  await page.click("[data-sheet=answer]");
+  await step(page, "Of strings?");
+  await page.focus("[data-step='3']");
+  await page.keyboard.press("ArrowLeft");
+  await page.keyboard.press("Enter");
+  await step(page, "Pushing");
+  const [printed] = await Promise.all([page.evaluate(() => new Promise((resolve) => {
+    window.print = () => { resolve(document.querySelector(".print-sheet").textContent); window.dispatchEvent(new Event("afterprint")); };
+    document.querySelector("[data-sheet=print]").click();
+  }))]);
+  assert.match(printed, /Your answer: 29\.4 N.*Your answer: 91°/s);
+  assert.deepEqual(await violations(page, { context: { include: ["[data-drawer=worksheet]"] }, colours: false }), []);
   await close(page);
 }
 
-export async function a_step_is_not_done_by_setting_the_stage(rig) {
-  const page = await rig.open();
-  await openDrawer(page, "worksheet");
-  for (const step of [1, 2, 3, 4, 5]) {
-    await page.click(`[data-step='${step}']`);
-    await settledMotion(page);
+export async function every_worksheet_of_ours_is_one_that_a_room_takes(rig) {
+  const { page, code } = await teach(rig);
+  const token = await page.evaluate(() => JSON.parse(localStorage.getItem("pendulumd.rooms"))[0].token);
+  const folder = `${ROOT}server/web/sheets/`;
+  const names = readdirSync(folder);
+  assert.equal(names.length, 12);
+  for (const name of names) {
+    const body = readFileSync(folder + name, "utf8");
+    const reply = await fetch(`${rig.url}/v1/classes/${code}/worksheets/${name.replace(".json", "").replace(".", "-")}`,
+      { method: "PUT", headers: { "Content-Type": "application/json", "Class-Token": token }, body });
+    assert.equal(reply.status, 200, `${name}: ${await reply.text()}`);
+    for (const { scene } of JSON.parse(body).steps) {
+      if (!scene) continue;
+      const motion = await fetch(`${rig.url}/v1/trajectories`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(scene.request) });
+      assert.equal(motion.status, 200, `${name}: ${await motion.text()}`);
+    }
   }
-  assert.equal(await page.locator(".step-key.done").count(), 0);
   await close(page);
+}
+
+export async function a_worksheet_is_written_handed_out_answered_and_handed_in(rig) {
+  const { page: teacher, code } = await teach(rig);
+  const pupil = await join(rig, code, "Ada");
+  await teacher.click("[data-class=newSheet]");
+  await teacher.fill("[data-sheet=title]", "<i>Mine</i>");
+  const field = (n, name) => teacher.locator(".edit-step").nth(n).locator(`[data-step-field=${name}], [data-question=${name}]`).first();
+  await field(0, "title").fill("Last");
+  await field(0, "asks").check();
+  await teacher.locator(".edit-step").nth(0).locator("[data-question=text]").fill("How long?");
+  await teacher.locator(".edit-step").nth(0).locator("[data-question=right]").fill("2");
+  await field(0, "needs").selectOption("right");
+  await field(0, "hidden").check();
+  await teacher.click("[data-sheet=add]");
+  await field(1, "title").fill("First");
+  await field(1, "scene").click();
+  await field(1, "asks").check();
+  await teacher.locator(".edit-step").nth(1).locator("[data-question=text]").fill("What do you see?");
+  await teacher.locator(".edit-step").nth(1).locator("[data-question=kind]").selectOption("text");
+  await field(1, "up").click();
+  assert.equal(await field(0, "title").inputValue(), "First", "a button changes the order");
+  await rig.shot(teacher, "sheet-editor");
+  await teacher.click("[data-sheet=save]");
+  await teacher.click("[data-give=sheet]");
+
+  await pupil.waitForSelector("text=<i>Mine</i>");
+  await step(pupil, "First");
+  await hasArms(pupil, 4);
+  assert.equal(await pupil.locator(".step-key").count(), 1, "the second step is hidden");
+  await pupil.fill(".given-sheet [data-answer]", "<script>alert(1)</script>");
+  await pupil.click("[data-sheet=answer]");
+  await step(pupil, "Last");
+  await pupil.reload();
+  await step(pupil, "Last");
+  await pupil.fill(".given-sheet [data-answer]", "2");
+  await pupil.click("[data-sheet=answer]");
+  await pupil.waitForSelector("text=✓ Handed in");
+  await rig.shot(pupil, "sheet-pupil");
+  await teacher.waitForSelector("text=1 at work, 1 handed in");
+  await teacher.click("[data-answers=sheet]");
+  await teacher.waitForSelector(".answers tbody tr");
+  assert.match(await teacher.textContent(".answers tbody"), /Ada.*handed in.*<script>alert\(1\)<\/script>.*✓ 2/s);
+  await rig.shot(teacher, "sheet-answers");
+  for (const page of [teacher, pupil]) await close(page);
+}
+
+export async function a_link_holds_a_worksheet(rig) {
+  const { page } = await teach(rig);
+  const link = await page.evaluate(async (origin) => {
+    const bytes = new TextEncoder().encode(JSON.stringify({ title: "By link", steps: [{ id: "a", title: "Look", text: "<b>Look</b>." }] }));
+    const stream = new Blob([bytes]).stream().pipeThrough(new CompressionStream("deflate-raw"));
+    const packed = new Uint8Array(await new Response(stream).arrayBuffer());
+    return `${origin}/#w=${btoa(String.fromCharCode(...packed)).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "")}`;
+  }, rig.url);
+  const reader = await rig.open({ cold: true, path: link.slice(rig.url.length) });
+  await step(reader, "Look");
+  assert.equal(await reader.textContent(".sheet-text"), "<b>Look</b>.");
+  for (const one of [page, reader]) await close(one);
 }

@@ -15,7 +15,7 @@ let fields = 0;
  * void}} AnswerField
  */
 
-/** An answer in words. @param {Room} room @param {Question} question @param {any} value */
+/** An answer in words. @param {Bench} room @param {Question} question @param {any} value */
 export function answerWords({ app, say }, { kind, unit, choices }, value) {
   if (value === undefined || value === null) return "";
   if (kind === "choice") return choices?.[value - 1] ?? String(value);
@@ -40,7 +40,7 @@ export function isRight({ kind, value: right, tolerance = 0 }, value) {
   return Math.abs(far) <= tolerance * (1 + 1e-9) + 1e-9;
 }
 
-/** @param {Room} room @param {Question} question @param {string} label @returns {AnswerField} */
+/** @param {Bench} room @param {Question} question @param {string} label @returns {AnswerField} */
 function choiceField({ say, app }, { choices = [] }, label) {
   const name = `choice-${++fields}`;
   const radios = choices.map((_, i) =>
@@ -63,7 +63,7 @@ function choiceField({ say, app }, { choices = [] }, label) {
   };
 }
 
-/** @param {Room} room @param {string} label @returns {AnswerField} */
+/** @param {Bench} room @param {string} label @returns {AnswerField} */
 function textField({ say, app }, label) {
   const area = h("textarea", { rows: 3, maxlength: 2000, "data-answer": "" });
   return {
@@ -85,7 +85,7 @@ function angleOnStage({ motion, clock, edits, store }) {
   return fromHanging(phi);
 }
 
-/** @param {Room} room @param {Question} question @param {string} label @returns {AnswerField} */
+/** @param {Bench} room @param {Question} question @param {string} label @returns {AnswerField} */
 function numberField({ app, say }, { kind, unit = "" }, label) {
   const angle = kind === "angle";
   const input = h("input", {
@@ -122,7 +122,7 @@ function numberField({ app, say }, { kind, unit = "" }, label) {
   };
 }
 
-/** The field of a question's kind. @param {Room} room @param {Question} question */
+/** The field of a question's kind. @param {Bench} room @param {Question} question */
 export function answerField(room, question) {
   const label = room.say(`class.answer.${question.kind}`);
   if (question.kind === "choice") return choiceField(room, question, label);

@@ -24,7 +24,8 @@ export function mountChip({ app, session, say }) {
     const title = header.querySelector(".title");
     if (title && title.nextSibling !== chip) title.after(chip);
   }
-  const sight = new MutationObserver(show);
+  // the head is built anew where the language changes
+  const sight = new MutationObserver(() => say.load().then(show, show));
   sight.observe(header, { childList: true });
   const end = session.subscribe(show);
   show();

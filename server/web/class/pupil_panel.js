@@ -9,6 +9,7 @@ import { createMini } from "../drawers/mini.js";
 import { mountQuestion } from "./ask_pupil.js";
 import { keptLink } from "./kept.js";
 import { fromHanging } from "./scenes.js";
+import { mountGivenSheet } from "./sheet_pupil.js";
 
 /** @typedef {import("./pupil.js").Follower} Follower */
 
@@ -83,6 +84,7 @@ export function mountPupil(element, room, follower) {
   const words = h("blockquote", { class: "class-words", hidden: true });
   const hand = handPart(room, follower);
   const question = mountQuestion(room);
+  const sheet = mountGivenSheet(room);
   const { code, nickname } = session.entry ?? { code: "" };
   element.append(
     h("p", { class: "quiet" }, say("class.youAre", { code, nickname })),
@@ -90,6 +92,7 @@ export function mountPupil(element, room, follower) {
     words,
     hand.place,
     question.place,
+    sheet.place,
     stateKeys(room, follower),
     h(
       "p",
@@ -106,6 +109,7 @@ export function mountPupil(element, room, follower) {
     words.textContent = text;
     hand.show();
     question.show();
+    sheet.show();
   }
   bag(follower.subscribe(show));
   bag(session.subscribe((names) => names ?? show()));

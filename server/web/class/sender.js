@@ -83,7 +83,7 @@ export function createSender(room) {
   bag(app.store.subscribe(() => soon(post)));
   bag(session.subscribe((names) => names ?? (session.state === "live" && soon(post))));
   bag(() => clearTimeout(post.timer));
-  soon(post);
+  send(post);
   return {
     set(patch) {
       post.more = { ...post.more, ...patch };

@@ -11,6 +11,7 @@ import { mountAsk } from "./ask.js";
 import { mountBoard, openDialog } from "./board.js";
 import { keptLink } from "./kept.js";
 import { wholeScene } from "./scenes.js";
+import { mountSheets } from "./sheets.js";
 import { togetherPart } from "./together.js";
 
 /**
@@ -231,9 +232,18 @@ export default function mountTeacher(element, room) {
   const end = endPart(room, desk);
   const together = togetherPart(room, desk);
   const ask = mountAsk(room, desk);
+  const sheets = mountSheets(room, desk);
   const controls = h("div", { class: "controls" }, away, fault, ...parts.map(({ place }) => place));
   const board = mountBoard(room, controls);
-  element.append(codePart(room), controls, board.place, ask.place, together.place, end.place);
+  element.append(
+    codePart(room),
+    controls,
+    board.place,
+    ask.place,
+    sheets.place,
+    together.place,
+    end.place,
+  );
   function show() {
     away.hidden = session.state !== "away";
     parts.forEach((part) => part.show());
@@ -243,6 +253,7 @@ export default function mountTeacher(element, room) {
   bag(session.subscribe(show));
   bag(board.destroy);
   bag(ask.destroy);
+  bag(sheets.destroy);
   show();
   return {
     destroy() {

@@ -124,13 +124,20 @@ interface Session {
 interface Say {
   (key: string, holes?: Record<string, unknown>): string;
   count(key: string, count: number): string;
+  /** Resolves when the words of the page's language are here. */
+  load(): Promise<void>;
+}
+
+/** Where one works on a worksheet or a question: in a room, or alone. */
+interface Bench {
+  app: App;
+  say: Say;
+  session?: Session;
 }
 
 /** What the modules of a class know. */
-interface Room {
-  app: App;
+interface Room extends Bench {
   session: Session;
-  say: Say;
-  /** Says it to those who listen, and at the page's head. */
+  /** Says it to those who listen. */
   tell(words: string): void;
 }

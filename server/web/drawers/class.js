@@ -46,7 +46,7 @@ function lifeOf(app) {
   app.files.style("class/class.css").catch(() => {});
   const session = createSession(app.client);
   /** @type {Room} */
-  const room = { app, session, say: sayOf(app.text), tell: (words) => app.announce(words) };
+  const room = { app, session, say: sayOf(app), tell: (words) => app.announce(words) };
   const one = { room, follower: null, coming: null, back: false, listeners: new Set() };
   life = one;
   session.subscribe((names) => names ?? look(one));
@@ -57,6 +57,7 @@ function lifeOf(app) {
 /** Comes back to the room that the address names, or the last one; else asks for a nickname. */
 export async function resume(/** @type {App} */ app) {
   const one = lifeOf(app);
+  await one.room.say.load();
   one.back = true;
   const found = await one.room.session.resume(codeInAddress());
   one.back = false;
@@ -73,9 +74,10 @@ function faceOf({ room: { session }, follower }) {
   return follower ? `pupil ${entry.code}` : "coming";
 }
 
-/** @param {HTMLElement} element @param {App} app @returns {Drawer} */
-function mount(element, app) {
+/** @param {HTMLElement} element @param {App} app @returns {Promise<Drawer>} */
+async function mount(element, app) {
   const one = lifeOf(app);
+  await one.room.say.load();
   const { room } = one;
   const bag = createBag();
   const body = h("div", { class: "class-body" });

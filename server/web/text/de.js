@@ -216,68 +216,6 @@ export default {
   "share.scene": "Szene",
   "share.filesHint": "Die Szene als JSON; die Bewegung als Zahlen, vom Server gerechnet.",
   "step.title": "Titel",
-  "worksheet.intro":
-    "Fünf kleine Versuche. Jeder richtet die Bühne her, stellt eine Frage und zeigt, wenn es geschafft ist.",
-  "worksheet.steps": "Schritte des Arbeitsblatts",
-  "worksheet.step": "Schritt {step} von {count}",
-  "worksheet.stage": "Bühne herrichten",
-  "worksheet.question": "Frage",
-  "worksheet.do": "Aufgabe",
-  "worksheet.answer": "Antwort zeigen",
-  "worksheet.done": "Geschafft",
-  "worksheet.open": "Noch nicht geschafft",
-  "worksheet.back": "Zurück",
-  "worksheet.next": "Weiter",
-  "worksheet.openDrawer": "„{drawer}“ öffnen",
-  "worksheet.said": "Schritt {step} geschafft",
-  "worksheet.single.name": "Einfach",
-  "worksheet.single.title": "Ein Arm",
-  "worksheet.single.text":
-    "Eine Masse an einem Arm von 1 m, losgelassen bei 20°. Hin und zurück braucht sie etwa 2 s.",
-  "worksheet.single.question":
-    "Wie viel länger muss der Arm sein, damit eine Schwingung doppelt so lange dauert?",
-  "worksheet.single.do":
-    "Den Arm auswählen und so lang machen, wie du denkst; dann die Periode unter „Moden“ ansehen.",
-  "worksheet.single.answer":
-    "Viermal: Die Periode ist 2π√(l/g). Die Masse spielt keine Rolle: probier es.",
-  "worksheet.double.name": "Doppel",
-  "worksheet.double.title": "Zwei Arme",
-  "worksheet.double.text":
-    "Ein zweiter Arm an der Spitze des ersten, beide aus der Waagerechten losgelassen.",
-  "worksheet.double.question":
-    "Und wenn die untere Masse sehr leicht ist: Welcher Arm spürt den anderen noch?",
-  "worksheet.double.do":
-    "Die untere Masse zehnmal leichter machen als die obere (0,1 kg oder weniger).",
-  "worksheet.double.answer":
-    "Der obere Arm schwingt jetzt fast für sich, regelmäßig; der leichte wird von ihm herumgeschleudert.",
-  "worksheet.chaos.name": "Chaos",
-  "worksheet.chaos.title": "Zwei fast gleiche Starts",
-  "worksheet.chaos.text":
-    "Zwei Arme, losgelassen bei 120°. Daneben derselbe Start, verschoben um ein Millionstel Radiant.",
-  "worksheet.chaos.question":
-    "Wie lange bewegen sich beide gemeinsam? Und wenn sie tausendmal näher beieinander starten?",
-  "worksheet.chaos.do":
-    "Unter „Vergleich“ einen um 10⁻⁶ rad verschobenen Start hinzufügen und abspielen.",
-  "worksheet.chaos.answer":
-    "Der Abstand wächst exponentiell, als Gerade in der Kurve. Tausendmal näher bringt nur einige Sekunden.",
-  "worksheet.modes.name": "Moden",
-  "worksheet.modes.title": "Die Schwingungen, die sich wiederholen",
-  "worksheet.modes.text":
-    "Kleine Bewegungen zweier Arme sehen unregelmäßig aus und sind doch die Summe zweier einfacher Schwingungen.",
-  "worksheet.modes.question":
-    "In welcher Mode bewegen sich die Arme gegeneinander, und ist es die langsame oder die schnelle?",
-  "worksheet.modes.do": "Unter „Moden“ in Mode 2 starten. Danach in Mode 1.",
-  "worksheet.modes.answer":
-    "In Mode 2, der schnellen. In Mode 1 gehen sie gemeinsam. Bei großen Amplituden wiederholt sich keine genau.",
-  "worksheet.forces.name": "Kräfte",
-  "worksheet.forces.title": "Ziehen und Drücken",
-  "worksheet.forces.text":
-    "Das Pendel des Artikels. Die Farbe eines Arms zeigt seine Kraft: gezogen wie ein Faden oder gedrückt wie ein Stab.",
-  "worksheet.forces.question": "Könnte dieses Pendel aus Fäden bestehen?",
-  "worksheet.forces.do": "Die Uhr in einem Augenblick anhalten, in dem ein Arm drückt.",
-  "worksheet.forces.answer":
-    "Nein: Wo ein Arm drückt, wäre ein Faden schlaff. Die Marken auf der Zeitleiste zeigen, wo das geschieht.",
-  "step.worksheet": "Schritt des Arbeitsblatts",
   "equations.large": "Groß zeigen",
   "equations.close": "Schließen",
   "method.referenceFiner": "Referenz: taylor mit Toleranz 10⁻¹⁵ (32 Stellen dauern hier zu lange).",

@@ -215,66 +215,6 @@ export default {
   "share.scene": "Scene",
   "share.filesHint": "The scene as JSON; the motion as numbers, computed by the server.",
   "step.title": "title",
-  "worksheet.intro":
-    "Five small experiments. Each sets the stage, asks a question, and shows when you have done it.",
-  "worksheet.steps": "Steps of the worksheet",
-  "worksheet.step": "Step {step} of {count}",
-  "worksheet.stage": "Set the stage",
-  "worksheet.question": "Question",
-  "worksheet.do": "Do",
-  "worksheet.answer": "Show the answer",
-  "worksheet.done": "Done",
-  "worksheet.open": "Not done yet",
-  "worksheet.back": "Back",
-  "worksheet.next": "Next",
-  "worksheet.openDrawer": "Open “{drawer}”",
-  "worksheet.said": "Step {step} done",
-  "worksheet.single.name": "Single",
-  "worksheet.single.title": "One arm",
-  "worksheet.single.text":
-    "One mass on one arm of 1 m, let go from 20°. It needs about 2 s there and back.",
-  "worksheet.single.question":
-    "How much longer must the arm be, for the swing to take twice as long?",
-  "worksheet.single.do":
-    "Select the arm and make it as long as you think, then look at the period under “Modes”.",
-  "worksheet.single.answer":
-    "Four times: the period is 2π√(l/g). The mass does not matter: try it.",
-  "worksheet.double.name": "Double",
-  "worksheet.double.title": "Two arms",
-  "worksheet.double.text": "A second arm on the tip of the first, both let go from the horizontal.",
-  "worksheet.double.question":
-    "What if the lower mass is very light: which arm still feels the other?",
-  "worksheet.double.do":
-    "Make the lower mass ten times lighter than the upper one (0.1 kg or less).",
-  "worksheet.double.answer":
-    "The upper arm now swings nearly by itself, regularly; the light one is thrown about by it.",
-  "worksheet.chaos.name": "Chaos",
-  "worksheet.chaos.title": "Two starts, nearly the same",
-  "worksheet.chaos.text":
-    "Two arms, let go from 120°. Beside them the same start, off by a millionth of a radian.",
-  "worksheet.chaos.question":
-    "For how long do the two move together? And if they start a thousand times closer?",
-  "worksheet.chaos.do": "Under “Compare”, add a start off by 10⁻⁶ rad and play.",
-  "worksheet.chaos.answer":
-    "The distance grows like an exponential, a straight line in the plot. A thousand times closer buys only a few seconds.",
-  "worksheet.modes.name": "Modes",
-  "worksheet.modes.title": "The swings that repeat",
-  "worksheet.modes.text":
-    "Small motions of two arms look irregular, and yet are a sum of two simple swings.",
-  "worksheet.modes.question":
-    "In which mode do the arms move against each other, and is it the slow or the fast one?",
-  "worksheet.modes.do": "Under “Modes”, start in mode 2. Then in mode 1.",
-  "worksheet.modes.answer":
-    "In mode 2, the fast one. In mode 1 they go together. With large amplitudes neither repeats exactly.",
-  "worksheet.forces.name": "Forces",
-  "worksheet.forces.title": "Pulling and pushing",
-  "worksheet.forces.text":
-    "The paper's pendulum. The colour of an arm tells its force: pulled like a string, or pushed like a rod.",
-  "worksheet.forces.question": "Could this pendulum be made of strings?",
-  "worksheet.forces.do": "Stop the clock at an instant at which some arm pushes.",
-  "worksheet.forces.answer":
-    "No: whenever an arm pushes, a string would go slack there. The marks on the time bar show where that happens.",
-  "step.worksheet": "step of the worksheet",
   "equations.large": "Enlarge",
   "equations.close": "Close",
   "method.referenceFiner":
