@@ -19,19 +19,22 @@ enum pend_status api_equations_new(struct api_equations **equations, const struc
     assert(pend_tree_valid(tree->tree) && api_states_valid(start));
     size_t n = (size_t)tree->n;
     struct api_equations *made = *equations =
-        malloc(sizeof *made + n * (4 * sizeof(double) + sizeof(int)));
+        malloc(sizeof *made + n * (4 * sizeof(double) + 2 * sizeof(int)));
     if (!made) return PEND_NO_MEMORY;
     double *at = (double *)(made + 1);
     *made = (struct api_equations){.n = tree->n,
                                    .is_explicit = is_explicit,
                                    .loads = tree->loads,
+                                   .tree = tree->tree,
                                    .length = at,
                                    .mass = at + n,
                                    .phi = at + 2 * n,
                                    .rate = at + 3 * n,
-                                   .parent = (int *)(at + 4 * n)};
+                                   .parent = (int *)(at + 4 * n),
+                                   .place = (int *)(at + 4 * n) + n};
     for (int i = 0; i < tree->n; i++) {
         int k = tree->tree->place[i];
+        made->place[i] = k;
         made->parent[i] = api_tree_parent(tree, i);
         made->length[i] = tree->tree->len[k];
         made->mass[i] = tree->tree->mass[k];

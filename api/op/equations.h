@@ -17,16 +17,19 @@ enum {
 struct api_equations {
     int n;
     int is_explicit;         /* every entry is written out */
-    struct pend_loads loads; /* what acts on the tree */
-    int *parent;             /* from 0, -1 = the pivot */
-    double *length, *mass;   /* m, kg */
-    double *phi, *rate;      /* the start, rad and rad/s */
+    struct pend_loads loads; /* what acts on the tree; its terms are lent, as the tree is */
+    const struct pend_tree *tree;
+    int *parent;           /* from 0, -1 = the pivot */
+    int *place;            /* the stored arms, by which the terms count */
+    double *length, *mass; /* m, kg */
+    double *phi, *rate;    /* the start, rad and rad/s */
 };
 
 /**
  * Copies a tree, its loads and its start.
  *
  * equations  out; NULL on failure; ends with api_equations_free.
+ * tree       must outlive the copy; without a cart.
  * start      one state of the tree.
  *
  * PEND_NO_MEMORY

@@ -13,7 +13,7 @@ struct code_language {
     const char *climb;                      /* S from the arms that carry the arms, p */
 };
 
-static const struct code_language code_matlab = {
+const struct code_language api_code_in_matlab = {
     .comma = "; ",
     .wrap = " ...\n     ",
     .list = "",
@@ -34,7 +34,7 @@ static const struct code_language code_matlab = {
              "    end\n"
              "end\n"};
 
-static const struct code_language code_python = {
+const struct code_language api_code_in_python = {
     .comma = ", ",
     .wrap = "\n    ",
     .list = "np.array(",
@@ -55,19 +55,19 @@ static const struct code_language code_python = {
 
 static const struct code_language code_json = {.comma = ",", .wrap = ""};
 
-static enum pend_status code_number(double number, struct api_buffer *out) {
+enum pend_status api_code_number(double number, struct api_buffer *out) {
     PEND_TRY(api_buffer_room(out, API_NUMBER_BYTES));
     out->bytes = (size_t)(api_number_write(out->data + out->bytes, number) - out->data);
     return PEND_OK;
 }
 
-static enum pend_status code_numbers(const struct code_language *language, int n,
-                                     const double number[], struct api_buffer *out) {
+enum pend_status api_code_numbers(const struct code_language *language, int n,
+                                  const double number[], struct api_buffer *out) {
     PEND_TRY(api_buffer_text(out, "["));
     for (int i = 0; i < n; i++) {
         if (i) PEND_TRY(api_buffer_text(out, language->comma));
         if (i && i % CODE_LINE == 0) PEND_TRY(api_buffer_text(out, language->wrap));
-        PEND_TRY(code_number(number[i], out));
+        PEND_TRY(api_code_number(number[i], out));
     }
     return api_buffer_text(out, "]");
 }
@@ -107,28 +107,28 @@ static enum pend_status code_path(const struct code_language *language,
 }
 
 /* name = [...], with a comment or NULL */
-static enum pend_status code_list(const struct code_language *language, const char *name,
-                                  const char *comment, int n, const double number[],
-                                  struct api_buffer *out) {
+enum pend_status api_code_list(const struct code_language *language, const char *name,
+                               const char *comment, int n, const double number[],
+                               struct api_buffer *out) {
     PEND_TRY(api_buffer_format(out, "%s = %s", name, language->list));
-    PEND_TRY(code_numbers(language, n, number, out));
+    PEND_TRY(api_code_numbers(language, n, number, out));
     PEND_TRY(api_buffer_text(out, language->list_end));
     if (comment) PEND_TRY(api_buffer_format(out, "  %s %s", language->comment, comment));
     return api_buffer_text(out, "\n");
 }
 
 /* the parameters: the pendulum and its start */
-static enum pend_status code_givens(const struct code_language *language,
-                                    const struct api_equations *equations, struct api_buffer *out) {
+enum pend_status api_code_givens(const struct code_language *language,
+                                 const struct api_equations *equations, struct api_buffer *out) {
     int n = equations->n;
-    PEND_TRY(code_list(language, "L", "lengths", n, equations->length, out));
-    PEND_TRY(code_list(language, "m", "masses at the tips", n, equations->mass, out));
+    PEND_TRY(api_code_list(language, "L", "lengths", n, equations->length, out));
+    PEND_TRY(api_code_list(language, "m", "masses at the tips", n, equations->mass, out));
     PEND_TRY(api_buffer_text(out, "g = "));
-    PEND_TRY(code_number(equations->loads.gravity, out));
+    PEND_TRY(api_code_number(equations->loads.gravity, out));
     PEND_TRY(api_buffer_format(out, "%s\n", language->end));
     PEND_TRY(code_path(language, equations, out));
-    PEND_TRY(code_list(language, "phi0", "the start", n, equations->phi, out));
-    return code_list(language, "w0", NULL, n, equations->rate, out);
+    PEND_TRY(api_code_list(language, "phi0", "the start", n, equations->phi, out));
+    return api_code_list(language, "w0", NULL, n, equations->rate, out);
 }
 
 enum pend_status api_code_matlab(const struct api_equations *equations, struct api_buffer *out) {
@@ -139,7 +139,7 @@ enum pend_status api_code_matlab(const struct api_equations *equations, struct a
         "%% Runs as it is in MATLAB and in Octave. Angles from the positive real axis, SI units.\n"
         "n = %d;\n",
         equations->n, equations->n > 1 ? "s" : "", equations->n));
-    PEND_TRY(code_givens(&code_matlab, equations, out));
+    PEND_TRY(api_code_givens(&api_code_in_matlab, equations, out));
     return api_buffer_text(
         out,
         "\n"
@@ -177,7 +177,7 @@ enum pend_status api_code_python(const struct api_equations *equations, struct a
                                "\n"
                                "n = %d\n",
                                equations->n, equations->n > 1 ? "s" : "", equations->n));
-    PEND_TRY(code_givens(&code_python, equations, out));
+    PEND_TRY(api_code_givens(&api_code_in_python, equations, out));
     return api_buffer_text(
         out, "mu = S.T @ (m[:, None] * S)\n"
              "\n"
@@ -225,16 +225,16 @@ enum pend_status api_code_curl(const struct api_equations *equations, struct api
     PEND_TRY(api_buffer_text(
         out, "curl -s http://127.0.0.1:8080/v1/trajectories -H 'Content-Type: application/json' "
              "-d '{\"pendulum\":{\"length\":"));
-    PEND_TRY(code_numbers(&code_json, n, equations->length, out));
+    PEND_TRY(api_code_numbers(&code_json, n, equations->length, out));
     PEND_TRY(api_buffer_text(out, ",\"mass\":"));
-    PEND_TRY(code_numbers(&code_json, n, equations->mass, out));
+    PEND_TRY(api_code_numbers(&code_json, n, equations->mass, out));
     PEND_TRY(api_buffer_text(out, ",\"parent\":"));
     PEND_TRY(code_parents(&code_json, equations, out));
     PEND_TRY(api_buffer_text(out, ",\"gravity\":"));
-    PEND_TRY(code_number(equations->loads.gravity, out));
+    PEND_TRY(api_code_number(equations->loads.gravity, out));
     PEND_TRY(api_buffer_text(out, "},\"initial\":{\"phi\":"));
-    PEND_TRY(code_numbers(&code_json, n, equations->phi, out));
+    PEND_TRY(api_code_numbers(&code_json, n, equations->phi, out));
     PEND_TRY(api_buffer_text(out, ",\"phid\":"));
-    PEND_TRY(code_numbers(&code_json, n, equations->rate, out));
+    PEND_TRY(api_code_numbers(&code_json, n, equations->rate, out));
     return api_buffer_text(out, "},\"times\":{\"start\":0,\"stop\":5,\"step\":0.01}}'");
 }

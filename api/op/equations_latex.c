@@ -11,7 +11,7 @@ enum {
 
 /* --- pieces --- */
 
-static enum pend_status latex_number(double number, struct api_buffer *out) {
+enum pend_status api_latex_number(double number, struct api_buffer *out) {
     PEND_TRY(api_buffer_room(out, API_NUMBER_BYTES));
     char *at = out->data + out->bytes, *end = api_number_write(at, number), *exponent = at;
     while (exponent < end && *exponent != 'e') exponent++;
@@ -95,12 +95,12 @@ static enum pend_status latex_list(const struct api_equations *equations, latex_
 
 static enum pend_status latex_item_length(const struct api_equations *equations, int i,
                                           struct api_buffer *out) {
-    return latex_number(equations->length[i], out);
+    return api_latex_number(equations->length[i], out);
 }
 
 static enum pend_status latex_item_mass(const struct api_equations *equations, int i,
                                         struct api_buffer *out) {
-    return latex_number(equations->mass[i], out);
+    return api_latex_number(equations->mass[i], out);
 }
 
 static enum pend_status latex_item_parent(const struct api_equations *equations, int i,
@@ -115,7 +115,7 @@ static enum pend_status latex_parameters(const struct api_equations *equations,
     PEND_TRY(api_buffer_text(out, "\\,\\mathrm{m},\\qquad m="));
     PEND_TRY(latex_list(equations, latex_item_mass, out));
     PEND_TRY(api_buffer_text(out, "\\,\\mathrm{kg},\\qquad g="));
-    PEND_TRY(latex_number(equations->loads.gravity, out));
+    PEND_TRY(api_latex_number(equations->loads.gravity, out));
     return api_buffer_text(out, "\\,\\mathrm{m/s^{2}}");
 }
 

@@ -17,4 +17,7 @@ struct api_latex {
 /** Returns formula i, NULL beyond the last: parameters, S, B, z, M, aaa, bbb. */
 const struct api_latex *api_latex_at(int i);
 
+/** Appends a number as a formula has it, 1.5\cdot10^{-9}. Fails as api_buffer_room does. */
+PEND_MUST_CHECK enum pend_status api_latex_number(double number, struct api_buffer *out);
+
 #endif

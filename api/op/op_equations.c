@@ -8,7 +8,10 @@
 
 #include "api/op/equations_code.h"
 #include "api/op/equations_latex.h"
+#include "api/op/equations_real.h"
+#include "api/op/equations_real_latex.h"
 #include "api/json/json_out.h"
+#include "api/op/terms_write.h"
 
 static const char *const fields[] = {"pendulum", "initial", "form", NULL};
 static const char *const forms[] = {"explicit", "compact", NULL};
@@ -34,9 +37,14 @@ static void equations_free(void **state) {
 
 static void equations_read_form(struct equations *equations, const struct api_reading *reading) {
     struct api_value form = api_value_member(reading->root, "form");
-    int n = equations->tree.n, word = n > API_EQUATIONS_EXPLICIT;
+    const struct pend_terms *terms = equations->tree.loads.terms;
+    int n = equations->tree.n, word = n > API_EQUATIONS_EXPLICIT || terms;
     (void)api_field_word(&form, forms, &word, reading->problem);
     equations->is_explicit = word == 0;
+    if (equations->is_explicit && terms)
+        api_value_fault(&form, reading->problem,
+                        "writes every entry out for ideal pendulums, and this one has rods, "
+                        "bodies, springs, friction or drives: ask for \"compact\"");
     if (equations->is_explicit && n > API_EQUATIONS_MOST)
         api_value_fault(
             &form, reading->problem,
@@ -83,18 +91,20 @@ static enum pend_status equations_write(struct equations *equations, struct api_
     PEND_TRY(api_out_whole(out, "n", written->n));
     PEND_TRY(api_out_text(out, "form", forms[!written->is_explicit]));
     PEND_TRY(api_out_open(out, "latex", '{'));
-    for (int i = 0; api_latex_at(i); i++) {
-        PEND_TRY(api_latex_at(i)->write(written, text));
-        PEND_TRY(equations_say(equations, api_latex_at(i)->name, out));
+    int real = written->loads.terms != NULL;
+    const struct api_latex *formula;
+    for (int i = 0; (formula = real ? api_real_latex_at(i) : api_latex_at(i)); i++) {
+        PEND_TRY(formula->write(written, text));
+        PEND_TRY(equations_say(equations, formula->name, out));
     }
     PEND_TRY(api_buffer_text(out, "}"));
     PEND_TRY(api_out_open(out, "code", '{'));
-    PEND_TRY(api_code_matlab(written, text));
+    PEND_TRY(real ? api_real_matlab(written, text) : api_code_matlab(written, text));
     PEND_TRY(equations_say(equations, "matlab", out));
-    PEND_TRY(api_code_python(written, text));
+    PEND_TRY(real ? api_real_python(written, text) : api_code_python(written, text));
     PEND_TRY(equations_say(equations, "python", out));
     PEND_TRY(api_buffer_text(out, "}"));
-    PEND_TRY(api_code_curl(written, text));
+    PEND_TRY(real ? api_real_curl(written, text) : api_code_curl(written, text));
     PEND_TRY(equations_say(equations, "curl", out));
     return api_buffer_text(out, "}");
 }
@@ -114,12 +124,14 @@ static enum pend_status equations_run(void *state, const struct api_turn *turn, 
 static double equations_bytes(const void *state) {
     const struct equations *equations = state;
     double n = equations->tree.n, square = equations->is_explicit ? n * n : 0;
-    return API_OP_SMALL_BYTES + 2048 * n + 2048 * square + api_tree_bytes(&equations->tree) +
-           api_states_bytes(equations->start);
+    // numbers of terms stand in three programs
+    return API_OP_SMALL_BYTES + 4 * api_terms_write_bytes(&equations->tree.loads) + 2048 * n +
+           2048 * square + api_tree_bytes(&equations->tree) + api_states_bytes(equations->start);
 }
 
 const struct api_op api_op_equations = {.name = "equations",
                                         .body = 1,
+                                        .terms = 1,
                                         .read = equations_read,
                                         .run = equations_run,
                                         .bytes = equations_bytes,

@@ -99,6 +99,7 @@ static const struct test_request {
      "{" TEST_TREE
      ",\"initial\":{\"theta\":[1,2]},\"duration\":3,\"section\":{\"arm\":1,\"theta\":0}}",
      NULL},
+    {API_OP_EQUATIONS, "{" TEST_REAL_TREE "}", NULL},
     {API_OP_LYAPUNOV, "{" TEST_REAL_TREE ",\"start\":2,\"duration\":0.2,\"samples\":2}",
      "text/csv"},
     {API_OP_SECTIONS,

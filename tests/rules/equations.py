@@ -1,6 +1,7 @@
 """What /v1/equations writes, taken at its word: the programs are run, the formulas are read back and evaluated.
 
-At random states of many trees the accelerations and forces of each must be those of /v1/forces. The reader of formulas
+At random states of many trees the accelerations and forces of each must be those of /v1/forces; of real pendulums with
+every load alone and all together too, by their programs. The reader of formulas
 knows no mechanics: it turns \\ell_{2} into a number and juxtaposition into a product, and nothing else.
 
 usage: equations.py BUILD
@@ -65,6 +66,56 @@ def pendulum(chance, parents):
     place = {arm: i for i, arm in enumerate(order)}
     return {"length": [round(chance.uniform(0.3, 2), 3) for _ in parents], "mass": [10 ** chance.uniform(-1, 1) for _ in parents],
             "parent": [place[parents[arm] - 1] + 1 if parents[arm] else 0 for arm in order], "gravity": 9.81}
+
+
+def harmonics(chance, count):
+    return {"harmonics": [{"amplitude": chance.uniform(-1, 1), "omega": chance.uniform(1, 9), "phase": chance.uniform(0, 6)}
+                          for _ in range(count)]}
+
+
+LOADS = {
+    "rods": lambda chance: {"rod": chance.uniform(0.2, 2)},
+    "bodies": lambda chance: {"body": {"mass": chance.uniform(0.2, 2), "center": [chance.uniform(-1, 1), chance.uniform(-1, 1)],
+                                       "inertia": chance.uniform(0.1, 1)}},
+    "hung elsewhere": lambda chance: {"at": [chance.uniform(-1, 1), chance.uniform(-1, 1)]},
+    "springs": lambda chance: {"stiffness": chance.uniform(1, 9), "rest": chance.uniform(-1, 1)},
+    "damping": lambda chance: {"damping": chance.uniform(0.1, 1)},
+    "dry friction": lambda chance: {"friction": {"torque": chance.uniform(0.1, 1), "speed": chance.uniform(0.1, 1)}},
+    "drag": lambda chance: {"drag": {"linear": chance.uniform(0.1, 1), "quadratic": chance.uniform(0.1, 1)}},
+    "torques": lambda chance: {"torque": chance.uniform(-3, 3)},
+    "motors": lambda chance: {"torque": {"constant": chance.uniform(-3, 3)} | harmonics(chance, 2)},
+}
+WHOLE = {
+    "drag per mass": lambda chance: {"drag_per_mass": chance.uniform(0.1, 1)},
+    "a driven pivot": lambda chance: {"pivot": {"x": harmonics(chance, 1), "y": harmonics(chance, 2)}},
+    "an accelerated pivot": lambda chance: {"pivot": {"acceleration": [chance.uniform(-5, 5), chance.uniform(-5, 5)]}},
+}
+
+
+REAL = {"length": [1, 0.7], "mass": [1, 0], "parent": [0, 1], "rod": [None, 0.5], "damping": [0.1, 0.2], "stiffness": [None, 2],
+        "torque": [{"harmonics": [{"amplitude": 3, "omega": 4}]}, None], "drag": [{"linear": 0.1}, None],
+        "pivot": {"y": {"harmonics": [{"amplitude": 0.05, "omega": 20}]}}}
+
+
+def real_trees():
+    """(name, pendulum): random trees with each load on some of their arms, and with all loads."""
+    chance = random.Random(11)
+    kinds = [[name] for name in (*LOADS, *WHOLE)] + [[*LOADS, "drag per mass", "a driven pivot"]] * 4
+    for i, kind in enumerate(kinds):
+        n = 1 + i % 6 if len(kind) == 1 else (1, 3, 7, 24)[i % 4]
+        tree = pendulum(chance, [0] + [chance.randint(max(1, k - 3), k) for k in range(1, n)])
+        arms = [{"name": f"{k + 1}", "length": tree["length"][k], "mass": tree["mass"][k]} | ({"parent": f"{parent}"} if parent else {})
+                for k, parent in enumerate(tree["parent"])]
+        for arm in arms:
+            for name in kind:
+                if name in LOADS and (chance.random() < 0.7 or arm is arms[-1] or n < 4) and (name != "hung elsewhere" or "parent" in arm):
+                    arm |= LOADS[name](chance)
+            if "rod" in arm and chance.random() < 0.5:
+                arm["mass"] = 0
+        whole = {"arms": arms, "gravity": 9.81}
+        for name in kind:
+            whole |= WHOLE[name](chance) if name in WHOLE else {}
+        yield f"{n} arms with {' and '.join(kind)}", whole
 
 
 def states(n):
@@ -195,13 +246,13 @@ def check_katex(formulas):
 
 # --- programs ---
 
-def check_python(what, code, state, answer):
+def check_python(what, code, state, answer, *time):
     scope = {"__name__": "equations"}
     exec(compile(code, "equations", "exec"), scope)
     phi, rate = numpy.array(state["phi"]), numpy.array(state["phid"])
-    acc = scope["phidd"](phi, rate)
+    acc = scope["phidd"](phi, rate, *time)
     near("Python", f"phidd of {what}", acc.tolist(), answer["phidd"])
-    near("Python", f"lambda of {what}", scope["lambda_"](phi, rate, acc).tolist(), answer["lambda"])
+    near("Python", f"lambda of {what}", scope["lambda_"](phi, rate, acc, *time).tolist(), answer["lambda"])
 
 
 def octave(directory, script):
@@ -217,14 +268,15 @@ def octave(directory, script):
 
 def check_octave(cases):
     script = ""
-    for _, code, state, _ in cases:
+    for _, code, state, _, *time in cases:
         functions = code.split("\nright =")[0]
         phi, rate = (" ".join(map(repr, state[name])) for name in ("phi", "phid"))
-        script += (f"{functions}\nphi = [{phi}].'; w = [{rate}].'; a = phidd(phi, w);\n"
-                   "printf('%.17g ', a); printf('\\n'); printf('%.17g ', lambda(phi, w, a)); printf('\\n');\n")
+        now = "".join(f", {number!r}" for number in time)
+        script += (f"{functions}\nphi = [{phi}].'; w = [{rate}].'; a = phidd(phi, w{now});\n"
+                   f"printf('%.17g ', a); printf('\\n'); printf('%.17g ', lambda(phi, w, a{now})); printf('\\n');\n")
     with tempfile.TemporaryDirectory() as directory:
         lines = octave(pathlib.Path(directory), script)
-    for (what, _, _, answer), acc, force in zip(cases, lines[::2], lines[1::2], strict=True):
+    for (what, _, _, answer, *_), acc, force in zip(cases, lines[::2], lines[1::2], strict=True):
         near("Octave", f"phidd of {what}", acc, answer["phidd"])
         near("Octave", f"lambda of {what}", force, answer["lambda"])
 
@@ -249,6 +301,30 @@ def check_whole(server, tree, initial):
         skip("SciPy", "SciPy or NumPy is not installed")
 
 
+def check_curl(server, what, line, state):
+    """The line for a shell asks for this pendulum's motion: its body answers, and the first sample is the start."""
+    body = json.loads(re.search(r"-d '(.*)'$", line)[1]) | {"times": [0, 1e-3]}
+    answer = ask(server, "/v1/trajectories", body)
+    near("curl", what, answer["phi"][0], state["phi"])
+
+
+def check_real(server, cases, formulas):
+    """The programs of real pendulums at two instants."""
+    for what, tree in real_trees():
+        start = states(len(tree["arms"]))[0]
+        answer = ask(server, "/v1/equations", {"pendulum": tree, "initial": start})
+        formulas += [(f"{name} of {what}", text) for name, text in answer["latex"].items()]
+        check_curl(server, what, answer["curl"], start)
+        for i, state in enumerate(states(len(tree["arms"]))[:2]):
+            time = 0.7 * i
+            forces = ask(server, "/v1/forces", {"pendulum": tree, "states": [state], "time": time})
+            row = {"phidd": forces["phidd"][0], "lambda": forces["lambda"][0]}
+            if numpy:
+                check_python(what, answer["code"]["python"], state, row, time)
+            if i:
+                cases.append((what, answer["code"]["matlab"], state, row, time))
+
+
 def main(build):
     cases, formulas = [], []
     with daemon(build) as server:
@@ -264,6 +340,8 @@ def main(build):
                     check_python(what, answer["code"]["python"], state, row)
                 if s == 0:
                     cases.append((what, answer["code"]["matlab"], state, row))
+        check_real(server, cases, formulas)
+        check_whole(server, REAL, {"phi": [0, -0.5], "phid": [0, 1]})
         check_whole(server, {"length": [2, 1.5, 0.75, 1.25], "mass": [1, 1, 1, 0.1], "parent": [0, 1, 2, 2]},
                     {"phi": [0, -0.5, 0.25, 1], "phid": [0, 1, 0, -1]})
     if not numpy:

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "tests/api/post.h"
+#include "tests/harness/requests.h"
 #include "tests/harness/test.h"
 
 #define DOUBLE "\"pendulum\":{\"length\":[1,2],\"mass\":[3,0.5],\"parent\":[0,1]}"
@@ -123,4 +124,55 @@ TEST(equations_from_a_mode_that_is_beyond_all_numbers_are_a_problem) {
     CHECK_SAYING(reply.status == 422 || reply.status == 200, "%d", reply.status);
     CHECK(!strstr(reply.out.data, "nan") && !strstr(reply.out.data, "inf"));
     test_reply_free(&reply);
+}
+
+/* a formula of a reply */
+static const char *formula(const struct test_reply *reply, const char *name) {
+    char at[40];
+    snprintf(at, sizeof at, "/latex/%s", name);
+    const char *text = test_reply_text(reply, at);
+    return text ? text : "";
+}
+
+TEST(equations_of_a_damped_driven_pendulum_have_its_terms_and_no_others) {
+    struct test_reply reply = test_post(
+        API_OP_EQUATIONS,
+        "{\"pendulum\":{\"length\":[1],\"mass\":[2],\"parent\":[0],\"damping\":[0.5],\"torque\":[{"
+        "\"harmonics\":[{\"amplitude\":-1.5,\"omega\":3,\"phase\":-0.25}]}]}}");
+    CHECK_INT(reply.status, 200);
+    CHECK_TEXT(test_reply_text(&reply, "/form"), "compact");
+    CHECK_TEXT(
+        formula(&reply, "aaa"),
+        "\\operatorname{Re}M(\\phi)\\;\\ddot{\\phi}=\\operatorname{Im}M(\\phi)\\;\\dot{\\phi}"
+        "^{2}-\\operatorname{Im}\\bigl[e^{-\\mathrm{i}\\phi}h\\,(\\mathrm{i}g)\\bigr]+B\\tau");
+    CHECK_TEXT(
+        formula(&reply, "loads"),
+        "\\begin{aligned}\\tau&=T-c\\,\\dot{q},\\qquad q=B^{\\mathsf{T}}\\phi+\\tfrac{\\pi}{2}r,"
+        "\\quad r_{k}=1\\text{ at the pivot, else }0\\\\T_{1}&=0-1.5\\cos(3\\,t-0.25)\\end{"
+        "aligned}");
+    const char *python = test_reply_text(&reply, "/code/python"),
+               *matlab = test_reply_text(&reply, "/code/matlab");
+    CHECK(strstr(python, "tau -= c * r\n") && strstr(python, "tau += D @ (A * np.cos(omega * t"));
+    CHECK(!strstr(python, "pivot(t)") && !strstr(python, "np.tanh") && !strstr(python, "air("));
+    CHECK(strstr(matlab, "    - c .* (B.'*w) ...\n") && !strstr(matlab, "gamma"));
+    CHECK(
+        strstr(test_reply_text(&reply, "/curl"),
+               "\"arms\":[{\"name\":\"1\",\"length\":1,\"mass\":2,\"damping\":0.5,\"torque\":{") !=
+        NULL);
+    test_reply_free(&reply);
+}
+
+TEST(equations_of_a_pendulum_with_everything_are_whole) {
+    struct test_reply reply = test_post(API_OP_EQUATIONS, "{" TEST_REAL_TREE "}");
+    CHECK_INT(reply.status, 200);
+    CHECK(strstr(formula(&reply, "aaa"), "+\\ddot{z}_{0}") == NULL);
+    CHECK(strstr(formula(&reply, "aaa"), "h\\,(\\ddot{z}_{0}+\\mathrm{i}g)") != NULL);
+    CHECK(strstr(formula(&reply, "aaa"), "Z^{\\mathsf{H}}F") != NULL);
+    CHECK(strstr(formula(&reply, "loads"), "-f\\tanh(\\dot{q}/s)") != NULL);
+    CHECK(strstr(formula(&reply, "parameters"), "\\gamma=0.05\\,\\mathrm{1/s}") != NULL);
+    CHECK(strstr(formula(&reply, "z"), "H_{2,1}=0.5+0.1\\,\\mathrm{i}") != NULL);
+    CHECK(strstr(test_reply_text(&reply, "/curl"), "\"drag_per_mass\":0.05") != NULL);
+    test_reply_free(&reply);
+    CHECK_REFUSED(API_OP_EQUATIONS, "{" TEST_REAL_TREE ",\"form\":\"explicit\"}", "/form",
+                  "ask for \"compact\"");
 }
