@@ -41,12 +41,11 @@ static const struct {
     [IM] = {"vectors", "im"},
 };
 
-/* s a cube of arms, of matrices of n and of 2 n rows */
-static const double still_seconds = 1.5e-8, damped_seconds = 2.5e-7;
+/* s a square of arms without a matrix, and a cube of arms, of matrices of 2 n rows */
+static const double still_seconds = 1e-6, damped_seconds = 2.5e-7;
 
 static int damped_loses(const struct api_damped *damped) {
-    const struct pend_loads *loads = &damped->tree->loads;
-    return !pend_terms_conserve(loads->terms, loads->value);
+    return pend_damped_loses(&damped->tree->loads);
 }
 
 /* whether a column is answered */
@@ -96,9 +95,15 @@ static void damped_fill(const struct api_damped *damped, int j) {
     api_tree_put(damped->tree, found->im + from, damped->column[IM] + row);
 }
 
-static enum pend_status damped_find(struct api_damped *damped, struct pend_error *error) {
+/* goes on with the search; *found once there are rows to write */
+static enum pend_status damped_find(struct api_damped *damped, int *found,
+                                    struct pend_error *error) {
     const struct api_tree *tree = damped->tree;
-    PEND_TRY(pend_damped_new(&damped->found, tree->tree, &tree->loads, damped->phi, error));
+    *found = 0;
+    if (!damped->found)
+        return pend_damped_begin(&damped->found, tree->tree, &tree->loads, damped->phi, error);
+    PEND_TRY(pend_damped_step(&damped->found, found, error));
+    if (!*found) return PEND_OK;
     size_t n = (size_t)tree->n, rows = (size_t)damped->found->count;
     double *at = malloc((EQUILIBRIUM + 3 * n) * rows * sizeof *at);
     if (!at) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes");
@@ -158,7 +163,9 @@ static enum pend_status damped_json(const struct api_damped *damped, struct api_
 
 enum pend_status api_damped_run(struct api_damped *damped, struct api_buffer *out, int *done,
                                 struct pend_error *error) {
-    if (!damped->found) PEND_TRY(damped_find(damped, error));
+    int found = damped->told[0] != NULL;
+    if (!found) PEND_TRY(damped_find(damped, &found, error));
+    if (!found) return PEND_OK;
     if (damped->format == &api_format_json) {
         *done = 1;
         return damped_json(damped, out);
@@ -170,12 +177,12 @@ enum pend_status api_damped_run(struct api_damped *damped, struct api_buffer *ou
 
 double api_damped_cost(const struct api_damped *damped) {
     double n = api_tree_stored(damped->tree);
-    return n * n * n * (damped_loses(damped) ? damped_seconds : still_seconds);
+    return n * n * (damped_loses(damped) ? n * damped_seconds : still_seconds);
 }
 
 double api_damped_bytes(const struct api_damped *damped) {
     double n = api_tree_stored(damped->tree);
-    return sizeof(double) * n * (32 * n + 64) +
+    return sizeof(double) * n * ((damped_loses(damped) ? 32 : 12) * n + 64) +
            (damped->format == &api_format_json ? 0
                                                : api_writer_bytes(damped->format, &damped->table));
 }

@@ -10,8 +10,9 @@
 #include "api/read/tree_json.h"
 #include "core/modes/damped.h"
 
-/* The most arms whose modes are found from dense matrices: with friction, and without. */
-enum { API_DAMPED_ARMS = 100, API_STILL_ARMS = 300 };
+/* The most arms whose modes are found: with friction, from dense matrices, and without;
+ * and as poles of a response without. */
+enum { API_DAMPED_ARMS = 100, API_STILL_ARMS = 2000, API_POLES_ARMS = 300 };
 
 /* What is answered, and what was found. */
 struct api_damped {
@@ -40,11 +41,11 @@ void api_damped_init(struct api_damped *damped, const struct api_tree *tree, con
 void api_damped_clear(struct api_damped *damped);
 
 /**
- * Computes, and appends the whole answer.
+ * Goes on with the computation, and appends the whole answer once it is complete.
  *
  * PEND_NO_MEMORY
  * PEND_NOT_FINITE no equilibrium was found.
- * O(n^3).
+ * A millisecond or so without friction, else O(n^3).
  */
 PEND_MUST_CHECK enum pend_status api_damped_run(struct api_damped *damped, struct api_buffer *out,
                                                 int *done, struct pend_error *error);

@@ -148,13 +148,13 @@ static void check_real(const struct api_modes *modes, const struct api_reading *
             api_value_fault(&field, reading->problem, "%s", way[i]);
     }
     const struct pend_loads *loads = &modes->tree.loads;
-    int loses = !pend_terms_conserve(loads->terms, loads->value);
+    int loses = pend_damped_loses(loads);
     int most = loses ? API_DAMPED_ARMS : API_STILL_ARMS;
     struct api_value pendulum = api_value_member(reading->root, "pendulum");
     if (modes->tree.n > most)
         api_value_fault(&pendulum, reading->problem,
                         "has %d arms; the modes of real pendulums are found for at most %d, or %d "
-                        "without friction and drives",
+                        "without friction and drag",
                         modes->tree.n, API_DAMPED_ARMS, API_STILL_ARMS);
 }
 

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "core/modes/rest.h"
+#include "core/modes/still.h"
 
 /* A pendulum at some angles: what hangs on every joint, in the frame of the arm. */
 struct damped_state {
@@ -173,6 +174,10 @@ enum pend_status pend_damped_matrices(const struct pend_tree *tree, const struct
 }
 
 void pend_damped_free(struct pend_damped **damped) {
+    if (*damped) {
+        pend_still_free(&(*damped)->still);
+        free((*damped)->square);
+    }
     free(*damped);
     *damped = NULL;
 }
@@ -351,24 +356,94 @@ static enum pend_status damped_solve(struct pend_damped *damped, const struct pe
     return status;
 }
 
+int pend_damped_loses(const struct pend_loads *loads) {
+    static const enum pend_term_row row[] = {PEND_TERM_DAMPING, PEND_TERM_FRICTION, PEND_TERM_DRAG,
+                                             PEND_TERM_DRAG_QUADRATIC};
+    const struct pend_terms *terms = loads->terms;
+    if (!terms) return 0;
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++)
+        for (int k = 0; k < terms->n; k++)
+            if (pend_terms_get(terms, loads->value, row[i], k) != 0) return 1;
+    int mist = terms->one[PEND_TERM_DRAG_PER_MASS];
+    return mist >= 0 && loads->value[mist] != 0;
+}
+
+/* the modes that were found without a matrix; what is round-off of 0 is 0 */
+static enum pend_status damped_take_still(struct pend_damped *damped, const double square[],
+                                          const double vector[]) {
+    size_t n = (size_t)damped->n;
+    double complex *shape = malloc(n * sizeof *shape);
+    if (!shape) return PEND_NO_MEMORY;
+    double least = (double)n * 0x1p-52 * fmax(fabs(square[0]), fabs(square[n - 1]));
+    for (size_t j = 0; j < n; j++) {
+        for (size_t k = 0; k < n; k++) shape[k] = vector[j * n + k];
+        double size = sqrt(fabs(square[j]));
+        if (square[j] >= -least) {
+            damped_add(damped, square[j] <= least ? 0 : I * size, shape);
+            continue;
+        }
+        damped_add(damped, size, shape);
+        damped_add(damped, -size, shape);
+    }
+    free(shape);
+    damped_sort(damped);
+    return PEND_OK;
+}
+
+static enum pend_status damped_failed(struct pend_damped **damped, enum pend_status status,
+                                      int arms, struct pend_error *error) {
+    pend_damped_free(damped);
+    return pend_fail(error, status, -1, 0,
+                     status == PEND_NO_MEMORY ? "no memory for the modes of %d arms"
+                                              : "the modes of %d arms did not converge",
+                     arms);
+}
+
+enum pend_status pend_damped_begin(struct pend_damped **damped, const struct pend_tree *tree,
+                                   const struct pend_loads *loads, const double phi[],
+                                   struct pend_error *error) {
+    assert(pend_tree_valid(tree));
+    struct pend_damped *made = *damped = damped_alloc(tree->n);
+    if (!made) return damped_failed(damped, PEND_NO_MEMORY, tree->n, error);
+    made->tree = tree, made->loads = loads;
+    memcpy(made->phi, phi, (size_t)tree->n * sizeof *phi);
+    enum pend_status status = pend_rest_find(tree, loads, made->phi, NULL, error);
+    if (status != PEND_OK) {
+        pend_damped_free(damped);
+        return status;
+    }
+    if (pend_damped_loses(loads) || tree->n < PEND_DAMPED_TREE) return PEND_OK;
+    size_t n = (size_t)tree->n;
+    made->square = malloc((n + n * n) * sizeof *made->square);
+    status = made->square ? pend_still_new(&made->still, tree, loads, made->phi) : PEND_NO_MEMORY;
+    return status == PEND_OK ? PEND_OK : damped_failed(damped, status, tree->n, error);
+}
+
+enum pend_status pend_damped_step(struct pend_damped **damped, int *done,
+                                  struct pend_error *error) {
+    struct pend_damped *d = *damped;
+    enum pend_status status = PEND_OK;
+    assert(d && !d->count);
+    *done = 1;
+    if (!d->still)
+        status = damped_solve(d, d->tree, d->loads);
+    else if (!pend_still_step(d->still, d->square, d->square + d->n))
+        *done = 0;
+    else
+        status = damped_take_still(d, d->square, d->square + d->n);
+    if (*done && d->still) {
+        pend_still_free(&d->still);
+        free(d->square);
+        d->square = NULL;
+    }
+    return status == PEND_OK ? PEND_OK : damped_failed(damped, status, d->n, error);
+}
+
 enum pend_status pend_damped_new(struct pend_damped **damped, const struct pend_tree *tree,
                                  const struct pend_loads *loads, const double phi[],
                                  struct pend_error *error) {
-    assert(pend_tree_valid(tree));
-    struct pend_damped *made = *damped = damped_alloc(tree->n);
-    if (!made)
-        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %d arms",
-                         tree->n);
-    memcpy(made->phi, phi, (size_t)tree->n * sizeof *phi);
-    enum pend_status status = pend_rest_find(tree, loads, made->phi, NULL, error);
-    if (status == PEND_OK) {
-        status = damped_solve(made, tree, loads);
-        if (status == PEND_OK) return PEND_OK;
-        pend_fail(error, status, -1, 0,
-                  status == PEND_NO_MEMORY ? "no memory for the modes of %d arms"
-                                           : "the modes of %d arms did not converge",
-                  tree->n);
-    }
-    pend_damped_free(damped);
+    int done = 0;
+    enum pend_status status = pend_damped_begin(damped, tree, loads, phi, error);
+    while (status == PEND_OK && !done) status = pend_damped_step(damped, &done, error);
     return status;
 }

@@ -6,8 +6,13 @@
 #ifndef PEND_DAMPED_H
 #define PEND_DAMPED_H
 
+#include "core/modes/still.h"
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
+
+/* From so many coordinates on the modes of what loses nothing are found without a matrix: below,
+ * dense ones are as quick. */
+enum { PEND_DAMPED_TREE = 24 };
 
 /* Modes of n arms. Mode k moves as e^{(decay + i omega) t}: a pair of complex eigenvalues is one
  * mode, a real eigenvalue is one with omega = 0. */
@@ -18,6 +23,11 @@ struct pend_damped {
     double *decay;   /* 1/s: the real part of the eigenvalue, below 0 where the mode dies away */
     double *re, *im; /* shapes, mode-major: the angle of arm k in mode j at j n + k; the entry of
                         largest size is 1 */
+    /* while they are looked for */
+    const struct pend_tree *tree;
+    const struct pend_loads *loads;
+    struct pend_still *still;
+    double *square; /* n + n^2 numbers of it */
 };
 
 /**
@@ -44,13 +54,43 @@ PEND_MUST_CHECK enum pend_status pend_damped_matrices(const struct pend_tree *tr
  *
  * PEND_NO_MEMORY
  * PEND_NOT_FINITE the equilibrium was not found, or eigenvalues did not converge.
- * Modes are sorted: those that grow first, then by omega, then by decay. O(n^3): symmetric where
- * nothing damps, else with a matrix of 2 n rows.
+ * Modes are sorted: those that grow first, then by omega, then by decay. O(n^2) where
+ * nothing damps, else O(n^3) with a matrix of 2 n rows.
  */
 PEND_MUST_CHECK enum pend_status pend_damped_new(struct pend_damped **damped,
                                                  const struct pend_tree *tree,
                                                  const struct pend_loads *loads, const double phi[],
                                                  struct pend_error *error);
+
+/**
+ * Finds the equilibrium as pend_damped_new, and leaves the modes to pend_damped_step.
+ *
+ * tree, loads  must outlive the search.
+ *
+ * PEND_NO_MEMORY
+ * PEND_NOT_FINITE the equilibrium was not found.
+ * O(n) a step of Newton's method.
+ */
+PEND_MUST_CHECK enum pend_status pend_damped_begin(struct pend_damped **damped,
+                                                   const struct pend_tree *tree,
+                                                   const struct pend_loads *loads,
+                                                   const double phi[], struct pend_error *error);
+
+/**
+ * Goes on with the modes: some hundred sweeps over a tree of PEND_DAMPED_TREE arms or more that
+ * loses nothing, else all at once.
+ *
+ * damped  not done yet; NULL on failure.
+ * done    out, non-zero once all modes are there.
+ *
+ * PEND_NO_MEMORY
+ * PEND_NOT_FINITE eigenvalues did not converge.
+ */
+PEND_MUST_CHECK enum pend_status pend_damped_step(struct pend_damped **damped, int *done,
+                                                  struct pend_error *error);
+
+/** Non-zero if friction or drag take energy near a rest. O(n). */
+int pend_damped_loses(const struct pend_loads *loads);
 
 /** Frees modes and clears the pointer; NULL is accepted. */
 void pend_damped_free(struct pend_damped **damped);

@@ -225,7 +225,7 @@ TEST(response_is_where_long_runs_of_small_swings_end) {
                        &seed);
     for (int i = 0; i < b.terms->harmonics; i++) b.value[b.terms->harmonic[i].at] = 0;
     for (int i = 0; i < PEND_TERM_ONES; i++)
-        b.value[b.terms->one[i]] = i == PEND_TERM_DRAG_PER_MASS ? 0.4 : 0;
+        if (b.terms->one[i] >= 0) b.value[b.terms->one[i]] = i == PEND_TERM_DRAG_PER_MASS ? 0.4 : 0;
     for (int i = 0; i < b.terms->harmonics; i++) {
         double *h = b.value + b.terms->harmonic[i].at;
         h[1] = omega, h[2] = 0;

@@ -1,0 +1,370 @@
+#include "core/modes/still.h"
+
+#include <assert.h>
+#include <complex.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/modes/rest.h"
+
+enum { WIDE = 8, SWEEPS = 16, SOLVES = 4, VECTORS = 32 };
+
+/* eigenvalues nearer than this part of the largest are made orthogonal */
+static const double near = 1e-7;
+
+/* An arm: what it adds to the form, x along the real axis. */
+struct still_arm {
+    double mass, inertia;
+    double moment[2]; /* i h */
+    double point[2];  /* i p u: how its joint moves with the parent's angle */
+    double back;      /* g, with the springs of all joints that turn the arm */
+    double spring;    /* k, to the arm that it turns against; 0 against the ground */
+};
+
+/* an arm of a factorization */
+struct still_factor {
+    double pivot, lean[2]; /* D, a */
+};
+
+/* forms of WIDE values of s, in the arm's joint and angle */
+struct still_form {
+    double xx[WIDE], xy[WIDE], yy[WIDE], leanx[WIDE], leany[WIDE], pivot[WIDE];
+};
+
+struct pend_still {
+    const int *parent;
+    int n, found; /* eigenvalues and vectors so far */
+    int bracketed;
+    double *low, *high;   /* n: brackets of the eigenvalues */
+    double *load, *joint; /* n; 2 n: of a solution */
+    struct still_arm *arm;
+    struct still_factor *factor;
+    struct still_form *form;
+};
+
+/* a body's first moment as it lies, times i */
+static void still_lie(const double moment[2], double complex turn, double out[2]) {
+    double complex m = I * (moment[0] + I * moment[1]) * turn;
+    out[0] = creal(m), out[1] = cimag(m);
+}
+
+static void still_fill(struct pend_still *s, const struct pend_tree *tree,
+                       const struct pend_loads *loads, const double phi[],
+                       struct rest_body body[]) {
+    const struct pend_terms *terms = loads->terms;
+    double pull[2];
+    int cart = pend_terms_cart(terms);
+    pend_rest_pull(loads, pull);
+    for (int k = 0; k < s->n; k++) {
+        struct still_arm *arm = &s->arm[k];
+        double complex turn = cart && !k ? 1 : cexp(I * phi[k]);
+        body[k] = pend_rest_arm(tree, loads, k);
+        *arm = (struct still_arm){.mass = body[k].mass, .inertia = body[k].inertia};
+        still_lie(body[k].moment, turn, arm->moment);
+        if (!k) continue;
+        double point[2];
+        int p = s->parent[k];
+        pend_rest_point(tree, loads, k, point);
+        still_lie(point, cart && !p ? 1 : cexp(I * phi[p]), arm->point);
+    }
+    pend_rest_gather(tree, loads, body);
+    for (int k = 0; k < s->n; k++) {
+        double complex turn = cexp(I * phi[k]);
+        double complex moment = (body[k].moment[0] + I * body[k].moment[1]) * turn;
+        double spring = terms ? pend_terms_get(terms, loads->value, PEND_TERM_STIFFNESS, k) : 0;
+        int p = pend_terms_holder(terms, s->parent, k);
+        if (!cart || k) s->arm[k].back -= creal(conj(pull[0] + I * pull[1]) * moment);
+        s->arm[k].back += spring;
+        if (p < 0) continue;
+        s->arm[p].back += spring;
+        s->arm[k].spring = spring;
+    }
+}
+
+enum pend_status pend_still_new(struct pend_still **still, const struct pend_tree *tree,
+                                const struct pend_loads *loads, const double phi[]) {
+    assert(pend_tree_valid(tree));
+    size_t n = (size_t)tree->n;
+    struct pend_still *made = *still = calloc(1, sizeof *made);
+    struct rest_body *body = malloc(n * sizeof *body);
+    if (made) {
+        *made = (struct pend_still){.parent = tree->parent, .n = tree->n};
+        made->low = malloc(5 * n * sizeof *made->low);
+        made->arm = malloc(n * sizeof *made->arm);
+        made->factor = malloc(n * sizeof *made->factor);
+        made->form = malloc(n * sizeof *made->form);
+    }
+    if (!made || !body || !made->low || !made->arm || !made->factor || !made->form) {
+        free(body);
+        pend_still_free(still);
+        return PEND_NO_MEMORY;
+    }
+    made->high = made->low + n, made->load = made->low + 2 * n, made->joint = made->low + 3 * n;
+    still_fill(made, tree, loads, phi, body);
+    free(body);
+    return PEND_OK;
+}
+
+void pend_still_free(struct pend_still **still) {
+    struct pend_still *s = *still;
+    if (!s) return;
+    free(s->low), free(s->arm), free(s->factor), free(s->form);
+    free(s);
+    *still = NULL;
+}
+
+/* ---- counting */
+
+/* the forms of the arms alone, of WIDE values of s */
+static void still_alone(const struct pend_still *still, const double s[]) {
+    for (int k = 0; k < still->n; k++) {
+        const struct still_arm *arm = &still->arm[k];
+        struct still_form *form = &still->form[k];
+        for (int i = 0; i < WIDE; i++) {
+            form->xx[i] = form->yy[i] = -s[i] * arm->mass;
+            form->xy[i] = 0;
+            form->leanx[i] = -s[i] * arm->moment[0];
+            form->leany[i] = -s[i] * arm->moment[1];
+            form->pivot[i] = arm->back - s[i] * arm->inertia;
+        }
+    }
+}
+
+/* eliminates arm k, whose form is complete, and adds what is left to its parent's */
+static void still_join(const struct still_arm *arm, struct still_form *restrict own,
+                       struct still_form *restrict up) {
+    double x = arm->point[0], y = arm->point[1], k = arm->spring;
+    for (int i = 0; i < WIDE; i++) {
+        double part = 1 / own->pivot[i], a = own->leanx[i], b = own->leany[i];
+        double xx = own->xx[i] - a * a * part, xy = own->xy[i] - a * b * part;
+        double yy = own->yy[i] - b * b * part, turn = k * part;
+        // P e, and the part of w and x_p, which is k a / D
+        double ex = xx * x + xy * y, ey = xy * x + yy * y;
+        up->xx[i] += xx, up->xy[i] += xy, up->yy[i] += yy;
+        up->leanx[i] += ex + turn * a;
+        up->leany[i] += ey + turn * b;
+        up->pivot[i] += x * ex + y * ey + 2 * turn * (a * x + b * y) - k * turn;
+    }
+}
+
+/* a pivot that is 0 becomes the smallest there is beside the arm's own numbers */
+static double still_pivot(const struct still_arm *arm, double pivot, double s) {
+    if (pivot != 0) return pivot;
+    return -0x1p-60 * (fabs(arm->back) + fabs(s) * arm->inertia) - 0x1p-1000;
+}
+
+/* how many eigenvalues are below each of WIDE values */
+static void still_count(const struct pend_still *still, const double s[], int count[]) {
+    still_alone(still, s);
+    for (int i = 0; i < WIDE; i++) count[i] = 0;
+    for (int k = still->n - 1; k >= 0; k--) {
+        struct still_form *form = &still->form[k];
+        for (int i = 0; i < WIDE; i++) {
+            form->pivot[i] = still_pivot(&still->arm[k], form->pivot[i], s[i]);
+            count[i] += form->pivot[i] < 0;
+        }
+        if (k) still_join(&still->arm[k], form, &still->form[still->parent[k]]);
+    }
+}
+
+int pend_still_below(struct pend_still *still, double s) {
+    double all[WIDE];
+    int count[WIDE];
+    for (int i = 0; i < WIDE; i++) all[i] = s;
+    still_count(still, all, count);
+    return count[0];
+}
+
+/* brackets of all: powers of two between which all eigenvalues are */
+static void still_bracket(struct pend_still *still) {
+    double low = -1, high = 1;
+    while (high < 0x1p1000 && pend_still_below(still, high) < still->n) high *= 4;
+    while (low > -high && pend_still_below(still, low) > 0) low *= 4;
+    if (pend_still_below(still, 0) == 0) low = 0;
+    for (int k = 0; k < still->n; k++) still->low[k] = low, still->high[k] = high;
+    still->bracketed = 1;
+}
+
+/* true where the bracket of eigenvalue k cannot be halved to any use */
+static int still_narrow(const struct pend_still *still, int k) {
+    double low = still->low[k], high = still->high[k], most = still->high[still->n - 1];
+    return high - low <= 0x1p-51 * fmax(fabs(low), fabs(high)) + 0x1p-70 * most;
+}
+
+/* halves up to WIDE different brackets, from eigenvalue *from on; returns 0 if there are none */
+static int still_halve(struct pend_still *still, int *from) {
+    int first[WIDE], count[WIDE], lanes = 0, k = *from;
+    double middle[WIDE] = {0};
+    for (; k < still->n && lanes < WIDE; k++) {
+        if (still_narrow(still, k)) continue;
+        if (lanes && still->low[first[lanes - 1]] == still->low[k] &&
+            still->high[first[lanes - 1]] == still->high[k])
+            continue;
+        first[lanes] = k;
+        middle[lanes++] = still->low[k] + (still->high[k] - still->low[k]) / 2;
+    }
+    *from = k;
+    if (!lanes) return 0;
+    still_count(still, middle, count);
+    for (int i = 0; i < lanes; i++) {
+        double low = still->low[first[i]], high = still->high[first[i]];
+        for (int j = first[i]; j < still->n && still->low[j] == low && still->high[j] == high;
+             j++) {
+            if (j < count[i])
+                still->high[j] = middle[i];
+            else
+                still->low[j] = middle[i];
+            // the bracket has changed, so that the next one is compared with what it was
+        }
+    }
+    return 1;
+}
+
+/* ---- vectors */
+
+/* T at one value of s, factorized: lane 0 of the forms */
+static void still_factorize(const struct pend_still *still, double s) {
+    double all[WIDE];
+    for (int i = 0; i < WIDE; i++) all[i] = s;
+    still_alone(still, all);
+    for (int k = still->n - 1; k >= 0; k--) {
+        struct still_form *form = &still->form[k];
+        for (int i = 0; i < WIDE; i++)
+            form->pivot[i] = still_pivot(&still->arm[k], form->pivot[i], s);
+        still->factor[k] = (struct still_factor){form->pivot[0], {form->leanx[0], form->leany[0]}};
+        if (k) still_join(&still->arm[k], form, &still->form[still->parent[k]]);
+    }
+}
+
+/* solves T x = load; the load is used up */
+static void still_solve(const struct pend_still *still, double load[], double x[]) {
+    double *push = still->joint;
+    memset(push, 0, 2 * (size_t)still->n * sizeof *push);
+    for (int k = still->n - 1; k > 0; k--) {
+        const struct still_arm *arm = &still->arm[k];
+        const struct still_factor *f = &still->factor[k];
+        int p = still->parent[k];
+        double part = load[k] / f->pivot;
+        double px = push[2 * k] - f->lean[0] * part, py = push[2 * k + 1] - f->lean[1] * part;
+        push[2 * p] += px, push[2 * p + 1] += py;
+        load[p] += arm->point[0] * px + arm->point[1] * py + arm->spring * part;
+    }
+    double *joint = still->joint;
+    for (int k = 0; k < still->n; k++) {
+        const struct still_arm *arm = &still->arm[k];
+        const struct still_factor *f = &still->factor[k];
+        int p = still->parent[k];
+        joint[2 * k] = p < 0 ? 0 : joint[2 * p] + arm->point[0] * x[p];
+        joint[2 * k + 1] = p < 0 ? 0 : joint[2 * p + 1] + arm->point[1] * x[p];
+        double rest = load[k] - f->lean[0] * joint[2 * k] - f->lean[1] * joint[2 * k + 1];
+        x[k] = (rest + (arm->spring != 0 ? arm->spring * x[p] : 0)) / f->pivot;
+    }
+}
+
+/* out = M x */
+static void still_weigh(const struct pend_still *still, const double x[], double out[]) {
+    double *joint = still->joint;
+    for (int k = 0; k < still->n; k++) {
+        const struct still_arm *arm = &still->arm[k];
+        int p = still->parent[k];
+        joint[2 * k] = p < 0 ? 0 : joint[2 * p] + arm->point[0] * x[p];
+        joint[2 * k + 1] = p < 0 ? 0 : joint[2 * p + 1] + arm->point[1] * x[p];
+    }
+    // momenta take the places of the joints' velocities
+    for (int k = 0; k < still->n; k++) {
+        const struct still_arm *arm = &still->arm[k];
+        double wx = joint[2 * k], wy = joint[2 * k + 1];
+        out[k] = arm->moment[0] * wx + arm->moment[1] * wy + arm->inertia * x[k];
+        joint[2 * k] = arm->mass * wx + arm->moment[0] * x[k];
+        joint[2 * k + 1] = arm->mass * wy + arm->moment[1] * x[k];
+    }
+    for (int k = still->n - 1; k > 0; k--) {
+        const struct still_arm *arm = &still->arm[k];
+        int p = still->parent[k];
+        out[p] += arm->point[0] * joint[2 * k] + arm->point[1] * joint[2 * k + 1];
+        joint[2 * p] += joint[2 * k], joint[2 * p + 1] += joint[2 * k + 1];
+    }
+}
+
+/* x^T K x: sums of what gravity and each spring give back */
+static double still_stiff(const struct pend_still *still, const double x[]) {
+    double sum = 0;
+    for (int k = 0; k < still->n; k++) {
+        const struct still_arm *arm = &still->arm[k];
+        sum += arm->back * x[k] * x[k];
+        if (arm->spring != 0) sum -= 2 * arm->spring * x[k] * x[still->parent[k]];
+    }
+    return sum;
+}
+
+static double still_dot(int n, const double x[], const double y[]) {
+    double sum = 0;
+    for (int k = 0; k < n; k++) sum += x[k] * y[k];
+    return sum;
+}
+
+/* makes x orthogonal to the modes near mode j and of unit size; `load` becomes M x */
+static void still_orthogonal(const struct pend_still *still, const double square[],
+                             const double vector[], int j, double x[]) {
+    int n = still->n;
+    double most = fmax(fabs(square[0]), fabs(square[n - 1]));
+    for (int pass = 0; pass < 2; pass++) {
+        still_weigh(still, x, still->load);
+        for (int i = j - 1; i >= 0 && square[j] - square[i] <= near * most; i--) {
+            const double *other = vector + (size_t)i * (size_t)n;
+            double part = still_dot(n, other, still->load);
+            for (int k = 0; k < n; k++) x[k] -= part * other[k];
+        }
+    }
+    still_weigh(still, x, still->load);
+    double size = sqrt(still_dot(n, x, still->load));
+    for (int k = 0; k < n; k++) x[k] /= size, still->load[k] /= size;
+}
+
+/* a start that no mode is orthogonal to, of its own for every mode */
+static void still_start(const struct pend_still *still, int j, double x[]) {
+    unsigned long long seed = 0x9e3779b97f4a7c15ull * (unsigned long long)(j + 1);
+    for (int k = 0; k < still->n; k++) {
+        seed = seed * 6364136223846793005ull + 1442695040888963407ull;
+        x[k] = (double)(seed >> 40) * 0x1p-24 + 0.5;
+    }
+}
+
+/* mode j by inverse iteration about its eigenvalue */
+static void still_vector(const struct pend_still *still, const double square[], double vector[],
+                         int j) {
+    double *x = vector + (size_t)j * (size_t)still->n;
+    still_factorize(still, square[j]);
+    still_start(still, j, x);
+    for (int i = 0; i < SOLVES; i++) {
+        still_orthogonal(still, square, vector, j, x);
+        still_solve(still, still->load, x);
+        // what has grown beyond all doubles is shortened first
+        double most = 0;
+        for (int k = 0; k < still->n; k++) most = fmax(most, fabs(x[k]));
+        for (int k = 0; k < still->n; k++) x[k] /= most;
+    }
+    still_orthogonal(still, square, vector, j, x);
+}
+
+int pend_still_step(struct pend_still *still, double square[], double vector[]) {
+    int from = 0;
+    if (!still->bracketed) still_bracket(still);
+    if (!still->found) {
+        for (int i = 0; i < SWEEPS && from < still->n; i++) still_halve(still, &from);
+        // all brackets were looked at, and none of them is wide
+        int wide = 0;
+        for (int k = 0; k < still->n; k++) wide += !still_narrow(still, k);
+        if (wide) return 0;
+        for (int k = 0; k < still->n; k++)
+            square[k] = still->low[k] + (still->high[k] - still->low[k]) / 2;
+    }
+    for (int i = 0; i < VECTORS && still->found < still->n; i++, still->found++)
+        still_vector(still, square, vector, still->found);
+    if (still->found < still->n) return 0;
+    // the quotient of Rayleigh has twice the digits of the vector, and no difference of large terms
+    for (int j = 0; j < still->n; j++)
+        square[j] = still_stiff(still, vector + (size_t)j * (size_t)still->n);
+    return 1;
+}
