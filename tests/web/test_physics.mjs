@@ -222,3 +222,63 @@ export async function a_change_that_the_server_refuses_is_said_and_can_be_undone
   assert.equal(await page.evaluate(() => pendulumd.motion.failure), null);
   await close(page);
 }
+
+/** The values of the map and of its own answers asked alone: the largest difference over some points. */
+export async function a_map_of_two_numbers_is_the_server_s_and_a_point_of_it_starts_its_pendulum(rig) {
+  const page = await open(rig, "driven-damped", { height: 1000 });
+  await page.evaluate(() => pendulumd.clock.pause());
+  await page.selectOption("[data-wish=across]", "motor");
+  await page.selectOption("[data-wish=up]", "damping");
+  await page.selectOption("[data-wish=what]", "chaos");
+  const asked = [];
+  page.on("request", (one) => { if (one.url().endsWith("/v1/ensembles")) asked.push(JSON.parse(one.postData())); });
+  await page.click("[data-wish=compute]");
+  await page.waitForFunction(() => /900/.test(document.querySelector('[data-drawer="physics"] section:last-child [role=status]').textContent)
+    && document.querySelector("[data-drawer=physics] progress").hidden);
+  assert.equal(asked.length, 1);
+  assert.deepEqual(asked[0].grid, [{ vary: "torque_amplitude", start: 0, stop: 3, count: 30, arm: 1 }, { vary: "damping", start: 0, stop: 1, count: 30, arm: 1 }]);
+  await page.evaluate(() => document.querySelector('[data-drawer="physics"] .map').scrollIntoView({ block: "center" }));
+  await drawn(page);
+  await rig.shot(page, "physics-map");
+  await page.focus('[data-drawer="physics"] .map');
+  await page.keyboard.press("Shift+ArrowRight");
+  await page.keyboard.press("ArrowUp");
+  const words = await page.textContent("#number-map-point");
+  await page.keyboard.press("Enter");
+  await moving(page);
+  const { pendulum, initial, span } = await doc(page);
+  const amplitude = pendulum.torque[0].harmonics[0].amplitude;
+  assert.ok(amplitude > 2 && pendulum.damping[0] > 0.5 && span.start === undefined, JSON.stringify(pendulum));
+  const alone = await page.evaluate(async ([tree, start]) => {
+    const { lyapunov } = await pendulumd.client.ensembles({ pendulum: tree, states: [start], duration: 30, observables: ["lyapunov"] });
+    return lyapunov[0];
+  }, [pendulum, { phi: initial.phi, phid: initial.phid }]);
+  const shown = Number(/part at (\S+)/.exec(words)?.[1].replace("\u2212", "-"));
+  assert.ok(Math.abs(shown - alone) < 6e-3 * Math.abs(alone) + 1e-9, `${words}: alone it is ${alone}`);
+  await close(page);
+}
+
+export async function a_map_shows_where_a_shaken_pendulum_stands_on_its_head(rig) {
+  const page = await open(rig, "kapitza", { height: 1000, dark: true });
+  await page.evaluate(() => pendulumd.clock.pause());
+  await page.selectOption("[data-wish=across]", "upRate");
+  await page.selectOption("[data-wish=up]", "up");
+  await page.selectOption("[data-wish=duration]", "10");
+  // well damped, so that ten seconds decide
+  await type(page, "damping", 0.05);
+  await page.click("[data-wish=compute]");
+  await page.waitForFunction(() => /900/.test(document.querySelector('[data-drawer="physics"] section:last-child [role=status]').textContent)
+    && document.querySelector("[data-drawer=physics] progress").hidden);
+  await page.evaluate(() => document.querySelector('[data-drawer="physics"] .map').scrollIntoView({ block: "center" }));
+  await drawn(page);
+  await rig.shot(page, "physics-kapitza-map");
+  // amplitude times frequency over the root of 2 g l holds it up, from the middle of the map (32 Hz, 20 mm) to the right; and not below
+  const end = async (moves) => {
+    await page.focus('[data-drawer="physics"] .map');
+    for (const move of moves) await page.keyboard.press(move);
+    return Number(/ends (\S+)\u00b0/.exec(await page.textContent("#number-map-point"))?.[1]);
+  };
+  assert.ok(await end(["ArrowRight"]) > 150, "it stands on its head");
+  assert.ok(await end(["Shift+ArrowDown", "Shift+ArrowLeft"]) < 60, "it has fallen");
+  await close(page);
+}

@@ -77,7 +77,7 @@ export function imageOf(map, dark) {
 
 /**
  * The point under a pointer, null beside the map.
- * @param {FlipMap} map @param {Size} size @param {number} x @param {number} y pixels
+ * @param {{count: number}} map @param {Size} size @param {number} x @param {number} y pixels
  */
 export function pointAt({ count }, { side }, x, y) {
   const i = Math.floor(((x - MARGIN.left) / side) * count);

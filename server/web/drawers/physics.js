@@ -10,6 +10,7 @@ import { createEnergyBars } from "./energy_bars.js";
 import de from "../text/physics_de.js";
 import en from "../text/physics_en.js";
 import { button, choice, figure, toggle } from "./kit.js";
+import { mountNumberMap } from "./param_map.js";
 import { FIELDS, scaleOf, withoutLosses } from "./physics_fields.js";
 
 const PLACES = { earth: 9.81, moon: 1.62, mars: 3.71, jupiter: 24.79, none: 0 };
@@ -30,7 +31,8 @@ const STEPS = 1000;
  * The drawer while it is there.
  * @typedef {{
  *   app: App, rows: Row[], scope: HTMLElement, places: HTMLElement[],
- *   bars: ReturnType<typeof createEnergyBars>, shown: boolean,
+ *   bars: ReturnType<typeof createEnergyBars>, map: ReturnType<typeof mountNumberMap>,
+ *   shown: boolean,
  * }} View
  */
 
@@ -215,7 +217,7 @@ function placesOf({ app }) {
 
 /** @param {HTMLElement} element @param {View} view */
 function lay(element, view) {
-  const { app, rows, scope, places, bars } = view;
+  const { app, rows, scope, places, bars, map } = view;
   const { text, live } = app;
   const clear = button(
     text("physics.clear"),
@@ -241,6 +243,7 @@ function lay(element, view) {
     section.append(...own);
     element.append(section);
   }
+  element.append(map.element);
 }
 
 /** @param {HTMLElement} element @param {App} app @returns {Drawer} */
@@ -254,6 +257,7 @@ function mount(element, app) {
     scope: h("div", {}),
     places: [],
     bars: createEnergyBars(app),
+    map: mountNumberMap(app),
     shown: false,
   };
   view.rows = FIELDS.map((field) => rowOf(view, field));
@@ -266,9 +270,13 @@ function mount(element, app) {
     }),
   );
   bag(view.bars.destroy);
+  bag(view.map.destroy);
   show(view);
   return {
-    show: () => view.bars.show(),
+    show() {
+      view.bars.show();
+      view.map.show();
+    },
     hide: () => view.bars.hide(),
     destroy() {
       bag.end();
