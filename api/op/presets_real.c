@@ -68,6 +68,19 @@ static const struct api_preset_real presets[] = {
      .initial = "{\"phi\":[-1.5707963267948966,-1.5707963267948966],\"phid\":[0,0]}",
      .stop = 20,
      .step = 0.01},
+    {.name = "metronome-cart",
+     .title = "Metronome on a cart",
+     .description =
+         "The arm of a metronome, its weight above the joint and a heavier one below, on "
+         "a cart that rolls freely. Arm and cart swing against each other, a little faster than "
+         "the arm would on a table.",
+     .n = 1,
+     .pendulum = "{\"length\":[0.15],\"mass\":[0.03],\"parent\":[0],\"gravity\":9.81,"
+                 "\"body\":[{\"mass\":0.15,\"center\":-0.05,\"inertia\":0.00002}],"
+                 "\"pivot\":{\"cart\":{\"mass\":0.1,\"damping\":0.01}}}",
+     .initial = "{\"phi\":[2.2707963267948966],\"phid\":[0]}",
+     .stop = 20,
+     .step = 0.01},
 };
 
 const struct api_preset_real *api_preset_real(int i) {

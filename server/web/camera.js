@@ -5,6 +5,7 @@
 // shown before.
 
 import { centerOf, termOf } from "./terms.js";
+import { cartAt } from "./track.js";
 import { tips } from "./tree.js";
 
 const LOOKS = 500; // samples that are looked at, at most
@@ -43,8 +44,11 @@ export function widenBy(box, tree, phi, offset, { x, y, fromX, fromY }) {
 export function boxOf(track, rows, reach, spots) {
   const { pendulum: tree, span } = track.doc;
   const box = { side: 0, up: 0, down: 0 };
+  const step = reach / STEPS;
+  const most = tree.pivot?.cart ? Infinity : STEPS; // a cart goes where it will
   /** @param {ArrayLike<number>} phi @param {number} row */
   const look = (phi, row) => {
+    spots.cart = cartAt(track, row);
     tips(tree, rows, phi, row * track.n, spots, (span.start ?? 0) + row * span.step);
     widenBy(box, tree, phi, row * track.n, spots);
   };
@@ -52,8 +56,7 @@ export function boxOf(track, rows, reach, spots) {
   const stride = Math.ceil(track.count / LOOKS);
   for (let i = 0; i < track.count; i += stride) look(track.columns.phi, i);
   /** @param {number} value */
-  const stepped = (value) =>
-    Math.min(STEPS, Math.ceil((value / reach) * STEPS - 1e-6)) * (reach / STEPS);
+  const stepped = (value) => Math.min(most, Math.ceil((value / reach) * STEPS - 1e-6)) * step;
   return {
     side: Math.max(stepped(box.side), reach / 2),
     up: stepped(box.up),

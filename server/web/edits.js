@@ -23,6 +23,12 @@ export function nearest(angle, before) {
 /** @param {number[]} list @param {number} k @param {number} value */
 const replaced = (list, k, value) => list.map((old, i) => (i === k ? value : old));
 
+/** An instant's shape, at rest. @param {Tree} tree @param {Instant} instant @returns {State} */
+function restOf({ pivot }, { phi, cart }) {
+  const rest = { phi: [...phi], phid: [...phi].map(() => 0) };
+  return pivot?.cart ? { ...rest, cart: { x: cart, v: 0 } } : rest;
+}
+
 /** Taking hold of the pendulum, turning it, letting it go. @param {App} app */
 function holding({ store, motion, clock }) {
   let grabbed = false;
@@ -41,8 +47,7 @@ function holding({ store, motion, clock }) {
       motion.hold();
       store.settle();
       if (clock.time === 0) return;
-      const { phi } = motion.at(clock.time);
-      const initial = { phi: [...phi], phid: [...phi].map(() => 0) };
+      const initial = restOf(store.get().pendulum, motion.at(clock.time));
       store.set({ initial }, { label: "turn", merge: "grab" });
     },
     /** Lets it go, now or in so many seconds: it moves. */

@@ -11,10 +11,19 @@ import { exchanges } from "./terms.js";
 
 export const OUTPUT = ["phi", "phid", "lambda", "energy"];
 
-/** With work and heat, where the method knows them. @param {Doc} doc @param {State} [initial] */
+/** With work and heat where there are any, and the place of a cart. @param {Doc} doc */
+function outputOf({ pendulum, method }) {
+  const told = exchanges(pendulum) && method !== "symplectic" && method !== "linear";
+  const cart = pendulum.pivot?.cart;
+  return told || cart
+    ? [...OUTPUT, ...(told ? ["exchange"] : []), ...(cart ? ["cart"] : [])]
+    : OUTPUT;
+}
+
+/** @param {Doc} doc @param {State} [initial] */
 export const motionBody = (doc, initial) => ({
   ...request(doc, initial),
-  output: exchanges(doc.pendulum) && doc.method === "taylor" ? [...OUTPUT, "exchange"] : OUTPUT,
+  output: outputOf(doc),
 });
 
 /** @returns {{body: string, reply: Promise<Response | null>} | null} */

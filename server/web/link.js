@@ -27,7 +27,10 @@ export function sceneOf(doc) {
 const numbers = (list, n) =>
   Array.isArray(list) && list.length === n && list.every(Number.isFinite);
 /** @param {Partial<State> | undefined} value @param {number} n */
-const state = (value, n) => numbers(value?.phi, n) && numbers(value?.phid, n);
+const state = (value, n) =>
+  numbers(value?.phi, n) &&
+  numbers(value?.phid, n) &&
+  (!value?.cart || numbers([value.cart.x, value.cart.v], 2));
 
 /**
  * What of a scene's view this page understands.
@@ -100,18 +103,25 @@ async function plain(body, client) {
   if (arrays && angles && times.stop > (times.start ?? 0)) return body;
   const begin = Array.isArray(times) ? times[0] : (times.start ?? 0);
   const stop = Array.isArray(times) ? Math.max(...times) : times.stop;
-  const start = await client.trajectory({
-    pendulum,
-    ...(initial && { initial }),
-    times: [begin],
-    output: ["phi", "phid"],
-  });
+  const tree = plainTree(await client.trees({ pendulum }));
+  const start = { pendulum, ...(initial && { initial }), times: [begin] };
   return {
     ...body,
-    pendulum: plainTree(await client.trees({ pendulum })),
-    initial: { phi: start.phi[0], phid: start.phid[0] },
+    pendulum: tree,
+    initial: await plainStart(start, Boolean(tree.pivot?.cart), client),
     times: { start: begin, stop, step: times.step ?? (stop - begin) / 1000 },
   };
+}
+
+/**
+ * The start of a motion, whatever its form.
+ * @param {object} body of one instant @param {boolean} onCart @param {Client} client
+ */
+async function plainStart(body, onCart, client) {
+  const output = ["phi", "phid", ...(onCart ? ["cart"] : [])];
+  const { phi, phid, cart } = await client.trajectory({ ...body, output });
+  const start = { phi: phi[0], phid: phid[0] };
+  return onCart ? { ...start, cart: { x: cart.x[0], v: cart.v[0] } } : start;
 }
 
 /** A tree as lists, from the server's description of it. @param {any} told @returns {Tree} */

@@ -26,7 +26,9 @@ function rowOf({ count, doc }, { time, playing, speed }) {
 /** The state of a sample, as the server sent it. @param {Track} track @param {number} row */
 function stateAt({ columns, n }, row) {
   const part = (/** @type {string} */ name) => [...columns[name].subarray(row * n, row * n + n)];
-  return { phi: part("phi"), phid: part("phid") };
+  const state = { phi: part("phi"), phid: part("phid") };
+  if (!columns.cart_x) return state;
+  return { ...state, cart: { x: columns.cart_x[row], v: columns.cart_v[row] } };
 }
 
 /**

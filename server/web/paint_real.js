@@ -60,6 +60,14 @@ function paintBodies({ context }, { shape, camera, colours }) {
     const [cos, sin] = [Math.cos(phi[k]), Math.sin(phi[k])];
     const px = across(camera, fromX[k] + along * cos - beside * sin);
     const py = down(camera, fromY[k] + along * sin + beside * cos);
+    // what holds it, where it is not on the arm itself
+    const share = Math.max(0, Math.min(1, along / tree.length[k])) * tree.length[k];
+    context.beginPath();
+    context.moveTo(across(camera, fromX[k] + share * cos), down(camera, fromY[k] + share * sin));
+    context.lineTo(px, py);
+    context.lineWidth = shape.thin;
+    context.stroke();
+    context.lineWidth = 1;
     // a uniform disc of this inertia
     const radius = Math.max(4, camera.scale * Math.sqrt((2 * (body.inertia ?? 0)) / body.mass));
     context.beginPath();
@@ -174,10 +182,41 @@ function paintWay({ context }, { shape, camera, colours }) {
   context.globalAlpha = 1;
 }
 
+/** A cart on its rail. @param {Painter} painter @param {Look} look */
+function paintCart({ context }, { shape, camera, colours }) {
+  const { angle = 0 } = shape.tree.pivot?.cart ?? {};
+  const wide = Math.max(18, Math.min(46, 0.25 * camera.scale * shape.reach));
+  const high = 0.45 * wide;
+  context.save();
+  context.translate(camera.x, camera.y);
+  context.rotate(-angle);
+  context.strokeStyle = colours.quiet;
+  context.lineWidth = 1.4;
+  context.beginPath();
+  context.moveTo(-4000, high + 6);
+  context.lineTo(4000, high + 6);
+  context.stroke();
+  context.translate(camera.scale * shape.cart, 0);
+  context.fillStyle = colours.paper;
+  context.beginPath();
+  context.rect(-wide / 2, -high / 2, wide, high);
+  for (const x of [-0.3 * wide, 0.3 * wide]) {
+    context.moveTo(x + high / 4 + 3, high * 0.75 + 3);
+    context.arc(x, high * 0.75 + 3, high / 4 + 3, 0, 2 * Math.PI);
+  }
+  context.fill();
+  context.stroke();
+  context.beginPath();
+  context.arc(0, 0, 4, 0, 2 * Math.PI);
+  context.stroke();
+  context.restore();
+}
+
 /** What lies under the arms. @param {Painter} painter @param {Look} look */
 export function paintUnder(painter, look) {
   const { tree } = look.shape;
-  if (tree.pivot && shakes(tree)) paintWay(painter, look);
+  if (tree.pivot?.cart) paintCart(painter, look);
+  else if (tree.pivot && shakes(tree)) paintWay(painter, look);
   if (tree.rod) paintBars(painter, look);
   if (tree.body) paintBodies(painter, look);
 }

@@ -5,7 +5,7 @@
 import { widenBy } from "./camera.js";
 import { fineness } from "./screen.js";
 import { fromRequest } from "./state.js";
-import { anglesAt } from "./track.js";
+import { anglesAt, cartAt } from "./track.js";
 import { massOf } from "./terms.js";
 import { brackets, createSpots, order, reach, tips } from "./tree.js";
 
@@ -55,11 +55,16 @@ export async function loadSeconds(preset, client, signal) {
   const { pendulum } = fromRequest(preset);
   const n = pendulum.length.length;
   const total = Math.round(SECONDS / STEP) + 1;
+  /** @type {Columns} */
   const columns = { phi: new Float64Array(total * n), phid: new Float64Array(total * n) };
+  if (pendulum.pivot?.cart) columns.cart_x = new Float64Array(total);
   const track = { doc: { pendulum, span: { step: STEP } }, initial, n, count: 0, columns };
   const times = { start: 0, stop: SECONDS, step: STEP };
-  const body = { pendulum: preset.pendulum, initial, times, rtol: 1e-6, output: ["phi", "phid"] };
-  const width = 1 + 2 * n;
+  const cart = Boolean(pendulum.pivot?.cart);
+  const output = ["phi", "phid", ...(cart ? ["cart"] : [])];
+  const body = { pendulum: preset.pendulum, initial: preset.initial, times, rtol: 1e-6, output };
+  // place, speed and reaction of a cart
+  const width = 1 + 2 * n + (cart ? 3 : 0);
   await client.table("/v1/trajectories", body, {
     signal,
     begin() {},
@@ -68,6 +73,7 @@ export async function loadSeconds(preset, client, signal) {
         const from = i * width + 1;
         columns.phi.set(values.subarray(from, from + n), (track.count + i) * n);
         columns.phid.set(values.subarray(from + n, from + 2 * n), (track.count + i) * n);
+        if (cart) columns.cart_x[track.count + i] = values[from + 2 * n];
       }
       track.count += count;
     },
@@ -83,6 +89,7 @@ function extent(track, rows, spots) {
   const box = { side: 0.1, up: 0, down: 0.1 };
   const { pendulum } = track.doc;
   for (let i = 0; i < track.count; i += 3) {
+    spots.cart = cartAt(track, i);
     tips(pendulum, rows, track.columns.phi, i * track.n, spots, i * STEP);
     widenBy(box, pendulum, track.columns.phi, i * track.n, spots);
   }
@@ -181,6 +188,7 @@ export function createPicture(canvas, track) {
     const turn = track.count > 1 ? time % (2 * last) : 0;
     const at = turn > last ? 2 * last - turn : turn;
     anglesAt(track, at, place, phi);
+    spots.cart = cartAt(track, place.index, place.fraction);
     tips(tree, rows, phi, 0, spots, at);
     prepare(sketch, canvas, box);
     drawPivot(sketch, colours);

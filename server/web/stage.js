@@ -15,7 +15,7 @@ import * as paint from "./paint.js";
 import { paintOver, paintUnder } from "./paint_real.js";
 import { readColours } from "./palette.js";
 import { bare, fineness, still } from "./screen.js";
-import { anglesAt, valuesAt } from "./track.js";
+import { anglesAt, cartAt, valuesAt } from "./track.js";
 import { createTrails } from "./trails.js";
 import { massOf } from "./terms.js";
 import { createSpots, order, reach, tips } from "./tree.js";
@@ -130,6 +130,7 @@ function draw(stage) {
   anglesAt(track, app.clock.time, place, shape.phi);
   valuesAt(track, "lambda", app.clock.time, place, shape.lambda);
   shape.time = (track.doc.span.start ?? 0) + app.clock.time;
+  shape.cart = cartAt(track, place.index, place.fraction);
   tips(shape.tree, shape.rows, shape.phi, 0, shape, shape.time);
   context.setTransform(size.ratio, 0, 0, size.ratio, 0, 0);
   context.clearRect(0, 0, size.width, size.height);
@@ -151,7 +152,7 @@ function drawPendulum(stage) {
     until === undefined ? Infinity : until / motion.track.doc.span.step,
   );
   paintUnder(painter, look);
-  paint.paintPivot(painter, look);
+  if (!look.shape.tree.pivot?.cart) paint.paintPivot(painter, look);
   if (look.shape.tree.at) paint.paintBrackets(painter, look);
   paint.paintArms(painter, look);
   paint.paintTips(painter, look);
@@ -192,6 +193,7 @@ function drawGhost({ app, look, painter, ghostPlace }, i) {
   const { shape } = look;
   if (ghost.n !== shape.n) return;
   anglesAt(ghost, app.clock.time, ghostPlace, shape.ghostPhi);
+  shape.ghost.cart = cartAt(ghost, ghostPlace.index, ghostPlace.fraction);
   tips(shape.tree, shape.rows, shape.ghostPhi, 0, shape.ghost, shape.time);
   paint.paintGhost(painter, i, look);
 }

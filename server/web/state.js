@@ -50,6 +50,13 @@ export const DRAWERS = [
 const HISTORY = 500;
 
 /**
+ * A start as requests have it.
+ * @param {Tree} tree @param {State} start
+ */
+export const stateOf = (tree, { phi, phid, cart }) =>
+  tree.pivot?.cart && cart ? { phi, phid, cart } : { phi, phid };
+
+/**
  * The body for POST /v1/trajectories; rtol and atol are left to the server where the document has
  * none.
  * @param {Doc} doc @param {State} initial
@@ -59,7 +66,7 @@ export function request(doc, initial = doc.initial) {
   /** @type {MotionBody} */
   const body = {
     pendulum: pendulumOf(doc.pendulum),
-    initial: { phi: initial.phi, phid: initial.phid },
+    initial: stateOf(doc.pendulum, initial),
     times: { start, stop: start + doc.span.stop, step: doc.span.step },
     method: doc.method,
   };
@@ -77,13 +84,13 @@ export function request(doc, initial = doc.initial) {
  * @param {Doc} doc @param {Ghost} ghost
  */
 export function ghostOf(doc, ghost) {
-  const { phi, phid, apart, method, rtol = null, atol = null } = ghost;
+  const { phi, phid, cart, apart, method, rtol = null, atol = null } = ghost;
   const own = method ? { ...doc, method, rtol, atol, precision: "double" } : doc;
-  if (apart === undefined) return { doc: own, initial: { phi, phid } };
+  if (apart === undefined) return { doc: own, initial: { phi, phid, cart } };
   const start = doc.initial;
   return {
     doc: own,
-    initial: { phi: [start.phi[0] + apart, ...start.phi.slice(1)], phid: start.phid },
+    initial: { ...start, phi: [start.phi[0] + apart, ...start.phi.slice(1)] },
   };
 }
 
@@ -95,9 +102,14 @@ export function fromRequest(body) {
   const { length, parent, gravity = 9.81 } = body.pendulum;
   const mass = length.map((_, k) => body.pendulum.mass?.[k] ?? 0);
   const still = length.map(() => 0);
+  const cart = body.initial?.cart;
   return {
     pendulum: { length, mass, parent, gravity, ...termsOf(body.pendulum) },
-    initial: { phi: body.initial?.phi ?? still, phid: body.initial?.phid ?? still },
+    initial: {
+      phi: body.initial?.phi ?? still,
+      phid: body.initial?.phid ?? still,
+      ...(cart && { cart: { x: cart.x ?? 0, v: cart.v ?? 0 } }),
+    },
     span: spanOf(body.times),
     method: body.method ?? "taylor",
     rtol: body.rtol ?? null,

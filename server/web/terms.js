@@ -56,10 +56,11 @@ export function listsOf(arms) {
 }
 
 /** Whether drives or friction change the energy of a pendulum. @param {Tree} tree */
-export const exchanges = (tree) =>
-  Boolean(
-    tree.damping || tree.friction || tree.torque || tree.drag || tree.drag_per_mass || tree.pivot,
-  );
+export function exchanges({ damping, friction, torque, drag, drag_per_mass: air, pivot }) {
+  const moved = pivot && (pivot.x || pivot.y || pivot.acceleration);
+  const cart = pivot?.cart && (pivot.cart.damping || pivot.cart.force);
+  return Boolean(damping || friction || torque || drag || air || moved || cart);
+}
 
 const number = Number.isFinite;
 /** @param {any} value */
@@ -105,7 +106,10 @@ export function soundTerms(pendulum, n) {
   });
   const { pivot, drag_per_mass: drag } = pendulum;
   if (!rows || (there(drag) && !number(drag))) return false;
-  return !there(pivot) || (typeof pivot === "object" && moves(pivot.x) && moves(pivot.y));
+  if (!there(pivot)) return true;
+  if (typeof pivot !== "object" || !moves(pivot.x) || !moves(pivot.y)) return false;
+  const { cart } = pivot;
+  return !there(cart) || (number(cart.mass) && number(cart.angle ?? 0));
 }
 
 /**
@@ -180,11 +184,11 @@ export function strongest(tree, k) {
 }
 
 /**
- * The energy of the springs, J, at the angles phi from offset on.
- * @param {Tree} tree @param {ArrayLike<number>} phi @param {number} offset
+ * The energy of the springs, J, at the angles phi from offset on, the cart being at `cart`.
+ * @param {Tree} tree @param {ArrayLike<number>} phi @param {number} offset @param {number} cart m
  */
-export function springEnergy(tree, phi, offset = 0) {
-  let sum = 0;
+export function springEnergy(tree, phi, offset = 0, cart = 0) {
+  let sum = ((tree.pivot?.cart?.stiffness ?? 0) * cart * cart) / 2;
   for (let k = 0; k < (tree.stiffness?.length ?? 0); k++) {
     const stiffness = termOf(tree, "stiffness", k) ?? 0;
     const carrier = tree.parent[k];

@@ -120,7 +120,17 @@ export function valuesAt(track, name, time, place, values) {
 }
 
 /**
- * {time, index, fraction, phi, phid, lambda} at a time, made anew.
+ * Where the cart is at a sample, or between two, m; 0 of a pendulum without one.
+ * @param {Samples} track @param {number} row @param {number} fraction of the way to the next
+ */
+export function cartAt({ count, columns, initial }, row, fraction = 0) {
+  const places = columns.cart_x;
+  if (!count || !places) return initial.cart?.x ?? 0;
+  return places[row] + fraction * (places[Math.min(row + 1, count - 1)] - places[row]);
+}
+
+/**
+ * {time, index, fraction, phi, phid, lambda, cart} at a time, made anew.
  * @param {Track} track @param {number} time @returns {Instant}
  */
 export function instantOf(track, time) {
@@ -133,5 +143,6 @@ export function instantOf(track, time) {
   };
   const phi = new Float64Array(track.n);
   anglesAt(track, time, place, phi);
-  return { time, ...place, phi, phid: row("phid"), lambda: row("lambda") };
+  const cart = cartAt(track, place.index, place.fraction);
+  return { time, ...place, phi, phid: row("phid"), lambda: row("lambda"), cart };
 }

@@ -4,6 +4,7 @@
 // Invariant: a frame allocates nothing; a trail is computed once a sample.
 
 import { hangsAt } from "./terms.js";
+import { cartAt } from "./track.js";
 import { path, pivotAt } from "./tree.js";
 
 const SECONDS = 5;
@@ -49,7 +50,8 @@ function extend(trail, track) {
   const pivot = { x: 0, y: 0 };
   for (; trail.count < track.count; trail.count++) {
     const row = trail.count * track.n;
-    pivotAt(pendulum, (span.start ?? 0) + trail.count * span.step, pivot);
+    const time = (span.start ?? 0) + trail.count * span.step;
+    pivotAt(pendulum, time, pivot, cartAt(track, trail.count));
     let { x, y } = pivot;
     for (const { k, along, across } of trail.legs) {
       const cos = Math.cos(track.columns.phi[row + k]);

@@ -40,15 +40,21 @@ export const createSpots = (n) => ({
   fromX: new Float64Array(n),
   fromY: new Float64Array(n),
   pivot: { x: 0, y: 0 },
+  cart: 0,
 });
 
 /**
  * Where the pivot is at a time, but for its constant acceleration, with which the eye goes.
  * @param {Tree} tree @param {number} time s of the request's own time @param {Point} pivot
+ * @param {number} cart the place of the cart, where the pivot is on one, m
  */
-export function pivotAt(tree, time, pivot) {
+export function pivotAt(tree, time, pivot, cart = 0) {
   pivot.x = waveAt(tree.pivot?.x?.harmonics, time);
   pivot.y = waveAt(tree.pivot?.y?.harmonics, time);
+  if (!tree.pivot?.cart) return;
+  const { angle = 0 } = tree.pivot.cart;
+  pivot.x += cart * Math.cos(angle);
+  pivot.y += cart * Math.sin(angle);
 }
 
 /**
@@ -59,7 +65,7 @@ export function pivotAt(tree, time, pivot) {
  */
 export function tips(tree, rows, phi, offset, spots, time = 0) {
   const { x, y, fromX, fromY, pivot } = spots;
-  pivotAt(tree, time, pivot);
+  pivotAt(tree, time, pivot, spots.cart);
   for (let i = 0; i < rows.length; i++) {
     const k = rows[i];
     const carrier = tree.parent[k] - 1;

@@ -20,6 +20,15 @@ interface Harmonic {
   phase?: number;
 }
 
+/** A pivot on a rail, m, kg, N: its place is along the rail, at an angle to the right. */
+interface Cart {
+  mass: number;
+  angle?: number;
+  damping?: number;
+  stiffness?: number;
+  force?: number | { constant?: number; harmonics?: Harmonic[] };
+}
+
 interface Axis {
   harmonics?: Harmonic[];
 }
@@ -36,7 +45,7 @@ interface Terms {
   torque?: (number | { constant?: number; harmonics?: Harmonic[] } | null)[];
   drag?: ({ linear?: number; quadratic?: number; speed?: number } | null)[];
   drag_per_mass?: number;
-  pivot?: { x?: Axis; y?: Axis; acceleration?: number[] };
+  pivot?: { x?: Axis; y?: Axis; acceleration?: number[]; cart?: Cart };
 }
 
 /** Arms are numbered from 1; parent[k - 1] is the arm that carries arm k, 0 is the pivot. */
@@ -47,10 +56,11 @@ interface Tree extends Terms {
   gravity: number;
 }
 
-/** Angles and angular velocities of all arms. */
+/** Angles and angular velocities of all arms; of a pendulum on a cart its place and speed. */
 interface State {
   phi: number[];
   phid: number[];
+  cart?: { x: number; v: number };
 }
 
 /**
@@ -187,6 +197,7 @@ interface Instant extends Place {
   phi: Float64Array;
   phid: Float64Array;
   lambda: Float64Array;
+  cart: number;
 }
 
 interface Failed extends Error {
@@ -381,6 +392,8 @@ interface Spots {
   fromX: Float64Array;
   fromY: Float64Array;
   pivot: Point;
+  /** The cart's place on its rail, m. */
+  cart: number;
 }
 
 /** What depends on the tree only, and where its joints and tips are in this frame. */

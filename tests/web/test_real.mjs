@@ -74,13 +74,47 @@ export async function a_scene_by_arms_keeps_its_terms(rig) {
   await close(page);
 }
 
+/** The pivot is drawn where the server has the cart. */
+async function cartMoves(page) {
+  const { x, scale, cart, arm } = await page.evaluate(() => {
+    const { stage, clock, motion, store } = pendulumd;
+    const [from, to] = [stage.tip(0), stage.tip(1)];
+    return { x: from.x, scale: Math.hypot(to.x - from.x, to.y - from.y), cart: motion.at(clock.time).cart, arm: store.get().pendulum.length[0] };
+  });
+  await page.evaluate(() => pendulumd.clock.seek(0));
+  await drawn(page);
+  const rest = await page.evaluate(() => pendulumd.stage.tip(0).x);
+  assert.ok(Math.abs(cart) > 1e-3 && Math.abs((x - rest) * (arm / scale) - cart) < 1e-9, `the cart is at ${cart} m`);
+}
+
+export async function a_link_with_a_cart_opens_with_its_place_and_speed(rig) {
+  const request = { pendulum: { length: [1, 0.5], mass: [1, 0.5], parent: [0, 0], pivot: { cart: { mass: 2, angle: 0.3, stiffness: 5, damping: 0.4 } } },
+    initial: { phi: [-1, -2.5], phid: [0, 0], cart: { x: 0.2, v: -0.5 } }, times: { start: 0, stop: 5, step: 0.01 } };
+  const page = await rig.open({ path: linkOf({ request }) });
+  assert.deepEqual((await page.evaluate(() => pendulumd.store.get())).initial, request.initial);
+  const off = apart(await tipsAt(page, 2.5));
+  assert.ok(off < 1e-9, `the tips are ${off} m from where the server has them`);
+  await rig.shot(page, "real-cart");
+  await page.evaluate(() => { pendulumd.live.change("gravity", (tree) => ({ ...tree, gravity: 1.62 })); });
+  await page.waitForFunction(() => pendulumd.motion.doc.pendulum.gravity === 1.62 && pendulumd.motion.complete);
+  const { initial } = await page.evaluate(() => pendulumd.store.get());
+  assert.ok(Math.abs(initial.cart.x) > 1e-3 && initial.cart.x !== 0.2, "it goes on from where the cart is");
+  await close(page);
+  const arms = { arms: [{ length: 1, mass: 1 }], pivot: { cart: { mass: 2 } } };
+  const other = await rig.open({ path: linkOf({ request: { pendulum: arms, initial: { theta: [40], unit: "deg", cart: { x: 0.1 } }, times: { stop: 5, step: 0.01 } } }) });
+  const opened = await other.evaluate(() => pendulumd.store.get());
+  assert.deepEqual([opened.initial.cart, opened.pendulum.pivot.cart.mass], [{ x: 0.1, v: 0 }, 2]);
+  await close(other);
+}
+
 export async function every_real_example_moves_on_the_stage_as_the_server_has_it(rig) {
   const page = await rig.open();
   await page.waitForSelector('[data-preset="laboratory-double"]');
-  for (const name of ["kapitza", "double-bars", "driven-damped", "coupled", "laboratory-double"]) {
+  for (const name of ["kapitza", "double-bars", "driven-damped", "coupled", "laboratory-double", "metronome-cart"]) {
     await page.click(`[data-preset="${name}"]`);
     await page.waitForFunction((which) => pendulumd.store.get().preset === which && pendulumd.motion.complete && pendulumd.motion.doc === pendulumd.store.get(), name);
     const seen = await tipsAt(page, 1.7);
+    if (name === "metronome-cart") await cartMoves(page);
     if (seen.z.length > 1) assert.ok(apart(seen) < 1e-7, `${name}: ${apart(seen)} m off`);
     await rig.shot(page, `real-${name}`);
   }

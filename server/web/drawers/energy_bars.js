@@ -23,7 +23,7 @@ const READABLE_MS = 150;
  */
 export function energiesOf(track, i, lowest) {
   const { columns, n, doc } = track;
-  const springs = springEnergy(doc.pendulum, columns.phi, i * n);
+  const springs = springEnergy(doc.pendulum, columns.phi, i * n, columns.cart_x?.[i]);
   const kinetic = columns.energy_kinetic[i];
   const height = columns.energy_potential[i] - springs - lowest;
   const told = "exchange_heat" in columns || !exchanges(doc.pendulum);
@@ -37,7 +37,7 @@ export function scaleOf(track) {
   const { columns, n, doc, count } = track;
   let lowest = Infinity;
   for (let i = 0; i < count; i++) {
-    const springs = springEnergy(doc.pendulum, columns.phi, i * n);
+    const springs = springEnergy(doc.pendulum, columns.phi, i * n, columns.cart_x?.[i]);
     lowest = Math.min(lowest, columns.energy_potential[i] - springs);
   }
   let most = 0;

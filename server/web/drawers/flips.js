@@ -3,6 +3,7 @@
 // Invariant: what is known of a point is the server's number; the rest of the start is as when the
 // map was begun.
 
+import { stateOf } from "../state.js";
 import { pendulumOf } from "../terms.js";
 import { figure } from "./kit.js";
 
@@ -59,7 +60,7 @@ export function bodyOf(map, row = 0, rows = map.count) {
   const strip = axis(up, angleAt(row, count), angleAt(row + rows - 1, count), rows);
   return {
     pendulum: pendulumOf(pendulum),
-    initial: { phi: initial.phi, phid: initial.phid },
+    initial: stateOf(pendulum, initial),
     grid: [axis(across, -180, 180, count), strip],
     duration,
     observables: ["first_flip"],

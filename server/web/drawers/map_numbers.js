@@ -4,6 +4,7 @@
 // start is as when the map was begun.
 
 import { roundUp } from "../camera.js";
+import { stateOf } from "../state.js";
 import { pendulumOf, termOf } from "../terms.js";
 import { figure } from "./kit.js";
 import { FIELDS, scaleOf } from "./physics_fields.js";
@@ -177,7 +178,7 @@ export function bodyOf(map, row = 0, rows = map.count) {
   const { pendulum, initial, across, up, count, duration, what } = map;
   return {
     pendulum: pendulumOf(pendulum),
-    initial: { phi: initial.phi, phid: initial.phid },
+    initial: stateOf(pendulum, initial),
     grid: [axisOf(map, across, 0, count), axisOf(map, up, row, rows)],
     duration,
     observables: [OBSERVED[what].observable],
@@ -216,7 +217,7 @@ export function nameOf(text, name) {
   const { group } = AXES[name].field;
   const own = text(`physics.${name}`);
   const title = text(`physics.group.${group}`);
-  return title === own ? own : `${title}: ${own}`;
+  return title === own ? own : `${own} (${title})`;
 }
 
 /**

@@ -48,6 +48,8 @@ function axes({ context, map, size, text }) {
     context.textAlign = share === 0.5 ? "center" : ends;
     const x = figure(text, valueAt(map, map.across, place), 3);
     context.fillText(x, LEFT + share * size.side, bottom + 14);
+    // the name of the axis stands beside its middle
+    if (share === 0.5) continue;
     context.textAlign = "right";
     const y = figure(text, valueAt(map, map.up, place), 3);
     context.fillText(y, LEFT - 5, Math.max(bottom - share * size.side + 4, TOP + 9));

@@ -162,6 +162,8 @@ function shakingFields(axis, name) {
       get: (tree) => first(tree)?.amplitude ?? 0,
       set: (tree, _, amplitude, time) => set(tree, { amplitude }, time),
       most: ({ far }) => far / 2,
+      // a cart moves by itself
+      needs: (tree) => !tree.pivot?.cart,
     },
     {
       name: `${name}Rate`,
@@ -311,12 +313,14 @@ export const FIELDS = [
 
 /** A tree without what gives or takes energy, and without springs. @param {Tree} tree */
 export function withoutLosses(tree) {
-  const { length, mass, parent, gravity, rod, body, at } = tree;
+  const { length, mass, parent, gravity, rod, body, at, pivot } = tree;
   const kept = { length, mass, parent, gravity };
+  const cart = pivot?.cart && { mass: pivot.cart.mass, angle: pivot.cart.angle ?? 0 };
   return /** @type {Tree} */ ({
     ...kept,
     ...(rod && { rod }),
     ...(body && { body }),
     ...(at && { at }),
+    ...(cart && { pivot: { cart } }),
   });
 }

@@ -302,6 +302,9 @@ export default {
   "preset.driven-damped": "Angetrieben und gedämpft",
   "preset.coupled": "Gekoppelt durch eine Feder",
   "preset.laboratory-double": "Doppelpendel im Labor",
+  "preset.metronome-cart": "Metronom auf einem Wagen",
+  "preset.metronome-cart.words":
+    "Der Arm eines Metronoms, mit seinem Gewicht oben und einem schwereren unten, auf einem Wagen, der rollt: Arm und Wagen schwingen gegeneinander, ein wenig schneller als auf einem Tisch.",
   "preset.kapitza.words":
     "Die Aufhängung rüttelt 32 Mal in der Sekunde auf und ab: So bleibt das Pendel oben stehen. Mit weniger als der halben Amplitude (unter 11 mm) fällt es.",
   "preset.double-bars.words":

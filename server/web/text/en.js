@@ -302,6 +302,9 @@ export default {
   "preset.driven-damped": "Driven and damped",
   "preset.coupled": "Coupled by a spring",
   "preset.laboratory-double": "Laboratory double pendulum",
+  "preset.metronome-cart": "Metronome on a cart",
+  "preset.metronome-cart.words":
+    "A metronome’s arm, with its weight above and a heavier one below, on a cart that rolls: arm and cart swing against each other, a little faster than on a table.",
   "preset.kapitza.words":
     "The pivot shakes up and down 32 times a second: so the pendulum stays upside down. With less than half the amplitude (below 11 mm) it falls.",
   "preset.double-bars.words":

@@ -50,7 +50,7 @@ export default {
   "physics.energy.words":
     "Bewegung, Höhe, Federn und Wärme, weniger was von Antrieben kam: sie bleibt gleich.",
   "physics.energy.unknown":
-    "Wärme und was Antriebe geben kennt nur das Verfahren taylor: siehe Verfahren.",
+    "Wärme und was Antriebe geben kennt dieses Verfahren nicht: siehe Verfahren.",
   "map.title": "Karte zweier Zahlen",
   "map.intro":
     "Jeder Punkt ist dieses Pendel mit zwei anderen Zahlen, vom selben Start aus: Resonanz, was ein Pendel kopfüber hält, wo das Chaos beginnt. Ein Klick auf einen Punkt stellt sie ein.",

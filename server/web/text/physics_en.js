@@ -50,8 +50,7 @@ export default {
   "physics.energy.balance": "Balance",
   "physics.energy.words":
     "Motion, height, springs and heat, less what came from drives: it stays the same.",
-  "physics.energy.unknown":
-    "Heat and what drives give are known to the method taylor only: see Method.",
+  "physics.energy.unknown": "Heat and what drives give are not known to this method: see Method.",
   "map.title": "Map of two numbers",
   "map.intro":
     "Each point is this pendulum with two other numbers, from the same start: resonance, what holds a pendulum upside down, where chaos begins. Click a point to have it.",

@@ -203,3 +203,20 @@ TEST(bars_keep_their_energy_and_the_laboratory_loses_it_as_told) {
     CHECK(test_reply_number(&rig, "/exchange/heat/2000") > 0.1);
     test_reply_free(&rig);
 }
+
+TEST(a_metronome_on_a_cart_swings_about_up_and_moves_its_cart) {
+    struct test_reply reply = motion("metronome-cart", NULL, NULL, "\"theta\",\"cart\"");
+    CHECK(test_reply_number(&reply, "/stats/energy_drift") < 1e-11);
+    double most = 0, least = 0;
+    for (int i = 0; i <= 200; i++) {
+        char path[40];
+        snprintf(path, sizeof path, "/cart/x/%d", i);
+        double x = test_reply_number(&reply, path);
+        if (x > most) most = x;
+        if (x < least) least = x;
+        snprintf(path, sizeof path, "/theta/%d/0", i);
+        CHECK(fabs(fabs(test_reply_number(&reply, path)) - pi) < 0.75);
+    }
+    CHECK(most - least > 0.01 && most - least < 0.05);
+    test_reply_free(&reply);
+}
