@@ -26,21 +26,25 @@ typedef double num; /* files that lay out memory count it in doubles and compute
  * point_x, point_y         where on its parent the arm hangs, in the parent's frame
  * body, moment_x, moment_y M, h = sum of m p
  * inertia                  J = sum of m |p|^2
- * total                    D, what the arm and all that it carries oppose to its turning
- * inv_total                1 / D
+ * center_x, center_y, spread  h / M; the inertia about it
+ * total, inv_total         D, what the arm and all that it carries oppose to its turning; 1 / D
  * lever_x, lever_y         X = x / D
  * form_xx, form_xy, form_yy  Phi: the force asked of the base for a unit of its acceleration
  * form_det                 its determinant
- * draw_x, draw_y           y = h + sum P p: what a unit of the real part of u'' asks of the base
- * twist                    sum of <i p, P p>: the torque about the joint that it asks
+ * pull_x, pull_y           w = sum of P e of the children at the tip
+ * hang_x, hang_y, hang_e   the same of the others, and the sum of <e, P e>
+ * early_x, early_y, early_e  these sums of the siblings that have joined before the arm did
+ * late_x, late_y           of the children at the tip, sums of those that have joined later
+ * other_x, other_y, other_e  the same of the others
+ * draw_x, draw_y           z = y - X K: what a unit of the real part of u'' asks of the base
+ * twist                    K = sum of <e, P p>: the torque about the joint that it asks
  * place_x, place_y         where the arm hangs, turned into its own frame: conj(R) p
- * bear_x, bear_y           R X: what a unit of m of the arm adds to the force on its parent
- * yield                    the moment of that about the parent's joint
  * carry_xx ... carry_yy    R^T (1 - e X^T): the base's acceleration for a unit of the parent's
- * wind_x, wind_y           T of an order
+ * give_xx ... give_yy      1 - e X^T of the tip
+ * wind_x, wind_y, known    of an order: T, and Im (conj u G) but for the unknown part
+ * next_x, next_y, next_known  the same of the next order, as far as they are known
  * turned, pulled           theta and kr, the known parts of u''
  * couple                   tau, all torques on the arm
- * along                    Re (conj u F) of the tip but for its last term
  * drag_x, drag_y           the air's force on the tip
  * asked_x, asked_y         beta: the force asked of the base, but for its acceleration
  * answer                   m, then m / D, then chi
@@ -48,32 +52,40 @@ typedef double num; /* files that lay out memory count it in doubles and compute
  * heave_x, heave_y         conj(p) times it, which the parent's G has of it
  * base_x, base_y           acceleration of the base
  * speed_x, speed_y         velocity of the base
+ * damping ... grip_scale   numbers of the joint's terms, in units of time
+ * air_slow ... air_share   numbers of the air, the same; half the inverse of its root's order 0
  */
 #define BODIES_ARRAYS(X) \
     X(cosine) X(sine) X(bend) X(point_x) X(point_y) X(body) X(moment_x) X(moment_y) X(inertia) \
-    X(total) X(inv_total) X(lever_x) X(lever_y) X(form_xx) X(form_xy) X(form_yy) X(form_det) \
-    X(draw_x) X(draw_y) X(twist) X(place_x) X(place_y) X(bear_x) X(bear_y) X(yield) \
-    X(carry_xx) X(carry_xy) X(carry_yx) X(carry_yy) X(wind_x) X(wind_y) X(turned) X(pulled) \
-    X(couple) X(along) X(drag_x) X(drag_y) X(asked_x) X(asked_y) X(answer) X(reach_x) \
-    X(reach_y) X(heave_x) X(heave_y) X(base_x) X(base_y) X(speed_x) X(speed_y)
+    X(center_x) X(center_y) X(spread) X(total) X(inv_total) X(lever_x) X(lever_y) \
+    X(form_xx) X(form_xy) X(form_yy) X(form_det) \
+    X(pull_x) X(pull_y) X(hang_x) X(hang_y) X(hang_e) X(early_x) X(early_y) \
+    X(early_e) X(late_x) X(late_y) X(other_x) X(other_y) X(other_e) X(draw_x) X(draw_y) \
+    X(twist) \
+    X(place_x) X(place_y) X(carry_xx) X(carry_xy) X(carry_yx) X(carry_yy) X(give_xx) X(give_xy) \
+    X(give_yx) X(give_yy) X(wind_x) X(wind_y) X(known) X(next_x) X(next_y) X(next_known) \
+    X(turned) X(pulled) X(couple) X(drag_x) X(drag_y) X(asked_x) X(asked_y) X(answer) X(reach_x) \
+    X(reach_y) X(heave_x) X(heave_y) X(base_x) X(base_y) X(speed_x) X(speed_y) X(damping) \
+    X(stiffness) X(rest) X(friction) X(grip_scale) X(air_slow) X(air_fast) X(air_least) \
+    X(air_share)
 /*
  * Series beside those of rates, forces and turns.
  *
  * push_x, push_y           G
  * tip_x, tip_y             the force that the arm passes on at its tip
+ * swing                    the arm's rate relative to its parent
  * loss, drive              torques at the arm's joint: of friction, and the given ones
  * way_x, way_y             velocity of the tip
  * air_x, air_y             the air's force on the tip
- * air_size, air_part       |v|^2 + e^2 and its root, which has the unit's sign
+ * air_part                 sqrt(|v|^2 + e^2), which has the unit's sign
  * grip, grip_rest          tanh of the joint's speed and 1 - its square
  * base_way_x, base_way_y   velocity of the joint
  */
 #define BODIES_SERIES(X) \
-    X(push_x, 1) X(push_y, 1) X(tip_x, 1) X(tip_y, 1) \
+    X(push_x, 1) X(push_y, 1) X(tip_x, 1) X(tip_y, 1) X(swing, BODIES_JOINTS) \
     X(loss, BODIES_LOSSES) X(drive, BODIES_DRIVES) X(way_x, BODIES_AIR) X(way_y, BODIES_AIR) \
-    X(air_x, BODIES_AIR) X(air_y, BODIES_AIR) X(air_size, BODIES_FAST_AIR) \
-    X(air_part, BODIES_FAST_AIR) X(grip, BODIES_GRIP) X(grip_rest, BODIES_GRIP) \
-    X(base_way_x, BODIES_MIST) X(base_way_y, BODIES_MIST)
+    X(air_x, BODIES_AIR) X(air_y, BODIES_AIR) X(air_part, BODIES_FAST_AIR) X(grip, BODIES_GRIP) \
+    X(grip_rest, BODIES_GRIP) X(base_way_x, BODIES_MIST) X(base_way_y, BODIES_MIST)
 // clang-format on
 
 /* Which series a pendulum needs. */
@@ -83,21 +95,34 @@ enum bodies_need {
     BODIES_AIR = 8,
     BODIES_FAST_AIR = 16,
     BODIES_GRIP = 32,
-    BODIES_MIST = 64
+    BODIES_MIST = 64,
+    BODIES_SPRINGS = 128,
+    BODIES_PIVOT = 256,
+    BODIES_JOINTS = BODIES_LOSSES | BODIES_DRIVES | BODIES_SPRINGS
 };
 
 /** Returns the bits of bodies_need that hold of a pendulum, and 1. O(harmonics). */
 static inline unsigned bodies_needs(const struct pend_terms *terms) {
+    static const struct {
+        enum pend_term_row row;
+        unsigned need;
+    } rows[] = {
+        {PEND_TERM_DAMPING, BODIES_LOSSES},
+        {PEND_TERM_FRICTION, BODIES_LOSSES | BODIES_GRIP},
+        {PEND_TERM_STIFFNESS, BODIES_SPRINGS},
+        {PEND_TERM_TORQUE, BODIES_DRIVES},
+        {PEND_TERM_DRAG, BODIES_AIR},
+        {PEND_TERM_DRAG_QUADRATIC, BODIES_AIR | BODIES_FAST_AIR},
+    };
+    const int *one = terms->one;
     unsigned need = 1;
-    const int *row = terms->row;
-    if (row[PEND_TERM_DAMPING] >= 0 || row[PEND_TERM_FRICTION] >= 0) need |= BODIES_LOSSES;
-    if (row[PEND_TERM_TORQUE] >= 0) need |= BODIES_DRIVES;
-    if (terms->harmonics && terms->harmonic[terms->harmonics - 1].drives >= 0)
-        need |= BODIES_DRIVES;
-    if (row[PEND_TERM_DRAG] >= 0 || row[PEND_TERM_DRAG_QUADRATIC] >= 0) need |= BODIES_AIR;
-    if (row[PEND_TERM_DRAG_QUADRATIC] >= 0) need |= BODIES_FAST_AIR;
-    if (row[PEND_TERM_FRICTION] >= 0) need |= BODIES_GRIP;
-    if (terms->one[PEND_TERM_DRAG_PER_MASS] >= 0) need |= BODIES_MIST;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+        if (terms->row[rows[i].row] >= 0) need |= rows[i].need;
+    for (int i = 0; i < terms->harmonics; i++)
+        need |= terms->harmonic[i].drives < 0 ? BODIES_PIVOT : BODIES_DRIVES;
+    if (one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0 || one[PEND_TERM_PIVOT_ACCELERATION_Y] >= 0)
+        need |= BODIES_PIVOT;
+    if (one[PEND_TERM_DRAG_PER_MASS] >= 0) need |= BODIES_MIST;
     return need;
 }
 
@@ -113,6 +138,7 @@ struct bodies_system {
         *turn_im;         /* series; order j of arm k at bodies_row(k) + j stride */
     num *lift_x, *lift_y; /* of the pivot: z'' + 2 gamma z', and gravity, order + 1 coefficients */
     num *slide_x, *slide_y; /* z' of the pivot, order + 1 coefficients */
+    num *share;             /* 1 / (j + 1), order + 1 numbers */
     num *haul_x, *haul_y;   /* the force that the pivot exerts, in the axes, order coefficients */
 #define X(name) num *name;
     BODIES_ARRAYS(X)
@@ -132,24 +158,24 @@ enum {
     BODIES_ARRAYS(X)
 #undef X
         BODIES_ARRAY_COUNT,
-    BODIES_PIVOT_SERIES = 6
+    BODIES_PIVOT_SERIES = 7
 };
 
-/** Returns the numbers that bodies_lay takes: `arms` for an array of a value an arm, `series` for a
- * series, `order` for the highest order. O(harmonics). */
-static inline size_t bodies_numbers(const struct pend_terms *terms, size_t arms, size_t series,
+/** Returns the numbers that bodies_lay takes: `seats` for an array of a value an arm, `series` for
+ * a series, `order` for the highest order. O(harmonics). */
+static inline size_t bodies_numbers(const struct pend_terms *terms, size_t seats, size_t series,
                                     int order) {
     unsigned need = bodies_needs(terms);
     size_t count = 0;
 #define X(name, needs) count += need & (needs) ? 1 : 0;
     BODIES_SERIES(X)
 #undef X
-    return count * series + BODIES_ARRAY_COUNT * arms +
+    return count * series + BODIES_ARRAY_COUNT * seats +
            (size_t)BODIES_PIVOT_SERIES * ((size_t)(order + 8) / 8 * 8);
 }
 
 /** Lays the arrays of a system into memory of bodies_numbers; the rest is the caller's. */
-static inline void bodies_lay(struct bodies_system *s, size_t arms, size_t series, int order,
+static inline void bodies_lay(struct bodies_system *s, size_t seats, size_t series, int order,
                               num *at) {
     s->need = bodies_needs(s->terms);
 #define X(name, needs)                                                                             \
@@ -157,13 +183,14 @@ static inline void bodies_lay(struct bodies_system *s, size_t arms, size_t serie
     if (s->name) at += series;
     BODIES_SERIES(X)
 #undef X
-#define X(name) s->name = at, at += arms;
+#define X(name) s->name = at, at += seats;
     BODIES_ARRAYS(X)
 #undef X
     size_t pivot = (size_t)(order + 8) / 8 * 8;
     s->lift_x = at, s->lift_y = at + pivot;
     s->slide_x = at + 2 * pivot, s->slide_y = at + 3 * pivot;
     s->haul_x = at + 4 * pivot, s->haul_y = at + 5 * pivot;
+    s->share = at + 6 * pivot;
 }
 
 #endif

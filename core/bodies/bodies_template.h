@@ -17,280 +17,146 @@
  *     J (phi'' + 2 Gamma phi') + Im(conj(u) G) = tau,   G = conj(h) a + sum conj(p_c) F_c - l f.
  * Suppose F_c = Phi_c a_c + beta_c. Then with P = R Phi_c R^T, R the rotation by the child's angle,
  * and e = i p_c:
- *     D = J + sum <e, P e>, x = i h + sum P e, X = x / D, Phi = M + sum P - x x^T / D,
- *     chi = m / D - <X, a>,  m = tau - Im(conj(u) G)_known + J ki - K kr - sum <e, R beta_c> + l
- * f_y beta = y kr - f + sum R beta_c + X m,    y = h + sum P p,  K = sum <e, P p>, ki = theta - 2
- * Gamma phi'_k. Phi is formed without a difference: a body alone has M / J (I_c + M c c^T), and a
- * child adds N^T (D P + det P p p^T) N / (D + <e, P e>),   N = 1 - e X^T, which is what its own
- * form leaves when the arm gives way (Woodbury). */
+ *     D = J + sum <e, P e>,   x = i h + sum P e,   X = x / D,   Phi = M + sum P - x x^T / D,
+ *     chi = m / D - <X, a>,   m = mu - K kr + l f_y - sum <e, R beta_c>,
+ *     mu = tau - Im(conj(u) G)_known + J ((k+1) Re T_k + 2 Gamma Re T_{k-1}),
+ *     beta = z kr + X mu - N_tip^T f + sum N_c^T R beta_c,    N = 1 - e X^T,
+ *     z = h + sum N_c^T P p,   K = sum <e, P p>,   a_c = R^T N_c a + conj(R) p (kr + i m / D).
+ * bodies_factor_template forms Phi, N and what follows from them without a difference. */
 #ifndef PEND_BODIES_TEMPLATE_H
 #define PEND_BODIES_TEMPLATE_H
 
-#include <assert.h>
-
-#include "core/bodies/bodies_number.h"
-#include "core/bodies/bodies_system.h"
-
-/* what is computed for several arms at once */
-#if defined NUMBER_VEC && NUMBER_VEC == 1
-enum { BODIES_ARMS = WIDE };
-typedef wide arms;
-#define arms_of wide_of
-#define arms_all wide_of
-#define arms_fma wide_fma
-#define arms_get wide_load
-VEC_INLINE arms arms_add(arms x, arms y) { return x + y; }
-VEC_INLINE arms arms_sub(arms x, arms y) { return x - y; }
-VEC_INLINE arms arms_mul(arms x, arms y) { return x * y; }
-VEC_INLINE arms arms_neg(arms x) { return -x; }
-VEC_INLINE void arms_put(num *at, arms x) { memcpy(at, &x, sizeof x); }
-#else
-enum { BODIES_ARMS = 1 };
-typedef num arms;
-#define arms_of num_of
-#define arms_fma num_fma
-#define arms_add num_add
-#define arms_sub num_sub
-#define arms_mul num_mul
-#define arms_neg num_neg
-VEC_INLINE arms arms_all(num x) { return x; }
-VEC_INLINE arms arms_get(const num *at) { return *at; }
-VEC_INLINE void arms_put(num *at, arms x) { *at = x; }
-#endif
-
-/* the number of a term of arm k, 0 where there is none */
-VEC_INLINE num bodies_get(const struct bodies_system *s, enum pend_term_row row, int k) {
-    return s->terms->row[row] < 0 ? num_of(0) : s->value[s->terms->row[row] + k];
-}
-
-VEC_INLINE num bodies_one(const struct bodies_system *s, enum pend_term_one one) {
-    return s->terms->one[one] < 0 ? num_of(0) : s->value[s->terms->one[one]];
-}
-
-#include "core/bodies/cart_template.h"
+#include "core/bodies/bodies_factor_template.h"
 #include "core/bodies/drives_template.h"
-
-/* ---- the factorization */
-
-/* a body of a mass at x + i y joins those of an arm: `body`, first moment so far, and the inertia
- * about the common center, to which a pair adds m m' |c - c'|^2 / (m + m') */
-struct bodies_heap {
-    num mass, x, y, spread;
-};
-
-static inline void bodies_heap_add(struct bodies_heap *heap, num mass, num x, num y, num inertia) {
-    num sum = num_add(heap->mass, mass), least = num_of(1e-250);
-    num part = num_div(mass, num_add(sum, least));
-    num dx = num_sub(x, heap->x), dy = num_sub(y, heap->y);
-    num square = num_fma(dx, dx, num_mul(dy, dy));
-    heap->spread = num_add(heap->spread, inertia);
-    heap->spread = num_fma(num_mul(heap->mass, part), square, heap->spread);
-    heap->x = num_fma(part, dx, heap->x);
-    heap->y = num_fma(part, dy, heap->y);
-    heap->mass = sum;
-}
-
-/* an arm alone: M, h, J, and its form */
-static inline void bodies_alone(const struct bodies_system *s, int k) {
-    num l = s->len[k], zero = num_of(0), rod = bodies_get(s, PEND_TERM_ROD, k);
-    struct bodies_heap heap = {s->mass[k], l, zero, zero};
-    if (!k && pend_terms_cart(s->terms)) heap.x = s->point_x[0], heap.y = s->point_y[0];
-    if (s->terms->row[PEND_TERM_ROD] >= 0)
-        bodies_heap_add(&heap, rod, num_mul(l, num_of(0.5)), zero,
-                        num_div(num_mul(rod, num_mul(l, l)), num_of(12)));
-    if (s->terms->row[PEND_TERM_BODY] >= 0)
-        bodies_heap_add(&heap, bodies_get(s, PEND_TERM_BODY, k),
-                        bodies_get(s, PEND_TERM_CENTER_X, k), bodies_get(s, PEND_TERM_CENTER_Y, k),
-                        bodies_get(s, PEND_TERM_INERTIA, k));
-    num M = heap.mass, hx = num_mul(M, heap.x), hy = num_mul(M, heap.y);
-    num J = num_add(heap.spread, num_fma(hx, heap.x, num_mul(hy, heap.y)));
-    num inverse = num_div(num_of(1), J), part = num_mul(M, inverse);
-    s->body[k] = M, s->moment_x[k] = hx, s->moment_y[k] = hy;
-    s->inertia[k] = s->total[k] = J;
-    s->lever_x[k] = num_neg(num_mul(hy, inverse));
-    s->lever_y[k] = num_mul(hx, inverse);
-    s->form_xx[k] = num_mul(part, num_fma(hx, heap.x, heap.spread));
-    s->form_xy[k] = num_mul(part, num_mul(hx, heap.y));
-    s->form_yy[k] = num_mul(part, num_fma(hy, heap.y, heap.spread));
-    s->form_det[k] = num_mul(num_mul(M, part), heap.spread);
-    s->draw_x[k] = hx, s->draw_y[k] = hy, s->twist[k] = zero;
-}
-
-/* the child c, whose form is complete, joins arm p */
-static inline void bodies_join(const struct bodies_system *s, int c, int p) {
-    num C = s->cosine[c], Z = s->sine[c], px = s->point_x[c], py = s->point_y[c];
-    num A = s->form_xx[c], B = s->form_xy[c], E = s->form_yy[c], det = s->form_det[c];
-    // P = R Phi R^T
-    num AC = num_sub(num_mul(A, C), num_mul(B, Z)), BC = num_sub(num_mul(B, C), num_mul(E, Z));
-    num AZ = num_fma(A, Z, num_mul(B, C)), BZ = num_fma(B, Z, num_mul(E, C));
-    num Pxx = num_sub(num_mul(C, AC), num_mul(Z, BC)), Pyy = num_fma(Z, AZ, num_mul(C, BZ));
-    num Pxy = num_fma(Z, AC, num_mul(C, BC));
-    // P p, and P e with e = i p
-    num Qx = num_fma(Pxx, px, num_mul(Pxy, py)), Qy = num_fma(Pxy, px, num_mul(Pyy, py));
-    num Ex = num_sub(num_mul(Pxy, px), num_mul(Pxx, py));
-    num Ey = num_sub(num_mul(Pyy, px), num_mul(Pxy, py));
-    num add = num_sub(num_mul(px, Ey), num_mul(py, Ex)), D = s->total[p];
-    num inverse = num_div(num_of(1), num_add(D, add)), own = num_mul(D, inverse);
-    num turn = num_mul(det, inverse);
-    // what is left of P: (D P + det p p^T) / (D + <e, P e>)
-    num Wxx = num_fma(own, Pxx, num_mul(turn, num_mul(px, px)));
-    num Wxy = num_fma(own, Pxy, num_mul(turn, num_mul(px, py)));
-    num Wyy = num_fma(own, Pyy, num_mul(turn, num_mul(py, py)));
-    // N = 1 - e X^T
-    num X = s->lever_x[p], Y = s->lever_y[p];
-    num Nxx = num_fma(py, X, num_of(1)), Nxy = num_mul(py, Y);
-    num Nyx = num_neg(num_mul(px, X)), Nyy = num_sub(num_of(1), num_mul(px, Y));
-    num Vxx = num_fma(Wxx, Nxx, num_mul(Wxy, Nyx)), Vxy = num_fma(Wxx, Nxy, num_mul(Wxy, Nyy));
-    num Vyx = num_fma(Wxy, Nxx, num_mul(Wyy, Nyx)), Vyy = num_fma(Wxy, Nxy, num_mul(Wyy, Nyy));
-    num Uxx = num_fma(Nxx, Vxx, num_mul(Nyx, Vyx)), Uyy = num_fma(Nxy, Vxy, num_mul(Nyy, Vyy));
-    num Uxy = num_fma(Nxx, Vxy, num_mul(Nyx, Vyy));
-    // det W = det P (D + <e, P e>) D / (D + <e, P e>)^2 for det p p^T = 0
-    num det_N = num_sub(num_fma(py, X, num_of(1)), num_mul(px, Y));
-    num det_U = num_mul(num_mul(det, own), num_mul(det_N, det_N));
-    num F = s->form_xx[p], G = s->form_xy[p], H = s->form_yy[p];
-    num mixed = num_sub(num_fma(F, Uyy, num_mul(H, Uxx)), num_mul(num_of(2), num_mul(G, Uxy)));
-    s->form_det[p] = num_add(s->form_det[p], num_add(det_U, mixed));
-    s->form_xx[p] = num_add(F, Uxx);
-    s->form_xy[p] = num_add(G, Uxy);
-    s->form_yy[p] = num_add(H, Uyy);
-    // X + N^T P e / (D + <e, P e>)
-    s->lever_x[p] = num_fma(inverse, num_fma(Nxx, Ex, num_mul(Nyx, Ey)), X);
-    s->lever_y[p] = num_fma(inverse, num_fma(Nxy, Ex, num_mul(Nyy, Ey)), Y);
-    s->total[p] = num_add(D, add);
-    s->draw_x[p] = num_add(s->draw_x[p], Qx);
-    s->draw_y[p] = num_add(s->draw_y[p], Qy);
-    s->twist[p] = num_add(s->twist[p], num_sub(num_mul(px, Qy), num_mul(py, Qx)));
-}
-
-/* where arm k hangs on its parent, in the parent's frame */
-static inline void bodies_point(const struct bodies_system *s, int k) {
-    int p = s->parent[k];
-    if (p <= 0 && pend_terms_cart(s->terms)) {
-        if (p < 0) bodies_cart_point(s);
-        s->point_x[k] = s->point_x[0], s->point_y[k] = s->point_y[0];
-        return;
-    }
-    s->point_x[k] = p < 0 ? num_of(0) : s->len[p];
-    s->point_y[k] = num_of(0);
-    if (!s->terms->hung[k]) return;
-    s->point_x[k] = s->value[s->terms->row[PEND_TERM_AT_X] + k];
-    s->point_y[k] = s->value[s->terms->row[PEND_TERM_AT_Y] + k];
-}
-
-/* what the sweeps multiply by at arm k, whose own form and whose parent's are complete: a sweep's
- * way from arm to arm is then two or three products long */
-static inline void bodies_ways(const struct bodies_system *s, int k) {
-    num C = s->cosine[k], Z = s->sine[k], X = s->lever_x[k], Y = s->lever_y[k];
-    num px = s->point_x[k], py = s->point_y[k];
-    num x = num_fma(C, px, num_mul(Z, py)), y = num_sub(num_mul(C, py), num_mul(Z, px));
-    s->place_x[k] = x, s->place_y[k] = y;
-    s->bear_x[k] = num_sub(num_mul(C, X), num_mul(Z, Y));
-    s->bear_y[k] = num_fma(Z, X, num_mul(C, Y));
-    s->yield[k] = num_sub(num_mul(x, Y), num_mul(y, X));
-    if (!k) return;
-    num up_x = s->lever_x[s->parent[k]], up_y = s->lever_y[s->parent[k]];
-    s->carry_xx[k] = num_fma(y, up_x, C);
-    s->carry_xy[k] = num_fma(y, up_y, Z);
-    s->carry_yx[k] = num_neg(num_fma(x, up_x, Z));
-    s->carry_yy[k] = num_sub(C, num_mul(x, up_y));
-}
-
-static inline void bodies_factor(const struct bodies_system *s) {
-    for (int k = 0; k < s->n; k++) {
-        bodies_point(s, k);
-        bodies_alone(s, k);
-    }
-    for (int k = s->n - 1; k >= 0; k--) {
-        s->inv_total[k] = num_div(num_of(1), s->total[k]);
-        if (k) bodies_join(s, k, s->parent[k]);
-    }
-    for (int k = 0; k < s->n; k++) bodies_ways(s, k);
-}
 
 /* ---- an order */
 
-/* 1 / (j + 1) */
-VEC_INLINE num bodies_share(int j) { return num_div(num_of(1), num_of(j + 1)); }
+/* sums of an order: T, and the parts of Im (conj u G) with Re u and Im u */
+struct bodies_sums {
+    arms Tr, Ti, known, less;
+};
 
-/* theta, kr, and the known parts of Im (conj u G) and of the force along the arm at its tip; then m
- * and the force asked of the base, both without the children */
+/* adds the products of the turns of order j at `u` with rates and G of the orders that go with
+ * them */
+VEC_INLINE void bodies_meet(const struct bodies_system *s, size_t u, size_t rate, size_t push,
+                            struct bodies_sums *sum) {
+    arms ur = arms_get(s->turn_re + u), ui = arms_get(s->turn_im + u), w = arms_get(s->rate + rate);
+    sum->Tr = arms_fma(ur, w, sum->Tr);
+    sum->Ti = arms_fma(ui, w, sum->Ti);
+    sum->known = arms_fma(ur, arms_get(s->push_y + push), sum->known);
+    sum->less = arms_fma(ui, arms_get(s->push_x + push), sum->less);
+}
+
+/* the same without G */
+VEC_INLINE void bodies_wind(const struct bodies_system *s, size_t u, size_t rate,
+                            struct bodies_sums *sum) {
+    arms w = arms_get(s->rate + rate);
+    sum->Tr = arms_fma(arms_get(s->turn_re + u), w, sum->Tr);
+    sum->Ti = arms_fma(arms_get(s->turn_im + u), w, sum->Ti);
+}
+
+/* what follows for arms from arm a on, order k, but for what their children ask: theta, kr, m and
+ * beta */
+VEC_INLINE void bodies_prepare(const struct bodies_system *s, int a, int k, num gamma, arms Tr,
+                               arms Ti, arms known) {
+    size_t now = bodies_row(s, a) + (size_t)k * s->stride, next = now + s->stride;
+    arms more = arms_of(k + 1), spun = arms_mul(more, Tr), turned = spun, pulled = arms_neg(Ti);
+    if (s->need & BODIES_MIST) {
+        // (u' / i)_k - phi'_k = T_{k-1}, and no difference of the two
+        arms twice = arms_all(num_mul(num_of(2), gamma));
+        if (k) spun = arms_fma(twice, arms_get(s->wind_x + a), spun);
+        turned = arms_fma(twice, arms_get(s->rate + now), spun);
+        pulled = arms_fma(twice, arms_get(s->turn_re + next), pulled);
+    }
+    pulled = arms_mul(more, pulled);
+    arms m = arms_fma(arms_get(s->inertia + a), spun, arms_get(s->couple + a));
+    m = arms_sub(m, known);
+    arms x = arms_mul(arms_get(s->draw_x + a), pulled);
+    arms y = arms_mul(arms_get(s->draw_y + a), pulled);
+    x = arms_fma(arms_get(s->lever_x + a), m, x);
+    y = arms_fma(arms_get(s->lever_y + a), m, y);
+    m = arms_sub(m, arms_mul(arms_get(s->twist + a), pulled));
+    if (s->need & BODIES_AIR) {
+        arms fx = arms_get(s->drag_x + a), fy = arms_get(s->drag_y + a);
+        x = arms_sub(x, arms_mul(arms_get(s->give_xx + a), fx));
+        y = arms_sub(y, arms_mul(arms_get(s->give_xy + a), fx));
+        x = arms_sub(x, arms_mul(arms_get(s->give_yx + a), fy));
+        y = arms_sub(y, arms_mul(arms_get(s->give_yy + a), fy));
+        m = arms_fma(arms_get(s->len + a), fy, m);
+    }
+    arms_put(s->wind_x + a, Tr);
+    arms_put(s->wind_y + a, Ti);
+    arms_put(s->turned + a, turned);
+    arms_put(s->pulled + a, pulled);
+    arms_put(s->asked_x + a, x);
+    arms_put(s->asked_y + a, y);
+    arms_put(s->answer + a, m);
+}
+
+/* the sums of order k, which is even, and of the order after it without the terms that need order
+ * k: what is loaded serves both. Those that need order k - 1 are added last. */
 static inline void bodies_convolve(const struct bodies_system *s, int k, num gamma) {
-    size_t stride = s->stride;
-    arms more = arms_of(k + 1), twice = arms_all(num_mul(num_of(2), gamma));
+    size_t stride = s->stride, last = (size_t)k * stride;
     for (int a = 0; a < s->n; a += BODIES_ARMS) {
-        size_t row = bodies_row(s, a), next = (size_t)(k + 1) * stride;
-        const num *re = s->turn_re + row, *im = s->turn_im + row, *rate = s->rate + row + next;
-        const num *push_x = s->push_x + row + next - stride,
-                  *tip_x = s->tip_x + row + next - stride;
-        const num *push_y = s->push_y + row + next - stride,
-                  *tip_y = s->tip_y + row + next - stride;
-        arms ur = arms_get(re + next), ui = arms_get(im + next), w = arms_get(rate - next);
-        arms Tr = arms_mul(ur, w), Ti = arms_mul(ui, w), known = arms_of(0), less = arms_of(0);
-        arms along = arms_of(0), across = arms_of(0);
-        arms turned = arms_mul(twice, ui), pulled = arms_mul(twice, ur);
-        for (size_t at = stride; at < next; at += stride) {
-            ur = arms_get(re + at), ui = arms_get(im + at), w = arms_get(rate - at);
-            Tr = arms_fma(ur, w, Tr);
-            Ti = arms_fma(ui, w, Ti);
-            known = arms_fma(ur, arms_get(push_y - at), known);
-            less = arms_fma(ui, arms_get(push_x - at), less);
-            along = arms_fma(ur, arms_get(tip_x - at), along);
-            across = arms_fma(ui, arms_get(tip_y - at), across);
+        size_t row = bodies_row(s, a);
+        arms none = arms_of(0);
+        struct bodies_sums now = {none, none, none, none}, next = now;
+        for (size_t j = 3 * stride; j <= last; j += stride) {
+            size_t back = row + last - j, ahead = back + stride;
+            bodies_meet(s, row + j, ahead, back, &now);
+            bodies_meet(s, row + j, ahead + stride, ahead, &next);
         }
-        turned = arms_mul(more, arms_add(turned, Tr));
-        pulled = arms_mul(more, arms_sub(pulled, Ti));
-        arms_put(s->wind_x + a, Tr);
-        arms_put(s->wind_y + a, Ti);
-        arms_put(s->turned + a, turned);
-        arms_put(s->pulled + a, pulled);
-        arms_put(s->along + a, arms_add(along, across));
-        arms slow = arms_mul(twice, arms_get(rate - stride));
-        arms m =
-            arms_fma(arms_get(s->inertia + a), arms_sub(turned, slow), arms_get(s->couple + a));
-        m = arms_sub(arms_sub(m, arms_sub(known, less)), arms_mul(arms_get(s->twist + a), pulled));
-        arms x = arms_mul(arms_get(s->draw_x + a), pulled);
-        arms y = arms_mul(arms_get(s->draw_y + a), pulled);
-        if (s->need & BODIES_AIR) {
-            x = arms_sub(x, arms_get(s->drag_x + a));
-            y = arms_sub(y, arms_get(s->drag_y + a));
-            m = arms_fma(arms_get(s->len + a), arms_get(s->drag_y + a), m);
+        if (k) {
+            size_t two = row + 2 * stride, end = row + last + stride, back = row + last - stride;
+            bodies_meet(s, two, back, back - stride, &now);
+            bodies_meet(s, two, back + stride, back, &next);
+            bodies_wind(s, end, row, &now);
+            bodies_meet(s, end, row + stride, row, &next);
         }
-        arms_put(s->asked_x + a, x);
-        arms_put(s->asked_y + a, y);
-        arms_put(s->answer + a, m);
+        // u_1 is imaginary
+        arms first = arms_get(s->turn_im + row + stride);
+        now.Ti = arms_fma(first, arms_get(s->rate + row + last), now.Ti);
+        if (k) now.less = arms_fma(first, arms_get(s->push_x + row + last - stride), now.less);
+        arms_put(s->next_x + a, next.Tr);
+        arms_put(s->next_y + a, next.Ti);
+        arms_put(s->next_known + a, arms_sub(next.known, next.less));
+        bodies_prepare(s, a, k, gamma, now.Tr, now.Ti, arms_sub(now.known, now.less));
     }
 }
 
-/* leaves to root: m, and the force asked of the base but for what m and the base's acceleration
- * ask. Where the parent comes next, what it is asked is handed on, not read again. */
+/* the sums of order k, the second of two, with the terms that were missing */
+static inline void bodies_complete(const struct bodies_system *s, int k, num gamma) {
+    for (int a = 0; a < s->n; a += BODIES_ARMS) {
+        size_t row = bodies_row(s, a), now = row + (size_t)k * s->stride;
+        struct bodies_sums sum = {arms_get(s->next_x + a), arms_get(s->next_y + a),
+                                  arms_get(s->next_known + a), arms_of(0)};
+        bodies_wind(s, now + s->stride, row, &sum);
+        arms first = arms_get(s->turn_im + row + s->stride);
+        sum.Ti = arms_fma(first, arms_get(s->rate + now), sum.Ti);
+        sum.less = arms_fma(first, arms_get(s->push_x + now - s->stride), sum.less);
+        bodies_prepare(s, a, k, gamma, sum.Tr, sum.Ti, arms_sub(sum.known, sum.less));
+    }
+}
+
+/* leaves to root: beta, and m over D. Where the parent comes next, what it is asked is handed on,
+ * not read again. */
 static inline void bodies_up(const struct bodies_system *s) {
     int last = s->n - 1;
-    num ax = s->asked_x[last], ay = s->asked_y[last], m = s->answer[last];
+    num ax = s->asked_x[last], ay = s->asked_y[last];
     for (int c = last; c > 0; c--) {
         int p = s->parent[c];
-        num C = s->cosine[c], Z = s->sine[c], moment = s->answer[p];
-        num x = num_fma(C, ax, s->asked_x[p]), y = num_fma(Z, ax, s->asked_y[p]);
-        moment = num_fma(s->place_y[c], ax, moment);
-        x = num_sub(x, num_mul(Z, ay));
-        y = num_fma(C, ay, y);
-        moment = num_sub(moment, num_mul(s->place_x[c], ay));
-        x = num_fma(s->bear_x[c], m, x);
-        y = num_fma(s->bear_y[c], m, y);
-        moment = num_sub(moment, num_mul(s->yield[c], m));
-        s->asked_x[p] = x, s->asked_y[p] = y, s->answer[p] = moment;
-        if (p == c - 1)
-            ax = x, ay = y, m = moment;
-        else
-            ax = s->asked_x[c - 1], ay = s->asked_y[c - 1], m = s->answer[c - 1];
+        num x = num_fma(s->carry_xx[c], ax, s->asked_x[p]);
+        num y = num_fma(s->carry_xy[c], ax, s->asked_y[p]);
+        num moment = num_fma(s->place_y[c], ax, s->answer[p]);
+        x = num_fma(s->carry_yx[c], ay, x);
+        y = num_fma(s->carry_yy[c], ay, y);
+        s->answer[p] = num_sub(moment, num_mul(s->place_x[c], ay));
+        s->asked_x[p] = x, s->asked_y[p] = y;
+        ax = x, ay = y;
+        if (p != c - 1) ax = s->asked_x[c - 1], ay = s->asked_y[c - 1];
     }
-    for (int a = 0; a < s->n; a += BODIES_ARMS) {
-        arms all = arms_get(s->answer + a);
-        arms fx = arms_fma(arms_get(s->lever_x + a), all, arms_get(s->asked_x + a));
-        arms fy = arms_fma(arms_get(s->lever_y + a), all, arms_get(s->asked_y + a));
-        arms_put(s->asked_x + a, fx);
-        arms_put(s->asked_y + a, fy);
-        arms_put(s->answer + a, arms_mul(all, arms_get(s->inv_total + a)));
-    }
+    for (int a = 0; a < s->n; a += BODIES_ARMS)
+        arms_put(s->answer + a, arms_mul(arms_get(s->answer + a), arms_get(s->inv_total + a)));
 }
 
 /* root to leaves: accelerations */
@@ -352,7 +218,7 @@ static inline void bodies_press(const struct bodies_system *s, size_t row, int a
 
 /* the coefficients of order k of forces, and of order k + 1 of rates and turns */
 static inline void bodies_close(const struct bodies_system *s, int k) {
-    arms share = arms_all(bodies_share(k)), turn_share = arms_all(bodies_share(k + 1));
+    arms share = arms_all(s->share[k]), turn_share = arms_all(s->share[k + 1]);
     size_t now = (size_t)k * s->stride;
     for (int a = 0; a < s->n; a += BODIES_ARMS) {
         size_t row = bodies_row(s, a) + now, next = row + s->stride;
@@ -370,13 +236,9 @@ static inline void bodies_close(const struct bodies_system *s, int k) {
         size_t up = bodies_row(s, s->parent[a]) + now;
         s->push_x[up] = num_add(s->push_x[up], s->heave_x[a]);
         s->push_y[up] = num_add(s->push_y[up], s->heave_y[a]);
-        if (s->terms->hung[a]) continue;
+        if (bodies_hung(s, a)) continue;
         s->tip_x[up] = num_add(s->tip_x[up], s->reach_x[a]);
         s->tip_y[up] = num_add(s->tip_y[up], s->reach_y[a]);
-    }
-    for (int a = 0; a < s->n; a += BODIES_ARMS) {
-        size_t row = bodies_row(s, a) + now;
-        arms_put(s->force + row, arms_add(arms_get(s->along + a), arms_get(s->tip_x + row)));
     }
 }
 
@@ -386,7 +248,9 @@ static inline void bodies_close(const struct bodies_system *s, int k) {
  * and the arms' numbers are there. */
 static inline void bodies_begin(const struct bodies_system *s, const struct bodies_moment *now,
                                 int order) {
+    for (int j = 0; j <= order; j++) s->share[j] = num_div(num_of(1), num_of(j + 1));
     bodies_factor(s);
+    bodies_scale(s, now);
     bodies_drive(s, now, order);
     for (int a = 0; a < s->n; a++) {
         size_t row = bodies_row(s, a);
@@ -398,21 +262,43 @@ static inline void bodies_begin(const struct bodies_system *s, const struct bodi
 }
 
 /**
- * All orders: rate_1 .. rate_order and force_0 .. force_{order - 1} from rate_0, cosine, sine and
- * bend. The turns have a row of order 0 here, which is 1. O(n order^2).
+ * All orders: rate_1 .. rate_order and force_0 from rate_0, cosine, sine and bend. The turns have a
+ * row of order 0 here, which is 1. O(n order^2).
  */
 static inline void bodies_orders(const struct bodies_system *s, const struct bodies_moment *now,
                                  int order) {
     num gamma = num_mul(bodies_one(s, PEND_TERM_DRAG_PER_MASS), now->unit);
+    assert(s->n >= 1 && order >= 1);
     bodies_begin(s, now, order);
     for (int k = 0; k < order; k++) {
         bodies_load(s, now, k);
-        bodies_convolve(s, k, gamma);
-        if (pend_terms_cart(s->terms)) bodies_cart_mist(s, k, gamma);
+        if (k % 2)
+            bodies_complete(s, k, gamma);
+        else
+            bodies_convolve(s, k, gamma);
         bodies_up(s);
         bodies_down(s, k);
         bodies_close(s, k);
     }
+    for (int a = 0; a < s->n; a += BODIES_ARMS)
+        arms_put(s->force + bodies_row(s, a), arms_get(s->tip_x + bodies_row(s, a)));
+}
+
+/** The forces along the arms at their tips: force_1 .. force_{order - 1}, after bodies_orders.
+ * O(n order^2). */
+static inline void bodies_forces(const struct bodies_system *s, int order) {
+    for (int a = 0; a < s->n; a += BODIES_ARMS)
+        for (int k = 1; k < order; k++) {
+            size_t row = bodies_row(s, a), last = row + (size_t)k * s->stride;
+            arms along = arms_get(s->tip_x + last), across = arms_of(0);
+            for (size_t j = s->stride; j <= last - row; j += s->stride) {
+                along =
+                    arms_fma(arms_get(s->turn_re + row + j), arms_get(s->tip_x + last - j), along);
+                across =
+                    arms_fma(arms_get(s->turn_im + row + j), arms_get(s->tip_y + last - j), across);
+            }
+            arms_put(s->force + last, arms_add(along, across));
+        }
 }
 
 #endif

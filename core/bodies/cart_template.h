@@ -38,11 +38,17 @@ VEC_INLINE num bodies_cart_speed(const struct bodies_system *s, int k) {
     return s->rate[bodies_row(s, 0) + (size_t)k * s->stride];
 }
 
-/* what drag_per_mass adds to order k of chi, which the series of u adds for other arms */
-static inline void bodies_cart_mist(const struct bodies_system *s, int k, num gamma) {
-    num slow = num_mul(num_mul(num_of(2), gamma), bodies_cart_speed(s, k));
-    s->turned[0] = slow;
-    s->answer[0] = num_fma(s->inertia[0], slow, s->answer[0]);
+/* order k of the moment of the cart's speed with the pivot's velocity, whose double is its part of
+ * the sum of m |v|^2 that the series of u has for other arms */
+static inline num bodies_cart_sweep(const struct bodies_system *s, int k) {
+    num sum = num_of(0), hx = s->moment_x[0], hy = s->moment_y[0];
+    for (int j = 0; j <= k; j++) {
+        size_t back = bodies_row(s, 0) + (size_t)(k - j) * s->stride;
+        num across = num_mul(hx, s->base_way_y[back]);
+        across = num_sub(across, num_mul(hy, s->base_way_x[back]));
+        sum = num_fma(bodies_cart_speed(s, j), across, sum);
+    }
+    return sum;
 }
 
 #endif

@@ -5,6 +5,8 @@
 #ifndef PEND_DRIVES_TEMPLATE_H
 #define PEND_DRIVES_TEMPLATE_H
 
+#include <assert.h>
+
 /* The instant that a series is expanded about, and its unit. */
 struct bodies_moment {
     num unit;       /* s, a power of two */
@@ -15,8 +17,7 @@ struct bodies_moment {
 /* ---- drives */
 
 /* Adds the derivative of order `from` of a harmonic as a series: A w^(from+j) / j! cos(theta +
- * (from
- * + j) pi / 2), w = omega unit, for j = 0 .. order, to every `step`-th number. */
+ * (from + j) pi / 2), w = omega unit, for j = 0 .. order, to every `step`-th number. */
 static inline void bodies_harmonic(const struct bodies_system *s, const struct bodies_moment *now,
                                    int at, int from, int order, num *to, size_t step) {
     num sine, cosine, size = s->value[at], w = num_mul(s->value[at + 1], now->unit);
@@ -26,11 +27,11 @@ static inline void bodies_harmonic(const struct bodies_system *s, const struct b
     for (int j = 0; j <= order; j++) {
         num *here = to + (size_t)j * step;
         *here = num_fma(size, cycle[(from + j) % 4], *here);
-        size = num_div(num_mul(size, w), num_of(j + 1));
+        if (j < order) size = num_mul(size, num_mul(w, s->share[j]));
     }
 }
 
-/* the pivot's z' and z'' + 2 gamma z', and gravity */
+/* the pivot's z' to `order`, and its derivative z'' + 2 gamma z' and gravity to the order before */
 static inline void bodies_drive_pivot(const struct bodies_system *s,
                                       const struct bodies_moment *now, int order) {
     num zero = num_of(0), square = num_mul(now->unit, now->unit);
@@ -40,7 +41,6 @@ static inline void bodies_drive_pivot(const struct bodies_system *s,
         const struct pend_harmonic *h = &s->terms->harmonic[i];
         if (h->drives >= 0) break;
         int across = h->drives == PEND_DRIVE_PIVOT_X;
-        bodies_harmonic(s, now, h->at, 2, order, across ? s->lift_x : s->lift_y, 1);
         bodies_harmonic(s, now, h->at, 1, order, across ? s->slide_x : s->slide_y, 1);
     }
     num x = num_mul(square, bodies_one(s, PEND_TERM_PIVOT_ACCELERATION_X));
@@ -48,15 +48,16 @@ static inline void bodies_drive_pivot(const struct bodies_system *s,
     num since = num_div(num_add(now->time, now->late), now->unit);
     s->slide_x[0] = num_fma(x, since, s->slide_x[0]);
     s->slide_y[0] = num_fma(y, since, s->slide_y[0]);
-    if (order > 0) {
-        s->slide_x[1] = num_add(s->slide_x[1], x);
-        s->slide_y[1] = num_add(s->slide_y[1], y);
+    s->slide_x[1] = num_add(s->slide_x[1], x);
+    s->slide_y[1] = num_add(s->slide_y[1], y);
+    for (int j = 0; j < order; j++) {
+        s->lift_x[j] = num_mul(num_of(j + 1), s->slide_x[j + 1]);
+        s->lift_y[j] = num_mul(num_of(j + 1), s->slide_y[j + 1]);
     }
-    s->lift_x[0] = num_add(s->lift_x[0], x);
-    s->lift_y[0] = num_add(num_add(s->lift_y[0], y), now->gravity);
+    s->lift_y[0] = num_add(s->lift_y[0], now->gravity);
     if (!(s->need & BODIES_MIST)) return;
     num twice = num_mul(num_mul(num_of(2), now->unit), bodies_one(s, PEND_TERM_DRAG_PER_MASS));
-    for (int j = 0; j <= order; j++) {
+    for (int j = 0; j < order; j++) {
         s->lift_x[j] = num_fma(twice, s->slide_x[j], s->lift_x[j]);
         s->lift_y[j] = num_fma(twice, s->slide_y[j], s->lift_y[j]);
     }
@@ -67,10 +68,11 @@ static inline void bodies_drive(const struct bodies_system *s, const struct bodi
                                 int order) {
     bodies_drive_pivot(s, now, order);
     if (!(s->need & BODIES_DRIVES)) return;
-    num square = num_mul(now->unit, now->unit);
+    arms square = arms_all(num_mul(now->unit, now->unit));
     for (int a = 0; a < s->n; a++) {
         num *drive = s->drive + bodies_row(s, a);
         for (int j = 0; j <= order; j++) drive[(size_t)j * s->stride] = num_of(0);
+        drive[0] = bodies_get(s, PEND_TERM_TORQUE, a);
     }
     for (int i = 0; i < s->terms->harmonics; i++) {
         const struct pend_harmonic *h = &s->terms->harmonic[i];
@@ -78,12 +80,57 @@ static inline void bodies_drive(const struct bodies_system *s, const struct bodi
             bodies_harmonic(s, now, h->at, 0, order, s->drive + bodies_row(s, h->drives),
                             s->stride);
     }
-    for (int a = 0; a < s->n; a++) {
+    for (int a = 0; a < s->n; a += BODIES_ARMS) {
         num *drive = s->drive + bodies_row(s, a);
-        drive[0] = num_add(drive[0], bodies_get(s, PEND_TERM_TORQUE, a));
-        for (int j = 0; j <= order; j++)
-            drive[(size_t)j * s->stride] = num_mul(square, drive[(size_t)j * s->stride]);
+        for (int j = 0; j <= order; j++, drive += s->stride)
+            arms_put(drive, arms_mul(square, arms_get(drive)));
     }
+}
+
+/* the numbers of joints and of the air in units of time; what fills up the last vector of arms has
+ * air of some speed */
+static inline void bodies_scale(const struct bodies_system *s, const struct bodies_moment *now) {
+    num unit = now->unit, square = num_mul(unit, unit);
+    int last = (s->n + BODIES_ARMS - 1) / BODIES_ARMS * BODIES_ARMS;
+    for (int a = 0; a < s->n && s->need & BODIES_JOINTS; a++) {
+        s->damping[a] = num_mul(unit, bodies_get(s, PEND_TERM_DAMPING, a));
+        s->stiffness[a] = num_mul(square, bodies_get(s, PEND_TERM_STIFFNESS, a));
+        s->rest[a] = bodies_get(s, PEND_TERM_REST, a);
+        if (!(s->need & BODIES_GRIP)) continue;
+        s->friction[a] = num_mul(square, bodies_get(s, PEND_TERM_FRICTION, a));
+        s->grip_scale[a] =
+            num_div(num_of(1), num_mul(unit, bodies_get(s, PEND_TERM_FRICTION_SPEED, a)));
+    }
+    for (int a = 0; a < s->n && s->need & BODIES_AIR; a++) {
+        s->air_slow[a] = num_mul(unit, bodies_get(s, PEND_TERM_DRAG, a));
+        s->air_fast[a] = bodies_get(s, PEND_TERM_DRAG_QUADRATIC, a);
+        s->air_least[a] = num_mul(unit, bodies_get(s, PEND_TERM_DRAG_SPEED, a));
+    }
+    for (int a = s->n; a < last; a++) s->air_least[a] = unit;
+}
+
+/* ---- products of series */
+
+/* adds sum_{j <= k} x_j y_{k-j} */
+VEC_INLINE arms bodies_product(const struct bodies_system *s, const num *x, const num *y, int k,
+                               arms sum) {
+    arms other = arms_of(0);
+    y += (size_t)k * s->stride;
+    for (int j = 0; j <= k; j++, x += s->stride, y -= s->stride) {
+        arms swap = arms_fma(arms_get(x), arms_get(y), sum);
+        sum = other, other = swap;
+    }
+    return arms_add(sum, other);
+}
+
+/* sum_{from <= j <= k - from} x_j x_{k-j} */
+VEC_INLINE arms bodies_square(const struct bodies_system *s, const num *x, int k, int from) {
+    const num *y = x + (size_t)(k - from) * s->stride;
+    arms sum = arms_of(0);
+    x += (size_t)from * s->stride;
+    for (; x < y; x += s->stride, y -= s->stride) sum = arms_fma(arms_get(x), arms_get(y), sum);
+    sum = arms_add(sum, sum);
+    return x == y ? arms_fma(arms_get(x), arms_get(x), sum) : sum;
 }
 
 /* ---- torques at the joints */
@@ -96,69 +143,57 @@ VEC_INLINE num bodies_swing(const struct bodies_system *s, int a, int k) {
     return p < 0 ? w : num_sub(w, s->rate[bodies_row(s, p) + at]);
 }
 
-/* tanh of the joint's speed over the friction's, to order k: y' = (1 - y^2) x' */
-static inline num bodies_grip(const struct bodies_system *s, const struct bodies_moment *now, int a,
-                              int k) {
-    size_t row = bodies_row(s, a), stride = s->stride;
-    num scale = num_div(num_of(1), num_mul(bodies_get(s, PEND_TERM_FRICTION_SPEED, a), now->unit));
-    num y = num_of(0);
-    if (!k) {
-        y = num_tanh(num_mul(bodies_swing(s, a, 0), scale));
-    } else {
+/* tanh of the joints' speeds over the friction's, order k, of arms from arm a on: y' = (1 - y^2) x'
+ */
+static inline arms bodies_grip(const struct bodies_system *s, int a, int k) {
+    size_t row = bodies_row(s, a), stride = s->stride, last = row + (size_t)k * stride;
+    arms scale = arms_get(s->grip_scale + a), y = arms_of(0), rest = arms_of(1);
+    if (k) {
         for (int j = 1; j <= k; j++) {
-            num x = num_mul(num_mul(bodies_swing(s, a, j), scale), num_of(j));
-            y = num_fma(x, s->grip_rest[row + (size_t)(k - j) * stride], y);
+            arms x = arms_mul(arms_get(s->swing + row + (size_t)j * stride), arms_of(j));
+            y = arms_fma(x, arms_get(s->grip_rest + last - (size_t)j * stride), y);
         }
-        y = num_div(y, num_of(k));
+        y = arms_mul(y, arms_mul(scale, arms_all(s->share[k - 1])));
+        rest = arms_of(0);
+    } else {
+        y = arms_tanh(arms_mul(arms_get(s->swing + row), scale));
     }
-    s->grip[row + (size_t)k * stride] = y;
-    num rest = num_of(k ? 0 : 1);
-    for (int j = 0; j <= k; j++)
-        rest = num_sub(rest, num_mul(s->grip[row + (size_t)j * stride],
-                                     s->grip[row + (size_t)(k - j) * stride]));
-    s->grip_rest[row + (size_t)k * stride] = rest;
+    arms_put(s->grip + last, y);
+    arms_put(s->grip_rest + last, arms_sub(rest, bodies_square(s, s->grip + row, k, 0)));
     return y;
 }
 
-/* what the friction of the joint of arm a does, order k */
-static inline num bodies_lose(const struct bodies_system *s, const struct bodies_moment *now, int a,
-                              int k) {
-    num loss =
-        num_mul(num_mul(bodies_get(s, PEND_TERM_DAMPING, a), now->unit), bodies_swing(s, a, k));
-    if (s->need & BODIES_GRIP) {
-        num size = num_mul(bodies_get(s, PEND_TERM_FRICTION, a), num_mul(now->unit, now->unit));
-        loss = num_fma(size, bodies_grip(s, now, a, k), loss);
+/* the torques at the joints of arms from arm a on, order k */
+static inline arms bodies_torque(const struct bodies_system *s, int a, int k) {
+    size_t now = bodies_row(s, a) + (size_t)k * s->stride;
+    arms torque = arms_of(0);
+    if (s->need & BODIES_SPRINGS) {
+        arms bent = arms_sub(arms_get(s->bend + a), arms_get(s->rest + a));
+        if (k) bent = arms_mul(arms_get(s->swing + now - s->stride), arms_all(s->share[k - 1]));
+        torque = arms_neg(arms_mul(arms_get(s->stiffness + a), bent));
     }
-    loss = num_neg(loss);
-    s->loss[bodies_row(s, a) + (size_t)k * s->stride] = loss;
-    return loss;
+    if (s->need & BODIES_LOSSES) {
+        arms loss = arms_mul(arms_get(s->damping + a), arms_get(s->swing + now));
+        if (s->need & BODIES_GRIP)
+            loss = arms_fma(arms_get(s->friction + a), bodies_grip(s, a, k), loss);
+        loss = arms_neg(loss);
+        arms_put(s->loss + now, loss);
+        torque = arms_add(torque, loss);
+    }
+    if (s->need & BODIES_DRIVES) torque = arms_add(torque, arms_get(s->drive + now));
+    return torque;
 }
 
-/* what the spring of the joint of arm a does, order k */
-VEC_INLINE num bodies_spring(const struct bodies_system *s, const struct bodies_moment *now, int a,
-                             int k, num share) {
-    num bent = k ? num_mul(bodies_swing(s, a, k - 1), share)
-                 : num_sub(s->bend[a], bodies_get(s, PEND_TERM_REST, a));
-    num stiff = num_mul(bodies_get(s, PEND_TERM_STIFFNESS, a), num_mul(now->unit, now->unit));
-    return num_neg(num_mul(stiff, bent));
-}
-
-/* the sum of all torques on every arm */
-static inline void bodies_couple(const struct bodies_system *s, const struct bodies_moment *now,
-                                 int k) {
-    int stiff = s->terms->row[PEND_TERM_STIFFNESS] >= 0;
-    for (int a = 0; a < s->n; a++) s->couple[a] = num_of(0);
-    if (!stiff && !(s->need & (BODIES_LOSSES | BODIES_DRIVES))) return;
-    num share = num_div(num_of(1), num_of(k ? k : 1));
-    for (int a = 0; a < s->n; a++) {
-        num torque = num_of(0);
+/* the sum of all torques on every arm, order k */
+static inline void bodies_couple(const struct bodies_system *s, int k) {
+    size_t now = (size_t)k * s->stride;
+    for (int a = 0; a < s->n; a++) s->swing[bodies_row(s, a) + now] = bodies_swing(s, a, k);
+    for (int a = 0; a < s->n; a += BODIES_ARMS) arms_put(s->couple + a, bodies_torque(s, a, k));
+    // an arm's own torque is read before its children take theirs from it
+    for (int a = 1; a < s->n; a++) {
         int p = pend_terms_holder(s->terms, s->parent, a);
-        if (stiff) torque = bodies_spring(s, now, a, k, share);
-        if (s->need & BODIES_LOSSES) torque = num_add(torque, bodies_lose(s, now, a, k));
-        if (s->need & BODIES_DRIVES)
-            torque = num_add(torque, s->drive[bodies_row(s, a) + (size_t)k * s->stride]);
-        s->couple[a] = num_add(s->couple[a], torque);
-        if (p >= 0) s->couple[p] = num_sub(s->couple[p], torque);
+        if (p < 0) continue;
+        s->couple[p] = num_sub(s->couple[p], s->couple[a]);
     }
 }
 
@@ -166,153 +201,140 @@ static inline void bodies_couple(const struct bodies_system *s, const struct bod
 
 /* velocities of joints and tips, order k */
 static inline void bodies_move(const struct bodies_system *s, int k) {
-    num more = num_of(k + 1);
+    num more = num_of(k + 1), x = s->slide_x[k], y = s->slide_y[k];
+    size_t now = (size_t)k * s->stride, next = now + s->stride;
     for (int a = 0; a < s->n; a++) {
-        size_t row = bodies_row(s, a) + (size_t)k * s->stride;
+        num C = s->cosine[a], Z = s->sine[a], vx, vy;
         int p = s->parent[a];
-        num x = s->slide_x[k], y = s->slide_y[k];
+        if (p >= 0) x = s->speed_x[p], y = s->speed_y[p];
+        vx = num_fma(C, x, num_mul(Z, y)), vy = num_sub(num_mul(C, y), num_mul(Z, x));
         if (p >= 0) {
-            size_t up = bodies_row(s, p) + (size_t)(k + 1) * s->stride;
+            size_t up = bodies_row(s, p) + next;
             num re = num_mul(more, s->turn_re[up]), im = num_mul(more, s->turn_im[up]);
             if (!p && pend_terms_cart(s->terms)) im = bodies_cart_speed(s, k);
-            num px = s->point_x[a], py = s->point_y[a];
-            x = num_add(s->speed_x[p], num_sub(num_mul(px, re), num_mul(py, im)));
-            y = num_add(s->speed_y[p], num_fma(py, re, num_mul(px, im)));
+            num px = s->place_x[a], py = s->place_y[a];
+            vx = num_add(vx, num_sub(num_mul(px, re), num_mul(py, im)));
+            vy = num_add(vy, num_fma(py, re, num_mul(px, im)));
         }
-        num C = s->cosine[a], Z = s->sine[a];
-        num vx = num_fma(C, x, num_mul(Z, y)), vy = num_sub(num_mul(C, y), num_mul(Z, x));
         s->speed_x[a] = vx, s->speed_y[a] = vy;
-        if (s->need & BODIES_MIST) s->base_way_x[row] = vx, s->base_way_y[row] = vy;
+    }
+    for (int a = 0; a < s->n; a += BODIES_ARMS) {
+        size_t row = bodies_row(s, a) + now;
+        arms vx = arms_get(s->speed_x + a), vy = arms_get(s->speed_y + a);
+        if (s->need & BODIES_MIST) arms_put(s->base_way_x + row, vx);
+        if (s->need & BODIES_MIST) arms_put(s->base_way_y + row, vy);
         if (!(s->need & BODIES_AIR)) continue;
-        num l = num_mul(s->len[a], more);
-        s->way_x[row] = num_fma(l, s->turn_re[row + s->stride], vx);
-        s->way_y[row] = num_fma(l, s->turn_im[row + s->stride], vy);
+        arms l = arms_mul(arms_get(s->len + a), arms_of(k + 1));
+        row += s->stride;
+        vx = arms_fma(l, arms_get(s->turn_re + row), vx);
+        vy = arms_fma(l, arms_get(s->turn_im + row), vy);
+        arms_put(s->way_x + row - s->stride, vx);
+        arms_put(s->way_y + row - s->stride, vy);
     }
 }
 
-/* sqrt(|v|^2 + e^2) of the tip of arm a, order k */
+/* sqrt(|v|^2 + e^2) of the tips of arms from arm a on, order k */
 static inline void bodies_rush(const struct bodies_system *s, const struct bodies_moment *now,
                                int a, int k) {
-    size_t row = bodies_row(s, a), stride = s->stride, last = row + (size_t)k * stride;
-    num least = num_mul(bodies_get(s, PEND_TERM_DRAG_SPEED, a), now->unit);
-    num sum = k ? num_of(0) : num_mul(least, least);
-    for (int j = 0; j <= k; j++) {
-        size_t at = row + (size_t)j * stride, back = row + (size_t)(k - j) * stride;
-        sum = num_fma(s->way_x[at], s->way_x[back], sum);
-        sum = num_fma(s->way_y[at], s->way_y[back], sum);
-    }
-    s->air_size[last] = sum;
+    size_t row = bodies_row(s, a), last = row + (size_t)k * s->stride;
+    arms sum = bodies_square(s, s->way_x + row, k, 0);
+    sum = arms_add(sum, bodies_square(s, s->way_y + row, k, 0));
     if (!k) {
         // the root has the sign of the unit, by which speeds are multiplied: exact, a power of two
-        num square = num_mul(now->unit, now->unit);
-        s->air_part[last] = num_mul(now->unit, num_root(num_div(sum, square)));
+        arms least = arms_get(s->air_least + a), unit = arms_all(now->unit);
+        sum = arms_fma(least, least, sum);
+        arms root = arms_mul(unit, arms_root(arms_div(sum, arms_mul(unit, unit))));
+        arms_put(s->air_part + last, root);
+        arms_put(s->air_share + a, arms_div(arms_of(0.5), root));
         return;
     }
-    for (int j = 1; j < k; j++)
-        sum = num_sub(sum, num_mul(s->air_part[row + (size_t)j * stride],
-                                   s->air_part[row + (size_t)(k - j) * stride]));
-    s->air_part[last] = num_div(sum, num_mul(num_of(2), s->air_part[row]));
+    sum = arms_sub(sum, bodies_square(s, s->air_part + row, k, 1));
+    arms_put(s->air_part + last, arms_mul(sum, arms_get(s->air_share + a)));
 }
 
-/* the air's force on the tip of arm a, order k */
+/* the air's forces on the tips of arms from arm a on, order k */
 static inline void bodies_blow(const struct bodies_system *s, const struct bodies_moment *now,
                                int a, int k) {
-    size_t row = bodies_row(s, a), stride = s->stride, last = row + (size_t)k * stride;
-    num b = num_neg(num_mul(bodies_get(s, PEND_TERM_DRAG, a), now->unit));
-    num x = num_mul(b, s->way_x[last]), y = num_mul(b, s->way_y[last]);
+    size_t row = bodies_row(s, a), last = row + (size_t)k * s->stride;
+    arms b = arms_get(s->air_slow + a), none = arms_of(0);
+    arms x = arms_mul(b, arms_get(s->way_x + last)), y = arms_mul(b, arms_get(s->way_y + last));
     if (s->need & BODIES_FAST_AIR) {
-        num fx = num_of(0), fy = num_of(0), d = bodies_get(s, PEND_TERM_DRAG_QUADRATIC, a);
+        arms d = arms_get(s->air_fast + a);
         bodies_rush(s, now, a, k);
-        for (int j = 0; j <= k; j++) {
-            num r = s->air_part[row + (size_t)j * stride];
-            size_t back = row + (size_t)(k - j) * stride;
-            fx = num_fma(r, s->way_x[back], fx);
-            fy = num_fma(r, s->way_y[back], fy);
-        }
-        x = num_sub(x, num_mul(d, fx));
-        y = num_sub(y, num_mul(d, fy));
+        x = arms_fma(d, bodies_product(s, s->air_part + row, s->way_x + row, k, none), x);
+        y = arms_fma(d, bodies_product(s, s->air_part + row, s->way_y + row, k, none), y);
     }
-    s->drag_x[a] = s->air_x[last] = x;
-    s->drag_y[a] = s->air_y[last] = y;
+    x = arms_neg(x), y = arms_neg(y);
+    arms_put(s->drag_x + a, x);
+    arms_put(s->drag_y + a, y);
+    arms_put(s->air_x + last, x);
+    arms_put(s->air_y + last, y);
 }
 
 /* all that acts on the arms, order k */
 static inline void bodies_load(const struct bodies_system *s, const struct bodies_moment *now,
                                int k) {
-    bodies_couple(s, now, k);
+    if (s->need & BODIES_JOINTS) bodies_couple(s, k);
     if (s->need & (BODIES_AIR | BODIES_MIST)) bodies_move(s, k);
-    for (int a = 0; a < s->n && s->need & BODIES_AIR; a++) bodies_blow(s, now, a, k);
+    for (int a = 0; a < s->n && s->need & BODIES_AIR; a += BODIES_ARMS) bodies_blow(s, now, a, k);
 }
 
 /* ---- power */
 
-/* adds sum_{j <= k} a_j b_{k-j} to coefficient k, both with the stride of series */
-static inline num bodies_product(const struct bodies_system *s, const num *a, const num *b, int k,
-                                 num sum) {
-    for (int j = 0; j <= k; j++)
-        sum = num_fma(a[(size_t)j * s->stride], b[(size_t)(k - j) * s->stride], sum);
-    return sum;
-}
-
+/* most orders of a series */
 #ifdef NUMBER_QUAD_DOUBLE
 enum { BODIES_ORDERS = 80 };
 #else
 enum { BODIES_ORDERS = 48 };
 #endif
 
-/* adds the power of the torques of all joints, orders 0 .. order - 1: what `torque` gives to an arm
- * less what it takes from the parent. Each arm's share is summed in the arms' order. */
-static inline void bodies_effort(const struct bodies_system *s, const num *torque, int order,
-                                 num sum[]) {
-    assert(order <= BODIES_ORDERS);
-    for (int a = 0; a < s->n; a += BODIES_ARMS) {
-        num swing[BODIES_ORDERS][BODIES_ARMS];
-        const num *own = torque + bodies_row(s, a);
-        int count = s->n - a < BODIES_ARMS ? s->n - a : BODIES_ARMS;
-        for (int j = 0; j < order; j++)
-            for (int i = 0; i < BODIES_ARMS; i++)
-                swing[j][i] = i < count ? bodies_swing(s, a + i, j) : num_of(0);
-        for (int k = 0; k < order; k++) {
-            num share[BODIES_ARMS];
-            arms all = arms_of(0);
-            for (int j = 0; j <= k; j++)
-                all = arms_fma(arms_get(own + (size_t)j * s->stride), arms_get(swing[k - j]), all);
-            arms_put(share, all);
-            for (int i = 0; i < count; i++) sum[k] = num_add(sum[k], share[i]);
-        }
-    }
-}
-
-/* half of what drag_per_mass takes over gamma, order k: sum of m |v|^2 of all masses of arm a. The
- * body's frame turns with u: |v_b|^2 M + 2 Re(conj(v_b) h u') + J phi'^2. */
-static inline num bodies_sweep(const struct bodies_system *s, int a, int k, num sum) {
+/* half of what drag_per_mass takes over gamma, order k, of arms from arm a on: sum of m |v|^2 of
+ * all masses of an arm. The body's frame turns with u: |v_b|^2 M + 2 Re(conj(v_b) h u') + J phi'^2.
+ */
+static inline arms bodies_sweep(const struct bodies_system *s, int a, int k) {
     size_t row = bodies_row(s, a), stride = s->stride;
     const num *x = s->base_way_x + row, *y = s->base_way_y + row;
-    num square = bodies_product(s, y, y, k, bodies_product(s, x, x, k, num_of(0)));
-    sum = num_fma(s->body[a], square, sum);
-    sum =
-        num_fma(s->inertia[a], bodies_product(s, s->rate + row, s->rate + row, k, num_of(0)), sum);
+    arms square = arms_add(bodies_square(s, x, k, 0), bodies_square(s, y, k, 0));
+    arms spin = bodies_square(s, s->rate + row, k, 0), part = arms_of(0), other = arms_of(0);
     for (int j = 0; j <= k; j++) {
-        size_t at = row + (size_t)(j + 1) * stride;
-        num re = num_mul(num_of(j + 1), s->turn_re[at]),
-            im = num_mul(num_of(j + 1), s->turn_im[at]);
-        if (!a && pend_terms_cart(s->terms)) im = bodies_cart_speed(s, j);
-        num hx = num_sub(num_mul(s->moment_x[a], re), num_mul(s->moment_y[a], im));
-        num hy = num_fma(s->moment_x[a], im, num_mul(s->moment_y[a], re));
-        size_t back = (size_t)(k - j) * stride;
-        num part = num_fma(x[back], hx, num_mul(y[back], hy));
-        sum = num_fma(num_of(2), part, sum);
+        size_t at = row + (size_t)(j + 1) * stride, back = (size_t)(k - j) * stride;
+        arms re = arms_mul(arms_of(j + 1), arms_get(s->turn_re + at));
+        arms im = arms_mul(arms_of(j + 1), arms_get(s->turn_im + at));
+        arms vx = arms_get(x + back), vy = arms_get(y + back);
+        part = arms_fma(vy, im, arms_fma(vx, re, part));
+        other = arms_sub(arms_fma(vy, re, other), arms_mul(vx, im));
     }
-    return sum;
+    part = arms_fma(arms_get(s->moment_y + a), other, arms_mul(arms_get(s->moment_x + a), part));
+    spin = arms_mul(arms_get(s->inertia + a), spin);
+    return arms_add(arms_fma(arms_get(s->body + a), square, spin), arms_add(part, part));
+}
+
+/* adds to order k what arms from arm a on give, in the arms' order */
+VEC_INLINE void bodies_gain(const struct bodies_system *s, int a, arms all, num *sum) {
+    num part[BODIES_ARMS];
+    arms_put(part, all);
+    for (int i = 0; i < BODIES_ARMS && a + i < s->n; i++) *sum = num_add(*sum, part[i]);
+}
+
+/* the heat that friction and the air take of arms from arm a on, order k */
+static inline arms bodies_taken(const struct bodies_system *s, int a, int k, arms twice) {
+    size_t row = bodies_row(s, a);
+    arms heat = arms_of(0);
+    if (s->need & BODIES_LOSSES) heat = bodies_product(s, s->loss + row, s->swing + row, k, heat);
+    if (s->need & BODIES_AIR) {
+        heat = bodies_product(s, s->air_x + row, s->way_x + row, k, heat);
+        heat = bodies_product(s, s->air_y + row, s->way_y + row, k, heat);
+    }
+    heat = arms_neg(heat);
+    return s->need & BODIES_MIST ? arms_fma(twice, bodies_sweep(s, a, k), heat) : heat;
 }
 
 /* the pivot's power, order k: Re(conj(F) z'), F the force that it exerts */
-static inline num bodies_haul(const struct bodies_system *s, const num *force_x, const num *force_y,
-                              int k) {
+static inline num bodies_haul(const struct bodies_system *s, int k) {
     num sum = num_of(0);
     for (int j = 0; j <= k; j++) {
-        sum = num_fma(force_x[j], s->slide_x[k - j], sum);
-        sum = num_fma(force_y[j], s->slide_y[k - j], sum);
+        sum = num_fma(s->haul_x[j], s->slide_x[k - j], sum);
+        sum = num_fma(s->haul_y[j], s->slide_y[k - j], sum);
     }
     return sum;
 }
@@ -323,24 +345,24 @@ static inline num bodies_haul(const struct bodies_system *s, const num *force_x,
  */
 static inline void bodies_power(const struct bodies_system *s, num unit, int order, num work[],
                                 num heat[]) {
-    num twice = num_mul(num_mul(num_of(2), bodies_one(s, PEND_TERM_DRAG_PER_MASS)), unit);
+    num mist = num_mul(num_of(2), bodies_one(s, PEND_TERM_DRAG_PER_MASS));
+    num cart = num_mul(num_of(2), num_mul(mist, unit));
+    arms twice = arms_all(num_mul(mist, unit));
+    int driven = s->need & BODIES_PIVOT;
+    assert(order >= 1 && order <= BODIES_ORDERS);
     for (int k = 0; k < order; k++) {
-        work[k] = bodies_haul(s, s->haul_x, s->haul_y, k);
+        work[k] = driven ? bodies_haul(s, k) : num_of(0);
         heat[k] = num_of(0);
-    }
-    if (s->need & BODIES_DRIVES) bodies_effort(s, s->drive, order, work);
-    if (s->need & BODIES_LOSSES) bodies_effort(s, s->loss, order, heat);
-    for (int k = 0; k < order; k++) {
-        num taken = heat[k], mist = num_of(0);
-        for (int a = 0; a < s->n; a++) {
+        for (int a = 0; a < s->n; a += BODIES_ARMS) {
             size_t row = bodies_row(s, a);
-            if (s->need & BODIES_AIR) {
-                taken = bodies_product(s, s->air_x + row, s->way_x + row, k, taken);
-                taken = bodies_product(s, s->air_y + row, s->way_y + row, k, taken);
-            }
-            if (s->need & BODIES_MIST) mist = bodies_sweep(s, a, k, mist);
+            if (s->need & BODIES_DRIVES)
+                bodies_gain(s, a, bodies_product(s, s->drive + row, s->swing + row, k, arms_of(0)),
+                            &work[k]);
+            if (s->need & (BODIES_LOSSES | BODIES_AIR | BODIES_MIST))
+                bodies_gain(s, a, bodies_taken(s, a, k, twice), &heat[k]);
         }
-        heat[k] = num_sub(num_mul(twice, mist), taken);
+        if (s->need & BODIES_MIST && pend_terms_cart(s->terms))
+            heat[k] = num_fma(cart, bodies_cart_sweep(s, k), heat[k]);
     }
 }
 

@@ -33,10 +33,12 @@ static void kernel_orders(const struct bodies_system *s, const struct bodies_sta
     bodies_orders(s, &now, order);
 }
 
+static void kernel_forces(const struct bodies_system *s, int order) { bodies_forces(s, order); }
+
 static void kernel_power(const struct bodies_system *s, double unit, int order, double work[],
                          double heat[]) {
     bodies_power(s, unit, order, work, heat);
 }
 
-const struct bodies_kernel KERNEL_NAME(pend_kernel_bodies_) = {.orders = kernel_orders,
-                                                               .power = kernel_power};
+const struct bodies_kernel KERNEL_NAME(pend_kernel_bodies_) = {
+    .orders = kernel_orders, .forces = kernel_forces, .power = kernel_power};

@@ -17,7 +17,7 @@ struct bodies_state {
 
 struct bodies_kernel {
     /**
-     * All orders: rate_1 .. rate_order and force_0 .. force_{order - 1}, in powers of t / unit.
+     * All orders: rate_1 .. rate_order and force_0, in powers of t / unit.
      *
      * system  arrays padded to eight arms; len, mass and value are there.
      * unit    s, a power of two of either sign.
@@ -25,6 +25,9 @@ struct bodies_kernel {
      */
     void (*orders)(const struct bodies_system *system, const struct bodies_state *state,
                    double gravity, double unit, int order);
+    /** The forces along the arms of the other orders, 1 .. order - 1, after `orders`. O(n
+     * order^2). */
+    void (*forces)(const struct bodies_system *system, int order);
     /**
      * The work of drives and the heat of friction per unit of time, as series of the same powers,
      * after `orders`: the coefficients of order 0 .. order - 1, J times unit^2. O(n order^2).

@@ -145,6 +145,7 @@ static double derivatives_expand(const struct derivatives_pass *pass, double log
     derivatives_start(&s, derivatives_number(pass->phi), derivatives_number(pass->phi_low),
                       derivatives_number(pass->rate), unit);
     bodies_orders(&s, &now, pass->order);
+    bodies_forces(&s, pass->order);
     if (!derivatives_finite(&s, pass->order)) return NAN;
     return derivatives_reach(&s, pass->order, log_rtol, log_atol);
 }

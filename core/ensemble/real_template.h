@@ -52,10 +52,12 @@ static void real_bend(const struct bodies_system *b, const num phi[], const num 
  * order 0 if they are wanted */
 static void real_orders(const struct jets_system *s, const struct bodies_system *b,
                         const struct bodies_moment *now, int order, int forces) {
-    if (s->n <= DENSE_MAX && jets_loads_known(b->terms))
+    if (s->n <= DENSE_MAX && jets_loads_known(b->terms)) {
         lanes_orders(s, b, now, order, forces);
-    else
-        bodies_orders(b, now, order);
+        return;
+    }
+    bodies_orders(b, now, order);
+    if (forces) bodies_forces(b, order);
 }
 
 /* the series of a state */

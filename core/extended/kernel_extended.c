@@ -121,6 +121,7 @@ static void extended_bodies(const struct extended_lanes *lanes, const struct jet
     if (pend_terms_cart(b.terms))
         bodies_cart_start(&b, lane_pair(lanes->from.phi, lanes->from.phi_low, 0));
     bodies_orders(&b, &now, lanes->order);
+    bodies_forces(&b, lanes->order);
 }
 
 /* ---- the step */

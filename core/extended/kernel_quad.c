@@ -247,6 +247,7 @@ static void quad_bodies(const struct quad_series *q, const struct jets_system *s
     }
     if (pend_terms_cart(b.terms)) bodies_cart_start(&b, quad_get(q->phi, 0));
     bodies_orders(&b, &now, q->order);
+    bodies_forces(&b, q->order);
 }
 
 static double quad_expand(const struct quad_series *q, double log_rtol, double log_atol) {

@@ -121,8 +121,10 @@ static void conserved_place(const struct conserved *c, const num phi[], const nu
 static void conserved_rates(const struct conserved *c, const num momentum[], num rate[]) {
     const struct bodies_system *b = &c->body;
     for (int k = 0; k < b->n; k++) {
-        b->asked_x[k] = b->asked_y[k] = b->pulled[k] = num_of(0);
+        b->pulled[k] = num_of(0);
         b->answer[k] = momentum[k];
+        b->asked_x[k] = b->lever_x[k] * momentum[k];
+        b->asked_y[k] = b->lever_y[k] * momentum[k];
     }
     bodies_up(b);
     bodies_down(b, 0);

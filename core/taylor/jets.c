@@ -244,7 +244,10 @@ void pend_jets_values(const struct pend_jets *jets, int order, const double x[],
                       double unit, const struct jets_state *from,
                       const struct jets_values *values) {
     assert(jets_valid(jets) && count >= 0 && values->phi && values->rate);
-    if (values->force) pend_jets_forces(jets);
+    if (jets->general && values->force)
+        pend_kernel_bodies()->forces(&jets->bodies, order);
+    else if (values->force)
+        pend_jets_forces(jets);
     jets_kernel(jets->isa)->values(&jets->system, order, x, count, unit, from, values);
 }
 

@@ -72,7 +72,8 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
                     const struct pend_loads *loads, int order_cap, void *memory);
 
 /**
- * Expands the motion about a state.
+ * Expands the motion about a state. Of a real pendulum only order 0 of the forces is there then:
+ * pend_jets_values forms the others where it is asked for forces.
  *
  * The order-0 system is factorized once; each order then costs four real convolutions an arm and
  * two sweeps.

@@ -93,14 +93,15 @@ VEC_INLINE int lanes_couple(const struct lanes_loads *x, int k) {
         num torque = num_of(0);
         int p = b->parent[a];
         size_t at = bodies_row(b, a) + (size_t)k * b->stride;
+        b->swing[at] = bodies_swing(b, a, k);
         if (drives) torque = b->drive[at];
         if (losses >= 0) {
-            num loss = num_neg(b->value[losses + a] * x->now.unit * bodies_swing(b, a, k));
+            num loss = num_neg(b->value[losses + a] * x->now.unit * b->swing[at]);
             b->loss[at] = loss;
             torque += loss;
         }
         if (springs >= 0) {
-            num bent = k ? bodies_swing(b, a, k - 1) * x->s->share[k - 1]
+            num bent = k ? b->swing[at - b->stride] * x->s->share[k - 1]
                          : b->bend[a] - b->value[row[PEND_TERM_REST] + a];
             torque -= b->value[springs + a] * (x->now.unit * x->now.unit) * bent;
         }

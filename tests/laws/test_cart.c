@@ -167,6 +167,6 @@ TEST(law_down_a_slope_without_friction_all_falls_alike_and_the_rail_carries_the_
         carried = fmax(carried, fabs(r.reaction[i] / (5 * 9.81 * cos(slope)) - 1));
     }
     CHECK_RESIDUAL(worst, 1e-13, "place and angles");
-    CHECK_RESIDUAL(carried, 1e-13, "force across the rail");
+    CHECK_SAYING(carried < 1e-14, "force across the rail: %g", carried);
     rig_close(&r);
 }

@@ -81,7 +81,8 @@ TEST(a_bar_swings_as_a_uniform_bar_does) {
     CHECK_RESIDUAL(gap, 1e-9, "a uniform bar's small swing");
 }
 
-/* heat is what is lost: each method as near as its tolerance */
+/* heat is what is lost: each method as near as its tolerance; those to round-off may agree in all
+ * digits */
 TEST(every_method_knows_work_and_heat_and_the_balance_is_its_check) {
     static const struct {
         const char *method;
@@ -110,7 +111,7 @@ TEST(every_method_knows_work_and_heat_and_the_balance_is_its_check) {
         CHECK(test_reply_number(&reply, "/exchange/heat/0") == 0 && heat > 0.02 &&
               fabs(work) > 0.02);
         double gap = fmax(fabs(given / work - 1), fabs(lost / heat - 1));
-        CHECK_SAYING(gap <= of[i].gap && drift < of[i].drift && (i == 6 || gap > 0),
+        CHECK_SAYING(gap <= of[i].gap && drift < of[i].drift && (i >= 4 || gap > 0),
                      "%s: %g, drift %g", of[i].method, gap, drift);
         test_reply_free(&reply);
     }

@@ -317,7 +317,7 @@ TEST(derivatives_obey_a_change_of_units) {
         }
         test_tree_clear(&t);
     }
-    CHECK_RESIDUAL(worst, 1e-12, "sums of scaled derivatives");
+    CHECK_RESIDUAL(worst, 1e-13, "sums of scaled derivatives");
 }
 
 /* the largest exponent is the growth of the derivatives by the state */

@@ -1,0 +1,132 @@
+/* What the general kernel computes for several arms at once, or for one where a number is many
+ * already, and the functions of one number that it needs beyond arithmetic: a bound, the square
+ * root, the hyperbolic tangent.
+ * Leaves to others: arithmetic (number), drives (bodies_number).
+ * Invariant: an arm's result does not depend on other arms, nor on the width of vectors. */
+#ifndef PEND_BODIES_ARMS_H
+#define PEND_BODIES_ARMS_H
+
+#include <math.h>
+
+#include "core/simd/number.h"
+
+/* what is computed for several arms at once */
+#if defined NUMBER_VEC && NUMBER_VEC == 1
+enum { BODIES_ARMS = WIDE };
+typedef wide arms;
+#define arms_of wide_of
+#define arms_all wide_of
+#define arms_fma wide_fma
+#define arms_get wide_load
+VEC_INLINE arms arms_add(arms x, arms y) { return x + y; }
+VEC_INLINE arms arms_sub(arms x, arms y) { return x - y; }
+VEC_INLINE arms arms_mul(arms x, arms y) { return x * y; }
+VEC_INLINE arms arms_div(arms x, arms y) { return x / y; }
+VEC_INLINE arms arms_neg(arms x) { return -x; }
+VEC_INLINE void arms_put(num *at, arms x) { memcpy(at, &x, sizeof x); }
+#else
+enum { BODIES_ARMS = 1 };
+typedef num arms;
+#define arms_of num_of
+#define arms_fma num_fma
+#define arms_add num_add
+#define arms_sub num_sub
+#define arms_mul num_mul
+#define arms_div num_div
+#define arms_neg num_neg
+VEC_INLINE arms arms_all(num x) { return x; }
+VEC_INLINE arms arms_get(const num *at) { return *at; }
+VEC_INLINE void arms_put(num *at, arms x) { *at = x; }
+#endif
+
+#if defined NUMBER_VEC && NUMBER_VEC == 1
+
+static inline arms arms_limit(arms x, double bound) {
+    return WIDE_(min)(WIDE_(max)(x, wide_of(-bound)), wide_of(bound));
+}
+
+static inline arms arms_root(arms x) {
+    for (int i = 0; i < WIDE; i++) x[i] = sqrt(x[i]);
+    return x;
+}
+
+#elif defined NUMBER_VEC
+
+static inline arms arms_limit(arms x, double bound) {
+    return NUM_(min)(NUM_(max)(x, num_of(-bound)), num_of(bound));
+}
+
+static inline arms arms_root(arms x) {
+    for (int i = 0; i < NUMBER_VEC; i++) x[i] = sqrt(x[i]);
+    return x;
+}
+
+#elif defined NUMBER_TANGENT
+
+static inline arms arms_limit(arms x, double bound) {
+    double value = x.part[0][0];
+    return fabs(value) <= bound ? x : num_of(copysign(bound, value));
+}
+
+static inline arms arms_root(arms x) {
+    double root = sqrt(x.part[0][0]);
+    return tangent_chain(x, root, 0.5 / root);
+}
+
+#elif defined NUMBER_DOUBLE_DOUBLE
+
+static inline arms arms_limit(arms x, double bound) {
+    for (int i = 0; i < KERNEL_WIDTH; i++) {
+        if (x.high[i] > bound) x.high[i] = bound, x.low[i] = 0;
+        if (x.high[i] < -bound) x.high[i] = -bound, x.low[i] = 0;
+    }
+    return x;
+}
+
+static inline num arms_root_near(num x) {
+    num root = num_of(0);
+    for (int i = 0; i < KERNEL_WIDTH; i++) root.high[i] = sqrt(x.high[i]);
+    return root;
+}
+
+#elif defined NUMBER_QUAD_DOUBLE
+
+static inline arms arms_limit(arms x, double bound) {
+    if (x.part[0] > bound) return num_of(bound);
+    return x.part[0] < -bound ? num_of(-bound) : x;
+}
+
+static inline num arms_root_near(num x) { return num_of(sqrt(x.part[0])); }
+
+#endif
+
+#if defined NUMBER_VEC || defined NUMBER_TANGENT
+enum { ARMS_TANH_DEPTH = 9 };
+static const double arms_tanh_bound = 20;
+#else
+/** The square root of a number above 0, by two of Newton's steps from that of a double. */
+static inline arms arms_root(arms x) {
+    num r = arms_root_near(x);
+    for (int i = 0; i < 3; i++) r = num_mul(num_of(0.5), num_add(r, num_div(x, r)));
+    return r;
+}
+
+enum { ARMS_TANH_DEPTH = 16 };
+static const double arms_tanh_bound = 80;
+#endif
+
+/**
+ * The hyperbolic tangent: of a 4096th of x by its continued fraction, then doubled twelve times,
+ * which adds no more than a rounding each and loses none of the relative accuracy.
+ */
+static inline arms arms_tanh(arms x) {
+    enum { DOUBLINGS = 12 };
+    arms t = arms_mul(arms_limit(x, arms_tanh_bound), arms_of(1.0 / (1 << DOUBLINGS)));
+    arms z = arms_mul(t, t), f = arms_of(2 * ARMS_TANH_DEPTH + 1);
+    for (int j = ARMS_TANH_DEPTH - 1; j >= 0; j--) f = arms_add(arms_of(2 * j + 1), arms_div(z, f));
+    t = arms_div(t, f);
+    for (int i = 0; i < DOUBLINGS; i++) t = arms_div(arms_add(t, t), arms_fma(t, t, arms_of(1)));
+    return t;
+}
+
+#endif

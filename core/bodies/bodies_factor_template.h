@@ -1,0 +1,284 @@
+/* The tree system of a real pendulum's orders: what every arm with all that it carries opposes to
+ * its base, and what the sweeps of an order multiply by. For any kind of number, once a step.
+ * Leaves to others: the orders (bodies_template, whose head has the derivation).
+ * Invariant: where masses are points on massless arms no number is the difference of two that are
+ * alike, so that no ratio of masses costs digits.
+ *
+ * N = 1 - e X^T is what remains of an acceleration at a point p when its arm gives way; D N is
+ *     sum of m (|p'|^2 - e e'^T) over the arm's own masses, sum of (<e', w> - e w^T) over children,
+ * w = P e', P = R Phi R^T of a child at p', e' = i p'. A mass or a child at p itself leaves nothing
+ * of what is across, which the difference in brackets would only give to rounding: for it
+ *     <e, w> - e w^T = -(i w) p^T,   and of a child's own w   R^T i w = -adj(Phi) place;
+ * for the arm's own masses, of center c, it is their I_c + M c c^T - (e - i c) (i h)^T.
+ * Phi is formed without a difference too: a body alone has M / J (I_c + M c c^T), and a child adds
+ * N^T (D P + det P p p^T) N / (D + <e, P e>), which is what its own form leaves when the arm gives
+ * way (Woodbury). The force that a child asks, beta, counts N^T R beta for the parent. */
+#ifndef PEND_BODIES_FACTOR_TEMPLATE_H
+#define PEND_BODIES_FACTOR_TEMPLATE_H
+
+#include "core/bodies/bodies_arms.h"
+#include "core/bodies/bodies_number.h"
+#include "core/bodies/bodies_system.h"
+
+/* the number of a term of arm k, 0 where there is none */
+VEC_INLINE num bodies_get(const struct bodies_system *s, enum pend_term_row row, int k) {
+    return s->terms->row[row] < 0 ? num_of(0) : s->value[s->terms->row[row] + k];
+}
+
+VEC_INLINE num bodies_one(const struct bodies_system *s, enum pend_term_one one) {
+    return s->terms->one[one] < 0 ? num_of(0) : s->value[s->terms->one[one]];
+}
+
+#include "core/bodies/cart_template.h"
+
+/* a body of a mass at x + i y joins those of an arm: `body`, first moment so far, and the inertia
+ * about the common center, to which a pair adds m m' |c - c'|^2 / (m + m') */
+struct bodies_heap {
+    num mass, x, y, spread;
+};
+
+static inline void bodies_heap_add(struct bodies_heap *heap, num mass, num x, num y, num inertia) {
+    num sum = num_add(heap->mass, mass), least = num_of(1e-250);
+    num part = num_div(mass, num_add(sum, least));
+    num dx = num_sub(x, heap->x), dy = num_sub(y, heap->y);
+    num square = num_fma(dx, dx, num_mul(dy, dy));
+    heap->spread = num_add(heap->spread, inertia);
+    heap->spread = num_fma(num_mul(heap->mass, part), square, heap->spread);
+    heap->x = num_fma(part, dx, heap->x);
+    heap->y = num_fma(part, dy, heap->y);
+    heap->mass = sum;
+}
+
+/* an arm alone: M, h, J, and its form */
+static inline void bodies_alone(const struct bodies_system *s, int k) {
+    num l = s->len[k], zero = num_of(0), rod = bodies_get(s, PEND_TERM_ROD, k);
+    struct bodies_heap heap = {s->mass[k], l, zero, zero};
+    if (!k && pend_terms_cart(s->terms)) heap.x = s->point_x[0], heap.y = s->point_y[0];
+    if (s->terms->row[PEND_TERM_ROD] >= 0)
+        bodies_heap_add(&heap, rod, num_mul(l, num_of(0.5)), zero,
+                        num_div(num_mul(rod, num_mul(l, l)), num_of(12)));
+    if (s->terms->row[PEND_TERM_BODY] >= 0)
+        bodies_heap_add(&heap, bodies_get(s, PEND_TERM_BODY, k),
+                        bodies_get(s, PEND_TERM_CENTER_X, k), bodies_get(s, PEND_TERM_CENTER_Y, k),
+                        bodies_get(s, PEND_TERM_INERTIA, k));
+    num M = heap.mass, hx = num_mul(M, heap.x), hy = num_mul(M, heap.y);
+    num across = num_fma(hy, heap.y, heap.spread);
+    num J = num_fma(hx, heap.x, across), inverse = num_div(num_of(1), J);
+    num part = num_mul(M, inverse);
+    s->body[k] = M, s->moment_x[k] = hx, s->moment_y[k] = hy;
+    s->inertia[k] = s->total[k] = J;
+    s->inv_total[k] = inverse;
+    s->center_x[k] = heap.x, s->center_y[k] = heap.y, s->spread[k] = heap.spread;
+    s->form_xx[k] = num_mul(part, num_fma(hx, heap.x, heap.spread));
+    s->form_xy[k] = num_mul(part, num_mul(hx, heap.y));
+    s->form_yy[k] = num_mul(part, across);
+    s->form_det[k] = num_mul(num_mul(M, part), heap.spread);
+    s->pull_x[k] = s->pull_y[k] = s->hang_x[k] = s->hang_y[k] = s->hang_e[k] = zero;
+    s->late_x[k] = s->late_y[k] = s->other_x[k] = s->other_y[k] = s->other_e[k] = zero;
+    s->draw_x[k] = hx, s->draw_y[k] = hy, s->twist[k] = zero;
+}
+
+/* non-zero if arm k hangs elsewhere than where its siblings do by default: at the tip, or on a
+ * cart */
+VEC_INLINE int bodies_hung(const struct bodies_system *s, int k) {
+    return s->terms->hung[k] && !(s->parent[k] == 0 && pend_terms_cart(s->terms));
+}
+
+/* where arm k hangs on its parent, in the parent's frame and in its own */
+static inline void bodies_point(const struct bodies_system *s, int k) {
+    int p = s->parent[k];
+    num x = p < 0 ? num_of(0) : s->len[p], y = num_of(0), C = s->cosine[k], Z = s->sine[k];
+    if (p <= 0 && pend_terms_cart(s->terms)) {
+        if (p < 0) bodies_cart_point(s);
+        x = s->point_x[0], y = s->point_y[0];
+    } else if (s->terms->hung[k]) {
+        x = s->value[s->terms->row[PEND_TERM_AT_X] + k];
+        y = s->value[s->terms->row[PEND_TERM_AT_Y] + k];
+    }
+    s->point_x[k] = x, s->point_y[k] = y;
+    s->place_x[k] = num_fma(C, x, num_mul(Z, y));
+    s->place_y[k] = num_sub(num_mul(C, y), num_mul(Z, x));
+}
+
+/* a matrix; children's w, and the sum of <e, w> */
+struct bodies_matrix {
+    num xx, xy, yx, yy;
+};
+
+struct bodies_pull {
+    num x, y, e;
+};
+
+/* D N of a point of arm p: of the arm alone, of children at the same point, and of others */
+static inline struct bodies_matrix bodies_remains(const struct bodies_system *s, int p, num x,
+                                                  num y, const struct bodies_pull *same,
+                                                  const struct bodies_pull *other) {
+    num hx = s->moment_x[p], hy = s->moment_y[p], cx = s->center_x[p], cy = s->center_y[p];
+    num dx = num_sub(x, cx), dy = num_sub(y, cy), spread = s->spread[p];
+    struct bodies_matrix N = {
+        num_fma(hx, cx, num_sub(spread, num_mul(dy, hy))),
+        num_fma(hx, cy, num_mul(dy, hx)),
+        num_fma(hy, cx, num_mul(dx, hy)),
+        num_fma(hy, cy, num_sub(spread, num_mul(dx, hx))),
+    };
+    N.xx = num_add(num_fma(y, other->x, other->e), num_fma(x, same->y, N.xx));
+    N.xy = num_fma(y, num_add(same->y, other->y), N.xy);
+    N.yx = num_sub(N.yx, num_mul(x, num_add(same->x, other->x)));
+    N.yy = num_sub(N.yy, num_mul(y, same->x));
+    N.yy = num_add(N.yy, num_sub(other->e, num_mul(x, other->y)));
+    return N;
+}
+
+/* of the children of arm p that have joined: those at the tip, the others, and all */
+static inline struct bodies_pull bodies_at_tip(const struct bodies_system *s, int p) {
+    return (struct bodies_pull){s->pull_x[p], s->pull_y[p], num_mul(s->len[p], s->pull_y[p])};
+}
+
+static inline struct bodies_pull bodies_off_tip(const struct bodies_system *s, int p) {
+    return (struct bodies_pull){s->hang_x[p], s->hang_y[p], s->hang_e[p]};
+}
+
+static inline struct bodies_pull bodies_both(struct bodies_pull a, struct bodies_pull b) {
+    return (struct bodies_pull){num_add(a.x, b.x), num_add(a.y, b.y), num_add(a.e, b.e)};
+}
+
+static const struct bodies_pull bodies_none;
+
+/* what remains of an acceleration where arm c hangs, its siblings so far being there, times D */
+static inline struct bodies_matrix bodies_before(const struct bodies_system *s, int c, int p) {
+    struct bodies_pull tip = bodies_at_tip(s, p), off = bodies_off_tip(s, p);
+    num x = s->point_x[c], y = s->point_y[c];
+    struct bodies_pull early = bodies_hung(s, c) ? off : tip, all = bodies_both(tip, off);
+    s->early_x[c] = early.x, s->early_y[c] = early.y, s->early_e[c] = early.e;
+    if (bodies_hung(s, c)) return bodies_remains(s, p, x, y, &bodies_none, &all);
+    return bodies_remains(s, p, x, y, &tip, &off);
+}
+
+/* the child's form as the parent's base feels it: N^T W N, D N given, W = (D P + det P p p^T) over
+ * the new D; joins the parent's */
+static inline void bodies_form(const struct bodies_system *s, int p, const struct bodies_matrix *W,
+                               const struct bodies_matrix *remains, num det) {
+    num before = s->inv_total[p];
+    struct bodies_matrix N = {num_mul(remains->xx, before), num_mul(remains->xy, before),
+                              num_mul(remains->yx, before), num_mul(remains->yy, before)};
+    num Vxx = num_fma(W->xx, N.xx, num_mul(W->xy, N.yx));
+    num Vxy = num_fma(W->xx, N.xy, num_mul(W->xy, N.yy));
+    num Vyx = num_fma(W->xy, N.xx, num_mul(W->yy, N.yx));
+    num Vyy = num_fma(W->xy, N.xy, num_mul(W->yy, N.yy));
+    num Uxx = num_fma(N.xx, Vxx, num_mul(N.yx, Vyx));
+    num Uyy = num_fma(N.xy, Vxy, num_mul(N.yy, Vyy));
+    num Uxy = num_fma(N.xx, Vxy, num_mul(N.yx, Vyy));
+    num det_N = num_sub(num_mul(N.xx, N.yy), num_mul(N.xy, N.yx));
+    num det_U = num_mul(det, num_mul(det_N, det_N));
+    num F = s->form_xx[p], G = s->form_xy[p], H = s->form_yy[p];
+    num mixed = num_sub(num_fma(F, Uyy, num_mul(H, Uxx)), num_mul(num_of(2), num_mul(G, Uxy)));
+    s->form_det[p] = num_add(s->form_det[p], num_add(det_U, mixed));
+    s->form_xx[p] = num_add(F, Uxx);
+    s->form_xy[p] = num_add(G, Uxy);
+    s->form_yy[p] = num_add(H, Uyy);
+}
+
+/* the child c, whose form is complete, joins arm p */
+static inline void bodies_join(const struct bodies_system *s, int c, int p) {
+    num C = s->cosine[c], Z = s->sine[c], px = s->point_x[c], py = s->point_y[c];
+    num A = s->form_xx[c], B = s->form_xy[c], E = s->form_yy[c], det = s->form_det[c];
+    // P = R Phi R^T
+    num AC = num_sub(num_mul(A, C), num_mul(B, Z)), BC = num_sub(num_mul(B, C), num_mul(E, Z));
+    num AZ = num_fma(A, Z, num_mul(B, C)), BZ = num_fma(B, Z, num_mul(E, C));
+    num Pxx = num_sub(num_mul(C, AC), num_mul(Z, BC)), Pyy = num_fma(Z, AZ, num_mul(C, BZ));
+    num Pxy = num_fma(Z, AC, num_mul(C, BC));
+    // w = P e
+    num wx = num_sub(num_mul(Pxy, px), num_mul(Pxx, py));
+    num wy = num_sub(num_mul(Pyy, px), num_mul(Pxy, py));
+    num add = num_sub(num_mul(px, wy), num_mul(py, wx)), D = s->total[p];
+    num total = num_add(D, add), inverse = num_div(num_of(1), total), own = num_mul(D, inverse);
+    num turn = num_mul(det, inverse);
+    struct bodies_matrix remains = bodies_before(s, c, p), W;
+    W.xx = num_fma(own, Pxx, num_mul(turn, num_mul(px, px)));
+    W.xy = num_fma(own, Pxy, num_mul(turn, num_mul(px, py)));
+    W.yy = num_fma(own, Pyy, num_mul(turn, num_mul(py, py)));
+    // det W = det P D / (D + <e, P e>), for det p p^T = 0
+    bodies_form(s, p, &W, &remains, num_mul(det, own));
+    s->total[p] = total, s->inv_total[p] = inverse;
+    if (!bodies_hung(s, c)) {
+        s->pull_x[p] = num_add(s->pull_x[p], wx);
+        s->pull_y[p] = num_add(s->pull_y[p], wy);
+        return;
+    }
+    s->hang_x[p] = num_add(s->hang_x[p], wx);
+    s->hang_y[p] = num_add(s->hang_y[p], wy);
+    s->hang_e[p] = num_add(s->hang_e[p], add);
+}
+
+/* what remains where arm c hangs, all its siblings being there, but for what it asks itself, times
+ * D; and c becomes one of those that have joined later than the next sibling */
+static inline struct bodies_matrix bodies_beside(const struct bodies_system *s, int c, int p,
+                                                 const struct bodies_pull *own) {
+    struct bodies_pull tip = bodies_at_tip(s, p), off = bodies_off_tip(s, p), late, group;
+    struct bodies_pull early = {s->early_x[c], s->early_y[c], s->early_e[c]};
+    num x = s->point_x[c], y = s->point_y[c];
+    if (!bodies_hung(s, c)) {
+        late = (struct bodies_pull){s->late_x[p], s->late_y[p], num_of(0)};
+        group = bodies_both(early, late), late = bodies_both(late, *own);
+        s->late_x[p] = late.x, s->late_y[p] = late.y;
+        return bodies_remains(s, p, x, y, &group, &off);
+    }
+    late = (struct bodies_pull){s->other_x[p], s->other_y[p], s->other_e[p]};
+    group = bodies_both(bodies_both(early, late), tip), late = bodies_both(late, *own);
+    s->other_x[p] = late.x, s->other_y[p] = late.y, s->other_e[p] = late.e;
+    return bodies_remains(s, p, x, y, &bodies_none, &group);
+}
+
+/* R^T N of arm k, which is not the first; and its part of the parent's z and K */
+static inline void bodies_carry(const struct bodies_system *s, int k) {
+    int p = s->parent[k];
+    num C = s->cosine[k], Z = s->sine[k], x = s->place_x[k], y = s->place_y[k];
+    num px = s->point_x[k], py = s->point_y[k], inverse = s->inv_total[p];
+    num A = s->form_xx[k], B = s->form_xy[k], E = s->form_yy[k];
+    // adj(Phi) place, and i times it in the parent's frame: w
+    num gx = num_sub(num_mul(E, x), num_mul(B, y)), gy = num_sub(num_mul(A, y), num_mul(B, x));
+    struct bodies_pull own;
+    own.x = num_neg(num_fma(Z, gx, num_mul(C, gy)));
+    own.y = num_sub(num_mul(C, gx), num_mul(Z, gy));
+    own.e = num_sub(num_mul(px, own.y), num_mul(py, own.x));
+    struct bodies_matrix Q = bodies_beside(s, k, p, &own);
+    num xx = num_fma(gx, px, num_fma(C, Q.xx, num_mul(Z, Q.yx)));
+    num xy = num_fma(gx, py, num_fma(C, Q.xy, num_mul(Z, Q.yy)));
+    num yx = num_fma(gy, px, num_sub(num_mul(C, Q.yx), num_mul(Z, Q.xx)));
+    num yy = num_fma(gy, py, num_sub(num_mul(C, Q.yy), num_mul(Z, Q.xy)));
+    s->carry_xx[k] = xx = num_mul(xx, inverse);
+    s->carry_xy[k] = xy = num_mul(xy, inverse);
+    s->carry_yx[k] = yx = num_mul(yx, inverse);
+    s->carry_yy[k] = yy = num_mul(yy, inverse);
+    num along = num_fma(A, x, num_mul(B, y)), across = num_fma(B, x, num_mul(E, y));
+    s->draw_x[p] = num_fma(xx, along, num_fma(yx, across, s->draw_x[p]));
+    s->draw_y[p] = num_fma(xy, along, num_fma(yy, across, s->draw_y[p]));
+    s->twist[p] = num_add(s->twist[p], num_sub(num_mul(x, across), num_mul(y, along)));
+}
+
+/* X, and what remains at the tip where the air acts */
+static inline void bodies_lever(const struct bodies_system *s, int k) {
+    num inverse = s->inv_total[k];
+    struct bodies_pull tip = bodies_at_tip(s, k), off = bodies_off_tip(s, k);
+    struct bodies_pull all = bodies_both(tip, off);
+    s->lever_x[k] = num_mul(num_sub(all.x, s->moment_y[k]), inverse);
+    s->lever_y[k] = num_mul(num_add(all.y, s->moment_x[k]), inverse);
+    if (!(s->need & BODIES_AIR)) return;
+    struct bodies_matrix N = bodies_remains(s, k, s->len[k], num_of(0), &tip, &off);
+    s->give_xx[k] = num_mul(N.xx, inverse), s->give_xy[k] = num_mul(N.xy, inverse);
+    s->give_yx[k] = num_mul(N.yx, inverse), s->give_yy[k] = num_mul(N.yy, inverse);
+}
+
+static inline void bodies_factor(const struct bodies_system *s) {
+    for (int k = 0; k < s->n; k++) {
+        bodies_point(s, k);
+        bodies_alone(s, k);
+    }
+    for (int k = s->n - 1; k > 0; k--) bodies_join(s, k, s->parent[k]);
+    for (int k = 0; k < s->n; k++) {
+        bodies_lever(s, k);
+        if (k) bodies_carry(s, k);
+    }
+}
+
+#endif
