@@ -10,14 +10,15 @@
 #include <string.h>
 
 #include "api/read/method_json.h"
+#include "api/op/events_json.h"
 #include "api/op/trajectory_cost.h"
 #include "api/read/state_json.h"
 #include "api/read/times_json.h"
 #include "core/extended/trust.h"
 
-static const char *const fields[] = {"pendulum", "initial", "times",    "method",      "rtol",
-                                     "atol",     "step",    "output",   "digits",      "precision",
-                                     "events",   "trust",   "accuracy", "derivatives", NULL};
+static const char *const fields[] = {
+    "pendulum", "initial",   "times",  "method", "rtol",     "atol",        "step", "output",
+    "digits",   "precision", "events", "trust",  "accuracy", "derivatives", "rows", NULL};
 
 /* how long a comparison with 32 digits takes, in times the trajectory */
 static const double trust_times = API_TRAJECTORY_TRUST_TIMES;
@@ -37,6 +38,7 @@ struct trajectory {
     struct api_method method;
     struct api_outputs outputs;
     struct api_derived derived;
+    struct api_events events;
     struct api_table table;
     const struct api_format *format;
     long step_cap;
@@ -65,6 +67,7 @@ static void trajectory_free(void **state) {
     api_writer_free(&trajectory->writer);
     api_samples_free(&trajectory->samples);
     api_derived_clear(&trajectory->derived);
+    api_events_clear(&trajectory->events);
     pend_trust_free(&trajectory->trust);
     pend_run_free(&trajectory->run);
     api_times_clear(&trajectory->times);
@@ -72,13 +75,6 @@ static void trajectory_free(void **state) {
     api_tree_clear(&trajectory->tree);
     free(trajectory);
     *state = NULL;
-}
-
-/* parts of the contract that are still to come */
-static void refuse_future(const struct api_value *root, struct api_problem *problem) {
-    struct api_value field = api_value_member(root, "events");
-    if (api_value_kind(&field) != API_MISSING)
-        api_value_fault(&field, problem, "is not served yet: leave it out");
 }
 
 /* reads true, false, or the largest error of an angle, rad */
@@ -137,7 +133,8 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
     if (trajectory->tree.tree && !trajectory->tree.cart && api_outputs_cart(&trajectory->outputs))
         api_value_fault(&output, problem,
                         "has \"cart\", and the pendulum has none: give one in \"pivot\"");
-    refuse_future(root, problem);
+    api_events_read(&trajectory->events, reading, &trajectory->tree, trajectory->start,
+                    &trajectory->method, &trajectory->times.times);
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
@@ -149,6 +146,7 @@ static enum pend_status trajectory_check_size(struct trajectory *trajectory,
     table->rows = trajectory->times.times.count;
     struct api_value derivatives = api_value_member(reading->root, "derivatives");
     api_outputs_columns(&trajectory->outputs, trajectory->tree.n, table);
+    api_events_columns(&trajectory->events, table);
     if (trajectory->derived.count)
         api_outputs_derived(&trajectory->outputs, &derivatives, &trajectory->derived, table,
                             reading->problem);
@@ -252,6 +250,8 @@ static void trajectory_tell(struct trajectory *trajectory, const struct api_turn
     trajectory_tell_doubts(trajectory, stats.energy_drift);
     if (trajectory->trust_tolerance > 0)
         api_stats_number(figures, "trust_until", trajectory->trust_until);
+    if (trajectory->events.count)
+        api_events_tell(&trajectory->events, &trajectory->times.times, figures);
     api_stats_origin(figures);
     if (seconds >= 0)
         api_stats_number(figures, "compute_seconds",
@@ -350,16 +350,37 @@ static enum pend_status trajectory_block(struct trajectory *trajectory, struct a
 static enum pend_status trajectory_finish(struct trajectory *trajectory,
                                           const struct api_turn *turn, int *done) {
     if (!trajectory->stats.count) trajectory_tell(trajectory, turn);
-    return api_writer_finish(trajectory->writer, &trajectory->stats, turn->out, done);
+    PEND_TRY(api_writer_finish(trajectory->writer, &trajectory->stats, turn->out, done));
+    if (!*done) return PEND_OK;
+    return api_events_append(&trajectory->events, trajectory->table.digits, turn->out);
+}
+
+/* looks for events; once all are found, or none are asked for, begins the answer. Returns with no
+ * writer where the turn is over before. */
+static enum pend_status trajectory_open(struct trajectory *trajectory, const struct api_turn *turn,
+                                        struct pend_error *error) {
+    struct api_events *events = &trajectory->events;
+    struct pend_times *times = &trajectory->times.times;
+    if (events->count && !events->searched) {
+        PEND_TRY(api_states_settle(trajectory->start, &trajectory->tree, error));
+        PEND_TRY(
+            api_events_look(events, trajectory->start, &trajectory->method, times, turn, error));
+        if (!events->searched) return PEND_OK;
+        trajectory->table.rows = events->rows ? events->found : times->count;
+    }
+    if (!trajectory->run && !events->rows) PEND_TRY(trajectory_begin(trajectory, error));
+    if (trajectory->writer) return PEND_OK;
+    return api_writer_new(&trajectory->writer, trajectory->format, &trajectory->table, turn->out);
 }
 
 static enum pend_status trajectory_run(void *state, const struct api_turn *turn, int *done,
                                        struct pend_error *error) {
     struct trajectory *trajectory = state;
-    if (!trajectory->run) PEND_TRY(trajectory_begin(trajectory, error));
-    if (!trajectory->writer)
-        PEND_TRY(
-            api_writer_new(&trajectory->writer, trajectory->format, &trajectory->table, turn->out));
+    PEND_TRY(trajectory_open(trajectory, turn, error));
+    if (!trajectory->writer) return PEND_OK;
+    if (trajectory->events.rows)
+        return api_events_write(&trajectory->events, &trajectory->times.times, trajectory->writer,
+                                &trajectory->stats, turn, done, error);
     while (!(*done |= trajectory->until < 1 && !trajectory->due &&
                       trajectory_progress(trajectory) >= trajectory->until)) {
         if (trajectory->computed && trajectory->trust)
@@ -378,6 +399,7 @@ static enum pend_status trajectory_run(void *state, const struct api_turn *turn,
 
 static long trajectory_parts(const void *state) {
     const struct trajectory *trajectory = state;
+    if (trajectory->events.count) return 1; // what was found is not carried
     return pend_run_carries(trajectory->method.method) ? MOST_PARTS : 1;
 }
 
@@ -406,7 +428,9 @@ static enum pend_status trajectory_carry(void *state, struct pend_checkpoint *ch
 
 static long trajectory_steps(const void *state) {
     const struct trajectory *trajectory = state;
-    return trajectory->run ? pend_run_stats(trajectory->run).steps : 0;
+    const struct pend_events *search = trajectory->events.search;
+    return (search ? pend_events_steps(search) : 0) +
+           (trajectory->run ? pend_run_stats(trajectory->run).steps : 0);
 }
 
 /* a comparison with 32 digits may end long before its time, where the digits do: only the
@@ -415,6 +439,8 @@ static void trajectory_done(const void *state, double *steps, double *work) {
     const struct trajectory *trajectory = state;
     int known = trajectory->run && !trajectory->computed;
     *steps = *work = known ? trajectory_sampled(trajectory) : -1;
+    if (trajectory->events.search && trajectory->events.rows)
+        *steps = *work = pend_events_progress(trajectory->events.search);
 }
 
 static struct api_trajectory_size trajectory_size(const struct trajectory *trajectory) {
@@ -423,6 +449,7 @@ static struct api_trajectory_size trajectory_size(const struct trajectory *traje
                                         .times = &trajectory->times,
                                         .method = &trajectory->method,
                                         .derived = &trajectory->derived,
+                                        .events = &trajectory->events,
                                         .table = &trajectory->table,
                                         .format = trajectory->format,
                                         .trusts = trajectory->trust_tolerance > 0,

@@ -59,6 +59,8 @@ double api_trajectory_cost_seconds(const struct api_trajectory_size *size) {
         times_as_long = size->trusts ? 2 * quad_times : quad_times;
     if (size->method->method == &pend_method_symplectic) times_as_long = symplectic_times;
     times_as_long += derived_times * ceil(size->derived->count / 7.0);
+    // a search for events makes the same steps, and roots of its series take about as long
+    if (size->events->count) times_as_long = 2 + (size->events->rows ? 0 : times_as_long);
     return times_as_long * fmin(steps, (double)size->step_cap) *
                (step_seconds + size->tree->n * arm_seconds) +
            numbers * (size->format->digits ? text_seconds : binary_seconds);
@@ -96,7 +98,9 @@ double api_trajectory_cost_bytes(const struct api_trajectory_size *size) {
         size->method->method == &pend_method_linear ? linear_numbers * sizeof(double) * n * n : 0;
     double list = size->times->list ? (double)size->times->times.count * sizeof(double) : 0;
     double block = fmin(SAMPLE_NUMBERS, (double)size->table->rows * (row + 8)) + row + 8;
+    if (size->events->count) an_arm *= 2; // a search has a stepper of its own
     return method_bytes + (n + lane_arms) * an_arm + square + list + 2 * sizeof(double) * block +
            api_tree_bytes(size->tree) + api_states_bytes(size->start) +
-           trajectory_derived_bytes(size) + api_writer_bytes(size->format, size->table);
+           trajectory_derived_bytes(size) + api_events_bytes(size->events) +
+           api_writer_bytes(size->format, size->table);
 }

@@ -4,6 +4,7 @@
 #ifndef API_TRAJECTORY_COST_H
 #define API_TRAJECTORY_COST_H
 
+#include "api/op/events_json.h"
 #include "api/op/samples.h"
 #include "api/read/method_json.h"
 #include "api/read/state_json.h"
@@ -19,6 +20,7 @@ struct api_trajectory_size {
     const struct api_times *times;
     const struct api_method *method;
     const struct api_derived *derived;
+    const struct api_events *events;
     const struct api_table *table;
     const struct api_format *format;
     int trusts; /* it is compared with 32 digits */

@@ -8,6 +8,7 @@
 #include "core/integrate/event_series.h"
 #include "core/integrate/run_check.h"
 #include "core/taylor/jets.h"
+#include "core/tree/turns.h"
 
 /* hits of a condition and its two bounds; orders of places beyond those of angles, which they are
  * functions of */
@@ -47,6 +48,7 @@ static void events_series(const struct event_step *step, const struct pend_event
                           double out[EVENT_TERMS]) {
     double other[EVENT_TERMS];
     switch (event->quantity) {
+    case PEND_QUANTITY_THETA:
     case PEND_QUANTITY_PHI:
         pend_event_series_phi(step, event->arm, out);
         break;
@@ -125,13 +127,15 @@ static void events_look(struct pend_events *e, const struct event_step *step, in
     if (e->watch[event].told >= asked->most) return;
     events_series(step, asked, series);
     if (asked->quantity == PEND_QUANTITY_PHI) low = step->series.begin->phi_low[asked->arm];
+    if (asked->quantity == PEND_QUANTITY_THETA)
+        series[0] = pend_turns_theta(series[0], step->series.begin->phi_low[asked->arm]);
     if (asked->quantity == PEND_QUANTITY_DISTANCE) level *= level;
     for (int lower = 0; lower <= (asked->bound != 0); lower++) {
         struct roots_path path = {.degree = EVENT_TERMS - 1};
         double side = lower ? -level : level;
         memcpy(path.a, series, sizeof path.a);
         path.base = series[0] - side;
-        path.low = low - (lower ? -asked->level_low : asked->level_low);
+        path.low = low;
         while (path.degree > 1 && path.a[path.degree] == 0) path.degree--;
         if (!e->begun)
             e->watch[event].above[lower] = events_above(&path, fabs(series[0]) + fabs(side));

@@ -12,6 +12,7 @@
 /* What a condition is about. */
 enum pend_quantity {
     PEND_QUANTITY_PHI,       /* rad, of an arm */
+    PEND_QUANTITY_THETA,     /* rad, from hanging, with the digits of a small swing */
     PEND_QUANTITY_RATE,      /* rad/s, of an arm */
     PEND_QUANTITY_FORCE,     /* N, lambda of an arm */
     PEND_QUANTITY_X,         /* m, of a tip */
@@ -25,12 +26,12 @@ enum pend_quantity {
 
 struct pend_event {
     enum pend_quantity quantity;
-    int arm, other;          /* stored numbers; other: of a distance */
-    double level, level_low; /* the value, and its rounding error */
-    int bound;     /* non-zero: the size of the quantity is meant, level >= 0; up is outwards */
-    unsigned ways; /* of enum pend_way; up: the value grows, in the order of the run */
-    long most;     /* passages that are told, >= 1; later ones are left out */
-    long stop;     /* the motion ends at this one; 0 = at none */
+    int arm, other; /* stored numbers; other: of a distance */
+    double level;   /* the value that is passed */
+    int bound;      /* non-zero: the size of the quantity is meant, level >= 0; up is outwards */
+    unsigned ways;  /* of enum pend_way; up: the value grows, in the order of the run */
+    long most;      /* passages that are told, >= 1; later ones are left out */
+    long stop;      /* the motion ends at this one; 0 = at none */
 };
 
 struct pend_events_problem {

@@ -264,6 +264,11 @@ static const char *const seeds[] = {
     "3{" PAPER "}",
     "3{" REAL "}",
     "3{" DRIVEN "}",
+    "0{" DRIVEN
+    ",\"times\":[0,1],\"rows\":\"events\",\"events\":[{\"of\":\"theta\",\"arm\":1,\"unit\":"
+    "\"deg\",\"value\":10,\"direction\":\"up\",\"count\":3},{\"of\":\"distance\",\"arm\":1,\"to\":"
+    "2,"
+    "\"bound\":1,\"stop\":2,\"count\":9}]}",
     "9{" DRIVEN ",\"omega\":[0,1,9],\"initial\":{\"theta\":[1,2]}}",
     "9{" REAL ",\"drive\":{\"pivot\":{\"direction\":30,\"unit\":\"deg\"}},\"omega\":{\"start\":1,"
     "\"stop\":9,\"count\":9,\"scale\":\"logarithmic\"},\"output\":[\"z\",\"transmissibility\"]}",

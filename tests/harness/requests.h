@@ -70,6 +70,16 @@ static const struct test_request {
      TEST_MOTION "\"output\":[\"phi\",\"z\",\"energy\"],\"derivatives\":[{\"vary\":"
                  "\"length\",\"arm\":\"a\"},{\"vary\":\"phi\",\"arm\":2}]}",
      "application/x-matlab-data"},
+    {API_OP_TRAJECTORIES,
+     TEST_MOTION
+     "\"rows\":\"events\",\"events\":[{\"of\":\"distance\",\"arm\":1,\"to\":2,\"value\":1},{\"of\":"
+     "\"kinetic\",\"value\":1,\"stop\":1}]}",
+     NULL},
+    {API_OP_TRAJECTORIES,
+     "{" TEST_REAL_TREE "," TEST_TIMES
+     ",\"rows\":\"events\",\"events\":[{\"of\":\"phid\",\"arm\":1,"
+     "\"bound\":0.1}]}",
+     "application/x-npz"},
     {API_OP_FORCES,
      "{" TEST_REAL_TREE
      ",\"derivatives\":[{\"vary\":\"damping\",\"arm\":1},{\"vary\":\"gravity\"}]}",

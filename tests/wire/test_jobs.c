@@ -82,6 +82,10 @@ static const struct {
       "image/png"}},
     {"/v1/trajectories", ASK_EXAMPLE, {"application/json", "text/csv", "application/octet-stream"}},
     {"/v1/trajectories", LONG_WAY, {"application/json", "text/csv", "application/octet-stream"}},
+    {"/v1/trajectories",
+     "{\"pendulum\":" ASK_DOUBLE ",\"times\":[0,30],\"rows\":\"events\",\"events\":[{\"of\":\"y\","
+     "\"arm\":2,\"value\":-1},{\"of\":\"lambda\",\"arm\":1,\"bound\":5,\"stop\":9}]}",
+     {"application/json", "text/csv", "application/octet-stream", "application/x-ndjson"}},
     {"/v1/forces", ASK_LITTLE, {"application/json", "text/csv"}},
     {"/v1/modes", ASK_LITTLE, {"application/json", "text/csv"}},
     {"/v1/lyapunov",

@@ -15,6 +15,10 @@ static const struct {
 } route[] = {
     {"POST", "/v1/trees", ASK_LITTLE, "application/json", "\"subtree_mass\""},
     {"POST", "/v1/trajectories", ASK_EXAMPLE, "application/json", "\"lambda\""},
+    {"POST", "/v1/trajectories",
+     "{\"pendulum\":" ASK_DOUBLE
+     ",\"times\":[0,5],\"events\":[{\"of\":\"x\",\"arm\":2,\"value\":0}]}",
+     "application/json", "\"direction\":\"down\""},
     {"POST", "/v1/forces", "{\"pendulum\":" ASK_DOUBLE ",\"state\":{\"theta\":[0,0]}}",
      "application/json", "\"zdd\""},
     {"POST", "/v1/modes", ASK_LITTLE, "application/json", "\"omega\""},
@@ -193,6 +197,10 @@ static const struct {
     {"POST", "/v1/response", "",
      "{\"pendulum\":" ASK_DOUBLE ",\"drive\":{\"pivot\":{\"x\":1}},\"omega\":[-1]}", 422,
      "/omega/0"},
+    {"POST", "/v1/trajectories", "",
+     "{\"pendulum\":" ASK_DOUBLE
+     ",\"times\":[0,1],\"events\":[{\"of\":\"x\",\"arm\":3,\"value\":0}]}",
+     422, "/events/0/arm"},
     {"POST", "/v1/equations", "", "{\"pendulum\":" ASK_DOUBLE ",\"form\":\"long\"}", 422, "/form"},
     {"POST", "/v1/modes", "", "{\"pendulum\":" ASK_DOUBLE ",\"normalize\":\"big\"}", 422,
      "/normalize"},

@@ -169,6 +169,11 @@ TEST(what_looks_for_passages_exponents_forces_and_ensembles_tells_its_memory) {
                      angles);
             bytes_check(API_OP_SECTIONS, json, pendulum, rest);
             snprintf(rest, sizeof rest,
+                     ",\"initial\":{\"theta\":[%s]},\"times\":[0,3],\"rows\":\"events\",\"events\":"
+                     "[{\"of\":\"phi\",\"arm\":1,\"value\":-1.5},{\"of\":\"energy\",\"value\":1}]",
+                     angles);
+            if (n < 70) bytes_check(API_OP_TRAJECTORIES, a ? npz : json, pendulum, rest);
+            snprintf(rest, sizeof rest,
                      ",\"drive\":{\"pivot\":{\"x\":1}},\"output\":[\"phi\",\"z\"],\"omega\":{"
                      "\"start\":0,\"stop\":9,\"count\":%d}",
                      9 + 2000 / n);

@@ -177,11 +177,6 @@ TEST(numbers_that_overflow_end_as_a_problem) {
     }
 }
 
-TEST(what_is_still_to_come_is_refused_by_name) {
-    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0],\"events\":[]}", "/events",
-                  "is not served yet");
-}
-
 TEST(all_faults_of_a_request_are_told_at_once) {
     struct test_reply reply =
         test_post(API_OP_TRAJECTORIES, "{\"pendulum\":{\"length\":[1,-1],\"mass\":[1,1],\"parent\":"

@@ -1,0 +1,355 @@
+#include "api/op/events_json.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "api/encode/encode_raw.h"
+#include "api/json/json_out.h"
+#include "core/tree/turns.h"
+
+enum { T, EVENT, DIRECTION, PHI, PHID, COUNT_USUAL = 1000, FIRST_ROOM = 64, PIECE = 50000 };
+
+static const char *const condition_fields[] = {"of",   "arm",       "to",    "value", "bound",
+                                               "unit", "direction", "count", "stop",  NULL};
+static const char *const quantities[] = {"phi", "theta",    "phid",    "thetad",    "lambda", "x",
+                                         "y",   "distance", "kinetic", "potential", "energy", NULL};
+static const enum pend_quantity meanings[] = {
+    PEND_QUANTITY_PHI,     PEND_QUANTITY_THETA,     PEND_QUANTITY_RATE,  PEND_QUANTITY_RATE,
+    PEND_QUANTITY_FORCE,   PEND_QUANTITY_X,         PEND_QUANTITY_Y,     PEND_QUANTITY_DISTANCE,
+    PEND_QUANTITY_KINETIC, PEND_QUANTITY_POTENTIAL, PEND_QUANTITY_ENERGY};
+
+static const double value_most = 1e15, pi = 3.14159265358979323846;
+
+static int present(const struct api_value *value) { return api_value_kind(value) != API_MISSING; }
+
+/* ---- reading */
+
+/* the arms that a quantity is of */
+static void read_arms(const struct api_events *events, struct pend_event *event,
+                      const struct api_value *value, struct api_problem *problem) {
+    struct api_value arm = api_value_member(value, "arm"), to = api_value_member(value, "to");
+    int whole = event->quantity >= PEND_QUANTITY_KINETIC;
+    int both = event->quantity == PEND_QUANTITY_DISTANCE;
+    if (whole && present(&arm))
+        api_value_fault(&arm, problem, "is not of an energy, which is the whole pendulum's");
+    if (!both && present(&to))
+        api_value_fault(&to, problem, "is of \"distance\" only: the other arm's tip");
+    if (whole || !events->tree->tree) return;
+    int first = api_tree_read_arm(events->tree, &arm, problem), second = first;
+    if (both) second = api_tree_read_arm(events->tree, &to, problem);
+    if (both && first >= 0 && first == second)
+        api_value_fault(&to, problem, "must be another arm than \"arm\"");
+    if (first >= 0) event->arm = events->tree->tree->place[first];
+    if (second >= 0) event->other = events->tree->tree->place[second];
+}
+
+/* the level: a value, or a bound of the size */
+static void read_level(struct pend_event *event, const struct api_value *condition,
+                       struct api_problem *problem) {
+    static const char *const units[] = {"rad", "deg", NULL};
+    struct api_value value = api_value_member(condition, "value");
+    struct api_value bound = api_value_member(condition, "bound");
+    struct api_value unit = api_value_member(condition, "unit");
+    int degrees = 0, angle = event->quantity <= PEND_QUANTITY_RATE;
+    double least = event->quantity == PEND_QUANTITY_DISTANCE ? 0 : -value_most;
+    (void)api_field_word(&unit, units, &degrees, problem);
+    if (present(&unit) && !angle)
+        api_value_fault(&unit, problem, "is of angles and their rates only: leave it out");
+    if (present(&value) == present(&bound))
+        api_value_fault(condition, problem,
+                        "must have one of \"value\", which is passed, and \"bound\", which its "
+                        "size passes");
+    (void)api_value_read_number(&value, least, value_most, "", &event->level, problem);
+    (void)api_value_read_number(&bound, 0, value_most, "", &event->level, problem);
+    event->bound = present(&bound);
+    if (degrees && angle) event->level *= pi / 180;
+}
+
+static void read_condition(struct api_events *events, const struct api_value *value,
+                           const struct api_limits *limits, struct api_problem *problem) {
+    static const char *const words[] = {"both", "up", "down", NULL};
+    static const unsigned ways[] = {PEND_WAY_UP | PEND_WAY_DOWN, PEND_WAY_UP, PEND_WAY_DOWN};
+    struct api_value of = api_value_member(value, "of"), count = api_value_member(value, "count");
+    struct api_value stop = api_value_member(value, "stop");
+    struct api_value direction = api_value_member(value, "direction");
+    struct pend_event *event = &events->event[events->count++];
+    int quantity = 0, word = 0;
+    *event = (struct pend_event){.most = COUNT_USUAL};
+    if (!api_field_object(value, problem)) return;
+    (void)api_value_only(value, condition_fields, problem);
+    if (!api_field_needed(&of, problem) || api_field_word(&of, quantities, &quantity, problem) < 0)
+        return;
+    event->quantity = meanings[quantity];
+    read_arms(events, event, value, problem);
+    read_level(event, value, problem);
+    (void)api_field_word(&direction, words, &word, problem);
+    event->ways = ways[word];
+    (void)api_field_whole(&count, 1, (long)limits->samples, &event->most, problem);
+    (void)api_field_whole(&stop, 1, (long)limits->samples, &event->stop, problem);
+    if (event->stop > event->most) event->most = event->stop;
+    events->stops |= event->stop > 0;
+}
+
+/* what the other fields of a request must be where there are conditions */
+static void check_others(const struct api_events *events, const struct api_value *field,
+                         const struct api_reading *reading, const struct api_states *start,
+                         const struct api_method *method, int spans) {
+    struct api_problem *problem = reading->problem;
+    const struct api_value *root = reading->root;
+    struct api_value times = api_value_member(root, "times");
+    struct api_value initial = api_value_member(root, "initial");
+    if (method->method && method->method != &pend_method_taylor)
+        api_value_fault(field, problem,
+                        "are found by the method taylor in doubles: leave \"method\" and "
+                        "\"precision\" out");
+    if (events->tree->cart)
+        api_value_fault(field, problem,
+                        "are not looked for where the pivot is on a cart: leave them out");
+    if (!problem->status && !spans)
+        api_value_fault(&times, problem, "must span some time for events to be looked for in");
+    for (int k = 0; start && k < start->n; k++)
+        if (fabs(start->phi[k]) > PEND_TURNS_FROM) {
+            api_value_fault(&initial, problem,
+                            "must not have angles beyond %g rad where there are events",
+                            PEND_TURNS_FROM);
+            break;
+        }
+    if (!events->rows && reading->format != &api_format_json)
+        api_value_fault(field, problem,
+                        "stand beside samples in %s only, and not in that of a job: ask for them "
+                        "alone by \"rows\": \"events\"",
+                        api_format_json.media_type);
+}
+
+/* what is not answered where the rows are passages */
+static void check_rows(const struct api_events *events, const struct api_value *rows,
+                       const struct api_value *root, struct api_problem *problem) {
+    static const char *const absent[] = {"output", "trust", "derivatives"};
+    if (!events->count) {
+        api_value_fault(rows, problem, "needs \"events\", whose passages are the rows");
+        return;
+    }
+    for (int i = 0; i < 3; i++) {
+        struct api_value field = api_value_member(root, absent[i]);
+        if (present(&field))
+            api_value_fault(&field, problem,
+                            "does not go together with \"rows\": \"events\", whose columns are t, "
+                            "event, direction, phi and phid: leave it out");
+    }
+}
+
+static void check_size(const struct api_events *events, const struct api_value *field,
+                       const struct api_limits *limits, struct api_problem *problem) {
+    double numbers = 3 + 2.0 * events->tree->n, rows = 0;
+    for (int i = 0; i < events->count; i++) rows += (double)events->event[i].most;
+    if (8 * rows * numbers > limits->answer_bytes)
+        api_value_fault(field, problem,
+                        "may have %.0f passages of %d arms, %.0f bytes, more than the limit "
+                        "max-answer-bytes of %.0f: ask for fewer by \"count\"",
+                        rows, events->tree->n, 8 * rows * numbers, limits->answer_bytes);
+}
+
+void api_events_read(struct api_events *events, const struct api_reading *reading,
+                     const struct api_tree *tree, const struct api_states *start,
+                     const struct api_method *method, const struct pend_times *times) {
+    static const char *const words[] = {"instants", "events", NULL};
+    const struct api_value *root = reading->root;
+    struct api_problem *problem = reading->problem;
+    struct api_value field = api_value_member(root, "events");
+    struct api_value rows = api_value_member(root, "rows"), item = api_value_item(&field, 0);
+    *events =
+        (struct api_events){.tree = tree,
+                            .step_cap = reading->limits->steps,
+                            .step_name = api_limits_name(reading->limits, &reading->limits->steps)};
+    if (api_field_word(&rows, words, &events->rows, problem) > 0 && !events->rows)
+        api_value_usual(&rows);
+    if (present(&field) && (api_value_kind(&field) != API_ARRAY || api_value_count(&field) < 1 ||
+                            api_value_count(&field) > API_EVENTS_MOST)) {
+        api_value_fault(&field, problem, "must be an array of 1 to %d conditions", API_EVENTS_MOST);
+        return;
+    }
+    for (; present(&item); item = api_value_next(&item))
+        read_condition(events, &item, reading->limits, problem);
+    if (events->rows) check_rows(events, &rows, root, problem);
+    if (!events->count) return;
+    check_others(events, &field, reading, start, method, times->count > 1);
+    check_size(events, &field, reading->limits, problem);
+}
+
+void api_events_clear(struct api_events *events) {
+    pend_events_free(&events->search);
+    for (int c = 0; c < API_EVENTS_COLUMNS; c++) free(events->column[c]);
+    free(events->state);
+}
+
+/* ---- the search */
+
+static enum pend_status events_begin(struct api_events *events, const struct api_states *start,
+                                     const struct api_method *method,
+                                     const struct pend_times *times, struct pend_error *error) {
+    size_t n = (size_t)events->tree->n;
+    double first = pend_times_at(times, 0);
+    events->state = malloc(2 * n * sizeof(double));
+    if (!events->state)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a state of %zu arms", n);
+    const struct pend_events_problem problem = {.tree = events->tree->tree,
+                                                .loads = events->tree->loads,
+                                                .phi = start->phi,
+                                                .rate = start->rate,
+                                                .phi_low = start->phi_low,
+                                                .rate_low = start->rate_low,
+                                                .start = first,
+                                                .duration =
+                                                    pend_times_at(times, times->count - 1) - first,
+                                                .rtol = method->rtol,
+                                                .atol = method->atol,
+                                                .count = events->count,
+                                                .event = events->event};
+    return pend_events_new(&events->search, &problem, error);
+}
+
+static enum pend_status events_grow(struct api_events *events, struct pend_error *error) {
+    long room = events->room ? 2 * events->room : FIRST_ROOM;
+    if (events->found < events->room) return PEND_OK;
+    for (int c = 0; c < API_EVENTS_COLUMNS; c++) {
+        size_t width = c >= PHI ? (size_t)events->tree->n : 1;
+        double *grown = realloc(events->column[c], (size_t)room * width * sizeof *grown);
+        if (!grown)
+            return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %ld events", room);
+        events->column[c] = grown;
+    }
+    events->room = room;
+    return PEND_OK;
+}
+
+static enum pend_status events_keep(struct api_events *events, const struct pend_hit *hit,
+                                    double first, struct pend_error *error) {
+    int n = events->tree->n;
+    const int *order = events->tree->tree->order;
+    PEND_TRY(events_grow(events, error));
+    long row = events->found++;
+    assert(events->found <= events->room);
+    events->column[T][row] = first + hit->time;
+    events->column[EVENT][row] = hit->event + 1;
+    events->column[DIRECTION][row] = hit->way == PEND_WAY_UP ? 1 : -1;
+    for (int k = 0; k < n; k++) {
+        events->column[PHI][row * n + order[k]] = events->state[k];
+        events->column[PHID][row * n + order[k]] = events->state[n + k];
+    }
+    return PEND_OK;
+}
+
+/* leaves out the instants after the one at which a condition ended the motion */
+static void events_cut(const struct api_events *events, struct pend_times *times) {
+    double first = pend_times_at(times, 0), stopped = pend_events_stopped(events->search);
+    long good = 1, bad = times->count;
+    if (isnan(stopped)) return;
+    // instants from `bad` on come later
+    while (bad - good > 0) {
+        long middle = good + (bad - good) / 2;
+        if (fabs(pend_times_at(times, middle) - first) <= fabs(stopped))
+            good = middle + 1;
+        else
+            bad = middle;
+    }
+    times->count = good;
+}
+
+/* the next passages, as many as a piece of work yields */
+static enum pend_status events_next(struct api_events *events, double first,
+                                    struct pend_error *error) {
+    long most = PIECE / (events->tree->n * 16L * events->count);
+    enum pend_found found;
+    struct pend_hit hit;
+    PEND_TRY(pend_events_next(events->search, most > 0 ? most : 1, &found, &hit, events->state,
+                              events->state + events->tree->n, error));
+    if (found == PEND_FOUND_PASSAGE) PEND_TRY(events_keep(events, &hit, first, error));
+    events->searched = found == PEND_FOUND_END;
+    if ((double)pend_events_steps(events->search) <= events->step_cap) return PEND_OK;
+    return pend_fail(error, PEND_TOO_MANY_STEPS, -1, 0,
+                     "more steps than the limit %s of %.0f: ask for a shorter time",
+                     events->step_name, events->step_cap);
+}
+
+enum pend_status api_events_look(struct api_events *events, const struct api_states *start,
+                                 const struct api_method *method, struct pend_times *times,
+                                 const struct api_turn *turn, struct pend_error *error) {
+    double first = pend_times_at(times, 0);
+    if (!events->search) PEND_TRY(events_begin(events, start, method, times, error));
+    do PEND_TRY(events_next(events, first, error));
+    while (!events->searched && !api_turn_over(turn) && events->found < events->room);
+    if (events->searched) events_cut(events, times);
+    return PEND_OK;
+}
+
+/* ---- telling */
+
+void api_events_columns(const struct api_events *events, struct api_table *table) {
+    assert(events->count <= API_EVENTS_MOST);
+    if (events->rows || events->stops) table->rows_later = 1;
+    if (!events->rows) return;
+    table->count = 0;
+    table->rows = 0;
+    api_table_add(table, "t", NULL, 0);
+    api_table_add(table, "event", NULL, 0);
+    api_table_add(table, "direction", NULL, 0);
+    api_table_add(table, "phi", NULL, events->tree->n);
+    api_table_add(table, "phid", NULL, events->tree->n);
+    for (int i = 0; i < events->count; i++) table->rows += events->event[i].most;
+}
+
+void api_events_tell(const struct api_events *events, const struct pend_times *times,
+                     struct api_stats *stats) {
+    double stopped = pend_events_stopped(events->search);
+    api_stats_whole(stats, "events", events->found);
+    if (events->rows) api_stats_whole(stats, "steps", pend_events_steps(events->search));
+    if (!isnan(stopped)) api_stats_number(stats, "stopped", pend_times_at(times, 0) + stopped);
+}
+
+enum pend_status api_events_append(const struct api_events *events, int digits,
+                                   struct api_buffer *out) {
+    int n = events->tree->n;
+    if (!events->count) return PEND_OK;
+    assert(out->bytes && out->data[out->bytes - 1] == '}');
+    out->data[out->bytes - 1] = ',';
+    PEND_TRY(api_out_open(out, "events", '['));
+    for (long i = 0; i < events->found; i++) {
+        PEND_TRY(api_buffer_text(out, i ? ",{" : "{"));
+        PEND_TRY(api_out_whole(out, "event", (long)events->column[EVENT][i]));
+        PEND_TRY(api_out_number(out, "t", events->column[T][i], digits));
+        PEND_TRY(api_out_text(out, "direction", events->column[DIRECTION][i] > 0 ? "up" : "down"));
+        PEND_TRY(api_out_numbers(out, "phi", n, events->column[PHI] + i * n, digits));
+        PEND_TRY(api_out_numbers(out, "phid", n, events->column[PHID] + i * n, digits));
+        PEND_TRY(api_buffer_text(out, "}"));
+    }
+    return api_buffer_text(out, "]}");
+}
+
+enum pend_status api_events_write(struct api_events *events, const struct pend_times *times,
+                                  struct api_writer *writer, struct api_stats *stats,
+                                  const struct api_turn *turn, int *done,
+                                  struct pend_error *error) {
+    double seconds = api_turn_seconds(turn);
+    assert(events->searched && events->rows);
+    if (!stats->count) {
+        api_events_tell(events, times, stats);
+        api_stats_origin(stats);
+        if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
+        if (events->found)
+            PEND_TRY(api_writer_block(writer, events->found, (const double *const *)events->column,
+                                      turn->out, error));
+    }
+    do PEND_TRY(api_writer_finish(writer, stats, turn->out, done));
+    while (!*done && !api_turn_over(turn));
+    return PEND_OK;
+}
+
+double api_events_bytes(const struct api_events *events) {
+    double n = events->tree ? events->tree->n : 0, room = (double)events->room;
+    if (!events->count) return 0;
+    // the memory grows once a turn at most; while it does there are the old and the new one
+    room = 3 * fmax(room, FIRST_ROOM);
+    return sizeof(double) * ((3 + 2 * n) * room + 2 * n + 90 * n * (events->count > 0)) + 40000.0 +
+           90.0 * 64 * events->count;
+}

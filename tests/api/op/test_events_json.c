@@ -1,0 +1,157 @@
+/* What is asked and answered of events. That they are where they should be:
+ * tests/core/integrate/test_events.c. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "tests/api/post.h"
+#include "tests/harness/test.h"
+
+#define DOUBLE                                                                                     \
+    "\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"theta\":[1,0." \
+    "5]}"
+#define TIMES ",\"times\":{\"start\":2,\"stop\":12,\"step\":0.1}"
+#define ASK(events) "{" DOUBLE TIMES ",\"events\":" events "}"
+
+TEST(events_stand_beside_the_samples_of_a_trajectory) {
+    struct test_reply reply =
+        test_post(API_OP_TRAJECTORIES,
+                  ASK("[{\"of\":\"theta\",\"arm\":1,\"value\":0},{\"of\":\"distance\",\"arm\":1,"
+                      "\"to\":2,\"value\":2},{\"of\":\"kinetic\",\"value\":3,\"direction\":\"up\","
+                      "\"count\":2}]"));
+    CHECK_INT(reply.status, 200);
+    CHECK_INT(test_reply_count(&reply, "/t"), 101);
+    int count = test_reply_count(&reply, "/events"), kinetic = 0;
+    CHECK(count > 4 && test_reply_number(&reply, "/stats/events") == count);
+    double before = 2;
+    for (int i = 0; i < count; i++) {
+        char at[40];
+        snprintf(at, sizeof at, "/events/%d/t", i);
+        double t = test_reply_number(&reply, at);
+        CHECK(t >= before && t <= 12);
+        before = t;
+        snprintf(at, sizeof at, "/events/%d/event", i);
+        int event = (int)test_reply_number(&reply, at);
+        snprintf(at, sizeof at, "/events/%d/direction", i);
+        const char *way = test_reply_text(&reply, at);
+        snprintf(at, sizeof at, "/events/%d/phid/0", i);
+        double rate = test_reply_number(&reply, at);
+        CHECK(way && (!strcmp(way, "up") || !strcmp(way, "down")));
+        snprintf(at, sizeof at, "/events/%d/phi/0", i);
+        if (event == 1) CHECK(fabs(test_reply_number(&reply, at) + M_PI_2) < 1e-13);
+        if (event == 1 && way) CHECK((rate > 0) == !strcmp(way, "up"));
+        // arms of a rod each have tips 1 m apart
+        CHECK(event != 2);
+        kinetic += event == 3;
+    }
+    CHECK_INT(kinetic, 2);
+    test_reply_free(&reply);
+}
+
+TEST(events_end_the_motion_at_the_nth_and_no_sample_comes_after) {
+    struct test_reply all =
+        test_post(API_OP_TRAJECTORIES, ASK("[{\"of\":\"theta\",\"arm\":1,\"value\":0}]"));
+    struct test_reply reply = test_post(
+        API_OP_TRAJECTORIES,
+        ASK("[{\"of\":\"theta\",\"arm\":1,\"value\":0,\"stop\":3},{\"of\":\"y\",\"arm\":2,"
+            "\"bound\":0.5,\"direction\":\"down\"}]"));
+    CHECK_INT(reply.status, 200);
+    double stopped = test_reply_number(&reply, "/stats/stopped");
+    CHECK(stopped == test_reply_number(&all, "/events/2/t"));
+    int rows = test_reply_count(&reply, "/t");
+    CHECK_INT(rows, (int)floor((stopped - 2) * 10) + 1);
+    CHECK_INT(test_reply_count(&reply, "/phi"), rows);
+    // the samples are those of the whole motion
+    CHECK(test_reply_number(&reply, "/phi/3/1") == test_reply_number(&all, "/phi/3/1"));
+    test_reply_free(&reply);
+    test_reply_free(&all);
+}
+
+TEST(events_are_rows_in_every_representation) {
+    static const char *const accept[] = {"application/json",     "text/csv",
+                                         "application/x-ndjson", "application/octet-stream",
+                                         "application/x-npz",    "application/x-matlab-data"};
+    static const char *const value[] = {"0", "3"};
+    for (int none = 0; none < 2; none++)
+        for (int i = 0; i < 6; i++) {
+            char body[300];
+            snprintf(body, sizeof body,
+                     "{" DOUBLE TIMES ",\"rows\":\"events\",\"events\":[{\"of\":\"theta\","
+                     "\"arm\":1,\"value\":%s,\"unit\":\"rad\"}]}",
+                     value[none]);
+            struct test_reply reply = test_post_as(API_OP_TRAJECTORIES, body, accept[i], NULL);
+            CHECK_INT(reply.status, 200);
+            CHECK(!strncmp(reply.media_type, accept[i], strlen(accept[i])));
+            if (!i) CHECK((test_reply_count(&reply, "/event") > 4) == !none);
+            if (!i)
+                CHECK(test_reply_number(&reply, "/stats/events") == test_reply_count(&reply, "/t"));
+            if (i == 1)
+                CHECK(
+                    !strncmp(reply.out.data, "t,event,direction,phi_1,phi_2,phid_1,phid_2\n", 44));
+            if (i == 3) CHECK(reply.out.bytes % (7 * 8) == 0 && (reply.out.bytes == 0) == none);
+            test_reply_free(&reply);
+        }
+}
+
+TEST(events_that_make_no_sense_are_refused) {
+#define ONE(condition) ASK("[" condition "]")
+    CHECK_REFUSED(API_OP_TRAJECTORIES, ASK("[]"), "/events", "1 to 64 conditions");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, ASK("{}"), "/events", "1 to 64 conditions");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("7"), "/events/0", "");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"value\":1}"), "/events/0/of", "");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"angle\",\"arm\":1,\"value\":1}"),
+                  "/events/0/of", "");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"phi\",\"value\":1}"), "/events/0/arm", "");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"phi\",\"arm\":3,\"value\":1}"),
+                  "/events/0/arm", "1 to 2");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"phi\",\"arm\":1}"), "/events/0",
+                  "one of \"value\"");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"phi\",\"arm\":1,\"value\":1,\"bound\":1}"),
+                  "/events/0", "one of \"value\"");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"x\",\"arm\":1,\"bound\":-1}"),
+                  "/events/0/bound", "");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"x\",\"arm\":1,\"value\":1,\"unit\":\"deg\"}"),
+                  "/events/0/unit", "of angles");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"energy\",\"arm\":1,\"value\":1}"),
+                  "/events/0/arm", "the whole pendulum");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"distance\",\"arm\":1,\"to\":1,\"value\":1}"),
+                  "/events/0/to", "another arm");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"x\",\"arm\":1,\"to\":2,\"value\":1}"),
+                  "/events/0/to", "\"distance\" only");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"x\",\"arm\":1,\"value\":1,\"stop\":0}"),
+                  "/events/0/stop", "");
+    CHECK_REFUSED(API_OP_TRAJECTORIES,
+                  ONE("{\"of\":\"x\",\"arm\":1,\"value\":1,\"count\":10000000}"), "/events",
+                  "max-answer-bytes");
+#define WITH(more) "{" DOUBLE TIMES ",\"events\":[{\"of\":\"x\",\"arm\":1,\"value\":1}]," more "}"
+    CHECK_REFUSED(API_OP_TRAJECTORIES, WITH("\"method\":\"rk8pd\""), "/events", "method taylor");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, WITH("\"precision\":\"extended\""), "/events",
+                  "method taylor");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, WITH("\"rows\":\"events\",\"trust\":true"), "/trust",
+                  "leave it out");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, WITH("\"rows\":\"events\",\"output\":[\"z\"]"), "/output",
+                  "leave it out");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" DOUBLE TIMES ",\"rows\":\"events\"}", "/rows",
+                  "needs \"events\"");
+    CHECK_REFUSED(API_OP_TRAJECTORIES,
+                  "{" DOUBLE ",\"times\":[1],\"events\":[{\"of\":\"x\",\"arm\":1,\"value\":1}]}",
+                  "/times", "span some time");
+    struct test_reply reply = test_post_as(
+        API_OP_TRAJECTORIES, ASK("[{\"of\":\"x\",\"arm\":1,\"value\":1}]"), "text/csv", NULL);
+    CHECK(test_reply_has_fault(&reply, "/events", "\"rows\": \"events\""));
+    test_reply_free(&reply);
+}
+
+TEST(events_of_too_many_steps_are_refused) {
+    struct api_limits limits;
+    api_limits_init(&limits);
+    limits.steps = 100;
+    struct test_reply reply = test_post_as(
+        API_OP_TRAJECTORIES,
+        "{" DOUBLE ",\"times\":[0,5000],\"rows\":\"events\",\"events\":[{\"of\":\"x\",\"arm\":1,"
+        "\"value\":5}]}",
+        NULL, &limits);
+    CHECK_INT(reply.status, 422);
+    CHECK(strstr(reply.out.data, "max-steps") != NULL);
+    test_reply_free(&reply);
+}
