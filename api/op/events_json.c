@@ -19,6 +19,10 @@ static const enum pend_quantity meanings[] = {
     PEND_QUANTITY_FORCE,   PEND_QUANTITY_X,         PEND_QUANTITY_Y,     PEND_QUANTITY_DISTANCE,
     PEND_QUANTITY_KINETIC, PEND_QUANTITY_POTENTIAL, PEND_QUANTITY_ENERGY};
 
+/* the most arms whose places are followed: some 20 ms a step; what following one costs, in parts of
+ * what a step costs an arm */
+static const double followed_most = 20000, followed_times = 6;
+
 static const double value_most = 1e15, pi = 3.14159265358979323846;
 
 static int present(const struct api_value *value) { return api_value_kind(value) != API_MISSING; }
@@ -150,6 +154,28 @@ static void check_size(const struct api_events *events, const struct api_value *
                         rows, events->tree->n, 8 * rows * numbers, limits->answer_bytes);
 }
 
+/* counts the arms whose places are followed: on the way to each tip, and all for energies, which
+ * are three times as much */
+static void count_followed(struct api_events *events, const struct api_value *field,
+                           struct api_problem *problem) {
+    const struct pend_tree *tree = events->tree->tree;
+    int energies = 0;
+    for (int i = 0; i < events->count && tree; i++) {
+        const struct pend_event *event = &events->event[i];
+        int tips = event->quantity >= PEND_QUANTITY_X && event->quantity < PEND_QUANTITY_KINETIC;
+        energies |= event->quantity >= PEND_QUANTITY_KINETIC;
+        if (tips) events->followed += tree->depth[event->arm];
+        if (event->quantity == PEND_QUANTITY_DISTANCE)
+            events->followed += tree->depth[event->other];
+    }
+    if (energies && tree) events->followed += 3.0 * tree->n;
+    if (events->followed > followed_most)
+        api_value_fault(field, problem,
+                        "follow the places of %.0f arms in each step, on the way to the tips that "
+                        "they name, and at most %.0f are followed: ask for fewer",
+                        events->followed, followed_most);
+}
+
 void api_events_read(struct api_events *events, const struct api_reading *reading,
                      const struct api_tree *tree, const struct api_states *start,
                      const struct api_method *method, const struct pend_times *times) {
@@ -175,6 +201,7 @@ void api_events_read(struct api_events *events, const struct api_reading *readin
     if (!events->count) return;
     check_others(events, &field, reading, start, method, times->count > 1);
     check_size(events, &field, reading->limits, problem);
+    count_followed(events, &field, problem);
 }
 
 void api_events_clear(struct api_events *events) {
@@ -259,7 +286,8 @@ static void events_cut(const struct api_events *events, struct pend_times *times
 /* the next passages, as many as a piece of work yields */
 static enum pend_status events_next(struct api_events *events, double first,
                                     struct pend_error *error) {
-    long most = PIECE / (events->tree->n * 16L * events->count);
+    double arms = events->tree->n * api_events_times(events) + 2.0 * events->count;
+    long most = (long)(PIECE / 16 / arms);
     enum pend_found found;
     struct pend_hit hit;
     PEND_TRY(pend_events_next(events->search, most > 0 ? most : 1, &found, &hit, events->state,
@@ -343,6 +371,11 @@ enum pend_status api_events_write(struct api_events *events, const struct pend_t
     do PEND_TRY(api_writer_finish(writer, stats, turn->out, done));
     while (!*done && !api_turn_over(turn));
     return PEND_OK;
+}
+
+double api_events_times(const struct api_events *events) {
+    if (!events->count) return 0;
+    return 2 + followed_times * events->followed / events->tree->n;
 }
 
 double api_events_bytes(const struct api_events *events) {

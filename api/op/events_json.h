@@ -15,9 +15,10 @@
 enum { API_EVENTS_MOST = 64, API_EVENTS_COLUMNS = 5 };
 
 struct api_events {
-    int count; /* of conditions; 0 = there are none */
-    int rows;  /* the answer's rows are the passages, not the instants */
-    int stops; /* a condition may end the motion */
+    int count;       /* of conditions; 0 = there are none */
+    int rows;        /* the answer's rows are the passages, not the instants */
+    int stops;       /* a condition may end the motion */
+    double followed; /* arms whose places are followed in each step, all conditions together */
     struct pend_event event[API_EVENTS_MOST];
     const struct api_tree *tree;
     double step_cap;
@@ -82,6 +83,9 @@ void api_events_tell(const struct api_events *events, const struct pend_times *t
  */
 PEND_MUST_CHECK enum pend_status api_events_append(const struct api_events *events, int digits,
                                                    struct api_buffer *out);
+
+/** Returns how many times as long as the motion's steps the search takes; 0 without one. O(1). */
+double api_events_times(const struct api_events *events);
 
 /** Bytes that the passages take until the next turn ends. O(1). */
 double api_events_bytes(const struct api_events *events);

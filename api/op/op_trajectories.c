@@ -351,12 +351,11 @@ static enum pend_status trajectory_finish(struct trajectory *trajectory,
                                           const struct api_turn *turn, int *done) {
     if (!trajectory->stats.count) trajectory_tell(trajectory, turn);
     PEND_TRY(api_writer_finish(trajectory->writer, &trajectory->stats, turn->out, done));
-    if (!*done) return PEND_OK;
-    return api_events_append(&trajectory->events, trajectory->table.digits, turn->out);
+    return *done ? api_events_append(&trajectory->events, trajectory->table.digits, turn->out)
+                 : PEND_OK;
 }
 
-/* looks for events; once all are found, or none are asked for, begins the answer. Returns with no
- * writer where the turn is over before. */
+/* looks for events, then begins the answer; no writer where the turn is over before */
 static enum pend_status trajectory_open(struct trajectory *trajectory, const struct api_turn *turn,
                                         struct pend_error *error) {
     struct api_events *events = &trajectory->events;

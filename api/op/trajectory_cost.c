@@ -59,8 +59,8 @@ double api_trajectory_cost_seconds(const struct api_trajectory_size *size) {
         times_as_long = size->trusts ? 2 * quad_times : quad_times;
     if (size->method->method == &pend_method_symplectic) times_as_long = symplectic_times;
     times_as_long += derived_times * ceil(size->derived->count / 7.0);
-    // a search for events makes the same steps, and roots of its series take about as long
-    if (size->events->count) times_as_long = 2 + (size->events->rows ? 0 : times_as_long);
+    if (size->events->rows) times_as_long = 0;
+    times_as_long += api_events_times(size->events);
     return times_as_long * fmin(steps, (double)size->step_cap) *
                (step_seconds + size->tree->n * arm_seconds) +
            numbers * (size->format->digits ? text_seconds : binary_seconds);

@@ -32,6 +32,7 @@ struct pend_events {
     int begun, ended; /* a step was taken; nothing more is to be told */
     int queued, next; /* of the step's hits, and the next to be told */
     double *room;     /* for energies, or NULL */
+    double kinetic[EVENT_TERMS], potential[EVENT_TERMS]; /* of the step, if there is room */
     struct events_watch *watch;
     struct pend_hit *queue; /* count HITS_A_STEP */
 };
@@ -44,38 +45,34 @@ PEND_VALIDATOR events_valid(const struct pend_events *e) {
 /* ---- a step */
 
 /* the quantity of a condition over the step */
-static void events_series(const struct event_step *step, const struct pend_event *event,
-                          double out[EVENT_TERMS]) {
+static void events_series(const struct pend_events *e, const struct event_step *step,
+                          const struct pend_event *event, double out[EVENT_TERMS]) {
     double other[EVENT_TERMS];
     switch (event->quantity) {
     case PEND_QUANTITY_THETA:
     case PEND_QUANTITY_PHI:
         pend_event_series_phi(step, event->arm, out);
-        break;
+        return;
     case PEND_QUANTITY_RATE:
         pend_event_series_rate(step, event->arm, out);
-        break;
+        return;
     case PEND_QUANTITY_FORCE:
         pend_event_series_force(step, event->arm, out);
-        break;
+        return;
     case PEND_QUANTITY_X:
         pend_event_series_tip(step, event->arm, out, other);
-        break;
+        return;
     case PEND_QUANTITY_Y:
         pend_event_series_tip(step, event->arm, other, out);
-        break;
+        return;
     case PEND_QUANTITY_DISTANCE:
         pend_event_series_square(step, event->arm, event->other, out);
-        break;
-    case PEND_QUANTITY_POTENTIAL:
-        pend_event_series_energy(step, other, out);
-        break;
+        return;
     default:
-        pend_event_series_energy(step, out, other);
-        break;
+        for (int j = 0; j < EVENT_TERMS; j++)
+            out[j] = (event->quantity == PEND_QUANTITY_POTENTIAL ? 0 : e->kinetic[j]) +
+                     (event->quantity == PEND_QUANTITY_KINETIC ? 0 : e->potential[j]);
     }
-    for (int j = 0; j < EVENT_TERMS && event->quantity == PEND_QUANTITY_ENERGY; j++)
-        out[j] += other[j];
 }
 
 /* true if the quantity is at the level or above it from the start on */
@@ -125,7 +122,7 @@ static void events_look(struct pend_events *e, const struct event_step *step, in
     const struct pend_event *asked = &e->problem.event[event];
     double series[EVENT_TERMS], level = asked->level, low = 0;
     if (e->watch[event].told >= asked->most) return;
-    events_series(step, asked, series);
+    events_series(e, step, asked, series);
     if (asked->quantity == PEND_QUANTITY_PHI) low = step->series.begin->phi_low[asked->arm];
     if (asked->quantity == PEND_QUANTITY_THETA)
         series[0] = pend_turns_theta(series[0], step->series.begin->phi_low[asked->arm]);
@@ -159,6 +156,7 @@ static enum pend_status events_step(struct pend_events *e, struct pend_error *er
     step.length = (end > 0 ? fmin(e->reached, end) : fmax(e->reached, end)) - from;
     step.degree = (int)fmin(step.series.order + BEYOND, EVENT_TERMS - 1);
     e->next = e->queued = 0;
+    if (e->room) pend_event_series_energy(&step, e->kinetic, e->potential);
     for (int i = 0; i < problem->count; i++) events_look(e, &step, i, from);
     e->begun = 1;
     return PEND_OK;

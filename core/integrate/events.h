@@ -81,7 +81,7 @@ void pend_events_free(struct pend_events **events);
  *
  * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL  error says the time.
  * No allocation. A step costs what the method's does, and O(order^2) for each condition, times the
- * arms on the way to the pivot for a place, times all arms for an energy.
+ * arms on the way to the pivot for a place; and once that of all arms, if there is an energy.
  */
 PEND_MUST_CHECK enum pend_status pend_events_next(struct pend_events *events, long steps,
                                                   enum pend_found *found, struct pend_hit *hit,

@@ -142,6 +142,23 @@ TEST(events_that_make_no_sense_are_refused) {
     test_reply_free(&reply);
 }
 
+TEST(events_of_places_far_from_the_pivot_are_refused_where_there_are_many) {
+    static char body[30000];
+    char *at = body + sprintf(body, "{\"pendulum\":{\"length\":[1");
+    for (int i = 1; i < 900; i++) at += sprintf(at, ",1");
+    at += sprintf(at, "],\"mass\":[1");
+    for (int i = 1; i < 900; i++) at += sprintf(at, ",1");
+    at += sprintf(at, "],\"parent\":[0");
+    for (int i = 1; i < 900; i++) at += sprintf(at, ",%d", i);
+    at += sprintf(at, "]},\"times\":[0,0.01],\"events\":[");
+    for (int i = 0; i < 24; i++)
+        at += sprintf(at, "%s{\"of\":\"y\",\"arm\":900,\"value\":-1,\"count\":1}", i ? "," : "");
+    sprintf(at, "]}");
+    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    CHECK(test_reply_has_fault(&reply, "/events", "21600 arms"));
+    test_reply_free(&reply);
+}
+
 TEST(events_of_too_many_steps_are_refused) {
     struct api_limits limits;
     api_limits_init(&limits);
