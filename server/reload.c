@@ -19,7 +19,7 @@ static const char *const reload_names[] = {
     "drain-idle-seconds", "access-log",       "log",
     "max-scene-bytes",    "max-job-members",  "max-job-samples",
     "max-job-steps",      "max-job-seconds",  "audit-log",
-    "log-client",         "role-header",
+    "log-client",         "role-header",      "frame-ancestors",
 };
 
 int srv_reload_may(const char *name) {

@@ -62,6 +62,10 @@ static const struct srv_option config_table[] = {
      "web pages of other origins that may read answers: * = all may compute, none, or origins "
      "like https://example.org, which may have jobs and scenes too",
      SRV_OPTION_TEXT, FIELD(cors_origins), 0, 0},
+    {"frame-ancestors", "LIST", "*",
+     "pages that may have the page's embed view (/?embed=1) in a frame: * = any, none, or origins "
+     "like https://example.org; the rest of the page is never in one",
+     SRV_OPTION_FRAMES, FIELD(frame_ancestors), 0, 0},
     {"trusted-proxy", "LIST", "none",
      "networks like 10.0.0.0/8 of proxies that may say who the client is, and unix for those that "
      "come by a socket's path",

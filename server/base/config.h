@@ -30,8 +30,9 @@ struct srv_config {
     double wait_seconds, requests_a_minute, address_clients;
     double cache_bytes, compress_above;
     char log[SRV_CONFIG_TEXT], audit_log[SRV_CONFIG_TEXT], log_client[SRV_CONFIG_TEXT];
-    char cors_origins[SRV_CONFIG_TEXT], trusted_proxy[SRV_CONFIG_TEXT],
-        client_header[SRV_CONFIG_TEXT], role_header[SRV_CONFIG_TEXT];
+    char cors_origins[SRV_CONFIG_TEXT], frame_ancestors[SRV_CONFIG_TEXT];
+    char trusted_proxy[SRV_CONFIG_TEXT], client_header[SRV_CONFIG_TEXT],
+        role_header[SRV_CONFIG_TEXT];
     char store_file[SRV_CONFIG_TEXT], probe_listen[SRV_CONFIG_TEXT]; /* "none", as these: */
     char keys[SRV_CONFIG_TEXT];
     char tls_certificate[SRV_CONFIG_TEXT], tls_key[SRV_CONFIG_TEXT],
@@ -73,6 +74,7 @@ enum srv_option_kind {
     SRV_OPTION_SECONDS, /* a number */
     SRV_OPTION_SWITCH,  /* on, off or auto */
     SRV_OPTION_HOSTS,   /* *, auto or a list of hosts */
+    SRV_OPTION_FRAMES,  /* origins that may frame a page: what a header may hold */
     SRV_OPTION_ROLE,    /* all, api or worker */
     SRV_OPTION_CLIENT,  /* full, network or none */
     SRV_OPTION_STORE    /* none, sqlite, sqlite:PATH or postgresql://... */

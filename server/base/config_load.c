@@ -80,18 +80,34 @@ static int load_listen_good(const char *value) {
     return !memchr(value, ':', (size_t)(colon - value));
 }
 
-/* what a text of a kind must be, where it is not; NULL where it is good */
-static const char *load_text_right(enum srv_option_kind kind, const char *value) {
-    if (kind == SRV_OPTION_LISTEN && !load_listen_good(value))
-        return "HOST:PORT with a port from 0 to 65535, an IPv6 host in brackets, or unix:PATH";
-    if (kind == SRV_OPTION_HOSTS && !srv_hosts_good(value))
-        return "*, auto, or hosts like example.org, *.example.org, 192.0.2.1, [::1]:8080";
+/* only what an origin has, since it becomes part of a header */
+static int load_frames_good(const char *list) {
+    static const char origin[] = "abcdefghijklmnopqrstuvwxyz0123456789-.:/*[], ";
+    size_t bytes = strlen(list);
+    return bytes > 0 && bytes < SRV_CONFIG_TEXT && strspn(list, origin) == bytes;
+}
+
+/* what a word of a kind must be, where it is not; NULL where it is good, or no such word */
+static const char *load_word_right(enum srv_option_kind kind, const char *value) {
     if (kind == SRV_OPTION_ROLE && strcmp(value, "all") && strcmp(value, "api") &&
         strcmp(value, "worker"))
         return "all, api or worker";
     if (kind == SRV_OPTION_CLIENT && strcmp(value, "full") && strcmp(value, "network") &&
         strcmp(value, "none"))
         return "full, network or none";
+    return NULL;
+}
+
+/* what a text of a kind must be, where it is not; NULL where it is good */
+static const char *load_text_right(enum srv_option_kind kind, const char *value) {
+    const char *right = load_word_right(kind, value);
+    if (right) return right;
+    if (kind == SRV_OPTION_LISTEN && !load_listen_good(value))
+        return "HOST:PORT with a port from 0 to 65535, an IPv6 host in brackets, or unix:PATH";
+    if (kind == SRV_OPTION_HOSTS && !srv_hosts_good(value))
+        return "*, auto, or hosts like example.org, *.example.org, 192.0.2.1, [::1]:8080";
+    if (kind == SRV_OPTION_FRAMES && !load_frames_good(value))
+        return "*, none, or origins like https://example.org, https://*.example.org";
     return *value && strlen(value) < SRV_CONFIG_TEXT ? NULL : "a text of 1 to 255 bytes";
 }
 
@@ -138,6 +154,7 @@ static enum pend_status load_set(struct srv_config *config, const struct srv_opt
     case SRV_OPTION_FILE:
     case SRV_OPTION_TEXT:
     case SRV_OPTION_HOSTS:
+    case SRV_OPTION_FRAMES:
     case SRV_OPTION_ROLE:
     case SRV_OPTION_CLIENT:
         return load_set_text(out, row, place, value, error);

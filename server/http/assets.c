@@ -1,17 +1,18 @@
 #include "server/http/assets.h"
 
 #include <assert.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "api/call/openapi.h"
 
-/* The content security policy: a document may load from this server only, and nobody may frame it.
- */
-static const char assets_policy[] =
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src "
-    "'self'; "
-    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+/* what a document may load: this server's own; who may frame it stands behind */
+#define ASSETS_POLICY                                                                              \
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "        \
+    "font-src 'self'; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors "
+
+static const char assets_alone[] = ASSETS_POLICY "'none'";
 
 static const char assets_for_ever[] = "public, max-age=31536000, immutable";
 
@@ -29,7 +30,7 @@ static int assets_is_document(const struct srv_asset *asset) {
 }
 
 static void assets_give(struct srv_exchange *exchange, const struct srv_asset *asset,
-                        const char *keep) {
+                        const char *keep, const char *policy) {
     assert(asset->plain && asset->media_type && asset->etag);
     int packed =
         asset->packed && srv_coding_accepts(exchange->field[SRV_ACCEPT_ENCODING], SRV_GZIP);
@@ -46,22 +47,48 @@ static void assets_give(struct srv_exchange *exchange, const struct srv_asset *a
     srv_exchange_header(exchange, "ETag", asset->etag);
     srv_exchange_header(exchange, "Vary", "Accept-Encoding");
     srv_exchange_header(exchange, "Referrer-Policy", "no-referrer");
-    srv_exchange_header(exchange, "Content-Security-Policy", assets_policy);
+    srv_exchange_header(exchange, "Content-Security-Policy", policy);
 }
 
 /* Documents are requested at every visit: they name the digest under which every other file is
  * found. */
-static void assets_document(struct srv_exchange *exchange, const char *name) {
+static void assets_document(struct srv_exchange *exchange, const char *name, const char *policy) {
     const struct srv_asset *asset = assets_find(name);
     if (asset)
-        assets_give(exchange, asset, "no-cache");
+        assets_give(exchange, asset, "no-cache", policy);
     else
         srv_exchange_problem(exchange, 404, "this server was built without %s", name);
 }
 
-void srv_assets_index(struct srv_exchange *exchange) { assets_document(exchange, "index.html"); }
+/* is the view asked for that may be in a frame: has the query embed=1? */
+static int assets_embeds(const char *query) {
+    for (const char *part = query; part; part = strchr(part, '&')) {
+        if (*part == '&') part++;
+        size_t bytes = strcspn(part, "&");
+        if (bytes == 7 && !strncmp(part, "embed=1", 7)) return 1;
+    }
+    return 0;
+}
 
-void srv_assets_docs(struct srv_exchange *exchange) { assets_document(exchange, "docs.html"); }
+/* the policy of the embed view: whom frame-ancestors lists may have it in a frame */
+static const char *assets_framed(struct srv_exchange *exchange) {
+    const char *list = srv_service_config(exchange->service)->frame_ancestors;
+    size_t bytes = sizeof ASSETS_POLICY + strlen(list);
+    char *policy = strcmp(list, "none") ? srv_exchange_text(exchange, bytes) : NULL;
+    if (!policy) return assets_alone;
+    snprintf(policy, bytes, "%s%s", ASSETS_POLICY, list);
+    for (char *comma = policy; (comma = strchr(comma, ','));) *comma = ' ';
+    return policy;
+}
+
+void srv_assets_index(struct srv_exchange *exchange) {
+    int embeds = assets_embeds(exchange->query);
+    assets_document(exchange, "index.html", embeds ? assets_framed(exchange) : assets_alone);
+}
+
+void srv_assets_docs(struct srv_exchange *exchange) {
+    assets_document(exchange, "docs.html", assets_alone);
+}
 
 void srv_assets_description(struct srv_exchange *exchange) {
     const struct srv_asset description = {.path = "openapi.json",
@@ -71,7 +98,7 @@ void srv_assets_description(struct srv_exchange *exchange) {
                                           .plain_bytes = api_openapi_bytes,
                                           .packed = api_openapi_packed,
                                           .packed_bytes = api_openapi_packed_bytes};
-    assets_give(exchange, &description, "no-cache");
+    assets_give(exchange, &description, "no-cache", assets_alone);
 }
 
 void srv_assets_file(struct srv_exchange *exchange) {
@@ -81,7 +108,7 @@ void srv_assets_file(struct srv_exchange *exchange) {
     int ours = !strncmp(name, srv_assets_digest, digest) && name[digest] == '/';
     const struct srv_asset *asset = ours ? assets_find(name + digest + 1) : NULL;
     if (asset && !assets_is_document(asset))
-        assets_give(exchange, asset, assets_for_ever);
+        assets_give(exchange, asset, assets_for_ever, assets_alone);
     else
         srv_exchange_problem(exchange, 404, "the page of this server has no file %.200s",
                              exchange->path);

@@ -23,7 +23,8 @@ extern const struct srv_asset srv_assets_table[];
 extern const int srv_assets_count;
 extern const char srv_assets_digest[]; /* of all files, 16 hexadecimal digits */
 
-/** GET /: the page. */
+/** GET /: the page. Its embed view, /?embed=1, may be in frames of whom frame-ancestors lists;
+ * everything else in none. */
 void srv_assets_index(struct srv_exchange *exchange);
 
 /** GET /docs: the API's reference page. */

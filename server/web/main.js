@@ -36,11 +36,17 @@ const VIEWS = {
 const TYPED = "input:not([type=range]), textarea";
 const PRESSED = `${TYPED}, select, button, summary, a`;
 
+// in another page's frame: the stage and the time bar
+const embedded = new URLSearchParams(location.search).get("embed") === "1";
+if (embedded) root.dataset.embed = "";
+const FRAMED = ["stage", "timebar"];
+const shown = Object.entries(VIEWS).filter(([id]) => !embedded || FRAMED.includes(id));
+
 const text = createText();
 const client = createClient();
 const clock = createClock();
 // on a wide screen the examples lie open beside the stage
-const wide = matchMedia("(min-width: 861px)").matches && location.hash.length <= 1;
+const wide = !embedded && matchMedia("(min-width: 861px)").matches && location.hash.length <= 1;
 const store = createStore(wide ? { view: { drawer: "presets" } } : {});
 const motion = createMotion({ store, client, clock });
 const live = /** @type {HTMLElement} */ (document.getElementById("live"));
@@ -92,7 +98,7 @@ function tell(direction, label) {
 function mount() {
   views.forEach((view) => view.destroy());
   document.title = text("name");
-  views = Object.entries(VIEWS).map(([id, view]) => {
+  views = shown.map(([id, view]) => {
     const place = /** @type {HTMLElement} */ (document.getElementById(id));
     return tried(app, () => view(place, app), place);
   });
@@ -155,5 +161,6 @@ mount();
 document.getElementById("waiting")?.remove();
 open();
 tellWithout();
-enterRoom(app).catch((error) => app.complain(said(error, text)));
+if (embedded) files.script("embed.js").then(({ default: begin }) => begin(app));
+else enterRoom(app).catch((error) => app.complain(said(error, text)));
 if (!still.matches) clock.play();

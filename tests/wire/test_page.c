@@ -39,6 +39,33 @@ TEST(documents_of_the_page_may_load_from_this_server_only) {
     test_server_stop(&server);
 }
 
+TEST(only_the_embed_view_may_be_framed_and_only_by_whom_the_option_lists) {
+    static const struct {
+        const char *list, *path, *frames;
+    } row[] = {
+        {"*", "/?embed=1", "frame-ancestors *"},
+        {"*", "/?room=PK7TR&embed=1", "frame-ancestors *"},
+        {"*", "/?embed=10", "frame-ancestors 'none'"},
+        {"*", "/?noembed=1", "frame-ancestors 'none'"},
+        {"*", "/docs?embed=1", "frame-ancestors 'none'"},
+        {"none", "/?embed=1", "frame-ancestors 'none'"},
+        {"https://a.example,https://b.example", "/?embed=1",
+         "frame-ancestors https://a.example https://b.example"},
+    };
+    struct test_reply reply;
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        const char *options[] = {"--frame-ancestors", row[i].list, NULL};
+        struct test_server *server = test_server_start(options);
+        REQUIRE(server != NULL);
+        CHECK_INT(test_request(server, &reply, "GET", row[i].path, "", NULL), 200);
+        const char *policy = test_reply_header(&reply, "Content-Security-Policy");
+        const char *frames = policy ? strstr(policy, "frame-ancestors") : NULL;
+        CHECK_TEXT(frames ? frames : "", row[i].frames);
+        test_reply_clear(&reply);
+        test_server_stop(&server);
+    }
+}
+
 /* one request whose reply, of bytes that are no text, is not recorded */
 static int fetch(struct test_server *server, struct test_reply *reply, const char *path,
                  const char *headers) {

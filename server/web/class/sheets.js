@@ -34,6 +34,7 @@ function answersTable(room, id, sheet) {
   const { session, say } = room;
   const asked = sheet.steps.filter(({ question }) => question);
   const heads = asked.map(({ title, id: step }) => h("th", { scope: "col" }, title || step));
+  /** @type {HTMLElement[]} */
   const rows = [];
   for (const { name, value } of session.items.values()) {
     const [kind, sheetId, pupil] = name.split("/");
@@ -54,6 +55,8 @@ function answersTable(room, id, sheet) {
     rows.push(h("tr", {}, h("th", { scope: "row" }, nickname), h("td", {}, done), ...cells));
   }
   if (!rows.length) return h("p", { class: "quiet" }, say("sheet.noAnswers"));
+  const name = (/** @type {HTMLElement} */ row) => row.firstElementChild?.textContent ?? "";
+  rows.sort((a, b) => name(a).localeCompare(name(b)));
   const head = h("tr", {}, h("th", {}, say("sheet.pupil")), h("th", {}, ""), ...heads);
   return h(
     "div",

@@ -367,6 +367,7 @@ export default {
   "step.preset": "Beispiel",
   "step.span": "Dauer",
 
+  "embed.open": "Ganze Seite öffnen",
   loading: "Wird berechnet: {share} % sind da",
   "failure.away": "Der Server antwortet nicht.",
   "failure.away.retry": "Der Server antwortet nicht. Neuer Versuch in {seconds} s.",

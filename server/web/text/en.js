@@ -367,6 +367,7 @@ export default {
   "step.preset": "example",
   "step.span": "duration",
 
+  "embed.open": "Open the whole page",
   loading: "Computing: {share} % is here",
   "failure.away": "The server does not answer.",
   "failure.away.retry": "The server does not answer. Trying again in {seconds} s.",

@@ -1,0 +1,69 @@
+// The embed view's talk with the page that has it in a frame: the state is told and set by
+// postMessage; a link leads to the whole page.
+// Leaves to others: who may have it in a frame (the server's --frame-ancestors), scenes (link.js).
+// Invariant: what is set is checked as a link is; nothing but what is on the stage is told.
+
+import { linkOf, readScene, sceneOf } from "./link.js";
+import { h } from "./dom.js";
+
+const PAUSE_MS = 200;
+
+/** What is told: the scene and where the clock stands. @param {App} app */
+function stateOf({ store, clock }) {
+  const doc = store.get();
+  const scene = sceneOf({ ...doc, view: { ...doc.view, drawer: null } });
+  return { pendulumd: "state", scene, time: clock.time, playing: clock.playing };
+}
+
+/** @param {App} app @param {any} message */
+async function set({ store, clock, client }, { scene, time, playing }) {
+  if (scene) {
+    const patch = await readScene(scene, client);
+    store.set({ ...patch, view: { ...patch.view, drawer: null } }, { label: "open" });
+    clock.restart(Number.isFinite(time) ? Math.max(0, time) : 0);
+  } else if (Number.isFinite(time)) clock.seek(time);
+  if (playing === true) clock.play();
+  if (playing === false) clock.pause();
+}
+
+/** @param {App} app @param {MessageEvent} event */
+async function heard(app, { data, source, origin }) {
+  const from = /** @type {Window | null} */ (source);
+  if (from !== window.parent || typeof data?.pendulumd !== "string") return;
+  // a page of a file has no origin to be answered at
+  const at = { targetOrigin: origin === "null" ? "*" : origin };
+  if (data.pendulumd === "get") from.postMessage(stateOf(app), at);
+  if (data.pendulumd !== "set") return;
+  try {
+    await set(app, data);
+    from.postMessage(stateOf(app), at);
+  } catch {
+    from.postMessage({ pendulumd: "refused" }, at);
+  }
+}
+
+/** @param {App} app */
+export default function beginEmbed(app) {
+  const { store, text, clock } = app;
+  const attributes = { class: "embed-link", target: "_blank", rel: "noopener" };
+  const link = h("a", attributes, text("embed.open"));
+  document.getElementById("stage")?.append(link);
+  const tell = () => window.parent.postMessage(stateOf(app), "*");
+  let timer = 0;
+  let playing = clock.playing;
+  async function follow() {
+    timer = 0;
+    link.setAttribute("href", `/${await linkOf(store.get())}`);
+    tell();
+  }
+  const soon = () => {
+    timer ||= window.setTimeout(follow, PAUSE_MS);
+  };
+  store.subscribe(soon);
+  clock.subscribe(() => {
+    if (clock.playing !== playing) soon();
+    ({ playing } = clock);
+  });
+  window.addEventListener("message", (event) => heard(app, event));
+  follow();
+}
