@@ -6,7 +6,7 @@ import { openDrawer } from "./drawers.mjs";
 
 /** A page with a room of its own: {page, code}. */
 export async function teach(rig, options = {}) {
-  const page = await rig.open({ cold: true, width: 1280, height: 900, ...options });
+  const page = await rig.open({ width: 1280, height: 900, ...options });
   await openDrawer(page, "class");
   await page.click("[data-class=make]");
   const code = await page.textContent(".room-code");
@@ -15,7 +15,7 @@ export async function teach(rig, options = {}) {
 
 /** A pupil's page, joined. */
 export async function join(rig, code, nickname, options = {}) {
-  const page = await rig.open({ cold: true, width: 900, height: 800, path: `/?room=${code}`, still: true, ...options });
+  const page = await rig.open({ width: 900, height: 800, path: `/?room=${code}`, still: true, ...options });
   await page.waitForSelector("[data-class=nickname]");
   await page.fill("[data-class=nickname]", nickname);
   await page.press("[data-class=nickname]", "Enter");

@@ -216,7 +216,6 @@ export async function all_let_go_together_and_their_starts_lie_in_one_picture(ri
   assert.ok(Math.abs(Math.max(...starts) - Math.min(...starts) - 0.001) < 1e-9, `${starts}`);
   await teacher.click("[data-class=together]");
   await teacher.waitForSelector("text=/3 starts.*They begin 0.001 rad apart.*exponent is/");
-  await teacher.waitForTimeout(2000);
   await rig.shot(teacher, "room-together");
   await teacher.keyboard.press("Escape");
   // by hand: the pendulum hangs, and is let go when its pupil says so
