@@ -74,13 +74,8 @@ void api_method_read(struct api_method *method, const struct api_value *root,
         api_tree_modes_allowed(tree, &name, tree->n, "method linear", limits, problem);
     }
     const struct pend_loads *loads = &tree->loads;
-    if (known && known->flags & PEND_METHOD_CONSERVES && tree->cart)
-        api_value_fault(&name, problem,
-                        "\"%s\" has no pivot on a cart: use \"taylor\", or \"rkf45\", \"rk8pd\", "
-                        "\"msadams\" or \"ode23\"",
-                        known->name);
-    else if (known && known->flags & PEND_METHOD_CONSERVES && loads->terms &&
-             !pend_terms_conserve(loads->terms, loads->value))
+    if (known && known->flags & PEND_METHOD_CONSERVES && loads->terms &&
+        !pend_terms_conserve(loads->terms, loads->value))
         api_value_fault(&name, problem,
                         "\"%s\" keeps the energy, of springs, rods and bodies too, but has no "
                         "friction, drag, torques or moving pivot: use \"taylor\", or \"rkf45\", "

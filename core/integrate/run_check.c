@@ -87,11 +87,6 @@ static enum pend_status run_check_terms(const struct pend_method *method,
                          "method %s has no friction, drives, springs, rods or bodies: use method "
                          "taylor, or rkf45, rk8pd, msadams or ode23",
                          method->name);
-    if (method->flags & PEND_METHOD_CONSERVES && pend_terms_cart(loads->terms))
-        return pend_fail(error, PEND_INVALID, -1, 0,
-                         "method %s has no pivot on a cart: use method taylor, or rkf45, rk8pd, "
-                         "msadams or ode23",
-                         method->name);
     if (method->flags & PEND_METHOD_CONSERVES && !pend_terms_conserve(loads->terms, loads->value))
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "method %s keeps the energy, of springs, rods and bodies too, but has no "

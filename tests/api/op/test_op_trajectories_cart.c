@@ -174,8 +174,6 @@ TEST(what_does_not_take_a_cart_says_so) {
     CHECK_REFUSED(API_OP_TRAJECTORIES,
                   "{" CART ",\"times\":[0,1],\"initial\":{\"cart\":{\"y\":1}}}", "/initial/cart/y",
                   "not a known field");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" CART ",\"times\":[0,1],\"method\":\"symplectic\"}",
-                  "/method", "has no pivot on a cart");
     CHECK_REFUSED(API_OP_TRAJECTORIES,
                   "{" CART ",\"times\":[0,1],\"derivatives\":[{\"vary\":\"gravity\"}]}",
                   "/derivatives", "a pendulum on a cart");
