@@ -3,6 +3,8 @@
 
 import assert from "node:assert/strict";
 import { deflateRawSync } from "node:zlib";
+import { violations } from "./axe.mjs";
+import { openDrawer } from "./drawers.mjs";
 import { close, drawn, moving } from "./rig.mjs";
 
 const linkOf = (scene) => `/#d=${deflateRawSync(JSON.stringify(scene)).toString("base64url")}`;
@@ -132,5 +134,20 @@ export async function arms_come_and_go_with_their_terms(rig) {
   assert.deepEqual([pendulum.at, pendulum.damping, pendulum.mass], [[null, -0.2, null], [0.05, 0.01, 0.01], [0.5, 0.2, 0.2]]);
   await moving(page);
   assert.equal(await page.evaluate(() => pendulumd.motion.failure), null);
+  await close(page);
+}
+
+export async function modes_of_a_real_pendulum_are_told_with_their_damping(rig) {
+  const pendulum = { length: [1, 0.5], mass: [1, 0], parent: [0, 1], gravity: 9.81, rod: [null, 0.4], damping: [0.3, 0.05], stiffness: [null, 2] };
+  const page = await rig.open({ path: linkOf({ request: { pendulum, initial: { phi: [-1, -1], phid: [0, 0] }, times: { start: 0, stop: 5, step: 0.01 } } }) });
+  await openDrawer(page, "modes");
+  await page.waitForSelector('[data-drawer="modes"] [data-mode="2"]');
+  const shown = await page.locator('[data-drawer="modes"] tr[data-mode] td').allTextContents();
+  const told = await page.evaluate((tree) => pendulumd.client.modes({ pendulum: tree }), pendulum);
+  const numbers = told.mode.flatMap((_, k) => [told.frequency[k], told.decay[k], told.damping_ratio[k]]);
+  assert.ok(told.decay.every((decay) => decay > 0) && shown.length === 6);
+  shown.forEach((words, i) => assert.ok(Math.abs(Number(words) - numbers[i]) <= 6e-4 * numbers[i], `${words} for ${numbers[i]}`));
+  assert.deepEqual(await violations(page, { context: { include: ['[data-drawer="modes"]'] } }), []);
+  await rig.shot(page, "real-modes");
   await close(page);
 }

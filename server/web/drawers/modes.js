@@ -6,6 +6,7 @@
 
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
+import { pendulumOf, termsOf } from "../terms.js";
 import { aborted, button, figure, later, settled, tick } from "./kit.js";
 import { createMini } from "./mini.js";
 import { createModeCard } from "./mode_card.js";
@@ -158,6 +159,7 @@ async function load(view) {
   if (!(pendulum.gravity > 0)) return refuse(view, text("modes.noGravity"));
   view.status.textContent = text("kit.waiting");
   try {
+    if (Object.keys(termsOf(pendulum)).length) return await loadReal(view, pendulum);
     const select = n > ALL ? { select: { slowest: SLOWEST } } : {};
     const body = { pendulum, normalize: "max", ...select };
     const modes = await client.modes(body, { signal: view.stop.signal });
@@ -169,6 +171,29 @@ async function load(view) {
     view.tree = null;
     refuse(view, said(error, text));
   }
+}
+
+/**
+ * The frequencies of a real pendulum, with what friction does to them, as a table.
+ * @param {View} view @param {Tree} pendulum
+ */
+async function loadReal(view, pendulum) {
+  const { client, text } = view.app;
+  const signal = view.stop?.signal;
+  const modes = await client.modes({ pendulum: pendulumOf(pendulum) }, { signal });
+  refuse(view, text("modes.real"));
+  const names = ["frequency", "decay", "damping_ratio"];
+  const head = ["modes.mode", ...names.map((name) => `modes.${name}.unit`)];
+  const rows = modes.mode.map((/** @type {number} */ mode, /** @type {number} */ k) =>
+    h(
+      "tr",
+      { "data-mode": mode },
+      h("th", { scope: "row" }, String(mode)),
+      ...names.map((name) => h("td", {}, figure(text, modes[name][k], 4))),
+    ),
+  );
+  const titles = head.map((key) => h("th", { scope: "col" }, text(key)));
+  view.list.replaceChildren(h("li", {}, h("table", {}, h("tr", {}, ...titles), ...rows)));
 }
 
 /**

@@ -87,6 +87,12 @@ export default {
   "modes.identityLength": "Σ ℓ / g = {length} m / {gravity} m/s² = {quotient} s²",
   "modes.identityDifference": "Sie unterscheiden sich um {difference} davon.",
   "modes.noGravity": "Ohne Schwerkraft schwingt nichts: Es gibt keine Moden.",
+  "modes.real":
+    "Ein Pendel mit Stäben, Federn oder Reibung: seine kleinen Schwingungen um die Ruhe, ohne Antriebe. Mit dem Dämpfungsgrad 1 schwingt es nicht mehr.",
+  "modes.mode": "Mode",
+  "modes.frequency.unit": "Frequenz, Hz",
+  "modes.decay.unit": "Abklingen, 1/s",
+  "modes.damping_ratio.unit": "Dämpfungsgrad",
   "modes.many": "Die {count} langsamsten Moden von {all}",
   "modes.picture": "Mode {mode}, schwingend",
   "modes.sumPicture": "Die Summe der gewählten Moden",

@@ -87,6 +87,12 @@ export default {
   "modes.identityLength": "Σ ℓ / g = {length} m / {gravity} m/s² = {quotient} s²",
   "modes.identityDifference": "They differ by {difference} of it.",
   "modes.noGravity": "Without gravity nothing swings: there are no modes.",
+  "modes.real":
+    "A pendulum with bars, springs or friction: its small swings about its rest, drives left out. A damping ratio of 1 does not swing any more.",
+  "modes.mode": "Mode",
+  "modes.frequency.unit": "Frequency, Hz",
+  "modes.decay.unit": "Decay, 1/s",
+  "modes.damping_ratio.unit": "Damping ratio",
   "modes.many": "The {count} slowest modes of {all}",
   "modes.picture": "Mode {mode}, swinging",
   "modes.sumPicture": "The sum of the chosen modes",
