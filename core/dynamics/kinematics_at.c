@@ -7,8 +7,9 @@ struct at_vector {
     double x, y;
 };
 
-/* x + y i times the unit vector of a direction */
+/* x + y i times the unit vector of a direction; most points asked for are the arm's own end */
 static struct at_vector at_turn(double x, double y, double direction) {
+    if (x == 0 && y == 0) return (struct at_vector){0, 0};
     double c = cos(direction), s = sin(direction);
     return (struct at_vector){x * c - y * s, x * s + y * c};
 }
@@ -194,6 +195,7 @@ struct pend_energy pend_kinematics_energy_at(const struct pend_tree *tree,
         struct at_mass mass[AT_POINTS];
         at_masses(tree, loads, (int)k, mass);
         for (int i = 0; i < AT_POINTS; i++) {
+            if (mass[i].mass == 0 && mass[i].inertia == 0) continue;
             struct at_vector p = at_turn(mass[i].at.x, mass[i].at.y, phi[k]);
             double turning = at_cart(loads, (int)k) ? 0 : rate[k];
             double vx = x[k] - turning * p.y, vy = y[k] + turning * p.x;
@@ -206,6 +208,7 @@ struct pend_energy pend_kinematics_energy_at(const struct pend_tree *tree,
         struct at_mass mass[AT_POINTS];
         at_masses(tree, loads, (int)k, mass);
         for (int i = 0; i < AT_POINTS; i++) {
+            if (mass[i].mass == 0) continue;
             // from the tip back to the mass
             struct at_vector p = at_turn(mass[i].at.x - tree->len[k], mass[i].at.y, phi[k]);
             at_add(&potential, loads->gravity * mass[i].mass * (im[k] + p.y));

@@ -258,30 +258,57 @@ static void SMALL(loaded_orders)(const struct jets_system *s, const double *valu
     loads->orders = order;
 }
 
-/* sums of products of forces across and rates, times lengths, orders below `order`; forces of
- * orders from `orders` on are zero */
-VEC_INLINE void SMALL(effort)(const struct jets_system *s, const double *forces, int orders,
-                              int order, double factor, double *sum) {
+/* the sum over the arms of what is left of a product of forces across and rates */
+VEC_INLINE double SMALL(sum)(const struct jets_system *s, const VEC all[]) {
+    double total = 0;
+    for (int i = 0; i < SPANS; i++) {
+        VEC part = all[i] * VEC_(get)(s->len + i * VEC_WIDTH);
+        for (int lane = 0; lane < VEC_WIDTH; lane++) total += part[lane];
+    }
+    return total;
+}
+
+/* the power of given torques, orders below `order`; those of orders from `orders` on are zero */
+VEC_INLINE void SMALL(effort)(const struct jets_system *s, int orders, int order, double *sum) {
+    const double *forces = s->loads->given + LANES;
     for (int k = 0; k < order; k++) {
         VEC all[SPANS];
-        double total = 0;
         for (int i = 0; i < SPANS; i++) {
             all[i] = VEC_(of)(0);
             for (int j = 0; j <= k && j < orders; j++)
-                all[i] = VEC_(fma)(VEC_(get)(forces + j * LOADS_STRIDE + LANES + i * VEC_WIDTH),
+                all[i] = VEC_(fma)(VEC_(get)(forces + j * LOADS_STRIDE + i * VEC_WIDTH),
                                    VEC_(get)(s->rate + (k - j) * 8 + i * VEC_WIDTH), all[i]);
-            all[i] *= VEC_(get)(s->len + i * VEC_WIDTH);
-            for (int lane = 0; lane < VEC_WIDTH; lane++) total += all[i][lane];
         }
-        sum[k] += factor * total;
+        sum[k] += SMALL(sum)(s, all);
+    }
+}
+
+/* what friction takes: its forces are a symmetric form of the rates, so that products of two orders
+ * are alike both ways */
+VEC_INLINE void SMALL(waste)(const struct jets_system *s, int order, double *sum) {
+    const double *forces = s->loads->loss + LANES;
+    for (int k = 0; k < order; k++) {
+        VEC all[SPANS];
+        for (int i = 0; i < SPANS; i++) {
+            const double *force = forces + i * VEC_WIDTH, *rate = s->rate + i * VEC_WIDTH;
+            all[i] = VEC_(of)(0);
+            for (int j = 0; 2 * j < k; j++)
+                all[i] = VEC_(fma)(VEC_(get)(force + j * LOADS_STRIDE),
+                                   VEC_(get)(rate + (k - j) * 8), all[i]);
+            all[i] += all[i];
+            if (k % 2 == 0)
+                all[i] = VEC_(fma)(VEC_(get)(force + k / 2 * LOADS_STRIDE),
+                                   VEC_(get)(rate + k / 2 * 8), all[i]);
+        }
+        sum[k] -= SMALL(sum)(s, all);
     }
 }
 
 static void SMALL(power)(const struct jets_system *s, int order, double *work, double *heat) {
     const struct jets_loads *loads = s->loads;
-    if (loads->losses) SMALL(effort)(s, loads->loss, order, order, -1, heat);
+    if (loads->losses) SMALL(waste)(s, order, heat);
     if (loads->couples && (loads->drives || loads->terms->row[PEND_TERM_TORQUE] >= 0))
-        SMALL(effort)(s, loads->given, loads->drives ? order : 1, order, 1, work);
+        SMALL(effort)(s, loads->drives ? order : 1, order, work);
     if (loads->moves) loads_haul(s, order, work);
 }
 
