@@ -5,6 +5,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 
+#include "core/modes/damped.h"
 #include "core/modes/modes.h"
 #include "core/tree/turns.h"
 
@@ -32,6 +33,9 @@ static const struct {
 } state_forms[] = {{"phi", "phid", 0}, {"theta", "thetad", 1}, {"mode", "amplitude", 0}};
 
 enum { FORM_COUNT = 3, FORM_MODE = 2 };
+
+/* the most arms of a real pendulum that starts in a mode: with friction or drag, and without */
+enum { MODE_ARMS_DAMPED = 100, MODE_ARMS_STILL = 300 };
 
 enum pend_status api_states_new(struct api_states **states, long count, int n) {
     size_t arms = (size_t)n, one = 4 * arms * sizeof(double) + sizeof(double) + sizeof(int);
@@ -104,6 +108,19 @@ static void read_angles(const struct api_value *value, const struct api_tree *tr
     }
 }
 
+/* the modes of a real pendulum are found all together */
+static void check_real_mode(const struct api_tree *tree, const struct api_value *mode,
+                            struct api_problem *problem) {
+    int most = pend_damped_loses(&tree->loads) ? MODE_ARMS_DAMPED : MODE_ARMS_STILL;
+    assert(tree->terms);
+    if (tree->n <= most) return;
+    api_value_fault(
+        mode, problem,
+        "is of a real pendulum of %d arms; a start in a mode takes at most %d arms with "
+        "friction or drag, and %d without",
+        tree->n, MODE_ARMS_DAMPED, MODE_ARMS_STILL);
+}
+
 static void read_mode(struct api_states *states, long i, const struct api_value *mode,
                       const struct api_value *amplitude, double scale, const struct api_tree *tree,
                       const struct api_limits *limits, struct api_problem *problem) {
@@ -112,8 +129,10 @@ static void read_mode(struct api_states *states, long i, const struct api_value 
     (void)api_field_whole(mode, 1, tree->n ? tree->n : (long)limits->arms, &number, problem);
     if (api_field_needed(amplitude, problem))
         (void)api_value_read_number(amplitude, -INFINITY, INFINITY, "", &size, problem);
-    api_tree_ideal(tree, mode, "a start in a mode", problem);
-    api_tree_modes_allowed(tree, mode, 1, "a start in a mode", limits, problem);
+    if (tree->terms)
+        check_real_mode(tree, mode, problem);
+    else
+        api_tree_modes_allowed(tree, mode, 1, "a start in a mode", limits, problem);
     if (!states) return;
     states->mode[i] = (int)number;
     if (!states->mode_most || number < states->mode_least) states->mode_least = (int)number;
@@ -232,11 +251,40 @@ static enum pend_status states_modes(struct pend_modes **modes, const struct api
     return high ? pend_modes_select(modes, tree->tree, &request, error) : PEND_OK;
 }
 
+/* the states in modes of a real pendulum: its rest near hanging, and the real part of the mode's
+ * shape, with the rates that keep it in that mode */
+static enum pend_status states_settle_real(struct api_states *states, const struct api_tree *tree,
+                                           struct pend_error *error) {
+    size_t n = (size_t)states->n;
+    struct pend_damped *modes;
+    double *near = malloc(n * sizeof *near);
+    if (!near) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a start in a mode");
+    for (size_t k = 0; k < n; k++) near[k] = -pi / 2;
+    if (tree->cart) near[0] = 0;
+    enum pend_status status = pend_damped_new(&modes, tree->tree, &tree->loads, near, error);
+    free(near);
+    if (status != PEND_OK) return status;
+    for (long i = 0; i < states->count; i++) {
+        size_t j = (size_t)states->mode[i] - 1, at = (size_t)i * n;
+        if (!states->mode[i]) continue;
+        for (size_t k = 0; k < n; k++) {
+            double re = modes->re[j * n + k], im = modes->im[j * n + k];
+            states->phi[at + k] = modes->phi[k] + states->amplitude[i] * re;
+            states->rate[at + k] =
+                states->amplitude[i] * (modes->decay[j] * re - modes->omega[j] * im);
+        }
+    }
+    pend_damped_free(&modes);
+    states->mode_least = states->mode_most = 0;
+    return PEND_OK;
+}
+
 enum pend_status api_states_settle(struct api_states *states, const struct api_tree *tree,
                                    struct pend_error *error) {
     struct pend_modes *modes = NULL;
     size_t n = (size_t)states->n;
     assert(api_states_valid(states) && states->n == api_tree_stored(tree));
+    if (tree->terms && states->mode_most) return states_settle_real(states, tree, error);
     PEND_TRY(states_modes(&modes, states, tree, error));
     for (long i = 0; i < states->count; i++) {
         if (!states->mode[i]) continue;

@@ -161,6 +161,39 @@ TEST(two_metronomes_on_a_cart_with_friction_end_against_each_other) {
     test_reply_free(&reply);
 }
 
+TEST(a_real_pendulum_that_starts_in_a_mode_stays_in_it) {
+    // after a period the small motion is the start, smaller by the decay
+    static const char pendulum[] =
+        "\"pendulum\":{\"length\":[1,0.6],\"mass\":[1,0.5],\"parent\":[0,1],\"rod\":[0.5,null],"
+        "\"damping\":[0.2,0.05],\"stiffness\":[1,null],\"pivot\":{\"cart\":{\"mass\":2,"
+        "\"stiffness\":50,\"damping\":0.3}}}";
+    char body[900];
+    snprintf(body, sizeof body, "{%s}", pendulum);
+    struct test_reply modes = test_post(API_OP_MODES, body);
+    for (int j = 0; j < 3; j++) {
+        char at[40];
+        snprintf(at, sizeof at, "/omega/%d", j);
+        double omega = test_reply_number(&modes, at);
+        snprintf(at, sizeof at, "/decay/%d", j);
+        double shrunk = exp(-test_reply_number(&modes, at) * 2 * M_PI / omega);
+        snprintf(body, sizeof body,
+                 "{%s,\"initial\":{\"mode\":%d,\"amplitude\":1e-6},\"times\":[0,%.17g],"
+                 "\"output\":[\"theta\",\"cart\"]}",
+                 pendulum, j < 2 ? j + 1 : 2, 2 * M_PI / omega);
+        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        CHECK_INT(reply.status, 200);
+        double gap = fabs(test_reply_number(&reply, "/cart/x/1") -
+                          shrunk * test_reply_number(&reply, "/cart/x/0"));
+        gap = fmax(gap, fabs(test_reply_number(&reply, "/theta/1/1") -
+                             shrunk * test_reply_number(&reply, "/theta/0/1")));
+        // the third time another mode's period is tried, which is none of this one
+        CHECK_SAYING(j == 2 || gap < 1e-11, "mode %d: %g", j, gap);
+        CHECK(j < 2 || gap > 1e-9);
+        test_reply_free(&reply);
+    }
+    test_reply_free(&modes);
+}
+
 TEST(what_does_not_take_a_cart_says_so) {
     CHECK_REFUSED(API_OP_LYAPUNOV, "{" CART ",\"duration\":1}", "/pendulum", "a pivot on a cart");
     CHECK_REFUSED(API_OP_TRAJECTORIES,
