@@ -207,6 +207,8 @@ TEST(what_does_not_take_a_cart_says_so) {
     CHECK_REFUSED(API_OP_TRAJECTORIES,
                   "{" CART ",\"times\":[0,1],\"initial\":{\"cart\":{\"y\":1}}}", "/initial/cart/y",
                   "not a known field");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" CART ",\"times\":[0,1],\"method\":\"symplectic\"}",
+                  "/method", "keeps the energy");
     CHECK_REFUSED(API_OP_TRAJECTORIES,
                   "{" CART ",\"times\":[0,1],\"derivatives\":[{\"vary\":\"gravity\"}]}",
                   "/derivatives", "a pendulum on a cart");
@@ -218,4 +220,28 @@ TEST(what_does_not_take_a_cart_says_so) {
                   ",\"duration\":1,\"grid\":[{\"vary\":\"theta\",\"arm\":\"cart\",\"start\":1,"
                   "\"stop\":2,\"count\":2}]}",
                   "/grid/0/vary", "is no number of a cart");
+}
+
+/* on a cart that nothing brakes or drives the symplectic method has the motion of the others */
+TEST(a_cart_without_losses_moves_by_the_symplectic_method_as_by_taylor) {
+    static const char *const method[] = {"taylor", "symplectic"};
+    struct test_reply reply[2];
+    for (int i = 0; i < 2; i++) {
+        char body[400];
+        snprintf(body, sizeof body,
+                 "{\"pendulum\":{\"length\":[1,0.5],\"mass\":[1,2],\"parent\":[0,1],\"pivot\":{"
+                 "\"cart\":{"
+                 "\"mass\":2,\"angle\":0.2,\"stiffness\":20}}},\"times\":[0,1,2],\"method\":\"%s\","
+                 "\"output\":[\"phi\",\"cart\"]}",
+                 method[i]);
+        reply[i] = test_post(API_OP_TRAJECTORIES, body);
+        CHECK_INT(reply[i].status, 200);
+        CHECK(test_reply_number(&reply[i], "/stats/energy_drift") < 1e-13);
+    }
+    double gap =
+        fabs(test_reply_number(&reply[0], "/phi/2/1") - test_reply_number(&reply[1], "/phi/2/1"));
+    gap = fmax(gap, fabs(test_reply_number(&reply[0], "/cart/x/2") -
+                         test_reply_number(&reply[1], "/cart/x/2")));
+    CHECK_RESIDUAL(gap, 1e-12, "a cart by two methods");
+    for (int i = 0; i < 2; i++) test_reply_free(&reply[i]);
 }
