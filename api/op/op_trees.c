@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "api/json/json_out.h"
-#include "api/op/terms_write.h"
+#include "api/op/tree_write.h"
 #include "api/read/tree_json.h"
 
 static const char *const fields[] = {"pendulum", NULL};
@@ -35,20 +35,6 @@ static enum pend_status trees_read(void **state, const struct api_reading *readi
     trees->matrices = trees->tree.n <= reading->limits->matrix_arms;
     if (status != PEND_OK) trees_free(state);
     return status;
-}
-
-static enum pend_status write_arm(const struct api_tree *tree, int i, struct api_buffer *out) {
-    char name[16], parent_name[16];
-    int parent = api_tree_parent(tree, i), k = tree->tree->place[i];
-    PEND_TRY(api_out_comma(out));
-    PEND_TRY(api_buffer_text(out, "{"));
-    PEND_TRY(api_out_text(out, "name", api_tree_name(tree, i, name)));
-    PEND_TRY(
-        api_out_text(out, "parent", parent < 0 ? NULL : api_tree_name(tree, parent, parent_name)));
-    PEND_TRY(api_out_number(out, "length", tree->tree->len[k], 0));
-    PEND_TRY(api_out_number(out, "mass", tree->tree->mass[k], 0));
-    PEND_TRY(api_terms_write_arm(&tree->loads, k, out));
-    return api_buffer_text(out, "}");
 }
 
 /* the masses of the arms' sub-trees, with those of rods and bodies, in the caller's order */
@@ -104,9 +90,7 @@ static enum pend_status write_tree(const struct trees *trees, double scratch[],
     PEND_TRY(api_out_number(out, "gravity", tree->loads.gravity, 0));
     PEND_TRY(api_terms_write_whole(tree->tree, &tree->loads, out));
     PEND_TRY(api_out_number(out, "length_total", tree->tree->length_total - tree->cart, 0));
-    PEND_TRY(api_out_open(out, "arms", '['));
-    for (int i = 0; i < tree->n; i++) PEND_TRY(write_arm(tree, i, out));
-    PEND_TRY(api_buffer_text(out, "]"));
+    PEND_TRY(api_tree_write_arms(tree, out));
     PEND_TRY(write_lists(tree, scratch, out));
     if (trees->matrices) PEND_TRY(write_matrices(tree, scratch, out));
     return api_buffer_text(out, "}");

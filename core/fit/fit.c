@@ -36,6 +36,7 @@ struct pend_fit {
     int begun, ready;        /* the workspace is at the window; the result is there */
     double largest;          /* s, of the first window */
     enum pend_status status; /* of the last evaluation at an iterate */
+    int starved;             /* memory was refused: no result is what it would have been */
     struct pend_error failure;
     double *inner, *value, *error, *correlation, *residual, *slope, *direction, *covariance, *size;
     unsigned char *bounded;
@@ -85,6 +86,7 @@ static int fit_residuals(const gsl_vector *x, void *context, gsl_vector *f) {
     fit->result.evaluations++;
     fit->status =
         pend_fit_model_at(&fit->model, fit->value, fit->window, f->data, NULL, &fit->failure);
+    fit->starved |= fit->status == PEND_NO_MEMORY;
     if (fit->status != PEND_OK) gsl_vector_set_all(f, fit_nowhere);
     return fit->status == PEND_NO_MEMORY ? GSL_ENOMEM : GSL_SUCCESS;
 }
@@ -96,6 +98,7 @@ static int fit_slopes(const gsl_vector *x, void *context, gsl_matrix *J) {
     fit->result.evaluations++;
     fit->status = pend_fit_model_at(&fit->model, fit->value, fit->window, fit->residual, fit->slope,
                                     &fit->failure);
+    fit->starved |= fit->status == PEND_NO_MEMORY;
     if (fit->status != PEND_OK) return GSL_EFAILED;
     for (size_t i = 0; i < J->size1; i++)
         for (int j = 0; j < q; j++) {
@@ -321,7 +324,9 @@ static enum pend_status fit_grow(struct pend_fit *fit, struct pend_error *error)
     PEND_TRY(status);
     if (ahead > p->rows) ahead = p->rows;
     // a motion that has no later rows is told only as far as it goes
-    if (fit_look(fit, ahead, NULL) == PEND_OK)
+    status = fit_look(fit, ahead, error);
+    if (status == PEND_NO_MEMORY) return status;
+    if (status == PEND_OK)
         for (int good = 1; rows < ahead && good; rows += good)
             for (int c = 0; c < p->columns && good; c++)
                 good = !(fit_doubt(fit, rows, c, variance) > 1);
@@ -427,11 +432,12 @@ static enum pend_status fit_begin(struct pend_fit *fit, struct pend_error *error
     gsl_vector_view x = gsl_vector_view_array(fit->inner, (size_t)fit->problem.unknowns);
     fit->begun = 1, fit->here = 0;
     fit->status = PEND_OK;
-    if (!gsl_multifit_nlinear_init(&x.vector, &fit->fdf, fit->work) && fit->status == PEND_OK)
-        return PEND_OK;
-    enum pend_status status = fit->status ? fit->status : PEND_NO_MEMORY;
+    int failed = gsl_multifit_nlinear_init(&x.vector, &fit->fdf, fit->work);
+    if (!failed && !fit->starved && fit->status == PEND_OK) return PEND_OK;
+    if (fit->starved || fit->status == PEND_OK)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
     if (error) *error = fit->failure;
-    return status;
+    return fit->status;
 }
 
 static void fit_keep(struct pend_fit *fit) {
@@ -449,8 +455,7 @@ enum pend_status pend_fit_step(struct pend_fit *fit, int *done, struct pend_erro
     double tolerance = whole ? fit_fine : fit_rough;
     fit->result.iterations++, fit->here++;
     int status = gsl_multifit_nlinear_iterate(fit->work);
-    if (fit->status == PEND_NO_MEMORY)
-        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
+    if (fit->starved) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
     fit_keep(fit);
     int used = fit->result.iterations >= p->iterations;
     int over = status || used || (!whole && fit->here >= FIT_ROUGH) ||

@@ -119,6 +119,11 @@ static const struct test_request {
      "{" TEST_TREE
      ",\"drive\":{\"pivot\":{\"y\":1}},\"omega\":[0,1],\"initial\":{\"theta\":[0,3]}}",
      NULL},
+    {API_OP_FITS,
+     "{" TEST_TREE ",\"data\":{\"t\":[0,0.1,0.2,0.3,0.4,0.5],"
+     "\"series\":[{\"theta\":1,\"values\":[1,0.95,0.8,0.58,0.3,0]}]},\"unknowns\":[{\"vary\":"
+     "\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1}],\"iterations\":5}",
+     NULL},
     {API_OP_RESPONSE, "{" TEST_REAL_TREE ",\"output\":[\"z\",\"lambda\"]}", "application/x-npz"},
     {API_OP_PRESETS, NULL, NULL},
     {API_OP_PRESET, NULL, NULL},

@@ -50,6 +50,7 @@ export interface Routes {
   lyapunov: { request: Without<Schemas["LyapunovRequest"]>; answer: Schemas["Lyapunov"] };
   sections: { request: Without<Schemas["SectionRequest"]>; answer: Schemas["Section"] };
   response: { request: Without<Schemas["ResponseRequest"]>; answer: Schemas["Response"] };
+  fits: { request: Without<Schemas["FitRequest"]>; answer: Schemas["Fit"] };
   equations: { request: Without<Schemas["EquationsRequest"]>; answer: Schemas["Equations"] };
 }
 

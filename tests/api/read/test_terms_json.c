@@ -587,6 +587,8 @@ TEST(an_operation_that_takes_no_terms_says_so) {
         [API_OP_EQUATIONS] = "",
         [API_OP_LYAPUNOV] = ",\"duration\":0.1",
         [API_OP_SECTIONS] = ",\"duration\":0.1,\"section\":{\"arm\":1,\"theta\":0}",
+        [API_OP_FITS] = ",\"data\":{\"t\":[0,1],\"series\":[{\"theta\":1,\"values\":[1,0]}]},"
+                        "\"unknowns\":[{\"vary\":\"gravity\"}],\"iterations\":2",
         [API_OP_RESPONSE] = ",\"drive\":{\"pivot\":{\"x\":1}},\"omega\":[1]",
     };
     int refused = 0;

@@ -354,6 +354,7 @@ class Pendulum:
     tree, modes = functools.partialmethod(ask, "trees"), functools.partialmethod(ask, "modes")
     ensemble, lyapunov = functools.partialmethod(ask, "ensembles"), functools.partialmethod(ask, "lyapunov")
     response = functools.partialmethod(ask, "response")
+    fits = functools.partialmethod(ask, "fits")
     section, equations = functools.partialmethod(ask, "sections"), functools.partialmethod(ask, "equations")
 
 

@@ -1,0 +1,263 @@
+/* POST /v1/fits: parameters of a pendulum from measurements of its motion.
+ * Leaves to others: reading (fits_json), the fit (core/fit), arms as JSON (tree_write).
+ * Invariant: the answer says how the fit ended; an error that is not known is null. */
+#include "api/op/op.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/base/engine.h"
+#include "api/json/json_out.h"
+#include "api/op/fits_json.h"
+#include "api/op/tree_write.h"
+#include "core/fit/fit.h"
+
+struct fits {
+    struct api_fit asked;
+    struct pend_fit *fit;
+};
+
+static const char *const ends[] = {[PEND_FIT_CONVERGED] = "converged",
+                                   [PEND_FIT_STRANGE] = "does_not_follow",
+                                   [PEND_FIT_STOPPED] = "no_minimum"};
+
+static void fits_free(void **state) {
+    struct fits *fits = *state;
+    if (!fits) return;
+    pend_fit_free(&fits->fit);
+    api_fit_clear(&fits->asked);
+    free(fits);
+    *state = NULL;
+}
+
+static enum pend_status fits_read(void **state, const struct api_reading *reading) {
+    struct fits *fits = calloc(1, sizeof *fits);
+    *state = fits;
+    if (!fits) return PEND_NO_MEMORY;
+    enum pend_status status = api_fit_read(&fits->asked, reading);
+    if (status != PEND_OK) fits_free(state);
+    return status;
+}
+
+/* ---- writing */
+
+/* a number, or null where there is none */
+static enum pend_status write_maybe(struct api_buffer *out, const char *name, double x) {
+    return isfinite(x) ? api_out_number(out, name, x, 0) : api_out_text(out, name, NULL);
+}
+
+/* the same as an item of an array */
+static enum pend_status write_item(struct api_buffer *out, double x) {
+    char text[API_OUT_NUMBER_BYTES + 8];
+    PEND_TRY(api_out_comma(out));
+    if (!isfinite(x)) return api_buffer_text(out, "null");
+    return api_buffer_add(out, text, (size_t)(api_out_digits(text, x, 0) - text));
+}
+
+static enum pend_status write_unknowns(const struct fits *fits, const struct pend_fit_result *r,
+                                       struct api_buffer *out) {
+    PEND_TRY(api_out_open(out, "unknowns", '['));
+    for (int j = 0; j < fits->asked.unknowns; j++) {
+        PEND_TRY(api_out_comma(out));
+        PEND_TRY(api_buffer_text(out, "{"));
+        PEND_TRY(api_out_text(out, "name", fits->asked.label[j]));
+        PEND_TRY(api_out_number(out, "value", r->value[j] + fits->asked.shift[j], 0));
+        PEND_TRY(write_maybe(out, "error", r->error[j]));
+        PEND_TRY(api_out_key(out, "at_bound"));
+        PEND_TRY(api_buffer_text(out, r->bounded[j] ? "true}" : "false}"));
+    }
+    return api_buffer_text(out, "]");
+}
+
+/* one sentence about a direction that the data do not tell */
+static enum pend_status write_direction(const struct fits *fits, const double direction[],
+                                        struct api_buffer *out) {
+    char text[400];
+    size_t at = 0;
+    int parts = 0, alike = 1;
+    for (int j = 0; j < fits->asked.unknowns; j++) {
+        if (fabs(direction[j]) < 1e-3) continue;
+        parts++;
+        alike &= fabs(direction[j] - 1) < 1e-2;
+    }
+    const char *begin = parts == 1 ? "the data do not depend on "
+                        : alike    ? "the data tell only the ratios of "
+                                   : "the data do not tell apart ";
+    at = (size_t)snprintf(text, sizeof text, "%s", begin);
+    for (int j = 0, some = 0; j < fits->asked.unknowns && at < sizeof text; j++) {
+        if (fabs(direction[j]) < 1e-3) continue;
+        const char *between = !some++ ? "" : some == parts ? " and " : ", ";
+        at += (size_t)snprintf(text + at, sizeof text - at, "%s%s", between, fits->asked.label[j]);
+        if (parts > 1 && !alike && at < sizeof text)
+            at += (size_t)snprintf(text + at, sizeof text - at, " (by %.3g)", direction[j]);
+    }
+    // names of quantities and numbers: no letter needs an escape
+    PEND_TRY(api_out_comma(out));
+    return api_buffer_format(out, "\"%s\"", text);
+}
+
+/* how it ended, in words */
+static enum pend_status write_end(const struct fits *fits, const struct pend_fit_result *r,
+                                  struct api_buffer *out) {
+    char text[300];
+    double last = fits->asked.t[fits->asked.rows - 1];
+    if (r->end == PEND_FIT_CONVERGED)
+        snprintf(text, sizeof text, "a minimum, whose motion follows the data");
+    else if (r->end == PEND_FIT_STRANGE)
+        snprintf(text, sizeof text,
+                 "the model does not follow these data: this is the best that such a pendulum can "
+                 "do near the start given. Is it this pendulum, are all unknowns named, are the "
+                 "errors not larger than said?");
+    else if (isnan(r->follows))
+        snprintf(text, sizeof text,
+                 "no minimum was found: the model does not follow these data from the start. A "
+                 "better start, or fewer unknowns, may help.");
+    else
+        snprintf(text, sizeof text,
+                 "no minimum was found: the motion follows the data until t = %.6g s of %.6g s. "
+                 "Fewer rows, or a better start, may help.",
+                 r->follows, last);
+    PEND_TRY(api_out_text(out, "status", ends[r->end]));
+    return api_out_text(out, "message", text);
+}
+
+/* the residuals, row by row */
+static enum pend_status write_residuals(const struct fits *fits, const struct pend_fit_result *r,
+                                        struct api_buffer *out) {
+    int columns = fits->asked.columns;
+    PEND_TRY(api_out_open(out, "residuals", '['));
+    for (long i = 0; i < fits->asked.rows; i++) {
+        PEND_TRY(api_out_comma(out));
+        PEND_TRY(api_buffer_text(out, "["));
+        for (int c = 0; c < columns; c++) PEND_TRY(write_item(out, r->residual[i * columns + c]));
+        PEND_TRY(api_buffer_text(out, "]"));
+    }
+    return api_buffer_text(out, "]");
+}
+
+/* the fitted pendulum and its start, as a request for a trajectory over the data's instants */
+static enum pend_status write_request(const struct fits *fits, struct api_buffer *out) {
+    const struct api_fit *asked = &fits->asked;
+    const struct api_tree *tree = &asked->tree;
+    double *row = malloc((size_t)tree->n * sizeof *row);
+    if (!row) return PEND_NO_MEMORY;
+    enum pend_status status = api_out_open(out, "request", '{');
+    if (status == PEND_OK) status = api_out_open(out, "pendulum", '{');
+    if (status == PEND_OK) status = api_out_number(out, "gravity", tree->loads.gravity, 0);
+    if (status == PEND_OK) status = api_terms_write_whole(tree->tree, &tree->loads, out);
+    if (status == PEND_OK) status = api_tree_write_arms(tree, out);
+    if (status == PEND_OK) status = api_buffer_text(out, "}");
+    if (status == PEND_OK) status = api_out_open(out, "initial", '{');
+    for (int i = 0; i < tree->n; i++) row[i] = asked->start->phi[tree->tree->place[i]];
+    if (status == PEND_OK) status = api_out_numbers(out, "phi", tree->n, row, 0);
+    for (int i = 0; i < tree->n; i++) row[i] = asked->start->rate[tree->tree->place[i]];
+    if (status == PEND_OK) status = api_out_numbers(out, "phid", tree->n, row, 0);
+    free(row);
+    if (status != PEND_OK) return status;
+    PEND_TRY(api_buffer_text(out, "}"));
+    PEND_TRY(api_out_open(out, "times", '{'));
+    PEND_TRY(api_out_number(out, "start", asked->begin, 0));
+    PEND_TRY(api_out_number(out, "stop", asked->t[asked->rows - 1], 0));
+    PEND_TRY(api_out_whole(out, "count", 201));
+    return api_buffer_text(out, "}}");
+}
+
+static enum pend_status write_figures(const struct fits *fits, const struct pend_fit_result *r,
+                                      struct api_buffer *out) {
+    double freedom = r->freedom > 0 ? (double)r->freedom : NAN;
+    PEND_TRY(api_out_number(out, "chi_squared", r->chi_squared, 0));
+    PEND_TRY(api_out_whole(out, "degrees_of_freedom", r->freedom));
+    PEND_TRY(write_maybe(out, "chi_squared_per_degree", r->chi_squared / freedom));
+    PEND_TRY(api_out_number(out, "explained", r->explained, 0));
+    PEND_TRY(write_maybe(out, "follows_until", r->follows));
+    PEND_TRY(api_out_open(out, "not_told", '['));
+    for (int d = 0; d < r->blind; d++)
+        PEND_TRY(write_direction(fits, r->direction + d * fits->asked.unknowns, out));
+    PEND_TRY(api_buffer_text(out, "]"));
+    PEND_TRY(api_out_open(out, "camera", '{'));
+    PEND_TRY(api_out_number(out, "scale", fits->asked.camera[PEND_FIT_SCALE], 0));
+    PEND_TRY(api_out_number(out, "rotation", fits->asked.camera[PEND_FIT_ROTATION], 0));
+    PEND_TRY(api_out_numbers(out, "origin", 2, fits->asked.camera + PEND_FIT_ORIGIN_X, 0));
+    return api_buffer_text(out, "}");
+}
+
+static enum pend_status fits_write(struct fits *fits, const struct api_turn *turn) {
+    struct api_buffer *out = turn->out;
+    struct pend_fit_result r = pend_fit_result(fits->fit);
+    double seconds = api_turn_seconds(turn);
+    PEND_TRY(api_fit_put(&fits->asked, r.value));
+    PEND_TRY(api_buffer_text(out, "{"));
+    PEND_TRY(write_end(fits, &r, out));
+    PEND_TRY(write_unknowns(fits, &r, out));
+    PEND_TRY(api_out_matrix(out, "correlation", fits->asked.unknowns, r.correlation, 0));
+    PEND_TRY(write_figures(fits, &r, out));
+    PEND_TRY(write_residuals(fits, &r, out));
+    PEND_TRY(write_request(fits, out));
+    PEND_TRY(api_out_open(out, "stats", '{'));
+    PEND_TRY(api_out_whole(out, "iterations", r.iterations));
+    PEND_TRY(api_out_whole(out, "evaluations", r.evaluations));
+    PEND_TRY(api_out_text(out, "version", API_VERSION));
+    PEND_TRY(api_out_text(out, "engine", api_engine_name));
+    if (seconds >= 0)
+        PEND_TRY(api_out_number(out, "compute_seconds", rint(seconds * 1e6) / 1e6, 0));
+    return api_buffer_text(out, "}}");
+}
+
+/* ---- running */
+
+static enum pend_status fits_run(void *state, const struct api_turn *turn, int *done,
+                                 struct pend_error *error) {
+    struct fits *fits = state;
+    int over = 0;
+    if (!fits->fit) {
+        api_fit_guess(&fits->asked);
+        struct pend_fit_problem problem = api_fit_problem(&fits->asked);
+        PEND_TRY(pend_fit_new(&fits->fit, &problem, error));
+    }
+    do PEND_TRY(pend_fit_step(fits->fit, &over, error));
+    while (!over && !api_turn_over(turn));
+    if (!over) return PEND_OK;
+    *done = 1;
+    return fits_write(fits, turn);
+}
+
+static void fits_progress(const void *state, double *steps, double *work) {
+    const struct fits *fits = state;
+    *steps = -1;
+    *work = fits->fit ? pend_fit_progress(fits->fit) : 0;
+}
+
+/* some fifty motions with derivatives, at 10 microseconds an arm, step and seven unknowns, and 20
+ * steps an arm for every swing */
+static double fits_cost(const void *state) {
+    const struct api_fit *asked = &((const struct fits *)state)->asked;
+    double n = asked->tree.n, length = 0, span = asked->t[asked->rows - 1] - asked->begin;
+    for (int k = 0; k < asked->tree.n; k++) length += asked->length[k] / n;
+    double swings = span * sqrt(fabs(asked->tree.loads.gravity) / length) / 6;
+    double passes = ceil(asked->unknowns / 7.0), q = asked->unknowns;
+    double numbers = (double)asked->rows * asked->columns;
+    return 50 * (20 * n * swings * n * passes * 1e-5 + numbers * (1e-6 * passes + 2e-8 * q * q));
+}
+
+static double fits_bytes(const void *state) {
+    const struct api_fit *asked = &((const struct fits *)state)->asked;
+    struct pend_fit_problem problem = api_fit_problem(asked);
+    double numbers = (double)asked->rows * (asked->columns + 1);
+    return API_OP_SMALL_BYTES + pend_fit_bytes(&problem) +
+           numbers * 2 * (8 + API_OUT_NUMBER_BYTES) + 1024.0 * asked->tree.n +
+           api_terms_write_bytes(&asked->tree.loads) + api_tree_bytes(&asked->tree) +
+           api_states_bytes(asked->start);
+}
+
+const struct api_op api_op_fits = {.name = "fits",
+                                   .body = 1,
+                                   .terms = 1,
+                                   .read = fits_read,
+                                   .run = fits_run,
+                                   .progress = fits_progress,
+                                   .cost = fits_cost,
+                                   .bytes = fits_bytes,
+                                   .free = fits_free};

@@ -1,0 +1,16 @@
+/* Writing the arms of a pendulum, as a request has them.
+ * Leaves to others: reading them (tree_json), terms (terms_write).
+ * Invariant: what is written reads back to the same pendulum, bit for bit. */
+#ifndef API_TREE_WRITE_H
+#define API_TREE_WRITE_H
+
+#include "api/op/terms_write.h"
+#include "api/read/tree_json.h"
+
+/** Appends the member `arms`, in the caller's order. Fails as api_out_number does. O(n +
+ * harmonics).
+ */
+PEND_MUST_CHECK enum pend_status api_tree_write_arms(const struct api_tree *tree,
+                                                     struct api_buffer *out);
+
+#endif

@@ -1,0 +1,203 @@
+/* Tests of POST /v1/fits: the answer, tables of text, what is refused and where.
+ * Leaves to others: the fit itself (core/fit/test_fit), live servers (wire).
+ * Invariant: measurements come from a trajectory of this same program, with noise of a fixed seed.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/api/post.h"
+#include "tests/harness/test.h"
+
+enum { ROWS = 120, BODY = 40000 };
+
+#define PENDULUM(first, damping)                                                                   \
+    "\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":" first                                    \
+    ",\"mass\":0.3,\"damping\":" damping                                                           \
+    "},{\"name\":\"b\",\"parent\":\"a\",\"length\":0.28,\"mass\":0.2}]}"
+#define UNKNOWN                                                                                    \
+    "\"unknowns\":[{\"vary\":\"length\",\"arm\":\"a\"},{\"vary\":\"damping\",\"arm\":1},{"         \
+    "\"vary\":"                                                                                    \
+    "\"theta\",\"arm\":1},{\"vary\":\"theta\",\"arm\":2},{\"vary\":\"thetad\",\"arm\":1},"         \
+    "{\"vary\":\"thetad\",\"arm\":\"b\"}]"
+
+/* the motion that is measured */
+static struct test_reply motion(void) {
+    return test_post(
+        API_OP_TRAJECTORIES,
+        "{" PENDULUM("0.35",
+                     "0.002") ",\"initial\":{\"theta\":[1,0.5]},"
+                              "\"times\":{\"stop\":3,\"count\":120},\"output\":[\"theta\",\"z\"]}");
+}
+
+static double motion_at(const struct test_reply *reply, const char *name, int i, int k) {
+    char pointer[60];
+    snprintf(pointer, sizeof pointer, "/%s/%d/%d", name, i, k);
+    return test_reply_number(reply, pointer);
+}
+
+static double motion_time(const struct test_reply *reply, int i) {
+    char pointer[20];
+    snprintf(pointer, sizeof pointer, "/t/%d", i);
+    return test_reply_number(reply, pointer);
+}
+
+/* triangular noise of standard deviation 1 */
+static double noise(unsigned long long *seed) {
+    return sqrt(6) * (test_random(seed) + test_random(seed) - 1);
+}
+
+/* a request with the angles of both arms, one of them missing */
+static void body_angles(const struct test_reply *from, char *body) {
+    unsigned long long seed = 3;
+    char *at = body + sprintf(body, "{" PENDULUM("0.4", "0.001") "," UNKNOWN ",\"data\":{\"t\":[");
+    for (int i = 0; i < ROWS; i++) at += sprintf(at, "%s%.12g", i ? "," : "", motion_time(from, i));
+    at += sprintf(at, "],\"series\":[");
+    for (int k = 0; k < 2; k++) {
+        at += sprintf(at, "%s{\"theta\":%d,\"sigma\":0.01,\"values\":[", k ? "," : "", k + 1);
+        for (int i = 0; i < ROWS; i++)
+            at += i == 7 ? sprintf(at, ",null")
+                         : sprintf(at, "%s%.9g", i ? "," : "",
+                                   motion_at(from, "theta", i, k) + 0.01 * noise(&seed));
+        at += sprintf(at, "]}");
+    }
+    sprintf(at, "]}}");
+}
+
+/* value number j, and how many standard errors it is off */
+static double off(const struct test_reply *reply, int j, double truth) {
+    char pointer[40];
+    snprintf(pointer, sizeof pointer, "/unknowns/%d/value", j);
+    double value = test_reply_number(reply, pointer);
+    snprintf(pointer, sizeof pointer, "/unknowns/%d/error", j);
+    return fabs(value - truth) / test_reply_number(reply, pointer);
+}
+
+TEST(fits_of_angles_answer_values_errors_and_a_request) {
+    static char body[BODY];
+    struct test_reply from = motion();
+    const double truth[] = {0.35, 0.002, 1, 0.5, 0, 0};
+    body_angles(&from, body);
+    struct test_reply reply = test_post(API_OP_FITS, body);
+    CHECK_INT(reply.status, 200);
+    CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
+    CHECK_TEXT(test_reply_text(&reply, "/unknowns/0/name"), "length of arm 1");
+    for (int j = 0; j < 6; j++)
+        CHECK_SAYING(off(&reply, j, truth[j]) < 4, "unknown %d is off by %g errors", j,
+                     off(&reply, j, truth[j]));
+    CHECK(fabs(test_reply_number(&reply, "/chi_squared_per_degree") - 1) < 0.4);
+    CHECK_INT((int)test_reply_number(&reply, "/degrees_of_freedom"), 2 * ROWS - 2 - 6);
+    CHECK(test_reply_number(&reply, "/correlation/2/2") == 1);
+    CHECK(isnan(test_reply_number(&reply, "/residuals/7/0")));
+    CHECK(test_reply_number(&reply, "/follows_until") == 3);
+    CHECK(fabs(test_reply_number(&reply, "/request/pendulum/arms/0/length") - 0.35) < 0.01);
+    CHECK_INT(test_reply_count(&reply, "/not_told"), 0);
+    test_reply_free(&reply);
+    test_reply_free(&from);
+}
+
+/* tracks in a film, with a comma in numbers and names of the tracks above */
+TEST(fits_take_the_table_of_a_film_as_it_is) {
+    static char body[BODY];
+    struct test_reply from = motion();
+    unsigned long long seed = 5;
+    char *at =
+        body +
+        sprintf(body,
+                "{" PENDULUM(
+                    "0.35",
+                    "0.001") "," UNKNOWN
+                             ",\"initial\":{\"theta\":[0.9,0.6]},\"camera\":{\"scale\":480,"
+                             "\"unknown\":[\"scale\"]},\"data\":{\"arms\":[1,\"b\"],\"sigma\":1,"
+                             "\"csv\":\"mass A;;;mass B;\\nt;x;y;x;y\\n");
+    // a scale that is found along with a length: the length of arm 1 must be known
+    char *length = strstr(body, "{\"vary\":\"length\",\"arm\":\"a\"},");
+    size_t bytes = strlen("{\"vary\":\"length\",\"arm\":\"a\"},");
+    memmove(length, length + bytes, strlen(length + bytes) + 1);
+    at -= bytes;
+    for (int i = 0; i < ROWS; i++) {
+        at += sprintf(at, "%.9g", motion_time(&from, i));
+        for (int k = 0; k < 2; k++)
+            at += sprintf(at, ";%.6f;%.6f", 500 * motion_at(&from, "z/re", i, k) + noise(&seed),
+                          500 * motion_at(&from, "z/im", i, k) + noise(&seed));
+        at += sprintf(at, "\\r\\n");
+    }
+    sprintf(at, "\"}}");
+    for (char *c = strstr(body, "x;y\\n"); c && *c != '}'; c++)
+        if (*c == '.') *c = ',';
+    struct test_reply reply = test_post(API_OP_FITS, body);
+    CHECK_INT(reply.status, 200);
+    CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
+    CHECK_TEXT(test_reply_text(&reply, "/unknowns/5/name"), "scale of the camera");
+    CHECK(off(&reply, 5, 500) < 4 && off(&reply, 0, 0.002) < 4);
+    CHECK(fabs(test_reply_number(&reply, "/camera/scale") - 500) < 2);
+    test_reply_free(&reply);
+    test_reply_free(&from);
+}
+
+TEST(fits_say_in_words_what_the_data_do_not_tell) {
+    static char body[BODY];
+    struct test_reply from = motion();
+    body_angles(&from, body);
+    char *list = strstr(body, "\"unknowns\":[") + strlen("\"unknowns\":[");
+    static const char more[] = "{\"vary\":\"mass\",\"arm\":1},{\"vary\":\"mass\",\"arm\":2},";
+    memmove(list + strlen(more), list, strlen(list) + 1);
+    memcpy(list, more, strlen(more));
+    struct test_reply reply = test_post(API_OP_FITS, body);
+    CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
+    CHECK_TEXT(
+        test_reply_text(&reply, "/not_told/0"),
+        "the data tell only the ratios of mass of arm 1, mass of arm 2 and damping of arm 1");
+    CHECK(isnan(test_reply_number(&reply, "/unknowns/0/error")));
+    CHECK(test_reply_number(&reply, "/unknowns/2/error") > 0);
+    test_reply_free(&reply);
+    test_reply_free(&from);
+}
+
+#define ONE "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[0]},"
+#define SERIES "\"data\":{\"t\":[0,0.5,1],\"series\":[{\"theta\":1,\"values\":[1,0,-1]}]}"
+#define GRAVITY "\"unknowns\":[{\"vary\":\"gravity\"}]"
+
+TEST(fits_refuse_at_the_pointer) {
+    static const struct {
+        const char *body, *pointer, *text;
+    } rows[] = {
+        {ONE SERIES "}", "/unknowns", "at least one unknown"},
+        {ONE GRAVITY "}", "/data", "missing"},
+        {ONE SERIES ",\"unknowns\":[{\"vary\":\"stiffness\",\"arm\":1}]}", "/unknowns/0/vary",
+         "has not"},
+        {ONE SERIES ",\"unknowns\":[{\"vary\":\"gravity\",\"low\":20}]}", "/unknowns/0", "between"},
+        {ONE GRAVITY ",\"data\":{\"t\":[0,1,1],\"series\":[{\"theta\":1,\"values\":[1,0,1]}]}}",
+         "/data/t/2", "must be later"},
+        {ONE GRAVITY ",\"data\":{\"t\":[0,1],\"series\":[{\"theta\":1,\"values\":[1,0,1]}]}}",
+         "/data/series/0/values", "2 numbers"},
+        {ONE GRAVITY ",\"data\":{\"t\":[0,1],\"series\":[{\"theta\":1,\"values\":[1,\"x\"]}]}}",
+         "/data/series/0/values/1", "null"},
+        {ONE GRAVITY ",\"data\":{\"t\":[0,1],\"series\":[{\"theta\":2,\"values\":[1,0]}]}}",
+         "/data/series/0/theta", "from 1 to 1"},
+        {ONE GRAVITY ",\"data\":{\"t\":[0,1],\"series\":[{\"values\":[1,0]}]}}", "/data/series/0",
+         "needs one of"},
+        {ONE GRAVITY ",\"data\":{\"t\":[0],\"series\":[{\"theta\":1,\"values\":[null]}]}}", "/data",
+         "too few"},
+        {ONE GRAVITY ",\"start\":1," SERIES "}", "/start", "first instant"},
+        {ONE GRAVITY ",\"data\":{\"csv\":\"t,x,y\\n0,1,2\\n1,NaN,2\\n\"}}", "/data/csv", "line 3"},
+        {ONE GRAVITY ",\"data\":{\"csv\":\"t,x,y\\n0,1,2\\n0,1,2\\n\"}}", "/data/csv",
+         "line 3: t = 0 s"},
+        {ONE GRAVITY ",\"data\":{\"csv\":\"time,x\\n0,1\\n\"}}", "/data/csv",
+         "names of its columns"},
+        {ONE GRAVITY ",\"data\":{\"csv\":\"t,r\\n0,1\\n\"}}", "/data/csv", "nothing"},
+        {ONE GRAVITY ",\"data\":{\"csv\":\"t,theta_2\\n0,1\\n\"}}", "/data/csv", "1 to 1"},
+        {ONE GRAVITY ",\"data\":{\"csv\":\"t,x\\n\"}}", "/data/csv", "no rows"},
+        {ONE GRAVITY ",\"camera\":{\"unknown\":[\"zoom\"]}," SERIES "}", "/camera/unknown/0",
+         "scale"},
+        {ONE GRAVITY ",\"initial\":{\"mode\":1,\"amplitude\":1}," SERIES "}", "/initial", "angles"},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        struct test_reply reply = test_post(API_OP_FITS, rows[i].body);
+        CHECK_INT(reply.status, 422);
+        CHECK_SAYING(test_reply_has_fault(&reply, rows[i].pointer, rows[i].text), "%s: %s",
+                     rows[i].body, reply.out.data);
+        test_reply_free(&reply);
+    }
+}
