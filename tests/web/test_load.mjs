@@ -99,7 +99,7 @@ export async function no_word_is_missing(rig) {
   }
 }
 
-export async function all_of_the_page_is_smaller_than_300_kB(rig) {
+export async function all_of_the_page_is_smaller_than_320_kB(rig) {
   const page = await rig.open();
   await page.waitForFunction(() => pendulumd.motion.stats);
   const sent = () => page.evaluate(() => [...performance.getEntriesByType("resource"), ...performance.getEntriesByType("navigation")]
@@ -112,7 +112,7 @@ export async function all_of_the_page_is_smaller_than_300_kB(rig) {
   }
   await page.waitForSelector('[data-drawer="equations"] .katex', { state: "attached" });
   const all = await sent();
-  assert.ok(opening > 20000 && opening < all && all < 300000, `${opening} bytes at first, ${all} in all`);
+  assert.ok(opening > 20000 && opening < 150000 && opening < all && all < 320000, `${opening} bytes at first, ${all} in all`);
   await close(page);
   return `${opening} bytes at first, ${all} with every drawer opened`;
 }
