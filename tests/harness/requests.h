@@ -116,8 +116,8 @@ static const struct test_request {
      "{" TEST_REAL_TREE ",\"start\":-1,\"duration\":1,\"section\":{\"period\":0.3,\"first\":2}}",
      "application/x-npz"},
     {API_OP_RESPONSE,
-     "{" TEST_TREE
-     ",\"drive\":{\"pivot\":{\"y\":1}},\"omega\":[0,1],\"initial\":{\"theta\":[0,3]}}",
+     "{" TEST_TREE ",\"drive\":{\"pivot\":{\"y\":1}},\"omega\":[0,1],\"initial\":{\"theta\":[0,3]},"
+     "\"poles\":true}",
      NULL},
     {API_OP_FITS,
      "{" TEST_TREE ",\"data\":{\"t\":[0,0.1,0.2,0.3,0.4,0.5],"
