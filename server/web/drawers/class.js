@@ -5,10 +5,9 @@
 
 import { mountChip } from "../class/chip.js";
 import { mountJoin } from "../class/join.js";
-import { followClass } from "../class/pupil.js";
-import { mountPupil } from "../class/pupil_panel.js";
 import { createSession } from "../class/session.js";
 import { sayOf } from "../class/words.js";
+import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { codeInAddress } from "../room.js";
 
@@ -16,20 +15,36 @@ import { codeInAddress } from "../room.js";
 
 /**
  * What lives as long as the page: the room, and a pupil who follows the class in it.
- * @type {{room: Room, follower: Follower | null, coming: Promise<unknown> | null, back: boolean,
- * listeners: Set<() => unknown>} | null}
+ * @typedef {{
+ *   room: Room, follower: Follower | null, coming: Promise<unknown> | null, back: boolean,
+ *   listeners: Set<() => unknown>, mountPupil: any,
+ * }} Life
  */
+
+/** @type {Life | null} */
 let life = null;
 
-/** A pupil's page follows the class while there is a room. @param {NonNullable<typeof life>} one */
+/**
+ * What pupils do is loaded, and begins. @param {Life} one @param {boolean}
+ * back
+ */
+async function learn(one, back) {
+  const { room } = one;
+  const { default: part } = await room.app.files.script("class/learn.js");
+  one.mountPupil = part.mountPupil;
+  one.follower = await part.followClass(room, back);
+  one.listeners.forEach((listener) => listener());
+}
+
+/** A pupil's page follows the class while there is a room. @param {Life} one */
 function look(one) {
   const { session } = one.room;
   const here = session.state === "live" || session.state === "away";
   if (here && session.entry?.role === "pupil" && !one.coming) {
     const { back } = one;
-    one.coming = followClass(one.room, back).then((follower) => {
-      one.follower = follower;
-      one.listeners.forEach((listener) => listener());
+    one.coming = learn(one, back).catch((error) => {
+      one.coming = null;
+      one.room.app.complain(said(error, one.room.app.text));
     });
   } else if (!here && session.state !== "coming" && one.coming) {
     one.coming.then(() => {
@@ -47,7 +62,15 @@ function lifeOf(app) {
   const session = createSession(app.client);
   /** @type {Room} */
   const room = { app, session, say: sayOf(app), tell: (words) => app.announce(words) };
-  const one = { room, follower: null, coming: null, back: false, listeners: new Set() };
+  /** @type {Life} */
+  const one = {
+    room,
+    follower: null,
+    coming: null,
+    back: false,
+    listeners: new Set(),
+    mountPupil: null,
+  };
   life = one;
   session.subscribe((names) => names ?? look(one));
   mountChip(room);
@@ -65,7 +88,7 @@ export async function resume(/** @type {App} */ app) {
   app.store.set({ view: { drawer: "class" } });
 }
 
-/** Which of its faces the drawer has now. @param {NonNullable<typeof life>} one */
+/** Which of its faces the drawer has now. @param {Life} one */
 function faceOf({ room: { session }, follower }) {
   const { state, entry } = session;
   if (state === "none" || state === "gone" || !entry) return `join ${state}`;
@@ -89,7 +112,7 @@ async function mount(element, app) {
   /** @param {string} wanted */
   async function partOf(wanted) {
     if (wanted.startsWith("join")) return mountJoin(body, room);
-    if (wanted.startsWith("pupil") && one.follower) return mountPupil(body, room, one.follower);
+    if (wanted.startsWith("pupil") && one.follower) return one.mountPupil(body, room, one.follower);
     if (wanted.startsWith("teacher")) {
       const { default: mountTeacher } = await app.files.script("class/teach.js");
       return face === wanted ? mountTeacher(body, room) : null;
