@@ -84,7 +84,8 @@ void srv_exchange_reset(struct srv_exchange *exchange) {
     exchange->body.limit = (size_t)srv_service_config(exchange->service)->limits.body_bytes;
     exchange->answer.limit = (size_t)srv_service_config(exchange->service)->limits.answer_bytes;
     exchange->stop = SRV_GO_ON;
-    exchange->streams = exchange->listens = exchange->apart = 0;
+    exchange->streams = exchange->apart = 0;
+    atomic_store(&exchange->listens, 0);
     memset(exchange->field, 0, sizeof exchange->field);
     exchange->method = exchange->path = exchange->query = exchange->id = exchange->argument =
         exchange->trace = NULL;
