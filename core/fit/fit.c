@@ -350,7 +350,8 @@ static void fit_errors(struct pend_fit *fit, double variance) {
         for (size_t j = 0; j < q; j++) {
             double size = sqrt(fit->covariance[i * q + i]) * sqrt(fit->covariance[j * q + j]);
             int known = isfinite(fit->error[i]) && isfinite(fit->error[j]) && size > 0;
-            fit->correlation[i * q + j] = known ? fit->covariance[i * q + j] / size : i == j;
+            fit->correlation[i * q + j] = i == j ? 1 : 0;
+            if (known && i != j) fit->correlation[i * q + j] = fit->covariance[i * q + j] / size;
         }
 }
 

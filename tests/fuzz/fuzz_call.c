@@ -434,10 +434,11 @@ static const char *const names[] = {
 
 enum { VALUES = sizeof values / sizeof *values, NAMES = sizeof names / sizeof *names };
 
-/* puts a piece in the place of `old` bytes; a text that would grow too large stays as it is */
+/* puts a piece in the place of `old` bytes; a text that would grow too large, or that ends before
+ * them, stays as it is */
 static size_t replace(char *text, size_t bytes, size_t at, size_t old, const char *piece) {
     size_t length = strlen(piece);
-    if (bytes - old + length > ROOM) return bytes;
+    if (at + old > bytes || bytes - old + length > ROOM) return bytes;
     memmove(text + at + length, text + at + old, bytes - at - old);
     memcpy(text + at, piece, length);
     return bytes - old + length;
