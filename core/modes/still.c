@@ -171,6 +171,7 @@ static void still_count(const struct pend_still *still, const double s[], int co
 int pend_still_below(struct pend_still *still, double s) {
     double all[WIDE];
     int count[WIDE];
+    assert(still->n >= 1 && isfinite(s));
     for (int i = 0; i < WIDE; i++) all[i] = s;
     still_count(still, all, count);
     return count[0];
@@ -335,6 +336,7 @@ static void still_start(const struct pend_still *still, int j, double x[]) {
 static void still_vector(const struct pend_still *still, const double square[], double vector[],
                          int j) {
     double *x = vector + (size_t)j * (size_t)still->n;
+    assert(still->bracketed && j < still->n);
     still_factorize(still, square[j]);
     still_start(still, j, x);
     for (int i = 0; i < SOLVES; i++) {
@@ -350,6 +352,7 @@ static void still_vector(const struct pend_still *still, const double square[], 
 
 int pend_still_step(struct pend_still *still, double square[], double vector[]) {
     int from = 0;
+    assert(still->found >= 0 && still->found < still->n && square != vector);
     if (!still->bracketed) still_bracket(still);
     if (!still->found) {
         for (int i = 0; i < SWEEPS && from < still->n; i++) still_halve(still, &from);
