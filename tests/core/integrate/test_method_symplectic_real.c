@@ -133,12 +133,13 @@ static double bars_drift(const struct real *bars, double span, double step) {
 TEST(symplectic_has_order_sixteen_on_bars_with_a_spring_and_keeps_their_energy) {
     struct real bars;
     bars_init(&bars);
-    double coarse = bars_drift(&bars, 60, 0.04), fine = bars_drift(&bars, 60, 0.03),
+    // over a longer time the two are different motions, by rounding and chaos
+    double coarse = bars_drift(&bars, 12, 0.04), fine = bars_drift(&bars, 12, 0.03),
            order = log(coarse / fine) / log(4.0 / 3);
     CHECK_SAYING(order > 14 && order < 18, "order %.2f: error %g, then %g", order, coarse, fine);
     // what the energy is off by swings with the motion, and does not grow with the time
     double later = bars_drift(&bars, 600, 0.04);
-    CHECK_SAYING(later < 20 * coarse, "%g in 600 s, %g in 60 s", later, coarse);
+    CHECK_SAYING(later < 20 * coarse, "%g in 600 s, %g in 12 s", later, coarse);
     CHECK_RESIDUAL(bars_drift(&bars, 300, 0.015), 1e-13, "energy over 20000 steps");
     real_clear(&bars);
 }
