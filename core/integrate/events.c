@@ -151,7 +151,7 @@ static enum pend_status events_step(struct pend_events *e, struct pend_error *er
                          pend_status_text(status));
     }
     pend_method_taylor.series(e->stepper, &step.series);
-    pend_jets_forces(step.series.jets);
+    pend_jets_forces(step.series.jets, step.series.order);
     step.time = problem->start + from;
     step.length = (end > 0 ? fmin(e->reached, end) : fmax(e->reached, end)) - from;
     step.degree = (int)fmin(step.series.order + BEYOND, EVENT_TERMS - 1);

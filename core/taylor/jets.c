@@ -218,8 +218,10 @@ void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, do
     jets_kernel(jets->isa)->orders(&jets->system, state, loads, unit, order);
 }
 
-void pend_jets_forces(const struct pend_jets *jets) {
+void pend_jets_forces(const struct pend_jets *jets, int order) {
     struct jets_loads *loads = jets->system.loads;
+    assert(jets_valid(jets) && order <= jets->order_cap);
+    if (jets->general) pend_kernel_bodies()->forces(&jets->bodies, order);
     if (!loads || !loads->orders) return;
     jets_kernel(jets->isa)->along(&jets->system, loads->orders);
     loads->orders = 0;
@@ -244,10 +246,7 @@ void pend_jets_values(const struct pend_jets *jets, int order, const double x[],
                       double unit, const struct jets_state *from,
                       const struct jets_values *values) {
     assert(jets_valid(jets) && count >= 0 && values->phi && values->rate);
-    if (jets->general && values->force)
-        pend_kernel_bodies()->forces(&jets->bodies, order);
-    else if (values->force)
-        pend_jets_forces(jets);
+    if (values->force) pend_jets_forces(jets, order);
     jets_kernel(jets->isa)->values(&jets->system, order, x, count, unit, from, values);
 }
 

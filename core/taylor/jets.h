@@ -72,8 +72,8 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
                     const struct pend_loads *loads, int order_cap, void *memory);
 
 /**
- * Expands the motion about a state. Of a real pendulum only order 0 of the forces is there then:
- * pend_jets_values forms the others where it is asked for forces.
+ * Expands the motion about a state. Of a real pendulum only order 0 of the forces is there then;
+ * pend_jets_forces forms the others.
  *
  * The order-0 system is factorized once; each order then costs four real convolutions an arm and
  * two sweeps.
@@ -91,11 +91,11 @@ void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, do
                       const struct jets_state *state, int order);
 
 /**
- * Makes the forces of all orders the compression forces that `force` promises, after
- * pend_jets_expand; of order 0 they are before. Of pendulums without torques in their joints they
- * always are. pend_jets_values does it where forces are wanted. O(n order^2), once an expansion.
+ * Forms the forces of orders 1 .. order - 1 of a real pendulum, after pend_jets_expand to at least
+ * `order`; those of an ideal one are there. Whoever reads `force` beyond order 0 calls it first;
+ * pend_jets_values does where forces are wanted. O(n order^2).
  */
-void pend_jets_forces(const struct pend_jets *jets);
+void pend_jets_forces(const struct pend_jets *jets, int order);
 
 /**
  * The work of drives and the heat of friction and of the air per unit of time, as series of the

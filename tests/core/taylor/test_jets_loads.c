@@ -42,7 +42,7 @@ static void scene_open(struct scene *s, const struct test_tree *t, const struct 
     s->jets.isa = isa;
     pend_jets_expand(&s->jets, given, unit, &s->state, ORDER);
     pend_jets_power(&s->jets, unit, ORDER, s->work, s->heat);
-    pend_jets_forces(&s->jets);
+    pend_jets_forces(&s->jets, ORDER);
 }
 
 /* the same pendulum with rods of no mass, which only the general kernel takes: their numbers are
