@@ -223,19 +223,22 @@ static enum pend_status damped_symmetric(struct pend_damped *damped, double mass
     gsl_matrix_view m = gsl_matrix_view_array(mass, n, n);
     gsl_matrix_view k = gsl_matrix_view_array(stiffness, n, n);
     gsl_eigen_gensymmv_workspace *work = gsl_eigen_gensymmv_alloc(n);
-    gsl_vector *value = gsl_vector_alloc(n);
-    gsl_matrix *vector = gsl_matrix_alloc(n, n);
+    double *block = malloc((n * n + n) * sizeof *block);
     double complex *shape = malloc(n * sizeof *shape);
-    enum pend_status status = work && value && vector && shape ? PEND_OK : PEND_NO_MEMORY;
-    if (!status && gsl_eigen_gensymmv(&k.matrix, &m.matrix, value, vector, work))
-        status = PEND_NOT_FINITE;
-    double least = 0;
+    enum pend_status status = work && block && shape ? PEND_OK : PEND_NO_MEMORY;
+    double *value = block ? block + n * n : NULL, least = 0;
+    if (!status) {
+        gsl_vector_view values = gsl_vector_view_array(value, n);
+        gsl_matrix_view vectors = gsl_matrix_view_array(block, n, n);
+        if (gsl_eigen_gensymmv(&k.matrix, &m.matrix, &values.vector, &vectors.matrix, work))
+            status = PEND_NOT_FINITE;
+    }
     for (size_t j = 0; j < n && !status; j++)
-        least = fmax(least, (double)n * 0x1p-52 * fabs(gsl_vector_get(value, j)));
+        least = fmax(least, (double)n * 0x1p-52 * fabs(value[j]));
     for (size_t j = 0; j < n && !status; j++) {
-        double square = gsl_vector_get(value, j);
+        double square = value[j];
         if (fabs(square) <= least) square = 0; // a cart that nothing holds
-        for (size_t i = 0; i < n; i++) shape[i] = gsl_matrix_get(vector, i, j);
+        for (size_t i = 0; i < n; i++) shape[i] = block[i * n + j];
         if (square >= 0) {
             damped_add(damped, I * sqrt(square), shape);
             continue;
@@ -244,8 +247,7 @@ static enum pend_status damped_symmetric(struct pend_damped *damped, double mass
         damped_add(damped, -sqrt(-square), shape);
     }
     free(shape);
-    gsl_matrix_free(vector);
-    gsl_vector_free(value);
+    free(block);
     gsl_eigen_gensymmv_free(work);
     return status;
 }
@@ -291,18 +293,22 @@ static enum pend_status damped_take(struct pend_damped *damped, const gsl_vector
 
 static enum pend_status damped_general(struct pend_damped *damped, double mass[],
                                        const double damping[], const double stiffness[]) {
-    size_t n = (size_t)damped->n;
-    gsl_eigen_nonsymmv_workspace *work = gsl_eigen_nonsymmv_alloc(2 * n);
-    gsl_matrix *matrix = gsl_matrix_alloc(2 * n, 2 * n);
-    gsl_vector_complex *value = gsl_vector_complex_alloc(2 * n);
-    gsl_matrix_complex *vector = gsl_matrix_complex_alloc(2 * n, 2 * n);
-    enum pend_status status = work && matrix && value && vector ? PEND_OK : PEND_NO_MEMORY;
-    if (!status) status = damped_companion(n, mass, damping, stiffness, matrix);
-    if (!status && gsl_eigen_nonsymmv(matrix, value, vector, work)) status = PEND_NOT_FINITE;
-    if (!status) status = damped_take(damped, value, vector);
-    gsl_matrix_complex_free(vector);
-    gsl_vector_complex_free(value);
-    gsl_matrix_free(matrix);
+    size_t n = (size_t)damped->n, rows = 2 * n;
+    gsl_eigen_nonsymmv_workspace *work = gsl_eigen_nonsymmv_alloc(rows);
+    double *block = malloc((3 * rows * rows + 2 * rows) * sizeof *block);
+    enum pend_status status = work && block ? PEND_OK : PEND_NO_MEMORY;
+    if (!status) {
+        gsl_matrix_view matrix = gsl_matrix_view_array(block, rows, rows);
+        gsl_matrix_complex_view vector =
+            gsl_matrix_complex_view_array(block + rows * rows, rows, rows);
+        gsl_vector_complex_view value =
+            gsl_vector_complex_view_array(block + 3 * rows * rows, rows);
+        status = damped_companion(n, mass, damping, stiffness, &matrix.matrix);
+        if (!status && gsl_eigen_nonsymmv(&matrix.matrix, &value.vector, &vector.matrix, work))
+            status = PEND_NOT_FINITE;
+        if (!status) status = damped_take(damped, &value.vector, &vector.matrix);
+    }
+    free(block);
     gsl_eigen_nonsymmv_free(work);
     return status;
 }
