@@ -1,6 +1,6 @@
 /* What the general kernel computes for several arms at once, or for one where a number is many
- * already, and the functions of one number that it needs beyond arithmetic: a bound, the square
- * root, the hyperbolic tangent.
+ * already, and the functions of one number that it needs beyond arithmetic: a bound, the sign, the
+ * larger of two, the square root, the hyperbolic tangent with its distance to 1.
  * Leaves to others: arithmetic (number), drives (bodies_number).
  * Invariant: an arm's result does not depend on other arms, nor on the width of vectors. */
 #ifndef PEND_BODIES_ARMS_H
@@ -45,6 +45,13 @@ static inline arms arms_limit(arms x, double bound) {
     return WIDE_(min)(WIDE_(max)(x, wide_of(-bound)), wide_of(bound));
 }
 
+static inline arms arms_most(arms x, arms y) { return WIDE_(max)(x, y); }
+
+static inline arms arms_sign(arms x) {
+    for (int i = 0; i < WIDE; i++) x[i] = copysign(1, x[i]);
+    return x;
+}
+
 static inline arms arms_root(arms x) {
     for (int i = 0; i < WIDE; i++) x[i] = sqrt(x[i]);
     return x;
@@ -54,6 +61,13 @@ static inline arms arms_root(arms x) {
 
 static inline arms arms_limit(arms x, double bound) {
     return NUM_(min)(NUM_(max)(x, num_of(-bound)), num_of(bound));
+}
+
+static inline arms arms_most(arms x, arms y) { return NUM_(max)(x, y); }
+
+static inline arms arms_sign(arms x) {
+    for (int i = 0; i < NUMBER_VEC; i++) x[i] = copysign(1, x[i]);
+    return x;
 }
 
 static inline arms arms_root(arms x) {
@@ -67,6 +81,10 @@ static inline arms arms_limit(arms x, double bound) {
     double value = x.part[0][0];
     return fabs(value) <= bound ? x : num_of(copysign(bound, value));
 }
+
+static inline arms arms_most(arms x, arms y) { return x.part[0][0] >= y.part[0][0] ? x : y; }
+
+static inline arms arms_sign(arms x) { return num_of(copysign(1, x.part[0][0])); }
 
 static inline arms arms_root(arms x) {
     double root = sqrt(x.part[0][0]);
@@ -83,6 +101,17 @@ static inline arms arms_limit(arms x, double bound) {
     return x;
 }
 
+static inline arms arms_most(arms x, arms y) {
+    for (int i = 0; i < KERNEL_WIDTH; i++)
+        if (y.high[i] > x.high[i]) x.high[i] = y.high[i], x.low[i] = y.low[i];
+    return x;
+}
+
+static inline arms arms_sign(arms x) {
+    for (int i = 0; i < KERNEL_WIDTH; i++) x.high[i] = copysign(1, x.high[i]), x.low[i] = 0;
+    return x;
+}
+
 static inline num arms_root_near(num x) {
     num root = num_of(0);
     for (int i = 0; i < KERNEL_WIDTH; i++) root.high[i] = sqrt(x.high[i]);
@@ -96,13 +125,16 @@ static inline arms arms_limit(arms x, double bound) {
     return x.part[0] < -bound ? num_of(-bound) : x;
 }
 
+static inline arms arms_most(arms x, arms y) { return y.part[0] > x.part[0] ? y : x; }
+
+static inline arms arms_sign(arms x) { return num_of(copysign(1, x.part[0])); }
+
 static inline num arms_root_near(num x) { return num_of(sqrt(x.part[0])); }
 
 #endif
 
 #if defined NUMBER_VEC || defined NUMBER_TANGENT
 enum { ARMS_TANH_DEPTH = 9 };
-static const double arms_tanh_bound = 20;
 #else
 /** The square root of a number above 0, by two of Newton's steps from that of a double. */
 static inline arms arms_root(arms x) {
@@ -112,21 +144,28 @@ static inline arms arms_root(arms x) {
 }
 
 enum { ARMS_TANH_DEPTH = 16 };
-static const double arms_tanh_bound = 80;
 #endif
 
+/* beyond it 1 / (e^2x + 1) is as good as 0, and e^2x may still be squared */
+static const double arms_tanh_bound = 300;
+
 /**
- * The hyperbolic tangent: of a 4096th of x by its continued fraction, then doubled twelve times,
- * which adds no more than a rounding each and loses none of the relative accuracy.
+ * tanh x = 1 - 2 w and w = 1 / (e^2x + 1), of x >= 0, each to its own last digits.
+ *
+ * e^2x - 1 of a 4096th of x follows from the continued fraction of tanh, and is doubled twelve
+ * times, u -> u (2 + u). While u is below 1 this keeps its relative accuracy; each doubling after
+ * that doubles the relative error of w, which is small by then.
  */
-static inline arms arms_tanh(arms x) {
+static inline arms arms_tanh(arms x, arms *w) {
     enum { DOUBLINGS = 12 };
     arms t = arms_mul(arms_limit(x, arms_tanh_bound), arms_of(1.0 / (1 << DOUBLINGS)));
-    arms z = arms_mul(t, t), f = arms_of(2 * ARMS_TANH_DEPTH + 1);
+    arms z = arms_mul(t, t), f = arms_of(2 * ARMS_TANH_DEPTH + 1), two = arms_of(2);
     for (int j = ARMS_TANH_DEPTH - 1; j >= 0; j--) f = arms_add(arms_of(2 * j + 1), arms_div(z, f));
     t = arms_div(t, f);
-    for (int i = 0; i < DOUBLINGS; i++) t = arms_div(arms_add(t, t), arms_fma(t, t, arms_of(1)));
-    return t;
+    arms u = arms_div(arms_add(t, t), arms_sub(arms_of(1), t));
+    for (int i = 0; i < DOUBLINGS; i++) u = arms_mul(u, arms_add(two, u));
+    *w = arms_div(arms_of(1), arms_add(two, u));
+    return arms_div(u, arms_add(two, u));
 }
 
 #endif

@@ -78,7 +78,7 @@ typedef double num; /* files that lay out memory count it in doubles and compute
  * way_x, way_y             velocity of the tip
  * air_x, air_y             the air's force on the tip
  * air_part                 sqrt(|v|^2 + e^2), which has the unit's sign
- * grip, grip_rest          tanh of the joint's speed and 1 - its square
+ * grip, grip_rest          w = (1 - |tanh|) / 2 of the joint's speed, and w - w^2
  * base_way_x, base_way_y   velocity of the joint
  */
 #define BODIES_SERIES(X) \

@@ -143,24 +143,69 @@ VEC_INLINE num bodies_swing(const struct bodies_system *s, int a, int k) {
     return p < 0 ? w : num_sub(w, s->rate[bodies_row(s, p) + at]);
 }
 
-/* tanh of the joints' speeds over the friction's, order k, of arms from arm a on: y' = (1 - y^2) x'
+/*
+ * tanh x of the joints' speeds over the friction's, order k, of arms from arm a on.
+ *
+ * With the sign g of x at the start, tanh x = g (1 - 2 w), w = 1 / (e^{2 g x} + 1), and
+ * w' = -2 g x' (w - w^2). A joint that turns fast has a tiny w, of which each coefficient keeps its
+ * relative accuracy: an error of w = 1e-20 grows as w itself does while the joint comes to rest,
+ * where one of 1e-16 in tanh x would become 1e-4.
  */
 static inline arms bodies_grip(const struct bodies_system *s, int a, int k) {
     size_t row = bodies_row(s, a), stride = s->stride, last = row + (size_t)k * stride;
-    arms scale = arms_get(s->grip_scale + a), y = arms_of(0), rest = arms_of(1);
+    arms scale = arms_get(s->grip_scale + a), w = arms_of(0), tanh_x;
+    arms start = arms_mul(arms_get(s->swing + row), scale), sign = arms_sign(start);
+    arms twice = arms_mul(arms_of(-2), sign);
     if (k) {
         for (int j = 1; j <= k; j++) {
             arms x = arms_mul(arms_get(s->swing + row + (size_t)j * stride), arms_of(j));
-            y = arms_fma(x, arms_get(s->grip_rest + last - (size_t)j * stride), y);
+            w = arms_fma(x, arms_get(s->grip_rest + last - (size_t)j * stride), w);
         }
-        y = arms_mul(y, arms_mul(scale, arms_all(s->share[k - 1])));
-        rest = arms_of(0);
+        w = arms_mul(w, arms_mul(arms_mul(twice, scale), arms_all(s->share[k - 1])));
+        tanh_x = arms_mul(twice, w);
     } else {
-        y = arms_tanh(arms_mul(arms_get(s->swing + row), scale));
+        tanh_x = arms_mul(sign, arms_tanh(arms_mul(sign, start), &w));
     }
-    arms_put(s->grip + last, y);
-    arms_put(s->grip_rest + last, arms_sub(rest, bodies_square(s, s->grip + row, k, 0)));
-    return y;
+    arms_put(s->grip + last, w);
+    arms_put(s->grip_rest + last, arms_sub(w, bodies_square(s, s->grip + row, k, 0)));
+    return tanh_x;
+}
+
+/*
+ * The longest step, in units, before which no joint's friction can turn over unseen; at most `far`.
+ *
+ * While x = speed over friction's speed is large, w is too small for the step's rule to see, which
+ * would step over the joint's rest. So x may change by two fifths of itself, or by 8, whichever is
+ * more; from |x| = 20 on the coefficients of w tell the rule. A quarter of this is left to each of
+ * the orders 1 to 4.
+ */
+static inline num bodies_reach(const struct bodies_system *s, num far) {
+    enum { ORDERS = 4 };
+    arms least = arms_all(far);
+    for (int a = 0; a < s->n; a += BODIES_ARMS) {
+        size_t row = bodies_row(s, a);
+        arms scale = arms_get(s->grip_scale + a), part = arms_of(2);
+        for (int k = 0; k <= ORDERS; k++) {
+            arms x = arms_mul(arms_get(s->swing + row + (size_t)k * s->stride), scale);
+            x = arms_mul(x, arms_sign(x));
+            if (!k) {
+                part = arms_most(part, arms_mul(x, arms_of(0.1)));
+                continue;
+            }
+            arms ratio = arms_div(part, arms_add(x, arms_of(0x1p-600)));
+            arms root = arms_root(ratio), fourth = arms_root(root);
+            if (k == 1) fourth = ratio;
+            if (k == 2) fourth = root;
+            if (k == 3) fourth = arms_neg(arms_most(arms_neg(root), arms_neg(fourth)));
+            least = arms_neg(arms_most(arms_neg(least), arms_neg(fourth)));
+        }
+    }
+#if defined NUMBER_VEC && NUMBER_VEC == 1
+    for (int i = 0; i < WIDE; i++) far = fmin(far, least[i]);
+    return far;
+#else
+    return least;
+#endif
 }
 
 /* the torques at the joints of arms from arm a on, order k */

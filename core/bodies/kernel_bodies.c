@@ -40,5 +40,9 @@ static void kernel_power(const struct bodies_system *s, double unit, int order, 
     bodies_power(s, unit, order, work, heat);
 }
 
+static double kernel_reach(const struct bodies_system *s, double far) {
+    return s->need & BODIES_GRIP ? bodies_reach(s, far) : far;
+}
+
 const struct bodies_kernel KERNEL_NAME(pend_kernel_bodies_) = {
-    .orders = kernel_orders, .forces = kernel_forces, .power = kernel_power};
+    .orders = kernel_orders, .forces = kernel_forces, .power = kernel_power, .reach = kernel_reach};

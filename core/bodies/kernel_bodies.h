@@ -34,6 +34,9 @@ struct bodies_kernel {
      */
     void (*power)(const struct bodies_system *system, double unit, int order, double work[],
                   double heat[]);
+    /** The longest step in units, at most `far`, that no joint's dry friction forbids, after
+     * `orders` to order 4 at least. O(n). */
+    double (*reach)(const struct bodies_system *system, double far);
 };
 
 extern const struct bodies_kernel pend_kernel_bodies_base;

@@ -147,7 +147,8 @@ static double derivatives_expand(const struct derivatives_pass *pass, double log
     bodies_orders(&s, &now, pass->order);
     bodies_forces(&s, pass->order);
     if (!derivatives_finite(&s, pass->order)) return NAN;
-    return derivatives_reach(&s, pass->order, log_rtol, log_atol);
+    double reach = derivatives_reach(&s, pass->order, log_rtol, log_atol);
+    return s.need & BODIES_GRIP ? bodies_reach(&s, num_of(reach)).part[0][0] : reach;
 }
 
 /* ---- the state inside a step */

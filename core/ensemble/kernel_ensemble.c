@@ -409,6 +409,7 @@ static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attentio
     num gravity = lane_get(lanes->gravity, 0) * unit * unit, inverse = 1 / unit;
     ensemble_expand(lanes, s, unit, gravity, lanes->known);
     num x = step_reach(s, lanes->order, lanes->log_rtol, lanes->log_atol);
+    if (lanes->terms) x = real_reach(&ensemble_table(lanes, lanes->series, lanes->known)->real, x);
     if (lanes->paired) x = num_min(x, num_swap(x));
     wide_mask lands = (wide_mask)(x >= (stop - time) * inverse);
     num next = NUM_(pick)(lands, stop, time + x * unit);

@@ -72,6 +72,11 @@ static __attribute__((noinline)) void real_expand(const struct ensemble_lanes *l
     real_orders(s, b, &now, order, lanes->forces);
 }
 
+/* the step of x units, or a shorter one that the joints' dry friction asks for */
+static num real_reach(const struct bodies_system *b, num x) {
+    return b->need & BODIES_GRIP ? bodies_reach(b, x) : x;
+}
+
 /* what drives give and friction takes in a step of x units, J; its series is kept for parts of the
  * step */
 static __attribute__((noinline)) void real_balance(const struct ensemble_lanes *lanes,

@@ -200,6 +200,10 @@ static int extended_step(struct extended_lanes *lanes) {
     extended_expand(lanes, &s, &sizes, unit);
     wide x = step_reach(&s, lanes->order, lanes->log_rtol, lanes->log_atol),
          left = (stop - time) / unit;
+    if (lanes->terms) {
+        struct bodies_system b = extended_real(lanes, &s);
+        if (b.need & BODIES_GRIP) x = bodies_reach(&b, num_from(x)).high;
+    }
     wide_mask lands = (wide_mask)(x >= left);
     wide next = WIDE_(pick)(lands, stop, time + x * unit);
     wide still = (wide)((wide_mask)(next == time) & (wide_mask)wide_of(1));

@@ -262,7 +262,11 @@ static double quad_expand(const struct quad_series *q, double log_rtol, double l
     for (int j = 0; j <= q->order; j++)
         for (int k = 0; k < s.n; k++)
             sum += s.rate[jets_row(&s, k) + (size_t)j * s.stride].part[0] * 0;
-    return sum == 0 ? quad_choose(&s, q->order, log_rtol, log_atol) : NAN;
+    if (sum != 0) return NAN;
+    double reach = quad_choose(&s, q->order, log_rtol, log_atol);
+    if (!q->loads.terms) return reach;
+    struct bodies_system b = quad_real(q, &s);
+    return b.need & BODIES_GRIP ? bodies_reach(&b, num_of(reach)).part[0] : reach;
 }
 
 /* phi less its start, unit phi', unit^2 phi'' and unit^2 lambda of an arm, x units after the

@@ -252,7 +252,8 @@ void pend_jets_values(const struct pend_jets *jets, int order, const double x[],
 
 double pend_jets_reach(const struct pend_jets *jets, int order, double log_rtol, double log_atol) {
     assert(jets_valid(jets) && order >= PEND_JETS_ORDER_MIN && order <= jets->order_cap);
-    return jets_kernel(jets->isa)->reach(&jets->system, order, log_rtol, log_atol);
+    double reach = jets_kernel(jets->isa)->reach(&jets->system, order, log_rtol, log_atol);
+    return jets->general ? pend_kernel_bodies()->reach(&jets->bodies, reach) : reach;
 }
 
 size_t pend_jets_seats(const struct pend_tree *tree) {

@@ -185,6 +185,32 @@ TEST(law_a_damped_pendulum_of_small_swing_decays_as_its_linear_form) {
     CHECK_RESIDUAL(worst, 2e-8, "angle of a swing of 1e-7 rad, of the swing");
 }
 
+TEST(law_an_arm_without_gravity_is_brought_to_rest_by_dry_friction) {
+    // J r' = -f tanh(r / s): sinh(r / s) = sinh(r_0 / s) e^{-f t / (J s)}, at rest about J r_0 / f
+    enum { PARTS = 80 };
+    const double speeds[] = {1, 0.1, 0.01, 1e-3, 1e-5}, torque = 0.5, begin = 2, span = 8;
+    double worst = 0;
+    for (int way = -1; way <= 1; way += 2)
+        for (size_t i = 0; i < sizeof speeds / sizeof *speeds; i++) {
+            struct rig r;
+            rig_open(&r, 1, 0, 0, NULL);
+            rig_tree(&r);
+            *rig_term(&r, PEND_TERM_FRICTION, 0) = torque;
+            *rig_term(&r, PEND_TERM_FRICTION_SPEED, 0) = speeds[i];
+            r.rate[0] = way * begin;
+            rig_run(&r, 0, span, PARTS);
+            for (int k = 0; k <= PARTS; k++) {
+                long double a = (long double)begin / speeds[i];
+                long double left = a - (long double)torque * r.t[k] / speeds[i];
+                // asinh x is ln 2x where x is beyond what a long double holds
+                long double rate = left > 40 ? left : asinhl(expl(left) * (1 - expl(-2 * a)) / 2);
+                worst = fmax(worst, fabs(way * r.speed[k] - (double)(rate * speeds[i])) / begin);
+            }
+            rig_close(&r);
+        }
+    CHECK_RESIDUAL(worst, 1e-13, "rates while dry friction brings an arm to rest");
+}
+
 /* the largest angle from straight up in 8 s of an arm whose pivot shakes a cos(W t) up and down,
  * a^2 W^2 = share 2 g l */
 static double kapitza(double amplitude, double share) {

@@ -114,7 +114,7 @@ TEST(motions_of_real_pendulums_agree_with_gsl_and_keep_their_energys_balance) {
     CHECK_RESIDUAL(gap, 1e-12, "angles by taylor and by rk8pd after a second");
     CHECK_RESIDUAL(drift, 4e-13, "drift of the energy's balance");
     CHECK_RESIDUAL(ends, 4e-13, "balance of the samples");
-    CHECK_RESIDUAL(exchange, 1e-11, "work and heat by taylor and by rk8pd");
+    CHECK_RESIDUAL(exchange, 2e-11, "work and heat by taylor and by rk8pd");
 }
 
 TEST(samples_of_real_pendulums_have_the_dense_forms_forces) {

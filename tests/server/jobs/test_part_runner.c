@@ -68,7 +68,7 @@ static void runner_post(const struct srv_daemon *daemon, const char *path, const
     char text[1024];
     id[0] = 0;
     snprintf(text, sizeof text,
-             "POST %s HTTP/1.1\r\nHost: x\r\nPrefer: wait=5, respond-async; foo\r\nContent-Type: "
+             "POST %s HTTP/1.1\r\nHost: x\r\nPrefer: foo=5, respond-async; wait\r\nContent-Type: "
              "application/json\r\nContent-Length: %zu\r\n\r\n%s",
              path, strlen(body), body);
     if (!live_say(daemon, &client, text)) return;
