@@ -59,6 +59,7 @@ static enum pend_status write_item(struct api_buffer *out, double x) {
 
 static enum pend_status write_unknowns(const struct fits *fits, const struct pend_fit_result *r,
                                        struct api_buffer *out) {
+    assert(r->value && r->error && r->bounded);
     PEND_TRY(api_out_open(out, "unknowns", '['));
     for (int j = 0; j < fits->asked.unknowns; j++) {
         PEND_TRY(api_out_comma(out));
@@ -83,6 +84,7 @@ static enum pend_status write_direction(const struct fits *fits, const double di
         parts++;
         alike &= fabs(direction[j] - 1) < 1e-2;
     }
+    assert(parts >= 1);
     const char *begin = parts == 1 ? "the data do not depend on "
                         : alike    ? "the data tell only the ratios of "
                                    : "the data do not tell apart ";
@@ -103,6 +105,7 @@ static enum pend_status write_direction(const struct fits *fits, const double di
 static enum pend_status write_end(const struct fits *fits, const struct pend_fit_result *r,
                                   struct api_buffer *out) {
     char text[300];
+    assert((size_t)r->end < sizeof ends / sizeof *ends && fits->asked.rows >= 1);
     double last = fits->asked.t[fits->asked.rows - 1];
     if (r->end == PEND_FIT_CONVERGED)
         snprintf(text, sizeof text, "a minimum, whose motion follows the data");
@@ -128,6 +131,7 @@ static enum pend_status write_end(const struct fits *fits, const struct pend_fit
 static enum pend_status write_residuals(const struct fits *fits, const struct pend_fit_result *r,
                                         struct api_buffer *out) {
     int columns = fits->asked.columns;
+    assert(r->residual && columns >= 1);
     PEND_TRY(api_out_open(out, "residuals", '['));
     for (long i = 0; i < fits->asked.rows; i++) {
         PEND_TRY(api_out_comma(out));
@@ -142,6 +146,7 @@ static enum pend_status write_residuals(const struct fits *fits, const struct pe
 static enum pend_status write_request(const struct fits *fits, struct api_buffer *out) {
     const struct api_fit *asked = &fits->asked;
     const struct api_tree *tree = &asked->tree;
+    assert(asked->start && tree->tree->n == tree->n);
     double *row = malloc((size_t)tree->n * sizeof *row);
     if (!row) return PEND_NO_MEMORY;
     enum pend_status status = api_out_open(out, "request", '{');
@@ -167,6 +172,7 @@ static enum pend_status write_request(const struct fits *fits, struct api_buffer
 
 static enum pend_status write_figures(const struct fits *fits, const struct pend_fit_result *r,
                                       struct api_buffer *out) {
+    assert(r->blind >= 0 && r->blind <= PEND_FIT_BLIND);
     double freedom = r->freedom > 0 ? (double)r->freedom : NAN;
     PEND_TRY(api_out_number(out, "chi_squared", r->chi_squared, 0));
     PEND_TRY(api_out_whole(out, "degrees_of_freedom", r->freedom));
@@ -212,6 +218,7 @@ static enum pend_status fits_run(void *state, const struct api_turn *turn, int *
                                  struct pend_error *error) {
     struct fits *fits = state;
     int over = 0;
+    assert(fits->asked.unknowns >= 1 && !*done);
     if (!fits->fit) {
         api_fit_guess(&fits->asked);
         struct pend_fit_problem problem = api_fit_problem(&fits->asked);
@@ -234,6 +241,7 @@ static void fits_progress(const void *state, double *steps, double *work) {
  * steps an arm for every swing */
 static double fits_cost(const void *state) {
     const struct api_fit *asked = &((const struct fits *)state)->asked;
+    assert(asked->rows >= 1 && asked->tree.n >= 1);
     double n = asked->tree.n, length = 0, span = asked->t[asked->rows - 1] - asked->begin;
     for (int k = 0; k < asked->tree.n; k++) length += asked->length[k] / n;
     double swings = span * sqrt(fabs(asked->tree.loads.gravity) / length) / 6;

@@ -77,6 +77,7 @@ static void response_free(void **state) {
 static void response_columns(struct response *response) {
     struct api_table *table = &response->table;
     int n = response->asked.tree.n;
+    assert(!table->count && n >= 1);
     api_table_add(table, "omega", NULL, 0);
     api_table_add(table, "frequency", NULL, 0);
     for (int i = 0; i < COLUMNS; i++) {
@@ -127,6 +128,7 @@ static enum pend_status response_read(void **state, const struct api_reading *re
 static enum pend_status response_allocate(struct response *response, struct pend_error *error) {
     size_t rows = (size_t)response->table.rows, n = (size_t)response->asked.tree.n;
     size_t numbers = (size_t)api_table_numbers(&response->table, 0);
+    assert(rows >= 1 && numbers >= 2 && !response->block);
     response->block = malloc(rows * numbers * sizeof(double));
     response->part = malloc(2 * PEND_RESPONSE_PARTS * PEND_RESPONSE_LANES * n * sizeof(double));
     response->couple = calloc(2 * n, sizeof(double));

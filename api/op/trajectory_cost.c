@@ -1,5 +1,6 @@
 #include "api/op/trajectory_cost.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -32,6 +33,7 @@ static const double derived_times = 12;
  * many hang on each other, and as the start has it */
 static double trajectory_rate(const struct api_trajectory_size *size) {
     const struct pend_tree *tree = size->tree->tree;
+    assert(tree && size->start->rate);
     double shortest = INFINITY, rate = 0;
     for (int k = 0; k < tree->n; k++) {
         shortest = fmin(shortest, tree->len[k]);
@@ -44,6 +46,7 @@ static double trajectory_rate(const struct api_trajectory_size *size) {
 double api_trajectory_cost_seconds(const struct api_trajectory_size *size) {
     const struct api_table *table = size->table;
     const struct pend_times *times = &size->times->times;
+    assert(times->count >= 1 && table->rows >= 0 && size->method->method);
     double span = fabs(pend_times_at(times, times->count - 1) - pend_times_at(times, 0)),
            steps = steps_of_others;
     double numbers = (double)table->rows * api_table_numbers(table, 0);
@@ -86,6 +89,7 @@ static double trajectory_derived_bytes(const struct api_trajectory_size *size) {
 }
 
 double api_trajectory_cost_bytes(const struct api_trajectory_size *size) {
+    assert(size->format && size->table && size->derived->count >= 0);
     double n = api_tree_stored(size->tree), an_arm = bytes_of_others,
            row = api_table_numbers(size->table, 0);
     for (size_t i = 0; i < sizeof bytes_an_arm / sizeof *bytes_an_arm; i++)

@@ -16,6 +16,8 @@ static double *model_take(char *base, size_t *used, size_t numbers) {
 
 size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem *problem,
                           char *memory) {
+    assert(problem->n >= 1 && problem->unknowns >= 1 && problem->rows >= 1 &&
+           problem->columns >= 1);
     size_t used = 0, n = (size_t)problem->n, q = (size_t)problem->unknowns, block = MODEL_BLOCK;
     *model = (struct fit_model){.problem = problem, .block = MODEL_BLOCK};
     for (int j = 0; j < problem->unknowns; j++) model->parameters += problem->unknown[j].camera < 0;
@@ -68,6 +70,7 @@ static enum pend_status model_pendulum(struct fit_model *model, const double val
             [PEND_PARAMETER_PHI] = model->phi,          [PEND_PARAMETER_RATE] = model->rate,
             [PEND_PARAMETER_LENGTH] = model->length,    [PEND_PARAMETER_MASS] = model->mass,
             [PEND_PARAMETER_GRAVITY] = &loads->gravity, [PEND_PARAMETER_TERM] = model->value};
+        assert(u->camera >= 0 || (size_t)u->by.kind < sizeof array / sizeof *array);
         int size = u->by.kind == PEND_PARAMETER_LENGTH || u->by.kind == PEND_PARAMETER_MASS;
         if (u->camera >= 0)
             model->camera[u->camera] = value[j];
