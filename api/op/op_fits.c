@@ -1,6 +1,7 @@
 /* POST /v1/fits: parameters of a pendulum from measurements of its motion.
  * Leaves to others: reading (fits_json), the fit (core/fit), arms as JSON (tree_write).
- * Invariant: the answer says how the fit ended; an error that is not known is null. */
+ * Invariant: the answer says how the fit ended; an error that is not known is null. The answer is
+ * JSON alone, so that a job has no rows of its table but the JSON behind them. */
 #include "api/op/op.h"
 
 #include <assert.h>
@@ -10,6 +11,7 @@
 #include <string.h>
 
 #include "api/base/engine.h"
+#include "api/encode/encode_raw.h"
 #include "api/json/json_out.h"
 #include "api/op/fits_json.h"
 #include "api/op/tree_write.h"
@@ -17,6 +19,8 @@
 
 struct fits {
     struct api_fit asked;
+    const struct api_format *format;
+    struct api_table table; /* without rows: nothing of the answer is in it */
     struct pend_fit *fit;
 };
 
@@ -37,6 +41,8 @@ static enum pend_status fits_read(void **state, const struct api_reading *readin
     struct fits *fits = calloc(1, sizeof *fits);
     *state = fits;
     if (!fits) return PEND_NO_MEMORY;
+    fits->format = reading->format;
+    api_table_add(&fits->table, "residuals", NULL, 0);
     enum pend_status status = api_fit_read(&fits->asked, reading);
     if (status != PEND_OK) fits_free(state);
     return status;
@@ -228,7 +234,13 @@ static enum pend_status fits_run(void *state, const struct api_turn *turn, int *
     while (!over && !api_turn_over(turn));
     if (!over) return PEND_OK;
     *done = 1;
-    return fits_write(fits, turn);
+    return fits->format == &api_format_raw ? PEND_OK : fits_write(fits, turn);
+}
+
+static void fits_json(void *state) { ((struct fits *)state)->format = &api_format_json; }
+
+static const struct api_table *fits_table(const void *state) {
+    return &((const struct fits *)state)->table;
 }
 
 static void fits_progress(const void *state, double *steps, double *work) {
@@ -266,6 +278,8 @@ const struct api_op api_op_fits = {.name = "fits",
                                    .read = fits_read,
                                    .run = fits_run,
                                    .progress = fits_progress,
+                                   .table = fits_table,
                                    .cost = fits_cost,
                                    .bytes = fits_bytes,
+                                   .json = fits_json,
                                    .free = fits_free};
