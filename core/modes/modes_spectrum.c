@@ -12,6 +12,10 @@ enum { SPECTRUM_SHIFTS = 16, SPECTRUM_ROUNDS = 14 };
 #define SPECTRUM_LEAST 1e-300
 #define SPECTRUM_MOST 1e300
 
+/* N/m: a pivot of a sweep may be smaller than its spring by 2^110, and its inverse must be a number
+ */
+#define SPECTRUM_WEAKEST 1e-270
+
 /* the spectrum between two calls */
 PEND_VALIDATOR spectrum_valid(const struct pend_spectrum *spectrum) {
     const struct pend_search *s = &spectrum->search;
@@ -60,7 +64,18 @@ void pend_spectrum_free(struct pend_spectrum **spectrum) {
 
 enum pend_status pend_spectrum_check(const struct pend_spectrum *spectrum,
                                      struct pend_error *error) {
-    if (spectrum->least >= SPECTRUM_LEAST && spectrum->most <= SPECTRUM_MOST) return PEND_OK;
+    double weakest = INFINITY;
+    for (int i = 0; i < spectrum->symmetry->part_count; i++)
+        for (int k = 0; k < spectrum->part[i]->n; k++)
+            weakest = fmin(weakest, fabs(spectrum->part[i]->spring[k]));
+    if (spectrum->least >= SPECTRUM_LEAST && spectrum->most <= SPECTRUM_MOST) {
+        if (weakest >= SPECTRUM_WEAKEST) return PEND_OK;
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "lengths, masses and gravity are too far apart or too small: an arm that "
+                         "hangs is pulled back by only %.3g N/m, and modes can be found from "
+                         "%.0g N/m on",
+                         weakest, SPECTRUM_WEAKEST);
+    }
     return pend_fail(error, PEND_INVALID, -1, 0,
                      "lengths, masses and gravity are too far apart: the squares of the "
                      "frequencies lie between %.3g and "

@@ -47,9 +47,10 @@ void pend_spectrum_free(struct pend_spectrum **spectrum);
 
 /**
  * Checks that the squares of the frequencies lie within the range of numbers in which modes can be
- * computed: 1e-300 to 1e300 (rad/s)^2.
+ * computed, 1e-300 to 1e300 (rad/s)^2, and that gravity pulls every arm back by 1e-270 N/m at
+ * least.
  *
- * PEND_INVALID  error says where they lie. O(1).
+ * PEND_INVALID  error says where they lie. O(n).
  */
 PEND_MUST_CHECK enum pend_status pend_spectrum_check(const struct pend_spectrum *spectrum,
                                                      struct pend_error *error);

@@ -552,6 +552,21 @@ TEST(fuzz_call_survives_mutations) {
                  "of %ld %ld were answered, %ld refused", runs, answered, refused);
 }
 
+/* inputs that once failed, in every form */
+TEST(fuzz_call_answers_what_once_failed) {
+    static const char *const once[] = {
+        "2{\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":2.0,\"mass\":2},{\"name\":\"b\","
+        "\"parent\":\"a\",\"length\":1e300,\"mass\":1e-1}],\"gravity\":9.81},\"vectors\":false}",
+    };
+    for (size_t i = 0; i < sizeof once / sizeof *once; i++)
+        for (unsigned form = 0; form < 2 * FORMATS; form++) {
+            char text[1000];
+            snprintf(text, sizeof text, "%s", once[i]);
+            in_form(text, form);
+            sound(text, strlen(text), NULL);
+        }
+}
+
 /* FUZZ_FILES: names of files with inputs that once failed, separated by spaces */
 TEST(fuzz_call_files_are_replayed) {
     static char text[ROOM];

@@ -464,6 +464,8 @@ TEST(pendulums_beyond_what_a_double_holds_have_no_modes) {
         "\"length\":[1,5.6e-149],\"mass\":[1,2.2e136],\"parent\":[0,1]",
         "\"length\":[2.3e93,1e-160],\"mass\":[3.8e-54,44],\"parent\":[0,1]",
         "\"length\":[1,1e300,1],\"mass\":[1,1,2.9e44],\"parent\":[0,1,2]",
+        "\"length\":[2,1e300],\"mass\":[2,0.1],\"parent\":[0,1]",
+        "\"length\":[1,1],\"mass\":[1e-295,1e-295],\"parent\":[0,1]",
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         char body[256];
