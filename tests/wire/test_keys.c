@@ -338,6 +338,7 @@ TEST(deeds_are_accounted_for_without_bodies_and_addresses_as_far_as_wanted) {
     test_reply_clear(&reply);
     CHECK_INT(test_request(keyed.server, &reply, "DELETE", text, teacher, NULL), 200);
     test_reply_clear(&reply);
+    REQUIRE(file_says(audit, "\"status\":200", text, sizeof text));
     test_server_signal(keyed.server, SIGHUP);
     REQUIRE(file_says(audit, "reload of options", text, sizeof text));
     CHECK_SAYING(strstr(text, "\"who\":\"key:anna\",\"role\":\"teacher\",\"what\":\"POST "

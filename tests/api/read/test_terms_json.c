@@ -578,6 +578,9 @@ TEST(a_torque_has_at_most_64_harmonics_and_they_keep_their_order) {
 
 /* whether an operation says in its row that it takes terms is what decides */
 TEST(an_operation_that_takes_no_terms_says_so) {
+    static const char fits[] =
+        ",\"data\":{\"t\":[0,1],\"series\":[{\"theta\":1,\"values\":[1,0]}]},"
+        "\"unknowns\":[{\"vary\":\"gravity\"}],\"iterations\":2";
     static const char *const rest[API_OP_COUNT] = {
         [API_OP_TREES] = "",
         [API_OP_TRAJECTORIES] = ",\"times\":[0,0.1]",
@@ -587,8 +590,7 @@ TEST(an_operation_that_takes_no_terms_says_so) {
         [API_OP_EQUATIONS] = "",
         [API_OP_LYAPUNOV] = ",\"duration\":0.1",
         [API_OP_SECTIONS] = ",\"duration\":0.1,\"section\":{\"arm\":1,\"theta\":0}",
-        [API_OP_FITS] = ",\"data\":{\"t\":[0,1],\"series\":[{\"theta\":1,\"values\":[1,0]}]},"
-                        "\"unknowns\":[{\"vary\":\"gravity\"}],\"iterations\":2",
+        [API_OP_FITS] = fits,
         [API_OP_RESPONSE] = ",\"drive\":{\"pivot\":{\"x\":1}},\"omega\":[1]",
     };
     int refused = 0;
