@@ -9,9 +9,9 @@ shift 2
 valgrind="valgrind -q --suppressions=tests/harness/valgrind.supp --fair-sched=try --error-exitcode=99 --leak-check=full --show-leak-kinds=definite,indirect,possible"
 log=build/check/release-$room.log
 
-# Name and seconds of the tests that passed, quickest first, until the sum reaches a quarter of a second. Loops over failing
+# Name and seconds of the tests that passed, quickest first, until the sum reaches a twelfth of a second. Loops over failing
 # allocations repeat one call hundreds of times: the address sanitizer runs them, and the release run, on memory full of nonsense.
-quick() { grep -v allocation_faults "$log" | sed -nE 's/^ok +([^ ]+) \(([0-9.]+) s, .*/\2 \1/p' | sort -n | awk '(sum += $1) < 0.25 { print "=" $2 }'; }
+quick() { grep -v allocation_faults "$log" | sed -nE 's/^ok +([^ ]+) \(([0-9.]+) s, .*/\2 \1/p' | sort -n | awk '(sum += $1) < 0.08 { print "=" $2 }'; }
 
 if [ $room = wire ]; then
     TEST_UNDER=$valgrind exec "$build/tests/wire/run" "$@"
