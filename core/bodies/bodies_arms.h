@@ -39,39 +39,29 @@ VEC_INLINE arms arms_get(const num *at) { return *at; }
 VEC_INLINE void arms_put(num *at, arms x) { *at = x; }
 #endif
 
-#if defined NUMBER_VEC && NUMBER_VEC == 1
+#ifdef NUMBER_VEC
+
+#if NUMBER_VEC == 1
+enum { ARMS_LANES = WIDE };
+#define ARMS_(name) WIDE_(name)
+#else
+enum { ARMS_LANES = NUMBER_VEC };
+#define ARMS_(name) NUM_(name)
+#endif
 
 static inline arms arms_limit(arms x, double bound) {
-    return WIDE_(min)(WIDE_(max)(x, wide_of(-bound)), wide_of(bound));
+    return ARMS_(min)(ARMS_(max)(x, arms_of(-bound)), arms_of(bound));
 }
 
-static inline arms arms_most(arms x, arms y) { return WIDE_(max)(x, y); }
+static inline arms arms_most(arms x, arms y) { return ARMS_(max)(x, y); }
 
 static inline arms arms_sign(arms x) {
-    for (int i = 0; i < WIDE; i++) x[i] = copysign(1, x[i]);
+    for (int i = 0; i < ARMS_LANES; i++) x[i] = copysign(1, x[i]);
     return x;
 }
 
 static inline arms arms_root(arms x) {
-    for (int i = 0; i < WIDE; i++) x[i] = sqrt(x[i]);
-    return x;
-}
-
-#elif defined NUMBER_VEC
-
-static inline arms arms_limit(arms x, double bound) {
-    return NUM_(min)(NUM_(max)(x, num_of(-bound)), num_of(bound));
-}
-
-static inline arms arms_most(arms x, arms y) { return NUM_(max)(x, y); }
-
-static inline arms arms_sign(arms x) {
-    for (int i = 0; i < NUMBER_VEC; i++) x[i] = copysign(1, x[i]);
-    return x;
-}
-
-static inline arms arms_root(arms x) {
-    for (int i = 0; i < NUMBER_VEC; i++) x[i] = sqrt(x[i]);
+    for (int i = 0; i < ARMS_LANES; i++) x[i] = sqrt(x[i]);
     return x;
 }
 
