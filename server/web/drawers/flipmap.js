@@ -8,17 +8,22 @@
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { still } from "../screen.js";
-import { drawMap, fitCanvas, imageOf, pointAt } from "./flipmap_paint.js";
+import { drawMap, imageOf } from "./flipmap_paint.js";
 import { bodyOf, createMap, nearestPoint, startOf, takeRows, wordsOf } from "./flips.js";
 import { aborted, button, choice, fetchTable, later, save } from "./kit.js";
+import {
+  fitCanvas,
+  moved,
+  optionsOf,
+  partsOf,
+  pointUnder,
+  stripByStrip,
+  tellProgress,
+} from "./map_frame.js";
 
 const SIZES = [60, 120, 240];
 const DURATIONS = [5, 10, 20];
 const STRIP = 2400; // motions a request, about
-const FAR = 10; // points that an arrow key goes with shift
-
-/** By how many points the arrow keys go. @type {Record<string, [number, number]>} */
-const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1] };
 
 /** @typedef {import("./flips.js").FlipMap} FlipMap */
 /** @typedef {import("./flips.js").Point} Point */
@@ -29,25 +34,10 @@ const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], Arro
  * @typedef {ReturnType<typeof partsOf> & {
  *   app: App, wish: import("./flips.js").Wish, map: FlipMap | null, picture: HTMLCanvasElement,
  *   cross: Point,
- *   stop: AbortController | null, size: import("./flipmap_paint.js").Size | null,
+ *   stop: AbortController | null, size: import("./map_frame.js").Size | null,
  *   compute: HTMLButtonElement, png: HTMLButtonElement,
  * }} View
  */
-
-/** @param {Text} text */
-function partsOf(text) {
-  const label = { "aria-label": text("compare.mapLabel"), "aria-describedby": "map-point" };
-  const canvas = h("canvas", { class: "map", tabindex: 0, role: "application", ...label });
-  const point = h("p", { class: "map-point", id: "map-point", role: "status" });
-  return {
-    canvas,
-    point,
-    status: h("p", { class: "quiet", role: "status" }),
-    bar: h("progress", { max: 1, value: 0, hidden: true, "aria-label": text("compare.map") }),
-    place: h("div", { hidden: true }, canvas, point),
-    controls: h("div", { class: "row" }),
-  };
-}
 
 /**
  * Two arms that there are, and that are not the same.
@@ -64,14 +54,7 @@ function showControls({ app, wish, controls, compute, png, status }) {
   const arms = store.get().pendulum.length.length;
   settleWish(wish, arms);
   const list = Array.from({ length: arms }, (_, k) => ({ value: k + 1, words: String(k + 1) }));
-  const sizes = SIZES.map((value) => ({
-    value,
-    words: text("compare.pointsValue", { count: value }),
-  }));
-  const spans = DURATIONS.map((value) => ({
-    value,
-    words: text("compare.seconds", { time: value }),
-  }));
+  const { sizes, spans } = optionsOf(text, SIZES, DURATIONS);
   const pick = (
     /** @type {keyof typeof wish} */ key,
     /** @type {string} */ label,
@@ -138,21 +121,12 @@ async function run(view) {
  * @param {View} view @param {FlipMap} map @param {Client} client @param {AbortSignal} signal
  */
 async function fetchMap(view, map, client, signal) {
-  const rows = Math.max(1, Math.round(STRIP / map.count));
-  for (let row = 0; row < map.count; row += rows) {
-    const body = bodyOf(map, row, Math.min(rows, map.count - row));
+  await stripByStrip(map.count, STRIP, async (row, rows) => {
+    const body = bodyOf(map, row, rows);
     takeRows(map, row, await fetchTable(client, "/v1/ensembles", body, { signal }));
-    progress(view, map);
-  }
-}
-
-/** @param {View} view @param {FlipMap} map */
-function progress(view, map) {
-  const all = map.count ** 2;
-  view.bar.value = map.done / all;
-  const percent = Math.floor((100 * map.done) / all);
-  view.status.textContent = view.app.text("compare.progress", { percent, count: all });
-  paint(view);
+    tellProgress(view, map, view.app.text);
+    paint(view);
+  });
 }
 
 /** @param {View} view */
@@ -218,37 +192,27 @@ function keys(view, event) {
     start(view, map, cross);
     return;
   }
-  const move = MOVES[event.key];
-  if (!move) return;
+  const to = moved(event, cross, map.count);
+  if (!to) return;
   event.preventDefault();
   event.stopPropagation();
-  const far = event.shiftKey ? FAR : 1;
-  const within = (/** @type {number} */ value) => Math.max(0, Math.min(map.count - 1, value));
-  view.cross = { i: within(cross.i + far * move[0]), j: within(cross.j + far * move[1]) };
+  view.cross = to;
   describe(view, map, view.cross);
   draw(view);
-}
-
-/**
- * The point under a pointer, null where there is none.
- * @param {View} view @param {MouseEvent} event
- */
-function pointUnder({ canvas, map, size }, event) {
-  if (!map || !size) return null;
-  const box = canvas.getBoundingClientRect();
-  return pointAt(map, size, event.clientX - box.left, event.clientY - box.top);
 }
 
 /** @param {View} view @param {Bag} bag */
 function listen(view, bag) {
   const { canvas } = view;
+  const under = (/** @type {MouseEvent} */ event) =>
+    view.map && view.size ? pointUnder(canvas, view.map, view.size, event) : null;
   bag.on(canvas, "keydown", (event) => keys(view, event));
   bag.on(canvas, "click", (event) => {
-    const point = pointUnder(view, event);
+    const point = under(event);
     if (view.map && point) start(view, view.map, point);
   });
   bag.on(canvas, "mousemove", (event) => {
-    const point = pointUnder(view, event);
+    const point = under(event);
     if (view.map && point) describe(view, view.map, point);
     canvas.style.cursor = point ? "crosshair" : "default";
   });
@@ -275,7 +239,7 @@ function createView(app) {
   const hidden = { hidden: true, "data-map": "png" };
   /** @type {View} */
   const view = {
-    ...partsOf(text),
+    ...partsOf(text("compare.mapLabel"), text("compare.map"), "map-point"),
     app,
     wish: { across: 1, up: 2, count: 120, duration: 10 },
     map: null,

@@ -10,6 +10,15 @@ import { createBag, h } from "../dom.js";
 import { still } from "../screen.js";
 import { aborted, button, choice, fetchTable, later } from "./kit.js";
 import {
+  fitCanvas,
+  moved,
+  optionsOf,
+  partsOf,
+  pointUnder,
+  stripByStrip,
+  tellProgress,
+} from "./map_frame.js";
+import {
   AXES,
   OBSERVED,
   bodyOf,
@@ -20,15 +29,11 @@ import {
   valueAt,
   wordsOf,
 } from "./map_numbers.js";
-import { fitCanvas, imageOf, paintMap, pointAt } from "./map_paint.js";
+import { imageOf, paintMap } from "./map_paint.js";
 
 const SIZES = [30, 60, 120];
 const DURATIONS = [10, 30, 100];
 const STRIP = 1200; // motions a request, about
-const FAR = 10; // points that an arrow key goes with shift
-
-/** By how many points the arrow keys go. @type {Record<string, [number, number]>} */
-const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1] };
 
 /** @typedef {import("./map_numbers.js").NumberMap} NumberMap */
 
@@ -37,24 +42,9 @@ const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], Arro
  * @typedef {ReturnType<typeof partsOf> & {
  *   app: App, wish: import("./map_numbers.js").Wish, map: NumberMap | null, cross: {i: number, j:
  *   number}, picture: HTMLCanvasElement | null, stop: AbortController | null,
- *   size: import("./map_paint.js").Size | null, compute: HTMLButtonElement,
+ *   size: import("./map_frame.js").Size | null, compute: HTMLButtonElement,
  * }} View
  */
-
-/** @param {Text} text */
-function partsOf(text) {
-  const label = { "aria-label": text("map.label"), "aria-describedby": "number-map-point" };
-  const canvas = h("canvas", { class: "map", tabindex: 0, role: "application", ...label });
-  const point = h("p", { class: "map-point", id: "number-map-point", role: "status" });
-  return {
-    canvas,
-    point,
-    status: h("p", { class: "quiet", role: "status" }),
-    bar: h("progress", { max: 1, value: 0, hidden: true, "aria-label": text("map.title") }),
-    place: h("div", { hidden: true }, canvas, point),
-    controls: h("div", { class: "row" }),
-  };
-}
 
 /** @param {View} view */
 function showControls(view) {
@@ -67,14 +57,7 @@ function showControls(view) {
     wish.up = names.find((name) => name !== wish.across) ?? names[0];
   const axes = names.map((value) => ({ value, words: nameOf(text, value) }));
   const observed = Object.keys(OBSERVED).map((value) => ({ value, words: text(`map.${value}`) }));
-  const sizes = SIZES.map((value) => ({
-    value,
-    words: text("compare.pointsValue", { count: value }),
-  }));
-  const spans = DURATIONS.map((value) => ({
-    value,
-    words: text("compare.seconds", { time: value }),
-  }));
+  const { sizes, spans } = optionsOf(text, SIZES, DURATIONS);
   const pick = (
     /** @type {keyof typeof wish} */ key,
     /** @type {string} */ label,
@@ -129,16 +112,12 @@ async function run(view) {
  * @param {View} view @param {NumberMap} map @param {Client} client @param {AbortSignal} signal
  */
 async function fetchMap(view, map, client, signal) {
-  const rows = Math.max(1, Math.round(STRIP / map.count));
-  const all = map.count ** 2;
-  for (let row = 0; row < map.count; row += rows) {
-    const body = bodyOf(map, row, Math.min(rows, map.count - row));
+  await stripByStrip(map.count, STRIP, async (row, rows) => {
+    const body = bodyOf(map, row, rows);
     takeRows(map, row, await fetchTable(client, "/v1/ensembles", body, { signal }));
-    view.bar.value = map.done / all;
-    const percent = Math.floor((100 * map.done) / all);
-    view.status.textContent = view.app.text("compare.progress", { percent, count: all });
+    tellProgress(view, map, view.app.text);
     paint(view);
-  }
+  });
 }
 
 /** @param {View} view */
@@ -178,14 +157,13 @@ function choose({ app, map, cross }) {
 /** @param {View} view @param {KeyboardEvent} event */
 function key(view, event) {
   const { map, cross } = view;
-  const move = MOVES[event.key];
-  if (!map || (!move && event.key !== "Enter")) return;
+  if (!map) return;
+  const to = moved(event, cross, map.count);
+  if (!to && event.key !== "Enter") return;
   event.preventDefault();
   event.stopPropagation();
-  if (!move) return choose(view);
-  const by = event.shiftKey ? FAR : 1;
-  const inside = (/** @type {number} */ at) => Math.max(0, Math.min(map.count - 1, at));
-  view.cross = { i: inside(cross.i + by * move[0]), j: inside(cross.j + by * move[1]) };
+  if (!to) return choose(view);
+  view.cross = to;
   draw(view);
 }
 
@@ -193,8 +171,7 @@ function key(view, event) {
 function pointed(view, event, take) {
   const { map, size, canvas } = view;
   if (!map || !size) return;
-  const place = canvas.getBoundingClientRect();
-  const at = pointAt(map, size, event.clientX - place.left, event.clientY - place.top);
+  const at = pointUnder(canvas, map, size, event);
   if (!at) return;
   if (!take) {
     view.point.textContent = wordsOf(map, at, view.app.text);
@@ -214,7 +191,13 @@ export function mountNumberMap(app) {
   const click = () => (view.stop ? view.stop.abort() : run(view));
   const compute = button(text("map.compute"), click, { "data-wish": "compute" });
   /** @type {View} */
-  const view = { ...partsOf(text), ...state, app, wish, compute };
+  const view = {
+    ...partsOf(text("map.label"), text("map.title"), "number-map-point"),
+    ...state,
+    app,
+    wish,
+    compute,
+  };
   bag.on(view.canvas, "keydown", (event) => key(view, event));
   bag.on(view.canvas, "pointermove", (event) => pointed(view, event, false));
   bag.on(view.canvas, "pointerup", (event) => pointed(view, event, true));
