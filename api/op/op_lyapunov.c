@@ -64,14 +64,14 @@ static void lyapunov_free(void **state) {
 static void lyapunov_read_count(struct lyapunov *lyapunov, const struct api_value *count,
                                 struct api_problem *problem) {
     const char *text = api_value_text(count);
-    long most = 2L * lyapunov->tree.n, wanted = 1;
+    long most = 2L * api_tree_stored(&lyapunov->tree), wanted = 1;
     if (text && !strcmp(text, "all")) {
         wanted = most;
     } else if (text) {
         api_value_fault(count, problem,
                         "must be a number of exponents from 1 to %ld, or \"all\", got \"%.40s\"",
                         most, text);
-    } else if (most) {
+    } else if (lyapunov->tree.n) {
         (void)api_field_whole(count, 1, most, &wanted, problem);
     }
     lyapunov->count = (int)(wanted > 0 ? wanted : 1);
@@ -92,7 +92,8 @@ static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov,
     (void)api_value_only(root, fields, problem);
     enum pend_status status = api_reading_tree(reading, &lyapunov->tree);
     if (status == PEND_NO_MEMORY) return status;
-    if (status == PEND_OK) PEND_TRY(api_states_new(&lyapunov->start, 1, lyapunov->tree.n));
+    if (status == PEND_OK)
+        PEND_TRY(api_states_new(&lyapunov->start, 1, api_tree_stored(&lyapunov->tree)));
     api_states_read(lyapunov->start, 0, &initial, &lyapunov->tree, reading->limits, problem);
     (void)api_value_read_number(&start, -duration_most, duration_most, "s", &lyapunov->origin,
                                 problem);
@@ -113,7 +114,7 @@ static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov,
 static enum pend_status lyapunov_check_size(struct lyapunov *lyapunov,
                                             const struct api_reading *reading) {
     struct api_value count = api_value_member(reading->root, "count");
-    double bytes = 8.0 * 6 * lyapunov->tree.n * (lyapunov->count + 1);
+    double bytes = 8.0 * 6 * api_tree_stored(&lyapunov->tree) * (lyapunov->count + 1);
     api_table_add(&lyapunov->table, "t", NULL, 0);
     api_table_add(&lyapunov->table, "exponents", NULL, lyapunov->count);
     api_table_add(&lyapunov->table, "error", NULL, lyapunov->count);
@@ -122,7 +123,7 @@ static enum pend_status lyapunov_check_size(struct lyapunov *lyapunov,
                         "asks for %d directions in %d dimensions, %.0f bytes, more than the limit "
                         "max-answer-bytes of "
                         "%.0f: ask for fewer",
-                        lyapunov->count, 2 * lyapunov->tree.n, bytes,
+                        lyapunov->count, 2 * api_tree_stored(&lyapunov->tree), bytes,
                         reading->limits->answer_bytes);
     api_reading_check_size(reading, &lyapunov->table, reading->root, "samples",
                            "fewer samples or exponents");
@@ -149,7 +150,7 @@ static enum pend_status lyapunov_read(void **state, const struct api_reading *re
 static double lyapunov_rate(const struct lyapunov *lyapunov) {
     const struct pend_tree *tree = lyapunov->tree.tree;
     double shortest = INFINITY, rate = 0;
-    for (int k = 0; k < tree->n; k++) {
+    for (int k = lyapunov->tree.cart; k < tree->n; k++) {
         shortest = fmin(shortest, tree->len[k]);
         rate = fmax(rate, fabs(lyapunov->start->rate[k]));
     }
@@ -225,7 +226,7 @@ static enum pend_status lyapunov_step(struct lyapunov *lyapunov, struct api_buff
 
 static enum pend_status lyapunov_piece(struct lyapunov *lyapunov, struct api_buffer *out,
                                        struct pend_error *error) {
-    long steps = PIECE / (lyapunov->tree.n * 8L);
+    long steps = PIECE / (api_tree_stored(&lyapunov->tree) * 8L);
     int over = 0;
     PEND_TRY(pend_lyapunov_go(lyapunov->exponents, steps > 0 ? steps : 1, &over, error));
     if ((double)pend_lyapunov_steps(lyapunov->exponents) > lyapunov->step_cap)
@@ -274,7 +275,7 @@ static void lyapunov_progress(const void *state, double *steps, double *work) {
 
 static double lyapunov_cost(const void *state) {
     const struct lyapunov *lyapunov = state;
-    double n = lyapunov->tree.n, count = lyapunov->count;
+    double n = api_tree_stored(&lyapunov->tree), count = lyapunov->count;
     double intervals = lyapunov_intervals(lyapunov) * (double)lyapunov->table.rows;
     // springs and drives take more steps, in intervals that are as long
     double spring = pend_loads_rate(&lyapunov->tree.loads, lyapunov->tree.tree);
@@ -286,7 +287,7 @@ static double lyapunov_cost(const void *state) {
 
 static double lyapunov_bytes(const void *state) {
     const struct lyapunov *lyapunov = state;
-    double n = lyapunov->tree.n, count = lyapunov->count;
+    double n = api_tree_stored(&lyapunov->tree), count = lyapunov->count;
     // real pendulums have more series
     double an_arm = lyapunov->tree.loads.terms ? 54000 : 16000;
     return 32768 + (n + 16) * an_arm +
@@ -306,6 +307,7 @@ static const struct api_stats *lyapunov_stats(const void *state) {
 const struct api_op api_op_lyapunov = {.name = "lyapunov",
                                        .body = 1,
                                        .terms = 1,
+                                       .cart = 1,
                                        .samples = 1,
                                        .read = lyapunov_read,
                                        .run = lyapunov_run,

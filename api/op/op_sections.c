@@ -23,7 +23,7 @@ static const char *const arm_fields[] = {"arm", "theta", "phi", "unit", "directi
 static const char *const section_fields[] = {"arm",       "theta",  "phi",   "unit",
                                              "direction", "period", "first", NULL};
 
-enum { T, PHI, PHID, DIRECTION, COLUMNS, COUNT_USUAL = 1000, FIRST_ROOM = 256, PIECE = 50000 };
+enum { T, PHI, PHID, COLUMNS = 6, COUNT_USUAL = 1000, FIRST_ROOM = 256, PIECE = 50000 };
 
 static const double duration_most = 1e9, angle_most = 1e6, pi = 3.14159265358979323846;
 
@@ -43,6 +43,7 @@ struct sections {
     int arm;              /* stored number */
     unsigned ways;
     struct api_table table;
+    int direction, cart; /* the columns of these: where there are any */
     const struct api_format *format;
     double step_cap;
     const char *step_name; /* of the limit */
@@ -202,7 +203,8 @@ static enum pend_status sections_read_parts(struct sections *sections,
     (void)api_value_only(root, fields, problem);
     enum pend_status status = api_reading_tree(reading, &sections->tree);
     if (status == PEND_NO_MEMORY) return status;
-    if (status == PEND_OK) PEND_TRY(api_states_new(&sections->start, 1, sections->tree.n));
+    if (status == PEND_OK)
+        PEND_TRY(api_states_new(&sections->start, 1, api_tree_stored(&sections->tree)));
     api_states_read(sections->start, 0, &initial, &sections->tree, reading->limits, problem);
     sections_read_section(sections, &section, problem);
     sections_read_time(sections, root, problem);
@@ -226,7 +228,15 @@ static enum pend_status sections_check_size(struct sections *sections,
     api_table_add(table, "t", NULL, 0);
     api_table_add(table, "phi", NULL, n);
     api_table_add(table, "phid", NULL, n);
-    if (sections->period == 0) api_table_add(table, "direction", NULL, 0);
+    if (sections->period == 0) {
+        sections->direction = table->count;
+        api_table_add(table, "direction", NULL, 0);
+    }
+    if (sections->tree.cart) {
+        sections->cart = table->count;
+        api_table_add(table, "cart", "x", 0);
+        api_table_add(table, "cart", "v", 0);
+    }
     double bytes = 8 * api_table_numbers(table, 0) * (double)table->rows;
     if (bytes > most)
         api_value_fault(&count, reading->problem,
@@ -254,7 +264,7 @@ static enum pend_status sections_read(void **state, const struct api_reading *re
 /* --- running --- */
 
 static enum pend_status sections_begin(struct sections *sections, struct pend_error *error) {
-    size_t n = (size_t)sections->tree.n;
+    size_t n = (size_t)api_tree_stored(&sections->tree);
     PEND_TRY(api_states_settle(sections->start, &sections->tree, error));
     sections->state = malloc(2 * n * sizeof(double));
     if (!sections->state)
@@ -296,16 +306,21 @@ static enum pend_status sections_grow(struct sections *sections, struct pend_err
 
 static enum pend_status sections_keep(struct sections *sections, const struct pend_passage *passage,
                                       struct pend_error *error) {
-    int n = sections->tree.n;
+    int n = sections->tree.n, cart = sections->tree.cart;
+    const double *phi = sections->state, *rate = phi + n + cart;
     const int *order = sections->tree.tree->order;
     PEND_TRY(sections_grow(sections, error));
     long row = sections->count++;
     sections->column[T][row] = sections->origin + passage->time;
-    if (sections->period == 0)
-        sections->column[DIRECTION][row] = passage->way == PEND_WAY_UP ? 1 : -1;
-    for (int k = 0; k < n; k++) {
-        sections->column[PHI][row * n + order[k]] = sections->state[k];
-        sections->column[PHID][row * n + order[k]] = sections->state[n + k];
+    if (sections->direction)
+        sections->column[sections->direction][row] = passage->way == PEND_WAY_UP ? 1 : -1;
+    for (int k = cart; k < n + cart; k++) {
+        sections->column[PHI][row * n + order[k]] = phi[k];
+        sections->column[PHID][row * n + order[k]] = rate[k];
+    }
+    if (cart) {
+        sections->column[sections->cart][row] = phi[0];
+        sections->column[sections->cart + 1][row] = rate[0];
     }
     sections->until = sections->column[T][row];
     return PEND_OK;
@@ -314,10 +329,10 @@ static enum pend_status sections_keep(struct sections *sections, const struct pe
 /* searches for the next passage; after the last one the table is complete */
 static enum pend_status sections_search(struct sections *sections, struct api_buffer *out,
                                         struct pend_error *error) {
-    long steps = PIECE / (sections->tree.n * 16L);
+    long steps = PIECE / (api_tree_stored(&sections->tree) * 16L);
     enum pend_found found;
     struct pend_passage passage;
-    double *phi = sections->state, *rate = phi + sections->tree.n;
+    double *phi = sections->state, *rate = phi + api_tree_stored(&sections->tree);
     PEND_TRY(pend_section_next(sections->section, steps > 0 ? steps : 1, &found, &passage, phi,
                                rate, error));
     if (found == PEND_FOUND_PASSAGE) PEND_TRY(sections_keep(sections, &passage, error));
@@ -398,7 +413,7 @@ static double sections_cost(const void *state) {
     const struct sections *sections = state;
     const struct pend_tree *tree = sections->tree.tree;
     double shortest = INFINITY, rate = 0;
-    for (int k = 0; k < tree->n; k++) {
+    for (int k = sections->tree.cart; k < tree->n; k++) {
         shortest = fmin(shortest, tree->len[k]);
         rate = fmax(rate, fabs(sections->start->rate[k]));
     }
@@ -416,7 +431,7 @@ static double sections_cost(const void *state) {
  * for representations that do not stream */
 static double sections_bytes(const void *state) {
     const struct sections *sections = state;
-    double n = sections->tree.n, numbers = api_table_numbers(&sections->table, 0);
+    double n = api_tree_stored(&sections->tree), numbers = api_table_numbers(&sections->table, 0);
     double room = (double)(sections->room ? sections->room : FIRST_ROOM);
     if (sections->room && sections->count + 1 >= sections->room) room *= 3;
     room = fmin(room, 1.5 * (double)sections->table.rows);
@@ -438,6 +453,7 @@ static const struct api_stats *sections_stats(const void *state) {
 const struct api_op api_op_sections = {.name = "sections",
                                        .body = 1,
                                        .terms = 1,
+                                       .cart = 1,
                                        .samples = 1,
                                        .read = sections_read,
                                        .run = sections_run,

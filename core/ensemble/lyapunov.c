@@ -32,6 +32,7 @@ struct pend_lyapunov {
     double start; /* s, of the first interval that is not forgotten, in the time of drives */
     int whole;    /* motions do not depend on whole turns: there are no springs */
     int n, count;
+    double unit; /* m, in which the place of a cart counts beside angles; 1 where there is none */
     struct pend_ensemble *ensemble; /* of pieces of this length */
     long pieces, piece;             /* the number of pieces in an interval; the number of
                                      * finished pieces */
@@ -67,6 +68,8 @@ static int lyapunov_fetch(void *context, long i, struct pend_member *member) {
         member->phi[k] = base[k] + phi;
         member->rate[k] = lyapunov->frequency * (base[lyapunov->n + k] + rate);
     }
+    member->phi[0] *= lyapunov->unit;
+    member->rate[0] *= lyapunov->unit;
     return 0;
 }
 
@@ -81,6 +84,8 @@ static int lyapunov_deliver(void *context, long i, const struct pend_outcome *ou
     memcpy(end, outcome->phi, (size_t)lyapunov->n * sizeof *end);
     for (int k = 0; k < lyapunov->n; k++)
         end[lyapunov->n + k] = outcome->rate[k] / lyapunov->frequency;
+    end[0] /= lyapunov->unit;
+    end[lyapunov->n] /= lyapunov->unit;
     return 0;
 }
 
@@ -251,11 +256,18 @@ static enum pend_status lyapunov_check(const struct pend_lyapunov_problem *probl
                      problem->interval);
 }
 
+/* m, the length of the shortest arm; the first that is stored may be a cart */
+static double lyapunov_shortest(const struct pend_lyapunov_problem *problem) {
+    double shortest = INFINITY;
+    for (int k = pend_terms_cart(problem->loads.terms); k < problem->tree->n; k++)
+        shortest = fmin(shortest, problem->tree->len[k]);
+    return shortest;
+}
+
 /* 1/s, about the frequency of the fastest swing: rates divided by it make an oscillation stretch
  * no direction much */
 static double lyapunov_fastest(const struct pend_lyapunov_problem *problem) {
-    double shortest = INFINITY;
-    for (int k = 0; k < problem->tree->n; k++) shortest = fmin(shortest, problem->tree->len[k]);
+    double shortest = lyapunov_shortest(problem);
     double frequency = sqrt(fabs(problem->loads.gravity) * sqrt(problem->tree->n) / shortest);
     const struct pend_loads *loads = &problem->loads;
     const struct pend_tree *tree = problem->tree;
@@ -289,6 +301,7 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov,
     made->count = problem->count;
     made->pieces = 1;
     made->frequency = lyapunov_fastest(problem);
+    made->unit = pend_terms_cart(problem->loads.terms) ? lyapunov_shortest(problem) : 1;
     made->base = at;
     made->direction = at + 2 * n;
     made->end = made->direction + 2 * n * count;
@@ -304,6 +317,8 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov,
             made->whole ? pend_turns_rest(problem->phi[k], low, NULL).high : problem->phi[k];
         made->base[n + k] = problem->rate[k] / made->frequency;
     }
+    made->base[0] /= made->unit;
+    made->base[n] /= made->unit;
     lyapunov_aim(made);
     enum pend_status status = lyapunov_open(made, error);
     if (status == PEND_OK)
@@ -317,7 +332,8 @@ PEND_VALIDATOR lyapunov_valid(const struct pend_lyapunov *lyapunov) {
     return lyapunov->n == lyapunov->tree->n && lyapunov->count >= 1 &&
            lyapunov->count <= 2 * lyapunov->n && lyapunov->pieces >= 1 && lyapunov->piece >= 0 &&
            lyapunov->piece <= lyapunov->pieces && lyapunov->marks >= 0 &&
-           lyapunov->marks <= LYAPUNOV_MARKS && lyapunov->a_mark >= 1 && lyapunov->frequency > 0;
+           lyapunov->marks <= LYAPUNOV_MARKS && lyapunov->a_mark >= 1 && lyapunov->frequency > 0 &&
+           lyapunov->unit > 0;
 }
 
 void pend_lyapunov_free(struct pend_lyapunov **lyapunov) {
@@ -368,6 +384,8 @@ void pend_lyapunov_state(const struct pend_lyapunov *lyapunov, double phi[], dou
         phi[k] = lyapunov->base[k];
         rate[k] = lyapunov->base[lyapunov->n + k] * lyapunov->frequency;
     }
+    phi[0] *= lyapunov->unit;
+    rate[0] *= lyapunov->unit;
 }
 
 double pend_lyapunov_frequency(const struct pend_lyapunov *lyapunov) { return lyapunov->frequency; }

@@ -12,8 +12,10 @@
 struct pend_lyapunov_problem {
     const struct pend_tree *tree; /* must outlive the computation */
     struct pend_loads loads;      /* what acts on the tree; so must its terms and their numbers */
-    const double *phi, *rate;     /* start, n values each, stored order; copied */
-    int count;                    /* exponents, the largest first; 1 .. 2 n */
+    /* the start, n values each, stored order; copied. The place of a cart counts beside angles in
+     * lengths of the shortest arm. */
+    const double *phi, *rate;
+    int count; /* exponents, the largest first; 1 .. 2 n */
     double
         interval; /* s, > 0: after which the directions are made orthonormal again, or more often */
     double rtol;  /* of the motions' local error, as of the taylor method; 0 = 1e-14 */

@@ -244,7 +244,8 @@ static void section_aim(struct pend_section *section, double theta[]) {
     const struct pend_section_problem *problem = &section->problem;
     double level = pend_turns_theta(problem->angle, problem->angle_low), largest = fabs(level),
            low = 0;
-    for (int k = 0; k < section->n; k++) {
+    // the place of a cart, which is stored first, is no angle
+    for (int k = pend_terms_cart(problem->loads.terms); k < section->n; k++) {
         largest = fmax(largest, fabs(pend_turns_theta(section->rest[k], section->rest_low[k])));
         low = fmax(low, fabs(section->rest_low[k]));
     }

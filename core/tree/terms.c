@@ -212,6 +212,14 @@ static double terms_drive(const struct pend_terms *terms, const double value[], 
     return sum;
 }
 
+/* m, the length that a force on a cart, or an acceleration of its pivot, is compared with: the
+ * shortest of the arms */
+static double terms_shortest(const struct pend_terms *terms, const double length[]) {
+    double shortest = INFINITY;
+    for (int k = 1; k < terms->n; k++) shortest = fmin(shortest, length[k]);
+    return shortest;
+}
+
 double pend_terms_rate(const struct pend_terms *terms, const int parent[], const double length[],
                        const double mass[], const double value[]) {
     assert(pend_terms_valid(terms));
@@ -222,11 +230,12 @@ double pend_terms_rate(const struct pend_terms *terms, const int parent[], const
     for (int k = 0; k < terms->n; k++) {
         double l = length[k], yields = 1 / pend_terms_inertia(terms, l, mass[k], value, k);
         // what acts between two arms moves both
-        int p = parent[k];
+        int p = pend_terms_holder(terms, parent, k), cart = !k && pend_terms_cart(terms);
         double parents = p < 0 ? 0 : 1 / pend_terms_inertia(terms, length[p], mass[p], value, p);
-        double torque = pend_terms_get(terms, value, PEND_TERM_STIFFNESS, k) +
-                        fabs(pend_terms_get(terms, value, PEND_TERM_TORQUE, k)) +
+        double torque = fabs(pend_terms_get(terms, value, PEND_TERM_TORQUE, k)) +
                         terms_drive(terms, value, k, &next);
+        if (cart) torque /= l = terms_shortest(terms, length);
+        torque += pend_terms_get(terms, value, PEND_TERM_STIFFNESS, k);
         double loss = pend_terms_get(terms, value, PEND_TERM_DAMPING, k);
         if (terms->row[PEND_TERM_FRICTION] >= 0)
             loss += value[terms->row[PEND_TERM_FRICTION] + k] /
