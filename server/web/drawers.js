@@ -9,6 +9,9 @@ import { createBag, h } from "./dom.js";
 import presets from "./gallery.js";
 import { DRAWERS } from "./state.js";
 
+/** Words that a drawer has beside those of all. @type {Record<string, string[]>} */
+const WORDS = { physics: ["physics"], class: ["class"], worksheet: ["class"] };
+
 /**
  * The drawers while they are there; open: promises of those that have been opened, null where its
  * files did not come.
@@ -23,8 +26,14 @@ import { DRAWERS } from "./state.js";
  * The examples are part of the page: on a wide screen they lie open from the start.
  * @param {App} app @param {string} id @returns {Promise<DrawerPart>}
  */
-async function partOf({ files }, id) {
-  return id === presets.id ? presets : (await files.script(`drawers/${id}.js`)).default;
+async function partOf({ files, text }, id) {
+  if (id === presets.id) return presets;
+  const words = WORDS[id] ?? [];
+  const [{ default: part }] = await Promise.all([
+    files.script(`drawers/${id}.js`),
+    ...["drawers", ...words].map((name) => text.part(name)),
+  ]);
+  return part;
 }
 
 /**

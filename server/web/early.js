@@ -1,11 +1,12 @@
-// What runs first: the first request, then the page's own script and style, asked for again where
-// they are refused.
+// What runs first: the first request, then the page's own script and style and the words of its
+// language, asked for again where they are refused.
 // Leaves to others: the page (main.js), which takes away the words of index.html that stand there
 // meanwhile.
 // Invariant: whatever is refused, there are words on the page.
 
 import { dressed, script } from "./files.js";
 import "./first.js";
+import { beginWords } from "./language.js";
 
 const waiting = () => document.getElementById("waiting");
 
@@ -25,5 +26,6 @@ function giveUp() {
 
 // the document names main.js as well, so that either of the two is enough; a page that has begun
 // does not begin twice
+beginWords();
 script("main.js").catch(giveUp);
 dressed("page.css").then((there) => there || giveUp());

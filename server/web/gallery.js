@@ -75,7 +75,7 @@ function addCard(gallery, preset) {
     },
     canvas,
     h("span", { class: "preset-name" }, named(text, preset)),
-    h("span", { class: "quiet" }, text(n === 1 ? "presets.arm" : "presets.arms", { n })),
+    h("span", { class: "quiet" }, text.count("presets.arms", n)),
     h("span", { class: "preset-words" }, explained(text, preset)),
   );
   gallery.grid.append(button);

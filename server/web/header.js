@@ -4,7 +4,7 @@
 // Invariant: a button that would do nothing is disabled.
 
 import { createBag, h, icon, iconButton } from "./dom.js";
-import { LANGUAGES } from "./text.js";
+import { LANGUAGES } from "./text/languages.js";
 
 const KEYS = ["tab", "turn", "length", "mass", "add", "delete", "trail", "enter", "space", "undo"];
 
@@ -49,13 +49,10 @@ function historyOf({ text, undo, redo }) {
 
 /** The choice of a language. @param {App} app */
 function tongueOf({ text, speak }) {
-  const options = LANGUAGES.map((name) => {
-    const attributes = {
-      value: name,
-      selected: name === text.language,
-      title: text(`language.${name}`),
-    };
-    return h("option", attributes, name.toUpperCase());
+  const options = Object.entries(LANGUAGES).map(([id, name]) => {
+    const attributes = { value: id, selected: id === text.language, lang: id };
+    // closed, the select is as wide as the short name
+    return h("option", attributes, `${id.toUpperCase()}\u2003${name}`);
   });
   const change = () => speak(tongue.value);
   const tongue = h(

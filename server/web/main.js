@@ -10,6 +10,7 @@ import { createEdits } from "./edits.js";
 import * as files from "./files.js";
 import { mountHeader } from "./header.js";
 import { keep } from "./keep.js";
+import { choose } from "./language.js";
 import { readLink } from "./link.js";
 import { createLive } from "./live.js";
 import { createMotion } from "./motion.js";
@@ -76,8 +77,13 @@ const parts = {
     tell("redo", store.redo());
   },
   /** Another language: all views are built anew. @param {string} language */
-  speak(language) {
-    text.use(language, true);
+  async speak(language) {
+    try {
+      await text.use(language);
+      choose(language);
+    } catch (error) {
+      parts.complain(said(error, text));
+    }
     mount();
   },
   /** The stage's own (card.js, stage.js), where it has come. */
@@ -156,11 +162,16 @@ window.addEventListener("unhandledrejection", astray);
 window.addEventListener("error", astray);
 document.addEventListener("keydown", keys);
 window.addEventListener("hashchange", open);
-text.use();
-mount();
-document.getElementById("waiting")?.remove();
-open();
-tellWithout();
-if (embedded) files.script("embed.js").then(({ default: begin }) => begin(app));
-else enterRoom(app).catch((error) => app.complain(said(error, text)));
-if (!still.matches) clock.play();
+/** In the reader's language, if its words come. */
+async function begin() {
+  await text.use().catch((error) => app.complain(said(error, text)));
+  mount();
+  document.getElementById("waiting")?.remove();
+  open();
+  tellWithout();
+  if (embedded) files.script("embed.js").then(({ default: frame }) => frame(app));
+  else enterRoom(app).catch((error) => app.complain(said(error, text)));
+  if (!still.matches) clock.play();
+}
+
+begin();

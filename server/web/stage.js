@@ -208,7 +208,7 @@ function recolour(stage) {
 /** @param {Stage} stage */
 function describe({ app, canvas }) {
   const n = app.store.get().pendulum.length.length;
-  canvas.setAttribute("aria-label", app.text(n === 1 ? "stage.label.one" : "stage.label", { n }));
+  canvas.setAttribute("aria-label", app.text.count("stage.label", n));
 }
 
 /** @param {Stage} stage @param {string} what */

@@ -302,11 +302,15 @@ interface Text {
   (key: string, holes?: Record<string, unknown>): string;
   language: string;
   has(key: string): boolean;
+  /** By the language's plural: the key's .one, .other ...; {count} is filled in. */
+  count(key: string, count: number, holes?: Record<string, unknown>): string;
+  /** Resolves when the words of a part (text/LANGUAGE/PART.js) are here. */
+  part(name: string): Promise<void>;
   number(value: number, digits?: number): string;
   short(value: number, digits?: number): string;
   read(typed: string): number;
-  use(language?: string, keep?: boolean): void;
-  teach(more: Record<string, Record<string, string>>): void;
+  /** Resolves when the page's words are those of the language: the reader's without one. */
+  use(language?: string): Promise<void>;
 }
 
 interface Edits {
@@ -362,7 +366,7 @@ interface App {
   complain(words: string): void;
   undo(): void;
   redo(): void;
-  speak(language: string): void;
+  speak(language: string): Promise<void>;
   /** The stage's: opens the fields of an arm. */
   editArm(arm: number): void;
   stage: { tip(arm: number): Point };

@@ -4,8 +4,6 @@ import assert from "node:assert/strict";
 import { violations } from "./axe.mjs";
 import { openDrawer } from "./drawers.mjs";
 import { close, drawn, moving } from "./rig.mjs";
-import de from "../../server/web/text/physics_de.js";
-import en from "../../server/web/text/physics_en.js";
 
 const TURN = 2 * Math.PI;
 const doc = (page) => page.evaluate(() => pendulumd.store.get());
@@ -203,12 +201,6 @@ export async function sliders_obey_keys_and_axe_finds_nothing_in_light_dark_and_
     assert.ok(wide <= 0, `${name}: ${wide} pixels too wide`);
     await close(page);
   }
-}
-
-export async function both_languages_have_the_words_of_physics() {
-  const holes = (words) => (words.match(/\{\w+\}/g) ?? []).sort().join();
-  assert.deepEqual(Object.keys(de), Object.keys(en));
-  for (const key of Object.keys(en)) assert.equal(holes(de[key]), holes(en[key]), key);
 }
 
 export async function a_change_that_the_server_refuses_is_said_and_can_be_undone(rig) {

@@ -5,8 +5,6 @@ import assert from "node:assert/strict";
 import { violations } from "./axe.mjs";
 import { openDrawer } from "./drawers.mjs";
 import { close } from "./rig.mjs";
-import de from "../../server/web/class/words_de.js";
-import en from "../../server/web/class/words_en.js";
 import { arms, cell, hasArms, join, says, setChain, teach } from "./room.mjs";
 
 export const rig = { store: true, sources: false };
@@ -144,11 +142,6 @@ export async function a_room_is_accessible_dark_and_on_a_phone(rig) {
   await rig.shot(teacher, "room-kept");
   assert.deepEqual(bad, []);
   for (const page of [teacher, phone]) await close(page);
-}
-
-export async function the_words_of_classes_are_there_in_every_language() {
-  assert.deepEqual(Object.keys(de).sort(), Object.keys(en).sort());
-  for (const words of [de, en]) assert.ok(Object.values(words).every((one) => one && !one.includes("undefined")));
 }
 
 export async function nothing_of_a_class_is_loaded_without_one(rig) {

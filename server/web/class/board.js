@@ -44,9 +44,8 @@ function doneBy({ session, say }, number) {
     if (kind === "handins") {
       const title = session.value(`worksheets/${id}`)?.title ?? id;
       rows.push(
-        say(value.done ? "class.handedIn" : "class.worksOn", {
+        say.count(value.done ? "class.handedIn" : "class.worksOn", value.answers.length, {
           title,
-          count: value.answers.length,
         }),
       );
     }
@@ -162,7 +161,7 @@ export function mountBoard(room, controls) {
     }));
     const told = parts
       .filter(({ count }) => count)
-      .map(({ state, count }) => say(`class.count.${state}`, { count }));
+      .map(({ state, count }) => say.count(`class.count.${state}`, count));
     const words = [say.count("class.pupils", cells.length), ...told].join(" \u00b7 ");
     if (counts.textContent !== words) counts.textContent = words;
   }

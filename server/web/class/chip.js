@@ -25,7 +25,7 @@ export function mountChip({ app, session, say }) {
     if (title && title.nextSibling !== chip) title.after(chip);
   }
   // the head is built anew where the language changes
-  const sight = new MutationObserver(() => say.load().then(show, show));
+  const sight = new MutationObserver(show);
   sight.observe(header, { childList: true });
   const end = session.subscribe(show);
   show();

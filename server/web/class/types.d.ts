@@ -120,18 +120,10 @@ interface Session {
   subscribe(fn: (names: Set<string> | null) => unknown): End;
 }
 
-/** Words of the classes: say(key, holes), say.count(key, count) with the language's plural. */
-interface Say {
-  (key: string, holes?: Record<string, unknown>): string;
-  count(key: string, count: number): string;
-  /** Resolves when the words of the page's language are here. */
-  load(): Promise<void>;
-}
-
 /** Where one works on a worksheet or a question: in a room, or alone. */
 interface Bench {
   app: App;
-  say: Say;
+  say: Text;
   session?: Session;
 }
 

@@ -6,7 +6,6 @@
 import { mountChip } from "../class/chip.js";
 import { mountJoin } from "../class/join.js";
 import { createSession } from "../class/session.js";
-import { sayOf } from "../class/words.js";
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { codeInAddress } from "../room.js";
@@ -61,7 +60,7 @@ function lifeOf(app) {
   app.files.style("class/class.css").catch(() => {});
   const session = createSession(app.client);
   /** @type {Room} */
-  const room = { app, session, say: sayOf(app), tell: (words) => app.announce(words) };
+  const room = { app, session, say: app.text, tell: (words) => app.announce(words) };
   /** @type {Life} */
   const one = {
     room,
@@ -79,8 +78,8 @@ function lifeOf(app) {
 
 /** Comes back to the room that the address names, or the last one; else asks for a nickname. */
 export async function resume(/** @type {App} */ app) {
+  await app.text.part("class");
   const one = lifeOf(app);
-  await one.room.say.load();
   one.back = true;
   const found = await one.room.session.resume(codeInAddress());
   one.back = false;
@@ -100,7 +99,6 @@ function faceOf({ room: { session }, follower }) {
 /** @param {HTMLElement} element @param {App} app @returns {Promise<Drawer>} */
 async function mount(element, app) {
   const one = lifeOf(app);
-  await one.room.say.load();
   const { room } = one;
   const bag = createBag();
   const body = h("div", { class: "class-body" });

@@ -7,8 +7,6 @@
 import { createBag, h } from "../dom.js";
 import { roundUp } from "../camera.js";
 import { createEnergyBars } from "./energy_bars.js";
-import de from "../text/physics_de.js";
-import en from "../text/physics_en.js";
 import { button, choice, figure, toggle } from "./kit.js";
 import { mountNumberMap } from "./param_map.js";
 import { FIELDS, scaleOf, withoutLosses } from "./physics_fields.js";
@@ -249,7 +247,6 @@ function lay(element, view) {
 /** @param {HTMLElement} element @param {App} app @returns {Drawer} */
 function mount(element, app) {
   const bag = createBag();
-  app.text.teach({ en, de });
   /** @type {View} */
   const view = {
     app,

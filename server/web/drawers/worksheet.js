@@ -9,7 +9,6 @@ import { keep } from "../keep.js";
 import { unpack } from "../link.js";
 import { runSheet } from "../class/sheet_run.js";
 import { SHIPPED, shippedSheet } from "../class/shipped.js";
-import { sayOf } from "../class/words.js";
 import { choice } from "./kit.js";
 
 const KEPT = "pendulumd.sheet";
@@ -38,11 +37,9 @@ async function linkedSheet() {
 /** @param {HTMLElement} element @param {App} app @returns {Promise<Drawer>} */
 async function mount(element, app) {
   const { text } = app;
-  const say = sayOf(app);
-  await say.load();
   const bag = createBag();
   /** @type {Bench} */
-  const room = { app, say };
+  const room = { app, say: text };
   const body = h("div", {});
   const fault = h("p", { class: "fault", role: "alert" });
   app.files.style("class/class.css").catch(() => {});
@@ -71,16 +68,16 @@ async function mount(element, app) {
   }
   const linked = location.hash.startsWith("#w=");
   const ids = [...(linked ? ["linked"] : []), ...SHIPPED];
-  const options = ids.map((id) => ({ value: id, words: say(`sheet.ours.${id}`) }));
+  const options = ids.map((id) => ({ value: id, words: text(`sheet.ours.${id}`) }));
   const last = keep.get(KEPT) ?? "";
   const first = linked ? "linked" : SHIPPED.includes(last) ? last : SHIPPED[0];
-  const { element: chooser, select } = choice(say("sheet.which"), options, first, (id) =>
+  const { element: chooser, select } = choice(text("sheet.which"), options, first, (id) =>
     open(id, true),
   );
   select.dataset.sheet = "which";
   element.append(
     h("h2", {}, text("drawer.worksheet")),
-    h("p", { class: "quiet" }, say("sheet.intro")),
+    h("p", { class: "quiet" }, text("sheet.intro")),
     h("div", { class: "row" }, chooser),
     fault,
     body,

@@ -1,5 +1,4 @@
-// English: the words of the drawer Physics, which come with it; the other languages have the same
-// keys.
+// English: the words of the drawer Physics.
 
 export default {
   "physics.intro":

@@ -1,4 +1,4 @@
-// Deutsch: die Wörter der Schublade Physik, dieselben Schlüssel wie physics_en.js.
+// German: the keys of en/physics.js.
 
 export default {
   "physics.intro":

@@ -1,5 +1,4 @@
-// English words of the classes. {name} is filled in; a key that ends in .one or .other is chosen by
-// the language's plural; the other languages have the same keys.
+// English: the words of the drawers Class and Worksheet, and of rooms.
 
 export default {
   "class.teacher": "teacher",
@@ -110,10 +109,14 @@ export default {
   "class.nobody": "Nobody is here yet. Show the code to the class.",
   "class.pupils.one": "{count} pupil",
   "class.pupils.other": "{count} pupils",
-  "class.count.stuck": "{count} need help",
-  "class.count.working": "{count} at work",
-  "class.count.done": "{count} done",
-  "class.count.away": "{count} away",
+  "class.count.stuck.one": "{count} needs help",
+  "class.count.stuck.other": "{count} need help",
+  "class.count.working.one": "{count} at work",
+  "class.count.working.other": "{count} at work",
+  "class.count.done.one": "{count} done",
+  "class.count.done.other": "{count} done",
+  "class.count.away.one": "{count} away",
+  "class.count.away.other": "{count} away",
   "class.is.stuck": "needs help",
   "class.is.done": "done",
   "class.is.away": "away",
@@ -129,8 +132,10 @@ export default {
   "class.removePupil": "Take out of the room",
   "class.removePupil.sure":
     "Take {nickname} out of the room, and erase all that {nickname} has sent?",
-  "class.handedIn": "{title}: handed in, {count} answers",
-  "class.worksOn": "{title}: {count} answers so far",
+  "class.handedIn.one": "{title}: handed in, {count} answer",
+  "class.handedIn.other": "{title}: handed in, {count} answers",
+  "class.worksOn.one": "{title}: {count} answer so far",
+  "class.worksOn.other": "{title}: {count} answers so far",
   "class.showCode": "Show the code large",
   "class.copyLink": "Copy the link",
   "class.joinHere": "Join the class",

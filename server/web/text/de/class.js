@@ -1,4 +1,4 @@
-// Deutsche Wörter der Klassen: dieselben Schlüssel wie words_en.js.
+// German: the keys of en/class.js.
 
 export default {
   "class.teacher": "Lehrkraft",
@@ -111,10 +111,14 @@ export default {
   "class.nobody": "Noch ist niemand da. Zeig der Klasse den Code.",
   "class.pupils.one": "{count} Person",
   "class.pupils.other": "{count} Personen",
-  "class.count.stuck": "{count} brauchen Hilfe",
-  "class.count.working": "{count} bei der Arbeit",
-  "class.count.done": "{count} fertig",
-  "class.count.away": "{count} nicht da",
+  "class.count.stuck.one": "{count} braucht Hilfe",
+  "class.count.stuck.other": "{count} brauchen Hilfe",
+  "class.count.working.one": "{count} bei der Arbeit",
+  "class.count.working.other": "{count} bei der Arbeit",
+  "class.count.done.one": "{count} fertig",
+  "class.count.done.other": "{count} fertig",
+  "class.count.away.one": "{count} nicht da",
+  "class.count.away.other": "{count} nicht da",
   "class.is.stuck": "braucht Hilfe",
   "class.is.done": "fertig",
   "class.is.away": "nicht da",
@@ -130,8 +134,10 @@ export default {
   "class.removePupil": "Aus dem Raum nehmen",
   "class.removePupil.sure":
     "{nickname} aus dem Raum nehmen und alles löschen, was von {nickname} kam?",
-  "class.handedIn": "{title}: abgegeben, {count} Antworten",
-  "class.worksOn": "{title}: bisher {count} Antworten",
+  "class.handedIn.one": "{title}: abgegeben, {count} Antwort",
+  "class.handedIn.other": "{title}: abgegeben, {count} Antworten",
+  "class.worksOn.one": "{title}: bisher {count} Antwort",
+  "class.worksOn.other": "{title}: bisher {count} Antworten",
   "class.showCode": "Code groß zeigen",
   "class.copyLink": "Link kopieren",
   "class.joinHere": "Mach mit",

@@ -1,0 +1,61 @@
+// The page in every language that it offers: chosen by the address, by a choice that is kept, by the browser; asked for alone.
+// Leaves to others: whether a language says all (words.mjs).
+
+import assert from "node:assert/strict";
+import { close, drawn } from "./rig.mjs";
+import { openDrawer } from "./drawers.mjs";
+import { LANGUAGES } from "../../server/web/text/languages.js";
+
+const wordsOf = async (language, part = "page") => (await import(`../../server/web/text/${language}/${part}.js`)).default;
+const asked = (page) => page.evaluate(() => performance.getEntriesByType("resource").map(({ name }) => new URL(name).pathname).filter((path) => path.includes("/text/")));
+const speaks = async (page, language) => {
+  const { name } = await wordsOf(language);
+  await page.waitForFunction(([tongue, words]) => document.documentElement.lang === tongue && document.querySelector("h1")?.textContent === words, [language, name]);
+};
+
+export async function the_page_speaks_each_of_its_languages_and_asks_for_no_other(rig) {
+  for (const language of Object.keys(LANGUAGES)) {
+    const page = await rig.open({ language });
+    await speaks(page, language);
+    await openDrawer(page, "plots");
+    assert.ok((await asked(page)).every((path) => path.includes(`/text/${language}/`) || path.endsWith("/text/languages.js") || path.endsWith("/text/en/page.js")), (await asked(page)).join(" "));
+    await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(3.3); pendulumd.edits.select(3); });
+    await drawn(page);
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+    assert.ok(wide <= 0, `${language}: ${wide} pixels too wide`);
+    await rig.shot(page, `language-${language}`);
+    await close(page);
+  }
+}
+
+export async function a_language_that_is_chosen_is_kept_and_stands_in_the_address(rig) {
+  const page = await rig.open({ language: "de-DE" });
+  await speaks(page, "de");
+  await page.selectOption(".tongue", "en");
+  await speaks(page, "en");
+  assert.equal(new URL(page.url()).searchParams.get("lang"), "en");
+  await page.goto(rig.url);
+  await speaks(page, "en");
+  await page.goto(`${rig.url}/?lang=de`);
+  await speaks(page, "de");
+  await page.goto(`${rig.url}/?lang=xx`);
+  await speaks(page, "en");
+  await close(page);
+}
+
+export async function words_that_do_not_come_are_told_and_the_page_speaks_english(rig) {
+  rig.front.fault = (request, reply) => {
+    if (!request.url.includes("/text/de/page.js")) return false;
+    reply.writeHead(500).end();
+    return true;
+  };
+  const page = await rig.open({ language: "de", wait: false, cold: true });
+  page.forgiven.push(/Failed to load resource/);
+  await page.waitForSelector(".notice.bad:not([hidden])");
+  await speaks(page, "en");
+  assert.match(await page.innerText(".notice"), /could not be loaded/);
+  rig.front.fault = null;
+  await page.selectOption(".tongue", "de");
+  await speaks(page, "de");
+  await close(page);
+}
