@@ -3,6 +3,7 @@
 // Leaves to others: what keys do (edits.js), drawing the focus.
 // Invariant: all that a hand can do here a key can.
 
+import { foldedTheta } from "./angles.js";
 import { createBag, h } from "./dom.js";
 
 const TURN = Math.PI / 36;
@@ -16,7 +17,7 @@ function labelOf(text, doc, arm) {
     carrier: parent[arm - 1],
     length: text.short(length[arm - 1]),
     mass: text.short(mass[arm - 1]),
-    angle: text.number((doc.initial.phi[arm - 1] * 180) / Math.PI, 0),
+    angle: text.number(foldedTheta(doc.initial.phi[arm - 1]), 0),
   });
 }
 

@@ -4,13 +4,13 @@
 // Invariant: lies beside the tip while the pendulum stands still, in a corner while it moves; shows
 // what the document holds.
 
+import { foldedTheta, phiOf } from "./angles.js";
 import { createBag, h, icon, iconButton } from "./dom.js";
 import { massOf } from "./terms.js";
 import { removable } from "./tree.js";
 
 const LEGEND = 76; // pixels at the bottom of the stage
 const NARROW = 560; // pixels, below which it never lies beside the tip
-const DEGREES = 180 / Math.PI;
 const LEAST = Number.MIN_VALUE;
 
 /**
@@ -41,8 +41,8 @@ const FIELDS = [
   {
     name: "angle",
     unit: "\u00b0",
-    get: (doc, k) => doc.initial.phi[k] * DEGREES,
-    set: (edits, arm, value) => edits.setStart(arm, "phi", value / DEGREES),
+    get: (doc, k) => foldedTheta(doc.initial.phi[k]),
+    set: (edits, arm, value) => edits.setStart(arm, "phi", phiOf(value)),
   },
   {
     name: "rate",
@@ -240,6 +240,7 @@ function createCard(element, app, look) {
     { class: "card", role: "group", "aria-label": text("arm.card"), hidden: true },
     h("div", { class: "card-head" }, name, carrier, close),
     h("div", { class: "fields" }, ...labels),
+    h("p", { class: "quiet card-hint" }, text("arm.angle.hint")),
     h("div", { class: "card-foot" }, force, add, trail, remove),
   );
   /** @type {Card} */

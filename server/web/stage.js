@@ -4,6 +4,7 @@
 // keys (arms.js), words (card.js, legend.js, notices.js).
 // Invariant: draws at most once a frame, and only when something has changed.
 
+import { foldedTheta } from "./angles.js";
 import { mountArms } from "./arms.js";
 import { aim, boxOf, forceScale } from "./camera.js";
 import { mountCard } from "./card.js";
@@ -12,6 +13,7 @@ import { mountHands } from "./hands.js";
 import { mountLegend } from "./legend.js";
 import { mountNotices } from "./notices.js";
 import * as paint from "./paint.js";
+import { paintAngle } from "./paint_angle.js";
 import { paintOver, paintUnder } from "./paint_real.js";
 import { readColours } from "./palette.js";
 import { bare, fineness, still } from "./screen.js";
@@ -171,18 +173,25 @@ function drawChosen(stage) {
   /** @param {number} arm */
   const there = (arm) => arm > 0 && arm <= shape.n;
   if (there(hover) && hover !== selected) paint.paintRing(painter, hover, look, false);
-  if (there(selected)) paint.paintRing(painter, selected, look, look.focused);
+  if (there(selected)) {
+    paint.paintRing(painter, selected, look, look.focused);
+    if (!app.clock.playing) {
+      const angle = app.text.number(foldedTheta(shape.phi[selected - 1]), 1);
+      paintAngle(painter.context, look, selected, app.text("arm.theta", { angle }));
+    }
+  }
   const told = hover || (app.clock.playing ? selected : 0);
   if (there(told))
     paint.paintLabel(painter, numbersOf(app.text, shape, told), told, look, stage.size.width);
 }
 
 /** An arm's numbers in words. @param {Text} text @param {Shape} shape @param {number} arm */
-function numbersOf(text, { tree, lambda }, arm) {
+function numbersOf(text, { tree, phi, lambda }, arm) {
   return text("arm.numbers", {
     arm,
     length: text.short(tree.length[arm - 1]),
     mass: text.short(massOf(tree, arm - 1)),
+    angle: text.number(foldedTheta(phi[arm - 1]), 0),
     force: text.number(lambda[arm - 1], 1),
   });
 }

@@ -4,6 +4,7 @@
 // Invariant: the ghosts are the document's; what is shown of their distance is of the server's
 // samples.
 
+import { DEGREE, thetaOf } from "../angles.js";
 import { createBag, h, iconButton } from "../dom.js";
 import { ghostColour } from "../palette.js";
 import { createGroup } from "./chart.js";
@@ -11,10 +12,9 @@ import { distances, logarithmic } from "./distances.js";
 import { mountFlipMap } from "./flipmap.js";
 import { button, choice, cssValue, figure, later, swatch } from "./kit.js";
 
-const OFF = [1e-2, 1e-4, 1e-6, 1e-9, 1e-12];
+const OFF = [1, 1e-2, 1e-4, 1e-7, 1e-10]; // degrees
 const MOST = 6;
-const PARTED = 0.1;
-const DEGREE = 180 / Math.PI;
+const PARTED = 5; // degrees
 
 /**
  * The drawer while it is there; off: by how much the next ghost is turned; lines: how many the
@@ -31,8 +31,8 @@ const DEGREE = 180 / Math.PI;
 export function ghostName(ghost, text) {
   if (ghost.method) return text("compare.ghostMethod", { method: ghost.method });
   if (ghost.apart !== undefined)
-    return text("compare.ghostOff", { amount: figure(text, ghost.apart, 2) });
-  const tenth = (/** @type {number} */ phi) => Math.round((phi * DEGREE + 90) * 10) / 10;
+    return text("compare.ghostOff", { amount: figure(text, ghost.apart / DEGREE, 2) });
+  const tenth = (/** @type {number} */ phi) => Math.round(thetaOf(phi) * 10) / 10;
   const few = ghost.phi.slice(0, 4).map((phi) => `${text.short(tenth(phi))}\u00b0`);
   const angles = few.join(", ") + (ghost.phi.length > 4 ? ", \u2026" : "");
   return text("compare.ghostStart", { angles });
@@ -121,7 +121,7 @@ async function showDistance(view) {
     view.group ??= made;
   }
   const all = ghosts.map((ghost) =>
-    ghost.count ? distances(motion.track, ghost) : new Float64Array(0),
+    ghost.count ? distances(motion.track, ghost, DEGREE) : new Float64Array(0),
   );
   const count = Math.max(...all.map((one) => one.length));
   const curves = all.map((one) => logarithmic(one, count));
@@ -139,18 +139,18 @@ function createView(app) {
   const take = (/** @type {string} */ value) => {
     view.off = Number(value);
   };
-  const addOff = () => add(store, { apart: view.off });
+  const addOff = () => add(store, { apart: view.off * DEGREE });
   const clear = () => store.set({ ghosts: [] }, { label: "ghosts" });
   /** @type {View} */
   const view = {
     ...partsOf(text),
     app,
     shown: false,
-    off: 1e-6,
+    off: 1e-4,
     chart: null,
     lines: -1,
     group: null,
-    amount: choice(text("compare.off"), amounts, 1e-6, take),
+    amount: choice(text("compare.off"), amounts, 1e-4, take),
     addOff: button(text("compare.add"), addOff, { "data-add": "off" }),
     keep: button(text("compare.keep"), () => add(store, {}), { "data-add": "keep" }),
     clear: button(text("compare.clear"), clear, { hidden: true }),

@@ -3,11 +3,11 @@
 // Invariant: both are the server's samples, at the same instants.
 
 /**
- * The largest difference of an angle at each instant that both have.
+ * The largest difference of an angle at each instant that both have, rad, or in another unit.
  * @param {{n: number, count: number, columns: Columns}} track @param {{count: number, columns:
- * Columns}} other
+ * Columns}} other @param {number} unit rad
  */
-export function distances(track, other) {
+export function distances(track, other, unit = 1) {
   const { n } = track;
   const count = Math.min(track.count, other.count);
   const list = new Float64Array(count);
@@ -16,7 +16,7 @@ export function distances(track, other) {
   for (let i = 0; i < count; i++) {
     let most = 0;
     for (let k = i * n; k < (i + 1) * n; k++) most = Math.max(most, Math.abs(phi[k] - beside[k]));
-    list[i] = most;
+    list[i] = most / unit;
   }
   return list;
 }

@@ -157,7 +157,7 @@ function lay(element, view) {
     h("p", { class: "quiet" }, text("equations.intro")),
     formPlace,
     h("div", group, h("span", { class: "quiet" }, text("equations.copy")), ...buttons),
-    h("p", { class: "quiet small" }, text("equations.copyHint")),
+    h("p", { class: "quiet small" }, text("equations.copyHint"), " ", text("angles.interface")),
     status,
     formulas,
     large,

@@ -3,12 +3,16 @@
 // Leaves to others: charts on the page (plots.js), the picture (picture.js).
 // Invariant: every number is a sample of the server's.
 
+import { thetaOf } from "../angles.js";
 import { armLook } from "./kit.js";
 
+const plain = (/** @type {number} */ value) => value;
+
+/** What is shown of every arm: from which column, and in which unit. */
 export const PER_ARM = [
-  { id: "angles", column: "phi" },
-  { id: "rates", column: "phid" },
-  { id: "forces", column: "lambda" },
+  { id: "angles", column: "phi", shown: thetaOf },
+  { id: "rates", column: "phid", shown: plain },
+  { id: "forces", column: "lambda", shown: plain },
 ];
 export const ENERGIES = [
   { id: "kinetic", column: "energy_kinetic", colour: "--arm-2" },
@@ -21,10 +25,11 @@ export const ENERGIES = [
 /**
  * Column k of a row-major table, of `count` rows.
  * @param {Float64Array} values @param {number} width @param {number} k @param {number} count
+ * @param {(value: number) => number} shown
  */
-export function columnOf(values, width, k, count) {
+export function columnOf(values, width, k, count, shown = plain) {
   const list = new Float64Array(count);
-  for (let i = 0; i < count; i++) list[i] = values[i * width + k];
+  for (let i = 0; i < count; i++) list[i] = shown(values[i * width + k]);
   return list;
 }
 
@@ -59,7 +64,7 @@ function paperColour(name) {
  * @param {Motion} motion @param {number} arm @param {Text} text @returns {Panel}
  */
 function portraitPanel({ columns, n, count }, arm, text) {
-  const xs = columnOf(columns.phi, n, arm - 1, count);
+  const xs = columnOf(columns.phi, n, arm - 1, count, thetaOf);
   const ys = columnOf(columns.phid, n, arm - 1, count);
   const title = `${text("plots.portrait", { arm })}: ${text("plots.portraitAxes")}`;
   return {
@@ -78,11 +83,11 @@ export function panelsOf(motion, text, x, hidden, chosen) {
   const { columns, count, n } = motion;
   const { t, cut } = cutOf(motion, x);
   const seen = Array.from({ length: n }, (_, k) => k).filter((k) => !hidden.has(k));
-  /** @param {string} column */
-  const lines = (column) =>
+  /** @param {string} column @param {(value: number) => number} unit */
+  const lines = (column, unit) =>
     seen.map((k) => {
       const { name, dash } = armLook(k + 1);
-      const ys = cut(columnOf(columns[column], n, k, count));
+      const ys = cut(columnOf(columns[column], n, k, count, unit));
       return { name: String(k + 1), colour: paperColour(name), dash, xs: t, ys };
     });
   const energies = ENERGIES.map(({ id, column, colour }) => {
@@ -97,7 +102,11 @@ export function panelsOf(motion, text, x, hidden, chosen) {
   };
   /** @type {Panel[]} */
   const panels = [
-    ...PER_ARM.map(({ id, column }) => ({ title: text(`plots.${id}`), x, series: lines(column) })),
+    ...PER_ARM.map(({ id, column, shown }) => ({
+      title: text(`plots.${id}`),
+      x,
+      series: lines(column, shown),
+    })),
     { title: text("plots.energy"), x, series: energies },
     { title: text("plots.drift"), x, series: [drift] },
     portraitPanel(motion, chosen, text),

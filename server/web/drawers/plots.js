@@ -5,9 +5,10 @@
 // Invariant: every number shown is a sample of the server's; files of numbers are asked from the
 // server.
 
+import { thetaOf } from "../angles.js";
 import { createBag, h, iconButton } from "../dom.js";
 import { createGroup } from "./chart.js";
-import { FILES, saveNumbers } from "./files_of_numbers.js";
+import { numbersAsFiles } from "./files_of_numbers.js";
 import { armLook, button, choice, cssValue, figure, later, save, swatch, toggle } from "./kit.js";
 import { pngOf, svgOf } from "./picture.js";
 import { ENERGIES, PER_ARM, columnOf, driftOf, panelsOf } from "./plot_data.js";
@@ -15,7 +16,7 @@ import { createPortrait } from "./portrait.js";
 
 const FEW = 8; // so many arms are shown at first
 const READABLE_MS = 120; // numbers that change faster cannot be read
-const HEADS = ["", "\u03c6, rad", "\u03c6\u2032, rad/s", "\u03bb, N"];
+const HEADS = ["", "\u03b8, \u00b0", "\u03c9, rad/s", "F, N"];
 
 /**
  * The charts of a number of arms.
@@ -156,7 +157,7 @@ function build(view) {
 function fillPortrait({ app, charts, chosen }) {
   const { columns, count, n } = app.motion;
   if (!count || !charts) return;
-  const xs = columnOf(columns.phi, n, chosen - 1, count);
+  const xs = columnOf(columns.phi, n, chosen - 1, count, thetaOf);
   const ys = columnOf(columns.phid, n, chosen - 1, count);
   charts.portrait.set(xs, ys, armLook(chosen).colour, app.text("plots.portrait", { arm: chosen }));
 }
@@ -170,8 +171,10 @@ function fill(view) {
   const { columns, count, n } = motion;
   if (!count) return;
   const t = motion.t.slice(0, count);
-  PER_ARM.forEach(({ column }, i) => {
-    const curves = Array.from({ length: n }, (_, k) => columnOf(columns[column], n, k, count));
+  PER_ARM.forEach(({ column, shown }, i) => {
+    const curves = Array.from({ length: n }, (_, k) =>
+      columnOf(columns[column], n, k, count, shown),
+    );
     charts.perArm[i].set([t, ...curves]);
   });
   charts.energy.set([t, ...ENERGIES.map(({ column }) => columns[column].slice(0, count))]);
@@ -186,7 +189,7 @@ function tableOf(text, now) {
   const heads = HEADS.map((words) => (words ? h("th", { scope: "col" }, words) : h("td", {})));
   const rows = Array.from(now.phi, (phi, k) => {
     const name = h("th", { scope: "row" }, text("plots.arm", { arm: k + 1 }));
-    return h("tr", {}, name, cell(phi), cell(now.phid[k]), cell(now.lambda[k]));
+    return h("tr", {}, name, cell(thetaOf(phi)), cell(now.phid[k]), cell(now.lambda[k]));
   });
   return h("table", {}, h("thead", {}, h("tr", {}, ...heads)), h("tbody", {}, ...rows));
 }
@@ -197,7 +200,7 @@ function follow(view) {
   const { motion, clock, text } = app;
   if (!view.shown || !motion.count || !charts) return;
   const now = motion.at(clock.time);
-  charts.portrait.at(now.phi[chosen - 1], now.phid[chosen - 1]);
+  charts.portrait.at(thetaOf(now.phi[chosen - 1]), now.phid[chosen - 1]);
   if (clock.playing && performance.now() - view.told < READABLE_MS) return;
   view.told = performance.now();
   summary.textContent = text("plots.numbers", {
@@ -246,9 +249,6 @@ function lay(element, view) {
   const pictures = ["png", "svg"].map((ending) =>
     button(ending.toUpperCase(), () => savePicture(view, ending), { "data-save": ending }),
   );
-  const files = FILES.map((file) =>
-    button(file.name, () => saveNumbers(app, file, status), { "data-save": file.ending }),
-  );
   element.append(
     h("h2", {}, text("drawer.plots")),
     h("p", { class: "quiet" }, text("plots.hint")),
@@ -258,7 +258,7 @@ function lay(element, view) {
     portraitPlace,
     numbers,
     savers(text, "plots.picture", pictures),
-    savers(text, "plots.values", files),
+    numbersAsFiles(app, status),
     status,
   );
 }

@@ -7,7 +7,7 @@
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { linkOf, sceneOf } from "../link.js";
-import { FILES, saveNumbers } from "./files_of_numbers.js";
+import { numbersAsFiles } from "./files_of_numbers.js";
 import { button, copyButton, save, settled } from "./kit.js";
 import { qrOf } from "./qr.js";
 
@@ -149,16 +149,15 @@ function section(text, id, ...children) {
 function lay(element, { app, title, make, status, short, long, fileStatus }) {
   const { store, text } = app;
   const scene = button(text("share.scene"), () => saveScene(store), { "data-save": "json" });
-  const files = FILES.map((file) =>
-    button(file.name, () => saveNumbers(app, file, fileStatus), { "data-save": file.ending }),
-  );
   element.append(
     h("h2", {}, text("drawer.share")),
     h("p", { class: "quiet" }, text("share.intro")),
     h("label", { class: "field wide" }, h("span", {}, text("share.title")), title),
     section(text, "short", h("div", { class: "row" }, make), status, short.place),
     section(text, "long", long.place),
-    section(text, "files", h("div", { class: "row" }, scene, ...files), fileStatus),
+    section(text, "files", h("div", { class: "row" }, scene)),
+    numbersAsFiles(app, fileStatus),
+    fileStatus,
   );
 }
 
