@@ -30,7 +30,7 @@ enum pend_status api_reading_tree(const struct api_reading *reading, struct api_
         api_value_fault(
             &pendulum, reading->problem,
             "has a pivot on a cart, which \"%s\" does not take yet; trees, trajectories, "
-            "forces, modes, ensembles, sections and exponents do",
+            "forces, modes, ensembles, sections, responses and exponents do",
             reading->op->name);
         return PEND_INVALID;
     }

@@ -37,6 +37,7 @@ static const struct {
     {API_RESPONSE_JOINT_FORCE, "across_amplitude", "across_phase", PEND_RESPONSE_JOINT_ACROSS},
     {API_RESPONSE_TIP_FORCE, "along_amplitude", "along_phase", PEND_RESPONSE_TIP_ALONG},
     {API_RESPONSE_TIP_FORCE, "across_amplitude", "across_phase", PEND_RESPONSE_TIP_ACROSS},
+    {API_RESPONSE_CART, "amplitude", "phase", PEND_RESPONSE_ANGLE},
 };
 enum { COLUMNS = sizeof columns / sizeof *columns };
 
@@ -83,8 +84,9 @@ static void response_columns(struct response *response) {
     for (int i = 0; i < COLUMNS; i++) {
         if (!response->asked.output[columns[i].output]) continue;
         const char *name = api_response_outputs[columns[i].output];
-        api_table_add(table, name, columns[i].amplitude, n);
-        api_table_add(table, name, columns[i].phase, n);
+        int width = columns[i].output == API_RESPONSE_CART ? 0 : n;
+        api_table_add(table, name, columns[i].amplitude, width);
+        api_table_add(table, name, columns[i].phase, width);
         table->column[table->count - 2].sparse = 1;
     }
     if (!response->asked.output[API_RESPONSE_TRANSMISSIBILITY]) return;
@@ -126,7 +128,7 @@ static enum pend_status response_read(void **state, const struct api_reading *re
 
 /* memory of the rows, and of what some frequencies need */
 static enum pend_status response_allocate(struct response *response, struct pend_error *error) {
-    size_t rows = (size_t)response->table.rows, n = (size_t)response->asked.tree.n;
+    size_t rows = (size_t)response->table.rows, n = (size_t)api_tree_stored(&response->asked.tree);
     size_t numbers = (size_t)api_table_numbers(&response->table, 0);
     assert(rows >= 1 && numbers >= 2 && !response->block);
     response->block = malloc(rows * numbers * sizeof(double));
@@ -151,7 +153,8 @@ static enum pend_status response_begin(struct response *response, struct pend_er
     struct api_states *start = response->asked.start;
     PEND_TRY(response_allocate(response, error));
     if (start) PEND_TRY(api_states_settle(start, tree, error));
-    for (int k = 0; k < tree->n; k++) response->part[k] = start ? start->phi[k] : -pi / 2;
+    for (int k = 0; k < api_tree_stored(tree); k++)
+        response->part[k] = start ? start->phi[k] : k < tree->cart ? 0 : -pi / 2;
     PEND_TRY(pend_response_new(&response->found, tree->tree, &tree->loads, response->part, error));
     if (!response->asked.poles) return PEND_OK;
     return pend_damped_new(&response->poles, tree->tree, &tree->loads,
@@ -162,7 +165,7 @@ static enum pend_status response_begin(struct response *response, struct pend_er
 static void response_own(const struct response *response, double omega,
                          struct pend_response_drive *drive) {
     const struct pend_terms *terms = response->asked.tree.loads.terms;
-    size_t n = (size_t)response->asked.tree.n;
+    size_t n = (size_t)api_tree_stored(&response->asked.tree);
     assert(terms && terms->harmonics > 0);
     memset(response->couple, 0, 2 * n * sizeof(double));
     for (int i = 0; i < terms->harmonics; i++) {
@@ -185,7 +188,8 @@ static void response_own(const struct response *response, double omega,
 static struct pend_response_drive response_drive(const struct response *response, double omega) {
     const struct api_response *asked = &response->asked;
     struct pend_response_drive drive = {.couple_re = response->couple,
-                                        .couple_im = response->couple + asked->tree.n};
+                                        .couple_im =
+                                            response->couple + api_tree_stored(&asked->tree)};
     if (asked->own) {
         response_own(response, omega, &drive);
         return drive;
@@ -209,25 +213,38 @@ static double response_passed(const struct response *response,
     return size > 0 ? hypot(re, im) / size : -1;
 }
 
+/* the amplitudes and phases of a part, of the arms or of the cart */
+static void response_swing(const struct response *response, size_t from, int defined, int column,
+                           double amplitude[], double phase[]) {
+    const struct api_tree *tree = &response->asked.tree;
+    const int *order = tree->tree->order;
+    const double *re = response->re[columns[column].part] + from;
+    const double *im = response->im[columns[column].part] + from;
+    int cart = columns[column].output == API_RESPONSE_CART;
+    int first = cart ? 0 : tree->cart, end = cart ? 1 : api_tree_stored(tree);
+    for (int k = first; k < end; k++) {
+        int at = cart ? 0 : order[k];
+        amplitude[at] = defined ? hypot(re[k], im[k]) : -1;
+        phase[at] = defined ? atan2(im[k], re[k]) : 0;
+    }
+}
+
 /* the numbers of a row from lane `lane` */
 static void response_row(struct response *response, long row, int lane, int defined,
                          const struct pend_response_drive *drive) {
-    size_t n = (size_t)response->asked.tree.n, from = (size_t)lane * n;
+    const struct api_tree *tree = &response->asked.tree;
+    size_t n = (size_t)api_tree_stored(tree), from = (size_t)lane * n, cart = (size_t)tree->cart;
     assert(row < response->table.rows && lane < PEND_RESPONSE_LANES);
-    const int *order = response->asked.tree.tree->order;
+    const int *order = tree->tree->order;
     int c = FIRST_PART;
     for (int i = 0; i < COLUMNS; i++) {
         if (!response->asked.output[columns[i].output]) continue;
-        double *amplitude = response->column[c++] + (size_t)row * n;
-        double *phase = response->column[c++] + (size_t)row * n;
-        const double *re = response->re[columns[i].part] + from;
-        const double *im = response->im[columns[i].part] + from;
-        for (size_t k = 0; k < n; k++) {
-            amplitude[order[k]] = defined ? hypot(re[k], im[k]) : -1;
-            phase[order[k]] = defined ? atan2(im[k], re[k]) : 0;
-        }
+        long at = row * api_column_numbers(&response->table.column[c]);
+        response_swing(response, from, defined, i, response->column[c] + at,
+                       response->column[c + 1] + at);
+        c += 2;
     }
-    for (size_t k = 0; k < n && defined; k++) {
+    for (size_t k = cart; k < n && defined; k++) {
         double swing = hypot(response->re[PEND_RESPONSE_ANGLE][from + k],
                              response->im[PEND_RESPONSE_ANGLE][from + k]);
         if (swing <= response->swing) continue;
@@ -235,6 +252,7 @@ static void response_row(struct response *response, long row, int lane, int defi
         response->swing_at = response->column[OMEGA][row];
     }
     if (!response->asked.output[API_RESPONSE_TRANSMISSIBILITY]) return;
+    // a pivot that is shaken is on no cart
     double *passed = response->column[c] + (size_t)row * n;
     for (size_t k = 0; k < n; k++)
         passed[order[k]] = defined ? response_passed(response, drive, from + k) : -1;
@@ -321,14 +339,15 @@ static enum pend_status response_poles(const struct pend_damped *poles, int digi
 
 /* what JSON says more, in the place of its closing brace */
 static enum pend_status response_more(const struct response *response, struct api_buffer *out) {
-    const struct pend_tree *tree = response->asked.tree.tree;
+    const struct api_tree *tree = &response->asked.tree;
     const double *rest = pend_response_rest(response->found);
     double *work = response->part;
     int digits = response->table.digits;
     assert(out->bytes && out->data[out->bytes - 1] == '}');
     out->data[out->bytes - 1] = ',';
-    for (int k = 0; k < tree->n; k++) work[tree->order[k]] = rest[k];
+    api_tree_put(tree, rest, work);
     PEND_TRY(api_out_numbers(out, "equilibrium", tree->n, work, digits));
+    if (tree->cart) PEND_TRY(api_out_number(out, "cart_equilibrium", rest[0], digits));
     if (response->poles) PEND_TRY(response_poles(response->poles, digits, work, out));
     return api_buffer_text(out, "}");
 }
@@ -382,7 +401,7 @@ static const struct api_stats *response_stats(const void *state) {
 
 static double response_cost(const void *state) {
     const struct response *response = state;
-    double n = response->asked.tree.n;
+    double n = api_tree_stored(&response->asked.tree);
     return n * (double)response->table.rows * sweep_seconds +
            (response->asked.poles ? n * n * n * pole_seconds : 0);
 }
@@ -391,11 +410,11 @@ static double response_cost(const void *state) {
  * representations that do not stream */
 static double response_bytes(const void *state) {
     const struct response *response = state;
-    double n = response->asked.tree.n, rows = (double)response->table.rows;
+    double n = api_tree_stored(&response->asked.tree), rows = (double)response->table.rows;
     double kept = api_table_numbers(&response->table, 0) * rows;
     double poles = response->asked.poles ? n * (32 * n + 64) : 0;
     double lanes = 2.0 * PEND_RESPONSE_PARTS * PEND_RESPONSE_LANES * n + 2 * n;
-    return sizeof(double) * (kept + lanes + poles) + pend_response_bytes(response->asked.tree.n) +
+    return sizeof(double) * (kept + lanes + poles) + pend_response_bytes((int)n) +
            (response->asked.list ? sizeof(double) * rows : 0) +
            api_tree_bytes(&response->asked.tree) + api_states_bytes(response->asked.start) +
            api_writer_bytes(response->format, &response->table) + 2.0 * API_PIECE_BYTES;
@@ -404,6 +423,7 @@ static double response_bytes(const void *state) {
 const struct api_op api_op_response = {.name = "response",
                                        .body = 1,
                                        .terms = 1,
+                                       .cart = 1,
                                        .samples = 1,
                                        .read = response_read,
                                        .run = response_run,

@@ -11,12 +11,13 @@
 static const char *const fields[] = {"pendulum", "initial", "drive",  "omega",
                                      "output",   "poles",   "digits", NULL};
 static const char *const range_fields[] = {"start", "stop", "count", "scale", NULL};
-static const char *const drive_fields[] = {"pivot", "torque", NULL};
+static const char *const drive_fields[] = {"pivot", "torque", "cart", NULL};
 static const char *const pivot_fields[] = {"x", "y", "amplitude", "direction", "unit", NULL};
 static const char *const torque_fields[] = {"arm", "amplitude", NULL};
+static const char *const cart_fields[] = {"amplitude", NULL};
 
 const char *const api_response_outputs[API_RESPONSE_OUTPUTS + 1] = {
-    "phi", "z", "lambda", "joint_force", "tip_force", "transmissibility", NULL};
+    "phi", "z", "lambda", "joint_force", "tip_force", "transmissibility", "cart", NULL};
 
 /* frequencies and amplitudes of a request, so that no square of theirs overflows */
 static const double omega_most = 1e9, amplitude_most = 1e9;
@@ -75,6 +76,22 @@ static void read_torque(struct api_response *asked, const struct api_value *valu
     if (caller >= 0) asked->arm = asked->tree.tree->place[caller];
 }
 
+/* reads {"amplitude": 0.1}, a force on the cart */
+static void read_cart(struct api_response *asked, const struct api_value *value,
+                      struct api_problem *problem) {
+    struct api_value amplitude = api_value_member(value, "amplitude");
+    if (!api_field_object(value, problem)) return;
+    (void)api_value_only(value, cart_fields, problem);
+    if (asked->tree.tree && !asked->tree.cart)
+        api_value_fault(value, problem,
+                        "is a force on a cart, and the pendulum has none: give one in \"pivot\", "
+                        "or drive the pivot or a joint");
+    asked->arm = 0;
+    asked->couple = 1;
+    asked->given = api_value_read_number(&amplitude, -amplitude_most, amplitude_most, "N",
+                                         &asked->couple, problem) > 0;
+}
+
 /* the harmonics that the pendulum itself has */
 static void read_own(struct api_response *asked, const struct api_value *value,
                      struct api_problem *problem) {
@@ -82,8 +99,9 @@ static void read_own(struct api_response *asked, const struct api_value *value,
     asked->own = asked->given = 1;
     if (asked->tree.tree && (!terms || !terms->harmonics))
         api_value_fault(value, problem,
-                        "is needed: {\"pivot\": {\"x\": 1}} or {\"torque\": {\"arm\": 1}}; the "
-                        "pendulum has no harmonics of its own that would drive it");
+                        "is needed: %s{\"torque\": {\"arm\": 1}}; the "
+                        "pendulum has no harmonics of its own that would drive it",
+                        asked->tree.cart ? "{\"cart\": {}} or " : "{\"pivot\": {\"x\": 1}} or ");
 }
 
 static void read_drive(struct api_response *asked, const struct api_value *value,
@@ -96,14 +114,21 @@ static void read_drive(struct api_response *asked, const struct api_value *value
     if (!api_field_object(value, problem)) return;
     struct api_value pivot = api_value_member(value, "pivot");
     struct api_value torque = api_value_member(value, "torque");
+    struct api_value cart = api_value_member(value, "cart");
     (void)api_value_only(value, drive_fields, problem);
-    if (present(&pivot) == present(&torque)) {
+    if (present(&pivot) + present(&torque) + present(&cart) != 1) {
         api_value_fault(value, problem,
-                        "must have one of \"pivot\" and \"torque\": their answers add up");
+                        "must have one of \"pivot\", \"torque\" and \"cart\": their answers add "
+                        "up");
         return;
     }
+    if (present(&pivot) && asked->tree.cart)
+        api_value_fault(&pivot, problem,
+                        "is on a cart, which moves as the pendulum has it: drive that by "
+                        "{\"cart\": {\"amplitude\": 1}}");
     if (present(&pivot)) read_pivot(asked, &pivot, problem);
     if (present(&torque)) read_torque(asked, &torque, problem);
+    if (present(&cart)) read_cart(asked, &cart, problem);
 }
 
 /* ---- frequencies */
@@ -256,6 +281,9 @@ static void read_output(struct api_response *asked, const struct api_value *valu
         if (output == API_RESPONSE_TRANSMISSIBILITY && asked->tree.tree && !shakes(asked))
             api_value_fault(&item, problem,
                             "needs a pivot that is shaken: drive that, or leave it out");
+        if (output == API_RESPONSE_CART && asked->tree.tree && !asked->tree.cart)
+            api_value_fault(&item, problem,
+                            "is the place of a cart, and the pendulum has none: leave it out");
         asked->output[output] = 1;
     }
     if (api_value_count(value) == 1 && asked->output[API_RESPONSE_PHI]) api_value_usual(value);
@@ -269,7 +297,7 @@ static void read_poles(struct api_response *asked, const struct api_value *value
     if (!asked->poles) api_value_usual(value);
     int loses = loads->terms && !pend_terms_conserve(loads->terms, loads->value);
     int most = loses ? API_DAMPED_ARMS : API_POLES_ARMS;
-    if (asked->poles && asked->tree.n > most)
+    if (asked->poles && api_tree_stored(&asked->tree) > most)
         api_value_fault(value, problem,
                         "poles are found for at most %d arms, or %d without friction and drives, "
                         "and here are %d: leave it out",
@@ -289,17 +317,13 @@ enum pend_status api_response_read(struct api_response *asked, const struct api_
     struct api_value output = api_value_member(root, "output");
     struct api_value poles = api_value_member(root, "poles");
     struct api_value digits = api_value_member(root, "digits");
-    struct api_value pendulum = api_value_member(root, "pendulum");
     long rounded = 0;
     *asked = (struct api_response){.arm = -1};
     (void)api_value_only(root, fields, problem);
     enum pend_status status = api_reading_tree(reading, &asked->tree);
     if (status == PEND_NO_MEMORY) return status;
-    if (asked->tree.loads.terms && pend_terms_cart(asked->tree.loads.terms))
-        api_value_fault(&pendulum, problem,
-                        "has a cart, whose response is not computed: give it as a shaken pivot");
     if (present(&initial) && status == PEND_OK)
-        PEND_TRY(api_states_new(&asked->start, 1, asked->tree.n));
+        PEND_TRY(api_states_new(&asked->start, 1, api_tree_stored(&asked->tree)));
     api_states_read(asked->start, 0, &initial, &asked->tree, reading->limits, problem);
     read_drive(asked, &drive, problem);
     PEND_TRY(read_omega(asked, &omega, reading));

@@ -9,7 +9,7 @@
 #include "api/op/op.h"
 #include "api/read/state_json.h"
 
-/* What is told of each arm; a name of the field `output`. */
+/* What is told, of each arm but where it says so; a name of the field `output`. */
 enum api_response_output {
     API_RESPONSE_PHI,
     API_RESPONSE_Z,
@@ -17,6 +17,7 @@ enum api_response_output {
     API_RESPONSE_JOINT_FORCE,
     API_RESPONSE_TIP_FORCE,
     API_RESPONSE_TRANSMISSIBILITY,
+    API_RESPONSE_CART, /* one number, its place */
     API_RESPONSE_OUTPUTS
 };
 
@@ -27,8 +28,8 @@ struct api_response {
     int apart;                /* each of them at its own frequency: the rows are these */
     int given;                /* an amplitude was given, so that it has a size */
     double pivot[2];          /* m, of x and y; else: */
-    int arm;                  /* stored, -1 = none */
-    double couple;            /* N m */
+    int arm;                  /* stored, -1 = none; 0 = the cart, where there is one */
+    double couple;            /* N m; N on a cart */
     long rows;
     double *list;    /* rows frequencies, rad/s; NULL = a range: */
     double from, to; /* rad/s */

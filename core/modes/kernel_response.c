@@ -5,6 +5,7 @@
  *     each child, of base b + place x, adds its form, cross and own in that base
  *     D = own + kappa,  x = (couple - <cross, b> + kappa x_p) / D
  *
+ * (without x_p where the joint turns against the ground: at the pivot, and on a cart)
  * and x put into the rest leaves a symmetric form in b and x_p for the parent: a complex number
  * has no sign, so no pivot is safe. One that is nearly 0 is replaced by a small number, and what
  * the equations miss then is solved for once more; the same corrects what light arms between heavy
@@ -101,12 +102,13 @@ static void kernel_pass(const struct response_arm *arm, const struct response_no
     wave x = wave_get(&node->cross[0]), y = wave_get(&node->cross[1]);
     wave joint = wave_get(&node->joint), inverse = wave_get(&node->inverse);
     wave minus = {-inverse.re, -inverse.im};
-    wave xd = wave_mul(x, minus), yd = wave_mul(y, minus), give = wave_mul(joint, inverse);
+    wave none = {lanes8_of(0), lanes8_of(0)};
+    wave xd = wave_mul(x, minus), yd = wave_mul(y, minus);
+    wave give = arm->holder < 0 ? none : wave_mul(joint, inverse);
     wave xx = wave_fma(x, xd, wave_get(&node->form[0]));
     wave xy = wave_fma(x, yd, wave_get(&node->form[1]));
     wave yy = wave_fma(y, yd, wave_get(&node->form[2]));
     wave u = wave_mul(x, give), v = wave_mul(y, give), own = wave_mul(give, wave_get(&node->own));
-    wave none = {lanes8_of(0), lanes8_of(0)};
     double px = arm->place[0], py = arm->place[1];
     wave ax = wave_scale(px, xx, wave_scale(py, xy, none));
     wave ay = wave_scale(px, xy, wave_scale(py, yy, none));
@@ -151,7 +153,8 @@ static void kernel_solve(const struct response_arms *arms, const wave pivot[2], 
         const struct response_arm *arm = arms->arm + k;
         struct response_node *parent = node + arm->parent;
         wave share = wave_mul(wave_get(&node[k].couple), wave_get(&node[k].inverse));
-        wave minus = {-share.re, -share.im}, sum = wave_mul(share, wave_get(&node[k].joint));
+        wave minus = {-share.re, -share.im}, sum = none;
+        if (arm->holder >= 0) sum = wave_mul(share, wave_get(&node[k].joint));
         for (int i = 0; i < 2; i++) {
             wave push = wave_fma(wave_get(&node[k].cross[i]), minus, wave_get(&node[k].push[i]));
             kernel_add(&parent->push[i], push);
@@ -165,6 +168,7 @@ static void kernel_solve(const struct response_arms *arms, const wave pivot[2], 
         wave sum = wave_get(&node[k].couple);
         // `rest` holds the parent's new angle, push the new displacement of the joint
         wave carrier = parent ? wave_get(&parent->rest) : none;
+        wave held = arm->holder < 0 ? none : carrier;
         for (int i = 0; i < 2; i++) {
             wave base =
                 parent ? wave_scale(arm->place[i], carrier, wave_get(&parent->push[i])) : pivot[i];
@@ -173,7 +177,7 @@ static void kernel_solve(const struct response_arms *arms, const wave pivot[2], 
             wave_put(&node[k].push[i], base);
         }
         wave angle =
-            wave_mul(wave_fma(wave_get(&node[k].joint), carrier, sum), wave_get(&node[k].inverse));
+            wave_mul(wave_fma(wave_get(&node[k].joint), held, sum), wave_get(&node[k].inverse));
         wave_put(&node[k].rest, angle);
         angle.re = lanes8_pick(where, angle.re, none.re);
         angle.im = lanes8_pick(where, angle.im, none.im);
@@ -215,15 +219,15 @@ static void kernel_balance(const struct response_arms *arms, const struct kernel
     miss = wave_sub(miss, turn);
     scale += wave_size(turn);
     joint = wave_get(&node[k].joint);
-    wave carrier =
-        arm->parent < 0 ? (wave){lanes8_of(0), lanes8_of(0)} : wave_get(&node[arm->parent].angle);
-    wave bent = wave_mul(joint, wave_sub(angle, carrier));
+    wave none = {lanes8_of(0), lanes8_of(0)};
+    wave held = arm->holder < 0 ? none : wave_get(&node[arm->holder].angle);
+    wave bent = wave_mul(joint, wave_sub(angle, held));
     miss = wave_sub(miss, bent);
     scale += wave_size(bent);
     wave_put(&node[k].rest, miss);
     lanes8_put(node[k].scale.im, scale);
     // the torque of the joint, which acts on the parent too: couple is free until the next solution
-    wave_put(&node[k].couple, bent);
+    wave_put(&node[k].couple, arm->holder < 0 ? none : bent);
 }
 
 /* forces at the joints, and what the equations miss; returns the lanes in which that is too much

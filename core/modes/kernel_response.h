@@ -9,10 +9,12 @@
 
 enum { RESPONSE_LANES = 8 };
 
-/* Constants of an arm about the equilibrium. Vectors have x and y in the fixed frame, and are the
+/* Constants of an arm about the equilibrium. The angle of a cart, which is arm 0 then, is its place
+ * on the rail in m, and so are the units of all that goes with it. Vectors have x and y in the fixed frame, and are the
  * derivative of a place by an angle: i times what the arm's frame says, turned. */
 struct response_arm {
     int parent;
+    int holder; /* the arm against which its joint turns it: the parent, or -1 for the ground */
     double mass, moment[2], inertia; /* kg, kg m, kg m^2, of the arm alone */
     double drag, lever[2], span;     /* N s/m; m, of the tip; m^2, the lever's square */
     double fall;                     /* N m/rad, of gravity on the arm and all that hangs on it */

@@ -39,6 +39,12 @@ static double response_get(const struct pend_loads *loads, enum pend_term_row ro
     return loads->terms ? pend_terms_get(loads->terms, loads->value, row, k) : 0;
 }
 
+/* arm k is a cart: its tip stands for the point whose move by a unit of its place is the rail's
+ * direction */
+static int response_cart(const struct pend_response *response, int k) {
+    return !k && pend_terms_cart(response->loads.terms);
+}
+
 /* i times a vector of the arm's frame, turned */
 static void response_lever(double complex turn, const double from[2], double to[2]) {
     double complex lever = I * turn * (from[0] + I * from[1]);
@@ -53,14 +59,18 @@ static void response_arm(const struct pend_response *response, int k, struct res
     struct rest_body drag = pend_rest_drag(response->tree, loads, k);
     double complex turn = response->turn[k];
     double tip[2] = {response->tree->len[k], 0}, point[2] = {0, 0};
+    if (response_cart(response, k))
+        tip[0] = body.moment[0] / body.mass, tip[1] = body.moment[1] / body.mass;
     double friction = response_get(loads, PEND_TERM_FRICTION, k);
-    *arm = (struct response_arm){.parent = response->tree->parent[k],
-                                 .mass = body.mass,
-                                 .inertia = body.inertia,
-                                 .drag = drag.mass,
-                                 .span = tip[0] * tip[0],
-                                 .spring = response_get(loads, PEND_TERM_STIFFNESS, k),
-                                 .damper = response_get(loads, PEND_TERM_DAMPING, k)};
+    *arm =
+        (struct response_arm){.parent = response->tree->parent[k],
+                              .holder = pend_terms_holder(loads->terms, response->tree->parent, k),
+                              .mass = body.mass,
+                              .inertia = body.inertia,
+                              .drag = drag.mass,
+                              .span = response->tree->len[k] * response->tree->len[k],
+                              .spring = response_get(loads, PEND_TERM_STIFFNESS, k),
+                              .damper = response_get(loads, PEND_TERM_DAMPING, k)};
     if (friction > 0) arm->damper += friction / response_get(loads, PEND_TERM_FRICTION_SPEED, k);
     response_lever(turn, body.moment, arm->moment);
     response_lever(turn, tip, arm->lever);
@@ -86,7 +96,9 @@ static void response_wholes(struct pend_response *response, struct response_arm 
     for (int k = 0; k < response->tree->n; k++) {
         int p = response->tree->parent[k], hung = loads->terms && loads->terms->hung[k];
         double complex moment = mass[k].moment[0] + I * mass[k].moment[1];
-        arm[k].fall = -creal(conj(both) * moment * response->turn[k]);
+        // a cart's frame does not turn
+        if (!response_cart(response, k))
+            arm[k].fall = -creal(conj(both) * moment * response->turn[k]);
         response_lever(response->turn[k], mass[k].moment, arm[k].whole);
         response_lever(response->turn[k], drag[k].moment, arm[k].wind);
         response->joint_rest[k] = both * mass[k].mass;
@@ -102,7 +114,8 @@ static enum pend_status response_fill(struct pend_response *response, struct res
     struct rest_body *body = malloc(2 * n * sizeof *body);
     if (!body)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a response of %zu arms", n);
-    for (size_t k = 0; k < n; k++) response->turn[k] = cexp(I * response->phi[k]);
+    for (size_t k = 0; k < n; k++)
+        response->turn[k] = response_cart(response, (int)k) ? 1 : cexp(I * response->phi[k]);
     for (size_t k = 0; k < n; k++) response_arm(response, (int)k, arm + k);
     response_wholes(response, arm, body, body + n);
     free(body);
@@ -260,7 +273,7 @@ void pend_response_at(struct pend_response *response, int count, const double om
     for (int k = 0; k < response->tree->n; k++)
         response->node[k].drive = (struct response_lanes){0};
     for (int k = 0; k < response->tree->n && drive->couple_re; k++) {
-        int p = response->tree->parent[k];
+        int p = response->arms.arm[k].holder;
         for (int lane = 0; lane < RESPONSE_LANES; lane++) {
             response->node[k].drive.re[lane] += drive->couple_re[k];
             response->node[k].drive.im[lane] += drive->couple_im[k];

@@ -30,7 +30,7 @@ enum pend_response_part {
 struct pend_response_drive {
     double pivot_re[2], pivot_im[2]; /* m, of the pivot's x and y */
     const double *couple_re; /* n, N m, stored order: on the arm, and with the opposite sign on
-                                what carries it; NULL = none */
+                                what carries it, unless that is a cart; NULL = none */
     const double *couple_im;
 };
 
@@ -42,7 +42,9 @@ struct pend_response;
  * response  out; NULL on failure; released by pend_response_free.
  * tree      must outlive the response, as must what loads point to.
  * loads     of any pendulum; harmonics are left out, and friction of speed s counts as f / s.
- * phi       n angles to start from, rad, stored order.
+ * phi       n angles to start from, rad, stored order. The place of a cart stands for its angle
+ *           here and below, m, and the force along the rail for the couple on it, N; its forces
+ *           and its tip's place are of no meaning.
  *
  * PEND_NO_MEMORY
  * PEND_NOT_FINITE no equilibrium was found.

@@ -240,6 +240,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes) {
     "\"pivot\":{\"x\":{\"harmonics\":[{\"amplitude\":0.1,\"omega\":9}]},\"y\":{\"harmonics\":[]}," \
     "\"acceleration\":[1,0]}}"
 
+#define CART                                                                                       \
+    "\"pendulum\":{\"length\":[2,1],\"mass\":[1,2],\"parent\":[0,0],\"damping\":[0.1,0],"          \
+    "\"pivot\":{"                                                                                  \
+    "\"cart\":{\"mass\":1,\"angle\":0.1,\"damping\":0.2,\"stiffness\":3,\"force\":{\"constant\":"  \
+    "1,"                                                                                           \
+    "\"harmonics\":[{\"amplitude\":1,\"omega\":2}]}}}}"
+
 /* good requests, the first character for the operation and the form */
 static const char *const seeds[] = {
     "0{" ARMS ",\"initial\":{\"theta\":[0.1,-0.2],\"thetad\":[1,0],\"unit\":\"deg\"},\"times\":[0,"
@@ -276,6 +283,10 @@ static const char *const seeds[] = {
     "9{" DRIVEN ",\"omega\":[0,1,9],\"initial\":{\"theta\":[1,2]}}",
     "9{" REAL ",\"drive\":{\"pivot\":{\"direction\":30,\"unit\":\"deg\"}},\"omega\":{\"start\":1,"
     "\"stop\":9,\"count\":9,\"scale\":\"logarithmic\"},\"output\":[\"z\",\"transmissibility\"]}",
+    "9{" CART ",\"drive\":{\"cart\":{\"amplitude\":2}},\"omega\":[1],\"output\":[\"cart\"]}",
+    "7{" CART ",\"section\":{\"period\":\"drive\"},\"initial\":{\"cart\":{\"x\":1,\"v\":2}},"
+    "\"duration\":4}",
+    "6{" CART ",\"duration\":0.5,\"samples\":2,\"count\":\"all\"}",
     "6{" LISTS ",\"initial\":{\"phi\":[1,2,3,4]},\"duration\":1,\"transient\":0.1,\"samples\":3,"
     "\"count\":2,\"digits\":5}",
     "7{" LISTS ",\"section\":{\"arm\":2,\"theta\":10,\"unit\":\"deg\",\"direction\":\"both\"},"

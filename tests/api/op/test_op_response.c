@@ -161,7 +161,7 @@ TEST(response_that_makes_no_sense_is_refused) {
 #define AT(omega) "{" IDEAL SHAKEN ",\"omega\":" omega "}"
     CHECK_REFUSED(API_OP_RESPONSE, "{" IDEAL ",\"omega\":[1]}", "/drive",
                   "{\"pivot\": {\"x\": 1}}");
-    CHECK_REFUSED(API_OP_RESPONSE, TO("{}"), "/drive", "one of \"pivot\" and \"torque\"");
+    CHECK_REFUSED(API_OP_RESPONSE, TO("{}"), "/drive", "one of \"pivot\", \"torque\" and \"cart\"");
     CHECK_REFUSED(API_OP_RESPONSE, TO("{\"pivot\":{}}"), "/drive/pivot", "where to");
     CHECK_REFUSED(API_OP_RESPONSE, TO("{\"pivot\":{\"x\":1,\"direction\":1}}"), "/drive/pivot",
                   "not both");
