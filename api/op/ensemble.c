@@ -10,9 +10,10 @@
 #include "core/ensemble/ensemble.h"
 #include "core/integrate/method.h"
 
-static const char *const fields[] = {
-    "pendulum", "initial", "states", "grid", "random", "duration", "times",    "observables",
-    "output",   "method",  "rtol",   "atol", "digits", "picture",  "accuracy", NULL};
+static const char *const fields[] = {"pendulum", "initial", "states",      "grid",    "random",
+                                     "duration", "times",   "observables", "output",  "method",
+                                     "rtol",     "atol",    "digits",      "picture", "accuracy",
+                                     "start",    NULL};
 
 /* constants of the estimated cost: steps a radian of the fastest swing, s an arm and squared order,
  * s a number */
@@ -27,7 +28,7 @@ struct api_ensemble {
     struct api_observables seen;
     struct api_times times;
     double *instants; /* s, from the first one on; NULL without a trajectory */
-    double duration, rtol, atol, accuracy;
+    double origin, duration, rtol, atol, accuracy; /* s, when members begin, and how long */
     long step_cap, numbers;
 };
 
@@ -77,6 +78,7 @@ static void read_method(struct api_ensemble *e, const struct api_reading *readin
 static enum pend_status read_time(struct api_ensemble *e, const struct api_reading *reading) {
     struct api_value duration = api_value_member(reading->root, "duration");
     struct api_value times = api_value_member(reading->root, "times");
+    struct api_value start = api_value_member(reading->root, "start");
     struct api_problem *problem = reading->problem;
     int rows = e->seen.wanted >> API_SEE_TRAJECTORY & 1;
     if (!rows) {
@@ -87,8 +89,14 @@ static enum pend_status read_time(struct api_ensemble *e, const struct api_readi
             api_value_read_number(&duration, 0, 1e9, "s", &e->duration, problem) > 0 &&
             e->duration == 0)
             api_value_fault(&duration, problem, "must be greater than 0");
+        (void)api_value_read_number(&start, -1e9, 1e9, "s", &e->origin, problem);
+        api_value_usual_number(&start, 0);
         return PEND_OK;
     }
+    if (api_value_kind(&start) != API_MISSING)
+        api_value_fault(&start, problem,
+                        "does not go together with \"times\", the first of which is when members "
+                        "begin");
     if (api_value_kind(&duration) != API_MISSING)
         api_value_fault(&duration, problem,
                         "does not go together with \"times\", which say how long a trajectory is");
@@ -97,8 +105,8 @@ static enum pend_status read_time(struct api_ensemble *e, const struct api_readi
     long count = e->times.times.count;
     e->instants = malloc((size_t)count * sizeof *e->instants);
     if (!e->instants) return PEND_NO_MEMORY;
-    double start = pend_times_at(&e->times.times, 0);
-    for (long i = 0; i < count; i++) e->instants[i] = pend_times_at(&e->times.times, i) - start;
+    e->origin = pend_times_at(&e->times.times, 0);
+    for (long i = 0; i < count; i++) e->instants[i] = pend_times_at(&e->times.times, i) - e->origin;
     e->duration = e->instants[count - 1];
     return PEND_OK;
 }
@@ -137,18 +145,13 @@ static void check_size(struct api_ensemble *e, const struct api_reading *reading
                         limits->compute_seconds);
 }
 
-/* what is told of a cart alone, and what is not told where there is one: its place is no angle that
- * passes the upright */
+/* what is told of a cart alone */
 static void check_cart(const struct api_ensemble *e, const struct api_reading *reading) {
-    struct api_value list = api_value_member(reading->root, "observables");
-    const unsigned flips = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME | 1u << API_SEE_FLIPS;
-    if (!e->tree.cart && e->seen.wanted >> API_SEE_CART & 1)
-        api_value_fault(&list, reading->problem,
-                        "has \"cart\", and the pendulum has none: give one in \"pivot\"");
-    if (e->tree.cart && e->seen.wanted & flips)
-        api_value_fault(&list, reading->problem,
-                        "asks for flips, which are not told of pendulums on a cart: ask for "
-                        "\"trajectory\" or \"final\" instead");
+    const char *name = e->instants ? "output" : "observables";
+    struct api_value list = api_value_member(reading->root, name);
+    if (e->tree.cart || !api_observables_cart(&e->seen)) return;
+    api_value_fault(&list, reading->problem,
+                    "has \"cart\", and the pendulum has none: give one in \"pivot\"");
 }
 
 static enum pend_status read_parts(struct api_ensemble *e, const struct api_reading *reading) {
@@ -245,7 +248,7 @@ static int range_fetch(void *context, long i, struct pend_member *member) {
     const struct api_member_range *range = context;
     const struct api_ensemble *e = range->ensemble;
     api_members_fill(&e->members, e->tree.tree->n, i, member);
-    if (e->instants) member->start = pend_times_at(&e->times.times, 0);
+    member->start = e->origin;
     return 0;
 }
 

@@ -33,10 +33,10 @@ static const struct columns observables[API_SEE_COUNT] = {
 };
 
 /* the outputs of a trajectory */
-enum { OUT_PHI, OUT_PHID, OUT_THETA, OUT_THETAD, OUT_LAMBDA, OUT_COUNT };
+enum { OUT_PHI, OUT_PHID, OUT_THETA, OUT_THETAD, OUT_LAMBDA, OUT_CART, OUT_COUNT };
 
-static const char *const outputs[OUT_COUNT + 1] = {"phi",    "phid",   "theta",
-                                                   "thetad", "lambda", NULL};
+static const char *const outputs[OUT_COUNT + 1] = {"phi",    "phid", "theta", "thetad",
+                                                   "lambda", "cart", NULL};
 
 /* the time of an event that never happened: answers have no NaN, and a member's time begins at 0 */
 static const double never = -1;
@@ -84,6 +84,10 @@ void api_observables_read(struct api_observables *seen, const struct api_value *
     if (!seen->output) seen->output = 1u << OUT_PHI | 1u << OUT_PHID | 1u << OUT_LAMBDA;
 }
 
+int api_observables_cart(const struct api_observables *seen) {
+    return (int)((seen->wanted >> API_SEE_CART | seen->output >> OUT_CART) & 1);
+}
+
 void api_observables_columns(struct api_observables *seen, int n,
                              const struct api_members *members) {
     assert(n >= 1);
@@ -94,7 +98,11 @@ void api_observables_columns(struct api_observables *seen, int n,
         api_table_add(table, "status", NULL, 0);
         api_table_add(table, "t", NULL, 0);
         for (int i = 0; i < OUT_COUNT; i++)
-            if (seen->output >> i & 1) api_table_add(table, outputs[i], NULL, n);
+            if (i != OUT_CART && seen->output >> i & 1) api_table_add(table, outputs[i], NULL, n);
+        if (api_observables_cart(seen)) {
+            api_table_add(table, outputs[OUT_CART], "x", 0);
+            api_table_add(table, outputs[OUT_CART], "v", 0);
+        }
         return;
     }
     api_table_add(table, "status", NULL, 0);
@@ -237,9 +245,10 @@ void api_observables_sample(const struct api_observables *seen, const struct api
     *at++ = (double)member;
     *at++ = 0;
     *at++ = t;
-    const double *from[OUT_COUNT] = {phi, rate, theta, rate, force};
-    for (int i = 0; i < OUT_COUNT; i++) {
+    const double *from[OUT_CART] = {phi, rate, theta, rate, force};
+    for (int i = 0; i < OUT_CART; i++) {
         if (!(seen->output >> i & 1)) continue;
         at = put(at, tree, from[i], 0);
     }
+    if (api_observables_cart(seen)) put_one(put_one(at, phi[0], 0), rate[0], 0);
 }

@@ -32,7 +32,7 @@ enum api_observable {
 
 struct api_observables {
     unsigned wanted; /* bit i for observable i */
-    unsigned output; /* of a trajectory: bits of phi, phid, theta, thetad, lambda */
+    unsigned output; /* of a trajectory: bits of phi, phid, theta, thetad, lambda, cart */
     struct api_table table;
     int at[API_SEE_COUNT];             /* first column of each wanted observable */
     const struct api_members *members; /* whose variations the parameters have; not owned */
@@ -45,6 +45,10 @@ struct api_observables {
  */
 void api_observables_read(struct api_observables *seen, const struct api_value *root,
                           struct api_problem *problem);
+
+/** Non-zero if the place of a cart is asked for, as an observable or as an output of trajectories.
+ * O(1). */
+int api_observables_cart(const struct api_observables *seen);
 
 /** Sets the columns for n arms; the number of rows is unchanged. members: must outlive `seen`; the
  * numbers of terms that vary become a part of the parameters. */

@@ -254,13 +254,14 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
                  e->problem.duration);
     pend_ensemble_watch_start(e, i);
     if (lanes->paired) pend_ensemble_shadow_start(e, i);
-    if (!(e->problem.observe & PEND_OBSERVE_ENERGY) && !e->problem.spare) return lanes->n;
+    int arms = lanes->n - pend_terms_cart(terms);
+    if (!(e->problem.observe & PEND_OBSERVE_ENERGY) && !e->problem.spare) return arms;
     struct pend_tree tree = ensemble_tree(e);
     struct pend_energy energy = pend_kinematics_energy_at(&tree, &member->loads, member->start,
                                                           member->phi, member->rate, e->room);
     e->seat[i].energy = energy.kinetic + energy.potential;
     e->seat[i].scale = pend_kinematics_energy_scale_at(&tree, &member->loads, energy.kinetic);
-    return e->problem.spare && !terms ? ensemble_able(e, &tree, e->seat[i].energy) : lanes->n;
+    return e->problem.spare && !terms ? ensemble_able(e, &tree, e->seat[i].energy) : arms;
 }
 
 /* copies the notes on the member in lane i, all but its end, into its outcome */

@@ -99,7 +99,8 @@ double pend_ensemble_watch_bound(struct pend_ensemble *e, int i) {
     struct ensemble_seat *seat = &e->seat[i];
     double first = INFINITY;
     int arm = -1;
-    for (int k = 0; k < e->lanes.n; k++) {
+    // the place of a cart is no angle
+    for (int k = pend_terms_cart(e->lanes.terms); k < e->lanes.n; k++) {
         if (!(e->lanes.near[k] >> i & 1)) continue;
         double s = watch_cross(e, i, k);
         if (s < first) {
@@ -203,11 +204,12 @@ static void watch_theta(struct pend_ensemble *e, int i, const double x[]) {
     struct ensemble_lanes *lanes = &e->lanes;
     const struct ensemble_values values = {e->instants[3], e->instants[1], NULL};
     double largest = 0;
-    for (int at = 0; at < lanes->n * ENSEMBLE_INSTANTS; at++) {
+    int cart = pend_terms_cart(lanes->terms);
+    for (int at = cart * ENSEMBLE_INSTANTS; at < lanes->n * ENSEMBLE_INSTANTS; at++) {
         e->instants[3][at] = e->instants[0][at] + M_PI_2;
         largest = fmax(largest, fabs(e->instants[3][at]));
     }
-    for (int k = 0; k < lanes->n && largest <= PEND_TURNS_SMALL; k++)
+    for (int k = cart; k < lanes->n && largest <= PEND_TURNS_SMALL; k++)
         largest = fmax(largest, fabs(lanes->from.phi[k * lanes->width + i] + M_PI_2));
     if (largest > PEND_TURNS_SMALL) return;
     for (int k = 0; k < lanes->n; k++) {

@@ -73,7 +73,8 @@ typedef int pend_fetch_fn(void *context, long i, struct pend_member *member);
 typedef int pend_deliver_fn(void *context, long i, const struct pend_outcome *outcome);
 /**
  * Receives `count` rows of n values, those of the instants from `first` on, of member number i.
- * theta is phi + pi/2, rad, with the digits of a small swing, which phi as a double does not hold.
+ * theta is phi + pi/2, rad, with the digits of a small swing, which phi as a double does not hold;
+ * it is of no meaning for a cart, whose place phi is.
  */
 typedef void pend_rows_fn(void *context, long i, long first, int count, const double phi[],
                           const double rate[], const double force[], const double theta[]);
@@ -84,7 +85,8 @@ struct pend_ensemble_problem {
     double duration;         /* s, either sign */
     double rtol, atol;       /* as of the taylor method */
     double accuracy;         /* that horizons go by (horizon.h), > 0; 0 = nobody asks */
-    /* rad, > 0: theta = phi + pi/2 crossing bound + 2 i bound, i any integer, is noted: pi for
+    /* rad, > 0: theta = phi + pi/2 of an arm, not the place of a cart, crossing bound + 2 i bound,
+     * i any integer, is noted: pi for
      * flips, anything for a bound of one's own. Touching it inside a step counts; starting on it
      * does not. 0: not wanted. */
     double bound;

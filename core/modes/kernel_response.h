@@ -10,8 +10,9 @@
 enum { RESPONSE_LANES = 8 };
 
 /* Constants of an arm about the equilibrium. The angle of a cart, which is arm 0 then, is its place
- * on the rail in m, and so are the units of all that goes with it. Vectors have x and y in the fixed frame, and are the
- * derivative of a place by an angle: i times what the arm's frame says, turned. */
+ * on the rail in m, and so are the units of all that goes with it. Vectors have x and y in the
+ * fixed frame, and are the derivative of a place by an angle: i times what the arm's frame says,
+ * turned. */
 struct response_arm {
     int parent;
     int holder; /* the arm against which its joint turns it: the parent, or -1 for the ground */

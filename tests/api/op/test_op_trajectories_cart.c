@@ -213,9 +213,6 @@ TEST(what_does_not_take_a_cart_says_so) {
                   "{" CART ",\"times\":[0,1],\"derivatives\":[{\"vary\":\"gravity\"}]}",
                   "/derivatives", "a pendulum on a cart");
     CHECK_REFUSED(API_OP_ENSEMBLES,
-                  "{" CART ",\"duration\":1,\"observables\":[\"flips\"],\"states\":[{}]}",
-                  "/observables", "flips");
-    CHECK_REFUSED(API_OP_ENSEMBLES,
                   "{" CART
                   ",\"duration\":1,\"grid\":[{\"vary\":\"theta\",\"arm\":\"cart\",\"start\":1,"
                   "\"stop\":2,\"count\":2}]}",
