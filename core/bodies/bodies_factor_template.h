@@ -16,7 +16,6 @@
 #ifndef PEND_BODIES_FACTOR_TEMPLATE_H
 #define PEND_BODIES_FACTOR_TEMPLATE_H
 
-#include "core/bodies/bodies_arms.h"
 #include "core/bodies/bodies_number.h"
 #include "core/bodies/bodies_system.h"
 

@@ -7,6 +7,8 @@
 
 #include <assert.h>
 
+#include "core/bodies/bodies_arms.h"
+
 /* The instant that a series is expanded about, and its unit. */
 struct bodies_moment {
     num unit;       /* s, a power of two */

@@ -111,7 +111,8 @@ size_t pend_jets_bytes(const struct pend_tree *tree, const struct pend_terms *te
     if (jets_general(tree, terms))
         cut = pend_bodies_system_bytes(tree, terms, order_cap);
     else if (terms)
-        cut = jets_loads_bytes(order_cap);
+        cut = jets_loads_bytes(order_cap) +
+              (jets_loads_bodies(terms) ? pend_bodies_system_bytes(tree, terms, 1) : 0);
     else if (pend_chain_suits(tree))
         cut = pend_chain_bytes(tree);
     else if (jets_levels(tree))
@@ -156,6 +157,15 @@ static void jets_bodies_of(struct pend_jets *jets, const struct pend_loads *load
     jets->general = 1;
 }
 
+/* the arrays in which the quick kernels factorize bodies */
+static void jets_loads_shaped(struct pend_jets *jets, const struct pend_loads *loads,
+                              void *memory) {
+    pend_bodies_system(&jets->bodies, jets->tree, loads, 1, memory);
+    jets->bodies.cosine = jets->system.cosine;
+    jets->bodies.sine = jets->system.sine;
+    jets->loads.bodies = &jets->bodies;
+}
+
 void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
                     const struct pend_loads *loads, int order_cap, void *memory) {
     int general = jets_general(tree, loads->terms);
@@ -182,6 +192,8 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
     } else if (loads->terms) {
         jets_loads_lay(&jets->loads, tree, loads->terms, order_cap, cut);
         jets->system.loads = &jets->loads;
+        if (jets_loads_bodies(loads->terms))
+            jets_loads_shaped(jets, loads, (char *)cut + jets_loads_bytes(order_cap));
     } else if (pend_chain_suits(tree)) {
         pend_chain_init(&jets->chain, tree, cut);
         jets->system.chain = &jets->chain;

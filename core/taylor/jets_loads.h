@@ -1,5 +1,6 @@
-/* What a real pendulum of point masses has beside the series of an ideal one: torques between arms,
- * and the acceleration of its pivot. The quick kernels take these.
+/* What a real pendulum has beside the series of an ideal one: torques between arms, the
+ * acceleration of its pivot, and, of few arms, bodies in place of point masses. The quick kernels
+ * take these.
  * Leaves to others: the arithmetic (loads_template, small_loads_template), pendulums with anything
  * else (jets_bodies).
  * Invariant: which terms there are decides, not their numbers, so that all members of an ensemble
@@ -45,21 +46,26 @@ struct loads_moment {
     double time, late; /* s, the request's own time as a sum of two */
 };
 
+struct bodies_system;
+
 struct jets_loads {
     const struct pend_terms *terms;
     const double *value; /* of the terms, those of the expansion at hand */
     int couples;         /* torques act between arms */
     int springs, losses; /* among them those of springs and of friction */
     int drives, moves;   /* harmonics among the torques; the pivot moves */
-    int orders;          /* of the forces, whose real parts in fixed axes stand where lambda will */
-    double *bend;        /* angles to the parents, of the first arm to the vertical */
+    int orders;          /* of the forces, whose real parts in fixed axes stand where lambda will;
+                          * of bodies those of G over the arms' lengths, but for order 0 */
+    struct bodies_system *bodies; /* of masses that are not points at tips, or of arms that hang
+                                   * elsewhere: their numbers and factorization; else NULL */
+    double *bend;                 /* angles to the parents, of the first arm to the vertical */
 #define X(name) double *name;
     LOADS_ROWS(X) LOADS_SERIES(X)
 #undef X
 };
 
 /**
- * Non-zero if the quick kernels know all terms of a real pendulum: point masses at the tips of
+ * Non-zero if the quick kernels know all terms of a pendulum of points: masses at the tips of
  * massless arms, at which the other arms hang, with springs, viscous friction and torques in the
  * joints and a pivot that moves as it is told, and nothing else. O(1).
  */
@@ -75,9 +81,28 @@ static inline int jets_loads_known(const struct pend_terms *terms) {
     return 1;
 }
 
+/** Non-zero if row r of the terms says where masses are, or where arms hang. O(1). */
+static inline int jets_loads_shape(int r) {
+    return r == PEND_TERM_ROD || r == PEND_TERM_BODY || r == PEND_TERM_CENTER_X ||
+           r == PEND_TERM_CENTER_Y || r == PEND_TERM_INERTIA || r == PEND_TERM_AT_X ||
+           r == PEND_TERM_AT_Y;
+}
+
+/** Non-zero if masses of a real pendulum are not all points at tips, or arms hang elsewhere. O(1).
+ */
+static inline int jets_loads_bodies(const struct pend_terms *terms) {
+    for (int r = 0; r < PEND_TERM_ROWS; r++)
+        if (terms->row[r] >= 0 && jets_loads_shape(r)) return 1;
+    return 0;
+}
+
 /** Non-zero if the quick kernels of one tree take it, which has few arms. O(1). */
 static inline int jets_loads_suit(const struct pend_tree *tree, const struct pend_terms *terms) {
-    return tree->n <= 8 && jets_loads_known(terms);
+    if (tree->n > 8) return 0;
+    struct pend_terms points = *terms; // what would be left with points at the tips
+    for (int r = 0; r < PEND_TERM_ROWS; r++)
+        if (jets_loads_shape(r)) points.row[r] = -1;
+    return jets_loads_known(&points);
 }
 
 #endif

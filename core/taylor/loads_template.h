@@ -7,6 +7,7 @@
 
 #include <string.h>
 
+#include "core/bodies/bodies_factor_template.h"
 #include "core/bodies/bodies_number.h"
 #include "core/taylor/jets_loads.h"
 #include "core/taylor/jets_system.h"
@@ -115,7 +116,8 @@ static void loads_begin(const struct jets_system *s, const double *value,
     struct jets_loads *loads = s->loads;
     loads->value = value;
     loads_pivot(s, now, loads->moves ? order : 1);
-    loads_lift(s, loads->moves ? order : 1);
+    if (!loads->bodies) loads_lift(s, loads->moves ? order : 1);
+    if (loads->bodies) loads->bodies->value = value;
     if (loads->couples) loads_torques(s, now, order, from);
 }
 

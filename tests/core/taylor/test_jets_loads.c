@@ -1,6 +1,6 @@
-/* Tests of the quick kernels of real pendulums (core/taylor/jets_loads): torques between arms and a
- * driven pivot, on all small trees, against quadruple precision and against the general kernel.
- * Leaves to others: ideal pendulums (test_jets), steps and runs (test_bodies_quad,
+/* Tests of the quick kernels of real pendulums (core/taylor/jets_loads): torques between arms, a
+ * driven pivot and bodies, on all small trees, against quadruple precision and against the general
+ * kernel. Leaves to others: ideal pendulums (test_jets), steps and runs (test_bodies_quad,
  * test_real_pendulums).
  * Invariant: residuals are relative to the largest value among the arms. */
 #include "core/taylor/jets_loads.h"
@@ -18,7 +18,8 @@
 enum { ARMS = 16, ORDER = 20 };
 
 static const unsigned loads[] = {TEST_TERMS_SPRINGS, TEST_TERMS_DAMPING, TEST_TERMS_TORQUES,
-                                 TEST_TERMS_PIVOT};
+                                 TEST_TERMS_PIVOT, TEST_TERMS_RODS};
+enum { LOADS = sizeof loads / sizeof *loads };
 
 /* a state and the series about it */
 struct scene {
@@ -45,8 +46,7 @@ static void scene_open(struct scene *s, const struct test_tree *t, const struct 
     pend_jets_forces(&s->jets, ORDER);
 }
 
-/* the same pendulum with rods of no mass, which only the general kernel takes: their numbers are
- * the first of the list */
+/* the same pendulum in air of no drag, which only the general kernel takes */
 struct twin {
     struct pend_terms *terms;
     double *value;
@@ -55,16 +55,25 @@ struct twin {
 
 static void twin_open(struct twin *twin, const struct test_bodies *b) {
     const struct pend_terms *own = b->terms;
-    unsigned char rows[PEND_TERM_ROWS] = {[PEND_TERM_ROD] = 1}, ones[PEND_TERM_ONES] = {0};
+    unsigned char rows[PEND_TERM_ROWS] = {[PEND_TERM_DRAG] = 1}, ones[PEND_TERM_ONES] = {0};
     int drives[8], place[8];
+    size_t bytes = (size_t)own->n * sizeof(double);
     for (int r = 0; r < PEND_TERM_ROWS; r++) rows[r] |= own->row[r] >= 0;
     for (int i = 0; i < PEND_TERM_ONES; i++) ones[i] = own->one[i] >= 0;
     for (int i = 0; i < own->harmonics; i++) drives[i] = own->harmonic[i].drives;
     if (pend_terms_new(&twin->terms, own->n, rows, ones, own->harmonics, drives, place) != PEND_OK)
         abort();
+    memcpy(twin->terms->hung, own->hung, (size_t)own->n);
     twin->value = calloc((size_t)twin->terms->count, sizeof(double));
     if (!twin->value) abort();
-    memcpy(twin->value + own->n, b->value, (size_t)own->count * sizeof(double));
+    for (int r = 0; r < PEND_TERM_ROWS; r++)
+        if (own->row[r] >= 0)
+            memcpy(twin->value + twin->terms->row[r], b->value + own->row[r], bytes);
+    for (int i = 0; i < PEND_TERM_ONES; i++)
+        if (own->one[i] >= 0) twin->value[twin->terms->one[i]] = b->value[own->one[i]];
+    for (int i = 0; i < own->harmonics; i++)
+        memcpy(twin->value + twin->terms->harmonic[i].at, b->value + own->harmonic[i].at,
+               3 * sizeof(double));
     twin->loads = (struct pend_loads){b->loads.gravity, twin->terms, twin->value};
 }
 
@@ -130,13 +139,25 @@ static void series_errors(struct errors *worst, int n, const struct scene *s,
     keep(&worst->heat, fabs(sum_of(s->heat, 1, ORDER - 1, x) - heat) / scale);
 }
 
+/* spreads the masses of rods and bodies over 10^±decades */
+static void bodies_spread(const struct test_bodies *b, double decades, unsigned long long *seed) {
+    const int *row = b->terms->row;
+    for (int k = 0; k < b->terms->n && row[PEND_TERM_ROD] >= 0; k++) {
+        double body = pow(10, decades * (2 * test_random(seed) - 1));
+        b->value[row[PEND_TERM_ROD] + k] *= pow(10, decades * (2 * test_random(seed) - 1));
+        b->value[row[PEND_TERM_BODY] + k] *= body;
+        b->value[row[PEND_TERM_INERTIA] + k] *= body;
+    }
+}
+
 static void pendulum_errors(struct errors *worst, const struct test_tree *t, unsigned what,
-                            enum pend_isa isa, unsigned long long *seed) {
+                            double decades, enum pend_isa isa, unsigned long long *seed) {
     struct test_bodies b;
     struct twin twin;
     struct scene quick, general;
     double unit = what % 3 ? 0.0625 : -0.0625;
     test_bodies_random(&b, t->tree, what, seed);
+    if (decades > 0) bodies_spread(&b, decades, seed);
     twin_open(&twin, &b);
     scene_open(&quick, t, &b.loads, unit, isa);
     scene_open(&general, t, &twin.loads, unit, isa);
@@ -161,11 +182,11 @@ TEST(quick_kernels_have_the_series_of_the_general_one_with_any_loads_on_all_smal
         for (int i = 0, more = 1; more; i++, more = test_parents_next(n, parent)) {
             if (n > 6 && i % 97) continue;
             unsigned what = 0;
-            for (int bit = 0; bit < 4; bit++)
-                if ((trees % 15 + 1) >> bit & 1) what |= loads[bit];
+            for (int bit = 0; bit < LOADS; bit++)
+                if ((trees % 31 + 1) >> bit & 1) what |= loads[bit];
             struct test_tree t;
             test_tree_init(&t, n, parent, 0.3, &seed);
-            pendulum_errors(&worst, &t, what, (enum pend_isa)(trees % (pend_isa_best() + 1)),
+            pendulum_errors(&worst, &t, what, 0, (enum pend_isa)(trees % (pend_isa_best() + 1)),
                             &seed);
             test_tree_clear(&t);
             trees++;
@@ -180,6 +201,21 @@ TEST(quick_kernels_have_the_series_of_the_general_one_with_any_loads_on_all_smal
     CHECK_RESIDUAL(worst.heat, 1e-14, "heat within a step against the general kernel");
 }
 
+TEST(quick_kernels_keep_the_digits_of_bodies_whose_masses_differ_by_many_decades) {
+    unsigned long long seed = 4;
+    struct errors worst = {0};
+    for (int i = 0; i < 200; i++) {
+        struct test_tree t;
+        test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), 2 + i % 7, 4, &seed);
+        pendulum_errors(&worst, &t, TEST_TERMS_RODS, 4, pend_isa_best(), &seed);
+        test_tree_clear(&t);
+    }
+    CHECK_RESIDUAL(worst.acc, 1e-13, "phi'' against quadruple precision");
+    CHECK_RESIDUAL(worst.force, 1e-12, "lambda against quadruple precision");
+    CHECK_RESIDUAL(worst.rates, 1e-13, "rates within a step against the general kernel");
+    CHECK_RESIDUAL(worst.forces, 1e-12, "lambda within a step against the general kernel");
+}
+
 TEST(quick_kernels_with_loads_have_the_same_bits_in_avx2_and_avx512) {
     unsigned long long seed = 2;
     enum pend_isa best = pend_isa_best(), least = best < PEND_ISA_AVX2 ? best : PEND_ISA_AVX2;
@@ -188,7 +224,7 @@ TEST(quick_kernels_with_loads_have_the_same_bits_in_avx2_and_avx512) {
         struct test_bodies b;
         struct scene one, other;
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), 1 + i % 8, 0.3, &seed);
-        test_bodies_random(&b, t.tree, loads[i % 4] | loads[i / 4 % 4], &seed);
+        test_bodies_random(&b, t.tree, loads[i % LOADS] | loads[i / LOADS % LOADS], &seed);
         scene_open(&one, &t, &b.loads, 0.0625, least);
         scene_open(&other, &t, &b.loads, 0.0625, best);
         int differ = memcmp(one.work, other.work, sizeof one.work) != 0 ||
@@ -224,7 +260,8 @@ TEST(quick_kernels_take_no_pendulum_with_any_other_term) {
         taken += jets_loads_suit(t.tree, terms);
         pend_terms_free(&terms);
     }
-    // damping, stiffness and rest, torque, and the two of the pivot's acceleration
-    CHECK_INT(taken, 6);
+    // all that say where masses are and where arms hang, damping, stiffness and rest, torque, and
+    // the two of the pivot's acceleration
+    CHECK_INT(taken, 7 + 6);
     test_tree_clear(&t);
 }
