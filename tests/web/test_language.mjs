@@ -21,6 +21,10 @@ export async function the_page_speaks_each_of_its_languages_and_asks_for_no_othe
     assert.ok((await asked(page)).every((path) => path.includes(`/text/${language}/`) || path.endsWith("/text/languages.js") || path.endsWith("/text/en/page.js")), (await asked(page)).join(" "));
     await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(3.3); pendulumd.edits.select(3); });
     await drawn(page);
+    const seen = await page.evaluate(() => [document.body.innerText, ...[...document.querySelectorAll("[aria-label], [title]")]
+      .flatMap((element) => [element.ariaLabel, element.title])].join("\n"));
+    const bare = seen.match(/\b(?:arm|time|legend|drawer|preset|presets|plots|kit|help|said|step|failure)\.[a-z.]+/g);
+    assert.equal(bare, null, `${language}: keys are shown: ${bare}`);
     const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
     assert.ok(wide <= 0, `${language}: ${wide} pixels too wide`);
     await rig.shot(page, `language-${language}`);

@@ -2,8 +2,6 @@
 
 import assert from "node:assert/strict";
 import { close, drawn } from "./rig.mjs";
-import de from "../../server/web/text/de/page.js";
-import en from "../../server/web/text/en/page.js";
 
 export const rig = { sources: false };
 
@@ -65,32 +63,6 @@ export async function the_page_fills_a_projector(rig) {
   await drawn(page);
   await rig.shot(page, "projector");
   await close(page);
-}
-
-export async function the_page_speaks_german(rig) {
-  const page = await rig.open({ language: "de-DE" });
-  assert.equal(await page.textContent("h1"), de.name);
-  await page.selectOption(".tongue", "en");
-  await page.waitForFunction((name) => document.querySelector("h1").textContent === name, en.name);
-  await page.selectOption(".tongue", "de");
-  await page.waitForFunction((name) => document.querySelector("h1").textContent === name, de.name);
-  await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(3.3); pendulumd.edits.select(3); });
-  await page.waitForSelector('[data-preset="mobile"]:not([disabled])');
-  await rig.shot(page, "german");
-  await close(page);
-}
-
-export async function no_word_is_missing(rig) {
-  for (const locale of ["en", "de"]) {
-    const page = await rig.open({ language: locale });
-    await page.waitForSelector('[data-preset="mobile"]');
-    await page.evaluate(() => pendulumd.edits.select(1));
-    const seen = await page.evaluate(() => [document.body.innerText, ...[...document.querySelectorAll("[aria-label], [title]")]
-      .flatMap((element) => [element.ariaLabel, element.title])].join("\n"));
-    const bare = seen.match(/\b(?:arm|time|legend|drawer|preset|presets|help|said|step|failure)\.[a-z.]+/g);
-    assert.equal(bare, null, `keys are shown: ${bare}`);
-    await close(page);
-  }
 }
 
 export async function all_of_the_page_is_smaller_than_320_kB(rig) {

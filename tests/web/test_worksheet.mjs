@@ -5,6 +5,7 @@ import { readFileSync, readdirSync } from "node:fs";
 import { violations } from "./axe.mjs";
 import { openDrawer } from "./drawers.mjs";
 import { ROOT, close } from "./rig.mjs";
+import { LANGUAGES } from "../../server/web/text/languages.js";
 import { arms, hasArms, join, teach } from "./room.mjs";
 
 export const rig = { store: true, sources: false };
@@ -78,13 +79,14 @@ export async function every_worksheet_of_ours_is_one_that_a_room_takes(rig) {
   const token = await page.evaluate(() => JSON.parse(localStorage.getItem("pendulumd.rooms"))[0].token);
   const folder = `${ROOT}server/web/sheets/`;
   const names = readdirSync(folder);
-  assert.equal(names.length, 12);
+  assert.equal(names.length, 6 * Object.keys(LANGUAGES).length);
   for (const name of names) {
     const body = readFileSync(folder + name, "utf8");
     const reply = await fetch(`${rig.url}/v1/classes/${code}/worksheets/${name.replace(".json", "").replace(".", "-")}`,
       { method: "PUT", headers: { "Content-Type": "application/json", "Class-Token": token }, body });
     assert.equal(reply.status, 200, `${name}: ${await reply.text()}`);
-    for (const { scene } of JSON.parse(body).steps) {
+    // scenes are the same in every language (words.mjs)
+    for (const { scene } of name.includes(".en.") ? JSON.parse(body).steps : []) {
       if (!scene) continue;
       const motion = await fetch(`${rig.url}/v1/trajectories`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(scene.request) });
       assert.equal(motion.status, 200, `${name}: ${await motion.text()}`);

@@ -5,4 +5,8 @@
 export const LANGUAGES = {
   en: "English",
   de: "Deutsch",
+  fr: "Français",
+  es: "Español",
+  nl: "Nederlands",
+  tr: "Türkçe",
 };
