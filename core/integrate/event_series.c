@@ -44,7 +44,7 @@ void pend_event_series_force(const struct event_step *step, int k, double out[EV
     event_scale(step, step->series.jets->force, k, step->series.order, 0, inverse * inverse, out);
 }
 
-/* adds p e^{i phi} of arm k: u' = i phi' u */
+/* adds p e^{i phi} of arm k, whose derivative is u' = i phi' u */
 static void event_turn(const struct event_step *step, int k, double complex p,
                        double complex out[EVENT_TERMS]) {
     double phi[EVENT_TERMS];

@@ -10,11 +10,11 @@
 #include "core/taylor/jets.h"
 #include "core/tree/turns.h"
 
-/* hits of a condition and its two bounds; orders of places beyond those of angles, which they are
- * functions of */
+/* the most hits of a condition and its two bounds in a step, and the orders by which series of
+ * places exceed those of the angles, which places are functions of */
 enum { HITS_A_STEP = 2 * (PEND_ROOTS_DEGREE + 1), BEYOND = 6 };
 
-/* rounding errors of a quantity at the start, in parts of it */
+/* rounding errors of a quantity at the start, relative to it */
 static const double start_slack = 1e-14;
 
 /* what is known of a condition between steps */
@@ -27,11 +27,11 @@ struct pend_events {
     struct pend_events_problem problem;
     int n;
     void *stepper;
-    double reached;   /* s: the end of the last step */
+    double reached;   /* s, the end of the last step */
     double stopped;   /* s; NaN = not yet */
     int begun, ended; /* a step was taken; nothing more is to be told */
-    int queued, next; /* of the step's hits, and the next to be told */
-    double *room;     /* for energies, or NULL */
+    int queued, next; /* the hits of the step, and the next of them to be told */
+    double *room;     /* memory for the energies' series, or NULL */
     double kinetic[EVENT_TERMS], potential[EVENT_TERMS]; /* of the step, if there is room */
     struct events_watch *watch;
     struct pend_hit *queue; /* count HITS_A_STEP */

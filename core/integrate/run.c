@@ -196,8 +196,8 @@ static enum pend_status run_fail(struct pend_run *run, struct pend_error *error,
 
 /* ---- steps */
 
-/* the same of a real pendulum: the drift of the energy less what was given and plus what was lost,
- * over a scale that grows with what there is */
+/* the drift of a real pendulum: its energy less what was given and plus what was lost, over a
+ * scale that grows with what there is */
 static void run_balance(struct pend_run *run) {
     const struct pend_problem *problem = &run->problem;
     struct run_ends *ends = &run->ends;
@@ -236,7 +236,7 @@ static void run_weigh(struct pend_run *run) {
     ends->count = 0;
 }
 
-/* the time of the end of a step, and what was given and lost by then */
+/* notes the time of the end of a step, and what was given and lost by then */
 static void run_note(struct pend_run *run) {
     struct run_ends *ends = &run->ends;
     int i = ends->count;

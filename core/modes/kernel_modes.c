@@ -104,7 +104,7 @@ INLINE void probe_group(const struct pend_laplacian *laplacian, struct tally *re
         case 0: /* inside a chain, or the first sibling with arms on it */
             probe_node(&tally, &pulls, spring[k], mass[k], pairs);
             break;
-        case PEND_TURN_LEAF: /* a new branch begins; what is under way waits */
+        case PEND_TURN_LEAF: /* a new branch begins, while the sums of its sibling wait */
             stack[top++] = pulls;
             pulls = (struct pulls){0};
             probe_node(&tally, &pulls, spring[k], mass[k], pairs);
@@ -162,7 +162,7 @@ struct twist {
     lanes *tip;   /* sums over later siblings; then 1 / (u + c); then x */
 };
 
-/* leaves inwards */
+/* the sweep from the leaves inwards */
 static void twist_up(const struct pend_laplacian *laplacian, lanes shift, struct twist w) {
     lanes stack[PEND_LAPLACIAN_STACK], pull = {0};
     int top = 0;
@@ -183,7 +183,7 @@ static void twist_up(const struct pend_laplacian *laplacian, lanes shift, struct
     }
 }
 
-/* root outwards; returns the node with the smallest |gamma| / m of every lane */
+/* the sweep from the root outwards; returns the node with the smallest |gamma| / m of every lane */
 static masks twist_down(const struct pend_laplacian *laplacian, lanes shift, struct twist w) {
     const int *parent = laplacian->parent, *end = laplacian->end;
     lanes least = kernel_all(INFINITY), least_mass = kernel_all(1);
@@ -215,7 +215,7 @@ static masks twist_down(const struct pend_laplacian *laplacian, lanes shift, str
     return at;
 }
 
-/* from the twist to the pivot, one lane: x in tip, y = x - x_parent in above */
+/* goes from the twist of one lane to the pivot: x into tip, y = x - x_parent into above */
 static void twist_climb(const struct pend_laplacian *laplacian, struct twist w, int k, int lane) {
     double x = 1;
     for (;; k = laplacian->parent[k]) {
@@ -258,7 +258,8 @@ INLINE void twist_store(const lanes given[WIDTH], int k, double *row[]) {
     for (int i = 0; i < WIDTH; i++) memcpy(row[i] + k, &node[i], sizeof node[i]);
 }
 
-/* from the climbed ways into all other branches; angles go to their rows; returns sum m x^2 */
+/* spreads x from the climbed ways into all other branches and writes the angles to their rows;
+ * returns sum m x^2 */
 static lanes twist_spread(const struct pend_laplacian *laplacian, struct twist w, masks at,
                           double *row[]) {
     const int *end = laplacian->end;

@@ -36,7 +36,7 @@ VEC_INLINE num fine_pull(num t, double spring) {
     return num_div(num_mul(t, num_of(spring)), fine_pivot(t, spring));
 }
 
-/* leaves inwards */
+/* the sweep from the leaves inwards */
 static void fine_up(const struct pend_laplacian *laplacian, num minus_shift, struct fine w) {
     num stack[PEND_LAPLACIAN_STACK], pull = num_of(0);
     int top = 0;
@@ -54,7 +54,8 @@ static void fine_up(const struct pend_laplacian *laplacian, num minus_shift, str
     }
 }
 
-/* root outwards; returns the node with the smallest |gamma| / m of every lane, and gamma there */
+/* the sweep from the root outwards; returns the node with the smallest |gamma| / m of every lane,
+ * and gamma there */
 static wide_mask fine_down(const struct pend_laplacian *laplacian, num minus_shift, struct fine w,
                            wide *gamma) {
     wide least = wide_of(INFINITY), least_mass = wide_of(1);
@@ -89,7 +90,7 @@ static wide_mask fine_down(const struct pend_laplacian *laplacian, num minus_shi
     return at;
 }
 
-/* from the twists to the pivot */
+/* goes from the twists to the pivot */
 static void fine_climb(const struct pend_laplacian *laplacian, struct fine w, wide_mask at) {
     num x = num_of(1);
     for (int k = laplacian->n - 1; k >= 0; k--) {
@@ -102,7 +103,8 @@ static void fine_climb(const struct pend_laplacian *laplacian, struct fine w, wi
     }
 }
 
-/* from the climbed ways into all other branches; angles go to their rows; returns sum m x^2 */
+/* spreads x from the climbed ways into all other branches and writes the angles to their rows;
+ * returns sum m x^2 */
 static wide fine_spread(const struct pend_laplacian *laplacian, struct fine w, wide_mask at,
                         double *row[]) {
     wide total = {0};

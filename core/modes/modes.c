@@ -26,7 +26,7 @@ struct mode {
     int row; /* of the first occurrence in the result; below 0 if that is not selected */
 };
 
-/* the step that comes next; the order is the order of work */
+/* the step that comes next; the phases follow each other in this order */
 enum phase {
     PHASE_VALUES,
     PHASE_ROWS,
@@ -43,7 +43,7 @@ struct pend_modes_search {
     const struct pend_tree *tree;
     struct pend_spectrum *spectrum;
     enum phase phase;
-    int part;    /* PHASE_VALUES: under way */
+    int part;    /* the part whose eigenvalues are under way, in PHASE_VALUES */
     int *first;  /* for each part, its first index in value[]; one more entry ends the last part */
     int *number; /* for each part, the number of its first computed eigenvalue */
     double *value; /* the computed eigenvalues, signed, ascending in each part */
@@ -55,14 +55,14 @@ struct pend_modes_search {
     struct pend_modes *modes;
     int *lead;   /* for each row, the first arm that moves, the caller's number; -1 if that is not
                     known */
-    int at, end; /* PHASE_VECTORS, _SPREAD: the modes of one part */
+    int at, end; /* the modes of the part under way, in PHASE_VECTORS and PHASE_SPREAD */
     int low;     /* index of the first of their vectors */
-    int row;     /* PHASE_SPREAD: number of occurrences done; from PHASE_STAND on: next row */
+    int row; /* the number of occurrences done in PHASE_SPREAD; the next row from PHASE_STAND on */
     struct pend_vectors *vectors;
     double **vector, *room;
 };
 
-/* the search between two calls */
+/* checks the state of a search between two calls */
 PEND_VALIDATOR modes_search_valid(const struct pend_modes_search *s) {
     const struct pend_modes_request *r = &s->request;
     int parts = s->spectrum->symmetry->part_count;

@@ -52,7 +52,7 @@ static int symmetry_by_kind(const void *a, const void *b) {
     return symmetry_order(&((const struct found *)a)->kind, &((const struct found *)b)->kind);
 }
 
-/* few siblings are the rule */
+/* an insertion sort, because siblings are few */
 static void symmetry_sort(struct branch sibling[], int count) {
     if (count > 16) {
         qsort(sibling, (size_t)count, sizeof *sibling, symmetry_by_branch);
@@ -182,7 +182,7 @@ static int symmetry_parts(struct finder *f, int place[], int at[]) {
     return 1;
 }
 
-/* nothing is alike: one part, every arm in its own place */
+/* makes the symmetry of a tree without like branches: one part, every arm in its own place */
 static void symmetry_none(struct pend_symmetry *s) {
     s->part[0] = (struct pend_part){0, s->tree->n, 1, 0};
     s->part_count = 1;
@@ -194,7 +194,7 @@ static void symmetry_none(struct pend_symmetry *s) {
     }
 }
 
-/* the most like branches there can be: all children but the only ones */
+/* bounds the number of like branches: all children that have siblings */
 static int symmetry_bound(const struct pend_tree *tree) {
     int bound = 0;
     for (int k = 1; k < tree->n; k++)

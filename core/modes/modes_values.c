@@ -136,7 +136,7 @@ static void values_space(double lo, double hi, int count, double shift[]) {
     }
 }
 
-/* the next shifts for a span of several, ascending; returns how many */
+/* chooses the next shifts for a span of several eigenvalues, ascending; returns their number */
 static int values_split(struct span *span, int room, double shift[]) {
     double lo, hi;
     int several = span->hi.below - span->lo.below;
@@ -208,7 +208,7 @@ static void values_cut(struct pend_values *v, const struct span *span, int count
     if (from && below == most) return;
     struct span part = {from ? values_end(from, n, 1) : span->lo, span->hi, span->rest,
                         span->tries};
-    /* nothing changed: no number is left between the ends */
+    /* no shift separates anything: no double is left between the ends */
     if (!from && count) {
         values_finish(v, &part, values_middle(part.lo.at, part.hi.at));
         return;

@@ -27,25 +27,25 @@ enum { VECTORS_PIECE = 64 };
 /* The state of the orthogonalization of vector `number`, of norm 1: passes of projection until no
  * component along the others remains, and inverse iteration if too little of the vector remains. */
 struct settling {
-    int first; /* of those that it is made orthogonal to */
-    int next;  /* the first that this pass has not come to */
+    int first; /* the first vector that this one is made orthogonal to */
+    int next;  /* the first vector that this pass has not reached */
     int pass, try;
-    int due; /* so many more iterations, whatever is left: a random start has a part of every mode
-              */
-    double squares; /* of the parts that this pass took out */
-    double left;    /* how much of the vector was left, 1 when all */
+    int due; /* iterations that follow whatever is left of the vector, because a random start has a
+              * component along every mode */
+    double squares; /* the sum of the squares of the components that this pass removed */
+    double left;    /* the norm that was left of the vector; 1 when nothing was removed */
 };
 
 struct pend_vectors {
     const struct pend_laplacian *laplacian;
     const double *value;
     int lead, count;
-    int twisted; /* so many have been through the twisted factorization */
-    int number;  /* the vector under way */
+    int twisted; /* the number of vectors that the twisted factorization has computed */
+    int number;  /* the number of the vector under way */
     struct settling settling;
     int begin;           /* the first vector that is near by the wider measure */
-    int begin_fine;      /* by the narrower one */
-    int coarse;          /* the first from `begin` on that is not computed finely */
+    int begin_fine;      /* the first vector that is near by the narrower measure */
+    int coarse;          /* the first vector from `begin` on that is not computed finely */
     unsigned char *fine; /* for each vector, non-zero when it is computed finely */
     double **vector;
     double *tips; /* tip displacements of the last `rows` vectors, vector k in row k % rows */
@@ -157,7 +157,7 @@ static void vectors_iterate(struct pend_vectors *v, double shift, int number) {
         x[k] = (load[k] - pivot[k] * from) / d / l->len[k];
         tip[k] = (load[k] + l->spring[k] * from) / d;
     }
-    /* what counts is where the angles, as they were rounded, bring the tips */
+    /* the orthogonalization takes the tip displacements to which the rounded angles lead */
     for (int k = 0; k < l->n; k++) tip[k] = (k ? tip[l->parent[k]] : 0) + l->len[k] * x[k];
     vectors_scale(v, number);
 }
@@ -173,7 +173,7 @@ static void vectors_start(int n, int number, double x[]) {
     }
 }
 
-/* one more pass over all neighbours */
+/* begins one more pass over all neighbours */
 static void settling_pass(struct settling *s, int pass) {
     s->pass = pass;
     s->next = s->first;
@@ -197,7 +197,7 @@ static int vectors_settle(struct pend_vectors *v, enum pend_status *status) {
         if (!(s->left > 1e-3)) *status = PEND_NO_CONVERGENCE;
         return 1;
     }
-    /* parallel to the others: begin anew */
+    /* the vector was parallel to the others, and begins anew */
     if (s->try == 0 && !(s->left > 1e-6)) {
         vectors_start(v->laplacian->n, v->number, vectors_tip(v, v->number));
         s->due = 2;
@@ -235,8 +235,8 @@ static void vectors_twist(struct pend_vectors *v, int begin) {
         kernel->vectors(v->laplacian, shift, v->lead, v->work, target, tips ? tip : NULL);
 }
 
-/* says which vectors are to be computed finely: all that are made together with one in a crowd;
- * true when there are */
+/* marks the vectors that are to be computed finely: all that are computed together with one in a
+ * crowd; returns true when there are any */
 static int vectors_crowds(struct pend_vectors *v, int lanes) {
     int any = 0;
     for (int number = 0, low = 0, high = 0; number < v->count; number++) {
@@ -250,7 +250,7 @@ static int vectors_crowds(struct pend_vectors *v, int lanes) {
     return any;
 }
 
-/* the largest number of vectors that one is to be made orthogonal to, and those between */
+/* returns the largest number of vectors that one is made orthogonal to, those between included */
 static int vectors_window(struct pend_vectors *v) {
     int window = 0;
     for (int number = 1; number < v->count; number++) {
@@ -286,7 +286,7 @@ enum pend_status pend_vectors_new(struct pend_vectors **vectors,
     return PEND_OK;
 }
 
-/* to the next vector */
+/* goes on to the next vector */
 static void vectors_next(struct pend_vectors *v) {
     if (++v->number == v->count) return;
     v->settling = (struct settling){.first = vectors_first(v, v->number), .left = 1};
@@ -302,7 +302,7 @@ enum pend_status pend_vectors_step(struct pend_vectors *v, int *done) {
     } else if (v->number < v->count && vectors_settle(v, &status)) {
         vectors_next(v);
     }
-    /* those without neighbours are complete */
+    /* vectors without neighbours are complete */
     while (v->number < v->count && v->number < v->twisted && v->settling.first == v->number)
         vectors_next(v);
     *done = v->number == v->count;

@@ -17,9 +17,10 @@ static const double near = 1e-7;
 struct still_arm {
     double mass, inertia;
     double moment[2]; /* i h */
-    double point[2];  /* i p u: how its joint moves with the parent's angle */
+    double point[2];  /* i p u, the displacement of the arm's joint per angle of its parent */
     double back;      /* g, with the springs of all joints that turn the arm */
-    double spring;    /* k, to the arm that it turns against; 0 against the ground */
+    double spring;    /* k, the stiffness of the spring to the arm that it turns against; 0 where it
+                       * turns against the ground */
 };
 
 /* an arm of a factorization */
@@ -34,7 +35,7 @@ struct still_form {
 
 struct pend_still {
     const int *parent;
-    int n, found; /* eigenvalues and vectors so far */
+    int n, found; /* the number of eigenvalues, and of vectors found so far */
     int bracketed;
     double *low, *high;   /* n: brackets of the eigenvalues */
     double *load, *joint; /* n; 2 n: of a solution */
@@ -43,7 +44,7 @@ struct pend_still {
     struct still_form *form;
 };
 
-/* a body's first moment as it lies, times i */
+/* turns a body's first moment into its direction and multiplies it by i */
 static void still_lie(const double moment[2], double complex turn, double out[2]) {
     double complex m = I * (moment[0] + I * moment[1]) * turn;
     out[0] = creal(m), out[1] = cimag(m);
@@ -177,7 +178,7 @@ int pend_still_below(struct pend_still *still, double s) {
     return count[0];
 }
 
-/* brackets of all: powers of two between which all eigenvalues are */
+/* brackets all eigenvalues between powers of two */
 static void still_bracket(struct pend_still *still) {
     double low = -1, high = 1;
     while (high < 0x1p1000 && pend_still_below(still, high) < still->n) high *= 4;
