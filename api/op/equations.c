@@ -41,6 +41,7 @@ enum pend_status api_equations_new(struct api_equations **equations, const struc
         made->phi[i] = start->phi[k];
         made->rate[i] = start->rate[k];
     }
+    if (tree->cart) made->cart[0] = start->phi[0], made->cart[1] = start->rate[0];
     for (size_t i = 0; i < n; i++)
         if (!isfinite(made->phi[i]) || !isfinite(made->rate[i])) {
             api_equations_free(equations);

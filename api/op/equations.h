@@ -23,13 +23,14 @@ struct api_equations {
     int *place;            /* the stored arms, by which the terms count */
     double *length, *mass; /* m, kg */
     double *phi, *rate;    /* the start, rad and rad/s */
+    double cart[2];        /* of a cart, m and m/s */
 };
 
 /**
  * Copies a tree, its loads and its start.
  *
  * equations  out; NULL on failure; ends with api_equations_free.
- * tree       must outlive the copy; without a cart.
+ * tree       must outlive the copy.
  * start      one state of the tree.
  *
  * PEND_NO_MEMORY

@@ -4,51 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/op/equations_cart.h"
 #include "api/op/terms_write.h"
-
-/* What a pendulum has, as bits. */
-enum real_have {
-    REAL_JOINTS = 1, /* torques of springs, friction or motors */
-    REAL_SPRINGS = 2,
-    REAL_DAMPING = 4,
-    REAL_FRICTION = 8,
-    REAL_TORQUE = 16, /* constant ones */
-    REAL_DRIVES = 32, /* harmonics of torques */
-    REAL_PIVOT = 64,  /* a pivot that moves */
-    REAL_AIR = 128,
-    REAL_MIST = 256 /* drag per mass */
-};
-
-/* a piece of text where the pendulum has all of `need` and none of `lack` */
-struct real_piece {
-    unsigned need, lack;
-    const char *text;
-};
-
-static unsigned real_have(const struct api_equations *e) {
-    const struct pend_terms *terms = e->loads.terms;
-    const int *row = terms->row, *one = terms->one;
-    unsigned have = 0;
-    if (row[PEND_TERM_STIFFNESS] >= 0) have |= REAL_SPRINGS;
-    if (row[PEND_TERM_DAMPING] >= 0) have |= REAL_DAMPING;
-    if (row[PEND_TERM_FRICTION] >= 0) have |= REAL_FRICTION;
-    if (row[PEND_TERM_TORQUE] >= 0) have |= REAL_TORQUE;
-    for (int i = 0; i < terms->harmonics; i++)
-        have |= terms->harmonic[i].drives < 0 ? REAL_PIVOT : REAL_DRIVES;
-    if (have & ~(unsigned)REAL_PIVOT) have |= REAL_JOINTS;
-    if (one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0) have |= REAL_PIVOT;
-    if (row[PEND_TERM_DRAG] >= 0 || row[PEND_TERM_DRAG_QUADRATIC] >= 0) have |= REAL_AIR;
-    if (one[PEND_TERM_DRAG_PER_MASS] >= 0) have |= REAL_MIST;
-    return have;
-}
-
-static enum pend_status real_say(unsigned have, const struct real_piece piece[],
-                                 struct api_buffer *out) {
-    for (; piece->text; piece++)
-        if ((piece->need & have) == piece->need && !(piece->lack & have))
-            PEND_TRY(api_buffer_text(out, piece->text));
-    return PEND_OK;
-}
 
 /* ---- numbers */
 
@@ -105,19 +62,19 @@ static int real_hangs(const struct api_equations *e, int i, double *x, double *y
 
 /* the lists of a number an arm, and their names; those of the air go together */
 static const struct {
-    enum pend_term_row row;
+    enum pend_term_row row, of; /* it stands where the pendulum has `of` */
     int air;
     const char *name, *comment;
 } real_rows[] = {
-    {PEND_TERM_DAMPING, 0, "c", "damping of the joints, N m s/rad"},
-    {PEND_TERM_STIFFNESS, 0, "k", "stiffness of their springs, N m/rad"},
-    {PEND_TERM_REST, 0, "rest", "the angles at which these are slack"},
-    {PEND_TERM_FRICTION, 0, "f", "dry friction, N m"},
-    {PEND_TERM_FRICTION_SPEED, 0, "s", "and the speeds that smooth it, rad/s"},
-    {PEND_TERM_TORQUE, 0, "T0", "constant torques, N m"},
-    {PEND_TERM_DRAG, 1, "b", "linear drag of the tips, N s/m"},
-    {PEND_TERM_DRAG_QUADRATIC, 1, "d", "quadratic drag, N s^2/m^2"},
-    {PEND_TERM_DRAG_SPEED, 1, "e", "below this speed it is linear, m/s"},
+    {PEND_TERM_DAMPING, PEND_TERM_DAMPING, 0, "c", "damping of the joints, N m s/rad"},
+    {PEND_TERM_STIFFNESS, PEND_TERM_STIFFNESS, 0, "k", "stiffness of their springs, N m/rad"},
+    {PEND_TERM_REST, PEND_TERM_STIFFNESS, 0, "rest", "the angles at which these are slack"},
+    {PEND_TERM_FRICTION, PEND_TERM_FRICTION, 0, "f", "dry friction, N m"},
+    {PEND_TERM_FRICTION_SPEED, PEND_TERM_FRICTION, 0, "s", "and the speeds that smooth it, rad/s"},
+    {PEND_TERM_TORQUE, PEND_TERM_TORQUE, 0, "T0", "constant torques, N m"},
+    {PEND_TERM_DRAG, PEND_TERM_DRAG, 1, "b", "linear drag of the tips, N s/m"},
+    {PEND_TERM_DRAG_QUADRATIC, PEND_TERM_DRAG, 1, "d", "quadratic drag, N s^2/m^2"},
+    {PEND_TERM_DRAG_SPEED, PEND_TERM_DRAG, 1, "e", "below this speed it is linear, m/s"},
 };
 enum { ROWS = sizeof real_rows / sizeof *real_rows };
 
@@ -162,7 +119,7 @@ struct real_list {
     const char *name, *comment;
 };
 enum { REAL_PARTS = 4, REAL_WHERE = 3 };
-static const struct real_list real_harmonics[2][REAL_PARTS] = {
+static const struct real_list real_harmonics[][REAL_PARTS] = {
     {{"A", "of the drives, N m"},
      {"omega", "rad/s"},
      {"phase", NULL},
@@ -170,7 +127,8 @@ static const struct real_list real_harmonics[2][REAL_PARTS] = {
     {{"A0", "of the pivot: amplitudes, m"},
      {"omega0", "rad/s"},
      {"phase0", NULL},
-     {"up", "1 = upwards, 0 = to the right"}}};
+     {"up", "1 = upwards, 0 = to the right"}},
+    {{"A0", "of the force on the cart, N"}, {"omega0", "rad/s"}, {"phase0", NULL}}};
 
 /* the caller's number, from 1, of the arm that a harmonic drives; of the pivot 1 = upwards */
 static double real_driven(const struct api_equations *e, int drives) {
@@ -180,19 +138,21 @@ static double real_driven(const struct api_equations *e, int drives) {
     return k + 1;
 }
 
+/* drives: API_HAVE_DRIVES, API_HAVE_PIVOT or API_HAVE_CART */
 static enum pend_status real_list_harmonics(const struct code_language *language,
-                                            const struct api_equations *e, int pivot, double list[],
-                                            struct api_buffer *out) {
+                                            const struct api_equations *e, unsigned drives,
+                                            double list[], struct api_buffer *out) {
     const struct pend_terms *terms = e->loads.terms;
-    for (int part = 0; part < REAL_PARTS; part++) {
+    int table = drives == API_HAVE_DRIVES ? 0 : drives == API_HAVE_PIVOT ? 1 : 2;
+    for (int part = 0; part < REAL_PARTS && real_harmonics[table][part].name; part++) {
         int count = 0;
         for (int i = 0; i < terms->harmonics; i++) {
             const struct pend_harmonic *h = &terms->harmonic[i];
-            if ((h->drives < 0) != pivot) continue;
+            if (api_pieces_drives(e, h) != drives) continue;
             list[count++] =
                 part < REAL_WHERE ? e->loads.value[h->at + part] : real_driven(e, h->drives);
         }
-        const struct real_list *row = &real_harmonics[pivot][part];
+        const struct real_list *row = &real_harmonics[table][part];
         PEND_TRY(api_code_list(language, row->name, row->comment, count, list, out));
     }
     return PEND_OK;
@@ -203,7 +163,7 @@ static enum pend_status real_list_pivot(const struct code_language *language,
                                         const struct api_equations *e, double list[],
                                         struct api_buffer *out) {
     int x = e->loads.terms->one[PEND_TERM_PIVOT_ACCELERATION_X];
-    PEND_TRY(real_list_harmonics(language, e, 1, list, out));
+    PEND_TRY(real_list_harmonics(language, e, API_HAVE_PIVOT, list, out));
     double both[2] = {x < 0 ? 0 : e->loads.value[x], x < 0 ? 0 : e->loads.value[x + 1]};
     return api_code_list(language, "a0", "the pivot's acceleration, to the right and up", 2, both,
                          out);
@@ -223,8 +183,9 @@ static enum pend_status real_list_rows(const struct code_language *language,
                                        struct api_buffer *out) {
     for (int r = 0; r < ROWS; r++) {
         enum pend_term_row row = real_rows[r].row;
-        int there =
-            real_rows[r].air ? (real_have(e) & REAL_AIR) != 0 : e->loads.terms->row[row] >= 0;
+        // rest angles and speeds belong to the row before them
+        int there = real_rows[r].air ? (api_pieces_have(e) & API_HAVE_AIR) != 0
+                                     : api_pieces_has(e, real_rows[r].of);
         if (!there) continue;
         for (int i = 0; i < e->n; i++) list[i] = real_number(e, row, i);
         PEND_TRY(api_code_list(language, real_rows[r].name, real_rows[r].comment, e->n, list, out));
@@ -234,23 +195,27 @@ static enum pend_status real_list_rows(const struct code_language *language,
 
 static enum pend_status real_lists(const struct code_language *language,
                                    const struct api_equations *e, struct api_buffer *out) {
-    unsigned have = real_have(e);
+    unsigned have = api_pieces_have(e);
     struct real_masses masses;
     PEND_TRY(real_masses(e, &masses));
     double *list = masses.spare;
     enum pend_status status = real_list_bodies(language, e, &masses, out);
     if (status == PEND_OK) status = real_list_rows(language, e, list, out);
-    if (status == PEND_OK && have & REAL_DRIVES)
-        status = real_list_harmonics(language, e, 0, list, out);
-    if (status == PEND_OK && have & REAL_PIVOT) status = real_list_pivot(language, e, list, out);
-    if (status == PEND_OK && have & REAL_MIST) status = real_list_mist(language, e, out);
+    if (status == PEND_OK && have & API_HAVE_DRIVES)
+        status = real_list_harmonics(language, e, API_HAVE_DRIVES, list, out);
+    if (status == PEND_OK && have & API_HAVE_PIVOT)
+        status = real_list_pivot(language, e, list, out);
+    if (status == PEND_OK && have & API_HAVE_CART)
+        status = real_list_harmonics(language, e, API_HAVE_CART, list, out);
+    if (status == PEND_OK && have & API_HAVE_CART) status = api_cart_list(language, e, out);
+    if (status == PEND_OK && have & API_HAVE_MIST) status = real_list_mist(language, e, out);
     free(masses.on);
     return status;
 }
 
 /* ---- Python */
 
-static const struct real_piece real_python[] = {
+static const struct api_piece real_python[] = {
     {0, 0,
      "on = on.astype(int) - 1\n"
      "B = np.linalg.inv(S).T  # a torque in a joint acts on its arm, and back on the one before\n"
@@ -261,57 +226,64 @@ static const struct real_piece real_python[] = {
      "h = P.conj().T @ mass\n"
      "T = (tip[:, None] * (np.eye(n) - B.T)).T @ S.T  # row k: the arms that the tip of k carries\n"
      "W = T[:, on] + np.eye(n, len(mass))  # row k: the masses that it does\n"},
-    {REAL_DRIVES, 0, "D = (np.arange(1, n + 1)[:, None] == driven).astype(float)\n"},
-    {REAL_PIVOT, 0, "A0 = A0 * 1j**up\na0 = a0 @ [1, 1j]\n"},
+    {API_HAVE_DRIVES, 0, "D = (np.arange(1, n + 1)[:, None] == driven).astype(float)\n"},
+    {API_HAVE_PIVOT, 0, "A0 = A0 * 1j**up\na0 = a0 @ [1, 1j]\n"},
     {0, 0,
      "\n\ndef M(phi):\n"
      "    u = np.exp(1j * phi)\n"
      "    return u.conj()[:, None] * mu * u + np.diag(J)\n"},
-    {REAL_PIVOT, 0,
+    {API_HAVE_PIVOT, 0,
      "\n\ndef pivot(t):\n"
      "    \"\"\"velocity and acceleration of the pivot\"\"\"\n"
      "    angle = omega0 * t + phase0\n"
      "    return a0 * t - A0 @ (omega0 * np.sin(angle)), a0 - A0 @ (omega0**2 * np.cos(angle))\n"},
-    {REAL_JOINTS, 0,
+    {API_HAVE_JOINTS, 0,
      "\n\ndef torques(phi, w, t):\n"
      "    \"\"\"of the joints on their arms\"\"\"\n"
      "    tau = np.zeros(n)\n"},
-    {REAL_JOINTS, 0, "    r = B.T @ w  # the joints' speeds\n"},
-    {REAL_SPRINGS, 0,
+    {API_HAVE_JOINTS, 0, "    r = B.T @ w  # the joints' speeds\n"},
+    {API_HAVE_SPRINGS, 0,
      "    q = B.T @ phi + (S.sum(1) == 1) * np.pi / 2  # their angles; of the first arm theta\n"
      "    tau -= k * (q - rest)\n"},
-    {REAL_DAMPING, 0, "    tau -= c * r\n"},
-    {REAL_FRICTION, 0, "    tau -= f * np.tanh(r / s)\n"},
-    {REAL_TORQUE, 0, "    tau += T0\n"},
-    {REAL_DRIVES, 0, "    tau += D @ (A * np.cos(omega * t + phase))\n"},
-    {REAL_JOINTS, 0, "    return tau\n"},
-    {REAL_AIR, 0,
-     "\n\ndef air(phi, w, t):\n"
+    {API_HAVE_DAMPING, 0, "    tau -= c * r\n"},
+    {API_HAVE_FRICTION, 0, "    tau -= f * np.tanh(r / s)\n"},
+    {API_HAVE_TORQUE, 0, "    tau += T0\n"},
+    {API_HAVE_DRIVES, 0, "    tau += D @ (A * np.cos(omega * t + phase))\n"},
+    {API_HAVE_JOINTS, 0, "    return tau\n"},
+    {API_HAVE_AIR, 0, "\n\ndef air(phi, w, "},
+    {API_HAVE_AIR, API_HAVE_CART, "t"},
+    {API_HAVE_AIR | API_HAVE_CART, 0, "speed"},
+    {API_HAVE_AIR, 0,
+     "):\n"
      "    \"\"\"the air's forces on the tips\"\"\"\n"
      "    v = Z @ (1j * w * np.exp(1j * phi))\n"},
-    {REAL_AIR | REAL_PIVOT, 0, "    v = v + pivot(t)[0]\n"},
-    {REAL_AIR, 0, "    return -(b + d * np.sqrt(abs(v)**2 + e**2)) * v\n"},
+    {API_HAVE_AIR | API_HAVE_CART, 0, "    v = v + speed * rail\n"},
+    {API_HAVE_AIR | API_HAVE_PIVOT, 0, "    v = v + pivot(t)[0]\n"},
+    {API_HAVE_AIR, 0, "    return -(b + d * np.sqrt(abs(v)**2 + e**2)) * v\n"},
+    {0, 0, NULL}};
+
+static const struct api_piece real_python_run[] = {
     {0, 0,
      "\n\ndef phidd(phi, w, t=0):\n"
      "    \"\"\"(aaa) angular accelerations\"\"\"\n"
      "    back, inertia = np.exp(-1j * phi), M(phi)\n"
      "    right = inertia.imag @ w**2 - (back * h * 1j * g).imag\n"},
-    {REAL_PIVOT, 0, "    right -= (back * h * pivot(t)[1]).imag\n"},
-    {REAL_JOINTS, 0, "    right += B @ torques(phi, w, t)\n"},
-    {REAL_AIR, 0, "    right += (back * (Z.conj().T @ air(phi, w, t))).imag\n"},
-    {REAL_MIST, 0, "    right -= 2 * gamma * inertia.real @ w\n"},
-    {REAL_MIST | REAL_PIVOT, 0, "    right -= 2 * gamma * (back * h * pivot(t)[0]).imag\n"},
+    {API_HAVE_PIVOT, 0, "    right -= (back * h * pivot(t)[1]).imag\n"},
+    {API_HAVE_JOINTS, 0, "    right += B @ torques(phi, w, t)\n"},
+    {API_HAVE_AIR, 0, "    right += (back * (Z.conj().T @ air(phi, w, t))).imag\n"},
+    {API_HAVE_MIST, 0, "    right -= 2 * gamma * inertia.real @ w\n"},
+    {API_HAVE_MIST | API_HAVE_PIVOT, 0, "    right -= 2 * gamma * (back * h * pivot(t)[0]).imag\n"},
     {0, 0,
      "    return np.linalg.solve(inertia.real, right)\n"
      "\n\ndef lambda_(phi, w, a, t=0):\n"
      "    \"\"\"(bbb) compression forces in the arms at their tips; a is phidd(phi, w, t)\"\"\"\n"
      "    u = np.exp(1j * phi)\n"
      "    zdd = P @ ((1j * a - w**2) * u)\n"},
-    {REAL_PIVOT, 0, "    zdd = zdd + pivot(t)[1]\n"},
-    {REAL_MIST, 0, "    zdd = zdd + 2 * gamma * P @ (1j * w * u)\n"},
-    {REAL_MIST | REAL_PIVOT, 0, "    zdd = zdd + 2 * gamma * pivot(t)[0]\n"},
+    {API_HAVE_PIVOT, 0, "    zdd = zdd + pivot(t)[1]\n"},
+    {API_HAVE_MIST, 0, "    zdd = zdd + 2 * gamma * P @ (1j * w * u)\n"},
+    {API_HAVE_MIST | API_HAVE_PIVOT, 0, "    zdd = zdd + 2 * gamma * pivot(t)[0]\n"},
     {0, 0, "    force = W @ (mass * (zdd + 1j * g))\n"},
-    {REAL_AIR, 0, "    force = force - (T + np.eye(n)) @ air(phi, w, t)\n"},
+    {API_HAVE_AIR, 0, "    force = force - (T + np.eye(n)) @ air(phi, w, t)\n"},
     {0, 0,
      "    return (u.conj() * force).real\n"
      "\n\ndef right(t, x):\n"
@@ -349,12 +321,14 @@ enum pend_status api_real_python(const struct api_equations *e, struct api_buffe
         e->n, e->n > 1 ? "s" : "", e->n));
     PEND_TRY(api_code_givens(&api_code_in_python, e, out));
     PEND_TRY(real_lists(&api_code_in_python, e, out));
-    return real_say(real_have(e), real_python, out);
+    unsigned have = api_pieces_have(e);
+    PEND_TRY(api_pieces_say(have, real_python, out));
+    return api_pieces_say(have, have & API_HAVE_CART ? api_cart_python : real_python_run, out);
 }
 
 /* ---- MATLAB and Octave */
 
-static const struct real_piece real_matlab[] = {
+static const struct api_piece real_matlab[] = {
     {0, 0,
      "\n"
      "I = eye(n);\n"
@@ -366,8 +340,8 @@ static const struct real_piece real_matlab[] = {
      "h = P' * mass;\n"
      "T = (diag(tip) * (I - B.')).' * S.';  % row k: the arms that the tip of k carries\n"
      "W = T(:, on) + eye(n, numel(mass));  % row k: the masses that it does\n"},
-    {REAL_DRIVES, 0, "D = double((1:n).' == driven.');\n"},
-    {REAL_PIVOT, 0,
+    {API_HAVE_DRIVES, 0, "D = double((1:n).' == driven.');\n"},
+    {API_HAVE_PIVOT, 0,
      "A0 = (A0(:) .* 1i.^up(:)).';\n"
      "omega0 = omega0(:);\n"
      "phase0 = phase0(:);\n"
@@ -375,43 +349,48 @@ static const struct real_piece real_matlab[] = {
     {0, 0,
      "u = @(phi) exp(1i*phi);\n"
      "M = @(phi) diag(conj(u(phi))) * mu * diag(u(phi)) + diag(J);\n"},
-    {REAL_PIVOT, 0,
+    {API_HAVE_PIVOT, 0,
      "% velocity and acceleration of the pivot\n"
      "z0d = @(t) a0*t - A0 * (omega0 .* sin(omega0*t + phase0));\n"
      "z0dd = @(t) a0 - A0 * (omega0.^2 .* cos(omega0*t + phase0));\n"},
-    {REAL_SPRINGS, 0,
+    {API_HAVE_SPRINGS, 0,
      "% the joints' angles; of the first arm theta\n"
      "q = @(phi) B.'*phi + (sum(S, 2) == 1) * pi/2;\n"},
-    {REAL_JOINTS, 0, "% torques of the joints on their arms\ntau = @(phi, w, t) zeros(n, 1)"},
-    {REAL_SPRINGS, 0, " ...\n    - k .* (q(phi) - rest)"},
-    {REAL_DAMPING, 0, " ...\n    - c .* (B.'*w)"},
-    {REAL_FRICTION, 0, " ...\n    - f .* tanh((B.'*w) ./ s)"},
-    {REAL_TORQUE, 0, " ...\n    + T0"},
-    {REAL_DRIVES, 0, " ...\n    + D * (A .* cos(omega*t + phase))"},
-    {REAL_JOINTS, 0, ";\n"},
-    {REAL_AIR, REAL_PIVOT, "v = @(phi, w, t) Z * (1i*w .* u(phi));\n"},
-    {REAL_AIR | REAL_PIVOT, 0, "v = @(phi, w, t) z0d(t) + Z * (1i*w .* u(phi));\n"},
-    {REAL_AIR, 0,
+    {API_HAVE_JOINTS, 0, "% torques of the joints on their arms\ntau = @(phi, w, t) zeros(n, 1)"},
+    {API_HAVE_SPRINGS, 0, " ...\n    - k .* (q(phi) - rest)"},
+    {API_HAVE_DAMPING, 0, " ...\n    - c .* (B.'*w)"},
+    {API_HAVE_FRICTION, 0, " ...\n    - f .* tanh((B.'*w) ./ s)"},
+    {API_HAVE_TORQUE, 0, " ...\n    + T0"},
+    {API_HAVE_DRIVES, 0, " ...\n    + D * (A .* cos(omega*t + phase))"},
+    {API_HAVE_JOINTS, 0, ";\n"},
+    {API_HAVE_AIR, API_HAVE_PIVOT | API_HAVE_CART, "v = @(phi, w, t) Z * (1i*w .* u(phi));\n"},
+    {API_HAVE_AIR | API_HAVE_CART, 0, "v = @(phi, w, speed) rail*speed + Z * (1i*w .* u(phi));\n"},
+    {API_HAVE_AIR | API_HAVE_PIVOT, 0, "v = @(phi, w, t) z0d(t) + Z * (1i*w .* u(phi));\n"},
+    {API_HAVE_AIR, 0,
      "drag = @(v) -(b + d .* sqrt(abs(v).^2 + e.^2)) .* v;\n"
-     "% the air's forces on the tips\n"
-     "air = @(phi, w, t) drag(v(phi, w, t));\n"},
+     "% the air's forces on the tips\n"},
+    {API_HAVE_AIR, API_HAVE_CART, "air = @(phi, w, t) drag(v(phi, w, t));\n"},
+    {API_HAVE_AIR | API_HAVE_CART, 0, "air = @(phi, w, speed) drag(v(phi, w, speed));\n"},
+    {0, 0, NULL}};
+
+static const struct api_piece real_matlab_run[] = {
     {0, 0,
      "% (aaa) angular accelerations\n"
      "phidd = @(phi, w, t) real(M(phi)) \\ (imag(M(phi))*w.^2 - imag(conj(u(phi)) .* h * 1i*g)"},
-    {REAL_PIVOT, 0, " ...\n    - imag(conj(u(phi)) .* h * z0dd(t))"},
-    {REAL_JOINTS, 0, " ...\n    + B * tau(phi, w, t)"},
-    {REAL_AIR, 0, " ...\n    + imag(conj(u(phi)) .* (Z' * air(phi, w, t)))"},
-    {REAL_MIST, 0, " ...\n    - 2*gamma * real(M(phi)) * w"},
-    {REAL_MIST | REAL_PIVOT, 0, " ...\n    - 2*gamma * imag(conj(u(phi)) .* h * z0d(t))"},
+    {API_HAVE_PIVOT, 0, " ...\n    - imag(conj(u(phi)) .* h * z0dd(t))"},
+    {API_HAVE_JOINTS, 0, " ...\n    + B * tau(phi, w, t)"},
+    {API_HAVE_AIR, 0, " ...\n    + imag(conj(u(phi)) .* (Z' * air(phi, w, t)))"},
+    {API_HAVE_MIST, 0, " ...\n    - 2*gamma * real(M(phi)) * w"},
+    {API_HAVE_MIST | API_HAVE_PIVOT, 0, " ...\n    - 2*gamma * imag(conj(u(phi)) .* h * z0d(t))"},
     {0, 0,
      ");\n"
      "% (bbb) compression forces in the arms at their tips; a is phidd(phi, w, t)\n"
      "lambda = @(phi, w, a, t) real(conj(u(phi)) .* (W * (mass .* (P * ((1i*a - w.^2) .* u(phi))"},
-    {REAL_PIVOT, 0, " + z0dd(t)"},
-    {REAL_MIST, 0, " ...\n    + 2*gamma * P * (1i*w .* u(phi))"},
-    {REAL_MIST | REAL_PIVOT, 0, " + 2*gamma * z0d(t)"},
+    {API_HAVE_PIVOT, 0, " + z0dd(t)"},
+    {API_HAVE_MIST, 0, " ...\n    + 2*gamma * P * (1i*w .* u(phi))"},
+    {API_HAVE_MIST | API_HAVE_PIVOT, 0, " + 2*gamma * z0d(t)"},
     {0, 0, " + 1i*g))"},
-    {REAL_AIR, 0, " ...\n    - (T + I) * air(phi, w, t)"},
+    {API_HAVE_AIR, 0, " ...\n    - (T + I) * air(phi, w, t)"},
     {0, 0,
      "));\n"
      "\n"
@@ -439,7 +418,9 @@ enum pend_status api_real_matlab(const struct api_equations *e, struct api_buffe
         e->n, e->n > 1 ? "s" : "", e->n));
     PEND_TRY(api_code_givens(&api_code_in_matlab, e, out));
     PEND_TRY(real_lists(&api_code_in_matlab, e, out));
-    return real_say(real_have(e), real_matlab, out);
+    unsigned have = api_pieces_have(e);
+    PEND_TRY(api_pieces_say(have, real_matlab, out));
+    return api_pieces_say(have, have & API_HAVE_CART ? api_cart_matlab : real_matlab_run, out);
 }
 
 /* ---- a line for a shell */
@@ -463,5 +444,11 @@ enum pend_status api_real_curl(const struct api_equations *e, struct api_buffer 
     PEND_TRY(api_buffer_text(out, "]},\"initial\":{"));
     PEND_TRY(api_out_numbers(out, "phi", e->n, e->phi, 0));
     PEND_TRY(api_out_numbers(out, "phid", e->n, e->rate, 0));
+    if (api_pieces_have(e) & API_HAVE_CART) {
+        PEND_TRY(api_out_open(out, "cart", '{'));
+        PEND_TRY(api_out_number(out, "x", e->cart[0], 0));
+        PEND_TRY(api_out_number(out, "v", e->cart[1], 0));
+        PEND_TRY(api_buffer_text(out, "}"));
+    }
     return api_buffer_text(out, "},\"times\":{\"start\":0,\"stop\":5,\"step\":0.01}}'");
 }

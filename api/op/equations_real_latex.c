@@ -1,18 +1,24 @@
 #include "api/op/equations_real_latex.h"
 
 #include "api/op/equations_latex.h"
+#include "api/op/equations_pieces.h"
 
 enum { REAL_LISTED = 20, REAL_LEFT_OUT = 10 }; /* arms of a list that is written whole, and else */
 
 static int real_has(const struct api_equations *e, enum pend_term_row row) {
-    return e->loads.terms->row[row] >= 0;
+    return api_pieces_has(e, row);
 }
 
-static int real_drives(const struct api_equations *e, int pivot) {
-    const struct pend_terms *terms = e->loads.terms;
-    for (int i = 0; i < terms->harmonics; i++)
-        if ((terms->harmonic[i].drives < 0) == pivot) return 1;
-    return pivot && terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0;
+static int real_cart(const struct api_equations *e) { return pend_terms_cart(e->loads.terms); }
+
+/* torques are driven */
+static int real_drives(const struct api_equations *e) {
+    return (api_pieces_have(e) & API_HAVE_DRIVES) != 0;
+}
+
+/* the pivot moves */
+static int real_moves(const struct api_equations *e) {
+    return (api_pieces_have(e) & (API_HAVE_PIVOT | API_HAVE_CART)) != 0;
 }
 
 static int real_air(const struct api_equations *e) {
@@ -25,7 +31,7 @@ static int real_mist(const struct api_equations *e) {
 
 static int real_joints(const struct api_equations *e) {
     return real_has(e, PEND_TERM_DAMPING) || real_has(e, PEND_TERM_STIFFNESS) ||
-           real_has(e, PEND_TERM_FRICTION) || real_has(e, PEND_TERM_TORQUE) || real_drives(e, 0);
+           real_has(e, PEND_TERM_FRICTION) || real_has(e, PEND_TERM_TORQUE) || real_drives(e);
 }
 
 /* (a,\,b), or (a,\,\ldots,\,c) if there are many */
@@ -61,7 +67,9 @@ static const struct {
 static enum pend_status real_parameters(const struct api_equations *e, struct api_buffer *out) {
     PEND_TRY(api_latex_at(0)->write(e, out));
     for (size_t i = 0; i < sizeof real_letters / sizeof *real_letters; i++) {
-        if (!real_has(e, real_letters[i].row)) continue;
+        enum pend_term_row row = real_letters[i].row;
+        int springs = row == PEND_TERM_REST && real_has(e, PEND_TERM_STIFFNESS);
+        if (!real_has(e, row) && !springs && !(row >= PEND_TERM_DRAG && real_air(e))) continue;
         PEND_TRY(api_buffer_format(out, ",\\qquad %s=", real_letters[i].letter));
         PEND_TRY(real_list(e, real_letters[i].row, out));
         PEND_TRY(api_buffer_format(out, "\\,\\mathrm{%s}", real_letters[i].unit));
@@ -98,7 +106,7 @@ static enum pend_status real_tips(const struct api_equations *e, struct api_buff
     PEND_TRY(api_buffer_format(out,
                                "z=%sZe^{\\mathrm{i}\\phi},\\qquad "
                                "Z=SH+\\operatorname{diag}(\\ell)",
-                               real_drives(e, 1) ? "z_{0}+" : ""));
+                               real_moves(e) ? "z_{0}+" : ""));
     for (int i = 0; i < e->n && e->n <= REAL_LISTED; i++)
         if (e->parent[i] >= 0) PEND_TRY(real_hang(e, i, out));
     return PEND_OK;
@@ -120,14 +128,14 @@ static enum pend_status real_aaa(const struct api_equations *e, struct api_buffe
         out,
         "\\operatorname{Re}M(\\phi)\\;\\ddot{\\phi}=\\operatorname{Im}M(\\phi)\\;\\dot{\\phi}^{2}-"
         "\\operatorname{Im}\\bigl[e^{-\\mathrm{i}\\phi}h\\,(%s\\mathrm{i}g)\\bigr]",
-        real_drives(e, 1) ? "\\ddot{z}_{0}+" : ""));
+        real_moves(e) ? "\\ddot{z}_{0}+" : ""));
     if (real_joints(e)) PEND_TRY(api_buffer_text(out, "+B\\tau"));
     if (real_air(e))
         PEND_TRY(api_buffer_text(
             out, "+\\operatorname{Im}\\bigl[e^{-\\mathrm{i}\\phi}Z^{\\mathsf{H}}F\\bigr]"));
     if (!real_mist(e)) return PEND_OK;
     PEND_TRY(api_buffer_text(out, "-2\\gamma\\Bigl(\\operatorname{Re}M(\\phi)\\;\\dot{\\phi}"));
-    if (real_drives(e, 1))
+    if (real_moves(e))
         PEND_TRY(api_buffer_text(
             out, "+\\operatorname{Im}\\bigl[e^{-\\mathrm{i}\\phi}h\\,\\dot{z}_{0}\\bigr]"));
     return api_buffer_text(out, "\\Bigr)");
@@ -143,7 +151,7 @@ static enum pend_status real_bbb(const struct api_equations *e, struct api_buffe
     return api_buffer_format(out,
                              "\\Bigr)\\Bigr],\\qquad z_{r}=%s(Pe^{\\mathrm{i}\\phi})_{r},\\quad r%s"
                              "\\text{ at the tip of }k\\text{ and beyond}",
-                             real_drives(e, 1) ? "z_{0}+" : "", real_air(e) ? ",\\,j" : "");
+                             real_moves(e) ? "z_{0}+" : "", real_air(e) ? ",\\,j" : "");
 }
 
 /* + A \cos(\omega t + \varphi), with the signs of the numbers */
@@ -165,7 +173,7 @@ static enum pend_status real_harmonic(const struct api_equations *e, const struc
 /* tau: what acts in the joints, and what drives them */
 static enum pend_status real_torques(const struct api_equations *e, struct api_buffer *out) {
     const struct pend_terms *terms = e->loads.terms;
-    int motor = real_has(e, PEND_TERM_TORQUE) || real_drives(e, 0);
+    int motor = real_has(e, PEND_TERM_TORQUE) || real_drives(e);
     PEND_TRY(api_buffer_text(out, "\\tau&="));
     if (motor) PEND_TRY(api_buffer_text(out, "T"));
     if (real_has(e, PEND_TERM_DAMPING)) PEND_TRY(api_buffer_text(out, "-c\\,\\dot{q}"));
@@ -181,6 +189,41 @@ static enum pend_status real_torques(const struct api_equations *e, struct api_b
             if (terms->harmonic[j].drives == e->place[i])
                 PEND_TRY(real_harmonic(e, &terms->harmonic[j], "", out));
     }
+    return PEND_OK;
+}
+
+/* the cart's place, and what moves it */
+static enum pend_status real_rail(const struct api_equations *e, struct api_buffer *out) {
+    const struct pend_terms *terms = e->loads.terms;
+    const double *value = e->loads.value;
+    static const struct {
+        enum pend_term_row row;
+        const char *sign, *of;
+    } numbers[] = {{PEND_TERM_DAMPING, "-", "\\,\\dot{x}"},
+                   {PEND_TERM_STIFFNESS, "-", "\\,x"},
+                   {PEND_TERM_TORQUE, "+", ""}};
+    PEND_TRY(api_buffer_text(out, "z_{0}&=\\rho\\,x,\\qquad\\rho=e^{"));
+    PEND_TRY(api_latex_number(value[terms->one[PEND_TERM_RAIL]], out));
+    PEND_TRY(api_buffer_text(out, "\\,\\mathrm{i}}\\\\"));
+    PEND_TRY(api_latex_number(e->tree->mass[0], out));
+    PEND_TRY(api_buffer_format(
+        out,
+        "\\,\\bigl(\\ddot{x}+g\\operatorname{Im}\\rho%s\\bigr)&=-\\operatorname{Re}\\Bigl[\\bar{"
+        "\\rho}"
+        "\\Bigl(\\sum_{r}m_{r}\\bigl(\\ddot{z}_{r}+\\mathrm{i}g%s\\bigr)%s\\Bigr)\\Bigr]",
+        real_mist(e) ? "+2\\gamma\\dot{x}" : "", real_mist(e) ? "+2\\gamma\\dot{z}_{r}" : "",
+        real_air(e) ? "-\\sum_{j}F_{j}" : ""));
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
+        double number = pend_terms_get(terms, value, numbers[i].row, 0);
+        if (number == 0) continue;
+        // a force may point either way
+        if (i < 2 || number > 0) PEND_TRY(api_buffer_text(out, numbers[i].sign));
+        PEND_TRY(api_latex_number(number, out));
+        PEND_TRY(api_buffer_text(out, numbers[i].of));
+    }
+    for (int j = 0; j < terms->harmonics; j++)
+        if (api_pieces_drives(e, &terms->harmonic[j]) == API_HAVE_CART)
+            PEND_TRY(real_harmonic(e, &terms->harmonic[j], "", out));
     return PEND_OK;
 }
 
@@ -211,9 +254,9 @@ static enum pend_status real_loads(const struct api_equations *e, struct api_buf
         PEND_TRY(api_buffer_format(out,
                                    "%sF&=-\\bigl(b+d\\sqrt{|\\dot{z}|^{2}+e^{2}}\\bigr)\\,\\dot{z}",
                                    lines++ ? "\\\\" : ""));
-    if (real_drives(e, 1)) {
+    if (real_moves(e)) {
         PEND_TRY(api_buffer_text(out, lines++ ? "\\\\" : ""));
-        PEND_TRY(real_pivot(e, out));
+        PEND_TRY(real_cart(e) ? real_rail(e, out) : real_pivot(e, out));
     }
     if (!lines) PEND_TRY(api_buffer_text(out, "\\tau&=0"));
     return api_buffer_text(out, "\\end{aligned}");

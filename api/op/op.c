@@ -27,11 +27,8 @@ enum pend_status api_reading_tree(const struct api_reading *reading, struct api_
     struct api_value pendulum = api_value_member(reading->root, "pendulum");
     PEND_TRY(api_tree_read(tree, &pendulum, reading->limits, reading->problem));
     if (tree->cart && !reading->op->cart) {
-        api_value_fault(
-            &pendulum, reading->problem,
-            "has a pivot on a cart, which \"%s\" does not take yet; trees, trajectories, "
-            "forces, modes, ensembles, sections, responses and exponents do",
-            reading->op->name);
+        api_value_fault(&pendulum, reading->problem,
+                        "has a pivot on a cart, which \"%s\" does not take", reading->op->name);
         return PEND_INVALID;
     }
     if (!tree->terms || reading->op->terms) return PEND_OK;

@@ -59,7 +59,8 @@ static enum pend_status equations_read_parts(struct equations *equations,
     (void)api_value_only(reading->root, fields, problem);
     enum pend_status status = api_reading_tree(reading, &equations->tree);
     if (status == PEND_NO_MEMORY) return status;
-    if (status == PEND_OK) PEND_TRY(api_states_new(&equations->start, 1, equations->tree.n));
+    if (status == PEND_OK)
+        PEND_TRY(api_states_new(&equations->start, 1, api_tree_stored(&equations->tree)));
     api_states_read(equations->start, 0, &initial, &equations->tree, reading->limits, problem);
     equations_read_form(equations, reading);
     return problem->status ? PEND_INVALID : PEND_OK;
@@ -132,6 +133,7 @@ static double equations_bytes(const void *state) {
 const struct api_op api_op_equations = {.name = "equations",
                                         .body = 1,
                                         .terms = 1,
+                                        .cart = 1,
                                         .read = equations_read,
                                         .run = equations_run,
                                         .bytes = equations_bytes,

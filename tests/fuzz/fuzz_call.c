@@ -283,6 +283,7 @@ static const char *const seeds[] = {
     "9{" DRIVEN ",\"omega\":[0,1,9],\"initial\":{\"theta\":[1,2]}}",
     "9{" REAL ",\"drive\":{\"pivot\":{\"direction\":30,\"unit\":\"deg\"}},\"omega\":{\"start\":1,"
     "\"stop\":9,\"count\":9,\"scale\":\"logarithmic\"},\"output\":[\"z\",\"transmissibility\"]}",
+    "5{" CART ",\"initial\":{\"cart\":{\"x\":1}}}",
     "9{" CART ",\"drive\":{\"cart\":{\"amplitude\":2}},\"omega\":[1],\"output\":[\"cart\"]}",
     "7{" CART ",\"section\":{\"period\":\"drive\"},\"initial\":{\"cart\":{\"x\":1,\"v\":2}},"
     "\"duration\":4}",

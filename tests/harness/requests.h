@@ -50,6 +50,7 @@ static const struct test_request {
      "text/csv"},
     {API_OP_FORCES, "{" TEST_CART_TREE ",\"state\":{\"phi\":[1,2,3],\"cart\":{\"v\":1}}}", NULL},
     {API_OP_MODES, "{" TEST_CART_TREE "}", NULL},
+    {API_OP_EQUATIONS, "{" TEST_CART_TREE "}", NULL},
     {API_OP_RESPONSE, "{" TEST_CART_TREE ",\"output\":[\"cart\",\"phi\"],\"poles\":true}", NULL},
     {API_OP_LYAPUNOV, "{" TEST_CART_TREE ",\"duration\":0.2,\"samples\":2,\"count\":\"all\"}",
      NULL},

@@ -89,6 +89,9 @@ WHOLE = {
     "drag per mass": lambda chance: {"drag_per_mass": chance.uniform(0.1, 1)},
     "a driven pivot": lambda chance: {"pivot": {"x": harmonics(chance, 1), "y": harmonics(chance, 2)}},
     "an accelerated pivot": lambda chance: {"pivot": {"acceleration": [chance.uniform(-5, 5), chance.uniform(-5, 5)]}},
+    "a cart": lambda chance: {"pivot": {"cart": {"mass": chance.uniform(0.2, 2), "angle": chance.uniform(-1, 1),
+                                                 "damping": chance.uniform(0, 1), "stiffness": chance.uniform(1, 9),
+                                                 "force": {"constant": chance.uniform(-3, 3)} | harmonics(chance, 2)}}},
 }
 
 
@@ -97,12 +100,17 @@ REAL = {"length": [1, 0.7], "mass": [1, 0], "parent": [0, 1], "rod": [None, 0.5]
         "pivot": {"y": {"harmonics": [{"amplitude": 0.05, "omega": 20}]}}}
 
 
+CART = {"length": [1, 0.7], "mass": [1, 0.5], "parent": [0, 0], "damping": [0.1, 0.2], "drag": [{"linear": 0.1}, None],
+        "pivot": {"cart": {"mass": 1, "damping": 0.2, "stiffness": 3, "angle": 0.2, "force": {"harmonics": [{"amplitude": 3, "omega": 4}]}}}}
+
+
 def real_trees():
     """(name, pendulum): random trees with each load on some of their arms, and with all loads."""
     chance = random.Random(11)
     kinds = [[name] for name in (*LOADS, *WHOLE)] + [[*LOADS, "drag per mass", "a driven pivot"]] * 4
+    kinds += [["a cart", name] for name in ("drag", "motors", "drag per mass")] + [[*LOADS, "drag per mass", "a cart"]] * 3
     for i, kind in enumerate(kinds):
-        n = 1 + i % 6 if len(kind) == 1 else (1, 3, 7, 24)[i % 4]
+        n = 1 + i % 6 if len(kind) < 3 else (1, 3, 7, 24)[i % 4]
         tree = pendulum(chance, [0] + [chance.randint(max(1, k - 3), k) for k in range(1, n)])
         arms = [{"name": f"{k + 1}", "length": tree["length"][k], "mass": tree["mass"][k]} | ({"parent": f"{parent}"} if parent else {})
                 for k, parent in enumerate(tree["parent"])]
@@ -306,19 +314,24 @@ def check_curl(server, what, line, state):
     body = json.loads(re.search(r"-d '(.*)'$", line)[1]) | {"times": [0, 1e-3]}
     answer = ask(server, "/v1/trajectories", body)
     near("curl", what, answer["phi"][0], state["phi"])
+    check(f"curl: the cart of {what}", body["initial"].get("cart") == state.get("cart"), line)
 
 
 def check_real(server, cases, formulas):
     """The programs of real pendulums at two instants."""
     for what, tree in real_trees():
-        start = states(len(tree["arms"]))[0]
+        cart = {"cart": {"x": 0.3, "v": -0.7}} if "cart" in tree.get("pivot", {}) else {}
+        start = states(len(tree["arms"]))[0] | cart
         answer = ask(server, "/v1/equations", {"pendulum": tree, "initial": start})
         formulas += [(f"{name} of {what}", text) for name, text in answer["latex"].items()]
         check_curl(server, what, answer["curl"], start)
         for i, state in enumerate(states(len(tree["arms"]))[:2]):
             time = 0.7 * i
-            forces = ask(server, "/v1/forces", {"pendulum": tree, "states": [state], "time": time})
+            forces = ask(server, "/v1/forces", {"pendulum": tree, "states": [state | cart], "time": time})
             row = {"phidd": forces["phidd"][0], "lambda": forces["lambda"][0]}
+            if cart:  # the last entry of all vectors
+                state = {"phi": state["phi"] + [cart["cart"]["x"]], "phid": state["phid"] + [cart["cart"]["v"]]}
+                row["phidd"] = row["phidd"] + [forces["cart"]["acceleration"][0]]
             if numpy:
                 check_python(what, answer["code"]["python"], state, row, time)
             if i:
@@ -342,6 +355,7 @@ def main(build):
                     cases.append((what, answer["code"]["matlab"], state, row))
         check_real(server, cases, formulas)
         check_whole(server, REAL, {"phi": [0, -0.5], "phid": [0, 1]})
+        check_whole(server, CART, {"phi": [0, -0.5], "phid": [0, 1], "cart": {"x": 0.1, "v": 1}})
         check_whole(server, {"length": [2, 1.5, 0.75, 1.25], "mass": [1, 1, 1, 0.1], "parent": [0, 1, 2, 2]},
                     {"phi": [0, -0.5, 0.25, 1], "phid": [0, 1, 0, -1]})
     if not numpy:

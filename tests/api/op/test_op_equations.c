@@ -176,3 +176,26 @@ TEST(equations_of_a_pendulum_with_everything_are_whole) {
     CHECK_REFUSED(API_OP_EQUATIONS, "{" TEST_REAL_TREE ",\"form\":\"explicit\"}", "/form",
                   "ask for \"compact\"");
 }
+
+/* that they are right: tests/rules/equations.py */
+TEST(equations_on_a_cart_have_its_own_and_no_others) {
+    struct test_reply reply = test_post(
+        API_OP_EQUATIONS,
+        "{\"pendulum\":{\"length\":[1],\"mass\":[2],\"parent\":[0],\"pivot\":{\"cart\":{"
+        "\"mass\":3,\"angle\":0.25,\"damping\":0.5,\"force\":{\"constant\":-4,\"harmonics\":[{"
+        "\"amplitude\":1.5,\"omega\":3}]}}}},\"initial\":{\"phi\":[1],\"cart\":{\"x\":7}}}");
+    CHECK_INT(reply.status, 200);
+    CHECK(strstr(formula(&reply, "aaa"), "h\\,(\\ddot{z}_{0}+\\mathrm{i}g)") != NULL);
+    CHECK(!strstr(formula(&reply, "aaa"), "\\tau") && !strstr(formula(&reply, "parameters"), "c="));
+    CHECK_TEXT(
+        formula(&reply, "loads"),
+        "\\begin{aligned}z_{0}&=\\rho\\,x,\\qquad\\rho=e^{0.25\\,\\mathrm{i}}\\\\3\\,\\bigl("
+        "\\ddot{x}+g\\operatorname{Im}\\rho\\bigr)&=-\\operatorname{Re}\\Bigl[\\bar{\\rho}\\Bigl("
+        "\\sum_{r}m_{r}\\bigl(\\ddot{z}_{r}+\\mathrm{i}g\\bigr)\\Bigr)\\Bigr]-0.5\\,\\dot{x}-4"
+        "+1.5\\cos(3\\,t)\\end{aligned}");
+    CHECK(strstr(test_reply_text(&reply, "/code/python"), "\nx0 = 7  #") != NULL);
+    CHECK(!strstr(test_reply_text(&reply, "/code/python"), "torques("));
+    CHECK(strstr(test_reply_text(&reply, "/code/matlab"), "\nM0 = 3;  %") != NULL);
+    CHECK(strstr(test_reply_text(&reply, "/curl"), "\"cart\":{\"x\":7,\"v\":0}") != NULL);
+    test_reply_free(&reply);
+}

@@ -195,7 +195,6 @@ TEST(a_real_pendulum_that_starts_in_a_mode_stays_in_it) {
 }
 
 TEST(what_does_not_take_a_cart_says_so) {
-    CHECK_REFUSED(API_OP_EQUATIONS, "{" CART "}", "/pendulum", "a pivot on a cart");
     CHECK_REFUSED(API_OP_TRAJECTORIES,
                   "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"times\":[0,1],"
                   "\"output\":[\"cart\"]}",
