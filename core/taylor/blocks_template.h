@@ -8,6 +8,7 @@
 
 #include "core/taylor/blocks.h"
 #include "core/taylor/convolve_template.h"
+#include "core/taylor/couples_template.h"
 #include "core/simd/vec8_template.h"
 #include "core/taylor/jets_factor.h"
 
@@ -91,9 +92,9 @@ static void blocks_prepare(const struct jets_system *s, const struct blocks *b) 
 /* ---- once an order, from the last block to the first */
 
 /* T and c of order k; what is known of order k + 1 waits in the block's rows */
-VEC_INLINE struct convolved block_known(const struct jets_system *s, double *at, size_t row,
-                                        int k) {
-    struct convolved next, now = convolve(s, row, k, &next);
+VEC_INLINE struct convolved block_known(const struct jets_system *s, double *at, size_t row, int k,
+                                        int couples) {
+    struct convolved next, now = convolve(s, row, k, couples, &next);
     block_put(at, BLOCK_NEXT_TR, next.Tr);
     block_put(at, BLOCK_NEXT_TI, next.Ti);
     block_put(at, BLOCK_NEXT_CR, next.cr);
@@ -162,16 +163,18 @@ VEC_INLINE void block_crowd(const struct blocks *b, int joint) {
 }
 
 /* T and c of order k of all arms */
-static void blocks_known(const struct jets_system *s, const struct blocks *b, int k) {
+VEC_INLINE void blocks_known(const struct jets_system *s, const struct blocks *b, int k,
+                             int couples) {
     wide share = wide_of(s->share[k]);
     for (int a = b->count * BLOCK_ARMS - WIDE; a >= 0; a -= WIDE) {
         double *at = blocks_at(b, a / BLOCK_ARMS) + a % BLOCK_ARMS;
         size_t row = jets_row(s, a);
-        struct convolved known = k % 2 ? block_complete(s, at, row, k) : block_known(s, at, row, k);
+        struct convolved known =
+            k % 2 ? block_complete(s, at, row, k) : block_known(s, at, row, k, couples);
         block_put(at, BLOCK_TR, known.Tr);
         block_put(at, BLOCK_TI, known.Ti);
-        block_put(at, BLOCK_CR, known.cr);
-        block_put(at, BLOCK_S, known.ci * share);
+        if (!couples) block_put(at, BLOCK_CR, known.cr);
+        block_put(at, BLOCK_S, couples ? couples_across(s, a, k, known.ci) : known.ci * share);
     }
 }
 
@@ -324,7 +327,7 @@ VEC_INLINE struct vec8 block_radial(const struct jets_system *s, const struct bl
 
 /* the coefficients of order k of a block's arms from lane h on and what they make of u */
 VEC_INLINE void block_learn(const struct jets_system *s, const struct blocks *b, int i, int h,
-                            int k) {
+                            int k, int couples) {
     enum { STRIDE = BLOCK_ARMS };
     double *block = blocks_at(b, i), *at = block + h;
     size_t now = (size_t)i * s->tile + (size_t)k * STRIDE + (size_t)h, next = now + STRIDE,
@@ -335,30 +338,36 @@ VEC_INLINE void block_learn(const struct jets_system *s, const struct blocks *b,
     wide turned = block_get(at, BLOCK_ALONG) * radial - block_get(at, BLOCK_ACROSS) * tangential;
     turned = wide_fma(block_get(at, BLOCK_PART), block_get(at, BLOCK_TANGENTIAL), turned);
     wide mu = wide_fma(block_get(at, BLOCK_STIFF), radial, block_get(at, BLOCK_TENSION));
-    wide_put(s->rate + next, turned - block_get(at, BLOCK_TR));
-    wide_put(s->force + now, mu * order - block_get(at, BLOCK_CR));
+    wide rate = turned - block_get(at, BLOCK_TR);
+    wide_put(s->rate + next, rate);
+    if (couples) wide_put(s->loads->spin + i * BLOCK_ARMS + h, rate);
+    wide_put(s->force + now, couples ? mu * order : mu * order - block_get(at, BLOCK_CR));
     wide_put(s->turn_re + after, -block_get(at, BLOCK_TI) * turn_share);
     wide_put(s->turn_im + after, turned * turn_share);
 }
 
-/* the root hangs on the pivot, which has i gravity: what that adds to its shift */
-VEC_INLINE double blocks_hang(const struct jets_system *s, const struct blocks *b, double gravity) {
-    double *root = blocks_at(b, 0) + BLOCK_TENSION * BLOCK_ARMS, lift = s->sine[0] * gravity;
-    b->numbers[pend_blocks_place(-1) + BLOCK_TANGENTIAL * BLOCK_ARMS] = gravity;
-    if (gravity != 0) *root = lanes1_fma(s->eff[0], lift, *root);
-    return lift;
+/* the root hangs on the pivot: what that adds to its shift */
+VEC_INLINE double blocks_hang(const struct jets_system *s, const struct blocks *b,
+                              struct couples_lift lift) {
+    double *root = blocks_at(b, 0) + BLOCK_TENSION * BLOCK_ARMS, along = s->sine[0] * lift.y;
+    double *pivot = b->numbers + pend_blocks_place(-1);
+    if (lift.x != 0) along = lanes1_fma(s->cosine[0], lift.x, along);
+    pivot[BLOCK_RADIAL * BLOCK_ARMS] = lift.x;
+    pivot[BLOCK_TANGENTIAL * BLOCK_ARMS] = lift.y;
+    if (along != 0) *root = lanes1_fma(s->eff[0], along, *root);
+    return along;
 }
 
 /* root to leaves */
-static void blocks_down(const struct jets_system *s, const struct blocks *b, double gravity,
-                        int k) {
+VEC_INLINE void blocks_down(const struct jets_system *s, const struct blocks *b,
+                            struct couples_lift lift, int k, int couples) {
     wide before = wide_of(0);
     for (int i = 0; i < b->count; i++) {
         double *at = blocks_at(b, i);
         const struct block_shape *shape = &b->shape[i];
         struct vec8 shift, radial;
         for (int p = 0; p < VEC8_PARTS; p++) shift.part[p] = block_tension(b, shape, at, p * WIDE);
-        if (!i) shift.part[0] += (wide){blocks_hang(s, b, gravity)};
+        if (!i) shift.part[0] += (wide){blocks_hang(s, b, lift)};
         radial = block_radial(s, b, shape, at, &shift, before);
         vec8_put(at + BLOCK_RADIAL * BLOCK_ARMS, &radial);
         for (int p = 0; p < VEC8_PARTS; p++) {
@@ -366,14 +375,14 @@ static void blocks_down(const struct jets_system *s, const struct blocks *b, dou
             wide along = block_get(own, BLOCK_LEAN) * radial.part[p];
             block_put(own, BLOCK_TANGENTIAL, block_get(own, BLOCK_REST) - along);
         }
-        for (int h = 0; h < BLOCK_ARMS; h += WIDE) block_learn(s, b, i, h, k);
+        for (int h = 0; h < BLOCK_ARMS; h += WIDE) block_learn(s, b, i, h, k, couples);
         before = radial.part[VEC8_PARTS - 1];
     }
 }
 
 /* all orders: rate_1 .. rate_order and force_0 .. force_{order - 1} from rate_0 and the
  * factorization */
-static void blocks_orders(const struct jets_system *s, double gravity, int order) {
+VEC_INLINE void blocks_all(const struct jets_system *s, double gravity, int order, int couples) {
     const struct blocks *b = s->blocks;
     jets_factor(s);
     blocks_prepare(s, b);
@@ -383,10 +392,20 @@ static void blocks_orders(const struct jets_system *s, double gravity, int order
         wide_put(s->turn_im + row + BLOCK_ARMS, wide_get(s->rate + row));
     }
     for (int k = 0; k < order; k++) {
-        blocks_known(s, b, k);
+        if (couples) couples_order(s, k);
+        blocks_known(s, b, k, couples);
         blocks_up(s, b);
-        blocks_down(s, b, k ? 0 : gravity, k);
+        blocks_down(s, b, couples_lift(s, gravity, k), k, couples);
     }
+}
+
+static void blocks_orders(const struct jets_system *s, double gravity, int order) {
+    blocks_all(s, gravity, order, 0);
+}
+
+/* with torques between the arms */
+static void blocks_coupled_orders(const struct jets_system *s, double gravity, int order) {
+    blocks_all(s, gravity, order, 1);
 }
 
 #endif

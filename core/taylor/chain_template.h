@@ -13,6 +13,7 @@
 #include "core/taylor/jets_system.h"
 #include "core/simd/vec_isa.h"
 #include "core/taylor/chain.h"
+#include "core/taylor/couples_template.h"
 
 VEC_INLINE double *chain_at(const struct chain *chain, int piece) {
     return chain->numbers + (size_t)piece * CHAIN_NUMBERS;
@@ -173,22 +174,26 @@ VEC_INLINE void chain_sums_put(double *at, int row, int lane, struct chain_sums 
     chain_put(at, row + 3, lane, x.ci);
 }
 
-/* adds u times a rate and a force */
-VEC_INLINE void chain_add(struct chain_sums *x, wide ur, wide ui, wide rate, wide force) {
+/* adds u times a rate, and times a force; what real parts of u meet of it is `cross` */
+VEC_INLINE void chain_add(struct chain_sums *x, wide ur, wide ui, wide rate, wide force,
+                          wide cross) {
     x->Tr = wide_fma(ur, rate, x->Tr);
     x->Ti = wide_fma(ui, rate, x->Ti);
-    x->cr = wide_fma(ur, force, x->cr);
+    x->cr = wide_fma(ur, cross, x->cr);
     x->ci = wide_fma(ui, force, x->ci);
 }
 
 /* the series of WIDE arms */
 struct chain_series {
     const double *re, *im, *rate, *force;
+    const double *cross; /* imaginary parts of the forces, where torques act; else the forces */
 };
 
-VEC_INLINE struct chain_series chain_series(const struct jets_system *s, int piece, int lane) {
+VEC_INLINE struct chain_series chain_series(const struct jets_system *s, int piece, int lane,
+                                            int couples) {
     size_t row = (size_t)piece * s->tile + (size_t)lane;
-    return (struct chain_series){s->turn_re + row, s->turn_im + row, s->rate + row, s->force + row};
+    const double *force = s->force + row, *cross = couples ? s->loads->cross + row : force;
+    return (struct chain_series){s->turn_re + row, s->turn_im + row, s->rate + row, force, cross};
 }
 
 VEC_INLINE wide chain_order(const double *series, int order) {
@@ -198,34 +203,41 @@ VEC_INLINE wide chain_order(const double *series, int order) {
 /* adds the product with u_j to the sums of order k, or to those of order k + 1 */
 VEC_INLINE void chain_term(const struct chain_series *x, int j, int k, struct chain_sums *sum) {
     chain_add(sum, chain_order(x->re, j), chain_order(x->im, j), chain_order(x->rate, k + 1 - j),
-              chain_order(x->force, k - j));
+              chain_order(x->force, k - j), chain_order(x->cross, k - j));
 }
 
 /*
  * Of T and c of orders k and k + 1 the terms without a coefficient from order k - 2 on: they are
  * added up while that order and the next are solved, which waits.
  */
-VEC_INLINE void chain_old(const struct jets_system *s, const struct chain *chain, int piece,
-                          int k) {
+VEC_INLINE void chain_old(const struct jets_system *s, const struct chain *chain, int piece, int k,
+                          int couples) {
     double *at = chain_at(chain, piece);
     wide zero = wide_of(0);
     for (int h = 0; h < CHAIN_ARMS; h += WIDE) {
-        struct chain_series x = chain_series(s, piece, h);
+        struct chain_series x = chain_series(s, piece, h, couples);
         struct chain_sums now = {zero, zero, zero, zero}, next = now;
         const double *re = x.re + 3 * CHAIN_ARMS, *im = x.im + 3 * CHAIN_ARMS;
         const double *rate = x.rate + (k - 2) * CHAIN_ARMS, *force = x.force + (k - 3) * CHAIN_ARMS;
-        wide w = wide_get(rate), f = wide_get(force);
-        chain_add(&now, wide_get(re), wide_get(im), w, f);
+        const double *cross = x.cross + (k - 3) * CHAIN_ARMS;
+        wide w = wide_get(rate), f = wide_get(force), g = couples ? wide_get(cross) : f;
+        chain_add(&now, wide_get(re), wide_get(im), w, f, g);
         for (int j = 4; j < k; j++) {
             re += CHAIN_ARMS, im += CHAIN_ARMS, rate -= CHAIN_ARMS, force -= CHAIN_ARMS;
             wide ur = wide_get(re), ui = wide_get(im);
             VEC_PIN(ur);
             VEC_PIN(ui);
-            chain_add(&next, ur, ui, w, f);
+            chain_add(&next, ur, ui, w, f, g);
             w = wide_get(rate), f = wide_get(force);
             VEC_PIN(w);
             VEC_PIN(f);
-            chain_add(&now, ur, ui, w, f);
+            g = f;
+            if (couples) {
+                cross -= CHAIN_ARMS;
+                g = wide_get(cross);
+                VEC_PIN(g);
+            }
+            chain_add(&now, ur, ui, w, f, g);
         }
         chain_sums_put(at, CHAIN_OLD_TR, h, now);
         chain_sums_put(at, CHAIN_OLDER_TR, h, next);
@@ -234,14 +246,15 @@ VEC_INLINE void chain_old(const struct jets_system *s, const struct chain *chain
 
 /* T and c of an even order k, and of order k + 1 but for the terms that order k is needed for */
 VEC_INLINE struct chain_sums chain_even(const struct jets_system *s, double *at, int piece, int h,
-                                        int k) {
-    struct chain_series x = chain_series(s, piece, h);
+                                        int k, int couples) {
+    struct chain_series x = chain_series(s, piece, h, couples);
     wide zero = wide_of(0), first = chain_order(x.rate, 0);
     struct chain_sums now = {zero, zero, zero, zero}, next = now;
     if (k < 4) {
         for (int j = 2; j <= k + 1; j++) {
             chain_add(&now, chain_order(x.re, j), chain_order(x.im, j),
-                      chain_order(x.rate, k + 1 - j), j <= k ? chain_order(x.force, k - j) : zero);
+                      chain_order(x.rate, k + 1 - j), j <= k ? chain_order(x.force, k - j) : zero,
+                      j <= k ? chain_order(x.cross, k - j) : zero);
             chain_term(&x, j, k + 1, &next);
         }
     } else {
@@ -253,7 +266,8 @@ VEC_INLINE struct chain_sums chain_even(const struct jets_system *s, double *at,
         wide ur = chain_order(x.re, k + 1), ui = chain_order(x.im, k + 1);
         now.Tr = wide_fma(ur, first, now.Tr);
         now.Ti = wide_fma(ui, first, now.Ti);
-        chain_add(&next, ur, ui, chain_order(x.rate, 1), chain_order(x.force, 0));
+        chain_add(&next, ur, ui, chain_order(x.rate, 1), chain_order(x.force, 0),
+                  chain_order(x.cross, 0));
         chain_term(&x, 2, k, &now);
         chain_term(&x, 2, k + 1, &next);
     }
@@ -267,7 +281,7 @@ VEC_INLINE struct chain_sums chain_even(const struct jets_system *s, double *at,
 /* T and c of an odd order k: the terms that were missing */
 VEC_INLINE struct chain_sums chain_odd(const struct jets_system *s, double *at, int piece, int h,
                                        int k) {
-    struct chain_series x = chain_series(s, piece, h);
+    struct chain_series x = chain_series(s, piece, h, 0);
     struct chain_sums now = chain_sums_get(at, CHAIN_NEXT_TR, h);
     wide first = chain_order(x.rate, 0);
     now.Tr = wide_fma(chain_order(x.re, k + 1), first, now.Tr);
@@ -277,17 +291,20 @@ VEC_INLINE struct chain_sums chain_odd(const struct jets_system *s, double *at, 
     return now;
 }
 
-VEC_INLINE void chain_known(const struct jets_system *s, const struct chain *chain, int k) {
+VEC_INLINE void chain_known(const struct jets_system *s, const struct chain *chain, int k,
+                            int couples) {
     wide share = wide_of(s->share[k]);
     for (int piece = 0; piece < chain->count; piece++) {
         double *at = chain_at(chain, piece);
         for (int h = 0; h < CHAIN_ARMS; h += WIDE) {
             struct chain_sums now =
-                k % 2 ? chain_odd(s, at, piece, h, k) : chain_even(s, at, piece, h, k);
+                k % 2 ? chain_odd(s, at, piece, h, k) : chain_even(s, at, piece, h, k, couples);
             chain_put(at, CHAIN_TR, h, now.Tr);
             chain_put(at, CHAIN_TI, h, now.Ti);
-            chain_put(at, CHAIN_CR, h, now.cr);
-            chain_put(at, CHAIN_S, h, now.ci * share);
+            if (!couples) chain_put(at, CHAIN_CR, h, now.cr);
+            chain_put(at, CHAIN_S, h,
+                      couples ? couples_across(s, piece * CHAIN_ARMS + h, k, now.ci - now.cr)
+                              : now.ci * share);
         }
     }
 }
@@ -309,11 +326,16 @@ VEC_INLINE void chain_ask(const struct chain *chain) {
     }
 }
 
-/* the root hangs on the pivot, which has i gravity */
-VEC_INLINE void chain_hang(const struct jets_system *s, const struct chain *chain, double gravity) {
-    double *at = chain_at(chain, 0);
-    at[CHAIN_ASK * CHAIN_ARMS] = lanes1_fma(s->sine[0], gravity, at[CHAIN_ASK * CHAIN_ARMS]);
-    at[CHAIN_KNOWN * CHAIN_ARMS] -= s->cosine[0] * gravity * at[CHAIN_PART * CHAIN_ARMS];
+/* the root hangs on the pivot */
+VEC_INLINE void chain_hang(const struct jets_system *s, const struct chain *chain,
+                           struct couples_lift lift) {
+    double *at = chain_at(chain, 0), C = s->cosine[0], Z = s->sine[0], across = C * lift.y;
+    at[CHAIN_ASK * CHAIN_ARMS] = lanes1_fma(Z, lift.y, at[CHAIN_ASK * CHAIN_ARMS]);
+    if (lift.x != 0) {
+        at[CHAIN_ASK * CHAIN_ARMS] += C * lift.x;
+        across -= Z * lift.x;
+    }
+    at[CHAIN_KNOWN * CHAIN_ARMS] -= across * at[CHAIN_PART * CHAIN_ARMS];
 }
 
 /* every piece by itself */
@@ -360,7 +382,8 @@ VEC_INLINE void chain_tensions(const struct chain *chain) {
 }
 
 /* the coefficients of order k and what they make of u */
-VEC_INLINE void chain_learn(const struct jets_system *s, const struct chain *chain, int k) {
+VEC_INLINE void chain_learn(const struct jets_system *s, const struct chain *chain, int k,
+                            int couples) {
     wide order = wide_of(k + 1), share = wide_of(s->share[k + 1]);
     for (int piece = 0; piece < chain->count; piece++) {
         const double *at = chain_at(chain, piece);
@@ -372,8 +395,11 @@ VEC_INLINE void chain_learn(const struct jets_system *s, const struct chain *cha
             turned =
                 wide_fma(chain_get(at, CHAIN_TURN_LAST, h), chain_last(at, CHAIN_MU, h), turned);
             size_t now = row + (size_t)h, next = now + CHAIN_ARMS, after = next + CHAIN_ARMS;
-            wide_put(s->rate + next, turned - chain_get(at, CHAIN_TR, h));
-            wide_put(s->force + now, wide_fma(mu, order, -chain_get(at, CHAIN_CR, h)));
+            wide rate = turned - chain_get(at, CHAIN_TR, h);
+            wide_put(s->rate + next, rate);
+            if (couples) wide_put(s->loads->spin + piece * CHAIN_ARMS + h, rate);
+            wide_put(s->force + now,
+                     couples ? mu * order : wide_fma(mu, order, -chain_get(at, CHAIN_CR, h)));
             wide_put(s->turn_re + after, -chain_get(at, CHAIN_TI, h) * share);
             wide_put(s->turn_im + after, turned * share);
         }
@@ -382,29 +408,30 @@ VEC_INLINE void chain_learn(const struct jets_system *s, const struct chain *cha
 
 /* a quarter of the pieces */
 VEC_INLINE void chain_quarter(const struct jets_system *s, const struct chain *chain, int quarter,
-                              int k) {
+                              int k, int couples) {
     if (k < 4) return;
     int end = chain->count * (quarter + 1) / 4;
     for (int piece = chain->count * quarter / 4; piece < end; piece++)
-        chain_old(s, chain, piece, k);
+        chain_old(s, chain, piece, k, couples);
 }
 
 /* order k, and meanwhile half of the old terms of order `later` */
-VEC_INLINE void chain_solve(const struct jets_system *s, const struct chain *chain, double gravity,
-                            int k, int later, int half) {
-    chain_known(s, chain, k);
+VEC_INLINE void chain_solve(const struct jets_system *s, const struct chain *chain,
+                            struct couples_lift lift, int k, int later, int half, int couples) {
+    if (couples) couples_order(s, k);
+    chain_known(s, chain, k, couples);
     chain_ask(chain);
-    if (gravity != 0) chain_hang(s, chain, gravity);
+    if (lift.y != 0 || lift.x != 0) chain_hang(s, chain, lift);
     chain_pieces(chain);
     chain_join(chain);
-    chain_quarter(s, chain, 2 * half, later);
+    chain_quarter(s, chain, 2 * half, later, couples);
     chain_tensions(chain);
-    chain_learn(s, chain, k);
-    chain_quarter(s, chain, 2 * half + 1, later);
+    chain_learn(s, chain, k, couples);
+    chain_quarter(s, chain, 2 * half + 1, later, couples);
 }
 
 /* all orders: rate_1 .. rate_order and force_0 .. force_{order - 1} from rate_0, cosine and sine */
-static void chain_orders(const struct jets_system *s, double gravity, int order) {
+VEC_INLINE void chain_all(const struct jets_system *s, double gravity, int order, int couples) {
     const struct chain *chain = s->chain;
     chain_prepare(s, chain);
     for (int piece = 0; piece < chain->count; piece++) {
@@ -416,9 +443,19 @@ static void chain_orders(const struct jets_system *s, double gravity, int order)
     }
     for (int k = 0; k < order; k += 2) {
         int later = k + 2 < order ? k + 2 : 0;
-        chain_solve(s, chain, k ? 0 : gravity, k, later, 0);
-        if (k + 1 < order) chain_solve(s, chain, 0, k + 1, later, 1);
+        chain_solve(s, chain, couples_lift(s, gravity, k), k, later, 0, couples);
+        if (k + 1 < order)
+            chain_solve(s, chain, couples_lift(s, gravity, k + 1), k + 1, later, 1, couples);
     }
+}
+
+static void chain_orders(const struct jets_system *s, double gravity, int order) {
+    chain_all(s, gravity, order, 0);
+}
+
+/* with torques between the arms */
+static void chain_coupled_orders(const struct jets_system *s, double gravity, int order) {
+    chain_all(s, gravity, order, 1);
 }
 
 #endif

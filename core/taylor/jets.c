@@ -58,68 +58,29 @@ static int jets_general(const struct pend_tree *tree, const struct pend_terms *t
     return terms && !jets_loads_suit(tree, terms);
 }
 
-/* numbers of a row of each order, and of a series, of a real pendulum that the quick kernels take
- */
-static size_t jets_loads_rows(int order_cap) {
-    return (size_t)(order_cap + JETS_BEYOND) * LOADS_STRIDE;
+/* where the arms sit in the series of a pendulum that the quick kernels take */
+static struct loads_seats jets_seating(const struct pend_tree *tree, int order_cap,
+                                       const int *seat) {
+    return (struct loads_seats){jets_tiles(tree, 0) * PEND_JETS_PAD, order_cap + JETS_BEYOND, seat};
 }
 
-static size_t jets_loads_series(int order_cap) {
-    return ((size_t)order_cap + JETS_BEYOND + 3 * LOADS_MARGIN) / LOADS_MARGIN * LOADS_MARGIN;
-}
-
-static size_t jets_loads_bytes(int order_cap) {
-    size_t count = LOADS_MARGIN;
-#define X(name) count += jets_loads_rows(order_cap);
-    LOADS_ROWS(X)
-#undef X
-#define X(name) count += jets_loads_series(order_cap);
-    LOADS_SERIES(X)
-#undef X
-    return count * sizeof(double);
-}
-
-static void jets_loads_lay(struct jets_loads *loads, const struct pend_tree *tree,
-                           const struct pend_terms *terms, int order_cap, double *at) {
-    int arms = terms->harmonics && terms->harmonic[terms->harmonics - 1].drives >= 0,
-        pivot = terms->harmonics && terms->harmonic[0].drives < 0;
-    *loads = (struct jets_loads){.terms = terms,
-                                 .springs = terms->row[PEND_TERM_STIFFNESS] >= 0,
-                                 .losses = terms->row[PEND_TERM_DAMPING] >= 0,
-                                 .drives = arms,
-                                 .moves = pivot || terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0};
-    loads->couples = loads->springs || loads->losses || arms || terms->row[PEND_TERM_TORQUE] >= 0;
-    loads->bend = at, at += LOADS_MARGIN;
-#define X(name) loads->name = at, at += jets_loads_rows(order_cap);
-    LOADS_ROWS(X)
-#undef X
-#define X(name) loads->name = at + LOADS_MARGIN, at += jets_loads_series(order_cap);
-    LOADS_SERIES(X)
-#undef X
-    int from = tree->n > 4 ? 8 : tree->n > 2 ? 4 : 2;
-    for (int a = 0; a < tree->n; a++) {
-        double *forces = loads->twist + a * LOADS_STRIDE + from;
-        forces[a] = 1 / tree->len[a];
-        if (tree->parent[a] >= 0) forces[tree->parent[a]] = -1 / tree->len[tree->parent[a]];
-    }
+/* bytes of the cutting of a tree for the quick kernels */
+static size_t jets_cut_bytes(const struct pend_tree *tree) {
+    if (pend_chain_suits(tree)) return pend_chain_bytes(tree);
+    if (jets_levels(tree)) return pend_levels_bytes(tree);
+    return tree->n > PEND_JETS_PAD ? pend_blocks_bytes(tree) : 0;
 }
 
 size_t pend_jets_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
                        int order_cap) {
     assert(order_cap >= PEND_JETS_ORDER_MIN && order_cap <= PEND_JETS_ORDER_MAX);
-    size_t cut = 0;
-    if (jets_general(tree, terms))
-        cut = pend_bodies_system_bytes(tree, terms, order_cap);
-    else if (terms)
-        cut = jets_loads_bytes(order_cap) +
-              (jets_loads_bodies(terms) ? pend_bodies_system_bytes(tree, terms, 1) : 0);
-    else if (pend_chain_suits(tree))
-        cut = pend_chain_bytes(tree);
-    else if (jets_levels(tree))
-        cut = pend_levels_bytes(tree);
-    else if (tree->n > PEND_JETS_PAD)
-        cut = pend_blocks_bytes(tree);
-    return jets_numbers(order_cap, tree, jets_general(tree, terms)) * sizeof(double) + cut;
+    int general = jets_general(tree, terms);
+    struct loads_seats seats = jets_seating(tree, order_cap, NULL);
+    size_t cut = general ? pend_bodies_system_bytes(tree, terms, order_cap) : jets_cut_bytes(tree);
+    if (terms && !general)
+        cut += pend_jets_loads_bytes(tree, terms, order_cap, &seats) +
+               (jets_loads_bodies(terms) ? pend_bodies_system_bytes(tree, terms, 1) : 0);
+    return jets_numbers(order_cap, tree, general) * sizeof(double) + cut;
 }
 
 static struct jets_system jets_view(const struct pend_tree *tree, int general, int order_cap,
@@ -166,6 +127,21 @@ static void jets_loads_shaped(struct pend_jets *jets, const struct pend_loads *l
     jets->loads.bodies = &jets->bodies;
 }
 
+/* cuts the tree for the quick kernels */
+static void jets_cut(struct pend_jets *jets, void *memory) {
+    const struct pend_tree *tree = jets->tree;
+    if (pend_chain_suits(tree)) {
+        pend_chain_init(&jets->chain, tree, memory);
+        jets->system.chain = &jets->chain;
+    } else if (jets_levels(tree)) {
+        pend_levels_init(&jets->levels, tree, memory);
+        jets->system.levels = &jets->levels;
+    } else if (tree->n > PEND_JETS_PAD) {
+        pend_blocks_init(&jets->blocks, tree, memory);
+        jets->system.blocks = &jets->blocks;
+    }
+}
+
 void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
                     const struct pend_loads *loads, int order_cap, void *memory) {
     int general = jets_general(tree, loads->terms);
@@ -189,21 +165,18 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
     void *cut = (double *)memory + jets_numbers(order_cap, tree, general);
     if (general) {
         jets_bodies_of(jets, loads, cut);
-    } else if (loads->terms) {
-        jets_loads_lay(&jets->loads, tree, loads->terms, order_cap, cut);
-        jets->system.loads = &jets->loads;
-        if (jets_loads_bodies(loads->terms))
-            jets_loads_shaped(jets, loads, (char *)cut + jets_loads_bytes(order_cap));
-    } else if (pend_chain_suits(tree)) {
-        pend_chain_init(&jets->chain, tree, cut);
-        jets->system.chain = &jets->chain;
-    } else if (jets_levels(tree)) {
-        pend_levels_init(&jets->levels, tree, cut);
-        jets->system.levels = &jets->levels;
-    } else if (tree->n > PEND_JETS_PAD) {
-        pend_blocks_init(&jets->blocks, tree, cut);
-        jets->system.blocks = &jets->blocks;
+        return;
     }
+    jets_cut(jets, cut);
+    if (!loads->terms) return;
+    struct loads_seats seats =
+        jets_seating(tree, order_cap, jets->system.levels ? jets->levels.seat : NULL);
+    char *at = (char *)cut + jets_cut_bytes(tree);
+    pend_jets_loads_init(&jets->loads, tree, loads->terms, order_cap, &seats, at);
+    jets->system.loads = &jets->loads;
+    if (jets_loads_bodies(loads->terms))
+        jets_loads_shaped(jets, loads,
+                          at + pend_jets_loads_bytes(tree, loads->terms, order_cap, &seats));
 }
 
 static const struct jets_kernel *jets_kernel(enum pend_isa isa) {

@@ -1,8 +1,8 @@
 /* What a real pendulum has beside the series of an ideal one: torques between arms, the
  * acceleration of its pivot, and, of few arms, bodies in place of point masses. The quick kernels
  * take these.
- * Leaves to others: the arithmetic (loads_template, small_loads_template), pendulums with anything
- * else (jets_bodies).
+ * Leaves to others: the arithmetic (loads_template, small_loads_template, couples_template),
+ * pendulums with anything else (jets_bodies).
  * Invariant: which terms there are decides, not their numbers, so that all members of an ensemble
  * go one way. */
 #ifndef PEND_JETS_LOADS_H
@@ -39,6 +39,39 @@ enum {
  */
 #define LOADS_SERIES(X) X(lift_x) X(lift_y) X(slide_x) X(slide_y) X(haul_x) X(haul_y)
 
+/*
+ * Of trees of more than eight arms with torques between them: numbers a seat, with LOADS_MARGIN
+ * zeros on either side. Rates and torques are in units as the series are.
+ *
+ * hold, stiff   torque for a unit of rate, of angle, to the parent
+ * fixed         torque of order 0: the given one, and that of the springs at the start
+ * part          1 / length; 0 of an empty seat
+ * spin          rates of the order at hand
+ * torque        on the arm, its opposite on the parent, order at hand
+ * bent          the sum of all torques on the arm
+ */
+#define LOADS_SEATS(X) X(hold) X(stiff) X(fixed) X(part) X(spin) X(torque) X(bent)
+/*
+ * Series of the same trees, laid out as those of the rates are, behind eight zeros.
+ *
+ * cross   imaginary parts of the forces in axes that are fixed, whose real parts are in `force`
+ * slip    rates less those of the parents
+ * motor   torques of drives
+ */
+#define LOADS_TILES(X) X(cross) X(slip) X(motor)
+
+/* Arms that carry several: the further ones, each with its parent, by seats. */
+struct loads_kid {
+    int parent, child;
+};
+
+/* Of eight seats that follow each other: where their parents and their first children begin, if
+ * these follow each other too; else LOADS_APART. */
+enum { LOADS_APART = -1000000000 };
+struct loads_tile {
+    int parent, child;
+};
+
 /* The instant that series are about, and their unit. */
 struct loads_moment {
     double unit;       /* s, a power of two of either sign */
@@ -51,6 +84,7 @@ struct bodies_system;
 struct jets_loads {
     const struct pend_terms *terms;
     const double *value; /* of the terms, those of the expansion at hand */
+    double unit;         /* of time, of that expansion */
     int couples;         /* torques act between arms */
     int springs, losses; /* among them those of springs and of friction */
     int drives, moves;   /* harmonics among the torques; the pivot moves */
@@ -59,9 +93,21 @@ struct jets_loads {
     struct bodies_system *bodies; /* of masses that are not points at tips, or of arms that hang
                                    * elsewhere: their numbers and factorization; else NULL */
     double *bend;                 /* angles to the parents, of the first arm to the vertical */
+    int seats;           /* of a tree of more than eight arms, empty ones included; else 0 */
+    const int *seat;     /* of an arm; NULL = arms sit in stored order */
+    int *parent, *child; /* seats of an arm's parent and of its first child; -1 = none */
+    struct loads_tile *near;
+    struct loads_kid *kid;
+    int kids;
 #define X(name) double *name;
-    LOADS_ROWS(X) LOADS_SERIES(X)
+    LOADS_ROWS(X) LOADS_SERIES(X) LOADS_SEATS(X) LOADS_TILES(X)
 #undef X
+};
+
+/* Where the arms of a tree sit in its series. */
+struct loads_seats {
+    int count, rows; /* seats, a multiple of 8; rows of a tile of the series */
+    const int *seat; /* of an arm; NULL = arms sit in stored order */
 };
 
 /**
@@ -96,13 +142,35 @@ static inline int jets_loads_bodies(const struct pend_terms *terms) {
     return 0;
 }
 
-/** Non-zero if the quick kernels of one tree take it, which has few arms. O(1). */
+/** Non-zero if the quick kernels of one tree take it: of more than eight arms those of points.
+ * O(1).
+ */
 static inline int jets_loads_suit(const struct pend_tree *tree, const struct pend_terms *terms) {
-    if (tree->n > 8) return 0;
+    if (tree->n > 8) return jets_loads_known(terms);
     struct pend_terms points = *terms; // what would be left with points at the tips
     for (int r = 0; r < PEND_TERM_ROWS; r++)
         if (jets_loads_shape(r)) points.row[r] = -1;
     return jets_loads_known(&points);
 }
+
+/**
+ * Returns the bytes of memory that the loads of a pendulum need, a multiple of 64. O(1).
+ *
+ * seats  their number and rows; `seat` is not read.
+ */
+size_t pend_jets_loads_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
+                             int order_cap, const struct loads_seats *seats);
+
+/**
+ * Lays out the loads of a pendulum.
+ *
+ * terms   known to the quick kernels; must outlive the loads, as `seats->seat` must.
+ * memory  pend_jets_loads_bytes bytes, all zero, aligned to 64; not owned.
+ *
+ * O(n).
+ */
+void pend_jets_loads_init(struct jets_loads *loads, const struct pend_tree *tree,
+                          const struct pend_terms *terms, int order_cap,
+                          const struct loads_seats *seats, void *memory);
 
 #endif

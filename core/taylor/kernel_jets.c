@@ -15,7 +15,6 @@ enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000 };
 #include "core/taylor/blocks_template.h"
 #include "core/taylor/levels_template.h"
 #include "core/taylor/chain_template.h"
-#include "core/taylor/loads_template.h"
 
 #define LANES 2
 #include "core/taylor/small_template.h"
@@ -58,12 +57,30 @@ static void kernel_bend(const struct jets_system *s) {
     }
 }
 
+/* of a real pendulum of more than eight arms */
+static void kernel_loaded_large(const struct jets_system *s, const double *value,
+                                const struct loads_moment *now, int order) {
+    struct jets_loads *loads = s->loads;
+    loads_number(s, value, now, order);
+    if (loads->couples) couples_begin(s, now, order);
+    if (s->chain)
+        (loads->couples ? chain_coupled_orders : chain_orders)(s, 0, order);
+    else if (s->levels)
+        (loads->couples ? levels_coupled_orders : levels_orders)(s, 0, order);
+    else
+        (loads->couples ? blocks_coupled_orders : blocks_orders)(s, 0, order);
+    couples_haul(s, order);
+    loads->orders = loads->couples ? order : 0;
+}
+
 /* of a real pendulum */
 static void kernel_loaded(const struct jets_system *s, const struct jets_state *state,
                           const struct pend_loads *loads, double unit, int order) {
     struct loads_moment now = {unit, loads->gravity * (unit * unit), state->time, state->late};
     if (s->loads->springs) kernel_bend(s);
-    if (s->n > 4)
+    if (s->n > 8)
+        kernel_loaded_large(s, loads->value, &now, order);
+    else if (s->n > 4)
         small8_loaded_orders(s, loads->value, &now, order);
     else if (s->n > 2)
         small4_loaded_orders(s, loads->value, &now, order);
@@ -72,7 +89,9 @@ static void kernel_loaded(const struct jets_system *s, const struct jets_state *
 }
 
 static void kernel_along(const struct jets_system *s, int order) {
-    if (s->n > 4)
+    if (s->n > 8)
+        couples_along(s, order);
+    else if (s->n > 4)
         small8_along(s, order);
     else if (s->n > 2)
         small4_along(s, order);
@@ -82,7 +101,9 @@ static void kernel_along(const struct jets_system *s, int order) {
 
 static void kernel_power(const struct jets_system *s, int order, double work[], double heat[]) {
     double sums[2][LOADS_ORDERS] = {{0}};
-    if (s->n > 4)
+    if (s->n > 8)
+        couples_power(s, order, sums[0], sums[1]);
+    else if (s->n > 4)
         small8_power(s, order, sums[0], sums[1]);
     else if (s->n > 2)
         small4_power(s, order, sums[0], sums[1]);

@@ -8,6 +8,7 @@
 #define PEND_LEVELS_TEMPLATE_H
 
 #include "core/taylor/convolve_template.h"
+#include "core/taylor/couples_template.h"
 #include "core/taylor/levels_factor.h"
 
 /* ---- once an order, from the leaves to the root */
@@ -26,13 +27,16 @@ VEC_INLINE struct level_rows level_rows(const struct jets_system *s, int block, 
 }
 
 /* T and c of order k; what is known of order k + 1 waits where that order will be */
-VEC_INLINE struct convolved level_known(const struct jets_system *s, int block, int h, int k) {
+VEC_INLINE struct convolved level_known(const struct jets_system *s, int block, int h, int k,
+                                        int couples) {
     struct level_rows last = level_rows(s, block, h, k), after = level_rows(s, block, h, k + 1);
-    struct convolved next, now = convolve(s, (size_t)block * s->tile + (size_t)h, k, &next);
+    struct convolved next,
+        now = convolve(s, (size_t)block * s->tile + (size_t)h, k, couples, &next);
     wide_put(after.rate, next.Tr);
     wide_put(after.turn_re, next.Ti);
-    wide_put(after.force, next.cr);
     wide_put(after.turn_im, next.ci);
+    if (couples) return now;
+    wide_put(after.force, next.cr);
     wide_put(last.force, now.cr);
     return now;
 }
@@ -47,12 +51,14 @@ VEC_INLINE struct convolved level_complete(const struct jets_system *s, int bloc
 
 /* T and c of order k, put where what they are part of will be; Ti and s go on */
 VEC_INLINE struct convolved level_begin(const struct jets_system *s, const struct levels *l,
-                                        int block, int h, int k) {
-    struct convolved known = k % 2 ? level_complete(s, block, h, k) : level_known(s, block, h, k);
+                                        int block, int h, int k, int couples) {
+    struct convolved known =
+        k % 2 ? level_complete(s, block, h, k) : level_known(s, block, h, k, couples);
     struct level_rows now = level_rows(s, block, h, k);
     wide_put(now.rate, known.Tr);
     wide_put(now.turn_re, -known.Ti * wide_of(s->share[k + 1]));
-    known.ci *= wide_of(s->share[k]);
+    known.ci = couples ? couples_across(s, block * LEVEL_ARMS + h, k, known.ci)
+                       : known.ci * wide_of(s->share[k]);
     level_put(levels_at(l, block) + h, LEVEL_KNOWN, known.ci);
     return known;
 }
@@ -100,16 +106,17 @@ VEC_INLINE struct level_sums level_children(const struct levels *l, int which, i
 
 /* leaves have nothing to add up */
 VEC_INLINE void level_up_leaves(const struct jets_system *s, const struct levels *l, int i, int h,
-                                int k) {
+                                int k, int couples) {
     double *at = levels_at(l, i) + h;
-    struct convolved known = level_begin(s, l, i, h, k);
+    struct convolved known = level_begin(s, l, i, h, k, couples);
     level_ask(at, known.ci, -(level_get(at, LEVEL_WEIGHT) * known.Ti));
 }
 
-VEC_INLINE void level_up(const struct jets_system *s, const struct levels *l, int i, int h, int k) {
+VEC_INLINE void level_up(const struct jets_system *s, const struct levels *l, int i, int h, int k,
+                         int couples) {
     const double *below = levels_at(l, l->block[i].below) + h;
     double *at = levels_at(l, i) + h;
-    struct convolved known = level_begin(s, l, i, h, k);
+    struct convolved known = level_begin(s, l, i, h, k, couples);
     struct level_sums sums = {level_get(below, LEVEL_ASKED), level_get(below, LEVEL_GIVEN)};
     sums = level_children(l, i, h, known.ci, sums);
     wide push = wide_fma(level_get(at, LEVEL_LEAN), known.ci, sums.asked);
@@ -120,12 +127,13 @@ VEC_INLINE void level_up(const struct jets_system *s, const struct levels *l, in
 
 /* the cap's arms hang on each other: they ask first without what they are to find out, and again
  * when they know it */
-VEC_INLINE void level_up_cap(const struct jets_system *s, const struct levels *l, int i, int k) {
+VEC_INLINE void level_up_cap(const struct jets_system *s, const struct levels *l, int i, int k,
+                             int couples) {
     const struct level_block *block = &l->block[i];
     struct vec8 known, heave, pull;
     for (int p = 0; p < VEC8_PARTS; p++) {
         double *at = levels_at(l, i) + p * WIDE;
-        struct convolved x = level_begin(s, l, i, p * WIDE, k);
+        struct convolved x = level_begin(s, l, i, p * WIDE, k, couples);
         known.part[p] = x.ci;
         heave.part[p] = level_get(at, LEVEL_WEIGHT) * x.Ti;
         level_ask(at, x.ci, wide_of(0));
@@ -150,13 +158,13 @@ VEC_INLINE void level_up_cap(const struct jets_system *s, const struct levels *l
     }
 }
 
-static void levels_up(const struct jets_system *s, const struct levels *l, int k) {
+VEC_INLINE void levels_up(const struct jets_system *s, const struct levels *l, int k, int couples) {
     int i = 0;
     for (; l->block[i].leaves; i++)
-        for (int h = 0; h < LEVEL_ARMS; h += WIDE) level_up_leaves(s, l, i, h, k);
+        for (int h = 0; h < LEVEL_ARMS; h += WIDE) level_up_leaves(s, l, i, h, k, couples);
     for (; i < l->count - 1; i++)
-        for (int h = 0; h < LEVEL_ARMS; h += WIDE) level_up(s, l, i, h, k);
-    level_up_cap(s, l, i, k);
+        for (int h = 0; h < LEVEL_ARMS; h += WIDE) level_up(s, l, i, h, k, couples);
+    level_up_cap(s, l, i, k, couples);
 }
 
 /* ---- once an order, from the root to the leaves */
@@ -182,15 +190,18 @@ VEC_INLINE wide level_tension(const double *at, wide share) {
 
 /* the coefficients of order k and what they make of u */
 VEC_INLINE void level_learn(const struct jets_system *s, const struct levels *l, int block, int h,
-                            int k, const struct level_felt *felt, wide tension, wide tangential) {
+                            int k, const struct level_felt *felt, wide tension, wide tangential,
+                            int couples) {
     const double *at = levels_at(l, block) + h;
     struct level_rows now = level_rows(s, block, h, k);
     wide gap = wide_fma(level_get(at, LEVEL_SINE), felt->radial, tangential);
     wide turned =
         (gap - level_get(at, LEVEL_COSINE) * felt->tangential) * level_get(at, LEVEL_PART);
     wide mu = wide_fma(level_get(at, LEVEL_STIFF), felt->radial, tension);
-    wide_put(now.rate, turned - wide_get(now.rate));
-    wide_put(now.force, mu * wide_of(k + 1) - wide_get(now.force));
+    wide rate = turned - wide_get(now.rate), pull = mu * wide_of(k + 1);
+    wide_put(now.rate, rate);
+    if (couples) wide_put(s->loads->spin + block * LEVEL_ARMS + h, rate);
+    wide_put(now.force, couples ? pull : pull - wide_get(now.force));
     wide_put(now.turn_im, turned * wide_of(s->share[k + 1]));
 }
 
@@ -202,15 +213,19 @@ VEC_INLINE wide level_tip(double *at, wide radial) {
     return tangential;
 }
 
-/* the root hangs on the pivot, which has i gravity; it is the cap's first arm */
-VEC_INLINE double levels_lift(const struct levels *l, double gravity) {
-    levels_at(l, l->count)[LEVEL_TANGENTIAL * LEVEL_ARMS] = gravity;
-    return levels_at(l, l->count - 1)[LEVEL_SINE * LEVEL_ARMS] * gravity;
+/* the root, which is the cap's first arm, hangs on the pivot: what it feels along itself */
+VEC_INLINE double levels_lift(const struct levels *l, struct couples_lift lift) {
+    const double *root = levels_at(l, l->count - 1);
+    double *pivot = levels_at(l, l->count), along = root[LEVEL_SINE * LEVEL_ARMS] * lift.y;
+    if (lift.x != 0) along = lanes1_fma(root[LEVEL_COSINE * LEVEL_ARMS], lift.x, along);
+    pivot[LEVEL_RADIAL * LEVEL_ARMS] = lift.x;
+    pivot[LEVEL_TANGENTIAL * LEVEL_ARMS] = lift.y;
+    return along;
 }
 
 /* the cap's tips answer to all its shifts at once */
 VEC_INLINE void level_down_cap(const struct jets_system *s, const struct levels *l, double lift,
-                               int i, int k) {
+                               int i, int k, int couples) {
     const struct level_block *block = &l->block[i];
     struct vec8 tension, shift;
     for (int p = 0; p < VEC8_PARTS; p++) {
@@ -227,42 +242,42 @@ VEC_INLINE void level_down_cap(const struct jets_system *s, const struct levels 
     }
     for (int p = 0; p < VEC8_PARTS; p++) {
         struct level_felt felt = level_feel(l, block, p * WIDE);
-        level_learn(s, l, i, p * WIDE, k, &felt, tension.part[p], tangential.part[p]);
+        level_learn(s, l, i, p * WIDE, k, &felt, tension.part[p], tangential.part[p], couples);
     }
 }
 
-VEC_INLINE void level_down(const struct jets_system *s, const struct levels *l, int i, int h,
-                           int k) {
+VEC_INLINE void level_down(const struct jets_system *s, const struct levels *l, int i, int h, int k,
+                           int couples) {
     double *at = levels_at(l, i) + h;
     struct level_felt felt = level_feel(l, &l->block[i], h);
     wide tension = level_tension(at, felt.across);
     wide shift = (tension - level_get(at, LEVEL_PUSH)) * level_get(at, LEVEL_INV_EFF);
     wide radial = wide_fma(level_get(at, LEVEL_KAPPA), felt.radial, shift);
-    level_learn(s, l, i, h, k, &felt, tension, level_tip(at, radial));
+    level_learn(s, l, i, h, k, &felt, tension, level_tip(at, radial), couples);
 }
 
 /* the accelerations of a leaf's tip are not needed */
 VEC_INLINE void level_down_leaves(const struct jets_system *s, const struct levels *l, int i, int h,
-                                  int k) {
+                                  int k, int couples) {
     const double *at = levels_at(l, i) + h;
     struct level_felt felt = level_feel(l, &l->block[i], h);
     wide tangential = level_get(at, LEVEL_INV) * level_get(at, LEVEL_KNOWN);
-    level_learn(s, l, i, h, k, &felt, level_tension(at, felt.across), tangential);
+    level_learn(s, l, i, h, k, &felt, level_tension(at, felt.across), tangential, couples);
 }
 
-static void levels_down(const struct jets_system *s, const struct levels *l, double gravity,
-                        int k) {
+VEC_INLINE void levels_down(const struct jets_system *s, const struct levels *l,
+                            struct couples_lift lift, int k, int couples) {
     int i = l->count - 1;
-    level_down_cap(s, l, levels_lift(l, gravity), i--, k);
+    level_down_cap(s, l, levels_lift(l, lift), i--, k, couples);
     for (; !l->block[i].leaves; i--)
-        for (int h = 0; h < LEVEL_ARMS; h += WIDE) level_down(s, l, i, h, k);
+        for (int h = 0; h < LEVEL_ARMS; h += WIDE) level_down(s, l, i, h, k, couples);
     for (; i >= 0; i--)
-        for (int h = 0; h < LEVEL_ARMS; h += WIDE) level_down_leaves(s, l, i, h, k);
+        for (int h = 0; h < LEVEL_ARMS; h += WIDE) level_down_leaves(s, l, i, h, k, couples);
 }
 
 /* all orders: rate_1 .. rate_order and force_0 .. force_{order - 1} from rate_0 and the
  * factorization */
-static void levels_orders(const struct jets_system *s, double gravity, int order) {
+VEC_INLINE void levels_all(const struct jets_system *s, double gravity, int order, int couples) {
     const struct levels *l = s->levels;
     levels_factor(s, l);
     for (int a = 0; a < jets_seats(s); a += WIDE) {
@@ -271,9 +286,19 @@ static void levels_orders(const struct jets_system *s, double gravity, int order
         wide_put(s->turn_im + row + LEVEL_ARMS, wide_get(s->rate + row));
     }
     for (int k = 0; k < order; k++) {
-        levels_up(s, l, k);
-        levels_down(s, l, k ? 0 : gravity, k);
+        if (couples) couples_order(s, k);
+        levels_up(s, l, k, couples);
+        levels_down(s, l, couples_lift(s, gravity, k), k, couples);
     }
+}
+
+static void levels_orders(const struct jets_system *s, double gravity, int order) {
+    levels_all(s, gravity, order, 0);
+}
+
+/* with torques between the arms */
+static void levels_coupled_orders(const struct jets_system *s, double gravity, int order) {
+    levels_all(s, gravity, order, 1);
 }
 
 #endif

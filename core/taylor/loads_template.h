@@ -110,12 +110,19 @@ static void loads_springs(const struct jets_system *s, double unit, double *forc
     }
 }
 
+/* the numbers of an expansion, and what its pivot does */
+static void loads_number(const struct jets_system *s, const double *value,
+                         const struct loads_moment *now, int order) {
+    s->loads->value = value;
+    s->loads->unit = now->unit;
+    loads_pivot(s, now, s->loads->moves ? order : 1);
+}
+
 /* all that is known before the first order */
 static void loads_begin(const struct jets_system *s, const double *value,
                         const struct loads_moment *now, int order, int from) {
     struct jets_loads *loads = s->loads;
-    loads->value = value;
-    loads_pivot(s, now, loads->moves ? order : 1);
+    loads_number(s, value, now, order);
     if (!loads->bodies) loads_lift(s, loads->moves ? order : 1);
     if (loads->bodies) loads->bodies->value = value;
     if (loads->couples) loads_torques(s, now, order, from);

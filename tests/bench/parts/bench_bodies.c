@@ -10,10 +10,14 @@
 #include "core/taylor/jets.h"
 #include "tests/bench/parts/bench.h"
 
-enum { ARMS_MAX = 64, ORDER = 20 };
+enum { ARMS_MAX = 1000, ORDER = 20 };
 
 /* what a pendulum has beyond the ideal one */
-enum kind { IDEAL, COUPLES, PIVOT, RODS, EVERYTHING };
+enum kind { IDEAL, COUPLES, PIVOT, BOTH, RODS, EVERYTHING };
+
+/* a chain; a tree whose arms hang on one of the three before them; the complete binary tree; arms
+ * that hang on the first */
+enum shape { CHAIN, LIMBS, BINARY, STAR };
 
 struct subject {
     struct pend_tree *tree;
@@ -31,8 +35,8 @@ static void subject_fill(struct subject *s, enum pend_term_row row, double numbe
 static void subject_terms(struct subject *s, int n, enum kind kind) {
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
     int drives[2] = {PEND_DRIVE_PIVOT_Y, 0}, place[2], all = kind == EVERYTHING;
-    int harmonics = all ? 2 : kind == PIVOT;
-    rows[PEND_TERM_DAMPING] = rows[PEND_TERM_STIFFNESS] = kind == COUPLES || all;
+    int harmonics = all ? 2 : kind == PIVOT || kind == BOTH;
+    rows[PEND_TERM_DAMPING] = rows[PEND_TERM_STIFFNESS] = kind == COUPLES || kind == BOTH || all;
     rows[PEND_TERM_ROD] = kind == RODS || all;
     rows[PEND_TERM_FRICTION] = rows[PEND_TERM_DRAG] = rows[PEND_TERM_DRAG_QUADRATIC] = all;
     ones[PEND_TERM_DRAG_PER_MASS] = all;
@@ -55,15 +59,20 @@ static void subject_terms(struct subject *s, int n, enum kind kind) {
     s->loads.terms = s->terms, s->loads.value = s->value;
 }
 
-/* a chain, or a tree whose arms hang on one of the three before them */
-static void subject_open(struct subject *s, int n, int chain, enum kind kind) {
+static int subject_parent(enum shape shape, int k, unsigned *state) {
+    *state = *state * 1664525u + 1013904223u;
+    if (shape == STAR) return k ? 0 : -1;
+    if (shape == BINARY) return (k + 1) / 2 - 1;
+    return shape == CHAIN || k < 3 ? k - 1 : k - 1 - (int)((*state >> 16) % 3);
+}
+
+static void subject_open(struct subject *s, int n, enum shape shape, enum kind kind) {
     double length[ARMS_MAX], mass[ARMS_MAX];
     int parent[ARMS_MAX];
     unsigned state = 1;
     memset(s, 0, sizeof *s);
     for (int k = 0; k < n; k++) {
-        state = state * 1664525u + 1013904223u;
-        parent[k] = chain || k < 3 ? k - 1 : k - 1 - (int)((state >> 16) % 3);
+        parent[k] = subject_parent(shape, k, &state);
         length[k] = 1, mass[k] = 1 + 0.01 * k;
         s->phi[k] = -1 + 0.3 * k, s->rate[k] = 0.2;
     }
@@ -78,10 +87,10 @@ static void subject_close(struct subject *s) {
     free(s->value);
 }
 
-static void series(struct bench *bench, int n, int chain, enum kind kind) {
+static void series(struct bench *bench, int n, enum shape shape, enum kind kind) {
     struct subject s;
     struct pend_jets jets;
-    subject_open(&s, n, chain, kind);
+    subject_open(&s, n, shape, kind);
     size_t bytes = pend_jets_bytes(s.tree, s.terms, ORDER);
     void *memory = aligned_alloc(64, (bytes + 63) / 64 * 64);
     if (!memory) bench_broken("memory");
@@ -94,10 +103,10 @@ static void series(struct bench *bench, int n, int chain, enum kind kind) {
     subject_close(&s);
 }
 
-static void run(struct bench *bench, int n, int chain, enum kind kind, const char *name) {
+static void run(struct bench *bench, int n, enum shape shape, enum kind kind, const char *name) {
     static double t[2], phi[2 * ARMS_MAX], rate[2 * ARMS_MAX];
     struct subject s;
-    subject_open(&s, n, chain, kind);
+    subject_open(&s, n, shape, kind);
     struct pend_problem problem = {
         .tree = s.tree, .loads = s.loads, .phi = s.phi, .rate = s.rate, .atol_given = 1};
     problem.times = (struct pend_times){.count = 2, .span = 5, .divisor = 1};
@@ -119,16 +128,28 @@ static void run(struct bench *bench, int n, int chain, enum kind kind, const cha
     X(ideal, IDEAL, __VA_ARGS__)                                                                   \
     X(couples, COUPLES, __VA_ARGS__)                                                               \
     X(pivot, PIVOT, __VA_ARGS__) X(rods, RODS, __VA_ARGS__) X(everything, EVERYTHING, __VA_ARGS__)
-#define SERIES(name, kind, n, chain, tree)                                                         \
-    BENCH(bodies_series_##tree##_##name, "series") { series(bench, n, chain, kind); }
-#define RUN(name, kind, n, chain, tree)                                                            \
-    BENCH(bodies_run_##tree##_##name, "run") { run(bench, n, chain, kind, "taylor"); }             \
-    BENCH(bodies_run_##tree##_##name##_rk8pd, "run") { run(bench, n, chain, kind, "rk8pd"); }
+#define QUICK_KINDS(X, ...)                                                                        \
+    X(ideal, IDEAL, __VA_ARGS__)                                                                   \
+    X(couples, COUPLES, __VA_ARGS__) X(pivot, PIVOT, __VA_ARGS__) X(both, BOTH, __VA_ARGS__)
+#define SERIES(name, kind, n, shape, tree)                                                         \
+    BENCH(bodies_series_##tree##_##name, "series") { series(bench, n, shape, kind); }
+#define RUN(name, kind, n, shape, tree)                                                            \
+    BENCH(bodies_run_##tree##_##name, "run") { run(bench, n, shape, kind, "taylor"); }             \
+    BENCH(bodies_run_##tree##_##name##_rk8pd, "run") { run(bench, n, shape, kind, "rk8pd"); }
 
-KINDS(SERIES, 1, 1, arm_1)
-KINDS(SERIES, 2, 1, chain_2)
-KINDS(SERIES, 6, 0, limbs_6)
-KINDS(SERIES, 16, 1, chain_16)
-KINDS(SERIES, 40, 0, limbs_40)
-KINDS(RUN, 2, 1, chain_2)
-KINDS(RUN, 16, 1, chain_16)
+KINDS(SERIES, 1, CHAIN, arm_1)
+KINDS(SERIES, 2, CHAIN, chain_2)
+KINDS(SERIES, 6, LIMBS, limbs_6)
+KINDS(SERIES, 16, CHAIN, chain_16)
+KINDS(SERIES, 40, LIMBS, limbs_40)
+QUICK_KINDS(SERIES, 9, CHAIN, chain_9)
+QUICK_KINDS(SERIES, 200, CHAIN, chain_200)
+QUICK_KINDS(SERIES, 1000, CHAIN, chain_1000)
+QUICK_KINDS(SERIES, 16, STAR, star_16)
+QUICK_KINDS(SERIES, 200, STAR, star_200)
+QUICK_KINDS(SERIES, 16, BINARY, binary_16)
+QUICK_KINDS(SERIES, 64, BINARY, binary_64)
+QUICK_KINDS(SERIES, 1000, BINARY, binary_1000)
+QUICK_KINDS(SERIES, 200, LIMBS, limbs_200)
+KINDS(RUN, 2, CHAIN, chain_2)
+KINDS(RUN, 16, CHAIN, chain_16)

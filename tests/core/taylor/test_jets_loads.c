@@ -1,6 +1,7 @@
 /* Tests of the quick kernels of real pendulums (core/taylor/jets_loads): torques between arms, a
- * driven pivot and bodies, on all small trees, against quadruple precision and against the general
- * kernel. Leaves to others: ideal pendulums (test_jets), steps and runs (test_bodies_quad,
+ * driven pivot and bodies, on all small trees, and without bodies on large ones of every cutting,
+ * against quadruple precision and against the general kernel.
+ * Leaves to others: ideal pendulums (test_jets), steps and runs (test_bodies_quad,
  * test_real_pendulums).
  * Invariant: residuals are relative to the largest value among the arms. */
 #include "core/taylor/jets_loads.h"
@@ -15,7 +16,7 @@
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 
-enum { ARMS = 16, ORDER = 20 };
+enum { ARMS = 104, ORDER = 20 };
 
 static const unsigned loads[] = {TEST_TERMS_SPRINGS, TEST_TERMS_DAMPING, TEST_TERMS_TORQUES,
                                  TEST_TERMS_PIVOT, TEST_TERMS_RODS};
@@ -93,6 +94,7 @@ static double sum_of(const double *at, size_t step, int last, double x) {
  * precision, and rates, lambda, work and heat a part of a step later against the general kernel */
 struct errors {
     double acc, force, rates, forces, work, heat;
+    int chains, levels, blocks; /* how often each cutting was met */
 };
 
 static void keep(double *worst, double gap) {
@@ -162,6 +164,9 @@ static void pendulum_errors(struct errors *worst, const struct test_tree *t, uns
     scene_open(&quick, t, &b.loads, unit, isa);
     scene_open(&general, t, &twin.loads, unit, isa);
     CHECK(quick.jets.real && !quick.jets.general && general.jets.general);
+    worst->chains += quick.jets.system.chain != NULL;
+    worst->levels += quick.jets.system.levels != NULL;
+    worst->blocks += quick.jets.system.blocks != NULL;
     start_errors(worst, t, &b.loads, &quick, unit);
     double reach = pend_jets_reach(&quick.jets, ORDER, log2(1e-14), log2(1e-14));
     for (int i = 0; i <= 2; i++) series_errors(worst, t->n, &quick, &general, 0.5 * i * reach);
@@ -216,6 +221,30 @@ TEST(quick_kernels_keep_the_digits_of_bodies_whose_masses_differ_by_many_decades
     CHECK_RESIDUAL(worst.forces, 1e-12, "lambda within a step against the general kernel");
 }
 
+TEST(quick_kernels_of_large_trees_have_the_series_of_the_general_one_with_any_loads) {
+    static const int arms[] = {9, 16, 23, 40, 64, 100};
+    unsigned long long seed = 4;
+    struct errors worst = {0};
+    int i = 0;
+    for (int kind = 0; kind < TEST_TREE_KINDS; kind++)
+        for (size_t size = 0; size < sizeof arms / sizeof *arms; size++, i++) {
+            unsigned what = 0;
+            for (int bit = 0; bit < 4; bit++)
+                if ((i % 15 + 1) >> bit & 1) what |= loads[bit];
+            struct test_tree t;
+            test_tree_random(&t, (enum test_tree_kind)kind, arms[size], 0.3, &seed);
+            pendulum_errors(&worst, &t, what, 0, (enum pend_isa)(i % (pend_isa_best() + 1)), &seed);
+            test_tree_clear(&t);
+        }
+    CHECK(worst.chains >= 5 && worst.levels >= 5 && worst.blocks >= 5);
+    CHECK_RESIDUAL(worst.acc, 1e-13, "phi'' against quadruple precision");
+    CHECK_RESIDUAL(worst.force, 1e-13, "lambda against quadruple precision");
+    CHECK_RESIDUAL(worst.rates, 1e-13, "rates within a step against the general kernel");
+    CHECK_RESIDUAL(worst.forces, 1e-12, "lambda within a step against the general kernel");
+    CHECK_RESIDUAL(worst.work, 1e-12, "work within a step against the general kernel");
+    CHECK_RESIDUAL(worst.heat, 1e-14, "heat within a step against the general kernel");
+}
+
 TEST(quick_kernels_with_loads_have_the_same_bits_in_avx2_and_avx512) {
     unsigned long long seed = 2;
     enum pend_isa best = pend_isa_best(), least = best < PEND_ISA_AVX2 ? best : PEND_ISA_AVX2;
@@ -223,8 +252,10 @@ TEST(quick_kernels_with_loads_have_the_same_bits_in_avx2_and_avx512) {
         struct test_tree t;
         struct test_bodies b;
         struct scene one, other;
-        test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), 1 + i % 8, 0.3, &seed);
-        test_bodies_random(&b, t.tree, loads[i % LOADS] | loads[i / LOADS % LOADS], &seed);
+        int large = i % 3 == 2, n = large ? 9 + i : 1 + i % 8;
+        unsigned what = loads[i % LOADS] | loads[i / LOADS % LOADS];
+        test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, 0.3, &seed);
+        test_bodies_random(&b, t.tree, large ? what & ~(unsigned)TEST_TERMS_RODS : what, &seed);
         scene_open(&one, &t, &b.loads, 0.0625, least);
         scene_open(&other, &t, &b.loads, 0.0625, best);
         int differ = memcmp(one.work, other.work, sizeof one.work) != 0 ||

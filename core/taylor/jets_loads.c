@@ -1,0 +1,170 @@
+#include "core/taylor/jets_loads.h"
+
+#include <assert.h>
+
+enum { LOADS_SMALL = 8, LOADS_SPARE = 3, LOADS_TILE = 8 };
+
+/* memory that is counted, and handed out where there is some */
+struct loads_store {
+    char *base;
+    size_t used;
+};
+
+static void *loads_take(struct loads_store *store, size_t count, size_t bytes) {
+    void *part = store->base ? store->base + store->used : NULL;
+    store->used += (count * bytes + 63) / 64 * 64;
+    return part;
+}
+
+/* numbers behind `margin` zeros */
+static double *loads_numbers(struct loads_store *store, size_t margin, size_t count) {
+    double *at = loads_take(store, margin + count, sizeof(double));
+    return at ? at + margin : NULL;
+}
+
+/* numbers of a row of each order, and of a series, of up to eight arms */
+static size_t loads_row_numbers(int order_cap) {
+    return (size_t)(order_cap + LOADS_SPARE) * LOADS_STRIDE;
+}
+
+static size_t loads_series_numbers(int order_cap) {
+    return (size_t)order_cap + LOADS_SPARE + 2 * (size_t)LOADS_MARGIN;
+}
+
+static int loads_couple(const struct pend_terms *terms) {
+    return terms->row[PEND_TERM_STIFFNESS] >= 0 || terms->row[PEND_TERM_DAMPING] >= 0 ||
+           terms->row[PEND_TERM_TORQUE] >= 0 ||
+           (terms->harmonics && terms->harmonic[terms->harmonics - 1].drives >= 0);
+}
+
+/* what torques between the arms of a large tree need */
+static void loads_lay_large(struct jets_loads *loads, const struct pend_tree *tree,
+                            const struct loads_seats *seats, struct loads_store *store) {
+    size_t count = (size_t)seats->count, n = (size_t)tree->n;
+    loads->bend = loads_numbers(store, 0, n);
+    loads->parent = loads_take(store, count, sizeof(int));
+    loads->child = loads_take(store, count, sizeof(int));
+    loads->near = loads_take(store, count / LOADS_TILE, sizeof *loads->near);
+    loads->kid = loads_take(store, n, sizeof *loads->kid);
+#define X(name) loads->name = loads_numbers(store, LOADS_MARGIN, count + LOADS_MARGIN);
+    LOADS_SEATS(X)
+#undef X
+#define X(name) loads->name = loads_numbers(store, LOADS_MARGIN, count * (size_t)seats->rows);
+    LOADS_TILES(X)
+#undef X
+}
+
+static size_t loads_lay(struct jets_loads *loads, const struct pend_tree *tree, int order_cap,
+                        const struct loads_seats *seats, char *base) {
+    struct loads_store store = {base, 0};
+#define X(name) loads->name = loads_numbers(&store, LOADS_MARGIN, loads_series_numbers(order_cap));
+    LOADS_SERIES(X)
+#undef X
+    if (tree->n > LOADS_SMALL) {
+        if (loads->couples) loads_lay_large(loads, tree, seats, &store);
+        return store.used;
+    }
+    loads->bend = loads_numbers(&store, 0, LOADS_MARGIN);
+#define X(name) loads->name = loads_numbers(&store, 0, loads_row_numbers(order_cap));
+    LOADS_ROWS(X)
+#undef X
+    return store.used;
+}
+
+size_t pend_jets_loads_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
+                             int order_cap, const struct loads_seats *seats) {
+    struct jets_loads sketch = {.couples = loads_couple(terms)};
+    return loads_lay(&sketch, tree, order_cap, seats, NULL);
+}
+
+/* the forces across for torques of 1 */
+static void loads_twists(struct jets_loads *loads, const struct pend_tree *tree) {
+    int from = tree->n > 4 ? 8 : tree->n > 2 ? 4 : 2;
+    for (int a = 0; a < tree->n; a++) {
+        double *forces = loads->twist + a * LOADS_STRIDE + from;
+        forces[a] = 1 / tree->len[a];
+        if (tree->parent[a] >= 0) forces[tree->parent[a]] = -1 / tree->len[tree->parent[a]];
+    }
+}
+
+static int loads_seat(const struct jets_loads *loads, int k) {
+    return k < 0 || !loads->seat ? k : loads->seat[k];
+}
+
+/* the first of an arm's highest children; -1 where it has none */
+static int loads_first(const struct pend_tree *tree, const int height[], int k) {
+    int c = k + 1;
+    if (c == tree->end[k]) return -1;
+    while (height[c] != height[k] - 1) c = tree->end[c];
+    return c;
+}
+
+/* first children are those that levels put into their parents' lanes of eight; of other trees the
+ * next arms */
+static void loads_children(struct jets_loads *loads, const struct pend_tree *tree) {
+    int *height = loads->parent; // until the parents are there
+    for (int k = tree->n - 1; k > 0; k--) {
+        int *above = height + tree->parent[k], least = height[k] + 1;
+        *above = *above < least ? least : *above;
+    }
+    for (int a = 0; a < loads->seats; a++) loads->child[a] = -1;
+    for (int k = 0; k < tree->n; k++) {
+        int own = loads_seat(loads, k), first = tree->end[k] > k + 1 ? k + 1 : -1;
+        if (loads->seat) first = loads_first(tree, height, k);
+        loads->child[own] = loads_seat(loads, first);
+        for (int c = k + 1; c < tree->end[k]; c = tree->end[c])
+            if (c != first)
+                loads->kid[loads->kids++] = (struct loads_kid){own, loads_seat(loads, c)};
+    }
+}
+
+/* where the numbers begin that eight seats read, each of which may be -1: a zero, as those of empty
+ * seats and of the margins are */
+static int loads_near(const struct jets_loads *loads, const int from[], int tile) {
+    int start = LOADS_APART;
+    for (int i = 0; i < LOADS_TILE; i++)
+        if (from[tile * LOADS_TILE + i] >= 0) start = from[tile * LOADS_TILE + i] - i;
+    if (start == LOADS_APART) return -LOADS_MARGIN;
+    for (int i = 0; i < LOADS_TILE; i++) {
+        int seat = tile * LOADS_TILE + i, at = start + i;
+        int zero = at < 0 || at >= loads->seats || loads->part[at] == 0;
+        if (loads->part[seat] != 0 && from[seat] != at && !(from[seat] < 0 && zero))
+            return LOADS_APART;
+    }
+    return start < -LOADS_MARGIN ? LOADS_APART : start;
+}
+
+/* who carries whom, by seats */
+static void loads_neighbours(struct jets_loads *loads, const struct pend_tree *tree) {
+    loads_children(loads, tree);
+    for (int a = 0; a < loads->seats; a++) loads->parent[a] = -1;
+    for (int k = 0; k < tree->n; k++) {
+        loads->part[loads_seat(loads, k)] = 1 / tree->len[k];
+        loads->parent[loads_seat(loads, k)] = loads_seat(loads, tree->parent[k]);
+    }
+    for (int t = 0; t < loads->seats / LOADS_TILE; t++)
+        loads->near[t] = (struct loads_tile){loads_near(loads, loads->parent, t),
+                                             loads_near(loads, loads->child, t)};
+}
+
+void pend_jets_loads_init(struct jets_loads *loads, const struct pend_tree *tree,
+                          const struct pend_terms *terms, int order_cap,
+                          const struct loads_seats *seats, void *memory) {
+    assert(jets_loads_suit(tree, terms) && (size_t)memory % 64 == 0);
+    int arms = terms->harmonics && terms->harmonic[terms->harmonics - 1].drives >= 0,
+        pivot = terms->harmonics && terms->harmonic[0].drives < 0;
+    *loads = (struct jets_loads){.terms = terms,
+                                 .couples = loads_couple(terms),
+                                 .springs = terms->row[PEND_TERM_STIFFNESS] >= 0,
+                                 .losses = terms->row[PEND_TERM_DAMPING] >= 0,
+                                 .drives = arms,
+                                 .moves = pivot || terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0};
+    loads_lay(loads, tree, order_cap, seats, memory);
+    if (tree->n <= LOADS_SMALL) {
+        loads_twists(loads, tree);
+        return;
+    }
+    loads->seats = seats->count;
+    loads->seat = seats->seat;
+    if (loads->couples) loads_neighbours(loads, tree);
+}
