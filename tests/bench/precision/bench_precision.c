@@ -1,5 +1,5 @@
 /* Work and precision: the true error of every method that has tolerances, over the tolerance, on
- * fourteen motions.
+ * seventeen motions, three of them of real pendulums.
  * Leaves to others: how fast methods are at equal accuracy (bench_trajectories).
  * Invariant: truth is the same motion in 32 digits; nothing is counted beyond the horizon, which
  * is where a deviation at the start has grown HORIZON_GROWTH times: later errors tell about the
@@ -13,8 +13,8 @@
 
 enum {
     ARMS_MAX = 200,
-    SYSTEMS = 14,
-    NAMED = 4,
+    IDEAL = 14,
+    SYSTEMS = 17,
     INSTANTS = 31,
     NEIGHBOURS = 3,
     TOLERANCES = 10,
@@ -81,6 +81,39 @@ static void system_random(struct bench_system *s, const char *name, int n, doubl
     }
 }
 
+/* gives a system the first `count` of these terms, the same number for all arms */
+static void system_terms(struct bench_system *s, int count, const enum pend_term_row rows[],
+                         const double number[]) {
+    unsigned char has[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
+    struct pend_terms *terms;
+    int n = s->tree->n;
+    for (int i = 0; i < count; i++) has[rows[i]] = 1;
+    if (pend_terms_new(&terms, n, has, ones, 0, NULL, NULL) != PEND_OK) broken(s->name);
+    double *value = room((size_t)terms->count * sizeof *value);
+    pend_terms_clear(terms, s->tree, value);
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < n; k++) value[terms->row[rows[i]] + k] = number[i];
+    s->problem.loads.terms = terms;
+    s->problem.loads.value = value;
+}
+
+static void systems_real(struct bench_system system[3]) {
+    static const enum pend_term_row rows[] = {
+        PEND_TERM_ROD,      PEND_TERM_DAMPING, PEND_TERM_STIFFNESS,
+        PEND_TERM_FRICTION, PEND_TERM_DRAG,    PEND_TERM_DRAG_QUADRATIC,
+    };
+    static const double number[] = {1, 0.05, 1, 0.05, 0.02, 0.02};
+    static const int chain[] = {-1, 0}, tree[] = {-1, 0, 1, 1, 0, 4};
+    double one[6] = {1, 1, 1, 1, 1, 1};
+    system_init(&system[0], "two rods, 3 s", 2, one, one, chain, 3);
+    system_init(&system[1], "six damped rods on springs, 3 s", 6, one, one, tree, 3);
+    system_init(&system[2], "six rods in air with dry friction, 3 s", 6, one, one, tree, 3);
+    for (int i = 0; i < 3; i++) {
+        system_terms(&system[i], i == 2 ? 6 : 1 + 2 * i, rows, number);
+        for (int k = 0; k < system[i].tree->n; k++) system[i].phi[k] = 0.5 + 0.5 * k;
+    }
+}
+
 static void systems_init(struct bench_system system[SYSTEMS]) {
     static const double paper_length[] = {2, 1.5, 0.75, 1.25}, paper_mass[] = {1, 1, 1, 0.1};
     static const int paper_parent[] = {-1, 0, 1, 1};
@@ -95,8 +128,9 @@ static void systems_init(struct bench_system system[SYSTEMS]) {
     system_random(&system[3], "tree of 200, 0.5 s", 200, 0.5, &seed);
     system_init(&system[4], "one arm, 10 s", 1, one, one, chain, 10);
     system[4].phi[0] = 2 - M_PI_2;
-    for (int i = 5; i < SYSTEMS; i++)
+    for (int i = 5; i < IDEAL; i++)
         system_random(&system[i], "random tree, 3 s", 2 + (i - 5) % 7, 3, &seed);
+    systems_real(system + IDEAL);
 }
 
 /* ---- runs */
@@ -206,7 +240,7 @@ int main(int argc, char **argv) {
         system_solve(&system[i]);
         int j = INSTANTS - 1;
         while (system[i].growth[j] > HORIZON_GROWTH) j--;
-        printf("%-24s %3d arms: growth %.3g, horizon %g s\n", system[i].name, system[i].tree->n,
+        printf("%-38s %3d arms: growth %.3g, horizon %g s\n", system[i].name, system[i].tree->n,
                system[i].growth[INSTANTS - 1], pend_times_at(&system[i].problem.times, j));
     }
     printf("%-12s %-14s %9s %9s %9s   the largest\n", "error / rtol", "atol", "median", "90 %",

@@ -1,8 +1,9 @@
-/* Single trajectories at equal accuracy: ours against GSL, SUNDIALS and the paper's code in GNU
- * Octave.
+/* Single trajectories at equal accuracy: ours against GSL, SUNDIALS, MuJoCo and the paper's code in
+ * GNU Octave.
  * Leaves to others: the peers (peers).
- * Invariant: who is timed has reached the error asked for, against numbers of 32 digits; all
- * take turns, so that a slow spell hits all alike, and the figure is the smallest. */
+ * Invariant: a peer that is not installed is skipped aloud; who is timed has reached the error
+ * asked for, against numbers of 32 digits; all take turns, so that a slow spell hits all alike, and
+ * the figure is the smallest. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -81,6 +82,35 @@ static void make_tree(struct problem *problem) {
     finish(problem, 200, &start);
 }
 
+/* rods, with joints as their tables of numbers say: damping and stiffness, 0 for none */
+static void make_rods(struct problem *problem, int n, const int parent[], double damping,
+                      double stiffness) {
+    static const enum pend_term_row rows[] = {PEND_TERM_ROD, PEND_TERM_DAMPING,
+                                              PEND_TERM_STIFFNESS};
+    const double number[] = {1, damping, stiffness};
+    unsigned char has[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0}, bare[8];
+    struct pend_terms *terms;
+    double length[8], mass[8] = {0};
+    for (int i = 0; i < 3; i++) has[rows[i]] = number[i] > 0;
+    for (int k = 0; k < n; k++) bare[k] = 1, length[k] = 1 - 0.05 * k;
+    if (pend_tree_new_bare(&problem->tree, n, length, mass, bare, parent, NULL) != PEND_OK ||
+        pend_terms_new(&terms, n, has, ones, 0, NULL, NULL) != PEND_OK)
+        broken("rods");
+    double *value = calloc((size_t)terms->count, sizeof *value);
+    if (!value) broken("memory");
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < n && has[rows[i]]; k++)
+            value[terms->row[rows[i]] + k] = number[i] * (1 - 0.1 * k);
+    problem->loads = (struct pend_loads){9.81, terms, value};
+    for (int k = 0; k < n; k++) problem->phi[k] = 2 + 0.5 * k - M_PI_2;
+}
+
+static void make_two_rods(struct problem *problem) { make_rods(problem, 2, (int[]){-1, 0}, 0, 0); }
+
+static void make_six_rods(struct problem *problem) {
+    make_rods(problem, 6, (int[]){-1, 0, 1, 1, 0, 4}, 0.05, 2);
+}
+
 static const struct {
     struct problem problem;
     void (*make)(struct problem *problem);
@@ -102,6 +132,13 @@ static const struct {
     {{.name = "chain of 32", .count = 201, .stop = 2, .until = 1.5, .error = 1e-9}, make_chain},
     {{.name = "chain of 32, to draw", .count = 201, .stop = 2, .until = 1.5, .error = 1e-4},
      make_chain},
+    {{.name = "two rods", .count = 2001, .stop = 20, .until = 5, .error = 1e-12}, make_two_rods},
+    {{.name = "two rods, to draw", .count = 2001, .stop = 20, .until = 5, .error = 1e-6},
+     make_two_rods},
+    {{.name = "six damped rods on springs", .count = 501, .stop = 5, .until = 5, .error = 1e-11},
+     make_six_rods},
+    {{.name = "six of them, to draw", .count = 501, .stop = 5, .until = 5, .error = 1e-6},
+     make_six_rods},
     {{.name = "random tree of 200", .count = 101, .stop = 1, .until = 1, .error = 1e-9}, make_tree},
     {{.name = "random tree of 200, to draw", .count = 101, .stop = 1, .until = 1, .error = 1e-6},
      make_tree},
@@ -254,7 +291,8 @@ static void compare(const struct problem *problem) {
                                {.name = "GSL rk8pd, our O(n)", .solver = peer_rk8pd},
                                {.name = "GSL msadams, our O(n)", .solver = peer_msadams},
                                {.name = "CVODE Adams, our O(n)", .solver = peer_cvode},
-                               {.name = "ARKODE ERK 8, our O(n)", .solver = peer_arkode}};
+                               {.name = "ARKODE ERK 8, our O(n)", .solver = peer_arkode},
+                               {.name = "MuJoCo RK4", .solver = peer_mujoco}};
     enum { COUNT = sizeof who / sizeof *who };
     size_t numbers = (size_t)problem->count * (size_t)problem->tree->n;
     double *phi = malloc(numbers * sizeof *phi), *want = malloc(numbers * sizeof *want);
@@ -264,6 +302,8 @@ static void compare(const struct problem *problem) {
     race(problem, who, COUNT, phi);
     if (problem->members) who->best /= problem->members;
     for (int i = 1; i < COUNT; i++) {
+        // a form that is not of this pendulum, or a peer that is not there
+        if (!who[i].tolerance) continue;
         printf("%-28s %9.3f %8.0e  %-24s", problem->name, who->best * 1e3, who->error, who[i].name);
         if (who[i].best)
             printf(" %10.3f %8.0e %8.1f\n", who[i].best * 1e3, who[i].error,
@@ -327,6 +367,8 @@ static void octave(const struct problem *problem) {
 /* usage: run [PART-OF-A-NAME] */
 int main(int argc, char **argv) {
     peers_open();
+    if (!peer_sundials_there()) printf("SUNDIALS was not installed when this was built.\n");
+    if (!peer_mujoco_there()) printf("MuJoCo is not installed.\n");
     printf("%-28s %9s %8s  %-24s %10s %8s %8s\n", "", "ours, ms", "error", "peer", "peer, ms",
            "error", "ratio");
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -335,6 +377,9 @@ int main(int argc, char **argv) {
         cases[i].make(&problem);
         compare(&problem);
         if (i == 0) octave(&problem);
+        struct pend_terms *terms = (struct pend_terms *)problem.loads.terms;
+        free((double *)problem.loads.value);
+        pend_terms_free(&terms);
         pend_tree_free(&problem.tree);
     }
 }

@@ -8,6 +8,7 @@
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_odeiv2.h>
 
+#include "core/bodies/bodies.h"
 #include "core/dynamics/dynamics.h"
 
 #if __has_include(<cvode/cvode.h>) && __has_include(<arkode/arkode_erkstep.h>)
@@ -48,9 +49,14 @@ struct peers_system {
 
 static int peers_fast(double t, const double y[], double f[], void *context) {
     struct peers_system *x = context;
+    const struct pend_loads *loads = &x->problem->loads;
     size_t n = (size_t)x->n;
-    (void)t;
     memcpy(f, y + n, n * sizeof *f);
+    if (loads->terms) {
+        struct bodies_state state = {.phi = y, .rate = y + n, .time = t};
+        pend_bodies_at(x->problem->tree, loads, &state, x->work, f + n, NULL);
+        return 0;
+    }
     pend_dynamics(x->problem->tree, &x->problem->loads, y, y + n, x->work, f + n, NULL);
     return 0;
 }
@@ -112,7 +118,9 @@ static int peers_system_init(struct peers_system *x, const struct problem *probl
     const struct pend_tree *tree = problem->tree;
     size_t n = (size_t)tree->n;
     *x = (struct peers_system){.problem = problem, .n = tree->n};
-    x->work = aligned_alloc(64, (pend_dynamics_work_bytes(tree->n) + 63) / 64 * 64);
+    const struct pend_terms *terms = problem->loads.terms;
+    size_t bytes = terms ? pend_bodies_bytes(tree, terms) : pend_dynamics_work_bytes(tree->n);
+    x->work = aligned_alloc(64, (bytes + 63) / 64 * 64);
     x->gram = calloc(2 * n * n + 3 * n, sizeof(double));
     if (!x->work || !x->gram) {
         peers_system_clear(x);
@@ -158,10 +166,12 @@ static int peers_gsl(const struct problem *problem, double tolerance, double phi
 }
 
 int peer_rk8pd_matrix(const struct problem *problem, double tolerance, double phi[]) {
+    if (problem->loads.terms) return 1;
     return peers_gsl(problem, tolerance, phi, peers_matrix, gsl_odeiv2_step_rk8pd);
 }
 
 int peer_msadams_matrix(const struct problem *problem, double tolerance, double phi[]) {
+    if (problem->loads.terms) return 1;
     return peers_gsl(problem, tolerance, phi, peers_matrix, gsl_odeiv2_step_msadams);
 }
 
@@ -264,6 +274,8 @@ int peer_arkode(const struct problem *problem, double tolerance, double phi[]) {
     return peers_with_sundials(problem, tolerance, phi, peers_arkode);
 }
 
+int peer_sundials_there(void) { return 1; }
+
 #else
 
 int peer_cvode(const struct problem *problem, double tolerance, double phi[]) {
@@ -275,5 +287,7 @@ int peer_arkode(const struct problem *problem, double tolerance, double phi[]) {
     (void)problem, (void)tolerance, (void)phi;
     return 1;
 }
+
+int peer_sundials_there(void) { return 0; }
 
 #endif
