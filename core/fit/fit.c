@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/fit/fit_bounds.h"
 #include "core/fit/fit_model.h"
 #include "core/fit/fit_told.h"
 
@@ -47,37 +48,11 @@ int pend_fit_valid(const struct pend_fit *fit) {
     return fit->problem.unknowns >= 1 && fit->window >= 1 && fit->window <= fit->problem.rows;
 }
 
-/* ---- bounds: the fit goes by inner numbers that have none */
-
-static double fit_outer(const struct pend_fit_unknown *u, double x) {
-    if (isfinite(u->low) && isfinite(u->high))
-        return u->low + (u->high - u->low) * 0.5 * (1 + sin(x));
-    if (isfinite(u->low)) return u->low + exp(x);
-    if (isfinite(u->high)) return u->high - exp(x);
-    return x;
-}
-
-static double fit_inner(const struct pend_fit_unknown *u, double value) {
-    if (isfinite(u->low) && isfinite(u->high))
-        return asin(2 * (value - u->low) / (u->high - u->low) - 1);
-    if (isfinite(u->low)) return log(value - u->low);
-    if (isfinite(u->high)) return log(u->high - value);
-    return value;
-}
-
-/* d outer / d inner */
-static double fit_stretch(const struct pend_fit_unknown *u, double x) {
-    if (isfinite(u->low) && isfinite(u->high)) return (u->high - u->low) * 0.5 * cos(x);
-    if (isfinite(u->low)) return exp(x);
-    if (isfinite(u->high)) return -exp(x);
-    return 1;
-}
-
 /* ---- what GSL asks for */
 
 static void fit_values(struct pend_fit *fit, const gsl_vector *x) {
     for (int j = 0; j < fit->problem.unknowns; j++)
-        fit->value[j] = fit_outer(&fit->problem.unknown[j], gsl_vector_get(x, (size_t)j));
+        fit->value[j] = fit_bounds_outer(&fit->problem.unknown[j], gsl_vector_get(x, (size_t)j));
 }
 
 static int fit_residuals(const gsl_vector *x, void *context, gsl_vector *f) {
@@ -102,7 +77,8 @@ static int fit_slopes(const gsl_vector *x, void *context, gsl_matrix *J) {
     if (fit->status != PEND_OK) return GSL_EFAILED;
     for (size_t i = 0; i < J->size1; i++)
         for (int j = 0; j < q; j++) {
-            double stretch = fit_stretch(&fit->problem.unknown[j], gsl_vector_get(x, (size_t)j));
+            double stretch =
+                fit_bounds_stretch(&fit->problem.unknown[j], gsl_vector_get(x, (size_t)j));
             gsl_matrix_set(J, i, (size_t)j, stretch * fit->slope[i * (size_t)q + (size_t)j]);
         }
     return GSL_SUCCESS;
@@ -222,7 +198,7 @@ enum pend_status pend_fit_new(struct pend_fit **fit, const struct pend_fit_probl
                                            .p = (size_t)problem->unknowns,
                                            .params = made};
     for (int j = 0; j < problem->unknowns; j++)
-        made->inner[j] = fit_inner(&problem->unknown[j], problem->unknown[j].start);
+        made->inner[j] = fit_bounds_inner(&problem->unknown[j], problem->unknown[j].start);
     made->window = fit_first(problem);
     fit_cap(&made->problem);
     assert(pend_fit_valid(made));
@@ -240,13 +216,6 @@ void pend_fit_free(struct pend_fit **fit) {
 
 /* ---- what the data tell */
 
-/* whether an unknown has gone to a bound, where it has no error */
-static int fit_at_bound(const struct pend_fit_unknown *u, double value) {
-    double size = fmax(fabs(u->start), 1e-3), near = 1e-6;
-    if (isfinite(u->low) && isfinite(u->high)) size = u->high - u->low;
-    return value - u->low < near * size || u->high - value < near * size;
-}
-
 /* what an unknown is measured in: its value, or 1 where that is next to nothing */
 static double fit_measure(const struct pend_fit *fit, int j) {
     double value = fabs(fit->value[j]), start = fabs(fit->problem.unknown[j].start);
@@ -256,18 +225,33 @@ static double fit_measure(const struct pend_fit *fit, int j) {
 /* what the slopes and residuals of the last look tell */
 static enum pend_status fit_tell(const struct pend_fit *fit, struct fit_told *told) {
     size_t m = (size_t)fit->problem.rows * (size_t)fit->problem.columns;
-    enum pend_status status = pend_fit_told_init(told, m, fit->problem.unknowns, fit->slope,
-                                                 fit->residual, fit->bounded, fit->size);
-    if (status == PEND_OK) pend_fit_told_covariance(told, fit->covariance);
+    return pend_fit_told_init(told, m, fit->problem.unknowns, fit->slope, fit->residual,
+                              fit->bounded, fit->size);
+}
+
+/* the covariance as it is where no unknown were held by a bound: the one that is there is as
+ * uncertain as the data leave it, and the others with it; then which are there */
+static enum pend_status fit_free(struct pend_fit *fit, double variance) {
+    struct fit_told told;
+    size_t q = (size_t)fit->problem.unknowns;
+    memset(fit->bounded, 0, q);
+    enum pend_status status = fit_tell(fit, &told);
+    if (status == PEND_OK) pend_fit_told_covariance(&told, fit->covariance);
+    pend_fit_told_clear(&told);
+    for (size_t j = 0; j < q && status == PEND_OK; j++) {
+        double error = sqrt(variance * fit->covariance[j * q + j]);
+        int at = fit_bounds_at(&fit->problem.unknown[j], fit->value[j], error);
+        fit->bounded[j] = (unsigned char)at;
+    }
     return status;
 }
 
-/* slopes and residuals of the first rows at the fit's values; unknowns at bounds */
+/* slopes and residuals of the first rows at the fit's values; unknowns that are next to bounds */
 static enum pend_status fit_look(struct pend_fit *fit, long rows, struct pend_error *error) {
     fit->result.evaluations++;
     for (int j = 0; j < fit->problem.unknowns; j++) {
-        fit->value[j] = fit_outer(&fit->problem.unknown[j], fit->inner[j]);
-        fit->bounded[j] = (unsigned char)fit_at_bound(&fit->problem.unknown[j], fit->value[j]);
+        fit->value[j] = fit_bounds_outer(&fit->problem.unknown[j], fit->inner[j]);
+        fit->bounded[j] = (unsigned char)fit_bounds_at(&fit->problem.unknown[j], fit->value[j], 0);
         fit->size[j] = fit_measure(fit, j);
     }
     return pend_fit_model_at(&fit->model, fit->value, rows, fit->residual, fit->slope, error);
@@ -320,6 +304,7 @@ static enum pend_status fit_grow(struct pend_fit *fit, struct pend_error *error)
     double squares = fit_squares(fit, rows, &count);
     double variance = fit_variance(fit, squares, count - p->unknowns);
     enum pend_status status = fit_tell(fit, &told);
+    if (status == PEND_OK) pend_fit_told_covariance(&told, fit->covariance);
     pend_fit_told_clear(&told);
     PEND_TRY(status);
     if (ahead > p->rows) ahead = p->rows;
@@ -398,12 +383,13 @@ static enum pend_status fit_finish(struct pend_fit *fit, struct pend_error *erro
     struct fit_told told;
     long count, found = 0;
     PEND_TRY(fit_look(fit, p->rows, error));
+    result->chi_squared = fit_squares(fit, p->rows, &count);
+    PEND_TRY(fit_free(fit, fit_variance(fit, result->chi_squared, count - p->unknowns)));
     enum pend_status status = fit_tell(fit, &told);
     if (status != PEND_OK) {
         pend_fit_told_clear(&told);
         return status;
     }
-    result->chi_squared = fit_squares(fit, p->rows, &count);
     for (int d = 0; d < p->unknowns; d++) found += pend_fit_told_is(&told, d);
     result->freedom = count - found;
     double variance = fit_variance(fit, result->chi_squared, result->freedom);

@@ -12,6 +12,11 @@
 #include "core/integrate/run.h"
 #include "tests/harness/test.h"
 
+#if defined __SANITIZE_ADDRESS__ || defined __SANITIZE_THREAD__
+enum { SETS = 5 };
+#else
+enum { SETS = 20 };
+#endif
 enum { ARMS = 3, ROWS = 500, UNKNOWNS = 20 };
 
 /* a damped chain, its measurements and what is to be found */
@@ -157,7 +162,7 @@ static void tally_add(struct tally *tally, const struct study *s,
 
 TEST(fits_of_synthetic_data_are_within_three_standard_errors) {
     const char *asked = getenv("FITS");
-    int sets = asked ? atoi(asked) : 20, converged = 0;
+    int sets = asked ? atoi(asked) : SETS, converged = 0;
     struct tally tally = {0};
     for (int i = 0; i < sets; i++) {
         static struct study s;
@@ -173,7 +178,9 @@ TEST(fits_of_synthetic_data_are_within_three_standard_errors) {
         converged += result.end == PEND_FIT_CONVERGED;
         if (result.end == PEND_FIT_CONVERGED) {
             tally_add(&tally, &s, &result);
-            CHECK(result.blind == 0 && result.follows == s.t[s.rows - 1]);
+            CHECK_SAYING(result.blind == 0 && result.follows == s.t[s.rows - 1],
+                         "set %d: blind %d, follows until %g of %g s", i, result.blind,
+                         result.follows, s.t[s.rows - 1]);
             double spread = result.chi_squared / (double)result.freedom;
             CHECK_SAYING(!(i % 2) || fabs(spread - 1) < 0.4, "chi^2 a freedom %g", spread);
         }
@@ -184,9 +191,43 @@ TEST(fits_of_synthetic_data_are_within_three_standard_errors) {
     CHECK_SAYING((double)tally.beyond <= 0.01 * (double)tally.count, "%ld of %ld beyond 3 errors",
                  tally.beyond, tally.count);
     double size = sqrt(tally.squares / (double)tally.count);
-    CHECK_SAYING(fabs(size - 1) < (asked ? 0.1 : 0.2), "errors are %g of what is told", size);
+    double most = asked ? 0.1 : SETS < 20 ? 0.35 : 0.2;
+    CHECK_SAYING(fabs(size - 1) < most, "errors are %g of what is told", size);
     printf("  %d of %d converged, %ld of %ld errors beyond 3 standard errors, their size %.3f\n",
            converged, sets, tally.beyond, tally.count, size);
+}
+
+/* A joint without friction: half of all data sets would have it drive, and the bound holds it. The
+ * others are no better known for that. */
+TEST(errors_beside_an_unknown_at_its_bound_are_those_of_the_free_fit) {
+    static struct study s;
+    double error[2][UNKNOWNS];
+    unsigned long long seed = 8;
+    study_new(&s, 2, 150, 4, 1, &seed);
+    s.value[0] = 0;
+    study_run(&s, 4);
+    study_angles(&s, 0.03, 0, &seed);
+    study_unknowns(&s, &seed);
+    for (int free = 0; free < 2; free++) {
+        for (int j = 0; j < s.unknowns; j++)
+            if (s.unknown[j].by.kind == PEND_PARAMETER_TERM)
+                s.unknown[j].low = free ? -INFINITY : 0;
+        struct pend_fit *fit = fit_of(&s);
+        struct pend_fit_result result = pend_fit_result(fit);
+        CHECK_INT(result.end, PEND_FIT_CONVERGED);
+        for (int j = 0; j < s.unknowns; j++) {
+            error[free][j] = result.error[j];
+            CHECK_INT(result.bounded[j], j == 1 && !free);
+            CHECK(!free || j != 1 || result.value[j] < 0);
+        }
+        CHECK(isnan(result.error[1]) == !free);
+        pend_fit_free(&fit);
+    }
+    for (int j = 0; j < s.unknowns; j++) {
+        double ratio = error[0][j] / error[1][j];
+        CHECK_SAYING(j == 1 || fabs(ratio - 1) < 0.2, "unknown %d: %g", j, ratio);
+    }
+    study_free(&s);
 }
 
 /* tips in pixels of a tilted camera, whose scale, tilt and origin are found with the pendulum */
@@ -265,12 +306,12 @@ TEST(fits_to_data_of_another_pendulum_are_not_called_converged) {
     for (int i = 0; i < s.rows; i++)
         s.data[1][i] = remainder(5 * s.t[i] + sin(9 * s.t[i]), 2 * M_PI);
     study_unknowns(&s, &seed);
-    s.problem.iterations = 60;
+    s.problem.iterations = SETS < 20 ? 15 : 60;
     struct pend_fit *fit = fit_of(&s);
     struct pend_fit_result result = pend_fit_result(fit);
     CHECK(result.end != PEND_FIT_CONVERGED);
     CHECK(!(result.follows > s.t[s.rows / 2]));
-    CHECK(result.iterations <= 60);
+    CHECK(result.iterations <= s.problem.iterations);
     pend_fit_free(&fit);
     study_free(&s);
 }

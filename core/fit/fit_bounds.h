@@ -1,0 +1,47 @@
+/* Bounds of unknowns: a fit goes by inner numbers that have none.
+ * Leaves to others: the fit (fit).
+ * Invariant: a value is between its bounds, whatever its inner number is; of a sine for two bounds,
+ * an exponential for one. */
+#ifndef PEND_FIT_BOUNDS_H
+#define PEND_FIT_BOUNDS_H
+
+#include <math.h>
+
+#include "core/fit/fit_problem.h"
+
+/** The value of an inner number. O(1). */
+static inline double fit_bounds_outer(const struct pend_fit_unknown *u, double x) {
+    if (isfinite(u->low) && isfinite(u->high))
+        return u->low + (u->high - u->low) * 0.5 * (1 + sin(x));
+    if (isfinite(u->low)) return u->low + exp(x);
+    if (isfinite(u->high)) return u->high - exp(x);
+    return x;
+}
+
+/** The inner number of a value between its bounds. O(1). */
+static inline double fit_bounds_inner(const struct pend_fit_unknown *u, double value) {
+    if (isfinite(u->low) && isfinite(u->high))
+        return asin(2 * (value - u->low) / (u->high - u->low) - 1);
+    if (isfinite(u->low)) return log(value - u->low);
+    if (isfinite(u->high)) return log(u->high - value);
+    return value;
+}
+
+/** The derivative of the value by its inner number. O(1). */
+static inline double fit_bounds_stretch(const struct pend_fit_unknown *u, double x) {
+    if (isfinite(u->low) && isfinite(u->high)) return (u->high - u->low) * 0.5 * cos(x);
+    if (isfinite(u->low)) return exp(x);
+    if (isfinite(u->high)) return -exp(x);
+    return 1;
+}
+
+/** Whether a value has gone to a bound, which an inner number never reaches: it is nearer than a
+ * millionth of its size, or than a thousandth of its standard error, 0 where that is not known. */
+static inline int fit_bounds_at(const struct pend_fit_unknown *u, double value, double error) {
+    double size = fmax(fabs(u->start), 1e-3);
+    if (isfinite(u->low) && isfinite(u->high)) size = u->high - u->low;
+    double near = fmax(1e-6 * size, 1e-3 * error);
+    return value - u->low < near || u->high - value < near;
+}
+
+#endif
