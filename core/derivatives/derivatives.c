@@ -35,7 +35,8 @@ struct pend_derivatives {
     long steps, next;                /* the first instant without a row */
     struct pend_error failure;       /* code PEND_OK: none */
     struct pend_parameter *parameter;
-    double *seed; /* a parameter's unit, a power of two: derivatives are by its multiples */
+    /* a parameter's unit, a power of two: derivatives are by its multiples; and 1 over it */
+    double *seed, *per_seed;
     struct derivatives_pass *pass;
     double *view[PEND_DERIVED]; /* n numbers each, of one pass at one instant */
 };
@@ -83,6 +84,8 @@ static void derivatives_lay_pass(const struct pend_derivatives *d, struct deriva
     made.value = derivatives_row(base, used, (size_t)terms->count + 1);
     made.series = derivatives_row(base, used, d->kernel->count(terms, (int)n, d->order));
     made.place = derivatives_row(base, used, d->kernel->count(terms, (int)n, 1));
+    made.share = derivatives_take(base, used, (size_t)(d->order + 2) * sizeof(double));
+    for (int j = 0; base && j < d->order + 2; j++) made.share[j] = 1.0 / (j + 1);
     if (base) *pass = made;
 }
 
@@ -93,6 +96,7 @@ static size_t derivatives_lay(struct pend_derivatives *d, const struct pend_term
     derivatives_take(base, &used, sizeof *d);
     d->parameter = derivatives_take(base, &used, (size_t)d->count * sizeof *d->parameter);
     d->seed = derivatives_take(base, &used, (size_t)d->count * sizeof(double));
+    d->per_seed = derivatives_take(base, &used, (size_t)d->count * sizeof(double));
     d->pass = derivatives_take(base, &used, (size_t)d->passes * sizeof *d->pass);
     for (int i = 0; i < PEND_DERIVED; i++)
         d->view[i] = derivatives_row(base, &used, derived_energy(i) ? 1 : n);
@@ -183,6 +187,7 @@ static void derivatives_begin(struct pend_derivatives *d, const struct pend_para
         double value = fabs(derivatives_value(d, parameter[i]));
         d->parameter[i] = parameter[i];
         d->seed[i] = value > DBL_MIN ? exp2(floor(log2(value))) : 1;
+        d->per_seed[i] = 1 / d->seed[i];
     }
     for (int i = 0; i < d->passes; i++) derivatives_fill(d, &d->pass[i], i * PASS);
 }
@@ -340,15 +345,17 @@ static void derivatives_keep(const struct pend_derivatives *d, int pass, long ro
     int n = d->problem.tree->n, first = pass * PASS;
     int last = first + PASS < d->count ? first + PASS : d->count;
     const int *order = d->problem.tree->order;
+    const double *per_seed = d->per_seed + first;
     for (int i = 0; i < PEND_DERIVED; i++) {
         int width = derived_energy(i) ? 1 : n;
-        for (int k = 0; k < width; k++) {
+        double *value = pass ? NULL : rows->value[i], *derivative = rows->derivative[i];
+        for (int k = 0; (value || derivative) && k < width; k++) {
             const double *from = d->view[i] + (size_t)k * LANES;
             size_t to = (size_t)row * (size_t)width + (size_t)(width > 1 ? order[k] : 0);
-            if (rows->value[i] && !pass) rows->value[i][to] = from[0];
-            for (int j = first; rows->derivative[i] && j < last; j++)
-                rows->derivative[i][to * (size_t)d->count + (size_t)j] =
-                    from[1 + j - first] / d->seed[j];
+            if (value) value[to] = from[0];
+            if (!derivative) continue;
+            double *own = derivative + to * (size_t)d->count + (size_t)first;
+            for (int j = 0; j < last - first; j++) own[j] = from[1 + j] * per_seed[j];
         }
     }
 }

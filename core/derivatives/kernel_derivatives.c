@@ -7,17 +7,17 @@
 #include "core/simd/number.h"
 
 #include "core/bodies/bodies_template.h"
+#include "core/derivatives/ideal_template.h"
 #include "core/taylor/taylor_order.h"
 
-/* Seven derivatives of a real double pendulum take 2.5 times as long as its motion alone (make
- * bench). The peer is two motions more for each parameter, which cost 14 times as much and lose
- * half of the digits. */
+/* Seven derivatives of a real double pendulum take 2.5 times as long as its motion alone, of an
+ * ideal one 6 times, of three arms 8 times and of eight 15 times (interleaved minima). The peer is
+ * two motions more for each parameter, which cost 14 times as much and lose half of the digits. */
 
 enum {
     DERIVATIVES_TRAILING = 4,
     DERIVATIVES_LEADING = 4,
-    DERIVATIVES_AHEAD = 4, /* rows of a series beyond its order: turns are two ahead */
-    DERIVATIVES_LAST = 48  /* most orders */
+    DERIVATIVES_AHEAD = 4 /* rows of a series beyond its order: turns are two ahead */
 };
 
 /* binary logarithm of the part of the motion below which a derivative is not looked at: rounding
@@ -26,19 +26,25 @@ static const double derivatives_floor = -40;
 
 /* numbers from one order to the next, an odd number of cache lines apart: orders an even number of
  * lines apart evict each other, five times as slow with eight arms */
-static size_t derivatives_stride(int n) { return (size_t)(n < 8 ? n : 8) | 1; }
-
-static size_t derivatives_tile(int n, int order) {
-    return derivatives_stride(n) * (size_t)(order + DERIVATIVES_AHEAD);
+static size_t derivatives_stride(int n, int ideal) {
+    if (ideal && n <= DENSE_MAX) return (size_t)n;
+    return (size_t)(n < 8 ? n : 8) | 1;
 }
 
-static size_t derivatives_series(int n, int order) {
+/* numbers before the forces: row -1 of the forces of small trees is zero */
+static size_t derivatives_lead(int n, int ideal) { return ideal && n <= DENSE_MAX ? (size_t)n : 0; }
+
+static size_t derivatives_tile(int n, int order) {
+    return derivatives_stride(n, 0) * (size_t)(order + DERIVATIVES_AHEAD);
+}
+
+static size_t derivatives_room(int n, int order) {
     return (size_t)(n + 7) / 8 * derivatives_tile(n, order) | 1;
 }
 
 static size_t derivatives_count(const struct pend_terms *terms, int n, int order) {
-    size_t series = derivatives_series(n, order);
-    return 4 * series + bodies_numbers(terms, (size_t)n, series, order);
+    size_t series = derivatives_room(n, order), ideal = ideal_is(terms) ? ideal_numbers(n) : 0;
+    return 4 * series + bodies_numbers(terms, (size_t)n, series, order) + ideal;
 }
 
 VEC_INLINE num *derivatives_number(double *at) { return (num *)(void *)at; }
@@ -46,10 +52,11 @@ VEC_INLINE num *derivatives_number(double *at) { return (num *)(void *)at; }
 static struct bodies_system derivatives_system(const struct derivatives_pass *pass, double *memory,
                                                int order) {
     int n = pass->tree->n;
-    size_t series = derivatives_series(n, order);
+    size_t series = derivatives_room(n, order);
     num *at = derivatives_number(memory);
+    int ideal = ideal_is(pass->terms);
     struct bodies_system s = {.n = n,
-                              .stride = derivatives_stride(n),
+                              .stride = derivatives_stride(n, ideal),
                               .tile = derivatives_tile(n, order),
                               .parent = pass->tree->parent,
                               .terms = pass->terms,
@@ -57,11 +64,27 @@ static struct bodies_system derivatives_system(const struct derivatives_pass *pa
                               .mass = derivatives_number(pass->mass),
                               .value = derivatives_number(pass->value),
                               .rate = at,
-                              .force = at + series,
+                              .force = at + series + derivatives_lead(n, ideal),
                               .turn_re = at + 2 * series,
                               .turn_im = at + 3 * series};
     bodies_lay(&s, (size_t)n, series, order, at + 4 * series);
     return s;
+}
+
+/* where the series of a step are */
+struct derivatives_series {
+    size_t stride, tile;
+    const num *rate, *force;
+};
+
+static struct derivatives_series derivatives_found(const struct derivatives_pass *pass) {
+    int n = pass->tree->n, ideal = ideal_is(pass->terms);
+    const num *at = derivatives_number(pass->series);
+    return (struct derivatives_series){.stride = derivatives_stride(n, ideal),
+                                       .tile = derivatives_tile(n, pass->order),
+                                       .rate = at,
+                                       .force = at + derivatives_room(n, pass->order) +
+                                                derivatives_lead(n, ideal)};
 }
 
 /* cosines and sines of the angles to the parents, and these angles; rates in units */
@@ -134,6 +157,13 @@ static int derivatives_finite(const struct bodies_system *s, int order) {
     return sum == 0;
 }
 
+/* what an ideal pendulum's recurrences have beside the general system */
+static num *derivatives_beyond(const struct derivatives_pass *pass, int order) {
+    size_t n = (size_t)pass->tree->n, series = derivatives_room((int)n, order);
+    return derivatives_number(pass->series) + 4 * series +
+           bodies_numbers(pass->terms, n, series, order);
+}
+
 static double derivatives_expand(const struct derivatives_pass *pass, double log_rtol,
                                  double log_atol) {
     struct bodies_system s = derivatives_system(pass, pass->series, pass->order);
@@ -144,8 +174,14 @@ static double derivatives_expand(const struct derivatives_pass *pass, double log
     struct bodies_moment now = {unit, gravity, num_of(sum), num_of(late)};
     derivatives_start(&s, derivatives_number(pass->phi), derivatives_number(pass->phi_low),
                       derivatives_number(pass->rate), unit);
-    bodies_orders(&s, &now, pass->order);
-    bodies_forces(&s, pass->order);
+    if (ideal_is(pass->terms)) {
+        struct jets_system quick =
+            ideal_system(&s, pass->tree->end, pass->share, derivatives_beyond(pass, pass->order));
+        ideal_orders(&quick, gravity, pass->order);
+    } else {
+        bodies_orders(&s, &now, pass->order);
+        bodies_forces(&s, pass->order);
+    }
     if (!derivatives_finite(&s, pass->order)) return NAN;
     double reach = derivatives_reach(&s, pass->order, log_rtol, log_atol);
     return s.need & BODIES_GRIP ? bodies_reach(&s, num_of(reach)).part[0][0] : reach;
@@ -177,11 +213,12 @@ VEC_INLINE num derivatives_horner(num sum, double x, num c, double factor) {
     return sum;
 }
 
-VEC_INLINE struct derivatives_sums derivatives_at(const struct bodies_system *s, int order, int k,
-                                                  double x, const double share[], int all) {
+VEC_INLINE struct derivatives_sums derivatives_at(const struct derivatives_series *s, int order,
+                                                  int k, double x, const double share[], int all) {
     num zero = num_of(0);
     struct derivatives_sums sum = {zero, zero, zero, zero};
-    const num *rate = s->rate + bodies_row(s, k), *force = s->force + bodies_row(s, k);
+    size_t row = (size_t)(k / 8) * s->tile + (size_t)(k % 8);
+    const num *rate = s->rate + row, *force = s->force + row;
     for (int j = order; j >= 1; j--) {
         num c = rate[(size_t)j * s->stride];
         sum.phi = derivatives_horner(sum.phi, x, c, share[j]);
@@ -195,16 +232,10 @@ VEC_INLINE struct derivatives_sums derivatives_at(const struct bodies_system *s,
     return sum;
 }
 
-static void derivatives_shares(int order, double share[DERIVATIVES_LAST]) {
-    for (int j = 0; j <= order; j++) share[j] = 1.0 / (j + 1);
-}
-
 static void derivatives_advance(const struct derivatives_pass *pass, double x) {
-    struct bodies_system s = derivatives_system(pass, pass->series, pass->order);
-    double share[DERIVATIVES_LAST];
-    derivatives_shares(pass->order, share);
-    for (int k = 0; k < s.n; k++) {
-        struct derivatives_sums sum = derivatives_at(&s, pass->order, k, x, share, 0);
+    struct derivatives_series s = derivatives_found(pass);
+    for (int k = 0; k < pass->tree->n; k++) {
+        struct derivatives_sums sum = derivatives_at(&s, pass->order, k, x, pass->share, 0);
         num rate = num_mul(sum.rate, num_of(1 / pass->unit));
         derivatives_sum(pass->end_phi, pass->end_low, pass->phi, pass->phi_low, k, sum.phi);
         derivatives_sum(pass->end_rate, pass->slow, pass->rate, pass->rate_low, k, rate);
@@ -213,12 +244,11 @@ static void derivatives_advance(const struct derivatives_pass *pass, double x) {
 
 static void derivatives_values(const struct derivatives_pass *pass, double x,
                                const struct derivatives_view *view) {
-    struct bodies_system s = derivatives_system(pass, pass->series, pass->order);
-    double share[DERIVATIVES_LAST], inverse = 1 / pass->unit;
+    struct derivatives_series s = derivatives_found(pass);
+    double inverse = 1 / pass->unit;
     int all = view->acc || view->force;
-    derivatives_shares(pass->order, share);
-    for (int k = 0; k < s.n; k++) {
-        struct derivatives_sums sum = derivatives_at(&s, pass->order, k, x, share, all);
+    for (int k = 0; k < pass->tree->n; k++) {
+        struct derivatives_sums sum = derivatives_at(&s, pass->order, k, x, pass->share, all);
         const num *phi = derivatives_number(pass->phi), *low = derivatives_number(pass->phi_low);
         const num *rate = derivatives_number(pass->rate),
                   *slow = derivatives_number(pass->rate_low);

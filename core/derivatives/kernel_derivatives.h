@@ -25,6 +25,7 @@ struct derivatives_pass {
     double *end_phi, *end_low, *end_rate, *slow; /* at its end; `slow` is the rates' rounding */
     double *series;                              /* kernel->count numbers */
     double *place;     /* kernel->count numbers for order 1, of `observe` */
+    double *share;     /* doubles: 1 / (j + 1), order + 2 of them */
     double time, unit; /* s, of the series' start, from the first instant; s, a power of two */
 };
 

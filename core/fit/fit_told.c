@@ -7,7 +7,7 @@
 
 /* A direction whose effect on the data is less than this part of the largest is not told by them.
  */
-static const double told_least = 1e-7;
+static const double told_least = 1e-9;
 
 enum pend_status pend_fit_told_init(struct fit_told *told, size_t m, int q, const double slope[],
                                     const double residual[], const unsigned char fixed[],

@@ -37,7 +37,7 @@ PEND_MUST_CHECK enum pend_status pend_fit_told_init(struct fit_told *told, size_
 /** Frees the memory. */
 void pend_fit_told_clear(struct fit_told *told);
 
-/** Whether the data tell direction d: its effect is above 1e-7 of the largest. O(1). */
+/** Whether the data tell direction d: its effect is above 1e-9 of the largest. O(1). */
 int pend_fit_told_is(const struct fit_told *told, int d);
 
 /** The covariance of the unknowns, q x q, in their own units, for residuals of variance 1; what is

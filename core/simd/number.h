@@ -74,6 +74,13 @@ VEC_INLINE num num_neg(num x) { return -x; }
 #endif
 #endif
 
+/* keeps a vector in a register at this place; of other kinds nothing */
+#ifdef NUMBER_VEC
+#define NUM_PIN VEC_PIN
+#else
+#define NUM_PIN(x) ((void)(x))
+#endif
+
 /* The concept. A kind that lacks a function, or whose function gives something else, stops here;
  * nothing is evaluated. */
 #define NUMBER_ANY (*(num *)0)

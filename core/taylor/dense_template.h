@@ -159,12 +159,12 @@ VEC_INLINE void dense_known(const struct jets_system *s, int n, int k, int i, in
         re += n, im += n, rate -= n, force -= n;
         for (int a = 0; a < count; a++) {
             num ur = re[a], ui = im[a];
-            VEC_PIN(ur);
-            VEC_PIN(ui);
+            NUM_PIN(ur);
+            NUM_PIN(ui);
             dense_add(x.next, a, ur, ui, w[a], f[a]);
             w[a] = rate[a], f[a] = force[a];
-            VEC_PIN(w[a]);
-            VEC_PIN(f[a]);
+            NUM_PIN(w[a]);
+            NUM_PIN(f[a]);
             dense_add(x.now, a, ur, ui, w[a], f[a]);
         }
     }
