@@ -135,7 +135,7 @@ install: build $(B)/pendulum $(B)/pendulumd.8 ## into DESTDIR PREFIX (/usr/local
 	sed 's|@PREFIX@|$(PREFIX)|' docker/pendulumd.service > "$(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service"
 PREFIX ?= /usr/local
 LIBDIR ?= $(PREFIX)/lib
-PUBLIC := base/status tree/tree tree/terms tree/loads dynamics/dynamics dynamics/kinematics dynamics/reference tree/presets modes/modes_store modes/modes base/checkpoint integrate/method integrate/samples integrate/run derivatives/derivatives fit/fit_problem fit/fit base/isa ensemble/member ensemble/ensemble extended/extended extended/trust ensemble/lyapunov integrate/section
+PUBLIC := base/status tree/tree tree/terms tree/loads dynamics/dynamics dynamics/kinematics dynamics/reference tree/presets modes/modes_store modes/modes base/checkpoint integrate/method integrate/samples integrate/run derivatives/derivatives fit/fit_problem fit/fit orbits/orbit_problem orbits/orbits base/isa ensemble/member ensemble/ensemble extended/extended extended/trust ensemble/lyapunov integrate/section
 
 uninstall: ## takes away what install put there
 	rm -f "$(DESTDIR)$(PREFIX)/bin/pendulum" "$(DESTDIR)$(PREFIX)/share/man/man1/pendulum.1" "$(DESTDIR)$(PREFIX)/share/bash-completion/completions/pendulum"

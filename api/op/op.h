@@ -23,6 +23,7 @@ enum api_op_id {
     API_OP_SECTIONS,
     API_OP_RESPONSE,
     API_OP_FITS,
+    API_OP_ORBITS,
     API_OP_PRESETS,
     API_OP_PRESET,
     API_OP_COUNT
@@ -137,7 +138,7 @@ struct api_op {
 
 extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api_op_modes,
     api_op_ensembles, api_op_equations, api_op_lyapunov, api_op_sections, api_op_response,
-    api_op_fits, api_op_presets, api_op_preset;
+    api_op_fits, api_op_orbits, api_op_presets, api_op_preset;
 
 /**
  * Reads the member `pendulum`, as api_tree_read does; terms that the operation does not take are

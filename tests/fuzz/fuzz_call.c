@@ -16,7 +16,7 @@
 #include "tests/harness/test.h"
 #endif
 
-enum { ROOM = 1 << 14, RUN_CAP = 100000, FORMATS = 6, OPS = 11, SCENE = 8 };
+enum { ROOM = 1 << 14, RUN_CAP = 100000, FORMATS = 6, OPS = 12, SCENE = 8 };
 
 /* small limits, so that whatever is asked for is soon done or refused */
 static struct api_limits fuzz_limits(void) {
@@ -175,7 +175,7 @@ static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
     static const enum api_op_id ops[] = {API_OP_TRAJECTORIES, API_OP_FORCES,    API_OP_MODES,
                                          API_OP_TREES,        API_OP_ENSEMBLES, API_OP_EQUATIONS,
                                          API_OP_LYAPUNOV,     API_OP_SECTIONS,  API_OP_TRAJECTORIES,
-                                         API_OP_RESPONSE,     API_OP_FITS};
+                                         API_OP_RESPONSE,     API_OP_FITS,      API_OP_ORBITS};
     static const char *const accepts[FORMATS] = {NULL,
                                                  "text/csv, */*;q=0.1",
                                                  "application/x-ndjson, */*;q=0.1",
@@ -252,7 +252,7 @@ static const char *const seeds[] = {
     "0{" ARMS ",\"initial\":{\"theta\":[0.1,-0.2],\"thetad\":[1,0],\"unit\":\"deg\"},\"times\":[0,"
     "0.5,1],\"method\":"
     "\"rkf45\",\"rtol\":1e-6,\"atol\":1e-9}",
-    ";{" LISTS ",\"times\":{\"start\":0,\"stop\":1,\"step\":0.1},\"output\":[\"phi\",\"phid\","
+    "<{" LISTS ",\"times\":{\"start\":0,\"stop\":1,\"step\":0.1},\"output\":[\"phi\",\"phid\","
     "\"phidd\",\"theta\",\"z\","
     "\"zd\",\"lambda\",\"energy\"],\"digits\":6,\"precision\":\"double\"}",
     "0{" PAPER ",\"initial\":{\"mode\":2,\"amplitude\":0.1},\"times\":{\"start\":1,\"stop\":-1,"
@@ -261,7 +261,7 @@ static const char *const seeds[] = {
     "0{" ARMS ",\"times\":{\"stop\":2,\"count\":50},\"method\":\"ode23\"}",
     "0{" PAPER ",\"times\":{\"stop\":0.5,\"count\":5},\"method\":\"msadams\"}",
     "1{" LISTS ",\"state\":{\"phi\":[1,2,3,4],\"phid\":[0.1,0.2,0.3,0.4]}}",
-    "<{" PAPER ",\"states\":[{},{\"phi\":[1,2,3]},{\"mode\":1,\"amplitude\":3,\"unit\":\"deg\"}],"
+    "={" PAPER ",\"states\":[{},{\"phi\":[1,2,3]},{\"mode\":1,\"amplitude\":3,\"unit\":\"deg\"}],"
     "\"digits\":3}",
     "2{" LISTS ",\"select\":{\"slowest\":2},\"vectors\":true,\"normalize\":\"mass\",\"include\":["
     "\"A\",\"M\",\"S\","
@@ -280,6 +280,10 @@ static const char *const seeds[] = {
     ",\"data\":{\"csv\":\"a,,b\\nt;x;y;theta_1\\n0;1;2;\\n0,5;1;0;1e9\\n\",\"arms\":[1]},"
     "\"camera\":{\"unknown\":[\"scale\",\"origin\"]},\"unknowns\":[{\"vary\":\"theta\",\"arm\":1,"
     "\"low\":-1,\"high\":4}],\"iterations\":3}",
+    ";{" PAPER ",\"mode\":2,\"amplitude\":30,\"unit\":\"deg\",\"branch\":true,\"points\":3}",
+    ";{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[0.3],\"torque\":[{"
+    "\"harmonics\":[{\"amplitude\":0.1,\"omega\":4}]}]},\"settle\":1,\"branch\":{\"vary\":"
+    "\"omega\",\"to\":5},\"points\":2,\"step\":0.5}",
     "9{" DRIVEN ",\"omega\":[0,1,9],\"initial\":{\"theta\":[1,2]}}",
     "9{" REAL ",\"drive\":{\"pivot\":{\"direction\":30,\"unit\":\"deg\"}},\"omega\":{\"start\":1,"
     "\"stop\":9,\"count\":9,\"scale\":\"logarithmic\"},\"output\":[\"z\",\"transmissibility\"]}",

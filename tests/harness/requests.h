@@ -130,6 +130,9 @@ static const struct test_request {
      "\"series\":[{\"theta\":1,\"values\":[1,0.95,0.8,0.58,0.3,0]}]},\"unknowns\":[{\"vary\":"
      "\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1}],\"iterations\":5}",
      NULL},
+    {API_OP_ORBITS, "{" TEST_TREE ",\"mode\":1,\"amplitude\":0.2,\"branch\":true,\"points\":4}",
+     NULL},
+    {API_OP_ORBITS, "{" TEST_REAL_TREE ",\"periods\":1,\"points\":2}", "application/x-npz"},
     {API_OP_RESPONSE, "{" TEST_REAL_TREE ",\"output\":[\"z\",\"lambda\"]}", "application/x-npz"},
     {API_OP_PRESETS, NULL, NULL},
     {API_OP_PRESET, NULL, NULL},

@@ -102,6 +102,9 @@ static const struct {
      "{\"pendulum\":" ASK_DOUBLE ",\"drive\":{\"pivot\":{\"x\":1}},\"output\":["
      "\"transmissibility\"],\"omega\":{\"start\":0,\"stop\":9,\"count\":500}}",
      {"application/json", "text/csv", "application/octet-stream", "application/x-ndjson"}},
+    {"/v1/orbits",
+     "{\"pendulum\":" ASK_DOUBLE ",\"mode\":1,\"amplitude\":1,\"branch\":true}",
+     {"application/json", "text/csv", "application/octet-stream", "application/x-ndjson"}},
     {"/v1/fits",
      "{\"pendulum\":" ASK_DOUBLE
      ",\"data\":{\"t\":[0,0.1,0.2,0.3,0.4,0.5],\"series\":[{\"theta\":1,\"values\":[1,0.95,0.8,0."

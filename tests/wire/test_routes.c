@@ -44,6 +44,11 @@ static const struct {
      ",\"data\":{\"t\":[0,0.1,0.2,0.3,0.4,0.5],\"series\":[{\"theta\":1,\"values\":[1,0.95,0.8,0."
      "58,0.3,0]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1}]}",
      "application/json", "\"follows_until\""},
+    {"POST", "/v1/orbits", "{\"pendulum\":" ASK_DOUBLE ",\"mode\":2,\"amplitude\":0.5}",
+     "application/json", "\"multipliers\""},
+    {"POST", "/v1/orbits",
+     "{\"pendulum\":" DRIVEN ",\"branch\":{\"vary\":\"omega\",\"to\":4},\"points\":3}",
+     "application/json", "\"bifurcations\""},
     {"POST", "/v1/equations", ASK_LITTLE, "application/json", "ell_{2}"},
     {"GET", "/", NULL, "text/html; charset=utf-8", "<title>"},
     {"GET", "/docs", NULL, "text/html; charset=utf-8", "<title>"},
@@ -210,6 +215,8 @@ static const struct {
      "{\"pendulum\":" ASK_DOUBLE ",\"data\":{\"t\":[0,0],\"series\":[{\"theta\":1,\"values\":[0,1]}"
      "]},\"unknowns\":[{\"vary\":\"gravity\"}]}",
      422, "/data/t/1"},
+    {"POST", "/v1/orbits", "", "{\"pendulum\":" ASK_DOUBLE ",\"mode\":3,\"amplitude\":1}", 422,
+     "/mode"},
     {"POST", "/v1/equations", "", "{\"pendulum\":" ASK_DOUBLE ",\"form\":\"long\"}", 422, "/form"},
     {"POST", "/v1/modes", "", "{\"pendulum\":" ASK_DOUBLE ",\"normalize\":\"big\"}", 422,
      "/normalize"},

@@ -6,7 +6,7 @@ _pendulum() {
     --method) COMPREPLY=($(compgen -W 'taylor ode23 rkf45 rk8pd msadams symplectic linear' -- "$word")) ;;
     --unit) COMPREPLY=($(compgen -W 'rad deg' -- "$word")) ;;
     --of) COMPREPLY=($(compgen -W 'first_flip flip_time flips lambda_max lambda_min sign_change energy_drift lyapunov horizon' -- "$word")) ;;
-    ask) COMPREPLY=($(compgen -W 'trees trajectories forces modes ensembles lyapunov sections response fits equations' -- "$word")) ;;
+    ask) COMPREPLY=($(compgen -W 'trees trajectories forces modes ensembles lyapunov sections response fits orbits equations' -- "$word")) ;;
     get | cancel) COMPREPLY=($(compgen -W "$(pendulum jobs 2>/dev/null | cut -d' ' -f1)" -- "$word")) ;;
     *)
         if [[ $word = -* ]]; then

@@ -51,6 +51,7 @@ export interface Routes {
   sections: { request: Without<Schemas["SectionRequest"]>; answer: Schemas["Section"] };
   response: { request: Without<Schemas["ResponseRequest"]>; answer: Schemas["Response"] };
   fits: { request: Without<Schemas["FitRequest"]>; answer: Schemas["Fit"] };
+  orbits: { request: Without<Schemas["OrbitRequest"]>; answer: Schemas["Orbits"] };
   equations: { request: Without<Schemas["EquationsRequest"]>; answer: Schemas["Equations"] };
 }
 

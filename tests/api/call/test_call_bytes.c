@@ -178,6 +178,11 @@ TEST(what_looks_for_passages_exponents_forces_and_ensembles_tells_its_memory) {
                      "\"start\":0,\"stop\":9,\"count\":%d}",
                      9 + 2000 / n);
             bytes_check(API_OP_RESPONSE, a ? json : npz, pendulum, rest);
+            if (n <= 100) {
+                snprintf(rest, sizeof rest,
+                         ",\"mode\":%d,\"amplitude\":0.03,\"points\":2,\"branch\":true", n);
+                bytes_check(API_OP_ORBITS, a ? json : npz, pendulum, rest);
+            }
             at = states;
             for (int i = 0; i < 2 + 2000 / n; i++)
                 at += sprintf(at, "%s{\"theta\":[%s]}", i ? "," : "", angles);

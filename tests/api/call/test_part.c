@@ -84,6 +84,10 @@ static const struct {
      "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"drive\":{\"pivot\":{"
      "\"x\":1}},\"omega\":{\"start\":0,\"stop\":9,\"count\":100}}",
      1, 0},
+    {API_OP_ORBITS,
+     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"mode\":2,"
+     "\"amplitude\":0.5,\"branch\":true}",
+     1, 0},
     {API_OP_FITS,
      "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"data\":{\"t\":[0,0.1,"
      "0.2,0.3,0.4,0.5],\"series\":[{\"theta\":1,\"values\":[1,0.95,0.8,0.58,0.3,0]}]},"

@@ -591,6 +591,7 @@ TEST(an_operation_that_takes_no_terms_says_so) {
         [API_OP_LYAPUNOV] = ",\"duration\":0.1",
         [API_OP_SECTIONS] = ",\"duration\":0.1,\"section\":{\"arm\":1,\"theta\":0}",
         [API_OP_FITS] = fits,
+        [API_OP_ORBITS] = ",\"mode\":1,\"amplitude\":0.1",
         [API_OP_RESPONSE] = ",\"drive\":{\"pivot\":{\"x\":1}},\"omega\":[1]",
     };
     int refused = 0;
@@ -598,9 +599,10 @@ TEST(an_operation_that_takes_no_terms_says_so) {
         char body[300], piece[80];
         const struct api_op *row = api_op_at((enum api_op_id)op);
         if (!rest[op]) continue;
-        snprintf(body, sizeof body,
-                 "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[0.1]}%s}",
-                 rest[op]);
+        snprintf(
+            body, sizeof body,
+            "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"stiffness\":[0.1]}%s}",
+            rest[op]);
         snprintf(piece, sizeof piece, "which \"%s\" does not take yet", row->name);
         struct test_reply reply = test_post((enum api_op_id)op, body);
         if (row->terms)

@@ -354,7 +354,7 @@ class Pendulum:
     tree, modes = functools.partialmethod(ask, "trees"), functools.partialmethod(ask, "modes")
     ensemble, lyapunov = functools.partialmethod(ask, "ensembles"), functools.partialmethod(ask, "lyapunov")
     response = functools.partialmethod(ask, "response")
-    fits = functools.partialmethod(ask, "fits")
+    fits, orbits = functools.partialmethod(ask, "fits"), functools.partialmethod(ask, "orbits")
     section, equations = functools.partialmethod(ask, "sections"), functools.partialmethod(ask, "equations")
 
 

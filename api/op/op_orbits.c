@@ -1,0 +1,434 @@
+/* POST /v1/orbits: periodic orbits and their branches.
+ * Leaves to others: reading (orbits_json), the search (core/orbits), the bytes (encode).
+ * Invariant: all orbits are found before the first is written, so that their number is known at
+ * the head of the answer; what is said to be an orbit came back to its start. */
+#include "api/op/op.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/encode/encode.h"
+#include "api/json/json_out.h"
+#include "api/op/orbits_json.h"
+#include "core/orbits/orbits.h"
+
+enum { MAIN_COLUMNS = 9, FIRST_ROOM = 64 };
+
+/* s an arm, step and seven derivatives; maps an orbit; steps of a quarter of a small swing, and how
+ * many more there are for each arm */
+static const double arm_seconds = 1.2e-5, maps_an_orbit = 5, steps_least = 8, steps_an_arm = 1.1;
+
+/* A bifurcation and where it is: n angles and n rates in the caller's order. */
+struct orbits_bifurcation {
+    enum pend_orbits_kind kind;
+    long after; /* rows before it */
+    double period, energy, value;
+    double *state;
+};
+
+struct orbits {
+    struct api_orbits asked;
+    const struct api_format *format;
+    struct api_table table;
+    double step_cap;
+    const char *step_name; /* of the limit */
+
+    /* once it runs */
+    struct pend_orbits *search;
+    double *start; /* of driven pendulums: 2 n */
+    long count, room;
+    double *column[API_COLUMNS];
+    int bifurcations, places;
+    struct orbits_bifurcation *bifurcation;
+    int found_all, written, part;
+    enum pend_orbits_end end;
+    struct api_writer *writer;
+    struct api_stats stats;
+    char warning[API_WARNING_TEXT];
+};
+
+static const char *const ends[PEND_ORBITS_ENDS] = {
+    [PEND_ORBITS_REACHED] = "reached", [PEND_ORBITS_POINTS] = "points", [PEND_ORBITS_LOST] = "lost",
+    [PEND_ORBITS_MEETS] = "meets",     [PEND_ORBITS_WILD] = "wild",     [PEND_ORBITS_BACK] = "back",
+    [PEND_ORBITS_NONE] = "none"};
+
+static const char *const kinds[PEND_ORBITS_KINDS] = {[PEND_ORBITS_FOLD] = "fold",
+                                                     [PEND_ORBITS_BRANCH] = "branch",
+                                                     [PEND_ORBITS_SYMMETRY] = "symmetry",
+                                                     [PEND_ORBITS_DOUBLING] = "doubling",
+                                                     [PEND_ORBITS_TORUS] = "torus"};
+
+static void orbits_free(void **state) {
+    struct orbits *orbits = *state;
+    if (!orbits) return;
+    pend_orbits_free(&orbits->search);
+    api_writer_free(&orbits->writer);
+    for (int i = 0; i < orbits->bifurcations; i++) free(orbits->bifurcation[i].state);
+    free(orbits->bifurcation);
+    for (int c = 0; c < orbits->table.count; c++) free(orbits->column[c]);
+    free(orbits->start);
+    api_orbits_clear(&orbits->asked);
+    free(orbits);
+    *state = NULL;
+}
+
+/* ---- reading */
+
+static void orbits_columns(struct orbits *orbits) {
+    struct api_table *table = &orbits->table;
+    int n = orbits->asked.tree.n;
+    assert(!table->count && n >= 1);
+    if (orbits->asked.varies) api_table_add(table, orbits->asked.varies, NULL, 0);
+    if (!orbits->asked.problem.driven) api_table_add(table, "energy", NULL, 0);
+    api_table_add(table, "period", NULL, 0);
+    api_table_add(table, "amplitude", NULL, n);
+    api_table_add(table, "phi", NULL, n);
+    api_table_add(table, "phid", NULL, n);
+    api_table_add(table, "stable", NULL, 0);
+    api_table_add(table, "closure", NULL, 0);
+    api_table_add_inner(table, "multipliers", "re", 0, 2 * n);
+    api_table_add_inner(table, "multipliers", "im", 0, 2 * n);
+}
+
+static void orbits_check_size(const struct orbits *orbits, const struct api_reading *reading) {
+    const struct api_table *table = &orbits->table;
+    struct api_value points = api_value_member(reading->root, "points");
+    double bytes = 8 * api_table_numbers(table, 0) * (double)table->rows;
+    if (bytes > reading->limits->answer_bytes)
+        api_value_fault(&points, reading->problem,
+                        "asks for up to %ld orbits of %d arms, %.0f bytes, more than the limit "
+                        "max-answer-bytes of %.0f: ask for fewer",
+                        table->rows, orbits->asked.tree.n, bytes, reading->limits->answer_bytes);
+    api_reading_check_size(reading, table, &points, "orbits", "fewer points");
+}
+
+static enum pend_status orbits_read(void **state, const struct api_reading *reading) {
+    struct orbits *orbits = calloc(1, sizeof *orbits);
+    *state = orbits;
+    if (!orbits) return PEND_NO_MEMORY;
+    orbits->format = reading->format;
+    orbits->step_cap = reading->limits->steps;
+    orbits->step_name = api_limits_name(reading->limits, &reading->limits->steps);
+    enum pend_status status = api_orbits_read(&orbits->asked, reading);
+    if (status == PEND_OK) {
+        orbits->table.rows = orbits->asked.problem.branch ? orbits->asked.problem.points : 1;
+        orbits->table.rows_later = 1;
+        orbits->table.digits = orbits->asked.digits;
+        orbits_columns(orbits);
+        orbits_check_size(orbits, reading);
+        if (reading->problem->status) status = PEND_INVALID;
+    }
+    if (status != PEND_OK) orbits_free(state);
+    return status;
+}
+
+/* ---- running */
+
+static enum pend_status orbits_begin(struct orbits *orbits, struct pend_error *error) {
+    const struct api_tree *tree = &orbits->asked.tree;
+    struct pend_orbit_problem problem = orbits->asked.problem;
+    struct api_states *start = orbits->asked.start;
+    size_t n = (size_t)tree->n;
+    problem.tree = tree->tree, problem.loads = tree->loads;
+    if (problem.driven) {
+        orbits->start = calloc(2 * n, sizeof(double));
+        if (!orbits->start)
+            return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a state of %zu arms", n);
+        if (start) PEND_TRY(api_states_settle(start, tree, error));
+        for (size_t k = 0; k < n; k++) {
+            orbits->start[k] = start ? start->phi[k] : -M_PI / 2;
+            orbits->start[n + k] = start ? start->rate[k] : 0;
+        }
+        problem.phi = orbits->start, problem.rate = orbits->start + n;
+    }
+    return pend_orbits_new(&orbits->search, &problem, error);
+}
+
+/* grows the memory of rows if it is full */
+static enum pend_status orbits_grow(struct orbits *orbits, struct pend_error *error) {
+    long room = orbits->room ? 2 * orbits->room : FIRST_ROOM;
+    if (orbits->count < orbits->room) return PEND_OK;
+    if (room > orbits->table.rows) room = orbits->table.rows;
+    for (int c = 0; c < orbits->table.count; c++) {
+        size_t width = (size_t)api_column_numbers(&orbits->table.column[c]);
+        double *grown = realloc(orbits->column[c], (size_t)room * width * sizeof *grown);
+        if (!grown)
+            return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %ld orbits", room);
+        orbits->column[c] = grown;
+    }
+    orbits->room = room;
+    return PEND_OK;
+}
+
+static enum pend_status orbits_keep(struct orbits *orbits, const struct pend_orbit *orbit,
+                                    struct pend_error *error) {
+    size_t n = (size_t)orbits->asked.tree.n;
+    const int *order = orbits->asked.tree.tree->order;
+    int c = 0;
+    assert(orbits->count < orbits->table.rows);
+    PEND_TRY(orbits_grow(orbits, error));
+    size_t row = (size_t)orbits->count++;
+    if (orbits->asked.varies) orbits->column[c++][row] = orbit->value;
+    if (!orbits->asked.problem.driven) orbits->column[c++][row] = orbit->energy;
+    orbits->column[c++][row] = orbit->period;
+    const double *const arms[] = {orbit->amplitude, orbit->phi, orbit->rate};
+    for (int i = 0; i < 3; i++, c++)
+        for (size_t k = 0; k < n; k++) orbits->column[c][row * n + (size_t)order[k]] = arms[i][k];
+    orbits->column[c++][row] = orbit->stable;
+    orbits->column[c++][row] = orbit->closure;
+    memcpy(orbits->column[c++] + row * 2 * n, orbit->re, 2 * n * sizeof(double));
+    memcpy(orbits->column[c++] + row * 2 * n, orbit->im, 2 * n * sizeof(double));
+    assert(c == orbits->table.count && c <= MAIN_COLUMNS);
+    return PEND_OK;
+}
+
+static enum pend_status orbits_note(struct orbits *orbits, const struct pend_orbit *orbit,
+                                    struct pend_error *error) {
+    size_t n = (size_t)orbits->asked.tree.n;
+    const int *order = orbits->asked.tree.tree->order;
+    if (orbits->bifurcations == orbits->places) {
+        int places = orbits->places ? 2 * orbits->places : 8;
+        struct orbits_bifurcation *grown =
+            realloc(orbits->bifurcation, (size_t)places * sizeof *grown);
+        if (!grown) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for bifurcations");
+        orbits->bifurcation = grown, orbits->places = places;
+    }
+    double *state = malloc(2 * n * sizeof *state);
+    if (!state) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a bifurcation");
+    for (size_t k = 0; k < n; k++) {
+        state[order[k]] = orbit->phi[k];
+        state[n + (size_t)order[k]] = orbit->rate[k];
+    }
+    // it was found after the orbit behind it
+    orbits->bifurcation[orbits->bifurcations++] =
+        (struct orbits_bifurcation){.kind = orbit->kind,
+                                    .after = orbits->count - 1,
+                                    .period = orbit->period,
+                                    .energy = orbit->energy,
+                                    .value = orbit->value,
+                                    .state = state};
+    return PEND_OK;
+}
+
+/* goes on with the search; after it the table is complete */
+static enum pend_status orbits_search(struct orbits *orbits, struct pend_error *error) {
+    enum pend_orbits_found found;
+    PEND_TRY(pend_orbits_next(orbits->search, &found, error));
+    struct pend_orbit orbit = pend_orbits_orbit(orbits->search);
+    long maps, steps = pend_orbits_steps(orbits->search, &maps);
+    if ((double)steps > orbits->step_cap)
+        return pend_fail(error, PEND_TOO_MANY_STEPS, -1, 0,
+                         "more steps than the limit %s of %.0f: ask for smaller swings, fewer "
+                         "points or fewer periods",
+                         orbits->step_name, orbits->step_cap);
+    if (found == PEND_ORBITS_ORBIT) return orbits_keep(orbits, &orbit, error);
+    if (found == PEND_ORBITS_BIFURCATION) return orbits_note(orbits, &orbit, error);
+    if (found != PEND_ORBITS_END) return PEND_OK;
+    orbits->found_all = 1;
+    orbits->end = pend_orbits_end(orbits->search);
+    orbits->table.rows = orbits->count;
+    return PEND_OK;
+}
+
+/* ---- telling */
+
+/* how it ended, in a sentence without comma or quote, as warnings are */
+static void orbits_sentence(const struct orbits *orbits, char text[API_WARNING_TEXT]) {
+    const struct pend_orbit_problem *p = &orbits->asked.problem;
+    const char *where = orbits->count ? "beyond the last orbit" : "on the way there";
+    switch (orbits->end) {
+    case PEND_ORBITS_REACHED:
+        snprintf(text, API_WARNING_TEXT, "the orbits go as far as was asked");
+        return;
+    case PEND_ORBITS_POINTS:
+        snprintf(text, API_WARNING_TEXT,
+                 "the branch goes on: after %d steps it was left. More points or longer steps go "
+                 "further.",
+                 p->points);
+        return;
+    case PEND_ORBITS_LOST:
+        snprintf(text, API_WARNING_TEXT,
+                 "%s none was found however short the step: the branch ends there or turns too "
+                 "sharply. Is there an orbit that never comes back nearby?",
+                 where);
+        return;
+    case PEND_ORBITS_MEETS:
+        snprintf(text, API_WARNING_TEXT,
+                 "%s are orbits that come back after a part of the period already: 1/%d of it. "
+                 "They belong to another branch.",
+                 where, pend_orbits_part(orbits->search));
+        return;
+    case PEND_ORBITS_WILD:
+        snprintf(text, API_WARNING_TEXT,
+                 "%s small errors grow so much in a period that doubles do not tell whether an "
+                 "orbit comes back.",
+                 where);
+        return;
+    case PEND_ORBITS_BACK:
+        snprintf(text, API_WARNING_TEXT,
+                 "the branch turns round and comes back to the number that it began with: it does "
+                 "not go where it was asked to go");
+        return;
+    case PEND_ORBITS_NONE:
+    case PEND_ORBITS_ENDS:
+        break;
+    }
+    snprintf(text, API_WARNING_TEXT,
+             p->driven ? "no orbit was found near this start. Let it settle or start elsewhere or "
+                         "try more periods."
+                       : "no orbit of this mode was found even for small swings: another mode may "
+                         "have the same frequency or three times as much.");
+}
+
+static void orbits_tell(struct orbits *orbits, const struct api_turn *turn) {
+    struct api_stats *stats = &orbits->stats;
+    double seconds = api_turn_seconds(turn);
+    long maps, steps = pend_orbits_steps(orbits->search, &maps);
+    api_stats_text(stats, "end", ends[orbits->end]);
+    api_stats_whole(stats, "orbits", orbits->count);
+    api_stats_whole(stats, "bifurcations", orbits->bifurcations);
+    api_stats_whole(stats, "shots", maps);
+    api_stats_whole(stats, "steps", steps);
+    api_stats_origin(stats);
+    if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
+    orbits_sentence(orbits, orbits->warning);
+    if (orbits->end != PEND_ORBITS_REACHED)
+        api_stats_warning(stats, "warning_end", orbits->warning);
+}
+
+static enum pend_status orbits_bifurcation_write(const struct orbits *orbits,
+                                                 const struct orbits_bifurcation *b,
+                                                 struct api_buffer *out) {
+    int n = orbits->asked.tree.n, digits = orbits->table.digits;
+    PEND_TRY(api_out_comma(out));
+    PEND_TRY(api_buffer_text(out, "{"));
+    PEND_TRY(api_out_text(out, "kind", kinds[b->kind]));
+    PEND_TRY(api_out_whole(out, "after", b->after));
+    PEND_TRY(api_out_number(out, "period", b->period, digits));
+    if (!orbits->asked.problem.driven) PEND_TRY(api_out_number(out, "energy", b->energy, digits));
+    if (orbits->asked.varies) PEND_TRY(api_out_number(out, orbits->asked.varies, b->value, digits));
+    PEND_TRY(api_out_numbers(out, "phi", n, b->state, digits));
+    PEND_TRY(api_out_numbers(out, "phid", n, b->state + n, digits));
+    return api_buffer_text(out, "}");
+}
+
+/* what JSON says more, in the place of its closing brace */
+static enum pend_status orbits_more(const struct orbits *orbits, struct api_buffer *out) {
+    assert(out->bytes && out->data[out->bytes - 1] == '}');
+    out->data[out->bytes - 1] = ',';
+    PEND_TRY(api_out_text(out, "end", ends[orbits->end]));
+    PEND_TRY(api_out_text(out, "message", orbits->warning));
+    PEND_TRY(api_out_open(out, "bifurcations", '['));
+    for (int i = 0; i < orbits->bifurcations; i++)
+        PEND_TRY(orbits_bifurcation_write(orbits, &orbits->bifurcation[i], out));
+    return api_buffer_text(out, "]}");
+}
+
+/* the next piece of the answer */
+static enum pend_status orbits_write(struct orbits *orbits, const struct api_turn *turn, int *done,
+                                     struct pend_error *error) {
+    if (!orbits->writer)
+        PEND_TRY(api_writer_new(&orbits->writer, orbits->format, &orbits->table, turn->out));
+    if (!orbits->written) {
+        orbits->written = 1;
+        if (orbits->count)
+            return api_writer_block(orbits->writer, orbits->count,
+                                    (const double *const *)orbits->column, turn->out, error);
+    }
+    if (!orbits->stats.count) orbits_tell(orbits, turn);
+    PEND_TRY(api_writer_finish(orbits->writer, &orbits->stats, turn->out, done));
+    return *done && orbits->format == &api_format_json ? orbits_more(orbits, turn->out) : PEND_OK;
+}
+
+static enum pend_status orbits_run(void *state, const struct api_turn *turn, int *done,
+                                   struct pend_error *error) {
+    struct orbits *orbits = state;
+    if (!orbits->search) PEND_TRY(orbits_begin(orbits, error));
+    do {
+        if (orbits->found_all)
+            PEND_TRY(orbits_write(orbits, turn, done, error));
+        else
+            PEND_TRY(orbits_search(orbits, error));
+    } while (!*done && !api_turn_over(turn));
+    return PEND_OK;
+}
+
+/* writes the rows once more, as JSON */
+static void orbits_json(void *state) {
+    struct orbits *orbits = state;
+    api_writer_free(&orbits->writer);
+    orbits->format = &api_format_json;
+    orbits->written = 0;
+}
+
+static void orbits_progress(const void *state, double *steps, double *work) {
+    const struct orbits *orbits = state;
+    *steps = -1;
+    *work = orbits->search ? pend_orbits_progress(orbits->search) : 0;
+}
+
+static const struct api_table *orbits_table(const void *state) {
+    return &((const struct orbits *)state)->table;
+}
+
+static const struct api_stats *orbits_stats(const void *state) {
+    return &((const struct orbits *)state)->stats;
+}
+
+/* steps of a motion over the periods of a drive, as sections count them */
+static double orbits_driven_steps(const struct api_orbits *asked, double periods) {
+    const struct pend_tree *tree = asked->tree.tree;
+    double shortest = INFINITY;
+    for (int k = 0; k < tree->n; k++) shortest = fmin(shortest, tree->len[k]);
+    double rate = sqrt(fabs(asked->tree.loads.gravity) / shortest * sqrt(tree->n)) +
+                  pend_loads_rate(&asked->tree.loads, tree);
+    return steps_least + periods * 2 * M_PI / asked->omega * rate;
+}
+
+static double orbits_cost(const void *state) {
+    const struct api_orbits *asked = &((const struct orbits *)state)->asked;
+    const struct pend_orbit_problem *p = &asked->problem;
+    double n = asked->tree.n, passes = ceil(2 * n / 7), swing = M_PI;
+    if (p->driven) {
+        double points = p->vary ? p->points : 4;
+        double steps = orbits_driven_steps(asked, p->periods);
+        double settle = p->settle ? orbits_driven_steps(asked, p->settle) : 0;
+        return (maps_an_orbit * points * steps * passes + settle) * n * arm_seconds;
+    }
+    if (p->target == PEND_ORBIT_AMPLITUDE) swing = p->until;
+    double points = fmin(p->points, swing / p->step + 15);
+    return maps_an_orbit * points * (steps_least + steps_an_arm * n) * passes * n * arm_seconds;
+}
+
+/* rows are kept in memory that doubles whenever it is full, and once more for representations that
+ * do not stream */
+static double orbits_bytes(const void *state) {
+    const struct orbits *orbits = state;
+    struct pend_orbit_problem problem = orbits->asked.problem;
+    double n = orbits->asked.tree.n, numbers = api_table_numbers(&orbits->table, 0);
+    double room = (double)(orbits->room ? orbits->room : FIRST_ROOM);
+    if (orbits->room && orbits->count + 1 >= orbits->room) room *= 3;
+    room = fmin(room, 1.5 * (double)orbits->table.rows);
+    problem.tree = orbits->asked.tree.tree, problem.loads = orbits->asked.tree.loads;
+    double places = orbits->places > 8 ? 3.0 * orbits->places : 24;
+    return API_OP_SMALL_BYTES + pend_orbits_bytes(&problem) + 2 * sizeof(double) * numbers * room +
+           places * (96 + 16 * n) + api_tree_bytes(&orbits->asked.tree) +
+           api_states_bytes(orbits->asked.start) + 2.0 * API_PIECE_BYTES;
+}
+
+const struct api_op api_op_orbits = {.name = "orbits",
+                                     .body = 1,
+                                     .terms = 1,
+                                     .samples = 1,
+                                     .read = orbits_read,
+                                     .run = orbits_run,
+                                     .progress = orbits_progress,
+                                     .table = orbits_table,
+                                     .cost = orbits_cost,
+                                     .bytes = orbits_bytes,
+                                     .stats = orbits_stats,
+                                     .json = orbits_json,
+                                     .free = orbits_free};

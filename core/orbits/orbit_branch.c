@@ -1,0 +1,325 @@
+#include "core/orbits/orbit_branch.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+enum { LOCATE_MOST = 40, EASY = 3, HARD = 5 };
+
+/* the shortest step, in parts of the longest */
+static const double orbits_shortest = 1e-5;
+
+/* cosine of the largest angle between the directions of a step's ends */
+static const double orbits_bend = 0.9;
+
+/* an orbit that misses its start by more, times the growth of its disturbances, is none; and one
+ * that misses it by more whatever the growth is not known to be one */
+static const double orbits_closed = 1e-9, orbits_wild = 1e-3;
+
+/* a bifurcation is known to this part of a step, or where the test for it is so small */
+static const double orbits_exact = 1e-7, orbits_zero = 1e-11;
+
+int pend_orbits_valid(const struct pend_orbits *orbits) {
+    return orbits->newton.unknowns == orbits->newton.form.equations + 1 && orbits->step > 0 &&
+           orbits->points >= 0 && orbits->problem.points >= 1;
+}
+
+void pend_orbit_branch_plane(struct pend_orbits *o, const double normal[]) {
+    struct orbit_newton *newton = &o->newton;
+    newton->value = 0;
+    for (int j = 0; j < newton->unknowns; j++) {
+        newton->normal[j] = normal[j];
+        newton->value += normal[j] * newton->u[j];
+    }
+}
+
+void pend_orbit_branch_search(struct pend_orbits *o, enum orbits_aim aim) {
+    o->aim = aim, o->stage = SEARCH;
+    o->newton.whole = o->problem.branch || o->problem.driven || aim == LAST;
+    o->newton.careful = o->problem.driven && aim == FIRST;
+    o->newton.energy = aim == LAST && !o->problem.driven && o->problem.target == PEND_ORBIT_ENERGY;
+    pend_orbit_newton_begin(&o->newton);
+}
+
+/* ---- along the branch */
+
+static double orbits_dot(const double a[], const double b[], int count) {
+    double sum = 0;
+    for (int j = 0; j < count; j++) sum += a[j] * b[j];
+    return sum;
+}
+
+static void orbits_over(struct pend_orbits *o, enum pend_orbits_end end) {
+    o->end = end;
+    o->stage = OVER;
+}
+
+/* looks for the orbit at the end of the next step */
+static void orbits_predict(struct pend_orbits *o) {
+    struct orbit_newton *newton = &o->newton;
+    double bend = o->before > 0 ? o->step * o->step / (2 * o->before) : 0;
+    for (int j = 0; j < newton->unknowns; j++)
+        newton->u[j] =
+            o->last.u[j] + o->step * o->last.along[j] + bend * (o->last.along[j] - o->turned[j]);
+    pend_orbit_branch_plane(o, o->last.along);
+    pend_orbit_branch_search(o, STEP);
+}
+
+/* a step that failed is tried once more, shorter */
+static void orbits_failed(struct pend_orbits *o, enum pend_orbits_end why) {
+    o->why = why;
+    if (o->aim == FIRST) {
+        orbits_over(o, why == PEND_ORBITS_LOST ? PEND_ORBITS_NONE : why);
+        return;
+    }
+    o->step /= 3;
+    if (o->step < orbits_shortest * o->problem.step)
+        orbits_over(o, why);
+    else
+        orbits_predict(o);
+}
+
+/* which part of the way to the end of the branch a list of unknowns has gone; which arm swings
+ * farthest */
+static double orbits_way(const struct pend_orbits *o, const double u[], int *arm) {
+    int n = o->newton.form.n;
+    *arm = 0;
+    if (o->problem.driven) return u[2 * n];
+    for (int k = 1; k < n; k++)
+        if (fabs(u[k]) > fabs(u[*arm])) *arm = k;
+    return o->problem.target == PEND_ORBIT_ENERGY
+               ? pend_orbit_newton_energy(&o->newton) / o->problem.until
+               : fabs(u[*arm]) / o->problem.until;
+}
+
+/* looks for the orbit at the very end, which the last step has passed */
+static void orbits_land(struct pend_orbits *o, double way, int arm) {
+    struct orbit_newton *newton = &o->newton;
+    int q = newton->unknowns;
+    double part = way > o->way ? (1 - o->way) / (way - o->way) : 1;
+    for (int j = 0; j < q; j++) newton->u[j] = o->last.u[j] + part * (newton->u[j] - o->last.u[j]);
+    memset(newton->normal, 0, (size_t)q * sizeof(double));
+    newton->normal[o->problem.driven ? q - 1 : arm] =
+        !o->problem.driven && o->next.u[arm] < 0 ? -1 : 1;
+    pend_orbit_branch_search(o, LAST);
+    newton->value = o->problem.driven ? 1 : o->problem.until;
+}
+
+/* tells of the orbit that the equations are set to */
+static enum pend_status orbits_tell(struct pend_orbits *o, const double u[],
+                                    struct pend_error *error) {
+    struct orbit_form *form = &o->newton.form;
+    struct pend_problem motion;
+    PEND_TRY(pend_orbit_form_set(form, u, 1, &motion, error));
+    for (int k = 0; k < form->n && !o->problem.driven; k++) o->amplitude[k] = fabs(u[k]);
+    o->now.phi = form->phi, o->now.phi_low = form->phi_low, o->now.rate = form->rate;
+    o->now.re = o->floquet.re, o->now.im = o->floquet.im;
+    o->now.amplitude = o->problem.driven ? o->check.amplitude : o->amplitude;
+    o->now.period = pend_orbit_form_period(form);
+    o->now.energy = o->problem.driven ? 0 : pend_orbit_newton_energy(&o->newton);
+    o->now.value = o->problem.driven && o->problem.vary ? pend_orbit_form_value(form, u) : 0;
+    o->now.closure = o->check.closure;
+    o->now.stable = o->floquet.stable;
+    return PEND_OK;
+}
+
+/* the orbit that was found is on the branch */
+static enum pend_status orbits_accept(struct pend_orbits *o, enum pend_orbits_found *found,
+                                      struct pend_error *error) {
+    struct orbit_newton *newton = &o->newton;
+    int q = newton->unknowns, arm, alone = o->problem.driven && !o->problem.vary;
+    struct orbits_point *next = &o->next;
+    memcpy(next->u, newton->u, (size_t)q * sizeof(double));
+    memcpy(next->along, o->last.along, (size_t)q * sizeof(double));
+    if (!alone && !pend_orbit_newton_tangent(newton, next->along)) {
+        orbits_failed(o, PEND_ORBITS_LOST);
+        return PEND_OK;
+    }
+    double turn =
+        orbits_dot(next->along, o->last.along, q) /
+        sqrt(orbits_dot(next->along, next->along, q) * orbits_dot(o->last.along, o->last.along, q));
+    if (o->aim != FIRST && turn < orbits_bend) {
+        orbits_failed(o, PEND_ORBITS_LOST);
+        return PEND_OK;
+    }
+    double way = orbits_way(o, next->u, &arm);
+    if (o->aim == STEP && way >= 1) {
+        orbits_land(o, way, arm);
+        return PEND_OK;
+    }
+    if (o->problem.driven && way < 0) {
+        orbits_over(o, PEND_ORBITS_BACK);
+        return PEND_OK;
+    }
+    next->slope = o->problem.driven ? next->along[q - 1]
+                                    : orbits_dot(newton->map.potential_by, next->along, q - 1);
+    memcpy(next->count, o->floquet.count, sizeof next->count);
+    memcpy(next->test, o->floquet.test, sizeof next->test);
+    PEND_TRY(orbits_tell(o, next->u, error));
+    if (newton->whole) *found = PEND_ORBITS_ORBIT;
+    o->border = -1;
+    o->stage = o->aim != FIRST && o->problem.branch ? CHANGES : FORWARD;
+    return PEND_OK;
+}
+
+/* goes on from the orbit that was found, or ends */
+static void orbits_forward(struct pend_orbits *o) {
+    int q = o->newton.unknowns, first = o->aim == FIRST, last = o->aim == LAST, arm;
+    struct orbits_point keep = o->last;
+    double way = 0;
+    for (int j = 0; j < q && !first; j++) way = fmax(way, fabs(o->next.u[j] - o->last.u[j]));
+    memcpy(o->turned, o->last.along, (size_t)q * sizeof(double));
+    o->last = o->next, o->next = keep;
+    o->before = first ? 0 : way;
+    o->way = orbits_way(o, o->last.u, &arm);
+    if (last || (o->problem.driven && !o->problem.vary)) {
+        orbits_over(o, PEND_ORBITS_REACHED);
+        return;
+    }
+    if (++o->points >= o->problem.points) {
+        orbits_over(o, PEND_ORBITS_POINTS);
+        return;
+    }
+    int corrections = o->newton.iteration;
+    if (!first && corrections <= EASY) o->step = fmin(1.6 * o->step, o->problem.step);
+    if (corrections >= HARD) o->step *= 0.7;
+    orbits_predict(o);
+}
+
+/* ---- bifurcations between the last orbit and the next */
+
+/* looks for the orbit at a part of the way */
+static void orbits_locate(struct pend_orbits *o) {
+    struct orbit_newton *newton = &o->newton;
+    o->at = (o->low + o->high) / 2;
+    if (o->border != ORBIT_AROUND && o->low_test * o->high_test < 0) {
+        double part = o->low_test / (o->low_test - o->high_test);
+        o->at = o->low + fmin(0.98, fmax(0.02, part)) * (o->high - o->low);
+    }
+    for (int j = 0; j < newton->unknowns; j++)
+        newton->u[j] = o->last.u[j] + o->at * (o->next.u[j] - o->last.u[j]);
+    pend_orbit_branch_plane(o, o->last.along);
+    pend_orbit_branch_search(o, LOCATE);
+    o->tries++;
+}
+
+/* begins with the next border that lies between the two orbits; without one the branch goes on */
+static void orbits_change(struct pend_orbits *o) {
+    const struct orbits_point *last = &o->last, *next = &o->next;
+    do o->border++;
+    while (o->border < ORBIT_COUNTS && last->count[o->border] == next->count[o->border]);
+    o->tries = o->side = 0, o->low = 0, o->high = 1;
+    if (o->border == ORBIT_COUNTS) {
+        orbits_forward(o);
+        return;
+    }
+    o->low_test = last->test[o->border], o->high_test = next->test[o->border];
+    orbits_locate(o);
+}
+
+static enum pend_orbits_kind orbits_kind(const struct pend_orbits *o) {
+    if (o->border == ORBIT_AROUND) return PEND_ORBITS_TORUS;
+    if (o->border == ORBIT_PLUS)
+        return o->last.slope * o->next.slope < 0 ? PEND_ORBITS_FOLD : PEND_ORBITS_BRANCH;
+    return o->newton.form.kind == ORBIT_QUARTER ? PEND_ORBITS_SYMMETRY : PEND_ORBITS_DOUBLING;
+}
+
+/* an orbit between the two was found: it is on one side of the border, or nearly at it */
+static enum pend_status orbits_between(struct pend_orbits *o, enum pend_orbits_found *found,
+                                       struct pend_error *error) {
+    int border = o->border, below = o->floquet.count[border] == o->last.count[border];
+    double test = o->floquet.test[border];
+    assert(border >= 0 && border < ORBIT_COUNTS);
+    // the end that stays twice is given less weight (the Illinois method)
+    if (below) {
+        o->low = o->at, o->low_test = test;
+        if (o->side < 0) o->high_test /= 2;
+    } else {
+        o->high = o->at, o->high_test = test;
+        if (o->side > 0) o->low_test /= 2;
+    }
+    o->side = below ? -1 : 1;
+    int exact = o->high - o->low <= orbits_exact || o->tries >= LOCATE_MOST ||
+                (border != ORBIT_AROUND && fabs(test) <= orbits_zero);
+    if (!exact) {
+        orbits_locate(o);
+        return PEND_OK;
+    }
+    PEND_TRY(orbits_tell(o, o->newton.u, error));
+    o->now.kind = orbits_kind(o);
+    *found = PEND_ORBITS_BIFURCATION;
+    o->stage = CHANGES;
+    return PEND_OK;
+}
+
+/* no orbit was found at a part of the way: the bifurcation is told where the next orbit is */
+static enum pend_status orbits_unplaced(struct pend_orbits *o, enum pend_orbits_found *found,
+                                        struct pend_error *error) {
+    struct pend_problem motion;
+    PEND_TRY(pend_orbit_form_set(&o->newton.form, o->next.u, 1, &motion, error));
+    o->now.period = pend_orbit_form_period(&o->newton.form);
+    o->now.kind = orbits_kind(o);
+    *found = PEND_ORBITS_BIFURCATION;
+    o->stage = CHANGES;
+    return PEND_OK;
+}
+
+/* ---- pieces */
+
+/* Newton's method has found a solution: is it an orbit? */
+static enum pend_status orbits_solution(struct pend_orbits *o, enum pend_orbits_found *found,
+                                        struct pend_error *error) {
+    struct orbit_newton *newton = &o->newton;
+    struct pend_problem motion;
+    if (newton->whole) PEND_TRY(pend_orbit_floquet_at(&o->floquet, newton));
+    if (o->aim == LOCATE) return orbits_between(o, found, error);
+    if (!newton->whole) return orbits_accept(o, found, error);
+    o->stage = CHECK;
+    PEND_TRY(pend_orbit_form_set(&newton->form, newton->u, 1, &motion, error));
+    return pend_orbit_check_begin(&o->check, &newton->form, &motion, error);
+}
+
+static enum pend_status orbits_checked(struct pend_orbits *o, enum pend_orbits_found *found,
+                                       struct pend_error *error) {
+    double closure = o->check.closure;
+    o->part = o->check.divisor;
+    if (closure <= orbits_closed * o->floquet.growth && closure <= orbits_wild && o->part == 1)
+        return orbits_accept(o, found, error);
+    orbits_failed(o, closure > orbits_closed * o->floquet.growth ? PEND_ORBITS_LOST
+                     : closure > orbits_wild                     ? PEND_ORBITS_WILD
+                                                                 : PEND_ORBITS_MEETS);
+    return PEND_OK;
+}
+
+enum pend_status pend_orbit_branch_next(struct pend_orbits *o, double work,
+                                        enum pend_orbits_found *found, struct pend_error *error) {
+    enum orbit_newton_end end = ORBIT_GOING;
+    enum pend_status status = PEND_OK;
+    int done = 0;
+    assert(pend_orbits_valid(o) && o->stage != SETTLE);
+    *found = PEND_ORBITS_NOTHING;
+    switch (o->stage) {
+    case SEARCH:
+        PEND_TRY(pend_orbit_newton_next(&o->newton, work, &end, error));
+        if (end == ORBIT_FOUND) return orbits_solution(o, found, error);
+        if (end == ORBIT_LOST && o->aim == LOCATE) return orbits_unplaced(o, found, error);
+        if (end == ORBIT_LOST) orbits_failed(o, PEND_ORBITS_LOST);
+        return PEND_OK;
+    case CHECK:
+        status = pend_orbit_check_next(&o->check, &o->newton.form, work, &done, error);
+        if (status == PEND_NO_MEMORY) return status;
+        if (status != PEND_OK) orbits_failed(o, PEND_ORBITS_WILD);
+        return done ? orbits_checked(o, found, error) : PEND_OK;
+    case CHANGES:
+        orbits_change(o);
+        return PEND_OK;
+    case FORWARD:
+        orbits_forward(o);
+        return PEND_OK;
+    case SETTLE:
+    case OVER:
+        break;
+    }
+    *found = PEND_ORBITS_END;
+    return PEND_OK;
+}

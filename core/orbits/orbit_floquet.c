@@ -1,0 +1,111 @@
+#include "core/orbits/orbit_floquet.h"
+
+#include <assert.h>
+#include <complex.h>
+#include <math.h>
+#include <stdlib.h>
+
+/* how far beyond a border a multiplier must be: round-off of the half sums of pairs, and of the
+ * multipliers of driven pendulums; the imaginary part that tells two equal ones from a pair */
+static const double floquet_border = 1e-9, floquet_driven = 1e-6, floquet_apart = 1e-6;
+
+static size_t floquet_numbers(size_t n) { return 8 * n + 8 * n * n; }
+
+double pend_orbit_floquet_bytes(int n) {
+    return sizeof(double) * (double)floquet_numbers((size_t)n);
+}
+
+enum pend_status pend_orbit_floquet_init(struct orbit_floquet *floquet, int n) {
+    assert(n >= 1);
+    size_t rows = (size_t)n;
+    *floquet = (struct orbit_floquet){.n = n};
+    double *at = floquet->block = calloc(floquet_numbers(rows), sizeof *at);
+    if (!at) return PEND_NO_MEMORY;
+    floquet->re = at, at += 2 * rows;
+    floquet->im = at, at += 2 * rows;
+    floquet->part_re = at, at += 2 * rows;
+    floquet->part_im = at, at += 2 * rows;
+    floquet->work = at;
+    return PEND_OK;
+}
+
+void pend_orbit_floquet_clear(struct orbit_floquet *floquet) {
+    free(floquet->block);
+    *floquet = (struct orbit_floquet){.n = 0};
+}
+
+/* counts what is beyond the borders, and the tests for passing them */
+static void floquet_tell(struct orbit_floquet *f, int count, int driven) {
+    double border = driven ? floquet_driven : floquet_border;
+    for (int i = 0; i < ORBIT_COUNTS; i++) f->count[i] = 0, f->test[i] = 1;
+    for (int i = 0; i < count; i++) {
+        double re = f->part_re[i], im = f->part_im[i];
+        double complex z = re + I * im;
+        int pair = fabs(im) > floquet_apart;
+        f->test[ORBIT_PLUS] *= pair ? cabs(z - 1) : re - 1;
+        f->test[ORBIT_MINUS] *= pair ? cabs(z + 1) : re + 1;
+        if (!pair) {
+            f->count[ORBIT_PLUS] += re > 1 + border;
+            f->count[ORBIT_MINUS] += re < -1 - border;
+        } else {
+            f->count[ORBIT_AROUND] += im > 0 && (!driven || cabs(z) > 1 + border);
+        }
+    }
+    f->stable = 1, f->growth = 1;
+    for (int i = 0; i < ORBIT_COUNTS; i++) f->stable &= !f->count[i];
+    for (int j = 0; j < 2 * f->n; j++) f->growth = fmax(f->growth, hypot(f->re[j], f->im[j]));
+}
+
+/* x and 1 / x with the half sum k; of a half period they are squared */
+static void floquet_pair(struct orbit_floquet *f, int pair, double complex k, int squared) {
+    double complex root = csqrt(k - 1) * csqrt(k + 1), x = k + root;
+    if (cabs(x) < 1) x = k - root;
+    double complex y = 1 / x;
+    if (cimag(k) == 0 && fabs(creal(k)) <= 1) {
+        x = creal(k) + I * sqrt((1 - creal(k)) * (1 + creal(k)));
+        y = conj(x);
+    }
+    if (squared) x *= x, y *= y;
+    f->re[2 * pair] = creal(x), f->im[2 * pair] = cimag(x);
+    f->re[2 * pair + 1] = creal(y), f->im[2 * pair + 1] = cimag(y);
+}
+
+static enum pend_status floquet_mirrored(struct orbit_floquet *f, struct orbit_newton *newton) {
+    const struct orbit_map *map = &newton->map;
+    int quarter = newton->form.kind == ORBIT_QUARTER;
+    assert(map->count == 2 * f->n);
+    PEND_TRY(pend_orbit_mirrored(newton->algebra, f->n, map->phi_by, map->rate_by,
+                                 map->potential_by, newton->form.omega, f->work, f->part_re,
+                                 f->part_im));
+    // half a period turns the sign of a mirrored orbit: what it leaves alone is at -1
+    for (int i = 0; i < f->n - 1; i++) {
+        if (quarter) f->part_re[i] = -f->part_re[i], f->part_im[i] = -f->part_im[i];
+        double im = fabs(f->part_im[i]) > floquet_apart ? f->part_im[i] : 0;
+        floquet_pair(f, i, f->part_re[i] + I * im, quarter);
+    }
+    f->re[2 * f->n - 2] = f->re[2 * f->n - 1] = 1;
+    f->im[2 * f->n - 2] = f->im[2 * f->n - 1] = 0;
+    floquet_tell(f, f->n - 1, 0);
+    return PEND_OK;
+}
+
+static enum pend_status floquet_driven_at(struct orbit_floquet *f, struct orbit_newton *newton) {
+    int n = f->n, q = newton->map.count;
+    double omega = newton->form.omega;
+    for (int k = 0; k < n; k++)
+        for (int j = 0; j < 2 * n; j++) {
+            double unit = j < n ? 1 : omega;
+            f->work[k * 2 * n + j] = newton->map.phi_by[k * q + j] * unit;
+            f->work[(n + k) * 2 * n + j] = newton->map.rate_by[k * q + j] * unit / omega;
+        }
+    PEND_TRY(pend_orbit_eigenvalues(newton->algebra, 2 * n, f->work, f->re, f->im));
+    for (int j = 0; j < 2 * n; j++) f->part_re[j] = f->re[j], f->part_im[j] = f->im[j];
+    floquet_tell(f, 2 * n, 1);
+    return PEND_OK;
+}
+
+enum pend_status pend_orbit_floquet_at(struct orbit_floquet *floquet, struct orbit_newton *newton) {
+    assert(floquet->n == newton->form.n && newton->complete);
+    return newton->form.kind == ORBIT_DRIVEN ? floquet_driven_at(floquet, newton)
+                                             : floquet_mirrored(floquet, newton);
+}

@@ -1,0 +1,54 @@
+/* Floquet multipliers of an orbit that was found, and what they say about it.
+ * Leaves to others: finding it (orbit_newton), where a count changes along a branch (orbits).
+ * Invariant: multipliers of orbits between two rests come in pairs x, 1 / x, exactly; the pair of
+ * the orbit itself and of its energy is 1. */
+#ifndef PEND_ORBIT_FLOQUET_H
+#define PEND_ORBIT_FLOQUET_H
+
+#include "core/orbits/orbit_newton.h"
+
+/* What can change along a branch, each with the count of what is beyond the border. */
+enum orbit_count {
+    ORBIT_PLUS,   /* multipliers beyond +1, of the part of the orbit that was computed */
+    ORBIT_MINUS,  /* beyond -1 */
+    ORBIT_AROUND, /* pairs that are complex and grow */
+    ORBIT_COUNTS
+};
+
+struct orbit_floquet {
+    int n;
+    double *re, *im; /* 2 n multipliers of the whole period */
+    int count[ORBIT_COUNTS];
+    double test[ORBIT_COUNTS]; /* changes sign where one passes +1 or -1; the last one is none */
+    int stable;                /* no small disturbance grows exponentially */
+    double growth;             /* the largest size of a multiplier, at least 1 */
+    double *part_re, *part_im, *work;
+    double *block;
+};
+
+/**
+ * Prepares the memory for n arms.
+ *
+ * floquet  out; ends with pend_orbit_floquet_clear whatever is returned.
+ *
+ * PEND_NO_MEMORY  O(n^2).
+ */
+PEND_MUST_CHECK enum pend_status pend_orbit_floquet_init(struct orbit_floquet *floquet, int n);
+
+/** Frees the memory. */
+void pend_orbit_floquet_clear(struct orbit_floquet *floquet);
+
+/** Returns the bytes of pend_orbit_floquet_init. O(1). */
+double pend_orbit_floquet_bytes(int n);
+
+/**
+ * Fills in the multipliers of the orbit that was found, with all derivatives.
+ *
+ * PEND_NO_MEMORY
+ * PEND_NO_CONVERGENCE
+ * O(n^3).
+ */
+PEND_MUST_CHECK enum pend_status pend_orbit_floquet_at(struct orbit_floquet *floquet,
+                                                       struct orbit_newton *newton);
+
+#endif

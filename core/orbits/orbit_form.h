@@ -1,0 +1,102 @@
+/* The equations that a periodic orbit obeys, as functions of a list of unknowns, and their
+ * derivatives.
+ * Leaves to others: solving them (orbits), the motion (orbit_map).
+ * Invariant: there is one more unknown than equations; what closes the system is the caller's.
+ *
+ * An orbit between two rests begins at rest at rest + x and is at rest again after half of its
+ * period T: n equations rate(T / 2) = 0 in x and T. If a pendulum is its own mirror image, theta
+ * -> -theta, it passes theta = 0 after a quarter of it: theta(T / 4) = 0. An orbit of a driven
+ * pendulum comes back after k periods of the drive: 2 n equations in the start and in a number
+ * that varies. Unknowns are angles, rates in parts of a frequency, the period in parts of the
+ * mode's, and the way of the number that varies from its value to the last one wanted, 0 .. 1. */
+#ifndef PEND_ORBIT_FORM_H
+#define PEND_ORBIT_FORM_H
+
+#include "core/orbits/orbit_map.h"
+#include "core/orbits/orbit_problem.h"
+
+enum orbit_kind { ORBIT_QUARTER, ORBIT_HALF, ORBIT_DRIVEN };
+
+struct orbit_form {
+    enum orbit_kind kind;
+    const struct pend_orbit_problem *problem;
+    int n, equations, turns; /* turns: whole turns of an arm change nothing */
+    double omega;            /* rad/s, of the mode or of the drive: the unit of rates */
+    double from;             /* what varies, at the begin */
+    double rest_potential;   /* J */
+    double *rest, *rest_low; /* n: the rest, rad */
+    double *shape;           /* n: the mode, its largest angle 1 */
+    /* the pendulum and the start for a list of unknowns */
+    struct pend_tree *tree; /* NULL: the problem's */
+    struct pend_loads loads;
+    double *value; /* of its terms */
+    double *phi, *phi_low, *rate;
+    double span;      /* s, of the map */
+    int count, slope; /* parameters of the map; where those of what varies begin */
+    struct pend_parameter *parameter;
+    double *weight; /* of the parameters from `slope` on */
+    double *block;
+};
+
+/**
+ * Finds what the drives of a pendulum have in common.
+ *
+ * omega  out, rad/s: the largest frequency of which all are whole multiples, up to 12 each.
+ *
+ * Returns false without drives, and where there is no such frequency. O(harmonics).
+ */
+int pend_orbit_drive(const struct pend_loads *loads, double *omega);
+
+/**
+ * Prepares the equations: finds the rest and the mode of orbits between rests.
+ *
+ * form     out; ends with pend_orbit_form_clear whatever is returned.
+ * problem  outlives the form.
+ *
+ * PEND_INVALID   the pendulum has no such mode.
+ * PEND_NO_MEMORY, and the failures of modes (modes, damped).
+ */
+PEND_MUST_CHECK enum pend_status pend_orbit_form_init(struct orbit_form *form,
+                                                      const struct pend_orbit_problem *problem,
+                                                      struct pend_error *error);
+
+/** Frees the memory. */
+void pend_orbit_form_clear(struct orbit_form *form);
+
+/** Returns the bytes of a form, modes included while they are looked for. O(1). */
+double pend_orbit_form_bytes(const struct pend_orbit_problem *problem);
+
+/** Returns the most parameters of a map of these equations. O(1). */
+int pend_orbit_form_most(const struct orbit_form *form);
+
+/**
+ * Sets the pendulum, the start and the span of a list of unknowns.
+ *
+ * u       equations + 1 unknowns.
+ * whole   non-zero: the map has the derivatives by angles and rates, else those that the equations
+ *         need.
+ * motion  out, for pend_orbit_map_begin and for runs: tree, loads and start.
+ *
+ * PEND_INVALID  there is no such pendulum, or no such time.
+ * PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status pend_orbit_form_set(struct orbit_form *form, const double u[],
+                                                     int whole, struct pend_problem *motion,
+                                                     struct pend_error *error);
+
+/**
+ * Fills in the equations and their derivatives from a map of the list of unknowns that was set.
+ *
+ * F  out, `equations` values, 0 at an orbit.
+ * J  out, rows of equations + 1, as many as equations.
+ */
+void pend_orbit_form_equations(const struct orbit_form *form, const struct orbit_map *map,
+                               double F[], double J[]);
+
+/** Returns the whole period of a list of unknowns that was set, s. O(1). */
+double pend_orbit_form_period(const struct orbit_form *form);
+
+/** Returns what varies, in its unit, for a list of unknowns. O(1). */
+double pend_orbit_form_value(const struct orbit_form *form, const double u[]);
+
+#endif

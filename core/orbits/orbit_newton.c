@@ -1,0 +1,186 @@
+#include "core/orbits/orbit_newton.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NEAR = 9, FAR = 60 }; /* most corrections */
+
+/* a correction of this size is the last one; one that no longer shrinks may be so much larger */
+static const double newton_fine = 1e-13, newton_stalled = 1e-8;
+/* a correction after which the next is likely to be the last */
+static const double newton_nearly = 1e-4;
+/* the longest correction, rad, and the least part of one, from far away */
+static const double newton_longest = 0.5, newton_least = 1.0 / 256;
+
+static size_t newton_numbers(size_t unknowns) { return unknowns * (unknowns + 6); }
+
+double pend_orbit_newton_bytes(const struct pend_orbit_problem *problem) {
+    int n = problem->tree->n, unknowns = (problem->driven ? 2 * n : n) + 1;
+    int harmonics = problem->loads.terms ? problem->loads.terms->harmonics : 0;
+    int most = 2 * n + (harmonics ? harmonics : 1);
+    return sizeof(double) * (double)newton_numbers((size_t)unknowns) +
+           pend_orbit_form_bytes(problem) + pend_orbit_map_bytes(n, most) +
+           pend_orbit_algebra_bytes(2 * n + 1) +
+           pend_derivatives_bytes(problem->tree, problem->loads.terms, most);
+}
+
+enum pend_status pend_orbit_newton_init(struct orbit_newton *newton,
+                                        const struct pend_orbit_problem *problem,
+                                        struct pend_error *error) {
+    *newton = (struct orbit_newton){.energy = 0};
+    PEND_TRY(pend_orbit_form_init(&newton->form, problem, error));
+    int n = newton->form.n, q = newton->unknowns = newton->form.equations + 1;
+    size_t unknowns = (size_t)q;
+    double *at = newton->block = calloc(newton_numbers(unknowns), sizeof *at);
+    if (!at || pend_orbit_map_init(&newton->map, n, pend_orbit_form_most(&newton->form)) ||
+        pend_orbit_algebra_new(&newton->algebra, 2 * n + 1))
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for orbits of %d arms", n);
+    newton->J = at, at += unknowns * unknowns;
+    newton->u = at, at += unknowns;
+    newton->normal = at, at += unknowns;
+    newton->F = at, at += unknowns;
+    newton->delta = at, at += unknowns;
+    newton->good = at, at += unknowns;
+    newton->way = at;
+    return PEND_OK;
+}
+
+void pend_orbit_newton_clear(struct orbit_newton *newton) {
+    pend_orbit_form_clear(&newton->form);
+    pend_orbit_map_clear(&newton->map);
+    pend_orbit_algebra_free(&newton->algebra);
+    free(newton->block);
+    *newton = (struct orbit_newton){.energy = 0};
+}
+
+void pend_orbit_newton_begin(struct orbit_newton *newton) {
+    assert(newton->unknowns >= 2);
+    newton->iteration = newton->under_way = 0;
+    newton->last = newton->size = INFINITY;
+    newton->part = 1;
+}
+
+double pend_orbit_newton_energy(const struct orbit_newton *newton) {
+    assert(newton->form.kind != ORBIT_DRIVEN);
+    return newton->map.potential - newton->form.rest_potential;
+}
+
+static double newton_size(const double x[], int count) {
+    double most = 0;
+    for (int i = 0; i < count; i++) most = fmax(most, fabs(x[i]));
+    return most;
+}
+
+/* the last row of J, and what is missing of its equation */
+static double newton_close(struct orbit_newton *newton) {
+    int q = newton->unknowns;
+    double *row = newton->J + (size_t)(q - 1) * (size_t)q, sum = 0;
+    if (newton->energy) {
+        for (int k = 0; k < q - 1; k++) row[k] = newton->map.potential_by[k] / newton->value;
+        row[q - 1] = 0;
+        return pend_orbit_newton_energy(newton) / newton->value - 1;
+    }
+    for (int j = 0; j < q; j++) row[j] = newton->normal[j], sum += row[j] * newton->u[j];
+    return sum - newton->value;
+}
+
+/* tries the next part of the way from the last good list of unknowns */
+static void newton_try(struct orbit_newton *newton) {
+    for (int j = 0; j < newton->unknowns; j++)
+        newton->u[j] = newton->good[j] + newton->part * newton->way[j];
+}
+
+/* a correction from far away: only to where the equations' error is smaller */
+static enum orbit_newton_end newton_far(struct orbit_newton *newton, double correction) {
+    int q = newton->unknowns;
+    double size = newton_size(newton->F, q);
+    if (size > newton->size && newton->iteration > 1) {
+        newton->part /= 2;
+        if (newton->part < newton_least) return ORBIT_LOST;
+        newton_try(newton);
+        return ORBIT_GOING;
+    }
+    newton->size = size;
+    newton->part = fmin(1, newton_longest / correction);
+    memcpy(newton->good, newton->u, (size_t)q * sizeof(double));
+    memcpy(newton->way, newton->delta, (size_t)q * sizeof(double));
+    newton_try(newton);
+    newton->last = correction;
+    return ORBIT_GOING;
+}
+
+/* a correction of the size of round-off: the solution is found, or wants all derivatives */
+static enum orbit_newton_end newton_last(struct orbit_newton *newton, double correction) {
+    newton->last = correction;
+    if (newton->whole && !newton->complete) return ORBIT_GOING;
+    for (int j = 0; j < newton->unknowns; j++) newton->u[j] += newton->delta[j];
+    return ORBIT_FOUND;
+}
+
+/* what follows from a map */
+static enum orbit_newton_end newton_correct(struct orbit_newton *newton) {
+    int q = newton->unknowns;
+    newton->iteration++;
+    pend_orbit_form_equations(&newton->form, &newton->map, newton->F, newton->J);
+    newton->F[q - 1] = newton_close(newton);
+    for (int j = 0; j < q; j++) newton->delta[j] = -newton->F[j];
+    if (!pend_orbit_solve(newton->algebra, q, newton->J, 1, newton->delta)) return ORBIT_LOST;
+    double correction = newton_size(newton->delta, q);
+    int stalled = correction <= newton_stalled && correction > newton->last / 4;
+    if (correction <= newton_fine || stalled) return newton_last(newton, correction);
+    if (newton->iteration >= (newton->careful ? FAR : NEAR)) return ORBIT_LOST;
+    if (newton->careful) return newton_far(newton, correction);
+    if (correction > newton_longest || (newton->iteration > 2 && correction > newton->last))
+        return ORBIT_LOST;
+    for (int j = 0; j < q; j++) newton->u[j] += newton->delta[j];
+    newton->last = correction;
+    return ORBIT_GOING;
+}
+
+/* all derivatives are computed where they cost nothing more, or are likely to be needed */
+static int newton_complete(const struct orbit_newton *newton) {
+    enum { TOGETHER = 7 };
+    int n = newton->form.n;
+    if (!newton->whole || newton->form.kind == ORBIT_DRIVEN) return 1;
+    return (2 * n + TOGETHER - 1) / TOGETHER == (n + TOGETHER - 1) / TOGETHER ||
+           newton->last <= newton_nearly;
+}
+
+enum pend_status pend_orbit_newton_next(struct orbit_newton *newton, double work,
+                                        enum orbit_newton_end *end, struct pend_error *error) {
+    int done = 0;
+    enum pend_status status = PEND_OK;
+    assert(newton->unknowns >= 2);
+    *end = ORBIT_GOING;
+    if (!newton->under_way) {
+        newton->complete = newton_complete(newton);
+        status = pend_orbit_form_set(&newton->form, newton->u, newton->whole && newton->complete,
+                                     &newton->motion, error);
+        if (status == PEND_OK)
+            status = pend_orbit_map_begin(&newton->map, &newton->motion, newton->form.span,
+                                          newton->form.count, newton->form.parameter, error);
+        newton->under_way = status == PEND_OK;
+    } else {
+        status = pend_orbit_map_next(&newton->map, work, &done, error);
+        newton->under_way = status == PEND_OK && !done;
+        if (!newton->under_way) newton->steps += pend_orbit_map_steps(&newton->map), newton->maps++;
+    }
+    if (status == PEND_NO_MEMORY) return status;
+    if (status != PEND_OK) *end = ORBIT_LOST;
+    if (done) *end = newton_correct(newton);
+    return PEND_OK;
+}
+
+int pend_orbit_newton_tangent(struct orbit_newton *newton, double along[]) {
+    int q = newton->unknowns;
+    double *last = newton->J + (size_t)(q - 1) * (size_t)q;
+    memcpy(last, along, (size_t)q * sizeof *last);
+    for (int j = 0; j < q; j++) newton->delta[j] = j == q - 1;
+    if (!pend_orbit_solve(newton->algebra, q, newton->J, 1, newton->delta)) return 0;
+    double size = newton_size(newton->delta, q);
+    if (!(size > 0)) return 0;
+    for (int j = 0; j < q; j++) along[j] = newton->delta[j] / size;
+    return 1;
+}

@@ -1,0 +1,196 @@
+#include "core/orbits/orbits.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/dynamics/kinematics_at.h"
+#include "core/integrate/run.h"
+#include "core/orbits/orbit_branch.h"
+
+/* arm-evaluations of a piece, about a quarter of a millisecond */
+static const double orbits_piece = 20000;
+
+/* rad: the first swing of a branch, and its first step */
+static const double orbits_first = 0.02, orbits_begin = 0.02;
+
+/* ---- making and freeing */
+
+static size_t orbits_numbers(size_t n, size_t unknowns) { return 5 * unknowns + 5 * n; }
+
+double pend_orbits_bytes(const struct pend_orbit_problem *problem) {
+    int n = problem->tree->n, unknowns = (problem->driven ? 2 * n : n) + 1;
+    return (double)sizeof(struct pend_orbits) + pend_orbit_newton_bytes(problem) +
+           pend_orbit_floquet_bytes(n) + pend_orbit_check_bytes(n, problem->driven) +
+           sizeof(double) * (double)orbits_numbers((size_t)n, (size_t)unknowns);
+}
+
+void pend_orbits_free(struct pend_orbits **orbits) {
+    struct pend_orbits *o = *orbits;
+    if (!o) return;
+    pend_run_free(&o->settling);
+    pend_orbit_newton_clear(&o->newton);
+    pend_orbit_floquet_clear(&o->floquet);
+    pend_orbit_check_clear(&o->check);
+    free(o->block);
+    free(o);
+    *orbits = NULL;
+}
+
+static enum pend_status orbits_allocate(struct pend_orbits *o, struct pend_error *error) {
+    size_t n = (size_t)o->problem.tree->n, q = (size_t)o->newton.unknowns;
+    double *at = o->block = calloc(orbits_numbers(n, q), sizeof *at);
+    if (!at || pend_orbit_floquet_init(&o->floquet, (int)n) ||
+        pend_orbit_check_init(&o->check, (int)n, o->problem.driven))
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for orbits of %zu arms", n);
+    o->last.u = at, at += q;
+    o->last.along = at, at += q;
+    o->next.u = at, at += q;
+    o->next.along = at, at += q;
+    o->turned = at, at += q;
+    o->amplitude = at, at += n;
+    o->row = at;
+    return PEND_OK;
+}
+
+/* a small swing in the mode, rad: below what is wanted */
+static enum pend_status orbits_small(struct pend_orbits *o, double *swing,
+                                     struct pend_error *error) {
+    enum { HALVES = 40 };
+    const struct orbit_form *form = &o->newton.form;
+    *swing = orbits_first;
+    if (o->problem.target == PEND_ORBIT_AMPLITUDE) {
+        *swing = fmin(*swing, o->problem.until / 2);
+        return PEND_OK;
+    }
+    double *scratch = calloc(4 * (size_t)form->n, sizeof *scratch);
+    if (!scratch) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for orbits");
+    for (int i = 0; i < HALVES; i++, *swing /= 2) {
+        for (int k = 0; k < form->n; k++) form->phi[k] = form->rest[k] + *swing * form->shape[k];
+        struct pend_energy energy = pend_kinematics_energy_at(o->problem.tree, &o->problem.loads, 0,
+                                                              form->phi, form->rate, scratch);
+        if (energy.potential - form->rest_potential < o->problem.until / 4) break;
+    }
+    free(scratch);
+    return PEND_OK;
+}
+
+/* begins with a small swing, or with the start that was given */
+static enum pend_status orbits_start(struct pend_orbits *o, const double phi[], const double rate[],
+                                     struct pend_error *error) {
+    struct orbit_newton *newton = &o->newton;
+    int n = newton->form.n;
+    double swing = 0;
+    if (!o->problem.driven) PEND_TRY(orbits_small(o, &swing, error));
+    for (int k = 0; k < n && o->problem.driven; k++)
+        newton->u[k] = phi[k], newton->u[n + k] = rate[k] / newton->form.omega;
+    for (int k = 0; k < n && !o->problem.driven; k++) {
+        newton->u[k] = swing * newton->form.shape[k];
+        o->last.along[k] = newton->form.shape[k];
+    }
+    newton->u[newton->unknowns - 1] = !o->problem.driven;
+    o->last.along[newton->unknowns - 1] = o->problem.driven;
+    pend_orbit_branch_plane(o, o->last.along);
+    pend_orbit_branch_search(o, FIRST);
+    return PEND_OK;
+}
+
+/* begins to move the start on, by whole periods of the drive */
+static enum pend_status orbits_settle(struct pend_orbits *o, struct pend_error *error) {
+    const struct pend_orbit_problem *p = &o->problem;
+    double span = p->settle * 2 * M_PI / o->newton.form.omega;
+    struct pend_problem motion = {.tree = p->tree,
+                                  .loads = p->loads,
+                                  .phi = p->phi,
+                                  .rate = p->rate,
+                                  .times = {.count = 2, .span = span, .divisor = 1},
+                                  .no_drift = 1};
+    o->stage = SETTLE;
+    return pend_run_new(&o->settling, &pend_method_taylor, &motion, error);
+}
+
+enum pend_status pend_orbits_new(struct pend_orbits **orbits,
+                                 const struct pend_orbit_problem *problem,
+                                 struct pend_error *error) {
+    assert(problem->points >= 1 && problem->step > 0);
+    struct pend_orbits *o = *orbits = calloc(1, sizeof *o);
+    if (!o) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for orbits");
+    o->problem = *problem;
+    o->end = o->why = PEND_ORBITS_NONE;
+    o->step = fmin(orbits_begin, problem->step);
+    enum pend_status status = pend_orbit_newton_init(&o->newton, &o->problem, error);
+    if (status == PEND_OK) status = orbits_allocate(o, error);
+    if (status == PEND_OK)
+        status = problem->driven && problem->settle > 0
+                     ? orbits_settle(o, error)
+                     : orbits_start(o, problem->phi, problem->rate, error);
+    if (status != PEND_OK) {
+        pend_orbits_free(orbits);
+        return status;
+    }
+    assert(pend_orbits_valid(o));
+    return PEND_OK;
+}
+
+/* ---- running */
+
+static long orbits_run_steps(const struct pend_run *run) {
+    return run ? pend_run_stats(run).steps : 0;
+}
+
+/* the start after some periods of the drive */
+static enum pend_status orbits_settled(struct pend_orbits *o, struct pend_error *error) {
+    size_t n = (size_t)o->newton.form.n;
+    const int *place = o->problem.tree->place;
+    double t[2], *phi = o->row, *rate = phi + n, *start = rate + n;
+    struct pend_samples samples = {.cap = 1, .t = t, .phi = phi, .rate = rate};
+    int done = 0;
+    enum pend_status status = pend_run_next(o->settling, &samples, orbits_piece, &done, error);
+    if (status == PEND_NO_MEMORY) return status;
+    if (status != PEND_OK) {
+        o->stage = OVER;
+        return PEND_OK;
+    }
+    if (!done) return PEND_OK;
+    o->settled = orbits_run_steps(o->settling);
+    pend_run_free(&o->settling);
+    for (size_t k = 0; k < n; k++) {
+        start[(size_t)place[k]] = o->newton.form.turns ? remainder(phi[k], 2 * M_PI) : phi[k];
+        start[n + (size_t)place[k]] = rate[k];
+    }
+    return orbits_start(o, start, start + n, error);
+}
+
+enum pend_status pend_orbits_next(struct pend_orbits *orbits, enum pend_orbits_found *found,
+                                  struct pend_error *error) {
+    assert(pend_orbits_valid(orbits));
+    *found = PEND_ORBITS_NOTHING;
+    if (orbits->stage == SETTLE) return orbits_settled(orbits, error);
+    return pend_orbit_branch_next(orbits, orbits_piece, found, error);
+}
+
+struct pend_orbit pend_orbits_orbit(const struct pend_orbits *orbits) {
+    return orbits->now;
+}
+
+enum pend_orbits_end pend_orbits_end(const struct pend_orbits *orbits) {
+    assert(orbits->stage == OVER);
+    return orbits->end;
+}
+
+int pend_orbits_part(const struct pend_orbits *orbits) { return orbits->part; }
+
+long pend_orbits_steps(const struct pend_orbits *orbits, long *maps) {
+    const struct orbit_newton *newton = &orbits->newton;
+    long now = newton->under_way ? pend_orbit_map_steps(&newton->map) : 0;
+    *maps = newton->maps;
+    return newton->steps + now + orbits->check.steps + orbits_run_steps(orbits->check.run) +
+           orbits->settled + orbits_run_steps(orbits->settling);
+}
+
+double pend_orbits_progress(const struct pend_orbits *orbits) {
+    double points = (double)orbits->points / orbits->problem.points;
+    if (orbits->stage == OVER) return 1;
+    return fmin(1, fmax(points, fmax(0, orbits->way)));
+}

@@ -1,0 +1,147 @@
+/* What is asked and answered of periodic orbits. That the numbers are right:
+ * tests/core/orbits/test_orbits.c. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "tests/api/post.h"
+#include "tests/harness/requests.h"
+#include "tests/harness/test.h"
+
+#define TWO "\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]}"
+/* the outer arm comes first */
+#define TURNED "\"pendulum\":{\"length\":[1,2],\"mass\":[1,3],\"parent\":[2,0]}"
+#define DRIVEN                                                                                     \
+    "\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":1,\"damping\":[0.1],"    \
+    "\"torque\":[{\"harmonics\":[{\"amplitude\":0.1,\"omega\":0.5}]}]}"
+
+TEST(orbits_of_a_mode_are_answered_one_or_all) {
+    struct test_reply one = test_post(API_OP_ORBITS, "{" TWO ",\"mode\":2,\"amplitude\":1}");
+    struct test_reply all =
+        test_post(API_OP_ORBITS, "{" TWO ",\"mode\":2,\"amplitude\":57.29577951308232,\"unit\":"
+                                 "\"deg\",\"branch\":true}");
+    CHECK_INT(one.status, 200);
+    CHECK_INT(all.status, 200);
+    int rows = test_reply_count(&all, "/period");
+    char last[40];
+    CHECK_INT(test_reply_count(&one, "/period"), 1);
+    CHECK(rows > 10 && test_reply_number(&all, "/stats/orbits") == rows);
+    snprintf(last, sizeof last, "/period/%d", rows - 1);
+    CHECK(fabs(test_reply_number(&all, last) / test_reply_number(&one, "/period/0") - 1) < 1e-12);
+    CHECK(fabs(test_reply_number(&one, "/amplitude/0/1") - 1) < 1e-13);
+    CHECK_INT(test_reply_count(&one, "/multipliers/re/0"), 4);
+    CHECK(test_reply_number(&one, "/phid/0/0") == 0 && test_reply_number(&one, "/stable/0") == 1);
+    CHECK_TEXT(test_reply_text(&one, "/end"), "reached");
+    CHECK_TEXT(test_reply_text(&all, "/end"), "reached");
+    CHECK(test_reply_count(&one, "/warnings") < 1);
+    test_reply_free(&all);
+    test_reply_free(&one);
+}
+
+/* the orbit's start, posted as a trajectory, comes back */
+TEST(orbits_come_back_as_trajectories_do_in_the_callers_order) {
+    char body[600];
+    struct test_reply orbit = test_post(API_OP_ORBITS, "{" TURNED ",\"mode\":1,\"amplitude\":1.5}");
+    CHECK_INT(orbit.status, 200);
+    double period = test_reply_number(&orbit, "/period/0"), phi[2];
+    for (int k = 0; k < 2; k++) phi[k] = test_reply_number(&orbit, k ? "/phi/0/1" : "/phi/0/0");
+    snprintf(body, sizeof body,
+             "{" TURNED ",\"initial\":{\"phi\":[%.17g,%.17g]},\"times\":[0,%.17g]}", phi[0], phi[1],
+             period);
+    struct test_reply motion = test_post(API_OP_TRAJECTORIES, body);
+    CHECK_INT(motion.status, 200);
+    CHECK(fabs(test_reply_number(&motion, "/phi/1/0") - phi[0]) < 1e-9);
+    CHECK(fabs(test_reply_number(&motion, "/phi/1/1") - phi[1]) < 1e-9);
+    CHECK(fabs(test_reply_number(&motion, "/phid/1/0")) < 1e-9);
+    CHECK(fabs(phi[0] - phi[1]) > 0.01);
+    test_reply_free(&motion);
+    test_reply_free(&orbit);
+}
+
+TEST(orbits_of_a_driven_pendulum_follow_what_varies) {
+    struct test_reply omega = test_post(
+        API_OP_ORBITS, "{" DRIVEN ",\"branch\":{\"vary\":\"omega\",\"to\":0.6},\"digits\":9}");
+    struct test_reply torque =
+        test_post(API_OP_ORBITS, "{" DRIVEN ",\"branch\":{\"vary\":\"torque_amplitude\",\"arm\":1,"
+                                 "\"to\":0.2},\"step\":0.5,\"settle\":3}");
+    struct test_reply alone = test_post(API_OP_ORBITS, "{" DRIVEN "}");
+    CHECK_INT(omega.status, 200);
+    CHECK_INT(torque.status, 200);
+    CHECK_INT(alone.status, 200);
+    CHECK(test_reply_number(&omega, "/omega/0") == 0.5);
+    CHECK(fabs(test_reply_number(&alone, "/period/0") - 4 * M_PI) < 1e-13);
+    CHECK(test_reply_count(&alone, "/value") < 0 && test_reply_count(&alone, "/energy") < 0);
+    int rows = test_reply_count(&torque, "/value");
+    char last[40];
+    snprintf(last, sizeof last, "/value/%d", rows - 1);
+    CHECK(rows > 2 && fabs(test_reply_number(&torque, last) - 0.2) < 1e-14);
+    CHECK(test_reply_number(&torque, "/value/0") == 0.1);
+    test_reply_free(&alone);
+    test_reply_free(&torque);
+    test_reply_free(&omega);
+}
+
+TEST(orbits_say_in_words_how_they_ended) {
+    static const struct {
+        const char *body, *end;
+    } some[] = {
+        {"{" TWO ",\"mode\":1,\"amplitude\":2,\"branch\":true,\"points\":3}", "points"},
+        {"{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"mode\":1,\"energy\":19.7}",
+         NULL},
+        {"{" DRIVEN ",\"periods\":2}", "meets"},
+    };
+    for (size_t i = 0; i < sizeof some / sizeof *some; i++) {
+        struct test_reply reply = test_post(API_OP_ORBITS, some[i].body);
+        CHECK_INT(reply.status, 200);
+        if (some[i].end) CHECK_TEXT(test_reply_text(&reply, "/end"), some[i].end);
+        CHECK(strcmp(test_reply_text(&reply, "/end"), "reached") != 0);
+        CHECK_INT(test_reply_count(&reply, "/warnings"), 1);
+        CHECK(strlen(test_reply_text(&reply, "/message")) > 40);
+        test_reply_free(&reply);
+    }
+}
+
+TEST(orbits_that_cannot_be_are_refused) {
+    static const struct {
+        const char *body, *pointer, *word;
+    } faults[] = {
+        {"{" TWO ",\"amplitude\":1}", "/mode", "is missing"},
+        {"{" TWO ",\"mode\":3,\"amplitude\":1}", "/mode", "from 1 to 2"},
+        {"{" TWO ",\"mode\":1}", "/amplitude", "energy"},
+        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"energy\":1}", "/energy", "amplitude"},
+        {"{" TWO ",\"mode\":1,\"amplitude\":0}", "/amplitude", "0.0001"},
+        {"{" TWO ",\"mode\":1,\"amplitude\":1e9}", "/amplitude", "1000"},
+        {"{" TWO ",\"mode\":1,\"energy\":-1}", "/energy", "-1"},
+        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"settle\":1}", "/settle", "no drive"},
+        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"step\":9}", "/step", "1"},
+        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"points\":1}", "/points", "from 2"},
+        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"branch\":{\"vary\":\"gravity\",\"to\":1}}",
+         "/branch", "true or false"},
+        {"{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[1]},\"mode\":1,"
+         "\"amplitude\":1}",
+         "/pendulum", "periodic"},
+        {"{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":-1},\"mode\":1,"
+         "\"amplitude\":1}",
+         "/pendulum", "no gravity"},
+        {"{" DRIVEN ",\"mode\":1}", "/mode", "driven"},
+        {"{" DRIVEN ",\"periods\":9}", "/periods", "from 1 to 8"},
+        {"{" DRIVEN ",\"branch\":{\"vary\":\"phi\",\"arm\":1,\"to\":1}}", "/branch/vary", "orbit"},
+        {"{" DRIVEN ",\"branch\":{\"vary\":\"torque_omega\",\"arm\":1,\"to\":1}}", "/branch/vary",
+         "omega"},
+        {"{" DRIVEN ",\"branch\":{\"vary\":\"omega\",\"arm\":1,\"to\":1}}", "/branch/arm", "omega"},
+        {"{" DRIVEN ",\"branch\":{\"vary\":\"omega\",\"to\":0.5}}", "/branch/to", "begins"},
+        {"{" DRIVEN ",\"branch\":{\"vary\":\"omega\",\"to\":-1}}", "/branch/to", "-1"},
+        {"{" DRIVEN ",\"branch\":{\"vary\":\"damping\",\"arm\":1,\"to\":-1}}", "/branch/to", "-1"},
+        {"{" DRIVEN ",\"branch\":{\"vary\":\"length\",\"arm\":1,\"to\":0}}", "/branch/to", "0"},
+        {"{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"torque\":[{\"harmonics\":[{"
+         "\"amplitude\":1,\"omega\":1},{\"amplitude\":1,\"omega\":1.414}]}]}}",
+         "/pendulum", "in common"},
+    };
+    for (size_t i = 0; i < sizeof faults / sizeof *faults; i++) {
+        struct test_reply reply = test_post(API_OP_ORBITS, faults[i].body);
+        CHECK_INT(reply.status, 422);
+        CHECK_SAYING(test_reply_has_fault(&reply, faults[i].pointer, faults[i].word), "%s: %s",
+                     faults[i].body, reply.out.data);
+        test_reply_free(&reply);
+    }
+}
