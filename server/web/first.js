@@ -1,10 +1,11 @@
 // The first request, made before the rest of the page is there: the motion that the page opens
 // with.
-// Leaves to others: reading it (motion.js). A link that names another motion (after #) asks nothing
-// here.
+// Leaves to others: reading it (motion.js). A link that names another motion, and a tab
+// that has one to go on with, ask nothing here.
 // Invariant: `early.body` is to the letter what motion.js would ask for the first document; it is
 // asked once, whichever bundle of the page comes first.
 
+import { namesMotion } from "./address.js";
 import { bearer } from "./keep.js";
 import { PAPER, request } from "./state.js";
 import { exchanges } from "./terms.js";
@@ -28,7 +29,8 @@ export const motionBody = (doc, initial) => ({
 
 /** @returns {{body: string, reply: Promise<Response | null>} | null} */
 function ask() {
-  if (location.hash.length > 1) return null;
+  const kept = Boolean(history.state?.["pendulumd.entry"]);
+  if (location.hash.length > 1 || kept || namesMotion(location.search)) return null;
   const body = JSON.stringify(motionBody(PAPER));
   const headers = {
     "Content-Type": "application/json",

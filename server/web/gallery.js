@@ -7,6 +7,7 @@
 import { gaveUp } from "./client.js";
 import { createBag, h } from "./dom.js";
 import { farthest } from "./edits.js";
+import { YOURS, keep } from "./keep.js";
 import { createPicture, loadSeconds, pose } from "./preset_picture.js";
 import { fromRequest } from "./state.js";
 import { theme } from "./theme.js";
@@ -191,13 +192,28 @@ function createGallery(grid, app) {
   return gallery;
 }
 
+/**
+ * What was made in this browser, where there is something; it comes with a file of its own.
+ * @param {App} app @param {HTMLElement} place
+ */
+async function showYours(app, place) {
+  if (!keep.get(YOURS) && !place.hasChildNodes()) return;
+  const [{ default: fillYours }] = await Promise.all([
+    app.files.script("drawers/yours.js"),
+    app.text.part("drawers"),
+  ]);
+  fillYours(app, place);
+}
+
 /** @param {HTMLElement} element @param {App} app @returns {Drawer} */
 function mount(element, app) {
   const { store, clock, text } = app;
   const grid = h("div", { class: "gallery" });
+  const yours = h("div", {});
   element.append(
     h("h2", {}, text("presets.title")),
     h("p", { class: "quiet" }, text("presets.words")),
+    yours,
     grid,
   );
   const gallery = createGallery(grid, app);
@@ -221,6 +237,7 @@ function mount(element, app) {
   return {
     show() {
       gallery.shown = true;
+      showYours(app, yours);
       draw(gallery);
     },
     hide() {

@@ -4,6 +4,8 @@
 // Invariant: a browser that refuses storage (blocked site data, a sandboxed frame) keeps all of it
 // as long as the tab lives.
 
+/** Where the pendulums lie that were made in this browser (journal.js). */
+export const YOURS = "pendulumd.yours";
 const HOLDER = "pendulumd.token";
 const KEPT = Symbol.for("pendulumd.kept");
 // one for every bundle of the page

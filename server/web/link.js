@@ -69,7 +69,7 @@ function soundTree({ length, mass, parent, ...terms }, n) {
  * The patch of a scene whose request is in the page's own form; throws where it is not sound.
  * @param {Scene} scene @returns {Patch}
  */
-function patchOf(scene) {
+export function patchOf(scene) {
   const patch = fromRequest(scene.request);
   const n = patch.pendulum.length.length;
   const sound =

@@ -9,6 +9,7 @@ import { mountDrawers } from "./drawers.js";
 import { createEdits } from "./edits.js";
 import * as files from "./files.js";
 import { mountHeader } from "./header.js";
+import { beginJournal, beginning, yours } from "./journal.js";
 import { keep } from "./keep.js";
 import { choose } from "./language.js";
 import { readLink } from "./link.js";
@@ -47,8 +48,10 @@ const text = createText();
 const client = createClient();
 const clock = createClock();
 // on a wide screen the examples lie open beside the stage
-const wide = !embedded && matchMedia("(min-width: 861px)").matches && location.hash.length <= 1;
-const store = createStore(wide ? { view: { drawer: "presets" } } : {});
+const first = beginning();
+const named = location.hash.length > 1 || first.patch;
+const wide = !embedded && matchMedia("(min-width: 861px)").matches && !named;
+const store = createStore(first.patch ?? (wide ? { view: { drawer: "presets" } } : {}));
 const motion = createMotion({ store, client, clock });
 const live = /** @type {HTMLElement} */ (document.getElementById("live"));
 /** @type {{destroy: End}[]} */
@@ -62,6 +65,7 @@ const parts = {
   text,
   theme,
   files,
+  yours,
   /** Says it to those who listen instead of looking. @param {string} words */
   announce(words) {
     live.textContent = words;
@@ -130,6 +134,13 @@ function keys(event) {
   }
 }
 
+/** What the tab was left with, where it was, or what a readable address names. */
+function goOn() {
+  motion.begin();
+  clock.restart(first.time);
+}
+
+/** What a link stands for. */
 async function open() {
   try {
     const patch = await readLink(location.hash, client);
@@ -161,17 +172,19 @@ window.pendulumd = app; // for the console, and for tests
 window.addEventListener("unhandledrejection", astray);
 window.addEventListener("error", astray);
 document.addEventListener("keydown", keys);
-window.addEventListener("hashchange", open);
 /** In the reader's language, if its words come. */
 async function begin() {
   await text.use().catch((error) => app.complain(said(error, text)));
   mount();
   document.getElementById("waiting")?.remove();
-  open();
+  if (first.patch) goOn();
+  else open();
+  if (first.fault) app.complain(text("failure.link"));
+  if (!embedded) beginJournal(app, open);
   tellWithout();
   if (embedded) files.script("embed.js").then(({ default: frame }) => frame(app));
   else enterRoom(app).catch((error) => app.complain(said(error, text)));
-  if (!still.matches) clock.play();
+  if (!still.matches && first.playing) clock.play();
 }
 
 begin();

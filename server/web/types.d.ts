@@ -360,6 +360,12 @@ interface App {
   text: Text;
   theme: Theme;
   files: Files;
+  /** What was made in this browser (journal.js). */
+  yours: {
+    list(): import("./journal.js").Entry[];
+    keep(list: import("./journal.js").Entry[]): void;
+    patch(entry: import("./journal.js").Entry): Patch | null;
+  };
   edits: Edits;
   live: Live;
   announce(words: string): void;

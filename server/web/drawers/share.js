@@ -4,6 +4,7 @@
 // Invariant: a link that is shown stands for the document as it is now; one that does not is taken
 // away.
 
+import { addressOf } from "../address.js";
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { linkOf, sceneOf } from "../link.js";
@@ -20,7 +21,8 @@ const LONGEST = 1200; // letters of a link that a camera still reads off a proje
  * @typedef {{
  *   app: App, shown: boolean, kept: string | null, status: HTMLElement, fileStatus: HTMLElement,
  *   title: HTMLInputElement,
- *   short: LinkField, long: LinkField, make: HTMLButtonElement,
+ *   short: LinkField, long: LinkField, plain: LinkField, plainPart: HTMLElement | null,
+ *   make: HTMLButtonElement,
  * }} View
  */
 
@@ -96,6 +98,9 @@ async function follow(view) {
     short.set("");
     status.textContent = text("share.outdated");
   }
+  const address = addressOf(doc);
+  view.plain.set(address ? whole(address) : "", text("share.plain"));
+  if (view.plainPart) view.plainPart.hidden = !address;
   const hash = await linkOf(handedOn(doc));
   if (doc === store.get()) long.set(whole(hash), text("share.qrLong"));
 }
@@ -130,6 +135,8 @@ function createView(app, qrcode) {
     title: titleField(store),
     short: linkField(app, qrcode, "short", text("share.short"), update),
     long: linkField(app, qrcode, "long", text("share.long"), update),
+    plain: linkField(app, qrcode, "plain", text("share.plain"), update),
+    plainPart: null,
     make: button(text("share.make"), () => makeShort(view), main),
   };
   view.short.set("");
@@ -146,14 +153,17 @@ function section(text, id, ...children) {
 }
 
 /** @param {HTMLElement} element @param {View} view */
-function lay(element, { app, title, make, status, short, long, fileStatus }) {
+function lay(element, view) {
+  const { app, title, make, status, short, long, plain, fileStatus } = view;
   const { store, text } = app;
   const scene = button(text("share.scene"), () => saveScene(store), { "data-save": "json" });
+  view.plainPart = section(text, "plain", plain.place);
   element.append(
     h("h2", {}, text("drawer.share")),
     h("p", { class: "quiet" }, text("share.intro")),
     h("label", { class: "field wide" }, h("span", {}, text("share.title")), title),
     section(text, "short", h("div", { class: "row" }, make), status, short.place),
+    view.plainPart,
     section(text, "long", long.place),
     section(text, "files", h("div", { class: "row" }, scene)),
     numbersAsFiles(app, fileStatus),

@@ -211,6 +211,16 @@ export default {
   "share.files": "Dateien",
   "share.scene": "Szene",
   "share.filesHint": "Die Szene als JSON, wie die Schnittstelle sie hat: Winkel φ in Radiant.",
+  "yours.title": "Deine",
+  "yours.words":
+    "In diesem Browser entstanden, nur hier aufbewahrt. Anklicken, um damit weiterzumachen.",
+  "yours.from": "Von {time}",
+  "yours.remove": "„{name}“ vergessen",
+  "yours.clear": "Alle vergessen",
+  "presets.ours": "Vom Server",
+  "share.plain": "Lesbarer Link",
+  "share.plainHint":
+    "Längen in m, Massen in kg, Winkel θ in Grad von der Ruhelage: zum Lesen und Ändern. Die Zahlen haben sechs Stellen.",
   "equations.large": "Groß zeigen",
   "equations.close": "Schließen",
   "method.referenceFiner": "Referenz: taylor mit Toleranz 10⁻¹⁵ (32 Stellen dauern hier zu lange).",

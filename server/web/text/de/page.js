@@ -5,6 +5,7 @@ export default {
   language: "Sprache",
   theme: "Hell oder dunkel",
   undo: "Rückgängig",
+  "step.yours": "eines von deinen",
   redo: "Wiederherstellen",
   new: "Neu",
   docs: "API",

@@ -209,6 +209,15 @@ export default {
   "share.files": "Files",
   "share.scene": "Scene",
   "share.filesHint": "The scene as JSON, as the interface has it: angles φ in radians.",
+  "yours.title": "Yours",
+  "yours.words": "Made in this browser, kept here alone. Click one to go on with it.",
+  "yours.from": "From {time}",
+  "yours.remove": "Forget “{name}”",
+  "yours.clear": "Forget all of them",
+  "presets.ours": "From the server",
+  "share.plain": "Readable link",
+  "share.plainHint":
+    "Lengths in m, masses in kg, angles θ in degrees from hanging: to be read and changed. Its numbers have six digits.",
   "equations.large": "Enlarge",
   "equations.close": "Close",
   "method.referenceFiner":

@@ -7,6 +7,7 @@ export default {
   language: "Language",
   theme: "Light or dark",
   undo: "Undo",
+  "step.yours": "one of yours",
   redo: "Redo",
   new: "New",
   docs: "API",

@@ -1,0 +1,96 @@
+// Links that people read and write: /?length=1,1&theta=90,45 is a chain of two arms, let go at
+// rest.
+// Leaves to others: links that hold or name a scene (link.js), checking what was read (link.js).
+// Invariant: lengths, masses, carriers, degrees from hanging, rad/s, m/s^2 and seconds, in the
+// order of the arms; what is left out is as simple as can be.
+
+import { foldedTheta, phiOf } from "./angles.js";
+import { request } from "./state.js";
+
+const LISTS = ["length", "mass", "parent", "theta", "omega"];
+const ONES = ["gravity", "time"];
+const MOST_ARMS = 1000;
+const MOST_WRITTEN = 12; // arms of a link that is still read by people
+const DIGITS = 6;
+const STEP = 0.01;
+
+/** Whether an address names a motion so. @param {string} search */
+export const namesMotion = (search) => new URLSearchParams(search).has("length");
+
+/** The address without it: what else it says stays. @param {Location | URL} from */
+export function ownAddress(from) {
+  const address = new URL(from.href);
+  for (const name of [...LISTS, ...ONES]) address.searchParams.delete(name);
+  address.hash = "";
+  return address.pathname + address.search;
+}
+
+/**
+ * The numbers of a parameter, null without it; throws where one is no number.
+ * @param {URLSearchParams} asked @param {string} name
+ */
+function numbersOf(asked, name) {
+  const words = asked.get(name);
+  if (words === null) return null;
+  const list = words.split(/[,;\s]+/).map((one) => (one === "" ? NaN : Number(one)));
+  if (!list.every(Number.isFinite) || list.length > MOST_ARMS) throw new Error(`${name}: ${words}`);
+  return list;
+}
+
+/**
+ * The request that an address names, null where it names none; throws where it is not sound. One
+ * number stands for all arms; of what is short the rest is as simple as can be.
+ * @param {string} search @returns {MotionBody | null}
+ */
+export function readAddress(search) {
+  if (!namesMotion(search)) return null;
+  const asked = new URLSearchParams(search);
+  const read = (/** @type {string} */ name) => numbersOf(asked, name);
+  const length = read("length") ?? [];
+  const n = length.length;
+  const fill = (/** @type {string} */ name, /** @type {(k: number) => number} */ plain) => {
+    const list = read(name) ?? [];
+    if (list.length > n) throw new Error(`${name}: more than arms`);
+    const all = list.length === 1 && name !== "parent";
+    return length.map((_, k) => (all ? list[0] : (list[k] ?? plain(k))));
+  };
+  const [gravity] = read("gravity") ?? [9.81];
+  const [time] = read("time") ?? [20];
+  const carriers = fill("parent", (k) => k);
+  return {
+    pendulum: { length, mass: fill("mass", () => 1), parent: carriers, gravity },
+    initial: { phi: fill("theta", () => 0).map(phiOf), phid: fill("omega", () => 0) },
+    times: { stop: time, step: STEP },
+  };
+}
+
+/** @param {number[]} list @param {number} plain what need not be written */
+function written(list, plain) {
+  const words = list.map((value) => String(Number(value.toPrecision(DIGITS))));
+  if (words.every((one) => one === String(plain))) return null;
+  return words.every((one) => one === words[0]) ? words[0] : words.join(",");
+}
+
+/**
+ * The readable address of a document, null where its pendulum has more than such a one can say;
+ * its numbers have six digits.
+ * @param {Doc} doc
+ */
+export function addressOf(doc) {
+  const { pendulum, initial, times } = request(doc);
+  const { length, mass = [], parent, gravity = 9.81, ...terms } = pendulum;
+  const plain = !Object.keys(terms).length && !initial.cart && !times.start;
+  if (!plain || length.length > MOST_WRITTEN) return null;
+  const chain = parent.every((carrier, k) => carrier === k);
+  const parts = {
+    length: length.map((value) => String(Number(value.toPrecision(DIGITS)))).join(","),
+    mass: written(/** @type {number[]} */ (mass), 1),
+    parent: chain ? null : parent.join(","),
+    theta: written(initial.phi.map(foldedTheta), 0),
+    omega: written(initial.phid, 0),
+    gravity: written([gravity], 9.81),
+    time: written([times.stop], 20),
+  };
+  const told = Object.entries(parts).filter(([, words]) => words !== null);
+  return `?${told.map(([name, words]) => `${name}=${words}`).join("&")}`;
+}
