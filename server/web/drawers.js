@@ -10,7 +10,12 @@ import presets from "./gallery.js";
 import { DRAWERS } from "./state.js";
 
 /** Words that a drawer has beside those of all. @type {Record<string, string[]>} */
-const WORDS = { physics: ["physics"], class: ["class"], worksheet: ["class"] };
+const WORDS = {
+  physics: ["physics"],
+  measure: ["measure"],
+  class: ["class"],
+  worksheet: ["class"],
+};
 
 /**
  * The drawers while they are there; open: promises of those that have been opened, null where its

@@ -155,7 +155,7 @@ function follow(journal, doc, before, label) {
   if (!changed(doc, before)) return soon();
   if (label === "open") return addressed() || soon();
   if (addressed() || BEGINS.includes(label)) turn(journal, doc, before);
-  if (!BEGINS.includes(label)) journal.own = true;
+  if (!BEGINS.includes(label) && label !== "endless") journal.own = true;
   soon();
 }
 
@@ -174,8 +174,10 @@ export function beginJournal(app, open) {
   function arrive() {
     if (journal.timer) journal.late.set(journal.id, entryOf(journal, store.get()));
     const late = journal.late.get(entryHere()?.id ?? "");
-    if (late) put("replaceState", late);
-    journal.late.clear();
+    if (late) {
+      put("replaceState", late);
+      journal.late.delete(late.id);
+    }
     const entry = entryHere();
     const patch = beginning().patch ?? first;
     // a link is read as soon as its hash is there

@@ -4,6 +4,7 @@
 // Invariant: the document of a scene that was made of doc has the motion of doc, to the bit; what
 // is read is checked, whoever wrote it.
 
+import { VECTORS } from "./paint_vectors.js";
 import { DRAWERS, fromRequest, request } from "./state.js";
 import { listsOf, soundTerms, termsOf } from "./terms.js";
 import { order } from "./tree.js";
@@ -45,6 +46,10 @@ function viewOf(view, n) {
   if (view.speed > 0 && view.speed <= 16) known.speed = view.speed;
   if (typeof view.loop === "boolean") known.loop = view.loop;
   if (typeof view.arrows === "boolean") known.arrows = view.arrows;
+  if (typeof view.endless === "boolean") known.endless = view.endless;
+  if (Array.isArray(view.vectors))
+    known.vectors = Object.keys(VECTORS).filter((name) => view.vectors.includes(name));
+  if (view.vectorScale >= 0.1 && view.vectorScale <= 10) known.vectorScale = view.vectorScale;
   if (PALETTES.includes(view.palette)) known.palette = view.palette;
   if (Array.isArray(view.trails)) known.trails = view.trails.filter(arm).slice(0, 8);
   known.selected = arm(view.selected) ? view.selected : 0;

@@ -5,8 +5,11 @@
 // Invariant: one motion is asked for at a time, and seldom enough; what is changed meanwhile waits,
 // the newest change of a name stands for all of it.
 
+import { sameMotion } from "./state.js";
+
 const LEAD = 0.08; // s ahead of the clock, where the next motion begins while this one plays
 const GAP_MS = 120;
+const AHEAD = 1.5; // s before its end, where an endless motion asks for what follows
 
 /**
  * Makes another pendulum of one; time: when it begins, s of the request's own time.
@@ -45,6 +48,26 @@ function onward(motion, ghosts, row) {
   });
 }
 
+/**
+ * At the end of an endless motion the next stretch is asked for, which takes over there.
+ * @param {{store: Store, motion: Motion, clock: Clock}} parts
+ */
+function runOn({ store, motion, clock }) {
+  const doc = store.get();
+  const { track } = motion;
+  const near = clock.duration - clock.time < AHEAD * clock.speed;
+  if (!doc.view.endless || !clock.playing || !near || motion.loading || motion.held) return;
+  if (!track.complete || !sameMotion(track.doc, doc)) return;
+  const row = track.count - 1;
+  const { start = 0, ...span } = track.doc.span;
+  const time = Number((start + row * span.step).toPrecision(12));
+  const ghosts = doc.ghosts.length ? { ghosts: onward(motion, doc.ghosts, row) } : {};
+  motion.proceed(row);
+  const patch = { initial: stateAt(track, row), span: { start: time, ...span }, ...ghosts };
+  store.set(patch, { label: "endless", merge: "endless" });
+  motion.proceed(-1);
+}
+
 /** @param {{store: Store, motion: Motion, clock: Clock}} parts @returns {Live} */
 export function createLive({ store, motion, clock }) {
   /** @type {Map<string, Change>} */
@@ -81,6 +104,7 @@ export function createLive({ store, motion, clock }) {
     else timer ||= window.setTimeout(apply, wait);
   }
 
+  clock.subscribe(() => runOn({ store, motion, clock }));
   motion.subscribe((_, what) => {
     if (what === "complete" || what === "failure") soon();
   });

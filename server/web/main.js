@@ -10,7 +10,7 @@ import { createEdits } from "./edits.js";
 import * as files from "./files.js";
 import { mountHeader } from "./header.js";
 import { beginJournal, beginning, yours } from "./journal.js";
-import { keep } from "./keep.js";
+import { bearer, keep } from "./keep.js";
 import { choose } from "./language.js";
 import { readLink } from "./link.js";
 import { createLive } from "./live.js";
@@ -128,10 +128,25 @@ function keys(event) {
   } else if (event.ctrlKey && key === "y" && !typing) {
     event.preventDefault();
     app.redo();
-  } else if (key === " " && !target.closest(PRESSED)) {
+  } else if (plays(event)) {
     event.preventDefault();
     clock.toggle();
   }
+}
+
+// what a pointer has pressed last keeps the focus, not the space bar
+let pointed = false;
+
+/**
+ * Whether a key is the space bar that plays: always, but where one types, or has come by keys to
+ * something that the space bar presses.
+ * @param {KeyboardEvent} event
+ */
+function plays(event) {
+  const target = /** @type {Element} */ (event.target);
+  if (event.key !== " " || event.ctrlKey || event.metaKey || event.altKey) return false;
+  if (target.closest(`${TYPED}, select`)) return false;
+  return pointed ? !target.closest("dialog") : !target.closest(PRESSED);
 }
 
 /** What the tab was left with, where it was, or what a readable address names. */
@@ -161,6 +176,7 @@ function astray({ reason, error }) {
 
 /** What the page does without, as soon as it is known. */
 async function tellWithout() {
+  bearer(); // whoever may keep nothing is told so before the first request has tried
   const missed = keep.refused ? [text("failure.storage")] : [];
   if (missed.length) app.complain(missed[0]);
   if (await files.dressed("page.css")) return;
@@ -172,6 +188,10 @@ window.pendulumd = app; // for the console, and for tests
 window.addEventListener("unhandledrejection", astray);
 window.addEventListener("error", astray);
 document.addEventListener("keydown", keys);
+// a button is pressed when the space bar is let go
+document.addEventListener("keyup", (event) => plays(event) && event.preventDefault());
+document.addEventListener("pointerdown", () => (pointed = true), true);
+document.addEventListener("keydown", ({ key }) => key === "Tab" && (pointed = false), true);
 /** In the reader's language, if its words come. */
 async function begin() {
   await text.use().catch((error) => app.complain(said(error, text)));

@@ -9,6 +9,7 @@ import { BINS, MIDDLE, bin } from "./palette.js";
 import { brackets } from "./tree.js";
 
 const ARROW = 120; // pixels of the force at the end of the scale
+const BESIDE = 11; // pixels between an arm and the arrow of its force
 const LABEL_HEIGHT = 26;
 
 /**
@@ -168,19 +169,24 @@ export function paintArrows({ context }, { shape, camera, colours, most }) {
     for (let k = 0; k < shape.n; k++) {
       if (lambda[k] * sign <= most * 0.01) continue;
       const pixels = ARROW * Math.min(1.5, (lambda[k] * sign) / most);
+      // beside the arm, which has the same colour
+      const [beside, below] = [Math.sin(phi[k]) * BESIDE, Math.cos(phi[k]) * BESIDE];
       arrow(
         context,
-        across(camera, x[k]),
-        down(camera, y[k]),
+        across(camera, x[k]) + beside,
+        down(camera, y[k]) + below,
         Math.cos(phi[k]) * sign,
         -Math.sin(phi[k]) * sign,
         pixels,
       );
     }
-    context.strokeStyle = colours.bins[sign < 0 ? 0 : BINS - 1];
-    context.lineWidth = 2;
     context.lineCap = "round";
     context.lineJoin = "round";
+    context.strokeStyle = colours.paper;
+    context.lineWidth = 7;
+    context.stroke();
+    context.strokeStyle = colours.bins[sign < 0 ? 0 : BINS - 1];
+    context.lineWidth = 3.5;
     context.stroke();
   }
 }

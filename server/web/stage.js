@@ -15,6 +15,7 @@ import { mountNotices } from "./notices.js";
 import * as paint from "./paint.js";
 import { paintAngle } from "./paint_angle.js";
 import { paintOver, paintUnder } from "./paint_real.js";
+import { createVectors } from "./paint_vectors.js";
 import { readColours } from "./palette.js";
 import { bare, fineness, still } from "./screen.js";
 import { anglesAt, cartAt, valuesAt } from "./track.js";
@@ -31,6 +32,7 @@ const NARROW = 560; // pixels, below which the card lies under the pendulum
  * The stage, while it is there: its place, what it draws with, and what it has drawn.
  * @typedef {{
  *   app: App, element: HTMLElement, canvas: HTMLCanvasElement, context: CanvasRenderingContext2D,
+ *   vectors: ReturnType<typeof createVectors>,
  *   painter: paint.Painter, trails: ReturnType<typeof createTrails>, look: Look,
  *   place: Place, ghostPlace: Place, goal: Camera, frame: number, last: number, box: Box | null,
  *   stale: boolean, size: {width: number, height: number, ratio: number},
@@ -159,7 +161,9 @@ function drawPendulum(stage) {
   paint.paintArms(painter, look);
   paint.paintTips(painter, look);
   paintOver(painter, look);
-  if (store.get().view.arrows) paint.paintArrows(painter, look);
+  const { view } = store.get();
+  if (view.arrows) paint.paintArrows(painter, look);
+  stage.vectors(painter.context, look, motion.track, view, app.clock.time);
 }
 
 /**
@@ -268,6 +272,7 @@ function createStage(element, app) {
     context,
     painter: paint.createPainter(context),
     trails: createTrails(context),
+    vectors: createVectors(),
     look,
     place: { index: 0, fraction: 0 },
     ghostPlace: { index: 0, fraction: 0 },

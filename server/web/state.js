@@ -28,6 +28,9 @@ export const PAPER = {
     loop: true,
     trails: [4],
     arrows: false,
+    vectors: [],
+    vectorScale: 1,
+    endless: false,
     palette: "safe",
     selected: 0,
   },
@@ -37,6 +40,7 @@ export const PAPER = {
 export const DRAWERS = [
   "presets",
   "physics",
+  "measure",
   "plots",
   "modes",
   "compare",

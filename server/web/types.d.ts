@@ -80,6 +80,11 @@ interface View {
   loop: boolean;
   trails: number[];
   arrows: boolean;
+  /** Arrows at the tips: names of VECTORS (paint_vectors.js), and how long they are. */
+  vectors: string[];
+  vectorScale: number;
+  /** The motion goes on at its end. */
+  endless: boolean;
   palette: string;
   selected: number;
 }

@@ -82,7 +82,7 @@ export async function the_paper_s_pendulum_is_built_by_clicks(rig) {
     }
     await type(page, "length", arms[k][0]);
     await type(page, "mass", arms[k][1]);
-    await type(page, "angle", "0");
+    await type(page, "angle", "90");
     await pause(page);
   }
   const { pendulum, initial } = await doc(page);

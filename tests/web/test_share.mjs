@@ -70,7 +70,7 @@ export async function a_short_link_and_a_long_one_show_the_same_pixels_in_anothe
   await page.waitForSelector("[data-link=short]", { state: "visible" });
   const short = await page.inputValue("[data-link=short]");
   assert.match(short, /\/#s=[0-9a-z]{20,}$/);
-  await page.waitForFunction(() => document.querySelectorAll("svg.qr").length === 2);
+  await page.waitForFunction(() => document.querySelectorAll("[data-drawer=share] .link:not([hidden]) svg.qr").length === 3);
   await rig.shot(page, "share-links");
   await sameElsewhere(rig, page, short);
   await openDrawer(page, "share");

@@ -20,7 +20,8 @@ const BOTTOM = 24;
 
 /**
  * @typedef {{element: HTMLElement, set(xs: ArrayLike<number>, ys: ArrayLike<number>, colour:
- * string, label: string): void, at(x: number, y: number): void, destroy(): void}} Portrait
+ * string, label: string): void, at(x: number, y: number): void, find(event: PointerEvent): number,
+ * destroy(): void}} Portrait
  */
 
 /** Around what there is. @param {ArrayLike<number>} list @returns {Limits} */
@@ -125,6 +126,17 @@ export function createPortrait(text, height = 220) {
     },
     at(x, y) {
       if (scale) point.style.transform = `translate(${scale.x(x)}px, ${scale.y(y)}px)`;
+    },
+    /** The sample nearest to a pointer, -1 without one. */
+    find(event) {
+      const { left, top } = canvas.getBoundingClientRect();
+      let [nearest, least] = [-1, Infinity];
+      for (let i = 0; scale && i < data.xs.length; i++) {
+        const dx = scale.x(data.xs[i]) - (event.clientX - left);
+        const far = dx ** 2 + (scale.y(data.ys[i]) - (event.clientY - top)) ** 2;
+        if (far < least) [nearest, least] = [i, far];
+      }
+      return nearest;
     },
     destroy: () => observer.disconnect(),
   };

@@ -16,6 +16,7 @@ export default {
   drawers: "Werkzeuge",
   "drawer.presets": "Beispiele",
   "drawer.physics": "Physik",
+  "drawer.measure": "Messen",
   "drawer.plots": "Kurven",
   "drawer.modes": "Moden",
   "drawer.compare": "Vergleich",
@@ -182,6 +183,7 @@ export default {
   "step.new": "neues Pendel",
   "step.preset": "Beispiel",
   "step.span": "Dauer",
+  "step.endless": "Weiterlaufen",
 
   "embed.open": "Ganze Seite öffnen",
   loading: "Wird berechnet: {share} % sind da",

@@ -18,6 +18,7 @@ export default {
   drawers: "Tools",
   "drawer.presets": "Examples",
   "drawer.physics": "Physics",
+  "drawer.measure": "Measure",
   "drawer.plots": "Plots",
   "drawer.modes": "Modes",
   "drawer.compare": "Compare",
@@ -183,6 +184,7 @@ export default {
   "step.new": "new pendulum",
   "step.preset": "example",
   "step.span": "duration",
+  "step.endless": "running on",
 
   "embed.open": "Open the whole page",
   loading: "Computing: {share} % is here",

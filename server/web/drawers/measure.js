@@ -1,0 +1,145 @@
+// Measure: the true period beside the formula's, a stopwatch, any quantity over any other with
+// cursors, arrows at the tips, a motion without end, a film of it.
+// Leaves to others: reading periods (periods.js), the parts (stopwatch.js, any_chart.js,
+// recorder.js), drawing arrows (paint_vectors.js).
+// Invariant: what is measured is the motion that is shown.
+
+import { createBag, h } from "../dom.js";
+import { VECTORS } from "../paint_vectors.js";
+import { createAnyChart } from "./any_chart.js";
+import { choice, later, swatch, tick } from "./kit.js";
+import { formulaOf, periodOf, swingsOf } from "./periods.js";
+import { recordButton } from "./recorder.js";
+import { createStopwatch } from "./stopwatch.js";
+
+const ALIKE = 1e-3; // of the period, up to which swings are as long as each other
+
+/**
+ * The drawer while it is there; arm: the one whose swings are told.
+ * @typedef {{app: App, arm: number, shown: boolean, period: HTMLElement, picks: HTMLElement}} View
+ */
+
+/** A line of what has been read. @param {string} name @param {string} value @param {string} id */
+const line = (name, value, id) => [h("dt", {}, name), h("dd", { "data-read": id }, value)];
+
+/** The swings of the chosen arm. @param {View} view */
+function showPeriod({ app, arm, shown, period }) {
+  const { motion, text } = app;
+  if (!shown || !motion.complete || arm > motion.n) return;
+  const { times, amplitude } = swingsOf(motion.track, arm);
+  const found = periodOf(times);
+  const formula = formulaOf(motion.doc.pendulum, arm);
+  const seconds = (/** @type {number} */ time) =>
+    Number.isFinite(time) ? text("measure.seconds", { time: text.number(time, 4) }) : "\u2013";
+  const rows = [];
+  if (found) {
+    rows.push(...line(text("measure.true"), seconds(found.mean), "period"));
+    const alike = found.most - found.least < ALIKE * found.mean;
+    const range = { least: text.number(found.least, 3), most: text.number(found.most, 3) };
+    const kind = alike ? "measure.alike" : "measure.unlike";
+    rows.push(...line("", text(kind, { count: found.count, ...range }), "swings"));
+  } else rows.push(...line(text("measure.true"), text("measure.noSwing"), "period"));
+  rows.push(...line(text("measure.formula"), seconds(formula), "formula"));
+  if (found && Number.isFinite(formula)) {
+    const percent = text.number((found.mean / formula - 1) * 100, 2);
+    rows.push(...line(text("measure.longer"), text("measure.percent", { percent }), "longer"));
+  }
+  const angle = text.number(amplitude, 1);
+  rows.push(...line(text("measure.amplitude"), text("measure.degrees", { angle }), "amplitude"));
+  period.replaceChildren(...rows);
+}
+
+/** The choice of an arm, where there is one. @param {View} view */
+function showPicks(view) {
+  const { app, picks } = view;
+  const n = app.store.get().pendulum.length.length;
+  view.arm = Math.min(app.store.get().view.selected || view.arm, n);
+  const arms = Array.from({ length: n }, (_, k) => ({
+    value: k + 1,
+    words: app.text("plots.arm", { arm: k + 1 }),
+  }));
+  const pick = choice(app.text("measure.of"), arms, view.arm, (value) => {
+    view.arm = Number(value);
+    showPeriod(view);
+  });
+  pick.select.dataset.measure = "arm";
+  picks.replaceChildren(...(n > 1 ? [pick.element] : []));
+}
+
+/** Which arrows, and how long. @param {App} app */
+function arrowsOf({ store, text }) {
+  const { vectors, vectorScale } = store.get().view;
+  const ticks = Object.entries(VECTORS).map(([name, [colour]]) => {
+    const one = tick(text(`measure.${name}`), vectors.includes(name), (on) => {
+      const others = store.get().view.vectors.filter((other) => other !== name);
+      store.set({ view: { vectors: on ? [...others, name] : others } });
+    });
+    one.box.dataset.vector = name;
+    one.element.append(swatch(colour));
+    return one.element;
+  });
+  const input = () => store.set({ view: { vectorScale: 2 ** Number(scale.value) } });
+  const range = { type: "range", min: -2, max: 2, step: 0.25, value: Math.log2(vectorScale) };
+  const scale = h("input", { ...range, "data-vector": "scale", on: { input } });
+  const label = h("label", { class: "choice" }, h("span", {}, text("measure.scale")), scale);
+  return h("div", {}, h("div", { class: "vector-ticks" }, ...ticks), label);
+}
+
+/** @param {Text} text @param {string} id @param {...HTMLElement} children */
+const section = (text, id, ...children) =>
+  h("section", { "data-part": id }, h("h3", {}, text(`measure.${id}.title`)), ...children);
+
+/** @param {HTMLElement} element @param {App} app @returns {Drawer} */
+function mount(element, app) {
+  const { store, motion, text } = app;
+  const bag = createBag();
+  const period = h("dl", { class: "readout" });
+  /** @type {View} */
+  const view = { app, arm: 1, shown: false, period, picks: h("div", {}) };
+  const any = createAnyChart(app);
+  const watch = createStopwatch(app);
+  const status = h("p", { class: "quiet", role: "status" });
+  const film = recordButton(app, status);
+  const endless = tick(text("measure.endless"), store.get().view.endless, (on) =>
+    store.set({ view: { endless: on } }),
+  );
+  endless.box.dataset.measure = "endless";
+  element.append(
+    h("h2", {}, text("drawer.measure")),
+    section(text, "period", view.picks, period),
+    section(text, "watch", watch.element),
+    section(text, "arrows", arrowsOf(app)),
+    section(text, "any", h("p", { class: "quiet" }, text("measure.any.hint")), any.element),
+    section(text, "run", endless.element, h("div", { class: "row" }, film.element), status),
+  );
+  const soon = later(() => showPeriod(view));
+  bag(soon.end);
+  bag(motion.subscribe((_, what) => what === "complete" && soon()));
+  bag(
+    store.subscribe((doc, before) => {
+      if (doc.pendulum === before.pendulum && doc.view.selected === before.view.selected) return;
+      showPicks(view);
+      soon();
+    }),
+  );
+  for (const part of [any, watch, film]) bag(part.destroy);
+  showPicks(view);
+  return {
+    show() {
+      view.shown = true;
+      any.show();
+      showPeriod(view);
+    },
+    hide() {
+      view.shown = false;
+      any.hide();
+    },
+    destroy() {
+      bag.end();
+      element.replaceChildren();
+    },
+  };
+}
+
+/** @type {DrawerPart} */
+export default { id: "measure", title: (text) => text("drawer.measure"), mount };

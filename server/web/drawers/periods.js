@@ -1,0 +1,63 @@
+// The swings of an arm, read off its motion: when it passes hanging counterclockwise, and how long
+// it takes from one such passage to the next.
+// Leaves to others: the samples (track.js), how it is shown (measure.js).
+// Invariant: a passage lies between two samples and is found on the curve that the stage draws.
+
+import { foldedTheta } from "../angles.js";
+import { anglesAt } from "../track.js";
+
+const HALVINGS = 40;
+
+/** @typedef {{times: number[], amplitude: number}} Swings */
+
+/**
+ * When an arm passes hanging, counterclockwise, s since the start, and how far it swings, degrees.
+ * @param {Track} track @param {number} arm from 1 @returns {Swings}
+ */
+export function swingsOf(track, arm) {
+  const { n, count, columns, doc } = track;
+  const phi = new Float64Array(n);
+  const place = { index: 0, fraction: 0 };
+  const at = (/** @type {number} */ time) => {
+    anglesAt(track, time, place, phi);
+    return foldedTheta(phi[arm - 1]);
+  };
+  const times = [];
+  let amplitude = 0;
+  let before = NaN;
+  for (let i = 0; i < count; i++) {
+    const theta = foldedTheta(columns.phi[i * n + arm - 1]);
+    amplitude = Math.max(amplitude, Math.abs(theta));
+    // where it goes over the top the angle jumps from one end to the other
+    if (before < 0 && theta >= 0 && theta - before < 180) {
+      let [low, high] = [(i - 1) * doc.span.step, i * doc.span.step];
+      for (let turn = 0; turn < HALVINGS; turn++) {
+        const middle = (low + high) / 2;
+        if (at(middle) < 0) low = middle;
+        else high = middle;
+      }
+      times.push(high);
+    }
+    before = theta;
+  }
+  return { times, amplitude };
+}
+
+/**
+ * The mean time from one passage to the next, and the shortest and the longest of them; null where
+ * there are fewer than two passages.
+ * @param {number[]} times
+ */
+export function periodOf(times) {
+  if (times.length < 2) return null;
+  const each = times.slice(1).map((time, i) => time - times[i]);
+  const mean = (times[times.length - 1] - times[0]) / each.length;
+  return { mean, count: each.length, least: Math.min(...each), most: Math.max(...each) };
+}
+
+/**
+ * 2 pi sqrt(l/g), s: of small swings of a mass on an arm of this length.
+ * @param {Tree} tree @param {number} arm from 1
+ */
+export const formulaOf = ({ length, gravity }, arm) =>
+  gravity > 0 ? 2 * Math.PI * Math.sqrt(length[arm - 1] / gravity) : NaN;

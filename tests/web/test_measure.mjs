@@ -1,0 +1,166 @@
+// Measure: the true period in two actions and beside the formula's, a stopwatch, any quantity over any other with cursors,
+// arrows that are seen, a motion without end, a film.
+
+import assert from "node:assert/strict";
+import { violations } from "./axe.mjs";
+import { openDrawer, saved } from "./drawers.mjs";
+import { close, drawn, moving } from "./rig.mjs";
+
+/** 2 K(sin(a/2)) / pi by the arithmetic-geometric mean: how much longer a swing of amplitude a is than a small one. */
+function longer(a) {
+  let [x, y] = [1, Math.cos(a / 2)];
+  for (let turn = 0; turn < 8; turn++) [x, y] = [(x + y) / 2, Math.sqrt(x * y)];
+  return 1 / x;
+}
+const read = async (page, id) => parseFloat((await page.textContent(`[data-read=${id}]`)).replace("−", "-"));
+
+export async function a_period_is_read_in_two_actions(rig) {
+  const page = await rig.open({ path: "/?length=1&theta=90", height: 1200 });
+  let actions = 0;
+  actions++;
+  await page.click('[data-tab="measure"]');
+  await page.waitForSelector("[data-read=longer]");
+  actions++; // reading it
+  const small = 2 * Math.PI * Math.sqrt(1 / 9.81);
+  assert.ok(Math.abs(await read(page, "formula") - small) < 6e-5);
+  const exact = small * longer(Math.PI / 2);
+  assert.ok(Math.abs(await read(page, "period") - exact) < 6e-5, `${await read(page, "period")}, not ${exact}`);
+  assert.ok(Math.abs(await read(page, "longer") - 18.03) < 0.011);
+  assert.equal(await read(page, "amplitude"), 90);
+  assert.match(await page.textContent("[data-read=swings]"), /mean of \d swings, all alike/);
+  assert.deepEqual(await violations(page), []);
+  await rig.shot(page, "measure");
+  await close(page);
+  return `${actions} actions; T = ${exact.toFixed(4)} s`;
+}
+
+export async function swings_that_differ_are_told_and_none_is_none(rig) {
+  const page = await rig.open({ path: "/?length=1,1&theta=120,120" });
+  await openDrawer(page, "measure");
+  await page.waitForFunction(() => /they differ/.test(document.querySelector("[data-read=swings]")?.textContent ?? ""));
+  await page.evaluate(() => pendulumd.edits.setGravity(0));
+  await page.waitForFunction(() => /does not pass/.test(document.querySelector("[data-read=period]")?.textContent ?? ""));
+  assert.equal(await page.textContent("[data-read=formula]"), "–");
+  await close(page);
+}
+
+export async function two_cursors_tell_differences_of_any_two_quantities(rig) {
+  const page = await rig.open({ path: "/?length=1&theta=30", height: 1300 });
+  await page.evaluate(() => pendulumd.clock.pause());
+  await openDrawer(page, "measure");
+  await page.selectOption("[data-axis=x]", { label: "angle θ1 in °" });
+  await page.selectOption("[data-axis=y]", { label: "angular velocity ω1 in rad/s" });
+  for (const [name, time] of [["A", 0], ["B", 0.5]]) {
+    await page.evaluate((at) => pendulumd.clock.seek(at), time);
+    await page.click(`[data-cursor=${name}]`);
+  }
+  const rows = await page.locator("[data-any=values] tbody tr").evaluateAll((list) => list.map((row) => [...row.cells].map((cell) => cell.textContent.replace("−", "-"))));
+  assert.deepEqual(rows.map(([name]) => name), ["now", "A", "B", "B - A"]);
+  assert.deepEqual(rows[1].slice(1).map(Number), [0, 30, 0]);
+  const truth = await page.evaluate(() => [pendulumd.motion.columns.phi[50] * 180 / Math.PI + 90 - 30, pendulumd.motion.columns.phid[50]]);
+  rows[3].slice(2).forEach((cell, k) => assert.ok(Math.abs(Number(cell) - truth[k]) < 1e-4, `${cell}, not ${truth[k]}`));
+  const box = await page.locator("[data-part=any] canvas").boundingBox();
+  await page.mouse.move(box.x + 60, box.y + box.height / 2);
+  const theta = await page.evaluate(() => pendulumd.motion.at(pendulumd.clock.time).phi[0] * 180 / Math.PI + 90);
+  assert.ok(theta < -25, `the pointer leads the motion to ${theta}°`);
+  await close(page);
+}
+
+export async function a_stopwatch_runs_with_the_motion_and_over_its_loop(rig) {
+  const page = await rig.open({ path: "/?length=1&theta=30&time=2" });
+  await openDrawer(page, "measure");
+  await page.click("[data-watch=start]");
+  await page.waitForFunction(() => parseFloat(document.querySelector(".stopwatch").textContent) > 2.5);
+  await page.click("[data-watch=lap]");
+  await page.evaluate(() => pendulumd.clock.pause());
+  const stood = await page.textContent(".stopwatch");
+  await page.evaluate(() => pendulumd.clock.seek(1));
+  assert.equal(await page.textContent(".stopwatch"), stood, "what is moved by hand takes no time");
+  assert.ok(parseFloat(await page.textContent(".laps li")) > 2.5);
+  await page.click("[data-watch=reset]");
+  assert.equal(await page.textContent(".stopwatch"), "0.00 s");
+  await close(page);
+}
+
+/** How many pixels of the stage have nearly the colour of a property. */
+const coloured = (page, property) => page.evaluate((name) => {
+  const hex = getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const want = [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
+  const canvas = document.querySelector("#stage canvas");
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  let count = 0;
+  for (let i = 0; i < data.length; i += 4) if (want.every((value, k) => Math.abs(data[i + k] - value) < 8)) count++;
+  return count;
+}, property);
+
+export async function arrows_are_seen_and_have_the_length_that_is_chosen(rig) {
+  const page = await rig.open({ path: "/?length=1&theta=60" });
+  await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(0.35); });
+  await openDrawer(page, "measure");
+  const colours = { velocity: "--arm-3", acceleration: "--arm-4", weight: "--arm-5" };
+  for (const [name, property] of Object.entries(colours)) {
+    const before = await coloured(page, property);
+    await page.check(`[data-vector=${name}]`);
+    await drawn(page);
+    const after = await coloured(page, property);
+    assert.ok(after > before + 80, `${name}: ${before} pixels before, ${after} after`);
+  }
+  await page.check("[data-vector=force]");
+  await drawn(page);
+  await rig.shot(page, "vectors");
+  const short = await coloured(page, "--arm-3");
+  await page.locator("[data-vector=scale]").fill("1");
+  await drawn(page);
+  assert.ok(await coloured(page, "--arm-3") > 1.4 * short, "twice as long");
+  // a scene has them
+  const scene = await page.evaluate(() => pendulumd.store.get().view);
+  assert.deepEqual([scene.vectors, scene.vectorScale], [["velocity", "acceleration", "weight", "force"], 2]);
+  await close(page);
+}
+
+export async function an_endless_motion_goes_on_as_one(rig) {
+  const page = await rig.open({ path: "/?length=1,1&theta=60,30&time=2" });
+  await openDrawer(page, "measure");
+  await page.check("[data-measure=endless]");
+  await page.waitForFunction(() => (pendulumd.store.get().span.start ?? 0) >= 4 && pendulumd.motion.complete);
+  await page.evaluate(() => pendulumd.clock.pause());
+  const far = await page.evaluate(async () => {
+    const { span, initial } = pendulumd.store.get();
+    const body = { pendulum: pendulumd.store.get().pendulum, initial: { phi: [-Math.PI / 6, -Math.PI / 3], phid: [0, 0] }, times: [0, span.start], method: "taylor" };
+    const { phi } = await pendulumd.client.trajectory(body);
+    return Math.max(...phi.at(-1).map((angle, k) => Math.abs(angle - initial.phi[k])));
+  });
+  assert.ok(far < 1e-6, `where it has gone on it is ${far} rad from the motion in one`);
+  await close(page);
+}
+
+export async function a_film_is_recorded(rig) {
+  const page = await rig.open({ path: "/?length=1&theta=60" });
+  await openDrawer(page, "measure");
+  await page.click("[data-film=record]");
+  await page.waitForTimeout(1200);
+  const { name, bytes } = await saved(page, "[data-film=record]");
+  assert.match(name, /^pendulum\.(webm|mp4)$/);
+  const kind = name.endsWith("webm") ? bytes.subarray(0, 4).toString("hex") === "1a45dfa3" : bytes.subarray(4, 8).toString() === "ftyp";
+  assert.ok(kind && bytes.length > 2000, `${bytes.length} bytes are no film`);
+  await close(page);
+}
+
+export async function the_space_bar_plays_after_every_click_and_presses_what_keys_have_come_to(rig) {
+  const page = await rig.open();
+  await page.evaluate(() => pendulumd.edits.select(1));
+  await page.click('[data-act="add"]');
+  await moving(page);
+  const arms = () => page.evaluate(() => pendulumd.store.get().pendulum.length.length);
+  assert.equal(await arms(), 5);
+  const playing = () => page.evaluate(() => pendulumd.clock.playing);
+  const before = await playing();
+  await page.keyboard.press(" ");
+  assert.deepEqual([await arms(), await playing()], [5, !before], "it plays, and adds no arm");
+  await page.focus('[data-act="add"]');
+  await page.keyboard.press("Tab");
+  await page.keyboard.press("Shift+Tab");
+  await page.keyboard.press(" ");
+  assert.equal(await arms(), 6, "who has come by keys presses it");
+  await close(page);
+}
