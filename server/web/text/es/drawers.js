@@ -210,6 +210,16 @@ export default {
   "share.files": "Archivos",
   "share.scene": "Escena",
   "share.filesHint": "La escena en JSON, tal como la da la interfaz: ángulos φ en radianes.",
+  "yours.title": "Tuyos",
+  "yours.words":
+    "Hechos en este navegador y guardados solo aquí. Haz clic en uno para seguir con él.",
+  "yours.from": "De {time}",
+  "yours.remove": "Olvidar «{name}»",
+  "yours.clear": "Olvidarlos todos",
+  "presets.ours": "Del servidor",
+  "share.plain": "Enlace legible",
+  "share.plainHint":
+    "Longitudes en m, masas en kg, ángulos θ en grados desde la posición colgante: para leerlos y cambiarlos. Los números tienen seis cifras.",
   "equations.large": "Ampliar",
   "equations.close": "Cerrar",
   "method.referenceFiner":

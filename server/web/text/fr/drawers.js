@@ -209,6 +209,16 @@ export default {
   "share.files": "Fichiers",
   "share.scene": "Scène",
   "share.filesHint": "La scène en JSON, comme l’interface la donne : angles φ en radians.",
+  "yours.title": "Les tiens",
+  "yours.words":
+    "Faits dans ce navigateur, gardés ici seulement. Un clic pour continuer avec l’un d’eux.",
+  "yours.from": "Du {time}",
+  "yours.remove": "Oublier « {name} »",
+  "yours.clear": "Tout oublier",
+  "presets.ours": "Du serveur",
+  "share.plain": "Lien lisible",
+  "share.plainHint":
+    "Longueurs en m, masses en kg, angles θ en degrés depuis la position pendante : à lire et à modifier. Les nombres ont six chiffres.",
   "equations.large": "Agrandir",
   "equations.close": "Fermer",
   "method.referenceFiner":

@@ -209,6 +209,16 @@ export default {
   "share.files": "Bestanden",
   "share.scene": "Scène",
   "share.filesHint": "De scène als JSON, zoals de interface haar geeft: hoeken φ in radialen.",
+  "yours.title": "Van jou",
+  "yours.words":
+    "In deze browser gemaakt, alleen hier bewaard. Klik er een aan om ermee verder te gaan.",
+  "yours.from": "Van {time}",
+  "yours.remove": "„{name}” vergeten",
+  "yours.clear": "Alles vergeten",
+  "presets.ours": "Van de server",
+  "share.plain": "Leesbare link",
+  "share.plainHint":
+    "Lengtes in m, massa’s in kg, hoeken θ in graden vanaf hangend: om te lezen en te veranderen. De getallen hebben zes cijfers.",
   "equations.large": "Vergroten",
   "equations.close": "Sluiten",
   "method.referenceFiner":
