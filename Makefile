@@ -110,7 +110,7 @@ run: ## builds and serves on http://127.0.0.1:8080 (LISTEN=address:port, ARGS="m
 LISTEN ?= 127.0.0.1:8080
 
 check: ## builds and runs every test; the last line counts them
-	@$(NEEDED) test
+	@$(NEEDED) test engine
 	@$(CHECK); $(COUNT)
 # two jobs more than there are processors: half of the time tests of the live server wait
 CHECK = rm -rf build/check; $(MAKE) --no-print-directory $(if $(PARALLEL),-j$(shell expr $(JOBS) + 2)) -f tests/harness/check.mk
@@ -282,6 +282,9 @@ $(B)/api/call/openapi_json.c: api/call/openapi.yaml api/call/openapi_embed.py
 $(B)/api/call/openapi_json.o: $(B)/api/call/openapi_json.c $(B)/flags
 	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
 
+# the digest of all sources that decide an answer's bytes
+ENGINE := $(sort $(filter-out api/call/openapi%,$(wildcard core/*/*.[ch] api/*/*.[ch] api/*/*.cpp)))
+
 # the page: its own files and what a browser loads of the npm packages, in one object that every MODE shares. Builds that
 # run side by side may make it at once: each file is moved into its place whole.
 WEB := $(shell find server/web -type f -not -path '*/node_modules/*' 2>/dev/null)
@@ -293,15 +296,18 @@ build/web/bundled: $(WEB) server/http/assets_bundle.sh build/web/files
 	$(if $(V),,@printf '  %-8s %-5s %s\n' web pack server/web)
 	$(Q)server/http/assets_bundle.sh $(@D)/bundles && touch $@
 
-build/web/assets.c: build/web/bundled server/http/assets_embed.py build/web/fetched
+# the engine for browsers, where the tools for WebAssembly are here; an empty file where they are not
+build/web/engine.wasm: $(ENGINE) $(wildcard api/clients/browser/*) build/web/tools | $(B)/api/base/engine.c
+	$(if $(V),,@printf '  %-8s %-5s %s\n' web clang $@)
+	+$(Q)api/clients/browser/engine.sh $@ $(B)/api/base/engine.c
+
+build/web/assets.c: build/web/bundled server/http/assets_embed.py build/web/fetched build/web/engine.wasm
 	$(if $(V),,@printf '  %-8s %-5s %s\n' web embed server/web)
-	$(Q)/usr/bin/python3 -B server/http/assets_embed.py server/web $(@D)/bundles $(@D)/node_modules $(@D)/lib > $@.$$$$ && mv -f $@.$$$$ $@
+	$(Q)/usr/bin/python3 -B server/http/assets_embed.py server/web $(@D)/bundles $(@D)/node_modules $(@D)/lib $(@D)/engine.wasm > $@.$$$$ && mv -f $@.$$$$ $@
 
 build/web/assets.o: build/web/assets.c server/http/assets.h Makefile
 	$(Q)$(CC) -I. -O1 $(CFLAGS) $(HARD.$(ARCH)) -c $< -o $@.$$$$ && mv -f $@.$$$$ $@
 
-# the digest of all sources that decide an answer's bytes
-ENGINE := $(sort $(filter-out api/call/openapi%,$(wildcard core/*/*.[ch] api/*/*.[ch] api/*/*.cpp)))
 $(B)/api/base/engine.c: $(ENGINE) $(B)/parts
 	@mkdir -p $(@D)
 	$(Q)cat $(ENGINE) | sha256sum | sed -E 's/^(.{16})([0-9a-f]+).*/#include "api\/base\/engine.h"\nconst char api_engine[] = "\1\2", api_engine_name[] = "\1";/' > $@
@@ -334,6 +340,11 @@ $(foreach room,$(ROOMS),$(eval $(call test_program,$(room))))
 $(B)/tests/base/%: $(B)/tests/%/run $(B)/tests/base/isa.o
 	$(call say,link,$@)
 	$(Q)$(LINK) $(WRAP) -o $@ $(B)/tests/base/isa.o $(call objects,tests/$*) $(HARNESS) $(PARTS.$*) $(TEST_LIBS) $(QUADMATH)
+
+# the door of the engine for browsers as native code of the base instruction set, which the module is compared with
+$(B)/tests/engine/native: $(call objects,tests/engine) $(B)/api/clients/browser/door.o $(B)/tests/base/isa.o $(API) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
 # the command line: what computes beside what asks
 $(B)/pendulum: $(call objects,api/clients/cli) $(API) $(B)/libpendulum.a $(B)/parts
@@ -398,6 +409,8 @@ $(B)/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(API) $(B)/libpendulum.a
 # these files change when the flags or the lists of source files do, and so cause what depends on them to be redone
 build/web/files: changed
 	@$(call remember,$(sort $(WEB)))
+build/web/tools: changed
+	@$(call remember,$(wildcard /usr/bin/clang /usr/bin/wasm-ld /usr/include/wasm32-wasi /usr/lib/llvm-*/lib/clang/*/lib/wasi))
 $(B)/flags: changed
 	@$(call remember,$(CC) $(CXX) $(CFLAGS_ALL) $(CXXFLAGS_ALL) $(CORE_SPARED))
 $(B)/parts: changed

@@ -23,7 +23,7 @@ cp -R build/web/node_modules build/web/package-lock.json "$source/build/web"
 find "$source" -name __pycache__ -prune -exec rm -rf {} +
 cp -R docker/debian "$source/debian"
 # what building takes is listed once
-sed -nE 's/^build +([a-z0-9.+-]+) .*/ \1,/p' docker/packages.txt | grep -vxE ' (gcc|g\+\+|make),' >"$directory/needs"
+sed -nE 's/^(build|engine) +([a-z0-9.+-]+) .*/ \2,/p' docker/packages.txt | grep -vxE ' (gcc|g\+\+|make),' >"$directory/needs"
 sed -i -e "/^@BUILD@\$/{r $directory/needs
 d}" "$source/debian/control"
 rm "$directory/needs"

@@ -1,11 +1,11 @@
 """Turns the page's files into what is compiled in.
 
-    assets_embed.py server/web BUNDLES MODULES LIB    C source that defines srv_assets_table and its count
+    assets_embed.py server/web BUNDLES MODULES LIB ENGINE    C source that defines srv_assets_table and its count
 
 Takes the HTML documents and the worksheets (sheets/*.json) of the first directory, the bundles of scripts and styles that assets_bundle.sh made of it, and of
 the npm packages in MODULES what a browser loads: uPlot, KaTeX and the QR
 code as ES modules, their styles, and the fonts; these are put into LIB as well, for pages that are served
-from their sources. All of it is served under /page/DIGEST, a digest of all files, so that a
+from their sources. ENGINE is the engine for browsers; an empty file, as on a machine that cannot make it, is left out. All of it is served under /page/DIGEST, a digest of all files, so that a
 browser may keep it for ever; @PAGE@ in an HTML document becomes that path. Each file is there as it is and, where that
 is shorter, gzipped at the best level. The same files give the same source.
 """
@@ -24,6 +24,7 @@ MEDIA_TYPES = {
     ".svg": "image/svg+xml",
     ".png": "image/png",
     ".woff2": "font/woff2",
+    ".wasm": "application/wasm",
 }
 
 
@@ -125,9 +126,16 @@ def put(lib, files):
             path.write_bytes(data)
 
 
-def main(web, bundles, modules, lib):
+def engine_file(path):
+    """The engine, if there is one."""
+    data = path.read_bytes()
+    if data:
+        yield "engine.wasm", data
+
+
+def main(web, bundles, modules, lib, engine):
     brought = list(packages(pathlib.Path(modules)))
-    files = sorted([*own_files(pathlib.Path(web), pathlib.Path(bundles)), *brought])
+    files = sorted([*own_files(pathlib.Path(web), pathlib.Path(bundles)), *brought, *engine_file(pathlib.Path(engine))])
     put(pathlib.Path(lib), brought)
     sha = hashlib.sha256()
     for name, data in files:
@@ -136,6 +144,6 @@ def main(web, bundles, modules, lib):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 5:
+    if len(sys.argv) != 6:
         sys.exit(__doc__)
     main(*sys.argv[1:])

@@ -517,6 +517,21 @@ interface ChartGroup {
   destroy(): void;
 }
 
+/** A request of the engine; most: s that it may take by its own estimate. */
+interface EngineRequest {
+  operation: string;
+  argument?: string;
+  accept?: string;
+  body?: string;
+  most?: number;
+}
+
+interface EngineHead {
+  status: number;
+  fields: Record<string, string>;
+  cost: number;
+}
+
 interface Window {
   pendulumd: App;
 }

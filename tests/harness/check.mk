@@ -6,7 +6,7 @@ ROOMS := core laws api server wire fuzz
 # in this order they are begun as soon as what they need is there: builds, what others need or what takes long, the rest
 ALL := build-release build-tsan build-asan release-core release-api tsan-wire release-wire web asan-wire valgrind-core \
 	valgrind-api tsan-server asan-core asan-server drill release-server clients equations asan-laws layers valgrind-wire readback \
-	asan-fuzz asan-api base-core base-api replies examples deploy nginx restart release-laws release-fuzz openapi layout measures mirror types words tour clang install same instructions hardened packages docs fetch image
+	asan-fuzz asan-api base-core base-api replies examples deploy nginx restart release-laws release-fuzz engine openapi layout measures mirror types words tour clang install same instructions hardened packages docs fetch image
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
 job = @tests/harness/job.sh $@
 
@@ -55,6 +55,9 @@ instructions: build-release
 	$(job) tests/rules/instructions.sh build/release
 layout types words clang openapi image:
 	$(job) tests/rules/$@.sh
+engine: build-release
+	@$(MAKE) --no-print-directory build/release/tests/engine/native
+	$(job) tests/rules/engine.sh build/release
 tour: build-release
 	$(job) /usr/bin/python3 -B tests/rules/tour.py build/release --check
 measures mirror:

@@ -16,7 +16,7 @@ pure='^(assert|complex|errno|float|limits|math|stdalign|stdarg|stdbool|stddef|st
 doors=(
     '^gsl/|^gsl_ ^core/(integrate/method_gsl|fit/fit|fit/fit_told|orbits/orbit_algebra|modes/modes_gsl|modes/damped|dynamics/reference|dynamics/reference_bodies)[.]c$'
     '^sys/mman[.]h$ ^(core/modes/hugepage|server/base/calls)[.]c$' # advice about huge pages; rights of memory
-    '^cjson/ ^api/json/json_(scan|in)[.]c$'
+    '^cjson/ ^api/(json/json_(scan|in)|clients/browser/missing)[.]c$'
     '^curl/ ^api/clients/cli/remote[.]c$'
     '^libdeflate[.]h$ ^(api/encode/encode_npz|server/protocol/coding_gzip)[.]c$'
     '^nettle/ ^api/call/digest[.]c$'

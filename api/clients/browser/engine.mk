@@ -1,0 +1,36 @@
+# The engine for browsers: engine.wasm of the sources of core and api that answer what a page asks while hands move.
+# usage: make -f api/clients/browser/engine.mk OUT=build/web/engine.wasm ENGINE_C=file     (ENGINE_C: names of the engine)
+# Leaves to others: whether it can be made here (engine.sh), serving it (server/http).
+# Invariant: the flags that decide bits are those of the base instruction set; what is not compiled is imported, and refused there.
+D := build/wasm
+CLANG ?= clang
+CLANGXX ?= clang++
+# asked of a server: what computes long (ensembles, exponents, sections, fits, responses, 32 digits) or needs GSL's matrices, and
+# files that a page saves
+ELSEWHERE := core/extended/% core/ensemble/% core/derivatives/% core/fit/% core/modes/damped.c core/modes/modes_gsl.c \
+  core/modes/response.c core/modes/kernel_response.c core/dynamics/reference%.c core/integrate/method_gsl.c core/integrate/section.c core/base/checkpoint.c \
+  $(addprefix api/op/,ensemble.c fits_%.c members_json.c op_ensembles.c op_fits.c op_lyapunov.c op_response.c op_sections.c \
+  picture_json.c response_json.c damped_json.c varied.c) api/encode/colormap.c api/encode/encode_arrays.c api/encode/encode_mat.c \
+  api/encode/encode_npz.c api/encode/encode_png.c api/encode/encode_raw.c \
+  $(addprefix api/call/,class_%.c job_json.c part.c results.c scene.c)
+SOURCES := $(filter-out $(ELSEWHERE),$(wildcard core/*/*.c api/*/*.c)) api/clients/browser/door.c api/clients/browser/missing.c
+NUMBERS := $(wildcard api/number/*.cpp)
+OBJECTS := $(SOURCES:%.c=$(D)/%.o) $(NUMBERS:%.cpp=$(D)/%.o) $(D)/engine.o
+# mmap's header alone is asked for: its one function is imported
+FLAGS := --target=wasm32-wasi -msimd128 -ffp-contract=off -O2 -DNDEBUG -Wall -D_GNU_SOURCE -D_WASI_EMULATED_MMAN -I. \
+  -DPEND_ISA=base -include api/clients/browser/missing.h -MMD -MP "-ffile-prefix-map=$(CURDIR)=."
+LINK := --target=wasm32-wasi -mexec-model=reactor -O2 -lm -Wl,--gc-sections,--strip-all,--import-undefined,--stack-first,-z,stack-size=1048576
+
+$(OUT): $(OBJECTS)
+	@$(CLANG) $(OBJECTS) $(LINK) -o $@.new && mv -f $@.new $@
+$(D)/%.o: %.c api/clients/browser/engine.mk
+	@mkdir -p $(@D)
+	@$(CLANG) $(FLAGS) -std=c17 -c $< -o $@
+$(D)/%.o: %.cpp api/clients/browser/engine.mk
+	@mkdir -p $(@D)
+	@$(CLANGXX) $(FLAGS) -std=c++17 -fno-exceptions -fno-rtti $(addprefix -isystem ,$(wildcard /usr/include/dragonbox-*)) -c $< -o $@
+$(D)/engine.o: $(ENGINE_C)
+	@mkdir -p $(@D)
+	@$(CLANG) $(FLAGS) -std=c17 -c $< -o $@
+-include $(shell find $(D) -name '*.d' 2>/dev/null)
+.DELETE_ON_ERROR:
