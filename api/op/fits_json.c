@@ -23,12 +23,13 @@ static const char *const angle_units[] = {"rad", "deg", NULL};
 void api_fit_clear(struct api_fit *fit) {
     free(fit->t);
     free(fit->data);
+    free(fit->each);
     free(fit->length);
     free(fit->bare);
     free(fit->parent);
     api_states_free(&fit->start);
     api_tree_clear(&fit->tree);
-    fit->t = fit->data = fit->length = NULL;
+    fit->t = fit->data = fit->each = fit->length = NULL;
     fit->bare = NULL;
     fit->parent = NULL;
 }
@@ -40,7 +41,8 @@ static enum pend_status data_room(struct api_fit *fit, long rows, int columns) {
     size_t count = (size_t)rows * (size_t)columns;
     fit->t = malloc((size_t)(rows + 1) * sizeof(double));
     fit->data = malloc((count + 1) * sizeof(double));
-    if (!fit->t || !fit->data) return PEND_NO_MEMORY;
+    fit->each = malloc((count + 1) * sizeof(double));
+    if (!fit->t || !fit->data || !fit->each) return PEND_NO_MEMORY;
     for (size_t i = 0; i < count; i++) fit->data[i] = NAN;
     fit->rows = rows, fit->columns = columns;
     for (int c = 0; c < columns; c++) fit->column[c].data = fit->data + (size_t)c * (size_t)rows;
@@ -85,6 +87,28 @@ static void read_values(struct api_fit *fit, int c, const struct api_value *list
     }
 }
 
+/* the standard deviation of a series: a number, or one an instant; scale is the unit's */
+static void read_sigma(struct api_fit *fit, int c, const struct api_value *sigma, double scale,
+                       struct api_problem *problem) {
+    static const double least = 1e-12, most = 1e12;
+    double *to = fit->each + (size_t)c * (size_t)fit->rows;
+    if (api_value_kind(sigma) != API_ARRAY) {
+        if (api_value_read_number(sigma, least, most, "", &fit->column[c].sigma, problem) > 0)
+            fit->column[c].sigma *= scale;
+        return;
+    }
+    if (api_value_count(sigma) != fit->rows) {
+        api_value_fault(sigma, problem, "must be a number or an array of %ld, one an instant",
+                        fit->rows);
+        return;
+    }
+    struct api_value item = api_value_item(sigma, 0);
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
+        if (api_value_read_number(&item, least, most, "", &to[item.index], problem) > 0)
+            to[item.index] *= scale;
+    fit->column[c].each = to;
+}
+
 /* one series: what of which arm, with what error */
 static void read_series(struct api_fit *fit, const struct api_value *item,
                         struct api_problem *problem) {
@@ -114,8 +138,7 @@ static void read_series(struct api_fit *fit, const struct api_value *item,
     if (api_field_word(&unit, angle_units, &degrees, problem) > 0 && column->kind != PEND_FIT_PHI)
         api_value_fault(&unit, problem, "is for angles: leave it out");
     double scale = degrees ? pi / 180 : 1;
-    if (api_value_read_number(&sigma, 1e-12, 1e12, "", &column->sigma, problem) > 0)
-        column->sigma *= scale;
+    read_sigma(fit, item->index, &sigma, scale, problem);
     read_values(fit, item->index, &values, scale, theta ? -pi / 2 : 0, problem);
 }
 

@@ -24,6 +24,7 @@ struct api_fit {
     double camera[PEND_FIT_CAMERA];
     long rows;
     double *t, *data; /* rows; series x rows */
+    double *each;     /* series x rows: standard deviations of those series that list them */
     int columns, unknowns;
     struct pend_fit_column column[API_FIT_SERIES];
     struct pend_fit_unknown unknown[API_FIT_UNKNOWNS];

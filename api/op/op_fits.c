@@ -267,7 +267,7 @@ static double fits_bytes(const void *state) {
     struct pend_fit_problem problem = api_fit_problem(asked);
     double numbers = (double)asked->rows * (asked->columns + 1);
     return API_OP_SMALL_BYTES + pend_fit_bytes(&problem) +
-           numbers * 2 * (8 + API_OUT_NUMBER_BYTES) + 1024.0 * asked->tree.n +
+           numbers * (3 * 8 + 2 * API_OUT_NUMBER_BYTES) + 1024.0 * asked->tree.n +
            api_terms_write_bytes(&asked->tree.loads) + api_tree_bytes(&asked->tree) +
            api_states_bytes(asked->start);
 }

@@ -24,6 +24,9 @@ static const double fit_foretold = 0.4;
  * follows explains; residuals of so many sigma are not noise */
 static const double fit_minimum = 1e-6, fit_explained = 0.9, fit_strange = 3;
 
+/* part of the data's squares that is rounding: data may be met exactly */
+static const double fit_exact = 1e-12;
+
 /* residual where there is no motion: a step there is never taken */
 static const double fit_nowhere = 1e6;
 
@@ -270,11 +273,16 @@ static double fit_squares(const struct pend_fit *fit, long rows, long *count) {
     return sum;
 }
 
+/* whether all standard deviations are known */
+static int fit_known(const struct pend_fit *fit) {
+    int known = 1;
+    for (int c = 0; c < fit->problem.columns; c++) known &= pend_fit_known(&fit->problem.column[c]);
+    return known;
+}
+
 /* variance of a residual: 1 where sigma is known, else as large as it is */
 static double fit_variance(const struct pend_fit *fit, double squares, long freedom) {
-    int known = 1;
-    for (int c = 0; c < fit->problem.columns; c++) known &= fit->problem.column[c].sigma > 0;
-    return known || freedom < 1 ? 1 : squares / (double)freedom;
+    return fit_known(fit) || freedom < 1 ? 1 : squares / (double)freedom;
 }
 
 /* ---- windows */
@@ -284,7 +292,7 @@ static double fit_doubt(const struct pend_fit *fit, long row, int c, double vari
     const struct pend_fit_problem *p = &fit->problem;
     size_t q = (size_t)p->unknowns;
     const double *slope = fit->slope + ((size_t)row * (size_t)p->columns + (size_t)c) * q;
-    double sum = 0, most = fit_foretold, sigma = p->column[c].sigma > 0 ? p->column[c].sigma : 1;
+    double sum = 0, most = fit_foretold, sigma = pend_fit_sigma(&p->column[c], row);
     for (size_t i = 0; i < q; i++)
         for (size_t j = 0; j < q; j++) sum += slope[i] * fit->covariance[i * q + j] * slope[j];
     if (p->column[c].kind != PEND_FIT_PHI) {
@@ -340,21 +348,24 @@ static void fit_errors(struct pend_fit *fit, double variance) {
         }
 }
 
-/* how much of the data's variance about their mean the model explains */
-static double fit_explains(const struct pend_fit *fit, double squares) {
+/* the sum of squares of the data about their mean, or what is left of it by rounding */
+static double fit_total(const struct pend_fit *fit) {
     double sum = 0;
     for (int c = 0; c < fit->problem.columns; c++) {
         const struct pend_fit_column *column = &fit->problem.column[c];
-        double mean = 0, square = 0, sigma = column->sigma > 0 ? column->sigma : 1;
-        long count = 0;
-        for (long i = 0; i < fit->problem.rows; i++)
-            if (!isnan(column->data[i])) mean += column->data[i], count++;
-        mean /= (double)(count ? count : 1);
-        for (long i = 0; i < fit->problem.rows; i++)
-            if (!isnan(column->data[i])) square += pow((column->data[i] - mean) / sigma, 2);
-        sum += square;
+        double mean = 0, weight = 0;
+        for (long i = 0; i < fit->problem.rows; i++) {
+            if (isnan(column->data[i])) continue;
+            double own = pow(pend_fit_sigma(column, i), -2);
+            mean += own * column->data[i], weight += own;
+        }
+        mean /= weight > 0 ? weight : 1;
+        for (long i = 0; i < fit->problem.rows; i++) {
+            double x = column->data[i], size = pow(pend_fit_sigma(column, i), -2);
+            if (!isnan(x)) sum += size * ((x - mean) * (x - mean) + fit_exact * x * x);
+        }
     }
-    return sum > 0 ? 1 - squares / sum : 0;
+    return sum;
 }
 
 /* the last row up to which the residuals of any few rows together are not above two sigma */
@@ -394,12 +405,13 @@ static enum pend_status fit_finish(struct pend_fit *fit, struct pend_error *erro
     result->freedom = count - found;
     double variance = fit_variance(fit, result->chi_squared, result->freedom);
     result->blind = pend_fit_told_blind(&told, fit->bounded, PEND_FIT_BLIND, fit->direction);
-    // no step gains more than a millionth
-    int minimum =
-        fit->window == p->rows && pend_fit_told_gain(&told) <= fit_minimum * result->chi_squared;
+    // no step gains more than a millionth of what is left, or of one measurement's own
+    double total = fit_total(fit), floor = fit_known(fit) ? 1 : fit_exact * total;
+    int minimum = fit->window == p->rows &&
+                  pend_fit_told_gain(&told) <= fit_minimum * (result->chi_squared + floor);
     pend_fit_told_clear(&told);
     fit_errors(fit, variance);
-    result->explained = fit_explains(fit, result->chi_squared);
+    result->explained = total > 0 ? 1 - result->chi_squared / total : 0;
     result->follows = fit_follows(fit, variance);
     double spread = result->chi_squared / (double)(result->freedom > 0 ? result->freedom : 1);
     int strange =
@@ -439,6 +451,7 @@ enum pend_status pend_fit_step(struct pend_fit *fit, int *done, struct pend_erro
     if (fit->ready) return PEND_OK;
     if (!fit->begun) PEND_TRY(fit_begin(fit, error));
     int whole = fit->window == p->rows, why = 0;
+    // the slope's is squared: it is of residuals that may be met exactly
     double tolerance = whole ? fit_fine : fit_rough;
     fit->result.iterations++, fit->here++;
     int status = gsl_multifit_nlinear_iterate(fit->work);
@@ -446,7 +459,8 @@ enum pend_status pend_fit_step(struct pend_fit *fit, int *done, struct pend_erro
     fit_keep(fit);
     int used = fit->result.iterations >= p->iterations;
     int over = status || used || (!whole && fit->here >= FIT_ROUGH) ||
-               gsl_multifit_nlinear_test(tolerance, tolerance, 0, &why, fit->work) == GSL_SUCCESS;
+               gsl_multifit_nlinear_test(tolerance, tolerance * tolerance, 0, &why, fit->work) ==
+                   GSL_SUCCESS;
     if (over && !whole && !used) PEND_TRY(fit_grow(fit, error));
     if (over && (whole || used)) PEND_TRY(fit_finish(fit, error));
     *done = fit->ready;

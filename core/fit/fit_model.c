@@ -122,9 +122,9 @@ static void model_rows(const struct fit_model *model, long first, long from, lon
             const struct pend_fit_column *column = &p->column[c];
             size_t at = (size_t)(first + i) * (size_t)p->columns + (size_t)c;
             double *own = slope ? slope + at * (size_t)p->unknowns : NULL;
-            double data = column->data[first + i], value, sigma = column->sigma;
+            double data = column->data[first + i], value;
+            double sigma = pend_fit_sigma(column, first + i);
             if (isnan(data)) continue;
-            if (!(sigma > 0)) sigma = 1;
             model_number(model, column, from + i, slope != NULL, &value, own);
             value -= data;
             // a tracker does not count turns

@@ -15,8 +15,20 @@ struct pend_fit_column {
     enum pend_fit_kind kind;
     int arm;
     double sigma;       /* of one measurement, in the data's unit; 0 = not known */
+    const double *each; /* the same a row, all above 0, instead of sigma; NULL = there is none */
     const double *data; /* a number a row, rad or the camera's unit; NaN = not measured */
 };
+
+/** Whether the standard deviations of a column's measurements are known. O(1). */
+static inline int pend_fit_known(const struct pend_fit_column *column) {
+    return column->each || column->sigma > 0;
+}
+
+/** Returns the standard deviation of a measurement, 1 where it is not known. O(1). */
+static inline double pend_fit_sigma(const struct pend_fit_column *column, long row) {
+    if (column->each) return column->each[row];
+    return column->sigma > 0 ? column->sigma : 1;
+}
 
 /* The camera's place x + i y = origin + scale e^{i rotation} z. */
 enum pend_fit_camera {

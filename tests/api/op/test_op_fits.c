@@ -155,6 +155,69 @@ TEST(fits_say_in_words_what_the_data_do_not_tell) {
     test_reply_free(&from);
 }
 
+#define THROWN "\"pendulum\":{\"length\":[0.4,0.3],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":"
+
+/* as many wants as unknowns, which are met exactly, whether there is a sigma or none */
+static void passes(const char *sigmas, const char *sigma) {
+    char body[800];
+    snprintf(body, sizeof body,
+             "{" THROWN "{\"theta\":[1,1]},\"start\":0,\"data\":{\"t\":[0.4,0.8],\"series\":["
+             "{\"x\":2,%s\"values\":[0.1,-0.4]},{\"y\":2,%s\"values\":[-0.65,-0.5]}]},"
+             "\"unknowns\":[{\"vary\":\"theta\",\"arm\":1},{\"vary\":\"theta\",\"arm\":2},"
+             "{\"vary\":\"thetad\",\"arm\":1},{\"vary\":\"thetad\",\"arm\":2}]}",
+             sigmas, sigma);
+    struct test_reply reply = test_post(API_OP_FITS, body);
+    CHECK_INT(reply.status, 200);
+    CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
+    double start[4];
+    for (int j = 0; j < 4; j++) {
+        char pointer[30];
+        snprintf(pointer, sizeof pointer, "/unknowns/%d/value", j);
+        start[j] = test_reply_number(&reply, pointer);
+    }
+    snprintf(body, sizeof body,
+             "{" THROWN "{\"theta\":[%.17g,%.17g],\"thetad\":[%.17g,%.17g]},"
+             "\"times\":{\"stop\":0.8,\"count\":3},\"output\":[\"z\"]}",
+             start[0], start[1], start[2], start[3]);
+    struct test_reply thrown = test_post(API_OP_TRAJECTORIES, body);
+    const double wanted[] = {0.1, -0.65, -0.4, -0.5};
+    for (int i = 0; i < 4; i++) {
+        double gap = motion_at(&thrown, i % 2 ? "z/im" : "z/re", 1 + i / 2, 1) - wanted[i];
+        CHECK_SAYING(fabs(gap) < 1e-5, "coordinate %d is missed by %g m", i, gap);
+    }
+    test_reply_free(&thrown);
+    test_reply_free(&reply);
+}
+
+TEST(fits_find_a_throw_that_passes_through_points) {
+    passes("\"sigma\":[0.001,0.002],", "\"sigma\":0.001,");
+    passes("", "");
+}
+
+/* An angle that was seen a hundred times less well moves the answer a ten-thousandth: the residuals
+ * are told in its sigma. */
+TEST(fits_weigh_every_measurement_by_its_own_sigma) {
+    static const char *const sigmas[] = {"0.01", "[0.01,0.01,0.01,0.01]", "[0.01,0.01,0.01,1]"};
+    double length[3];
+    for (int i = 0; i < 3; i++) {
+        char body[400];
+        snprintf(body, sizeof body,
+                 "{\"pendulum\":{\"length\":[0.9],\"mass\":[1],\"parent\":[0]},"
+                 "\"initial\":{\"theta\":[0.5]},\"start\":0,\"data\":{\"t\":[0.25,0.5,0.75,1],"
+                 "\"series\":[{\"theta\":1,\"sigma\":%s,\"values\":[0.355,0.0134,-0.336,-0.4]}]},"
+                 "\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]}",
+                 sigmas[i]);
+        struct test_reply reply = test_post(API_OP_FITS, body);
+        CHECK_INT(reply.status, 200);
+        length[i] = test_reply_number(&reply, "/unknowns/0/value");
+        test_reply_free(&reply);
+    }
+    CHECK_SAYING(length[0] == length[1], "%.17g, %.17g", length[0], length[1]);
+    // the last angle is 0.1 rad off, of a pendulum of 1 m
+    CHECK_SAYING(fabs(length[2] - 1) < 1e-3, "length %.9g", length[2]);
+    CHECK_SAYING(fabs(length[0] - 1) > 3e-3, "length %.9g", length[0]);
+}
+
 #define ONE "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[0]},"
 #define SERIES "\"data\":{\"t\":[0,0.5,1],\"series\":[{\"theta\":1,\"values\":[1,0,-1]}]}"
 #define GRAVITY "\"unknowns\":[{\"vary\":\"gravity\"}]"
@@ -178,6 +241,12 @@ TEST(fits_refuse_at_the_pointer) {
          "/data/series/0/theta", "from 1 to 1"},
         {ONE GRAVITY ",\"data\":{\"t\":[0,1],\"series\":[{\"values\":[1,0]}]}}", "/data/series/0",
          "needs one of"},
+        {ONE GRAVITY
+         ",\"data\":{\"t\":[0,1],\"series\":[{\"theta\":1,\"sigma\":[1],\"values\":[1,0]}]}}",
+         "/data/series/0/sigma", "array of 2"},
+        {ONE GRAVITY
+         ",\"data\":{\"t\":[0,1],\"series\":[{\"theta\":1,\"sigma\":[1,0],\"values\":[1,0]}]}}",
+         "/data/series/0/sigma/1", "1e-12"},
         {ONE GRAVITY ",\"data\":{\"t\":[0],\"series\":[{\"theta\":1,\"values\":[null]}]}}", "/data",
          "too few"},
         {ONE GRAVITY ",\"start\":1," SERIES "}", "/start", "first instant"},

@@ -103,7 +103,8 @@ static void study_angles(struct study *s, double noise, int known, unsigned long
     for (int k = 0; k < s->n; k++) {
         for (int i = 0; i < s->rows; i++)
             s->data[k][i] = remainder(s->angle[i * s->n + k] + sigma * gauss(seed), 2 * M_PI);
-        s->column[k] = (struct pend_fit_column){PEND_FIT_PHI, k, known ? sigma : 0, s->data[k]};
+        s->column[k] =
+            (struct pend_fit_column){PEND_FIT_PHI, k, known ? sigma : 0, NULL, s->data[k]};
     }
     s->problem.columns = s->n;
 }
@@ -243,8 +244,9 @@ TEST(fits_find_the_camera_with_the_pendulum) {
             s.data[2 * k + 1][i] = oy + scale * (b * x + c * y) + sigma * gauss(&seed);
             if (i % 10 == 3) s.data[2 * k][i] = NAN; // a frame that was missed
         }
-        s.column[2 * k] = (struct pend_fit_column){PEND_FIT_X, k, sigma, s.data[2 * k]};
-        s.column[2 * k + 1] = (struct pend_fit_column){PEND_FIT_Y, k, sigma, s.data[2 * k + 1]};
+        s.column[2 * k] = (struct pend_fit_column){PEND_FIT_X, k, sigma, NULL, s.data[2 * k]};
+        s.column[2 * k + 1] =
+            (struct pend_fit_column){PEND_FIT_Y, k, sigma, NULL, s.data[2 * k + 1]};
     }
     s.problem.columns = 4;
     s.problem.camera[PEND_FIT_SCALE] = 650;
