@@ -7,9 +7,11 @@
 
 #include "api/call/openapi.h"
 
-/* what a document may load: this server's own; who may frame it stands behind */
+/* what a document may load: this server's own, the engine (WebAssembly) among it; who may frame it
+ * stands behind */
 #define ASSETS_POLICY                                                                              \
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "        \
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; "                 \
+    "img-src 'self' data: blob:; "                                                                 \
     "font-src 'self'; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors "
 
 static const char assets_alone[] = ASSETS_POLICY "'none'";

@@ -6,7 +6,7 @@ Takes the HTML documents and the worksheets (sheets/*.json) of the first directo
 the npm packages in MODULES what a browser loads: uPlot, KaTeX and the QR
 code as ES modules, their styles, and the fonts; these are put into LIB as well, for pages that are served
 from their sources. ENGINE is the engine for browsers; an empty file, as on a machine that cannot make it, is left out. All of it is served under /page/DIGEST, a digest of all files, so that a
-browser may keep it for ever; @PAGE@ in an HTML document becomes that path. Each file is there as it is and, where that
+browser may keep it for ever; @PAGE@ in an HTML document becomes that path, @ENGINE@ the attribute data-engine where there is one. Each file is there as it is and, where that
 is shorter, gzipped at the best level. The same files give the same source.
 """
 import gzip
@@ -94,6 +94,7 @@ def c_bytes(data, width=120):
 
 
 def write(files, digest, out):
+    engine = any(name == "engine.wasm" for name, _ in files)
     out.write('#include "server/http/assets.h"\n\n')
     rows = []
     for number, (name, data) in enumerate(files):
@@ -101,7 +102,7 @@ def write(files, digest, out):
         if suffix not in MEDIA_TYPES:
             sys.exit(f"assets_embed: {name} has no media type; the table here has {' '.join(MEDIA_TYPES)}")
         if suffix == ".html":
-            data = data.replace(b"@PAGE@", f"/page/{digest}".encode())
+            data = data.replace(b"@PAGE@", f"/page/{digest}".encode()).replace(b"@ENGINE@", b" data-engine" if engine else b"")
         packed = bytearray(gzip.compress(data, 9, mtime=0))
         packed[9] = 255  # the system it was made on, which Pythons name differently
         forms = [("plain", data)] + ([("packed", packed)] if len(packed) < len(data) else [])

@@ -1,8 +1,9 @@
 // The server's REST interface, as any page may use it: every request of this page is made here.
 // Leaves to others: what to ask and what to show; words come from the texts (said).
-// Invariant: asks no other host; a refusal with Retry-After (429, 503) is tried again, a request
-// that was given up never.
+// Invariant: asks no other host, and the engine in the browser first; a refusal with Retry-After
+// (429, 503) is tried again, a request that was given up never.
 
+import { createEngine } from "./engine.js";
 import { bearer } from "./keep.js";
 
 const TRIES = 6;
@@ -13,7 +14,7 @@ const LONGEST_WAIT = 20;
  * @typedef {{
  *   state: {kind: string, retry: number}, watchers: Set<(state: {kind: string, retry: number}) =>
  *   unknown>,
- *   wakers: Set<() => unknown>,
+ *   wakers: Set<() => unknown>, engine: Engine,
  * }} Asker
  */
 
@@ -104,17 +105,35 @@ async function failureOf(reply) {
   return new Failure("refused", { status, problem });
 }
 
-/** @param {string} path @param {RequestInit} options */
-async function once(path, options) {
-  let reply;
+/** The server's reply. @param {string} path @param {RequestInit} options */
+async function sent(path, options) {
   try {
-    reply = await fetch(path, { ...options, headers: { ...options.headers, ...bearer() } });
+    return await fetch(path, { ...options, headers: { ...options.headers, ...bearer() } });
   } catch (error) {
     if (gaveUp(error)) throw error;
     throw new Failure("away");
   }
-  if (reply.ok) return reply;
-  throw await failureOf(reply);
+}
+
+/**
+ * The engine's reply or the server's: the engine's where it is quick, or no server is there.
+ * @param {Asker} asker @param {string} path @param {RequestInit} options
+ */
+async function once({ engine }, path, options) {
+  const quick = await engine.answer(path, options, false);
+  if (quick?.ok) return { reply: quick, here: true };
+  try {
+    // what the engine refuses too: its limits are not the server's
+    const reply = await sent(path, options);
+    if (reply.ok) return { reply, here: false };
+    throw await failureOf(reply);
+  } catch (failure) {
+    const away = failure instanceof Failure && failure.kind === "away";
+    const reply = away ? await engine.answer(path, options, true) : null;
+    if (reply?.ok) return { reply, here: true };
+    if (reply) throw await failureOf(reply);
+    throw failure;
+  }
 }
 
 /**
@@ -124,8 +143,8 @@ async function once(path, options) {
 async function ask(asker, path, options = {}) {
   for (let tried = 1; ; tried++) {
     try {
-      const reply = await once(path, options);
-      report(asker, "well");
+      const { reply, here } = await once(asker, path, options);
+      if (!here || !asker.wakers.size) report(asker, "well");
       return reply;
     } catch (failure) {
       if (!(failure instanceof Failure) || failure.kind === "refused") throw failure;
@@ -197,7 +216,12 @@ async function table(asker, path, body, { begin, rows, signal, reply: early = nu
 /** @returns {Client} */
 export function createClient() {
   /** @type {Asker} */
-  const asker = { state: { kind: "well", retry: 0 }, watchers: new Set(), wakers: new Set() };
+  const asker = {
+    state: { kind: "well", retry: 0 },
+    watchers: new Set(),
+    wakers: new Set(),
+    engine: createEngine(),
+  };
   const hurry = () => [...asker.wakers].forEach((wake) => wake());
   window.addEventListener("online", hurry);
   return {
@@ -206,6 +230,7 @@ export function createClient() {
     },
     /** Those who wait to try again try now. */
     hurry,
+    engine: asker.engine,
     /** fn({kind, retry}) whenever the server comes, goes or asks to wait. */
     watch(fn) {
       asker.watchers.add(fn);

@@ -207,4 +207,11 @@ async function begin() {
   if (!still.matches && first.playing) clock.play();
 }
 
+// the engine comes when the pendulum swings
+const swings = motion.subscribe((_, what) => {
+  if (what !== "stats" && what !== "failure") return;
+  swings();
+  client.engine.begin();
+});
+
 begin();

@@ -280,6 +280,7 @@ type Answer = Promise<any>;
 interface Client {
   readonly state: { kind: string; retry: number };
   hurry(): void;
+  readonly engine: Engine;
   watch(fn: (state: { kind: string; retry: number }) => unknown): End;
   ask(path: string, options?: RequestInit): Promise<Response>;
   post(path: string, body: object, options?: AskOptions & { accept?: string }): Promise<Response>;
@@ -524,6 +525,12 @@ interface EngineRequest {
   accept?: string;
   body?: string;
   most?: number;
+}
+
+interface Engine {
+  readonly ready: boolean;
+  begin(): Promise<void>;
+  answer(path: string, options: RequestInit, alone: boolean): Promise<Response | null>;
 }
 
 interface EngineHead {

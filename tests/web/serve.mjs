@@ -11,13 +11,14 @@ import { fileURLToPath } from "node:url";
 const ROOT = fileURLToPath(new URL("../../", import.meta.url));
 const WEB = join(ROOT, "server/web");
 const LIB = join(ROOT, "build/web/lib");
+const ENGINE = join(ROOT, "build/web/engine.wasm");
 const PAGE = "/page/sources";
 
 const TYPES = { ".html": "text/html; charset=utf-8", ".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8",
-  ".svg": "image/svg+xml", ".woff2": "font/woff2", ".json": "application/json" };
+  ".svg": "image/svg+xml", ".woff2": "font/woff2", ".json": "application/json", ".wasm": "application/wasm" };
 
 const POLICY = {
-  "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; "
+  "Content-Security-Policy": "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; "
     + "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
   "X-Content-Type-Options": "nosniff",
   "Referrer-Policy": "no-referrer",
@@ -30,13 +31,14 @@ function fileOf(path) {
   if (!path.startsWith(`${PAGE}/`)) return null;
   const inner = normalize(path.slice(PAGE.length + 1));
   if (inner.startsWith("..")) return null;
+  if (inner === "engine.wasm") return ENGINE;
   return inner.startsWith("lib/") ? join(LIB, inner.slice(4)) : join(WEB, inner);
 }
 
-async function sendFile(reply, file) {
+async function sendFile(reply, file, engine) {
   try {
     let bytes = await readFile(file);
-    if (extname(file) === ".html") bytes = Buffer.from(bytes.toString().replaceAll("@PAGE@", PAGE));
+    if (extname(file) === ".html") bytes = Buffer.from(bytes.toString().replaceAll("@PAGE@", PAGE).replace("@ENGINE@", engine ? " data-engine" : ""));
     reply.writeHead(200, { "Content-Type": TYPES[extname(file)] ?? "application/octet-stream", "Cache-Control": "no-cache", ...POLICY });
     reply.end(bytes);
   } catch {
@@ -56,13 +58,13 @@ function passOn(asked, reply, daemon) {
   asked.pipe(onward);
 }
 
-/** {url, close(), fault}; fault(asked, reply) may answer instead: true if it did. */
+/** {url, close(), fault, engine}; fault(asked, reply) may answer instead: true if it did; engine: whether the page has one. */
 export async function servePage(daemon, port = 0) {
-  const page = { daemon, fault: null };
+  const page = { daemon, fault: null, engine: false };
   const server = createServer((asked, reply) => {
     if (page.fault?.(asked, reply)) return;
     const file = fileOf(new URL(asked.url, "http://page").pathname);
-    file ? sendFile(reply, file) : passOn(asked, reply, page.daemon);
+    file ? sendFile(reply, file, page.engine) : passOn(asked, reply, page.daemon);
   });
   server.keepAliveTimeout = 0; // a connection that a browser keeps is there when it asks again, however late
   await new Promise((ready) => server.listen(port, "127.0.0.1", ready));
