@@ -41,8 +41,9 @@ static const struct {
     [IM] = {"vectors", "im"},
 };
 
-/* s a square of arms without a matrix, and a cube of arms, of matrices of 2 n rows */
-static const double still_seconds = 1e-6, damped_seconds = 2.5e-7;
+/* s a square of arms without a matrix, of what loses nothing and of what loses energy; and a cube
+ * of arms, of matrices of 2 n rows */
+static const double still_seconds = 1e-6, lossy_seconds = 1e-5, damped_seconds = 2.5e-7;
 
 static int damped_loses(const struct api_damped *damped) {
     return pend_damped_loses(&damped->tree->loads);
@@ -177,7 +178,8 @@ enum pend_status api_damped_run(struct api_damped *damped, struct api_buffer *ou
 
 double api_damped_cost(const struct api_damped *damped) {
     double n = api_tree_stored(damped->tree);
-    return n * n * (damped_loses(damped) ? n * damped_seconds : still_seconds);
+    if (!damped_loses(damped)) return n * n * still_seconds;
+    return n * n * (n > PEND_DAMPED_DENSE ? lossy_seconds : n * damped_seconds);
 }
 
 double api_damped_bytes(const struct api_damped *damped) {

@@ -10,9 +10,14 @@
 #include "api/read/tree_json.h"
 #include "core/modes/damped.h"
 
-/* The most arms whose modes are found: with friction, from dense matrices, and without;
- * and as poles of a response without. */
-enum { API_DAMPED_ARMS = 100, API_STILL_ARMS = 2000, API_POLES_ARMS = 300 };
+/* The most arms whose modes are found, with friction and without; and as poles of a response, which
+ * are found at once. */
+enum {
+    API_DAMPED_ARMS = 1000,
+    API_STILL_ARMS = 2000,
+    API_POLES_DAMPED = 100,
+    API_POLES_ARMS = 300
+};
 
 /* What is answered, and what was found. */
 struct api_damped {

@@ -296,12 +296,12 @@ static void read_poles(struct api_response *asked, const struct api_value *value
     if (api_field_truth(value, &asked->poles, problem) <= 0) return;
     if (!asked->poles) api_value_usual(value);
     int loses = loads->terms && !pend_terms_conserve(loads->terms, loads->value);
-    int most = loses ? API_DAMPED_ARMS : API_POLES_ARMS;
+    int most = loses ? API_POLES_DAMPED : API_POLES_ARMS;
     if (asked->poles && api_tree_stored(&asked->tree) > most)
         api_value_fault(value, problem,
                         "poles are found for at most %d arms, or %d without friction and drives, "
                         "and here are %d: leave it out",
-                        API_DAMPED_ARMS, API_POLES_ARMS, asked->tree.n);
+                        API_POLES_DAMPED, API_POLES_ARMS, asked->tree.n);
     if (asked->poles && reading->format != &api_format_json && reading->format != &api_format_raw)
         api_value_fault(value, problem,
                         "poles are answered in %s only, not in %s: leave it out, or ask for that",

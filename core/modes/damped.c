@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/modes/lossy.h"
 #include "core/modes/rest.h"
 #include "core/modes/still.h"
 
@@ -176,6 +177,7 @@ enum pend_status pend_damped_matrices(const struct pend_tree *tree, const struct
 void pend_damped_free(struct pend_damped **damped) {
     if (*damped) {
         pend_still_free(&(*damped)->still);
+        pend_lossy_free(&(*damped)->lossy);
         free((*damped)->square);
     }
     free(*damped);
@@ -396,6 +398,19 @@ static enum pend_status damped_take_still(struct pend_damped *damped, const doub
     return PEND_OK;
 }
 
+/* goes on with the search without a matrix, and keeps the mode that it may have found */
+static enum pend_status damped_take_lossy(struct pend_damped *damped, int *done) {
+    enum pend_lossy_stage stage = PEND_LOSSY_UNDER_WAY;
+    double complex root = 0, *shape = malloc((size_t)damped->n * sizeof *shape);
+    if (!shape) return PEND_NO_MEMORY;
+    enum pend_status status = pend_lossy_step(damped->lossy, &stage, &root, shape);
+    if (status == PEND_OK && stage == PEND_LOSSY_MODE) damped_add(damped, root, shape);
+    free(shape);
+    *done = stage == PEND_LOSSY_DONE;
+    if (*done) damped_sort(damped);
+    return status;
+}
+
 static enum pend_status damped_failed(struct pend_damped **damped, enum pend_status status,
                                       int arms, struct pend_error *error) {
     pend_damped_free(damped);
@@ -418,6 +433,10 @@ enum pend_status pend_damped_begin(struct pend_damped **damped, const struct pen
         pend_damped_free(damped);
         return status;
     }
+    if (pend_damped_loses(loads) && tree->n > PEND_DAMPED_DENSE) {
+        status = pend_lossy_new(&made->lossy, tree, loads, made->phi, error);
+        return status == PEND_OK ? PEND_OK : damped_failed(damped, status, tree->n, error);
+    }
     if (pend_damped_loses(loads) || tree->n < PEND_DAMPED_TREE) return PEND_OK;
     size_t n = (size_t)tree->n;
     made->square = malloc((n + n * n) * sizeof *made->square);
@@ -429,9 +448,11 @@ enum pend_status pend_damped_step(struct pend_damped **damped, int *done,
                                   struct pend_error *error) {
     struct pend_damped *d = *damped;
     enum pend_status status = PEND_OK;
-    assert(d && !d->count);
+    assert(d && (!d->count || d->lossy));
     *done = 1;
-    if (!d->still)
+    if (d->lossy)
+        status = damped_take_lossy(d, done);
+    else if (!d->still)
         status = damped_solve(d, d->tree, d->loads);
     else if (!pend_still_step(d->still, d->square, d->square + d->n))
         *done = 0;

@@ -1,8 +1,8 @@
-/* Small motions of a real pendulum about an equilibrium: the modes there, damped or not, from
- * dense matrices.
- * Leaves to others: where it is (rest), ideal pendulums, whose modes need no matrix (modes), the
- * eigenvalues themselves (modes_gsl). Invariant: the equations are M x'' + C x' + K x = 0 in the
- * angles x from the equilibrium; drives that depend on time are left out. */
+/* Small motions of a real pendulum about an equilibrium: the modes there, damped or not: of
+ * few arms from dense matrices.
+ * Leaves to others: where it is (rest), many arms (still, lossy), ideal pendulums, whose modes need
+ * no matrix (modes), the eigenvalues themselves (modes_gsl). Invariant: the equations are M x'' + C
+ * x' + K x = 0 in the angles x from the equilibrium; drives that depend on time are left out. */
 #ifndef PEND_DAMPED_H
 #define PEND_DAMPED_H
 
@@ -13,6 +13,10 @@
 /* From so many coordinates on the modes of what loses nothing are found without a matrix: below,
  * dense ones are as quick. */
 enum { PEND_DAMPED_TREE = 24 };
+/* The most coordinates whose damped modes are found from dense matrices. */
+enum { PEND_DAMPED_DENSE = 100 };
+
+struct pend_lossy;
 
 /* Modes of n arms. Mode k moves as e^{(decay + i omega) t}: a pair of complex eigenvalues is one
  * mode, a real eigenvalue is one with omega = 0. */
@@ -28,6 +32,7 @@ struct pend_damped {
     const struct pend_loads *loads;
     struct pend_still *still;
     double *square; /* n + n^2 numbers of it */
+    struct pend_lossy *lossy;
 };
 
 /**
@@ -55,7 +60,7 @@ PEND_MUST_CHECK enum pend_status pend_damped_matrices(const struct pend_tree *tr
  * PEND_NO_MEMORY
  * PEND_NOT_FINITE the equilibrium was not found, or eigenvalues did not converge.
  * Modes are sorted: those that grow first, then by omega, then by decay. O(n^2) where
- * nothing damps, else O(n^3) with a matrix of 2 n rows.
+ * nothing damps or there are more than PEND_DAMPED_DENSE, else O(n^3) with a matrix of 2 n rows.
  */
 PEND_MUST_CHECK enum pend_status pend_damped_new(struct pend_damped **damped,
                                                  const struct pend_tree *tree,
@@ -78,7 +83,7 @@ PEND_MUST_CHECK enum pend_status pend_damped_begin(struct pend_damped **damped,
 
 /**
  * Goes on with the modes: some hundred sweeps over a tree of PEND_DAMPED_TREE arms or more that
- * loses nothing, else all at once.
+ * loses nothing, or of more than PEND_DAMPED_DENSE, else all at once.
  *
  * damped  not done yet; NULL on failure.
  * done    out, non-zero once all modes are there.

@@ -176,6 +176,11 @@ const double *pend_response_rest(const struct pend_response *response) {
     return response->phi;
 }
 
+const struct response_arms *pend_response_arms(const struct pend_response *response) {
+    assert(response_valid(response));
+    return &response->arms;
+}
+
 int pend_response_stable(const struct pend_response *response) {
     assert(response_valid(response));
     return response->stable;

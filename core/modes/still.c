@@ -191,7 +191,8 @@ static void still_bracket(struct pend_still *still) {
 /* true where the bracket of eigenvalue k cannot be halved to any use */
 static int still_narrow(const struct pend_still *still, int k) {
     double low = still->low[k], high = still->high[k], most = still->high[still->n - 1];
-    return high - low <= 0x1p-51 * fmax(fabs(low), fabs(high)) + 0x1p-70 * most;
+    // where nothing pulls back all are 0, whose bracket has no part to be narrow in
+    return high - low <= 0x1p-51 * fmax(fabs(low), fabs(high)) + 0x1p-70 * most + 0x1p-1000;
 }
 
 /* halves up to WIDE different brackets, from eigenvalue *from on; returns 0 if there are none */
