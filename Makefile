@@ -201,6 +201,10 @@ bench-precision: $(B)/tests/bench/precision/run ## the true error of every metho
 bench-horizon: $(B)/tests/bench/horizon/run ## horizons that are told over the truth, and what they cost: 200 motions, 500 members, 50 sections, in two minutes
 	$<
 
+bench-orbits: build ## periodic orbits beside a shooting with SciPy, in a minute
+	@docker/install.sh test
+	@/usr/bin/python3 -B tests/bench/orbits/bench_orbits.py $(B)
+
 bench-dynamics: $(B)/tests/bench/dynamics/run ## accelerations against MuJoCo and LAPACK where these are installed, in half a minute
 	$< $(T)
 

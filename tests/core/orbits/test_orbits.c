@@ -200,6 +200,33 @@ TEST(orbits_of_the_double_pendulum_have_the_multipliers_of_32_digits_up_to_2_rad
     }
 }
 
+/* the largest angle from hanging after a part of the period, and the largest rate, in 32 digits */
+static void seen_after(const struct found *f, double part, double *angle, double *rate) {
+    int n = f->tree->n;
+    double end[2 * MOST], low[2 * MOST];
+    moved(f, 0, part * f->period[0], -1, 0, end, low);
+    *angle = *rate = 0;
+    for (int k = 0; k < n; k++) {
+        *angle = fmax(*angle, fabs(end[k] + M_PI / 2));
+        *rate = fmax(*rate, fabs(end[n + k]));
+    }
+}
+
+/* between two rests, through the rest of the pendulum: arXiv:2505.13064 */
+TEST(orbits_of_five_links_swing_between_two_rests_through_the_hanging_one) {
+    for (int mode = 0; mode < 5; mode++) {
+        struct found *f = found_chain(5, mode, 0.4, 0);
+        double angle, rate;
+        found_search(f);
+        REQUIRE(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED);
+        seen_after(f, 0.25, &angle, &rate);
+        CHECK(angle < 1e-12 && rate > 0.1);
+        seen_after(f, 0.5, &angle, &rate);
+        CHECK(fabs(angle - 0.4) < 1e-12 && rate < 1e-11);
+        found_free(f);
+    }
+}
+
 TEST(orbits_of_larger_chains_come_back) {
     struct found *f = found_chain(20, 0, 0.6, 0);
     found_search(f);
