@@ -88,10 +88,12 @@ struct jets_loads {
     int couples;         /* torques act between arms */
     int springs, losses; /* among them those of springs and of friction */
     int drives, moves;   /* harmonics among the torques; the pivot moves */
+    double mist;         /* drag_per_mass: 2 gamma in units, of the expansion at hand */
     int orders;          /* of the forces, whose real parts in fixed axes stand where lambda will;
                           * of bodies those of G over the arms' lengths, but for order 0 */
-    struct bodies_system *bodies; /* of masses that are not points at tips, or of arms that hang
-                                   * elsewhere: their numbers and factorization; else NULL */
+    struct bodies_system *bodies; /* of masses that are not points at tips, of arms that hang
+                                   * elsewhere, or with drag per mass: their numbers and
+                                   * factorization; else NULL */
     double *bend;                 /* angles to the parents, of the first arm to the vertical */
     int seats;           /* of a tree of more than eight arms, empty ones included; else 0 */
     const int *seat;     /* of an arm; NULL = arms sit in stored order */
@@ -134,12 +136,12 @@ static inline int jets_loads_shape(int r) {
            r == PEND_TERM_AT_Y;
 }
 
-/** Non-zero if masses of a real pendulum are not all points at tips, or arms hang elsewhere. O(1).
- */
+/** Non-zero if masses of a real pendulum are not all points at tips, arms hang elsewhere, or there
+ * is drag per mass. O(1). */
 static inline int jets_loads_bodies(const struct pend_terms *terms) {
     for (int r = 0; r < PEND_TERM_ROWS; r++)
         if (terms->row[r] >= 0 && jets_loads_shape(r)) return 1;
-    return 0;
+    return terms->one[PEND_TERM_DRAG_PER_MASS] >= 0;
 }
 
 /** Non-zero if the quick kernels of one tree take it: of more than eight arms those of points.
@@ -147,7 +149,8 @@ static inline int jets_loads_bodies(const struct pend_terms *terms) {
  */
 static inline int jets_loads_suit(const struct pend_tree *tree, const struct pend_terms *terms) {
     if (tree->n > 8) return jets_loads_known(terms);
-    struct pend_terms points = *terms; // what would be left with points at the tips
+    struct pend_terms points = *terms; // what would be left with points at the tips, in no air
+    points.one[PEND_TERM_DRAG_PER_MASS] = -1;
     for (int r = 0; r < PEND_TERM_ROWS; r++)
         if (jets_loads_shape(r)) points.row[r] = -1;
     return jets_loads_known(&points);

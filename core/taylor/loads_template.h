@@ -56,6 +56,7 @@ static void loads_pivot(const struct jets_system *s, const struct loads_moment *
     for (int i = 0; i < 2; i++) {
         slide[i][0] = start[i];
         for (int j = 1; j < order; j++) slide[i][j] = lift[i][j - 1] * s->share[j - 1];
+        for (int j = 0; j < order; j++) lift[i][j] += loads->mist * slide[i][j];
     }
     lift[1][0] += now->gravity;
 }
@@ -122,6 +123,8 @@ static void loads_number(const struct jets_system *s, const double *value,
 static void loads_begin(const struct jets_system *s, const double *value,
                         const struct loads_moment *now, int order, int from) {
     struct jets_loads *loads = s->loads;
+    int mist = loads->terms->one[PEND_TERM_DRAG_PER_MASS];
+    loads->mist = mist < 0 ? 0 : 2 * value[mist] * now->unit;
     loads_number(s, value, now, order);
     if (!loads->bodies) loads_lift(s, loads->moves ? order : 1);
     if (loads->bodies) loads->bodies->value = value;
@@ -139,6 +142,61 @@ static void loads_product(const double *a, const double *b, int order, double *s
         for (int j = 0; j < last; j++) all = wide_fma(wide_of(a[j]), wide_load(b + k - j), all);
         memcpy(sum + k, &all, sizeof all);
     }
+}
+
+/* order k of the turns of arm a, k above 0 */
+VEC_INLINE void loads_turn(const struct jets_system *s, int a, int k, double *re, double *im) {
+    *re = k > 1 ? -s->turn_re[k * 8 + a] : 0;
+    *im = k > 1 ? s->turn_im[k * 8 + a] : s->rate[a];
+}
+
+/* The series of an arm's joint's velocity v, and of M v + 2 h u', rows of 8 arms. */
+struct loads_ways {
+    _Alignas(64) double x[LOADS_ORDERS][8], y[LOADS_ORDERS][8], rate[LOADS_ORDERS][8];
+    _Alignas(64) double all_x[LOADS_ORDERS][8], all_y[LOADS_ORDERS][8], inertia[8];
+};
+
+static void loads_ways(const struct jets_system *s, int order, struct loads_ways *to) {
+    const struct bodies_system *b = s->loads->bodies;
+    for (int a = 0; a < s->n; a++) {
+        int p = s->parent[a];
+        double C = s->cosine[a], Z = s->sine[a], re, im;
+        to->inertia[a] = b->inertia[a];
+        for (int k = 0; k < order; k++) {
+            double x = s->loads->slide_x[k], y = s->loads->slide_y[k], vx, vy;
+            if (p >= 0) x = to->x[k][p], y = to->y[k][p];
+            vx = C * x + Z * y, vy = C * y - Z * x;
+            if (p >= 0) {
+                loads_turn(s, p, k + 1, &re, &im);
+                vx += (k + 1) * (b->place_x[a] * re - b->place_y[a] * im);
+                vy += (k + 1) * (b->place_y[a] * re + b->place_x[a] * im);
+            }
+            loads_turn(s, a, k + 1, &re, &im);
+            re *= 2 * (k + 1), im *= 2 * (k + 1);
+            to->x[k][a] = vx, to->y[k][a] = vy, to->rate[k][a] = s->rate[k * 8 + a];
+            to->all_x[k][a] = b->body[a] * vx + (b->moment_x[a] * re - b->moment_y[a] * im);
+            to->all_y[k][a] = b->body[a] * vy + (b->moment_y[a] * re + b->moment_x[a] * im);
+        }
+    }
+}
+
+/* adds what drag per mass takes, orders below `order`: 2 gamma times the sum of m |v|^2, of an arm
+ * M |v|^2 + 2 Re (conj(v) h u') + J phi'^2 */
+static void loads_haze(const struct jets_system *s, int order, double *sum) {
+    struct loads_ways way;
+    memset(&way, 0, sizeof way);
+    loads_ways(s, order, &way);
+    for (int k = 0; k < order; k++)
+        for (int a = 0; a < s->n; a += WIDE) {
+            wide all = wide_of(0), spin = wide_of(0);
+            for (int j = 0; j <= k; j++) {
+                all = wide_fma(wide_get(way.x[j] + a), wide_get(way.all_x[k - j] + a), all);
+                all = wide_fma(wide_get(way.y[j] + a), wide_get(way.all_y[k - j] + a), all);
+                spin = wide_fma(wide_get(way.rate[j] + a), wide_get(way.rate[k - j] + a), spin);
+            }
+            all = wide_fma(wide_get(way.inertia + a), spin, all);
+            for (int i = 0; i < WIDE; i++) sum[k] += s->loads->mist * all[i];
+        }
 }
 
 /* the power of the pivot, orders below `order` */

@@ -144,8 +144,15 @@ VEC_INLINE void SMALL(recall)(const struct jets_system *s, int k, int order,
         for (int i = 0; i < PART_WIDTH; i++) {
             int j = k + i < order ? k + i : order - 1, way = (j + 1) * (j + 2);
             const double *row = loads->across + (j + 1) * LOADS_STRIDE + LANES;
-            asked->pulled[a][i] = -way * s->turn_re[(j + 2) * 8 + a];
-            asked->moment[a][i] = l * row[a] + J * (way * s->turn_im[(j + 2) * 8 + a]);
+            double kr = -way * s->turn_re[(j + 2) * 8 + a], chi = way * s->turn_im[(j + 2) * 8 + a];
+            if (loads->mist != 0) {
+                double re, im;
+                loads_turn(s, a, j + 1, &re, &im);
+                kr += (j + 1) * loads->mist * re;
+                chi += (j + 1) * loads->mist * im;
+            }
+            asked->pulled[a][i] = kr;
+            asked->moment[a][i] = l * row[a] + J * chi;
         }
     }
 }

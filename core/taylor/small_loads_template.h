@@ -11,9 +11,10 @@
  * is known, at the cost of the sums with lambda, and Re F_k is what the tree answers. The lambda =
  * Re (conj(u) F) are no part of the recurrences and are computed behind them.
  *
- * Bodies are no dearer an order: what their inertia adds, -J phi'' / l, is a force across as well.
- * Rods cost 1.4 (one arm) to 1.7 times (6) what point masses do, where the general kernel takes 2.7
- * to 3.6 times. */
+ * Drag per mass, -2 gamma m v, is of bodies' form too: phi'' + 2 gamma phi' stands for phi'', and
+ * so for u'' and the pivot's z''. Bodies are no dearer an order: what their inertia adds, -J phi''
+ * / l, is a force across as well. Rods cost 1.4 (one arm) to 1.7 times (6) what point masses do,
+ * where the general kernel takes 2.7 to 3.6 times. */
 
 /* where the forces of row i begin, or those across */
 VEC_INLINE double *SMALL(forces)(const struct jets_system *s, int i, int span) {
@@ -94,6 +95,29 @@ VEC_INLINE void SMALL(resist)(const struct SMALL(joints) * joints, const struct 
     for (int p = FORCES; p < PARTS; p++)
         forces->part[p] =
             PART_(fma)(-joints->inertia.part[p], SMALL(beside)(rates, p), forces->part[p]);
+}
+
+/* what drag per mass adds to the known parts of order k, which is not 0: 2 gamma u_{k+1} to Im T
+ * and to Re T, and less its part in phi'_k where inertia resists */
+VEC_INLINE void SMALL(haze)(const struct jets_system *s, int k, struct SMALL(pair) * question,
+                            struct SMALL(pair) * minus_re) {
+    PART share = PART_(of)(s->share[k]);
+    for (int p = 0; p < TURNS; p++) {
+        PART mist = SMALL(factor)(s->loads->mist, 0, p);
+        const double *turn = s->turn_re + (k + 1) * 8 + p * PART_WIDTH;
+        PART im = PART_(get)(s->turn_im + (turn - s->turn_re));
+        PART more = im - share * PART_(get)(SMALL(motion)(s, k, p));
+        question->part[p] = PART_(fma)(mist, PART_(get)(turn), question->part[p]);
+        minus_re->part[p] -= mist * more;
+    }
+}
+
+/* an answer without what drag per mass has of it, 2 gamma Im u_{k+1} */
+VEC_INLINE void SMALL(clear)(const struct jets_system *s, int k, struct SMALL(pair) * answer) {
+    for (int p = 0; p < TURNS; p++) {
+        const double *im = k ? s->turn_im + (k + 1) * 8 + p * PART_WIDTH : SMALL(motion)(s, 0, p);
+        answer->part[p] -= SMALL(factor)(s->loads->mist, 0, p) * PART_(get)(im);
+    }
 }
 
 /* number `lane` of the rates of a pair, which are in memory too */
@@ -212,11 +236,15 @@ VEC_INLINE void SMALL(order)(const struct jets_system *s, const struct SMALL(tab
                              const struct SMALL(known) * known, struct SMALL(pair) * question,
                              struct SMALL(pair) * answer, struct SMALL(pair) * motion,
                              struct SMALL(pair) * across, struct SMALL(turn) * turn) {
+    int hazy = bodies && s->loads->mist != 0;
+    struct SMALL(pair) real = known->minus_re;
     SMALL(give)(s, joints, k, question);
-    if (bodies) SMALL(resist)(joints, &known->minus_re, question);
+    if (hazy && k) SMALL(haze)(s, k, question, &real);
+    if (bodies) SMALL(resist)(joints, &real, question);
     *answer = SMALL(respond)(s, table, joints, k, bodies, question, motion);
-    SMALL(keep)(s, k, known, answer, motion, turn);
     if (bodies) SMALL(resist)(joints, answer, question);
+    if (hazy) SMALL(clear)(s, k, answer);
+    SMALL(keep)(s, k, known, answer, motion, turn);
     if (joints)
         SMALL(cross)(s, joints, k, question, motion, across);
     else
@@ -348,6 +376,7 @@ VEC_INLINE void SMALL(waste)(const struct jets_system *s, int order, double *sum
 static void SMALL(power)(const struct jets_system *s, int order, double *work, double *heat) {
     const struct jets_loads *loads = s->loads;
     if (loads->losses) SMALL(waste)(s, order, heat);
+    if (loads->mist != 0) loads_haze(s, order, heat);
     if (loads->couples && (loads->drives || loads->terms->row[PEND_TERM_TORQUE] >= 0))
         SMALL(effort)(s, loads->drives ? order : 1, order, work);
     if (loads->moves && loads->bodies && loads->orders) SMALL(ends)(s, order, 0);

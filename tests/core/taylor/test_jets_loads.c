@@ -19,7 +19,7 @@
 enum { ARMS = 104, ORDER = 20 };
 
 static const unsigned loads[] = {TEST_TERMS_SPRINGS, TEST_TERMS_DAMPING, TEST_TERMS_TORQUES,
-                                 TEST_TERMS_PIVOT, TEST_TERMS_RODS};
+                                 TEST_TERMS_PIVOT,   TEST_TERMS_RODS,    TEST_TERMS_MIST};
 enum { LOADS = sizeof loads / sizeof *loads };
 
 /* a state and the series about it */
@@ -188,7 +188,7 @@ TEST(quick_kernels_have_the_series_of_the_general_one_with_any_loads_on_all_smal
             if (n > 6 && i % 97) continue;
             unsigned what = 0;
             for (int bit = 0; bit < LOADS; bit++)
-                if ((trees % 31 + 1) >> bit & 1) what |= loads[bit];
+                if ((trees % 63 + 1) >> bit & 1) what |= loads[bit];
             struct test_tree t;
             test_tree_init(&t, n, parent, 0.3, &seed);
             pendulum_errors(&worst, &t, what, 0, (enum pend_isa)(trees % (pend_isa_best() + 1)),
@@ -291,8 +291,8 @@ TEST(quick_kernels_take_no_pendulum_with_any_other_term) {
         taken += jets_loads_suit(t.tree, terms);
         pend_terms_free(&terms);
     }
-    // all that say where masses are and where arms hang, damping, stiffness and rest, torque, and
-    // the two of the pivot's acceleration
-    CHECK_INT(taken, 7 + 6);
+    // all that say where masses are and where arms hang, damping, stiffness and rest, torque, drag
+    // per mass, and the two of the pivot's acceleration
+    CHECK_INT(taken, 7 + 4 + 3);
     test_tree_clear(&t);
 }
