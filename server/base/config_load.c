@@ -80,11 +80,26 @@ static int load_listen_good(const char *value) {
     return !memchr(value, ':', (size_t)(colon - value));
 }
 
-/* only what an origin has, since it becomes part of a header */
+/* *, none, or origins with commas between: only what an origin has, since it becomes part of a
+ * header */
 static int load_frames_good(const char *list) {
-    static const char origin[] = "abcdefghijklmnopqrstuvwxyz0123456789-.:/*[], ";
-    size_t bytes = strlen(list);
-    return bytes > 0 && bytes < SRV_CONFIG_TEXT && strspn(list, origin) == bytes;
+    static const char host[] = "abcdefghijklmnopqrstuvwxyz0123456789-.:*[]";
+    if (strlen(list) >= SRV_CONFIG_TEXT) return 0;
+    if (!strcmp(list, "*") || !strcmp(list, "none")) return 1;
+    for (;;) {
+        list += strspn(list, " ");
+        size_t scheme = strcspn(list, ":");
+        if ((scheme != 5 || strncmp(list, "https", 5)) && (scheme != 4 || strncmp(list, "http", 4)))
+            return 0;
+        list += scheme;
+        if (strncmp(list, "://", 3)) return 0;
+        size_t bytes = strspn(list + 3, host);
+        if (!bytes) return 0;
+        list += 3 + bytes;
+        list += strspn(list, " ");
+        if (!*list) return 1;
+        if (*list++ != ',') return 0;
+    }
 }
 
 /* what a word of a kind must be, where it is not; NULL where it is good, or no such word */

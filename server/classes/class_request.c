@@ -35,8 +35,7 @@ static void request_free(void *more) {
     free(gone);
 }
 
-/* Reads the code at the beginning of the path, in capitals. Returns 0 if it cannot be a code. */
-static int request_read_code(const char *path, char code[SRV_CLASS_CODE]) {
+int srv_class_request_read_code(const char *path, char code[SRV_CLASS_CODE]) {
     size_t bytes = strcspn(path, "/");
     assert(sizeof request_letters - 1 == 32);
     if (bytes != SRV_CLASS_CODE - 1) return 0;
@@ -108,7 +107,7 @@ static int request_names(struct srv_class_request *own) {
             return 0;
         }
     }
-    if (request_read_code(exchange->argument, own->code)) return 1;
+    if (srv_class_request_read_code(exchange->argument, own->code)) return 1;
     request_nowhere(own);
     return 0;
 }

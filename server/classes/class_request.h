@@ -68,6 +68,12 @@ int srv_class_request_pace(struct srv_store_request *asked, enum srv_pace pace, 
  * without random numbers. */
 int srv_class_request_token(struct srv_store_request *asked);
 
+/**
+ * Reads a room's code at the beginning of a path, up to the next slash, in capitals. Returns 0 if
+ * what stands there cannot be a code.
+ */
+int srv_class_request_read_code(const char *path, char code[SRV_CLASS_CODE]);
+
 /** Makes a code. Returns 0 without random numbers. */
 int srv_class_request_code(char code[SRV_CLASS_CODE]);
 

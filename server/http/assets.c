@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "api/call/openapi.h"
+#include "server/classes/class_request.h"
 
 /* what a document may load: this server's own, the engine (WebAssembly) among it; who may frame it
  * stands behind */
@@ -86,6 +87,19 @@ static const char *assets_framed(struct srv_exchange *exchange) {
 void srv_assets_index(struct srv_exchange *exchange) {
     int embeds = assets_embeds(exchange->query);
     assets_document(exchange, "index.html", embeds ? assets_framed(exchange) : assets_alone);
+}
+
+void srv_assets_room(struct srv_exchange *exchange) {
+    static const char page[] = "/?room=";
+    char *location = srv_exchange_text(exchange, sizeof page + SRV_CLASS_CODE);
+    if (!location) return;
+    strcpy(location, page);
+    int code = srv_class_request_read_code(exchange->argument, location + sizeof page - 1);
+    assert(code);
+    (void)code;
+    srv_exchange_static(exchange, 302, NULL, NULL, 0);
+    srv_exchange_header(exchange, "Location", location);
+    srv_exchange_header(exchange, "Cache-Control", "no-cache");
 }
 
 void srv_assets_docs(struct srv_exchange *exchange) {

@@ -27,6 +27,10 @@ extern const char srv_assets_digest[]; /* of all files, 16 hexadecimal digits */
  * everything else in none. */
 void srv_assets_index(struct srv_exchange *exchange);
 
+/** GET /{room}: 302 to the page in the room of this code, /?room=CODE, whether there is one or not;
+ * short enough for a blackboard. */
+void srv_assets_room(struct srv_exchange *exchange);
+
 /** GET /docs: the API's reference page. */
 void srv_assets_docs(struct srv_exchange *exchange);
 

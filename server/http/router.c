@@ -8,6 +8,7 @@
 #include "server/work/result.h"
 #include "server/http/assets.h"
 #include "server/classes/class_reports.h"
+#include "server/classes/class_request.h"
 #include "server/classes/classes.h"
 #include "server/work/compute.h"
 #include "server/protocol/cors.h"
@@ -74,6 +75,7 @@ static const struct srv_route router_table[] = {
     ROUTER_LATER("PUT", "/v1/classes/{code}/{kind}/{id}", srv_classes_put, SRV_ROUTE_COUNTED),
     ROUTER_LATER("DELETE", "/v1/classes/{code}/{kind}/{id}", srv_classes_remove, SRV_ROUTE_COUNTED),
     ROUTER_AT_ONCE("GET", "/", srv_assets_index, 0),
+    ROUTER_AT_ONCE("GET", "/{room}", srv_assets_room, 0),
     ROUTER_AT_ONCE("GET", "/docs", srv_assets_docs, 0),
     ROUTER_AT_ONCE("GET", "/page/{digest}/{file}", srv_assets_file, 0),
     ROUTER_AT_ONCE("GET", "/openapi.json", srv_assets_description, 0),
@@ -101,10 +103,11 @@ const char *srv_router_label(int i) {
 }
 
 /* Matches a path with a pattern. A variable stands between two slashes; {file} is the rest of the
- * path, slashes included. On success *argument and *bytes receive the part from the first variable
- * to the end of the last one, or NULL if there is none. */
+ * path, slashes included; {room} is a room's code and nothing else. On success *argument and *bytes
+ * receive the part from the first variable to the end of the last one, or NULL if there is none. */
 static int router_match(const char *pattern, const char *path, const char **argument,
                         size_t *bytes) {
+    char code[SRV_CLASS_CODE];
     *argument = NULL;
     *bytes = 0;
     while (*pattern) {
@@ -115,7 +118,8 @@ static int router_match(const char *pattern, const char *path, const char **argu
         if (!*pattern) break;
         size_t name = strcspn(pattern, "}") + 1,
                part = !strcmp(pattern, "{file}") ? strlen(path) : strcspn(path, "/");
-        if (!part) return 0;
+        if (!part || (!strcmp(pattern, "{room}") && !srv_class_request_read_code(path, code)))
+            return 0;
         if (!*argument) *argument = path;
         pattern += name;
         path += part;

@@ -69,6 +69,15 @@ def problem(what, answer, status):
           and document.get("title") and document.get("detail"), f"{got} {headers.get('Content-Type')} {data[:200]}")
 
 
+def frames(front):
+    """The embed view may be framed by whom pendulumd says, the rest by nobody."""
+    for path, own, policy in (("/?embed=1", None, "frame-ancestors *"), ("/?room=PK7TR&embed=1", None, "frame-ancestors *"),
+                              ("/", "DENY", "frame-ancestors 'none'"), ("/docs?embed=1", "DENY", "frame-ancestors 'none'")):
+        _, headers, _ = ask(front, "GET", path)
+        check(f"{path}: X-Frame-Options is {own}", headers.get("X-Frame-Options") == own, headers.get("X-Frame-Options"))
+        check(f"{path}: {policy}", (headers.get("Content-Security-Policy") or "").endswith(policy), headers.get("Content-Security-Policy"))
+
+
 def passes(front, back):
     for what, method, path, body, headers in (
             ("a POST", "POST", "/v1/trees", LITTLE, JSON), ("a GET", "GET", "/v1/presets", None, {}),
@@ -317,6 +326,7 @@ def behind_nginx(build):
         log = pathlib.Path(directory, "log")
         with daemon_at(build, "127.0.0.1:0", log) as back:
             with nginx(shipped_nginx([back.port])) as front:
+                frames(front)
                 passes(front, back)
                 refused(front)
                 clients(front, log)

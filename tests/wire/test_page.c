@@ -42,6 +42,29 @@ TEST(documents_of_the_page_may_load_from_this_server_only) {
     test_server_stop(&server);
 }
 
+TEST(the_code_of_a_room_leads_to_the_page_in_it_and_nothing_else_does) {
+    static const struct {
+        const char *method, *path;
+        int status;
+        const char *to;
+    } row[] = {{"GET", "/PK7TR", 302, "/?room=PK7TR"},  {"GET", "/pk7tr", 302, "/?room=PK7TR"},
+               {"HEAD", "/PK7TR", 302, "/?room=PK7TR"}, {"GET", "/PK7T", 404, NULL},
+               {"GET", "/PK7TRR", 404, NULL},           {"GET", "/PK1TR", 404, NULL},
+               {"GET", "/PK7TR/", 404, NULL},           {"POST", "/PK7TR", 405, NULL},
+               {"POST", "/nowhere", 404, NULL}};
+    struct test_reply reply;
+    struct test_server *server = test_server_start(NULL);
+    REQUIRE(server != NULL);
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        CHECK_INT(test_request(server, &reply, row[i].method, row[i].path, "", NULL),
+                  row[i].status);
+        const char *to = test_reply_header(&reply, "Location");
+        CHECK_TEXT(to ? to : "", row[i].to ? row[i].to : "");
+        test_reply_clear(&reply);
+    }
+    test_server_stop(&server);
+}
+
 TEST(only_the_embed_view_may_be_framed_and_only_by_whom_the_option_lists) {
     static const struct {
         const char *list, *path, *frames;

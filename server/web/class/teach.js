@@ -64,7 +64,7 @@ function deskOf(room, fault) {
 }
 
 /** The address that leads into the room. @param {Room} room */
-const addressOf = ({ session }) => `${location.origin}/?room=${session.entry?.code}`;
+const addressOf = ({ session }) => `${location.origin}/${session.entry?.code}`;
 
 /** @param {Room} room */
 function codePart(room) {

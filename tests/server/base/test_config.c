@@ -165,6 +165,37 @@ TEST(a_bad_value_is_refused_by_name) {
     }
 }
 
+TEST(who_may_frame_the_embed_view_is_anybody_nobody_or_origins) {
+    static const char *const good[] = {"*", "none", "https://a.example", "https://*.a.example:8443",
+                                       "http://[::1]:8080,https://b.example"};
+    static const char *const bad[] = {"a.example",
+                                      "https://",
+                                      "https://a.example;script-src",
+                                      "'self'",
+                                      "*,none",
+                                      "none,https://a.example",
+                                      "https://a.example,",
+                                      "https://a.example/path",
+                                      "ftp://a.example",
+                                      "data:",
+                                      ","};
+    struct srv_config config;
+    struct pend_error error;
+    char line[128];
+    for (size_t i = 0; i < sizeof good / sizeof *good; i++) {
+        snprintf(line, sizeof line, "--frame-ancestors %s", good[i]);
+        CHECK_SAYING(config_of(&config, line, NULL, NULL, &error) == PEND_OK, "%s is refused",
+                     line);
+        CHECK_TEXT(config.frame_ancestors, good[i]);
+    }
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        snprintf(line, sizeof line, "--frame-ancestors %s", bad[i]);
+        CHECK_SAYING(config_of(&config, line, NULL, NULL, &error) == PEND_INVALID, "%s is taken",
+                     line);
+        CHECK(strstr(error.text, "frame-ancestors") && strstr(error.text, "https://example.org"));
+    }
+}
+
 TEST(a_bad_file_is_refused_with_its_line) {
     static const struct {
         const char *text, *word;
