@@ -5,6 +5,7 @@
 
 import { createEngine } from "./engine.js";
 import { bearer } from "./keep.js";
+import { refusal } from "./problems.js";
 
 const TRIES = 6;
 const LONGEST_WAIT = 20;
@@ -39,17 +40,13 @@ export class Failure extends Error {
 export const gaveUp = (error) => error instanceof Error && error.name === "AbortError";
 
 /**
- * A failure in words, of the texts where it is the server's absence, else the server's own.
+ * A failure in words, of the texts.
  * @param {any} failure @param {Text} text
  */
 export function said(failure, text) {
   if (failure.kind !== "refused")
     return text(`failure.${failure.kind}`, { status: failure.status });
-  /** @type {Problem | null} */
-  const problem = failure.problem;
-  const faults = (problem?.errors ?? []).map((fault) => `${fault.pointer || "/"}: ${fault.detail}`);
-  const first = problem?.detail ?? text("failure.refused", { status: failure.status });
-  return faults.length ? faults.join("; ") : first;
+  return refusal(failure.status, failure.problem, text);
 }
 
 /** @param {Response} reply @returns {Promise<Problem | null>} */

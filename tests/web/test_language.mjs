@@ -63,3 +63,70 @@ export async function words_that_do_not_come_are_told_and_the_page_speaks_englis
   await speaks(page, "de");
   await close(page);
 }
+
+export async function what_the_server_refuses_is_told_in_the_page_s_language(rig) {
+  const page = await rig.open({ language: "fr" });
+  const words = await wordsOf("fr");
+  const said = async (change) => {
+    await page.evaluate(change);
+    await page.waitForSelector(".notice.bad:not([hidden])");
+    return page.innerText(".notice.bad span");
+  };
+  page.forgiven.push(/422/);
+  const number = await said(() => pendulumd.store.set({ pendulum: { ...pendulumd.store.get().pendulum, mass: [1, 1, 0, 1] } }));
+  const what = words["problem.arm"].replace("{what}", words["arm.mass"]).replace("{arm}", "3");
+  assert.equal(number, words["arm.wrong.positive"].replace("{what}", what));
+  await page.evaluate(() => pendulumd.undo());
+  const limit = await said(() => pendulumd.store.set({ rtol: 5 }));
+  assert.equal(limit, words["problem.value"].replace("{what}", words["step.tolerance"]));
+  await close(page);
+}
+
+const ARABIC = {
+  name: "أشجار النواس", language: "اللغة", theme: "فاتح أو داكن", undo: "تراجع", redo: "إعادة", new: "جديد", close: "إغلاق", drawers: "أدوات",
+  "drawer.presets": "أمثلة", "drawer.physics": "فيزياء", "drawer.plots": "منحنيات", "drawer.modes": "أنماط", "drawer.compare": "مقارنة", "drawer.measure": "قياس",
+  "drawer.method": "طريقة", "drawer.equations": "معادلات", "drawer.share": "مشاركة", "drawer.worksheet": "ورقة عمل", "drawer.class": "الصف",
+  "presets.title": "أمثلة", "presets.words": "انقر على مثال ليتحرك.", "presets.arms.zero": "بلا أذرع", "presets.arms.one": "ذراع واحدة", "presets.arms.two": "ذراعان",
+  "presets.arms.few": "{count} أذرع", "presets.arms.many": "{count} ذراعًا", "presets.arms.other": "{count} ذراع",
+  "legend.tension": "شد: يسحب الطرف إلى الداخل", "legend.compression": "ضغط: يدفعه إلى الخارج", "arm.name": "الذراع {arm}", "arm.length": "الطول", "arm.mass": "الكتلة",
+  "arm.angle": "زاوية البداية θ", "arm.rate": "سرعة البداية ω", "arm.add": "أضف ذراعًا", "time.play": "تشغيل", "time.pause": "إيقاف",
+};
+
+/** The page with a language that is written from right to left, and has six plural forms: a few words of it, the rest in English. */
+function arabic(rig, english) {
+  const module = (words) => `export default ${JSON.stringify(words)};`;
+  rig.front.fault = (asked, reply) => {
+    const [, part] = /\/text\/ar\/(\w+)\.js/.exec(asked.url) ?? [];
+    const list = asked.url.includes("/text/languages.js") ? 'export const LANGUAGES = { en: "English", ar: "العربية" };' : null;
+    if (!part && !list) return false;
+    reply.writeHead(200, { "Content-Type": "text/javascript; charset=utf-8" }).end(list ?? module({ ...english[part], ...ARABIC }));
+    return true;
+  };
+}
+
+export async function a_language_from_right_to_left_turns_the_page_and_has_its_own_plurals(rig) {
+  arabic(rig, { page: await wordsOf("en"), drawers: await wordsOf("en", "drawers") });
+  for (const [name, size] of [["wide", {}], ["phone", { width: 390, height: 844, touch: true }]]) {
+    const page = await rig.open({ path: "/?lang=ar", cold: true, ...size });
+    await page.waitForFunction((words) => document.querySelector("h1")?.textContent === words, ARABIC.name);
+    assert.deepEqual(await page.evaluate(() => [document.documentElement.lang, document.documentElement.dir]), ["ar", "rtl"]);
+    await openDrawer(page, "presets");
+    await page.waitForSelector('[data-preset="mobile"]:not([disabled])');
+    await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(3.3); pendulumd.edits.select(3); });
+    await drawn(page);
+    await rig.shot(page, `language-rtl-${name}`);
+    assert.equal(await page.textContent('[data-preset="single"] .quiet'), ARABIC["presets.arms.one"]);
+    assert.equal(await page.textContent('[data-preset="double"] .quiet'), ARABIC["presets.arms.two"]);
+    assert.equal(await page.textContent('[data-preset="triple"] .quiet'), ARABIC["presets.arms.few"].replace("{count}", "3"));
+    const box = (selector) => page.evaluate((what) => document.querySelector(what).getBoundingClientRect().toJSON(), selector);
+    const [title, tools, play, slider] = [await box("h1"), await box("#header .tools"), await box("#timebar button"), await box("#timebar input[type=range]")];
+    assert.ok(title.left > tools.left, "the head begins at the right");
+    assert.ok(play.left < slider.left, "time runs from left to right, as in every plot");
+    const wide = await page.evaluate(() => [document.documentElement.scrollWidth - innerWidth, document.querySelector("#drawers .panels").getBoundingClientRect().left]);
+    assert.ok(wide[0] <= 0 && wide[1] >= 0, `${name}: ${wide} pixels beside the screen`);
+    await openDrawer(page, "plots");
+    await drawn(page);
+    await rig.shot(page, `language-rtl-plots-${name}`);
+    await close(page);
+  }
+}

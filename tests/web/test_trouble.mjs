@@ -94,7 +94,7 @@ export async function a_refusal_is_told_in_the_server_s_words_and_undone(rig) {
   const page = await rig.open();
   page.forgiven.push(FORGIVEN);
   await page.evaluate(() => pendulumd.store.set({ rtol: 5 }));
-  await told(page, /rtol/);
+  await told(page, /^tolerance: must be /);
   await rig.shot(page, "refused_422");
   await page.click(".notice button");
   await moving(page);
