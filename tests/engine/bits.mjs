@@ -4,7 +4,6 @@
 // Leaves to others: building both (tests/rules/engine.sh).
 // Invariant: a byte that differs is a failure, and its request is shown.
 import { spawn } from "node:child_process";
-import { once } from "node:events";
 import { readFileSync } from "node:fs";
 
 import { createEngine } from "../../server/web/engine_module.js";
@@ -26,11 +25,13 @@ function here(asked) {
 }
 
 const child = spawn(native, { stdio: ["pipe", "pipe", "inherit"] });
+const chunks = child.stdout[Symbol.asyncIterator]();
 let rest = Buffer.alloc(0);
 const read = async (bytes) => {
   while (rest.length < bytes) {
-    const [chunk] = await once(child.stdout, "data");
-    rest = Buffer.concat([rest, chunk]);
+    const { value, done } = await chunks.next();
+    if (done) throw new Error(`the native door ended before its answer: ${child.exitCode} ${child.signalCode}`);
+    rest = Buffer.concat([rest, value]);
   }
   const taken = rest.subarray(0, bytes);
   rest = rest.subarray(bytes);
