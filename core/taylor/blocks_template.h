@@ -174,7 +174,9 @@ VEC_INLINE void blocks_known(const struct jets_system *s, const struct blocks *b
         block_put(at, BLOCK_TR, known.Tr);
         block_put(at, BLOCK_TI, known.Ti);
         if (!couples) block_put(at, BLOCK_CR, known.cr);
-        block_put(at, BLOCK_S, couples ? couples_across(s, a, k, known.ci) : known.ci * share);
+        block_put(at, BLOCK_S,
+                  couples ? couples_across(s, row + (size_t)k * BLOCK_ARMS, k, known.ci)
+                          : known.ci * share);
     }
 }
 

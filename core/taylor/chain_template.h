@@ -296,6 +296,7 @@ VEC_INLINE void chain_known(const struct jets_system *s, const struct chain *cha
     wide share = wide_of(s->share[k]);
     for (int piece = 0; piece < chain->count; piece++) {
         double *at = chain_at(chain, piece);
+        size_t row = (size_t)piece * s->tile + (size_t)k * CHAIN_ARMS;
         for (int h = 0; h < CHAIN_ARMS; h += WIDE) {
             struct chain_sums now =
                 k % 2 ? chain_odd(s, at, piece, h, k) : chain_even(s, at, piece, h, k, couples);
@@ -303,7 +304,7 @@ VEC_INLINE void chain_known(const struct jets_system *s, const struct chain *cha
             chain_put(at, CHAIN_TI, h, now.Ti);
             if (!couples) chain_put(at, CHAIN_CR, h, now.cr);
             chain_put(at, CHAIN_S, h,
-                      couples ? couples_across(s, piece * CHAIN_ARMS + h, k, now.ci - now.cr)
+                      couples ? couples_across(s, row + (size_t)h, k, now.ci - now.cr)
                               : now.ci * share);
         }
     }
@@ -418,7 +419,7 @@ VEC_INLINE void chain_quarter(const struct jets_system *s, const struct chain *c
 /* order k, and meanwhile half of the old terms of order `later` */
 VEC_INLINE void chain_solve(const struct jets_system *s, const struct chain *chain,
                             struct couples_lift lift, int k, int later, int half, int couples) {
-    if (couples) couples_order(s, k);
+    if (couples) couples_chain_order(s, k);
     chain_known(s, chain, k, couples);
     chain_ask(chain);
     if (lift.y != 0 || lift.x != 0) chain_hang(s, chain, lift);

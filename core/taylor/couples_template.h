@@ -35,20 +35,41 @@ static void couples_motors(const struct jets_system *s, const struct loads_momen
     }
 }
 
+/* numbers of a term of WIDE arms from k on, 0 where there are none */
+VEC_INLINE wide couples_row(const struct jets_loads *loads, enum pend_term_row row, int k) {
+    int at = loads->terms->row[row], n = loads->terms->n;
+    if (at < 0) return wide_of(0);
+    if (k + WIDE <= n) return wide_load(loads->value + at + k);
+    wide x = wide_of(0);
+    for (int i = 0; k + i < n; i++) x[i] = loads->value[at + k + i];
+    return x;
+}
+
+/* the numbers of WIDE arms from k on go to their seats */
+VEC_INLINE void couples_sit(const struct jets_system *s, double *to, int k, wide x) {
+    const int *seat = s->loads->seat;
+    if (!seat) {
+        wide_put(to + k, x);
+        return;
+    }
+    for (int i = 0; i < WIDE && k + i < s->n; i++) to[seat[k + i]] = x[i];
+}
+
 /* what is known before the first order; rates of order 0 are there */
 static void couples_begin(const struct jets_system *s, const struct loads_moment *now, int order) {
     const struct jets_loads *loads = s->loads;
-    const struct pend_terms *terms = loads->terms;
-    const double *value = loads->value;
+    // pi / 2 as a sum of two
+    const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54;
     double unit = now->unit, square = unit * unit;
-    for (int k = 0; k < s->n; k++) {
-        int at = couples_seat(loads, k);
-        double stiff = square * pend_terms_get(terms, value, PEND_TERM_STIFFNESS, k);
-        double bend = loads->springs ? loads->bend[k] : 0;
-        loads->hold[at] = unit * pend_terms_get(terms, value, PEND_TERM_DAMPING, k);
-        loads->stiff[at] = stiff;
-        loads->fixed[at] = square * pend_terms_get(terms, value, PEND_TERM_TORQUE, k) -
-                           stiff * (bend - pend_terms_get(terms, value, PEND_TERM_REST, k));
+    for (int k = 0; k < s->n; k += WIDE) {
+        wide high = wide_get(s->angle + k), low = wide_get(s->angle_low + k);
+        if (!k) high[0] += quarter, low[0] += quarter_low;
+        wide stiff = square * couples_row(loads, PEND_TERM_STIFFNESS, k);
+        wide bent = (high + low) - couples_row(loads, PEND_TERM_REST, k);
+        wide fixed = square * couples_row(loads, PEND_TERM_TORQUE, k) - stiff * bent;
+        couples_sit(s, loads->hold, k, unit * couples_row(loads, PEND_TERM_DAMPING, k));
+        couples_sit(s, loads->stiff, k, stiff);
+        couples_sit(s, loads->fixed, k, fixed);
     }
     for (int a = 0; a < loads->seats; a += WIDE)
         wide_put(loads->spin + a, wide_get(s->rate + jets_row(s, a)));
@@ -57,51 +78,79 @@ static void couples_begin(const struct jets_system *s, const struct loads_moment
 
 /* ---- once an order */
 
-/* numbers at the parents or first children of the seats from a on */
-VEC_INLINE wide couples_beside(const double *at, int near, const int *seats, int a) {
-    if (near != LOADS_APART) return wide_load(at + near + a % COUPLES_ARMS);
-    return wide_gather(at, seats + a);
+/* the torques of an order between arms and what carries them, the arms from a on, whose series are
+ * at `row`; `less` is minus what rates of the order before are over as angles of this one */
+VEC_INLINE wide couples_torque(const struct jets_loads *loads, int a, size_t row, int k, wide less,
+                               wide up) {
+    wide slip = wide_get(loads->spin + a) - up;
+    wide torque = wide_get(k ? loads->slip + a : loads->fixed + a);
+    if (k) torque *= less * wide_get(loads->stiff + a);
+    if (loads->drives) torque += wide_get(loads->motor + row);
+    wide_put(loads->slip + a, slip);
+    return torque - wide_get(loads->hold + a) * slip;
 }
 
-/* the torques of order k between arms and what carries them, from the rates in `spin` */
-VEC_INLINE void couples_torques(const struct jets_system *s, int k) {
-    const struct jets_loads *loads = s->loads;
-    for (int a = 0; a < loads->seats; a += WIDE) {
-        size_t row = jets_row(s, a) + (size_t)k * COUPLES_ARMS;
-        int near = loads->near[a / COUPLES_ARMS].parent;
-        wide slip = wide_get(loads->spin + a) - couples_beside(loads->spin, near, loads->parent, a);
-        wide torque = wide_get(loads->fixed + a);
-        wide_put(loads->slip + row, slip);
-        if (k)
-            torque = wide_get(loads->stiff + a) *
-                     (wide_of(-s->share[k - 1]) * wide_get(loads->slip + row - COUPLES_ARMS));
-        torque -= wide_get(loads->hold + a) * slip;
-        if (loads->drives) torque += wide_get(loads->motor + row);
-        wide_put(loads->torque + a, torque);
+/* the torques of eight seats */
+VEC_INLINE void couples_torques(const struct jets_loads *loads, int tile, size_t row, int k,
+                                wide less) {
+    const double *spin = loads->spin, *near = spin + loads->near[tile].parent;
+    const int *parent = loads->near[tile].parent == LOADS_APART ? loads->parent : NULL;
+    for (int h = 0; h < COUPLES_ARMS; h += WIDE) {
+        int a = tile * COUPLES_ARMS + h;
+        wide up = parent ? wide_gather(spin, parent + a) : wide_load(near + h);
+        wide_put(loads->torque + a, couples_torque(loads, a, row + (size_t)h, k, less, up));
     }
 }
 
-/* the forces across of order k times the lengths go to `bent` */
-static void couples_order(const struct jets_system *s, int k) {
-    const struct jets_loads *loads = s->loads;
-    couples_torques(s, k);
-    for (int a = 0; a < loads->seats; a += WIDE) {
-        int near = loads->near[a / COUPLES_ARMS].child;
-        wide_put(loads->bent + a, wide_get(loads->torque + a) -
-                                      couples_beside(loads->torque, near, loads->child, a));
+/* the same less those of the first children, as forces across */
+VEC_INLINE void couples_cross(const struct jets_loads *loads, int tile, size_t row) {
+    const double *torque = loads->torque, *near = torque + loads->near[tile].child;
+    const int *child = loads->near[tile].child == LOADS_APART ? loads->child : NULL;
+    for (int h = 0; h < COUPLES_ARMS; h += WIDE) {
+        int a = tile * COUPLES_ARMS + h;
+        wide below = child ? wide_gather(torque, child + a) : wide_load(near + h);
+        wide_put(loads->cross + row + h,
+                 (wide_get(torque + a) - below) * wide_get(loads->part + a));
     }
-    for (int i = 0; i < loads->kids; i++)
-        loads->bent[loads->kid[i].parent] -= loads->torque[loads->kid[i].child];
 }
 
-/*
- * The known force across over the order, from what the convolutions say of it (`ci`, less their
- * real parts); its series is kept.
- */
-VEC_INLINE wide couples_across(const struct jets_system *s, int a, int k, wide ci) {
-    const struct jets_loads *loads = s->loads;
-    wide cross = wide_fma(wide_get(loads->bent + a), wide_get(loads->part + a), ci);
-    wide_put(loads->cross + jets_row(s, a) + (size_t)k * COUPLES_ARMS, cross);
+/* the known forces across of order k that torques make go to `cross` */
+VEC_INLINE void couples_order(const struct jets_system *s, int k) {
+    const struct jets_loads loads = *s->loads;
+    size_t order = (size_t)k * COUPLES_ARMS;
+    wide less = wide_of(k ? -s->share[k - 1] : 0);
+    for (int tile = 0; tile < s->tiles; tile++)
+        couples_torques(&loads, tile, (size_t)tile * s->tile + order, k, less);
+    for (int tile = 0; tile < s->tiles; tile++)
+        couples_cross(&loads, tile, (size_t)tile * s->tile + order);
+    double *cross = loads.cross + order;
+    for (const struct loads_kid *kid = loads.kid; kid < loads.kid + loads.kids; kid++)
+        cross[kid->row] -= loads.torque[kid->child] * kid->part;
+}
+
+/* the same of a chain, whose arms' neighbours are those before and after them */
+VEC_INLINE void couples_chain_order(const struct jets_system *s, int k) {
+    const struct jets_loads loads = *s->loads;
+    wide less = wide_of(k ? -s->share[k - 1] : 0), after = wide_of(0);
+    for (int tile = s->tiles - 1; tile >= 0; tile--) {
+        size_t row = (size_t)tile * s->tile + (size_t)k * COUPLES_ARMS;
+        for (int h = COUPLES_ARMS - WIDE; h >= 0; h -= WIDE) {
+            int a = tile * COUPLES_ARMS + h;
+            wide up = wide_unshift(wide_get(loads.spin + a - WIDE), wide_get(loads.spin + a));
+            wide torque = couples_torque(&loads, a, row + (size_t)h, k, less, up);
+            wide_put(loads.cross + row + h,
+                     (torque - wide_shift(torque, after)) * wide_get(loads.part + a));
+            after = torque;
+        }
+    }
+}
+
+/* the known force across over the order, from what the convolutions say of it (`ci`, less their
+ * real parts); its series is kept. `row` is where order k of the arms is. */
+VEC_INLINE wide couples_across(const struct jets_system *s, size_t row, int k, wide ci) {
+    double *at = s->loads->cross + row;
+    wide cross = wide_get(at) + ci;
+    wide_put(at, cross);
     return cross * wide_of(s->share[k]);
 }
 
@@ -112,8 +161,7 @@ struct couples_lift {
 
 VEC_INLINE struct couples_lift couples_lift(const struct jets_system *s, double gravity, int k) {
     const struct jets_loads *loads = s->loads;
-    if (!loads) return (struct couples_lift){0, k ? 0 : gravity};
-    if (k && !loads->moves) return (struct couples_lift){0, 0};
+    if (!loads || !loads->moves) return (struct couples_lift){0, k ? 0 : gravity};
     return (struct couples_lift){loads->lift_x[k] * s->share[k], loads->lift_y[k] * s->share[k]};
 }
 
@@ -164,7 +212,7 @@ static void couples_product(const struct jets_system *s, const double *factor, c
     memset(all, 0, sizeof all);
     for (int a = 0; a < s->loads->seats; a += WIDE) {
         size_t row = jets_row(s, a);
-        const double *slip = s->loads->slip + row, *other = with + row;
+        const double *slip = s->loads->slips + row, *other = with + row;
         wide size = factor ? wide_get(factor + a) : wide_of(1);
         for (int k = 0; k < order; k++) {
             wide part = wide_of(0);
@@ -179,6 +227,20 @@ static void couples_product(const struct jets_system *s, const double *factor, c
         for (int i = 0; i < COUPLES_ARMS; i++) sum[k] += all[k][i / WIDE][i % WIDE];
 }
 
+/* rates less those of the parents, orders below `order` */
+static void couples_slips(const struct jets_system *s, int order) {
+    const struct jets_loads *loads = s->loads;
+    for (int k = 0; k < order; k++) {
+        size_t at = (size_t)k * COUPLES_ARMS;
+        for (int a = 0; a < loads->seats; a += WIDE)
+            wide_put(loads->spin + a, wide_get(s->rate + jets_row(s, a) + at));
+        for (int a = 0; a < loads->seats; a += WIDE) {
+            wide up = wide_gather(loads->spin, loads->parent + a);
+            wide_put(loads->slips + jets_row(s, a) + at, wide_get(loads->spin + a) - up);
+        }
+    }
+}
+
 /* the constant torques' power */
 static void couples_constant(const struct jets_system *s, int order, double *sum) {
     const struct jets_loads *loads = s->loads;
@@ -187,13 +249,14 @@ static void couples_constant(const struct jets_system *s, int order, double *sum
         size_t row = jets_row(s, couples_seat(loads, a));
         double torque = square * pend_terms_get(loads->terms, loads->value, PEND_TERM_TORQUE, a);
         for (int k = 0; k < order; k++)
-            sum[k] += torque * loads->slip[row + (size_t)k * COUPLES_ARMS];
+            sum[k] += torque * loads->slips[row + (size_t)k * COUPLES_ARMS];
     }
 }
 
 static void couples_power(const struct jets_system *s, int order, double *work, double *heat) {
     const struct jets_loads *loads = s->loads;
-    if (loads->losses) couples_product(s, loads->hold, loads->slip, order, heat);
+    if (loads->couples) couples_slips(s, order);
+    if (loads->losses) couples_product(s, loads->hold, loads->slips, order, heat);
     if (loads->drives) couples_product(s, NULL, loads->motor, order, work);
     if (loads->terms->row[PEND_TERM_TORQUE] >= 0) couples_constant(s, order, work);
     if (loads->moves) loads_haul(s, order, work);

@@ -41,7 +41,6 @@ static int loads_couple(const struct pend_terms *terms) {
 static void loads_lay_large(struct jets_loads *loads, const struct pend_tree *tree,
                             const struct loads_seats *seats, struct loads_store *store) {
     size_t count = (size_t)seats->count, n = (size_t)tree->n;
-    loads->bend = loads_numbers(store, 0, n);
     loads->parent = loads_take(store, count, sizeof(int));
     loads->child = loads_take(store, count, sizeof(int));
     loads->near = loads_take(store, count / LOADS_TILE, sizeof *loads->near);
@@ -101,20 +100,25 @@ static int loads_first(const struct pend_tree *tree, const int height[], int k) 
 
 /* first children are those that levels put into their parents' lanes of eight; of other trees the
  * next arms */
-static void loads_children(struct jets_loads *loads, const struct pend_tree *tree) {
+static void loads_children(struct jets_loads *loads, const struct pend_tree *tree,
+                           const struct loads_seats *seats) {
     int *height = loads->parent; // until the parents are there
     for (int k = tree->n - 1; k > 0; k--) {
         int *above = height + tree->parent[k], least = height[k] + 1;
         *above = *above < least ? least : *above;
     }
     for (int a = 0; a < loads->seats; a++) loads->child[a] = -1;
-    for (int k = 0; k < tree->n; k++) {
+    // the kernels read last what is written last
+    for (int i = 0; i < tree->n; i++) {
+        int k = loads->seat ? i : tree->n - 1 - i;
         int own = loads_seat(loads, k), first = tree->end[k] > k + 1 ? k + 1 : -1;
         if (loads->seat) first = loads_first(tree, height, k);
         loads->child[own] = loads_seat(loads, first);
+        size_t row = (size_t)(own / LOADS_TILE * seats->rows * LOADS_TILE + own % LOADS_TILE);
         for (int c = k + 1; c < tree->end[k]; c = tree->end[c])
             if (c != first)
-                loads->kid[loads->kids++] = (struct loads_kid){own, loads_seat(loads, c)};
+                loads->kid[loads->kids++] =
+                    (struct loads_kid){row, 1 / tree->len[k], loads_seat(loads, c)};
     }
 }
 
@@ -135,8 +139,9 @@ static int loads_near(const struct jets_loads *loads, const int from[], int tile
 }
 
 /* who carries whom, by seats */
-static void loads_neighbours(struct jets_loads *loads, const struct pend_tree *tree) {
-    loads_children(loads, tree);
+static void loads_neighbours(struct jets_loads *loads, const struct pend_tree *tree,
+                             const struct loads_seats *seats) {
+    loads_children(loads, tree, seats);
     for (int a = 0; a < loads->seats; a++) loads->parent[a] = -1;
     for (int k = 0; k < tree->n; k++) {
         loads->part[loads_seat(loads, k)] = 1 / tree->len[k];
@@ -166,5 +171,5 @@ void pend_jets_loads_init(struct jets_loads *loads, const struct pend_tree *tree
     }
     loads->seats = seats->count;
     loads->seat = seats->seat;
-    if (loads->couples) loads_neighbours(loads, tree);
+    if (loads->couples) loads_neighbours(loads, tree, seats);
 }

@@ -47,22 +47,26 @@ enum {
  * fixed         torque of order 0: the given one, and that of the springs at the start
  * part          1 / length; 0 of an empty seat
  * spin          rates of the order at hand
+ * slip          the same less those of the parents
  * torque        on the arm, its opposite on the parent, order at hand
- * bent          the sum of all torques on the arm
  */
-#define LOADS_SEATS(X) X(hold) X(stiff) X(fixed) X(part) X(spin) X(torque) X(bent)
+#define LOADS_SEATS(X) X(hold) X(stiff) X(fixed) X(part) X(spin) X(slip) X(torque)
 /*
  * Series of the same trees, laid out as those of the rates are, behind eight zeros.
  *
- * cross   imaginary parts of the forces in axes that are fixed, whose real parts are in `force`
- * slip    rates less those of the parents
+ * cross   imaginary parts of the forces in axes that are fixed, whose real parts are in `force`;
+ *         of an order that is under way, first what torques do
  * motor   torques of drives
+ * slips   rates less those of the parents, for the power of torques
  */
-#define LOADS_TILES(X) X(cross) X(slip) X(motor)
+#define LOADS_TILES(X) X(cross) X(motor) X(slips)
 
-/* Arms that carry several: the further ones, each with its parent, by seats. */
+/* A child that is not its parent's first: its seat, where the parent's series begin, and 1 over the
+ * parent's length. */
 struct loads_kid {
-    int parent, child;
+    size_t row;
+    double part;
+    int child;
 };
 
 /* Of eight seats that follow each other: where their parents and their first children begin, if

@@ -64,12 +64,12 @@ static void kernel_loaded_large(const struct jets_system *s, const double *value
     loads_number(s, value, now, order);
     if (loads->couples) couples_begin(s, now, order);
     if (s->chain)
-        (loads->couples ? chain_coupled_orders : chain_orders)(s, 0, order);
+        (loads->couples ? chain_coupled_orders : chain_orders)(s, now->gravity, order);
     else if (s->levels)
-        (loads->couples ? levels_coupled_orders : levels_orders)(s, 0, order);
+        (loads->couples ? levels_coupled_orders : levels_orders)(s, now->gravity, order);
     else
-        (loads->couples ? blocks_coupled_orders : blocks_orders)(s, 0, order);
-    couples_haul(s, order);
+        (loads->couples ? blocks_coupled_orders : blocks_orders)(s, now->gravity, order);
+    if (loads->moves) couples_haul(s, order);
     loads->orders = loads->couples ? order : 0;
 }
 
@@ -77,10 +77,12 @@ static void kernel_loaded_large(const struct jets_system *s, const double *value
 static void kernel_loaded(const struct jets_system *s, const struct jets_state *state,
                           const struct pend_loads *loads, double unit, int order) {
     struct loads_moment now = {unit, loads->gravity * (unit * unit), state->time, state->late};
-    if (s->loads->springs) kernel_bend(s);
-    if (s->n > 8)
+    if (s->n > 8) {
         kernel_loaded_large(s, loads->value, &now, order);
-    else if (s->n > 4)
+        return;
+    }
+    if (s->loads->springs) kernel_bend(s);
+    if (s->n > 4)
         small8_loaded_orders(s, loads->value, &now, order);
     else if (s->n > 2)
         small4_loaded_orders(s, loads->value, &now, order);

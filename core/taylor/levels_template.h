@@ -57,8 +57,8 @@ VEC_INLINE struct convolved level_begin(const struct jets_system *s, const struc
     struct level_rows now = level_rows(s, block, h, k);
     wide_put(now.rate, known.Tr);
     wide_put(now.turn_re, -known.Ti * wide_of(s->share[k + 1]));
-    known.ci = couples ? couples_across(s, block * LEVEL_ARMS + h, k, known.ci)
-                       : known.ci * wide_of(s->share[k]);
+    size_t row = (size_t)block * s->tile + (size_t)k * LEVEL_ARMS + (size_t)h;
+    known.ci = couples ? couples_across(s, row, k, known.ci) : known.ci * wide_of(s->share[k]);
     level_put(levels_at(l, block) + h, LEVEL_KNOWN, known.ci);
     return known;
 }
