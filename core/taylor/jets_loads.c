@@ -22,9 +22,11 @@ static double *loads_numbers(struct loads_store *store, size_t margin, size_t co
     return at ? at + margin : NULL;
 }
 
-/* numbers of a row of each order, and of a series, of up to eight arms */
+/* numbers of a row of each order, and of a series, of up to eight arms; `twist` has a row an arm,
+ * which a short series has not */
 static size_t loads_row_numbers(int order_cap) {
-    return (size_t)(order_cap + LOADS_SPARE) * LOADS_STRIDE;
+    int orders = order_cap + LOADS_SPARE;
+    return (size_t)(orders < LOADS_SMALL ? LOADS_SMALL : orders) * LOADS_STRIDE;
 }
 
 static size_t loads_series_numbers(int order_cap) {

@@ -296,3 +296,30 @@ TEST(quick_kernels_take_no_pendulum_with_any_other_term) {
     CHECK_INT(taken, 7 + 4 + 3);
     test_tree_clear(&t);
 }
+
+TEST(quick_kernels_with_loads_write_nothing_behind_the_memory_that_they_ask_for) {
+    enum { GUARD = 4096, NEAR = 4 };
+    unsigned long long seed = 4;
+    for (int n = 1; n <= 12; n++) {
+        struct test_tree t;
+        struct pend_terms *terms;
+        struct pend_jets jets;
+        unsigned char rows[PEND_TERM_ROWS] = {[PEND_TERM_DAMPING] = 1}, ones[PEND_TERM_ONES] = {0};
+        test_tree_random(&t, TEST_TREE_CHAIN, n, 0.3, &seed);
+        REQUIRE(pend_terms_new(&terms, n, rows, ones, 0, NULL, NULL) == PEND_OK);
+        double *value = calloc((size_t)terms->count, sizeof *value);
+        size_t bytes = pend_jets_bytes(t.tree, terms, NEAR), all = (bytes + GUARD + 63) / 64 * 64;
+        char *memory = aligned_alloc(64, all);
+        REQUIRE(value && memory);
+        memset(memory, 0x55, all);
+        const struct pend_loads given = {.gravity = 9.81, .terms = terms, .value = value};
+        pend_jets_init(&jets, t.tree, &given, NEAR, memory);
+        size_t written = all;
+        while (written > 0 && memory[written - 1] == 0x55) written--;
+        CHECK(written <= bytes);
+        free(memory);
+        free(value);
+        pend_terms_free(&terms);
+        test_tree_clear(&t);
+    }
+}
