@@ -40,6 +40,7 @@ export function readColours(palette) {
   const style = getComputedStyle(document.documentElement);
   /** @param {string} name */
   const value = (name) => style.getPropertyValue(name).trim();
+  const family = getComputedStyle(document.body).fontFamily;
   const [low, none, high] = NAMES[palette].map((name) => rgb(value(name)));
   const bins = Array.from({ length: BINS }, (_, i) => {
     const share = (i - MIDDLE) / MIDDLE;
@@ -49,7 +50,7 @@ export function readColours(palette) {
   });
   return {
     bins,
-    font: `13px ${getComputedStyle(document.body).fontFamily}`,
+    font: `${"projector" in document.documentElement.dataset ? 24 : 13}px ${family}`,
     ink: value("--ink"),
     quiet: value("--quiet"),
     glass: value("--glass"),

@@ -26,6 +26,7 @@ import { tried } from "./trouble.js";
 
 const EASE_SECONDS = 0.09;
 const BARE_HEIGHT = 480; // pixels, where the style has not come
+const LOW = 360; // pixels, below which the stage is the pendulum's alone
 const NARROW = 560; // pixels, below which the card lies under the pendulum
 
 /**
@@ -77,6 +78,7 @@ function fit(stage) {
   canvas.width = Math.round(stage.size.width * ratio);
   canvas.height = Math.round(stage.size.height * ratio);
   look.camera.scale = 0;
+  look.colours = readColours(stage.app.store.get().view.palette);
   draw(stage);
 }
 
@@ -108,8 +110,11 @@ function settleShape(stage) {
  */
 function approach({ look, size, goal }, box, seconds) {
   const { camera } = look;
-  const bottom = size.width < NARROW ? Math.max(70, look.cardHeight() + 20) : 84;
-  aim(box, size.width, size.height, { left: 28, right: 28, top: 36, bottom }, goal);
+  // a low stage has no scale of forces below the pendulum (style.css)
+  const low = size.height < LOW;
+  const legend = size.width < NARROW ? Math.max(70, look.cardHeight() + 20) : 84;
+  const [top, bottom] = low ? [22, 14] : [36, legend];
+  aim(box, size.width, size.height, { left: 28, right: 28, top, bottom }, goal);
   const far = Math.hypot(goal.x - camera.x, goal.y - camera.y);
   const near = Math.abs(goal.scale - camera.scale) < 0.002 * goal.scale && far < 0.5;
   const share = near || !camera.scale || still.matches ? 1 : 1 - Math.exp(-seconds / EASE_SECONDS);

@@ -10,6 +10,7 @@ import { createBag, h } from "../dom.js";
 import { linkOf, sceneOf } from "../link.js";
 import { numbersAsFiles } from "./files_of_numbers.js";
 import { button, copyButton, save, settled } from "./kit.js";
+import { showProjector } from "./projector.js";
 import { qrOf } from "./qr.js";
 
 const LONGEST = 1200; // letters of a link that a camera still reads off a projector
@@ -22,7 +23,7 @@ const LONGEST = 1200; // letters of a link that a camera still reads off a proje
  *   app: App, shown: boolean, kept: string | null, status: HTMLElement, fileStatus: HTMLElement,
  *   title: HTMLInputElement,
  *   short: LinkField, long: LinkField, plain: LinkField, plainPart: HTMLElement | null,
- *   make: HTMLButtonElement,
+ *   projector: HTMLButtonElement, make: HTMLButtonElement,
  * }} View
  */
 
@@ -137,6 +138,9 @@ function createView(app, qrcode) {
     long: linkField(app, qrcode, "long", text("share.long"), update),
     plain: linkField(app, qrcode, "plain", text("share.plain"), update),
     plainPart: null,
+    projector: button(text("share.projector"), () => project(app, qrcode), {
+      "data-projector": "begin",
+    }),
     make: button(text("share.make"), () => makeShort(view), main),
   };
   view.short.set("");
@@ -152,9 +156,17 @@ function section(text, id, ...children) {
   return h("section", {}, h("h3", {}, text(`share.${id}`)), intro, ...children);
 }
 
+/** @param {App} app @param {any} qrcode the library */
+async function project(app, qrcode) {
+  const doc = app.store.get();
+  const long = await linkOf(handedOn(doc));
+  const link = whole(addressOf(doc) ?? long);
+  showProjector(app, qrcode, link.length > LONGEST ? `${location.origin}/` : link);
+}
+
 /** @param {HTMLElement} element @param {View} view */
 function lay(element, view) {
-  const { app, title, make, status, short, long, plain, fileStatus } = view;
+  const { app, title, projector, make, status, short, long, plain, fileStatus } = view;
   const { store, text } = app;
   const scene = button(text("share.scene"), () => saveScene(store), { "data-save": "json" });
   view.plainPart = section(text, "plain", plain.place);
@@ -165,6 +177,7 @@ function lay(element, view) {
     section(text, "short", h("div", { class: "row" }, make), status, short.place),
     view.plainPart,
     section(text, "long", long.place),
+    section(text, "projector", h("div", { class: "row" }, projector)),
     section(text, "files", h("div", { class: "row" }, scene)),
     numbersAsFiles(app, fileStatus),
     fileStatus,

@@ -221,6 +221,12 @@ export default {
   "share.plain": "Lesbarer Link",
   "share.plainHint":
     "Längen in m, Massen in kg, Winkel θ in Grad von der Ruhelage: zum Lesen und Ändern. Die Zahlen haben sechs Stellen.",
+  "share.projector": "Auf dem Beamer zeigen",
+  "share.projectorHint":
+    "Der ganze Bildschirm, mit großer Schrift und einem großen Code für den Raum.",
+  "share.projectorEnd": "Schließen",
+  "share.local":
+    "Andere Geräte erreichen diese Adresse nicht: die Seite unter dem Namen dieses Rechners im Netz öffnen.",
   "equations.large": "Groß zeigen",
   "equations.close": "Schließen",
   "method.referenceFiner": "Referenz: taylor mit Toleranz 10⁻¹⁵ (32 Stellen dauern hier zu lange).",

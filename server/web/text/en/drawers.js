@@ -218,6 +218,11 @@ export default {
   "share.plain": "Readable link",
   "share.plainHint":
     "Lengths in m, masses in kg, angles θ in degrees from hanging: to be read and changed. Its numbers have six digits.",
+  "share.projector": "Show on a projector",
+  "share.projectorHint": "Full screen, with large type and a large code for the room.",
+  "share.projectorEnd": "Close",
+  "share.local":
+    "Other machines cannot reach this address: open the page by this machine’s name in the network.",
   "equations.large": "Enlarge",
   "equations.close": "Close",
   "method.referenceFiner":

@@ -220,6 +220,11 @@ export default {
   "share.plain": "Enlace legible",
   "share.plainHint":
     "Longitudes en m, masas en kg, ángulos θ en grados desde la posición colgante: para leerlos y cambiarlos. Los números tienen seis cifras.",
+  "share.projector": "Mostrar en el proyector",
+  "share.projectorHint": "Pantalla completa, con letra grande y un código grande para el aula.",
+  "share.projectorEnd": "Cerrar",
+  "share.local":
+    "Otros equipos no llegan a esta dirección: abre la página con el nombre de este equipo en la red.",
   "equations.large": "Ampliar",
   "equations.close": "Cerrar",
   "method.referenceFiner":

@@ -219,6 +219,11 @@ export default {
   "share.plain": "Lien lisible",
   "share.plainHint":
     "Longueurs en m, masses en kg, angles θ en degrés depuis la position pendante : à lire et à modifier. Les nombres ont six chiffres.",
+  "share.projector": "Montrer au projecteur",
+  "share.projectorHint": "Plein écran, en grands caractères, avec un grand code pour la salle.",
+  "share.projectorEnd": "Fermer",
+  "share.local":
+    "Les autres appareils n’atteignent pas cette adresse : ouvre la page par le nom de cette machine sur le réseau.",
   "equations.large": "Agrandir",
   "equations.close": "Fermer",
   "method.referenceFiner":

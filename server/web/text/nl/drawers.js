@@ -219,6 +219,11 @@ export default {
   "share.plain": "Leesbare link",
   "share.plainHint":
     "Lengtes in m, massa’s in kg, hoeken θ in graden vanaf hangend: om te lezen en te veranderen. De getallen hebben zes cijfers.",
+  "share.projector": "Op de beamer tonen",
+  "share.projectorHint": "Volledig scherm, met grote letters en een grote code voor de klas.",
+  "share.projectorEnd": "Sluiten",
+  "share.local":
+    "Andere apparaten bereiken dit adres niet: open de pagina met de naam van deze machine in het netwerk.",
   "equations.large": "Vergroten",
   "equations.close": "Sluiten",
   "method.referenceFiner":

@@ -218,6 +218,10 @@ export default {
   "share.plain": "Okunabilir bağlantı",
   "share.plainHint":
     "Uzunluklar m, kütleler kg, θ açıları sarkık konumdan derece olarak: okunup değiştirilebilir. Sayılar altı basamaklıdır.",
+  "share.projector": "Projektörde göster",
+  "share.projectorHint": "Tam ekran, büyük yazı ve sınıf için büyük bir kodla.",
+  "share.projectorEnd": "Kapat",
+  "share.local": "Başka aygıtlar bu adrese ulaşamaz: sayfayı bu bilgisayarın ağdaki adıyla aç.",
   "equations.large": "Büyüt",
   "equations.close": "Kapat",
   "method.referenceFiner": "Referans: taylor, tolerans 10⁻¹⁵ (32 basamak burada çok uzun sürerdi).",

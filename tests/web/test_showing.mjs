@@ -1,0 +1,63 @@
+// The stage before a class and on small screens: projector, phones held across, pages enlarged four times, forced colours.
+
+import assert from "node:assert/strict";
+import { violations } from "./axe.mjs";
+import { openDrawer } from "./drawers.mjs";
+import { close, drawn } from "./rig.mjs";
+
+/** Where an element lies, and whether another one covers any of it. */
+const covered = (page, below, above) => page.evaluate(([a, b]) => {
+  const [one, other] = [a, b].map((selector) => document.querySelector(selector).getBoundingClientRect());
+  return one.bottom > other.top + 1 && other.bottom > one.top + 1;
+}, [below, above]);
+
+export async function the_time_bar_covers_nothing_on_low_and_narrow_stages(rig) {
+  for (const [name, width, height] of [["across", 844, 390], ["small-across", 568, 320], ["enlarged", 320, 256], ["narrow", 320, 640]]) {
+    const page = await rig.open({ width, height });
+    await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(1.1); });
+    await drawn(page);
+    assert.equal(await covered(page, "#stage", "#timebar"), false, `${name}: the time bar lies over the stage`);
+    const tips = await page.evaluate(() => {
+      const place = document.querySelector("#stage").getBoundingClientRect();
+      return [0, 1, 2, 3, 4].map((arm) => pendulumd.stage.tip(arm)).every(({ x, y }) => x > 0 && y > 0 && x < place.width && y < place.height);
+    });
+    assert.ok(tips, `${name}: the whole pendulum is seen`);
+    await rig.shot(page, `stage-${name}`);
+    for (const id of ["measure", "plots", "share"]) {
+      await openDrawer(page, id);
+      assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), width, `${name}: ${id} lies beside the screen`);
+    }
+    await close(page);
+  }
+}
+
+export async function a_projector_gets_a_large_code_and_a_warning_of_this_machine_s_own_address(rig) {
+  const page = await rig.open({ width: 1280, height: 800, path: "/?length=1,1&theta=90,45" });
+  await openDrawer(page, "share");
+  await page.click("[data-projector=begin]");
+  await page.waitForSelector(".projector .qr");
+  await drawn(page);
+  const qr = await page.locator(".projector .qr").boundingBox();
+  assert.ok(qr.width > 270, `${qr.width} pixels`);
+  assert.match(await page.innerText(".projector"), /length=1,1&theta=90,45[\s\S]*cannot reach this address/);
+  assert.ok(await page.evaluate(() => parseFloat(getComputedStyle(document.body).fontSize)) >= 24);
+  assert.equal(await page.isVisible("#drawers"), false);
+  assert.deepEqual(await violations(page), []);
+  await rig.shot(page, "projector-mode");
+  await page.keyboard.press("Enter");
+  assert.equal(await page.locator(".projector").count(), 0);
+  assert.ok(await page.isVisible("#drawers"));
+  await close(page);
+}
+
+export async function forced_colours_show_what_is_chosen(rig) {
+  const page = await rig.open();
+  await page.emulateMedia({ forcedColors: "active" });
+  await openDrawer(page, "measure");
+  const look = (selector) => page.evaluate((at) => { const { backgroundColor, borderTopWidth } = getComputedStyle(document.querySelector(at)); return [backgroundColor, borderTopWidth].join(); }, selector);
+  assert.notEqual(await look('[data-tab="measure"]'), await look('[data-tab="plots"]'));
+  assert.deepEqual(await violations(page, { shapes: true }), []);
+  await rig.shot(page, "forced-colours");
+  await page.emulateMedia({ forcedColors: "none" });
+  await close(page);
+}
