@@ -132,7 +132,10 @@ static const struct test_request {
      NULL},
     {API_OP_ORBITS, "{" TEST_TREE ",\"mode\":1,\"amplitude\":0.2,\"branch\":true,\"points\":4}",
      NULL},
-    {API_OP_ORBITS, "{" TEST_REAL_TREE ",\"periods\":1,\"points\":2}", "application/x-npz"},
+    {API_OP_ORBITS,
+     "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[0.5],"
+     "\"torque\":[{\"harmonics\":[{\"amplitude\":1,\"omega\":2}]}]},\"periods\":1}",
+     "application/x-npz"},
     {API_OP_RESPONSE, "{" TEST_REAL_TREE ",\"output\":[\"z\",\"lambda\"]}", "application/x-npz"},
     {API_OP_PRESETS, NULL, NULL},
     {API_OP_PRESET, NULL, NULL},
