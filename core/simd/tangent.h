@@ -34,9 +34,11 @@ VEC_INLINE struct tangent tangent_with(struct tangent x, double value) {
 
 /** A number that depends on no parameter. */
 VEC_INLINE struct tangent tangent_of(double value) {
+    static const long long mask[8] __attribute__((aligned(64))) = {-1, 0, 0, 0, 0, 0, 0, 0};
     struct tangent x;
     for (int p = 0; p < TANGENT_PARTS; p++) x.part[p] = wide_of(0);
-    return tangent_with(x, value);
+    x.part[0] = (wide)((wide_mask)wide_of(value) & *(const wide_mask *)(const void *)mask);
+    return x;
 }
 
 VEC_INLINE struct tangent tangent_add(struct tangent x, struct tangent y) {
