@@ -159,8 +159,10 @@ class Document:
         close(self.strict["components"]["schemas"])
         close(self.strict["paths"])
         self.resolver = jsonschema.RefResolver("", self.strict)
-        # a {file} is a path of its own, slashes and all
-        self.paths = [(re.compile(re.sub(r"\\\{[^/]*?\\\}", "[^/]+", re.escape(path).replace(r"\{file\}", ".+")) + "$"), path, item)
+        # a {file} is a path of its own, slashes and all; a {room} follows its pattern, for it stands where any word may
+        room = next(p["schema"]["pattern"] for p in self.strict["paths"]["/{room}"]["get"]["parameters"] if p["name"] == "room")
+        self.paths = [(re.compile(re.sub(r"\\\{[^/]*?\\\}", "[^/]+", re.escape(path).replace(r"\{file\}", ".+")
+                                         .replace(r"\{room\}", room.strip("^$"))) + "$"), path, item)
                       for path, item in self.strict["paths"].items()]
         self.wanted = {self.goal(method, path, status)
                        for path, item in self.document["paths"].items() for method in METHODS if method in item

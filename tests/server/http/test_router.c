@@ -20,10 +20,10 @@ static int answer_route(struct srv_exchange *exchange, const char *method, const
     return srv_router_head(exchange) && srv_router_body(exchange) ? 0 : exchange->status;
 }
 
-/* a path of the pattern: each variable is a%20b; and what is read as variable, from the first to
- * the end of the last, NULL without any */
+/* a path of the pattern: each variable is a%20b, a room a code; and what is read as variable, from
+ * the first to the end of the last, NULL without any */
 static const char *answer_fill(const char *pattern, char path[128], char argument[128]) {
-    int variables = 0;
+    int variables = 0, room = strstr(pattern, "{room}") != NULL;
     char *at = path, *read = argument, *last = argument;
     for (; *pattern; pattern++) {
         if (*pattern != '{') {
@@ -31,8 +31,8 @@ static const char *answer_fill(const char *pattern, char path[128], char argumen
             if (variables) *read++ = *pattern;
             continue;
         }
-        at += sprintf(at, "a%%20b");
-        read += sprintf(read, "a b");
+        at += sprintf(at, "%s", room ? "PK7TR" : "a%20b");
+        read += sprintf(read, "%s", room ? "PK7TR" : "a b");
         last = read;
         pattern = strchr(pattern, '}');
         variables++;
@@ -51,15 +51,15 @@ TEST(every_row_of_the_route_table_is_found) {
         char method[16], pattern[128], path[128], filled[128];
         REQUIRE(sscanf(srv_router_label(i), "%15s %127s", method, pattern) == 2);
         const char *argument = answer_fill(pattern, path, filled);
-        /* a file's path is found, but of that name there is none */
-        int rest = strstr(pattern, "{file}") != NULL;
+        /* a file's path is found, but of that name there is none; a room's leads to the page */
+        int rest = strstr(pattern, "{file}") != NULL, room = strstr(pattern, "{room}") != NULL;
         int status = answer_route(&exchange, method, path);
         const struct srv_route *route = exchange.route;
         CHECK_SAYING(srv_router_number(route) == i, "%s leads elsewhere", path);
         REQUIRE(route);
         CHECK_TEXT(route->method, method);
         CHECK_TEXT(route->pattern, pattern);
-        CHECK_INT(status, !route->handle ? 0 : rest ? 404 : 200);
+        CHECK_INT(status, !route->handle ? 0 : rest ? 404 : room ? 302 : 200);
         CHECK_TEXT(exchange.argument, argument);
         /* a query changes nothing, four more parts do, but where it is a file's */
         strcat(path, "?q");
