@@ -173,7 +173,7 @@ function cellOf(wall, number) {
 /** @param {Wall} wall */
 function sorted({ cells, sort }) {
   const byName = (/** @type {Cell} */ a, /** @type {Cell} */ b) =>
-    a.nickname.localeCompare(b.nickname) || a.number - b.number;
+    a.nickname.localeCompare(b.nickname, undefined, { numeric: true }) || a.number - b.number;
   const rank = (/** @type {Cell} */ { state }) => RANK[/** @type {"done"} */ (state)] ?? 1;
   const orders = {
     name: byName,
