@@ -5,6 +5,7 @@
  * Invariant: one row a state, in the order of the request. */
 #include "api/op/op.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -250,6 +251,7 @@ static enum pend_status forces_allocate(struct forces *forces, struct pend_error
 
 /* copies a row in stored order to row i of a column */
 static void forces_put(const struct forces *forces, const double row[], long i, int column) {
+    assert(i >= 0 && column >= 0 && forces->column[column]);
     api_tree_put(&forces->tree, row, forces->column[column] + i * forces->tree.n);
 }
 
@@ -282,6 +284,7 @@ static void forces_real(const struct forces *forces, const double phi[], const d
 
 /* computes state s into row i of the columns */
 static void forces_compute(const struct forces *forces, long s, long i) {
+    assert(s >= 0 && i >= 0);
     const struct pend_tree *tree = forces->tree.tree;
     const double *phi = forces->states->phi + s * tree->n,
                  *rate = forces->states->rate + s * tree->n;

@@ -6,6 +6,7 @@
  * fastest at their front, then oscillating ones, the slowest at their front. */
 #include "api/op/op.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -226,6 +227,7 @@ static enum pend_status modes_split(struct modes *modes, struct pend_error *erro
 
 /* a vector in the caller's order */
 static void modes_vector(const struct modes *modes, int mode, double line[]) {
+    assert(mode >= 0 && mode < modes->found->count);
     const struct pend_tree *tree = modes->asked.tree.tree;
     const double *vector = modes->found->vector + (size_t)mode * (size_t)tree->n;
     for (int k = 0; k < tree->n; k++) line[tree->order[k]] = vector[k];

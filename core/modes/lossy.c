@@ -253,6 +253,7 @@ static double lossy_loss(const struct pend_lossy *s, const double x[]) {
 
 /* the roots of every mode by itself, a little beside each other and beside the real axis */
 static void lossy_guess(struct pend_lossy *s) {
+    assert(s->n >= 1 && s->square && s->vector && s->root);
     double most = fmax(fabs(s->square[0]), fabs(s->square[s->n - 1])), null = s->n * 0x1p-52 * most;
     s->least = 1;
     s->fewest = 2 * s->n;
@@ -280,6 +281,7 @@ static void lossy_guess(struct pend_lossy *s) {
 
 /* moves a root; returns non-zero if it has settled */
 static int lossy_move(struct pend_lossy *s, int i) {
+    assert(i >= 0 && i < 2 * s->n);
     double complex p = s->root[i], others = 0;
     double complex newton = 1 / lossy_factor(s, p);
     for (int j = 0; j < 2 * s->n; j++) {
@@ -297,6 +299,7 @@ static int lossy_move(struct pend_lossy *s, int i) {
  * PEND_NOT_FINITE if there are more on one side of the real axis */
 static enum pend_status lossy_sort_out(struct pend_lossy *s) {
     int above = 0;
+    assert(s->zeros >= 0 && s->zeros <= 2 * s->n);
     for (int zero = 0; zero < s->zeros; zero++) {
         int smallest = -1;
         for (int i = 0; i < 2 * s->n; i++)

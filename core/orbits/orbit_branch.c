@@ -44,6 +44,7 @@ void pend_orbit_branch_search(struct pend_orbits *o, enum orbits_aim aim) {
 /* ---- along the branch */
 
 static double orbits_dot(const double a[], const double b[], int count) {
+    assert(a && b && count >= 0);
     double sum = 0;
     for (int j = 0; j < count; j++) sum += a[j] * b[j];
     return sum;

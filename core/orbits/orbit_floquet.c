@@ -36,6 +36,7 @@ void pend_orbit_floquet_clear(struct orbit_floquet *floquet) {
 
 /* counts what is beyond the borders, and the tests for passing them */
 static void floquet_tell(struct orbit_floquet *f, int count, int driven) {
+    assert(count >= 0);
     double border = driven ? floquet_driven : floquet_border;
     for (int i = 0; i < ORBIT_COUNTS; i++) f->count[i] = 0, f->test[i] = 1;
     for (int i = 0; i < count; i++) {

@@ -68,6 +68,7 @@ double pend_orbit_newton_energy(const struct orbit_newton *newton) {
 }
 
 static double newton_size(const double x[], int count) {
+    assert(x && count >= 0);
     double most = 0;
     for (int i = 0; i < count; i++) most = fmax(most, fabs(x[i]));
     return most;
