@@ -43,6 +43,7 @@ await refused("rows that were cut off", async () => {
 });
 const stop = new AbortController();
 const long = new Pendulum(FOUR, { signal: stop.signal }).ask("ensembles", { random: { count: 100000, draw: [{ vary: "theta", arm: 1, distribution: "uniform", low: -3, high: 3 }] }, duration: 30 });
+setTimeout(() => globalThis.gc(), 100);
 setTimeout(() => stop.abort(), 200);
 await refused("who aborts", () => long);
 

@@ -51,7 +51,7 @@ def test_js(server, home):
     fronts[2].moods = [("cut", 50000)] * 9
     shutil.copy(TOP / "tests/clients/client.mjs", home)
     out = home / "js.doubles"
-    done = run([tool("node"), "client.mjs", *(front.url for front in fronts), out], cwd=home)
+    done = run([tool("node"), "--expose-gc", "client.mjs", *(front.url for front in fronts), out], cwd=home)
     lines = done.stdout.splitlines()
     for line in lines:
         check(f"js: {line.partition(' ')[2]}", line.startswith("ok "), done.stderr[-500:])

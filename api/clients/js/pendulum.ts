@@ -82,12 +82,16 @@ export class Client {
   readonly patience: number;
   private readonly fields: Record<string, string>;
   private readonly signal: AbortSignal | null;
+  private readonly gone: Promise<never> | null;
 
   constructor(options: Options = {}) {
     const page = typeof location === "undefined" ? "http://127.0.0.1:8080" : location.origin;
     this.url = (options.url || environment["PENDULUM_URL"] || page).replace(/\/+$/, "");
     this.patience = options.patience ?? 60;
-    this.signal = options.signal ?? null;
+    const signal = this.signal = options.signal ?? null;
+    // Node.js 18's fetch forgets its signal when memory is tidied up while it waits: whoever waits is told here too
+    this.gone = signal && new Promise((_, no) => signal.addEventListener("abort", () => no(signal.reason), { once: true }));
+    this.gone?.catch(() => {});
     const token = options.token || environment["PENDULUM_TOKEN"];
     this.fields = token ? { Authorization: `Bearer ${token}` } : {};
   }
@@ -103,7 +107,8 @@ export class Client {
       let wait = pause;
       let refusal: unknown;
       try {
-        const response = await fetch(this.url + path, init);
+        const asked = fetch(this.url + path, init);
+        const response = await (this.gone ? Promise.race([asked, this.gone]) : asked);
         if (response.ok || good.includes(response.status)) return response;
         const text = await response.text();
         refusal = new Refusal(response.status, problem(text));
