@@ -138,6 +138,7 @@ TEST(lines_of_many_threads_come_whole_and_once_each) {
 }
 
 TEST(a_reader_that_does_not_read_holds_nobody_up) {
+    enum { KEPT = 64 };
     int ends[2];
     struct srv_log *log;
     char text[65536];
@@ -152,7 +153,7 @@ TEST(a_reader_that_does_not_read_holds_nobody_up) {
     size_t all = 0, last = 0;
     int found = 0;
     for (double until = test_clock() + TEST_PATIENCE; !found && test_clock() < until;) {
-        ssize_t got = read(ends[0], text + last, sizeof text - 1 - last);
+        ssize_t got = read(ends[0], text + last, sizeof text - 1 - KEPT);
         if (got <= 0) {
             test_sleep(0.005);
             continue;
@@ -160,7 +161,7 @@ TEST(a_reader_that_does_not_read_holds_nobody_up) {
         all += (size_t)got;
         text[last + (size_t)got] = 0;
         found = strstr(text, "{\"lost_lines\":") != NULL;
-        last = last + (size_t)got > 64 ? 64 : last + (size_t)got;
+        last = last + (size_t)got > KEPT ? KEPT : last + (size_t)got;
         memmove(text, text + strlen(text) - last, last);
     }
     CHECK(found);
