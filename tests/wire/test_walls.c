@@ -104,7 +104,8 @@ static long long injected(int pid, long number, const long long argument[6]) {
         /* the signal of a call that is not listed: its handler sets what the call returns */
         sent = WSTOPSIG(status) == SIGSYS ? SIGSYS : 0;
         if (!CHECK(!ptrace(PTRACE_GETREGS, pid, NULL, &now))) return -1;
-    } while (sent || now.rip != before.rip);
+        /* the handler's own calls may pass the same instruction, with a stack of their own */
+    } while (sent || now.rip != before.rip || now.rsp != before.rsp);
     CHECK(!ptrace(PTRACE_SETREGS, pid, NULL, &before));
     return (long long)now.rax;
 }
