@@ -209,11 +209,8 @@ static enum pend_status read_driven(struct api_orbits *asked, const struct api_r
     asked->problem.periods = (int)whole;
     asked->problem.settle = (int)wait;
     read_branch(asked, &branch, problem);
-    if (asked->problem.vary != PEND_ORBIT_ALONE) {
-        struct api_value vary = api_value_member(&branch, "vary");
-        const char *name = api_value_text(&vary);
-        asked->varies = name && !strcmp(name, "omega") ? "omega" : "value";
-    }
+    if (asked->problem.vary != PEND_ORBIT_ALONE)
+        asked->varies = asked->problem.vary == PEND_ORBIT_OMEGA ? "omega" : "value";
     return PEND_OK;
 }
 
