@@ -137,3 +137,26 @@ TEST(still_finds_all_modes_of_some_hundred_arms_with_springs_and_rods) {
     }
     CHECK_RESIDUAL(left, 3e-12, "K x = s M x, x^T M x = 1");
 }
+
+TEST(still_ends_where_nothing_pulls_back) {
+    enum { N = 30, MOST = 100000 };
+    unsigned long long seed = 4;
+    struct test_tree t;
+    struct test_bodies b;
+    struct pend_still *still;
+    double phi[N], square[N];
+    int steps = 0;
+    test_tree_random(&t, TEST_TREE_ATTACHED, N, 0.3, &seed);
+    test_bodies_random(&b, t.tree, TEST_TERMS_RODS, &seed);
+    b.loads.gravity = 0;
+    for (int k = 0; k < N; k++) phi[k] = -M_PI_2;
+    double *vector = malloc(sizeof(double[N][N]));
+    REQUIRE(vector && pend_still_new(&still, t.tree, &b.loads, phi) == PEND_OK);
+    while (!pend_still_step(still, square, vector) && steps < MOST) steps++;
+    CHECK_SAYING(steps < MOST, "%d steps", steps);
+    for (int k = 0; k < N; k++) CHECK(fabs(square[k]) < 1e-12);
+    pend_still_free(&still);
+    free(vector);
+    test_bodies_clear(&b);
+    test_tree_clear(&t);
+}
