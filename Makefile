@@ -77,6 +77,12 @@ KERNELS := $(wildcard core/*/kernel_*.c)
 # Of undefined behaviour, loops of vectors are not asked at every access whether an address is null, aligned or past the end of
 # memory: it was half of the time of compiling them. The address sanitizer sees the same, and the processor what is not aligned.
 KERNEL_SPARED.asan := -fno-sanitize=null,object-size,alignment,pointer-overflow
+# What a sanitizer's build has for an instruction set that this processor lacks is linked and never run: without optimization and
+# checks it takes 15 s to compile in place of 70.
+ISA_ASKS.avx2 := avx2 fma bmi2
+ISA_ASKS.avx512 := avx512f avx512dq avx512bw avx512vl avx512cd
+ISA_IDLE := $(if $(filter asan tsan,$(MODE)),$(strip $(foreach isa,$(filter-out base,$(ISAS)), \
+	$(if $(filter-out $(shell grep -m 1 '^flags' /proc/cpuinfo),$(ISA_ASKS.$(isa))),$(isa)))))
 
 objects = $(patsubst %,$(B)/%.o,$(basename $(filter-out $(KERNELS),$(wildcard $(addprefix $(1)/,*.c *.cpp */*.c */*.cpp)))))
 CORE := $(call objects,core) $(foreach isa,$(ISAS),$(KERNELS:%.c=$(B)/%.$(isa).o))
@@ -95,7 +101,7 @@ PARTS.laws := $(B)/libpendulum.a
 PARTS.api := $(API) $(B)/libpendulum.a
 PARTS.server := $(SERVER) $(API) $(B)/libpendulum.a
 PARTS.wire := $(API) $(B)/libpendulum.a
-PARTS.fuzz := $(API) $(B)/libpendulum.a
+PARTS.fuzz := $(SERVER) $(API) $(B)/libpendulum.a
 ROOMS := core laws api server wire fuzz
 
 help: ## lists these targets; the default
@@ -138,7 +144,7 @@ install: build $(B)/pendulum $(B)/pendulumd.8 ## into DESTDIR PREFIX (/usr/local
 	sed 's|@PREFIX@|$(PREFIX)|' docker/pendulumd.service > "$(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service"
 PREFIX ?= /usr/local
 LIBDIR ?= $(PREFIX)/lib
-PUBLIC := base/status tree/tree tree/terms tree/loads dynamics/dynamics dynamics/kinematics dynamics/reference tree/presets modes/modes_store modes/modes base/checkpoint integrate/method integrate/samples integrate/run derivatives/derivatives fit/fit_problem fit/fit orbits/orbit_problem orbits/orbits base/isa ensemble/member ensemble/ensemble extended/extended extended/trust ensemble/lyapunov integrate/section
+PUBLIC := base/status tree/tree tree/terms tree/loads dynamics/dynamics dynamics/kinematics dynamics/reference tree/presets modes/modes_store modes/modes base/checkpoint integrate/method integrate/samples integrate/run derivatives/parameter derivatives/derived_rows derivatives/derivatives fit/fit_problem fit/fit_result fit/fit orbits/orbit_problem orbits/orbits integrate/section integrate/event base/isa ensemble/member ensemble/ensemble extended/extended extended/trust ensemble/lyapunov
 
 uninstall: ## takes away what install put there
 	rm -f "$(DESTDIR)$(PREFIX)/bin/pendulum" "$(DESTDIR)$(PREFIX)/share/man/man1/pendulum.1" "$(DESTDIR)$(PREFIX)/share/bash-completion/completions/pendulum"
@@ -188,6 +194,25 @@ drill: build $(B)/tests/drill/clock.so ## kills, stops, cuts, full disks and wro
 	@/usr/bin/python3 -B tests/drill/drill.py $(B) --rounds $(ROUNDS) $(T)
 ROUNDS ?= 50
 
+school: build ## thirty pupils, batch clients, an attacker and restarts, for SECONDS (300): errors, times, what the attacker got
+	@/usr/bin/python3 -B tests/drill/school.py $(B) --seconds $(SECONDS)
+SECONDS ?= 300
+
+soak: build ## everything mixed for SECONDS (300), without and with --isolate: memory, descriptors, threads and files stay as they were
+	@/usr/bin/python3 -B tests/drill/soak.py $(B) --seconds $(SECONDS)
+	@/usr/bin/python3 -B tests/drill/soak.py $(B) --seconds $(SECONDS) --isolate
+
+lesson: build ## a lesson of a class on both stores, 45 minutes in 45 s: a teacher's mistakes, restarts, and then the account
+	@/usr/bin/python3 -B tests/drill/lesson.py $(B)
+
+hostile: build ## a pupil who means no good beside two classes at work, in a minute: what it gets, what the others notice
+	@/usr/bin/python3 -B tests/drill/hostile.py $(B)
+
+pages: build ## a lesson in PUPILS (4) real pages behind nginx on each store: sleep, dead Wi-Fi, restarts; thirty take minutes
+	@tests/rules/web.sh $(B) --lesson $(PUPILS) sqlite
+	@tests/rules/web.sh $(B) --lesson $(PUPILS) postgres
+PUPILS ?= 4
+
 load: build $(B)/tests/bench/service/service $(B)/tests/bench/jobs/engine $(B)/tests/load/client ## the daemon under load beside its peers, in ten minutes (T=part-of-a-line; installs wrk, nginx, Node.js)
 	@docker/install.sh load
 	@/usr/bin/python3 -B tests/load/load.py $(B) $(T)
@@ -214,12 +239,11 @@ bench-dynamics: $(B)/tests/bench/dynamics/run ## accelerations against MuJoCo an
 tour: build ## the way of one request through the rooms: files and functions in order, seen in a running server (ALL=1: every visit)
 	@/usr/bin/python3 -B tests/rules/tour.py $(B) $(if $(ALL),--all)
 
-fuzz: ## requests that nobody would send, by libFuzzer, FUZZ_SECONDS (30) for each program; needs clang and libclang-rt-*-dev
+fuzz: ## requests that nobody would send, by libFuzzer, FUZZ_SECONDS (30) for each program: tells executions and edges; needs clang and libclang-rt-*-dev
 	@for name in $(FUZZERS); do \
 	  $(MAKE) --no-print-directory MODE=asan CC=clang CXX=clang++ B=build/fuzz CFLAGS='-fsanitize=fuzzer-no-link -DFUZZER' \
 	    CXXFLAGS=-fsanitize=fuzzer-no-link build/fuzz/$$name || exit; \
-	  mkdir -p build/fuzz/$$name.corpus; \
-	  build/fuzz/$$name -max_total_time=$(FUZZ_SECONDS) -max_len=16384 -verbosity=0 -artifact_prefix=build/fuzz/ build/fuzz/$$name.corpus || exit; \
+	  tests/fuzz/run.sh build/fuzz/$$name $(FUZZ_SECONDS) || exit; \
 	done
 FUZZERS := $(basename $(notdir $(wildcard tests/fuzz/fuzz_*.c)))
 FUZZ_SECONDS ?= 30
@@ -277,7 +301,7 @@ define kernel_rule
 $(B)/%.$(1).o: %.c $(B)/flags
 	@mkdir -p $$(@D)
 	$$(call say_counted,cc,$$< for $(1))
-	$(Q)$$(CC) $$(CFLAGS_ALL) -Wno-psabi $(ISA_FLAGS.$(1)) $$(KERNEL_FLAGS.$$*) $(KERNEL_SPARED.$(MODE)) -DPEND_ISA=$(1) -c $$< -o $$@
+	$(Q)$$(CC) $$(CFLAGS_ALL) -Wno-psabi $(ISA_FLAGS.$(1)) $$(KERNEL_FLAGS.$$*) $(KERNEL_SPARED.$(MODE)) $(if $(filter $(1),$(ISA_IDLE)),-O0 -fno-sanitize=all) -DPEND_ISA=$(1) -c $$< -o $$@
 endef
 $(foreach isa,$(ISAS),$(eval $(call kernel_rule,$(isa))))
 
@@ -409,7 +433,7 @@ $(B)/tests/bench/instructions/run: $(call objects,tests/bench/instructions) $(B)
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
-$(B)/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(API) $(B)/libpendulum.a
+$(B)/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(SERVER) $(API) $(B)/libpendulum.a
 	$(call say,link,$@)
 	$(Q)$(LINK) -fsanitize=fuzzer -o $@ $^ $(LIBS)
 
@@ -426,5 +450,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench bench-horizon bench-precision bench-parts bench-page drill load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
+.PHONY: help run check build bench bench-horizon bench-precision bench-parts bench-page drill school soak lesson hostile pages load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
 .DELETE_ON_ERROR:

@@ -34,6 +34,13 @@ struct srv_log *srv_daemon_log(const struct srv_daemon *daemon);
  * computes no jobs. */
 double srv_daemon_idle(struct srv_daemon *daemon);
 
+/** The same, of the processes of --isolate. */
+const char *srv_daemon_cells_lack(const struct srv_daemon *daemon);
+
+/** True once the server can compute nothing more, as the process has ended that makes those which
+ * compute: it is to drain, and to be started again. */
+int srv_daemon_fails(const struct srv_daemon *daemon);
+
 /** Puts options in force without a restart, as srv_reload does. */
 PEND_MUST_CHECK enum pend_status srv_daemon_reload(struct srv_daemon *daemon,
                                                    const struct srv_config *next,

@@ -21,6 +21,7 @@
 #include "server/base/notify.h"
 #include "server/replay.h"
 #include "server/walls.h"
+#include "server/work/zygote.h"
 
 extern char **environ;
 
@@ -74,6 +75,16 @@ static int main_print(enum srv_config_task task) {
     return good ? 0 : 1;
 }
 
+/* which walls this kernel, or build, does not have */
+static void main_tell_walls(const struct srv_daemon *daemon) {
+    if (srv_daemon_lack(daemon)[0])
+        srv_log_message(srv_daemon_log(daemon), "walls: not all are up: %s",
+                        srv_daemon_lack(daemon));
+    if (srv_daemon_cells_lack(daemon)[0])
+        srv_log_message(srv_daemon_log(daemon), "walls: not all are up around what computes: %s",
+                        srv_daemon_cells_lack(daemon));
+}
+
 /* does a signal end the server? A hangup does where its terminal is gone, and asks for a reload
  * otherwise */
 static int main_ends(const struct main_ears *ears, int number) {
@@ -102,20 +113,25 @@ static const char *main_kept(const struct srv_config *config) {
 }
 
 /* serves until a signal that ends it, or until there was nothing to compute for so many seconds,
- * > 0 */
-static void main_serve(struct srv_daemon *daemon, const struct main_ears *ears, double idle,
-                       int argc, char **argv) {
-    int look = idle > 0 ? MAIN_LOOK_MS : srv_daemon_has_keys(daemon) ? MAIN_KEYS_MS : -1;
+ * > 0; returns the exit status */
+static int main_serve(struct srv_daemon *daemon, const struct main_ears *ears, int isolate,
+                      double idle, int argc, char **argv) {
+    int look = idle > 0 ? MAIN_LOOK_MS : srv_daemon_has_keys(daemon) || isolate ? MAIN_KEYS_MS : -1;
     for (;;) {
         int number = main_signal(ears, look);
-        if (number && main_ends(ears, number)) return;
+        if (number && main_ends(ears, number)) return 0;
         srv_daemon_look(daemon);
+        if (srv_daemon_fails(daemon)) {
+            srv_log_message(srv_daemon_log(daemon),
+                            "the process that makes those which compute has ended: drains");
+            return 1;
+        }
         if (number == SIGHUP) main_reload(daemon, argc, argv);
         if (number == SIGUSR1) srv_daemon_reopen(daemon);
         if (number || idle <= 0 || srv_daemon_idle(daemon) < idle) continue;
         srv_log_message(srv_daemon_log(daemon), "there was nothing to compute for %.15g s: ends",
                         idle);
-        return;
+        return 0;
     }
 }
 
@@ -138,6 +154,7 @@ int main(int argc, char **argv) {
     /* what it writes, jobs and logs, is nobody else's to read */
     umask(0077);
     if (argc > 1 && !strcmp(argv[1], "keys")) return srv_keys_command(argc, argv);
+    if (argc == 2 && !strcmp(argv[1], "compute")) return srv_zygote_main();
     if (srv_config_load(&config, argc, argv, environ, &error) != PEND_OK) {
         fprintf(stderr, "pendulumd: %s\n", error.text);
         return 2;
@@ -155,12 +172,11 @@ int main(int argc, char **argv) {
         srv_log_message(srv_daemon_log(daemon), "open it in a browser; Ctrl-C ends it; %s%.200s",
                         main_kept(&config),
                         strncmp(config.store, "sqlite:", 7) ? "" : config.store + 7);
-    if (srv_daemon_lack(daemon)[0])
-        srv_log_message(srv_daemon_log(daemon), "walls: not all are up: %s",
-                        srv_daemon_lack(daemon));
+    main_tell_walls(daemon);
     if (config.warning[0]) srv_log_message(srv_daemon_log(daemon), "%s", config.warning);
     srv_notify("READY=1");
-    main_serve(daemon, &ears, config.until_idle_seconds, argc, argv);
+    int status =
+        main_serve(daemon, &ears, config.isolate != 0, config.until_idle_seconds, argc, argv);
     main_drain(daemon, &ears);
-    return 0;
+    return status;
 }

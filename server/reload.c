@@ -20,6 +20,7 @@ static const char *const reload_names[] = {
     "max-scene-bytes",    "max-job-members",  "max-job-samples",
     "max-job-steps",      "max-job-seconds",  "audit-log",
     "log-client",         "role-header",      "frame-ancestors",
+    "deprecated",         "sunset",
 };
 
 int srv_reload_may(const char *name) {

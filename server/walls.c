@@ -1,16 +1,13 @@
 #include "server/walls.h"
 
-#include <errno.h>
-#include <linux/capability.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/prctl.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 #include "server/base/calls.h"
 #include "server/base/fence.h"
+#include "server/base/privileges.h"
 #include "server/base/state_dir.h"
 
 enum pend_status srv_walls_root(const struct srv_config *config, struct pend_error *error) {
@@ -18,23 +15,6 @@ enum pend_status srv_walls_root(const struct srv_config *config, struct pend_err
     return pend_fail(error, PEND_INVALID, -1, 0,
                      "this is root, and the server needs no right of root: start it as another "
                      "user, as docker/pendulumd.service does, or with --allow-root on");
-}
-
-/* no program that it could start gains anything, and it has no capability */
-static enum pend_status walls_privileges(struct pend_error *error) {
-    struct __user_cap_header_struct header = {.version = _LINUX_CAPABILITY_VERSION_3};
-    struct __user_cap_data_struct none[_LINUX_CAPABILITY_U32S_3] = {{0}},
-                                  has[_LINUX_CAPABILITY_U32S_3] = {{0}};
-    if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0))
-        return pend_fail(error, PEND_INVALID, -1, 0, "no_new_privs: %s", strerror(errno));
-    /* whoever has none of them cannot give them away either */
-    prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0);
-    for (int which = 0; !prctl(PR_CAPBSET_DROP, which, 0, 0, 0); which++) continue;
-    /* whoever has none need not ask, and a supervisor may have forbidden it */
-    int held = syscall(SYS_capget, &header, has) || memcmp(has, none, sizeof none);
-    if (held && syscall(SYS_capset, &header, none))
-        return pend_fail(error, PEND_INVALID, -1, 0, "capabilities stay: %s", strerror(errno));
-    return PEND_OK;
 }
 
 static void walls_variable(struct srv_fence *fence, enum srv_fence_use use, const char *name) {
@@ -90,8 +70,12 @@ static enum pend_status walls_places(struct srv_fence *fence, const struct srv_c
         srv_fence_add_around(fence, SRV_FENCE_WRITE, config->audit_log);
     if (strcmp(config->record, "none")) srv_fence_add(fence, SRV_FENCE_WRITE, config->record);
     /* these are read again, and may be replaced meanwhile */
-    const char *const again[] = {config->keys, config->tls_certificate, config->tls_key,
-                                 config->tls_client_authority, config->store_file};
+    const char *const again[] = {config->keys,
+                                 config->tls_certificate,
+                                 config->tls_key,
+                                 config->tls_client_authority,
+                                 config->tls_client_revoked,
+                                 config->store_file};
     for (size_t i = 0; i < sizeof again / sizeof *again; i++)
         if (strcmp(again[i], "none")) srv_fence_add_around(fence, SRV_FENCE_READ, again[i]);
     if (config->file[0]) srv_fence_add_around(fence, SRV_FENCE_READ, config->file);
@@ -114,7 +98,7 @@ enum pend_status srv_walls_raise(const struct srv_config *config, char lack[SRV_
     if (!config->walls) return PEND_OK;
     for (int wall = 0; wall < 3; wall++) {
         struct pend_error why = {.text = ""};
-        enum pend_status status = wall == 0   ? walls_privileges(&why)
+        enum pend_status status = wall == 0   ? srv_privileges_drop(&why)
                                   : wall == 1 ? walls_fence(config, &why)
                                               : srv_calls_restrict(&why);
         if (status == PEND_OK) continue;

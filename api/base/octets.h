@@ -25,6 +25,14 @@ static inline char *api_octets_double(char *at, double x) {
     return at + sizeof bits;
 }
 
+/** Writes a double rounded to a float, IEEE 754 binary32. Returns the end. */
+static inline char *api_octets_float(char *at, double x) {
+    float narrow = (float)x;
+    uint32_t bits;
+    memcpy(&bits, &narrow, sizeof bits);
+    return api_octets_whole(at, bits, 4);
+}
+
 /** Writes doubles. Returns the end. */
 static inline char *api_octets_doubles(char *at, size_t count, const double x[]) {
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__

@@ -40,6 +40,33 @@ static const struct {
     {505, "HTTP Version Not Supported"},
 };
 
+/* the words of the API_CODE and API_TYPE letters */
+static const struct {
+    char letter;
+    const char *word;
+} problem_kinds[] = {
+    {'u', "unknown_field"},   {'m', "missing"},         {'t', "wrong_type"},
+    {'r', "out_of_range"},    {'n', "wrong_count"},     {'w', "unknown_name"},
+    {'d', "duplicate"},       {'c', "conflict"},        {'a', "not_applicable"},
+    {'o', "wrong_order"},     {'g', "not_a_tree"},      {'l', "over_limit"},
+    {'s', "unsupported"},     {'I', "invalid-request"}, {'J', "not-json"},
+    {'L', "over-limit"},      {'Q', "quota"},           {'R', "rate"},
+    {'C', "bad-credentials"}, {'O', "not-yours"},       {'P', "role"},
+    {'W', "origin"},          {'K', "key-reused"},      {'D', "not-done"},
+    {'E', "no-results"},      {'S', "no-store"},
+};
+
+/* takes the kind off the front of a format; NULL = it has none */
+static const char *problem_kind(const char **format) {
+    if (**format != 1) return NULL;
+    char letter = (*format)[1];
+    *format += 2;
+    for (size_t i = 0; i < sizeof problem_kinds / sizeof *problem_kinds; i++)
+        if (problem_kinds[i].letter == letter) return problem_kinds[i].word;
+    assert(!"a kind without a word");
+    return NULL;
+}
+
 static const char *problem_title(int status) {
     for (size_t i = 0; i < sizeof problem_titles / sizeof *problem_titles; i++)
         if (problem_titles[i].status == status) return problem_titles[i].title;
@@ -74,14 +101,39 @@ static void problem_state(struct api_problem *problem, int status) {
     snprintf(problem->title, sizeof problem->title, "%s", problem_title(status));
 }
 
-void api_problem_set(struct api_problem *problem, int status, const char *format, ...) {
+void api_problem_set_list(struct api_problem *problem, int status, const char *format,
+                          va_list arguments) {
     assert(api_problem_valid(problem) && status >= 400 && status <= 599);
     if (problem->status) return;
     problem_state(problem, status);
+    problem->type = problem_kind(&format);
+    problem_print(problem->detail, sizeof problem->detail, format, arguments);
+}
+
+void api_problem_set(struct api_problem *problem, int status, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
-    problem_print(problem->detail, sizeof problem->detail, format, arguments);
+    api_problem_set_list(problem, status, format, arguments);
     va_end(arguments);
+}
+
+void api_problem_meant(struct api_problem *problem, const char *name) {
+    assert(api_problem_valid(problem));
+    if (problem->count) problem->faults[problem->count - 1].meant = name;
+}
+
+int api_problem_is_meant(const struct api_problem *problem, const char *pointer, const char *name) {
+    size_t bytes = strlen(pointer);
+    assert(api_problem_valid(problem));
+    for (int i = 0; i < problem->count; i++) {
+        const struct api_fault *fault = &problem->faults[i];
+        if (!fault->meant || (name && strcmp(fault->meant, name))) continue;
+        const char *last = strrchr(fault->pointer, '/');
+        if (last && (size_t)(last - fault->pointer) == bytes &&
+            !memcmp(fault->pointer, pointer, bytes))
+            return 1;
+    }
+    return 0;
 }
 
 int api_problem_full(struct api_problem *problem) {
@@ -97,9 +149,14 @@ static struct api_fault *problem_slot(struct api_problem *problem) {
     return &problem->faults[problem->count];
 }
 
-void api_problem_fault(struct api_problem *problem, const char *pointer, const char *format, ...) {
+void api_problem_fault_list(struct api_problem *problem, const char *pointer, const char *format,
+                            va_list arguments) {
     assert(api_problem_valid(problem));
-    if (!problem->status) problem_state(problem, 422);
+    if (!problem->status) {
+        const char *kind = API_TYPE_INVALID;
+        problem_state(problem, 422);
+        problem->type = problem_kind(&kind);
+    }
     struct api_fault *fault = problem_slot(problem);
     if (!fault) {
         problem->beyond++;
@@ -107,11 +164,18 @@ void api_problem_fault(struct api_problem *problem, const char *pointer, const c
     }
     problem->count++;
     snprintf(fault->pointer, sizeof fault->pointer, "%s", pointer);
+    fault->meant = NULL;
+    fault->code = problem_kind(&format);
+    if (!fault->code) fault->code = "invalid";
+    problem_print(fault->detail, sizeof fault->detail, format, arguments);
+    assert(api_problem_valid(problem));
+}
+
+void api_problem_fault(struct api_problem *problem, const char *pointer, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
-    problem_print(fault->detail, sizeof fault->detail, format, arguments);
+    api_problem_fault_list(problem, pointer, format, arguments);
     va_end(arguments);
-    assert(api_problem_valid(problem));
 }
 
 /* the detail that was stated, or a count of the faults */
@@ -130,7 +194,7 @@ static enum pend_status problem_write_fault(const struct api_fault *fault, struc
     PEND_TRY(api_text_quote(out, fault->pointer, strlen(fault->pointer)));
     PEND_TRY(api_buffer_text(out, ",\"detail\":"));
     PEND_TRY(api_text_quote(out, fault->detail, strlen(fault->detail)));
-    return api_buffer_text(out, "}");
+    return api_buffer_format(out, ",\"code\":\"%s\"}", fault->code);
 }
 
 static enum pend_status problem_write_faults(const struct api_problem *problem,
@@ -146,7 +210,9 @@ static enum pend_status problem_write_faults(const struct api_problem *problem,
 
 static enum pend_status problem_write_all(const struct api_problem *problem,
                                           struct api_buffer *out) {
-    PEND_TRY(api_buffer_text(out, "{\"type\":\"about:blank\",\"title\":"));
+    PEND_TRY(api_buffer_format(
+        out, "{\"type\":\"%s%s\",\"title\":", problem->type ? "/docs#problem-" : "about:blank",
+        problem->type ? problem->type : ""));
     PEND_TRY(api_text_quote(out, problem->title, strlen(problem->title)));
     PEND_TRY(api_buffer_format(out, ",\"status\":%d,\"detail\":", problem->status));
     PEND_TRY(problem_write_detail(problem, out));

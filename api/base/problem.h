@@ -4,7 +4,44 @@
 #ifndef API_PROBLEM_H
 #define API_PROBLEM_H
 
+#include <stdarg.h>
+
 #include "api/base/buffer.h"
+
+/*
+ * Of what kind a fault or a problem is stands in front of the format of its sentence: "\1" and a
+ * letter, as in api_problem_fault(problem, pointer, API_CODE_MISSING "is missing"). Words and
+ * meanings are the tables of api/call/openapi.yaml; a sentence may be reworded, a word stays. A
+ * fault without one is "invalid", the type of a problem without one is "about:blank": its status
+ * says it all.
+ */
+#define API_CODE_UNKNOWN_FIELD "\1u"
+#define API_CODE_MISSING "\1m"
+#define API_CODE_WRONG_TYPE "\1t"
+#define API_CODE_OUT_OF_RANGE "\1r"
+#define API_CODE_WRONG_COUNT "\1n"
+#define API_CODE_UNKNOWN_NAME "\1w"
+#define API_CODE_DUPLICATE "\1d"
+#define API_CODE_CONFLICT "\1c"
+#define API_CODE_NOT_APPLICABLE "\1a"
+#define API_CODE_ORDER "\1o"
+#define API_CODE_NOT_A_TREE "\1g"
+#define API_CODE_LIMIT "\1l"
+#define API_CODE_UNSUPPORTED "\1s"
+
+#define API_TYPE_INVALID "\1I"
+#define API_TYPE_NOT_JSON "\1J"
+#define API_TYPE_LIMIT "\1L"
+#define API_TYPE_QUOTA "\1Q"
+#define API_TYPE_RATE "\1R"
+#define API_TYPE_CREDENTIALS "\1C"
+#define API_TYPE_OWNER "\1O"
+#define API_TYPE_ROLE "\1P"
+#define API_TYPE_ORIGIN "\1W"
+#define API_TYPE_KEY_REUSED "\1K"
+#define API_TYPE_NOT_DONE "\1D"
+#define API_TYPE_NO_RESULTS "\1E"
+#define API_TYPE_NO_STORE "\1S"
 
 enum { API_PROBLEM_FAULTS = 100, API_POINTER_BYTES = 160, API_DETAIL_BYTES = 400 };
 
@@ -13,10 +50,13 @@ struct api_fault {
                                         escapes done */
     char detail[API_DETAIL_BYTES]; /* a sentence fragment: "must be a finite number greater than 0,
                                       got -1" */
+    const char *code;              /* its kind, a word of the table: "out_of_range" */
+    const char *meant;             /* the member beside it that it stands for, or NULL */
 };
 
 struct api_problem {
-    int status; /* HTTP status, 0 = no problem yet */
+    int status;       /* HTTP status, 0 = no problem yet */
+    const char *type; /* its kind, a word of the table, NULL = none but its status */
     char title[80];
     char detail[API_DETAIL_BYTES];
     int count;                /* faults kept */
@@ -37,18 +77,41 @@ void api_problem_clear(struct api_problem *problem);
  * States the problem. If one was stated already, the call is ignored.
  *
  * status  an HTTP status from 400 to 599; its title is the reason phrase of RFC 9110.
- * format  printf format of the detail sentence.
+ * format  printf format of the detail sentence, behind an API_TYPE where one fits.
  */
 void api_problem_set(struct api_problem *problem, int status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+
+/** The same with the format's arguments as a list. */
+void api_problem_set_list(struct api_problem *problem, int status, const char *format,
+                          va_list arguments) __attribute__((format(printf, 3, 0)));
 
 /**
  * Adds a fault; the problem becomes a 422 if none was stated yet.
  *
  * pointer  JSON pointer, already escaped.
+ * format   printf format of what is wrong, behind an API_CODE where one fits.
  */
 void api_problem_fault(struct api_problem *problem, const char *pointer, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+
+/** The same with the format's arguments as a list. */
+void api_problem_fault_list(struct api_problem *problem, const char *pointer, const char *format,
+                            va_list arguments) __attribute__((format(printf, 3, 0)));
+
+/**
+ * Says of the fault that was added last which member it was meant to be: that one is not missing
+ * besides.
+ *
+ * name  outlives the problem.
+ */
+void api_problem_meant(struct api_problem *problem, const char *name);
+
+/**
+ * True if a fault at a member of the object with this pointer was meant to be its member `name`, or
+ * any member where name is NULL. O(faults).
+ */
+int api_problem_is_meant(const struct api_problem *problem, const char *pointer, const char *name);
 
 /**
  * Returns true, and counts one more fault, if no further faults are kept: then the caller need not

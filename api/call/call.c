@@ -1,18 +1,17 @@
 #include "api/call/call.h"
 
 #include <assert.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "api/encode/encode.h"
 #include "api/encode/negotiate.h"
+#include "api/call/outlook.h"
 #include "api/call/results.h"
 
 /* s, about: reading and writing one row of stored results */
 static const double fetch_row_seconds = 5e-7;
-
 /* bytes of memory of a call besides its operation; of a call that reads a job's results: a chunk, a
  * record, its rows */
 static const double call_bytes = 4096, results_bytes = 1 << 20;
@@ -41,17 +40,18 @@ struct api_call {
     struct api_problem problem;
     double seconds; /* of the turns so far */
     long steps;
-    size_t before;  /* bytes of the caller's buffer before the answer began */
-    int promised;   /* the answer's head was sent: it cannot become a problem any more */
-    double cost;    /* s, as estimated */
-    double look_at; /* s of turns after which call_look_ahead judges the computation again */
-    int looks;      /* how often it has */
+    size_t before; /* bytes of the caller's buffer before the answer began */
+    int promised;  /* the answer's head was sent: it cannot become a problem any more */
+    double cost;   /* s, as estimated */
+    struct api_outlook outlook;
     double letters; /* bytes of the request: an upper bound of its names and lists in memory */
     struct api_answer answer;
     char digest[API_DIGEST_BYTES];
     char columns[API_COLUMNS_TEXT];
     struct api_remarks remarks;
     char file_name[40];
+    const struct api_relay *relay; /* to where it is computed; NULL = here */
+    struct api_relay_told *told;   /* from there, last */
 };
 
 int api_call_valid(const struct api_call *call) {
@@ -90,6 +90,7 @@ void api_call_free(struct api_call **call) {
     if (!*call) return;
     assert(api_call_valid(*call));
     call_end_op(*call);
+    free((*call)->told);
     api_problem_clear(&(*call)->problem);
     api_buffer_clear(&(*call)->whole);
     free(*call);
@@ -104,6 +105,14 @@ void api_call_clock(struct api_call *call, double (*now)(void *context), void *c
 void api_call_hurry(struct api_call *call, int (*hurry)(void *company), void *company) {
     call->hurry = hurry;
     call->company = company;
+}
+
+enum pend_status api_call_relay(struct api_call *call, const struct api_relay *relay) {
+    assert(call->stage == STAGE_NEW && !call->relay);
+    call->told = calloc(1, sizeof *call->told);
+    if (!call->told) return PEND_NO_MEMORY;
+    call->relay = relay;
+    return PEND_OK;
 }
 
 /* ends the call after its answer was promised: only some representations can still say why */
@@ -147,6 +156,7 @@ static enum api_progress call_fail(struct api_call *call, enum pend_status statu
     if (status == PEND_LIMIT)
         api_problem_set(
             &call->problem, 422,
+            API_TYPE_LIMIT
             "the answer grew beyond the limit max-answer-bytes of %.0f: ask for fewer numbers",
             call->limits->answer_bytes);
     api_problem_set(&call->problem, pend_status_http(status), "%s", text);
@@ -160,24 +170,93 @@ static void call_check_envelope(struct api_call *call, const struct api_request 
     if (!call->format) api_negotiate_refuse(&call->problem, call->op->samples);
 }
 
+/* the head of the answer; its digest and columns are set */
+static void call_head(struct api_call *call, long long length) {
+    const struct api_op *op = call->op;
+    const struct api_format *format = call->format;
+    call->answer = (struct api_answer){.status = 200,
+                                       .media_type = format->content_type,
+                                       .etag = call->digest,
+                                       .length = length,
+                                       .has_remarks = op->stats != NULL};
+    if (call->columns[0]) call->answer.columns = call->columns;
+    if (!op->table || !format->extension) return;
+    snprintf(call->file_name, sizeof call->file_name, "%s.%s", op->name, format->extension);
+    call->answer.file_name = call->file_name;
+}
+
 /* the head of the answer, from what was read of the request */
 static void call_foresee(struct api_call *call) {
     const struct api_op *op = call->op;
-    const struct api_format *format = call->format;
     const struct api_table *table = op->table ? op->table(call->state) : NULL;
-    call->answer = (struct api_answer){
-        .status = 200, .media_type = format->content_type, .etag = call->digest, .length = -1};
-    call->answer.has_remarks = op->stats != NULL;
     if (op->cost) call->cost = op->cost(call->state);
-    if (!table) return;
-    if (format->exact && !table->rows_later) call->answer.length = (long long)format->bytes(table);
-    if (format->bare) {
-        api_table_columns(table, call->columns);
-        call->answer.columns = call->columns;
-    }
-    if (!format->extension) return;
-    snprintf(call->file_name, sizeof call->file_name, "%s.%s", op->name, format->extension);
-    call->answer.file_name = call->file_name;
+    if (table && call->format->bare) api_table_columns(table, call->columns);
+    int exact = table && call->format->exact && !table->rows_later;
+    call_head(call, exact ? (long long)call->format->bytes(table) : -1);
+}
+
+/* --- a call that is computed elsewhere --- */
+
+/* Takes a problem that was written there, the last `bytes` of out, for the answer. */
+static enum api_progress call_take_problem(struct api_call *call, size_t bytes,
+                                           struct api_buffer *out) {
+    memmove(out->data + call->before, out->data + out->bytes - bytes, bytes);
+    out->bytes = call->before + bytes;
+    assert(out->bytes - bytes >= call->before);
+    call->answer = (struct api_answer){
+        .status = call->told->status, .media_type = "application/problem+json", .length = -1};
+    call->cost = 0;
+    call->stage = STAGE_DONE;
+    return API_DONE;
+}
+
+/* Takes what is told, of a request that is good, of its answer's head. */
+static void call_take_head(struct api_call *call) {
+    const struct api_relay_told *told = call->told;
+    memcpy(call->digest, told->digest, sizeof call->digest);
+    memcpy(call->columns, told->columns, sizeof call->columns);
+    call->cost = told->cost;
+    call_head(call, told->length);
+}
+
+/* A failure of the way there: what was appended meanwhile is worth nothing. */
+static enum api_progress call_lose(struct api_call *call, enum pend_status status, size_t before,
+                                   const struct pend_error *error, struct api_buffer *out) {
+    out->bytes = before;
+    return call_fail(call, status, error, out);
+}
+
+static enum api_progress call_open_there(struct api_call *call, const struct api_request *request,
+                                         struct api_buffer *out) {
+    const struct api_relay_ask ask = {.kind = API_RELAY_OPEN,
+                                      .request = request,
+                                      .limits = call->limits,
+                                      .clock = call->now != NULL};
+    struct pend_error error = {.text = ""};
+    size_t before = out->bytes;
+    enum pend_status status = api_relay_ask(call->relay, &ask, call->told, out, NULL, &error);
+    if (status != PEND_OK) return call_lose(call, status, before, &error, out);
+    if (call->told->progress == API_DONE) return call_take_problem(call, out->bytes - before, out);
+    call_take_head(call);
+    call->stage = STAGE_READY;
+    return API_MORE;
+}
+
+static enum api_progress call_run_there(struct api_call *call, struct api_buffer *out) {
+    const struct api_relay_ask ask = {.kind = API_RELAY_RUN, .promised = call->promised};
+    struct pend_error error = {.text = ""};
+    struct api_relay_told *told = call->told;
+    size_t before = out->bytes;
+    enum pend_status status = api_relay_ask(call->relay, &ask, told, out, NULL, &error);
+    if (status != PEND_OK) return call_lose(call, status, before, &error, out);
+    call->steps = told->steps;
+    if (told->progress == API_MORE) return API_MORE;
+    if (told->status != 200 && !call->promised)
+        return call_take_problem(call, out->bytes - before, out);
+    call->remarks = told->remarks;
+    if (call->answer.has_remarks) call->answer.remarks = &call->remarks;
+    call->stage = told->status == 200 ? STAGE_DONE : STAGE_BROKEN;
+    return told->status == 200 ? API_DONE : API_BROKEN;
 }
 
 enum api_progress api_call_open(struct api_call *call, const struct api_request *request,
@@ -188,6 +267,7 @@ enum api_progress api_call_open(struct api_call *call, const struct api_request 
     call->before = out->bytes;
     call_check_envelope(call, request);
     if (call->problem.status) return call_refuse(call, out);
+    if (call->relay) return call_open_there(call, request, out);
     enum pend_status status = api_request_read(request, call->format, call->limits, &call->problem,
                                                &call->state, call->digest, NULL);
     if (status != PEND_OK) return call_fail(call, status, NULL, out);
@@ -314,39 +394,14 @@ static enum pend_status call_turn(struct api_call *call, const struct api_turn *
     return PEND_OK;
 }
 
-/* Judges whether a computation can end within its limits, from the steps and the time that the part
- * done so far has taken: first after a hundredth of a second, then each time it has taken four
- * times as long. A motion may need more steps in its first part than later, so the first judgements
- * allow more. Returns 0, with the problem stated, if it cannot. */
+/* can it end within its limits? What is read, or was promised, is not judged */
 static int call_hopeful(struct api_call *call) {
-    enum { LEAST_STEPS = 500 };
-    static const double forgiven[] = {12, 8, 6, 5}, first_look = 0.01, next_look = 4;
-    const struct api_limits *limits = call->limits;
-    double part = -1, work = -1, steps = (double)api_call_steps(call);
-    if (call->source.fetch || call->promised || !call->op->progress || steps < LEAST_STEPS)
-        return 1;
-    if (call->seconds < call->look_at) return 1;
-    double times = forgiven[call->looks < 3 ? call->looks : 3];
-    call->looks++;
-    call->look_at = fmax(first_look, next_look * call->seconds);
-    call->op->progress(call->state, &part, &work);
-    static const char way_out[] = "ask for a shorter time or a looser tolerance";
-    const char *job = limits->of_jobs ? "" : "; a job, by Prefer: respond-async, may take longer";
-    if (part > 0 && steps / part > times * limits->steps)
-        api_problem_set(
-            &call->problem, 422,
-            "this would take about %.2g integration steps, more than the limit %s of %.0f: %s%s",
-            steps / part, api_limits_name(limits, &limits->steps), limits->steps, way_out, job);
-    else if (work > 0 && call->seconds / work > times * limits->compute_seconds)
-        api_problem_set(
-            &call->problem, 422,
-            "this would compute for about %.2g s, longer than the limit %s of %.15g s: %s%s",
-            call->seconds / work, api_limits_name(limits, &limits->compute_seconds),
-            limits->compute_seconds, way_out, job);
-    return !call->problem.status;
+    return call->source.fetch || call->promised ||
+           api_outlook_good(&call->outlook, call->op, call->state, call->limits, call->seconds,
+                            &call->problem);
 }
 
-enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
+static enum api_progress call_run_here(struct api_call *call, struct api_buffer *out) {
     struct api_turn turn = {.out = out,
                             .now = call->now,
                             .context = call->context,
@@ -356,11 +411,6 @@ enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
                             .before = out->bytes};
     struct pend_error error = {.text = ""};
     int done = 0;
-    assert(api_call_valid(call) && call->stage != STAGE_NEW);
-    if (call->stage == STAGE_DONE) return API_DONE;
-    if (call->stage == STAGE_BROKEN) return API_BROKEN;
-    if (call->stage == STAGE_READY) call->before = out->bytes;
-    call->stage = STAGE_RUNNING;
     if (turn.now) turn.begun = turn.now(turn.context);
     enum pend_status status = call_turn(call, &turn, &done, &error);
     if (turn.now) call->seconds = api_turn_seconds(&turn);
@@ -376,9 +426,19 @@ enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
     return API_DONE;
 }
 
+enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
+    assert(api_call_valid(call) && call->stage != STAGE_NEW);
+    if (call->stage == STAGE_DONE) return API_DONE;
+    if (call->stage == STAGE_BROKEN) return API_BROKEN;
+    if (call->stage == STAGE_READY) call->before = out->bytes;
+    call->stage = STAGE_RUNNING;
+    return (call->relay ? call_run_there : call_run_here)(call, out);
+}
+
 int api_call_streams(const struct api_call *call) {
     assert(api_call_valid(call));
     int open = call->stage == STAGE_READY || call->stage == STAGE_RUNNING;
+    if (call->relay) return open && call->told->streams;
     if (open && call->format->bare && call->op->stats_first && call->op->stats_first(call->state))
         return 0;
     return open && call->op->samples;
@@ -400,12 +460,15 @@ int api_call_foresees(const struct api_call *call) {
 
 double api_call_answer_bytes(const struct api_call *call) {
     assert(api_call_valid(call));
+    if (call->relay) return call->told->answer;
     if (!call->state || !call->op->table) return API_OP_SMALL_BYTES;
     return call->format->bytes(call->op->table(call->state));
 }
 
 double api_call_bytes(const struct api_call *call) {
     assert(api_call_valid(call));
+    int open = call->stage == STAGE_READY || call->stage == STAGE_RUNNING;
+    if (call->relay && open) return call->told->bytes + (double)sizeof *call->told;
     if (!call->state) return 0;
     double all = call_bytes + call->letters + (double)call->whole.cap;
     /* the rows of a job are read and not computed: the operation holds only its request */

@@ -63,16 +63,19 @@ static void class_text(const struct api_value *value, long least, long most, int
         if (characters >= least && characters <= most) return;
         if (characters < 0)
             api_value_fault(value, problem,
+                            API_CODE_OUT_OF_RANGE
                             "must be one line, without control characters and without those that "
                             "change the direction of writing");
         else
-            api_value_fault(value, problem, "must have %ld to %ld characters, got %ld", least, most,
-                            characters);
+            api_value_fault(value, problem,
+                            API_CODE_WRONG_COUNT "must have %ld to %ld characters, got %ld", least,
+                            most, characters);
         return;
     }
     api_value_found(value, found);
-    api_value_fault(value, problem, "must be a text of %ld to %ld characters, got %s", least, most,
-                    found);
+    api_value_fault(value, problem,
+                    API_CODE_WRONG_TYPE "must be a text of %ld to %ld characters, got %s", least,
+                    most, found);
 }
 
 int api_class_id_good(const char *id) {
@@ -86,7 +89,8 @@ static int class_id(const struct api_value *value, int needed, struct api_proble
     const char *id = api_value_text(value);
     if (api_value_kind(value) == API_MISSING && !needed) return 0;
     if (id && api_class_id_good(id)) return 1;
-    api_value_fault(value, problem, "must be 1 to %d of a-z, 0-9 and -", API_CLASS_ID);
+    api_value_fault(value, problem, API_CODE_OUT_OF_RANGE "must be 1 to %d of a-z, 0-9 and -",
+                    API_CLASS_ID);
     return 0;
 }
 
@@ -113,7 +117,8 @@ static int64_t class_value(const struct api_value *value, struct api_problem *pr
     if (api_value_kind(value) != API_NUMBER) {
         char found[API_FOUND_BYTES];
         api_value_found(value, found);
-        api_value_fault(value, problem, "must be a number or a text, got %s", found);
+        api_value_fault(value, problem, API_CODE_WRONG_TYPE "must be a number or a text, got %s",
+                        found);
         return 0;
     }
     double x = api_value_number(value);
@@ -125,7 +130,8 @@ static void class_choices(const struct api_value *choices, struct api_problem *p
     int count = api_value_count(choices);
     assert(count >= 0);
     if (api_value_kind(choices) != API_ARRAY || count < 2 || count > API_CLASS_CHOICES) {
-        api_value_fault(choices, problem, "must be a list of 2 to %d texts", API_CLASS_CHOICES);
+        api_value_fault(choices, problem, API_CODE_WRONG_COUNT "must be a list of 2 to %d texts",
+                        API_CLASS_CHOICES);
         return;
     }
     struct api_value item = api_value_first(choices);
@@ -146,7 +152,8 @@ static int64_t class_wants(const struct api_value *question, struct api_problem 
         return FLAG_KIND * kind + FLAG_CHOICES * api_value_count(&choices);
     }
     if (api_value_kind(&choices) != API_MISSING)
-        api_value_fault(&choices, problem, "is for questions of the kind \"choice\"");
+        api_value_fault(&choices, problem,
+                        API_CODE_NOT_APPLICABLE "is for questions of the kind \"choice\"");
     return FLAG_KIND * kind;
 }
 
@@ -281,6 +288,7 @@ static void class_step_question(const struct api_value *question, struct class_r
     if (api_value_kind(&value) == API_MISSING) return;
     if (!api_class_fits(wanted, class_value(&value, problem)))
         api_value_fault(&value, problem,
+                        API_CODE_WRONG_TYPE
                         "must be an answer to the question: a number, the number "
                         "of a choice, or a text");
 }
@@ -313,7 +321,7 @@ static void class_step(const struct api_value *steps, const struct api_value *st
     int word = 0;
     (void)api_value_only(step, fields, problem);
     if (class_id(&id, 1, problem) && class_step_before(steps, step, api_value_text(&id)))
-        api_value_fault(&id, problem, "is the id of an earlier step");
+        api_value_fault(&id, problem, API_CODE_DUPLICATE "is the id of an earlier step");
     class_text(&title, 0, CLASS_TITLE, 1, problem);
     class_text(&text, 0, CLASS_TEXT, 0, problem);
     class_text(&hint, 0, CLASS_TEXT, 0, problem);
@@ -321,9 +329,9 @@ static void class_step(const struct api_value *steps, const struct api_value *st
     class_step_question(&question, reading);
     (void)api_field_word(&need, needs, &word, problem);
     if (word && api_value_kind(&question) == API_MISSING)
-        api_value_fault(&need, problem, "is for a step with a question");
+        api_value_fault(&need, problem, API_CODE_NOT_APPLICABLE "is for a step with a question");
     if (class_id(&until, 0, problem) && !class_step_before(steps, step, api_value_text(&until)))
-        api_value_fault(&until, problem, "must be the id of an earlier step");
+        api_value_fault(&until, problem, API_CODE_UNKNOWN_NAME "must be the id of an earlier step");
 }
 
 static void class_worksheet(const struct api_value *root, struct class_reading *reading) {
@@ -340,7 +348,8 @@ static void class_worksheet(const struct api_value *root, struct class_reading *
     (void)api_field_truth(&closed, &shut, problem);
     reading->facts->flag = shut ? FLAG_CLOSED : 0;
     if (api_value_kind(&steps) != API_ARRAY || count < 1 || count > API_CLASS_STEPS) {
-        api_value_fault(&steps, problem, "must be a list of 1 to %d steps", API_CLASS_STEPS);
+        api_value_fault(&steps, problem, API_CODE_WRONG_COUNT "must be a list of 1 to %d steps",
+                        API_CLASS_STEPS);
         return;
     }
     struct api_value step = api_value_first(&steps);
@@ -359,7 +368,9 @@ static void class_handin(const struct api_value *root, struct class_reading *rea
     (void)api_value_only(root, fields, problem);
     (void)api_field_truth(&done, &truth, problem);
     if (api_value_kind(&answers) != API_ARRAY || api_value_count(&answers) > API_CLASS_STEPS) {
-        api_value_fault(&answers, problem, "must be a list of at most %d answers", API_CLASS_STEPS);
+        api_value_fault(&answers, problem,
+                        API_CODE_WRONG_COUNT "must be a list of at most %d answers",
+                        API_CLASS_STEPS);
         return;
     }
     struct api_value answer = api_value_first(&answers);
@@ -396,7 +407,8 @@ static const struct {
 
 /* states that a body is larger than its kind may be */
 static void class_large(enum api_class_kind kind, size_t bytes, struct api_problem *problem) {
-    api_problem_set(problem, 413, "a %s has at most %zu bytes without blanks, got %zu",
+    api_problem_set(problem, 413,
+                    API_TYPE_LIMIT "a %s has at most %zu bytes without blanks, got %zu",
                     class_table[kind].name, class_table[kind].most, bytes);
 }
 

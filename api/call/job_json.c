@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "api/json/json_out.h"
 
@@ -17,6 +18,63 @@ static void job_date(int64_t days, int64_t *year, int *month, int *day) {
     *day = (int)(of_year - (153 * march + 2) / 5 + 1);
     *month = (int)(march < 10 ? march + 3 : march - 9);
     *year = years + era * 400 + (*month <= 2);
+}
+
+/* so many digits as a number; -1 where they are not digits */
+static int job_digits(const char *text, int count) {
+    int number = 0;
+    for (int i = 0; i < count; i++) {
+        if (text[i] < '0' || text[i] > '9') return -1;
+        number = 10 * number + text[i] - '0';
+    }
+    return number;
+}
+
+/* days since 1970 of a date that job_date gives back; -1 for one that is none */
+static int64_t job_days(int64_t year, int month, int day) {
+    int64_t before = year - (month <= 2), era = before / 400, of_era = before - era * 400, back;
+    int64_t of_year = (153 * (month + (month > 2 ? -3 : 9)) + 2) / 5 + day - 1;
+    int64_t days = era * 146097 + of_era * 365 + of_era / 4 - of_era / 100 + of_year - 719468;
+    int back_month, back_day;
+    job_date(days, &back, &back_month, &back_day);
+    return back == year && back_month == month && back_day == day ? days : -1;
+}
+
+/* seconds that a zone's clocks are ahead of UTC: "Z", "+01:00"; 86400 for any other text */
+static int job_zone(const char *text) {
+    if (!strcmp(text, "Z") || !strcmp(text, "z")) return 0;
+    if ((*text != '+' && *text != '-') || strlen(text) != 6 || text[3] != ':') return 86400;
+    int hours = job_digits(text + 1, 2), minutes = job_digits(text + 4, 2);
+    if (hours < 0 || hours > 23 || minutes < 0 || minutes > 59) return 86400;
+    return (*text == '-' ? -60 : 60) * (60 * hours + minutes);
+}
+
+/* a point and up to six digits as us; -1 for a point without digits. *text goes on behind them */
+static int job_fraction(const char **text) {
+    int us = 0, digits = 0;
+    if (**text != '.') return 0;
+    for (++*text; digits < 6 && job_digits(*text, 1) >= 0; digits++, ++*text)
+        us = 10 * us + **text - '0';
+    if (!digits) return -1;
+    for (; digits < 6; digits++) us *= 10;
+    return us;
+}
+
+int api_job_instant(const char *text, int64_t *us) {
+    static const char form[] = "0000-00-00T00:00:00";
+    if (strlen(text) < sizeof form) return 0;
+    for (size_t i = 0; i + 1 < sizeof form; i++)
+        if (form[i] == '0' ? job_digits(text + i, 1) < 0 : text[i] != form[i]) return 0;
+    int64_t days = job_days(job_digits(text, 4), job_digits(text + 5, 2), job_digits(text + 8, 2));
+    int hour = job_digits(text + 11, 2), minute = job_digits(text + 14, 2),
+        second = job_digits(text + 17, 2);
+    text += sizeof form - 1;
+    int fraction = job_fraction(&text), zone = job_zone(text);
+    if (days < 0 || hour > 23 || minute > 59 || second > 60 || fraction < 0 || zone == 86400)
+        return 0;
+    *us = ((days * 24 + hour) * 60 + minute) * 60000000 + (int64_t)(second - zone) * 1000000 +
+          fraction;
+    return *us > 0;
 }
 
 enum pend_status api_job_time(struct api_buffer *out, const char *name, int64_t us) {
@@ -53,9 +111,16 @@ enum pend_status api_job_write(const struct api_job *job, struct api_buffer *out
     PEND_TRY(api_out_text(out, "id", job->id));
     PEND_TRY(api_out_text(out, "type", "process"));
     PEND_TRY(api_out_text(out, "operation", job->operation));
+    PEND_TRY(api_out_text(out, "title", job->title[0] ? job->title : NULL));
+    PEND_TRY(api_out_text(out, "version", job->version[0] ? job->version : NULL));
     PEND_TRY(api_out_text(out, "status", job->status));
     PEND_TRY(api_out_text(out, "owner", job->owner));
     PEND_TRY(api_out_whole(out, "progress", job_progress(job)));
+    PEND_TRY(api_out_open(out, "parts", '{'));
+    PEND_TRY(api_out_whole(out, "done", job->done));
+    PEND_TRY(api_out_whole(out, "all", job->parts));
+    PEND_TRY(api_buffer_text(out, "}"));
+    PEND_TRY(api_out_whole(out, "bytes", (long)job->bytes));
     PEND_TRY(api_job_time(out, "created", job->created));
     PEND_TRY(api_job_time(out, "started", job->started));
     PEND_TRY(api_job_time(out, "finished", job->finished));
@@ -67,6 +132,8 @@ enum pend_status api_job_write(const struct api_job *job, struct api_buffer *out
     PEND_TRY(job_link(out, "self", path));
     snprintf(path, sizeof path, "/v1/jobs/%.40s/events", job->id);
     PEND_TRY(job_link(out, "events", path));
+    snprintf(path, sizeof path, "/v1/jobs/%.40s/request", job->id);
+    if (job->request) PEND_TRY(job_link(out, "request", path));
     snprintf(path, sizeof path, "/v1/jobs/%.40s/results", job->id);
     if (job->results) PEND_TRY(job_link(out, "results", path));
     return api_buffer_text(out, "]}");

@@ -13,16 +13,30 @@ struct api_job {
     const char *id, *operation;
     const char *status;  /* as in OGC API - Processes: "running" */
     const char *message; /* how it ended; "" = nothing to say */
+    const char *title;   /* what its client calls it; "" = nothing */
+    const char *version; /* of the program that took it in; "" = not known */
     const char *owner;   /* who may end it and list it: "key", "token", "account" or "address" */
     long parts, done;
     int64_t created, started, finished, expires;
     double remaining; /* s, estimated; < 0 = unknown */
+    long long bytes;  /* of results that are kept */
     int results;      /* they can be fetched */
+    int request;      /* so can its request */
 };
 
 /** Appends a member that is an instant, us since 1970, in UTC in the form of RFC 3339; null for 0.
  * Fails as api_buffer_room does. */
 PEND_MUST_CHECK enum pend_status api_job_time(struct api_buffer *out, const char *name, int64_t us);
+
+/**
+ * Reads an instant in the form of RFC 3339, in UTC ("2026-01-31T09:30:00Z", with up to six digits
+ * behind a point) or with an offset ("+01:00").
+ *
+ * us  out: us since 1970.
+ *
+ * Returns 0 for any other text, and for years before 1970.
+ */
+int api_job_instant(const char *text, int64_t *us);
 
 /** Appends a job as a JSON object; fails as api_buffer_room does. */
 PEND_MUST_CHECK enum pend_status api_job_write(const struct api_job *job, struct api_buffer *out);

@@ -2,6 +2,7 @@
 
     openapi_embed.py api/call/openapi.yaml           C source that defines what api/call/openapi.h declares
     openapi_embed.py --json api/call/openapi.yaml    the JSON itself
+    openapi_embed.py --twin api/call/openapi.yaml    the same as OpenAPI 3.0, as JSON
 
 The YAML is read as YAML 1.2's JSON schema has it (no dates, no yes or no, 1e-16 is a number); a key that is there twice
 is an error; keys keep their order.
@@ -54,6 +55,84 @@ def minified(document):
     return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
+def typed(schema, types):
+    """What OpenAPI 3.0 has for a list of types: one, others beside it, and null as a word of its own."""
+    real = [one for one in types if one != "null"]
+    more = {"nullable": True} if len(real) < len(types) else {}
+    if len(real) == 1:
+        schema.update(type=real[0], **more)
+    else:
+        schema.setdefault("anyOf", [{"type": one, **({"items": {}} if one == "array" else {}), **more} for one in real])
+
+
+def older_limits(schema):
+    """Bounds, constants and examples as the schemas of OpenAPI 3.0 have them."""
+    for bound, word in (("minimum", "exclusiveMinimum"), ("maximum", "exclusiveMaximum")):
+        if word in schema and bound not in schema:
+            schema[bound], schema[word] = schema[word], True
+        elif word in schema:
+            del schema[word]
+    if "const" in schema:
+        schema["enum"] = [schema.pop("const")]
+        if "type" not in schema:
+            schema["type"] = {bool: "boolean", int: "integer", float: "number"}.get(type(schema["enum"][0]), "string")
+    if "examples" in schema:
+        examples = schema.pop("examples")
+        schema.setdefault("example", examples[0])
+
+
+def older_schema(schema):
+    """A schema of OpenAPI 3.1 in the words of 3.0; what 3.0 cannot say is left out, so that it allows more, never less."""
+    if schema is True:
+        return {}
+    if schema is False:
+        return {"not": {}}
+    schema = {key: value for key, value in schema.items()
+              if key not in ("contentMediaType", "contentEncoding", "if", "then", "else", "$comment", "propertyNames", "unevaluatedProperties",
+                             "dependentRequired", "patternProperties", "contains", "minContains", "maxContains")}
+    if "$ref" in schema:
+        rest = {key: value for key, value in schema.items() if key != "$ref"}
+        return {"allOf": [{"$ref": schema["$ref"]}], **older_schema(rest)} if rest else schema
+    tuple_of = schema.pop("prefixItems", None)
+    if tuple_of:
+        schema["items"] = {"anyOf": tuple_of}
+    older_limits(schema)
+    if isinstance(schema.get("type"), list):
+        typed(schema, schema.pop("type"))
+    for key in ("items", "additionalProperties", "not"):
+        if isinstance(schema.get(key), (dict, bool)) and not (key == "additionalProperties" and isinstance(schema[key], bool)):
+            schema[key] = older_schema(schema[key])
+    for key in ("allOf", "anyOf", "oneOf"):
+        if key in schema:
+            schema[key] = [older_schema(one) for one in schema[key]]
+    if schema.get("type") == "null":
+        schema.update(type="string", nullable=True, enum=[None])
+    if "properties" in schema:
+        schema["properties"] = {name: older_schema(one) for name, one in schema["properties"].items()}
+    if schema.get("type") == "array":
+        schema.setdefault("items", {})
+    return schema
+
+
+def older(node, key=None):
+    """The document as OpenAPI 3.0, for programs that know no later one: the same routes, fields and words."""
+    if isinstance(node, list):
+        return [older(one) for one in node]
+    if not isinstance(node, dict) or key in ("example", "examples", "value"):
+        return node
+    if "$ref" in node and isinstance(node["$ref"], str):
+        return {"$ref": node["$ref"]}
+    return {name: older_schema(value) if name == "schema" else {one: older_schema(its) for one, its in value.items()} if name == "schemas"
+            else older(value, name) for name, value in node.items()}
+
+
+def twin(document):
+    made = older({name: value for name, value in document.items() if name not in ("jsonSchemaDialect", "webhooks")})
+    info = {name: value for name, value in made["info"].items() if name != "summary"}
+    info["license"] = {name: value for name, value in info["license"].items() if name != "identifier"}
+    return {**made, "openapi": "3.0.3", "info": info}
+
+
 def c_literals(data, width=100):
     """Lines of C string literals: printable ASCII as it is, all else in octal, no trigraphs."""
     safe = {34: '\\"', 92: "\\\\", 63: "\\?"}
@@ -74,15 +153,16 @@ def define(name, data, length):
 
 
 def main(arguments):
-    text = minified(load(arguments[-1]))
-    if arguments[0] == "--json":
-        print(text)
+    document = load(arguments[-1])
+    if arguments[0] in ("--json", "--twin"):
+        print(minified(document if arguments[0] == "--json" else twin(document)))
         return
-    data = text.encode()
     print('#include "api/call/openapi.h"')
-    define("api_openapi_json", data, "api_openapi_bytes")
-    define("api_openapi_packed", gzip.compress(data, 9, mtime=0), "api_openapi_packed_bytes")
-    print(f'\nconst char api_openapi_etag[] = "\\"{hashlib.sha256(data).hexdigest()[:32]}\\"";')
+    for name, text in (("api_openapi", minified(document)), ("api_openapi_twin", minified(twin(document)))):
+        data = text.encode()
+        define(f"{name}_json", data, f"{name}_bytes")
+        define(f"{name}_packed", gzip.compress(data, 9, mtime=0), f"{name}_packed_bytes")
+        print(f'\nconst char {name}_etag[] = "\\"{hashlib.sha256(data).hexdigest()[:32]}\\"";')
 
 
 if __name__ == "__main__":

@@ -15,9 +15,12 @@ void api_request_check(const struct api_request *request, const struct api_limit
                         request->content_type ? ", not " : "",
                         request->content_type ? request->content_type : "");
     if (request->query && *request->query)
-        api_problem_set(problem, 422, "this route takes no query, got \"?%s\"", request->query);
+        api_problem_set(problem, 422,
+                        "this route takes no query, got \"?%s\": put it into the body",
+                        request->query);
     if (op->body && (double)request->body_bytes > limits->body_bytes)
         api_problem_set(problem, 413,
+                        API_TYPE_LIMIT
                         "the body has %zu bytes, more than the limit max-body-bytes of %.0f",
                         request->body_bytes, limits->body_bytes);
 }

@@ -19,10 +19,12 @@ static void scene_check_title(const struct api_value *title, struct api_problem 
     if (text && characters <= API_SCENE_TITLE) return;
     api_value_found(title, found);
     if (text)
-        api_value_fault(title, problem, "must be a text of at most %d characters, got %ld",
+        api_value_fault(title, problem,
+                        API_CODE_WRONG_COUNT "must be a text of at most %d characters, got %ld",
                         API_SCENE_TITLE, characters);
     else
-        api_value_fault(title, problem, "must be a text of at most %d characters, got %s",
+        api_value_fault(title, problem,
+                        API_CODE_WRONG_TYPE "must be a text of at most %d characters, got %s",
                         API_SCENE_TITLE, found);
 }
 
@@ -63,11 +65,13 @@ static enum pend_status scene_write(const struct api_value *root, double most,
     PEND_TRY(scene_member("request", &request, "{}", inner, &bytes));
     PEND_TRY(scene_member("view", &view, "{}", inner, &bytes));
     if (bytes > API_SCENE_VIEW)
-        api_value_fault(&view, problem, "must have at most %d bytes without blanks, got %zu",
+        api_value_fault(&view, problem,
+                        API_CODE_WRONG_COUNT "must have at most %d bytes without blanks, got %zu",
                         API_SCENE_VIEW, bytes);
     if ((double)inner->bytes > most)
         api_problem_set(
             problem, 413,
+            API_TYPE_LIMIT
             "the scene has %zu bytes without blanks, more than the limit max-scene-bytes of %.0f",
             inner->bytes, most);
     return problem->status ? PEND_INVALID : PEND_OK;

@@ -1,6 +1,7 @@
 #include "api/encode/encode.h"
 
 #include <assert.h>
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -134,9 +135,15 @@ static enum pend_status writer_keep(struct api_writer *writer) {
     return PEND_OK;
 }
 
+int api_format_streams(const struct api_format *format, const struct api_table *table) {
+    return format->block && !(format->counted && table->rows_later);
+}
+
 int api_writer_valid(const struct api_writer *writer) {
     return writer->rows >= 0 && writer->rows <= writer->table.rows &&
-           writer->table.count <= API_COLUMNS && !writer->format->block == !!writer->column[0];
+           writer->table.count <= API_COLUMNS &&
+           !api_format_streams(writer->format, &writer->table) == !!writer->column[0] &&
+           writer->sent <= writer->rows;
 }
 
 enum pend_status api_writer_new(struct api_writer **writer, const struct api_format *format,
@@ -145,15 +152,18 @@ enum pend_status api_writer_new(struct api_writer **writer, const struct api_for
     if (!*writer) return PEND_NO_MEMORY;
     (*writer)->format = format;
     (*writer)->table = *table;
-    enum pend_status status = format->block ? PEND_OK : writer_keep(*writer);
-    if (status == PEND_OK && format->begin) status = format->begin(*writer, out);
+    int streams = api_format_streams(format, table);
+    (*writer)->sent = -1;
+    enum pend_status status = streams ? PEND_OK : writer_keep(*writer);
+    if (status == PEND_OK && format->begin && (streams || !format->block))
+        status = format->begin(*writer, out);
     if (status != PEND_OK) api_writer_free(writer);
     assert(!*writer || api_writer_valid(*writer));
     return status;
 }
 
 double api_writer_bytes(const struct api_format *format, const struct api_table *table) {
-    double kept = format->block
+    double kept = api_format_streams(format, table)
                       ? 0
                       : (double)table->rows * api_table_numbers(table, 0) * (double)sizeof(double);
     return (double)format->writer_bytes + kept + API_PIECE_BYTES;
@@ -197,21 +207,71 @@ static enum pend_status column_fails(const struct api_writer *writer, int c, lon
                      column->part ? " " : "", column->part ? column->part : "", where, when);
 }
 
+/* keeps rows; where no representation turns them into NaN later, as rows_write does, sparse columns
+ * have it from here on */
 static void writer_take(struct api_writer *writer, long rows, const double *const data[]) {
+    int nan = writer->format->binary && writer->table.nan && !writer->format->block;
     for (int c = 0; c < writer->table.count; c++) {
         size_t width = (size_t)api_column_numbers(&writer->table.column[c]),
                count = (size_t)rows * width;
-        if (count)
-            memcpy(writer->column[c] + (size_t)writer->rows * width, data[c],
-                   count * sizeof(double));
+        double *to = writer->column[c] + (size_t)writer->rows * width;
+        if (count) memcpy(to, data[c], count * sizeof(double));
+        for (size_t i = 0; nan && writer->table.column[c].sparse && i < count; i++)
+            if (to[i] < 0) to[i] = NAN;
     }
+}
+
+/* true if floats of 4 bytes hold the numbers of some rows */
+static int all_narrow(const struct api_writer *writer, long rows, const double *const data[]) {
+    for (int c = 0; c < writer->table.count; c++) {
+        long count = rows * api_column_numbers(&writer->table.column[c]);
+        for (long i = 0; i < count; i++)
+            if (fabs(data[c][i]) > FLT_MAX) return 0;
+    }
+    return 1;
+}
+
+/* the rows, with NaN for what sparse columns have not; data: in and out, the columns that are
+ * copied for that, in one block that the caller frees */
+static enum pend_status rows_nan(const struct api_writer *writer, long rows, const double *data[],
+                                 double **copies) {
+    const struct api_table *table = &writer->table;
+    size_t numbers = 0;
+    for (int c = 0; c < table->count; c++)
+        numbers += table->column[c].sparse ? (size_t)api_column_numbers(&table->column[c]) : 0;
+    double *at = *copies = malloc(numbers * (size_t)rows * sizeof *at + 1);
+    if (!at) return PEND_NO_MEMORY;
+    for (int c = 0; c < table->count; c++) {
+        long count = rows * api_column_numbers(&table->column[c]);
+        if (!table->column[c].sparse) continue;
+        for (long i = 0; i < count; i++) at[i] = data[c][i] >= 0 ? data[c][i] : NAN;
+        data[c] = at;
+        at += count;
+    }
+    return PEND_OK;
+}
+
+/* writes rows by a representation that can stream */
+static enum pend_status rows_write(struct api_writer *writer, long rows, const double *const data[],
+                                   struct api_buffer *out) {
+    const struct api_format *format = writer->format;
+    const double *own[API_COLUMNS];
+    double *copies = NULL;
+    if (!format->binary || !writer->table.nan) return format->block(writer, rows, data, out);
+    memcpy(own, data, (size_t)writer->table.count * sizeof *own);
+    PEND_TRY(rows_nan(writer, rows, own, &copies));
+    enum pend_status status = format->block(writer, rows, own, out);
+    free(copies);
+    return status;
 }
 
 enum pend_status api_writer_finite_block(struct api_writer *writer, long rows,
                                          const double *const data[], struct api_buffer *out) {
     assert(api_writer_valid(writer) && rows <= writer->table.rows - writer->rows);
-    if (writer->format->block)
-        PEND_TRY(writer->format->block(writer, rows, data, out));
+    if (writer->format->binary && writer->table.float32 && !all_narrow(writer, rows, data))
+        return PEND_NOT_FINITE;
+    if (!writer->column[0])
+        PEND_TRY(rows_write(writer, rows, data, out));
     else
         writer_take(writer, rows, data);
     writer->rows += rows;
@@ -225,21 +285,47 @@ enum pend_status api_writer_block(struct api_writer *writer, long rows, const do
         long count = rows * api_column_numbers(&writer->table.column[c]);
         if (!all_finite(count, data[c])) return column_fails(writer, c, count, data, error);
     }
-    return api_writer_finite_block(writer, rows, data, out);
+    enum pend_status status = api_writer_finite_block(writer, rows, data, out);
+    if (status != PEND_NOT_FINITE) return status;
+    return pend_fail(error, status, -1, 0,
+                     "a number is beyond those that a float32 holds: ask for \"number\": "
+                     "\"float64\"");
+}
+
+/* writes the next of the rows that were kept until their number was known */
+static enum pend_status rows_send(struct api_writer *writer, struct api_buffer *out) {
+    const struct api_table *table = &writer->table;
+    const double *data[API_COLUMNS];
+    long most = 1 + (long)(API_PIECE_BYTES / (api_table_numbers(table, 0) * sizeof(double)));
+    if (writer->sent < 0) {
+        writer->table.rows = writer->rows;
+        writer->sent = 0;
+        if (writer->format->begin) PEND_TRY(writer->format->begin(writer, out));
+    }
+    if (most > writer->rows - writer->sent) most = writer->rows - writer->sent;
+    for (int c = 0; c < table->count; c++)
+        data[c] = writer->column[c] + writer->sent * api_column_numbers(&table->column[c]);
+    PEND_TRY(rows_write(writer, most, data, out));
+    writer->sent += most;
+    return PEND_OK;
 }
 
 enum pend_status api_writer_finish(struct api_writer *writer, const struct api_stats *stats,
                                    struct api_buffer *out, int *done) {
     assert(api_writer_valid(writer));
     writer->stats = stats;
+    *done = 0;
+    if (writer->format->block && writer->column[0] &&
+        (writer->sent < 0 || writer->sent < writer->rows))
+        return rows_send(writer, out);
     if (writer->format->finish) return writer->format->finish(writer, out, done);
     *done = 1;
     return PEND_OK;
 }
 
 static const struct api_format *const formats[] = {
-    &api_format_json, &api_format_ndjson, &api_format_csv, &api_format_octets,
-    &api_format_npz,  &api_format_mat,    &api_format_png};
+    &api_format_json, &api_format_ndjson,  &api_format_csv, &api_format_octets, &api_format_npz,
+    &api_format_npy,  &api_format_parquet, &api_format_mat, &api_format_png};
 
 void api_format_list(char text[API_FORMATS_TEXT], int samples, int streams) {
     size_t used = 0;

@@ -40,6 +40,8 @@ struct api_table {
                      */
     int single;     /* there is one row, and the answer's arrays have no axis for rows */
     int digits;     /* significant digits of a number, 0 = the shortest text that reads back */
+    int float32;    /* numbers of binary representations that can are floats of 4 bytes */
+    int nan;        /* what a sparse column has not is NaN in binary representations that can */
     struct api_table_picture picture;
 };
 
@@ -84,6 +86,9 @@ struct api_format {
     int picture;           /* draws the table's picture */
     int digits;            /* is text, so that numbers can be rounded */
     int exact;             /* `bytes` is the exact length of the answer */
+    int binary;            /* takes the table's float32 and nan */
+    int counted;           /* writes how many rows there are before the rows: those of a table whose
+                              rows are known later are kept */
     int bare;              /* the answer does not name its columns: a header field does */
     int problem_line;      /* a broken answer ends with a line {"problem": {...}} */
     double most_bytes;     /* the most bytes of an answer, if the format has a limit; else 0 */
@@ -109,13 +114,16 @@ struct api_writer {
     long rows;                     /* written or kept so far */
     double *column[API_COLUMNS];   /* the rows that are kept, one block; NULL if the representation
                                       streams */
+    long sent;                     /* rows kept by one that can stream that are written; -1 = not
+                                      even what is before them */
     const struct api_stats *stats; /* once all rows were written or kept; NULL = none */
 };
 
 extern const struct api_format api_format_json, api_format_ndjson, api_format_csv,
-    api_format_octets, api_format_npz, api_format_mat, api_format_png;
+    api_format_octets, api_format_npz, api_format_npy, api_format_parquet, api_format_mat,
+    api_format_png;
 
-enum { API_FORMATS_TEXT = 160 };
+enum { API_FORMATS_TEXT = 240 };
 
 /**
  * Writes the media types of the representations, separated by commas.
@@ -152,6 +160,9 @@ char *api_column_write_row(char *out, const struct api_column *column, const dou
 static inline size_t api_column_brackets(const struct api_column *column) {
     return column->inner ? (size_t)(3 * (column->width / column->inner)) : 0;
 }
+
+/** Non-zero if rows of the table are written as they come, and none is kept. O(1). */
+int api_format_streams(const struct api_format *format, const struct api_table *table);
 
 /** Adds a column; the caller adds at most API_COLUMNS. */
 void api_table_add(struct api_table *table, const char *name, const char *part, int width);
@@ -217,14 +228,16 @@ double api_writer_bytes(const struct api_format *format, const struct api_table 
  * data   one array for each column, width (or 1) numbers a row.
  * error  on failure names the column, the arm, and the time if the first column is t, else the row.
  *
- * PEND_NOT_FINITE  a number is NaN or infinite; nothing was written.
+ * PEND_NOT_FINITE  a number is NaN or infinite, or beyond floats of 4 bytes where these are
+ *                  wanted; nothing was written.
  * PEND_NO_MEMORY, PEND_LIMIT
  */
 PEND_MUST_CHECK enum pend_status api_writer_block(struct api_writer *writer, long rows,
                                                   const double *const data[],
                                                   struct api_buffer *out, struct pend_error *error);
 
-/** As api_writer_block, for numbers that are known to be finite. */
+/** As api_writer_block, for numbers that are known to be finite; floats of 4 bytes may be too
+ * small for them. */
 PEND_MUST_CHECK enum pend_status api_writer_finite_block(struct api_writer *writer, long rows,
                                                          const double *const data[],
                                                          struct api_buffer *out);

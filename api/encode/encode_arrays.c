@@ -3,6 +3,9 @@
 #include <assert.h>
 #include <string.h>
 
+#include "api/base/octets.h"
+#include "api/number/number.h"
+
 static int part_is(const struct api_column *column, const char *part) {
     return column->part && !strcmp(column->part, part);
 }
@@ -19,4 +22,35 @@ void api_arrays_init(struct api_arrays *arrays, const struct api_table *table) {
         array->part = NULL;
         array->im = ++c;
     }
+}
+
+int api_array_float32(const struct api_array *array, const struct api_table *table) {
+    return table->float32 && strcmp(array->name, "t") != 0 && strcmp(array->name, "member") != 0;
+}
+
+size_t api_array_bytes(const struct api_array *array, const struct api_table *table) {
+    return (array->im < 0 ? 1 : 2) * (api_array_float32(array, table) ? 4u : 8u);
+}
+
+const char *api_array_type(const struct api_array *array, const struct api_table *table) {
+    static const char *const types[2][2] = {{"<f8", "<c16"}, {"<f4", "<c8"}};
+    return types[api_array_float32(array, table)][array->im >= 0];
+}
+
+char *api_array_write(char *at, const struct api_array *array, const struct api_table *table,
+                      size_t count, const double re[], const double im[]) {
+    int narrow = api_array_float32(array, table);
+    if (!narrow && array->im < 0) return api_octets_doubles(at, count, re);
+    for (size_t i = 0; i < count; i++) {
+        at = narrow ? api_octets_float(at, re[i]) : api_octets_double(at, re[i]);
+        if (array->im >= 0)
+            at = narrow ? api_octets_float(at, im[i]) : api_octets_double(at, im[i]);
+    }
+    return at;
+}
+
+char *api_array_shape(char *at, const struct api_array *array) {
+    if (!array->width) return at;
+    if (array->inner) at = stpcpy(api_number_write_int(at, array->width / array->inner), ", ");
+    return api_number_write_int(at, array->inner ? array->inner : array->width);
 }

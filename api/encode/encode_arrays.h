@@ -23,4 +23,22 @@ struct api_arrays {
 /** Groups the columns of a table. */
 void api_arrays_init(struct api_arrays *arrays, const struct api_table *table);
 
+/** Non-zero if the numbers of an array are floats of 4 bytes: instants and numbers of members, of
+ * which these have too few digits, are not. O(1). */
+int api_array_float32(const struct api_array *array, const struct api_table *table);
+
+/** Returns the bytes of a number, a complex one counted once. O(1). */
+size_t api_array_bytes(const struct api_array *array, const struct api_table *table);
+
+/** Returns NumPy's name of the kind of number: "<f8". O(1). */
+const char *api_array_type(const struct api_array *array, const struct api_table *table);
+
+/** Writes numbers, little-endian; im: of a complex array. Returns the end. */
+char *api_array_write(char *at, const struct api_array *array, const struct api_table *table,
+                      size_t count, const double re[], const double im[]);
+
+/** Writes the shape of a row of an array as Python writes what follows the rows: "4" or "4, 2";
+ * nothing for one number. Returns the end. */
+char *api_array_shape(char *at, const struct api_array *array);
+
 #endif

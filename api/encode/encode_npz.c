@@ -109,18 +109,16 @@ static uint64_t array_numbers(const struct npz_writer *writer, const struct api_
     return (uint64_t)writer->base.rows * array_width(array);
 }
 
-static size_t number_bytes(const struct api_array *array) { return array->im < 0 ? 8 : 16; }
+static size_t number_bytes(const struct npz_writer *writer, const struct api_array *array) {
+    return api_array_bytes(array, &writer->base.table);
+}
 
 /* numbers [from, from + count) of an array, as bytes */
 static void array_write(const struct npz_writer *writer, const struct api_array *array,
                         uint64_t from, size_t count, char *at) {
-    const double *re = writer->base.column[array->re] + from;
-    if (array->im < 0) {
-        api_octets_doubles(at, count, re);
-        return;
-    }
-    const double *im = writer->base.column[array->im] + from;
-    for (size_t i = 0; i < count; i++) at = api_octets_double(api_octets_double(at, re[i]), im[i]);
+    double *const *column = writer->base.column;
+    (void)api_array_write(at, array, &writer->base.table, count, column[array->re] + from,
+                          array->im < 0 ? NULL : column[array->im] + from);
 }
 
 static uint32_t array_crc(const struct npz_writer *writer, const struct api_array *array,
@@ -129,13 +127,13 @@ static uint32_t array_crc(const struct npz_writer *writer, const struct api_arra
     char bytes[SOME * 16];
     uint64_t numbers = array_numbers(writer, array);
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
-    if (array->im < 0)
+    if (array->im < 0 && number_bytes(writer, array) == sizeof(double))
         return libdeflate_crc32(crc, writer->base.column[array->re], numbers * sizeof(double));
 #endif
     for (uint64_t from = 0; from < numbers; from += SOME) {
         size_t count = numbers - from < SOME ? (size_t)(numbers - from) : SOME;
         array_write(writer, array, from, count, bytes);
-        crc = libdeflate_crc32(crc, bytes, count * number_bytes(array));
+        crc = libdeflate_crc32(crc, bytes, count * number_bytes(writer, array));
     }
     return crc;
 }
@@ -146,9 +144,8 @@ static void array_shape(const struct npz_writer *writer, const struct api_array 
     int rows = !writer->base.table.single;
     char *at = stpcpy(shape, "(");
     if (rows) at = stpcpy(api_number_write_int(at, writer->base.rows), array->width ? ", " : ",");
-    if (array->inner) at = stpcpy(api_number_write_int(at, array->width / array->inner), ", ");
-    int last = array->inner ? array->inner : array->width;
-    if (array->width) at = stpcpy(api_number_write_int(at, last), rows || array->inner ? "" : ",");
+    at = api_array_shape(at, array);
+    if (array->width && !rows && !array->inner) at = stpcpy(at, ",");
     stpcpy(at, ")");
 }
 
@@ -165,8 +162,8 @@ static enum pend_status array_begin(struct npz_writer *writer, const struct api_
     char head[HEAD_BYTES], shape[64];
     member_name(member, array->name, array->part ? "_" : "", array->part ? array->part : "");
     array_shape(writer, array, shape);
-    npy_head(head, array->im < 0 ? "<f8" : "<c16", shape);
-    member->bytes = HEAD_BYTES + array_numbers(writer, array) * number_bytes(array);
+    npy_head(head, api_array_type(array, &writer->base.table), shape);
+    member->bytes = HEAD_BYTES + array_numbers(writer, array) * number_bytes(writer, array);
     member->crc = array_crc(writer, array, libdeflate_crc32(0, head, HEAD_BYTES));
     return member_begin(writer, head, out);
 }
@@ -175,9 +172,9 @@ static enum pend_status array_begin(struct npz_writer *writer, const struct api_
 static enum pend_status array_go_on(struct npz_writer *writer, const struct api_array *array,
                                     struct api_buffer *out) {
     uint64_t rest = array_numbers(writer, array) - writer->at;
-    size_t count = API_PIECE_BYTES / number_bytes(array);
+    size_t count = API_PIECE_BYTES / number_bytes(writer, array);
     if (count > rest) count = (size_t)rest;
-    size_t bytes = count * number_bytes(array);
+    size_t bytes = count * number_bytes(writer, array);
     PEND_TRY(api_buffer_room(out, bytes + 1));
     array_write(writer, array, writer->at, count, out->data + out->bytes);
     out->bytes += bytes;
@@ -303,6 +300,7 @@ const struct api_format api_format_npz = {
     .content_type = "application/x-npz",
     .extension = "npz",
     .samples_only = 1,
+    .binary = 1,
     .most_bytes = 0xffffffff,
     .writer_bytes = sizeof(struct npz_writer),
     .bytes = npz_bytes,

@@ -1,13 +1,14 @@
 /* A table as plain doubles, little-endian, row after row: a Float64Array in a browser,
- * numpy.frombuffer in Python.
+ * numpy.frombuffer in Python. With the table's float32 they are floats, a Float32Array.
  * Leaves to others: naming the columns (the X-Columns header field, by call).
- * Invariant: 8 bytes a number and nothing else. */
+ * Invariant: 8 or 4 bytes a number and nothing else. */
 #include "api/encode/encode.h"
 
 #include "api/base/octets.h"
 
 static double octets_bytes(const struct api_table *table) {
-    return (double)table->rows * api_table_numbers(table, 0) * sizeof(double);
+    return (double)table->rows * api_table_numbers(table, 0) *
+           (table->float32 ? sizeof(float) : sizeof(double));
 }
 
 /* writes the numbers of a column to their places in the rows, `row` bytes apart; if the width is a
@@ -37,10 +38,24 @@ static void octets_place(char *at, long rows, size_t width, size_t row, const do
     }
 }
 
+static enum pend_status octets_floats(const struct api_table *table, long rows,
+                                      const double *const data[], struct api_buffer *out) {
+    PEND_TRY(api_buffer_room(out, (size_t)rows * (size_t)api_table_numbers(table, 0) * 4));
+    char *at = out->data + out->bytes;
+    for (long i = 0; i < rows; i++)
+        for (int c = 0; c < table->count; c++) {
+            long width = api_column_numbers(&table->column[c]);
+            for (long k = 0; k < width; k++) at = api_octets_float(at, data[c][i * width + k]);
+        }
+    out->bytes = (size_t)(at - out->data);
+    return PEND_OK;
+}
+
 static enum pend_status octets_block(struct api_writer *writer, long rows,
                                      const double *const data[], struct api_buffer *out) {
     const struct api_table *table = &writer->table;
     size_t row = (size_t)api_table_numbers(table, 0) * sizeof(double);
+    if (table->float32) return octets_floats(table, rows, data, out);
     PEND_TRY(api_buffer_room(out, (size_t)rows * row));
     char *at = out->data + out->bytes;
     for (int c = 0; c < table->count && rows; c++) {
@@ -57,6 +72,7 @@ const struct api_format api_format_octets = {
     .content_type = "application/octet-stream",
     .samples_only = 1,
     .exact = 1,
+    .binary = 1,
     .bare = 1,
     .writer_bytes = sizeof(struct api_writer),
     .bytes = octets_bytes,

@@ -1,5 +1,6 @@
 #include "api/json/json_in.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdarg.h>
@@ -10,13 +11,14 @@
 #include <cjson/cJSON.h>
 
 #include "api/json/json_scan.h"
+#include "api/json/name_meant.h"
 #include "api/number/number.h"
 #include "api/base/text.h"
 
 /* a bit of a node's type that neither cJSON nor the scan uses */
 enum { NODE_USUAL = 1 << 20 };
 
-enum { FOUND_TEXT = 40, NAME_BYTES = 64, POINTER_DEPTH = 128, NEAR_EDITS = 2 };
+enum { FOUND_TEXT = 40, POINTER_DEPTH = 128 };
 
 /* building */
 
@@ -235,58 +237,13 @@ void api_value_pointer(const struct api_value *value, char pointer[API_POINTER_B
 
 void api_value_fault(const struct api_value *value, struct api_problem *problem, const char *format,
                      ...) {
-    char pointer[API_POINTER_BYTES], detail[API_DETAIL_BYTES + 8];
+    char pointer[API_POINTER_BYTES];
     va_list arguments;
     if (api_problem_full(problem)) return;
-    va_start(arguments, format);
-    vsnprintf(detail, sizeof detail, format, arguments);
-    va_end(arguments);
     api_value_pointer(value, pointer);
-    api_problem_fault(problem, pointer, "%s", detail);
-}
-
-static int name_lower(char c) { return c >= 'A' && c <= 'Z' ? c + 32 : (unsigned char)c; }
-
-static int least_of_three(int a, int b, int c) {
-    int least = a < b ? a : b;
-    return least < c ? least : c;
-}
-
-/* insertions, deletions, replacements and swaps of neighbours that turn a into b; upper case
- * counts as lower */
-static int name_edits(const char *a, const char *b) {
-    int rows[3][NAME_BYTES + 1], *before = rows[0], *last = rows[1], *now = rows[2];
-    int m = (int)strlen(a), n = (int)strlen(b);
-    for (int j = 0; j <= n; j++) last[j] = j;
-    for (int i = 1; i <= m; i++) {
-        now[0] = i;
-        for (int j = 1; j <= n; j++) {
-            int differ = name_lower(a[i - 1]) != name_lower(b[j - 1]);
-            now[j] = least_of_three(last[j] + 1, now[j - 1] + 1, last[j - 1] + differ);
-            int swap = i > 1 && j > 1 && name_lower(a[i - 1]) == name_lower(b[j - 2]) &&
-                       name_lower(a[i - 2]) == name_lower(b[j - 1]);
-            if (swap && before[j - 2] + 1 < now[j]) now[j] = before[j - 2] + 1;
-        }
-        int *spare = before;
-        before = last;
-        last = now;
-        now = spare;
-    }
-    return last[n];
-}
-
-const char *api_name_nearest(const char *name, const char *const allowed[]) {
-    const char *nearest = NULL;
-    int least = NEAR_EDITS + 1;
-    if (strlen(name) > NAME_BYTES) return NULL;
-    for (int i = 0; allowed[i]; i++) {
-        if (strlen(allowed[i]) > NAME_BYTES) continue;
-        int edits = name_edits(name, allowed[i]);
-        if (edits >= least || (edits && edits >= (int)strlen(allowed[i]))) continue;
-        least = edits;
-        nearest = allowed[i];
-    }
-    return nearest;
+    va_start(arguments, format);
+    api_problem_fault_list(problem, pointer, format, arguments);
+    va_end(arguments);
 }
 
 static int name_allowed(const char *name, const char *const allowed[]) {
@@ -306,27 +263,69 @@ static void name_list(const char *const allowed[], char list[API_DETAIL_BYTES]) 
 static void value_fault_unknown(const struct api_value *member, const char *const allowed[],
                                 struct api_problem *problem) {
     if (api_problem_full(problem)) return;
-    const char *nearest = api_name_nearest(member->key, allowed);
+    const char *meant = api_name_meant(member->key, allowed);
     char list[API_DETAIL_BYTES];
-    if (nearest) {
-        api_value_fault(member, problem, "is not a known field; did you mean \"%s\"?", nearest);
+    if (meant) {
+        api_value_fault(member, problem,
+                        API_CODE_UNKNOWN_FIELD "is not a known field; did you mean \"%s\"?", meant);
+        api_problem_meant(problem, meant);
         return;
     }
     name_list(allowed, list);
-    api_value_fault(member, problem, "is not a known field; allowed here: %s", list);
+    api_value_fault(member, problem,
+                    API_CODE_UNKNOWN_FIELD "is not a known field; allowed here: %s", list);
+}
+
+/* adds one fault for all members of an object that belong in another, at the first of them */
+static void value_fault_place(const struct api_value *first, const char *place,
+                              const char *const allowed[], struct api_problem *problem) {
+    const char *found[API_NAME_PLACES + 1] = {0};
+    struct api_value member = *first;
+    char list[API_DETAIL_BYTES];
+    int count = 0;
+    if (api_problem_full(problem)) return;
+    for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member)) {
+        if (name_allowed(member.key, allowed)) continue;
+        if (api_name_place(member.key, allowed) == place) found[count++] = member.key;
+    }
+    assert(count >= 1 && count <= API_NAME_PLACES);
+    name_list(found, list);
+    if (count == 1)
+        api_value_fault(first, problem,
+                        API_CODE_UNKNOWN_FIELD "is not a field here: put it into \"%s\"", place);
+    else
+        api_value_fault(first, problem,
+                        API_CODE_UNKNOWN_FIELD "is not a field here: put these into \"%s\": %s",
+                        place, list);
+    api_problem_meant(problem, place);
 }
 
 int api_value_only(const struct api_value *object, const char *const allowed[],
                    struct api_problem *problem) {
-    int faults = 0;
+    const char *told[API_NAME_PLACES + 1] = {0};
+    int faults = 0, count = 0;
     if (api_value_kind(object) != API_OBJECT) return 0;
     struct api_value member = api_value_first(object);
     for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member)) {
         if (name_allowed(member.key, allowed)) continue;
-        value_fault_unknown(&member, allowed, problem);
+        const char *place = api_name_place(member.key, allowed);
         faults++;
+        if (!place) {
+            value_fault_unknown(&member, allowed, problem);
+        } else if (!name_allowed(place, told)) {
+            told[count++] = place;
+            value_fault_place(&member, place, allowed, problem);
+        }
     }
     return faults;
+}
+
+int api_value_meant(const struct api_value *object, const char *key,
+                    const struct api_problem *problem) {
+    char pointer[API_POINTER_BYTES];
+    if (!problem->count) return 0;
+    api_value_pointer(object, pointer);
+    return api_problem_is_meant(problem, pointer, key);
 }
 
 /* numbers */
@@ -388,6 +387,9 @@ int api_value_read_number(const struct api_value *value, double least, double gr
     }
     range_text(least, greatest, unit, range, sizeof range);
     api_value_found(value, found);
-    api_value_fault(value, problem, "must be %s, got %s", range, found);
+    if (api_value_kind(value) == API_NUMBER)
+        api_value_fault(value, problem, API_CODE_OUT_OF_RANGE "must be %s, got %s", range, found);
+    else
+        api_value_fault(value, problem, API_CODE_WRONG_TYPE "must be %s, got %s", range, found);
     return -1;
 }

@@ -113,22 +113,21 @@ void api_value_usual_object(const struct api_value *member);
 int api_value_is_usual(const struct api_value *value);
 
 /**
- * Finds the allowed name that `name` was probably meant to be.
- *
- * allowed  names, ended by NULL.
- * Returns the nearest one, at most two edits away (a letter inserted, dropped, replaced, or swapped
- * with its neighbour), or NULL. O(names x length^2); names of more than 64 bytes are never near.
- */
-const char *api_name_nearest(const char *name, const char *const allowed[]);
-
-/**
- * Adds a fault for every member that is not in the list; it says the nearest allowed name, if any.
+ * Adds a fault for every member that is not in the list; it says the name that was meant, if one is
+ * near. Members that belong in another object of the list have one fault together.
  *
  * allowed  names, ended by NULL.
  * Returns the number of faults.
  */
 int api_value_only(const struct api_value *object, const char *const allowed[],
                    struct api_problem *problem);
+
+/**
+ * True if a fault was added for a member of the object that was meant to be the member `key`; then
+ * it is not missing besides. key NULL = any member. O(faults).
+ */
+int api_value_meant(const struct api_value *object, const char *key,
+                    const struct api_problem *problem);
 
 /**
  * Reads an optional number and checks its range.

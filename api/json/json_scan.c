@@ -11,6 +11,7 @@
 
 #include "api/json/json_digits.h"
 #include "api/json/json_escape.h"
+#include "api/json/json_hint.h"
 #include "api/json/json_keys.h"
 #include "api/number/number.h"
 #include "api/base/text.h"
@@ -103,16 +104,24 @@ scan_fail(struct scan *s, int status, size_t at, const char *format, ...) {
     vsnprintf(what, sizeof what, format, arguments);
     va_end(arguments);
     scan_place(s, at, &line, &column);
-    api_problem_set(s->problem, status, "%s: %s at line %ld, column %ld (byte %zu)",
-                    status == 400 ? "the body is not JSON" : "the body's JSON is refused", what,
-                    line, column, at);
+    if (status == 400)
+        api_problem_set(s->problem, status,
+                        API_TYPE_NOT_JSON
+                        "the body is not JSON: %s at line %ld, column %ld (byte %zu)",
+                        what, line, column, at);
+    else
+        api_problem_set(s->problem, status,
+                        API_TYPE_LIMIT
+                        "the body's JSON is refused: %s at line %ld, column %ld (byte %zu)",
+                        what, line, column, at);
     return PEND_INVALID;
 }
 
 static enum pend_status scan_expected(struct scan *s, const char *what) {
     char found[FOUND_BYTES];
     scan_found(s, s->at, found);
-    return scan_fail(s, 400, s->at, "expected %s but found %s", what, found);
+    return scan_fail(s, 400, s->at, "expected %s but found %s%s", what, found,
+                     api_json_hint(s->text, s->bytes, s->at));
 }
 
 /* memory */
@@ -441,7 +450,7 @@ static enum pend_status scan_step(struct scan *s) {
 
 static enum pend_status scan_document(struct scan *s) {
     if (s->bytes >= 3 && !memcmp(s->text, "\xef\xbb\xbf", 3))
-        return scan_fail(s, 400, 0, "a byte order mark precedes the text");
+        return scan_fail(s, 400, 0, "a byte order mark precedes the text: leave it out");
     while (s->want != WANT_NOTHING) {
         PEND_TRY(scan_step(s));
         assert(s->at <= s->bytes && s->depth <= s->depth_cap);

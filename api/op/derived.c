@@ -1,11 +1,16 @@
 #include "api/op/derived.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { DERIVED_NUMBERS = 65536 }; /* of a block of rows */
+
+/* steps a radian of the fastest arm; s a step, and a step and arm, of seven derivatives, measured
+ */
+static const double steps_a_radian = 4, step_seconds = 3.6e-6, arm_seconds = 7.2e-6;
 
 static const char *const fields[] = {"vary", "arm", "harmonic", NULL};
 
@@ -37,12 +42,11 @@ enum pend_status api_derived_read(struct api_derived *derived, const struct api_
     if (api_value_kind(value) == API_MISSING) return PEND_OK;
     int count = api_value_count(value);
     if (api_value_kind(value) != API_ARRAY || !count || count > API_DERIVED_MOST) {
-        api_value_fault(value, problem, "must be an array of 1 to %d parameters, such as %s",
+        api_value_fault(value, problem,
+                        API_CODE_WRONG_COUNT "must be an array of 1 to %d parameters, such as %s",
                         API_DERIVED_MOST, "{\"vary\": \"length\", \"arm\": 1}");
         return PEND_INVALID;
     }
-    if (pend_terms_cart(tree->loads.terms))
-        api_value_fault(value, problem, "are not known of a pendulum on a cart: leave them out");
     derived->parameter = calloc((size_t)count, sizeof *derived->parameter);
     if (!derived->parameter) return PEND_NO_MEMORY;
     derived->count = count;
@@ -56,16 +60,28 @@ void api_derived_check_method(const struct api_derived *derived, const struct ap
                               const struct api_method *method, struct api_problem *problem) {
     if (!derived->count || !method->method || method->method == &pend_method_taylor) return;
     api_value_fault(value, problem,
+                    API_CODE_UNSUPPORTED
                     "are those of method taylor in doubles: leave out method and precision, or "
                     "the derivatives");
 }
 
-void api_derived_clear(struct api_derived *derived) {
+void api_derived_end(struct api_derived *derived) {
     pend_derivatives_free(&derived->motion);
     free(derived->block);
-    free(derived->parameter);
     derived->block = NULL;
+}
+
+void api_derived_clear(struct api_derived *derived) {
+    api_derived_end(derived);
+    free(derived->parameter);
     derived->parameter = NULL;
+}
+
+double api_derived_seconds(const struct api_derived *derived, const struct pend_tree *tree,
+                           double radians) {
+    assert(derived->count >= 0 && radians >= 0);
+    return ceil(derived->count / 7.0) * steps_a_radian * radians *
+           (step_seconds + tree->n * arm_seconds);
 }
 
 /* columns */
@@ -174,6 +190,18 @@ void api_derived_state(struct api_derived *derived, const double phi[], const do
     assert(derived->motion && row >= 0 && row < derived->cap);
     pend_derivatives_state(derived->motion, phi, phi_low, rate, time, &derived->rows, row);
     derived_sum(derived, row, 1);
+}
+
+double *api_derived_put(const struct api_derived *derived, long row, double to[]) {
+    const double *column[API_COLUMNS / 2];
+    assert(derived->block && row >= 0 && row < derived->cap);
+    api_derived_columns(derived, column);
+    for (int c = 0; c < derived->columns; c++) {
+        size_t numbers = derived_numbers(derived, derived->column[c].what);
+        memcpy(to, column[c] + (size_t)row * numbers, numbers * sizeof *to);
+        to += numbers;
+    }
+    return to;
 }
 
 void api_derived_columns(const struct api_derived *derived, const double *column[]) {

@@ -52,6 +52,11 @@ void api_derived_check_method(const struct api_derived *derived, const struct ap
 /** Frees all of it. */
 void api_derived_clear(struct api_derived *derived);
 
+/** Estimates the computation, s, of a motion in which the fastest arm goes on by so many radians.
+ * O(1). */
+double api_derived_seconds(const struct api_derived *derived, const struct pend_tree *tree,
+                           double radians);
+
 /** Adds the column of the derivatives of a quantity, whose name is `name` or `name_part`. The table
  * refers to the label in `derived`. */
 void api_derived_add(struct api_derived *derived, struct api_table *table, const char *name,
@@ -85,9 +90,16 @@ PEND_MUST_CHECK enum pend_status api_derived_next(struct api_derived *derived, l
                                                   double work, long *made,
                                                   struct pend_error *error);
 
+/** Ends a motion and frees the memory of its rows; another may begin. */
+void api_derived_end(struct api_derived *derived);
+
 /** Computes one row of a block from a state, as pend_derivatives_state. */
 void api_derived_state(struct api_derived *derived, const double phi[], const double phi_low[],
                        const double rate[], double time, long row);
+
+/** Copies the numbers of all columns in a row of the block, one column after the other. Returns
+ * what follows in `to`. */
+double *api_derived_put(const struct api_derived *derived, long row, double to[]);
 
 /** Fills in where the columns' rows are, `columns` pointers. */
 void api_derived_columns(const struct api_derived *derived, const double *column[]);

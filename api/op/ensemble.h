@@ -1,18 +1,34 @@
-/* A checked request for an ensemble, and its computation in independent ranges of members.
- * Leaves to others: when and where a range is computed (op_ensembles; a job's workers), the bytes
- * of the answer (encode).
- * Invariant: raw rows of members a .. b - 1 are the same bits however the ensemble is divided into
- * ranges, on any thread. */
+/* A checked request for an ensemble: its members, what is told of them, what that costs, and its
+ * rows in an answer.
+ * Leaves to others: the computation of the rows (member_range), the bytes of the answer (encode).
+ * Invariant: it does not change once it is prepared. */
 #ifndef API_ENSEMBLE_H
 #define API_ENSEMBLE_H
 
+#include "api/op/events_json.h"
+#include "api/op/member_derived.h"
 #include "api/op/members_json.h"
 #include "api/op/observables.h"
 #include "api/op/op.h"
 #include "api/read/times_json.h"
 
-struct api_ensemble;
-struct api_member_range;
+/* the most members of a range (member_range) */
+enum { API_ENSEMBLE_RANGE = 16384 };
+
+/* A request as it was read. */
+struct api_ensemble {
+    struct api_tree tree;
+    struct api_members members;
+    struct api_observables seen;
+    struct api_times times;
+    struct api_events events;
+    struct api_derived derived;
+    long events_at, derived_at; /* where a member's passages and derivatives begin in its row */
+    double *instants;           /* s, from the first one on; NULL without a trajectory */
+    double origin, duration, rtol, atol, accuracy; /* s, when members begin, and how long */
+    long step_cap, numbers;                        /* numbers of a raw row */
+    long offset[API_COLUMNS]; /* where the columns of the answer begin in a raw row */
+};
 
 /**
  * Reads and checks a request.
@@ -44,7 +60,8 @@ long api_ensemble_count(const struct api_ensemble *ensemble);
  * each. */
 const struct api_table *api_ensemble_table(const struct api_ensemble *ensemble);
 
-/** Returns the rows of a member: 1, or the instants of a trajectory. */
+/** Returns the rows of a member: 1, or the instants of a trajectory; where the rows are passages
+ * the most that there can be. */
 long api_ensemble_rows(const struct api_ensemble *ensemble);
 
 /** Returns the doubles of a raw row. */
@@ -56,40 +73,6 @@ double api_ensemble_cost(const struct api_ensemble *ensemble, long members);
 /** Returns the bytes of memory of the ensemble and the computation of a range, without the raw
  * rows. O(1). */
 double api_ensemble_bytes(const struct api_ensemble *ensemble);
-
-/**
- * Begins the members first .. first + count - 1.
- *
- * range  out; NULL on failure; ends with api_member_range_free.
- * raw    out, count x rows x numbers doubles, row after row; the caller's, complete once the range
- *        is done. Every number in it is finite: -1 for an event that never happened, 0 for values
- *        that a failed member did not reach.
- *
- * PEND_NO_MEMORY
- */
-PEND_MUST_CHECK enum pend_status api_member_range_new(struct api_member_range **range,
-                                                      const struct api_ensemble *ensemble,
-                                                      long first, long count, double raw[],
-                                                      struct pend_error *error);
-
-/** True if its counts are within the ensemble; for assertions. O(1). */
-int api_member_range_valid(const struct api_member_range *range);
-
-/** Frees a range, complete or not; nothing happens if it is NULL. */
-void api_member_range_free(struct api_member_range **range);
-
-/** Continues the computation for about half a millisecond and sets `done` once it is complete. How
- * often it is called changes no bit of the result. */
-PEND_MUST_CHECK enum pend_status api_member_range_go(struct api_member_range *range, int *done);
-
-/* Members that are finished, members of these that failed, and integration steps so far. */
-struct api_member_range_stats {
-    long finished, failed, steps;
-    long lost; /* good members whose horizon is before their end */
-};
-
-/** Returns the counts so far. O(1). */
-struct api_member_range_stats api_member_range_stats(const struct api_member_range *range);
 
 /**
  * Writes raw rows to an answer, column by column; to be called with pieces of a few hundred rows.

@@ -8,7 +8,18 @@
 #include "api/json/json_out.h"
 #include "core/tree/turns.h"
 
-enum { T, EVENT, DIRECTION, PHI, PHID, COUNT_USUAL = 1000, FIRST_ROOM = 64, PIECE = 50000 };
+enum {
+    T,
+    EVENT,
+    DIRECTION,
+    PHI,
+    PHID,
+    CART_X,
+    CART_V,
+    COUNT_USUAL = 1000,
+    FIRST_ROOM = 64,
+    PIECE = 50000
+};
 
 static const char *const condition_fields[] = {"of",   "arm",       "to",    "value", "bound",
                                                "unit", "direction", "count", "stop",  NULL};
@@ -36,14 +47,17 @@ static void read_arms(const struct api_events *events, struct pend_event *event,
     int whole = event->quantity >= PEND_QUANTITY_KINETIC;
     int both = event->quantity == PEND_QUANTITY_DISTANCE;
     if (whole && present(&arm))
-        api_value_fault(&arm, problem, "is not of an energy, which is the whole pendulum's");
+        api_value_fault(&arm, problem,
+                        API_CODE_NOT_APPLICABLE
+                        "is not of an energy, which is the whole pendulum's");
     if (!both && present(&to))
-        api_value_fault(&to, problem, "is of \"distance\" only: the other arm's tip");
+        api_value_fault(&to, problem,
+                        API_CODE_NOT_APPLICABLE "is of \"distance\" only: the other arm's tip");
     if (whole || !events->tree->tree) return;
     int first = api_tree_read_arm(events->tree, &arm, problem), second = first;
     if (both) second = api_tree_read_arm(events->tree, &to, problem);
     if (both && first >= 0 && first == second)
-        api_value_fault(&to, problem, "must be another arm than \"arm\"");
+        api_value_fault(&to, problem, API_CODE_CONFLICT "must be another arm than \"arm\"");
     if (first >= 0) event->arm = events->tree->tree->place[first];
     if (second >= 0) event->other = events->tree->tree->place[second];
 }
@@ -59,9 +73,11 @@ static void read_level(struct pend_event *event, const struct api_value *conditi
     double least = event->quantity == PEND_QUANTITY_DISTANCE ? 0 : -value_most;
     (void)api_field_word(&unit, units, &degrees, problem);
     if (present(&unit) && !angle)
-        api_value_fault(&unit, problem, "is of angles and their rates only: leave it out");
+        api_value_fault(&unit, problem,
+                        API_CODE_NOT_APPLICABLE "is of angles and their rates only: leave it out");
     if (present(&value) == present(&bound))
         api_value_fault(condition, problem,
+                        API_CODE_CONFLICT
                         "must have one of \"value\", which is passed, and \"bound\", which its "
                         "size passes");
     (void)api_value_read_number(&value, least, value_most, "", &event->level, problem);
@@ -79,7 +95,7 @@ static void read_condition(struct api_events *events, const struct api_value *va
     struct api_value direction = api_value_member(value, "direction");
     struct pend_event *event = &events->event[events->count++];
     int quantity = 0, word = 0;
-    *event = (struct pend_event){.most = COUNT_USUAL};
+    *event = (struct pend_event){.most = events->usual};
     if (!api_field_object(value, problem)) return;
     (void)api_value_only(value, condition_fields, problem);
     if (!api_field_needed(&of, problem) || api_field_word(&of, quantities, &quantity, problem) < 0)
@@ -105,22 +121,22 @@ static void check_others(const struct api_events *events, const struct api_value
     struct api_value initial = api_value_member(root, "initial");
     if (method->method && method->method != &pend_method_taylor)
         api_value_fault(field, problem,
+                        API_CODE_UNSUPPORTED
                         "are found by the method taylor in doubles: leave \"method\" and "
                         "\"precision\" out");
-    if (events->tree->cart)
-        api_value_fault(field, problem,
-                        "are not looked for where the pivot is on a cart: leave them out");
     if (!problem->status && !spans)
         api_value_fault(&times, problem, "must span some time for events to be looked for in");
-    for (int k = 0; start && k < start->n; k++)
+    for (int k = events->tree->cart; start && k < start->n; k++)
         if (fabs(start->phi[k]) > PEND_TURNS_FROM) {
             api_value_fault(&initial, problem,
+                            API_CODE_OUT_OF_RANGE
                             "must not have angles beyond %g rad where there are events",
                             PEND_TURNS_FROM);
             break;
         }
     if (!events->rows && reading->format != &api_format_json)
         api_value_fault(field, problem,
+                        API_CODE_UNSUPPORTED
                         "stand beside samples in %s only, and not in that of a job: ask for them "
                         "alone by \"rows\": \"events\"",
                         api_format_json.media_type);
@@ -131,13 +147,15 @@ static void check_rows(const struct api_events *events, const struct api_value *
                        const struct api_value *root, struct api_problem *problem) {
     static const char *const absent[] = {"output", "trust", "derivatives"};
     if (!events->count) {
-        api_value_fault(rows, problem, "needs \"events\", whose passages are the rows");
+        api_value_fault(rows, problem,
+                        API_CODE_MISSING "needs \"events\", whose passages are the rows");
         return;
     }
     for (int i = 0; i < 3; i++) {
         struct api_value field = api_value_member(root, absent[i]);
         if (present(&field))
             api_value_fault(&field, problem,
+                            API_CODE_CONFLICT
                             "does not go together with \"rows\": \"events\", whose columns are t, "
                             "event, direction, phi and phid: leave it out");
     }
@@ -145,10 +163,11 @@ static void check_rows(const struct api_events *events, const struct api_value *
 
 static void check_size(const struct api_events *events, const struct api_value *field,
                        const struct api_limits *limits, struct api_problem *problem) {
-    double numbers = 3 + 2.0 * events->tree->n, rows = 0;
+    double numbers = 3 + 2.0 * api_tree_stored(events->tree), rows = 0;
     for (int i = 0; i < events->count; i++) rows += (double)events->event[i].most;
     if (8 * rows * numbers > limits->answer_bytes)
         api_value_fault(field, problem,
+                        API_CODE_LIMIT
                         "may have %.0f passages of %d arms, %.0f bytes, more than the limit "
                         "max-answer-bytes of %.0f: ask for fewer by \"count\"",
                         rows, events->tree->n, 8 * rows * numbers, limits->answer_bytes);
@@ -171,9 +190,27 @@ static void count_followed(struct api_events *events, const struct api_value *fi
     if (energies && tree) events->followed += 3.0 * tree->n;
     if (events->followed > followed_most)
         api_value_fault(field, problem,
+                        API_CODE_LIMIT
                         "follow the places of %.0f arms in each step, on the way to the tips that "
                         "they name, and at most %.0f are followed: ask for fewer",
                         events->followed, followed_most);
+}
+
+void api_events_read_list(struct api_events *events, const struct api_value *field,
+                          const struct api_limits *limits, struct api_problem *problem) {
+    struct api_value item = api_value_item(field, 0);
+    assert(events->usual >= 1 && !events->count);
+    if (!present(field)) return;
+    if (api_value_kind(field) != API_ARRAY || api_value_count(field) < 1 ||
+        api_value_count(field) > API_EVENTS_MOST) {
+        api_value_fault(field, problem,
+                        API_CODE_WRONG_COUNT "must be an array of 1 to %d conditions",
+                        API_EVENTS_MOST);
+        return;
+    }
+    for (; present(&item); item = api_value_next(&item))
+        read_condition(events, &item, limits, problem);
+    count_followed(events, field, problem);
 }
 
 void api_events_read(struct api_events *events, const struct api_reading *reading,
@@ -183,25 +220,19 @@ void api_events_read(struct api_events *events, const struct api_reading *readin
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
     struct api_value field = api_value_member(root, "events");
-    struct api_value rows = api_value_member(root, "rows"), item = api_value_item(&field, 0);
+    struct api_value rows = api_value_member(root, "rows");
     *events =
         (struct api_events){.tree = tree,
+                            .usual = COUNT_USUAL,
                             .step_cap = reading->limits->steps,
                             .step_name = api_limits_name(reading->limits, &reading->limits->steps)};
     if (api_field_word(&rows, words, &events->rows, problem) > 0 && !events->rows)
         api_value_usual(&rows);
-    if (present(&field) && (api_value_kind(&field) != API_ARRAY || api_value_count(&field) < 1 ||
-                            api_value_count(&field) > API_EVENTS_MOST)) {
-        api_value_fault(&field, problem, "must be an array of 1 to %d conditions", API_EVENTS_MOST);
-        return;
-    }
-    for (; present(&item); item = api_value_next(&item))
-        read_condition(events, &item, reading->limits, problem);
+    api_events_read_list(events, &field, reading->limits, problem);
     if (events->rows) check_rows(events, &rows, root, problem);
     if (!events->count) return;
     check_others(events, &field, reading, start, method, times->count > 1);
     check_size(events, &field, reading->limits, problem);
-    count_followed(events, &field, problem);
 }
 
 void api_events_clear(struct api_events *events) {
@@ -215,7 +246,7 @@ void api_events_clear(struct api_events *events) {
 static enum pend_status events_begin(struct api_events *events, const struct api_states *start,
                                      const struct api_method *method,
                                      const struct pend_times *times, struct pend_error *error) {
-    size_t n = (size_t)events->tree->n;
+    size_t n = (size_t)api_tree_stored(events->tree);
     double first = pend_times_at(times, 0);
     events->state = malloc(2 * n * sizeof(double));
     if (!events->state)
@@ -240,7 +271,7 @@ static enum pend_status events_grow(struct api_events *events, struct pend_error
     long room = events->room ? 2 * events->room : FIRST_ROOM;
     if (events->found < events->room) return PEND_OK;
     for (int c = 0; c < API_EVENTS_COLUMNS; c++) {
-        size_t width = c >= PHI ? (size_t)events->tree->n : 1;
+        size_t width = c == PHI || c == PHID ? (size_t)events->tree->n : 1;
         double *grown = realloc(events->column[c], (size_t)room * width * sizeof *grown);
         if (!grown)
             return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %ld events", room);
@@ -252,18 +283,21 @@ static enum pend_status events_grow(struct api_events *events, struct pend_error
 
 static enum pend_status events_keep(struct api_events *events, const struct pend_hit *hit,
                                     double first, struct pend_error *error) {
-    int n = events->tree->n;
+    int n = events->tree->n, cart = events->tree->cart;
     const int *order = events->tree->tree->order;
+    const double *phi = events->state, *rate = phi + api_tree_stored(events->tree);
     PEND_TRY(events_grow(events, error));
     long row = events->found++;
     assert(events->found <= events->room);
     events->column[T][row] = first + hit->time;
     events->column[EVENT][row] = hit->event + 1;
     events->column[DIRECTION][row] = hit->way == PEND_WAY_UP ? 1 : -1;
-    for (int k = 0; k < n; k++) {
-        events->column[PHI][row * n + order[k]] = events->state[k];
-        events->column[PHID][row * n + order[k]] = events->state[n + k];
+    for (int k = cart; k < n + cart; k++) {
+        events->column[PHI][row * n + order[k]] = phi[k];
+        events->column[PHID][row * n + order[k]] = rate[k];
     }
+    events->column[CART_X][row] = cart ? phi[0] : 0;
+    events->column[CART_V][row] = cart ? rate[0] : 0;
     return PEND_OK;
 }
 
@@ -291,7 +325,7 @@ static enum pend_status events_next(struct api_events *events, double first,
     enum pend_found found;
     struct pend_hit hit;
     PEND_TRY(pend_events_next(events->search, most > 0 ? most : 1, &found, &hit, events->state,
-                              events->state + events->tree->n, error));
+                              events->state + api_tree_stored(events->tree), error));
     if (found == PEND_FOUND_PASSAGE) PEND_TRY(events_keep(events, &hit, first, error));
     events->searched = found == PEND_FOUND_END;
     if ((double)pend_events_steps(events->search) <= events->step_cap) return PEND_OK;
@@ -324,6 +358,10 @@ void api_events_columns(const struct api_events *events, struct api_table *table
     api_table_add(table, "direction", NULL, 0);
     api_table_add(table, "phi", NULL, events->tree->n);
     api_table_add(table, "phid", NULL, events->tree->n);
+    if (events->tree->cart) {
+        api_table_add(table, "cart", "x", 0);
+        api_table_add(table, "cart", "v", 0);
+    }
     for (int i = 0; i < events->count; i++) table->rows += events->event[i].most;
 }
 
@@ -349,6 +387,12 @@ enum pend_status api_events_append(const struct api_events *events, int digits,
         PEND_TRY(api_out_text(out, "direction", events->column[DIRECTION][i] > 0 ? "up" : "down"));
         PEND_TRY(api_out_numbers(out, "phi", n, events->column[PHI] + i * n, digits));
         PEND_TRY(api_out_numbers(out, "phid", n, events->column[PHID] + i * n, digits));
+        if (events->tree->cart) {
+            PEND_TRY(api_out_open(out, "cart", '{'));
+            PEND_TRY(api_out_number(out, "x", events->column[CART_X][i], digits));
+            PEND_TRY(api_out_number(out, "v", events->column[CART_V][i], digits));
+            PEND_TRY(api_buffer_text(out, "}"));
+        }
         PEND_TRY(api_buffer_text(out, "}"));
     }
     return api_buffer_text(out, "]}");
@@ -379,10 +423,10 @@ double api_events_times(const struct api_events *events) {
 }
 
 double api_events_bytes(const struct api_events *events) {
-    double n = events->tree ? events->tree->n : 0, room = (double)events->room;
+    double n = events->tree ? api_tree_stored(events->tree) : 0, room = (double)events->room;
     if (!events->count) return 0;
     // the memory grows once a turn at most; while it does there are the old and the new one
     room = 3 * fmax(room, FIRST_ROOM);
-    return sizeof(double) * ((3 + 2 * n) * room + 2 * n + 90 * n * (events->count > 0)) + 40000.0 +
+    return sizeof(double) * ((5 + 2 * n) * room + 2 * n + 90 * n * (events->count > 0)) + 40000.0 +
            90.0 * 64 * events->count;
 }

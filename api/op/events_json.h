@@ -1,8 +1,7 @@
-/* The conditions of a trajectory's field `events`: reading them, the search for their passages, and
- * these as JSON or as the rows of a table.
- * Leaves to others: the search itself (core/integrate/events), the rest of a trajectory
- * (op_trajectories).
- * Invariant: passages are kept in the order of time, arms in the caller's. */
+/* The conditions of the field `events`: reading them, and of a trajectory the search for their
+ * passages, and these as JSON or as the rows of a table. Leaves to others: the search itself
+ * (core/integrate/events), the rest of a trajectory (op_trajectories). Invariant: passages are kept
+ * in the order of time, arms in the caller's. */
 #ifndef API_EVENTS_JSON_H
 #define API_EVENTS_JSON_H
 
@@ -12,7 +11,7 @@
 #include "api/read/state_json.h"
 #include "core/integrate/events.h"
 
-enum { API_EVENTS_MOST = 64, API_EVENTS_COLUMNS = 5 };
+enum { API_EVENTS_MOST = 64, API_EVENTS_COLUMNS = 7 };
 
 struct api_events {
     int count;       /* of conditions; 0 = there are none */
@@ -23,14 +22,25 @@ struct api_events {
     const struct api_tree *tree;
     double step_cap;
     const char *step_name; /* of the limit */
+    long usual;            /* passages of a condition that are told, if it does not say */
 
     /* once it runs */
     struct pend_events *search;
     int searched;
     long found, room;
-    double *column[API_EVENTS_COLUMNS]; /* t, event, direction, phi, phid */
-    double *state;                      /* 2 n, stored order */
+    double *column[API_EVENTS_COLUMNS]; /* t, event, direction, phi, phid, and of a cart its
+                                         * place and speed */
+    double *state;                      /* of all stored arms, angles and rates */
 };
+
+/**
+ * Reads the conditions of the field `events`, where `events` has its tree and `usual` and else
+ * zeros; nothing of the rest of the request is looked at.
+ *
+ * Every fault is added to the problem.
+ */
+void api_events_read_list(struct api_events *events, const struct api_value *field,
+                          const struct api_limits *limits, struct api_problem *problem);
 
 /**
  * Reads the fields `events` and `rows`; must be cleared by api_events_clear.

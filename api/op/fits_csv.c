@@ -80,8 +80,9 @@ static long head_listed(const struct api_csv *csv, struct csv_context *context, 
     if (context->n == 1 && !i) return 1;
     api_value_fault(
         context->text, context->problem,
-        "line %d: %s number %d is of no arm: list the arms in \"arms\", or call it %s_1", csv->line,
-        name, i + 1, name);
+        API_CODE_UNKNOWN_NAME
+        "line %d: %s number %d is of no arm: list the arms in \"arms\", or call it %s_1",
+        csv->line, name, i + 1, name);
     return 0;
 }
 
@@ -103,8 +104,8 @@ static void head_field(struct api_csv *csv, const struct csv_field *field, int p
     if (!mark && !(arm = head_listed(csv, context, name))) return;
     if (arm < 1 || arm > context->n) {
         api_value_fault(context->text, context->problem,
-                        "line %d: %s names no arm of this pendulum, 1 to %d", csv->line, name,
-                        context->n);
+                        API_CODE_UNKNOWN_NAME "line %d: %s names no arm of this pendulum, 1 to %d",
+                        csv->line, name, context->n);
         return;
     }
     csv->field[csv->columns] = place, csv->arm[csv->columns] = (int)arm - 1;
@@ -129,16 +130,19 @@ void api_csv_head(struct api_csv *csv, const struct api_value *text, int n, int 
     }
     if (csv->t < 0) {
         api_value_fault(text, problem,
+                        API_CODE_MISSING
                         "has no line with the names of its columns, one of which is t");
         return;
     }
     for (int i = 0; i < fields; i++) head_field(csv, &field[i], i, &context);
     if (!csv->columns && !problem->status)
         api_value_fault(text, problem,
+                        API_CODE_MISSING
                         "line %d: names nothing that is measured: theta_1, phi_1, x_1, y_1, x, y",
                         csv->line);
     for (line = line_next(line); *line; line = line_next(line)) csv->rows += !line_empty(line);
-    if (!csv->rows) api_value_fault(text, problem, "has no rows below line %d", csv->line);
+    if (!csv->rows)
+        api_value_fault(text, problem, API_CODE_WRONG_COUNT "has no rows below line %d", csv->line);
 }
 
 /* the number of a field; 0 if it is none */
@@ -158,11 +162,12 @@ static int row_read(const struct api_csv *csv, const struct csv_field field[], i
                     int line, double t[], double data[], const struct api_value *text,
                     struct api_problem *problem) {
     if (csv->t >= fields || !field_number(&field[csv->t], csv->separator, &t[row])) {
-        api_value_fault(text, problem, "line %d: t must be a number", line);
+        api_value_fault(text, problem, API_CODE_WRONG_TYPE "line %d: t must be a number", line);
         return 0;
     }
     if (row && !(t[row] > t[row - 1])) {
-        api_value_fault(text, problem, "line %d: t = %.9g s is not after the row before it", line,
+        api_value_fault(text, problem,
+                        API_CODE_ORDER "line %d: t = %.9g s is not after the row before it", line,
                         t[row]);
         return 0;
     }
@@ -172,6 +177,7 @@ static int row_read(const struct api_csv *csv, const struct csv_field field[], i
         if (at >= fields || !field[at].bytes) continue;
         if (!field_number(&field[at], csv->separator, to)) {
             api_value_fault(text, problem,
+                            API_CODE_WRONG_TYPE
                             "line %d: field %d must be a number, or empty where nothing was "
                             "measured, got %.*s",
                             line, at + 1, field[at].bytes < 20 ? field[at].bytes : 20,

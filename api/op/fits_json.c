@@ -6,16 +6,17 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/op/fits_camera.h"
 #include "api/op/fits_csv.h"
+#include "api/op/fits_modes.h"
 
 static const double pi = 3.14159265358979323846;
 
 static const char *const fields[] = {"pendulum", "initial", "start",      "data", "camera",
                                      "unknowns", "rtol",    "iterations", NULL};
-static const char *const data_fields[] = {"t", "series", "csv", "arms", "sigma", NULL};
+static const char *const data_fields[] = {"t", "series", "csv", "arms", "sigma", "modes", NULL};
 static const char *const series_fields[] = {"phi",    "theta", "x",    "y",
                                             "values", "sigma", "unit", NULL};
-static const char *const camera_fields[] = {"scale", "rotation", "origin", "unknown", NULL};
 static const char *const unknown_fields[] = {"vary", "arm",  "harmonic", "start",
                                              "low",  "high", "unit",     NULL};
 static const char *const angle_units[] = {"rad", "deg", NULL};
@@ -36,9 +37,19 @@ void api_fit_clear(struct api_fit *fit) {
 
 /* ---- measurements */
 
-/* room for `columns` series of `rows` measurements, none of them measured */
-static enum pend_status data_room(struct api_fit *fit, long rows, int columns) {
+/* room for `columns` series of `rows` measurements, none of them measured: a mode has a row's too
+ */
+static enum pend_status data_room(struct api_fit *fit, long rows, int columns,
+                                  const struct api_value *data, const struct api_reading *reading) {
     size_t count = (size_t)rows * (size_t)columns;
+    double bytes = 2.0 * (double)count * sizeof(double), most = reading->limits->answer_bytes;
+    if (bytes > most) {
+        api_value_fault(data, reading->problem,
+                        API_CODE_LIMIT "would take %.0f bytes of memory, rows times columns, more "
+                                       "than the limit max-answer-bytes of %.0f",
+                        bytes, most);
+        return PEND_INVALID;
+    }
     fit->t = malloc((size_t)(rows + 1) * sizeof(double));
     fit->data = malloc((count + 1) * sizeof(double));
     fit->each = malloc((count + 1) * sizeof(double));
@@ -54,7 +65,8 @@ static void read_instants(struct api_fit *fit, const struct api_value *list,
     int count;
     const double *t = api_value_numbers(list, &count);
     if (!t || count != fit->rows) {
-        api_value_fault(list, problem, "must be an array of at least one number");
+        api_value_fault(list, problem,
+                        API_CODE_WRONG_COUNT "must be an array of at least one number");
         return;
     }
     memcpy(fit->t, t, (size_t)count * sizeof *t);
@@ -62,8 +74,8 @@ static void read_instants(struct api_fit *fit, const struct api_value *list,
         struct api_value item = api_value_item(list, i);
         if (t[i] > t[i - 1]) continue;
         api_value_fault(&item, problem,
-                        "must be later than the instant before it, %.9g s, got %.9g", t[i - 1],
-                        t[i]);
+                        API_CODE_ORDER "must be later than the instant before it, %.9g s, got %.9g",
+                        t[i - 1], t[i]);
         return;
     }
 }
@@ -73,7 +85,8 @@ static void read_values(struct api_fit *fit, int c, const struct api_value *list
                         double shift, struct api_problem *problem) {
     double *to = fit->data + (size_t)c * (size_t)fit->rows;
     if (api_value_kind(list) != API_ARRAY || api_value_count(list) != fit->rows) {
-        api_value_fault(list, problem, "must be an array of %ld numbers or nulls, one an instant",
+        api_value_fault(list, problem,
+                        API_CODE_WRONG_COUNT "must be %ld numbers or nulls, one an instant",
                         fit->rows);
         return;
     }
@@ -83,7 +96,8 @@ static void read_values(struct api_fit *fit, int c, const struct api_value *list
         if (kind == API_NUMBER)
             to[item.index] = scale * api_value_number(&item) + shift;
         else if (kind != API_NULL)
-            api_value_fault(&item, problem, "must be a number, or null where nothing was measured");
+            api_value_fault(&item, problem,
+                            API_CODE_WRONG_TYPE "must be a number, or null for not measured");
     }
 }
 
@@ -98,7 +112,7 @@ static void read_sigma(struct api_fit *fit, int c, const struct api_value *sigma
         return;
     }
     if (api_value_count(sigma) != fit->rows) {
-        api_value_fault(sigma, problem, "must be a number or an array of %ld, one an instant",
+        api_value_fault(sigma, problem, API_CODE_WRONG_COUNT "must be a number or an array of %ld",
                         fit->rows);
         return;
     }
@@ -129,21 +143,22 @@ static void read_series(struct api_fit *fit, const struct api_value *item,
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
         struct api_value arm = api_value_member(item, kinds[i].name);
         if (api_value_kind(&arm) == API_MISSING) continue;
-        if (found++) api_value_fault(&arm, problem, "is a second quantity: a series has one");
+        if (found++) api_value_fault(&arm, problem, API_CODE_CONFLICT "is a second quantity");
         int at = api_tree_read_arm(&fit->tree, &arm, problem);
         column->kind = kinds[i].kind, column->arm = at < 0 ? 0 : at, theta = kinds[i].theta;
     }
     if (!found)
-        api_value_fault(item, problem, "needs one of phi, theta, x and y: the arm's number");
+        api_value_fault(item, problem,
+                        API_CODE_MISSING "needs one of phi, theta, x and y: the arm's number");
     if (api_field_word(&unit, angle_units, &degrees, problem) > 0 && column->kind != PEND_FIT_PHI)
-        api_value_fault(&unit, problem, "is for angles: leave it out");
+        api_value_fault(&unit, problem, API_CODE_NOT_APPLICABLE "is for angles: leave it out");
     double scale = degrees ? pi / 180 : 1;
     read_sigma(fit, item->index, &sigma, scale, problem);
     read_values(fit, item->index, &values, scale, theta ? -pi / 2 : 0, problem);
 }
 
 /* the columns of a table of text */
-static enum pend_status read_csv(struct api_fit *fit, const struct api_value *data,
+static enum pend_status read_csv(struct api_fit *fit, const struct api_value *data, int modes,
                                  const struct api_reading *reading) {
     struct api_value csv = api_value_member(data, "csv"), arms = api_value_member(data, "arms"),
                      sigma = api_value_member(data, "sigma");
@@ -155,12 +170,12 @@ static enum pend_status read_csv(struct api_fit *fit, const struct api_value *da
         listed[most++] = api_tree_read_arm(&fit->tree, &arm, reading->problem);
     (void)api_value_read_number(&sigma, 1e-12, 1e12, "", &error, reading->problem);
     if (!api_value_text(&csv)) {
-        api_value_fault(&csv, reading->problem, "must be a table as text");
+        api_value_fault(&csv, reading->problem, API_CODE_WRONG_TYPE "must be a table as text");
         return PEND_INVALID;
     }
     api_csv_head(&table, &csv, fit->tree.n, most, listed, reading->problem);
     if (reading->problem->status) return PEND_INVALID;
-    PEND_TRY(data_room(fit, table.rows, table.columns));
+    PEND_TRY(data_room(fit, table.rows, table.columns + modes, data, reading));
     for (int c = 0; c < table.columns; c++) {
         fit->column[c].kind = table.kind[c], fit->column[c].arm = table.arm[c];
         fit->column[c].sigma = error;
@@ -169,23 +184,21 @@ static enum pend_status read_csv(struct api_fit *fit, const struct api_value *da
     return PEND_OK;
 }
 
-static enum pend_status read_data(struct api_fit *fit, const struct api_reading *reading) {
+/* instants and series */
+static enum pend_status read_table(struct api_fit *fit, const struct api_value *data, int modes,
+                                   const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
-    struct api_value data = api_value_member(reading->root, "data");
-    struct api_value t = api_value_member(&data, "t"), series = api_value_member(&data, "series"),
-                     csv = api_value_member(&data, "csv");
-    if (!api_field_object(&data, problem)) return PEND_INVALID;
-    (void)api_value_only(&data, data_fields, problem);
-    if (api_value_kind(&csv) != API_MISSING) return read_csv(fit, &data, reading);
+    struct api_value t = api_value_member(data, "t"), series = api_value_member(data, "series");
     int columns = api_value_count(&series);
     long rows = api_value_count(&t);
     if (api_value_kind(&series) != API_ARRAY || !columns || columns > API_FIT_SERIES)
-        api_value_fault(&series, problem, "must be an array of 1 to %d series", API_FIT_SERIES);
+        api_value_fault(&series, problem, API_CODE_WRONG_COUNT "must be an array of 1 to %d series",
+                        API_FIT_SERIES);
     if (!rows || (double)rows > reading->limits->samples)
-        api_value_fault(&t, problem, "must be an array of 1 to %.0f instants",
+        api_value_fault(&t, problem, API_CODE_WRONG_COUNT "must be an array of 1 to %.0f instants",
                         reading->limits->samples);
     if (problem->status) return PEND_INVALID;
-    PEND_TRY(data_room(fit, rows, columns));
+    PEND_TRY(data_room(fit, rows, columns + modes, data, reading));
     read_instants(fit, &t, problem);
     struct api_value item = api_value_item(&series, 0);
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
@@ -193,43 +206,34 @@ static enum pend_status read_data(struct api_fit *fit, const struct api_reading 
     return PEND_OK;
 }
 
-/* ---- the camera */
-
-static void camera_unknown(struct api_fit *fit, enum pend_fit_camera what, const char *label) {
-    if (fit->unknowns == API_FIT_UNKNOWNS) return;
-    snprintf(fit->label[fit->unknowns], API_FIT_LABEL, "%s", label);
-    fit->unknown[fit->unknowns++] =
-        (struct pend_fit_unknown){.camera = what,
-                                  .start = fit->camera[what],
-                                  .low = what == PEND_FIT_SCALE ? 0 : -INFINITY,
-                                  .high = INFINITY};
-}
-
-static void read_camera(struct api_fit *fit, const struct api_value *camera,
-                        struct api_problem *problem) {
-    static const char *const names[] = {"scale", "rotation", "origin", NULL};
-    struct api_value scale = api_value_member(camera, "scale"),
-                     rotation = api_value_member(camera, "rotation"),
-                     origin = api_value_member(camera, "origin"),
-                     unknown = api_value_member(camera, "unknown");
-    fit->camera[PEND_FIT_SCALE] = 1;
-    if (api_value_kind(camera) == API_MISSING || !api_field_object(camera, problem)) return;
-    (void)api_value_only(camera, camera_fields, problem);
-    (void)api_value_read_number(&scale, 1e-9, 1e9, "", &fit->camera[PEND_FIT_SCALE], problem);
-    (void)api_value_read_number(&rotation, -10, 10, "rad", &fit->camera[PEND_FIT_ROTATION],
-                                problem);
-    (void)api_field_numbers(&origin, 2, "coordinate", fit->camera + PEND_FIT_ORIGIN_X, problem);
-    struct api_value item = api_value_item(&unknown, 0);
-    for (int taken[3] = {0}; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
-        int which = 0;
-        if (api_field_word(&item, names, &which, problem) <= 0) continue;
-        if (taken[which]++) api_value_fault(&item, problem, "is in the list already");
-        if (which == 0) camera_unknown(fit, PEND_FIT_SCALE, "scale of the camera");
-        if (which == 1) camera_unknown(fit, PEND_FIT_ROTATION, "rotation of the camera");
-        if (which < 2) continue;
-        camera_unknown(fit, PEND_FIT_ORIGIN_X, "origin x of the camera");
-        camera_unknown(fit, PEND_FIT_ORIGIN_Y, "origin y of the camera");
+static enum pend_status read_data(struct api_fit *fit, const struct api_reading *reading) {
+    struct api_problem *problem = reading->problem;
+    struct api_value data = api_value_member(reading->root, "data");
+    struct api_value t = api_value_member(&data, "t"), series = api_value_member(&data, "series"),
+                     csv = api_value_member(&data, "csv"), modes = api_value_member(&data, "modes");
+    enum pend_status status;
+    int count = api_value_count(&modes);
+    if (!api_field_object(&data, problem)) return PEND_INVALID;
+    (void)api_value_only(&data, data_fields, problem);
+    if (api_value_kind(&modes) != API_MISSING &&
+        (api_value_kind(&modes) != API_ARRAY || !count || count > API_FIT_MODES)) {
+        api_value_fault(&modes, problem, API_CODE_WRONG_COUNT "must be an array of 1 to %d modes",
+                        API_FIT_MODES);
+        return PEND_INVALID;
     }
+    int still = count && api_value_kind(&t) == API_MISSING &&
+                api_value_kind(&series) == API_MISSING && api_value_kind(&csv) == API_MISSING;
+    if (api_value_kind(&csv) != API_MISSING)
+        status = read_csv(fit, &data, count, reading);
+    else if (!still)
+        status = read_table(fit, &data, count, reading);
+    else {
+        // modes alone are of no motion but for its first instant
+        status = data_room(fit, 1, count, &data, reading);
+        if (status == PEND_OK) fit->t[0] = fit->begin;
+    }
+    if (status == PEND_OK && count) api_fit_read_modes(fit, &modes, fit->columns - count, problem);
+    return status;
 }
 
 /* ---- what is to be found */
@@ -252,7 +256,7 @@ static double target_value(const struct api_fit *fit, const struct api_target *t
         return fit->tree.loads.gravity;
     case API_VARY_TERM:
         return fit->tree.value[target->place];
-    case API_VARY_COUNT:
+    default:
         break;
     }
     return 0;
@@ -289,9 +293,10 @@ static void read_bounds(const struct api_value *item, double scale, double shift
         u->low = fmax(u->low, scale * given + shift);
     if (api_value_read_number(&high, -INFINITY, INFINITY, "", &given, problem) > 0)
         u->high = scale * given + shift;
-    int inside = isnan(u->start) ? u->low < u->high : u->low < u->start && u->start < u->high;
+    int inside = u->low < u->high && !(u->start < u->low) && !(u->start > u->high);
     if (inside) return;
     api_value_fault(item, problem,
+                    API_CODE_OUT_OF_RANGE
                     "starts at %.6g, which must lie between its bounds %.6g and %.6g: give it "
                     "another \"start\"",
                     u->start - shift, u->low - shift, u->high - shift);
@@ -317,7 +322,8 @@ static void read_unknown(struct api_fit *fit, const struct api_value *item,
     if (target.quantity == API_VARY_TERM && target.place < 0) return;
     int angle = target.quantity <= API_VARY_THETAD;
     if (api_field_word(&unit, angle_units, &degrees, problem) > 0 && !angle)
-        api_value_fault(&unit, problem, "is for angles and their rates: leave it out");
+        api_value_fault(&unit, problem,
+                        API_CODE_NOT_APPLICABLE "is for angles and their rates: leave it out");
     // bounds of theta are those of phi + pi / 2
     double scale = degrees ? pi / 180 : 1, shift = target.quantity == API_VARY_THETA ? -pi / 2 : 0;
     struct pend_fit_unknown u = {.camera = -1, .by = target_parameter(&target)};
@@ -333,15 +339,14 @@ static void read_unknowns(struct api_fit *fit, const struct api_value *list,
     int count = api_value_count(list);
     if (api_value_kind(list) != API_MISSING &&
         (api_value_kind(list) != API_ARRAY || count > API_FIT_UNKNOWNS - PEND_FIT_CAMERA)) {
-        api_value_fault(list, problem, "must be an array of at most %d unknowns",
+        api_value_fault(list, problem,
+                        API_CODE_WRONG_COUNT "must be an array of at most %d unknowns",
                         API_FIT_UNKNOWNS - PEND_FIT_CAMERA);
         return;
     }
     struct api_value item = api_value_item(list, 0);
     for (; fit->start && api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
         read_unknown(fit, &item, problem);
-    if (!problem->status && !fit->unknowns)
-        api_value_fault(list, problem, "must name at least one unknown, here or of the camera");
 }
 
 /* ---- all of it */
@@ -370,10 +375,13 @@ static void fit_check(const struct api_fit *fit, const struct api_value *root,
     for (long i = 0; i < fit->rows * fit->columns; i++) count += !isnan(fit->data[i]);
     if (count < fit->unknowns)
         api_value_fault(&data, problem,
+                        API_CODE_WRONG_COUNT
                         "has %ld measurements, too few for %d unknowns: there must be as many",
                         count, fit->unknowns);
-    if (fit->begins && fit->begin > fit->t[0])
-        api_value_fault(&start, problem, "must not be after the first instant, %.9g s", fit->t[0]);
+    double first = fit->t[0] + fit->camera[PEND_FIT_SHIFT];
+    if (fit->begins && fit->begin > first)
+        api_value_fault(&start, problem,
+                        API_CODE_ORDER "must not be after the first instant, %.9g s", first);
 }
 
 enum pend_status api_fit_read(struct api_fit *fit, const struct api_reading *reading) {
@@ -383,8 +391,7 @@ enum pend_status api_fit_read(struct api_fit *fit, const struct api_reading *rea
                      start = api_value_member(root, "start"), rtol = api_value_member(root, "rtol"),
                      most = api_value_member(root, "iterations"),
                      camera = api_value_member(root, "camera"),
-                     unknowns = api_value_member(root, "unknowns"),
-                     pendulum = api_value_member(root, "pendulum");
+                     unknowns = api_value_member(root, "unknowns");
     *fit = (struct api_fit){.rtol = 1e-10, .iterations = 300};
     fit->step_cap = (long)reading->limits->steps;
     (void)api_value_only(root, fields, problem);
@@ -396,21 +403,23 @@ enum pend_status api_fit_read(struct api_fit *fit, const struct api_reading *rea
     api_states_read(fit->start, 0, &initial, &fit->tree, reading->limits, problem);
     if (fit->start && fit->start->mode[0])
         api_value_fault(&initial, problem,
+                        API_CODE_NOT_APPLICABLE
                         "must be given by angles: a fit has no mode to start in");
     fit->begins = api_value_read_number(&start, -1e9, 1e9, "s", &fit->begin, problem) > 0;
     (void)api_value_read_number(&rtol, 1e-14, 1e-3, "", &fit->rtol, problem);
     (void)api_field_whole(&most, 1, 10000, &fit->iterations, problem);
-    if (pend_terms_cart(fit->tree.loads.terms)) {
-        api_value_fault(&pendulum, problem, "has a cart: pendulums on carts are not fitted");
-        return PEND_INVALID;
-    }
+    // a cart was refused with the pendulum
+    if (pend_terms_cart(fit->tree.loads.terms)) return PEND_INVALID;
     status = read_data(fit, reading);
     if (status == PEND_NO_MEMORY) return status;
     read_unknowns(fit, &unknowns, problem);
-    read_camera(fit, &camera, problem);
+    api_fit_read_camera(fit, &camera, problem);
+    if (!problem->status && !fit->unknowns)
+        api_value_fault(&unknowns, problem,
+                        API_CODE_MISSING "must name at least one unknown, here or of the camera");
     if (!problem->status) fit_check(fit, root, problem);
     if (problem->status) return PEND_INVALID;
-    if (!fit->begins) fit->begin = fit->t[0];
+    if (!fit->begins) fit->begin = fit->t[0] + fit->camera[PEND_FIT_SHIFT];
     return PEND_OK;
 }
 

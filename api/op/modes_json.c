@@ -24,6 +24,7 @@ static enum pend_status read_about(struct api_modes *modes, const struct api_val
     if (api_value_kind(value) == API_MISSING) return PEND_OK;
     if (api_value_kind(value) != API_ARRAY || (tree && api_value_count(value) != tree->n)) {
         api_value_fault(value, problem,
+                        API_CODE_WRONG_COUNT
                         "must be an array with \"down\" or \"up\" for each of the %d arms",
                         modes->tree.n);
         return PEND_OK;
@@ -64,7 +65,9 @@ static void read_range(struct api_modes *modes, const struct api_value *object,
     good &= api_value_read_number(&to, 0, INFINITY, "rad/s", &modes->request.to, problem) > 0;
     double low = modes->request.from, high = modes->request.to;
     if (good && low > high)
-        api_value_fault(&to, problem, "must not be below from (%.15g rad/s), got %.15g", low, high);
+        api_value_fault(&to, problem,
+                        API_CODE_ORDER "must not be below from (%.15g rad/s), got %.15g", low,
+                        high);
 }
 
 static void read_select(struct api_modes *modes, const struct api_value *value,
@@ -87,6 +90,7 @@ static void read_select(struct api_modes *modes, const struct api_value *value,
     if (ways != 1)
         api_value_fault(
             value, problem,
+            API_CODE_WRONG_TYPE
             "must be \"all\", or have one of \"slowest\", \"fastest\", and \"from\" with \"to\"");
 }
 
@@ -96,18 +100,20 @@ static void read_include(struct api_modes *modes, const struct api_value *value,
     struct api_value item = api_value_item(value, 0);
     if (api_value_kind(value) == API_MISSING) return;
     if (api_value_kind(value) != API_ARRAY)
-        api_value_fault(value, problem, "must be an array of names of matrices");
+        api_value_fault(value, problem,
+                        API_CODE_WRONG_TYPE "must be an array of names of matrices");
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
         int matrix = 0;
         if (api_field_word(&item, api_modes_matrices, &matrix, problem) <= 0) continue;
         if (modes->include[matrix])
-            api_value_fault(&item, problem, "\"%s\" is in the list already",
+            api_value_fault(&item, problem, API_CODE_DUPLICATE "\"%s\" is in the list already",
                             api_modes_matrices[matrix]);
         modes->include[matrix] = 1;
     }
     if (api_value_count(value) && modes->tree.n > reading->limits->matrix_arms)
         api_value_fault(
             value, problem,
+            API_CODE_LIMIT
             "matrices are answered for at most %.0f arms (the limit max-matrix-arms), and "
             "here are %d: leave it out",
             reading->limits->matrix_arms, modes->tree.n);
@@ -115,6 +121,7 @@ static void read_include(struct api_modes *modes, const struct api_value *value,
         reading->format != &api_format_raw)
         api_value_fault(
             value, problem,
+            API_CODE_UNSUPPORTED
             "matrices are answered in %s only, not in %s: leave it out, or ask for that",
             api_format_json.media_type, reading->format->media_type);
 }
@@ -145,7 +152,7 @@ static void check_real(const struct api_modes *modes, const struct api_reading *
     for (size_t i = 0; i < sizeof absent / sizeof *absent; i++) {
         struct api_value field = api_value_member(reading->root, absent[i]);
         if (api_value_kind(&field) != API_MISSING)
-            api_value_fault(&field, reading->problem, "%s", way[i]);
+            api_value_fault(&field, reading->problem, API_CODE_NOT_APPLICABLE "%s", way[i]);
     }
     const struct pend_loads *loads = &modes->tree.loads;
     int loses = pend_damped_loses(loads);
@@ -153,6 +160,7 @@ static void check_real(const struct api_modes *modes, const struct api_reading *
     struct api_value pendulum = api_value_member(reading->root, "pendulum");
     if (modes->tree.n > most)
         api_value_fault(&pendulum, reading->problem,
+                        API_CODE_LIMIT
                         "has %d arms; the modes of real pendulums are found for at most %d, or %d "
                         "without friction and drag",
                         modes->tree.n, API_DAMPED_ARMS, API_STILL_ARMS);

@@ -32,12 +32,6 @@ static const struct columns observables[API_SEE_COUNT] = {
     [API_SEE_TRAJECTORY] = {"trajectory", {NULL}, {0}, 0},
 };
 
-/* the outputs of a trajectory */
-enum { OUT_PHI, OUT_PHID, OUT_THETA, OUT_THETAD, OUT_LAMBDA, OUT_CART, OUT_COUNT };
-
-static const char *const outputs[OUT_COUNT + 1] = {"phi",    "phid", "theta", "thetad",
-                                                   "lambda", "cart", NULL};
-
 /* the time of an event that never happened: answers have no NaN, and a member's time begins at 0 */
 static const double never = -1;
 
@@ -46,46 +40,29 @@ const char *api_observables_name(enum api_observable observable) {
     return observables[observable].name;
 }
 
-/* reads the words of a list as bits; 0 if the field is missing or faulty */
-static unsigned read_words(const struct api_value *list, const char *const words[],
-                           struct api_problem *problem) {
-    unsigned found = 0;
-    if (api_value_kind(list) == API_MISSING) return 0;
-    if (api_value_kind(list) != API_ARRAY || !api_value_count(list)) {
-        api_value_fault(list, problem, "must be an array of at least one name");
-        return 0;
-    }
-    struct api_value item = api_value_item(list, 0);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
-        int word = 0;
-        if (api_field_word(&item, words, &word, problem) <= 0) continue;
-        if (found >> word & 1) api_value_fault(&item, problem, "is named twice");
-        found |= 1u << word;
-    }
-    return found;
-}
-
 void api_observables_read(struct api_observables *seen, const struct api_value *root,
                           struct api_problem *problem) {
     const char *names[API_SEE_COUNT + 1] = {0};
     struct api_value list = api_value_member(root, "observables"),
                      output = api_value_member(root, "output");
     for (int i = 0; i < API_SEE_COUNT; i++) names[i] = observables[i].name;
-    *seen = (struct api_observables){.wanted = read_words(&list, names, problem)};
+    *seen = (struct api_observables){.wanted = api_field_words(&list, names, problem)};
     if (api_value_kind(&list) == API_MISSING) seen->wanted = 1u << API_SEE_FINAL;
     int rows = seen->wanted >> API_SEE_TRAJECTORY & 1;
     if (rows && seen->wanted != 1u << API_SEE_TRAJECTORY)
         api_value_fault(&list, problem,
+                        API_CODE_CONFLICT
                         "\"trajectory\" has many rows a member, the others have one: ask for them "
                         "in another request");
     if (!rows && api_value_kind(&output) != API_MISSING)
-        api_value_fault(&output, problem, "is for the observable \"trajectory\": leave it out");
-    seen->output = read_words(&output, outputs, problem);
-    if (!seen->output) seen->output = 1u << OUT_PHI | 1u << OUT_PHID | 1u << OUT_LAMBDA;
+        api_value_fault(&output, problem,
+                        API_CODE_NOT_APPLICABLE
+                        "is for the observable \"trajectory\": leave it out");
+    seen->output = api_member_outputs_read(&output, problem);
 }
 
 int api_observables_cart(const struct api_observables *seen) {
-    return (int)((seen->wanted >> API_SEE_CART | seen->output >> OUT_CART) & 1);
+    return (int)(seen->wanted >> API_SEE_CART & 1) | api_member_outputs_cart(seen->output);
 }
 
 void api_observables_columns(struct api_observables *seen, int n,
@@ -93,18 +70,11 @@ void api_observables_columns(struct api_observables *seen, int n,
     assert(n >= 1);
     seen->members = members;
     struct api_table *table = &seen->table;
-    api_table_add(table, "member", NULL, 0);
     if (seen->wanted >> API_SEE_TRAJECTORY & 1) {
-        api_table_add(table, "status", NULL, 0);
-        api_table_add(table, "t", NULL, 0);
-        for (int i = 0; i < OUT_COUNT; i++)
-            if (i != OUT_CART && seen->output >> i & 1) api_table_add(table, outputs[i], NULL, n);
-        if (api_observables_cart(seen)) {
-            api_table_add(table, outputs[OUT_CART], "x", 0);
-            api_table_add(table, outputs[OUT_CART], "v", 0);
-        }
+        api_member_outputs_columns(seen->output, n, table);
         return;
     }
+    api_table_add(table, "member", NULL, 0);
     api_table_add(table, "status", NULL, 0);
     for (int i = 0; i < API_SEE_COUNT; i++) {
         if (!(seen->wanted >> i & 1)) continue;
@@ -114,9 +84,24 @@ void api_observables_columns(struct api_observables *seen, int n,
                           observables[i].arms[part] ? n : 0);
             table->column[table->count - 1].sparse = (int)(observables[i].times >> part & 1);
         }
-        if (i == API_SEE_PARAMETERS && api_members_varied(members))
-            api_table_add(table, observables[i].name, "varied", api_members_varied(members));
+        if (i == API_SEE_PARAMETERS && members->shown)
+            api_table_add(table, observables[i].name, "varied", members->shown);
     }
+}
+
+int api_observables_derived(struct api_observables *seen, struct api_derived *derived) {
+    assert(derived->count >= 1 && seen->table.count);
+    if (seen->wanted >> API_SEE_TRAJECTORY & 1)
+        api_member_outputs_differ(seen->output, derived, &seen->table);
+    if (seen->wanted >> API_SEE_FINAL & 1) {
+        api_derived_add(derived, &seen->table, "final", "phi", PEND_DERIVED_PHI);
+        api_derived_add(derived, &seen->table, "final", "phid", PEND_DERIVED_RATE);
+    }
+    if (seen->wanted >> API_SEE_CART & 1) {
+        api_derived_add(derived, &seen->table, "cart", "x", PEND_DERIVED_CART_PLACE);
+        api_derived_add(derived, &seen->table, "cart", "v", PEND_DERIVED_CART_SPEED);
+    }
+    return derived->columns;
 }
 
 void api_observables_ask(const struct api_observables *seen,
@@ -175,9 +160,8 @@ static double *put_cart(double *at, const struct pend_outcome *outcome) {
 /* the numbers of terms that vary, in the order of the request */
 static double *put_varied(const struct api_members *members, const struct pend_member *start,
                           double *at) {
-    for (int v = 0; v < members->variations; v++)
-        if (members->variation[v].quantity == API_VARY_TERM)
-            at = put_one(at, start->value[members->variation[v].place], 0);
+    for (int v = 0; v < members->shown; v++)
+        at = put_one(at, start->value[members->shown_place[v]], 0);
     return at;
 }
 
@@ -235,20 +219,4 @@ void api_observables_write(const struct api_observables *seen, const struct api_
         at = write_one((enum api_observable)i, tree, start, outcome, at);
         if (i == API_SEE_PARAMETERS) at = put_varied(seen->members, start, at);
     }
-}
-
-void api_observables_sample(const struct api_observables *seen, const struct api_tree *tree,
-                            long member, double t, const double phi[], const double rate[],
-                            const double force[], const double theta[], double row[]) {
-    assert(member >= 0 && seen->wanted >> API_SEE_TRAJECTORY & 1);
-    double *at = row;
-    *at++ = (double)member;
-    *at++ = 0;
-    *at++ = t;
-    const double *from[OUT_CART] = {phi, rate, theta, rate, force};
-    for (int i = 0; i < OUT_CART; i++) {
-        if (!(seen->output >> i & 1)) continue;
-        at = put(at, tree, from[i], 0);
-    }
-    if (api_observables_cart(seen)) put_one(put_one(at, phi[0], 0), rate[0], 0);
 }

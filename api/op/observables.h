@@ -8,7 +8,9 @@
 #define API_OBSERVABLES_H
 
 #include "api/encode/encode.h"
-#include "api/op/members_json.h"
+#include "api/op/derived.h"
+#include "api/op/member_samples.h"
+#include "api/op/members_fill.h"
 #include "api/read/field.h"
 #include "core/ensemble/member.h"
 
@@ -32,7 +34,7 @@ enum api_observable {
 
 struct api_observables {
     unsigned wanted; /* bit i for observable i */
-    unsigned output; /* of a trajectory: bits of phi, phid, theta, thetad, lambda, cart */
+    unsigned output; /* of a trajectory (member_samples) */
     struct api_table table;
     int at[API_SEE_COUNT];             /* first column of each wanted observable */
     const struct api_members *members; /* whose variations the parameters have; not owned */
@@ -55,6 +57,14 @@ int api_observables_cart(const struct api_observables *seen);
 void api_observables_columns(struct api_observables *seen, int n,
                              const struct api_members *members);
 
+/**
+ * Adds the columns of the derivatives of the final state and of a cart, or of the outputs of a
+ * trajectory, behind all others.
+ *
+ * Returns 0 if neither is asked for: nothing else has derivatives.
+ */
+int api_observables_derived(struct api_observables *seen, struct api_derived *derived);
+
 /** Returns the name of an observable. */
 const char *api_observables_name(enum api_observable observable);
 
@@ -72,12 +82,6 @@ void api_observables_ask(const struct api_observables *seen, struct pend_ensembl
 void api_observables_write(const struct api_observables *seen, const struct api_tree *tree,
                            long member, const struct pend_member *start,
                            const struct pend_outcome *outcome, double row[]);
-
-/** Writes one row of a trajectory: member, status 0, t, and the outputs from values in stored
- * order. */
-void api_observables_sample(const struct api_observables *seen, const struct api_tree *tree,
-                            long member, double t, const double phi[], const double rate[],
-                            const double force[], const double theta[], double row[]);
 
 /** Returns the number in the status column of a member that ended so: 0 good, 1 not finite, 2 step
  * too small, 3 too many steps. */

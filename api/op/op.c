@@ -28,11 +28,13 @@ enum pend_status api_reading_tree(const struct api_reading *reading, struct api_
     PEND_TRY(api_tree_read(tree, &pendulum, reading->limits, reading->problem));
     if (tree->cart && !reading->op->cart) {
         api_value_fault(&pendulum, reading->problem,
-                        "has a pivot on a cart, which \"%s\" does not take", reading->op->name);
+                        API_CODE_UNSUPPORTED "has a pivot on a cart, which \"%s\" does not take",
+                        reading->op->name);
         return PEND_INVALID;
     }
     if (!tree->terms || reading->op->terms) return PEND_OK;
     api_value_fault(&pendulum, reading->problem,
+                    API_CODE_UNSUPPORTED
                     "has rods, bodies, springs, friction or drives, which \"%s\" does not take "
                     "yet: leave them out",
                     reading->op->name);
@@ -45,7 +47,7 @@ void api_reading_check_size(const struct api_reading *reading, const struct api_
     const struct api_format *format = reading->format;
     double bytes = format->bytes(table), most = reading->limits->answer_bytes;
     char flowing[API_FORMATS_TEXT], reason[80] = "the limit max-answer-bytes";
-    if (format->block) return;
+    if (api_format_streams(format, table)) return;
     if (format->most_bytes && format->most_bytes < most) {
         snprintf(reason, sizeof reason, "the bound of %s", format->media_type);
         most = format->most_bytes;
@@ -53,6 +55,7 @@ void api_reading_check_size(const struct api_reading *reading, const struct api_
     if (bytes <= most) return;
     api_format_list(flowing, 1, 1);
     api_value_fault(value, reading->problem,
+                    API_CODE_LIMIT
                     "asks for %ld %s of %.0f numbers, up to %.0f bytes, more than %s of %.0f: ask "
                     "for %s%s, or for a "
                     "representation without such a limit: %s",

@@ -1,6 +1,7 @@
 /* POST /v1/ensembles: many trajectories of one pendulum, reduced to what was asked for, or
  * whole.
- * Leaves to others: the request and the ranges of members (ensemble), the bytes (encode).
+ * Leaves to others: the request (ensemble), the ranges of members (member_range), the bytes
+ * (encode).
  * Invariant: one range of members of raw rows is held besides the answer; rows come in the order
  * of the members. */
 #include "api/op/op.h"
@@ -9,12 +10,12 @@
 #include <stdlib.h>
 
 #include "api/encode/encode.h"
-#include "api/op/ensemble.h"
+#include "api/op/member_range.h"
 
 /* numbers and members of a range: some megabytes, and enough members that lanes are seldom idle */
 enum {
     RANGE_NUMBERS = 1 << 20,
-    RANGE_MEMBERS = 16384,
+    RANGE_MEMBERS = API_ENSEMBLE_RANGE,
     RANGE_MEMBERS_LEAST = 8,
     PIECE_NUMBERS = 4096
 };
@@ -101,14 +102,14 @@ static enum pend_status ensembles_compute(struct ensembles *op, struct pend_erro
         PEND_TRY(
             api_member_range_new(&op->range, op->ensemble, op->first, op->count, op->raw, error));
     }
-    PEND_TRY(api_member_range_go(op->range, &done));
+    PEND_TRY(api_member_range_go(op->range, &done, error));
     if (!done) return PEND_OK;
     struct api_member_range_stats stats = api_member_range_stats(op->range);
     op->failed += stats.failed;
     op->steps += stats.steps;
     op->lost += stats.lost;
     op->first += op->count;
-    op->rows = op->count * api_ensemble_rows(op->ensemble);
+    op->rows = stats.rows;
     api_member_range_free(&op->range);
     return PEND_OK;
 }

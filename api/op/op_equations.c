@@ -43,11 +43,13 @@ static void equations_read_form(struct equations *equations, const struct api_re
     equations->is_explicit = word == 0;
     if (equations->is_explicit && terms)
         api_value_fault(&form, reading->problem,
+                        API_CODE_UNSUPPORTED
                         "writes every entry out for ideal pendulums, and this one has rods, "
                         "bodies, springs, friction or drives: ask for \"compact\"");
     if (equations->is_explicit && n > API_EQUATIONS_MOST)
         api_value_fault(
             &form, reading->problem,
+            API_CODE_LIMIT
             "writes out every entry for at most %d arms, this pendulum has %d: ask for \"compact\"",
             API_EQUATIONS_MOST, n);
 }

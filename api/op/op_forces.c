@@ -95,6 +95,8 @@ static const int derived_of[COLUMNS] = {
     [JOINT_ACROSS] = PEND_DERIVED_JOINT_ACROSS,
     [TIP_ALONG] = PEND_DERIVED_FORCE,
     [TIP_ACROSS] = PEND_DERIVED_TIP_ACROSS,
+    [CART_ACC] = PEND_DERIVED_CART_ACC,
+    [CART_REACTION] = PEND_DERIVED_CART_REACTION,
 };
 
 struct forces {
@@ -151,13 +153,17 @@ static long forces_count(struct forces *forces, const struct api_reading *readin
     if (forces->table.single) return 1;
     long count = api_value_count(&many);
     if (api_value_kind(&one) != API_MISSING)
-        api_value_fault(&one, problem, "does not go together with \"states\": give one of the two");
+        api_value_fault(&one, problem,
+                        API_CODE_CONFLICT
+                        "does not go together with \"states\": give one of the two");
     if (api_value_kind(&many) != API_ARRAY || !count) {
-        api_value_fault(&many, problem, "must be an array of at least one state");
+        api_value_fault(&many, problem,
+                        API_CODE_WRONG_COUNT "must be an array of at least one state");
         return 0;
     }
     if ((double)count <= reading->limits->samples) return count;
     api_value_fault(&many, problem,
+                    API_CODE_LIMIT
                     "has %ld states, more than the limit %s of %.0f: ask for fewer at a time",
                     count, api_limits_name(reading->limits, &reading->limits->samples),
                     reading->limits->samples);

@@ -69,6 +69,7 @@ static void lyapunov_read_count(struct lyapunov *lyapunov, const struct api_valu
         wanted = most;
     } else if (text) {
         api_value_fault(count, problem,
+                        API_CODE_WRONG_TYPE
                         "must be a number of exponents from 1 to %ld, or \"all\", got \"%.40s\"",
                         most, text);
     } else if (lyapunov->tree.n) {
@@ -120,6 +121,7 @@ static enum pend_status lyapunov_check_size(struct lyapunov *lyapunov,
     api_table_add(&lyapunov->table, "error", NULL, lyapunov->count);
     if (bytes > reading->limits->answer_bytes)
         api_value_fault(&count, reading->problem,
+                        API_CODE_LIMIT
                         "asks for %d directions in %d dimensions, %.0f bytes, more than the limit "
                         "max-answer-bytes of "
                         "%.0f: ask for fewer",

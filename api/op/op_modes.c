@@ -90,6 +90,7 @@ static void modes_check_size(const struct modes *modes, const struct api_reading
            most = reading->limits->answer_bytes;
     if (modes->asked.request.vectors && 8 * n * table->rows > most)
         api_value_fault(reading->root, reading->problem,
+                        API_CODE_LIMIT
                         "asks for the vectors of %ld modes, which take %.0f bytes while they are "
                         "found, more than the "
                         "limit max-answer-bytes of %.0f: ask for %s",
@@ -105,6 +106,7 @@ static void modes_check_size(const struct modes *modes, const struct api_reading
     api_format_list(flowing, 1, 1);
     if (bytes > most)
         api_value_fault(reading->root, reading->problem,
+                        API_CODE_LIMIT
                         "asks for %.0f numbers, up to %.0f bytes, more than the limit "
                         "max-answer-bytes of %.0f: ask for "
                         "%s, include fewer matrices, round the numbers by \"digits\", or ask for a "
@@ -121,7 +123,8 @@ static enum pend_status modes_begin_search(struct modes *modes, const struct api
     modes->asked.request.up = modes->asked.up;
     enum pend_status status = pend_modes_search_new(&modes->search, modes->asked.tree.tree,
                                                     &modes->asked.request, &error);
-    if (status == PEND_INVALID) api_value_fault(reading->root, reading->problem, "%s", error.text);
+    if (status == PEND_INVALID)
+        api_value_fault(reading->root, reading->problem, API_CODE_UNSUPPORTED "%s", error.text);
     if (status) return status;
     modes->table.rows = pend_modes_search_count(modes->search);
     modes_columns(modes);

@@ -17,9 +17,13 @@
 
 enum { MAIN_COLUMNS = 9, FIRST_ROOM = 64 };
 
-/* s an arm, step and seven derivatives; maps an orbit; steps of a quarter of a small swing, and how
- * many more there are for each arm */
-static const double arm_seconds = 1.2e-5, maps_an_orbit = 5, steps_least = 8, steps_an_arm = 1.1;
+/* s an arm, step and seven derivatives, of an ideal and of a real pendulum, and of many arms; s an
+ * arm and step of a plain motion; maps an orbit, alone and on a branch, whose bifurcations are
+ * looked for, more for each arm; steps of a quarter of a swing, and how many more for each arm:
+ * measured, of 1 to 40 arms */
+static const double ideal_seconds = 3.5e-6, real_seconds = 1.2e-5, arms_cached = 25,
+                    plain_seconds = 2e-6, maps_alone = 3.5, maps_on_branch = 4, maps_an_arm = 0.4,
+                    steps_least = 8, steps_an_arm = 0.55;
 
 /* A bifurcation and where it is: n angles and n rates in the caller's order. */
 struct orbits_bifurcation {
@@ -99,6 +103,7 @@ static void orbits_check_size(const struct orbits *orbits, const struct api_read
     double bytes = 8 * api_table_numbers(table, 0) * (double)table->rows;
     if (bytes > reading->limits->answer_bytes)
         api_value_fault(&points, reading->problem,
+                        API_CODE_LIMIT
                         "asks for up to %ld orbits of %d arms, %.0f bytes, more than the limit "
                         "max-answer-bytes of %.0f: ask for fewer",
                         table->rows, orbits->asked.tree.n, bytes, reading->limits->answer_bytes);
@@ -392,15 +397,17 @@ static double orbits_cost(const void *state) {
     const struct api_orbits *asked = &((const struct orbits *)state)->asked;
     const struct pend_orbit_problem *p = &asked->problem;
     double n = asked->tree.n, passes = ceil(2 * n / 7), swing = M_PI;
+    double maps = p->branch ? maps_on_branch + maps_an_arm * n : maps_alone;
+    double arm = asked->tree.loads.terms ? real_seconds : ideal_seconds * (1 + n / arms_cached);
     if (p->driven) {
         double points = p->vary ? p->points : 4;
         double steps = orbits_driven_steps(asked, p->periods);
         double settle = p->settle ? orbits_driven_steps(asked, p->settle) : 0;
-        return (maps_an_orbit * points * steps * passes + settle) * n * arm_seconds;
+        return (maps * points * steps * passes * arm + settle * plain_seconds) * n;
     }
     if (p->target == PEND_ORBIT_AMPLITUDE) swing = p->until;
     double points = fmin(p->points, swing / p->step + 15);
-    return maps_an_orbit * points * (steps_least + steps_an_arm * n) * passes * n * arm_seconds;
+    return maps * points * (steps_least + steps_an_arm * n) * passes * n * arm;
 }
 
 /* rows are kept in memory that doubles whenever it is full, and once more for representations that

@@ -101,6 +101,7 @@ static void response_check_size(const struct response *response,
     double bytes = 8 * api_table_numbers(table, 0) * (double)table->rows;
     if (bytes > reading->limits->answer_bytes)
         api_value_fault(&omega, reading->problem,
+                        API_CODE_LIMIT
                         "asks for %ld frequencies of %d arms, %.0f bytes, more than the limit "
                         "max-answer-bytes of %.0f: ask for fewer",
                         table->rows, response->asked.tree.n, bytes, reading->limits->answer_bytes);

@@ -86,9 +86,12 @@ static void sections_read_angle(struct sections *sections, const struct api_valu
     double angle = 0;
     (void)api_field_word(&unit, units, &degrees, problem);
     if (from_theta && api_value_kind(&phi) != API_MISSING)
-        api_value_fault(&phi, problem, "does not go together with \"theta\": give one of the two");
+        api_value_fault(&phi, problem,
+                        API_CODE_CONFLICT
+                        "does not go together with \"theta\": give one of the two");
     if (!from_theta && api_value_kind(&phi) == API_MISSING)
-        api_value_fault(section, problem, "needs the angle that is passed: \"theta\" or \"phi\"");
+        api_value_fault(section, problem,
+                        API_CODE_MISSING "needs the angle that is passed: \"theta\" or \"phi\"");
     (void)api_value_read_number(&theta, -angle_most, angle_most, "", &angle, problem);
     (void)api_value_read_number(&phi, -angle_most, angle_most, "", &angle, problem);
     angle *= degrees ? pi / 180 : 1;
@@ -110,6 +113,7 @@ static void sections_drive_period(struct sections *sections, const struct api_va
     }
     if (other > 0)
         api_value_fault(period, problem,
+                        API_CODE_CONFLICT
                         "is not one: drives have the angular frequencies %.17g and %.17g rad/s; "
                         "give the period as a number of seconds",
                         omega, other);
@@ -117,6 +121,7 @@ static void sections_drive_period(struct sections *sections, const struct api_va
         sections->period = 2 * pi / omega;
     else
         api_value_fault(period, problem,
+                        API_CODE_NOT_APPLICABLE
                         "is unknown: the pendulum has no drive that repeats itself; give the "
                         "period as a number of seconds");
 }
@@ -131,6 +136,7 @@ static void sections_read_period(struct sections *sections, const struct api_val
         struct api_value field = api_value_member(section, arm_fields[i]);
         if (api_value_kind(&field) != API_MISSING)
             api_value_fault(&field, problem,
+                            API_CODE_CONFLICT
                             "does not go together with a period: a section is of an arm that "
                             "passes a direction, or stroboscopic");
     }
@@ -139,8 +145,9 @@ static void sections_read_period(struct sections *sections, const struct api_val
     api_value_usual_number(&first, 0);
     if (!api_field_needed(&period, problem)) return;
     if (text && strcmp(text, "drive") != 0)
-        api_value_fault(&period, problem,
-                        "must be a number of seconds, or \"drive\", got \"%.40s\"", text);
+        api_value_fault(
+            &period, problem,
+            API_CODE_WRONG_TYPE "must be a number of seconds, or \"drive\", got \"%.40s\"", text);
     else if (text && sections->tree.tree)
         sections_drive_period(sections, &period, problem);
     else if (!text)
@@ -186,8 +193,8 @@ static void sections_read_time(struct sections *sections, const struct api_value
     double span = sections->duration + fabs(sections->first - sections->origin);
     if (span > periods_most * sections->period && sections->period > 0)
         api_value_fault(&period, problem,
-                        "is too short for %.6g s: at most %.0e periods are counted", span,
-                        periods_most);
+                        API_CODE_LIMIT "is too short for %.6g s: at most %.0e periods are counted",
+                        span, periods_most);
 }
 
 static enum pend_status sections_read_parts(struct sections *sections,
@@ -240,6 +247,7 @@ static enum pend_status sections_check_size(struct sections *sections,
     double bytes = 8 * api_table_numbers(table, 0) * (double)table->rows;
     if (bytes > most)
         api_value_fault(&count, reading->problem,
+                        API_CODE_LIMIT
                         "asks for up to %ld passages of %d arms, %.0f bytes, more than the limit "
                         "max-answer-bytes of "
                         "%.0f: ask for fewer",

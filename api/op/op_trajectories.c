@@ -11,14 +11,16 @@
 
 #include "api/read/method_json.h"
 #include "api/op/events_json.h"
+#include "api/op/form_json.h"
 #include "api/op/trajectory_cost.h"
 #include "api/read/state_json.h"
 #include "api/read/times_json.h"
 #include "core/extended/trust.h"
 
-static const char *const fields[] = {
-    "pendulum", "initial",   "times",  "method", "rtol",     "atol",        "step", "output",
-    "digits",   "precision", "events", "trust",  "accuracy", "derivatives", "rows", NULL};
+static const char *const fields[] = {"pendulum", "initial", "times",    "method",      "rtol",
+                                     "atol",     "step",    "output",   "digits",      "precision",
+                                     "events",   "trust",   "accuracy", "derivatives", "rows",
+                                     "number",   "none",    NULL};
 
 /* how long a comparison with 32 digits takes, in times the trajectory */
 static const double trust_times = API_TRAJECTORY_TRUST_TIMES;
@@ -87,8 +89,8 @@ static void read_trust(struct trajectory *trajectory, const struct api_value *ro
     double value = api_value_number(&field);
     if (kind == API_BOOL && value == 0) api_value_usual(&field);
     if (kind != API_BOOL && !(kind == API_NUMBER && value >= least && value <= most)) {
-        api_value_fault(&field, problem,
-                        "must be true, false, or a number of radians from %g to %g", least, most);
+        api_value_fault(&field, problem, API_CODE_WRONG_TYPE "must be true, false, or %g to %g rad",
+                        least, most);
         return;
     }
     trajectory->trust_tolerance = kind == API_BOOL && value != 0 ? usual : value;
@@ -113,8 +115,6 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
     struct api_value initial = api_value_member(root, "initial");
     struct api_value times = api_value_member(root, "times"),
                      output = api_value_member(root, "output");
-    struct api_value digits = api_value_member(root, "digits");
-    long rounded = 0;
     (void)api_value_only(root, fields, problem);
     enum pend_status status = api_reading_tree(reading, &trajectory->tree);
     if (status == PEND_NO_MEMORY) return status;
@@ -126,13 +126,12 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
     if (status == PEND_NO_MEMORY) return status;
     api_method_read(&trajectory->method, root, &trajectory->tree, reading->limits, problem);
     api_outputs_read(&trajectory->outputs, &output, problem);
-    (void)api_field_whole(&digits, 1, 17, &rounded, problem);
-    trajectory->table.digits = (int)rounded;
+    api_form_read(&trajectory->table, root, problem);
     read_trust(trajectory, root, problem);
     PEND_TRY(trajectory_read_derived(trajectory, root, problem));
     if (trajectory->tree.tree && !trajectory->tree.cart && api_outputs_cart(&trajectory->outputs))
         api_value_fault(&output, problem,
-                        "has \"cart\", and the pendulum has none: give one in \"pivot\"");
+                        API_CODE_NOT_APPLICABLE "has \"cart\" without one: give it in \"pivot\"");
     api_events_read(&trajectory->events, reading, &trajectory->tree, trajectory->start,
                     &trajectory->method, &trajectory->times.times);
     return problem->status ? PEND_INVALID : PEND_OK;
@@ -339,8 +338,8 @@ static enum pend_status trajectory_block(struct trajectory *trajectory, struct a
         return PEND_OK;
     }
     *computed = ended;
-    // what a run hands out is finite; the sum of two energies need not be
-    if (!samples->total)
+    // what a run hands out is finite; the sum of two energies, and its floats, need not be
+    if (!samples->total && !trajectory->table.float32)
         return api_writer_finite_block(trajectory->writer, samples->samples.count, samples->column,
                                        out);
     return api_writer_block(trajectory->writer, samples->samples.count, samples->column, out,

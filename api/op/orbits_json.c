@@ -28,7 +28,7 @@ static void fault_others(const struct api_value *root, const char *const names[]
                          struct api_problem *problem) {
     for (int i = 0; names[i]; i++) {
         struct api_value field = api_value_member(root, names[i]);
-        if (present(&field)) api_value_fault(&field, problem, "%s", why);
+        if (present(&field)) api_value_fault(&field, problem, API_CODE_NOT_APPLICABLE "%s", why);
     }
 }
 
@@ -45,10 +45,12 @@ static void read_amplitude(struct api_orbits *asked, const struct api_value *roo
     double turn = degrees ? 180 / pi : 1;
     if (present(&amplitude) == present(&energy)) {
         api_value_fault(present(&energy) ? &energy : &amplitude, problem,
-                        present(&energy) ? "does not go together with an amplitude: orbits are "
-                                           "followed up to one of the two"
-                                         : "is needed, or \"energy\": how far the orbits of the "
-                                           "mode are followed, from small swings on");
+                        present(&energy) ? API_CODE_CONFLICT
+                            "does not go together with an amplitude: orbits are "
+                            "followed up to one of the two"
+                                         : API_CODE_MISSING
+                            "is needed, or \"energy\": how far the orbits of the "
+                            "mode are followed, from small swings on");
         return;
     }
     if (present(&energy)) {
@@ -75,6 +77,7 @@ static void read_brake(struct api_orbits *asked, const struct api_value *root,
     if (loads->terms && asked->tree.tree && !pend_terms_conserve(loads->terms, loads->value)) {
         struct api_value pendulum = api_value_member(root, "pendulum");
         api_value_fault(&pendulum, problem,
+                        API_CODE_NOT_APPLICABLE
                         "gains or loses energy and has no drive that repeats itself, so that none "
                         "of its swings is periodic: leave friction, drag and torques out, or "
                         "give it a drive");
@@ -86,6 +89,7 @@ static void read_brake(struct api_orbits *asked, const struct api_value *root,
     read_amplitude(asked, root, problem);
     if (api_value_kind(&branch) == API_OBJECT)
         api_value_fault(&branch, problem,
+                        API_CODE_WRONG_TYPE
                         "must be true or false: orbits of a mode are followed in their amplitude, "
                         "and in other numbers only where a drive keeps them going");
     else if (api_field_truth(&branch, &asked->problem.branch, problem) > 0 &&
@@ -110,11 +114,13 @@ static void read_varied(struct api_orbits *asked, const struct api_value *branch
     size_t bytes = strlen(name);
     if (target.quantity < API_VARY_LENGTH) {
         api_value_fault(&vary, problem,
+                        API_CODE_NOT_APPLICABLE
                         "is found for every orbit: vary a number of the pendulum, or \"omega\"");
         return;
     }
     if (bytes > 6 && !strcmp(name + bytes - 6, "_omega")) {
         api_value_fault(&vary, problem,
+                        API_CODE_CONFLICT
                         "would leave the other drives behind: vary \"omega\", by which all drives "
                         "keep step");
         return;
@@ -145,9 +151,11 @@ static void check_end(const struct api_orbits *asked, const struct api_value *to
     if (!size && kind == PEND_PARAMETER_TERM)
         good = pend_terms_fits(asked->tree.loads.terms, asked->problem.by.at, last);
     if (last == from)
-        api_value_fault(to, problem, "is where the branch begins: %.15g", from);
+        api_value_fault(to, problem, API_CODE_NOT_APPLICABLE "is where the branch begins: %.15g",
+                        from);
     else if (!good)
-        api_value_fault(to, problem, "is no number that this can be, got %.15g", last);
+        api_value_fault(to, problem,
+                        API_CODE_OUT_OF_RANGE "is no number that this can be, got %.15g", last);
 }
 
 static void read_branch(struct api_orbits *asked, const struct api_value *branch,
@@ -190,12 +198,14 @@ static enum pend_status read_driven(struct api_orbits *asked, const struct api_r
                  problem);
     if (!pend_orbit_drive(&asked->tree.loads, &asked->omega))
         api_value_fault(&pendulum, problem,
+                        API_CODE_NOT_APPLICABLE
                         "has drives without a period in common: their frequencies must be whole "
                         "multiples of one, up to 12 times");
     int air = terms->row[PEND_TERM_DRAG] >= 0 || terms->row[PEND_TERM_DRAG_QUADRATIC] >= 0 ||
               terms->one[PEND_TERM_DRAG_PER_MASS] >= 0;
     if (air && terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0)
         api_value_fault(&pendulum, problem,
+                        API_CODE_NOT_APPLICABLE
                         "has a pivot that goes ever faster through the air: nothing comes back "
                         "there");
     if (present(&initial)) {
@@ -228,13 +238,16 @@ enum pend_status api_orbits_read(struct api_orbits *asked, const struct api_read
     if (status == PEND_NO_MEMORY) return status;
     const struct pend_terms *terms = asked->tree.loads.terms;
     if (asked->tree.n > API_ORBITS_ARMS)
-        api_value_fault(&pendulum, problem, "has %d arms: orbits are found of at most %d",
-                        asked->tree.n, API_ORBITS_ARMS);
+        api_value_fault(&pendulum, problem,
+                        API_CODE_LIMIT "has %d arms: orbits are found of at most %d", asked->tree.n,
+                        API_ORBITS_ARMS);
     if (terms && asked->tree.tree && pend_terms_cart(terms))
         api_value_fault(&pendulum, problem,
+                        API_CODE_UNSUPPORTED
                         "has a cart, whose orbits are not found: give it as a driven pivot");
     if (asked->tree.tree && !terms && !pend_loads_pull_down(&asked->tree.loads))
         api_value_fault(&pendulum, problem,
+                        API_CODE_NOT_APPLICABLE
                         "has no gravity that pulls it down, so that no mode swings");
     if (terms && asked->tree.tree && terms->harmonics)
         PEND_TRY(read_driven(asked, reading));

@@ -28,6 +28,7 @@ static int picture_of(const struct api_observables *seen, const struct api_value
     if (!count) {
         api_value_fault(
             picture, problem,
+            API_CODE_MISSING
             "needs an observable to draw: first_flip, flip_time, flips, lambda_max, lambda_min, "
             "sign_change, energy_drift or lyapunov");
         return -1;
@@ -43,29 +44,32 @@ void api_picture_read(struct api_observables *seen, const struct api_members *me
     struct api_value arm = api_value_member(&picture, "arm"),
                      scale = api_value_member(&picture, "scale");
     struct api_problem *problem = reading->problem;
-    const struct api_variation *axis = members->variation;
+    const long *count = members->axis_count;
     long number = 1;
     if (!reading->format->picture && api_value_kind(&picture) == API_MISSING) return;
     if (api_value_kind(&picture) != API_MISSING) {
         if (!api_field_object(&picture, problem)) return;
         (void)api_value_only(&picture, fields, problem);
     }
-    if (members->variations != 2 || !axis[0].count)
-        api_value_fault(&picture, problem, "a picture needs a \"grid\" of two axes");
-    else if (axis[0].count > PIXELS_MOST || axis[1].count > PIXELS_MOST)
-        api_value_fault(&picture, problem, "a picture has at most %d members on each axis",
+    if (members->axes != 2)
+        api_value_fault(&picture, problem,
+                        API_CODE_MISSING "a picture needs a \"grid\" of two axes");
+    else if (count[0] > PIXELS_MOST || count[1] > PIXELS_MOST)
+        api_value_fault(&picture, problem,
+                        API_CODE_LIMIT "a picture has at most %d members on each axis",
                         PIXELS_MOST);
     int chosen = picture_of(seen, &of, &picture, problem);
     if (chosen < 0) return;
     int column = seen->at[chosen], width = seen->table.column[column].width,
         log = logarithmic >> chosen & 1;
     if (!width && api_value_kind(&arm) != API_MISSING)
-        api_value_fault(&arm, problem, "has no meaning for \"%s\", which is of no arm",
+        api_value_fault(&arm, problem,
+                        API_CODE_NOT_APPLICABLE "has no meaning for \"%s\", which is of no arm",
                         api_observables_name((enum api_observable)chosen));
     else
         (void)api_field_whole(&arm, 1, tree->n, &number, problem);
     (void)api_field_word(&scale, scales, &log, problem);
     if (problem->status) return;
     seen->table.picture = (struct api_table_picture){
-        .across = axis[0].count, .column = column, .arm = (int)number - 1, .logarithmic = log};
+        .across = count[0], .column = column, .arm = (int)number - 1, .logarithmic = log};
 }

@@ -5,7 +5,7 @@
 #ifndef API_PICTURE_JSON_H
 #define API_PICTURE_JSON_H
 
-#include "api/op/members_json.h"
+#include "api/op/members_fill.h"
 #include "api/op/observables.h"
 #include "api/op/op.h"
 

@@ -50,10 +50,12 @@ static void read_pivot(struct api_response *asked, const struct api_value *value
     asked->given = straight || present(&amplitude);
     if (straight && (along || present(&amplitude)))
         api_value_fault(value, problem,
+                        API_CODE_CONFLICT
                         "must have \"x\" and \"y\", or a \"direction\" with an \"amplitude\", not "
                         "both");
     else if (!straight && !along)
         api_value_fault(value, problem,
+                        API_CODE_MISSING
                         "must say where to the pivot is shaken: \"x\" and \"y\", or a "
                         "\"direction\"");
     if (straight || !along) return;
@@ -84,6 +86,7 @@ static void read_cart(struct api_response *asked, const struct api_value *value,
     (void)api_value_only(value, cart_fields, problem);
     if (asked->tree.tree && !asked->tree.cart)
         api_value_fault(value, problem,
+                        API_CODE_NOT_APPLICABLE
                         "is a force on a cart, and the pendulum has none: give one in \"pivot\", "
                         "or drive the pivot or a joint");
     asked->arm = 0;
@@ -99,8 +102,8 @@ static void read_own(struct api_response *asked, const struct api_value *value,
     asked->own = asked->given = 1;
     if (asked->tree.tree && (!terms || !terms->harmonics))
         api_value_fault(value, problem,
-                        "is needed: %s{\"torque\": {\"arm\": 1}}; the "
-                        "pendulum has no harmonics of its own that would drive it",
+                        API_CODE_MISSING "is needed: %s{\"torque\": {\"arm\": 1}}; the "
+                                         "pendulum has no harmonics of its own that would drive it",
                         asked->tree.cart ? "{\"cart\": {}} or " : "{\"pivot\": {\"x\": 1}} or ");
 }
 
@@ -118,12 +121,14 @@ static void read_drive(struct api_response *asked, const struct api_value *value
     (void)api_value_only(value, drive_fields, problem);
     if (present(&pivot) + present(&torque) + present(&cart) != 1) {
         api_value_fault(value, problem,
+                        API_CODE_CONFLICT
                         "must have one of \"pivot\", \"torque\" and \"cart\": their answers add "
                         "up");
         return;
     }
     if (present(&pivot) && asked->tree.cart)
         api_value_fault(&pivot, problem,
+                        API_CODE_NOT_APPLICABLE
                         "is on a cart, which moves as the pendulum has it: drive that by "
                         "{\"cart\": {\"amplitude\": 1}}");
     if (present(&pivot)) read_pivot(asked, &pivot, problem);
@@ -136,6 +141,7 @@ static void read_drive(struct api_response *asked, const struct api_value *value
 static void fault_rows(const struct api_value *value, double rows, const struct api_limits *limits,
                        struct api_problem *problem) {
     api_value_fault(value, problem,
+                    API_CODE_LIMIT
                     "asks for %.15g frequencies, more than the limit %s of %.0f: ask for fewer",
                     rows, api_limits_name(limits, &limits->samples), limits->samples);
 }
@@ -148,7 +154,8 @@ static enum pend_status read_list(struct api_response *asked, const struct api_v
         (void)api_field_numbers(value, 0, "", NULL, problem);
         return PEND_OK;
     }
-    if (!count) api_value_fault(value, problem, "must have at least one frequency");
+    if (!count)
+        api_value_fault(value, problem, API_CODE_WRONG_COUNT "must have at least one frequency");
     if (count > limits->samples) {
         fault_rows(value, count, limits, problem);
         return PEND_OK;
@@ -156,7 +163,8 @@ static enum pend_status read_list(struct api_response *asked, const struct api_v
     for (int i = 0; i < count; i++) {
         if (list[i] >= 0 && list[i] <= omega_most) continue;
         struct api_value item = api_value_item(value, i);
-        api_value_fault(&item, problem, "must be from 0 to %g rad/s, got %.15g", omega_most,
+        api_value_fault(&item, problem,
+                        API_CODE_OUT_OF_RANGE "must be from 0 to %g rad/s, got %.15g", omega_most,
                         list[i]);
     }
     if (!count || problem->status) return PEND_OK;
@@ -175,14 +183,18 @@ static void check_range(const struct api_response *asked, const struct api_value
     struct api_value count = api_value_member(value, "count");
     assert(asked->from >= 0 && asked->to >= 0);
     if (asked->to < asked->from)
-        api_value_fault(&stop, problem, "must not be below start (%.15g rad/s), got %.15g",
+        api_value_fault(&stop, problem,
+                        API_CODE_ORDER "must not be below start (%.15g rad/s), got %.15g",
                         asked->from, asked->to);
     if (asked->rows == 1 && asked->from != asked->to)
         api_value_fault(&count, problem,
+                        API_CODE_OUT_OF_RANGE
                         "must be at least 2 for the frequencies to begin at start and end at "
                         "stop, got 1");
     if (asked->logarithmic && !(asked->from > 0))
-        api_value_fault(&start, problem, "must be greater than 0 on a logarithmic scale, got %.15g",
+        api_value_fault(&start, problem,
+                        API_CODE_OUT_OF_RANGE
+                        "must be greater than 0 on a logarithmic scale, got %.15g",
                         asked->from);
 }
 
@@ -234,6 +246,7 @@ static enum pend_status read_omega(struct api_response *asked, const struct api_
     if (!present(value)) {
         if (asked->own) return read_apart(asked);
         api_value_fault(value, problem,
+                        API_CODE_MISSING
                         "is needed: a list of angular frequencies, rad/s, or {\"start\", "
                         "\"stop\", \"count\"}");
         return PEND_OK;
@@ -271,18 +284,21 @@ static void read_output(struct api_response *asked, const struct api_value *valu
         return;
     }
     if (api_value_kind(value) != API_ARRAY || !api_value_count(value))
-        api_value_fault(value, problem, "must be an array of at least one name");
+        api_value_fault(value, problem,
+                        API_CODE_WRONG_COUNT "must be an array of at least one name");
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
         int output = 0;
         if (api_field_word(&item, api_response_outputs, &output, problem) <= 0) continue;
         if (asked->output[output])
-            api_value_fault(&item, problem, "\"%s\" is in the list already",
+            api_value_fault(&item, problem, API_CODE_DUPLICATE "\"%s\" is in the list already",
                             api_response_outputs[output]);
         if (output == API_RESPONSE_TRANSMISSIBILITY && asked->tree.tree && !shakes(asked))
             api_value_fault(&item, problem,
+                            API_CODE_MISSING
                             "needs a pivot that is shaken: drive that, or leave it out");
         if (output == API_RESPONSE_CART && asked->tree.tree && !asked->tree.cart)
             api_value_fault(&item, problem,
+                            API_CODE_NOT_APPLICABLE
                             "is the place of a cart, and the pendulum has none: leave it out");
         asked->output[output] = 1;
     }
@@ -299,11 +315,13 @@ static void read_poles(struct api_response *asked, const struct api_value *value
     int most = loses ? API_POLES_DAMPED : API_POLES_ARMS;
     if (asked->poles && api_tree_stored(&asked->tree) > most)
         api_value_fault(value, problem,
+                        API_CODE_LIMIT
                         "poles are found for at most %d arms, or %d without friction and drives, "
                         "and here are %d: leave it out",
                         API_POLES_DAMPED, API_POLES_ARMS, asked->tree.n);
     if (asked->poles && reading->format != &api_format_json && reading->format != &api_format_raw)
         api_value_fault(value, problem,
+                        API_CODE_UNSUPPORTED
                         "poles are answered in %s only, not in %s: leave it out, or ask for that",
                         api_format_json.media_type, reading->format->media_type);
 }

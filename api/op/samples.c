@@ -74,7 +74,8 @@ static void output_add(struct api_outputs *outputs, const struct api_value *item
     if (api_field_word(item, names, &output, problem) <= 0) return;
     for (int i = 0; i < outputs->count; i++)
         if (outputs->output[i] == output) {
-            api_value_fault(item, problem, "\"%s\" is in the list already", names[output]);
+            api_value_fault(item, problem, API_CODE_DUPLICATE "\"%s\" is in the list already",
+                            names[output]);
             return;
         }
     outputs->output[outputs->count++] = output;
@@ -98,7 +99,8 @@ void api_outputs_read(struct api_outputs *outputs, const struct api_value *value
     }
     struct api_value item = api_value_item(value, 0);
     if (api_value_kind(value) != API_ARRAY || !api_value_count(value))
-        api_value_fault(value, problem, "must be an array of at least one name");
+        api_value_fault(value, problem,
+                        API_CODE_WRONG_COUNT "must be an array of at least one name, as [\"phi\"]");
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
         output_add(outputs, &item, problem);
     if (outputs_usual(outputs)) api_value_usual(value);
@@ -148,9 +150,14 @@ void api_outputs_derived(const struct api_outputs *outputs, const struct api_val
                                       [TIP_ACROSS] = PEND_DERIVED_TIP_ACROSS,
                                       [KINETIC] = PEND_DERIVED_KINETIC,
                                       [POTENTIAL] = PEND_DERIVED_POTENTIAL,
-                                      [TOTAL] = API_DERIVED_TOTAL};
+                                      [TOTAL] = API_DERIVED_TOTAL,
+                                      [CART_PLACE] = PEND_DERIVED_CART_PLACE,
+                                      [CART_SPEED] = PEND_DERIVED_CART_SPEED,
+                                      [CART_REACTION] = PEND_DERIVED_CART_REACTION};
     if (outputs_exchange(outputs))
-        api_value_fault(value, problem, "of \"exchange\" are not known: leave out one of the two");
+        api_value_fault(value, problem,
+                        API_CODE_UNSUPPORTED
+                        "of \"exchange\" are not known: leave out one of the two");
     for (int i = 0; i < outputs->count; i++) {
         int output = outputs->output[i];
         for (int p = 0; p < output_table[output].parts; p++)

@@ -26,9 +26,6 @@ static const double steps_of_others = 20;
 static const double extended_times = 25, quad_times = 2000, symplectic_times = 20,
                     trust_times = API_TRAJECTORY_TRUST_TIMES;
 
-/* and seven derivatives */
-static const double derived_times = 12;
-
 /* rad/s at which the fastest arm turns, about: as fast as the shortest arm swings, faster where
  * many hang on each other, and as the start has it */
 static double trajectory_rate(const struct api_trajectory_size *size) {
@@ -61,22 +58,23 @@ double api_trajectory_cost_seconds(const struct api_trajectory_size *size) {
     if (size->method->method == &pend_method_taylor_quad)
         times_as_long = size->trusts ? 2 * quad_times : quad_times;
     if (size->method->method == &pend_method_symplectic) times_as_long = symplectic_times;
-    times_as_long += derived_times * ceil(size->derived->count / 7.0);
     if (size->events->rows) times_as_long = 0;
     times_as_long += api_events_times(size->events);
     return times_as_long * fmin(steps, (double)size->step_cap) *
                (step_seconds + size->tree->n * arm_seconds) +
+           api_derived_seconds(size->derived, size->tree->tree, span * trajectory_rate(size)) +
            numbers * (size->format->digits ? text_seconds : binary_seconds);
 }
 
-/* bytes that a method takes for each arm: its series, stages and scratch; small trees are filled
- * up to whole lanes */
-static const struct {
+/* bytes that a method takes for each arm of an ideal and of a real pendulum: its series, stages and
+ * scratch; small trees are filled up to whole lanes. `linear` takes ideal ones only. */
+static const struct trajectory_room {
     const char *method;
-    double bytes;
-} bytes_an_arm[] = {{"taylor", 9000}, {"symplectic", 16000}, {"linear", 6000}};
-static const double bytes_of_others = 8000, bytes_of_extended = 30000, lane_arms = 16,
-                    method_bytes = 32768;
+    double ideal, real;
+} rooms[] = {{"taylor", 9000, 12500}, {"symplectic", 16000, 48000}, {"linear", 6000, 6000}},
+  room_of_others = {"", 8000, 13000}, room_of_extended = {"", 30000, 90000},
+  room_of_comparison = {"", 30000, 60000};
+static const double lane_arms = 16, method_bytes = 32768;
 
 /* numbers that `linear` takes for each pair of arms: its modes, and what they are made
  * orthogonal to */
@@ -90,14 +88,15 @@ static double trajectory_derived_bytes(const struct api_trajectory_size *size) {
 
 double api_trajectory_cost_bytes(const struct api_trajectory_size *size) {
     assert(size->format && size->table && size->derived->count >= 0);
-    double n = api_tree_stored(size->tree), an_arm = bytes_of_others,
-           row = api_table_numbers(size->table, 0);
-    for (size_t i = 0; i < sizeof bytes_an_arm / sizeof *bytes_an_arm; i++)
-        if (!strcmp(size->method->method->name, bytes_an_arm[i].method))
-            an_arm = bytes_an_arm[i].bytes;
-    if (size->method->method == pend_method_taylor.extended) an_arm = bytes_of_extended;
-    if (size->tree->loads.terms) an_arm *= 3; // more series, and a neighbour's of small trees
-    if (size->trusts) an_arm = 2 * an_arm + bytes_of_extended;
+    const struct trajectory_room *room = &room_of_others;
+    double n = api_tree_stored(size->tree), row = api_table_numbers(size->table, 0);
+    for (size_t i = 0; i < sizeof rooms / sizeof *rooms; i++)
+        if (!strcmp(size->method->method->name, rooms[i].method)) room = &rooms[i];
+    if (size->method->method == pend_method_taylor.extended) room = &room_of_extended;
+    int real = size->tree->loads.terms != NULL;
+    double an_arm = real ? room->real : room->ideal;
+    if (size->trusts)
+        an_arm = 2 * an_arm + (real ? room_of_comparison.real : room_of_comparison.ideal);
     double square =
         size->method->method == &pend_method_linear ? linear_numbers * sizeof(double) * n * n : 0;
     double list = size->times->list ? (double)size->times->times.count * sizeof(double) : 0;

@@ -78,7 +78,8 @@ static void target_arm(const struct api_value *value, const struct api_tree *tre
                        int of_arm, struct api_target *out, struct api_problem *problem) {
     if (!of_arm) {
         if (api_value_kind(value) != API_MISSING)
-            api_value_fault(value, problem, "does not go together with %s, which all arms share",
+            api_value_fault(value, problem,
+                            API_CODE_CONFLICT "does not go together with %s, which all arms share",
                             name);
         return;
     }
@@ -109,9 +110,11 @@ static void target_term(const struct api_value *value, const struct api_value *v
     if (!tree->tree || problem->status) return;
     out->place = api_varied_place(tree, term, out->arm, (int)harmonic);
     if (out->place < 0)
-        api_value_fault(vary, problem,
-                        "varies a number that the pendulum has not: give it one in \"pendulum\"; "
-                        "0 will do where it may be 0");
+        api_value_fault(
+            vary, problem,
+            API_CODE_UNKNOWN_NAME
+            "varies a number that the pendulum has not: give it one in \"pendulum\" that "
+            "is not 0");
 }
 
 int api_target_read(struct api_target *target, const struct api_value *value,
@@ -129,6 +132,7 @@ int api_target_read(struct api_target *target, const struct api_value *value,
                term >= 0 ? api_varied_of_arm(term) : chosen != API_VARY_GRAVITY, target, problem);
     if (tree->cart && target->arm == 0 && !api_varied_of_cart(list[chosen]))
         api_value_fault(&vary, problem,
+                        API_CODE_UNKNOWN_NAME
                         "is no number of a cart, which has \"mass\", \"damping\", \"stiffness\", "
                         "\"torque\" for the force along its rail, its place \"phi\" and its speed "
                         "\"phid\"");

@@ -17,7 +17,8 @@ enum api_quantity {
     API_VARY_LENGTH,
     API_VARY_MASS,
     API_VARY_GRAVITY,
-    API_VARY_TERM, /* a number of a real pendulum (varied) */
+    API_VARY_TERM,   /* a number of a real pendulum (varied) */
+    API_VARY_ENERGY, /* that a member starts on (members_energy); nothing is differentiated by it */
     API_VARY_COUNT
 };
 

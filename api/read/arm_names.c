@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/json/name_meant.h"
+
 enum {
     NUMBER_BYTES = 12, /* an arm's number as text */
     NEAR_NAMES = 1000, /* names of a larger tree are not searched for the one that was meant */
@@ -38,7 +40,8 @@ void api_arm_names_take(struct api_arm_names *names, const struct api_value *arm
     names->text[i] = text && *text ? text : number;
     if (names->text[i] == text || api_value_kind(&field) == API_MISSING) return;
     api_value_found(&field, found);
-    api_value_fault(&field, problem, "must be a text that is not empty, got %s", found);
+    api_value_fault(&field, problem, API_CODE_WRONG_TYPE "must be a text that is not empty, got %s",
+                    found);
 }
 
 static int name_order(const void *a, const void *b, void *context) {
@@ -61,6 +64,7 @@ void api_arm_names_sort(struct api_arm_names *names, const struct api_value *arm
         struct api_value arm = api_value_item(arms, names->sorted[i]),
                          field = api_value_member(&arm, "name");
         api_value_fault(&field, problem,
+                        API_CODE_DUPLICATE
                         "arm %d has this name already; an arm without a name has its number",
                         names->sorted[first] + 1);
     }
@@ -90,12 +94,18 @@ int api_arm_names_parent(const struct api_arm_names *names, const struct api_val
     if (parent >= 0 || api_problem_full(problem)) return parent;
     if (text && names->n <= NEAR_NAMES && problem->count + problem->beyond < NEAR_FAULTS)
         near = api_name_nearest(text, names->text);
+    double number = api_value_number(&field);
+    if (api_value_kind(&field) == API_NUMBER && number >= 1 && number <= names->n)
+        near = names->text[(int)number - 1];
     api_value_found(&field, found);
     if (near)
-        api_value_fault(&field, problem, "must be the name of an arm, got %s; did you mean \"%s\"?",
+        api_value_fault(&field, problem,
+                        API_CODE_UNKNOWN_NAME
+                        "must be the name of an arm, got %s; did you mean \"%s\"?",
                         found, near);
     else
         api_value_fault(&field, problem,
+                        API_CODE_UNKNOWN_NAME
                         "must be the name of an arm (left out or null at the pivot), got %s",
                         found);
     return API_ARM_FAULTY;

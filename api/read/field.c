@@ -4,19 +4,32 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "api/json/name_meant.h"
+
 int api_field_needed(const struct api_value *value, struct api_problem *problem) {
     if (api_value_kind(value) != API_MISSING) return 1;
-    api_value_fault(value, problem, "is missing");
+    if (!value->parent || !api_value_meant(value->parent, value->key, problem))
+        api_value_fault(value, problem, API_CODE_MISSING "is missing");
     return 0;
 }
 
-/* adds "must be ..., got ..." */
+/* adds "must be ..., got ..." to a value that is of the right kind but none of those allowed */
+static int field_beyond(const struct api_value *value, const char *expected,
+                        struct api_problem *problem) {
+    char found[API_FOUND_BYTES];
+    if (api_problem_full(problem)) return -1;
+    api_value_found(value, found);
+    api_value_fault(value, problem, API_CODE_OUT_OF_RANGE "must be %s, got %s", expected, found);
+    return -1;
+}
+
+/* adds "must be ..., got ..." to a value of another kind */
 static int field_wrong(const struct api_value *value, const char *expected,
                        struct api_problem *problem) {
     char found[API_FOUND_BYTES];
     if (api_problem_full(problem)) return -1;
     api_value_found(value, found);
-    api_value_fault(value, problem, "must be %s, got %s", expected, found);
+    api_value_fault(value, problem, API_CODE_WRONG_TYPE "must be %s, got %s", expected, found);
     return -1;
 }
 
@@ -41,19 +54,27 @@ static int field_items(const struct api_value *value, int n, double out[],
     return good;
 }
 
+/* adds a fault for what is no list of n numbers, 0 = of any number of them */
+static int field_no_list(const struct api_value *value, int n, struct api_problem *problem) {
+    char expected[64] = "an array of numbers";
+    if (n) snprintf(expected, sizeof expected, "an array of %d number%s", n, n == 1 ? "" : "s");
+    return field_wrong(value, expected, problem);
+}
+
 int api_field_numbers(const struct api_value *value, int n, const char *each, double out[],
                       struct api_problem *problem) {
     int count = api_value_count(value);
     if (api_value_kind(value) == API_MISSING) return 0;
     for (int i = 0; out && i < n; i++) out[i] = NAN;
-    if (api_value_kind(value) != API_ARRAY) {
-        char expected[64] = "an array of numbers";
-        if (n) snprintf(expected, sizeof expected, "an array of %d number%s", n, n == 1 ? "" : "s");
-        return field_wrong(value, expected, problem);
+    if (n == 1 && api_value_kind(value) == API_NUMBER) {
+        if (out) *out = api_value_number(value);
+        return 1;
     }
+    if (api_value_kind(value) != API_ARRAY) return field_no_list(value, n, problem);
     int good = 1;
     if (n && count != n) {
-        api_value_fault(value, problem, "must have %d number%s, one for each %s, got %d", n,
+        api_value_fault(value, problem,
+                        API_CODE_WRONG_COUNT "must have %d number%s, one for each %s, got %d", n,
                         n == 1 ? "" : "s", each, count);
         good = -1;
     }
@@ -74,6 +95,7 @@ int api_field_whole(const struct api_value *value, long least, long greatest, lo
     }
     char expected[80];
     snprintf(expected, sizeof expected, "a whole number from %ld to %ld", least, greatest);
+    if (api_value_kind(value) == API_NUMBER) return field_beyond(value, expected, problem);
     return field_wrong(value, expected, problem);
 }
 
@@ -84,20 +106,32 @@ int api_field_truth(const struct api_value *value, int *out, struct api_problem 
     return 1;
 }
 
+/* adds "must be one of ..., got ..." to a text */
+static int field_unknown(const struct api_value *value, const char *expected,
+                         struct api_problem *problem) {
+    char found[API_FOUND_BYTES];
+    if (api_problem_full(problem)) return -1;
+    api_value_found(value, found);
+    api_value_fault(value, problem, API_CODE_UNKNOWN_NAME "must be %s, got %s", expected, found);
+    return -1;
+}
+
 /* adds a fault for a text that is none of the words: it names the word that was probably meant, or
  * all of them */
 static void field_fault_word(const struct api_value *value, const char *const words[],
                              struct api_problem *problem) {
     char expected[200] = "one of ";
-    const char *text = api_value_text(value), *near = text ? api_name_nearest(text, words) : NULL;
+    const char *text = api_value_text(value), *near = text ? api_name_meant(text, words) : NULL;
     size_t used = strlen(expected);
     for (int i = 0; words[i] && used < sizeof expected; i++)
         used += (size_t)snprintf(expected + used, sizeof expected - used, "%s\"%s\"", i ? ", " : "",
                                  words[i]);
     if (near)
-        api_value_fault(value, problem, "is not known; did you mean \"%s\"?", near);
+        api_value_fault(value, problem, API_CODE_UNKNOWN_NAME "is not known; did you mean \"%s\"?",
+                        near);
     else
-        (void)field_wrong(value, expected, problem);
+        (void)(text ? field_unknown(value, expected, problem)
+                    : field_wrong(value, expected, problem));
 }
 
 int api_field_word(const struct api_value *value, const char *const words[], int *out,
@@ -111,4 +145,23 @@ int api_field_word(const struct api_value *value, const char *const words[], int
         }
     if (!api_problem_full(problem)) field_fault_word(value, words, problem);
     return -1;
+}
+
+unsigned api_field_words(const struct api_value *list, const char *const words[],
+                         struct api_problem *problem) {
+    unsigned found = 0;
+    if (api_value_kind(list) == API_MISSING) return 0;
+    if (api_value_kind(list) != API_ARRAY || !api_value_count(list)) {
+        api_value_fault(list, problem,
+                        API_CODE_WRONG_COUNT "must be an array of at least one name");
+        return 0;
+    }
+    struct api_value item = api_value_item(list, 0);
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+        int word = 0;
+        if (api_field_word(&item, words, &word, problem) <= 0) continue;
+        if (found >> word & 1) api_value_fault(&item, problem, API_CODE_DUPLICATE "is named twice");
+        found |= 1u << word;
+    }
+    return found;
 }

@@ -15,12 +15,13 @@
 int api_field_object(const struct api_value *value, struct api_problem *problem);
 
 /**
- * Adds a fault if a field is missing. Returns true if it is present.
+ * Adds a fault if a field is missing, unless another field was meant to be it. Returns true if it
+ * is present.
  */
 int api_field_needed(const struct api_value *value, struct api_problem *problem);
 
 /**
- * Reads a list of numbers.
+ * Reads a list of numbers. One number may stand without the list: encoders of arrays write it so.
  *
  * n        how many numbers there must be; 0 = any number of them.
  * each     what each number belongs to, for the message: "arm".
@@ -53,5 +54,15 @@ int api_field_truth(const struct api_value *value, int *out, struct api_problem 
  */
 int api_field_word(const struct api_value *value, const char *const words[], int *out,
                    struct api_problem *problem);
+
+/**
+ * Reads a list of words, each at most once.
+ *
+ * words  at most 32, ended by NULL.
+ *
+ * Returns bit i for word i; 0 if the list is missing, or is faulty.
+ */
+unsigned api_field_words(const struct api_value *list, const char *const words[],
+                         struct api_problem *problem);
 
 #endif

@@ -22,9 +22,13 @@ static int read_setting(const struct api_value *value, const struct pend_method 
     if (api_value_read_number(value, -INFINITY, INFINITY, "", &x, problem) <= 0 || !method)
         return 0;
     if (!(method->flags & flag))
-        api_value_fault(value, problem, "has no meaning for method %s: leave it out", method->name);
+        api_value_fault(value, problem,
+                        API_CODE_NOT_APPLICABLE "has no meaning for method %s: leave it out",
+                        method->name);
     else if (!(x >= least && x <= most))
-        api_value_fault(value, problem, "must be from %.15g to %.15g for method %s, got %.15g",
+        api_value_fault(value, problem,
+                        API_CODE_OUT_OF_RANGE
+                        "must be from %.15g to %.15g for method %s, got %.15g",
                         least, most, method->name, x);
     else
         *out = x;
@@ -42,7 +46,8 @@ static const struct pend_method *read_precision(const struct api_value *value,
     if (found < 0) return NULL;
     if (!chosen || !method) return method;
     if (!method->extended)
-        api_value_fault(value, problem, "\"%s\" is for method taylor only, not for %s",
+        api_value_fault(value, problem,
+                        API_CODE_UNSUPPORTED "\"%s\" is for method taylor only, not for %s",
                         words[chosen], method->name);
     return method->extended && chosen == 2 ? &pend_method_taylor_quad : method->extended;
 }
@@ -77,6 +82,7 @@ void api_method_read(struct api_method *method, const struct api_value *root,
     if (known && known->flags & PEND_METHOD_CONSERVES && loads->terms &&
         !pend_terms_conserve(loads->terms, loads->value))
         api_value_fault(&name, problem,
+                        API_CODE_UNSUPPORTED
                         "\"%s\" keeps the energy, of springs, rods and bodies too, but has no "
                         "friction, drag, torques or moving pivot: use \"taylor\", or \"rkf45\", "
                         "\"rk8pd\", \"msadams\" or \"ode23\"",

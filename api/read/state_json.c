@@ -91,14 +91,18 @@ static struct exact exact_turn(struct exact scale, double x, struct exact offset
 static void read_angles(const struct api_value *value, const struct api_tree *tree,
                         struct exact scale, struct exact offset, double out[], double low[],
                         struct api_problem *problem) {
-    int count;
+    int count, lone = api_value_kind(value) == API_NUMBER;
+    // of a tree that was refused nothing is known about its arms
+    if (lone && !tree->n) return;
     int good = api_field_numbers(value, tree->n, "arm", NULL, problem);
-    const double *numbers = api_value_numbers(value, &count);
+    const double one = api_value_number(value);
+    const double *numbers = lone ? &one : api_value_numbers(value, &count);
     if (good <= 0 || !out || !tree->tree) return;
     for (int i = 0; i < tree->n; i++) {
         if (scale.high != 1 && fabs(numbers[i]) > DEGREES_MOST) {
-            struct api_value number = api_value_item(value, i);
-            api_value_fault(&number, problem, "must be from -1e15 to 1e15 degrees, got %.15g",
+            struct api_value number = lone ? *value : api_value_item(value, i);
+            api_value_fault(&number, problem,
+                            API_CODE_OUT_OF_RANGE "must be from -1e15 to 1e15 degrees, got %.15g",
                             numbers[i]);
             continue;
         }
@@ -116,6 +120,7 @@ static void check_real_mode(const struct api_tree *tree, const struct api_value 
     if (tree->n <= most) return;
     api_value_fault(
         mode, problem,
+        API_CODE_LIMIT
         "is of a real pendulum of %d arms; a start in a mode takes at most %d arms with "
         "friction or drag, and %d without",
         tree->n, MODE_ARMS_DAMPED, MODE_ARMS_STILL);
@@ -153,12 +158,13 @@ static int state_form(const struct api_value *value, struct api_problem *problem
         if (found == FORM_COUNT) found = form;
         if (found != form)
             api_value_fault(given ? &angle : &rate, problem,
+                            API_CODE_CONFLICT
                             "does not go together with \"%s\": give a state by phi and phid, by "
                             "theta and thetad, or "
                             "by mode and amplitude",
                             state_forms[found].angle);
         else if (!given)
-            api_value_fault(&angle, problem, "is missing, and \"%s\" needs it",
+            api_value_fault(&angle, problem, API_CODE_MISSING "is missing, and \"%s\" needs it",
                             state_forms[form].rate);
     }
     return found;
@@ -198,6 +204,7 @@ static void read_cart(struct api_states *states, long i, const struct api_value 
     (void)api_value_only(cart, names, problem);
     if (tree->tree && !tree->cart)
         api_value_fault(cart, problem,
+                        API_CODE_NOT_APPLICABLE
                         "is the place and the speed of a cart, and the pendulum has none: give one "
                         "in \"pivot\", or leave it out");
     for (int j = 0; j < 2; j++) {
@@ -216,7 +223,14 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
                      const struct api_tree *tree, const struct api_limits *limits,
                      struct api_problem *problem) {
     assert(!states || (api_states_valid(states) && i >= 0 && i < states->count));
-    if (api_value_kind(value) == API_MISSING || !api_field_object(value, problem)) return;
+    if (api_value_kind(value) == API_ARRAY)
+        api_value_fault(value, problem,
+                        API_CODE_WRONG_TYPE
+                        "must be an object with \"theta\" and \"thetad\", or \"phi\" and "
+                        "\"phid\", each a list, got an array");
+    if (api_value_kind(value) == API_MISSING || api_value_kind(value) == API_ARRAY ||
+        !api_field_object(value, problem))
+        return;
     (void)api_value_only(value, state_fields, problem);
     int degrees = read_degrees(value, problem), form = state_form(value, problem);
     struct api_value cart = api_value_member(value, "cart");

@@ -57,6 +57,7 @@ static void read_point(struct api_terms *terms, const struct api_terms_part *par
     } else if (!api_problem_full(terms->problem)) {
         api_value_found(value, found);
         api_value_fault(value, terms->problem,
+                        API_CODE_WRONG_TYPE
                         "must be a number, m along the arm, or two, [along, across], got %s",
                         found);
     }
@@ -112,12 +113,13 @@ static void read_harmonics(struct api_terms *terms, int drives, const struct api
     api_value_usual_zeros(&list);
     if (api_value_kind(&list) != API_ARRAY) {
         api_value_found(&list, found);
-        api_value_fault(&list, terms->problem, "must be an array of harmonics, got %s", found);
+        api_value_fault(&list, terms->problem,
+                        API_CODE_WRONG_TYPE "must be an array of harmonics, got %s", found);
         return;
     }
     if (api_value_count(&list) > API_TERMS_HARMONICS) {
         api_value_fault(&list, terms->problem,
-                        "has %d harmonics, more than the %d that it may have",
+                        API_CODE_LIMIT "has %d harmonics, more than the %d that it may have",
                         api_value_count(&list), API_TERMS_HARMONICS);
         return;
     }
@@ -141,6 +143,7 @@ static void read_drive(struct api_terms *terms, const struct api_terms_row *fiel
     } else if (!api_problem_full(terms->problem)) {
         api_value_found(value, found);
         api_value_fault(value, terms->problem,
+                        API_CODE_WRONG_TYPE
                         "must be a number of N m, or an object with \"constant\" and "
                         "\"harmonics\", got %s",
                         found);
@@ -207,9 +210,16 @@ void api_terms_read_arm(struct api_terms *terms, const struct api_value *arm) {
 /* reads a list with an entry an arm */
 static void read_list(struct api_terms *terms, int f, const struct api_value *list) {
     char found[API_FOUND_BYTES];
-    if (api_value_kind(list) != API_ARRAY) {
+    enum api_kind kind = api_value_kind(list);
+    // of one arm the entry may stand without its list: encoders of arrays write it so
+    if (terms->n == 1 && (kind == API_NUMBER || kind == API_OBJECT)) {
+        read_field(terms, f, 0, list);
+        return;
+    }
+    if (kind != API_ARRAY) {
         api_value_found(list, found);
         api_value_fault(list, terms->problem,
+                        API_CODE_WRONG_COUNT
                         "must be an array of %d entries, one for each arm, null where there is "
                         "none, got %s",
                         terms->n, found);
@@ -217,6 +227,7 @@ static void read_list(struct api_terms *terms, int f, const struct api_value *li
     }
     if (api_value_count(list) != terms->n) {
         api_value_fault(list, terms->problem,
+                        API_CODE_WRONG_COUNT
                         "must have %d entries, one for each arm, null where there is none, got %d",
                         terms->n, api_value_count(list));
         return;
@@ -234,6 +245,7 @@ void api_terms_read_lists(struct api_terms *terms, const struct api_value *pendu
         if (api_value_kind(&list) == API_MISSING) continue;
         if (form)
             api_value_fault(&list, terms->problem,
+                            API_CODE_CONFLICT
                             "does not go together with %s: it is a field of each arm of \"arms\", "
                             "or a list beside \"length\", \"mass\" and \"parent\"",
                             form);
@@ -307,6 +319,7 @@ static void read_pivot(struct api_terms *terms, const struct api_value *pivot) {
         if (api_value_count(pivot) > 1)
             api_value_fault(
                 pivot, terms->problem,
+                API_CODE_CONFLICT
                 "is either moved, by \"x\", \"y\" and \"acceleration\", or carried by a "
                 "\"cart\": give one of the two");
         read_cart(terms, &cart);

@@ -61,8 +61,9 @@ static void fault_count(const struct api_value *value, double count,
                         const struct api_limits *limits, struct api_problem *problem) {
     api_value_fault(
         value, problem,
-        "asks for %.15g instants, more than the limit %s of %.0f: ask for fewer at a time", count,
-        api_limits_name(limits, &limits->samples), limits->samples);
+        API_CODE_LIMIT
+        "asks for %.15g instants, more than the limit %s of %.0f: ask for fewer at a time",
+        count, api_limits_name(limits, &limits->samples), limits->samples);
 }
 
 /* faults a step that leads away from stop, or to too many instants */
@@ -70,7 +71,9 @@ static void check_step(const struct api_value *value, const struct grid *grid,
                        const struct api_limits *limits, struct api_problem *problem) {
     double span = grid->stop - grid->start, count = floor(fabs(span / grid->step)) + 1;
     if (grid->step < 0 && span > 0)
-        api_value_fault(value, problem, "must be positive to get from %.15g to %.15g s, got %.15g",
+        api_value_fault(value, problem,
+                        API_CODE_OUT_OF_RANGE
+                        "must be positive to get from %.15g to %.15g s, got %.15g",
                         grid->start, grid->stop, grid->step);
     else if (count > limits->samples)
         fault_count(value, count, limits, problem);
@@ -83,9 +86,11 @@ static void check_count(const struct api_value *value, const struct grid *grid,
     if (grid->count == 1 && grid->start != grid->stop)
         api_value_fault(
             value, problem,
+            API_CODE_OUT_OF_RANGE
             "must be at least 2 for the instants to begin at start and end at stop, got 1");
     if (grid->count > 1 && grid->start == grid->stop)
         api_value_fault(value, problem,
+                        API_CODE_OUT_OF_RANGE
                         "must be 1 where start and stop are the same instant, got %ld",
                         grid->count);
 }
@@ -94,9 +99,11 @@ static void check_count(const struct api_value *value, const struct grid *grid,
 static void check_one(const struct api_value *value, const struct api_value *count, int by_step,
                       int by_count, struct api_problem *problem) {
     if (by_step && by_count)
-        api_value_fault(count, problem, "does not go together with step: give one of the two");
-    if (!by_step && !by_count)
-        api_value_fault(value, problem, "must have a \"step\" or a \"count\"");
+        api_value_fault(count, problem,
+                        API_CODE_CONFLICT "does not go together with step: give one of the two");
+    if (!by_step && !by_count && !api_value_meant(value, "step", problem) &&
+        !api_value_meant(value, "count", problem))
+        api_value_fault(value, problem, API_CODE_MISSING "must have a \"step\" or a \"count\"");
 }
 
 /* reads start and stop; returns false if one of them is faulty */
@@ -119,10 +126,12 @@ static void read_grid(struct api_times *times, const struct api_value *value,
     int ends = read_ends(&grid, value, problem);
     int by_step = api_value_read_number(&step, -INFINITY, INFINITY, "s", &grid.step, problem);
     int by_count = api_field_whole(&count, 1, 1000000000, &grid.count, problem);
-    if (by_step > 0 && grid.step == 0) api_value_fault(&step, problem, "must not be 0");
+    if (by_step > 0 && grid.step == 0)
+        api_value_fault(&step, problem, API_CODE_OUT_OF_RANGE "must not be 0");
     check_one(value, &count, by_step, by_count, problem);
     if (ends && !isfinite(grid.stop - grid.start))
-        api_value_fault(value, problem, "must not span more time than a double can hold");
+        api_value_fault(value, problem,
+                        API_CODE_OUT_OF_RANGE "must not span more time than a double can hold");
     if (!ends || !isfinite(grid.stop - grid.start)) return;
 
     if (by_step > 0 && grid.step != 0) check_step(&step, &grid, limits, problem);
@@ -139,10 +148,20 @@ static void read_grid(struct api_times *times, const struct api_value *value,
 static void check_list(const struct api_value *value, int count, const double list[],
                        struct api_problem *problem) {
     double direction = count > 1 && list[1] < list[0] ? -1 : 1;
+    if (count == 3 && list[0] < list[1] && list[2] > 0 && list[2] < list[1] - list[0]) {
+        struct api_value item = api_value_item(value, 2);
+        api_value_fault(&item, problem,
+                        API_CODE_ORDER
+                        "must be greater than the instant before it (%.15g), got %.15g; a grid is "
+                        "{\"start\": %.15g, \"stop\": %.15g, \"step\": %.15g}",
+                        list[1], list[2], list[0], list[1], list[2]);
+        return;
+    }
     for (int i = 1; i < count; i++) {
         if (direction * list[i] > direction * list[i - 1]) continue;
         struct api_value item = api_value_item(value, i);
-        api_value_fault(&item, problem, "must be %s than the instant before it (%.15g), got %.15g",
+        api_value_fault(&item, problem,
+                        API_CODE_ORDER "must be %s than the instant before it (%.15g), got %.15g",
                         direction < 0 ? "less" : "greater", list[i - 1], list[i]);
     }
 }
@@ -155,7 +174,8 @@ static enum pend_status read_list(struct api_times *times, const struct api_valu
         (void)api_field_numbers(value, 0, "", NULL, problem);
         return PEND_INVALID;
     }
-    if (!count) api_value_fault(value, problem, "must have at least one instant");
+    if (!count)
+        api_value_fault(value, problem, API_CODE_WRONG_COUNT "must have at least one instant");
     if (count > limits->samples)
         fault_count(value, count, limits, problem);
     else
@@ -174,6 +194,15 @@ enum pend_status api_times_read(struct api_times *times, const struct api_value 
     *times = (struct api_times){0};
     if (!api_field_needed(value, problem)) return PEND_INVALID;
     if (api_value_kind(value) == API_ARRAY) return read_list(times, value, limits, problem);
+    if (api_value_kind(value) == API_STRING || api_value_kind(value) == API_NUMBER) {
+        char found[API_FOUND_BYTES];
+        api_value_found(value, found);
+        api_value_fault(value, problem,
+                        API_CODE_WRONG_TYPE "must be a grid, as {\"start\": 0, \"stop\": 5, "
+                                            "\"step\": 0.01}, or a list of instants, got %s",
+                        found);
+        return PEND_INVALID;
+    }
     if (!api_field_object(value, problem)) return PEND_INVALID;
     read_grid(times, value, limits, problem);
     assert(times->times.count >= 0 && !times->list);

@@ -66,6 +66,8 @@ static void tree_fault(const struct tree_reading *reading, const char *field, in
                        const char *text) {
     char pointer[API_POINTER_BYTES + 64];
     if (api_problem_full(reading->problem)) return;
+    struct api_value list = api_value_member(reading->pendulum, field);
+    if (reading->form != FORM_ARMS && api_value_kind(&list) == API_NUMBER) i = -1;
     size_t used = (size_t)snprintf(pointer, sizeof pointer, "%s", reading->at),
            room = sizeof pointer - used;
     if (reading->form == FORM_ARMS && i >= 0)
@@ -78,7 +80,11 @@ static void tree_fault(const struct tree_reading *reading, const char *field, in
         snprintf(pointer + used, room, "/%s/%d", field, i);
     else
         snprintf(pointer + used, room, "/%s/%d/%d", field, i, j);
-    api_problem_fault(reading->problem, pointer, "%s", text);
+    int shape = !strcmp(field, "parent") || !strcmp(field, "S");
+    if (shape)
+        api_problem_fault(reading->problem, pointer, API_CODE_NOT_A_TREE "%s", text);
+    else
+        api_problem_fault(reading->problem, pointer, API_CODE_OUT_OF_RANGE "%s", text);
 }
 
 /* true for a fault that was added before, or follows from one that was */
@@ -208,6 +214,7 @@ static enum pend_status read_parents(struct tree_reading *reading) {
 static int read_rows(const struct tree_reading *reading, const struct api_value *matrix,
                      double path[]) {
     int n = reading->n, good = 1;
+    if (api_value_kind(matrix) == API_NUMBER) return api_field_numbers(matrix, n, "", path, NULL);
     struct api_value row = api_value_item(matrix, 0);
     for (; api_value_kind(&row) != API_MISSING; row = api_value_next(&row))
         good &= api_field_numbers(&row, n, "arm", path + (size_t)row.index * (size_t)n,
@@ -233,11 +240,13 @@ static enum pend_status read_path(struct tree_reading *reading) {
     struct api_value matrix = api_value_member(reading->pendulum, "S");
     enum pend_status status = PEND_INVALID;
     int n = reading->n, rows = api_value_kind(&matrix) == API_ARRAY ? api_value_count(&matrix) : -1;
-    if (rows == n)
+    if (rows == n || (n == 1 && api_value_kind(&matrix) == API_NUMBER))
         status = read_matrix(reading, &matrix);
     else if (api_field_needed(&matrix, reading->problem))
         api_value_fault(&matrix, reading->problem,
-                        "must be an array of %d rows of %d numbers, one for each arm", n, n);
+                        API_CODE_WRONG_COUNT
+                        "must be an array of %d rows of %d numbers, one for each arm%s",
+                        n, n, n == 2 ? ", as [[1, 0], [1, 1]]" : "");
     for (int i = 0; status != PEND_OK && i < n; i++) reading->parent[i] = API_ARM_FAULTY;
     return status == PEND_INVALID
                ? PEND_OK
@@ -257,24 +266,28 @@ static enum form tree_form(const struct api_value *pendulum, struct api_problem 
         if (found == FORM_COUNT) found = form;
         if (found != form)
             api_value_fault(&field, problem,
+                            API_CODE_CONFLICT
                             "belongs to another form of a tree than %s, which is here too: use one",
                             forms[found].summary);
     }
-    if (found == FORM_COUNT)
-        api_value_fault(pendulum, problem, "must describe the arms: by %s, or by %s, or by %s",
-                        forms[FORM_ARMS].summary, forms[FORM_LISTS].summary,
-                        forms[FORM_PAPER].summary);
+    if (found == FORM_COUNT && !api_value_meant(pendulum, NULL, problem))
+        api_value_fault(
+            pendulum, problem, API_CODE_MISSING "must describe the arms: by %s, or by %s, or by %s",
+            forms[FORM_ARMS].summary, forms[FORM_LISTS].summary, forms[FORM_PAPER].summary);
     return found;
 }
 
-/* the length of the form's first list; 0 if no list has items, which is a fault of its own */
+/* the length of the form's first list, or 1 for a number; 0 if no list has items, which is a fault
+ * of its own */
 static int tree_count(const struct tree_reading *reading) {
+    int lone = 0;
     for (int i = 0; i < 3 && forms[reading->form].field[i]; i++) {
         struct api_value field = api_value_member(reading->pendulum, forms[reading->form].field[i]);
         if (api_value_kind(&field) == API_ARRAY && api_value_count(&field))
             return api_value_count(&field);
+        lone |= reading->form != FORM_ARMS && api_value_kind(&field) == API_NUMBER;
     }
-    return 0;
+    return lone;
 }
 
 /* adds a fault at the first list of a form without arms */
@@ -284,10 +297,12 @@ static void fault_empty(const struct tree_reading *reading) {
         struct api_value field = api_value_member(reading->pendulum, forms[reading->form].field[i]);
         api_value_found(&field, found);
         if (api_value_kind(&field) == API_ARRAY)
-            api_value_fault(&field, reading->problem, "is empty, but a tree has at least one arm");
+            api_value_fault(&field, reading->problem,
+                            API_CODE_WRONG_COUNT "is empty, but a tree has at least one arm");
         else if (api_field_needed(&field, reading->problem))
             api_value_fault(&field, reading->problem,
-                            "must be an array, one entry for each arm, got %s", found);
+                            API_CODE_WRONG_TYPE "must be an array, one entry for each arm, got %s",
+                            found);
     }
 }
 
@@ -367,7 +382,8 @@ enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pe
     tree->n = reading.n = tree_count(&reading);
     if (!reading.n) fault_empty(&reading);
     if (reading.n > limits->arms)
-        api_value_fault(pendulum, problem, "has %d arms, more than the limit max-arms of %.0f",
+        api_value_fault(pendulum, problem,
+                        API_CODE_LIMIT "has %d arms, more than the limit max-arms of %.0f",
                         reading.n, limits->arms);
     if (!reading.n || reading.n > limits->arms) return PEND_INVALID;
 
@@ -443,8 +459,9 @@ int api_tree_read_arm(const struct api_tree *tree, const struct api_value *value
     if (arm >= 0) return arm;
     api_value_found(value, found);
     api_value_fault(value, problem,
-                    "must be an arm of this pendulum, a number from 1 to %d%s, got %s", tree->n,
-                    tree->names ? " or an arm's name" : "", found);
+                    API_CODE_UNKNOWN_NAME
+                    "must be an arm of this pendulum, a number from 1 to %d%s, got %s",
+                    tree->n, tree->names ? " or an arm's name" : "", found);
     return -1;
 }
 
@@ -452,6 +469,7 @@ void api_tree_ideal(const struct api_tree *tree, const struct api_value *value, 
                     struct api_problem *problem) {
     if (tree->terms)
         api_value_fault(value, problem,
+                        API_CODE_UNSUPPORTED
                         "%s is for ideal pendulums as yet: none with rods, bodies, springs, "
                         "friction or drives",
                         what);
@@ -463,10 +481,12 @@ void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value 
     assert(tree_read_valid(tree) && count >= 0);
     double most = limits->mode_arms * limits->mode_arms;
     if (!pend_loads_pull_down(&tree->loads))
-        api_value_fault(value, problem, "%s needs a gravity greater than 0, got %.15g", what,
+        api_value_fault(value, problem,
+                        API_CODE_OUT_OF_RANGE "%s needs a gravity greater than 0, got %.15g", what,
                         tree->loads.gravity);
     if ((double)tree->n * count > most)
         api_value_fault(value, problem,
+                        API_CODE_LIMIT
                         "%s takes at most %.0f arms (the limit max-mode-arms) for all modes, and "
                         "at most %.0f modes of "
                         "%d arms; here are %d modes",

@@ -5,7 +5,7 @@
 
 #include "core/simd/vec_isa.h"
 
-#include "core/bodies/bodies_template.h"
+#include "core/bodies/tiles_orders_template.h"
 
 /* pi / 2 as a sum of two */
 static const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54;
@@ -30,10 +30,16 @@ static void kernel_orders(const struct bodies_system *s, const struct bodies_sta
                           double gravity, double unit, int order) {
     struct bodies_moment now = {unit, gravity * (unit * unit), state->time, state->late};
     kernel_start(s, state, unit);
-    bodies_orders(s, &now, order);
+    if (s->tiles)
+        tiles_orders(s, &now, order);
+    else
+        bodies_orders(s, &now, order);
 }
 
-static void kernel_forces(const struct bodies_system *s, int order) { bodies_forces(s, order); }
+static void kernel_forces(const struct bodies_system *s, double unit, int order) {
+    if (s->tiles) tiles_tips(s, unit, order);
+    bodies_forces(s, order);
+}
 
 static void kernel_power(const struct bodies_system *s, double unit, int order, double work[],
                          double heat[]) {

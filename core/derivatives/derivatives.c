@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "core/base/isa.h"
+#include "core/derivatives/ideal.h"
 #include "core/derivatives/kernel_derivatives.h"
 #include "core/integrate/run_check.h"
 #include "core/taylor/taylor_order.h"
@@ -38,6 +39,7 @@ struct pend_derivatives {
     /* a parameter's unit, a power of two: derivatives are by its multiples; and 1 over it */
     double *seed, *per_seed;
     struct derivatives_pass *pass;
+    struct ideal *ideal;        /* steps and series of an ideal pendulum; else NULL */
     double *view[PEND_DERIVED]; /* n numbers each, of one pass at one instant */
 };
 
@@ -57,9 +59,7 @@ int pend_derivatives_valid(const struct pend_derivatives *d) {
 
 /* ---- making and freeing */
 
-static int derived_energy(int what) { return what >= PEND_DERIVED_KINETIC; }
-
-/* takes numbers of `bytes` from a block, aligned to 64; with base NULL only counts them */
+/* takes bytes of a block, aligned to 64; with base NULL only counts them */
 static void *derivatives_take(char *base, size_t *used, size_t bytes) {
     void *part = base ? base + *used : NULL;
     *used += (bytes + 63) / 64 * 64;
@@ -68,6 +68,11 @@ static void *derivatives_take(char *base, size_t *used, size_t bytes) {
 
 static double *derivatives_row(char *base, size_t *used, size_t numbers) {
     return derivatives_take(base, used, numbers * LANES * sizeof(double));
+}
+
+/* whether a pendulum has no terms at all */
+static int derivatives_ideal(const struct pend_terms *terms) {
+    return !terms->count && !terms->harmonics;
 }
 
 /* lays out one pass */
@@ -82,7 +87,8 @@ static void derivatives_lay_pass(const struct pend_derivatives *d, struct deriva
         *array[i] = derivatives_row(base, used, n);
     made.gravity = derivatives_row(base, used, 1);
     made.value = derivatives_row(base, used, (size_t)terms->count + 1);
-    made.series = derivatives_row(base, used, d->kernel->count(terms, (int)n, d->order));
+    if (!derivatives_ideal(terms))
+        made.series = derivatives_row(base, used, d->kernel->count(terms, (int)n, d->order));
     made.place = derivatives_row(base, used, d->kernel->count(terms, (int)n, 1));
     made.share = derivatives_take(base, used, (size_t)(d->order + 2) * sizeof(double));
     for (int j = 0; base && j < d->order + 2; j++) made.share[j] = 1.0 / (j + 1);
@@ -99,9 +105,12 @@ static size_t derivatives_lay(struct pend_derivatives *d, const struct pend_term
     d->per_seed = derivatives_take(base, &used, (size_t)d->count * sizeof(double));
     d->pass = derivatives_take(base, &used, (size_t)d->passes * sizeof *d->pass);
     for (int i = 0; i < PEND_DERIVED; i++)
-        d->view[i] = derivatives_row(base, &used, derived_energy(i) ? 1 : n);
+        if (pend_derived_from(i) == i)
+            d->view[i] = derivatives_row(base, &used, pend_derived_single(i) ? 1 : n);
     for (int i = 0; i < d->passes; i++)
         derivatives_lay_pass(d, base ? &d->pass[i] : NULL, terms, base, &used);
+    if (!derivatives_ideal(terms)) return used;
+    d->ideal = derivatives_take(base, &used, pend_ideal_bytes(d->problem.tree, d->order, d->count));
     return used;
 }
 
@@ -159,13 +168,13 @@ static void derivatives_fill(const struct pend_derivatives *d, struct derivative
                              int first) {
     const struct pend_problem *problem = &d->problem;
     const struct pend_tree *tree = problem->tree;
-    int springs = pass->terms->row[PEND_TERM_STIFFNESS] >= 0;
+    int whole = pend_terms_whole_turns(pass->terms);
     for (int k = 0; k < tree->n; k++) {
         size_t at = (size_t)k * LANES;
         double low = problem->phi_low ? problem->phi_low[k] : 0;
-        // springs tell whole turns apart
+        // springs tell whole turns apart, and the place of a cart has none
         struct pend_sum phi = {problem->phi[k], low};
-        if (!springs) phi = pend_turns_rest(phi.high, phi.low, NULL);
+        if (whole) phi = pend_turns_rest(phi.high, phi.low, NULL);
         pass->len[at] = tree->len[k], pass->mass[at] = tree->mass[k];
         pass->end_phi[at] = phi.high, pass->end_low[at] = phi.low;
         pass->end_rate[at] = problem->rate[k];
@@ -190,6 +199,7 @@ static void derivatives_begin(struct pend_derivatives *d, const struct pend_para
         d->per_seed[i] = 1 / d->seed[i];
     }
     for (int i = 0; i < d->passes; i++) derivatives_fill(d, &d->pass[i], i * PASS);
+    if (d->ideal) pend_ideal_init(d->ideal, &d->problem, d->order, d->count, parameter, d->seed);
 }
 
 enum pend_status pend_derivatives_new(struct pend_derivatives **derivatives,
@@ -201,9 +211,6 @@ enum pend_status pend_derivatives_new(struct pend_derivatives **derivatives,
     struct pend_problem checked = *problem;
     *derivatives = NULL;
     PEND_TRY(pend_run_check(&pend_method_taylor, &checked, error));
-    if (pend_terms_cart(checked.loads.terms))
-        return pend_fail(error, PEND_INVALID, -1, 0,
-                         "derivatives are not known of a pendulum on a cart");
     struct pend_derivatives sketch = derivatives_sketch(&checked, count);
     const struct pend_terms *terms = checked.loads.terms;
     if (!terms &&
@@ -262,6 +269,8 @@ static void derivatives_turn(struct derivatives_pass *pass) {
  * motion and all derivatives allow */
 static double derivatives_reach(struct pend_derivatives *d, double unit) {
     double x = INFINITY;
+    d->pass[0].unit = unit;
+    if (d->ideal) return pend_ideal_expand(d->ideal, unit, d->log_rtol, d->log_atol);
     for (int i = 0; i < d->passes; i++) {
         d->pass[i].unit = unit, d->pass[i].time = d->time;
         double reach = d->kernel->expand(&d->pass[i], d->log_rtol, d->log_atol);
@@ -288,9 +297,10 @@ static double derivatives_expand(struct pend_derivatives *d, double *unit) {
 static enum pend_status derivatives_step(struct pend_derivatives *d, struct pend_error *error) {
     const struct pend_problem *problem = &d->problem;
     if (problem->step_cap && d->steps >= problem->step_cap)
-        return derivatives_fail(d, PEND_TOO_MANY_STEPS,
-                                "the limit of steps was reached by the derivatives", error);
-    for (int i = 0; i < d->passes; i++) derivatives_turn(&d->pass[i]);
+        return derivatives_fail(d, PEND_TOO_MANY_STEPS, "derivatives reached the limit of steps",
+                                error);
+    for (int i = 0; i < d->passes && !d->ideal; i++) derivatives_turn(&d->pass[i]);
+    if (d->ideal) pend_ideal_turn(d->ideal);
     d->time = d->reached;
     double unit = copysign(d->next_unit, d->end - d->time), x = derivatives_expand(d, &unit);
     if (isnan(x))
@@ -301,7 +311,8 @@ static enum pend_status derivatives_step(struct pend_derivatives *d, struct pend
     if (d->reached == d->time || x * fabs(unit) < derivatives_least * fabs(d->end - d->time))
         return derivatives_fail(d, PEND_STEP_TOO_SMALL,
                                 "the step of the derivatives became too small", error);
-    for (int i = 0; i < d->passes; i++)
+    if (d->ideal) pend_ideal_advance(d->ideal, (d->reached - d->time) / unit);
+    for (int i = 0; i < d->passes && !d->ideal; i++)
         d->kernel->advance(&d->pass[i], (d->reached - d->time) / unit);
     d->next_unit = exp2(floor(log2(x * fabs(unit))));
     return PEND_OK;
@@ -313,9 +324,10 @@ static enum pend_status derivatives_step(struct pend_derivatives *d, struct pend
 static struct derivatives_view derivatives_look(const struct pend_derivatives *d,
                                                 const struct pend_derived_rows *rows, int *dynamics,
                                                 int *more) {
-    double *at[PEND_DERIVED];
-    for (int i = 0; i < PEND_DERIVED; i++)
-        at[i] = rows->value[i] || rows->derivative[i] ? d->view[i] : NULL;
+    double *at[PEND_DERIVED] = {NULL};
+    for (int i = 0, from; i < PEND_DERIVED; i++)
+        if (rows->value[i] || rows->derivative[i])
+            from = pend_derived_from(i), at[from] = d->view[from];
     *dynamics = at[PEND_DERIVED_ZDD_RE] || at[PEND_DERIVED_ZDD_IM] ||
                 at[PEND_DERIVED_JOINT_ALONG] || at[PEND_DERIVED_JOINT_ACROSS] ||
                 at[PEND_DERIVED_TIP_ACROSS];
@@ -342,20 +354,21 @@ static struct derivatives_view derivatives_look(const struct pend_derivatives *d
 /* copies the view of a pass to a row */
 static void derivatives_keep(const struct pend_derivatives *d, int pass, long row,
                              const struct pend_derived_rows *rows) {
-    int n = d->problem.tree->n, first = pass * PASS;
-    int last = first + PASS < d->count ? first + PASS : d->count;
+    int cart = pend_terms_cart(d->problem.loads.terms), n = d->problem.tree->n - cart;
+    int first = pass * PASS; // a cart is stored first, and has rows of its own
     const int *order = d->problem.tree->order;
-    const double *per_seed = d->per_seed + first;
     for (int i = 0; i < PEND_DERIVED; i++) {
-        int width = derived_energy(i) ? 1 : n;
+        int one = pend_derived_single(i), width = one ? 1 : n;
         double *value = pass ? NULL : rows->value[i], *derivative = rows->derivative[i];
         for (int k = 0; (value || derivative) && k < width; k++) {
-            const double *from = d->view[i] + (size_t)k * LANES;
-            size_t to = (size_t)row * (size_t)width + (size_t)(width > 1 ? order[k] : 0);
+            int arm = one ? 0 : k + cart, place = order[arm] - (cart && order[arm] > order[0]);
+            const double *from = d->view[pend_derived_from(i)] + (size_t)arm * LANES;
+            size_t to = (size_t)row * (size_t)width + (size_t)(one ? 0 : place);
             if (value) value[to] = from[0];
             if (!derivative) continue;
             double *own = derivative + to * (size_t)d->count + (size_t)first;
-            for (int j = 0; j < last - first; j++) own[j] = from[1 + j] * per_seed[j];
+            for (int j = 0; j < PASS && first + j < d->count; j++)
+                own[j] = from[1 + j] * d->per_seed[first + j];
         }
     }
 }
@@ -365,9 +378,14 @@ static void derivatives_sample(struct pend_derivatives *d, const struct pend_der
                                long row, double t) {
     int dynamics, more;
     struct derivatives_view view = derivatives_look(d, rows, &dynamics, &more);
+    if (d->ideal)
+        pend_ideal_values(d->ideal, (t - d->time) / d->pass[0].unit, view.acc || view.force);
     for (int i = 0; i < d->passes; i++) {
         const struct derivatives_pass *pass = &d->pass[i];
-        d->kernel->values(pass, (t - d->time) / pass->unit, &view);
+        if (d->ideal)
+            pend_ideal_view(d->ideal, i * PASS, &view);
+        else
+            d->kernel->values(pass, (t - d->time) / pass->unit, &view);
         if (more) d->kernel->observe(pass, d->start + t, dynamics, &view);
         derivatives_keep(d, i, row, rows);
     }
@@ -376,9 +394,9 @@ static void derivatives_sample(struct pend_derivatives *d, const struct pend_der
 /* whether every number of a row is finite */
 static int derivatives_finite(const struct pend_derivatives *d,
                               const struct pend_derived_rows *rows, long row) {
-    int good = 1;
+    int good = 1, arms = d->problem.tree->n - pend_terms_cart(d->problem.loads.terms);
     for (int i = 0; i < PEND_DERIVED; i++) {
-        long width = derived_energy(i) ? 1 : d->problem.tree->n;
+        long width = pend_derived_single(i) ? 1 : arms;
         if (rows->value[i]) good &= pend_run_finite(rows->value[i] + row * width, width);
         width *= d->count;
         if (rows->derivative[i]) good &= pend_run_finite(rows->derivative[i] + row * width, width);
@@ -442,9 +460,10 @@ void pend_derivatives_state(struct pend_derivatives *derivatives, const double p
 
 double pend_derivatives_progress(const struct pend_derivatives *derivatives) {
     const struct pend_times *times = &derivatives->problem.times;
-    if (derivatives->next == times->count || derivatives->end == 0) return 1;
+    double end = derivatives->end;
+    if (derivatives->next == times->count || end == 0) return 1;
     double next = pend_times_at(times, derivatives->next) - derivatives->start;
-    return fmin(next / derivatives->end, derivatives->reached / derivatives->end);
+    return fmin(next / end, derivatives->reached / end);
 }
 
 long pend_derivatives_steps(const struct pend_derivatives *derivatives) {
@@ -463,16 +482,17 @@ enum pend_status pend_derivatives_carry(struct pend_derivatives *derivatives,
     pend_checkpoint_counts(checkpoint, &d->next, 1);
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
         pend_checkpoint_row(checkpoint, numbers[i], 1);
-    for (int i = 0; i < d->passes; i++) {
+    if (d->ideal) pend_ideal_carry(d->ideal, checkpoint);
+    for (int i = 0; i < d->passes && !d->ideal; i++) {
         struct derivatives_pass *pass = &d->pass[i];
         double *state[STATE] = {pass->phi,     pass->phi_low, pass->rate,     pass->rate_low,
                                 pass->end_phi, pass->end_low, pass->end_rate, pass->slow};
         for (int j = 0; j < STATE; j++) pend_checkpoint_row(checkpoint, state[j], row);
     }
     if (!pend_checkpoint_puts(checkpoint)) return PEND_OK;
-    int good = d->next <= d->problem.times.count && isfinite(d->time) && isfinite(d->reached) &&
-               isfinite(d->next_unit) && d->next_unit > 0 && isfinite(d->pass[0].unit);
-    if (!good) return PEND_INVALID;
+    if (d->next > d->problem.times.count || !isfinite(d->time) || !isfinite(d->reached) ||
+        !isfinite(d->next_unit) || d->next_unit <= 0 || !isfinite(d->pass[0].unit))
+        return PEND_INVALID;
     // the series of the last step follows from its start
     if (d->steps) (void)derivatives_reach(d, d->pass[0].unit);
     return PEND_OK;

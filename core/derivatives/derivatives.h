@@ -6,49 +6,9 @@
 #ifndef PEND_DERIVATIVES_H
 #define PEND_DERIVATIVES_H
 
+#include "core/derivatives/derived_rows.h"
+#include "core/derivatives/parameter.h"
 #include "core/integrate/method.h"
-
-/* What a derivative is with respect to. */
-enum pend_parameter_kind {
-    PEND_PARAMETER_PHI,     /* the start's angle of an arm, rad */
-    PEND_PARAMETER_RATE,    /* the start's rate of an arm, rad/s */
-    PEND_PARAMETER_LENGTH,  /* of an arm, m; its rod and the joints at its tip go with it */
-    PEND_PARAMETER_MASS,    /* at the tip of an arm, kg */
-    PEND_PARAMETER_GRAVITY, /* m/s^2 */
-    PEND_PARAMETER_TERM     /* a number of the list of terms, in its unit */
-};
-
-struct pend_parameter {
-    enum pend_parameter_kind kind;
-    int at; /* the stored arm, or the place in the list of terms; of gravity 0 */
-};
-
-/* What is differentiated; the energies have one number a row, everything else one for each arm.
- * FORCE is the compression at the tip; joint forces as struct bodies_forces has them. */
-enum pend_derived {
-    PEND_DERIVED_PHI,
-    PEND_DERIVED_RATE,
-    PEND_DERIVED_ACC,
-    PEND_DERIVED_FORCE,
-    PEND_DERIVED_Z_RE,
-    PEND_DERIVED_Z_IM,
-    PEND_DERIVED_ZD_RE,
-    PEND_DERIVED_ZD_IM,
-    PEND_DERIVED_ZDD_RE,
-    PEND_DERIVED_ZDD_IM,
-    PEND_DERIVED_JOINT_ALONG,
-    PEND_DERIVED_JOINT_ACROSS,
-    PEND_DERIVED_TIP_ACROSS,
-    PEND_DERIVED_KINETIC,
-    PEND_DERIVED_POTENTIAL,
-    PEND_DERIVED
-};
-
-/* Rows of results; NULL = not wanted. With n arms and P parameters a row has n values and n P
- * derivatives, [arm * P + parameter]; of the energies 1 and P. */
-struct pend_derived_rows {
-    double *value[PEND_DERIVED], *derivative[PEND_DERIVED];
-};
 
 struct pend_derivatives;
 
@@ -62,7 +22,7 @@ struct pend_derivatives;
  * count        of parameters, >= 1.
  * parameter    copied.
  *
- * PEND_INVALID    as of pend_run_new; a pendulum on a cart.
+ * PEND_INVALID    as of pend_run_new.
  * PEND_NO_MEMORY  O(n (order + count)), one allocation and the terms of an ideal pendulum.
  */
 PEND_MUST_CHECK enum pend_status pend_derivatives_new(struct pend_derivatives **derivatives,

@@ -7,12 +7,11 @@
 #include "core/simd/number.h"
 
 #include "core/bodies/bodies_template.h"
-#include "core/derivatives/ideal_template.h"
 #include "core/taylor/taylor_order.h"
 
-/* Seven derivatives of a real double pendulum take 2.5 times as long as its motion alone, of an
- * ideal one 6 times, of three arms 8 times and of eight 15 times (interleaved minima). The peer is
- * two motions more for each parameter, which cost 14 times as much and lose half of the digits. */
+/* Seven derivatives of a real double pendulum take 2.5 times as long as its motion alone
+ * (interleaved minima). The peer is two motions more for each parameter, which cost 14 times as
+ * much and lose half of the digits. */
 
 enum {
     DERIVATIVES_TRAILING = 4,
@@ -26,16 +25,10 @@ static const double derivatives_floor = -40;
 
 /* numbers from one order to the next, an odd number of cache lines apart: orders an even number of
  * lines apart evict each other, five times as slow with eight arms */
-static size_t derivatives_stride(int n, int ideal) {
-    if (ideal && n <= DENSE_MAX) return (size_t)n;
-    return (size_t)(n < 8 ? n : 8) | 1;
-}
-
-/* numbers before the forces: row -1 of the forces of small trees is zero */
-static size_t derivatives_lead(int n, int ideal) { return ideal && n <= DENSE_MAX ? (size_t)n : 0; }
+static size_t derivatives_stride(int n) { return (size_t)(n < 8 ? n : 8) | 1; }
 
 static size_t derivatives_tile(int n, int order) {
-    return derivatives_stride(n, 0) * (size_t)(order + DERIVATIVES_AHEAD);
+    return derivatives_stride(n) * (size_t)(order + DERIVATIVES_AHEAD);
 }
 
 static size_t derivatives_room(int n, int order) {
@@ -43,8 +36,8 @@ static size_t derivatives_room(int n, int order) {
 }
 
 static size_t derivatives_count(const struct pend_terms *terms, int n, int order) {
-    size_t series = derivatives_room(n, order), ideal = ideal_is(terms) ? ideal_numbers(n) : 0;
-    return 4 * series + bodies_numbers(terms, (size_t)n, series, order) + ideal;
+    size_t series = derivatives_room(n, order);
+    return 4 * series + bodies_numbers(terms, (size_t)n, series, order);
 }
 
 VEC_INLINE num *derivatives_number(double *at) { return (num *)(void *)at; }
@@ -54,9 +47,8 @@ static struct bodies_system derivatives_system(const struct derivatives_pass *pa
     int n = pass->tree->n;
     size_t series = derivatives_room(n, order);
     num *at = derivatives_number(memory);
-    int ideal = ideal_is(pass->terms);
     struct bodies_system s = {.n = n,
-                              .stride = derivatives_stride(n, ideal),
+                              .stride = derivatives_stride(n),
                               .tile = derivatives_tile(n, order),
                               .parent = pass->tree->parent,
                               .terms = pass->terms,
@@ -64,7 +56,7 @@ static struct bodies_system derivatives_system(const struct derivatives_pass *pa
                               .mass = derivatives_number(pass->mass),
                               .value = derivatives_number(pass->value),
                               .rate = at,
-                              .force = at + series + derivatives_lead(n, ideal),
+                              .force = at + series,
                               .turn_re = at + 2 * series,
                               .turn_im = at + 3 * series};
     bodies_lay(&s, (size_t)n, series, order, at + 4 * series);
@@ -78,13 +70,12 @@ struct derivatives_series {
 };
 
 static struct derivatives_series derivatives_found(const struct derivatives_pass *pass) {
-    int n = pass->tree->n, ideal = ideal_is(pass->terms);
+    int n = pass->tree->n;
     const num *at = derivatives_number(pass->series);
-    return (struct derivatives_series){.stride = derivatives_stride(n, ideal),
+    return (struct derivatives_series){.stride = derivatives_stride(n),
                                        .tile = derivatives_tile(n, pass->order),
                                        .rate = at,
-                                       .force = at + derivatives_room(n, pass->order) +
-                                                derivatives_lead(n, ideal)};
+                                       .force = at + derivatives_room(n, pass->order)};
 }
 
 /* cosines and sines of the angles to the parents, and these angles; rates in units */
@@ -93,7 +84,7 @@ static void derivatives_start(const struct bodies_system *s, const num phi[], co
     // pi / 2 as a sum of two
     const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54;
     for (int k = 0; k < s->n; k++) {
-        int p = s->parent[k];
+        int p = pend_terms_holder(s->terms, s->parent, k);
         num d = p < 0 ? phi[k] : num_sub(phi[k], phi[p]);
         double x = phi[k].part[0][0], y = p < 0 ? 0 : phi[p].part[0][0], gap = x - y;
         double back = x - gap, rest = (x - (gap + back)) + (back - y);
@@ -102,6 +93,9 @@ static void derivatives_start(const struct bodies_system *s, const num phi[], co
         s->bend[k] = tangent_with(d, p < 0 ? (gap + quarter) + (rest + quarter_low) : gap + rest);
         s->rate[bodies_row(s, k)] = num_mul(rate[k], unit);
     }
+    if (!pend_terms_cart(s->terms)) return;
+    double place = phi[0].part[0][0] + (low ? low[0].part[0][0] : 0);
+    bodies_cart_start(s, tangent_with(phi[0], place));
 }
 
 /* ---- the length of a step */
@@ -157,13 +151,6 @@ static int derivatives_finite(const struct bodies_system *s, int order) {
     return sum == 0;
 }
 
-/* what an ideal pendulum's recurrences have beside the general system */
-static num *derivatives_beyond(const struct derivatives_pass *pass, int order) {
-    size_t n = (size_t)pass->tree->n, series = derivatives_room((int)n, order);
-    return derivatives_number(pass->series) + 4 * series +
-           bodies_numbers(pass->terms, n, series, order);
-}
-
 static double derivatives_expand(const struct derivatives_pass *pass, double log_rtol,
                                  double log_atol) {
     struct bodies_system s = derivatives_system(pass, pass->series, pass->order);
@@ -174,14 +161,8 @@ static double derivatives_expand(const struct derivatives_pass *pass, double log
     struct bodies_moment now = {unit, gravity, num_of(sum), num_of(late)};
     derivatives_start(&s, derivatives_number(pass->phi), derivatives_number(pass->phi_low),
                       derivatives_number(pass->rate), unit);
-    if (ideal_is(pass->terms)) {
-        struct jets_system quick =
-            ideal_system(&s, pass->tree->end, pass->share, derivatives_beyond(pass, pass->order));
-        ideal_orders(&quick, gravity, pass->order);
-    } else {
-        bodies_orders(&s, &now, pass->order);
-        bodies_forces(&s, pass->order);
-    }
+    bodies_orders(&s, &now, pass->order);
+    bodies_forces(&s, pass->order);
     if (!derivatives_finite(&s, pass->order)) return NAN;
     double reach = derivatives_reach(&s, pass->order, log_rtol, log_atol);
     return s.need & BODIES_GRIP ? bodies_reach(&s, num_of(reach)).part[0][0] : reach;
@@ -299,22 +280,43 @@ VEC_INLINE struct derivatives_vector derivatives_swing(struct derivatives_vector
                                        num_sub(num_mul(acc, v.x), num_mul(square, v.y))};
 }
 
+/* so far along the rail of a cart, in the axes */
+static struct derivatives_vector derivatives_rail(const struct bodies_system *s, num way) {
+    return (struct derivatives_vector){num_neg(num_mul(s->point_y[0], way)),
+                                       num_mul(s->point_x[0], way)};
+}
+
+/* the place, the velocity or the acceleration of the joint of arm k: on the pivot, on a cart, or on
+ * its parent */
+static struct derivatives_vector derivatives_joint(const struct bodies_system *s,
+                                                   const struct derivatives_view *view, int order,
+                                                   int k, struct derivatives_vector pivot) {
+    const num *rate = derivatives_number(view->rate), *acc = derivatives_number(view->acc);
+    int p = s->parent[k], cart = pend_terms_cart(s->terms);
+    if (cart && !k) {
+        const num *way = order == 2 ? acc : order ? rate : derivatives_number(view->phi);
+        struct derivatives_vector moved = derivatives_rail(s, way ? way[0] : num_of(0));
+        return (struct derivatives_vector){num_add(pivot.x, moved.x), num_add(pivot.y, moved.y)};
+    }
+    if (p < 0) return pivot;
+    struct derivatives_vector base = {s->base_x[p], s->base_y[p]};
+    if (cart && !p) return base;
+    struct derivatives_vector up = {s->wind_x[p], s->wind_y[p]};
+    up = derivatives_turn(s->point_x[k], s->point_y[k], up);
+    up = derivatives_swing(up, rate[p], acc ? acc[p] : num_of(0), order);
+    return (struct derivatives_vector){num_add(base.x, up.x), num_add(base.y, up.y)};
+}
+
 /* Places of all tips, their velocities or accelerations, and those of the joints, in the axes. The
- * directions of the arms are in wind, joints in base. */
+ * directions of the arms are in wind, joints in base; a cart is its own joint. */
 static void derivatives_tips(const struct bodies_system *s, const struct bodies_moment *now,
                              const struct derivatives_view *view, int order, num re[], num im[]) {
     const num *rate = derivatives_number(view->rate), *acc = derivatives_number(view->acc);
     struct derivatives_vector pivot = derivatives_pivot(s, now, order);
     for (int k = 0; k < s->n; k++) {
-        int p = s->parent[k];
-        struct derivatives_vector u = {s->wind_x[k], s->wind_y[k]}, base = pivot;
+        struct derivatives_vector u = {s->wind_x[k], s->wind_y[k]};
+        struct derivatives_vector base = derivatives_joint(s, view, order, k, pivot);
         num zero = num_of(0);
-        if (p >= 0) {
-            struct derivatives_vector up = {s->wind_x[p], s->wind_y[p]};
-            up = derivatives_turn(s->point_x[k], s->point_y[k], up);
-            up = derivatives_swing(up, rate[p], acc ? acc[p] : zero, order);
-            base.x = num_add(s->base_x[p], up.x), base.y = num_add(s->base_y[p], up.y);
-        }
         s->base_x[k] = base.x, s->base_y[k] = base.y;
         struct derivatives_vector arm = derivatives_turn(s->len[k], zero, u);
         arm = derivatives_swing(arm, rate[k], acc ? acc[k] : zero, order);
@@ -324,7 +326,7 @@ static void derivatives_tips(const struct bodies_system *s, const struct bodies_
 }
 
 /* kinetic energy, from the joints' velocities in base: M |v|^2 / 2 + Re(conj(v) i h u) phi' +
- * J phi'^2 / 2 */
+ * J phi'^2 / 2, of a cart the first of them alone */
 static num derivatives_kinetic(const struct bodies_system *s, const num rate[]) {
     num sum = num_of(0), half = num_of(0.5);
     for (int k = 0; k < s->n; k++) {
@@ -333,6 +335,7 @@ static num derivatives_kinetic(const struct bodies_system *s, const num rate[]) 
         num vx = s->base_x[k], vy = s->base_y[k], square = num_fma(vx, vx, num_mul(vy, vy));
         num across = num_sub(num_mul(vy, h.x), num_mul(vx, h.y));
         sum = num_fma(num_mul(half, s->body[k]), square, sum);
+        if (!k && pend_terms_cart(s->terms)) continue;
         sum = num_fma(rate[k], across, sum);
         sum = num_fma(num_mul(half, s->inertia[k]), num_mul(rate[k], rate[k]), sum);
     }
@@ -347,6 +350,7 @@ static num derivatives_potential(const struct bodies_system *s, num gravity) {
         struct derivatives_vector h = derivatives_turn(s->moment_x[k], s->moment_y[k], u);
         num bent = num_sub(s->bend[k], bodies_get(s, PEND_TERM_REST, k));
         num stiff = num_mul(half, bodies_get(s, PEND_TERM_STIFFNESS, k));
+        if (!k && pend_terms_cart(s->terms)) h.y = num_of(0);
         sum = num_fma(gravity, num_fma(s->body[k], s->base_y[k], h.y), sum);
         sum = num_fma(stiff, num_mul(bent, bent), sum);
     }
@@ -368,11 +372,17 @@ static void derivatives_forces(const struct bodies_system *s, const struct bodie
         if (view->joint_along) derivatives_number(view->joint_along)[k] = along;
         if (view->joint_across) derivatives_number(view->joint_across)[k] = across;
     }
+    if (!pend_terms_cart(s->terms)) return;
+    // what the rail exerts on the cart, across it
+    num c = num_neg(s->point_y[0]), z = s->point_x[0];
+    num across = num_sub(num_mul(c, s->haul_y[0]), num_mul(z, s->haul_x[0]));
+    if (view->joint_across) derivatives_number(view->joint_across)[0] = across;
 }
 
 /* the directions of the arms, into wind */
 static void derivatives_directions(const struct bodies_system *s, const num phi[]) {
     for (int k = 0; k < s->n; k++) num_turn(phi[k], 0, &s->wind_y[k], &s->wind_x[k]);
+    if (pend_terms_cart(s->terms)) s->wind_x[0] = num_of(1), s->wind_y[0] = num_of(0);
 }
 
 static void derivatives_observe(const struct derivatives_pass *pass, double time, int dynamics,

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/ensemble/ensemble_events.h"
 #include "core/ensemble/ensemble_shadow.h"
 #include "core/ensemble/ensemble_watch.h"
 #include "core/integrate/horizon.h"
@@ -50,6 +51,12 @@ static enum pend_status ensemble_check(const struct pend_ensemble_problem *probl
     if (!isfinite(problem->duration)) {
         return pend_fail(error, PEND_INVALID, -1, 0, "the duration must be a finite number");
     }
+    int told = problem->until == PEND_UNTIL_TOLD;
+    if (problem->events ? problem->until != PEND_UNTIL_TIME && !told : told)
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "conditions and an end at a bound exclude "
+                         "each other");
+    PEND_TRY(pend_event_search_check(problem->events, problem->event, problem->tree->n, error));
     return pend_loads_check_series(&problem->loads, error);
 }
 
@@ -146,11 +153,12 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
            series = kernel->series_count(terms, n, known);
     size_t bytes =
         head + (doubts + ensemble_doubles(terms, n, kernel->width, series)) * sizeof(double);
-    struct pend_ensemble *e = aligned_alloc(64, bytes);
+    size_t events = pend_ensemble_events_bytes(problem, kernel->width);
+    struct pend_ensemble *e = aligned_alloc(64, bytes + events);
     if (!e)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0,
                          "no memory for an ensemble of trees of %d arms", n);
-    memset(e, 0, bytes);
+    memset(e, 0, bytes + events);
     e->problem = *problem;
     e->kernel = kernel;
     e->lanes =
@@ -166,7 +174,10 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
     e->lanes.extremes = (problem->observe & PEND_OBSERVE_EXTREMES) != 0;
     e->lanes.signs = (problem->observe & PEND_OBSERVE_SIGNS) != 0;
     e->lanes.forces = e->lanes.extremes || e->lanes.signs || problem->times_count > 0;
+    for (int i = 0; i < problem->events; i++)
+        e->lanes.forces |= problem->event[i].quantity == PEND_QUANTITY_FORCE;
     ensemble_place(e, (char *)e + head, doubts);
+    pend_ensemble_events_place(e, (char *)e + bytes);
     kernel->prepare(&e->lanes);
     assert(ensemble_valid(e));
     *ensemble = e;
@@ -179,15 +190,9 @@ void pend_ensemble_free(struct pend_ensemble **ensemble) {
     *ensemble = NULL;
 }
 
-/* the tree with the lengths and masses of the current member, as far as energies need it */
+/* the tree with the lengths and masses of the current member */
 static struct pend_tree ensemble_tree(const struct pend_ensemble *e) {
-    struct pend_tree tree = *e->problem.tree;
-    for (int k = 0; k < tree.n; k++) e->subtree[k] = e->member.mass[k];
-    for (int k = tree.n - 1; k > 0; k--) e->subtree[tree.parent[k]] += e->subtree[k];
-    tree.len = e->member.length;
-    tree.mass = e->member.mass;
-    tree.subtree_mass = e->subtree;
-    return tree;
+    return pend_member_tree(e->problem.tree, &e->member, e->subtree);
 }
 
 /* returns how many arms have the energy to reach their bound: an arm at its bound needs at least
@@ -253,6 +258,7 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
         copysign(pend_taylor_first_unit(lanes->n, &member->loads, member->length, member->rate),
                  e->problem.duration);
     pend_ensemble_watch_start(e, i);
+    pend_ensemble_events_start(e, i);
     if (lanes->paired) pend_ensemble_shadow_start(e, i);
     int arms = lanes->n - pend_terms_cart(terms);
     if (!(e->problem.observe & PEND_OBSERVE_ENERGY) && !e->problem.spare) return arms;
@@ -393,13 +399,15 @@ static double ensemble_seat_end(struct pend_ensemble *e, int i,
                               : PEND_NOT_FINITE;
         return 1;
     }
-    double stop = attention->near & own ? pend_ensemble_watch_bound(e, i) : INFINITY;
-    double part = fmin(stop, 1);
+    double event = e->problem.events ? pend_ensemble_events_step(e, i) : INFINITY;
+    double stop = INFINITY, part = fmin(event, 1);
+    if (attention->near & own) stop = pend_ensemble_watch_bound(e, i, part);
+    part = fmin(stop, part);
     if (attention->force & own || lanes->signs) pend_ensemble_watch_force(e, i, part);
     if (e->problem.times_count)
         pend_ensemble_watch_rows(e, i, pend_ensemble_watch_time(e, i, part));
-    if (stop < INFINITY) {
-        outcome->stop = PEND_STOP_BOUND;
+    if (fmin(stop, event) < INFINITY) {
+        outcome->stop = event < INFINITY ? PEND_STOP_EVENT : PEND_STOP_BOUND;
         outcome->time = pend_ensemble_watch_time(e, i, part);
         return part;
     }
@@ -427,7 +435,7 @@ static void ensemble_step(struct pend_ensemble *e, struct ensemble_queue *queue)
     struct ensemble_lanes *lanes = &e->lanes;
     struct ensemble_attention attention;
     int width = lanes->width, apart = 1 + lanes->paired;
-    int always = lanes->paired || lanes->signs || e->problem.times_count;
+    int always = lanes->paired || lanes->signs || e->problem.times_count || e->problem.events;
     long cap = e->problem.step_cap > 0 ? e->problem.step_cap : LONG_MAX;
     unsigned capped = 0;
     memcpy(e->unit, lanes->unit, (size_t)width * sizeof(double));

@@ -57,9 +57,9 @@ static int watch_leaves_start(const struct pend_ensemble *e, int i, double phi, 
     return e->lanes.from.time[i] == 0 && fabs(phi - level) <= 1e-14 * (1 + fabs(level));
 }
 
-/* follows arm k of lane i through the step from cell to cell; returns the place where it first
- * leaves a cell, infinity if it leaves none */
-static double watch_cross(struct pend_ensemble *e, int i, int k) {
+/* follows arm k of lane i through the step from cell to cell, up to `most` of it; returns the place
+ * where it first leaves a cell, infinity if it leaves none */
+static double watch_cross(struct pend_ensemble *e, int i, int k, double most) {
     const struct ensemble_lanes *lanes = &e->lanes;
     struct roots_path path = watch_phi(e, i, k);
     double first = INFINITY, s = 0, bound = lanes->bound,
@@ -70,7 +70,7 @@ static double watch_cross(struct pend_ensemble *e, int i, int k) {
     while (s < 1) {
         double middle = *cell * 2 * bound - M_PI_2;
         s = pend_roots_next(&path, s, middle - bound, middle + bound, &way);
-        if (!(s < INFINITY)) break;
+        if (!(s <= most)) break;
         *cell += way;
         if (watch_leaves_start(e, i, path.base, middle + way * bound) && !(first < INFINITY))
             continue;
@@ -94,7 +94,7 @@ static void watch_undo(struct pend_ensemble *e, int i) {
     }
 }
 
-double pend_ensemble_watch_bound(struct pend_ensemble *e, int i) {
+double pend_ensemble_watch_bound(struct pend_ensemble *e, int i, double most) {
     assert(e->lanes.bound > 0);
     struct ensemble_seat *seat = &e->seat[i];
     double first = INFINITY;
@@ -102,7 +102,7 @@ double pend_ensemble_watch_bound(struct pend_ensemble *e, int i) {
     // the place of a cart is no angle
     for (int k = pend_terms_cart(e->lanes.terms); k < e->lanes.n; k++) {
         if (!(e->lanes.near[k] >> i & 1)) continue;
-        double s = watch_cross(e, i, k);
+        double s = watch_cross(e, i, k, most);
         if (s < first) {
             first = s;
             arm = k;

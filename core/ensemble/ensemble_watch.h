@@ -12,12 +12,12 @@
 void pend_ensemble_watch_start(struct pend_ensemble *e, int i);
 
 /**
- * Notes the crossings in the step that lane i just took.
+ * Notes the crossings in the step that lane i just took, up to `most` of it, 0 <= most <= 1.
  *
  * Returns the place in the step, from 0 to 1, at which these crossings end the member; infinity if
  * they do not end it.
  */
-double pend_ensemble_watch_bound(struct pend_ensemble *e, int i);
+double pend_ensemble_watch_bound(struct pend_ensemble *e, int i, double most);
 
 /** Notes the extremes and changes of sign of the forces up to `part` of the step, 0 < part <= 1. */
 void pend_ensemble_watch_force(struct pend_ensemble *e, int i, double part);

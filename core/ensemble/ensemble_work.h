@@ -6,6 +6,7 @@
 
 #include "core/ensemble/kernel_ensemble.h"
 #include "core/ensemble/member.h"
+#include "core/integrate/event_search.h"
 
 /* a member in its lane */
 struct ensemble_seat {
@@ -46,6 +47,8 @@ struct pend_ensemble {
     /* angles, rates, forces and angles from hanging of some instants: row by row, and as the
      * kernel leaves them */
     double *rows[4], *instants[4];
+    struct event_search search; /* of the problem's conditions */
+    struct event_watch *watch;  /* [lane * conditions + condition] */
 };
 
 #endif

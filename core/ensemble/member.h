@@ -5,6 +5,7 @@
 #define PEND_MEMBER_H
 
 #include "core/base/isa.h"
+#include "core/integrate/event.h"
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
@@ -21,11 +22,23 @@ struct pend_member {
                         not look */
 };
 
-enum pend_stop { PEND_STOP_TIME, PEND_STOP_BOUND, PEND_STOP_FAILED };
+/**
+ * Returns the tree of a member, which borrows everything: it is not freed, and lasts as long as the
+ * arrays of the member and the tree whose shape it has.
+ *
+ * subtree  out, n values, kg, stored order.
+ *
+ * It is valid if the member's lengths and masses are in their ranges. O(n), no allocation.
+ */
+struct pend_tree pend_member_tree(const struct pend_tree *shape, const struct pend_member *member,
+                                  double subtree[]);
+
+enum pend_stop { PEND_STOP_TIME, PEND_STOP_BOUND, PEND_STOP_EVENT, PEND_STOP_FAILED };
 
 /* When a member that crosses its bound ends: at the time only, at the first crossing of any arm,
- * or with the step in which the last arm that can cross has done so. */
-enum pend_until { PEND_UNTIL_TIME, PEND_UNTIL_FIRST, PEND_UNTIL_ALL };
+ * or with the step in which the last arm that can cross has done so. And one with conditions: at
+ * the time, or with the step in which the last condition has nothing more to tell. */
+enum pend_until { PEND_UNTIL_TIME, PEND_UNTIL_FIRST, PEND_UNTIL_ALL, PEND_UNTIL_TOLD };
 
 /* What is computed besides the end and the crossings; each takes some time. */
 enum pend_observe {
@@ -79,6 +92,11 @@ typedef int pend_deliver_fn(void *context, long i, const struct pend_outcome *ou
 typedef void pend_rows_fn(void *context, long i, long first, int count, const double phi[],
                           const double rate[], const double force[], const double theta[]);
 
+/** Receives a passage of a condition of member number i, in the order of time, before the member's
+ * outcome, and the state then, n values each. */
+typedef void pend_hit_fn(void *context, long i, const struct pend_hit *hit, const double phi[],
+                         const double rate[]);
+
 struct pend_ensemble_problem {
     const struct pend_tree *tree;
     struct pend_loads loads; /* what acts on the tree */
@@ -97,10 +115,13 @@ struct pend_ensemble_problem {
     const double *times; /* s, ascending in the direction of the duration, none beyond it: rows are
                             wanted there */
     long times_count;    /* 0 = no rows */
-    long step_cap;       /* most steps of a member, 0 = no limit */
+    int events;          /* conditions, with until PEND_UNTIL_TIME or _TOLD; 0 = none */
+    const struct pend_event *event; /* must outlive the ensemble; a stop ends a member there */
+    long step_cap;                  /* most steps of a member, 0 = no limit */
     pend_fetch_fn *fetch;
     pend_deliver_fn *deliver;
     pend_rows_fn *rows; /* may be NULL where times_count is 0 */
+    pend_hit_fn *hit;   /* may be NULL where there are no conditions */
     void *context;
 };
 

@@ -7,8 +7,8 @@
 #include <string.h>
 
 #include "core/fit/fit_bounds.h"
-#include "core/fit/fit_model.h"
-#include "core/fit/fit_told.h"
+#include "core/fit/fit_end.h"
+#include "core/fit/fit_release.h"
 
 /* Tolerances of an iteration: of a window that will grow, and of all rows. */
 static const double fit_rough = 1e-3, fit_fine = 1e-6;
@@ -20,31 +20,12 @@ enum { FIT_ROUGH = 12 };
  * part of the lengths together. */
 static const double fit_foretold = 0.4;
 
-/* Parts of the sum of squares: what one more step may still gain at a minimum; what a motion that
- * follows explains; residuals of so many sigma are not noise */
-static const double fit_minimum = 1e-6, fit_explained = 0.9, fit_strange = 3;
-
-/* part of the data's squares that is rounding: data may be met exactly */
-static const double fit_exact = 1e-12;
-
 /* residual where there is no motion: a step there is never taken */
 static const double fit_nowhere = 1e6;
 
-struct pend_fit {
-    struct pend_fit_problem problem;
-    struct fit_model model;
+struct fit_search {
     gsl_multifit_nlinear_workspace *work;
     gsl_multifit_nlinear_fdf fdf;
-    long window;             /* rows taken in */
-    int here;                /* iterations in this window */
-    int begun, ready;        /* the workspace is at the window; the result is there */
-    double largest;          /* s, of the first window */
-    enum pend_status status; /* of the last evaluation at an iterate */
-    int starved;             /* memory was refused: no result is what it would have been */
-    struct pend_error failure;
-    double *inner, *value, *error, *correlation, *residual, *slope, *direction, *covariance, *size;
-    unsigned char *bounded;
-    struct pend_fit_result result;
 };
 
 int pend_fit_valid(const struct pend_fit *fit) {
@@ -100,13 +81,15 @@ static enum pend_status fit_check(const struct pend_fit_problem *problem,
                                   struct pend_error *error) {
     if (problem->unknowns < 1)
         return pend_fail(error, PEND_INVALID, -1, 0, "there is nothing to be found: no unknowns");
+    if (pend_terms_cart(problem->loads.terms))
+        return pend_fail(error, PEND_INVALID, -1, 0, "fits are not known of a pendulum on a cart");
     size_t count = fit_measurements(problem);
     if (count < (size_t)problem->unknowns)
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "%zu measurements are too few for %d unknowns: there must be as many",
                          count, problem->unknowns);
     for (long i = 0; i < problem->rows; i++) {
-        double before = i ? problem->t[i - 1] : problem->start;
+        double before = i ? problem->t[i - 1] : problem->start - problem->camera[PEND_FIT_SHIFT];
         if (i ? problem->t[i] > before : problem->t[i] >= before) continue;
         return pend_fail(error, PEND_INVALID, -1, problem->t[i],
                          "row %ld, %.6g s, must come after %s, %.6g s", i + 1, problem->t[i],
@@ -114,7 +97,7 @@ static enum pend_status fit_check(const struct pend_fit_problem *problem,
     }
     for (int j = 0; j < problem->unknowns; j++) {
         const struct pend_fit_unknown *u = &problem->unknown[j];
-        if (u->low < u->start && u->start < u->high) continue;
+        if (u->low <= u->start && u->start <= u->high && u->low < u->high) continue;
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "unknown %d starts at %g, which must lie between its bounds %g and %g",
                          j + 1, u->start, u->low, u->high);
@@ -125,27 +108,23 @@ static enum pend_status fit_check(const struct pend_fit_problem *problem,
 static size_t fit_lay(struct pend_fit *fit, char *block) {
     const struct pend_fit_problem *p = &fit->problem;
     size_t q = (size_t)p->unknowns, m = (size_t)p->rows * (size_t)p->columns;
-    size_t counts[] = {q, q, q, q * q, m, m * q, PEND_FIT_BLIND * q, q * q, q, (q + 7) / 8};
-    double **array[] = {&fit->inner,       &fit->value,      &fit->error,
-                        &fit->correlation, &fit->residual,   &fit->slope,
-                        &fit->direction,   &fit->covariance, &fit->size};
+    size_t counts[] = {q, q, q, q, q * q, m, m * q, PEND_FIT_BLIND * q, q * q, q, q};
+    double **array[] = {&fit->origin,      &fit->inner,    &fit->value, &fit->error,
+                        &fit->correlation, &fit->residual, &fit->slope, &fit->direction,
+                        &fit->covariance,  &fit->size,     &fit->best};
+    unsigned char **flags[] = {&fit->bounded, &fit->held};
     size_t used = (sizeof *fit + 63) / 64 * 64;
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
-        double *at = block ? (double *)(void *)(block + used) : NULL;
-        if (i < sizeof array / sizeof *array)
-            *array[i] = at;
-        else
-            fit->bounded = (unsigned char *)at;
+        *array[i] = block ? (double *)(void *)(block + used) : NULL;
         used += (counts[i] * sizeof(double) + 63) / 64 * 64;
     }
+    for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) {
+        *flags[i] = block ? (unsigned char *)block + used : NULL;
+        used += (q + 63) / 64 * 64;
+    }
+    fit->search = block ? (struct fit_search *)(void *)(block + used) : NULL;
+    used += (sizeof *fit->search + 63) / 64 * 64;
     return used + pend_fit_model_lay(&fit->model, p, block ? block + used : NULL);
-}
-
-double pend_fit_bytes(const struct pend_fit_problem *problem) {
-    struct pend_fit sketch = {.problem = *problem};
-    double q = problem->unknowns, m = (double)problem->rows * problem->columns;
-    // GSL keeps the slopes, their factorization and a copy
-    return (double)fit_lay(&sketch, NULL) + 8 * (4 * m * q + 8 * m + 8 * q * q);
 }
 
 /* s, about the time of a swing: what is fitted first */
@@ -154,6 +133,14 @@ static double fit_swing(const struct pend_fit_problem *problem) {
     for (int k = 0; k < problem->n; k++) length += problem->length[k] / problem->n;
     double gravity = fabs(problem->loads.gravity);
     return gravity > 0 ? 2 * M_PI * sqrt(length / gravity) : span / 8;
+}
+
+double pend_fit_bytes(const struct pend_fit_problem *problem) {
+    struct pend_fit sketch = {.problem = *problem};
+    double q = problem->unknowns, m = (double)problem->rows * problem->columns;
+    // GSL keeps the slopes, their factorization and a copy
+    return (double)fit_lay(&sketch, NULL) + pend_fit_pieces_bytes(problem, fit_swing(problem)) +
+           8 * (4 * m * q + 8 * m + 8 * q * q);
 }
 
 /* the first rows: a swing, and twice as many measurements as unknowns */
@@ -170,7 +157,8 @@ static long fit_first(const struct pend_fit_problem *problem) {
 /* a motion of so many steps is one of wild values, where the search has nothing to find */
 static void fit_cap(struct pend_fit_problem *problem) {
     enum { LEAST = 200, A_SWING = 200 };
-    double swings = (problem->t[problem->rows - 1] - problem->start) / fit_swing(problem);
+    double stop = problem->t[problem->rows - 1] + problem->camera[PEND_FIT_SHIFT];
+    double swings = (stop - problem->start) / fit_swing(problem);
     double most = LEAST + A_SWING * problem->n * swings;
     if (!problem->step_cap || problem->step_cap > most) problem->step_cap = (long)most;
 }
@@ -189,20 +177,21 @@ enum pend_status pend_fit_new(struct pend_fit **fit, const struct pend_fit_probl
     fit_lay(made, block);
     gsl_multifit_nlinear_parameters how = gsl_multifit_nlinear_default_parameters();
     how.trs = gsl_multifit_nlinear_trs_lmaccel;
-    made->work =
+    made->search->work =
         gsl_multifit_nlinear_alloc(gsl_multifit_nlinear_trust, &how, m, (size_t)problem->unknowns);
-    if (!made->work) {
+    if (!made->search->work) {
         free(block);
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
     }
-    made->fdf = (gsl_multifit_nlinear_fdf){.f = fit_residuals,
-                                           .df = fit_slopes,
-                                           .n = m,
-                                           .p = (size_t)problem->unknowns,
-                                           .params = made};
-    for (int j = 0; j < problem->unknowns; j++)
-        made->inner[j] = fit_bounds_inner(&problem->unknown[j], problem->unknown[j].start);
+    made->search->fdf = (gsl_multifit_nlinear_fdf){.f = fit_residuals,
+                                                   .df = fit_slopes,
+                                                   .n = m,
+                                                   .p = (size_t)problem->unknowns,
+                                                   .params = made};
     made->window = fit_first(problem);
+    made->least = INFINITY;
+    made->swing = fit_swing(problem);
+    made->apt = pend_fit_pieces_apt(problem, made->swing);
     fit_cap(&made->problem);
     assert(pend_fit_valid(made));
     *fit = made;
@@ -212,77 +201,10 @@ enum pend_status pend_fit_new(struct pend_fit **fit, const struct pend_fit_probl
 void pend_fit_free(struct pend_fit **fit) {
     if (!*fit) return;
     assert(pend_fit_valid(*fit));
-    gsl_multifit_nlinear_free((*fit)->work);
+    gsl_multifit_nlinear_free((*fit)->search->work);
+    pend_fit_pieces_free(&(*fit)->pieces);
     free(*fit);
     *fit = NULL;
-}
-
-/* ---- what the data tell */
-
-/* what an unknown is measured in: its value, or 1 where that is next to nothing */
-static double fit_measure(const struct pend_fit *fit, int j) {
-    double value = fabs(fit->value[j]), start = fabs(fit->problem.unknown[j].start);
-    return value > 1e-6 ? value : start > 1e-6 ? start : 1;
-}
-
-/* what the slopes and residuals of the last look tell */
-static enum pend_status fit_tell(const struct pend_fit *fit, struct fit_told *told) {
-    size_t m = (size_t)fit->problem.rows * (size_t)fit->problem.columns;
-    return pend_fit_told_init(told, m, fit->problem.unknowns, fit->slope, fit->residual,
-                              fit->bounded, fit->size);
-}
-
-/* the covariance as it is where no unknown were held by a bound: the one that is there is as
- * uncertain as the data leave it, and the others with it; then which are there */
-static enum pend_status fit_free(struct pend_fit *fit, double variance) {
-    struct fit_told told;
-    size_t q = (size_t)fit->problem.unknowns;
-    memset(fit->bounded, 0, q);
-    enum pend_status status = fit_tell(fit, &told);
-    if (status == PEND_OK) pend_fit_told_covariance(&told, fit->covariance);
-    pend_fit_told_clear(&told);
-    for (size_t j = 0; j < q && status == PEND_OK; j++) {
-        double error = sqrt(variance * fit->covariance[j * q + j]);
-        int at = fit_bounds_at(&fit->problem.unknown[j], fit->value[j], error);
-        fit->bounded[j] = (unsigned char)at;
-    }
-    return status;
-}
-
-/* slopes and residuals of the first rows at the fit's values; unknowns that are next to bounds */
-static enum pend_status fit_look(struct pend_fit *fit, long rows, struct pend_error *error) {
-    fit->result.evaluations++;
-    for (int j = 0; j < fit->problem.unknowns; j++) {
-        fit->value[j] = fit_bounds_outer(&fit->problem.unknown[j], fit->inner[j]);
-        fit->bounded[j] = (unsigned char)fit_bounds_at(&fit->problem.unknown[j], fit->value[j], 0);
-        fit->size[j] = fit_measure(fit, j);
-    }
-    return pend_fit_model_at(&fit->model, fit->value, rows, fit->residual, fit->slope, error);
-}
-
-/* the sum of squares of the first rows, and how many measurements are in them */
-static double fit_squares(const struct pend_fit *fit, long rows, long *count) {
-    double sum = 0;
-    *count = 0;
-    for (long i = 0; i < rows; i++)
-        for (int c = 0; c < fit->problem.columns; c++) {
-            double r = fit->residual[i * fit->problem.columns + c];
-            if (isnan(fit->problem.column[c].data[i])) continue;
-            sum += r * r, ++*count;
-        }
-    return sum;
-}
-
-/* whether all standard deviations are known */
-static int fit_known(const struct pend_fit *fit) {
-    int known = 1;
-    for (int c = 0; c < fit->problem.columns; c++) known &= pend_fit_known(&fit->problem.column[c]);
-    return known;
-}
-
-/* variance of a residual: 1 where sigma is known, else as large as it is */
-static double fit_variance(const struct pend_fit *fit, double squares, long freedom) {
-    return fit_known(fit) || freedom < 1 ? 1 : squares / (double)freedom;
 }
 
 /* ---- windows */
@@ -308,16 +230,16 @@ static enum pend_status fit_grow(struct pend_fit *fit, struct pend_error *error)
     const struct pend_fit_problem *p = &fit->problem;
     long rows = fit->window, ahead = 4 * rows + 8, least = rows + 1 + rows / 20, count;
     struct fit_told told;
-    PEND_TRY(fit_look(fit, rows, error));
-    double squares = fit_squares(fit, rows, &count);
-    double variance = fit_variance(fit, squares, count - p->unknowns);
-    enum pend_status status = fit_tell(fit, &told);
+    PEND_TRY(pend_fit_state_look(fit, rows, error));
+    double squares = pend_fit_state_squares(fit, rows, &count);
+    double variance = pend_fit_state_variance(fit, squares, count - p->unknowns);
+    enum pend_status status = pend_fit_state_tell(fit, &told);
     if (status == PEND_OK) pend_fit_told_covariance(&told, fit->covariance);
     pend_fit_told_clear(&told);
     PEND_TRY(status);
     if (ahead > p->rows) ahead = p->rows;
     // a motion that has no later rows is told only as far as it goes
-    status = fit_look(fit, ahead, error);
+    status = pend_fit_state_look(fit, ahead, error);
     if (status == PEND_NO_MEMORY) return status;
     if (status == PEND_OK)
         for (int good = 1; rows < ahead && good; rows += good)
@@ -329,109 +251,19 @@ static enum pend_status fit_grow(struct pend_fit *fit, struct pend_error *error)
     return PEND_OK;
 }
 
-/* ---- the result */
-
-static void fit_errors(struct pend_fit *fit, double variance) {
-    size_t q = (size_t)fit->problem.unknowns;
-    for (size_t j = 0; j < q; j++) {
-        fit->error[j] = sqrt(variance * fit->covariance[j * q + j]);
-        for (int d = 0; d < fit->result.blind; d++)
-            if (fabs(fit->direction[(size_t)d * q + j]) > 1e-3) fit->error[j] = INFINITY;
-        if (fit->bounded[j]) fit->error[j] = NAN;
-    }
-    for (size_t i = 0; i < q; i++)
-        for (size_t j = 0; j < q; j++) {
-            double size = sqrt(fit->covariance[i * q + i]) * sqrt(fit->covariance[j * q + j]);
-            int known = isfinite(fit->error[i]) && isfinite(fit->error[j]) && size > 0;
-            fit->correlation[i * q + j] = i == j ? 1 : 0;
-            if (known && i != j) fit->correlation[i * q + j] = fit->covariance[i * q + j] / size;
-        }
-}
-
-/* the sum of squares of the data about their mean, or what is left of it by rounding */
-static double fit_total(const struct pend_fit *fit) {
-    double sum = 0;
-    for (int c = 0; c < fit->problem.columns; c++) {
-        const struct pend_fit_column *column = &fit->problem.column[c];
-        double mean = 0, weight = 0;
-        for (long i = 0; i < fit->problem.rows; i++) {
-            if (isnan(column->data[i])) continue;
-            double own = pow(pend_fit_sigma(column, i), -2);
-            mean += own * column->data[i], weight += own;
-        }
-        mean /= weight > 0 ? weight : 1;
-        for (long i = 0; i < fit->problem.rows; i++) {
-            double x = column->data[i], size = pow(pend_fit_sigma(column, i), -2);
-            if (!isnan(x)) sum += size * ((x - mean) * (x - mean) + fit_exact * x * x);
-        }
-    }
-    return sum;
-}
-
-/* the last row up to which the residuals of any few rows together are not above two sigma */
-static double fit_follows(const struct pend_fit *fit, double variance) {
-    enum { TOGETHER = 8 };
-    const struct pend_fit_problem *p = &fit->problem;
-    double last = NAN;
-    for (long from = 0; from < p->rows; from += TOGETHER) {
-        double sum = 0;
-        long count = 0, end = from + TOGETHER < p->rows ? from + TOGETHER : p->rows;
-        for (long i = from; i < end; i++)
-            for (int c = 0; c < p->columns; c++) {
-                double r = fit->residual[i * p->columns + c];
-                if (isnan(p->column[c].data[i])) continue;
-                sum += r * r, count++;
-            }
-        if (sum > 6 * variance * (double)count) return last;
-        last = p->t[end - 1];
-    }
-    return last;
-}
-
-static enum pend_status fit_finish(struct pend_fit *fit, struct pend_error *error) {
-    const struct pend_fit_problem *p = &fit->problem;
-    struct pend_fit_result *result = &fit->result;
-    struct fit_told told;
-    long count, found = 0;
-    PEND_TRY(fit_look(fit, p->rows, error));
-    result->chi_squared = fit_squares(fit, p->rows, &count);
-    PEND_TRY(fit_free(fit, fit_variance(fit, result->chi_squared, count - p->unknowns)));
-    enum pend_status status = fit_tell(fit, &told);
-    if (status != PEND_OK) {
-        pend_fit_told_clear(&told);
-        return status;
-    }
-    for (int d = 0; d < p->unknowns; d++) found += pend_fit_told_is(&told, d);
-    result->freedom = count - found;
-    double variance = fit_variance(fit, result->chi_squared, result->freedom);
-    result->blind = pend_fit_told_blind(&told, fit->bounded, PEND_FIT_BLIND, fit->direction);
-    // no step gains more than a millionth of what is left, or of one measurement's own
-    double total = fit_total(fit), floor = fit_known(fit) ? 1 : fit_exact * total;
-    int minimum = fit->window == p->rows &&
-                  pend_fit_told_gain(&told) <= fit_minimum * (result->chi_squared + floor);
-    pend_fit_told_clear(&told);
-    fit_errors(fit, variance);
-    result->explained = total > 0 ? 1 - result->chi_squared / total : 0;
-    result->follows = fit_follows(fit, variance);
-    double spread = result->chi_squared / (double)(result->freedom > 0 ? result->freedom : 1);
-    int strange =
-        result->explained < fit_explained || (variance == 1 && spread > fit_strange * fit_strange);
-    result->end = !minimum ? PEND_FIT_STOPPED : strange ? PEND_FIT_STRANGE : PEND_FIT_CONVERGED;
-    for (long i = 0; i < p->rows; i++)
-        for (int c = 0; c < p->columns; c++)
-            if (isnan(p->column[c].data[i])) fit->residual[i * p->columns + c] = NAN;
-    fit->ready = 1;
-    return PEND_OK;
-}
-
 /* ---- iterations */
 
 /* puts the workspace to the window */
 static enum pend_status fit_begin(struct pend_fit *fit, struct pend_error *error) {
+    size_t bytes = (size_t)fit->problem.unknowns * sizeof(double);
+    if (!fit->result.iterations && pend_fit_release_begin(fit, fit->window) != PEND_OK)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
+    if (!fit->result.iterations) memcpy(fit->origin, fit->inner, bytes);
     gsl_vector_view x = gsl_vector_view_array(fit->inner, (size_t)fit->problem.unknowns);
     fit->begun = 1, fit->here = 0;
+    if (fit->window > fit->reached) fit->reached = fit->window;
     fit->status = PEND_OK;
-    int failed = gsl_multifit_nlinear_init(&x.vector, &fit->fdf, fit->work);
+    int failed = gsl_multifit_nlinear_init(&x.vector, &fit->search->fdf, fit->search->work);
     if (!failed && !fit->starved && fit->status == PEND_OK) return PEND_OK;
     if (fit->starved || fit->status == PEND_OK)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
@@ -440,29 +272,124 @@ static enum pend_status fit_begin(struct pend_fit *fit, struct pend_error *error
 }
 
 static void fit_keep(struct pend_fit *fit) {
-    const gsl_vector *x = gsl_multifit_nlinear_position(fit->work);
+    const gsl_vector *x = gsl_multifit_nlinear_position(fit->search->work);
     for (int j = 0; j < fit->problem.unknowns; j++) fit->inner[j] = gsl_vector_get(x, (size_t)j);
+}
+
+/* keeps the lowest minimum so far and goes back to it; returns whether that is this one */
+static int fit_lowest(struct pend_fit *fit, double squares) {
+    size_t bytes = (size_t)fit->problem.unknowns * sizeof(double);
+    int lower = squares < fit->least * (1 - 1e-6);
+    assert(squares >= 0);
+    if (squares < fit->least)
+        memcpy(fit->best, fit->inner, bytes), fit->least = squares;
+    else
+        memcpy(fit->inner, fit->best, bytes);
+    return lower;
+}
+
+/* Whether a search of all rows that has come to an end goes on: from the inside of a bound that
+ * held it wrongly; or, once, with all that are at bounds inside, as another minimum may be there.
+ */
+static enum pend_status fit_again(struct pend_fit *fit, int used, int *again,
+                                  struct pend_error *error) {
+    const struct pend_fit_problem *p = &fit->problem;
+    long count = 0;
+    double gain = 0, squares = INFINITY;
+    *again = 0;
+    enum pend_status status = pend_fit_state_look(fit, p->rows, error);
+    // where there is no motion, what was found before is the answer
+    if (status == PEND_NO_MEMORY || (status != PEND_OK && isinf(fit->least))) return status;
+    if (status == PEND_OK) squares = pend_fit_state_squares(fit, p->rows, &count);
+    if (!fit_lowest(fit, squares) || used) return PEND_OK;
+    double variance = pend_fit_state_variance(fit, squares, count - p->unknowns);
+    PEND_TRY(pend_fit_state_free(fit, variance));
+    PEND_TRY(pend_fit_release_let(fit, &gain));
+    int free = pend_fit_state_flat(fit, gain, squares);
+    if (free && fit->inside) return PEND_OK;
+    *again = pend_fit_release_move(fit, free, variance) > 0;
+    if (free) fit->inside = 1;
+    fit->begun = !*again;
+    return PEND_OK;
+}
+
+/* one iteration in the window; over: none follows there */
+static enum pend_status fit_iterate(struct pend_fit *fit, int *over, struct pend_error *error) {
+    int whole = fit->window == fit->problem.rows, why = 0;
+    // the slope's is squared: it is of residuals that may be met exactly
+    double tolerance = whole ? fit_fine : fit_rough;
+    int stuck = gsl_multifit_nlinear_iterate(fit->search->work);
+    fit->here++;
+    if (fit->starved) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
+    fit_keep(fit);
+    *over = stuck || (!whole && fit->here >= FIT_ROUGH) ||
+            gsl_multifit_nlinear_test(tolerance, tolerance * tolerance, 0, &why,
+                                      fit->search->work) == GSL_SUCCESS;
+    return PEND_OK;
+}
+
+/* the iterations that are left until the end, or until the motion is looked at in pieces */
+static int fit_used(const struct pend_fit *fit) {
+    int most = fit->problem.iterations;
+    return fit->result.iterations >= (fit->apt && !fit->cut ? (most + 1) / 2 : most);
+}
+
+/* Cuts the motion where the search from the first swing on has not converged. */
+static enum pend_status fit_cut(struct pend_fit *fit, struct pend_error *error) {
+    int left = fit->result.iterations < fit->problem.iterations;
+    if (fit->result.end == PEND_FIT_CONVERGED || fit->cut || !fit->apt || !left) return PEND_OK;
+    fit->cut = 1, fit->ready = 0;
+    (void)fit_lowest(fit, fit->result.chi_squared);
+    if (pend_fit_pieces_new(&fit->pieces, &fit->problem, fit->swing, fit->origin) == PEND_OK)
+        return PEND_OK;
+    return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
+}
+
+/* after the last iteration in a window: the next window, another round, or the end */
+static enum pend_status fit_next(struct pend_fit *fit, struct pend_error *error) {
+    int used = fit_used(fit), again = 0;
+    if (fit->window < fit->problem.rows && !used) return fit_grow(fit, error);
+    // a second search may end before it has all rows, and higher than the first
+    if (fit->window == fit->problem.rows || fit->cut) PEND_TRY(fit_again(fit, used, &again, error));
+    if (again) return PEND_OK;
+    PEND_TRY(pend_fit_end(fit, error));
+    return fit_cut(fit, error);
+}
+
+/* one iteration of the pieces, from which all rows are searched */
+static enum pend_status fit_pieces(struct pend_fit *fit, struct pend_error *error) {
+    int over = 0;
+    if (pend_fit_pieces_step(fit->pieces, &over, &fit->result.evaluations) != PEND_OK)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
+    fit->result.iterations++;
+    if (!over && fit->result.iterations < fit->problem.iterations) return PEND_OK;
+    for (int j = 0; j < fit->problem.unknowns; j++) {
+        const struct pend_fit_unknown *u = &fit->problem.unknown[j];
+        double x = pend_fit_pieces_inner(fit->pieces)[j];
+        // one that went to its bound begins again where it did
+        int lost = fit_bounds_at(u, fit_bounds_outer(u, x), 0);
+        fit->inner[j] = lost ? fit->origin[j] : x;
+    }
+    pend_fit_pieces_free(&fit->pieces);
+    fit->window = fit_first(&fit->problem), fit->begun = 0;
+    return PEND_OK;
 }
 
 enum pend_status pend_fit_step(struct pend_fit *fit, int *done, struct pend_error *error) {
     assert(pend_fit_valid(fit));
-    const struct pend_fit_problem *p = &fit->problem;
+    int over = 1;
     *done = fit->ready;
     if (fit->ready) return PEND_OK;
-    if (!fit->begun) PEND_TRY(fit_begin(fit, error));
-    int whole = fit->window == p->rows, why = 0;
-    // the slope's is squared: it is of residuals that may be met exactly
-    double tolerance = whole ? fit_fine : fit_rough;
-    fit->result.iterations++, fit->here++;
-    int status = gsl_multifit_nlinear_iterate(fit->work);
-    if (fit->starved) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
-    fit_keep(fit);
-    int used = fit->result.iterations >= p->iterations;
-    int over = status || used || (!whole && fit->here >= FIT_ROUGH) ||
-               gsl_multifit_nlinear_test(tolerance, tolerance * tolerance, 0, &why, fit->work) ==
-                   GSL_SUCCESS;
-    if (over && !whole && !used) PEND_TRY(fit_grow(fit, error));
-    if (over && (whole || used)) PEND_TRY(fit_finish(fit, error));
+    if (fit->pieces) return fit_pieces(fit, error);
+    enum pend_status status = fit->begun ? PEND_OK : fit_begin(fit, error);
+    fit->result.iterations += fit->result.iterations < fit->problem.iterations;
+    if (status == PEND_OK)
+        PEND_TRY(fit_iterate(fit, &over, error));
+    else if (status == PEND_NO_MEMORY || isinf(fit->least))
+        return status;
+    else // where a search goes on there may be no motion: what was found before is the answer
+        memcpy(fit->inner, fit->best, (size_t)fit->problem.unknowns * sizeof(double));
+    if (over || fit_used(fit)) PEND_TRY(fit_next(fit, error));
     *done = fit->ready;
     return PEND_OK;
 }
@@ -477,6 +404,6 @@ struct pend_fit_result pend_fit_result(const struct pend_fit *fit) {
 }
 
 double pend_fit_progress(const struct pend_fit *fit) {
-    double part = (double)fit->window / (double)fit->problem.rows;
+    double part = (double)fit->reached / (double)fit->problem.rows;
     return fit->ready ? 1 : 0.9 * part;
 }

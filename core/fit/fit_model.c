@@ -4,14 +4,32 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/fit/fit_modes.h"
 #include "core/integrate/run.h"
 
-enum { MODEL_BLOCK = 64, MODEL_ANGLE = 0, MODEL_X = 1, MODEL_Y = 2 };
+enum { MODEL_BLOCK = 64, MODEL_ANGLE = 0, MODEL_X = 1, MODEL_Y = 2, MODEL_RATE = 3 };
 
 static double *model_take(char *base, size_t *used, size_t numbers) {
     double *part = base ? (double *)(void *)(base + *used) : NULL;
     *used += (numbers * sizeof(double) + 63) / 64 * 64;
     return part;
+}
+
+/* what is measured, and what of it is to be found */
+static void model_kinds(struct fit_model *model, const struct pend_fit_problem *problem) {
+    for (int j = 0; j < problem->unknowns; j++) {
+        model->parameters += problem->unknown[j].camera < 0;
+        model->shifts |= problem->unknown[j].camera == PEND_FIT_SHIFT;
+    }
+    for (int c = 0; c < problem->columns; c++) {
+        enum pend_fit_kind kind = problem->column[c].kind;
+        if (kind == PEND_FIT_PHI) model->wants[MODEL_ANGLE] = 1;
+        if (kind == PEND_FIT_RATE) model->wants[MODEL_RATE] = 1;
+        if (kind == PEND_FIT_MODE) model->modes = 1;
+        if (kind == PEND_FIT_X || kind == PEND_FIT_Y)
+            model->wants[MODEL_X] = model->wants[MODEL_Y] = 1;
+    }
+    assert(!model->wants[MODEL_RATE] || !model->shifts);
 }
 
 size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem *problem,
@@ -20,15 +38,7 @@ size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem
            problem->columns >= 1);
     size_t used = 0, n = (size_t)problem->n, q = (size_t)problem->unknowns, block = MODEL_BLOCK;
     *model = (struct fit_model){.problem = problem, .block = MODEL_BLOCK};
-    for (int j = 0; j < problem->unknowns; j++) model->parameters += problem->unknown[j].camera < 0;
-    for (int c = 0; c < problem->columns; c++) {
-        int angle = problem->column[c].kind == PEND_FIT_PHI;
-        if (angle)
-            model->wants[MODEL_ANGLE] = 1;
-        else
-            model->wants[MODEL_X] = model->wants[MODEL_Y] = 1;
-    }
-    model->before = problem->rows && problem->start < problem->t[0];
+    model_kinds(model, problem);
     model->parameter = (struct pend_parameter *)(void *)model_take(memory, &used, q);
     model->length = model_take(memory, &used, n);
     model->mass = model_take(memory, &used, n);
@@ -37,14 +47,19 @@ size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem
     model->value = model_take(memory, &used,
                               problem->loads.terms ? (size_t)problem->loads.terms->count + 1 : 1);
     model->t = model_take(memory, &used, (size_t)problem->rows + 1);
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 4; i++) {
+        if (i == MODEL_RATE && !model->wants[i]) break;
         model->seen[i] = model_take(memory, &used, block * n);
         model->slope[i] = model_take(memory, &used, block * n * (q + 1));
+        if (i < 3) model->pace[i] = model_take(memory, &used, model->shifts ? block * n : 1);
     }
     model->room = model_take(memory, &used, block);
+    size_t modes = model->modes ? n : 1;
+    model->omega = model_take(memory, &used, modes);
+    model->near = model_take(memory, &used, modes);
+    model->lean = model_take(memory, &used, modes * q);
+    model->beside = model_take(memory, &used, q);
     if (!memory) return used;
-    model->t[0] = problem->start;
-    memcpy(model->t + model->before, problem->t, (size_t)problem->rows * sizeof(double));
     for (int j = 0, at = 0; j < problem->unknowns; j++)
         if (problem->unknown[j].camera < 0) model->parameter[at++] = problem->unknown[j].by;
     return used;
@@ -80,18 +95,84 @@ static enum pend_status model_pendulum(struct fit_model *model, const double val
     return pend_tree_new_bare(tree, p->n, model->length, model->mass, p->bare, p->parent, NULL);
 }
 
+/* the instants of the first rows in the motion's time, behind that of the start */
+static void model_instants(struct fit_model *model, long rows) {
+    const struct pend_fit_problem *p = model->problem;
+    double shift = model->camera[PEND_FIT_SHIFT];
+    assert(rows >= 1 && rows <= p->rows);
+    model->t[0] = p->start;
+    model->before = p->start < p->t[0] + shift;
+    for (long i = 0; i < rows; i++) model->t[i + model->before] = fmax(p->t[i] + shift, p->start);
+}
+
+/* the modes of a pendulum with given values; all frequencies are 0 where there is none */
+static enum pend_status model_omega(struct fit_model *model, const double value[], double omega[]) {
+    struct pend_tree *tree = NULL;
+    struct pend_loads loads;
+    enum pend_status status = model_pendulum(model, value, &tree, &loads);
+    if (status == PEND_OK) status = pend_fit_modes(tree, &loads, omega);
+    pend_tree_free(&tree);
+    if (status != PEND_OK && status != PEND_NO_MEMORY) status = PEND_INVALID;
+    return status;
+}
+
+/* a value beside that of an unknown, at most half of the way to its bound */
+static double model_step(const struct pend_fit_unknown *u, double value, double step) {
+    double bound = step > 0 ? u->high : u->low;
+    return fabs(step) < fabs(bound - value) / 2 ? value + step : value + (bound - value) / 2;
+}
+
+/* frequencies of the modes, and how they change with the unknowns: central differences, which lose
+ * a millionth of a millionth of the frequency over the step */
+static enum pend_status model_modes(struct fit_model *model, const double value[], int slopes) {
+    static const double step = 1e-4;
+    const struct pend_fit_problem *p = model->problem;
+    size_t n = (size_t)p->n, q = (size_t)p->unknowns;
+    PEND_TRY(model_omega(model, value, model->omega));
+    for (size_t j = 0; slopes && j < q; j++) {
+        double size = fabs(value[j]) > 1e-6 ? fabs(value[j]) : 1e-3, gap = 0;
+        memcpy(model->beside, value, q * sizeof *value);
+        for (size_t k = 0; k < n; k++) model->lean[k * q + j] = 0;
+        if (p->unknown[j].camera >= 0 || p->unknown[j].by.kind <= PEND_PARAMETER_RATE) continue;
+        for (int side = 1; side >= -1; side -= 2) {
+            model->beside[j] = model_step(&p->unknown[j], value[j], side * step * size);
+            gap += side * model->beside[j];
+            PEND_TRY(model_omega(model, model->beside, model->near));
+            for (size_t k = 0; k < n; k++) model->lean[k * q + j] += side * model->near[k];
+        }
+        for (size_t k = 0; k < n && gap > 0; k++) model->lean[k * q + j] /= gap;
+    }
+    return PEND_OK;
+}
+
 /* ---- residuals */
 
-/* one measurement: its model, and the slopes of it by the pendulum's parameters and the camera */
+/* one measurement of an angle or a rate: its model, and the slopes */
+static void model_angle(const struct fit_model *model, const struct pend_fit_column *column,
+                        size_t at, int slopes, double *model_value, double slope[]) {
+    const struct pend_fit_problem *p = model->problem;
+    int which = column->kind == PEND_FIT_PHI ? MODEL_ANGLE : MODEL_RATE;
+    const double *by = model->slope[which] + at * (size_t)model->parameters;
+    *model_value = model->seen[which][at];
+    for (int j = 0; slopes && j < p->unknowns; j++) {
+        int camera = p->unknown[j].camera;
+        slope[j] = camera < 0 ? *by++ : camera == PEND_FIT_SHIFT ? model->pace[MODEL_ANGLE][at] : 0;
+    }
+}
+
+/* one measurement: its model, and its slopes by the pendulum's parameters and the camera */
 static void model_number(const struct fit_model *model, const struct pend_fit_column *column,
                          long row, int slopes, double *model_value, double slope[]) {
     const struct pend_fit_problem *p = model->problem;
     size_t at = (size_t)row * (size_t)p->n + (size_t)column->arm;
-    size_t of = at * (size_t)model->parameters;
-    if (column->kind == PEND_FIT_PHI) {
-        *model_value = model->seen[MODEL_ANGLE][at];
-        for (int j = 0, i = 0; slopes && j < p->unknowns; j++)
-            slope[j] = p->unknown[j].camera < 0 ? model->slope[MODEL_ANGLE][of + (size_t)i++] : 0;
+    size_t of = at * (size_t)model->parameters, q = (size_t)p->unknowns;
+    if (column->kind == PEND_FIT_MODE) {
+        *model_value = model->omega[column->arm];
+        if (slopes) memcpy(slope, model->lean + (size_t)column->arm * q, q * sizeof *slope);
+        return;
+    }
+    if (column->kind == PEND_FIT_PHI || column->kind == PEND_FIT_RATE) {
+        model_angle(model, column, at, slopes, model_value, slope);
         return;
     }
     double scale = model->camera[PEND_FIT_SCALE], c = cos(model->camera[PEND_FIT_ROTATION]);
@@ -102,7 +183,9 @@ static void model_number(const struct fit_model *model, const struct pend_fit_co
     double a = first ? c : s, b = first ? -s : c, turn = first ? -s * x - c * y : c * x - s * y;
     *model_value =
         model->camera[first ? PEND_FIT_ORIGIN_X : PEND_FIT_ORIGIN_Y] + scale * (a * x + b * y);
-    double by[PEND_FIT_CAMERA] = {a * x + b * y, scale * turn, first, !first};
+    double by[PEND_FIT_CAMERA] = {a * x + b * y, scale * turn, first, !first, 0};
+    if (slopes && model->shifts)
+        by[PEND_FIT_SHIFT] = scale * (a * model->pace[MODEL_X][at] + b * model->pace[MODEL_Y][at]);
     for (int j = 0, i = 0; slopes && j < p->unknowns; j++) {
         if (p->unknown[j].camera >= 0) {
             slope[j] = by[p->unknown[j].camera];
@@ -139,10 +222,14 @@ static enum pend_status model_slopes(struct fit_model *model, const struct pend_
                                      double residual[], double slope[], struct pend_error *error) {
     struct pend_derivatives *d;
     struct pend_derived_rows rows = {.value = {0}};
-    static const int what[3] = {PEND_DERIVED_PHI, PEND_DERIVED_Z_RE, PEND_DERIVED_Z_IM};
-    for (int i = 0; i < 3; i++)
-        if (model->wants[i])
-            rows.value[what[i]] = model->seen[i], rows.derivative[what[i]] = model->slope[i];
+    static const int what[4] = {PEND_DERIVED_PHI, PEND_DERIVED_Z_RE, PEND_DERIVED_Z_IM,
+                                PEND_DERIVED_RATE};
+    static const int pace[3] = {PEND_DERIVED_RATE, PEND_DERIVED_ZD_RE, PEND_DERIVED_ZD_IM};
+    for (int i = 0; i < 4; i++) {
+        if (!model->wants[i]) continue;
+        rows.value[what[i]] = model->seen[i], rows.derivative[what[i]] = model->slope[i];
+        if (model->shifts && i < 3) rows.value[pace[i]] = model->pace[i];
+    }
     struct pend_parameter none = {PEND_PARAMETER_GRAVITY, 0};
     int count = model->parameters ? model->parameters : 1;
     PEND_TRY(pend_derivatives_new(&d, problem, count, model->parameters ? model->parameter : &none,
@@ -163,6 +250,7 @@ static enum pend_status model_values(struct fit_model *model, const struct pend_
     struct pend_run *run;
     struct pend_samples samples = {.cap = model->block, .t = model->room};
     if (model->wants[MODEL_ANGLE]) samples.phi = model->seen[MODEL_ANGLE];
+    if (model->wants[MODEL_RATE]) samples.rate = model->seen[MODEL_RATE];
     if (model->wants[MODEL_X])
         samples.z_re = model->seen[MODEL_X], samples.z_im = model->seen[MODEL_Y];
     PEND_TRY(pend_run_new(&run, &pend_method_taylor, problem, error));
@@ -186,8 +274,10 @@ enum pend_status pend_fit_model_at(struct fit_model *model, const double value[]
     struct pend_loads loads;
     memset(residual, 0, numbers * sizeof(double));
     if (slope) memset(slope, 0, numbers * (size_t)p->unknowns * sizeof(double));
-    enum pend_status status = model_pendulum(model, value, &tree, &loads);
+    enum pend_status status = model->modes ? model_modes(model, value, slope != NULL) : PEND_OK;
+    if (status == PEND_OK) status = model_pendulum(model, value, &tree, &loads);
     if (status != PEND_OK) return pend_fail(error, status, -1, 0, "there is no such pendulum");
+    model_instants(model, rows);
     struct pend_problem problem = {.tree = tree,
                                    .loads = loads,
                                    .phi = model->phi,

@@ -13,11 +13,17 @@ struct fit_model {
     int parameters;                   /* unknowns that are the pendulum's */
     struct pend_parameter *parameter; /* of these */
     double *length, *mass, *value, *phi, *rate;
-    double *t;                  /* `start` and the rows, or the rows */
+    double *t;                  /* `start` and the rows, or the rows, in the motion's time */
     int before;                 /* 1 if `start` is before the first row */
-    double *seen[3], *slope[3]; /* phi, x, y of a block of rows, and their derivatives */
+    int shifts;                 /* the time's shift is unknown */
+    int modes;                  /* modes are measured */
+    double *omega, *near;       /* of all modes, rad/s, and of those of a pendulum next to it */
+    double *lean;               /* n x unknowns: how they change */
+    double *beside;             /* values next to those that are looked at */
+    double *seen[4], *slope[4]; /* phi, x, y, rate of a block of rows, and their derivatives */
+    double *pace[3];            /* their derivatives by time, where the time's shift is unknown */
     long block;
-    int wants[3]; /* which of these are measured */
+    int wants[4]; /* which of these are measured */
     double *room; /* of phi, x and y of plain samples, and their instants */
     double camera[PEND_FIT_CAMERA];
 };

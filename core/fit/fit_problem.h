@@ -6,14 +6,18 @@
 
 #include "core/derivatives/derivatives.h"
 
-/* What is measured in a column: an angle of an arm, or a coordinate of its tip, as the camera has
- * it. */
-enum pend_fit_kind { PEND_FIT_PHI, PEND_FIT_X, PEND_FIT_Y };
+/* What is measured in a column: an angle of an arm, a coordinate of its tip, as the camera has it,
+ * a rate, rad/s, which does not go along with an unknown shift of time, or the angular frequency of
+ * a mode about hanging, rad/s, which is in the first row. */
+enum pend_fit_kind { PEND_FIT_PHI, PEND_FIT_X, PEND_FIT_Y, PEND_FIT_RATE, PEND_FIT_MODE };
+
+/* the most arms of a pendulum whose modes are measured */
+enum { PEND_FIT_MODE_ARMS = 30 };
 
 /* Arms in the caller's order. */
 struct pend_fit_column {
     enum pend_fit_kind kind;
-    int arm;
+    int arm;            /* of a mode its number, the slowest of those that swing is 0 */
     double sigma;       /* of one measurement, in the data's unit; 0 = not known */
     const double *each; /* the same a row, all above 0, instead of sigma; NULL = there is none */
     const double *data; /* a number a row, rad or the camera's unit; NaN = not measured */
@@ -36,6 +40,7 @@ enum pend_fit_camera {
     PEND_FIT_ROTATION, /* rad */
     PEND_FIT_ORIGIN_X, /* of the pivot, in the camera's unit */
     PEND_FIT_ORIGIN_Y,
+    PEND_FIT_SHIFT, /* s, by which the motion's time is ahead of the instants of the data */
     PEND_FIT_CAMERA
 };
 
@@ -43,7 +48,7 @@ enum pend_fit_camera {
 struct pend_fit_unknown {
     int camera;               /* enum pend_fit_camera; -1 = a parameter of the pendulum */
     struct pend_parameter by; /* of the pendulum */
-    double start, low, high;  /* low < start < high */
+    double start, low, high;  /* low <= start <= high, low < high */
 };
 
 /* All pointers must outlive the fit. */
@@ -54,7 +59,7 @@ struct pend_fit_problem {
     const int *parent, *order; /* order: of the stored arms, as pend_tree has it */
     struct pend_loads loads;
     const double *phi, *rate; /* start, stored order */
-    double start;             /* s, when it is there: not after the first row */
+    double start;             /* s, when it is there: not after the first row, shifted */
     double camera[PEND_FIT_CAMERA];
     long rows;
     const double *t; /* s, strictly increasing */

@@ -12,36 +12,63 @@ static double event_get(const struct event_step *step, enum pend_term_row row, i
     return loads->terms ? pend_terms_get(loads->terms, loads->value, row, k) : 0;
 }
 
-/* coefficients of a series of the jets, of `terms` orders, in powers of s; `first` is the power of
- * s of order 0 */
+int pend_event_series_degree(int order) {
+    enum { BEYOND = 6 }; // orders by which series of places exceed those of their angles
+    return order + BEYOND < EVENT_TERMS ? order + BEYOND : EVENT_TERMS - 1;
+}
+
+struct event_step pend_event_series_step(const struct pend_series *series,
+                                         const struct pend_tree *tree,
+                                         const struct pend_loads *loads) {
+    const struct pend_jets *jets = series->jets;
+    return (struct event_step){.tree = tree,
+                               .loads = loads,
+                               .jets = jets,
+                               .lanes = 1,
+                               .rate = jets->rate,
+                               .force = jets->force,
+                               .share = jets->share,
+                               .phi = series->begin->phi,
+                               .phi_low = series->begin->phi_low,
+                               .order = series->order,
+                               .unit = series->unit,
+                               .degree = pend_event_series_degree(series->order)};
+}
+
+/* where coefficient j of arm k is in a series */
+static size_t event_place(const struct event_step *step, int k, int j) {
+    if (step->jets) return pend_jets_place(step->jets, k, j);
+    return ((size_t)j * (size_t)step->tree->n + (size_t)k) * (size_t)step->lanes;
+}
+
+/* coefficients of a series of the motion, of `terms` orders, in powers of s; `first` is the power
+ * of s of order 0 */
 static void event_scale(const struct event_step *step, const double *from, int k, int terms,
                         int first, double factor, double out[]) {
-    const struct pend_jets *jets = step->series.jets;
-    double x = step->length / step->series.unit, power = factor;
+    double x = step->length / step->unit, power = factor;
     memset(out, 0, EVENT_TERMS * sizeof *out);
     for (int j = 0; j < first; j++) power *= x;
     for (int j = 0; j < terms && j + first < EVENT_TERMS; j++, power *= x) {
-        double share = first ? jets->share[j] : 1;
-        out[j + first] = from[pend_jets_place(jets, k, j)] * share * power;
+        double share = first ? step->share[j] : 1;
+        out[j + first] = from[event_place(step, k, j)] * share * power;
     }
 }
 
 void pend_event_series_phi(const struct event_step *step, int k, double out[EVENT_TERMS]) {
     assert(k >= 0 && k < step->tree->n);
-    event_scale(step, step->series.jets->rate, k, step->series.order + 1, 1, 1, out);
-    out[0] = step->series.begin->phi[k];
+    event_scale(step, step->rate, k, step->order + 1, 1, 1, out);
+    out[0] = step->phi[k * step->lanes];
 }
 
 void pend_event_series_rate(const struct event_step *step, int k, double out[EVENT_TERMS]) {
     assert(k >= 0 && k < step->tree->n);
-    event_scale(step, step->series.jets->rate, k, step->series.order + 1, 0, 1 / step->series.unit,
-                out);
+    event_scale(step, step->rate, k, step->order + 1, 0, 1 / step->unit, out);
 }
 
 void pend_event_series_force(const struct event_step *step, int k, double out[EVENT_TERMS]) {
     assert(k >= 0 && k < step->tree->n);
-    double inverse = 1 / step->series.unit;
-    event_scale(step, step->series.jets->force, k, step->series.order, 0, inverse * inverse, out);
+    double inverse = 1 / step->unit;
+    event_scale(step, step->force, k, step->order, 0, inverse * inverse, out);
 }
 
 /* adds p e^{i phi} of arm k, whose derivative is u' = i phi' u */
@@ -50,7 +77,7 @@ static void event_turn(const struct event_step *step, int k, double complex p,
     double phi[EVENT_TERMS];
     double complex u[EVENT_TERMS];
     pend_event_series_phi(step, k, phi);
-    u[0] = p * cexp(I * phi[0]) * (1 + I * step->series.begin->phi_low[k]);
+    u[0] = p * cexp(I * phi[0]) * (1 + I * step->phi_low[k * step->lanes]);
     for (int j = 1; j <= step->degree; j++) {
         u[j] = 0;
         for (int i = 1; i <= j; i++) u[j] += i * phi[i] * u[j - i];
@@ -171,15 +198,30 @@ static double complex event_masses(const struct event_step *step, int k, double 
 static void event_spring(const struct event_step *step, int k, double potential[EVENT_TERMS]) {
     double stiffness = event_get(step, PEND_TERM_STIFFNESS, k), own[EVENT_TERMS], base[EVENT_TERMS];
     double complex bent[EVENT_TERMS];
-    int p = step->tree->parent[k];
+    const struct pend_terms *terms = step->loads->terms;
+    int p = pend_terms_holder(terms, step->tree->parent, k);
     if (stiffness == 0) return;
     pend_event_series_phi(step, k, own);
     memset(base, 0, sizeof base);
-    base[0] = -M_PI_2;
+    base[0] = !k && pend_terms_cart(terms) ? 0 : -M_PI_2;
     if (p >= 0) pend_event_series_phi(step, p, base);
     for (int j = 0; j < EVENT_TERMS; j++) bent[j] = own[j] - base[j];
     bent[0] -= event_get(step, PEND_TERM_REST, k);
     event_product(step, stiffness / 2, bent, bent, potential);
+}
+
+/* adds the energies of a cart, whose place the rail's beginning is added to */
+static void event_cart(const struct event_step *step, const double complex pivot[],
+                       double kinetic[EVENT_TERMS], double potential[EVENT_TERMS]) {
+    double mass = step->tree->mass[0];
+    double complex place[EVENT_TERMS], v[EVENT_TERMS];
+    memcpy(place, pivot, sizeof place);
+    event_point(step, 0, 1, place);
+    event_slope(step, place, v);
+    event_product(step, mass / 2, v, v, kinetic);
+    for (int j = 0; j <= step->degree; j++)
+        potential[j] += step->loads->gravity * mass * cimag(place[j]);
+    event_spring(step, 0, potential);
 }
 
 /* adds the energies of arm k, whose joint is at `joint` */
@@ -204,7 +246,7 @@ static void event_arm(const struct event_step *step, int k, const double complex
 void pend_event_series_energy(const struct event_step *step, double kinetic[EVENT_TERMS],
                               double potential[EVENT_TERMS]) {
     double complex *joint = (double complex *)(void *)step->room;
-    assert(joint && !pend_terms_cart(step->loads->terms));
+    assert(joint);
     memset(kinetic, 0, EVENT_TERMS * sizeof *kinetic);
     memset(potential, 0, EVENT_TERMS * sizeof *potential);
     for (int k = 0; k < step->tree->n; k++) {
@@ -215,9 +257,12 @@ void pend_event_series_energy(const struct event_step *step, double kinetic[EVEN
             event_pivot(step, own);
         } else {
             memcpy(own, joint + (size_t)p * EVENT_TERMS, EVENT_TERMS * sizeof *own);
-            event_turn(step, p, event_hangs(step, k), own);
+            event_point(step, p, event_hangs(step, k), own);
         }
-        event_arm(step, k, own, kinetic, potential);
+        if (!k && pend_terms_cart(step->loads->terms))
+            event_cart(step, own, kinetic, potential);
+        else
+            event_arm(step, k, own, kinetic, potential);
     }
     // the last terms of a derivative are not known
     kinetic[step->degree] = 0;

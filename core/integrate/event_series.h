@@ -1,7 +1,7 @@
-/* Quantities of a motion as power series over one step of the Taylor method.
- * Leaves to others: the series of angles and forces (jets), what is looked for in them (events).
- * Invariant: series are in powers of the part s of the step, 0 .. 1, so that coefficients neither
- * overflow nor vanish.
+/* Quantities of a motion as power series over one step of the Taylor method, of a run or of a
+ * member of an ensemble. Leaves to others: the series of angles and forces (jets, kernel_ensemble),
+ * what is looked for in them (event_search). Invariant: series are in powers of the part s of the
+ * step, 0 .. 1, so that coefficients neither overflow nor vanish.
  */
 #ifndef PEND_EVENT_SERIES_H
 #define PEND_EVENT_SERIES_H
@@ -15,16 +15,35 @@ enum { EVENT_TERMS = PEND_ROOTS_DEGREE + 1 };
 struct event_step {
     const struct pend_tree *tree;
     const struct pend_loads *loads;
-    struct pend_series series;
+    /* the jets whose series these are; NULL: coefficient j of arm k is at [(j n + k) lanes] of
+     * rate and force, and its angle at [k lanes] of phi, as in an ensemble */
+    const struct pend_jets *jets;
+    int lanes;                       /* 1 with jets */
+    const double *rate, *force;      /* series in powers of t / unit, as those of the jets */
+    const double *share;             /* 1 / (j + 1) of order j */
+    const double *phi, *phi_low;     /* rad, at the beginning, as sums of two */
+    const double *turns, *turns_low; /* rad, what the motion's angles are larger by; NULL = 0 */
+    int order;                       /* of rate; one more than that of force */
+    double unit;                     /* s */
     double time, length; /* s: its beginning in the time of the drives, and how long it is */
     int degree;          /* of places and energies, at least that of an angle */
     double *room; /* of pend_event_series_room numbers, for energies; NULL = none are wanted */
 };
 
+/** The degree of places and energies over a step whose angles are known to an order: more, because
+ * they are functions of the angles. O(1). */
+int pend_event_series_degree(int order);
+
+/** The step of a stepper of the Taylor method, without its time, length and room. O(1). */
+struct event_step pend_event_series_step(const struct pend_series *series,
+                                         const struct pend_tree *tree,
+                                         const struct pend_loads *loads);
+
 /** Numbers of the room that energies of n arms need. */
 size_t pend_event_series_room(int n);
 
-/** The angle of stored arm k, rad: coefficients 0 .. degree; the rest 0. O(order). */
+/** The angle of stored arm k, rad, or the place of a cart, m: coefficients 0 .. degree; the rest 0.
+ * O(order). */
 void pend_event_series_phi(const struct event_step *step, int k, double out[EVENT_TERMS]);
 
 /** Its rate, rad/s. */
@@ -41,7 +60,7 @@ void pend_event_series_tip(const struct event_step *step, int k, double x[EVENT_
 void pend_event_series_square(const struct event_step *step, int k, int other,
                               double out[EVENT_TERMS]);
 
-/** Kinetic and potential energy, J, of a pendulum without a cart; with room. O(n order^2). */
+/** Kinetic and potential energy, J, with room. O(n order^2). */
 void pend_event_series_energy(const struct event_step *step, double kinetic[EVENT_TERMS],
                               double potential[EVENT_TERMS]);
 

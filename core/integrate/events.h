@@ -1,42 +1,18 @@
 /* The instants at which something about a motion comes to a wanted value: an angle, a rate, a
  * force, a place, a distance, an energy.
- * Leaves to others: roots of a series (roots), the steps (method_taylor), samples (run).
+ * Leaves to others: where in a step they are (event_search), the steps (method_taylor), samples
+ * (run).
  * Invariant: instants are roots of power series of each step, in order of time; a crossing that the
  * computed motion makes is found once, however near it is to another one or to the end of a step.
  */
 #ifndef PEND_EVENTS_H
 #define PEND_EVENTS_H
 
-#include "core/integrate/section.h"
-
-/* What a condition is about. */
-enum pend_quantity {
-    PEND_QUANTITY_PHI,       /* rad, of an arm */
-    PEND_QUANTITY_THETA,     /* rad, from hanging, with the digits of a small swing */
-    PEND_QUANTITY_RATE,      /* rad/s, of an arm */
-    PEND_QUANTITY_FORCE,     /* N, lambda of an arm */
-    PEND_QUANTITY_X,         /* m, of a tip */
-    PEND_QUANTITY_Y,         /* m, of a tip */
-    PEND_QUANTITY_DISTANCE,  /* m, of two tips */
-    PEND_QUANTITY_KINETIC,   /* J, of the whole */
-    PEND_QUANTITY_POTENTIAL, /* J, of gravity and springs */
-    PEND_QUANTITY_ENERGY,    /* J, of both */
-    PEND_QUANTITIES
-};
-
-struct pend_event {
-    enum pend_quantity quantity;
-    int arm, other; /* stored numbers; other: of a distance */
-    double level;   /* the value that is passed */
-    int bound;      /* non-zero: the size of the quantity is meant, level >= 0; up is outwards */
-    unsigned ways;  /* of enum pend_way; up: the value grows, in the order of the run */
-    long most;      /* passages that are told, >= 1; later ones are left out */
-    long stop;      /* the motion ends at this one; 0 = at none */
-};
+#include "core/integrate/event_search.h"
 
 struct pend_events_problem {
-    const struct pend_tree *tree;     /* must outlive the search */
-    struct pend_loads loads;          /* energies: without a cart */
+    const struct pend_tree *tree; /* must outlive the search */
+    struct pend_loads loads;
     const double *phi, *rate;         /* start, n values each, stored order; copied */
     const double *phi_low, *rate_low; /* their rounding errors; NULL = 0 */
     double start;                     /* s, in the time of the drives */
@@ -44,13 +20,6 @@ struct pend_events_problem {
     double rtol, atol;                /* as of the taylor method; 0 = its default */
     int count;                        /* >= 1 */
     const struct pend_event *event;   /* count of them; must outlive the search */
-};
-
-/* A passage. */
-struct pend_hit {
-    double time;       /* s, after the start */
-    int event;         /* its number */
-    enum pend_way way; /* PEND_WAY_UP or PEND_WAY_DOWN */
 };
 
 struct pend_events;

@@ -124,7 +124,9 @@ static double values_next(struct span *span) {
     double share = span->lo.step / span->hi.step;
     share = isfinite(span->lo.step + span->hi.step) && lo <= hi ? 1 / (1 + share * share * share)
                                                                 : end == &span->lo;
-    return share * lo + (1 - share) * hi;
+    double shift = share * lo + (1 - share) * hi;
+    // hints that cross by round-off lead to an end itself, where there is nothing left to count
+    return shift > span->lo.at && shift < span->hi.at ? shift : end->hint;
 }
 
 /* shifts between two bounds, evenly spaced, in the logarithm where the bounds are far apart */

@@ -114,6 +114,10 @@ enum pend_status pend_orbits_new(struct pend_orbits **orbits,
                                  const struct pend_orbit_problem *problem,
                                  struct pend_error *error) {
     assert(problem->points >= 1 && problem->step > 0);
+    *orbits = NULL;
+    if (pend_terms_cart(problem->loads.terms))
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "orbits are not known of a pendulum on a cart");
     struct pend_orbits *o = *orbits = calloc(1, sizeof *o);
     if (!o) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for orbits");
     o->problem = *problem;

@@ -37,6 +37,7 @@ struct pend_jets {
     struct chain chain;          /* of a chain that suits it instead */
     struct jets_loads loads;     /* of a real pendulum that the quick kernels take */
     struct bodies_system bodies; /* of another real pendulum instead of all these */
+    double unit;                 /* of the last expansion of that one */
     int real;                    /* non-zero for a real pendulum, one with terms */
     int general;                 /* non-zero for one of the general kernel */
 };

@@ -29,7 +29,10 @@ static wide step_reach(const struct jets_system *s, int order, double log_rtol, 
     double spread = (PEND_TAYLOR_LOG_CAP - log_rtol) * last[0];
     for (int i = 0; i < STEP_LEADING; i++) leading[i] = step_norm(s, i) - log2_of[i];
     for (int j = order - STEP_TRAILING + 1; j <= order; j++) {
-        wide trailing = step_norm(s, j), far = log_atol * last[1] - trailing * s->share[j];
+        wide trailing = step_norm(s, j);
+        // what rests and goes on resting limits no step, though its leading terms are 0 too
+        trailing -= (wide)((wide_mask)(trailing < -5e3) & (wide_mask)wide_of(1e6));
+        wide far = log_atol * last[1] - trailing * s->share[j];
         wide here = log_rtol * last[0] + (leading[0] - trailing) * s->share[j - 1];
         for (int i = 1; i < STEP_LEADING; i++)
             here = WIDE_(max)(here,

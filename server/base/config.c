@@ -23,6 +23,10 @@ static const struct srv_option config_table[] = {
      "clients must show a certificate that this authority, as PEM, has signed for clients; others "
      "are answered 403; read again at SIGHUP",
      SRV_OPTION_TEXT, FIELD(tls_client_authority), 0, 0},
+    {"tls-client-revoked", "FILE", "none",
+     "lists of certificates (CRL, as PEM) that this authority has revoked; clients with one of "
+     "them are answered 403; read again at SIGHUP",
+     SRV_OPTION_TEXT, FIELD(tls_client_revoked), 0, 0},
     {"probe-listen", "HOST:PORT", "none",
      "an address of its own for /healthz, /readyz, /version and /metrics and nothing else, without "
      "TLS, keys and limits of connections; none = they are answered at --listen alone",
@@ -66,6 +70,14 @@ static const struct srv_option config_table[] = {
      "pages that may have the page's embed view (/?embed=1) in a frame: * = any, none, or origins "
      "like https://example.org; the rest of the page is never in one",
      SRV_OPTION_FRAMES, FIELD(frame_ancestors), 0, 0},
+    {"deprecated", "INSTANT", "none",
+     "since when (2027-01-31T00:00:00Z) this server's interface is not for new programs: every "
+     "answer below /v1 tells it in the field Deprecation",
+     SRV_OPTION_INSTANT, FIELD(deprecated), 0, 0},
+    {"sunset", "INSTANT", "none",
+     "when this server's interface will be gone: every answer below /v1 tells it in the field "
+     "Sunset",
+     SRV_OPTION_INSTANT, FIELD(sunset), 0, 0},
     {"trusted-proxy", "LIST", "none",
      "networks like 10.0.0.0/8 of proxies that may say who the client is, and unix for those that "
      "come by a socket's path",
@@ -87,6 +99,11 @@ static const struct srv_option config_table[] = {
      "those of libraries (Landlock), and makes no system call but those it needs (seccomp); auto = "
      "as far as the kernel has this, on = or it does not start",
      SRV_OPTION_SWITCH, FIELD(walls), 0, 0},
+    {"isolate", "on/off", "off",
+     "on = requests are read and computed each in a process of its own, which has no files, no "
+     "network, and memory of max-held-bytes at most: one that crashes is answered 500, or a part "
+     "of a job that is tried three times more, and nothing else notices",
+     SRV_OPTION_SWITCH, FIELD(isolate), 0, 0},
     {"allow-root", "on/off", "off", "on = it runs as root too; off = it refuses to start",
      SRV_OPTION_SWITCH, FIELD(allow_root), 0, 0},
     {"max-connections", "N", "4096", "open connections; one more is answered 503",

@@ -36,14 +36,16 @@ struct srv_config {
     char store_file[SRV_CONFIG_TEXT], probe_listen[SRV_CONFIG_TEXT]; /* "none", as these: */
     char keys[SRV_CONFIG_TEXT];
     char tls_certificate[SRV_CONFIG_TEXT], tls_key[SRV_CONFIG_TEXT],
-        tls_client_authority[SRV_CONFIG_TEXT];
+        tls_client_authority[SRV_CONFIG_TEXT], tls_client_revoked[SRV_CONFIG_TEXT];
     char hosts[SRV_CONFIG_TEXT];
-    char record[SRV_CONFIG_TEXT], replay[SRV_CONFIG_TEXT]; /* "none" */
+    char deprecated[SRV_CONFIG_TEXT], sunset[SRV_CONFIG_TEXT]; /* "none", or instants */
+    char record[SRV_CONFIG_TEXT], replay[SRV_CONFIG_TEXT];     /* "none" */
     double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds,
         drain_idle_seconds;
     double least_rate; /* bytes/s */
     double walls;      /* 0, 1 or SRV_CONFIG_AUTO: as far as the kernel has them */
     double allow_root; /* 1 = root may run it */
+    double isolate;    /* 1 = a computation has a process of its own */
     double access_log; /* 0, 1 or SRV_CONFIG_AUTO: 1 where its lines go to no terminal */
     double job_part_seconds, job_lease_seconds, until_idle_seconds;
     double client_jobs, client_bytes, store_bytes, keep_seconds;
@@ -74,6 +76,7 @@ enum srv_option_kind {
     SRV_OPTION_SECONDS, /* a number */
     SRV_OPTION_SWITCH,  /* on, off or auto */
     SRV_OPTION_HOSTS,   /* *, auto or a list of hosts */
+    SRV_OPTION_INSTANT, /* none, or a text that api_job_instant reads */
     SRV_OPTION_FRAMES,  /* origins that may frame a page: what a header may hold */
     SRV_OPTION_ROLE,    /* all, api or worker */
     SRV_OPTION_CLIENT,  /* full, network or none */

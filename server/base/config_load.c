@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/call/job_json.h"
 #include "server/base/hosts.h"
 #include "server/base/secret.h"
 
@@ -116,11 +117,14 @@ static const char *load_word_right(enum srv_option_kind kind, const char *value)
 /* what a text of a kind must be, where it is not; NULL where it is good */
 static const char *load_text_right(enum srv_option_kind kind, const char *value) {
     const char *right = load_word_right(kind, value);
+    int64_t us;
     if (right) return right;
     if (kind == SRV_OPTION_LISTEN && !load_listen_good(value))
         return "HOST:PORT with a port from 0 to 65535, an IPv6 host in brackets, or unix:PATH";
     if (kind == SRV_OPTION_HOSTS && !srv_hosts_good(value))
         return "*, auto, or hosts like example.org, *.example.org, 192.0.2.1, [::1]:8080";
+    if (kind == SRV_OPTION_INSTANT && strcmp(value, "none") && !api_job_instant(value, &us))
+        return "none, or an instant like 2027-01-31T00:00:00Z";
     if (kind == SRV_OPTION_FRAMES && !load_frames_good(value))
         return "*, none, or origins like https://example.org, https://*.example.org";
     return *value && strlen(value) < SRV_CONFIG_TEXT ? NULL : "a text of 1 to 255 bytes";
@@ -170,6 +174,7 @@ static enum pend_status load_set(struct srv_config *config, const struct srv_opt
     case SRV_OPTION_TEXT:
     case SRV_OPTION_HOSTS:
     case SRV_OPTION_FRAMES:
+    case SRV_OPTION_INSTANT:
     case SRV_OPTION_ROLE:
     case SRV_OPTION_CLIENT:
         return load_set_text(out, row, place, value, error);

@@ -75,7 +75,8 @@ static int request_who(struct srv_class_request *own) {
     struct srv_identity who = exchange->identity;
     const char *token = exchange->field[SRV_ROOM_TOKEN];
     if (token && !request_identity(token, &who)) {
-        srv_exchange_problem(exchange, 401, "what Class-Token has is no token: %s",
+        srv_exchange_problem(exchange, 401,
+                             API_TYPE_CREDENTIALS "what Class-Token has is no token: %s",
                              srv_identity_rule);
         srv_exchange_header(exchange, "WWW-Authenticate", "Bearer realm=\"pendulumd\"");
         return 0;
@@ -102,6 +103,7 @@ static int request_names(struct srv_class_request *own) {
                              REQUEST_MISSES_A_SECOND, REQUEST_MISSES, 0, srv_clock_now());
         if (wait > 0) {
             srv_exchange_problem(exchange, 429,
+                                 API_TYPE_RATE
                                  "too many rooms that there are not were named from your address");
             srv_exchange_retry(exchange, wait);
             return 0;
@@ -156,8 +158,8 @@ int srv_class_request_pace(struct srv_store_request *asked, enum srv_pace pace, 
         client ? srv_clients_pace(clients, client, pace, a_second, burst, 1, srv_clock_now()) : 1;
     if (own && client) srv_clients_give(clients, client);
     if (wait <= 0) return 1;
-    srv_exchange_problem(exchange, 429, "%s: %.0f at once, and then %.3g a second", what, burst,
-                         a_second);
+    srv_exchange_problem(exchange, 429, API_TYPE_RATE "%s: %.0f at once, and then %.3g a second",
+                         what, burst, a_second);
     srv_exchange_retry(exchange, wait);
     srv_store_request_end(asked);
     return 0;
@@ -219,26 +221,28 @@ static void request_why(struct srv_class_request *own) {
     assert(own->put.why != SRV_CLASS_FINE);
     switch (own->put.why) {
     case SRV_CLASS_NO_TEACHER:
-        srv_exchange_problem(exchange, 403, "this is for the teacher of the room");
+        srv_exchange_problem(exchange, 403, API_TYPE_ROLE "this is for the teacher of the room");
         break;
     case SRV_CLASS_NO_PUPIL:
-        srv_exchange_problem(exchange, 403, "this is for the pupils of the room");
+        srv_exchange_problem(exchange, 403, API_TYPE_ROLE "this is for the pupils of the room");
         break;
     case SRV_CLASS_SHUT:
         srv_exchange_problem(exchange, 403, "the teacher lets nobody more in");
         break;
     case SRV_CLASS_CROWDED:
-        srv_exchange_problem(exchange, 429, "the room has max-class-pupils, %.0f",
+        srv_exchange_problem(exchange, 429, API_TYPE_QUOTA "the room has max-class-pupils, %.0f",
                              config->class_pupils);
         srv_exchange_retry(exchange, 60);
         break;
     case SRV_CLASS_ROOM_FULL:
-        srv_exchange_problem(exchange, 429, "the room is full: max-class-bytes, %.0f",
+        srv_exchange_problem(exchange, 429,
+                             API_TYPE_QUOTA "the room is full: max-class-bytes, %.0f",
                              config->class_bytes);
         srv_exchange_retry(exchange, 60);
         break;
     case SRV_CLASS_PUPIL_FULL:
-        srv_exchange_problem(exchange, 429, "what stands here of one pupil has %d bytes at most",
+        srv_exchange_problem(exchange, 429,
+                             API_TYPE_QUOTA "what stands here of one pupil has %d bytes at most",
                              SRV_CLASS_PUPIL_BYTES);
         srv_exchange_retry(exchange, 60);
         break;

@@ -81,7 +81,8 @@ static void create_answer(struct srv_store_request *asked, enum srv_stored store
     if (stored == SRV_STORED) {
         classes_tell(asked, 201);
     } else if (stored == SRV_STORED_QUOTA) {
-        srv_exchange_problem(exchange, 429, "there are max-classes rooms, %.0f, already",
+        srv_exchange_problem(exchange, 429,
+                             API_TYPE_QUOTA "there are max-classes rooms, %.0f, already",
                              exchange->service->config.classes);
         srv_exchange_retry(exchange, 600);
     } else {

@@ -5,17 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/call/oembed.h"
 #include "api/call/openapi.h"
 #include "server/classes/class_request.h"
-
-/* what a document may load: this server's own, the engine (WebAssembly) among it; who may frame it
- * stands behind */
-#define ASSETS_POLICY                                                                              \
-    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; "                 \
-    "img-src 'self' data: blob:; "                                                                 \
-    "font-src 'self'; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors "
-
-static const char assets_alone[] = ASSETS_POLICY "'none'";
 
 static const char assets_for_ever[] = "public, max-age=31536000, immutable";
 
@@ -28,8 +20,28 @@ static const struct srv_asset *assets_find(const char *path) {
                    assets_order);
 }
 
-static int assets_is_document(const struct srv_asset *asset) {
-    return !strncmp(asset->media_type, "text/html", 9);
+/* documents and the service worker, whose paths have no digest */
+static int assets_is_asked_anew(const struct srv_asset *asset) {
+    return !strncmp(asset->media_type, "text/html", 9) || !strcmp(asset->path, "sw.js");
+}
+
+/* Returns what a document may load (srv_assets_policy) with who may have it in a frame: a list of
+ * origins with commas, or NULL for nobody; where memory is short, a policy that allows nothing. */
+static const char *assets_policy(struct srv_exchange *exchange, const char *list) {
+    const char *frames = list && strcmp(list, "none") ? list : "'none'";
+    size_t bytes = strlen(srv_assets_policy) + strlen(frames) + 1;
+    char *policy = srv_exchange_text(exchange, bytes);
+    if (!policy) return "default-src 'none'; frame-ancestors 'none'";
+    snprintf(policy, bytes, "%s%s", srv_assets_policy, frames);
+    for (char *comma = policy; (comma = strchr(comma, ','));) *comma = ' ';
+    return policy;
+}
+
+/* Adds the header fields that all of the page's files have. */
+static void assets_fields(struct srv_exchange *exchange, const char *keep, const char *policy) {
+    srv_exchange_header(exchange, "Cache-Control", keep);
+    srv_exchange_header(exchange, "Referrer-Policy", "no-referrer");
+    srv_exchange_header(exchange, "Content-Security-Policy", policy);
 }
 
 static void assets_give(struct srv_exchange *exchange, const struct srv_asset *asset,
@@ -46,15 +58,13 @@ static void assets_give(struct srv_exchange *exchange, const struct srv_asset *a
     } else {
         srv_exchange_static(exchange, 200, asset->media_type, asset->plain, asset->plain_bytes);
     }
-    srv_exchange_header(exchange, "Cache-Control", keep);
+    assets_fields(exchange, keep, policy);
     srv_exchange_header(exchange, "ETag", asset->etag);
     srv_exchange_header(exchange, "Vary", "Accept-Encoding");
-    srv_exchange_header(exchange, "Referrer-Policy", "no-referrer");
-    srv_exchange_header(exchange, "Content-Security-Policy", policy);
 }
 
-/* Documents are requested at every visit: they name the digest under which every other file is
- * found. */
+/* Documents are requested at every visit, and so is the service worker: they name the digest under
+ * which every other file is found. */
 static void assets_document(struct srv_exchange *exchange, const char *name, const char *policy) {
     const struct srv_asset *asset = assets_find(name);
     if (asset)
@@ -73,20 +83,64 @@ static int assets_embeds(const char *query) {
     return 0;
 }
 
-/* the policy of the embed view: whom frame-ancestors lists may have it in a frame */
-static const char *assets_framed(struct srv_exchange *exchange) {
-    const char *list = srv_service_config(exchange->service)->frame_ancestors;
-    size_t bytes = sizeof ASSETS_POLICY + strlen(list);
-    char *policy = strcmp(list, "none") ? srv_exchange_text(exchange, bytes) : NULL;
-    if (!policy) return assets_alone;
-    snprintf(policy, bytes, "%s%s", ASSETS_POLICY, list);
-    for (char *comma = policy; (comma = strchr(comma, ','));) *comma = ' ';
-    return policy;
+/* Returns the scheme by which the client has come: that of this server's sockets, or what a proxy
+ * says that is trusted. */
+static const char *assets_scheme(const struct srv_exchange *exchange) {
+    const struct srv_service *service = exchange->service;
+    const char *said = exchange->field[SRV_SCHEME];
+    if (strcmp(srv_service_config(service)->tls_certificate, "none")) return "https";
+    if (!said || !srv_peer_trusted(srv_service_trusted(service), exchange->peer)) return "http";
+    return strcmp(said, "https") ? "http" : "https";
+}
+
+/* Writes the page with a tag at the end of its head, which tells of the frame of this link. */
+static enum pend_status assets_told(struct srv_exchange *exchange, const struct srv_asset *page) {
+    const char *end = strstr(page->plain, "</head>");
+    size_t head = end ? (size_t)(end - page->plain) : page->plain_bytes;
+    PEND_TRY(api_buffer_add(&exchange->answer, page->plain, head));
+    PEND_TRY(api_oembed_tag(assets_scheme(exchange), exchange->host, exchange->query,
+                            &exchange->answer));
+    return api_buffer_add(&exchange->answer, page->plain + head, page->plain_bytes - head);
+}
+
+/* Answers with the page of a link whose query says what is to be shown. */
+static void assets_telling(struct srv_exchange *exchange) {
+    const struct srv_asset *page = assets_find("index.html");
+    assert(page);
+    if (assets_told(exchange, page) != PEND_OK) {
+        srv_exchange_busy(exchange, 1, "out of memory");
+        return;
+    }
+    srv_exchange_answered(exchange, 200, page->media_type);
+    assets_fields(exchange, "no-cache", assets_policy(exchange, NULL));
 }
 
 void srv_assets_index(struct srv_exchange *exchange) {
+    const char *list = srv_service_config(exchange->service)->frame_ancestors;
     int embeds = assets_embeds(exchange->query);
-    assets_document(exchange, "index.html", embeds ? assets_framed(exchange) : assets_alone);
+    if (!embeds && strcmp(list, "none") && api_oembed_tells(exchange->query))
+        assets_telling(exchange);
+    else
+        assets_document(exchange, "index.html", assets_policy(exchange, embeds ? list : NULL));
+}
+
+void srv_assets_oembed(struct srv_exchange *exchange) {
+    const char *list = srv_service_config(exchange->service)->frame_ancestors;
+    struct api_oembed wanted;
+    struct api_problem problem;
+    api_problem_init(&problem);
+    enum pend_status status = api_oembed_read(exchange->query, exchange->host, &wanted, &problem);
+    if (status == PEND_INVALID)
+        srv_exchange_problem(exchange, problem.status, "%s", problem.detail);
+    else if (!strcmp(list, "none"))
+        srv_exchange_problem(exchange, 404,
+                             "this server's page is shown in no other page: the option "
+                             "--frame-ancestors");
+    else if (api_oembed_write(&wanted, &exchange->answer) != PEND_OK)
+        srv_exchange_busy(exchange, 1, "out of memory");
+    else
+        srv_exchange_answered(exchange, 200, "application/json");
+    api_problem_clear(&problem);
 }
 
 void srv_assets_room(struct srv_exchange *exchange) {
@@ -102,8 +156,13 @@ void srv_assets_room(struct srv_exchange *exchange) {
     srv_exchange_header(exchange, "Cache-Control", "no-cache");
 }
 
+void srv_assets_worker(struct srv_exchange *exchange) {
+    assets_document(exchange, "sw.js", assets_policy(exchange, NULL));
+    srv_exchange_header(exchange, "Service-Worker-Allowed", "/");
+}
+
 void srv_assets_docs(struct srv_exchange *exchange) {
-    assets_document(exchange, "docs.html", assets_alone);
+    assets_document(exchange, "docs.html", assets_policy(exchange, NULL));
 }
 
 void srv_assets_description(struct srv_exchange *exchange) {
@@ -114,7 +173,18 @@ void srv_assets_description(struct srv_exchange *exchange) {
                                           .plain_bytes = api_openapi_bytes,
                                           .packed = api_openapi_packed,
                                           .packed_bytes = api_openapi_packed_bytes};
-    assets_give(exchange, &description, "no-cache", assets_alone);
+    assets_give(exchange, &description, "no-cache", assets_policy(exchange, NULL));
+}
+
+void srv_assets_twin(struct srv_exchange *exchange) {
+    const struct srv_asset twin = {.path = "openapi-3.0.json",
+                                   .media_type = "application/json",
+                                   .etag = api_openapi_twin_etag,
+                                   .plain = api_openapi_twin_json,
+                                   .plain_bytes = api_openapi_twin_bytes,
+                                   .packed = api_openapi_twin_packed,
+                                   .packed_bytes = api_openapi_twin_packed_bytes};
+    assets_give(exchange, &twin, "no-cache", assets_policy(exchange, NULL));
 }
 
 void srv_assets_file(struct srv_exchange *exchange) {
@@ -123,8 +193,8 @@ void srv_assets_file(struct srv_exchange *exchange) {
     const char *name = exchange->argument;
     int ours = !strncmp(name, srv_assets_digest, digest) && name[digest] == '/';
     const struct srv_asset *asset = ours ? assets_find(name + digest + 1) : NULL;
-    if (asset && !assets_is_document(asset))
-        assets_give(exchange, asset, assets_for_ever, assets_alone);
+    if (asset && !assets_is_asked_anew(asset))
+        assets_give(exchange, asset, assets_for_ever, assets_policy(exchange, NULL));
     else
         srv_exchange_problem(exchange, 404, "the page of this server has no file %.200s",
                              exchange->path);

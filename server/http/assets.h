@@ -1,6 +1,7 @@
-/* The page's files and the API's description, compiled in: the routes /, /docs,
- * /page/DIGEST/FILE and /openapi.json.
- * Leaves to others: the files themselves (web/), making them C (assets_embed.py).
+/* The page's files and the API's description, compiled in: the routes /, /docs, /sw.js,
+ * /page/DIGEST/FILE, /openapi.json and /openapi-3.0.json; and how others show the page, /oembed.
+ * Leaves to others: the files themselves (web/), making them C (assets_embed.py), reading a link
+ * (api/call/oembed).
  * Invariant: files under /page/DIGEST never change, so a browser may keep them for ever. */
 #ifndef SRV_ASSETS_H
 #define SRV_ASSETS_H
@@ -22,20 +23,33 @@ struct srv_asset {
 extern const struct srv_asset srv_assets_table[];
 extern const int srv_assets_count;
 extern const char srv_assets_digest[]; /* of all files, 16 hexadecimal digits */
+extern const char srv_assets_policy[]; /* what documents may load, up to who may frame them */
 
 /** GET /: the page. Its embed view, /?embed=1, may be in frames of whom frame-ancestors lists;
- * everything else in none. */
+ * everything else in none. A readable link's document tells in its head where /oembed describes
+ * its frame. */
 void srv_assets_index(struct srv_exchange *exchange);
 
 /** GET /{room}: 302 to the page in the room of this code, /?room=CODE, whether there is one or not;
  * short enough for a blackboard. */
 void srv_assets_room(struct srv_exchange *exchange);
 
+/** GET /oembed: how a link to the page is shown in somebody else's page; 404 where frame-ancestors
+ * lists nobody. */
+void srv_assets_oembed(struct srv_exchange *exchange);
+
 /** GET /docs: the API's reference page. */
 void srv_assets_docs(struct srv_exchange *exchange);
 
+/** GET /sw.js: the page's service worker, which keeps the page in the browser. A proxy that answers
+ * 404 here ends it wherever it runs. */
+void srv_assets_worker(struct srv_exchange *exchange);
+
 /** GET /openapi.json. */
 void srv_assets_description(struct srv_exchange *exchange);
+
+/** GET /openapi-3.0.json. */
+void srv_assets_twin(struct srv_exchange *exchange);
 
 /** GET /page/{digest}/{file}: scripts, styles and fonts of both. 404 for another build's digest. */
 void srv_assets_file(struct srv_exchange *exchange);

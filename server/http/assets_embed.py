@@ -2,13 +2,15 @@
 
     assets_embed.py server/web BUNDLES MODULES LIB ENGINE    C source that defines srv_assets_table and its count
 
-Takes the HTML documents and the worksheets (sheets/*.json) of the first directory, the bundles of scripts and styles that assets_bundle.sh made of it, and of
+The style and the first script of index.html stand in it, allowed by their digests.
+Takes the HTML documents, the worksheets (sheets/*.json), the manifest and its icons of the first directory, the bundles of scripts and styles that assets_bundle.sh made of it, and of
 the npm packages in MODULES what a browser loads: uPlot, KaTeX and the QR
 code as ES modules, their styles, and the fonts; these are put into LIB as well, for pages that are served
 from their sources. ENGINE is the engine for browsers; an empty file, as on a machine that cannot make it, is left out. All of it is served under /page/DIGEST, a digest of all files, so that a
-browser may keep it for ever; @PAGE@ in an HTML document becomes that path, @ENGINE@ the attribute data-engine where there is one. Each file is there as it is and, where that
+browser may keep it for ever; @PAGE@ in an HTML document becomes that path, @ENGINE@ the attribute data-engine where there is one, @OFFLINE@ data-offline: there is a service worker, sw.js, which learns the path and, by @FILES@, the files. Each file is there as it is and, where that
 is shorter, gzipped at the best level. The same files give the same source.
 """
+import base64
 import gzip
 import hashlib
 import pathlib
@@ -23,6 +25,7 @@ MEDIA_TYPES = {
     ".txt": "text/plain; charset=utf-8",
     ".svg": "image/svg+xml",
     ".png": "image/png",
+    ".webmanifest": "application/manifest+json",
     ".woff2": "font/woff2",
     ".wasm": "application/wasm",
 }
@@ -31,6 +34,8 @@ MEDIA_TYPES = {
 def own_files(web, bundles):
     """The page's own files, by their names."""
     for path in sorted(web.glob("*.html")):
+        yield path.name, path.read_bytes()
+    for path in sorted([*web.glob("*.webmanifest"), *web.glob("icon*.*")]):
         yield path.name, path.read_bytes()
     for path in sorted(web.glob("sheets/*.json")):
         yield path.relative_to(web).as_posix(), path.read_bytes()
@@ -93,16 +98,50 @@ def c_bytes(data, width=120):
     yield '"' + "".join(line) + '"'
 
 
+def inlined(data, contents):
+    """The page with its style and with what runs first in it: two requests less before anything is seen; and what allows them."""
+    style, script = contents["page.css"].strip(), contents["early.js"].strip()
+    for part, end in ((style, b"</style"), (script, b"</script")):
+        if end in part or b"<!--" in part or b"</head>" in part:
+            sys.exit("assets_embed: a style or a script that would end before its end")
+    named = b'<link rel="stylesheet" href="@PAGE@/page.css">', b'<script type="module" src="@PAGE@/early.js" async></script>'
+    if any(data.count(name) != 1 for name in named):
+        sys.exit("assets_embed: index.html does not name its style and its first script once")
+    data = data.replace(named[0], b"<style>" + style + b"</style>")
+    return data.replace(named[1], b'<script type="module" async>' + script + b"</script>"), [source(part) for part in (script, style)]
+
+
+def source(text):
+    """How a policy names a script or a style that stands in a document."""
+    return "'sha256-" + base64.b64encode(hashlib.sha256(text).digest()).decode() + "'"
+
+
+def policy(script, style):
+    """What a document may load: this server's own, the engine (WebAssembly) among it; who may frame it stands behind."""
+    return (f"default-src 'none'; script-src 'self' 'wasm-unsafe-eval' {script}; style-src 'self' {style}; "
+            "img-src 'self' data: blob:; media-src blob:; font-src 'self'; connect-src 'self'; manifest-src 'self'; base-uri 'none'; "
+            "form-action 'none'; frame-ancestors ")
+
+
+def kept(files):
+    """What the service worker may keep: what is served under the digest."""
+    return [name for name, _ in files if not name.endswith(".html") and name != "sw.js"]
+
+
 def write(files, digest, out):
     engine = any(name == "engine.wasm" for name, _ in files)
     out.write('#include "server/http/assets.h"\n\n')
     rows = []
+    allowed = []
     for number, (name, data) in enumerate(files):
         suffix = pathlib.PurePosixPath(name).suffix
         if suffix not in MEDIA_TYPES:
             sys.exit(f"assets_embed: {name} has no media type; the table here has {' '.join(MEDIA_TYPES)}")
-        if suffix == ".html":
+        if name == "index.html":
+            data, allowed = inlined(data, dict(files))
+        if suffix == ".html" or name == "sw.js":
             data = data.replace(b"@PAGE@", f"/page/{digest}".encode()).replace(b"@ENGINE@", b" data-engine" if engine else b"")
+            data = data.replace(b"@OFFLINE@", b" data-offline").replace(b"@FILES@", " ".join(kept(files)).encode())
         packed = bytearray(gzip.compress(data, 9, mtime=0))
         packed[9] = 255  # the system it was made on, which Pythons name differently
         forms = [("plain", data)] + ([("packed", packed)] if len(packed) < len(data) else [])
@@ -113,7 +152,8 @@ def write(files, digest, out):
         tag = hashlib.sha256(data).hexdigest()[:32]
         second = f"packed_{number}, sizeof packed_{number} - 1" if len(forms) > 1 else "NULL, 0"
         rows.append(f'    {{"{name}", "{MEDIA_TYPES[suffix]}", "W/\\"{tag}\\"", plain_{number}, sizeof plain_{number} - 1, {second}}},\n')
-    out.write(f'\nconst char srv_assets_digest[] = "{digest}";\n\n')
+    out.write(f'\nconst char srv_assets_digest[] = "{digest}";\n')
+    out.write(f'const char srv_assets_policy[] = "{policy(*allowed)}";\n\n')
     out.write("const struct srv_asset srv_assets_table[] = {\n" + "".join(rows) + "};\n\n")
     out.write(f"const int srv_assets_count = {len(rows)};\n")
 

@@ -233,6 +233,7 @@ static enum MHD_Result connection_body(struct connection *connection, const char
     enum pend_status status = api_buffer_add(&exchange->body, data, bytes);
     if (status == PEND_LIMIT)
         srv_exchange_problem(exchange, 413,
+                             API_TYPE_LIMIT
                              "the body has more bytes than the limit max-body-bytes of %.0f",
                              srv_service_config(exchange->service)->limits.body_bytes);
     else if (status != PEND_OK)

@@ -64,6 +64,7 @@ void srv_connection_share_refuse(struct srv_exchange *exchange, enum srv_surplus
         return;
     }
     srv_exchange_problem(exchange, 429,
+                         API_TYPE_RATE
                          "you have more connections open than max-client-connections, %d",
                          srv_connection_share(srv_service_config(exchange->service)));
     srv_exchange_retry(exchange, 1);

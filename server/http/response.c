@@ -8,6 +8,7 @@
 #include <sys/uio.h>
 #include <time.h>
 
+#include "api/call/job_json.h"
 #include "server/protocol/cors.h"
 #include "server/jobs/events.h"
 #include "server/work/inflight.h"
@@ -87,12 +88,53 @@ static int response_number(struct MHD_Response *response, const char *name, doub
     return response_field(response, name, text);
 }
 
+/* The fields of draft-ietf-httpapi-ratelimit-headers-10; those of draft 03 stay for the programs
+ * that read them. */
+static int response_policy(struct MHD_Response *response, const struct srv_quota *quota) {
+    char text[80];
+    snprintf(text, sizeof text, "\"requests\";q=%.0f;w=60", quota->limit);
+    if (!response_field(response, "RateLimit-Policy", text)) return 0;
+    snprintf(text, sizeof text, "\"requests\";r=%.0f;t=%.0f", floor(quota->left),
+             ceil(quota->refresh));
+    return response_field(response, "RateLimit", text);
+}
+
 static int response_quota(struct MHD_Response *response, const struct srv_exchange *exchange) {
     const struct srv_quota *quota = &exchange->quota;
     if (quota->refresh <= 0) return 1;
     return response_number(response, "RateLimit-Limit", quota->limit) &&
            response_number(response, "RateLimit-Remaining", floor(quota->left)) &&
-           response_number(response, "RateLimit-Reset", ceil(quota->refresh));
+           response_number(response, "RateLimit-Reset", ceil(quota->refresh)) &&
+           response_policy(response, quota);
+}
+
+/* The fields of RFC 9745 and RFC 8594, where the operator announces that the interface ages. */
+static int response_ages(struct MHD_Response *response, const struct srv_exchange *exchange) {
+    const struct srv_config *config = srv_service_config(exchange->service);
+    int64_t us;
+    char text[48];
+    struct tm part;
+    int good = 1, aged = api_job_instant(config->deprecated, &us);
+    if (!exchange->path || strncmp(exchange->path, "/v1/", 4) != 0) return 1;
+    if (aged) {
+        snprintf(text, sizeof text, "@%lld", (long long)(us / 1000000));
+        good = response_field(response, "Deprecation", text);
+    }
+    if (api_job_instant(config->sunset, &us)) {
+        time_t at = (time_t)(us / 1000000);
+        strftime(text, sizeof text, "%a, %d %b %Y %H:%M:%S GMT", gmtime_r(&at, &part));
+        good = good && response_field(response, "Sunset", text);
+        aged = 1;
+    }
+    return good && (!aged || response_field(response, "Link",
+                                            "</docs#deprecation>; rel=\"deprecation\", "
+                                            "</docs#deprecation>; rel=\"sunset\""));
+}
+
+/* What depends on who asks and on the operator. */
+static int response_client(struct MHD_Response *response, const struct srv_exchange *exchange) {
+    return response_cors(response, exchange) && response_quota(response, exchange) &&
+           response_ages(response, exchange);
 }
 
 static int response_fields(struct MHD_Response *response, const struct srv_exchange *exchange) {
@@ -108,7 +150,7 @@ static int response_fields(struct MHD_Response *response, const struct srv_excha
     good = good && response_field(response, "X-Content-Type-Options", "nosniff");
     if (exchange->trace) good = good && response_field(response, "Traceparent", exchange->trace);
     if (exchange->close) good = good && response_field(response, "Connection", "close");
-    return good && response_cors(response, exchange) && response_quota(response, exchange);
+    return good && response_client(response, exchange);
 }
 
 /* --- bodies --- */

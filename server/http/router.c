@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "api/json/name_meant.h"
+
 #include "server/work/admission.h"
 #include "server/work/result.h"
 #include "server/http/assets.h"
@@ -13,6 +15,7 @@
 #include "server/work/compute.h"
 #include "server/protocol/cors.h"
 #include "server/base/hosts.h"
+#include "server/jobs/job_list.h"
 #include "server/jobs/job_results.h"
 #include "server/jobs/jobs.h"
 #include "server/http/probes.h"
@@ -58,10 +61,11 @@ static const struct srv_route router_table[] = {
     ROUTER_LATER("GET", "/v1/scenes/{id}", srv_scenes_read, 0),
     ROUTER_LATER("DELETE", "/v1/scenes/{id}", srv_scenes_drop,
                  SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
-    ROUTER_LATER("GET", "/v1/jobs", srv_jobs_list, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
+    ROUTER_LATER("GET", "/v1/jobs", srv_job_list, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
     ROUTER_LATER("GET", "/v1/jobs/{id}", srv_jobs_read, 0),
     ROUTER_LATER("DELETE", "/v1/jobs/{id}", srv_jobs_dismiss, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
     ROUTER_LATER("GET", "/v1/jobs/{id}/events", srv_jobs_events, 0),
+    ROUTER_LATER("GET", "/v1/jobs/{id}/request", srv_job_request, SRV_ROUTE_COUNTED),
     ROUTER_LATER("GET", "/v1/jobs/{id}/results", srv_job_results, SRV_ROUTE_COUNTED),
     ROUTER_LATER("DELETE", "/v1/clients/{name}", srv_erasure, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
     ROUTER_LATER("POST", "/v1/classes", srv_classes_create, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
@@ -76,9 +80,12 @@ static const struct srv_route router_table[] = {
     ROUTER_LATER("DELETE", "/v1/classes/{code}/{kind}/{id}", srv_classes_remove, SRV_ROUTE_COUNTED),
     ROUTER_AT_ONCE("GET", "/", srv_assets_index, 0),
     ROUTER_AT_ONCE("GET", "/{room}", srv_assets_room, 0),
+    ROUTER_AT_ONCE("GET", "/oembed", srv_assets_oembed, 0),
     ROUTER_AT_ONCE("GET", "/docs", srv_assets_docs, 0),
+    ROUTER_AT_ONCE("GET", "/sw.js", srv_assets_worker, 0),
     ROUTER_AT_ONCE("GET", "/page/{digest}/{file}", srv_assets_file, 0),
     ROUTER_AT_ONCE("GET", "/openapi.json", srv_assets_description, 0),
+    ROUTER_AT_ONCE("GET", "/openapi-3.0.json", srv_assets_twin, 0),
     ROUTER_AT_ONCE("GET", "/healthz", srv_probes_health, SRV_ROUTE_ANY_HOST | SRV_ROUTE_PROBE),
     ROUTER_AT_ONCE("GET", "/version", srv_probes_version, SRV_ROUTE_PROBE),
     ROUTER_AT_ONCE("GET", "/readyz", srv_probes_readiness, SRV_ROUTE_ANY_HOST | SRV_ROUTE_PROBE),
@@ -89,7 +96,8 @@ static const struct srv_route router_table[] = {
 enum {
     ROUTER_COUNT = sizeof router_table / sizeof *router_table,
     ROUTER_ALLOW = 64,
-    ROUTER_LABEL = 64
+    ROUTER_LABEL = 64,
+    ROUTER_PATH = 64 /* the longest path that is compared with those that are there */
 };
 
 _Static_assert((int)ROUTER_COUNT < (int)SRV_METRIC_ROUTES, "every route has its counters");
@@ -196,6 +204,25 @@ static void router_options(struct srv_exchange *exchange) {
     srv_exchange_header(exchange, "Access-Control-Max-Age", "86400");
 }
 
+/* The pattern that was probably meant by a path that does not exist, or NULL: without its last
+ * slash, without the first step, under /v1, or with other letters. */
+static const char *router_meant(const char *path) {
+    const char *patterns[ROUTER_COUNT + 1] = {0}, *last = strrchr(path, '/');
+    char whole[ROUTER_PATH];
+    size_t bytes = strlen(path);
+    if (bytes + sizeof "/v1" > sizeof whole || !last) return NULL;
+    if (!last[1]) bytes--;
+    for (int i = 0; i < ROUTER_COUNT; i++) patterns[i] = router_table[i].pattern;
+    snprintf(whole, sizeof whole, "%.*s", (int)bytes, path);
+    const char *meant = api_name_nearest(whole, patterns);
+    if (meant && strlen(meant) > 4) return meant;
+    last = strrchr(whole, '/');
+    if (!last || strlen(last) < 4) return NULL;
+    char under[ROUTER_PATH];
+    snprintf(under, sizeof under, "/v1%s", last);
+    return api_name_nearest(under, patterns);
+}
+
 /* Answers OPTIONS, 404 or 405 if there is no route. */
 static int router_exists(struct srv_exchange *exchange) {
     if (exchange->route) return 1;
@@ -215,8 +242,9 @@ static int router_exists(struct srv_exchange *exchange) {
     if (options && !strcmp(exchange->path, "*"))
         strcpy(allow, "GET, HEAD, POST, PUT, QUERY, DELETE, OPTIONS");
     if (!allow[0]) {
-        srv_exchange_problem(exchange, 404, "there is nothing at %.200s; see /openapi.json",
-                             exchange->path);
+        const char *meant = router_meant(exchange->path);
+        srv_exchange_problem(exchange, 404, "there is nothing at %.200s; %s%s", exchange->path,
+                             meant ? "did you mean " : "see /openapi.json", meant ? meant : "");
         return 0;
     }
     if (options)
@@ -322,6 +350,7 @@ static int router_origin(struct srv_exchange *exchange) {
     }
     srv_exchange_problem(
         exchange, 403,
+        API_TYPE_ORIGIN
         "a web page of the origin %.100s may compute here and read by id, and no more: the option "
         "cors-origins lists pages that may make, list and end jobs and scenes",
         exchange->field[SRV_ORIGIN]);

@@ -14,7 +14,12 @@
 
 #include "server/base/secret.h"
 
-enum { TLS_CHAIN = 16, TLS_FILE = 1 << 20, TLS_ID = 64 };
+enum {
+    TLS_CHAIN = 16,
+    TLS_FILE = 1 << 20,
+    TLS_ID = 64,
+    TLS_FILES = 4 /* certificate, key, authority of clients, lists of what it has revoked */
+};
 
 const char srv_tls_priorities[] = "NORMAL:-VERS-ALL:+VERS-TLS1.3:+VERS-TLS1.2:%SERVER_PRECEDENCE";
 
@@ -29,7 +34,8 @@ struct tls_set {
 };
 
 struct srv_tls {
-    char certificate[SRV_CONFIG_TEXT], key[SRV_CONFIG_TEXT], authority[SRV_CONFIG_TEXT];
+    char certificate[SRV_CONFIG_TEXT], key[SRV_CONFIG_TEXT], authority[SRV_CONFIG_TEXT],
+        revoked[SRV_CONFIG_TEXT];
     pthread_mutex_t lock; /* guards set */
     struct tls_set *set;
     struct api_buffer asked; /* the authority's PEM text at the start */
@@ -146,9 +152,54 @@ static enum pend_status tls_authority(const struct srv_tls *tls, struct tls_set 
                      code ? code : GNUTLS_E_NO_CERTIFICATE_FOUND, error);
 }
 
-/* Parses the texts of the three files. */
+/* Whether each list is signed by one of the authorities in the text, and none is overdue. */
+static enum pend_status tls_lists_fit(const struct srv_tls *tls, const gnutls_x509_crl_t list[],
+                                      unsigned count, const struct api_buffer *authority,
+                                      struct pend_error *error) {
+    gnutls_x509_crt_t *issuer = NULL;
+    unsigned issuers = 0, wrong = 0, status = 0;
+    gnutls_datum_t data = tls_datum(authority);
+    int code = gnutls_x509_crt_list_import2(&issuer, &issuers, &data, GNUTLS_X509_FMT_PEM, 0);
+    for (unsigned i = 0; code >= 0 && i < count; i++) {
+        code = gnutls_x509_crl_verify(list[i], issuer, issuers, 0, &status);
+        wrong |= status;
+    }
+    for (unsigned i = 0; i < issuers; i++) gnutls_x509_crt_deinit(issuer[i]);
+    gnutls_free(issuer);
+    if (code >= 0 && count && !wrong) return PEND_OK;
+    return pend_fail(error, PEND_INVALID, -1, 0, "the list of revoked certificates %.150s %s",
+                     tls->revoked,
+                     wrong & GNUTLS_CERT_REVOCATION_DATA_SUPERSEDED
+                         ? "is overdue: the time for the next one has passed"
+                         : "is not signed by the authority of clients");
+}
+
+/* Adds the lists of revoked certificates to the set. */
+static enum pend_status tls_revoked(const struct srv_tls *tls, struct tls_set *set,
+                                    const struct api_buffer text[TLS_FILES],
+                                    struct pend_error *error) {
+    gnutls_x509_crl_t *list = NULL;
+    unsigned count = 0, added = 0;
+    gnutls_datum_t data = tls_datum(&text[3]);
+    int code = gnutls_x509_crl_list_import2(&list, &count, &data, GNUTLS_X509_FMT_PEM, 0);
+    if (code < 0) return tls_wrong("the list of revoked certificates", tls->revoked, code, error);
+    enum pend_status status = tls_lists_fit(tls, list, count, &text[2], error);
+    /* What is added belongs to the set; of two lists of one authority the newer one stays, and 0 is
+     * returned. */
+    while (status == PEND_OK && added < count) {
+        code = gnutls_x509_trust_list_add_crls(set->trust, &list[added], 1, 0, 0);
+        added++;
+        if (code < 0)
+            status = tls_wrong("the list of revoked certificates", tls->revoked, code, error);
+    }
+    for (unsigned i = added; i < count; i++) gnutls_x509_crl_deinit(list[i]);
+    gnutls_free(list);
+    return status;
+}
+
+/* Parses the texts of the files. */
 static enum pend_status tls_fill(const struct srv_tls *tls, struct tls_set *set,
-                                 struct api_buffer text[3], struct pend_error *error) {
+                                 struct api_buffer text[TLS_FILES], struct pend_error *error) {
     gnutls_x509_privkey_t key = NULL;
     gnutls_datum_t data = tls_datum(&text[1]);
     int code = gnutls_x509_privkey_init(&key);
@@ -158,28 +209,39 @@ static enum pend_status tls_fill(const struct srv_tls *tls, struct tls_set *set,
     enum pend_status status = code < 0 ? tls_wrong("the key", tls->key, code, error)
                                        : tls_chain(tls, set, &text[0], key, error);
     if (status == PEND_OK && text[2].bytes) status = tls_authority(tls, set, &text[2], error);
+    if (status == PEND_OK && strcmp(tls->revoked, "none"))
+        status = tls_revoked(tls, set, text, error);
     if (key) gnutls_x509_privkey_deinit(key);
     return status;
+}
+
+/* Reads the files about clients' certificates that there are. */
+static enum pend_status tls_read_clients(const struct srv_tls *tls,
+                                         struct api_buffer text[TLS_FILES],
+                                         struct pend_error *error) {
+    if (strcmp(tls->authority, "none"))
+        PEND_TRY(tls_read("the authority of clients", tls->authority, &text[2], error));
+    if (!strcmp(tls->revoked, "none")) return PEND_OK;
+    return tls_read("the list of revoked certificates", tls->revoked, &text[3], error);
 }
 
 /* Reads the files into a new set. */
 static enum pend_status tls_load(struct srv_tls *tls, struct tls_set **set,
                                  struct pend_error *error) {
-    struct api_buffer text[3];
+    struct api_buffer text[TLS_FILES];
     struct tls_set *made = *set = calloc(1, sizeof *made);
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
-    for (int i = 0; i < 3; i++) api_buffer_init(&text[i], TLS_FILE);
+    for (int i = 0; i < TLS_FILES; i++) api_buffer_init(&text[i], TLS_FILE);
     enum pend_status status = tls_read("the certificate", tls->certificate, &text[0], error);
     if (status == PEND_OK) status = srv_secret_read(tls->key, &text[1], NULL, error);
-    if (status == PEND_OK && strcmp(tls->authority, "none"))
-        status = tls_read("the authority of clients", tls->authority, &text[2], error);
+    if (status == PEND_OK) status = tls_read_clients(tls, text, error);
     if (status == PEND_OK) status = tls_fill(tls, made, text, error);
     if (status == PEND_OK && !tls->asked.bytes && text[2].bytes)
         status = api_buffer_add(&tls->asked, text[2].data, text[2].bytes) == PEND_OK
                      ? api_buffer_add(&tls->asked, "", 1)
                      : PEND_NO_MEMORY;
     if (text[1].data) explicit_bzero(text[1].data, text[1].bytes);
-    for (int i = 0; i < 3; i++) api_buffer_clear(&text[i]);
+    for (int i = 0; i < TLS_FILES; i++) api_buffer_clear(&text[i]);
     if (status == PEND_OK) return status;
     tls_set_free(made);
     *set = NULL;
@@ -195,12 +257,16 @@ enum pend_status srv_tls_new(struct srv_tls **tls, const struct srv_config *conf
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "--tls-certificate and --tls-key go together, and "
                          "--tls-client-authority with both");
+    if (strcmp(config->tls_client_revoked, "none") && !strcmp(config->tls_client_authority, "none"))
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "--tls-client-revoked goes with --tls-client-authority");
     if (!sealed) return PEND_OK;
     struct srv_tls *made = calloc(1, sizeof *made);
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     memcpy(made->certificate, config->tls_certificate, sizeof made->certificate);
     memcpy(made->key, config->tls_key, sizeof made->key);
     memcpy(made->authority, config->tls_client_authority, sizeof made->authority);
+    memcpy(made->revoked, config->tls_client_revoked, sizeof made->revoked);
     pthread_mutex_init(&made->lock, NULL);
     api_buffer_init(&made->asked, TLS_FILE);
     enum pend_status status = tls_load(made, &made->set, error);
@@ -275,6 +341,10 @@ static unsigned tls_shown(gnutls_session_t session, gnutls_x509_crt_t list[TLS_C
 }
 
 static const char *tls_reason(unsigned status) {
+    if (status & GNUTLS_CERT_REVOKED) return "it was revoked";
+    if (status &
+        (GNUTLS_CERT_REVOCATION_DATA_SUPERSEDED | GNUTLS_CERT_REVOCATION_DATA_ISSUED_IN_FUTURE))
+        return "the server's list of revoked certificates is out of date";
     if (status & GNUTLS_CERT_EXPIRED) return "it has expired";
     if (status & GNUTLS_CERT_NOT_ACTIVATED) return "its time has not begun";
     if (status & GNUTLS_CERT_SIGNER_NOT_FOUND) return "another authority has signed it";

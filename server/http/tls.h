@@ -17,7 +17,8 @@ enum { SRV_TLS_WHY = 160 };
 struct srv_tls;
 
 /**
- * Reads the certificate, its key and the authority of clients' certificates that the options name.
+ * Reads the certificate, its key, the authority of clients' certificates and the lists of those
+ * that it has revoked, as the options name them.
  *
  * tls  out; NULL where no option names a certificate, and on failure. Ends with srv_tls_free.
  *

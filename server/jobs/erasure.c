@@ -15,9 +15,9 @@ static const struct srv_store_request_words erasure_words = {
 /* Erases a piece of what is stored of the client `before`; count is 0 once nothing is left. */
 static enum srv_stored erasure_piece(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
-    enum srv_stored stored = srv_store_erase_jobs(store, asked->before, &asked->count);
+    enum srv_stored stored = srv_store_erase_jobs(store, asked->client, &asked->count);
     if (stored != SRV_STORED || asked->count) return stored;
-    return srv_store_erase_scenes(store, asked->before, &asked->count);
+    return srv_store_erase_scenes(store, asked->client, &asked->count);
 }
 
 static void erasure_done(struct srv_store_request *asked, enum srv_stored stored) {
@@ -51,13 +51,14 @@ static int erasure_whom(struct srv_exchange *exchange, char key[SRV_IDENTITY_KEY
     }
     if (identity->role == SRV_ROLE_NONE) {
         srv_exchange_problem(exchange, 403,
+                             API_TYPE_ROLE
                              "what is kept of others is an operator's to erase, and this server "
                              "has no keys that could tell one: the option --keys");
         return 0;
     }
     if (identity->role != SRV_ROLE_OPERATOR) {
         srv_admission_forbid(exchange, SRV_ROLE_OPERATOR,
-                             "what is kept of others is not yours to erase");
+                             API_TYPE_ROLE "what is kept of others is not yours to erase");
         return 0;
     }
     if (srv_identity_named(exchange->argument, key)) return 1;
@@ -75,7 +76,7 @@ void srv_erasure(struct srv_exchange *exchange) {
     if (!key)
         srv_exchange_problem(exchange, 431, "the request's head is too long");
     else if (erasure_whom(exchange, key)) {
-        asked->before = key;
+        asked->client = key;
         srv_store_request_ask(asked, SRV_ASK_WRITE, erasure_piece, erasure_done);
         return;
     }

@@ -61,10 +61,12 @@ static void results_found(struct srv_store_request *asked, enum srv_stored store
     else if (job->state <= SRV_JOB_RUNNING)
         srv_exchange_problem(
             exchange, 409,
+            API_TYPE_NOT_DONE
             "the job is %s, with %ld of %ld parts done: its results come with its end",
             srv_job_word(job->state), job->done, job->parts);
     else
-        srv_exchange_problem(exchange, 409, "the job has no results: it is %s%s%.200s",
+        srv_exchange_problem(exchange, 409,
+                             API_TYPE_NO_RESULTS "the job has no results: it is %s%s%.200s",
                              srv_job_word(job->state), job->message[0] ? ": " : "", job->message);
     srv_store_request_end(asked);
 }
@@ -72,4 +74,36 @@ static void results_found(struct srv_store_request *asked, enum srv_stored store
 void srv_job_results(struct srv_exchange *exchange) {
     struct srv_store_request *asked = srv_store_request_begin_one(exchange);
     if (asked) srv_store_request_ask(asked, SRV_ASK_READ, results_find, results_found);
+}
+
+/* --- the request --- */
+
+static enum srv_stored request_find(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
+    enum srv_stored stored = srv_store_job(store, asked->id, &asked->job);
+    if (stored != SRV_STORED || asked->job.state > SRV_JOB_SUCCESSFUL) return stored;
+    free(asked->request);
+    return srv_store_job_request(store, asked->id, &asked->request, &asked->request_bytes);
+}
+
+static void request_found(struct srv_store_request *asked, enum srv_stored stored) {
+    struct srv_exchange *exchange = asked->exchange;
+    if (stored != SRV_STORED) {
+        srv_store_request_refuse(asked, stored);
+    } else if (!asked->request || !asked->request_bytes) {
+        srv_exchange_problem(exchange, 409,
+                             API_TYPE_NO_RESULTS "the job's request is not kept: it is %s",
+                             srv_job_word(asked->job.state));
+    } else if (api_buffer_add(&exchange->answer, asked->request, asked->request_bytes) != PEND_OK) {
+        srv_exchange_busy(exchange, 1, "out of memory");
+    } else {
+        srv_exchange_answered(exchange, 200, "application/json");
+        srv_exchange_header(exchange, "Cache-Control", "no-store");
+    }
+    srv_store_request_end(asked);
+}
+
+void srv_job_request(struct srv_exchange *exchange) {
+    struct srv_store_request *asked = srv_store_request_begin_one(exchange);
+    if (asked) srv_store_request_ask(asked, SRV_ASK_READ, request_find, request_found);
 }

@@ -1,4 +1,5 @@
-/* The route of a job's results, in the representation that the client accepts.
+/* The routes of a job's results, in the representation that the client accepts, and of its
+ * request.
  * Leaves to others: the encoding (compute, api/call/results), the parts in the store.
  * Invariant: the same job, representation and engine: the same bytes, whenever and from
  * whichever process. */
@@ -9,5 +10,9 @@
 
 /** GET /v1/jobs/{id}/results. Who knows the id may ask. */
 void srv_job_results(struct srv_exchange *exchange);
+
+/** GET /v1/jobs/{id}/request: the request as it is kept. Who knows the id may
+ * ask. 409 for a job that failed or was dismissed, which has none any more. */
+void srv_job_request(struct srv_exchange *exchange);
 
 #endif

@@ -20,6 +20,8 @@ struct api_job srv_job_view(const struct srv_job *job) {
                             .operation = job->operation,
                             .status = srv_job_word(job->state),
                             .message = job->message,
+                            .title = job->title,
+                            .version = job->version,
                             .owner = srv_identity_word(job->client),
                             .parts = job->parts,
                             .done = job->done,
@@ -27,7 +29,9 @@ struct api_job srv_job_view(const struct srv_job *job) {
                             .started = job->started,
                             .finished = job->finished,
                             .expires = job->expires,
+                            .bytes = job->bytes,
                             .remaining = job_remaining(job),
+                            .request = job->state <= SRV_JOB_SUCCESSFUL,
                             .results = job->state == SRV_JOB_SUCCESSFUL};
 }
 

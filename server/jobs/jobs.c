@@ -8,15 +8,18 @@
 #include <strings.h>
 #include <sys/random.h>
 
+#include "api/base/engine.h"
+#include "api/base/text.h"
 #include "api/call/part.h"
 #include "server/work/admission.h"
 #include "server/jobs/store_request.h"
 #include "server/jobs/job_events.h"
 #include "server/work/hold.h"
 #include "server/jobs/job_view.h"
+#include "server/work/cells.h"
 #include "server/jobs/part_runner.h"
 
-enum { JOBS_PAGE = 100, JOBS_DEFAULT = 20, JOBS_COST = 3, JOBS_SPARE = 64 };
+enum { JOBS_COST = 3, JOBS_SPARE = 64 };
 
 static const char jobs_json[] = "application/json";
 
@@ -37,7 +40,7 @@ static void jobs_answer_job(struct srv_exchange *exchange, int status, const str
     jobs_written(exchange, status, api_job_write(&view, &exchange->answer));
 }
 
-/* --- Prefer, Idempotency-Key and the query --- */
+/* --- Prefer, Idempotency-Key and Job-Title --- */
 
 /* The text behind a preference (RFC 7240) in the list, NULL if it is not there. */
 static const char *jobs_prefers(const char *list, const char *name) {
@@ -93,25 +96,29 @@ static int jobs_read_key(const char *text, char key[SRV_STORE_REQUEST_KEY + 1]) 
     return 1;
 }
 
-/* Reads before=ID and limit=N. Returns 0 for any other query. */
-static int jobs_read_query(const char *query, struct srv_store_request *asked) {
-    asked->most = JOBS_DEFAULT;
-    for (const char *at = query; at && *at; at = strchr(at, '&') ? strchr(at, '&') + 1 : NULL) {
-        size_t bytes = strcspn(at, "&");
-        if (!strncmp(at, "before=", 7) && bytes == 7 + SRV_ID_BYTES - 1) {
-            memcpy(asked->id, at + 7, SRV_ID_BYTES - 1);
-            asked->before = asked->id;
-            if (!srv_store_request_id_good(asked->id)) return 0;
-        } else if (!strncmp(at, "limit=", 6) && bytes > 6 && bytes < 10 &&
-                   strspn(at + 6, "0123456789") == bytes - 6) {
-            asked->most = atoi(at + 6);
-            if (asked->most < 1 || asked->most > JOBS_PAGE) return 0;
-        } else {
-            return 0;
-        }
+/* The digit of a hexadecimal letter, -1 for any other. */
+static int jobs_hex(char letter) {
+    static const char digits[] = "0123456789abcdefABCDEF";
+    const char *at = letter ? strchr(digits, letter) : NULL;
+    if (!at) return -1;
+    return (int)(at - digits) - (at - digits > 15 ? 6 : 0);
+}
+
+int srv_jobs_title(const char *text, size_t bytes, char title[SRV_TITLE_BYTES]) {
+    size_t count = 0;
+    for (size_t i = 0; i < bytes; i++) {
+        int escape = text[i] == '%', high = escape && i + 2 < bytes ? jobs_hex(text[i + 1]) : -1;
+        int low = high >= 0 ? jobs_hex(text[i + 2]) : -1;
+        if (escape && low < 0) return 0;
+        unsigned char byte = (unsigned char)(escape ? 16 * high + low : text[i]);
+        if (byte < ' ' || byte == 127 || count + 1 == SRV_TITLE_BYTES) return 0;
+        title[count++] = (char)byte;
+        i += escape ? 2 : 0;
     }
-    assert(asked->most >= 1 && asked->most <= JOBS_PAGE);
-    return 1;
+    title[count] = 0;
+    for (size_t at = 0, length; at < count; at += length)
+        if (!(length = (size_t)api_text_utf8(title + at, count - at))) return 0;
+    return count > 0;
 }
 
 /* --- submitting --- */
@@ -136,7 +143,11 @@ static enum srv_stored jobs_put(struct srv_store *store, struct srv_store_call *
     assert(asked->parts >= 1 && asked->id[0] && asked->cost_us >= 0);
     const struct srv_exchange *exchange = asked->exchange;
     const struct srv_identity *who = &exchange->identity;
+    char version[SRV_VERSION_BYTES];
+    snprintf(version, sizeof version, "%s+%s", API_VERSION, api_engine_name);
     struct srv_job_order order = {.id = asked->id,
+                                  .title = asked->title,
+                                  .version = version,
                                   .client = who->key,
                                   .source = who->source,
                                   .operation = api_op_at(exchange->op)->name,
@@ -208,18 +219,47 @@ static int jobs_fit(struct srv_exchange *exchange, const struct api_plan *plan, 
     if (srv_hold_never(config, bytes))
         srv_exchange_problem(
             exchange, 422,
+            API_TYPE_LIMIT
             "a part of this job would take about %.0f bytes of memory while it is computed, and "
             "max-held-bytes leaves at most %.0f to one",
             bytes, srv_hold_most(config));
     else if (plan->kept > answer)
         srv_exchange_problem(
             exchange, 422,
+            API_TYPE_LIMIT
             "a part of this job would have at least %.0f bytes of results, more than "
             "max-answer-bytes allows: %.0f; ask for fewer instants, members or columns",
             plan->kept, answer);
     else
         return 1;
     return 0;
+}
+
+/* Has a request read as a job's, by a process of its own where that is asked for. Returns as
+ * api_plan_read does. */
+static int jobs_read_plan(struct srv_store_request *asked, const struct api_request *request,
+                          struct api_plan *plan) {
+    struct srv_exchange *exchange = asked->exchange;
+    const struct srv_service *service = exchange->service;
+    const struct api_limits *limits = srv_service_job_limits(service);
+    double seconds = service->config.job_part_seconds;
+    struct pend_error error = {.text = ""};
+    struct srv_cell *cell;
+    if (!service->cells)
+        return api_plan_read(plan, request, limits, seconds, &asked->body, &exchange->answer);
+    if (srv_cell_new(&cell, service->cells, srv_service_config(service)->limits.compute_seconds,
+                     &error) != PEND_OK) {
+        struct api_problem problem;
+        api_problem_init(&problem);
+        api_problem_set(&problem, 503, "%s", error.text);
+        if (api_problem_write(&problem, &exchange->answer) != PEND_OK) exchange->answer.bytes = 0;
+        api_problem_clear(&problem);
+        return 503;
+    }
+    int http = api_plan_relay(plan, &cell->relay, request, limits, seconds, &asked->body,
+                              &exchange->answer);
+    srv_cell_free(&cell);
+    return http;
 }
 
 /* Reads the whole request. Returns 1 if the job may be stored; else the exchange is answered. */
@@ -234,8 +274,7 @@ static int jobs_plan(struct srv_store_request *asked) {
                                   .body = exchange->body.bytes ? exchange->body.data : NULL,
                                   .body_bytes = exchange->body.bytes};
     api_buffer_init(&asked->body, exchange->body.bytes + JOBS_SPARE);
-    int http = api_plan_read(&plan, &request, srv_service_job_limits(service),
-                             service->config.job_part_seconds, &asked->body, &exchange->answer);
+    int http = jobs_read_plan(asked, &request, &plan);
     if (http) {
         srv_exchange_answered(exchange, http, "application/problem+json");
         return 0;
@@ -243,6 +282,7 @@ static int jobs_plan(struct srv_store_request *asked) {
     if (plan.cost > JOBS_COST * limit) {
         srv_exchange_problem(
             exchange, 422,
+            API_TYPE_LIMIT
             "this would compute for about %.0f s, longer than max-job-seconds allows: %.15g s",
             plan.cost, limit);
         return 0;
@@ -265,6 +305,15 @@ void srv_jobs_submit(struct srv_exchange *exchange) {
         srv_exchange_problem(exchange, 400,
                              "Idempotency-Key must be 1 to %d visible ASCII characters",
                              SRV_STORE_REQUEST_KEY);
+        srv_store_request_end(asked);
+        return;
+    }
+    const char *title = exchange->field[SRV_JOB_TITLE];
+    if (title && !srv_jobs_title(title, strlen(title), asked->title)) {
+        srv_exchange_problem(exchange, 400,
+                             "Job-Title must be 1 to %d bytes of UTF-8 without control characters; "
+                             "what is not ASCII, and %%, may be percent-encoded",
+                             SRV_TITLE_BYTES - 1);
         srv_store_request_end(asked);
         return;
     }
@@ -317,6 +366,7 @@ static void jobs_denied(struct srv_exchange *exchange, const struct srv_job *job
     if (named || (strcmp(owner, "token") != 0 && strcmp(owner, "key") != 0))
         srv_exchange_problem(
             exchange, 403,
+            API_TYPE_OWNER
             "this job is not yours to end: it was posted %s, and only from there it can be ended",
             !strcmp(owner, "token")     ? "with another token"
             : !strcmp(owner, "key")     ? "with another key"
@@ -387,57 +437,4 @@ void srv_jobs_events(struct srv_exchange *exchange) {
     struct srv_store_request *asked = srv_store_request_begin_one(exchange);
     if (!asked) return;
     srv_store_request_ask(asked, SRV_ASK_READ, srv_store_request_find, jobs_found_events);
-}
-
-/* --- many jobs --- */
-
-static enum srv_stored jobs_find_page(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
-    return srv_store_list(store, asked->exchange->identity.key, asked->before, asked->most,
-                          asked->page, &asked->count);
-}
-
-static void jobs_found_page(struct srv_store_request *asked, enum srv_stored stored) {
-    assert(asked->count >= 0 && asked->count <= JOBS_PAGE);
-    struct srv_exchange *exchange = asked->exchange;
-    struct api_job view[JOBS_PAGE];
-    char next[96];
-    if (stored != SRV_STORED) {
-        srv_store_request_refuse(asked, stored);
-    } else {
-        for (int i = 0; i < asked->count; i++) view[i] = srv_job_view(&asked->page[i]);
-        int full = asked->count == asked->most;
-        if (full)
-            snprintf(next, sizeof next, "/v1/jobs?before=%s&limit=%d", view[asked->count - 1].id,
-                     asked->most);
-        jobs_written(exchange, 200,
-                     api_jobs_write(view, asked->count, full ? next : NULL, &exchange->answer));
-    }
-    srv_store_request_end(asked);
-}
-
-void srv_jobs_list(struct srv_exchange *exchange) {
-    struct srv_store_request *asked = srv_store_request_begin(exchange, &srv_store_request_jobs);
-    if (!asked) return;
-    if (!jobs_read_query(exchange->query, asked)) {
-        srv_exchange_problem(exchange, 422,
-                             "the query may say before=ID and limit=1 to %d, got ?%.100s",
-                             JOBS_PAGE, exchange->query);
-        srv_store_request_end(asked);
-        return;
-    }
-    if (exchange->identity.kind == SRV_IDENTITY_ADDRESS) {
-        srv_admission_challenge(
-            exchange,
-            "a list is of what was posted with a token, and an address is nobody's alone");
-        srv_store_request_end(asked);
-        return;
-    }
-    asked->page = calloc((size_t)asked->most, sizeof *asked->page);
-    if (asked->page) {
-        srv_store_request_ask(asked, SRV_ASK_READ, jobs_find_page, jobs_found_page);
-        return;
-    }
-    srv_exchange_busy(exchange, 1, "out of memory");
-    srv_store_request_end(asked);
 }

@@ -1,6 +1,6 @@
-/* The routes of jobs: creating, listing, reading and dismissing them, and their events.
+/* The routes of jobs: creating, reading and dismissing them, and their events.
  * Leaves to others: keeping jobs (store), computing them (part_runner), their JSON
- * (api/call/job_json), results (job_results).
+ * (api/call/job_json), results and requests (job_results), lists (job_list).
  * Invariant: the finish of every exchange is called exactly once; a job is in the store before the
  * client is told of it. */
 #ifndef SRV_JOBS_H
@@ -17,9 +17,10 @@ int srv_jobs_wanted(const struct srv_exchange *exchange);
  * this time. */
 void srv_jobs_submit(struct srv_exchange *exchange);
 
-/** GET /v1/jobs: the client's own, newest first; 401 for a client without token and account, since
- * many people may share an address. */
-void srv_jobs_list(struct srv_exchange *exchange);
+/** Reads what a client calls a job, or a piece of that: UTF-8 without control characters, any byte
+ * of which may be percent-encoded. Returns 0 for any other text, and for an empty or too long one.
+ */
+int srv_jobs_title(const char *text, size_t bytes, char title[SRV_TITLE_BYTES]);
 
 /** GET /v1/jobs/{id}. Whoever knows the id may ask. With ?wait=N, 0 to 60, the answer waits up to N
  * seconds for the job's end. */

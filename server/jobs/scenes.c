@@ -30,6 +30,7 @@ static void scenes_refuse(struct srv_store_request *asked, enum srv_stored store
     case SRV_STORED_QUOTA:
         srv_exchange_problem(
             exchange, 429,
+            API_TYPE_QUOTA
             "no more scenes can be kept: the client has max-client-scenes, %.0f, or "
             "max-client-scene-bytes, %.0f, of them, all of its address have max-address-clients "
             "times "
@@ -169,6 +170,7 @@ static void scenes_gone(struct srv_store_request *asked, enum srv_stored stored)
     else if (stored == SRV_STORED_CLASH)
         srv_exchange_problem(
             exchange, 403,
+            API_TYPE_OWNER
             "this scene is not yours to take away: it was not stored with your token or "
             "account, or you have let it go already");
     else

@@ -33,8 +33,9 @@ struct srv_store_request *srv_store_request_begin(struct srv_exchange *exchange,
     if (exchange->service->storage)
         srv_exchange_busy(exchange, 1, "out of memory");
     else
-        srv_exchange_problem(exchange, 404, "this server keeps no %s: its option --store is none",
-                             words->many);
+        srv_exchange_problem(
+            exchange, 404, API_TYPE_NO_STORE "this server keeps no %s: its option --store is none",
+            words->many);
     exchange->finish(exchange);
     return NULL;
 }
@@ -106,6 +107,7 @@ static void store_request_crowded(struct srv_exchange *exchange, enum pend_statu
     srv_metrics_count(&metrics->refused_client, 1);
     srv_exchange_problem(
         exchange, 429,
+        API_TYPE_RATE
         "%.0f requests of yours wait for a worker, max-client-queue, or those of your address "
         "are three quarters of max-queue",
         srv_service_config(exchange->service)->client_queue);
@@ -146,6 +148,7 @@ void srv_store_request_refuse(struct srv_store_request *asked, enum srv_stored s
         break;
     case SRV_STORED_CLASH:
         srv_exchange_problem(exchange, 422,
+                             API_TYPE_KEY_REUSED
                              "this Idempotency-Key has come with another request before%s",
                              exchange->identity.kind != SRV_IDENTITY_ADDRESS
                                  ? ""
@@ -153,7 +156,7 @@ void srv_store_request_refuse(struct srv_store_request *asked, enum srv_stored s
                                    "has keys of its own");
         break;
     case SRV_STORED_QUOTA:
-        srv_exchange_problem(exchange, 429, "%.200s", asked->job.message);
+        srv_exchange_problem(exchange, 429, API_TYPE_QUOTA "%.200s", asked->job.message);
         srv_exchange_retry(exchange, 5);
         break;
     case SRV_STORED_DAMAGED:
@@ -176,7 +179,6 @@ static void store_request_free(struct srv_store_request *asked) {
     api_buffer_clear(&asked->scene);
     api_buffer_clear(&asked->body);
     free(asked->kept);
-    free(asked->page);
     free(asked->request);
     if (asked->more) asked->more_free(asked->more);
     free(asked);

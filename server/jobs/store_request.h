@@ -29,6 +29,7 @@ struct srv_store_request {
 
     /* of a new job */
     char key[SRV_STORE_REQUEST_KEY + 1]; /* "" = none */
+    char title[SRV_TITLE_BYTES];         /* "" = none */
     unsigned char digest[SRV_DIGEST_BYTES];
     long parts;
     int chained;
@@ -39,10 +40,9 @@ struct srv_store_request {
     void *request;
     size_t request_bytes;
 
-    /* of many jobs */
-    struct srv_job *page; /* room for `most` */
-    int most, count;
-    const char *before;
+    /* of an erasure */
+    const char *client; /* whose things go */
+    int count;          /* of those that went */
 
     /* of a scene */
     struct api_buffer scene; /* that is to be kept */

@@ -5,14 +5,15 @@
 #include <strings.h>
 
 const char srv_cors_expose[] =
-    "Accept-Ranges, Content-Disposition, Content-Range, ETag, Location, Preference-Applied, "
-    "RateLimit-Limit, RateLimit-Remaining, "
-    "RateLimit-Reset, Retry-After, WWW-Authenticate, X-Columns, X-Energy-Drift, X-Horizon, "
+    "Accept-Ranges, Content-Disposition, Content-Range, Deprecation, ETag, Link, Location, "
+    "Preference-Applied, "
+    "RateLimit, RateLimit-Limit, RateLimit-Policy, RateLimit-Remaining, "
+    "RateLimit-Reset, Retry-After, Sunset, WWW-Authenticate, X-Columns, X-Energy-Drift, X-Horizon, "
     "X-Request-Id, X-Trust-Until, X-Warning";
 
 const char srv_cors_fields[] =
     "Accept, Authorization, Class-Token, Content-Type, Idempotency-Key, If-None-Match, If-Range, "
-    "Last-Event-ID, Prefer, Range, Traceparent, X-Request-Id";
+    "Job-Title, Last-Event-ID, Prefer, Range, Traceparent, X-Request-Id";
 
 /* is an entry in a list of them? */
 static int cors_lists(const char *list, const char *entry) {

@@ -133,6 +133,14 @@ static int storage_over(struct srv_storage *storage) {
     return over;
 }
 
+/* nothing is asked of a kind and nothing will be: what came while a desk swept is looked at too */
+static int storage_done(struct srv_storage *storage, enum srv_ask_kind kind) {
+    pthread_mutex_lock(&storage->lock);
+    int done = storage->over && srv_list_empty(&storage->line[kind].asks);
+    pthread_mutex_unlock(&storage->lock);
+    return done;
+}
+
 /* a desk that nobody asks looks by itself whether the store is back */
 static void storage_knock(struct storage_desk *desk) {
     struct srv_store_figures figures;
@@ -147,11 +155,10 @@ static void *storage_serve(void *context) {
     int64_t second = srv_clock_span(SWEEP_MS / 1000.0);
     struct storage_round round = {.next = srv_clock_now()};
     struct srv_store_call *call[MOST_TOGETHER];
-    int count;
     if (most > MOST_TOGETHER) most = MOST_TOGETHER;
     assert(most >= 1);
     do {
-        count =
+        int count =
             storage_take(storage, desk->kind, most,
                          desk->kind == SRV_ASK_WRITE ? round.next : srv_clock_now() + second, call);
         if (count) srv_store_together(desk->store, call, count);
@@ -164,7 +171,7 @@ static void *storage_serve(void *context) {
         /* questions go first: they may extend leases that a sweep would end */
         if (desk->kind == SRV_ASK_WRITE && srv_clock_now() >= round.next)
             storage_sweep(desk, &round);
-    } while (count || !storage_over(storage));
+    } while (!storage_done(storage, desk->kind));
     return NULL;
 }
 

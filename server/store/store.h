@@ -15,15 +15,23 @@ enum {
     SRV_DIGEST_BYTES = 32,        /* of a request */
     SRV_REQUEST_HEAD_BYTES = 256, /* what a job says of its end */
     SRV_NAME_BYTES = 96,          /* clients, workers, operations, idempotency keys */
+    SRV_TITLE_BYTES = 128,        /* what a client calls its job */
+    SRV_VERSION_BYTES = 48,       /* of the program that took a job in */
     SRV_CHUNK_BYTES = 256 * 1024, /* a piece of a part's result; only the last is shorter */
     SRV_CLAIMS = 64,     /* parts that one claim takes at most: so many only if each computes for */
     SRV_SMALL_US = 5000, /* no longer than this, and all of them for */
     SRV_CLAIM_US = 20000, /* no longer than this, as it is estimated */
     SRV_ROW_BYTES =
         1024, /* what a job or a scene is counted for, beside its request, results or body */
-    SRV_PART_BYTES = 256, /* and each part of a job after the first */
-    SRV_MOST_KILLS = 3    /* workers that may vanish with one part, and no part of the job be done
-                             between, before it is given up */
+    SRV_PART_BYTES = 256,   /* and each part of a job after the first */
+    SRV_LIST_LOOKED = 1000, /* jobs that one call of a list looks at */
+    SRV_RANK_TIMES = 64, /* a job of so much computation, us, is behind newer ones for so many times
+                            as long at most, */
+    SRV_RANK_KNEE_US =
+        57142857,           /* if that is shorter than this; else for as long as it computes and */
+    SRV_RANK_MOST_S = 3600, /* this, s */
+    SRV_MOST_KILLS = 3      /* workers that may vanish with one part, and no part of the job be done
+                               between, before it is given up */
 };
 
 /* The status words of OGC API - Processes; the numbers are what the databases hold. */
@@ -55,9 +63,11 @@ struct srv_store_rules {
 /* A job to be kept; texts are shorter than SRV_NAME_BYTES and not NULL unless said. */
 struct srv_job_order {
     const char *id, *client, *operation;
-    const char *source; /* the address or account that the client comes from; NULL = the client is
-                           one itself */
-    const char *key;    /* the client's own idempotency key, or NULL */
+    const char *source;  /* the address or account that the client comes from; NULL = the client is
+                            one itself */
+    const char *key;     /* the client's own idempotency key, or NULL */
+    const char *title;   /* what the client calls it; NULL = nothing */
+    const char *version; /* of the program that takes it in; NULL = none is told */
     const void *request;
     size_t request_bytes;
     const unsigned char *digest; /* SRV_DIGEST_BYTES, of operation and request */
@@ -84,6 +94,7 @@ struct srv_job {
     long long bytes; /* of results */
     long long held;  /* bytes that its row and its request are counted for */
     char message[SRV_REQUEST_HEAD_BYTES];
+    char title[SRV_TITLE_BYTES], version[SRV_VERSION_BYTES]; /* "" = none was told */
     const char *flaw; /* NULL, or the column of its row that holds what nobody can have written: it
                          has failed */
 };
@@ -189,15 +200,27 @@ enum srv_stored srv_store_job(struct srv_store *store, const char *id, struct sr
 enum srv_stored srv_store_job_request(struct srv_store *store, const char *id, void **request,
                                       size_t *bytes);
 
+/* Which of a client's jobs a list is to hold; begins as {.state = SRV_JOB_STATES}. */
+struct srv_job_wish {
+    enum srv_job_state state; /* SRV_JOB_STATES = any */
+    const char *operation;    /* NULL = any */
+    const char *title;  /* that the job's holds, letters of ASCII in either case; NULL = any */
+    int64_t since;      /* us since 1970: created then or later; 0 = at any time */
+    const char *before; /* the id that the page begins after, or NULL */
+    int most;           /* jobs of a page, >= 1 */
+};
+
 /**
- * A client's jobs, newest first.
+ * A page of a client's jobs, newest first. A call looks at SRV_LIST_LOOKED jobs at most, so that
+ * a page of a wish that few jobs suit may be short, or empty, and not be the last.
  *
- * before  the id that the page begins after, or NULL.
- * job     out, room for most.
- * count   out.
+ * job    out, room for wish->most.
+ * count  out.
+ * last   out: the id that the next page begins after; "" = there is none, as far as is known.
  */
-enum srv_stored srv_store_list(struct srv_store *store, const char *client, const char *before,
-                               int most, struct srv_job job[], int *count);
+enum srv_stored srv_store_list(struct srv_store *store, const char *client,
+                               const struct srv_job_wish *wish, struct srv_job job[], int *count,
+                               char last[SRV_ID_BYTES]);
 
 /** Dismisses a job for its client: its parts stop, and its request and results are removed.
  * SRV_STORED_NONE */
@@ -206,8 +229,8 @@ enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struc
 /**
  * Takes parts that wait, those that nobody has held before first: one part, or one of each of as
  * many jobs while they are small, of the clients in turn. Of one client's jobs the next is the one
- * whose creation plus remaining computation is earliest: a short job goes before a long one, and a
- * job that has waited for as long as it computes goes before every new one. The cost of a claim
+ * of the lowest srv_store_rank: a short job goes before a long one, and none waits for ever. The
+ * cost of a claim
  * does not depend on how much waits. A job whose row is damaged fails; the call then returns
  * SRV_STORED_AGAIN, and the caller should claim again.
  *
@@ -221,6 +244,18 @@ enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struc
  */
 enum srv_stored srv_store_claim(struct srv_store *store, const char *worker, int64_t lease_us,
                                 struct srv_lease lease[], int most, int *count);
+
+/**
+ * When a job's turn comes among those of its client, which go in the order of these instants.
+ *
+ * created  us since 1970.
+ * left_us  of computation that nobody has begun, as it is estimated, >= 0.
+ *
+ * Returns created + 64 left_us, or created + left_us + 1 h where that is earlier: what has least
+ * left goes first, but a job waits for jobs that are made later only until that instant. Instants
+ * move with the jobs' parts, not with the clock, so that an index holds them in order.
+ */
+int64_t srv_store_rank(int64_t created, int64_t left_us);
 
 /** Frees what a lease holds in memory. */
 void srv_lease_clear(struct srv_lease *lease);

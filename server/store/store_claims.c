@@ -119,18 +119,21 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
     job->state = (enum srv_job_state)srv_row_whole(&field[7], SRV_JOB_ACCEPTED, SRV_JOB_RUNNING,
                                                    "state", flaw);
     ready->part_us = srv_row_whole(&field[8], 0, SRV_ROW_MOST, "part", flaw);
-    /* the claim takes `part` off the rank, by a statement whose failure comes too late to name
-     * the job */
+    /* the claim changes the rank by what `part` says, in a statement whose failure comes too late
+     * to name the job */
+    if (ready->part_us > CLAIM_RANK / SRV_RANK_TIMES / job->parts && !*flaw) *flaw = "part";
     srv_row_whole(&field[9], -CLAIM_RANK, CLAIM_RANK, "rank", flaw);
     job->created = srv_row_whole(&field[10], 0, SRV_ROW_LATEST, "created", flaw);
     snprintf(job->client, sizeof job->client, "%s", rows->client);
+    srv_row_word(&field[13], 0, job->title, sizeof job->title, "title", flaw);
+    srv_row_word(&field[14], 0, job->version, sizeof job->version, "version", flaw);
     if (!*flaw && !srv_seal_job_whole(job, &field[11])) *flaw = "seal";
     /* what was held before comes last, unless there is much of it: it may be what kills its
      * workers */
     int last = !job->chained && job->begun < job->parts && job->waiting <= LAST_PARTS;
     ready->again = job->waiting > 0 && !last;
     /* one that is too long for a claim, or is no bytes, is read and judged by itself */
-    const struct srv_value *request = &field[13];
+    const struct srv_value *request = &field[15];
     if (request->kind != SRV_SQL_BYTES) return SRV_STORED;
     if (!*flaw && !srv_seal_request_whole(&field[11], request->data, request->bytes))
         *flaw = "request";

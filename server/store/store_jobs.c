@@ -9,6 +9,8 @@
 #include "server/store/store_rows.h"
 #include "server/store/store_seals.h"
 
+enum { LIST_ROWS = 100 }; /* that one statement of a list asks for */
+
 enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, const char *name,
                                struct srv_job *job) {
     struct srv_row_jobs rows = {.cap = 1, .job = job};
@@ -84,6 +86,8 @@ static void submit_job(const struct srv_job_order *order, int64_t now, struct sr
     snprintf(job->id, sizeof job->id, "%s", order->id);
     snprintf(job->client, sizeof job->client, "%s", order->client);
     snprintf(job->operation, sizeof job->operation, "%s", order->operation);
+    snprintf(job->title, sizeof job->title, "%s", order->title ? order->title : "");
+    snprintf(job->version, sizeof job->version, "%s", order->version ? order->version : "");
 }
 
 static enum srv_stored submit_count(struct srv_store *store, const struct srv_job *job) {
@@ -121,6 +125,12 @@ static enum srv_stored submit_allowed(const struct srv_store *store,
     return SRV_STORED_QUOTA;
 }
 
+int64_t srv_store_rank(int64_t created, int64_t left_us) {
+    assert(left_us >= 0);
+    return created + (left_us < SRV_RANK_KNEE_US ? SRV_RANK_TIMES * left_us
+                                                 : left_us + INT64_C(1000000) * SRV_RANK_MOST_S);
+}
+
 static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_order *order,
                                   struct srv_job *job) {
     struct srv_tally_client *client;
@@ -139,8 +149,9 @@ static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_
         srv_value_text(order->operation), srv_value_bytes(order->request, order->request_bytes),
         srv_value_text(order->key), srv_value_bytes(order->digest, SRV_DIGEST_BYTES),
         srv_value_whole(order->parts), srv_value_whole(order->chained), srv_value_whole(part_us),
-        srv_value_whole(now + part_us * order->parts), srv_value_whole(now),
-        srv_value_whole(job->held), srv_value_bytes(seal, sizeof seal)));
+        srv_value_whole(srv_store_rank(now, part_us * order->parts)), srv_value_whole(now),
+        srv_value_whole(job->held), srv_value_bytes(seal, sizeof seal), srv_value_text(job->title),
+        srv_value_text(job->version)));
     return submit_count(store, job);
 }
 
@@ -150,6 +161,7 @@ enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_o
            strlen(order->id) < SRV_ID_BYTES && strlen(order->client) < SRV_NAME_BYTES &&
            strlen(order->operation) < SRV_NAME_BYTES);
     assert(!order->key || strlen(order->key) < SRV_NAME_BYTES);
+    assert(!order->title || strlen(order->title) < SRV_TITLE_BYTES);
     *job = (struct srv_job){0};
     SRV_STORED_TRY(srv_store_begin(store));
     /* of two processes that keep the same key at one instant the second is told so by the index,
@@ -197,29 +209,64 @@ enum srv_stored srv_store_job_request(struct srv_store *store, const char *id, v
                          stored == SRV_STORED ? SRV_STORED_DAMAGED : stored);
 }
 
-/* the page after a job, or the first */
-static enum srv_stored list_page(struct srv_store *store, const char *client, const char *before,
-                                 int most, struct srv_row_jobs *rows) {
+/* jobs after one, or the first */
+static enum srv_stored list_after(struct srv_store *store, const char *client, const char *before,
+                                  struct srv_row_jobs *rows) {
     struct srv_row_wholes created = {.count = 1};
     if (!before)
         return SRV_RUN(store, SQL_JOBS, srv_row_job, rows, srv_value_text(client),
-                       srv_value_whole(most));
+                       srv_value_whole(rows->cap));
     SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_CREATED, srv_row_wholes, &created, srv_value_text(before),
                            srv_value_text(client)));
     if (!created.rows) return SRV_STORED;
     return SRV_RUN(store, SQL_JOBS_BEFORE, srv_row_job, rows, srv_value_text(client),
-                   srv_value_whole(most), srv_value_text(before),
+                   srv_value_whole(rows->cap), srv_value_text(before),
                    srv_value_whole(created.whole[0]));
 }
 
-enum srv_stored srv_store_list(struct srv_store *store, const char *client, const char *before,
-                               int most, struct srv_job job[], int *count) {
-    assert(most >= 1);
-    struct srv_row_jobs rows = {.cap = most, .job = job};
+static int list_suits(const struct srv_job_wish *wish, const struct srv_job *job) {
+    if (wish->state < SRV_JOB_STATES && wish->state != job->state) return 0;
+    if (wish->operation && strcmp(wish->operation, job->operation)) return 0;
+    return !wish->title || strcasestr(job->title, wish->title);
+}
+
+/* fills the page from as many jobs as a call may look at; `some` is room for LIST_ROWS */
+static enum srv_stored list_page(struct srv_store *store, const char *client,
+                                 const struct srv_job_wish *wish, struct srv_job some[],
+                                 struct srv_job job[], int *count, char last[SRV_ID_BYTES]) {
+    int any = wish->state == SRV_JOB_STATES && !wish->operation && !wish->title;
+    int cap = any && wish->most < LIST_ROWS ? wish->most : LIST_ROWS;
+    const char *before = wish->before;
+    for (int looked = 0; looked < SRV_LIST_LOOKED; looked += cap) {
+        struct srv_row_jobs rows = {.cap = cap, .job = some};
+        SRV_STORED_TRY(list_after(store, client, before, &rows));
+        last[0] = 0;
+        for (int i = 0; i < rows.count; i++) {
+            if (some[i].created < wish->since) return SRV_STORED;
+            if (list_suits(wish, &some[i])) job[(*count)++] = some[i];
+            if (*count < wish->most && i + 1 < cap) continue;
+            memcpy(last, some[i].id, SRV_ID_BYTES);
+            if (*count == wish->most) return SRV_STORED;
+        }
+        if (!last[0]) return SRV_STORED;
+        before = last;
+    }
+    return SRV_STORED;
+}
+
+enum srv_stored srv_store_list(struct srv_store *store, const char *client,
+                               const struct srv_job_wish *wish, struct srv_job job[], int *count,
+                               char last[SRV_ID_BYTES]) {
+    assert(wish->most >= 1 && wish->state >= 0 && wish->state <= SRV_JOB_STATES);
+    struct srv_job *some = calloc(LIST_ROWS, sizeof *some);
     *count = 0;
-    SRV_STORED_TRY(srv_store_look(store));
-    enum srv_stored stored = srv_store_end(store, 1, list_page(store, client, before, most, &rows));
-    if (stored == SRV_STORED) *count = rows.count;
+    last[0] = 0;
+    if (!some) return SRV_STORED_BROKEN;
+    enum srv_stored stored = srv_store_look(store);
+    if (stored == SRV_STORED)
+        stored = srv_store_end(store, 1, list_page(store, client, wish, some, job, count, last));
+    if (stored != SRV_STORED) *count = 0;
+    free(some);
     return stored;
 }
 

@@ -86,6 +86,7 @@ void srv_row_job_fail(struct srv_job *job, const char *flaw) {
     job->parts = 1;
     job->done = job->begun = job->waiting = 0;
     job->started = job->finished = job->expires = 0;
+    job->title[0] = job->version[0] = 0;
     snprintf(job->message, sizeof job->message,
              "the store's record of this job is damaged (%s): submit the job again", flaw);
 }
@@ -125,7 +126,9 @@ enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
         memset(rows->digest, 0, SRV_DIGEST_BYTES);
         if (good) memcpy(rows->digest, field[SRV_ROW_JOB].data, SRV_DIGEST_BYTES);
     }
-    if (!flaw && !srv_seal_job_whole(job, &field[17])) flaw = "seal";
+    srv_row_word(&field[17], 0, job->title, sizeof job->title, "title", &flaw);
+    srv_row_word(&field[18], 0, job->version, sizeof job->version, "version", &flaw);
+    if (!flaw && !srv_seal_job_whole(job, &field[19])) flaw = "seal";
     job->flaw = flaw ? flaw : row_job_flaw(job);
     if (job->flaw) srv_row_job_fail(job, job->flaw);
     if (rows->with_lease) {

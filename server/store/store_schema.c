@@ -135,7 +135,11 @@ static const char *const schema[] = {
     "reader BIGINT NOT NULL, flag BIGINT NOT NULL, changed BIGINT NOT NULL, body {bytes} NOT NULL, "
     "seal {bytes} NOT NULL, PRIMARY KEY (code, name))",
     "CREATE INDEX class_items_version ON class_items (code, version)",
-    "CREATE INDEX class_items_reader ON class_items (code, reader, version)", NULL};
+    "CREATE INDEX class_items_reader ON class_items (code, reader, version)", NULL,
+    /* 8: what a client calls its job, and the version of the program that took it in; '' with those
+     * of before */
+    "ALTER TABLE jobs ADD COLUMN title TEXT NOT NULL DEFAULT ''",
+    "ALTER TABLE jobs ADD COLUMN version TEXT NOT NULL DEFAULT ''", NULL};
 
 /* the tables' version; -1 where none is written */
 static enum srv_stored schema_read(struct srv_sql *sql, int64_t *version) {

@@ -21,9 +21,13 @@ static int seal_equals(const struct srv_value *field, const unsigned char *want,
 /* the seal of the row, given the seal of the request */
 static void seal_row(unsigned char seal[API_SEAL_BYTES], const struct srv_job *job,
                      const unsigned char request[API_SEAL_BYTES]) {
-    char place[SRV_ID_BYTES + 2 * SRV_NAME_BYTES + 64];
-    snprintf(place, sizeof place, "job %s of %s: %s in %ld%s", job->id, job->client, job->operation,
-             job->parts, job->chained ? " chained" : "");
+    char place[SRV_ID_BYTES + 2 * SRV_NAME_BYTES + SRV_TITLE_BYTES + SRV_VERSION_BYTES + 64];
+    int bytes = snprintf(place, sizeof place, "job %s of %s: %s in %ld%s", job->id, job->client,
+                         job->operation, job->parts, job->chained ? " chained" : "");
+    /* rows of before version 8 of the tables have neither */
+    if (job->title[0] || job->version[0])
+        snprintf(place + bytes, sizeof place - (size_t)bytes, " by %s: %s", job->version,
+                 job->title);
     api_seal(seal, place, (long)job->created, request, API_SEAL_BYTES);
 }
 

@@ -19,8 +19,8 @@ enum { SRV_SEALED_BEFORE, SRV_SEALED };
  * changes */
 enum { SRV_SEAL_JOB_BYTES = 2 * API_SEAL_BYTES };
 
-/** Makes the seal of a job's row from its id, client, operation, parts, chained and created, and
- * from its request. O(bytes). */
+/** Makes the seal of a job's row from its id, client, operation, parts, chained, created, title
+ * and version, and from its request. O(bytes). */
 void srv_seal_job(unsigned char seal[SRV_SEAL_JOB_BYTES], const struct srv_job *job,
                   const void *request, size_t bytes);
 

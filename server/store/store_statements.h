@@ -15,13 +15,18 @@
     "jobs.started, "                                                                               \
     "jobs.finished, jobs.expires, {now}, jobs.bytes, jobs.message, jobs.begun, jobs.waiting, "     \
     "jobs.chained, "                                                                               \
-    "jobs.held, "                                                                                  \
+    "jobs.held, jobs.title, jobs.version, "                                                        \
     "jobs.seal, jobs.sealed"
 /* whether a part of a job can be claimed, once `waiting`, `begun` and `done` have these values:
  * 1 or 0 */
 #define READY(waiting, begun, done)                                                                \
     "CASE WHEN " waiting " > 0 OR (" begun " < shards AND (chained = 0 OR " begun " = " done       \
     ")) THEN 1 ELSE 0 END"
+/* srv_store_rank of a job of which parts `left` are left, less its creation: SRV_RANK_KNEE_US,
+ * SRV_RANK_TIMES and SRV_RANK_MOST_S */
+#define RANK(left)                                                                                 \
+    "(CASE WHEN part * (" left ") < 57142857 THEN 64 * part * (" left ") ELSE part * (" left       \
+    ") + 3600000000 END)"
 /* a number that can have been counted, or a change of one: what was altered must not make a sum
  * overflow */
 #define SANE "BETWEEN 0 AND 9007199254740992"
@@ -144,9 +149,9 @@
                      "totals.scene_bytes + $10")                                                   \
     X(JOB_PUT, "INSERT INTO jobs (id, client, operation, request, key, digest, shards, chained, "  \
                "part, rank, created, "                                                             \
-               "held, seal, sealed) SELECT {1}, {2}, {3}, {4}, {5}, {6}, {7}, {8}, {9}, {10}, "    \
-               "{11}, {12}, {13}, 1 "                                                              \
-               "{from tttbtbwwwwwwb}")                                                             \
+               "held, seal, title, version, sealed) SELECT {1}, {2}, {3}, {4}, {5}, {6}, {7}, "    \
+               "{8}, {9}, {10}, {11}, {12}, {13}, {14}, {15}, 1 "                                  \
+               "{from tttbtbwwwwwwbtt}")                                                           \
     X(JOB, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1")                                       \
     X(JOB_LOCK, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1 {lock}")                           \
     X(JOB_OF_KEY, "SELECT " JOB_COLUMNS ", digest FROM jobs WHERE client = $1 AND key = $2")       \
@@ -154,14 +159,18 @@
     X(JOB_REQUEST, "SELECT request, seal, sealed, state FROM jobs WHERE id = $1")                  \
     X(JOBS_READY, "SELECT id, operation, shards, begun, waiting, chained, done, state, part, "     \
                   "rank, created, seal, "                                                          \
-                  "sealed, CASE WHEN LENGTH(request) <= 4096 THEN request END FROM jobs WHERE "    \
+                  "sealed, title, version, CASE WHEN LENGTH(request) <= 4096 THEN request END "    \
+                  "FROM jobs WHERE "                                                               \
                   "client = $1 AND ready "                                                         \
                   "= 1 ORDER BY rank, "                                                            \
                   "created LIMIT $2 {skip}")                                                       \
-    X(JOB_CLAIM, "UPDATE jobs SET rank = rank - part * {3}, state = 1, started = CASE WHEN "       \
-                 "started = 0 THEN {now} "                                                         \
-                 "ELSE started END, waiting = waiting - {2}, begun = begun + {3}, ready = " READY( \
-                     "waiting - {2}", "begun + {3}", "done") " {from tww} WHERE id = {1}")         \
+    X(JOB_CLAIM,                                                                                   \
+      "UPDATE jobs SET rank = rank - " RANK("shards - begun") " + " RANK(                          \
+          "shards - begun - {3}") ", state = 1, started = CASE WHEN "                              \
+                                  "started = 0 THEN {now} "                                        \
+                                  "ELSE started END, waiting = waiting - {2}, begun = begun + "    \
+                                  "{3}, ready = " READY("waiting - {2}", "begun + {3}",            \
+                                                        "done") " {from tww} WHERE id = {1}")      \
     X(JOB_WAIT, "UPDATE jobs SET waiting = waiting + 1, ready = 1 WHERE id = $1")                  \
     X(JOB_STEP, "UPDATE jobs SET done = done + 1, bytes = bytes + $2, carry = $3, ready = " READY( \
                     "waiting", "begun", "done + 1") " WHERE id = $1")                              \
@@ -172,7 +181,7 @@
                "$6, bytes = 0, "                                                                   \
                "ready = 0, waiting = 0, carry = NULL, request = $7 WHERE id = $1")                 \
     X(JOB_CONDEMN, "UPDATE jobs SET client = $2, operation = $3, state = 3, message = $4, shards " \
-                   "= 1, begun = 0, done = 0, "                                                    \
+                   "= 1, begun = 0, done = 0, title = '', version = '', "                          \
                    "waiting = 0, chained = 0, carry = NULL, ready = 0, rank = 0, part = 0, "       \
                    "created = $5, started = 0, finished = "                                        \
                    "$6, expires = $7, bytes = 0, held = $8, request = $9, seal = $10, sealed = 1 " \

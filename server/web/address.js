@@ -17,6 +17,18 @@ const STEP = 0.01;
 /** Whether an address names a motion so. @param {string} search */
 export const namesMotion = (search) => new URLSearchParams(search).has("length");
 
+/**
+ * A link to this page that others open: who chose a language hands it on.
+ * @param {Text} text @param {string} rest what stands behind the host: a path, a query, a hash
+ * @param {string} language that the link is to have
+ */
+export function linkTo(text, rest, language = text.chosen()) {
+  const at = rest.includes("#") ? rest.indexOf("#") : rest.length;
+  const query = rest.slice(0, at);
+  const tongue = language ? `${query.includes("?") ? "&" : "?"}lang=${language}` : "";
+  return `${location.origin}/${query}${tongue}${rest.slice(at)}`;
+}
+
 /** The address without it: what else it says stays. @param {Location | URL} from */
 export function ownAddress(from) {
   const address = new URL(from.href);

@@ -82,7 +82,8 @@ function pause(seconds, signal, wakers) {
 }
 
 /**
- * Tells who watches how the server is: {kind: "well" | "busy" | "away", retry}.
+ * Tells who watches how the server is: {kind: "well" | "busy" | "away" | "alone", retry}; alone:
+ * the engine stands in for it.
  * @param {Asker} asker @param {string} kind @param {number} retry
  */
 function report(asker, kind, retry = 0) {
@@ -113,42 +114,53 @@ async function sent(path, options) {
 }
 
 /**
- * The engine's reply or the server's: the engine's where it is quick, or no server is there.
+ * The engine's reply or the server's: the engine's where it is quick ("here"), or no server is
+ * there ("alone").
  * @param {Asker} asker @param {string} path @param {RequestInit} options
  */
 async function once({ engine }, path, options) {
   const quick = await engine.answer(path, options, false);
-  if (quick?.ok) return { reply: quick, here: true };
+  if (quick?.ok) return { reply: quick, by: "here" };
   try {
     // what the engine refuses too: its limits are not the server's
     const reply = await sent(path, options);
-    if (reply.ok) return { reply, here: false };
+    if (reply.ok) return { reply, by: "well" };
     throw await failureOf(reply);
   } catch (failure) {
     const away = failure instanceof Failure && failure.kind === "away";
     const reply = away ? await engine.answer(path, options, true) : null;
-    if (reply?.ok) return { reply, here: true };
+    if (reply?.ok) return { reply, by: "alone" };
     if (reply) throw await failureOf(reply);
     throw failure;
   }
 }
 
+/** An answer has come. @param {Asker} asker @param {string} by whom (once) */
+function answered(asker, by) {
+  if (by === "well") return report(asker, by);
+  // who waits for the server says so; a quick answer of the engine says nothing of it
+  if (asker.wakers.size) return;
+  const gone = by === "alone" || asker.state.kind === "alone" || asker.state.kind === "away";
+  report(asker, gone ? "alone" : "well");
+}
+
 /**
  * The reply, after as many tries as it takes; throws Failure, or AbortError where `signal` gave up.
- * @param {Asker} asker @param {string} path @param {RequestInit} options
+ * @param {Asker} asker @param {string} path @param {RequestInit} options @param {number} longest
+ * that one waits between two tries, s, unless one has asked too often
  */
-async function ask(asker, path, options = {}) {
+async function ask(asker, path, options = {}, longest = LONGEST_WAIT) {
   for (let tried = 1; ; tried++) {
     try {
-      const { reply, here } = await once(asker, path, options);
-      if (!here || !asker.wakers.size) report(asker, "well");
+      const { reply, by } = await once(asker, path, options);
+      answered(asker, by);
       return reply;
     } catch (failure) {
       if (!(failure instanceof Failure) || failure.kind === "refused") throw failure;
       if (failure.kind === "busy" && tried >= TRIES) throw failure;
       // who waits together does not come again together
-      const wait =
-        Math.min(failure.retry || 2 ** (tried - 1), LONGEST_WAIT) * (1 + 0.25 * Math.random());
+      const most = failure.status === 429 ? LONGEST_WAIT : longest;
+      const wait = Math.min(failure.retry || 2 ** (tried - 1), most) * (1 + 0.25 * Math.random());
       report(asker, failure.kind, Math.ceil(wait));
       await pause(wait, options.signal, asker.wakers);
     }
@@ -233,7 +245,7 @@ export function createClient() {
       asker.watchers.add(fn);
       return () => asker.watchers.delete(fn);
     },
-    ask: (path, options) => ask(asker, path, options),
+    ask: (path, options, longest) => ask(asker, path, options, longest),
     post: (path, body, options) => post(asker, path, body, options),
     ...routes(asker),
     /** A file of the answer: {blob, name}. */

@@ -23,7 +23,7 @@ const WORDS = {
  * @typedef {{
  *   app: App, element: HTMLElement, open: Map<string, Promise<Drawer | null>>, tabs: Map<string,
  *   HTMLButtonElement>,
- *   panels: Map<string, HTMLElement>,
+ *   panels: Map<string, HTMLElement>, scrolled: Map<string, number>, shown: string | null,
  * }} Chest
  */
 
@@ -110,6 +110,11 @@ function anew(chest, id) {
 /** @param {Chest} chest @param {Doc} doc */
 function follow(chest, doc) {
   const wanted = doc.view.drawer;
+  const { scrolled, shown } = chest;
+  const place = chest.element.querySelector(".panels");
+  // each drawer is found again where it was left, another one at its beginning
+  if (place && shown) scrolled.set(shown, place.scrollTop);
+  chest.shown = wanted;
   chest.element.classList.toggle("open", wanted !== null);
   for (const [id, tab] of chest.tabs) {
     const chosen = id === wanted;
@@ -117,6 +122,7 @@ function follow(chest, doc) {
     tab.tabIndex = chosen || (wanted === null && id === DRAWERS[0]) ? 0 : -1;
     if (chosen || chest.open.has(id)) show(chest, id, chosen);
   }
+  if (place && wanted && wanted !== shown) place.scrollTop = scrolled.get(wanted) ?? 0;
 }
 
 /** A drawer's tab and its place. @param {Chest} chest @param {string} id */
@@ -154,7 +160,10 @@ export function mountDrawers(element, app) {
   const { store, client, text } = app;
   const bag = createBag();
   /** @type {Chest} */
-  const chest = { app, element, open: new Map(), tabs: new Map(), panels: new Map() };
+  const chest = {
+    ...{ app, element, open: new Map(), tabs: new Map(), panels: new Map() },
+    ...{ scrolled: new Map(), shown: null },
+  };
   for (const id of DRAWERS) addTab(chest, id);
   const attributes = { class: "tabs", role: "tablist", "aria-label": text("drawers") };
   const list = h("div", attributes, ...chest.tabs.values());

@@ -1,10 +1,16 @@
 // The embed view's talk with the page that has it in a frame: the state is told and set by
 // postMessage; a link leads to the whole page.
+// A worksheet that the address names stands beside the stage; what is answered there is told as
+// xAPI statements.
 // Leaves to others: who may have it in a frame (the server's --frame-ancestors), scenes (link.js).
 // Invariant: what is set is checked as a link is; nothing but what is on the stage is told.
 
 import { linkOf, readScene, sceneOf } from "./link.js";
 import { h } from "./dom.js";
+import { statementsOf } from "./class/statements.js";
+import { said } from "./client.js";
+import { fresh } from "./keep.js";
+import { namesSheet, sheetInAddress } from "./room.js";
 
 const PAUSE_MS = 200;
 
@@ -42,6 +48,35 @@ async function heard(app, { data, source, origin }) {
   }
 }
 
+/** What was answered, to the page around. @param {string} name a number of this visit */
+function tellAnswers(name, /** @type {any} */ { id, sheet, before, given }) {
+  const home = `${location.origin}/worksheets/${sheetInAddress() ?? id}`;
+  const actor = { homePage: `${location.origin}/`, name };
+  const about = { actor, home, sheet, when: new Date().toISOString() };
+  for (const statement of statementsOf(about, given, before))
+    window.parent.postMessage({ pendulumd: "statement", statement }, "*");
+}
+
+/** The worksheet beside the stage. @param {App} app */
+async function mountSheet(app) {
+  const place = h("section", { id: "embed-sheet" });
+  document.documentElement.dataset.embed = "sheet";
+  document.getElementById("main")?.append(place);
+  const name = fresh();
+  place.addEventListener("pendulumd-handin", (event) =>
+    tellAnswers(name, /** @type {CustomEvent} */ (event).detail),
+  );
+  try {
+    const [{ default: part }] = await Promise.all([
+      app.files.script("drawers/worksheet.js"),
+      ...["drawers", "class"].map((words) => app.text.part(words)),
+    ]);
+    await part.mount(place, app);
+  } catch (error) {
+    place.replaceChildren(h("p", { class: "fault", role: "alert" }, said(error, app.text)));
+  }
+}
+
 /** @param {App} app */
 export default function beginEmbed(app) {
   const { store, text, clock } = app;
@@ -66,4 +101,5 @@ export default function beginEmbed(app) {
   });
   window.addEventListener("message", (event) => heard(app, event));
   follow();
+  if (namesSheet()) mountSheet(app);
 }

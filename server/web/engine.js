@@ -39,8 +39,16 @@ const started = (worker) =>
     worker.addEventListener("error", () => resolve(false));
   });
 
-/** The operation of a route, "" if the engine has none. @param {string} path */
-const operationOf = (path) => OPERATIONS.find((name) => path === `/v1/${name}`) ?? "";
+/**
+ * The operation of a route and its argument, null if the engine has none. The examples are the
+ * server's where it is there: they cost it nothing.
+ * @param {string} path @param {unknown} body @param {boolean} alone
+ */
+function operationOf(path, body, alone) {
+  const [, , name, argument = ""] = path.split("/");
+  if (typeof body === "string") return OPERATIONS.includes(name) && !argument ? { name } : null;
+  return alone && name === "presets" ? { name, argument: decodeURIComponent(argument) } : null;
+}
 
 /** @returns {Engine} */
 export function createEngine() {
@@ -72,11 +80,12 @@ export function createEngine() {
 
   /** @param {string} path @param {RequestInit} options @param {boolean} alone */
   function answer(path, { body, headers, signal }, alone) {
-    const operation = operationOf(path);
-    if (!ready || !operation || typeof body !== "string") return Promise.resolve(null);
+    const asks = operationOf(path, body, alone);
+    if (!ready || !asks) return Promise.resolve(null);
     const { Accept: accept } = /** @type {Record<string, string>} */ (headers ?? {});
     const id = ++last;
-    const request = { operation, accept, body, most: alone ? undefined : QUICK };
+    const most = alone ? undefined : QUICK;
+    const request = { operation: asks.name, argument: asks.argument, accept, body, most };
     return new Promise((resolve, reject) => {
       const stop = () => {
         const waiting = asked.get(id);

@@ -19,10 +19,13 @@ const { brought, refusals } = (shared[Symbol.for("pendulumd.files")] ??= {
   refusals: new Map(),
 });
 
+/** Where the page's files are; what runs first stands in the document, which is elsewhere. */
+const home = new URL(`${document.documentElement.dataset.page}/`, location.href);
+
 /** @param {string} path */
 function addressOf(path) {
   const count = refusals.get(path);
-  return new URL(count ? `${path}?again=${count}` : path, import.meta.url).href;
+  return new URL(count ? `${path}?again=${count}` : path, home).href;
 }
 
 /** @param {number} milliseconds */

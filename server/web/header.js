@@ -8,8 +8,9 @@ import { LANGUAGES } from "./text/languages.js";
 
 const KEYS = ["tab", "turn", "length", "mass", "add", "delete", "trail", "enter", "space", "undo"];
 
-/** What can be done, and with which keys. @param {Text} text */
-function helpOf(text) {
+/** What can be done, and with which keys. @param {App} app */
+function helpOf({ text, offline }) {
+  const without = h("p", { class: "quiet", "data-offline": "" });
   const dialog = h("dialog", { class: "help", "aria-labelledby": "help-title" });
   dialog.append(
     h(
@@ -34,9 +35,14 @@ function helpOf(text) {
       " ",
       h("a", { href: "/docs" }, text("help.docs")),
     ),
+    without,
   );
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
-  return dialog;
+  const show = () => {
+    without.textContent = text(`offline.${offline.kind}`);
+    dialog.showModal();
+  };
+  return { dialog, show };
 }
 
 /** The two buttons of the history. @param {App} app */
@@ -72,7 +78,7 @@ function titleOf(text, { preset, title }) {
 export function mountHeader(element, app) {
   const { store, text, theme } = app;
   const bag = createBag();
-  const help = helpOf(text);
+  const help = helpOf(app);
   const { undo, redo } = historyOf(app);
   const shade = iconButton("dark", text("theme"), () => theme.toggle(), { "data-act": "theme" });
   const title = h("p", { class: "title" });
@@ -87,12 +93,10 @@ export function mountHeader(element, app) {
     "data-act": "new",
     on: { click: () => app.edits.begin() },
   };
-  const ask = iconButton("help", text("help.title"), () => help.showModal(), {
-    "data-act": "help",
-  });
+  const ask = iconButton("help", text("help.title"), help.show, { "data-act": "help" });
   const anew = h("button", begin, text("new"));
   const tools = h("div", { class: "tools" }, anew, undo, redo, ask, docs, tongueOf(app), shade);
-  element.append(h("h1", {}, text("name")), title, tools, help);
+  element.append(h("h1", {}, text("name")), title, tools, help.dialog);
 
   /** @param {Doc} doc */
   function show(doc) {

@@ -17,11 +17,16 @@ export function inAddress() {
   return asked in LANGUAGES ? asked : "";
 }
 
+/** The language that was chosen, by the address or here once; "" where the browser's own holds. */
+export function chosen() {
+  const before = kept.get(KEPT) ?? "";
+  return inAddress() || (before in LANGUAGES ? before : "");
+}
+
 /** What the page shall speak. */
 export function wanted() {
   const own = navigator.languages.map((name) => name.slice(0, 2));
-  const tongues = [inAddress(), kept.get(KEPT) ?? "", ...own];
-  return tongues.find((name) => name in LANGUAGES) ?? "en";
+  return [chosen(), ...own].find((name) => name in LANGUAGES) ?? "en";
 }
 
 /** Keeps a choice, in the address too, which may be handed on. @param {string} language */

@@ -16,6 +16,7 @@ import { order } from "./tree.js";
 
 const PALETTES = ["safe", "paper"];
 const MOST_BYTES = 1 << 22; // of a scene that a link holds
+const FARTHEST = 1e6; // m, degrees: of a ruler or a protractor
 const MOST_NUMBERS = 1e7; // of one column of a motion: what a page can hold
 
 /** {title, request, view} of a document, as /v1/scenes takes it. @param {Doc} doc */
@@ -34,6 +35,15 @@ const state = (value, n) =>
   (!value?.cart || numbers([value.cart.x, value.cart.v], 2));
 
 /**
+ * A ruler or a protractor: four numbers, none where it is not laid down yet, null without one.
+ * @param {unknown} value @returns {value is number[] | null}
+ */
+const gauge = (value) =>
+  value === null ||
+  (Array.isArray(value) && !value.length) ||
+  (numbers(value, 4) && value.every((number) => Math.abs(number) < FARTHEST));
+
+/**
  * What of a scene's view this page understands.
  * @param {Record<string, any>} view @param {number} n
  */
@@ -44,12 +54,13 @@ function viewOf(view, n) {
   const known = {};
   if (view.drawer === null || DRAWERS.includes(view.drawer)) known.drawer = view.drawer;
   if (view.speed > 0 && view.speed <= 16) known.speed = view.speed;
-  if (typeof view.loop === "boolean") known.loop = view.loop;
-  if (typeof view.arrows === "boolean") known.arrows = view.arrows;
-  if (typeof view.endless === "boolean") known.endless = view.endless;
+  for (const name of /** @type {const} */ (["loop", "arrows", "endless"]))
+    if (typeof view[name] === "boolean") known[name] = view[name];
   if (Array.isArray(view.vectors))
     known.vectors = Object.keys(VECTORS).filter((name) => view.vectors.includes(name));
   if (view.vectorScale >= 0.1 && view.vectorScale <= 10) known.vectorScale = view.vectorScale;
+  for (const name of /** @type {const} */ (["ruler", "protractor"]))
+    if (gauge(view[name])) known[name] = view[name];
   if (PALETTES.includes(view.palette)) known.palette = view.palette;
   if (Array.isArray(view.trails)) known.trails = view.trails.filter(arm).slice(0, 8);
   known.selected = arm(view.selected) ? view.selected : 0;
@@ -70,6 +81,10 @@ function soundTree({ length, mass, parent, ...terms }, n) {
   );
 }
 
+/** @param {any} ghost @param {number} n */
+const soundGhost = (ghost, n) =>
+  state(ghost, n) && (!ghost.pendulum || soundTree(ghost.pendulum, n));
+
 /**
  * The patch of a scene whose request is in the page's own form; throws where it is not sound.
  * @param {Scene} scene @returns {Patch}
@@ -85,7 +100,7 @@ export function patchOf(scene) {
     (patch.span.stop / patch.span.step) * n < MOST_NUMBERS;
   if (!sound) throw new Error("not a scene of this page");
   const ghosts = Array.isArray(scene.view?.ghosts)
-    ? scene.view.ghosts.filter((ghost) => state(ghost, n)).slice(0, 20)
+    ? scene.view.ghosts.filter((ghost) => soundGhost(ghost, n)).slice(0, 20)
     : [];
   return {
     ...patch,

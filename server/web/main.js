@@ -3,6 +3,7 @@
 // Invariant: views know the app (types.d.ts), never each other; what fails of the page is told, and
 // the rest goes on.
 
+import { watchSleep } from "./asleep.js";
 import { createClient, said } from "./client.js";
 import { createClock } from "./clock.js";
 import { mountDrawers } from "./drawers.js";
@@ -15,6 +16,7 @@ import { choose } from "./language.js";
 import { readLink } from "./link.js";
 import { createLive } from "./live.js";
 import { createMotion } from "./motion.js";
+import { createOffline } from "./offline.js";
 import { followForces } from "./preview.js";
 import { enterRoom } from "./room.js";
 import { mountStage } from "./stage.js";
@@ -53,6 +55,7 @@ const named = location.hash.length > 1 || first.patch;
 const wide = !embedded && matchMedia("(min-width: 861px)").matches && !named;
 const store = createStore(first.patch ?? (wide ? { view: { drawer: "presets" } } : {}));
 const motion = createMotion({ store, client, clock });
+const offline = createOffline(text);
 const live = /** @type {HTMLElement} */ (document.getElementById("live"));
 /** @type {{destroy: End}[]} */
 let views = [];
@@ -62,6 +65,7 @@ const parts = {
   motion,
   clock,
   client,
+  offline,
   text,
   theme,
   files,
@@ -85,6 +89,7 @@ const parts = {
     try {
       await text.use(language);
       choose(language);
+      offline.speak();
     } catch (error) {
       parts.complain(said(error, text));
     }
@@ -92,7 +97,10 @@ const parts = {
   },
   /** The stage's own (card.js, stage.js), where it has come. */
   editArm() {},
-  stage: { tip: () => ({ x: 0, y: 0 }) },
+  stage: {
+    tip: () => ({ x: 0, y: 0 }),
+    seen: () => ({ left: -1, right: 1, up: 1, down: -1 }),
+  },
 };
 
 const app = /** @type {App} */ (/** @type {unknown} */ (parts));
@@ -201,17 +209,26 @@ async function begin() {
   else open();
   if (first.fault) app.complain(text("failure.link"));
   if (!embedded) beginJournal(app, open);
+  watchSleep(app);
   tellWithout();
   if (embedded) files.script("embed.js").then(({ default: frame }) => frame(app));
   else enterRoom(app).catch((error) => app.complain(said(error, text)));
   if (!still.matches && first.playing) clock.play();
 }
 
-// the engine comes when the pendulum swings
+/** The engine; who waits for a server that is gone asks it at once. */
+async function beginEngine() {
+  await client.engine.begin();
+  if (client.engine.ready) client.hurry();
+}
+
+// the engine comes when the pendulum swings, or where no server answers; the page is kept then
 const swings = motion.subscribe((_, what) => {
   if (what !== "stats" && what !== "failure") return;
   swings();
-  client.engine.begin();
+  beginEngine();
+  offline.begin();
 });
+client.watch(({ kind }) => kind === "away" && beginEngine());
 
 begin();

@@ -1,5 +1,5 @@
 // What the page has to say about its data: on its way, the server is gone or has no room, the
-// request was refused.
+// request was refused; and that a newer version of the page is there.
 // Leaves to others: trying again (client.js), undoing.
 // Invariant: one line, the gravest matter; it goes by itself when the matter is over.
 
@@ -29,7 +29,7 @@ function matterOf(app, late) {
   const { motion, client, text } = app;
   if (motion.failure) return failed(app, motion.failure);
   const { kind, retry } = client.state;
-  if (kind !== "well") {
+  if (kind === "away" || kind === "busy") {
     const words = text(`failure.${kind}.retry`, { seconds: retry });
     return { words, label: text("again.now"), act: client.hurry, bad: true };
   }
@@ -41,10 +41,16 @@ function matterOf(app, late) {
       bad: true,
     };
   }
-  if (!motion.loading || !late) return null;
-  const share = motion.total ? Math.floor((100 * motion.count) / motion.total) : 0;
-  return { words: text("loading", { share }) };
+  if (motion.loading && late) {
+    const share = motion.total ? Math.floor((100 * motion.count) / motion.total) : 0;
+    return { words: text("loading", { share }) };
+  }
+  if (app.offline.newer)
+    return { words: text("offline.newer"), label: text("offline.load"), act: reload };
+  return kind === "alone" ? { words: text("offline.alone") } : null;
 }
+
+const reload = () => location.reload();
 
 /** @param {HTMLElement} element @param {App} app */
 export function mountNotices(element, app) {
@@ -87,6 +93,7 @@ export function mountNotices(element, app) {
 
   bag.on(button, "click", () => act?.());
   bag(client.watch(show));
+  bag(app.offline.watch(show));
   bag(motion.subscribe(show));
   bag(() => clearTimeout(timer));
   show();

@@ -10,12 +10,21 @@ export function codeInAddress() {
   return /^[A-HJ-NP-Z2-9]{5}$/i.test(asked) ? asked.toUpperCase() : null;
 }
 
+/** The worksheet in the address that comes with the page, /?sheet=period; null without one. */
+export function sheetInAddress() {
+  const asked = new URLSearchParams(location.search).get("sheet");
+  return asked && /^[a-z]{1,20}$/.test(asked) ? asked : null;
+}
+
+/** Whether the address names a worksheet, or holds one (#w=). */
+export const namesSheet = () => location.hash.startsWith("#w=") || sheetInAddress() !== null;
+
 /**
  * Opens the worksheet of a link; goes into the room, if there is one to go into.
  * @param {App} app
  */
 export async function enterRoom(app) {
-  if (location.hash.startsWith("#w=")) app.store.set({ view: { drawer: "worksheet" } });
+  if (namesSheet()) app.store.set({ view: { drawer: "worksheet" } });
   const kept = keep.get("pendulumd.rooms") ?? history.state?.["pendulumd.rooms"] ?? "[]";
   if (!codeInAddress() && kept === "[]") return;
   const { resume } = await app.files.script("drawers/class.js");

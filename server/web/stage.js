@@ -1,13 +1,14 @@
 // The stage: the pendulum at the clock's time, on a canvas that fills its place, and what lies on
 // it.
 // Leaves to others: the strokes (paint.js, trails.js), what to show (camera.js), hands (hands.js),
-// keys (arms.js), words (card.js, legend.js, notices.js).
+// keys (arms.js), words (card.js, legend.js, notices.js), ruler and protractor (drawers/gauges.js).
 // Invariant: draws at most once a frame, and only when something has changed.
 
 import { foldedTheta } from "./angles.js";
 import { mountArms } from "./arms.js";
 import { aim, boxOf, forceScale } from "./camera.js";
 import { mountCard } from "./card.js";
+import { said } from "./client.js";
 import { createBag, h } from "./dom.js";
 import { mountHands } from "./hands.js";
 import { mountLegend } from "./legend.js";
@@ -36,8 +37,8 @@ const NARROW = 560; // pixels, below which the card lies under the pendulum
  *   vectors: ReturnType<typeof createVectors>,
  *   painter: paint.Painter, trails: ReturnType<typeof createTrails>, look: Look,
  *   place: Place, ghostPlace: Place, goal: Camera, frame: number, last: number, box: Box | null,
- *   stale: boolean, size: {width: number, height: number, ratio: number},
- *   parts: {follow?: () => void, show?: () => void, destroy: End}[],
+ *   stale: boolean, gauges: boolean, size: {width: number, height: number, ratio: number},
+ *   parts: StagePart[],
  * }} Stage
  */
 
@@ -212,7 +213,7 @@ function drawGhost({ app, look, painter, ghostPlace }, i) {
   if (ghost.n !== shape.n) return;
   anglesAt(ghost, app.clock.time, ghostPlace, shape.ghostPhi);
   shape.ghost.cart = cartAt(ghost, ghostPlace.index, ghostPlace.fraction);
-  tips(shape.tree, shape.rows, shape.ghostPhi, 0, shape.ghost, shape.time);
+  tips(ghost.doc.pendulum, shape.rows, shape.ghostPhi, 0, shape.ghost, shape.time);
   paint.paintGhost(painter, i, look);
 }
 
@@ -285,6 +286,7 @@ function createStage(element, app) {
     frame: 0,
     last: 0,
     box: null,
+    gauges: false, // they have been asked for
     stale: true, // the box and the scale are of an older motion
     size: { width: 0, height: 0, ratio: 1 },
     parts: [],
@@ -304,20 +306,70 @@ function tipOf({ shape, camera }, arm) {
   };
 }
 
+/** What is in sight, metres. @param {Stage} stage @returns {Seen} */
+function seenOf({ look: { camera }, size }) {
+  const scale = camera.scale || 1;
+  return {
+    left: -camera.x / scale,
+    right: (size.width - camera.x) / scale,
+    up: camera.y / scale,
+    down: (camera.y - size.height) / scale,
+  };
+}
+
+/**
+ * The ruler and the protractor, which come when one of them is wanted.
+ * @param {Stage} stage @param {Bag} bag
+ */
+async function wantGauges(stage, bag) {
+  const { app, element, canvas, look } = stage;
+  const { ruler, protractor } = app.store.get().view;
+  if (stage.gauges || (!ruler && !protractor)) return;
+  stage.gauges = true;
+  try {
+    const [{ default: mount }] = await Promise.all([
+      app.files.script("drawers/gauges.js"),
+      app.files.style("drawers/gauges.css"),
+      app.text.part("measure"),
+    ]);
+    if (!canvas.isConnected) return;
+    const part = tried(app, () => mount(element, app, look));
+    app.stage.join(part);
+    bag(part.destroy);
+  } catch (error) {
+    stage.gauges = false;
+    app.complain(said(error, app.text));
+  }
+}
+
 /** @param {HTMLElement} element @param {App} app */
 export function mountStage(element, app) {
   const bag = createBag();
   const stage = createStage(element, app);
   const { look, canvas } = stage;
-  app.stage = { tip: (arm) => tipOf(look, arm) };
+  app.stage = {
+    tip: (arm) => tipOf(look, arm),
+    camera: look.camera,
+    seen: () => seenOf(stage),
+    join(part) {
+      stage.parts.push(part);
+      look.soon();
+      return () => stage.parts.splice(stage.parts.indexOf(part), 1);
+    },
+  };
   // in the order of the tab key
   const mounts = [mountArms, mountCard, mountLegend, mountNotices];
   stage.parts = mounts.map((mount) => tried(app, () => mount(element, app, look)));
   stage.parts.push(tried(app, () => mountHands(canvas, app, look)));
-  for (const part of [...stage.parts].reverse()) bag(part.destroy);
+  for (const { destroy } of [...stage.parts].reverse()) if (destroy) bag(destroy);
 
   bag(app.motion.subscribe((_, what) => followMotion(stage, what)));
-  bag(app.store.subscribe((doc, before) => followDocument(stage, doc, before)));
+  bag(
+    app.store.subscribe((doc, before) => {
+      followDocument(stage, doc, before);
+      wantGauges(stage, bag);
+    }),
+  );
   // while it plays the clock calls once a frame
   bag(app.clock.subscribe(() => (app.clock.playing ? draw(stage) : look.soon())));
   bag(app.theme.subscribe(() => recolour(stage)));
@@ -328,6 +380,7 @@ export function mountStage(element, app) {
   stage.trails.follow(app.motion.track, app.store.get().view.trails);
   describe(stage);
   fit(stage);
+  wantGauges(stage, bag);
   return {
     destroy: () => {
       bag.end();

@@ -31,6 +31,8 @@ export const PAPER = {
     vectors: [],
     vectorScale: 1,
     endless: false,
+    ruler: null,
+    protractor: null,
     palette: "safe",
     selected: 0,
   },
@@ -88,8 +90,9 @@ export function request(doc, initial = doc.initial) {
  * @param {Doc} doc @param {Ghost} ghost
  */
 export function ghostOf(doc, ghost) {
-  const { phi, phid, cart, apart, method, rtol = null, atol = null } = ghost;
-  const own = method ? { ...doc, method, rtol, atol, precision: "double" } : doc;
+  const { phi, phid, cart, apart, method, rtol = null, atol = null, pendulum } = ghost;
+  const of = pendulum ? { ...doc, pendulum } : doc;
+  const own = method ? { ...of, method, rtol, atol, precision: "double" } : of;
   if (apart === undefined) return { doc: own, initial: { phi, phid, cart } };
   const start = doc.initial;
   return {

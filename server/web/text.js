@@ -4,7 +4,7 @@
 // Invariant: a key that is missing shows itself, so that a test sees it; the English words of the
 // first part are here from the start.
 
-import { direction, wanted, wordsOf } from "./language.js";
+import { chosen, direction, wanted, wordsOf } from "./language.js";
 import en from "./text/en/page.js";
 
 /** @typedef {Record<string, string>} Words */
@@ -42,7 +42,7 @@ function addNumbers(text) {
  * text(key, holes); text.count(key, count, holes) by the language's plural; text.part(name) when
  * the words of a part of the page are here; numbers as the language writes them:
  * text.number(value, digits) fixed decimals, text.short(value, digits) significant digits,
- * text.read(typed) a number or NaN.
+ * text.read(typed) a number or NaN; text.chosen() the language that somebody chose, or "".
  * @returns {Text}
  */
 export function createText() {
@@ -56,6 +56,7 @@ export function createText() {
   const text = /** @type {Text} */ (fill);
 
   text.language = "en";
+  text.chosen = chosen;
   text.has = (key) => key in words;
   text.count = (key, count, holes = {}) => {
     const form = `${key}.${new Intl.PluralRules(text.language).select(count)}`;

@@ -18,6 +18,10 @@ export const theme = {
     keep.set(KEPT, theme.dark ? "light" : "dark");
     apply();
   },
+  /** Light whatever was chosen, as on paper, or no longer so. @param {boolean} on */
+  paper(on) {
+    apply(on ? "light" : undefined);
+  },
   /** fn() after every change. */
   subscribe(fn) {
     listeners.add(fn);
@@ -25,10 +29,12 @@ export const theme = {
   },
 };
 
-function apply() {
-  document.documentElement.dataset.theme = keep.get(KEPT) ?? (system.matches ? "dark" : "light");
+const chosen = () => keep.get(KEPT) ?? (system.matches ? "dark" : "light");
+
+function apply(name = chosen()) {
+  document.documentElement.dataset.theme = name;
   for (const listener of listeners) listener();
 }
 
-system.addEventListener("change", apply);
+system.addEventListener("change", () => apply());
 apply();

@@ -68,6 +68,8 @@ interface State {
  * so much.
  */
 interface Ghost extends State {
+  /** Of the same arms as the document's, with other numbers; the document's where it is left out. */
+  pendulum?: Tree;
   apart?: number;
   method?: string;
   rtol?: number | null;
@@ -85,6 +87,10 @@ interface View {
   vectorScale: number;
   /** The motion goes on at its end. */
   endless: boolean;
+  /** [x, y] of both ends, m from the pivot; nothing in it: it is not laid down yet. */
+  ruler: number[] | null;
+  /** [x, y] of its corner, m; its legs, degrees from hanging, counterclockwise. */
+  protractor: number[] | null;
   palette: string;
   selected: number;
 }
@@ -282,7 +288,8 @@ interface Client {
   hurry(): void;
   readonly engine: Engine;
   watch(fn: (state: { kind: string; retry: number }) => unknown): End;
-  ask(path: string, options?: RequestInit): Promise<Response>;
+  /** longest: between two tries, s. */
+  ask(path: string, options?: RequestInit, longest?: number): Promise<Response>;
   post(path: string, body: object, options?: AskOptions & { accept?: string }): Promise<Response>;
   trajectory(body: object, options?: AskOptions): Answer;
   forces(body: object, options?: AskOptions): Answer;
@@ -307,6 +314,8 @@ interface Client {
 interface Text {
   (key: string, holes?: Record<string, unknown>): string;
   language: string;
+  /** The language that the address names or that was chosen here; "" without such a choice. */
+  chosen(): string;
   has(key: string): boolean;
   /** By the language's plural: the key's .one, .other ...; {count} is filled in. */
   count(key: string, count: number, holes?: Record<string, unknown>): string;
@@ -348,6 +357,7 @@ interface Live {
 interface Theme {
   readonly dark: boolean;
   toggle(): void;
+  paper(on: boolean): void;
   subscribe(fn: () => unknown): End;
 }
 
@@ -357,12 +367,24 @@ interface Files {
   style(path: string): Promise<unknown>;
 }
 
+/** The page without a server (offline.js). */
+interface Offline {
+  /** "none", "coming" or "kept" */
+  readonly kind: string;
+  readonly newer: boolean;
+  begin(): Promise<void>;
+  check(): Promise<void>;
+  speak(): void;
+  watch(fn: () => unknown): End;
+}
+
 /** What every view knows. */
 interface App {
   store: Store;
   motion: Motion;
   clock: Clock;
   client: Client;
+  offline: Offline;
   text: Text;
   theme: Theme;
   files: Files;
@@ -381,7 +403,33 @@ interface App {
   speak(language: string): Promise<void>;
   /** The stage's: opens the fields of an arm. */
   editArm(arm: number): void;
-  stage: { tip(arm: number): Point };
+  stage: { tip(arm: number): Point; camera: Camera; seen(): Seen; join(part: StagePart): End };
+  /** Whose table a fit is of: the film that was marked (drawers/film.js). */
+  film?: { fitted(table: string, camera: FitCamera): number | null } | null;
+  /** A table that waits for the drawer Measure (drawers/measurements.js). */
+  measurements?: string | null;
+}
+
+/** What is on the stage beside the pendulum: told when it is drawn, and when colours change. */
+interface StagePart {
+  follow?(): void;
+  show?(): void;
+  destroy?: End;
+}
+
+/** Where measured places are: origin + scale e^(i rotation) place, in their own unit. */
+interface FitCamera {
+  scale: number;
+  rotation: number;
+  origin: number[];
+}
+
+/** What the stage shows, m from where the pivot stands at first. */
+interface Seen {
+  left: number;
+  right: number;
+  up: number;
+  down: number;
 }
 
 interface Point {

@@ -35,23 +35,27 @@ static void admission_key(struct srv_exchange *exchange) {
     case SRV_KEY_BROKEN:
         why = "the key is not whole";
         srv_exchange_problem(exchange, 401,
+                             API_TYPE_CREDENTIALS
                              "this key is not whole: a key is pdk_ and %d characters, of which the "
                              "last six must fit the others; send it as it was handed out",
                              SRV_KEY_TOKEN - 1 - 4);
         break;
     case SRV_KEY_EXPIRED:
         why = "the key has expired";
-        srv_exchange_problem(exchange, 401, "the key %s has expired, at %s: %s", name, since,
+        srv_exchange_problem(exchange, 401,
+                             API_TYPE_CREDENTIALS "the key %s has expired, at %s: %s", name, since,
                              other);
         break;
     case SRV_KEY_REVOKED:
         why = "the key was revoked";
-        srv_exchange_problem(exchange, 401, "the key %s was revoked, at %s: %s", name, since,
+        srv_exchange_problem(exchange, 401,
+                             API_TYPE_CREDENTIALS "the key %s was revoked, at %s: %s", name, since,
                              other);
         break;
     case SRV_KEY_UNKNOWN:
     case SRV_KEY_GOOD:
         srv_exchange_problem(exchange, 401,
+                             API_TYPE_CREDENTIALS
                              "this server knows no such key: it was not made here, or was "
                              "removed; %s",
                              other);
@@ -94,7 +98,7 @@ int srv_admission_named(struct srv_exchange *exchange) {
     case SRV_IDENTITY_NO_TOKEN:
         break;
     }
-    srv_exchange_problem(exchange, 401, "%s", srv_identity_rule);
+    srv_exchange_problem(exchange, 401, API_TYPE_CREDENTIALS "%s", srv_identity_rule);
     srv_exchange_header(exchange, "WWW-Authenticate", admission_invalid);
     return 0;
 }
@@ -126,8 +130,8 @@ void srv_admission_forbid(struct srv_exchange *exchange, enum srv_role needed, c
         srv_exchange_header(exchange, "WWW-Authenticate", admission_realm);
         return;
     }
-    srv_exchange_problem(exchange, 403, "%s: your role is %s, and that needs %s", what,
-                         srv_role_word(identity->role), role);
+    srv_exchange_problem(exchange, 403, API_TYPE_ROLE "%s: your role is %s, and that needs %s",
+                         what, srv_role_word(identity->role), role);
     admission_asks(exchange, "insufficient_scope", "scope", role);
 }
 
@@ -153,6 +157,7 @@ static int admission_computed(struct srv_exchange *exchange) {
     if (wait <= 0) return 1;
     srv_metrics_count(&exchange->service->metrics.refused_compute, 1);
     srv_exchange_problem(exchange, 429,
+                         API_TYPE_RATE
                          "your requests have computed more than the %.15g seconds a minute of the "
                          "role %s",
                          seconds, srv_role_word(exchange->identity.role));
@@ -179,7 +184,8 @@ int srv_admission_count(struct srv_exchange *exchange) {
                                         service->config.address_clients, srv_clock_now());
     if (exchange->quota.granted) return 1;
     srv_metrics_count(&service->metrics.refused_rate, 1);
-    srv_exchange_problem(exchange, 429, "more requests than the limit %s of %.0f a minute", named,
+    srv_exchange_problem(exchange, 429,
+                         API_TYPE_RATE "more requests than the limit %s of %.0f a minute", named,
                          a_minute);
     srv_exchange_retry(exchange, exchange->quota.retry);
     return 0;

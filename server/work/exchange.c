@@ -194,18 +194,16 @@ void srv_exchange_not_modified(struct srv_exchange *exchange, const char *etag) 
 }
 
 void srv_exchange_problem(struct srv_exchange *exchange, int status, const char *format, ...) {
-    char detail[API_DETAIL_BYTES];
     struct api_problem problem;
     va_list arguments;
     assert(srv_exchange_valid(exchange) && status >= 400 && status <= 599);
+    api_problem_init(&problem);
     va_start(arguments, format);
-    vsnprintf(detail, sizeof detail, format, arguments);
+    api_problem_set_list(&problem, status, format, arguments);
     va_end(arguments);
     exchange->headers = 0;
     exchange->answer.bytes = 0;
     exchange_drop(exchange);
-    api_problem_init(&problem);
-    api_problem_set(&problem, status, "%s", detail);
     enum pend_status written = api_problem_write(&problem, &exchange->answer);
     api_problem_clear(&problem);
     if (written == PEND_OK) {
@@ -253,12 +251,14 @@ void srv_exchange_crowded(struct srv_exchange *exchange, enum srv_room room, con
     if (room == SRV_ROOM_NEVER) {
         srv_exchange_problem(
             exchange, 413,
-            "%s takes more memory than one client may hold: max-client-held-bytes, %.0f", what,
-            share);
+            API_TYPE_LIMIT
+            "%s takes more memory than one client may hold: max-client-held-bytes, %.0f",
+            what, share);
         return;
     }
     srv_exchange_problem(
         exchange, 429,
+        API_TYPE_QUOTA
         "requests of yours hold too much memory for %s: max-client-held-bytes is %.0f; read or end "
         "those that are open",
         what, share);

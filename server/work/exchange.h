@@ -38,10 +38,12 @@
     X(SRV_PREFLIGHT, "Access-Control-Request-Method", LAST)                                        \
     X(SRV_PREFER, "Prefer", LIST)                                                                  \
     X(SRV_IDEMPOTENCY_KEY, "Idempotency-Key", ONE)                                                 \
+    X(SRV_JOB_TITLE, "Job-Title", ONE)                                                             \
     X(SRV_ROOM_TOKEN, "Class-Token", ONE)                                                          \
     X(SRV_AUTHORIZATION, "Authorization", ONE)                                                     \
     X(SRV_REQUEST_ID, "X-Request-Id", LAST)                                                        \
     X(SRV_TRACE, "Traceparent", LAST)                                                              \
+    X(SRV_SCHEME, "X-Forwarded-Proto", LAST)                                                       \
     X(SRV_FORWARDED, "", LIST) /* the name is the option client-header */                          \
     X(SRV_ROLES, "", LIST)     /* the name is the option role-header */                            \
     X(SRV_USER_AGENT, "User-Agent", LAST)

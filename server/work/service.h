@@ -22,6 +22,7 @@
 #include "server/base/buffer_pool.h"
 #include "server/store/storage.h"
 
+struct srv_cells;
 struct srv_events;
 struct srv_inflight;
 struct srv_part_runner;
@@ -64,6 +65,7 @@ struct srv_service {
     struct srv_storage *storage;    /* where jobs are kept; NULL = nowhere */
     struct srv_part_runner *runner; /* that computes them; NULL with the storage */
     struct srv_events *events;      /* who listens to them; NULL with the storage */
+    struct srv_cells *cells;        /* processes that compute; NULL = its threads compute */
     struct api_limits job_limits;
     struct srv_buffer_pool pool;
     struct srv_lengths lengths; /* of results that were written once */

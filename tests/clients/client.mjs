@@ -24,6 +24,11 @@ const rows = [];
 for await (const row of four.rows({ times, output: ["phi", "z", "energy"] })) rows.push(row);
 check("rows are the same doubles", rows.length === 501 && rows.every((row, i) => row.t === motion.t[i] && row.energy_total === motion.energy.total[i]
   && row.phi.every((angle, k) => angle === motion.phi[i][k]) && row.z_im.every((y, k) => y === motion.z.im[i][k])));
+const floats = [];
+for await (const row of four.rows({ times, output: ["phi", "z", "energy"], number: "float32" })) floats.push(row);
+check("rows of floats are those doubles rounded", floats.length === 501 && floats.every((row, i) => row.phi instanceof Float32Array
+  && row.t === Math.fround(motion.t[i]) && row.energy_total === Math.fround(motion.energy.total[i])
+  && row.phi.every((angle, k) => angle === Math.fround(motion.phi[i][k])) && row.z_im.every((y, k) => y === Math.fround(motion.z.im[i][k]))));
 check("routes", (await four.ask("modes", {})).omega.length === 4 && (await four.ask("forces", { state: { phi: [0, 0, 0, 0] } })).phidd.length === 4
   && (await four.ask("trees", {})).depth.join() === "1,2,3,3" && (await four.client.presets).presets.length > 3);
 const damped = await new Pendulum({ length: [1, 1], mass: [1, 1], parent: [0, 1], damping: [0.1, 0.2] }).ask("trees", {});
@@ -57,9 +62,25 @@ check("the answer of a job", answer.phi.length === 40001);
 const whole = await job.bytes("application/octet-stream");
 const pieces = await new Client({ url: cutting }).job(job.id).bytes("application/octet-stream");
 check("a download goes on", whole.length === pieces.length && Buffer.compare(whole, pieces) === 0);
+const members = { states: [{ theta: [0, 0, 0, 0] }, { theta: [3, 3, 3, 3] }], duration: 3, observables: ["first_flip", "final"] };
+const form = { number: "float32", none: "nan", columns: ["member", "first_flip_time", "final_phi"] };
+const small = await four.submit("ensembles", { ...members, ...form });
+const usual = await (await four.submit("ensembles", members)).result();
+const flips = [];
+for await (const row of small.rows()) flips.push(row);
+check("a job's rows are floats where it was asked for them", flips.length === 2 && flips.every((row, i) => Object.keys(row).join() === "member,final_phi,first_flip_time"
+  && row.final_phi instanceof Float32Array && row.final_phi.every((angle, k) => angle === Math.fround(usual.final.phi[i][k])))
+  && Number.isNaN(flips[0].first_flip_time) && flips[1].first_flip_time === Math.fround(usual.first_flip.time[1]));
+const parquet = await small.bytes("application/vnd.apache.parquet");
+const npy = await small.bytes("application/x-npy");
+check("a job's results as Parquet and NPY", Buffer.from(parquet.subarray(-4)).toString() === "PAR1" && Buffer.from(npy.subarray(1, 6)).toString() === "NUMPY");
 const listed = [];
 for await (const each of four.client.jobs()) listed.push(each.id);
 check("the list has it", listed.includes(job.id));
+const named = await four.submit("forces", {}, undefined, {}, "zwölf % of it");
+const suiting = [];
+for await (const each of four.client.jobs({ operation: "forces", title: "lf % OF" })) suiting.push([each.id, each.title].join());
+check("a title finds its job alone", suiting.join() === [named.id, "zwölf % of it"].join());
 const endless = await four.submit("trajectories", { times: { stop: 4000, step: 0.001 } });
 check("cancel", (await endless.cancel()).status === "dismissed");
 await refused("a dismissed job has no answer", () => endless.result(), "dismissed");

@@ -122,6 +122,8 @@ def test_jobs(server, client, home):
     motion = job.result(progress=lambda job: looks.append(job.progress))
     check("a job's result is the answer", np.array_equal(motion.phi, four.run("0:40:0.001").phi) and looks[-1] == 100, looks)
     check("the list has it", job.id in [each.id for each in client.jobs()])
+    named = client.submit("forces", {"pendulum": {"length": [1], "mass": [1], "parent": [0]}}, title="fünf % of it")
+    check("a title finds its job alone", [each.state["title"] for each in client.jobs(title="nf % OF", operation="forces")] == ["fünf % of it"], named.state)
     front = Front(server.port)
     again = Client(front.url, token=os.environ["PENDULUM_TOKEN"]).job(job.id)
     front.moods = [("cut", 1000000), ("cut", 2000000)]
@@ -139,6 +141,15 @@ def test_jobs(server, client, home):
         (home / f"motion.npz.part-{etag[:32]}").write_bytes(beginning)
         job.save(path)
         check(f"a file of which {len(beginning)} bytes were there", path.read_bytes() == whole and not glob.glob(f"{path}.part*"))
+    # a job knows of itself that its numbers have 4 bytes
+    narrow = four.run("0:1:0.5", job=True, number="float32", output=["phi", "z"])
+    found, plain = list(client.job(narrow.id).stream(rows=2)), four.run("0:1:0.5", output=["phi", "z"])
+    check("a job of floats is streamed as floats", [len(block.t) for block in found] == [2, 1] and found[0].phi.dtype == np.float32
+          and np.array_equal(np.concatenate([block.phi for block in found]), plain.phi.astype(np.float32))
+          and np.array_equal(np.concatenate([block.z for block in found]), plain.z.astype(np.complex64)), found)
+    check("a job has its request", narrow.request()["number"] == "float32" and narrow.request()["output"] == ["phi", "z"], narrow.request())
+    wide = four.run("0:1:0.5", job=True, output=["phi", "z"])
+    check("and one of doubles as doubles", np.array_equal(np.concatenate([block.phi for block in wide.stream(rows=2)]), plain.phi))
     long = four.run("0:4000:0.001", job=True)
     check("cancel ends a job", long.cancel().status == "dismissed")
     try:
@@ -160,6 +171,7 @@ def test_asyncio(client):
         check("blocks", rows == [4000, 4000, 2001], rows)
         job = await double.aio.run("0:5:0.01", job=True)
         check("a job", len((await job.result()).t) == 501)
+        check("its request and its rows", (await job.request())["times"]["step"] == 0.01 and [len(block.t) async for block in job.stream()] == [501])
         draw = [{"vary": "theta", "arm": 1, "distribution": "uniform", "low": -3, "high": 3}]
         long = asyncio.ensure_future(double.aio.ensemble(random={"count": 150000, "draw": draw}, duration=60))
         await asyncio.sleep(0.2)

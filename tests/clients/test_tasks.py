@@ -10,8 +10,10 @@ from clients import TOP
 from rule import check, optional, skip
 
 SMALL = {"dataset": "2000", "flips": "100"}
-SAYS = {"dataset": "(2000, 500, 4) finite: True starts within 3 rad: True\n", "flips": "(100, 100) 61% turn over\n",
+SAYS = {"dataset": "(2000, 500) 20 starts within 3 rad: True energies kept: True\n", "flips": "(100, 100) 61% turn over\n",
         "exponents": "calm below -20 J: True chaotic above 0 J: True\n", "longjob": "(400001, 2) stays below 1 rad: True\n",
+        "gradient": "forwards and backwards agree: True\nas differences say: True\nthe descent finds what made the angles: True\n",
+        "sections": "40 orbits, True many points, all at the energy: True\n",
         "masses": "the heavier the second mass, the harder it pulls: True\n"}
 
 

@@ -1,4 +1,4 @@
-// Programs of the JavaScript client that compile, under `strict` and without a cast, and ten that must not: where one of these
+// Programs of the JavaScript client that compile, under `strict` and without a cast, and some that must not: where one of these
 // does, tsc says that its @ts-expect-error is not used.
 // Leaves to others: running them (client.mjs). Invariant: each wrong line is wrong in one way.
 import { Client, Pendulum, Refusal, type Job } from "pendulumd";
@@ -18,7 +18,11 @@ export async function right(): Promise<number> {
     const parts: Float64Array[] = [row.theta, row.z_re, row.z_im];
     if (row.t + row.energy_total + parts.length > 1000) break;
   }
-  const job = await pendulum.submit("ensembles", { states: [{ theta: [1, 2] }], duration: 5, observables: ["first_flip"] }, "mine");
+  for await (const row of pendulum.rows({ times: [0, 1], output: ["theta"], number: "float32" })) {
+    const narrow: Float32Array = row.theta;
+    if (narrow.length > 1000) break;
+  }
+  const job = await pendulum.submit("ensembles", { states: [{ theta: [1, 2] }], duration: 5, observables: ["first_flip"], number: "float32", none: "nan", columns: ["first_flip_time"] }, "mine");
   for await (const state of job.progress()) if (state.status === "failed") return 0;
   const flips: (number | null)[] | undefined = (await job.result()).first_flip?.time;
   const found: Job = await job.state();
@@ -55,4 +59,8 @@ export async function wrong(): Promise<void> {
   await pendulum.ask("trajectory", { times: [0, 1] });
   // @ts-expect-error 11: of a trajectory without z its tips
   (await pendulum.run({ times: [0, 1], output: ["phi"] })).z.re;
+  // @ts-expect-error 12: a kind of number that there is not
+  await pendulum.submit("ensembles", { states: [{ theta: [1, 2] }], duration: 5, number: "float16" });
+  // @ts-expect-error 13: rows of doubles are no floats
+  for await (const row of pendulum.rows({ times: [0, 1], output: ["phi"] })) ((floats: Float32Array) => floats)(row.phi);
 }

@@ -3,6 +3,7 @@
  * -fsanitize=fuzzer,address -DFUZZER, with api and core. Leaves to others: the grammar of JSON
  * (fuzz_json). Invariant: every call ends, with an answer or a problem of a known status, and
  * what it says is JSON (or CSV of even lines) again. */
+#include <assert.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -10,13 +11,15 @@
 #include <string.h>
 
 #include "api/call/call.h"
+#include "api/call/oembed.h"
 #include "api/json/json_in.h"
 #include "api/call/scene.h"
 #ifndef FUZZER
 #include "tests/harness/test.h"
 #endif
 
-enum { ROOM = 1 << 14, RUN_CAP = 100000, FORMATS = 6, OPS = 12, SCENE = 8 };
+enum { ROOM = 1 << 14, RUN_CAP = 100000, FORMATS = 8, OPS = 13, SCENE = 8, OEMBED = 12 };
+static_assert('0' + 2 * FORMATS * OPS <= 256, "every request in every form has a first byte");
 
 /* small limits, so that whatever is asked for is soon done or refused */
 static struct api_limits fuzz_limits(void) {
@@ -72,13 +75,44 @@ static int ndjson_is_sound(const char *text, size_t bytes) {
     return 1;
 }
 
-static int octets_are_finite(const char *text, size_t bytes) {
-    double x;
-    for (size_t at = 0; at + sizeof x <= bytes; at += sizeof x) {
-        memcpy(&x, text + at, sizeof x);
-        if (!isfinite(x)) return 0;
+/* how a request that was answered wants its numbers */
+struct form {
+    size_t each; /* bytes of a number in rows */
+    int nan;     /* what never comes is NaN */
+};
+
+static int says(const struct api_value *root, const char *member, const char *word) {
+    struct api_value value = api_value_member(root, member);
+    const char *text = api_value_text(&value);
+    return text && !strcmp(text, word);
+}
+
+static struct form form_of(const struct api_request *request) {
+    struct form form = {sizeof(double), 0};
+    struct api_json *document = NULL;
+    struct api_problem problem;
+    api_problem_init(&problem);
+    if (api_json_new(&document, request->body, request->body_bytes, 64, &problem) == PEND_OK) {
+        struct api_value root = api_json_root(document);
+        if (says(&root, "number", "float32")) form.each = sizeof(float);
+        form.nan = says(&root, "none", "nan");
     }
-    return bytes % sizeof x == 0;
+    api_json_free(&document);
+    api_problem_clear(&problem);
+    return form;
+}
+
+static int octets_are_finite(const char *text, size_t bytes, struct form form) {
+    for (size_t at = 0; at + form.each <= bytes; at += form.each) {
+        double x = 0;
+        float y = 0;
+        if (form.each == sizeof x)
+            memcpy(&x, text + at, sizeof x);
+        else
+            memcpy(&y, text + at, sizeof y);
+        if (!isfinite(x + (double)y) && !(form.nan && isnan(x + (double)y))) return 0;
+    }
+    return bytes % form.each == 0;
 }
 
 static size_t whole_at(const char *text, int bytes) {
@@ -100,6 +134,22 @@ static int mat_is_sound(const char *text, size_t bytes) {
     return at == bytes && !memcmp(text, "MATLAB 5.0", 10);
 }
 
+/* an array of records: its head ends a line, and the rows behind it are of doubles or floats */
+static int npy_is_sound(const char *text, size_t bytes, size_t each) {
+    if (bytes < 64 || memcmp(text, "\x93NUMPY\x02\0", 8) != 0) return 0;
+    size_t head = 12 + (unsigned char)text[8] + 256u * (unsigned char)text[9];
+    return head <= bytes && text[head - 1] == '\n' && (bytes - head) % each == 0 &&
+           memmem(text, head, "'shape': (", 10);
+}
+
+/* the description ends the file and lies behind the first mark; its fields begin with the version
+ */
+static int parquet_is_sound(const char *text, size_t bytes) {
+    if (bytes < 12 || memcmp(text, "PAR1", 4) || memcmp(text + bytes - 4, "PAR1", 4)) return 0;
+    size_t footer = whole_at(text + bytes - 8, 4);
+    return footer > 0 && footer + 12 <= bytes && text[bytes - 8 - footer] == (1 << 4 | 5);
+}
+
 static int status_is_known(int status) {
     static const int known[] = {200, 400, 404, 413, 422, 503};
     for (size_t i = 0; i < sizeof known / sizeof *known; i++)
@@ -108,7 +158,8 @@ static int status_is_known(int status) {
 }
 
 /* what is wrong with an answer, or NULL */
-static const char *answer_complaint(struct api_answer answer, const struct api_buffer *out) {
+static const char *answer_complaint(const struct api_request *request, struct api_answer answer,
+                                    const struct api_buffer *out) {
     const char *type = answer.media_type;
     if (!status_is_known(answer.status)) return "a status that nobody knows";
     if (answer.status == 503) return "it ran out of something";
@@ -121,9 +172,16 @@ static const char *answer_complaint(struct api_answer answer, const struct api_b
     if (strstr(type, "ndjson"))
         return ndjson_is_sound(out->data, out->bytes) ? NULL : "a line that is no JSON";
     if (strstr(type, "octet"))
-        return octets_are_finite(out->data, out->bytes) ? NULL : "octets that are no numbers";
+        return octets_are_finite(out->data, out->bytes, form_of(request))
+                   ? NULL
+                   : "octets that are no numbers";
     if (strstr(type, "npz"))
         return npz_is_sound(out->data, out->bytes) ? NULL : "an archive that is none";
+    if (strstr(type, "npy"))
+        return npy_is_sound(out->data, out->bytes, form_of(request).each) ? NULL
+                                                                          : "records that are none";
+    if (strstr(type, "parquet"))
+        return parquet_is_sound(out->data, out->bytes) ? NULL : "a Parquet file that is none";
     if (strstr(type, "matlab"))
         return mat_is_sound(out->data, out->bytes) ? NULL : "a MAT-file that is none";
     return json_is_sound(out->data, out->bytes) ? NULL : "an answer that is no JSON";
@@ -169,19 +227,47 @@ static const char *scene_complaint(const struct api_request *request,
     return fault;
 }
 
+/* reads the query of a link that is to be shown; what comes into HTML must be harmless there */
+static const char *oembed_complaint(const char *body, size_t bytes, int *status) {
+    char *query = strndup(body, bytes);
+    struct api_oembed wanted;
+    struct api_problem problem;
+    struct api_buffer out;
+    const char *fault = NULL;
+    api_problem_init(&problem);
+    api_buffer_init(&out, ROOM);
+    if (!query) return "it ran out of memory";
+    if (api_oembed_read(query, "h:1", &wanted, &problem) != PEND_OK) {
+        if (problem.status != 501 && !status_is_known(problem.status))
+            fault = "a status that nobody knows";
+    } else if (strpbrk(wanted.link, "\"'<> \n") || (!strstr(wanted.link, "://h:1/?embed=1") &&
+                                                    !strstr(wanted.link, "://H:1/?embed=1"))) {
+        fault = "a link that is not of the embed view";
+    } else if (api_oembed_write(&wanted, &out) != PEND_OK || !json_is_sound(out.data, out.bytes)) {
+        fault = "an answer that is no JSON";
+    }
+    if (status) *status = problem.status ? problem.status : 200;
+    api_problem_clear(&problem);
+    api_buffer_clear(&out);
+    free(query);
+    return fault;
+}
+
 /* runs one request; the first byte says which and in what form, the rest is the body. *status is
  * told where it is not NULL. Returns what is wrong, or NULL. */
 static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
-    static const enum api_op_id ops[] = {API_OP_TRAJECTORIES, API_OP_FORCES,    API_OP_MODES,
-                                         API_OP_TREES,        API_OP_ENSEMBLES, API_OP_EQUATIONS,
-                                         API_OP_LYAPUNOV,     API_OP_SECTIONS,  API_OP_TRAJECTORIES,
-                                         API_OP_RESPONSE,     API_OP_FITS,      API_OP_ORBITS};
+    static const enum api_op_id ops[OPS] = {
+        API_OP_TRAJECTORIES, API_OP_FORCES,    API_OP_MODES,    API_OP_TREES,
+        API_OP_ENSEMBLES,    API_OP_EQUATIONS, API_OP_LYAPUNOV, API_OP_SECTIONS,
+        API_OP_TRAJECTORIES, API_OP_RESPONSE,  API_OP_FITS,     API_OP_ORBITS};
     static const char *const accepts[FORMATS] = {NULL,
                                                  "text/csv, */*;q=0.1",
                                                  "application/x-ndjson, */*;q=0.1",
                                                  "application/octet-stream, */*;q=0.1",
                                                  "application/x-npz, */*;q=0.1",
-                                                 "application/x-matlab-data, */*;q=0.1"};
+                                                 "application/x-npy, */*;q=0.1",
+                                                 "application/x-matlab-data, */*;q=0.1",
+                                                 "application/vnd.apache.parquet, */*;q=0.1"};
     unsigned first = bytes ? data[0] - (unsigned)'0' : 0;
     struct api_limits limits = fuzz_limits();
     struct api_call *call = NULL;
@@ -192,6 +278,7 @@ static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
                                   .accept = accepts[first / OPS % FORMATS],
                                   .body = bytes ? (const char *)data + 1 : "",
                                   .body_bytes = bytes ? bytes - 1 : 0};
+    if (first % OPS == OEMBED) return oembed_complaint(request.body, request.body_bytes, status);
     if (first % OPS == SCENE) return scene_complaint(&request, &limits, status);
     api_buffer_init(&out, (size_t)limits.answer_bytes);
     if (api_call_new(&call, &limits) != PEND_OK) return "no memory for a call";
@@ -200,7 +287,7 @@ static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
     if (progress == API_MORE)
         fault = "it does not end";
     else if (progress == API_DONE)
-        fault = answer_complaint(api_call_answer(call), &out);
+        fault = answer_complaint(&request, api_call_answer(call), &out);
     if (status) *status = progress == API_BROKEN ? 422 : api_call_answer(call).status;
     api_call_free(&call);
     api_buffer_clear(&out);
@@ -249,10 +336,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes) {
 
 /* good requests, the first character for the operation and the form */
 static const char *const seeds[] = {
+    "<url=http%3A%2F%2Fh:1%2F%3Flength%3D1,1%26lang%3Dde%23d%3Da&format=json&maxwidth=300",
+    "<url=https://h:1/?sheet=period&maxheight=5&x=[1,2]",
     "0{" ARMS ",\"initial\":{\"theta\":[0.1,-0.2],\"thetad\":[1,0],\"unit\":\"deg\"},\"times\":[0,"
     "0.5,1],\"method\":"
     "\"rkf45\",\"rtol\":1e-6,\"atol\":1e-9}",
-    "<{" LISTS ",\"times\":{\"start\":0,\"stop\":1,\"step\":0.1},\"output\":[\"phi\",\"phid\","
+    "={" LISTS ",\"times\":{\"start\":0,\"stop\":1,\"step\":0.1},\"output\":[\"phi\",\"phid\","
     "\"phidd\",\"theta\",\"z\","
     "\"zd\",\"lambda\",\"energy\"],\"digits\":6,\"precision\":\"double\"}",
     "0{" PAPER ",\"initial\":{\"mode\":2,\"amplitude\":0.1},\"times\":{\"start\":1,\"stop\":-1,"
@@ -261,7 +350,7 @@ static const char *const seeds[] = {
     "0{" ARMS ",\"times\":{\"stop\":2,\"count\":50},\"method\":\"ode23\"}",
     "0{" PAPER ",\"times\":{\"stop\":0.5,\"count\":5},\"method\":\"msadams\"}",
     "1{" LISTS ",\"state\":{\"phi\":[1,2,3,4],\"phid\":[0.1,0.2,0.3,0.4]}}",
-    "={" PAPER ",\"states\":[{},{\"phi\":[1,2,3]},{\"mode\":1,\"amplitude\":3,\"unit\":\"deg\"}],"
+    ">{" PAPER ",\"states\":[{},{\"phi\":[1,2,3]},{\"mode\":1,\"amplitude\":3,\"unit\":\"deg\"}],"
     "\"digits\":3}",
     "2{" LISTS ",\"select\":{\"slowest\":2},\"vectors\":true,\"normalize\":\"mass\",\"include\":["
     "\"A\",\"M\",\"S\","
@@ -304,14 +393,32 @@ static const char *const seeds[] = {
     ",\"times\":[0,1e0]},\"view\":{\"trails\":[1,2],\"on\":true,\"none\":null}}",
     "4{" ARMS ",\"states\":[{},{\"phi\":[1,2]}],\"duration\":1,\"observables\":[\"final\","
     "\"flips\",\"first_flip\","
-    "\"lambda_max\",\"sign_change\",\"lyapunov\",\"parameters\"],\"digits\":4}",
+    "\"lambda_max\",\"sign_change\",\"lyapunov\",\"parameters\"],\"digits\":4,\"columns\":["
+    "\"status\",\"final_phi\",\"first_flip\"],"
+    "\"number\":\"float64\",\"none\":\"negative\"}",
+    "4{" LISTS ",\"states\":[{},{\"theta\":[3,1,2,3]}],\"duration\":1,\"observables\":["
+    "\"first_flip\",\"flip_time\"],\"columns\":[\"member\",\"first_flip_time\"],\"number\":"
+    "\"float32\",\"none\":\"nan\"}",
+    "0{" LISTS ",\"times\":[0,1],\"output\":[\"z\",\"energy\"],\"number\":\"float32\"}",
+    "4{" DRIVEN ",\"states\":[{},{}],\"duration\":1,\"events\":[{\"of\":\"energy\",\"value\":1},{"
+    "\"of\":\"x\",\"arm\":2,\"bound\":0.5,\"stop\":2}]}",
+    "4{" DRIVEN ",\"states\":[{},{}],\"duration\":1,\"rows\":\"events\",\"events\":[{\"of\":"
+    "\"lambda\",\"arm\":1,\"value\":0,\"count\":3}]}",
     "4{" LISTS ",\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":0,\"stop\":3,\"count\":4,"
     "\"unit\":\"rad\"},{\"vary\":"
     "\"mass\",\"arm\":2,\"start\":1,\"stop\":2,\"count\":3,\"scale\":\"log\"}],\"initial\":{},"
     "\"duration\":1,"
     "\"observables\":["
     "\"flip_time\"],\"picture\":{\"of\":\"flip_time\",\"arm\":2,\"scale\":\"log\"}}",
-    "4{" LISTS ",\"random\":{\"count\":5,\"seed\":3,\"draw\":[{\"vary\":\"length\",\"arm\":1,"
+    "4{" DRIVEN ",\"members\":[{},{\"length\":[1,2],\"energy\":9},{\"initial\":{\"phi\":[1,2]},"
+    "\"set\":[{\"vary\":\"mass\",\"arm\":1,\"value\":3}]}],\"initial\":{\"theta\":[1,1],"
+    "\"thetad\":[1,0]},\"times\":[0,1],\"observables\":[\"trajectory\"],\"output\":[\"phidd\","
+    "\"z\",\"energy\"]}",
+    "4{" LISTS ",\"energy\":5,\"grid\":[{\"vary\":\"phi\",\"arm\":1,\"start\":0,\"stop\":3,"
+    "\"count\":4,\"with\":[{\"vary\":\"phid\",\"arm\":2,\"start\":1,\"stop\":2}]}],"
+    "\"duration\":1}",
+    "4{" LISTS
+    ",\"random\":{\"count\":5,\"first\":9,\"seed\":3,\"draw\":[{\"vary\":\"length\",\"arm\":1,"
     "\"distribution\":\"normal\",\"mean\":"
     "1,\"deviation\":1},{\"vary\":\"gravity\",\"distribution\":\"uniform\",\"low\":1,\"high\":9}]},"
     "\"times\":[0,1],"
@@ -356,6 +463,8 @@ static const char *const values[] = {
     "\"all\"",
     "\"taylor\"",
     "\"linear\"",
+    "\"float32\"",
+    "\"nan\"",
     "\"energy\"",
     "{\"slowest\":1}",
     "-1e18",
@@ -366,86 +475,19 @@ static const char *const values[] = {
 };
 
 static const char *const names[] = {
-    "pendulum",
-    "arms",
-    "name",
-    "parent",
-    "length",
-    "mass",
-    "L",
-    "m",
-    "S",
-    "gravity",
-    "initial",
-    "state",
-    "states",
-    "phi",
-    "phid",
-    "theta",
-    "thetad",
-    "mode",
-    "amplitude",
-    "unit",
-    "times",
-    "start",
-    "stop",
-    "step",
-    "count",
-    "method",
-    "rtol",
-    "atol",
-    "output",
-    "digits",
-    "precision",
-    "select",
-    "slowest",
-    "fastest",
-    "from",
-    "to",
-    "vectors",
-    "normalize",
-    "include",
-    "events",
-    "typo",
-    "grid",
-    "random",
-    "vary",
-    "arm",
-    "duration",
-    "observables",
-    "draw",
-    "seed",
-    "picture",
-    "form",
-    "title",
-    "request",
-    "view",
-    "transient",
-    "samples",
-    "rod",
-    "body",
-    "at",
-    "damping",
-    "stiffness",
-    "rest",
-    "friction",
-    "torque",
-    "drag",
-    "center",
-    "inertia",
-    "speed",
-    "harmonics",
-    "omega",
-    "phase",
-    "constant",
-    "linear",
-    "quadratic",
-    "drag_per_mass",
-    "pivot",
-    "x",
-    "y",
-    "acceleration",
-    "cart",
+    "pendulum", "arms",    "name",         "parent",  "length",    "mass",          "L",
+    "m",        "S",       "gravity",      "initial", "state",     "states",        "phi",
+    "phid",     "theta",   "thetad",       "mode",    "amplitude", "unit",          "times",
+    "start",    "stop",    "step",         "count",   "method",    "rtol",          "atol",
+    "output",   "digits",  "precision",    "select",  "slowest",   "fastest",       "from",
+    "to",       "vectors", "normalize",    "include", "events",    "typo",          "grid",
+    "random",   "members", "columns",      "number",  "none",      "first",         "with",
+    "energy",   "set",     "vary",         "arm",     "duration",  "observables",   "draw",
+    "seed",     "picture", "form",         "title",   "request",   "view",          "transient",
+    "samples",  "rod",     "body",         "at",      "damping",   "stiffness",     "rest",
+    "friction", "torque",  "drag",         "center",  "inertia",   "speed",         "harmonics",
+    "omega",    "phase",   "constant",     "linear",  "quadratic", "drag_per_mass", "pivot",
+    "x",        "y",       "acceleration", "cart",
 };
 
 enum { VALUES = sizeof values / sizeof *values, NAMES = sizeof names / sizeof *names };

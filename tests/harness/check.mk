@@ -5,8 +5,8 @@
 ROOMS := core laws api server wire fuzz
 # in this order they are begun as soon as what they need is there: builds, what others need or what takes long, the rest
 ALL := build-release build-tsan build-asan release-core release-api tsan-wire release-wire web asan-wire valgrind-core \
-	valgrind-api tsan-server asan-core asan-server drill release-server clients equations asan-laws layers valgrind-wire readback \
-	asan-fuzz asan-api base-core base-api replies examples deploy nginx restart release-laws release-fuzz engine openapi layout measures mirror types words tour clang install same instructions hardened packages docs fetch image
+	valgrind-api tsan-server asan-core asan-server drill school release-server clients equations asan-laws layers valgrind-wire readback \
+	asan-fuzz asan-api base-core base-api replies examples deploy nginx restart operators release-laws release-fuzz engine openapi layout measures mirror types words tour clang install same instructions hardened packages docs fetch image
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
 job = @tests/harness/job.sh $@
 
@@ -25,13 +25,21 @@ $(ROOMS:%=release-%): release-%: build-release
 base-core base-api: base-%: build-release
 	@$(MAKE) --no-print-directory build/release/tests/base/$*
 	$(job) build/release/tests/base/$*
+# What a sanitizer only slows, as it is about time, bits or a process that is killed: the release run has it. Of downloads from a
+# database that goes, the thread sanitizer has both tests and the address sanitizer the shorter one.
+SLOWED := -=results_of_a_job_are_those_of_a_request_bit_for_bit -=a_job_says_how_long_it_will_take_and_means_it \
+	-=a_trajectory_killed_in_mid_part_goes_on_with_the_same_bits -=a_daemon_killed_at_any_instant_loses_no_job_and_no_bit \
+	-=a_process_that_slept_takes_nothing_from_itself -=a_silent_stream_has_a_heartbeat -=a_job_that_kills_its_workers_is_given_up \
+	-=a_job_is_forgotten_when_it_was_kept_for_its_time -=each_role_may_what_it_may -=each_bad_key_has_its_status_and_its_sentence
+SLOWED.asan-wire := $(SLOWED) -=downloads_bear_a_database_that_falls_silent_or_goes_and_nobody_else_waits
+SLOWED.tsan-wire := $(SLOWED)
 $(ROOMS:%=asan-%): asan-%: build-asan
-	$(job) build/asan/tests/$*/run
+	$(job) build/asan/tests/$*/run $(SLOWED.$@)
 
 # the thread sanitizer of gcc 12 cannot bear the address randomization of newer kernels
 FIXED := $(shell setarch $$(uname -m) -R echo setarch $$(uname -m) -R 2>/dev/null)
 tsan-server tsan-wire: tsan-%: build-tsan
-	$(job) $(FIXED) build/tsan/tests/$*/run
+	$(job) $(FIXED) build/tsan/tests/$*/run $(SLOWED.$@)
 
 # without names: the tests that took little time in the release run
 VALGRIND.wire := =every_route_answers =requests_that_cannot_be_answered_are_refused_with_their_problem \
@@ -44,9 +52,12 @@ valgrind-core valgrind-api valgrind-wire: valgrind-%: release-%
 # a few of each fault; make drill has fifty
 drill: build-release
 	$(job) tests/drill/drill.sh build/release
+# ten seconds of the day; make school has five minutes
+school: build-release
+	$(job) /usr/bin/python3 -B tests/drill/school.py build/release
 layers: build-release
 	$(job) tests/rules/layers.sh build/release
-docs examples web readback clients equations nginx deploy restart fetch install same hardened packages: build-release
+docs examples web readback clients equations nginx deploy restart operators fetch install same hardened packages: build-release
 	$(job) tests/rules/$@.sh build/release
 replies: release-wire
 	$(job) tests/rules/replies.sh build/release/tests/wire/replies.ndjson

@@ -49,6 +49,8 @@ static const struct test_request {
      ",\"initial\":{\"theta\":[1,2,0],\"cart\":{\"x\":0.1}},\"output\":[\"phi\",\"z\",\"cart\"]}",
      "text/csv"},
     {API_OP_FORCES, "{" TEST_CART_TREE ",\"state\":{\"phi\":[1,2,3],\"cart\":{\"v\":1}}}", NULL},
+    {API_OP_FORCES, "{" TEST_CART_TREE ",\"derivatives\":[{\"vary\":\"phi\",\"arm\":\"cart\"}]}",
+     NULL},
     {API_OP_MODES, "{" TEST_CART_TREE "}", NULL},
     {API_OP_EQUATIONS, "{" TEST_CART_TREE "}", NULL},
     {API_OP_RESPONSE, "{" TEST_CART_TREE ",\"output\":[\"cart\",\"phi\"],\"poles\":true}", NULL},
@@ -77,9 +79,9 @@ static const struct test_request {
                  "\"length\",\"arm\":\"a\"},{\"vary\":\"phi\",\"arm\":2}]}",
      "application/x-matlab-data"},
     {API_OP_TRAJECTORIES,
-     TEST_MOTION
-     "\"rows\":\"events\",\"events\":[{\"of\":\"distance\",\"arm\":1,\"to\":2,\"value\":1},{\"of\":"
-     "\"kinetic\",\"value\":1,\"stop\":1}]}",
+     TEST_MOTION "\"rows\":\"events\",\"events\":[{\"of\":\"distance\",\"arm\":1,\"to\":2,"
+                 "\"value\":1},{\"of\":"
+                 "\"kinetic\",\"value\":1,\"stop\":1}]}",
      NULL},
     {API_OP_TRAJECTORIES,
      "{" TEST_REAL_TREE "," TEST_TIMES
@@ -109,6 +111,30 @@ static const struct test_request {
      "{" TEST_TREE ",\"states\":[{},{\"theta\":[1,2]}]," TEST_TIMES
      ",\"observables\":[\"trajectory\"],\"output\":[\"theta\"]}",
      "application/x-ndjson"},
+    {API_OP_ENSEMBLES,
+     "{" TEST_REAL_TREE ",\"energy\":90,\"initial\":{\"theta\":[1,2],\"thetad\":[1,1]},"
+     "\"members\":[{},{\"length\":[1,2],\"gravity\":5,\"set\":[{\"vary\":\"rod\",\"arm\":1,"
+     "\"value\":1}]}]," TEST_TIMES
+     ",\"observables\":[\"trajectory\"],\"output\":[\"phidd\",\"z\",\"zd\",\"energy\"]}",
+     "application/x-npz"},
+    {API_OP_ENSEMBLES,
+     "{" TEST_TREE ",\"duration\":0.5,\"observables\":[\"start\",\"parameters\"],\"grid\":[{"
+     "\"vary\":\"mass\",\"arm\":2,\"start\":1,\"stop\":2,\"count\":3,\"with\":[{\"vary\":"
+     "\"phi\",\"arm\":1,\"start\":0,\"stop\":1}]}]}",
+     "text/csv"},
+    {API_OP_ENSEMBLES,
+     "{" TEST_REAL_TREE ",\"states\":[{},{\"theta\":[1,2]}],\"duration\":0.2,\"derivatives\":[{"
+     "\"vary\":\"damping\",\"arm\":1},{\"vary\":\"gravity\"}]}",
+     "application/x-npz"},
+    {API_OP_ENSEMBLES,
+     TEST_GRID ",\"observables\":[\"first_flip\"],\"columns\":[\"first_flip_time\"],"
+               "\"number\":\"float32\",\"none\":\"nan\"}",
+     "application/x-npy"},
+    {API_OP_SECTIONS,
+     "{" TEST_TREE
+     ",\"initial\":{\"theta\":[1,2]},\"duration\":3,\"section\":{\"arm\":1,\"theta\":0}}",
+     "application/x-npy"},
+    {API_OP_TRAJECTORIES, TEST_MOTION "\"number\":\"float32\"}", "application/vnd.apache.parquet"},
     {API_OP_EQUATIONS, "{" TEST_TREE ",\"initial\":{\"phi\":[1,2]}}", NULL},
     {API_OP_LYAPUNOV, "{" TEST_TREE ",\"duration\":1,\"samples\":4,\"count\":3}", NULL},
     {API_OP_SECTIONS,

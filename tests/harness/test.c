@@ -113,23 +113,51 @@ static int test_run(const struct test_case *test) {
     return failed;
 }
 
-/* a test is wanted by a part of its name or file, or by its whole name behind '=' */
-static int test_wanted(const struct test_case *test, const char *word) {
+/* does this word mean the test: a part of its name or file, or its whole name behind '='? */
+static int test_meant(const struct test_case *test, const char *word) {
     if (word[0] == '=') return !strcmp(test->name, word + 1);
     return strstr(test->name, word) || strstr(test->file, word);
 }
 
-/* usage: run [PART-OF-A-NAME-OR-FILE | =NAME ...]; the last line is "N passed, N failed", with
- * ", N skipped" where any were */
+/* A test is wanted that a word means, or any where no word says what is wanted, but none that a
+ * word behind '-' means. */
+static int test_wanted(const struct test_case *test, char **words, int count) {
+    int named = 0, meant = 0;
+    for (int i = 0; i < count; i++) {
+        if (words[i][0] == '-') {
+            if (test_meant(test, words[i] + 1)) return 0;
+            continue;
+        }
+        named = 1;
+        meant |= test_meant(test, words[i]);
+    }
+    return meant || !named;
+}
+
+/* whole names that no test has, each of which is told and counts as failed: a list of names would
+ * outlive its tests */
+static int test_unknown(char **words, int count) {
+    int unknown = 0;
+    for (int i = 0; i < count; i++) {
+        const char *word = words[i] + (words[i][0] == '-');
+        const struct test_case *test = test_first;
+        if (word[0] != '=') continue;
+        while (test && !test_meant(test, word)) test = test->next;
+        if (test) continue;
+        printf("FAIL %s: no test has this name\n", word + 1);
+        unknown++;
+    }
+    return unknown;
+}
+
+/* usage: run [PART-OF-A-NAME-OR-FILE | =NAME | -PART | -=NAME ...]; '-' leaves out; the last line
+ * is "N passed, N failed", with ", N skipped" where any were */
 int main(int argc, char **argv) {
-    int ended[3] = {0, 0, 0};
+    int ended[3] = {0, test_unknown(argv + 1, argc - 1), 0};
     const char *tolerance = getenv("TOL");
     test_list_residuals = tolerance && !strcmp(tolerance, "0");
-    for (const struct test_case *test = test_first; test; test = test->next) {
-        int wanted = argc < 2;
-        for (int i = 1; i < argc; i++) wanted |= test_wanted(test, argv[i]);
-        if (wanted) ended[test_run(test)]++;
-    }
+    for (const struct test_case *test = test_first; test; test = test->next)
+        if (test_wanted(test, argv + 1, argc - 1)) ended[test_run(test)]++;
     printf("%d passed, %d failed", ended[0], ended[1]);
     printf(ended[2] ? ", %d skipped\n" : "\n", ended[2]);
     return ended[1] > 0 || ended[0] + ended[1] == 0;

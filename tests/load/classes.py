@@ -85,7 +85,7 @@ class Room:
     def heard(self, role, item, now):
         kind, _, name = item["name"].partition("/")
         value = item["value"] or {}
-        if role == "teacher" and kind == "stages" and name != "class" and value:
+        if role == "teacher" and kind == "stages" and name != "class" and "scene" in value:
             sent = self.sent.pop(value["scene"]["request"]["initial"]["theta"][0], None)
             if sent:
                 self.board.append(now - sent)

@@ -81,6 +81,18 @@ sentences = " ".join(node for node in walk(openapi) if isinstance(node, str))
 told = [(name, value) for name, value in limits if re.search(rf"{name}\W[^.]*?\b{value}\b", sentences)]
 same("limits in api/call/openapi.yaml", limits, told)
 
+# kinds of problems and of faults: the words of problem.c, the tables and the schemas of the OpenAPI document
+kinds = dict(re.findall(r"\{'(\w)', \"([\w-]+)\"\}", text("api/base/problem.c")))
+told = openapi["info"]["description"]
+types = {f"/docs#problem-{word}" for letter, word in kinds.items() if letter.isupper()}
+codes = {word for letter, word in kinds.items() if letter.islower()} | {"invalid"}
+same("problems in api/call/openapi.yaml", types, {f"/docs#problem-{word}" for word in first_cells(told, "| problem | status | what |")})
+same("codes in api/call/openapi.yaml", codes, first_cells(told, "| code | what is wrong |"))
+same("types of a Problem", types | {"about:blank"}, openapi["components"]["schemas"]["Problem"]["properties"]["type"]["enum"])
+same("codes of a Fault", codes, openapi["components"]["schemas"]["Fault"]["properties"]["code"]["enum"])
+stated = set(re.findall(r'define API_(?:CODE|TYPE)_\w+ "\\1(\w)"', text("api/base/problem.h")))
+same("letters of kinds in problem.h", set(kinds), stated)
+
 # what documents name: links and their headings, paths, identifiers. In names X, ROOM, FOLDER and NAME stand for any.
 PLACES = ("api", "core", "docker", "server", "tests")
 SOURCES = (".c", ".h", ".cpp", ".py", ".m", ".sh", ".js", ".ts", ".mjs", ".yaml", ".yml", ".mk", ".conf", ".css", ".html", ".sbatch", ".service")

@@ -1,5 +1,5 @@
-"""docker/nginx.conf before a live daemon: what passes, what nginx refuses, who the client is, that streams stream; and
-the systemd unit, read by systemd-analyze.
+"""docker/nginx.conf before a live daemon: what passes, what nginx refuses, who the client is, that streams stream;
+docker/nginx.signin.conf: accounts of a sign-in service; and the systemd unit, read by systemd-analyze.
 
 usage: nginx.py BUILD
 Leaves to others: what the daemon says without a proxy (tests/wire). Invariant: the configuration is the one that is
@@ -9,6 +9,7 @@ import concurrent.futures
 import contextlib
 import hashlib
 import http.client
+import http.server
 import io
 import json
 import pathlib
@@ -22,10 +23,11 @@ import time
 
 from names import Names
 from rule import TOP, check, shipped_nginx, skip, summary
-from servers import free_port, nginx, running, tool
+from servers import daemon, free_port, nginx, running, tool
 
 DOUBLE = '"pendulum":{"length":[1,1],"mass":[1,1],"parent":[0,1]}'
 LITTLE = f"{{{DOUBLE}}}"
+ENSEMBLE = f'{{{DOUBLE},"duration":1,"grid":[{{"vary":"theta","arm":1,"start":0,"stop":1,"count":2}}],"observables":["final"]}}'
 PATIENCE = 120  # s for what comes by itself
 JSON = {"Content-Type": "application/json"}
 
@@ -343,6 +345,57 @@ def behind_nginx(build):
         never_twice()
 
 
+class SignIn(http.server.BaseHTTPRequestHandler):
+    """A sign-in service as oauth2-proxy is one, for whoever has a cookie of NAME:ROLES."""
+
+    def do_GET(self):
+        name, _, roles = self.headers.get("Cookie", "").removeprefix("session=").partition(":")
+        self.send_response(202 if name else 401)
+        if name:
+            self.send_header("X-Auth-Request-User", name)
+            self.send_header("X-Auth-Request-Groups", roles)
+        self.send_header("Content-Length", "0")
+        self.end_headers()
+
+    def log_message(self, *_):
+        pass
+
+
+def signed_in(build):
+    """docker/nginx.signin.conf: accounts and roles are those that the sign-in service tells, whatever the client says."""
+    if not tool("nginx"):
+        return
+    service = http.server.ThreadingHTTPServer(("127.0.0.1", 0), SignIn)
+    threading.Thread(target=service.serve_forever, daemon=True).start()
+    with tempfile.TemporaryDirectory() as directory:
+        keys, later = f"{directory}/keys", JSON | {"Prefer": "respond-async"}
+        subprocess.run([TOP / build / "pendulumd", "keys", "add", "--keys", keys, "--name", "any", "--role", "batch"],
+                       check=True, capture_output=True)
+        with daemon(build, "--store", f"sqlite:{directory}/store.db", "--trusted-proxy", "127.0.0.1/32", "--client-header", "X-Account",
+                    "--keys", keys, "--role-header", "X-Roles") as back, \
+                nginx(shipped_nginx([back.port], file="nginx.signin.conf", changes=[
+                    ("signin:4180", f"127.0.0.1:{service.server_port}")])) as front:
+
+            def asks(session, method="POST", path="/v1/ensembles", headers=later):
+                said = {"Cookie": f"session={session}"} if session else {}
+                status, _, data = ask(front, method, path, ENSEMBLE if method == "POST" else None, headers | said)
+                return status, json.loads(data) if status in (200, 202) else {}
+
+            def jobs(session, **headers):
+                return len(asks(session, "GET", "/v1/jobs", headers)[1].get("jobs", ()))
+
+            forged = {"X-Account": "ada", "X-Roles": "batch", "Authorization": "Bearer 0123456789abcdef0123456789abcdef"}
+            check("nobody is served who has not signed in", asks("")[0] == 401)
+            check("nor who says an account and roles", asks("", headers=later | forged)[0] == 401)
+            check("an account with a role may keep jobs", asks("ada:batch")[0] == 202)
+            check("a pupil may not", asks("bob:pupil")[0] == 403)
+            check("nor one who says another role", asks("bob:pupil", headers=later | forged)[0] == 403)
+            check("an account sees its jobs", jobs("ada:batch") == 1)
+            check("and no other's", jobs("eve:batch") == 0)
+            check("nor by saying its name", jobs("eve:batch", **forged) == 0)
+    service.shutdown()
+
+
 def unit(build):
     if not tool("systemd-analyze"):
         skip("the systemd unit", "systemd-analyze is not installed")
@@ -358,5 +411,6 @@ def unit(build):
 
 
 behind_nginx(sys.argv[1])
+signed_in(sys.argv[1])
 unit(sys.argv[1])
 sys.exit(summary())

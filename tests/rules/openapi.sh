@@ -1,7 +1,8 @@
 #!/bin/bash
-# Lints api/call/openapi.yaml with spectral (package.json), where npm is here and can fetch it.
+# Lints api/call/openapi.yaml with spectral, as it is and as OpenAPI 3.0, and has two generators make types of it, with which right programs compile and wrong
+# ones (shapes.ts) do not; where npm is here and can fetch them (package.json).
 # Leaves to others: whether the document tells the truth (docs.sh, replies.sh).
-# Invariant: spectral and its cache live in build/; errors and warnings fail.
+# Invariant: what npm fetches and what is generated lies in build/; errors and warnings fail.
 set -u
 cd "$(dirname "$0")/../.." || exit
 home=build/spectral
@@ -10,10 +11,26 @@ skip() { echo "skip openapi: $1"; echo '0 passed, 0 failed, 1 skipped'; exit 0; 
 # shellcheck source=tests/rules/npm.sh
 . tests/rules/npm.sh
 command -v npm >/dev/null || skip 'npm is not here (make lint installs it)'
-fetch_packages tests/rules $home || skip 'npm cannot fetch spectral'
-if $home/node_modules/.bin/spectral lint --fail-severity=warn --ruleset tests/rules/.spectral.yaml api/call/openapi.yaml; then
-    echo '1 passed, 0 failed'
-else
-    echo '0 passed, 1 failed'
-    exit 1
-fi
+fetch_packages tests/rules $home || skip 'npm cannot fetch spectral and the generators'
+tool() { "$home/node_modules/.bin/$1" "${@:2}"; }
+passed=0 failed=0
+check() { # what, then a command
+    if "${@:2}" >$home/said 2>&1; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "FAIL $1"; cat $home/said; fi
+}
+compiles() { # directory: the programs, with the types that were generated there
+    cp tests/rules/shapes.ts "$1/shapes.ts"
+    tool tsc --strict --skipLibCheck --noEmit --noUncheckedIndexedAccess --exactOptionalPropertyTypes --target ES2022 --module NodeNext "$1/shapes.ts"
+}
+types=$home/types
+mkdir -p $types/openapi-typescript $types/swagger-typescript-api
+check 'spectral finds nothing' tool spectral lint --fail-severity=warn --ruleset tests/rules/.spectral.yaml api/call/openapi.yaml
+/usr/bin/python3 api/call/openapi_embed.py --twin api/call/openapi.yaml >$home/twin.json
+check 'spectral finds nothing in it as OpenAPI 3.0' tool spectral lint --fail-severity=warn --ruleset tests/rules/.spectral.yaml $home/twin.json
+check 'openapi-typescript makes types' tool openapi-typescript api/call/openapi.yaml --default-non-nullable=false --root-types \
+    --root-types-no-schema-prefix --output $types/openapi-typescript/generated.ts
+check 'of its types right programs compile, and wrong ones do not' compiles $types/openapi-typescript
+check 'swagger-typescript-api makes types' tool swagger-typescript-api generate --path api/call/openapi.yaml --output $types/swagger-typescript-api \
+    --name generated.ts --no-client --generate-union-enums
+check 'of its types right programs compile, and wrong ones do not' compiles $types/swagger-typescript-api
+echo "$passed passed, $failed failed"
+[ $failed = 0 ]

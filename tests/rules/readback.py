@@ -17,7 +17,10 @@ import tempfile
 from rule import OCTAVE, check, optional, skip, summary
 from servers import daemon
 
+HYPARQUET = pathlib.Path("build/spectral/node_modules/hyparquet/src/node.js")  # brought by npm for rules/openapi too
 numpy = optional("numpy")
+pandas = optional("pandas")
+tables = optional("pyarrow") or optional("fastparquet")  # what pandas reads Parquet with
 scipy = optional("scipy.io")
 
 FOUR = '"pendulum":{"L":[2,1.5,0.75,1.25],"m":[1,1,1,0.1],"S":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]]}'
@@ -140,6 +143,44 @@ def read_npz(what, data, headers, columns):
     compare_arrays(what, arrays, columns)
 
 
+def read_npy(what, data, headers, columns):
+    records = numpy.load(io.BytesIO(data), allow_pickle=False)
+    if "X-Warning" in headers or not columns.warnings:  # else in a trailer, as of octets
+        warned(what, headers.get_all("X-Warning") or [], columns)
+    arrays = {name: records[name].reshape(len(records), -1).tolist() for name in records.dtype.names}
+    compare_arrays(what, arrays, columns)
+
+
+def read_parquet(what, data, headers, columns):
+    frame = pandas.read_parquet(io.BytesIO(data))
+    same(what, rows_of(columns), frame.to_numpy().tolist())
+
+
+PARQUET = """
+import { writeFileSync } from "node:fs";
+const { asyncBufferFromFile, parquetReadObjects } = await import(process.argv[4]);
+const rows = await parquetReadObjects({ file: await asyncBufferFromFile(process.argv[2]) });
+writeFileSync(process.argv[3], Float64Array.from(rows.flatMap(Object.values)));
+console.log(JSON.stringify([rows.length, Object.keys(rows[0] ?? {})]));
+"""
+
+
+def read_parquet_node(what, data, headers, columns):
+    with tempfile.TemporaryDirectory() as directory:
+        file, out, script = (pathlib.Path(directory, name) for name in ("answer.parquet", "numbers", "read.mjs"))
+        file.write_bytes(data)
+        script.write_text(PARQUET)
+        run = subprocess.run(["node", script, file, out, HYPARQUET.resolve()], capture_output=True, text=True, timeout=600)
+        check(f"{what}: read", not run.returncode, run.stderr[-500:])
+        numbers = out.read_bytes() if not run.returncode else b""
+    count, names = json.loads(run.stdout or "[0, []]")
+    wanted = [f"{name}_{k + 1}" if len(rows[0]) > 1 or name not in SCALARS else name for name, rows in columns.items() for k in range(len(rows[0]))]
+    check(f"{what}: the names of the columns", names == wanted, f"{names} are not {wanted}")
+    width = max(len(names), 1)
+    flat = struct.unpack(f"<{count * width}d", numbers)
+    same(what, rows_of(columns), [flat[i * width:(i + 1) * width] for i in range(count)])
+
+
 def read_mat_scipy(what, data, headers, columns):
     arrays, rows, words = {}, len(next(iter(columns.values()))), []
     for name, value in scipy.io.loadmat(io.BytesIO(data)).items():
@@ -210,6 +251,9 @@ READERS = [
     ("NDJSON", "application/x-ndjson", read_ndjson, True, ""),
     ("octet-stream in NumPy", "application/octet-stream", read_octets, numpy, "python3-numpy is not installed"),
     ("NPZ in NumPy", "application/x-npz", read_npz, numpy, "python3-numpy is not installed"),
+    ("NPY in NumPy", "application/x-npy", read_npy, numpy, "python3-numpy is not installed"),
+    ("Parquet in pandas", "application/vnd.apache.parquet", read_parquet, pandas and tables, "pandas with pyarrow or fastparquet is not installed"),
+    ("Parquet in JavaScript", "application/vnd.apache.parquet", read_parquet_node, HYPARQUET.exists(), "npm has not brought hyparquet"),
     ("MAT in SciPy", "application/x-matlab-data", read_mat_scipy, scipy, "python3-scipy is not installed"),
     ("MAT in Octave", "application/x-matlab-data", read_mat_octave, OCTAVE, "octave is not installed"),
 ]

@@ -4,4 +4,7 @@
 # Leaves to others: the comparison (readback.py).
 # Invariant: a program that is not installed is skipped aloud.
 cd "$(dirname "$0")/../.." || exit
+# shellcheck source=tests/rules/npm.sh
+. tests/rules/npm.sh
+fetch_packages tests/rules build/spectral
 exec /usr/bin/python3 -B tests/rules/readback.py "$1"

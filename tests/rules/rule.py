@@ -49,15 +49,17 @@ def replaced(config, changes):
     return config
 
 
-def shipped_nginx(ports, names=None, changes=()):
-    """docker/nginx.conf for servers.nginx, with one worker and files of its own.
+def shipped_nginx(ports, names=None, changes=(), file="nginx.conf"):
+    """A configuration of docker/ for servers.nginx, with one worker and files of its own.
 
     ports    of daemons on 127.0.0.1; with `names` the one port of daemons whose addresses are looked up there.
     names    a names.Names, asked in place of Docker's name server.
     changes  further (old, new) of the text.
     """
-    own = [("pid /tmp/", "pid @DIR@/"), ("_temp_path /tmp/", "_temp_path @DIR@/"), ("listen 8080 ", "listen 127.0.0.1:@PORT@ "),
-           ("worker_processes auto", "worker_processes 1"), ("worker_connections 8192", "worker_connections 2048")]
+    own = [("pid /tmp/", "pid @DIR@/"), ("_temp_path /tmp/", "_temp_path @DIR@/"), ("listen 8080", "listen 127.0.0.1:@PORT@"),
+           ("worker_processes auto", "worker_processes 1")]
+    if file == "nginx.conf":
+        own += [("worker_connections 8192", "worker_connections 2048")]
     if names:
         own += [("resolver 127.0.0.11 ", f"resolver 127.0.0.1:{names.port} "), ("pendulumd:8080;", f"pendulumd:{ports[0]};")]
     elif len(ports) == 1:
@@ -66,4 +68,4 @@ def shipped_nginx(ports, names=None, changes=()):
         # daemons of one machine that have a port each cannot be told apart by a name; a group of them behaves as its addresses do
         group = "".join(f" server 127.0.0.1:{port} max_fails=0;" for port in ports)
         own += [("    server {", f"    upstream pendulumd {{{group} }}\n\n    server {{"), ("pendulumd:8080;", "pendulumd;")]
-    return replaced((TOP / "docker/nginx.conf").read_text(), [*own, *changes])
+    return replaced((TOP / "docker" / file).read_text(), [*own, *changes])

@@ -1,6 +1,7 @@
 #!/bin/bash
 # Drives the page with a real browser, where chromium and npm are here and npm can fetch what drives it.
 # usage: web.sh BUILD [--bench] [NAME]     (build/release, for the server; a part of a test's name; --bench: measures instead)
+#        web.sh BUILD --lesson [PUPILS [STORE]]     (a lesson in real pages)
 # Leaves to others: the tests (tests/web).
 # Invariant: what npm fetches lies in build/; pictures of every view are left in build/check/web.
 set -u
@@ -13,4 +14,6 @@ command -v "${CHROMIUM:-/usr/bin/chromium}" >/dev/null || skip 'chromium is not 
 . tests/rules/npm.sh
 command -v npm >/dev/null || skip 'npm is not here'
 fetch_packages tests/web $home || skip 'npm cannot fetch what drives the browser'
-PENDULUMD=$PWD/$1/pendulumd exec node tests/web/run.mjs "${@:2}"
+export PENDULUMD=$PWD/$1/pendulumd
+[ "${2:-}" != --lesson ] || exec node tests/web/lesson.mjs "${@:3}"
+exec node tests/web/run.mjs "${@:2}"

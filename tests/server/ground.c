@@ -91,8 +91,17 @@ enum srv_stored ground_submit(struct srv_store *store, const char *id, const cha
                                   .request_bytes = 7,
                                   .digest = digest,
                                   .parts = parts,
-                                  .chained = chained};
+                                  .chained = chained,
+                                  .title = "a title",
+                                  .version = "1.2.3+abc"};
     return srv_store_submit(store, &order, job);
+}
+
+enum srv_stored ground_list(struct srv_store *store, const char *client, const char *before,
+                            int most, struct srv_job job[], int *count) {
+    struct srv_job_wish wish = {.state = SRV_JOB_STATES, .before = before, .most = most};
+    char last[SRV_ID_BYTES];
+    return srv_store_list(store, client, &wish, job, count, last);
 }
 
 static struct srv_sql *ground_connect(const struct ground *ground) {

@@ -45,6 +45,10 @@ void ground_test(int postgres, void (*test)(struct ground *ground, struct srv_st
 enum srv_stored ground_submit(struct srv_store *store, const char *id, const char *client,
                               const char *key, long parts, int chained, struct srv_job *job);
 
+/** A page of a client's jobs of any kind, after one or from the first. */
+enum srv_stored ground_list(struct srv_store *store, const char *client, const char *before,
+                            int most, struct srv_job job[], int *count);
+
 /** Claims one part, with the request that its lease holds. */
 enum srv_stored ground_claim_whole(struct srv_store *store, const char *worker, int64_t lease_us,
                                    struct srv_lease *lease);

@@ -1,14 +1,15 @@
-// How fast the page is, in figures: first paint and first motion, frames of fifty arms, thirty students at once.
+// How fast the page is, in figures: first paint and first motion, frames of few and many arms, what is drawn when nobody looks,
+// memory, thirty students at once.
 // Leaves to others: that what it shows is right (test_*.mjs). `make bench-page` runs it.
 // Invariant: asserts nothing of time; a measurement fails only where an answer is missing or wrong.
 
-import { COMB } from "./comb.mjs";
 import { STUDENTS, agents, motion, start, visit } from "./class.mjs";
 import { close, moving } from "./rig.mjs";
 
 export const rig = { sources: false };
 
-const ROUNDS = 7;
+const ROUNDS = 9;
+const MINUTES = Number(process.env.MINUTES ?? 1); // of memory: make bench-page MINUTES=10
 const PAGES = 3; // of the students, in browsers
 
 const ms = (times) => {
@@ -39,15 +40,22 @@ export async function the_page_opens(rig) {
   return `first paint: best ${paint.best}, median ${paint.median} ms; first motion: best ${moved.best}, median ${moved.median} ms of ${ROUNDS}`;
 }
 
-export async function fifty_arms_are_drawn(rig) {
-  const page = await rig.open();
-  await page.evaluate(COMB);
-  await page.waitForFunction(() => pendulumd.motion.n === 50 && pendulumd.motion.complete && pendulumd.motion.stats);
+/** A comb of so many arms, half of them a chain. */
+const comb = (page, n) => page.evaluate((arms) => {
+  const half = arms >> 1;
+  const parent = Array.from({ length: arms }, (_, k) => (k < half ? k : k - half + 1));
+  const phi = parent.map((_, k) => -Math.PI / 2 + 0.4 * Math.cos(k));
+  pendulumd.store.set({ pendulum: { length: phi.map(() => 0.2), mass: phi.map(() => 1), parent, gravity: 9.81 },
+    initial: { phi, phid: phi.map(() => 0) }, span: { stop: 5, step: 0.01 }, ghosts: [], view: { trails: [arms], selected: 0, drawer: null } });
+}, n);
+
+/** Frames while it swings: the median from one to the next, and what the page's own thread works for each, ms. */
+async function framesOf(page) {
   const session = await page.context().newCDPSession(page);
   // what the page's own thread uses of a processor, which a busy machine does not change
   await session.send("Performance.enable", { timeDomain: "threadTicks" });
   const busy = async () => (await session.send("Performance.getMetrics")).metrics.find(({ name }) => name === "TaskDuration").value;
-  await page.evaluate(() => { pendulumd.clock.seek(2); pendulumd.clock.play(); });
+  await page.evaluate(() => { pendulumd.clock.seek(1); pendulumd.clock.play(); });
   await page.waitForTimeout(600);
   const before = await busy();
   const gaps = await page.evaluate(() => new Promise((resolve) => {
@@ -60,8 +68,88 @@ export async function fifty_arms_are_drawn(rig) {
   }));
   const used = ((await busy()) - before) * 1000 / gaps.length;
   gaps.sort((a, b) => a - b);
+  return { gap: gaps[gaps.length >> 1], used };
+}
+
+export async function frames_of_4_50_and_200_arms(rig) {
+  const page = await rig.open();
+  const said = [];
+  for (const n of [4, 50, 200]) {
+    await comb(page, n);
+    await page.waitForFunction((arms) => pendulumd.motion.n === arms && pendulumd.motion.complete && pendulumd.motion.stats, n);
+    const { gap, used } = await framesOf(page);
+    said.push(`${n} arms: median frame ${gap.toFixed(1)} ms, of which ${used.toFixed(1)} ms are the page's thread`);
+  }
   await close(page);
-  return `median frame ${gaps[gaps.length >> 1].toFixed(1)} ms, of which ${used.toFixed(1)} ms are the page's thread`;
+  return said.join("; ");
+}
+
+/** Counts what the page does from now on: frames that it asks for, pictures of the stage, requests. */
+const counting = (page) => page.evaluate(() => {
+  window.counts = { frames: 0, pictures: 0, asked: performance.getEntriesByType("resource").length };
+  const native = window.requestAnimationFrame;
+  window.requestAnimationFrame = (fn) => { window.counts.frames++; return native(fn); };
+  const { prototype } = CanvasRenderingContext2D;
+  const { clearRect } = prototype;
+  prototype.clearRect = function (...box) { window.counts.pictures++; return clearRect.apply(this, box); };
+});
+const counted = (page) => page.evaluate(() => {
+  const { frames, pictures, asked } = window.counts;
+  const now = performance.getEntriesByType("resource").length;
+  Object.assign(window.counts, { frames: 0, pictures: 0, asked: now });
+  return `${frames} frames, ${pictures} pictures, ${now - asked} requests`;
+});
+
+export async function nothing_is_drawn_for_nobody(rig) {
+  const page = await rig.open();
+  await page.waitForFunction(() => pendulumd.motion.stats && pendulumd.client.engine.ready);
+  await counting(page);
+  const said = [];
+  const during = async (what, seconds, does = () => {}) => {
+    await page.waitForTimeout(300);
+    await counted(page);
+    await does();
+    await page.waitForTimeout(seconds * 1000);
+    said.push(`${what}: ${await counted(page)}`);
+  };
+  await during("swinging for 2 s", 2);
+  await page.evaluate(() => pendulumd.clock.pause());
+  await during("paused for 2 s", 2);
+  const tip = await page.evaluate(() => pendulumd.stage.tip(1));
+  const { x, y } = await page.locator("#stage").boundingBox();
+  await during("an arm dragged over 40 places", 0, async () => {
+    await page.mouse.move(x + tip.x, y + tip.y);
+    await page.mouse.down();
+    for (let i = 0; i < 40; i++) await page.mouse.move(x + tip.x - 2 * i, y + tip.y + i);
+  });
+  await page.mouse.up();
+  const other = await page.context().newPage(); // the first one is behind it
+  await other.bringToFront();
+  await page.evaluate(() => pendulumd.clock.play());
+  await during("playing in a tab behind another for 2 s", 2);
+  await other.close();
+  await close(page);
+  return said.join("; ");
+}
+
+/** Bytes of the heap after the garbage has been collected. */
+async function heap(page) {
+  await page.session.send("HeapProfiler.collectGarbage");
+  return (await page.session.send("Runtime.getHeapUsage")).usedSize;
+}
+
+export async function memory_over_minutes(rig) {
+  const page = await rig.open();
+  await page.waitForFunction(() => pendulumd.motion.stats);
+  await page.evaluate(() => pendulumd.store.set({ view: { drawer: "plots" } }));
+  await page.waitForTimeout(3000);
+  const sizes = [await heap(page)];
+  for (let minute = 0; minute < MINUTES; minute++) {
+    await page.waitForTimeout(60000);
+    sizes.push(await heap(page));
+  }
+  await close(page);
+  return `MB of heap, minute by minute with plots open: ${sizes.map((size) => (size / 1e6).toFixed(2)).join(" ")}`;
 }
 
 export async function thirty_students_come_at_once(rig) {

@@ -34,6 +34,13 @@ function ask(agent, url, { sent = null, headers = {} } = {}) {
   });
 }
 
+/** The forces at one moment, as a page asks for them while an arm is dragged. */
+export function forces(agent, url, token, phi) {
+  const { pendulum } = JSON.parse(body(phi));
+  const headers = { "Content-Type": "application/json", Authorization: `Bearer ${token}` };
+  return ask(agent, `${url}/v1/forces`, { sent: JSON.stringify({ pendulum, state: { phi, phid: [0, 0, 0, 0] } }), headers });
+}
+
 /** Asks as the page does; the milliseconds until its first rows are here, and reads the rest. */
 export async function motion(agent, url, phi) {
   const headers = { "Content-Type": "application/json", Accept: "application/octet-stream" };
@@ -49,6 +56,20 @@ export async function visit(agent, url, phi) {
   const files = new Set([...html.matchAll(/(?:href|src)="(\/page\/[^"]+)"/g)].map(([, path]) => path));
   await Promise.all([motion(agent, url, phi), ...[...files].map((path) => ask(agent, url + path, { headers: { "Accept-Encoding": "gzip" } }))]);
   return performance.now() - begun;
+}
+
+/** What a page has asked for, its requests of the rig: for students who ask the same without a browser. */
+export const requestsOf = (page) => Promise.all(page.asked.filter((asked) => asked.url().startsWith("http")).map(async (asked) => ({
+  path: asked.url().slice(page.home.length), sent: asked.postData(), headers: await asked.allHeaders(),
+})));
+
+/** A student without a browser, who asks for all that a page has asked for, as somebody of its own. */
+export function repeat(agent, url, requests, token) {
+  return Promise.all(requests.map(({ path, sent, headers }) => {
+    const own = Object.fromEntries(Object.entries(headers).filter(([name]) => !name.startsWith(":") && !["host", "connection", "content-length"].includes(name)));
+    if (own.authorization) own.authorization = `Bearer ${token}`;
+    return ask(agent, url + path, { sent, headers: own });
+  }));
 }
 
 export const start = (student) => [0, 1, 2, 3].map((arm) => 0.01 * student + 0.003 * arm);

@@ -8,7 +8,7 @@ import { mkdirSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
-import { servePage } from "./serve.mjs";
+import { bundlesAreNew, servePage } from "./serve.mjs";
 
 export const ROOT = fileURLToPath(new URL("../../", import.meta.url));
 /** require() of the packages in package.json, which lie in build/ (tests/rules/web.sh fetches them). */
@@ -16,15 +16,17 @@ export const fetched = createRequire(join(ROOT, "build/webtest/package.json"));
 const CHROMIUM = process.env.CHROMIUM ?? "/usr/bin/chromium";
 const PROGRAM = process.env.PENDULUMD ?? join(ROOT, "build/release/pendulumd");
 const PICTURES = join(ROOT, "build/check/web");
+const FRAME_MS = 60; // a test's page is drawn no more often
+const BENCH = process.argv.includes("--bench"); // what is measured is drawn as often as it can be
 const TIMEOUT_MS = 180000; // for what a browser does at once: the machine may be slow, and busy with others
 // a daemon that gives up on nobody because time passes
 const PATIENT = ["--max-wait-seconds", "3600", "--header-seconds", "3600", "--body-seconds", "3600", "--send-seconds", "3600", "--idle-seconds", "86400"];
 const ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
   "--disable-component-update", "--disable-sync", "--font-render-hinting=none"];
 
-/** A daemon on a free port: {url, stop()}; options are added to its command line. */
-export async function startDaemon(options = ["--store", "none"]) {
-  const child = spawn(PROGRAM, ["--listen", "127.0.0.1:0", ...PATIENT, ...options], {
+/** A daemon: {url, stop(signal)}; options are added to its command line; port: 0 for a free one. */
+export async function startDaemon(options = ["--store", "none"], port = 0) {
+  const child = spawn(PROGRAM, ["--listen", `127.0.0.1:${port}`, ...PATIENT, ...options], {
     stdio: ["ignore", "ignore", "pipe"], env: { PENDULUMD_ALLOW_ROOT: "on", ...process.env },
   });
   const gone = new Promise((resolve) => child.on("exit", resolve));
@@ -40,8 +42,34 @@ export async function startDaemon(options = ["--store", "none"]) {
   });
   return {
     url,
+    async stop(signal = "SIGTERM") {
+      child.kill(signal);
+      await gone;
+    },
+  };
+}
+
+/** A PostgreSQL of its own: {url, restart(), crash(), stop()}; null where it is not installed. */
+export async function startPostgres() {
+  const child = spawn("/usr/bin/python3", ["-B", join(ROOT, "tests/drill/store.py")], { stdio: ["pipe", "pipe", "pipe"] });
+  let said = "";
+  child.stderr.on("data", (piece) => { said += piece; });
+  const gone = new Promise((resolve) => child.on("exit", resolve));
+  const line = () => new Promise((resolve) => {
+    child.stdout.once("data", (piece) => resolve(String(piece).trim()));
+    gone.then(() => resolve(""));
+  });
+  const url = await line();
+  if (!url && said.includes("is not installed")) return null;
+  if (!url) throw new Error(`PostgreSQL did not start: ${said}`);
+  const told = async (word) => {
+    child.stdin.write(`${word}\n`);
+    if (await line() !== "back") throw new Error(`PostgreSQL did not come back: ${said}`);
+  };
+  return {
+    url, restart: () => told("restart"), crash: () => told("crash"),
     async stop() {
-      child.kill("SIGTERM");
+      child.stdin.end();
       await gone;
     },
   };
@@ -67,6 +95,8 @@ export async function startNginx(daemon) {
     },
   };
 }
+
+const bundled = bundlesAreNew();
 
 /** Whether this daemon serves the page itself. */
 async function servesPage(url) {
@@ -103,21 +133,43 @@ export async function endShared() {
   for (const one of shared.values()) await (await one).stop();
 }
 
+/** Frames no more often than every so many milliseconds: a pendulum that swings beside what is tested is half of the work. */
+function seldom(least) {
+  const native = window.requestAnimationFrame.bind(window);
+  let [waiting, due, asked, last, id] = [new Map(), new Map(), false, 0, 0];
+  const run = (now) => {
+    [asked, last, due, waiting] = [false, performance.now(), waiting, new Map()];
+    // one that throws ends no other, as a browser has it
+    for (const [key, fn] of due) if (due.has(key)) try { fn(now); } catch (error) { reportError(error); }
+  };
+  window.requestAnimationFrame = (fn) => {
+    waiting.set(++id, fn);
+    if (!asked) {
+      asked = true;
+      const rest = last + least - performance.now();
+      if (rest > 4) setTimeout(() => native(run), rest);
+      else native(run);
+    }
+    return id;
+  };
+  window.cancelAnimationFrame = (key) => waiting.delete(key) || due.delete(key);
+}
+
 const unused = new Map(); // pages that tests have left, empty, by what cannot be changed of them
 
 /** A page that nobody uses, of a browser of its own (a context). A window takes long to make, so it is used again. */
 async function emptyPage(options, cold) {
   const key = cold ? null : JSON.stringify(options);
   const page = unused.get(key)?.pop() ?? await newPage(options, key);
-  page.faults = [];
-  page.forgiven = [];
+  Object.assign(page, { faults: [], forgiven: [], asked: [] });
   return page;
 }
 
-async function newPage(options, key) {
+async function newPage({ frames, ...options }, key) {
   const { browser } = await sharedBrowser();
   const context = await browser.newContext(options);
   context.setDefaultTimeout(TIMEOUT_MS);
+  if (!frames) await context.addInitScript(seldom, FRAME_MS);
   const page = await context.newPage();
   page.key = key;
   page.session = await context.newCDPSession(page);
@@ -125,17 +177,19 @@ async function newPage(options, key) {
   page.on("pageerror", (error) => page.faults.push(String(error)));
   page.on("request", (asked) => {
     const { origin, protocol } = new URL(asked.url());
+    page.asked?.push(asked);
     if (protocol.startsWith("http") && origin !== page.home) page.faults.push(`asked ${asked.url()}`);
   });
   return page;
 }
 
 /**
- * A page as a browser opens it that has never been here (its cache may hold the page's files, unless `cold`).
- * page.faults lists what went wrong; what fits the patterns in page.forgiven is not held against it.
+ * A page as a browser opens it that has never been here (its cache may hold the page's files, unless `cold`); it is not kept for
+ * a time without a server unless serviceWorkers is "allow". It is drawn as on a slow machine, unless `frames`.
+ * page.faults lists what went wrong; what fits the patterns in page.forgiven is not held against it. page.asked lists its requests.
  */
 async function openPage(home, used, { path = "/", width = 1280, height = 800, dark = false, still = false, touch = false, language = "en", wait = true, cold = false, ...more } = {}) {
-  const page = await emptyPage({ hasTouch: touch, locale: language, ...more }, cold);
+  const page = await emptyPage({ hasTouch: touch, locale: language, serviceWorkers: "block", frames: BENCH, ...more }, cold);
   page.home = home;
   page.used = used.add(page);
   await page.setViewportSize({ width, height });
@@ -152,11 +206,13 @@ async function openPage(home, used, { path = "/", width = 1280, height = 800, da
  * store    true: scenes are kept.
  * sources  true: the page comes from server/web through serve.mjs, whose `fault` can stand in for a server in trouble;
  *          false: from the daemon, if that serves it.
+ *          Its scripts are bundled, where the build has made that; `front.bundles = false` before a page is opened serves each
+ *          module by itself, until the test ends.
  */
 export async function createRig({ store = false, sources = true } = {}) {
   const daemon = await sharedDaemon(store);
   const own = !sources && await servesPage(daemon.url);
-  const front = own ? null : await servePage(daemon.url);
+  const front = own ? null : await servePage(daemon.url, 0, bundled);
   const url = own ? daemon.url : front.url;
   mkdirSync(PICTURES, { recursive: true });
 
@@ -170,7 +226,7 @@ export async function createRig({ store = false, sources = true } = {}) {
     shot: (page, name, more = {}) => page.screenshot({ path: join(PICTURES, `${name}.png`), ...more }),
     /** Closes what a test has left open, and ends the trouble that it made. */
     async clear() {
-      if (front) front.fault = null;
+      if (front) Object.assign(front, { fault: null, bundles: bundled });
       for (const page of used) await page.context().close();
       used.clear();
     },

@@ -4,6 +4,8 @@
 
 import { openDrawer } from "./drawers.mjs";
 
+const BY_TIME = { polling: 100 }; // ms: of thirty windows on one machine some get no frames for a long while
+
 /** A page with a room of its own: {page, code}. */
 export async function teach(rig, options = {}) {
   const page = await rig.open({ width: 1280, height: 900, ...options });
@@ -24,13 +26,13 @@ export async function join(rig, code, nickname, options = {}) {
 }
 
 /** Waits until the pupil's page says so, in the drawer or at the head. */
-export const says = (page, words) => page.waitForFunction((source) => new RegExp(source).test(document.querySelector(".class-now")?.textContent ?? ""), words.source);
+export const says = (page, words) => page.waitForFunction((source) => new RegExp(source).test(document.querySelector(".class-now")?.textContent ?? ""), words.source, BY_TIME);
 
 /** The arms of the pendulum on a page's stage. */
 export const arms = (page) => page.evaluate(() => pendulumd.store.get().pendulum.length.length);
 
 /** Waits until the stage has so many arms. */
-export const hasArms = (page, count) => page.waitForFunction((n) => pendulumd.store.get().pendulum.length.length === n, count);
+export const hasArms = (page, count) => page.waitForFunction((n) => pendulumd.store.get().pendulum.length.length === n, count, BY_TIME);
 
 /** Puts a chain on a page's stage: lengths, and angles from hanging in degrees. */
 export const setChain = (page, length, degrees) => page.evaluate(([lengths, angles]) => {

@@ -1,7 +1,11 @@
-// axe-core finds no violation in any view, light and dark, wide and on a phone.
+// axe-core finds no violation in any view, light and dark, wide and on a phone, with the system's own colours, in another page's
+// frame.
+// Leaves to others: the drawers in light, dark and on a phone (test_drawers.mjs, test_physics.mjs), a room (test_room.mjs).
 
 import assert from "node:assert/strict";
+import { DRAWERS } from "../../server/web/state.js";
 import { violations } from "./axe.mjs";
+import { openDrawer } from "./drawers.mjs";
 import { close, drawn } from "./rig.mjs";
 
 async function check(rig, options, views) {
@@ -27,4 +31,31 @@ export async function axe_finds_nothing_in_the_light(rig) { await check(rig, {},
 export async function axe_finds_nothing_in_the_dark(rig) { await check(rig, { dark: true }, VIEWS); }
 export async function axe_finds_nothing_on_a_phone(rig) {
   await check(rig, { width: 390, height: 844, touch: true, isMobile: true }, VIEWS);
+}
+
+export async function axe_finds_nothing_in_any_drawer_in_forced_colours(rig) {
+  const page = await rig.open({ path: "/?length=1,1&theta=60,30", height: 1000 });
+  await page.emulateMedia({ forcedColors: "active" });
+  await page.evaluate(() => pendulumd.clock.pause());
+  const bad = [];
+  for (const id of DRAWERS) {
+    const selector = await openDrawer(page, id);
+    await drawn(page);
+    bad.push(...(await violations(page, { context: { include: [selector], exclude: [".katex"] } })).map((words) => `${id}: ${words}`));
+  }
+  assert.deepEqual(bad, []);
+  await page.emulateMedia({ forcedColors: "none" });
+  await close(page);
+  return `${DRAWERS.length} drawers`;
+}
+
+export async function axe_finds_nothing_in_the_embed_view(rig) {
+  for (const path of ["/?embed=1&length=1&theta=60", "/?embed=1&sheet=period"]) {
+    const page = await rig.open({ path, width: 900, height: 600 });
+    await page.evaluate(() => pendulumd.clock.pause());
+    if (path.includes("sheet")) await page.waitForSelector("#embed-sheet h2, #embed-sheet h3");
+    await drawn(page);
+    assert.deepEqual(await violations(page), [], path);
+    await close(page);
+  }
 }

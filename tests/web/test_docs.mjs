@@ -21,7 +21,9 @@ const operations = (api) => Object.entries(api.paths).flatMap(([path, item]) =>
 function* words(schema) {
   if (Array.isArray(schema)) for (const one of schema) yield* words(one);
   if (!schema || typeof schema !== "object" || Array.isArray(schema)) return;
-  if (schema.properties && typeof schema.properties === "object") yield* Object.keys(schema.properties);
+  // a field that is false is one that another form has
+  if (schema.properties && typeof schema.properties === "object")
+    for (const [name, one] of Object.entries(schema.properties)) if (one !== false) yield name;
   if (Array.isArray(schema.enum)) yield* schema.enum.map(String);
   for (const [key, one] of Object.entries(schema)) if (!["example", "examples", "default", "enum"].includes(key)) yield* words(one);
 }

@@ -40,7 +40,7 @@ async function look(rig, name, options) {
     if (id === "method") await page.waitForSelector(".verdict");
     await drawn(page);
     await rig.shot(page, `drawer-${id}-${name}`);
-    bad.push(...(await violations(page, { context: { include: [selector], exclude: [".katex"] }, colours: options.dark })).map((words) => `${id}, ${name}: ${words}`));
+    bad.push(...(await violations(page, { context: { include: [selector], exclude: [".katex"] }, colours: options.dark, shapes: options.touch })).map((words) => `${id}, ${name}: ${words}`));
     const wide = await page.evaluate((at) => document.querySelector(at).scrollWidth - document.querySelector(at).clientWidth, selector);
     const scrolled = await page.evaluate(() => (innerWidth > 860 ? document.documentElement.scrollHeight - innerHeight : 0));
     if (scrolled > 0) bad.push(`${id}, ${name}: the page is ${scrolled} pixels longer than the window`);

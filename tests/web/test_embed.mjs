@@ -3,6 +3,7 @@
 import assert from "node:assert/strict";
 import { createServer } from "node:http";
 import { close } from "./rig.mjs";
+import { checkStatement } from "./xapi.mjs";
 
 export const rig = { sources: false };
 
@@ -44,5 +45,33 @@ export async function nothing_but_the_embed_view_is_framed(rig) {
   const { page, end } = await framing(rig, "/");
   await page.waitForTimeout(1000);
   assert.equal(await page.frames()[1].evaluate(() => document.getElementById("stage")).catch(() => null), null);
+  await end();
+}
+
+export async function a_worksheet_in_a_frame_tells_its_answers_as_statements(rig) {
+  const { page, end } = await framing(rig, "/?embed=1&sheet=period");
+  await page.waitForFunction(() => window.heard.some((one) => one.pendulumd === "state"));
+  const frame = page.frames()[1];
+  for (const [value, choice] of [["2.0"], ["4"], [null, 2], [null, 1], ["4.95"]]) {
+    await frame.waitForSelector(value ? "#embed-sheet [data-answer]" : "#embed-sheet [data-choice]");
+    const step = await frame.textContent(".step h3");
+    if (value) await frame.fill("#embed-sheet [data-answer]", value);
+    else await frame.click(`#embed-sheet [data-choice='${choice}']`);
+    await frame.click("[data-sheet=answer]");
+    await frame.waitForFunction((title) => document.querySelector(".step h3").textContent !== title || /Handed in/.test(document.querySelector(".sheet .mark").textContent), step);
+  }
+  await page.waitForFunction(() => window.heard.some((one) => /completed$/.test(one.statement?.verb.id)));
+  await rig.shot(page, "embed-sheet");
+  const bar = await frame.locator("#timebar").boundingBox();
+  const held = await page.locator("iframe").boundingBox();
+  assert.ok(bar.height > 20 && Math.abs(bar.y + bar.height - held.y - held.height) < 6, "the time bar ends the frame, however long the worksheet is");
+  const told = await page.evaluate(() => heard.filter((one) => one.pendulumd === "statement").map(({ statement }) => statement));
+  told.forEach(checkStatement);
+  assert.equal(told.filter(({ verb }) => verb.id.endsWith("/answered")).length, 5, "one of each step");
+  assert.equal(new Set(told.map(({ id }) => id)).size, 6);
+  assert.equal(new Set(told.map(({ actor }) => actor.account.name)).size, 1);
+  const last = told[told.length - 1];
+  assert.deepEqual(last.result, { completion: true, score: { scaled: 1, raw: 5, min: 0, max: 5 } });
+  assert.deepEqual([told[0].object.definition.interactionType, told[0].result], ["numeric", { response: "2", success: true }]);
   await end();
 }

@@ -2,6 +2,7 @@
 // Leaves to others: whether a language says all (words.mjs).
 
 import assert from "node:assert/strict";
+import { ARABIC, arabic } from "./arabic.mjs";
 import { close, drawn } from "./rig.mjs";
 import { openDrawer } from "./drawers.mjs";
 import { LANGUAGES } from "../../server/web/text/languages.js";
@@ -80,28 +81,6 @@ export async function what_the_server_refuses_is_told_in_the_page_s_language(rig
   const limit = await said(() => pendulumd.store.set({ rtol: 5 }));
   assert.equal(limit, words["problem.value"].replace("{what}", words["step.tolerance"]));
   await close(page);
-}
-
-const ARABIC = {
-  name: "أشجار النواس", language: "اللغة", theme: "فاتح أو داكن", undo: "تراجع", redo: "إعادة", new: "جديد", close: "إغلاق", drawers: "أدوات",
-  "drawer.presets": "أمثلة", "drawer.physics": "فيزياء", "drawer.plots": "منحنيات", "drawer.modes": "أنماط", "drawer.compare": "مقارنة", "drawer.measure": "قياس",
-  "drawer.method": "طريقة", "drawer.equations": "معادلات", "drawer.share": "مشاركة", "drawer.worksheet": "ورقة عمل", "drawer.class": "الصف",
-  "presets.title": "أمثلة", "presets.words": "انقر على مثال ليتحرك.", "presets.arms.zero": "بلا أذرع", "presets.arms.one": "ذراع واحدة", "presets.arms.two": "ذراعان",
-  "presets.arms.few": "{count} أذرع", "presets.arms.many": "{count} ذراعًا", "presets.arms.other": "{count} ذراع",
-  "legend.tension": "شد: يسحب الطرف إلى الداخل", "legend.compression": "ضغط: يدفعه إلى الخارج", "arm.name": "الذراع {arm}", "arm.length": "الطول", "arm.mass": "الكتلة",
-  "arm.angle": "زاوية البداية θ", "arm.rate": "سرعة البداية ω", "arm.add": "أضف ذراعًا", "time.play": "تشغيل", "time.pause": "إيقاف",
-};
-
-/** The page with a language that is written from right to left, and has six plural forms: a few words of it, the rest in English. */
-function arabic(rig, english) {
-  const module = (words) => `export default ${JSON.stringify(words)};`;
-  rig.front.fault = (asked, reply) => {
-    const [, part] = /\/text\/ar\/(\w+)\.js/.exec(asked.url) ?? [];
-    const list = asked.url.includes("/text/languages.js") ? 'export const LANGUAGES = { en: "English", ar: "العربية" };' : null;
-    if (!part && !list) return false;
-    reply.writeHead(200, { "Content-Type": "text/javascript; charset=utf-8" }).end(list ?? module({ ...english[part], ...ARABIC }));
-    return true;
-  };
 }
 
 export async function a_language_from_right_to_left_turns_the_page_and_has_its_own_plurals(rig) {

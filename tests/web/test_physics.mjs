@@ -129,6 +129,40 @@ export async function every_number_is_the_request_s_and_the_motion_the_server_s(
   await close(page);
 }
 
+export async function carts_bodies_and_pivots_that_go_faster_are_the_request_s_and_move_as_the_server_says(rig) {
+  const page = await open(rig, "double", { height: 1000 });
+  await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(0); });
+  await page.selectOption("[data-scope]", "2");
+  assert.ok(await page.isDisabled('[data-number="rail"]') && await page.isDisabled('[data-number="inertia"]'), "nothing to be a number of");
+  const typed = { cart: 2, rail: 10, cartDamping: 0.5, cartStiffness: 4, cartForce: -1, cartPush: 3, cartRate: 0.8,
+    body: 0.7, along: 0.4, across: -0.1, inertia: 0.02, hangsAlong: 0.5, hangsAcross: 0.2 };
+  for (const [name, value] of Object.entries(typed)) await type(page, name, value);
+  const { pendulum } = await doc(page);
+  const { angle, ...cart } = pendulum.pivot.cart;
+  assert.ok(Math.abs(angle - Math.PI / 18) < 1e-15);
+  assert.deepEqual(cart, { mass: 2, damping: 0.5, stiffness: 4, force: { constant: -1, harmonics: [{ amplitude: 3, omega: 0.8 * TURN, phase: 0 }] } });
+  assert.deepEqual([pendulum.body, pendulum.at], [[null, { mass: 0.7, center: [0.4, -0.1], inertia: 0.02 }], [null, [0.5, 0.2]]]);
+  for (const [name, value] of Object.entries(typed)) assert.equal(Number((await page.inputValue(`[data-number="${name}"]`)).replace("\u2212", "-")), value, name);
+  const off = await page.evaluate(async () => {
+    const { store, client, motion } = pendulumd;
+    const { pendulum: tree, initial, span } = store.get();
+    const { cart: told } = await client.trajectory({ pendulum: tree, initial, times: { start: 0, stop: 2, step: span.step }, output: ["cart"] });
+    return Math.max(...told.x.map((x, i) => Math.abs(x - motion.columns.cart_x[i])));
+  });
+  assert.equal(off, 0, "to the bit");
+  await page.evaluate(() => { pendulumd.clock.seek(1.2); document.querySelector("[data-group=cart]").scrollIntoView({ block: "start" }); });
+  await drawn(page);
+  await rig.shot(page, "physics-cart");
+  assert.deepEqual(await violations(page, { context: { include: ['[data-drawer="physics"]'] } }), []);
+  assert.ok(await page.isDisabled('[data-number="fasterUp"]'), "a cart is not drawn away");
+  await page.evaluate(() => pendulumd.clock.seek(0));
+  for (const name of ["cart", "body"]) await type(page, name, 0);
+  await type(page, "fasterUp", -9.81);
+  const bare = (await doc(page)).pendulum;
+  assert.deepEqual([bare.pivot, bare.body], [{ acceleration: [0, -9.81] }, undefined]);
+  await close(page);
+}
+
 export async function another_frequency_in_the_midst_of_the_motion_moves_the_pivot_by_nothing(rig) {
   const page = await open(rig, "kapitza");
   await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(1.234); });
@@ -225,7 +259,7 @@ export async function a_map_of_two_numbers_is_the_server_s_and_a_point_of_it_sta
   const asked = [];
   page.on("request", (one) => { if (one.url().endsWith("/v1/ensembles")) asked.push(JSON.parse(one.postData())); });
   await page.click("[data-wish=compute]");
-  await page.waitForFunction(() => /900/.test(document.querySelector('[data-drawer="physics"] section:last-child [role=status]').textContent)
+  await page.waitForFunction(() => /900/.test(document.querySelector('[data-drawer="physics"] section:last-of-type [role=status]').textContent)
     && document.querySelector("[data-drawer=physics] progress").hidden);
   assert.equal(asked.length, 1);
   assert.deepEqual(asked[0].grid, [{ vary: "torque_amplitude", start: 0, stop: 3, count: 30, arm: 1 }, { vary: "damping", start: 0, stop: 1, count: 30, arm: 1 }]);
@@ -259,7 +293,7 @@ export async function a_map_shows_where_a_shaken_pendulum_stands_on_its_head(rig
   // well damped, so that ten seconds decide
   await type(page, "damping", 0.05);
   await page.click("[data-wish=compute]");
-  await page.waitForFunction(() => /900/.test(document.querySelector('[data-drawer="physics"] section:last-child [role=status]').textContent)
+  await page.waitForFunction(() => /900/.test(document.querySelector('[data-drawer="physics"] section:last-of-type [role=status]').textContent)
     && document.querySelector("[data-drawer=physics] progress").hidden);
   await page.evaluate(() => document.querySelector('[data-drawer="physics"] .map').scrollIntoView({ block: "center" }));
   await drawn(page);
@@ -272,5 +306,39 @@ export async function a_map_shows_where_a_shaken_pendulum_stands_on_its_head(rig
   };
   assert.ok(await end(["ArrowRight"]) > 150, "it stands on its head");
   assert.ok(await end(["Shift+ArrowDown", "Shift+ArrowLeft"]) < 60, "it has fallen");
+  await close(page);
+}
+
+export async function the_route_to_chaos_has_one_point_two_points_and_a_cloud_where_the_books_have_them(rig) {
+  const page = await rig.open({ height: 1000 });
+  await page.click('[data-preset="driven-damped"]');
+  await page.waitForFunction(() => pendulumd.store.get().preset === "driven-damped" && pendulumd.motion.complete);
+  await page.evaluate(() => pendulumd.clock.pause());
+  await openDrawer(page, "physics");
+  assert.equal(await page.evaluate(() => document.querySelector(".panels").scrollTop), 0, "a drawer begins at its top, wherever the last one was");
+  await page.click("[data-part=route] summary");
+  await page.waitForSelector("[data-part=route] path[stroke-width='1.4']");
+  const columns = await page.evaluate(() => {
+    const dots = [...document.querySelector("[data-part=route] path[stroke-width='1.4']").getAttribute("d").matchAll(/M([\d.]+) ([\d.]+)/g)];
+    const byPlace = new Map();
+    for (const [, x, y] of dots) byPlace.set(Number(x), new Set([...byPlace.get(Number(x)) ?? [], Number(y)]));
+    const sorted = [...byPlace].sort(([a], [b]) => a - b).map(([, places]) => [...places].sort((a, b) => a - b));
+    // places of a pixel or less apart are one
+    return sorted.map((places) => places.filter((y, i) => !i || y - places[i - 1] > 1).length);
+  });
+  const ends = await page.locator("input[data-route]").evaluateAll((list) => list.map(({ value }) => Number(value)));
+  assert.deepEqual([ends, columns.length], [[0.9, 1.3], 180]);
+  const at = (strength) => columns[Math.round((strength - ends[0]) / (ends[1] - ends[0]) * 179)];
+  assert.deepEqual([at(0.95), at(1.07)], [1, 2], "with the drive, and of twice its period");
+  assert.ok(at(1.15) > 8, `${at(1.15)} places in chaos`);
+  await page.locator("[data-part=route] .plot").scrollIntoViewIfNeeded();
+  await drawn(page);
+  await rig.shot(page, "route");
+  assert.deepEqual(await violations(page, { context: { include: ["[data-part=route]"] } }), []);
+  const box = await page.locator("[data-part=route] .plot").boundingBox();
+  await page.mouse.click(box.x + 120, box.y + 80);
+  await page.waitForFunction(() => pendulumd.store.get().pendulum.torque[0].harmonics[0].amplitude !== 1.15);
+  const strength = await page.evaluate(() => pendulumd.store.get().pendulum.torque[0].harmonics[0].amplitude);
+  assert.ok(strength > 0.95 && strength < 1.1, `${strength} where it was clicked`);
   await close(page);
 }

@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { deflateRawSync } from "node:zlib";
 import { violations } from "./axe.mjs";
-import { openDrawer } from "./drawers.mjs";
+import { openDrawer, settledMotion } from "./drawers.mjs";
 import { close, drawn, moving } from "./rig.mjs";
 
 const linkOf = (scene) => `/#d=${deflateRawSync(JSON.stringify(scene)).toString("base64url")}`;
@@ -137,17 +137,45 @@ export async function arms_come_and_go_with_their_terms(rig) {
   await close(page);
 }
 
-export async function modes_of_a_real_pendulum_are_told_with_their_damping(rig) {
-  const pendulum = { length: [1, 0.5], mass: [1, 0], parent: [0, 1], gravity: 9.81, rod: [null, 0.4], damping: [0.3, 0.05], stiffness: [null, 2] };
-  const page = await rig.open({ path: linkOf({ request: { pendulum, initial: { phi: [-1, -1], phid: [0, 0] }, times: { start: 0, stop: 5, step: 0.01 } } }) });
+export async function modes_of_a_real_pendulum_are_told_with_their_damping_swing_and_are_begun(rig) {
+  const pendulum = { length: [1, 0.5], mass: [1, 0], parent: [0, 1], gravity: 9.81, rod: [null, 0.4], damping: [0.6, 0.05], stiffness: [null, 2], rest: [null, 0.5] };
+  const page = await rig.open({ height: 1000, path: linkOf({ request: { pendulum, initial: { phi: [-1, -1], phid: [0, 0] }, times: { start: 0, stop: 5, step: 0.01 } } }) });
   await openDrawer(page, "modes");
   await page.waitForSelector('[data-drawer="modes"] [data-mode="2"]');
-  const shown = await page.locator('[data-drawer="modes"] tr[data-mode] td').allTextContents();
   const told = await page.evaluate((tree) => pendulumd.client.modes({ pendulum: tree }), pendulum);
-  const numbers = told.mode.flatMap((_, k) => [told.frequency[k], told.decay[k], told.damping_ratio[k]]);
-  assert.ok(told.decay.every((decay) => decay > 0) && shown.length === 6);
-  shown.forEach((words, i) => assert.ok(Math.abs(Number(words) - numbers[i]) <= 6e-4 * numbers[i], `${words} for ${numbers[i]}`));
+  const shown = await page.locator('[data-drawer="modes"] .mode-card').evaluateAll((cards) => cards.map((card) => [...card.querySelectorAll("dd")].map((cell) => parseFloat(cell.textContent))));
+  const numbers = told.mode.map((_, k) => [told.omega[k], told.frequency[k], 1 / told.frequency[k], told.decay[k], told.damping_ratio[k]]);
+  assert.ok(told.decay.every((decay) => decay > 0) && shown.length === 2);
+  shown.forEach((row, k) => row.forEach((value, i) => assert.ok(Math.abs(value - numbers[k][i]) <= 6e-4 * Math.max(1, numbers[k][i]), `${value} for ${numbers[k][i]}`)));
+  const rest = await page.textContent('[data-drawer="modes"] [role=status]');
+  told.equilibrium.forEach((phi) => assert.ok(rest.includes(`${(phi * 180 / Math.PI + 90).toFixed(1).replace("-", "\u2212")}°`), rest));
+  await page.evaluate(() => pendulumd.clock.pause());
+  const picture = async (time) => {
+    await page.evaluate((at) => pendulumd.clock.seek(at), time);
+    await drawn(page);
+    return page.evaluate(() => document.querySelector("[data-mode='1'] canvas").toDataURL());
+  };
+  assert.notEqual(await picture(0), await picture(1 / told.frequency[0]), "after a swing it is smaller");
   assert.deepEqual(await violations(page, { context: { include: ['[data-drawer="modes"]'] } }), []);
   await rig.shot(page, "real-modes");
+  // the motion that begins in a mode turns and dies away as the server's root says
+  for (const mode of [1, 2]) {
+    await page.locator(`[data-amplitude='${mode}']`).fill("1");
+    await page.click(`[data-start='${mode}']`);
+    await settledMotion(page);
+    const far = await page.evaluate(([{ equilibrium, omega, decay, vectors: { re, im } }, k]) => {
+      const { columns, t } = pendulumd.motion;
+      const part = Math.PI / 180;
+      let [most, least] = [0, Infinity];
+      t.forEach((time, i) => equilibrium.forEach((phi, arm) => {
+        const size = part * Math.exp(-decay[k] * time);
+        const there = phi + size * (re[k][arm] * Math.cos(omega[k] * time) - im[k][arm] * Math.sin(omega[k] * time));
+        most = Math.max(most, Math.abs(columns.phi[i * 2 + arm] - there));
+        least = Math.min(least, size);
+      }));
+      return [most / part, least / part];
+    }, [told, mode - 1]);
+    assert.ok(far[0] < 0.02 && far[0] > 1e-7 && far[1] < 0.7, `mode ${mode}: ${far[0]} of its amplitude beside the linear motion`);
+  }
   await close(page);
 }

@@ -140,6 +140,12 @@ export async function a_room_is_accessible_dark_and_on_a_phone(rig) {
   await teacher.keyboard.press("Escape");
   await teacher.click("[data-class=kept]");
   await rig.shot(teacher, "room-kept");
+  const points = await teacher.locator("dialog.kept dt").allTextContents();
+  const { default: german } = await import("../../server/web/text/de/class.js");
+  const keys = Object.keys(german).filter((key) => /^class\.kept\.\w+\.name$/.test(key));
+  assert.deepEqual([...points].sort(), keys.map((key) => german[key]).sort(), "every point that there are words for is told");
+  assert.deepEqual((await teacher.locator("dialog.kept dd").allTextContents()).filter((words) => words.length < 40), [], "each in a sentence");
+  assert.ok(points.includes(german["class.kept.passed.name"]), "who else gets it");
   assert.deepEqual(bad, []);
   for (const page of [teacher, phone]) await close(page);
 }

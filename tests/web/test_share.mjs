@@ -104,6 +104,25 @@ export async function a_server_without_a_store_says_so_and_the_long_link_works(r
   }
 }
 
+export async function who_chose_a_language_hands_it_on_in_links(rig) {
+  const page = await rig.open({ language: "de" });
+  await openDrawer(page, "share");
+  const links = () => page.evaluate(() => ["plain", "long"].map((id) => document.querySelector(`[data-link=${id}]`).value));
+  await page.waitForFunction(() => document.querySelector("[data-link=long]").value.includes("#d="));
+  assert.ok((await links()).every((link) => !link.includes("lang=")), "what the browser prefers is not a choice");
+  await page.selectOption(".tongue", "fr");
+  await openDrawer(page, "share");
+  await page.waitForFunction(() => document.querySelector("[data-link=long]")?.value.includes("/?lang=fr#d="));
+  const [plain] = await links();
+  assert.match(plain, /\?length=[^#]*&lang=fr$/);
+  await page.click("[data-share=make]");
+  await page.waitForFunction(() => /\/\?lang=fr#s=/.test(document.querySelector("[data-link=short]").value));
+  const other = await rig.open({ language: "en", path: plain.slice(rig.url.length) });
+  await other.waitForFunction(() => document.documentElement.lang === "fr");
+  assert.equal(await other.evaluate(() => pendulumd.store.get().pendulum.length.length), 4);
+  for (const one of [page, other]) await close(one);
+}
+
 export async function the_scene_and_its_numbers_are_files(rig) {
   const page = await rig.open();
   await change(page);

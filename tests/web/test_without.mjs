@@ -9,6 +9,7 @@ const FORGIVEN = /Failed to load resource|net::ERR|cannot be made|did not come/;
 
 /** A first visit; answer(path) is what stands for a file: a script's text, "" for a refusal, null for the file itself. */
 async function visit(rig, answer, options = {}) {
+  rig.front.bundles = false; // each module by itself
   rig.front.fault = (asked, reply) => {
     const text = answer(new URL(asked.url, "http://page").pathname);
     if (text === null) return false;

@@ -7,6 +7,7 @@ import { openDrawer } from "./drawers.mjs";
 import { ROOT, close } from "./rig.mjs";
 import { LANGUAGES } from "../../server/web/text/languages.js";
 import { arms, hasArms, join, teach } from "./room.mjs";
+import { checkStatement } from "./xapi.mjs";
 
 export const rig = { store: true, sources: false };
 
@@ -137,7 +138,64 @@ export async function a_worksheet_is_written_handed_out_answered_and_handed_in(r
   await teacher.waitForSelector(".answers tbody tr");
   assert.match(await teacher.textContent(".answers tbody"), /Ada.*handed in.*<script>alert\(1\)<\/script>.*✓ 2/s);
   await rig.shot(teacher, "sheet-answers");
+  await teacher.keyboard.press("Escape");
+  const [saved] = await Promise.all([teacher.waitForEvent("download"), teacher.click("[data-class=statements]")]);
+  const told = JSON.parse(readFileSync(await saved.path(), "utf8"));
+  told.forEach(checkStatement);
+  assert.deepEqual(told.map(({ verb, actor, result }) => [verb.id.split("/").pop(), actor.account.name, result.response ?? result.score.raw]),
+    [["answered", "1", "<script>alert(1)</script>"], ["answered", "1", "2"], ["completed", "1", 1]]);
+  assert.ok(!JSON.stringify(told).includes("Ada"), "nobody is named");
   for (const page of [teacher, pupil]) await close(page);
+}
+
+// a person at the keys (Card, Moran and Newell, CACM 23, 1980): s for a letter typed slowly, for pointing and clicking, for thinking
+const KEY = 0.5, POINT = 1.2, THINK = 1.35, MINUTES = 3;
+
+/** Writes a worksheet of three steps and hands it out; the actions, letters, and seconds that the browser took. */
+async function writeThree(teacher, pause) {
+  const done = { actions: 0, letters: 0 };
+  const act = async (letters, what) => {
+    done.actions++;
+    done.letters += letters.length;
+    if (pause) await teacher.waitForTimeout(1000 * (THINK + POINT + KEY * letters.length));
+    await what();
+  };
+  const part = (n) => teacher.locator(".edit-step").nth(n);
+  const click = (where) => act("", () => where.click());
+  const type = (where, words) => act(words, () => where.fill(words));
+  const begun = performance.now();
+  await click(teacher.locator("[data-class=newSheet]"));
+  await type(teacher.locator("[data-sheet=title]"), "The period of a pendulum");
+  const asked = [["One arm", "How long does one swing take?", "2"], ["Four times as long", "How long does it take now?", "4"], ["On the Moon", "And with a sixth of the weight?", "4.9"]];
+  for (const [n, [title, question, right]] of asked.entries()) {
+    if (n) await click(teacher.locator("[data-sheet=add]"));
+    await type(part(n).locator("[data-step-field=title]"), title);
+    if (!n) await click(part(n).locator("[data-step-field=asks]"));
+    await type(part(n).locator("[data-question=text]"), question);
+    await type(part(n).locator("[data-question=right]"), right);
+    if (!n) await act("", () => part(n).locator("[data-step-field=needs]").selectOption("right"));
+  }
+  await click(teacher.locator("[data-sheet=save]"));
+  await click(teacher.locator("[data-give=sheet]"));
+  await teacher.waitForSelector(".sheet-row.given");
+  return { ...done, seconds: (performance.now() - begun) / 1000 };
+}
+
+export async function a_worksheet_of_three_steps_is_written_in_seventeen_actions_and_three_minutes(rig) {
+  const { page: teacher, code } = await teach(rig);
+  const { actions, letters, seconds } = await writeThree(teacher, Boolean(process.env.PACE));
+  assert.ok(actions <= 17, `${actions} actions`);
+  const paced = actions * (THINK + POINT) + letters * KEY;
+  assert.ok(paced < 60 * MINUTES, `${paced} s`);
+  const pupil = await join(rig, code, "Ada");
+  await step(pupil, "One arm");
+  assert.ok(await pupil.isDisabled("[data-step='2']"), "the right answer is needed");
+  await pupil.fill(".given-sheet [data-answer]", "2");
+  await pupil.click("[data-sheet=answer]");
+  await step(pupil, "Four times as long");
+  assert.ok(await pupil.isDisabled("[data-step='3']"), "a new step needs what the one before it does");
+  for (const page of [teacher, pupil]) await close(page);
+  return `${actions} actions, ${letters} letters: ${Math.round(paced)} s of a person at the keys; the browser took ${seconds.toFixed(1)} s`;
 }
 
 export async function a_link_holds_a_worksheet(rig) {

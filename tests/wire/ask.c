@@ -89,3 +89,15 @@ double ask_metric(const struct test_server *server, const char *name) {
     test_reply_clear(&reply);
     return value;
 }
+
+long long ask_process(int pid, const char *name, int base) {
+    char path[64], line[512];
+    long long value = -1;
+    snprintf(path, sizeof path, "/proc/%d/status", pid);
+    FILE *file = fopen(path, "r");
+    while (file && fgets(line, sizeof line, file))
+        if (!strncmp(line, name, strlen(name)) && line[strlen(name)] == ':')
+            value = strtoll(line + strlen(name) + 1, NULL, base);
+    if (file) fclose(file);
+    return value;
+}

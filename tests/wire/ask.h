@@ -58,4 +58,7 @@ double ask_metric(const struct test_server *server, const char *name);
  * does not come. */
 int ask_await(const struct test_server *server, const char *name, double least, double most);
 
+/** A line of /proc/PID/status, as a number to some base; -1 where it is not there. */
+long long ask_process(int pid, const char *name, int base);
+
 #endif

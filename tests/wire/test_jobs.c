@@ -80,6 +80,12 @@ static const struct {
      FLIPS,
      {"application/json", "text/csv", "application/octet-stream", "application/x-ndjson",
       "image/png"}},
+    {"/v1/ensembles",
+     "{\"pendulum\":" ASK_DOUBLE
+     ",\"random\":{\"count\":400,\"draw\":[{\"vary\":\"theta\",\"arm\":1,\"distribution\":"
+     "\"normal\",\"mean\":1,\"deviation\":1}]},\"duration\":9,\"rows\":\"events\",\"events\":[{"
+     "\"of\":\"y\",\"arm\":2,\"value\":-1},{\"of\":\"lambda\",\"arm\":1,\"bound\":5,\"stop\":9}]}",
+     {"application/json", "text/csv", "application/octet-stream", "application/x-ndjson"}},
     {"/v1/trajectories", ASK_EXAMPLE, {"application/json", "text/csv", "application/octet-stream"}},
     {"/v1/trajectories", LONG_WAY, {"application/json", "text/csv", "application/octet-stream"}},
     {"/v1/trajectories",

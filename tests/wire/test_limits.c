@@ -128,6 +128,36 @@ TEST(a_draining_server_is_not_ready_and_ends_with_its_last_client) {
     test_server_stop(&server);
 }
 
+TEST(an_interface_that_ages_says_so_with_every_answer_below_v1) {
+    static const char *const options[] = {"--deprecated", "2026-01-31T01:00:00+01:00", "--sunset",
+                                          "2027-06-30T12:00:00Z", NULL};
+    static const char *const bad[] = {"--sunset", "soon", NULL};
+    struct test_server *server = test_server_start(options);
+    struct test_reply reply;
+    char text[600];
+    REQUIRE(server != NULL);
+    for (int i = 0; i < 3; i++) {
+        if (i < 2)
+            ask(server, &reply, i ? "/v1/nothing" : "/v1/trees", ASK_LITTLE);
+        else
+            test_request(server, &reply, "GET", "/healthz", "", NULL);
+        const char *since = test_reply_header(&reply, "Deprecation"),
+                   *until = test_reply_header(&reply, "Sunset"),
+                   *more = test_reply_header(&reply, "Link");
+        if (i < 2) {
+            CHECK_TEXT(since, "@1769817600");
+            CHECK_TEXT(until, "Wed, 30 Jun 2027 12:00:00 GMT");
+            CHECK(more && strstr(more, "rel=\"deprecation\"") && strstr(more, "rel=\"sunset\""));
+        } else {
+            CHECK(!since && !until && !more);
+        }
+        test_reply_clear(&reply);
+    }
+    test_server_stop(&server);
+    CHECK(test_server_run(bad, text, sizeof text) != 0);
+    CHECK_SAYING(strstr(text, "sunset") && strstr(text, "2027-01-31T00:00:00Z"), "%s", text);
+}
+
 TEST(requests_beyond_a_minutes_quota_are_answered_429) {
     static const char *const options[] = {"--max-requests-a-minute", "2", NULL};
     struct test_server *server = test_server_start(options);
@@ -136,6 +166,11 @@ TEST(requests_beyond_a_minutes_quota_are_answered_429) {
     for (int i = 0; i < 3; i++) {
         ask(server, &reply, "/v1/trees", ASK_LITTLE);
         CHECK_TEXT(test_reply_header(&reply, "RateLimit-Limit"), "2");
+        CHECK_TEXT(test_reply_header(&reply, "RateLimit-Policy"), "\"requests\";q=2;w=60");
+        int left = -1, seconds = -1;
+        const char *now = test_reply_header(&reply, "RateLimit");
+        CHECK_INT(sscanf(now ? now : "", "\"requests\";r=%d;t=%d", &left, &seconds), 2);
+        CHECK_SAYING(left == (i < 2 ? 1 - i : 0) && seconds > 0 && seconds <= 60, "%s", now);
         if (i < 2) CHECK_INT(reply.status, 200);
         if (i == 2) ask_problem(&reply, 429, NULL);
         if (i == 2) check_retry_after(&reply);

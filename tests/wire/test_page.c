@@ -32,7 +32,8 @@ TEST(documents_of_the_page_may_load_from_this_server_only) {
         CHECK_TEXT(test_reply_header(&reply, "Referrer-Policy"), "no-referrer");
         const char *policy = test_reply_header(&reply, "Content-Security-Policy");
         CHECK(policy &&
-              !strncmp(policy, "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; ", 58));
+              !strncmp(policy, "default-src 'none'; script-src 'self' 'wasm-unsafe-eval' 'sha256-",
+                       65));
         // the engine, and nothing else that a page could make of text
         CHECK(policy && !strstr(policy, "unsafe-inline") && !strstr(policy, "'unsafe-eval"));
         CHECK(policy && strstr(policy, "frame-ancestors 'none'"));
@@ -90,6 +91,22 @@ TEST(only_the_embed_view_may_be_framed_and_only_by_whom_the_option_lists) {
         test_reply_clear(&reply);
         test_server_stop(&server);
     }
+}
+
+TEST(the_service_worker_is_asked_for_anew_and_names_the_files_of_the_page) {
+    struct test_reply reply;
+    struct test_server *server = test_server_start(NULL);
+    char page[64];
+    REQUIRE(server != NULL);
+    page_of(server, "/", page);
+    CHECK_INT(test_request(server, &reply, "GET", "/sw.js", "", NULL), 200);
+    CHECK_TEXT(test_reply_header(&reply, "Content-Type"), "text/javascript; charset=utf-8");
+    CHECK_TEXT(test_reply_header(&reply, "Cache-Control"), "no-cache");
+    CHECK_TEXT(test_reply_header(&reply, "Service-Worker-Allowed"), "/");
+    CHECK(reply.body && strstr(reply.body, page) && strstr(reply.body, "lib/uplot.js"));
+    CHECK(reply.body && !strstr(reply.body, "@FILES@") && !strstr(reply.body, "index.html"));
+    test_reply_clear(&reply);
+    test_server_stop(&server);
 }
 
 /* one request whose reply, of bytes that are no text, is not recorded */
@@ -181,6 +198,7 @@ TEST(what_is_no_file_of_the_page_is_not_found) {
                                        "/lib/../index.html",
                                        "/index.html",
                                        "/docs.html",
+                                       "/sw.js",
                                        "/package.json",
                                        "/lib/uplot.js/",
                                        "//lib/uplot.js"};
@@ -201,6 +219,82 @@ TEST(what_is_no_file_of_the_page_is_not_found) {
     snprintf(path, sizeof path, "%s/lib/uplot.js", page);
     test_request(server, &reply, "GET", path, "", NULL);
     ask_problem(&reply, 404, NULL);
+    test_reply_clear(&reply);
+    test_server_stop(&server);
+}
+
+/* the value behind `name` in a document, up to the next quotation mark, its &amp; read; "" without
+ * it */
+static void value_of(const char *document, const char *name, char value[], size_t cap) {
+    const char *at = document ? strstr(document, name) : NULL;
+    size_t length = 0;
+    value[0] = 0;
+    if (!at) return;
+    for (at += strlen(name); *at && !strchr("\"\\", *at) && length + 1 < cap; at++) {
+        value[length++] = *at;
+        if (!strncmp(at, "&amp;", 5)) at += 4;
+    }
+    value[length] = 0;
+}
+
+TEST(a_readable_link_tells_of_its_frame_which_is_one_of_the_embed_view) {
+    static const char link[] = "/?length=1,1&theta=90,45&lang=de";
+    char href[600], frame[600];
+    struct test_reply reply;
+    struct test_server *server = test_server_start(NULL);
+    REQUIRE(server != NULL);
+    CHECK_INT(test_request(server, &reply, "GET", link, "", NULL), 200);
+    CHECK(reply.body && strstr(reply.body, "</html>") && strstr(reply.body, "main.js"));
+    const char *policy = test_reply_header(&reply, "Content-Security-Policy");
+    CHECK(policy && strstr(policy, "frame-ancestors 'none'"));
+    value_of(reply.body, "json+oembed\" title=\"pendulumd\" href=\"http://localhost", href,
+             sizeof href);
+    test_reply_clear(&reply);
+    CHECK(!strncmp(href, "/oembed?format=json&url=http%3A%2F%2Flocalhost", 46));
+    CHECK_INT(test_request(server, &reply, "GET", href, "", NULL), 200);
+    value_of(reply.body, "iframe src=\\\"http://localhost", frame, sizeof frame);
+    test_reply_clear(&reply);
+    CHECK_TEXT(frame, "/?embed=1&length=1,1&theta=90,45&lang=de");
+    CHECK_INT(test_request(server, &reply, "GET", frame, "", NULL), 200);
+    policy = test_reply_header(&reply, "Content-Security-Policy");
+    CHECK(policy && strstr(policy, "frame-ancestors *"));
+    CHECK(reply.body && !strstr(reply.body, "oembed"));
+    test_reply_clear(&reply);
+    test_server_stop(&server);
+}
+
+TEST(the_scheme_of_a_frame_is_that_of_a_trusted_proxy_and_nobody_else_says_it) {
+    static const char ask[] = "X-Forwarded-Proto: https\r\n";
+    const char *trusting[] = {"--trusted-proxy", "127.0.0.1", NULL};
+    for (int trusted = 0; trusted < 2; trusted++) {
+        struct test_reply reply;
+        struct test_server *server = test_server_start(trusted ? trusting : NULL);
+        REQUIRE(server != NULL);
+        CHECK_INT(test_request(server, &reply, "GET", "/?length=1", ask, NULL), 200);
+        CHECK(reply.body && strstr(reply.body, trusted ? "href=\"https://localhost/oembed?"
+                                                       : "href=\"http://localhost/oembed?"));
+        test_reply_clear(&reply);
+        test_server_stop(&server);
+    }
+}
+
+TEST(a_server_that_nobody_may_frame_describes_no_frames) {
+    const char *options[] = {"--frame-ancestors", "none", NULL};
+    struct test_reply reply;
+    struct test_server *server = test_server_start(options);
+    REQUIRE(server != NULL);
+    CHECK_INT(test_request(server, &reply, "GET", "/?length=1", "", NULL), 200);
+    CHECK(reply.body && !strstr(reply.body, "oembed"));
+    test_reply_clear(&reply);
+    CHECK_INT(test_request(server, &reply, "GET", "/oembed?url=http://localhost/", "", NULL), 404);
+    test_reply_clear(&reply);
+    CHECK_INT(test_request(server, &reply, "GET", "/oembed?url=http://y/", "", NULL), 404);
+    test_reply_clear(&reply);
+    CHECK_INT(test_request(server, &reply, "GET", "/oembed?url=x", "", NULL), 422);
+    test_reply_clear(&reply);
+    CHECK_INT(
+        test_request(server, &reply, "GET", "/oembed?url=http://localhost/&format=xml", "", NULL),
+        501);
     test_reply_clear(&reply);
     test_server_stop(&server);
 }

@@ -51,9 +51,12 @@ static const struct {
      "application/json", "\"bifurcations\""},
     {"POST", "/v1/equations", ASK_LITTLE, "application/json", "ell_{2}"},
     {"GET", "/", NULL, "text/html; charset=utf-8", "<title>"},
+    {"GET", "/oembed?url=http%3A%2F%2Flocalhost%2F%3Flength%3D1", NULL, "application/json",
+     "<iframe "},
     {"GET", "/docs", NULL, "text/html; charset=utf-8", "<title>"},
     {"GET", "/v1/presets", NULL, "application/json", "double"},
     {"GET", "/openapi.json", NULL, "application/json", "\"openapi\""},
+    {"GET", "/openapi-3.0.json", NULL, "application/json", "\"openapi\":\"3.0.3\""},
     {"GET", "/healthz", NULL, NULL, ""},
     {"GET", "/readyz", NULL, NULL, ""},
     {"GET", "/version", NULL, "application/json", "\"engine\":\""},
@@ -239,6 +242,26 @@ TEST(requests_that_cannot_be_answered_are_refused_with_their_problem) {
             printf("  %s %s %s%.100s\n", refused[i].method, refused[i].path, refused[i].headers,
                    refused[i].body ? refused[i].body : "");
         ask_problem(&reply, refused[i].status, refused[i].pointer);
+        test_reply_clear(&reply);
+    }
+    test_server_stop(&server);
+}
+
+TEST(an_address_that_is_nearly_right_is_told_the_right_one) {
+    static const char *const row[][2] = {
+        {"/v1/trajectories/", "did you mean /v1/trajectories"},
+        {"/trajectories", "did you mean /v1/trajectories"},
+        {"/api/v1/modes", "did you mean /v1/modes"},
+        {"/v1/lyapunow", "did you mean /v1/lyapunov"},
+        {"/v1/weather", "see /openapi.json"},
+    };
+    struct test_reply reply;
+    struct test_server *server = test_server_start(NULL);
+    REQUIRE(server != NULL);
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        CHECK_INT(test_request(server, &reply, "POST", row[i][0], "", ASK_LITTLE), 404);
+        CHECK_SAYING(reply.body && strstr(reply.body, row[i][1]), "%s: %s", row[i][0],
+                     reply.body ? reply.body : "");
         test_reply_clear(&reply);
     }
     test_server_stop(&server);

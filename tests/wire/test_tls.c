@@ -86,6 +86,38 @@ static void safe_make(struct safe *safe, const char *name, const char *purpose, 
     gnutls_x509_privkey_deinit(key);
 }
 
+/* a list NAME.crl of certificates that are revoked, NULL at its end, signed by whose certificate
+ * and key these are; its time for the next one from now in days */
+static void safe_revoke(const struct safe *safe, const char *name, gnutls_x509_crt_t issuer,
+                        gnutls_x509_privkey_t key, int next, const char *const revoked[]) {
+    char path[PATH], file[64];
+    gnutls_x509_crl_t list;
+    gnutls_datum_t text = {NULL, 0};
+    time_t now = time(NULL);
+    good(gnutls_x509_crl_init(&list), "list");
+    good(gnutls_x509_crl_set_version(list, 2), "version");
+    good(gnutls_x509_crl_set_this_update(list, now - 2 * (time_t)DAY), "time");
+    good(gnutls_x509_crl_set_next_update(list, now + next * (time_t)DAY), "next time");
+    good(gnutls_x509_crl_set_number(list, "\1", 1), "number");
+    for (; *revoked; revoked++) {
+        gnutls_x509_crt_t crt;
+        snprintf(file, sizeof file, "%s.pem", *revoked);
+        safe_path(safe, file, path);
+        good(gnutls_load_file(path, &text), path);
+        good(gnutls_x509_crt_init(&crt), "certificate");
+        good(gnutls_x509_crt_import(crt, &text, GNUTLS_X509_FMT_PEM), "certificate");
+        good(gnutls_x509_crl_set_crt(list, crt, now - DAY), "revoked");
+        gnutls_x509_crt_deinit(crt);
+        gnutls_free(text.data);
+    }
+    good(gnutls_x509_crl_sign2(list, issuer, key, GNUTLS_DIG_SHA256, 0), "signature");
+    good(gnutls_x509_crl_export2(list, GNUTLS_X509_FMT_PEM, &text), "PEM");
+    snprintf(file, sizeof file, "%s.crl", name);
+    safe_write(safe, file, &text);
+    gnutls_free(text.data);
+    gnutls_x509_crl_deinit(list);
+}
+
 static int safe_begin(struct safe *safe) {
     *safe = (struct safe){.directory = "/tmp/pendulumd-test-XXXXXX"};
     if (!CHECK(mkdtemp(safe->directory) != NULL)) return 0;
@@ -231,8 +263,9 @@ TEST(what_is_sealed_is_read_as_strictly_and_answered_to_the_same_bytes) {
         test_request(open, &reply, "POST", "/v1/trajectories", "Accept: text/csv\r\n", request),
         200);
     static char whole[(1 << 18) + 512];
+    /* HTTP/1.0 has no chunks, which an answer that is not there at once comes in */
     snprintf(whole, sizeof whole,
-             "POST /v1/trajectories HTTP/1.1\r\n" ONCE "Accept: text/csv\r\n"
+             "POST /v1/trajectories HTTP/1.0\r\n" ONCE "Accept: text/csv\r\n"
              "Content-Type: application/json\r\nContent-Length: %zu\r\n\r\n%s",
              strlen(request), request);
     CHECK_INT(ask_once(&safe, server, NULL, whole, text), 200);
@@ -299,6 +332,81 @@ TEST(a_clients_certificate_that_does_not_fit_is_told_why) {
     safe_end(&safe);
 }
 
+/* waits until the server has said a word so many times */
+static int said(struct test_server *server, const char *word, int times) {
+    for (double end = test_clock() + TEST_PATIENCE; test_clock() < end; test_sleep(0.02)) {
+        int found = 0;
+        for (const char *at = test_server_log(server); (at = strstr(at, word)); at++) found++;
+        if (found >= times) return 1;
+    }
+    return CHECK_SAYING(0, "it does not say %s but: %s", word, test_server_log(server));
+}
+
+/* the daemon's options with a list of revoked certificates */
+static const char *const *options_revoked(const struct safe *safe, const char *list,
+                                          struct sealed_options *options, char path[PATH]) {
+    int words = 0;
+    (void)options_of(safe, "server.pem", "server.key", "ca.pem", options);
+    while (options->word[words]) words++;
+    safe_path(safe, list, path);
+    options->word[words++] = "--tls-client-revoked";
+    options->word[words++] = path;
+    options->word[words] = NULL;
+    return options->word;
+}
+
+TEST(a_clients_certificate_that_was_revoked_is_refused_and_lists_that_do_not_fit_are_not_taken) {
+    static const char *const lost[] = {"lost", NULL}, *const both[] = {"lost", "client", NULL},
+                             *const none[] = {NULL};
+    static const char *const wrong[][2] = {{"late.crl", "is overdue"},
+                                           {"foreign.crl", "is not signed by the authority"},
+                                           {"ca.pem", "the list of revoked certificates"},
+                                           {"nothing.crl", "nothing.crl"}};
+    struct safe safe, other;
+    struct sealed_options options;
+    static char text[TEXT];
+    char path[PATH], command[3 * PATH];
+    REQUIRE(safe_begin(&safe));
+    REQUIRE(safe_begin(&other));
+    safe_make(&safe, "client", GNUTLS_KP_TLS_WWW_CLIENT, -1, 30);
+    safe_make(&safe, "lost", GNUTLS_KP_TLS_WWW_CLIENT, -1, 30);
+    safe_revoke(&safe, "late", safe.authority, safe.authority_key, -1, lost);
+    safe_revoke(&safe, "foreign", other.authority, other.authority_key, 30, lost);
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        int status =
+            test_server_run(options_revoked(&safe, wrong[i][0], &options, path), text, sizeof text);
+        CHECK_SAYING(status == 1 && strstr(text, wrong[i][1]), "%s: %d %s", wrong[i][0], status,
+                     text);
+    }
+    safe_revoke(&safe, "now", safe.authority, safe.authority_key, 30, lost);
+    struct test_server *server =
+        test_server_start(options_revoked(&safe, "now.crl", &options, path));
+    REQUIRE(server != NULL);
+    CHECK_INT(ask_once(&safe, server, "client", VERSION, text), 200);
+    CHECK_INT(ask_once(&safe, server, "lost", VERSION, text), 403);
+    CHECK_SAYING(strstr(text, "it was revoked") != NULL, "%s", text);
+    /* a list that does not fit changes nothing at a reload, one that fits is in force at once */
+    safe_revoke(&safe, "now", other.authority, other.authority_key, 30, none);
+    test_server_signal(server, SIGHUP);
+    REQUIRE(said(server, "reload: nothing has changed: the list of revoked certificates", 1));
+    CHECK_INT(ask_once(&safe, server, "lost", VERSION, text), 403);
+    /* of two lists of one authority the newer one counts */
+    safe_revoke(&safe, "before", safe.authority, safe.authority_key, 30, lost);
+    safe_revoke(&safe, "after", safe.authority, safe.authority_key, 30, both);
+    snprintf(command, sizeof command, "cd '%s' && cat after.crl before.crl > now.crl",
+             safe.directory);
+    CHECK(!system(command));
+    test_server_signal(server, SIGHUP);
+    REQUIRE(said(server, "reload: 0 options have changed", 1));
+    CHECK_INT(ask_once(&safe, server, "client", VERSION, text), 403);
+    CHECK_SAYING(strstr(text, "it was revoked") != NULL, "%s", text);
+    test_server_signal(server, SIGTERM);
+    CHECK_INT(test_server_wait(server), 0);
+    test_server_drop(&server);
+    safe_end(&other);
+    safe_end(&safe);
+}
+
 TEST(a_servers_certificate_that_does_not_fit_is_refused_at_the_start) {
     static const struct {
         const char *pem, *key, *authority, *says;
@@ -352,16 +460,6 @@ static int serial_of(const struct safe *safe, const struct test_server *server) 
     }
     sealed_close(&sealed);
     return serial[bytes - 1];
-}
-
-/* waits until the server has said a word so many times */
-static int said(struct test_server *server, const char *word, int times) {
-    for (double end = test_clock() + TEST_PATIENCE; test_clock() < end; test_sleep(0.02)) {
-        int found = 0;
-        for (const char *at = test_server_log(server); (at = strstr(at, word)); at++) found++;
-        if (found >= times) return 1;
-    }
-    return CHECK_SAYING(0, "it does not say %s but: %s", word, test_server_log(server));
 }
 
 TEST(certificates_are_read_again_and_open_connections_go_on) {

@@ -93,8 +93,7 @@ static void a_job_at_rest(struct place *place) {
     CHECK_SAYING(waiting == 0, "%.0f", waiting);
     begin = test_clock();
     CHECK(says(&client, api, "GET", waits));
-    test_sleep(0.2);
-    CHECK(ask_metric(api, "pendulumd_event_streams") == 1);
+    CHECK(ask_await(api, "pendulumd_event_streams", 1, 1));
     CHECK_INT(test_request(api, &reply, "DELETE", path, "", NULL), 200);
     test_reply_clear(&reply);
     CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);

@@ -16,23 +16,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "tests/wire/ask.h"
 #include "tests/harness/server.h"
 #include "tests/harness/test.h"
 
 enum { PATH = 4096 };
-
-/* a line of /proc/PID/status, as a number to some base; -1 = it is not there */
-static long long status_of(int pid, const char *name, int base) {
-    char path[64], line[512];
-    long long value = -1;
-    snprintf(path, sizeof path, "/proc/%d/status", pid);
-    FILE *file = fopen(path, "r");
-    while (file && fgets(line, sizeof line, file))
-        if (!strncmp(line, name, strlen(name)) && line[strlen(name)] == ':')
-            value = strtoll(line + strlen(name) + 1, NULL, base);
-    if (file) fclose(file);
-    return value;
-}
 
 /* the daemon without what it might be refused with elsewhere: is it of this build, on this kernel,
  * walled in? */
@@ -53,12 +41,12 @@ TEST(a_live_server_has_no_privileges_and_a_filter) {
     struct test_server *server = walled();
     if (!server) return;
     int pid = test_server_pid(server);
-    CHECK_INT(status_of(pid, "NoNewPrivs", 10), 1);
-    CHECK_INT(status_of(pid, "Seccomp", 10), 2);
-    CHECK_INT(status_of(pid, "CapEff", 16), 0);
-    CHECK_INT(status_of(pid, "CapPrm", 16), 0);
-    CHECK_INT(status_of(pid, "CapAmb", 16), 0);
-    if (!geteuid()) CHECK_INT(status_of(pid, "CapBnd", 16), 0);
+    CHECK_INT(ask_process(pid, "NoNewPrivs", 10), 1);
+    CHECK_INT(ask_process(pid, "Seccomp", 10), 2);
+    CHECK_INT(ask_process(pid, "CapEff", 16), 0);
+    CHECK_INT(ask_process(pid, "CapPrm", 16), 0);
+    CHECK_INT(ask_process(pid, "CapAmb", 16), 0);
+    if (!geteuid()) CHECK_INT(ask_process(pid, "CapBnd", 16), 0);
     test_server_stop(&server);
 }
 

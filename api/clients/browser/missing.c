@@ -101,6 +101,8 @@ METHOD(taylor_quad, "taylor");
                                                .writer_bytes = sizeof(struct api_writer),          \
                                                .bytes = elsewhere_bytes}
 FORMAT(npz, "application/x-npz", 1);
+FORMAT(npy, "application/x-npy", 1);
+FORMAT(parquet, "application/vnd.apache.parquet", 1);
 FORMAT(mat, "application/x-matlab-data", 1);
 FORMAT(png, "image/png", 2);
 FORMAT(raw, "", 1);

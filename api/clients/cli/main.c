@@ -68,6 +68,8 @@ static const struct {
 } forms[] = {{"csv", "text/csv"},
              {"json", "application/json"},
              {"npz", "application/x-npz"},
+             {"npy", "application/x-npy"},
+             {"parquet", "application/vnd.apache.parquet"},
              {"mat", "application/x-matlab-data"},
              {"ndjson", "application/x-ndjson"},
              {"png", "image/png"},

@@ -9,42 +9,36 @@
 import type { components } from "./openapi.js";
 
 type Schemas = components["schemas"];
-type Keys<U> = U extends unknown ? keyof U : never;
-/** One member of a union, without the fields of the others: {theta, phi} is no state. */
-export type One<U, All = U> = U extends unknown ? U & { [K in Exclude<Keys<All>, keyof U>]?: never } : never;
+/** What a route takes beside the pendulum, for each form of the request. */
+type Without<T> = T extends unknown ? Omit<T, "pendulum"> : never;
 
-export type Tree = One<Schemas["Pendulum"]>;
-export type State = One<Schemas["State"]>;
-export type Times = One<Exclude<Schemas["Times"], unknown[]>> | number[];
+export type Tree = Schemas["Pendulum"];
+export type State = Schemas["State"];
+export type Times = Schemas["Times"];
+export type EnsembleRequest = Without<Schemas["EnsembleRequest"]>;
 export type Output = NonNullable<Schemas["TrajectoryRequest"]["output"]>[number];
 export type Trajectory = Schemas["Trajectory"];
 export type Job = Schemas["Job"];
+/** What the numbers of rows are: doubles, or floats of 4 bytes. */
+export type NumberKind = Schemas["NumberKind"];
 /** Any further fields: of later versions of the server, say. */
 export type More = Record<string, unknown>;
 
 type Default = "phi" | "phid" | "lambda";
-export type MotionRequest<O extends Output = Output> = Omit<Schemas["TrajectoryRequest"], "pendulum" | "initial" | "times" | "output"> & {
-  initial?: State;
-  times: Times;
-  output?: O[];
-};
+export type MotionRequest<O extends Output = Output> = Omit<Schemas["TrajectoryRequest"], "pendulum" | "output"> & { output?: O[] };
 /** A trajectory that has what was asked for. */
 export type Motion<O extends Output> = Omit<Trajectory, O> & Required<Pick<Trajectory, O>>;
 type Column<O extends Output> = O extends "z" | "zd" ? `${O}_re` | `${O}_im` : O extends "energy" ? never : O;
 type Energies<O extends Output> = "energy" extends O ? "energy_kinetic" | "energy_potential" | "energy_total" : never;
 /** One instant: arrays of an arm's numbers, views of the bytes as they came. */
-export type Row<O extends Output> = { t: number } & { [K in Column<O>]: Float64Array } & { [K in Energies<O>]: number };
-
-type Members = { states: State[] } | { grid: Schemas["Axis"][]; initial?: State } | { random: Schemas["Draws"]; initial?: State };
-export type EnsembleRequest = Omit<Schemas["EnsembleRequest"], "pendulum" | "states" | "grid" | "random" | "initial" | "times"> &
-  One<Members> & { times?: Times };
-type Without<T> = Omit<T, "pendulum" | "initial"> & { initial?: State };
+export type Row<O extends Output, N extends NumberKind = "float64"> =
+  { t: number } & { [K in Column<O>]: N extends "float32" ? Float32Array : Float64Array } & { [K in Energies<O>]: number };
 
 /** What the routes take beside the pendulum, and what they answer. */
 export interface Routes {
   trees: { request: object; answer: Schemas["Tree"] };
   trajectories: { request: MotionRequest; answer: Trajectory };
-  forces: { request: One<{ state: State } | { states: State[] }> & { digits?: number }; answer: Schemas["Forces"] };
+  forces: { request: Without<Schemas["ForcesRequest"]>; answer: Schemas["Forces"] };
   modes: { request: Without<Schemas["ModesRequest"]>; answer: Schemas["Modes"] };
   ensembles: { request: EnsembleRequest; answer: Schemas["Ensemble"] };
   lyapunov: { request: Without<Schemas["LyapunovRequest"]>; answer: Schemas["Lyapunov"] };
@@ -145,9 +139,9 @@ export class Client {
     return new JobHandle<T>(this, id);
   }
 
-  /** Your jobs, the newest first; takes a token. */
-  async *jobs(): AsyncGenerator<Job> {
-    for (let path: string | undefined = "/v1/jobs?limit=100"; path; ) {
+  /** Your jobs, the newest first, those that suit; takes a token. */
+  async *jobs(which: { status?: Job["status"]; operation?: string; title?: string; since?: string } = {}): AsyncGenerator<Job> {
+    for (let path: string | undefined = `/v1/jobs?${new URLSearchParams({ limit: "100", ...which })}`; path; ) {
       const page: Schemas["JobList"] = await this.json("GET", path);
       yield* page.jobs;
       path = page.links.find((link) => link.rel === "next")?.href;
@@ -164,7 +158,7 @@ export class Pendulum {
     this.client = options instanceof Client ? options : new Client(options);
   }
 
-  private body(fields: object, more: More): object {
+  private body(fields: object, more: More): { pendulum: object; number?: unknown } {
     return { pendulum: { ...this.tree, ...this.more }, ...fields, ...more };
   }
 
@@ -179,16 +173,17 @@ export class Pendulum {
   }
 
   /** The motion instant by instant while it is computed, of any length. */
-  async *rows<O extends Output = Default>(fields: MotionRequest<O>, more: More = {}): AsyncGenerator<Row<O>> {
+  async *rows<O extends Output = Default, N extends NumberKind = "float64">(fields: MotionRequest<O> & { number?: N }, more: More = {}): AsyncGenerator<Row<O, N>> {
     const accept = { Accept: "application/octet-stream" };
-    yield* rowsOf<Row<O>>(await this.client.open("POST", "/v1/trajectories", accept, this.body(fields, more)));
+    const body = this.body(fields, more);
+    yield* rowsOf<Row<O, N>>(await this.client.open("POST", "/v1/trajectories", accept, body), body.number);
   }
 
-  /** Makes a job of a request. key: your own word for it; the same again leads to the same job. */
-  async submit<R extends keyof Routes>(route: R, fields: Routes[R]["request"], key?: string, more: More = {}): Promise<JobHandle<Routes[R]["answer"]>> {
+  /** Makes a job of a request. key: your own word for it; the same again leads to the same job. title: what to call it. */
+  async submit<R extends keyof Routes>(route: R, fields: Routes[R]["request"], key?: string, more: More = {}, title?: string): Promise<JobHandle<Routes[R]["answer"]>> {
     // one of a kind among this client's keys; nobody has to be kept from guessing it, and Node.js 18 has no global crypto
     const own = key ?? [Date.now(), Math.random(), Math.random()].map((part) => part.toString(36).replace("0.", "")).join("-");
-    const job: Job = await this.client.json("POST", `/v1/${route}`, this.body(fields, more), { Prefer: "respond-async", "Idempotency-Key": own });
+    const job: Job = await this.client.json("POST", `/v1/${route}`, this.body(fields, more), { Prefer: "respond-async", "Idempotency-Key": own, ...(title ? { "Job-Title": encodeURIComponent(title) } : {}) });
     if (!job.id) throw new Refusal(501, { detail: "this server keeps no jobs" });
     return this.client.job(job.id);
   }
@@ -212,6 +207,12 @@ export class JobHandle<T> {
     }
   }
 
+  private async ended(): Promise<void> {
+    let state: Job | undefined;
+    for await (state of this.progress());
+    if (state?.status !== "successful") throw new Refusal(409, { detail: `the job ${this.id} is ${state?.status}: ${state?.message}` });
+  }
+
   /** Waits, and brings the answer. */
   async result(): Promise<T> {
     return JSON.parse(new TextDecoder().decode(await this.bytes("application/json")));
@@ -219,9 +220,7 @@ export class JobHandle<T> {
 
   /** Waits, and brings the results in any form; a download that breaks off goes on where it was. */
   async bytes(accept: string): Promise<Uint8Array<ArrayBuffer>> {
-    let state: Job | undefined;
-    for await (state of this.progress());
-    if (state?.status !== "successful") throw new Refusal(409, { detail: `the job ${this.id} is ${state?.status}: ${state?.message}` });
+    await this.ended();
     const pieces: Uint8Array[] = [];
     let [have, etag, end] = [0, "", performance.now() + 1000 * this.client.patience];
     for (;;) {
@@ -243,6 +242,13 @@ export class JobHandle<T> {
         await sleep(0.1);
       }
     }
+  }
+
+  /** Waits, and brings the results row by row, of any length: floats where its request asked for `number: "float32"`. */
+  async *rows<R = Record<string, number | Float32Array | Float64Array>>(): AsyncGenerator<R> {
+    await this.ended();
+    const { number }: { number?: unknown } = await this.client.json("GET", `/v1/jobs/${this.id}/request`);
+    yield* rowsOf<R>(await this.client.open("GET", `/v1/jobs/${this.id}/results`, { Accept: "application/octet-stream" }), number);
   }
 
   cancel(): Promise<Job> {
@@ -282,21 +288,25 @@ async function* chunks(response: Response): AsyncGenerator<Uint8Array> {
   }
 }
 
-/** Rows of an application/octet-stream, whose columns are named "t,phi[4],z_re[4]"; a TypeError where it breaks off. */
-export async function* rowsOf<R>(response: Response): AsyncGenerator<R> {
+/**
+ * Rows of an application/octet-stream, whose columns are named "t,phi[4],z_re[4]"; a TypeError where it breaks off. number: as the
+ * request had it, since the answer does not say.
+ */
+export async function* rowsOf<R>(response: Response, number: unknown = "float64"): AsyncGenerator<R> {
+  const Numbers = number === "float32" ? Float32Array : Float64Array;
   const columns = [...(response.headers.get("X-Columns") ?? "").matchAll(/(\w+)(?:\[(\d+)\])?/g)].map(([, name, count]) => ({ name: name ?? "", count: Number(count ?? 0) }));
-  const size = 8 * columns.reduce((sum, { count }) => sum + (count || 1), 0);
+  const size = Numbers.BYTES_PER_ELEMENT * columns.reduce((sum, { count }) => sum + (count || 1), 0);
   let rest = new Uint8Array(0);
   for await (const chunk of chunks(response)) {
     const data = joined([rest, chunk], rest.length + chunk.length);
     let at = 0;
     for (; at + size <= data.length; at += size) {
       let place = at;
-      const row: Record<string, number | Float64Array> = {};
+      const row: Record<string, number | Float32Array | Float64Array> = {};
       for (const { name, count } of columns) {
-        const view = new Float64Array(data.buffer, place, count || 1);
+        const view = new Numbers(data.buffer, place, count || 1);
         row[name] = count ? view : view[0] ?? NaN;
-        place += 8 * view.length;
+        place += view.byteLength;
       }
       yield row as R;
     }

@@ -6,6 +6,7 @@ import { said } from "../client.js";
 import { h } from "../dom.js";
 import { button, choice } from "../drawers/kit.js";
 import { codeInAddress } from "../room.js";
+import { awayLine } from "./away.js";
 import { keptLink } from "./kept.js";
 import { keptRooms } from "./session.js";
 
@@ -125,13 +126,20 @@ function makeForm({ app, session, say }, fault) {
 export function mountJoin(element, room) {
   const { say, session } = room;
   const fault = h("p", { class: "fault", role: "alert" });
+  const away = awayLine(room.app);
   if (session.state === "gone") fault.textContent = say("class.gone");
   element.append(
     h("p", { class: "quiet" }, say("class.intro")),
     joinForm(room, fault),
     fault,
+    away.place,
     ...[backList(room, fault)].filter((part) => part !== null),
     makeForm(room, fault),
   );
-  return { destroy: () => element.replaceChildren() };
+  return {
+    destroy() {
+      away.end();
+      element.replaceChildren();
+    },
+  };
 }

@@ -4,7 +4,7 @@
 
 import { h, iconButton } from "../dom.js";
 
-const POINTS = ["who", "what", "token", "not", "log", "end", "browser"];
+const POINTS = ["who", "what", "token", "not", "passed", "log", "end", "browser"];
 
 /** A button that opens it. @param {Room} room */
 export function keptLink({ app, say }) {

@@ -108,6 +108,8 @@ export function questionFields(room, first) {
   const fields = [words, kinds.element, ...Object.values(rows)];
   return {
     element: h("div", { class: "question-fields" }, ...fields),
+    /** What the next question is likely to share with this one. @returns {Partial<Question>} */
+    habits: () => (kind === "number" ? { kind, unit: inputs.unit.value } : { kind }),
     /** @returns {Question | null} */
     read() {
       for (const field of Object.values(inputs)) field.removeAttribute("aria-invalid");

@@ -11,6 +11,7 @@ import { readEvents } from "./events.js";
 const KEPT = "pendulumd.rooms";
 const MOST_ROOMS = 8;
 const PAUSES_MS = [500, 1000, 2000, 4000];
+const LONGEST_WAIT = 4; // s: a class does not wait for long once the server is back
 
 /**
  * The session while the page is there.
@@ -56,10 +57,11 @@ function become(seat, state) {
 
 /**
  * @param {Seat} seat @param {RoomEntry} entry @param {string} path @param {RequestInit} options
+ * @param {number} [longest] that one waits between two tries, s
  */
-function ask({ client }, entry, path, options = {}) {
+function ask({ client }, entry, path, options = {}, longest = undefined) {
   const headers = { ...options.headers, "Class-Token": entry.token };
-  return client.ask(`/v1/classes/${entry.code}${path}`, { ...options, headers });
+  return client.ask(`/v1/classes/${entry.code}${path}`, { ...options, headers }, longest);
 }
 
 /** @param {string} method @param {object} body @returns {RequestInit} */
@@ -108,11 +110,21 @@ async function listen(seat, entry, /** @type {AbortSignal} */ signal) {
     try {
       const ended = await readEvents({
         open: (stop) =>
-          ask(seat, entry, "/events", {
-            headers: { "Last-Event-ID": String(seat.seen), Accept: "text/event-stream" },
-            signal: stop,
-          }),
-        live: () => become(seat, "live"),
+          ask(
+            seat,
+            entry,
+            "/events",
+            {
+              headers: { "Last-Event-ID": String(seat.seen), Accept: "text/event-stream" },
+              signal: stop,
+            },
+            LONGEST_WAIT,
+          ),
+        live() {
+          // what waits to be written need not wait any longer
+          if (seat.state === "away") seat.client.hurry();
+          become(seat, "live");
+        },
         items: (items) => take(seat, items),
         signal,
       });

@@ -1,6 +1,7 @@
 // The editor of a worksheet: its title and steps as forms, in an order that buttons change.
 // Leaves to others: the fields of a question (question_fields.js), where the worksheet goes.
-// Invariant: a step keeps its id, so that answers stay with it; nothing is written before "Save".
+// Invariant: a step keeps its id, so that answers stay with it; nothing is written before "Save"; a
+// new step asks and needs what the one before it does.
 
 import { said } from "../client.js";
 import { h, iconButton } from "../dom.js";
@@ -16,8 +17,14 @@ const MOST_STEPS = 50;
 
 /**
  * A step while it is written.
- * @typedef {{id: string, element: HTMLElement, number: HTMLElement, read(): Step | null}} Part
+ * @typedef {{
+ *   id: string, element: HTMLElement, number: HTMLElement, read(): Step | null,
+ *   habits(): Partial<Draft>,
+ * }} Part
  */
+
+/** A step before it is written, whose question may have only a kind. */
+/** @typedef {Omit<Step, "question"> & {question?: Partial<Question>}} Draft */
 
 /**
  * @typedef {{room: Room, parts: Part[], list: HTMLElement, fault: HTMLElement}} Editor
@@ -57,7 +64,9 @@ function scenePart(room, first) {
   return { element, read: () => scene };
 }
 
-/** Whether a step asks something. @param {Room} room @param {Question | undefined} first */
+/**
+ * Whether a step asks something. @param {Room} room @param {Partial<Question> | undefined} first
+ */
 function questionPart(room, first) {
   const fields = questionFields(room, first ?? {});
   const box = h("input", { type: "checkbox", checked: Boolean(first), "data-step-field": "asks" });
@@ -71,6 +80,8 @@ function questionPart(room, first) {
     element: h("div", {}, tick, fields.element),
     /** @returns {Question | null | undefined} */
     read: () => (box.checked ? fields.read() : undefined),
+    /** What a question after this one begins with; undefined where none is asked. */
+    habits: () => (box.checked ? fields.habits() : undefined),
   };
 }
 
@@ -93,7 +104,7 @@ function order({ room, parts, list }) {
   if (focused?.isConnected) focused.focus();
 }
 
-/** The inputs of a step. @param {Editor} editor @param {Step} step */
+/** The inputs of a step. @param {Editor} editor @param {Draft} step */
 function inputsOf({ room }, step) {
   const { say } = room;
   const title = h("input", {
@@ -124,7 +135,7 @@ function inputsOf({ room }, step) {
   };
 }
 
-/** @param {Editor} editor @param {Step} step @returns {Part} */
+/** @param {Editor} editor @param {Draft} step @returns {Part} */
 function partOf(editor, step) {
   const { say } = editor.room;
   const inputs = inputsOf(editor, step);
@@ -151,7 +162,13 @@ function partOf(editor, step) {
     h("div", { class: "row" }, inputs.needs.element, hidden),
   );
   /** @type {Part} */
-  const part = { id: step.id, element, number, read: () => readStep(editor, part, inputs) };
+  const part = {
+    id: step.id,
+    element,
+    number,
+    read: () => readStep(editor, part, inputs),
+    habits: () => ({ question: inputs.question.habits(), needs: inputs.needs.select.value }),
+  };
   return part;
 }
 
@@ -226,7 +243,7 @@ export function editSheet(room, sheet, write) {
     say("sheet.addStep"),
     () => {
       if (editor.parts.length >= MOST_STEPS) return;
-      const part = partOf(editor, { id: freeId(editor) });
+      const part = partOf(editor, { id: freeId(editor), ...editor.parts.at(-1)?.habits() });
       editor.parts.push(part);
       order(editor);
       part.element.querySelector("input")?.focus();

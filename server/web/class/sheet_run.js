@@ -10,6 +10,8 @@ import { answerField, answerWords, isRight } from "./answer.js";
 import { bareScene, stageScene } from "./scenes.js";
 import { printSheet } from "./sheet_print.js";
 
+const PATIENCE_MS = 700; // that an answer takes before it is told that it is on its way
+
 /**
  * Who gives out the worksheet, and keeps what is answered.
  * @typedef {{
@@ -89,12 +91,16 @@ function goOn(run, words) {
 async function save(run, done = run.done) {
   const { room, save: keep } = run.host;
   run.done = done;
+  // where the server is away the answer waits for it
+  const waits = setTimeout(() => say(run, room.say("class.sending")), PATIENCE_MS);
   try {
     await keep(handinOf(run), done);
     return true;
   } catch {
     say(run, room.say("sheet.notKept"));
     return false;
+  } finally {
+    clearTimeout(waits);
   }
 }
 

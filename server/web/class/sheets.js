@@ -3,6 +3,7 @@
 // Leaves to others: writing them (sheet_editor.js), working on them (sheet_run.js).
 // Invariant: what is handed out is what stands in the room.
 
+import { linkTo } from "../address.js";
 import { createBag, h } from "../dom.js";
 import { button, choice, copyButton } from "../drawers/kit.js";
 import { pack } from "../link.js";
@@ -84,7 +85,7 @@ function openAnswers(room, id) {
  * {string} id @param {Sheet} sheet
  */
 function rowOf(room, desk, id, sheet) {
-  const { session, say } = room;
+  const { app, session, say } = room;
   const given = session.value("stages/class")?.worksheet === id;
   const handins = [...session.items.values()].filter(({ name }) =>
     name.startsWith(`handins/${id}/`),
@@ -93,8 +94,10 @@ function rowOf(room, desk, id, sheet) {
   const write = (/** @type {Sheet} */ changed) => session.put(`worksheets/${id}`, changed);
   const give = () => desk.change({ worksheet: given ? undefined : id });
   const edit = () => editSheet(room, sheet, write);
-  const link = async () =>
-    `${location.origin}/#w=${await pack(new TextEncoder().encode(JSON.stringify(sheet)))}`;
+  const link = async () => {
+    const letters = await pack(new TextEncoder().encode(JSON.stringify(sheet)));
+    return linkTo(app.text, `#w=${letters}`, sheet.language);
+  };
   const remove = () => {
     if (confirm(say("sheet.remove.sure", { title: sheet.title })))
       desk.attempt(() => session.drop(`worksheets/${id}`));
@@ -113,7 +116,7 @@ function rowOf(room, desk, id, sheet) {
       }),
       button(say("sheet.answers"), () => openAnswers(room, id), { "data-answers": id }),
       button(say("sheet.edit"), edit, { "data-edit": id }),
-      copyButton(room.app, say("sheet.link"), link),
+      copyButton(app, say("sheet.link"), link),
       button(say("sheet.printRight"), () => printSheet(room, sheet, null)),
       button(say("sheet.remove"), remove),
     ),

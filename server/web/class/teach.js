@@ -3,6 +3,7 @@
 // Leaves to others: its parts (board.js, ask.js, together.js, sheets.js), writing (session.js).
 // Invariant: what holds is what stands in the room; a second tab of the teacher sees the same.
 
+import { linkTo } from "../address.js";
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { button, copyButton, save, toggle } from "../drawers/kit.js";
@@ -11,6 +12,7 @@ import { mountAsk } from "./ask.js";
 import { mountBoard, openDialog } from "./board.js";
 import { keptLink } from "./kept.js";
 import { wholeScene } from "./scenes.js";
+import { statementsOfRoom } from "./statements.js";
 import { mountSheets } from "./sheets.js";
 import { togetherPart } from "./together.js";
 
@@ -64,7 +66,7 @@ function deskOf(room, fault) {
 }
 
 /** The address that leads into the room. @param {Room} room */
-const addressOf = ({ session }) => `${location.origin}/${session.entry?.code}`;
+const addressOf = ({ app, session }) => linkTo(app.text, session.entry?.code ?? "");
 
 /** @param {Room} room */
 function codePart(room) {
@@ -82,7 +84,7 @@ function codePart(room) {
         say("class.joinHere"),
         h("p", { class: "huge" }, code),
         picture,
-        h("p", { class: "address" }, address),
+        h("p", { class: "address" }, `${location.host}/${code}`),
       );
     },
     { class: "button main", "data-class": "showCode" },
@@ -170,6 +172,15 @@ function wordsPart({ session, say }, desk) {
   };
 }
 
+/** All answers as a file of xAPI statements. @param {Room} room */
+function statementsButton({ session, say }) {
+  const give = () => {
+    const all = JSON.stringify(statementsOfRoom(session), null, 1);
+    save(new Blob([all], { type: "application/json" }), `class-${session.entry?.code}.json`);
+  };
+  return button(say("class.statements"), give, { "data-class": "statements" });
+}
+
 /** @param {Room} room @param {Desk} desk */
 function endPart(room, desk) {
   const { session, say } = room;
@@ -212,7 +223,7 @@ function endPart(room, desk) {
     {},
     h("h3", {}, say("class.end")),
     h("p", { class: "quiet" }, say("class.ends", { ends }), " ", keptLink(room)),
-    h("div", { class: "row" }, table, door, erase, leave),
+    h("div", { class: "row" }, table, statementsButton(room), door, erase, leave),
   );
   return {
     place,

@@ -46,7 +46,11 @@ export function choicesOf({ path, operation }, reader) {
   const types = Object.keys(reader.resolve(success?.[1])?.content ?? {});
   const parameters = (operation.parameters ?? [])
     .map(reader.resolve)
-    .filter((/** @type {any} */ one) => one.in === "path" && path.includes(`{${one.name}}`));
+    .filter(
+      (/** @type {any} */ one) =>
+        (one.in === "path" && path.includes(`{${one.name}}`)) ||
+        (one.in === "query" && one.required),
+    );
   return {
     bodies: Object.entries(examples).map(([name, one]) => [
       name,

@@ -56,7 +56,14 @@ function table(lines) {
         "tbody",
         {},
         ...rows.map((row) =>
-          h("tr", {}, ...cells(row).map((cell) => h("td", {}, ...inline(cell)))),
+          h(
+            "tr",
+            // the type of a problem is a link to its row
+            names.startsWith("| problem |")
+              ? { id: `problem-${cells(row)[0].replace(/`/g, "")}` }
+              : {},
+            ...cells(row).map((cell) => h("td", {}, ...inline(cell))),
+          ),
         ),
       ),
     ),

@@ -50,7 +50,8 @@ function fill({ body, bodies }, number) {
 function targetOf({ one, parameters, inputs }) {
   return parameters.reduce((whole, parameter, i) => {
     const value = encodeURIComponent(inputs[i].value).replaceAll("%2F", "/");
-    return whole.replace(`{${parameter.name}}`, value);
+    if (parameter.in === "path") return whole.replace(`{${parameter.name}}`, value);
+    return `${whole}${whole.includes("?") ? "&" : "?"}${parameter.name}=${value}`;
   }, one.path);
 }
 
@@ -104,6 +105,13 @@ async function take(form) {
   }, SAID_MS);
 }
 
+/** A parameter's example; links are of this server. @param {any} parameter @returns {string} */
+function exampleOf({ example = "", schema }) {
+  if (schema?.format !== "uri") return String(example);
+  const { pathname, search, hash } = new URL(example);
+  return location.origin + pathname + search + hash;
+}
+
 /** @param {import("./operation.js").Route} one @param {Reader} reader @returns {Form} */
 function formOf(one, reader) {
   const { operation } = one;
@@ -113,7 +121,7 @@ function formOf(one, reader) {
     const id = `${operation.operationId}-${parameter.name}`;
     return h("input", {
       type: "text",
-      value: String(parameter.example ?? ""),
+      value: exampleOf(parameter),
       id,
       spellcheck: "false",
     });

@@ -146,9 +146,9 @@ function list(schema, reader) {
   return h(
     "dl",
     { class: "doc-fields" },
-    ...Object.entries(schema.properties).map(([name, one]) =>
-      field(name, one, needed.has(name), reader),
-    ),
+    ...Object.entries(schema.properties)
+      .filter(([, one]) => one !== false) // what must not be there, as it makes another form
+      .map(([name, one]) => field(name, one, needed.has(name), reader)),
   );
 }
 

@@ -3,6 +3,7 @@
 // Leaves to others: the room (class/session.js), its parts (class/).
 // Invariant: one room at a time; it goes on while other drawers are open and languages change.
 
+import { awayLine } from "../class/away.js";
 import { mountChip } from "../class/chip.js";
 import { mountJoin } from "../class/join.js";
 import { createSession } from "../class/session.js";
@@ -115,10 +116,10 @@ async function mount(element, app) {
       const { default: mountTeacher } = await app.files.script("class/teach.js");
       return face === wanted ? mountTeacher(body, room) : null;
     }
-    body.replaceChildren(
-      h("p", { class: "quiet", role: "status" }, room.say("class.state.coming")),
-    );
-    return null;
+    const away = awayLine(app);
+    const coming = h("p", { class: "quiet", role: "status" }, room.say("class.state.coming"));
+    body.replaceChildren(coming, away.place);
+    return { destroy: away.end };
   }
   async function show() {
     const wanted = faceOf(one);

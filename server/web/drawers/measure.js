@@ -1,13 +1,18 @@
 // Measure: the true period beside the formula's, a stopwatch, any quantity over any other with
-// cursors, arrows at the tips, a motion without end, a film of it.
+// cursors, arrows at the tips, a motion without end, a film of it; fits to measurements.
 // Leaves to others: reading periods (periods.js), the parts (stopwatch.js, any_chart.js,
-// recorder.js), drawing arrows (paint_vectors.js).
+// recorder.js), drawing arrows (paint_vectors.js), what is loaded when it is opened (film.js,
+// fits.js).
 // Invariant: what is measured is the motion that is shown.
 
 import { createBag, h } from "../dom.js";
 import { VECTORS } from "../paint_vectors.js";
 import { createAnyChart } from "./any_chart.js";
+import { createGauges } from "./gauge_fields.js";
+import { createHearing } from "./hear.js";
 import { choice, later, swatch, tick } from "./kit.js";
+import { lazyPart } from "./lazy.js";
+import { takeMeasurements } from "./measurements.js";
 import { formulaOf, periodOf, swingsOf } from "./periods.js";
 import { recordButton } from "./recorder.js";
 import { createStopwatch } from "./stopwatch.js";
@@ -89,6 +94,35 @@ function arrowsOf({ store, text }) {
 const section = (text, id, ...children) =>
   h("section", { "data-part": id }, h("h3", {}, text(`measure.${id}.title`)), ...children);
 
+/**
+ * The place of the fits; take() reads a table that waits, and shows it.
+ * @param {App} app
+ */
+function fitsOf(app) {
+  const part = lazyPart(app, "fits", app.text("measure.fits"));
+  const take = async () => {
+    const words = takeMeasurements(app);
+    if (words === null) return;
+    const fits = await part.open();
+    fits.read(words);
+    part.element.scrollIntoView({ block: "start" });
+  };
+  return { ...part, take };
+}
+
+/** Whether it goes on, and a film of it. @param {App} app */
+function runningOf(app) {
+  const { store, text } = app;
+  const status = h("p", { class: "quiet", role: "status" });
+  const recorder = recordButton(app, status);
+  const endless = tick(text("measure.endless"), store.get().view.endless, (on) =>
+    store.set({ view: { endless: on } }),
+  );
+  endless.box.dataset.measure = "endless";
+  const record = h("div", { class: "row" }, recorder.element);
+  return { elements: [endless.element, record, status], destroy: recorder.destroy };
+}
+
 /** @param {HTMLElement} element @param {App} app @returns {Drawer} */
 function mount(element, app) {
   const { store, motion, text } = app;
@@ -98,41 +132,49 @@ function mount(element, app) {
   const view = { app, arm: 1, shown: false, period, picks: h("div", {}) };
   const any = createAnyChart(app);
   const watch = createStopwatch(app);
-  const status = h("p", { class: "quiet", role: "status" });
-  const film = recordButton(app, status);
-  const endless = tick(text("measure.endless"), store.get().view.endless, (on) =>
-    store.set({ view: { endless: on } }),
-  );
-  endless.box.dataset.measure = "endless";
+  const hearing = createHearing(app, () => view.arm);
+  const running = runningOf(app);
+  const film = lazyPart(app, "film", text("measure.own"));
+  const gauges = createGauges(app);
+  const fits = fitsOf(app);
   element.append(
     h("h2", {}, text("drawer.measure")),
     section(text, "period", view.picks, period),
     section(text, "watch", watch.element),
+    section(text, "hear", hearing.element),
     section(text, "arrows", arrowsOf(app)),
+    section(text, "gauges", gauges.element),
     section(text, "any", h("p", { class: "quiet" }, text("measure.any.hint")), any.element),
-    section(text, "run", endless.element, h("div", { class: "row" }, film.element), status),
+    section(text, "run", ...running.elements),
+    film.element,
+    fits.element,
   );
   const soon = later(() => showPeriod(view));
   bag(soon.end);
   bag(motion.subscribe((_, what) => what === "complete" && soon()));
   bag(
     store.subscribe((doc, before) => {
+      if (view.shown && app.measurements) fits.take();
       if (doc.pendulum === before.pendulum && doc.view.selected === before.view.selected) return;
       showPicks(view);
       soon();
     }),
   );
-  for (const part of [any, watch, film]) bag(part.destroy);
+  for (const part of [any, watch, hearing, gauges, running, film, fits]) bag(part.destroy);
   showPicks(view);
   return {
     show() {
       view.shown = true;
       any.show();
+      hearing.show(true);
       showPeriod(view);
+      fits.take();
     },
     hide() {
       view.shown = false;
       any.hide();
+      hearing.show(false);
+      film.hide();
     },
     destroy() {
       bag.end();

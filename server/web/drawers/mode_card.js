@@ -6,17 +6,21 @@
 import { h } from "../dom.js";
 import { button, figure, tick } from "./kit.js";
 import { createMini } from "./mini.js";
-import { DEGREE, STEEPEST, hang, shapeOf } from "./mode_sum.js";
+import { DEGREE, STEEPEST, posed, rangeOf } from "./mode_sum.js";
 
 const FACTS = ["omega", "frequency", "period"];
+const LOSSES = ["decay", "ratio"]; // of a real pendulum besides
 
 /** @typedef {import("./mode_sum.js").Blend} Blend */
 
 /**
  * What a card does to the others.
- * @typedef {{changed(): void, begin(theta: ArrayLike<number>, label: string, words: string): void}}
- * Hooks
+ * @typedef {{changed(): void, begin(parts: number[], label: string, words: string): void}} Hooks
  */
+
+/** How high the pivot is in a picture of modes: above all, where all arms hang at their rest.
+ * @param {import("./mode_sum.js").Modes} modes */
+export const topOf = ({ rest }) => (rest.every((phi) => Math.sin(phi) < -0.3) ? 0.06 : 0.5);
 
 /** @param {Text} text @param {number} value */
 function plainFigure(text, value) {
@@ -25,8 +29,8 @@ function plainFigure(text, value) {
 
 /** Frequency and period, in words. @param {Text} text @param {Blend} blend @param {number} k */
 function factsOf(text, { modes }, k) {
-  const rows = FACTS.flatMap((id) => {
-    const value = modes[/** @type {"omega" | "frequency" | "period"} */ (id)][k];
+  const rows = [...FACTS, ...(modes.real ? LOSSES : [])].flatMap((id) => {
+    const value = modes[/** @type {"omega" | "ratio"} */ (id)][k];
     const words = text(`modes.${id}Value`, { value: plainFigure(text, value) });
     return [h("dt", {}, text(`modes.${id}`)), h("dd", {}, words)];
   });
@@ -58,23 +62,22 @@ function amplitudeOf(text, { modes, angles }, k, hooks) {
  * @param {Hooks} hooks
  */
 export function createModeCard(text, tree, blend, k, hooks) {
-  const { modes, angles, chosen } = blend;
+  const { modes, chosen } = blend;
   const mode = modes.mode[k];
   const mini = createMini(tree, {
     width: 124,
     height: 132,
-    top: 0.06,
+    top: topOf(modes),
     label: text("modes.picture", { mode }),
   });
-  mini.fit(hang(shapeOf(modes, k, STEEPEST * DEGREE)));
+  mini.fit(posed(modes, rangeOf(modes, k, STEEPEST * DEGREE)));
   const part = tick(text("modes.inSum"), chosen.has(k), (on) => {
     if (on) chosen.add(k);
     else chosen.delete(k);
     hooks.changed();
   });
   part.box.dataset.part = String(mode);
-  const begin = () =>
-    hooks.begin(shapeOf(modes, k, angles[k] * DEGREE), "mode", text("modes.started", { mode }));
+  const begin = () => hooks.begin([k], "mode", text("modes.started", { mode }));
   const start = button(text("modes.start"), begin, { "data-start": mode });
   const title = h("h3", {}, text("modes.title", { mode }));
   const amplitude = amplitudeOf(text, blend, k, hooks);

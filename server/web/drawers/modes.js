@@ -4,19 +4,22 @@
 // the curves (mode_curves.js).
 // Invariant: shapes and frequencies are the server's; the thumbnails swing with the page's clock.
 
+import { foldedTheta } from "../angles.js";
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { pendulumOf, termsOf } from "../terms.js";
 import { aborted, button, figure, later, settled, tick } from "./kit.js";
+import { lazyPart } from "./lazy.js";
 import { createMini } from "./mini.js";
-import { createModeCard } from "./mode_card.js";
+import { createModeCard, topOf } from "./mode_card.js";
 import { isLinear, openCurves } from "./mode_curves.js";
-import { DEGREE, createBlend, hang, partsOf, shapeOf, sumOf, widest } from "./mode_sum.js";
+import * as sums from "./mode_sum.js";
 
-const HANGING = -Math.PI / 2;
 const ALL = 300; // so many arms are asked for all of their modes
 const SLOWEST = 48;
 const PAGE = 12;
+const SAID = 8; // angles of the rest
+const LITTLE = 1e-6; // 1/s: a growth that is none
 
 /**
  * The drawer while it is there; tree: whose modes `blend` has; many: how many cards are shown.
@@ -27,7 +30,7 @@ const PAGE = 12;
  *   sum: import("./mini.js").Mini | null, curves: Awaited<ReturnType<typeof openCurves>> | null,
  *   opening: ReturnType<typeof openCurves> | null, more: HTMLButtonElement, startSum:
  *   HTMLButtonElement,
- *   linear: ReturnType<typeof tick>,
+ *   linear: ReturnType<typeof tick>, near: ReturnType<typeof tick>,
  * }} View
  */
 
@@ -43,19 +46,21 @@ function partsOfDrawer() {
 }
 
 /**
- * Starts the pendulum at rest in a shape.
- * @param {App} app @param {ArrayLike<number>} theta @param {string} label @param {string} words
+ * Starts the pendulum in some modes; one that loses nothing at rest.
+ * @param {View} view @param {number[]} parts modes, from 0 @param {string} label
+ * @param {string} words
  */
-function begin({ store, clock, announce }, theta, label, words) {
-  const phi = Array.from(theta, (angle) => HANGING + angle);
-  store.set({ initial: { phi, phid: phi.map(() => 0) } }, { label });
+function begin({ app, blend }, parts, label, words) {
+  const { store, clock, announce } = app;
+  if (!blend) return;
+  store.set({ initial: sums.startOf(blend, parts) }, { label });
   clock.seek(0);
   if (words) announce(words);
 }
 
 /** @param {View} view */
-function beginSum({ app, blend, tree }) {
-  if (blend && tree) begin(app, sumOf(blend, tree.length.length), "sum", "");
+function beginSum(view) {
+  if (view.blend) begin(view, sums.partsOf(view.blend), "sum", "");
 }
 
 /** @param {Store} store @param {boolean} on */
@@ -77,7 +82,7 @@ function build(view) {
     sumChanged(view);
     draw(view);
   };
-  const hooks = { changed, begin: begin.bind(null, app) };
+  const hooks = { changed, begin: begin.bind(null, view) };
   const cards = Array.from({ length: count }, (_, k) =>
     createModeCard(text, tree, blend, k, hooks),
   );
@@ -85,10 +90,12 @@ function build(view) {
   list.replaceChildren(...cards.map(({ element }) => element));
   more.hidden = count === all;
   more.textContent = text("modes.more", { count: Math.min(PAGE, all - count) });
+  view.near.element.hidden = !blend.modes.real;
+  view.linear.element.hidden = blend.modes.real;
   view.sum = createMini(tree, {
     width: 150,
     height: 160,
-    top: 0.06,
+    top: topOf(blend.modes),
     label: text("modes.sumPicture"),
   });
   sumPlace.replaceChildren(view.sum.canvas);
@@ -100,9 +107,9 @@ function build(view) {
 function sumChanged({ app, blend, tree, sum, startSum, sumWords }) {
   if (!blend || !tree) return;
   const { text } = app;
-  const parts = partsOf(blend);
+  const parts = sums.partsOf(blend);
   startSum.disabled = !parts.length;
-  sum?.fit(hang(widest(blend, tree.length.length)));
+  sum?.fit(sums.posed(blend.modes, sums.widest(blend, tree.length.length)));
   const words = parts.map((k) =>
     text("modes.part", { mode: blend.modes.mode[k], angle: text.short(blend.angles[k]) }),
   );
@@ -139,16 +146,21 @@ function draw({ app, shown, blend, tree, cards, sum }) {
   const { modes, angles } = blend;
   const { time } = app.clock;
   for (const { mini, k } of cards) {
-    const part = angles[k] * DEGREE;
-    const pose = (/** @type {number} */ phase) => hang(shapeOf(modes, k, part * phase));
-    mini.draw(pose(Math.cos(modes.omega[k] * time)), [pose(1), pose(-1)]);
+    const part = angles[k] * sums.DEGREE;
+    const pose = (/** @type {number} */ far, at = 0) =>
+      sums.posed(modes, sums.shapeOf(modes, k, part * far, at));
+    mini.draw(pose(1, time), [pose(1), pose(-1)]);
   }
   const n = tree.length.length;
-  sum?.draw(hang(sumOf(blend, n, time)), [hang(sumOf(blend, n))]);
+  const all = (/** @type {number} */ at) => sums.posed(modes, sums.sumOf(blend, n, at));
+  sum?.draw(all(time), [all(0)]);
 }
 
-/** Asks for the modes of the pendulum on the stage. @param {View} view */
-async function load(view) {
+/**
+ * Asks for the modes of the pendulum on the stage; chosen: about which rest, is.
+ * @param {View} view
+ */
+async function load(view, chosen = false) {
   const { store, client, text } = view.app;
   const { pendulum } = store.get();
   if (view.tree === pendulum) return;
@@ -159,13 +171,13 @@ async function load(view) {
   if (!(pendulum.gravity > 0)) return refuse(view, text("modes.noGravity"));
   view.status.textContent = text("kit.waiting");
   try {
-    if (Object.keys(termsOf(pendulum)).length) return await loadReal(view, pendulum);
+    if (Object.keys(termsOf(pendulum)).length) return await loadReal(view, pendulum, chosen);
     const select = n > ALL ? { select: { slowest: SLOWEST } } : {};
     const body = { pendulum, normalize: "max", ...select };
     const modes = await client.modes(body, { signal: view.stop.signal });
     const count = modes.omega.length;
     view.status.textContent = n > ALL ? text("modes.many", { count, all: n }) : "";
-    take(view, modes);
+    take(view, sums.modesOf(modes, n));
   } catch (error) {
     if (aborted(error)) return;
     view.tree = null;
@@ -174,26 +186,28 @@ async function load(view) {
 }
 
 /**
- * The frequencies of a real pendulum, with what friction does to them, as a table.
- * @param {View} view @param {Tree} pendulum
+ * The modes of a real pendulum about its rest: which one, is told. Where it does not stay hanging
+ * (a metronome) they are about the one that is nearest to its start, until another is chosen.
+ * @param {View} view @param {Tree} pendulum @param {boolean} chosen
  */
-async function loadReal(view, pendulum) {
-  const { client, text } = view.app;
+async function loadReal(view, pendulum, chosen) {
+  const { client, text, store } = view.app;
   const signal = view.stop?.signal;
-  const modes = await client.modes({ pendulum: pendulumOf(pendulum) }, { signal });
-  refuse(view, text("modes.real"));
-  const names = ["frequency", "decay", "damping_ratio"];
-  const head = ["modes.mode", ...names.map((name) => `modes.${name}.unit`)];
-  const rows = modes.mode.map((/** @type {number} */ mode, /** @type {number} */ k) =>
-    h(
-      "tr",
-      { "data-mode": mode },
-      h("th", { scope: "row" }, String(mode)),
-      ...names.map((name) => h("td", {}, figure(text, modes[name][k], 4))),
-    ),
+  const body = { pendulum: pendulumOf(pendulum) };
+  const near = { ...body, initial: { phi: store.get().initial.phi } };
+  let answer = await client.modes(view.near.box.checked ? near : body, { signal });
+  const grows = answer.decay.some((/** @type {number} */ rate) => rate < -LITTLE);
+  if (grows && !chosen && !view.near.box.checked) {
+    view.near.box.checked = true;
+    answer = await client.modes(near, { signal });
+  }
+  const angles = answer.equilibrium.map((/** @type {number} */ phi) =>
+    text("modes.degrees", { angle: text.number(foldedTheta(phi), 1) }),
   );
-  const titles = head.map((key) => h("th", { scope: "col" }, text(key)));
-  view.list.replaceChildren(h("li", {}, h("table", {}, h("tr", {}, ...titles), ...rows)));
+  const list = new Intl.ListFormat(text.language).format(angles.slice(0, SAID));
+  const more = angles.length > SAID ? " \u2026" : "";
+  view.status.textContent = `${text("modes.real")} ${text("modes.rest", { list: list + more })}`;
+  take(view, sums.modesOf(answer, pendulum.length.length));
 }
 
 /**
@@ -203,7 +217,7 @@ async function loadReal(view, pendulum) {
 function take(view, modes) {
   if (view.blend?.modes.omega.length === modes.omega.length) view.blend.modes = modes;
   else {
-    view.blend = createBlend(modes);
+    view.blend = sums.createBlend(modes);
     view.many = PAGE;
   }
   build(view);
@@ -264,15 +278,20 @@ function createView(app) {
     more: button("", more, { hidden: true }),
     startSum: button(text("modes.sumStart"), () => beginSum(view), main),
     linear: tick(text("modes.linear"), false, (on) => setLinear(store, on)),
+    near: tick(text("modes.near"), false, () => {
+      view.tree = null;
+      load(view, true);
+    }),
   };
   view.linear.box.dataset.linear = "";
+  view.near.box.dataset.near = "";
   return view;
 }
 
 /** @param {HTMLElement} element @param {View} view */
 function lay(
   element,
-  { app, status, list, more, sumPlace, sumWords, startSum, linear, chartPlace, identity },
+  { app, status, near, list, more, sumPlace, sumWords, startSum, linear, chartPlace, identity },
 ) {
   const { text } = app;
   const start = h("div", {}, sumWords, h("div", { class: "row" }, startSum));
@@ -280,6 +299,7 @@ function lay(
     h("h2", {}, text("drawer.modes")),
     h("p", { class: "quiet" }, text("modes.intro")),
     status,
+    h("div", {}, near.element),
     list,
     more,
     h("h3", {}, text("modes.sum")),
@@ -328,6 +348,11 @@ function mount(element, app) {
   const bag = createBag();
   const view = createView(app);
   lay(element, view);
+  for (const name of ["branches", "resonance"]) {
+    const part = lazyPart(app, name, app.text(`modes.${name}`));
+    element.append(part.element);
+    bag(part.destroy);
+  }
   follow(view, bag);
   return {
     show() {

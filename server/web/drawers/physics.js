@@ -1,18 +1,32 @@
-// Physics: gravity, friction, air, springs, bars, a motor and the shaking of the pivot, each by a
-// slider and a number, while the pendulum moves; and where its energy is.
-// Leaves to others: the fields (physics_fields.js), the motion that goes on (live.js), the bars of
-// energy (energy_bars.js).
+// Physics: gravity, friction, air, springs, bars, a motor, the shaking of the pivot, a cart,
+// bodies, each by a slider and a number, while the pendulum moves; and where its energy is.
+// Leaves to others: the fields (physics_fields.js, physics_cart.js), the motion that goes on
+// (live.js), the bars of energy (energy_bars.js).
 // Invariant: a number shown is the document's, and so the request's, but for what is under a hand.
 
 import { createBag, h } from "../dom.js";
 import { roundUp } from "../camera.js";
 import { createEnergyBars } from "./energy_bars.js";
 import { button, choice, figure, toggle } from "./kit.js";
+import { lazyPart } from "./lazy.js";
 import { mountNumberMap } from "./param_map.js";
+import { MORE_FIELDS } from "./physics_cart.js";
 import { FIELDS, scaleOf, withoutLosses } from "./physics_fields.js";
 
 const PLACES = { earth: 9.81, moon: 1.62, mars: 3.71, jupiter: 24.79, none: 0 };
-const GROUPS = ["gravity", "friction", "air", "spring", "masses", "motor", "shaking"];
+const GROUPS = [
+  "gravity",
+  "friction",
+  "air",
+  "spring",
+  "masses",
+  "motor",
+  "shaking",
+  "cart",
+  "body",
+  "hanging",
+  "faster",
+];
 const STEPS = 1000;
 
 /** @typedef {import("./physics_fields.js").Field} Field */
@@ -241,7 +255,9 @@ function lay(element, view) {
     section.append(...own);
     element.append(section);
   }
-  element.append(map.element);
+  const route = lazyPart(app, "route", text("physics.route"));
+  element.append(map.element, route.element);
+  return route.destroy;
 }
 
 /** @param {HTMLElement} element @param {App} app @returns {Drawer} */
@@ -257,9 +273,9 @@ function mount(element, app) {
     map: mountNumberMap(app),
     shown: false,
   };
-  view.rows = FIELDS.map((field) => rowOf(view, field));
+  view.rows = [...FIELDS, ...MORE_FIELDS].map((field) => rowOf(view, field));
   view.places = placesOf(view);
-  lay(element, view);
+  bag(lay(element, view));
   bag(
     app.store.subscribe((doc, before) => {
       const other = doc.pendulum !== before.pendulum;

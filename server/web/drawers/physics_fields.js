@@ -10,7 +10,7 @@ import { reach } from "../tree.js";
 const DEGREE = Math.PI / 180;
 const TURN = 2 * Math.PI;
 const SLOW = 0.05; // rad/s, below which dry friction lets go, where the pendulum does not tell
-const LIGHT = 0.001; // kg
+export const LIGHT = 0.001; // kg
 
 /**
  * A number with a slider. Arms are counted from 0; of one that belongs to the whole pendulum k is
@@ -109,7 +109,7 @@ const natural = (tree) => {
  * @param {Harmonic[] | undefined} waves @param {Partial<Harmonic>} change @param {number} time
  * @param {Tree} tree @returns {Harmonic[]}
  */
-function retuned(waves, change, time, tree) {
+export function retuned(waves, change, time, tree) {
   const [first = { amplitude: 0, omega: natural(tree), phase: 0 }, ...others] = waves ?? [];
   const { omega = first.omega } = change;
   const turned = (first.phase ?? 0) + (first.omega - omega) * time;

@@ -4,7 +4,7 @@
 // Invariant: a link that is shown stands for the document as it is now; one that does not is taken
 // away.
 
-import { addressOf } from "../address.js";
+import { addressOf, linkTo } from "../address.js";
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { linkOf, sceneOf } from "../link.js";
@@ -23,15 +23,12 @@ const LONGEST = 1200; // letters of a link that a camera still reads off a proje
  *   app: App, shown: boolean, kept: string | null, status: HTMLElement, fileStatus: HTMLElement,
  *   title: HTMLInputElement,
  *   short: LinkField, long: LinkField, plain: LinkField, plainPart: HTMLElement | null,
- *   projector: HTMLButtonElement, make: HTMLButtonElement,
+ *   projector: HTMLButtonElement, report: HTMLButtonElement, make: HTMLButtonElement,
  * }} View
  */
 
 /** What is handed on: all but this drawer being open. @param {Doc} doc @returns {Doc} */
 const handedOn = (doc) => ({ ...doc, view: { ...doc.view, drawer: null } });
-
-/** @param {string} hash */
-const whole = (hash) => `${location.origin}/${hash}`;
 
 /**
  * @param {App} app @param {any} qrcode the library @param {string} id @param {string} label @param
@@ -78,7 +75,7 @@ async function makeShort(view) {
     const { links } = await client.storeScene(scene);
     view.kept = JSON.stringify(scene);
     status.textContent = "";
-    short.set(whole(links.page.replace(/^\//, "")), text("share.qrShort"));
+    short.set(linkTo(text, links.page.replace(/^\//, "")), text("share.qrShort"));
     follow(view);
   } catch (error) {
     const away = /** @type {Failed} */ (error).status === 404;
@@ -100,10 +97,10 @@ async function follow(view) {
     status.textContent = text("share.outdated");
   }
   const address = addressOf(doc);
-  view.plain.set(address ? whole(address) : "", text("share.plain"));
+  view.plain.set(address ? linkTo(text, address) : "", text("share.plain"));
   if (view.plainPart) view.plainPart.hidden = !address;
   const hash = await linkOf(handedOn(doc));
-  if (doc === store.get()) long.set(whole(hash), text("share.qrLong"));
+  if (doc === store.get()) long.set(linkTo(text, hash), text("share.qrLong"));
 }
 
 /** @param {Store} store */
@@ -141,6 +138,7 @@ function createView(app, qrcode) {
     projector: button(text("share.projector"), () => project(app, qrcode), {
       "data-projector": "begin",
     }),
+    report: button(text("share.report"), () => report(view, qrcode), { "data-share": "report" }),
     make: button(text("share.make"), () => makeShort(view), main),
   };
   view.short.set("");
@@ -160,13 +158,36 @@ function section(text, id, ...children) {
 async function project(app, qrcode) {
   const doc = app.store.get();
   const long = await linkOf(handedOn(doc));
-  const link = whole(addressOf(doc) ?? long);
-  showProjector(app, qrcode, link.length > LONGEST ? `${location.origin}/` : link);
+  const link = linkTo(app.text, addressOf(doc) ?? long);
+  showProjector(app, qrcode, link.length > LONGEST ? linkTo(app.text, "") : link);
+}
+
+/** On paper, with the readable link where there is one. @param {View} view @param {any} qrcode */
+async function report({ app, status }, qrcode) {
+  const doc = app.store.get();
+  const link = linkTo(app.text, addressOf(doc) ?? (await linkOf(handedOn(doc))));
+  try {
+    const { default: print } = await app.files.script("drawers/report.js");
+    await print(app, link, link.length > LONGEST ? null : qrcode);
+  } catch (error) {
+    status.textContent = said(error, app.text);
+  }
 }
 
 /** @param {HTMLElement} element @param {View} view */
 function lay(element, view) {
-  const { app, title, projector, make, status, short, long, plain, fileStatus } = view;
+  const {
+    app,
+    title,
+    projector,
+    report: paper,
+    make,
+    status,
+    short,
+    long,
+    plain,
+    fileStatus,
+  } = view;
   const { store, text } = app;
   const scene = button(text("share.scene"), () => saveScene(store), { "data-save": "json" });
   view.plainPart = section(text, "plain", plain.place);
@@ -178,6 +199,7 @@ function lay(element, view) {
     view.plainPart,
     section(text, "long", long.place),
     section(text, "projector", h("div", { class: "row" }, projector)),
+    section(text, "report", h("div", { class: "row" }, paper)),
     section(text, "files", h("div", { class: "row" }, scene)),
     numbersAsFiles(app, fileStatus),
     fileStatus,

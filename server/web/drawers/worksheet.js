@@ -1,12 +1,14 @@
 // Worksheets without a room: those that come with the page, or one that a link holds; answers stay
 // in the browser.
 // Leaves to others: the steps (class/sheet_run.js), worksheets of a class (class/sheet_pupil.js).
-// Invariant: what was answered stays answered (kept in the browser), each worksheet by itself.
+// Invariant: what was answered stays answered (kept in the browser), each worksheet by itself; the
+// event "pendulumd-handin" tells of each answer that was kept.
 
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { keep } from "../keep.js";
 import { unpack } from "../link.js";
+import { sheetInAddress } from "../room.js";
 import { runSheet } from "../class/sheet_run.js";
 import { SHIPPED, shippedSheet } from "../class/shipped.js";
 import { choice } from "./kit.js";
@@ -34,6 +36,12 @@ async function linkedSheet() {
   return sheet;
 }
 
+/** The worksheet that is opened first: of the address, else the last one. */
+function firstOf() {
+  const last = sheetInAddress() ?? keep.get(KEPT) ?? "";
+  return SHIPPED.includes(last) ? last : SHIPPED[0];
+}
+
 /** @param {HTMLElement} element @param {App} app @returns {Promise<Drawer>} */
 async function mount(element, app) {
   const { text } = app;
@@ -46,8 +54,12 @@ async function mount(element, app) {
 
   /** @param {string} id @param {Sheet} sheet */
   function lay(id, sheet) {
-    const save = async (/** @type {Handin} */ given) =>
+    const save = async (/** @type {Handin} */ given) => {
+      const before = keptHandin(id);
       keep.set(`${KEPT}.${id}`, JSON.stringify(given));
+      const detail = { id, sheet, before, given };
+      element.dispatchEvent(new CustomEvent("pendulumd-handin", { detail, bubbles: true }));
+    };
     const run = runSheet({ room, sheet, handin: keptHandin(id), save });
     body.replaceChildren(h("h3", {}, sheet.title), run.place);
     return run;
@@ -69,8 +81,7 @@ async function mount(element, app) {
   const linked = location.hash.startsWith("#w=");
   const ids = [...(linked ? ["linked"] : []), ...SHIPPED];
   const options = ids.map((id) => ({ value: id, words: text(`sheet.ours.${id}`) }));
-  const last = keep.get(KEPT) ?? "";
-  const first = linked ? "linked" : SHIPPED.includes(last) ? last : SHIPPED[0];
+  const first = linked ? "linked" : firstOf();
   const { element: chooser, select } = choice(text("sheet.which"), options, first, (id) =>
     open(id, true),
   );

@@ -38,6 +38,18 @@ TEST(problem_that_was_set_is_written) {
     CHECK_INT(problem.status, 0);
 }
 
+TEST(problem_has_the_type_in_front_of_its_format_and_no_other) {
+    struct api_problem problem;
+    api_problem_init(&problem);
+    api_problem_set(&problem, 413, API_TYPE_LIMIT "%s", "\1Q is text of the client");
+    CHECK_TEXT(problem.type, "over-limit");
+    CHECK(strstr(text_of(&problem), "{\"type\":\"/docs#problem-over-limit\",") != NULL);
+    api_problem_clear(&problem);
+    api_problem_set(&problem, 404, "%s", API_TYPE_LIMIT);
+    CHECK(!problem.type);
+    api_problem_clear(&problem);
+}
+
 TEST(problem_keeps_what_was_stated_first) {
     struct api_problem problem;
     api_problem_init(&problem);
@@ -52,15 +64,17 @@ TEST(problem_keeps_what_was_stated_first) {
 TEST(problem_of_faults_is_a_422_with_pointers) {
     struct api_problem problem;
     api_problem_init(&problem);
-    api_problem_fault(&problem, "/pendulum/arms/3/mass", "must be greater than %d, got %g", 0,
-                      -1.0);
+    api_problem_fault(&problem, "/pendulum/arms/3/mass",
+                      API_CODE_OUT_OF_RANGE "must be greater than %d, got %g", 0, -1.0);
     api_problem_fault(&problem, "", "has \"no\" arms");
     CHECK_TEXT(text_of(&problem),
-               "{\"type\":\"about:blank\",\"title\":\"Unprocessable "
+               "{\"type\":\"/docs#problem-invalid-request\",\"title\":\"Unprocessable "
                "Content\",\"status\":422,\"detail\":\"2 faults in "
                "the request: see "
                "errors\",\"errors\":[{\"pointer\":\"/pendulum/arms/3/mass\",\"detail\":\"must be "
-               "greater than 0, got -1\"},{\"pointer\":\"\",\"detail\":\"has \\\"no\\\" arms\"}]}");
+               "greater than 0, got "
+               "-1\",\"code\":\"out_of_range\"},{\"pointer\":\"\",\"detail\":\"has \\\"no\\\" "
+               "arms\",\"code\":\"invalid\"}]}");
     api_problem_clear(&problem);
 }
 

@@ -326,8 +326,10 @@ TEST(only_answers_that_are_held_have_a_size) {
             CHECK(strstr(out.data, format->most_bytes ? format->media_type
                                                       : "max-answer-bytes of 268435456"));
             CHECK_SAYING(
-                strstr(out.data, "application/x-ndjson, text/csv, application/octet-stream\"}") !=
-                    NULL,
+                strstr(
+                    out.data,
+                    "application/x-ndjson, text/csv, application/octet-stream, application/x-npy, "
+                    "application/vnd.apache.parquet\",") != NULL,
                 "%s", out.data);
         }
         api_call_free(&call);

@@ -52,7 +52,8 @@ static int bytes_hold(enum api_op_id op, const char *accept, const char *body, d
     *taken = *told = 0;
     if (api_call_new(&call, &limits) != PEND_OK) return 0;
     enum api_progress progress = api_call_open(call, &request, &out);
-    if (progress == API_DONE) CHECK_SAYING(0, "%.300s: %.300s", body, out.data);
+    if (progress == API_DONE)
+        CHECK_SAYING(0, "%.300s: %.*s", body, out.bytes < 300 ? (int)out.bytes : 300, out.data);
     for (int turn = 0; progress == API_MORE && turn < TURNS; turn++) {
         double foreseen = api_call_bytes(call);
         *told = foreseen;
@@ -74,7 +75,7 @@ static void bytes_check(enum api_op_id op, const char *accept, const char *pendu
                         const char *rest) {
     static char body[TEXT];
     double taken, told;
-    snprintf(body, sizeof body, "{%s%s}", pendulum, rest);
+    CHECK(snprintf(body, sizeof body, "{%s%s}", pendulum, rest) < (int)sizeof body);
     int held = bytes_hold(op, accept, body, &taken, &told);
     CHECK_SAYING(held, "operation %d, %s, %.40s...%.100s: %.0f bytes were told, %.0f taken", op,
                  accept, pendulum, rest, told, taken);
@@ -191,16 +192,73 @@ TEST(what_looks_for_passages_exponents_forces_and_ensembles_tells_its_memory) {
             bytes_check(API_OP_TREES, json, pendulum, "");
             if (n <= 20) bytes_check(API_OP_EQUATIONS, json, pendulum, ",\"form\":\"explicit\"");
             bytes_check(API_OP_EQUATIONS, json, pendulum, ",\"form\":\"compact\"");
-            snprintf(rest, sizeof rest,
-                     ",\"duration\":0.01,\"initial\":{\"theta\":[%s]},\"grid\":[{\"vary\":"
-                     "\"theta\",\"arm\":1,"
-                     "\"start\":0,\"stop\":1,\"count\":%d}]",
-                     angles, n < 70 ? 3000 : 9);
-            bytes_check(API_OP_ENSEMBLES, json, pendulum, rest);
+            for (int differ = 0; differ < 2; differ++) {
+                snprintf(
+                    rest, sizeof rest,
+                    ",\"duration\":0.01,\"initial\":{\"theta\":[%s]},\"grid\":[{\"vary\":"
+                    "\"theta\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":%d}]%s",
+                    angles, n < 70 ? 3000 : 9,
+                    differ
+                        ? ",\"derivatives\":[{\"vary\":\"gravity\"},{\"vary\":\"mass\",\"arm\":1}]"
+                        : "");
+                if (!differ || n < 700) bytes_check(API_OP_ENSEMBLES, json, pendulum, rest);
+            }
         }
     bytes_pendulum(pendulum, 1, 0);
     bytes_check(API_OP_SECTIONS, npz, pendulum,
                 ",\"initial\":{\"theta\":[0],\"thetad\":[50]},\"duration\":4000,\"count\":50000,"
                 "\"section\":{\"arm\":1,"
                 "\"theta\":0}");
+}
+
+/* adds a list of n equal entries to a pendulum that bytes_pendulum has written */
+static void bytes_term(char *pendulum, int n, const char *name, const char *entry) {
+    char *at = pendulum + strlen(pendulum) - 1;
+    at += sprintf(at, ",\"%s\":[", name);
+    for (int i = 0; i < n; i++) at += sprintf(at, "%s%s", i ? "," : "", entry);
+    strcpy(at, "]}");
+}
+
+/* a cart and all that acts on tips, joints and bodies, or the first kinds of these alone */
+static void bytes_real(char *pendulum, int n, int shape, int kind) {
+    static const struct {
+        const char *name, *entry;
+    } term[] = {{"damping", "0.1"},
+                {"torque", "{\"harmonics\":[{\"amplitude\":1,\"omega\":2}]}"},
+                {"rod", "1"},
+                {"stiffness", "2"},
+                {"friction", "{\"torque\":0.1,\"speed\":0.1}"},
+                {"drag", "{\"linear\":0.1,\"quadratic\":0.1,\"speed\":0.1}"}};
+    int count = kind < 2 ? kind + 1 : kind == 2 ? 1 : 6;
+    bytes_pendulum(pendulum, n, shape);
+    for (int i = 0; i < count; i++)
+        bytes_term(pendulum, n, term[kind == 2 ? 2 : i].name, term[kind == 2 ? 2 : i].entry);
+    if (kind == 4) strcpy(pendulum + strlen(pendulum) - 1, ",\"pivot\":{\"cart\":{\"mass\":1}}}");
+}
+
+TEST(a_real_pendulum_tells_its_memory_before_it_takes_it) {
+    static const int arms[] = {1, 6, 40, 70, 600};
+    enum { CARTS = 4, RODS = 2 }; /* kinds */
+    /* kinds first to last go that way */
+    static const struct {
+        const char *how;
+        int first, last;
+    } row[] = {
+        {"\"method\":\"taylor\"", 0, CARTS},
+        {"\"method\":\"rk8pd\"", 0, CARTS},
+        {"\"precision\":\"extended\"", 0, CARTS},
+        {"\"trust\":true", 0, CARTS},
+        {"\"method\":\"symplectic\",\"step\":0.01", RODS, RODS},
+        {"\"derivatives\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"gravity\"}]", 0, CARTS - 1}};
+    static char pendulum[TEXT / 2], rest[TEXT / 2];
+    if (!bytes_known()) return;
+    for (size_t a = 0; a < sizeof arms / sizeof *arms; a++)
+        for (size_t i = 0; i < sizeof row / sizeof *row; i++)
+            for (int kind = row[i].first; kind <= row[i].last; kind++)
+                for (int shape = 0; shape < 3; shape++) {
+                    bytes_real(pendulum, arms[a], shape, kind);
+                    snprintf(rest, sizeof rest, ",\"times\":{\"stop\":0.01,\"count\":5},%s",
+                             row[i].how);
+                    bytes_check(API_OP_TRAJECTORIES, octets, pendulum, rest);
+                }
 }

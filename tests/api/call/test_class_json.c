@@ -53,6 +53,8 @@ static void bad(enum api_class_kind kind, int http, const char *text, const char
     CHECK_INT(body.http, http);
     snprintf(wanted, sizeof wanted, "\"pointer\":\"%s\"", pointer ? pointer : "");
     CHECK_SAYING(!pointer || strstr(body.problem.data, wanted), "%s: %s", text, body.problem.data);
+    CHECK_SAYING(!strstr(body.problem.data, "\"code\":\"invalid\""), "%s: %s", text,
+                 body.problem.data);
     CHECK_SAYING(strstr(body.problem.data, words) != NULL, "%s: %s", text, body.problem.data);
     body_clear(&body);
 }

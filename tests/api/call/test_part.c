@@ -96,9 +96,14 @@ static const struct {
 };
 enum { CASES = sizeof cases / sizeof *cases };
 
-static const char *const accepts[] = {"application/json",  "application/x-ndjson",
-                                      "text/csv",          "application/octet-stream",
-                                      "application/x-npz", "application/x-matlab-data"};
+static const char *const accepts[] = {"application/json",
+                                      "application/x-ndjson",
+                                      "text/csv",
+                                      "application/octet-stream",
+                                      "application/x-npz",
+                                      "application/x-npy",
+                                      "application/vnd.apache.parquet",
+                                      "application/x-matlab-data"};
 enum { ACCEPTS = sizeof accepts / sizeof *accepts };
 
 static struct api_request request_of(int i, const char *accept) {

@@ -146,6 +146,71 @@ TEST(derivatives_of_forces_are_those_of_each_state) {
     test_reply_free(&reply);
 }
 
+/* two arms on a cart of this mass, on a rail of this direction, from this place */
+static struct test_reply on_a_cart(enum api_op_id op, const double x[3], const char *more) {
+    char body[1000];
+    snprintf(
+        body, sizeof body,
+        "{\"pendulum\":{\"length\":[1,0.5],\"mass\":[1,2],\"parent\":[0,1],\"pivot\":{\"cart\":{"
+        "\"mass\":%.17g,\"angle\":%.17g,\"stiffness\":20}}},\"%s\":{\"theta\":[1,-1],\"cart\":"
+        "{\"x\":%.17g,\"v\":0.5}},%s}",
+        x[0], x[1], op == API_OP_FORCES ? "state" : "initial", x[2], more);
+    return test_post(op, body);
+}
+
+#define BY_CART                                                                                    \
+    "\"derivatives\":[{\"vary\":\"mass\",\"arm\":\"cart\"},{\"vary\":\"cart_angle\"},"             \
+    "{\"vary\":\"phi\",\"arm\":\"cart\"}]"
+
+TEST(derivatives_on_a_cart_are_differences_of_requests) {
+    static const struct {
+        enum api_op_id op;
+        const char *more, *value, *slope; /* of which the numbers are text[/arm] */
+    } rows[] = {
+        {API_OP_TRAJECTORIES, "\"times\":[0,1],\"output\":[\"phi\",\"cart\",\"z\",\"energy\"]",
+         "/phi/1/0", "/derivatives/phi/1/0"},
+        {API_OP_TRAJECTORIES, "\"times\":[0,1],\"output\":[\"cart\"]", "/cart/x/1",
+         "/derivatives/cart_x/1"},
+        {API_OP_TRAJECTORIES, "\"times\":[0,1],\"output\":[\"cart\"]", "/cart/v/1",
+         "/derivatives/cart_v/1"},
+        {API_OP_TRAJECTORIES, "\"times\":[0,1],\"output\":[\"cart\"]", "/cart/reaction/1",
+         "/derivatives/cart_reaction/1"},
+        {API_OP_TRAJECTORIES, "\"times\":[0,1],\"output\":[\"z\"]", "/z/im/1/1",
+         "/derivatives/z_im/1/1"},
+        {API_OP_TRAJECTORIES, "\"times\":[0,1],\"output\":[\"energy\"]", "/energy/total/1",
+         "/derivatives/energy_total/1"},
+        {API_OP_FORCES, "\"time\":0", "/cart/acceleration", "/derivatives/cart_acceleration"},
+        {API_OP_FORCES, "\"time\":0", "/zdd/re/1", "/derivatives/zdd_re/1"},
+        {API_OP_FORCES, "\"time\":0", "/joint_force/across/0", "/derivatives/joint_force_across/0"},
+    };
+    const double middle[3] = {2, 0.2, 0.1}, h = 1e-5;
+    double worst = 0;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        char more[300];
+        snprintf(more, sizeof more, "%s," BY_CART, rows[i].more);
+        struct test_reply reply = on_a_cart(rows[i].op, middle, more);
+        CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+        for (int j = 0; j < 3; j++) {
+            double side[2];
+            char pointer[80];
+            for (int s = 0; s < 2; s++) {
+                double x[3] = {middle[0], middle[1], middle[2]};
+                x[j] += s ? h : -h;
+                struct test_reply moved = on_a_cart(rows[i].op, x, rows[i].more);
+                side[s] = test_reply_number(&moved, rows[i].value);
+                test_reply_free(&moved);
+            }
+            snprintf(pointer, sizeof pointer, "%s/%d", rows[i].slope, j);
+            double want = (side[1] - side[0]) / (2 * h), got = test_reply_number(&reply, pointer);
+            double gap = fabs(got - want) / fmax(1, fmax(fabs(want), fabs(side[0])));
+            CHECK_SAYING(gap < 1e-8, "%s is %g, not %g", pointer, got, want);
+            worst = fmax(worst, gap);
+        }
+        test_reply_free(&reply);
+    }
+    CHECK(worst > 0);
+}
+
 TEST(derivatives_are_refused_at_their_pointer) {
     static const struct {
         const char *more, *pointer, *text;

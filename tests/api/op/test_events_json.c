@@ -172,3 +172,51 @@ TEST(events_of_too_many_steps_are_refused) {
     CHECK(strstr(reply.out.data, "max-steps") != NULL);
     test_reply_free(&reply);
 }
+
+/* An arm on a free cart: the momentum along the rail stays 0, a small swing's period is that of the
+ * reduced mass, and the energy is passed by nothing. */
+TEST(events_on_a_cart_tell_where_it_is) {
+    const double mass = 2, cart = 3, gravity = 9.81, swing = 1e-5;
+#define FREE(theta, rest)                                                                          \
+    "{\"pendulum\":{\"length\":[1],\"mass\":[2],\"parent\":[0],\"pivot\":{\"cart\":{\"mass\":3}}}" \
+    ","                                                                                            \
+    "\"initial\":{\"theta\":[" theta "]},\"times\":[0,6]," rest "}"
+    struct test_reply small = test_post(
+        API_OP_TRAJECTORIES, FREE("1e-5", "\"events\":[{\"of\":\"phid\",\"arm\":1,\"value\":0}]"));
+    struct test_reply rows = test_post(
+        API_OP_TRAJECTORIES,
+        FREE("2", "\"rows\":\"events\",\"events\":[{\"of\":\"kinetic\",\"value\":8},{\"of\":"
+                  "\"energy\",\"value\":0},{\"of\":\"x\",\"arm\":1,\"value\":0.6}]"));
+    CHECK_INT(small.status, 200);
+    CHECK_INT(rows.status, 200);
+    double half = M_PI / sqrt(gravity * (1 + mass / cart)), worst = 0x1p-60;
+    CHECK_RESIDUAL(fabs(test_reply_number(&small, "/events/0/t") - half), 1e-9,
+                   "half a small swing's period on a cart");
+    CHECK(fabs(test_reply_number(&small, "/events/0/cart/x") - 2 * swing * mass / (mass + cart)) <
+          1e-12);
+    int count = test_reply_count(&rows, "/t"), kinetic = 0;
+    for (int i = 0; i < count; i++) {
+        static const char *const names[][2] = {
+            {"/event/", ""}, {"/phi/", "/0"}, {"/phid/", "/0"}, {"/cart/x/", ""}, {"/cart/v/", ""}};
+        double number[5];
+        for (int j = 0; j < 5; j++) {
+            char at[40];
+            snprintf(at, sizeof at, "%s%d%s", names[j][0], i, names[j][1]);
+            number[j] = test_reply_number(&rows, at);
+        }
+        double phi = number[1], rate = number[2], v = number[4], across = v - sin(phi) * rate,
+               up = cos(phi) * rate;
+        worst = fmax(worst, fabs(cart * v + mass * across));
+        if (number[0] == 1)
+            worst =
+                fmax(worst, fabs(cart * v * v / 2 + mass * (across * across + up * up) / 2 - 8));
+        if (number[0] == 3) worst = fmax(worst, fabs(number[3] + cos(phi) - 0.6));
+        CHECK(number[0] != 2);
+        kinetic += number[0] == 1;
+    }
+    CHECK(kinetic > 1 && count > kinetic);
+    CHECK_RESIDUAL(worst, 1e-12, "momentum, energy and place at passages on a cart");
+#undef FREE
+    test_reply_free(&rows);
+    test_reply_free(&small);
+}

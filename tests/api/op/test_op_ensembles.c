@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/op/ensemble.h"
+#include "api/op/member_range.h"
 #include "api/op/varied.h"
 #include "tests/api/post.h"
 #include "tests/harness/test.h"
@@ -408,7 +408,7 @@ static double *raw_rows(const char *body, const long size[], int sizes, size_t *
         if (!CHECK(api_member_range_new(&range, ensemble, first, members, raw + first * numbers,
                                         NULL) == PEND_OK))
             break;
-        while (!done && CHECK(api_member_range_go(range, &done) == PEND_OK)) {
+        while (!done && CHECK(api_member_range_go(range, &done, NULL) == PEND_OK)) {
         }
         CHECK(api_member_range_stats(range).finished == members);
         api_member_range_free(&range);
@@ -431,7 +431,8 @@ TEST(ensembles_have_the_same_bits_however_they_are_cut_into_ranges) {
         "\"lyapunov\"]}",
         "{" TWO ",\"grid\":[" AXIS1 "," AXIS2 "],\"duration\":9,\"observables\":[\"flip_time\"]}",
         "{" TWO ",\"grid\":[" AXIS1 "," AXIS2
-        "],\"times\":{\"stop\":1,\"count\":11},\"observables\":[\"trajectory\"]}"};
+        "],\"times\":{\"stop\":1,\"count\":11},\"observables\":[\"trajectory\"],\"derivatives\":[{"
+        "\"vary\":\"gravity\"}]}"};
     static const long whole[] = {1000}, parts[] = {1, 13, 5};
     for (int i = 0; i < 3; i++) {
         size_t bytes[2];

@@ -218,6 +218,122 @@ TEST(fits_weigh_every_measurement_by_its_own_sigma) {
     CHECK_SAYING(fabs(length[0] - 1) > 3e-3, "length %.9g", length[0]);
 }
 
+/* a damper that is said to begin at its bound */
+TEST(fits_begin_at_a_bound) {
+    static char body[BODY];
+    struct test_reply from = motion();
+    body_angles(&from, body);
+    char *damping = strstr(body, "\"damping\",\"arm\":1");
+    static const char start[] = ",\"start\":0";
+    damping += strlen("\"damping\",\"arm\":1");
+    memmove(damping + strlen(start), damping, strlen(damping) + 1);
+    memcpy(damping, start, strlen(start));
+    struct test_reply reply = test_post(API_OP_FITS, body);
+    CHECK_INT(reply.status, 200);
+    CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
+    CHECK(off(&reply, 1, 0.002) < 4);
+    test_reply_free(&reply);
+    test_reply_free(&from);
+}
+
+/* the clock of a camera that is a tenth of a second behind */
+TEST(fits_find_the_shift_of_a_camera) {
+    struct test_reply reply =
+        test_post(API_OP_FITS,
+                  "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
+                  "\"initial\":{\"theta\":[0.5]},\"start\":0,\"data\":{\"t\":[0.15,0.4,0.65],"
+                  "\"series\":[{\"theta\":1,\"sigma\":0.001,\"values\":[0.3596,0.0147,-0.3387]}]},"
+                  "\"camera\":{\"shift\":0.03,\"unknown\":[\"shift\"]}}");
+    CHECK_INT(reply.status, 200);
+    CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
+    CHECK_TEXT(test_reply_text(&reply, "/unknowns/0/name"), "shift of the camera");
+    CHECK_SAYING(off(&reply, 0, 0.1) < 4, "%s", reply.out.data);
+    double shift = test_reply_number(&reply, "/camera/shift");
+    CHECK(shift == test_reply_number(&reply, "/unknowns/0/value"));
+    CHECK(fabs(test_reply_number(&reply, "/request/times/stop") - 0.65 - shift) < 1e-12);
+    test_reply_free(&reply);
+}
+
+/* a start on the motion's clock, far behind the instants of the data */
+TEST(fits_follow_a_motion_whose_clock_is_ahead) {
+    struct test_reply reply = test_post(
+        API_OP_FITS, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
+                     "\"initial\":{\"theta\":[0.5]},\"start\":100,\"camera\":{\"shift\":100},"
+                     "\"data\":{\"t\":[0,0.25,0.5],\"series\":[{\"theta\":1,\"sigma\":0.01,"
+                     "\"values\":[0.5,0.3596,0.0147]}]},"
+                     "\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]}");
+    CHECK_INT(reply.status, 200);
+    CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
+    test_reply_free(&reply);
+}
+
+/* a pendulum whose modes are as wanted, and as a stopwatch had them beside a motion */
+TEST(fits_take_counted_and_wanted_modes) {
+    struct test_reply reply = test_post(
+        API_OP_FITS,
+        "{\"pendulum\":{\"length\":[0.3,0.3],\"mass\":[1,0.5],\"parent\":[0,1]},\"data\":{"
+        "\"modes\":[{\"mode\":1,\"frequency\":0.6},{\"mode\":2,\"period\":0.7}]},"
+        "\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"length\",\"arm\":2}]}");
+    CHECK_INT(reply.status, 200);
+    CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
+    char body[300];
+    snprintf(body, sizeof body,
+             "{\"pendulum\":{\"length\":[%.17g,%.17g],\"mass\":[1,0.5],\"parent\":[0,1]}}",
+             test_reply_number(&reply, "/unknowns/0/value"),
+             test_reply_number(&reply, "/unknowns/1/value"));
+    struct test_reply modes = test_post(API_OP_MODES, body);
+    CHECK(fabs(test_reply_number(&modes, "/omega/0") / (1.2 * M_PI) - 1) < 1e-6);
+    CHECK(fabs(test_reply_number(&modes, "/omega/1") * 0.35 / M_PI - 1) < 1e-6);
+    CHECK(test_reply_number(&reply, "/request/times/stop") == 1);
+    test_reply_free(&modes);
+    test_reply_free(&reply);
+    reply = test_post(API_OP_FITS,
+                      "{\"pendulum\":{\"length\":[0.9],\"mass\":[1],\"parent\":[0]},"
+                      "\"initial\":{\"theta\":[0.5]},\"data\":{\"t\":[0,0.25,0.5],\"series\":["
+                      "{\"theta\":1,\"sigma\":1,\"values\":[0.5,0.4,0]}],\"modes\":["
+                      "{\"mode\":1,\"period\":2.006,\"sigma\":0.001}]},"
+                      "\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]}");
+    CHECK_INT(reply.status, 200);
+    // l = g (T / 2 pi)^2, whose error is 2 l / T times that of T
+    CHECK(fabs(test_reply_number(&reply, "/unknowns/0/value") - 0.99994) < 1e-3);
+    CHECK(fabs(test_reply_number(&reply, "/unknowns/0/error") - 0.000997) < 1e-5);
+    CHECK(isfinite(test_reply_number(&reply, "/residuals/0/1")));
+    CHECK(isnan(test_reply_number(&reply, "/residuals/1/1")));
+    test_reply_free(&reply);
+}
+
+/* an unknown that is known to a part in a hundred thousand */
+TEST(fits_of_modes_take_narrow_bounds) {
+    struct test_reply reply = test_post(
+        API_OP_FITS,
+        "{\"pendulum\":{\"length\":[0.3,0.3],\"mass\":[1,0.5],\"parent\":[0,1]},\"data\":{"
+        "\"modes\":[{\"mode\":1,\"frequency\":1.0},{\"mode\":2,\"frequency\":1.6}]},"
+        "\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"gravity\",\"low\":9.8099,"
+        "\"high\":9.8101}]}");
+    CHECK_INT(reply.status, 200);
+    CHECK(fabs(test_reply_number(&reply, "/unknowns/1/value") - 9.81) <= 1e-4);
+    CHECK(test_reply_number(&reply, "/unknowns/0/value") > 0.1);
+    test_reply_free(&reply);
+}
+
+/* angles of what turns steadily, for a pendulum that cannot */
+TEST(fits_say_that_the_model_does_not_follow) {
+    static char body[BODY];
+    char *at = body + sprintf(body, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
+                                    "\"data\":{\"t\":[0");
+    for (int i = 1; i < 60; i++) at += sprintf(at, ",%g", 0.05 * i);
+    at += sprintf(at, "],\"series\":[{\"theta\":1,\"sigma\":0.01,\"values\":[0");
+    for (int i = 1; i < 60; i++) at += sprintf(at, ",%.6f", remainder(0.2 * i * i, 2 * M_PI));
+    sprintf(at, "]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1},"
+                "{\"vary\":\"thetad\",\"arm\":1}]}");
+    struct test_reply reply = test_post(API_OP_FITS, body);
+    CHECK_INT(reply.status, 200);
+    CHECK(strcmp(test_reply_text(&reply, "/status"), "converged") != 0);
+    CHECK_SAYING(strstr(test_reply_text(&reply, "/message"), "does not follow these data") != NULL,
+                 "%s", test_reply_text(&reply, "/message"));
+    test_reply_free(&reply);
+}
+
 #define ONE "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[0]},"
 #define SERIES "\"data\":{\"t\":[0,0.5,1],\"series\":[{\"theta\":1,\"values\":[1,0,-1]}]}"
 #define GRAVITY "\"unknowns\":[{\"vary\":\"gravity\"}]"
@@ -258,8 +374,24 @@ TEST(fits_refuse_at_the_pointer) {
         {ONE GRAVITY ",\"data\":{\"csv\":\"t,r\\n0,1\\n\"}}", "/data/csv", "nothing"},
         {ONE GRAVITY ",\"data\":{\"csv\":\"t,theta_2\\n0,1\\n\"}}", "/data/csv", "1 to 1"},
         {ONE GRAVITY ",\"data\":{\"csv\":\"t,x\\n\"}}", "/data/csv", "no rows"},
+        {ONE GRAVITY ",\"camera\":{\"unknown\":\"scale\"}," SERIES "}", "/camera/unknown",
+         "array of names"},
         {ONE GRAVITY ",\"camera\":{\"unknown\":[\"zoom\"]}," SERIES "}", "/camera/unknown/0",
          "scale"},
+        {ONE SERIES ",\"camera\":{\"unknown\":[\"shift\"]}}", "/camera/unknown/0",
+         "needs \"start\""},
+        {ONE SERIES ",\"start\":0,\"camera\":{\"shift\":-1,\"unknown\":[\"shift\"]}}", "/start",
+         "first instant, -1 s"},
+        {ONE GRAVITY ",\"data\":{\"csv\":\"t,x,y,x\\n0,1,2,3\\n\"}}", "/data/csv", "of no arm"},
+        {ONE GRAVITY ",\"data\":{\"modes\":[{\"mode\":1}]}}", "/data/modes/0", "needs one of"},
+        {ONE GRAVITY ",\"data\":{\"modes\":[{\"mode\":2,\"omega\":3}]}}", "/data/modes/0/mode",
+         "1"},
+        {"{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":0}," GRAVITY
+         ",\"data\":{\"modes\":[{\"mode\":1,\"omega\":3}]}}",
+         "/data/modes", "does not swing"},
+        {ONE GRAVITY ",\"data\":{\"modes\":[]}}", "/data/modes", "1 to 30"},
+        {ONE GRAVITY ",\"data\":{\"modes\":[{\"mode\":1,\"omega\":3,\"period\":1}]}}",
+         "/data/modes/0/period", "second"},
         {ONE GRAVITY ",\"initial\":{\"mode\":1,\"amplitude\":1}," SERIES "}", "/initial", "angles"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
@@ -267,6 +399,31 @@ TEST(fits_refuse_at_the_pointer) {
         CHECK_INT(reply.status, 422);
         CHECK_SAYING(test_reply_has_fault(&reply, rows[i].pointer, rows[i].text), "%s: %s",
                      rows[i].body, reply.out.data);
+        CHECK_SAYING(strcmp(test_reply_text(&reply, "/errors/0/code"), "invalid") != 0, "%s",
+                     reply.out.data);
         test_reply_free(&reply);
     }
+}
+
+TEST(fits_refuse_memory_before_they_take_it) {
+    struct api_limits limits;
+    api_limits_init(&limits);
+    limits.answer_bytes = 2 * 8 * 3 * 2 - 1;
+    struct test_reply reply =
+        test_post_as(API_OP_FITS,
+                     ONE GRAVITY ",\"data\":{\"t\":[0,0.5,1],\"series\":[{\"theta\":1,\"values\":["
+                                 "1,0,-1]}],\"modes\":[{\"mode\":1,\"omega\":3}]}}",
+                     NULL, &limits);
+    CHECK(test_reply_has_fault(&reply, "/data", "take 96 bytes"));
+    test_reply_free(&reply);
+}
+
+TEST(fits_tell_of_a_cart_once) {
+    struct test_reply reply =
+        test_post(API_OP_FITS,
+                  "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"pivot\":{\"cart\":{"
+                  "\"mass\":2}}}," SERIES ",\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]}");
+    CHECK_INT(test_reply_count(&reply, "/errors"), 1);
+    CHECK_SAYING(test_reply_has_fault(&reply, "/pendulum", "cart"), "%s", reply.out.data);
+    test_reply_free(&reply);
 }

@@ -142,6 +142,81 @@ TEST(orbits_that_cannot_be_are_refused) {
         CHECK_INT(reply.status, 422);
         CHECK_SAYING(test_reply_has_fault(&reply, faults[i].pointer, faults[i].word), "%s: %s",
                      faults[i].body, reply.out.data);
+        CHECK_SAYING(!strstr(reply.out.data, "\"invalid\""), "%s has no code: %s", faults[i].body,
+                     reply.out.data);
+        test_reply_free(&reply);
+    }
+}
+
+/* chains of arms of 1 m and 1 kg; s that their orbits took on the machine of the notebook */
+static const struct {
+    int arms, mode;
+    double amplitude;
+    const char *more;
+    double seconds;
+} measured[] = {
+    {1, 1, 2.9, ",\"branch\":true", 0.0040},
+    {2, 1, 2, ",\"branch\":true", 0.0092},
+    {2, 2, 2, "", 0.0066},
+    {3, 1, 1.5, ",\"branch\":true", 0.0081},
+    {5, 1, 1, ",\"branch\":true", 0.025},
+    {5, 5, 0.5, ",\"branch\":true", 0.045},
+    {8, 1, 0.8, ",\"branch\":true", 0.046},
+    {20, 1, 0.6, "", 0.31},
+    {20, 1, 0.6, ",\"branch\":true", 6.2},
+    {20, 10, 0.3, "", 0.64},
+    {40, 1, 0.4, "", 8.2},
+};
+
+TEST(orbits_are_estimated_within_a_factor_of_six_of_what_was_measured) {
+    for (size_t i = 0; i < sizeof measured / sizeof *measured; i++) {
+        char body[1200], *at = body + sprintf(body, "{\"pendulum\":{\"length\":[1");
+        struct api_limits limits;
+        struct api_call *call;
+        api_limits_init(&limits);
+        for (int k = 1; k < measured[i].arms; k++) at += sprintf(at, ",1");
+        at += sprintf(at, "],\"mass\":[1");
+        for (int k = 1; k < measured[i].arms; k++) at += sprintf(at, ",1");
+        at += sprintf(at, "],\"parent\":[0");
+        for (int k = 1; k < measured[i].arms; k++) at += sprintf(at, ",%d", k);
+        at += sprintf(at, "]},\"mode\":%d,\"amplitude\":%g%s}", measured[i].mode,
+                      measured[i].amplitude, measured[i].more);
+        struct api_request request = {.op = API_OP_ORBITS,
+                                      .content_type = "application/json",
+                                      .body = body,
+                                      .body_bytes = (size_t)(at - body)};
+        struct api_buffer out;
+        api_buffer_init(&out, 1 << 20);
+        REQUIRE(api_call_new(&call, &limits) == PEND_OK);
+        CHECK_INT(api_call_open(call, &request, &out), API_MORE);
+        double ratio = api_call_cost(call) / measured[i].seconds;
+        CHECK_SAYING(ratio > 1.0 / 6 && ratio < 6, "%d arms: %g of what was measured",
+                     measured[i].arms, ratio);
+        api_call_free(&call);
+        api_buffer_clear(&out);
+    }
+}
+
+TEST(orbits_come_as_tables_too) {
+    static const char body[] =
+        "{" TWO ",\"mode\":1,\"amplitude\":0.5,\"branch\":true,\"points\":9}";
+    static const struct {
+        const char *accept, *text;
+    } rows[] = {
+        {"text/csv",
+         "energy,period,amplitude_1,amplitude_2,phi_1,phi_2,phid_1,phid_2,stable,closure,"
+         "multipliers_re_1,"},
+        {"application/x-ndjson", "{\"energy\":"},
+        {"application/x-npz", "multipliers.npy"},
+        {"application/x-npz", "amplitude.npy"},
+        {"application/x-matlab-data", ""},
+        {"application/octet-stream", ""},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        struct test_reply reply = test_post_as(API_OP_ORBITS, body, rows[i].accept, NULL);
+        CHECK_INT(reply.status, 200);
+        CHECK_SAYING(memmem(reply.out.data, reply.out.bytes, rows[i].text, strlen(rows[i].text)),
+                     "%s lacks %s: %.300s", rows[i].accept, rows[i].text, reply.out.data);
         test_reply_free(&reply);
     }
 }

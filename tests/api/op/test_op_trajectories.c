@@ -244,7 +244,7 @@ TEST(trust_that_makes_no_sense_is_refused) {
         char body[400];
         snprintf(body, sizeof body, "{" PAPER ",\"times\":[0],\"trust\":%s}", bad[i]);
         CHECK_REFUSED(API_OP_TRAJECTORIES, body, "/trust",
-                      "must be true, false, or a number of radians");
+                      "must be true, false, or 1e-12 to 1 rad");
     }
 }
 

@@ -79,7 +79,7 @@ TEST(faults_of_a_state_have_their_pointers) {
     static const struct {
         const char *body, *pointer, *piece;
     } bad[] = {
-        {FORCES("[1,2]"), "/state", "must be an object, got an array"},
+        {FORCES("[1,2]"), "/state", "must be an object with \"theta\" and \"thetad\""},
         {FORCES("{\"phi\":[1]}"), "/state/phi", "must have 2 numbers, one for each arm, got 1"},
         {FORCES("{\"phi\":\"up\"}"), "/state/phi",
          "must be an array of 2 numbers, got the text \"up\""},

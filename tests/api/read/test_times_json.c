@@ -122,7 +122,7 @@ TEST(faults_of_times_have_their_pointers) {
         const char *body, *pointer, *piece;
     } bad[] = {
         {"{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]}}", "/times", "is missing"},
-        {BODY("5"), "/times", "must be an object, got 5"},
+        {BODY("5"), "/times", "must be a grid, as {\"start\": 0, \"stop\": 5, \"step\": 0.01}"},
         {BODY("{\"start\":0,\"stop\":1}"), "/times", "must have a \"step\" or a \"count\""},
         {BODY("{\"start\":0,\"step\":1}"), "/times/stop", "is missing"},
         {BODY("{\"start\":0,\"stop\":1,\"step\":0.5,\"count\":3}"), "/times/count",
@@ -133,7 +133,7 @@ TEST(faults_of_times_have_their_pointers) {
         {BODY("{\"start\":\"now\",\"stop\":1,\"step\":1}"), "/times/start",
          "must be a number, got the text \"now\""},
         {BODY("{\"start\":0,\"stop\":1,\"steps\":1,\"count\":2}"), "/times/steps",
-         "did you mean \"step\"?"},
+         "did you mean \"count\"?"},
         {BODY("{\"start\":0,\"stop\":1,\"step\":1e-9}"), "/times/step",
          "more than the limit max-samples of 10000000"},
         {BODY("{\"start\":0,\"stop\":1e300,\"step\":1e-300}"), "/times/step",

@@ -104,8 +104,9 @@ TEST(faults_of_the_arms_form_have_its_pointers) {
               "\"mass\":1}"),
          "/pendulum/arms/1/parent", "got the text \"letf\"; did you mean \"left\"?"},
         {ARMS("{\"length\":1,\"mass\":1},{\"parent\":1,\"length\":1,\"mass\":1}"),
-         "/pendulum/arms/1/parent",
-         "must be the name of an arm (left out or null at the pivot), got 1"},
+         "/pendulum/arms/1/parent", "must be the name of an arm, got 1; did you mean \"1\"?"},
+        {ARMS("{\"length\":1,\"mass\":1,\"parent\":0}"), "/pendulum/arms/0/parent",
+         "must be the name of an arm (left out or null at the pivot), got 0"},
         {ARMS("{\"name\":\"a\",\"length\":1,\"mass\":1},{\"name\":\"a\",\"parent\":\"a\","
               "\"length\":1,\"mass\":1}"),
          "/pendulum/arms/1/name", "arm 1 has this name already"},

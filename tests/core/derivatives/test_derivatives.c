@@ -41,6 +41,7 @@ static struct pend_problem problem_of(const struct test_tree *t, const struct pe
 struct answer {
     double phi[ROWS * ARMS], rate[ROWS * ARMS];
     double phi_by[ROWS * ARMS * PARAMETERS], rate_by[ROWS * ARMS * PARAMETERS];
+    double place_by[ROWS * PARAMETERS], speed_by[ROWS * PARAMETERS]; /* of a cart */
     long rows, steps;
 };
 
@@ -51,6 +52,10 @@ static void answer_of(const struct pend_problem *problem, int count,
     struct pend_derived_rows rows = {.value = {a->phi, a->rate},
                                      .derivative = {a->phi_by, a->rate_by}};
     a->rows = 0;
+    if (pend_terms_cart(problem->loads.terms)) {
+        rows.derivative[PEND_DERIVED_CART_PLACE] = a->place_by;
+        rows.derivative[PEND_DERIVED_CART_SPEED] = a->speed_by;
+    }
     CHECK_SAYING(pend_derivatives_new(&d, problem, count, by, &error) == PEND_OK, "%s", error.text);
     if (!d) return;
     CHECK_SAYING(pend_derivatives_next(d, &rows, ROWS, INFINITY, &a->rows, &error) == PEND_OK, "%s",
@@ -114,6 +119,17 @@ parameter_random(const struct test_tree *t, const struct test_bodies *b, unsigne
     }
 }
 
+/* the derivatives of the angle and the rate of a stored arm, or of a cart, at the end */
+static void slopes_of(const struct test_tree *t, const struct test_bodies *b,
+                      const struct answer *a, int k, int count, int column, double slope[2]) {
+    int cart = pend_terms_cart(b->terms), place = t->tree->order[k];
+    if (cart && place > t->tree->order[0]) place--;
+    size_t row = (size_t)((ROWS - 1) * (t->n - cart) + place), last = ROWS - 1;
+    size_t at = (cart && !k ? last : row) * (size_t)count + (size_t)column;
+    slope[0] = cart && !k ? a->place_by[at] : a->phi_by[at];
+    slope[1] = cart && !k ? a->speed_by[at] : a->rate_by[at];
+}
+
 /* the largest error of the derivatives by one parameter at the end, over the largest of them */
 static double difference_gap(struct test_tree *t, struct test_bodies *b, struct pend_parameter by,
                              double span, const struct answer *a, int count, int column) {
@@ -129,14 +145,14 @@ static double difference_gap(struct test_tree *t, struct test_bodies *b, struct 
     *x = middle;
     if (by.kind == PEND_PARAMETER_LENGTH || by.kind == PEND_PARAMETER_MASS) test_tree_rebuild(t);
     for (int k = 0; k < t->n; k++) {
-        size_t at =
-            (size_t)((ROWS - 1) * t->n + t->tree->order[k]) * (size_t)count + (size_t)column;
+        double slope[2];
+        slopes_of(t, b, a, k, count, column, slope);
         double phi = (side[1].phi[k] - side[0].phi[k]) + (side[1].phi_low[k] - side[0].phi_low[k]);
         double rate =
             (side[1].rate[k] - side[0].rate[k]) + (side[1].rate_low[k] - side[0].rate_low[k]);
         phi /= high - low, rate /= high - low;
         most = fmax(most, fmax(fabs(phi), fabs(rate)));
-        gap = fmax(gap, fmax(fabs(a->phi_by[at] - phi), fabs(a->rate_by[at] - rate)));
+        gap = fmax(gap, fmax(fabs(slope[0] - phi), fabs(slope[1] - rate)));
     }
     // a derivative that is next to nothing has the digits of what it is a difference of
     return gap / fmax(most, 1e-3);
@@ -152,8 +168,13 @@ TEST(derivatives_are_differences_in_32_digits_on_100_random_pendulums) {
         struct pend_parameter by[EACH];
         static struct answer a;
         double span = i % 3 ? 0.3 : -0.2;
-        test_tree_random(&t, TEST_TREE_ATTACHED, 1 + i % 4, 0.3, &seed);
-        test_bodies_random(&b, t.tree, i % 9 < 8 ? 1u << (i % 9) : TEST_TERMS_ALL, &seed);
+        int kind = i % 10, arms = kind > 8 ? 2 + i % 3 : 1 + i % 4;
+        test_tree_random(&t, TEST_TREE_ATTACHED, arms, 0.3, &seed);
+        test_bodies_random(&b, t.tree,
+                           kind < 8    ? 1u << kind
+                           : kind == 8 ? TEST_TERMS_ALL
+                                       : TEST_TERMS_CART_ALL,
+                           &seed);
         for (int j = 0; j < EACH; j++) by[j] = parameter_random(&t, &b, &seed);
         struct pend_problem problem = problem_of(&t, &b.loads, span);
         answer_of(&problem, EACH, by, &a);
@@ -240,7 +261,7 @@ TEST(derivatives_of_a_conservative_motion_are_symplectic) {
             }
         test_tree_clear(&t);
     }
-    CHECK_RESIDUAL(worst, 1e-13, "D^T J D - J over |D|^2");
+    CHECK_RESIDUAL(worst, 1e-14, "D^T J D - J over |D|^2");
 }
 
 /* moved along its own flow, the start moves the end along the flow: D (phi', phi'')_0 is
@@ -362,7 +383,7 @@ TEST(derivatives_grow_as_the_lyapunov_exponent_says) {
 
 /* every quantity that a run too has: values against the run's, derivatives against differences of
  * pend_derivatives_state, which are those of other states */
-TEST(derivatives_have_the_values_of_a_run_in_every_quantity) {
+static void check_values(unsigned what) {
     unsigned long long seed = 17;
     struct test_tree t;
     struct test_bodies b;
@@ -371,12 +392,13 @@ TEST(derivatives_have_the_values_of_a_run_in_every_quantity) {
     double times[ROWS], worst = 0;
     long made = 0;
     test_tree_random(&t, TEST_TREE_ATTACHED, ARMS, 0.3, &seed);
-    test_bodies_random(&b, t.tree, TEST_TERMS_ALL, &seed);
+    test_bodies_random(&b, t.tree, what, &seed);
     struct pend_problem problem = problem_of(&t, &b.loads, 0.5);
     struct pend_derivatives *d;
     struct pend_derived_rows rows = {{0}, {0}};
     REQUIRE(pend_derivatives_new(&d, &problem, state_parameters(ARMS, by), by, NULL) == PEND_OK);
-    for (int i = 0; i < PEND_DERIVED; i++) rows.value[i] = value[i];
+    int cart = pend_terms_cart(b.terms), last = cart ? PEND_DERIVED : PEND_DERIVED_CART_PLACE;
+    for (int i = 0; i < last; i++) rows.value[i] = value[i];
     CHECK(pend_derivatives_next(d, &rows, ROWS, INFINITY, &made, NULL) == PEND_OK && made == ROWS);
     struct pend_samples samples = {.cap = ROWS,
                                    .t = times,
@@ -393,13 +415,19 @@ TEST(derivatives_have_the_values_of_a_run_in_every_quantity) {
                                    .across = run_value[PEND_DERIVED_TIP_ACROSS],
                                    .kinetic = run_value[PEND_DERIVED_KINETIC],
                                    .potential = run_value[PEND_DERIVED_POTENTIAL]};
+    if (cart) {
+        samples.cart_place = run_value[PEND_DERIVED_CART_PLACE];
+        samples.cart_speed = run_value[PEND_DERIVED_CART_SPEED];
+        samples.cart_reaction = run_value[PEND_DERIVED_CART_REACTION];
+    }
     struct pend_run *run;
     int done = 0;
     REQUIRE(pend_run_new(&run, &pend_method_taylor, &problem, NULL) == PEND_OK);
     CHECK(pend_run_next(run, &samples, INFINITY, &done, NULL) == PEND_OK && done);
-    for (int i = 0; i < PEND_DERIVED; i++) {
-        int numbers = i < PEND_DERIVED_KINETIC ? ROWS * ARMS : ROWS;
+    for (int i = 0; i < last; i++) {
+        int numbers = i < PEND_DERIVED_KINETIC ? ROWS * (ARMS - cart) : ROWS;
         if (i == PEND_DERIVED_ZDD_RE || i == PEND_DERIVED_ZDD_IM) continue;
+        if (i == PEND_DERIVED_CART_ACC) continue; // a run has none
         double gap = test_gap(numbers, value[i], run_value[i]);
         CHECK_SAYING(gap < 1e-13, "quantity %d: %g", i, gap);
         worst = fmax(worst, gap);
@@ -411,14 +439,20 @@ TEST(derivatives_have_the_values_of_a_run_in_every_quantity) {
     test_tree_clear(&t);
 }
 
-TEST(derivatives_of_a_state_are_differences_in_every_quantity) {
+TEST(derivatives_have_the_values_of_a_run_in_every_quantity) {
+    check_values(TEST_TERMS_ALL);
+    check_values(TEST_TERMS_CART_ALL);
+}
+
+static void check_state(unsigned what) {
     unsigned long long seed = 23;
     struct test_tree t;
     struct test_bodies b;
     struct pend_parameter by[PARAMETERS];
     static double value[2][PEND_DERIVED][ARMS], slope[PEND_DERIVED][ARMS * PARAMETERS];
     test_tree_random(&t, TEST_TREE_ATTACHED, 4, 0.3, &seed);
-    test_bodies_random(&b, t.tree, TEST_TERMS_ALL, &seed);
+    test_bodies_random(&b, t.tree, what, &seed);
+    int cart = pend_terms_cart(b.terms), last = cart ? PEND_DERIVED : PEND_DERIVED_CART_PLACE;
     int count = state_parameters(4, by);
     for (; count < PARAMETERS; count++) by[count] = parameter_random(&t, &b, &seed);
     double worst = 0;
@@ -427,7 +461,7 @@ TEST(derivatives_of_a_state_are_differences_in_every_quantity) {
         for (int side = 0; side < 3; side++) {
             struct pend_derivatives *d;
             struct pend_derived_rows rows = {{0}, {0}};
-            for (int i = 0; i < PEND_DERIVED; i++) {
+            for (int i = 0; i < last; i++) {
                 if (side < 2)
                     rows.value[i] = value[side][i];
                 else
@@ -440,9 +474,9 @@ TEST(derivatives_of_a_state_are_differences_in_every_quantity) {
             pend_derivatives_state(d, t.phi, NULL, t.rate, 0.9, &rows, 0);
             pend_derivatives_free(&d);
         }
-        for (int i = 0; i < PEND_DERIVED; i++) {
+        for (int i = 0; i < last; i++) {
             double most = 0, gap = 0;
-            for (int k = 0; k < (i < PEND_DERIVED_KINETIC ? 4 : 1); k++) {
+            for (int k = 0; k < (i < PEND_DERIVED_KINETIC ? 4 - cart : 1); k++) {
                 double want = (value[1][i][k] - value[0][i][k]) / (2 * h);
                 most = fmax(most, fabs(want) + fabs(value[0][i][k]));
                 gap = fmax(gap, fabs(slope[i][k * count + j] - want));
@@ -453,6 +487,11 @@ TEST(derivatives_of_a_state_are_differences_in_every_quantity) {
     CHECK_RESIDUAL(worst, 1e-7, "derivatives of a state against differences in doubles");
     test_bodies_clear(&b);
     test_tree_clear(&t);
+}
+
+TEST(derivatives_of_a_state_are_differences_in_every_quantity) {
+    check_state(TEST_TERMS_ALL);
+    check_state(TEST_TERMS_CART_ALL);
 }
 
 /* ---- passes, blocks, ends */

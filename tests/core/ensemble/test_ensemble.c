@@ -288,6 +288,29 @@ TEST(ensemble_delivers_a_broken_member_as_failed_and_the_others_whole) {
     pend_tree_free(&ill.tree);
 }
 
+static int rest_fetch(void *context, long i, struct pend_member *member) {
+    const struct crowd *crowd = context;
+    (void)i;
+    // pi / 2 as a sum of two: nothing pulls, and all terms of the series are 0
+    for (int k = 0; k < crowd->tree->n; k++)
+        member->phi[k] = -0x1.921fb54442d18p+0, member->phi_low[k] = -0x1.1a62633145c07p-54;
+    return 0;
+}
+
+TEST(ensemble_members_that_hang_at_rest_stay_there) {
+    struct crowd crowd;
+    REQUIRE(crowd_tree(&crowd, 3));
+    struct pend_ensemble_problem problem = crowd_problem(&crowd, 10);
+    problem.fetch = rest_fetch;
+    for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
+        REQUIRE(crowd_run(&problem, (enum pend_isa)isa, 0, 3));
+        for (int i = 0; i < 3; i++)
+            CHECK(crowd.status[i] == PEND_OK && crowd.time[i] == 10 &&
+                  crowd.phi[i][2] == -M_PI / 2 && crowd.rate[i][2] == 0);
+    }
+    pend_tree_free(&crowd.tree);
+}
+
 TEST(ensemble_obeys_its_step_limit_and_its_callbacks) {
     struct crowd crowd;
     struct pend_ensemble *ensemble;

@@ -87,6 +87,30 @@ TEST(modes_values_are_exact_whatever_the_masses) {
     CHECK_RESIDUAL(wild, 1e-14, "eigenvalues against quad counts, masses 10^±10");
 }
 
+/* of two arms both ends of a span know the eigenvalue exactly, and round-off lets their hints cross
+ */
+TEST(modes_values_of_double_pendulums_are_those_of_the_quadratic_equation) {
+    unsigned long long seed = 12;
+    const int parent[2] = {-1, 0};
+    double worst = 0;
+    for (int i = 0; i < 20000; i++) {
+        double length[2], mass[2], value[2];
+        for (int k = 0; k < 2; k++)
+            length[k] = 0.2 + 4 * test_random(&seed), mass[k] = 0.2 + 4 * test_random(&seed);
+        struct pend_tree *tree;
+        REQUIRE(pend_tree_new(&tree, 2, length, mass, parent, NULL) == PEND_OK);
+        struct pend_laplacian *l = laplacian_of(tree);
+        find_values(l, 0, 2, value);
+        double square = mass[0] / (mass[0] + mass[1]) * length[0] * length[1],
+               half = (length[0] + length[1]) / 2, root = sqrt(half * half - square);
+        worst = fmax(worst, fabs(value[0] * (half + root) / GRAVITY - 1));
+        worst = fmax(worst, fabs(value[1] * square / (GRAVITY * (half + root)) - 1));
+        pend_laplacian_free(&l);
+        pend_tree_free(&tree);
+    }
+    CHECK_RESIDUAL(worst, 1e-14, "eigenvalues of double pendulums");
+}
+
 TEST(modes_values_of_a_chain_of_a_million_unit_arms) {
     enum { N = 1000000 };
     double *one = malloc(N * sizeof *one), slowest = 0;

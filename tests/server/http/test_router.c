@@ -51,15 +51,17 @@ TEST(every_row_of_the_route_table_is_found) {
         char method[16], pattern[128], path[128], filled[128];
         REQUIRE(sscanf(srv_router_label(i), "%15s %127s", method, pattern) == 2);
         const char *argument = answer_fill(pattern, path, filled);
-        /* a file's path is found, but of that name there is none; a room's leads to the page */
-        int rest = strstr(pattern, "{file}") != NULL, room = strstr(pattern, "{room}") != NULL;
+        /* a file's path is found, but of that name there is none; a room's leads to the page; what
+         * embeds asks for a link in its query */
+        int rest = strstr(pattern, "{file}") != NULL, room = strstr(pattern, "{room}") != NULL,
+            link = !strcmp(pattern, "/oembed");
         int status = answer_route(&exchange, method, path);
         const struct srv_route *route = exchange.route;
         CHECK_SAYING(srv_router_number(route) == i, "%s leads elsewhere", path);
         REQUIRE(route);
         CHECK_TEXT(route->method, method);
         CHECK_TEXT(route->pattern, pattern);
-        CHECK_INT(status, !route->handle ? 0 : rest ? 404 : room ? 302 : 200);
+        CHECK_INT(status, !route->handle ? 0 : rest ? 404 : room ? 302 : link ? 422 : 200);
         CHECK_TEXT(exchange.argument, argument);
         /* a query changes nothing, four more parts do, but where it is a file's */
         strcat(path, "?q");

@@ -11,6 +11,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <sqlite3.h>
+
 #include "tests/server/ground.h"
 
 struct setting {
@@ -112,6 +114,40 @@ TEST(everything_that_many_threads_ask_is_answered_once_and_kept) {
     CHECK_INT(srv_store_figures(store, &figures), SRV_STORED);
     CHECK_INT(figures.jobs[SRV_JOB_ACCEPTED], SUBMITTERS * EACH);
     srv_store_close(&store);
+    setting_end(&setting);
+}
+
+static void *setting_free(void *context) {
+    struct setting *setting = context;
+    srv_storage_free(&setting->storage);
+    return NULL;
+}
+
+/* A writer sweeps each second. Another program holds the store meanwhile, so that the sweep lasts
+ * until a question has come and the end behind it. */
+TEST(what_is_asked_during_a_sweep_is_answered_before_the_end) {
+    struct setting setting = {0};
+    atomic_int done = 0, good = 0;
+    struct submission submission = {
+        .ask = {.call = {.run = submission_run}, .done = submission_done},
+        .id = "j",
+        .done = &done,
+        .good = &good};
+    pthread_t end;
+    sqlite3 *db;
+    REQUIRE(setting_begin(&setting, NULL));
+    REQUIRE(sqlite3_open(setting.url + strlen("sqlite:"), &db) == SQLITE_OK);
+    sqlite3_busy_timeout(db, 10000);
+    REQUIRE(sqlite3_exec(db, "BEGIN IMMEDIATE", NULL, NULL, NULL) == SQLITE_OK);
+    struct timespec sweep = {1, 300000000}, moment = {0, 100000000};
+    nanosleep(&sweep, NULL);
+    srv_storage_ask(setting.storage, SRV_ASK_WRITE, &submission.ask);
+    REQUIRE(!pthread_create(&end, NULL, setting_free, &setting));
+    nanosleep(&moment, NULL);
+    CHECK(sqlite3_exec(db, "COMMIT", NULL, NULL, NULL) == SQLITE_OK);
+    pthread_join(end, NULL);
+    CHECK(done == 1 && good == 1);
+    sqlite3_close(db);
     setting_end(&setting);
 }
 

@@ -125,11 +125,11 @@ static void cost_measure(int count, long steps[CALLS]) {
             srv_lease_clear(&lease);
             break;
         case 3:
-            CHECK_INT(srv_store_list(store, "anna", NULL, 20, page, &listed), SRV_STORED);
+            CHECK_INT(ground_list(store, "anna", NULL, 20, page, &listed), SRV_STORED);
             CHECK_INT(listed, 20);
             break;
         case 4:
-            CHECK_INT(srv_store_list(store, "anna", page[19].id, 20, page, &listed), SRV_STORED);
+            CHECK_INT(ground_list(store, "anna", page[19].id, 20, page, &listed), SRV_STORED);
             CHECK_INT(listed, 20);
             break;
         case 5:

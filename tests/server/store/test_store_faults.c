@@ -181,7 +181,7 @@ static void life_run(struct srv_store *store, struct life *life) {
     life->put = put.call.stored;
     life_parts(store, life);
     life_scene(store, life);
-    srv_store_list(store, "anna", NULL, 4, list, &count);
+    ground_list(store, "anna", NULL, 4, list, &count);
     srv_store_figures(store, &figures);
     srv_store_sweep(store, NULL, &sweep);
 }

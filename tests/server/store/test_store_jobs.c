@@ -78,12 +78,12 @@ STORE_TEST(a_list_is_the_clients_own_newest_first) {
         CHECK_INT(ground_submit(store, id, i % 2 ? "anna" : "berta", NULL, 1, 0, &job[0]),
                   SRV_STORED);
     }
-    CHECK_INT(srv_store_list(store, "anna", NULL, 3, job, &count), SRV_STORED);
+    CHECK_INT(ground_list(store, "anna", NULL, 3, job, &count), SRV_STORED);
     CHECK(count == 3 && !strcmp(job[0].id, "j9") && !strcmp(job[1].id, "j7") &&
           !strcmp(job[2].id, "j5"));
-    CHECK_INT(srv_store_list(store, "anna", "j5", 3, job, &count), SRV_STORED);
+    CHECK_INT(ground_list(store, "anna", "j5", 3, job, &count), SRV_STORED);
     CHECK(count == 2 && !strcmp(job[0].id, "j3") && !strcmp(job[1].id, "j1"));
-    CHECK_INT(srv_store_list(store, "anna", "j4", 3, job, &count), SRV_STORED);
+    CHECK_INT(ground_list(store, "anna", "j4", 3, job, &count), SRV_STORED);
     CHECK_INT(count, 0);
 }
 

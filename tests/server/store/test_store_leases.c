@@ -215,6 +215,43 @@ STORE_TEST(a_short_job_waits_for_no_long_one) {
     }
 }
 
+/* ten equal jobs of 3.4 s, posted together: a short one that comes at any time while they compute
+ * is next, and so is one of half their length; what is left of a job that has begun counts */
+STORE_TEST(ten_equal_jobs_keep_no_short_one_waiting) {
+    char id[24];
+    for (int i = 0; i < 10; i++) {
+        snprintf(id, sizeof id, "equal%d", i);
+        submit_cost(store, id, 4, 34 * SECOND / 10);
+    }
+    CHECK_TEXT(claimed(store), "equal0");
+    /* 30 s later */
+    ground_run(ground, "UPDATE jobs SET rank = rank - 30000000");
+    for (int i = 0; i < 3; i++) {
+        snprintf(id, sizeof id, i == 2 ? "half%d" : "short%d", i);
+        submit_cost(store, id, 1, i == 2 ? 17 * SECOND / 10 : SECOND / 1000);
+        CHECK_TEXT(claimed(store), id);
+    }
+    for (int i = 1; i < 4; i++) CHECK_TEXT(claimed(store), "equal0");
+    CHECK_TEXT(claimed(store), "equal1");
+    /* as one statement and as the function */
+    const int64_t left[] = {0, 1, 57142856, 57142857, 100000000, INT64_C(259200000000)};
+    for (int i = 0; i < 6; i++) {
+        int64_t rank = srv_store_rank(1000, left[i]);
+        int64_t most = left[i] + 3600 * (int64_t)SECOND, times = 64 * left[i];
+        int64_t off = rank - 1000 - (most < times ? most : times);
+        CHECK_SAYING(off >= 0 && off < 64, "%lld: %lld", (long long)left[i], (long long)rank);
+    }
+    submit_cost(store, "day", 4, 86400LL * SECOND);
+    ground_run(ground, "UPDATE jobs SET rank = rank - 1000000000000 WHERE id = 'day'");
+    for (int part = 1; part <= 4; part++) {
+        CHECK_TEXT(claimed(store), "day");
+        int64_t of =
+            ground_ask(ground, "SELECT rank - created + 1000000000000 FROM jobs WHERE id = "
+                               "'day'");
+        CHECK_INT(of, srv_store_rank(0, (4 - part) * 21600LL * SECOND));
+    }
+}
+
 /* small parts come several at a time, of the clients in turn; a long one comes alone */
 STORE_TEST(one_claim_takes_several_small_parts_or_one_long) {
     struct srv_lease lease[SRV_CLAIMS];
@@ -257,11 +294,14 @@ STORE_TEST(one_claim_takes_several_small_parts_or_one_long) {
     ground_sums(ground);
 }
 
-/* who has waited for as long as it computes goes before whatever comes now: none starves */
+/* an hour more than it computes, or 64 times as long: then a job goes before whatever comes now */
 STORE_TEST(a_long_job_does_not_wait_for_ever) {
     submit_cost(store, "long", 10, 100LL * SECOND);
     submit_cost(store, "a", 1, SECOND);
     CHECK_TEXT(claimed(store), "a");
+    ground_run(ground, "UPDATE jobs SET rank = rank - 3600000000 WHERE id = 'long'");
+    submit_cost(store, "c", 1, SECOND / 1000);
+    CHECK_TEXT(claimed(store), "c");
     ground_run(ground, "UPDATE jobs SET rank = rank - 100000000 WHERE id = 'long'");
     submit_cost(store, "b", 1, SECOND);
     CHECK_TEXT(claimed(store), "long");

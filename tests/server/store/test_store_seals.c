@@ -95,8 +95,17 @@ STORE_TEST(a_long_request_is_judged_when_it_is_read) {
 
 STORE_TEST(what_never_changes_of_a_job_has_not_changed) {
     static const char *const change[] = {
-        "operation = 'forces'", "shards = 3",  "chained = 1", "created = created + 1",
-        "client = 'berta'",     "seal = NULL", "sealed = 0",  "sealed = 2",
+        "operation = 'forces'",
+        "shards = 3",
+        "chained = 1",
+        "created = created + 1",
+        "client = 'berta'",
+        "seal = NULL",
+        "sealed = 0",
+        "sealed = 2",
+        "title = 'b title'",
+        "version = ''",
+        "title = '', version = ''",
         "id = 'moved'",
     };
     enum { CHANGES = sizeof change / sizeof *change };
@@ -111,7 +120,7 @@ STORE_TEST(what_never_changes_of_a_job_has_not_changed) {
         ground_run(ground, text);
         const char *id = i == CHANGES - 1 ? "moved" : "j",
                    *client = strstr(text, "berta") ? "berta" : "anna";
-        CHECK_INT(srv_store_list(store, client, NULL, 10, page, &count), SRV_STORED);
+        CHECK_INT(ground_list(store, client, NULL, 10, page, &count), SRV_STORED);
         CHECK_SAYING(count == 1 && page[0].state == SRV_JOB_FAILED, "%s: %d", change[i],
                      page[0].state);
         CHECK_INT(srv_store_job(store, id, &job), SRV_STORED);

@@ -24,10 +24,10 @@ import time
 import urllib.parse
 import uuid
 
-from .arrays import JSON, NPZ, OCTETS, Result, from_octets, result_of, width_of
+from .arrays import JSON, NPZ, OCTETS, Result, bytes_of, from_octets, result_of, width_of
 
 __all__ = ["Client", "Job", "Pendulum", "Problem", "Result"]
-SUFFIXES = {".npz": NPZ, ".mat": "application/x-matlab-data", ".csv": "text/csv", ".json": JSON, ".png": "image/png",
+SUFFIXES = {".npz": NPZ, ".npy": "application/x-npy", ".parquet": "application/vnd.apache.parquet", ".mat": "application/x-matlab-data", ".csv": "text/csv", ".json": JSON, ".png": "image/png",
             ".ndjson": "application/x-ndjson", ".bin": OCTETS}
 ENDED = ("successful", "failed", "dismissed")
 STATE = ("phi", "phid", "theta", "thetad", "unit", "mode", "amplitude")
@@ -168,33 +168,49 @@ class Client:
             if accept or "max-answer-bytes" not in str(problem):
                 raise
             headers, data = self._ask("POST", f"/v1/{route}", _body(request), Accept=OCTETS)
-        return data if accept else result_of(headers, data)
+        return data if accept else result_of(headers, data, bytes_of(request))
 
     def stream(self, route, request, rows=4096):
         """Yields Results of at most `rows` rows each, while they are computed."""
-        return self._blocks("POST", f"/v1/{route}", _body(request), rows)
+        return self._blocks("POST", f"/v1/{route}", _body(request), rows, bytes_of(request))
 
-    def _blocks(self, method, path, body, rows):
+    def save(self, route, request, path):
+        """Writes what `POST /v1/ROUTE` answers to a file while it is computed, in the form that its ending names."""
+        accept, part = SUFFIXES[os.path.splitext(path)[1]], f"{os.fspath(path)}.part"
+        connection, response = self._open("POST", f"/v1/{route}", _body(request), {"Accept": accept})
+        try:
+            with open(part, "wb") as sink:
+                while piece := response.read(1 << 18):
+                    sink.write(piece)
+            if response.length:
+                raise http.client.IncompleteRead(b"", response.length)
+            os.replace(part, path)
+        finally:
+            connection.close()
+        return path
+
+    def _blocks(self, method, path, body, rows, each=8):
         connection, response = self._open(method, path, body, {"Accept": OCTETS})
         try:
             columns, data = response.headers["X-Columns"], b""
-            size = 8 * width_of(columns) * rows
+            size = each * width_of(columns) * rows
             while piece := response.read(size - len(data)):
                 data += piece
                 if len(data) == size:
-                    yield from_octets(columns, data)
+                    yield from_octets(columns, data, each)
                     data = b""
             if response.length:
                 raise http.client.IncompleteRead(data, response.length)
             if data:
-                yield from_octets(columns, data)
+                yield from_octets(columns, data, each)
         finally:
             connection.close()
 
-    def submit(self, route, request, key=None):
-        """Makes a job of a request. `key`: your own word for it, without blanks; the same again leads to the same job."""
+    def submit(self, route, request, key=None, title=None):
+        """Makes a job of a request. `key`: your own word for it, without blanks; the same again leads to the same job. `title`: what to call it."""
+        named = {"Job-Title": urllib.parse.quote(title)} if title else {}
         headers, data = self._ask("POST", f"/v1/{route}", _body(request),
-                                  **{"Prefer": "respond-async", "Idempotency-Key": key or uuid.uuid4().hex})
+                                  **{"Prefer": "respond-async", "Idempotency-Key": key or uuid.uuid4().hex, **named})
         if "Location" not in headers:
             raise Problem(501, {"detail": "this server keeps no jobs"})
         return Job(self, json.loads(data))
@@ -206,9 +222,10 @@ class Client:
     def job(self, id):
         return Job(self, self.get(f"/v1/jobs/{urllib.parse.quote(id)}"))
 
-    def jobs(self):
-        """Your jobs, the newest first; takes a token."""
-        path = "/v1/jobs?limit=100"
+    def jobs(self, **which):
+        """Your jobs, the newest first; takes a token. Those that suit: status="running", operation="ensembles", title="flips",
+        since="2026-01-31T09:30:00Z"."""
+        path = "/v1/jobs?" + urllib.parse.urlencode({"limit": 100, **which})
         while path:
             page = self.get(path)
             yield from (Job(self, state) for state in page["jobs"])
@@ -232,6 +249,10 @@ class Job:
         self.state = self.client.get(f"/v1/jobs/{self.id}")
         return self
 
+    def request(self):
+        """What was asked of it; a job that failed or was dismissed has it no more."""
+        return self.client.get(f"/v1/jobs/{self.id}/request")
+
     def cancel(self):
         self.state = json.loads(self.client._ask("DELETE", f"/v1/jobs/{self.id}")[1])
         return self
@@ -252,7 +273,8 @@ class Job:
         for accept in (f"{NPZ}, {JSON};q=0.5", OCTETS):
             sink = io.BytesIO()
             try:
-                return result_of(self._fetch(accept, sink, ""), sink.getvalue())
+                headers = self._fetch(accept, sink, "")
+                return result_of(headers, sink.getvalue(), bytes_of(self.request()) if accept == OCTETS else 8)
             except Problem as problem:
                 if accept == OCTETS or "max-answer-bytes" not in str(problem):
                     raise
@@ -275,7 +297,7 @@ class Job:
     def stream(self, rows=4096):
         """Waits, and yields Results of at most `rows` rows each."""
         self.wait()
-        yield from self.client._blocks("GET", f"/v1/jobs/{self.id}/results", None, rows)
+        yield from self.client._blocks("GET", f"/v1/jobs/{self.id}/results", None, rows, bytes_of(self.request()))
 
     def _fetch(self, accept, sink, etag):
         """Appends to sink what it lacks of the results of this ETag, "" for none yet; the header fields."""
@@ -333,8 +355,10 @@ class Pendulum:
         initial = {name: fields.pop(name) for name in STATE if name in fields}
         return {"pendulum": self.fields} | ({"initial": initial} if initial else {}) | fields
 
-    def ask(self, route, *, job=False, **fields):
-        """POST /v1/ROUTE with this pendulum: a Result, or with job=True (or a key of your own) a Job."""
+    def ask(self, route, *, job=False, save=None, **fields):
+        """POST /v1/ROUTE with this pendulum: a Result, with job=True (or a key of your own) a Job, with save="a.npy" that file."""
+        if save:
+            return self.client.save(route, self.request(**fields), save)
         if job:
             return self.client.submit(route, self.request(**fields), None if job is True else job)
         return self.client.call(route, self.request(**fields))
@@ -366,7 +390,7 @@ class _Async:
 
     def __getattr__(self, name):
         value = getattr(self._target, name)
-        if not callable(value) or name == "request":
+        if not callable(value) or (name == "request" and isinstance(self._target, Pendulum)):
             return value
         run = _thread if name not in ("stream", "jobs") else _steps
         return lambda *arguments, **fields: run(value, *arguments, **fields)

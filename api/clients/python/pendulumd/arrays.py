@@ -79,9 +79,14 @@ def width_of(columns):
     return sum(int(count or 1) for _, count in _COLUMN.findall(columns))
 
 
-def from_octets(columns, data):
-    """The arrays of rows of doubles; columns is "t,phi[4],z_re[4],z_im[4]"."""
-    rows, result, at = np.frombuffer(data, "<f8").reshape(-1, width_of(columns)), Result(), 0
+def bytes_of(request):
+    """Of a number in rows that a request asks for."""
+    return 4 if request.get("number") == "float32" else 8
+
+
+def from_octets(columns, data, each=8):
+    """The arrays of rows of numbers of `each` bytes; columns is "t,phi[4],z_re[4],z_im[4]"."""
+    rows, result, at = np.frombuffer(data, f"<f{each}").reshape(-1, width_of(columns)), Result(), 0
     for name, count in _COLUMN.findall(columns):
         result[name] = rows[:, at:at + int(count)] if count else rows[:, at]
         at += int(count or 1)
@@ -90,8 +95,8 @@ def from_octets(columns, data):
     return result
 
 
-def result_of(headers, data):
+def result_of(headers, data, each=8):
     kind = headers["Content-Type"].partition(";")[0]
     if kind == NPZ:
         return _from_npz(data)
-    return from_octets(headers["X-Columns"], data) if kind == OCTETS else _from_json(json.loads(data))
+    return from_octets(headers["X-Columns"], data, each) if kind == OCTETS else _from_json(json.loads(data))

@@ -96,7 +96,10 @@ export default {
     "An einer Zufallszahl, die dein Browser für diesen Raum zieht. Der Server hat nur eine Prüfsumme davon, aus der sich die Zahl nicht finden lässt. Es gibt keine Cookies.",
   "class.kept.not.name": "Was nicht gespeichert wird",
   "class.kept.not":
-    "Kein wirklicher Name, keine Mailadresse, kein Konto, im Raum keine Adresse deines Geräts; und nichts wird weitergegeben: Die Seite fragt keinen anderen Server.",
+    "Kein wirklicher Name, keine Mailadresse, kein Konto und im Raum keine Adresse deines Geräts. Die Seite fragt keinen anderen Server.",
+  "class.kept.passed.name": "Wer es sonst bekommt",
+  "class.kept.passed":
+    "Von selbst niemand. Deine Lehrkraft kann alle Antworten in einer Datei sichern und weitergeben: als Tabelle mit den gewählten Namen oder für eine Lernplattform (xAPI) mit Nummern statt der Namen. Ein Arbeitsblatt in einer fremden Seite sagt dieser Seite, was du antwortest, unter einer Nummer, die bei jedem Besuch neu gezogen wird.",
   "class.kept.log.name": "Das Protokoll des Servers",
   "class.kept.log":
     "Wie jeder Webserver kann auch dieser ein Protokoll der Anfragen schreiben, mit Adressen der Geräte und Codes der Räume. Wer ihn betreibt, kann das abschalten und sagt, wie lange es aufgehoben wird.",
@@ -206,6 +209,7 @@ export default {
   "class.words.send": "Zeigen",
   "class.end": "Der Raum",
   "class.ends": "Der Raum endet von selbst am {ends}; dann wird alles darin gelöscht.",
+  "class.statements": "Alle Antworten als xAPI-Aussagen",
   "class.table": "Antworten als CSV",
   "class.shut": "Niemand darf mehr dazu",
   "class.erase": "Beenden und löschen",

@@ -84,9 +84,12 @@ export default {
   "modes.real":
     "Ein Pendel mit Stäben, Federn oder Reibung: seine kleinen Schwingungen um die Ruhe, ohne Antriebe. Mit dem Dämpfungsgrad 1 schwingt es nicht mehr.",
   "modes.mode": "Mode",
-  "modes.frequency.unit": "Frequenz, Hz",
-  "modes.decay.unit": "Abklingen, 1/s",
-  "modes.damping_ratio.unit": "Dämpfungsgrad",
+  "modes.rest": "Seine Ruhe: Arme bei {list} vom Hängen aus.",
+  "modes.near": "Um die Ruhe, die dem Start am nächsten ist",
+  "modes.decay": "Abklingen",
+  "modes.decayValue": "{value} 1/s",
+  "modes.ratio": "Dämpfungsgrad",
+  "modes.ratioValue": "{value}",
   "modes.many": "Die {count} langsamsten Moden von {all}",
   "modes.picture": "Mode {mode}, schwingend",
   "modes.sumPicture": "Die Summe der gewählten Moden",
@@ -224,10 +227,21 @@ export default {
   "share.projector": "Auf dem Beamer zeigen",
   "share.projectorHint":
     "Der ganze Bildschirm, mit großer Schrift und einem großen Code für den Raum.",
+  "share.report": "Als Bericht drucken",
+  "share.reportHint":
+    "Die Bühne, wie sie steht, Zahlen, Kurven, Einstellungen und der Link, auf Papier oder als PDF.",
+  "report.at": "Die Bühne bei {time} s",
+  "report.pendulum": "Das Pendel",
+  "report.read": "Aus der Bewegung gelesen",
+  "report.settings": "Einstellungen",
+  "report.request": "Die Anfrage, wie die Schnittstelle sie hat (Winkel φ in Radiant)",
+  "report.link": "Dieser Link öffnet es",
   "share.projectorEnd": "Schließen",
   "share.local":
     "Andere Geräte erreichen diese Adresse nicht: die Seite unter dem Namen dieses Rechners im Netz öffnen.",
   "equations.large": "Groß zeigen",
   "equations.close": "Schließen",
   "method.referenceFiner": "Referenz: taylor mit Toleranz 10⁻¹⁵ (32 Stellen dauern hier zu lange).",
+  "modes.branches": "Weite Schwingungen: Zweige der Moden",
+  "modes.resonance": "Resonanzkurve",
 };

@@ -215,4 +215,23 @@ export default {
     "Dieser Browser merkt sich nichts für diese Seite: Was gewählt ist, gilt, solange dieser Tab offen ist.",
   "failure.page":
     "In der Seite ist etwas schiefgegangen. Wenn es nicht weitergeht, bitte neu laden.",
+  "offline.kept": "Diese Seite öffnet sich auch ohne Netz: Was sie braucht, behält dieser Browser.",
+  "offline.coming": "Was die Seite ohne Netz braucht, wird gerade in diesem Browser abgelegt.",
+  "offline.none":
+    "Ohne ihren Server lässt sich diese Seite nicht neu öffnen: Dieser Browser behält keine Seite dieser Adresse (nur solche mit https und die dieses Rechners).",
+  "offline.newer": "Eine neuere Fassung dieser Seite ist da; das nächste Laden nimmt sie.",
+  "offline.load": "Jetzt laden",
+  "offline.alone": "Der Server antwortet nicht: Dieser Browser rechnet selbst.",
+  "asleep.back.one":
+    "Die Uhr dieses Geräts wurde um {count} Minute zurückgestellt; die Bewegung geht weiter, wo sie war.",
+  "asleep.back.other":
+    "Die Uhr dieses Geräts wurde um {count} Minuten zurückgestellt; die Bewegung geht weiter, wo sie war.",
+  "asleep.jump.one":
+    "Die Uhr dieses Geräts ist {count} Minute weiter, oder es hat geschlafen; die Bewegung geht weiter, wo sie war.",
+  "asleep.jump.other":
+    "Die Uhr dieses Geräts ist {count} Minuten weiter, oder es hat geschlafen; die Bewegung geht weiter, wo sie war.",
+  "asleep.slept.one":
+    "Dieser Tab hat {count} Minute geschlafen; die Bewegung geht weiter, wo sie war.",
+  "asleep.slept.other":
+    "Dieser Tab hat {count} Minuten geschlafen; die Bewegung geht weiter, wo sie war.",
 };

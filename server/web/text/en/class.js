@@ -94,7 +94,10 @@ export default {
     "By a random number that your browser draws for this room. The server keeps only a digest of it, from which the number cannot be found. There are no cookies.",
   "class.kept.not.name": "What is not kept",
   "class.kept.not":
-    "No real name, no mail address, no account, no address of your device in the room, and nothing is passed on to anybody else: the page asks no other server.",
+    "No real name, no mail address, no account, and no address of your device in the room. The page asks no other server.",
+  "class.kept.passed.name": "Who else gets it",
+  "class.kept.passed":
+    "Nobody by itself. Your teacher can save all answers in a file and pass it on: as a table with the names that were chosen, or for a learning platform (xAPI) with numbers in place of names. A worksheet inside somebody else’s page tells that page what you answer, under a number that is drawn for each visit.",
   "class.kept.log.name": "The server's log",
   "class.kept.log":
     "Like every web server this one may write a log of requests with addresses of devices and codes of rooms. Who runs it can switch that off, and says how long it is kept.",
@@ -204,6 +207,7 @@ export default {
   "class.words.send": "Show",
   "class.end": "The room",
   "class.ends": "The room ends by itself on {ends}; all in it is erased then.",
+  "class.statements": "All answers as xAPI statements",
   "class.table": "Answers as CSV",
   "class.shut": "Nobody else may join",
   "class.erase": "End and erase",

@@ -83,9 +83,12 @@ export default {
   "modes.real":
     "A pendulum with bars, springs or friction: its small swings about its rest, drives left out. A damping ratio of 1 does not swing any more.",
   "modes.mode": "Mode",
-  "modes.frequency.unit": "Frequency, Hz",
-  "modes.decay.unit": "Decay, 1/s",
-  "modes.damping_ratio.unit": "Damping ratio",
+  "modes.rest": "Its rest: arms at {list} from hanging.",
+  "modes.near": "About the rest nearest to the start",
+  "modes.decay": "Decay",
+  "modes.decayValue": "{value} 1/s",
+  "modes.ratio": "Damping ratio",
+  "modes.ratioValue": "{value}",
   "modes.many": "The {count} slowest modes of {all}",
   "modes.picture": "Mode {mode}, swinging",
   "modes.sumPicture": "The sum of the chosen modes",
@@ -220,6 +223,15 @@ export default {
     "Lengths in m, masses in kg, angles θ in degrees from hanging: to be read and changed. Its numbers have six digits.",
   "share.projector": "Show on a projector",
   "share.projectorHint": "Full screen, with large type and a large code for the room.",
+  "share.report": "Print as a report",
+  "share.reportHint":
+    "The stage as it stands, numbers, plots, settings and the link, on paper or as a PDF.",
+  "report.at": "The stage at {time} s",
+  "report.pendulum": "The pendulum",
+  "report.read": "Read from its motion",
+  "report.settings": "Settings",
+  "report.request": "The request, as the interface has it (angles φ in radians)",
+  "report.link": "This link opens it",
   "share.projectorEnd": "Close",
   "share.local":
     "Other machines cannot reach this address: open the page by this machine’s name in the network.",
@@ -227,4 +239,6 @@ export default {
   "equations.close": "Close",
   "method.referenceFiner":
     "Reference: taylor with tolerance 10⁻¹⁵ (32 digits would take too long here).",
+  "modes.branches": "Far swings: branches of the modes",
+  "modes.resonance": "Resonance curve",
 };

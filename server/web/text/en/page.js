@@ -213,4 +213,23 @@ export default {
   "failure.storage":
     "This browser keeps nothing for this page: its choices last as long as this tab.",
   "failure.page": "Something in the page went wrong. If it does not go on, reload it.",
+  "offline.kept": "This page also opens without a network: what it needs is kept in this browser.",
+  "offline.coming": "What the page needs without a network is being kept in this browser.",
+  "offline.none":
+    "Without its server this page cannot be opened anew: this browser keeps no page of this address (it keeps those of https and of this machine).",
+  "offline.newer": "A newer version of this page is there; the next load takes it.",
+  "offline.load": "Load it now",
+  "offline.alone": "The server does not answer: this browser computes by itself.",
+  "asleep.back.one":
+    "The machine’s clock was set back by {count} minute; the motion goes on from where it was.",
+  "asleep.back.other":
+    "The machine’s clock was set back by {count} minutes; the motion goes on from where it was.",
+  "asleep.jump.one":
+    "The machine’s clock is {count} minute further, or it was asleep; the motion goes on from where it was.",
+  "asleep.jump.other":
+    "The machine’s clock is {count} minutes further, or it was asleep; the motion goes on from where it was.",
+  "asleep.slept.one":
+    "This tab was asleep for {count} minute; the motion goes on from where it was.",
+  "asleep.slept.other":
+    "This tab was asleep for {count} minutes; the motion goes on from where it was.",
 };

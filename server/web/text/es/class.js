@@ -94,7 +94,10 @@ export default {
     "Por un número aleatorio que tu navegador saca para esta sala. El servidor guarda solo un resumen, del que no se puede obtener el número. No hay cookies.",
   "class.kept.not.name": "Qué no se guarda",
   "class.kept.not":
-    "Ni nombre real, ni correo, ni cuenta, ni la dirección de tu dispositivo en la sala; y no se pasa nada a nadie más: la página no pregunta a ningún otro servidor.",
+    "Ni nombre real, ni correo, ni cuenta, ni la dirección de tu dispositivo en la sala. La página no pregunta a ningún otro servidor.",
+  "class.kept.passed.name": "Quién más lo recibe",
+  "class.kept.passed":
+    "Nadie, por sí solo. Tu docente puede guardar todas las respuestas en un archivo y pasarlo a otros: como tabla con los nombres elegidos, o para una plataforma de aprendizaje (xAPI) con números en lugar de nombres. Una ficha dentro de la página de otro comunica a esa página lo que respondes, con un número que se saca en cada visita.",
   "class.kept.log.name": "El registro del servidor",
   "class.kept.log":
     "Como todo servidor web, este puede llevar un registro de peticiones con direcciones de dispositivos y códigos de salas. Quien lo gestiona puede desactivarlo y dice cuánto tiempo se conserva.",
@@ -204,6 +207,7 @@ export default {
   "class.words.send": "Mostrar",
   "class.end": "La sala",
   "class.ends": "La sala termina por sí sola el {ends}; entonces se borra todo lo que contiene.",
+  "class.statements": "Todas las respuestas como declaraciones xAPI",
   "class.table": "Respuestas en CSV",
   "class.shut": "Nadie más puede entrar",
   "class.erase": "Terminar y borrar",

@@ -83,9 +83,12 @@ export default {
   "modes.real":
     "Un péndulo con barras, muelles o rozamiento: sus oscilaciones pequeñas alrededor del reposo, sin las fuerzas externas. Con una razón de amortiguamiento de 1 ya no oscila.",
   "modes.mode": "Modo",
-  "modes.frequency.unit": "Frecuencia, Hz",
-  "modes.decay.unit": "Decaimiento, 1/s",
-  "modes.damping_ratio.unit": "Razón de amortiguamiento",
+  "modes.rest": "Su reposo: brazos a {list} de la posición colgante.",
+  "modes.near": "Alrededor del reposo más cercano al inicio",
+  "modes.decay": "Decaimiento",
+  "modes.decayValue": "{value} 1/s",
+  "modes.ratio": "Razón de amortiguamiento",
+  "modes.ratioValue": "{value}",
   "modes.many": "Los {count} modos más lentos de {all}",
   "modes.picture": "Modo {mode}, oscilando",
   "modes.sumPicture": "La suma de los modos elegidos",
@@ -222,6 +225,15 @@ export default {
     "Longitudes en m, masas en kg, ángulos θ en grados desde la posición colgante: para leerlos y cambiarlos. Los números tienen seis cifras.",
   "share.projector": "Mostrar en el proyector",
   "share.projectorHint": "Pantalla completa, con letra grande y un código grande para el aula.",
+  "share.report": "Imprimir como informe",
+  "share.reportHint":
+    "El escenario tal como está, números, curvas, ajustes y el enlace, en papel o como PDF.",
+  "report.at": "El escenario a los {time} s",
+  "report.pendulum": "El péndulo",
+  "report.read": "Leído del movimiento",
+  "report.settings": "Ajustes",
+  "report.request": "La petición, tal como la recibe la interfaz (ángulos φ en radianes)",
+  "report.link": "Este enlace lo abre",
   "share.projectorEnd": "Cerrar",
   "share.local":
     "Otros equipos no llegan a esta dirección: abre la página con el nombre de este equipo en la red.",
@@ -229,4 +241,6 @@ export default {
   "equations.close": "Cerrar",
   "method.referenceFiner":
     "Referencia: taylor con tolerancia 10⁻¹⁵ (32 cifras tardarían demasiado aquí).",
+  "modes.branches": "Oscilaciones amplias: ramas de los modos",
+  "modes.resonance": "Curva de resonancia",
 };

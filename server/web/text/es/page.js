@@ -204,4 +204,23 @@ export default {
   "failure.storage":
     "Este navegador no guarda nada para esta página: lo elegido dura mientras esta pestaña esté abierta.",
   "failure.page": "Algo ha ido mal en la página. Si no continúa, recárgala.",
+  "offline.kept": "Esta página también se abre sin red: este navegador guarda lo que necesita.",
+  "offline.coming": "Este navegador está guardando lo que la página necesita sin red.",
+  "offline.none":
+    "Sin su servidor, esta página no se puede volver a abrir: este navegador no guarda páginas de esta dirección (solo las de https y las de este equipo).",
+  "offline.newer": "Hay una versión más nueva de esta página; la próxima carga la toma.",
+  "offline.load": "Cargarla ahora",
+  "offline.alone": "El servidor no responde: este navegador calcula por sí mismo.",
+  "asleep.back.one":
+    "El reloj del equipo se atrasó {count} minuto; el movimiento sigue desde donde estaba.",
+  "asleep.back.other":
+    "El reloj del equipo se atrasó {count} minutos; el movimiento sigue desde donde estaba.",
+  "asleep.jump.one":
+    "El reloj del equipo avanzó {count} minuto, o estuvo en reposo; el movimiento sigue desde donde estaba.",
+  "asleep.jump.other":
+    "El reloj del equipo avanzó {count} minutos, o estuvo en reposo; el movimiento sigue desde donde estaba.",
+  "asleep.slept.one":
+    "Esta pestaña estuvo en reposo {count} minuto; el movimiento sigue desde donde estaba.",
+  "asleep.slept.other":
+    "Esta pestaña estuvo en reposo {count} minutos; el movimiento sigue desde donde estaba.",
 };

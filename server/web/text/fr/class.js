@@ -94,7 +94,10 @@ export default {
     "À un nombre aléatoire que ton navigateur tire pour cette salle. Le serveur n’en garde qu’une empreinte, dont on ne peut pas retrouver le nombre. Il n’y a pas de cookies.",
   "class.kept.not.name": "Ce qui n’est pas gardé",
   "class.kept.not":
-    "Ni vrai nom, ni adresse électronique, ni compte, ni adresse de ton appareil dans la salle ; et rien n’est transmis à d’autres : la page n’interroge aucun autre serveur.",
+    "Ni vrai nom, ni adresse électronique, ni compte, ni adresse de ton appareil dans la salle. La page n’interroge aucun autre serveur.",
+  "class.kept.passed.name": "Qui d’autre le reçoit",
+  "class.kept.passed":
+    "Personne d’office. Ton professeur peut enregistrer toutes les réponses dans un fichier et le transmettre : en tableau avec les noms choisis, ou pour une plateforme d’apprentissage (xAPI) avec des numéros à la place des noms. Une fiche placée dans la page de quelqu’un d’autre communique à cette page ce que tu réponds, sous un numéro tiré à chaque visite.",
   "class.kept.log.name": "Le journal du serveur",
   "class.kept.log":
     "Comme tout serveur web, celui-ci peut tenir un journal des requêtes, avec les adresses des appareils et les codes des salles. Qui l’exploite peut le désactiver et dit combien de temps il est conservé.",
@@ -205,6 +208,7 @@ export default {
   "class.end": "La salle",
   "class.ends":
     "La salle se termine d’elle-même le {ends} ; tout ce qu’elle contient est alors effacé.",
+  "class.statements": "Toutes les réponses en déclarations xAPI",
   "class.table": "Réponses en CSV",
   "class.shut": "Plus personne ne peut entrer",
   "class.erase": "Terminer et effacer",

@@ -83,9 +83,12 @@ export default {
   "modes.real":
     "Un pendule avec des barres, des ressorts ou du frottement : ses petites oscillations autour du repos, sans les entraînements. Avec un taux d’amortissement de 1, il n’oscille plus.",
   "modes.mode": "Mode",
-  "modes.frequency.unit": "Fréquence, Hz",
-  "modes.decay.unit": "Amortissement, 1/s",
-  "modes.damping_ratio.unit": "Taux d’amortissement",
+  "modes.rest": "Son repos : bras à {list} de la position pendante.",
+  "modes.near": "Autour du repos le plus proche du départ",
+  "modes.decay": "Décroissance",
+  "modes.decayValue": "{value} 1/s",
+  "modes.ratio": "Taux d’amortissement",
+  "modes.ratioValue": "{value}",
   "modes.many": "Les {count} modes les plus lents sur {all}",
   "modes.picture": "Mode {mode}, en oscillation",
   "modes.sumPicture": "La somme des modes choisis",
@@ -221,6 +224,15 @@ export default {
     "Longueurs en m, masses en kg, angles θ en degrés depuis la position pendante : à lire et à modifier. Les nombres ont six chiffres.",
   "share.projector": "Montrer au projecteur",
   "share.projectorHint": "Plein écran, en grands caractères, avec un grand code pour la salle.",
+  "share.report": "Imprimer un rapport",
+  "share.reportHint":
+    "La scène telle qu’elle est, nombres, courbes, réglages et lien, sur papier ou en PDF.",
+  "report.at": "La scène à {time} s",
+  "report.pendulum": "Le pendule",
+  "report.read": "Lu dans le mouvement",
+  "report.settings": "Réglages",
+  "report.request": "La requête, telle que l’interface la reçoit (angles φ en radians)",
+  "report.link": "Ce lien l’ouvre",
   "share.projectorEnd": "Fermer",
   "share.local":
     "Les autres appareils n’atteignent pas cette adresse : ouvre la page par le nom de cette machine sur le réseau.",
@@ -228,4 +240,6 @@ export default {
   "equations.close": "Fermer",
   "method.referenceFiner":
     "Référence : taylor avec tolérance 10⁻¹⁵ (32 chiffres prendraient trop de temps ici).",
+  "modes.branches": "Grandes oscillations : branches des modes",
+  "modes.resonance": "Courbe de résonance",
 };

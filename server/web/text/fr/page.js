@@ -205,4 +205,22 @@ export default {
   "failure.storage":
     "Ce navigateur ne conserve rien pour cette page : ses choix durent tant que cet onglet est ouvert.",
   "failure.page": "Quelque chose a mal tourné dans la page. Si elle s’arrête là, rechargez-la.",
+  "offline.kept": "Cette page s’ouvre aussi sans réseau : ce navigateur garde ce qu’il lui faut.",
+  "offline.coming": "Ce navigateur est en train de garder ce qu’il faut à la page sans réseau.",
+  "offline.none":
+    "Sans son serveur, cette page ne peut pas être rouverte : ce navigateur ne garde aucune page de cette adresse (seulement en https ou de cette machine).",
+  "offline.newer":
+    "Une version plus récente de cette page est là ; le prochain chargement la prend.",
+  "offline.load": "La charger maintenant",
+  "offline.alone": "Le serveur ne répond pas : ce navigateur calcule lui-même.",
+  "asleep.back.one":
+    "L’horloge de l’appareil a été reculée de {count} minute ; le mouvement reprend où il en était.",
+  "asleep.back.other":
+    "L’horloge de l’appareil a été reculée de {count} minutes ; le mouvement reprend où il en était.",
+  "asleep.jump.one":
+    "L’horloge de l’appareil a avancé de {count} minute, ou il était en veille ; le mouvement reprend où il en était.",
+  "asleep.jump.other":
+    "L’horloge de l’appareil a avancé de {count} minutes, ou il était en veille ; le mouvement reprend où il en était.",
+  "asleep.slept.one": "Cet onglet a dormi {count} minute ; le mouvement reprend où il en était.",
+  "asleep.slept.other": "Cet onglet a dormi {count} minutes ; le mouvement reprend où il en était.",
 };

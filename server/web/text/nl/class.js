@@ -95,7 +95,10 @@ export default {
     "Aan een willekeurig getal dat je browser voor dit lokaal trekt. De server bewaart er alleen een afdruk van, waaruit het getal niet te vinden is. Er zijn geen cookies.",
   "class.kept.not.name": "Wat er niet wordt bewaard",
   "class.kept.not":
-    "Geen echte naam, geen mailadres, geen account, geen adres van je apparaat in het lokaal; en er wordt niets aan anderen doorgegeven: de pagina vraagt geen andere server iets.",
+    "Geen echte naam, geen mailadres, geen account en geen adres van je apparaat in het lokaal. De pagina vraagt geen andere server iets.",
+  "class.kept.passed.name": "Wie het nog meer krijgt",
+  "class.kept.passed":
+    "Vanzelf niemand. Je docent kan alle antwoorden in een bestand opslaan en doorgeven: als tabel met de gekozen namen, of voor een leerplatform (xAPI) met nummers in plaats van namen. Een werkblad in de pagina van iemand anders vertelt die pagina wat je antwoordt, onder een nummer dat bij elk bezoek wordt getrokken.",
   "class.kept.log.name": "Het logboek van de server",
   "class.kept.log":
     "Zoals elke webserver kan ook deze een logboek van verzoeken bijhouden, met adressen van apparaten en codes van lokalen. Wie hem beheert, kan dat uitzetten en zegt hoe lang het bewaard blijft.",
@@ -205,6 +208,7 @@ export default {
   "class.words.send": "Tonen",
   "class.end": "Het lokaal",
   "class.ends": "Het lokaal sluit vanzelf op {ends}; alles erin wordt dan gewist.",
+  "class.statements": "Alle antwoorden als xAPI-uitspraken",
   "class.table": "Antwoorden als CSV",
   "class.shut": "Er mag niemand meer bij",
   "class.erase": "Sluiten en wissen",

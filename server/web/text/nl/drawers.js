@@ -83,9 +83,12 @@ export default {
   "modes.real":
     "Een slinger met staven, veren of wrijving: zijn kleine slingeringen rond de rust, zonder aandrijvingen. Bij een dempingsgraad van 1 trilt hij niet meer.",
   "modes.mode": "Eigentrilling",
-  "modes.frequency.unit": "Frequentie, Hz",
-  "modes.decay.unit": "Uitdemping, 1/s",
-  "modes.damping_ratio.unit": "Dempingsgraad",
+  "modes.rest": "Zijn rust: armen op {list} van hangend.",
+  "modes.near": "Rond de rust die het dichtst bij de start is",
+  "modes.decay": "Uitdemping",
+  "modes.decayValue": "{value} 1/s",
+  "modes.ratio": "Dempingsgraad",
+  "modes.ratioValue": "{value}",
   "modes.many": "De {count} langzaamste eigentrillingen van {all}",
   "modes.picture": "Eigentrilling {mode}, in beweging",
   "modes.sumPicture": "De som van de gekozen eigentrillingen",
@@ -221,6 +224,15 @@ export default {
     "Lengtes in m, massa’s in kg, hoeken θ in graden vanaf hangend: om te lezen en te veranderen. De getallen hebben zes cijfers.",
   "share.projector": "Op de beamer tonen",
   "share.projectorHint": "Volledig scherm, met grote letters en een grote code voor de klas.",
+  "share.report": "Als verslag afdrukken",
+  "share.reportHint":
+    "Het toneel zoals het staat, getallen, grafieken, instellingen en de link, op papier of als pdf.",
+  "report.at": "Het toneel op {time} s",
+  "report.pendulum": "De slinger",
+  "report.read": "Afgelezen uit de beweging",
+  "report.settings": "Instellingen",
+  "report.request": "Het verzoek, zoals de interface het krijgt (hoeken φ in radialen)",
+  "report.link": "Deze link opent het",
   "share.projectorEnd": "Sluiten",
   "share.local":
     "Andere apparaten bereiken dit adres niet: open de pagina met de naam van deze machine in het netwerk.",
@@ -228,4 +240,6 @@ export default {
   "equations.close": "Sluiten",
   "method.referenceFiner":
     "Referentie: taylor met tolerantie 10⁻¹⁵ (32 cijfers zouden hier te lang duren).",
+  "modes.branches": "Wijde slingeringen: takken van de eigentrillingen",
+  "modes.resonance": "Resonantiekromme",
 };

@@ -203,4 +203,23 @@ export default {
   "failure.storage":
     "Deze browser bewaart niets voor deze pagina: wat gekozen is, geldt zolang dit tabblad open is.",
   "failure.page": "Er ging iets mis in de pagina. Gaat ze niet verder, laad haar dan opnieuw.",
+  "offline.kept": "Deze pagina opent ook zonder netwerk: deze browser bewaart wat ze nodig heeft.",
+  "offline.coming": "Wat de pagina zonder netwerk nodig heeft, wordt nu in deze browser bewaard.",
+  "offline.none":
+    "Zonder haar server kan deze pagina niet opnieuw worden geopend: deze browser bewaart geen pagina van dit adres (alleen die van https en van deze machine).",
+  "offline.newer": "Er is een nieuwere versie van deze pagina; de volgende keer laden neemt die.",
+  "offline.load": "Nu laden",
+  "offline.alone": "De server antwoordt niet: deze browser rekent zelf.",
+  "asleep.back.one":
+    "De klok van dit apparaat is {count} minuut teruggezet; de beweging gaat verder waar ze was.",
+  "asleep.back.other":
+    "De klok van dit apparaat is {count} minuten teruggezet; de beweging gaat verder waar ze was.",
+  "asleep.jump.one":
+    "De klok van dit apparaat is {count} minuut verder, of het sliep; de beweging gaat verder waar ze was.",
+  "asleep.jump.other":
+    "De klok van dit apparaat is {count} minuten verder, of het sliep; de beweging gaat verder waar ze was.",
+  "asleep.slept.one":
+    "Dit tabblad heeft {count} minuut geslapen; de beweging gaat verder waar ze was.",
+  "asleep.slept.other":
+    "Dit tabblad heeft {count} minuten geslapen; de beweging gaat verder waar ze was.",
 };

@@ -92,7 +92,10 @@ export default {
     "Tarayıcının bu oda için çektiği rastgele bir sayıdan. Sunucu bunun yalnız bir özetini saklar; ondan sayı bulunamaz. Çerez yoktur.",
   "class.kept.not.name": "Ne saklanmaz",
   "class.kept.not":
-    "Gerçek ad, e-posta adresi, hesap ya da odada aygıtının adresi saklanmaz; başka kimseye bir şey verilmez: sayfa başka hiçbir sunucuya sormaz.",
+    "Gerçek ad, e-posta adresi, hesap ya da odada aygıtının adresi saklanmaz. Sayfa başka hiçbir sunucuya sormaz.",
+  "class.kept.passed.name": "Başka kime verilir",
+  "class.kept.passed":
+    "Kendiliğinden kimseye. Öğretmenin bütün yanıtları bir dosyaya kaydedip başkasına verebilir: seçilen adlarla bir tablo olarak ya da bir öğrenme platformu için (xAPI) adların yerine numaralarla. Başkasının sayfasına yerleştirilmiş bir çalışma kâğıdı, ne yanıt verdiğini her ziyarette çekilen bir numarayla o sayfaya bildirir.",
   "class.kept.log.name": "Sunucunun günlüğü",
   "class.kept.log":
     "Her web sunucusu gibi bu da aygıt adresleri ve oda kodlarıyla bir istek günlüğü tutabilir. Sunucuyu işleten bunu kapatabilir ve ne kadar saklandığını söyler.",
@@ -202,6 +205,7 @@ export default {
   "class.words.send": "Göster",
   "class.end": "Oda",
   "class.ends": "Oda {ends} tarihinde kendiliğinden kapanır; içindeki her şey o zaman silinir.",
+  "class.statements": "Tüm yanıtlar xAPI ifadeleri olarak",
   "class.table": "Yanıtlar, CSV",
   "class.shut": "Başka kimse katılamaz",
   "class.erase": "Kapat ve sil",

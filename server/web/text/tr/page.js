@@ -203,4 +203,19 @@ export default {
   "failure.storage":
     "Bu tarayıcı bu sayfa için hiçbir şey saklamıyor: seçimler bu sekme açık kaldıkça geçerlidir.",
   "failure.page": "Sayfada bir şey ters gitti. Devam etmezse yenileyin.",
+  "offline.kept": "Bu sayfa ağ olmadan da açılır: gerekenleri bu tarayıcı saklar.",
+  "offline.coming": "Sayfanın ağ olmadan gereken her şeyi şu anda bu tarayıcıya kaydediliyor.",
+  "offline.none":
+    "Sunucusu olmadan bu sayfa yeniden açılamaz: bu tarayıcı bu adresin sayfalarını saklamaz (yalnızca https ve bu makineninkileri saklar).",
+  "offline.newer": "Bu sayfanın daha yeni bir sürümü var; sonraki yüklemede o açılır.",
+  "offline.load": "Şimdi yükle",
+  "offline.alone": "Sunucu yanıt vermiyor: bu tarayıcı kendisi hesaplıyor.",
+  "asleep.back.one": "Cihazın saati {count} dakika geri alındı; hareket kaldığı yerden sürüyor.",
+  "asleep.back.other": "Cihazın saati {count} dakika geri alındı; hareket kaldığı yerden sürüyor.",
+  "asleep.jump.one":
+    "Cihazın saati {count} dakika ilerledi ya da cihaz uyudu; hareket kaldığı yerden sürüyor.",
+  "asleep.jump.other":
+    "Cihazın saati {count} dakika ilerledi ya da cihaz uyudu; hareket kaldığı yerden sürüyor.",
+  "asleep.slept.one": "Bu sekme {count} dakika uyudu; hareket kaldığı yerden sürüyor.",
+  "asleep.slept.other": "Bu sekme {count} dakika uyudu; hareket kaldığı yerden sürüyor.",
 };

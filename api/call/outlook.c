@@ -1,0 +1,34 @@
+#include "api/call/outlook.h"
+
+#include <assert.h>
+#include <math.h>
+
+int api_outlook_good(struct api_outlook *outlook, const struct api_op *op, void *state,
+                     const struct api_limits *limits, double seconds, struct api_problem *problem) {
+    enum { LEAST_STEPS = 500 };
+    static const double forgiven[] = {12, 8, 6, 5}, first_look = 0.01, next_look = 4;
+    assert(op && limits && seconds >= 0);
+    double part = -1, work = -1, steps = op->steps ? (double)op->steps(state) : 0;
+    if (!op->progress || steps < LEAST_STEPS) return 1;
+    if (seconds < outlook->look_at) return 1;
+    double times = forgiven[outlook->looks < 3 ? outlook->looks : 3];
+    outlook->looks++;
+    outlook->look_at = fmax(first_look, next_look * seconds);
+    op->progress(state, &part, &work);
+    static const char way_out[] = "ask for a shorter time or a looser tolerance";
+    const char *job = limits->of_jobs ? "" : "; a job, by Prefer: respond-async, may take longer";
+    if (part > 0 && steps / part > times * limits->steps)
+        api_problem_set(
+            problem, 422,
+            API_TYPE_LIMIT
+            "this would take about %.2g integration steps, more than the limit %s of %.0f: %s%s",
+            steps / part, api_limits_name(limits, &limits->steps), limits->steps, way_out, job);
+    else if (work > 0 && seconds / work > times * limits->compute_seconds)
+        api_problem_set(
+            problem, 422,
+            API_TYPE_LIMIT
+            "this would compute for about %.2g s, longer than the limit %s of %.15g s: %s%s",
+            seconds / work, api_limits_name(limits, &limits->compute_seconds),
+            limits->compute_seconds, way_out, job);
+    return !problem->status;
+}

@@ -1,0 +1,29 @@
+/* Whether a computation that is under way can end within its limits.
+ * Leaves to others: running it (call), estimates before it has begun (the operations).
+ * Invariant: what it judges are steps and seconds that were taken, never a guess made before. */
+#ifndef API_OUTLOOK_H
+#define API_OUTLOOK_H
+
+#include "api/op/op.h"
+
+/* What was judged so far; all zero before the first turn. */
+struct api_outlook {
+    double look_at; /* s of turns after which the computation is judged again */
+    int looks;      /* how often it was */
+};
+
+/**
+ * Judges a computation after a turn, from the steps and the time that the part done so far has
+ * taken: first after a hundredth of a second, then each time it has taken four times as long. A
+ * motion may need more steps in its first part than later, so the first judgements allow more.
+ *
+ * state    the operation's, which is not complete.
+ * seconds  of all turns so far.
+ * problem  out: what is wrong and the way out.
+ *
+ * Returns 0 if it cannot end within the limits. O(1), and what the operation's `progress` takes.
+ */
+int api_outlook_good(struct api_outlook *outlook, const struct api_op *op, void *state,
+                     const struct api_limits *limits, double seconds, struct api_problem *problem);
+
+#endif

@@ -1,0 +1,68 @@
+/* The rows of the trajectories of an ensemble's members: the outputs that a request can name, their
+ * columns, and what of them is computed from a member's angles and rates.
+ * Leaves to others: the motion (core/ensemble), members and their numbers (members_fill).
+ * Invariant: a row's outputs are those of a trajectory of the member's own pendulum. */
+#ifndef API_MEMBER_SAMPLES_H
+#define API_MEMBER_SAMPLES_H
+
+#include "api/encode/encode.h"
+#include "api/op/derived.h"
+#include "api/read/field.h"
+#include "api/read/tree_json.h"
+#include "core/ensemble/member.h"
+
+/** Reads the names of outputs as bits; the default is phi, phid, lambda. Every fault is added to
+ * the problem. */
+unsigned api_member_outputs_read(const struct api_value *list, struct api_problem *problem);
+
+/** Non-zero if the place of a cart is among the outputs. O(1). */
+int api_member_outputs_cart(unsigned outputs);
+
+/** Non-zero if an output depends on more of the member than its angles, rates and forces: then its
+ * pendulum must be told by api_member_samples_pendulum. O(1). */
+int api_member_outputs_derived(unsigned outputs);
+
+/** Adds the columns of the outputs for n arms: member, status and t first. */
+void api_member_outputs_columns(unsigned outputs, int n, struct api_table *table);
+
+/** Adds the columns of the derivatives of all outputs, behind all others. */
+void api_member_outputs_differ(unsigned outputs, struct api_derived *derived,
+                               struct api_table *table);
+
+/** Estimates what the outputs of one row take beside being written, s. O(1). */
+double api_member_outputs_cost(unsigned outputs, const struct api_tree *tree);
+
+/* The scratch in which rows are computed, for one thread. */
+struct api_member_samples;
+
+/**
+ * Makes the scratch for a tree, which must outlive it.
+ *
+ * samples  out; NULL on failure; ends with api_member_samples_free. PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status api_member_samples_new(struct api_member_samples **samples,
+                                                        const struct api_tree *tree,
+                                                        unsigned outputs);
+
+/** Frees the scratch; nothing happens if it is NULL. */
+void api_member_samples_free(struct api_member_samples **samples);
+
+/** Bytes of memory of the scratch. O(harmonics). */
+double api_member_samples_bytes(const struct api_tree *tree);
+
+/** Tells whose rows follow: its lengths, masses and loads, which must live as long. O(n). */
+void api_member_samples_pendulum(struct api_member_samples *samples,
+                                 const struct pend_member *member);
+
+/**
+ * Writes one row: member, status 0, t, and the outputs from values in stored order.
+ *
+ * t  s, the request's own time.
+ *
+ * A number that a double does not hold is 0, and the status 1. O(n).
+ */
+void api_member_samples_row(struct api_member_samples *samples, double member, double t,
+                            const double phi[], const double rate[], const double force[],
+                            const double theta[], double row[]);
+
+#endif

@@ -1,0 +1,51 @@
+/* The quantities of a motion that have derivatives, and where their rows go.
+ * Leaves to others: computing them (derivatives), by what (parameter).
+ * Invariant: arms are in the caller's order, a cart has no place among them; the last axis of a
+ * derivative is the parameter. */
+#ifndef PEND_DERIVED_ROWS_H
+#define PEND_DERIVED_ROWS_H
+
+/* What is differentiated; the energies and a cart have one number a row, everything else one for
+ * each arm, without a cart. FORCE is the compression at the tip; joint forces as struct
+ * bodies_forces has them; the reaction of a rail is the force across it. */
+enum pend_derived {
+    PEND_DERIVED_PHI,
+    PEND_DERIVED_RATE,
+    PEND_DERIVED_ACC,
+    PEND_DERIVED_FORCE,
+    PEND_DERIVED_Z_RE,
+    PEND_DERIVED_Z_IM,
+    PEND_DERIVED_ZD_RE,
+    PEND_DERIVED_ZD_IM,
+    PEND_DERIVED_ZDD_RE,
+    PEND_DERIVED_ZDD_IM,
+    PEND_DERIVED_JOINT_ALONG,
+    PEND_DERIVED_JOINT_ACROSS,
+    PEND_DERIVED_TIP_ACROSS,
+    PEND_DERIVED_KINETIC,
+    PEND_DERIVED_POTENTIAL,
+    PEND_DERIVED_CART_PLACE, /* from here on of a pendulum on a cart alone */
+    PEND_DERIVED_CART_SPEED,
+    PEND_DERIVED_CART_ACC,
+    PEND_DERIVED_CART_REACTION,
+    PEND_DERIVED
+};
+
+/* Rows of results; NULL = not wanted. With n arms and P parameters a row has n values and n P
+ * derivatives, [arm * P + parameter]; of the energies and a cart 1 and P. */
+struct pend_derived_rows {
+    double *value[PEND_DERIVED], *derivative[PEND_DERIVED];
+};
+
+/** Returns non-zero for a quantity that has one number a row. O(1). */
+static inline int pend_derived_single(int what) { return what >= PEND_DERIVED_KINETIC; }
+
+/** Returns the quantity whose first stored arm a cart's quantity is; of others that itself. O(1).
+ */
+static inline int pend_derived_from(int what) {
+    static const int from[] = {PEND_DERIVED_PHI, PEND_DERIVED_RATE, PEND_DERIVED_ACC,
+                               PEND_DERIVED_JOINT_ACROSS};
+    return what < PEND_DERIVED_CART_PLACE ? what : from[what - PEND_DERIVED_CART_PLACE];
+}
+
+#endif

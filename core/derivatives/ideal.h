@@ -1,0 +1,59 @@
+/* The motion of an ideal pendulum with its derivatives: the motion by the quick kernels, once, and
+ * its derivatives beside it in groups of eight.
+ * Leaves to others: steps and rows (derivatives), arithmetic (jets, kernel_ideal).
+ * Invariant: one block of the caller's memory; the motion does not depend on the derivatives but
+ * for the length of its steps. */
+#ifndef PEND_IDEAL_H
+#define PEND_IDEAL_H
+
+#include "core/derivatives/kernel_derivatives.h"
+#include "core/derivatives/kernel_ideal.h"
+#include "core/derivatives/parameter.h"
+#include "core/integrate/method.h"
+#include "core/taylor/jets.h"
+
+struct ideal {
+    struct pend_jets jets;
+    struct pend_loads loads; /* gravity alone */
+    struct jets_state begin, end;
+    struct jets_values values; /* at an instant */
+    struct ideal_known known;
+    struct ideal_group *group;
+    const struct ideal_kernel *kernel;
+    int groups;
+    double unit; /* s, of the series */
+};
+
+/** Bytes of memory of a motion, the structure at its beginning included. O(n). */
+size_t pend_ideal_bytes(const struct pend_tree *tree, int order, int count);
+
+/**
+ * Prepares a motion; its start is the end of a step that was not there.
+ *
+ * ideal            at the beginning of pend_ideal_bytes(...) bytes, aligned to 64, not owned; stays
+ *                  where it is.
+ * parameter, seed  of each derivative what it is by, and its unit: count of each.
+ */
+void pend_ideal_init(struct ideal *ideal, const struct pend_problem *problem, int order, int count,
+                     const struct pend_parameter parameter[], const double seed[]);
+
+/** The end of a step becomes the start of the next. */
+void pend_ideal_turn(struct ideal *ideal);
+
+/** Expands about the start of a step in a unit of time, s; returns the step in units that the
+ * motion and all derivatives allow, NaN where a coefficient is not finite. */
+double pend_ideal_expand(struct ideal *ideal, double unit, double log_rtol, double log_atol);
+
+/** The state at the end of a step of x units. */
+void pend_ideal_advance(struct ideal *ideal, double x);
+
+/** Everything at x units after the start, phi and rate or all, for pend_ideal_view. */
+void pend_ideal_values(struct ideal *ideal, double x, int all);
+
+/** Copies the values, and the derivatives from number `first` on, to a view of seven. */
+void pend_ideal_view(const struct ideal *ideal, int first, const struct derivatives_view *view);
+
+/** Shows a checkpoint the state. */
+void pend_ideal_carry(struct ideal *ideal, struct pend_checkpoint *checkpoint);
+
+#endif

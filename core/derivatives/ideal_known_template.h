@@ -1,0 +1,228 @@
+/* What the derivatives of an ideal pendulum need of its motion in a step, and the tree system of
+ * order 0, whose answers are taken for eight right-hand sides at once.
+ * Leaves to others: the orders (kernel_ideal, which includes this), the factorization
+ * (jets_factor). Invariant: the sweeps are those of jets_template, with numbers as coefficients. */
+#ifndef PEND_IDEAL_KNOWN_TEMPLATE_H
+#define PEND_IDEAL_KNOWN_TEMPLATE_H
+
+#include <string.h>
+
+#include "core/derivatives/ideal_system.h"
+#include "core/simd/vec8_template.h"
+#include "core/taylor/jets_factor.h"
+
+/* ---- what is known of the motion */
+
+/* u' = i phi' u, the newest coefficients last */
+static void ideal_turns(const struct ideal_known *s, size_t tile) {
+    double *re = s->turn_re + tile, *im = s->turn_im + tile;
+    const double *rate = s->rate + tile;
+    for (int p = 0; p < VEC8; p += WIDE) {
+        wide_put(re + p, wide_of(1));
+        wide_put(im + p, wide_of(0));
+        for (int j = 0; j <= s->order; j++) {
+            wide even = wide_get(rate + j * IDEAL_LANES + p), odd = wide_of(0);
+            wide x = even, y = odd, odd_x = odd, odd_y = odd;
+            int i = 1;
+            for (; i < j; i += 2) {
+                const double *u = re + i * IDEAL_LANES + p, *v = im + i * IDEAL_LANES + p;
+                odd = wide_get(rate + (j - i) * IDEAL_LANES + p);
+                even = wide_get(rate + (j - i - 1) * IDEAL_LANES + p);
+                odd_x = wide_fma(wide_get(u), odd, odd_x);
+                odd_y = wide_fma(wide_get(v), odd, odd_y);
+                x = wide_fma(wide_get(u + IDEAL_LANES), even, x);
+                y = wide_fma(wide_get(v + IDEAL_LANES), even, y);
+            }
+            if (i == j) {
+                odd = wide_get(rate + p);
+                odd_x = wide_fma(wide_get(re + j * IDEAL_LANES + p), odd, odd_x);
+                odd_y = wide_fma(wide_get(im + j * IDEAL_LANES + p), odd, odd_y);
+            }
+            wide share = wide_of(s->system.share[j]);
+            wide_put(re + (j + 1) * IDEAL_LANES + p, -share * (y + odd_y));
+            wide_put(im + (j + 1) * IDEAL_LANES + p, share * (x + odd_x));
+        }
+    }
+}
+
+/* the same of two to eight arms, whose series are kept with the real parts' signs turned, but for
+ * the first two orders (small_template) */
+static void ideal_kept_turns(const struct ideal_known *s) {
+    for (int p = 0; p < VEC8; p += WIDE) {
+        wide_put(s->turn_re + p, wide_of(1));
+        wide_put(s->turn_im + p, wide_of(0));
+        wide_put(s->turn_re + IDEAL_LANES + p, wide_of(0));
+        wide_put(s->turn_im + IDEAL_LANES + p, wide_get(s->rate + p));
+    }
+    for (int i = 2 * IDEAL_LANES; i < (s->order + 2) * IDEAL_LANES; i += WIDE) {
+        wide_put(s->turn_re + i, -wide_get(s->kept_re + i));
+        wide_put(s->turn_im + i, wide_get(s->kept_im + i));
+    }
+}
+
+/* accelerations of the tips, less that of gravity */
+static void ideal_accelerations(const struct ideal_known *s) {
+    for (int k = 0; k < s->n; k++) {
+        int up = s->system.parent[k];
+        double C = s->system.cosine[k], Z = s->system.sine[k], len = s->system.len[k];
+        for (int j = 0; j < s->order; j++) {
+            size_t at = ideal_place(s, k, j);
+            double factor = len * (j + 1) * (j + 2), re = 0, im = up < 0 && !j ? s->gravity : 0;
+            if (up >= 0)
+                re = s->acc_re[ideal_place(s, up, j)], im = s->acc_im[ideal_place(s, up, j)];
+            s->acc_re[at] = C * re + Z * im + factor * s->turn_re[at + 2 * IDEAL_LANES];
+            s->acc_im[at] = C * im - Z * re + factor * s->turn_im[at + 2 * IDEAL_LANES];
+        }
+    }
+}
+
+/* one arm alone: sin phi and cos phi */
+static void ideal_alone(const struct ideal_known *s) {
+    double C = s->system.cosine[0], Z = s->system.sine[0];
+    for (int j = 0; j <= s->order; j++) {
+        double re = s->turn_re[j * IDEAL_LANES], im = s->turn_im[j * IDEAL_LANES];
+        s->acc_re[j * IDEAL_LANES] = Z * re + C * im;
+        s->acc_im[j * IDEAL_LANES] = C * re - Z * im;
+    }
+}
+
+/* ---- the tree system of order 0 */
+
+/* What is known of an order of an arm: E, and the force across. */
+struct ideal_sums {
+    wide re, im, across;
+};
+
+/* What the system answers: the acceleration of the angle over its factor, the force along. */
+struct ideal_answer {
+    wide x, along;
+};
+
+/* Rows of eight numbers an arm: sums of two orders and answers of more than IDEAL_DENSE arms; what
+ * a mass adds; what the sweeps leave. */
+enum {
+    WORK_NOW,
+    WORK_NEXT = 3,
+    WORK_ANSWER = 6,
+    WORK_MASS_RE = 8,
+    WORK_MASS_IM,
+    WORK_PUSH,
+    WORK_SIDE,
+    WORK_BIAS,
+    WORK_LATE,
+    WORK_SUM,
+    WORK_EARLY,
+    WORK_RADIAL,
+    WORK_TANGENTIAL
+};
+_Static_assert((int)WORK_TANGENTIAL < (int)IDEAL_WORK, "IDEAL_WORK rows");
+
+/* row `what` of an arm */
+VEC_INLINE double *ideal_row(const struct ideal_group *g, int n, int what, int k) {
+    return g->work + ((size_t)what * (size_t)n + (size_t)k) * IDEAL_LANES;
+}
+
+#define ROW(what, k) (ideal_row(g, s->n, what, k) + p)
+#define GET(what, k) wide_get(ROW(what, k))
+#define PUT(what, k, x) wide_put(ROW(what, k), x)
+
+/* leaves to root: Im E times a factor is a pull; as jets_up */
+VEC_INLINE void ideal_up(const struct ideal_known *s, const struct ideal_group *g, int p,
+                         const struct ideal_sums sum[], double factor) {
+    const struct jets_system *t = &s->system;
+    for (int k = 0; k < s->n; k++) {
+        PUT(WORK_SIDE, k, sum[k].across);
+        PUT(WORK_PUSH, k, wide_of(0));
+        PUT(WORK_SUM, k, wide_of(0));
+        PUT(WORK_EARLY, k, wide_of(0));
+    }
+    for (int k = s->n - 1; k > 0; k--) {
+        int up = t->parent[k];
+        wide across = sum[k].across;
+        PUT(WORK_SIDE, up, GET(WORK_SIDE, up) - t->cosine[k] * across);
+        PUT(WORK_PUSH, up, GET(WORK_PUSH, up) - t->sine[k] * across);
+    }
+    for (int k = s->n - 1; k >= 0; k--) {
+        int up = t->parent[k];
+        wide push = wide_fma(wide_of(t->lean[k]), GET(WORK_SIDE, k), GET(WORK_PUSH, k));
+        wide bias = push - t->eff[k] * t->len[k] * factor * sum[k].im;
+        PUT(WORK_PUSH, k, push);
+        PUT(WORK_BIAS, k, bias);
+        if (up < 0) break;
+        wide late = GET(WORK_SUM, up);
+        PUT(WORK_LATE, k, late);
+        PUT(WORK_PUSH, up, wide_fma(wide_of(t->kappa[k]), bias, GET(WORK_PUSH, up)));
+        PUT(WORK_SUM, up, wide_fma(wide_of(t->sine[k]), bias, late));
+    }
+}
+
+/* root to leaves: accelerations of the angles, and the forces along; as jets_down */
+VEC_INLINE void ideal_down(const struct ideal_known *s, const struct ideal_group *g, int p,
+                           double inverse, struct ideal_answer answer[]) {
+    const struct jets_system *t = &s->system;
+    for (int k = 0; k < s->n; k++) {
+        int up = t->parent[k];
+        wide tension = GET(WORK_BIAS, k), from_r = wide_of(0), from_t = wide_of(0);
+        if (up >= 0) {
+            wide early = GET(WORK_EARLY, up), bias = tension;
+            wide across = GET(WORK_SIDE, up) - (early + GET(WORK_LATE, k));
+            PUT(WORK_EARLY, up, wide_fma(wide_of(t->sine[k]), bias, early));
+            tension = wide_fma(wide_of(t->tau[k]), across, t->nu[k] * bias);
+            from_r = GET(WORK_RADIAL, up), from_t = GET(WORK_TANGENTIAL, up);
+        }
+        wide shift = (tension - GET(WORK_PUSH, k)) * t->inv_eff[k];
+        wide radial = wide_fma(wide_of(t->kappa[k]), from_r, shift);
+        wide rest = (GET(WORK_SIDE, k) - GET(WORK_SUM, k)) * t->inv[k];
+        wide tangential = rest - t->lean[k] * radial;
+        PUT(WORK_RADIAL, k, radial);
+        PUT(WORK_TANGENTIAL, k, tangential);
+        wide gap = t->sine[k] * from_r - t->cosine[k] * from_t + tangential;
+        answer[k].x = gap * (t->inv_len[k] * inverse);
+        answer[k].along = wide_fma(wide_of(t->eff[k] * t->kappa[k]), from_r, tension);
+    }
+}
+
+/* what accelerations and forces of up to IDEAL_DENSE arms answer to a pull on an arm, and to a
+ * force across it: a lane for each of these units */
+static void ideal_table(const struct ideal_known *s) {
+    double work[IDEAL_WORK * IDEAL_DENSE * IDEAL_LANES] __attribute__((aligned(64)));
+    struct ideal_group group = {.work = work};
+    for (int p = 0; p < VEC8; p += WIDE) {
+        struct ideal_sums unit[IDEAL_DENSE];
+        struct ideal_answer answer[IDEAL_DENSE];
+        for (int k = 0; k < s->n; k++) {
+            double pull[2 * VEC8] = {0}, side[2 * VEC8] = {0};
+            pull[k] = side[s->n + k] = 1;
+            unit[k] = (struct ideal_sums){wide_of(0), wide_load(pull + p), wide_load(side + p)};
+        }
+        ideal_up(s, &group, p, unit, 1);
+        ideal_down(s, &group, p, 1, answer);
+        for (int k = 0; k < s->n; k++) {
+            wide_put(s->table + 2 * k * IDEAL_LANES + p, answer[k].x);
+            wide_put(s->table + (2 * k + 1) * IDEAL_LANES + p, answer[k].along);
+        }
+    }
+}
+
+static void ideal_know(const struct ideal_known *s) {
+    for (int k = 0; k < s->n; k += WIDE) {
+        wide x = wide_of(0), low = x, cosine, sine;
+        size_t bytes = (size_t)(s->n - k < WIDE ? s->n - k : WIDE) * sizeof(double);
+        memcpy(&x, s->system.angle + k, bytes);
+        memcpy(&low, s->system.angle_low + k, bytes);
+        WIDE_(sincos)(x, low, &sine, &cosine);
+        memcpy(s->system.cosine + k, &cosine, bytes);
+        memcpy(s->system.sine + k, &sine, bytes);
+    }
+    if (s->kept_re) ideal_kept_turns(s);
+    for (int k = 0; k < s->n && !s->kept_re; k += IDEAL_LANES) ideal_turns(s, ideal_place(s, k, 0));
+    if (s->n == 1) {
+        ideal_alone(s);
+        return;
+    }
+    jets_factor(&s->system);
+    if (s->masses) ideal_accelerations(s);
+    if (s->n <= IDEAL_DENSE) ideal_table(s);
+}
+
+#endif

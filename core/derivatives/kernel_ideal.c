@@ -1,0 +1,383 @@
+#include "core/derivatives/kernel_ideal.h"
+
+#include <assert.h>
+#include <math.h>
+
+#define NUMBER_VEC 1
+#include "core/simd/number.h"
+
+#include "core/derivatives/ideal_known_template.h"
+#include "core/taylor/taylor_order.h"
+
+/* With u = e^{i (phi - phi_0)} a tip's acceleration less its joint's is l u'', and the force along
+ * an arm F = lambda u, each in the arm's frame of the start. Let x be the change of phi, E that of
+ * -i u (where a length changes, of -i l u over l): then
+ *
+ *   E = x u - i (dl / l) u          Im F - x lambda = Im F - Im (F u*)        (F: the change)
+ *
+ * of which order k + 2 of E but for x_{k+2}, and Im F of order k, are five sums of products of what
+ * is known. The tree system of order 0, whose answers the motion has too, gives x'' and Re F:
+ * Im E is a pull along an arm, Im F a force across it. A mass that varies is a force dm (z'' + i
+ * g), which is taken out of F from its arm down to the pivot: B. Numbers with derivatives take ten
+ * sums in place of these five, divide, and need a pass for seven.
+ *
+ * tests/bench/parts/bench_derivatives.c has the peers, core/theory.md the figures. */
+
+enum { LANES = IDEAL_LANES, TRAILING = 4, LEADING = 4 };
+
+/* binary logarithm of the part of the motion below which a derivative is not looked at */
+static const double ideal_floor = -40;
+
+/* ---- the orders */
+
+/* The sums of orders k and k + 1 of an arm without the terms that need order k. What is known has
+ * an order less for what x_{i+2} meets in E than for what F_i meets, so that one loop serves both.
+ */
+VEC_INLINE void ideal_known_sums(const struct ideal_known *s, const struct ideal_group *g, int a,
+                                 int k, int p, struct ideal_sums *now, struct ideal_sums *next) {
+    size_t row = (size_t)a * g->rows * LANES + (size_t)p, at = ideal_place(s, a, k);
+    const double *x = g->angle + row, *along = g->along + row, *across = g->across + row;
+    const double *re = s->turn_re + at, *im = s->turn_im + at, *force = s->force + at;
+    wide zero = wide_of(0), first = wide_get(x), second = wide_get(x + LANES);
+    wide len = g->lengths ? wide_get(g->length + a * LANES + p) : zero;
+    wide now_x[3], next_x[3], now_f[2] = {zero, zero}, next_f[2] = {zero, zero};
+    now_x[0] = wide_fma(second, wide_of(re[LANES]), first * re[2 * LANES]);
+    now_x[1] = wide_fma(second, wide_of(im[LANES]), first * im[2 * LANES]);
+    now_x[2] = wide_fma(second, wide_of(force[-LANES]), first * force[0]);
+    next_x[0] = wide_fma(second, wide_of(re[2 * LANES]), first * re[3 * LANES]);
+    next_x[1] = wide_fma(second, wide_of(im[2 * LANES]), first * im[3 * LANES]);
+    next_x[2] = wide_fma(second, wide_of(force[0]), first * force[LANES]);
+    if (g->lengths) {
+        now_x[0] = wide_fma(len, wide_of(im[2 * LANES]), now_x[0]);
+        now_x[1] = wide_fma(len, wide_of(-re[2 * LANES]), now_x[1]);
+        next_x[0] = wide_fma(len, wide_of(im[3 * LANES]), next_x[0]);
+        next_x[1] = wide_fma(len, wide_of(-re[3 * LANES]), next_x[1]);
+    }
+    wide later_re = wide_of(re[LANES]), later_im = wide_of(im[LANES]);
+    wide later_force = wide_of(force[-LANES]);
+    for (int i = 0; i < k; i++, re -= LANES, im -= LANES, force -= LANES) {
+        x += LANES;
+        wide y = wide_get(x + LANES), f = wide_get(along), c = wide_get(across);
+        wide ur = wide_of(re[0]), ui = wide_of(im[0]), l = wide_of(force[-2 * LANES]);
+        along += LANES, across += LANES;
+        next_x[0] = wide_fma(y, later_re, next_x[0]);
+        next_x[1] = wide_fma(y, later_im, next_x[1]);
+        next_x[2] = wide_fma(y, later_force, next_x[2]);
+        next_f[0] = wide_fma(f, later_im, next_f[0]);
+        next_f[1] = wide_fma(c, later_re, next_f[1]);
+        now_x[0] = wide_fma(y, ur, now_x[0]);
+        now_x[1] = wide_fma(y, ui, now_x[1]);
+        now_x[2] = wide_fma(y, l, now_x[2]);
+        now_f[0] = wide_fma(f, ui, now_f[0]);
+        now_f[1] = wide_fma(c, ur, now_f[1]);
+        later_re = ur, later_im = ui, later_force = l;
+    }
+    *now = (struct ideal_sums){now_x[0], now_x[1], now_x[2] + (now_f[0] - now_f[1])};
+    *next = (struct ideal_sums){next_x[0], next_x[1], next_x[2] + (next_f[0] - next_f[1])};
+}
+
+/* B of order k */
+VEC_INLINE void ideal_masses(const struct ideal_known *s, const struct ideal_group *g, int k,
+                             int p) {
+    for (int a = 0; a < s->n; a++) {
+        wide mass = wide_get(g->mass + a * LANES + p);
+        PUT(WORK_MASS_RE, a, mass * s->acc_re[ideal_place(s, a, k)]);
+        PUT(WORK_MASS_IM, a, mass * s->acc_im[ideal_place(s, a, k)]);
+    }
+    for (int a = s->n - 1; a > 0; a--) {
+        int up = s->system.parent[a];
+        double C = s->system.cosine[a], Z = s->system.sine[a];
+        wide re = GET(WORK_MASS_RE, a), im = GET(WORK_MASS_IM, a);
+        PUT(WORK_MASS_RE, up, GET(WORK_MASS_RE, up) + (C * re - Z * im));
+        PUT(WORK_MASS_IM, up, GET(WORK_MASS_IM, up) + (Z * re + C * im));
+    }
+}
+
+/* the answers of the tree system by the table */
+VEC_INLINE void ideal_dense(const struct ideal_known *s, int n, const struct ideal_sums sum[],
+                            double factor, double inverse, struct ideal_answer answer[]) {
+    wide side[IDEAL_DENSE];
+    assert(n <= IDEAL_DENSE);
+    for (int j = 0; j < n; j++) side[j] = sum[j].across * inverse;
+    for (int i = 0; i < n; i++) {
+        const double *row = s->table + 2 * i * LANES, *force = row + LANES;
+        wide x = side[0] * row[n], f = side[0] * force[n];
+        for (int j = 1; j < n; j++) {
+            x = wide_fma(side[j], wide_of(row[n + j]), x);
+            f = wide_fma(side[j], wide_of(force[n + j]), f);
+        }
+        for (int j = 0; j < n; j++) {
+            x = wide_fma(sum[j].im, wide_of(row[j]), x);
+            f = wide_fma(sum[j].im, wide_of(force[j]), f);
+        }
+        answer[i] = (struct ideal_answer){x, f * factor};
+    }
+}
+
+/* the coefficients of order k from its sums, which it changes; the answers are the coefficients of
+ * the angles and of the forces along */
+VEC_INLINE void ideal_solve(const struct ideal_known *s, const struct ideal_group *g, int n, int k,
+                            int p, struct ideal_sums sum[], struct ideal_answer answer[]) {
+    assert(n == s->n && k >= 0 && k < s->order);
+    double factor = (double)(k + 1) * (k + 2);
+    double inverse = s->system.share[k] * s->system.share[k + 1];
+    if (g->masses) {
+        ideal_masses(s, g, k, p);
+        for (int a = 0; a < n; a++) sum[a].across -= GET(WORK_MASS_IM, a);
+    }
+    if (!k) {
+        // gravity is an acceleration of the pivot
+        wide lift = wide_get(g->gravity + p) * (0.5 * s->square * s->system.inv_len[0]);
+        sum[0].re = wide_fma(wide_of(s->system.cosine[0]), lift, sum[0].re);
+        sum[0].im -= s->system.sine[0] * lift;
+    }
+    if (n <= IDEAL_DENSE) {
+        ideal_dense(s, n, sum, factor, inverse, answer);
+    } else {
+        ideal_up(s, g, p, sum, factor);
+        ideal_down(s, g, p, inverse, answer);
+    }
+    for (int a = 0; a < n; a++) {
+        size_t row = ((size_t)a * g->rows + (size_t)k) * LANES + (size_t)p;
+        answer[a].x -= sum[a].re;
+        if (g->masses) {
+            answer[a].along += GET(WORK_MASS_RE, a);
+            sum[a].across += GET(WORK_MASS_IM, a);
+        }
+        wide_put(g->angle + row + 2 * LANES, answer[a].x);
+        wide_put(g->along + row, answer[a].along);
+        wide_put(g->across + row, sum[a].across);
+    }
+}
+
+/* the orders; of up to IDEAL_DENSE arms what is known of an order stays in registers */
+VEC_INLINE void ideal_orders_in(const struct ideal_known *s, const struct ideal_group *g, int n,
+                                int p, struct ideal_sums now[], struct ideal_sums next[],
+                                struct ideal_answer answer[]) {
+    for (int k = 0; k < s->order; k += 2) {
+        for (int a = 0; a < n; a++) ideal_known_sums(s, g, a, k, p, &now[a], &next[a]);
+        ideal_solve(s, g, n, k, p, now, answer);
+        if (k + 1 == s->order) break;
+        for (int a = 0; a < n; a++) {
+            // the terms that need order k; u_1 is i phi'_0
+            wide rate = wide_of(s->rate[ideal_place(s, a, 0)]);
+            next[a].im = wide_fma(rate, answer[a].x, next[a].im);
+            next[a].across = wide_fma(rate, answer[a].along, next[a].across);
+        }
+        ideal_solve(s, g, n, k + 1, p, next, answer);
+    }
+}
+
+VEC_INLINE void ideal_orders_dense(const struct ideal_known *s, const struct ideal_group *g, int n,
+                                   int p) {
+    struct ideal_sums now[IDEAL_DENSE], next[IDEAL_DENSE];
+    struct ideal_answer answer[IDEAL_DENSE];
+    ideal_orders_in(s, g, n, p, now, next, answer);
+}
+
+static void ideal_orders_swept(const struct ideal_known *s, const struct ideal_group *g, int p) {
+    void *now = ideal_row(g, s->n, WORK_NOW, 0), *next = ideal_row(g, s->n, WORK_NEXT, 0);
+    void *answer = ideal_row(g, s->n, WORK_ANSWER, 0);
+    ideal_orders_in(s, g, s->n, p, now, next, answer);
+}
+
+/* one arm alone: phi'' = -(g / l) cos phi, whose change is (g / l) sin phi x - d(g / l) cos phi */
+static void ideal_orders_single(const struct ideal_known *s, const struct ideal_group *g, int p) {
+    assert(s->n == 1);
+    double pull = s->gravity * s->system.inv_len[0];
+    wide change = wide_get(g->gravity + p) * (s->square * s->system.inv_len[0]) -
+                  pull * wide_get(g->length + p);
+    for (int k = 0; k < s->order; k++) {
+        wide sum = wide_of(0), other = sum;
+        for (int j = 0; j < k; j += 2) {
+            const double *x = g->angle + j * LANES + p, *lift = s->acc_re + (k - j) * LANES;
+            sum = wide_fma(wide_get(x), wide_of(lift[0]), sum);
+            other = wide_fma(wide_get(x + LANES), wide_of(lift[-LANES]), other);
+        }
+        if (k % 2 == 0)
+            sum = wide_fma(wide_get(g->angle + k * LANES + p), wide_of(s->acc_re[0]), sum);
+        double share = s->system.share[k] * s->system.share[k + 1];
+        wide acc = pull * (sum + other) - s->acc_im[k * LANES] * change;
+        wide_put(g->angle + (k + 2) * LANES + p, share * acc);
+    }
+}
+
+/* ---- the length of a step */
+
+/* binary logarithm of the largest coefficient of order j of the angles' series, times a factor */
+VEC_INLINE wide ideal_norm(const struct ideal_known *s, const struct ideal_group *g, int j, int p,
+                           double factor) {
+    wide most = wide_of(0);
+    for (int a = 0; a < s->n; a++)
+        most =
+            WIDE_(peak)(wide_get(g->angle + ((size_t)a * g->rows + (size_t)j) * LANES + p), most);
+    return WIDE_(log2)(most * factor) - (wide)((wide_mask)(most == 0) & (wide_mask)wide_of(1e4));
+}
+
+/* the same of the motion's angles, times the floor's part; of order 1 on */
+static double ideal_motion_norm(const struct ideal_known *s, int j) {
+    wide most = wide_of(0);
+    for (int a = 0; a < s->n; a++)
+        most =
+            WIDE_(peak)(wide_of(s->rate[ideal_place(s, a, j - 1)] * s->system.share[j - 1]), most);
+    return most[0] > 0 ? WIDE_(log2)(most)[0] + ideal_floor : -1e4;
+}
+
+/* the rule of step_template for each lane; a derivative's motion is at least the floor's part of
+ * the motion */
+static double ideal_reach(const struct ideal_known *s, const struct ideal_group *g, double log_rtol,
+                          double log_atol) {
+    const double *last = s->system.share + s->order, *share = s->system.share;
+    assert(s->order >= LEADING);
+    double least = 10, spread = (PEND_TAYLOR_LOG_CAP - log_rtol) * last[0], floor[LEADING];
+    for (int i = 0; i < LEADING; i++) floor[i] = ideal_motion_norm(s, i + 1);
+    for (int p = 0; p < VEC8; p += WIDE) {
+        wide leading[LEADING], reach = wide_of(10);
+        for (int i = 0; i < LEADING; i++)
+            leading[i] = WIDE_(max)(ideal_norm(s, g, i + 1, p, 1), wide_of(floor[i]));
+        for (int j = s->order - TRAILING + 1; j <= s->order; j++) {
+            wide trailing = ideal_norm(s, g, j + 1, p, j + 1);
+            wide far = log_atol * last[1] - trailing * share[j], here = wide_of(-1e4);
+            for (int i = 0; i < LEADING; i++)
+                here = WIDE_(max)(here,
+                                  log_rtol * last[-i] + (leading[i] - trailing) * share[j - i - 1]);
+            here = WIDE_(max)(here, WIDE_(min)(far, here + spread));
+            reach = WIDE_(min)(reach, here);
+        }
+        for (int i = 0; i < WIDE; i++) least = fmin(least, reach[i]);
+    }
+    return exp2(fmax(least, -60));
+}
+
+static int ideal_finite(const struct ideal_known *s, const struct ideal_group *g) {
+    wide bad = wide_of(0);
+    double sum = 0;
+    for (int a = 0; a < s->n; a++)
+        for (int i = 0; i < (s->order + 2) * LANES; i += WIDE)
+            bad += wide_get(g->angle + (size_t)a * g->rows * LANES + i) * 0;
+    for (int i = 0; i < WIDE; i++) sum += bad[i];
+    return sum == 0;
+}
+
+static double ideal_expand(const struct ideal_known *s, const struct ideal_group *g, double unit,
+                           double log_rtol, double log_atol) {
+    assert(s->n >= 1 && s->order > TRAILING);
+    for (int p = 0; p < VEC8; p += WIDE) {
+        for (int a = 0; a < s->n; a++) {
+            size_t row = (size_t)a * g->rows * LANES + (size_t)p;
+            wide_put(g->angle + row, wide_get(g->phi + a * LANES + p));
+            wide_put(g->angle + row + LANES, wide_get(g->rate + a * LANES + p) * unit);
+        }
+        if (s->n == 1)
+            ideal_orders_single(s, g, p);
+        else if (s->n == 2)
+            ideal_orders_dense(s, g, 2, p);
+        else if (s->n == 3)
+            ideal_orders_dense(s, g, 3, p);
+        else if (s->n == 4)
+            ideal_orders_dense(s, g, 4, p);
+        else
+            ideal_orders_swept(s, g, p);
+    }
+    return ideal_finite(s, g) ? ideal_reach(s, g, log_rtol, log_atol) : NAN;
+}
+
+/* ---- the state inside a step */
+
+/* adds to a sum of two */
+VEC_INLINE void ideal_sum(double *high, double *low, const double *from, const double *from_low,
+                          wide add) {
+    wide x = wide_get(from), more = add + wide_get(from_low), total = x + more, part = total - x;
+    wide_put(low, (x - (total - part)) + (more - part));
+    wide_put(high, total);
+}
+
+/* phi and unit phi' less their start, and unit^2 phi'' */
+struct ideal_gain {
+    wide phi, rate, acc;
+};
+
+VEC_INLINE struct ideal_gain ideal_at(const struct ideal_known *s, const struct ideal_group *g,
+                                      int a, int p, double x_) {
+    const double *c = g->angle + (size_t)a * g->rows * LANES + p;
+    wide x = wide_of(x_), zero = wide_of(0);
+    struct ideal_gain sum = {zero, zero, zero};
+    for (int j = s->order + 1; j >= 2; j--) {
+        wide here = wide_get(c + j * LANES);
+        sum.phi = wide_fma(sum.phi, x, here);
+        sum.rate = wide_fma(sum.rate, x, here * (double)j);
+        sum.acc = wide_fma(sum.acc, x, here * ((double)j * (j - 1)));
+    }
+    sum.phi = wide_fma(sum.phi, x, wide_get(c + LANES)) * x;
+    sum.rate *= x;
+    return sum;
+}
+
+static void ideal_advance(const struct ideal_known *s, const struct ideal_group *g, double unit,
+                          double x) {
+    double inverse = 1 / unit;
+    for (int a = 0; a < s->n; a++)
+        for (int p = 0; p < VEC8; p += WIDE) {
+            int at = a * LANES + p;
+            struct ideal_gain sum = ideal_at(s, g, a, p, x);
+            ideal_sum(g->end_phi + at, g->end_low + at, g->phi + at, g->phi_low + at, sum.phi);
+            ideal_sum(g->end_rate + at, g->slow + at, g->rate + at, g->rate_low + at,
+                      sum.rate * inverse);
+        }
+}
+
+/* a series of the motion at x */
+static double ideal_horner(const double *series, int order, double x) {
+    double sum = 0;
+    for (int j = order; j >= 0; j--) sum = lanes1_fma(sum, x, series[j * LANES]);
+    return sum;
+}
+
+/* The change of lambda = Re (F u*): of one arm alone that of m (g sin phi - l phi'^2). `faster` is
+ * the change of the rate in units. */
+VEC_INLINE wide ideal_force(const struct ideal_known *s, const struct ideal_group *g, int a, int p,
+                            double x, wide more, wide faster) {
+    size_t from = ideal_place(s, a, 0), row = (size_t)a * g->rows * LANES + (size_t)p;
+    if (s->n > 1) {
+        double re = ideal_horner(s->turn_re + from, s->order + 1, x);
+        double im = ideal_horner(s->turn_im + from, s->order + 1, x);
+        wide along = wide_of(0), across = along, at = wide_of(x);
+        for (int j = s->order - 1; j >= 0; j--) {
+            along = wide_fma(along, at, wide_get(g->along + row + j * LANES));
+            across = wide_fma(across, at, wide_get(g->across + row + j * LANES));
+        }
+        return wide_fma(along, wide_of(re), across * im);
+    }
+    double sine = ideal_horner(s->acc_re, s->order, x),
+           cosine = ideal_horner(s->acc_im, s->order, x);
+    double rate = ideal_horner(s->rate, s->order, x), len = s->system.len[0];
+    double lift = s->gravity * sine - len * rate * rate;
+    wide sum = wide_get(g->mass + p) * lift;
+    wide inner = wide_get(g->gravity + p) * (s->square * sine) + more * (s->gravity * cosine) -
+                 wide_get(g->length + p) * (len * rate * rate) - faster * (2 * len * rate);
+    return wide_fma(inner, wide_of(s->system.mass[0]), sum);
+}
+
+static void ideal_values(const struct ideal_known *s, const struct ideal_group *g, double unit,
+                         double x, int all) {
+    double inverse = 1 / unit, square = inverse * inverse;
+    for (int a = 0; a < s->n; a++)
+        for (int p = 0; p < VEC8; p += WIDE) {
+            int at = a * LANES + p;
+            struct ideal_gain sum = ideal_at(s, g, a, p, x);
+            wide phi = wide_get(g->phi + at) + (sum.phi + wide_get(g->phi_low + at));
+            wide rate = wide_get(g->rate + at) + (sum.rate * inverse + wide_get(g->rate_low + at));
+            wide_put(g->out[0] + at, phi);
+            wide_put(g->out[1] + at, rate);
+            if (!all) continue;
+            wide_put(g->out[2] + at, sum.acc * square);
+            wide_put(g->out[3] + at, square * ideal_force(s, g, a, p, x, phi, rate * unit));
+        }
+}
+
+const struct ideal_kernel KERNEL_NAME(pend_kernel_ideal_) = {
+    .know = ideal_know,
+    .expand = ideal_expand,
+    .advance = ideal_advance,
+    .values = ideal_values,
+};

@@ -1,0 +1,38 @@
+/* What a fit answers.
+ * Leaves to others: how it is found (fit).
+ * Invariant: all arrays belong to the fit. */
+#ifndef PEND_FIT_RESULT_H
+#define PEND_FIT_RESULT_H
+
+/* How a fit ended. */
+enum pend_fit_end {
+    PEND_FIT_CONVERGED,
+    PEND_FIT_STRANGE, /* a minimum whose motion does not follow the data */
+    PEND_FIT_STOPPED, /* the iterations were used up, or no step led down: no minimum */
+};
+
+enum { PEND_FIT_BLIND = 8 };
+
+/* The outcome; all arrays belong to the fit. */
+struct pend_fit_result {
+    enum pend_fit_end end;
+    long iterations, evaluations;
+    const double *value; /* of the unknowns */
+    const double *error; /* standard errors; infinite where the data do not tell, NaN of an unknown
+                            that is at a bound */
+    const double *correlation;    /* unknowns x unknowns; 0 where an error is not finite */
+    const unsigned char *bounded; /* non-zero: at a bound */
+    /* (model - data) / sigma, or in the data's unit where no sigma is known; [row * columns +
+     * column], NaN where nothing was measured */
+    const double *residual;
+    double chi_squared;
+    long freedom;     /* measurements less unknowns that were found */
+    double follows;   /* s: the last row up to which the motion follows the data; NaN = none */
+    double explained; /* 1 - sum of squares over that of the data about their mean */
+    /* Directions that the data do not tell: relative changes of all unknowns together, the largest
+     * of which is 1; [direction * unknowns + unknown]. */
+    int blind;
+    const double *direction;
+};
+
+#endif

@@ -1,0 +1,101 @@
+#include "core/fit/fit_state.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+#include "core/fit/fit_bounds.h"
+
+/* part of the data's squares that is rounding: data may be met exactly */
+static const double fit_exact = 1e-12;
+
+/* Part of the sum of squares that one more step may still gain at a minimum. */
+static const double fit_minimum = 1e-6;
+
+/* what an unknown is measured in: its value, or 1 where that is next to nothing */
+static double fit_measure(const struct pend_fit *fit, int j) {
+    double value = fabs(fit->value[j]), start = fabs(fit->problem.unknown[j].start);
+    return value > 1e-6 ? value : start > 1e-6 ? start : 1;
+}
+
+enum pend_status pend_fit_state_look(struct pend_fit *fit, long rows, struct pend_error *error) {
+    assert(rows >= 1 && rows <= fit->problem.rows);
+    fit->result.evaluations++;
+    for (int j = 0; j < fit->problem.unknowns; j++) {
+        fit->value[j] = fit_bounds_outer(&fit->problem.unknown[j], fit->inner[j]);
+        fit->held[j] = (unsigned char)fit_bounds_at(&fit->problem.unknown[j], fit->value[j], 0);
+        fit->size[j] = fit_measure(fit, j);
+    }
+    return pend_fit_model_at(&fit->model, fit->value, rows, fit->residual, fit->slope, error);
+}
+
+double pend_fit_state_squares(const struct pend_fit *fit, long rows, long *count) {
+    double sum = 0;
+    *count = 0;
+    for (long i = 0; i < rows; i++)
+        for (int c = 0; c < fit->problem.columns; c++) {
+            double r = fit->residual[i * fit->problem.columns + c];
+            if (isnan(fit->problem.column[c].data[i])) continue;
+            sum += r * r, ++*count;
+        }
+    return sum;
+}
+
+int pend_fit_state_known(const struct pend_fit *fit) {
+    int known = 1;
+    for (int c = 0; c < fit->problem.columns; c++) known &= pend_fit_known(&fit->problem.column[c]);
+    return known;
+}
+
+double pend_fit_state_variance(const struct pend_fit *fit, double squares, long freedom) {
+    return pend_fit_state_known(fit) || freedom < 1 ? 1 : squares / (double)freedom;
+}
+
+enum pend_status pend_fit_state_tell(const struct pend_fit *fit, struct fit_told *told) {
+    size_t m = (size_t)fit->problem.rows * (size_t)fit->problem.columns;
+    return pend_fit_told_init(told, m, fit->problem.unknowns, fit->slope, fit->residual, fit->held,
+                              fit->size);
+}
+
+enum pend_status pend_fit_state_free(struct pend_fit *fit, double variance) {
+    struct fit_told told;
+    size_t q = (size_t)fit->problem.unknowns;
+    assert(variance >= 0);
+    memset(fit->held, 0, q);
+    enum pend_status status = pend_fit_state_tell(fit, &told);
+    if (status == PEND_OK) pend_fit_told_covariance(&told, fit->covariance);
+    pend_fit_told_clear(&told);
+    for (size_t j = 0; j < q && status == PEND_OK; j++) {
+        double error = sqrt(variance * fit->covariance[j * q + j]);
+        int at = fit_bounds_at(&fit->problem.unknown[j], fit->value[j], error);
+        fit->bounded[j] = fit->held[j] = (unsigned char)at;
+    }
+    return status;
+}
+
+double pend_fit_state_total(const struct pend_fit *fit) {
+    double sum = 0;
+    for (int c = 0; c < fit->problem.columns; c++) {
+        const struct pend_fit_column *column = &fit->problem.column[c];
+        double mean = 0, weight = 0;
+        for (long i = 0; i < fit->problem.rows; i++) {
+            if (isnan(column->data[i])) continue;
+            double own = pow(pend_fit_sigma(column, i), -2);
+            mean += own * column->data[i], weight += own;
+        }
+        mean /= weight > 0 ? weight : 1;
+        // a frequency is one number, whose mean says nothing
+        if (column->kind == PEND_FIT_MODE) mean = 0;
+        for (long i = 0; i < fit->problem.rows; i++) {
+            double x = column->data[i], size = pow(pend_fit_sigma(column, i), -2);
+            if (!isnan(x)) sum += size * ((x - mean) * (x - mean) + fit_exact * x * x);
+        }
+    }
+    return sum;
+}
+
+int pend_fit_state_flat(const struct pend_fit *fit, double gain, double squares) {
+    assert(gain >= 0);
+    double own = pend_fit_state_known(fit) ? 1 : fit_exact * pend_fit_state_total(fit);
+    return gain <= fit_minimum * (squares + own);
+}

@@ -1,0 +1,74 @@
+/* A fit under way, and how it looks at the data with the values that it has.
+ * Leaves to others: the search (fit), what is told at its end (fit_end), bounds (fit_release).
+ * Invariant: slopes and residuals are those of the last look; one block of memory. */
+#ifndef PEND_FIT_STATE_H
+#define PEND_FIT_STATE_H
+
+#include "core/fit/fit_model.h"
+#include "core/fit/fit_pieces.h"
+#include "core/fit/fit_result.h"
+#include "core/fit/fit_told.h"
+
+struct fit_search; /* the library's part of a search */
+
+struct pend_fit {
+    struct pend_fit_problem problem;
+    struct fit_model model;
+    struct fit_search *search;
+    long window;             /* rows taken in */
+    long reached;            /* the most that were */
+    int here;                /* iterations in this window */
+    int begun, ready;        /* the workspace is at the window; the result is there */
+    enum pend_status status; /* of the last evaluation at an iterate */
+    int starved;             /* memory was refused: no result is what it would have been */
+    struct pend_error failure;
+    double *inner, *value, *error, *correlation, *residual, *slope, *direction, *covariance, *size;
+    double swing;                  /* s, about the time of one */
+    double *origin;                /* inner numbers where the search began */
+    struct fit_pieces *pieces;     /* while the motion is looked at in pieces */
+    int apt, cut;                  /* it can be; it was */
+    double *best;                  /* inner numbers of the lowest sum of squares of all rows */
+    double least;                  /* that sum; infinite before there is one */
+    int inside;                    /* unknowns at bounds were begun again inside */
+    unsigned char *bounded, *held; /* at a bound; for the last look, counted as constant */
+    struct pend_fit_result result;
+};
+
+/** Slopes and residuals of the first rows at the fit's inner numbers; the unknowns that are next to
+ * bounds are `held`. What pend_fit_model_at says. */
+PEND_MUST_CHECK enum pend_status pend_fit_state_look(struct pend_fit *fit, long rows,
+                                                     struct pend_error *error);
+
+/** The sum of squares of the first rows of the last look, and how many measurements are in them.
+ * O(measurements). */
+double pend_fit_state_squares(const struct pend_fit *fit, long rows, long *count);
+
+/** Variance of a residual: 1 where every sigma is known, else as large as it is. O(columns). */
+double pend_fit_state_variance(const struct pend_fit *fit, double squares, long freedom);
+
+/** Whether all standard deviations are known. O(columns). */
+int pend_fit_state_known(const struct pend_fit *fit);
+
+/** What the slopes and residuals of the last look tell, `held` unknowns being constant. As
+ * pend_fit_told_init. */
+PEND_MUST_CHECK enum pend_status pend_fit_state_tell(const struct pend_fit *fit,
+                                                     struct fit_told *told);
+
+/**
+ * The covariance as it is where no unknown were held by a bound: the one that is there is as
+ * uncertain as the data leave it, and the others with it. Then says which are there: `bounded`, and
+ * `held` the same.
+ *
+ * PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status pend_fit_state_free(struct pend_fit *fit, double variance);
+
+/** Whether nothing that a step may gain, `gain`, is worth it: less than a millionth of the sum of
+ * squares of all rows, or of one measurement's own. O(measurements). */
+int pend_fit_state_flat(const struct pend_fit *fit, double gain, double squares);
+
+/** The sum of squares of the data about their mean, or what is left of it by rounding.
+ * O(measurements). */
+double pend_fit_state_total(const struct pend_fit *fit);
+
+#endif

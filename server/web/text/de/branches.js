@@ -1,0 +1,29 @@
+// German: the keys of en/branches.js.
+
+export default {
+  "branches.intro":
+    "Wie schnell jede Mode schwingt, wenn sie weit schwingt: ihre Frequenz entlang ihres Zweigs, durchgezogen, wo die Schwingung stabil ist, gestrichelt, wo der kleinste Stoß von ihr wegführt.",
+  "branches.running": "Die Zweige werden berechnet.",
+  "branches.hint":
+    "Klicke auf einen Punkt eines Zweigs oder wähle unten einen: Er wird in Bewegung gesetzt.",
+  "branches.plot": "Frequenz der Moden darüber, wie weit sie schwingen",
+  "branches.far": "Verfolgen bis",
+  "branches.over": "Über",
+  "branches.amplitude": "wie weit sie schwingt",
+  "branches.energy": "der Energie",
+  "branches.amplitude.axis": "weitester Arm, °",
+  "branches.energy.axis": "Energie über der Ruhe, J",
+  "branches.along": "Welche Bahn des Zweigs",
+  "branches.begin": "Diese Bahn in Bewegung setzen",
+  "branches.moving": "Die Bahn der Mode {mode} bewegt sich auf der Bühne.",
+  "branches.stable": "Bis {angle}°, {energy} J: {frequency} Hz, Periode {period} s; stabil.",
+  "branches.unstable":
+    "Bis {angle}°, {energy} J: {frequency} Hz, Periode {period} s; instabil: Der kleinste Stoß wächst.",
+  "branches.fold": "Mode {mode} bei {angle}°: Der Zweig kehrt um.",
+  "branches.branch": "Mode {mode} bei {angle}°: Ein anderer Zweig kreuzt ihn.",
+  "branches.symmetry":
+    "Mode {mode} bei {angle}°: Schwingungen zweigen ab, die nicht auf beiden Seiten gleich sind.",
+  "branches.doubling": "Mode {mode} bei {angle}°: Schwingungen der doppelten Periode zweigen ab.",
+  "branches.torus":
+    "Mode {mode} bei {angle}°: Ihre Stabilität ändert sich durch eine umlaufende Störung.",
+};

@@ -1,0 +1,46 @@
+// English: the words of a film of one's own pendulum in the drawer Measure.
+
+export default {
+  "film.intro":
+    "Choose a film of your own pendulum, or drop it here. It stays in this browser: nothing of it is sent. Mark two points of a known distance and the pivot, then the tips, picture by picture or by their colour.",
+  "film.open": "Choose a film",
+  "film.opening": "The film is being opened.",
+  "film.opened": "{name}: {time} s long.",
+  "film.again": "{name}: {time} s long, with the marks that it had.",
+  "film.kept": "The marks of {name} are still here. Choose the film again to see them in it.",
+  "film.refused": "This browser cannot show {name} as a film.",
+  "film.mark": "Mark points in the film",
+  "film.done": "Done",
+  "film.picture":
+    "Picture of the film: arrows move the cross, shift makes larger steps, Enter sets the mark, Page Down and Page Up lead to the next and the last picture, Delete takes the mark away, Escape ends",
+  "film.roles": "film to be marked",
+  "film.tools": "What is marked in the film",
+  "film.back": "Picture before",
+  "film.on": "Next picture",
+  "film.tool": "Next mark",
+  "film.one": "Scale, first end",
+  "film.two": "Scale, second end",
+  "film.pivot": "Pivot",
+  "film.below": "A point straight below the pivot",
+  "film.tip": "Tip of arm {arm}",
+  "film.remove": "Remove the mark",
+  "film.colour": "Follow a colour",
+  "film.placed": "{what}: {x} {unit} across, {y} {unit} up.",
+  "film.end": "This is the film’s last picture.",
+  "film.following": "The colour is being followed. Done stops it.",
+  "film.followed": "Tip {arm} is marked in {count} pictures.",
+  "film.lost":
+    "The colour was lost: tip {arm} is marked in {count} pictures. Go on from where it is seen again.",
+  "film.noColour": "There is too little of this colour here.",
+  "film.metres": "Length of the scale",
+  "film.slow": "Slow motion: how many times slower",
+  "film.rate": "Pictures in a second of the film",
+  "film.tolerance": "How much a colour may differ",
+  "film.scaled": "{scale} pixels of the film are a metre.",
+  "film.unscaled":
+    "Without a scale, places are told in pixels; a fit finds lengths from gravity all the same.",
+  "film.marked": "Marks of the tip of arm {arm}: {count}",
+  "film.fit": "Fit the pendulum to it",
+  "film.save": "Save as CSV",
+  "film.clear": "Remove all tips’ marks",
+};

@@ -1,0 +1,27 @@
+// Spanish: the keys of en/branches.js.
+
+export default {
+  "branches.intro":
+    "Con qué rapidez oscila cada modo cuando oscila lejos: su frecuencia a lo largo de su rama, en línea continua donde la oscilación es estable, discontinua donde el menor empujón la aleja.",
+  "branches.running": "Se están calculando las ramas.",
+  "branches.hint": "Haz clic en un punto de una rama o elígelo abajo: se pone en movimiento.",
+  "branches.plot": "Frecuencia de los modos según lo lejos que oscilan",
+  "branches.far": "Seguirlas hasta",
+  "branches.over": "Según",
+  "branches.amplitude": "lo lejos que oscila",
+  "branches.energy": "la energía",
+  "branches.amplitude.axis": "brazo que más se aparta, °",
+  "branches.energy.axis": "energía sobre el reposo, J",
+  "branches.along": "Qué órbita de la rama",
+  "branches.begin": "Poner esta órbita en movimiento",
+  "branches.moving": "La órbita del modo {mode} se mueve en el escenario.",
+  "branches.stable": "Hasta {angle}°, {energy} J: {frequency} Hz, periodo {period} s; estable.",
+  "branches.unstable":
+    "Hasta {angle}°, {energy} J: {frequency} Hz, periodo {period} s; inestable: el menor empujón crece.",
+  "branches.fold": "Modo {mode} a {angle}°: la rama da la vuelta.",
+  "branches.branch": "Modo {mode} a {angle}°: otra rama la cruza.",
+  "branches.symmetry":
+    "Modo {mode} a {angle}°: se separan oscilaciones que no son iguales a ambos lados.",
+  "branches.doubling": "Modo {mode} a {angle}°: se separan oscilaciones de periodo doble.",
+  "branches.torus": "Modo {mode} a {angle}°: su estabilidad cambia por una perturbación que gira.",
+};

@@ -1,0 +1,46 @@
+// Spanish: the keys of en/film.js.
+
+export default {
+  "film.intro":
+    "Elige una película de tu propio péndulo o suéltala aquí. Se queda en este navegador: nada de ella se envía. Marca dos puntos de distancia conocida y el pivote, y después los extremos, imagen por imagen o por su color.",
+  "film.open": "Elegir una película",
+  "film.opening": "Se está abriendo la película.",
+  "film.opened": "{name}: {time} s.",
+  "film.again": "{name}: {time} s, con las marcas que tenía.",
+  "film.kept": "Las marcas de {name} siguen aquí. Elige otra vez la película para verlas en ella.",
+  "film.refused": "Este navegador no puede mostrar {name} como película.",
+  "film.mark": "Marcar puntos en la película",
+  "film.done": "Listo",
+  "film.picture":
+    "Imagen de la película: las flechas mueven la cruz, con Mayús en pasos más grandes, Intro pone la marca, Av Pág y Re Pág llevan a la imagen siguiente y a la anterior, Supr quita la marca, Escape termina",
+  "film.roles": "película para marcar",
+  "film.tools": "Lo que se marca en la película",
+  "film.back": "Imagen anterior",
+  "film.on": "Imagen siguiente",
+  "film.tool": "Marca siguiente",
+  "film.one": "Escala, primer extremo",
+  "film.two": "Escala, segundo extremo",
+  "film.pivot": "Pivote",
+  "film.below": "Un punto justo debajo del pivote",
+  "film.tip": "Extremo del brazo {arm}",
+  "film.remove": "Quitar la marca",
+  "film.colour": "Seguir un color",
+  "film.placed": "{what}: {x} {unit} a la derecha, {y} {unit} hacia arriba.",
+  "film.end": "Esta es la última imagen de la película.",
+  "film.following": "Se está siguiendo el color. «Listo» lo detiene.",
+  "film.followed": "El extremo {arm} está marcado en {count} imágenes.",
+  "film.lost":
+    "El color se ha perdido: el extremo {arm} está marcado en {count} imágenes. Sigue desde donde se vea de nuevo.",
+  "film.noColour": "Aquí hay demasiado poco de este color.",
+  "film.metres": "Longitud de la escala",
+  "film.slow": "Cámara lenta: cuántas veces más despacio",
+  "film.rate": "Imágenes en un segundo de la película",
+  "film.tolerance": "Cuánto puede variar un color",
+  "film.scaled": "{scale} píxeles de la película son un metro.",
+  "film.unscaled":
+    "Sin escala, los lugares se dan en píxeles; un ajuste halla las longitudes de todos modos, por la gravedad.",
+  "film.marked": "Marcas del extremo del brazo {arm}: {count}",
+  "film.fit": "Ajustar el péndulo",
+  "film.save": "Guardar como CSV",
+  "film.clear": "Quitar todas las marcas de los extremos",
+};

@@ -1,0 +1,17 @@
+// Spanish: the keys of en/resonance.js.
+
+export default {
+  "resonance.intro":
+    "Hasta dónde y con qué retraso oscila al final un brazo cuando algo lo impulsa un poco a cada frecuencia. Sin fricción los picos no tienen cima.",
+  "resonance.drive": "Impulsado por",
+  "resonance.x": "el pivote, de lado",
+  "resonance.y": "el pivote, arriba y abajo",
+  "resonance.cart": "una fuerza en el carro",
+  "resonance.joint": "un motor en la articulación del brazo {arm}",
+  "resonance.frequency": "frecuencia, Hz",
+  "resonance.per.cm": "° por cm",
+  "resonance.per.N": "° por N",
+  "resonance.per.Nm": "° por N·m",
+  "resonance.far": "Amplitud según la frecuencia",
+  "resonance.late": "Fase según la frecuencia (bajo 0: llega tarde)",
+};

@@ -1,0 +1,29 @@
+// French: the keys of en/branches.js.
+
+export default {
+  "branches.intro":
+    "À quelle vitesse chaque mode oscille quand il oscille loin : sa fréquence le long de sa branche, en trait plein où l’oscillation est stable, en tirets où la moindre poussée en éloigne.",
+  "branches.running": "Les branches sont en cours de calcul.",
+  "branches.hint":
+    "Cliquez sur un point d’une branche, ou choisissez-le plus bas : il est mis en mouvement.",
+  "branches.plot": "Fréquence des modes selon l’ampleur de leur oscillation",
+  "branches.far": "Suivre jusqu’à",
+  "branches.over": "Selon",
+  "branches.amplitude": "l’ampleur de l’oscillation",
+  "branches.energy": "l’énergie",
+  "branches.amplitude.axis": "bras le plus écarté, °",
+  "branches.energy.axis": "énergie au-dessus du repos, J",
+  "branches.along": "Quelle orbite de la branche",
+  "branches.begin": "Mettre cette orbite en mouvement",
+  "branches.moving": "L’orbite du mode {mode} se déroule sur la scène.",
+  "branches.stable": "Jusqu’à {angle}°, {energy} J : {frequency} Hz, période {period} s ; stable.",
+  "branches.unstable":
+    "Jusqu’à {angle}°, {energy} J : {frequency} Hz, période {period} s ; instable : la moindre poussée grandit.",
+  "branches.fold": "Mode {mode} à {angle}° : la branche fait demi-tour.",
+  "branches.branch": "Mode {mode} à {angle}° : une autre branche la croise.",
+  "branches.symmetry":
+    "Mode {mode} à {angle}° : des oscillations différentes des deux côtés s’en détachent.",
+  "branches.doubling":
+    "Mode {mode} à {angle}° : des oscillations de période double s’en détachent.",
+  "branches.torus": "Mode {mode} à {angle}° : sa stabilité change par une perturbation tournante.",
+};

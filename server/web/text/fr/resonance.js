@@ -1,0 +1,17 @@
+// French: the keys of en/resonance.js.
+
+export default {
+  "resonance.intro":
+    "Jusqu'où et avec quel retard un bras oscille à la fin, quand quelque chose l'entraîne un peu à chaque fréquence. Sans frottement les pics n'ont pas de sommet.",
+  "resonance.drive": "Entraîné par",
+  "resonance.x": "le pivot, de côté",
+  "resonance.y": "le pivot, de haut en bas",
+  "resonance.cart": "une force sur le chariot",
+  "resonance.joint": "un moteur à l'articulation du bras {arm}",
+  "resonance.frequency": "fréquence, Hz",
+  "resonance.per.cm": "° par cm",
+  "resonance.per.N": "° par N",
+  "resonance.per.Nm": "° par N·m",
+  "resonance.far": "Amplitude selon la fréquence",
+  "resonance.late": "Phase selon la fréquence (sous 0 : en retard)",
+};

@@ -1,0 +1,46 @@
+// Dutch: the keys of en/film.js.
+
+export default {
+  "film.intro":
+    "Kies een film van je eigen slinger of laat hem hier vallen. Hij blijft in deze browser: er wordt niets van verzonden. Markeer twee punten met een bekende afstand en het draaipunt, daarna de uiteinden, beeld voor beeld of op kleur.",
+  "film.open": "Film kiezen",
+  "film.opening": "De film wordt geopend.",
+  "film.opened": "{name}: {time} s lang.",
+  "film.again": "{name}: {time} s lang, met de markeringen die hij had.",
+  "film.kept": "De markeringen van {name} zijn er nog. Kies de film opnieuw om ze erin te zien.",
+  "film.refused": "Deze browser kan {name} niet als film tonen.",
+  "film.mark": "Punten in de film markeren",
+  "film.done": "Klaar",
+  "film.picture":
+    "Beeld van de film: pijlen bewegen het kruis, met Shift in grotere stappen, Enter zet de markering, Page Down en Page Up gaan naar het volgende en vorige beeld, Delete haalt de markering weg, Escape stopt",
+  "film.roles": "film om te markeren",
+  "film.tools": "Wat in de film wordt gemarkeerd",
+  "film.back": "Vorig beeld",
+  "film.on": "Volgend beeld",
+  "film.tool": "Volgende markering",
+  "film.one": "Schaal, eerste einde",
+  "film.two": "Schaal, tweede einde",
+  "film.pivot": "Draaipunt",
+  "film.below": "Een punt recht onder het draaipunt",
+  "film.tip": "Uiteinde van arm {arm}",
+  "film.remove": "Markering weghalen",
+  "film.colour": "Een kleur volgen",
+  "film.placed": "{what}: {x} {unit} naar rechts, {y} {unit} omhoog.",
+  "film.end": "Dit is het laatste beeld van de film.",
+  "film.following": "De kleur wordt gevolgd. ‘Klaar’ stopt dat.",
+  "film.followed": "Uiteinde {arm} is in {count} beelden gemarkeerd.",
+  "film.lost":
+    "De kleur is kwijtgeraakt: uiteinde {arm} is in {count} beelden gemarkeerd. Ga verder waar ze weer te zien is.",
+  "film.noColour": "Hier is te weinig van deze kleur.",
+  "film.metres": "Lengte van de schaal",
+  "film.slow": "Slow motion: hoeveel keer langzamer",
+  "film.rate": "Beelden in een seconde van de film",
+  "film.tolerance": "Hoeveel een kleur mag afwijken",
+  "film.scaled": "{scale} pixels van de film zijn een meter.",
+  "film.unscaled":
+    "Zonder schaal staan plaatsen in pixels; een fit vindt lengtes toch, uit de zwaartekracht.",
+  "film.marked": "Markeringen van het uiteinde van arm {arm}: {count}",
+  "film.fit": "De slinger aanpassen",
+  "film.save": "Opslaan als CSV",
+  "film.clear": "Alle markeringen van uiteinden weghalen",
+};

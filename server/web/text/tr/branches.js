@@ -1,0 +1,26 @@
+// Turkish: the keys of en/branches.js.
+
+export default {
+  "branches.intro":
+    "Her mod genişçe salınırken ne kadar hızlı salınır: dalı boyunca frekansı; salınımın kararlı olduğu yerde düz, en küçük itmenin ondan uzaklaştırdığı yerde kesikli çizgi.",
+  "branches.running": "Dallar hesaplanıyor.",
+  "branches.hint": "Bir dalın noktasına tıklayın ya da aşağıdan seçin: harekete geçirilir.",
+  "branches.plot": "Modların frekansı, ne kadar genişçe salındıklarına göre",
+  "branches.far": "Şuraya kadar izle",
+  "branches.over": "Yatay eksen",
+  "branches.amplitude": "ne kadar genişçe salındığı",
+  "branches.energy": "enerji",
+  "branches.amplitude.axis": "en çok sapan kol, °",
+  "branches.energy.axis": "dengenin üstündeki enerji, J",
+  "branches.along": "Dalın hangi yörüngesi",
+  "branches.begin": "Bu yörüngeyi harekete geçir",
+  "branches.moving": "{mode}. modun yörüngesi sahnede hareket ediyor.",
+  "branches.stable": "{angle}° kadar, {energy} J: {frequency} Hz, periyot {period} s; kararlı.",
+  "branches.unstable":
+    "{angle}° kadar, {energy} J: {frequency} Hz, periyot {period} s; kararsız: en küçük itme büyür.",
+  "branches.fold": "{mode}. mod, {angle}°: dal geri döner.",
+  "branches.branch": "{mode}. mod, {angle}°: başka bir dal onu keser.",
+  "branches.symmetry": "{mode}. mod, {angle}°: iki yanı eş olmayan salınımlar ayrılır.",
+  "branches.doubling": "{mode}. mod, {angle}°: iki kat periyotlu salınımlar ayrılır.",
+  "branches.torus": "{mode}. mod, {angle}°: kararlılığı dönen bir bozuntuyla değişir.",
+};

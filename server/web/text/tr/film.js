@@ -1,0 +1,46 @@
+// Turkish: the keys of en/film.js.
+
+export default {
+  "film.intro":
+    "Kendi sarkacınızın bir filmini seçin ya da buraya bırakın. Film bu tarayıcıda kalır: hiçbir parçası gönderilmez. Uzaklığı bilinen iki noktayı ve askı noktasını, sonra uçları kare kare ya da renklerine göre işaretleyin.",
+  "film.open": "Film seç",
+  "film.opening": "Film açılıyor.",
+  "film.opened": "{name}: {time} s.",
+  "film.again": "{name}: {time} s, önceki işaretleriyle.",
+  "film.kept": "{name} filminin işaretleri duruyor. Onları filmde görmek için filmi yeniden seçin.",
+  "film.refused": "Bu tarayıcı {name} dosyasını film olarak gösteremiyor.",
+  "film.mark": "Filmde noktaları işaretle",
+  "film.done": "Bitti",
+  "film.picture":
+    "Filmin karesi: oklar artıyı taşır, Shift ile daha büyük adımlar, Enter işareti koyar, Page Down ve Page Up sonraki ve önceki kareye götürür, Delete işareti kaldırır, Escape bitirir",
+  "film.roles": "işaretlenecek film",
+  "film.tools": "Filmde neyin işaretlendiği",
+  "film.back": "Önceki kare",
+  "film.on": "Sonraki kare",
+  "film.tool": "Sonraki işaret",
+  "film.one": "Ölçek, birinci uç",
+  "film.two": "Ölçek, ikinci uç",
+  "film.pivot": "Askı noktası",
+  "film.below": "Askı noktasının tam altında bir nokta",
+  "film.tip": "{arm}. kolun ucu",
+  "film.remove": "İşareti kaldır",
+  "film.colour": "Bir rengi izle",
+  "film.placed": "{what}: sağa {x} {unit}, yukarı {y} {unit}.",
+  "film.end": "Bu, filmin son karesi.",
+  "film.following": "Renk izleniyor. “Bitti” durdurur.",
+  "film.followed": "{arm}. uç {count} karede işaretlendi.",
+  "film.lost":
+    "Renk kayboldu: {arm}. uç {count} karede işaretlendi. Yeniden göründüğü yerden sürdürün.",
+  "film.noColour": "Burada bu renkten çok az var.",
+  "film.metres": "Ölçeğin uzunluğu",
+  "film.slow": "Ağır çekim: kaç kat yavaş",
+  "film.rate": "Filmin bir saniyesindeki kare sayısı",
+  "film.tolerance": "Bir renk ne kadar değişebilir",
+  "film.scaled": "Filmin {scale} pikseli bir metredir.",
+  "film.unscaled":
+    "Ölçek yoksa yerler piksel olarak verilir; uydurma uzunlukları yine de yerçekiminden bulur.",
+  "film.marked": "{arm}. kolun ucundaki işaretler: {count}",
+  "film.fit": "Sarkacı buna uydur",
+  "film.save": "CSV olarak kaydet",
+  "film.clear": "Uçların bütün işaretlerini kaldır",
+};

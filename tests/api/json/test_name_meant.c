@@ -1,0 +1,29 @@
+#include "api/json/name_meant.h"
+
+#include "tests/harness/test.h"
+
+static const char *const root[] = {"pendulum", "initial", "times", "method", "rtol", "step", NULL};
+static const char *const arm[] = {"name", "parent", "length", "mass", NULL};
+
+TEST(a_name_is_meant_by_other_words_before_letters) {
+    CHECK_TEXT(api_name_meant("lenght", arm), "length");
+    CHECK_TEXT(api_name_meant("id", arm), "name");
+    CHECK_TEXT(api_name_meant("m", arm), "mass");
+    CHECK_TEXT(api_name_meant("T", root), "times");
+    CHECK_TEXT(api_name_meant("RelTol", root), "rtol");
+    CHECK(!api_name_meant("colour", arm) && !api_name_nearest("id", arm));
+}
+
+TEST(a_word_means_only_what_is_allowed) {
+    static const char *const tips[] = {"zd", "thetad", NULL}, *const states[] = {"thetad", NULL};
+    CHECK_TEXT(api_name_meant("velocity", tips), "zd");
+    CHECK_TEXT(api_name_meant("velocity", states), "thetad");
+    CHECK(!api_name_meant("velocity", root));
+}
+
+TEST(a_field_is_told_the_object_that_it_belongs_in) {
+    CHECK_TEXT(api_name_place("S", root), "pendulum");
+    CHECK_TEXT(api_name_place("theta", root), "initial");
+    CHECK_TEXT(api_name_place("dt", root), "times");
+    CHECK(!api_name_place("S", arm) && !api_name_place("colour", root));
+}

@@ -1,0 +1,70 @@
+/* Passages of conditions of random motions, and what 32 digits say of them.
+ * Leaves to others: the searches (core/integrate/events, core/ensemble), random pendulums (trees,
+ * bodies).
+ * Invariant: conditions are on values that the motion takes; nothing of the search is used. */
+#ifndef PASSAGES_H
+#define PASSAGES_H
+
+#include "core/integrate/event_search.h"
+#include "tests/harness/bodies.h"
+#include "tests/harness/runs.h"
+#include "tests/harness/trees.h"
+
+enum {
+    TEST_PASSAGES_ARMS = 4,
+    TEST_PASSAGES_MOST = 4000,
+    TEST_PASSAGES_CONDITIONS = 12,
+    TEST_PASSAGES_GRID = 120
+};
+
+/* s, of a motion whose passages are looked for */
+extern const double test_passages_duration;
+
+/* All that a search finds. */
+struct test_passages {
+    int count;
+    struct pend_hit hit[TEST_PASSAGES_MOST];
+    double phi[TEST_PASSAGES_MOST][TEST_PASSAGES_ARMS],
+        rate[TEST_PASSAGES_MOST][TEST_PASSAGES_ARMS];
+    double stopped; /* s */
+};
+
+/** Samples in 32 digits at instants after the start, which is the first of them. Ends with
+ * test_record_clear. */
+void test_passages_exactly(struct test_record *record, const struct test_tree *t,
+                           const struct pend_loads *loads, long count, const double time[]);
+
+/** The same at TEST_PASSAGES_GRID instants of the duration. */
+void test_passages_grid(struct test_record *record, const struct test_tree *t,
+                        const struct pend_loads *loads);
+
+/**
+ * Conditions of all kinds on values that the motion takes; a level is between the quantity at two
+ * random instants of the grid.
+ *
+ * conserves  non-zero: the energy is none of them.
+ */
+void test_passages_conditions(struct pend_event event[TEST_PASSAGES_CONDITIONS],
+                              const struct test_tree *t, const struct test_record *grid,
+                              int conserves, unsigned long long *seed);
+
+/**
+ * Draws random pendulum number i, ideal where i is even, its grid and its conditions. The grid ends
+ * with test_record_clear, the tree and the bodies as trees and bodies say.
+ */
+void test_passages_random(struct test_tree *t, struct test_bodies *b, struct test_record *grid,
+                          struct pend_event event[TEST_PASSAGES_CONDITIONS], int i,
+                          unsigned long long *seed);
+
+/**
+ * Checks that the passages are in the order of time, that each condition's are one way and the
+ * other in turn, are as many between instants of the grid as its changes of side there, but for
+ * pairs, and that the quantity is on the right side between them.
+ *
+ * Returns the largest part of its scale by which a quantity misses its level in 32 digits.
+ */
+double test_passages_check(const struct test_passages *found, const struct test_tree *t,
+                           const struct pend_loads *loads, const struct test_record *grid,
+                           const struct pend_event event[TEST_PASSAGES_CONDITIONS]);
+
+#endif

@@ -1,0 +1,198 @@
+"""docker/monitoring against the metrics of a live server and by promtool, and the backups of docker/README.md: taken while
+jobs run, restored into a new store, on both databases; and which versions may share one.
+
+Leaves to others: crashes (tests/drill), the deployment files (deploy.py). Invariant: a backup that lost a job, a part or
+a bit fails; without promtool or PostgreSQL what needs them is skipped aloud.
+"""
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+import yaml
+
+from rule import TOP, check, skip, summary
+from house import JOBS, OCTETS, SUMS, Daemon, walk
+from places import place, postgres_programs
+
+MONITORING = TOP / "docker/monitoring"
+LITTLE = '{"pendulum":{"length":[1],"mass":[1],"parent":[0]}}'
+KINDS = JOBS | {"long": ("/v1/trajectories", walk(6000, 2001))}
+PARTS = ("--job-part-seconds", "0.03", "--job-lease-seconds", "5")
+
+
+# --- alerts and the dashboard
+
+def expressions():
+    """What is asked of Prometheus, by whom."""
+    rules = yaml.safe_load((MONITORING / "alerts.yaml").read_text())["groups"][0]["rules"]
+    board = json.loads((MONITORING / "dashboard.json").read_text())
+    scaler = yaml.safe_load((MONITORING / "keda.yaml").read_text())
+    check("every panel has a title, a unit and something to show", all(
+        panel["title"] and panel["fieldConfig"]["defaults"]["unit"] and panel["targets"] for panel in board["panels"]))
+    cells = [(panel["gridPos"]["x"], panel["gridPos"]["y"]) for panel in board["panels"]]
+    check("no two panels of the dashboard lie upon each other", len(set(cells)) == len(cells), cells)
+    found = [(rule["alert"], rule["expr"]) for rule in rules]
+    found += [(panel["title"], target["expr"]) for panel in board["panels"] for target in panel["targets"]]
+    found += [("keda", trigger["metadata"]["query"]) for trigger in scaler["spec"]["triggers"]]
+    return [(what, text.replace("$__rate_interval", "5m").replace("$instance", ".*")) for what, text in found]
+
+
+def served(daemon):
+    """The metrics of a server that has computed something, as they are served."""
+    daemon.ask("POST", "/v1/modes", LITTLE)
+    return daemon.ask("GET", "/metrics")[2].decode()
+
+
+def against(text, asked):
+    """Every name that is asked for is served, and so is every value of a label that is named in full."""
+    names = set(re.findall(r"^([a-z_]+)[{ ]", text, re.M))
+    labels = set(re.findall(r'([a-z]+)="([^"]*)"', text))
+    for what, expression in asked:
+        for name in set(re.findall(r"\b(?:pendulumd|process)_[a-z_]+", expression)):
+            check(f"{what}: {name} is served", name in names)
+        for label, value in re.findall(r'([a-z]+)!?="([^"]*)"', expression):
+            known = label == "status" or (label, value) in labels
+            check(f'{what}: {label}="{value}" is served', known)
+        for label, values in re.findall(r'([a-z]+)=~"([a-z|-]+)"', expression):
+            check(f"{what}: each of {values} is served", all((label, value) in labels for value in values.split("|")))
+
+
+def promtool(text, asked):
+    tool = shutil.which("promtool") or os.environ.get("PROMTOOL")
+    if not tool:
+        skip("promtool", "it is not here (Debian: prometheus)")
+        return
+
+    def run(what, *words, **more):
+        ended = subprocess.run([tool, *words], cwd=MONITORING, capture_output=True, text=True, **more)
+        check(what, ended.returncode == 0, ended.stdout + ended.stderr)
+
+    run("promtool finds nothing in the metrics", "check", "metrics", input=text)
+    run("promtool finds nothing in the alert rules", "check", "rules", "alerts.yaml")
+    run("every alert fires when it should, and else does not", "test", "rules", "alerts_test.yaml")
+    with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
+        rules = [{"record": f"expression:{i}", "expr": expression} for i, (_, expression) in enumerate(asked)]
+        yaml.safe_dump({"groups": [{"name": "all", "rules": rules}]}, file)
+        file.flush()
+        run("every expression is one of Prometheus", "check", "rules", file.name)
+    tried = {row["alertname"] for one in yaml.safe_load((MONITORING / "alerts_test.yaml").read_text())["tests"]
+             for row in one["alert_rule_test"] if row["exp_alerts"]}
+    alerts = {what for what, _ in asked if what.startswith("Pendulumd")}
+    check("every alert is seen to fire", alerts <= tried, alerts - tried)
+
+
+# --- backups
+
+def back_up(store, directory):
+    """As docker/README.md says, while daemons write; what a restore needs."""
+    if store.name == "sqlite":
+        copy = pathlib.Path(directory, "copy.db")
+        subprocess.run(["sqlite3", store.file, f".backup {copy}"], check=True, timeout=300)
+        return copy
+    store.run("pg_dump", "-Fc", "-f", "backup", "-d", store.url)
+    return pathlib.Path(store.directory, "backup")
+
+
+def restore(copy, store):
+    """Into a store in which nothing is."""
+    if store.name == "sqlite":
+        shutil.copy(copy, store.file)
+        return
+    shutil.copy(copy, pathlib.Path(store.directory, "backup"))
+    os.chmod(pathlib.Path(store.directory, "backup"), 0o644)
+    store.run("pg_restore", "--exit-on-error", "-d", store.url, "backup")
+
+
+def results(daemon, job):
+    return daemon.ask("GET", f"/v1/jobs/{job}/results", headers={"Accept": OCTETS})[2]
+
+
+def ended(daemon, job):
+    return json.loads(daemon.ask("GET", f"/v1/jobs/{job}?wait=60")[2])
+
+
+def submitted(daemon, kind):
+    path, body = KINDS[kind]
+    status, fields, text = daemon.ask("POST", path, body, {"Prefer": "respond-async", "Job-Title": kind})
+    check(f"a job {kind} is accepted", status == 202, text)
+    return fields["Location"].rsplit("/", 1)[1]
+
+
+def drill(build, kind, directory):
+    """One finished job, one under way and a scene are in the backup, and what comes after it is not."""
+    with place(kind) as store, place(kind) as other:
+        first = Daemon(build, store.url, "all", directory, PARTS)
+        done = submitted(first, "map")
+        view = ended(first, done)
+        right = {done: results(first, done)}
+        scene = json.loads(first.ask("POST", "/v1/scenes", '{"request":' + LITTLE[:-1] + ',"times":{"stop":1,"step":0.1}}}')[2])["id"]
+        open_ = submitted(first, "long")
+        while json.loads(first.ask("GET", f"/v1/jobs/{open_}")[2])["parts"]["done"] < 1:
+            pass
+        copy = back_up(store, directory)
+        parts = json.loads(first.ask("GET", f"/v1/jobs/{open_}")[2])["parts"]
+        later = submitted(first, "map")
+        check(f"{kind}: the job under way ends where it was", ended(first, open_)["status"] == "successful")
+        right[open_] = results(first, open_)
+        first.kill()
+        restore(copy, other)
+        states = dict(other.rows("SELECT id, state FROM jobs"))
+        check(f"{kind}: the backup was taken while a job was under way", states.get(open_) == 1, states)
+        second = Daemon(build, other.url, "all", directory, PARTS)
+        check(f"{kind}: what had ended is there as it was", {**ended(second, done), "remaining_seconds": 0} == {**view, "remaining_seconds": 0})
+        check(f"{kind}: a job under way at the backup goes on and ends", ended(second, open_)["status"] == "successful", parts)
+        for job, bits in right.items():
+            check(f"{kind}: its results are the same to the bit", bits and results(second, job) == bits, job)
+        check(f"{kind}: a scene is there", second.ask("GET", f"/v1/scenes/{scene}")[0] == 200)
+        check(f"{kind}: what came after the backup is not", second.ask("GET", f"/v1/jobs/{later}")[0] == 404)
+        check(f"{kind}: new jobs are taken", ended(second, submitted(second, "map"))["status"] == "successful")
+        for what, command in SUMS:
+            rows = [] if "drill_kept" in command else other.rows(command)
+            check(f"{kind}: {what} agrees", not rows, rows)
+        upgrade(build, kind, other, second, directory)
+        second.kill(15)
+
+
+def upgrade(build, kind, store, daemon, directory):
+    """What a process does when a newer one has changed the tables under it: it goes on without the store, and no other
+    of its version starts."""
+    store.rows("UPDATE pendulumd SET version = version + 1")
+    status, _, text = daemon.ask("POST", "/v1/modes", LITTLE, {"Prefer": "respond-async"})
+    check(f"{kind}: an older program takes no job of newer tables", status == 503, text)
+    check(f"{kind}: it says so to a load balancer of jobs", daemon.ask("GET", "/readyz?need=jobs")[0] == 503)
+    check(f"{kind}: it answers what needs no store", daemon.ask("POST", "/v1/modes", LITTLE)[0] == 200)
+    try:
+        Daemon(build, store.url, "all", directory).kill(15)
+        said = "it started"
+    except RuntimeError as error:
+        said = str(error)
+    check(f"{kind}: an older program does not start on newer tables", "this program knows up to" in said, said)
+    store.rows("UPDATE pendulumd SET version = version - 1")
+
+
+def main(build):
+    with tempfile.TemporaryDirectory(prefix="pendulumd-operators-") as directory:
+        asked = expressions()
+        daemon = Daemon(build, f"sqlite:{directory}/metrics.db", "all", directory)
+        text = served(daemon)
+        daemon.kill(15)
+        against(text, asked)
+        promtool(text, asked)
+        if shutil.which("sqlite3"):
+            drill(build, "sqlite", directory)
+        else:
+            skip("a backup of SQLite", "sqlite3 is not here")
+        if postgres_programs():
+            drill(build, "postgres", directory)
+        else:
+            skip("a backup of PostgreSQL", "it is not here")
+    return summary()
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))
