@@ -5,7 +5,6 @@
 #define API_FITS_JSON_H
 
 #include "api/op/fits_camera.h"
-#include "api/op/varied.h"
 
 /**
  * Reads a fit.

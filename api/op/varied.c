@@ -122,7 +122,7 @@ int api_target_read(struct api_target *target, const struct api_value *value,
     struct api_value vary = api_value_member(value, "vary"), arm = api_value_member(value, "arm");
     const char *list[API_VARY_TERM + API_VARIED + 1];
     int chosen = 0;
-    *target = (struct api_target){.arm = -1};
+    *target = (struct api_target){.arm = -1, .place = -1};
     target_names(list);
     if (!api_field_needed(&vary, problem) || api_field_word(&vary, list, &chosen, problem) < 0)
         return 0;

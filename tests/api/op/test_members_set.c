@@ -94,3 +94,12 @@ TEST(members_of_a_list_are_refused_at_their_own_place) {
     CHECK(test_reply_has_fault(&reply, "/members", "starts that take 336 bytes"));
     test_reply_free(&reply);
 }
+
+/* behind a fault a number that an ideal pendulum has not was checked as if it were there */
+TEST(members_survive_a_number_that_is_not_there_behind_a_fault) {
+    CHECK_REFUSED(API_OP_ENSEMBLES,
+                  "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"initial\":{\"phi\":"
+                  "[1]},\"duration\":1,\"members\":[{\"set\":[{\"vary\":\"damping\","
+                  "\"arm\":1,\"value\":1},{\"vary\":\"damping\",\"arm\":1,\"value\":1}]}]}",
+                  "/members/0/set/0/vary", "the pendulum has not");
+}

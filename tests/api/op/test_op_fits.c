@@ -405,6 +405,25 @@ TEST(fits_refuse_at_the_pointer) {
     }
 }
 
+/* The second of two numbers that the pendulum has not, and an arm that it has not behind more
+ * faults than are told, were looked up all the same, where there was nothing. */
+TEST(fits_survive_more_faults_than_one) {
+    enum { MANY = 40 };
+    static char body[4096];
+    struct test_reply reply =
+        test_post(API_OP_FITS, ONE SERIES ",\"unknowns\":[{\"vary\":\"torque_phase\",\"arm\":1},"
+                                          "{\"vary\":\"torque_phase\",\"arm\":1}]}");
+    CHECK(test_reply_has_fault(&reply, "/unknowns/0/vary", "has not"));
+    test_reply_free(&reply);
+    char *at = body + sprintf(body, ONE SERIES ",\"unknowns\":[{\"vary\":\"length\",\"arm\":1}");
+    for (int i = 0; i < MANY; i++) at += sprintf(at, ",{\"vary\":\"thetad\",\"arm\":9}");
+    strcpy(at, "]}");
+    reply = test_post(API_OP_FITS, body);
+    CHECK_INT(reply.status, 422);
+    CHECK(test_reply_has_fault(&reply, "/unknowns/1/arm", "1"));
+    test_reply_free(&reply);
+}
+
 TEST(fits_refuse_memory_before_they_take_it) {
     struct api_limits limits;
     api_limits_init(&limits);
