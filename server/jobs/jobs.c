@@ -16,7 +16,7 @@
 #include "server/jobs/job_events.h"
 #include "server/work/hold.h"
 #include "server/jobs/job_view.h"
-#include "server/work/cells.h"
+#include "server/work/inflight.h"
 #include "server/jobs/part_runner.h"
 
 enum { JOBS_COST = 3, JOBS_SPARE = 64 };
@@ -235,6 +235,13 @@ static int jobs_fit(struct srv_exchange *exchange, const struct api_plan *plan, 
     return 0;
 }
 
+/* Is a job's request not to be read to its end? */
+static int jobs_unwanted(void *context) {
+    const struct srv_exchange *exchange = context;
+    return srv_inflight_left(exchange) != SRV_GO_ON ||
+           atomic_load(&exchange->service->draining) == SRV_DRAIN_HURRY;
+}
+
 /* Has a request read as a job's, by a process of its own where that is asked for. Returns as
  * api_plan_read does. */
 static int jobs_read_plan(struct srv_store_request *asked, const struct api_request *request,
@@ -256,6 +263,8 @@ static int jobs_read_plan(struct srv_store_request *asked, const struct api_requ
         api_problem_clear(&problem);
         return 503;
     }
+    cell->stop = jobs_unwanted;
+    cell->context = exchange;
     int http = api_plan_relay(plan, &cell->relay, request, limits, seconds, &asked->body,
                               &exchange->answer);
     srv_cell_free(&cell);

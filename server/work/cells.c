@@ -132,6 +132,19 @@ int srv_cells_lost(struct srv_cells *cells) {
     return atomic_load(&cells->lost);
 }
 
+/* Gives an order, once there is room for it; returns 0 where orders are not taken any more. */
+static int cells_say(struct srv_cells *cells, const struct srv_zygote_order *order) {
+    const int64_t until = srv_clock_now() + srv_clock_span(CELLS_PATIENCE_S);
+    struct pollfd ear = {.fd = cells->fd, .events = POLLOUT};
+    while (!atomic_load(&cells->lost)) {
+        ssize_t sent = send(cells->fd, order, sizeof *order, MSG_NOSIGNAL | MSG_DONTWAIT);
+        if (sent == (ssize_t)sizeof *order) return 1;
+        if ((errno != EAGAIN && errno != EINTR) || srv_clock_now() > until) return 0;
+        (void)poll(&ear, 1, CELLS_LOOK_MS);
+    }
+    return 0;
+}
+
 /* Gives an order and takes the answer, with the descriptor that may come with it. Returns 0 where
  * there is no answer, and will be none. */
 static int cells_order(struct srv_cells *cells, struct srv_zygote_order order,
@@ -147,14 +160,19 @@ static int cells_order(struct srv_cells *cells, struct srv_zygote_order order,
                              .msg_controllen = sizeof control.room};
     *fd = -1;
     pthread_mutex_lock(&cells->lock);
-    int good = !atomic_load(&cells->lost) &&
-               send(cells->fd, &order, sizeof order, MSG_NOSIGNAL) == (ssize_t)sizeof order &&
-               cells_hear(cells->fd, &message) == (ssize_t)sizeof *told;
+    int good = cells_say(cells, &order) && cells_hear(cells->fd, &message) == (ssize_t)sizeof *told;
     if (!good) atomic_store(&cells->lost, 1);
     pthread_mutex_unlock(&cells->lock);
     struct cmsghdr *head = good ? CMSG_FIRSTHDR(&message) : NULL;
     if (head && head->cmsg_type == SCM_RIGHTS) memcpy(fd, CMSG_DATA(head), sizeof *fd);
     return good;
+}
+
+/* Ends a process; how it ended is not asked for. An order that was lost would be a place lost among
+ * those that there can be. */
+static void cells_drop(struct srv_cells *cells, unsigned long long number) {
+    const struct srv_zygote_order order = {.what = SRV_ZYGOTE_DROP, .number = number};
+    if (!cells_say(cells, &order)) atomic_store(&cells->lost, 1);
 }
 
 /* --- one process --- */
@@ -169,8 +187,8 @@ static enum pend_status cell_crashed(struct srv_cell *cell, struct pend_error *e
     cell->fd = -1;
     cell->crashed = 1;
     if (cells_order(cell->cells,
-                    (struct srv_zygote_order){.what = SRV_ZYGOTE_END, .pid = cell->pid}, &told,
-                    &none) &&
+                    (struct srv_zygote_order){.what = SRV_ZYGOTE_END, .number = cell->number},
+                    &told, &none) &&
         told.pid == cell->pid) {
         if (WIFSIGNALED(told.status))
             snprintf(how, sizeof how, "by signal %d (%s)", WTERMSIG(told.status),
@@ -193,8 +211,8 @@ static enum pend_status cell_ended(struct srv_cell *cell, int wanted, struct pen
     close(cell->fd);
     cell->fd = -1;
     (void)cells_order(cell->cells,
-                      (struct srv_zygote_order){.what = SRV_ZYGOTE_END, .pid = cell->pid}, &told,
-                      &none);
+                      (struct srv_zygote_order){.what = SRV_ZYGOTE_END, .number = cell->number},
+                      &told, &none);
     if (!wanted)
         return pend_fail(error, PEND_DEADLINE, -1, 0, "the computation was ended: nobody waits");
     return pend_fail(error, PEND_DEADLINE, -1, 0,
@@ -306,10 +324,7 @@ enum pend_status srv_cell_new(struct srv_cell **cell, struct srv_cells *cells, d
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     const struct srv_zygote_order order = {.what = SRV_ZYGOTE_NEW, .rules = cells_rules(cells)};
     if (!cells_order(cells, order, &told, &fd) || told.pid <= 0 || fd < 0) {
-        if (told.pid > 0)
-            (void)send(cells->fd,
-                       &(struct srv_zygote_order){.what = SRV_ZYGOTE_DROP, .pid = told.pid},
-                       sizeof(struct srv_zygote_order), MSG_NOSIGNAL);
+        if (told.pid > 0) cells_drop(cells, told.number);
         free(made);
         *cell = NULL;
         return pend_fail(error, PEND_NO_MEMORY, -1, 0,
@@ -320,6 +335,7 @@ enum pend_status srv_cell_new(struct srv_cell **cell, struct srv_cells *cells, d
                               .relay = {cell_ask, made},
                               .fd = fd,
                               .pid = told.pid,
+                              .number = told.number,
                               .seconds = seconds + CELLS_PATIENCE_S};
     return PEND_OK;
 }
@@ -329,10 +345,8 @@ void srv_cell_free(struct srv_cell **cell) {
     *cell = NULL;
     if (!gone) return;
     if (gone->fd >= 0) {
-        const struct srv_zygote_order order = {.what = SRV_ZYGOTE_DROP, .pid = gone->pid};
         close(gone->fd);
-        /* without room for the order it ends by itself, as its socket is closed */
-        (void)send(gone->cells->fd, &order, sizeof order, MSG_NOSIGNAL | MSG_DONTWAIT);
+        cells_drop(gone->cells, gone->number);
     }
     free(gone);
 }

@@ -35,14 +35,15 @@ PEND_MUST_CHECK enum pend_status srv_cells_new(struct srv_cells **cells,
 /** Ends that process, and so all others. */
 void srv_cells_free(struct srv_cells **cells);
 
-/** Returns 1 once the process that makes the others has ended: there will be no more of them, and
- * those that compute may finish. Any thread. */
+/** Returns 1 once the process that makes the others has ended, or does not take orders any more:
+ * there will be no more of them, and its own have ended with it. Any thread. */
 int srv_cells_lost(struct srv_cells *cells);
 
 struct srv_cell {
     struct srv_cells *cells;
     struct api_relay relay;     /* the way to it, for one call, part or plan */
     int fd, pid;                /* fd -1: it is not to be asked again */
+    unsigned long long number;  /* as struct srv_zygote_told */
     double seconds;             /* that an answer may take */
     int crashed;                /* it ended by itself, or told nonsense */
     int (*stop)(void *context); /* looked at while an answer is awaited: non-zero = it is not wanted

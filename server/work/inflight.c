@@ -219,6 +219,14 @@ struct srv_work *srv_inflight_leave(struct srv_exchange *exchange, enum srv_stop
     return gone;
 }
 
+enum srv_stop srv_inflight_left(const struct srv_exchange *exchange) {
+    struct srv_inflight *inflight = exchange->service->inflight;
+    pthread_mutex_lock(&inflight->lock);
+    enum srv_stop why = (enum srv_stop)exchange->stop;
+    pthread_mutex_unlock(&inflight->lock);
+    return why;
+}
+
 /* --- streams --- */
 
 struct srv_exchange *srv_inflight_stream(struct srv_work *work, struct srv_list *others) {

@@ -109,6 +109,10 @@ struct srv_exchange *srv_inflight_next(struct srv_list *taken);
 struct srv_work *srv_inflight_leave(struct srv_exchange *exchange, enum srv_stop why,
                                     int *detached);
 
+/** Why an exchange is not waited for any more, SRV_GO_ON where it is: of one that has no work, as
+ * srv_inflight_stop for one that has. Any thread, until its finish is called. */
+enum srv_stop srv_inflight_left(const struct srv_exchange *exchange);
+
 /* --- streams --- */
 
 /**

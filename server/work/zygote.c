@@ -22,7 +22,8 @@
 
 /* A process that was made and not yet told of as ended. */
 struct zygote_child {
-    int pid;
+    unsigned long long number;
+    int pid;           /* its own until it was waited for */
     int ended, status; /* it was waited for; how it ended */
     int dropped;       /* nobody will ask how it ended */
 };
@@ -30,11 +31,16 @@ struct zygote_child {
 struct zygote {
     struct srv_zygote_rules rules;
     struct srv_calls_filter *filter; /* NULL = none */
+    unsigned long long made;         /* processes, so far */
     int count;
     struct zygote_child child[SRV_ZYGOTE_MOST];
-    struct {
+    struct zygote_spare {
+        unsigned long long number;
         int pid, fd;
-    } spare; /* made ahead; pid 0 = none */
+    } spare;   /* made ahead; pid 0 = none */
+    int wants; /* one is to be made ahead: not after one that ended by itself, or that could not be
+                  made, until somebody asks, or processes that end at once would be made without
+                  pause */
 };
 
 /* a signal's handler: poll ends */
@@ -54,9 +60,16 @@ static void zygote_limit(const struct srv_zygote_rules *rules) {
     setrlimit(RLIMIT_NPROC, &none);
 }
 
+/* Has this process end with the one that made it, `maker`, whatever it does then. Returns 0 where
+ * that has gone already. */
+static int zygote_bind(int maker) {
+    return !prctl(PR_SET_PDEATHSIG, SIGKILL) && (int)getppid() == maker;
+}
+
 /* the life of a process that computes */
-static _Noreturn void zygote_child_main(const struct zygote *zygote, int fd) {
+static _Noreturn void zygote_child_main(const struct zygote *zygote, int maker, int fd) {
     signal(SIGCHLD, SIG_DFL);
+    if (!zygote_bind(maker)) _exit(1);
     prctl(PR_SET_NAME, "pendulumd-cell");
     /* what a sanitizer has found is told */
     if (!srv_calls_sanitized()) dup2(STDIN_FILENO, STDERR_FILENO);
@@ -68,27 +81,36 @@ static _Noreturn void zygote_child_main(const struct zygote *zygote, int fd) {
     _exit(0);
 }
 
-/* makes a process; returns its number and the daemon's end of its socket, or -1 */
-static int zygote_fork(struct zygote *zygote, int *fd) {
-    int ends[2];
+/* makes a process, and says its number, its pid and the daemon's end of its socket; pid -1 = it
+ * could not be made */
+static struct zygote_spare zygote_fork(struct zygote *zygote) {
+    struct zygote_spare made = {.pid = -1, .fd = -1};
+    int ends[2], maker = (int)getpid();
     if (zygote->count == SRV_ZYGOTE_MOST ||
         socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends))
-        return -1;
+        return made;
     int pid = (int)fork();
-    if (!pid) zygote_child_main(zygote, ends[1]);
+    if (!pid) zygote_child_main(zygote, maker, ends[1]);
     close(ends[1]);
-    if (pid > 0) {
-        *fd = ends[0];
-        zygote->child[zygote->count++] = (struct zygote_child){.pid = pid};
-        return pid;
+    if (pid < 0) {
+        close(ends[0]);
+        return made;
     }
-    close(ends[0]);
-    return -1;
+    made = (struct zygote_spare){++zygote->made, pid, ends[0]};
+    zygote->child[zygote->count++] = (struct zygote_child){.number = made.number, .pid = pid};
+    return made;
 }
 
-static struct zygote_child *zygote_find(struct zygote *zygote, int pid) {
+static struct zygote_child *zygote_find(struct zygote *zygote, unsigned long long number) {
     for (int i = 0; i < zygote->count; i++)
-        if (zygote->child[i].pid == pid) return &zygote->child[i];
+        if (zygote->child[i].number == number) return &zygote->child[i];
+    return NULL;
+}
+
+/* the one that has a pid: of those that were waited for it may be another's again */
+static struct zygote_child *zygote_running(struct zygote *zygote, int pid) {
+    for (int i = 0; i < zygote->count; i++)
+        if (zygote->child[i].pid == pid && !zygote->child[i].ended) return &zygote->child[i];
     return NULL;
 }
 
@@ -100,9 +122,9 @@ static void zygote_forget(struct zygote *zygote, struct zygote_child *child) {
 static void zygote_ended(struct zygote *zygote, struct zygote_child *child, int status) {
     child->ended = 1;
     child->status = status;
-    if (child->pid == zygote->spare.pid) {
+    if (zygote->spare.pid && child->number == zygote->spare.number) {
         close(zygote->spare.fd);
-        zygote->spare.pid = 0;
+        zygote->spare.pid = zygote->wants = 0;
         child->dropped = 1;
     }
     if (child->dropped) zygote_forget(zygote, child);
@@ -112,7 +134,7 @@ static void zygote_ended(struct zygote *zygote, struct zygote_child *child, int 
 static void zygote_reap(struct zygote *zygote) {
     int status, pid;
     while ((pid = (int)waitpid(-1, &status, WNOHANG)) > 0) {
-        struct zygote_child *child = zygote_find(zygote, pid);
+        struct zygote_child *child = zygote_running(zygote, pid);
         if (child) zygote_ended(zygote, child, status);
     }
 }
@@ -139,18 +161,19 @@ static int zygote_tell(const struct srv_zygote_told *told, int fd) {
     return sendmsg(SRV_ZYGOTE_FD, &message, MSG_NOSIGNAL) == (ssize_t)sizeof *told;
 }
 
-/* ends a process; nobody but this one waits for it, so the number is still its own */
-static int zygote_end(struct zygote *zygote, int pid, int tells) {
-    struct zygote_child *child = zygote_find(zygote, pid);
-    struct srv_zygote_told told = {.pid = child && !child->dropped ? pid : -1};
-    if (child && !child->ended) kill(pid, SIGKILL);
+/* ends a process; nobody but this one waits for it, so until then its pid is its own */
+static int zygote_end(struct zygote *zygote, unsigned long long number, int tells) {
+    struct zygote_child *child = zygote_find(zygote, number);
+    struct srv_zygote_told told = {.pid = child && !child->dropped ? child->pid : -1,
+                                   .number = number};
+    if (child && !child->ended) kill(child->pid, SIGKILL);
     if (child && !tells) {
         child->dropped = 1;
         if (child->ended) zygote_forget(zygote, child);
     }
     if (!tells) return 1;
     if (told.pid > 0) {
-        if (!child->ended && waitpid(pid, &child->status, 0) == pid) child->ended = 1;
+        if (!child->ended && waitpid(told.pid, &child->status, 0) == told.pid) child->ended = 1;
         told.status = child->status;
         if (child->ended) zygote_forget(zygote, child);
     }
@@ -160,26 +183,23 @@ static int zygote_end(struct zygote *zygote, int pid, int tells) {
 /* what processes may take from now on; the one that was made ahead is of before */
 static void zygote_rule(struct zygote *zygote, const struct srv_zygote_rules *rules) {
     struct srv_zygote_rules *now = &zygote->rules;
-    int pid = zygote->spare.pid;
     if (rules->bytes == now->bytes && rules->seconds == now->seconds) return;
     now->bytes = rules->bytes;
     now->seconds = rules->seconds;
-    if (!pid) return;
+    if (!zygote->spare.pid) return;
     close(zygote->spare.fd);
     zygote->spare.pid = 0;
-    (void)zygote_end(zygote, pid, 0);
+    (void)zygote_end(zygote, zygote->spare.number, 0);
 }
 
 static int zygote_new(struct zygote *zygote, const struct srv_zygote_rules *rules) {
     zygote_rule(zygote, rules);
-    int fd = -1, pid = zygote->spare.pid;
-    if (pid)
-        fd = zygote->spare.fd;
-    else
-        pid = zygote_fork(zygote, &fd);
+    struct zygote_spare given = zygote->spare.pid ? zygote->spare : zygote_fork(zygote);
     zygote->spare.pid = 0;
-    int good = zygote_tell(&(struct srv_zygote_told){.pid = pid}, fd);
-    if (fd >= 0) close(fd);
+    zygote->wants = 1;
+    int good =
+        zygote_tell(&(struct srv_zygote_told){.pid = given.pid, .number = given.number}, given.fd);
+    if (given.fd >= 0) close(given.fd);
     return good;
 }
 
@@ -195,9 +215,9 @@ static int zygote_obey(struct zygote *zygote) {
     case SRV_ZYGOTE_NEW:
         return zygote_new(zygote, &order.rules);
     case SRV_ZYGOTE_END:
-        return zygote_end(zygote, order.pid, 1);
+        return zygote_end(zygote, order.number, 1);
     case SRV_ZYGOTE_DROP:
-        return zygote_end(zygote, order.pid, 0);
+        return zygote_end(zygote, order.number, 0);
     default:
         return 0;
     }
@@ -215,9 +235,12 @@ static _Noreturn void zygote_serve(struct zygote *zygote) {
         int waits = ppoll(&ear, 1, &at_once, &none);
         zygote_reap(zygote);
         /* while nobody waits: a process for the next who asks */
-        if (waits <= 0 && !zygote->spare.pid) {
-            int pid = zygote_fork(zygote, &zygote->spare.fd);
-            zygote->spare.pid = pid > 0 ? pid : 0;
+        if (waits <= 0 && !zygote->spare.pid && zygote->wants) {
+            struct zygote_spare spare = zygote_fork(zygote);
+            if (spare.pid > 0)
+                zygote->spare = spare;
+            else
+                zygote->wants = 0;
         }
         if (waits <= 0) ppoll(&ear, 1, NULL, &none);
         zygote_reap(zygote);
@@ -265,6 +288,7 @@ int srv_zygote_main(void) {
     }
     struct zygote *zygote = calloc(1, sizeof *zygote);
     prctl(PR_SET_NAME, "pendulumd-cells");
+    if (zygote) zygote->wants = 1;
     if (!zygote || sigaction(SIGCHLD, &wake, NULL) ||
         read(SRV_ZYGOTE_FD, &zygote->rules, sizeof zygote->rules) !=
             (ssize_t)sizeof zygote->rules) {
@@ -272,6 +296,8 @@ int srv_zygote_main(void) {
         return 1;
     }
     hello.good = zygote_confine(zygote, &hello);
+    /* the end of its socket says so too, but only to one that looks */
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (send(SRV_ZYGOTE_FD, &hello, sizeof hello, MSG_NOSIGNAL) == (ssize_t)sizeof hello &&
         hello.good)
         zygote_serve(zygote);

@@ -3,7 +3,7 @@
  * so that nothing of these is in the memory of a process that computes.
  * Leaves to others: what these compute (cell_loop), asking for them (cells).
  * Invariant: it has no files, no network and no privileges, and takes orders from its daemon alone;
- * it ends with the daemon, and ends its processes then. */
+ * it ends with the daemon, and its processes end with it, whatever they do just then. */
 #ifndef SRV_ZYGOTE_H
 #define SRV_ZYGOTE_H
 
@@ -29,13 +29,16 @@ enum srv_zygote_what {
 };
 
 struct srv_zygote_order {
-    int what, pid;
+    int what;
+    unsigned long long number;     /* of the process, but for NEW */
     struct srv_zygote_rules rules; /* of NEW: those that hold now; walls stay as they are */
 };
 
 struct srv_zygote_told {
-    int pid;    /* <= 0: there is no such process, or none could be made */
-    int status; /* of one that has ended, as waitpid gives it */
+    int pid;                   /* <= 0: there is no such process, or none could be made */
+    int status;                /* of one that has ended, as waitpid gives it */
+    unsigned long long number; /* of the process: the system gives a pid to another once one has
+                                  ended, and nobody gives this again */
 };
 
 /** What `pendulumd compute` does, which the daemon starts with a socket of packets as descriptor

@@ -403,6 +403,64 @@ TEST(a_part_whose_process_crashes_is_tried_again_and_then_the_job_says_so) {
     place_on_both(isolated_job);
 }
 
+TEST(an_answer_that_is_too_large_is_refused_as_threads_refuse_it_and_no_crash) {
+    static const char *const accept[] = {"", "Accept: text/csv\r\n"};
+    struct test_server *with = isolated("--max-answer-bytes", "65536"), *without = NULL;
+    const char *const options[] = {"--max-answer-bytes", "65536", NULL};
+    if (with) without = test_server_start(options);
+    for (int i = 0; without && i < 4; i++) {
+        const char *path = i < 2 ? "/v1/trajectories" : "/v1/modes",
+                   *body = i < 2 ? ASK_EXAMPLE : "{\"pendulum\":" ASK_FOUR_ARMS "}";
+        struct test_reply here, there;
+        int status = test_request(without, &here, "POST", path, accept[i % 2], body);
+        CHECK_INT(test_request(with, &there, "POST", path, accept[i % 2], body), status);
+        CHECK_TEXT(there.body, here.body);
+        CHECK(i > 1 || status >= 400);
+        test_reply_clear(&here);
+        test_reply_clear(&there);
+    }
+    if (with) CHECK(ask_metric(with, "pendulumd_crashed_total") == 0);
+    test_server_stop(&with);
+    test_server_stop(&without);
+}
+
+/* --- clients that go --- */
+
+static void read_for_nobody(struct place *place) {
+    static const char request[] =
+        "POST /v1/trajectories HTTP/1.1\r\nHost: localhost\r\n" ASYNC
+        "Content-Type: application/json\r\nContent-Length: %zu\r\n\r\n" ASK_EXAMPLE;
+    const char *const options[] = {
+        "--isolate", "on", "--store", place->url, "--max-compute-seconds", "3600", NULL};
+    struct test_server *server = test_server_start(options);
+    struct test_client client;
+    char message[sizeof request + LITTLE];
+    int pid[MOST], asked = 0;
+    double end = test_clock() + TEST_PATIENCE;
+    if (!server) return;
+    int zygote = maker(server);
+    while (!children(zygote, pid) && test_clock() < end) test_sleep(0.01);
+    asked = pid[0];
+    /* the one that was made ahead is to read it, and does not answer */
+    if (!CHECK(!kill(asked, SIGSTOP))) return;
+    snprintf(message, sizeof message, request, sizeof ASK_EXAMPLE - 1);
+    if (!test_client_open(&client, test_server_port(server))) return;
+    test_client_say(&client, message);
+    while (children(zygote, pid) < 2 && test_clock() < end) test_sleep(0.01);
+    CHECK(ticks(asked) >= 0);
+    test_client_close(&client);
+    while (ticks(asked) >= 0 && test_clock() < end) test_sleep(0.01);
+    CHECK_INT((int)ticks(asked), -1);
+    CHECK(ask_metric(server, "pendulumd_crashed_total") == 0);
+    test_server_stop(&server);
+}
+
+TEST(a_process_that_reads_a_job_ends_with_its_client) {
+    struct place place;
+    if (place_begin(&place, 0)) read_for_nobody(&place);
+    place_end(&place);
+}
+
 TEST(a_server_drains_when_it_can_make_no_more_processes) {
     struct test_server *server = isolated(NULL, NULL);
     struct test_reply reply;
