@@ -1,12 +1,14 @@
 #include "server/replay.h"
 
 #include <errno.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "api/base/engine.h"
 #include "api/call/call.h"
+#include "api/call/crate_read.h"
 #include "server/work/recorder.h"
 
 /* An answer as it is computed. */
@@ -23,7 +25,8 @@ static int replay_bad(const char *path, const char *why) {
     return 2;
 }
 
-/* the whole file; 0, with the fault told, where it cannot be read */
+/* the whole file; 0, with the fault told, where it cannot be read
+ */
 static int replay_load(const char *path, struct api_buffer *file) {
     FILE *from = fopen(path, "re");
     if (!from) return !replay_bad(path, strerror(errno));
@@ -33,10 +36,9 @@ static int replay_load(const char *path, struct api_buffer *file) {
         status = api_buffer_room(file, 65536);
         if (status == PEND_OK) file->bytes += got = fread(file->data + file->bytes, 1, 65536, from);
     } while (status == PEND_OK && got);
-    const char *why = status == PEND_LIMIT ? "it is larger than any recorded request"
-                      : status != PEND_OK  ? "out of memory"
-                      : ferror(from)       ? "it cannot be read"
-                                           : NULL;
+    const char *why = status != PEND_OK ? "out of memory"
+                      : ferror(from)    ? "it cannot be read"
+                                        : NULL;
     fclose(from);
     return why ? !replay_bad(path, why) : 1;
 }
@@ -50,9 +52,8 @@ static void replay_write(struct replay *replay) {
 }
 
 /* computes to the end; the bytes of what was a stream are written as they come */
-static void replay_run(struct replay *replay, const struct srv_recording *recording) {
-    int streams = recording->answer.end >= SRV_RECORDING_STREAM;
-    enum api_progress progress = api_call_open(replay->call, &recording->request, &replay->out);
+static void replay_run(struct replay *replay, const struct api_request *request, int streams) {
+    enum api_progress progress = api_call_open(replay->call, request, &replay->out);
     streams = streams && progress == API_MORE && api_call_streams(replay->call);
     if (streams) api_call_promise(replay->call);
     while (progress == API_MORE) {
@@ -87,27 +88,70 @@ static int replay_tell(const struct replay *replay, const struct srv_recording *
     return same && replay->written ? 0 : 1;
 }
 
-int srv_replay(const char *path) {
+/* computes the request of a recording; returns the exit status */
+static int replay_recording(struct replay *replay, const char *path,
+                            const struct api_buffer *file) {
     struct pend_error error = {.text = ""};
     struct srv_recording recording;
+    if (file->bytes > SRV_RECORDER_BYTES)
+        return replay_bad(path, "it is larger than any recorded request");
+    if (srv_recording_read(&recording, file->data, file->bytes, &error) != PEND_OK)
+        return replay_bad(path, error.text);
+    if (api_call_new(&replay->call, &recording.limits) != PEND_OK)
+        return replay_bad(path, "out of memory");
+    api_buffer_init(&replay->out, (size_t)recording.limits.answer_bytes);
+    replay_run(replay, &recording.request, recording.answer.end >= SRV_RECORDING_STREAM);
+    api_digest_end(&replay->digest, replay->answer.digest);
+    return replay_tell(replay, &recording);
+}
+
+/* says whether the results are those of the crate; returns the exit status */
+static int replay_tell_crate(const struct replay *replay, const struct api_crate_claim *claim) {
+    const struct srv_recording_answer *now = &replay->answer;
+    int good = now->status == 200 && now->end != SRV_RECORDING_BROKEN;
+    int same = good && !strcmp(now->digest, claim->digest);
+    const char *engine = strrchr(claim->version, '+');
+    int alike = engine && !strcmp(engine + 1, api_engine_name);
+    fprintf(stderr, "%s, as %s\nengine %s+%s, the crate's %s\nresults %s, the crate's %s\n%s\n",
+            api_op_at(claim->request.op)->name, claim->request.accept, API_VERSION, api_engine_name,
+            claim->version[0] ? claim->version : "not known", good ? now->digest : "none",
+            claim->digest,
+            same    ? "the results are the crate's, bit for bit"
+            : !good ? "the request could not be computed"
+            : alike ? "the results are others than the crate's"
+                    : "the results are others than the crate's, in the engine's name at least: "
+                      "only the engine that has computed them can prove them");
+    if (!replay->written) fprintf(stderr, "the answer could not be written\n");
+    return same && replay->written ? 0 : 1;
+}
+
+/* computes the request of a crate, whatever its size; returns the exit status */
+static int replay_crate(struct replay *replay, const char *path, const struct api_buffer *file) {
+    struct pend_error error = {.text = ""};
+    struct api_crate_claim claim;
+    struct api_limits limits;
+    api_limits_init(&limits);
+    for (int i = 0; api_limits_row(i); i++) *api_limits_value(&limits, i) = api_limits_row(i)->most;
+    if (api_crate_read(&claim, file->data, file->bytes, &error) != PEND_OK)
+        return replay_bad(path, error.text);
+    if (api_call_new(&replay->call, &limits) != PEND_OK) return replay_bad(path, "out of memory");
+    api_buffer_init(&replay->out, (size_t)limits.answer_bytes);
+    replay_run(replay, &claim.request, 1);
+    api_digest_end(&replay->digest, replay->answer.digest);
+    return replay_tell_crate(replay, &claim);
+}
+
+int srv_replay(const char *path) {
     struct api_buffer file;
-    struct replay replay = {.written = 1};
+    struct replay replay = {.written = 1, .digest = api_digest_begin()};
     int status = 2;
-    api_buffer_init(&file, SRV_RECORDER_BYTES);
+    api_buffer_init(&file, SIZE_MAX / 2);
     api_buffer_init(&replay.out, 0);
-    if (replay_load(path, &file)) {
-        if (srv_recording_read(&recording, file.data, file.bytes, &error) != PEND_OK)
-            replay_bad(path, error.text);
-        else if (api_call_new(&replay.call, &recording.limits) != PEND_OK ||
-                 !(replay.digest = api_digest_begin()))
-            replay_bad(path, "out of memory");
-        else {
-            api_buffer_init(&replay.out, (size_t)recording.limits.answer_bytes);
-            replay_run(&replay, &recording);
-            api_digest_end(&replay.digest, replay.answer.digest);
-            status = replay_tell(&replay, &recording);
-        }
-    }
+    if (!replay.digest)
+        status = replay_bad(path, "out of memory");
+    else if (replay_load(path, &file))
+        status = (api_crate_looks(file.data, file.bytes) ? replay_crate
+                                                         : replay_recording)(&replay, path, &file);
     api_digest_end(&replay.digest, NULL);
     api_call_free(&replay.call);
     api_buffer_clear(&replay.out);

@@ -8,7 +8,6 @@
 #include "api/encode/encode.h"
 #include "api/encode/negotiate.h"
 #include "api/call/outlook.h"
-#include "api/call/results.h"
 
 /* s, about: reading and writing one row of stored results */
 static const double fetch_row_seconds = 5e-7;
@@ -277,21 +276,29 @@ enum api_progress api_call_open(struct api_call *call, const struct api_request 
     return API_MORE;
 }
 
+/* the head of an answer that becomes a crate's results */
+static void call_head_crate(struct api_call *call, const struct api_crate *crate) {
+    api_crate_etag(crate, call->digest);
+    call->answer = (struct api_answer){.status = 200,
+                                       .media_type = api_crate_media_type,
+                                       .etag = call->digest,
+                                       .length = -1,
+                                       .file_name = api_crate_file};
+}
+
 enum api_progress api_call_results(struct api_call *call, const struct api_request *request,
                                    const struct api_source *source, struct api_buffer *out) {
-    size_t before = out->bytes;
     enum api_progress progress = api_call_open(call, request, out);
     /* the request was good when the job was accepted: faults in it are not this client's */
     if (progress == API_DONE && call->answer.status == 400) {
-        out->bytes = before;
         api_problem_clear(&call->problem);
-        api_problem_init(&call->problem);
         api_problem_set(&call->problem, 500,
                         "the job's request is damaged where it is kept: submit the job again");
         return call_refuse(call, out);
     }
     if (progress != API_MORE) return progress;
     call->source = *source;
+    if (source->crate) call_head_crate(call, source->crate);
     call->cost = api_op_at(request->op)->table(call->state)->rows * fetch_row_seconds;
     return API_MORE;
 }
@@ -341,20 +348,12 @@ enum api_progress api_call_range(struct api_call *call, struct api_range range,
 /* appends the next piece of an answer whose parts are stored */
 static enum pend_status call_fetch(struct api_call *call, struct api_buffer *out, int *done,
                                    struct pend_error *error) {
-    enum { FETCH_BYTES = 1 << 18 };
-    size_t bytes = 0;
     const struct api_table *table = call->op->table(call->state);
     if (!call->results)
         PEND_TRY(api_results_new(&call->results, call->format, table, call->op->json != NULL,
-                                 table->rows_later, out));
+                                 table->rows_later, call->source.crate, out));
     if (call->fetched) return api_results_end(call->results, out, done);
-    char *data = malloc(FETCH_BYTES);
-    enum pend_status status = data ? PEND_OK : PEND_NO_MEMORY;
-    if (data) status = call->source.fetch(call->source.context, data, FETCH_BYTES, &bytes, error);
-    if (status == PEND_OK) status = api_results_feed(call->results, data, bytes, out);
-    free(data);
-    call->fetched = !bytes;
-    return status;
+    return api_results_fetch(call->results, &call->source, out, &call->fetched, error);
 }
 
 /* appends the wanted bytes of the next piece. If the length of the whole is not known, the answer

@@ -9,6 +9,7 @@
 #include "api/base/limits.h"
 #include "api/call/relay.h"
 #include "api/call/request.h"
+#include "api/call/results.h"
 #include "api/encode/remarks.h"
 
 /* What is known of an answer before its first byte is sent; the texts live as long as the call. */
@@ -92,31 +93,12 @@ PEND_MUST_CHECK enum pend_status api_call_relay(struct api_call *call,
 PEND_MUST_CHECK enum api_progress
 api_call_open(struct api_call *call, const struct api_request *request, struct api_buffer *out);
 
-/* Access to the stored parts of a job (api/call/part). */
-struct api_source {
-    /**
-     * Fetches the next bytes of the parts, in their order.
-     *
-     * data   out, room for `cap` bytes.
-     * bytes  out; 0 = there are no more.
-     *
-     * Any other status than PEND_OK ends the answer; error->text says why.
-     */
-    enum pend_status (*fetch)(void *context, void *data, size_t cap, size_t *bytes,
-                              struct pend_error *error);
-    /** Makes fetch begin with the first part again. */
-    void (*again)(void *context);
-    void *context;
-    /** Returns non-zero if fetch will not wait; NULL = fetch may wait. */
-    int (*ready)(void *context);
-};
-
 /**
  * As api_call_open, but api_call_run makes the answer from the stored parts of a job instead of
  * computing it.
  *
  * request  the job's request, with the Accept of the client who wants the results.
- * source   copied; its context must outlive the call.
+ * source   copied; its context and its crate must outlive the call.
  */
 PEND_MUST_CHECK enum api_progress api_call_results(struct api_call *call,
                                                    const struct api_request *request,

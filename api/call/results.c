@@ -13,9 +13,16 @@ struct api_results {
     double *rows[API_COLUMNS]; /* room for a record's rows, one block */
     struct api_raw_figures figures;
     struct api_stats stats;
-    int pieces; /* JSON records so far */
-    int later;  /* how many rows come is not known before the end */
+    int pieces;              /* JSON records so far */
+    int later;               /* how many rows come is not known before the end */
+    struct api_crate *crate; /* NULL = the answer is part of none */
+    size_t held;             /* letters of results_timed that the answer ends with, so far */
+    int timing;              /* what follows is the number of seconds */
 };
+
+/* what is left out of the results of a crate, with the number behind it; no text that somebody else
+ * wrote can have it, as a quote in that follows upon a backslash */
+static const char results_timed[] = ",\"compute_seconds\":";
 
 static size_t row_bytes(const struct api_table *table) {
     return (size_t)api_table_numbers(table, 0) * sizeof(double);
@@ -48,10 +55,13 @@ PEND_VALIDATOR results_valid(const struct api_results *results) {
 
 enum pend_status api_results_new(struct api_results **results, const struct api_format *format,
                                  const struct api_table *table, int apart, int later,
-                                 struct api_buffer *out) {
+                                 struct api_crate *crate, struct api_buffer *out) {
     assert(table->count >= 1 && table->count <= API_COLUMNS);
+    if (crate) PEND_TRY(api_crate_begin(crate, format, table, out));
+    size_t before = out->bytes;
     struct api_results *made = *results = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
+    made->crate = crate;
     made->table = table;
     made->later = later;
     api_buffer_init(&made->record, record_most(table));
@@ -59,6 +69,7 @@ enum pend_status api_results_new(struct api_results **results, const struct api_
     if (status == PEND_OK && !(apart && format == &api_format_json))
         status = api_writer_new(&made->writer, format, table, out);
     if (status != PEND_OK) api_results_free(results);
+    if (status == PEND_OK && crate) api_crate_pass(crate, out, before);
     assert(status != PEND_OK || results_valid(made));
     return status;
 }
@@ -77,12 +88,36 @@ void api_results_free(struct api_results **results) {
     free(gone);
 }
 
+/* appends a piece of JSON without the seconds of its computation */
+static enum pend_status results_untimed(struct api_results *results, const char *data, size_t bytes,
+                                        struct api_buffer *out) {
+    const size_t all = sizeof results_timed - 1;
+    PEND_TRY(api_buffer_room(out, bytes + all));
+    for (size_t i = 0; i < bytes; i++) {
+        if (results->timing && memchr("+-.0123456789eE", data[i], 15)) continue;
+        results->timing = 0;
+        if (data[i] != results_timed[results->held]) {
+            PEND_TRY(api_buffer_add(out, results_timed, results->held));
+            results->held = 0;
+        }
+        if (data[i] != results_timed[results->held]) {
+            PEND_TRY(api_buffer_add(out, data + i, 1));
+        } else if (++results->held == all) {
+            results->held = 0;
+            results->timing = 1;
+        }
+    }
+    return PEND_OK;
+}
+
 /* a record that is whole */
 static enum pend_status results_take(struct api_results *results, enum api_raw kind,
                                      const char *data, size_t bytes, struct api_buffer *out) {
     if (kind == API_RAW_JSON) {
         results->pieces++;
-        return results->writer ? PEND_OK : api_buffer_add(out, data, bytes);
+        if (results->writer) return PEND_OK;
+        return results->crate ? results_untimed(results, data, bytes, out)
+                              : api_buffer_add(out, data, bytes);
     }
     if (!results->writer) return PEND_OK;
     if (kind == API_RAW_STATS)
@@ -92,9 +127,8 @@ static enum pend_status results_take(struct api_results *results, enum api_raw k
     return api_writer_block(results->writer, rows, (const double *const *)results->rows, out, NULL);
 }
 
-enum pend_status api_results_feed(struct api_results *results, const void *data, size_t bytes,
-                                  struct api_buffer *out) {
-    assert(results_valid(results));
+static enum pend_status results_feed(struct api_results *results, const void *data, size_t bytes,
+                                     struct api_buffer *out) {
     struct api_buffer *record = &results->record;
     const char *from = data;
     while (bytes) {
@@ -116,13 +150,43 @@ enum pend_status api_results_feed(struct api_results *results, const void *data,
         PEND_TRY(results_take(results, kind, record->data + API_RAW_HEAD, body, out));
         record->bytes = 0;
     }
+    return PEND_OK;
+}
+
+enum pend_status api_results_feed(struct api_results *results, const void *data, size_t bytes,
+                                  struct api_buffer *out) {
+    size_t before = out->bytes;
+    assert(results_valid(results));
+    PEND_TRY(results_feed(results, data, bytes, out));
+    if (results->crate) api_crate_pass(results->crate, out, before);
     assert(results_valid(results));
     return PEND_OK;
 }
 
-enum pend_status api_results_end(struct api_results *results, struct api_buffer *out, int *done) {
-    assert(results_valid(results));
-    *done = 0;
+enum pend_status api_results_fetch(struct api_results *results, const struct api_source *source,
+                                   struct api_buffer *out, int *all, struct pend_error *error) {
+    enum { FETCH_BYTES = 1 << 18 };
+    size_t bytes = 0;
+    char *data = malloc(FETCH_BYTES);
+    enum pend_status status = data ? PEND_OK : PEND_NO_MEMORY;
+    if (data) status = source->fetch(source->context, data, FETCH_BYTES, &bytes, error);
+    if (status == PEND_OK) status = api_results_feed(results, data, bytes, out);
+    free(data);
+    *all = !bytes;
+    return status;
+}
+
+/* takes the seconds of the computation away from the figures */
+static void results_untime(struct api_stats *stats) {
+    int kept = 0;
+    for (int i = 0; i < stats->count; i++)
+        if (strcmp(stats->stat[i].name, "compute_seconds") != 0)
+            stats->stat[kept++] = stats->stat[i];
+    stats->count = kept;
+}
+
+static enum pend_status results_end(struct api_results *results, struct api_buffer *out,
+                                    int *done) {
     if (results->record.bytes) return PEND_BUG;
     if (!results->writer) {
         *done = 1;
@@ -131,6 +195,17 @@ enum pend_status api_results_end(struct api_results *results, struct api_buffer 
     if (results->later ? !results->figures.count : results->writer->rows != results->table->rows)
         return PEND_BUG;
     api_raw_stats(&results->figures, &results->stats);
+    if (results->crate) results_untime(&results->stats);
     return api_writer_finish(results->writer, results->stats.count ? &results->stats : NULL, out,
                              done);
+}
+
+enum pend_status api_results_end(struct api_results *results, struct api_buffer *out, int *done) {
+    size_t before = out->bytes;
+    assert(results_valid(results));
+    *done = 0;
+    PEND_TRY(results_end(results, out, done));
+    if (!results->crate) return PEND_OK;
+    api_crate_pass(results->crate, out, before);
+    return *done ? api_crate_end(results->crate, out) : PEND_OK;
 }

@@ -5,9 +5,29 @@
 #ifndef API_RESULTS_H
 #define API_RESULTS_H
 
-#include "api/encode/encode.h"
+#include "api/call/crate.h"
 
 struct api_results;
+
+/* Access to the stored parts of a job (part). */
+struct api_source {
+    /**
+     * Fetches the next bytes of the parts, in their order.
+     *
+     * data   out, room for `cap` bytes.
+     * bytes  out; 0 = there are no more.
+     *
+     * Any other status than PEND_OK ends the answer; error->text says why.
+     */
+    enum pend_status (*fetch)(void *context, void *data, size_t cap, size_t *bytes,
+                              struct pend_error *error);
+    /** Makes fetch begin with the first part again. */
+    void (*again)(void *context);
+    void *context;
+    /** Returns non-zero if fetch will not wait; NULL = fetch may wait. */
+    int (*ready)(void *context);
+    struct api_crate *crate; /* that the answer is to become the results of; NULL = of none */
+};
 
 /**
  * Begins an answer.
@@ -17,6 +37,7 @@ struct api_results;
  * apart    non-zero: the parts have records of JSON, since JSON says more than the table.
  * later    non-zero: the table's rows are the most that there can be, and a record of figures marks
  *          their end.
+ * crate    that the answer is a part of; NULL = of none. Must outlive the results.
  * out      the bytes before the rows are appended.
  *
  * PEND_NO_MEMORY, PEND_LIMIT
@@ -24,7 +45,8 @@ struct api_results;
 PEND_MUST_CHECK enum pend_status api_results_new(struct api_results **results,
                                                  const struct api_format *format,
                                                  const struct api_table *table, int apart,
-                                                 int later, struct api_buffer *out);
+                                                 int later, struct api_crate *crate,
+                                                 struct api_buffer *out);
 
 /** Returns the figures of all parts, once the answer is complete; NULL if there are none. */
 const struct api_stats *api_results_stats(const struct api_results *results);
@@ -40,6 +62,18 @@ void api_results_free(struct api_results **results);
  */
 PEND_MUST_CHECK enum pend_status api_results_feed(struct api_results *results, const void *data,
                                                   size_t bytes, struct api_buffer *out);
+
+/**
+ * Fetches the next bytes of the parts and reads them as api_results_feed does.
+ *
+ * all  set non-zero where there were no more.
+ *
+ * Fails as that does, and as the source's fetch; then error->text says why.
+ */
+PEND_MUST_CHECK enum pend_status api_results_fetch(struct api_results *results,
+                                                   const struct api_source *source,
+                                                   struct api_buffer *out, int *all,
+                                                   struct pend_error *error);
 
 /**
  * Appends the next piece of the rest of the answer, about API_PIECE_BYTES, after the last bytes of

@@ -83,22 +83,12 @@ static int assets_embeds(const char *query) {
     return 0;
 }
 
-/* Returns the scheme by which the client has come: that of this server's sockets, or what a proxy
- * says that is trusted. */
-static const char *assets_scheme(const struct srv_exchange *exchange) {
-    const struct srv_service *service = exchange->service;
-    const char *said = exchange->field[SRV_SCHEME];
-    if (strcmp(srv_service_config(service)->tls_certificate, "none")) return "https";
-    if (!said || !srv_peer_trusted(srv_service_trusted(service), exchange->peer)) return "http";
-    return strcmp(said, "https") ? "http" : "https";
-}
-
 /* Writes the page with a tag at the end of its head, which tells of the frame of this link. */
 static enum pend_status assets_told(struct srv_exchange *exchange, const struct srv_asset *page) {
     const char *end = strstr(page->plain, "</head>");
     size_t head = end ? (size_t)(end - page->plain) : page->plain_bytes;
     PEND_TRY(api_buffer_add(&exchange->answer, page->plain, head));
-    PEND_TRY(api_oembed_tag(assets_scheme(exchange), exchange->host, exchange->query,
+    PEND_TRY(api_oembed_tag(srv_exchange_scheme(exchange), exchange->host, exchange->query,
                             &exchange->answer));
     return api_buffer_add(&exchange->answer, page->plain + head, page->plain_bytes - head);
 }

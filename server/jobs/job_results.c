@@ -1,6 +1,7 @@
 #include "server/jobs/job_results.h"
 
 #include <assert.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,8 +11,31 @@
 #include "server/jobs/job_view.h"
 #include "server/protocol/range.h"
 
-/* Hands the exchange to a worker, which reads the response from the store. */
-static void results_deliver(struct srv_store_request *asked) {
+/* What cites the job. Returns 0 without memory. */
+static int results_cite(const struct srv_store_request *asked, struct api_cite *cite) {
+    enum { ORIGIN_MORE = 16 };
+    struct srv_exchange *exchange = asked->exchange;
+    const struct srv_job *job = &asked->job;
+    const char *host = exchange->host ? exchange->host : "localhost";
+    char *origin = srv_exchange_text(exchange, strlen(host) + ORIGIN_MORE);
+    if (!origin) return 0;
+    sprintf(origin, "%s://%s", srv_exchange_scheme(exchange), host);
+    *cite = (struct api_cite){.id = job->id,
+                              .operation = job->operation,
+                              .title = job->title,
+                              .version = job->version,
+                              .origin = origin,
+                              .created = job->created,
+                              .started = job->started,
+                              .finished = job->finished,
+                              .request = asked->request,
+                              .request_bytes = asked->request_bytes};
+    return api_cite_digest(cite) == PEND_OK;
+}
+
+/* Hands the exchange to a worker, which reads the response from the store.
+ * crate  that it becomes the results of, taken over; NULL = of none. */
+static void results_deliver(struct srv_store_request *asked, struct api_crate *crate) {
     assert(asked->request && asked->job.parts >= 1);
     struct srv_exchange *exchange = asked->exchange;
     struct srv_source *source;
@@ -19,6 +43,7 @@ static void results_deliver(struct srv_store_request *asked) {
     while (op < API_OP_COUNT && strcmp(api_op_at((enum api_op_id)op)->name, asked->job.operation))
         op++;
     if (op == API_OP_COUNT) {
+        api_crate_free(&crate);
         srv_exchange_busy(exchange, 1, "this version does not know the job's operation");
         srv_store_request_end(asked);
         return;
@@ -27,11 +52,13 @@ static void results_deliver(struct srv_store_request *asked) {
                                           asked->request, asked->request_bytes);
     asked->request = NULL;
     if (room != SRV_ROOM) {
+        api_crate_free(&crate);
         srv_exchange_crowded(exchange, room, "reading the job's results");
         srv_store_request_end(asked);
         return;
     }
-    if (!strcmp(exchange->method, "GET"))
+    source->from.crate = crate;
+    if (!strcmp(exchange->method, "GET") && !crate)
         source->ranged = srv_range_read(exchange->field[SRV_RANGE], &source->range);
     /* Ranges count the bytes of the response without a coding. */
     if (source->ranged) exchange->coding = SRV_IDENTITY;
@@ -49,13 +76,10 @@ static enum srv_stored results_find(struct srv_store *store, struct srv_store_ca
     return srv_store_job_request(store, asked->id, &asked->request, &asked->request_bytes);
 }
 
-static void results_found(struct srv_store_request *asked, enum srv_stored stored) {
+/* Answers why there are no results, and ends the request to the store. */
+static void results_refuse(struct srv_store_request *asked, enum srv_stored stored) {
     struct srv_exchange *exchange = asked->exchange;
     const struct srv_job *job = &asked->job;
-    if (stored == SRV_STORED && job->state == SRV_JOB_SUCCESSFUL) {
-        results_deliver(asked);
-        return;
-    }
     if (stored != SRV_STORED)
         srv_store_request_refuse(asked, stored);
     else if (job->state <= SRV_JOB_RUNNING)
@@ -69,6 +93,17 @@ static void results_found(struct srv_store_request *asked, enum srv_stored store
                              API_TYPE_NO_RESULTS "the job has no results: it is %s%s%.200s",
                              srv_job_word(job->state), job->message[0] ? ": " : "", job->message);
     srv_store_request_end(asked);
+}
+
+static int results_there(const struct srv_store_request *asked, enum srv_stored stored) {
+    return stored == SRV_STORED && asked->job.state == SRV_JOB_SUCCESSFUL;
+}
+
+static void results_found(struct srv_store_request *asked, enum srv_stored stored) {
+    if (results_there(asked, stored))
+        results_deliver(asked, NULL);
+    else
+        results_refuse(asked, stored);
 }
 
 void srv_job_results(struct srv_exchange *exchange) {
@@ -106,4 +141,59 @@ static void request_found(struct srv_store_request *asked, enum srv_stored store
 void srv_job_request(struct srv_exchange *exchange) {
     struct srv_store_request *asked = srv_store_request_begin_one(exchange);
     if (asked) srv_store_request_ask(asked, SRV_ASK_READ, request_find, request_found);
+}
+
+/* --- citing --- */
+
+static void cite_found(struct srv_store_request *asked, enum srv_stored stored) {
+    struct srv_exchange *exchange = asked->exchange;
+    struct api_cite cite;
+    if (!results_there(asked, stored)) {
+        results_refuse(asked, stored);
+        return;
+    }
+    if (!results_cite(asked, &cite) || api_cite_write(&cite, &exchange->answer) != PEND_OK) {
+        srv_exchange_busy(exchange, 1, "out of memory");
+    } else {
+        srv_exchange_answered(exchange, 200, "application/x-bibtex; charset=utf-8");
+        srv_exchange_header(exchange, "Cache-Control", "no-store");
+    }
+    srv_store_request_end(asked);
+}
+
+void srv_job_cite(struct srv_exchange *exchange) {
+    struct srv_store_request *asked = srv_store_request_begin_one(exchange);
+    if (asked) srv_store_request_ask(asked, SRV_ASK_READ, results_find, cite_found);
+}
+
+static void crate_found(struct srv_store_request *asked, enum srv_stored stored) {
+    struct api_cite cite;
+    struct api_crate *crate;
+    if (!results_there(asked, stored)) {
+        results_refuse(asked, stored);
+    } else if (results_cite(asked, &cite) && api_crate_new(&crate, &cite) == PEND_OK) {
+        results_deliver(asked, crate);
+    } else {
+        srv_exchange_busy(asked->exchange, 1, "out of memory");
+        srv_store_request_end(asked);
+    }
+}
+
+void srv_job_crate(struct srv_exchange *exchange) {
+    const char *query = exchange->query, *wish = query && *query ? query : "results=json";
+    int wishes = !strncmp(wish, "results=", strlen("results="));
+    const struct api_format *format = wishes ? api_crate_format(wish + strlen("results=")) : NULL;
+    struct srv_store_request *asked = srv_store_request_begin_one(exchange);
+    if (!asked) return;
+    if (format) {
+        exchange->query = NULL;
+        exchange->field[SRV_ACCEPT] = format->media_type;
+        srv_store_request_ask(asked, SRV_ASK_READ, results_find, crate_found);
+        return;
+    }
+    srv_exchange_problem(exchange, 422,
+                         "a crate takes results=json, ndjson, csv, bin, npz, npy, parquet, mat or "
+                         "png as its query, got ?%.100s",
+                         query);
+    srv_store_request_end(asked);
 }

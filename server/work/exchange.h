@@ -231,6 +231,10 @@ void srv_exchange_crowded(struct srv_exchange *exchange, enum srv_room room, con
  */
 void srv_exchange_settle(struct srv_exchange *exchange);
 
+/** The scheme by which the client has come, "http" or "https": that of this server's sockets, or
+ * what a proxy says that is trusted. */
+const char *srv_exchange_scheme(const struct srv_exchange *exchange);
+
 /** The record of the client who pays for the memory, NULL without memory for it. */
 struct srv_client *srv_exchange_payer(struct srv_exchange *exchange);
 

@@ -18,7 +18,7 @@ doors=(
     '^sys/mman[.]h$ ^(core/modes/hugepage|server/base/calls)[.]c$' # advice about huge pages; rights of memory
     '^cjson/ ^api/(json/json_(scan|in)|clients/browser/missing)[.]c$'
     '^curl/ ^api/clients/cli/remote[.]c$'
-    '^libdeflate[.]h$ ^(api/encode/encode_npz|server/protocol/coding_gzip)[.]c$'
+    '^libdeflate[.]h$ ^(api/encode/encode_npz|api/call/zip|server/protocol/coding_gzip)[.]c$'
     '^nettle/ ^api/call/digest[.]c$'
     '^png[.]h$ ^api/encode/encode_png[.]c$'
     '^dragonbox/ ^api/number/number_write[.]cpp$'
