@@ -55,9 +55,11 @@ struct orbits {
 };
 
 static const char *const ends[PEND_ORBITS_ENDS] = {
-    [PEND_ORBITS_REACHED] = "reached", [PEND_ORBITS_POINTS] = "points", [PEND_ORBITS_LOST] = "lost",
-    [PEND_ORBITS_MEETS] = "meets",     [PEND_ORBITS_WILD] = "wild",     [PEND_ORBITS_BACK] = "back",
-    [PEND_ORBITS_NONE] = "none"};
+    [PEND_ORBITS_REACHED] = "reached", [PEND_ORBITS_POINTS] = "points",
+    [PEND_ORBITS_LOST] = "lost",       [PEND_ORBITS_MEETS] = "meets",
+    [PEND_ORBITS_WILD] = "wild",       [PEND_ORBITS_BACK] = "back",
+    [PEND_ORBITS_NONE] = "none",       [PEND_ORBITS_MISSING] = "missing",
+    [PEND_ORBITS_APART] = "apart",     [PEND_ORBITS_CLOSED] = "closed"};
 
 static const char *const kinds[PEND_ORBITS_KINDS] = {[PEND_ORBITS_FOLD] = "fold",
                                                      [PEND_ORBITS_BRANCH] = "branch",
@@ -207,10 +209,10 @@ static enum pend_status orbits_note(struct orbits *orbits, const struct pend_orb
         state[order[k]] = orbit->phi[k];
         state[n + (size_t)order[k]] = orbit->rate[k];
     }
-    // it was found after the orbit behind it
+    // it was found after the orbit behind it; one at which a branch begins is before all orbits
     orbits->bifurcation[orbits->bifurcations++] =
         (struct orbits_bifurcation){.kind = orbit->kind,
-                                    .after = orbits->count - 1,
+                                    .after = orbits->count ? orbits->count - 1 : 0,
                                     .period = orbit->period,
                                     .energy = orbit->energy,
                                     .value = orbit->value,
@@ -239,6 +241,19 @@ static enum pend_status orbits_search(struct orbits *orbits, struct pend_error *
 }
 
 /* ---- telling */
+
+/* why no other branch was found at a bifurcation */
+static void orbits_apart(const struct orbits *orbits, char text[API_WARNING_TEXT]) {
+    static const char *const whys[PEND_ORBITS_KINDS] = {
+        [PEND_ORBITS_FOLD] = "a fold: the branch itself turns back there and no other one begins",
+        [PEND_ORBITS_TORUS] = "one from which motions on a torus begin: they are no orbits",
+        [PEND_ORBITS_BRANCH] = "one whose other orbits do not come to rest or are hard to find",
+        [PEND_ORBITS_SYMMETRY] = "one whose other orbits do not come to rest or are hard to find",
+        [PEND_ORBITS_DOUBLING] = "one whose orbits take more than 8 periods or do not come to "
+                                 "rest or are hard to find"};
+    snprintf(text, API_WARNING_TEXT, "the bifurcation at which the branch was to be left is %s",
+             whys[pend_orbits_orbit(orbits->search).kind]);
+}
 
 /* how it ended, in a sentence without comma or quote, as warnings are */
 static void orbits_sentence(const struct orbits *orbits, char text[API_WARNING_TEXT]) {
@@ -276,6 +291,20 @@ static void orbits_sentence(const struct orbits *orbits, char text[API_WARNING_T
         snprintf(text, API_WARNING_TEXT,
                  "the branch turns round and comes back to the number that it began with: it does "
                  "not go where it was asked to go");
+        return;
+    case PEND_ORBITS_CLOSED:
+        snprintf(text, API_WARNING_TEXT,
+                 "the branch is closed: it comes back to its first orbit and does not go where it "
+                 "was asked to go");
+        return;
+    case PEND_ORBITS_MISSING:
+        snprintf(text, API_WARNING_TEXT,
+                 "branch %d has no bifurcation number %d at which it was to be left",
+                 1 + pend_orbits_left(orbits->search),
+                 abs(p->leave[pend_orbits_left(orbits->search)]));
+        return;
+    case PEND_ORBITS_APART:
+        orbits_apart(orbits, text);
         return;
     case PEND_ORBITS_NONE:
     case PEND_ORBITS_ENDS:
@@ -398,16 +427,18 @@ static double orbits_cost(const void *state) {
     const struct pend_orbit_problem *p = &asked->problem;
     double n = asked->tree.n, passes = ceil(2 * n / 7), swing = M_PI;
     double maps = p->branch ? maps_on_branch + maps_an_arm * n : maps_alone;
+    // each branch that is left may take as long, and the next one twice the period
+    double branches = p->switches ? exp2(fmin(p->switches, 3)) * (p->switches + 1) : 1;
     double arm = asked->tree.loads.terms ? real_seconds : ideal_seconds * (1 + n / arms_cached);
     if (p->driven) {
         double points = p->vary ? p->points : 4;
         double steps = orbits_driven_steps(asked, p->periods);
         double settle = p->settle ? orbits_driven_steps(asked, p->settle) : 0;
-        return (maps * points * steps * passes * arm + settle * plain_seconds) * n;
+        return (branches * maps * points * steps * passes * arm + settle * plain_seconds) * n;
     }
     if (p->target == PEND_ORBIT_AMPLITUDE) swing = p->until;
     double points = fmin(p->points, swing / p->step + 15);
-    return maps * points * (steps_least + steps_an_arm * n) * passes * n * arm;
+    return branches * maps * points * (steps_least + steps_an_arm * n) * passes * n * arm;
 }
 
 /* rows are kept in memory that doubles whenever it is full, and once more for representations that

@@ -10,7 +10,7 @@
 
 static const char *const fields[] = {"pendulum", "mode",    "amplitude", "unit", "energy",
                                      "initial",  "periods", "settle",    "step", "points",
-                                     "branch",   "digits",  NULL};
+                                     "branch",   "switch",  "digits",    NULL};
 static const char *const branch_fields[] = {"vary", "arm", "harmonic", "to", NULL};
 
 enum { POINTS_USUAL = 300, SETTLE_MOST = 100000 };
@@ -224,6 +224,40 @@ static enum pend_status read_driven(struct api_orbits *asked, const struct api_r
     return PEND_OK;
 }
 
+/* at which bifurcations one branch is left for another */
+static void read_switch(struct api_orbits *asked, const struct api_value *root,
+                        struct api_problem *problem) {
+    struct api_value list = api_value_member(root, "switch");
+    if (!present(&list)) return;
+    int count = api_value_count(&list);
+    if (api_value_kind(&list) != API_ARRAY || count < 1 || count > PEND_ORBIT_SWITCHES) {
+        api_value_fault(
+            &list, problem,
+            API_CODE_WRONG_TYPE
+            "must be a list of 1 to %d numbers of bifurcations, as [1]: at each of them "
+            "a branch is left for the one that begins there",
+            PEND_ORBIT_SWITCHES);
+        return;
+    }
+    if (!asked->problem.branch) {
+        api_value_fault(&list, problem,
+                        API_CODE_CONFLICT "needs a branch that is left: give \"branch\" too");
+        return;
+    }
+    for (int i = 0; i < count; i++) {
+        struct api_value item = api_value_item(&list, i);
+        long number = 1;
+        if (api_field_whole(&item, -API_ORBITS_POINTS, API_ORBITS_POINTS, &number, problem) > 0 &&
+            number == 0)
+            api_value_fault(&item, problem,
+                            API_CODE_OUT_OF_RANGE "must be 1 for the first bifurcation of a "
+                                                  "branch, 2 for the next; with a minus sign its "
+                                                  "other side");
+        asked->problem.leave[i] = (int)number;
+    }
+    asked->problem.switches = count;
+}
+
 enum pend_status api_orbits_read(struct api_orbits *asked, const struct api_reading *reading) {
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
@@ -253,6 +287,7 @@ enum pend_status api_orbits_read(struct api_orbits *asked, const struct api_read
         PEND_TRY(read_driven(asked, reading));
     else
         read_brake(asked, root, problem);
+    read_switch(asked, root, problem);
     asked->problem.step = asked->problem.branch ? step_usual : step_alone;
     (void)api_value_read_number(&step, 1e-4, step_most, "", &asked->problem.step, problem);
     (void)api_field_whole(&points, 2, API_ORBITS_POINTS, &most, problem);

@@ -20,7 +20,7 @@ static size_t algebra_numbers(size_t rows) { return rows * rows + 4 * rows; }
 double pend_orbit_algebra_bytes(int rows) {
     assert(rows >= 1);
     double squared = (double)rows * rows;
-    return 8 * squared + 1024 + 32.0 * rows + 200.0 * rows; // and GSL's own
+    return 16 * squared + 1024 + 32.0 * rows + 200.0 * rows; // and GSL's own
 }
 
 enum pend_status pend_orbit_algebra_new(struct orbit_algebra **algebra, int rows) {
@@ -68,6 +68,26 @@ int pend_orbit_solve(struct orbit_algebra *algebra, int n, const double A[], int
     return algebra_finite(B, rows * columns);
 }
 
+enum pend_status pend_orbit_least(struct orbit_algebra *algebra, int n, const double A[],
+                                  double size[3], double least[]) {
+    assert(n >= 2 && n <= algebra->rows);
+    size_t rows = (size_t)n;
+    if (!algebra_finite(A, rows * rows)) return PEND_NO_CONVERGENCE;
+    double *across = malloc(rows * rows * sizeof *across);
+    if (!across) return PEND_NO_MEMORY;
+    memcpy(algebra->factor, A, rows * rows * sizeof(double));
+    gsl_matrix_view matrix = gsl_matrix_view_array(algebra->factor, rows, rows);
+    gsl_matrix_view right = gsl_matrix_view_array(across, rows, rows);
+    gsl_vector_view value = gsl_vector_view_array(algebra->value, rows);
+    int failed = gsl_linalg_SV_decomp_jacobi(&matrix.matrix, &right.matrix, &value.vector);
+    for (size_t i = 0; i < 3 && !failed; i++)
+        size[i] = i < rows ? algebra->value[rows - 1 - i] : INFINITY;
+    for (size_t i = 0; i < 2 && !failed; i++)
+        for (size_t j = 0; j < rows; j++) least[i * rows + j] = across[j * rows + rows - 1 - i];
+    free(across);
+    return !failed && algebra_finite(least, 2 * rows) ? PEND_OK : PEND_NO_CONVERGENCE;
+}
+
 enum pend_status pend_orbit_eigenvalues(struct orbit_algebra *algebra, int n, const double A[],
                                         double re[], double im[]) {
     assert(n >= 0 && n <= algebra->rows);
@@ -102,8 +122,8 @@ static void algebra_reflect(size_t n, const double v[], double K[]) {
     }
 }
 
-/* takes the left eigenvector g away from the n x n matrix K: the rest, (n - 1) x (n - 1), is at its
- * begin; v is room for n numbers */
+/* takes the left or right eigenvector g away from the n x n matrix K: the rest, (n - 1) x (n - 1),
+ * is at its begin; v is room for n numbers */
 static int algebra_deflate(size_t n, const double g[], double K[], double v[]) {
     double size = 0, norm = 0;
     for (size_t i = 0; i < n; i++) size = hypot(size, g[i]);
@@ -138,4 +158,17 @@ enum pend_status pend_orbit_mirrored(struct orbit_algebra *algebra, int n, const
     memcpy(K, right, rows * rows * sizeof *K);
     if (!algebra_deflate(rows, gradient, K, v)) return PEND_NO_CONVERGENCE;
     return pend_orbit_eigenvalues(algebra, n - 1, K, re, im);
+}
+
+enum pend_status pend_orbit_kept(struct orbit_algebra *algebra, int n, double A[],
+                                 const double left[], double right[], double v[], double re[],
+                                 double im[]) {
+    assert(n >= 2 && n <= algebra->rows);
+    size_t rows = (size_t)n;
+    double sum = 0;
+    if (!algebra_deflate(rows, left, A, v)) return PEND_NO_CONVERGENCE;
+    for (size_t i = 0; i < rows; i++) sum += v[i] * right[i];
+    for (size_t i = 0; i < rows; i++) right[i] -= 2 * sum * v[i];
+    if (!algebra_deflate(rows - 1, right + 1, A, v)) return PEND_NO_CONVERGENCE;
+    return pend_orbit_eigenvalues(algebra, n - 2, A, re, im);
 }

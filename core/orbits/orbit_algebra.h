@@ -40,6 +40,22 @@ double pend_orbit_algebra_bytes(int rows);
 int pend_orbit_solve(struct orbit_algebra *algebra, int n, const double A[], int count, double B[]);
 
 /**
+ * The two directions in which a matrix makes vectors least, by its singular values.
+ *
+ * n      rows, 2 .. those of the workspace.
+ * A      n x n; kept.
+ * size   out, the three smallest singular values, smallest first; the last one of two rows is
+ *        infinite.
+ * least  out, 2 x n: the directions of the first two, of unit size, at right angles.
+ *
+ * PEND_NO_MEMORY
+ * PEND_NO_CONVERGENCE  also of a matrix that is not finite.
+ * O(n^3), by Jacobi's rotations.
+ */
+PEND_MUST_CHECK enum pend_status pend_orbit_least(struct orbit_algebra *algebra, int n,
+                                                  const double A[], double size[3], double least[]);
+
+/**
  * Eigenvalues of a general matrix.
  *
  * A       n x n, n >= 0; kept.
@@ -78,5 +94,23 @@ PEND_MUST_CHECK enum pend_status pend_orbit_mirrored(struct orbit_algebra *algeb
                                                      const double phi_by[], const double rate_by[],
                                                      const double gradient[], double omega,
                                                      double work[], double re[], double im[]);
+
+/**
+ * The eigenvalues of a matrix but for two that are known with their vectors: those of an orbit
+ * without a drive, which leaves alone the flow and, on the other side, the energy.
+ *
+ * n      rows, >= 2.
+ * A      n x n; changed.
+ * left   n, an eigenvector on the left; right  n, one on the right, at right angles to it; changed.
+ * v      room for n numbers.
+ * re, im out, n - 2.
+ *
+ * PEND_NO_MEMORY
+ * PEND_NO_CONVERGENCE  also where one of the two is 0.
+ * O(n^3).
+ */
+PEND_MUST_CHECK enum pend_status pend_orbit_kept(struct orbit_algebra *algebra, int n, double A[],
+                                                 const double left[], double right[], double v[],
+                                                 double re[], double im[]);
 
 #endif

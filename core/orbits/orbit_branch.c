@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { LOCATE_MOST = 40, EASY = 3, HARD = 5 };
@@ -19,9 +20,16 @@ static const double orbits_closed = 1e-9, orbits_wild = 1e-3;
 /* a bifurcation is known to this part of a step, or where the test for it is so small */
 static const double orbits_exact = 1e-7, orbits_zero = 1e-11;
 
+/* parts of the unit of unknowns: how far from a bifurcation the first orbit of the branch that
+ * begins there is looked for, one after the other; and how much farther it may be */
+static const double orbits_aside[] = {5e-3, 2e-3, 1e-3, 1e-2, 3e-2};
+static const double orbits_near = 8;
+enum { ASIDE = sizeof orbits_aside / sizeof *orbits_aside };
+
 int pend_orbits_valid(const struct pend_orbits *orbits) {
     return orbits->newton.unknowns == orbits->newton.form.equations + 1 && orbits->step > 0 &&
-           orbits->points >= 0 && orbits->problem.points >= 1;
+           orbits->points >= 0 && orbits->problem.points >= 1 &&
+           orbits->left <= orbits->problem.switches;
 }
 
 void pend_orbit_branch_plane(struct pend_orbits *o, const double normal[]) {
@@ -35,8 +43,9 @@ void pend_orbit_branch_plane(struct pend_orbits *o, const double normal[]) {
 
 void pend_orbit_branch_search(struct pend_orbits *o, enum orbits_aim aim) {
     o->aim = aim, o->stage = SEARCH;
-    o->newton.whole = o->problem.branch || o->problem.driven || aim == LAST;
-    o->newton.careful = o->problem.driven && aim == FIRST;
+    o->newton.look = aim == LOOK;
+    o->newton.whole = (o->problem.branch || o->problem.driven || aim == LAST) && aim != LOOK;
+    o->newton.careful = o->problem.driven && aim == FIRST && !o->left;
     o->newton.energy = aim == LAST && !o->problem.driven && o->problem.target == PEND_ORBIT_ENERGY;
     pend_orbit_newton_begin(&o->newton);
 }
@@ -51,7 +60,9 @@ static double orbits_dot(const double a[], const double b[], int count) {
 }
 
 static void orbits_over(struct pend_orbits *o, enum pend_orbits_end end) {
-    o->end = end;
+    int ended = end == PEND_ORBITS_REACHED || end == PEND_ORBITS_POINTS ||
+                end == PEND_ORBITS_BACK || end == PEND_ORBITS_CLOSED;
+    o->end = ended && o->left < o->problem.switches ? PEND_ORBITS_MISSING : end;
     o->stage = OVER;
 }
 
@@ -66,9 +77,26 @@ static void orbits_predict(struct pend_orbits *o) {
     pend_orbit_branch_search(o, STEP);
 }
 
+/* looks for an orbit of the branch that begins at a bifurcation, at the next distance from it */
+static void orbits_aside_try(struct pend_orbits *o) {
+    struct orbit_newton *newton = &o->newton;
+    if (o->attempts == ASIDE) {
+        orbits_over(o, PEND_ORBITS_APART);
+        return;
+    }
+    double far = orbits_aside[o->attempts++];
+    for (int j = 0; j < newton->unknowns; j++) newton->u[j] = o->last.u[j] + far * o->last.along[j];
+    pend_orbit_branch_plane(o, o->last.along);
+    pend_orbit_branch_search(o, FIRST);
+}
+
 /* a step that failed is tried once more, shorter */
 static void orbits_failed(struct pend_orbits *o, enum pend_orbits_end why) {
     o->why = why;
+    if (o->aim == FIRST && o->left) {
+        orbits_aside_try(o);
+        return;
+    }
     if (o->aim == FIRST) {
         orbits_over(o, why == PEND_ORBITS_LOST ? PEND_ORBITS_NONE : why);
         return;
@@ -85,12 +113,13 @@ static void orbits_failed(struct pend_orbits *o, enum pend_orbits_end why) {
 static double orbits_way(const struct pend_orbits *o, const double u[], int *arm) {
     int n = o->newton.form.n;
     *arm = 0;
+    const double *swing = o->newton.form.kind == ORBIT_FREE ? o->check.amplitude : u;
     if (o->problem.driven) return u[2 * n];
     for (int k = 1; k < n; k++)
-        if (fabs(u[k]) > fabs(u[*arm])) *arm = k;
+        if (fabs(swing[k]) > fabs(swing[*arm])) *arm = k;
     return o->problem.target == PEND_ORBIT_ENERGY
                ? pend_orbit_newton_energy(&o->newton) / o->problem.until
-               : fabs(u[*arm]) / o->problem.until;
+               : fabs(swing[*arm]) / o->problem.until;
 }
 
 /* looks for the orbit at the very end, which the last step has passed */
@@ -115,7 +144,7 @@ static enum pend_status orbits_tell(struct pend_orbits *o, const double u[],
     for (int k = 0; k < form->n && !o->problem.driven; k++) o->amplitude[k] = fabs(u[k]);
     o->now.phi = form->phi, o->now.phi_low = form->phi_low, o->now.rate = form->rate;
     o->now.re = o->floquet.re, o->now.im = o->floquet.im;
-    o->now.amplitude = o->problem.driven ? o->check.amplitude : o->amplitude;
+    o->now.amplitude = form->kind >= ORBIT_FREE ? o->check.amplitude : o->amplitude;
     o->now.period = pend_orbit_form_period(form);
     o->now.energy = o->problem.driven ? 0 : pend_orbit_newton_energy(&o->newton);
     o->now.value = o->problem.driven && o->problem.vary ? pend_orbit_form_value(form, u) : 0;
@@ -144,6 +173,9 @@ static enum pend_status orbits_accept(struct pend_orbits *o, enum pend_orbits_fo
         return PEND_OK;
     }
     double way = orbits_way(o, next->u, &arm);
+    // the amplitude of an orbit that does not rest is no unknown
+    int seen = newton->form.kind == ORBIT_FREE && o->problem.target == PEND_ORBIT_AMPLITUDE;
+    if (o->aim == STEP && way >= 1 && seen) o->aim = LAST;
     if (o->aim == STEP && way >= 1) {
         orbits_land(o, way, arm);
         return PEND_OK;
@@ -152,8 +184,8 @@ static enum pend_status orbits_accept(struct pend_orbits *o, enum pend_orbits_fo
         orbits_over(o, PEND_ORBITS_BACK);
         return PEND_OK;
     }
-    next->slope = o->problem.driven ? next->along[q - 1]
-                                    : orbits_dot(newton->map.potential_by, next->along, q - 1);
+    next->slope =
+        o->problem.driven ? next->along[q - 1] : pend_orbit_newton_slope(newton, next->along);
     memcpy(next->count, o->floquet.count, sizeof next->count);
     memcpy(next->test, o->floquet.test, sizeof next->test);
     PEND_TRY(orbits_tell(o, next->u, error));
@@ -163,11 +195,39 @@ static enum pend_status orbits_accept(struct pend_orbits *o, enum pend_orbits_fo
     return PEND_OK;
 }
 
+/* true if the last step has passed the first orbit of a branch that begins at a bifurcation, in the
+ * direction in which it left it; keeps the first orbit */
+static int orbits_closes(struct pend_orbits *o) {
+    static const double part_missed = 0.1; // of a step: a straight line is no closer
+    size_t q = (size_t)o->newton.unknowns;
+    const double *a = o->last.u, *b = o->next.u, *home = o->home, *along = o->home + q;
+    double before = 0, after = 0, chord = 0, missed = 0;
+    if (!o->left) return 0;
+    if (o->aim == FIRST) {
+        memcpy(o->home, o->next.u, q * sizeof(double));
+        memcpy(o->home + q, o->next.along, q * sizeof(double));
+        return 0;
+    }
+    for (size_t j = 0; j < q; j++) {
+        before += along[j] * (a[j] - home[j]), after += along[j] * (b[j] - home[j]);
+        chord = fmax(chord, fabs(b[j] - a[j]));
+    }
+    if (!(before < 0 && after >= 0)) return 0;
+    double part = before / (before - after);
+    for (size_t j = 0; j < q; j++)
+        missed = fmax(missed, fabs(a[j] + part * (b[j] - a[j]) - home[j]));
+    return missed <= part_missed * chord;
+}
+
 /* goes on from the orbit that was found, or ends */
 static void orbits_forward(struct pend_orbits *o) {
     int q = o->newton.unknowns, first = o->aim == FIRST, last = o->aim == LAST, arm;
     struct orbits_point keep = o->last;
     double way = 0;
+    if (orbits_closes(o)) {
+        orbits_over(o, PEND_ORBITS_CLOSED);
+        return;
+    }
     for (int j = 0; j < q && !first; j++) way = fmax(way, fabs(o->next.u[j] - o->last.u[j]));
     memcpy(o->turned, o->last.along, (size_t)q * sizeof(double));
     o->last = o->next, o->next = keep;
@@ -189,6 +249,21 @@ static void orbits_forward(struct pend_orbits *o) {
 
 /* ---- bifurcations between the last orbit and the next */
 
+/* The unknowns at a part of the way between the two orbits: the cubic curve with their directions.
+ * Where another branch crosses, corrections along it hardly change the equations, so that the guess
+ * must be better than a straight line's. */
+static void orbits_between_two(const struct pend_orbits *o, double part, double u[]) {
+    int q = o->newton.unknowns;
+    const double *a = o->last.u, *b = o->next.u, *from = o->last.along, *to = o->next.along;
+    double chord = 0, rest = 1 - part;
+    for (int j = 0; j < q; j++) chord += (b[j] - a[j]) * (b[j] - a[j]);
+    double here = sqrt(chord / orbits_dot(from, from, q)),
+           there = sqrt(chord / orbits_dot(to, to, q));
+    for (int j = 0; j < q; j++)
+        u[j] = rest * rest * ((1 + 2 * part) * a[j] + part * here * from[j]) +
+               part * part * ((1 + 2 * rest) * b[j] - rest * there * to[j]);
+}
+
 /* looks for the orbit at a part of the way */
 static void orbits_locate(struct pend_orbits *o) {
     struct orbit_newton *newton = &o->newton;
@@ -197,8 +272,7 @@ static void orbits_locate(struct pend_orbits *o) {
         double part = o->low_test / (o->low_test - o->high_test);
         o->at = o->low + fmin(0.98, fmax(0.02, part)) * (o->high - o->low);
     }
-    for (int j = 0; j < newton->unknowns; j++)
-        newton->u[j] = o->last.u[j] + o->at * (o->next.u[j] - o->last.u[j]);
+    orbits_between_two(o, o->at, newton->u);
     pend_orbit_branch_plane(o, o->last.along);
     pend_orbit_branch_search(o, LOCATE);
     o->tries++;
@@ -218,11 +292,56 @@ static void orbits_change(struct pend_orbits *o) {
     orbits_locate(o);
 }
 
+/* the branch is left at the bifurcation to which the equations are set: a look at it by the
+ * equations of the other one */
+static void orbits_leave(struct pend_orbits *o) {
+    struct orbit_newton *newton = &o->newton;
+    size_t q = (size_t)newton->unknowns;
+    for (size_t j = 0; j < q; j++) o->turned[j] = o->next.u[j] - o->last.u[j];
+    memcpy(o->last.u, newton->u, q * sizeof(double));
+    if (pend_orbit_switch_form(&newton->form, o->now.kind))
+        pend_orbit_branch_search(o, LOOK);
+    else
+        orbits_over(o, PEND_ORBITS_APART);
+}
+
+/* the look has seen in which direction the other branch leaves */
+static enum pend_status orbits_looked(struct pend_orbits *o) {
+    size_t q = (size_t)o->newton.unknowns;
+    int found;
+    PEND_TRY(pend_orbit_switch_direction(&o->newton, o->turned, o->problem.leave[o->left],
+                                         o->leaving, &found));
+    if (!found && o->newton.form.equations == o->newton.form.n) {
+        // orbits that do not rest may begin there
+        pend_orbit_newton_free(&o->newton, pend_orbit_switch_turning(&o->newton), o->turned);
+        memcpy(o->last.u, o->newton.u, (size_t)o->newton.unknowns * sizeof(double));
+        pend_orbit_branch_search(o, LOOK);
+        return PEND_OK;
+    }
+    if (!found) {
+        orbits_over(o, PEND_ORBITS_APART);
+        return PEND_OK;
+    }
+    memcpy(o->last.along, o->leaving, q * sizeof(double));
+    o->left++;
+    o->points = o->met = o->attempts = 0;
+    o->step = o->begin;
+    orbits_aside_try(o);
+    return PEND_OK;
+}
+
+/* what follows on a bifurcation that was told: the branch is left there, or goes on */
+static void orbits_met(struct pend_orbits *o) {
+    int pending = o->left < o->problem.switches;
+    o->met++;
+    o->stage = pending && abs(o->problem.leave[o->left]) == o->met ? LEAVE : CHANGES;
+}
+
 static enum pend_orbits_kind orbits_kind(const struct pend_orbits *o) {
     if (o->border == ORBIT_AROUND) return PEND_ORBITS_TORUS;
     if (o->border == ORBIT_PLUS)
         return o->last.slope * o->next.slope < 0 ? PEND_ORBITS_FOLD : PEND_ORBITS_BRANCH;
-    return o->newton.form.kind == ORBIT_QUARTER ? PEND_ORBITS_SYMMETRY : PEND_ORBITS_DOUBLING;
+    return o->newton.form.mirrored ? PEND_ORBITS_SYMMETRY : PEND_ORBITS_DOUBLING;
 }
 
 /* an orbit between the two was found: it is on one side of the border, or nearly at it */
@@ -249,7 +368,7 @@ static enum pend_status orbits_between(struct pend_orbits *o, enum pend_orbits_f
     PEND_TRY(orbits_tell(o, o->newton.u, error));
     o->now.kind = orbits_kind(o);
     *found = PEND_ORBITS_BIFURCATION;
-    o->stage = CHANGES;
+    orbits_met(o);
     return PEND_OK;
 }
 
@@ -261,7 +380,8 @@ static enum pend_status orbits_unplaced(struct pend_orbits *o, enum pend_orbits_
     o->now.period = pend_orbit_form_period(&o->newton.form);
     o->now.kind = orbits_kind(o);
     *found = PEND_ORBITS_BIFURCATION;
-    o->stage = CHANGES;
+    orbits_met(o);
+    if (o->stage == LEAVE) orbits_over(o, PEND_ORBITS_APART);
     return PEND_OK;
 }
 
@@ -274,16 +394,30 @@ static enum pend_status orbits_solution(struct pend_orbits *o, enum pend_orbits_
     struct pend_problem motion;
     if (newton->whole) PEND_TRY(pend_orbit_floquet_at(&o->floquet, newton));
     if (o->aim == LOCATE) return orbits_between(o, found, error);
+    if (o->aim == LOOK) return orbits_looked(o);
     if (!newton->whole) return orbits_accept(o, found, error);
     o->stage = CHECK;
     PEND_TRY(pend_orbit_form_set(&newton->form, newton->u, 1, &motion, error));
     return pend_orbit_check_begin(&o->check, &newton->form, &motion, error);
 }
 
+/* true if an orbit is so far from the bifurcation that it was looked for at that it need not belong
+ * to the branch that begins there */
+static int orbits_far(const struct pend_orbits *o) {
+    double far = orbits_near * orbits_aside[o->attempts - 1], most = 0;
+    for (int j = 0; j < o->newton.unknowns; j++)
+        most = fmax(most, fabs(o->newton.u[j] - o->last.u[j]));
+    return most > far;
+}
+
 static enum pend_status orbits_checked(struct pend_orbits *o, enum pend_orbits_found *found,
                                        struct pend_error *error) {
     double closure = o->check.closure;
     o->part = o->check.divisor;
+    if (o->aim == FIRST && o->left && orbits_far(o)) {
+        orbits_failed(o, PEND_ORBITS_LOST);
+        return PEND_OK;
+    }
     if (closure <= orbits_closed * o->floquet.growth && closure <= orbits_wild && o->part == 1)
         return orbits_accept(o, found, error);
     orbits_failed(o, closure > orbits_closed * o->floquet.growth ? PEND_ORBITS_LOST
@@ -304,7 +438,10 @@ enum pend_status pend_orbit_branch_next(struct pend_orbits *o, double work,
         PEND_TRY(pend_orbit_newton_next(&o->newton, work, &end, error));
         if (end == ORBIT_FOUND) return orbits_solution(o, found, error);
         if (end == ORBIT_LOST && o->aim == LOCATE) return orbits_unplaced(o, found, error);
-        if (end == ORBIT_LOST) orbits_failed(o, PEND_ORBITS_LOST);
+        if (end == ORBIT_LOST && o->aim == LOOK)
+            orbits_over(o, PEND_ORBITS_APART);
+        else if (end == ORBIT_LOST)
+            orbits_failed(o, PEND_ORBITS_LOST);
         return PEND_OK;
     case CHECK:
         status = pend_orbit_check_next(&o->check, &o->newton.form, work, &done, error);
@@ -313,6 +450,9 @@ enum pend_status pend_orbit_branch_next(struct pend_orbits *o, double work,
         return done ? orbits_checked(o, found, error) : PEND_OK;
     case CHANGES:
         orbits_change(o);
+        return PEND_OK;
+    case LEAVE:
+        orbits_leave(o);
         return PEND_OK;
     case FORWARD:
         orbits_forward(o);

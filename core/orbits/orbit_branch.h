@@ -7,11 +7,12 @@
 
 #include "core/orbits/orbit_check.h"
 #include "core/orbits/orbit_floquet.h"
+#include "core/orbits/orbit_switch.h"
 
-enum orbits_stage { SETTLE, SEARCH, CHECK, CHANGES, FORWARD, OVER };
+enum orbits_stage { SETTLE, SEARCH, CHECK, CHANGES, LEAVE, FORWARD, OVER };
 
 /* What a search of Newton's method is for. */
-enum orbits_aim { FIRST, STEP, LAST, LOCATE };
+enum orbits_aim { FIRST, STEP, LAST, LOCATE, LOOK };
 
 /* An orbit on its branch. */
 struct orbits_point {
@@ -29,8 +30,10 @@ struct pend_orbits {
     enum orbits_stage stage;
     enum orbits_aim aim;
     struct orbits_point last, next; /* the orbit before, and the one looked for */
-    double step, before;            /* lengths of the step under way, and of the one before */
+    double begin, step, before;     /* lengths of the first step, the one under way, the last one */
     double *turned;                 /* the direction at the orbit before the last */
+    double *home;                   /* 2 x unknowns: the first orbit of a branch, its direction */
+    double *leaving;                /* 2 x unknowns: the direction in which a branch is left */
     double way;                     /* of the last orbit, 1 = at the end */
     int points;                     /* steps so far */
     enum pend_orbits_end end, why;  /* why: the last step failed */
@@ -38,6 +41,8 @@ struct pend_orbits {
     /* a bifurcation under way, of the border -1 = none yet */
     int border, tries, side;
     double low, high, at, low_test, high_test; /* parts of the way between the two */
+    int met;                                   /* bifurcations of this branch so far */
+    int left, attempts; /* branches that were left; tries to step onto the one that begins there */
     struct pend_orbit now;
     struct pend_run *settling;
     long settled; /* its steps */

@@ -4,24 +4,24 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* instants of a period: of driven pendulums so many that every part of it is one of them */
+/* instants of a period: of driven pendulums and orbits that do not rest so many that every part of
+ * it is one of them */
 enum { ALL = 840, PARTS = 8 };
 static const double pi = 3.14159265358979323846;
 
 /* an orbit comes back after a part of its period if it misses its start by no more than this */
 static const double check_alike = 1e-6;
 
-static size_t check_rows(int driven) { return driven ? ALL + 1 : PARTS + 1; }
+static size_t check_rows(int all) { return all ? ALL + 1 : PARTS + 1; }
 
 static size_t check_numbers(size_t n, size_t rows) { return n + rows * (2 * n + 2); }
 
-double pend_orbit_check_bytes(int n, int driven) {
-    return sizeof(double) * (double)check_numbers((size_t)n, check_rows(driven)) + 65536 +
-           20000.0 * n;
+double pend_orbit_check_bytes(int n, int all) {
+    return sizeof(double) * (double)check_numbers((size_t)n, check_rows(all)) + 65536 + 20000.0 * n;
 }
 
-enum pend_status pend_orbit_check_init(struct orbit_check *check, int n, int driven) {
-    size_t rows = check_rows(driven), arms = (size_t)n;
+enum pend_status pend_orbit_check_init(struct orbit_check *check, int n, int all) {
+    size_t rows = check_rows(all), arms = (size_t)n;
     assert(n >= 1);
     *check = (struct orbit_check){.n = n, .rows = (int)rows};
     double *at = check->block = calloc(check_numbers(arms, rows), sizeof *at);
@@ -71,15 +71,15 @@ static double check_away(const struct orbit_check *check, const struct orbit_for
 }
 
 static void check_finish(struct orbit_check *check, const struct orbit_form *form) {
-    int driven = form->kind == ORBIT_DRIVEN, n = check->n;
+    int driven = form->kind == ORBIT_DRIVEN, all = check->rows > PARTS + 1, n = check->n;
     check->closure = check_away(check, form, check->rows - 1);
     check->divisor = 1;
     for (int part = 2; part <= PARTS; part++) {
-        if (driven && form->problem->periods % part) continue;
-        int row = driven ? ALL / part : PARTS + 1 - part;
+        if (driven && form->times % part) continue;
+        int row = all ? ALL / part : PARTS + 1 - part;
         if (check_away(check, form, row) <= check_alike) check->divisor = part;
     }
-    for (int k = 0; driven && k < n; k++) {
+    for (int k = 0; all && k < n; k++) {
         double low = INFINITY, high = -INFINITY;
         for (int i = 0; i < check->rows; i++) {
             low = fmin(low, check->phi[i * n + k]);

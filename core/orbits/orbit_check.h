@@ -12,7 +12,7 @@ struct orbit_check {
     int n;
     double closure;    /* how far the start is missed: rad, or rates in the form's unit */
     int divisor;       /* the orbit comes back after this part of its period already; else 1 */
-    double *amplitude; /* n: half of the way between its extreme angles, of driven pendulums */
+    double *amplitude; /* n: half of the way between its extreme angles, where all are seen */
     /* while it is under way */
     struct pend_run *run;
     long steps; /* of all runs before it */
@@ -24,18 +24,18 @@ struct orbit_check {
 /**
  * Prepares the memory.
  *
+ * all    non-zero: for orbits of driven pendulums and those that do not rest too.
  * check  out; ends with pend_orbit_check_clear whatever is returned.
  *
  * PEND_NO_MEMORY  O(n).
  */
-PEND_MUST_CHECK enum pend_status pend_orbit_check_init(struct orbit_check *check, int n,
-                                                       int driven);
+PEND_MUST_CHECK enum pend_status pend_orbit_check_init(struct orbit_check *check, int n, int all);
 
 /** Frees the memory. */
 void pend_orbit_check_clear(struct orbit_check *check);
 
 /** Returns the bytes of pend_orbit_check_init and of a run. O(1). */
-double pend_orbit_check_bytes(int n, int driven);
+double pend_orbit_check_bytes(int n, int all);
 
 /**
  * Begins with the orbit that was set.

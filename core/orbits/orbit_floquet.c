@@ -6,7 +6,8 @@
 #include <stdlib.h>
 
 /* how far beyond a border a multiplier must be: round-off of the half sums of pairs, and of the
- * multipliers of driven pendulums; the imaginary part that tells two equal ones from a pair */
+ * multipliers of driven pendulums and of orbits that do not rest; the imaginary part that tells two
+ * equal ones from a pair */
 static const double floquet_border = 1e-9, floquet_driven = 1e-6, floquet_apart = 1e-6;
 
 static size_t floquet_numbers(size_t n) { return 8 * n + 8 * n * n; }
@@ -75,9 +76,8 @@ static enum pend_status floquet_mirrored(struct orbit_floquet *f, struct orbit_n
     const struct orbit_map *map = &newton->map;
     int quarter = newton->form.kind == ORBIT_QUARTER;
     assert(map->count == 2 * f->n);
-    PEND_TRY(pend_orbit_mirrored(newton->algebra, f->n, map->phi_by, map->rate_by,
-                                 map->potential_by, newton->form.omega, f->work, f->part_re,
-                                 f->part_im));
+    PEND_TRY(pend_orbit_mirrored(newton->algebra, f->n, map->phi_by, map->rate_by, map->energy_by,
+                                 newton->form.omega, f->work, f->part_re, f->part_im));
     // half a period turns the sign of a mirrored orbit: what it leaves alone is at -1
     for (int i = 0; i < f->n - 1; i++) {
         if (quarter) f->part_re[i] = -f->part_re[i], f->part_im[i] = -f->part_im[i];
@@ -90,15 +90,45 @@ static enum pend_status floquet_mirrored(struct orbit_floquet *f, struct orbit_n
     return PEND_OK;
 }
 
-static enum pend_status floquet_driven_at(struct orbit_floquet *f, struct orbit_newton *newton) {
+/* the derivative of a motion by its start, rates in their unit, times a side */
+static void floquet_matrix(const struct orbit_floquet *f, const struct orbit_newton *newton,
+                           double side, double matrix[]) {
     int n = f->n, q = newton->map.count;
     double omega = newton->form.omega;
+    assert(q >= 2 * n);
     for (int k = 0; k < n; k++)
         for (int j = 0; j < 2 * n; j++) {
-            double unit = j < n ? 1 : omega;
-            f->work[k * 2 * n + j] = newton->map.phi_by[k * q + j] * unit;
-            f->work[(n + k) * 2 * n + j] = newton->map.rate_by[k * q + j] * unit / omega;
+            double unit = side * (j < n ? 1 : omega);
+            matrix[k * 2 * n + j] = newton->map.phi_by[k * q + j] * unit;
+            matrix[(n + k) * 2 * n + j] = newton->map.rate_by[k * q + j] * unit / omega;
         }
+}
+
+static enum pend_status floquet_free_at(struct orbit_floquet *f, struct orbit_newton *newton) {
+    const struct orbit_map *map = &newton->map;
+    size_t n = (size_t)f->n, all = 2 * n;
+    int mirrored = newton->form.mirrored;
+    double omega = newton->form.omega, *matrix = f->work, *energy = matrix + all * all;
+    double *flow = energy + all, *v = flow + all;
+    floquet_matrix(f, newton, mirrored ? -1 : 1, matrix);
+    for (size_t k = 0; k < n; k++) {
+        energy[k] = map->energy_by[k], energy[n + k] = map->energy_by[n + k] * omega;
+        flow[k] = map->rate[k], flow[n + k] = map->acc[k] / omega;
+    }
+    PEND_TRY(pend_orbit_kept(newton->algebra, 2 * f->n, matrix, energy, flow, v, f->part_re,
+                             f->part_im));
+    for (size_t j = 0; j < all; j++) {
+        double complex x = j < all - 2 ? f->part_re[j] + I * f->part_im[j] : 1;
+        if (mirrored) x *= x;
+        f->re[j] = creal(x), f->im[j] = cimag(x);
+    }
+    floquet_tell(f, 2 * f->n - 2, 1);
+    return PEND_OK;
+}
+
+static enum pend_status floquet_driven_at(struct orbit_floquet *f, struct orbit_newton *newton) {
+    int n = f->n;
+    floquet_matrix(f, newton, 1, f->work);
     PEND_TRY(pend_orbit_eigenvalues(newton->algebra, 2 * n, f->work, f->re, f->im));
     for (int j = 0; j < 2 * n; j++) f->part_re[j] = f->re[j], f->part_im[j] = f->im[j];
     floquet_tell(f, 2 * n, 1);
@@ -107,6 +137,14 @@ static enum pend_status floquet_driven_at(struct orbit_floquet *f, struct orbit_
 
 enum pend_status pend_orbit_floquet_at(struct orbit_floquet *floquet, struct orbit_newton *newton) {
     assert(floquet->n == newton->form.n && newton->complete);
-    return newton->form.kind == ORBIT_DRIVEN ? floquet_driven_at(floquet, newton)
-                                             : floquet_mirrored(floquet, newton);
+    switch (newton->form.kind) {
+    case ORBIT_DRIVEN:
+        return floquet_driven_at(floquet, newton);
+    case ORBIT_FREE:
+        return floquet_free_at(floquet, newton);
+    case ORBIT_QUARTER:
+    case ORBIT_HALF:
+        break;
+    }
+    return floquet_mirrored(floquet, newton);
 }

@@ -1,7 +1,7 @@
 /* Floquet multipliers of an orbit that was found, and what they say about it.
  * Leaves to others: finding it (orbit_newton), where a count changes along a branch (orbits).
  * Invariant: multipliers of orbits between two rests come in pairs x, 1 / x, exactly; the pair of
- * the orbit itself and of its energy is 1. */
+ * the orbit itself and of its energy is 1, of those without a drive that do not rest too. */
 #ifndef PEND_ORBIT_FLOQUET_H
 #define PEND_ORBIT_FLOQUET_H
 

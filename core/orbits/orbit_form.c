@@ -93,7 +93,8 @@ static enum pend_status form_mode(struct orbit_form *form, struct pend_error *er
         pend_modes_free(&modes);
         for (int k = 0; k < form->n; k++) form->rest[k] = hanging;
     }
-    form->kind = form_mirrors(form) ? ORBIT_QUARTER : ORBIT_HALF;
+    form->mirrored = form_mirrors(form);
+    form->kind = form->mirrored ? ORBIT_QUARTER : ORBIT_HALF;
     for (int k = 0; form->kind == ORBIT_QUARTER && k < form->n; k++)
         form->rest[k] = hanging, form->rest_low[k] = hanging_low;
     return PEND_OK;
@@ -148,6 +149,7 @@ enum pend_status pend_orbit_form_init(struct orbit_form *form,
     *form = (struct orbit_form){
         .kind = ORBIT_DRIVEN, .problem = problem, .n = problem->tree->n, .loads = problem->loads};
     form->equations = problem->driven ? 2 * form->n : form->n;
+    form->times = problem->driven ? problem->periods : 1;
     form->turns = pend_terms_whole_turns(problem->loads.terms);
     double *at = form->block = calloc(form_numbers(n, terms), sizeof *at);
     form->parameter = calloc((size_t)pend_orbit_form_most(form), sizeof *form->parameter);
@@ -192,9 +194,41 @@ double pend_orbit_form_value(const struct orbit_form *form, const double u[]) {
     return form->from + u[form->equations] * (form->problem->to - form->from);
 }
 
+/* periods of what follows a motion over the span */
+static double form_spans(const struct orbit_form *form) {
+    static const double parts[] = {
+        [ORBIT_QUARTER] = 4, [ORBIT_HALF] = 2, [ORBIT_FREE] = 1, [ORBIT_DRIVEN] = 1};
+    return form->kind == ORBIT_FREE && form->mirrored ? 2 : parts[form->kind];
+}
+
+/* s: how much longer a motion without a drive takes for a period of 1 more */
+static double form_later(const struct orbit_form *form) {
+    assert(form->kind != ORBIT_DRIVEN);
+    return 2 * pi / form->omega * form->times / form_spans(form);
+}
+
+int pend_orbit_form_double(struct orbit_form *form) {
+    assert(form->kind == ORBIT_DRIVEN || !form->mirrored);
+    if (2 * form->times > PEND_ORBIT_PERIODS) return 0;
+    form->times *= 2;
+    return 1;
+}
+
+void pend_orbit_form_unmirror(struct orbit_form *form) {
+    assert(form->mirrored);
+    form->mirrored = 0;
+    if (form->kind == ORBIT_QUARTER) form->kind = ORBIT_HALF;
+}
+
+void pend_orbit_form_free(struct orbit_form *form, int turning) {
+    assert(form->kind == ORBIT_QUARTER || form->kind == ORBIT_HALF);
+    form->kind = ORBIT_FREE;
+    form->turning = turning;
+    form->equations = 2 * form->n;
+}
+
 double pend_orbit_form_period(const struct orbit_form *form) {
-    static const double parts[] = {[ORBIT_QUARTER] = 4, [ORBIT_HALF] = 2, [ORBIT_DRIVEN] = 1};
-    return parts[form->kind] * form->span;
+    return form_spans(form) * form->span;
 }
 
 /* a tree with another length or mass, in the same stored order */
@@ -263,7 +297,7 @@ static enum pend_status form_vary(struct orbit_form *form, const double u[],
 enum pend_status pend_orbit_form_set(struct orbit_form *form, const double u[], int whole,
                                      struct pend_problem *motion, struct pend_error *error) {
     const struct pend_orbit_problem *p = form->problem;
-    int n = form->n, driven = form->kind == ORBIT_DRIVEN;
+    int n = form->n, driven = form->kind == ORBIT_DRIVEN, rates = form->equations == 2 * n;
     form->count = 0;
     for (int k = 0; k < n; k++) {
         double rest = driven ? 0 : form->rest[k];
@@ -271,17 +305,17 @@ enum pend_status pend_orbit_form_set(struct orbit_form *form, const double u[], 
         double back = form->phi[k] - rest;
         form->phi_low[k] =
             (u[k] - back) + (rest - (form->phi[k] - back)) + (driven ? 0 : form->rest_low[k]);
-        form->rate[k] = driven ? u[n + k] * form->omega : 0;
+        form->rate[k] = rates ? u[n + k] * form->omega : 0;
         form->parameter[form->count++] = (struct pend_parameter){PEND_PARAMETER_PHI, k};
     }
-    for (int k = 0; k < n && (driven || whole); k++)
+    for (int k = 0; k < n && (rates || whole); k++)
         form->parameter[form->count++] = (struct pend_parameter){PEND_PARAMETER_RATE, k};
     if (driven) {
         PEND_TRY(form_vary(form, u, error));
         double omega = p->vary == PEND_ORBIT_OMEGA ? pend_orbit_form_value(form, u) : form->omega;
-        form->span = p->periods * 2 * pi / omega;
+        form->span = form->times * 2 * pi / omega;
     } else {
-        form->span = u[n] * 2 * pi / form->omega * (form->kind == ORBIT_QUARTER ? 0.25 : 0.5);
+        form->span = u[form->equations] * form_later(form);
     }
     if (!(form->span > 0) || !isfinite(form->span))
         return pend_fail(error, PEND_INVALID, -1, 0, "an orbit takes no such time");
@@ -303,7 +337,7 @@ static void form_driven(const struct orbit_form *form, const struct orbit_map *m
     double omega = form->omega, later = 0; // the span's derivative by the last unknown
     assert(q == form->count);
     if (form->problem->vary == PEND_ORBIT_OMEGA) {
-        double now = form->problem->periods * 2 * pi / form->span;
+        double now = form->times * 2 * pi / form->span;
         later = -form->span / now * (form->problem->to - form->from);
     }
     for (int k = 0; k < n; k++) {
@@ -325,15 +359,45 @@ static void form_driven(const struct orbit_form *form, const struct orbit_map *m
     }
 }
 
+/* a row of J: how a number at the end, in its unit, changes with the start */
+static void form_row(const struct orbit_form *form, const double by[], double unit, double row[]) {
+    int n = form->n;
+    for (int j = 0; j < 2 * n; j++) row[j] = by[j] * (j < n ? 1 : form->omega) / unit;
+}
+
+static void form_free(const struct orbit_form *form, const struct orbit_map *map, double F[],
+                      double J[]) {
+    size_t n = (size_t)form->n, columns = 2 * n + 1, turning = (size_t)form->turning;
+    double side = form->mirrored ? -1 : 1, later = form_later(form), omega = form->omega;
+    assert(map->count == 2 * form->n);
+    for (size_t k = 0; k < n; k++) {
+        double *angle = J + k * columns, *speed = J + (n + k) * columns;
+        double rest = form->rest[k], rest_low = form->rest_low[k];
+        F[k] = (map->phi[k] - rest - rest_low) -
+               side * (form->phi[k] - rest - (rest_low - form->phi_low[k]));
+        F[n + k] = (map->rate[k] - side * form->rate[k]) / omega;
+        form_row(form, map->phi_by + k * 2 * n, 1, angle);
+        form_row(form, map->rate_by + k * 2 * n, omega, speed);
+        angle[k] -= side, speed[n + k] -= side;
+        angle[2 * n] = later * map->rate[k], speed[2 * n] = later * map->acc[k] / omega;
+    }
+    F[turning] = form->rate[turning] / omega;
+    for (size_t j = 0; j < columns; j++) J[turning * columns + j] = j == n + turning;
+}
+
 void pend_orbit_form_equations(const struct orbit_form *form, const struct orbit_map *map,
                                double F[], double J[]) {
     int n = form->n, q = map->count;
+    if (form->kind == ORBIT_FREE) {
+        form_free(form, map, F, J);
+        return;
+    }
     if (form->kind == ORBIT_DRIVEN) {
         form_driven(form, map, F, J);
         return;
     }
     int quarter = form->kind == ORBIT_QUARTER;
-    double later = 2 * pi / form->omega * (quarter ? 0.25 : 0.5);
+    double later = form_later(form);
     for (int k = 0; k < n; k++) {
         double *row = J + (size_t)k * (size_t)(n + 1);
         F[k] =

@@ -7,20 +7,26 @@
  * period T: n equations rate(T / 2) = 0 in x and T. If a pendulum is its own mirror image, theta
  * -> -theta, it passes theta = 0 after a quarter of it: theta(T / 4) = 0. An orbit of a driven
  * pendulum comes back after k periods of the drive: 2 n equations in the start and in a number
- * that varies. Unknowns are angles, rates in parts of a frequency, the period in parts of the
- * mode's, and the way of the number that varies from its value to the last one wanted, 0 .. 1. */
+ * that varies. An orbit that neither is driven nor rests comes back after its period, or to its
+ * mirror image after half of it: 2 n equations in the start and T, of which one follows from the
+ * others, since the energy is kept; in its place one arm turns back at the start. Unknowns are
+ * angles, rates in parts of a frequency, the period in parts of the mode's, and the way of the
+ * number that varies from its value to the last one wanted, 0 .. 1. */
 #ifndef PEND_ORBIT_FORM_H
 #define PEND_ORBIT_FORM_H
 
 #include "core/orbits/orbit_map.h"
 #include "core/orbits/orbit_problem.h"
 
-enum orbit_kind { ORBIT_QUARTER, ORBIT_HALF, ORBIT_DRIVEN };
+enum orbit_kind { ORBIT_QUARTER, ORBIT_HALF, ORBIT_FREE, ORBIT_DRIVEN };
 
 struct orbit_form {
     enum orbit_kind kind;
     const struct pend_orbit_problem *problem;
     int n, equations, turns; /* turns: whole turns of an arm change nothing */
+    int times;               /* periods of the drive, or of the branch where all began */
+    int mirrored;            /* after half of its period it is its own mirror image */
+    int turning;             /* of ORBIT_FREE: the arm that turns back at the start */
     double omega;            /* rad/s, of the mode or of the drive: the unit of rates */
     double from;             /* what varies, at the begin */
     double rest_potential;   /* J */
@@ -92,6 +98,24 @@ PEND_MUST_CHECK enum pend_status pend_orbit_form_set(struct orbit_form *form, co
  */
 void pend_orbit_form_equations(const struct orbit_form *form, const struct orbit_map *map,
                                double F[], double J[]);
+
+/**
+ * The equations become those of orbits that take twice the period, near the same unknowns.
+ *
+ * Returns false, and changes nothing, beyond PEND_ORBIT_PERIODS.
+ */
+int pend_orbit_form_double(struct orbit_form *form);
+
+/** The equations of orbits that are their own mirror image become those of others, near the same
+ * unknowns. */
+void pend_orbit_form_unmirror(struct orbit_form *form);
+
+/**
+ * The equations of orbits between two rests become those of orbits that need not rest.
+ *
+ * turning  the arm that turns back at the start: one that gravity and springs move there.
+ */
+void pend_orbit_form_free(struct orbit_form *form, int turning);
 
 /** Returns the whole period of a list of unknowns that was set, s. O(1). */
 double pend_orbit_form_period(const struct orbit_form *form);

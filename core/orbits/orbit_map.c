@@ -6,8 +6,8 @@
 #include <string.h>
 
 /* numbers of a row for n arms and q parameters: phi, rate, acc, and the derivatives of the first
- * two; the potential energy and its derivatives */
-static size_t map_row(size_t n, size_t q) { return 3 * n + 2 * n * q + 1 + q; }
+ * two; both energies and their derivatives */
+static size_t map_row(size_t n, size_t q) { return 3 * n + 2 * n * q + 2 * (1 + q); }
 
 static size_t map_numbers(size_t n, size_t q) {
     return 2 + 2 * map_row(n, q); // the instants, a row in the caller's order, the results
@@ -30,7 +30,7 @@ enum pend_status pend_orbit_map_init(struct orbit_map *map, int n, int most) {
     map->acc = at, at += rows;
     map->phi_by = at, at += rows * q;
     map->rate_by = at, at += rows * q;
-    map->potential_by = at, at += q;
+    map->energy_by = at, at += q;
     map->row = at;
     return PEND_OK;
 }
@@ -82,12 +82,14 @@ enum pend_status pend_orbit_map_next(struct orbit_map *map, double work, int *do
     rows.derivative[PEND_DERIVED_PHI] = map->row + 3 * n;
     rows.derivative[PEND_DERIVED_RATE] = map->row + 3 * n + n * q;
     rows.value[PEND_DERIVED_POTENTIAL] = map->row + 3 * n + 2 * n * q;
-    rows.derivative[PEND_DERIVED_POTENTIAL] = rows.value[PEND_DERIVED_POTENTIAL] + 1;
+    double *potential = rows.value[PEND_DERIVED_POTENTIAL], *kinetic = potential + 1 + q;
+    rows.derivative[PEND_DERIVED_POTENTIAL] = potential + 1;
+    rows.value[PEND_DERIVED_KINETIC] = kinetic, rows.derivative[PEND_DERIVED_KINETIC] = kinetic + 1;
     PEND_TRY(pend_derivatives_next(map->motion, &rows, 1, work, &made, error));
     if (!made) return PEND_OK;
     if (!map->row_next++) {
-        map->potential = *rows.value[PEND_DERIVED_POTENTIAL];
-        memcpy(map->potential_by, rows.derivative[PEND_DERIVED_POTENTIAL], q * sizeof(double));
+        map->energy = *potential + *kinetic;
+        for (size_t j = 0; j < q; j++) map->energy_by[j] = potential[1 + j] + kinetic[1 + j];
         return PEND_OK;
     }
     map_take(map, &rows);

@@ -14,8 +14,8 @@ struct orbit_map {
     int n, most, count;       /* arms; parameters that fit; parameters of the last map */
     double *phi, *rate, *acc; /* at the end: rad, rad/s, rad/s^2 */
     double *phi_by, *rate_by; /* their derivatives */
-    double potential;         /* J, at the start */
-    double *potential_by;     /* count, its derivatives */
+    double energy;            /* J, at the start */
+    double *energy_by;        /* count, its derivatives */
     /* while it is computed */
     const int *place;
     struct pend_derivatives *motion;

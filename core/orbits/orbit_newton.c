@@ -17,7 +17,7 @@ static const double newton_longest = 0.5, newton_least = 1.0 / 256;
 static size_t newton_numbers(size_t unknowns) { return unknowns * (unknowns + 6); }
 
 double pend_orbit_newton_bytes(const struct pend_orbit_problem *problem) {
-    int n = problem->tree->n, unknowns = (problem->driven ? 2 * n : n) + 1;
+    int n = problem->tree->n, unknowns = pend_orbit_unknowns(problem);
     int harmonics = problem->loads.terms ? problem->loads.terms->harmonics : 0;
     int most = 2 * n + (harmonics ? harmonics : 1);
     return sizeof(double) * (double)newton_numbers((size_t)unknowns) +
@@ -31,8 +31,9 @@ enum pend_status pend_orbit_newton_init(struct orbit_newton *newton,
                                         struct pend_error *error) {
     *newton = (struct orbit_newton){.energy = 0};
     PEND_TRY(pend_orbit_form_init(&newton->form, problem, error));
-    int n = newton->form.n, q = newton->unknowns = newton->form.equations + 1;
-    size_t unknowns = (size_t)q;
+    int n = newton->form.n;
+    size_t unknowns = (size_t)pend_orbit_unknowns(problem);
+    newton->unknowns = newton->form.equations + 1;
     double *at = newton->block = calloc(newton_numbers(unknowns), sizeof *at);
     if (!at || pend_orbit_map_init(&newton->map, n, pend_orbit_form_most(&newton->form)) ||
         pend_orbit_algebra_new(&newton->algebra, 2 * n + 1))
@@ -64,7 +65,29 @@ void pend_orbit_newton_begin(struct orbit_newton *newton) {
 
 double pend_orbit_newton_energy(const struct orbit_newton *newton) {
     assert(newton->form.kind != ORBIT_DRIVEN);
-    return newton->map.potential - newton->form.rest_potential;
+    return newton->map.energy - newton->form.rest_potential;
+}
+
+double pend_orbit_newton_slope(const struct orbit_newton *newton, const double along[]) {
+    assert(newton->form.kind != ORBIT_DRIVEN);
+    double sum = 0;
+    for (int k = 0; k < newton->form.equations; k++)
+        sum += newton->map.energy_by[k] * (k < newton->form.n ? 1 : newton->form.omega) * along[k];
+    return sum;
+}
+
+/* the period goes behind the rates, which are 0 */
+static void newton_widen(int n, double u[]) {
+    assert(n >= 1);
+    u[2 * n] = u[n];
+    for (int k = 0; k < n; k++) u[n + k] = 0;
+}
+
+void pend_orbit_newton_free(struct orbit_newton *newton, int turning, double direction[]) {
+    pend_orbit_form_free(&newton->form, turning);
+    newton->unknowns = newton->form.equations + 1;
+    newton_widen(newton->form.n, newton->u);
+    newton_widen(newton->form.n, direction);
 }
 
 static double newton_size(const double x[], int count) {
@@ -79,7 +102,10 @@ static double newton_close(struct orbit_newton *newton) {
     int q = newton->unknowns;
     double *row = newton->J + (size_t)(q - 1) * (size_t)q, sum = 0;
     if (newton->energy) {
-        for (int k = 0; k < q - 1; k++) row[k] = newton->map.potential_by[k] / newton->value;
+        for (int k = 0; k < q - 1; k++) {
+            double unit = k < newton->form.n ? 1 : newton->form.omega;
+            row[k] = newton->map.energy_by[k] * unit / newton->value;
+        }
         row[q - 1] = 0;
         return pend_orbit_newton_energy(newton) / newton->value - 1;
     }
@@ -125,6 +151,10 @@ static enum orbit_newton_end newton_correct(struct orbit_newton *newton) {
     int q = newton->unknowns;
     newton->iteration++;
     pend_orbit_form_equations(&newton->form, &newton->map, newton->F, newton->J);
+    if (newton->look) {
+        memset(newton->J + (size_t)(q - 1) * (size_t)q, 0, (size_t)q * sizeof(double));
+        return ORBIT_FOUND;
+    }
     newton->F[q - 1] = newton_close(newton);
     for (int j = 0; j < q; j++) newton->delta[j] = -newton->F[j];
     if (!pend_orbit_solve(newton->algebra, q, newton->J, 1, newton->delta)) return ORBIT_LOST;
@@ -144,7 +174,7 @@ static enum orbit_newton_end newton_correct(struct orbit_newton *newton) {
 static int newton_complete(const struct orbit_newton *newton) {
     enum { TOGETHER = 7 };
     int n = newton->form.n;
-    if (!newton->whole || newton->form.kind == ORBIT_DRIVEN) return 1;
+    if (!newton->whole || newton->form.equations == 2 * n) return 1;
     return (2 * n + TOGETHER - 1) / TOGETHER == (n + TOGETHER - 1) / TOGETHER ||
            newton->last <= newton_nearly;
 }

@@ -19,6 +19,7 @@ struct orbit_newton {
     double value;
     int energy;  /* non-zero: the energy above the rest is value, J, instead */
     int careful; /* non-zero: from far away, by steps that make the equations' error smaller */
+    int look;    /* non-zero: J of the guess is wanted, no solution; its last row is 0 */
     int whole;   /* non-zero: once found, the map has the derivatives by all angles and rates */
     double *J;   /* of the solution: unknowns x unknowns, the last row is what closes */
     /* while it is looked for */
@@ -72,7 +73,14 @@ PEND_MUST_CHECK enum pend_status pend_orbit_newton_next(struct orbit_newton *new
  */
 int pend_orbit_newton_tangent(struct orbit_newton *newton, double along[]);
 
-/** Returns the energy above the rest of a solution between two rests, J. O(1). */
+/** Returns the energy above the rest of a solution without a drive, J. O(1). */
 double pend_orbit_newton_energy(const struct orbit_newton *newton);
+
+/** Returns how that energy changes along a direction of the unknowns, J. O(n). */
+double pend_orbit_newton_slope(const struct orbit_newton *newton, const double along[]);
+
+/** The equations become those of orbits that need not rest, in their unknowns; those of the
+ * solution and of a direction, which have room for them, too. */
+void pend_orbit_newton_free(struct orbit_newton *newton, int turning, double direction[]);
 
 #endif

@@ -20,7 +20,8 @@ enum pend_orbit_vary {
     PEND_ORBIT_PARAMETER /* a length, a mass, gravity, or a number of the list of terms */
 };
 
-enum { PEND_ORBIT_PERIODS = 8 }; /* most periods of a drive that an orbit may take */
+/* most periods of a drive that an orbit may take, most branches that are changed for another */
+enum { PEND_ORBIT_PERIODS = 8, PEND_ORBIT_SWITCHES = 8 };
 
 struct pend_orbit_problem {
     const struct pend_tree *tree; /* outlives the search, as loads and starts do */
@@ -40,7 +41,16 @@ struct pend_orbit_problem {
     enum pend_orbit_vary vary;
     struct pend_parameter by; /* for PEND_ORBIT_PARAMETER */
     double to;                /* where it is followed to, in the unit of what varies */
+    /* At which bifurcations, from 1, the branch is left for the one that begins there, one after
+     * the other; < 0: to its other side. The orbits of the last branch alone are told. With a
+     * branch. */
+    int switches, leave[PEND_ORBIT_SWITCHES];
 };
+
+/** Returns the most unknowns of an orbit of such a problem. O(1). */
+static inline int pend_orbit_unknowns(const struct pend_orbit_problem *problem) {
+    return (problem->driven || problem->switches ? 2 : 1) * problem->tree->n + 1;
+}
 
 /* What a call has found. */
 enum pend_orbits_found {
@@ -58,7 +68,10 @@ enum pend_orbits_end {
     PEND_ORBITS_MEETS,   /* beyond the last one are orbits that take a part of the period */
     PEND_ORBITS_WILD,    /* beyond the last one doubles do not tell whether an orbit comes back */
     PEND_ORBITS_BACK,    /* the branch of a driven pendulum came back to where it began */
+    PEND_ORBITS_CLOSED,  /* the branch is closed: it came back to its first orbit */
     PEND_ORBITS_NONE,    /* there is no orbit near the start */
+    PEND_ORBITS_MISSING, /* the branch has no such bifurcation at which it was to be left */
+    PEND_ORBITS_APART,   /* no branch was found there of orbits that are looked for */
     PEND_ORBITS_ENDS
 };
 

@@ -17,12 +17,13 @@ static const double orbits_first = 0.02, orbits_begin = 0.02;
 
 /* ---- making and freeing */
 
-static size_t orbits_numbers(size_t n, size_t unknowns) { return 5 * unknowns + 5 * n; }
+static size_t orbits_numbers(size_t n, size_t unknowns) { return 9 * unknowns + 5 * n; }
 
 double pend_orbits_bytes(const struct pend_orbit_problem *problem) {
-    int n = problem->tree->n, unknowns = (problem->driven ? 2 * n : n) + 1;
+    int n = problem->tree->n, unknowns = pend_orbit_unknowns(problem);
     return (double)sizeof(struct pend_orbits) + pend_orbit_newton_bytes(problem) +
-           pend_orbit_floquet_bytes(n) + pend_orbit_check_bytes(n, problem->driven) +
+           pend_orbit_floquet_bytes(n) +
+           pend_orbit_check_bytes(n, problem->driven || problem->switches) +
            sizeof(double) * (double)orbits_numbers((size_t)n, (size_t)unknowns);
 }
 
@@ -39,16 +40,18 @@ void pend_orbits_free(struct pend_orbits **orbits) {
 }
 
 static enum pend_status orbits_allocate(struct pend_orbits *o, struct pend_error *error) {
-    size_t n = (size_t)o->problem.tree->n, q = (size_t)o->newton.unknowns;
+    size_t n = (size_t)o->problem.tree->n, q = (size_t)pend_orbit_unknowns(&o->problem);
     double *at = o->block = calloc(orbits_numbers(n, q), sizeof *at);
     if (!at || pend_orbit_floquet_init(&o->floquet, (int)n) ||
-        pend_orbit_check_init(&o->check, (int)n, o->problem.driven))
+        pend_orbit_check_init(&o->check, (int)n, o->problem.driven || o->problem.switches))
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for orbits of %zu arms", n);
     o->last.u = at, at += q;
     o->last.along = at, at += q;
     o->next.u = at, at += q;
     o->next.along = at, at += q;
     o->turned = at, at += q;
+    o->leaving = at, at += 2 * q;
+    o->home = at, at += 2 * q;
     o->amplitude = at, at += n;
     o->row = at;
     return PEND_OK;
@@ -114,6 +117,8 @@ enum pend_status pend_orbits_new(struct pend_orbits **orbits,
                                  const struct pend_orbit_problem *problem,
                                  struct pend_error *error) {
     assert(problem->points >= 1 && problem->step > 0);
+    assert(problem->switches >= 0 && problem->switches <= PEND_ORBIT_SWITCHES);
+    assert(!problem->switches || problem->branch);
     *orbits = NULL;
     if (pend_terms_cart(problem->loads.terms))
         return pend_fail(error, PEND_INVALID, -1, 0,
@@ -122,7 +127,7 @@ enum pend_status pend_orbits_new(struct pend_orbits **orbits,
     if (!o) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for orbits");
     o->problem = *problem;
     o->end = o->why = PEND_ORBITS_NONE;
-    o->step = fmin(orbits_begin, problem->step);
+    o->step = o->begin = fmin(orbits_begin, problem->step);
     enum pend_status status = pend_orbit_newton_init(&o->newton, &o->problem, error);
     if (status == PEND_OK) status = orbits_allocate(o, error);
     if (status == PEND_OK)
@@ -171,7 +176,12 @@ enum pend_status pend_orbits_next(struct pend_orbits *orbits, enum pend_orbits_f
     assert(pend_orbits_valid(orbits));
     *found = PEND_ORBITS_NOTHING;
     if (orbits->stage == SETTLE) return orbits_settled(orbits, error);
-    return pend_orbit_branch_next(orbits, orbits_piece, found, error);
+    PEND_TRY(pend_orbit_branch_next(orbits, orbits_piece, found, error));
+    // of branches that are left nothing is told but where the last of them is
+    int before = orbits->left < orbits->problem.switches,
+        last = orbits->stage == LEAVE && orbits->left == orbits->problem.switches - 1;
+    if (before && !last && *found != PEND_ORBITS_END) *found = PEND_ORBITS_NOTHING;
+    return PEND_OK;
 }
 
 struct pend_orbit pend_orbits_orbit(const struct pend_orbits *orbits) {
@@ -185,6 +195,8 @@ enum pend_orbits_end pend_orbits_end(const struct pend_orbits *orbits) {
 
 int pend_orbits_part(const struct pend_orbits *orbits) { return orbits->part; }
 
+int pend_orbits_left(const struct pend_orbits *orbits) { return orbits->left; }
+
 long pend_orbits_steps(const struct pend_orbits *orbits, long *maps) {
     const struct orbit_newton *newton = &orbits->newton;
     long now = newton->under_way ? pend_orbit_map_steps(&newton->map) : 0;
@@ -195,6 +207,7 @@ long pend_orbits_steps(const struct pend_orbits *orbits, long *maps) {
 
 double pend_orbits_progress(const struct pend_orbits *orbits) {
     double points = (double)orbits->points / orbits->problem.points;
+    double part = fmin(1, fmax(points, fmax(0, orbits->way)));
     if (orbits->stage == OVER) return 1;
-    return fmin(1, fmax(points, fmax(0, orbits->way)));
+    return (orbits->left + part) / (orbits->problem.switches + 1);
 }

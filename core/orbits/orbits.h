@@ -50,6 +50,9 @@ enum pend_orbits_end pend_orbits_end(const struct pend_orbits *orbits);
 /** Returns which part of its period the last orbits beyond the end take, of PEND_ORBITS_MEETS. */
 int pend_orbits_part(const struct pend_orbits *orbits);
 
+/** Returns how many branches were left so far. O(1). */
+int pend_orbits_left(const struct pend_orbits *orbits);
+
 /** Returns the steps of all motions so far, and in *maps how many of these carried derivatives.
  * O(1). */
 long pend_orbits_steps(const struct pend_orbits *orbits, long *maps);

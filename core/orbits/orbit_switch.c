@@ -1,0 +1,57 @@
+#include "core/orbits/orbit_switch.h"
+
+#include <assert.h>
+#include <math.h>
+
+/* where the equations change so little in a direction, in parts of what they change in the next,
+ * orbits lie in it: bifurcations are found to about 1e-7 of a step */
+static const double switch_least = 1e-3;
+
+int pend_orbit_switch_form(struct orbit_form *form, enum pend_orbits_kind kind) {
+    assert(kind < PEND_ORBITS_KINDS);
+    switch (kind) {
+    case PEND_ORBITS_BRANCH:
+        return 1;
+    case PEND_ORBITS_SYMMETRY:
+        pend_orbit_form_unmirror(form);
+        return 1;
+    case PEND_ORBITS_DOUBLING:
+        return pend_orbit_form_double(form);
+    case PEND_ORBITS_FOLD:
+    case PEND_ORBITS_TORUS:
+    case PEND_ORBITS_KINDS:
+        break;
+    }
+    return 0;
+}
+
+enum pend_status pend_orbit_switch_direction(struct orbit_newton *newton, const double branch[],
+                                             int side, double out[], int *found) {
+    size_t q = (size_t)newton->unknowns, most = 0;
+    double size[3], part[2] = {0, 0};
+    assert(q >= 2 && newton->look);
+    *found = 0;
+    enum pend_status status =
+        pend_orbit_least(newton->algebra, newton->unknowns, newton->J, size, out);
+    if (status != PEND_OK) return status == PEND_NO_MEMORY ? status : PEND_OK;
+    if (!(size[1] <= switch_least * fmin(1, size[2]))) return PEND_OK;
+    for (size_t i = 0; i < 2; i++)
+        for (size_t j = 0; j < q; j++) part[i] += out[i * q + j] * branch[j];
+    if (!(hypot(part[0], part[1]) > 0)) return PEND_OK;
+    for (size_t j = 0; j < q; j++) {
+        out[j] = part[1] * out[j] - part[0] * out[q + j];
+        if (fabs(out[j]) > fabs(out[most])) most = j;
+    }
+    double unit = side < 0 ? -out[most] : out[most];
+    for (size_t j = 0; j < q; j++) out[j] /= unit;
+    *found = 1;
+    return PEND_OK;
+}
+
+int pend_orbit_switch_turning(const struct orbit_newton *newton) {
+    int most = 0;
+    assert(newton->form.equations == newton->form.n);
+    for (int k = 1; k < newton->form.n; k++)
+        if (fabs(newton->map.energy_by[k]) > fabs(newton->map.energy_by[most])) most = k;
+    return most;
+}
