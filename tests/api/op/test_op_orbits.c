@@ -81,6 +81,36 @@ TEST(orbits_of_a_driven_pendulum_follow_what_varies) {
     test_reply_free(&omega);
 }
 
+#define CASCADE                                                                                    \
+    "\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":1,\"damping\":[0.5],"    \
+    "\"torque\":[{\"harmonics\":[{\"amplitude\":0.9,\"omega\":0.6666666666666666}]}]},"            \
+    "\"settle\":50,\"branch\":{\"vary\":\"torque_amplitude\",\"arm\":1,\"to\":1.08}"
+
+TEST(orbits_switch_to_the_branch_that_begins_at_a_bifurcation) {
+    struct test_reply once = test_post(API_OP_ORBITS, "{" CASCADE ",\"switch\":[1]}");
+    struct test_reply twice = test_post(API_OP_ORBITS, "{" CASCADE ",\"switch\":[1,1]}");
+    struct test_reply swing = test_post(
+        API_OP_ORBITS, "{" TWO ",\"mode\":2,\"amplitude\":2,\"branch\":true,\"switch\":[-1]}");
+    CHECK_INT(once.status, 200);
+    CHECK_INT(twice.status, 200);
+    CHECK_INT(swing.status, 200);
+    CHECK_TEXT(test_reply_text(&once, "/bifurcations/0/kind"), "branch");
+    CHECK(test_reply_number(&once, "/bifurcations/0/after") == 0);
+    CHECK_TEXT(test_reply_text(&twice, "/bifurcations/0/kind"), "doubling");
+    CHECK(test_reply_number(&twice, "/bifurcations/0/value") ==
+          test_reply_number(&once, "/bifurcations/1/value"));
+    CHECK(fabs(test_reply_number(&twice, "/period/0") - 6 * M_PI) < 1e-12);
+    CHECK(fabs(test_reply_number(&once, "/period/0") - 3 * M_PI) < 1e-12);
+    CHECK_TEXT(test_reply_text(&swing, "/end"), "reached");
+    CHECK(test_reply_number(&swing, "/energy/0") >
+          test_reply_number(&swing, "/bifurcations/0/energy"));
+    CHECK(fabs(test_reply_number(&swing, "/phid/0/0")) > 1e-4 ||
+          fabs(test_reply_number(&swing, "/phid/0/1")) > 1e-4);
+    test_reply_free(&swing);
+    test_reply_free(&twice);
+    test_reply_free(&once);
+}
+
 TEST(orbits_say_in_words_how_they_ended) {
     static const struct {
         const char *body, *end;
@@ -89,6 +119,12 @@ TEST(orbits_say_in_words_how_they_ended) {
         {"{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"mode\":1,\"energy\":19.7}",
          NULL},
         {"{" DRIVEN ",\"periods\":2}", "meets"},
+        {"{" TWO ",\"mode\":2,\"amplitude\":2,\"branch\":true,\"switch\":[2]}", "missing"},
+        {"{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":1,\"damping\":[0."
+         "05],"
+         "\"torque\":[{\"harmonics\":[{\"amplitude\":0.06,\"omega\":0.5}]}]},\"branch\":{\"vary\":"
+         "\"omega\",\"to\":1.2},\"switch\":[1]}",
+         "apart"},
     };
     for (size_t i = 0; i < sizeof some / sizeof *some; i++) {
         struct test_reply reply = test_post(API_OP_ORBITS, some[i].body);
@@ -123,6 +159,13 @@ TEST(orbits_that_cannot_be_are_refused) {
         {"{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":-1},\"mode\":1,"
          "\"amplitude\":1}",
          "/pendulum", "no gravity"},
+        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"switch\":[1]}", "/switch", "branch"},
+        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"branch\":true,\"switch\":1}", "/switch", "list"},
+        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"branch\":true,\"switch\":[]}", "/switch", "list"},
+        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"branch\":true,\"switch\":[1,0]}", "/switch/1",
+         "other side"},
+        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"branch\":true,\"switch\":[1.5]}", "/switch/0",
+         "whole"},
         {"{" DRIVEN ",\"mode\":1}", "/mode", "driven"},
         {"{" DRIVEN ",\"periods\":9}", "/periods", "from 1 to 8"},
         {"{" DRIVEN ",\"branch\":{\"vary\":\"phi\",\"arm\":1,\"to\":1}}", "/branch/vary", "orbit"},
