@@ -153,39 +153,48 @@ static enum pend_status orbits_tell(struct pend_orbits *o, const double u[],
     return PEND_OK;
 }
 
+/* takes the orbit that was found for the next one, with its direction; false if there is none, or
+ * if the branch turns too much on the way there */
+static int orbits_take(struct pend_orbits *o) {
+    int q = o->newton.unknowns, alone = o->problem.driven && !o->problem.vary;
+    double *along = o->next.along;
+    const double *before = o->last.along;
+    memcpy(o->next.u, o->newton.u, (size_t)q * sizeof(double));
+    memcpy(along, before, (size_t)q * sizeof(double));
+    if (!alone && !pend_orbit_newton_tangent(&o->newton, along)) return 0;
+    double turn = orbits_dot(along, before, q) /
+                  sqrt(orbits_dot(along, along, q) * orbits_dot(before, before, q));
+    return o->aim == FIRST || turn >= orbits_bend;
+}
+
+/* true if the orbit that was taken is beyond an end of the branch, which ends or lands there */
+static int orbits_beyond(struct pend_orbits *o) {
+    int arm;
+    double way = orbits_way(o, o->next.u, &arm);
+    // the amplitude of an orbit that does not rest is no unknown
+    int seen = o->newton.form.kind == ORBIT_FREE && o->problem.target == PEND_ORBIT_AMPLITUDE;
+    if (o->aim == STEP && way >= 1 && seen) o->aim = LAST;
+    if (o->aim == STEP && way >= 1) {
+        orbits_land(o, way, arm);
+        return 1;
+    }
+    if (!o->problem.driven || way >= 0) return 0;
+    orbits_over(o, PEND_ORBITS_BACK);
+    return 1;
+}
+
 /* the orbit that was found is on the branch */
 static enum pend_status orbits_accept(struct pend_orbits *o, enum pend_orbits_found *found,
                                       struct pend_error *error) {
     struct orbit_newton *newton = &o->newton;
-    int q = newton->unknowns, arm, alone = o->problem.driven && !o->problem.vary;
     struct orbits_point *next = &o->next;
-    memcpy(next->u, newton->u, (size_t)q * sizeof(double));
-    memcpy(next->along, o->last.along, (size_t)q * sizeof(double));
-    if (!alone && !pend_orbit_newton_tangent(newton, next->along)) {
+    if (!orbits_take(o)) {
         orbits_failed(o, PEND_ORBITS_LOST);
         return PEND_OK;
     }
-    double turn =
-        orbits_dot(next->along, o->last.along, q) /
-        sqrt(orbits_dot(next->along, next->along, q) * orbits_dot(o->last.along, o->last.along, q));
-    if (o->aim != FIRST && turn < orbits_bend) {
-        orbits_failed(o, PEND_ORBITS_LOST);
-        return PEND_OK;
-    }
-    double way = orbits_way(o, next->u, &arm);
-    // the amplitude of an orbit that does not rest is no unknown
-    int seen = newton->form.kind == ORBIT_FREE && o->problem.target == PEND_ORBIT_AMPLITUDE;
-    if (o->aim == STEP && way >= 1 && seen) o->aim = LAST;
-    if (o->aim == STEP && way >= 1) {
-        orbits_land(o, way, arm);
-        return PEND_OK;
-    }
-    if (o->problem.driven && way < 0) {
-        orbits_over(o, PEND_ORBITS_BACK);
-        return PEND_OK;
-    }
-    next->slope =
-        o->problem.driven ? next->along[q - 1] : pend_orbit_newton_slope(newton, next->along);
+    if (orbits_beyond(o)) return PEND_OK;
+    next->slope = o->problem.driven ? next->along[newton->unknowns - 1]
+                                    : pend_orbit_newton_slope(newton, next->along);
     memcpy(next->count, o->floquet.count, sizeof next->count);
     memcpy(next->test, o->floquet.test, sizeof next->test);
     PEND_TRY(orbits_tell(o, next->u, error));
@@ -426,6 +435,18 @@ static enum pend_status orbits_checked(struct pend_orbits *o, enum pend_orbits_f
     return PEND_OK;
 }
 
+/* Newton's method has found none */
+static enum pend_status orbits_lost(struct pend_orbits *o, enum pend_orbits_found *found,
+                                    struct pend_error *error) {
+    assert(o->stage == SEARCH);
+    if (o->aim == LOCATE) return orbits_unplaced(o, found, error);
+    if (o->aim == LOOK)
+        orbits_over(o, PEND_ORBITS_APART);
+    else
+        orbits_failed(o, PEND_ORBITS_LOST);
+    return PEND_OK;
+}
+
 enum pend_status pend_orbit_branch_next(struct pend_orbits *o, double work,
                                         enum pend_orbits_found *found, struct pend_error *error) {
     enum orbit_newton_end end = ORBIT_GOING;
@@ -437,12 +458,7 @@ enum pend_status pend_orbit_branch_next(struct pend_orbits *o, double work,
     case SEARCH:
         PEND_TRY(pend_orbit_newton_next(&o->newton, work, &end, error));
         if (end == ORBIT_FOUND) return orbits_solution(o, found, error);
-        if (end == ORBIT_LOST && o->aim == LOCATE) return orbits_unplaced(o, found, error);
-        if (end == ORBIT_LOST && o->aim == LOOK)
-            orbits_over(o, PEND_ORBITS_APART);
-        else if (end == ORBIT_LOST)
-            orbits_failed(o, PEND_ORBITS_LOST);
-        return PEND_OK;
+        return end == ORBIT_LOST ? orbits_lost(o, found, error) : PEND_OK;
     case CHECK:
         status = pend_orbit_check_next(&o->check, &o->newton.form, work, &done, error);
         if (status == PEND_NO_MEMORY) return status;
