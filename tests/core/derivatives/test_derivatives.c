@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/dynamics/kinematics_at.h"
 #include "core/ensemble/lyapunov.h"
 #include "core/extended/extended.h"
 #include "core/integrate/run.h"
@@ -192,76 +193,118 @@ TEST(derivatives_are_differences_in_32_digits_on_100_random_pendulums) {
 
 /* ---- laws of flows */
 
-/* p = M(phi) phi' and its derivatives by the state, of an ideal double pendulum with S^T M S as the
- * paper has it: M_ij = mu_max(i,j) l_i l_j cos(phi_i - phi_j) */
-static void momenta(const struct pend_tree *tree, const double phi[2], const double rate[2],
-                    double by_phi[2][2], double by_rate[2][2]) {
-    double mass[2] = {tree->mass[0] + tree->mass[1], tree->mass[1]};
-    memset(by_phi, 0, 4 * sizeof(double));
-    for (int i = 0; i < 2; i++)
-        for (int j = 0; j < 2; j++) {
-            double size = mass[i > j ? i : j] * tree->len[i] * tree->len[j], d = phi[i] - phi[j];
-            by_rate[i][j] = size * cos(d);
-            by_phi[i][i] -= size * sin(d) * rate[j];
-            by_phi[i][j] += size * sin(d) * rate[j];
-        }
+/* entry i, j of the mass matrix, from kinetic energies of rates 1 */
+static double inertia(const struct pend_problem *problem, const double phi[], int i, int j) {
+    double rate[ARMS] = {0}, scratch[4 * ARMS], sum = 0;
+    for (int part = 0; part < 3; part++) {
+        rate[i] = rate[j] = 0;
+        if (part != 1) rate[i] += 1;
+        if (part != 2) rate[j] += 1;
+        double kinetic =
+            pend_kinematics_energy_at(problem->tree, &problem->loads, 0, phi, rate, scratch)
+                .kinetic;
+        sum += part ? -kinetic : kinetic;
+    }
+    return sum;
 }
 
-/* the matrix of d(phi, p) by d(phi, rate) */
-static void canonical(const struct pend_tree *tree, const double phi[2], const double rate[2],
-                      double m[4][4]) {
-    double by_phi[2][2], by_rate[2][2];
-    memset(m, 0, 16 * sizeof(double));
-    momenta(tree, phi, rate, by_phi, by_rate);
-    for (int i = 0; i < 2; i++) {
+/* The matrix of d(phi, p) by d(phi, rate), p = M(phi) rate, all in stored order. An arm that turns
+ * by a quarter turns its row of M into the derivative by its angle. */
+static void canonical(const struct pend_problem *problem, const double phi[], const double rate[],
+                      double m[2 * ARMS][2 * ARMS]) {
+    int n = problem->tree->n;
+    double turned[ARMS];
+    memcpy(turned, phi, (size_t)n * sizeof(double));
+    memset(m, 0, 4 * ARMS * ARMS * sizeof(double));
+    for (int i = 0; i < n; i++) {
         m[i][i] = 1;
-        for (int j = 0; j < 2; j++) m[2 + i][j] = by_phi[i][j], m[2 + i][2 + j] = by_rate[i][j];
+        for (int j = 0; j < n; j++) m[n + i][n + j] = inertia(problem, phi, i, j);
+    }
+    for (int i = 0; i < n; i++) {
+        turned[i] += M_PI / 2;
+        for (int j = 0; j < n; j++) {
+            if (j == i) continue;
+            double slope = inertia(problem, turned, i, j);
+            m[n + i][i] += slope * rate[j];
+            m[n + j][i] += slope * rate[i];
+        }
+        turned[i] = phi[i];
     }
 }
 
-/* a^T J b, J the symplectic form of four numbers */
-static double form(const double a[4], const double b[4]) {
-    return a[0] * b[2] + a[1] * b[3] - a[2] * b[0] - a[3] * b[1];
+/* a^T J b, J the symplectic form of 2 n numbers */
+static double form(int n, const double a[], const double b[]) {
+    double sum = 0;
+    for (int k = 0; k < n; k++) sum += a[k] * b[n + k] - a[n + k] * b[k];
+    return sum;
 }
 
-/* D^T J D - J of D in (phi, p) is (A_end D)^T J (A_end D) - A^T J A of D in (phi, rate) */
+/* the columns of a matrix times those of D at the last row */
+static void carried(const struct pend_tree *tree, const struct answer *a,
+                    double m[2 * ARMS][2 * ARMS], double column[2 * ARMS][2 * ARMS]) {
+    int n = tree->n, q = 2 * n;
+    for (int j = 0; j < q; j++) {
+        double d[2 * ARMS];
+        for (int k = 0; k < n; k++) {
+            size_t row = (size_t)((ROWS - 1) * n + tree->order[k]);
+            d[k] = a->phi_by[row * (size_t)q + (size_t)j];
+            d[n + k] = a->rate_by[row * (size_t)q + (size_t)j];
+        }
+        for (int r = 0; r < q; r++) {
+            column[j][r] = 0;
+            for (int k = 0; k < q; k++) column[j][r] += m[r][k] * d[k];
+        }
+    }
+}
+
+/* |D^T J D - J| over |D|^2 of D in (phi, p), which is (A_end D)^T J (A_end D) - A^T J A of D in
+ * (phi, rate) */
+static double symplectic_gap(const struct pend_problem *problem, const struct answer *a) {
+    const struct pend_tree *tree = problem->tree;
+    int n = tree->n;
+    double phi[ARMS], rate[ARMS], size = 0, worst = 0;
+    static double begin[2 * ARMS][2 * ARMS], end[2 * ARMS][2 * ARMS], column[2 * ARMS][2 * ARMS];
+    for (int k = 0; k < n; k++) {
+        phi[k] = a->phi[(ROWS - 1) * n + tree->order[k]];
+        rate[k] = a->rate[(ROWS - 1) * n + tree->order[k]];
+    }
+    canonical(problem, problem->phi, problem->rate, begin);
+    canonical(problem, phi, rate, end);
+    carried(tree, a, end, column);
+    for (int j = 0; j < 2 * n; j++)
+        for (int r = 0; r < 2 * n; r++) size = fmax(size, fabs(column[j][r]));
+    for (int j = 0; j < 2 * n; j++)
+        for (int k = 0; k < 2 * n; k++) {
+            double own[2][2 * ARMS];
+            for (int r = 0; r < 2 * n; r++) own[0][r] = begin[r][j], own[1][r] = begin[r][k];
+            double gap = form(n, column[j], column[k]) - form(n, own[0], own[1]);
+            worst = fmax(worst, fabs(gap) / (size * size));
+        }
+    return worst;
+}
+
 TEST(derivatives_of_a_conservative_motion_are_symplectic) {
+    static const unsigned whats[] = {0, TEST_TERMS_RODS, TEST_TERMS_SPRINGS,
+                                     TEST_TERMS_RODS | TEST_TERMS_SPRINGS};
     unsigned long long seed = 5;
-    const int parent[] = {-1, 0};
     double worst = 0;
-    for (int i = 0; i < 5; i++) {
+    for (int i = 0; i < 32; i++) {
         struct test_tree t;
+        struct test_bodies b = {.loads = {.gravity = 9.81}};
         struct pend_parameter by[PARAMETERS];
         static struct answer a;
-        test_tree_init(&t, 2, parent, 0.3, &seed);
-        struct pend_problem problem = problem_of(&t, TEST_LOADS(9.81), 2);
-        answer_of(&problem, state_parameters(2, by), by, &a);
-        double begin[4][4], end[4][4], column[4][4], size = 0;
-        const double *phi = a.phi + (ROWS - 1) * 2, *rate = a.rate + (ROWS - 1) * 2;
-        canonical(t.tree, t.phi, t.rate, begin);
-        canonical(t.tree, phi, rate, end);
-        for (int j = 0; j < 4; j++) {
-            double d[4];
-            for (int k = 0; k < 2; k++) {
-                d[k] = a.phi_by[((ROWS - 1) * 2 + k) * 4 + j];
-                d[2 + k] = a.rate_by[((ROWS - 1) * 2 + k) * 4 + j];
-            }
-            for (int r = 0; r < 4; r++) {
-                column[j][r] = 0;
-                for (int k = 0; k < 4; k++) column[j][r] += end[r][k] * d[k];
-                size = fmax(size, fabs(column[j][r]));
-            }
-        }
-        for (int j = 0; j < 4; j++)
-            for (int k = 0; k < 4; k++) {
-                double own[2][4];
-                for (int r = 0; r < 4; r++) own[0][r] = begin[r][j], own[1][r] = begin[r][k];
-                double gap = form(column[j], column[k]) - form(own[0], own[1]);
-                worst = fmax(worst, fabs(gap) / (size * size));
-            }
+        unsigned what = whats[i / 4 % 4];
+        test_tree_random(&t, TEST_TREE_ATTACHED, 2 + i % 4, 0.3, &seed);
+        if (what) test_bodies_random(&b, t.tree, what, &seed);
+        struct pend_problem problem = problem_of(&t, &b.loads, i % 2 ? 1 : 2);
+        answer_of(&problem, state_parameters(t.n, by), by, &a);
+        double gap = symplectic_gap(&problem, &a);
+        if (!(gap <= worst)) worst = gap;
+        CHECK_SAYING(gap < 1e-13, "pendulum %d of %d arms: %g", i, t.n, gap);
+        if (what) test_bodies_clear(&b);
         test_tree_clear(&t);
     }
-    CHECK_RESIDUAL(worst, 1e-14, "D^T J D - J over |D|^2");
+    CHECK_RESIDUAL(worst, 1e-13, "D^T J D - J over |D|^2");
 }
 
 /* moved along its own flow, the start moves the end along the flow: D (phi', phi'')_0 is
