@@ -12,6 +12,7 @@
 
 #include "api/encode/encode.h"
 #include "api/json/json_out.h"
+#include "api/op/bifurcations.h"
 #include "api/op/orbits_json.h"
 #include "core/orbits/orbits.h"
 
@@ -25,14 +26,6 @@ static const double ideal_seconds = 3.5e-6, real_seconds = 1.2e-5, arms_cached =
                     plain_seconds = 2e-6, maps_alone = 3.5, maps_on_branch = 4, maps_an_arm = 0.4,
                     steps_least = 8, steps_an_arm = 0.55;
 
-/* A bifurcation and where it is: n angles and n rates in the caller's order. */
-struct orbits_bifurcation {
-    enum pend_orbits_kind kind;
-    long after; /* rows before it */
-    double period, energy, value;
-    double *state;
-};
-
 struct orbits {
     struct api_orbits asked;
     const struct api_format *format;
@@ -45,8 +38,7 @@ struct orbits {
     double *start; /* of driven pendulums: 2 n */
     long count, room;
     double *column[API_COLUMNS];
-    int bifurcations, places;
-    struct orbits_bifurcation *bifurcation;
+    struct api_bifurcations bifurcations;
     int found_all, written, part;
     enum pend_orbits_end end;
     struct api_writer *writer;
@@ -61,19 +53,12 @@ static const char *const ends[PEND_ORBITS_ENDS] = {
     [PEND_ORBITS_NONE] = "none",       [PEND_ORBITS_MISSING] = "missing",
     [PEND_ORBITS_APART] = "apart",     [PEND_ORBITS_CLOSED] = "closed"};
 
-static const char *const kinds[PEND_ORBITS_KINDS] = {[PEND_ORBITS_FOLD] = "fold",
-                                                     [PEND_ORBITS_BRANCH] = "branch",
-                                                     [PEND_ORBITS_SYMMETRY] = "symmetry",
-                                                     [PEND_ORBITS_DOUBLING] = "doubling",
-                                                     [PEND_ORBITS_TORUS] = "torus"};
-
 static void orbits_free(void **state) {
     struct orbits *orbits = *state;
     if (!orbits) return;
     pend_orbits_free(&orbits->search);
     api_writer_free(&orbits->writer);
-    for (int i = 0; i < orbits->bifurcations; i++) free(orbits->bifurcation[i].state);
-    free(orbits->bifurcation);
+    api_bifurcations_clear(&orbits->bifurcations);
     for (int c = 0; c < orbits->table.count; c++) free(orbits->column[c]);
     free(orbits->start);
     api_orbits_clear(&orbits->asked);
@@ -87,6 +72,10 @@ static void orbits_columns(struct orbits *orbits) {
     struct api_table *table = &orbits->table;
     int n = orbits->asked.tree.n;
     assert(!table->count && n >= 1);
+    if (orbits->asked.rows) {
+        api_bifurcations_table(&orbits->bifurcations, table);
+        return;
+    }
     if (orbits->asked.varies) api_table_add(table, orbits->asked.varies, NULL, 0);
     if (!orbits->asked.problem.driven) api_table_add(table, "energy", NULL, 0);
     api_table_add(table, "period", NULL, 0);
@@ -121,7 +110,12 @@ static enum pend_status orbits_read(void **state, const struct api_reading *read
     orbits->step_name = api_limits_name(reading->limits, &reading->limits->steps);
     enum pend_status status = api_orbits_read(&orbits->asked, reading);
     if (status == PEND_OK) {
+        // between two orbits each kind of multipliers may change
         orbits->table.rows = orbits->asked.problem.branch ? orbits->asked.problem.points : 1;
+        if (orbits->asked.rows) orbits->table.rows *= 3;
+        orbits->bifurcations = (struct api_bifurcations){.tree = orbits->asked.tree.tree,
+                                                         .driven = orbits->asked.problem.driven,
+                                                         .varies = orbits->asked.varies};
         orbits->table.rows_later = 1;
         orbits->table.digits = orbits->asked.digits;
         orbits_columns(orbits);
@@ -192,32 +186,21 @@ static enum pend_status orbits_keep(struct orbits *orbits, const struct pend_orb
     return PEND_OK;
 }
 
+/* the rows are bifurcations: the orbits are counted alone */
+static enum pend_status orbits_found(struct orbits *orbits, const struct pend_orbit *orbit,
+                                     struct pend_error *error) {
+    if (!orbits->asked.rows) return orbits_keep(orbits, orbit, error);
+    orbits->count++;
+    return PEND_OK;
+}
+
+/* a bifurcation is found after the orbit behind it; one at which a branch begins before all orbits
+ */
 static enum pend_status orbits_note(struct orbits *orbits, const struct pend_orbit *orbit,
                                     struct pend_error *error) {
-    size_t n = (size_t)orbits->asked.tree.n;
-    const int *order = orbits->asked.tree.tree->order;
-    if (orbits->bifurcations == orbits->places) {
-        int places = orbits->places ? 2 * orbits->places : 8;
-        struct orbits_bifurcation *grown =
-            realloc(orbits->bifurcation, (size_t)places * sizeof *grown);
-        if (!grown) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for bifurcations");
-        orbits->bifurcation = grown, orbits->places = places;
-    }
-    double *state = malloc(2 * n * sizeof *state);
-    if (!state) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a bifurcation");
-    for (size_t k = 0; k < n; k++) {
-        state[order[k]] = orbit->phi[k];
-        state[n + (size_t)order[k]] = orbit->rate[k];
-    }
-    // it was found after the orbit behind it; one at which a branch begins is before all orbits
-    orbits->bifurcation[orbits->bifurcations++] =
-        (struct orbits_bifurcation){.kind = orbit->kind,
-                                    .after = orbits->count ? orbits->count - 1 : 0,
-                                    .period = orbit->period,
-                                    .energy = orbit->energy,
-                                    .value = orbit->value,
-                                    .state = state};
-    return PEND_OK;
+    long after = orbits->count ? orbits->count - 1 : 0;
+    if (api_bifurcations_add(&orbits->bifurcations, orbit, after) == PEND_OK) return PEND_OK;
+    return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for bifurcations");
 }
 
 /* goes on with the search; after it the table is complete */
@@ -231,12 +214,12 @@ static enum pend_status orbits_search(struct orbits *orbits, struct pend_error *
                          "more steps than the limit %s of %.0f: ask for smaller swings, fewer "
                          "points or fewer periods",
                          orbits->step_name, orbits->step_cap);
-    if (found == PEND_ORBITS_ORBIT) return orbits_keep(orbits, &orbit, error);
+    if (found == PEND_ORBITS_ORBIT) return orbits_found(orbits, &orbit, error);
     if (found == PEND_ORBITS_BIFURCATION) return orbits_note(orbits, &orbit, error);
     if (found != PEND_ORBITS_END) return PEND_OK;
     orbits->found_all = 1;
     orbits->end = pend_orbits_end(orbits->search);
-    orbits->table.rows = orbits->count;
+    orbits->table.rows = orbits->asked.rows ? orbits->bifurcations.count : orbits->count;
     return PEND_OK;
 }
 
@@ -323,7 +306,7 @@ static void orbits_tell(struct orbits *orbits, const struct api_turn *turn) {
     long maps, steps = pend_orbits_steps(orbits->search, &maps);
     api_stats_text(stats, "end", ends[orbits->end]);
     api_stats_whole(stats, "orbits", orbits->count);
-    api_stats_whole(stats, "bifurcations", orbits->bifurcations);
+    api_stats_whole(stats, "bifurcations", orbits->bifurcations.count);
     api_stats_whole(stats, "shots", maps);
     api_stats_whole(stats, "steps", steps);
     api_stats_origin(stats);
@@ -333,32 +316,28 @@ static void orbits_tell(struct orbits *orbits, const struct api_turn *turn) {
         api_stats_warning(stats, "warning_end", orbits->warning);
 }
 
-static enum pend_status orbits_bifurcation_write(const struct orbits *orbits,
-                                                 const struct orbits_bifurcation *b,
-                                                 struct api_buffer *out) {
-    int n = orbits->asked.tree.n, digits = orbits->table.digits;
-    PEND_TRY(api_out_comma(out));
-    PEND_TRY(api_buffer_text(out, "{"));
-    PEND_TRY(api_out_text(out, "kind", kinds[b->kind]));
-    PEND_TRY(api_out_whole(out, "after", b->after));
-    PEND_TRY(api_out_number(out, "period", b->period, digits));
-    if (!orbits->asked.problem.driven) PEND_TRY(api_out_number(out, "energy", b->energy, digits));
-    if (orbits->asked.varies) PEND_TRY(api_out_number(out, orbits->asked.varies, b->value, digits));
-    PEND_TRY(api_out_numbers(out, "phi", n, b->state, digits));
-    PEND_TRY(api_out_numbers(out, "phid", n, b->state + n, digits));
-    return api_buffer_text(out, "}");
-}
-
 /* what JSON says more, in the place of its closing brace */
 static enum pend_status orbits_more(const struct orbits *orbits, struct api_buffer *out) {
     assert(out->bytes && out->data[out->bytes - 1] == '}');
     out->data[out->bytes - 1] = ',';
     PEND_TRY(api_out_text(out, "end", ends[orbits->end]));
     PEND_TRY(api_out_text(out, "message", orbits->warning));
-    PEND_TRY(api_out_open(out, "bifurcations", '['));
-    for (int i = 0; i < orbits->bifurcations; i++)
-        PEND_TRY(orbits_bifurcation_write(orbits, &orbits->bifurcation[i], out));
-    return api_buffer_text(out, "]}");
+    PEND_TRY(api_bifurcations_write(&orbits->bifurcations, orbits->table.digits, out));
+    return api_buffer_text(out, "}");
+}
+
+/* the rows of the answer */
+static enum pend_status orbits_rows(struct orbits *orbits, const struct api_turn *turn,
+                                    struct pend_error *error) {
+    const double *column[API_COLUMNS];
+    if (!orbits->table.rows) return PEND_OK;
+    if (!orbits->asked.rows)
+        return api_writer_block(orbits->writer, orbits->count,
+                                (const double *const *)orbits->column, turn->out, error);
+    free(orbits->bifurcations.block);
+    orbits->bifurcations.block = NULL;
+    PEND_TRY(api_bifurcations_columns(&orbits->bifurcations, &orbits->table, column));
+    return api_writer_block(orbits->writer, orbits->table.rows, column, turn->out, error);
 }
 
 /* the next piece of the answer */
@@ -368,9 +347,7 @@ static enum pend_status orbits_write(struct orbits *orbits, const struct api_tur
         PEND_TRY(api_writer_new(&orbits->writer, orbits->format, &orbits->table, turn->out));
     if (!orbits->written) {
         orbits->written = 1;
-        if (orbits->count)
-            return api_writer_block(orbits->writer, orbits->count,
-                                    (const double *const *)orbits->column, turn->out, error);
+        PEND_TRY(orbits_rows(orbits, turn, error));
     }
     if (!orbits->stats.count) orbits_tell(orbits, turn);
     PEND_TRY(api_writer_finish(orbits->writer, &orbits->stats, turn->out, done));
@@ -446,15 +423,15 @@ static double orbits_cost(const void *state) {
 static double orbits_bytes(const void *state) {
     const struct orbits *orbits = state;
     struct pend_orbit_problem problem = orbits->asked.problem;
-    double n = orbits->asked.tree.n, numbers = api_table_numbers(&orbits->table, 0);
+    double numbers = api_table_numbers(&orbits->table, 0);
     double room = (double)(orbits->room ? orbits->room : FIRST_ROOM);
     if (orbits->room && orbits->count + 1 >= orbits->room) room *= 3;
     room = fmin(room, 1.5 * (double)orbits->table.rows);
     problem.tree = orbits->asked.tree.tree, problem.loads = orbits->asked.tree.loads;
-    double places = orbits->places > 8 ? 3.0 * orbits->places : 24;
     return API_OP_SMALL_BYTES + pend_orbits_bytes(&problem) + 2 * sizeof(double) * numbers * room +
-           places * (96 + 16 * n) + api_tree_bytes(&orbits->asked.tree) +
-           api_states_bytes(orbits->asked.start) + 2.0 * API_PIECE_BYTES;
+           api_bifurcations_bytes(&orbits->bifurcations, orbits->asked.rows) +
+           api_tree_bytes(&orbits->asked.tree) + api_states_bytes(orbits->asked.start) +
+           2.0 * API_PIECE_BYTES;
 }
 
 const struct api_op api_op_orbits = {.name = "orbits",

@@ -8,9 +8,9 @@
 #include "api/op/varied.h"
 #include "core/orbits/orbit_form.h"
 
-static const char *const fields[] = {"pendulum", "mode",    "amplitude", "unit", "energy",
-                                     "initial",  "periods", "settle",    "step", "points",
-                                     "branch",   "switch",  "digits",    NULL};
+static const char *const fields[] = {"pendulum", "mode",    "amplitude", "unit",   "energy",
+                                     "initial",  "periods", "settle",    "step",   "points",
+                                     "branch",   "switch",  "rows",      "digits", NULL};
 static const char *const branch_fields[] = {"vary", "arm", "harmonic", "to", NULL};
 
 enum { POINTS_USUAL = 300, SETTLE_MOST = 100000 };
@@ -258,6 +258,18 @@ static void read_switch(struct api_orbits *asked, const struct api_value *root,
     asked->problem.switches = count;
 }
 
+/* what the rows of the answer are */
+static void read_rows(struct api_orbits *asked, const struct api_value *root,
+                      struct api_problem *problem) {
+    static const char *const words[] = {"orbits", "bifurcations", NULL};
+    struct api_value rows = api_value_member(root, "rows");
+    if (api_field_word(&rows, words, &asked->rows, problem) <= 0) return;
+    if (!asked->rows) api_value_usual(&rows);
+    if (asked->rows && !asked->problem.branch)
+        api_value_fault(&rows, problem,
+                        API_CODE_CONFLICT "needs a branch, on which they are: give \"branch\" too");
+}
+
 enum pend_status api_orbits_read(struct api_orbits *asked, const struct api_reading *reading) {
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
@@ -288,6 +300,7 @@ enum pend_status api_orbits_read(struct api_orbits *asked, const struct api_read
     else
         read_brake(asked, root, problem);
     read_switch(asked, root, problem);
+    read_rows(asked, root, problem);
     asked->problem.step = asked->problem.branch ? step_usual : step_alone;
     (void)api_value_read_number(&step, 1e-4, step_most, "", &asked->problem.step, problem);
     (void)api_field_whole(&points, 2, API_ORBITS_POINTS, &most, problem);

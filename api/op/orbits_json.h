@@ -16,6 +16,7 @@ struct api_orbits {
     struct pend_orbit_problem problem; /* but for its tree, loads and start */
     const char *varies;                /* the name of what varies, NULL = nothing does */
     double omega;                      /* rad/s, of the drive; 0 without one */
+    int rows;                          /* non-zero: bifurcations, else orbits */
     int digits;
 };
 

@@ -111,6 +111,38 @@ TEST(orbits_switch_to_the_branch_that_begins_at_a_bifurcation) {
     test_reply_free(&once);
 }
 
+/* the same numbers as the list beside the orbits */
+TEST(orbits_have_their_bifurcations_as_rows) {
+    struct test_reply list = test_post(API_OP_ORBITS, "{" CASCADE ",\"switch\":[1]}");
+    struct test_reply rows =
+        test_post(API_OP_ORBITS, "{" CASCADE ",\"switch\":[1],\"rows\":\"bifurcations\"}");
+    struct test_reply none =
+        test_post(API_OP_ORBITS, "{" TWO ",\"mode\":1,\"amplitude\":0.1,\"branch\":true,\"rows\":"
+                                 "\"bifurcations\"}");
+    CHECK_INT(list.status, 200);
+    CHECK_INT(rows.status, 200);
+    CHECK_INT(none.status, 200);
+    int count = test_reply_count(&list, "/bifurcations");
+    CHECK(count == 2 && test_reply_count(&rows, "/kind") == count);
+    CHECK_INT(test_reply_count(&none, "/kind"), 0);
+    for (int i = 0; i < count; i++) {
+        static const struct {
+            const char *name, *last;
+        } same[] = {{"after", ""}, {"value", ""}, {"period", ""}, {"phi", "/0"}, {"phid", "/0"}};
+        for (size_t k = 0; k < sizeof same / sizeof *same; k++) {
+            char row[40], item[60];
+            snprintf(row, sizeof row, "/%s/%d%s", same[k].name, i, same[k].last);
+            snprintf(item, sizeof item, "/bifurcations/%d/%s%s", i, same[k].name, same[k].last);
+            CHECK(test_reply_number(&rows, row) == test_reply_number(&list, item));
+        }
+    }
+    CHECK(test_reply_number(&rows, "/kind/0") == 2 && test_reply_number(&rows, "/kind/1") == 4);
+    CHECK(test_reply_number(&rows, "/stats/orbits") == test_reply_number(&list, "/stats/orbits"));
+    test_reply_free(&none);
+    test_reply_free(&rows);
+    test_reply_free(&list);
+}
+
 TEST(orbits_say_in_words_how_they_ended) {
     static const struct {
         const char *body, *end;
@@ -166,6 +198,8 @@ TEST(orbits_that_cannot_be_are_refused) {
          "other side"},
         {"{" TWO ",\"mode\":1,\"amplitude\":1,\"branch\":true,\"switch\":[1.5]}", "/switch/0",
          "whole"},
+        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"rows\":\"bifurcations\"}", "/rows", "branch"},
+        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"rows\":\"events\"}", "/rows", "bifurcations"},
         {"{" DRIVEN ",\"mode\":1}", "/mode", "driven"},
         {"{" DRIVEN ",\"periods\":9}", "/periods", "from 1 to 8"},
         {"{" DRIVEN ",\"branch\":{\"vary\":\"phi\",\"arm\":1,\"to\":1}}", "/branch/vary", "orbit"},

@@ -1,0 +1,63 @@
+/* The bifurcations that a search for orbits has found: their memory, and how they are told.
+ * Leaves to others: the search (core/orbits), the orbits (op_orbits).
+ * Invariant: they are in their order on the branch; angles and rates are in the caller's order. */
+#ifndef API_BIFURCATIONS_H
+#define API_BIFURCATIONS_H
+
+#include "api/base/buffer.h"
+#include "api/encode/encode.h"
+#include "core/orbits/orbit_problem.h"
+
+/* One of them, and where it is. */
+struct api_bifurcation {
+    enum pend_orbits_kind kind;
+    long after; /* orbits before it */
+    double period, energy, value;
+    double *state; /* n angles, n rates */
+};
+
+struct api_bifurcations {
+    const struct pend_tree *tree;
+    int driven;
+    const char *varies; /* the name of what varies, NULL = nothing does */
+    int count, places;
+    struct api_bifurcation *item;
+    double *block; /* of the columns */
+};
+
+/**
+ * Adds one.
+ *
+ * after  how many orbits are before it.
+ *
+ * PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status api_bifurcations_add(struct api_bifurcations *list,
+                                                      const struct pend_orbit *orbit, long after);
+
+/** Frees the memory. */
+void api_bifurcations_clear(struct api_bifurcations *list);
+
+/** Returns the bytes that they hold, an upper bound, the columns included if they are wanted. O(1).
+ */
+double api_bifurcations_bytes(const struct api_bifurcations *list, int columns);
+
+/** Adds the columns of a table whose rows are bifurcations. */
+void api_bifurcations_table(const struct api_bifurcations *list, struct api_table *table);
+
+/**
+ * Makes the columns of that table.
+ *
+ * column  out; valid until api_bifurcations_clear.
+ *
+ * PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status api_bifurcations_columns(struct api_bifurcations *list,
+                                                          const struct api_table *table,
+                                                          const double *column[]);
+
+/** Writes them as a list in JSON, the member `bifurcations`. */
+PEND_MUST_CHECK enum pend_status api_bifurcations_write(const struct api_bifurcations *list,
+                                                        int digits, struct api_buffer *out);
+
+#endif
