@@ -294,6 +294,11 @@ static enum pend_status part_run_there(struct api_part *part, struct api_buffer 
     return PEND_OK;
 }
 
+/* true if JSON is still to say more than the rows, which the last part of a chain has */
+static int part_says_more(const struct api_part *part) {
+    return part->format == &api_format_raw && part->op->json && !part->carries;
+}
+
 static enum pend_status part_run_here(struct api_part *part, struct api_buffer *out, int *done,
                                       struct pend_error *error) {
     struct api_turn turn = {.out = out,
@@ -317,7 +322,7 @@ static enum pend_status part_run_here(struct api_part *part, struct api_buffer *
                               : pend_fail(error, status, -1, 0, "%s", pend_status_text(status));
     part->wrote |= out->bytes > turn.before;
     if (!over) return PEND_OK;
-    *done = part->format != &api_format_raw || !part->op->json;
+    *done = !part_says_more(part);
     if (*done && part->carries) return part->wrote ? PEND_OK : part_write_nothing(part, out);
     if (*done) {
         part->op->free(&part->state);

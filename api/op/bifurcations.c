@@ -6,7 +6,7 @@
 
 #include "api/json/json_out.h"
 
-enum { FIRST_PLACES = 8 };
+enum { FIRST_PLACES = 8, MOST = 1000000 };
 
 static const char *const kinds[PEND_ORBITS_KINDS] = {[PEND_ORBITS_FOLD] = "fold",
                                                      [PEND_ORBITS_BRANCH] = "branch",
@@ -84,6 +84,33 @@ enum pend_status api_bifurcations_columns(struct api_bifurcations *list,
         *to = b->period, to += rows;
         memcpy(to - i + i * n, b->state, n * sizeof *to), to += rows * n;
         memcpy(to - i + i * n, b->state + n, n * sizeof *to);
+    }
+    return PEND_OK;
+}
+
+enum pend_status api_bifurcations_carry(struct api_bifurcations *list,
+                                        struct pend_checkpoint *checkpoint) {
+    size_t n = (size_t)list->tree->n;
+    int count = list->count, puts = pend_checkpoint_puts(checkpoint);
+    pend_checkpoint_int(checkpoint, &count, MOST);
+    for (int i = 0; i < count; i++) {
+        if (puts) {
+            double *state = calloc(2 * n, sizeof *state);
+            const struct pend_orbit none = {.phi = state, .rate = state};
+            enum pend_status status = state ? api_bifurcations_add(list, &none, 0) : PEND_NO_MEMORY;
+            free(state);
+            if (status != PEND_OK) return status;
+        }
+        struct api_bifurcation *b = &list->item[i];
+        int kind = (int)b->kind;
+        pend_checkpoint_int(checkpoint, &kind, PEND_ORBITS_KINDS - 1);
+        pend_checkpoint_counts(checkpoint, &b->after, 1);
+        pend_checkpoint_row(checkpoint, &b->period, 1);
+        pend_checkpoint_row(checkpoint, &b->energy, 1);
+        pend_checkpoint_row(checkpoint, &b->value, 1);
+        pend_checkpoint_row(checkpoint, b->state, 2 * n);
+        b->kind = (enum pend_orbits_kind)kind;
+        if (puts && !pend_checkpoint_puts(checkpoint)) return PEND_INVALID;
     }
     return PEND_OK;
 }

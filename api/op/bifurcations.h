@@ -6,6 +6,7 @@
 
 #include "api/base/buffer.h"
 #include "api/encode/encode.h"
+#include "core/base/checkpoint.h"
 #include "core/orbits/orbit_problem.h"
 
 /* One of them, and where it is. */
@@ -55,6 +56,15 @@ void api_bifurcations_table(const struct api_bifurcations *list, struct api_tabl
 PEND_MUST_CHECK enum pend_status api_bifurcations_columns(struct api_bifurcations *list,
                                                           const struct api_table *table,
                                                           const double *column[]);
+
+/**
+ * Shows a checkpoint all of them; restored ones come into an empty list.
+ *
+ * PEND_NO_MEMORY
+ * PEND_INVALID  what was restored is no such list.
+ */
+PEND_MUST_CHECK enum pend_status api_bifurcations_carry(struct api_bifurcations *list,
+                                                        struct pend_checkpoint *checkpoint);
 
 /** Writes them as a list in JSON, the member `bifurcations`. */
 PEND_MUST_CHECK enum pend_status api_bifurcations_write(const struct api_bifurcations *list,

@@ -14,9 +14,15 @@
 #include "api/json/json_out.h"
 #include "api/op/bifurcations.h"
 #include "api/op/orbits_json.h"
+#include "api/op/orbits_told.h"
 #include "core/orbits/orbits.h"
 
-enum { MAIN_COLUMNS = 9, FIRST_ROOM = 64 };
+enum {
+    MAIN_COLUMNS = 9,
+    FIRST_ROOM = 64,
+    MOST_PARTS = 1000,
+    CARRIED = 1 /* changes with what orbits_carry shows, or `carry` of core */
+};
 
 /* s an arm, step and seven derivatives, of an ideal and of a real pendulum, and of many arms; s an
  * arm and step of a plain motion; maps an orbit, alone and on a branch, whose bifurcations are
@@ -39,19 +45,15 @@ struct orbits {
     long count, room;
     double *column[API_COLUMNS];
     struct api_bifurcations bifurcations;
-    int found_all, written, part;
+    int found_all, written;
+    double until;   /* share of all steps after which this part ends; the last one never */
+    int last;       /* this part is the last, which writes all rows */
+    double earlier; /* s, of the parts before */
     enum pend_orbits_end end;
     struct api_writer *writer;
     struct api_stats stats;
     char warning[API_WARNING_TEXT];
 };
-
-static const char *const ends[PEND_ORBITS_ENDS] = {
-    [PEND_ORBITS_REACHED] = "reached", [PEND_ORBITS_POINTS] = "points",
-    [PEND_ORBITS_LOST] = "lost",       [PEND_ORBITS_MEETS] = "meets",
-    [PEND_ORBITS_WILD] = "wild",       [PEND_ORBITS_BACK] = "back",
-    [PEND_ORBITS_NONE] = "none",       [PEND_ORBITS_MISSING] = "missing",
-    [PEND_ORBITS_APART] = "apart",     [PEND_ORBITS_CLOSED] = "closed"};
 
 static void orbits_free(void **state) {
     struct orbits *orbits = *state;
@@ -106,6 +108,7 @@ static enum pend_status orbits_read(void **state, const struct api_reading *read
     *state = orbits;
     if (!orbits) return PEND_NO_MEMORY;
     orbits->format = reading->format;
+    orbits->last = 1;
     orbits->step_cap = reading->limits->steps;
     orbits->step_name = api_limits_name(reading->limits, &reading->limits->steps);
     enum pend_status status = api_orbits_read(&orbits->asked, reading);
@@ -225,93 +228,18 @@ static enum pend_status orbits_search(struct orbits *orbits, struct pend_error *
 
 /* ---- telling */
 
-/* why no other branch was found at a bifurcation */
-static void orbits_apart(const struct orbits *orbits, char text[API_WARNING_TEXT]) {
-    static const char *const whys[PEND_ORBITS_KINDS] = {
-        [PEND_ORBITS_FOLD] = "a fold: the branch itself turns back there and no other one begins",
-        [PEND_ORBITS_TORUS] = "one from which motions on a torus begin: they are no orbits",
-        [PEND_ORBITS_BRANCH] = "one whose other orbits do not come to rest or are hard to find",
-        [PEND_ORBITS_SYMMETRY] = "one whose other orbits do not come to rest or are hard to find",
-        [PEND_ORBITS_DOUBLING] = "one whose orbits take more than 8 periods or do not come to "
-                                 "rest or are hard to find"};
-    snprintf(text, API_WARNING_TEXT, "the bifurcation at which the branch was to be left is %s",
-             whys[pend_orbits_orbit(orbits->search).kind]);
-}
-
-/* how it ended, in a sentence without comma or quote, as warnings are */
-static void orbits_sentence(const struct orbits *orbits, char text[API_WARNING_TEXT]) {
-    const struct pend_orbit_problem *p = &orbits->asked.problem;
-    const char *where = orbits->count ? "beyond the last orbit" : "on the way there";
-    switch (orbits->end) {
-    case PEND_ORBITS_REACHED:
-        snprintf(text, API_WARNING_TEXT, "the orbits go as far as was asked");
-        return;
-    case PEND_ORBITS_POINTS:
-        snprintf(text, API_WARNING_TEXT,
-                 "the branch goes on: after %d steps it was left. More points or longer steps go "
-                 "further.",
-                 p->points);
-        return;
-    case PEND_ORBITS_LOST:
-        snprintf(text, API_WARNING_TEXT,
-                 "%s none was found however short the step: the branch ends there or turns too "
-                 "sharply. Is there an orbit that never comes back nearby?",
-                 where);
-        return;
-    case PEND_ORBITS_MEETS:
-        snprintf(text, API_WARNING_TEXT,
-                 "%s are orbits that come back after a part of the period already: 1/%d of it. "
-                 "They belong to another branch.",
-                 where, pend_orbits_part(orbits->search));
-        return;
-    case PEND_ORBITS_WILD:
-        snprintf(text, API_WARNING_TEXT,
-                 "%s small errors grow so much in a period that doubles do not tell whether an "
-                 "orbit comes back.",
-                 where);
-        return;
-    case PEND_ORBITS_BACK:
-        snprintf(text, API_WARNING_TEXT,
-                 "the branch turns round and comes back to the number that it began with: it does "
-                 "not go where it was asked to go");
-        return;
-    case PEND_ORBITS_CLOSED:
-        snprintf(text, API_WARNING_TEXT,
-                 "the branch is closed: it comes back to its first orbit and does not go where it "
-                 "was asked to go");
-        return;
-    case PEND_ORBITS_MISSING:
-        snprintf(text, API_WARNING_TEXT,
-                 "branch %d has no bifurcation number %d at which it was to be left",
-                 1 + pend_orbits_left(orbits->search),
-                 abs(p->leave[pend_orbits_left(orbits->search)]));
-        return;
-    case PEND_ORBITS_APART:
-        orbits_apart(orbits, text);
-        return;
-    case PEND_ORBITS_NONE:
-    case PEND_ORBITS_ENDS:
-        break;
-    }
-    snprintf(text, API_WARNING_TEXT,
-             p->driven ? "no orbit was found near this start. Let it settle or start elsewhere or "
-                         "try more periods."
-                       : "no orbit of this mode was found even for small swings: another mode may "
-                         "have the same frequency or three times as much.");
-}
-
 static void orbits_tell(struct orbits *orbits, const struct api_turn *turn) {
     struct api_stats *stats = &orbits->stats;
-    double seconds = api_turn_seconds(turn);
+    double seconds = api_turn_seconds(turn) + orbits->earlier;
     long maps, steps = pend_orbits_steps(orbits->search, &maps);
-    api_stats_text(stats, "end", ends[orbits->end]);
+    api_stats_text(stats, "end", api_orbits_end(orbits->end));
     api_stats_whole(stats, "orbits", orbits->count);
     api_stats_whole(stats, "bifurcations", orbits->bifurcations.count);
     api_stats_whole(stats, "shots", maps);
     api_stats_whole(stats, "steps", steps);
     api_stats_origin(stats);
     if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
-    orbits_sentence(orbits, orbits->warning);
+    api_orbits_sentence(&orbits->asked.problem, orbits->search, orbits->count, orbits->warning);
     if (orbits->end != PEND_ORBITS_REACHED)
         api_stats_warning(stats, "warning_end", orbits->warning);
 }
@@ -320,7 +248,7 @@ static void orbits_tell(struct orbits *orbits, const struct api_turn *turn) {
 static enum pend_status orbits_more(const struct orbits *orbits, struct api_buffer *out) {
     assert(out->bytes && out->data[out->bytes - 1] == '}');
     out->data[out->bytes - 1] = ',';
-    PEND_TRY(api_out_text(out, "end", ends[orbits->end]));
+    PEND_TRY(api_out_text(out, "end", api_orbits_end(orbits->end)));
     PEND_TRY(api_out_text(out, "message", orbits->warning));
     PEND_TRY(api_bifurcations_write(&orbits->bifurcations, orbits->table.digits, out));
     return api_buffer_text(out, "}");
@@ -354,11 +282,24 @@ static enum pend_status orbits_write(struct orbits *orbits, const struct api_tur
     return *done && orbits->format == &api_format_json ? orbits_more(orbits, turn->out) : PEND_OK;
 }
 
+/* true where a part ends that another one follows */
+static int orbits_over(struct orbits *orbits, const struct api_turn *turn) {
+    const struct pend_orbit_problem *p = &orbits->asked.problem;
+    long steps;
+    if (orbits->last || !pend_orbits_rests(orbits->search, &steps)) return 0;
+    if (!orbits->found_all && (double)steps < orbits->until * p->points * (1 + (double)p->switches))
+        return 0;
+    orbits->earlier += fmax(0, api_turn_seconds(turn));
+    return 1;
+}
+
 static enum pend_status orbits_run(void *state, const struct api_turn *turn, int *done,
                                    struct pend_error *error) {
     struct orbits *orbits = state;
     if (!orbits->search) PEND_TRY(orbits_begin(orbits, error));
     do {
+        *done = orbits_over(orbits, turn);
+        if (*done) break;
         if (orbits->found_all)
             PEND_TRY(orbits_write(orbits, turn, done, error));
         else
@@ -387,6 +328,44 @@ static const struct api_table *orbits_table(const void *state) {
 
 static const struct api_stats *orbits_stats(const void *state) {
     return &((const struct orbits *)state)->stats;
+}
+
+static long orbits_parts(const void *state) {
+    const struct pend_orbit_problem *p = &((const struct orbits *)state)->asked.problem;
+    long steps = (long)p->points * (1 + p->switches);
+    if (!p->branch || (p->driven && !p->vary)) return 1;
+    return steps < MOST_PARTS ? steps : MOST_PARTS;
+}
+
+static void orbits_part(void *state, long number, long parts) {
+    struct orbits *orbits = state;
+    orbits->until = (double)(number + 1) / (double)parts;
+    orbits->last = number + 1 == parts;
+}
+
+/* all that was found is carried: the last part writes it */
+static enum pend_status orbits_carry(void *state, struct pend_checkpoint *checkpoint,
+                                     struct pend_error *error) {
+    struct orbits *orbits = state;
+    int version = CARRIED;
+    long count = orbits->count;
+    if (!orbits->search) PEND_TRY(orbits_begin(orbits, error));
+    pend_checkpoint_part(checkpoint, &version, sizeof version);
+    if (version != CARRIED) return PEND_INVALID;
+    pend_checkpoint_counts(checkpoint, &count, 1);
+    pend_checkpoint_row(checkpoint, &orbits->earlier, 1);
+    PEND_TRY(pend_orbits_carry(orbits->search, checkpoint));
+    PEND_TRY(api_bifurcations_carry(&orbits->bifurcations, checkpoint));
+    for (; pend_checkpoint_puts(checkpoint) && orbits->count < count; orbits->count++) {
+        if (orbits->asked.rows) continue;
+        if (orbits->count >= orbits->table.rows) return PEND_INVALID;
+        PEND_TRY(orbits_grow(orbits, error));
+    }
+    for (int c = 0; c < orbits->table.count && !orbits->asked.rows; c++) {
+        size_t width = (size_t)api_column_numbers(&orbits->table.column[c]);
+        if (count) pend_checkpoint_row(checkpoint, orbits->column[c], (size_t)count * width);
+    }
+    return PEND_OK;
 }
 
 /* steps of a motion over the periods of a drive, as sections count them */
@@ -444,6 +423,9 @@ const struct api_op api_op_orbits = {.name = "orbits",
                                      .table = orbits_table,
                                      .cost = orbits_cost,
                                      .bytes = orbits_bytes,
+                                     .parts = orbits_parts,
+                                     .part = orbits_part,
+                                     .carry = orbits_carry,
                                      .stats = orbits_stats,
                                      .json = orbits_json,
                                      .free = orbits_free};

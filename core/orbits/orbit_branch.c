@@ -294,7 +294,7 @@ static void orbits_change(struct pend_orbits *o) {
     while (o->border < ORBIT_COUNTS && last->count[o->border] == next->count[o->border]);
     o->tries = o->side = 0, o->low = 0, o->high = 1;
     if (o->border == ORBIT_COUNTS) {
-        orbits_forward(o);
+        o->stage = FORWARD;
         return;
     }
     o->low_test = last->test[o->border], o->high_test = next->test[o->border];

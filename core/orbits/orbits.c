@@ -1,6 +1,7 @@
 #include "core/orbits/orbits.h"
 
 #include <assert.h>
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -210,4 +211,87 @@ double pend_orbits_progress(const struct pend_orbits *orbits) {
     double part = fmin(1, fmax(points, fmax(0, orbits->way)));
     if (orbits->stage == OVER) return 1;
     return (orbits->left + part) / (orbits->problem.switches + 1);
+}
+
+/* ---- checkpoints */
+
+int pend_orbits_rests(const struct pend_orbits *orbits, long *steps) {
+    *steps = (long)orbits->left * orbits->problem.points + orbits->points;
+    return orbits->stage == FORWARD || orbits->stage == OVER;
+}
+
+static void orbits_carry_point(const struct pend_orbits *o, struct orbits_point *point,
+                               struct pend_checkpoint *checkpoint) {
+    size_t q = (size_t)pend_orbit_unknowns(&o->problem);
+    pend_checkpoint_row(checkpoint, point->u, q);
+    pend_checkpoint_row(checkpoint, point->along, q);
+    pend_checkpoint_row(checkpoint, &point->slope, 1);
+    pend_checkpoint_row(checkpoint, point->test, ORBIT_COUNTS);
+    for (int i = 0; i < ORBIT_COUNTS; i++)
+        pend_checkpoint_int(checkpoint, &point->count[i], 2 * o->problem.tree->n);
+}
+
+/* the equations; those of orbits that never rest have more unknowns than a search without other
+ * branches has room for */
+static enum pend_status orbits_carry_form(struct pend_orbits *o,
+                                          struct pend_checkpoint *checkpoint) {
+    struct orbit_form *form = &o->newton.form;
+    int kind = (int)form->kind, driven = o->problem.driven;
+    pend_checkpoint_int(checkpoint, &kind, ORBIT_DRIVEN);
+    pend_checkpoint_int(checkpoint, &form->times, PEND_ORBIT_PERIODS);
+    pend_checkpoint_int(checkpoint, &form->mirrored, 1);
+    pend_checkpoint_int(checkpoint, &form->turning, form->n - 1);
+    int known = (kind == ORBIT_DRIVEN) == driven && form->times > 0 &&
+                (kind != ORBIT_FREE || o->problem.switches);
+    if (!known) return PEND_INVALID;
+    form->kind = (enum orbit_kind)kind;
+    form->equations = kind >= (int)ORBIT_FREE ? 2 * form->n : form->n;
+    o->newton.unknowns = form->equations + 1;
+    return PEND_OK;
+}
+
+/* where the search is, in whole numbers */
+static void orbits_carry_place(struct pend_orbits *o, struct pend_checkpoint *checkpoint) {
+    int over = o->stage == OVER, aim = (int)o->aim, end = (int)o->end, why = (int)o->why;
+    int kind = (int)o->now.kind;
+    pend_checkpoint_int(checkpoint, &over, 1);
+    pend_checkpoint_int(checkpoint, &aim, LOOK);
+    pend_checkpoint_int(checkpoint, &end, PEND_ORBITS_ENDS - 1);
+    pend_checkpoint_int(checkpoint, &why, PEND_ORBITS_ENDS - 1);
+    pend_checkpoint_int(checkpoint, &kind, PEND_ORBITS_KINDS - 1);
+    pend_checkpoint_int(checkpoint, &o->points, o->problem.points);
+    pend_checkpoint_int(checkpoint, &o->part, INT_MAX);
+    pend_checkpoint_int(checkpoint, &o->met, INT_MAX / 2);
+    pend_checkpoint_int(checkpoint, &o->left, o->problem.switches);
+    pend_checkpoint_int(checkpoint, &o->newton.iteration, INT_MAX / 2);
+    o->stage = over ? OVER : FORWARD;
+    o->aim = (enum orbits_aim)aim;
+    o->end = (enum pend_orbits_end)end, o->why = (enum pend_orbits_end)why;
+    o->now.kind = (enum pend_orbits_kind)kind;
+}
+
+enum pend_status pend_orbits_carry(struct pend_orbits *orbits, struct pend_checkpoint *checkpoint) {
+    struct pend_orbits *o = orbits;
+    size_t n = (size_t)o->problem.tree->n, q = (size_t)pend_orbit_unknowns(&o->problem);
+    long maps, steps = pend_orbits_steps(o, &maps);
+    long done[] = {o->newton.steps, maps, steps - o->newton.steps};
+    assert(pend_checkpoint_puts(checkpoint) || o->stage == FORWARD || o->stage == OVER);
+    PEND_TRY(orbits_carry_form(o, checkpoint));
+    orbits_carry_place(o, checkpoint);
+    orbits_carry_point(o, &o->last, checkpoint);
+    orbits_carry_point(o, &o->next, checkpoint);
+    pend_checkpoint_row(checkpoint, o->turned, q);
+    pend_checkpoint_row(checkpoint, o->home, 2 * q);
+    pend_checkpoint_row(checkpoint, o->check.amplitude, n);
+    pend_checkpoint_row(checkpoint, &o->newton.map.energy, 1);
+    pend_checkpoint_row(checkpoint, &o->step, 1);
+    pend_checkpoint_row(checkpoint, &o->before, 1);
+    pend_checkpoint_row(checkpoint, &o->way, 1);
+    pend_checkpoint_counts(checkpoint, done, 3);
+    if (!pend_checkpoint_puts(checkpoint)) return PEND_OK;
+    if (!(o->step > 0)) return PEND_INVALID;
+    pend_run_free(&o->settling);
+    o->newton.steps = done[0], o->newton.maps = done[1];
+    o->check.steps = done[2], o->settled = 0;
+    return PEND_OK;
 }

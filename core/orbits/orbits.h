@@ -6,6 +6,7 @@
 #ifndef PEND_ORBITS_H
 #define PEND_ORBITS_H
 
+#include "core/base/checkpoint.h"
 #include "core/orbits/orbit_problem.h"
 
 struct pend_orbits;
@@ -56,6 +57,20 @@ int pend_orbits_left(const struct pend_orbits *orbits);
 /** Returns the steps of all motions so far, and in *maps how many of these carried derivatives.
  * O(1). */
 long pend_orbits_steps(const struct pend_orbits *orbits, long *maps);
+
+/** Returns true between two steps along a branch and at the end, where pend_orbits_carry may be
+ * called; in *steps how many steps there were. O(1). */
+int pend_orbits_rests(const struct pend_orbits *orbits, long *steps);
+
+/**
+ * Shows a checkpoint the state of a search that rests. One that was just made of the same problem
+ * and into which a checkpoint restored this state goes on with the same bits; what was found before
+ * is its caller's.
+ *
+ * PEND_INVALID  the restored state is not that of such a search, which can only be freed then.
+ */
+PEND_MUST_CHECK enum pend_status pend_orbits_carry(struct pend_orbits *orbits,
+                                                   struct pend_checkpoint *checkpoint);
 
 /** Returns about which part of the way is done, 0 .. 1. O(1). */
 double pend_orbits_progress(const struct pend_orbits *orbits);

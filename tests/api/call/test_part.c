@@ -86,8 +86,18 @@ static const struct {
      1, 0},
     {API_OP_ORBITS,
      "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"mode\":2,"
-     "\"amplitude\":0.5,\"branch\":true}",
-     1, 0},
+     "\"amplitude\":0.5,\"branch\":true,\"points\":21}",
+     7, 0},
+    {API_OP_ORBITS,
+     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"mode\":2,"
+     "\"amplitude\":2,\"branch\":true,\"points\":60,\"switch\":[1],\"rows\":\"bifurcations\"}",
+     7, 0},
+    {API_OP_ORBITS,
+     "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":1,\"damping\":[0.5],"
+     "\"torque\":[{\"harmonics\":[{\"amplitude\":0.9,\"omega\":0.6666666666666666}]}]},"
+     "\"settle\":50,\"branch\":{\"vary\":\"torque_amplitude\",\"arm\":1,\"to\":1.08},\"points\":30,"
+     "\"switch\":[1,1]}",
+     7, 0},
     {API_OP_FITS,
      "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"data\":{\"t\":[0,0.1,"
      "0.2,0.3,0.4,0.5],\"series\":[{\"theta\":1,\"values\":[1,0.95,0.8,0.58,0.3,0]}]},"
@@ -146,7 +156,8 @@ static int compute_parts(int i, long parts, struct api_buffer *kept) {
                 break;
         CHECK(kept->bytes > before);
         CHECK(api_part_carry(part, &carried) == PEND_OK);
-        CHECK(!!carried.bytes == (cases[i].op == API_OP_TRAJECTORIES && p + 1 < parts));
+        int chained = cases[i].op == API_OP_TRAJECTORIES || cases[i].op == API_OP_ORBITS;
+        CHECK(!!carried.bytes == (chained && p + 1 < parts));
         api_part_free(&part);
     }
     api_buffer_clear(&carried);

@@ -6,6 +6,7 @@
 #include "core/orbits/orbit_switch.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #include "tests/harness/found.h"
 #include "tests/harness/test.h"
@@ -169,6 +170,64 @@ TEST(orbits_switch_round_a_branch_that_is_closed) {
     CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_CLOSED && f->rows > 30);
     CHECK(fabs(f->energy[f->rows - 1] - f->energy[0]) < 2);
     found_free(f);
+}
+
+/* searches to the end, in a new search after every `each` steps, into which what the last one
+ * showed was restored; returns how many there were */
+static int orbits_in_turns(const struct found *f, long each, struct found *g) {
+    struct pend_orbits *search = NULL, *next;
+    struct pend_error error;
+    enum pend_orbits_found what = PEND_ORBITS_NOTHING;
+    long steps, begun = 0;
+    int turns = 0;
+    if (!CHECK(pend_orbits_new(&search, &f->problem, &error) == PEND_OK)) return 0;
+    g->rows = 0;
+    while (what != PEND_ORBITS_END) {
+        if (!CHECK(pend_orbits_next(search, &what, &error) == PEND_OK)) break;
+        if (what == PEND_ORBITS_ORBIT && CHECK(g->rows < FOUND_ROWS)) {
+            struct pend_orbit orbit = pend_orbits_orbit(search);
+            g->phi[g->rows][0] = orbit.phi[0], g->rate[g->rows][0] = orbit.rate[0];
+            g->amplitude[g->rows][0] = orbit.amplitude[0];
+            g->period[g->rows] = orbit.period, g->energy[g->rows++] = orbit.energy;
+        }
+        if (!pend_orbits_rests(search, &steps) || steps < begun + each) continue;
+        struct pend_checkpoint checkpoint = {.way = PEND_CHECKPOINT_COUNT};
+        CHECK(pend_orbits_carry(search, &checkpoint) == PEND_OK);
+        char *bytes = malloc(checkpoint.used);
+        checkpoint = (struct pend_checkpoint){
+            .way = PEND_CHECKPOINT_TAKE, .at = bytes, .bytes = checkpoint.used};
+        CHECK(bytes && pend_orbits_carry(search, &checkpoint) == PEND_OK);
+        long maps, done = pend_orbits_steps(search, &maps), same;
+        pend_orbits_free(&search);
+        if (!CHECK(pend_orbits_new(&next, &f->problem, &error) == PEND_OK)) break;
+        checkpoint.way = PEND_CHECKPOINT_PUT, checkpoint.used = 0;
+        CHECK(pend_orbits_carry(next, &checkpoint) == PEND_OK);
+        CHECK(pend_checkpoint_whole(&checkpoint));
+        CHECK(pend_orbits_steps(next, &same) == done && same == maps);
+        free(bytes);
+        search = next, begun = steps, turns++;
+    }
+    g->end = pend_orbits_end(search);
+    pend_orbits_free(&search);
+    return turns;
+}
+
+TEST(orbits_switch_with_the_same_bits_after_any_number_of_checkpoints) {
+    for (int i = 0; i < 3; i++) {
+        struct found *f = i < 2 ? found_chain(2, 1, 2.2, 1) : cascade(2);
+        struct found *g = found_chain(1, 0, 1, 1);
+        if (i == 1) f->problem.switches = f->problem.leave[0] = 1;
+        found_search(f);
+        CHECK(orbits_in_turns(f, 1 + 2 * i, g) > 5);
+        CHECK(g->rows == f->rows && g->end == f->end && f->rows > 5);
+        for (int row = 0; row < f->rows; row++) {
+            CHECK(g->phi[row][0] == f->phi[row][0] && g->rate[row][0] == f->rate[row][0]);
+            CHECK(g->period[row] == f->period[row] && g->energy[row] == f->energy[row]);
+            CHECK(g->amplitude[row][0] == f->amplitude[row][0]);
+        }
+        found_free(g);
+        found_free(f);
+    }
 }
 
 TEST(orbits_switch_nowhere_where_no_branch_begins) {

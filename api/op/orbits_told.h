@@ -1,0 +1,21 @@
+/* How a search for orbits ended, in a word and in a sentence.
+ * Leaves to others: the search (core/orbits), the answer (op_orbits).
+ * Invariant: a sentence has no comma and no quote, as warnings. */
+#ifndef API_ORBITS_TOLD_H
+#define API_ORBITS_TOLD_H
+
+#include "api/encode/encode.h"
+#include "core/orbits/orbits.h"
+
+/** Returns the word for an end. O(1). */
+const char *api_orbits_end(enum pend_orbits_end end);
+
+/**
+ * Writes how a search that is over ended.
+ *
+ * orbits  how many were found.
+ */
+void api_orbits_sentence(const struct pend_orbit_problem *problem, const struct pend_orbits *search,
+                         long orbits, char text[API_WARNING_TEXT]);
+
+#endif
