@@ -33,6 +33,10 @@ enum { KILLS = 6, MOST_LIFE = 1 };
     ",\"initial\":{\"phi\":[1,2]},\"times\":{\"start\":0,\"stop\":" WAY                            \
     ",\"step\":0.5},\"rtol\":1e-14,\"output\":[\"phi\",\"lambda\"]}"
 
+#define LONG_BRANCH                                                                                \
+    "{\"pendulum\":{\"length\":[1,1,1,1],\"mass\":[1,1,1,1],\"parent\":[0,1,2,3]},\"mode\":1,"     \
+    "\"amplitude\":0.8,\"branch\":true,\"step\":0.0005,\"points\":2500}"
+
 #define PASSAGES(duration)                                                                         \
     "{\"pendulum\":" ASK_DOUBLE ",\"section\":{\"arm\":1,\"theta\":0},\"duration\":" duration "}"
 
@@ -559,15 +563,16 @@ static void kills(struct place *place) {
 
 TEST(a_daemon_killed_at_any_instant_loses_no_job_and_no_bit) { place_on_both(kills); }
 
-/* kills a server again and again while it computes LONG_WAY; how often the job was still running
- * before a kill */
-static int kill_running(struct place *place, const struct test_reply *right) {
+/* kills a server again and again while it computes; how often the job was still running before a
+ * kill */
+static int kill_running(struct place *place, const char *path, const char *body,
+                        const struct test_reply *right) {
     unsigned long long random = (unsigned long long)(test_clock() * 1e6);
     char id[1][ID + 1], word[WORDS];
     struct test_reply kept, same = {.body = strdup(right->body), .body_bytes = right->body_bytes};
     int killed_running = 0;
     struct test_server *server = place_serve(place, "all", PART, NULL, NULL);
-    if (server) CHECK_INT(submit(server, "/v1/trajectories", ASYNC, LONG_WAY, id[0]), 202);
+    if (server) CHECK_INT(submit(server, path, ASYNC, body, id[0]), 202);
     for (int i = 0; i < KILLS && server; i++) {
         until_kept(server, 1, id, 1);
         test_sleep(0.05 + 0.2 * MOST_LIFE * test_random(&random));
@@ -579,7 +584,7 @@ static int kill_running(struct place *place, const struct test_reply *right) {
         job_wait(server, id[0], word);
         CHECK_TEXT(word, "successful");
         CHECK_INT(job_get(server, &kept, id[0], "/results", "Accept: text/csv\r\n"), 200);
-        check_same(&same, &kept, "a trajectory whose parts were killed");
+        check_same(&same, &kept, "a job whose parts were killed");
         test_reply_clear(&kept);
     }
     stop_after_deaths(&server);
@@ -587,24 +592,35 @@ static int kill_running(struct place *place, const struct test_reply *right) {
     return killed_running;
 }
 
-/* the parts of a trajectory begin where the one before ended, in whatever process; those in
- * between were killed. Where a job was over before it could be killed, another one is tried */
-static void chained_kills(struct place *place) {
+/* the parts of a chain begin where the one before ended, in whatever process; those in between were
+ * killed. Where a job was over before it could be killed, another one is tried */
+static void chained_kills(struct place *place, const char *path, const char *body) {
     struct test_reply right;
     int killed_running = 0;
     place->lease = "0.7";
     struct test_server *server = place_serve(place, "all", PART, NULL, NULL);
     if (!server) return;
-    CHECK_INT(
-        test_request(server, &right, "POST", "/v1/trajectories", "Accept: text/csv\r\n", LONG_WAY),
-        200);
+    CHECK_INT(test_request(server, &right, "POST", path, "Accept: text/csv\r\n", body), 200);
     test_server_stop(&server);
-    for (int i = 0; i < 10 && !killed_running; i++) killed_running = kill_running(place, &right);
+    for (int i = 0; i < 10 && !killed_running; i++)
+        killed_running = kill_running(place, path, body, &right);
     CHECK_SAYING(killed_running > 0, "every job was over before it was killed once");
     test_reply_clear(&right);
 }
 
-TEST(a_trajectory_killed_in_mid_part_goes_on_with_the_same_bits) { place_on_both(chained_kills); }
+static void trajectory_kills(struct place *place) {
+    chained_kills(place, "/v1/trajectories", LONG_WAY);
+}
+
+TEST(a_trajectory_killed_in_mid_part_goes_on_with_the_same_bits) {
+    place_on_both(trajectory_kills);
+}
+
+static void branch_kills(struct place *place) { chained_kills(place, "/v1/orbits", LONG_BRANCH); }
+
+TEST(a_branch_of_orbits_killed_in_mid_part_goes_on_with_the_same_bits) {
+    place_on_both(branch_kills);
+}
 
 static void drains(struct place *place) {
     char id[ID + 1];
