@@ -219,13 +219,13 @@ static void class_stage(const struct api_value *root, struct class_reading *read
 }
 
 static void class_own_stage(const struct api_value *root, struct class_reading *reading) {
-    static const char *const fields[] = {"scene", "state", "release", "step", NULL},
+    static const char *const fields[] = {"scene", "state", "release", "step", "idle", NULL},
                              *const states[] = {"working", "stuck", "done", "away", NULL};
     struct api_problem *problem = reading->problem;
     struct api_value scene = api_value_member(root, "scene"),
                      state = api_value_member(root, "state"),
                      release = api_value_member(root, "release"),
-                     step = api_value_member(root, "step");
+                     step = api_value_member(root, "step"), idle = api_value_member(root, "idle");
     int word;
     long number;
     (void)api_value_only(root, fields, problem);
@@ -233,6 +233,7 @@ static void class_own_stage(const struct api_value *root, struct class_reading *
     (void)api_field_word(&state, states, &word, problem);
     (void)api_field_whole(&release, 1, 1000000, &number, problem);
     (void)class_id(&step, 0, problem);
+    (void)api_field_whole(&idle, 0, 30 * 86400, &number, problem);
 }
 
 static void class_question(const struct api_value *root, struct class_reading *reading) {

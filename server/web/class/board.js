@@ -10,7 +10,7 @@ import { stageScene } from "./scenes.js";
 import { anglesOver, createWall, poseOf } from "./wall.js";
 
 const SORTS = ["name", "state", "came", "changed"];
-const STATES = ["stuck", "working", "done", "away"];
+const STATES = ["stuck", "working", "done", "silent", "away"];
 const SPAN = { start: 0, stop: 20, step: 0.02 };
 
 /**
@@ -117,7 +117,11 @@ async function enlarge(room, number) {
 export function mountBoard(room, controls) {
   const { session, say } = room;
   const bag = createBag();
-  const wall = createWall(room, (number) => enlarge(room, number));
+  const wall = createWall(
+    room,
+    (number) => enlarge(room, number),
+    () => show(),
+  );
   const counts = h("p", { class: "counts", role: "status" });
   const nobody = h("p", { class: "quiet" }, say("class.nobody"));
   const sort = choice(

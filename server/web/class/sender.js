@@ -1,12 +1,16 @@
-// What a pupil has on the stage, sent to the room: the newest, now and then.
-// Leaves to others: what happens with it (board.js).
+// What a pupil has on the stage, sent to the room: the newest, now and then; and a sign that the
+// page is awake, for as long as it is seen.
+// Leaves to others: what happens with it (board.js), who is silent (wall.js).
 // Invariant: at most one write is under way, and they are PAUSE_MS apart; what is there already is
-// not sent again; nothing is sent before the room has been read.
+// not sent again but as such a sign, BEAT_MS after the last; nothing is sent before the room has
+// been read.
 
 import { createBag } from "../dom.js";
 import { bareScene } from "./scenes.js";
 
 const PAUSE_MS = 900; // the server takes 5 a second of a client, for long
+const BEAT_MS = 20000; // from a sign to the next; a minute without one is a silence (wall.js)
+const MOST_IDLE = 30 * 86400; // s that are told, as long as a room can be
 const MOST_BYTES = 8000; // of one stage
 
 /**
@@ -17,10 +21,11 @@ const MOST_BYTES = 8000; // of one stage
 
 /**
  * more: what stands there beside the scene; released: the start that was let go, and of which
- * release it was.
+ * release it was; changed and wrote: when the pupil has last changed something, and when it was
+ * last written, ms.
  * @typedef {{
  *   room: Room, more: Partial<OwnStage>, released: {number: number, scene: string}, sent: string,
- *   timer: number, busy: boolean,
+ *   known: string, changed: number, wrote: number, timer: number, busy: boolean,
  * }} Post
  */
 
@@ -33,17 +38,25 @@ function ownStage({ room, more, released }) {
   return { ...more, scene, ...(start && { release: released.number }) };
 }
 
-/** @param {Post} post */
-async function send(post) {
+/** The stage with how long it has been as it is. @param {Post} post @param {OwnStage} stage */
+function sign(post, stage) {
+  post.wrote = Date.now();
+  const idle = Math.floor((post.wrote - post.changed) / 1000);
+  return { ...stage, idle: Math.min(Math.max(idle, 0), MOST_IDLE) };
+}
+
+/** @param {Post} post @param {boolean} [beat] what is there already is sent again */
+async function send(post, beat = false) {
   const { session } = post.room;
   clearTimeout(post.timer);
   post.timer = 0;
   const stage = ownStage(post);
   const text = JSON.stringify(stage);
-  if (text === post.sent || post.busy || !session.entry) return;
+  if (text !== post.known) [post.known, post.changed] = [text, Date.now()];
+  if ((text === post.sent && !beat) || post.busy || !session.entry) return;
   post.busy = true;
   try {
-    await session.put("stages/own", stage);
+    await session.put("stages/own", sign(post, stage));
     post.sent = text;
   } catch {
     // the stream of events finds out whether the room is gone; the next change is sent again
@@ -53,9 +66,17 @@ async function send(post) {
   if (post.sent && JSON.stringify(ownStage(post)) !== post.sent) soon(post);
 }
 
-/** @param {Post} post */
-function soon(post) {
-  post.timer ||= window.setTimeout(() => send(post), PAUSE_MS);
+/** @param {Post} post @param {boolean} [beat] */
+function soon(post, beat = false) {
+  // a class that comes back together does not write in one moment
+  const pause = beat ? PAUSE_MS * (1 + Math.random()) : PAUSE_MS;
+  post.timer ||= window.setTimeout(() => send(post, beat), pause);
+}
+
+/** Says that the page is awake, where that has not been said for a while. @param {Post} post */
+function beat(post) {
+  const seen = document.visibilityState === "visible";
+  if (seen && Math.abs(Date.now() - post.wrote) > BEAT_MS / 2) send(post, true);
 }
 
 /** Who leaves the page says so; it may be the last that is heard. @param {Post} post */
@@ -65,7 +86,7 @@ function leave(post) {
   if (!session.entry) return;
   const stage = { ...ownStage(post), ...(away && { state: "away" }) };
   post.sent = JSON.stringify(stage);
-  session.put("stages/own", stage, { keepalive: true }).catch(() => {
+  session.put("stages/own", sign(post, stage), { keepalive: true }).catch(() => {
     post.sent = "";
   });
 }
@@ -77,11 +98,23 @@ export function createSender(room) {
   const state = before && before !== "away" ? before : "working";
   const released = { number: 0, scene: "" };
   /** @type {Post} */
-  const post = { room, more: { state }, released, sent: "", timer: 0, busy: false };
+  const post = {
+    room,
+    more: { state },
+    released,
+    sent: "",
+    known: "",
+    changed: Date.now(),
+    wrote: 0,
+    timer: 0,
+    busy: false,
+  };
   const bag = createBag();
   bag.on(document, "visibilitychange", () => leave(post));
   bag(app.store.subscribe(() => soon(post)));
-  bag(session.subscribe((names) => names ?? (session.state === "live" && soon(post))));
+  bag(session.subscribe((names) => names ?? (session.state === "live" && soon(post, true))));
+  const timer = setInterval(() => beat(post), BEAT_MS);
+  bag(() => clearInterval(timer));
   bag(() => clearTimeout(post.timer));
   send(post);
   return {

@@ -25,6 +25,8 @@ interface OwnStage {
   state?: string;
   release?: number;
   step?: string;
+  /** s without a change; a page that is awake writes it again and again */
+  idle?: number;
 }
 
 /** A question of its own, or of a step of a worksheet, which has the right answer with it. */

@@ -8,13 +8,16 @@ import { aborted, fetchTable } from "../drawers/kit.js";
 import { createMini } from "../drawers/mini.js";
 import { readScene } from "../link.js";
 import { still } from "../screen.js";
+import { createSigns } from "./signs.js";
 
 const FRAME_MS = 45;
 const SPAN = { start: 0, stop: 10, step: 0.04 };
 const AT_ONCE = 2; // motions that are asked for
 const MOST_ARMS = 64;
 const QUIET_MS = 180000; // without a change, from which on that is told
-const RANK = { stuck: 0, working: 1, done: 2, away: 3 };
+const LOOK_MS = 5000; // from one look for who is silent to the next
+const SAME_MS = 5000; // a change that two signs put so far apart is one
+const RANK = { stuck: 0, silent: 1, working: 2, done: 3, away: 4 };
 
 /** @typedef {{tree: Tree, phi: number[]}} Pose */
 
@@ -25,7 +28,7 @@ const RANK = { stuck: 0, working: 1, done: 2, away: 3 };
  *   HTMLElement,
  *   note: HTMLElement, pose: Pose | null, key: string, scene: ClassScene | null,
  *   mini: import("../drawers/mini.js").Mini | null, motion: Float64Array | null, wants: boolean,
- *   seen: boolean, state: string, nickname: string, changed: number,
+ *   seen: boolean, state: string, nickname: string, changed: number, silence: number,
  * }} Cell
  */
 
@@ -34,6 +37,7 @@ const RANK = { stuck: 0, working: 1, done: 2, away: 3 };
  *   room: Room, list: HTMLElement, cells: Map<number, Cell>, sight: IntersectionObserver, sort:
  *   string, loading: number, stop: AbortController, begun: number, frame: number, drawn: number,
  *   open: (number: number) => unknown, size: {width: number, height: number, top: number},
+ *   signs: ReturnType<typeof createSigns>, told: () => unknown,
  * }} Wall
  */
 
@@ -101,8 +105,10 @@ function turn(wall) {
 }
 
 /** What is told below a pupil's name. @param {Wall} wall @param {Cell} cell */
-function noteOf({ room: { say } }, { state, changed, scene }) {
+function noteOf({ room: { say } }, { state, changed, scene, silence }) {
   const quiet = Date.now() - changed;
+  if (state === "silent")
+    return say("class.is.silent", { minutes: Math.max(1, Math.floor(silence / 60000)) });
   if (state !== "working") return say(`class.is.${state}`);
   if (!scene) return say("class.is.coming");
   return quiet > QUIET_MS ? say("class.is.quiet", { minutes: Math.floor(quiet / 60000) }) : "";
@@ -164,6 +170,7 @@ function cellOf(wall, number) {
     state: "working",
     nickname: "",
     changed: 0,
+    silence: 0,
   };
   wall.cells.set(number, cell);
   wall.sight.observe(button);
@@ -174,7 +181,7 @@ function cellOf(wall, number) {
 function sorted({ cells, sort }) {
   const byName = (/** @type {Cell} */ a, /** @type {Cell} */ b) =>
     a.nickname.localeCompare(b.nickname, undefined, { numeric: true }) || a.number - b.number;
-  const rank = (/** @type {Cell} */ { state }) => RANK[/** @type {"done"} */ (state)] ?? 1;
+  const rank = (/** @type {Cell} */ { state }) => RANK[/** @type {"done"} */ (state)] ?? 2;
   const orders = {
     name: byName,
     state: (/** @type {Cell} */ a, /** @type {Cell} */ b) => rank(a) - rank(b) || byName(a, b),
@@ -193,9 +200,35 @@ function arrange(wall) {
   }
 }
 
+/**
+ * How a pupil gets on, and since when; who is done may sleep.
+ * @param {Wall} wall @param {Cell} cell @param {ClassItem | undefined} stage
+ */
+function judge({ signs }, cell, stage) {
+  const told = stage?.value.state ?? "working";
+  const changed = stage ? signs.changed(stage) : Date.now();
+  cell.silence = stage ? signs.silence(stage) : 0;
+  cell.state = cell.silence && told !== "done" ? "silent" : told;
+  if (Math.abs(changed - cell.changed) > SAME_MS) cell.changed = changed;
+  if (cell.button.dataset.state !== cell.state) cell.button.dataset.state = cell.state;
+}
+
+/** Time has passed, and nothing else. @param {Wall} wall */
+function look(wall) {
+  const { items } = wall.room.session;
+  for (const cell of wall.cells.values()) {
+    judge(wall, cell, items.get(`stages/${cell.number}`));
+    const note = noteOf(wall, cell);
+    if (cell.note.textContent !== note) cell.note.textContent = note;
+  }
+  if (wall.sort === "state") arrange(wall);
+  wall.told();
+}
+
 /** @param {Wall} wall */
 function follow(wall) {
   const { items } = wall.room.session;
+  wall.signs.hear();
   /** @type {Set<number>} */
   const there = new Set();
   for (const { name, value } of items.values()) {
@@ -207,9 +240,7 @@ function follow(wall) {
     there.add(number);
     cell.nickname = String(value.nickname);
     cell.name.textContent = cell.nickname;
-    cell.state = stage?.value.state ?? "working";
-    cell.changed = Date.parse(stage?.changed ?? "") || Date.now();
-    cell.button.dataset.state = cell.state;
+    judge(wall, cell, stage);
     restage(wall, cell, stage?.value.scene ?? null);
     cell.note.textContent = noteOf(wall, cell);
   }
@@ -222,8 +253,11 @@ function follow(wall) {
   loadNext(wall);
 }
 
-/** @param {Room} room @param {(number: number) => unknown} open */
-export function createWall(room, open) {
+/**
+ * @param {Room} room @param {(number: number) => unknown} open @param {() => unknown} told when
+ * somebody's state may be another, because time has passed
+ */
+export function createWall(room, open, told) {
   const bag = createBag();
   const list = h("ul", { class: "wall", "aria-label": room.say("class.board") });
   const sight = new IntersectionObserver((entries) => {
@@ -247,6 +281,8 @@ export function createWall(room, open) {
     frame: 0,
     drawn: 0,
     open,
+    signs: createSigns(room.session),
+    told,
     size: { width: 132, height: 112, top: 0.42 },
   };
   const recolour = () => {
@@ -262,10 +298,8 @@ export function createWall(room, open) {
     ),
   );
   bag(room.app.theme.subscribe(recolour));
-  const minute = setInterval(() => {
-    for (const cell of wall.cells.values()) cell.note.textContent = noteOf(wall, cell);
-  }, 30000);
-  bag(() => clearInterval(minute));
+  const timer = setInterval(() => look(wall), LOOK_MS);
+  bag(() => clearInterval(timer));
   bag(() => sight.disconnect());
   bag(() => wall.stop.abort());
   bag(() => cancelAnimationFrame(wall.frame));
