@@ -56,7 +56,6 @@ const wide = !embedded && matchMedia("(min-width: 861px)").matches && !named;
 const store = createStore(first.patch ?? (wide ? { view: { drawer: "presets" } } : {}));
 const motion = createMotion({ store, client, clock });
 const offline = createOffline(text);
-const live = /** @type {HTMLElement} */ (document.getElementById("live"));
 /** @type {{destroy: End}[]} */
 let views = [];
 
@@ -72,7 +71,8 @@ const parts = {
   yours,
   /** Says it to those who listen instead of looking. @param {string} words */
   announce(words) {
-    live.textContent = words;
+    const live = document.getElementById("live");
+    if (live) live.textContent = words;
   },
   /** Says it on the stage, for all. @param {string} words */
   complain(words) {
@@ -200,8 +200,19 @@ document.addEventListener("keydown", keys);
 document.addEventListener("keyup", (event) => plays(event) && event.preventDefault());
 document.addEventListener("pointerdown", () => (pointed = true), true);
 document.addEventListener("keydown", ({ key }) => key === "Tab" && (pointed = false), true);
+/**
+ * When the whole document is there: a script that the browser has kept may run before the places of
+ * the views have come.
+ */
+const parsed = new Promise((resolve) => {
+  if (document.readyState === "loading")
+    document.addEventListener("DOMContentLoaded", resolve, { once: true });
+  else resolve(null);
+});
+
 /** In the reader's language, if its words come. */
 async function begin() {
+  await parsed;
   await text.use().catch((error) => app.complain(said(error, text)));
   mount();
   document.getElementById("waiting")?.remove();

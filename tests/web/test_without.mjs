@@ -137,3 +137,32 @@ export async function the_reference_without_style_or_storage_says_what_it_has(ri
   await rig.shot(page, "docs_without_storage");
   await close(page);
 }
+
+/** The document up to its first place, and the rest when it is let go. */
+async function heldDocument(rig) {
+  const html = await (await fetch(`${rig.url}/`)).text();
+  const cut = html.indexOf('<header id="header">');
+  assert.ok(cut > 0);
+  let rest = null;
+  rig.front.fault = (asked, reply) => {
+    if (asked.url !== "/") return false;
+    reply.writeHead(200, { "Content-Type": "text/html; charset=utf-8" });
+    reply.write(html.slice(0, cut));
+    rest = () => reply.end(html.slice(cut));
+    return true;
+  };
+  return () => rest();
+}
+
+export async function a_script_that_runs_before_the_document_is_whole_waits_for_its_places(rig) {
+  const page = await rig.open();
+  const goOn = await heldDocument(rig);
+  await page.goto(`${rig.url}/`, { waitUntil: "commit" });
+  await page.waitForFunction(() => "begun" in document.documentElement.dataset && window.pendulumd);
+  assert.equal(await page.evaluate(() => document.getElementById("header")), null);
+  goOn();
+  await page.waitForSelector("#header .title");
+  await page.waitForSelector("#stage canvas");
+  await page.waitForFunction(() => window.pendulumd.clock.time > 0 && !document.getElementById("waiting"));
+  await close(page);
+}
