@@ -163,3 +163,35 @@ export async function a_class_works_from_right_to_left(rig) {
   assert.match(await teacher.innerText(".room-code"), /^[A-Z2-9]{5}$/);
   for (const page of [teacher, pupil]) await close(page);
 }
+
+export async function a_page_that_gives_no_sign_is_not_at_work(rig) {
+  const { page: teacher, code } = await teach(rig);
+  const pupil = await join(rig, code, "Ada");
+  const at = (state) => cell(teacher, "Ada").and(teacher.locator(`[data-state=${state}]`)).waitFor();
+  await at("working");
+  // the page says that it is awake though nobody touches it
+  await teacher.evaluate(() => {
+    const parse = JSON.parse; // of each event
+    JSON.parse = (...given) => {
+      const told = parse(...given);
+      if (told?.name === "stages/1" && told.value?.idle > 10) window.awake = true;
+      return told;
+    };
+  });
+  await teacher.waitForFunction(() => window.awake);
+  assert.match(await teacher.innerText(".counts"), /1 at work/);
+  await pupil.session.send("Page.setWebLifecycleState", { state: "frozen" });
+  // a minute and a half later
+  await teacher.evaluate(() => {
+    const native = performance.now.bind(performance);
+    performance.now = () => native() + 95000;
+  });
+  await at("silent");
+  await teacher.waitForSelector(".counts >> text=1 without connection");
+  assert.match(await cell(teacher, "Ada").innerText(), /no sign for 1 min/);
+  await rig.shot(teacher, "room-silent");
+  await teacher.evaluate(() => { delete performance.now; });
+  await pupil.session.send("Page.setWebLifecycleState", { state: "active" });
+  await at("working");
+  for (const page of [teacher, pupil]) await close(page);
+}

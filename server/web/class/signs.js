@@ -9,7 +9,8 @@ const GRACE_MS = 15000; // in which the others come back as well
 
 /** @param {Session} session */
 export function createSigns(session) {
-  // by how much the server's clock is ahead of this one, or less, where nothing new came
+  // by how much the server's clock is ahead of this page's, which no change of the machine's clock
+  // moves, or less, where nothing new came
   let ahead = -Infinity;
   let since = 0;
   let live = false;
@@ -19,7 +20,7 @@ export function createSigns(session) {
   function hear() {
     for (const { changed } of session.items.values()) {
       const at = Date.parse(changed);
-      if (at) ahead = Math.max(ahead, at - Date.now());
+      if (at) ahead = Math.max(ahead, at - performance.now());
     }
     if ((session.state === "live") === live) return;
     live = !live;
@@ -27,7 +28,7 @@ export function createSigns(session) {
     if (live && !first) since = performance.now();
     first = false;
   }
-  const now = () => Date.now() + (Number.isFinite(ahead) ? ahead : 0);
+  const now = () => (Number.isFinite(ahead) ? performance.now() + ahead : Date.now());
   return {
     hear,
     /** When a pupil has last changed something, by this machine's clock. @param {ClassItem} item */

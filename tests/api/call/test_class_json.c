@@ -72,6 +72,7 @@ TEST(what_stands_in_a_room_is_kept_in_one_form) {
               0);
     good(API_CLASS_OWN_STAGE, "{\"scene\":" SCENE ",\"state\":\"stuck\",\"release\":3}", NULL);
     good(API_CLASS_OWN_STAGE, "{\"state\":\"away\"}", NULL);
+    good(API_CLASS_OWN_STAGE, "{\"idle\":2592000}", NULL);
     good(API_CLASS_SOLUTION, "{\"value\":2.006,\"tolerance\":1e-2}",
          "{\"tolerance\":0.01,\"value\":2.006}");
     CHECK_INT(good(API_CLASS_SOLUTION, "{\"shown\":true}", NULL).shown, 1);
@@ -99,6 +100,8 @@ TEST(what_may_not_stand_in_a_room_is_refused_with_its_place) {
     bad(API_CLASS_STAGE, 422, "{\"scene\":{\"request\":{}}}", "/scene/request/pendulum", "");
     bad(API_CLASS_STAGE, 422, "{\"release\":{\"spread\":2}}", "/release/spread", "1");
     bad(API_CLASS_OWN_STAGE, 422, "{\"state\":\"asleep\"}", "/state", "working");
+    bad(API_CLASS_OWN_STAGE, 422, "{\"idle\":-1}", "/idle", "0");
+    bad(API_CLASS_OWN_STAGE, 422, "{\"idle\":2592001}", "/idle", "2592000");
     bad(API_CLASS_QUESTION, 422, "{\"text\":\"?\"}", "/kind", "");
     bad(API_CLASS_QUESTION, 422, "{\"text\":\"?\",\"kind\":\"choice\"}", "/choices", "2 to 12");
     bad(API_CLASS_QUESTION, 422, "{\"text\":\"?\",\"kind\":\"text\",\"choices\":[\"a\",\"b\"]}",
