@@ -47,9 +47,10 @@ def main(program):
     out = [f'.TH PENDULUMD 8 "" "pendulumd {version}" "System administration"',
            ".SH NAME", "pendulumd \\- server for planar pendulum trees",
            ".SH SYNOPSIS", ".B pendulumd", ".RB [ \\-\\-option", ".IR value ]...", ".br", ".B pendulumd keys",
-           ".IR action ...", ".SH DESCRIPTION"]
+           ".IR action ...", ".br", ".B pendulumd healthy", ".RB [ \\-\\-option", ".IR value ]...", ".SH DESCRIPTION"]
     out += [roff(paragraph) + "\n.PP" for paragraph in head.split("\n", 1)[1].strip().split("\n\n")]
-    out += ["SIGTERM lets what runs finish and ends the server, SIGHUP has it read its options again.", ".SH OPTIONS"]
+    out += ["SIGTERM lets what runs finish and ends the server, SIGHUP has it read its options again. The word", ".B healthy",
+            "has it ask the server that has the same options for /healthz, and end with status 0 where the answer is 200.", ".SH OPTIONS"]
     for name, value, words in listed:
         out += [".TP", f".B {roff(name)}" if not value else f'.BI {roff(name)} " {roff(value)}"', roff(" ".join(words))]
     out += [".SH KEYS", ".nf", roff(told(program, "keys").strip()), ".fi",

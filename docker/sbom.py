@@ -2,8 +2,9 @@
 """Writes what the programs are made of, as SPDX 2.3 and CycloneDX 1.5: the libraries that they are linked with, by the
 Debian packages that hold them, what is compiled in, and what the page is made with.
 
-usage: sbom.py BUILD DIRECTORY     writes DIRECTORY/sbom.spdx.json and DIRECTORY/sbom.cdx.json
-Leaves to others: where they go (Makefile, debian/rules, Dockerfile).
+usage: sbom.py BUILD DIRECTORY [PACKAGE...]     writes DIRECTORY/sbom.spdx.json and DIRECTORY/sbom.cdx.json; an image, which
+       brings all libraries along, names the Debian packages that they are of
+Leaves to others: where they go (Makefile, debian/rules, root.sh).
 Invariant: nothing is listed by hand but the names of the headers that are compiled in (packages.txt has no version); two
 builds of the same sources on the same packages write the same bytes.
 """
@@ -108,11 +109,11 @@ def cyclonedx(version, parts, made, digest):
             "dependencies": [{"ref": own, "dependsOn": [part["purl"] for part in parts]}]}
 
 
-def main(build, directory):
+def main(build, directory, *shipped):
     """Both documents."""
     with open("api/base/engine.h", encoding="utf-8") as file:
         version = re.search(r'API_VERSION "(.*)"', file.read())[1]
-    linked = libraries([os.path.join(build, program) for program in PROGRAMS])
+    linked = shipped or libraries([os.path.join(build, program) for program in PROGRAMS])
     parts = [debian(name) | {"linked": True} for name in sorted(linked)]
     parts += [debian(name) | {"linked": False} for name in COMPILED_IN] + [one | {"linked": False} for one in page()]
     made = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(int(os.environ.get("SOURCE_DATE_EPOCH", "0")) or time.time()))

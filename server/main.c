@@ -16,6 +16,7 @@
 #include "server/base/clock.h"
 #include "server/base/config_load.h"
 #include "server/daemon.h"
+#include "server/healthy.h"
 #include "server/keys_command.h"
 #include "server/base/log.h"
 #include "server/base/notify.h"
@@ -145,6 +146,14 @@ static void main_drain(struct srv_daemon *daemon, const struct main_ears *ears) 
     srv_daemon_free(&daemon);
 }
 
+/* does what a first word that is no option asks for, and returns the exit status; -1 without one */
+static int main_word(int argc, char **argv) {
+    const char *word = argc > 1 ? argv[1] : "";
+    if (!strcmp(word, "keys")) return srv_keys_command(argc, argv);
+    if (!strcmp(word, "healthy")) return srv_healthy_command(argc, argv, environ);
+    return argc == 2 && !strcmp(word, "compute") ? srv_zygote_main() : -1;
+}
+
 int main(int argc, char **argv) {
     struct pend_error error = {.text = ""};
     struct srv_config config;
@@ -153,8 +162,8 @@ int main(int argc, char **argv) {
     if (!main_streams()) return 1;
     /* what it writes, jobs and logs, is nobody else's to read */
     umask(0077);
-    if (argc > 1 && !strcmp(argv[1], "keys")) return srv_keys_command(argc, argv);
-    if (argc == 2 && !strcmp(argv[1], "compute")) return srv_zygote_main();
+    int worded = main_word(argc, argv);
+    if (worded >= 0) return worded;
     if (srv_config_load(&config, argc, argv, environ, &error) != PEND_OK) {
         fprintf(stderr, "pendulumd: %s\n", error.text);
         return 2;

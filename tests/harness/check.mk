@@ -57,14 +57,14 @@ school: build-release
 	$(job) /usr/bin/python3 -B tests/drill/school.py build/release
 layers: build-release
 	$(job) tests/rules/layers.sh build/release
-docs examples web readback clients equations nginx deploy restart operators crates fetch install same hardened packages: build-release
+docs examples web readback clients equations nginx deploy restart operators crates fetch install same hardened packages image: build-release
 	$(job) tests/rules/$@.sh build/release
 replies: release-wire
 	$(job) tests/rules/replies.sh build/release/tests/wire/replies.ndjson
 instructions: build-release
 	@$(MAKE) --no-print-directory build/release/tests/bench/instructions/run
 	$(job) tests/rules/instructions.sh build/release
-layout types words clang openapi image:
+layout types words clang openapi:
 	$(job) tests/rules/$@.sh
 engine: build-release
 	@$(MAKE) --no-print-directory build/release/tests/engine/native

@@ -176,9 +176,8 @@ def kubernetes():
         given = {entry["name"]: entry.get("value") for entry in container["env"]}
         if given["PENDULUMD_ROLE"] != "worker":
             # all have to hear that it goes before it is told so itself
-            program, pause = container["lifecycle"]["preStop"]["exec"]["command"]
-            pause = float(pause)
-            check(f"{name}: it waits before it ends", program == "sleep" and pause > 0, pause)
+            pause = container["lifecycle"]["preStop"]["sleep"]["seconds"]
+            check(f"{name}: it waits before it ends", pause > 0, pause)
             lasts(name, pod["terminationGracePeriodSeconds"] - pause, float(given.get("PENDULUMD_DRAIN_SECONDS", defaults()["drain-seconds"])))
         for entry in container["env"]:
             key = entry.get("valueFrom", {}).get("secretKeyRef")

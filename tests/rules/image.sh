@@ -1,17 +1,21 @@
 #!/bin/bash
-# Builds the image, starts it, and asks it for the paper's example, where docker or buildah and the base image are here.
+# Makes the files of the image, looks at them, runs the daemon on nothing else, and asks it for the paper's example; and builds
+# the whole image and asks it the same, where docker or buildah and the base of its first stages are here.
+# usage: image.sh BUILD     (build/release)
 # Leaves to others: what is right in the answer (tests/wire).
 # Invariant: never waits for long, and leaves no container and no image behind.
 set -u
+build=$1
 image=pendulumd-check:$$
 base=$(sed -n 's/^ARG DEBIAN_IMAGE=//p' docker/Dockerfile)
 work=build/check/image
 mkdir -p "$work"
 container=
 daemon=
+passed=0
 
-skip() { echo "skip image: $1"; echo '0 passed, 0 failed, 1 skipped'; exit 0; }
-fail() { echo "FAIL image: $1"; echo '0 passed, 1 failed'; exit 1; }
+skip() { echo "skip image: $1"; echo "$passed passed, 0 failed, 1 skipped"; exit 0; }
+fail() { echo "FAIL image: $1"; echo "$passed passed, 1 failed"; exit 1; }
 
 # the example as it stands in the README; the address is the argument
 ask() {
@@ -50,61 +54,130 @@ with_docker() {
 
 # What a container of compose.yaml is, without an engine: the image's own user, settings and program on files that nobody can
 # write, without capabilities; memory is mounted where the compose file has a volume. The process is the daemon itself.
-confined() { # listening address
-    local image_user image_program image_settings
-    image_user=$(buildah inspect --format '{{.OCIv1.Config.User}}' "$container")
-    image_program=$(buildah inspect --format '{{index .OCIv1.Config.Entrypoint 0}}' "$container")
-    mapfile -t image_settings < <(buildah inspect --format '{{range .OCIv1.Config.Env}}{{println .}}{{end}}' "$container" | grep =)
+confined() { # root, user, program, settings...
     exec unshare --mount bash -c '
-        root=$1 user=$2
-        shift 2
+        root=$1 user=$2 program=$3
+        shift 3
         mount --bind "$root" "$root" && mount -o remount,bind,ro "$root" || exit 98
         for memory in /tmp /var/lib/pendulumd; do
             mount -t tmpfs -o "uid=$user,mode=700" tmpfs "$root$memory" || exit 98
         done
         mount -t proc proc "$root/proc" || exit 98
         if touch "$root/etc/written" 2>/dev/null; then exit 98; fi
-        exec chroot "$root" setpriv --reuid "$user" --regid "$user" --clear-groups --no-new-privs --bounding-set=-all \
-            --inh-caps=-all env -i "$@"' \
-        confined "$(buildah mount "$container")" "$image_user" "${image_settings[@]}" "PENDULUMD_LISTEN=$1" "$image_program"
+        chroot=$(command -v chroot)
+        exec env -i "$@" setpriv --no-new-privs "$chroot" "--userspec=$user:$user" --groups= "$root" "$program"' \
+        confined "$@"
 }
 
-# Without an engine: everything in a chroot on the host's network, so the daemon gets a free port of loopback. Who is not root
-# cannot mount, and has buildah run it.
-with_buildah() {
-    local address code
-    export BUILDAH_ISOLATION=${BUILDAH_ISOLATION:-chroot} STORAGE_DRIVER=${STORAGE_DRIVER:-vfs}
-    buildah inspect --type image "$base" >/dev/null 2>&1 || timeout 60 buildah pull -q "$base" >/dev/null 2>&1 || skip "$base is not here and cannot be pulled"
-    timeout 600 buildah bud --format docker --pull-never --layers=false -q -f docker/Dockerfile -t "$image" . || fail 'buildah bud'
-    container=$(buildah from --pull-never "$image") || fail 'buildah from'
-    trap 'kill $daemon 2>/dev/null; buildah umount "$container" >/dev/null 2>&1; buildah rm "$container" >/dev/null 2>&1; buildah rmi -f "$image" >/dev/null 2>&1' EXIT
-    [ "$(buildah run "$container" -- id -u)" = 10001 ] || fail 'it runs as somebody else'
-    if [ "$(id -u)" = 0 ]; then
-        confined 127.0.0.1:0 >"$work/log" 2>&1 &
-    else
-        buildah run --env PENDULUMD_LISTEN=127.0.0.1:0 "$container" -- /usr/local/bin/pendulumd >"$work/log" 2>&1 &
-    fi
-    daemon=$!
+# the address that the daemon says it listens on
+listens() {
     for _ in $(seq 1200); do
         address=$(sed -n 's|^listening on http://||p' "$work/log")
-        [ -n "$address" ] && break
+        [ -n "$address" ] && return
         kill -0 "$daemon" 2>/dev/null || break
         sleep 0.1
     done
-    [ -n "$address" ] || { cat "$work/log"; fail 'it does not listen'; }
+    cat "$work/log"
+    fail 'it does not listen'
+}
+
+# the confined daemon is who it should be, answers, keeps jobs, and ends
+serves() { # user
+    local code
+    listens
     answered "$address" || fail "the example: status $status"
     status=$(curl -s -o /dev/null -w '%{http_code}' --max-time 10 "http://$address/readyz?need=jobs")
     [ "$status" = 200 ] || fail "it keeps no jobs: status $status"
-    buildah run --env "PENDULUMD_LISTEN=$address" "$container" -- /usr/local/bin/healthy || fail 'the health check says no'
-    buildah run --env PENDULUMD_LISTEN=127.0.0.1:1 "$container" -- /usr/local/bin/healthy 2>/dev/null && fail 'the health check says yes to nobody'
-    [ "$(id -u)" = 0 ] || return 0
+    grep -qP "^Uid:(\t$1){4}$" "/proc/$daemon/status" || fail 'it runs as somebody else'
     grep -q '^CapPrm:[[:space:]]0*$' "/proc/$daemon/status" || fail 'it has capabilities'
+    "${healthy[@]}" "PENDULUMD_LISTEN=$address" || fail 'the health check says no'
+    "${healthy[@]}" PENDULUMD_LISTEN=127.0.0.1:1 2>/dev/null && fail 'the health check says yes to nobody'
     kill -TERM "$daemon"
     wait "$daemon"
     code=$?
     [ "$code" = 0 ] || { cat "$work/log"; fail "it ended with $code"; }
 }
 
+# one word of the Dockerfile's last stage
+dockerfile() { sed '1,/^FROM scratch/d' docker/Dockerfile | sed -nE "s/^$1 //p"; }
+
+# what nobody may find in the image, and what everybody must
+looks_right() { # root
+    local bytes programs packages sbom
+    bytes=$(du -sb "$1" | cut -f1)
+    [ "$bytes" -lt 60000000 ] || fail "it has $bytes bytes"
+    programs=$(find "$1" -type f -perm /111 ! -name '*.so*' ! -path "$1/usr/local/bin/pendulumd")
+    [ -z "$programs" ] || fail "other programs: $programs"
+    programs=$(find "$1" -perm /6000 -o -type f -perm /022)
+    [ -z "$programs" ] || fail "rights of others: $programs"
+    packages=$(ls "$1/var/lib/dpkg/status.d")
+    for sbom in spdx cdx; do
+        /usr/bin/python3 -c '
+import json, sys
+document = json.load(open(sys.argv[1]))
+named = {part["name"] for part in document.get("packages") or document["components"]}
+missing = [name for name in sys.argv[2:] if name not in named]
+sys.exit(f"{sys.argv[1]} lacks {missing}" if missing else 0)' "$1/usr/share/doc/pendulumd/sbom.$sbom.json" $packages || fail "its SBOM, $sbom"
+    done
+    for package in $packages; do [ -s "$1/usr/share/doc/$package/copyright" ] || fail "the licence of $package"; done
+    echo "the image's files: $bytes bytes, $(wc -w <<<"$packages") packages"
+}
+
+# The files alone, which takes no engine. Only root may make a root of them.
+with_files() {
+    local root=$work/root user
+    user=$(dockerfile USER)
+    rm -rf "$root"
+    docker/root.sh "$build" "$root" >"$work/log" 2>&1 || { cat "$work/log"; fail 'its files'; }
+    looks_right "$root"
+    if [ "$(id -u)" = 0 ] && unshare --mount true 2>/dev/null; then
+        trap 'kill $daemon 2>/dev/null' EXIT
+        : >"$work/log"
+        confined "$PWD/$root" "$user" "$(dockerfile ENTRYPOINT | tr -d '[]"')" $(dockerfile ENV) PENDULUMD_LISTEN=127.0.0.1:0 >"$work/log" 2>&1 &
+        daemon=$!
+        healthy=(within "$PWD/$root" "$user")
+        serves "$user"
+        trap - EXIT
+    fi
+    rm -rf "$root"
+    passed=$((passed + 1))
+}
+
+# the health check of the Dockerfile on the files alone, with a setting
+within() { # root, user, setting
+    local check
+    check=$(sed -nE 's/^HEALTHCHECK .* CMD \[(.*)\]$/\1/p' docker/Dockerfile | tr -d '",')
+    env -i "$3" "$(command -v chroot)" "--userspec=$2:$2" --groups= "$1" $check
+}
+
+# Without an engine: everything in a chroot on the host's network, so the daemon gets a free port of loopback. Who is not root
+# cannot mount, and has buildah run it.
+with_buildah() {
+    local settings
+    export BUILDAH_ISOLATION=${BUILDAH_ISOLATION:-chroot} STORAGE_DRIVER=${STORAGE_DRIVER:-vfs}
+    buildah inspect --type image "$base" >/dev/null 2>&1 || timeout 60 buildah pull -q "$base" >/dev/null 2>&1 || skip "$base is not here and cannot be pulled"
+    timeout "${IMAGE_SECONDS:-600}" buildah bud --format docker --pull-never --layers=false -q -f docker/Dockerfile -t "$image" . || fail 'buildah bud'
+    container=$(buildah from --pull-never "$image") || fail 'buildah from'
+    trap 'kill $daemon 2>/dev/null; buildah umount "$container" >/dev/null 2>&1; buildah rm "$container" >/dev/null 2>&1; buildah rmi -f "$image" >/dev/null 2>&1' EXIT
+    [ "$(buildah inspect --format '{{.OCIv1.Config.User}}' "$container")" = 10001 ] || fail 'it runs as somebody else'
+    if [ "$(id -u)" = 0 ]; then
+        looks_right "$(buildah mount "$container")"
+        mapfile -t settings < <(buildah inspect --format '{{range .OCIv1.Config.Env}}{{println .}}{{end}}' "$container" | grep =)
+        confined "$(buildah mount "$container")" 10001 "$(buildah inspect --format '{{index .OCIv1.Config.Entrypoint 0}}' "$container")" \
+            "${settings[@]}" PENDULUMD_LISTEN=127.0.0.1:0 >"$work/log" 2>&1 &
+        daemon=$!
+        healthy=(within "$(buildah mount "$container")" 10001)
+        serves 10001
+    else
+        buildah run --env PENDULUMD_LISTEN=127.0.0.1:0 "$container" -- /usr/local/bin/pendulumd >"$work/log" 2>&1 &
+        daemon=$!
+        listens
+        answered "$address" || fail "the example: status $status"
+        buildah run --env "PENDULUMD_LISTEN=$address" "$container" -- /usr/local/bin/pendulumd healthy || fail 'the health check says no'
+    fi
+}
+
+with_files
 if timeout 10 docker info >/dev/null 2>&1; then
     with_docker
 elif command -v buildah >/dev/null; then
@@ -112,4 +185,4 @@ elif command -v buildah >/dev/null; then
 else
     skip 'neither a docker engine nor buildah is here'
 fi
-echo '1 passed, 0 failed'
+echo "$((passed + 1)) passed, 0 failed"
