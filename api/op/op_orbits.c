@@ -32,6 +32,9 @@ static const double ideal_seconds = 3.5e-6, real_seconds = 1.2e-5, arms_cached =
                     plain_seconds = 2e-6, maps_alone = 3.5, maps_on_branch = 4, maps_an_arm = 0.4,
                     steps_least = 8, steps_an_arm = 0.55;
 
+/* the most bytes that all parts of a job carry from one to the next, about */
+static const double carried_bytes = 1 << 30;
+
 struct orbits {
     struct api_orbits asked;
     const struct api_format *format;
@@ -330,11 +333,14 @@ static const struct api_stats *orbits_stats(const void *state) {
     return &((const struct orbits *)state)->stats;
 }
 
+/* a part for each step; fewer where many rows are carried from one to the next */
 static long orbits_parts(const void *state) {
-    const struct pend_orbit_problem *p = &((const struct orbits *)state)->asked.problem;
-    long steps = (long)p->points * (1 + p->switches);
+    const struct orbits *orbits = state;
+    const struct pend_orbit_problem *p = &orbits->asked.problem;
+    double steps = (double)p->points * (1 + p->switches);
+    double bytes = 8 * api_table_numbers(&orbits->table, 0) * (double)orbits->table.rows;
     if (!p->branch || (p->driven && !p->vary)) return 1;
-    return steps < MOST_PARTS ? steps : MOST_PARTS;
+    return (long)fmin(fmin(steps, MOST_PARTS), 1 + carried_bytes / bytes);
 }
 
 static void orbits_part(void *state, long number, long parts) {
