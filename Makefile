@@ -194,8 +194,14 @@ drill: build $(B)/tests/drill/clock.so ## kills, stops, cuts, full disks and wro
 	@/usr/bin/python3 -B tests/drill/drill.py $(B) --rounds $(ROUNDS) $(T)
 ROUNDS ?= 50
 
-school: build ## thirty pupils, batch clients, an attacker and restarts, for SECONDS (300): errors, times, what the attacker got
+histories: build ## jobs under failover of PostgreSQL, FAILOVERS (10) with synchronous and with asynchronous replication: what clients saw is checked
+	@docker/install.sh test
+	@/usr/bin/python3 -B tests/drill/histories.py $(B) --rounds $(FAILOVERS)
+FAILOVERS ?= 10
+
+school: build ## thirty pupils, batch clients, an attacker and restarts, for SECONDS (300), without and with --isolate: errors, times, what the attacker got
 	@/usr/bin/python3 -B tests/drill/school.py $(B) --seconds $(SECONDS)
+	@/usr/bin/python3 -B tests/drill/school.py $(B) --seconds $(SECONDS) --isolate
 SECONDS ?= 300
 
 soak: build ## everything mixed for SECONDS (300), without and with --isolate: memory, descriptors, threads and files stay as they were
@@ -450,5 +456,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench bench-horizon bench-precision bench-parts bench-page drill school soak lesson hostile pages load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
+.PHONY: help run check build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
 .DELETE_ON_ERROR:

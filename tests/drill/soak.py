@@ -77,7 +77,7 @@ def main():
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="pendulumd-soak-") as directory:
         command = [asked.build / "pendulumd", "--listen", "127.0.0.1:0", "--store", f"sqlite:{directory}/store.db", "--cache-bytes", "1M",
-                   "--isolate", "on" if asked.isolate else "off"]
+                   "--allow-root", "on", "--isolate", "on" if asked.isolate else "off"]
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         port = int(process.stderr.readline().rsplit(":", 1)[1])
         chance, counts, wrong, before = random.Random(1), collections.Counter(), collections.Counter(), None

@@ -5,7 +5,7 @@
 ROOMS := core laws api server wire fuzz
 # in this order they are begun as soon as what they need is there: builds, what others need or what takes long, the rest
 ALL := build-release build-tsan build-asan release-core release-api tsan-wire release-wire web asan-wire valgrind-core \
-	valgrind-api tsan-server asan-core asan-server drill school release-server clients equations asan-laws layers valgrind-wire readback \
+	valgrind-api tsan-server asan-core asan-server drill histories school release-server clients equations asan-laws layers valgrind-wire readback \
 	asan-fuzz asan-api base-core base-api replies examples deploy nginx restart operators crates release-laws release-fuzz engine openapi layout measures mirror types words tour clang install same instructions hardened packages docs fetch image
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
 job = @tests/harness/job.sh $@
@@ -52,6 +52,9 @@ valgrind-core valgrind-api valgrind-wire: valgrind-%: release-%
 # a few of each fault; make drill has fifty
 drill: build-release
 	$(job) tests/drill/drill.sh build/release
+# one failover of each kind; make histories has ten
+histories: build-release
+	$(job) /usr/bin/python3 -B tests/drill/histories.py build/release --rounds 1
 # ten seconds of the day; make school has five minutes
 school: build-release
 	$(job) /usr/bin/python3 -B tests/drill/school.py build/release
