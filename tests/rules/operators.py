@@ -12,11 +12,12 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 
 import yaml
 
 from rule import TOP, check, skip, summary
-from house import JOBS, OCTETS, SUMS, Daemon, walk
+from house import JOBS, OCTETS, PATIENCE, SUMS, Daemon, walk
 from places import place, postgres_programs
 
 MONITORING = TOP / "docker/monitoring"
@@ -116,6 +117,17 @@ def ended(daemon, job):
     return json.loads(daemon.ask("GET", f"/v1/jobs/{job}?wait=60")[2])
 
 
+def begins(daemon, job):
+    """Waits until a part of a job is there; is one there, in time, and the job not over?"""
+    end = time.monotonic() + PATIENCE
+    while (view := json.loads(daemon.ask("GET", f"/v1/jobs/{job}")[2]))["status"] in ("accepted", "running") and time.monotonic() < end:
+        if view["parts"]["done"]:
+            return True
+        time.sleep(0.005)
+    print(f"  it is {view}")
+    return False
+
+
 def submitted(daemon, kind):
     path, body = KINDS[kind]
     status, fields, text = daemon.ask("POST", path, body, {"Prefer": "respond-async", "Job-Title": kind})
@@ -132,8 +144,7 @@ def drill(build, kind, directory):
         right = {done: results(first, done)}
         scene = json.loads(first.ask("POST", "/v1/scenes", '{"request":' + LITTLE[:-1] + ',"times":{"stop":1,"step":0.1}}}')[2])["id"]
         open_ = submitted(first, "long")
-        while json.loads(first.ask("GET", f"/v1/jobs/{open_}")[2])["parts"]["done"] < 1:
-            pass
+        check(f"{kind}: a job comes under way", begins(first, open_))
         copy = back_up(store, directory)
         parts = json.loads(first.ask("GET", f"/v1/jobs/{open_}")[2])["parts"]
         later = submitted(first, "map")
