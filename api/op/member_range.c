@@ -120,14 +120,24 @@ static void range_blank(const struct api_member_range *range, long i, enum pend_
     }
 }
 
+/* has a member that was followed to its end a row with a number that is not finite, which the row's
+ * status tells? */
+static int range_bad(const struct api_member_range *range, long i) {
+    const struct api_ensemble *e = range->ensemble;
+    long rows = e->instants ? api_ensemble_rows(e) : 0, row = 0;
+    while (row < rows && range_row(range, i, row)[1] == 0) row++;
+    return row < rows;
+}
+
 static int range_deliver(void *context, long i, const struct pend_outcome *outcome) {
     struct api_member_range *range = context;
     const struct api_ensemble *e = range->ensemble;
     assert(i >= range->first && i < e->members.count);
     range->stats.finished++;
-    range->stats.failed += outcome->status != PEND_OK;
+    int bad = outcome->status != PEND_OK || range_bad(range, i);
+    range->stats.failed += bad;
     range->stats.steps += outcome->steps;
-    range->stats.lost += outcome->status == PEND_OK && fabs(outcome->horizon) < fabs(outcome->time);
+    range->stats.lost += !bad && fabs(outcome->horizon) < fabs(outcome->time);
     range_doubt(range, i, outcome->status);
     if (e->events.rows) return 0;
     if (e->instants) {
