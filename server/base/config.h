@@ -74,7 +74,7 @@ enum srv_option_kind {
     SRV_OPTION_WHOLE,   /* a whole number */
     SRV_OPTION_BYTES,   /* a whole number, or one with K, M or G behind it */
     SRV_OPTION_SECONDS, /* a number */
-    SRV_OPTION_SWITCH,  /* on, off or auto */
+    SRV_OPTION_SWITCH,  /* on, off, or auto where the row offers it */
     SRV_OPTION_HOSTS,   /* *, auto or a list of hosts */
     SRV_OPTION_INSTANT, /* none, or a text that api_job_instant reads */
     SRV_OPTION_FRAMES,  /* origins that may frame a page: what a header may hold */

@@ -153,11 +153,13 @@ static enum pend_status load_set_store(char *out, const struct srv_option *row,
     return load_set_text(out, row, place, value, error);
 }
 
-static enum pend_status load_set_switch(double *out, const struct load_place *place,
-                                        const char *value, struct pend_error *error) {
-    int automatic = !strcmp(value, "auto");
+/* `auto` is a word of those switches alone whose row offers it */
+static enum pend_status load_set_switch(double *out, const struct srv_option *row,
+                                        const struct load_place *place, const char *value,
+                                        struct pend_error *error) {
+    int may = strstr(row->sample, "auto") != NULL, automatic = may && !strcmp(value, "auto");
     if (!automatic && strcmp(value, "on") && strcmp(value, "off"))
-        return load_wrong(place, value, "on, off or auto", error);
+        return load_wrong(place, value, may ? "on, off or auto" : "on or off", error);
     *out = automatic ? SRV_CONFIG_AUTO : !strcmp(value, "on");
     return PEND_OK;
 }
@@ -183,7 +185,7 @@ static enum pend_status load_set(struct srv_config *config, const struct srv_opt
     case SRV_OPTION_SECONDS:
         return load_set_number(out, row, place, value, error);
     case SRV_OPTION_SWITCH:
-        return load_set_switch(out, place, value, error);
+        return load_set_switch(out, row, place, value, error);
     case SRV_OPTION_STORE:
         return load_set_store(out, row, place, value, error);
     case SRV_OPTION_FLAG:

@@ -35,7 +35,7 @@ void srv_part_run_clear(struct srv_part_run *run) {
 /* The bytes that the run holds now or after the next piece, whichever is more. */
 static size_t part_run_bytes(const struct srv_part_run *run) {
     size_t kept = run->out.cap + run->carry.cap + (run->request ? run->request_bytes : 0);
-    return kept + (run->part ? (size_t)api_part_bytes(run->part) : 0);
+    return kept + (run->part ? srv_hold_count(api_part_bytes(run->part)) : 0);
 }
 
 int srv_part_run_valid(const struct srv_part_run *run) {

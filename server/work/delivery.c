@@ -18,9 +18,9 @@ double srv_delivery_seconds(const struct srv_work *work) { return 1e-9 * (double
 size_t srv_delivery_bytes(const struct srv_work *work) {
     const struct srv_coding_row *row = srv_coding_at(work->coding);
     size_t buffers = work->out.cap + work->coded.cap + work->ready_cap;
-    double call = work->call ? api_call_bytes(work->call) : 0;
+    size_t call = work->call ? srv_hold_count(api_call_bytes(work->call)) : 0;
     if (call > 0 && buffers < work->foreseen) buffers = work->foreseen;
-    return (size_t)call + buffers + (work->coder ? row->bytes : 0) +
+    return call + buffers + (work->coder ? row->bytes : 0) +
            (work->source ? work->source->body_bytes : 0);
 }
 

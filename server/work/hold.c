@@ -17,6 +17,11 @@ enum {
     HOLD_LEFT = 8
 };
 
+size_t srv_hold_count(double bytes) {
+    static const double most = 9007199254740992.0;
+    return (size_t)(bytes < most ? fmax(bytes, 0) : most);
+}
+
 void srv_hold_set(struct srv_hold *hold, size_t bytes) {
     assert(hold->service);
     long long change = (long long)bytes - (long long)hold->bytes;

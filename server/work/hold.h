@@ -42,6 +42,10 @@ double srv_hold_share(const struct srv_config *config);
  * client. */
 double srv_hold_share_of(const struct srv_config *config, const struct srv_client *payer);
 
+/** Bytes as a count that can be added up: what is more than any memory has, as a process that was
+ * taken over may say, or no number, is 2^53. */
+size_t srv_hold_count(double bytes);
+
 /** True if a part of a job of so many bytes does not fit even when nothing else is held. */
 int srv_hold_never(const struct srv_config *config, double bytes);
 

@@ -174,11 +174,11 @@ TEST(ensembles_a_time_that_never_comes_is_no_number_where_text_can_say_so) {
 
 TEST(ensembles_a_member_with_a_number_that_is_not_finite_is_told_as_failed) {
     /* it moves well, and its energy overflows: rows 2 and 3 say so */
-    struct test_reply reply = test_post(
-        API_OP_ENSEMBLES,
-        "{\"pendulum\":{\"length\":[1000],\"mass\":[1e304],\"parent\":[0]},\"states\":["
-        "{\"theta\":[1e-3]},{\"theta\":[1e-3],\"thetad\":[10]}],\"times\":[0,0.1],"
-        "\"observables\":[\"trajectory\"],\"output\":[\"phi\",\"energy\"]}");
+    struct test_reply reply =
+        test_post(API_OP_ENSEMBLES,
+                  "{\"pendulum\":{\"length\":[1000],\"mass\":[1e304],\"parent\":[0]},\"states\":["
+                  "{\"theta\":[1e-3]},{\"theta\":[1e-3],\"thetad\":[10]}],\"times\":[0,0.1],"
+                  "\"observables\":[\"trajectory\"],\"output\":[\"phi\",\"energy\"]}");
     CHECK_INT(reply.status, 200);
     for (int row = 0; row < 4; row++) {
         char place[16];
