@@ -19,8 +19,9 @@
 
 enum {
     CELLS_LOOK_MS = 20,    /* how often a wait looks whether it is still wanted */
-    CELLS_PATIENCE_S = 10, /* for the process that makes the others, and beyond the seconds of a
-                              computation: reading and writing are not computing */
+    CELLS_PATIENCE_S = 10, /* beyond the seconds of a computation: reading and writing are not
+                              computing */
+    CELLS_MAKER_S = 60,    /* for the process that makes the others, on a machine that is busy */
     CELLS_ROOM = 64 << 20, /* memory of a process that is not its computation's to count */
     CELLS_VARIABLES = 8
 };
@@ -62,7 +63,7 @@ static _Noreturn void cells_become(int fd) {
 static ssize_t cells_hear(int fd, struct msghdr *message) {
     struct pollfd ear = {.fd = fd, .events = POLLIN};
     int ready;
-    while ((ready = poll(&ear, 1, 1000 * CELLS_PATIENCE_S)) < 0 && errno == EINTR) continue;
+    while ((ready = poll(&ear, 1, 1000 * CELLS_MAKER_S)) < 0 && errno == EINTR) continue;
     return ready > 0 ? recvmsg(fd, message, MSG_CMSG_CLOEXEC) : -1;
 }
 
@@ -134,7 +135,7 @@ int srv_cells_lost(struct srv_cells *cells) {
 
 /* Gives an order, once there is room for it; returns 0 where orders are not taken any more. */
 static int cells_say(struct srv_cells *cells, const struct srv_zygote_order *order) {
-    const int64_t until = srv_clock_now() + srv_clock_span(CELLS_PATIENCE_S);
+    const int64_t until = srv_clock_now() + srv_clock_span(CELLS_MAKER_S);
     struct pollfd ear = {.fd = cells->fd, .events = POLLOUT};
     while (!atomic_load(&cells->lost)) {
         ssize_t sent = send(cells->fd, order, sizeof *order, MSG_NOSIGNAL | MSG_DONTWAIT);
