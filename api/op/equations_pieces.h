@@ -1,23 +1,21 @@
 /* Programs of real pendulums as pieces of text, each there where the pendulum has what it is about.
- * Leaves to others: the pieces themselves (equations_cart, equations_real).
+ * Leaves to others: the pieces themselves (equations_cart, equations_real), the torques of joints
+ * (equations_terms).
  * Invariant: the order of the pieces is that of the text. */
 #ifndef API_EQUATIONS_PIECES_H
 #define API_EQUATIONS_PIECES_H
 
-#include "api/op/equations.h"
+#include "api/op/equations_terms.h"
 
 /* What a pendulum has, as bits. */
 enum api_have {
     API_HAVE_JOINTS = 1, /* torques of springs, friction or motors */
-    API_HAVE_SPRINGS = 2,
-    API_HAVE_DAMPING = 4,
-    API_HAVE_FRICTION = 8,
-    API_HAVE_TORQUE = 16, /* constant ones */
-    API_HAVE_DRIVES = 32, /* harmonics of torques */
-    API_HAVE_PIVOT = 64,  /* a pivot that moves as it is told */
-    API_HAVE_AIR = 128,
-    API_HAVE_MIST = 256, /* drag per mass */
-    API_HAVE_CART = 512
+    API_HAVE_ANGLES = 2, /* torques that depend on the joints' angles */
+    API_HAVE_DRIVES = 4, /* harmonics of torques */
+    API_HAVE_PIVOT = 8,  /* a pivot that moves as it is told */
+    API_HAVE_AIR = 16,
+    API_HAVE_MIST = 32, /* drag per mass */
+    API_HAVE_CART = 64
 };
 
 /* A piece of text where the pendulum has all of `need` and none of `lack`. */
@@ -25,9 +23,6 @@ struct api_piece {
     unsigned need, lack;
     const char *text; /* NULL behind the last piece */
 };
-
-/** Non-zero if a real pendulum has a term of its arms; a cart's own is none of theirs. O(n). */
-int api_pieces_has(const struct api_equations *e, enum pend_term_row row);
 
 /** Returns what a real pendulum has, as bits of enum api_have. O(n + harmonics). */
 unsigned api_pieces_have(const struct api_equations *e);

@@ -60,24 +60,6 @@ static int real_hangs(const struct api_equations *e, int i, double *x, double *y
 
 /* ---- lists of a program */
 
-/* the lists of a number an arm, and their names; those of the air go together */
-static const struct {
-    enum pend_term_row row, of; /* it stands where the pendulum has `of` */
-    int air;
-    const char *name, *comment;
-} real_rows[] = {
-    {PEND_TERM_DAMPING, PEND_TERM_DAMPING, 0, "c", "damping of the joints, N m s/rad"},
-    {PEND_TERM_STIFFNESS, PEND_TERM_STIFFNESS, 0, "k", "stiffness of their springs, N m/rad"},
-    {PEND_TERM_REST, PEND_TERM_STIFFNESS, 0, "rest", "the angles at which these are slack"},
-    {PEND_TERM_FRICTION, PEND_TERM_FRICTION, 0, "f", "dry friction, N m"},
-    {PEND_TERM_FRICTION_SPEED, PEND_TERM_FRICTION, 0, "s", "and the speeds that smooth it, rad/s"},
-    {PEND_TERM_TORQUE, PEND_TERM_TORQUE, 0, "T0", "constant torques, N m"},
-    {PEND_TERM_DRAG, PEND_TERM_DRAG, 1, "b", "linear drag of the tips, N s/m"},
-    {PEND_TERM_DRAG_QUADRATIC, PEND_TERM_DRAG, 1, "d", "quadratic drag, N s^2/m^2"},
-    {PEND_TERM_DRAG_SPEED, PEND_TERM_DRAG, 1, "e", "below this speed it is linear, m/s"},
-};
-enum { ROWS = sizeof real_rows / sizeof *real_rows };
-
 /* name = x + i y */
 static enum pend_status real_places(const struct code_language *language, const char *name,
                                     const char *comment, int n, const double x[], const double y[],
@@ -181,14 +163,11 @@ static enum pend_status real_list_mist(const struct code_language *language,
 static enum pend_status real_list_rows(const struct code_language *language,
                                        const struct api_equations *e, double list[],
                                        struct api_buffer *out) {
-    for (int r = 0; r < ROWS; r++) {
-        enum pend_term_row row = real_rows[r].row;
-        // rest angles and speeds belong to the row before them
-        int there = real_rows[r].air ? (api_pieces_have(e) & API_HAVE_AIR) != 0
-                                     : api_pieces_has(e, real_rows[r].of);
-        if (!there) continue;
-        for (int i = 0; i < e->n; i++) list[i] = real_number(e, row, i);
-        PEND_TRY(api_code_list(language, real_rows[r].name, real_rows[r].comment, e->n, list, out));
+    const struct api_equations_term *term;
+    for (int t = 0; (term = api_equations_term(t)); t++) {
+        if (!term->name || !api_equations_has_term(e, term)) continue;
+        for (int i = 0; i < e->n; i++) list[i] = real_number(e, term->row, i);
+        PEND_TRY(api_code_list(language, term->name, term->comment, e->n, list, out));
     }
     return PEND_OK;
 }
@@ -211,6 +190,16 @@ static enum pend_status real_lists(const struct code_language *language,
     if (status == PEND_OK && have & API_HAVE_MIST) status = real_list_mist(language, e, out);
     free(masses.on);
     return status;
+}
+
+/* the torques of the joints' terms, which a program adds up */
+static enum pend_status real_torques(const struct api_equations *e, int python,
+                                     struct api_buffer *out) {
+    const struct api_equations_term *term;
+    for (int t = 0; (term = api_equations_term(t)); t++)
+        if (term->python && api_equations_has(e, term->row))
+            PEND_TRY(api_buffer_text(out, python ? term->python : term->matlab));
+    return PEND_OK;
 }
 
 /* ---- Python */
@@ -242,12 +231,12 @@ static const struct api_piece real_python[] = {
      "    \"\"\"of the joints on their arms\"\"\"\n"
      "    tau = np.zeros(n)\n"},
     {API_HAVE_JOINTS, 0, "    r = B.T @ w  # the joints' speeds\n"},
-    {API_HAVE_SPRINGS, 0,
-     "    q = B.T @ phi + (S.sum(1) == 1) * np.pi / 2  # their angles; of the first arm theta\n"
-     "    tau -= k * (q - rest)\n"},
-    {API_HAVE_DAMPING, 0, "    tau -= c * r\n"},
-    {API_HAVE_FRICTION, 0, "    tau -= f * np.tanh(r / s)\n"},
-    {API_HAVE_TORQUE, 0, "    tau += T0\n"},
+    {API_HAVE_ANGLES, 0,
+     "    q = B.T @ phi + (S.sum(1) == 1) * np.pi / 2  # their angles; of the first arm theta\n"},
+    {0, 0, NULL}};
+
+/* behind the torques of the joints' terms */
+static const struct api_piece real_python_loads[] = {
     {API_HAVE_DRIVES, 0, "    tau += D @ (A * np.cos(omega * t + phase))\n"},
     {API_HAVE_JOINTS, 0, "    return tau\n"},
     {API_HAVE_AIR, 0, "\n\ndef air(phi, w, "},
@@ -323,6 +312,8 @@ enum pend_status api_real_python(const struct api_equations *e, struct api_buffe
     PEND_TRY(real_lists(&api_code_in_python, e, out));
     unsigned have = api_pieces_have(e);
     PEND_TRY(api_pieces_say(have, real_python, out));
+    PEND_TRY(real_torques(e, 1, out));
+    PEND_TRY(api_pieces_say(have, real_python_loads, out));
     return api_pieces_say(have, have & API_HAVE_CART ? api_cart_python : real_python_run, out);
 }
 
@@ -353,14 +344,17 @@ static const struct api_piece real_matlab[] = {
      "% velocity and acceleration of the pivot\n"
      "z0d = @(t) a0*t - A0 * (omega0 .* sin(omega0*t + phase0));\n"
      "z0dd = @(t) a0 - A0 * (omega0.^2 .* cos(omega0*t + phase0));\n"},
-    {API_HAVE_SPRINGS, 0,
+    {API_HAVE_ANGLES, 0,
      "% the joints' angles; of the first arm theta\n"
      "q = @(phi) B.'*phi + (sum(S, 2) == 1) * pi/2;\n"},
-    {API_HAVE_JOINTS, 0, "% torques of the joints on their arms\ntau = @(phi, w, t) zeros(n, 1)"},
-    {API_HAVE_SPRINGS, 0, " ...\n    - k .* (q(phi) - rest)"},
-    {API_HAVE_DAMPING, 0, " ...\n    - c .* (B.'*w)"},
-    {API_HAVE_FRICTION, 0, " ...\n    - f .* tanh((B.'*w) ./ s)"},
-    {API_HAVE_TORQUE, 0, " ...\n    + T0"},
+    {API_HAVE_JOINTS, 0,
+     "r = @(w) B.'*w;  % the joints' speeds\n"
+     "% torques of the joints on their arms\n"
+     "tau = @(phi, w, t) zeros(n, 1)"},
+    {0, 0, NULL}};
+
+/* behind the torques of the joints' terms */
+static const struct api_piece real_matlab_loads[] = {
     {API_HAVE_DRIVES, 0, " ...\n    + D * (A .* cos(omega*t + phase))"},
     {API_HAVE_JOINTS, 0, ";\n"},
     {API_HAVE_AIR, API_HAVE_PIVOT | API_HAVE_CART, "v = @(phi, w, t) Z * (1i*w .* u(phi));\n"},
@@ -420,6 +414,8 @@ enum pend_status api_real_matlab(const struct api_equations *e, struct api_buffe
     PEND_TRY(real_lists(&api_code_in_matlab, e, out));
     unsigned have = api_pieces_have(e);
     PEND_TRY(api_pieces_say(have, real_matlab, out));
+    PEND_TRY(real_torques(e, 0, out));
+    PEND_TRY(api_pieces_say(have, real_matlab_loads, out));
     return api_pieces_say(have, have & API_HAVE_CART ? api_cart_matlab : real_matlab_run, out);
 }
 

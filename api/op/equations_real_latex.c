@@ -5,10 +5,6 @@
 
 enum { REAL_LISTED = 20, REAL_LEFT_OUT = 10 }; /* arms of a list that is written whole, and else */
 
-static int real_has(const struct api_equations *e, enum pend_term_row row) {
-    return api_pieces_has(e, row);
-}
-
 static int real_cart(const struct api_equations *e) { return pend_terms_cart(e->loads.terms); }
 
 /* torques are driven */
@@ -22,7 +18,7 @@ static int real_moves(const struct api_equations *e) {
 }
 
 static int real_air(const struct api_equations *e) {
-    return real_has(e, PEND_TERM_DRAG) || real_has(e, PEND_TERM_DRAG_QUADRATIC);
+    return api_equations_has(e, PEND_TERM_DRAG) || api_equations_has(e, PEND_TERM_DRAG_QUADRATIC);
 }
 
 static int real_mist(const struct api_equations *e) {
@@ -30,8 +26,7 @@ static int real_mist(const struct api_equations *e) {
 }
 
 static int real_joints(const struct api_equations *e) {
-    return real_has(e, PEND_TERM_DAMPING) || real_has(e, PEND_TERM_STIFFNESS) ||
-           real_has(e, PEND_TERM_FRICTION) || real_has(e, PEND_TERM_TORQUE) || real_drives(e);
+    return (api_pieces_have(e) & API_HAVE_JOINTS) != 0;
 }
 
 /* (a,\,b), or (a,\,\ldots,\,c) if there are many */
@@ -50,29 +45,14 @@ static enum pend_status real_list(const struct api_equations *e, enum pend_term_
     return api_buffer_text(out, ")");
 }
 
-/* letters of the numbers of arms */
-static const struct {
-    enum pend_term_row row;
-    const char *letter, *unit;
-} real_letters[] = {
-    {PEND_TERM_ROD, "\\mu", "kg"},          {PEND_TERM_BODY, "m^{\\mathrm{b}}", "kg"},
-    {PEND_TERM_CENTER_X, "x", "m"},         {PEND_TERM_CENTER_Y, "y", "m"},
-    {PEND_TERM_INERTIA, "I", "kg\\,m^{2}"}, {PEND_TERM_DAMPING, "c", "N\\,m\\,s"},
-    {PEND_TERM_STIFFNESS, "k", "N\\,m"},    {PEND_TERM_REST, "a", "rad"},
-    {PEND_TERM_FRICTION, "f", "N\\,m"},     {PEND_TERM_FRICTION_SPEED, "s", "rad/s"},
-    {PEND_TERM_DRAG, "b", "N\\,s/m"},       {PEND_TERM_DRAG_QUADRATIC, "d", "N\\,s^{2}/m^{2}"},
-    {PEND_TERM_DRAG_SPEED, "e", "m/s"},
-};
-
 static enum pend_status real_parameters(const struct api_equations *e, struct api_buffer *out) {
     PEND_TRY(api_latex_at(0)->write(e, out));
-    for (size_t i = 0; i < sizeof real_letters / sizeof *real_letters; i++) {
-        enum pend_term_row row = real_letters[i].row;
-        int springs = row == PEND_TERM_REST && real_has(e, PEND_TERM_STIFFNESS);
-        if (!real_has(e, row) && !springs && !(row >= PEND_TERM_DRAG && real_air(e))) continue;
-        PEND_TRY(api_buffer_format(out, ",\\qquad %s=", real_letters[i].letter));
-        PEND_TRY(real_list(e, real_letters[i].row, out));
-        PEND_TRY(api_buffer_format(out, "\\,\\mathrm{%s}", real_letters[i].unit));
+    const struct api_equations_term *term;
+    for (int t = 0; (term = api_equations_term(t)); t++) {
+        if (!term->letter || !api_equations_has_term(e, term)) continue;
+        PEND_TRY(api_buffer_format(out, ",\\qquad %s=", term->letter));
+        PEND_TRY(real_list(e, term->row, out));
+        PEND_TRY(api_buffer_format(out, "\\,\\mathrm{%s}", term->unit));
     }
     if (!real_mist(e)) return PEND_OK;
     PEND_TRY(api_buffer_text(out, ",\\qquad\\gamma="));
@@ -173,12 +153,13 @@ static enum pend_status real_harmonic(const struct api_equations *e, const struc
 /* tau: what acts in the joints, and what drives them */
 static enum pend_status real_torques(const struct api_equations *e, struct api_buffer *out) {
     const struct pend_terms *terms = e->loads.terms;
-    int motor = real_has(e, PEND_TERM_TORQUE) || real_drives(e);
+    int motor = api_equations_has(e, PEND_TERM_TORQUE) || real_drives(e);
     PEND_TRY(api_buffer_text(out, "\\tau&="));
     if (motor) PEND_TRY(api_buffer_text(out, "T"));
-    if (real_has(e, PEND_TERM_DAMPING)) PEND_TRY(api_buffer_text(out, "-c\\,\\dot{q}"));
-    if (real_has(e, PEND_TERM_STIFFNESS)) PEND_TRY(api_buffer_text(out, "-k\\,(q-a)"));
-    if (real_has(e, PEND_TERM_FRICTION)) PEND_TRY(api_buffer_text(out, "-f\\tanh(\\dot{q}/s)"));
+    const struct api_equations_term *term;
+    for (int t = 0; (term = api_equations_term(t)); t++)
+        if (term->latex && api_equations_has(e, term->row))
+            PEND_TRY(api_buffer_text(out, term->latex));
     PEND_TRY(api_buffer_text(out, ",\\qquad q=B^{\\mathsf{T}}\\phi+\\tfrac{\\pi}{2}r,\\quad "
                                   "r_{k}=1\\text{ at the pivot, else }0"));
     for (int i = 0; i < e->n && motor && e->n <= REAL_LISTED; i++) {

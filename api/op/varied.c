@@ -3,36 +3,13 @@
 #include <assert.h>
 #include <string.h>
 
-/* in the order of enum pend_term_row, of enum pend_term_one, then of what harmonics drive */
-static const char *const names[API_VARIED] = {
-    "rod",
-    "body_mass",
-    "center_x",
-    "center_y",
-    "inertia",
-    "at_x",
-    "at_y",
-    "damping",
-    "stiffness",
-    "rest",
-    "friction_torque",
-    "friction_speed",
-    "torque",
-    "drag",
-    "drag_quadratic",
-    "drag_speed",
-    "drag_per_mass",
-    "pivot_acceleration_x",
-    "pivot_acceleration_y",
-    "cart_angle",
-    "torque_amplitude",
-    "torque_omega",
-    "torque_phase",
-    "pivot_x_amplitude",
-    "pivot_x_omega",
-    "pivot_x_phase",
-    "pivot_y_amplitude",
-    "pivot_y_omega",
+#include "api/read/terms_fields.h"
+
+/* beyond the terms of arms: in the order of enum pend_term_one, then of what harmonics drive */
+static const char *const names[API_VARIED - PEND_TERM_ROWS] = {
+    "drag_per_mass",    "pivot_acceleration_x", "pivot_acceleration_y", "cart_angle",
+    "torque_amplitude", "torque_omega",         "torque_phase",         "pivot_x_amplitude",
+    "pivot_x_omega",    "pivot_x_phase",        "pivot_y_amplitude",    "pivot_y_omega",
     "pivot_y_phase",
 };
 
@@ -40,7 +17,7 @@ enum { ONES = PEND_TERM_ROWS, WAVES = PEND_TERM_ROWS + PEND_TERM_ONES };
 
 const char *api_varied_name(int i) {
     assert(i >= 0 && i < API_VARIED);
-    return names[i];
+    return i < ONES ? api_terms_varied((enum pend_term_row)i) : names[i - ONES];
 }
 
 int api_varied_of_cart(const char *name) {

@@ -36,6 +36,9 @@ struct api_terms_part {
     int needed; /* may not be left out */
     double least;
     const char *unit; /* NULL behind the last part */
+    /* what axes and draws of ensembles, derivatives and fits call its number, or the two of a point
+     */
+    const char *varied[2];
 };
 
 enum api_terms_kind {
@@ -52,6 +55,10 @@ struct api_terms_row {
 
 /** Returns the row of a field. O(1). */
 const struct api_terms_row *api_terms_row(enum api_terms_field field);
+
+/** Returns what axes, draws, derivatives and fits call a number of an arm: "friction_torque".
+ * O(fields). */
+const char *api_terms_varied(enum pend_term_row row);
 
 /** Returns the number that an arm has where it does not say one; NAN for its place along its
  * parent, which is then the parent's length. O(1). */

@@ -147,11 +147,7 @@ static void damped_damping(const struct damped_state *s, const double mass[], do
     int gamma = terms->one[PEND_TERM_DRAG_PER_MASS];
     double twice = gamma < 0 ? 0 : 2 * s->loads->value[gamma];
     for (size_t i = 0; i < s->n * s->n; i++) out[i] += twice * mass[i];
-    for (int k = 0; k < s->tree->n; k++) {
-        double friction = damped_get(s->loads, PEND_TERM_FRICTION, k), strength = 0;
-        if (friction > 0) strength = friction / damped_get(s->loads, PEND_TERM_FRICTION_SPEED, k);
-        damped_joint(s, k, damped_get(s->loads, PEND_TERM_DAMPING, k) + strength, out);
-    }
+    for (int k = 0; k < s->tree->n; k++) damped_joint(s, k, pend_rest_damper(s->loads, k), out);
     damped_weigh(s, 1);
     damped_form(s, 1, out);
 }
@@ -365,13 +361,12 @@ static enum pend_status damped_solve(struct pend_damped *damped, const struct pe
 }
 
 int pend_damped_loses(const struct pend_loads *loads) {
-    static const enum pend_term_row row[] = {PEND_TERM_DAMPING, PEND_TERM_FRICTION, PEND_TERM_DRAG,
-                                             PEND_TERM_DRAG_QUADRATIC};
     const struct pend_terms *terms = loads->terms;
     if (!terms) return 0;
-    for (size_t i = 0; i < sizeof row / sizeof *row; i++)
-        for (int k = 0; k < terms->n; k++)
-            if (pend_terms_get(terms, loads->value, row[i], k) != 0) return 1;
+    for (int k = 0; k < terms->n; k++)
+        if (pend_rest_damper(loads, k) != 0 || damped_get(loads, PEND_TERM_DRAG, k) != 0 ||
+            damped_get(loads, PEND_TERM_DRAG_QUADRATIC, k) != 0)
+            return 1;
     int mist = terms->one[PEND_TERM_DRAG_PER_MASS];
     return mist >= 0 && loads->value[mist] != 0;
 }

@@ -61,7 +61,6 @@ static void response_arm(const struct pend_response *response, int k, struct res
     double tip[2] = {response->tree->len[k], 0}, point[2] = {0, 0};
     if (response_cart(response, k))
         tip[0] = body.moment[0] / body.mass, tip[1] = body.moment[1] / body.mass;
-    double friction = response_get(loads, PEND_TERM_FRICTION, k);
     *arm =
         (struct response_arm){.parent = response->tree->parent[k],
                               .holder = pend_terms_holder(loads->terms, response->tree->parent, k),
@@ -70,8 +69,7 @@ static void response_arm(const struct pend_response *response, int k, struct res
                               .drag = drag.mass,
                               .span = response->tree->len[k] * response->tree->len[k],
                               .spring = response_get(loads, PEND_TERM_STIFFNESS, k),
-                              .damper = response_get(loads, PEND_TERM_DAMPING, k)};
-    if (friction > 0) arm->damper += friction / response_get(loads, PEND_TERM_FRICTION_SPEED, k);
+                              .damper = pend_rest_damper(loads, k)};
     response_lever(turn, body.moment, arm->moment);
     response_lever(turn, tip, arm->lever);
     if (k == 0) return;

@@ -49,6 +49,14 @@ struct rest_body pend_rest_drag(const struct pend_tree *tree, const struct pend_
     return (struct rest_body){b, {b * l, 0}, b * l * l};
 }
 
+double pend_rest_damper(const struct pend_loads *loads, int k) {
+    assert(k >= 0);
+    double friction = rest_get(loads, PEND_TERM_FRICTION, k);
+    double damper = rest_get(loads, PEND_TERM_DAMPING, k);
+    // f tanh(r / s) is f r / s near 0
+    return friction > 0 ? damper + friction / rest_get(loads, PEND_TERM_FRICTION_SPEED, k) : damper;
+}
+
 void pend_rest_point(const struct pend_tree *tree, const struct pend_loads *loads, int k,
                      double point[2]) {
     assert(k > 0 && k < tree->n);

@@ -22,6 +22,10 @@ struct rest_body pend_rest_arm(const struct pend_tree *tree, const struct pend_l
 struct rest_body pend_rest_drag(const struct pend_tree *tree, const struct pend_loads *loads,
                                 int k);
 
+/** The damping of the joint of stored arm k at small rates, N m s/rad: -damper r is the torque of
+ * all that rubs in it. O(1). */
+double pend_rest_damper(const struct pend_loads *loads, int k);
+
 /** The point, m, of its parent's frame at which stored arm k > 0 hangs. O(1). */
 void pend_rest_point(const struct pend_tree *tree, const struct pend_loads *loads, int k,
                      double point[2]);

@@ -15,21 +15,35 @@ static void row_fill(struct test_bodies *b, enum pend_term_row row, double low, 
     for (int k = 0; k < b->terms->n && at >= 0; k++) b->value[at + k] = between(low, high, seed);
 }
 
+/* of numbers between which random ones lie: any other term's are from 0.05 to 0.5 */
+static const struct {
+    enum pend_term_row row;
+    double low, high;
+} usual[] = {{PEND_TERM_ROD, 0.3, 2},
+             {PEND_TERM_BODY, 0.3, 2},
+             {PEND_TERM_CENTER_X, -0.3, 1},
+             {PEND_TERM_CENTER_Y, -0.3, 0.3},
+             {PEND_TERM_INERTIA, 0.05, 0.3},
+             {PEND_TERM_STIFFNESS, 0.5, 2},
+             {PEND_TERM_REST, -1, 1},
+             {PEND_TERM_FRICTION_SPEED, 0.3, 3},
+             {PEND_TERM_TORQUE, -1, 1},
+             {PEND_TERM_DRAG, 0, 0.3},
+             {PEND_TERM_DRAG_QUADRATIC, 0, 0.3},
+             {PEND_TERM_DRAG_SPEED, 0.3, 3}};
+
+static void fill_rows(struct test_bodies *b, unsigned long long *seed) {
+    for (int r = 0; r < PEND_TERM_ROWS; r++) {
+        double low = 0.05, high = 0.5;
+        if (r == PEND_TERM_AT_X || r == PEND_TERM_AT_Y) continue; /* not of all arms */
+        for (size_t i = 0; i < sizeof usual / sizeof *usual; i++)
+            if ((int)usual[i].row == r) low = usual[i].low, high = usual[i].high;
+        row_fill(b, (enum pend_term_row)r, low, high, seed);
+    }
+}
+
 static void fill(struct test_bodies *b, const struct pend_tree *tree, unsigned long long *seed) {
-    row_fill(b, PEND_TERM_ROD, 0.3, 2, seed);
-    row_fill(b, PEND_TERM_BODY, 0.3, 2, seed);
-    row_fill(b, PEND_TERM_CENTER_X, -0.3, 1, seed);
-    row_fill(b, PEND_TERM_CENTER_Y, -0.3, 0.3, seed);
-    row_fill(b, PEND_TERM_INERTIA, 0.05, 0.3, seed);
-    row_fill(b, PEND_TERM_DAMPING, 0.05, 0.5, seed);
-    row_fill(b, PEND_TERM_STIFFNESS, 0.5, 2, seed);
-    row_fill(b, PEND_TERM_REST, -1, 1, seed);
-    row_fill(b, PEND_TERM_FRICTION, 0.05, 0.5, seed);
-    row_fill(b, PEND_TERM_FRICTION_SPEED, 0.3, 3, seed);
-    row_fill(b, PEND_TERM_TORQUE, -1, 1, seed);
-    row_fill(b, PEND_TERM_DRAG, 0, 0.3, seed);
-    row_fill(b, PEND_TERM_DRAG_QUADRATIC, 0, 0.3, seed);
-    row_fill(b, PEND_TERM_DRAG_SPEED, 0.3, 3, seed);
+    fill_rows(b, seed);
     for (int k = 1; k < b->terms->n && b->terms->row[PEND_TERM_AT_X] >= 0; k++) {
         if (test_random(seed) < 0.4) continue;
         b->terms->hung[k] = 1;
@@ -56,20 +70,24 @@ static void fill_cart(struct test_bodies *b, const struct pend_tree *tree) {
         if (!tree->parent[k]) b->terms->hung[k] = 0;
 }
 
+/* what a random pendulum with a term of its arms has; other terms act in the joints, as damping
+ * does */
+static unsigned row_bit(enum pend_term_row row) {
+    if (row <= PEND_TERM_AT_Y) return TEST_TERMS_RODS;
+    if (row == PEND_TERM_STIFFNESS || row == PEND_TERM_REST) return TEST_TERMS_SPRINGS;
+    if (row == PEND_TERM_FRICTION || row == PEND_TERM_FRICTION_SPEED) return TEST_TERMS_FRICTION;
+    if (row == PEND_TERM_TORQUE) return TEST_TERMS_TORQUES;
+    return row >= PEND_TERM_DRAG ? TEST_TERMS_DRAG : TEST_TERMS_DAMPING;
+}
+
 void test_bodies_random(struct test_bodies *b, const struct pend_tree *tree, unsigned what,
                         unsigned long long *seed) {
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
     int drives[5], place[5], harmonics = 0;
-    if (what & TEST_TERMS_RODS)
-        rows[PEND_TERM_ROD] = rows[PEND_TERM_BODY] = rows[PEND_TERM_AT_X] = 1;
-    if (what & TEST_TERMS_SPRINGS) rows[PEND_TERM_STIFFNESS] = 1;
-    if (what & TEST_TERMS_DAMPING) rows[PEND_TERM_DAMPING] = 1;
-    if (what & TEST_TERMS_FRICTION) rows[PEND_TERM_FRICTION] = 1;
-    if (what & TEST_TERMS_DRAG) rows[PEND_TERM_DRAG] = rows[PEND_TERM_DRAG_QUADRATIC] = 1;
+    for (int r = 0; r < PEND_TERM_ROWS; r++) rows[r] = (what & row_bit((enum pend_term_row)r)) != 0;
     if (what & TEST_TERMS_MIST) ones[PEND_TERM_DRAG_PER_MASS] = 1;
     if (what & TEST_TERMS_CART) ones[PEND_TERM_RAIL] = 1;
     if (what & TEST_TERMS_TORQUES) {
-        rows[PEND_TERM_TORQUE] = 1;
         for (int i = 0; i < 2; i++) drives[harmonics++] = (int)(test_random(seed) * tree->n);
     }
     if (what & TEST_TERMS_PIVOT) {

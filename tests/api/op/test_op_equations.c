@@ -154,7 +154,7 @@ TEST(equations_of_a_damped_driven_pendulum_have_its_terms_and_no_others) {
                *matlab = test_reply_text(&reply, "/code/matlab");
     CHECK(strstr(python, "tau -= c * r\n") && strstr(python, "tau += D @ (A * np.cos(omega * t"));
     CHECK(!strstr(python, "pivot(t)") && !strstr(python, "np.tanh") && !strstr(python, "air("));
-    CHECK(strstr(matlab, "    - c .* (B.'*w) ...\n") && !strstr(matlab, "gamma"));
+    CHECK(strstr(matlab, "    - c .* r(w) ...\n") && !strstr(matlab, "gamma"));
     CHECK(
         strstr(test_reply_text(&reply, "/curl"),
                "\"arms\":[{\"name\":\"1\",\"length\":1,\"mass\":2,\"damping\":0.5,\"torque\":{") !=
