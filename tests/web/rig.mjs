@@ -259,8 +259,9 @@ export async function close(page) {
   if (bad.length) throw new Error(`the page is not clean: ${bad.join(" | ")}`);
   page.used.delete(page);
   if (!page.key) return page.context().close();
-  // the next test's page is not to be pointed at
+  // the next test's page is not to be pointed at, and answers its questions itself
   await page.mouse.move(0, 0);
+  page.removeAllListeners("dialog");
   await page.goto("about:blank");
   unused.set(page.key, [...unused.get(page.key) ?? [], page]);
 }

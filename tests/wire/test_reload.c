@@ -105,7 +105,7 @@ TEST(a_bad_file_changes_nothing) {
         CHECK_INT(house_ask(&house, "", origin), 422);
     }
     unlink(house.file);
-    REQUIRE(house_reload(&house, "No such file", 1));
+    REQUIRE(house_reload(&house, "options: No such file", 1));
     CHECK_INT(house_ask(&house, "", origin), 422);
     house_end(&house);
 }
