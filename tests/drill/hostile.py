@@ -40,6 +40,7 @@ ADDRESS, OTHER = "127.0.0.2", "127.0.0.3"  # of the pupil, the other one for gue
 LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
 SCRIPT = "<script>alert(1)</script>"
 BURST, A_SECOND, PLACES = 30, 0.5, 400  # wrong codes at once and then; pupils of a room (README.md)
+STILL = 60  # s without a change after which those that have not come are lost
 GROWTH = 64 << 20  # bytes that the daemon may have more than before
 STATUS = re.compile(rb"HTTP/1\.1 (\d{3}) ")
 
@@ -157,6 +158,11 @@ def memory(daemon):
     return 1024 * int(re.search(r"VmRSS:\s+(\d+)", text)[1])
 
 
+def missing(rooms):
+    """How many changes were not heard of yet."""
+    return sum(len(room.sent) + room.expected - len(room.pushes) for room in rooms)
+
+
 async def lesson(rooms, seconds, attacker=None):
     """A lesson in every room, until `seconds` are over and the attacker, if there is one, has ended; {what: its times}."""
     for room in rooms:
@@ -164,7 +170,11 @@ async def lesson(rooms, seconds, attacker=None):
     begun = time.monotonic()
     while not (time.monotonic() - begun > seconds and not (attacker and attacker.is_alive())):
         await asyncio.gather(*(room.lesson(min(seconds, 10)) for room in rooms))
-    await asyncio.sleep(2)
+    left, since = missing(rooms), time.monotonic()
+    while left and time.monotonic() - since < STILL:
+        await asyncio.sleep(0.1)
+        left, before = missing(rooms), left
+        since = time.monotonic() if left != before else since
     return {what: sorted(1e3 * took for room in rooms for took in getattr(room, what)) for what in ("writes", "board", "pushes")}
 
 
@@ -184,7 +194,7 @@ async def beside(daemon, options):
     during = await lesson(rooms, options.seconds, attacker)
     told, after = mine.recv(), memory(daemon)
     print(f"the others alone: {figures(alone)}\nbeside it:        {figures(during)}")
-    lost = sum(len(room.sent) + room.expected - len(room.pushes) for room in rooms)
+    lost = missing(rooms)
     check("every change of the others came", not lost, f"{lost} did not")
     inside = await rooms[0].line.ask("GET", rooms[0].path, rooms[0].token)
     await rooms[0].line.ask("PUT", f"{rooms[0].path}/stages/class", rooms[0].token, {"open": False})

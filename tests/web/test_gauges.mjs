@@ -117,7 +117,8 @@ export async function gauges_are_in_the_scene_and_stay_in_sight(rig) {
   await wanted(page, "ruler");
   await drag(page, "b", await tip(page, 1));
   const { ruler } = await view(page);
-  await page.waitForTimeout(400); // what is kept is written when the hands rest
+  // what is kept is written when the hands rest
+  await page.waitForFunction((kept) => JSON.stringify(history.state ?? {}).includes(kept), JSON.stringify(ruler));
   await page.reload();
   await page.waitForSelector("[data-gauge=b]");
   assert.deepEqual((await view(page)).ruler, ruler);
