@@ -3,6 +3,7 @@
 #include <assert.h>
 #include <limits.h>
 #include <math.h>
+#include <string.h>
 
 #include "core/base/isa.h"
 #include "core/simd/kernel_sincos.h"
@@ -93,6 +94,17 @@ static void kinematics_units_fill(struct kinematics_units *units, int n, const d
     }
     units->from = k;
     units->end = k + count;
+}
+
+void pend_kinematics_units(int n, const double phi[], double re[], double im[]) {
+    struct kinematics_units units;
+    kinematics_units_begin(&units);
+    for (int k = 0; k < n; k = units.end) {
+        kinematics_units_fill(&units, n, phi, k);
+        size_t bytes = (size_t)(units.end - k) * sizeof(double);
+        memcpy(re + k, units.re, bytes);
+        memcpy(im + k, units.im, bytes);
+    }
 }
 
 /* l e^{i phi} of arm k, where arms are taken in turn from 0 on */

@@ -14,6 +14,15 @@ struct pend_energy {
 };
 
 /**
+ * Unit vectors e^{i phi}, within 1 ulp of the larger of the two numbers up to 1e6 rad.
+ *
+ * phi     n angles, rad.
+ * re, im  out, n values each.
+ * O(n).
+ */
+void pend_kinematics_units(int n, const double phi[], double re[], double im[]);
+
+/**
  * Tip positions z = S [l e^{i phi}].
  *
  * phi     n angles, rad.

@@ -78,10 +78,8 @@ void pend_kinematics_position_at(const struct pend_tree *tree, const struct pend
     }
 }
 
-/* velocities of the joints, and of the tips too if they are wanted */
 static void at_velocities(const struct pend_tree *tree, const struct pend_loads *loads, double time,
-                          const double phi[], const double rate[], double base_x[], double base_y[],
-                          double re[], double im[]) {
+                          const double phi[], const double rate[], double re[], double im[]) {
     struct at_vector pivot = at_pivot(loads, time, 1);
     for (int k = 0; k < tree->n; k++) {
         int p = tree->parent[k];
@@ -95,7 +93,6 @@ static void at_velocities(const struct pend_tree *tree, const struct pend_loads 
             base = at_rail(loads, rate[k]);
             arm = (struct at_vector){0, 0};
         }
-        if (base_x) base_x[k] = base.x, base_y[k] = base.y;
         re[k] = base.x - rate[k] * arm.y;
         im[k] = base.y + rate[k] * arm.x;
     }
@@ -105,7 +102,7 @@ void pend_kinematics_velocity_at(const struct pend_tree *tree, const struct pend
                                  double time, const double phi[], const double rate[], double re[],
                                  double im[]) {
     if (loads->terms)
-        at_velocities(tree, loads, time, phi, rate, NULL, NULL, re, im);
+        at_velocities(tree, loads, time, phi, rate, re, im);
     else
         pend_kinematics_velocity(tree, phi, rate, re, im);
 }
@@ -157,17 +154,24 @@ struct at_mass {
     struct at_vector at;
 };
 
-static void at_masses(const struct pend_tree *tree, const struct pend_loads *loads, int k,
-                      struct at_mass mass[]) {
+/* returns how many there are */
+static int at_masses(const struct pend_tree *tree, const struct pend_loads *loads, int k,
+                     struct at_mass mass[]) {
     const struct pend_terms *terms = loads->terms;
     const double *value = loads->value;
-    double l = tree->len[k], rod = pend_terms_get(terms, value, PEND_TERM_ROD, k);
+    double l = tree->len[k];
+    int count = 1;
     mass[0] = (struct at_mass){tree->mass[k], 0, {l, 0}};
-    mass[1] = (struct at_mass){rod, rod * l * l / 12, {l / 2, 0}};
-    mass[2] = (struct at_mass){pend_terms_get(terms, value, PEND_TERM_BODY, k),
-                               pend_terms_get(terms, value, PEND_TERM_INERTIA, k),
-                               {pend_terms_get(terms, value, PEND_TERM_CENTER_X, k),
-                                pend_terms_get(terms, value, PEND_TERM_CENTER_Y, k)}};
+    if (terms->row[PEND_TERM_ROD] >= 0) {
+        double rod = pend_terms_get(terms, value, PEND_TERM_ROD, k);
+        mass[count++] = (struct at_mass){rod, rod * l * l / 12, {l / 2, 0}};
+    }
+    if (terms->row[PEND_TERM_BODY] >= 0)
+        mass[count++] = (struct at_mass){pend_terms_get(terms, value, PEND_TERM_BODY, k),
+                                         pend_terms_get(terms, value, PEND_TERM_INERTIA, k),
+                                         {pend_terms_get(terms, value, PEND_TERM_CENTER_X, k),
+                                          pend_terms_get(terms, value, PEND_TERM_CENTER_Y, k)}};
+    return count;
 }
 
 /* the energy of the spring of a joint */
@@ -181,41 +185,92 @@ static double at_spring(const struct pend_tree *tree, const struct pend_loads *l
     return stiff * bent * bent / 2;
 }
 
+/* what the energies of a state are made of: unit vectors of the arms, and velocities or heights of
+ * their joints; rows of n */
+struct at_state {
+    const double *rate;
+    double *cosine, *sine, *x, *y;
+};
+
+/* where arm k, not the first, hangs on its parent, from the parent's joint and in axes that are
+ * fixed; what hangs on a cart hangs where the cart is */
+static struct at_vector at_hang(const struct pend_tree *tree, const struct pend_loads *loads,
+                                const struct at_state *state, int k) {
+    int p = tree->parent[k];
+    double x = tree->len[p], y = 0, c = state->cosine[p], s = state->sine[p];
+    if (at_cart(loads, p)) return (struct at_vector){0, 0};
+    if (loads->terms->hung[k]) {
+        x = pend_terms_get(loads->terms, loads->value, PEND_TERM_AT_X, k);
+        y = pend_terms_get(loads->terms, loads->value, PEND_TERM_AT_Y, k);
+    }
+    return (struct at_vector){x * c - y * s, x * s + y * c};
+}
+
+/* velocities of the joints, and the kinetic energy */
+static double at_kinetic(const struct pend_tree *tree, const struct pend_loads *loads, double time,
+                         const struct at_state *state) {
+    struct at_vector pivot = at_pivot(loads, time, 1);
+    struct at_sum kinetic = {0, 0};
+    struct at_mass mass[AT_POINTS];
+    for (int k = 0; k < tree->n; k++) {
+        int p = tree->parent[k], cart = at_cart(loads, k);
+        struct at_vector base = p < 0 ? pivot : at_hang(tree, loads, state, k);
+        double turning = cart ? 0 : state->rate[k], sum = 0;
+        if (cart) base = at_rail(loads, state->rate[0]);
+        if (p >= 0) {
+            double w = state->rate[p];
+            base = (struct at_vector){state->x[p] - w * base.y, state->y[p] + w * base.x};
+        }
+        int points = at_masses(tree, loads, k, mass);
+        for (int i = 0; i < points; i++) {
+            double x = mass[i].at.x, y = mass[i].at.y, c = state->cosine[k], s = state->sine[k];
+            double vx = base.x - turning * (x * s + y * c);
+            double vy = base.y + turning * (x * c - y * s);
+            sum += mass[i].mass * (vx * vx + vy * vy);
+            sum += mass[i].inertia * (turning * turning);
+        }
+        at_add(&kinetic, sum);
+        state->x[k] = base.x, state->y[k] = base.y;
+    }
+    return (kinetic.sum + kinetic.lost) / 2;
+}
+
+/* heights of the joints, and the potential energy */
+static double at_potential(const struct pend_tree *tree, const struct pend_loads *loads,
+                           double time, const double phi[], const struct at_state *state) {
+    struct at_sum potential = {0, 0};
+    struct at_mass mass[AT_POINTS];
+    double *height = state->y;
+    int springs = loads->terms->row[PEND_TERM_STIFFNESS] >= 0;
+    for (int k = 0; k < tree->n; k++) {
+        int p = tree->parent[k], cart = at_cart(loads, k);
+        double base = p < 0 ? at_pivot(loads, time, 0).y
+                            : height[p] + at_hang(tree, loads, state, k).y;
+        if (cart) base = at_rail(loads, phi[0]).y;
+        int points = at_masses(tree, loads, k, mass);
+        for (int i = 0; i < points; i++) {
+            double up = cart ? 0 : mass[i].at.x * state->sine[k] + mass[i].at.y * state->cosine[k];
+            at_add(&potential, loads->gravity * mass[i].mass * (base + up));
+        }
+        height[k] = base;
+        if (springs) at_add(&potential, at_spring(tree, loads, phi, k));
+    }
+    return potential.sum + potential.lost;
+}
+
 struct pend_energy pend_kinematics_energy_at(const struct pend_tree *tree,
                                              const struct pend_loads *loads, double time,
                                              const double phi[], const double rate[],
                                              double scratch[]) {
     if (!loads->terms) return pend_kinematics_energy(tree, loads, phi, rate);
     assert(scratch);
-    struct at_sum kinetic = {0, 0}, potential = {0, 0};
     size_t n = (size_t)tree->n;
-    double *re = scratch, *im = scratch + n, *x = scratch + 2 * n, *y = scratch + 3 * n;
-    at_velocities(tree, loads, time, phi, rate, x, y, re, im);
-    for (size_t k = 0; k < n; k++) {
-        struct at_mass mass[AT_POINTS];
-        at_masses(tree, loads, (int)k, mass);
-        for (int i = 0; i < AT_POINTS; i++) {
-            if (mass[i].mass == 0 && mass[i].inertia == 0) continue;
-            struct at_vector p = at_turn(mass[i].at.x, mass[i].at.y, phi[k]);
-            double turning = at_cart(loads, (int)k) ? 0 : rate[k];
-            double vx = x[k] - turning * p.y, vy = y[k] + turning * p.x;
-            at_add(&kinetic, mass[i].mass * (vx * vx + vy * vy) / 2);
-            at_add(&kinetic, mass[i].inertia * rate[k] * rate[k] / 2);
-        }
-    }
-    pend_kinematics_position_at(tree, loads, time, phi, re, im);
-    for (size_t k = 0; k < n; k++) {
-        struct at_mass mass[AT_POINTS];
-        at_masses(tree, loads, (int)k, mass);
-        for (int i = 0; i < AT_POINTS; i++) {
-            if (mass[i].mass == 0) continue;
-            // from the tip back to the mass
-            struct at_vector p = at_turn(mass[i].at.x - tree->len[k], mass[i].at.y, phi[k]);
-            at_add(&potential, loads->gravity * mass[i].mass * (im[k] + p.y));
-        }
-        at_add(&potential, at_spring(tree, loads, phi, (int)k));
-    }
-    return (struct pend_energy){kinetic.sum + kinetic.lost, potential.sum + potential.lost};
+    const struct at_state state = {rate, scratch, scratch + n, scratch + 2 * n, scratch + 3 * n};
+    pend_kinematics_units(tree->n, phi, state.cosine, state.sine);
+    struct pend_energy energy;
+    energy.kinetic = at_kinetic(tree, loads, time, &state);
+    energy.potential = at_potential(tree, loads, time, phi, &state);
+    return energy;
 }
 
 double pend_kinematics_energy_scale_at(const struct pend_tree *tree, const struct pend_loads *loads,
@@ -224,8 +279,8 @@ double pend_kinematics_energy_scale_at(const struct pend_tree *tree, const struc
     double total = 0, reach = 0, springs = 0;
     for (int k = 0; k < tree->n; k++) {
         struct at_mass mass[AT_POINTS];
-        at_masses(tree, loads, k, mass);
-        for (int i = 0; i < AT_POINTS; i++) total += mass[i].mass;
+        int points = at_masses(tree, loads, k, mass);
+        for (int i = 0; i < points; i++) total += mass[i].mass;
         reach = fmax(reach, tree->depth[k] * tree->len[k]);
         springs += pend_terms_get(loads->terms, loads->value, PEND_TERM_STIFFNESS, k) / 2;
     }

@@ -62,14 +62,14 @@ static void extended_stepper_power(struct extended_stepper *x) {
     struct pend_exchange *exchange = &x->exchange;
     exchange->unit =
         pend_extended_power(x->extended, 0, exchange->work.series, exchange->heat.series);
+    pend_exchange_take(exchange, (pend_extended_time(x->extended, 0) - x->before) / exchange->unit);
 }
 
 static enum pend_status extended_stepper_step(void *stepper, double limit, double *reached,
                                               struct pend_error *error) {
     struct extended_stepper *x = stepper;
     double before = pend_extended_time(x->extended, 0);
-    if (x->gives && x->steps)
-        pend_exchange_add(&x->exchange, (before - x->before) / x->exchange.unit);
+    if (x->gives && x->steps) pend_exchange_add(&x->exchange);
     x->before = before;
     pend_extended_stop(x->extended, 0, limit);
     pend_extended_step(x->extended);

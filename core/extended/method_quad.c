@@ -108,6 +108,7 @@ static void quad_stepper_close(void **stepper) {
 static void quad_stepper_power(struct quad_stepper *q) {
     q->exchange.order = q->series.order, q->exchange.unit = q->series.unit;
     q->kernel->power(&q->series, q->exchange.work.series, q->exchange.heat.series);
+    pend_exchange_take(&q->exchange, (q->reached - q->time) / q->exchange.unit);
 }
 
 static enum pend_status quad_stepper_step(void *stepper, double limit, double *reached,
@@ -117,8 +118,7 @@ static enum pend_status quad_stepper_step(void *stepper, double limit, double *r
     double *phi = s->phi, *rate = s->rate;
     s->phi = s->phi_end, s->rate = s->rate_end;
     s->phi_end = phi, s->rate_end = rate;
-    if (q->gives && q->counts.steps)
-        pend_exchange_add(&q->exchange, (q->reached - q->time) / q->exchange.unit);
+    if (q->gives && q->counts.steps) pend_exchange_add(&q->exchange);
     q->time = q->reached;
     s->time = q->time;
     s->unit = copysign(q->next_unit, limit - q->time);

@@ -9,39 +9,65 @@
 
 enum { PEND_EXCHANGE_ORDERS = 80 };
 
-/* J: up to the start of the last step, as a sum of two, and the series of the power since, over the
- * square of the unit. */
+/* J: up to the start of the last step, as a sum of two; since then a series over the square of the
+ * unit, that of the power until it is taken, then its integral over x. */
 struct pend_given {
     double sum, low;
+    int count;  /* coefficients, up to the last one that is not 0 */
+    double end; /* J, what the whole step gives */
     double series[PEND_EXCHANGE_ORDERS];
 };
 
 struct pend_exchange {
     int order;   /* coefficients of both series, at most PEND_EXCHANGE_ORDERS */
     double unit; /* s, of the last step */
+    double end;  /* units after its start, where it ends */
+    double share[PEND_EXCHANGE_ORDERS]; /* 1 / (j + 1), once a step was taken */
     struct pend_given work, heat;
 };
 
 /** Returns what the series has given x units after the start of the step, J. O(order). */
 static inline double pend_given_inside(const struct pend_exchange *exchange,
                                        const struct pend_given *given, double x) {
-    double sum = 0, inverse = 1 / exchange->unit;
-    for (int j = exchange->order - 1; j >= 0; j--)
-        sum = sum * x + given->series[j] * (1.0 / (j + 1));
-    return sum * x * (inverse * inverse);
+    // four sums of every fourth power do not wait for each other
+    double sum[4] = {0}, square = x * x, fourth = square * square, inverse = 1 / exchange->unit;
+    if (!given->count) return 0;
+    for (int j = (given->count - 1) / 4 * 4; j >= 0; j -= 4)
+        for (int i = 0; i < 4; i++)
+            sum[i] = sum[i] * fourth + given->series[j + i];
+    double even = sum[0] + square * sum[2], odd = sum[1] + square * sum[3];
+    return (even + x * odd) * x * (inverse * inverse);
 }
 
 /** Returns all that was given x units after the start of the last step, J. O(order). */
 static inline double pend_given_at(const struct pend_exchange *exchange,
                                    const struct pend_given *given, double x) {
-    return given->sum + (given->low + pend_given_inside(exchange, given, x));
+    double inside = x == exchange->end ? given->end : pend_given_inside(exchange, given, x);
+    return given->sum + (given->low + inside);
 }
 
-/** Adds a step that has ended after x units. */
-static inline void pend_exchange_add(struct pend_exchange *exchange, double x) {
+/** Takes the powers of a step that ends after x units. O(order). */
+static inline void pend_exchange_take(struct pend_exchange *exchange, double x) {
+    struct pend_given *both[] = {&exchange->work, &exchange->heat};
+    for (int j = 0; j < PEND_EXCHANGE_ORDERS && exchange->share[0] != 1; j++)
+        exchange->share[PEND_EXCHANGE_ORDERS - 1 - j] = 1.0 / (PEND_EXCHANGE_ORDERS - j);
+    exchange->end = x;
+    for (int i = 0; i < 2; i++) {
+        double *series = both[i]->series;
+        int count = exchange->order;
+        while (count && series[count - 1] == 0) count--;
+        for (int j = 0; j < count; j++) series[j] *= exchange->share[j];
+        for (int j = count; j % 4; j++) series[j] = 0;
+        both[i]->count = count;
+        both[i]->end = pend_given_inside(exchange, both[i], x);
+    }
+}
+
+/** Adds a step that has ended. */
+static inline void pend_exchange_add(struct pend_exchange *exchange) {
     struct pend_given *both[] = {&exchange->work, &exchange->heat};
     for (int i = 0; i < 2; i++) {
-        double add = pend_given_inside(exchange, both[i], x) + both[i]->low;
+        double add = both[i]->end + both[i]->low;
         double sum = both[i]->sum + add;
         both[i]->low = add - (sum - both[i]->sum);
         both[i]->sum = sum;

@@ -32,7 +32,6 @@ struct taylor {
                          horizon is asked for */
     double unit;      /* s, of the series */
     double next_unit; /* s, > 0 */
-    double before;    /* s, the start of the step before */
     double time,
         reached; /* s: start and end of the last step, exact: the step is what lies between */
     struct jets_state begin, end;
@@ -155,6 +154,7 @@ static void taylor_power(struct taylor *taylor) {
     exchange->order = taylor->order, exchange->unit = taylor->unit;
     pend_jets_power(&taylor->jets, taylor->unit, taylor->order, exchange->work.series,
                     exchange->heat.series);
+    pend_exchange_take(exchange, (taylor->reached - taylor->time) / taylor->unit);
 }
 
 /* Gives the end of a step the energy of the start. Arms that turn like one rigid body round
@@ -182,11 +182,9 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
     struct jets_state swap = taylor->begin;
     taylor->begin = taylor->end;
     taylor->end = swap;
-    taylor->before = taylor->time;
     taylor->time = taylor->reached;
     jets_state_time(&taylor->begin, taylor->start, taylor->time);
-    if (taylor->gives && taylor->counts.steps)
-        pend_exchange_add(&taylor->exchange, (taylor->time - taylor->before) / taylor->unit);
+    if (taylor->gives && taylor->counts.steps) pend_exchange_add(&taylor->exchange);
     taylor->unit = copysign(taylor->next_unit, limit - taylor->time);
     double x = taylor_expand(taylor, limit);
     if (isnan(x)) {

@@ -83,10 +83,10 @@ static void couples_begin(const struct jets_system *s, const struct loads_moment
 VEC_INLINE wide couples_torque(const struct jets_loads *loads, int a, size_t row, int k, wide less,
                                wide up) {
     wide slip = wide_get(loads->spin + a) - up;
-    wide torque = wide_get(k ? loads->slip + a : loads->fixed + a);
+    wide torque = wide_get(k ? loads->slips + row - COUPLES_ARMS : loads->fixed + a);
     if (k) torque *= less * wide_get(loads->stiff + a);
     if (loads->drives) torque += wide_get(loads->motor + row);
-    wide_put(loads->slip + a, slip);
+    wide_put(loads->slips + row, slip);
     return torque - wide_get(loads->hold + a) * slip;
 }
 
@@ -204,41 +204,62 @@ static void couples_haul(const struct jets_system *s, int order) {
     }
 }
 
-/* adds the sum over the arms of a factor, or of 1, times rates relative to the parent times a
- * series in tiles; orders below `order` */
-static void couples_product(const struct jets_system *s, const double *factor, const double *with,
-                            int order, double *sum) {
-    wide all[LOADS_ORDERS][COUPLES_ARMS / WIDE];
-    memset(all, 0, sizeof all);
+/* sums of an order over the arms of a lane */
+struct couples_sums {
+    wide order[LOADS_ORDERS][COUPLES_ARMS / WIDE];
+};
+
+static void couples_total(const struct couples_sums *all, int order, double *sum) {
+    for (int k = 0; k < order; k++)
+        for (int i = 0; i < COUPLES_ARMS; i++) sum[k] += all->order[k][i / WIDE][i % WIDE];
+}
+
+/* adds the power of the drives: the sum over the arms of rates relative to the parent times
+ * torques; orders below `order` */
+static void couples_effort(const struct jets_system *s, int order, double *sum) {
+    struct couples_sums all;
+    memset(&all, 0, sizeof all);
     for (int a = 0; a < s->loads->seats; a += WIDE) {
         size_t row = jets_row(s, a);
-        const double *slip = s->loads->slips + row, *other = with + row;
-        wide size = factor ? wide_get(factor + a) : wide_of(1);
+        const double *slip = s->loads->slips + row, *motor = s->loads->motor + row;
         for (int k = 0; k < order; k++) {
             wide part = wide_of(0);
             for (int j = 0; j <= k; j++)
-                part = wide_fma(wide_get(other + j * COUPLES_ARMS),
+                part = wide_fma(wide_get(motor + j * COUPLES_ARMS),
                                 wide_get(slip + (k - j) * COUPLES_ARMS), part);
-            wide *to = &all[k][a % COUPLES_ARMS / WIDE];
-            *to = wide_fma(size, part, *to);
+            all.order[k][a % COUPLES_ARMS / WIDE] += part;
         }
     }
-    for (int k = 0; k < order; k++)
-        for (int i = 0; i < COUPLES_ARMS; i++) sum[k] += all[k][i / WIDE][i % WIDE];
+    couples_total(&all, order, sum);
 }
 
-/* rates less those of the parents, orders below `order` */
-static void couples_slips(const struct jets_system *s, int order) {
-    const struct jets_loads *loads = s->loads;
-    for (int k = 0; k < order; k++) {
-        size_t at = (size_t)k * COUPLES_ARMS;
-        for (int a = 0; a < loads->seats; a += WIDE)
-            wide_put(loads->spin + a, wide_get(s->rate + jets_row(s, a) + at));
-        for (int a = 0; a < loads->seats; a += WIDE) {
-            wide up = wide_gather(loads->spin, loads->parent + a);
-            wide_put(loads->slips + jets_row(s, a) + at, wide_get(loads->spin + a) - up);
+/* adds what friction takes: the sum over the arms of a factor times the square of rates relative to
+ * the parent, whose products of two orders are alike both ways */
+static void couples_waste(const struct jets_system *s, int order, double *sum) {
+    struct couples_sums all;
+    memset(&all, 0, sizeof all);
+    for (int a = 0; a < s->loads->seats; a += WIDE) {
+        const double *slip = s->loads->slips + jets_row(s, a);
+        wide size = wide_get(s->loads->hold + a), none = wide_of(0);
+        for (int k = 0; k < order; k++) {
+            const double *front = slip, *back = slip + k * COUPLES_ARMS;
+            wide even = none, odd = none;
+            for (; front + COUPLES_ARMS < back - COUPLES_ARMS;
+                 front += 2 * COUPLES_ARMS, back -= 2 * COUPLES_ARMS) {
+                even = wide_fma(wide_get(front), wide_get(back), even);
+                odd = wide_fma(wide_get(front + COUPLES_ARMS), wide_get(back - COUPLES_ARMS), odd);
+            }
+            if (front < back) {
+                even = wide_fma(wide_get(front), wide_get(back), even);
+                front += COUPLES_ARMS, back -= COUPLES_ARMS;
+            }
+            even = wide_of(2) * (even + odd);
+            if (front == back) even = wide_fma(wide_get(front), wide_get(front), even);
+            wide *to = &all.order[k][a % COUPLES_ARMS / WIDE];
+            *to = wide_fma(size, even, *to);
         }
     }
+    couples_total(&all, order, sum);
 }
 
 /* the constant torques' power */
@@ -255,9 +276,8 @@ static void couples_constant(const struct jets_system *s, int order, double *sum
 
 static void couples_power(const struct jets_system *s, int order, double *work, double *heat) {
     const struct jets_loads *loads = s->loads;
-    if (loads->couples) couples_slips(s, order);
-    if (loads->losses) couples_product(s, loads->hold, loads->slips, order, heat);
-    if (loads->drives) couples_product(s, NULL, loads->motor, order, work);
+    if (loads->losses) couples_waste(s, order, heat);
+    if (loads->drives) couples_effort(s, order, work);
     if (loads->terms->row[PEND_TERM_TORQUE] >= 0) couples_constant(s, order, work);
     if (loads->moves) loads_haul(s, order, work);
 }

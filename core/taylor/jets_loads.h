@@ -47,17 +47,16 @@ enum {
  * fixed         torque of order 0: the given one, and that of the springs at the start
  * part          1 / length; 0 of an empty seat
  * spin          rates of the order at hand
- * slip          the same less those of the parents
  * torque        on the arm, its opposite on the parent, order at hand
  */
-#define LOADS_SEATS(X) X(hold) X(stiff) X(fixed) X(part) X(spin) X(slip) X(torque)
+#define LOADS_SEATS(X) X(hold) X(stiff) X(fixed) X(part) X(spin) X(torque)
 /*
  * Series of the same trees, laid out as those of the rates are, behind eight zeros.
  *
  * cross   imaginary parts of the forces in axes that are fixed, whose real parts are in `force`;
  *         of an order that is under way, first what torques do
  * motor   torques of drives
- * slips   rates less those of the parents, for the power of torques
+ * slips   rates less those of the parents
  */
 #define LOADS_TILES(X) X(cross) X(motor) X(slips)
 
