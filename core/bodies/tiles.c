@@ -3,7 +3,7 @@
 #include <assert.h>
 
 /* bytes of a line of memory; arms of the largest tree: tables of more are read from far memory */
-enum { TILES_LINE = 64, TILES_MOST = 40 };
+enum { TILES_LINE = 64, TILES_MOST = 64 };
 
 static void *tiles_take(char *base, size_t *used, size_t count, size_t bytes) {
     void *part = base ? base + *used : NULL;
@@ -16,14 +16,7 @@ static int tiles_is_root(const struct pend_tree *tree, int k) {
     return tree->parent[k] < k / TILE_ARMS * TILE_ARMS;
 }
 
-/* children of arm k in other tiles */
-static int tiles_kids(const struct pend_tree *tree, int k) {
-    int kids = 0;
-    for (int c = k + 1; c < tree->end[k]; c = tree->end[c]) kids += tiles_is_root(tree, c);
-    return kids;
-}
-
-/* the roots and ports of a tile */
+/* the roots and kids of a tile */
 static struct tile tiles_measure(const struct pend_tree *tree, int index) {
     struct tile tile = {.first = index * TILE_ARMS};
     int left = tree->n - tile.first;
@@ -31,22 +24,20 @@ static struct tile tiles_measure(const struct pend_tree *tree, int index) {
     tile.arms = left < TILE_ARMS ? left : TILE_ARMS;
     for (int k = tile.first; k < tile.first + tile.arms; k++) {
         tile.roots += tiles_is_root(tree, k);
-        tile.ports += tiles_kids(tree, k) > 0;
+        for (int c = k + 1; c < tree->end[k]; c = tree->end[c])
+            tile.kids += tiles_is_root(tree, c);
     }
-    int outs = TILE_ROOT * tile.roots + TILE_PORT * tile.ports;
-    tile.outs = (outs + TILE_ARMS - 1) / TILE_ARMS * TILE_ARMS;
     return tile;
 }
 
 /* where the numbers of a tile are, from `at` on; returns how many there are */
 static size_t tiles_place(struct tile *tile, size_t at) {
-    size_t outs = (size_t)tile->outs, ports = (size_t)tile->ports, start = at;
-    size_t gain = ports * (TILE_ROOT * TILE_ROOT + TILE_LEAN + TILE_PORT * TILE_PORT * ports);
-    size_t rows = (size_t)TILE_INPUTS * TILE_ARMS;
-    tile->columns = at, at += rows * (TILE_ANSWERS + outs);
-    tile->sway = at, at += outs * TILE_ANSWERS;
+    size_t kids = (size_t)tile->kids, start = at, rows = (size_t)TILE_INPUTS * TILE_ARMS;
+    size_t gain = kids * TILE_OUT * TILE_OUT * (1 + kids);
+    tile->columns = at, at += rows * (TILE_ANSWERS + TILE_ARMS);
+    tile->sway = at, at += TILE_ARMS * TILE_ANSWERS;
     tile->gain = at, at += (gain + TILE_ARMS - 1) / TILE_ARMS * TILE_ARMS;
-    tile->state = at, at += rows + TILE_ANSWERS + outs;
+    tile->state = at, at += rows + TILE_ANSWERS + TILE_ARMS;
     return at - start;
 }
 
@@ -60,16 +51,16 @@ static size_t tiles_lay(struct tiles *tiles, const struct pend_tree *tree, char 
     tiles->numbers = tiles_take(base, &used, numbers, sizeof(double));
     tiles->tile = tiles_take(base, &used, (size_t)tiles->count, sizeof *tiles->tile);
     tiles->root = tiles_take(base, &used, n, sizeof(int));
-    tiles->port = tiles_take(base, &used, n, sizeof(int));
-    tiles->port_root = tiles_take(base, &used, n, sizeof(int));
-    tiles->kid_first = tiles_take(base, &used, n + 1, sizeof(int));
     tiles->kid = tiles_take(base, &used, n, sizeof(int));
+    tiles->kid_root = tiles_take(base, &used, n, sizeof(int));
     return used;
 }
 
 int pend_tiles_suit(const struct pend_tree *tree) {
-    for (int first = 0; first < tree->n; first += TILE_ARMS)
-        if (tiles_measure(tree, first / TILE_ARMS).outs > TILE_ARMS) return 0;
+    for (int first = 0; first < tree->n; first += TILE_ARMS) {
+        struct tile tile = tiles_measure(tree, first / TILE_ARMS);
+        if (TILE_OUT * (tile.roots + tile.kids) > TILE_ARMS) return 0;
+    }
     return tree->n > TILE_ARMS && tree->n <= TILES_MOST;
 }
 
@@ -78,36 +69,30 @@ size_t pend_tiles_bytes(const struct pend_tree *tree) {
     return tiles_lay(&sketch, tree, NULL);
 }
 
-/* which of the tile's roots arm k hangs on */
-static int tiles_root_of(const struct tiles *tiles, const struct tile *tile,
-                         const struct pend_tree *tree, int k) {
-    int i = 0;
-    while (tree->parent[k] >= tile->first) k = tree->parent[k];
-    while (i < tile->roots && tiles->root[tile->root + i] != k) i++;
-    assert(i < tile->roots);
-    return i;
+/* the root of its tile that arm k hangs on */
+static int tiles_root_of(const struct pend_tree *tree, int k) {
+    while (!tiles_is_root(tree, k)) k = tree->parent[k];
+    return k;
 }
 
 void pend_tiles_init(struct tiles *tiles, const struct pend_tree *tree, void *memory) {
     assert(pend_tiles_suit(tree) && (size_t)memory % TILES_LINE == 0);
     tiles_lay(tiles, tree, memory);
-    int roots = 0, ports = 0, kids = 0;
+    int roots = 0, kids = 0;
     size_t at = 0;
     for (int i = 0; i < tiles->count; i++) {
         struct tile tile = tiles_measure(tree, i);
         at += tiles_place(&tile, at);
-        tile.root = roots, tile.port = ports;
+        tile.root = roots, tile.kid = kids;
         for (int k = tile.first; k < tile.first + tile.arms; k++) {
             if (tiles_is_root(tree, k)) tiles->root[roots++] = k;
-            if (!tiles_kids(tree, k)) continue;
-            tiles->port[ports] = k;
-            tiles->port_root[ports] = tiles_root_of(tiles, &tile, tree, k);
-            tiles->kid_first[ports++] = kids;
-            for (int c = k + 1; c < tree->end[k]; c = tree->end[c])
-                if (tiles_is_root(tree, c)) tiles->kid[kids++] = c;
+            for (int c = k + 1; c < tree->end[k]; c = tree->end[c]) {
+                if (!tiles_is_root(tree, c)) continue;
+                tiles->kid_root[kids] = tiles_root_of(tree, k);
+                tiles->kid[kids++] = c;
+            }
         }
         tiles->tile[i] = tile;
     }
-    tiles->kid_first[ports] = kids;
-    assert(ports <= tree->n && kids == roots - 1); // only the first arm hangs on the pivot
+    assert(kids == roots - 1); // only the first arm hangs on the pivot
 }

@@ -124,55 +124,25 @@ VEC_INLINE void tiles_product(const double *columns, const double *input, int co
             wide_put(to + r * TILE_ARMS + p * WIDE, sum[r][p] + other[r][p]);
 }
 
-/* adds a sway to the answers */
-VEC_INLINE void tiles_sway(double *answers, const double *sway, double by) {
-    for (int h = 0; h < TILE_ANSWERS; h += WIDE)
-        wide_put(answers + h, wide_fma(wide_of(by), wide_get(sway + h), wide_get(answers + h)));
-}
-
-/* what the kids of a port ask of it: a force and a moment, and their part of its Re G */
-VEC_INLINE void tiles_asked(const struct bodies_system *s, const struct tiles *t, int port,
-                            double ask[TILE_PORT], double *push) {
-    double x = 0, y = 0, moment = 0, along = 0;
-    for (int i = t->kid_first[port]; i < t->kid_first[port + 1]; i++) {
-        int c = t->kid[i];
-        double ax = s->asked_x[c], ay = s->asked_y[c], px = s->place_x[c], py = s->place_y[c];
-        x = num_fma(s->carry_xx[c], ax, num_fma(s->carry_yx[c], ay, x));
-        y = num_fma(s->carry_xy[c], ax, num_fma(s->carry_yy[c], ay, y));
-        moment = num_fma(py, ax, num_sub(moment, px * ay));
-        along = num_fma(px, ax, num_fma(py, ay, along));
-    }
-    ask[0] = x, ask[1] = y, ask[2] = moment;
-    *push = along;
-}
-
-/* what the kids of a tile's ports ask goes to its answers, its outputs and its roots */
+/* what the kids ask goes to the roots' forces and to the kids' outputs */
 VEC_INLINE void tiles_join(const struct bodies_system *s, const struct tiles *t,
-                           const struct tile *tile, double *answers, double *outputs) {
-    int roots = TILE_ROOT * tile->roots, ports = TILE_PORT * tile->ports;
+                           const struct tile *tile, double *outputs) {
+    int asks = TILE_OUT * tile->kids;
     const double *mutual = tiles_mutual(t, tile);
     for (int r = 0; r < tile->roots; r++) {
         int a = t->root[tile->root + r];
-        s->asked_x[a] = outputs[TILE_ROOT * r], s->asked_y[a] = outputs[TILE_ROOT * r + 1];
+        s->asked_x[a] = outputs[TILE_OUT * r], s->asked_y[a] = outputs[TILE_OUT * r + 1];
     }
-    for (int j = 0; j < tile->ports; j++) {
-        const double *gain = tiles_port(t, tile, j);
-        double ask[TILE_PORT], push;
-        int port = tile->port + j, a = t->root[tile->root + t->port_root[port]];
-        tiles_asked(s, t, port, ask, &push);
-        s->asked_x[a] = num_fma(gain[0], ask[0], num_fma(gain[2], ask[1], s->asked_x[a]));
-        s->asked_y[a] = num_fma(gain[1], ask[0], num_fma(gain[3], ask[1], s->asked_y[a]));
-        for (int i = 0; i < TILE_PORT; i++) {
-            int out = TILE_PORT * j + i;
-            tiles_sway(answers, t->numbers + tile->sway + (roots + out) * TILE_ANSWERS, ask[i]);
-            for (int k = 0; k < ports; k++)
-                outputs[roots + k] = num_fma(mutual[k * ports + out], ask[i], outputs[roots + k]);
-        }
-        int lane = t->port[port] - tile->first;
-        for (int h = 0; h < TILE_ARMS; h += WIDE) {
-            double *at = answers + TILE_ARMS + h;
-            wide_put(at, wide_get(at) + wide_only(push, lane, h));
-        }
+    outputs += TILE_OUT * tile->roots;
+    for (int j = 0; j < tile->kids; j++) {
+        const double *gain = tiles_gain(t, tile, j);
+        int c = t->kid[tile->kid + j], a = t->kid_root[tile->kid + j];
+        double x = s->asked_x[c], y = s->asked_y[c];
+        s->asked_x[a] = num_fma(gain[0], x, num_fma(gain[2], y, s->asked_x[a]));
+        s->asked_y[a] = num_fma(gain[1], x, num_fma(gain[3], y, s->asked_y[a]));
+        for (int k = 0; k < asks; k++, mutual++)
+            outputs[k] = num_fma(mutual[0], x, num_fma(mutual[asks], y, outputs[k]));
+        mutual += asks;
     }
 }
 
@@ -186,67 +156,73 @@ VEC_INLINE void tiles_up(const struct bodies_system *s, int k, num gamma) {
         for (int h = 0; h < TILE_ARMS; h += WIDE)
             tiles_inputs(s, input + h, tile->first + h, k, gamma);
         tiles_product(t->numbers + tile->columns, input, tile->arms, answers);
-        tiles_join(s, t, tile, answers, answers + TILE_ANSWERS);
+        tiles_join(s, t, tile, answers + TILE_ANSWERS);
     }
 }
 
-/* what the parent of a root, a port of a tile before, or the pivot, makes of its base */
-VEC_INLINE void tiles_hang(const struct bodies_system *s, int a, int k) {
-    int p = s->parent[a];
-    assert(p < a);
-    if (p < 0) {
-        num x = s->lift_x[k], y = s->lift_y[k], C = s->cosine[0], Z = s->sine[0];
-        s->base_x[0] = num_fma(C, x, num_mul(Z, y));
-        s->base_y[0] = num_sub(num_mul(C, y), num_mul(Z, x));
-        return;
+/* what the outputs make of the answers of the arms from h on */
+struct tiles_answers {
+    wide chi, push;
+};
+
+VEC_INLINE void tiles_sway(struct tiles_answers *answers, const double *sway, double x, double y) {
+    const double *across = sway + TILE_ANSWERS;
+    answers->chi = wide_fma(wide_of(x), wide_get(sway), answers->chi);
+    answers->push = wide_fma(wide_of(x), wide_get(sway + TILE_ARMS), answers->push);
+    answers->chi = wide_fma(wide_of(y), wide_get(across), answers->chi);
+    answers->push = wide_fma(wide_of(y), wide_get(across + TILE_ARMS), answers->push);
+}
+
+VEC_INLINE struct tiles_answers tiles_answer(const struct bodies_system *s,
+                                             const struct tile *tile, const double *to, int h) {
+    const struct tiles *t = s->tiles;
+    const double *sway = t->numbers + tile->sway + h;
+    struct tiles_answers answers = {wide_get(to + h), wide_get(to + TILE_ARMS + h)};
+    struct tiles_answers other = {wide_of(0), wide_of(0)};
+    for (int r = 0; r < tile->roots; r++, sway += TILE_OUT * TILE_ANSWERS) {
+        int a = t->root[tile->root + r];
+        tiles_sway(&answers, sway, s->base_x[a], s->base_y[a]);
     }
-    num kr = s->pulled[p], chi = s->answer[p], px = s->place_x[a], py = s->place_y[a];
-    num ax = s->base_x[p], ay = s->base_y[p];
-    num x = num_sub(num_mul(px, kr), num_mul(py, chi)), y = num_fma(py, kr, num_mul(px, chi));
-    x = num_fma(s->carry_xx[a], ax, x);
-    y = num_fma(s->carry_yx[a], ax, y);
-    s->base_x[a] = num_fma(s->carry_xy[a], ay, x);
-    s->base_y[a] = num_fma(s->carry_yy[a], ay, y);
+    for (int j = 0; j < tile->kids; j++, sway += TILE_OUT * TILE_ANSWERS) {
+        int c = t->kid[tile->kid + j];
+        tiles_sway(&other, sway, s->asked_x[c], s->asked_y[c]);
+    }
+    return (struct tiles_answers){answers.chi + other.chi, answers.push + other.push};
 }
 
 /* the coefficients of order k of G, and of order k + 1 of rates and turns, of arms from arm a on,
- * whose inputs and answers are at `input` and `answers` */
+ * whose inputs are at `input` */
 VEC_INLINE void tiles_close(const struct bodies_system *s, int a, int k, const double *input,
-                            const double *answers) {
+                            struct tiles_answers answers) {
     size_t now = bodies_row(s, a) + (size_t)k * TILES_STRIDE, next = now + TILES_STRIDE;
     wide share = wide_of(s->share[k]), turn_share = wide_of(s->share[k + 1]);
-    wide chi = wide_get(answers), Tr = wide_get(s->wind_x + a);
+    wide chi = answers.chi, Tr = wide_get(s->wind_x + a);
     wide rate = (chi - wide_get(s->turned + a)) * share;
     wide_put(s->rate + next, rate);
     wide_put(s->turn_re + next + TILES_STRIDE, -(wide_get(s->wind_y + a) * turn_share));
     wide_put(s->turn_im + next + TILES_STRIDE, (rate + Tr) * turn_share);
-    wide_put(s->push_x + now, wide_get(answers + TILE_ARMS));
+    wide_put(s->push_x + now, answers.push);
     wide_put(s->push_y + now, wide_get(input) - wide_get(s->inertia + a) * chi);
 }
 
 /* from the first tile to the last */
 VEC_INLINE void tiles_down(const struct bodies_system *s, int k) {
     const struct tiles *t = s->tiles;
+    double lift_x = s->lift_x[k], lift_y = s->lift_y[k], cosine = s->cosine[0], sine = s->sine[0];
+    s->base_x[0] = num_fma(cosine, lift_x, num_mul(sine, lift_y));
+    s->base_y[0] = num_sub(num_mul(cosine, lift_y), num_mul(sine, lift_x));
     for (const struct tile *tile = t->tile; tile < t->tile + t->count; tile++) {
         double *input = t->numbers + tile->state, *answers = input + TILE_INPUTS * TILE_ARMS;
-        const double *outputs = answers + TILE_ANSWERS + TILE_ROOT * tile->roots;
-        for (int r = 0; r < tile->roots; r++) {
-            const double *sway = t->numbers + tile->sway + r * TILE_ROOT * TILE_ANSWERS;
-            int a = t->root[tile->root + r];
-            tiles_hang(s, a, k);
-            tiles_sway(answers, sway, s->base_x[a]);
-            tiles_sway(answers, sway + TILE_ANSWERS, s->base_y[a]);
-        }
-        for (int j = 0; j < tile->ports; j++, outputs += TILE_PORT) {
-            const double *gain = tiles_port(t, tile, j);
-            int port = tile->port + j, a = t->root[tile->root + t->port_root[port]];
+        const double *outputs = answers + TILE_ANSWERS + TILE_OUT * tile->roots;
+        for (int j = 0; j < tile->kids; j++, outputs += TILE_OUT) {
+            const double *gain = tiles_gain(t, tile, j);
+            int c = t->kid[tile->kid + j], a = t->kid_root[tile->kid + j];
             num x = s->base_x[a], y = s->base_y[a];
-            s->base_x[t->port[port]] = num_fma(gain[0], x, num_fma(gain[1], y, outputs[0]));
-            s->base_y[t->port[port]] = num_fma(gain[2], x, num_fma(gain[3], y, outputs[1]));
-            s->answer[t->port[port]] = outputs[2];
+            s->base_x[c] = num_fma(gain[0], x, num_fma(gain[1], y, outputs[0]));
+            s->base_y[c] = num_fma(gain[2], x, num_fma(gain[3], y, outputs[1]));
         }
         for (int h = 0; h < TILE_ARMS; h += WIDE)
-            tiles_close(s, tile->first + h, k, input + h, answers + h);
+            tiles_close(s, tile->first + h, k, input + h, tiles_answer(s, tile, answers, h));
     }
     // the force of the first joint is what the pivot exerts
     num x = s->base_x[0], y = s->base_y[0], C = s->cosine[0], Z = s->sine[0];

@@ -24,33 +24,19 @@ struct tiles_probe {
         base_y[TILE_ARMS], chi[TILE_ARMS], push[TILE_ARMS];
 };
 
-/* numbers of a port: TILE_ROOT^2 of its gain, then TILE_LEAN */
-enum { TILES_PORT_GAIN = TILE_ROOT * TILE_ROOT + TILE_LEAN };
-
-VEC_INLINE double *tiles_port(const struct tiles *t, const struct tile *tile, int i) {
-    return t->numbers + tile->gain + i * TILES_PORT_GAIN;
+/* the matrix of kid j, and what asked forces make of kids' outputs */
+VEC_INLINE double *tiles_gain(const struct tiles *t, const struct tile *tile, int j) {
+    return t->numbers + tile->gain + j * TILE_OUT * TILE_OUT;
 }
 
-/* what makes of the ports' outputs what each of these is */
 VEC_INLINE double *tiles_mutual(const struct tiles *t, const struct tile *tile) {
-    return tiles_port(t, tile, tile->ports);
+    return tiles_gain(t, tile, tile->kids);
 }
 
-/* what the kids of a port add to its Re G, but for what they ask */
-static void tiles_lean(const struct bodies_system *s, const struct tiles *t, int port,
-                       double lean[TILE_LEAN]) {
-    for (int i = 0; i < TILE_LEAN; i++) lean[i] = 0;
-    for (int i = t->kid_first[port]; i < t->kid_first[port + 1]; i++) {
-        int c = t->kid[i];
-        double x = s->place_x[c], y = s->place_y[c];
-        double gx = num_fma(s->form_xx[c], x, s->form_xy[c] * y);
-        double gy = num_fma(s->form_xy[c], x, s->form_yy[c] * y);
-        lean[0] += num_fma(gx, s->carry_xx[c], gy * s->carry_yx[c]);
-        lean[1] += num_fma(gx, s->carry_xy[c], gy * s->carry_yy[c]);
-        lean[2] += num_fma(gx, x, gy * y);
-        lean[3] += num_sub(gy * x, gx * y);
-    }
-}
+/* what the base of each kid accelerates with for the units */
+struct tiles_told {
+    wide x[TILE_ARMS / TILE_OUT], y[TILE_ARMS / TILE_OUT];
+};
 
 /* leaves to roots */
 VEC_INLINE void tiles_climb(const struct bodies_system *s, const struct tile *tile,
@@ -118,104 +104,89 @@ VEC_INLINE void tiles_units(const struct bodies_system *s, const struct tile *ti
     }
 }
 
-/* units of outputs: accelerations of the roots' bases, and what kids ask */
-VEC_INLINE void tiles_outer(const struct tiles *t, const struct tile *tile, int h,
+/* units of outputs: accelerations of the roots' bases, and forces that kids ask, which are forces
+ * and moments on what carries them and parts of its Re G */
+VEC_INLINE void tiles_outer(const struct bodies_system *s, const struct tile *tile, int h,
                             struct tiles_probe *u) {
+    const struct tiles *t = s->tiles;
     for (int i = 0; i < tile->arms; i++)
         u->x[i] = u->y[i] = u->answer[i] = u->pulled[i] = u->push[i] = u->base_x[i] = u->base_y[i] =
             wide_of(0);
-    for (int lane = h; lane < h + WIDE; lane++) {
-        int out = lane, port = (out - TILE_ROOT * tile->roots) / TILE_PORT;
-        wide unit = wide_only(1, lane, h);
-        if (out < TILE_ROOT * tile->roots) {
-            int i = t->root[tile->root + out / TILE_ROOT] - tile->first;
-            *(out % TILE_ROOT ? &u->base_y[i] : &u->base_x[i]) = unit;
-        } else if (port < tile->ports) {
-            int i = t->port[tile->port + port] - tile->first;
-            int which = out - TILE_ROOT * tile->roots - TILE_PORT * port;
-            *(which == 0 ? &u->x[i] : which == 1 ? &u->y[i] : &u->answer[i]) = unit;
-        }
+    for (int r = 0; r < tile->roots; r++) {
+        int i = t->root[tile->root + r] - tile->first;
+        u->base_x[i] = wide_only(1, TILE_OUT * r, h);
+        u->base_y[i] = wide_only(1, TILE_OUT * r + 1, h);
+    }
+    for (int j = 0; j < tile->kids; j++) {
+        int c = t->kid[tile->kid + j], i = s->parent[c] - tile->first;
+        int lane = TILE_OUT * (tile->roots + j);
+        u->x[i] += wide_only(s->carry_xx[c], lane, h) + wide_only(s->carry_yx[c], lane + 1, h);
+        u->y[i] += wide_only(s->carry_xy[c], lane, h) + wide_only(s->carry_yy[c], lane + 1, h);
+        u->answer[i] += wide_only(s->place_y[c], lane, h) - wide_only(s->place_x[c], lane + 1, h);
+        u->push[i] += wide_only(s->place_x[c], lane, h) + wide_only(s->place_y[c], lane + 1, h);
     }
 }
 
-/* the two sweeps */
-VEC_INLINE void tiles_sweep(const struct bodies_system *s, const struct tiles *t,
-                            const struct tile *tile, struct tiles_probe *u) {
+/* the two sweeps; and the kids' bases, whose forces without what they ask join the Re G of what
+ * carries them */
+VEC_INLINE void tiles_sweep(const struct bodies_system *s, const struct tile *tile,
+                            struct tiles_probe *u, struct tiles_told *told) {
     tiles_climb(s, tile, u);
     tiles_descend(s, tile, u);
-    for (int j = 0; j < tile->ports; j++) {
-        const double *lean = tiles_port(t, tile, j) + TILE_ROOT * TILE_ROOT;
-        int i = t->port[tile->port + j] - tile->first;
-        wide sum = wide_fma(wide_of(lean[0]), u->base_x[i], u->push[i]);
-        sum = wide_fma(wide_of(lean[1]), u->base_y[i], sum);
-        sum = wide_fma(wide_of(lean[2]), u->pulled[i], sum);
-        u->push[i] = wide_fma(wide_of(lean[3]), u->answer[i], sum);
+    for (int j = 0; j < tile->kids; j++) {
+        int c = s->tiles->kid[tile->kid + j], p = s->parent[c] - tile->first;
+        wide x, y, xy = wide_of(s->form_xy[c]);
+        tiles_base(s, c, p, u, &x, &y);
+        wide fx = wide_fma(wide_of(s->form_xx[c]), x, xy * y);
+        wide fy = wide_fma(xy, x, wide_of(s->form_yy[c]) * y);
+        u->push[p] = wide_fma(wide_of(s->place_x[c]), fx, u->push[p]);
+        u->push[p] = wide_fma(wide_of(s->place_y[c]), fy, u->push[p]);
+        told->x[j] = x, told->y[j] = y;
     }
 }
 
 /* output `out` of the units */
-VEC_INLINE wide tiles_told(const struct tiles *t, const struct tile *tile, int out,
-                           const struct tiles_probe *u) {
-    if (out < TILE_ROOT * tile->roots) {
-        int i = t->root[tile->root + out / TILE_ROOT] - tile->first;
-        return out % TILE_ROOT ? u->y[i] : u->x[i];
-    }
-    out -= TILE_ROOT * tile->roots;
-    int i = t->port[tile->port + out / TILE_PORT] - tile->first, which = out % TILE_PORT;
-    return which == 0 ? u->base_x[i] : which == 1 ? u->base_y[i] : u->answer[i];
+VEC_INLINE wide tiles_tell(const struct tiles *t, const struct tile *tile, int out,
+                           const struct tiles_probe *u, const struct tiles_told *told) {
+    int which = out % TILE_OUT, j = out / TILE_OUT - tile->roots;
+    if (j >= 0) return which ? told->y[j] : told->x[j];
+    int i = t->root[tile->root + out / TILE_OUT] - tile->first;
+    return which ? u->y[i] : u->x[i];
 }
 
-/* whether the answers to an output have the sign of its units */
-VEC_INLINE int tiles_alike(const struct tile *tile, int out) {
-    return out >= TILE_ROOT * tile->roots && (out - TILE_ROOT * tile->roots) % TILE_PORT == 2;
-}
-
-/* the columns of the inputs and the sways, from the units of moments (row 0) and of kr (row 1) */
+/* the columns of the inputs, and the sways, from the units of moments (row 0) and of kr (row 1) */
 VEC_INLINE void tiles_columns(const struct tiles *t, const struct tile *tile, int row, int h,
-                              const struct tiles_probe *u) {
-    size_t stride = (size_t)(TILE_ANSWERS + tile->outs), rows = TILE_ARMS * stride;
+                              const struct tiles_probe *u, const struct tiles_told *told) {
+    enum { STRIDE = TILE_ANSWERS + TILE_ARMS, ROWS = TILE_ARMS * STRIDE };
     double *to = t->numbers + tile->columns + row * TILE_ARMS + h;
     wide sign = wide_of(row ? -1 : 1);
-    for (int i = 0; i < tile->arms; i++, to += stride) {
+    for (int i = 0; i < tile->arms; i++, to += STRIDE) {
         wide_put(to, sign * u->chi[i]);
-        wide_put(to + rows, -sign * u->push[i]);
+        wide_put(to + ROWS, -sign * u->push[i]);
     }
     double *sway = t->numbers + tile->sway + row * TILE_ARMS + h;
-    int outs = TILE_ROOT * tile->roots + TILE_PORT * tile->ports;
-    for (int out = 0; out < outs; out++) {
-        wide told = sign * tiles_told(t, tile, out, u);
-        wide_put(sway + out * TILE_ANSWERS, tiles_alike(tile, out) ? told : -told);
+    double *outputs = t->numbers + tile->columns + (row * TILE_ARMS + h) * STRIDE + TILE_ANSWERS;
+    for (int out = 0; out < TILE_OUT * (tile->roots + tile->kids); out++) {
+        wide all = tiles_tell(t, tile, out, u, told);
+        wide_put(sway + out * TILE_ANSWERS, -sign * all);
+        for (int lane = 0; lane < WIDE; lane++) outputs[lane * STRIDE + out] = all[lane];
     }
 }
 
-/* of units of a row of inputs: the outputs behind the inputs' columns */
-VEC_INLINE void tiles_outputs(const struct tiles *t, const struct tile *tile, int row, int h,
-                              const struct tiles_probe *u) {
-    size_t stride = (size_t)(TILE_ANSWERS + tile->outs);
-    double *to = t->numbers + tile->columns + (size_t)(row * TILE_ARMS + h) * stride + TILE_ANSWERS;
-    int outs = TILE_ROOT * tile->roots + TILE_PORT * tile->ports;
-    for (int out = 0; out < outs; out++) {
-        wide told = tiles_told(t, tile, out, u);
-        for (int lane = 0; lane < WIDE; lane++)
-            to[(size_t)lane * stride + (size_t)out] = told[lane];
-    }
-}
-
-/* of units of outputs: the ports' gains, and what makes of their outputs what these are */
+/* of units of outputs: the kids' gains, and what kids ask of each other */
 VEC_INLINE void tiles_gains(const struct tiles *t, const struct tile *tile, int h,
-                            const struct tiles_probe *u) {
-    int roots = TILE_ROOT * tile->roots, wide_ports = TILE_PORT * tile->ports;
+                            const struct tiles_told *told) {
+    int roots = TILE_OUT * tile->roots, asks = TILE_OUT * tile->kids;
     double *mutual = tiles_mutual(t, tile);
-    for (int out = roots; out < roots + wide_ports; out++) {
-        wide told = tiles_told(t, tile, out, u);
-        int port = (out - roots) / TILE_PORT, which = (out - roots) % TILE_PORT;
-        int own = TILE_ROOT * t->port_root[tile->port + port];
+    for (int out = 0; out < asks; out++) {
+        int j = out / TILE_OUT, root = 0;
+        wide all = out % TILE_OUT ? told->y[j] : told->x[j];
+        while (t->root[tile->root + root] != t->kid_root[tile->kid + j]) root++;
+        double *gain = tiles_gain(t, tile, j) + out % TILE_OUT * TILE_OUT;
         for (int lane = 0; lane < WIDE; lane++) {
-            int by = h + lane;
-            if (by >= roots && by < roots + wide_ports)
-                mutual[(out - roots) * wide_ports + by - roots] = told[lane];
-            if ((by == own || by == own + 1) && which < 2)
-                tiles_port(t, tile, port)[which * TILE_ROOT + by - own] = told[lane];
+            int by = h + lane - roots, own = h + lane - TILE_OUT * root;
+            if (by >= 0 && by < asks) mutual[by * asks + out] = all[lane];
+            if (own == 0 || own == 1) gain[own] = all[lane];
         }
     }
 }
@@ -224,21 +195,18 @@ VEC_INLINE void tiles_gains(const struct tiles *t, const struct tile *tile, int 
 static void tiles_prepare(const struct bodies_system *s) {
     const struct tiles *t = s->tiles;
     for (const struct tile *tile = t->tile; tile < t->tile + t->count; tile++) {
-        struct tiles_probe u;
-        for (int j = 0; j < tile->ports; j++)
-            tiles_lean(s, t, tile->port + j, tiles_port(t, tile, j) + TILE_ROOT * TILE_ROOT);
         for (int h = 0; h < TILE_ARMS; h += WIDE) {
+            struct tiles_probe u[TILE_INPUTS + 1];
+            struct tiles_told told[TILE_INPUTS + 1];
             for (int row = 0; row < TILE_INPUTS; row++) {
-                tiles_units(s, tile, row, h, &u);
-                tiles_sweep(s, t, tile, &u);
-                tiles_columns(t, tile, row, h, &u);
-                tiles_outputs(t, tile, row, h, &u);
+                tiles_units(s, tile, row, h, &u[row]);
+                tiles_sweep(s, tile, &u[row], &told[row]);
+                tiles_columns(t, tile, row, h, &u[row], &told[row]);
             }
-            if (tile->ports) {
-                tiles_outer(t, tile, h, &u);
-                tiles_sweep(s, t, tile, &u);
-                tiles_gains(t, tile, h, &u);
-            }
+            if (!tile->kids) continue;
+            tiles_outer(s, tile, h, &u[TILE_INPUTS]);
+            tiles_sweep(s, tile, &u[TILE_INPUTS], &told[TILE_INPUTS]);
+            tiles_gains(t, tile, h, &told[TILE_INPUTS]);
         }
     }
 }
