@@ -2,8 +2,8 @@
 
 #include <assert.h>
 
-/* bytes of a line of memory; arms of the largest tree: tables of more are read from far memory */
-enum { TILES_LINE = 64, TILES_MOST = 64 };
+/* bytes of a line of memory; arms of the largest tree that was measured */
+enum { TILES_LINE = 64, TILES_MOST = 256 };
 
 static void *tiles_take(char *base, size_t *used, size_t count, size_t bytes) {
     void *part = base ? base + *used : NULL;

@@ -45,7 +45,7 @@ struct tiles {
     double *numbers;
 };
 
-/** Returns non-zero if tiles gain: 9 to 64 arms, and no tile has more outputs than a row
+/** Returns non-zero if tiles gain: 9 to 256 arms, and no tile has more outputs than a row
  * holds, as those of chains and of trees of few long limbs. O(n). */
 int pend_tiles_suit(const struct pend_tree *tree);
 

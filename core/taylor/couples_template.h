@@ -187,21 +187,23 @@ static void couples_along(const struct jets_system *s, int order) {
     }
 }
 
-/* the force that the pivot exerts, along the first arm's axes */
+/* the force that the pivot exerts, along the first arm's axes: F = lambda u of point masses */
 static void couples_haul(const struct jets_system *s, int order) {
     const struct jets_loads *loads = s->loads;
     size_t row = jets_row(s, couples_seat(loads, 0));
+    double force[LOADS_ORDERS], turn[2][LOADS_MARGIN + LOADS_ORDERS] = {{0}};
     for (int k = 0; k < order; k++) {
-        size_t now = row + (size_t)k * COUPLES_ARMS;
-        double x = s->force[now], y = loads->couples ? loads->cross[now] : 0;
-        for (int j = 1; j <= k && !loads->couples; j++) {
-            double lambda = s->force[now - (size_t)j * COUPLES_ARMS];
-            x += s->turn_re[row + (size_t)j * COUPLES_ARMS] * lambda;
-            y += s->turn_im[row + (size_t)j * COUPLES_ARMS] * lambda;
-        }
-        loads->haul_x[k] = x;
-        loads->haul_y[k] = y;
+        size_t at = row + (size_t)k * COUPLES_ARMS;
+        force[k] = s->force[at];
+        loads->haul_x[k] = loads->couples ? force[k] : 0;
+        loads->haul_y[k] = loads->couples ? loads->cross[at] : 0;
+        turn[0][LOADS_MARGIN + k] = k ? s->turn_re[at] : 1;
+        turn[1][LOADS_MARGIN + k] = k ? s->turn_im[at] : 0;
     }
+    if (loads->couples) return;
+    for (int k = order; k % WIDE; k++) loads->haul_x[k] = loads->haul_y[k] = 0;
+    loads_product(force, turn[0] + LOADS_MARGIN, order, loads->haul_x);
+    loads_product(force, turn[1] + LOADS_MARGIN, order, loads->haul_y);
 }
 
 /* sums of an order over the arms of a lane */

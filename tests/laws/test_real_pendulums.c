@@ -117,6 +117,25 @@ TEST(motions_of_real_pendulums_agree_with_gsl_and_keep_their_energys_balance) {
     CHECK_RESIDUAL(exchange, 2e-11, "work and heat by taylor and by rk8pd");
 }
 
+TEST(the_balance_of_energy_holds_over_a_thousand_seconds_with_everything_on) {
+    unsigned long long seed = 3;
+    double drift = 0;
+    for (int n = 1; n <= 4; n++) {
+        struct test_tree t;
+        struct test_bodies b;
+        struct motion m;
+        test_tree_random(&t, TEST_TREE_LIMBS, n, 0.3, &seed);
+        test_bodies_random(&b, t.tree, TEST_TERMS_ALL, &seed);
+        motion_run("taylor", 1000, &t, &b, &m);
+        CHECK_SAYING(m.heat[INSTANTS - 1] > 0 && m.work[INSTANTS - 1] != 0, "heat %g, work %g",
+                     m.heat[INSTANTS - 1], m.work[INSTANTS - 1]);
+        drift = fmax(drift, m.stats.energy_drift);
+        test_bodies_clear(&b);
+        test_tree_clear(&t);
+    }
+    CHECK_RESIDUAL(drift, 1e-13, "drift of the energy's balance");
+}
+
 TEST(samples_of_real_pendulums_have_the_dense_forms_forces) {
     unsigned long long seed = 11;
     double worst = 0, place = 0;
