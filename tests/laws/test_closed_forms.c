@@ -427,43 +427,62 @@ static int repeats(struct rig *r, double period, int before) {
     return 0;
 }
 
-LAW(law_the_driven_damped_pendulum_doubles_its_period_where_it_is_published_to) {
-    // J. R. Taylor, Classical Mechanics (2005), figure 12.8: w = 2 pi, w_0 = 1.5 w, beta = w_0 / 4,
-    // from -pi/2 at rest; chaos begins at 1.0829
-    static const struct {
+/*
+ * theta'' + theta' / 2 + sin theta = b cos(2 t / 3), the pendulum of both books (J. R. Taylor's in
+ * units of 1 / (3 pi) s). Its periods double where a multiplier of the orbit is -1. SciPy 1.10 found
+ * these by Newton's method on the orbit and its variation over its period (DOP853, 3e-13), and
+ * Brent's on the multiplier: from hanging, and turning over once a period. Taylor prints 1.0663,
+ * 1.0793 and 1.0821.
+ */
+static const double doubles[] = {1.06637286246, 1.07931390590, 1.08208438429},
+                    turning_doubles[] = {1.42487324721, 1.45982460384};
+
+LAW(law_the_driven_damped_pendulum_doubles_its_period_where_its_multiplier_is_minus_1) {
+    // w = 2 pi, w_0 = 1.5 w, beta = w_0 / 4, from -pi/2 at rest
+    const struct {
         double gamma;
         int every;
-    } taylor[] = {{1.06, 1}, {1.078, 2}, {1.081, 4}, {1.0826, 8}, {1.105, 0}};
-    for (int i = 0; i < 5; i++) {
+    } tries[] = {{doubles[0] - 1e-3, 1}, {doubles[0] + 1e-3, 2}, {doubles[1] - 5e-4, 2},
+                 {doubles[1] + 5e-4, 4}, {doubles[2] - 1e-4, 4}, {doubles[2] + 2e-4, 8},
+                 {1.105, 0}};
+    for (int i = 0; i < 7; i++) {
         struct rig r;
         double w = 1.5 * 2 * M_PI;
         rig_open(&r, 1, w * w, 1, (int[]){0});
         r.phi[0] = -M_PI;
         *rig_term(&r, PEND_TERM_DAMPING, 0) = w / 2;
         rig_tree(&r);
-        rig_harmonic(&r, 0, taylor[i].gamma * w * w, 2 * M_PI, 0);
+        rig_harmonic(&r, 0, tries[i].gamma * w * w, 2 * M_PI, 0);
         int every = repeats(&r, 1, 600);
-        CHECK_SAYING(every == taylor[i].every, "gamma %g repeats after %d", taylor[i].gamma, every);
+        CHECK_SAYING(every == tries[i].every, "gamma %g repeats after %d", tries[i].gamma, every);
         rig_close(&r);
     }
 }
 
-LAW(law_the_pendulum_of_baker_and_gollub_goes_to_chaos_and_back_as_published) {
-    // G. L. Baker and J. P. Gollub, Chaotic Dynamics (1990), chapter 3: phi'' + phi' / 2 + sin phi
-    // = b cos(2 t / 3)
-    static const struct {
+LAW(law_the_pendulum_of_baker_and_gollub_goes_to_chaos_and_back) {
+    // G. L. Baker and J. P. Gollub, Chaotic Dynamics (1990), chapter 3
+    const struct {
         double b;
         int every;
-    } published[] = {{0.9, 1}, {1.07, 2}, {1.15, 0}, {1.35, 1}, {1.45, 2}, {1.47, 4}, {1.5, 0}};
-    for (int i = 0; i < 7; i++) {
+    } tries[] = {{0.9, 1},
+                 {doubles[0] - 2e-3, 1},
+                 {doubles[0] + 2e-3, 2},
+                 {1.15, 0},
+                 {1.35, 1},
+                 {turning_doubles[0] - 2e-3, 1},
+                 {turning_doubles[0] + 2e-3, 2},
+                 {turning_doubles[1] - 2e-3, 2},
+                 {turning_doubles[1] + 2e-3, 4},
+                 {1.5, 0}};
+    for (size_t i = 0; i < sizeof tries / sizeof *tries; i++) {
         struct rig r;
         rig_open(&r, 1, 1, 1, (int[]){0});
         r.phi[0] += 0.2;
         *rig_term(&r, PEND_TERM_DAMPING, 0) = 0.5;
         rig_tree(&r);
-        rig_harmonic(&r, 0, published[i].b, 2.0 / 3, 0);
+        rig_harmonic(&r, 0, tries[i].b, 2.0 / 3, 0);
         int every = repeats(&r, 3 * M_PI, 400);
-        CHECK_SAYING(every == published[i].every, "b %g repeats after %d", published[i].b, every);
+        CHECK_SAYING(every == tries[i].every, "b %g repeats after %d", tries[i].b, every);
         rig_close(&r);
     }
 }
