@@ -24,8 +24,7 @@ static struct tile tiles_measure(const struct pend_tree *tree, int index) {
     tile.arms = left < TILE_ARMS ? left : TILE_ARMS;
     for (int k = tile.first; k < tile.first + tile.arms; k++) {
         tile.roots += tiles_is_root(tree, k);
-        for (int c = k + 1; c < tree->end[k]; c = tree->end[c])
-            tile.kids += tiles_is_root(tree, c);
+        for (int c = k + 1; c < tree->end[k]; c = tree->end[c]) tile.kids += tiles_is_root(tree, c);
     }
     return tile;
 }

@@ -12,7 +12,7 @@
 
 enum {
     TILE_ARMS = 8,
-    TILE_INPUTS = 2, /* rows of eight inputs: moments, and kr */
+    TILE_INPUTS = 2,             /* rows of eight inputs: moments, and kr */
     TILE_OUT = 2,                /* numbers of an output */
     TILE_ANSWERS = 2 * TILE_ARMS /* chi of its arms, and Re G */
 };

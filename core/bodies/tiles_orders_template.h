@@ -129,6 +129,7 @@ VEC_INLINE void tiles_join(const struct bodies_system *s, const struct tiles *t,
                            const struct tile *tile, double *outputs) {
     int asks = TILE_OUT * tile->kids;
     const double *mutual = tiles_mutual(t, tile);
+    assert(TILE_OUT * tile->roots + asks <= TILE_ARMS);
     for (int r = 0; r < tile->roots; r++) {
         int a = t->root[tile->root + r];
         s->asked_x[a] = outputs[TILE_OUT * r], s->asked_y[a] = outputs[TILE_OUT * r + 1];
@@ -173,8 +174,8 @@ VEC_INLINE void tiles_sway(struct tiles_answers *answers, const double *sway, do
     answers->push = wide_fma(wide_of(y), wide_get(across + TILE_ARMS), answers->push);
 }
 
-VEC_INLINE struct tiles_answers tiles_answer(const struct bodies_system *s,
-                                             const struct tile *tile, const double *to, int h) {
+VEC_INLINE struct tiles_answers tiles_answer(const struct bodies_system *s, const struct tile *tile,
+                                             const double *to, int h) {
     const struct tiles *t = s->tiles;
     const double *sway = t->numbers + tile->sway + h;
     struct tiles_answers answers = {wide_get(to + h), wide_get(to + TILE_ARMS + h)};

@@ -98,6 +98,7 @@ static void kinematics_units_fill(struct kinematics_units *units, int n, const d
 
 void pend_kinematics_units(int n, const double phi[], double re[], double im[]) {
     struct kinematics_units units;
+    assert(n >= 1 && re != im && phi != re && phi != im);
     kinematics_units_begin(&units);
     for (int k = 0; k < n; k = units.end) {
         kinematics_units_fill(&units, n, phi, k);

@@ -244,8 +244,8 @@ static double at_potential(const struct pend_tree *tree, const struct pend_loads
     int springs = loads->terms->row[PEND_TERM_STIFFNESS] >= 0;
     for (int k = 0; k < tree->n; k++) {
         int p = tree->parent[k], cart = at_cart(loads, k);
-        double base = p < 0 ? at_pivot(loads, time, 0).y
-                            : height[p] + at_hang(tree, loads, state, k).y;
+        double base =
+            p < 0 ? at_pivot(loads, time, 0).y : height[p] + at_hang(tree, loads, state, k).y;
         if (cart) base = at_rail(loads, phi[0]).y;
         int points = at_masses(tree, loads, k, mass);
         for (int i = 0; i < points; i++) {

@@ -5,6 +5,8 @@
 #ifndef PEND_EXCHANGE_H
 #define PEND_EXCHANGE_H
 
+#include <assert.h>
+
 #include "core/base/checkpoint.h"
 
 enum { PEND_EXCHANGE_ORDERS = 80 };
@@ -33,8 +35,7 @@ static inline double pend_given_inside(const struct pend_exchange *exchange,
     double sum[4] = {0}, square = x * x, fourth = square * square, inverse = 1 / exchange->unit;
     if (!given->count) return 0;
     for (int j = (given->count - 1) / 4 * 4; j >= 0; j -= 4)
-        for (int i = 0; i < 4; i++)
-            sum[i] = sum[i] * fourth + given->series[j + i];
+        for (int i = 0; i < 4; i++) sum[i] = sum[i] * fourth + given->series[j + i];
     double even = sum[0] + square * sum[2], odd = sum[1] + square * sum[3];
     return (even + x * odd) * x * (inverse * inverse);
 }
@@ -49,6 +50,7 @@ static inline double pend_given_at(const struct pend_exchange *exchange,
 /** Takes the powers of a step that ends after x units. O(order). */
 static inline void pend_exchange_take(struct pend_exchange *exchange, double x) {
     struct pend_given *both[] = {&exchange->work, &exchange->heat};
+    assert(exchange->order >= 0 && exchange->order <= PEND_EXCHANGE_ORDERS && exchange->unit != 0);
     for (int j = 0; j < PEND_EXCHANGE_ORDERS && exchange->share[0] != 1; j++)
         exchange->share[PEND_EXCHANGE_ORDERS - 1 - j] = 1.0 / (PEND_EXCHANGE_ORDERS - j);
     exchange->end = x;

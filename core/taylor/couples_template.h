@@ -8,6 +8,8 @@
 #ifndef PEND_COUPLES_TEMPLATE_H
 #define PEND_COUPLES_TEMPLATE_H
 
+#include <assert.h>
+
 #include "core/simd/vec8_template.h"
 #include "core/taylor/loads_template.h"
 
@@ -200,6 +202,7 @@ static void couples_haul(const struct jets_system *s, int order) {
         turn[0][LOADS_MARGIN + k] = k ? s->turn_re[at] : 1;
         turn[1][LOADS_MARGIN + k] = k ? s->turn_im[at] : 0;
     }
+    assert(order <= LOADS_ORDERS);
     if (loads->couples) return;
     for (int k = order; k % WIDE; k++) loads->haul_x[k] = loads->haul_y[k] = 0;
     loads_product(force, turn[0] + LOADS_MARGIN, order, loads->haul_x);

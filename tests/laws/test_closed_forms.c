@@ -429,10 +429,10 @@ static int repeats(struct rig *r, double period, int before) {
 
 /*
  * theta'' + theta' / 2 + sin theta = b cos(2 t / 3), the pendulum of both books (J. R. Taylor's in
- * units of 1 / (3 pi) s). Its periods double where a multiplier of the orbit is -1. SciPy 1.10 found
- * these by Newton's method on the orbit and its variation over its period (DOP853, 3e-13), and
- * Brent's on the multiplier: from hanging, and turning over once a period. Taylor prints 1.0663,
- * 1.0793 and 1.0821.
+ * units of 1 / (3 pi) s). Its periods double where a multiplier of the orbit is -1. SciPy 1.10
+ * found these by Newton's method on the orbit and its variation over its period (DOP853, 3e-13),
+ * and Brent's on the multiplier: from hanging, and turning over once a period. Taylor
+ * prints 1.0663, 1.0793 and 1.0821.
  */
 static const double doubles[] = {1.06637286246, 1.07931390590, 1.08208438429},
                     turning_doubles[] = {1.42487324721, 1.45982460384};
@@ -442,8 +442,12 @@ LAW(law_the_driven_damped_pendulum_doubles_its_period_where_its_multiplier_is_mi
     const struct {
         double gamma;
         int every;
-    } tries[] = {{doubles[0] - 1e-3, 1}, {doubles[0] + 1e-3, 2}, {doubles[1] - 5e-4, 2},
-                 {doubles[1] + 5e-4, 4}, {doubles[2] - 1e-4, 4}, {doubles[2] + 2e-4, 8},
+    } tries[] = {{doubles[0] - 1e-3, 1},
+                 {doubles[0] + 1e-3, 2},
+                 {doubles[1] - 5e-4, 2},
+                 {doubles[1] + 5e-4, 4},
+                 {doubles[2] - 1e-4, 4},
+                 {doubles[2] + 2e-4, 8},
                  {1.105, 0}};
     for (int i = 0; i < 7; i++) {
         struct rig r;
