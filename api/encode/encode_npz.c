@@ -1,11 +1,12 @@
 /* A table as NumPy's .npz: a zip archive of .npy arrays, stored and not deflated, so that
  * numpy.load reads it at the speed of memory. Libraries for zip archives need all members in memory
- * or a file; this file therefore writes the headers itself.
+ * or a file; the archive's records are therefore those of zip.
  * Leaves to others: the checksum (libdeflate: with the processor's carry-less product it costs less
  * than the copy).
- * Invariant: the bytes depend on the numbers only; the archive has no member or offset beyond
- * 4 GiB. */
+ * Invariant: the bytes depend on the numbers only; members and archives of any size are told
+ * rightly. */
 #include "api/encode/encode_arrays.h"
+#include "api/encode/zip64.h"
 
 #include <assert.h>
 #include <string.h>
@@ -17,21 +18,8 @@
 
 enum {
     MEMBERS = API_COLUMNS + API_STATS + 1,
-    NAME_BYTES = 48,
     HEAD_BYTES = 128, /* of an array: the magic and the description */
-    LOCAL_BYTES = 30,
-    CENTRAL_BYTES = 46,
-    END_BYTES = 22,
-    VERSION = 20,
-    DATE = 1 << 5 | 1, /* 1 January 1980, at 0:00: the same bytes today and tomorrow */
-    TEXT_CAP = 100     /* letters of a stat */
-};
-
-/* a file of the archive */
-struct member {
-    char name[NAME_BYTES];
-    uint32_t crc;
-    uint64_t bytes, offset;
+    TEXT_CAP = 100    /* letters of a stat */
 };
 
 struct npz_writer {
@@ -41,14 +29,13 @@ struct npz_writer {
     uint64_t at;       /* the next of its numbers */
     uint64_t written;  /* bytes of the archive */
     int open, members; /* whether the header of array `next` is written; members that are begun */
-    struct member member[MEMBERS];
+    struct api_zip64_member member[MEMBERS];
 };
 
 static double npz_bytes(const struct api_table *table) {
     double numbers = (double)table->rows * api_table_numbers(table, 0);
-    return 8 * numbers +
-           (double)MEMBERS * (HEAD_BYTES + LOCAL_BYTES + CENTRAL_BYTES + 2 * NAME_BYTES + 64) +
-           3 * 4 * TEXT_CAP + 4.0 * API_WARNINGS_BYTES + END_BYTES;
+    return 8 * numbers + (double)MEMBERS * (HEAD_BYTES + API_ZIP64_LOCAL + API_ZIP64_CENTRAL + 64) +
+           3 * 4 * TEXT_CAP + 4.0 * API_WARNINGS_BYTES + API_ZIP64_END;
 }
 
 /* the description at the head of a .npy file, format 1.0; shape is "(501, 4)" */
@@ -71,29 +58,15 @@ static void npz_add(struct npz_writer *writer, struct api_buffer *out, const voi
     writer->written += bytes;
 }
 
-/* the part that a member's two headers have in common, from the version that is needed to the
- * length of its name */
-static char *member_facts(char *at, const struct member *member) {
-    at = api_octets_whole(at, VERSION, 2);
-    at = api_octets_whole(at, 0, 2 + 2 + 2); /* no flags, stored, 0:00 */
-    at = api_octets_whole(at, DATE, 2);
-    at = api_octets_whole(at, member->crc, 4);
-    at = api_octets_whole(at, member->bytes, 4);
-    at = api_octets_whole(at, member->bytes, 4);
-    at = api_octets_whole(at, strlen(member->name), 2);
-    return api_octets_whole(at, 0, 2);
-}
-
 /* begins a member with the head of its array */
 static enum pend_status member_begin(struct npz_writer *writer, const char head[HEAD_BYTES],
                                      struct api_buffer *out) {
-    struct member *member = &writer->member[writer->members++];
-    char local[LOCAL_BYTES];
+    struct api_zip64_member *member = &writer->member[writer->members++];
+    char local[API_ZIP64_LOCAL];
     member->offset = writer->written;
-    member_facts(api_octets_whole(local, 0x04034b50, 4), member);
-    PEND_TRY(api_buffer_room(out, LOCAL_BYTES + NAME_BYTES + HEAD_BYTES));
-    npz_add(writer, out, local, sizeof local);
-    npz_add(writer, out, member->name, strlen(member->name));
+    size_t bytes = (size_t)(api_zip64_local(local, member, API_ZIP64_MOST) - local);
+    PEND_TRY(api_buffer_room(out, bytes + HEAD_BYTES));
+    npz_add(writer, out, local, bytes);
     npz_add(writer, out, head, HEAD_BYTES);
     return PEND_OK;
 }
@@ -150,7 +123,7 @@ static void array_shape(const struct npz_writer *writer, const struct api_array 
 }
 
 /* names are short: they are those of the operations' tables */
-static void member_name(struct member *member, const char *first, const char *between,
+static void member_name(struct api_zip64_member *member, const char *first, const char *between,
                         const char *second) {
     assert(strlen(first) + strlen(between) + strlen(second) + sizeof ".npy" <= sizeof member->name);
     stpcpy(stpcpy(stpcpy(stpcpy(member->name, first), between), second), ".npy");
@@ -158,7 +131,7 @@ static void member_name(struct member *member, const char *first, const char *be
 
 static enum pend_status array_begin(struct npz_writer *writer, const struct api_array *array,
                                     struct api_buffer *out) {
-    struct member *member = &writer->member[writer->members];
+    struct api_zip64_member *member = &writer->member[writer->members];
     char head[HEAD_BYTES], shape[64];
     member_name(member, array->name, array->part ? "_" : "", array->part ? array->part : "");
     array_shape(writer, array, shape);
@@ -187,7 +160,7 @@ static enum pend_status array_go_on(struct npz_writer *writer, const struct api_
 
 static enum pend_status stat_add(struct npz_writer *writer, const struct api_stat *stat,
                                  struct api_buffer *out) {
-    struct member *member = &writer->member[writer->members];
+    struct api_zip64_member *member = &writer->member[writer->members];
     char head[HEAD_BYTES], type[16] = "<f8", value[4 * TEXT_CAP], *end = value;
     if (stat->kind == API_STAT_TEXT) {
         /* NumPy keeps text as UTF-32; these are words of ASCII */
@@ -214,7 +187,7 @@ static enum pend_status stat_add(struct npz_writer *writer, const struct api_sta
 /* the warnings: an array of texts */
 static enum pend_status warnings_add(struct npz_writer *writer, const struct api_stats *stats,
                                      struct api_buffer *out) {
-    struct member *member = &writer->member[writer->members];
+    struct api_zip64_member *member = &writer->member[writer->members];
     char head[HEAD_BYTES], type[16], shape[24], value[4 * API_WARNINGS * API_WARNING_TEXT] = {0},
                                                                          *end = value;
     int count = api_stats_warnings(stats);
@@ -242,27 +215,15 @@ static enum pend_status warnings_add(struct npz_writer *writer, const struct api
 /* the directory at the end of the archive */
 static enum pend_status npz_directory(struct npz_writer *writer, struct api_buffer *out) {
     uint64_t begin = writer->written;
-    PEND_TRY(
-        api_buffer_room(out, (size_t)writer->members * (CENTRAL_BYTES + NAME_BYTES) + END_BYTES));
+    char record[API_ZIP64_CENTRAL], end[API_ZIP64_END];
+    PEND_TRY(api_buffer_room(out, (size_t)writer->members * sizeof record + sizeof end));
     for (int i = 0; i < writer->members; i++) {
-        const struct member *member = &writer->member[i];
-        char central[CENTRAL_BYTES], *at = api_octets_whole(central, 0x02014b50, 4);
-        at = api_octets_whole(at, VERSION, 2);
-        at = member_facts(at, member);
-        at = api_octets_whole(at, 0, 2 + 2 + 2); /* no comment, disk 0, no inner attributes */
-        at = api_octets_whole(at, 0, 4);
-        api_octets_whole(at, member->offset, 4);
-        npz_add(writer, out, central, sizeof central);
-        npz_add(writer, out, member->name, strlen(member->name));
+        const char *at = api_zip64_central(record, &writer->member[i], API_ZIP64_MOST);
+        npz_add(writer, out, record, (size_t)(at - record));
     }
-    char end[END_BYTES], *at = api_octets_whole(end, 0x06054b50, 4);
-    at = api_octets_whole(at, 0, 4);
-    at = api_octets_whole(at, (uint64_t)writer->members, 2);
-    at = api_octets_whole(at, (uint64_t)writer->members, 2);
-    at = api_octets_whole(at, writer->written - begin, 4);
-    at = api_octets_whole(at, begin, 4);
-    api_octets_whole(at, 0, 2);
-    npz_add(writer, out, end, sizeof end);
+    const char *at =
+        api_zip64_end(end, writer->members, begin, writer->written - begin, API_ZIP64_MOST);
+    npz_add(writer, out, end, (size_t)(at - end));
     return PEND_OK;
 }
 
@@ -301,7 +262,6 @@ const struct api_format api_format_npz = {
     .extension = "npz",
     .samples_only = 1,
     .binary = 1,
-    .most_bytes = 0xffffffff,
     .writer_bytes = sizeof(struct npz_writer),
     .bytes = npz_bytes,
     .begin = npz_begin,
