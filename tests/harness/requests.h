@@ -135,6 +135,7 @@ static const struct test_request {
      ",\"initial\":{\"theta\":[1,2]},\"duration\":3,\"section\":{\"arm\":1,\"theta\":0}}",
      "application/x-npy"},
     {API_OP_TRAJECTORIES, TEST_MOTION "\"number\":\"float32\"}", "application/vnd.apache.parquet"},
+    {API_OP_TRAJECTORIES, TEST_MOTION "\"number\":\"float32\"}", "application/x-hdf5"},
     {API_OP_EQUATIONS, "{" TEST_TREE ",\"initial\":{\"phi\":[1,2]}}", NULL},
     {API_OP_LYAPUNOV, "{" TEST_TREE ",\"duration\":1,\"samples\":4,\"count\":3}", NULL},
     {API_OP_SECTIONS,

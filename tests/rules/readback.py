@@ -9,6 +9,7 @@ import io
 import json
 import pathlib
 import re
+import shutil
 import struct
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from servers import daemon
 
 HYPARQUET = pathlib.Path("build/spectral/node_modules/hyparquet/src/node.js")  # brought by npm for rules/openapi too
 numpy = optional("numpy")
+h5py = optional("h5py")
 pandas = optional("pandas")
 tables = optional("pyarrow") or optional("fastparquet")  # what pandas reads Parquet with
 scipy = optional("scipy.io")
@@ -156,6 +158,41 @@ def read_parquet(what, data, headers, columns):
     same(what, rows_of(columns), frame.to_numpy().tolist())
 
 
+def read_hdf5(what, data, headers, columns):
+    with h5py.File(io.BytesIO(data)) as file:
+        warned(what, [word.decode() for word in file.attrs.get("warnings", [])], columns)
+        check(f"{what}: statistics", not has_method(what) or file.attrs["method"] == b"taylor" and
+              re.fullmatch("[0-9a-f]{16}", file.attrs["engine"].decode()), dict(file.attrs))
+        check(f"{what}: names", set(file) == set(columns), f"{sorted(file)} are not {sorted(columns)}")
+        for name in set(file) & set(columns):
+            same(f"{what}: {name}", columns[name], file[name][()].reshape(len(file[name]), -1).tolist())
+
+
+def read_h5dump(what, data, headers, columns):
+    """The HDF Group's own tool, a column at a time."""
+    with tempfile.TemporaryDirectory() as directory:
+        file, out = pathlib.Path(directory, "answer.h5"), pathlib.Path(directory, "numbers")
+        file.write_bytes(data)
+        for name, rows in columns.items():
+            run = subprocess.run(["h5dump", "-d", f"/{name}", "-b", "LE", "-o", out, file], capture_output=True, text=True, timeout=600)
+            check(f"{what}: {name}", not run.returncode, run.stderr[-500:])
+            numbers = [number for (number,) in struct.iter_unpack("<d", out.read_bytes())]
+            same(f"{what}: {name}", [[number for row in rows for number in row]], [numbers])
+
+
+def read_hdf5_octave(what, data, headers, columns):
+    """Octave's own load: the last axis comes first there, and warnings are attributes, which it leaves alone."""
+    with tempfile.TemporaryDirectory() as directory:
+        file, out, script = (pathlib.Path(directory, name) for name in ("answer.h5", "numbers", "read.m"))
+        file.write_bytes(data)
+        script.write_text("s = load(argv(){1}); out = fopen(argv(){2}, 'w');\n"
+                          "for name = strsplit(argv(){3}, ',')\n  fwrite(out, s.(name{1}), 'double');\nend\nfclose(out);\n")
+        run = subprocess.run([OCTAVE, "--norc", "--quiet", script, file, out, ",".join(columns)], capture_output=True, text=True, timeout=600)
+        check(f"{what}: load", not run.returncode, run.stderr[-500:])
+        numbers = [number for (number,) in struct.iter_unpack("<d", out.read_bytes())] if not run.returncode else []
+    same(what, [[number for rows in columns.values() for row in rows for number in row]], [numbers])
+
+
 PARQUET = """
 import { writeFileSync } from "node:fs";
 const { asyncBufferFromFile, parquetReadObjects } = await import(process.argv[4]);
@@ -252,6 +289,9 @@ READERS = [
     ("octet-stream in NumPy", "application/octet-stream", read_octets, numpy, "python3-numpy is not installed"),
     ("NPZ in NumPy", "application/x-npz", read_npz, numpy, "python3-numpy is not installed"),
     ("NPY in NumPy", "application/x-npy", read_npy, numpy, "python3-numpy is not installed"),
+    ("HDF5 in h5py", "application/x-hdf5", read_hdf5, h5py, "python3-h5py is not installed"),
+    ("HDF5 in h5dump", "application/x-hdf5", read_h5dump, shutil.which("h5dump"), "hdf5-tools are not installed"),
+    ("HDF5 in Octave", "application/x-hdf5", read_hdf5_octave, OCTAVE, "octave is not installed"),
     ("Parquet in pandas", "application/vnd.apache.parquet", read_parquet, pandas and tables, "pandas with pyarrow or fastparquet is not installed"),
     ("Parquet in JavaScript", "application/vnd.apache.parquet", read_parquet_node, HYPARQUET.exists(), "npm has not brought hyparquet"),
     ("MAT in SciPy", "application/x-matlab-data", read_mat_scipy, scipy, "python3-scipy is not installed"),

@@ -121,8 +121,8 @@ def check_ndjson(text):
             raise Fault(f"line {number} of the NDJSON is no object with the members of the first: {lines[number - 1][:100]!r}")
 
 
-BINARY = ("application/octet-stream", "application/x-npz", "application/x-npy", "application/vnd.apache.parquet", "application/x-matlab-data",
-          "application/zip")
+BINARY = ("application/octet-stream", "application/x-npz", "application/x-npy", "application/vnd.apache.parquet", "application/x-hdf5",
+          "application/x-matlab-data", "application/zip")
 PAGE = ("text/html", "text/css", "text/javascript", "image/svg+xml", "font/woff2")  # for browsers, whose tests look at it
 
 

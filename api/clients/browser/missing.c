@@ -103,6 +103,7 @@ METHOD(taylor_quad, "taylor");
 FORMAT(npz, "application/x-npz", 1);
 FORMAT(npy, "application/x-npy", 1);
 FORMAT(parquet, "application/vnd.apache.parquet", 1);
+FORMAT(hdf5, "application/x-hdf5", 1);
 FORMAT(mat, "application/x-matlab-data", 1);
 FORMAT(png, "image/png", 2);
 FORMAT(raw, "", 1);

@@ -70,6 +70,7 @@ static const struct {
              {"npz", "application/x-npz"},
              {"npy", "application/x-npy"},
              {"parquet", "application/vnd.apache.parquet"},
+             {"h5", "application/x-hdf5"},
              {"mat", "application/x-matlab-data"},
              {"ndjson", "application/x-ndjson"},
              {"png", "image/png"},

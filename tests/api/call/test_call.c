@@ -329,7 +329,7 @@ TEST(only_answers_that_are_held_have_a_size) {
                 strstr(
                     out.data,
                     "application/x-ndjson, text/csv, application/octet-stream, application/x-npy, "
-                    "application/vnd.apache.parquet\",") != NULL,
+                    "application/vnd.apache.parquet, application/x-hdf5\",") != NULL,
                 "%s", out.data);
         }
         api_call_free(&call);

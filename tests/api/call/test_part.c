@@ -113,6 +113,7 @@ static const char *const accepts[] = {"application/json",
                                       "application/x-npz",
                                       "application/x-npy",
                                       "application/vnd.apache.parquet",
+                                      "application/x-hdf5",
                                       "application/x-matlab-data"};
 enum { ACCEPTS = sizeof accepts / sizeof *accepts };
 

@@ -27,7 +27,7 @@ import uuid
 from .arrays import JSON, NPZ, OCTETS, Result, bytes_of, from_octets, result_of, width_of
 
 __all__ = ["Client", "Job", "Pendulum", "Problem", "Result"]
-SUFFIXES = {".npz": NPZ, ".npy": "application/x-npy", ".parquet": "application/vnd.apache.parquet", ".mat": "application/x-matlab-data", ".csv": "text/csv", ".json": JSON, ".png": "image/png",
+SUFFIXES = {".npz": NPZ, ".npy": "application/x-npy", ".parquet": "application/vnd.apache.parquet", ".h5": "application/x-hdf5", ".mat": "application/x-matlab-data", ".csv": "text/csv", ".json": JSON, ".png": "image/png",
             ".ndjson": "application/x-ndjson", ".bin": OCTETS}
 ENDED = ("successful", "failed", "dismissed")
 STATE = ("phi", "phid", "theta", "thetad", "unit", "mode", "amplitude")
