@@ -192,8 +192,8 @@ void srv_job_crate(struct srv_exchange *exchange) {
         return;
     }
     srv_exchange_problem(exchange, 422,
-                         "a crate takes results=json, ndjson, csv, bin, npz, npy, parquet, mat or "
-                         "png as its query, got ?%.100s",
+                         "a crate takes results=json, ndjson, csv, bin, npz, npy, parquet, h5, "
+                         "mat or png as its query, got ?%.100s",
                          query);
     srv_store_request_end(asked);
 }

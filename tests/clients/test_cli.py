@@ -92,6 +92,12 @@ def test_jobs(run, work, server):
     check("cli: a job's results", all(np.array_equal(whole[name], job[name]) for name in ("t", "phi", "lambda")))
     found = run(*words, "--detach", "--key", "of-the-command-line").strip()
     check("cli: a key leads to the same job", re.fullmatch("[0-9a-z]{26}", found) and found in run("jobs"))
+    named = run("run", "four.json", "--t", "0:1:1", "--detach", "--title", "zwölf % of it").strip()
+    listed = run("jobs", "--title", "lf % OF").splitlines()
+    check("cli: a title finds its job alone", len(listed) == 1 and listed[0].startswith(named) and listed[0].endswith("zwölf % of it"), listed)
+    run("get", named, "-o", "job.h5")
+    check("cli: HDF5", (work / "job.h5").read_bytes()[:4] == b"\x89HDF")
+    check("cli: no job is of that state", not run("jobs", "--title", "lf % OF", "--status", "failed"))
     run("get", found, "-o", "again.npz")
     data = (work / "again.npz").read_bytes()
     check("cli: get brings the same bytes", data == (work / "job.npz").read_bytes())
@@ -129,7 +135,7 @@ def test_beside(run):
         check("cli: man shows it", shown.returncode == 0 and "pendulum get ID" not in shown.stderr and not shown.stderr and "EXIT STATUS" in shown.stdout, shown.stderr)
     else:
         skip("the man page as man shows it", "man is not installed")
-    for words, wanted in ((("pendulum", "m"), "modes map"), (("pendulum", "run", "--d"), "--detach --duration"), (("pendulum", "run", "f", "--as", "n"), "npz ndjson")):
+    for words, wanted in ((("pendulum", "m"), "modes map"), (("pendulum", "run", "--d"), "--detach --duration"), (("pendulum", "run", "f", "--as", "n"), "npz npy ndjson")):
         script = f"source {TOP}/api/clients/cli/pendulum.bash; COMP_WORDS=({' '.join(words)}); COMP_CWORD={len(words) - 1}; _pendulum; echo ${{COMPREPLY[*]}}"
         done = subprocess.run(["bash", "-c", script], capture_output=True, text=True)
         check(f"cli: completion of {words}", done.stdout.split() == wanted.split(), done.stdout + done.stderr)

@@ -21,7 +21,9 @@ static const char usage[] =
     "       pendulum map FILE --x AXIS --y AXIS      a map of starts, AXIS as theta1:-3:3:512\n"
     "       pendulum ask ROUTE FILE                  any POST /v1/ROUTE\n"
     "       pendulum jobs                            your jobs; get ID, cancel ID\n"
-    "  -o, --out FILE      .npz .mat .csv .json .ndjson .png .bin; else standard output\n"
+    "  -o, --out FILE      .npz .npy .h5 .parquet .mat .csv .json .ndjson .png .bin; else "
+    "standard\n"
+    "                      output\n"
     "      --as FORM       the same without a file: csv (default), json, npz, ...\n"
     "      --theta A,B     start; also --phi, --thetad, --phid, --unit deg\n"
     "      --method NAME   taylor (default), ode23, ...\n"
@@ -30,12 +32,28 @@ static const char usage[] =
     "      --job           as a job; waits for it, and `get ID` finds it again\n"
     "      --detach        as a job; prints its ID and ends\n"
     "      --key KEY       of the job: the same again is the same job\n"
+    "      --title TITLE   of the job; of `jobs`: those whose title has it\n"
+    "      --status WORD   of `jobs`: accepted, running, successful, failed or dismissed\n"
     "      --local         computes here, without a server\n"
     "      --server URL    PENDULUM_URL, http://127.0.0.1:8080; PENDULUM_TOKEN is your secret\n"
     "      --patience S    how long a busy server is asked again (60)\n";
 
 /* options that are a text, as letters and as places of `text` */
-enum { LETTERS = 256, AS = LETTERS, OF, KEY, SERVER, PATIENCE, X, Y, TEXTS, T = TEXTS, FIELD };
+enum {
+    LETTERS = 256,
+    AS = LETTERS,
+    OF,
+    KEY,
+    SERVER,
+    PATIENCE,
+    X,
+    Y,
+    TITLE,
+    STATUS,
+    TEXTS,
+    T = TEXTS,
+    FIELD
+};
 
 static int of_job, detached, here; /* options without a value */
 
@@ -55,6 +73,8 @@ static const struct option options[] = {{"out", 1, 0, 'o'},
                                         {"of", 1, 0, OF},
                                         {"job", 0, &of_job, 1},
                                         {"key", 1, 0, KEY},
+                                        {"title", 1, 0, TITLE},
+                                        {"status", 1, 0, STATUS},
                                         {"detach", 0, &detached, 1},
                                         {"local", 0, &here, 1},
                                         {"server", 1, 0, SERVER},
@@ -93,7 +113,7 @@ static const char *accepted(const struct line *line) {
     const char *form = said(line, AS) ? said(line, AS) : dot ? dot + 1 : "csv";
     for (size_t i = 0; i < sizeof forms / sizeof *forms; i++)
         if (!strcmp(forms[i].ending, form)) return forms[i].media_type;
-    cli_die("no form %s: csv, json, npz, mat, ndjson, png or bin (--as)", form);
+    cli_die("no form %s: csv, json, npz, npy, h5, parquet, mat, ndjson, png or bin (--as)", form);
 }
 
 /* a start is a member of `initial`, a text or a list; method and duration are of the request */
@@ -148,7 +168,8 @@ static void read_options(struct line *line, int argc, char *argv[]) {
 /* the JSON at a path, in memory */
 static struct api_json *state(struct line *line, const char *method, const char *path,
                               const struct api_buffer *body, const char *key) {
-    struct cli_exchange exchange = {.method = method, .path = path, .body = body, .key = key};
+    struct cli_exchange exchange = {
+        .method = method, .path = path, .body = body, .key = key, .title = said(line, TITLE)};
     struct cli_sink sink;
     struct api_problem problem;
     struct api_json *document;
@@ -263,9 +284,21 @@ static void map(struct line *line, const char *file) {
     free(x), free(y);
 }
 
+/* appends a part to a path's query, each byte of the value as it may stand there */
+static void filter(char *path, size_t room, const char *name, const char *value) {
+    size_t at = strlen(path);
+    if (!value) return;
+    if (at + strlen(name) + 2 + 3 * strlen(value) >= room) cli_die("%s is too long", name);
+    at += (size_t)snprintf(path + at, room - at, "&%s=", name);
+    for (; *value; value++)
+        at += (size_t)snprintf(path + at, room - at, "%%%02X", (unsigned char)*value);
+}
+
 static void jobs(struct line *line, const char *none) {
     (void)none;
-    char path[200] = "/v1/jobs?limit=100";
+    char path[1000] = "/v1/jobs?limit=100";
+    filter(path, sizeof path, "title", said(line, TITLE));
+    filter(path, sizeof path, "status", said(line, STATUS));
     while (*path) {
         struct api_json *page = state(line, "GET", path, NULL, NULL);
         struct api_value root = api_json_root(page), list = api_value_member(&root, "jobs");
@@ -273,8 +306,10 @@ static void jobs(struct line *line, const char *none) {
         for (struct api_value job = api_value_first(&list); api_value_kind(&job) != API_MISSING;
              job = api_value_next(&job)) {
             struct api_value done = api_value_member(&job, "progress");
-            printf("%s %3.0f %% %-12s %-12s %s\n", member(&job, "id"), api_value_number(&done),
-                   member(&job, "status"), member(&job, "operation"), member(&job, "created"));
+            const char *title = member(&job, "title");
+            printf("%s %3.0f %% %-12s %-12s %s%s%s\n", member(&job, "id"), api_value_number(&done),
+                   member(&job, "status"), member(&job, "operation"), member(&job, "created"),
+                   *title ? " " : "", title);
         }
         struct api_value links = api_value_member(&root, "links");
         for (struct api_value link = api_value_first(&links); api_value_kind(&link) != API_MISSING;

@@ -2,9 +2,10 @@
 _pendulum() {
     local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]}
     case $before in
-    --as) COMPREPLY=($(compgen -W 'csv json npz mat ndjson png bin' -- "$word")) ;;
+    --as) COMPREPLY=($(compgen -W 'csv json npz npy h5 parquet mat ndjson png bin' -- "$word")) ;;
     --method) COMPREPLY=($(compgen -W 'taylor ode23 rkf45 rk8pd msadams symplectic linear' -- "$word")) ;;
     --unit) COMPREPLY=($(compgen -W 'rad deg' -- "$word")) ;;
+    --status) COMPREPLY=($(compgen -W 'accepted running successful failed dismissed' -- "$word")) ;;
     --of) COMPREPLY=($(compgen -W 'first_flip flip_time flips lambda_max lambda_min sign_change energy_drift lyapunov horizon' -- "$word")) ;;
     ask) COMPREPLY=($(compgen -W 'trees trajectories forces modes ensembles lyapunov sections response fits orbits equations' -- "$word")) ;;
     get | cancel) COMPREPLY=($(compgen -W "$(pendulum jobs 2>/dev/null | cut -d' ' -f1)" -- "$word")) ;;

@@ -88,6 +88,10 @@ static CURLcode attempt_once(struct attempt *attempt, const struct cli_remote *r
     header(&fields, "Authorization", remote->token ? bearer : NULL);
     header(&fields, "Prefer", exchange->key ? "respond-async" : NULL);
     header(&fields, "Idempotency-Key", exchange->key);
+    char *title =
+        exchange->key && exchange->title ? curl_easy_escape(curl, exchange->title, 0) : NULL;
+    header(&fields, "Job-Title", title);
+    curl_free(title);
     header(&fields, "Range", rest ? range : NULL);
     header(&fields, "If-Range", rest ? exchange->etag : NULL);
     curl_easy_reset(curl);

@@ -18,6 +18,7 @@ struct cli_exchange {
     const struct api_buffer *body; /* NULL = none */
     const char *accept;            /* NULL = application/json */
     const char *key;               /* Idempotency-Key of a job; NULL = no job */
+    const char *title;             /* what to call the job; NULL = nothing */
     char etag[120];                /* of the answer; "" before */
     int resumes;                   /* the answer is the same to the byte each time */
 };

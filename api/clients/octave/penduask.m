@@ -10,7 +10,7 @@ function answer = penduask(route, request, varargin)
 %   answer   a struct of the arrays; rows are instants or members, columns are arms; answer.stats, answer.warnings
 %
 %   Options: 'url' (PENDULUM_URL), 'token' (PENDULUM_TOKEN), 'patience' (60: s that a refusal for the moment may last), 'job' (true,
-%   or a key of your own: the same key leads to the same job), 'progress'.
+%   or a key of your own: the same key leads to the same job), 'title' (what to call the job), 'progress'.
 options = pendu_options(varargin);
 if route(1) == '/'
     answer = pendu_answer('GET', route, '', options, {});
@@ -22,7 +22,11 @@ else
         [~, key] = fileparts(tempname());
         key = sprintf('%s-%.9f-%.15f', key, now(), rand());
     end
-    job = pendu_answer('POST', ['/v1/' route], pendu_json(request), options, {'Prefer: respond-async', ['Idempotency-Key: ' key]});
+    fields = {'Prefer: respond-async', ['Idempotency-Key: ' key]};
+    if ~isempty(options.title)
+        fields{end + 1} = ['Job-Title: ' sprintf('%%%02X', unicode2native(options.title, 'UTF-8'))];
+    end
+    job = pendu_answer('POST', ['/v1/' route], pendu_json(request), options, fields);
     if ~isfield(job, 'id')
         error('pendusim:jobs', 'this server keeps no jobs');
     end

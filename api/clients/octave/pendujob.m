@@ -5,10 +5,14 @@ function answer = pendujob(id, what, varargin)
 %   state = pendujob(id, 'status')    how far it is: state.status, state.progress (percent), state.message
 %   state = pendujob(id, 'cancel')    ends it
 %   jobs = pendujob()                 yours, the newest first; takes a token
+%   jobs = pendujob('?status=running&title=flips')   those that suit, as the interface's GET /v1/jobs has it
 %
 %   Options of PENDUASK follow: pendujob(id, 'result', 'url', url). A download that breaks off goes on where it was.
 if nargin == 0
-    jobs = pendu_answer('GET', '/v1/jobs?limit=100', '', pendu_options({}), {});
+    id = '?limit=100';
+end
+if id(1) == '?'
+    jobs = pendu_answer('GET', ['/v1/jobs' id], '', pendu_options({}), {});
     answer = jobs.jobs;
     return
 end
