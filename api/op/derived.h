@@ -54,7 +54,7 @@ void api_derived_clear(struct api_derived *derived);
 
 /** Estimates the computation, s, of a motion in which the fastest arm goes on by so many radians.
  * O(1). */
-double api_derived_seconds(const struct api_derived *derived, const struct pend_tree *tree,
+double api_derived_seconds(const struct api_derived *derived, const struct api_tree *tree,
                            double radians);
 
 /** Adds the column of the derivatives of a quantity, whose name is `name` or `name_part`. The table

@@ -304,7 +304,7 @@ double api_ensemble_cost(const struct api_ensemble *e, long members) {
     if (e->instants)
         search += (double)api_ensemble_rows(e) * api_member_outputs_cost(e->seen.output, &e->tree);
     return (double)members *
-           (search + api_derived_seconds(&e->derived, tree, radians) +
+           (search + api_derived_seconds(&e->derived, &e->tree, radians) +
             steps * tree->n * order * order * pair_seconds + numbers * number_seconds);
 }
 

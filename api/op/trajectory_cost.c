@@ -62,7 +62,7 @@ double api_trajectory_cost_seconds(const struct api_trajectory_size *size) {
     times_as_long += api_events_times(size->events);
     return times_as_long * fmin(steps, (double)size->step_cap) *
                (step_seconds + size->tree->n * arm_seconds) +
-           api_derived_seconds(size->derived, size->tree->tree, span * trajectory_rate(size)) +
+           api_derived_seconds(size->derived, size->tree, span * trajectory_rate(size)) +
            numbers * (size->format->digits ? text_seconds : binary_seconds);
 }
 

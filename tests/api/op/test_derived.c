@@ -253,3 +253,46 @@ TEST(derivatives_that_would_be_too_large_are_refused_before_they_run) {
     CHECK(test_reply_has_fault(&reply, "/times", "max-answer-bytes"));
     test_reply_free(&reply);
 }
+
+/* eight derivatives of chains that hang at -1, -0.7 .. rad for 5 s, as tests/bench/parts has them:
+ * the least times that were measured, motion included */
+TEST(derivatives_are_estimated_within_a_factor_of_four_of_what_was_measured) {
+    static const struct {
+        int arms;
+        double seconds;
+    } measured[] = {{1, 39e-6}, {2, 135e-6}, {3, 233e-6}, {4, 369e-6}, {8, 1.7e-3}, {16, 6.1e-3}};
+    for (size_t i = 0; i < sizeof measured / sizeof *measured; i++) {
+        double phi[16], rate[16] = {0};
+        int n = measured[i].arms;
+        char body[2000], *at = body + sprintf(body, "{\"pendulum\":{\"length\":[1");
+        struct api_limits limits;
+        struct api_call *call;
+        struct api_buffer out;
+        api_limits_init(&limits);
+        for (int k = 0; k < n; k++) phi[k] = -1 + 0.3 * k, rate[k] = 0.2;
+        for (int k = 1; k < n; k++) at = stpcpy(at, ",1");
+        at = stpcpy(at, "],\"mass\":[1");
+        for (int k = 1; k < n; k++) at = stpcpy(at, ",1");
+        at = stpcpy(at, "],\"parent\":[0");
+        for (int k = 1; k < n; k++) at += sprintf(at, ",%d", k);
+        at = stpcpy(at, "]},\"initial\":{\"phi\":[");
+        for (int k = 0; k < n; k++) at += sprintf(at, "%s%.15g", k ? "," : "", phi[k]);
+        at = stpcpy(at, "],\"phid\":[");
+        for (int k = 0; k < n; k++) at += sprintf(at, "%s%.15g", k ? "," : "", rate[k]);
+        at = stpcpy(at, "]},\"times\":[0,5],\"derivatives\":[");
+        for (int k = 0; k < 8; k++)
+            at += sprintf(at, "%s{\"vary\":\"phi\",\"arm\":%d}", k ? "," : "", k % n + 1);
+        at = stpcpy(at, "]}");
+        struct api_request request = {.op = API_OP_TRAJECTORIES,
+                                      .content_type = "application/json",
+                                      .body = body,
+                                      .body_bytes = (size_t)(at - body)};
+        api_buffer_init(&out, 1 << 20);
+        REQUIRE(api_call_new(&call, &limits) == PEND_OK);
+        CHECK_INT(api_call_open(call, &request, &out), API_MORE);
+        double ratio = api_call_cost(call) / measured[i].seconds;
+        CHECK_SAYING(ratio > 0.25 && ratio < 4, "%d arms: %g of what was measured", n, ratio);
+        api_call_free(&call);
+        api_buffer_clear(&out);
+    }
+}
