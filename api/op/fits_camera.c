@@ -10,7 +10,7 @@ static void camera_unknown(struct api_fit *fit, enum pend_fit_camera what, const
     if (fit->unknowns == API_FIT_UNKNOWNS) return;
     snprintf(fit->label[fit->unknowns], API_FIT_LABEL, "%s", label);
     // a measurement before the start is of no motion
-    double low = what == PEND_FIT_SHIFT ? fit->begin - fit->t[0] : -INFINITY;
+    double low = what == PEND_FIT_SHIFT ? fit->begin[0] - fit->t[0] : -INFINITY;
     fit->unknown[fit->unknowns++] =
         (struct pend_fit_unknown){.camera = what,
                                   .start = fit->camera[what],
@@ -21,7 +21,13 @@ static void camera_unknown(struct api_fit *fit, enum pend_fit_camera what, const
 /* the time's shift: where the start goes along with the data it has no meaning */
 static void camera_shift(struct api_fit *fit, const struct api_value *item,
                          struct api_problem *problem) {
-    if (!fit->begins) {
+    if (fit->runs > 1) {
+        api_value_fault(item, problem,
+                        API_CODE_CONFLICT "is of one film: with several runs give each its "
+                                          "\"start\", or leave it out");
+        return;
+    }
+    if (fit->runs == 1 && !fit->run[0].begins) {
         api_value_fault(item, problem,
                         API_CODE_CONFLICT "needs \"start\": without one the start is at the first "
                                           "instant, wherever that is");

@@ -8,23 +8,40 @@
 #include "api/read/state_json.h"
 #include "core/fit/fit.h"
 
-enum { API_FIT_UNKNOWNS = 65, API_FIT_SERIES = 64, API_FIT_MODES = 30, API_FIT_LABEL = 48 };
+enum {
+    API_FIT_UNKNOWNS = 261, /* with the camera's */
+    API_FIT_LISTED = 60,    /* of them in a request: one of a start may stand for every run's */
+    API_FIT_SERIES = 64,
+    API_FIT_MODES = 30,
+    API_FIT_RUNS = 32,
+    API_FIT_LABEL = 64
+};
+
+/* One motion of the pendulum: its start, and what of the measurements is its own. */
+struct api_fit_run {
+    int guessed;                /* no start was given: it is taken from the data */
+    int begins;                 /* when the start is there was given */
+    long rows;                  /* of all rows */
+    int series;                 /* how many it has, in the request's order */
+    int column[API_FIT_SERIES]; /* the column of each */
+};
 
 /* A request for a fit. */
 struct api_fit {
     struct api_tree tree;
     struct api_states *start;
-    int guessed;           /* no start was given: it is taken from the data */
     double *length, *mass; /* the caller's order */
     unsigned char *bare;
     int *parent;
-    double begin; /* s, when the start is there */
-    int begins;   /* it was given */
+    int runs;
+    struct api_fit_run run[API_FIT_RUNS];
+    double begin[API_FIT_RUNS]; /* s, when the start of each is there */
+    int *of;                    /* of each row its run */
     double camera[PEND_FIT_CAMERA];
     long rows;
     double *t, *data; /* rows; series x rows */
     double *each;     /* series x rows: standard deviations of those series that list them */
-    int columns, unknowns;
+    int columns, modes, unknowns;                                  /* columns: those of modes too */
     struct pend_fit_column column[API_FIT_SERIES + API_FIT_MODES]; /* the modes come last */
     struct pend_fit_unknown unknown[API_FIT_UNKNOWNS];
     char label[API_FIT_UNKNOWNS][API_FIT_LABEL]; /* "length of arm 2" */

@@ -67,7 +67,7 @@ static char line_separator(const char *line) {
 struct csv_context {
     int n, count;
     const int *listed;
-    int pairs[2];
+    int degrees, pairs[2];
     const struct api_value *text;
     struct api_problem *problem;
 };
@@ -86,6 +86,48 @@ static long head_listed(const struct api_csv *csv, struct csv_context *context, 
     return 0;
 }
 
+/* Cuts the unit off a name, as of "theta_1 (deg)" or "x [px]"; returns what one of it is of an
+ * angle, rad, `scale` where there is none, 0 if that is no unit of an angle. */
+static double name_unit(char *name, double scale) {
+    static const char *const units[] = {"rad", "deg", "degrees", "\302\260"};
+    char *open = strpbrk(name, "([");
+    if (!open) return scale;
+    char *unit = open + 1, *close = unit + strcspn(unit, ")]");
+    *close = 0;
+    while (open > name && is_blank(open[-1])) open--;
+    *open = 0;
+    for (size_t i = 0; i < sizeof units / sizeof *units; i++)
+        if (!strcmp(unit, units[i])) return i ? pi / 180 : 1;
+    return 0;
+}
+
+/* Cuts the arm's number off a name, as of "theta_1": from 1, 0 where it is none, -1 without one. */
+static long name_arm(char *name) {
+    char *mark = strrchr(name, '_'), *end;
+    if (!mark) return -1;
+    long arm = strtol(mark + 1, &end, 10);
+    assert(end);
+    *mark = 0;
+    return *end ? 0 : arm;
+}
+
+/* whether the arm and the unit of a column are such; faults them */
+static int head_good(const struct api_csv *csv, const char *name, long arm, double unit, int place,
+                     const struct csv_context *context) {
+    if (arm < 1 || arm > context->n)
+        api_value_fault(context->text, context->problem,
+                        API_CODE_UNKNOWN_NAME "line %d: %s names no arm of this pendulum, 1 to %d",
+                        csv->line, name, context->n);
+    else if (unit == 0)
+        api_value_fault(context->text, context->problem,
+                        API_CODE_UNKNOWN_NAME
+                        "line %d: field %d has a unit that no angle has here: rad or deg",
+                        csv->line, place + 1);
+    else
+        return 1;
+    return 0;
+}
+
 /* adds the column of a field, unless it is of nothing that is known here */
 static void head_field(struct api_csv *csv, const struct csv_field *field, int place,
                        struct csv_context *context) {
@@ -95,29 +137,25 @@ static void head_field(struct api_csv *csv, const struct csv_field *field, int p
     if (field->bytes >= FIELD_BYTES || csv->columns == API_CSV_COLUMNS) return;
     memcpy(name, field->at, (size_t)field->bytes);
     name[field->bytes] = 0;
-    char *mark = strrchr(name, '_');
-    long arm = mark ? strtol(mark + 1, NULL, 10) : 0;
-    if (mark) *mark = 0;
+    double unit = name_unit(name, context->degrees ? pi / 180 : 1);
+    long arm = name_arm(name);
     int which = 0;
     while (which < 4 && strcmp(name, names[which]) != 0) which++;
-    if (which == 4 || (which < 2 && !mark)) return;
-    if (!mark && !(arm = head_listed(csv, context, name))) return;
-    if (arm < 1 || arm > context->n) {
-        api_value_fault(context->text, context->problem,
-                        API_CODE_UNKNOWN_NAME "line %d: %s names no arm of this pendulum, 1 to %d",
-                        csv->line, name, context->n);
-        return;
-    }
+    int angle = which < 2, alone = arm < 0;
+    if (which == 4 || (angle && alone)) return;
+    if (alone && !(arm = head_listed(csv, context, name))) return;
+    if (!head_good(csv, name, arm, angle ? unit : 1, place, context)) return;
+    csv->scale[csv->columns] = angle ? unit : 1;
     csv->field[csv->columns] = place, csv->arm[csv->columns] = (int)arm - 1;
     csv->kind[csv->columns] = kinds[which], csv->theta[csv->columns] = which == 1;
     csv->columns++;
 }
 
 void api_csv_head(struct api_csv *csv, const struct api_value *text, int n, int count,
-                  const int listed[], struct api_problem *problem) {
+                  const int listed[], int degrees, struct api_problem *problem) {
     const char *line = api_value_text(text);
     struct csv_field field[API_CSV_FIELDS];
-    struct csv_context context = {n, count, listed, {0, 0}, text, problem};
+    struct csv_context context = {n, count, listed, degrees, {0, 0}, text, problem};
     int fields = 0;
     assert(line);
     *csv = (struct api_csv){.line = 1, .t = -1};
@@ -163,6 +201,8 @@ static int row_read(const struct api_csv *csv, const struct csv_field field[], i
                     struct api_problem *problem) {
     if (csv->t >= fields || !field_number(&field[csv->t], csv->separator, &t[row])) {
         api_value_fault(text, problem, API_CODE_WRONG_TYPE "line %d: t must be a number", line);
+        // the next row is compared with the last good one
+        t[row] = row ? t[row - 1] : -INFINITY;
         return 0;
     }
     if (row && !(t[row] > t[row - 1])) {
@@ -184,6 +224,7 @@ static int row_read(const struct api_csv *csv, const struct csv_field field[], i
                             field[at].at);
             return 0;
         }
+        *to *= csv->scale[c];
         if (csv->theta[c]) *to -= pi / 2;
     }
     return 1;

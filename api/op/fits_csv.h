@@ -17,22 +17,25 @@ struct api_csv {
     int t; /* the field of the instants */
     int columns, field[API_CSV_COLUMNS], arm[API_CSV_COLUMNS];
     enum pend_fit_kind kind[API_CSV_COLUMNS];
-    int theta[API_CSV_COLUMNS]; /* an angle from hanging */
+    int theta[API_CSV_COLUMNS];    /* an angle from hanging */
+    double scale[API_CSV_COLUMNS]; /* rad or the camera's unit, of one of the table's */
 };
 
 /**
  * Reads the head of a table: the first line with a field `t`; lines before it, as those that name
  * the tracks, are passed over. Fields phi_1, theta_1, x_2, y_2 name an arm; the i-th x and the i-th
- * y without a number are those of listed arm i. Other fields are passed over.
+ * y without a number are those of listed arm i. A unit may stand behind, as in theta_1 (deg). Other
+ * fields are passed over.
  *
  * text    a string of the document.
  * n       arms of the pendulum; the one arm of such a pendulum need not be listed.
- * listed  `count` arms from 0.
+ * listed   `count` arms from 0.
+ * degrees  whether angles without a unit are in degrees.
  *
  * Every fault is added. O(bytes).
  */
 void api_csv_head(struct api_csv *csv, const struct api_value *text, int n, int count,
-                  const int listed[], struct api_problem *problem);
+                  const int listed[], int degrees, struct api_problem *problem);
 
 /**
  * Reads the rows: numbers with a point, or with a comma where that does not separate; an empty

@@ -8,20 +8,21 @@
 
 static const double pi = 3.14159265358979323846;
 
-static const char *const unknown_fields[] = {"vary", "arm",  "harmonic", "start",
+static const char *const unknown_fields[] = {"vary", "arm",  "harmonic", "start", "run",
                                              "low",  "high", "unit",     NULL};
 static const char *const angle_units[] = {"rad", "deg", NULL};
 
 /* where the pendulum or its start has the number */
-static double target_value(const struct api_fit *fit, const struct api_target *target) {
+static double target_value(const struct api_fit *fit, const struct api_target *target, int run) {
     const struct pend_tree *tree = fit->tree.tree;
+    long of_run = (long)run * fit->start->n;
     switch (target->quantity) {
     case API_VARY_PHI:
     case API_VARY_THETA:
-        return fit->start->phi[target->arm];
+        return fit->start->phi[of_run + target->arm];
     case API_VARY_PHID:
     case API_VARY_THETAD:
-        return fit->start->rate[target->arm];
+        return fit->start->rate[of_run + target->arm];
     case API_VARY_LENGTH:
         return tree->len[target->arm];
     case API_VARY_MASS:
@@ -77,12 +78,56 @@ static void read_bounds(const struct api_value *item, double scale, double shift
 }
 
 /* "length of arm 2" */
-static void unknown_label(const struct api_fit *fit, const struct api_value *vary, int arm,
+static void unknown_label(const struct api_fit *fit, const struct api_value *vary, int arm, int run,
                           char label[API_FIT_LABEL]) {
     assert(arm < fit->tree.n);
     int at = snprintf(label, API_FIT_LABEL, "%s", api_value_text(vary));
-    if (arm < 0) return;
-    snprintf(label + at, API_FIT_LABEL - (size_t)at, " of arm %d", fit->tree.tree->order[arm] + 1);
+    if (arm >= 0)
+        at += snprintf(label + at, API_FIT_LABEL - (size_t)at, " of arm %d",
+                       fit->tree.tree->order[arm] + 1);
+    if (run >= 0) snprintf(label + at, API_FIT_LABEL - (size_t)at, " in run %d", run + 1);
+}
+
+/* adds an unknown, which must not be there already */
+static void unknown_add(struct api_fit *fit, const struct api_value *item,
+                        const struct pend_fit_unknown *u, struct api_problem *problem) {
+    if (fit->unknowns + PEND_FIT_CAMERA == API_FIT_UNKNOWNS) {
+        api_value_fault(item, problem,
+                        API_CODE_LIMIT "is more than the %d unknowns that there may be in all runs",
+                        API_FIT_UNKNOWNS - PEND_FIT_CAMERA);
+        return;
+    }
+    for (int j = 0; j < fit->unknowns; j++) {
+        const struct pend_fit_unknown *other = &fit->unknown[j];
+        if (other->by.kind != u->by.kind || other->by.at != u->by.at || other->run != u->run)
+            continue;
+        api_value_fault(item, problem, API_CODE_DUPLICATE "is %s, which is there already",
+                        fit->label[j]);
+        return;
+    }
+    fit->unknown[fit->unknowns++] = *u;
+}
+
+/* the runs whose start an unknown is of: first .. last - 1 */
+static int unknown_runs(const struct api_fit *fit, const struct api_value *item, int of_start,
+                        int *first, int *last, struct api_problem *problem) {
+    struct api_value run = api_value_member(item, "run");
+    long chosen = 0;
+    int given = api_field_whole(&run, 1, fit->runs, &chosen, problem);
+    *first = given > 0 ? (int)chosen - 1 : 0;
+    *last = !of_start ? 1 : given > 0 ? (int)chosen : fit->runs;
+    if (given > 0 && !of_start)
+        api_value_fault(&run, problem,
+                        API_CODE_NOT_APPLICABLE
+                        "is of starts: any other number is that of all runs, leave it out");
+    return given >= 0 && (of_start || !given);
+}
+
+/* whether it was found which number is meant: behind as many faults as are told a further one is
+ * only counted elsewhere */
+static int target_found(const struct api_target *target) {
+    if (target->quantity == API_VARY_TERM) return target->place >= 0;
+    return target->arm >= 0 || target->quantity == API_VARY_GRAVITY;
 }
 
 static void read_unknown(struct api_fit *fit, const struct api_value *item,
@@ -93,31 +138,35 @@ static void read_unknown(struct api_fit *fit, const struct api_value *item,
     if (!api_field_object(item, problem)) return;
     (void)api_value_only(item, unknown_fields, problem);
     if (!api_target_read(&target, item, &fit->tree, problem) || problem->count > faults) return;
-    // behind as many faults as are told a further one is only counted elsewhere
-    int term = target.quantity == API_VARY_TERM, all = target.quantity == API_VARY_GRAVITY;
-    if (term ? target.place < 0 : !all && target.arm < 0) return;
+    if (!target_found(&target)) return;
     int angle = target.quantity <= API_VARY_THETAD;
     if (api_field_word(&unit, angle_units, &degrees, problem) > 0 && !angle)
         api_value_fault(&unit, problem,
                         API_CODE_NOT_APPLICABLE "is for angles and their rates: leave it out");
     // bounds of theta are those of phi + pi / 2
     double scale = degrees ? pi / 180 : 1, shift = target.quantity == API_VARY_THETA ? -pi / 2 : 0;
-    struct pend_fit_unknown u = {.camera = -1, .by = target_parameter(&target)};
-    u.start = target_value(fit, &target), u.low = target_least(fit, &target), u.high = INFINITY;
-    read_bounds(item, scale, shift, fit->guessed && angle, &u, problem);
-    unknown_label(fit, &vary, target.arm, fit->label[fit->unknowns]);
-    fit->shift[fit->unknowns] = 0 - shift;
-    fit->unknown[fit->unknowns++] = u;
+    int first, last;
+    if (!unknown_runs(fit, item, angle, &first, &last, problem)) return;
+    for (int run = first; run < last && problem->count == faults; run++) {
+        struct pend_fit_unknown u = {.camera = -1, .by = target_parameter(&target), .run = run};
+        u.start = target_value(fit, &target, run), u.low = target_least(fit, &target);
+        u.high = INFINITY;
+        read_bounds(item, scale, shift, fit->run[run].guessed && angle, &u, problem);
+        unknown_label(fit, &vary, target.arm, angle && fit->runs > 1 ? run : -1,
+                      fit->label[fit->unknowns]);
+        fit->shift[fit->unknowns] = 0 - shift;
+        unknown_add(fit, item, &u, problem);
+    }
 }
 
 void api_fit_read_unknowns(struct api_fit *fit, const struct api_value *list,
                            struct api_problem *problem) {
     int count = api_value_count(list);
     if (api_value_kind(list) != API_MISSING &&
-        (api_value_kind(list) != API_ARRAY || count > API_FIT_UNKNOWNS - PEND_FIT_CAMERA)) {
+        (api_value_kind(list) != API_ARRAY || count > API_FIT_LISTED)) {
         api_value_fault(list, problem,
                         API_CODE_WRONG_COUNT "must be an array of at most %d unknowns",
-                        API_FIT_UNKNOWNS - PEND_FIT_CAMERA);
+                        API_FIT_LISTED);
         return;
     }
     struct api_value item = api_value_item(list, 0);

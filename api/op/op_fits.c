@@ -107,12 +107,39 @@ static enum pend_status write_direction(const struct fits *fits, const double di
     return api_buffer_format(out, "\"%s\"", text);
 }
 
+/* how far the motions follow that are no minimum */
+static void end_follows(const struct fits *fits, const struct pend_fit_result *r, char text[],
+                        size_t bytes) {
+    const struct api_fit *asked = &fits->asked;
+    int whole = 0;
+    double last = asked->t[asked->rows - 1];
+    for (int run = 0; run < asked->runs; run++) {
+        double end = NAN;
+        for (long i = asked->rows; i-- > 0 && isnan(end);)
+            if (asked->of[i] == run) end = asked->t[i];
+        whole += r->follows[run] == end;
+    }
+    if (asked->runs > 1)
+        snprintf(text, bytes,
+                 "no minimum was found: %d of %d motions follow their data to the end. Fewer runs "
+                 "or rows, or better starts, may help.",
+                 whole, asked->runs);
+    else if (isnan(r->follows[0]))
+        snprintf(text, bytes,
+                 "no minimum was found: the model does not follow these data from the start. A "
+                 "better start, or fewer unknowns, may help.");
+    else
+        snprintf(text, bytes,
+                 "no minimum was found: the motion follows the data until t = %.6g s of %.6g s. "
+                 "Fewer rows, or a better start, may help.",
+                 r->follows[0], last);
+}
+
 /* how it ended, in words */
 static enum pend_status write_end(const struct fits *fits, const struct pend_fit_result *r,
                                   struct api_buffer *out) {
     char text[300];
     assert((size_t)r->end < sizeof ends / sizeof *ends && fits->asked.rows >= 1);
-    double last = fits->asked.t[fits->asked.rows - 1];
     if (r->end == PEND_FIT_CONVERGED)
         snprintf(text, sizeof text, "a minimum, whose motion follows the data");
     else if (r->end == PEND_FIT_STRANGE)
@@ -120,39 +147,71 @@ static enum pend_status write_end(const struct fits *fits, const struct pend_fit
                  "the model does not follow these data: this is the best that such a pendulum can "
                  "do near the start given. Is it this pendulum, are all unknowns named, are the "
                  "errors not larger than said?");
-    else if (isnan(r->follows))
-        snprintf(text, sizeof text,
-                 "no minimum was found: the model does not follow these data from the start. A "
-                 "better start, or fewer unknowns, may help.");
     else
-        snprintf(text, sizeof text,
-                 "no minimum was found: the motion follows the data until t = %.6g s of %.6g s. "
-                 "Fewer rows, or a better start, may help.",
-                 r->follows, last);
+        end_follows(fits, r, text, sizeof text);
     PEND_TRY(api_out_text(out, "status", ends[r->end]));
     return api_out_text(out, "message", text);
 }
 
-/* the residuals, row by row */
+/* the residuals of a run, row by row; those of modes are behind them where there is one run */
 static enum pend_status write_residuals(const struct fits *fits, const struct pend_fit_result *r,
-                                        struct api_buffer *out) {
-    int columns = fits->asked.columns;
-    assert(r->residual && columns >= 1);
+                                        int run, struct api_buffer *out) {
+    const struct api_fit *asked = &fits->asked;
+    const struct api_fit_run *own = &asked->run[run];
+    assert(r->residual && asked->columns >= 1);
     PEND_TRY(api_out_open(out, "residuals", '['));
-    for (long i = 0; i < fits->asked.rows; i++) {
+    for (long i = 0; i < asked->rows; i++) {
+        const double *row = r->residual + i * asked->columns;
+        if (asked->of[i] != run) continue;
         PEND_TRY(api_out_comma(out));
         PEND_TRY(api_buffer_text(out, "["));
-        for (int c = 0; c < columns; c++) PEND_TRY(write_item(out, r->residual[i * columns + c]));
+        for (int s = 0; s < own->series; s++) PEND_TRY(write_item(out, row[own->column[s]]));
+        for (int c = asked->columns - asked->modes; c < asked->columns && asked->runs == 1; c++)
+            PEND_TRY(write_item(out, row[c]));
         PEND_TRY(api_buffer_text(out, "]"));
     }
     return api_buffer_text(out, "]");
 }
 
-/* the fitted pendulum and its start, as a request for a trajectory over the data's instants */
-static enum pend_status write_request(const struct fits *fits, struct api_buffer *out) {
+/* those of modes beside several runs */
+static enum pend_status write_modes(const struct fits *fits, const struct pend_fit_result *r,
+                                    struct api_buffer *out) {
+    const struct api_fit *asked = &fits->asked;
+    if (!asked->modes) return PEND_OK;
+    PEND_TRY(api_out_open(out, "mode_residuals", '['));
+    for (int c = asked->columns - asked->modes; c < asked->columns; c++)
+        PEND_TRY(write_item(out, r->residual[c]));
+    return api_buffer_text(out, "]");
+}
+
+/* the start of a run and the instants of its data */
+static enum pend_status write_start(const struct fits *fits, int run, double row[],
+                                    struct api_buffer *out) {
     const struct api_fit *asked = &fits->asked;
     const struct api_tree *tree = &asked->tree;
-    assert(asked->start && tree->tree->n == tree->n);
+    long base = (long)run * asked->start->n;
+    double stop = asked->begin[run];
+    PEND_TRY(api_out_open(out, "initial", '{'));
+    for (int i = 0; i < tree->n; i++) row[i] = asked->start->phi[base + tree->tree->place[i]];
+    PEND_TRY(api_out_numbers(out, "phi", tree->n, row, 0));
+    for (int i = 0; i < tree->n; i++) row[i] = asked->start->rate[base + tree->tree->place[i]];
+    PEND_TRY(api_out_numbers(out, "phid", tree->n, row, 0));
+    PEND_TRY(api_buffer_text(out, "}"));
+    PEND_TRY(api_out_open(out, "times", '{'));
+    PEND_TRY(api_out_number(out, "start", asked->begin[run], 0));
+    for (long i = 0; i < asked->rows; i++)
+        if (asked->of[i] == run) stop = asked->t[i] + asked->camera[PEND_FIT_SHIFT];
+    // of modes alone there is but one instant
+    if (!(stop > asked->begin[run])) stop = asked->begin[run] + 1;
+    PEND_TRY(api_out_number(out, "stop", stop, 0));
+    PEND_TRY(api_out_whole(out, "count", 201));
+    return api_buffer_text(out, "}");
+}
+
+/* the fitted pendulum and a start, as a request for a trajectory over the data's instants */
+static enum pend_status write_request(const struct fits *fits, int run, struct api_buffer *out) {
+    const struct api_tree *tree = &fits->asked.tree;
+    assert(fits->asked.start && tree->tree->n == tree->n);
     double *row = malloc((size_t)tree->n * sizeof *row);
     if (!row) return PEND_NO_MEMORY;
     enum pend_status status = api_out_open(out, "request", '{');
@@ -161,22 +220,32 @@ static enum pend_status write_request(const struct fits *fits, struct api_buffer
     if (status == PEND_OK) status = api_terms_write_whole(tree->tree, &tree->loads, out);
     if (status == PEND_OK) status = api_tree_write_arms(tree, out);
     if (status == PEND_OK) status = api_buffer_text(out, "}");
-    if (status == PEND_OK) status = api_out_open(out, "initial", '{');
-    for (int i = 0; i < tree->n; i++) row[i] = asked->start->phi[tree->tree->place[i]];
-    if (status == PEND_OK) status = api_out_numbers(out, "phi", tree->n, row, 0);
-    for (int i = 0; i < tree->n; i++) row[i] = asked->start->rate[tree->tree->place[i]];
-    if (status == PEND_OK) status = api_out_numbers(out, "phid", tree->n, row, 0);
+    if (status == PEND_OK) status = write_start(fits, run, row, out);
     free(row);
-    if (status != PEND_OK) return status;
-    PEND_TRY(api_buffer_text(out, "}"));
-    PEND_TRY(api_out_open(out, "times", '{'));
-    PEND_TRY(api_out_number(out, "start", asked->begin, 0));
-    // of modes alone there is but one instant
-    double stop = asked->t[asked->rows - 1] + asked->camera[PEND_FIT_SHIFT];
-    if (!(stop > asked->begin)) stop = asked->begin + 1;
-    PEND_TRY(api_out_number(out, "stop", stop, 0));
-    PEND_TRY(api_out_whole(out, "count", 201));
-    return api_buffer_text(out, "}}");
+    return status == PEND_OK ? api_buffer_text(out, "}") : status;
+}
+
+/* what a run has of its own */
+static enum pend_status write_run(const struct fits *fits, const struct pend_fit_result *r, int run,
+                                  struct api_buffer *out) {
+    PEND_TRY(write_maybe(out, "follows_until", r->follows[run]));
+    PEND_TRY(write_residuals(fits, r, run, out));
+    return write_request(fits, run, out);
+}
+
+/* that of one run stands beside everything else, that of several in a list */
+static enum pend_status write_runs(const struct fits *fits, const struct pend_fit_result *r,
+                                   struct api_buffer *out) {
+    if (fits->asked.runs == 1) return write_run(fits, r, 0, out);
+    PEND_TRY(write_modes(fits, r, out));
+    PEND_TRY(api_out_open(out, "runs", '['));
+    for (int run = 0; run < fits->asked.runs; run++) {
+        PEND_TRY(api_out_comma(out));
+        PEND_TRY(api_buffer_text(out, "{"));
+        PEND_TRY(write_run(fits, r, run, out));
+        PEND_TRY(api_buffer_text(out, "}"));
+    }
+    return api_buffer_text(out, "]");
 }
 
 static enum pend_status write_figures(const struct fits *fits, const struct pend_fit_result *r,
@@ -187,7 +256,6 @@ static enum pend_status write_figures(const struct fits *fits, const struct pend
     PEND_TRY(api_out_whole(out, "degrees_of_freedom", r->freedom));
     PEND_TRY(write_maybe(out, "chi_squared_per_degree", r->chi_squared / freedom));
     PEND_TRY(api_out_number(out, "explained", r->explained, 0));
-    PEND_TRY(write_maybe(out, "follows_until", r->follows));
     PEND_TRY(api_out_open(out, "not_told", '['));
     for (int d = 0; d < r->blind; d++)
         PEND_TRY(write_direction(fits, r->direction + d * fits->asked.unknowns, out));
@@ -210,8 +278,7 @@ static enum pend_status fits_write(struct fits *fits, const struct api_turn *tur
     PEND_TRY(write_unknowns(fits, &r, out));
     PEND_TRY(api_out_matrix(out, "correlation", fits->asked.unknowns, r.correlation, 0));
     PEND_TRY(write_figures(fits, &r, out));
-    PEND_TRY(write_residuals(fits, &r, out));
-    PEND_TRY(write_request(fits, out));
+    PEND_TRY(write_runs(fits, &r, out));
     PEND_TRY(api_out_open(out, "stats", '{'));
     PEND_TRY(api_out_whole(out, "iterations", r.iterations));
     PEND_TRY(api_out_whole(out, "evaluations", r.evaluations));
@@ -260,15 +327,20 @@ static void fits_progress(const void *state, double *steps, double *work) {
 static double fits_cost(const void *state) {
     const struct api_fit *asked = &((const struct fits *)state)->asked;
     assert(asked->rows >= 1 && asked->tree.n >= 1);
-    double n = asked->tree.n, length = 0, stop = asked->t[asked->rows - 1],
-           span = stop + asked->camera[PEND_FIT_SHIFT] - asked->begin;
+    double n = asked->tree.n, length = 0, own = 0;
+    // the last row is the latest of all runs
+    double span = asked->t[asked->rows - 1] + asked->camera[PEND_FIT_SHIFT] -
+                  asked->begin[asked->of[asked->rows - 1]];
+    span *= asked->runs;
+    for (int j = 0; j < asked->unknowns; j++)
+        own += asked->unknown[j].camera < 0 && asked->unknown[j].by.kind <= PEND_PARAMETER_RATE;
     for (int k = 0; k < asked->tree.n; k++) length += asked->length[k] / n;
     double swings = span * sqrt(fabs(asked->tree.loads.gravity) / length) / 6;
     int ideal = !asked->tree.loads.terms;
-    double q = asked->unknowns, passes = ceil(q / (ideal ? 8 : 7)), arm = ideal ? 2e-6 : 1e-5;
+    double q = asked->unknowns, each = q - own + own / asked->runs,
+           passes = ceil(each / (ideal ? 8 : 7)), arm = ideal ? 2e-6 : 1e-5;
     double numbers = (double)asked->rows * asked->columns;
-    int counted = asked->column[asked->columns - 1].kind == PEND_FIT_MODE;
-    double modes = counted ? (2 * q + 1) * n * n * n * (ideal ? 2e-9 : 8e-8) : 0;
+    double modes = asked->modes ? (2 * q + 1) * n * n * n * (ideal ? 2e-9 : 8e-8) : 0;
     return 50 *
            (20 * n * swings * n * passes * arm + numbers * (1e-6 * passes + 2e-8 * q * q) + modes);
 }

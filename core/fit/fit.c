@@ -77,6 +77,19 @@ static size_t fit_measurements(const struct pend_fit_problem *problem) {
     return count;
 }
 
+/* Returns the row behind which a row should be and is not, -1 for the start of its run, else
+ * itself. Rows that are equally late are next to each other. */
+static long fit_disorder(const struct pend_fit_problem *problem, long row) {
+    double since = pend_fit_since(problem, row);
+    int run = pend_fit_run(problem, row);
+    assert(run >= 0 && run < pend_fit_runs(problem));
+    if (!(since >= 0)) return -1;
+    if (row && pend_fit_since(problem, row - 1) > since) return row - 1;
+    for (long i = row - 1; i >= 0 && pend_fit_since(problem, i) == since; i--)
+        if (pend_fit_run(problem, i) == run && !(problem->t[row] > problem->t[i])) return i;
+    return row;
+}
+
 static enum pend_status fit_check(const struct pend_fit_problem *problem,
                                   struct pend_error *error) {
     if (problem->unknowns < 1)
@@ -89,11 +102,14 @@ static enum pend_status fit_check(const struct pend_fit_problem *problem,
                          "%zu measurements are too few for %d unknowns: there must be as many",
                          count, problem->unknowns);
     for (long i = 0; i < problem->rows; i++) {
-        double before = i ? problem->t[i - 1] : problem->start - problem->camera[PEND_FIT_SHIFT];
-        if (i ? problem->t[i] > before : problem->t[i] >= before) continue;
+        long before = fit_disorder(problem, i);
+        if (before == i) continue;
+        double shift = problem->camera[PEND_FIT_SHIFT];
+        double behind = before < 0 ? pend_fit_start(problem, pend_fit_run(problem, i)) - shift
+                                   : problem->t[before];
         return pend_fail(error, PEND_INVALID, -1, problem->t[i],
                          "row %ld, %.6g s, must come after %s, %.6g s", i + 1, problem->t[i],
-                         i ? "the row before it" : "the start", before);
+                         before < 0 ? "the start" : "the row before it", behind);
     }
     for (int j = 0; j < problem->unknowns; j++) {
         const struct pend_fit_unknown *u = &problem->unknown[j];
@@ -108,10 +124,11 @@ static enum pend_status fit_check(const struct pend_fit_problem *problem,
 static size_t fit_lay(struct pend_fit *fit, char *block) {
     const struct pend_fit_problem *p = &fit->problem;
     size_t q = (size_t)p->unknowns, m = (size_t)p->rows * (size_t)p->columns;
-    size_t counts[] = {q, q, q, q, q * q, m, m * q, PEND_FIT_BLIND * q, q * q, q, q};
+    size_t runs = (size_t)pend_fit_runs(p);
+    size_t counts[] = {q, q, q, q, q * q, m, m * q, PEND_FIT_BLIND * q, q * q, q, q, runs};
     double **array[] = {&fit->origin,      &fit->inner,    &fit->value, &fit->error,
                         &fit->correlation, &fit->residual, &fit->slope, &fit->direction,
-                        &fit->covariance,  &fit->size,     &fit->best};
+                        &fit->covariance,  &fit->size,     &fit->best,  &fit->follows};
     unsigned char **flags[] = {&fit->bounded, &fit->held};
     size_t used = (sizeof *fit + 63) / 64 * 64;
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
@@ -129,7 +146,8 @@ static size_t fit_lay(struct pend_fit *fit, char *block) {
 
 /* s, about the time of a swing: what is fitted first */
 static double fit_swing(const struct pend_fit_problem *problem) {
-    double length = 0, span = problem->t[problem->rows - 1] - problem->t[0];
+    double length = 0;
+    double span = pend_fit_since(problem, problem->rows - 1) - pend_fit_since(problem, 0);
     for (int k = 0; k < problem->n; k++) length += problem->length[k] / problem->n;
     double gravity = fabs(problem->loads.gravity);
     return gravity > 0 ? 2 * M_PI * sqrt(length / gravity) : span / 8;
@@ -145,9 +163,10 @@ double pend_fit_bytes(const struct pend_fit_problem *problem) {
 
 /* the first rows: a swing, and twice as many measurements as unknowns */
 static long fit_first(const struct pend_fit_problem *problem) {
-    double until = problem->t[0] + fit_swing(problem);
+    double until = pend_fit_since(problem, 0) + fit_swing(problem);
     long rows = 0, count = 0;
-    while (rows < problem->rows && (problem->t[rows] <= until || count < 2 * problem->unknowns)) {
+    while (rows < problem->rows &&
+           (pend_fit_since(problem, rows) <= until || count < 2 * problem->unknowns)) {
         for (int c = 0; c < problem->columns; c++) count += !isnan(problem->column[c].data[rows]);
         rows++;
     }
@@ -157,8 +176,7 @@ static long fit_first(const struct pend_fit_problem *problem) {
 /* a motion of so many steps is one of wild values, where the search has nothing to find */
 static void fit_cap(struct pend_fit_problem *problem) {
     enum { LEAST = 200, A_SWING = 200 };
-    double stop = problem->t[problem->rows - 1] + problem->camera[PEND_FIT_SHIFT];
-    double swings = (stop - problem->start) / fit_swing(problem);
+    double swings = pend_fit_since(problem, problem->rows - 1) / fit_swing(problem);
     double most = LEAST + A_SWING * problem->n * swings;
     if (!problem->step_cap || problem->step_cap > most) problem->step_cap = (long)most;
 }
@@ -399,7 +417,7 @@ struct pend_fit_result pend_fit_result(const struct pend_fit *fit) {
     struct pend_fit_result result = fit->result;
     result.value = fit->value, result.error = fit->error, result.correlation = fit->correlation;
     result.residual = fit->residual, result.bounded = fit->bounded;
-    result.direction = fit->direction;
+    result.direction = fit->direction, result.follows = fit->follows;
     return result;
 }
 

@@ -17,8 +17,8 @@ struct pend_fit;
  * fit  out; NULL on failure; released by pend_fit_free.
  *
  * PEND_INVALID    no unknowns, fewer measurements than unknowns, instants that do not increase or
- *                 begin before `start`, a start that is beyond its bounds.
- * PEND_NO_MEMORY
+ *                 begin before the start of their run, rows out of their order, a start that is
+ * beyond its bounds. PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status pend_fit_new(struct pend_fit **fit,
                                               const struct pend_fit_problem *problem,
@@ -35,7 +35,7 @@ void pend_fit_free(struct pend_fit **fit);
  * to a bound, the search goes on from inside it and keeps the lower minimum. One that does not
  * converge by half of the iterations begins again by multiple shooting, from what quarters of the
  * first swings say together, where every one of at most 8 arms is seen often enough, no mode is
- * counted and the camera's shift is known.
+ * counted, the camera's shift is known and there is one run.
  *
  * done  out: non-zero once the result is there.
  *

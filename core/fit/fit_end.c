@@ -26,32 +26,34 @@ static void end_errors(struct pend_fit *fit, double variance) {
         }
 }
 
-/* the last row up to which the residuals of any few rows together are not above two sigma */
-static double end_follows(const struct pend_fit *fit, double variance) {
+/* the last row of a run up to which the residuals of any few rows together are not above two sigma
+ */
+static double end_follows(const struct pend_fit *fit, int run, double variance) {
     enum { TOGETHER = 8 };
     const struct pend_fit_problem *p = &fit->problem;
-    double last = NAN;
-    for (long from = 0; from < p->rows; from += TOGETHER) {
-        double sum = 0;
-        long count = 0, end = from + TOGETHER < p->rows ? from + TOGETHER : p->rows;
-        for (long i = from; i < end; i++)
-            for (int c = 0; c < p->columns; c++) {
-                double r = fit->residual[i * p->columns + c];
-                if (isnan(p->column[c].data[i])) continue;
-                sum += r * r, count++;
-            }
+    double last = NAN, until = NAN, sum = 0;
+    long count = 0, together = 0;
+    for (long i = 0; i < p->rows; i++) {
+        if (pend_fit_run(p, i) != run) continue;
+        for (int c = 0; c < p->columns; c++) {
+            double r = fit->residual[i * p->columns + c];
+            if (isnan(p->column[c].data[i])) continue;
+            sum += r * r, count++;
+        }
+        until = p->t[i];
+        if (++together < TOGETHER) continue;
         if (sum > 6 * variance * (double)count) return last;
-        last = p->t[end - 1];
+        last = until, sum = 0, count = together = 0;
     }
-    return last;
+    return sum > 6 * variance * (double)count ? last : until;
 }
 
 /* how it ended, of a result that is filled in but for that */
-static enum pend_fit_end end_kind(const struct pend_fit *fit, int minimum, double variance) {
+static enum pend_fit_end end_kind(const struct pend_fit *fit, int minimum) {
     const struct pend_fit_result *result = &fit->result;
     double spread = result->chi_squared / (double)(result->freedom > 0 ? result->freedom : 1);
-    int strange =
-        result->explained < fit_explained || (variance == 1 && spread > fit_strange * fit_strange);
+    int strange = result->explained < fit_explained ||
+                  (pend_fit_state_known(fit) && spread > fit_strange * fit_strange);
     if (!minimum || fit->window < fit->problem.rows) return PEND_FIT_STOPPED;
     return strange ? PEND_FIT_STRANGE : PEND_FIT_CONVERGED;
 }
@@ -79,8 +81,9 @@ enum pend_status pend_fit_end(struct pend_fit *fit, struct pend_error *error) {
     double total = pend_fit_state_total(fit);
     end_errors(fit, variance);
     result->explained = total > 0 ? 1 - result->chi_squared / total : 0;
-    result->follows = end_follows(fit, variance);
-    result->end = end_kind(fit, minimum, variance);
+    for (int run = 0; run < pend_fit_runs(p); run++)
+        fit->follows[run] = end_follows(fit, run, variance);
+    result->end = end_kind(fit, minimum);
     for (long i = 0; i < p->rows; i++)
         for (int c = 0; c < p->columns; c++)
             if (isnan(p->column[c].data[i])) fit->residual[i * p->columns + c] = NAN;

@@ -17,10 +17,8 @@ static double *model_take(char *base, size_t *used, size_t numbers) {
 
 /* what is measured, and what of it is to be found */
 static void model_kinds(struct fit_model *model, const struct pend_fit_problem *problem) {
-    for (int j = 0; j < problem->unknowns; j++) {
-        model->parameters += problem->unknown[j].camera < 0;
+    for (int j = 0; j < problem->unknowns; j++)
         model->shifts |= problem->unknown[j].camera == PEND_FIT_SHIFT;
-    }
     for (int c = 0; c < problem->columns; c++) {
         enum pend_fit_kind kind = problem->column[c].kind;
         if (kind == PEND_FIT_PHI) model->wants[MODEL_ANGLE] = 1;
@@ -40,6 +38,8 @@ size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem
     *model = (struct fit_model){.problem = problem, .block = MODEL_BLOCK};
     model_kinds(model, problem);
     model->parameter = (struct pend_parameter *)(void *)model_take(memory, &used, q);
+    model->place = (int *)(void *)model_take(memory, &used, q);
+    model->row = (long *)(void *)model_take(memory, &used, (size_t)problem->rows);
     model->length = model_take(memory, &used, n);
     model->mass = model_take(memory, &used, n);
     model->phi = model_take(memory, &used, n);
@@ -59,20 +59,34 @@ size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem
     model->near = model_take(memory, &used, modes);
     model->lean = model_take(memory, &used, modes * q);
     model->beside = model_take(memory, &used, q);
-    if (!memory) return used;
-    for (int j = 0, at = 0; j < problem->unknowns; j++)
-        if (problem->unknown[j].camera < 0) model->parameter[at++] = problem->unknown[j].by;
     return used;
 }
 
 /* ---- the pendulum with values of the unknowns */
 
-static enum pend_status model_pendulum(struct fit_model *model, const double value[],
+/* whether an unknown is a number of the start of another run */
+static int model_elsewhere(const struct pend_fit_unknown *u, int run) {
+    return u->camera < 0 && u->by.kind <= PEND_PARAMETER_RATE && u->run != run;
+}
+
+/* the unknowns that a run's motion depends on */
+static void model_parameters(struct fit_model *model, int run) {
+    const struct pend_fit_problem *p = model->problem;
+    model->parameters = 0;
+    for (int j = 0; j < p->unknowns; j++) {
+        model->place[j] = -1;
+        if (p->unknown[j].camera >= 0 || model_elsewhere(&p->unknown[j], run)) continue;
+        model->parameter[model->parameters] = p->unknown[j].by;
+        model->place[j] = model->parameters++;
+    }
+}
+
+static enum pend_status model_pendulum(struct fit_model *model, const double value[], int run,
                                        struct pend_tree **tree, struct pend_loads *loads) {
     const struct pend_fit_problem *p = model->problem;
-    size_t row = (size_t)p->n * sizeof(double);
+    size_t row = (size_t)p->n * sizeof(double), from = (size_t)run * (size_t)p->n;
     memcpy(model->length, p->length, row), memcpy(model->mass, p->mass, row);
-    memcpy(model->phi, p->phi, row), memcpy(model->rate, p->rate, row);
+    memcpy(model->phi, p->phi + from, row), memcpy(model->rate, p->rate + from, row);
     memcpy(model->camera, p->camera, sizeof model->camera);
     *loads = p->loads;
     if (loads->terms) {
@@ -87,6 +101,7 @@ static enum pend_status model_pendulum(struct fit_model *model, const double val
             [PEND_PARAMETER_GRAVITY] = &loads->gravity, [PEND_PARAMETER_TERM] = model->value};
         assert(u->camera >= 0 || (size_t)u->by.kind < sizeof array / sizeof *array);
         int size = u->by.kind == PEND_PARAMETER_LENGTH || u->by.kind == PEND_PARAMETER_MASS;
+        if (model_elsewhere(u, run)) continue;
         if (u->camera >= 0)
             model->camera[u->camera] = value[j];
         else
@@ -95,21 +110,28 @@ static enum pend_status model_pendulum(struct fit_model *model, const double val
     return pend_tree_new_bare(tree, p->n, model->length, model->mass, p->bare, p->parent, NULL);
 }
 
-/* the instants of the first rows in the motion's time, behind that of the start */
-static void model_instants(struct fit_model *model, long rows) {
+/* a run's instants among the first rows in the motion's time, behind that of the start; returns
+ * how many */
+static long model_instants(struct fit_model *model, int run, long rows) {
     const struct pend_fit_problem *p = model->problem;
-    double shift = model->camera[PEND_FIT_SHIFT];
+    double shift = model->camera[PEND_FIT_SHIFT], start = pend_fit_start(p, run);
+    long count = 0;
     assert(rows >= 1 && rows <= p->rows);
-    model->t[0] = p->start;
-    model->before = p->start < p->t[0] + shift;
-    for (long i = 0; i < rows; i++) model->t[i + model->before] = fmax(p->t[i] + shift, p->start);
+    for (long i = 0; i < rows; i++)
+        if (pend_fit_run(p, i) == run) model->row[count++] = i;
+    if (!count) return 0;
+    model->t[0] = start;
+    model->before = start < p->t[model->row[0]] + shift;
+    for (long i = 0; i < count; i++)
+        model->t[i + model->before] = fmax(p->t[model->row[i]] + shift, start);
+    return count;
 }
 
 /* the modes of a pendulum with given values; all frequencies are 0 where there is none */
 static enum pend_status model_omega(struct fit_model *model, const double value[], double omega[]) {
     struct pend_tree *tree = NULL;
     struct pend_loads loads;
-    enum pend_status status = model_pendulum(model, value, &tree, &loads);
+    enum pend_status status = model_pendulum(model, value, 0, &tree, &loads);
     if (status == PEND_OK) status = pend_fit_modes(tree, &loads, omega);
     pend_tree_free(&tree);
     if (status != PEND_OK && status != PEND_NO_MEMORY) status = PEND_INVALID;
@@ -155,8 +177,8 @@ static void model_angle(const struct fit_model *model, const struct pend_fit_col
     const double *by = model->slope[which] + at * (size_t)model->parameters;
     *model_value = model->seen[which][at];
     for (int j = 0; slopes && j < p->unknowns; j++) {
-        int camera = p->unknown[j].camera;
-        slope[j] = camera < 0 ? *by++ : camera == PEND_FIT_SHIFT ? model->pace[MODEL_ANGLE][at] : 0;
+        int shift = p->unknown[j].camera == PEND_FIT_SHIFT, place = model->place[j];
+        slope[j] = place >= 0 ? by[place] : shift ? model->pace[MODEL_ANGLE][at] : 0;
     }
 }
 
@@ -186,27 +208,27 @@ static void model_number(const struct fit_model *model, const struct pend_fit_co
     double by[PEND_FIT_CAMERA] = {a * x + b * y, scale * turn, first, !first, 0};
     if (slopes && model->shifts)
         by[PEND_FIT_SHIFT] = scale * (a * model->pace[MODEL_X][at] + b * model->pace[MODEL_Y][at]);
-    for (int j = 0, i = 0; slopes && j < p->unknowns; j++) {
-        if (p->unknown[j].camera >= 0) {
-            slope[j] = by[p->unknown[j].camera];
+    for (int j = 0; slopes && j < p->unknowns; j++) {
+        if (model->place[j] < 0) {
+            slope[j] = p->unknown[j].camera < 0 ? 0 : by[p->unknown[j].camera];
             continue;
         }
-        size_t place = of + (size_t)i++;
+        size_t place = of + (size_t)model->place[j];
         slope[j] = scale * (a * model->slope[MODEL_X][place] + b * model->slope[MODEL_Y][place]);
     }
 }
 
-/* rows first .. first + count - 1, which are in `seen` and `slope` from place `from` on */
+/* a run's rows first .. first + count - 1, which are in `seen` and `slope` from place `from` on */
 static void model_rows(const struct fit_model *model, long first, long from, long count,
                        double residual[], double slope[]) {
     const struct pend_fit_problem *p = model->problem;
     for (long i = 0; i < count; i++)
         for (int c = 0; c < p->columns; c++) {
             const struct pend_fit_column *column = &p->column[c];
-            size_t at = (size_t)(first + i) * (size_t)p->columns + (size_t)c;
+            long row = model->row[first + i];
+            size_t at = (size_t)row * (size_t)p->columns + (size_t)c;
             double *own = slope ? slope + at * (size_t)p->unknowns : NULL;
-            double data = column->data[first + i], value;
-            double sigma = pend_fit_sigma(column, first + i);
+            double data = column->data[row], sigma = pend_fit_sigma(column, row), value;
             if (isnan(data)) continue;
             model_number(model, column, from + i, slope != NULL, &value, own);
             value -= data;
@@ -265,29 +287,41 @@ static enum pend_status model_values(struct fit_model *model, const struct pend_
     return status;
 }
 
+/* the motion of a run */
+static enum pend_status model_run(struct fit_model *model, const double value[], int run, long rows,
+                                  double residual[], double slope[], struct pend_error *error) {
+    const struct pend_fit_problem *p = model->problem;
+    struct pend_tree *tree = NULL;
+    struct pend_loads loads;
+    enum pend_status status = model_pendulum(model, value, run, &tree, &loads);
+    if (status != PEND_OK) return pend_fail(error, status, -1, 0, "there is no such pendulum");
+    long count = model_instants(model, run, rows);
+    model_parameters(model, run);
+    struct pend_problem problem = {.tree = tree,
+                                   .loads = loads,
+                                   .phi = model->phi,
+                                   .rate = model->rate,
+                                   .times = {.count = count + model->before, .list = model->t},
+                                   .rtol = p->rtol,
+                                   .step_cap = p->step_cap,
+                                   .no_drift = 1};
+    if (count)
+        status = slope ? model_slopes(model, &problem, residual, slope, error)
+                       : model_values(model, &problem, residual, error);
+    pend_tree_free(&tree);
+    return status;
+}
+
 enum pend_status pend_fit_model_at(struct fit_model *model, const double value[], long rows,
                                    double residual[], double slope[], struct pend_error *error) {
     const struct pend_fit_problem *p = model->problem;
     assert(rows >= 1 && rows <= p->rows);
     size_t numbers = (size_t)p->rows * (size_t)p->columns;
-    struct pend_tree *tree = NULL;
-    struct pend_loads loads;
     memset(residual, 0, numbers * sizeof(double));
     if (slope) memset(slope, 0, numbers * (size_t)p->unknowns * sizeof(double));
     enum pend_status status = model->modes ? model_modes(model, value, slope != NULL) : PEND_OK;
-    if (status == PEND_OK) status = model_pendulum(model, value, &tree, &loads);
     if (status != PEND_OK) return pend_fail(error, status, -1, 0, "there is no such pendulum");
-    model_instants(model, rows);
-    struct pend_problem problem = {.tree = tree,
-                                   .loads = loads,
-                                   .phi = model->phi,
-                                   .rate = model->rate,
-                                   .times = {.count = rows + model->before, .list = model->t},
-                                   .rtol = p->rtol,
-                                   .step_cap = p->step_cap,
-                                   .no_drift = 1};
-    status = slope ? model_slopes(model, &problem, residual, slope, error)
-                   : model_values(model, &problem, residual, error);
-    pend_tree_free(&tree);
+    for (int run = 0; run < pend_fit_runs(p) && status == PEND_OK; run++)
+        status = model_run(model, value, run, rows, residual, slope, error);
     return status;
 }

@@ -10,11 +10,13 @@
 /* Workspace of a model; one block. */
 struct fit_model {
     const struct pend_fit_problem *problem;
-    int parameters;                   /* unknowns that are the pendulum's */
+    int parameters;                   /* unknowns that are the pendulum's or of the run's start */
     struct pend_parameter *parameter; /* of these */
+    int *place;                       /* of every unknown its number among these; -1 = it is none */
+    long *row;                        /* of the run's instants, those of the problem */
     double *length, *mass, *value, *phi, *rate;
-    double *t;                  /* `start` and the rows, or the rows, in the motion's time */
-    int before;                 /* 1 if `start` is before the first row */
+    double *t;                  /* the start and the run's rows, or these, in the motion's time */
+    int before;                 /* 1 if the start is before the first row */
     int shifts;                 /* the time's shift is unknown */
     int modes;                  /* modes are measured */
     double *omega, *near;       /* of all modes, rad/s, and of those of a pendulum next to it */

@@ -25,6 +25,7 @@ static const double piece_swings = 0.25;
 
 struct piece {
     struct pend_fit_problem problem; /* its rows, and one for the joint at its end */
+    double start;                    /* s, when its own is there */
     struct fit_model model;
     char *memory;
     int joint;        /* whether there is one */
@@ -107,7 +108,7 @@ static size_t pieces_numbers(const struct pend_fit_problem *p, int count) {
 }
 
 int pend_fit_pieces_apt(const struct pend_fit_problem *p, double swing) {
-    if (p->rows < 2 || p->n > 8 || pieces_count(p, swing) < 2) return 0;
+    if (p->rows < 2 || p->n > 8 || p->run || pieces_count(p, swing) < 2) return 0;
     for (int j = 0; j < p->unknowns; j++)
         if (p->unknown[j].camera == PEND_FIT_SHIFT) return 0;
     for (int c = 0; c < p->columns; c++)
@@ -153,12 +154,14 @@ static void pieces_state(const struct pend_fit_problem *p, int arm, long row, do
 /* ---- making and freeing */
 
 /* a typical standard deviation of an angle, as the data have it */
-static double pieces_sigma(const struct pend_fit_problem *p) {
+static double pieces_sigma(const struct pend_fit_problem *p, double omega) {
     double sum = 0, reach = 0;
     for (int k = 0; k < p->n; k++) reach += p->length[k];
     for (int c = 0; c < p->columns; c++) {
-        int angle = p->column[c].kind == PEND_FIT_PHI;
-        double unit = angle ? 1 : reach * p->camera[PEND_FIT_SCALE];
+        enum pend_fit_kind kind = p->column[c].kind;
+        double unit = kind == PEND_FIT_PHI    ? 1
+                      : kind == PEND_FIT_RATE ? omega
+                                              : reach * fabs(p->camera[PEND_FIT_SCALE]);
         sum += pend_fit_sigma(&p->column[c], 0) / unit;
     }
     return sum / p->columns;
@@ -178,7 +181,7 @@ static void piece_unknowns(const struct fit_pieces *all, struct piece *piece, in
     for (int i = 0; s && i < 2 * p->n; i++) {
         struct pend_parameter by = {i < p->n ? PEND_PARAMETER_PHI : PEND_PARAMETER_RATE, i % p->n};
         piece->from[count] = state + i;
-        piece->unknown[count++] = (struct pend_fit_unknown){-1, by, 0, -INFINITY, INFINITY};
+        piece->unknown[count++] = (struct pend_fit_unknown){-1, by, 0, -INFINITY, INFINITY, 0};
     }
     piece->problem.unknowns = count, piece->problem.unknown = piece->unknown;
 }
@@ -213,7 +216,8 @@ static enum pend_status piece_make(const struct fit_pieces *all, struct piece *p
     piece->joint = s + 1 < all->count;
     piece->problem = *p;
     piece->problem.rows = last - first + piece->joint, piece->problem.t = p->t + first;
-    if (s) piece->problem.start = p->t[first] + p->camera[PEND_FIT_SHIFT];
+    piece->start = s ? p->t[first] + p->camera[PEND_FIT_SHIFT] : pend_fit_start(p, 0);
+    piece->problem.start = &piece->start;
     size_t m = (size_t)piece->problem.rows * columns;
     piece->from = malloc(q * sizeof *piece->from);
     piece->value = malloc((q + m * (q + 2)) * sizeof(double));
@@ -323,7 +327,7 @@ static void pieces_begin(struct fit_pieces *all, const double inner[]) {
     const struct pend_fit_problem *p = all->problem;
     memcpy(all->x, inner, (size_t)p->unknowns * sizeof *all->x);
     // the start too is where the data have it, if it is at the first row
-    for (int j = 0; j < p->unknowns && p->start == p->t[0] + p->camera[PEND_FIT_SHIFT]; j++) {
+    for (int j = 0; j < p->unknowns && pend_fit_since(p, 0) == 0; j++) {
         const struct pend_fit_unknown *u = &p->unknown[j];
         double state[2];
         if (u->camera >= 0 || u->by.kind > PEND_PARAMETER_RATE) continue;
@@ -348,7 +352,7 @@ enum pend_status pend_fit_pieces_new(struct fit_pieces **pieces,
     if (!all) return PEND_NO_MEMORY;
     all->own = *problem, all->problem = &all->own, all->count = pieces_count(problem, swing);
     all->own.rows = pieces_rows(problem, swing);
-    all->omega = 2 * M_PI / swing, all->sigma = pieces_sigma(problem);
+    all->omega = 2 * M_PI / swing, all->sigma = pieces_sigma(problem, all->omega);
     all->unknowns = problem->unknowns + (all->count - 1) * 2 * problem->n;
     all->x = malloc((size_t)all->unknowns * sizeof *all->x);
     for (int s = 0; s < all->count && status == PEND_OK; s++)

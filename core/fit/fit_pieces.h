@@ -12,8 +12,9 @@ struct fit_pieces;
 
 /**
  * Whether the motion can be cut: of at most 8 arms every one is seen in half of the rows, by its
- * angle or by the tips at its ends; no mode is measured and the time's shift is known; and there
- * are rows for two pieces, and as many measurements in those that are cut as unknowns.
+ * angle or by the tips at its ends; there is one run, no mode is measured and the time's shift is
+ * known; and there are rows for two pieces, and as many measurements in those that are cut as
+ * unknowns.
  *
  * swing  s, about the time of one.
  *

@@ -1,4 +1,4 @@
-/* Measurements of a pendulum, and what is to be found from them.
+/* Measurements of a pendulum, of one motion or of several, and what is to be found from them.
  * Leaves to others: the model (fit_model), the minimum (fit).
  * Invariant: all pointers belong to the caller. */
 #ifndef PEND_FIT_PROBLEM_H
@@ -49,6 +49,7 @@ struct pend_fit_unknown {
     int camera;               /* enum pend_fit_camera; -1 = a parameter of the pendulum */
     struct pend_parameter by; /* of the pendulum */
     double start, low, high;  /* low <= start <= high, low < high */
+    int run;                  /* of an angle or a rate: whose start, from 0; else without meaning */
 };
 
 /* All pointers must outlive the fit. */
@@ -58,11 +59,13 @@ struct pend_fit_problem {
     const unsigned char *bare;
     const int *parent, *order; /* order: of the stored arms, as pend_tree has it */
     struct pend_loads loads;
-    const double *phi, *rate; /* start, stored order */
-    double start;             /* s, when it is there: not after the first row, shifted */
+    int runs;                 /* motions, each with a start of its own; 0 = one */
+    const double *phi, *rate; /* their starts, runs x n, stored order */
+    const double *start; /* s, when each is there: not after its first row, shifted; NULL = 0 */
     double camera[PEND_FIT_CAMERA];
-    long rows;
-    const double *t; /* s, strictly increasing */
+    long rows;       /* in the order of their time since the start of their run */
+    const double *t; /* s, strictly increasing within a run */
+    const int *run;  /* of each row; NULL = there is one */
     int columns;
     const struct pend_fit_column *column;
     int unknowns;
@@ -71,5 +74,26 @@ struct pend_fit_problem {
     int iterations; /* most, 1 .. */
     long step_cap;  /* of a motion, 0 = none; it is lowered to what a tame one may take */
 };
+
+/** How many motions there are. O(1). */
+static inline int pend_fit_runs(const struct pend_fit_problem *problem) {
+    return problem->runs > 1 ? problem->runs : 1;
+}
+
+/** Of which motion a row is, from 0. O(1). */
+static inline int pend_fit_run(const struct pend_fit_problem *problem, long row) {
+    return problem->run ? problem->run[row] : 0;
+}
+
+/** When the start of a motion is there, s. O(1). */
+static inline double pend_fit_start(const struct pend_fit_problem *problem, int run) {
+    return problem->start ? problem->start[run] : 0;
+}
+
+/** A row's time since the start of its motion, s, by the camera's shift as it was given. O(1). */
+static inline double pend_fit_since(const struct pend_fit_problem *problem, long row) {
+    return problem->t[row] + problem->camera[PEND_FIT_SHIFT] -
+           pend_fit_start(problem, pend_fit_run(problem, row));
+}
 
 #endif

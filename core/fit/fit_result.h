@@ -26,9 +26,10 @@ struct pend_fit_result {
      * column], NaN where nothing was measured */
     const double *residual;
     double chi_squared;
-    long freedom;     /* measurements less unknowns that were found */
-    double follows;   /* s: the last row up to which the motion follows the data; NaN = none */
-    double explained; /* 1 - sum of squares over that of the data about their mean */
+    long freedom;          /* measurements less unknowns that were found */
+    const double *follows; /* s, of each run: the last row up to which the motion follows the data;
+                              NaN = none */
+    double explained;      /* 1 - sum of squares over that of the data about their mean */
     /* Directions that the data do not tell: relative changes of all unknowns together, the largest
      * of which is 1; [direction * unknowns + unknown]. */
     int blind;

@@ -23,6 +23,7 @@ struct pend_fit {
     int starved;             /* memory was refused: no result is what it would have been */
     struct pend_error failure;
     double *inner, *value, *error, *correlation, *residual, *slope, *direction, *covariance, *size;
+    double *follows;               /* of each run */
     double swing;                  /* s, about the time of one */
     double *origin;                /* inner numbers where the search began */
     struct fit_pieces *pieces;     /* while the motion is looked at in pieces */

@@ -344,8 +344,11 @@ TEST(fits_refuse_at_the_pointer) {
     } rows[] = {
         {ONE SERIES "}", "/unknowns", "at least one unknown"},
         {ONE GRAVITY "}", "/data", "missing"},
-        {ONE SERIES ",\"unknowns\":[{\"vary\":\"stiffness\",\"arm\":1}]}", "/unknowns/0/vary",
+        {ONE SERIES ",\"unknowns\":[{\"vary\":\"rest\",\"arm\":1}]}", "/unknowns/0/vary",
          "has not"},
+        {ONE SERIES ",\"unknowns\":[{\"vary\":\"theta\",\"arm\":1},"
+                    "{\"vary\":\"phi\",\"arm\":1}]}",
+         "/unknowns/1", "theta of arm 1, which is there already"},
         {ONE SERIES ",\"unknowns\":[{\"vary\":\"gravity\",\"low\":20}]}", "/unknowns/0", "between"},
         {ONE GRAVITY ",\"data\":{\"t\":[0,1,1],\"series\":[{\"theta\":1,\"values\":[1,0,1]}]}}",
          "/data/t/2", "must be later"},

@@ -112,7 +112,7 @@ static void study_angles(struct study *s, double noise, int known, unsigned long
 static void study_add(struct study *s, enum pend_parameter_kind kind, int at, double truth,
                       double start, double low) {
     s->truth[s->unknowns] = truth;
-    s->unknown[s->unknowns++] = (struct pend_fit_unknown){-1, {kind, at}, start, low, INFINITY};
+    s->unknown[s->unknowns++] = (struct pend_fit_unknown){-1, {kind, at}, start, low, INFINITY, 0};
     s->problem.unknowns = s->unknowns;
 }
 
@@ -179,7 +179,7 @@ TEST(fits_of_synthetic_data_are_within_three_standard_errors) {
         converged += result.end == PEND_FIT_CONVERGED;
         if (result.end == PEND_FIT_CONVERGED) {
             tally_add(&tally, &s, &result);
-            odd += result.blind != 0 || result.follows != s.t[s.rows - 1];
+            odd += result.blind != 0 || result.follows[0] != s.t[s.rows - 1];
             double spread = result.chi_squared / (double)result.freedom;
             CHECK_SAYING(!(i % 2) || fabs(spread - 1) < 0.4, "chi^2 a freedom %g", spread);
         }
@@ -228,6 +228,77 @@ TEST(errors_beside_an_unknown_at_its_bound_are_those_of_the_free_fit) {
         CHECK_SAYING(j == 1 || fabs(ratio - 1) < 0.2, "unknown %d: %g", j, ratio);
     }
     study_free(&s);
+}
+
+/* Two motions of one pendulum, the second of which begins later and is seen less often. Together
+ * they tell its length as well as both do one after the other: what is known of it adds. */
+TEST(fits_of_several_runs_share_the_pendulum) {
+    enum { RUNS = 2, FEW = 60 };
+    static struct study one[RUNS], both;
+    static int run[ROWS];
+    static double sigma[ROWS];
+    const double start[RUNS] = {0, 7};
+    double told = 0, phi[RUNS], rate[RUNS] = {0};
+    long rows = 0, next[RUNS] = {0};
+    unsigned long long seed = 12;
+    for (int r = 0; r < RUNS; r++) {
+        study_new(&one[r], 1, FEW + 30 * r, 4, 1, &seed);
+        one[r].length[0] = 0.4, one[r].mass[0] = 0.2, one[r].value[0] = 0.001;
+        pend_tree_free(&one[r].tree);
+        REQUIRE(pend_tree_new(&one[r].tree, 1, one[r].length, one[r].mass, parents, NULL) ==
+                PEND_OK);
+        study_run(&one[r], 4);
+        study_angles(&one[r], 0.02, 1, &seed);
+        study_add(&one[r], PEND_PARAMETER_LENGTH, 0, 0.4, 0.45, 0);
+        study_add(&one[r], PEND_PARAMETER_PHI, 0, one[r].phi[0], one[r].data[0][0], -INFINITY);
+        study_add(&one[r], PEND_PARAMETER_RATE, 0, 0, 0, -INFINITY);
+        struct pend_fit *fit = fit_of(&one[r]);
+        struct pend_fit_result result = pend_fit_result(fit);
+        CHECK_INT(result.end, PEND_FIT_CONVERGED);
+        told += pow(result.error[0], -2);
+        pend_fit_free(&fit);
+        phi[r] = one[r].phi[0];
+    }
+    both = one[0];
+    while (next[0] < one[0].rows || next[1] < one[1].rows) {
+        int r = next[1] < one[1].rows &&
+                (next[0] == one[0].rows || one[1].t[next[1]] < one[0].t[next[0]]);
+        both.t[rows] = one[r].t[next[r]] + start[r];
+        sigma[rows] = one[r].column[0].sigma;
+        both.data[0][rows] = one[r].data[0][next[r]++], run[rows++] = r;
+    }
+    both.column[0].data = both.data[0], both.column[0].each = sigma;
+    both.problem.t = both.t, both.problem.rows = rows, both.problem.run = run;
+    both.problem.runs = RUNS, both.problem.start = start;
+    both.problem.phi = phi, both.problem.rate = rate;
+    both.problem.length = both.length, both.problem.mass = both.mass;
+    both.problem.loads.value = both.value;
+    both.problem.column = both.column, both.problem.unknown = both.unknown;
+    study_add(&both, PEND_PARAMETER_PHI, 0, phi[1], one[1].data[0][0], -INFINITY);
+    study_add(&both, PEND_PARAMETER_RATE, 0, 0, 0, -INFINITY);
+    both.unknown[3].run = both.unknown[4].run = 1;
+    struct pend_fit *fit = fit_of(&both);
+    struct pend_fit_result result = pend_fit_result(fit);
+    struct tally tally = {0};
+    CHECK_INT(result.end, PEND_FIT_CONVERGED);
+    tally_add(&tally, &both, &result);
+    CHECK(tally.count == 5 && tally.beyond == 0);
+    CHECK(fabs(result.error[0] * result.error[0] * told - 1) < 0.05);
+    // the start of one motion says nothing of the other's, but by the length
+    CHECK(fabs(result.correlation[1 * 5 + 3]) < 0.5);
+    CHECK(result.follows[0] == one[0].t[one[0].rows - 1]);
+    CHECK(result.follows[1] == start[1] + one[1].t[one[1].rows - 1]);
+    pend_fit_free(&fit);
+    // a row before the start of its run, and one before the row before it
+    struct pend_error error = {0};
+    run[0] = 1;
+    CHECK(pend_fit_new(&fit, &both.problem, &error) == PEND_INVALID);
+    CHECK_SAYING(strstr(error.text, "the start, 7 s"), "%s", error.text);
+    run[0] = 0, both.t[3] = both.t[2] - 0.01;
+    CHECK(pend_fit_new(&fit, &both.problem, &error) == PEND_INVALID);
+    CHECK_SAYING(strstr(error.text, "the row before it"), "%s", error.text);
+    study_free(&one[0]);
+    study_free(&one[1]);
 }
 
 /* what the next test fits: angles with noise, everything is unknown and starts next to the data;
@@ -374,7 +445,8 @@ TEST(fits_find_the_camera_with_the_pendulum) {
                                       {PEND_PARAMETER_GRAVITY, 0},
                                       s.problem.camera[i],
                                       i == PEND_FIT_SHIFT ? -s.t[LATE] : -INFINITY,
-                                      INFINITY};
+                                      INFINITY,
+                                      0};
     }
     s.problem.unknowns = s.unknowns;
     struct pend_fit *fit = fit_of(&s);
@@ -423,7 +495,7 @@ TEST(fits_to_data_of_another_pendulum_are_not_called_converged) {
     struct pend_fit *fit = fit_of(&s);
     struct pend_fit_result result = pend_fit_result(fit);
     CHECK(result.end != PEND_FIT_CONVERGED);
-    CHECK(!(result.follows > s.t[s.rows / 2]));
+    CHECK(!(result.follows[0] > s.t[s.rows / 2]));
     CHECK(result.iterations <= s.problem.iterations);
     pend_fit_free(&fit);
     study_free(&s);
@@ -448,9 +520,10 @@ TEST(fits_refuse_what_cannot_be_fitted) {
     CHECK(pend_fit_new(&fit, &s.problem, &error) == PEND_INVALID);
     CHECK(strstr(error.text, "row 8"));
     s.t[7] = t;
-    s.problem.start = 1;
+    const double late = 1;
+    s.problem.start = &late;
     CHECK(pend_fit_new(&fit, &s.problem, &error) == PEND_INVALID);
-    s.problem.start = 0;
+    s.problem.start = NULL;
     s.unknown[0].low = s.unknown[0].start * 1.01;
     CHECK(pend_fit_new(&fit, &s.problem, &error) == PEND_INVALID);
     CHECK(strstr(error.text, "between its bounds"));

@@ -1,0 +1,214 @@
+/* Tests of the measurements of fits: several runs of one pendulum, units of tables, terms that are
+ * looked for from 0.
+ * Leaves to others: fits of one run (test_op_fits), the fit itself (core/fit/test_fit).
+ * Invariant: measurements come from trajectories of this same program, with noise of fixed seeds.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "tests/api/post.h"
+#include "tests/harness/test.h"
+
+enum { ROWS = 60, BODY = 30000 };
+
+#define ARMS                                                                                       \
+    "{\"name\":\"a\",\"length\":%s,\"mass\":0.3%s},{\"parent\":\"a\",\"length\":0.28,\"mass\":0."  \
+    "2}"
+
+/* the angles of a pendulum with friction that is let go */
+static struct test_reply motion(const char *theta, double start, int rows) {
+    char body[400];
+    snprintf(body, sizeof body,
+             "{\"pendulum\":{\"arms\":[" ARMS "]},\"initial\":{\"theta\":[%s]},\"times\":{"
+             "\"start\":%g,\"stop\":%g,\"count\":%d},\"output\":[\"theta\"]}",
+             "0.35", ",\"damping\":0.004", theta, start, start + 3, rows);
+    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    CHECK_INT(reply.status, 200);
+    return reply;
+}
+
+static double number(const struct test_reply *reply, const char *name, int i, int k) {
+    char pointer[60];
+    if (k < 0)
+        snprintf(pointer, sizeof pointer, "/%s/%d", name, i);
+    else
+        snprintf(pointer, sizeof pointer, "/%s/%d/%d", name, i, k);
+    return test_reply_number(reply, pointer);
+}
+
+static double noise(unsigned long long *seed) {
+    return sqrt(6) * (test_random(seed) + test_random(seed) - 1);
+}
+
+/* a table of an arm's angle, or of both, each line behind `unit` of them */
+static char *table(char *at, const struct test_reply *from, int rows, int arms, double unit,
+                   const char *names, unsigned long long *seed) {
+    at += sprintf(at, "%s\\n", names);
+    for (int i = 0; i < rows; i++) {
+        at += sprintf(at, "%.12g", number(from, "t", i, -1));
+        for (int k = 0; k < arms; k++)
+            at += sprintf(at, ",%.9g", unit * (number(from, "theta", i, k) + 0.01 * noise(seed)));
+        at += sprintf(at, "\\n");
+    }
+    return at;
+}
+
+static double off(const struct test_reply *reply, int j, double truth) {
+    char pointer[40];
+    snprintf(pointer, sizeof pointer, "/unknowns/%d/value", j);
+    double value = test_reply_number(reply, pointer);
+    snprintf(pointer, sizeof pointer, "/unknowns/%d/error", j);
+    return fabs(value - truth) / test_reply_number(reply, pointer);
+}
+
+#define REST                                                                                       \
+    "{\"vary\":\"theta\",\"arm\":1},{\"vary\":\"theta\",\"arm\":2},{\"vary\":\"thetad\",\"arm\":"  \
+    "1},{\"vary\":\"thetad\",\"arm\":2}"
+
+/* A motion of which both arms were seen, as a list of series, and one of the first arm alone, as a
+ * table; friction is looked for that the pendulum as given has not. */
+TEST(fits_of_several_runs_have_a_start_each) {
+    static char body[BODY];
+    unsigned long long seed = 4;
+    struct test_reply one = motion("1,0.5", 0, ROWS), other = motion("-0.7,0.9", 5, ROWS / 2);
+    char *at = body + sprintf(body,
+                              "{\"pendulum\":{\"arms\":[" ARMS "]},\"unknowns\":[{\"vary\":"
+                              "\"length\",\"arm\":1},{\"vary\":\"damping\",\"arm\":1},{"
+                              "\"vary\":\"theta\",\"arm\":1},{\"vary\":\"theta\",\"arm\":2,"
+                              "\"run\":1}],\"data\":{\"runs\":[{\"initial\":{\"theta\":["
+                              "0.95,0.55]},\"t\":[",
+                              "0.4", "");
+    for (int i = 0; i < ROWS; i++)
+        at += sprintf(at, "%s%.12g", i ? "," : "", number(&one, "t", i, -1));
+    at += sprintf(at, "],\"series\":[");
+    for (int k = 1; k >= 0; k--) {
+        at += sprintf(at, "{\"theta\":%d,\"sigma\":0.01,\"values\":[", k + 1);
+        for (int i = 0; i < ROWS; i++)
+            at += sprintf(at, "%s%.9g", i ? "," : "",
+                          number(&one, "theta", i, k) + 0.01 * noise(&seed));
+        at += sprintf(at, "]}%s", k ? "," : "");
+    }
+    at += sprintf(at, "]},{\"initial\":{\"theta\":[-0.6,0.9]},\"sigma\":0.01,\"csv\":\"");
+    at = table(at, &other, ROWS / 2, 1, 1, "t,theta_1", &seed);
+    sprintf(at, "\"}]}}");
+    struct test_reply reply = test_post(API_OP_FITS, body);
+    CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+    CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
+    const double truth[] = {0.35, 0.004, 1, -0.7, 0.5};
+    CHECK_INT(test_reply_count(&reply, "/unknowns"), 5);
+    for (int j = 0; j < 5; j++)
+        CHECK_SAYING(off(&reply, j, truth[j]) < 4, "unknown %d: %g", j, off(&reply, j, truth[j]));
+    CHECK_TEXT(test_reply_text(&reply, "/unknowns/1/name"), "damping of arm 1");
+    CHECK_TEXT(test_reply_text(&reply, "/unknowns/3/name"), "theta of arm 1 in run 2");
+    CHECK_TEXT(test_reply_text(&reply, "/unknowns/4/name"), "theta of arm 2 in run 1");
+    CHECK(fabs(test_reply_number(&reply, "/chi_squared_per_degree") - 1) < 0.4);
+    CHECK_INT((int)test_reply_number(&reply, "/degrees_of_freedom"), 2 * ROWS + ROWS / 2 - 5);
+    CHECK_INT(test_reply_count(&reply, "/runs"), 2);
+    CHECK_INT(test_reply_count(&reply, "/runs/0/residuals"), ROWS);
+    CHECK_INT(test_reply_count(&reply, "/runs/0/residuals/0"), 2);
+    CHECK_INT(test_reply_count(&reply, "/runs/1/residuals"), ROWS / 2);
+    CHECK_INT(test_reply_count(&reply, "/runs/1/residuals/0"), 1);
+    CHECK(test_reply_number(&reply, "/runs/0/follows_until") == 3);
+    CHECK(test_reply_number(&reply, "/runs/1/follows_until") == 8);
+    CHECK(test_reply_number(&reply, "/runs/1/request/times/start") == 5);
+    CHECK(fabs(test_reply_number(&reply, "/runs/1/request/initial/phi/0") + 0.7 + M_PI / 2) < 0.1);
+    // each residual stands where its measurement stood
+    CHECK(fabs(test_reply_number(&reply, "/runs/0/residuals/9/1")) < 6);
+    test_reply_free(&reply);
+    test_reply_free(&one);
+    test_reply_free(&other);
+}
+
+/* degrees by the name of a column, and by a field */
+TEST(fits_take_angles_of_tables_in_degrees) {
+    static char body[BODY];
+    static const char *const names[] = {"t,theta_1 (deg),theta_2 [\u00b0]", "t,theta_1,theta_2",
+                                        "t,theta_1 (rad),theta_2"};
+    struct test_reply from = motion("1,0.5", 0, ROWS);
+    for (int i = 0; i < 3; i++) {
+        unsigned long long seed = 4;
+        char *at = body + sprintf(body,
+                                  "{\"pendulum\":{\"arms\":[" ARMS
+                                  "]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1}," REST
+                                  "],\"data\":{\"sigma\":%s%s,\"csv\":\"",
+                                  "0.4", ",\"damping\":0.004", i == 1 ? "0.572957795" : "0.01",
+                                  i == 1 ? ",\"unit\":\"deg\"" : "");
+        at = table(at, &from, ROWS, 2, i == 2 ? 1 : 180 / M_PI, names[i], &seed);
+        sprintf(at, "\"}}");
+        // the deviation is in the unit of each
+        if (i == 0) memcpy(strstr(body, "0.01,\"csv"), "0.57", 4);
+        struct test_reply reply = test_post(API_OP_FITS, body);
+        CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+        CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
+        CHECK_SAYING(off(&reply, 0, 0.35) < 4, "%d", i);
+        CHECK(fabs(test_reply_number(&reply, "/chi_squared_per_degree") - 1) < 0.4);
+        test_reply_free(&reply);
+    }
+    test_reply_free(&from);
+}
+
+#define ONE "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
+#define LENGTH "\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]"
+#define RUN "{\"t\":[0,1,2],\"series\":[{\"theta\":1,\"values\":[1,0,-1]}]}"
+
+TEST(fits_refuse_runs_at_the_pointer) {
+    static const struct {
+        const char *body, *pointer, *text;
+    } rows[] = {
+        {ONE LENGTH ",\"data\":{\"runs\":[]}}", "/data/runs", "1 to 32"},
+        {ONE LENGTH ",\"data\":{\"runs\":[" RUN ",3]}}", "/data/runs/1", "object"},
+        {ONE LENGTH ",\"data\":{\"runs\":[" RUN ",{\"csv\":\"t,theta_1\\n0,1\\n0,2\\n\"}]}}",
+         "/data/runs/1/csv", "line 3"},
+        {ONE LENGTH ",\"data\":{\"t\":[0],\"runs\":[" RUN "]}}", "/data/t", "each of"},
+        {ONE LENGTH ",\"initial\":{\"theta\":[1]},\"data\":{\"runs\":[" RUN "]}}", "/initial",
+         "each of"},
+        {ONE LENGTH ",\"data\":{\"runs\":[" RUN ",{\"start\":1,\"t\":[0],\"series\":[{\"theta\":1,"
+                    "\"values\":[1]}]}]}}",
+         "/data/runs/1/start", "first instant"},
+        {ONE "\"unknowns\":[{\"vary\":\"length\",\"arm\":1,\"run\":2}],\"data\":{\"runs\":[" RUN
+             "," RUN "]}}",
+         "/unknowns/0/run", "of starts"},
+        {ONE "\"unknowns\":[{\"vary\":\"theta\",\"arm\":1,\"run\":3}],\"data\":{\"runs\":[" RUN
+             "," RUN "]}}",
+         "/unknowns/0/run", "2"},
+        {ONE "\"unknowns\":[{\"vary\":\"theta\",\"arm\":1},{\"vary\":\"phi\",\"arm\":1,\"run\":2}],"
+             "\"data\":{\"runs\":[" RUN "," RUN "]}}",
+         "/unknowns/1", "theta of arm 1 in run 2"},
+        {ONE LENGTH ",\"camera\":{\"unknown\":[\"shift\"]},\"data\":{\"runs\":[" RUN "," RUN "]}}",
+         "/camera/unknown/0", "one film"},
+        {ONE LENGTH ",\"data\":{\"csv\":\"t,theta_1 (px)\\n0,1\\n\"}}", "/data/csv", "rad or deg"},
+        {ONE LENGTH ",\"data\":{\"csv\":\"t,theta_1x\\n0,1\\n\"}}", "/data/csv", "no arm"},
+        {ONE LENGTH ",\"data\":{\"unit\":\"deg\",\"t\":[0],\"series\":[{\"theta\":1,\"values\":["
+                    "1]}]}}",
+         "/data/unit", "of a csv"},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        struct test_reply reply = test_post(API_OP_FITS, rows[i].body);
+        CHECK_SAYING(reply.status == 422, "%s: %d %s", rows[i].body, reply.status, reply.out.data);
+        CHECK_SAYING(test_reply_has_fault(&reply, rows[i].pointer, rows[i].text), "%s: %s",
+                     rows[i].body, reply.out.data);
+        test_reply_free(&reply);
+    }
+}
+
+/* a drive and the air, kept in their places beside what is new */
+TEST(fits_look_for_terms_from_nothing) {
+    struct test_reply reply = test_post(
+        API_OP_FITS,
+        "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"drag_per_mass\":0.1,"
+        "\"torque\":"
+        "[{\"constant\":0.2,\"harmonics\":[{\"amplitude\":0.5,\"omega\":2}]}]},\"data\":{\"t\":[0,"
+        "0.5,1,1.5],\"series\":[{\"theta\":1,\"values\":[1,0,-0.8,-0.1]}]},\"unknowns\":[{\"vary\":"
+        "\"damping\",\"arm\":1},{\"vary\":\"torque_omega\",\"arm\":1,\"low\":1.9,\"high\":2.1}],"
+        "\"iterations\":3}");
+    CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+    CHECK(test_reply_number(&reply, "/request/pendulum/drag_per_mass") == 0.1);
+    CHECK(test_reply_number(&reply, "/request/pendulum/arms/0/torque/constant") == 0.2);
+    CHECK(test_reply_number(&reply, "/request/pendulum/arms/0/torque/harmonics/0/amplitude") ==
+          0.5);
+    double omega = test_reply_number(&reply, "/request/pendulum/arms/0/torque/harmonics/0/omega");
+    CHECK(omega == test_reply_number(&reply, "/unknowns/1/value") && omega > 1.8 && omega < 2.2);
+    CHECK(test_reply_number(&reply, "/unknowns/0/value") >= 0);
+    test_reply_free(&reply);
+}
