@@ -108,27 +108,37 @@ static int response_quota(struct MHD_Response *response, const struct srv_exchan
            response_policy(response, quota);
 }
 
-/* The fields of RFC 9745 and RFC 8594, where the operator announces that the interface ages. */
-static int response_ages(struct MHD_Response *response, const struct srv_exchange *exchange) {
+/* The fields of RFC 9745 and RFC 8594; "" = not announced. */
+struct response_ages {
+    char deprecation[32], sunset[48];
+};
+
+static const char response_ages_link[] = "</docs#deprecation>; rel=\"deprecation\", "
+                                         "</docs#deprecation>; rel=\"sunset\"";
+
+/* Reads what the operator announces of the age of the interface. Returns 0 if it is nothing. */
+static int response_ages_read(const struct srv_exchange *exchange, struct response_ages *ages) {
     const struct srv_config *config = srv_service_config(exchange->service);
     int64_t us;
-    char text[48];
     struct tm part;
-    int good = 1, aged = api_job_instant(config->deprecated, &us);
-    if (!exchange->path || strncmp(exchange->path, "/v1/", 4) != 0) return 1;
-    if (aged) {
-        snprintf(text, sizeof text, "@%lld", (long long)(us / 1000000));
-        good = response_field(response, "Deprecation", text);
-    }
+    ages->deprecation[0] = ages->sunset[0] = 0;
+    if (!exchange->path || strncmp(exchange->path, "/v1/", 4) != 0) return 0;
+    if (api_job_instant(config->deprecated, &us))
+        snprintf(ages->deprecation, sizeof ages->deprecation, "@%lld", (long long)(us / 1000000));
     if (api_job_instant(config->sunset, &us)) {
         time_t at = (time_t)(us / 1000000);
-        strftime(text, sizeof text, "%a, %d %b %Y %H:%M:%S GMT", gmtime_r(&at, &part));
-        good = good && response_field(response, "Sunset", text);
-        aged = 1;
+        strftime(ages->sunset, sizeof ages->sunset, "%a, %d %b %Y %H:%M:%S GMT",
+                 gmtime_r(&at, &part));
     }
-    return good && (!aged || response_field(response, "Link",
-                                            "</docs#deprecation>; rel=\"deprecation\", "
-                                            "</docs#deprecation>; rel=\"sunset\""));
+    return ages->deprecation[0] || ages->sunset[0];
+}
+
+static int response_ages(struct MHD_Response *response, const struct srv_exchange *exchange) {
+    struct response_ages ages;
+    if (!response_ages_read(exchange, &ages)) return 1;
+    return (!ages.deprecation[0] || response_field(response, "Deprecation", ages.deprecation)) &&
+           (!ages.sunset[0] || response_field(response, "Sunset", ages.sunset)) &&
+           response_field(response, "Link", response_ages_link);
 }
 
 /* What depends on who asks and on the operator. */
@@ -207,6 +217,15 @@ static void response_line(char head[], const char *name, const char *value) {
     if (bytes < 0 || (size_t)bytes >= room) head[used] = 0;
 }
 
+/* Adds what the operator announces of the age of the interface. */
+static void response_line_ages(char head[], const struct srv_exchange *exchange) {
+    struct response_ages ages;
+    if (!response_ages_read(exchange, &ages)) return;
+    if (ages.deprecation[0]) response_line(head, "Deprecation", ages.deprecation);
+    if (ages.sunset[0]) response_line(head, "Sunset", ages.sunset);
+    response_line(head, "Link", response_ages_link);
+}
+
 void srv_response_refuse(struct srv_exchange *exchange, int fd, void *sealed) {
     char head[RESPONSE_HEAD], date[40], length[24];
     time_t now = time(NULL);
@@ -227,6 +246,7 @@ void srv_response_refuse(struct srv_exchange *exchange, int fd, void *sealed) {
     if (origin) response_line(head, "Access-Control-Allow-Origin", origin);
     for (int i = 0; i < exchange->headers; i++)
         response_line(head, exchange->header[i].name, exchange->header[i].value);
+    response_line_ages(head, exchange);
     strcat(head, "\r\n");
     if (sealed) {
         srv_tls_send(sealed, head, strlen(head));
