@@ -276,16 +276,6 @@ enum api_progress api_call_open(struct api_call *call, const struct api_request 
     return API_MORE;
 }
 
-/* the head of an answer that becomes a crate's results */
-static void call_head_crate(struct api_call *call, const struct api_crate *crate) {
-    api_crate_etag(crate, call->digest);
-    call->answer = (struct api_answer){.status = 200,
-                                       .media_type = api_crate_media_type,
-                                       .etag = call->digest,
-                                       .length = -1,
-                                       .file_name = api_crate_file};
-}
-
 enum api_progress api_call_results(struct api_call *call, const struct api_request *request,
                                    const struct api_source *source, struct api_buffer *out) {
     enum api_progress progress = api_call_open(call, request, out);
@@ -298,7 +288,7 @@ enum api_progress api_call_results(struct api_call *call, const struct api_reque
     }
     if (progress != API_MORE) return progress;
     call->source = *source;
-    if (source->crate) call_head_crate(call, source->crate);
+    api_results_head(source, &call->answer, call->digest);
     call->cost = api_op_at(request->op)->table(call->state)->rows * fetch_row_seconds;
     return API_MORE;
 }
@@ -351,7 +341,7 @@ static enum pend_status call_fetch(struct api_call *call, struct api_buffer *out
     const struct api_table *table = call->op->table(call->state);
     if (!call->results)
         PEND_TRY(api_results_new(&call->results, call->format, table, call->op->json != NULL,
-                                 table->rows_later, call->source.crate, out));
+                                 table->rows_later, &call->source, out, error));
     if (call->fetched) return api_results_end(call->results, out, done);
     return api_results_fetch(call->results, &call->source, out, &call->fetched, error);
 }
@@ -473,7 +463,7 @@ double api_call_bytes(const struct api_call *call) {
     /* the rows of a job are read and not computed: the operation holds only its request */
     if (call->source.fetch)
         return all + 8 * call->letters + results_bytes +
-               api_writer_bytes(call->format, call->op->table(call->state));
+               api_results_bytes(&call->source, call->format, call->op->table(call->state));
     return all + (call->op->bytes ? call->op->bytes(call->state) : API_OP_SMALL_BYTES);
 }
 

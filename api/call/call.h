@@ -10,24 +10,6 @@
 #include "api/call/relay.h"
 #include "api/call/request.h"
 #include "api/call/results.h"
-#include "api/encode/remarks.h"
-
-/* What is known of an answer before its first byte is sent; the texts live as long as the call. */
-struct api_answer {
-    int status;             /* HTTP status */
-    const char *media_type; /* a static string */
-    const char *columns; /* of the field X-Columns, "t,phi[4],phid[4]"; NULL if the representation
-                            names its columns itself */
-    const struct api_remarks *remarks; /* header fields of the figures, once the answer is complete;
-                                       NULL before, or if there are none */
-    int has_remarks; /* there will be such fields; of an answer that is streamed they are trailers
-                      */
-    const char *file_name; /* for a browser that saves it; NULL if a browser should show it */
-    const char *etag;      /* as api_call_etag; NULL for a problem */
-    long long length;      /* bytes of the answer's body, -1 if unknown */
-    long long first;       /* status 206: the number of its first byte in the whole, from 0 */
-    long long total;       /* status 206 and 416: bytes of the whole */
-};
 
 struct api_call;
 

@@ -7,7 +7,7 @@
 #include "api/encode/encode_raw.h"
 
 struct api_results {
-    const struct api_table *table;
+    struct api_table table;
     struct api_writer *writer; /* NULL where JSON pieces are passed on as they are */
     struct api_buffer record;  /* the record that is not whole yet, head and all */
     double *rows[API_COLUMNS]; /* room for a record's rows, one block */
@@ -16,6 +16,8 @@ struct api_results {
     int pieces;              /* JSON records so far */
     int later;               /* how many rows come is not known before the end */
     struct api_crate *crate; /* NULL = the answer is part of none */
+    long most;               /* rows, once all parts are there */
+    int partial;             /* the last of them may be missing */
     size_t held;             /* letters of results_timed that the answer ends with, so far */
     int timing;              /* what follows is the number of seconds */
 };
@@ -33,8 +35,35 @@ static size_t record_most(const struct api_table *table) {
     return API_RAW_HEAD + 4 * (size_t)API_PIECE_BYTES + row_bytes(table);
 }
 
+void api_results_head(const struct api_source *source, struct api_answer *answer,
+                      char digest[API_DIGEST_BYTES]) {
+    struct api_answer plain = *answer;
+    if (source->crate) {
+        api_crate_etag(source->crate, digest);
+        *answer = (struct api_answer){.status = 200,
+                                      .media_type = api_crate_media_type,
+                                      .etag = digest,
+                                      .length = -1,
+                                      .file_name = api_crate_file};
+    } else if (source->partial) {
+        /* with the next part it is another answer: it has no tag */
+        *answer = (struct api_answer){.status = 202,
+                                      .media_type = plain.media_type,
+                                      .columns = plain.columns,
+                                      .length = -1,
+                                      .file_name = plain.file_name};
+    }
+}
+
+double api_results_bytes(const struct api_source *source, const struct api_format *format,
+                         const struct api_table *table) {
+    struct api_table own = *table;
+    own.rows_later |= source->partial;
+    return api_writer_bytes(format, &own);
+}
+
 static enum pend_status results_room(struct api_results *results) {
-    const struct api_table *table = results->table;
+    const struct api_table *table = &results->table;
     size_t rows = record_most(table) / row_bytes(table) + 1;
     double *at = malloc(rows * row_bytes(table));
     if (!at) return PEND_NO_MEMORY;
@@ -50,24 +79,33 @@ PEND_VALIDATOR results_valid(const struct api_results *results) {
     const struct api_buffer *record = &results->record;
     if (results->pieces < 0 || !api_buffer_valid(record)) return 0;
     return !results->writer ||
-           (api_writer_valid(results->writer) && results->writer->rows <= results->table->rows);
+           (api_writer_valid(results->writer) && results->writer->rows <= results->table.rows);
 }
 
 enum pend_status api_results_new(struct api_results **results, const struct api_format *format,
                                  const struct api_table *table, int apart, int later,
-                                 struct api_crate *crate, struct api_buffer *out) {
+                                 const struct api_source *source, struct api_buffer *out,
+                                 struct pend_error *error) {
     assert(table->count >= 1 && table->count <= API_COLUMNS);
+    struct api_crate *crate = source->crate;
+    if (source->partial && format->picture)
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "a picture takes every member, and some are not there yet: ask for "
+                         "numbers, or wait for the job's end");
     if (crate) PEND_TRY(api_crate_begin(crate, format, table, out));
     size_t before = out->bytes;
     struct api_results *made = *results = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
     made->crate = crate;
-    made->table = table;
+    made->partial = source->partial;
+    made->table = *table;
+    made->table.rows_later |= made->partial;
+    made->most = table->rows;
     made->later = later;
     api_buffer_init(&made->record, record_most(table));
     enum pend_status status = results_room(made);
     if (status == PEND_OK && !(apart && format == &api_format_json))
-        status = api_writer_new(&made->writer, format, table, out);
+        status = api_writer_new(&made->writer, format, &made->table, out);
     if (status != PEND_OK) api_results_free(results);
     if (status == PEND_OK && crate) api_crate_pass(crate, out, before);
     assert(status != PEND_OK || results_valid(made));
@@ -122,8 +160,8 @@ static enum pend_status results_take(struct api_results *results, enum api_raw k
     if (!results->writer) return PEND_OK;
     if (kind == API_RAW_STATS)
         return api_raw_add(&results->figures, data, bytes) ? PEND_OK : PEND_BUG;
-    long rows = api_raw_rows(results->table, data, bytes, results->rows);
-    if (rows < 0 || rows > results->table->rows - results->writer->rows) return PEND_BUG;
+    long rows = api_raw_rows(&results->table, data, bytes, results->rows);
+    if (rows < 0 || rows > results->table.rows - results->writer->rows) return PEND_BUG;
     return api_writer_block(results->writer, rows, (const double *const *)results->rows, out, NULL);
 }
 
@@ -185,6 +223,13 @@ static void results_untime(struct api_stats *stats) {
     stats->count = kept;
 }
 
+/* the figures of an answer that may lack parts: how many rows there are, of how many */
+static void results_count(struct api_results *results) {
+    results->stats.count = 0;
+    api_stats_whole(&results->stats, "rows", results->writer->rows);
+    api_stats_whole(&results->stats, "rows_all", results->most);
+}
+
 static enum pend_status results_end(struct api_results *results, struct api_buffer *out,
                                     int *done) {
     if (results->record.bytes) return PEND_BUG;
@@ -192,7 +237,11 @@ static enum pend_status results_end(struct api_results *results, struct api_buff
         *done = 1;
         return results->pieces ? PEND_OK : PEND_BUG;
     }
-    if (results->later ? !results->figures.count : results->writer->rows != results->table->rows)
+    if (results->partial) {
+        results_count(results);
+        return api_writer_finish(results->writer, &results->stats, out, done);
+    }
+    if (results->later ? !results->figures.count : results->writer->rows != results->table.rows)
         return PEND_BUG;
     api_raw_stats(&results->figures, &results->stats);
     if (results->crate) results_untime(&results->stats);

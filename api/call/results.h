@@ -6,6 +6,24 @@
 #define API_RESULTS_H
 
 #include "api/call/crate.h"
+#include "api/encode/remarks.h"
+
+/* What is known of an answer before its first byte is sent; the texts live as long as the call. */
+struct api_answer {
+    int status;             /* HTTP status */
+    const char *media_type; /* a static string */
+    const char *columns; /* of the field X-Columns, "t,phi[4],phid[4]"; NULL if the representation
+                            names its columns itself */
+    const struct api_remarks *remarks; /* header fields of the figures, once the answer is complete;
+                                       NULL before, or if there are none */
+    int has_remarks; /* there will be such fields; of an answer that is streamed they are trailers
+                      */
+    const char *file_name; /* for a browser that saves it; NULL if a browser should show it */
+    const char *etag;      /* as api_call_etag; NULL for a problem */
+    long long length;      /* bytes of the answer's body, -1 if unknown */
+    long long first;       /* status 206: the number of its first byte in the whole, from 0 */
+    long long total;       /* status 206 and 416: bytes of the whole */
+};
 
 struct api_results;
 
@@ -27,7 +45,21 @@ struct api_source {
     /** Returns non-zero if fetch will not wait; NULL = fetch may wait. */
     int (*ready)(void *context);
     struct api_crate *crate; /* that the answer is to become the results of; NULL = of none */
+    int partial; /* fetch may end before the last part: the answer has the rows of those before */
 };
+
+/**
+ * Turns the head of the answer to a request into that of what is read from the source: of a crate,
+ * or of the parts that are there, status 202.
+ *
+ * digest  of the answer; changed where the answer is another.
+ */
+void api_results_head(const struct api_source *source, struct api_answer *answer,
+                      char digest[API_DIGEST_BYTES]);
+
+/** Returns the most bytes of memory of the rows that an answer keeps, as api_writer_bytes does. */
+double api_results_bytes(const struct api_source *source, const struct api_format *format,
+                         const struct api_table *table);
 
 /**
  * Begins an answer.
@@ -37,16 +69,17 @@ struct api_source {
  * apart    non-zero: the parts have records of JSON, since JSON says more than the table.
  * later    non-zero: the table's rows are the most that there can be, and a record of figures marks
  *          their end.
- * crate    that the answer is a part of; NULL = of none. Must outlive the results.
- * out      the bytes before the rows are appended.
+ * source   whose crate, and whether it is partial, decide what is written; must outlive the
+ * results. out      the bytes before the rows are appended.
  *
+ * PEND_INVALID  the form has no place for some of the rows only: a picture.
  * PEND_NO_MEMORY, PEND_LIMIT
  */
 PEND_MUST_CHECK enum pend_status api_results_new(struct api_results **results,
                                                  const struct api_format *format,
                                                  const struct api_table *table, int apart,
-                                                 int later, struct api_crate *crate,
-                                                 struct api_buffer *out);
+                                                 int later, const struct api_source *source,
+                                                 struct api_buffer *out, struct pend_error *error);
 
 /** Returns the figures of all parts, once the answer is complete; NULL if there are none. */
 const struct api_stats *api_results_stats(const struct api_results *results);

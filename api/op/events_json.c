@@ -125,7 +125,8 @@ static void check_others(const struct api_events *events, const struct api_value
                         "are found by the method taylor in doubles: leave \"method\" and "
                         "\"precision\" out");
     if (!problem->status && !spans)
-        api_value_fault(&times, problem, "must span some time for events to be looked for in");
+        api_value_fault(&times, problem,
+                        API_CODE_OUT_OF_RANGE "must span some time for events to be looked for in");
     for (int k = events->tree->cart; start && k < start->n; k++)
         if (fabs(start->phi[k]) > PEND_TURNS_FROM) {
             api_value_fault(&initial, problem,

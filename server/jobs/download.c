@@ -87,6 +87,11 @@ static void download_ask(struct download *download) {
 /* Takes a piece, or the error in its place. The caller holds the lock. */
 static void download_take(struct download *download, enum srv_stored stored) {
     assert(download->count < DOWNLOAD_AHEAD);
+    if (stored == SRV_STORED_NONE && !download->chunk && download->source.from.partial) {
+        /* The first part that is not there ends what is. */
+        download->parts = download->part;
+        return;
+    }
     /* A part whose last piece is full ends where no other piece follows. */
     int none = stored == SRV_STORED_NONE && download->chunk > 0;
     size_t bytes = none ? 0 : download->read.bytes;

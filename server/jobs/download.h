@@ -12,7 +12,8 @@
 
 /**
  * Makes the source of an exchange's answer; its `free` ends it. Reading begins when `ready` is
- * called first.
+ * called first. If the caller sets source->from.partial, the first part that is not there ends the
+ * source; its crate, if the caller sets one, is freed with it.
  *
  * source  out; NULL without memory.
  * id      of the job.

@@ -34,8 +34,9 @@ static int results_cite(const struct srv_store_request *asked, struct api_cite *
 }
 
 /* Hands the exchange to a worker, which reads the response from the store.
- * crate  that it becomes the results of, taken over; NULL = of none. */
-static void results_deliver(struct srv_store_request *asked, struct api_crate *crate) {
+ * crate    that it becomes the results of, taken over; NULL = of none.
+ * partial  some parts may not be there yet. */
+static void results_deliver(struct srv_store_request *asked, struct api_crate *crate, int partial) {
     assert(asked->request && asked->job.parts >= 1);
     struct srv_exchange *exchange = asked->exchange;
     struct srv_source *source;
@@ -58,7 +59,8 @@ static void results_deliver(struct srv_store_request *asked, struct api_crate *c
         return;
     }
     source->from.crate = crate;
-    if (!strcmp(exchange->method, "GET") && !crate)
+    source->from.partial = partial;
+    if (!strcmp(exchange->method, "GET") && !crate && !partial)
         source->ranged = srv_range_read(exchange->field[SRV_RANGE], &source->range);
     /* Ranges count the bytes of the response without a coding. */
     if (source->ranged) exchange->coding = SRV_IDENTITY;
@@ -83,11 +85,11 @@ static void results_refuse(struct srv_store_request *asked, enum srv_stored stor
     if (stored != SRV_STORED)
         srv_store_request_refuse(asked, stored);
     else if (job->state <= SRV_JOB_RUNNING)
-        srv_exchange_problem(
-            exchange, 409,
-            API_TYPE_NOT_DONE
-            "the job is %s, with %ld of %ld parts done: its results come with its end",
-            srv_job_word(job->state), job->done, job->parts);
+        srv_exchange_problem(exchange, 409,
+                             API_TYPE_NOT_DONE "the job is %s, with %ld of %ld parts done: its "
+                                               "results come with its end; ?partial=true asks for "
+                                               "those of the parts that are done",
+                             srv_job_word(job->state), job->done, job->parts);
     else
         srv_exchange_problem(exchange, 409,
                              API_TYPE_NO_RESULTS "the job has no results: it is %s%s%.200s",
@@ -101,17 +103,12 @@ static int results_there(const struct srv_store_request *asked, enum srv_stored 
 
 static void results_found(struct srv_store_request *asked, enum srv_stored stored) {
     if (results_there(asked, stored))
-        results_deliver(asked, NULL);
+        results_deliver(asked, NULL, 0);
     else
         results_refuse(asked, stored);
 }
 
-void srv_job_results(struct srv_exchange *exchange) {
-    struct srv_store_request *asked = srv_store_request_begin_one(exchange);
-    if (asked) srv_store_request_ask(asked, SRV_ASK_READ, results_find, results_found);
-}
-
-/* --- the request --- */
+/* --- the request, and results while they are computed --- */
 
 static enum srv_stored request_find(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
@@ -143,6 +140,31 @@ void srv_job_request(struct srv_exchange *exchange) {
     if (asked) srv_store_request_ask(asked, SRV_ASK_READ, request_find, request_found);
 }
 
+/* Delivers what there is of a job that may still run. */
+static void results_found_some(struct srv_store_request *asked, enum srv_stored stored) {
+    const struct srv_job *job = &asked->job;
+    int some = stored == SRV_STORED && job->state <= SRV_JOB_RUNNING && job->done > 0;
+    if (some && asked->request)
+        results_deliver(asked, NULL, 1);
+    else
+        results_found(asked, stored);
+}
+
+void srv_job_results(struct srv_exchange *exchange) {
+    int some = exchange->query && !strcmp(exchange->query, "partial=true");
+    struct srv_store_request *asked = srv_store_request_begin_one(exchange);
+    if (!asked) return;
+    if (!some && exchange->query && *exchange->query) {
+        srv_exchange_problem(exchange, 422, "results take ?partial=true or no query, got ?%.100s",
+                             exchange->query);
+        srv_store_request_end(asked);
+        return;
+    }
+    if (some) exchange->query = NULL;
+    srv_store_request_ask(asked, SRV_ASK_READ, some ? request_find : results_find,
+                          some ? results_found_some : results_found);
+}
+
 /* --- citing --- */
 
 static void cite_found(struct srv_store_request *asked, enum srv_stored stored) {
@@ -172,7 +194,7 @@ static void crate_found(struct srv_store_request *asked, enum srv_stored stored)
     if (!results_there(asked, stored)) {
         results_refuse(asked, stored);
     } else if (results_cite(asked, &cite) && api_crate_new(&crate, &cite) == PEND_OK) {
-        results_deliver(asked, crate);
+        results_deliver(asked, crate, 0);
     } else {
         srv_exchange_busy(asked->exchange, 1, "out of memory");
         srv_store_request_end(asked);

@@ -9,7 +9,8 @@
 
 #include "server/work/exchange.h"
 
-/** GET /v1/jobs/{id}/results. Who knows the id may ask. */
+/** GET /v1/jobs/{id}/results. Who knows the id may ask. With ?partial=true 202 for a job that has
+ * not ended: the rows of its first parts, up to the first that is not done. */
 void srv_job_results(struct srv_exchange *exchange);
 
 /** GET /v1/jobs/{id}/request: the request as it is kept. Who knows the id may

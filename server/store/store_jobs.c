@@ -242,7 +242,8 @@ static enum srv_stored list_page(struct srv_store *store, const char *client,
         SRV_STORED_TRY(list_after(store, client, before, &rows));
         last[0] = 0;
         for (int i = 0; i < rows.count; i++) {
-            if (some[i].created < wish->since) return SRV_STORED;
+            /* when a damaged one was made is not believed: it is listed, and the list goes on */
+            if (!some[i].flaw && some[i].created < wish->since) return SRV_STORED;
             if (list_suits(wish, &some[i])) job[(*count)++] = some[i];
             if (*count < wish->most && i + 1 < cap) continue;
             memcpy(last, some[i].id, SRV_ID_BYTES);

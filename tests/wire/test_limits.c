@@ -129,12 +129,17 @@ TEST(a_draining_server_is_not_ready_and_ends_with_its_last_client) {
 }
 
 TEST(an_interface_that_ages_says_so_with_every_answer_below_v1) {
-    static const char *const options[] = {"--deprecated", "2026-01-31T01:00:00+01:00", "--sunset",
-                                          "2027-06-30T12:00:00Z", NULL};
+    static const char *const options[] = {"--deprecated",
+                                          "2026-01-31T01:00:00+01:00",
+                                          "--sunset",
+                                          "2027-06-30T12:00:00Z",
+                                          "--max-body-bytes",
+                                          "1024",
+                                          NULL};
     static const char *const bad[] = {"--sunset", "soon", NULL};
     struct test_server *server = test_server_start(options);
     struct test_reply reply;
-    char text[600];
+    char text[3000];
     REQUIRE(server != NULL);
     for (int i = 0; i < 3; i++) {
         if (i < 2)
@@ -153,6 +158,19 @@ TEST(an_interface_that_ages_says_so_with_every_answer_below_v1) {
         }
         test_reply_clear(&reply);
     }
+    /* an answer in the middle of a body, which goes past libmicrohttpd */
+    struct test_client client;
+    REQUIRE(test_client_open(&client, test_server_port(server)));
+    snprintf(text, sizeof text,
+             "POST /v1/trees HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n"
+             "Content-Type: application/json\r\n\r\n800\r\n%0*d",
+             2048, 0);
+    test_client_say(&client, text);
+    CHECK(test_client_receive(&client, &reply, 0, TEST_PATIENCE) && reply.status == 413);
+    CHECK_TEXT(test_reply_header(&reply, "Deprecation"), "@1769817600");
+    CHECK_TEXT(test_reply_header(&reply, "Sunset"), "Wed, 30 Jun 2027 12:00:00 GMT");
+    test_reply_clear(&reply);
+    test_client_close(&client);
     test_server_stop(&server);
     CHECK(test_server_run(bad, text, sizeof text) != 0);
     CHECK_SAYING(strstr(text, "sunset") && strstr(text, "2027-01-31T00:00:00Z"), "%s", text);
@@ -176,5 +194,26 @@ TEST(requests_beyond_a_minutes_quota_are_answered_429) {
         if (i == 2) check_retry_after(&reply);
         test_reply_clear(&reply);
     }
+    test_server_stop(&server);
+}
+
+TEST(an_answer_that_flows_has_no_limit_of_size) {
+    /* 280 kB, more than any answer that is held in memory may have here */
+    static const char *const options[] = {"--max-answer-bytes", "65536", NULL};
+    static const char *const flowing[] = {"Accept: application/octet-stream\r\n",
+                                          "Accept: application/x-ndjson\r\n",
+                                          "Accept: text/csv\r\nAccept-Encoding: gzip\r\n"};
+    static const char body[] =
+        "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":50,\"step\":0.01}}";
+    struct test_server *server = test_server_start(options);
+    struct test_reply reply;
+    REQUIRE(server != NULL);
+    for (size_t i = 0; i < sizeof flowing / sizeof *flowing; i++) {
+        CHECK_INT(test_request(server, &reply, "POST", "/v1/trajectories", flowing[i], body), 200);
+        CHECK_SAYING(reply.body_bytes > 65536, "%zu bytes", reply.body_bytes);
+        test_reply_clear(&reply);
+    }
+    CHECK_INT(test_request(server, &reply, "POST", "/v1/trajectories", "", body), 422);
+    test_reply_clear(&reply);
     test_server_stop(&server);
 }

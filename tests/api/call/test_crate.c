@@ -86,7 +86,7 @@ static struct api_cite cite_of(const struct api_request *request) {
 static enum api_progress write_crate(const struct api_request *request, const struct api_cite *cite,
                                      const struct api_buffer *kept, struct api_buffer *out) {
     struct pieces pieces = {.kept = kept};
-    struct api_source source = {pieces_fetch, pieces_again, &pieces, NULL, NULL};
+    struct api_source source = {.fetch = pieces_fetch, .again = pieces_again, .context = &pieces};
     struct api_limits limits;
     struct api_call *call;
     enum api_progress progress = API_BROKEN;
@@ -284,6 +284,8 @@ TEST(seconds_are_left_out_of_json_wherever_its_pieces_end) {
     for (size_t cut = 1; cut < sizeof json - 1; cut++) {
         struct api_crate *crate;
         struct api_results *results = NULL;
+        struct api_source source = {.partial = 0};
+        struct pend_error error = {.text = ""};
         struct api_buffer out;
         char record[sizeof json + 2 * API_RAW_HEAD];
         int done = 0;
@@ -293,7 +295,9 @@ TEST(seconds_are_left_out_of_json_wherever_its_pieces_end) {
         api_raw_head_put(record + API_RAW_HEAD + cut, API_RAW_JSON, sizeof json - 1 - cut);
         memcpy(record + 2 * API_RAW_HEAD + cut, json + cut, sizeof json - 1 - cut);
         REQUIRE(api_crate_new(&crate, &cite) == PEND_OK);
-        CHECK(api_results_new(&results, &api_format_json, &table, 1, 0, crate, &out) == PEND_OK);
+        source.crate = crate;
+        CHECK(api_results_new(&results, &api_format_json, &table, 1, 0, &source, &out, &error) ==
+              PEND_OK);
         size_t before = out.bytes;
         CHECK(api_results_feed(results, record, sizeof json - 1 + 2 * API_RAW_HEAD, &out) ==
               PEND_OK);

@@ -206,7 +206,7 @@ static struct api_answer fetch_range(const struct api_request *request,
                                      size_t bytes, unsigned long long *random,
                                      const struct api_range *range, struct api_buffer *out) {
     struct pieces pieces = {data, bytes, 0, random, 0};
-    struct api_source source = {pieces_fetch, pieces_again, &pieces, pieces_ready, NULL};
+    struct api_source source = {pieces_fetch, pieces_again, &pieces, pieces_ready, NULL, 0};
     struct api_answer answer = {.status = 503};
     struct api_call *call;
     if (api_call_new(&call, limits) != PEND_OK) return answer;

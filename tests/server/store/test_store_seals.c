@@ -216,3 +216,22 @@ STORE_TEST(a_rank_that_a_claim_would_overflow_fails_its_job_and_no_claim_is_made
     seals_failed(store, "bad", "rank");
     ground_sums(ground);
 }
+
+STORE_TEST(a_damaged_job_does_not_end_a_list_of_those_since_an_instant) {
+    static const char *const id[] = {"one", "bad", "two"};
+    struct srv_job job[3];
+    char last[SRV_ID_BYTES];
+    int count = 0;
+    for (int i = 0; i < 3; i++)
+        CHECK_INT(ground_submit(store, id[i], "anna", NULL, 1, 0, &job[0]), SRV_STORED);
+    struct srv_job_wish wish = {
+        .state = SRV_JOB_STATES, .since = job[0].created - SECOND, .most = 3};
+    ground_run(ground, "UPDATE jobs SET state = 99 WHERE id = 'bad'");
+    CHECK_INT(srv_store_list(store, "anna", &wish, job, &count, last), SRV_STORED);
+    CHECK_INT(count, 3);
+    for (int i = 0; i < count; i++) CHECK_INT(job[i].flaw != NULL, !strcmp(job[i].id, "bad"));
+    /* the newest first: a sound one from before the instant ends it */
+    wish.since += 3600 * (int64_t)SECOND;
+    CHECK_INT(srv_store_list(store, "anna", &wish, job, &count, last), SRV_STORED);
+    CHECK_INT(count, 0);
+}

@@ -1,0 +1,74 @@
+/* What a client gets of a job that has not ended: the rows of its first parts. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "tests/wire/place.h"
+
+#define OCTETS "Accept: application/octet-stream\r\n"
+
+/* as many members as nobody computes while a test lasts, or the first `%s` of them */
+#define MEMBERS                                                                                    \
+    "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1,\"observables\":[\"final\"],\"random\":{"         \
+    "\"count\":%ld,\"seed\":5,\"draw\":[{\"vary\":\"theta\",\"arm\":1,\"distribution\":"           \
+    "\"uniform\",\"low\":-3,\"high\":3}]}}"
+
+enum { ALL = 90000000, ROW = 8 * 6 /* member, status, final phi and phid of two arms */ };
+
+/* computes until the first part of a job is done, and ends; returns 1 where one is */
+static int partial_begin(const struct place *place, char id[ID + 1]) {
+    char body[512];
+    int some = 0;
+    struct test_server *server = place_serve(place, "all", "0.05", "--workers", "1");
+    if (!CHECK(server != NULL)) return 0;
+    snprintf(body, sizeof body, MEMBERS, (long)ALL);
+    CHECK_INT(submit(server, "/v1/ensembles", ASYNC, body, id), 202);
+    for (int tries = 0; !some && tries < 100 * TEST_PATIENCE; tries++) {
+        struct test_reply reply;
+        (void)job_get(server, &reply, id, "/results?partial=true", OCTETS);
+        some = reply.status == 202 && reply.body_bytes > 0;
+        CHECK(reply.status == 202 || reply.status == 409);
+        test_reply_clear(&reply);
+        if (!some) usleep(10000);
+    }
+    test_server_stop(&server);
+    return CHECK(some);
+}
+
+static void partial_read(struct place *place) {
+    struct test_reply reply, first;
+    char id[ID + 1], body[512];
+    if (!partial_begin(place, id)) return;
+    /* who only answers computes no further part */
+    struct test_server *server = place_serve(place, "api", "0.05", NULL, NULL);
+    if (!CHECK(server != NULL)) return;
+    CHECK_INT(job_get(server, &reply, id, "/results", OCTETS), 409);
+    CHECK(strstr(reply.body, "partial=true") != NULL);
+    test_reply_clear(&reply);
+    CHECK_INT(job_get(server, &reply, id, "/results?partial=true", OCTETS), 202);
+    long rows = (long)(reply.body_bytes / ROW);
+    CHECK_SAYING(rows > 0 && rows < ALL && reply.body_bytes % ROW == 0, "%zu bytes",
+                 reply.body_bytes);
+    CHECK(!test_reply_header(&reply, "ETag") && !test_reply_header(&reply, "Accept-Ranges"));
+    /* these members by themselves are the same to the bit */
+    snprintf(body, sizeof body, MEMBERS, rows);
+    CHECK_INT(test_request(server, &first, "POST", "/v1/ensembles", OCTETS, body), 200);
+    CHECK(first.body_bytes == reply.body_bytes &&
+          !memcmp(first.body, reply.body, reply.body_bytes));
+    test_reply_clear(&first);
+    test_reply_clear(&reply);
+    CHECK_INT(
+        job_get(server, &reply, id, "/results?partial=true", "Accept: application/x-ndjson\r\n"),
+        202);
+    snprintf(body, sizeof body, "{\"stats\":{\"rows\":%ld,\"rows_all\":%ld}}\n", rows, (long)ALL);
+    CHECK_SAYING(reply.body_bytes > strlen(body) &&
+                     !strcmp(reply.body + reply.body_bytes - strlen(body), body),
+                 "%.200s", reply.body + (reply.body_bytes > 200 ? reply.body_bytes - 200 : 0));
+    test_reply_clear(&reply);
+    CHECK_INT(job_get(server, &reply, id, "/results?partial=yes", ""), 422);
+    test_reply_clear(&reply);
+    test_server_stop(&server);
+}
+
+TEST(what_is_done_of_a_job_is_read_before_its_end) { place_on_both(partial_read); }
