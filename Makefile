@@ -254,6 +254,11 @@ fuzz: ## requests that nobody would send, by libFuzzer, FUZZ_SECONDS (30) for ea
 FUZZERS := $(basename $(notdir $(wildcard tests/fuzz/fuzz_*.c)))
 FUZZ_SECONDS ?= 30
 
+arm: ## tests of a room (ROOM=core; T=part-of-a-name) compiled for 64-bit ARM and run by qemu; installs a cross compiler and qemu
+	@docker/install.sh build arm64
+	@docker/arm64.sh build/arm64 $(ROOM) $(T)
+ROOM ?= core
+
 valgrind: ## the quick tests, and the server, under valgrind
 	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
 
@@ -365,6 +370,9 @@ $(B)/pendulumd: $(B)/server/main.o $(SERVER) $(API) $(B)/libpendulum.a $(B)/part
 ARCHIVES = gsl gslcblas sqlite3 deflate
 TEST_LIBS = $(foreach lib,$(LIBS),$(or $(if $(filter $(ARCHIVES:%=-l%),$(lib)),$(filter /%,$(shell $(CC) -print-file-name=$(lib:-l%=lib%).a))),$(lib)))
 
+# gcc 12 for 64-bit ARM cannot make vectors of a sum in these, and ends
+$(patsubst %,$(B)/tests/core/modes/test_%.o,modes still): CFLAGS += $(if $(filter aarch64,$(ARCH)),-fno-tree-vectorize)
+
 define test_program
 $(B)/tests/$(1)/run: $(call objects,tests/$(1)) $(HARNESS) $(PARTS.$(1)) $(B)/parts
 	@mkdir -p $$(@D)
@@ -456,5 +464,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
+.PHONY: help run check build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz arm tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
 .DELETE_ON_ERROR:
