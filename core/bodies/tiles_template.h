@@ -4,7 +4,7 @@
  * units side by side), the orders that multiply by the tables (tiles_orders_template).
  * Invariant: the tables are made by the stable sweeps; nothing is inverted.
  *
- * Without tiles a trajectory of a chain of rods takes 35 % longer with 50 arms, 27 % with 100 and
+ * Without tiles a trajectory of a chain of rods takes 39 % longer with 50 arms, 27 % with 100 and
  * 25 % with 200.
  *
  * Lanes are units. By reciprocity the answers of the arms to one arm's unit are those of this arm

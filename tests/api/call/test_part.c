@@ -106,6 +106,11 @@ static const struct {
 };
 enum { CASES = sizeof cases / sizeof *cases };
 
+/* a part of the case goes on where the one before it ended */
+static int chained(int i) {
+    return cases[i].op == API_OP_TRAJECTORIES || cases[i].op == API_OP_ORBITS;
+}
+
 static const char *const accepts[] = {"application/json",
                                       "application/x-ndjson",
                                       "text/csv",
@@ -157,8 +162,7 @@ static int compute_parts(int i, long parts, struct api_buffer *kept) {
                 break;
         CHECK(kept->bytes > before);
         CHECK(api_part_carry(part, &carried) == PEND_OK);
-        int chained = cases[i].op == API_OP_TRAJECTORIES || cases[i].op == API_OP_ORBITS;
-        CHECK(!!carried.bytes == (chained && p + 1 < parts));
+        CHECK(!!carried.bytes == (chained(i) && p + 1 < parts));
         api_part_free(&part);
     }
     api_buffer_clear(&carried);
@@ -325,7 +329,7 @@ TEST(a_plan_tells_parts_cost_and_digest_or_the_problem) {
         CHECK_INT(api_plan_read(&plan, &request, &limits, 1e-9, NULL, &out), 0);
         CHECK_SAYING(plan.parts >= cases[i].parts && plan.cost >= 0, "case %d: %ld parts", i,
                      plan.parts);
-        CHECK_INT(plan.chained, cases[i].op == API_OP_TRAJECTORIES && plan.parts > 1);
+        CHECK_INT(plan.chained, chained(i) && plan.parts > 1);
         CHECK_INT(api_plan_read(&again, &request, &limits, 1e9, NULL, &out), 0);
         CHECK_INT(again.parts, 1);
         CHECK_TEXT(again.digest, plan.digest);
