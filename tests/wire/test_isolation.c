@@ -415,7 +415,8 @@ TEST(an_answer_that_is_too_large_is_refused_as_threads_refuse_it_and_no_crash) {
         int status = test_request(without, &here, "POST", path, accept[i % 2], body);
         CHECK_INT(test_request(with, &there, "POST", path, accept[i % 2], body), status);
         CHECK_TEXT(there.body, here.body);
-        CHECK(i > 1 || status >= 400);
+        /* tables of text flow, and have no such bound */
+        CHECK(i || status >= 400);
         test_reply_clear(&here);
         test_reply_clear(&there);
     }
