@@ -5,6 +5,7 @@
 # Leaves to others: which libraries are on this machine (packages.txt), what runs it (Dockerfile, tests/rules/image.sh).
 # Invariant: a library or loader that cannot be found, or that no Debian package holds, ends it.
 set -eu -o pipefail
+umask 022 # whoever runs it: what is written here is everybody's to read and nobody's to change
 build=$1 root=$2
 name=pendulumd uid=10001
 mkdir "$root"
@@ -16,7 +17,9 @@ chown $uid:$uid "$root/var/lib/$name" 2>/dev/null || echo "root.sh: only root ca
 strip -o "$root/usr/local/bin/$name" "$build/$name"
 
 # libgcc_s is loaded when a thread ends before its time, and by no name in the program
-loaded=$(ldd "$build/$name" | grep -o '/[^ ]*')
+loaded=$(ldd "$build/$name")
+if grep 'not found' <<<"$loaded" >&2; then exit 1; fi
+loaded=$(grep -o '/[^ ]*' <<<"$loaded")
 loaded+=$'\n'$(dirname "$(grep -m 1 'libc\.so' <<<"$loaded")")/libgcc_s.so.1
 for library in $(sort -u <<<"$loaded"); do
     install -D -m 755 "$library" "$root$library"
