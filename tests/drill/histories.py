@@ -93,6 +93,10 @@ class Pair:
             self.first.rows("ALTER SYSTEM SET synchronous_standby_names = '*'")
             self.first.rows("SELECT pg_reload_conf()")
         self.wait("the standby does not come", f"SELECT count(*) = 1 FROM pg_stat_replication WHERE sync_state = '{'sync' if self.synchronous else 'async'}'")
+        self.level()
+
+    def level(self):
+        """Waits until the standby has what the first has now."""
         place = self.first.rows("SELECT pg_current_wal_lsn()")[0][0]
         self.wait("the standby lags", f"SELECT bool_and(flush_lsn >= '{place}') FROM pg_stat_replication")
 
@@ -251,6 +255,7 @@ def live(build, directory, synchronous, rounds, chance, right):
         for _ in range(2):
             daemons.append(Daemon(build, pair.url, "all", directory, ("--job-part-seconds", "0.005", "--job-lease-seconds", "2", "--keep-seconds", "86400")))
         pair.first.watch()
+        pair.level()
         crowd = Crowd(daemons, chance.randrange(1 << 30))
         try:
             for _ in range(rounds):
@@ -293,7 +298,8 @@ def main():
         right = undisturbed(asked.build.resolve(), directory, KINDS)
         for synchronous in (True, False):
             place = directory / ("synchronous" if synchronous else "asynchronous")
-            place.mkdir(0o711)
+            place.mkdir()
+            place.chmod(0o711)
             told, jobs, ended, faults = live(asked.build.resolve(), place, synchronous, asked.rounds, chance, right)
             kinds = collections.Counter(kind for kind, _ in faults)
             bad = [fault for fault in faults if synchronous or fault[0] in ("bits", "strange", "broken", "gone", "done twice")]

@@ -124,7 +124,9 @@ def strange(events):
     """Answers that nobody should get, whatever dies."""
     fine = {"submit": (0, 202, 303, 429, 503), "job": (0, 200, 404, 503), "results": (0, 200, 202, 404, 409, 503), "list": (0, 200, 503), "other": (0, 422, 503)}
     for event in events:
-        if event.status not in fine[event.kind]:
+        if event.kind == "other" and event.status in (202, 303):
+            yield "reused", f"key {event.asked[0]} of {event.client} was acknowledged, and takes another request: it was forgotten"
+        elif event.status not in fine[event.kind]:
             yield "strange", f"{event.kind} {event.asked} was answered {event.status}: {event.told!r:.200}"
 
 
@@ -161,6 +163,7 @@ FAULTS = {
     "backward": Event("job", "a", "j1", 15, 16, 200, ("running", 3)),
     "ended": Event("job", "b", "j2", 15, 16, 200, ("failed", 0)),
     "bits": Event("results", "b", "j2", 15, 16, 200, b"m"),
+    "reused": Event("other", "a", ("k1", "walk"), 15, 16, 202, "j8"),
     "strange": Event("list", "a", None, 15, 16, 500, None),
 }
 MORE = (Event("list", "a", None, 15, 16, 200, {"j1": ("successful", 2)}), Event("results", "a", "j1", 15, 16, 409, None))
