@@ -28,7 +28,6 @@ JOBS = {
     "orbits": ("orbits", {"pendulum": TWO, "mode": 2, "amplitude": 0.5}, "json"),
 }
 ROCRATE = optional("rocrate")
-ADDRESS = re.compile(r"https?://")
 
 
 class Server:
