@@ -82,16 +82,27 @@ PEND_VALIDATOR results_valid(const struct api_results *results) {
            (api_writer_valid(results->writer) && results->writer->rows <= results->table.rows);
 }
 
+/* refuses a form that has no place for some of the rows only */
+static enum pend_status results_form(const struct api_format *format, int apart,
+                                     struct pend_error *error) {
+    if (format->picture)
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "a picture takes every member, and some are not there yet: ask for "
+                         "numbers, or wait for the job's end");
+    if (apart && format == &api_format_json)
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "this job's JSON is written at its end, as it says more than rows: ask "
+                         "for them, as application/x-ndjson or text/csv, or wait for the end");
+    return PEND_OK;
+}
+
 enum pend_status api_results_new(struct api_results **results, const struct api_format *format,
                                  const struct api_table *table, int apart, int later,
                                  const struct api_source *source, struct api_buffer *out,
                                  struct pend_error *error) {
     assert(table->count >= 1 && table->count <= API_COLUMNS);
     struct api_crate *crate = source->crate;
-    if (source->partial && format->picture)
-        return pend_fail(error, PEND_INVALID, -1, 0,
-                         "a picture takes every member, and some are not there yet: ask for "
-                         "numbers, or wait for the job's end");
+    if (source->partial) PEND_TRY(results_form(format, apart, error));
     if (crate) PEND_TRY(api_crate_begin(crate, format, table, out));
     size_t before = out->bytes;
     struct api_results *made = *results = calloc(1, sizeof *made);

@@ -65,14 +65,13 @@ double api_results_bytes(const struct api_source *source, const struct api_forma
  * Begins an answer.
  *
  * results  out; NULL on failure.
- * table    must outlive the results.
  * apart    non-zero: the parts have records of JSON, since JSON says more than the table.
  * later    non-zero: the table's rows are the most that there can be, and a record of figures marks
  *          their end.
- * source   whose crate, and whether it is partial, decide what is written; must outlive the
- * results. out      the bytes before the rows are appended.
+ * source   whose crate, and whether it is partial, decide what is written.
+ * out      the bytes before the rows are appended.
  *
- * PEND_INVALID  the form has no place for some of the rows only: a picture.
+ * PEND_INVALID  the form has no place for some of the rows only: a picture, or JSON that says more.
  * PEND_NO_MEMORY, PEND_LIMIT
  */
 PEND_MUST_CHECK enum pend_status api_results_new(struct api_results **results,

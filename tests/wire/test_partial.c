@@ -7,6 +7,11 @@
 #include "tests/wire/place.h"
 
 #define OCTETS "Accept: application/octet-stream\r\n"
+#define RECORDS "Accept: application/x-ndjson\r\n"
+
+#define BRANCH                                                                                     \
+    "{\"pendulum\":{\"length\":[1,1,1,1],\"mass\":[1,1,1,1],\"parent\":[0,1,2,3]},\"mode\":1,"     \
+    "\"amplitude\":0.8,\"branch\":true,\"step\":0.0005,\"points\":2500}"
 
 /* as many members as nobody computes while a test lasts, or the first `%s` of them */
 #define MEMBERS                                                                                    \
@@ -16,30 +21,32 @@
 
 enum { ALL = 90000000, ROW = 8 * 6 /* member, status, final phi and phid of two arms */ };
 
-/* computes until the first part of a job is done, and ends; returns 1 where one is */
-static int partial_begin(const struct place *place, char id[ID + 1]) {
-    char body[512];
-    int some = 0;
+/* computes until the first part of a job is done, and ends; returns 1 where one is, and the job is
+ * not over */
+static int partial_begin(const struct place *place, const char *path, const char *body,
+                         const char *accept, char id[ID + 1]) {
+    int over = 0, some = 0;
     struct test_server *server = place_serve(place, "all", "0.05", "--workers", "1");
     if (!CHECK(server != NULL)) return 0;
-    snprintf(body, sizeof body, MEMBERS, (long)ALL);
-    CHECK_INT(submit(server, "/v1/ensembles", ASYNC, body, id), 202);
-    for (int tries = 0; !some && tries < 100 * TEST_PATIENCE; tries++) {
+    CHECK_INT(submit(server, path, ASYNC, body, id), 202);
+    for (int tries = 0; !some && !over && tries < 100 * TEST_PATIENCE; tries++) {
         struct test_reply reply;
-        (void)job_get(server, &reply, id, "/results?partial=true", OCTETS);
+        (void)job_get(server, &reply, id, "/results?partial=true", accept);
+        over = reply.status == 200;
         some = reply.status == 202 && reply.body_bytes > 0;
-        CHECK(reply.status == 202 || reply.status == 409);
+        CHECK(over || reply.status == 202 || reply.status == 409);
         test_reply_clear(&reply);
         if (!some) usleep(10000);
     }
     test_server_stop(&server);
-    return CHECK(some);
+    return CHECK(some || over) && some;
 }
 
 static void partial_read(struct place *place) {
     struct test_reply reply, first;
     char id[ID + 1], body[512];
-    if (!partial_begin(place, id)) return;
+    snprintf(body, sizeof body, MEMBERS, (long)ALL);
+    if (!CHECK(partial_begin(place, "/v1/ensembles", body, OCTETS, id))) return;
     /* who only answers computes no further part */
     struct test_server *server = place_serve(place, "api", "0.05", NULL, NULL);
     if (!CHECK(server != NULL)) return;
@@ -58,9 +65,7 @@ static void partial_read(struct place *place) {
           !memcmp(first.body, reply.body, reply.body_bytes));
     test_reply_clear(&first);
     test_reply_clear(&reply);
-    CHECK_INT(
-        job_get(server, &reply, id, "/results?partial=true", "Accept: application/x-ndjson\r\n"),
-        202);
+    CHECK_INT(job_get(server, &reply, id, "/results?partial=true", RECORDS), 202);
     snprintf(body, sizeof body, "{\"stats\":{\"rows\":%ld,\"rows_all\":%ld}}\n", rows, (long)ALL);
     CHECK_SAYING(reply.body_bytes > strlen(body) &&
                      !strcmp(reply.body + reply.body_bytes - strlen(body), body),
@@ -72,3 +77,27 @@ static void partial_read(struct place *place) {
 }
 
 TEST(what_is_done_of_a_job_is_read_before_its_end) { place_on_both(partial_read); }
+
+/* what says more than rows says it at the end */
+static void partial_apart(struct place *place) {
+    struct test_reply reply;
+    char id[ID + 1];
+    if (!partial_begin(place, "/v1/orbits", BRANCH, RECORDS, id)) {
+        test_skip("the job was over before it was looked at");
+        return;
+    }
+    struct test_server *server = place_serve(place, "api", "0.05", NULL, NULL);
+    if (!CHECK(server != NULL)) return;
+    CHECK_INT(job_get(server, &reply, id, "/results?partial=true", RECORDS), 202);
+    test_reply_clear(&reply);
+    CHECK_INT(job_get(server, &reply, id, "/results?partial=true", ""), 422);
+    CHECK_SAYING(strstr(reply.body, "x-ndjson") != NULL, "%s", reply.body);
+    test_reply_clear(&reply);
+    test_server_stop(&server);
+}
+
+TEST(of_orbits_that_are_not_done_there_are_rows_and_no_json) {
+    struct place place;
+    if (place_begin(&place, 0)) partial_apart(&place);
+    place_end(&place);
+}
