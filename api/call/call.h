@@ -152,6 +152,10 @@ double api_call_answer_bytes(const struct api_call *call);
  */
 int api_call_streams(const struct api_call *call);
 
+/** The least room in bytes of the buffer of an answer that streams: what flows is never held as a
+ * whole, so that the limit of answers does not bound it. */
+enum { API_CALL_STREAM = 1 << 24 };
+
 /**
  * Promises the answer of api_call_answer: its head is sent to the client. From now on the caller
  * may remove bytes from `out` between two runs, and a failure breaks the answer instead of

@@ -87,6 +87,7 @@ static int host_open(struct api_relay_host *host, const struct api_relay_head *h
     if (api_call_new(&host->call, &host->limits) != PEND_OK) return 0;
     if (head->clock) api_call_clock(host->call, host->now, NULL);
     host_tell(host, api_call_open(host->call, request, &host->out), told);
+    if (told->streams && host->out.limit < API_CALL_STREAM) host->out.limit = API_CALL_STREAM;
     return 1;
 }
 

@@ -15,8 +15,6 @@ enum {
     COMPUTE_READ_FREE =
         1
         << 16, /* bodies below this many bytes are read at once, and their memory is not counted */
-    COMPUTE_STREAM =
-        1 << 24, /* room in bytes for what is held of a stream before its head is sent */
     COMPUTE_REFUSE_COST = 3,  /* an estimate above this multiple of max-compute-seconds is refused,
                                * because estimates can  be wrong by this factor */
     COMPUTE_REFUSE_STEPS = 30 /* the same multiple where steps are estimated, which the call checks
@@ -356,8 +354,8 @@ static int compute_open(struct srv_work *work) {
         return 0;
     }
     /* What flows is never held as a whole: max-answer-bytes does not bound it. */
-    if (api_call_streams(work->call) && work->out.limit < COMPUTE_STREAM)
-        work->out.limit = COMPUTE_STREAM;
+    if (api_call_streams(work->call) && work->out.limit < API_CALL_STREAM)
+        work->out.limit = API_CALL_STREAM;
     if (compute_spared(work) || compute_range(work)) return 0;
     work->cost = api_call_cost(work->call);
     if (compute_too_long(work)) return 0;
