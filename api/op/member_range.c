@@ -134,7 +134,7 @@ static int range_deliver(void *context, long i, const struct pend_outcome *outco
     const struct api_ensemble *e = range->ensemble;
     assert(i >= range->first && i < e->members.count);
     range->stats.finished++;
-    int bad = outcome->status != PEND_OK || range_bad(range, i);
+    int bad = api_observables_end(&e->seen, &e->tree, outcome) != PEND_OK || range_bad(range, i);
     range->stats.failed += bad;
     range->stats.steps += outcome->steps;
     range->stats.lost += !bad && fabs(outcome->horizon) < fabs(outcome->time);

@@ -203,6 +203,25 @@ static double *write_one(enum api_observable observable, const struct api_tree *
     }
 }
 
+/* are all of n numbers finite? none are where there was no step */
+static int observables_finite(const double x[], int n) {
+    for (int k = 0; x && k < n; k++)
+        if (!isfinite(x[k])) return 0;
+    return 1;
+}
+
+enum pend_status api_observables_end(const struct api_observables *seen,
+                                     const struct api_tree *tree,
+                                     const struct pend_outcome *outcome) {
+    const struct pend_force_range *force = &outcome->force;
+    unsigned wanted = outcome->status == PEND_OK && outcome->steps ? seen->wanted : 0;
+    int n = tree->tree->n, known = 1;
+    if (wanted & 1u << API_SEE_ENERGY_DRIFT) known &= isfinite(outcome->energy_drift) != 0;
+    if (wanted & 1u << API_SEE_LAMBDA_MAX) known &= observables_finite(force->most, n);
+    if (wanted & 1u << API_SEE_LAMBDA_MIN) known &= observables_finite(force->least, n);
+    return known ? outcome->status : PEND_NOT_FINITE;
+}
+
 void api_observables_write(const struct api_observables *seen, const struct api_tree *tree,
                            long member, const struct pend_member *start,
                            const struct pend_outcome *outcome, double row[]) {
@@ -212,8 +231,9 @@ void api_observables_write(const struct api_observables *seen, const struct api_
         .arm = -1, .first = NAN, .energy_drift = NAN, .horizon = NAN, .lyapunov = NAN};
     double *at = row;
     *at++ = (double)member;
-    *at++ = api_observables_status(outcome->status);
-    if (outcome->status != PEND_OK) outcome = &nothing;
+    enum pend_status end = api_observables_end(seen, tree, outcome);
+    *at++ = api_observables_status(end);
+    if (end != PEND_OK) outcome = &nothing;
     for (int i = 0; i < API_SEE_COUNT; i++) {
         if (!(seen->wanted >> i & 1)) continue;
         at = write_one((enum api_observable)i, tree, start, outcome, at);

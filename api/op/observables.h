@@ -83,6 +83,12 @@ void api_observables_write(const struct api_observables *seen, const struct api_
                            long member, const struct pend_member *start,
                            const struct pend_outcome *outcome, double row[]);
 
+/** Returns how a member ended, for its row: as the ensemble says, or PEND_NOT_FINITE where a wanted
+ * energy or force is beyond all numbers. O(n). */
+enum pend_status api_observables_end(const struct api_observables *seen,
+                                     const struct api_tree *tree,
+                                     const struct pend_outcome *outcome);
+
 /** Returns the number in the status column of a member that ended so: 0 good, 1 not finite, 2 step
  * too small, 3 too many steps. */
 int api_observables_status(enum pend_status status);

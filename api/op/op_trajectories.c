@@ -215,14 +215,19 @@ static void trajectory_tell_horizon(struct trajectory *trajectory, double horizo
 static void trajectory_tell_doubts(struct trajectory *trajectory, double drift) {
     static const double lost = 0.01, loose = 1e-16;
     const struct api_method *method = &trajectory->method;
-    if (drift > lost) {
+    if (isnan(drift))
+        snprintf(
+            trajectory->energy_warning, sizeof trajectory->energy_warning,
+            "the energy is beyond all numbers of 8 bytes, so nothing is known about whether it "
+            "was kept: other units help.");
+    if (drift > lost)
         snprintf(trajectory->energy_warning, sizeof trajectory->energy_warning,
                  "the energy was not kept: it is off by %.2g of what the tree can hold. The motion "
                  "told is another one. A "
                  "smaller rtol or method taylor or symplectic keeps it.",
                  drift);
+    if (trajectory->energy_warning[0])
         api_stats_warning(&trajectory->stats, "warning_energy", trajectory->energy_warning);
-    }
     if (method->method == pend_method_taylor.extended &&
         (method->rtol > loose || method->atol > loose)) {
         snprintf(trajectory->loose_warning, sizeof trajectory->loose_warning,
@@ -244,7 +249,7 @@ static void trajectory_tell(struct trajectory *trajectory, const struct api_turn
     api_stats_whole(figures, "steps", stats.steps);
     api_stats_whole(figures, "rejected", stats.rejected);
     api_stats_whole(figures, "evaluations", stats.evaluations);
-    api_stats_number(figures, "energy_drift", stats.energy_drift);
+    api_stats_number(figures, "energy_drift", isnan(stats.energy_drift) ? 0 : stats.energy_drift);
     trajectory_tell_horizon(trajectory, stats.horizon);
     trajectory_tell_doubts(trajectory, stats.energy_drift);
     if (trajectory->trust_tolerance > 0)

@@ -323,7 +323,7 @@ static double ensemble_seat_drift(struct pend_ensemble *e, int i, double part) {
     double gain = ensemble_gain(lanes, i, part), scale = e->seat[i].scale;
     if (terms) scale = fmax(scale, energy.kinetic + fabs(gain));
     double gap = energy.kinetic + energy.potential - e->seat[i].energy - gain;
-    return scale > 0 ? fabs(gap) / scale : 0;
+    return scale == 0 ? 0 : fabs(gap) / scale;
 }
 
 /* part: of the step, where the member ended */

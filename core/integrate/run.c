@@ -372,11 +372,12 @@ static double run_progress(const struct pend_run *run) {
 
 struct pend_run_stats pend_run_stats(const struct pend_run *run) {
     struct pend_stepper_counts counts = run->method->counts(run->stepper);
+    int weighed = run->problem.no_drift || (isfinite(run->energy_start) && isfinite(run->scale));
     return (struct pend_run_stats){.method = run->method->name,
                                    .steps = counts.steps,
                                    .rejected = counts.rejected,
                                    .evaluations = counts.evaluations,
-                                   .energy_drift = run->drift,
+                                   .energy_drift = weighed ? run->drift : NAN,
                                    .horizon = run->horizon ? pend_horizon_until(run->horizon) : NAN,
                                    .progress = run_progress(run)};
 }

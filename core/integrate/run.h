@@ -12,7 +12,7 @@ struct pend_run_stats {
     long steps, rejected, evaluations;
     double energy_drift; /* largest |E - E(start)| over the steps, relative to
                             pend_kinematics_energy_scale; 0 for linear methods and for problems
-                            with no_drift */
+                            with no_drift; NaN where an energy is beyond all doubles */
     double horizon;      /* s, pend_horizon_until: among the instants returned so far; NaN if the
                             problem has no accuracy */
     double progress;     /* 0 .. 1 */

@@ -190,6 +190,22 @@ TEST(ensembles_a_member_with_a_number_that_is_not_finite_is_told_as_failed) {
     test_reply_free(&reply);
 }
 
+TEST(ensembles_a_member_with_an_energy_or_a_force_beyond_all_numbers_is_told_as_failed) {
+    static const char *const observable[] = {"energy_drift", "lambda_max", "lambda_min", "final"};
+    for (int i = 0; i < 4; i++) {
+        char body[400];
+        snprintf(body, sizeof body,
+                 "{\"pendulum\":{\"length\":[1000],\"mass\":[1e306],\"parent\":[0]},\"states\":["
+                 "{\"theta\":[1e-3],\"thetad\":[10]}],\"duration\":0.1,\"observables\":[\"%s\"]}",
+                 observable[i]);
+        struct test_reply reply = test_post(API_OP_ENSEMBLES, body);
+        CHECK_INT(reply.status, 200);
+        CHECK_SAYING((int)test_reply_number(&reply, "/status/0") == (i < 3), "%s", reply.out.data);
+        CHECK_INT((int)test_reply_number(&reply, "/stats/failed"), i < 3);
+        test_reply_free(&reply);
+    }
+}
+
 TEST(ensembles_a_member_that_fails_leaves_the_others_alone) {
     struct test_reply reply = test_post(
         API_OP_ENSEMBLES,

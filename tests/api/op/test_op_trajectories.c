@@ -274,6 +274,17 @@ TEST(trust_judges_32_digits_too) {
     }
 }
 
+TEST(an_energy_beyond_all_numbers_is_told_in_words) {
+    struct test_reply reply =
+        test_post(API_OP_TRAJECTORIES,
+                  "{\"pendulum\":{\"length\":[1000],\"mass\":[1e304],\"parent\":[0]},\"initial\":{"
+                  "\"theta\":[0],\"thetad\":[1]},\"times\":[0,0.1],\"output\":[\"phi\"]}");
+    CHECK_INT(reply.status, 200);
+    CHECK_SAYING(strstr(reply.out.data, "the energy is beyond all numbers") != NULL, "%s",
+                 reply.out.data);
+    test_reply_free(&reply);
+}
+
 TEST(an_energy_that_was_lost_is_told_in_words) {
     struct test_reply reply =
         test_post(API_OP_TRAJECTORIES,
