@@ -301,6 +301,35 @@ TEST(fits_of_several_runs_share_the_pendulum) {
     study_free(&one[1]);
 }
 
+/* a million rows whose times since the start are alike in doubles, in two runs */
+TEST(rows_that_are_equally_late_are_compared_with_those_before_them_alone) {
+    enum { MANY = 1000000 };
+    struct pend_fit *fit = NULL;
+    struct pend_error error = {0};
+    struct study s;
+    unsigned long long seed = 3;
+    const double start[] = {-1e9, -1e9};
+    double *t = calloc(2 * (size_t)MANY, sizeof *t);
+    int *run = calloc(MANY, sizeof *run);
+    REQUIRE(t && run);
+    study_new(&s, 1, 10, 1, 1, &seed);
+    study_add(&s, PEND_PARAMETER_LENGTH, 0, 0.4, 0.45, 0);
+    for (int i = 0; i < MANY; i++) run[i] = i % 2, t[i] = 1e-14 * (i / 2);
+    // as late as the row of its run that is two before it
+    t[MANY - 1] = t[MANY - 3];
+    s.column[0] = (struct pend_fit_column){.kind = PEND_FIT_PHI, .data = t + MANY, .sigma = 1};
+    s.problem.columns = 1, s.problem.rows = MANY, s.problem.t = t, s.problem.run = run;
+    s.problem.runs = 2, s.problem.start = start;
+    CHECK(pend_fit_new(&fit, &s.problem, &error) == PEND_INVALID);
+    CHECK_SAYING(
+        strstr(error.text, "row 1000000, 4.99998e-09 s, must come after the row before it"), "%s",
+        error.text);
+    pend_fit_free(&fit);
+    study_free(&s);
+    free(t);
+    free(run);
+}
+
 /* what the next test fits: angles with noise, everything is unknown and starts next to the data;
  * without friction, and begun at the bound, where asked */
 static void bounded_study(struct study *s, int n, double swing, int ideal, int bound,
