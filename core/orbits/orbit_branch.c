@@ -199,7 +199,7 @@ static enum pend_status orbits_accept(struct pend_orbits *o, enum pend_orbits_fo
     memcpy(next->test, o->floquet.test, sizeof next->test);
     PEND_TRY(orbits_tell(o, next->u, error));
     if (newton->whole) *found = PEND_ORBITS_ORBIT;
-    o->border = -1;
+    o->border = -1, o->came = o->aim;
     o->stage = o->aim != FIRST && o->problem.branch ? CHANGES : FORWARD;
     return PEND_OK;
 }
@@ -294,7 +294,8 @@ static void orbits_change(struct pend_orbits *o) {
     while (o->border < ORBIT_COUNTS && last->count[o->border] == next->count[o->border]);
     o->tries = o->side = 0, o->low = 0, o->high = 1;
     if (o->border == ORBIT_COUNTS) {
-        o->stage = FORWARD;
+        // looking for bifurcations had an aim of its own
+        o->aim = o->came, o->stage = FORWARD;
         return;
     }
     o->low_test = last->test[o->border], o->high_test = next->test[o->border];

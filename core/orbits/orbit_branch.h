@@ -28,7 +28,7 @@ struct pend_orbits {
     struct orbit_floquet floquet;
     struct orbit_check check;
     enum orbits_stage stage;
-    enum orbits_aim aim;
+    enum orbits_aim aim, came;      /* came: that of the search which has found the next orbit */
     struct orbits_point last, next; /* the orbit before, and the one looked for */
     double begin, step, before;     /* lengths of the first step, the one under way, the last one */
     double *turned;                 /* the direction at the orbit before the last */

@@ -66,6 +66,25 @@ TEST(orbits_of_the_double_pendulum_have_the_multipliers_of_32_digits_up_to_2_rad
     }
 }
 
+/* the double pendulum's second mode has a bifurcation at 1.08116 rad, between the last two steps */
+TEST(a_branch_ends_once_where_a_bifurcation_lies_just_before_its_end) {
+    static const double beyond[] = {1e-4, 3e-3, 3e-2};
+    for (size_t i = 0; i < sizeof beyond / sizeof *beyond; i++) {
+        double until = 1.08115598451 + beyond[i];
+        struct found *f = found_chain(2, 1, until, 1);
+        found_search(f);
+        REQUIRE(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED && f->rows > 2);
+        CHECK_INT(f->bifurcations, 1);
+        for (int row = 0; row < f->rows; row++) {
+            double most = fmax(f->amplitude[row][0], f->amplitude[row][1]);
+            CHECK_SAYING(row == f->rows - 1 ? fabs(most - until) < 1e-12 : most < until - 1e-9,
+                         "%g beyond: orbit %d of %d has %.17g of %.17g", beyond[i], row + 1,
+                         f->rows, most, until);
+        }
+        found_free(f);
+    }
+}
+
 /* the largest angle from hanging after a part of the period, and the largest rate, in 32 digits */
 static void seen_after(const struct found *f, double part, double *angle, double *rate) {
     int n = f->tree->n;
