@@ -181,7 +181,7 @@ TEST(ensembles_a_member_with_a_number_that_is_not_finite_is_told_as_failed) {
                   "\"observables\":[\"trajectory\"],\"output\":[\"phi\",\"energy\"]}");
     CHECK_INT(reply.status, 200);
     for (int row = 0; row < 4; row++) {
-        char place[16];
+        char place[24];
         snprintf(place, sizeof place, "/status/%d", row);
         CHECK_INT((int)test_reply_number(&reply, place), row > 1);
     }
