@@ -204,9 +204,8 @@ static void trajectory_tell_horizon(struct trajectory *trajectory, double horizo
     if (horizon == pend_times_at(times, times->count - 1)) return;
     snprintf(trajectory->warning, sizeof trajectory->warning,
              "digits are lost before the last instant: beyond t = %.6g s errors may be larger than "
-             "%.3g (estimated). A "
-             "smaller rtol or precision extended or quad carries them further. The field trust "
-             "compares exactly.",
+             "%.3g (estimated). A smaller rtol or precision extended or quad carries them "
+             "further. The field trust compares exactly.",
              horizon, trajectory->method.accuracy);
     api_stats_warning(&trajectory->stats, "warning_horizon", trajectory->warning);
 }
@@ -216,15 +215,12 @@ static void trajectory_tell_doubts(struct trajectory *trajectory, double drift) 
     static const double lost = 0.01, loose = 1e-16;
     const struct api_method *method = &trajectory->method;
     if (isnan(drift))
-        snprintf(
-            trajectory->energy_warning, sizeof trajectory->energy_warning,
-            "the energy is beyond all numbers of 8 bytes, so nothing is known about whether it "
-            "was kept: other units help.");
+        snprintf(trajectory->energy_warning, sizeof trajectory->energy_warning,
+                 "the energy is beyond all numbers: nothing tells whether it was kept.");
     if (drift > lost)
         snprintf(trajectory->energy_warning, sizeof trajectory->energy_warning,
                  "the energy was not kept: it is off by %.2g of what the tree can hold. The motion "
-                 "told is another one. A "
-                 "smaller rtol or method taylor or symplectic keeps it.",
+                 "told is another one. A smaller rtol or method taylor or symplectic keeps it.",
                  drift);
     if (trajectory->energy_warning[0])
         api_stats_warning(&trajectory->stats, "warning_energy", trajectory->energy_warning);
@@ -232,8 +228,7 @@ static void trajectory_tell_doubts(struct trajectory *trajectory, double drift) 
         (method->rtol > loose || method->atol > loose)) {
         snprintf(trajectory->loose_warning, sizeof trajectory->loose_warning,
                  "precision extended was asked for with an %s of %.3g: such digits doubles have "
-                 "too and in less time. Leave "
-                 "rtol and atol out to have 28.",
+                 "too and in less time. Leave rtol and atol out to have 28.",
                  method->rtol > loose ? "rtol" : "atol",
                  method->rtol > loose ? method->rtol : method->atol);
         api_stats_warning(&trajectory->stats, "warning_precision", trajectory->loose_warning);
