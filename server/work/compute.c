@@ -338,6 +338,14 @@ static int compute_isolate(struct srv_work *work, const struct api_request *requ
     return 0;
 }
 
+/* What flows is never held as a whole: max-answer-bytes does not bound it, nor the two buffers with
+ * which the one that is written changes places. */
+static void compute_flow(struct srv_work *work) {
+    struct api_buffer *const buffer[] = {&work->out, &work->coded, &work->ready};
+    for (size_t i = 0; i < sizeof buffer / sizeof *buffer; i++)
+        if (buffer[i]->limit < API_CALL_STREAM) buffer[i]->limit = API_CALL_STREAM;
+}
+
 /* The first turn of a work. Returns 1 if the work should wait in the queue again. */
 static int compute_open(struct srv_work *work) {
     struct srv_queue *queue = work->service->queue;
@@ -353,9 +361,7 @@ static int compute_open(struct srv_work *work) {
         srv_delivery_settle(work);
         return 0;
     }
-    /* What flows is never held as a whole: max-answer-bytes does not bound it. */
-    if (api_call_streams(work->call) && work->out.limit < API_CALL_STREAM)
-        work->out.limit = API_CALL_STREAM;
+    if (api_call_streams(work->call)) compute_flow(work);
     if (compute_spared(work) || compute_range(work)) return 0;
     work->cost = api_call_cost(work->call);
     if (compute_too_long(work)) return 0;
