@@ -20,6 +20,12 @@ static const double orbits_closed = 1e-9, orbits_wild = 1e-3;
 /* a bifurcation is known to this part of a step, or where the test for it is so small */
 static const double orbits_exact = 1e-7, orbits_zero = 1e-11;
 
+/* how far beside a part of a step at which no orbit was found one is looked for, five times as far
+ * each time; what that adds to the tries, so that the next orbit found is the last, and how often
+ */
+static const double orbits_beside = 2e-6;
+enum { LOCATE_LOST = 1000, LOCATE_BESIDE = 5 };
+
 /* parts of the unit of unknowns: how far from a bifurcation the first orbit of the branch that
  * begins there is looked for, one after the other; and how much farther it may be */
 static const double orbits_aside[] = {5e-3, 2e-3, 1e-3, 1e-2, 3e-2};
@@ -93,16 +99,12 @@ static void orbits_aside_try(struct pend_orbits *o) {
 /* a step that failed is tried once more, shorter */
 static void orbits_failed(struct pend_orbits *o, enum pend_orbits_end why) {
     o->why = why;
-    if (o->aim == FIRST && o->left) {
+    if (o->aim != FIRST) o->step /= 3;
+    if (o->aim == FIRST && o->left)
         orbits_aside_try(o);
-        return;
-    }
-    if (o->aim == FIRST) {
+    else if (o->aim == FIRST)
         orbits_over(o, why == PEND_ORBITS_LOST ? PEND_ORBITS_NONE : why);
-        return;
-    }
-    o->step /= 3;
-    if (o->step < orbits_shortest * o->problem.step)
+    else if (o->step < orbits_shortest * o->problem.step)
         orbits_over(o, why);
     else
         orbits_predict(o);
@@ -258,9 +260,8 @@ static void orbits_forward(struct pend_orbits *o) {
 
 /* ---- bifurcations between the last orbit and the next */
 
-/* The unknowns at a part of the way between the two orbits: the cubic curve with their directions.
- * Where another branch crosses, corrections along it hardly change the equations, so that the guess
- * must be better than a straight line's. */
+/* The unknowns at a part of the way between the two orbits, on a cubic curve: where another branch
+ * crosses, corrections along it hardly change the equations, and a line's guess is not enough. */
 static void orbits_between_two(const struct pend_orbits *o, double part, double u[]) {
     int q = o->newton.unknowns;
     const double *a = o->last.u, *b = o->next.u, *from = o->last.along, *to = o->next.along;
@@ -273,18 +274,34 @@ static void orbits_between_two(const struct pend_orbits *o, double part, double 
                part * part * ((1 + 2 * rest) * b[j] - rest * there * to[j]);
 }
 
-/* looks for the orbit at a part of the way */
+/* looks for the orbit at the part of the way at which the search is */
+static void orbits_locate_at(struct pend_orbits *o) {
+    orbits_between_two(o, o->at, o->newton.u);
+    pend_orbit_branch_plane(o, o->last.along);
+    pend_orbit_branch_search(o, LOCATE);
+}
+
+/* looks for the orbit at the next part of the way */
 static void orbits_locate(struct pend_orbits *o) {
-    struct orbit_newton *newton = &o->newton;
     o->at = (o->low + o->high) / 2;
     if (o->border != ORBIT_AROUND && o->low_test * o->high_test < 0) {
         double part = o->low_test / (o->low_test - o->high_test);
         o->at = o->low + fmin(0.98, fmax(0.02, part)) * (o->high - o->low);
     }
-    orbits_between_two(o, o->at, newton->u);
-    pend_orbit_branch_plane(o, o->last.along);
-    pend_orbit_branch_search(o, LOCATE);
+    orbits_locate_at(o);
     o->tries++;
+}
+
+/* At a crossing of branches the equations are singular, and rounding errors decide whether an orbit
+ * is found: the bifurcation is that beside it, as near as one is. Returns 0 where none is. */
+static int orbits_locate_beside(struct pend_orbits *o) {
+    int lost = o->tries / LOCATE_LOST;
+    double away = orbits_beside * pow(5, lost) * (lost % 2 ? -1 : 1);
+    if (lost == LOCATE_BESIDE) return 0;
+    o->tries = LOCATE_LOST * (lost + 1);
+    o->at += o->at + away > o->low && o->at + away < o->high ? away : -away;
+    orbits_locate_at(o);
+    return 1;
 }
 
 /* begins with the next border that lies between the two orbits; without one the branch goes on */
@@ -328,10 +345,8 @@ static enum pend_status orbits_looked(struct pend_orbits *o) {
         pend_orbit_branch_search(o, LOOK);
         return PEND_OK;
     }
-    if (!found) {
-        orbits_over(o, PEND_ORBITS_APART);
-        return PEND_OK;
-    }
+    if (!found) orbits_over(o, PEND_ORBITS_APART);
+    if (!found) return PEND_OK;
     memcpy(o->last.along, o->leaving, q * sizeof(double));
     o->left++;
     o->points = o->met = o->attempts = 0;
@@ -440,7 +455,8 @@ static enum pend_status orbits_checked(struct pend_orbits *o, enum pend_orbits_f
 static enum pend_status orbits_lost(struct pend_orbits *o, enum pend_orbits_found *found,
                                     struct pend_error *error) {
     assert(o->stage == SEARCH);
-    if (o->aim == LOCATE) return orbits_unplaced(o, found, error);
+    if (o->aim == LOCATE)
+        return orbits_locate_beside(o) ? PEND_OK : orbits_unplaced(o, found, error);
     if (o->aim == LOOK)
         orbits_over(o, PEND_ORBITS_APART);
     else

@@ -146,6 +146,7 @@ void found_check_multipliers(const struct found *f, int row) {
         sum += x, squares += x * x;
         size = fmax(size, cabs(x));
     }
-    CHECK(fabs(creal(sum) - trace) < 1e-12 * size * size && fabs(cimag(sum)) < 1e-12 * size);
-    CHECK(fabs(creal(squares) - square) < 1e-12 * size * size);
+    // a pair of ones is known to the root of the rounding errors; 6e-12 were seen
+    CHECK(fabs(creal(sum) - trace) < 1e-11 * size * size && fabs(cimag(sum)) < 1e-12 * size);
+    CHECK(fabs(creal(squares) - square) < 1e-11 * size * size);
 }
