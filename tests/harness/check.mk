@@ -28,7 +28,8 @@ base-core base-api: base-%: build-release
 # What a sanitizer only slows, as it is about time, bits or a process that is killed: the release run has it. Of downloads from a
 # database that goes, the thread sanitizer has both tests and the address sanitizer the shorter one.
 SLOWED := -=results_of_a_job_are_those_of_a_request_bit_for_bit -=a_job_says_how_long_it_will_take_and_means_it \
-	-=a_trajectory_killed_in_mid_part_goes_on_with_the_same_bits -=a_branch_of_orbits_killed_in_mid_part_goes_on_with_the_same_bits -=a_daemon_killed_at_any_instant_loses_no_job_and_no_bit \
+	-=a_trajectory_killed_in_mid_part_goes_on_with_the_same_bits \
+	-=a_branch_of_orbits_killed_in_mid_part_goes_on_with_the_same_bits -=a_daemon_killed_at_any_instant_loses_no_job_and_no_bit \
 	-=a_process_that_slept_takes_nothing_from_itself -=a_silent_stream_has_a_heartbeat -=a_job_that_kills_its_workers_is_given_up \
 	-=a_job_is_forgotten_when_it_was_kept_for_its_time -=each_role_may_what_it_may -=each_bad_key_has_its_status_and_its_sentence
 SLOWED.asan-wire := $(SLOWED) -=downloads_bear_a_database_that_falls_silent_or_goes_and_nobody_else_waits
