@@ -5,19 +5,10 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "api/encode/zip64.h"
 #include "api/json/json_in.h"
 
-enum {
-    READ_LOCAL = 30, /* bytes of the heads without name and extra field */
-    READ_CENTRAL = 46,
-    READ_END = 22,
-    READ_END_64 = 56,
-    READ_LOCATOR = 20,
-    READ_COMMENT = 65535,
-    READ_DEPTH = 16
-};
-
-static const uint64_t read_there = 0xffffffff; /* the number stands in the extra field */
+enum { READ_COMMENT = 65535, READ_DEPTH = 16 };
 
 struct archive {
     const unsigned char *data;
@@ -47,18 +38,20 @@ int api_crate_looks(const void *data, size_t bytes) {
 /* finds the directory; 0 where there is none */
 static int archive_open(struct archive *archive, const void *data, size_t bytes) {
     *archive = (struct archive){.data = data, .bytes = bytes};
-    if (bytes < READ_END) return 0;
-    size_t last = bytes - READ_END, first = last > READ_COMMENT ? last - READ_COMMENT : 0;
-    while (last > first && read_whole(archive->data + last, 4) != 0x06054b50) last--;
+    if (bytes < API_ZIP64_END_HEAD) return 0;
+    size_t last = bytes - API_ZIP64_END_HEAD, first = last > READ_COMMENT ? last - READ_COMMENT : 0;
+    while (last > first && read_whole(archive->data + last, 4) != API_ZIP64_END_SIGN) last--;
     const unsigned char *end = archive->data + last;
-    if (read_whole(end, 4) != 0x06054b50) return 0;
+    if (read_whole(end, 4) != API_ZIP64_END_SIGN) return 0;
     archive->files = read_whole(end + 10, 2);
     archive->at = read_whole(end + 16, 4);
-    if (archive->at != read_there) return 1;
-    if (last < READ_LOCATOR || read_whole(end - READ_LOCATOR, 4) != 0x07064b50) return 0;
-    uint64_t at = read_whole(end - READ_LOCATOR + 8, 8);
-    if (bytes < READ_END_64 || at > bytes - READ_END_64) return 0;
-    if (read_whole(archive->data + at, 4) != 0x06064b50) return 0;
+    if (archive->at != API_ZIP64_THERE) return 1;
+    if (last < API_ZIP64_LOCATOR ||
+        read_whole(end - API_ZIP64_LOCATOR, 4) != API_ZIP64_LOCATOR_SIGN)
+        return 0;
+    uint64_t at = read_whole(end - API_ZIP64_LOCATOR + 8, 8);
+    if (bytes < API_ZIP64_END_WIDE || at > bytes - API_ZIP64_END_WIDE) return 0;
+    if (read_whole(archive->data + at, 4) != API_ZIP64_END_WIDE_SIGN) return 0;
     archive->files = read_whole(archive->data + at + 32, 8);
     archive->at = read_whole(archive->data + at + 48, 8);
     return 1;
@@ -72,7 +65,7 @@ static int row_large(const unsigned char *extra, size_t bytes, uint64_t *packed,
         size_t tag = read_whole(extra, 2), size = read_whole(extra + 2, 2), at = 4;
         if (size > bytes - 4) return 0;
         for (int i = 0; tag == 1 && i < 3; i++) {
-            if (*number[i] != read_there) continue;
+            if (*number[i] != API_ZIP64_THERE) continue;
             if (at + 8 > size + 4) return 0;
             *number[i] = read_whole(extra + at, 8);
             at += 8;
@@ -90,30 +83,34 @@ static int row_piece(const struct archive *archive, const unsigned char *row, st
     uint64_t packed = read_whole(row + 20, 4), length = read_whole(row + 24, 4),
              offset = read_whole(row + 42, 4);
     size_t name = read_whole(row + 28, 2), extra = read_whole(row + 30, 2);
-    if ((packed == read_there || length == read_there || offset == read_there) &&
-        !row_large(row + READ_CENTRAL + name, extra, &packed, &length, &offset))
+    if ((packed == API_ZIP64_THERE || length == API_ZIP64_THERE || offset == API_ZIP64_THERE) &&
+        !row_large(row + API_ZIP64_CENTRAL_HEAD + name, extra, &packed, &length, &offset))
         return 0;
     if (read_whole(row + 10, 2) || packed != length) return 0;
-    if (archive->bytes < READ_LOCAL || offset > archive->bytes - READ_LOCAL) return 0;
+    if (archive->bytes < API_ZIP64_LOCAL_HEAD || offset > archive->bytes - API_ZIP64_LOCAL_HEAD)
+        return 0;
     const unsigned char *local = archive->data + offset;
-    uint64_t head = READ_LOCAL + read_whole(local + 26, 2) + read_whole(local + 28, 2);
+    uint64_t head = API_ZIP64_LOCAL_HEAD + read_whole(local + 26, 2) + read_whole(local + 28, 2);
     if (head > archive->bytes - offset || length > archive->bytes - offset - head) return 0;
     *piece = (struct piece){(const char *)local + head, (size_t)length};
-    return read_whole(local, 4) == 0x04034b50;
+    return read_whole(local, 4) == API_ZIP64_LOCAL_SIGN;
 }
 
 /* the bytes of a file; 0 where it is not there as it was written */
 static int archive_find(const struct archive *archive, const char *name, struct piece *piece) {
     uint64_t at = archive->at;
     for (uint64_t i = 0; i < archive->files; i++) {
-        if (archive->bytes < READ_CENTRAL || at > archive->bytes - READ_CENTRAL) return 0;
+        if (archive->bytes < API_ZIP64_CENTRAL_HEAD || at > archive->bytes - API_ZIP64_CENTRAL_HEAD)
+            return 0;
         const unsigned char *row = archive->data + at;
         size_t letters = read_whole(row + 28, 2);
         uint64_t more = letters + read_whole(row + 30, 2) + read_whole(row + 32, 2);
-        if (read_whole(row, 4) != 0x02014b50 || more > archive->bytes - at - READ_CENTRAL) return 0;
-        if (letters == strlen(name) && !memcmp(row + READ_CENTRAL, name, letters))
+        if (read_whole(row, 4) != API_ZIP64_CENTRAL_SIGN ||
+            more > archive->bytes - at - API_ZIP64_CENTRAL_HEAD)
+            return 0;
+        if (letters == strlen(name) && !memcmp(row + API_ZIP64_CENTRAL_HEAD, name, letters))
             return row_piece(archive, row, piece);
-        at += READ_CENTRAL + more;
+        at += API_ZIP64_CENTRAL_HEAD + more;
     }
     return 0;
 }

@@ -1,34 +1,28 @@
 /* An archive of files that are stored as they are, written while its bytes are sent.
- * Leaves to others: what the files hold (crate); archives of arrays (encode_npz).
+ * Leaves to others: what the files hold (crate); the archive's records (encode/zip64); archives of
+ * arrays (encode_npz).
  * Invariant: the archive's own bytes are counted as they are appended, so that every offset in its
- * directory is that of the whole, however often the caller takes bytes away between two calls.
- * Source: PKWARE's APPNOTE 6.3.10, with ZIP64 for files and offsets from 4 GiB on. */
+ * directory is that of the whole, however often the caller takes bytes away between two calls. */
 #ifndef API_ZIP_H
 #define API_ZIP_H
 
-#include <stdint.h>
-
 #include "api/base/buffer.h"
+#include "api/encode/zip64.h"
 
-enum { API_ZIP_FILES = 8, API_ZIP_NAME = 40 };
+enum { API_ZIP_FILES = 8 };
 
 struct api_zip {
     int files;        /* that were begun */
     int open;         /* the last of them is not complete */
     uint64_t written; /* bytes of the archive so far */
-    struct api_zip_file {
-        char name[API_ZIP_NAME];
-        uint32_t crc;
-        int streamed; /* its length was not known when its head was written */
-        uint64_t bytes, offset;
-    } file[API_ZIP_FILES];
+    struct api_zip64_member file[API_ZIP_FILES];
 };
 
 /**
  * Appends a whole file.
  *
  * zip   all zero before the first file; at most API_ZIP_FILES files.
- * name  shorter than API_ZIP_NAME, of ASCII.
+ * name  shorter than API_ZIP64_NAME, of ASCII.
  *
  * Fails as api_buffer_room does. O(bytes).
  */

@@ -8,67 +8,85 @@
 /* versions of the format that readers must know, without and with fields of 64 bits */
 enum { PLAIN = 20, WIDE = 45, DATE = 1 << 5 | 1 /* 1 January 1980, at 0:00 */ };
 
+/* the flag of a member whose checksum stands behind it */
+enum { BEHIND = 1 << 3 };
+
 /* a number in a field of 32 bits, or the sign that it stands elsewhere */
 static char *narrow(char *at, uint64_t x, uint64_t most) {
-    return api_octets_whole(at, x > most ? 0xffffffff : x, 4);
+    return api_octets_whole(at, x > most ? API_ZIP64_THERE : x, 4);
+}
+
+/* the version that a reader has to know */
+static uint64_t member_version(const struct api_zip64_member *member, int extra) {
+    return extra || member->streamed ? WIDE : PLAIN;
 }
 
 /* the part that a member's two records have in common, from the version that is needed to the
- * length of the fields of 64 bits */
-static char *member_facts(char *at, const struct api_zip64_member *member, int extra,
+ * length of the fields of 64 bits; known: the checksum and the length are */
+static char *member_facts(char *at, const struct api_zip64_member *member, int extra, int known,
                           uint64_t most) {
-    at = api_octets_whole(at, extra ? WIDE : PLAIN, 2);
-    at = api_octets_whole(at, 0, 2 + 2 + 2); /* no flags, stored, 0:00 */
+    uint64_t bytes = known ? member->bytes : API_ZIP64_THERE;
+    at = api_octets_whole(at, member_version(member, extra), 2);
+    at = api_octets_whole(at, member->streamed ? BEHIND : 0, 2);
+    at = api_octets_whole(at, 0, 2 + 2); /* stored, 0:00 */
     at = api_octets_whole(at, DATE, 2);
-    at = api_octets_whole(at, member->crc, 4);
-    at = narrow(at, member->bytes, most);
-    at = narrow(at, member->bytes, most);
+    at = api_octets_whole(at, known ? member->crc : 0, 4);
+    at = narrow(narrow(at, bytes, most), bytes, most);
     at = api_octets_whole(at, strlen(member->name), 2);
     return api_octets_whole(at, (uint64_t)extra, 2);
 }
 
 /* the fields of 64 bits: both sizes or none, and the place where it is wanted */
-static char *member_wide(char *at, const struct api_zip64_member *member, int extra, int placed,
-                         uint64_t most) {
+static char *member_wide(char *at, int extra, int sized, uint64_t bytes, int placed,
+                         uint64_t offset) {
     if (!extra) return at;
     at = api_octets_whole(api_octets_whole(at, 1, 2), (uint64_t)extra - 4, 2);
-    if (member->bytes > most)
-        at = api_octets_whole(api_octets_whole(at, member->bytes, 8), member->bytes, 8);
-    return placed ? api_octets_whole(at, member->offset, 8) : at;
+    if (sized) at = api_octets_whole(api_octets_whole(at, bytes, 8), bytes, 8);
+    return placed ? api_octets_whole(at, offset, 8) : at;
 }
 
 char *api_zip64_local(char *at, const struct api_zip64_member *member, uint64_t most) {
     assert(most <= API_ZIP64_MOST && strlen(member->name) < API_ZIP64_NAME);
-    int extra = member->bytes > most ? 4 + 16 : 0;
-    at = member_facts(api_octets_whole(at, 0x04034b50, 4), member, extra, most);
-    return member_wide(stpcpy(at, member->name), member, extra, 0, most);
+    int known = !member->streamed, extra = !known || member->bytes > most ? 4 + 16 : 0;
+    at = api_octets_whole(at, API_ZIP64_LOCAL_SIGN, 4);
+    at = stpcpy(member_facts(at, member, extra, known, most), member->name);
+    return member_wide(at, extra, extra, known ? member->bytes : 0, 0, 0);
+}
+
+char *api_zip64_behind(char *at, const struct api_zip64_member *member) {
+    assert(member->streamed);
+    at = api_octets_whole(api_octets_whole(at, 0x08074b50, 4), member->crc, 4);
+    return api_octets_whole(api_octets_whole(at, member->bytes, 8), member->bytes, 8);
 }
 
 char *api_zip64_central(char *at, const struct api_zip64_member *member, uint64_t most) {
     assert(most <= API_ZIP64_MOST && strlen(member->name) < API_ZIP64_NAME);
     int placed = member->offset > most, wide = member->bytes > most;
     int extra = placed || wide ? 4 + 16 * wide + 8 * placed : 0;
-    at = api_octets_whole(api_octets_whole(at, 0x02014b50, 4), extra ? WIDE : PLAIN, 2);
-    at = member_facts(at, member, extra, most);
+    at = api_octets_whole(at, API_ZIP64_CENTRAL_SIGN, 4);
+    at = api_octets_whole(at, member_version(member, extra), 2);
+    at = member_facts(at, member, extra, 1, most);
     at = api_octets_whole(at, 0, 2 + 2 + 2); /* no comment, disk 0, no inner attributes */
     at = api_octets_whole(at, 0, 4);
     at = narrow(at, member->offset, most);
-    return member_wide(stpcpy(at, member->name), member, extra, placed, most);
+    return member_wide(stpcpy(at, member->name), extra, wide, member->bytes, placed,
+                       member->offset);
 }
 
 char *api_zip64_end(char *at, int members, uint64_t begin, uint64_t bytes, uint64_t most) {
     assert(members >= 0 && members < 0xffff && most <= API_ZIP64_MOST);
     uint64_t count = (uint64_t)members;
     if (begin > most || bytes > most) {
-        at = api_octets_whole(api_octets_whole(at, 0x06064b50, 4), 56 - 12, 8);
+        at = api_octets_whole(at, API_ZIP64_END_WIDE_SIGN, 4);
+        at = api_octets_whole(at, API_ZIP64_END_WIDE - 12, 8);
         at = api_octets_whole(api_octets_whole(at, WIDE, 2), WIDE, 2);
         at = api_octets_whole(at, 0, 4 + 4); /* one disk */
         at = api_octets_whole(api_octets_whole(at, count, 8), count, 8);
         at = api_octets_whole(api_octets_whole(at, bytes, 8), begin, 8);
-        at = api_octets_whole(api_octets_whole(at, 0x07064b50, 4), 0, 4);
+        at = api_octets_whole(api_octets_whole(at, API_ZIP64_LOCATOR_SIGN, 4), 0, 4);
         at = api_octets_whole(api_octets_whole(at, begin + bytes, 8), 1, 4);
     }
-    at = api_octets_whole(api_octets_whole(at, 0x06054b50, 4), 0, 4);
+    at = api_octets_whole(api_octets_whole(at, API_ZIP64_END_SIGN, 4), 0, 4);
     at = api_octets_whole(api_octets_whole(at, count, 2), count, 2);
     return api_octets_whole(narrow(narrow(at, bytes, most), begin, most), 0, 2);
 }
