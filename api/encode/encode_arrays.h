@@ -13,6 +13,8 @@ struct api_array {
     int width;        /* 0 = one number a row */
     int inner;        /* of a second axis; 0 = there is none */
     int re, im;       /* columns; im is -1 if the array is real */
+    int float32; /* its numbers are floats of 4 bytes: not instants and numbers of members, of which
+                  * these have too few digits */
 };
 
 struct api_arrays {
@@ -20,22 +22,24 @@ struct api_arrays {
     struct api_array array[API_COLUMNS];
 };
 
+/** Returns the array of one column alone. O(1). */
+struct api_array api_array_of(const struct api_table *table, int column);
+
 /** Groups the columns of a table. */
 void api_arrays_init(struct api_arrays *arrays, const struct api_table *table);
 
-/** Non-zero if the numbers of an array are floats of 4 bytes: instants and numbers of members, of
- * which these have too few digits, are not. O(1). */
-int api_array_float32(const struct api_array *array, const struct api_table *table);
+/** Non-zero if the numbers of a column are floats of 4 bytes, as those of its array. O(1). */
+int api_column_float32(const struct api_column *column, const struct api_table *table);
 
 /** Returns the bytes of a number, a complex one counted once. O(1). */
-size_t api_array_bytes(const struct api_array *array, const struct api_table *table);
+size_t api_array_bytes(const struct api_array *array);
 
 /** Returns NumPy's name of the kind of number: "<f8". O(1). */
-const char *api_array_type(const struct api_array *array, const struct api_table *table);
+const char *api_array_type(const struct api_array *array);
 
 /** Writes numbers, little-endian; im: of a complex array. Returns the end. */
-char *api_array_write(char *at, const struct api_array *array, const struct api_table *table,
-                      size_t count, const double re[], const double im[]);
+char *api_array_write(char *at, const struct api_array *array, size_t count, const double re[],
+                      const double im[]);
 
 /** Writes the shape of a row of an array as Python writes what follows the rows: "4" or "4, 2";
  * nothing for one number. Returns the end. */

@@ -56,7 +56,7 @@ static void array_name(const struct api_array *array, char name[NAME_BYTES]) {
 static struct api_hdf5_array array_facts(const struct api_table *table, const struct plan *plan,
                                          const struct api_array *array) {
     struct api_hdf5_array facts = {.piece = plan->divided ? plan->most : 0};
-    int narrow = api_array_float32(array, table);
+    int narrow = array->float32;
     facts.type = narrow ? API_HDF5_FLOAT : API_HDF5_DOUBLE;
     if (!table->single) facts.length[facts.axes++] = (uint64_t)table->rows;
     if (array->inner) facts.length[facts.axes++] = (uint64_t)(array->width / array->inner);
@@ -68,18 +68,14 @@ static struct api_hdf5_array array_facts(const struct api_table *table, const st
 static void plan_init(struct plan *plan, const struct api_table *table) {
     struct api_arrays *arrays = &plan->arrays;
     arrays->count = table->count;
-    for (int c = 0; c < table->count; c++) {
-        const struct api_column *column = &table->column[c];
-        arrays->array[c] =
-            (struct api_array){column->name, column->part, column->width, column->inner, c, -1};
-    }
+    for (int c = 0; c < table->count; c++) arrays->array[c] = api_array_of(table, c);
     uint64_t rows = (uint64_t)table->rows;
     char name[NAME_BYTES];
     plan->row = 0;
     for (int i = 0; i < arrays->count; i++) {
         const struct api_array *array = &arrays->array[i];
         plan->before[i] = plan->row;
-        plan->row += api_array_bytes(array, table) * (array->width ? (size_t)array->width : 1);
+        plan->row += api_array_bytes(array) * (array->width ? (size_t)array->width : 1);
     }
     plan->before[arrays->count] = plan->row;
     plan->most = plan->row < PIECE_BYTES ? PIECE_BYTES / plan->row : 1;
@@ -127,8 +123,7 @@ static void rows_put(const struct hdf5_writer *writer, char *piece, uint64_t to,
         size_t width = array->width ? (size_t)array->width : 1, skip = (size_t)from * width;
         size_t each = plan->before[i + 1] - plan->before[i];
         char *at = piece + plan->most * plan->before[i] + to * each;
-        (void)api_array_write(at, array, &writer->base.table, (size_t)rows * width,
-                              data[array->re] + skip, NULL);
+        (void)api_array_write(at, array, (size_t)rows * width, data[array->re] + skip, NULL);
     }
 }
 

@@ -19,13 +19,13 @@ struct npy_writer {
 };
 
 /* writes the description of the records: "[('t', '<f8'), ('phi', '<f8', (4,)), ...]" */
-static char *npy_fields(char *at, const struct api_arrays *arrays, const struct api_table *table) {
+static char *npy_fields(char *at, const struct api_arrays *arrays) {
     at = stpcpy(at, "[");
     for (int i = 0; i < arrays->count; i++) {
         const struct api_array *array = &arrays->array[i];
         at = stpcpy(stpcpy(at, i ? ", ('" : "('"), array->name);
         if (array->part) at = stpcpy(stpcpy(at, "_"), array->part);
-        at = stpcpy(stpcpy(stpcpy(at, "', '"), api_array_type(array, table)), "'");
+        at = stpcpy(stpcpy(stpcpy(at, "', '"), api_array_type(array)), "'");
         if (array->width) {
             at = api_array_shape(stpcpy(at, ", ("), array);
             at = stpcpy(at, array->inner ? ")" : ",)");
@@ -39,7 +39,7 @@ static char *npy_fields(char *at, const struct api_arrays *arrays, const struct 
 static size_t npy_head(char *head, const struct api_arrays *arrays, const struct api_table *table) {
     memcpy(head, "\x93NUMPY\x02\0", 8);
     char *at = stpcpy(head + MAGIC_BYTES, "{'descr': ");
-    at = stpcpy(npy_fields(at, arrays, table), ", 'fortran_order': False, 'shape': (");
+    at = stpcpy(npy_fields(at, arrays), ", 'fortran_order': False, 'shape': (");
     at = table->single ? at : stpcpy(api_number_write_int(at, table->rows), ",");
     at = stpcpy(at, "), }");
     size_t bytes = ((size_t)(at - head) + 1 + ALIGNED - 1) / ALIGNED * ALIGNED;
@@ -51,11 +51,11 @@ static size_t npy_head(char *head, const struct api_arrays *arrays, const struct
 
 enum { HEAD_MOST = API_COLUMNS * FIELD_BYTES + 3 * ALIGNED };
 
-static size_t row_bytes(const struct api_arrays *arrays, const struct api_table *table) {
+static size_t row_bytes(const struct api_arrays *arrays) {
     size_t bytes = 0;
     for (int i = 0; i < arrays->count; i++) {
         const struct api_array *array = &arrays->array[i];
-        bytes += api_array_bytes(array, table) * (array->width ? (size_t)array->width : 1);
+        bytes += api_array_bytes(array) * (array->width ? (size_t)array->width : 1);
     }
     return bytes;
 }
@@ -65,7 +65,7 @@ static double npy_bytes(const struct api_table *table) {
     char head[HEAD_MOST];
     api_arrays_init(&arrays, table);
     return (double)npy_head(head, &arrays, table) +
-           (double)table->rows * (double)row_bytes(&arrays, table);
+           (double)table->rows * (double)row_bytes(&arrays);
 }
 
 static enum pend_status npy_begin(struct api_writer *base, struct api_buffer *out) {
@@ -80,14 +80,14 @@ static enum pend_status npy_block(struct api_writer *base, long rows, const doub
                                   struct api_buffer *out) {
     const struct npy_writer *writer = (const struct npy_writer *)base;
     const struct api_arrays *arrays = &writer->arrays;
-    PEND_TRY(api_buffer_room(out, (size_t)rows * row_bytes(arrays, &base->table)));
+    PEND_TRY(api_buffer_room(out, (size_t)rows * row_bytes(arrays)));
     char *at = out->data + out->bytes;
     assert(rows >= 0 && arrays->count >= 1);
     for (long i = 0; i < rows; i++)
         for (int a = 0; a < arrays->count; a++) {
             const struct api_array *array = &arrays->array[a];
             size_t width = array->width ? (size_t)array->width : 1, from = (size_t)i * width;
-            at = api_array_write(at, array, &base->table, width, data[array->re] + from,
+            at = api_array_write(at, array, width, data[array->re] + from,
                                  array->im < 0 ? NULL : data[array->im] + from);
         }
     out->bytes = (size_t)(at - out->data);

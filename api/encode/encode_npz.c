@@ -82,15 +82,11 @@ static uint64_t array_numbers(const struct npz_writer *writer, const struct api_
     return (uint64_t)writer->base.rows * array_width(array);
 }
 
-static size_t number_bytes(const struct npz_writer *writer, const struct api_array *array) {
-    return api_array_bytes(array, &writer->base.table);
-}
-
 /* numbers [from, from + count) of an array, as bytes */
 static void array_write(const struct npz_writer *writer, const struct api_array *array,
                         uint64_t from, size_t count, char *at) {
     double *const *column = writer->base.column;
-    (void)api_array_write(at, array, &writer->base.table, count, column[array->re] + from,
+    (void)api_array_write(at, array, count, column[array->re] + from,
                           array->im < 0 ? NULL : column[array->im] + from);
 }
 
@@ -100,13 +96,13 @@ static uint32_t array_crc(const struct npz_writer *writer, const struct api_arra
     char bytes[SOME * 16];
     uint64_t numbers = array_numbers(writer, array);
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
-    if (array->im < 0 && number_bytes(writer, array) == sizeof(double))
+    if (array->im < 0 && api_array_bytes(array) == sizeof(double))
         return libdeflate_crc32(crc, writer->base.column[array->re], numbers * sizeof(double));
 #endif
     for (uint64_t from = 0; from < numbers; from += SOME) {
         size_t count = numbers - from < SOME ? (size_t)(numbers - from) : SOME;
         array_write(writer, array, from, count, bytes);
-        crc = libdeflate_crc32(crc, bytes, count * number_bytes(writer, array));
+        crc = libdeflate_crc32(crc, bytes, count * api_array_bytes(array));
     }
     return crc;
 }
@@ -135,8 +131,8 @@ static enum pend_status array_begin(struct npz_writer *writer, const struct api_
     char head[HEAD_BYTES], shape[64];
     member_name(member, array->name, array->part ? "_" : "", array->part ? array->part : "");
     array_shape(writer, array, shape);
-    npy_head(head, api_array_type(array, &writer->base.table), shape);
-    member->bytes = HEAD_BYTES + array_numbers(writer, array) * number_bytes(writer, array);
+    npy_head(head, api_array_type(array), shape);
+    member->bytes = HEAD_BYTES + array_numbers(writer, array) * api_array_bytes(array);
     member->crc = array_crc(writer, array, libdeflate_crc32(0, head, HEAD_BYTES));
     return member_begin(writer, head, out);
 }
@@ -145,9 +141,9 @@ static enum pend_status array_begin(struct npz_writer *writer, const struct api_
 static enum pend_status array_go_on(struct npz_writer *writer, const struct api_array *array,
                                     struct api_buffer *out) {
     uint64_t rest = array_numbers(writer, array) - writer->at;
-    size_t count = API_PIECE_BYTES / number_bytes(writer, array);
+    size_t count = API_PIECE_BYTES / api_array_bytes(array);
     if (count > rest) count = (size_t)rest;
-    size_t bytes = count * number_bytes(writer, array);
+    size_t bytes = count * api_array_bytes(array);
     PEND_TRY(api_buffer_room(out, bytes + 1));
     array_write(writer, array, writer->at, count, out->data + out->bytes);
     out->bytes += bytes;

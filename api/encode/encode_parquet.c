@@ -102,11 +102,6 @@ static void place_name(struct place place, char name[NAME_BYTES]) {
     *at = 0;
 }
 
-static int place_float(const struct api_table *table, struct place place) {
-    struct api_array array = {.name = place.column->name, .im = -1};
-    return api_array_float32(&array, table);
-}
-
 /* the head of a page of so many numbers; returns its end */
 static char *put_page(char *at, long rows, int bytes) {
     at = put_whole(at, 1, THRIFT_I32, DATA_PAGE);
@@ -132,7 +127,7 @@ static enum pend_status put_group(struct parquet_writer *writer, long rows, long
     struct place place = {NULL, 0};
     for (long k = 0; k < writer->width; k++) {
         place = place_next(table, place);
-        int narrow = place_float(table, place);
+        int narrow = api_column_float32(place.column, table);
         const double *from = value + k * apart;
         at = put_page(at, rows, narrow ? 4 : 8);
         if (!narrow) at = api_octets_doubles(at, (size_t)rows, from);
@@ -195,7 +190,8 @@ static enum pend_status put_schema(struct parquet_writer *writer, struct api_buf
     for (long k = 0; k < writer->width; k++) {
         place = place_next(table, place);
         place_name(place, name);
-        at = put_whole(at, 1, THRIFT_I32, place_float(table, place) ? TYPE_FLOAT : TYPE_DOUBLE);
+        at = put_whole(at, 1, THRIFT_I32,
+                       api_column_float32(place.column, table) ? TYPE_FLOAT : TYPE_DOUBLE);
         at = put_whole(at, 2, THRIFT_I32, REQUIRED);
         at = put_text(put_field(at, 1, THRIFT_BINARY), name);
         *at++ = 0;
@@ -239,7 +235,7 @@ static enum pend_status put_group_facts(struct parquet_writer *writer, long rows
     for (long k = 0; k < writer->width; k++) {
         place = place_next(table, place);
         place_name(place, name);
-        int narrow = place_float(table, place), each = narrow ? 4 : 8;
+        int narrow = api_column_float32(place.column, table), each = narrow ? 4 : 8;
         size_t bytes = (size_t)(put_page(page, rows, each) - page) + (size_t)(rows * each);
         at = put_chunk(at, name, narrow, rows, writer->written, bytes);
         writer->written += bytes;

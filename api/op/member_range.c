@@ -100,10 +100,19 @@ static void range_rows(void *context, long i, long first, int count, const doubl
         start = range_start(range, i);
         api_member_samples_pendulum(range->samples, &start);
     }
-    for (int j = 0; j < count; j++)
-        api_member_samples_row(range->samples, (double)range_number(range, i),
-                               pend_times_at(&e->times.times, first + j), phi + j * n, rate + j * n,
-                               force + j * n, theta + j * n, range_row(range, i, first + j));
+    for (int done = 0, some; done < count; done += some) {
+        double t[API_MEMBER_ROWS];
+        some = count - done < API_MEMBER_ROWS ? count - done : API_MEMBER_ROWS;
+        for (int j = 0; j < some; j++) t[j] = pend_times_at(&e->times.times, first + done + j);
+        const struct api_member_states states = {.count = some,
+                                                 .t = t,
+                                                 .phi = phi + done * n,
+                                                 .rate = rate + done * n,
+                                                 .force = force + done * n,
+                                                 .theta = theta + done * n};
+        api_member_samples_rows(range->samples, (double)range_number(range, i), &states,
+                                range_row(range, i, first + done), e->numbers);
+    }
 }
 
 /* fills the rows that a failed member did not reach: its number, its status, the time, and zeros */

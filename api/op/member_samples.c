@@ -170,11 +170,21 @@ static const double *accelerate(struct api_member_samples *samples, double t, co
     return samples->acc;
 }
 
-static void row_derived(struct row *row, struct api_member_samples *samples, double t,
-                        const double phi[], const double rate[], const double theta[]) {
+/* the state at one instant */
+struct state {
+    double t;
+    const double *phi, *rate, *force, *theta;
+    struct pend_energy energy;
+};
+
+static void row_derived(struct row *row, struct api_member_samples *samples,
+                        const struct state *state) {
     const struct pend_tree *tree = &samples->own;
     const struct pend_loads *loads = &samples->loads;
-    if (samples->outputs >> PHIDD & 1) row_arms(row, accelerate(samples, t, phi, rate, theta));
+    double t = state->t;
+    const double *phi = state->phi, *rate = state->rate;
+    if (samples->outputs >> PHIDD & 1)
+        row_arms(row, accelerate(samples, t, phi, rate, state->theta));
     if (samples->outputs >> Z & 1) {
         pend_kinematics_position_at(tree, loads, t, phi, samples->re, samples->im);
         row_arms(row, samples->re);
@@ -186,29 +196,58 @@ static void row_derived(struct row *row, struct api_member_samples *samples, dou
         row_arms(row, samples->im);
     }
     if (samples->outputs >> ENERGY & 1) {
-        struct pend_energy energy =
-            pend_kinematics_energy_at(tree, loads, t, phi, rate, samples->scratch);
-        row_put(row, energy.kinetic);
-        row_put(row, energy.potential);
-        row_put(row, energy.kinetic + energy.potential);
+        row_put(row, state->energy.kinetic);
+        row_put(row, state->energy.potential);
+        row_put(row, state->energy.kinetic + state->energy.potential);
     }
 }
 
-void api_member_samples_row(struct api_member_samples *samples, double member, double t,
-                            const double phi[], const double rate[], const double force[],
-                            const double theta[], double numbers[]) {
+static void row_write(struct api_member_samples *samples, double member, const struct state *state,
+                      double numbers[]) {
     unsigned outputs = samples->outputs;
     struct row row = {samples->tree, numbers, 0};
-    const double *from[CART] = {phi, rate, theta, rate, force};
+    const double *from[CART] = {state->phi, state->rate, state->theta, state->rate, state->force};
     row_put(&row, member);
     row_put(&row, 0);
-    row_put(&row, t);
+    row_put(&row, state->t);
     for (int i = 0; i < CART; i++)
         if (outputs >> i & 1) row_arms(&row, from[i]);
     if (outputs >> CART & 1) {
-        row_put(&row, phi[0]);
-        row_put(&row, rate[0]);
+        row_put(&row, state->phi[0]);
+        row_put(&row, state->rate[0]);
     }
-    if (api_member_outputs_derived(outputs)) row_derived(&row, samples, t, phi, rate, theta);
+    if (api_member_outputs_derived(outputs)) row_derived(&row, samples, state);
     if (row.bad) numbers[1] = 1;
+}
+
+/* the energies at the instants, where they are wanted: of an ideal pendulum together, as sines that
+ * are taken side by side cost less */
+static void states_energy(struct api_member_samples *samples,
+                          const struct api_member_states *states,
+                          struct pend_energy energy[API_MEMBER_ROWS]) {
+    const struct pend_tree *tree = &samples->own;
+    const struct pend_loads *loads = &samples->loads;
+    if (!(samples->outputs >> ENERGY & 1)) return;
+    if (!loads->terms)
+        pend_kinematics_energies(tree, loads, states->count, states->phi, states->rate, energy);
+    for (int j = 0; loads->terms && j < states->count; j++)
+        energy[j] = pend_kinematics_energy_at(tree, loads, states->t[j], states->phi + j * tree->n,
+                                              states->rate + j * tree->n, samples->scratch);
+}
+
+void api_member_samples_rows(struct api_member_samples *samples, double member,
+                             const struct api_member_states *states, double row[], long stride) {
+    struct pend_energy energy[API_MEMBER_ROWS] = {{0, 0}};
+    int n = samples->own.n;
+    assert(states->count >= 0 && states->count <= API_MEMBER_ROWS && stride >= 3);
+    states_energy(samples, states, energy);
+    for (int j = 0; j < states->count; j++) {
+        const struct state state = {.t = states->t[j],
+                                    .phi = states->phi + j * n,
+                                    .rate = states->rate + j * n,
+                                    .force = states->force + j * n,
+                                    .theta = states->theta + j * n,
+                                    .energy = energy[j]};
+        row_write(samples, member, &state, row + j * stride);
+    }
 }

@@ -54,15 +54,23 @@ double api_member_samples_bytes(const struct api_tree *tree);
 void api_member_samples_pendulum(struct api_member_samples *samples,
                                  const struct pend_member *member);
 
+enum { API_MEMBER_ROWS = 8 };
+
+/* A member at instants that follow each other; values in stored order, n an instant. */
+struct api_member_states {
+    int count;       /* at most API_MEMBER_ROWS */
+    const double *t; /* s, the request's own time */
+    const double *phi, *rate, *force, *theta;
+};
+
 /**
- * Writes one row: member, status 0, t, and the outputs from values in stored order.
+ * Writes rows: member, status 0, t, and the outputs.
  *
- * t  s, the request's own time.
+ * row     out, of the first; the others follow, each `stride` numbers on.
  *
- * A number that a double does not hold is 0, and the status 1. O(n).
+ * A number that a double does not hold is 0, and the row's status 1. O(n) a row.
  */
-void api_member_samples_row(struct api_member_samples *samples, double member, double t,
-                            const double phi[], const double rate[], const double force[],
-                            const double theta[], double row[]);
+void api_member_samples_rows(struct api_member_samples *samples, double member,
+                             const struct api_member_states *states, double row[], long stride);
 
 #endif
