@@ -1,9 +1,7 @@
 """20 000 random starts of a double pendulum, 500 instants each with their energies, as one array of single precision on disk."""
-import sys
 import numpy as np
 from pendulumd import Pendulum
-count, draw = int(sys.argv[1]) if len(sys.argv) > 1 else 20000, [dict(vary="theta", arm=arm, distribution="uniform", low=-3, high=3) for arm in (1, 2)]
-Pendulum(length=[1, 1], mass=[1, 1], parent=[0, 1]).ensemble(random=dict(count=count, seed=7, draw=draw), times=dict(stop=10, count=500), observables=["trajectory"],
-    output=["theta", "thetad", "energy"], columns=["theta", "thetad", "energy_total"], number="float32", save="dataset.npy")
-table = np.load("dataset.npy", mmap_mode="r").reshape(count, 500)
-print(table.shape, table.dtype.itemsize, "starts within 3 rad:", abs(table["theta"][:, 0]).max() <= 3, "energies kept:", np.ptp(table["energy_total"], axis=1).max() < 1e-4)
+starts = dict(count=20000, seed=7, draw=[dict(vary="theta", arm=arm, distribution="uniform", low=-3, high=3) for arm in (1, 2)])
+table = np.load(Pendulum(length=[1, 1], mass=[1, 1], parent=[0, 1]).ensemble(random=starts, times=dict(stop=10, count=500), observables=["trajectory"],
+    output=["theta", "thetad", "energy"], columns=["theta", "thetad", "energy_total"], number="float32", save="dataset.npy"), "r").reshape(-1, 500)
+print(table.shape, table.itemsize, "starts within 3 rad:", abs(table["theta"][:, 0]).max() <= 3, "energies kept:", np.ptp(table["energy_total"], axis=1).max() < 1e-4)
