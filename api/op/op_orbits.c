@@ -367,6 +367,8 @@ static enum pend_status orbits_carry(void *state, struct pend_checkpoint *checkp
         if (orbits->count >= orbits->table.rows) return PEND_INVALID;
         PEND_TRY(orbits_grow(orbits, error));
     }
+    /* it refused before: there is no place for the rows that it speaks of */
+    if (orbits->count < count) return PEND_INVALID;
     for (int c = 0; c < orbits->table.count && !orbits->asked.rows; c++) {
         size_t width = (size_t)api_column_numbers(&orbits->table.column[c]);
         if (count) pend_checkpoint_row(checkpoint, orbits->column[c], (size_t)count * width);
