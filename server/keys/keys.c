@@ -170,6 +170,9 @@ static int keys_span(const char *text, int64_t *seconds) {
     return 1;
 }
 
+/* The last instant that can be written with four digits of a year, as it is read. */
+#define KEYS_LATEST INT64_C(253402300799)
+
 int srv_keys_instant(const char *text, int64_t now, int64_t *instant) {
     static const char *const forms[] = {"%Y-%m-%dT%H:%M:%SZ", "%Y-%m-%d"};
     static const size_t lengths[] = {20, 10};
@@ -180,7 +183,7 @@ int srv_keys_instant(const char *text, int64_t now, int64_t *instant) {
     }
     if (!strcmp(text, "now") || keys_span(text, &span)) {
         *instant = now + (strcmp(text, "now") ? span : 0);
-        return 1;
+        return *instant <= KEYS_LATEST;
     }
     for (int i = 0; i < 2; i++) {
         struct tm part = {0}, same;

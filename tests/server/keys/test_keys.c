@@ -207,7 +207,8 @@ TEST(instants_are_read_as_people_write_them) {
                                       "2026-01-31T24:00:00Z",
                                       "tomorrow",
                                       "1969-12-31",
-                                      "999999999d"};
+                                      "999999999d",
+                                      "99999999w"};
     char text[SRV_KEY_TIME];
     int64_t instant;
     for (size_t i = 0; i < sizeof good / sizeof *good; i++) {
