@@ -245,14 +245,13 @@ bench-dynamics: $(B)/tests/bench/dynamics/run ## accelerations against MuJoCo an
 tour: build ## the way of one request through the rooms: files and functions in order, seen in a running server (ALL=1: every visit)
 	@/usr/bin/python3 -B tests/rules/tour.py $(B) $(if $(ALL),--all)
 
-fuzz: ## requests that nobody would send, by libFuzzer, FUZZ_SECONDS (30) for each program: tells executions and edges; needs clang and libclang-rt-*-dev
-	@for name in $(FUZZERS); do \
-	  $(MAKE) --no-print-directory MODE=asan CC=clang CXX=clang++ B=build/fuzz CFLAGS='-fsanitize=fuzzer-no-link -DFUZZER' \
-	    CXXFLAGS=-fsanitize=fuzzer-no-link build/fuzz/$$name || exit; \
-	  tests/fuzz/run.sh build/fuzz/$$name $(FUZZ_SECONDS) || exit; \
-	done
+fuzz: ## bytes that nobody would send, by libFuzzer, FUZZ_SECONDS (10) for each reader (READER=name for one; MODE=release: quicker, without sanitizers): tells executions and edges; needs clang and libclang-rt-*-dev
+	@$(MAKE) --no-print-directory $(PARALLEL) MODE=$(FUZZ_MODE) CC=clang CXX=clang++ B=build/fuzz-$(FUZZ_MODE) ISA_IDLE='avx2 avx512' \
+	  CFLAGS='-fsanitize=fuzzer-no-link -DFUZZER$(if $(filter release,$(FUZZ_MODE)), -UNDEBUG)' CXXFLAGS=-fsanitize=fuzzer-no-link $(FUZZERS:%=build/fuzz-$(FUZZ_MODE)/%)
+	@tests/fuzz/run.sh build/fuzz-$(FUZZ_MODE) $(FUZZ_SECONDS) $(READER)
+FUZZ_MODE = $(if $(filter command line,$(origin MODE)),$(MODE),asan)
 FUZZERS := $(basename $(notdir $(wildcard tests/fuzz/fuzz_*.c)))
-FUZZ_SECONDS ?= 30
+FUZZ_SECONDS ?= 10
 
 arm: ## tests of a room (ROOM=core; T=part-of-a-name) compiled for 64-bit ARM and run by qemu; installs a cross compiler and qemu
 	@docker/install.sh build arm64
@@ -447,7 +446,14 @@ $(B)/tests/bench/instructions/run: $(call objects,tests/bench/instructions) $(B)
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
-$(B)/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(SERVER) $(API) $(B)/libpendulum.a
+# of what is instrumented only what a program needs is linked: libFuzzer looks at all of it after each execution. Kernels are those
+# of the base instruction set, with all checks; the others take minutes to compile with them.
+$(B)/libfuzzed.a: $(SERVER) $(API) $(B)/libpendulum.a
+	@rm -f $@
+	$(call say,ar,$@)
+	$(Q)$(AR) rcs $@ $(SERVER) $(API) $(CORE)
+
+$(B)/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(B)/tests/fuzz/fuzz.o $(B)/tests/base/isa.o $(B)/libfuzzed.a
 	$(call say,link,$@)
 	$(Q)$(LINK) -fsanitize=fuzzer -o $@ $^ $(LIBS)
 

@@ -1,8 +1,7 @@
-/* Whole requests under bodies that nobody would send: libFuzzer's entry, and tests that replay
- * files and make mutations of good requests from a seed. libFuzzer: clang
- * -fsanitize=fuzzer,address -DFUZZER, with api and core. Leaves to others: the grammar of JSON
- * (fuzz_json). Invariant: every call ends, with an answer or a problem of a known status, and
- * what it says is JSON (or CSV of even lines) again. */
+/* Whole requests under bodies that nobody would send, and mutations of good requests that know
+ * their grammar. Leaves to others: the grammar of JSON (fuzz_json). Invariant: every call ends,
+ * with an answer or a problem of a known status, and what it says is JSON (or CSV of even lines)
+ * again. */
 #include <assert.h>
 #include <math.h>
 #include <stdint.h>
@@ -14,6 +13,7 @@
 #include "api/call/oembed.h"
 #include "api/json/json_in.h"
 #include "api/call/scene.h"
+#include "tests/fuzz/fuzz.h"
 #ifndef FUZZER
 #include "tests/harness/test.h"
 #endif
@@ -294,18 +294,11 @@ static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
     return fault;
 }
 
-#ifdef FUZZER
-
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes);
-
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes) {
-    const char *fault = complaint(data, bytes, NULL);
-    if (!fault) return 0;
-    fprintf(stderr, "%s: %.*s\n", fault, (int)bytes, (const char *)data);
-    abort();
+static int read_call(char *text, size_t bytes) {
+    const char *fault = complaint((const uint8_t *)text, bytes, NULL);
+    if (fault) fprintf(stderr, "%s: %.*s\n", fault, (int)bytes, text);
+    return !fault;
 }
-
-#else
 
 #define ARMS                                                                                       \
     "\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":2.0,\"mass\":1.0},{\"name\":\"b\","        \
@@ -426,6 +419,15 @@ static const char *const seeds[] = {
 };
 
 enum { SEEDS = sizeof seeds / sizeof *seeds };
+
+static struct fuzz_reader call = {.name = "call", .read = read_call, .bare = 1};
+
+__attribute__((constructor)) static void register_call(void) {
+    for (int i = 0; i < SEEDS; i++) call.seed[i] = seeds[i];
+    fuzz_register(&call, 1);
+}
+
+#ifndef FUZZER
 
 /* what takes the place of a number, a text or a whole value */
 static const char *const values[] = {
@@ -623,20 +625,6 @@ TEST(fuzz_call_answers_what_once_failed) {
             in_form(text, form);
             sound(text, strlen(text), NULL);
         }
-}
-
-/* FUZZ_FILES: names of files with inputs that once failed, separated by spaces */
-TEST(fuzz_call_files_are_replayed) {
-    static char text[ROOM];
-    char *files = strdup(getenv("FUZZ_FILES") ? getenv("FUZZ_FILES") : ""), *rest = files;
-    if (!*files) test_skip("FUZZ_FILES names no files");
-    for (char *name = strtok_r(files, " ", &rest); name; name = strtok_r(NULL, " ", &rest)) {
-        FILE *file = fopen(name, "rb");
-        if (!CHECK_SAYING(file != NULL, "cannot open %s", name)) continue;
-        sound(text, fread(text, 1, sizeof text, file), NULL);
-        fclose(file);
-    }
-    free(files);
 }
 
 #endif

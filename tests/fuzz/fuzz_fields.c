@@ -1,20 +1,18 @@
-/* Texts that are no JSON under bytes that nobody would send: header fields, what proxies say, the
- * files of keys and of options, recorded requests and tables of measurements. libFuzzer's entry,
- * and a test that makes mutations of its own from a seed. Leaves to others: JSON (fuzz_json),
- * requests (fuzz_call), messages (test_http_strict). Invariant: whatever is read ends with a good
- * value or a refusal; what was read and is written again reads the same. Texts end at a page that
- * cannot be read. */
+/* Header fields, and what proxies and clients say in them, under bytes that nobody would send.
+ * Leaves to others: how fields are laid out in a message (fuzz_front), all stages of a request
+ * together (fuzz_router).
+ * Invariant: whatever is read ends with a good value or a refusal; what was read and is written
+ * again reads the same. */
 #include <arpa/inet.h>
+#include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
-#include "api/call/call.h"
-#include "api/encode/negotiate.h"
-#include "server/base/config_load.h"
+#include "api/call/job_json.h"
+#include "api/json/json_hint.h"
+#include "api/number/number.h"
 #include "server/base/hosts.h"
 #include "server/keys/keys.h"
 #include "server/protocol/coding.h"
@@ -22,17 +20,7 @@
 #include "server/protocol/identity.h"
 #include "server/protocol/peer.h"
 #include "server/protocol/range.h"
-#include "server/work/recording.h"
-#ifndef FUZZER
-#include "tests/harness/test.h"
-#endif
-
-enum { ROOM = 1 << 14 };
-
-/* returns 0 where an invariant does not hold */
-typedef int read_fn(char *text, size_t bytes);
-
-/* --- fields of requests --- */
+#include "tests/fuzz/fuzz.h"
 
 static int read_range(char *text, size_t bytes) {
     struct api_range range = {-7, -7}, again;
@@ -52,13 +40,8 @@ static int read_range(char *text, size_t bytes) {
            again.last == range.last;
 }
 
-static int read_accept(char *text, size_t bytes) {
+static int read_coding(char *text, size_t bytes) {
     (void)bytes;
-    api_negotiate_json(text);
-    for (int samples = 0; samples < 3; samples++) {
-        const struct api_format *format = api_negotiate_format(text, samples);
-        if (format && !format->content_type[0]) return 0;
-    }
     enum srv_coding coding = srv_coding_choose(text);
     return !coding || srv_coding_accepts(text, coding);
 }
@@ -77,8 +60,6 @@ static int read_places(char *text, size_t bytes) {
     /* an origin that is told back is the one that asked, or any */
     return !told || !strcmp(told, "*") || !strcmp(told, text);
 }
-
-/* --- who asks --- */
 
 /* FIELD LF NETWORKS */
 static int read_peer(char *text, size_t bytes) {
@@ -115,32 +96,6 @@ static int read_identity(char *text, size_t bytes) {
     return !srv_identity_named(text, key) || memchr(key, 0, sizeof key);
 }
 
-/* --- files --- */
-
-static int read_keys(char *text, size_t bytes) {
-    struct srv_keys keys, again;
-    struct pend_error error = {.text = ""};
-    struct api_buffer written, twice;
-    int good;
-    srv_keys_init(&keys);
-    srv_keys_init(&again);
-    api_buffer_init(&written, 1 << 20);
-    api_buffer_init(&twice, 1 << 20);
-    if (srv_keys_read(&keys, text, bytes, &error) != PEND_OK)
-        good = error.text[0] != 0;
-    else
-        good = srv_keys_write(&keys, &written) == PEND_OK &&
-               srv_keys_read(&again, written.data ? written.data : "", written.bytes, &error) ==
-                   PEND_OK &&
-               srv_keys_write(&again, &twice) == PEND_OK && twice.bytes == written.bytes &&
-               (!twice.bytes || !memcmp(twice.data, written.data, twice.bytes));
-    api_buffer_clear(&written);
-    api_buffer_clear(&twice);
-    srv_keys_clear(&keys);
-    srv_keys_clear(&again);
-    return good;
-}
-
 static int read_instant(char *text, size_t bytes) {
     int64_t instant = 0, again = 0, now = 1800000000;
     char shown[SRV_KEY_TIME];
@@ -153,199 +108,103 @@ static int read_instant(char *text, size_t bytes) {
     return !instant || (srv_keys_instant(shown, now, &again) && again == instant);
 }
 
-static int read_recording(char *text, size_t bytes) {
-    struct srv_recording recording;
-    struct pend_error error = {.text = ""};
-    return srv_recording_read(&recording, text, bytes, &error) == PEND_OK || error.text[0];
-}
-
-/* a file of options; their values must be good, or the message says which is not */
-static int read_options(char *text, size_t bytes) {
-    static int file = -1;
-    static char path[32];
-    static struct srv_config config;
-    struct pend_error error = {.text = ""};
-    char program[] = "pendulumd", option[] = "--config";
-    char *words[] = {program, option, path, NULL}, *none[] = {NULL};
-    if (file < 0) {
-        file = memfd_create("options", 0);
-        snprintf(path, sizeof path, "/proc/self/fd/%d", file);
+/* an instant of the interface; what is written of it in UTC reads the same */
+static int read_moment(char *text, size_t bytes) {
+    int64_t us = 0, again = 0;
+    struct api_buffer out;
+    char *at, *end;
+    (void)bytes;
+    if (!api_job_instant(text, &us)) return 1;
+    if (us < 0) return 0;
+    api_buffer_init(&out, 256);
+    int good = api_job_time(&out, "at", us) == PEND_OK && api_buffer_add(&out, "", 1) == PEND_OK;
+    /* 0 is written as null */
+    if (good && us) {
+        at = strstr(out.data, ":\"");
+        end = at ? strchr(at + 2, '"') : NULL;
+        if (end) *end = 0;
+        good = end && api_job_instant(at + 2, &again) && again == us;
     }
-    if (file < 0 || ftruncate(file, 0) || pwrite(file, text, bytes, 0) != (ssize_t)bytes) abort();
-    if (srv_config_load(&config, 3, words, none, &error) != PEND_OK) return error.text[0] != 0;
-    for (int i = 0;; i++) {
-        struct srv_option row;
-        size_t size;
-        if (!srv_config_row(i, &row)) return 1;
-        const void *value = srv_config_value(&config, i, &size);
-        if (value && size == sizeof(double) && row.most > row.least) {
-            double number;
-            memcpy(&number, value, sizeof number);
-            if (!(number >= row.least && number <= row.most)) return 0;
-        } else if (value && size != sizeof(double) && !memchr(value, 0, size)) {
-            return 0;
-        }
-    }
-}
-
-/* a table of measurements, in a request that is read and not run */
-static int read_table(char *text, size_t bytes) {
-    static const char before[] = "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
-                                 "\"unknowns\":[{\"vary\":\"gravity\"}],\"data\":{\"csv\":\"";
-    struct api_buffer body, out;
-    struct api_limits limits;
-    struct api_call *call = NULL;
-    int good = 0;
-    api_limits_init(&limits);
-    api_buffer_init(&body, 1 << 20);
-    api_buffer_init(&out, 1 << 20);
-    enum pend_status status = api_buffer_text(&body, before);
-    for (size_t i = 0; status == PEND_OK && i < bytes; i++)
-        status = (unsigned char)text[i] < ' ' || (unsigned char)text[i] > '~' || text[i] == '"' ||
-                         text[i] == '\\'
-                     ? api_buffer_format(&body, "\\u%04x", (unsigned char)text[i])
-                     : api_buffer_add(&body, &text[i], 1);
-    if (status == PEND_OK) status = api_buffer_text(&body, "\"}}");
-    if (status == PEND_OK) status = api_call_new(&call, &limits);
-    if (status == PEND_OK) {
-        const struct api_request request = {.op = API_OP_FITS,
-                                            .content_type = "application/json",
-                                            .body = body.data,
-                                            .body_bytes = body.bytes};
-        enum api_progress progress = api_call_open(call, &request, &out);
-        int http = api_call_answer(call).status;
-        /* no text may hold a NUL, however it is written */
-        int nul = http == 400 && memchr(text, 0, bytes);
-        good = progress == API_MORE || http == 422 || http == 503 || nul;
-    }
-    api_call_free(&call);
-    api_buffer_clear(&body);
     api_buffer_clear(&out);
     return good;
 }
 
-/* --- all of them --- */
+/* --- pieces of JSON --- */
 
-static const struct {
-    read_fn *read;
-    const char *seed[6];
-} readers[] = {
-    {read_range, {"bytes=0-99", "bytes=-500", "bytes=9500-", "bytes=0-0,-1", "bytes= 1 - 2"}},
-    {read_accept,
-     {"application/json", "text/csv;q=0.5, application/x-npz;q=1", "*/*;q=0.1, image/png",
-      "gzip, zstd;q=0.9", "gzip;q=0, *", "application/json; charset=utf-8"}},
-    {read_places,
+/* what was meant is a clause of at most a line, wherever the text ceases to be JSON */
+static int read_hint(char *text, size_t bytes) {
+    for (size_t at = 0; at <= bytes; at++) {
+        const char *hint = api_json_hint(text, bytes, at);
+        if (!hint || strlen(hint) > 200) return 0;
+    }
+    return 1;
+}
+
+/* the bytes of a number of RFC 8259's grammar at the beginning of a text */
+static size_t number_bytes(const char *text) {
+    const char *at = text + (*text == '-');
+    size_t whole = strspn(at, "0123456789");
+    if (!whole || (*at == '0' && whole > 1)) return 0;
+    at += whole;
+    if (*at == '.') {
+        size_t digits = strspn(at + 1, "0123456789");
+        if (!digits) return 0;
+        at += 1 + digits;
+    }
+    if (*at == 'e' || *at == 'E') {
+        size_t sign = at[1] == '+' || at[1] == '-', digits = strspn(at + 1 + sign, "0123456789");
+        if (digits) at += 1 + sign + digits;
+    }
+    return (size_t)(at - text);
+}
+
+/* a number is the double that the C library reads, and the double's shortest text is that again */
+static int read_number(char *text, size_t bytes) {
+    char shown[API_NUMBER_BYTES + 1];
+    size_t used = number_bytes(text);
+    (void)bytes;
+    if (!used) return 1;
+    text[used] = 0;
+    double x = api_number_read(text, text + used), wanted = strtod(text, NULL);
+    if (memcmp(&x, &wanted, sizeof x) != 0) return 0;
+    if (!isfinite(x)) return 1;
+    char *end = api_number_write(shown, x);
+    double again = api_number_read(shown, end);
+    return end - shown <= 24 && !memcmp(&x, &again, sizeof x);
+}
+
+static const struct fuzz_reader fields[] = {
+    {"range",
+     read_range,
+     {"bytes=0-99", "bytes=-500", "bytes=9500-", "bytes=0-0,-1", "bytes= 1 - 2"},
+     0},
+    {"coding", read_coding, {"gzip, zstd;q=0.9", "gzip;q=0, *", "identity;q=1.000,*;q=0"}, 0},
+    {"places",
+     read_places,
      {"https://example.org\nexample.org:8080\nhttps://example.org, https://a.example",
-      "null\n[::1]:8080\n*", "http://localhost:1\nlocalhost\n*.example.org, [::1]"}},
-    {read_peer,
+      "null\n[::1]:8080\n*", "http://localhost:1\nlocalhost\n*.example.org, [::1]"},
+     0},
+    {"peer",
+     read_peer,
      {"10.0.0.1, 192.0.2.7\n10.0.0.0/8", "for=\"[2001:db8::1]:80\";proto=https, for=unknown",
-      "::ffff:192.0.2.1\n::1/128,unix", "192.0.2.9\n0.0.0.0/0"}},
-    {read_identity,
-     {"Bearer pdk_0123456789abcdef", "alice@example.org", "Basic YTpi", "bearer  x"}},
-    {read_keys,
-     {"role pupil requests=2 compute=none\n\trole  anonymous jobs=3\r\n",
-      "# a comment\n\nkey lab role=batch made=2023-11-14T22:13:20Z expires=2030-01-01T00:00:00Z "
-      "revoked=2024-02-29 priority=2 jobs=5 digest="
-      "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef\n"}},
-    {read_instant,
-     {"2026-01-31T09:30:00Z", "365d", "12h", "never", "requests=20,jobs=500,seconds=9"}},
-    {read_recording,
-     {"pendulumd request 1 64 2 "
-      "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef\nengine: "
-      "0123456789abcdef\noperation: modes\nmethod: POST\n{}"}},
-    {read_options,
-     {"listen = 127.0.0.1:8080\n# a comment\nworkers = 2\nmax-held-bytes = 1G\n",
-      "role=worker\nstore = postgresql:///x\nheader-seconds = 0.5\nwalls = auto\n",
-      "hosts = *.example.org, [::1]:8080\nframe-ancestors = https://a.example\nlog-client = "
-      "none\n"}},
-    {read_table,
-     {"t,x,y\n0,1,2\n0.1,1.1,2.1\n", "mass A;;;mass B;\nt;x;y;x;y\n0;1,5;2;3;4\n",
-      "t\ttheta_1\ttheta_2\r\n0\t1\t-2e-1\r\n1\t\t3\r\n", "# a\ntime, phi_1\n0, 1\n1, NaN\n"}},
+      "::ffff:192.0.2.1\n::1/128,unix", "192.0.2.9\n0.0.0.0/0"},
+     0},
+    {"identity",
+     read_identity,
+     {"Bearer pdk_0123456789abcdef", "alice@example.org", "Basic YTpi", "bearer  x"},
+     0},
+    {"instant",
+     read_instant,
+     {"2026-01-31T09:30:00Z", "365d", "12h", "never", "requests=20,jobs=500,seconds=9"},
+     0},
+    {"moment",
+     read_moment,
+     {"2026-01-31T09:30:00Z", "2026-01-31T09:30:00.125+01:30", "1970-01-01T00:00:00-00:00"},
+     0},
+    {"hint", read_hint, {"[1,]", "{'a':NaN}", "{a:1} // b", "\xef\xbb\xbf[True]", "[1 2]"}, 0},
+    {"number",
+     read_number,
+     {"-1.5e-300", "0.1", "123456789012345678901234567890", "4.9e-324", "1E400"},
+     0},
 };
-enum { READERS = sizeof readers / sizeof *readers };
-
-/* the first byte chooses the reader; the rest lies before a page that cannot be read, with a NUL */
-static int sound(const uint8_t *data, size_t bytes) {
-    static char *wall;
-    if (!wall) {
-        wall = mmap(NULL, 2 * ROOM, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-        if (wall == MAP_FAILED || mprotect(wall + ROOM, ROOM, PROT_NONE)) abort();
-    }
-    if (!bytes || bytes >= ROOM) return 1;
-    char *text = wall + ROOM - bytes;
-    memcpy(text, data + 1, bytes - 1);
-    text[bytes - 1] = 0;
-    return readers[data[0] % READERS].read(text, bytes - 1);
-}
-
-#ifdef FUZZER
-
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes);
-
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes) {
-    if (!sound(data, bytes)) abort();
-    return 0;
-}
-
-#else
-
-/* changes a text at one place */
-static size_t mutate(char *text, size_t bytes, unsigned long long *state) {
-    static const char *const words[] = {",",   ";",    "=",      "\n",  " ", "\"",
-                                        "[",   "]:",   "q=",     "-",   "0", "99999999999999999999",
-                                        "/33", "for=", "bytes=", "\xff"};
-    size_t at = bytes ? (size_t)test_random_int(state, (int)bytes) : 0;
-    const char *word = words[test_random_int(state, sizeof words / sizeof *words)];
-    size_t more = strlen(word);
-    switch (test_random_int(state, 4)) {
-    case 0:
-        if (bytes) text[at] = (char)test_random_int(state, 256);
-        return bytes;
-    case 1:
-        return at;
-    case 2:
-        if (!bytes) return 0;
-        memmove(text + at, text + at + 1, bytes - at - 1);
-        return bytes - 1;
-    default:
-        memmove(text + at + more, text + at, bytes - at);
-        memcpy(text + at, word, more);
-        return bytes + more;
-    }
-}
-
-TEST(fuzz_fields_are_read_or_refused_whatever_they_say) {
-    const char *runs_text = getenv("FUZZ_RUNS"), *seed_text = getenv("FUZZ_SEED");
-    long runs = runs_text ? atol(runs_text) : 40000;
-    unsigned long long state = seed_text ? strtoull(seed_text, NULL, 10) : 1;
-    char text[1024] = "";
-    for (long i = 0; i < runs; i++) {
-        int which = test_random_int(&state, READERS), seeds = 0;
-        while (seeds < 6 && readers[which].seed[seeds]) seeds++;
-        const char *seed = readers[which].seed[test_random_int(&state, seeds)];
-        size_t bytes = strlen(seed);
-        text[0] = (char)which;
-        memcpy(text + 1, seed, bytes);
-        for (int times = test_random_int(&state, 6); times > 0; times--)
-            bytes = mutate(text + 1, bytes, &state);
-        if (!CHECK_SAYING(sound((const uint8_t *)text, bytes + 1), "reader %d: %.*s", which,
-                          (int)bytes, text + 1))
-            return;
-    }
-}
-
-/* FUZZ_FILES: names of files with inputs that once failed, separated by spaces */
-TEST(fuzz_fields_files_are_replayed) {
-    static uint8_t text[ROOM];
-    char *files = strdup(getenv("FUZZ_FILES") ? getenv("FUZZ_FILES") : ""), *rest = files;
-    if (!*files) test_skip("FUZZ_FILES names no files");
-    for (char *name = strtok_r(files, " ", &rest); name; name = strtok_r(NULL, " ", &rest)) {
-        FILE *file = fopen(name, "rb");
-        if (!CHECK_SAYING(file != NULL, "cannot open %s", name)) continue;
-        CHECK_SAYING(sound(text, fread(text, 1, sizeof text, file)), "%s", name);
-        fclose(file);
-    }
-    free(files);
-}
-
-#endif
+FUZZ_READERS(fields)

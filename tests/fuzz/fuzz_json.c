@@ -1,25 +1,20 @@
-/* The JSON reader under bytes that nobody would send: libFuzzer's entry, and tests that replay
- * files and make mutations of their own from a seed. libFuzzer: clang -fsanitize=fuzzer,address
- * -DFUZZER, with api and core. Leaves to others:
- * what the fields of a request mean (fuzz_request). Invariant: a document is accepted exactly
- * when the plain recursive checker below accepts it, and then every value of it can be reached;
- * inputs end at a page that cannot be read. */
+/* The JSON reader under bytes that nobody would send, and mutations of documents that know its
+ * grammar. Leaves to others: what the fields of a request mean (fuzz_call). Invariant: a document
+ * is accepted exactly when the plain recursive checker below accepts it, and then every value of
+ * it can be reached. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include "api/json/json_in.h"
+#include "tests/fuzz/fuzz.h"
 #ifndef FUZZER
 #include "tests/harness/test.h"
 #endif
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes);
-
-enum { DEPTH = 16, ROOM = 1 << 16 };
+enum { DEPTH = 16, ROOM = FUZZ_ROOM - 1 };
 
 /* RFC 8259 a second time: recursive, slow and obvious */
 
@@ -213,22 +208,10 @@ static double visit(const struct api_value *value) {
     return sum;
 }
 
-static char *guard; /* the end of readable memory */
-
-static void guard_prepare(void) {
-    size_t page = (size_t)sysconf(_SC_PAGESIZE), room = (ROOM + page - 1) / page * page;
-    char *memory =
-        mmap(NULL, room + page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (memory == MAP_FAILED || mprotect(memory + room, page, PROT_NONE)) abort();
-    guard = memory + room;
-}
-
-/* reads a text of at most ROOM bytes; says what is wrong, or NULL */
-static const char *complaint(const uint8_t *data, size_t bytes) {
+/* reads a text; says what is wrong, or NULL */
+static const char *complaint(const char *text, size_t bytes) {
     static const char *const none[] = {NULL};
     const char *fault = NULL;
-    if (!guard) guard_prepare();
-    char *text = memcpy(guard - bytes, data, bytes);
     struct api_json *document = NULL;
     struct api_problem problem;
     api_problem_init(&problem);
@@ -250,14 +233,11 @@ static const char *complaint(const uint8_t *data, size_t bytes) {
     return fault;
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes) {
-    const char *fault = bytes > ROOM ? NULL : complaint(data, bytes);
-    if (!fault) return 0;
-    fprintf(stderr, "%s: %.*s\n", fault, (int)bytes, (const char *)data);
-    abort();
+static int read_json(char *text, size_t bytes) {
+    const char *fault = complaint(text, bytes);
+    if (fault) fprintf(stderr, "%s: %.*s\n", fault, (int)bytes, text);
+    return !fault;
 }
-
-#ifndef FUZZER
 
 /* documents to start from: small, but with everything in them */
 static const char *const seeds[] = {
@@ -273,6 +253,15 @@ static const char *const seeds[] = {
 };
 
 enum { SEEDS = sizeof seeds / sizeof *seeds };
+
+static struct fuzz_reader json = {.name = "json", .read = read_json, .bare = 1};
+
+__attribute__((constructor)) static void register_json(void) {
+    for (int i = 0; i < SEEDS; i++) json.seed[i] = seeds[i];
+    fuzz_register(&json, 1);
+}
+
+#ifndef FUZZER
 
 /* pieces that are put in */
 static const char *const pieces[] = {
@@ -315,8 +304,7 @@ static size_t mutate(char *text, size_t bytes, unsigned long long *state) {
 
 /* checks one text with the harness */
 static int sound(const char *text, size_t bytes) {
-    const char *fault = complaint((const uint8_t *)text, bytes);
-    return CHECK_SAYING(!fault, "%s: %.*s", fault, (int)bytes, text);
+    return CHECK_SAYING(fuzz_show(&json, text, bytes), "%.*s", (int)bytes, text);
 }
 
 /* FUZZ_RUNS (50000) mutations from FUZZ_SEED (1) */
@@ -338,20 +326,7 @@ TEST(fuzz_json_reader_and_checker_agree_on_mutations) {
                  runs);
 }
 
-static void replay(const char *path) {
-    static char text[ROOM];
-    FILE *file = fopen(path, "rb");
-    if (!CHECK_SAYING(file != NULL, "cannot open %s", path)) return;
-    sound(text, fread(text, 1, sizeof text, file));
-    fclose(file);
-}
-
-/* FUZZ_FILES: names of files with inputs that once failed, separated by spaces, are tried too */
 TEST(fuzz_json_reader_accepts_the_seeds) {
-    char *names = strdup(getenv("FUZZ_FILES") ? getenv("FUZZ_FILES") : ""), *rest = names;
-    for (char *name = strtok_r(names, " ", &rest); name; name = strtok_r(NULL, " ", &rest))
-        replay(name);
-    free(names);
     for (int i = 0; i < SEEDS; i++) {
         CHECK_INT(check_document((const unsigned char *)seeds[i], strlen(seeds[i])), 1);
         sound(seeds[i], strlen(seeds[i]));

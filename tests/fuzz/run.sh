@@ -1,24 +1,33 @@
 #!/bin/sh
-# Runs a fuzzer for a time and tells what it did: executions, edges and inputs, and the executions
-# of all runs whose counts lie beside its corpus.
-#   tests/fuzz/run.sh PROGRAM SECONDS
-# The output of the last run is PROGRAM.log; an input that ends the program lies beside it.
+# Runs the readers of fuzzers for a time each and tells what they did: executions, edges and inputs,
+# and the executions of all runs whose counts lie beside their corpora.
+#   tests/fuzz/run.sh build/fuzz-MODE SECONDS [READER]
+# The inputs of a reader begin with those of tests/fuzz/corpus and lie in build/fuzz-MODE/corpus/READER;
+# READER.log is what libFuzzer said last, READER.counts the executions of each run. An input that ends
+# the program is READER-crash-...: `tests/fuzz/corpus.py add READER FILE` keeps it for good.
 set -u
-program=$1 seconds=$2
-mkdir -p "$program.corpus"
-status=0
-"$program" -max_total_time="$seconds" -max_len=16384 -print_final_stats=1 \
-  -artifact_prefix="$(dirname "$program")/" "$program.corpus" > "$program.log" 2>&1 || status=$?
-[ $status = 0 ] || grep -v '^#' "$program.log" | tail -n 60
-executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$program.log")
-if [ -n "$executions" ]; then
-  echo "$executions" >> "$program.counts"
-  sed -n 's/^#[0-9]*[[:space:]].* cov: \([0-9]*\) ft: [0-9]* corp: \([0-9]*\)\/.*/\1 edges, \2 inputs/p' \
-    "$program.log" | tail -n 1 | awk -v name="$(basename "$program")" -v now="$executions" \
-    -v all="$(awk '{ sum += $1 } END { printf "%.0f", sum }' "$program.counts")" \
-    '{ print name ": " now " executions, " $0 "; " all " executions in all runs" }'
-elif [ $status = 0 ]; then
-  echo "$program has told no count: $program.log" >&2
-  status=1
-fi
+build=$1 seconds=$2 only=${3:-}
+here=$(dirname "$0") status=0 found=0
+for program in "$build"/fuzz_*; do
+  case $program in *.*) continue ;; esac
+  for reader in $(FUZZ_READER='' "$program"); do
+    [ -z "$only" ] || [ "$only" = "$reader" ] || continue
+    found=1
+    corpus=$build/corpus/$reader log=$build/corpus/$reader.log counts=$build/corpus/$reader.counts
+    mkdir -p "$corpus"
+    /usr/bin/python3 -B "$here/corpus.py" unpack "$reader" "$corpus" || exit
+    FUZZ_READER=$reader FUZZ_SEEDS=$corpus "$program" -max_total_time="$seconds" -max_len="${FUZZ_LENGTH:-4096}" \
+      -print_final_stats=1 -artifact_prefix="$build/corpus/$reader-" "$corpus" > "$log" 2>&1 ||
+      { status=1; grep -v '^#' "$log" | tail -n 60; }
+    # one that was ended in the middle says how far it was in its last line
+    executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
+    [ -n "$executions" ] || executions=$(sed -n 's/^#\([0-9]*\).*/\1/p' "$log" | tail -n 1)
+    echo "${executions:-0}" >> "$counts"
+    sed -n 's/^#[0-9]*[[:space:]].* cov: \([0-9]*\) ft: [0-9]* corp: \([0-9]*\)\/.*/\1 edges, \2 inputs/p' "$log" |
+      tail -n 1 | awk -v name="$reader" -v now="${executions:-0}" \
+      -v all="$(awk '{ sum += $1 } END { printf "%.0f", sum }' "$counts")" \
+      '{ print name ": " now " executions, " $0 "; " all " executions in all runs" }'
+  done
+done
+[ $found = 1 ] || { echo "there is no reader $only in $build" >&2; status=1; }
 exit $status
