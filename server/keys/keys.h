@@ -104,7 +104,7 @@ void srv_keys_time(int64_t instant, char text[SRV_KEY_TIME]);
  * Reads an instant: 2026-01-31, 2026-01-31T09:30:00Z, never, now, or a span from now such as 90d
  * (s, m, h, d or w).
  *
- * Returns 0 where the text is none of these.
+ * Returns 0 where the text is none of these, or beyond the year 9999.
  */
 int srv_keys_instant(const char *text, int64_t now, int64_t *instant);
 
