@@ -1,5 +1,5 @@
-"""Answers in every representation, read by the programs that people read them with: NumPy, SciPy, Octave, the csv and
-json modules. Every number must be the one of the JSON answer to the last bit, the sign of zero and all.
+"""Answers in every representation, read by the programs that people read them with: NumPy, SciPy, pandas, Octave, R, DuckDB, the
+tools of HDF5, the csv and json modules. Every number must be the one of the JSON answer to the last bit, the sign of zero and all.
 
 usage: readback.py BUILD
 Leaves to others: whether the JSON is right (tests/wire, tests/laws). Invariant: what is not installed is skipped aloud.
@@ -18,6 +18,7 @@ import tempfile
 from rule import OCTAVE, check, optional, skip, summary
 from servers import daemon
 
+DUCKDB = pathlib.Path("build/readers/node_modules/@duckdb/node-api/lib/index.js")
 HYPARQUET = pathlib.Path("build/spectral/node_modules/hyparquet/src/node.js")  # brought by npm for rules/openapi too
 numpy = optional("numpy")
 h5py = optional("h5py")
@@ -218,6 +219,85 @@ def read_parquet_node(what, data, headers, columns):
     same(what, rows_of(columns), [flat[i * width:(i + 1) * width] for i in range(count)])
 
 
+def program(what, ending, data, command, script, *words):
+    """The doubles that a program writes into the second of its two files, of an answer in the first."""
+    with tempfile.TemporaryDirectory() as directory:
+        file, out, own = (pathlib.Path(directory, name) for name in (f"answer.{ending}", "numbers", "read.mjs"))
+        file.write_bytes(data)
+        own.write_text(script)
+        run = subprocess.run([*command, own, file, out, *words], capture_output=True, text=True, timeout=600)
+        check(f"{what}: read", not run.returncode, run.stdout + run.stderr[-500:])
+        numbers = out.read_bytes() if not run.returncode else b""
+    return [number for (number,) in struct.iter_unpack("<d", numbers)]
+
+
+def in_rows(numbers, columns):
+    width = sum(len(rows[0]) for rows in columns.values())
+    return [numbers[i:i + width] for i in range(0, len(numbers), width)]
+
+
+SELECT = """
+import { writeFileSync } from "node:fs";
+const { DuckDBInstance } = await import(process.argv[4]);
+const session = await (await DuckDBInstance.create(":memory:")).connect();
+const found = await session.runAndReadAll(`SELECT * FROM ${process.argv[5].replace("FILE", process.argv[2])}`);
+if (found.columnTypes().some((type) => String(type) !== "DOUBLE" && String(type) !== "BIGINT")) throw found.columnTypes().join();
+writeFileSync(process.argv[3], Float64Array.from(found.getRows().flat().map(Number)));
+"""
+
+
+def read_parquet_duckdb(what, data, headers, columns):
+    same(what, rows_of(columns), in_rows(program(what, "parquet", data, ["node"], SELECT, DUCKDB.resolve(), "'FILE'"), columns))
+
+
+def read_csv_duckdb(what, data, headers, columns):
+    told = program(what, "csv", data, ["node"], SELECT, DUCKDB.resolve(), "read_csv('FILE', comment = '#')")
+    same(what, positive(rows_of(columns)), positive(in_rows(told, columns)))
+
+
+def positive(rows):
+    """A column of whole numbers has no zero with a sign, in tables that look for whole numbers."""
+    return [[number + 0.0 for number in row] for row in rows]
+
+
+def read_csv_pandas(what, data, headers, columns):
+    frame = pandas.read_csv(io.BytesIO(data), comment="#", float_precision="round_trip")
+    same(what, positive(rows_of(columns)), positive(frame.to_numpy(float).tolist()))
+
+
+RSCRIPT = ["Rscript", "--vanilla"]
+TABLE = """
+word <- commandArgs(TRUE)
+table <- read.csv(word[1], comment.char = "#", colClasses = "numeric")
+writeBin(as.vector(t(as.matrix(table))), word[2], endian = "little")
+"""
+ARRAYS = """
+word <- commandArgs(TRUE)
+out <- file(word[2], "wb")
+for (name in strsplit(word[3], ",")[[1]])
+  writeBin(as.double(rhdf5::h5read(word[1], name)), out, endian = "little")
+close(out)
+"""
+
+
+def read_csv_r(what, data, headers, columns):
+    """R reads decimals in long doubles, and rounds twice: the last bit may be another."""
+    wanted, rows = rows_of(columns), in_rows(program(what, "csv", data, RSCRIPT, TABLE), columns)
+    near = len(wanted) == len(rows) and all(abs(a - b) <= 4e-16 * abs(a) for one, other in zip(wanted, rows) for a, b in zip(one, other))
+    check(what, near, f"{len(rows)} rows of {len(wanted)}")
+
+
+def read_hdf5_r(what, data, headers, columns):
+    """The last axis comes first there, so that the numbers have their order in the file."""
+    told = program(what, "h5", data, RSCRIPT, ARRAYS, ",".join(columns))
+    same(what, [[number for rows in columns.values() for row in rows for number in row]], [told])
+
+
+def works(command):
+    """Whether a program is there with what it needs."""
+    return shutil.which(command[0]) and not subprocess.run(command, capture_output=True, timeout=120).returncode
+
+
 def read_mat_scipy(what, data, headers, columns):
     arrays, rows, words = {}, len(next(iter(columns.values()))), []
     for name, value in scipy.io.loadmat(io.BytesIO(data)).items():
@@ -283,8 +363,12 @@ def read_mat_octave(what, data, headers, columns):
     compare_arrays(what, arrays, columns)
 
 
+DUCK = works(["node", "--input-type=module", "-e", f"await import({json.dumps(str(DUCKDB.resolve()))})"])
 READERS = [
     ("CSV", "text/csv", read_csv, True, ""),
+    ("CSV in pandas", "text/csv", read_csv_pandas, pandas, "python3-pandas is not installed"),
+    ("CSV in R", "text/csv", read_csv_r, works([*RSCRIPT, "-e", "0"]), "r-base-core is not installed"),
+    ("CSV in DuckDB", "text/csv", read_csv_duckdb, DUCK, "npm has not brought DuckDB for this machine"),
     ("NDJSON", "application/x-ndjson", read_ndjson, True, ""),
     ("octet-stream in NumPy", "application/octet-stream", read_octets, numpy, "python3-numpy is not installed"),
     ("NPZ in NumPy", "application/x-npz", read_npz, numpy, "python3-numpy is not installed"),
@@ -292,6 +376,8 @@ READERS = [
     ("HDF5 in h5py", "application/x-hdf5", read_hdf5, h5py, "python3-h5py is not installed"),
     ("HDF5 in h5dump", "application/x-hdf5", read_h5dump, shutil.which("h5dump"), "hdf5-tools are not installed"),
     ("HDF5 in Octave", "application/x-hdf5", read_hdf5_octave, OCTAVE, "octave is not installed"),
+    ("HDF5 in R", "application/x-hdf5", read_hdf5_r, works([*RSCRIPT, "-e", "library(rhdf5)"]), "r-bioc-rhdf5 is not installed"),
+    ("Parquet in DuckDB", "application/vnd.apache.parquet", read_parquet_duckdb, DUCK, "npm has not brought DuckDB for this machine"),
     ("Parquet in pandas", "application/vnd.apache.parquet", read_parquet, pandas and tables, "pandas with pyarrow or fastparquet is not installed"),
     ("Parquet in JavaScript", "application/vnd.apache.parquet", read_parquet_node, HYPARQUET.exists(), "npm has not brought hyparquet"),
     ("MAT in SciPy", "application/x-matlab-data", read_mat_scipy, scipy, "python3-scipy is not installed"),

@@ -7,4 +7,5 @@ cd "$(dirname "$0")/../.." || exit
 # shellcheck source=tests/rules/npm.sh
 . tests/rules/npm.sh
 fetch_packages tests/rules build/spectral
+fetch_packages tests/rules/readers build/readers
 exec /usr/bin/python3 -B tests/rules/readback.py "$1"
