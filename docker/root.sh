@@ -27,8 +27,14 @@ done
 
 # who owns them: older packages have a library in /lib, newer ones in /usr/lib, which is the same place. Scanners look for
 # packages in status.d, and people for licences in doc.
-packages=$(sed 'p; s|^/lib|/usr/lib|' <<<"$loaded" | sort -u | xargs dpkg -S 2>/dev/null | sed -nE 's/^([a-z0-9.+-]+)(:[a-z0-9]+)?: .*/\1/p' | sort -u) || true
-[ "$(wc -l <<<"$packages")" -gt 10 ] || { echo 'root.sh: the libraries are of no Debian packages' >&2; exit 1; }
+packages=
+for library in $(sort -u <<<"$loaded"); do
+    package=$(dpkg -S "$library" 2>/dev/null || dpkg -S "/usr$library" 2>/dev/null || dpkg -S "${library#/usr}" 2>/dev/null) ||
+        { echo "root.sh: no Debian package holds $library" >&2; exit 1; }
+    packages+=$(sed -nE '1s/^([a-z0-9.+-]+)(:[a-z0-9]+)?: .*/\1/p' <<<"$package")$'\n'
+done
+packages=$(sort -u <<<"$packages" | sed '/^$/d')
+[ "$(wc -l <<<"$packages")" -gt 10 ] || { echo "root.sh: that cannot be all packages: $packages" >&2; exit 1; }
 for package in $packages; do
     dpkg-query -s "$package" | sed '/^Conffiles:/,/^[A-Z]/{/^Conffiles:/d; /^ /d}' > "$root/var/lib/dpkg/status.d/$package"
     install -D -m 644 "/usr/share/doc/$package/copyright" "$root/usr/share/doc/$package/copyright"

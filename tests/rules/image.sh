@@ -132,6 +132,16 @@ may_mount() {
         may_mount "$work/mount" 2>/dev/null
 }
 
+# A library that no package holds ends the making of the files.
+foreign() {
+    mkdir -p "$work/foreign"
+    cp "$(ldd "$build/pendulumd" | sed -nE 's/.*libcjson.* => ([^ ]*) .*/\1/p')" "$work/foreign"
+    rm -rf "$work/foreign root"
+    LD_LIBRARY_PATH=$PWD/$work/foreign docker/root.sh "$build" "$work/foreign root" >"$work/log" 2>&1 && fail 'a library of nobody is in it'
+    grep -q 'no Debian package holds .*libcjson' "$work/log" || { cat "$work/log"; fail 'a library of nobody is not named'; }
+    rm -rf "$work/foreign" "$work/foreign root"
+}
+
 # The files alone, which takes no engine.
 with_files() {
     local root=$work/root user
@@ -139,6 +149,7 @@ with_files() {
     rm -rf "$root"
     docker/root.sh "$build" "$root" >"$work/log" 2>&1 || { cat "$work/log"; fail 'its files'; }
     looks_right "$root"
+    foreign
     if may_mount; then
         trap 'kill $daemon 2>/dev/null' EXIT
         : >"$work/log"
