@@ -162,6 +162,9 @@ deb: ## Debian packages of the server, the command line and the library, and wha
 	@server/http/assets_fetch.sh build/web
 	@docker/deb.sh build/deb
 
+dist: ## what a release consists of, in build/dist: sources, packages, digests; KEY=a private key of ssh-keygen signs them
+	@docker/dist.sh build/dist "$(or $(KEY),-)"
+
 clean: ## removes build/
 	rm -rf build
 
@@ -472,5 +475,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz arm tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
+.PHONY: help run check build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz arm dist deb tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
 .DELETE_ON_ERROR:

@@ -1,5 +1,6 @@
 #!/bin/bash
-# What the Debian packages say of the programs: the manual page, what they are made of (SBOM), their version.
+# What the Debian packages say of the programs: the manual page, what they are made of (SBOM), their version; and that a release
+# which was altered is not taken for the one that was signed.
 # usage: packages.sh BUILD             in a second
 #        packages.sh --whole ROOT...   builds the packages twice, in two places, and compares their bytes; installs, tries,
 #                                      removes and purges them in each ROOT, a bare Debian; minutes, as root
@@ -95,4 +96,33 @@ assert len(keys) == len(set(keys))
 END
 }
 say 'it lacks something' held
+
+# a release is made twice, of one commit, and verified; then spoilt in every way that must be seen
+releases() {
+    local made=$root/made again=$root/again
+    docker/dist.sh "$made" "$root/key" > "$root/log" 2>&1 || { cat "$root/log"; return 1; }
+    say 'a release is other bytes the second time' bash -c 'umask 077; TZ=Pacific/Auckland docker/dist.sh "$2" "$3" > "$4" 2>&1 && cmp "$1"/*.tar.gz "$2"/*.tar.gz' - "$made" "$again" "$root/key" "$root/log"
+    say 'the sources hold a program' bash -c '! tar -xzOf "$1"/*.tar.gz | grep -q "^.ELF"' - "$made"
+    docker/dist.sh --verify "$made" "$root/signers" > "$root/log" 2>&1
+}
+spoilt() { # what is said of it, how
+    rm -rf "$root/spoilt" && cp -R "$root/made" "$root/spoilt" && (cd "$root/spoilt" && eval "$2")
+    ! docker/dist.sh --verify "$root/spoilt" "${3:-$root/signers}" > "$root/log" 2>&1 && grep -q "$1" "$root/log"
+}
+if command -v ssh-keygen > /dev/null && git rev-parse HEAD > /dev/null 2>&1; then
+    for key in key other; do
+        ssh-keygen -q -t ed25519 -N '' -C '' -f "$root/$key"
+        echo "maker namespaces=\"pendulumd-release\" $(cat "$root/$key.pub")" > "$root/signers.$key"
+    done
+    mv "$root/signers.key" "$root/signers"
+    say 'a release' releases
+    say 'a byte of the archive' spoilt 'FAILED' 'printf x >> *.tar.gz'
+    say 'a digest that was made to fit' spoilt 'incorrect signature\|Could not verify' 'printf x >> *.tar.gz; sha256sum *.tar.gz > SHA256SUMS'
+    say 'a file that is not listed' spoilt 'is not listed' 'touch evil.deb'
+    say 'a file that is missing' spoilt 'No such file' 'rm *.tar.gz'
+    say 'no signature' spoilt 'is of nobody' 'rm SHA256SUMS.sig'
+    say 'the key of somebody else' spoilt 'is of nobody' true "$root/signers.other"
+else
+    echo 'skip packages: releases are made of a clone, and signed by ssh-keygen'
+fi
 end
