@@ -22,7 +22,7 @@ endif
 # warnings are errors with the compilers that we try: gcc and clang of Debian 12 and 13; others may see what these do not
 $(call lazy,COMPILER,$(CC) -dumpversion)
 WERROR ?= $(if $(filter 12 14 14.% 19.%,$(COMPILER)),-Werror)
-PKG := libmicrohttpd gnutls libcjson gsl nettle libdeflate libpng zlib libisal libzstd sqlite3 libpq libseccomp
+PKG := libmicrohttpd gnutls libcjson gsl nettle libdeflate libpng zlib libisal libzstd sqlite3 libpq libseccomp libcurl
 WARN = -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
 # gcc's warning of unset variables is often mistaken about instrumented code; valgrind looks for these
 SANITIZED := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
@@ -399,7 +399,7 @@ $(B)/tests/engine/native: $(call objects,tests/engine) $(B)/api/clients/browser/
 $(B)/pendulum: $(call objects,api/clients/cli) $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(CLI_LIBS)
-$(call lazy,CLI_LIBS,$(PKG_CONFIG) --libs libcurl $(filter-out libmicrohttpd gnutls sqlite3 libpq libseccomp libisal libzstd,$(PKG)) && echo -lm)
+$(call lazy,CLI_LIBS,$(PKG_CONFIG) --libs $(filter-out libmicrohttpd gnutls sqlite3 libpq libseccomp libisal libzstd,$(PKG)) && echo -lm)
 
 $(B)/tests/bench/parts/run: $(call objects,tests/bench/parts) $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "server/base/clock.h"
+#include "server/jobs/courier.h"
 #include "server/jobs/events.h"
 #include "server/http/http.h"
 #include "server/http/tls.h"
@@ -36,6 +37,7 @@ struct srv_daemon {
     char url[SRV_URL_BYTES], probe_url[SRV_URL_BYTES];
     char lack[SRV_CONFIG_TEXT];       /* walls that are not up; "" = all are */
     char cells_lack[SRV_CONFIG_TEXT]; /* the same, of processes that compute */
+    char hooks_lack[SRV_CONFIG_TEXT]; /* and of the one that sends webhooks */
 };
 
 /* As many open files as the system lets us have; fewer connections where that is not enough, and
@@ -102,6 +104,8 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
     /* first of all: what this process will know is not in the memory of those */
     if (config->isolate != 0)
         PEND_TRY(srv_cells_new(&service->cells, service, daemon->cells_lack, error));
+    if (strcmp(config->webhook_secret, "none") && strcmp(config->store, "none"))
+        PEND_TRY(srv_courier_new(&service->courier, config, daemon->hooks_lack, error));
     PEND_TRY(srv_service_setup_init(service, error));
     PEND_TRY(srv_tls_new(&service->tls, config, error));
     if (strcmp(config->probe_listen, "none"))
@@ -170,8 +174,15 @@ struct srv_log *srv_daemon_log(const struct srv_daemon *daemon) {
 
 const char *srv_daemon_cells_lack(const struct srv_daemon *daemon) { return daemon->cells_lack; }
 
-int srv_daemon_fails(const struct srv_daemon *daemon) {
-    return daemon->service.cells && srv_cells_lost(daemon->service.cells);
+const char *srv_daemon_hooks_lack(const struct srv_daemon *daemon) { return daemon->hooks_lack; }
+
+const char *srv_daemon_fails(const struct srv_daemon *daemon) {
+    const struct srv_service *service = &daemon->service;
+    if (service->cells && srv_cells_lost(service->cells))
+        return "the process that makes those which compute has ended: drains";
+    if (service->courier && srv_courier_lost(service->courier))
+        return "the process that sends webhooks has ended: drains";
+    return NULL;
 }
 
 double srv_daemon_idle(struct srv_daemon *daemon) {

@@ -35,6 +35,8 @@ struct srv_config {
         role_header[SRV_CONFIG_TEXT];
     char store_file[SRV_CONFIG_TEXT], probe_listen[SRV_CONFIG_TEXT]; /* "none", as these: */
     char keys[SRV_CONFIG_TEXT];
+    char webhook_secret[SRV_CONFIG_TEXT], webhook_networks[SRV_CONFIG_TEXT],
+        webhook_authority[SRV_CONFIG_TEXT];
     char tls_certificate[SRV_CONFIG_TEXT], tls_key[SRV_CONFIG_TEXT],
         tls_client_authority[SRV_CONFIG_TEXT], tls_client_revoked[SRV_CONFIG_TEXT];
     char hosts[SRV_CONFIG_TEXT];

@@ -17,6 +17,7 @@
 #include "server/base/hosts.h"
 #include "server/jobs/job_list.h"
 #include "server/jobs/job_results.h"
+#include "server/jobs/job_notify.h"
 #include "server/jobs/jobs.h"
 #include "server/http/probes.h"
 #include "server/http/request_head.h"
@@ -359,6 +360,12 @@ static int router_origin(struct srv_exchange *exchange) {
     return 0;
 }
 
+/* Answers 400 if the end of a job is to be told, and there will be none. */
+static int router_notify(struct srv_exchange *exchange) {
+    return !router_computes(exchange->route) ||
+           srv_job_notify_suits(exchange, srv_jobs_wanted(exchange));
+}
+
 /* Answers 503 if this process does not serve the route, or not any more. */
 static int router_role(struct srv_exchange *exchange) {
     const struct srv_route *route = exchange->route;
@@ -410,6 +417,7 @@ static router_stage *const router_head[] = {
     router_exists,       /* 404, 405, OPTIONS */
     router_may,          /* 401, 403: role */
     router_origin,       /* 403 */
+    router_notify,       /* 400: Job-Notify without a job */
     router_role,         /* 503 */
     router_quota,        /* 429 */
 };

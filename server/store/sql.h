@@ -13,8 +13,8 @@
 #include "core/base/status.h"
 
 enum {
-    SRV_SQL_PARAMETERS = 24,
-    SRV_SQL_STATEMENTS = 96,
+    SRV_SQL_PARAMETERS = 26,
+    SRV_SQL_STATEMENTS = 128,
     SRV_SQL_TEXT = 2048,
     SRV_SQL_COMPLAINT = 240
 };

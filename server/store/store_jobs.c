@@ -18,6 +18,12 @@ enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, c
     return rows.count ? SRV_STORED : SRV_STORED_NONE;
 }
 
+enum srv_stored srv_store_hook_due(struct srv_store *store, const struct srv_job *job) {
+    assert(*job->id);
+    if (job->notify != SRV_NOTIFY_WANTED) return SRV_STORED;
+    return SRV_POST(store, SQL_HOOK_DUE, srv_value_text(job->id));
+}
+
 enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job) {
     assert(*job->id && job->state == SRV_JOB_FAILED);
     unsigned char seal[SRV_SEAL_JOB_BYTES];
@@ -36,7 +42,8 @@ enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job) 
         store, SQL_JOB_CONDEMN, NULL, NULL, srv_value_text(job->id), srv_value_text(job->client),
         srv_value_text(job->operation), srv_value_text(job->message), srv_value_whole(job->created),
         srv_value_whole(job->finished), srv_value_whole(job->expires), srv_value_whole(job->held),
-        srv_value_bytes("", 0), srv_value_bytes(seal, sizeof seal)));
+        srv_value_bytes("", 0), srv_value_bytes(seal, sizeof seal), srv_value_whole(job->notify)));
+    SRV_STORED_TRY(srv_store_hook_due(store, job));
     /* its parts and results are removed later, piece by piece */
     SRV_STORED_TRY(SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, srv_value_text(job->id),
                            srv_value_text(job->client), srv_value_whole(0)));
@@ -82,7 +89,8 @@ static void submit_job(const struct srv_job_order *order, int64_t now, struct sr
                             .chained = order->chained,
                             .created = now,
                             .now = now,
-                            .held = submit_held(order)};
+                            .held = submit_held(order),
+                            .notify = order->hook ? SRV_NOTIFY_WANTED : SRV_NOTIFY_NONE};
     snprintf(job->id, sizeof job->id, "%s", order->id);
     snprintf(job->client, sizeof job->client, "%s", order->client);
     snprintf(job->operation, sizeof job->operation, "%s", order->operation);
@@ -151,7 +159,10 @@ static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_
         srv_value_whole(order->parts), srv_value_whole(order->chained), srv_value_whole(part_us),
         srv_value_whole(srv_store_rank(now, part_us * order->parts)), srv_value_whole(now),
         srv_value_whole(job->held), srv_value_bytes(seal, sizeof seal), srv_value_text(job->title),
-        srv_value_text(job->version)));
+        srv_value_text(job->version), srv_value_whole(job->notify)));
+    if (order->hook)
+        SRV_STORED_TRY(SRV_POST(store, SQL_HOOK_PUT, srv_value_text(order->id),
+                                srv_value_text(order->client), srv_value_text(order->hook)));
     return submit_count(store, job);
 }
 
@@ -162,6 +173,7 @@ enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_o
            strlen(order->operation) < SRV_NAME_BYTES);
     assert(!order->key || strlen(order->key) < SRV_NAME_BYTES);
     assert(!order->title || strlen(order->title) < SRV_TITLE_BYTES);
+    assert(!order->hook || strlen(order->hook) < SRV_HOOK_BYTES);
     *job = (struct srv_job){0};
     SRV_STORED_TRY(srv_store_begin(store));
     /* of two processes that keep the same key at one instant the second is told so by the index,
@@ -306,7 +318,7 @@ enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job,
                             srv_value_whole(job->expires), srv_value_whole(job->held),
                             srv_value_bytes("", 0)));
     store->tally.ring = 1;
-    return SRV_STORED;
+    return srv_job_open(&was) ? srv_store_hook_due(store, job) : SRV_STORED;
 }
 
 enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struct srv_job *job) {

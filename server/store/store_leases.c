@@ -132,6 +132,7 @@ static enum srv_stored finish_step(struct srv_store *store, struct srv_job *job,
     SRV_STORED_TRY(SRV_POST(store, SQL_JOB_SUCCEED, srv_value_text(job->id),
                             srv_value_whole((int64_t)bytes), srv_value_whole(now),
                             srv_value_whole(now + store->rules.keep_us)));
+    SRV_STORED_TRY(srv_store_hook_due(store, job));
     job->state = SRV_JOB_SUCCESSFUL;
     store->tally.ring = 1;
     return srv_store_count_job(store, &was, job);

@@ -68,7 +68,7 @@ void srv_row_job_fail(struct srv_job *job, const char *flaw);
 /* more parts, or bytes, than there can be */
 #define SRV_ROW_MOST (INT64_C(1) << 53)
 
-enum { SRV_ROW_JOB = 21 }; /* fields of JOB_COLUMNS */
+enum { SRV_ROW_JOB = 24 }; /* fields of JOB_COLUMNS */
 
 /* Jobs, as a statement lists them. */
 struct srv_row_jobs {

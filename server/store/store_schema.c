@@ -139,7 +139,18 @@ static const char *const schema[] = {
     /* 8: what a client calls its job, and the version of the program that took it in; '' with those
      * of before */
     "ALTER TABLE jobs ADD COLUMN title TEXT NOT NULL DEFAULT ''",
-    "ALTER TABLE jobs ADD COLUMN version TEXT NOT NULL DEFAULT ''", NULL};
+    "ALTER TABLE jobs ADD COLUMN version TEXT NOT NULL DEFAULT ''", NULL,
+    /* 9: whom a job's end is told, and how that went: enum srv_notify, how often it was tried, and
+     * the status of the last answer. A hook is here until it was delivered or given up; it is due
+     * from the end of its job on, and again when the one who tries should long have said how it
+     * went */
+    "ALTER TABLE jobs ADD COLUMN notify BIGINT NOT NULL DEFAULT 0",
+    "ALTER TABLE jobs ADD COLUMN notify_attempts BIGINT NOT NULL DEFAULT 0",
+    "ALTER TABLE jobs ADD COLUMN notify_status BIGINT NOT NULL DEFAULT 0",
+    "CREATE TABLE hooks (job TEXT PRIMARY KEY, client TEXT NOT NULL, url TEXT NOT NULL, due BIGINT "
+    "NOT NULL DEFAULT 0, "
+    "attempts BIGINT NOT NULL DEFAULT 0)",
+    "CREATE INDEX hooks_due ON hooks (due) WHERE due > 0", NULL};
 
 /* the tables' version; -1 where none is written */
 static enum srv_stored schema_read(struct srv_sql *sql, int64_t *version) {

@@ -16,7 +16,7 @@
     "jobs.finished, jobs.expires, {now}, jobs.bytes, jobs.message, jobs.begun, jobs.waiting, "     \
     "jobs.chained, "                                                                               \
     "jobs.held, jobs.title, jobs.version, "                                                        \
-    "jobs.seal, jobs.sealed"
+    "jobs.seal, jobs.sealed, jobs.notify, jobs.notify_attempts, jobs.notify_status"
 /* whether a part of a job can be claimed, once `waiting`, `begun` and `done` have these values:
  * 1 or 0 */
 #define READY(waiting, begun, done)                                                                \
@@ -149,9 +149,9 @@
                      "totals.scene_bytes + $10")                                                   \
     X(JOB_PUT, "INSERT INTO jobs (id, client, operation, request, key, digest, shards, chained, "  \
                "part, rank, created, "                                                             \
-               "held, seal, title, version, sealed) SELECT {1}, {2}, {3}, {4}, {5}, {6}, {7}, "    \
-               "{8}, {9}, {10}, {11}, {12}, {13}, {14}, {15}, 1 "                                  \
-               "{from tttbtbwwwwwwbtt}")                                                           \
+               "held, seal, title, version, notify, sealed) SELECT {1}, {2}, {3}, {4}, {5}, {6}, " \
+               "{7}, {8}, {9}, {10}, {11}, {12}, {13}, {14}, {15}, {16}, 1 "                       \
+               "{from tttbtbwwwwwwbttw}")                                                          \
     X(JOB, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1")                                       \
     X(JOB_LOCK, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1 {lock}")                           \
     X(JOB_OF_KEY, "SELECT " JOB_COLUMNS ", digest FROM jobs WHERE client = $1 AND key = $2")       \
@@ -181,7 +181,7 @@
                "$6, bytes = 0, "                                                                   \
                "ready = 0, waiting = 0, carry = NULL, request = $7 WHERE id = $1")                 \
     X(JOB_CONDEMN, "UPDATE jobs SET client = $2, operation = $3, state = 3, message = $4, shards " \
-                   "= 1, begun = 0, done = 0, title = '', version = '', "                          \
+                   "= 1, begun = 0, done = 0, title = '', version = '', notify = $11, "            \
                    "waiting = 0, chained = 0, carry = NULL, ready = 0, rank = 0, part = 0, "       \
                    "created = $5, started = 0, finished = "                                        \
                    "$6, expires = $7, bytes = 0, held = $8, request = $9, seal = $10, sealed = 1 " \
@@ -190,7 +190,8 @@
       "DELETE FROM jobs WHERE (ready = 1 OR expires > 0) AND " NAMELESS("id", "26"))               \
     X(REMOVALS_NAMELESS, "DELETE FROM removals WHERE " NAMELESS("job", "26"))                      \
     X(JOBS_EXPIRED,                                                                                \
-      "SELECT id, client, state, bytes, held, begun, expires FROM jobs WHERE expires > 0 AND "     \
+      "SELECT id, client, state, bytes, held, begun, expires, notify FROM jobs WHERE expires > 0 " \
+      "AND "                                                                                       \
       "expires >= $1 AND expires < {now} ORDER BY expires LIMIT $2 {skip}")                        \
     X(JOBS_REMOVE, "DELETE FROM jobs {using t} WHERE id = {1}")                                    \
     X(JOBS, "SELECT " JOB_COLUMNS                                                                  \
@@ -204,6 +205,17 @@
     X(REMOVAL,                                                                                     \
       "SELECT job, client, bytes FROM removals WHERE job <> '.' ORDER BY job LIMIT 1 {skip}")      \
     X(REMOVAL_END, "DELETE FROM removals WHERE job = $1")                                          \
+    X(JOB_NOTIFIED, "UPDATE jobs SET notify = $2, notify_attempts = $3, notify_status = $4 WHERE " \
+                    "id = $1")                                                                     \
+    X(HOOK_PUT, "INSERT INTO hooks (job, client, url) SELECT {1}, {2}, {3} {from ttt}")            \
+    X(HOOK_DUE, "UPDATE hooks SET due = {now} WHERE job = $1 AND due = 0")                         \
+    X(HOOKS_DUE, "SELECT job, url, attempts FROM hooks WHERE due > 0 AND due <= {now} AND client " \
+                 "NOT IN ($2, $3, $4, $5) ORDER BY due LIMIT $1 {skip}")                           \
+    X(HOOKS_NAMELESS, "DELETE FROM hooks WHERE due > 0 AND " NAMELESS("job", "26"))                \
+    X(HOOK_TAKE, "UPDATE hooks SET due = {now} + $2, attempts = attempts + 1 WHERE job = $1")      \
+    X(HOOK_ATTEMPTS, "SELECT attempts FROM hooks WHERE job = $1 {lock}")                           \
+    X(HOOK_LATER, "UPDATE hooks SET due = {now} + $2 WHERE job = $1")                              \
+    X(HOOK_REMOVE, "DELETE FROM hooks WHERE job = $1")                                             \
     X(LEASE, "SELECT " JOB_COLUMNS                                                                 \
              ", shards.state, shards.attempt FROM {beside tw} jobs JOIN shards ON shards.job = "   \
              "jobs.id WHERE jobs.id = {1} AND shards.number = {2} {lock}")                         \

@@ -81,6 +81,8 @@ static enum srv_stored row_expired(void *context, const struct srv_value field[]
     job.held = srv_row_whole(&field[4], 0, SRV_ROW_MOST, "held", &job.flaw);
     job.begun = (long)srv_row_whole(&field[5], 0, SRV_ROW_MOST, "begun", &job.flaw);
     job.expires = srv_row_whole(&field[6], 1, SRV_ROW_LATEST, "expires", &job.flaw);
+    job.notify =
+        (enum srv_notify)srv_row_whole(&field[7], 0, SRV_NOTIFY_COUNT - 1, "notify", &job.flaw);
     rows->job[job.flaw ? SQL_EXPIRED_MOST - ++rows->damaged : rows->count++] = job;
     return SRV_STORED;
 }
@@ -106,6 +108,8 @@ static enum srv_stored expired_remove(struct srv_store *store, const struct srv_
     if (kept && !large && job->bytes > 0)
         SRV_STORED_TRY(SRV_POST(store, SQL_RESULTS_REMOVE, srv_value_text(job->id)));
     if (kept && !large) SRV_STORED_TRY(SRV_POST(store, SQL_PARTS_REMOVE, srv_value_text(job->id)));
+    if (job->notify == SRV_NOTIFY_WANTED)
+        SRV_STORED_TRY(SRV_POST(store, SQL_HOOK_REMOVE, srv_value_text(job->id)));
     return SRV_POST(store, SQL_JOBS_REMOVE, srv_value_text(job->id));
 }
 

@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "server/base/clock.h"
+#include "server/base/spawn.h"
 #include "server/work/cell_loop.h"
 #include "server/work/zygote.h"
 
@@ -33,39 +34,7 @@ struct srv_cells {
     atomic_int lost;
 };
 
-extern char **environ;
-
 /* --- the process that makes the others --- */
-
-/* Becomes it: nothing of this process' memory, environment and descriptors stays, but for what a
- * sanitizer, or the linker, is told by the environment. */
-static _Noreturn void cells_become(int fd) {
-    char name[] = "pendulumd", word[] = "compute";
-    char *const words[] = {name, word, NULL};
-    char *kept[CELLS_VARIABLES + 1] = {NULL};
-    int count = 0, nowhere = open("/dev/null", O_RDWR);
-    for (char **variable = environ; *variable && count < CELLS_VARIABLES; variable++) {
-        const char *value = strchr(*variable, '=');
-        if (value && ((value - *variable > 12 && !strncmp(value - 12, "SAN_OPTIONS", 11)) ||
-                      !strncmp(*variable, "LD_LIBRARY_PATH=", 16)))
-            kept[count++] = *variable;
-    }
-    if (nowhere < 0 || dup2(nowhere, STDIN_FILENO) < 0 || dup2(nowhere, STDOUT_FILENO) < 0 ||
-        dup2(fd, SRV_ZYGOTE_FD) < 0)
-        _exit(1);
-    if (fd == SRV_ZYGOTE_FD) fcntl(fd, F_SETFD, 0);
-    close_range(SRV_ZYGOTE_FD + 1, ~0U, 0);
-    execve("/proc/self/exe", words, kept);
-    _exit(1);
-}
-
-/* waits for a packet; returns its bytes, <= 0 if there is none */
-static ssize_t cells_hear(int fd, struct msghdr *message) {
-    struct pollfd ear = {.fd = fd, .events = POLLIN};
-    int ready;
-    while ((ready = poll(&ear, 1, 1000 * CELLS_MAKER_S)) < 0 && errno == EINTR) continue;
-    return ready > 0 ? recvmsg(fd, message, MSG_CMSG_CLOEXEC) : -1;
-}
 
 /* what a process may take, by the options that are in force */
 static struct srv_zygote_rules cells_rules(const struct srv_cells *cells) {
@@ -84,7 +53,7 @@ static enum pend_status cells_greet(struct srv_cells *cells, char lack[SRV_CONFI
     struct iovec iov = {&hello, sizeof hello};
     struct msghdr message = {.msg_iov = &iov, .msg_iovlen = 1};
     if (send(cells->fd, &rules, sizeof rules, MSG_NOSIGNAL) != (ssize_t)sizeof rules ||
-        cells_hear(cells->fd, &message) != (ssize_t)sizeof hello)
+        srv_spawn_hear(cells->fd, &message) != (ssize_t)sizeof hello)
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "--isolate: the process that is to make others did not begin");
     hello.lack[sizeof hello.lack - 1] = 0;
@@ -96,21 +65,13 @@ static enum pend_status cells_greet(struct srv_cells *cells, char lack[SRV_CONFI
 
 enum pend_status srv_cells_new(struct srv_cells **cells, struct srv_service *service,
                                char lack[SRV_CONFIG_TEXT], struct pend_error *error) {
-    int ends[2];
     struct srv_cells *made = *cells = calloc(1, sizeof *made);
     lack[0] = 0;
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     made->service = service;
     made->fd = -1;
     pthread_mutex_init(&made->lock, NULL);
-    if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends)) {
-        srv_cells_free(cells);
-        return pend_fail(error, PEND_INVALID, -1, 0, "--isolate: %s", strerror(errno));
-    }
-    int pid = (int)fork();
-    if (!pid) cells_become(ends[1]);
-    close(ends[1]);
-    made->fd = ends[0];
+    int pid = srv_spawn("compute", &made->fd);
     enum pend_status status =
         pid > 0 ? cells_greet(made, lack, error)
                 : pend_fail(error, PEND_INVALID, -1, 0, "--isolate: %s", strerror(errno));
@@ -161,7 +122,8 @@ static int cells_order(struct srv_cells *cells, struct srv_zygote_order order,
                              .msg_controllen = sizeof control.room};
     *fd = -1;
     pthread_mutex_lock(&cells->lock);
-    int good = cells_say(cells, &order) && cells_hear(cells->fd, &message) == (ssize_t)sizeof *told;
+    int good =
+        cells_say(cells, &order) && srv_spawn_hear(cells->fd, &message) == (ssize_t)sizeof *told;
     if (!good) atomic_store(&cells->lost, 1);
     pthread_mutex_unlock(&cells->lock);
     struct cmsghdr *head = good ? CMSG_FIRSTHDR(&message) : NULL;

@@ -23,7 +23,9 @@
 #include "server/store/storage.h"
 
 struct srv_cells;
+struct srv_courier;
 struct srv_events;
+struct srv_hook_keys;
 struct srv_inflight;
 struct srv_part_runner;
 struct srv_recorder;
@@ -60,12 +62,15 @@ struct srv_service {
     struct srv_fairness fairness; /* who goes first, the sockets or the workers */
     struct srv_clients *clients;
     struct srv_cache *cache;
-    struct srv_inflight *inflight;  /* computations that others may join */
-    struct srv_recorder *recorder;  /* of requests, for bug reports; NULL = none is recorded */
-    struct srv_storage *storage;    /* where jobs are kept; NULL = nowhere */
-    struct srv_part_runner *runner; /* that computes them; NULL with the storage */
-    struct srv_events *events;      /* who listens to them; NULL with the storage */
-    struct srv_cells *cells;        /* processes that compute; NULL = its threads compute */
+    struct srv_inflight *inflight;   /* computations that others may join */
+    struct srv_recorder *recorder;   /* of requests, for bug reports; NULL = none is recorded */
+    struct srv_storage *storage;     /* where jobs are kept; NULL = nowhere */
+    struct srv_part_runner *runner;  /* that computes them; NULL with the storage */
+    struct srv_events *events;       /* who listens to them; NULL with the storage */
+    struct srv_cells *cells;         /* processes that compute; NULL = its threads compute */
+    struct srv_courier *courier;     /* that sends webhooks; NULL = none are */
+    struct srv_hook_keys *hook_keys; /* that sign them; NULL with the courier */
+    struct srv_peers hook_networks;  /* that they may go to besides public addresses */
     struct api_limits job_limits;
     struct srv_buffer_pool pool;
     struct srv_lengths lengths; /* of results that were written once */

@@ -18,6 +18,7 @@
 #include "server/base/config.h"
 #include "server/base/fence.h"
 #include "server/base/privileges.h"
+#include "server/base/spawn.h"
 #include "server/work/cell_loop.h"
 
 /* A process that was made and not yet told of as ended. */
@@ -272,17 +273,10 @@ static int zygote_confine(struct zygote *zygote, struct srv_zygote_hello *hello)
     return 1;
 }
 
-/* a socket of packets, as the daemon gives it, and nothing else */
-static int zygote_begins(void) {
-    int type = 0;
-    socklen_t bytes = sizeof type;
-    return !getsockopt(SRV_ZYGOTE_FD, SOL_SOCKET, SO_TYPE, &type, &bytes) && type == SOCK_SEQPACKET;
-}
-
 int srv_zygote_main(void) {
     struct srv_zygote_hello hello = {.good = 0};
     const struct sigaction wake = {.sa_handler = zygote_wake};
-    if (!zygote_begins()) {
+    if (!srv_spawned()) {
         fprintf(stderr, "pendulumd: compute is what the server starts by itself: --isolate on\n");
         return 2;
     }

@@ -7,7 +7,9 @@
 #ifndef SRV_ZYGOTE_H
 #define SRV_ZYGOTE_H
 
-enum { SRV_ZYGOTE_FD = 3, SRV_ZYGOTE_TEXT = 200, SRV_ZYGOTE_MOST = 4096 };
+#include "server/base/spawn.h"
+
+enum { SRV_ZYGOTE_FD = SRV_SPAWN_FD, SRV_ZYGOTE_TEXT = 200, SRV_ZYGOTE_MOST = 4096 };
 
 /* The first message to it. */
 struct srv_zygote_rules {

@@ -17,9 +17,9 @@ doors=(
     '^gsl/|^gsl_ ^core/(integrate/method_gsl|fit/fit|fit/fit_pieces|fit/fit_told|orbits/orbit_algebra|modes/modes_gsl|modes/damped|dynamics/reference|dynamics/reference_bodies)[.]c$'
     '^sys/mman[.]h$ ^(core/modes/hugepage|server/base/calls)[.]c$' # advice about huge pages; rights of memory
     '^cjson/ ^api/(json/json_(scan|in)|clients/browser/missing)[.]c$'
-    '^curl/ ^api/clients/cli/remote[.]c$'
+    '^curl/ ^(api/clients/cli/remote|server/hooks/hook_post)[.]c$'
     '^libdeflate[.]h$ ^(api/encode/encode_npz|api/call/zip|server/protocol/coding_gzip)[.]c$'
-    '^nettle/ ^api/call/digest[.]c$'
+    '^nettle/ ^api/call/(digest|webhook)[.]c$'
     '^png[.]h$ ^api/encode/encode_png[.]c$'
     '^dragonbox/ ^api/number/number_write[.]cpp$'
     '^fast_float/ ^api/number/number_read[.]cpp$'
