@@ -6,7 +6,6 @@
 #include <gnutls/gnutls.h>
 #include <string.h>
 
-#include "tests/harness/alloc.h"
 #include "tests/harness/test.h"
 
 TEST(urls_of_webhooks_have_one_reading) {
