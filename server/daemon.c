@@ -97,15 +97,22 @@ static enum pend_status daemon_probes(struct srv_daemon *daemon, struct pend_err
     return PEND_OK;
 }
 
+/* the processes that it has beside it, first of all: what this process will know is not in the
+ * memory of those */
+static enum pend_status daemon_apart(struct srv_daemon *daemon, struct pend_error *error) {
+    struct srv_service *service = &daemon->service;
+    const struct srv_config *config = &service->config;
+    if (config->isolate != 0)
+        PEND_TRY(srv_cells_new(&service->cells, service, daemon->cells_lack, error));
+    if (!strcmp(config->webhook_secret, "none") || !strcmp(config->store, "none")) return PEND_OK;
+    return srv_courier_new(&service->courier, config, daemon->hooks_lack, error);
+}
+
 static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_error *error) {
     struct srv_service *service = &daemon->service;
     struct srv_config *config = &service->config;
     int fd;
-    /* first of all: what this process will know is not in the memory of those */
-    if (config->isolate != 0)
-        PEND_TRY(srv_cells_new(&service->cells, service, daemon->cells_lack, error));
-    if (strcmp(config->webhook_secret, "none") && strcmp(config->store, "none"))
-        PEND_TRY(srv_courier_new(&service->courier, config, daemon->hooks_lack, error));
+    PEND_TRY(daemon_apart(daemon, error));
     PEND_TRY(srv_service_setup_init(service, error));
     PEND_TRY(srv_tls_new(&service->tls, config, error));
     if (strcmp(config->probe_listen, "none"))

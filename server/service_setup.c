@@ -101,6 +101,12 @@ static enum pend_status setup_storage(struct srv_service *service, struct pend_e
                              : pend_fail(error, status, -1, 0, "the store: %.220s", why.text);
 }
 
+static enum pend_status setup_threads(struct srv_service *service) {
+    PEND_TRY(srv_events_start(service->events));
+    PEND_TRY(srv_part_runner_start(service->runner));
+    return service->courier ? srv_courier_start(service->courier, service) : PEND_OK;
+}
+
 enum pend_status srv_service_setup_jobs(struct srv_service *service, struct pend_error *error) {
     int slots = srv_config_works(&service->config) ? PARTS_SLOTS * service->workers : 0;
     if (service->config.until_idle_seconds > 0 &&
@@ -119,10 +125,7 @@ enum pend_status srv_service_setup_jobs(struct srv_service *service, struct pend
     if (status == PEND_OK) status = srv_events_add(service->events, srv_job_events_new(streams));
     if (status == PEND_OK) status = srv_events_add(service->events, srv_class_events_new());
     if (status == PEND_OK) PEND_TRY(setup_storage(service, error));
-    if (status == PEND_OK) status = srv_events_start(service->events);
-    if (status == PEND_OK) status = srv_part_runner_start(service->runner);
-    if (status == PEND_OK && service->courier)
-        status = srv_courier_start(service->courier, service);
+    if (status == PEND_OK) status = setup_threads(service);
     return status == PEND_OK ? status
                              : pend_fail(error, status, -1, 0, "there is no memory for jobs");
 }

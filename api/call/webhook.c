@@ -30,20 +30,26 @@ static int url_port(const char *text, const char **end) {
     return port >= 1 && port <= 65535 ? port : -1;
 }
 
+/* reads the host; *end is behind it. Returns 0 where it is none */
+static int url_host(const char *text, struct api_webhook_place *place, const char **end) {
+    int bracket = *text == '[';
+    const char *host = text + bracket;
+    size_t bytes = strcspn(host, bracket ? "]" : ":/?");
+    *end = host + bytes + bracket;
+    if (bracket && !host[bytes]) return 0;
+    if (!bytes || bytes >= API_WEBHOOK_HOST || !url_within(host, bytes, bracket ? ":." : "-."))
+        return 0;
+    memcpy(place->host, host, bytes);
+    return 1;
+}
+
 const char *api_webhook_url(const char *url, struct api_webhook_place *place) {
     static const char scheme[] = "https://";
+    const char *end;
     *place = (struct api_webhook_place){.port = 443};
     if (strncmp(url, scheme, sizeof scheme - 1)) return "must begin with https://";
-    const char *host = url + sizeof scheme - 1, *end = host + strcspn(host, ":/?");
-    int bracket = *host == '[';
-    if (bracket) end = host + strcspn(host, "]");
-    if (bracket && !*end) return "has a [ without a ]";
-    if (bracket) host++;
-    size_t bytes = (size_t)(end - host);
-    if (!bytes || bytes >= API_WEBHOOK_HOST || !url_within(host, bytes, bracket ? ":." : "-."))
+    if (!url_host(url + sizeof scheme - 1, place, &end))
         return "must have a host of letters, digits, hyphens and dots, or an address, and no user";
-    memcpy(place->host, host, bytes);
-    if (bracket) end++;
     if (*end == ':' && (place->port = url_port(end + 1, &end)) < 0)
         return "must have a port of 1 to 65535";
     if (*end && *end != '/' && *end != '?') return "must have a path or nothing behind its host";
