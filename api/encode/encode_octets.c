@@ -55,10 +55,11 @@ static enum pend_status octets_block(struct api_writer *writer, long rows,
                                      const double *const data[], struct api_buffer *out) {
     const struct api_table *table = &writer->table;
     size_t row = (size_t)api_table_numbers(table, 0) * sizeof(double);
+    if (!rows) return PEND_OK;
     if (table->float32) return octets_floats(table, rows, data, out);
     PEND_TRY(api_buffer_room(out, (size_t)rows * row));
     char *at = out->data + out->bytes;
-    for (int c = 0; c < table->count && rows; c++) {
+    for (int c = 0; c < table->count; c++) {
         size_t width = (size_t)api_column_numbers(&table->column[c]);
         octets_place(at, rows, width, row, data[c]);
         at += width * sizeof(double);

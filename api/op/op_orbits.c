@@ -353,13 +353,14 @@ static void orbits_part(void *state, long number, long parts) {
 static enum pend_status orbits_carry(void *state, struct pend_checkpoint *checkpoint,
                                      struct pend_error *error) {
     struct orbits *orbits = state;
-    int version = CARRIED;
+    int version = CARRIED, puts = pend_checkpoint_puts(checkpoint);
     long count = orbits->count;
     if (!orbits->search) PEND_TRY(orbits_begin(orbits, error));
     pend_checkpoint_part(checkpoint, &version, sizeof version);
     if (version != CARRIED) return PEND_INVALID;
     pend_checkpoint_counts(checkpoint, &count, 1);
     pend_checkpoint_row(checkpoint, &orbits->earlier, 1);
+    if (puts && !pend_checkpoint_puts(checkpoint)) return PEND_INVALID;
     PEND_TRY(pend_orbits_carry(orbits->search, checkpoint));
     PEND_TRY(api_bifurcations_carry(&orbits->bifurcations, checkpoint));
     for (; pend_checkpoint_puts(checkpoint) && orbits->count < count; orbits->count++) {
