@@ -162,7 +162,8 @@ static void run_joints(struct pend_run *run, const struct pend_points *points, i
         run_put(run, along, 1, samples->joint_along, at);
         run_put(run, across, 1, samples->joint_across, at);
         run_put(run, tip, 1, samples->across, at);
-        if (samples->cart_reaction) samples->cart_reaction[at] = across[0];
+        if (samples->cart_reaction && pend_terms_cart(problem->loads.terms))
+            samples->cart_reaction[at] = across[0];
     }
 }
 
@@ -179,7 +180,7 @@ static void run_exchange(const struct pend_run *run, int due, struct pend_sample
 }
 
 struct run_flaw pend_run_find_flaw(const struct pend_run *run, const struct pend_samples *samples) {
-    int n = run_arms(run);
+    int n = run_arms(run), cart = pend_terms_cart(run->problem.loads.terms);
     const struct {
         const double *from;
         int width;
@@ -197,9 +198,9 @@ struct run_flaw pend_run_find_flaw(const struct pend_run *run, const struct pend
                   {samples->zd_im, n, "velocity"},
                   {samples->kinetic, 0, "energy"},
                   {samples->potential, 0, "energy"},
-                  {samples->cart_place, 0, "place of the cart"},
-                  {samples->cart_speed, 0, "speed of the cart"},
-                  {samples->cart_reaction, 0, "force"}};
+                  {cart ? samples->cart_place : NULL, 0, "place of the cart"},
+                  {cart ? samples->cart_speed : NULL, 0, "speed of the cart"},
+                  {cart ? samples->cart_reaction : NULL, 0, "force"}};
     struct run_flaw flaw = {.row = samples->count, .arm = -1};
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
         const double *from = wanted[i].from;

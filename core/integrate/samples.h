@@ -17,7 +17,8 @@ struct pend_samples {
      * along and across it at its joint; as struct bodies_forces has them */
     double *across, *joint_along, *joint_across;
     /* one value a sample, of a pendulum with a cart: place, m, and speed, m/s, along the rail, and
-     * the force of the rail across it, N; the arrays of the arms have no column for the cart */
+     * the force of the rail across it, N; the arrays of the arms have no column for the cart. Of a
+     * pendulum without a cart they stay as they are. */
     double *cart_place, *cart_speed, *cart_reaction;
     double *kinetic, *potential; /* one value a sample, J */
     double *work, *heat; /* one value a sample, J: what drives gave and friction took since the

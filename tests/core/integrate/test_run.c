@@ -190,6 +190,33 @@ TEST(run_gives_the_same_bits_whatever_else_is_wanted) {
     bench_clear(&bench);
 }
 
+TEST(run_leaves_what_is_of_a_cart_alone_where_there_is_none) {
+    enum { COUNT = 31 };
+    struct bench bench;
+    struct pend_run *run;
+    struct pend_error error = {.text = ""};
+    double t[COUNT], cart[3][COUNT];
+    int done = 0, left = 0;
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < COUNT; k++) cart[i][k] = NAN;
+    struct pend_samples samples = {.cap = COUNT,
+                                   .t = t,
+                                   .cart_place = cart[0],
+                                   .cart_speed = cart[1],
+                                   .cart_reaction = cart[2]};
+    bench_init(&bench, 3, 5);
+    REQUIRE(pend_run_new(&run, pend_method_find("taylor"), &bench.problem, &error) == PEND_OK);
+    while (!done && CHECK_SAYING(pend_run_next(run, &samples, 1e9, &done, &error) == PEND_OK, "%s",
+                                 error.text))
+        ;
+    CHECK_INT(samples.count, COUNT);
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < COUNT; k++) left += isnan(cart[i][k]) != 0;
+    CHECK_INT(left, 3 * COUNT);
+    pend_run_free(&run);
+    bench_clear(&bench);
+}
+
 TEST(run_works_for_a_single_instant) {
     struct bench bench;
     bench_init(&bench, 3, 9);
