@@ -5,7 +5,7 @@
 ROOMS := core laws api server wire fuzz
 # in this order they are begun as soon as what they need is there: builds, what others need or what takes long, the rest
 ALL := build-release build-tsan build-asan release-core release-api tsan-wire release-wire web asan-wire valgrind-core \
-	valgrind-api tsan-server asan-core asan-server drill histories school release-server clients equations asan-laws layers valgrind-wire readback \
+	valgrind-api tsan-server asan-core asan-server valgrind-server valgrind-laws valgrind-fuzz drill histories school release-server clients equations asan-laws layers valgrind-wire readback \
 	asan-fuzz asan-api base-core base-api replies examples deploy nginx restart operators crates release-laws release-fuzz engine openapi layout measures mirror types words tour clang install same instructions hardened packages docs fetch image
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
 job = @tests/harness/job.sh $@
@@ -47,7 +47,7 @@ VALGRIND.wire := =every_route_answers =requests_that_cannot_be_answered_are_refu
 	=pipelined_requests_are_answered_in_their_order \
 	=malformed_messages_are_refused_and_the_connection_closed =a_body_that_stops_in_the_middle_gets_408 \
 	=a_drain_lets_the_running_request_finish
-valgrind-core valgrind-api valgrind-wire: valgrind-%: release-%
+$(ROOMS:%=valgrind-%): valgrind-%: release-%
 	$(job) tests/harness/valgrind.sh build/release $* $(VALGRIND.$*)
 
 # a few of each fault; make drill has fifty
