@@ -14,6 +14,7 @@
 #include "api/encode/encode_raw.h"
 #include "api/json/json_out.h"
 #include "api/op/fits_json.h"
+#include "api/op/fits_words.h"
 #include "api/op/tree_write.h"
 #include "core/fit/fit.h"
 
@@ -23,10 +24,6 @@ struct fits {
     struct api_table table; /* without rows: nothing of the answer is in it */
     struct pend_fit *fit;
 };
-
-static const char *const ends[] = {[PEND_FIT_CONVERGED] = "converged",
-                                   [PEND_FIT_STRANGE] = "does_not_follow",
-                                   [PEND_FIT_STOPPED] = "no_minimum"};
 
 static void fits_free(void **state) {
     struct fits *fits = *state;
@@ -77,80 +74,6 @@ static enum pend_status write_unknowns(const struct fits *fits, const struct pen
         PEND_TRY(api_buffer_text(out, r->bounded[j] ? "true}" : "false}"));
     }
     return api_buffer_text(out, "]");
-}
-
-/* one sentence about a direction that the data do not tell */
-static enum pend_status write_direction(const struct fits *fits, const double direction[],
-                                        struct api_buffer *out) {
-    char text[400];
-    size_t at = 0;
-    int parts = 0, alike = 1;
-    for (int j = 0; j < fits->asked.unknowns; j++) {
-        if (fabs(direction[j]) < 1e-3) continue;
-        parts++;
-        alike &= fabs(direction[j] - 1) < 1e-2;
-    }
-    assert(parts >= 1);
-    const char *begin = parts == 1 ? "the data do not depend on "
-                        : alike    ? "the data tell only the ratios of "
-                                   : "the data do not tell apart ";
-    at = (size_t)snprintf(text, sizeof text, "%s", begin);
-    for (int j = 0, some = 0; j < fits->asked.unknowns && at < sizeof text; j++) {
-        if (fabs(direction[j]) < 1e-3) continue;
-        const char *between = !some++ ? "" : some == parts ? " and " : ", ";
-        at += (size_t)snprintf(text + at, sizeof text - at, "%s%s", between, fits->asked.label[j]);
-        if (parts > 1 && !alike && at < sizeof text)
-            at += (size_t)snprintf(text + at, sizeof text - at, " (by %.3g)", direction[j]);
-    }
-    // names of quantities and numbers: no letter needs an escape
-    PEND_TRY(api_out_comma(out));
-    return api_buffer_format(out, "\"%s\"", text);
-}
-
-/* how far the motions follow that are no minimum */
-static void end_follows(const struct fits *fits, const struct pend_fit_result *r, char text[],
-                        size_t bytes) {
-    const struct api_fit *asked = &fits->asked;
-    int whole = 0;
-    double last = asked->t[asked->rows - 1];
-    for (int run = 0; run < asked->runs; run++) {
-        double end = NAN;
-        for (long i = asked->rows; i-- > 0 && isnan(end);)
-            if (asked->of[i] == run) end = asked->t[i];
-        whole += r->follows[run] == end;
-    }
-    if (asked->runs > 1)
-        snprintf(text, bytes,
-                 "no minimum was found: %d of %d motions follow their data to the end. Fewer runs "
-                 "or rows, or better starts, may help.",
-                 whole, asked->runs);
-    else if (isnan(r->follows[0]))
-        snprintf(text, bytes,
-                 "no minimum was found: the model does not follow these data from the start. A "
-                 "better start, or fewer unknowns, may help.");
-    else
-        snprintf(text, bytes,
-                 "no minimum was found: the motion follows the data until t = %.6g s of %.6g s. "
-                 "Fewer rows, or a better start, may help.",
-                 r->follows[0], last);
-}
-
-/* how it ended, in words */
-static enum pend_status write_end(const struct fits *fits, const struct pend_fit_result *r,
-                                  struct api_buffer *out) {
-    char text[300];
-    assert((size_t)r->end < sizeof ends / sizeof *ends && fits->asked.rows >= 1);
-    if (r->end == PEND_FIT_CONVERGED)
-        snprintf(text, sizeof text, "a minimum, whose motion follows the data");
-    else if (r->end == PEND_FIT_STRANGE)
-        snprintf(text, sizeof text,
-                 "the model does not follow these data: this is the best that such a pendulum can "
-                 "do near the start given. Is it this pendulum, are all unknowns named, are the "
-                 "errors not larger than said?");
-    else
-        end_follows(fits, r, text, sizeof text);
-    PEND_TRY(api_out_text(out, "status", ends[r->end]));
-    return api_out_text(out, "message", text);
 }
 
 /* the residuals of a run, row by row; those of modes are behind them where there is one run */
@@ -258,7 +181,8 @@ static enum pend_status write_figures(const struct fits *fits, const struct pend
     PEND_TRY(api_out_number(out, "explained", r->explained, 0));
     PEND_TRY(api_out_open(out, "not_told", '['));
     for (int d = 0; d < r->blind; d++)
-        PEND_TRY(write_direction(fits, r->direction + d * fits->asked.unknowns, out));
+        PEND_TRY(
+            api_fit_write_direction(&fits->asked, r->direction + d * fits->asked.unknowns, out));
     PEND_TRY(api_buffer_text(out, "]"));
     PEND_TRY(api_out_open(out, "camera", '{'));
     PEND_TRY(api_out_number(out, "scale", fits->asked.camera[PEND_FIT_SCALE], 0));
@@ -274,7 +198,7 @@ static enum pend_status fits_write(struct fits *fits, const struct api_turn *tur
     double seconds = api_turn_seconds(turn);
     PEND_TRY(api_fit_put(&fits->asked, r.value));
     PEND_TRY(api_buffer_text(out, "{"));
-    PEND_TRY(write_end(fits, &r, out));
+    PEND_TRY(api_fit_write_end(&fits->asked, &r, out));
     PEND_TRY(write_unknowns(fits, &r, out));
     PEND_TRY(api_out_matrix(out, "correlation", fits->asked.unknowns, r.correlation, 0));
     PEND_TRY(write_figures(fits, &r, out));

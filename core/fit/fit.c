@@ -16,6 +16,9 @@ static const double fit_rough = 1e-3, fit_fine = 1e-6;
 /* most iterations in a window that will grow */
 enum { FIT_ROUGH = 12 };
 
+/* iterations of all rows after which bounds are looked at */
+enum { FIT_CREEPS = 16 };
+
 /* Rows are taken in as long as the fit so far foretells an angle to this, rad, and a tip to this
  * part of the lengths together. */
 static const double fit_foretold = 0.4;
@@ -36,7 +39,7 @@ int pend_fit_valid(const struct pend_fit *fit) {
 
 static void fit_values(struct pend_fit *fit, const gsl_vector *x) {
     for (int j = 0; j < fit->problem.unknowns; j++)
-        fit->value[j] = fit_bounds_outer(&fit->problem.unknown[j], gsl_vector_get(x, (size_t)j));
+        fit->value[j] = pend_fit_state_outer(fit, j, gsl_vector_get(x, (size_t)j));
 }
 
 static int fit_residuals(const gsl_vector *x, void *context, gsl_vector *f) {
@@ -61,8 +64,9 @@ static int fit_slopes(const gsl_vector *x, void *context, gsl_matrix *J) {
     if (fit->status != PEND_OK) return GSL_EFAILED;
     for (size_t i = 0; i < J->size1; i++)
         for (int j = 0; j < q; j++) {
-            double stretch =
-                fit_bounds_stretch(&fit->problem.unknown[j], gsl_vector_get(x, (size_t)j));
+            double stretch = fit->edge[j] ? 0
+                                          : fit_bounds_stretch(&fit->problem.unknown[j],
+                                                               gsl_vector_get(x, (size_t)j));
             gsl_matrix_set(J, i, (size_t)j, stretch * fit->slope[i * (size_t)q + (size_t)j]);
         }
     return GSL_SUCCESS;
@@ -131,6 +135,7 @@ static size_t fit_lay(struct pend_fit *fit, char *block) {
                         &fit->correlation, &fit->residual, &fit->slope, &fit->direction,
                         &fit->covariance,  &fit->size,     &fit->best,  &fit->follows};
     unsigned char **flags[] = {&fit->bounded, &fit->held};
+    signed char **edges[] = {&fit->edge, &fit->edged};
     size_t used = (sizeof *fit + 63) / 64 * 64;
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
         *array[i] = block ? (double *)(void *)(block + used) : NULL;
@@ -138,6 +143,10 @@ static size_t fit_lay(struct pend_fit *fit, char *block) {
     }
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) {
         *flags[i] = block ? (unsigned char *)block + used : NULL;
+        used += (q + 63) / 64 * 64;
+    }
+    for (size_t i = 0; i < sizeof edges / sizeof *edges; i++) {
+        *edges[i] = block ? (signed char *)block + used : NULL;
         used += (q + 63) / 64 * 64;
     }
     fit->search = block ? (struct fit_search *)(void *)(block + used) : NULL;
@@ -159,7 +168,7 @@ double pend_fit_bytes(const struct pend_fit_problem *problem) {
     double q = problem->unknowns, m = (double)problem->rows * problem->columns;
     // GSL keeps the slopes, their factorization and a copy
     return (double)fit_lay(&sketch, NULL) + pend_fit_pieces_bytes(problem, fit_swing(problem)) +
-           8 * (4 * m * q + 8 * m + 8 * q * q);
+           8 * (4 * m * q + 9 * m + 10 * q * q);
 }
 
 /* the first rows: a swing, and twice as many measurements as unknowns */
@@ -287,7 +296,7 @@ static enum pend_status fit_begin(struct pend_fit *fit, struct pend_error *error
     if (fit->starved || fit->status == PEND_OK)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
     if (error) *error = fit->failure;
-    return fit->status;
+    return pend_fit_state_wild(fit, fit->status, error);
 }
 
 static void fit_keep(struct pend_fit *fit) {
@@ -297,14 +306,33 @@ static void fit_keep(struct pend_fit *fit) {
 
 /* keeps the lowest minimum so far and goes back to it; returns whether that is this one */
 static int fit_lowest(struct pend_fit *fit, double squares) {
-    size_t bytes = (size_t)fit->problem.unknowns * sizeof(double);
+    size_t q = (size_t)fit->problem.unknowns, bytes = q * sizeof(double);
     int lower = squares < fit->least * (1 - 1e-6);
     assert(squares >= 0);
-    if (squares < fit->least)
+    if (squares < fit->least) {
         memcpy(fit->best, fit->inner, bytes), fit->least = squares;
-    else
+        memcpy(fit->edged, fit->edge, q);
+    } else {
         memcpy(fit->inner, fit->best, bytes);
+        memcpy(fit->edge, fit->edged, q);
+    }
     return lower;
+}
+
+/* Looks at all rows and puts unknowns to bounds that they run into. The sum of squares is infinite
+ * where there is no motion. */
+static enum pend_status fit_put(struct pend_fit *fit, double *squares, double *variance, int *put,
+                                struct pend_error *error) {
+    const struct pend_fit_problem *p = &fit->problem;
+    long count;
+    *squares = INFINITY, *variance = 1, *put = 0;
+    PEND_TRY(pend_fit_state_look(fit, p->rows, error));
+    *squares = pend_fit_state_squares(fit, p->rows, &count);
+    *variance = pend_fit_state_variance(fit, *squares, count - p->unknowns);
+    enum pend_status status = pend_fit_state_free(fit);
+    if (status == PEND_OK) status = pend_fit_release_put(fit, squares, *variance, put);
+    if (status != PEND_OK) return pend_fail(error, status, -1, 0, "no memory for a fit");
+    return PEND_OK;
 }
 
 /* Whether a search of all rows that has come to an end goes on: from the inside of a bound that
@@ -312,17 +340,14 @@ static int fit_lowest(struct pend_fit *fit, double squares) {
  */
 static enum pend_status fit_again(struct pend_fit *fit, int used, int *again,
                                   struct pend_error *error) {
-    const struct pend_fit_problem *p = &fit->problem;
-    long count = 0;
-    double gain = 0, squares = INFINITY;
-    *again = 0;
-    enum pend_status status = pend_fit_state_look(fit, p->rows, error);
+    double gain = 0, squares, variance;
+    int put;
+    enum pend_status status = fit_put(fit, &squares, &variance, &put, error);
     // where there is no motion, what was found before is the answer
     if (status == PEND_NO_MEMORY || (status != PEND_OK && isinf(fit->least))) return status;
-    if (status == PEND_OK) squares = pend_fit_state_squares(fit, p->rows, &count);
-    if (!fit_lowest(fit, squares) || used) return PEND_OK;
-    double variance = pend_fit_state_variance(fit, squares, count - p->unknowns);
-    PEND_TRY(pend_fit_state_free(fit, variance));
+    *again = put && !used;
+    if (*again) fit->begun = 0;
+    if (*again || !fit_lowest(fit, squares) || used) return PEND_OK;
     PEND_TRY(pend_fit_release_let(fit, &gain));
     int free = pend_fit_state_flat(fit, gain, squares);
     if (free && fit->inside) return PEND_OK;
@@ -334,7 +359,8 @@ static enum pend_status fit_again(struct pend_fit *fit, int used, int *again,
 
 /* one iteration in the window; over: none follows there */
 static enum pend_status fit_iterate(struct pend_fit *fit, int *over, struct pend_error *error) {
-    int whole = fit->window == fit->problem.rows, why = 0;
+    double squares, variance;
+    int put = 0, whole = fit->window == fit->problem.rows, why = 0;
     // the slope's is squared: it is of residuals that may be met exactly
     double tolerance = whole ? fit_fine : fit_rough;
     int stuck = gsl_multifit_nlinear_iterate(fit->search->work);
@@ -344,6 +370,10 @@ static enum pend_status fit_iterate(struct pend_fit *fit, int *over, struct pend
     *over = stuck || (!whole && fit->here >= FIT_ROUGH) ||
             gsl_multifit_nlinear_test(tolerance, tolerance * tolerance, 0, &why,
                                       fit->search->work) == GSL_SUCCESS;
+    if (*over || !whole || fit->here % FIT_CREEPS) return PEND_OK;
+    // a bound beyond which an unknown would go is never reached, but by a creep
+    if (fit_put(fit, &squares, &variance, &put, error) == PEND_NO_MEMORY) return PEND_NO_MEMORY;
+    if (put) fit->begun = 0;
     return PEND_OK;
 }
 
@@ -386,8 +416,9 @@ static enum pend_status fit_pieces(struct pend_fit *fit, struct pend_error *erro
         const struct pend_fit_unknown *u = &fit->problem.unknown[j];
         double x = pend_fit_pieces_inner(fit->pieces)[j];
         // one that went to its bound begins again where it did
-        int lost = fit_bounds_at(u, fit_bounds_outer(u, x), 0);
+        int lost = fit_bounds_at(u, fit_bounds_outer(u, x));
         fit->inner[j] = lost ? fit->origin[j] : x;
+        fit->edge[j] = 0;
     }
     pend_fit_pieces_free(&fit->pieces);
     fit->window = fit_first(&fit->problem), fit->begun = 0;
@@ -407,7 +438,7 @@ enum pend_status pend_fit_step(struct pend_fit *fit, int *done, struct pend_erro
     else if (status == PEND_NO_MEMORY || isinf(fit->least))
         return status;
     else // where a search goes on there may be no motion: what was found before is the answer
-        memcpy(fit->inner, fit->best, (size_t)fit->problem.unknowns * sizeof(double));
+        (void)fit_lowest(fit, INFINITY);
     if (over || fit_used(fit)) PEND_TRY(fit_next(fit, error));
     *done = fit->ready;
     return PEND_OK;

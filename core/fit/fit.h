@@ -1,8 +1,9 @@
 /* Parameters of a pendulum from measurements: least squares over its motion, with the derivatives
  * of the motion, by Levenberg and Marquardt's method with geodesic acceleration.
  * Leaves to others: reading data and naming parameters (api), the motion (core/derivatives).
- * Invariant: a fit that is called converged is a minimum of the sum of squares, to first order,
- * that no bound holds wrongly, and its motion follows the data. */
+ * Invariant: a fit that is called converged is a minimum of the sum of squares, to first order or,
+ * where the slopes do not say it, to second, that no bound holds wrongly, and its motion follows
+ * the data. */
 #ifndef PEND_FIT_H
 #define PEND_FIT_H
 
@@ -31,11 +32,12 @@ void pend_fit_free(struct pend_fit **fit);
  * Takes one iteration.
  *
  * The fit begins with the first swing and takes in later rows as far as what it has found so far
- * foretells them: a motion that is chaotic has too many minima otherwise. Where an unknown has gone
- * to a bound, the search goes on from inside it and keeps the lower minimum. One that does not
- * converge by half of the iterations begins again by multiple shooting, from what quarters of the
- * first swings say together, where every one of at most 8 arms is seen often enough, no mode is
- * counted, the camera's shift is known and there is one run.
+ * foretells them: a motion that is chaotic has too many minima otherwise. An unknown that runs into
+ * a bound is put there, and stays as long as the sum of squares falls that way; once, the search
+ * goes on from inside of all bounds, and the lower minimum is kept. One that does not converge by
+ * half of the iterations begins again by multiple shooting, from what quarters of the first swings
+ * say together, where every one of at most 8 arms is seen often enough, no mode is counted, the
+ * camera's shift is known and there is one run.
  *
  * done  out: non-zero once the result is there.
  *

@@ -35,13 +35,12 @@ static inline double fit_bounds_stretch(const struct pend_fit_unknown *u, double
     return 1;
 }
 
-/** Whether a value has gone to a bound, which an inner number never reaches: it is nearer than a
- * millionth of its size, or than a thousandth of its standard error, 0 where that is not known. */
-static inline int fit_bounds_at(const struct pend_fit_unknown *u, double value, double error) {
+/** Whether a value is at a bound, which an inner number never reaches: it is nearer than a
+ * millionth of what lies between the bounds, or of its size where there is but one. */
+static inline int fit_bounds_at(const struct pend_fit_unknown *u, double value) {
     double size = fmax(fabs(u->start), 1e-3);
     if (isfinite(u->low) && isfinite(u->high)) size = u->high - u->low;
-    double near = fmax(1e-6 * size, 1e-3 * error);
-    return value - u->low < near || u->high - value < near;
+    return value - u->low < 1e-6 * size || u->high - value < 1e-6 * size;
 }
 
 #endif

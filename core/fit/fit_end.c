@@ -2,17 +2,30 @@
 
 #include <assert.h>
 #include <math.h>
+#include <string.h>
 
+#include "core/fit/fit_curve.h"
 #include "core/fit/fit_release.h"
 
 /* Parts of the sum of squares: what a motion that follows explains; residuals of so many sigma are
  * not noise. */
 static const double fit_explained = 0.9, fit_strange = 3;
 
+/* what is left of the data's squares where they are met: the blind directions are as the slopes say
+ */
+static const double fit_met = 1e-12;
+
+/* so many times its start: what the data let go so far they do not hold */
+static const double fit_away = 1e6;
+
+/* most unknowns whose second derivatives are computed: two motions with derivatives each */
+enum { END_BENDS = 16 };
+
 static void end_errors(struct pend_fit *fit, double variance) {
     size_t q = (size_t)fit->problem.unknowns;
+    int sized = pend_fit_state_known(fit) || fit->result.freedom > 0;
     for (size_t j = 0; j < q; j++) {
-        fit->error[j] = sqrt(variance * fit->covariance[j * q + j]);
+        fit->error[j] = sized ? sqrt(variance * fit->covariance[j * q + j]) : NAN;
         for (int d = 0; d < fit->result.blind; d++)
             if (fabs(fit->direction[(size_t)d * q + j]) > 1e-3) fit->error[j] = INFINITY;
         if (fit->bounded[j]) fit->error[j] = NAN;
@@ -54,28 +67,86 @@ static enum pend_fit_end end_kind(const struct pend_fit *fit, int minimum) {
     double spread = result->chi_squared / (double)(result->freedom > 0 ? result->freedom : 1);
     int strange = result->explained < fit_explained ||
                   (pend_fit_state_known(fit) && spread > fit_strange * fit_strange);
+    if (result->away >= 0) return PEND_FIT_AWAY;
     if (!minimum || fit->window < fit->problem.rows) return PEND_FIT_STOPPED;
     return strange ? PEND_FIT_STRANGE : PEND_FIT_CONVERGED;
+}
+
+/* an unknown that went away without end: -1 = there is none */
+static int end_away(const struct pend_fit *fit) {
+    size_t q = (size_t)fit->problem.unknowns;
+    for (size_t j = 0; j < q; j++) {
+        const struct pend_fit_unknown *u = &fit->problem.unknown[j];
+        double bound = fit->value[j] > 0 ? u->high : u->low;
+        int blind = 0;
+        for (int d = 0; d < fit->result.blind; d++)
+            blind |= fabs(fit->direction[(size_t)d * q + j]) > 1e-3;
+        if (blind && isinf(bound) && fabs(fit->value[j]) > fit_away * fmax(fabs(u->start), 1e-3))
+            return (int)j;
+    }
+    return -1;
+}
+
+/* Directions along which the sum of squares bends where the slopes are 0 are told: as far as one
+ * step of that size, the whole of the unknowns, would be more than a standard error. Returns how
+ * many these were. */
+static enum pend_status end_bends(struct pend_fit *fit, double variance,
+                                  const struct fit_told *told, long *found) {
+    struct pend_fit_result *result = &fit->result;
+    size_t q = (size_t)fit->problem.unknowns;
+    double total = pend_fit_state_total(fit), noise = 1e-5 * told->value[0];
+    if (!(result->chi_squared > fit_met * total)) return PEND_OK;
+    for (int d = 0; d < result->blind;) {
+        double bend, square = 0, *direction = fit->direction + (size_t)d * q;
+        PEND_TRY(pend_fit_curve_along(fit, direction, &bend));
+        for (size_t j = 0; j < q; j++) square += direction[j] * direction[j];
+        if (!(bend > fmax(variance, noise * sqrt(result->chi_squared) * square))) {
+            d++;
+            continue;
+        }
+        for (size_t i = 0; i < q * q; i++)
+            fit->covariance[i] +=
+                direction[i / q] * fit->size[i / q] * direction[i % q] * fit->size[i % q] / bend;
+        result->blind--, ++*found;
+        memmove(direction, direction + q, (size_t)(result->blind - d) * q * sizeof *direction);
+    }
+    return PEND_OK;
+}
+
+/* what the data tell of the unknowns, and whether this is a minimum */
+static enum pend_status end_told(struct pend_fit *fit, double variance, long *found, int *minimum) {
+    struct fit_told told;
+    double gain = 0;
+    *found = 0;
+    PEND_TRY(pend_fit_state_free(fit));
+    enum pend_status status = pend_fit_state_tell(fit, &told);
+    for (int d = 0; d < told.q && status == PEND_OK; d++) *found += pend_fit_told_is(&told, d);
+    if (status == PEND_OK)
+        fit->result.blind =
+            pend_fit_told_blind(&told, fit->bounded, PEND_FIT_BLIND, fit->direction);
+    if (status == PEND_OK) status = end_bends(fit, variance, &told, found);
+    pend_fit_told_clear(&told);
+    if (status == PEND_OK) status = pend_fit_release_let(fit, &gain);
+    if (status != PEND_OK) return status;
+    *minimum = pend_fit_state_flat(fit, gain, fit->result.chi_squared);
+    if (*minimum || fit->problem.unknowns > END_BENDS) return PEND_OK;
+    // next to where the slopes are 0 along a direction they foretell gains that are not there
+    PEND_TRY(pend_fit_curve_gain(fit, &gain, fit->covariance));
+    *minimum = pend_fit_state_flat(fit, gain, fit->result.chi_squared);
+    return PEND_OK;
 }
 
 enum pend_status pend_fit_end(struct pend_fit *fit, struct pend_error *error) {
     const struct pend_fit_problem *p = &fit->problem;
     struct pend_fit_result *result = &fit->result;
-    struct fit_told told;
-    long count, found = 0;
-    double gain = 0;
+    long count, found;
+    int minimum;
     PEND_TRY(pend_fit_state_look(fit, p->rows, error));
     result->chi_squared = pend_fit_state_squares(fit, p->rows, &count);
     double before = pend_fit_state_variance(fit, result->chi_squared, count - p->unknowns);
-    PEND_TRY(pend_fit_state_free(fit, before));
-    enum pend_status status = pend_fit_state_tell(fit, &told);
-    for (int d = 0; d < p->unknowns && status == PEND_OK; d++) found += pend_fit_told_is(&told, d);
-    if (status == PEND_OK)
-        result->blind = pend_fit_told_blind(&told, fit->bounded, PEND_FIT_BLIND, fit->direction);
-    pend_fit_told_clear(&told);
-    if (status == PEND_OK) status = pend_fit_release_let(fit, &gain);
-    if (status != PEND_OK) return status;
-    int minimum = pend_fit_state_flat(fit, gain, result->chi_squared);
+    if (end_told(fit, before, &found, &minimum) != PEND_OK)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
+    result->away = end_away(fit);
     result->freedom = count - found;
     double variance = pend_fit_state_variance(fit, result->chi_squared, result->freedom);
     double total = pend_fit_state_total(fit);

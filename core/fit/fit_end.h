@@ -1,7 +1,7 @@
 /* What a fit tells once its search is over.
  * Leaves to others: the search (fit).
- * Invariant: it says converged only at a minimum of the sum of squares, to first order, that no
- * bound holds wrongly, and whose motion follows the data.
+ * Invariant: it says converged only at a minimum of the sum of squares that no bound holds wrongly,
+ * and whose motion follows the data.
  */
 #ifndef PEND_FIT_END_H
 #define PEND_FIT_END_H

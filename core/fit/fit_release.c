@@ -2,6 +2,8 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "core/fit/fit_bounds.h"
 
@@ -12,6 +14,50 @@ static double release_slope(const struct pend_fit *fit, int j) {
     double sum = 0;
     for (size_t i = 0; i < m; i++) sum += fit->slope[i * q + (size_t)j] * fit->residual[i];
     return sum;
+}
+
+/* whether the sum of squares is no higher with an unknown at its bound; it is, lower */
+static enum pend_status release_try(struct pend_fit *fit, size_t j, double residual[],
+                                    double *squares, int *good) {
+    const struct pend_fit_problem *p = &fit->problem;
+    size_t m = (size_t)p->rows * (size_t)p->columns;
+    double sum = 0, before = fit->value[j];
+    fit->value[j] = pend_fit_state_outer(fit, (int)j, fit->inner[j]);
+    fit->result.evaluations++;
+    enum pend_status status =
+        pend_fit_model_at(&fit->model, fit->value, p->rows, residual, NULL, NULL);
+    for (size_t i = 0; i < m && status == PEND_OK; i++) sum += residual[i] * residual[i];
+    *good = status == PEND_OK && pend_fit_state_flat(fit, fmax(sum - *squares, 0), *squares);
+    if (*good)
+        *squares = fmin(sum, *squares);
+    else
+        fit->value[j] = before, fit->edge[j] = 0;
+    return status == PEND_NO_MEMORY ? status : PEND_OK;
+}
+
+enum pend_status pend_fit_release_put(struct pend_fit *fit, double *squares, double variance,
+                                      int *put) {
+    const struct pend_fit_problem *p = &fit->problem;
+    size_t q = (size_t)p->unknowns;
+    enum pend_status status = PEND_OK;
+    double *residual = malloc((size_t)p->rows * (size_t)p->columns * sizeof *residual);
+    assert(variance >= 0 && *squares >= 0);
+    *put = 0;
+    if (!residual) return PEND_NO_MEMORY;
+    for (size_t j = 0; j < q && status == PEND_OK; j++) {
+        const struct pend_fit_unknown *u = &p->unknown[j];
+        double slope = release_slope(fit, (int)j), bound = slope > 0 ? u->low : u->high;
+        double gap = fabs(fit->value[j] - bound), square = fit->covariance[j * q + j];
+        double step = fmax(fabs(slope) * square, 1e-3 * sqrt(variance * square));
+        int good = 0;
+        if (fit->edge[j] || !isfinite(bound) || slope == 0) continue;
+        if (!fit_bounds_at(u, fit->value[j]) && !(gap <= step)) continue;
+        fit->edge[j] = slope > 0 ? -1 : 1;
+        status = release_try(fit, j, residual, squares, &good);
+        *put += good;
+    }
+    free(residual);
+    return status;
 }
 
 /* whether an unknown that is at a bound is at the low one */
@@ -54,6 +100,7 @@ int pend_fit_release_move(struct pend_fit *fit, int all, double variance) {
         double step = square > 0 ? fabs(release_slope(fit, (int)j)) * square : 0;
         double first = fabs(u->start - (low ? u->low : u->high));
         if (all) step = fmax(error, first);
+        fit->edge[j] = 0;
         fit->inner[j] = release_inside(u, low, fmax(step, 0.1 * error));
         moved++;
     }

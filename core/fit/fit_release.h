@@ -16,6 +16,21 @@
 PEND_MUST_CHECK enum pend_status pend_fit_release_let(struct pend_fit *fit, double *gain);
 
 /**
+ * Puts unknowns to their bounds towards which the sum of squares falls: their inner numbers would
+ * only creep up to it. Those are tried that are next to a bound, or nearer than a thousandth of
+ * their standard error, or whose own step leads beyond it; one stays there whose sum of squares is
+ * no higher.
+ *
+ * squares   the sum of squares of all rows; is lowered.
+ * variance  of a residual; the covariance is that of pend_fit_state_free.
+ * put       out: how many were.
+ *
+ * PEND_NO_MEMORY  a motion for each that is tried.
+ */
+PEND_MUST_CHECK enum pend_status pend_fit_release_put(struct pend_fit *fit, double *squares,
+                                                      double variance, int *put);
+
+/**
  * Puts unknowns at bounds inside, by their inner numbers: those that are no longer held as far as
  * the data lead to first order, `all` of them as far as their standard error, or to where they
  * began.

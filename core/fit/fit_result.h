@@ -9,6 +9,7 @@ enum pend_fit_end {
     PEND_FIT_CONVERGED,
     PEND_FIT_STRANGE, /* a minimum whose motion does not follow the data */
     PEND_FIT_STOPPED, /* the iterations were used up, or no step led down: no minimum */
+    PEND_FIT_AWAY,    /* one went away without end, and the data do not tell it: no minimum */
 };
 
 enum { PEND_FIT_BLIND = 8 };
@@ -19,7 +20,8 @@ struct pend_fit_result {
     long iterations, evaluations;
     const double *value; /* of the unknowns */
     const double *error; /* standard errors; infinite where the data do not tell, NaN of an unknown
-                            that is at a bound */
+                            that is at a bound, and of all where neither a sigma nor a measurement
+                            more than there are unknowns tells how large they are */
     const double *correlation;    /* unknowns x unknowns; 0 where an error is not finite */
     const unsigned char *bounded; /* non-zero: at a bound */
     /* (model - data) / sigma, or in the data's unit where no sigma is known; [row * columns +
@@ -29,6 +31,7 @@ struct pend_fit_result {
     long freedom;          /* measurements less unknowns that were found */
     const double *follows; /* s, of each run: the last row up to which the motion follows the data;
                               NaN = none */
+    int away;              /* the unknown that did, -1 = none */
     double explained;      /* 1 - sum of squares over that of the data about their mean */
     /* Directions that the data do not tell: relative changes of all unknowns together, the largest
      * of which is 1; [direction * unknowns + unknown]. */

@@ -18,15 +18,37 @@ static double fit_measure(const struct pend_fit *fit, int j) {
     return value > 1e-6 ? value : start > 1e-6 ? start : 1;
 }
 
+double pend_fit_state_outer(const struct pend_fit *fit, int j, double inner) {
+    const struct pend_fit_unknown *u = &fit->problem.unknown[j];
+    assert(j >= 0 && j < fit->problem.unknowns);
+    if (fit->edge[j]) return fit->edge[j] < 0 ? u->low : u->high;
+    return fit_bounds_outer(u, inner);
+}
+
+enum pend_status pend_fit_state_wild(const struct pend_fit *fit, enum pend_status status,
+                                     struct pend_error *error) {
+    if (status != PEND_TOO_MANY_STEPS) return status;
+    return pend_fail(error, status, -1, 0,
+                     "with %s the pendulum moves too wildly for these data: it would take more "
+                     "than %ld steps to the last of them. Begin with other values, as with a "
+                     "lower rate or larger lengths and masses, give the unknowns a \"low\" and a "
+                     "\"high\", or take fewer rows",
+                     fit->result.iterations > 1 ? "the values that the search came to"
+                                                : "the start that is given",
+                     fit->problem.step_cap);
+}
+
 enum pend_status pend_fit_state_look(struct pend_fit *fit, long rows, struct pend_error *error) {
     assert(rows >= 1 && rows <= fit->problem.rows);
     fit->result.evaluations++;
     for (int j = 0; j < fit->problem.unknowns; j++) {
-        fit->value[j] = fit_bounds_outer(&fit->problem.unknown[j], fit->inner[j]);
-        fit->held[j] = (unsigned char)fit_bounds_at(&fit->problem.unknown[j], fit->value[j], 0);
+        fit->value[j] = pend_fit_state_outer(fit, j, fit->inner[j]);
+        fit->held[j] = (unsigned char)fit_bounds_at(&fit->problem.unknown[j], fit->value[j]);
         fit->size[j] = fit_measure(fit, j);
     }
-    return pend_fit_model_at(&fit->model, fit->value, rows, fit->residual, fit->slope, error);
+    enum pend_status status =
+        pend_fit_model_at(&fit->model, fit->value, rows, fit->residual, fit->slope, error);
+    return pend_fit_state_wild(fit, status, error);
 }
 
 double pend_fit_state_squares(const struct pend_fit *fit, long rows, long *count) {
@@ -57,17 +79,15 @@ enum pend_status pend_fit_state_tell(const struct pend_fit *fit, struct fit_told
                               fit->size);
 }
 
-enum pend_status pend_fit_state_free(struct pend_fit *fit, double variance) {
+enum pend_status pend_fit_state_free(struct pend_fit *fit) {
     struct fit_told told;
     size_t q = (size_t)fit->problem.unknowns;
-    assert(variance >= 0);
     memset(fit->held, 0, q);
     enum pend_status status = pend_fit_state_tell(fit, &told);
     if (status == PEND_OK) pend_fit_told_covariance(&told, fit->covariance);
     pend_fit_told_clear(&told);
     for (size_t j = 0; j < q && status == PEND_OK; j++) {
-        double error = sqrt(variance * fit->covariance[j * q + j]);
-        int at = fit_bounds_at(&fit->problem.unknown[j], fit->value[j], error);
+        int at = fit_bounds_at(&fit->problem.unknown[j], fit->value[j]);
         fit->bounded[j] = fit->held[j] = (unsigned char)at;
     }
     return status;

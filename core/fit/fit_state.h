@@ -32,10 +32,19 @@ struct pend_fit {
     double least;                  /* that sum; infinite before there is one */
     int inside;                    /* unknowns at bounds were begun again inside */
     unsigned char *bounded, *held; /* at a bound; for the last look, counted as constant */
+    signed char *edge, *edged;     /* put to its low bound, -1, or its high one, 1; at `best` */
     struct pend_fit_result result;
 };
 
-/** Slopes and residuals of the first rows at the fit's inner numbers; the unknowns that are next to
+/** The value of an unknown at an inner number, or its bound where it was put there. O(1). */
+double pend_fit_state_outer(const struct pend_fit *fit, int j, double inner);
+
+/** Says of a motion that takes too many steps what that means for a fit, and the way out; leaves
+ * other failures as they are. Returns the status. */
+enum pend_status pend_fit_state_wild(const struct pend_fit *fit, enum pend_status status,
+                                     struct pend_error *error);
+
+/** Slopes and residuals of the first rows at the fit's inner numbers; the unknowns that are at
  * bounds are `held`. What pend_fit_model_at says. */
 PEND_MUST_CHECK enum pend_status pend_fit_state_look(struct pend_fit *fit, long rows,
                                                      struct pend_error *error);
@@ -62,7 +71,7 @@ PEND_MUST_CHECK enum pend_status pend_fit_state_tell(const struct pend_fit *fit,
  *
  * PEND_NO_MEMORY
  */
-PEND_MUST_CHECK enum pend_status pend_fit_state_free(struct pend_fit *fit, double variance);
+PEND_MUST_CHECK enum pend_status pend_fit_state_free(struct pend_fit *fit);
 
 /** Whether nothing that a step may gain, `gain`, is worth it: less than a millionth of the sum of
  * squares of all rows, or of one measurement's own. O(measurements). */

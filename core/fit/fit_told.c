@@ -1,6 +1,7 @@
 #include "core/fit/fit_told.h"
 
 #include <assert.h>
+#include <gsl/gsl_eigen.h>
 #include <gsl/gsl_linalg.h>
 #include <math.h>
 #include <stdlib.h>
@@ -8,6 +9,9 @@
 /* A direction whose effect on the data is less than this part of the largest is not told by them.
  */
 static const double told_least = 1e-9;
+
+/* A part of the largest second derivative that is error of differences. */
+static const double told_flat = 1e-7;
 
 enum pend_status pend_fit_told_init(struct fit_told *told, size_t m, int q, const double slope[],
                                     const double residual[], const unsigned char fixed[],
@@ -61,6 +65,42 @@ double pend_fit_told_gain(const struct fit_told *told) {
     for (int d = 0; d < told->q; d++)
         if (pend_fit_told_is(told, d)) gain += told->gain[d] * told->gain[d];
     return gain;
+}
+
+enum pend_status pend_fit_told_newton(int q, double bend[], const double slope[],
+                                      const double size[], double *gain, double covariance[]) {
+    size_t p = (size_t)q;
+    double most = 0, sum = 0;
+    double *block = malloc((p * p + p) * sizeof *block);
+    gsl_eigen_symmv_workspace *work = block ? gsl_eigen_symmv_alloc(p) : NULL;
+    assert(q >= 1);
+    if (!work) {
+        free(block);
+        return PEND_NO_MEMORY;
+    }
+    double *direction = block, *value = block + p * p;
+    gsl_matrix_view H = gsl_matrix_view_array(bend, p, p);
+    gsl_matrix_view V = gsl_matrix_view_array(direction, p, p);
+    gsl_vector_view l = gsl_vector_view_array(value, p);
+    int failed = gsl_eigen_symmv(&H.matrix, &l.vector, &V.matrix, work);
+    gsl_eigen_symmv_free(work);
+    for (size_t d = 0; d < p; d++) most = fmax(most, fabs(value[d]));
+    for (size_t d = 0; d < p; d++) {
+        double along = 0;
+        for (size_t j = 0; j < p; j++) along += direction[j * p + d] * slope[j];
+        if (!(value[d] > -told_flat * most)) failed = 1;
+        if (along != 0) sum += along * along / fmax(value[d], told_flat * most);
+    }
+    *gain = failed ? INFINITY : sum;
+    for (size_t i = 0; i < p * p && !failed; i++) {
+        covariance[i] = 0;
+        for (size_t d = 0; d < p; d++)
+            if (value[d] > told_flat * most)
+                covariance[i] += direction[i / p * p + d] * direction[i % p * p + d] / value[d] *
+                                 size[i / p] * size[i % p];
+    }
+    free(block);
+    return PEND_OK;
 }
 
 int pend_fit_told_blind(const struct fit_told *told, const unsigned char fixed[], int most,

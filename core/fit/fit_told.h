@@ -48,6 +48,22 @@ void pend_fit_told_covariance(const struct fit_told *told, double covariance[]);
 double pend_fit_told_gain(const struct fit_told *told);
 
 /**
+ * A step of Newton's method.
+ *
+ * bend        q x q, half of the second derivatives of the sum of squares by relative changes,
+ *             symmetric; is overwritten. Rows of 0 are of unknowns that stay as they are.
+ * slope       q, half of the first derivatives.
+ * size        q: what an unknown is measured in.
+ * gain        out: what the step takes from the sum of squares; infinite at what is no minimum.
+ * covariance  out, q x q, in the unknowns' own units, unless the gain is infinite.
+ *
+ * PEND_NO_MEMORY  O(q^3).
+ */
+PEND_MUST_CHECK enum pend_status pend_fit_told_newton(int q, double bend[], const double slope[],
+                                                      const double size[], double *gain,
+                                                      double covariance[]);
+
+/**
  * Copies the directions that are not told, each with a largest part of 1.
  *
  * to  most x q.

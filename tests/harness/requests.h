@@ -157,6 +157,12 @@ static const struct test_request {
      "\"series\":[{\"theta\":1,\"values\":[1,0.95,0.8,0.58,0.3,0]}]},\"unknowns\":[{\"vary\":"
      "\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1}],\"iterations\":5}",
      NULL},
+    {API_OP_FITS,
+     "{\"pendulum\":{\"length\":[0.5,0.4],\"mass\":[1,1],\"parent\":[0,1]},\"data\":{\"modes\":["
+     "{\"mode\":1,\"omega\":6},{\"mode\":2,\"omega\":7}]},\"unknowns\":[{\"vary\":\"length\","
+     "\"arm\":1},"
+     "{\"vary\":\"length\",\"arm\":2,\"low\":0.3,\"high\":0.45}]}",
+     NULL},
     {API_OP_ORBITS, "{" TEST_TREE ",\"mode\":1,\"amplitude\":0.2,\"branch\":true,\"points\":4}",
      NULL},
     {API_OP_ORBITS,

@@ -1,0 +1,147 @@
+/* Tests of how fits end: wanted frequencies that cannot be had, bounds next to each other, values
+ * that go away without end, nothing left to check by, motions too wild to be looked at. Leaves to
+ * others: data that can be fitted (test_op_fits, core/fit/test_fit). Invariant: where a minimum is,
+ * is known in closed form.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "tests/api/post.h"
+#include "tests/harness/test.h"
+
+/* two arms with tips alike: the frequencies are the same where the lengths change places, and so
+ * change with neither difference where they are alike */
+#define ALIKE "\"pendulum\":{\"length\":[0.5,0.4],\"mass\":[1,1],\"parent\":[0,1]}"
+#define LENGTHS(bounds1, bounds2)                                                                  \
+    "\"unknowns\":[{\"vary\":\"length\",\"arm\":1" bounds1                                         \
+    "},{\"vary\":\"length\",\"arm\":2" bounds2 "}]"
+
+static double value(const struct test_reply *reply, int j, const char *what) {
+    char pointer[60];
+    snprintf(pointer, sizeof pointer, "/unknowns/%d/%s", j, what);
+    return test_reply_number(reply, pointer);
+}
+
+static void check_says(const struct test_reply *reply, const char *status, const char *part) {
+    const char *message = test_reply_text(reply, "/message");
+    CHECK_INT(reply->status, 200);
+    CHECK_TEXT(test_reply_text(reply, "/status"), status);
+    CHECK_SAYING(message && strstr(message, part), "%s", message ? message : "");
+}
+
+/* the length of both arms, in l g / (2 -+ sqrt 2) = 1 / omega^2, that comes next to frequencies */
+static double alike_length(double first, double second) {
+    double a = sqrt(2 - sqrt(2)), b = sqrt(2 + sqrt(2));
+    return 9.81 / pow(2 * M_PI * (a * first + b * second) / (a * a + b * b), 2);
+}
+
+TEST(fits_say_by_how_much_wanted_frequencies_cannot_be_had) {
+    static const struct {
+        double first, second;
+        const char *bounds, *sigma, *status, *says;
+    } tried[] = {
+        {0.6, 1 / 0.7, "", "", "converged",
+         "mode 1 comes out as 3.72558 rad/s, 1.18 % below 3.76991. There are as many unknowns"},
+        {0.6, 1 / 0.7, ",\"low\":0.05,\"high\":5", "", "converged", "1.18 % below"},
+        {1, 1.05, "", "", "does_not_follow", "no such pendulum near the start"},
+        {1, 1.05, ",\"low\":0.05,\"high\":5", "", "does_not_follow", "48.2 % below 6.28319"},
+        {1, 1.05, "", ",\"sigma\":0.01", "does_not_follow", "mode 1 comes out as 3.25266"},
+    };
+    for (size_t i = 0; i < sizeof tried / sizeof *tried; i++) {
+        char body[800];
+        snprintf(body, sizeof body,
+                 "{" ALIKE ",\"data\":{\"modes\":[{\"mode\":1,\"frequency\":%.17g%s},{\"mode\":2,"
+                 "\"frequency\":%.17g%s}]}," LENGTHS("%s", "%s") "}",
+                 tried[i].first, tried[i].sigma, tried[i].second, tried[i].sigma, tried[i].bounds,
+                 tried[i].bounds);
+        struct test_reply reply = test_post(API_OP_FITS, body);
+        check_says(&reply, tried[i].status, tried[i].says);
+        double length = alike_length(tried[i].first, tried[i].second);
+        for (int j = 0; j < 2; j++) {
+            CHECK_SAYING(fabs(value(&reply, j, "value") - length) < 1e-6, "%zu: %.12g, %.12g", i,
+                         value(&reply, j, "value"), length);
+            // what is measured, to 0.01 Hz or rad/s, tells errors; what is wanted does not
+            CHECK(isfinite(value(&reply, j, "error")) == (*tried[i].sigma != 0));
+        }
+        CHECK(strstr((const char *)reply.out.data, "\"at_bound\":true") == NULL);
+        CHECK(strstr((const char *)reply.out.data, "\"not_told\":[]") != NULL);
+        test_reply_free(&reply);
+    }
+}
+
+/* a millionth of a length: where both ends are next to each other the better one is the answer */
+TEST(fits_end_at_bounds_that_are_next_to_each_other) {
+    struct test_reply reply = test_post(
+        API_OP_FITS,
+        "{" ALIKE ",\"data\":{\"modes\":[{\"mode\":1,\"frequency\":0.6},{"
+        "\"mode\":2,\"period\":0.7}]}," LENGTHS(",\"low\":0.499999,\"high\":0.500001",
+                                                ",\"low\":0.399999,\"high\":0.400001") "}");
+    check_says(&reply, "converged", "5.33 % below 3.76991");
+    // both frequencies are too low, and higher with either length less
+    CHECK(value(&reply, 0, "value") == 0.499999 && value(&reply, 1, "value") == 0.399999);
+    CHECK(strstr((const char *)reply.out.data, "\"at_bound\":false") == NULL);
+    test_reply_free(&reply);
+    reply = test_post(API_OP_FITS,
+                      "{" ALIKE ",\"data\":{\"modes\":[{\"mode\":1,\"frequency\":1},{\"mode\":2,"
+                      "\"frequency\":1.05}]}," LENGTHS(",\"high\":0.500001,\"low\":0.5", "") "}");
+    check_says(&reply, "does_not_follow", "47.3 % below");
+    CHECK(value(&reply, 0, "value") == 0.500001);
+    CHECK(fabs(value(&reply, 1, "value") - 0.549076) < 1e-5);
+    test_reply_free(&reply);
+}
+
+/* the second frequency comes next to what is wanted as the first tip grows without end */
+TEST(fits_say_what_goes_away_without_end) {
+    struct test_reply reply = test_post(
+        API_OP_FITS,
+        "{" ALIKE ",\"data\":{\"modes\":[{\"mode\":1,\"frequency\":1},{\"mode\":2,\"frequency\":"
+        "1.05}]},\"unknowns\":[{\"vary\":\"mass\",\"arm\":1},{\"vary\":\"length\",\"arm\":2}]}");
+    check_says(&reply, "no_minimum", "falls on and on as mass of arm 1 goes away");
+    test_reply_free(&reply);
+}
+
+#define MEASURED(sigma, more)                                                                      \
+    "{\"pendulum\":{\"length\":[0.9],\"mass\":[1],\"parent\":[0]},\"data\":{\"t\":[0,0.3,0.6" more \
+    "],\"series\":[{\"theta\":1" sigma ",\"values\":[0.5,0.33,-0.09"
+
+TEST(fits_say_that_nothing_is_left_to_check_by) {
+    static const char unknowns[] = "]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":"
+                                   "\"theta\",\"arm\":1},{\"vary\":\"thetad\",\"arm\":1}]}";
+    static const struct {
+        const char *data;
+        int left, errors;
+    } tried[] = {
+        {MEASURED("", ""), 0, 0},
+        {MEASURED(",\"sigma\":0.01", ""), 0, 1},
+        {MEASURED("", ",0.9") ",-0.43", 1, 1},
+    };
+    for (size_t i = 0; i < sizeof tried / sizeof *tried; i++) {
+        char body[800];
+        snprintf(body, sizeof body, "%s%s", tried[i].data, unknowns);
+        struct test_reply reply = test_post(API_OP_FITS, body);
+        const char *says = tried[i].left     ? "a minimum, whose motion follows the data"
+                           : tried[i].errors ? "nothing is left to check this by"
+                                             : "check this by, and no standard error is known";
+        check_says(&reply, "converged", says);
+        CHECK(tried[i].left || test_reply_number(&reply, "/degrees_of_freedom") == 0);
+        CHECK(!tried[i].left || strstr(test_reply_text(&reply, "/message"), "check") == NULL);
+        for (int j = 0; j < 3; j++) CHECK(isfinite(value(&reply, j, "error")) == tried[i].errors);
+        test_reply_free(&reply);
+    }
+}
+
+TEST(fits_say_how_to_begin_where_the_motion_is_too_wild) {
+    struct test_reply reply = test_post(
+        API_OP_FITS,
+        "{\"pendulum\":{\"length\":[0.9,0.001],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{"
+        "\"theta\":[0.5,0.5],\"thetad\":[0,1e6]},\"data\":{\"t\":[0,0.3,0.6],\"series\":[{"
+        "\"theta\":1,\"values\":[0.5,0.33,-0.09]}]},"
+        "\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]}");
+    const char *detail = test_reply_text(&reply, "/detail");
+    CHECK_INT(reply.status, 422);
+    CHECK_SAYING(detail && strstr(detail, "too wildly for these data") &&
+                     strstr(detail, "lower rate"),
+                 "%s", detail ? detail : "");
+    test_reply_free(&reply);
+}
