@@ -22,6 +22,7 @@ struct measured {
     long rows;
     int columns;
     double *t, *data, *each;
+    double *taken; /* bytes of all runs together */
     struct pend_fit_column column[API_FIT_SERIES];
 };
 
@@ -31,15 +32,17 @@ static void measured_clear(struct measured *run) {
     free(run->each);
 }
 
-/* whether so many numbers have their memory; else it is told */
-static int data_fits(double numbers, const struct api_value *data,
+/* whether so many rows of so many columns have their memory beside what is taken; else it is told
+ */
+static int data_fits(double rows, double columns, double *taken, const struct api_value *data,
                      const struct api_reading *reading) {
-    double bytes = 2 * numbers * sizeof(double), most = reading->limits->answer_bytes;
-    if (bytes <= most) return 1;
+    double most = reading->limits->answer_bytes;
+    *taken += rows * (2 * columns + 1) * sizeof(double);
+    if (*taken <= most) return 1;
     api_value_fault(data, reading->problem,
-                    API_CODE_LIMIT "would take %.0f bytes of memory, rows times columns, more "
-                                   "than the limit max-answer-bytes of %.0f",
-                    bytes, most);
+                    API_CODE_LIMIT "would take %.0f bytes of memory, rows times columns of all "
+                                   "runs, more than the limit max-answer-bytes of %.0f",
+                    *taken, most);
     return 0;
 }
 
@@ -47,7 +50,7 @@ static int data_fits(double numbers, const struct api_value *data,
 static enum pend_status data_room(struct measured *run, long rows, int columns,
                                   const struct api_value *data, const struct api_reading *reading) {
     size_t count = (size_t)rows * (size_t)columns;
-    if (!data_fits((double)count, data, reading)) return PEND_INVALID;
+    if (!data_fits((double)rows, columns, run->taken, data, reading)) return PEND_INVALID;
     run->t = malloc((size_t)(rows + 1) * sizeof(double));
     run->data = malloc((count + 1) * sizeof(double));
     run->each = malloc((count + 1) * sizeof(double));
@@ -278,7 +281,10 @@ static enum pend_status data_merge(struct api_fit *fit, const struct measured pa
     }
     fit->columns += modes, fit->modes = modes;
     size_t rows = (size_t)fit->rows, count = rows * (size_t)fit->columns;
-    if (!data_fits((double)rows * fit->columns, data, reading)) return PEND_INVALID;
+    // the runs are there until their table is
+    double *taken = part[0].taken;
+    *taken += (double)(rows * (sizeof(struct place) + sizeof(int)));
+    if (!data_fits((double)rows, fit->columns, taken, data, reading)) return PEND_INVALID;
     fit->t = malloc((rows + 1) * sizeof(double)), fit->of = malloc((rows + 1) * sizeof(int));
     fit->data = malloc((count + 1) * sizeof(double));
     fit->each = malloc((count + 1) * sizeof(double));
@@ -387,6 +393,7 @@ enum pend_status api_fit_read_data(struct api_fit *fit, double shift,
     struct api_value data = api_value_member(reading->root, "data"),
                      runs = api_value_member(&data, "runs"),
                      modes = api_value_member(&data, "modes");
+    double taken = 0;
     int count = api_value_count(&modes);
     if (!api_field_object(&data, problem)) return PEND_INVALID;
     (void)api_value_only(&data, data_fields, problem);
@@ -401,6 +408,7 @@ enum pend_status api_fit_read_data(struct api_fit *fit, double shift,
     if (fit->tree.tree) PEND_TRY(api_states_new(&fit->start, fit->runs, fit->tree.tree->n));
     struct measured *part = calloc((size_t)fit->runs, sizeof *part);
     if (!part) return PEND_NO_MEMORY;
+    for (int r = 0; r < fit->runs; r++) part[r].taken = &taken;
     enum pend_status status = read_runs(fit, part, &data, count, reading);
     if (status == PEND_OK && problem->status) status = PEND_INVALID;
     if (status == PEND_OK) status = data_merge(fit, part, count, shift, &data, reading);

@@ -192,6 +192,21 @@ TEST(fits_refuse_runs_at_the_pointer) {
     }
 }
 
+/* what each run may take alone, both may not */
+TEST(fits_count_the_memory_of_all_runs_together) {
+    struct api_limits limits;
+    api_limits_init(&limits);
+    for (int enough = 0; enough < 2; enough++) {
+        // as they are read, and the table of both with what sorts it
+        limits.answer_bytes = 2 * 8 * 3 * 3 - 1 + enough * (1 + 8 * 6 * 3 + 6 * (24 + 4));
+        struct test_reply reply = test_post_as(
+            API_OP_FITS, ONE LENGTH ",\"data\":{\"runs\":[" RUN "," RUN "]}}", NULL, &limits);
+        CHECK_INT(reply.status, enough ? 200 : 422);
+        CHECK(enough || test_reply_has_fault(&reply, "/data/runs/1", "take 144 bytes"));
+        test_reply_free(&reply);
+    }
+}
+
 /* a drive and the air, kept in their places beside what is new */
 TEST(fits_look_for_terms_from_nothing) {
     struct test_reply reply = test_post(

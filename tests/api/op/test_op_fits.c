@@ -430,13 +430,13 @@ TEST(fits_survive_more_faults_than_one) {
 TEST(fits_refuse_memory_before_they_take_it) {
     struct api_limits limits;
     api_limits_init(&limits);
-    limits.answer_bytes = 2 * 8 * 3 * 2 - 1;
+    limits.answer_bytes = 8 * 3 * (3 + 5) + 3 * (24 + 4) - 1;
     struct test_reply reply =
         test_post_as(API_OP_FITS,
                      ONE GRAVITY ",\"data\":{\"t\":[0,0.5,1],\"series\":[{\"theta\":1,\"values\":["
                                  "1,0,-1]}],\"modes\":[{\"mode\":1,\"omega\":3}]}}",
                      NULL, &limits);
-    CHECK(test_reply_has_fault(&reply, "/data", "take 96 bytes"));
+    CHECK(test_reply_has_fault(&reply, "/data", "take 276 bytes"));
     test_reply_free(&reply);
 }
 
