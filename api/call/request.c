@@ -1,17 +1,29 @@
 #include "api/call/request.h"
 
+#include <string.h>
+
 #include "api/call/canonical.h"
+#include "api/call/form.h"
 #include "api/encode/encode_raw.h"
 #include "api/base/engine.h"
 #include "api/read/field.h"
 #include "api/encode/negotiate.h"
 
+/* whether the body is a form of files, and the operation takes one */
+static int request_form(const struct api_request *request) {
+    const char *type = request->content_type, *text;
+    size_t bytes;
+    return type && api_op_at(request->op)->form &&
+           api_negotiate_parameter(type, strlen(type), "multipart/form-data", "", &text, &bytes);
+}
+
 void api_request_check(const struct api_request *request, const struct api_limits *limits,
                        struct api_problem *problem) {
     const struct api_op *op = api_op_at(request->op);
-    if (op->body && !api_negotiate_json(request->content_type))
+    if (op->body && !api_negotiate_json(request->content_type) && !request_form(request))
         api_problem_set(problem, 415,
-                        "the body must be JSON in UTF-8, with Content-Type: application/json%s%s",
+                        "the body must be JSON in UTF-8, with Content-Type: application/json%s%s%s",
+                        op->form ? ", or multipart/form-data with the parts request and csv" : "",
                         request->content_type ? ", not " : "",
                         request->content_type ? request->content_type : "");
     if (request->query && *request->query)
@@ -25,17 +37,35 @@ void api_request_check(const struct api_request *request, const struct api_limit
                         request->body_bytes, limits->body_bytes);
 }
 
+/* JSON of a request */
+struct span {
+    const char *text;
+    size_t bytes;
+};
+
+/* what the body is as JSON; of a form that is written to `joined` */
+static enum pend_status request_body(const struct api_request *request,
+                                     const struct api_limits *limits, struct api_buffer *joined,
+                                     struct span *body, struct api_problem *problem) {
+    const char *text = request->body ? request->body : "";
+    *body = (struct span){text, request->body_bytes};
+    if (!request_form(request)) return PEND_OK;
+    PEND_TRY(
+        api_form_json(request->content_type, text, request->body_bytes, limits, joined, problem));
+    *body = (struct span){joined->bytes ? joined->data : "", joined->bytes};
+    return PEND_OK;
+}
+
 /* the body in its canonical form, unless that is longer, since the client wrote numbers shorter */
-static enum pend_status request_canonical(const struct api_request *request,
-                                          const struct api_value *root,
+static enum pend_status request_canonical(const struct span *body, const struct api_value *root,
                                           struct api_buffer *canonical) {
     size_t before = canonical->bytes;
     if (!root) return PEND_OK;
     enum pend_status status = api_canonical_write(root, canonical);
     if (status != PEND_OK && status != PEND_LIMIT) return status;
-    if (status == PEND_OK && canonical->bytes - before <= request->body_bytes) return PEND_OK;
+    if (status == PEND_OK && canonical->bytes - before <= body->bytes) return PEND_OK;
     canonical->bytes = before;
-    return api_buffer_add(canonical, request->body, request->body_bytes);
+    return api_buffer_add(canonical, body->text, body->bytes);
 }
 
 enum pend_status api_request_read(const struct api_request *request,
@@ -48,6 +78,7 @@ enum pend_status api_request_read(const struct api_request *request,
     const char *engine = format == &api_format_raw ? "" : api_engine;
     const char *const parts[] = {op->name, argument, format->media_type, engine, NULL};
     struct api_json *document = NULL;
+    struct api_buffer joined;
     struct api_value root;
     struct api_reading reading = {.op = op,
                                   .argument = request->argument,
@@ -56,9 +87,12 @@ enum pend_status api_request_read(const struct api_request *request,
                                   .problem = problem};
     enum pend_status status = PEND_OK;
     *state = NULL;
+    api_buffer_init(&joined, (size_t)(2 * limits->body_bytes));
+    struct span body = {"", 0};
     if (op->body) {
-        const char *body = request->body ? request->body : "";
-        status = api_json_new(&document, body, request->body_bytes, (int)limits->depth, problem);
+        status = request_body(request, limits, &joined, &body, problem);
+        if (status == PEND_OK)
+            status = api_json_new(&document, body.text, body.bytes, (int)limits->depth, problem);
         if (status != PEND_OK) goto out;
         root = api_json_root(document);
         reading.root = &root;
@@ -67,10 +101,10 @@ enum pend_status api_request_read(const struct api_request *request,
     }
     status = op->read(state, &reading);
     if (status == PEND_OK) api_digest(digest, parts, reading.root);
-    if (status == PEND_OK && canonical)
-        status = request_canonical(request, reading.root, canonical);
+    if (status == PEND_OK && canonical) status = request_canonical(&body, reading.root, canonical);
     if (status != PEND_OK && *state) op->free(state);
 out:
     api_json_free(&document);
+    api_buffer_clear(&joined);
     return status;
 }

@@ -55,6 +55,19 @@ int api_negotiate_json(const char *content_type) {
     return 1;
 }
 
+int api_negotiate_parameter(const char *value, size_t bytes, const char *type, const char *name,
+                            const char **text, size_t *size) {
+    const char *rest = value, *end = value + bytes;
+    *text = NULL, *size = 0;
+    if (!piece_is(piece_take(&rest, end, ';'), type)) return 0;
+    while (rest < end && !*text) {
+        struct piece key, found;
+        piece_parameter(piece_take(&rest, end, ';'), &key, &found);
+        if (piece_is(key, name)) *text = found.text, *size = found.bytes;
+    }
+    return 1;
+}
+
 /* qvalue: 0 or 1 with up to three decimals, in thousandths; -1 if it is malformed */
 static int quality(struct piece piece) {
     if (!piece.bytes || piece.bytes > 5 || (piece.text[0] != '0' && piece.text[0] != '1'))

@@ -16,6 +16,20 @@
 int api_negotiate_json(const char *content_type);
 
 /**
+ * Finds a parameter of a field's value, such as the boundary of `multipart/form-data; boundary=x`.
+ *
+ * value  `bytes` of it.
+ * type   what stands before the parameters, of any case.
+ * name   of the parameter, of any case.
+ * text   out: the first such parameter without its quotes, in `value`, of `size` bytes; NULL if
+ *        there is none.
+ *
+ * Returns whether the value is of that type. O(bytes).
+ */
+int api_negotiate_parameter(const char *value, size_t bytes, const char *type, const char *name,
+                            const char **text, size_t *size);
+
+/**
  * Returns the representation that the client prefers; among equals the first of the table.
  *
  * accept   the field's value, or NULL: anything.

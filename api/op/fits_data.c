@@ -26,10 +26,20 @@ struct measured {
     struct pend_fit_column column[API_FIT_SERIES];
 };
 
-static void measured_clear(struct measured *run) {
-    free(run->t);
-    free(run->data);
-    free(run->each);
+/* what is empty of each run; they count their bytes together */
+static struct measured *parts_new(int runs, double *taken) {
+    struct measured *part = calloc((size_t)runs, sizeof *part);
+    for (int r = 0; part && r < runs; r++) part[r].taken = taken;
+    return part;
+}
+
+static void parts_free(struct measured part[], int runs) {
+    for (int r = 0; r < runs; r++) {
+        free(part[r].t);
+        free(part[r].data);
+        free(part[r].each);
+    }
+    free(part);
 }
 
 /* whether so many rows of so many columns have their memory beside what is taken; else it is told
@@ -406,14 +416,12 @@ enum pend_status api_fit_read_data(struct api_fit *fit, double shift,
     fit->runs = count_runs(reading->root, &data, &runs, problem);
     if (!fit->runs) return PEND_INVALID;
     if (fit->tree.tree) PEND_TRY(api_states_new(&fit->start, fit->runs, fit->tree.tree->n));
-    struct measured *part = calloc((size_t)fit->runs, sizeof *part);
+    struct measured *part = parts_new(fit->runs, &taken);
     if (!part) return PEND_NO_MEMORY;
-    for (int r = 0; r < fit->runs; r++) part[r].taken = &taken;
     enum pend_status status = read_runs(fit, part, &data, count, reading);
     if (status == PEND_OK && problem->status) status = PEND_INVALID;
     if (status == PEND_OK) status = data_merge(fit, part, count, shift, &data, reading);
     if (status == PEND_OK && count) api_fit_read_modes(fit, &modes, fit->columns - count, problem);
-    for (int r = 0; r < fit->runs; r++) measured_clear(&part[r]);
-    free(part);
+    parts_free(part, fit->runs);
     return status;
 }

@@ -281,6 +281,7 @@ static double fits_bytes(const void *state) {
 
 const struct api_op api_op_fits = {.name = "fits",
                                    .body = 1,
+                                   .form = 1,
                                    .terms = 1,
                                    .read = fits_read,
                                    .run = fits_run,

@@ -76,7 +76,7 @@ enum pend_status pend_fit_curve_along(struct pend_fit *fit, const double directi
                                       double *bend) {
     struct curve curve;
     int there = 0;
-    assert(pend_fit_valid(fit));
+    assert(fit->problem.unknowns >= 1 && direction);
     *bend = 0;
     enum pend_status status = curve_init(&curve, fit);
     if (status == PEND_OK) status = curve_change(&curve, fit, direction, &there);

@@ -3,6 +3,7 @@
 #include <assert.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 #include "api/json/name_meant.h"
 
@@ -343,11 +344,22 @@ static int router_may(struct srv_exchange *exchange) {
     return 0;
 }
 
+/* Is the body a form of files, which a page may send without a preflight, to where none would be
+ * allowed? */
+static int router_form(const struct srv_exchange *exchange) {
+    static const char form[] = "multipart/form-data";
+    const char *type = exchange->field[SRV_CONTENT_TYPE];
+    return type && !strncasecmp(type, form, sizeof form - 1) &&
+           !srv_cors_origin(srv_service_config(exchange->service)->cors_origins,
+                            exchange->field[SRV_ORIGIN], 0);
+}
+
 /* Answers 403 if a web page of another origin may not ask for the route. */
 static int router_origin(struct srv_exchange *exchange) {
     int job = srv_jobs_wanted(exchange);
     exchange->closed = (exchange->route->special & SRV_ROUTE_CLOSED) != 0;
-    if ((!exchange->closed && !job) || !router_foreign(exchange)) {
+    int kept = exchange->closed || job || router_form(exchange);
+    if (!kept || !router_foreign(exchange)) {
         exchange->closed |= job;
         return 1;
     }

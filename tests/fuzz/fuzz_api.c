@@ -10,6 +10,7 @@
 
 #include "api/call/call.h"
 #include "api/call/class_table.h"
+#include "api/call/form.h"
 #include "api/call/part.h"
 #include "api/encode/negotiate.h"
 #include "tests/fuzz/fuzz.h"
@@ -162,6 +163,30 @@ static int read_plan(char *text, size_t bytes) {
     return good;
 }
 
+/* a form of files, whose JSON must be some */
+static int read_form(char *text, size_t bytes) {
+    struct api_limits limits;
+    struct api_buffer out;
+    struct api_problem problem;
+    struct api_json *document = NULL;
+    api_limits_init(&limits);
+    api_problem_init(&problem);
+    api_buffer_init(&out, 1 << 20);
+    enum pend_status status =
+        api_form_json("multipart/form-data; boundary=b", text, bytes, &limits, &out, &problem);
+    int good = status == PEND_INVALID && problem.status >= 400;
+    if (status == PEND_OK) {
+        status = api_json_new(&document, out.bytes ? out.data : "", out.bytes, (int)limits.depth,
+                              &problem);
+        /* a request without tables is handed on as it is */
+        good = status == PEND_OK || !out.bytes || memmem(text, bytes, out.data, out.bytes);
+    }
+    api_json_free(&document);
+    api_problem_clear(&problem);
+    api_buffer_clear(&out);
+    return good;
+}
+
 #define TWO "\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]}"
 
 static const struct fuzz_reader api[] = {
@@ -175,6 +200,15 @@ static const struct fuzz_reader api[] = {
      {"t,x,y\n0,1,2\n0.1,1.1,2.1\n", "mass A;;;mass B;\nt;x;y;x;y\n0;1,5;2;3;4\n",
       "t\ttheta_1\ttheta_2\r\n0\t1\t-2e-1\r\n1\t\t3\r\n", "# a\ntime, phi_1\n0, 1\n1, NaN\n"},
      0},
+    {"form",
+     read_form,
+     {"--b\r\nContent-Disposition: form-data; name=request\r\n\r\n{\"data\":{\"sigma\":1}}\r\n"
+      "--b\r\nContent-Disposition: form-data; name=\"csv\"; filename=\"a.csv\"\r\nContent-Type: "
+      "text/csv\r\n\r\nt,x\r\n0,1\r\n\r\n--b--\r\n",
+      "--b\r\nContent-Disposition: form-data; name=csv\r\n\r\n\xb0\r\n--b\r\nContent-Disposition: "
+      "form-data; name=csv\r\n\r\n--b \r\nContent-Disposition: form-data; name=request\r\n\r\n"
+      "{\"data\":{\"runs\":[{},{}]},\"a\":[1,2]}\r\n--b--"},
+     1},
     {"class",
      read_class,
      {"\11{}", "\1{\"nickname\":\"=<b>\"}",

@@ -99,6 +99,50 @@ TEST(a_body_in_a_coding_or_of_another_type_is_415_and_says_what_is_taken) {
     test_server_stop(&server);
 }
 
+/* a table as a file beside the JSON, as `curl -F request=@fit.json -F csv=@track.csv` sends it */
+TEST(a_form_of_files_is_the_request_that_it_says) {
+    static const char
+        type[] = "Content-Type: multipart/form-data; boundary=----b\r\n",
+        form[] = "------b\r\nContent-Disposition: form-data; name=\"request\"; filename="
+                 "\"fit.json\"\r\nContent-Type: application/octet-stream\r\n\r\n{\"pendulum\":"
+                 "{\"length\":[0.9],\"mass\":[1],\"parent\":[0]},\"unknowns\":[{\"vary\":"
+                 "\"length\",\"arm\":1},{\"vary\":\"thetad\",\"arm\":1}],\"data\":{\"unit\":"
+                 "\"deg\"}}\r\n------b\r\nContent-Disposition: form-data; name=\"csv\"; "
+                 "filename=\"track.csv\"\r\nContent-Type: text/csv\r\n\r\nt,theta_1\r\n0,20"
+                 "\r\n0.2,16.6\r\n0.4,7.7\r\n0.6,-3.3\r\n\r\n------b--\r\n",
+        json[] = "{\"pendulum\":{\"length\":[0.9],\"mass\":[1],\"parent\":[0]},\"unknowns\":"
+                 "[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"thetad\",\"arm\":1}],"
+                 "\"data\":{\"unit\":\"deg\",\"csv\":\"t,theta_1\\r\\n0,20\\r\\n0.2,16.6"
+                 "\\r\\n0.4,7.7\\r\\n0.6,-3.3\\r\\n\"}}";
+    static const char *const options[] = {"--cors-origins", "none", NULL};
+    struct test_server *server = test_server_start(options);
+    struct test_reply reply, again;
+    char fields[256];
+    REQUIRE(server != NULL);
+    CHECK_INT(test_request(server, &reply, "POST", "/v1/fits", type, form), 200);
+    CHECK_INT(ask(server, &again, "/v1/fits", json), 200);
+    CHECK_TEXT(test_reply_header(&reply, "ETag"), test_reply_header(&again, "ETag"));
+    test_reply_clear(&reply);
+    test_reply_clear(&again);
+    // cut off, to a route that takes none, and from a page that no option lists
+    char cut[sizeof form];
+    snprintf(cut, sizeof cut, "%.*s", (int)sizeof form - 12, form);
+    CHECK_INT(test_request(server, &reply, "POST", "/v1/fits", type, cut), 400);
+    ask_problem(&reply, 400, NULL);
+    test_reply_clear(&reply);
+    CHECK_INT(test_request(server, &reply, "POST", "/v1/modes", type, form), 415);
+    test_reply_clear(&reply);
+    for (int own = 0; own < 2; own++) {
+        snprintf(fields, sizeof fields, "%sOrigin: http://%s\r\n", type,
+                 own ? "localhost" : "evil.example");
+        snprintf(fields + strlen(fields), sizeof fields - strlen(fields),
+                 own ? "Sec-Fetch-Site: same-origin\r\n" : "");
+        CHECK_INT(test_request(server, &reply, "POST", "/v1/fits", fields, form), own ? 200 : 403);
+        test_reply_clear(&reply);
+    }
+    test_server_stop(&server);
+}
+
 TEST(a_trace_of_zeros_is_none) {
     static const struct {
         const char *trace;
