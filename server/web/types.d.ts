@@ -406,6 +406,8 @@ interface App {
   stage: { tip(arm: number): Point; camera: Camera; seen(): Seen; join(part: StagePart): End };
   /** Whose table a fit is of: the film that was marked (drawers/film.js). */
   film?: { fitted(table: string, camera: FitCamera): number | null } | null;
+  /** The film that was there before another language was. */
+  shot?: Shot | null;
   /** A table that waits for the drawer Measure (drawers/measurements.js). */
   measurements?: string | null;
 }
@@ -415,6 +417,15 @@ interface StagePart {
   follow?(): void;
   show?(): void;
   destroy?: End;
+}
+
+/** A film that was chosen, where in it, s, and the fit to its marks. */
+interface Shot {
+  file: File;
+  time: number;
+  told: string;
+  handed: string;
+  camera: FitCamera | null;
 }
 
 /** Where measured places are: origin + scale e^(i rotation) place, in their own unit. */

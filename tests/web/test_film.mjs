@@ -76,9 +76,26 @@ export async function a_film_that_is_marked_by_colour_gives_length_and_friction_
   await settledMotion(page);
   await inTime(page, truth);
   await rig.shot(page, "film-behind");
+  await spoken(page);
   assert.ok(Math.max(...sent) < 40000, "nothing of the film is sent");
   await close(page);
   return `colour: ${mean.toFixed(3)} pixels in the mean, ${far.toFixed(3)} at most; ${told.join(", ")}`;
+}
+
+/** In another language the film is still there. */
+async function spoken(page) {
+  const film = ".film-behind video";
+  const where = () => page.evaluate((at) => getComputedStyle(document.querySelector(at)).transform, film);
+  const before = await where();
+  await page.evaluate(() => pendulumd.speak("en"));
+  await page.waitForFunction(() => document.documentElement.lang === "en");
+  await page.waitForFunction((at) => !document.querySelector(at), ".film-behind:not(.seen)");
+  await openDrawer(page, "measure");
+  if (!(await page.isVisible("[data-film=open]"))) await page.click("[data-part=film] summary");
+  await said(page, /3\.0 s long/);
+  await page.waitForSelector(".film-behind.seen");
+  await drawn(page);
+  assert.equal(await where(), before, "in another language the film is where the fit has put it");
 }
 
 /** The film behind the motion: at the clock's time, its tip where the pendulum's is. */

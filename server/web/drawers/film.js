@@ -8,7 +8,7 @@
 import { createBag, h } from "../dom.js";
 import { createBehind } from "./film_behind.js";
 import { followColour, pickColour } from "./film_colour.js";
-import { openFilm, seek, step } from "./film_frames.js";
+import { dropping, openFilm, seek, step } from "./film_frames.js";
 import { createLayer } from "./film_layer.js";
 import * as marking from "./film_marks.js";
 import { button, choice, save, tick } from "./kit.js";
@@ -416,6 +416,23 @@ async function take(view, file) {
   }
 }
 
+/** Leaves the film to this part in another language. @param {View} view */
+function leave(view) {
+  const { app, wanted: file, told, handed, camera, film } = view;
+  app.shot = file && { file, told, handed, camera, time: film?.video.currentTime ?? 0 };
+  view.wanted = null;
+}
+
+/** @param {View} view @param {Shot} shot that was left */
+async function resume(view, { file, time, ...rest }) {
+  view.app.shot = null;
+  await take(view, file);
+  if (view.wanted !== file || !view.film) return;
+  Object.assign(view, rest);
+  showAll(view);
+  await seek(view.film, time);
+}
+
 /** What a fit to the marks has found; until when the film goes on, s of the pendulum.
  * @param {View} view @param {string} table @param {FitCamera} camera */
 function fitted(view, table, camera) {
@@ -424,20 +441,6 @@ function fitted(view, table, camera) {
   view.camera = camera;
   showBehind(view);
   return film.duration / marks.slow;
-}
-
-/** @param {View} view @param {HTMLElement} element */
-function dropping(view, element) {
-  const over = (/** @type {boolean} */ on) => (/** @type {DragEvent} */ event) => {
-    event.preventDefault();
-    element.classList.toggle("dropping", on);
-  };
-  element.addEventListener("dragover", over(true));
-  element.addEventListener("dragleave", over(false));
-  element.addEventListener("drop", (event) => {
-    over(false)(event);
-    take(view, event.dataTransfer?.files[0]);
-  });
 }
 
 /** @param {App} app @returns {View} */
@@ -476,18 +479,19 @@ export default async function mountFilm(app) {
   const element = h("div", { class: "film" });
   const intro = h("p", { class: "quiet" }, text("film.intro"));
   element.append(intro, view.keys, view.status, view.settings, view.result);
-  dropping(view, element);
+  dropping(element, (file) => take(view, file));
   // marks of the last film are there before it is chosen again
   const [last = null] = marking.keptMarks();
   view.marks = last;
   showAll(view);
-  if (last) say(view, text("film.kept", { name: last.name }));
+  if (app.shot) resume(view, app.shot);
+  else if (last) say(view, text("film.kept", { name: last.name }));
   bag(store.subscribe((doc, before) => doc.pendulum !== before.pendulum && showTools(view)));
   const own = { fitted: fitted.bind(null, view) };
   app.film = own;
   bag(() => app.film === own && (app.film = null));
   bag(() => endMarking(view));
-  bag(() => (view.wanted = null));
+  bag(() => leave(view));
   bag(() => view.back?.destroy());
   bag(() => view.film?.close());
   return { element, hide: () => endMarking(view), destroy: bag.end };

@@ -160,3 +160,20 @@ export async function openFilm(file) {
     throw error;
   }
 }
+
+/**
+ * Takes files that are dropped on an element.
+ * @param {HTMLElement} element @param {(file: File | undefined) => void} take
+ */
+export function dropping(element, take) {
+  const over = (/** @type {boolean} */ on) => (/** @type {DragEvent} */ event) => {
+    event.preventDefault();
+    element.classList.toggle("dropping", on);
+  };
+  element.addEventListener("dragover", over(true));
+  element.addEventListener("dragleave", over(false));
+  element.addEventListener("drop", (event) => {
+    over(false)(event);
+    take(event.dataTransfer?.files[0]);
+  });
+}

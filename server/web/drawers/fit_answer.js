@@ -174,7 +174,9 @@ function sentencesOf(text, fitted) {
 async function modelOf(client, fitted, signal) {
   const { answer, measured, unit } = fitted;
   const { pendulum, initial, times } = answer.request;
-  const stop = measured.t[measured.t.length - 1];
+  // the motion's time is ahead of the measurements' by the camera's shift
+  const { scale, rotation, origin, shift } = answer.camera;
+  const stop = measured.t[measured.t.length - 1] + shift;
   const span = { start: times.start, stop: Math.max(stop, times.start + 1e-3), count: FINE };
   const body = { pendulum, initial, times: span, output: ["phi"] };
   const { count, columns } = await fetchTable(client, "/v1/trajectories", body, { signal });
@@ -182,7 +184,6 @@ async function modelOf(client, fitted, signal) {
   const n = tree.length.length;
   const rows = order(tree.parent);
   const spots = createSpots(n);
-  const { scale, rotation, origin } = answer.camera;
   const [cos, sin] = [Math.cos(rotation) * scale, Math.sin(rotation) * scale];
   const column = (/** @type {string} */ kind, /** @type {number} */ arm) =>
     Array.from({ length: count }, (_, i) => {
@@ -193,7 +194,7 @@ async function modelOf(client, fitted, signal) {
       const [x, y] = [spots.x[arm - 1], spots.y[arm - 1]];
       return kind === "x" ? origin[0] + cos * x - sin * y : origin[1] + sin * x + cos * y;
     });
-  return { t: columns.t, column, unit };
+  return { t: columns.t.map((time) => time - shift), column, unit };
 }
 
 /** Angles without whole turns, broken where they pass the top. @param {(number | null)[]} list */
