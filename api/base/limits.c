@@ -27,7 +27,7 @@ static const struct {
 enum { LIMITS_COUNT = sizeof limits_table / sizeof *limits_table };
 
 void api_limits_init(struct api_limits *limits) {
-    limits->of_jobs = 0;
+    limits->of_jobs = limits->stored = 0;
     for (int i = 0; i < LIMITS_COUNT; i++) *api_limits_value(limits, i) = limits_table[i].start;
 }
 

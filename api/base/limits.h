@@ -29,6 +29,7 @@ struct api_limits {
     API_LIMITS_LIST(X)
 #undef X
     int of_jobs; /* non-zero: limits of jobs, some of which have names of their own */
+    int stored;  /* non-zero: of an answer that is read from stored parts, as often as need be */
 };
 
 struct api_limit_row {

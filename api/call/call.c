@@ -19,6 +19,7 @@ enum stage { STAGE_NEW, STAGE_READY, STAGE_RUNNING, STAGE_DONE, STAGE_BROKEN };
 
 struct api_call {
     const struct api_limits *limits;
+    struct api_limits own; /* those of an answer that is read from a source */
     double (*now)(void *context);
     void *context;
     int (*hurry)(void *company);
@@ -278,6 +279,9 @@ enum api_progress api_call_open(struct api_call *call, const struct api_request 
 
 enum api_progress api_call_results(struct api_call *call, const struct api_request *request,
                                    const struct api_source *source, struct api_buffer *out) {
+    call->own = *call->limits;
+    call->own.stored = source->again && !source->partial;
+    call->limits = &call->own;
     enum api_progress progress = api_call_open(call, request, out);
     /* the request was good when the job was accepted: faults in it are not this client's */
     if (progress == API_DONE && call->answer.status == 400) {
@@ -342,8 +346,11 @@ static enum pend_status call_fetch(struct api_call *call, struct api_buffer *out
     if (!call->results)
         PEND_TRY(api_results_new(&call->results, call->format, table, call->op->json != NULL,
                                  table->rows_later, &call->source, out, error));
-    if (call->fetched) return api_results_end(call->results, out, done);
-    return api_results_fetch(call->results, &call->source, out, &call->fetched, error);
+    if (!call->fetched)
+        return api_results_fetch(call->results, &call->source, out, &call->fetched, error);
+    PEND_TRY(api_results_end(call->results, out, done));
+    call->fetched = !api_results_again(call->results, &call->source);
+    return PEND_OK;
 }
 
 /* appends the wanted bytes of the next piece. If the length of the whole is not known, the answer

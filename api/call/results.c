@@ -18,6 +18,7 @@ struct api_results {
     struct api_crate *crate; /* NULL = the answer is part of none */
     long most;               /* rows, once all parts are there */
     int partial;             /* the last of them may be missing */
+    int turn;                /* how often the parts were read to their end */
     size_t held;             /* letters of results_timed that the answer ends with, so far */
     int timing;              /* what follows is the number of seconds */
 };
@@ -59,6 +60,8 @@ double api_results_bytes(const struct api_source *source, const struct api_forma
                          const struct api_table *table) {
     struct api_table own = *table;
     own.rows_later |= source->partial;
+    if (source->again && api_format_turns(format, &own))
+        return (double)format->writer_bytes + (double)API_TURN_BYTES + API_PIECE_BYTES;
     return api_writer_bytes(format, &own);
 }
 
@@ -116,7 +119,8 @@ enum pend_status api_results_new(struct api_results **results, const struct api_
     api_buffer_init(&made->record, record_most(table));
     enum pend_status status = results_room(made);
     if (status == PEND_OK && !(apart && format == &api_format_json))
-        status = api_writer_new(&made->writer, format, &made->table, out);
+        status = (source->again ? api_writer_new_turns : api_writer_new)(&made->writer, format,
+                                                                         &made->table, out);
     if (status != PEND_OK) api_results_free(results);
     if (status == PEND_OK && crate) api_crate_pass(crate, out, before);
     assert(status != PEND_OK || results_valid(made));
@@ -169,6 +173,7 @@ static enum pend_status results_take(struct api_results *results, enum api_raw k
                               : api_buffer_add(out, data, bytes);
     }
     if (!results->writer) return PEND_OK;
+    if (kind == API_RAW_STATS && results->turn) return PEND_OK;
     if (kind == API_RAW_STATS)
         return api_raw_add(&results->figures, data, bytes) ? PEND_OK : PEND_BUG;
     long rows = api_raw_rows(&results->table, data, bytes, results->rows);
@@ -268,4 +273,14 @@ enum pend_status api_results_end(struct api_results *results, struct api_buffer 
     if (!results->crate) return PEND_OK;
     api_crate_pass(results->crate, out, before);
     return *done ? api_crate_end(results->crate, out) : PEND_OK;
+}
+
+int api_results_again(struct api_results *results, const struct api_source *source) {
+    struct api_writer *writer = results->writer;
+    assert(results_valid(results));
+    if (!writer || !writer->again) return 0;
+    results->turn++;
+    api_writer_again(writer);
+    source->again(source->context);
+    return 1;
 }

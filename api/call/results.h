@@ -118,4 +118,8 @@ PEND_MUST_CHECK enum pend_status api_results_fetch(struct api_results *results,
 PEND_MUST_CHECK enum pend_status api_results_end(struct api_results *results,
                                                  struct api_buffer *out, int *done);
 
+/** Returns non-zero where the parts are wanted once more, from the first: the source was told so.
+ * To be asked after each api_results_end that is not done. */
+int api_results_again(struct api_results *results, const struct api_source *source);
+
 #endif

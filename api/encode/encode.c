@@ -126,7 +126,7 @@ static enum pend_status writer_keep(struct api_writer *writer) {
     const struct api_table *table = &writer->table;
     double numbers = (double)table->rows * api_table_numbers(table, 0);
     if (numbers > (double)(SIZE_MAX / 2) / sizeof(double)) return PEND_NO_MEMORY;
-    double *at = malloc((size_t)numbers * sizeof *at + 1);
+    double *at = writer->kept = malloc((size_t)numbers * sizeof *at + 1);
     if (!at) return PEND_NO_MEMORY;
     for (int c = 0; c < table->count; c++) {
         writer->column[c] = at;
@@ -139,27 +139,50 @@ int api_format_streams(const struct api_format *format, const struct api_table *
     return format->block && !(format->counted && table->rows_later);
 }
 
-int api_writer_valid(const struct api_writer *writer) {
-    return writer->rows >= 0 && writer->rows <= writer->table.rows &&
-           writer->table.count <= API_COLUMNS &&
-           !api_format_streams(writer->format, &writer->table) == !!writer->column[0] &&
-           writer->sent <= writer->rows;
+int api_format_turns(const struct api_format *format, const struct api_table *table) {
+    double bytes = (double)table->rows * api_table_numbers(table, 0) * (double)sizeof(double);
+    return format->turn && !table->rows_later && bytes > (double)API_TURN_BYTES;
 }
 
-enum pend_status api_writer_new(struct api_writer **writer, const struct api_format *format,
-                                const struct api_table *table, struct api_buffer *out) {
+int api_writer_valid(const struct api_writer *writer) {
+    int streams = api_format_streams(writer->format, &writer->table);
+    return writer->rows >= 0 && writer->rows <= writer->table.rows &&
+           writer->table.count <= API_COLUMNS && !(streams && writer->turns) &&
+           (writer->turns || !streams == !!writer->kept) && writer->sent <= writer->rows;
+}
+
+static enum pend_status writer_make(struct api_writer **writer, const struct api_format *format,
+                                    const struct api_table *table, int turns,
+                                    struct api_buffer *out) {
     *writer = calloc(1, format->writer_bytes);
     if (!*writer) return PEND_NO_MEMORY;
     (*writer)->format = format;
     (*writer)->table = *table;
+    (*writer)->most = (double)API_TURN_BYTES;
+    (*writer)->turns = turns;
     int streams = api_format_streams(format, table);
     (*writer)->sent = -1;
-    enum pend_status status = streams ? PEND_OK : writer_keep(*writer);
+    enum pend_status status = streams || turns ? PEND_OK : writer_keep(*writer);
     if (status == PEND_OK && format->begin && (streams || !format->block))
         status = format->begin(*writer, out);
     if (status != PEND_OK) api_writer_free(writer);
     assert(!*writer || api_writer_valid(*writer));
     return status;
+}
+
+enum pend_status api_writer_new(struct api_writer **writer, const struct api_format *format,
+                                const struct api_table *table, struct api_buffer *out) {
+    return writer_make(writer, format, table, 0, out);
+}
+
+enum pend_status api_writer_new_turns(struct api_writer **writer, const struct api_format *format,
+                                      const struct api_table *table, struct api_buffer *out) {
+    return writer_make(writer, format, table, api_format_turns(format, table), out);
+}
+
+void api_writer_again(struct api_writer *writer) {
+    assert(api_writer_valid(writer) && writer->turns && writer->again);
+    writer->rows = writer->again = 0;
 }
 
 double api_writer_bytes(const struct api_format *format, const struct api_table *table) {
@@ -170,7 +193,7 @@ double api_writer_bytes(const struct api_format *format, const struct api_table 
 }
 
 void api_writer_free(struct api_writer **writer) {
-    if (*writer) free((*writer)->column[0]);
+    if (*writer) free((*writer)->kept);
     free(*writer);
     *writer = NULL;
 }
@@ -251,16 +274,18 @@ static enum pend_status rows_nan(const struct api_writer *writer, long rows, con
     return PEND_OK;
 }
 
-/* writes rows by a representation that can stream */
+/* writes rows by a representation that can stream, or that has turns */
 static enum pend_status rows_write(struct api_writer *writer, long rows, const double *const data[],
                                    struct api_buffer *out) {
     const struct api_format *format = writer->format;
+    enum pend_status (*write)(struct api_writer *, long, const double *const[],
+                              struct api_buffer *) = writer->turns ? format->turn : format->block;
     const double *own[API_COLUMNS];
     double *copies = NULL;
-    if (!format->binary || !writer->table.nan) return format->block(writer, rows, data, out);
+    if (!format->binary || !writer->table.nan) return write(writer, rows, data, out);
     memcpy(own, data, (size_t)writer->table.count * sizeof *own);
     PEND_TRY(rows_nan(writer, rows, own, &copies));
-    enum pend_status status = format->block(writer, rows, own, out);
+    enum pend_status status = write(writer, rows, own, out);
     free(copies);
     return status;
 }
@@ -270,7 +295,7 @@ enum pend_status api_writer_finite_block(struct api_writer *writer, long rows,
     assert(api_writer_valid(writer) && rows <= writer->table.rows - writer->rows);
     if (writer->format->binary && writer->table.float32 && !all_narrow(writer, rows, data))
         return PEND_NOT_FINITE;
-    if (!writer->column[0])
+    if (writer->turns || !writer->kept)
         PEND_TRY(rows_write(writer, rows, data, out));
     else
         writer_take(writer, rows, data);
@@ -315,8 +340,7 @@ enum pend_status api_writer_finish(struct api_writer *writer, const struct api_s
     assert(api_writer_valid(writer));
     writer->stats = stats;
     *done = 0;
-    if (writer->format->block && writer->column[0] &&
-        (writer->sent < 0 || writer->sent < writer->rows))
+    if (writer->format->block && writer->kept && (writer->sent < 0 || writer->sent < writer->rows))
         return rows_send(writer, out);
     if (writer->format->finish) return writer->format->finish(writer, out, done);
     *done = 1;

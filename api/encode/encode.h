@@ -69,6 +69,10 @@ struct api_stats {
 /* About how many bytes a representation writes at a time. */
 enum { API_PIECE_BYTES = 1 << 16 };
 
+/* The most bytes of rows that are kept of a table whose rows can be passed again, by a
+ * representation with turns. A quarter of a client's memory by default is above it. */
+#define API_TURN_BYTES (UINT64_C(1) << 27)
+
 struct api_writer;
 
 /*
@@ -76,7 +80,8 @@ struct api_writer;
  *
  * A representation with a `block` function streams: it writes each block of rows at once, keeps
  * nothing, and its answers have no limit of size. For the others the writer keeps all rows, column
- * by column, and `finish` writes the answer in the end.
+ * by column, and `finish` writes the answer in the end. One of these with a `turn` function can do
+ * without: it takes the rows as often as it says, and keeps some of their columns at a time.
  */
 struct api_format {
     const char *media_type;   /* as Accept names it */
@@ -102,6 +107,10 @@ struct api_format {
      * representation does not stream. */
     enum pend_status (*block)(struct api_writer *writer, long rows, const double *const data[],
                               struct api_buffer *out);
+    /** As block, of a writer with turns: writes or keeps what the turn at hand has of the rows.
+     * NULL: there are no turns. */
+    enum pend_status (*turn)(struct api_writer *writer, long rows, const double *const data[],
+                             struct api_buffer *out);
     /** Writes the next piece of the bytes behind the rows, or, if the representation does not
      * stream, of the whole answer from writer->column and stats; sets *done after the last piece.
      * NULL: there are no such bytes. */
@@ -112,8 +121,11 @@ struct api_writer {
     const struct api_format *format;
     struct api_table table;
     long rows;                     /* written or kept so far */
-    double *column[API_COLUMNS];   /* the rows that are kept, one block; NULL if the representation
-                                      streams */
+    double *kept;                  /* memory of the columns that are kept; NULL if none is */
+    double *column[API_COLUMNS];   /* these columns, within it */
+    double most;                   /* API_TURN_BYTES, or less in tests */
+    int turns;                     /* the rows are passed again for as long as it says */
+    int again;                     /* at this turn's end: another one follows */
     long sent;                     /* rows kept by one that can stream that are written; -1 = not
                                       even what is before them */
     const struct api_stats *stats; /* once all rows were written or kept; NULL = none */
@@ -211,11 +223,25 @@ PEND_MUST_CHECK enum pend_status api_writer_new(struct api_writer **writer,
                                                 const struct api_table *table,
                                                 struct api_buffer *out);
 
+/** Non-zero if a writer of such a table, whose rows can be passed again, has turns: it keeps
+ * API_TURN_BYTES and no more. O(columns). */
+int api_format_turns(const struct api_format *format, const struct api_table *table);
+
+/** As api_writer_new, where the rows can be passed again: after each api_writer_finish that is not
+ * done and leaves writer->again set, all of them are, behind api_writer_again. */
+PEND_MUST_CHECK enum pend_status api_writer_new_turns(struct api_writer **writer,
+                                                      const struct api_format *format,
+                                                      const struct api_table *table,
+                                                      struct api_buffer *out);
+
+/** Begins another turn: all rows follow once more. */
+void api_writer_again(struct api_writer *writer);
+
 /** Frees a writer and the rows that it keeps; nothing happens if it is NULL. */
 void api_writer_free(struct api_writer **writer);
 
-/** True if the rows are within the table, and kept exactly if the format does not stream; for
- * assertions. O(1). */
+/** True if the rows are within the table, and kept exactly if the format neither streams nor has
+ * turns; for assertions. O(1). */
 int api_writer_valid(const struct api_writer *writer);
 
 /** Returns the most bytes of memory of a writer of such a table, rows that are kept included.

@@ -1,6 +1,11 @@
 /* A table as NumPy's .npz: a zip archive of .npy arrays, stored and not deflated, so that
  * numpy.load reads it at the speed of memory. Libraries for zip archives need all members in memory
  * or a file; the archive's records are therefore those of zip.
+ * The arrays stand one after the other, and rows have all of them: so that of a table that is not
+ * kept as a whole the rows are asked for several times, each time for the next array, which is
+ * written as they come, and for those behind it for which there is memory. The archives of larger
+ * tables, kept or not, have checksums behind their arrays, the others before them, for readers that
+ * do not look at the directory.
  * Leaves to others: the checksum (libdeflate: with the processor's carry-less product it costs less
  * than the copy).
  * Invariant: the bytes depend on the numbers only; members and archives of any size are told
@@ -9,6 +14,7 @@
 #include "api/encode/zip64.h"
 
 #include <assert.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <libdeflate.h>
@@ -26,6 +32,7 @@ struct npz_writer {
     struct api_writer base;
     struct api_arrays arrays;
     int next;          /* the array that is being written */
+    int last;          /* of a writer with turns: those before this one are kept at this turn */
     uint64_t at;       /* the next of its numbers */
     uint64_t written;  /* bytes of the archive */
     int open, members; /* whether the header of array `next` is written; members that are begun */
@@ -34,7 +41,9 @@ struct npz_writer {
 
 static double npz_bytes(const struct api_table *table) {
     double numbers = (double)table->rows * api_table_numbers(table, 0);
-    return 8 * numbers + (double)MEMBERS * (HEAD_BYTES + API_ZIP64_LOCAL + API_ZIP64_CENTRAL + 64) +
+    return 8 * numbers +
+           (double)MEMBERS *
+               (HEAD_BYTES + API_ZIP64_LOCAL + API_ZIP64_CENTRAL + API_ZIP64_BEHIND + 64) +
            3 * 4 * TEXT_CAP + 4.0 * API_WARNINGS_BYTES + API_ZIP64_END;
 }
 
@@ -78,8 +87,12 @@ static size_t array_width(const struct api_array *array) {
     return array->width ? (size_t)array->width : 1;
 }
 
+static uint64_t npz_rows(const struct npz_writer *writer) {
+    return (uint64_t)(writer->base.turns ? writer->base.table.rows : writer->base.rows);
+}
+
 static uint64_t array_numbers(const struct npz_writer *writer, const struct api_array *array) {
-    return (uint64_t)writer->base.rows * array_width(array);
+    return npz_rows(writer) * array_width(array);
 }
 
 /* numbers [from, from + count) of an array, as bytes */
@@ -112,7 +125,8 @@ static void array_shape(const struct npz_writer *writer, const struct api_array 
                         char shape[64]) {
     int rows = !writer->base.table.single;
     char *at = stpcpy(shape, "(");
-    if (rows) at = stpcpy(api_number_write_int(at, writer->base.rows), array->width ? ", " : ",");
+    if (rows)
+        at = stpcpy(api_number_write_int(at, (long)npz_rows(writer)), array->width ? ", " : ",");
     at = api_array_shape(at, array);
     if (array->width && !rows && !array->inner) at = stpcpy(at, ",");
     stpcpy(at, ")");
@@ -125,6 +139,13 @@ static void member_name(struct api_zip64_member *member, const char *first, cons
     stpcpy(stpcpy(stpcpy(stpcpy(member->name, first), between), second), ".npy");
 }
 
+/* are checksums behind the arrays? */
+static int npz_streamed(const struct npz_writer *writer) {
+    const struct api_table *table = &writer->base.table;
+    double bytes = (double)npz_rows(writer) * api_table_numbers(table, 0) * (double)sizeof(double);
+    return bytes > writer->base.most;
+}
+
 static enum pend_status array_begin(struct npz_writer *writer, const struct api_array *array,
                                     struct api_buffer *out) {
     struct api_zip64_member *member = &writer->member[writer->members];
@@ -132,23 +153,99 @@ static enum pend_status array_begin(struct npz_writer *writer, const struct api_
     member_name(member, array->name, array->part ? "_" : "", array->part ? array->part : "");
     array_shape(writer, array, shape);
     npy_head(head, api_array_type(array), shape);
+    member->streamed = npz_streamed(writer);
     member->bytes = HEAD_BYTES + array_numbers(writer, array) * api_array_bytes(array);
-    member->crc = array_crc(writer, array, libdeflate_crc32(0, head, HEAD_BYTES));
+    member->crc = libdeflate_crc32(0, head, HEAD_BYTES);
+    if (!member->streamed) member->crc = array_crc(writer, array, member->crc);
+    writer->open = 1;
     return member_begin(writer, head, out);
 }
 
-/* writes the next numbers of the array, as many as a piece has */
+/* takes notice of numbers of the open array that were put behind the buffer's bytes */
+static void array_pass(struct npz_writer *writer, const struct api_array *array, size_t count,
+                       struct api_buffer *out) {
+    struct api_zip64_member *member = &writer->member[writer->members - 1];
+    size_t bytes = count * api_array_bytes(array);
+    if (member->streamed)
+        member->crc = libdeflate_crc32(member->crc, out->data + out->bytes, bytes);
+    out->bytes += bytes;
+    writer->written += bytes;
+    writer->at += count;
+}
+
+/* writes the next numbers of the array that is kept, as many as a piece has */
 static enum pend_status array_go_on(struct npz_writer *writer, const struct api_array *array,
                                     struct api_buffer *out) {
     uint64_t rest = array_numbers(writer, array) - writer->at;
     size_t count = API_PIECE_BYTES / api_array_bytes(array);
     if (count > rest) count = (size_t)rest;
-    size_t bytes = count * api_array_bytes(array);
-    PEND_TRY(api_buffer_room(out, bytes + 1));
+    if (!count) return PEND_OK;
+    PEND_TRY(api_buffer_room(out, count * api_array_bytes(array)));
     array_write(writer, array, writer->at, count, out->data + out->bytes);
-    out->bytes += bytes;
-    writer->written += bytes;
-    writer->at += count;
+    array_pass(writer, array, count, out);
+    return PEND_OK;
+}
+
+static enum pend_status array_end(struct npz_writer *writer, struct api_buffer *out) {
+    const struct api_zip64_member *member = &writer->member[writer->members - 1];
+    char behind[API_ZIP64_BEHIND];
+    PEND_TRY(api_buffer_room(out, sizeof behind));
+    if (member->streamed)
+        npz_add(writer, out, behind, (size_t)(api_zip64_behind(behind, member) - behind));
+    writer->next++;
+    writer->at = 0;
+    writer->open = 0;
+    return PEND_OK;
+}
+
+/* turns: rows that come several times */
+
+/* gives memory to the columns of an array; returns its end */
+static double *array_keep(struct npz_writer *writer, const struct api_array *array, double *at) {
+    size_t numbers = (size_t)array_numbers(writer, array);
+    writer->base.column[array->re] = at;
+    if (array->im >= 0) writer->base.column[array->im] = at + numbers;
+    return at + numbers * (array->im >= 0 ? 2 : 1);
+}
+
+/* begins a turn: which arrays it has, and memory for those that are not written at once */
+static enum pend_status turn_begin(struct npz_writer *writer, struct api_buffer *out) {
+    const struct api_arrays *arrays = &writer->arrays;
+    double numbers = 0;
+    writer->last = writer->next + 1;
+    for (; writer->last < arrays->count; writer->last++) {
+        const struct api_array *array = &arrays->array[writer->last];
+        double more = (double)array_numbers(writer, array) * (array->im >= 0 ? 2 : 1);
+        if ((numbers + more) * (double)sizeof(double) > writer->base.most) break;
+        numbers += more;
+    }
+    free(writer->base.kept);
+    writer->base.kept = malloc((size_t)numbers * sizeof(double) + 1);
+    if (!writer->base.kept) return PEND_NO_MEMORY;
+    double *at = writer->base.kept;
+    for (int a = writer->next + 1; a < writer->last; a++)
+        at = array_keep(writer, &arrays->array[a], at);
+    return array_begin(writer, &arrays->array[writer->next], out);
+}
+
+static enum pend_status npz_turn(struct api_writer *base, long rows, const double *const data[],
+                                 struct api_buffer *out) {
+    struct npz_writer *writer = (struct npz_writer *)base;
+    const struct api_array *array = &writer->arrays.array[writer->next];
+    assert(rows >= 0 && writer->next < writer->arrays.count);
+    if (!writer->open) PEND_TRY(turn_begin(writer, out));
+    size_t count = (size_t)rows * array_width(array);
+    PEND_TRY(api_buffer_room(out, count * api_array_bytes(array) + 1));
+    (void)api_array_write(out->data + out->bytes, array, count, data[array->re],
+                          array->im < 0 ? NULL : data[array->im]);
+    array_pass(writer, array, count, out);
+    for (int a = writer->next + 1; a < writer->last; a++) {
+        array = &writer->arrays.array[a];
+        size_t width = array_width(array), from = (size_t)base->rows * width,
+               bytes = (size_t)rows * width * sizeof(double);
+        if (bytes) memcpy(base->column[array->re] + from, data[array->re], bytes);
+        if (bytes && array->im >= 0) memcpy(base->column[array->im] + from, data[array->im], bytes);
+    }
     return PEND_OK;
 }
 
@@ -235,13 +332,13 @@ static enum pend_status npz_finish(struct api_writer *base, struct api_buffer *o
     while (writer->next < writer->arrays.count) {
         const struct api_array *array = &writer->arrays.array[writer->next];
         if (out->bytes - before >= API_PIECE_BYTES) return PEND_OK;
+        if (base->turns && writer->next == writer->last) {
+            base->again = 1;
+            return PEND_OK;
+        }
         if (!writer->open) PEND_TRY(array_begin(writer, array, out));
-        writer->open = 1;
         PEND_TRY(array_go_on(writer, array, out));
-        if (writer->at < array_numbers(writer, array)) continue;
-        writer->next++;
-        writer->at = 0;
-        writer->open = 0;
+        if (writer->at == array_numbers(writer, array)) PEND_TRY(array_end(writer, out));
     }
     for (int i = 0; base->stats && i < base->stats->count; i++)
         if (base->stats->stat[i].kind != API_STAT_WARNING)
@@ -261,5 +358,6 @@ const struct api_format api_format_npz = {
     .writer_bytes = sizeof(struct npz_writer),
     .bytes = npz_bytes,
     .begin = npz_begin,
+    .turn = npz_turn,
     .finish = npz_finish,
 };

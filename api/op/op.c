@@ -48,6 +48,7 @@ void api_reading_check_size(const struct api_reading *reading, const struct api_
     double bytes = format->bytes(table), most = reading->limits->answer_bytes;
     char flowing[API_FORMATS_TEXT], reason[80] = "the limit max-answer-bytes";
     if (api_format_streams(format, table)) return;
+    if (reading->limits->stored && api_format_turns(format, table)) return;
     if (format->most_bytes && format->most_bytes < most) {
         snprintf(reason, sizeof reason, "the bound of %s", format->media_type);
         most = format->most_bytes;

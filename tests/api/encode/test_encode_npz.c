@@ -129,3 +129,80 @@ TEST(npz_of_a_single_row_has_no_axis_for_rows) {
     api_buffer_clear(&zip);
     test_table_clear(&table);
 }
+
+/* encodes in turns of at most `most` bytes, or from memory; returns how often the rows were passed
+ */
+static int encode_turns(const struct test_table *table, int turns, double most, long cut,
+                        struct api_buffer *zip) {
+    struct api_writer *writer;
+    int done = 0, passed = 1;
+    if (!CHECK(api_writer_new(&writer, &api_format_npz, &table->table, zip) == PEND_OK)) return 0;
+    writer->most = most;
+    if (turns) {
+        free(writer->kept);
+        writer->kept = NULL;
+        writer->turns = 1;
+    }
+    enum pend_status status = PEND_OK;
+    while (status == PEND_OK && !done) {
+        for (long at = 0; at < table->table.rows && status == PEND_OK; at += cut) {
+            const double *data[TEST_COLUMNS];
+            long rows = table->table.rows - at < cut ? table->table.rows - at : cut;
+            for (int c = 0; c < TEST_COLUMNS; c++)
+                data[c] = table->data[c] + at * api_column_numbers(&table->table.column[c]);
+            status = api_writer_block(writer, rows, data, zip, NULL);
+        }
+        while (status == PEND_OK && !done && !writer->again)
+            status = api_writer_finish(writer, &table->stats, zip, &done);
+        if (status == PEND_OK && !done) {
+            api_writer_again(writer);
+            passed++;
+        }
+    }
+    CHECK(status == PEND_OK);
+    api_writer_free(&writer);
+    return passed;
+}
+
+TEST(npz_in_turns_has_the_bytes_that_it_has_from_memory) {
+    enum { ROWS = 3000, ARMS = 3 };
+    struct test_table table = test_table_new(ROWS, ARMS);
+    /* bytes that are kept: nothing, an array of one number a row, two of these, all */
+    const double most[] = {0, 8 * ROWS, 8 * ROWS * (ARMS + 2), 8 * ROWS * (3 * ARMS + 3) - 1};
+    const int turns[] = {5, 4, 2, 1};
+    for (int nan = 0; nan < 2; nan++) {
+        table.table.nan = nan;
+        table.table.float32 = 0;
+        table.table.column[TEST_PHI].sparse = nan;
+        for (size_t i = 0; i < sizeof most / sizeof *most; i++) {
+            struct api_buffer kept, turned;
+            api_buffer_init(&kept, 10000000);
+            api_buffer_init(&turned, 10000000);
+            CHECK_INT(encode_turns(&table, 0, most[i], 100, &kept), 1);
+            CHECK_INT(encode_turns(&table, 1, most[i], 77, &turned), turns[i]);
+            CHECK_INT((long long)turned.bytes, (long long)kept.bytes);
+            CHECK(turned.bytes == kept.bytes && !memcmp(turned.data, kept.data, kept.bytes));
+            /* checksums stand behind the arrays: the flag, and the two that are the same */
+            const char *local = turned.data;
+            CHECK_INT((long long)whole(local + 6, 2), 8);
+            size_t from = 30 + 5 + 20, bytes = 128 + 8 * ROWS;
+            CHECK(whole(local + 14, 4) == 0 && whole(local + from + bytes, 4) == 0x08074b50);
+            CHECK(whole(local + from + bytes + 4, 4) == crc(local + from, bytes));
+            api_buffer_clear(&kept);
+            api_buffer_clear(&turned);
+        }
+    }
+    test_table_clear(&table);
+}
+
+TEST(only_tables_whose_rows_are_many_and_known_have_turns) {
+    struct test_table table = test_table_new(10, 3);
+    CHECK(!api_format_turns(&api_format_npz, &table.table));
+    table.table.rows = 1 << 21;
+    CHECK(api_format_turns(&api_format_npz, &table.table));
+    CHECK(!api_format_turns(&api_format_mat, &table.table));
+    table.table.rows_later = 1;
+    CHECK(!api_format_turns(&api_format_npz, &table.table));
+    table.table.rows = 10;
+    test_table_clear(&table);
+}
