@@ -32,6 +32,8 @@ struct receiver {
     int fd, port, over;
     pthread_t thread;
     pthread_mutex_t lock;
+    int visits; /* that are not over */
+    pthread_cond_t left;
     int count;
     struct seen seen[SEEN];
 };
@@ -130,6 +132,9 @@ static void *visit_main(void *context) {
     gnutls_deinit(session);
     close(fd);
     free(message);
+    pthread_mutex_lock(&receiver->lock);
+    if (!--receiver->visits) pthread_cond_signal(&receiver->left);
+    pthread_mutex_unlock(&receiver->lock);
     return NULL;
 }
 
@@ -143,7 +148,10 @@ static void *receiver_main(void *context) {
         pthread_t thread;
         if (!visit) return NULL;
         *visit = (struct visit){receiver, fd};
-        if (!pthread_create(&thread, NULL, visit_main, visit)) pthread_detach(thread);
+        pthread_mutex_lock(&receiver->lock);
+        receiver->visits++;
+        pthread_mutex_unlock(&receiver->lock);
+        CHECK(!pthread_create(&thread, NULL, visit_main, visit) && !pthread_detach(thread));
     }
 }
 
@@ -155,6 +163,7 @@ static struct receiver *receiver_start(void) {
     if (!CHECK(receiver != NULL) || !safe_begin(&receiver->safe)) return NULL;
     signal(SIGPIPE, SIG_IGN);
     pthread_mutex_init(&receiver->lock, NULL);
+    pthread_cond_init(&receiver->left, NULL);
     safe_path(&receiver->safe, "server.pem", pem);
     safe_path(&receiver->safe, "server.key", key);
     good(gnutls_certificate_allocate_credentials(&receiver->credentials), "credentials");
@@ -168,12 +177,19 @@ static struct receiver *receiver_start(void) {
     return receiver;
 }
 
-/* those that visit may still be at it: what they use stays */
+/* once those that visit have left, which they do with the server that sent them */
 static void receiver_stop(struct receiver *receiver) {
     shutdown(receiver->fd, SHUT_RDWR);
     pthread_join(receiver->thread, NULL);
+    pthread_mutex_lock(&receiver->lock);
+    while (receiver->visits) pthread_cond_wait(&receiver->left, &receiver->lock);
+    pthread_mutex_unlock(&receiver->lock);
     close(receiver->fd);
+    gnutls_certificate_free_credentials(receiver->credentials);
     safe_end(&receiver->safe);
+    pthread_cond_destroy(&receiver->left);
+    pthread_mutex_destroy(&receiver->lock);
+    free(receiver);
 }
 
 /* --- the server --- */
