@@ -18,9 +18,12 @@ build-release build-asan: build-%:
 build-tsan:
 	$(job) $(MAKE) --no-print-directory MODE=tsan build build/tsan/tests/server/run build/tsan/tests/wire/run
 
+# what mostly waits for servers runs as two processes side by side
+LANES.wire := env TEST_LANES=2
+LANES.server := env TEST_LANES=2
 # fresh memory holds nonsense, so that a number that was never set is a wrong one
 $(ROOMS:%=release-%): release-%: build-release
-	$(job) env MALLOC_PERTURB_=85 build/release/tests/$*/run
+	$(job) env MALLOC_PERTURB_=85 $(LANES.$*) build/release/tests/$*/run
 # as on a processor without AVX2: 20 s of processor time, nothing is compiled again
 base-core base-api: base-%: build-release
 	@$(MAKE) --no-print-directory build/release/tests/base/$*
@@ -35,12 +38,12 @@ SLOWED := -=results_of_a_job_are_those_of_a_request_bit_for_bit -=a_job_says_how
 SLOWED.asan-wire := $(SLOWED) -=downloads_bear_a_database_that_falls_silent_or_goes_and_nobody_else_waits
 SLOWED.tsan-wire := $(SLOWED)
 $(ROOMS:%=asan-%): asan-%: build-asan
-	$(job) build/asan/tests/$*/run $(SLOWED.$@)
+	$(job) $(LANES.$*) build/asan/tests/$*/run $(SLOWED.$@)
 
 # the thread sanitizer of gcc 12 cannot bear the address randomization of newer kernels
 FIXED := $(shell setarch $$(uname -m) -R echo setarch $$(uname -m) -R 2>/dev/null)
 tsan-server tsan-wire: tsan-%: build-tsan
-	$(job) $(FIXED) build/tsan/tests/$*/run $(SLOWED.$@)
+	$(job) $(LANES.$*) $(FIXED) build/tsan/tests/$*/run $(SLOWED.$@)
 
 # without names: the tests that took little time in the release run
 VALGRIND.wire := =every_route_answers =requests_that_cannot_be_answered_are_refused_with_their_problem \

@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/file.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -132,7 +133,7 @@ static struct test_server *server_new(const char *const options[], const char *l
     char name[40];
     struct test_server *server = calloc(1, sizeof *server);
     if (!server) return NULL;
-    snprintf(name, sizeof name, "server-%d.log", ++number);
+    snprintf(name, sizeof name, "server-%d-%d.log", test_lane, ++number);
     path_from_program(server->log_path, 0, name);
     unlink(server->log_path);
     server->pid = launch(options, listen, server->log_path);
@@ -460,17 +461,23 @@ static void write_text(FILE *file, const char *text) {
     putc('"', file);
 }
 
+/* what an earlier run appended is not of this one, whose processes append side by side */
+__attribute__((constructor)) static void replies_forget(void) {
+    char file_path[4096];
+    path_from_program(file_path, 0, "replies.ndjson");
+    if (!getenv("TEST_UNDER")) unlink(file_path);
+}
+
 void test_reply_record(const struct test_reply *reply, const char *method, const char *path) {
-    static int begun;
     char file_path[4096];
     /* what is packed says the same as what is not, and is no text */
     if (reply->body_bytes > 4 << 20 || test_reply_header(reply, "Content-Encoding") ||
         getenv("TEST_UNDER"))
         return;
     path_from_program(file_path, 0, "replies.ndjson");
-    FILE *file = fopen(file_path, begun ? "a" : "w");
+    FILE *file = fopen(file_path, "a");
     if (!file) return;
-    begun = 1;
+    flock(fileno(file), LOCK_EX);
     fprintf(file, "{\"method\":\"%s\",\"path\":", method);
     write_text(file, path);
     fprintf(file, ",\"status\":%d,\"content_type\":", reply->status);

@@ -128,7 +128,8 @@ int test_request(const struct test_server *server, struct test_reply *reply, con
 /**
  * Appends a reply as a line {"method", "path", "status", "content_type", "body"} to replies.ndjson
  * beside the test program, for tests/rules/replies.py; those above 4 MB are left out, and all under
- * TEST_UNDER, which runs beside. The body is text, or null where there was none.
+ * TEST_UNDER, which runs beside. The body is text, or null where there was none. What an earlier
+ * run appended is removed as the program starts.
  */
 void test_reply_record(const struct test_reply *reply, const char *method, const char *path);
 

@@ -6,8 +6,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "core/base/isa.h"
 
@@ -16,6 +19,7 @@ static struct test_case *test_first, **test_last = &test_first;
 static atomic_int test_checks, test_faults;
 static int test_skipped, test_list_residuals;
 static const char *test_running;
+int test_lane;
 
 void test_register(struct test_case *test) {
     *test_last = test;
@@ -150,15 +154,65 @@ static int test_unknown(char **words, int count) {
     return unknown;
 }
 
+/* What processes share that run tests side by side. */
+enum { LANES = 8 };
+struct test_share {
+    atomic_int next;     /* of the tests that are wanted, the first that nobody has taken */
+    atomic_int ended[3]; /* tests that passed, failed, were skipped */
+    _Atomic(const struct test_case *) at[LANES]; /* what each runs; NULL = it has ended */
+};
+
+/* runs the tests that no other process has taken */
+static void test_lane_run(struct test_share *share, char **words, int count) {
+    int place = 0, mine = share->next++;
+    for (const struct test_case *test = test_first; test; test = test->next) {
+        if (!test_wanted(test, words, count) || place++ != mine) continue;
+        share->at[test_lane] = test;
+        share->ended[test_run(test)]++;
+        mine = share->next++;
+    }
+    share->at[test_lane] = NULL;
+}
+
+/* Runs them in so many processes. One that breaks off, or in which a sanitizer found something at
+ * the end, counts as one failure, and the others go on. */
+static void test_lanes_run(struct test_share *share, int lanes, char **words, int count) {
+    pid_t pid[LANES];
+    fflush(stdout);
+    for (int i = 0; i < lanes; i++) {
+        pid[i] = fork();
+        if (pid[i]) continue;
+        test_lane = i;
+        test_lane_run(share, words, count);
+        exit(0);
+    }
+    for (int i = 0; i < lanes; i++) {
+        int status = -1;
+        if (pid[i] > 0 && waitpid(pid[i], &status, 0) == pid[i] && !status) continue;
+        const struct test_case *test = share->at[i];
+        printf("FAIL %s ended its process: status %d\n", test ? test->name : "the end of all",
+               status);
+        share->ended[1]++;
+    }
+}
+
 /* usage: run [PART-OF-A-NAME-OR-FILE | =NAME | -PART | -=NAME ...]; '-' leaves out; the last line
- * is "N passed, N failed", with ", N skipped" where any were */
+ * is "N passed, N failed", with ", N skipped" where any were. TEST_LANES says how many processes
+ * run tests side by side, 1 without it: where most of them wait for servers. */
 int main(int argc, char **argv) {
-    int ended[3] = {0, test_unknown(argv + 1, argc - 1), 0};
-    const char *tolerance = getenv("TOL");
+    const char *tolerance = getenv("TOL"), *wanted = getenv("TEST_LANES");
+    int lanes = wanted ? atoi(wanted) : 1;
+    struct test_share *share =
+        mmap(NULL, sizeof *share, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (share == MAP_FAILED) return 1;
+    share->ended[1] = test_unknown(argv + 1, argc - 1);
     test_list_residuals = tolerance && !strcmp(tolerance, "0");
-    for (const struct test_case *test = test_first; test; test = test->next)
-        if (test_wanted(test, argv + 1, argc - 1)) ended[test_run(test)]++;
-    printf("%d passed, %d failed", ended[0], ended[1]);
-    printf(ended[2] ? ", %d skipped\n" : "\n", ended[2]);
-    return ended[1] > 0 || ended[0] + ended[1] == 0;
+    if (lanes > 1)
+        test_lanes_run(share, lanes < LANES ? lanes : LANES, argv + 1, argc - 1);
+    else
+        test_lane_run(share, argv + 1, argc - 1);
+    int passed = share->ended[0], failed = share->ended[1], skipped = share->ended[2];
+    printf("%d passed, %d failed", passed, failed);
+    printf(skipped ? ", %d skipped\n" : "\n", skipped);
+    return failed > 0 || passed + failed == 0;
 }

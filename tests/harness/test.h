@@ -53,6 +53,10 @@ int test_check_residual(double residual, double tolerance, const char *what, con
         if (!CHECK(condition)) return;                                                             \
     } while (0)
 
+/** The number of this process among those that run tests side by side, from 0: for names of files.
+ */
+extern int test_lane;
+
 /** Marks the running test as skipped, aloud, with the reason; return from the test afterwards. */
 void test_skip(const char *reason);
 
