@@ -2,7 +2,7 @@
 // when it is needed, in the language in use alone.
 // Leaves to others: what is done with words (text.js).
 // Invariant: the address (?lang=) goes before what was chosen here once, that before the browser's
-// own languages.
+// own languages; the browser's language is one that Intl knows.
 
 import { script } from "./files.js";
 import { keep as kept } from "./keep.js";
@@ -28,6 +28,19 @@ export function wanted() {
   const own = navigator.languages.map((name) => name.slice(0, 2));
   return [chosen(), ...own].find((name) => name in LANGUAGES) ?? "en";
 }
+
+/** Whether a name is one of a language. @param {string} name */
+function isLanguage(name) {
+  try {
+    return Intl.getCanonicalLocales(name).length === 1;
+  } catch {
+    return false;
+  }
+}
+
+// a WebKit of a system without a locale says "C", at which Intl and the libraries with it throw
+if (!isLanguage(navigator.language))
+  Object.defineProperty(navigator, "language", { value: wanted(), configurable: true });
 
 /** Keeps a choice, in the address too, which may be handed on. @param {string} language */
 export function choose(language) {

@@ -1,6 +1,7 @@
 #!/bin/bash
 # Drives the page with a real browser, where chromium and npm are here and npm can fetch what drives it.
 # usage: web.sh BUILD [--bench] [NAME]     (build/release, for the server; a part of a test's name; --bench: measures instead)
+#        BROWSER=firefox web.sh BUILD [NAME]     (the same tests in Firefox, but those that ask for Chromium's own protocol)
 #        web.sh BUILD --lesson [PUPILS [STORE]]     (a lesson in real pages)
 # Leaves to others: the tests (tests/web).
 # Invariant: what npm fetches lies in build/; pictures of every view are left in build/check/web.
@@ -9,7 +10,11 @@ cd "$(dirname "$0")/../.." || exit
 home=build/webtest
 skip() { echo "skip web: $1"; echo '0 passed, 0 failed, 1 skipped'; exit 0; }
 
-command -v "${CHROMIUM:-/usr/bin/chromium}" >/dev/null || skip 'chromium is not here'
+if [ "${BROWSER:-}" = firefox ]; then
+  command -v "${FIREFOX:-/usr/bin/firefox-esr}" >/dev/null || skip 'firefox is not here'
+else
+  command -v "${CHROMIUM:-/usr/bin/chromium}" >/dev/null || skip 'chromium is not here'
+fi
 # shellcheck source=tests/rules/npm.sh
 . tests/rules/npm.sh
 command -v npm >/dev/null || skip 'npm is not here'

@@ -11,11 +11,11 @@ import { join } from "node:path";
 const PROGRAM = process.env.FIREFOX ?? "/usr/bin/firefox-esr";
 const PATIENCE_MS = 30000;
 /** Keys without a letter, as WebDriver has them. */
-const KEYS = { Tab: "\uE004", Enter: "\uE007", Escape: "\uE00C", ArrowLeft: "\uE012", ArrowUp: "\uE013", ArrowRight: "\uE014", ArrowDown: "\uE015" };
+export const KEYS = { Tab: "\uE004", Enter: "\uE007", Escape: "\uE00C", ArrowLeft: "\uE012", ArrowUp: "\uE013", ArrowRight: "\uE014", ArrowDown: "\uE015" };
 
 export const firefoxIsHere = () => existsSync(PROGRAM);
 
-const pause = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
+export const pause = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
 
 /** The port that Firefox has chosen, which it writes into its profile. */
 async function portOf(profile) {

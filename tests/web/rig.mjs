@@ -8,6 +8,7 @@ import { mkdirSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
+import { IN_FIREFOX, launchFirefox, withoutProtocol } from "./bidi.mjs";
 import { bundlesAreNew, servePage } from "./serve.mjs";
 
 export const ROOT = fileURLToPath(new URL("../../", import.meta.url));
@@ -111,8 +112,9 @@ function share(name, make) {
   return shared.get(name);
 }
 
-const sharedBrowser = () => share("browser", async () => {
-  const browser = await fetched("playwright-core").chromium.launch({ executablePath: CHROMIUM, args: ARGUMENTS, timeout: TIMEOUT_MS });
+const chromium = () => fetched("playwright-core").chromium.launch({ executablePath: CHROMIUM, args: ARGUMENTS, timeout: TIMEOUT_MS });
+const sharedBrowser = (wants) => share(IN_FIREFOX ? `browser ${wants.dark} ${wants.still}` : "browser", async () => {
+  const browser = await (IN_FIREFOX ? launchFirefox(fetched("playwright-core"), wants) : chromium());
   return { browser, stop: () => browser.close() };
 });
 
@@ -165,14 +167,16 @@ async function emptyPage(options, cold) {
   return page;
 }
 
-async function newPage({ frames, ...options }, key) {
-  const { browser } = await sharedBrowser();
+async function newPage({ frames, wants, ...options }, key) {
+  const { browser } = await sharedBrowser(wants);
+  if (IN_FIREFOX) for (const name of ["isMobile", "permissions"]) delete options[name]; // a narrow window; a click permits what it asks for
   const context = await browser.newContext(options);
   context.setDefaultTimeout(TIMEOUT_MS);
   if (!frames) await context.addInitScript(seldom, FRAME_MS);
   const page = await context.newPage();
   page.key = key;
-  page.session = await context.newCDPSession(page);
+  if (IN_FIREFOX) withoutProtocol(page);
+  else page.session = await context.newCDPSession(page);
   page.on("console", (message) => message.type() === "error" && page.faults.push(message.text()));
   page.on("pageerror", (error) => page.faults.push(String(error)));
   page.on("request", (asked) => {
@@ -183,18 +187,24 @@ async function newPage({ frames, ...options }, key) {
   return page;
 }
 
+/** As one who wants these colours and this motion, and has kept nothing here; a Firefox is begun so. */
+async function wishFor(page, home, { dark, still }) {
+  if (IN_FIREFOX) return;
+  await page.emulateMedia({ colorScheme: dark ? "dark" : "light", reducedMotion: still ? "reduce" : "no-preference" });
+  await page.session.send("Storage.clearDataForOrigin", { origin: home, storageTypes: "local_storage" });
+}
+
 /**
  * A page as a browser opens it that has never been here (its cache may hold the page's files, unless `cold`); it is not kept for
  * a time without a server unless serviceWorkers is "allow". It is drawn as on a slow machine, unless `frames`.
  * page.faults lists what went wrong; what fits the patterns in page.forgiven is not held against it. page.asked lists its requests.
  */
 async function openPage(home, used, { path = "/", width = 1280, height = 800, dark = false, still = false, touch = false, language = "en", wait = true, cold = false, ...more } = {}) {
-  const page = await emptyPage({ hasTouch: touch, locale: language, serviceWorkers: "block", frames: BENCH, ...more }, cold);
+  const page = await emptyPage({ hasTouch: touch, locale: language, serviceWorkers: "block", frames: BENCH, wants: IN_FIREFOX ? { dark, still } : {}, ...more }, cold || IN_FIREFOX);
   page.home = home;
   page.used = used.add(page);
   await page.setViewportSize({ width, height });
-  await page.emulateMedia({ colorScheme: dark ? "dark" : "light", reducedMotion: still ? "reduce" : "no-preference" });
-  await page.session.send("Storage.clearDataForOrigin", { origin: home, storageTypes: "local_storage" });
+  await wishFor(page, home, { dark, still });
   await page.goto(home + path);
   if (wait) await moving(page);
   return page;

@@ -14,7 +14,7 @@ export const MARKS = { comma: [",", ";"], point: [".", ","] };
 
 /** What a spreadsheet of the browser's own language expects. */
 export const ownMarks = () =>
-  (0.5).toLocaleString(navigator.language || "en").includes(",") ? "comma" : "point";
+  (0.5).toLocaleString(navigator.language).includes(",") ? "comma" : "point";
 
 /** A text that is one cell. @param {string} words @param {string} between */
 const cell = (words, between) =>
