@@ -7,7 +7,7 @@ Takes the HTML documents, the worksheets (sheets/*.json), the manifest and its i
 the npm packages in MODULES what a browser loads: uPlot, KaTeX and the QR
 code as ES modules, their styles, and the fonts; these are put into LIB as well, for pages that are served
 from their sources. ENGINE is the engine for browsers; an empty file, as on a machine that cannot make it, is left out. All of it is served under /page/DIGEST, a digest of all files, so that a
-browser may keep it for ever; @PAGE@ in an HTML document becomes that path, @ENGINE@ the attribute data-engine where there is one, @OFFLINE@ data-offline: there is a service worker, sw.js, which learns the path and, by @FILES@, the files. Each file is there as it is and, where that
+browser may keep it for ever; @PAGE@ in an HTML document becomes that path, without the slash before it, since a proxy may stand a path before it, @ENGINE@ the attribute data-engine where there is one, @OFFLINE@ data-offline: there is a service worker, sw.js, which learns the path and, by @FILES@, the files. Each file is there as it is and, where that
 is shorter, gzipped at the best level. The same files give the same source.
 """
 import base64
@@ -140,7 +140,7 @@ def write(files, digest, out):
         if name == "index.html":
             data, allowed = inlined(data, dict(files))
         if suffix == ".html" or name == "sw.js":
-            data = data.replace(b"@PAGE@", f"/page/{digest}".encode()).replace(b"@ENGINE@", b" data-engine" if engine else b"")
+            data = data.replace(b"@PAGE@", f"page/{digest}".encode()).replace(b"@ENGINE@", b" data-engine" if engine else b"")
             data = data.replace(b"@OFFLINE@", b" data-offline").replace(b"@FILES@", " ".join(kept(files)).encode())
         packed = bytearray(gzip.compress(data, 9, mtime=0))
         packed[9] = 255  # the system it was made on, which Pythons name differently

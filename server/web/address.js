@@ -5,6 +5,7 @@
 // order of the arms; what is left out is as simple as can be.
 
 import { foldedTheta, phiOf } from "./angles.js";
+import { ROOT } from "./root.js";
 import { request } from "./state.js";
 
 const LISTS = ["length", "mass", "parent", "theta", "omega"];
@@ -26,7 +27,7 @@ export function linkTo(text, rest, language = text.chosen()) {
   const at = rest.includes("#") ? rest.indexOf("#") : rest.length;
   const query = rest.slice(0, at);
   const tongue = language ? `${query.includes("?") ? "&" : "?"}lang=${language}` : "";
-  return `${location.origin}/${query}${tongue}${rest.slice(at)}`;
+  return `${ROOT}${query}${tongue}${rest.slice(at)}`;
 }
 
 /** The address without it: what else it says stays. @param {Location | URL} from */

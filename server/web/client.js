@@ -6,6 +6,7 @@
 import { createEngine } from "./engine.js";
 import { bearer } from "./keep.js";
 import { refusal } from "./problems.js";
+import { urlOf } from "./root.js";
 
 const TRIES = 6;
 const LONGEST_WAIT = 20;
@@ -106,7 +107,7 @@ async function failureOf(reply) {
 /** The server's reply. @param {string} path @param {RequestInit} options */
 async function sent(path, options) {
   try {
-    return await fetch(path, { ...options, headers: { ...options.headers, ...bearer() } });
+    return await fetch(urlOf(path), { ...options, headers: { ...options.headers, ...bearer() } });
   } catch (error) {
     if (gaveUp(error)) throw error;
     throw new Failure("away");

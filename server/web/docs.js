@@ -128,13 +128,13 @@ function head(document_) {
   const name = h(
     "h1",
     {},
-    h("a", { href: "/" }, "pendulumd"),
+    h("a", { href: "./" }, "pendulumd"),
     " ",
     h("span", {}, `reference, version ${document_?.info.version ?? "?"}`),
   );
   return {
     name,
-    tools: h("div", { class: "tools" }, h("a", { href: "/openapi.json" }, "openapi.json"), shade),
+    tools: h("div", { class: "tools" }, h("a", { href: "openapi.json" }, "openapi.json"), shade),
   };
 }
 
@@ -174,7 +174,7 @@ async function open() {
   const main = placeOf("content");
   const bar = placeOf("head");
   try {
-    const reply = await fetch("/openapi.json");
+    const reply = await fetch("openapi.json");
     if (!reply.ok) throw new Error(`it was answered ${reply.status}`);
     const reader = createReader(await reply.json());
     const groups = groupsOf(reader);

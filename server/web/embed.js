@@ -11,6 +11,7 @@ import { statementsOf } from "./class/statements.js";
 import { said } from "./client.js";
 import { fresh } from "./keep.js";
 import { namesSheet, sheetInAddress } from "./room.js";
+import { ROOT } from "./root.js";
 
 const PAUSE_MS = 200;
 
@@ -50,8 +51,8 @@ async function heard(app, { data, source, origin }) {
 
 /** What was answered, to the page around. @param {string} name a number of this visit */
 function tellAnswers(name, /** @type {any} */ { id, sheet, before, given }) {
-  const home = `${location.origin}/worksheets/${sheetInAddress() ?? id}`;
-  const actor = { homePage: `${location.origin}/`, name };
+  const home = `${ROOT}worksheets/${sheetInAddress() ?? id}`;
+  const actor = { homePage: ROOT, name };
   const about = { actor, home, sheet, when: new Date().toISOString() };
   for (const statement of statementsOf(about, given, before))
     window.parent.postMessage({ pendulumd: "statement", statement }, "*");
@@ -88,7 +89,7 @@ export default function beginEmbed(app) {
   let playing = clock.playing;
   async function follow() {
     timer = 0;
-    link.setAttribute("href", `/${await linkOf(store.get())}`);
+    link.setAttribute("href", `./${await linkOf(store.get())}`);
     tell();
   }
   const soon = () => {

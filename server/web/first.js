@@ -7,6 +7,7 @@
 
 import { namesMotion } from "./address.js";
 import { bearer } from "./keep.js";
+import { urlOf } from "./root.js";
 import { PAPER, request } from "./state.js";
 import { exchanges } from "./terms.js";
 
@@ -37,7 +38,7 @@ function ask() {
     Accept: "application/octet-stream",
     ...bearer(),
   };
-  const reply = fetch("/v1/trajectories", { method: "POST", headers, body }).then(
+  const reply = fetch(urlOf("/v1/trajectories"), { method: "POST", headers, body }).then(
     (answer) => (answer.ok ? answer : null),
     () => null,
   );

@@ -33,7 +33,7 @@ function helpOf({ text, offline }) {
       { class: "quiet" },
       text("help.paper"),
       " ",
-      h("a", { href: "/docs" }, text("help.docs")),
+      h("a", { href: "docs" }, text("help.docs")),
     ),
     without,
   );
@@ -82,11 +82,7 @@ export function mountHeader(element, app) {
   const { undo, redo } = historyOf(app);
   const shade = iconButton("dark", text("theme"), () => theme.toggle(), { "data-act": "theme" });
   const title = h("p", { class: "title" });
-  const docs = h(
-    "a",
-    { class: "docs-link", href: "/docs", title: text("help.docs") },
-    text("docs"),
-  );
+  const docs = h("a", { class: "docs-link", href: "docs", title: text("help.docs") }, text("docs"));
   const begin = {
     type: "button",
     class: "button",

@@ -4,6 +4,8 @@
 // Invariant: begins when the pendulum swings; where the browser or the server has no such worker,
 // nothing is asked and nothing fails.
 
+import { urlOf } from "./root.js";
+
 /** ms between two questions for a newer version, by a page that is looked at again. */
 const PAUSE_MS = 600000;
 
@@ -71,7 +73,7 @@ async function begin(copy) {
   // another window may have taken a newer one
   workers.addEventListener("controllerchange", () => greet(workers.controller));
   try {
-    const registration = await workers.register("/sw.js", { updateViaCache: "none" });
+    const registration = await workers.register(urlOf("/sw.js"), { updateViaCache: "none" });
     copy.registration = registration;
     registration.addEventListener("updatefound", () => follow(copy, registration.installing));
     follow(copy, registration.installing);

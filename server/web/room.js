@@ -6,7 +6,8 @@ import { keep } from "./keep.js";
 
 /** The code of a room in the address: /?room=CODE, or /CODE. */
 export function codeInAddress() {
-  const asked = new URLSearchParams(location.search).get("room") ?? location.pathname.slice(1);
+  const asked =
+    new URLSearchParams(location.search).get("room") ?? location.pathname.split("/").pop() ?? "";
   return /^[A-HJ-NP-Z2-9]{5}$/i.test(asked) ? asked.toUpperCase() : null;
 }
 

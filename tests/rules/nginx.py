@@ -180,7 +180,7 @@ def token(number):
 def page_files(front):
     """The page's documents and the files that it names."""
     html = ask(front, "GET", "/")[2].decode()
-    return ["/", "/docs", "/openapi.json", *sorted(set(re.findall(r'(?:href|src)="(/page/[^"]+)"', html)))[:3]]
+    return ["/", "/docs", "/openapi.json", *sorted({f"/{file}" for file in re.findall(r'(?:href|src)="(page/[^"]+)"', html)})[:3]]
 
 
 def a_class(front):

@@ -53,7 +53,7 @@ export async function motion(agent, url, phi) {
 export async function visit(agent, url, phi) {
   const begun = performance.now();
   const html = (await ask(agent, url)).all.toString();
-  const files = new Set([...html.matchAll(/(?:href|src)="(\/page\/[^"]+)"/g)].map(([, path]) => path));
+  const files = new Set([...html.matchAll(/(?:href|src)="(page\/[^"]+)"/g)].map(([, path]) => `/${path}`));
   await Promise.all([motion(agent, url, phi), ...[...files].map((path) => ask(agent, url + path, { headers: { "Accept-Encoding": "gzip" } }))]);
   return performance.now() - begun;
 }

@@ -61,7 +61,7 @@ async function sendFile(reply, file, page) {
   try {
     let bytes = await readFile(file);
     if (extname(file) === ".html" || file === join(WEB, "sw.js")) {
-      const text = bytes.toString().replaceAll("@PAGE@", page.home).replace("@ENGINE@", page.engine ? " data-engine" : "").replace("@OFFLINE@", page.worker ? " data-offline" : "");
+      const text = bytes.toString().replaceAll("@PAGE@", page.home.slice(1)).replace("@ENGINE@", page.engine ? " data-engine" : "").replace("@OFFLINE@", page.worker ? " data-offline" : "");
       bytes = Buffer.from(text.replace("@FILES@", (await filesOf(page)).join(" ")));
     }
     reply.writeHead(200, { "Content-Type": TYPES[extname(file)] ?? "application/octet-stream", "Cache-Control": "no-cache", ...POLICY });

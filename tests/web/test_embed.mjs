@@ -36,7 +36,7 @@ export async function a_page_of_others_shows_the_stage_and_sets_it(rig) {
   await page.waitForFunction(() => window.heard.some((one) => one.time === 2 && one.scene.request.pendulum.length.length === 2));
   await page.evaluate(() => { window.heard.length = 0; frames[0].postMessage({ pendulumd: "set", scene: { request: { pendulum: { length: [1], mass: [1], parent: [7] }, times: { stop: 1 } } } }, "*"); });
   await page.waitForFunction(() => window.heard.some((one) => one.pendulumd === "refused"));
-  assert.match(await frame.getAttribute(".embed-link", "href"), /^\/#[dj]=/);
+  assert.match(await frame.getAttribute(".embed-link", "href"), /^\.\/#[dj]=/);
   await rig.shot(page, "embed");
   await end();
 }

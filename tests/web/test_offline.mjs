@@ -78,22 +78,22 @@ export async function a_newer_version_is_told_taken_at_the_next_load_and_the_old
   const page = await visit(rig, front.url);
   await kept(page);
   assert.match(await saidInHelp(page), /opens without a network/);
-  assert.deepEqual(Object.keys(await listed(page)), ["pendulumd / /page/one"]);
+  assert.deepEqual(Object.keys(await listed(page)), ["pendulumd / page/one"]);
   front.home = "/page/two";
   // another window takes it at once; this one is told
   const other = await page.context().newPage();
   await other.goto(front.url);
   await told(page, /newer version/);
-  assert.equal(await other.evaluate(() => document.documentElement.dataset.page), "/page/two");
+  assert.equal(await other.evaluate(() => document.documentElement.dataset.page), "page/two");
   assert.equal(await other.isVisible(".notice"), false);
-  assert.equal(await page.evaluate(() => document.documentElement.dataset.page), "/page/one");
+  assert.equal(await page.evaluate(() => document.documentElement.dataset.page), "page/one");
   // a drawer of the old version comes although the server has it no more
   await page.click('[data-tab="method"]');
   await page.waitForSelector('[data-drawer="method"] select, [data-drawer="method"] input');
   await other.close();
   await page.click(".notice button");
-  await page.waitForFunction(() => document.documentElement.dataset.page === "/page/two" && window.pendulumd?.offline.kind === "kept");
-  await page.waitForFunction(async () => (await caches.keys()).join() === "pendulumd / /page/two");
+  await page.waitForFunction(() => document.documentElement.dataset.page === "page/two" && window.pendulumd?.offline.kind === "kept");
+  await page.waitForFunction(async () => (await caches.keys()).join() === "pendulumd / page/two");
   assert.equal(await page.isVisible(".notice"), false);
   await close(page);
   front.close();
@@ -139,7 +139,8 @@ export async function the_page_can_be_installed(rig) {
   const reply = await fetch(address);
   assert.match(reply.headers.get("Content-Type"), /^application\/manifest\+json/);
   const manifest = await reply.json();
-  assert.deepEqual([manifest.start_url, manifest.scope, manifest.display], ["/", "/", "standalone"]);
+  const where = [manifest.id, manifest.start_url, manifest.scope].map((one) => new URL(one, address).pathname);
+  assert.deepEqual([...where, manifest.display], ["/", "/", "/", "standalone"]);
   for (const { src, sizes, type } of manifest.icons) {
     const bytes = Buffer.from(await (await fetch(new URL(src, address))).arrayBuffer());
     if (type === "image/png") assert.equal(`${bytes.readUInt32BE(16)}x${bytes.readUInt32BE(20)}`, sizes, src);

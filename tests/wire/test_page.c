@@ -5,15 +5,15 @@
 
 #include "tests/wire/ask.h"
 
-/* the path under which a document says that the page's files are; "" with a failed check where
- * it does not */
+/* the path under which a document says that the page's files are, as it says it: seen from where
+ * the document is; "" with a failed check where it does not */
 static void page_of(struct test_server *server, const char *path, char page[64]) {
     struct test_reply reply;
     page[0] = 0;
     CHECK_INT(test_request(server, &reply, "GET", path, "", NULL), 200);
-    const char *at = reply.body ? strstr(reply.body, "/page/") : NULL;
+    const char *at = reply.body ? strstr(reply.body, "\"page/") : NULL;
     CHECK_SAYING(at != NULL, "%s names no file of the page", path);
-    if (at) snprintf(page, 64, "%.22s", at);
+    if (at) snprintf(page, 64, "/%.21s", at + 1);
     CHECK(strspn(page + 6, "0123456789abcdef") == 16);
     CHECK(!strstr(reply.body, "@PAGE@"));
     test_reply_clear(&reply);
@@ -103,7 +103,7 @@ TEST(the_service_worker_is_asked_for_anew_and_names_the_files_of_the_page) {
     CHECK_TEXT(test_reply_header(&reply, "Content-Type"), "text/javascript; charset=utf-8");
     CHECK_TEXT(test_reply_header(&reply, "Cache-Control"), "no-cache");
     CHECK_TEXT(test_reply_header(&reply, "Service-Worker-Allowed"), "/");
-    CHECK(reply.body && strstr(reply.body, page) && strstr(reply.body, "lib/uplot.js"));
+    CHECK(reply.body && strstr(reply.body, page + 1) && strstr(reply.body, "lib/uplot.js"));
     CHECK(reply.body && !strstr(reply.body, "@FILES@") && !strstr(reply.body, "index.html"));
     test_reply_clear(&reply);
     test_server_stop(&server);

@@ -5,6 +5,7 @@
 // number that the browser has drawn.
 
 import { isRight } from "./answer.js";
+import { ROOT } from "../root.js";
 
 const VERBS = "http://adlnet.gov/expapi/verbs/";
 const TYPES = "http://adlnet.gov/expapi/activities/";
@@ -111,7 +112,7 @@ export function statementsOf(about, given, before = { answers: [] }) {
 
 /** All of a room, by whom and when the teacher's page has it. @param {Session} session */
 export function statementsOfRoom({ entry, items }) {
-  const room = `${location.origin}/${entry?.code}`;
+  const room = `${ROOT}${entry?.code}`;
   const all = [...items.values()].filter(({ value }) => value);
   return all.flatMap(({ name, value, changed }) => {
     const [kind, id, pupil] = name.split("/");

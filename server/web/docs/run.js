@@ -5,6 +5,7 @@
 
 import { h } from "../dom.js";
 import { bearer } from "../keep.js";
+import { urlOf } from "../root.js";
 import { showAnswer } from "./answer.js";
 import { choicesOf } from "./example.js";
 
@@ -71,7 +72,7 @@ async function send(form, run) {
   try {
     const headers = { ...headersOf(form), ...bearer() };
     const sent = body ? { body: body.value } : {};
-    const reply = await fetch(targetOf(form), {
+    const reply = await fetch(urlOf(targetOf(form)), {
       method: one.method.toUpperCase(),
       headers,
       ...sent,
@@ -93,7 +94,7 @@ function commandOf(form) {
   const plain = one.method === "get" || one.method === "post";
   const verb = plain ? "" : ` -X ${one.method.toUpperCase()}`;
   const data = body ? ` -d ${quoted(body.value)}` : "";
-  return `curl -s${verb} ${location.origin}${targetOf(form)}${fields.join("")}${data}`;
+  return `curl -s${verb} ${urlOf(targetOf(form))}${fields.join("")}${data}`;
 }
 
 /** @param {Form} form */
@@ -109,7 +110,7 @@ async function take(form) {
 function exampleOf({ example = "", schema }) {
   if (schema?.format !== "uri") return String(example);
   const { pathname, search, hash } = new URL(example);
-  return location.origin + pathname + search + hash;
+  return urlOf(pathname + search + hash);
 }
 
 /** @param {import("./operation.js").Route} one @param {Reader} reader @returns {Form} */

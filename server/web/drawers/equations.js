@@ -5,6 +5,7 @@
 
 import { said } from "../client.js";
 import { createBag, h, iconButton } from "../dom.js";
+import { ROOT } from "../root.js";
 import { pendulumOf } from "../terms.js";
 import { aborted, button, choice, copyButton, settled } from "./kit.js";
 
@@ -45,7 +46,7 @@ const COPIES = {
       .join("\n\n"),
   matlab: ({ code }) => code.matlab,
   python: ({ code }) => code.python,
-  curl: ({ curl }) => curl.replace(/http:\/\/127\.0\.0\.1:8080/, location.origin),
+  curl: ({ curl }) => curl.replace(/http:\/\/127\.0\.0\.1:8080\//, ROOT),
 };
 
 /** @param {Text} text */

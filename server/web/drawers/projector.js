@@ -4,6 +4,7 @@
 // is told as such.
 
 import { h } from "../dom.js";
+import { ROOT } from "../root.js";
 import { button } from "./kit.js";
 import { qrOf } from "./qr.js";
 
@@ -33,7 +34,7 @@ export function showProjector({ text, store }, qrcode, link) {
     "aside",
     { class: "projector", "aria-label": text("share.projector") },
     qrOf(qrcode, link, text("share.projector")),
-    h("p", { class: "projector-link" }, link.length < 90 ? link : `${location.origin}/`),
+    h("p", { class: "projector-link" }, link.length < 90 ? link : ROOT),
     local && warning,
     close,
   );

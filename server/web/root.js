@@ -1,0 +1,11 @@
+// Where the page is: what stands before the paths of all that it asks for, also behind a proxy that
+// gives it a path (https://school/pendulum/).
+// Leaves to others: the files of one version (files.js).
+// Invariant: every document of the page lies directly below it (/, /docs, /CODE), so that what they
+// name is found from each of them.
+
+/** With its host, and a slash at the end. */
+export const ROOT = new URL("./", location.href).href;
+
+/** The address of a path of the interface or of the page. @param {string} path begins with "/" */
+export const urlOf = (path) => ROOT + path.slice(1);
