@@ -60,7 +60,9 @@ static int end_follows(const struct api_fit *fit, const struct pend_fit_result *
     if (fit->runs > 1)
         return snprintf(text, WORDS_END,
                         "no minimum was found: %d of %d motions follow their data to the end. "
-                        "Fewer runs or rows, or better starts, may help.",
+                        "Fit each run alone first and begin with what that finds: a single motion "
+                        "is also looked at in pieces, which several are not. Fewer rows may help "
+                        "too.",
                         whole, fit->runs);
     if (isnan(r->follows[0]))
         return snprintf(text, WORDS_END,

@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "core/integrate/run.h"
 #include "tests/harness/test.h"
@@ -161,10 +162,24 @@ static void tally_add(struct tally *tally, const struct study *s,
     }
 }
 
+static int time_before(const void *left, const void *right) {
+    double a = *(const double *)left, b = *(const double *)right;
+    return (a > b) - (a < b);
+}
+
+/* how long sets took, s of a processor; nothing depends on it */
+static void times_tell(double took[], int sets) {
+    qsort(took, (size_t)sets, sizeof *took, time_before);
+    printf("  double pendulums: %d sets, median %.3f s of a processor, 9 of 10 below %.3f\n", sets,
+           took[sets / 2], took[sets * 9 / 10]);
+}
+
 TEST(fits_of_synthetic_data_are_within_three_standard_errors) {
     const char *asked = getenv("FITS");
-    int sets = asked ? atoi(asked) : SETS, converged = 0, odd = 0;
+    int sets = asked ? atoi(asked) : SETS, converged = 0, odd = 0, timed = 0;
+    double *took = calloc((size_t)sets + 1, sizeof *took);
     struct tally tally = {0};
+    REQUIRE(took);
     for (int i = 0; i < sets; i++) {
         static struct study s;
         unsigned long long seed = 7919ull * (unsigned long long)i + 17;
@@ -174,7 +189,9 @@ TEST(fits_of_synthetic_data_are_within_three_standard_errors) {
         study_new(&s, n, asked ? ROWS : 150, span, 1, &seed);
         study_angles(&s, noise, i % 2, &seed);
         study_unknowns(&s, &seed);
+        clock_t begun = clock();
         struct pend_fit *fit = fit_of(&s);
+        if (n == 2) took[timed++] = (double)(clock() - begun) / CLOCKS_PER_SEC;
         struct pend_fit_result result = pend_fit_result(fit);
         converged += result.end == PEND_FIT_CONVERGED;
         if (result.end == PEND_FIT_CONVERGED) {
@@ -195,6 +212,8 @@ TEST(fits_of_synthetic_data_are_within_three_standard_errors) {
     CHECK_SAYING(fabs(size - 1) < most, "errors are %g of what is told", size);
     printf("  %d of %d converged, %ld of %ld errors beyond 3 standard errors, their size %.3f\n",
            converged, sets, tally.beyond, tally.count, size);
+    times_tell(took, timed);
+    free(took);
 }
 
 /* A joint without friction: half of all data sets would have it drive, and the bound holds it. The
