@@ -101,6 +101,19 @@ TEST(fits_say_what_goes_away_without_end) {
     test_reply_free(&reply);
 }
 
+/* a place 0.4243 m from the pivot, for an arm of 0.4 m: what is left has its direction */
+TEST(fits_say_how_far_a_wanted_place_is) {
+    struct test_reply reply = test_post(
+        API_OP_FITS,
+        "{\"pendulum\":{\"length\":[0.4],\"mass\":[1],\"parent\":[0]},\"initial\":{\"theta\":[1]},"
+        "\"start\":0,\"data\":{\"t\":[0.4],\"series\":[{\"x\":1,\"values\":[0.3]},{\"y\":1,"
+        "\"values\":"
+        "[-0.3]}]},\"unknowns\":[{\"vary\":\"theta\",\"arm\":1},{\"vary\":\"thetad\",\"arm\":1}]}");
+    // 0.3 - 0.4 / sqrt 2
+    check_says(&reply, "does_not_follow", "of arm 1 at t = 0.4 s, 0.0172 off.");
+    test_reply_free(&reply);
+}
+
 #define MEASURED(sigma, more)                                                                      \
     "{\"pendulum\":{\"length\":[0.9],\"mass\":[1],\"parent\":[0]},\"data\":{\"t\":[0,0.3,0.6" more \
     "],\"series\":[{\"theta\":1" sigma ",\"values\":[0.5,0.33,-0.09"
