@@ -5,9 +5,11 @@ Invariant: the package that is tested is the one that pip has installed.
 """
 import asyncio
 import glob
+import hashlib
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import time
@@ -181,6 +183,48 @@ def test_asyncio(client):
     asyncio.run(main())
 
 
+def test_dataset(client, home):
+    from pendulumd import Pendulum
+    from pendulumd.dataset import WANTED, dataset
+    double, folder, splits = Pendulum(client, **DOUBLE), home / "set", {"train": 25, "validation": 7, "test": 10}
+    draw = [{"vary": "theta", "arm": arm, "distribution": "uniform", "low": -3, "high": 3} for arm in (1, 2)]
+    about = {"draw": draw, "seed": 7, "duration": 2, "observables": ["start", "first_flip"], "card": dict.fromkeys(WANTED, "https://example.org")}
+    card = dataset(double, folder, splits, shard=10, form=".csv", **about)
+    check("the card is the file", json.loads((folder / "croissant.json").read_text()) == card)
+    files = {one["name"]: one for one in card["distribution"] if one["@type"] == "cr:FileObject"}
+    check("every file but the card stands in it", sorted(files) == sorted(one.name for one in folder.iterdir() if one.name != "croissant.json"))
+    check("digests and sizes are the files'", all(hashlib.sha256((folder / name).read_bytes()).hexdigest() == one["sha256"]
+          and one["contentSize"] == f"{(folder / name).stat().st_size} B" for name, one in files.items()))
+    check("what Croissant 1.0 demands", card["conformsTo"] == "http://mlcommons.org/croissant/1.0" and card["@type"] == "sc:Dataset"
+          and {*WANTED, "@context", "datePublished", "distribution", "recordSet"} <= card.keys())
+    sets = {one["@id"]: one for one in card["recordSet"]}
+    ids = [one["@id"] for one in [*card["distribution"], *sets.values(), *(field for record in sets.values() for field in record["field"])]]
+    check("every id is one thing's, and every reference leads to one", len(set(ids)) == len(ids) and all(
+        source["fileSet"]["@id"] in ids for source in (field.get("source") for field in sets["members"]["field"]) if source)
+        and sets["members"]["field"][0]["references"]["field"]["@id"] in ids and sets["splits"]["key"]["@id"] in ids)
+    regex, members = sets["members"]["field"][0]["source"]["transform"]["regex"], {}
+    for name in files.keys() - {"request.json"}:
+        rows = [line.split(",") for line in (folder / name).read_text().splitlines() if not line.startswith("#")]
+        check(f"{name}: its columns are the card's", rows[0] == [field["source"]["extract"].get("column") for field in sets["members"]["field"][1:]])
+        members.setdefault(re.match(regex, name)[1], {}).update({int(row[0]): row for row in rows[1:]})
+    numbers = [number for split in splits for number in sorted(members[split])]
+    check("each member is in one split", {split: len(some) for split, some in members.items()} == splits and numbers == list(range(42)), numbers)
+    whole = double.ensemble(random={"count": 42, "seed": 7, "draw": draw}, duration=2, observables=["start", "first_flip"])
+    came = np.array([members[split][number][2:4] for split in splits for number in sorted(members[split])], float)
+    check("members are those of one request for all", np.array_equal(came, whole.start_phi))
+    gone, kept = folder / "train-00001-of-00003.csv", folder / "test-00000-of-00001.csv"
+    before, seen = gone.read_text(), kept.stat().st_mtime_ns
+    gone.unlink()
+    dataset(double, folder, splits, shard=10, form=".csv", **about)
+    check("what is missing is made again, and nothing else", gone.read_text() == before and kept.stat().st_mtime_ns == seen)
+    for wrong in ({"seed": 8}, {"card": {"name": "mine"}}, {"form": ".png"}):
+        try:
+            dataset(double, folder, splits, **{"shard": 10, "form": ".csv"} | about | wrong)
+            check(f"refused: {wrong}", False)
+        except ValueError:
+            check(f"refused: {wrong}", True)
+
+
 def test_python(server, home):
     install(home)
     from pendulumd import Client
@@ -190,5 +234,6 @@ def test_python(server, home):
     test_nginx(server)
     test_jobs(server, client, home)
     test_asyncio(client)
+    test_dataset(client, home)
     programs("python", [sys.executable, "-B", "-c"], {"PYTHONPATH": str(home / "python")})
     return Client().call("trajectories", {"pendulum": FOUR, "times": {"start": 0, "stop": 5, "step": 0.01}}, accept="application/octet-stream")

@@ -1,0 +1,143 @@
+"""Sets of motions for machine learning: splits whose members never overlap, in shards, with a card of them.
+
+    from pendulumd import Pendulum
+    from pendulumd.dataset import dataset
+    dataset(Pendulum(length=[1, 1], mass=[1, 1], parent=[0, 1]), "double", {"train": 8000, "test": 2000}, ...)
+
+Leaves to others: what is drawn and computed (the server's /docs), jobs and downloads (Client). Invariant: a member of a set is a function
+of seed, number and request alone, and every number is in one split; a shard that is there is whole, and of this request.
+"""
+import datetime
+import hashlib
+import json
+import os
+import re
+import urllib.parse
+
+from . import Problem, _body
+
+__all__ = ["dataset"]
+CARD, REQUEST, AHEAD = "croissant.json", "request.json", 4
+WANTED = ("name", "description", "license", "creator", "url")  # what Croissant asks for and nobody but the author knows
+TERMS = ("citeAs column dataType extract field fileProperty fileObject fileSet includes isLiveDataset key recordSet references regex source "
+         "transform").split()
+CONTEXT = {"@language": "en", "@vocab": "https://schema.org/", "sc": "https://schema.org/", "cr": "http://mlcommons.org/croissant/",
+           "dct": "http://purl.org/dc/terms/", "conformsTo": "dct:conformsTo", "data": {"@id": "cr:data", "@type": "@json"},
+           **{term: f"cr:{term}" for term in TERMS}, "dataType": {"@id": "cr:dataType", "@type": "@vocab"}}
+
+
+def _shards(splits, size, ending):
+    """(name, first member, members) of each shard: the splits lie one behind the other in one sequence of draws."""
+    first = 0
+    for split, count in splits.items():
+        if not re.fullmatch(r"[A-Za-z0-9_]+", split) or count < 1:
+            raise ValueError(f"a split is a word and has members: {split!r}: {count!r}")
+        pieces = -(-count // size)
+        for piece in range(pieces):
+            members = min(size, count - piece * size)
+            yield f"{split}-{piece:05}-of-{pieces:05}{ending}", first, members
+            first += members
+
+
+def _digest(path):
+    sha = hashlib.sha256()
+    with open(path, "rb") as source:
+        while piece := source.read(1 << 20):
+            sha.update(piece)
+    return sha.hexdigest()
+
+
+def _keep(folder, text):
+    """The request of the set lies beside it: another one is no continuation."""
+    path = os.path.join(folder, REQUEST)
+    os.makedirs(folder, exist_ok=True)
+    if os.path.exists(path):
+        with open(path, "rb") as source:
+            if source.read() != text:
+                raise ValueError(f"{folder} has a set of another request: take another folder, or remove {path} and its shards")
+    with open(path + ".part", "wb") as sink:
+        sink.write(text)
+    os.replace(path + ".part", path)
+
+
+def _columns(job):
+    """The names of the columns, as the first line of the CSV has them."""
+    headers = {"Accept": "text/csv", "Range": "bytes=0-65535"}
+    connection, response = job.client._open("GET", f"/v1/jobs/{job.id}/results", None, headers)
+    try:
+        return response.read(65536).split(b"\n")[0].decode().strip().split(",")
+    finally:
+        connection.close()
+
+
+def _fetch(client, folder, wanted, progress):
+    """Computes and saves the shards that are not there, some jobs ahead; the names of their columns, None where all were there."""
+    waiting, columns = [], None
+    for at in range(len(wanted) + AHEAD):
+        if at < len(wanted):
+            name, body = wanted[at]
+            waiting.append((name, client.submit("ensembles", body, key=hashlib.sha256(_body(body)).hexdigest()[:48], title=f"{folder}/{name}"[:100])))
+        if waiting and (at >= AHEAD - 1 or at >= len(wanted)):
+            name, job = waiting.pop(0)
+            job.wait(progress)
+            columns = columns or _columns(job)
+            job.save(os.path.join(folder, name))
+            try:
+                job.cancel()  # what is on the disk here need not be kept there
+            except Problem:
+                pass
+    return columns
+
+
+def _field(path, source):
+    return {"@type": "cr:Field", "@id": path, "name": path, "dataType": "sc:Float", "source": {"fileSet": {"@id": "shards"}, "extract": source}}
+
+
+def _records(columns, splits):
+    """The splits, and the members with a column for their split, which the names of files begin with."""
+    split = _field("members/split", {"fileProperty": "filename"}) | {"dataType": "sc:Text", "references": {"field": {"@id": "splits/name"}}}
+    split["source"]["transform"] = {"regex": "^([A-Za-z0-9_]+)-[0-9]+-of-"}
+    name = {"@type": "cr:Field", "@id": "splits/name", "name": "splits/name", "dataType": "sc:Text"}
+    return [{"@type": "cr:RecordSet", "@id": "splits", "name": "splits", "dataType": "cr:Split", "key": {"@id": "splits/name"}, "field": [name],
+             "data": [{"splits/name": one} for one in splits]},
+            {"@type": "cr:RecordSet", "@id": "members", "name": "members",
+             "field": [split, *(_field(f"members/{urllib.parse.quote(column)}", {"column": column}) for column in columns)]}]
+
+
+def _card(folder, names, columns, splits, card, kind):
+    """The set in the words of Croissant 1.0: its files with their digests and sizes, its columns, its splits."""
+    files = [{"@type": "cr:FileObject", "@id": name, "name": name, "contentUrl": name, "sha256": _digest(os.path.join(folder, name)),
+              "contentSize": f"{os.path.getsize(os.path.join(folder, name))} B", "encodingFormat": "application/json" if name == REQUEST else kind}
+             for name in [REQUEST, *names]]
+    every = {"@type": "cr:FileSet", "@id": "shards", "name": "shards", "encodingFormat": kind, "includes": f"*-of-*{os.path.splitext(names[0])[1]}"}
+    made = {"@context": CONTEXT, "@type": "sc:Dataset", "conformsTo": "http://mlcommons.org/croissant/1.0", "version": "1.0.0",
+            "datePublished": datetime.datetime.now(datetime.timezone.utc).date().isoformat(), "isLiveDataset": False, **card,
+            "distribution": [*files, every], "recordSet": _records(columns, splits)}
+    with open(os.path.join(folder, CARD + ".part"), "w", encoding="utf-8") as sink:
+        json.dump(made, sink, indent=1, ensure_ascii=False, allow_nan=False)
+    os.replace(os.path.join(folder, CARD + ".part"), os.path.join(folder, CARD))
+    return made
+
+
+def dataset(pendulum, folder, splits, *, draw, card, seed=0, shard=10000, form=".parquet", progress=None, **fields):
+    """Makes a set in `folder`, or goes on with one that was begun there; its card, which is croissant.json there.
+
+    splits  members of each: {"train": 80000, "validation": 10000, "test": 10000}
+    draw    what is drawn for each member, by `seed`; `fields` are those of /v1/ensembles: duration, observables, output, ...
+    shard   members of a file at most, each file a job: another size makes the same members
+    form    .parquet or .csv
+    card    name, description, license, creator and url of the set; more words of schema.org as you like
+    """
+    lacks = [word for word in WANTED if not card.get(word)]
+    if lacks or form not in (".parquet", ".csv") or shard < 1:
+        raise ValueError(f"the card lacks {', '.join(lacks)}" if lacks else f"a shard has members and is .parquet or .csv: {shard!r}, {form!r}")
+    shards = list(_shards(splits, shard, form))
+    request = pendulum.request(random={"count": sum(splits.values()), "seed": seed, "draw": draw}, **fields)
+    _keep(folder, _body({"request": request, "splits": splits, "shard": shard, "form": form}))
+    bodies = [(name, request | {"random": {"count": count, "seed": seed, "first": first, "draw": draw}}) for name, first, count in shards]
+    columns = _fetch(pendulum.client, folder, [one for one in bodies if not os.path.exists(os.path.join(folder, one[0]))], progress)
+    if columns is None:  # all shards are there: a job of one member tells their columns
+        few = request | {"random": {"count": 1, "seed": seed, "draw": draw}}
+        columns = _columns(pendulum.client.submit("ensembles", few, key=hashlib.sha256(_body(few)).hexdigest()[:48]).wait())
+    # the word by which readers of Croissant know Parquet
+    return _card(folder, [name for name, _, _ in shards], columns, splits, card, "application/x-parquet" if form == ".parquet" else "text/csv")
