@@ -87,7 +87,14 @@ enum pend_status api_cite_write(const struct api_cite *cite, struct api_buffer *
     api_cite_name(cite, name);
     PEND_TRY(api_buffer_format(out, "@misc{pendulumd-%s", cite->id));
     PEND_TRY(cite_field("title", name, out));
-    PEND_TRY(cite_field("author", "pendulumd", out));
+    if (cite->author && cite->author[0]) {
+        /* a person's name is not kept together, so that it is sorted by its last part */
+        PEND_TRY(api_buffer_text(out, ",\n  author = {"));
+        PEND_TRY(cite_text(cite->author, out));
+        PEND_TRY(api_buffer_text(out, "}"));
+    } else {
+        PEND_TRY(cite_field("author", "pendulumd", out));
+    }
     PEND_TRY(api_buffer_format(out, ",\n  year = {%.4s},\n  month = {%.2s},\n  date = {%s}", date,
                                date + 5, date));
     PEND_TRY(cite_field("howpublished", "Computed by pendulumd", out));

@@ -15,6 +15,8 @@ struct api_cite {
     const char *title;   /* what its client calls it; "" = nothing */
     const char *version; /* of the program that took it in, "0.1.0+ENGINE"; "" = not known */
     const char *origin;  /* where the server was asked: "https://pendulum.example" */
+    const char *author;  /* whose run it is called; NULL or "" = not stated */
+    const char *license; /* URL of that under which it may be used; NULL or "" = not stated */
     int64_t created, started, finished;
     const void *request; /* the bytes of its request, as GET /v1/jobs/{id}/request answers them */
     size_t request_bytes;

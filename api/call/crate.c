@@ -33,7 +33,10 @@ struct api_crate {
 enum pend_status api_crate_new(struct api_crate **crate, const struct api_cite *cite) {
     assert(cite->digest[0] && cite->finished > 0);
     struct api_cite own = *cite;
-    const char **const text[] = {&own.id, &own.operation, &own.title, &own.version, &own.origin};
+    if (!own.author) own.author = "";
+    if (!own.license) own.license = "";
+    const char **const text[] = {&own.id,     &own.operation, &own.title,  &own.version,
+                                 &own.origin, &own.author,    &own.license};
     enum { TEXTS = sizeof text / sizeof *text };
     size_t bytes = 0;
     for (int i = 0; i < TEXTS; i++) bytes += strlen(*text[i]) + 1;
@@ -60,7 +63,9 @@ void api_crate_free(struct api_crate **crate) {
 void api_crate_etag(const struct api_crate *crate, char digest[API_DIGEST_BYTES]) {
     char answer[API_DIGEST_BYTES];
     memcpy(answer, digest, sizeof answer);
-    const char *const parts[] = {"crate", answer, crate->cite.id, crate->cite.origin, NULL};
+    const struct api_cite *cite = &crate->cite;
+    const char *const parts[] = {"crate",      answer,        cite->id, cite->origin,
+                                 cite->author, cite->license, NULL};
     api_digest(digest, parts, NULL);
 }
 
@@ -187,6 +192,10 @@ static enum pend_status crate_file(struct api_buffer *out, const char *name, con
     return api_buffer_text(out, "}");
 }
 
+static const char *crate_license(const struct api_cite *cite) {
+    return cite->license[0] ? cite->license : "#license";
+}
+
 static enum pend_status crate_write_root(const struct api_crate *crate, struct api_buffer *out) {
     const struct api_cite *cite = &crate->cite;
     const char *const parts[] = {api_crate_request, crate->results, crate_cite, crate_readme, NULL};
@@ -203,7 +212,8 @@ static enum pend_status crate_write_root(const struct api_crate *crate, struct a
                           "A request to pendulumd, a server for planar pendulum trees, and its "
                           "results, which anybody can compute again to the same bits"));
     PEND_TRY(api_job_time(out, "datePublished", cite->finished));
-    PEND_TRY(crate_ref(out, "license", "#license"));
+    PEND_TRY(crate_ref(out, "license", crate_license(cite)));
+    if (cite->author[0]) PEND_TRY(crate_ref(out, "author", "#author"));
     snprintf(url, sizeof url, "%.300s/v1/jobs/%.40s", cite->origin, cite->id);
     PEND_TRY(api_out_text(out, "url", url));
     PEND_TRY(api_out_text(out, "identifier", cite->id));
@@ -242,13 +252,25 @@ static enum pend_status crate_write_run(const struct api_crate *crate, struct ap
     return api_buffer_text(out, "}");
 }
 
-static enum pend_status crate_write_about(struct api_buffer *out) {
-    PEND_TRY(crate_entity(out, "#license", "CreativeWork"));
-    PEND_TRY(api_out_text(out, "name", "Not stated"));
+/* whose it is, and under which license, as whoever asks for the crate says */
+static enum pend_status crate_write_rights(const struct api_cite *cite, struct api_buffer *out) {
+    int stated = cite->license[0] != 0;
+    PEND_TRY(crate_entity(out, crate_license(cite), "CreativeWork"));
+    PEND_TRY(api_out_text(out, "name", stated ? cite->license : "Not stated"));
     PEND_TRY(api_out_text(out, "description",
-                          "Whoever posted the request decides under which license request and "
-                          "results may be used; the server does not know it"));
+                          stated ? "The license under which request and results may be used, as "
+                                   "whoever asked for this crate says"
+                                 : "Whoever posted the request decides under which license request "
+                                   "and results may be used; the server does not know it"));
     PEND_TRY(api_buffer_text(out, "}"));
+    if (!cite->author[0]) return PEND_OK;
+    PEND_TRY(crate_entity(out, "#author", "Person"));
+    PEND_TRY(api_out_text(out, "name", cite->author));
+    return api_buffer_text(out, "}");
+}
+
+static enum pend_status crate_write_about(const struct api_cite *cite, struct api_buffer *out) {
+    PEND_TRY(crate_write_rights(cite, out));
     PEND_TRY(crate_entity(out, "https://w3id.org/ro/wfrun/process/0.5", "CreativeWork"));
     PEND_TRY(api_out_text(out, "name", "Process Run Crate"));
     PEND_TRY(api_out_text(out, "version", "0.5"));
@@ -279,7 +301,7 @@ static enum pend_status crate_write_metadata(const struct api_crate *crate, cons
     PEND_TRY(crate_write_root(crate, out));
     PEND_TRY(crate_write_files(crate, digest, out));
     PEND_TRY(crate_write_run(crate, out));
-    PEND_TRY(crate_write_about(out));
+    PEND_TRY(crate_write_about(&crate->cite, out));
     return api_buffer_text(out, "]}\n");
 }
 

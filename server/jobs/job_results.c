@@ -9,6 +9,7 @@
 #include "server/jobs/download.h"
 #include "server/jobs/store_request.h"
 #include "server/jobs/job_view.h"
+#include "server/jobs/jobs.h"
 #include "server/protocol/range.h"
 
 /* What cites the job. Returns 0 without memory. */
@@ -188,12 +189,65 @@ void srv_job_cite(struct srv_exchange *exchange) {
     if (asked) srv_store_request_ask(asked, SRV_ASK_READ, results_find, cite_found);
 }
 
+/* what the query of a crate says besides the form of the results */
+struct crate_query {
+    char text[16]; /* the extension of the results */
+    char author[SRV_TITLE_BYTES], license[SRV_TITLE_BYTES];
+};
+
+/* Is it a URL, as an id of the metadata has to be? */
+static int crate_url(const char *text) {
+    size_t scheme = !strncmp(text, "https://", 8) ? 8 : !strncmp(text, "http://", 7) ? 7 : 0;
+    for (const char *c = text; *c; c++)
+        if (*c <= ' ' || *c > '~' || strchr("\"<>\\^`{|}", *c)) return 0;
+    return scheme && text[scheme];
+}
+
+static int crate_named(const char *wanted, const char *name, size_t letters) {
+    return strlen(wanted) == letters && !strncmp(wanted, name, letters);
+}
+
+/* Takes one value of the query. Returns 0 where there is none of this name, or not such a one. */
+static int crate_take(struct crate_query *query, const char *name, size_t letters,
+                      const char *value, size_t bytes) {
+    char raw[3 * SRV_TITLE_BYTES];
+    if (bytes > sizeof raw) return 0;
+    for (size_t i = 0; i < bytes; i++) raw[i] = value[i] == '+' ? ' ' : value[i];
+    if (crate_named("results", name, letters)) {
+        if (bytes >= sizeof query->text || query->text[0]) return 0;
+        memcpy(query->text, value, bytes);
+        return 1;
+    }
+    if (crate_named("author", name, letters))
+        return !query->author[0] && srv_jobs_title(raw, bytes, query->author);
+    return crate_named("license", name, letters) && !query->license[0] &&
+           srv_jobs_title(raw, bytes, query->license) && crate_url(query->license);
+}
+
+/* The representation that a crate's query asks for; NULL for a query that is none. */
+static const struct api_format *crate_read_query(const char *text, struct crate_query *query) {
+    for (const char *at = text; at && *at; at += *at == '&') {
+        size_t letters = strcspn(at, "=&"), equals = at[letters] == '=';
+        const char *value = at + letters + equals;
+        size_t bytes = strcspn(value, "&");
+        if (!bytes || !crate_take(query, at, letters, value, bytes)) return NULL;
+        at = value + bytes;
+    }
+    return api_crate_format(query->text[0] ? query->text : "json");
+}
+
 static void crate_found(struct srv_store_request *asked, enum srv_stored stored) {
+    const struct crate_query *query = asked->more;
     struct api_cite cite;
     struct api_crate *crate;
     if (!results_there(asked, stored)) {
         results_refuse(asked, stored);
-    } else if (results_cite(asked, &cite) && api_crate_new(&crate, &cite) == PEND_OK) {
+        return;
+    }
+    int cited = results_cite(asked, &cite);
+    cite.author = query->author;
+    cite.license = query->license;
+    if (cited && api_crate_new(&crate, &cite) == PEND_OK) {
         results_deliver(asked, crate, 0);
     } else {
         srv_exchange_busy(asked->exchange, 1, "out of memory");
@@ -202,11 +256,16 @@ static void crate_found(struct srv_store_request *asked, enum srv_stored stored)
 }
 
 void srv_job_crate(struct srv_exchange *exchange) {
-    const char *query = exchange->query, *wish = query && *query ? query : "results=json";
-    int wishes = !strncmp(wish, "results=", strlen("results="));
-    const struct api_format *format = wishes ? api_crate_format(wish + strlen("results=")) : NULL;
     struct srv_store_request *asked = srv_store_request_begin_one(exchange);
     if (!asked) return;
+    struct crate_query *query = asked->more = calloc(1, sizeof *query);
+    asked->more_free = free;
+    if (!query) {
+        srv_exchange_busy(exchange, 1, "out of memory");
+        srv_store_request_end(asked);
+        return;
+    }
+    const struct api_format *format = crate_read_query(exchange->query, query);
     if (format) {
         exchange->query = NULL;
         exchange->field[SRV_ACCEPT] = format->media_type;
@@ -215,7 +274,7 @@ void srv_job_crate(struct srv_exchange *exchange) {
     }
     srv_exchange_problem(exchange, 422,
                          "a crate takes results=json, ndjson, csv, bin, npz, npy, parquet, h5, "
-                         "mat or png as its query, got ?%.100s",
-                         query);
+                         "mat or png, author=NAME and license=URL as its query, got ?%.100s",
+                         exchange->query);
     srv_store_request_end(asked);
 }

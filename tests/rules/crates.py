@@ -14,6 +14,7 @@ import sys
 import tempfile
 import zipfile
 from urllib.error import HTTPError
+from urllib.parse import urlencode
 from urllib.request import Request, urlopen
 
 from rule import check, optional, skip, summary
@@ -173,6 +174,21 @@ def check_cite(what, text, job, request):
     check(f"{what}: it has the request's digest", hashlib.sha256(request).hexdigest() in fields["note"], fields)
 
 
+def check_rights(server, what, link):
+    """A crate whose author and license are stated."""
+    license_, author = "https://creativecommons.org/licenses/by/4.0/", "Élise N. O'Ether & Co"
+    crate = server.get(f"{link}?{urlencode({'author': author, 'license': license_})}")[1]
+    with zipfile.ZipFile(io.BytesIO(crate)) as archive:
+        graph = entities(f"{what}, with rights", json.loads(archive.read("ro-crate-metadata.json")))
+        cite = archive.read("cite.bib").decode()
+    check_graph(f"{what}, with rights", graph)
+    root = graph["./"]
+    check(f"{what}: its license", root["license"] == {"@id": license_} and graph[license_]["@type"] == "CreativeWork", root)
+    person = graph[root["author"]["@id"]]
+    check(f"{what}: its author", person["@type"] == "Person" and person["name"] == author, person)
+    check(f"{what}: its author in the entry", f"author = {{{author.replace('&', chr(92) + '&')}}}" in cite, cite)
+
+
 def check_job(server, build, directory, what, operation, body, extension):
     job = server.job(operation, body, what)
     links = {link["rel"]: link["href"] for link in job["links"]}
@@ -180,6 +196,7 @@ def check_job(server, build, directory, what, operation, body, extension):
     headers, text = server.get(links["cite"])
     check(f"{what}: the entry's type", headers["Content-Type"] == "application/x-bibtex; charset=utf-8", headers["Content-Type"])
     check_cite(what, text.decode(), job, request)
+    check_rights(server, what, links["crate"])
     headers, crate = server.get(f"{links['crate']}?results={extension}")
     check(f"{what}: the crate's type", headers["Content-Type"] == "application/zip", headers["Content-Type"])
     check(f"{what}: the crate is the same each time", server.get(f"{links['crate']}?results={extension}")[1] == crate)

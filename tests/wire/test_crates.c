@@ -11,6 +11,13 @@ TEST(a_job_that_has_succeeded_can_be_cited_and_packed) {
     } asked[] = {{"/cite.bib", "application/x-bibtex; charset=utf-8", "title = {{the \\%}}", 200},
                  {"/crate", "application/zip", "results.json", 200},
                  {"/crate?results=csv", "application/zip", "results.csv", 200},
+                 {"/crate?results=csv&author=Emmy+Noether", "application/zip", "Emmy Noether", 200},
+                 {"/crate?license=https%3A%2F%2Fspdx.org%2Flicenses%2FCC0-1.0", "application/zip",
+                  "{\"@id\":\"https://spdx.org/licenses/CC0-1.0\",\"@type\":\"CreativeWork\"", 200},
+                 {"/crate?license=mine", "application/problem+json", "license=URL", 422},
+                 {"/crate?license=https://a%20b", "application/problem+json", "license=URL", 422},
+                 {"/crate?author=", "application/problem+json", "author=NAME", 422},
+                 {"/crate?author=a&author=b", "application/problem+json", "author=NAME", 422},
                  {"/crate?results=png", "application/problem+json", "Accept", 406},
                  {"/crate?results=doc", "application/problem+json", "parquet", 422},
                  {"/crate?form=csv", "application/problem+json", "parquet", 422}};
@@ -56,6 +63,9 @@ TEST(a_crate_that_a_client_has_is_not_sent_again_and_has_no_ranges) {
         snprintf(known, sizeof known, "If-None-Match: %s\r\n", test_reply_header(&reply, "ETag"));
         test_reply_clear(&reply);
         CHECK_INT(job_get(server, &reply, id, "/crate", known), 304);
+        test_reply_clear(&reply);
+        /* one that says more is another */
+        CHECK_INT(job_get(server, &reply, id, "/crate?author=a", known), 200);
         test_reply_clear(&reply);
         /* that of the results is another */
         CHECK_INT(job_get(server, &reply, id, "/results", known), 200);
