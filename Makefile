@@ -158,7 +158,7 @@ $(B)/pendulumd.8: $(B)/pendulumd docker/manual.py
 	@docker/manual.py $< > $@
 
 deb: ## Debian packages of the server, the command line and the library, and what they are made of (SBOM), in build/deb
-	@$(NEEDED) deb
+	@$(NEEDED) engine deb
 	@server/http/assets_fetch.sh build/web
 	@docker/deb.sh build/deb
 
