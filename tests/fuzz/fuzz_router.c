@@ -15,8 +15,16 @@
 #include "server/service_setup.h"
 #include "tests/fuzz/fuzz.h"
 
-static struct srv_service *service_of(void) {
-    static struct srv_service service;
+static struct srv_service service;
+static struct srv_exchange exchange;
+
+static void service_end(void) {
+    srv_exchange_clear(&exchange);
+    srv_log_free(&service.log);
+    srv_service_setup_clear(&service);
+}
+
+static void service_begin(void) {
     static int begun;
     static char *argv[] = {(char *)"pendulumd",
                            (char *)"--listen",
@@ -32,7 +40,7 @@ static struct srv_service *service_of(void) {
                            NULL};
     char *none[] = {NULL};
     struct pend_error error = {.text = ""};
-    if (begun) return &service;
+    if (begun) return;
     begun = 1;
     if (srv_config_load(&service.config, sizeof argv / sizeof *argv - 1, argv, none, &error) !=
             PEND_OK ||
@@ -41,7 +49,8 @@ static struct srv_service *service_of(void) {
         fprintf(stderr, "%s\n", error.text);
         abort();
     }
-    return &service;
+    srv_exchange_init(&exchange, &service);
+    atexit(service_end);
 }
 
 /* one line, without its end; NULL where there are no more */
@@ -54,33 +63,28 @@ static char *line_of(char **rest) {
     return line;
 }
 
-static int answer_is_sound(const struct srv_exchange *exchange) {
-    if (exchange->status < 200 || exchange->status > 599) return 0;
-    if (exchange->bytes && (!exchange->media_type || !exchange->data)) return 0;
-    for (int i = 0; i < exchange->headers; i++)
-        if (strpbrk(exchange->header[i].name, "\r\n: ") ||
-            strpbrk(exchange->header[i].value, "\r\n"))
+static int answer_is_sound(void) {
+    if (exchange.status < 200 || exchange.status > 599) return 0;
+    if (exchange.bytes && (!exchange.media_type || !exchange.data)) return 0;
+    for (int i = 0; i < exchange.headers; i++)
+        if (strpbrk(exchange.header[i].name, "\r\n: ") || strpbrk(exchange.header[i].value, "\r\n"))
             return 0;
-    if (!exchange->bytes || !strstr(exchange->media_type, "problem")) return 1;
+    if (!exchange.bytes || !strstr(exchange.media_type, "problem")) return 1;
     struct api_json *document = NULL;
     struct api_problem problem;
     api_problem_init(&problem);
-    enum pend_status status =
-        api_json_new(&document, exchange->data, exchange->bytes, 16, &problem);
+    enum pend_status status = api_json_new(&document, exchange.data, exchange.bytes, 16, &problem);
     api_json_free(&document);
     api_problem_clear(&problem);
-    return status == PEND_OK && exchange->status >= 400;
+    return status == PEND_OK && exchange.status >= 400;
 }
 
 /* METHOD LF TARGET LF, and a field NAME:VALUE a line */
 static int read_router(char *text, size_t bytes) {
-    static struct srv_exchange exchange;
-    static int begun;
     char *rest = text, *line;
     const char *method = line_of(&rest), *target = line_of(&rest);
     (void)bytes;
-    if (!begun) srv_exchange_init(&exchange, service_of());
-    begun = 1;
+    service_begin();
     srv_exchange_reset(&exchange);
     if (!target || strlen(target) >= sizeof exchange.target) return 1;
     exchange.method = method;
@@ -98,7 +102,7 @@ static int read_router(char *text, size_t bytes) {
     }
     passes = passes && srv_router_head(&exchange) && srv_router_body(&exchange);
     if (!srv_exchange_valid(&exchange)) return 0;
-    return passes ? exchange.route && !exchange.status : answer_is_sound(&exchange);
+    return passes ? exchange.route && !exchange.status : answer_is_sound();
 }
 
 static const struct fuzz_reader router[] = {

@@ -50,6 +50,7 @@ VALGRIND.wire := =every_route_answers =requests_that_cannot_be_answered_are_refu
 	=pipelined_requests_are_answered_in_their_order \
 	=malformed_messages_are_refused_and_the_connection_closed =a_body_that_stops_in_the_middle_gets_408 \
 	=a_drain_lets_the_running_request_finish
+VALGRIND.fuzz := =fuzz_corpora_are_replayed
 $(ROOMS:%=valgrind-%): valgrind-%: release-%
 	$(job) tests/harness/valgrind.sh build/release $* $(VALGRIND.$*)
 
