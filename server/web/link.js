@@ -5,7 +5,7 @@
 // is read is checked, whoever wrote it.
 
 import { VECTORS } from "./paint_vectors.js";
-import { DRAWERS, fromRequest, request } from "./state.js";
+import { DRAWERS, FARTHEST, fromRequest, request } from "./state.js";
 import { listsOf, soundTerms, termsOf } from "./terms.js";
 import { order } from "./tree.js";
 
@@ -16,7 +16,6 @@ import { order } from "./tree.js";
 
 const PALETTES = ["safe", "paper"];
 const MOST_BYTES = 1 << 22; // of a scene that a link holds
-const FARTHEST = 1e6; // m, degrees: of a ruler or a protractor
 const MOST_NUMBERS = 1e7; // of one column of a motion: what a page can hold
 
 /** {title, request, view} of a document, as /v1/scenes takes it. @param {Doc} doc */
@@ -41,7 +40,7 @@ const state = (value, n) =>
 const gauge = (value) =>
   value === null ||
   (Array.isArray(value) && !value.length) ||
-  (numbers(value, 4) && value.every((number) => Math.abs(number) < FARTHEST));
+  (numbers(value, 4) && value.every((number) => Math.abs(number) <= FARTHEST));
 
 /**
  * What of a scene's view this page understands.

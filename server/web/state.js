@@ -38,6 +38,9 @@ export const PAPER = {
   },
 };
 
+/** How far a ruler or a protractor may lie, m and degrees, typed or in a link. */
+export const FARTHEST = 1e6;
+
 /** What can lie open beside the stage (view.drawer). */
 export const DRAWERS = [
   "presets",

@@ -28,7 +28,7 @@ function addNumbers(text) {
   }
   text.number = (value, digits = 2) =>
     format({ minimumFractionDigits: digits, maximumFractionDigits: digits })
-      .format(Object.is(value, -0) ? 0 : value)
+      .format(Math.abs(value) < 0.5 * 10 ** -digits ? 0 : value)
       .replace("-", "\u2212");
   text.short = (value, digits = 4) =>
     format({ maximumSignificantDigits: digits }).format(value).replace("-", "\u2212");

@@ -103,6 +103,11 @@ export async function gauges_are_moved_and_read_by_keys_and_typed(rig) {
   await page.press("[data-number=ax]", "Enter");
   assert.equal(await page.getAttribute("[data-number=ax]", "aria-invalid"), "true");
   assert.equal(await read(page, "length"), 0.5, "what is no number changes nothing");
+  await page.fill("[data-number=ax]", "2e6");
+  await page.press("[data-number=ax]", "Enter");
+  assert.equal(await page.getAttribute("[data-number=ax]", "aria-invalid"), "true");
+  assert.match(await said(), /1000000/, "farther than a link would keep it");
+  assert.equal(await read(page, "length"), 0.5, "what is too far changes nothing");
   await wanted(page, "protractor");
   await page.focus("[data-gauge=to]");
   await page.keyboard.press("ArrowUp");

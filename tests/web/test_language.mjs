@@ -109,3 +109,10 @@ export async function a_language_from_right_to_left_turns_the_page_and_has_its_o
     await close(page);
   }
 }
+
+export async function a_number_that_is_shown_as_nothing_has_no_sign(rig) {
+  const page = await rig.open();
+  const shown = await page.evaluate(() => [-1e-14, -0, -0.04, -0.05, 0.04, NaN].map((value) => pendulumd.text.number(value, 1)));
+  assert.deepEqual(shown, ["0.0", "0.0", "0.0", "\u22120.1", "0.0", "NaN"]);
+  await close(page);
+}

@@ -5,10 +5,18 @@
 
 import { createBag, h } from "../dom.js";
 import { NUMBERS, rulerReads } from "./gauge_numbers.js";
+import { FARTHEST } from "../state.js";
 import { readings } from "./gauge_words.js";
 import { tick } from "./kit.js";
 
 /** @typedef {import("./gauge_numbers.js").Gauge} Gauge */
+
+/** Why a number cannot stand there, "" where it can. @param {Text} text @param {number} value */
+function faultOf(text, value) {
+  if (!Number.isFinite(value)) return text("measure.noNumber");
+  const most = text.short(FARTHEST, 7);
+  return Math.abs(value) > FARTHEST ? text("measure.tooFar", { most }) : "";
+}
 
 /** A number that can be typed. @param {App} app @param {Gauge} gauge @param {number} i */
 function field({ store, text, announce }, gauge, i) {
@@ -16,9 +24,9 @@ function field({ store, text, announce }, gauge, i) {
   const change = () => {
     const value = text.read(input.value);
     const numbers = store.get().view[gauge];
-    const sound = Number.isFinite(value);
-    input.setAttribute("aria-invalid", String(!sound));
-    if (!sound) return announce(text("measure.noNumber"));
+    const wrong = faultOf(text, value);
+    input.setAttribute("aria-invalid", String(Boolean(wrong)));
+    if (wrong) return announce(wrong);
     if (!numbers?.length) return;
     store.set({ view: { [gauge]: numbers.map((old, k) => (k === i ? value : old)) } });
   };

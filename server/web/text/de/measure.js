@@ -48,6 +48,7 @@ export default {
   "measure.up": "Nach oben",
   "measure.between": "Winkel zwischen den Schenkeln",
   "measure.noNumber": "Das ist keine Zahl.",
+  "measure.tooFar": "Bitte eine Zahl von −{most} bis {most}.",
   "measure.any.title": "Jede Größe über jeder",
   "measure.any.hint":
     "Uhr anhalten und über die Kurve fahren: die Bewegung folgt. Zwei Marken zeigen Differenzen.",

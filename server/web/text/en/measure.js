@@ -48,6 +48,7 @@ export default {
   "measure.up": "Upwards",
   "measure.between": "Angle between the legs",
   "measure.noNumber": "That is not a number.",
+  "measure.tooFar": "A number from −{most} to {most}, please.",
   "measure.any.title": "Any quantity over any other",
   "measure.any.hint":
     "Stop the clock and move over the curve: the motion follows. Two cursors tell differences.",

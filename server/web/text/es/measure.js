@@ -49,6 +49,7 @@ export default {
   "measure.up": "Hacia arriba",
   "measure.between": "Ángulo entre los lados",
   "measure.noNumber": "Eso no es un número.",
+  "measure.tooFar": "Un número de −{most} a {most}, por favor.",
   "measure.any.title": "Cualquier magnitud sobre otra",
   "measure.any.hint":
     "Para el reloj y mueve el puntero sobre la curva: el movimiento lo sigue. Dos cursores dan diferencias.",

@@ -48,6 +48,7 @@ export default {
   "measure.up": "Vers le haut",
   "measure.between": "Angle entre les côtés",
   "measure.noNumber": "Ce n’est pas un nombre.",
+  "measure.tooFar": "Un nombre de −{most} à {most}, s’il vous plaît.",
   "measure.any.title": "Toute grandeur en fonction d’une autre",
   "measure.any.hint":
     "Arrête l’horloge et passe sur la courbe : le mouvement suit. Deux curseurs donnent les différences.",

@@ -48,6 +48,7 @@ export default {
   "measure.up": "Omhoog",
   "measure.between": "Hoek tussen de benen",
   "measure.noNumber": "Dat is geen getal.",
+  "measure.tooFar": "Een getal van −{most} tot {most}, alstublieft.",
   "measure.any.title": "Elke grootheid tegen elke andere",
   "measure.any.hint":
     "Zet de klok stil en ga over de kromme: de beweging volgt. Twee cursors geven verschillen.",

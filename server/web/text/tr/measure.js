@@ -48,6 +48,7 @@ export default {
   "measure.up": "Yukarı doğru",
   "measure.between": "Kollar arasındaki açı",
   "measure.noNumber": "Bu bir sayı değil.",
+  "measure.tooFar": "−{most} ile {most} arasında bir sayı yazın.",
   "measure.any.title": "Herhangi bir nicelik bir başkasına göre",
   "measure.any.hint":
     "Saati durdur ve eğrinin üzerinde gezin: hareket izler. İki imleç farkları gösterir.",
