@@ -8,7 +8,7 @@
 
 enum { DERIVED_NUMBERS = 65536 }; /* of a block of rows */
 
-/* steps a radian of the fastest arm; s a step, and a step and arm, of seven derivatives, measured
+/* steps a radian of the fastest arm; s a step, and a step and arm, of eight derivatives, measured
  */
 static const double steps_a_radian = 4, step_seconds = 3.6e-6, arm_seconds = 7.2e-6;
 
@@ -87,7 +87,7 @@ double api_derived_seconds(const struct api_derived *derived, const struct api_t
     if (!tree->loads.terms)
         return ceil(derived->count / 8.0) * radians *
                (ideal_seconds + (double)tree->n * tree->n * pair_seconds);
-    return ceil(derived->count / 7.0) * steps_a_radian * radians *
+    return ceil(derived->count / 8.0) * steps_a_radian * radians *
            (step_seconds + tree->n * arm_seconds);
 }
 

@@ -244,7 +244,7 @@ static void fits_progress(const void *state, double *steps, double *work) {
     *work = fits->fit ? pend_fit_progress(fits->fit) : 0;
 }
 
-/* some fifty motions with derivatives, at 10 microseconds an arm, step and seven unknowns, of an
+/* some fifty motions with derivatives, at 10 microseconds an arm, step and eight unknowns, of an
  * ideal pendulum 2 microseconds and eight unknowns, and 20 steps an arm for every swing; where
  * modes are counted, all of them twice an unknown, at 80 nanoseconds an arm cubed, of an ideal one
  * 2 */
@@ -261,8 +261,8 @@ static double fits_cost(const void *state) {
     for (int k = 0; k < asked->tree.n; k++) length += asked->length[k] / n;
     double swings = span * sqrt(fabs(asked->tree.loads.gravity) / length) / 6;
     int ideal = !asked->tree.loads.terms;
-    double q = asked->unknowns, each = q - own + own / asked->runs,
-           passes = ceil(each / (ideal ? 8 : 7)), arm = ideal ? 2e-6 : 1e-5;
+    double q = asked->unknowns, each = q - own + own / asked->runs, passes = ceil(each / 8),
+           arm = ideal ? 2e-6 : 1e-5;
     double numbers = (double)asked->rows * asked->columns;
     double modes = asked->modes ? (2 * q + 1) * n * n * n * (ideal ? 2e-9 : 8e-8) : 0;
     return 50 *

@@ -390,7 +390,7 @@ static enum pend_status forces_run(void *state, const struct api_turn *turn, int
 static double forces_cost(const void *state) {
     const struct forces *forces = state;
     double numbers = (double)forces->table.rows * api_table_numbers(&forces->table, 0);
-    numbers += (double)forces->table.rows * 100 * ceil(forces->derived.count / 7.0);
+    numbers += (double)forces->table.rows * 100 * ceil(forces->derived.count / 8.0);
     return numbers * (number_seconds + (forces->format->digits ? text_seconds : 0));
 }
 

@@ -24,7 +24,7 @@ enum {
     CARRIED = 1 /* changes with what orbits_carry shows, or `carry` of core */
 };
 
-/* s an arm, step and seven derivatives, of an ideal and of a real pendulum, and of many arms; s an
+/* s an arm, step and eight derivatives, of an ideal and of a real pendulum, and of many arms; s an
  * arm and step of a plain motion; maps an orbit, alone and on a branch, whose bifurcations are
  * looked for, more for each arm; steps of a quarter of a swing, and how many more for each arm:
  * measured, of 1 to 40 arms */
@@ -390,7 +390,7 @@ static double orbits_driven_steps(const struct api_orbits *asked, double periods
 static double orbits_cost(const void *state) {
     const struct api_orbits *asked = &((const struct orbits *)state)->asked;
     const struct pend_orbit_problem *p = &asked->problem;
-    double n = asked->tree.n, passes = ceil(2 * n / 7), swing = M_PI;
+    double n = asked->tree.n, passes = ceil(2 * n / 8), swing = M_PI;
     double maps = p->branch ? maps_on_branch + maps_an_arm * n : maps_alone;
     // each branch that is left may take as long, and the next one twice the period
     double branches = p->switches ? exp2(fmin(p->switches, 3)) * (p->switches + 1) : 1;

@@ -30,7 +30,7 @@ static const double piece = 50000;
 
 enum {
     MOST_PARTS = 1000000,
-    CARRIED = 5 /* changes with what trajectory_carry shows, or any `carry` of core */
+    CARRIED = 6 /* changes with what trajectory_carry shows, or any `carry` of core */
 };
 
 struct trajectory {

@@ -68,16 +68,16 @@ static inline arms arms_root(arms x) {
 #elif defined NUMBER_TANGENT
 
 static inline arms arms_limit(arms x, double bound) {
-    double value = x.part[0][0];
+    double value = x.value;
     return fabs(value) <= bound ? x : num_of(copysign(bound, value));
 }
 
-static inline arms arms_most(arms x, arms y) { return x.part[0][0] >= y.part[0][0] ? x : y; }
+static inline arms arms_most(arms x, arms y) { return x.value >= y.value ? x : y; }
 
-static inline arms arms_sign(arms x) { return num_of(copysign(1, x.part[0][0])); }
+static inline arms arms_sign(arms x) { return num_of(copysign(1, x.value)); }
 
 static inline arms arms_root(arms x) {
-    double root = sqrt(x.part[0][0]);
+    double root = sqrt(x.value);
     return tangent_chain(x, root, 0.5 / root);
 }
 

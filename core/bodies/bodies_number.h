@@ -27,7 +27,7 @@ static inline void num_turn(num x, num low, num *sine, num *cosine) {
 /* sine and cosine of x, to whose value `low` is added */
 static inline void num_turn(num x, double low, num *sine, num *cosine) {
     lanes2 s, c;
-    lanes2_sincos(lanes2_of(x.part[0][0]), lanes2_of(low), &s, &c);
+    lanes2_sincos(lanes2_of(x.value), lanes2_of(low), &s, &c);
     *sine = tangent_chain(x, s[0], c[0]);
     *cosine = tangent_chain(x, c[0], -s[0]);
 }
@@ -65,11 +65,11 @@ static inline void num_drive(num omega, num time, num late, num phase, num *sine
 #elif defined NUMBER_TANGENT
 /* as of doubles; the derivatives are those of omega (time + late) + phase */
 static inline void num_drive(num omega, num time, num late, num phase, num *sine, num *cosine) {
-    double w = omega.part[0][0], t = time.part[0][0], start = phase.part[0][0], low;
+    double w = omega.value, t = time.value, start = phase.value, low;
     double x = num_product(w, t, &low), sum = x + start, part = sum - x;
     double rest = (x - (sum - part)) + (start - part);
     num angle = num_fma(omega, num_add(time, late), phase);
-    num_turn(tangent_with(angle, sum), rest + (low + w * late.part[0][0]), sine, cosine);
+    num_turn(tangent_with(angle, sum), rest + (low + w * late.value), sine, cosine);
 }
 #else
 static inline void num_drive(num omega, num time, num late, num phase, num *sine, num *cosine) {

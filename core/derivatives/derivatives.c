@@ -13,12 +13,12 @@
 #include "core/taylor/taylor_order.h"
 #include "core/tree/turns.h"
 
-enum { LANES = DERIVATIVES_LANES, PASS = DERIVATIVES_PASS };
+enum { LANES = DERIVATIVES_LANES, FIRST = DERIVATIVES_FIRST, PASS = DERIVATIVES_PASS };
 
 /* numbers of a state: phi, phi_low, rate, rate_low at the start of a step and at its end */
 enum { STATE = 8 };
 
-/* how many orders in doubles an order with seven derivatives takes, about */
+/* how many orders in doubles an order with eight derivatives takes, about */
 static const double derivatives_times = 4;
 
 /* a step below this part of what is left would never end */
@@ -28,7 +28,7 @@ struct pend_derivatives {
     const struct derivatives_kernel *kernel;
     struct pend_problem problem;
     struct pend_terms *none; /* of an ideal pendulum */
-    int count, passes;       /* parameters; passes of seven */
+    int count, passes;       /* parameters; passes of eight */
     int order;
     double log_rtol, log_atol;
     double start, end;               /* s: the first instant; the last one relative to it */
@@ -184,7 +184,7 @@ static void derivatives_fill(const struct pend_derivatives *d, struct derivative
     for (int j = 0; j < pass->terms->count; j++)
         pass->value[(size_t)j * LANES] = problem->loads.value[j];
     for (int i = 0; i < PASS && first + i < d->count; i++)
-        derivatives_place(pass, d->parameter[first + i])[1 + i] = d->seed[first + i];
+        derivatives_place(pass, d->parameter[first + i])[FIRST + i] = d->seed[first + i];
 }
 
 static void derivatives_begin(struct pend_derivatives *d, const struct pend_parameter parameter[]) {
@@ -272,7 +272,7 @@ static double derivatives_reach(struct pend_derivatives *d, double unit) {
     d->pass[0].unit = unit;
     if (d->ideal) return pend_ideal_expand(d->ideal, unit, d->log_rtol, d->log_atol);
     for (int i = 0; i < d->passes; i++) {
-        d->pass[i].unit = unit, d->pass[i].time = d->time;
+        d->pass[i].unit = unit, d->pass[i].time = d->time, d->pass[i].pressed = 0;
         double reach = d->kernel->expand(&d->pass[i], d->log_rtol, d->log_atol);
         if (isnan(reach)) return NAN;
         x = fmin(x, reach);
@@ -368,7 +368,7 @@ static void derivatives_keep(const struct pend_derivatives *d, int pass, long ro
             if (!derivative) continue;
             double *own = derivative + to * (size_t)d->count + (size_t)first;
             for (int j = 0; j < PASS && first + j < d->count; j++)
-                own[j] = from[1 + j] * d->per_seed[first + j];
+                own[j] = from[FIRST + j] * d->per_seed[first + j];
         }
     }
 }
@@ -381,7 +381,8 @@ static void derivatives_sample(struct pend_derivatives *d, const struct pend_der
     if (d->ideal)
         pend_ideal_values(d->ideal, (t - d->time) / d->pass[0].unit, view.acc || view.force);
     for (int i = 0; i < d->passes; i++) {
-        const struct derivatives_pass *pass = &d->pass[i];
+        struct derivatives_pass *pass = &d->pass[i];
+        if (view.force && !pass->pressed && !d->ideal) d->kernel->press(pass), pass->pressed = 1;
         if (d->ideal)
             pend_ideal_view(d->ideal, i * PASS, &view);
         else
@@ -451,7 +452,7 @@ void pend_derivatives_state(struct pend_derivatives *derivatives, const double p
             struct pend_parameter by = d->parameter[i * PASS + j];
             double *to = by.kind == PEND_PARAMETER_PHI ? view.phi : view.rate;
             if (by.kind == PEND_PARAMETER_PHI || by.kind == PEND_PARAMETER_RATE)
-                to[(size_t)by.at * LANES + 1 + (size_t)j] = d->seed[i * PASS + j];
+                to[(size_t)by.at * LANES + FIRST + (size_t)j] = d->seed[i * PASS + j];
         }
         d->kernel->observe(&d->pass[i], time, 1, &view);
         derivatives_keep(d, i, row, rows);
@@ -472,11 +473,18 @@ long pend_derivatives_steps(const struct pend_derivatives *derivatives) {
 
 /* ---- checkpoints */
 
+/* a row of n numbers, without what lies between */
+static void derivatives_carry_row(struct pend_checkpoint *checkpoint, double row[], int n) {
+    for (int k = 0; k < n; k++) {
+        pend_checkpoint_row(checkpoint, row + (size_t)k * LANES, 1);
+        pend_checkpoint_row(checkpoint, row + (size_t)k * LANES + FIRST, PASS);
+    }
+}
+
 enum pend_status pend_derivatives_carry(struct pend_derivatives *derivatives,
                                         struct pend_checkpoint *checkpoint) {
     struct pend_derivatives *d = derivatives;
     assert(pend_derivatives_valid(d) && d->failure.code == PEND_OK);
-    size_t row = (size_t)d->problem.tree->n * LANES;
     double *numbers[] = {&d->time, &d->reached, &d->next_unit, &d->pass[0].unit};
     pend_checkpoint_counts(checkpoint, &d->steps, 1);
     pend_checkpoint_counts(checkpoint, &d->next, 1);
@@ -487,7 +495,8 @@ enum pend_status pend_derivatives_carry(struct pend_derivatives *derivatives,
         struct derivatives_pass *pass = &d->pass[i];
         double *state[STATE] = {pass->phi,     pass->phi_low, pass->rate,     pass->rate_low,
                                 pass->end_phi, pass->end_low, pass->end_rate, pass->slow};
-        for (int j = 0; j < STATE; j++) pend_checkpoint_row(checkpoint, state[j], row);
+        for (int j = 0; j < STATE; j++)
+            derivatives_carry_row(checkpoint, state[j], d->problem.tree->n);
     }
     if (!pend_checkpoint_puts(checkpoint)) return PEND_OK;
     if (d->next > d->problem.times.count || !isfinite(d->time) || !isfinite(d->reached) ||

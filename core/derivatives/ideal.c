@@ -211,7 +211,7 @@ void pend_ideal_view(const struct ideal *ideal, int first, const struct derivati
             for (int j = 0; j < DERIVATIVES_PASS; j++) {
                 int at = first + j, group = at / LANES;
                 size_t from = (size_t)k * LANES + (size_t)(at % LANES);
-                to[i][(size_t)k * DERIVATIVES_LANES + 1 + (size_t)j] =
+                to[i][(size_t)k * DERIVATIVES_LANES + DERIVATIVES_FIRST + (size_t)j] =
                     group < ideal->groups ? ideal->group[group].out[i][from] : 0;
             }
         }

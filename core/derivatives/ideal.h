@@ -50,7 +50,7 @@ void pend_ideal_advance(struct ideal *ideal, double x);
 /** Everything at x units after the start, phi and rate or all, for pend_ideal_view. */
 void pend_ideal_values(struct ideal *ideal, double x, int all);
 
-/** Copies the values, and the derivatives from number `first` on, to a view of seven. */
+/** Copies the values, and the derivatives from number `first` on, to a view of eight. */
 void pend_ideal_view(const struct ideal *ideal, int first, const struct derivatives_view *view);
 
 /** Shows a checkpoint the state. */

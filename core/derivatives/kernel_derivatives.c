@@ -9,11 +9,18 @@
 #include "core/bodies/bodies_template.h"
 #include "core/taylor/taylor_order.h"
 
-/* Seven derivatives of a real double pendulum take 2.5 times as long as its motion alone
- * (interleaved minima). The peer is two motions more for each parameter, which cost 14 times as
- * much and lose half of the digits. */
+/* Eight derivatives of real pendulums take 2.5 to 2.9 times as long as eight members of an ensemble
+ * in lanes (tests/bench/parts/bench_derivatives.c). The peer is two motions more for each
+ * parameter, which lose half of the digits. */
+
+_Static_assert((int)DERIVATIVES_PASS == (int)TANGENT_PARAMETERS &&
+                   sizeof(num) == DERIVATIVES_LANES * sizeof(double),
+               "a pass is laid out as its numbers are");
+_Static_assert(offsetof(num, part) == DERIVATIVES_FIRST * sizeof(double), "so are derivatives");
 
 enum {
+    DERIVATIVES_VALUE = TANGENT_PARTS,
+    DERIVATIVES_PARTS = TANGENT_PARTS + 1,
     DERIVATIVES_TRAILING = 4,
     DERIVATIVES_LEADING = 4,
     DERIVATIVES_AHEAD = 4 /* rows of a series beyond its order: turns are two ahead */
@@ -23,8 +30,8 @@ enum {
  * has no limit of its own */
 static const double derivatives_floor = -40;
 
-/* numbers from one order to the next, an odd number of cache lines apart: orders an even number of
- * lines apart evict each other, five times as slow with eight arms */
+/* numbers from one order to the next, an odd number: orders an even number of cache lines apart
+ * evict each other, five times as slow with eight arms */
 static size_t derivatives_stride(int n) { return (size_t)(n < 8 ? n : 8) | 1; }
 
 static size_t derivatives_tile(int n, int order) {
@@ -86,27 +93,33 @@ static void derivatives_start(const struct bodies_system *s, const num phi[], co
     for (int k = 0; k < s->n; k++) {
         int p = pend_terms_holder(s->terms, s->parent, k);
         num d = p < 0 ? phi[k] : num_sub(phi[k], phi[p]);
-        double x = phi[k].part[0][0], y = p < 0 ? 0 : phi[p].part[0][0], gap = x - y;
+        double x = phi[k].value, y = p < 0 ? 0 : phi[p].value, gap = x - y;
         double back = x - gap, rest = (x - (gap + back)) + (back - y);
-        if (low) rest += low[k].part[0][0] - (p < 0 ? 0 : low[p].part[0][0]);
+        if (low) rest += low[k].value - (p < 0 ? 0 : low[p].value);
         num_turn(d, rest, &s->sine[k], &s->cosine[k]);
         s->bend[k] = tangent_with(d, p < 0 ? (gap + quarter) + (rest + quarter_low) : gap + rest);
         s->rate[bodies_row(s, k)] = num_mul(rate[k], unit);
     }
     if (!pend_terms_cart(s->terms)) return;
-    double place = phi[0].part[0][0] + (low ? low[0].part[0][0] : 0);
+    double place = phi[0].value + (low ? low[0].value : 0);
     bodies_cart_start(s, tangent_with(phi[0], place));
 }
 
 /* ---- the length of a step */
 
-/* binary logarithms of the largest coefficients of order j, a lane for the value and each
- * derivative */
-static void derivatives_norm(const struct bodies_system *s, int j, wide norm[TANGENT_PARTS]) {
-    for (int p = 0; p < TANGENT_PARTS; p++) {
+/* the derivatives of part p; of the last part the value in every lane */
+VEC_INLINE wide derivatives_part(const num *x, int p) {
+    return p < TANGENT_PARTS ? x->part[p] : wide_of(x->value);
+}
+
+/* binary logarithms of the largest coefficients of order j, a lane for each derivative, and a part
+ * for the value */
+static void derivatives_norm(const struct bodies_system *s, int j, wide norm[DERIVATIVES_PARTS]) {
+    for (int p = 0; p < DERIVATIVES_PARTS; p++) {
         wide most = wide_of(0);
         for (int k = 0; k < s->n; k++)
-            most = WIDE_(peak)(s->rate[bodies_row(s, k) + (size_t)j * s->stride].part[p], most);
+            most = WIDE_(peak)(
+                derivatives_part(&s->rate[bodies_row(s, k) + (size_t)j * s->stride], p), most);
         norm[p] = WIDE_(log2)(most) - (wide)((wide_mask)(most == 0) & (wide_mask)wide_of(1e4));
     }
 }
@@ -115,18 +128,18 @@ static void derivatives_norm(const struct bodies_system *s, int j, wide norm[TAN
  * the value's */
 static double derivatives_reach(const struct bodies_system *s, int order, double log_rtol,
                                 double log_atol) {
-    wide leading[DERIVATIVES_LEADING][TANGENT_PARTS], reach = wide_of(10);
+    wide leading[DERIVATIVES_LEADING][DERIVATIVES_PARTS], reach = wide_of(10);
     double spread = (PEND_TAYLOR_LOG_CAP - log_rtol) / (order + 1), least = 10;
     for (int i = 0; i < DERIVATIVES_LEADING; i++) {
         derivatives_norm(s, i, leading[i]);
-        wide floor = wide_of(leading[i][0][0] + derivatives_floor);
-        for (int p = 0; p < TANGENT_PARTS; p++)
+        wide floor = leading[i][DERIVATIVES_VALUE] + derivatives_floor;
+        for (int p = 0; p < DERIVATIVES_PARTS; p++)
             leading[i][p] = WIDE_(max)(leading[i][p], floor) - log2(i + 1);
     }
     for (int j = order - DERIVATIVES_TRAILING + 1; j <= order; j++) {
-        wide trailing[TANGENT_PARTS];
+        wide trailing[DERIVATIVES_PARTS];
         derivatives_norm(s, j, trailing);
-        for (int p = 0; p < TANGENT_PARTS; p++) {
+        for (int p = 0; p < DERIVATIVES_PARTS; p++) {
             wide far = log_atol / (order + 2) - trailing[p] / (double)(j + 1);
             wide here = wide_of(-1e4);
             for (int i = 0; i < DERIVATIVES_LEADING; i++)
@@ -144,8 +157,8 @@ static int derivatives_finite(const struct bodies_system *s, int order) {
     wide bad = wide_of(0);
     for (int k = 0; k < s->n; k++)
         for (int j = 0; j <= order; j++)
-            for (int p = 0; p < TANGENT_PARTS; p++)
-                bad += s->rate[bodies_row(s, k) + (size_t)j * s->stride].part[p] * 0;
+            for (int p = 0; p < DERIVATIVES_PARTS; p++)
+                bad += derivatives_part(&s->rate[bodies_row(s, k) + (size_t)j * s->stride], p) * 0;
     double sum = 0;
     for (int i = 0; i < WIDE; i++) sum += bad[i];
     return sum == 0;
@@ -162,10 +175,14 @@ static double derivatives_expand(const struct derivatives_pass *pass, double log
     derivatives_start(&s, derivatives_number(pass->phi), derivatives_number(pass->phi_low),
                       derivatives_number(pass->rate), unit);
     bodies_orders(&s, &now, pass->order);
-    bodies_forces(&s, pass->order);
     if (!derivatives_finite(&s, pass->order)) return NAN;
     double reach = derivatives_reach(&s, pass->order, log_rtol, log_atol);
-    return s.need & BODIES_GRIP ? bodies_reach(&s, num_of(reach)).part[0][0] : reach;
+    return s.need & BODIES_GRIP ? bodies_reach(&s, num_of(reach)).value : reach;
+}
+
+static void derivatives_press(const struct derivatives_pass *pass) {
+    struct bodies_system s = derivatives_system(pass, pass->series, pass->order);
+    bodies_forces(&s, pass->order);
 }
 
 /* ---- the state inside a step */
@@ -173,14 +190,11 @@ static double derivatives_expand(const struct derivatives_pass *pass, double log
 /* adds to a sum of two */
 VEC_INLINE void derivatives_sum(double *high, double *low, double *from, double *from_low, int k,
                                 num add) {
-    num x = derivatives_number(from)[k], y = derivatives_number(from_low)[k], lost;
-    for (int p = 0; p < TANGENT_PARTS; p++) {
-        wide more = add.part[p] + y.part[p], total = x.part[p] + more, part = total - x.part[p];
-        lost.part[p] = (x.part[p] - (total - part)) + (more - part);
-        x.part[p] = total;
-    }
-    derivatives_number(high)[k] = x;
-    derivatives_number(low)[k] = lost;
+    num x = derivatives_number(from)[k];
+    num more = num_add(add, derivatives_number(from_low)[k]);
+    num total = num_add(x, more), part = num_sub(total, x);
+    derivatives_number(high)[k] = total;
+    derivatives_number(low)[k] = num_add(num_sub(x, num_sub(total, part)), num_sub(more, part));
 }
 
 /* phi and unit phi' less their start, unit^2 phi'' and unit^2 lambda of an arm */
@@ -191,7 +205,7 @@ struct derivatives_sums {
 VEC_INLINE num derivatives_horner(num sum, double x, num c, double factor) {
     for (int p = 0; p < TANGENT_PARTS; p++)
         sum.part[p] = wide_fma(sum.part[p], wide_of(x), c.part[p] * factor);
-    return sum;
+    return tangent_with(sum, lanes1_fma(sum.value, x, c.value * factor));
 }
 
 VEC_INLINE struct derivatives_sums derivatives_at(const struct derivatives_series *s, int order,
@@ -417,6 +431,7 @@ static void derivatives_observe(const struct derivatives_pass *pass, double time
 const struct derivatives_kernel KERNEL_NAME(pend_kernel_derivatives_) = {
     .count = derivatives_count,
     .expand = derivatives_expand,
+    .press = derivatives_press,
     .advance = derivatives_advance,
     .values = derivatives_values,
     .observe = derivatives_observe,

@@ -1,7 +1,8 @@
-/* A motion with its derivatives by seven parameters: the general kernel in numbers that carry them,
+/* A motion with its derivatives by eight parameters: the general kernel in numbers that carry them,
  * by instruction set.
  * Leaves to others: which parameters, steps and instants there are (derivatives).
- * Invariant: a number is eight doubles, its value first; an unsupported set is never called. */
+ * Invariant: a number is a value and, from DERIVATIVES_FIRST on, eight derivatives; an unsupported
+ * set is never called. */
 #ifndef PEND_KERNEL_DERIVATIVES_H
 #define PEND_KERNEL_DERIVATIVES_H
 
@@ -10,10 +11,10 @@
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-enum { DERIVATIVES_LANES = 8, DERIVATIVES_PASS = 7 };
+enum { DERIVATIVES_LANES = 16, DERIVATIVES_FIRST = 8, DERIVATIVES_PASS = 8 };
 
-/* What a motion is computed in. All arrays are numbers of eight doubles, n each in stored order,
- * aligned to 64 bytes. */
+/* What a motion is computed in. All arrays are numbers, n each in stored order, aligned to 64
+ * bytes: DERIVATIVES_LANES doubles of which those between value and derivatives are not used. */
 struct derivatives_pass {
     const struct pend_tree *tree;
     const struct pend_terms *terms; /* of an ideal pendulum those that have no row */
@@ -27,6 +28,7 @@ struct derivatives_pass {
     double *place;     /* kernel->count numbers for order 1, of `observe` */
     double *share;     /* doubles: 1 / (j + 1), order + 2 of them */
     double time, unit; /* s, of the series' start, from the first instant; s, a power of two */
+    int pressed;       /* the series of the forces is there */
 };
 
 /* A state and what follows from it: arrays of n numbers, NULL = not wanted; energies are one
@@ -52,9 +54,13 @@ struct derivatives_kernel {
      * is not finite. O(n order^2).
      */
     double (*expand)(const struct derivatives_pass *pass, double log_rtol, double log_atol);
+    /** The series of the forces along the arms, after `expand`: a quarter of what that takes.
+     * O(n order^2). */
+    void (*press)(const struct derivatives_pass *pass);
     /** The state at the end of a step of x units. O(n order). */
     void (*advance)(const struct derivatives_pass *pass, double x);
-    /** phi, rate and, where wanted, acc and force x units after the start. O(n order). */
+    /** phi, rate and, where wanted, acc and force x units after the start; the force after `press`.
+     * O(n order). */
     void (*values)(const struct derivatives_pass *pass, double x,
                    const struct derivatives_view *view);
     /**

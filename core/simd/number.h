@@ -7,7 +7,7 @@
  *     #define NUMBER_VEC 8             a vector of 2, 4 or 8 doubles, one value a lane
  *     #define NUMBER_DOUBLE_DOUBLE     32 digits: a sum of two of the widest vectors
  *     #define NUMBER_QUAD_DOUBLE       62 digits: a sum of four doubles
- *     #define NUMBER_TANGENT           a double and its derivatives by seven parameters
+ *     #define NUMBER_TANGENT           a double and its derivatives by eight parameters
  *     #define NUMBER_OTHER type        the file has defined num_of .. num_neg of `type` itself
  *
  * and then includes this file. All kinds have

@@ -1,7 +1,8 @@
 /* Eight derivatives of a chain's motion of 5 s beside the motion alone and beside eight members of
  * an ensemble in lanes, which finite differences to one side would take; of a double pendulum
  * beside numbers with eight derivatives in GSL's rk8pd, at a tolerance where both have 10 digits
- * alike. Leaves to others: what derivatives must be (tests/core/derivatives). Invariant: all lines
+ * alike. Arms are the paper's; rods have mass and damped joints, and go by the general kernel.
+ * Leaves to others: what derivatives must be (tests/core/derivatives). Invariant: all lines
  * of one number of arms start from the same state; the parameters are the first arms' angles,
  * rates, lengths and masses, and gravity. */
 #include <gsl/gsl_errno.h>
@@ -29,20 +30,45 @@ static struct pend_tree *chain(int n) {
     return tree;
 }
 
-static struct pend_problem problem_of(const struct pend_tree *tree, double phi[], double rate[]) {
+/* what acts on a chain: gravity alone, or rods and damped joints too */
+struct loaded {
+    struct pend_loads loads;
+    struct pend_terms *terms;
+    double value[2 * ARMS];
+};
+
+static void load(struct loaded *on, const struct pend_tree *tree, int real) {
+    unsigned char rows[PEND_TERM_ROWS] = {[PEND_TERM_ROD] = 1, [PEND_TERM_DAMPING] = 1};
+    static const unsigned char ones[PEND_TERM_ONES];
+    *on = (struct loaded){.loads.gravity = gravity};
+    if (!real) return;
+    if (pend_terms_new(&on->terms, tree->n, rows, ones, 0, NULL, NULL) != PEND_OK)
+        bench_broken("terms");
+    pend_terms_clear(on->terms, tree, on->value);
+    for (int k = 0; k < tree->n; k++) {
+        on->value[on->terms->row[PEND_TERM_ROD] + k] = 0.5;
+        on->value[on->terms->row[PEND_TERM_DAMPING] + k] = 0.01;
+    }
+    on->loads.terms = on->terms, on->loads.value = on->value;
+}
+
+static struct pend_problem problem_of(const struct pend_tree *tree, const struct loaded *on,
+                                      double phi[], double rate[]) {
     for (int k = 0; k < tree->n; k++) phi[k] = begin_phi(k), rate[k] = 0.2;
     return (struct pend_problem){.tree = tree,
-                                 .loads.gravity = gravity,
+                                 .loads = on->loads,
                                  .phi = phi,
                                  .rate = rate,
                                  .times = {.count = 2, .span = duration, .divisor = 1},
                                  .rtol = tolerance};
 }
 
-static void plain(struct bench *bench, int n) {
+static void plain(struct bench *bench, int n, int real) {
     double phi[ARMS], rate[ARMS], t[2], out[2][2 * ARMS];
     struct pend_tree *tree = chain(n);
-    struct pend_problem problem = problem_of(tree, phi, rate);
+    struct loaded on;
+    load(&on, tree, real);
+    struct pend_problem problem = problem_of(tree, &on, phi, rate);
     while (bench_go(bench, 1)) {
         struct pend_samples samples = {.cap = 2, .t = t, .phi = out[0], .rate = out[1]};
         struct pend_run *run;
@@ -52,6 +78,7 @@ static void plain(struct bench *bench, int n) {
             bench_broken("run");
         pend_run_free(&run);
     }
+    pend_terms_free(&on.terms);
     pend_tree_free(&tree);
 }
 
@@ -80,12 +107,15 @@ static void derive(const struct pend_problem *problem, int count, double slope[]
     pend_derivatives_free(&derivatives);
 }
 
-static void derived(struct bench *bench, int n, int count) {
+static void derived(struct bench *bench, int n, int count, int real) {
     double phi[ARMS], rate[ARMS];
     static double slope[2 * ARMS * 64];
     struct pend_tree *tree = chain(n);
-    struct pend_problem problem = problem_of(tree, phi, rate);
+    struct loaded on;
+    load(&on, tree, real);
+    struct pend_problem problem = problem_of(tree, &on, phi, rate);
     while (bench_go(bench, 1)) derive(&problem, count, slope);
+    pend_terms_free(&on.terms);
     pend_tree_free(&tree);
 }
 
@@ -101,10 +131,12 @@ static int drop(void *context, long i, const struct pend_outcome *outcome) {
     return outcome->status != PEND_OK;
 }
 
-static void members(struct bench *bench, int n) {
+static void members(struct bench *bench, int n, int real) {
     struct pend_tree *tree = chain(n);
+    struct loaded on;
+    load(&on, tree, real);
     struct pend_ensemble_problem problem = {.tree = tree,
-                                            .loads.gravity = gravity,
+                                            .loads = on.loads,
                                             .duration = duration,
                                             .rtol = tolerance,
                                             .fetch = member,
@@ -116,13 +148,17 @@ static void members(struct bench *bench, int n) {
     while (bench_go(bench, 1))
         if (pend_ensemble_run(work, 0, MEMBERS) != PEND_OK) bench_broken("ensemble");
     pend_ensemble_free(&work);
+    pend_terms_free(&on.terms);
     pend_tree_free(&tree);
 }
 
 #define LINES(n)                                                                                   \
-    BENCH(derivatives_##n##_arms_plain, "run") { plain(bench, n); }                                \
-    BENCH(derivatives_##n##_arms_by_8, "run") { derived(bench, n, 8); }                            \
-    BENCH(derivatives_##n##_arms_8_members, "8 members") { members(bench, n); }
+    BENCH(derivatives_##n##_arms_plain, "run") { plain(bench, n, 0); }                             \
+    BENCH(derivatives_##n##_arms_by_8, "run") { derived(bench, n, 8, 0); }                         \
+    BENCH(derivatives_##n##_arms_8_members, "8 members") { members(bench, n, 0); }                 \
+    BENCH(derivatives_##n##_rods_plain, "run") { plain(bench, n, 1); }                             \
+    BENCH(derivatives_##n##_rods_by_8, "run") { derived(bench, n, 8, 1); }                         \
+    BENCH(derivatives_##n##_rods_8_members, "8 members") { members(bench, n, 1); }
 LINES(1)
 LINES(2)
 LINES(3)
@@ -207,7 +243,9 @@ static int peer_equations(double t, const double y[], double to[], void *context
 static void peer_same(const dual end[4]) {
     double phi[ARMS], rate[ARMS], slope[2 * 2 * 8];
     struct pend_tree *tree = chain(2);
-    struct pend_problem problem = problem_of(tree, phi, rate);
+    struct loaded on;
+    load(&on, tree, 0);
+    struct pend_problem problem = problem_of(tree, &on, phi, rate);
     derive(&problem, 8, slope);
     for (int i = 0; i < 16; i++) {
         double own = slope[16 + i], other = end[i / 8].x[1 + i % 8];
