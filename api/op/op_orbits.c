@@ -361,11 +361,12 @@ static enum pend_status orbits_carry(void *state, struct pend_checkpoint *checkp
     pend_checkpoint_counts(checkpoint, &count, 1);
     pend_checkpoint_row(checkpoint, &orbits->earlier, 1);
     if (puts && !pend_checkpoint_puts(checkpoint)) return PEND_INVALID;
+    // no search finds more; what is restored is counted up to
+    if (puts && count > (long)orbits->table.rows) return PEND_INVALID;
     PEND_TRY(pend_orbits_carry(orbits->search, checkpoint));
     PEND_TRY(api_bifurcations_carry(&orbits->bifurcations, checkpoint));
     for (; pend_checkpoint_puts(checkpoint) && orbits->count < count; orbits->count++) {
         if (orbits->asked.rows) continue;
-        if (orbits->count >= orbits->table.rows) return PEND_INVALID;
         PEND_TRY(orbits_grow(orbits, error));
     }
     /* it refused before: there is no place for the rows that it speaks of */

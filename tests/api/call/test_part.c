@@ -8,6 +8,7 @@
 
 #include "api/encode/encode_raw.h"
 #include "api/call/call.h"
+#include "api/call/digest.h"
 #include "tests/api/post.h"
 #include "tests/harness/test.h"
 
@@ -523,6 +524,44 @@ TEST(allocation_faults_leave_nothing_behind_in_parts_and_results) {
         api_buffer_clear(&out);
     }
     CHECK(good);
+}
+
+/* a number of orbits that no search can have found, under a seal that fits: it is refused, and not
+ * counted up to */
+TEST(a_part_believes_no_number_of_orbits_beyond_what_was_asked_for) {
+    for (int i = 0; i < CASES; i++) {
+        struct api_limits limits;
+        struct api_part *part;
+        struct api_buffer kept, carried;
+        struct pend_error error;
+        struct api_request request = request_of(i, NULL);
+        struct api_plan plan;
+        int done = 0;
+        if (cases[i].op != API_OP_ORBITS) continue;
+        api_limits_init(&limits);
+        api_buffer_init(&kept, 1 << 20);
+        api_buffer_init(&carried, 1 << 20);
+        CHECK_INT(api_plan_read(&plan, &request, &limits, 1, NULL, &kept), 0);
+        REQUIRE(api_part_new(&part, &request, &limits, 0, 3, &error) == PEND_OK);
+        while (!done) REQUIRE(api_part_run(part, &kept, &done, &error) == PEND_OK);
+        REQUIRE(api_part_carry(part, &carried) == PEND_OK);
+        api_part_free(&part);
+        /* after the version of the checkpoint */
+        long count = 1L << 52;
+        size_t held = carried.bytes - API_SEAL_BYTES;
+        char place[API_DIGEST_BYTES + 24];
+        unsigned char seal[API_SEAL_BYTES];
+        (void)snprintf(place, sizeof place, "%s/3", plan.digest);
+        api_seal(seal, place, 1, carried.data, held);
+        REQUIRE(!memcmp(seal, carried.data + held, sizeof seal));
+        memcpy(carried.data + sizeof(int), &count, sizeof count);
+        api_seal((unsigned char *)carried.data + held, place, 1, carried.data, held);
+        REQUIRE(api_part_new(&part, &request, &limits, 1, 3, &error) == PEND_OK);
+        CHECK_INT(api_part_resume(part, carried.data, carried.bytes, &error), PEND_INVALID);
+        api_part_free(&part);
+        api_buffer_clear(&kept);
+        api_buffer_clear(&carried);
+    }
 }
 
 /* what a job keeps of its request: blanks and order do not count, the meaning is the same, and
