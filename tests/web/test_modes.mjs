@@ -92,6 +92,47 @@ export async function branches_are_drawn_with_their_stability_and_an_orbit_that_
   await close(page);
 }
 
+export async function the_branch_of_a_driven_pendulum_folds_and_a_clicked_orbit_keeps_step_with_its_drive(rig) {
+  const page = await rig.open({ path: "/?length=1&theta=0", height: 1000 });
+  const pendulum = { length: [1], mass: [1], parent: [0], gravity: 1, damping: [0.05], torque: [{ harmonics: [{ amplitude: 0.06, omega: 0.7 }] }] };
+  await page.evaluate((given) => pendulumd.store.set({ pendulum: given, initial: { phi: [-Math.PI / 2], phid: [0] } }), pendulum);
+  await openDrawer(page, "modes");
+  await page.click("[data-part=branches] summary");
+  await page.waitForFunction(() => /Click/.test(document.querySelector("p[data-branches=status]")?.textContent));
+  const truth = await page.evaluate(async (given) => {
+    const ask = async (to) => (await pendulumd.client.post("/v1/orbits", { pendulum: given, settle: 50, branch: { vary: "omega", to } })).json();
+    return [await ask(0.35), await ask(1.4)];
+  }, pendulum);
+  const folds = truth.flatMap(({ bifurcations }) => bifurcations).filter(({ kind }) => kind === "fold");
+  assert.equal(folds.length, 2, "the resonance folds");
+  const said = await page.locator("[data-part=branches] .fit-said li").allTextContents();
+  assert.equal(said.filter((line) => line.includes("turns back")).length, 2);
+  for (const { omega } of folds) {
+    const shown = said.map((line) => 2 * Math.PI * Number.parseFloat(line));
+    assert.ok(shown.some((value) => Math.abs(value - omega) < 0.1), `${said} tells nothing near ${omega}`);
+  }
+  const rows = [...truth[0].stable.slice(1).reverse(), ...truth[1].stable];
+  const lines = await page.locator("[data-part=branches] path[stroke-linejoin]").evaluateAll((list) => list.map((path) => [...path.getAttribute("d").matchAll(/[ML]([\d.]+) ([\d.]+)/g)].map(([, x, y]) => [Number(x), Number(y)])));
+  assert.equal(lines[0].length, rows.filter(Boolean).length, "whole where it is stable");
+  assert.ok(lines[1].length > rows.length - lines[0].length && rows.includes(0), "broken between the folds");
+  assert.ok(lines[1].some(([x], i) => i && x < lines[1][i - 1][0]), "and goes back there");
+  assert.equal(await page.locator("[data-branches=mode], [data-branches=over]").count(), 0);
+  await page.locator("[data-part=branches] .plot").scrollIntoViewIfNeeded();
+  const box = await page.locator("[data-part=branches] .plot svg").boundingBox();
+  const [x, y] = lines[0][3];
+  await page.mouse.click(box.x + x + 1, box.y + y + 1);
+  await settledMotion(page);
+  const omega = await page.evaluate(() => pendulumd.store.get().pendulum.torque[0].harmonics[0].omega);
+  const all = [...truth[0].omega.slice(1).reverse(), ...truth[1].omega];
+  assert.ok(Math.abs(omega - all[3]) < 1e-12 * omega, `${omega} is not ${all[3]}`);
+  assert.ok(await missed(page, (2 * Math.PI) / omega) < 1e-4, "it comes back after a period of its drive");
+  assert.equal(await page.locator("[data-part=branches] .fit-said li").count(), said.length, "the branch stays");
+  await drawn(page);
+  await rig.shot(page, "branches-driven");
+  assert.deepEqual(await violations(page, { context: { include: ["[data-part=branches]"] } }), []);
+  await close(page);
+}
+
 export async function a_start_in_a_mode_and_in_a_sum_is_its_shape_times_its_amplitude(rig) {
   const { page, modes } = await opened(rig);
   await slide(page, 2, 30);

@@ -169,7 +169,7 @@ function draw({ element, text, height, picture }) {
 }
 
 /**
- * A plot: {element, set(picture, label), far(x, y, event), at(event), destroy}.
+ * A plot: {element, set(picture, label), far(event)(x, y), at(event), destroy}.
  * @param {Text} text @param {number} height pixels
  */
 export function createPlot(text, height) {
@@ -187,13 +187,14 @@ export function createPlot(text, height) {
       element.setAttribute("aria-label", label);
       draw(plot);
     },
-    /** How many pixels a point is from a pointer. @param {number} x @param {number} y
-     * @param {{clientX: number, clientY: number}} event */
-    far(x, y, { clientX, clientY }) {
-      if (!plot.picture) return Infinity;
+    /** What measures how many pixels a point is from a pointer: all points are looked at once
+     * for the scale, not once for each. @param {{clientX: number, clientY: number}} event
+     * @returns {(x: number, y: number) => number} */
+    far({ clientX, clientY }) {
+      if (!plot.picture) return () => Infinity;
       const { left, top, width, height: tall } = element.getBoundingClientRect();
       const scale = scaleOf(plot.picture, width, tall);
-      return Math.hypot(clientX - left - scale.x(x), clientY - top - scale.y(y));
+      return (x, y) => Math.hypot(clientX - left - scale.x(x), clientY - top - scale.y(y));
     },
     /** Where a pointer is on the axis across. @param {{clientX: number}} event */
     at({ clientX }) {

@@ -26,4 +26,23 @@ export default {
   "branches.doubling": "Mode {mode} bei {angle}°: Schwingungen der doppelten Periode zweigen ab.",
   "branches.torus":
     "Mode {mode} bei {angle}°: Ihre Stabilität ändert sich durch eine umlaufende Störung.",
+  "branches.driven.intro":
+    "Wie weit das Pendel schwingt, über der Frequenz seines Antriebs, von der halben bis zur doppelten: durchgezogen, wo die Schwingung stabil ist, gestrichelt, wo der kleinste Stoß von ihr wegführt.",
+  "branches.driven.name": "Schwingung unter dem Antrieb",
+  "branches.driven.axis": "Frequenz des Antriebs, Hz",
+  "branches.driven.swing": "weitester Arm, halber Weg, °",
+  "branches.driven.stable":
+    "Antrieb {frequency} Hz: {angle}° nach jeder Seite, Periode {period} s; stabil.",
+  "branches.driven.unstable":
+    "Antrieb {frequency} Hz: {angle}° nach jeder Seite, Periode {period} s; instabil: Der kleinste Stoß wächst.",
+  "branches.driven.none":
+    "Nahe der Ruhelage wurde keine Schwingung gefunden, die mit dem Antrieb Schritt hält.",
+  "branches.driven.fold": "{frequency} Hz, {angle}°: Der Zweig kehrt um.",
+  "branches.driven.branch": "{frequency} Hz, {angle}°: Ein anderer Zweig kreuzt ihn.",
+  "branches.driven.symmetry":
+    "{frequency} Hz, {angle}°: Schwingungen zweigen ab, die nicht auf beiden Seiten gleich sind.",
+  "branches.driven.doubling":
+    "{frequency} Hz, {angle}°: Schwingungen der doppelten Periode zweigen ab.",
+  "branches.driven.torus":
+    "{frequency} Hz, {angle}°: Die Stabilität ändert sich durch eine umlaufende Störung.",
 };

@@ -24,4 +24,22 @@ export default {
     "Mode {mode} at {angle}°: swings that are not alike on both sides branch off.",
   "branches.doubling": "Mode {mode} at {angle}°: swings of twice the period branch off.",
   "branches.torus": "Mode {mode} at {angle}°: its stability changes by a rotating disturbance.",
+  "branches.driven.intro":
+    "How far the pendulum swings over the frequency of its drive, from half of it to twice: whole where the swing is stable, broken where the least push leads away from it.",
+  "branches.driven.name": "Swing under the drive",
+  "branches.driven.axis": "frequency of the drive, Hz",
+  "branches.driven.swing": "farthest arm, half of its way, °",
+  "branches.driven.stable":
+    "Drive {frequency} Hz: {angle}° to each side, period {period} s; stable.",
+  "branches.driven.unstable":
+    "Drive {frequency} Hz: {angle}° to each side, period {period} s; unstable: the least push grows.",
+  "branches.driven.none":
+    "No swing was found that keeps step with the drive near the pendulum's rest.",
+  "branches.driven.fold": "{frequency} Hz, {angle}°: the branch turns back.",
+  "branches.driven.branch": "{frequency} Hz, {angle}°: another branch crosses it.",
+  "branches.driven.symmetry":
+    "{frequency} Hz, {angle}°: swings that are not alike on both sides branch off.",
+  "branches.driven.doubling": "{frequency} Hz, {angle}°: swings of twice the period branch off.",
+  "branches.driven.torus":
+    "{frequency} Hz, {angle}°: its stability changes by a rotating disturbance.",
 };

@@ -24,4 +24,22 @@ export default {
     "Modo {mode} a {angle}°: se separan oscilaciones que no son iguales a ambos lados.",
   "branches.doubling": "Modo {mode} a {angle}°: se separan oscilaciones de periodo doble.",
   "branches.torus": "Modo {mode} a {angle}°: su estabilidad cambia por una perturbación que gira.",
+  "branches.driven.intro":
+    "Hasta dónde oscila el péndulo según la frecuencia de su excitación, de la mitad al doble: en línea continua donde la oscilación es estable, discontinua donde el menor empujón la aleja.",
+  "branches.driven.name": "Oscilación bajo la excitación",
+  "branches.driven.axis": "frecuencia de la excitación, Hz",
+  "branches.driven.swing": "brazo que llega más lejos, mitad de su recorrido, °",
+  "branches.driven.stable":
+    "Excitación {frequency} Hz: {angle}° a cada lado, periodo {period} s; estable.",
+  "branches.driven.unstable":
+    "Excitación {frequency} Hz: {angle}° a cada lado, periodo {period} s; inestable: el menor empujón crece.",
+  "branches.driven.none":
+    "Cerca del reposo no se encontró ninguna oscilación que siga el paso de la excitación.",
+  "branches.driven.fold": "{frequency} Hz, {angle}°: la rama da la vuelta.",
+  "branches.driven.branch": "{frequency} Hz, {angle}°: otra rama la cruza.",
+  "branches.driven.symmetry":
+    "{frequency} Hz, {angle}°: se separan oscilaciones que no son iguales a ambos lados.",
+  "branches.driven.doubling": "{frequency} Hz, {angle}°: se separan oscilaciones de doble periodo.",
+  "branches.driven.torus":
+    "{frequency} Hz, {angle}°: su estabilidad cambia por una perturbación que gira.",
 };

@@ -26,4 +26,23 @@ export default {
   "branches.doubling":
     "Mode {mode} à {angle}° : des oscillations de période double s’en détachent.",
   "branches.torus": "Mode {mode} à {angle}° : sa stabilité change par une perturbation tournante.",
+  "branches.driven.intro":
+    "Jusqu’où le pendule oscille selon la fréquence de son excitation, de la moitié au double : en trait plein où l’oscillation est stable, en tirets où la moindre poussée en éloigne.",
+  "branches.driven.name": "Oscillation sous l’excitation",
+  "branches.driven.axis": "fréquence de l’excitation, Hz",
+  "branches.driven.swing": "bras le plus écarté, moitié de sa course, °",
+  "branches.driven.stable":
+    "Excitation {frequency} Hz : {angle}° de chaque côté, période {period} s ; stable.",
+  "branches.driven.unstable":
+    "Excitation {frequency} Hz : {angle}° de chaque côté, période {period} s ; instable : la moindre poussée grandit.",
+  "branches.driven.none":
+    "Près du repos, aucune oscillation au pas de l’excitation n’a été trouvée.",
+  "branches.driven.fold": "{frequency} Hz, {angle}° : la branche fait demi-tour.",
+  "branches.driven.branch": "{frequency} Hz, {angle}° : une autre branche la croise.",
+  "branches.driven.symmetry":
+    "{frequency} Hz, {angle}° : des oscillations différentes des deux côtés s’en séparent.",
+  "branches.driven.doubling":
+    "{frequency} Hz, {angle}° : des oscillations de période double s’en séparent.",
+  "branches.driven.torus":
+    "{frequency} Hz, {angle}° : sa stabilité change par une perturbation tournante.",
 };

@@ -27,4 +27,23 @@ export default {
     "Eigentrilling {mode} bij {angle}°: slingeringen met de dubbele periode takken af.",
   "branches.torus":
     "Eigentrilling {mode} bij {angle}°: haar stabiliteit verandert door een ronddraaiende verstoring.",
+  "branches.driven.intro":
+    "Hoe ver de slinger slingert tegen de frequentie van zijn aandrijving, van de helft tot het dubbele: doorgetrokken waar de slingering stabiel is, gestreept waar de kleinste duw ervan wegvoert.",
+  "branches.driven.name": "Slingering onder de aandrijving",
+  "branches.driven.axis": "frequentie van de aandrijving, Hz",
+  "branches.driven.swing": "verste arm, helft van zijn weg, °",
+  "branches.driven.stable":
+    "Aandrijving {frequency} Hz: {angle}° naar elke kant, periode {period} s; stabiel.",
+  "branches.driven.unstable":
+    "Aandrijving {frequency} Hz: {angle}° naar elke kant, periode {period} s; instabiel: de kleinste duw groeit.",
+  "branches.driven.none":
+    "Dicht bij de rust is geen slingering gevonden die met de aandrijving in de pas loopt.",
+  "branches.driven.fold": "{frequency} Hz, {angle}°: de tak keert om.",
+  "branches.driven.branch": "{frequency} Hz, {angle}°: een andere tak kruist hem.",
+  "branches.driven.symmetry":
+    "{frequency} Hz, {angle}°: slingeringen die niet aan beide kanten gelijk zijn takken af.",
+  "branches.driven.doubling":
+    "{frequency} Hz, {angle}°: slingeringen van de dubbele periode takken af.",
+  "branches.driven.torus":
+    "{frequency} Hz, {angle}°: de stabiliteit verandert door een rondgaande verstoring.",
 };

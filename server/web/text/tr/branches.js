@@ -23,4 +23,21 @@ export default {
   "branches.symmetry": "{mode}. mod, {angle}°: iki yanı eş olmayan salınımlar ayrılır.",
   "branches.doubling": "{mode}. mod, {angle}°: iki kat periyotlu salınımlar ayrılır.",
   "branches.torus": "{mode}. mod, {angle}°: kararlılığı dönen bir bozuntuyla değişir.",
+  "branches.driven.intro":
+    "Sarkacın ne kadar genişçe salındığı, sürücüsünün frekansına göre, yarısından iki katına: salınımın kararlı olduğu yerde düz, en küçük itmenin ondan uzaklaştırdığı yerde kesikli çizgi.",
+  "branches.driven.name": "Sürücü altındaki salınım",
+  "branches.driven.axis": "sürücünün frekansı, Hz",
+  "branches.driven.swing": "en uzak kol, yolunun yarısı, °",
+  "branches.driven.stable":
+    "Sürücü {frequency} Hz: her yana {angle}°, periyot {period} s; kararlı.",
+  "branches.driven.unstable":
+    "Sürücü {frequency} Hz: her yana {angle}°, periyot {period} s; kararsız: en küçük itme büyür.",
+  "branches.driven.none":
+    "Dinginliğin yakınında sürücüyle aynı adımda giden bir salınım bulunamadı.",
+  "branches.driven.fold": "{frequency} Hz, {angle}°: dal geri döner.",
+  "branches.driven.branch": "{frequency} Hz, {angle}°: başka bir dal onu keser.",
+  "branches.driven.symmetry":
+    "{frequency} Hz, {angle}°: iki yanda aynı olmayan salınımlar ayrılır.",
+  "branches.driven.doubling": "{frequency} Hz, {angle}°: iki kat periyotlu salınımlar ayrılır.",
+  "branches.driven.torus": "{frequency} Hz, {angle}°: kararlılığı dönen bir bozulmayla değişir.",
 };
