@@ -31,8 +31,9 @@ const SETTLE = 50; // periods of the drive, after which an orbit is looked for
  * The part while it is there; far: up to how many degrees; mode, at: which orbit is chosen; omega:
  * the frequency of the drive, 0 = nothing drives it; own: the pendulum that an orbit has set.
  * @typedef {{
- *   app: App, omega: number, own: Tree | null, plot: ReturnType<typeof createPlot>, branches: Branch[], along: string, far: number,
- *   mode: number, at: number, stop: AbortController | null, parts: ReturnType<typeof partsOf>,
+ *   app: App, plot: ReturnType<typeof createPlot>, branches: Branch[], along: string, far: number,
+ *   omega: number, own: Tree | null, mode: number, at: number, stop: AbortController | null,
+ *   parts: ReturnType<typeof partsOf>,
  * }} View
  */
 
@@ -52,12 +53,11 @@ const partsOf = (text) => ({
 const colourOf = (mode) => `--arm-${((mode - 1) % 8) + 1}`;
 
 /** The harmonics of all drives. @param {Tree} tree @returns {{omega: number}[]} */
-const wavesOf = ({ torque, pivot }) => [
-  ...(torque ?? []).flatMap((/** @type {any} */ one) => one?.harmonics ?? []),
-  ...(pivot?.x?.harmonics ?? []),
-  ...(pivot?.y?.harmonics ?? []),
-  ...(pivot?.cart?.force?.harmonics ?? []),
-];
+function wavesOf({ torque, pivot }) {
+  /** @type {any[]} */
+  const drives = [...(torque ?? []), pivot?.x, pivot?.y, pivot?.cart?.force];
+  return drives.flatMap((one) => one?.harmonics ?? []);
+}
 
 /** The frequency that all drives have in common, rad/s; 0 = there are none. @param {Tree} tree */
 function driveOf(tree) {
