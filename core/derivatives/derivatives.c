@@ -220,11 +220,8 @@ enum pend_status pend_derivatives_new(struct pend_derivatives **derivatives,
     sketch.start = pend_times_at(&checked.times, 0);
     size_t bytes = derivatives_lay(&sketch, terms, NULL);
     char *block = aligned_alloc(64, bytes);
-    if (!block) {
-        pend_terms_free(&sketch.none);
-        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for derivatives: %zu bytes",
-                         bytes);
-    }
+    if (!block) pend_terms_free(&sketch.none);
+    if (!block) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for derivatives");
     memset(block, 0, bytes);
     derivatives_lay(&sketch, terms, block);
     *derivatives = (struct pend_derivatives *)(void *)block;
@@ -473,14 +470,6 @@ long pend_derivatives_steps(const struct pend_derivatives *derivatives) {
 
 /* ---- checkpoints */
 
-/* a row of n numbers, without what lies between */
-static void derivatives_carry_row(struct pend_checkpoint *checkpoint, double row[], int n) {
-    for (int k = 0; k < n; k++) {
-        pend_checkpoint_row(checkpoint, row + (size_t)k * LANES, 1);
-        pend_checkpoint_row(checkpoint, row + (size_t)k * LANES + FIRST, PASS);
-    }
-}
-
 enum pend_status pend_derivatives_carry(struct pend_derivatives *derivatives,
                                         struct pend_checkpoint *checkpoint) {
     struct pend_derivatives *d = derivatives;
@@ -495,8 +484,11 @@ enum pend_status pend_derivatives_carry(struct pend_derivatives *derivatives,
         struct derivatives_pass *pass = &d->pass[i];
         double *state[STATE] = {pass->phi,     pass->phi_low, pass->rate,     pass->rate_low,
                                 pass->end_phi, pass->end_low, pass->end_rate, pass->slow};
-        for (int j = 0; j < STATE; j++)
-            derivatives_carry_row(checkpoint, state[j], d->problem.tree->n);
+        for (int j = 0; j < STATE * d->problem.tree->n; j++) {
+            double *number = state[j % STATE] + (size_t)(j / STATE) * LANES;
+            pend_checkpoint_row(checkpoint, number, 1);
+            pend_checkpoint_row(checkpoint, number + FIRST, PASS);
+        }
     }
     if (!pend_checkpoint_puts(checkpoint)) return PEND_OK;
     if (d->next > d->problem.times.count || !isfinite(d->time) || !isfinite(d->reached) ||
