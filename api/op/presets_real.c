@@ -42,7 +42,7 @@ static const struct api_preset_real presets[] = {
     {.name = "coupled",
      .title = "Coupled pendulums",
      .description = "Two equal pendulums hang from the ends of a T-shaped frame that a spring "
-                    "holds upright. One begins to swing, and after nine seconds the other one has "
+                    "holds upright. One begins to swing, and after eight seconds the other one has "
                     "all of its motion.",
      .n = 3,
      .pendulum = "{\"length\":[0.7,0.4,0.4],\"mass\":[0,0.5,0.5],\"parent\":[0,1,1],"

@@ -131,6 +131,9 @@ static void run(struct bench *bench, int n, enum shape shape, enum kind kind, co
 #define QUICK_KINDS(X, ...)                                                                        \
     X(ideal, IDEAL, __VA_ARGS__)                                                                   \
     X(couples, COUPLES, __VA_ARGS__) X(pivot, PIVOT, __VA_ARGS__) X(both, BOTH, __VA_ARGS__)
+#define SOME_KINDS(X, ...)                                                                         \
+    X(ideal, IDEAL, __VA_ARGS__)                                                                   \
+    X(couples, COUPLES, __VA_ARGS__) X(pivot, PIVOT, __VA_ARGS__) X(rods, RODS, __VA_ARGS__)
 #define SERIES(name, kind, n, shape, tree)                                                         \
     BENCH(bodies_series_##tree##_##name, "series") { series(bench, n, shape, kind); }
 #define RUN(name, kind, n, shape, tree)                                                            \
@@ -145,6 +148,10 @@ KINDS(SERIES, 40, LIMBS, limbs_40)
 QUICK_KINDS(SERIES, 9, CHAIN, chain_9)
 QUICK_KINDS(SERIES, 200, CHAIN, chain_200)
 QUICK_KINDS(SERIES, 1000, CHAIN, chain_1000)
+SOME_KINDS(SERIES, 5, CHAIN, chain_5)
+SOME_KINDS(SERIES, 10, CHAIN, chain_10)
+SOME_KINDS(SERIES, 20, CHAIN, chain_20)
+SOME_KINDS(SERIES, 50, CHAIN, chain_50)
 SERIES(rods, RODS, 32, CHAIN, chain_32)
 SERIES(ideal, IDEAL, 32, CHAIN, chain_32)
 QUICK_KINDS(SERIES, 16, STAR, star_16)

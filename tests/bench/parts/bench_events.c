@@ -1,34 +1,38 @@
-/* Searches for events beside the steps alone, of a double pendulum over 20 s, and the response of
- * 1000 arms: what a condition costs a run, and a frequency.
+/* Searches for events beside the run alone, of a double pendulum over 20 s, and the response of
+ * 1000 arms: what conditions cost a run, and a frequency.
  * Leaves to others: samples of a run (bench_trajectory).
  * Invariant: what is timed has to succeed. */
 #include <stdlib.h>
 
 #include "core/integrate/events.h"
+#include "core/integrate/run.h"
 #include "core/modes/response.h"
 #include "tests/bench/parts/bench.h"
 
-enum { CHAIN = 1000 };
+enum { CHAIN = 1000, CONDITIONS = 11 };
 
 static const double length[] = {1, 1}, mass[] = {1, 1}, start[] = {0, 0.1}, rest[] = {0, 0};
 static const int parent[] = {-1, 0};
 
-/* a level that is never reached tells the cost of the steps */
-static void look(struct bench *bench, enum pend_quantity quantity, double level) {
+static struct pend_event condition(enum pend_quantity quantity, int arm, double level) {
+    return (struct pend_event){.quantity = quantity,
+                               .arm = arm,
+                               .other = 1 - arm,
+                               .level = level,
+                               .ways = PEND_WAY_UP | PEND_WAY_DOWN,
+                               .most = 1000000};
+}
+
+static void look_for(struct bench *bench, int count, const struct pend_event event[]) {
     struct pend_tree *tree;
     if (pend_tree_new(&tree, 2, length, mass, parent, NULL) != PEND_OK) bench_broken("tree");
-    const struct pend_event event = {.quantity = quantity,
-                                     .arm = 1,
-                                     .level = level,
-                                     .ways = PEND_WAY_UP | PEND_WAY_DOWN,
-                                     .most = 1000000};
     const struct pend_events_problem problem = {.tree = tree,
                                                 .loads.gravity = 9.81,
                                                 .phi = start,
                                                 .rate = rest,
                                                 .duration = 20,
-                                                .count = 1,
-                                                .event = &event};
+                                                .count = count,
+                                                .event = event};
     while (bench_go(bench, 1)) {
         struct pend_events *events;
         struct pend_hit hit;
@@ -43,6 +47,48 @@ static void look(struct bench *bench, enum pend_quantity quantity, double level)
     pend_tree_free(&tree);
 }
 
+/* a level that is never reached tells the cost of the steps */
+static void look(struct bench *bench, enum pend_quantity quantity, double level) {
+    const struct pend_event event = condition(quantity, 1, level);
+    look_for(bench, 1, &event);
+}
+
+/* the first of eleven conditions, all of which are met on the way */
+static void look_for_first(struct bench *bench, int count) {
+    const struct pend_event event[CONDITIONS] = {
+        condition(PEND_QUANTITY_PHI, 1, -1),       condition(PEND_QUANTITY_RATE, 1, 0),
+        condition(PEND_QUANTITY_FORCE, 0, -10),    condition(PEND_QUANTITY_X, 1, 0),
+        condition(PEND_QUANTITY_PHI, 0, -1),       condition(PEND_QUANTITY_RATE, 0, 0),
+        condition(PEND_QUANTITY_FORCE, 1, 0),      condition(PEND_QUANTITY_Y, 1, -1),
+        condition(PEND_QUANTITY_KINETIC, 0, 5),    condition(PEND_QUANTITY_POTENTIAL, 0, -10),
+        condition(PEND_QUANTITY_DISTANCE, 0, 0.99)};
+    look_for(bench, count, event);
+}
+
+/* the same motion without conditions */
+BENCH(events_0, "run") {
+    struct pend_tree *tree;
+    double t[2], out[2][4];
+    if (pend_tree_new(&tree, 2, length, mass, parent, NULL) != PEND_OK) bench_broken("tree");
+    const struct pend_problem problem = {.tree = tree,
+                                         .loads.gravity = 9.81,
+                                         .phi = start,
+                                         .rate = rest,
+                                         .times = {.count = 2, .span = 20, .divisor = 1}};
+    while (bench_go(bench, 1)) {
+        struct pend_samples samples = {.cap = 2, .t = t, .phi = out[0], .rate = out[1]};
+        struct pend_run *run;
+        int done = 0;
+        if (pend_run_new(&run, &pend_method_taylor, &problem, NULL) != PEND_OK ||
+            pend_run_next(run, &samples, 1e9, &done, NULL) != PEND_OK || !done)
+            bench_broken("run");
+        pend_run_free(&run);
+    }
+    pend_tree_free(&tree);
+}
+BENCH(events_1, "run") { look_for_first(bench, 1); }
+BENCH(events_4, "run") { look_for_first(bench, 4); }
+BENCH(events_11, "run") { look_for_first(bench, CONDITIONS); }
 BENCH(events_of_an_angle, "run") { look(bench, PEND_QUANTITY_PHI, -1); }
 BENCH(events_of_an_angle_never_reached, "run") { look(bench, PEND_QUANTITY_PHI, 1e6); }
 BENCH(events_of_a_force, "run") { look(bench, PEND_QUANTITY_FORCE, 0); }
