@@ -144,7 +144,7 @@ STORE_TEST(an_altered_hook_harms_no_other) {
     static const char *const value[] = {"NULL", "-1", "9223372036854775807", "'word'", "''"};
     static const char *const column[] = {"job", "url", "due", "attempts", "client"};
     struct srv_hook hook[MOST];
-    char id[8], text[160];
+    char id[24], text[200];
     int told = 0;
     for (int i = 0; i < 25; i++) {
         struct srv_sql *sql;
