@@ -32,6 +32,11 @@ export async function a_film_that_is_marked_by_colour_gives_length_and_friction_
   await openFilmPart(page);
   const truth = await giveFilm(page, FILE);
   await said(page, /3,0 s lang/);
+  // a browser that does not tell when a picture is (Firefox) asks for the rate
+  if (await page.isVisible("[data-film=rate]")) {
+    await page.fill("[data-film=rate]", "25");
+    await page.press("[data-film=rate]", "Tab");
+  }
   await page.click("[data-film=mark]");
   await page.waitForSelector(".film-canvas");
   // two marks of a metre, the pivot; then the keys: straight below it, with the cross one picture's pixel at a time
@@ -178,5 +183,21 @@ export async function marks_by_key_alone_are_kept_and_found_again_with_the_film(
   await page.click("[data-drawer] [data-film=mark]");
   await page.setInputFiles(FILE, { name: "not.mp4", mimeType: "video/mp4", buffer: Buffer.from("no film") });
   await said(page, /cannot show not\.mp4/);
+  await close(page);
+}
+
+export async function a_browser_that_tells_what_was_asked_and_not_when_a_picture_is_asks_for_the_rate(rig) {
+  const page = await rig.open({ path: "/?length=0.6&theta=20" });
+  await page.addInitScript(() => {
+    const native = HTMLVideoElement.prototype.requestVideoFrameCallback;
+    HTMLVideoElement.prototype.requestVideoFrameCallback = function (tell) {
+      return native.call(this, (now, data) => tell(now, { ...data, mediaTime: this.currentTime })); // as Firefox
+    };
+  });
+  await page.reload();
+  await openFilmPart(page);
+  await giveFilm(page, FILE);
+  await said(page, /3\.0 s long/);
+  await page.waitForSelector("[data-film=rate]", { state: "visible" });
   await close(page);
 }
