@@ -76,9 +76,9 @@ KERNEL_FLAGS.core/dynamics/kernel_dynamics := -fno-tree-slp-vectorize
 KERNELS := $(wildcard core/*/kernel_*.c)
 # Of undefined behaviour, loops of vectors are not asked at every access whether an address is null, aligned or past the end of
 # memory: it was half of the time of compiling them. The address sanitizer sees the same, and the processor what is not aligned.
-KERNEL_SPARED.asan := -fno-sanitize=null,object-size,alignment,pointer-overflow $(FRAMES_STAY)
+KERNEL_SPARED.asan := -fno-sanitize=null,object-size,alignment,pointer-overflow
 # gcc 14 moves frames to where variables that have left are noticed, and aligns them there to 32 bytes; vectors of 64 need more.
-FRAMES_STAY := $(if $(findstring clang,$(CC)),,--param=asan-use-after-return=0)
+KERNEL_SPARED.asan += $(if $(findstring clang,$(CC)),,--param=asan-use-after-return=0)
 # What a sanitizer's build has for an instruction set that this processor lacks is linked and never run: without optimization and
 # checks it takes 15 s to compile in place of 70.
 ISA_ASKS.avx2 := avx2 fma bmi2
