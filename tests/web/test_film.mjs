@@ -25,6 +25,13 @@ async function clickAt(page, [across, down]) {
   await page.mouse.click(x, y);
 }
 
+/** A browser that does not tell when a picture is (Firefox) asks for the rate. */
+async function tellRate(page) {
+  if (!await page.isVisible("[data-film=rate]")) return;
+  await page.fill("[data-film=rate]", "25");
+  await page.press("[data-film=rate]", "Tab");
+}
+
 export async function a_film_that_is_marked_by_colour_gives_length_and_friction_and_runs_behind_the_fitted_pendulum(rig) {
   const page = await rig.open({ path: "/?length=0.8&theta=20", height: 1000, language: "de" });
   const sent = [];
@@ -32,11 +39,7 @@ export async function a_film_that_is_marked_by_colour_gives_length_and_friction_
   await openFilmPart(page);
   const truth = await giveFilm(page, FILE);
   await said(page, /3,0 s lang/);
-  // a browser that does not tell when a picture is (Firefox) asks for the rate
-  if (await page.isVisible("[data-film=rate]")) {
-    await page.fill("[data-film=rate]", "25");
-    await page.press("[data-film=rate]", "Tab");
-  }
+  await tellRate(page);
   await page.click("[data-film=mark]");
   await page.waitForSelector(".film-canvas");
   // two marks of a metre, the pivot; then the keys: straight below it, with the cross one picture's pixel at a time
