@@ -211,7 +211,8 @@ TEST(answers_that_nobody_reads_leave_the_process_its_memory) {
                             memory_long(500000 + i)));
     int good = memory_crowd(server, client, CROWD);
     CHECK_SAYING(good >= 2 && good <= 4, "%d answers of 16 MB have room in 64", good);
-    ask_await(server, "pendulumd_held_kind_bytes{kind=\"computations\"}", good * 16e6, 1e9);
+    /* of each, the sockets' buffers may have 10 MB */
+    ask_await(server, "pendulumd_held_kind_bytes{kind=\"computations\"}", good * 6e6, 1e9);
     memory_close(client, CROWD);
     memory_await_base(server);
     /* one client alone: its share is half, where that is little */
