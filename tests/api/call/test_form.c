@@ -194,8 +194,8 @@ TEST(forms_need_a_boundary) {
         "multipart/form-data",
         "multipart/form-data; boundary=", "multipart/form-data; boundary=\"a \"",
         "multipart/form-data; boundary=a\"b",
-        "multipart/form-data; boundary="
-        "12345678901234567890123456789012345678901234567890123456789012345678901"};
+        ("multipart/form-data; boundary="
+         "12345678901234567890123456789012345678901234567890123456789012345678901")};
     for (size_t i = 0; i < sizeof types / sizeof *types; i++) {
         struct test_reply reply = post_form(types[i], END, strlen(END));
         CHECK_INT(reply.status, 400);
