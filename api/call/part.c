@@ -8,14 +8,22 @@
 
 #include "api/encode/encode_raw.h"
 
+/* bytes of results of a part, which are in memory until it is kept: a few workers hold two parts
+ * each, beside everything else that max-held-bytes is for */
+enum { PLAN_PART_BYTES = 1 << 24 };
+
+/* bytes of all results; 0 = unknown */
+static double plan_rows(const struct api_op *op, const void *state) {
+    const struct api_table *table = op->table(state);
+    if (table->rows_later) return 0;
+    return (double)table->rows * api_table_numbers(table, 0) * (double)sizeof(double);
+}
+
 /* the memory and the results of one part: all parts have about the same */
 static void plan_bytes(struct api_plan *plan, const struct api_op *op, void *state) {
     if (op->part) op->part(state, 0, plan->parts);
     plan->bytes = op->bytes ? op->bytes(state) : API_OP_SMALL_BYTES;
-    const struct api_table *table = op->table(state);
-    if (table->rows_later) return;
-    plan->kept = (double)table->rows * api_table_numbers(table, 0) * (double)sizeof(double) /
-                 (double)plan->parts;
+    plan->kept = plan_rows(op, state) / (double)plan->parts;
 }
 
 int api_plan_read(struct api_plan *plan, const struct api_request *request,
@@ -37,7 +45,9 @@ int api_plan_read(struct api_plan *plan, const struct api_request *request,
                                                      &state, plan->digest, body);
     if (status == PEND_OK) {
         if (op->cost) plan->cost = op->cost(state);
-        double wanted = ceil(plan->cost / seconds), most = op->parts ? (double)op->parts(state) : 1;
+        double most = op->parts ? (double)op->parts(state) : 1;
+        double wanted =
+            fmax(ceil(plan->cost / seconds), ceil(plan_rows(op, state) / PLAN_PART_BYTES));
         plan->parts = (long)fmax(1, fmin(wanted, most));
         plan->chained = op->carry && plan->parts > 1;
         plan_bytes(plan, op, state);

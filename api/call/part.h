@@ -22,7 +22,7 @@ struct api_plan {
  *
  * plan     out.
  * request  its Accept is ignored.
- * seconds  about how long a part should take.
+ * seconds  about how long a part should take; one whose results would be large takes less.
  * body     the request's body is appended here in the form in which it is stored: without blanks,
  *          its keys in order; NULL = not wanted. Its digest is the same.
  * out      a problem is appended here.

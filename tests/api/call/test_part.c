@@ -380,6 +380,39 @@ TEST(a_plan_tells_parts_cost_and_digest_or_the_problem) {
     api_buffer_clear(&out);
 }
 
+TEST(a_part_has_results_of_a_few_megabytes_however_quickly_they_are_computed) {
+    static const struct {
+        enum api_op_id op;
+        const char *more;
+        double bytes;
+    } jobs[] = {{API_OP_ENSEMBLES,
+                 "\"random\":{\"count\":10000,\"seed\":7,\"draw\":[{\"vary\":\"theta\",\"arm\":1,"
+                 "\"distribution\":\"uniform\",\"low\":-3,\"high\":3}]},\"times\":{\"stop\":1,"
+                 "\"count\":500},\"observables\":[\"trajectory\"],\"output\":[\"theta\"]",
+                 10000.0 * 500 * 5 * 8},
+                {API_OP_TRAJECTORIES,
+                 "\"times\":{\"stop\":1,\"count\":5000000},\"output\":[\"phi\"]",
+                 5000000.0 * 3 * 8}};
+    for (size_t i = 0; i < sizeof jobs / sizeof *jobs; i++) {
+        char body[500];
+        struct api_limits limits;
+        struct api_plan plan;
+        struct api_buffer out;
+        struct api_request request = {
+            .op = jobs[i].op, .content_type = "application/json", .body = body};
+        int bytes = snprintf(body, sizeof body,
+                             "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},%s}",
+                             jobs[i].more);
+        request.body_bytes = (size_t)bytes;
+        api_limits_init(&limits);
+        api_buffer_init(&out, 1 << 20);
+        CHECK_INT(api_plan_read(&plan, &request, &limits, 1e9, NULL, &out), 0);
+        CHECK_SAYING(plan.kept <= 1 << 24 && plan.kept * (double)plan.parts == jobs[i].bytes,
+                     "job %zu: %ld parts of %.0f bytes", i, plan.parts, plan.kept);
+        api_buffer_clear(&out);
+    }
+}
+
 TEST(a_job_is_the_same_whichever_engine_computes_it) {
     static const char body[] = "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]}}";
     struct api_limits limits;
