@@ -188,8 +188,10 @@ static void test_lanes_run(struct test_share *share, int lanes, char **words, in
     }
     for (int i = 0; i < lanes; i++) {
         int status = -1;
-        if (pid[i] > 0 && waitpid(pid[i], &status, 0) == pid[i] && !status) continue;
+        int ended = pid[i] > 0 && waitpid(pid[i], &status, 0) == pid[i];
         const struct test_case *test = share->at[i];
+        // one that ends with 0 in the middle of a test has told nothing of it
+        if (ended && !status && !test) continue;
         printf("FAIL %s ended its process: status %d\n", test ? test->name : "the end of all",
                status);
         share->ended[1]++;
