@@ -228,6 +228,12 @@ def test_dataset(client, home):
             check(f"refused: {wrong}", False)
         except ValueError:
             check(f"refused: {wrong}", True)
+    (folder / "request.json").unlink()
+    try:
+        dataset(double, folder, splits, shard=10, form=".csv", **about | {"seed": 8})
+        check("files of a set that nobody knows are not taken for others", False)
+    except ValueError:
+        check("files of a set that nobody knows are not taken for others", kept.stat().st_mtime_ns == seen)
 
 
 def test_python(server, home):

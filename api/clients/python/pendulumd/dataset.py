@@ -47,11 +47,15 @@ def _digest(path):
     return sha.hexdigest()
 
 
-def _keep(folder, text):
-    """The request of the set lies beside it: another one is no continuation."""
+def _keep(folder, text, names):
+    """The request of the set lies beside it: another one is no continuation, and files without one are nobody knows whose."""
     path = os.path.join(folder, REQUEST)
     os.makedirs(folder, exist_ok=True)
-    if os.path.exists(path):
+    if not os.path.exists(path):
+        for name in names:
+            if os.path.exists(os.path.join(folder, name)):
+                raise ValueError(f"{folder} has {name} and no {REQUEST} that says of which set: take another folder, or remove it")
+    else:
         with open(path, "rb") as source:
             if source.read() != text:
                 raise ValueError(f"{folder} has a set of another request: take another folder, or remove {path} and its shards")
@@ -133,7 +137,7 @@ def dataset(pendulum, folder, splits, *, draw, card, seed=0, shard=10000, form="
         raise ValueError(f"the card lacks {', '.join(lacks)}" if lacks else f"a shard has members and is .parquet or .csv: {shard!r}, {form!r}")
     shards = list(_shards(splits, shard, form))
     request = pendulum.request(random={"count": sum(splits.values()), "seed": seed, "draw": draw}, **fields)
-    _keep(folder, _body({"request": request, "splits": splits, "shard": shard, "form": form}))
+    _keep(folder, _body({"request": request, "splits": splits, "shard": shard, "form": form}), [name for name, _, _ in shards])
     bodies = [(name, request | {"random": {"count": count, "seed": seed, "first": first, "draw": draw}}) for name, first, count in shards]
     columns = _fetch(pendulum.client, folder, [one for one in bodies if not os.path.exists(os.path.join(folder, one[0]))], progress)
     if columns is None:  # all shards are there: a job of one member tells their columns
