@@ -50,8 +50,16 @@ static enum pend_status request_body(const struct api_request *request,
     const char *text = request->body ? request->body : "";
     *body = (struct span){text, request->body_bytes};
     if (!request_form(request)) return PEND_OK;
-    PEND_TRY(
-        api_form_json(request->content_type, text, request->body_bytes, limits, joined, problem));
+    enum pend_status status =
+        api_form_json(request->content_type, text, request->body_bytes, limits, joined, problem);
+    if (status == PEND_LIMIT) {
+        api_problem_set(problem, 422,
+                        API_TYPE_LIMIT "the form would be %zu bytes of JSON or more: send fewer "
+                                       "numbers, or tables as they were measured",
+                        joined->limit);
+        return PEND_INVALID;
+    }
+    PEND_TRY(status);
     *body = (struct span){joined->bytes ? joined->data : "", joined->bytes};
     return PEND_OK;
 }

@@ -48,7 +48,7 @@ static size_t post_body(char *data, size_t size, size_t count, void *context) {
 }
 
 /* Looks a name up, once, and writes its addresses as libcurl is to use them: "host:443:a,b". One
- * that is refused refuses the name. */
+ * that is refused refuses the name. An address of IPv6 is itself, and has no form there: "". */
 static enum srv_hook_end post_pin(const struct api_webhook_place *place,
                                   const struct srv_peers *networks, char pinned[POST_PINNED]) {
     const struct addrinfo wish = {.ai_family = AF_UNSPEC, .ai_socktype = SOCK_STREAM};
@@ -70,6 +70,7 @@ static enum srv_hook_end post_pin(const struct api_webhook_place *place,
                                      count++ ? "," : "", text);
     }
     freeaddrinfo(found);
+    if (strchr(place->host, ':')) pinned[0] = 0;
     return end == SRV_HOOK_ANSWERED && !count ? SRV_HOOK_NOWHERE : end;
 }
 
@@ -134,8 +135,10 @@ enum srv_hook_end srv_hook_post(const struct srv_hook_message *message,
     if (end != SRV_HOOK_ANSWERED) return end;
     if (curl_global_init(CURL_GLOBAL_DEFAULT)) return SRV_HOOK_BROKEN;
     CURL *curl = curl_easy_init();
-    struct curl_slist *fields = post_fields(message), *pins = curl_slist_append(NULL, pinned);
-    int ready = curl && fields && pins && post_set(curl, message, authority, &post, fields, pins);
+    struct curl_slist *fields = post_fields(message);
+    struct curl_slist *pins = *pinned ? curl_slist_append(NULL, pinned) : NULL;
+    int ready = curl && fields && (pins || !*pinned) &&
+                post_set(curl, message, authority, &post, fields, pins);
     /* how the transfer ended says little: a body that is not read is an error, and no matter */
     if (ready) (void)curl_easy_perform(curl);
     if (ready) curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &answered);

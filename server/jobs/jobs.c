@@ -291,8 +291,8 @@ static int jobs_plan(struct srv_store_request *asked) {
                                   .content_type = exchange->field[SRV_CONTENT_TYPE],
                                   .body = exchange->body.bytes ? exchange->body.data : NULL,
                                   .body_bytes = exchange->body.bytes};
-    // a form of files becomes JSON, where a line's end takes two bytes
-    api_buffer_init(&asked->body, 2 * exchange->body.bytes + JOBS_SPARE);
+    /* a form of files becomes canonical JSON: a line's end takes two bytes, "1e20," takes 22 */
+    api_buffer_init(&asked->body, 5 * exchange->body.bytes + JOBS_SPARE);
     int http = jobs_read_plan(asked, &request, &plan);
     if (http) {
         srv_exchange_answered(exchange, http, "application/problem+json");

@@ -883,3 +883,31 @@ TEST(a_server_without_a_store_answers_at_once_and_says_so_of_jobs) {
     refused(server, "GET", "/v1/jobs", "", NULL, 404);
     test_server_stop(&server);
 }
+
+/* a form's numbers may be longer as canonical JSON, in which a job keeps it, than as they came */
+TEST(a_form_whose_numbers_grow_is_a_job) {
+    enum { ARMS = 60, BYTES = 4096 };
+    char form[BYTES], mass[BYTES / 4] = "", length[BYTES / 4] = "", parent[BYTES / 4] = "";
+    struct test_reply reply;
+    struct place place;
+    for (int i = 0; i < ARMS; i++) {
+        snprintf(mass + strlen(mass), sizeof mass - strlen(mass), "%s1e15", i ? "," : "");
+        snprintf(length + strlen(length), sizeof length - strlen(length), "%s1e15", i ? "," : "");
+        snprintf(parent + strlen(parent), sizeof parent - strlen(parent), "%s%d", i ? "," : "", i);
+    }
+    snprintf(form, sizeof form,
+             "--b\r\nContent-Disposition: form-data; name=request\r\n\r\n{\"pendulum\":{\"mass\":"
+             "[%s],\"length\":[%s],\"parent\":[%s]},\"unknowns\":[{\"vary\":\"theta\",\"arm\":1}]}"
+             "\r\n--b\r\nContent-Disposition: form-data; name=csv\r\n\r\nt,theta_1\r\n0,0.1\r\n"
+             "1,0.1\r\n\r\n--b--\r\n",
+             mass, length, parent);
+    REQUIRE(place_begin(&place, 0));
+    struct test_server *server = place_serve(&place, "api", "1", NULL, NULL);
+    REQUIRE(server);
+    CHECK_INT(test_request(server, &reply, "POST", "/v1/fits",
+                           ASYNC "Content-Type: multipart/form-data; boundary=b\r\n", form),
+              202);
+    test_reply_clear(&reply);
+    test_server_stop(&server);
+    place_end(&place);
+}

@@ -4,6 +4,7 @@
 #include <arpa/inet.h>
 #include <errno.h>
 #include <gnutls/crypto.h>
+#include <poll.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdio.h>
@@ -382,6 +383,34 @@ TEST(private_addresses_are_told_nothing) {
     CHECK_INT(receiver_seen(receiver, "/ok", NULL), 0);
     CHECK(ask_metric(server, "pendulumd_webhooks_total{end=\"refused\"}") ==
           sizeof name / sizeof *name);
+    test_server_stop(&server);
+    place_end(&place);
+    receiver_stop(receiver);
+}
+
+/* such a url is its own address, of which libcurl wants to be told nothing more */
+TEST(an_address_of_ipv6_is_reached) {
+    struct sockaddr_in6 here = {.sin6_family = AF_INET6, .sin6_addr = in6addr_loopback};
+    socklen_t bytes = sizeof here;
+    struct pollfd ear = {.fd = socket(AF_INET6, SOCK_STREAM | SOCK_CLOEXEC, 0), .events = POLLIN};
+    if (ear.fd < 0 || bind(ear.fd, (struct sockaddr *)&here, sizeof here) != 0) {
+        test_skip("this machine has no IPv6 loopback");
+        if (ear.fd >= 0) close(ear.fd);
+        return;
+    }
+    CHECK(!listen(ear.fd, 4) && !getsockname(ear.fd, (struct sockaddr *)&here, &bytes));
+    struct receiver *receiver = receiver_start();
+    struct place place;
+    char path[PATH], url[128], id[ID + 1], secret[64];
+    REQUIRE(receiver && place_begin(&place, 0));
+    struct test_server *server =
+        place_serve(&place, "all", "1", "--config", settings(receiver, 1, path));
+    REQUIRE(server);
+    snprintf(url, sizeof url, "https://[::1]:%d/ok", ntohs(here.sin6_port));
+    CHECK_INT(post(server, url, id, secret), 202);
+    /* somebody knocks; that is all there is to see here */
+    CHECK_INT(poll(&ear, 1, 1000 * TEST_PATIENCE), 1);
+    close(ear.fd);
     test_server_stop(&server);
     place_end(&place);
     receiver_stop(receiver);

@@ -125,6 +125,31 @@ TEST(forms_become_json_as_jobs) {
     api_buffer_clear(&out);
 }
 
+/* what it may become is bounded by the limit of bodies, which the refusal tells apart from others
+ */
+TEST(forms_that_grow_beyond_the_limit_are_refused) {
+    static const char form[] = PART("request")
+        REQUEST("{\"sigma\":0.5,\"more\":[1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,"
+                "1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,"
+                "1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,"
+                "1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,"
+                "1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20]}") "\r\n" PART("csv")
+            TABLE "\r\n" END;
+    struct api_request request = {
+        .op = API_OP_FITS, .content_type = TYPE, .body = form, .body_bytes = strlen(form)};
+    struct api_limits limits;
+    struct api_plan plan;
+    struct api_buffer body, out;
+    api_limits_init(&limits);
+    limits.body_bytes = (double)strlen(form);
+    api_buffer_init(&body, 1 << 16);
+    api_buffer_init(&out, 1 << 16);
+    CHECK_INT(api_plan_read(&plan, &request, &limits, 1, &body, &out), 422);
+    CHECK(memmem(out.data, out.bytes, "bytes of JSON", 13));
+    api_buffer_clear(&body);
+    api_buffer_clear(&out);
+}
+
 TEST(forms_are_refused_where_they_are_malformed) {
 #define ONE_TABLE PART("csv") "t\r\n"
     static const struct {
