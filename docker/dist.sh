@@ -15,7 +15,9 @@ if [ "$1" = --verify ]; then
     [ -n "$name" ] || { echo "dist.sh: the signature is of nobody whom $signers names" >&2; exit 1; }
     ssh-keygen -Y verify -f "$signers" -I "$name" -n pendulumd-release -s SHA256SUMS.sig < SHA256SUMS
     sha256sum --check --strict SHA256SUMS
-    for file in *; do
+    # a name that begins with a dot is one too; a pattern that finds none stays as it is
+    for file in * .[!.]* ..?*; do
+        [ -e "$file" ] || [ -L "$file" ] || continue
         case $file in
         SHA256SUMS | SHA256SUMS.sig) ;;
         *) awk -v file="$file" '$2 == file { found = 1 } END { exit !found }' SHA256SUMS || { echo "dist.sh: $file is not listed, and so not signed" >&2; exit 1; } ;;
@@ -28,8 +30,8 @@ version=$(git show "$commit:api/base/engine.h" | sed -nE 's/^#define API_VERSION
 [ -n "$version" ] || { echo "dist.sh: $commit has no version" >&2; exit 1; }
 rm -rf "$directory"
 mkdir -p "$directory"
-# the archive's times are those of the commit; gzip is told to note none
-git archive --format=tar --prefix="pendulumd-$version/" "$commit" | gzip -9n > "$directory/pendulumd-$version.tar.gz"
+# the archive's times are those of the commit, and its modes are nobody's setting; gzip is told to note no time
+git -c tar.umask=0022 archive --format=tar --prefix="pendulumd-$version/" "$commit" | gzip -9n > "$directory/pendulumd-$version.tar.gz"
 for package in build/deb/*_"$version"_*.deb; do
     if [ -e "$package" ]; then cp "$package" "$directory"; fi
 done

@@ -101,7 +101,7 @@ say 'it lacks something' held
 releases() {
     local made=$root/made again=$root/again
     docker/dist.sh "$made" "$root/key" > "$root/log" 2>&1 || { cat "$root/log"; return 1; }
-    say 'a release is other bytes the second time' bash -c 'umask 077; TZ=Pacific/Auckland docker/dist.sh "$2" "$3" > "$4" 2>&1 && cmp "$1"/*.tar.gz "$2"/*.tar.gz' - "$made" "$again" "$root/key" "$root/log"
+    say 'a release is other bytes the second time' bash -c 'umask 077; export GIT_CONFIG_COUNT=1 GIT_CONFIG_KEY_0=tar.umask GIT_CONFIG_VALUE_0=user; TZ=Pacific/Auckland docker/dist.sh "$2" "$3" > "$4" 2>&1 && cmp "$1"/*.tar.gz "$2"/*.tar.gz' - "$made" "$again" "$root/key" "$root/log"
     say 'the sources hold a program' bash -c '! tar -xzOf "$1"/*.tar.gz | grep -q "^.ELF"' - "$made"
     docker/dist.sh --verify "$made" "$root/signers" > "$root/log" 2>&1
 }
@@ -119,6 +119,7 @@ if command -v ssh-keygen > /dev/null && git rev-parse HEAD > /dev/null 2>&1; the
     say 'a byte of the archive' spoilt 'FAILED' 'printf x >> *.tar.gz'
     say 'a digest that was made to fit' spoilt 'incorrect signature\|Could not verify' 'printf x >> *.tar.gz; sha256sum *.tar.gz > SHA256SUMS'
     say 'a file that is not listed' spoilt 'is not listed' 'touch evil.deb'
+    say 'a hidden file that is not listed' spoilt 'is not listed' 'touch .evil.deb'
     say 'a file that is missing' spoilt 'No such file' 'rm *.tar.gz'
     say 'no signature' spoilt 'is of nobody' 'rm SHA256SUMS.sig'
     say 'the key of somebody else' spoilt 'is of nobody' true "$root/signers.other"
