@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <errno.h>
+#include <limits.h>
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
@@ -136,12 +137,16 @@ static _Noreturn void loop_serve(struct loop *loop) {
 
 /* gives up what it does not need; returns 0 where --walls on needs more than there is */
 static int loop_confine(const struct loop *loop, struct srv_hook_hello *hello) {
-    static const char *const system[] = {"/etc", "/usr", "/lib", "/lib64", "/run"};
+    static const char *const system[] = {"/etc", "/usr", "/lib", "/lib64"};
     static struct srv_fence fence = {.connects = 1};
     size_t used = 0;
     for (size_t i = 0; i < sizeof system / sizeof *system; i++)
         srv_fence_add(&fence, SRV_FENCE_READ, system[i]);
     srv_fence_add(&fence, SRV_FENCE_READ, "/dev/urandom");
+    /* who looks names up is often told in /run, where the credentials of services are too */
+    char resolver[PATH_MAX];
+    if (realpath("/etc/resolv.conf", resolver))
+        srv_fence_add_around(&fence, SRV_FENCE_READ, resolver);
     if (strcmp(loop->rules.authority, "none"))
         srv_fence_add_around(&fence, SRV_FENCE_READ, loop->rules.authority);
     for (int wall = 0; loop->rules.walls != 0 && wall < 2; wall++) {

@@ -122,6 +122,23 @@ static int post_set(CURL *curl, const struct srv_hook_message *message, const ch
     return !bad;
 }
 
+/* posts a message, and says what was answered; returns 0 where it could not begin */
+static int post_transfer(const struct srv_hook_message *message, const char *authority,
+                         const char *pinned, struct post *post, long *answered) {
+    CURL *curl = curl_easy_init();
+    struct curl_slist *fields = post_fields(message);
+    struct curl_slist *pins = *pinned ? curl_slist_append(NULL, pinned) : NULL;
+    int ready = curl && fields && (pins || !*pinned) &&
+                post_set(curl, message, authority, post, fields, pins);
+    /* how the transfer ended says little: a body that is not read is an error, and no matter */
+    if (ready) (void)curl_easy_perform(curl);
+    if (ready) curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, answered);
+    curl_slist_free_all(fields);
+    curl_slist_free_all(pins);
+    if (curl) curl_easy_cleanup(curl);
+    return ready;
+}
+
 enum srv_hook_end srv_hook_post(const struct srv_hook_message *message,
                                 const struct srv_peers *networks, const char *authority,
                                 int *status) {
@@ -134,17 +151,7 @@ enum srv_hook_end srv_hook_post(const struct srv_hook_message *message,
     enum srv_hook_end end = post_pin(&place, networks, pinned);
     if (end != SRV_HOOK_ANSWERED) return end;
     if (curl_global_init(CURL_GLOBAL_DEFAULT)) return SRV_HOOK_BROKEN;
-    CURL *curl = curl_easy_init();
-    struct curl_slist *fields = post_fields(message);
-    struct curl_slist *pins = *pinned ? curl_slist_append(NULL, pinned) : NULL;
-    int ready = curl && fields && (pins || !*pinned) &&
-                post_set(curl, message, authority, &post, fields, pins);
-    /* how the transfer ended says little: a body that is not read is an error, and no matter */
-    if (ready) (void)curl_easy_perform(curl);
-    if (ready) curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &answered);
-    curl_slist_free_all(fields);
-    curl_slist_free_all(pins);
-    if (curl) curl_easy_cleanup(curl);
+    int ready = post_transfer(message, authority, pinned, &post, &answered);
     curl_global_cleanup();
     if (!ready) return SRV_HOOK_BROKEN;
     *status = answered >= 100 && answered <= 999 ? (int)answered : 0;
