@@ -163,6 +163,7 @@ deb: ## Debian packages of the server, the command line and the library, and wha
 	@docker/deb.sh build/deb
 
 dist: ## what a release consists of, in build/dist: sources, packages, digests; KEY=a private key of ssh-keygen signs them
+	@rm -rf build/dist
 	@docker/dist.sh build/dist "$(or $(KEY),-)"
 
 clean: ## removes build/

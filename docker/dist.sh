@@ -28,7 +28,8 @@ fi
 directory=$1 key=$2 commit=${3:-HEAD}
 version=$(git show "$commit:api/base/engine.h" | sed -nE 's/^#define API_VERSION "(.*)"$/\1/p')
 [ -n "$version" ] || { echo "dist.sh: $commit has no version" >&2; exit 1; }
-rm -rf "$directory"
+# what is there already may be a release that somebody has fetched, or all that they have
+[ ! -e "$directory" ] || rmdir "$directory" 2> /dev/null || { echo "dist.sh: $directory is there already" >&2; exit 1; }
 mkdir -p "$directory"
 # the archive's times are those of the commit, and its modes are nobody's setting; gzip is told to note no time
 git -c tar.umask=0022 archive --format=tar --prefix="pendulumd-$version/" "$commit" | gzip -9n > "$directory/pendulumd-$version.tar.gz"

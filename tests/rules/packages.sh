@@ -116,6 +116,7 @@ if command -v ssh-keygen > /dev/null && git rev-parse HEAD > /dev/null 2>&1; the
     done
     mv "$root/signers.key" "$root/signers"
     say 'a release' releases
+    say 'a directory that holds something is lost' bash -c '! docker/dist.sh "$1" - 2> /dev/null && docker/dist.sh --verify "$1" "$2" > /dev/null 2>&1' - "$root/made" "$root/signers"
     say 'a byte of the archive' spoilt 'FAILED' 'printf x >> *.tar.gz'
     say 'a digest that was made to fit' spoilt 'incorrect signature\|Could not verify' 'printf x >> *.tar.gz; sha256sum *.tar.gz > SHA256SUMS'
     say 'a file that is not listed' spoilt 'is not listed' 'touch evil.deb'
