@@ -95,6 +95,15 @@ async function spoken(page) {
   const film = ".film-behind video";
   const where = () => page.evaluate((at) => getComputedStyle(document.querySelector(at)).transform, film);
   const before = await where();
+  // a file that is no film does not take the place of the one that is seen
+  await page.evaluate((at) => {
+    const input = document.querySelector(at);
+    const chosen = new DataTransfer();
+    chosen.items.add(new File(["no film"], "notes.txt", { type: "text/plain" }));
+    input.files = chosen.files;
+    input.dispatchEvent(new Event("change"));
+  }, FILE);
+  await said(page, /notes\.txt/);
   await page.evaluate(() => pendulumd.speak("en"));
   await page.waitForFunction(() => document.documentElement.lang === "en");
   await page.waitForFunction((at) => !document.querySelector(at), ".film-behind:not(.seen)");

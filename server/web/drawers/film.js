@@ -21,14 +21,14 @@ const TOLERANCE = 40; // of colours, of 255
 /** @typedef {import("./film_marks.js").Marks} Marks */
 
 /**
- * The part while it is there. wanted: the file that was chosen last; tool: what the next mark is,
- * "one", "two", "pivot", "below" or an arm's number; camera: of the fit to the table `told`, which
- * the fits were `handed`.
+ * The part while it is there. wanted: the file chosen last, shown: seen; tool: what the next mark
+ * is, "one", "two", "pivot", "below" or an arm's number; camera: of the fit to the table `told`,
+ * which the fits were `handed`.
  * @typedef {ReturnType<typeof partsOf> & {
  *   app: App, film: import("./film_frames.js").Film | null, marks: Marks | null, tool: string,
  *   layer: ReturnType<typeof createLayer> | null, back: ReturnType<typeof createBehind> | null,
- *   wanted: File | null, tolerance: number, search: AbortController | null, told: string,
- *   handed: string, camera: FitCamera | null, form: string, lookingFor: boolean,
+ *   wanted: File | null, shown: File | null, tolerance: number, search: AbortController | null,
+ *   told: string, handed: string, camera: FitCamera | null, form: string, lookingFor: boolean,
  * }} View
  */
 
@@ -403,7 +403,7 @@ async function take(view, file) {
     if (view.wanted !== file) return film.close();
     view.back?.destroy();
     view.film?.close();
-    view.film = film;
+    Object.assign(view, { film, shown: file });
     const { name, size } = file;
     const kept = marking.keptMarks().find((one) => marking.sameFilm(one, { name, size }));
     view.marks = kept ?? marking.noMarks({ name, size }, film);
@@ -412,7 +412,9 @@ async function take(view, file) {
     const time = text.number(film.duration, 1);
     say(view, text(kept ? "film.again" : "film.opened", { name, time }));
   } catch {
-    if (view.wanted === file) say(view, text("film.refused", { name: file.name }));
+    if (view.wanted !== file) return;
+    view.wanted = view.shown;
+    say(view, text("film.refused", { name: file.name }));
   }
 }
 
@@ -448,7 +450,7 @@ function createView(app) {
   const { text } = app;
   const first = { film: null, marks: null, tool: "one", layer: null, back: null, search: null };
   const view = {
-    ...{ ...partsOf(text), ...first, app, wanted: null },
+    ...{ ...partsOf(text), ...first, app, wanted: null, shown: null },
     ...{ tolerance: TOLERANCE, told: "", handed: "" },
     ...{ form: ownMarks(), camera: null, lookingFor: false },
   };
