@@ -8,7 +8,8 @@ build=$1 passed=0 failed=0
 root=$(mktemp -d "$PWD/build/install XXXXXX") || exit
 trap 'rm -rf "$root"' EXIT
 say() { if "${@:2}"; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "FAIL $1"; fi; }
-make="make --no-print-directory -o build B=$build DESTDIR="
+# what was built is old: builds share the page's parts, and a program linked again is gone for a moment while other jobs run it
+make="make --no-print-directory -o build -o $build/pendulumd -o $build/pendulum B=$build DESTDIR="
 export PKG_CONFIG_PATH=$root/usr/lib/x/pkgconfig PKG_CONFIG_SYSROOT_DIR=
 
 installed() { $make"$root" PREFIX=/usr LIBDIR=/usr/lib/x install > "$root.log" 2>&1 || { cat "$root.log"; return 1; }; }
