@@ -1,6 +1,6 @@
 % The Octave client against a live server: the paper's call, options, jobs, refusals, lines that break.
 % usage: octave-cli client.m FOLDER REFERENCE FRONT BROKEN OUT     (of the client; tests/golden/paper_example.txt; a front that refuses
-% twice; one that cuts downloads; a file for the doubles of the paper's example)
+% twice; one that cuts downloads; a file for the doubles of the paper's example; a server of pages)
 % Leaves to others: counting (test_octave.py). Invariant: every check says ok or FAIL with its name.
 1;
 function check(name, good)
@@ -81,7 +81,9 @@ end
 refused('an S that is none', 'row 2 of S', [1; 1], [1; 1], [1 0; 0 2], [0; 0], [0; 0], 0:.1:1, 'pendulum', struct('damping', [0.1; 0.2]));
 refused('lengths that do not fit', 'as many', L, m, S, [0; 0], phid0, t);
 refused('numbers that are none', 'finite', L, m, S, phi0, phid0, [0 NaN]);
-refused('no server', '127.0.0.1:1/', L, m, S, phi0, phid0, t, 'url', 'http://127.0.0.1:1', 'patience', 1);
+% at once: who waits for it here waits for days
+refused('no server', 'no server at http://127.0.0.1:1 (', L, m, S, phi0, phid0, t, 'url', 'http://127.0.0.1:1', 'patience', 1e6);
+refused('another server', 'answers with a page', L, m, S, phi0, phid0, t, 'url', arguments{6});
 before = tic();
 check('refusals for the moment are repeated', isequal(pendusim(L, m, S, phi0, phid0, t, 'url', arguments{3}), phi));
 check('Retry-After is waited for', toc(before) >= 1);

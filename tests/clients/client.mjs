@@ -1,10 +1,11 @@
 // The JavaScript client against a live server: what comes back, rows, jobs, refusals, lines that break.
-// usage: client.mjs FRONT CUTTING BROKEN OUT     (fronts that refuse twice, that cut downloads, that cut each line; a file for the doubles of the paper's example)
+// usage: client.mjs FRONT CUTTING BROKEN OUT PAGES     (fronts that refuse twice, that cut downloads, that cut each line; a file for the doubles of the
+// paper's example; a server of pages)
 // Leaves to others: counting (test_js.py), types (types.ts). Invariant: every check says ok or FAIL with its name.
 import { writeFileSync } from "node:fs";
 import { Client, Pendulum, Refusal, rowsOf } from "pendulumd";
 
-const [front, cutting, broken, out] = process.argv.slice(2);
+const [front, cutting, broken, out, pages] = process.argv.slice(2);
 const check = (name, good) => console.log(`${good ? "ok" : "FAIL"} ${name}`);
 const refused = async (name, work, words) => {
   try {
@@ -13,6 +14,10 @@ const refused = async (name, work, words) => {
   } catch (error) {
     check(`${name}: ${String(error.message).replaceAll("\n", " ")}`, words ? error instanceof Refusal && error.message.includes(words) : true);
   }
+};
+const failed = async (name, work, words) => {
+  const error = await work().catch((thrown) => thrown);
+  check(`${name}: ${error.message}`, String(error.message).includes(words));
 };
 const FOUR = { L: [2, 1.5, 0.75, 1.25], m: [1, 1, 1, 0.1], S: [[1, 0, 0, 0], [1, 1, 0, 0], [1, 1, 1, 0], [1, 1, 0, 1]] };
 const times = { start: 0, stop: 5, step: 0.01 };
@@ -39,7 +44,9 @@ check("who stops listening ends the computation", count === 1000);
 
 await refused("a field that nobody knows", () => four.run({ times }, { fruit: 3 }), "/fruit is not a known field");
 await refused("a field of the pendulum that nobody knows", () => new Pendulum(FOUR, {}, { fruit: [1] }).run({ times }), "/pendulum/fruit");
-await refused("no server", () => new Pendulum(FOUR, { url: "http://127.0.0.1:1", patience: 0.3 }).run({ times }));
+// at once: who waits for it here waits for days
+await failed("no server", () => new Pendulum(FOUR, { url: "http://127.0.0.1:1", patience: 1e6 }).run({ times }), "no server at http://127.0.0.1:1 (");
+await failed("another server", () => new Pendulum(FOUR, { url: pages }).run({ times }), "answers with a page");
 const begin = performance.now();
 const late = await new Pendulum(FOUR, { url: front }).run({ times });
 check("refusals for the moment are repeated after Retry-After", late.phi[500][3] === motion.phi[500][3] && performance.now() - begin >= 1000);

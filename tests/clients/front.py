@@ -6,6 +6,9 @@ import socket
 import threading
 
 
+PAGE = ("refuse", "404 Not Found", "Content-Type: text/html; charset=utf-8")  # of a server that is none of ours
+
+
 class Front:
     """Listens on 127.0.0.1:port. Each new line takes the next of `moods`, or passes all on.
 

@@ -12,7 +12,7 @@ import subprocess
 import numpy as np
 
 from clients import DOUBLE, FOUR, TOP, programs
-from front import Front
+from front import PAGE, Front
 from rule import check, skip
 
 
@@ -30,7 +30,7 @@ def test_cli(server, home):
         return done.stdout if status == 0 else done.stderr
 
     test_answers(run, work, server)
-    test_refusals(run)
+    test_refusals(run, work, server)
     test_jobs(run, work, server)
     test_beside(run)
     programs("sh", ["sh", "-c"], folder="cli", home=work)
@@ -65,7 +65,7 @@ def test_answers(run, work, server):
     check("cli: gravity is an axis without an arm", len(run("map", "double.json", "--x", "gravity:1:9:3", "--y", "theta2:-3:3:3", "--duration", 1).splitlines()) == 10)
 
 
-def test_refusals(run):
+def test_refusals(run, work, server):
     for words, text in ((("run", "four.json", "--t", "0:5:0.01", "-s", "fruit=3"), "/fruit is not a known field"),
                         (("run", "four.json", "--t", "0:5:0.01", "-s", "pendulum.fruit=x y", "--local"), "/pendulum/fruit is not a known field"),
                         (("run", "four.json", "--t", "0:x:1"), "START:STOP:STEP"), (("run", "none.json", "--t", "0:1:1"), "No such file"),
@@ -75,11 +75,16 @@ def test_refusals(run):
                         (("run", "four.json", "--t", "0:nan:1"), "times: the body is not JSON"), (("run", "four.json", "--t", "0,1", "--theta", "1,x"), "initial.theta: "),
                         (("run", "four.json", "--t", "0:5:0.01", "-o", "/no/such/place.npz"), "No such file"), (("ask", "fruit", "four.json"), "404"),
                         (("ask", "fruit", "four.json", "--local"), "without a server"), (("get", "no-such-job"), "404"),
-                        (("run", "four.json", "--t", "0:1:1", "--server", "http://127.0.0.1:1", "--patience", 0.5), "127.0.0.1:1"),
+                        (("run", "four.json", "--t", "0:1:1", "--server", "http://127.0.0.1:1", "--patience", 1e6, "-o", "none.npz"), "no server at http://127.0.0.1:1 ("),
                         (("run", "four.json", "--t", "0:1:1", "--server", "file:///etc", "--patience", 0), "rotocol"),
                         (("run", "-", "--t", "0:1:1"), "holds no JSON object")):
         said = run(*words, status=1, input="[1]")
         check(f"cli: {text}", text in said and "pendulum: " in said, said)
+    check("cli: nothing is left of what was refused", not [one for one in work.iterdir() if ".part" in one.name])
+    front = Front(server.port)
+    front.moods = [PAGE]
+    check("cli: another server", "answers with a page" in run("modes", "four.json", url=front.url, status=1))
+    front.close()
     for words in ((), ("fruit",), ("run",), ("run", "four.json", "--fruit")):
         check(f"cli: usage of {words}", "usage: pendulum" in run(*words, status=2))
 

@@ -13,7 +13,7 @@ import threading
 import urllib.parse
 
 from clients import TOP, programs
-from front import Front
+from front import PAGE, Front
 from rule import check, skip
 from servers import tool
 
@@ -45,19 +45,20 @@ def test_js(server, home):
     check("js: right programs compile without a cast, and wrong ones do not", typed.returncode == 0 and wrong >= 10
           and not re.search(r"\bas (?!if)|<any>|: any", (home / "types.ts").read_text().partition("\n\n")[2]), typed.stdout)
 
-    fronts = [Front(server.port) for _ in range(3)]
+    fronts, pages = [Front(server.port) for _ in range(3)], Front(server.port)
+    pages.moods = [PAGE] * 9
     fronts[0].moods = [("refuse", "429 Too Many Requests", "Retry-After: 1"), ("refuse", "503 Service Unavailable", "Retry-After: 0")]
     fronts[1].moods = [("cut", 1000000)] * 3
     fronts[2].moods = [("cut", 50000)] * 9
     shutil.copy(TOP / "tests/clients/client.mjs", home)
     out = home / "js.doubles"
-    done = run([tool("node"), "--expose-gc", "client.mjs", *(front.url for front in fronts), out], cwd=home)
+    done = run([tool("node"), "--expose-gc", "client.mjs", *(front.url for front in fronts), out, pages.url], cwd=home)
     lines = done.stdout.splitlines()
     for line in lines:
         check(f"js: {line.partition(' ')[2]}", line.startswith("ok "), done.stderr[-500:])
-    check("js: the script comes to its end", done.returncode == 0 and len(lines) == 22, f"{len(lines)} checks; {done.stderr[-2000:]}")
+    check("js: the script comes to its end", done.returncode == 0 and len(lines) == 23, f"{len(lines)} checks; {done.stderr[-2000:]}")
     check("js: what was cut is asked for by Range", sum("range: bytes=" in head.lower() for head in fronts[1].heads) >= 1, fronts[1].heads)
-    for front in fronts:
+    for front in (*fronts, pages):
         front.close()
     programs("js", [tool("node"), "--input-type=module", "--eval"], home=home)
     test_animation(server, home, package)

@@ -18,7 +18,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from clients import DOUBLE, FOUR, TOP, programs
-from front import Front
+from front import PAGE, Front
 from rule import check, optional, shipped_nginx, skip
 from servers import nginx, tool
 
@@ -92,6 +92,16 @@ def test_trouble(server, client):
             check(f"what is {what} is raised", False, "it was answered")
         except kind as problem:
             check(f"what is {what} is raised", not isinstance(problem, Problem) or problem.status == 429, problem)
+    pages = Front(server.port)
+    pages.moods = [PAGE]
+    for what, url, words in (("no server", "http://127.0.0.1:1", "no server at http://127.0.0.1:1 ("), ("another server", pages.url, "answers with a page"),
+                             ("no url", "127.0.0.1:8080", "as http://127.0.0.1:8080 is one")):
+        try:
+            Pendulum(Client(url, patience=1e6), **FOUR).run("0:5:0.01")  # at once: who waits for it here waits for days
+            check(f"{what} is told", False, "it was answered")
+        except (ConnectionError, Problem, ValueError) as error:
+            check(f"{what} is told with where it is said", words in str(error) and "PENDULUM_URL or Client(url)" in str(error), error)
+    pages.close()
     front.moods = [("cut", 30000)]
     try:
         rows = sum(len(block.t) for block in Pendulum(Client(front.url), **FOUR).stream("0:50:0.001", rows=100))

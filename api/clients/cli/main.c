@@ -343,7 +343,7 @@ static const struct {
 int main(int argc, char *argv[]) {
     const char *url = getenv("PENDULUM_URL");
     struct line line = {
-        .remote = {url && *url ? url : "http://127.0.0.1:8080", getenv("PENDULUM_TOKEN"), 60}};
+        .remote = {url && *url ? url : "http://127.0.0.1:8080", getenv("PENDULUM_TOKEN"), 60, 0}};
     read_options(&line, argc, argv);
     char **word = argv + optind;
     size_t i = 0, count = sizeof commands / sizeof *commands;

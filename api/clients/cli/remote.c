@@ -4,6 +4,7 @@
 #include <curl/curl.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -14,7 +15,7 @@ struct attempt {
     CURL *curl;
     struct cli_sink *sink;
     long status; /* 0 = the first byte of the body has not come */
-    int began;
+    int began, page;
     long long told; /* MiB that the last line of progress has said */
 };
 
@@ -24,14 +25,22 @@ static double now(void) {
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
+/* whether the answer is a page, which no route of the interface answers with */
+static int is_page(CURL *curl) {
+    const char *kind = NULL;
+    curl_easy_getinfo(curl, CURLINFO_CONTENT_TYPE, &kind);
+    return kind && !strncasecmp(kind, "text/html", 9);
+}
+
 static size_t receive(char *data, size_t one, size_t bytes, void *context) {
     struct attempt *attempt = context;
     if (!attempt->began) {
         attempt->began = 1;
         curl_easy_getinfo(attempt->curl, CURLINFO_RESPONSE_CODE, &attempt->status);
+        attempt->page = is_page(attempt->curl);
         if (attempt->status == 200) cli_sink_again(attempt->sink);
     }
-    if (attempt->status >= 400) {
+    if (attempt->status >= 400 || attempt->page) {
         cli_need(api_buffer_add(&attempt->sink->text, data, one * bytes) == PEND_OK);
     } else {
         cli_sink_add(attempt->sink, data, one * bytes);
@@ -97,7 +106,7 @@ static CURLcode attempt_once(struct attempt *attempt, const struct cli_remote *r
     curl_easy_reset(curl);
     curl_easy_setopt(curl, CURLOPT_URL, url);
     curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
-    curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, 30L);
+    curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, 10L);
     curl_easy_setopt(curl, CURLOPT_TCP_KEEPALIVE, 1L); /* a server that is gone is noticed */
     curl_easy_setopt(curl, CURLOPT_CUSTOMREQUEST, exchange->method);
     curl_easy_setopt(curl, CURLOPT_NOBODY, (long)!strcmp(exchange->method, "HEAD"));
@@ -108,9 +117,10 @@ static CURLcode attempt_once(struct attempt *attempt, const struct cli_remote *r
         curl_easy_setopt(curl, CURLOPT_POSTFIELDS, exchange->body->data);
         curl_easy_setopt(curl, CURLOPT_POSTFIELDSIZE_LARGE, (curl_off_t)exchange->body->bytes);
     }
-    attempt->status = 0, attempt->began = 0;
+    attempt->status = 0, attempt->began = 0, attempt->page = 0;
     attempt->sink->text.bytes = 0;
     CURLcode code = curl_easy_perform(curl);
+    attempt->page = is_page(curl);
     curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &attempt->status);
     struct curl_header *etag;
     if (attempt->status < 300 && !curl_easy_header(curl, "ETag", 0, CURLH_HEADER, -1, &etag))
@@ -138,7 +148,23 @@ static int settled(const struct attempt *attempt, CURLcode code) {
     return 1;
 }
 
-long cli_remote_ask(const struct cli_remote *remote, struct cli_exchange *exchange,
+#define WHERE "PENDULUM_URL or --server says where one is"
+
+/* Ends the program where a server was never there: its address is wrong. One that has answered may
+ * have gone for a moment. */
+static void look_for(struct cli_remote *remote, const struct attempt *attempt, CURLcode code) {
+    curl_off_t begun = 0; /* 0 = there was no connection */
+    curl_easy_getinfo(attempt->curl, CURLINFO_PRETRANSFER_TIME_T, &begun);
+    if (attempt->page && !busy(attempt->status))
+        cli_die("%ld: %s answers with a page, as no pendulumd does: " WHERE, attempt->status,
+                remote->url);
+    if (code == CURLE_OK || begun > 0)
+        remote->met = 1;
+    else if (!remote->met)
+        cli_die("no server at %s (%s): " WHERE, remote->url, curl_easy_strerror(code));
+}
+
+long cli_remote_ask(struct cli_remote *remote, struct cli_exchange *exchange,
                     struct cli_sink *sink) {
     struct attempt attempt = {.curl = curl_easy_init(), .sink = sink};
     double end = now() + remote->patience, pause = 0.1;
@@ -147,6 +173,7 @@ long cli_remote_ask(const struct cli_remote *remote, struct cli_exchange *exchan
     for (;;) {
         long long before = sink->have;
         CURLcode code = attempt_once(&attempt, remote, exchange);
+        look_for(remote, &attempt, code);
         if (settled(&attempt, code)) break;
         if (exchange->resumes && sink->have > before) end = now() + remote->patience, pause = 0.1;
         curl_off_t after = 0;

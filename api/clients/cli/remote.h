@@ -11,6 +11,7 @@ struct cli_remote {
     const char *url;   /* of the server, without a path */
     const char *token; /* NULL = none */
     double patience;   /* s without progress */
+    int met;           /* it has answered this process */
 };
 
 struct cli_exchange {
@@ -26,9 +27,10 @@ struct cli_exchange {
 /**
  * Does an exchange, over and over where need be.
  *
- * Returns the status, below 400. Dies with the server's own words where it refuses.
+ * Returns the status, below 400. Dies with the server's own words where it refuses, and at once
+ * where there is none and never was.
  */
-long cli_remote_ask(const struct cli_remote *remote, struct cli_exchange *exchange,
+long cli_remote_ask(struct cli_remote *remote, struct cli_exchange *exchange,
                     struct cli_sink *sink);
 
 #endif

@@ -9,6 +9,12 @@
 
 #include "api/clients/cli/request.h"
 
+static const char *unfinished; /* what is no use to a later process */
+
+static void tidy(void) {
+    if (unfinished) unlink(unfinished);
+}
+
 int cli_sink_valid(const struct cli_sink *sink) {
     return (!sink->part || (sink->path && *sink->path)) && (sink->file || sink->have == 0) &&
            sink->have >= 0 && api_buffer_valid(&sink->text);
@@ -29,6 +35,10 @@ void cli_sink_open(struct cli_sink *sink, const char *path, const char *kept) {
     snprintf(sink->part, size, kept ? "%s.part-%s" : "%s.part", path, kept);
     sink->file = fopen(sink->part, kept ? "ab" : "wb");
     if (!sink->file) cli_die("%s: %s", sink->part, strerror(errno));
+    if (!kept) {
+        unfinished = sink->part;
+        atexit(tidy);
+    }
     if (fseeko(sink->file, 0, SEEK_END) == 0) sink->have = ftello(sink->file);
     assert(cli_sink_valid(sink));
 }
@@ -61,6 +71,7 @@ void cli_sink_close(struct cli_sink *sink) {
     int failed = sink->file && fflush(sink->file) != 0;
     if (sink->part) failed |= fclose(sink->file) != 0 || rename(sink->part, sink->path) != 0;
     if (failed) cli_die("%s: %s", sink->path ? sink->path : "standard output", strerror(errno));
+    unfinished = NULL;
     free(sink->part);
     api_buffer_clear(&sink->text);
 }

@@ -69,6 +69,9 @@ export interface Options {
 
 const environment = (globalThis as { process?: { env: Record<string, string | undefined> } }).process?.env ?? {};
 const TRANSIENT = [429, 502, 503, 504];
+/** Servers that have answered: one that has gone may come again, one that was never there is a wrong address. */
+const met = new Set<string>();
+const WHERE = "PENDULUM_URL or the option url says where one is";
 
 /** A server. */
 export class Client {
@@ -103,6 +106,10 @@ export class Client {
       try {
         const asked = fetch(this.url + path, init);
         const response = await (this.gone ? Promise.race([asked, this.gone]) : asked);
+        met.add(this.url);
+        const page = response.headers.get("Content-Type")?.startsWith("text/html");
+        if (page && !TRANSIENT.includes(response.status))
+          throw refusal = new Refusal(response.status, { detail: `${this.url} answers with a page, as no pendulumd does: ${WHERE}` });
         if (response.ok || good.includes(response.status)) return response;
         const text = await response.text();
         refusal = new Refusal(response.status, problem(text));
@@ -111,6 +118,7 @@ export class Client {
         wait = Math.max(wait, Number(after) || (Date.parse(after) - Date.now()) / 1000 || 0);
       } catch (error) {
         if (error === refusal || this.signal?.aborted) throw error;
+        if (!met.has(this.url) && !cut(error)) throw new Error(`no server at ${this.url} (${reason(error)}): ${WHERE}`, { cause: error });
         refusal = error;
       }
       if (performance.now() + 1000 * wait > end) throw refusal;
@@ -258,6 +266,17 @@ export class JobHandle<T> {
 
 function sleep(seconds: number): Promise<void> {
   return new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
+}
+
+/** What a failed fetch says of why; in browsers little. */
+function reason(error: unknown): string {
+  const { cause } = error as { cause?: { code?: string; message?: string } };
+  return cause?.message || cause?.code || String(error);
+}
+
+/** Whether there was a server, and its line broke. */
+function cut(error: unknown): boolean {
+  return ["ECONNRESET", "EPIPE", "UND_ERR_SOCKET"].includes((error as { cause?: { code?: string } }).cause?.code ?? "");
 }
 
 function problem(text: string): Partial<Schemas["Problem"]> {

@@ -3,40 +3,61 @@ function answer = pendu_answer(method, path, body, options, fields)
 %
 % fields   further header lines
 %
-% curl itself repeats a refusal for the moment after its Retry-After. A download that breaks off goes on where it was. Nothing
-% goes through a shell but the name of a temporary file; the token stands in that file, which is ours alone, and not in the list of processes.
+% A refusal for the moment is repeated after its Retry-After, and a download that breaks off goes on where it was; a server that was
+% never there is told at once. Nothing goes through a shell but the name of a temporary file; the token stands in that file, which is
+% ours alone, and not in the list of processes.
+persistent met % servers that have answered
+where = 'PENDULUM_URL or the option url says where one is';
 base = tempname();
 files = struct('config', [base '.curl'], 'body', [base '.json'], 'data', [base '.mat'], 'head', [base '.head']);
 tidy = onCleanup(@() cellfun(@remove, struct2cell(files)));
 write(files.body, body);
-last = 'nothing arrives';
 begin = tic();
 have = 0;
-while toc(begin) < options.patience || have == 0
-    [kind, status, said] = curl(method, path, body, options, fields, files, have);
-    if status == 0
+wait = 0.1;
+while true
+    [kind, code, failed, said] = curl(method, path, body, options, fields, files, have);
+    page = strncmpi(kind, 'text/html', 9);
+    if code == 0 && failed && ~any(strcmp(met, options.url))
+        error('pendusim:server', 'no server at %s (%s): %s', options.url, said, where);
+    end
+    met = unique([met {options.url}]);
+    rest = 0;
+    if any(code == [429 502 503 504])
+        said = refusal(code, text_of(files.data));
+        rest = after(text_of(files.head));
+        % the refusal lies where a part may have lain
+        have = 0;
+    elseif page
+        error('pendusim:server', '%d: %s answers with a page, as no pendulumd does: %s', code, options.url, where);
+    elseif code >= 400
+        error('pendusim:refused', '%s', refusal(code, text_of(files.data)));
+    elseif ~failed
         answer = read(kind, files.data);
         return
+    else
+        % the line broke; of results what is there already stays, by their ETag
+        before = have;
+        have = bytes_of(files.data);
+        etag = regexp(text_of(files.head), '(?i)etag: *("[^"]*")', 'tokens');
+        if ~strcmp(method, 'GET') || isempty(etag) || failed == 33 % the range is none of this answer
+            have = 0;
+        elseif have > before
+            begin = tic();
+            wait = 0.1;
+            fields = [fields(~strncmp(fields, 'If-Range', 8)) {['If-Range: ' etag{end}{1}]}];
+        end
     end
-    last = strtrim(said);
-    % 18: a part only, 56: the line broke; what is there already stays, of results by their ETag
-    before = have;
-    have = bytes_of(files.data);
-    etag = regexp(text_of(files.head), '(?i)etag: *("[^"]*")', 'tokens');
-    if ~any(status == [18 56]) || ~strcmp(method, 'GET') || isempty(etag) || have == 0
-        break
+    if toc(begin) + max(wait, rest) > options.patience
+        error('pendusim:server', '%s%s: %s', options.url, path, said);
     end
-    if have > before
-        begin = tic();
-    end
-    fields = [fields(~strncmp(fields, 'If-Range', 8)) {['If-Range: ' etag{end}{1}]}];
-    pause(0.1);
+    pause(max(wait, rest));
+    wait = min(2 * wait, 5);
 end
-error('pendusim:server', '%s%s: %s', options.url, path, last);
 end
 
-function [kind, status, said] = curl(method, path, body, options, fields, files, have)
-% kind: status and media type; status: curl's own, 0 once the answer is whole
+function [kind, code, failed, said] = curl(method, path, body, options, fields, files, have)
+% kind: media type; code: of HTTP, 0 where no answer began; failed: whether it is not there whole; said: why
 fields = [fields {'Content-Type: application/json', 'Expect:'}];
 if isempty(strfind(body, '"include"')) && ~any(strcmp(method, 'DELETE'))
     fields{end + 1} = 'Accept: application/x-matlab-data, application/json;q=0.5';
@@ -44,30 +65,39 @@ end
 if ~isempty(options.token)
     fields{end + 1} = ['Authorization: Bearer ' options.token];
 end
-lines = [{'silent', 'show-error', 'globoff', set('url', [options.url path]), set('request', method), set('output', files.data), ...
-          set('dump-header', files.head), 'retry = 100', 'retry-connrefused', sprintf('retry-max-time = %g', options.patience), ...
-          'write-out = "\n%{http_code} %{content_type}\n"'}, cellfun(@(field) set('header', field), fields, 'UniformOutput', false)];
+lines = [{'silent', 'show-error', 'globoff', 'connect-timeout = 10', set('url', [options.url path]), set('request', method), ...
+          set('output', files.data), set('dump-header', files.head), 'write-out = "\n%{http_code} %{content_type}\n"'}, ...
+         cellfun(@(field) set('header', field), fields, 'UniformOutput', false)];
 if ~isempty(body)
     lines{end + 1} = set('data-binary', ['@' files.body]);
 end
 if have > 0
     lines{end + 1} = sprintf('continue-at = %d', have);
+else
+    remove(files.data);
 end
 write(files.config, sprintf('%s\n', lines{:}));
 clean = '';
 if isunix()
     clean = 'LD_LIBRARY_PATH= '; % MATLAB's own libraries are not curl's
 end
-[status, said] = system(sprintf('%scurl -K "%s" 2>&1', clean, files.config));
+[failed, said] = system(sprintf('%scurl -K "%s" 2>&1', clean, files.config));
 words = regexp(said, '(\d+) ([^\n]*)\n$', 'tokens', 'once');
-if status ~= 0 || isempty(words)
-    kind = '';
-    status = max(status, 1);
-    return
+said = strtrim(regexprep(said, '\n?\d+ [^\n]*\n$', ''));
+kind = '';
+code = 0;
+if ~isempty(words)
+    code = str2double(words{1});
+    kind = words{2};
 end
-kind = words{2};
-if str2double(words{1}) >= 400
-    error('pendusim:refused', '%s', refusal(words{1}, text_of(files.data)));
+end
+
+function seconds = after(head)
+% those of a Retry-After; 0 where there is none, or it is a date
+words = regexp(head, '(?i)retry-after: *(\d+)', 'tokens');
+seconds = 0;
+if ~isempty(words)
+    seconds = str2double(words{end}{1});
 end
 end
 
@@ -87,14 +117,14 @@ function text = refusal(code, text)
 % the sentences of a problem, each fault in a line
 try
     problem = jsondecode(text);
-    text = sprintf('%s %s', code, problem.detail);
+    text = sprintf('%d %s', code, problem.detail);
     if isfield(problem, 'errors')
         for k = 1:numel(problem.errors)
             text = sprintf('%s\n  %s %s', text, problem.errors(k).pointer, problem.errors(k).detail);
         end
     end
 catch
-    text = sprintf('%s %s', code, text);
+    text = sprintf('%d %s', code, text);
 end
 end
 

@@ -26,13 +26,19 @@ import uuid
 
 from .arrays import JSON, NPZ, OCTETS, Result, bytes_of, from_octets, result_of, width_of
 
-__all__ = ["Client", "Job", "Pendulum", "Problem", "Result"]
+__all__ = ["Client", "Job", "NoServer", "Pendulum", "Problem", "Result"]
 SUFFIXES = {".npz": NPZ, ".npy": "application/x-npy", ".parquet": "application/vnd.apache.parquet", ".h5": "application/x-hdf5", ".mat": "application/x-matlab-data", ".csv": "text/csv", ".json": JSON, ".png": "image/png",
             ".ndjson": "application/x-ndjson", ".bin": OCTETS}
 ENDED = ("successful", "failed", "dismissed")
 STATE = ("phi", "phid", "theta", "thetad", "unit", "mode", "amplitude")
 BROKEN = (OSError, http.client.HTTPException)
+WHERE = "PENDULUM_URL or Client(url) says where one is"
 _task = contextvars.ContextVar("task", default=None)  # of the thread that works for a coroutine
+_met = set()  # servers that have answered this process: one that has gone may come again, one that was never there is a wrong address
+
+
+class NoServer(ConnectionError):
+    """Nobody answers at the address, nor has in this process."""
 
 
 class Problem(Exception):
@@ -93,7 +99,7 @@ class Client:
     def __init__(self, url=None, token=None, patience=60, timeout=None):
         self.url = urllib.parse.urlsplit(url or os.environ.get("PENDULUM_URL") or "http://127.0.0.1:8080")
         if self.url.scheme not in ("http", "https") or not self.url.hostname:
-            raise ValueError(f"{self.url.geturl()!r} is no URL of a server")
+            raise ValueError(f"{self.url.geturl()!r} is no URL of a server, as http://127.0.0.1:8080 is one: {WHERE}")
         token = token or os.environ.get("PENDULUM_TOKEN")
         self.headers = {"Content-Type": JSON} | ({"Authorization": f"Bearer {token}"} if token else {})
         self.patience, self.timeout, self._idle = patience, timeout, []
@@ -111,6 +117,8 @@ class Client:
         if task:
             task.connection = connection
             _sleep(0)
+        if not used:
+            self._connect(connection)
         try:
             connection.request(method, self.url.path.rstrip("/") + path, body, headers)
             return connection, connection.getresponse()
@@ -121,6 +129,19 @@ class Client:
                 return self._once(method, path, body, headers)  # the server had ended an idle connection
             raise
 
+    def _connect(self, connection):
+        """Opens a connection, within 10 s; a server that was never there is told at once."""
+        connection.timeout = min(10, self.timeout or 10)
+        try:
+            connection.connect()
+            connection.sock.settimeout(self.timeout)
+            connection.timeout = self.timeout
+        except BROKEN as error:
+            connection.close()
+            if self.url.netloc in _met:
+                raise
+            raise NoServer(f"no server at {self.url.geturl()} ({error}): {WHERE}") from error
+
     def _open(self, method, path, body=None, headers=(), good=()):
         """As _once, its status below 400 or in `good`; it is repeated while the server refuses for the moment."""
         end, pause = time.monotonic() + self.patience, 0.1
@@ -128,17 +149,22 @@ class Client:
             wait, pause = pause * random.uniform(0.5, 1), min(2 * pause, 5)
             try:
                 connection, response = self._once(method, path, body, self.headers | dict(headers))
-                if response.status < 400 or response.status in good:
+                _met.add(self.url.netloc)
+                page = response.headers.get_content_type() == "text/html"
+                if (response.status < 400 or response.status in good) and not page:
                     return connection, response
                 data = response.read()
                 self._idle.append(connection)
+            except NoServer:
+                raise
             except BROKEN as error:
                 refusal = error
             else:
                 try:
                     refusal = Problem(response.status, json.loads(data))
                 except (ValueError, AttributeError):
-                    refusal = Problem(response.status, {"detail": data.decode(errors="replace")[:500] or response.reason})
+                    said = f"{response.reason}: {self.url.geturl()} answers with a page, as no pendulumd does: {WHERE}"
+                    refusal = Problem(response.status, {"detail": said if page else data.decode(errors="replace")[:500] or response.reason})
                 if response.status not in (429, 502, 503, 504):
                     raise refusal
                 wait = max(wait, _seconds(response.headers["Retry-After"]))
