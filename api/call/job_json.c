@@ -8,6 +8,9 @@
 
 enum { JOB_TIME = 96, JOB_PATH = 96 };
 
+/* the end of the year 9999 in us since 1970: later ones are written with a fifth digit */
+#define JOB_LAST INT64_C(253402300799999999)
+
 /* days since 1970 as year, month and day: the years begin in March, 400 of them have 146097 days */
 static void job_date(int64_t days, int64_t *year, int *month, int *day) {
     int64_t since = days + 719468, era = (since >= 0 ? since : since - 146096) / 146097;
@@ -74,7 +77,7 @@ int api_job_instant(const char *text, int64_t *us) {
         return 0;
     *us = ((days * 24 + hour) * 60 + minute) * 60000000 + (int64_t)(second - zone) * 1000000 +
           fraction;
-    return *us > 0;
+    return *us > 0 && *us <= JOB_LAST;
 }
 
 enum pend_status api_job_time(struct api_buffer *out, const char *name, int64_t us) {

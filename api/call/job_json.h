@@ -39,7 +39,7 @@ PEND_MUST_CHECK enum pend_status api_job_time(struct api_buffer *out, const char
  *
  * us  out: us since 1970.
  *
- * Returns 0 for any other text, and for years before 1970.
+ * Returns 0 for any other text, and for years before 1970 and, in UTC, beyond 9999.
  */
 int api_job_instant(const char *text, int64_t *us);
 

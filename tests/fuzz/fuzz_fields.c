@@ -112,7 +112,7 @@ static int read_instant(char *text, size_t bytes) {
     return !instant || (srv_keys_instant(shown, now, &again) && again == instant);
 }
 
-/* an instant of the interface; what is written of it in UTC reads the same */
+/* an instant of the interface; what is written of it in UTC, to the millisecond, reads the same */
 static int read_moment(char *text, size_t bytes) {
     int64_t us = 0, again = 0;
     struct api_buffer out;
@@ -122,12 +122,11 @@ static int read_moment(char *text, size_t bytes) {
     if (us < 0) return 0;
     api_buffer_init(&out, 256);
     int good = api_job_time(&out, "at", us) == PEND_OK && api_buffer_add(&out, "", 1) == PEND_OK;
-    /* 0 is written as null */
-    if (good && us) {
+    if (good && us >= 1000) {
         at = strstr(out.data, ":\"");
         end = at ? strchr(at + 2, '"') : NULL;
         if (end) *end = 0;
-        good = end && api_job_instant(at + 2, &again) && again == us;
+        good = end && api_job_instant(at + 2, &again) && again == us - us % 1000;
     }
     api_buffer_clear(&out);
     return good;
