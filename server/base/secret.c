@@ -8,13 +8,14 @@
 
 enum { SECRET_PIECE = 4096 };
 
-/* is the open file one that only this user can read? */
+/* is the open file one that only this user can read? Root, who reads all files, may have anybody's:
+ * it makes keys for a server that runs as another user. */
 static enum pend_status secret_private(const char *path, const struct stat *file,
                                        struct pend_error *error) {
     uid_t self = geteuid();
     if (!S_ISREG(file->st_mode))
         return pend_fail(error, PEND_INVALID, -1, 0, "%.150s is no plain file", path);
-    if (file->st_uid != self && file->st_uid != 0)
+    if (self && file->st_uid != self && file->st_uid != 0)
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "%.150s belongs to another user: it must be this one's, or root's", path);
     int open = file->st_mode & 077, handed = !file->st_uid && self && !(file->st_mode & 037);

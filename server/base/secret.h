@@ -10,9 +10,9 @@
 #include "core/base/status.h"
 
 /**
- * Reads a file of mode 0600, or narrower, that belongs to this process's user or to root. One of
- * root's that only a group may read besides is accepted from another user's process: service
- * managers hand out secrets so.
+ * Reads a file of mode 0600, or narrower, that belongs to this process's user or to root; to root
+ * it may belong to anybody. One of root's that only a group may read besides is accepted from
+ * another user's process: service managers hand out secrets so.
  *
  * out   what the file says is added; out->limit bounds it.
  * seen  out: what the system says of the file that was read; NULL = not wanted.

@@ -57,8 +57,17 @@ static int key_file_fill(int fd, const struct api_buffer *text) {
     return !fsync(fd);
 }
 
-/* Replaces the file by one with the text; its owner stays. old->st_nlink is 0 if there was no
- * file. */
+/* Gives a new file the owner of the one that it replaces; one that root makes where there was none,
+ * that of its directory, whose server is to read it. */
+static int key_file_give(int fd, const struct stat *old, int directory) {
+    struct stat owner = *old;
+    if (!old->st_nlink && geteuid()) return 1;
+    if (!old->st_nlink && fstat(directory, &owner)) return 0;
+    if (owner.st_uid == geteuid() && owner.st_gid == getegid()) return 1;
+    return !fchown(fd, owner.st_uid, owner.st_gid) || owner.st_uid == geteuid();
+}
+
+/* Replaces the file by one with the text. old->st_nlink is 0 if there was no file. */
 static enum pend_status key_file_replace(const char *path, const struct stat *old,
                                          const struct api_buffer *text, int directory,
                                          struct pend_error *error) {
@@ -69,10 +78,7 @@ static enum pend_status key_file_replace(const char *path, const struct stat *ol
     unlink(fresh);
     int fd = open(fresh, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (fd < 0) return key_file_world("cannot write", fresh, error);
-    int good = !fchmod(fd, 0600);
-    if (good && old->st_nlink && (old->st_uid != geteuid() || old->st_gid != getegid()))
-        good = !fchown(fd, old->st_uid, old->st_gid) || old->st_uid == geteuid();
-    good = good && key_file_fill(fd, text);
+    int good = !fchmod(fd, 0600) && key_file_give(fd, old, directory) && key_file_fill(fd, text);
     enum pend_status status = good ? PEND_OK : key_file_world("cannot write", fresh, error);
     close(fd);
     if (status == PEND_OK && rename(fresh, path))

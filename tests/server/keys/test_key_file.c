@@ -88,6 +88,23 @@ TEST(keys_that_others_can_read_are_refused) {
     end();
 }
 
+TEST(root_makes_keys_for_the_user_whose_directory_it_is) {
+    struct pend_error error = {.text = ""};
+    struct stat file;
+    /* whoever is not root makes its own */
+    uid_t owner = geteuid() ? geteuid() : 65534;
+    gid_t group = geteuid() ? getegid() : 65534;
+    REQUIRE(begin());
+    CHECK(!chown(directory, owner, group));
+    for (int i = 0; i < 2; i++) {
+        CHECK_INT(srv_key_file_change(path, 1, add, "one", &error), PEND_OK);
+        CHECK(!stat(path, &file) && file.st_uid == owner && file.st_gid == group);
+        CHECK_INT(file.st_mode & 07777, 0600);
+        CHECK_INT(count(), i + 1);
+    }
+    end();
+}
+
 TEST(changes_of_many_programs_at_once_are_all_there) {
     enum { PROGRAMS = 4, CHANGES = 10 };
     pid_t child[PROGRAMS];
