@@ -142,6 +142,13 @@ static int npy_is_sound(const char *text, size_t bytes, size_t each) {
            memmem(text, head, "'shape': (", 10);
 }
 
+/* the file ends where its first record says, and the group that it names lies in it */
+static int hdf5_is_sound(const char *text, size_t bytes) {
+    if (bytes < 64 || memcmp(text, "\x89HDF\r\n\x1a\n\2\x8\x8", 11) != 0) return 0;
+    size_t end = whole_at(text + 28, 8), root = whole_at(text + 36, 8);
+    return end == bytes && root < bytes - 4 && !memcmp(text + root, "OHDR", 4);
+}
+
 /* the description ends the file and lies behind the first mark; its fields begin with the version
  */
 static int parquet_is_sound(const char *text, size_t bytes) {
@@ -182,6 +189,8 @@ static const char *answer_complaint(const struct api_request *request, struct ap
                                                                           : "records that are none";
     if (strstr(type, "parquet"))
         return parquet_is_sound(out->data, out->bytes) ? NULL : "a Parquet file that is none";
+    if (strstr(type, "hdf5"))
+        return hdf5_is_sound(out->data, out->bytes) ? NULL : "an HDF5 file that is none";
     if (strstr(type, "matlab"))
         return mat_is_sound(out->data, out->bytes) ? NULL : "a MAT-file that is none";
     return json_is_sound(out->data, out->bytes) ? NULL : "an answer that is no JSON";
@@ -278,6 +287,9 @@ static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
                                   .accept = accepts[first / OPS % FORMATS],
                                   .body = bytes ? (const char *)data + 1 : "",
                                   .body_bytes = bytes ? bytes - 1 : 0};
+    /* two forms of files share a first byte */
+    if (first / OPS % FORMATS == FORMATS - 1 && bytes % 2)
+        request.accept = "application/x-hdf5, */*;q=0.1";
     if (first % OPS == OEMBED) return oembed_complaint(request.body, request.body_bytes, status);
     if (first % OPS == SCENE) return scene_complaint(&request, &limits, status);
     api_buffer_init(&out, (size_t)limits.answer_bytes);
