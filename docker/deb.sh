@@ -1,7 +1,7 @@
 #!/bin/sh
 # Builds the Debian packages of this tree into DIRECTORY: pendulumd, pendulum-client, libpendulum-dev, with what they were
 # built from (.buildinfo). lintian has its say where it is installed.
-# usage: deb.sh DIRECTORY
+# usage: [DEBFULLNAME=NAME DEBEMAIL=ADDRESS] deb.sh DIRECTORY     who is named is the packages' maintainer; without a name it is nobody
 # Leaves to others: the recipe (debian/), the page's npm packages, which are in build/web (assets_fetch.sh).
 # Invariant: writes into DIRECTORY only; two runs on the same packages make the same bytes, wherever they run.
 set -eu
@@ -22,6 +22,12 @@ cp -R Makefile README.md LICENSE core api server docker "$source"
 cp -R build/web/node_modules build/web/package-lock.json "$source/build/web"
 find "$source" -name __pycache__ -prune -exec rm -rf {} +
 cp -R docker/debian "$source/debian"
+# who hands the packages on answers for them, and is their maintainer
+if [ -n "${DEBEMAIL:-}" ]; then
+    maintainer=$(printf '%s <%s>' "${DEBFULLNAME:-pendulumd}" "$DEBEMAIL" | sed 's/[\\&|]/\\&/g')
+    sed -i "s|^Maintainer: .*|Maintainer: $maintainer|" "$source/debian/control"
+    sed -i "1,/^ -- /s|^ -- .*>  | -- $maintainer  |" "$source/debian/changelog"
+fi
 # what building takes is listed once
 sed -nE 's/^(build|engine) +([a-z0-9.+-]+) .*/ \2,/p' docker/packages.txt | grep -vxE ' (gcc|g\+\+|make),' >"$directory/needs"
 sed -i -e "/^@BUILD@\$/{r $directory/needs
