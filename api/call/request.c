@@ -1,5 +1,6 @@
 #include "api/call/request.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "api/call/canonical.h"
@@ -8,6 +9,7 @@
 #include "api/base/engine.h"
 #include "api/read/field.h"
 #include "api/encode/negotiate.h"
+#include "api/json/name_meant.h"
 
 /* whether the body is a form of files, and the operation takes one */
 static int request_form(const struct api_request *request) {
@@ -15,6 +17,16 @@ static int request_form(const struct api_request *request) {
     size_t bytes;
     return type && api_op_at(request->op)->form &&
            api_negotiate_parameter(type, strlen(type), "multipart/form-data", "", &text, &bytes);
+}
+
+/* what a query says belongs into the body, or into the head */
+static void request_query(const char *query, struct api_problem *problem) {
+    char name[20] = "";
+    sscanf(query, "%19[a-z]", name);
+    const char *head = api_name_head(name);
+    api_problem_set(problem, 422, "this route takes no query, got \"?%s\": %s%s%s", query,
+                    head ? "the request's head says it, as \"" : "put it into the body",
+                    head ? head : "", head ? "\"" : "");
 }
 
 void api_request_check(const struct api_request *request, const struct api_limits *limits,
@@ -26,10 +38,7 @@ void api_request_check(const struct api_request *request, const struct api_limit
                         op->form ? ", or multipart/form-data with the parts request and csv" : "",
                         request->content_type ? ", not " : "",
                         request->content_type ? request->content_type : "");
-    if (request->query && *request->query)
-        api_problem_set(problem, 422,
-                        "this route takes no query, got \"?%s\": put it into the body",
-                        request->query);
+    if (request->query && *request->query) request_query(request->query, problem);
     if (op->body && (double)request->body_bytes > limits->body_bytes)
         api_problem_set(problem, 413,
                         API_TYPE_LIMIT

@@ -260,15 +260,49 @@ static void name_list(const char *const allowed[], char list[API_DETAIL_BYTES]) 
                                  allowed[i]);
 }
 
+static const char *const state_fields[] = {"theta", "thetad", "phi",  "phid",
+                                           "unit",  "theta0", "phi0", NULL};
+
+/* whether a value is the member `key` of the document's object, or within it */
+static int value_within(const struct api_value *value, const char *key) {
+    while (value->parent && value->parent->parent) value = value->parent;
+    return value->parent && value->key && !strcmp(value->key, key);
+}
+
 static void value_fault_unknown(const struct api_value *member, const char *const allowed[],
                                 struct api_problem *problem) {
     if (api_problem_full(problem)) return;
-    const char *meant = api_name_meant(member->key, allowed);
+    const char *meant =
+        strcmp(member->key, "preset") != 0 ? api_name_meant(member->key, allowed) : NULL;
     char list[API_DETAIL_BYTES];
     if (meant) {
         api_value_fault(member, problem,
                         API_CODE_UNKNOWN_FIELD "is not a known field; did you mean \"%s\"?", meant);
         api_problem_meant(problem, meant);
+        return;
+    }
+    const struct api_value *object = member->parent;
+    const char *head = object->parent ? NULL : api_name_head(member->key);
+    if (head) {
+        api_value_fault(member, problem,
+                        API_CODE_UNKNOWN_FIELD
+                        "is not a field of the body: the request's head says it, as \"%s\"",
+                        head);
+        return;
+    }
+    if (!strcmp(member->key, "preset")) {
+        api_value_fault(member, problem,
+                        API_CODE_UNKNOWN_FIELD
+                        "is not a field here: GET /v1/presets/{name} answers with a "
+                        "\"pendulum\", which belongs into the request");
+        api_problem_meant(problem, "arms");
+        return;
+    }
+    if (value_within(object, "pendulum") && api_name_outer(member->key)) {
+        api_value_fault(member, problem,
+                        API_CODE_UNKNOWN_FIELD
+                        "is not a field here: it belongs beside \"pendulum\"%s",
+                        name_allowed(member->key, state_fields) ? ", in \"initial\"" : "");
         return;
     }
     name_list(allowed, list);

@@ -21,6 +21,7 @@ static const struct {
     {"y0", "initial"},
     {"x0", "initial"},
     {"t", "times"},
+    {"time", "duration"},
     {"time", "times"},
     {"tspan", "times"},
     {"t_span", "times"},
@@ -33,6 +34,31 @@ static const struct {
     {"reltol", "rtol"},
     {"abstol", "atol"},
     {"h", "step"},
+    {"ic", "initial"},
+    {"init", "initial"},
+    {"initial", "state"},
+    {"times", "duration"},
+    {"t_end", "duration"},
+    {"tmax", "duration"},
+    {"stop", "duration"},
+    {"dtype", "number"},
+    {"language", "form"},
+    {"lang", "form"},
+    /* members */
+    {"parameter", "vary"},
+    {"param", "vary"},
+    {"variable", "vary"},
+    {"quantity", "vary"},
+    {"min", "low"},
+    {"max", "high"},
+    {"std", "deviation"},
+    {"stddev", "deviation"},
+    {"sigma", "deviation"},
+    {"mu", "mean"},
+    {"gaussian", "normal"},
+    {"gauss", "normal"},
+    {"max_lambda", "lambda_max"},
+    {"min_lambda", "lambda_min"},
     /* a pendulum */
     {"l", "L"},
     {"l", "length"},
@@ -42,6 +68,7 @@ static const struct {
     {"masses", "mass"},
     {"weight", "mass"},
     {"g", "gravity"},
+    {"grav", "gravity"},
     {"parents", "parent"},
     {"id", "name"},
     {"label", "name"},
@@ -51,14 +78,22 @@ static const struct {
     {"b", "damping"},
     {"c", "damping"},
     {"k", "stiffness"},
+    {"spring", "stiffness"},
+    {"springs", "stiffness"},
+    {"mass_matrix", "M"},
     /* instants */
     {"dt", "step"},
+    {"by", "step"},
+    {"interval", "step"},
+    {"step", "count"},
     {"steps", "count"},
     {"n", "count"},
     {"num", "count"},
     {"points", "count"},
     {"samples", "count"},
     {"from", "start"},
+    {"min", "start"},
+    {"max", "stop"},
     {"t0", "start"},
     {"to", "stop"},
     {"end", "stop"},
@@ -92,6 +127,7 @@ static const struct {
     {"force", "lambda"},
     {"forces", "lambda"},
     {"energies", "energy"},
+    {"E", "energy"},
     {"degree", "deg"},
     {"degrees", "deg"},
     {"radian", "rad"},
@@ -115,20 +151,63 @@ static const struct {
     {"float", "double"},
     {"float64", "double"},
     {"float128", "quad"},
+    /* routes */
+    {"/v1/trajectory", "/v1/trajectories"},
+    {"/v1/simulate", "/v1/trajectories"},
+    {"/v1/simulation", "/v1/trajectories"},
+    {"/v1/simulations", "/v1/trajectories"},
+    {"/v1/integrate", "/v1/trajectories"},
+    {"/v1/solve", "/v1/trajectories"},
+    {"/v1/run", "/v1/trajectories"},
+    {"/v1/motion", "/v1/trajectories"},
+    {"/v1/frequencies", "/v1/modes"},
+    {"/v1/eigenmodes", "/v1/modes"},
+    {"/v1/eigenvalues", "/v1/modes"},
+    {"/v1/energy", "/v1/forces"},
+    {"/v1/accelerations", "/v1/forces"},
+    {"/v1/poincare", "/v1/sections"},
+    {"/v1/exponents", "/v1/lyapunov"},
+    {"/v1/map", "/v1/ensembles"},
+    {"/v1/sweep", "/v1/ensembles"},
+    {"/v1/batch", "/v1/ensembles"},
+    {"/v1/pendulum", "/v1/trees"},
+    {"/v1/pendulums", "/v1/trees"},
+    {"/v1/tasks", "/v1/jobs"},
+    {"/v1/openapi.json", "/openapi.json"},
+    {"/v1/swagger.json", "/openapi.json"},
 };
 
 /* fields, and the object that they stand in */
 static const struct {
     const char *name, *place;
 } places[] = {
-    {"arms", "pendulum"}, {"length", "pendulum"},  {"mass", "pendulum"},  {"parent", "pendulum"},
-    {"L", "pendulum"},    {"m", "pendulum"},       {"S", "pendulum"},     {"gravity", "pendulum"},
-    {"g", "pendulum"},    {"damping", "pendulum"}, {"pivot", "pendulum"}, {"phi", "initial"},
-    {"phid", "initial"},  {"theta", "initial"},    {"thetad", "initial"}, {"phi0", "initial"},
-    {"phid0", "initial"}, {"theta0", "initial"},   {"omega0", "initial"}, {"amplitude", "initial"},
-    {"unit", "initial"},  {"start", "times"},      {"stop", "times"},     {"count", "times"},
-    {"dt", "times"},      {"t0", "times"},         {"t1", "times"},       {"tmax", "times"},
+    {"arms", "pendulum"},      {"length", "pendulum"},   {"mass", "pendulum"},
+    {"parent", "pendulum"},    {"L", "pendulum"},        {"m", "pendulum"},
+    {"S", "pendulum"},         {"gravity", "pendulum"},  {"g", "pendulum"},
+    {"damping", "pendulum"},   {"pivot", "pendulum"},    {"friction", "pendulum"},
+    {"stiffness", "pendulum"}, {"drag", "pendulum"},     {"phi", "initial"},
+    {"phid", "initial"},       {"theta", "initial"},     {"thetad", "initial"},
+    {"phi0", "initial"},       {"phid0", "initial"},     {"theta0", "initial"},
+    {"omega0", "initial"},     {"amplitude", "initial"}, {"unit", "initial"},
+    {"start", "times"},        {"stop", "times"},        {"count", "times"},
+    {"dt", "times"},           {"t0", "times"},          {"t1", "times"},
+    {"tmax", "times"},         {"t_end", "times"},       {"duration", "times"},
+    {"seed", "random"},        {"draw", "random"},
 };
+
+/* words for what a request says in its head */
+static const struct {
+    const char *name, *field;
+} heads[] = {{"format", "Accept: text/csv"},
+             {"accept", "Accept: text/csv"},
+             {"async", "Prefer: respond-async"},
+             {"job", "Prefer: respond-async"},
+             {"wait", "Prefer: respond-async, wait=30"},
+             {"title", "Job-Title: ..."},
+             {"notify", "Job-Notify: https://..."},
+             {"webhook", "Job-Notify: https://..."},
+             {"callback", "Job-Notify: https://..."},
+             {"token", "Authorization: Bearer ..."}};
 
 _Static_assert(sizeof places / sizeof *places <= API_NAME_PLACES, "all of them fit a list");
 
@@ -185,6 +264,8 @@ static const char *name_among(const char *name, const char *const allowed[]) {
 }
 
 const char *api_name_meant(const char *name, const char *const allowed[]) {
+    for (int i = 0; allowed[i]; i++)
+        if (!strcasecmp(name, allowed[i])) return allowed[i];
     for (size_t i = 0; i < sizeof other_words / sizeof *other_words; i++) {
         if (strcasecmp(name, other_words[i].word)) continue;
         const char *meant = name_among(other_words[i].meant, allowed);
@@ -196,5 +277,18 @@ const char *api_name_meant(const char *name, const char *const allowed[]) {
 const char *api_name_place(const char *name, const char *const allowed[]) {
     for (size_t i = 0; i < sizeof places / sizeof *places; i++)
         if (!strcmp(name, places[i].name)) return name_among(places[i].place, allowed);
+    return NULL;
+}
+
+int api_name_outer(const char *name) {
+    static const char *const outer[] = {
+        "initial", "times", "method", "rtol", "atol",   "output", "duration",    "state", "theta",
+        "thetad",  "phi",   "phid",   "unit", "theta0", "phi0",   "observables", NULL};
+    return name_among(name, outer) != NULL;
+}
+
+const char *api_name_head(const char *name) {
+    for (size_t i = 0; i < sizeof heads / sizeof *heads; i++)
+        if (!strcasecmp(name, heads[i].name)) return heads[i].field;
     return NULL;
 }

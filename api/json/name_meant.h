@@ -31,4 +31,12 @@ const char *api_name_meant(const char *name, const char *const allowed[]);
  */
 const char *api_name_place(const char *name, const char *const allowed[]);
 
+/** True for a field of a request, or of its state, which stands beside the pendulum and not in it.
+ */
+int api_name_outer(const char *name);
+
+/** The field of a request's head that says what `name` is a word for, as "Accept: text/csv"; NULL
+ * for others. */
+const char *api_name_head(const char *name);
+
 #endif

@@ -185,9 +185,10 @@ static int count_variations(const struct api_value *list, int most, int draws,
                             const struct reading *reading) {
     int count = api_value_count(list), all = count;
     if (api_value_kind(list) != API_ARRAY || !count || count > most) {
-        api_value_fault(list, reading->problem,
-                        API_CODE_WRONG_COUNT "must be an array of 1 to %d %s", most,
-                        draws ? "draws" : "axes");
+        api_value_fault(
+            list, reading->problem, API_CODE_WRONG_COUNT "must be an array of 1 to %d %s%s", most,
+            draws ? "draws" : "axes",
+            api_value_kind(list) == API_OBJECT ? ", each an object: put [ ] around it" : "");
         return -1;
     }
     struct api_value item = api_value_item(list, 0);

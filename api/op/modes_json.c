@@ -75,6 +75,16 @@ static void read_select(struct api_modes *modes, const struct api_value *value,
     static const char *const words[] = {"all", NULL};
     static const char *const allowed[] = {"slowest", "fastest", "from", "to", NULL};
     int chosen;
+    if (api_value_kind(value) == API_NUMBER || api_value_kind(value) == API_ARRAY) {
+        char found[API_FOUND_BYTES];
+        api_value_found(value, found);
+        api_value_fault(value, problem,
+                        API_CODE_WRONG_TYPE
+                        "must be \"all\", or an object such as {\"slowest\": 3} or "
+                        "{\"from\": 1, \"to\": 5}, in rad/s, got %s",
+                        found);
+        return;
+    }
     if (api_value_kind(value) != API_OBJECT) {
         if (api_field_word(value, words, &chosen, problem) > 0) api_value_usual(value);
         return;
@@ -101,7 +111,7 @@ static void read_include(struct api_modes *modes, const struct api_value *value,
     if (api_value_kind(value) == API_MISSING) return;
     if (api_value_kind(value) != API_ARRAY)
         api_value_fault(value, problem,
-                        API_CODE_WRONG_TYPE "must be an array of names of matrices");
+                        API_CODE_WRONG_TYPE "must be an array of names of matrices, as [\"A\"]");
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
         int matrix = 0;
         if (api_field_word(&item, api_modes_matrices, &matrix, problem) <= 0) continue;

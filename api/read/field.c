@@ -153,7 +153,8 @@ unsigned api_field_words(const struct api_value *list, const char *const words[]
     if (api_value_kind(list) == API_MISSING) return 0;
     if (api_value_kind(list) != API_ARRAY || !api_value_count(list)) {
         api_value_fault(list, problem,
-                        API_CODE_WRONG_COUNT "must be an array of at least one name");
+                        API_CODE_WRONG_COUNT "must be an array of at least one name, as [\"%s\"]",
+                        words[0]);
         return 0;
     }
     struct api_value item = api_value_item(list, 0);

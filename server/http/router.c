@@ -209,7 +209,7 @@ static void router_options(struct srv_exchange *exchange) {
 }
 
 /* The pattern that was probably meant by a path that does not exist, or NULL: without its last
- * slash, without the first step, under /v1, or with other letters. */
+ * slash, without the first step, under /v1, with other letters, or by another word. */
 static const char *router_meant(const char *path) {
     const char *patterns[ROUTER_COUNT + 1] = {0}, *last = strrchr(path, '/');
     char whole[ROUTER_PATH];
@@ -218,13 +218,13 @@ static const char *router_meant(const char *path) {
     if (!last[1]) bytes--;
     for (int i = 0; i < ROUTER_COUNT; i++) patterns[i] = router_table[i].pattern;
     snprintf(whole, sizeof whole, "%.*s", (int)bytes, path);
-    const char *meant = api_name_nearest(whole, patterns);
+    const char *meant = api_name_meant(whole, patterns);
     if (meant && strlen(meant) > 4) return meant;
     last = strrchr(whole, '/');
     if (!last || strlen(last) < 4) return NULL;
     char under[ROUTER_PATH];
     snprintf(under, sizeof under, "/v1%s", last);
-    return api_name_nearest(under, patterns);
+    return api_name_meant(under, patterns);
 }
 
 /* Answers OPTIONS, 404 or 405 if there is no route. */

@@ -253,6 +253,11 @@ TEST(an_address_that_is_nearly_right_is_told_the_right_one) {
         {"/trajectories", "did you mean /v1/trajectories"},
         {"/api/v1/modes", "did you mean /v1/modes"},
         {"/v1/lyapunow", "did you mean /v1/lyapunov"},
+        {"/v1/trajectory", "did you mean /v1/trajectories"},
+        {"/simulate", "did you mean /v1/trajectories"},
+        {"/v1/poincare", "did you mean /v1/sections"},
+        {"/v1/Modes/", "did you mean /v1/modes"},
+        {"/v1/openapi.json", "did you mean /openapi.json"},
         {"/v1/weather", "see /openapi.json"},
     };
     struct test_reply reply;

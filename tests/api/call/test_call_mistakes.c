@@ -99,6 +99,77 @@ TEST(each_plausible_mistake_is_one_fault_that_names_what_was_meant) {
     }
 }
 
+#define TWO "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]"
+#define REST(fields) TWO "}," fields "}"
+#define DRAWN(draw) REST("\"duration\":1,\"random\":{\"count\":2,\"draw\":" draw "}")
+#define DRAW(fields) DRAWN("[{\"vary\":\"theta\",\"arm\":1," fields "}]")
+#define AXIS(fields) REST("\"duration\":1,\"grid\":[{" fields "}]")
+#define LISTED(fields) REST("\"duration\":1,\"states\":[{\"theta\":[1,2]}]," fields)
+
+/* tried by a newcomer on a server, whose answers named something else or only what is allowed */
+static const struct {
+    enum api_op_id op;
+    const char *body, *pointer, *meant;
+} newcomers[] = {
+    {API_OP_TRAJECTORIES, TWO ",\"theta\":[1,2]}," TIMES "}", "/pendulum/theta",
+     "beside \"pendulum\", in \"initial\""},
+    {API_OP_TRAJECTORIES, TWO ",\"initial\":{}}," TIMES "}", "/pendulum/initial",
+     "beside \"pendulum\""},
+    {API_OP_TRAJECTORIES, ARM("\"length\":1,\"mass\":1,\"theta\":1"), "/pendulum/arms/0/theta",
+     "beside \"pendulum\", in \"initial\""},
+    {API_OP_TRAJECTORIES, TWO ",\"grav\":9.8}," TIMES "}", "/pendulum/grav", "\"gravity\""},
+    {API_OP_TRAJECTORIES, TWO ",\"spring\":[1,1]}," TIMES "}", "/pendulum/spring", "\"stiffness\""},
+    {API_OP_TRAJECTORIES, LISTS("\"preset\":\"double\""), "/pendulum/preset",
+     "GET /v1/presets/{name}"},
+    {API_OP_TRAJECTORIES, LISTS("\"L\":[1],\"M\":[1],\"S\":[[1]]"), "/pendulum/M", "\"m\""},
+    {API_OP_TRAJECTORIES, AT("\"duration\":5"), "/duration", "into \"times\""},
+    {API_OP_TRAJECTORIES, AT("\"t_end\":5"), "/t_end", "into \"times\""},
+    {API_OP_TRAJECTORIES, AT("\"times\":{\"stop\":5,\"by\":1}"), "/times/by", "\"step\""},
+    {API_OP_TRAJECTORIES, AT("\"times\":{\"stop\":5,\"interval\":1}"), "/times/interval",
+     "\"step\""},
+    {API_OP_TRAJECTORIES, ALL("\"ic\":{\"theta\":[1,2]}"), "/ic", "\"initial\""},
+    {API_OP_TRAJECTORIES, ALL("\"output\":[\"E\"]"), "/output/0", "\"energy\""},
+    {API_OP_TRAJECTORIES, ALL("\"dtype\":\"float32\""), "/dtype", "\"number\""},
+    {API_OP_TRAJECTORIES, ALL("\"format\":\"csv\""), "/format", "Accept: text/csv"},
+    {API_OP_TRAJECTORIES, ALL("\"async\":true"), "/async", "Prefer: respond-async"},
+    {API_OP_TRAJECTORIES, ALL("\"title\":\"mine\""), "/title", "Job-Title: "},
+    {API_OP_TRAJECTORIES, ALL("\"webhook\":\"https://a/\""), "/webhook", "Job-Notify: "},
+    {API_OP_ENSEMBLES, LISTED("\"seed\":7"), "/seed", "into \"random\""},
+    {API_OP_ENSEMBLES, REST("\"time\":5,\"states\":[{}]"), "/time", "\"duration\""},
+    {API_OP_ENSEMBLES, LISTED("\"observables\":\"first_flip\""), "/observables", "[\"start\"]"},
+    {API_OP_ENSEMBLES, LISTED("\"observables\":[\"max_lambda\"]"), "/observables/0",
+     "\"lambda_max\""},
+    {API_OP_ENSEMBLES, DRAWN("{\"vary\":\"theta\"}"), "/random/draw", "put [ ] around it"},
+    {API_OP_ENSEMBLES, DRAW("\"distribution\":\"uniform\",\"min\":0,\"high\":1"),
+     "/random/draw/0/min", "\"low\""},
+    {API_OP_ENSEMBLES, DRAW("\"distribution\":\"uniform\",\"low\":0,\"max\":1"),
+     "/random/draw/0/max", "\"high\""},
+    {API_OP_ENSEMBLES, DRAW("\"distribution\":\"normal\",\"mean\":0,\"sigma\":1"),
+     "/random/draw/0/sigma", "\"deviation\""},
+    {API_OP_ENSEMBLES, DRAW("\"distribution\":\"gaussian\",\"mean\":0,\"deviation\":1"),
+     "/random/draw/0/distribution", "\"normal\""},
+    {API_OP_ENSEMBLES, AXIS("\"parameter\":\"gravity\",\"start\":1,\"stop\":3,\"count\":2"),
+     "/grid/0/parameter", "\"vary\""},
+    {API_OP_ENSEMBLES, AXIS("\"vary\":\"gravity\",\"start\":1,\"stop\":3,\"step\":1"),
+     "/grid/0/step", "\"count\""},
+    {API_OP_MODES, REST("\"select\":3"), "/select", "{\"slowest\": 3}"},
+    {API_OP_MODES, REST("\"include\":\"A\""), "/include", "[\"A\"]"},
+    {API_OP_MODES, REST("\"include\":[\"mass_matrix\"]"), "/include/0", "\"M\""},
+    {API_OP_FORCES, REST("\"initial\":{\"theta\":[1,2]}"), "/initial", "\"state\""},
+    {API_OP_LYAPUNOV, REST("\"time\":100"), "/time", "\"duration\""},
+    {API_OP_EQUATIONS, REST("\"language\":\"python\""), "/language", "\"form\""},
+};
+
+TEST(what_newcomers_try_is_one_fault_that_names_what_was_meant) {
+    for (size_t i = 0; i < sizeof newcomers / sizeof *newcomers; i++) {
+        struct test_reply reply = test_post(newcomers[i].op, newcomers[i].body);
+        CHECK_SAYING(reply.status == 422 && test_reply_faults(&reply) == 1 &&
+                         test_reply_has_fault(&reply, newcomers[i].pointer, newcomers[i].meant),
+                     "%s: %s", newcomers[i].body, reply.out.data);
+        test_reply_free(&reply);
+    }
+}
+
 TEST(what_modes_and_sections_do_not_have_is_no_nameless_fault) {
     static const char arm[] = "\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]";
     static const struct {
@@ -164,6 +235,8 @@ TEST(what_is_wrong_beside_the_body_is_told_too) {
         {NULL, NULL, NULL, "Content-Type: application/json", 415},
         {"application/json", "text/json", NULL, "application/json", 406},
         {"application/json", NULL, "method=taylor", "put it into the body", 422},
+        {"application/json", NULL, "format=csv", "Accept: text/csv", 422},
+        {"application/json", NULL, "wait=30", "Prefer: respond-async, wait=30", 422},
     };
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         const char *body = "{" PAPER "," TIMES "}";

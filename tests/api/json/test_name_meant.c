@@ -27,3 +27,16 @@ TEST(a_field_is_told_the_object_that_it_belongs_in) {
     CHECK_TEXT(api_name_place("dt", root), "times");
     CHECK(!api_name_place("S", arm) && !api_name_place("colour", root));
 }
+
+TEST(the_same_letters_count_before_another_word) {
+    static const char *const lists[] = {"length", "mass", "L", "m", NULL};
+    CHECK_TEXT(api_name_meant("M", lists), "m");
+    CHECK_TEXT(api_name_meant("l", lists), "L");
+    CHECK_TEXT(api_name_meant("Masses", lists), "mass");
+}
+
+TEST(what_stands_beside_the_pendulum_or_in_the_head_is_known) {
+    CHECK(api_name_outer("theta") && api_name_outer("times") && !api_name_outer("mass"));
+    CHECK_TEXT(api_name_head("Format"), "Accept: text/csv");
+    CHECK(!api_name_head("rtol"));
+}
