@@ -1,6 +1,7 @@
 #include "tests/harness/passages.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #include "tests/harness/test.h"
 
@@ -72,42 +73,73 @@ void test_passages_conditions(struct pend_event event[TEST_PASSAGES_CONDITIONS],
     }
 }
 
+/* the hits of a condition, in the order of time; says how many */
+static int passages_of(const struct test_passages *found, int which, int hit[TEST_PASSAGES_MOST]) {
+    int hits = 0;
+    for (int i = 0; i < found->count; i++)
+        if (found->hit[i].event == which) hit[hits++] = i;
+    return hits;
+}
+
+/* where a hit of a condition is half way to the condition's next one, or to the end */
+static double passages_half(const struct test_passages *found, const int hit[], int hits, int i) {
+    double at = found->hit[hit[i]].time;
+    return (at + (i + 1 < hits ? found->hit[hit[i + 1]].time : test_passages_duration)) / 2;
+}
+
+static int passages_order(const void *a, const void *b) {
+    const double *x = a, *y = b;
+    return (*x > *y) - (*x < *y);
+}
+
+/* one motion in 32 digits for all conditions: the start, the hits, and half way to the next of each
+ * condition, every instant once */
+static void passages_record(struct test_record *record, const struct test_passages *found,
+                            const struct test_tree *t, const struct pend_loads *loads) {
+    static double time[2 * TEST_PASSAGES_MOST + 1];
+    static int hit[TEST_PASSAGES_MOST];
+    long count = 1, kept = 1;
+    time[0] = 0;
+    for (int which = 0; which < TEST_PASSAGES_CONDITIONS; which++) {
+        int hits = passages_of(found, which, hit);
+        for (int i = 0; i < hits; i++) {
+            time[count++] = found->hit[hit[i]].time;
+            time[count++] = passages_half(found, hit, hits, i);
+        }
+    }
+    qsort(time, (size_t)count, sizeof *time, passages_order);
+    for (long i = 1; i < count; i++)
+        if (time[i] > time[kept - 1]) time[kept++] = time[i];
+    test_passages_exactly(record, t, loads, kept, time);
+}
+
+/* the row of an instant that is in the record */
+static long passages_row(const struct test_record *record, double time) {
+    const double *t = record->samples.t,
+                 *at = bsearch(&time, t, (size_t)record->samples.count, sizeof *t, passages_order);
+    CHECK_SAYING(at, "no row at %g s", time);
+    return at ? at - t : 0;
+}
+
 /* the largest part of its scale by which a quantity misses its level at the hits of a condition,
  * and whether it is on the side of each hit's way between it and the next */
 static double passages_levels(const struct test_passages *found, const struct test_tree *t,
-                              const struct pend_loads *loads, const struct pend_event *event,
+                              const struct test_record *record, const struct pend_event *event,
                               int which) {
-    static double time[2 * TEST_PASSAGES_MOST + 1];
     static int hit[TEST_PASSAGES_MOST];
-    struct test_record record;
-    long count = 1;
-    int hits = 0;
+    int hits = passages_of(found, which, hit);
     double worst = 0;
-    time[0] = 0;
-    for (int i = 0; i < found->count; i++)
-        if (found->hit[i].event == which) hit[hits++] = i;
-    for (int i = 0; i < hits; i++) {
-        double at = found->hit[hit[i]].time;
-        double next = i + 1 < hits ? found->hit[hit[i + 1]].time : test_passages_duration;
-        if (at > time[count - 1]) time[count++] = at;
-        if ((at + next) / 2 > time[count - 1]) time[count++] = (at + next) / 2;
-    }
-    if (!hits) return 0;
-    test_passages_exactly(&record, t, loads, count, time);
-    long row = 1;
     for (int i = 0; i < hits; i++) {
         const struct pend_hit *h = &found->hit[hit[i]];
         if (i) CHECK_SAYING(h->way != found->hit[hit[i - 1]].way, "twice the same way");
-        if (record.samples.t[row] != h->time) continue;
-        double gap = passages_quantity(&record, t, event, row++) - event->level;
+        long row = passages_row(record, h->time);
+        double gap = passages_quantity(record, t, event, row) - event->level;
         worst = fmax(worst, fabs(gap) / (1 + fabs(event->level)));
-        if (row >= count || i + 1 >= hits || record.samples.t[row] == found->hit[hit[i + 1]].time)
-            continue;
-        gap = passages_quantity(&record, t, event, row++) - event->level;
+        row = passages_row(record, passages_half(found, hit, hits, i));
+        gap = passages_quantity(record, t, event, row) - event->level;
         CHECK_SAYING((gap > 0) == (h->way == PEND_WAY_UP) || fabs(gap) < 1e-9,
                      "not on its side: %g", gap);
     }
-    test_record_clear(&record);
     return worst;
 }
 
@@ -147,14 +179,149 @@ void test_passages_random(struct test_tree *t, struct test_bodies *b, struct tes
     test_passages_conditions(event, t, grid, !real, seed);
 }
 
+/* ---- extremes */
+
+enum { EXTREMES = TEST_PASSAGES_EXTREMES, LEFT = 3, AROUND = 5 };
+
+/* a level is this part of its scale away from the extreme; an extreme is looked at so far around,
+ * s */
+static const double passages_aside = 1e-10, passages_around = 1e-3;
+
+/* a random extreme of a random quantity over the grid, which the condition gets without a level, as
+ * an instant; NaN = none was found */
+static double passages_extreme(struct pend_event *event, const struct test_tree *t,
+                               const struct test_record *grid, int conserves,
+                               unsigned long long *seed) {
+    int at = test_random_int(seed, TEST_PASSAGES_GRID);
+    *event =
+        (struct pend_event){.quantity = (enum pend_quantity)test_random_int(seed, PEND_QUANTITIES),
+                            .arm = test_random_int(seed, t->n),
+                            .ways = PEND_WAY_UP | PEND_WAY_DOWN,
+                            .most = TEST_PASSAGES_MOST};
+    event->other = (event->arm + 1) % t->n;
+    if (event->quantity == PEND_QUANTITY_ENERGY && conserves) return NAN;
+    if (event->quantity == PEND_QUANTITY_DISTANCE && t->n == 1) return NAN;
+    for (int i = 0; i < TEST_PASSAGES_GRID; i++, at = (at + 1) % TEST_PASSAGES_GRID) {
+        if (at < 2 || at > TEST_PASSAGES_GRID - 3) continue;
+        double before = passages_quantity(grid, t, event, at - 1);
+        double here = passages_quantity(grid, t, event, at);
+        double after = passages_quantity(grid, t, event, at + 1), bent = before - 2 * here + after;
+        if ((here > before) != (here > after) || fabs(bent) < 1e-4 * (1 + fabs(here))) continue;
+        double step = grid->samples.t[1] - grid->samples.t[0];
+        return grid->samples.t[at] + (before - after) / (2 * bent) * step;
+    }
+    return NAN;
+}
+
+/* samples in 32 digits at instants around the extremes, nearest first: `count` of each */
+static void passages_look(struct test_record *record, const struct test_tree *t,
+                          const struct pend_loads *loads, const double extreme[EXTREMES]) {
+    double time[1 + AROUND * EXTREMES] = {0};
+    long kept = 1;
+    for (int i = 0; i < EXTREMES; i++)
+        for (int j = 0; j < AROUND; j++)
+            time[1 + AROUND * i + j] = extreme[i] + passages_around * (j - AROUND / 2) / 2;
+    qsort(time, 1 + AROUND * EXTREMES, sizeof *time, passages_order);
+    for (int i = 1; i < 1 + AROUND * EXTREMES; i++)
+        if (time[i] > time[kept - 1]) time[kept++] = time[i];
+    test_passages_exactly(record, t, loads, kept, time);
+}
+
+/* how far a quantity is below its value at the extreme, j halves of the way around from it */
+static double passages_drop(const struct test_record *record, const struct test_tree *t,
+                            const struct pend_event *event, double extreme, int j) {
+    long here = passages_row(record, extreme);
+    long there = passages_row(record, extreme + passages_around * j / 2);
+    return passages_quantity(record, t, event, here) - passages_quantity(record, t, event, there);
+}
+
+/* how far away the top is, s, by five values around it */
+static double passages_top(const double drop[AROUND]) {
+    double slope = 8 * (drop[1] - drop[3]) - (drop[0] - drop[4]);
+    double bent = 16 * (drop[1] + drop[3]) - (drop[0] + drop[4]), most = passages_around;
+    double by = passages_around / 2 * slope / bent;
+    return bent != 0 ? fmin(fmax(by, -most), most) : 0;
+}
+
+/* whether the extreme was found, and the quantity is a parabola around it that is high enough for
+ * the levels beside it */
+static int passages_smooth(const double drop[AROUND], double aside) {
+    int smooth = (drop[0] > 0) == (drop[4] > 0) && fabs(passages_top(drop)) < 1e-9;
+    for (int i = 0; i < AROUND; i += 4) {
+        double half = drop[i ? 3 : 1], parts = drop[i] / half;
+        smooth &= fabs(half) > 20 * aside && parts > 3 && parts < 5;
+    }
+    return smooth;
+}
+
+int test_passages_grazing(struct pend_event event[TEST_PASSAGES_CONDITIONS], double time[EXTREMES],
+                          const struct test_tree *t, const struct pend_loads *loads,
+                          const struct test_record *grid, int conserves, unsigned long long *seed) {
+    enum { ROUNDS = 4 };
+    struct test_record record;
+    int smooth = 0;
+    for (int i = 0; i < EXTREMES; i++) {
+        time[i] = NAN;
+        for (int tries = 0; tries < 100 && isnan(time[i]); tries++)
+            time[i] = passages_extreme(&event[LEFT * i], t, grid, conserves, seed);
+        if (isnan(time[i])) return 0;
+    }
+    for (int round = 1; round <= ROUNDS; round++) {
+        passages_look(&record, t, loads, time);
+        for (int i = 0; i < EXTREMES; i++) {
+            double drop[AROUND];
+            struct pend_event *within = &event[LEFT * i], *beyond = within + 1;
+            for (int j = 0; j < AROUND; j++)
+                drop[j] = passages_drop(&record, t, within, time[i], j - AROUND / 2);
+            double top = passages_quantity(&record, t, within, passages_row(&record, time[i]));
+            double aside = passages_aside * (1 + fabs(top)), inwards = drop[0] > 0 ? -aside : aside;
+            *beyond = within[2] = *within;
+            within->level = within[2].level = top + inwards, beyond->level = top - inwards;
+            if (round < ROUNDS)
+                time[i] += passages_top(drop);
+            else if (passages_smooth(drop, aside))
+                smooth++;
+            else
+                time[i] = NAN;
+        }
+        test_record_clear(&record);
+    }
+    return smooth;
+}
+
+void test_passages_grazed(const struct test_passages *found, const double time[EXTREMES]) {
+    for (int i = 0; i < EXTREMES; i++) {
+        int hits[LEFT] = {0}, before = 0;
+        double first[LEFT] = {0};
+        if (isnan(time[i])) continue;
+        for (int j = 0; j < found->count; j++) {
+            int which = found->hit[j].event - LEFT * i;
+            double gap = found->hit[j].time - time[i];
+            if (which < 0 || which >= LEFT || fabs(gap) > passages_around) continue;
+            if (!hits[which]++) first[which] = gap;
+            before += which != 1 && gap < 0;
+        }
+        CHECK_SAYING(hits[0] == 2 && hits[2] == 2 && hits[1] == 0 && before == 2,
+                     "%d and %d passages within an extreme, %d beyond, %d before it", hits[0],
+                     hits[2], hits[1], before);
+        CHECK(first[0] == first[2]);
+    }
+}
+
 double test_passages_check(const struct test_passages *found, const struct test_tree *t,
                            const struct pend_loads *loads, const struct test_record *grid,
                            const struct pend_event event[TEST_PASSAGES_CONDITIONS]) {
+    struct test_record record;
     double worst = 0;
-    for (int i = 1; i < found->count; i++) CHECK(found->hit[i].time >= found->hit[i - 1].time);
+    for (int i = 1; i < found->count; i++) {
+        const struct pend_hit *last = &found->hit[i - 1], *next = &found->hit[i];
+        CHECK(next->time > last->time || (next->time == last->time && next->event >= last->event));
+    }
+    passages_record(&record, found, t, loads);
     for (int i = 0; i < TEST_PASSAGES_CONDITIONS; i++) {
         passages_parity(found, t, grid, &event[i], i);
-        worst = fmax(worst, passages_levels(found, t, loads, &event[i], i));
+        worst = fmax(worst, passages_levels(found, t, &record, &event[i], i));
     }
+    test_record_clear(&record);
     return worst;
 }

@@ -14,7 +14,8 @@ enum {
     TEST_PASSAGES_ARMS = 4,
     TEST_PASSAGES_MOST = 4000,
     TEST_PASSAGES_CONDITIONS = 12,
-    TEST_PASSAGES_GRID = 120
+    TEST_PASSAGES_GRID = 120,
+    TEST_PASSAGES_EXTREMES = TEST_PASSAGES_CONDITIONS / 3
 };
 
 /* s, of a motion whose passages are looked for */
@@ -55,6 +56,25 @@ void test_passages_conditions(struct pend_event event[TEST_PASSAGES_CONDITIONS],
 void test_passages_random(struct test_tree *t, struct test_bodies *b, struct test_record *grid,
                           struct pend_event event[TEST_PASSAGES_CONDITIONS], int i,
                           unsigned long long *seed);
+
+/**
+ * Conditions beside extremes of random quantities, found in 32 digits, three for each: a level
+ * within the extreme by 1e-10 of its scale, which is passed twice near it, one as far beyond, which
+ * is not, and the first again.
+ *
+ * time  s, out: the extremes; NaN where the quantity is no parabola.
+ *
+ * Returns how many are parabolas; 0, without conditions, where the motion has too few extremes.
+ */
+int test_passages_grazing(struct pend_event event[TEST_PASSAGES_CONDITIONS],
+                          double time[TEST_PASSAGES_EXTREMES], const struct test_tree *t,
+                          const struct pend_loads *loads, const struct test_record *grid,
+                          int conserves, unsigned long long *seed);
+
+/** Checks that what was found near the extremes of test_passages_grazing is those pairs, and those
+ * of the third condition when the first has them. */
+void test_passages_grazed(const struct test_passages *found,
+                          const double time[TEST_PASSAGES_EXTREMES]);
 
 /**
  * Checks that the passages are in the order of time, that each condition's are one way and the

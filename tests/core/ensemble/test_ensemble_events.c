@@ -130,6 +130,35 @@ TEST(events_of_members_are_where_32_digits_have_them) {
     CHECK_RESIDUAL(worst, asked ? 1e-11 : 1e-12, "quantities at members' events, in 32 digits");
 }
 
+TEST(events_of_members_that_graze_in_any_quantity_come_in_pairs_or_not_at_all) {
+    const char *asked = getenv("EVENTS_RUNS");
+    int runs = asked ? atoi(asked) : 8, grazing = 0;
+    unsigned long long seed = 17;
+    for (int i = 0; i < runs; i++) {
+        struct test_tree t;
+        struct test_bodies b = {.loads = *TEST_LOADS(9.81)};
+        struct test_record grid;
+        struct crowd crowd;
+        struct pend_event event[TEST_PASSAGES_CONDITIONS];
+        double time[TEST_PASSAGES_EXTREMES];
+        test_passages_random(&t, &b, &grid, event, i, &seed);
+        int extremes = test_passages_grazing(event, time, &t, &b.loads, &grid, i % 2 == 0, &seed);
+        if (extremes) {
+            // the first member's motion is the one whose extremes are known
+            crowd_init(&crowd, &t, passages, &seed);
+            struct pend_ensemble_problem problem =
+                crowd_problem(&crowd, &b.loads, TEST_PASSAGES_CONDITIONS, event);
+            crowd_run(&problem, i % ((int)pend_isa_best() + 1), 0, MEMBERS);
+            test_passages_grazed(&passages[0], time);
+            grazing += extremes;
+        }
+        test_record_clear(&grid);
+        if (i % 2) test_bodies_clear(&b);
+        test_tree_clear(&t);
+    }
+    CHECK_SAYING(grazing > 2 * runs, "%d extremes of %d pendulums", grazing, runs);
+}
+
 /* a rate of 0 is an extreme of the angle: a level beyond it by 1e-10 is not reached, one before it
  * by as much is passed twice */
 TEST(events_of_members_that_graze_are_found_in_pairs_or_not_at_all) {

@@ -115,6 +115,36 @@ TEST(events_that_graze_are_found_in_pairs_or_not_at_all) {
     CHECK(pairs > 30);
 }
 
+TEST(events_that_graze_in_any_quantity_come_in_pairs_or_not_at_all) {
+    const char *asked = getenv("EVENTS_RUNS");
+    int runs = asked ? atoi(asked) : 12, grazing = 0;
+    unsigned long long seed = 6;
+    static struct test_passages found;
+    double worst = 0;
+    for (int i = 0; i < runs; i++) {
+        struct test_tree t;
+        struct test_bodies b = {.loads = *TEST_LOADS(9.81)};
+        struct test_record grid;
+        struct pend_event event[CONDITIONS];
+        double time[TEST_PASSAGES_EXTREMES];
+        test_passages_random(&t, &b, &grid, event, i, &seed);
+        int extremes = test_passages_grazing(event, time, &t, &b.loads, &grid, i % 2 == 0, &seed);
+        if (extremes) {
+            struct pend_events_problem problem = problem_of(&t, &b.loads, CONDITIONS, event);
+            problem.rtol = 1e-15;
+            search(&found, &problem, 1 + i);
+            test_passages_grazed(&found, time);
+            worst = fmax(worst, test_passages_check(&found, &t, &b.loads, &grid, event));
+            grazing += extremes;
+        }
+        test_record_clear(&grid);
+        if (i % 2) test_bodies_clear(&b);
+        test_tree_clear(&t);
+    }
+    CHECK_SAYING(grazing > 2 * runs, "%d extremes of %d pendulums", grazing, runs);
+    CHECK_RESIDUAL(worst, 1e-11, "quantities at events beside extremes, in 32 digits");
+}
+
 TEST(events_that_are_simultaneous_are_all_told_in_the_order_of_the_conditions) {
     enum { ALIKE = 5 };
     static struct test_passages found, alone;
