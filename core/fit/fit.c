@@ -329,6 +329,7 @@ static enum pend_status fit_put(struct pend_fit *fit, double *squares, double *v
     PEND_TRY(pend_fit_state_look(fit, p->rows, error));
     *squares = pend_fit_state_squares(fit, p->rows, &count);
     *variance = pend_fit_state_variance(fit, *squares, count - p->unknowns);
+    fit->variance = *variance;
     enum pend_status status = pend_fit_state_free(fit);
     if (status == PEND_OK) status = pend_fit_release_put(fit, squares, *variance, put);
     if (status != PEND_OK) return pend_fail(error, status, -1, 0, "no memory for a fit");

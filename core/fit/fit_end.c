@@ -144,6 +144,7 @@ enum pend_status pend_fit_end(struct pend_fit *fit, struct pend_error *error) {
     PEND_TRY(pend_fit_state_look(fit, p->rows, error));
     result->chi_squared = pend_fit_state_squares(fit, p->rows, &count);
     double before = pend_fit_state_variance(fit, result->chi_squared, count - p->unknowns);
+    fit->variance = before;
     if (end_told(fit, before, &found, &minimum) != PEND_OK)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
     result->away = end_away(fit);

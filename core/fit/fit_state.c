@@ -41,6 +41,7 @@ enum pend_status pend_fit_state_wild(const struct pend_fit *fit, enum pend_statu
 enum pend_status pend_fit_state_look(struct pend_fit *fit, long rows, struct pend_error *error) {
     assert(rows >= 1 && rows <= fit->problem.rows);
     fit->result.evaluations++;
+    fit->variance = 0;
     for (int j = 0; j < fit->problem.unknowns; j++) {
         fit->value[j] = pend_fit_state_outer(fit, j, fit->inner[j]);
         fit->held[j] = (unsigned char)fit_bounds_at(&fit->problem.unknown[j], fit->value[j]);
@@ -75,8 +76,10 @@ double pend_fit_state_variance(const struct pend_fit *fit, double squares, long 
 
 enum pend_status pend_fit_state_tell(const struct pend_fit *fit, struct fit_told *told) {
     size_t m = (size_t)fit->problem.rows * (size_t)fit->problem.columns;
-    return pend_fit_told_init(told, m, fit->problem.unknowns, fit->slope, fit->residual, fit->held,
-                              fit->size);
+    PEND_TRY(pend_fit_told_init(told, m, fit->problem.unknowns, fit->slope, fit->residual,
+                                fit->held, fit->size));
+    if (fit->variance > 0) pend_fit_told_sure(told, fit->variance);
+    return PEND_OK;
 }
 
 enum pend_status pend_fit_state_free(struct pend_fit *fit) {

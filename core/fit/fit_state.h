@@ -30,6 +30,7 @@ struct pend_fit {
     int apt, cut;                  /* it can be; it was */
     double *best;                  /* inner numbers of the lowest sum of squares of all rows */
     double least;                  /* that sum; infinite before there is one */
+    double variance;               /* of a residual of all rows at the last look; 0 = not known */
     int inside;                    /* unknowns at bounds were begun again inside */
     unsigned char *bounded, *held; /* at a bound; for the last look, counted as constant */
     signed char *edge, *edged;     /* put to its low bound, -1, or its high one, 1; at `best` */

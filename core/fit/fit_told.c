@@ -10,6 +10,10 @@
  */
 static const double told_least = 1e-9;
 
+/* The same where the direction's standard error is known, of so many sizes of the unknowns at most:
+ * what no motion depends on has effects up to 1e-15 of the largest, by rounding. */
+static const double told_rounding = 1e-13, told_unsure = 1e3;
+
 /* A part of the largest second derivative that is error of differences. */
 static const double told_flat = 1e-7;
 
@@ -33,6 +37,7 @@ enum pend_status pend_fit_told_init(struct fit_told *told, size_t m, int q, cons
         told->gain[d] = 0;
         for (size_t i = 0; i < m; i++) told->gain[d] += left[i * p + d] * residual[i];
     }
+    told->least = told_least * told->value[0];
     return PEND_OK;
 }
 
@@ -43,7 +48,13 @@ void pend_fit_told_clear(struct fit_told *told) {
 
 int pend_fit_told_is(const struct fit_told *told, int d) {
     assert(d >= 0 && d < told->q);
-    return told->value[d] > told_least * told->value[0];
+    return told->value[d] > told->least;
+}
+
+void pend_fit_told_sure(struct fit_told *told, double variance) {
+    assert(variance >= 0);
+    double sure = fmax(told_rounding * told->value[0], sqrt(variance) / told_unsure);
+    told->least = fmin(told->least, sure);
 }
 
 void pend_fit_told_covariance(const struct fit_told *told, double covariance[]) {

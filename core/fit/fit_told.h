@@ -15,6 +15,7 @@ struct fit_told {
     double *value;      /* q, descending */
     double *gain;       /* q: what a direction still takes from the residuals */
     const double *size; /* q: what an unknown is measured in */
+    double least;       /* a smaller singular value's direction is not told */
 };
 
 /**
@@ -37,7 +38,19 @@ PEND_MUST_CHECK enum pend_status pend_fit_told_init(struct fit_told *told, size_
 /** Frees the memory. */
 void pend_fit_told_clear(struct fit_told *told);
 
-/** Whether the data tell direction d: its effect is above 1e-9 of the largest. O(1). */
+/**
+ * Lets a direction be told whose effect is less than that part of the largest, but well above its
+ * rounding, and such that its standard error is below 1000 times what the unknowns are measured in:
+ * chaotic motions tell one direction by 1e9 times as much as others, which they tell well.
+ *
+ * variance  of a residual.
+ *
+ * O(1).
+ */
+void pend_fit_told_sure(struct fit_told *told, double variance);
+
+/** Whether the data tell direction d: its effect is above 1e-9 of the largest, or less than that
+ * and sure. O(1). */
 int pend_fit_told_is(const struct fit_told *told, int d);
 
 /** The covariance of the unknowns, q x q, in their own units, for residuals of variance 1; what is

@@ -1,0 +1,45 @@
+/* Tests of core/fit/fit_told: which directions are told, of slopes whose singular values are known.
+ * Leaves to others: directions of pendulums (test_fit).
+ * Invariant: none. */
+#include "core/fit/fit_told.h"
+
+#include <math.h>
+
+#include "tests/harness/test.h"
+
+/* slopes of 3 measurements by 2 unknowns, with these singular values and turned directions */
+static void told_of(struct fit_told *told, double first, double second) {
+    static const double residual[3] = {1, 2, 3}, size[2] = {1, 1};
+    static const unsigned char fixed[2];
+    const double c = 0.6, s = 0.8;
+    const double slope[6] = {first * c, first * s, -second * s, second * c, 0, 0};
+    REQUIRE(pend_fit_told_init(told, 3, 2, slope, residual, fixed, size) == PEND_OK);
+    CHECK(fabs(told->value[0] / first - 1) < 1e-12 && fabs(told->value[1] / second - 1) < 1e-3);
+}
+
+TEST(directions_beside_a_steep_one_are_told_where_their_errors_are_small_and_are_no_rounding) {
+    static const struct {
+        double first, second, variance;
+        int at_first, sure;
+    } row[] = {
+        {1e3, 1, 1, 1, 1},         {1e3, 1e-5, 1, 1, 1}, // as it is without the steep one
+        {1e10, 2, 1, 0, 1},                              // a chaotic motion
+        {1e10, 2, 1e8, 0, 0},                            // with errors of 10^4 times the value
+        {1e10, 1e-3 / 2, 1, 0, 0}, {1e15, 10, 1, 0, 0},  // next to rounding
+    };
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        struct fit_told told;
+        told_of(&told, row[i].first, row[i].second);
+        CHECK_INT(pend_fit_told_is(&told, 1), row[i].at_first);
+        pend_fit_told_sure(&told, row[i].variance);
+        CHECK(pend_fit_told_is(&told, 0));
+        CHECK_SAYING(pend_fit_told_is(&told, 1) == row[i].sure, "slopes of %g and %g", row[i].first,
+                     row[i].second);
+        double covariance[4], own = row[i].sure ? pow(0.8 / row[i].second, 2) : 0;
+        pend_fit_told_covariance(&told, covariance);
+        double want = own + pow(0.6 / row[i].first, 2);
+        CHECK_SAYING(fabs(covariance[0] / want - 1) < 1e-3, "variance %g, not %g", covariance[0],
+                     want);
+        pend_fit_told_clear(&told);
+    }
+}
