@@ -55,6 +55,14 @@ static int field_is(const struct csv_field *field, const char *name) {
     return field->bytes == (int)strlen(name) && !strncmp(field->at, name, strlen(name));
 }
 
+/* whether a field is the name of the time, which is in s */
+static int field_time(const struct csv_field *field) {
+    static const char *const names[] = {"t", "t (s)", "t [s]", "t(s)", "t[s]"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (field_is(field, names[i])) return 1;
+    return 0;
+}
+
 /* what separates the fields of a line */
 static char line_separator(const char *line) {
     const char *end = line_end(line);
@@ -101,6 +109,20 @@ static double name_unit(char *name, double scale) {
     return 0;
 }
 
+/* how many of the unit that stands behind a name are a metre; 0 = it is none that is known */
+static double name_per_m(const char *name) {
+    static const struct {
+        const char *unit;
+        double per_m;
+    } units[] = {{"m", 1}, {"cm", 100}, {"mm", 1000}};
+    const char *open = strpbrk(name, "([");
+    size_t bytes = open ? strcspn(open + 1, ")]") : 0;
+    for (size_t i = 0; i < sizeof units / sizeof *units && open; i++)
+        if (bytes == strlen(units[i].unit) && !strncmp(open + 1, units[i].unit, bytes))
+            return units[i].per_m;
+    return 0;
+}
+
 /* Cuts the arm's number off a name, as of "theta_1": from 1, 0 where it is none, -1 without one. */
 static long name_arm(char *name) {
     char *mark = strrchr(name, '_'), *end;
@@ -137,7 +159,7 @@ static void head_field(struct api_csv *csv, const struct csv_field *field, int p
     if (field->bytes >= FIELD_BYTES || csv->columns == API_CSV_COLUMNS) return;
     memcpy(name, field->at, (size_t)field->bytes);
     name[field->bytes] = 0;
-    double unit = name_unit(name, context->degrees ? pi / 180 : 1);
+    double per_m = name_per_m(name), unit = name_unit(name, context->degrees ? pi / 180 : 1);
     long arm = name_arm(name);
     int which = 0;
     while (which < 4 && strcmp(name, names[which]) != 0) which++;
@@ -145,6 +167,7 @@ static void head_field(struct api_csv *csv, const struct csv_field *field, int p
     if (which == 4 || (angle && alone)) return;
     if (alone && !(arm = head_listed(csv, context, name))) return;
     if (!head_good(csv, name, arm, angle ? unit : 1, place, context)) return;
+    if (!angle && per_m > 1 && !csv->per_m) csv->per_m = per_m, csv->per_m_field = place;
     csv->scale[csv->columns] = angle ? unit : 1;
     csv->field[csv->columns] = place, csv->arm[csv->columns] = (int)arm - 1;
     csv->kind[csv->columns] = kinds[which], csv->theta[csv->columns] = which == 1;
@@ -153,23 +176,25 @@ static void head_field(struct api_csv *csv, const struct csv_field *field, int p
 
 void api_csv_head(struct api_csv *csv, const struct api_value *text, int n, int count,
                   const int listed[], int degrees, struct api_problem *problem) {
+    static const char mark[] = "\357\273\277"; // of UTF-8, which spreadsheets write in front
     const char *line = api_value_text(text);
     struct csv_field field[API_CSV_FIELDS];
     struct csv_context context = {n, count, listed, degrees, {0, 0}, text, problem};
     int fields = 0;
     assert(line);
+    if (!strncmp(line, mark, sizeof mark - 1)) line += sizeof mark - 1;
     *csv = (struct api_csv){.line = 1, .t = -1};
     for (; *line && csv->line <= HEAD_LINES; line = line_next(line), csv->line++) {
         csv->separator = line_separator(line);
         fields = line_cut(line, csv->separator, field);
         for (int i = 0; i < fields && csv->t < 0; i++)
-            if (field_is(&field[i], "t")) csv->t = i;
+            if (field_time(&field[i])) csv->t = i;
         if (csv->t >= 0) break;
     }
     if (csv->t < 0) {
         api_value_fault(text, problem,
                         API_CODE_MISSING
-                        "has no line with the names of its columns, one of which is t");
+                        "has no line with the names of its columns, one of which is t, in s");
         return;
     }
     for (int i = 0; i < fields; i++) head_field(csv, &field[i], i, &context);

@@ -19,13 +19,17 @@ struct api_csv {
     enum pend_fit_kind kind[API_CSV_COLUMNS];
     int theta[API_CSV_COLUMNS];    /* an angle from hanging */
     double scale[API_CSV_COLUMNS]; /* rad or the camera's unit, of one of the table's */
+    /* how many of the unit of places, where it is said and not m, are a metre; 0 = none is; and the
+     * first field that says so, from 0 */
+    double per_m;
+    int per_m_field;
 };
 
 /**
- * Reads the head of a table: the first line with a field `t`; lines before it, as those that name
- * the tracks, are passed over. Fields phi_1, theta_1, x_2, y_2 name an arm; the i-th x and the i-th
- * y without a number are those of listed arm i. A unit may stand behind, as in theta_1 (deg). Other
- * fields are passed over.
+ * Reads the head of a table: the first line with a field `t`, or `t (s)`; lines before it, as those
+ * that name the tracks, are passed over, and the mark of UTF-8. Fields phi_1, theta_1, x_2, y_2
+ * name an arm; the i-th x and the i-th y without a number are those of listed arm i. A unit may
+ * stand behind, as in theta_1 (deg). Other fields are passed over.
  *
  * text    a string of the document.
  * n       arms of the pendulum; the one arm of such a pendulum need not be listed.

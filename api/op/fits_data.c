@@ -185,6 +185,15 @@ static enum pend_status read_csv(struct measured *run, const struct api_tree *tr
         return PEND_INVALID;
     }
     api_csv_head(&table, &csv, tree->n, most, listed, degrees, reading->problem);
+    struct api_value camera = api_value_member(reading->root, "camera"),
+                     scale = api_value_member(&camera, "scale");
+    // in metres such places would be of another pendulum
+    if (table.per_m > 0 && api_value_kind(&scale) == API_MISSING)
+        api_value_fault(&csv, reading->problem,
+                        API_CODE_MISSING
+                        "line %d: field %d is not in m: give the \"scale\" of \"camera\" too, "
+                        "which is %.0f units per m",
+                        table.line, table.per_m_field + 1, table.per_m);
     if (reading->problem->status) return PEND_INVALID;
     PEND_TRY(data_room(run, table.rows, table.columns, data, reading));
     for (int c = 0; c < table.columns; c++) {
