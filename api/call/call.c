@@ -128,6 +128,16 @@ static enum api_progress call_break(struct api_call *call, struct api_buffer *ou
     return API_BROKEN;
 }
 
+/* the end of a call: the head of a problem, which was written */
+static enum api_progress call_problem(struct api_call *call, int status) {
+    call->answer = (struct api_answer){.status = status, .length = -1};
+    call->answer.media_type = "application/problem+json";
+    if (call->op && call->op->form) call->answer.accepts = "application/json, multipart/form-data";
+    call->cost = 0;
+    call->stage = STAGE_DONE;
+    return API_DONE;
+}
+
 /* ends the call: its problem replaces the bytes that were written. If memory is short, a shorter
  * problem is tried, and then an empty body. */
 static enum api_progress call_refuse(struct api_call *call, struct api_buffer *out) {
@@ -140,11 +150,7 @@ static enum api_progress call_refuse(struct api_call *call, struct api_buffer *o
         api_problem_set(&call->problem, status, "there was no memory to say more");
         if (api_problem_write(&call->problem, out) != PEND_OK) out->bytes = call->before;
     }
-    call->answer = (struct api_answer){
-        .status = call->problem.status, .media_type = "application/problem+json", .length = -1};
-    call->cost = 0;
-    call->stage = STAGE_DONE;
-    return API_DONE;
+    return call_problem(call, call->problem.status);
 }
 
 /* states the problem of a failure, unless one was stated already; a lack of memory replaces faults,
@@ -203,11 +209,7 @@ static enum api_progress call_take_problem(struct api_call *call, size_t bytes,
     memmove(out->data + call->before, out->data + out->bytes - bytes, bytes);
     out->bytes = call->before + bytes;
     assert(out->bytes - bytes >= call->before);
-    call->answer = (struct api_answer){
-        .status = call->told->status, .media_type = "application/problem+json", .length = -1};
-    call->cost = 0;
-    call->stage = STAGE_DONE;
-    return API_DONE;
+    return call_problem(call, call->told->status);
 }
 
 /* Takes what is told, of a request that is good, of its answer's head. */

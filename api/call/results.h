@@ -16,6 +16,7 @@ struct api_answer {
                             names its columns itself */
     const struct api_remarks *remarks; /* header fields of the figures, once the answer is complete;
                                        NULL before, or if there are none */
+    const char *accepts; /* status 415: what a body may be, a static string; NULL = JSON alone */
     int has_remarks; /* there will be such fields; of an answer that is streamed they are trailers
                       */
     const char *file_name; /* for a browser that saves it; NULL if a browser should show it */

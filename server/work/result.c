@@ -129,9 +129,10 @@ static void result_good(struct srv_response_body *made, const struct srv_work *w
 }
 
 /* The header fields of a problem response. */
-static void result_bad(struct srv_response_body *made) {
+static void result_bad(struct srv_response_body *made, const struct api_answer *answer) {
+    const char *accepts = answer->accepts ? answer->accepts : srv_exchange_accepts;
     srv_response_body_header(made, "Cache-Control", "no-store");
-    if (made->status == 415) srv_response_body_header(made, "Accept-Post", srv_exchange_accepts);
+    if (made->status == 415) srv_response_body_header(made, "Accept-Post", accepts);
     if (made->status == 503 || made->status == 429)
         srv_response_body_header(made, "Retry-After", result_retry);
 }
@@ -161,7 +162,7 @@ struct srv_response_body *srv_result_response_body(struct srv_work *work, struct
                               &service->memory, &service->pool);
     if (!made) return NULL;
     made->steps = api_call_steps(work->call);
-    if (answer.status >= 400) result_bad(made);
+    if (answer.status >= 400) result_bad(made, &answer);
     srv_response_body_header(made, "Vary", srv_exchange_vary);
     if (answer.status < 400) result_good(made, work, coding);
     if (answer.status == 206) srv_lengths_note(&service->lengths, work->etag, answer.total);

@@ -96,6 +96,11 @@ TEST(a_body_in_a_coding_or_of_another_type_is_415_and_says_what_is_taken) {
         415);
     CHECK_TEXT(test_reply_header(&reply, "Accept-Post"), "application/json");
     test_reply_clear(&reply);
+    CHECK_INT(
+        test_request(server, &reply, "POST", "/v1/fits", "Content-Type: text/csv\r\n", "t,x\n"),
+        415);
+    CHECK_TEXT(test_reply_header(&reply, "Accept-Post"), "application/json, multipart/form-data");
+    test_reply_clear(&reply);
     test_server_stop(&server);
 }
 
