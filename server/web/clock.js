@@ -30,7 +30,9 @@ function tick(works, now) {
   works.last = now;
   advance(works, passed * works.clock.speed);
   schedule(works);
+  works.clock.framing = true;
   tell(works);
+  works.clock.framing = false;
 }
 
 /** @param {Works} works @param {number} seconds */
@@ -93,6 +95,7 @@ function extent(works, available, duration, complete) {
 const STILL = {
   time: 0,
   playing: false,
+  framing: false, // it tells of a frame that is being made
   waiting: false, // it plays, but the data for the next instant is not here yet
   speed: 1,
   loop: true,

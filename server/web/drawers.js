@@ -122,7 +122,8 @@ function follow(chest, doc) {
     tab.tabIndex = chosen || (wanted === null && id === DRAWERS[0]) ? 0 : -1;
     if (chosen || chest.open.has(id)) show(chest, id, chosen);
   }
-  if (place && wanted && wanted !== shown) place.scrollTop = scrolled.get(wanted) ?? 0;
+  if (place && wanted && wanted !== shown && scrolled.size)
+    place.scrollTop = scrolled.get(wanted) ?? 0;
 }
 
 /** A drawer's tab and its place. @param {Chest} chest @param {string} id */

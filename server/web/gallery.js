@@ -16,6 +16,7 @@ const SHORTEST_SPAN = 20;
 const FRAME_MS = 30;
 
 /** @typedef {import("./preset_picture.js").Preset} Preset */
+/** @typedef {import("./preset_picture.js").PictureColours} PictureColours */
 /**
  * @typedef {{preset: Preset, button: HTMLElement, canvas: HTMLCanvasElement, picture:
  * import("./preset_picture.js").Picture, seen: boolean, moves: boolean}} Card
@@ -27,7 +28,7 @@ const FRAME_MS = 30;
  * @typedef {{
  *   app: App, bag: Bag, stop: AbortController, grid: HTMLElement, cards: Map<string, Card>, sight:
  *   IntersectionObserver,
- *   colours: import("./preset_picture.js").PictureColours, shown: boolean, drawn: number, near:
+ *   colours: PictureColours | null, shown: boolean, drawn: number, near:
  *   boolean, animating: boolean,
  * }} Gallery
  */
@@ -85,20 +86,31 @@ function addCard(gallery, preset) {
   gallery.sight.observe(button);
 }
 
-/** The stage comes first. @param {Gallery} gallery @returns {Promise<unknown>} */
-function stageMoves({ app, bag }) {
-  if (app.motion.complete) return Promise.resolve();
+/**
+ * Resolves when something is so that the motion or the clock tells.
+ * @param {Gallery} gallery @param {(app: App) => unknown} so @returns {Promise<unknown>}
+ */
+function when({ app, bag }, so) {
+  if (so(app)) return Promise.resolve();
   return new Promise((resolve) => {
-    const told = (/** @type {string} */ what) =>
-      (what === "complete" || what === "failure") && resolve(what);
-    bag(app.motion.subscribe((_, what) => told(what)));
+    const look = () => {
+      if (!so(app)) return;
+      ends.forEach((end) => end());
+      resolve(null);
+    };
+    const ends = [app.motion.subscribe(look), app.clock.subscribe(look)];
+    ends.forEach(bag);
   });
 }
 
-/** @param {Gallery} gallery */
+/** The stage comes first, and moves before the cards are built. @param {Gallery} gallery */
 async function fill(gallery) {
-  await stageMoves(gallery);
-  const { presets } = await gallery.app.client.presets({ signal: gallery.stop.signal });
+  const { client } = gallery.app;
+  await when(gallery, ({ motion }) => motion.complete || motion.failure);
+  const [{ presets }] = await Promise.all([
+    client.presets({ signal: gallery.stop.signal }),
+    when(gallery, ({ clock }) => !clock.playing || clock.time > 0),
+  ]);
   for (const preset of presets) addCard(gallery, preset);
   mark(gallery);
   draw(gallery);
@@ -146,10 +158,11 @@ function begin(gallery) {
 
 /** @param {Gallery} gallery */
 function draw(gallery) {
-  if (!gallery.shown) return;
+  if (!gallery.shown || !gallery.cards.size) return;
   gallery.drawn = performance.now();
+  const colours = (gallery.colours ??= readPictureColours());
   for (const { picture, seen } of gallery.cards.values()) {
-    if (seen) picture(gallery.app.clock.time, gallery.colours);
+    if (seen) picture(gallery.app.clock.time, colours);
   }
 }
 
@@ -178,8 +191,7 @@ function createGallery(grid, app) {
     draw(gallery);
     animate(gallery);
   });
-  const colours = readPictureColours();
-  const state = { colours, shown: false, drawn: 0, near: false, animating: false };
+  const state = { colours: null, shown: false, drawn: 0, near: false, animating: false };
   const gallery = {
     app,
     bag: createBag(),

@@ -9,6 +9,8 @@ import { keep as kept } from "./keep.js";
 import { LANGUAGES } from "./text/languages.js";
 
 const RIGHT_TO_LEFT = ["ar", "fa", "he", "ur"];
+// with the digits 0 ... 9; all others write a comma
+const WITH_POINT = ["en", "ar", "he", "hi", "ja", "ko", "th", "ur", "zh"];
 const KEPT = "pendulumd.language";
 
 /** The language of the address, "" without one that is known. */
@@ -49,6 +51,9 @@ export function choose(language) {
   address.searchParams.set("lang", language);
   history.replaceState(history.state, "", address);
 }
+
+/** What stands between a number's whole part and the rest. @param {string} language */
+export const decimalMark = (language) => (WITH_POINT.includes(language) ? "." : ",");
 
 /** @param {string} language */
 export const direction = (language) => (RIGHT_TO_LEFT.includes(language) ? "rtl" : "ltr");

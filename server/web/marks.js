@@ -63,27 +63,23 @@ function ticks(context, counts) {
 }
 
 /**
- * Makes the canvas as fine as its place; answers its width, 0 if it is not to be seen.
- * @param {CanvasRenderingContext2D} context
+ * Makes the canvas as fine as its place.
+ * @param {CanvasRenderingContext2D} context @param {number} width of its place
  */
-function prepare(context) {
+function prepare(context, width) {
   const { canvas } = context;
-  const width = canvas.clientWidth;
   const ratio = fineness();
-  if (!width) return 0;
   canvas.width = Math.round(width * ratio);
   canvas.height = Math.round(HEIGHT * ratio);
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  return width;
 }
 
 /**
  * Draws all of it; answers how many slack moments there are.
- * @param {App} app @param {CanvasRenderingContext2D} context
+ * @param {App} app @param {CanvasRenderingContext2D} context @param {number} width
  */
-function paint({ store, motion, clock }, context) {
-  const width = prepare(context);
-  if (!width) return null;
+function paint({ store, motion, clock }, context, width) {
+  prepare(context, width);
   const share = clock.duration ? clock.available / clock.duration : 0;
   context.fillStyle = colour("--line");
   context.fillRect(0, HEIGHT / 2 - 2, width, 4);
@@ -96,34 +92,39 @@ function paint({ store, motion, clock }, context) {
   return counts.reduce((sum, count) => sum + count, 0);
 }
 
-/** @param {App} app */
-export function createMarks(app) {
+/** @param {App} app @param {() => void} drawn told when the marks are drawn anew */
+export function createMarks(app, drawn) {
   const canvas = h("canvas", { class: "marks", "aria-hidden": "true" });
   const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
   let slack = 0;
   let frame = 0;
+  let width = 0; // pixels, 0 while it is not to be seen
 
   function draw() {
     frame = 0;
-    slack = paint(app, context) ?? slack;
+    if (!width) return;
+    slack = paint(app, context, width);
+    drawn();
   }
 
   const later = () => {
     frame ||= requestAnimationFrame(draw);
   };
-  const observer = new ResizeObserver(later);
+  const observer = new ResizeObserver(([{ contentRect }]) => {
+    width = contentRect.width;
+    later();
+  });
   observer.observe(canvas);
   const forget = app.theme.subscribe(later);
 
   return {
     canvas,
-    draw,
+    draw: later,
     /** How many slack moments are marked. */
     count: () => slack,
     /** @param {string} what */
     follow(what) {
-      if (what === "rows") later();
-      else if (what !== "preview") draw();
+      if (what !== "preview") later();
     },
     destroy() {
       observer.disconnect();

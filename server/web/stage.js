@@ -370,8 +370,7 @@ export function mountStage(element, app) {
       wantGauges(stage, bag);
     }),
   );
-  // while it plays the clock calls once a frame
-  bag(app.clock.subscribe(() => (app.clock.playing ? draw(stage) : look.soon())));
+  bag(app.clock.subscribe(() => (app.clock.framing ? draw(stage) : look.soon())));
   bag(app.theme.subscribe(() => recolour(stage)));
   const observer = new ResizeObserver(() => fit(stage));
   observer.observe(element);
@@ -379,7 +378,7 @@ export function mountStage(element, app) {
   bag(() => cancelAnimationFrame(stage.frame));
   stage.trails.follow(app.motion.track, app.store.get().view.trails);
   describe(stage);
-  fit(stage);
+  // measured by the observer, when the whole page is laid out
   wantGauges(stage, bag);
   return {
     destroy: () => {

@@ -4,7 +4,7 @@
 // Invariant: a key that is missing shows itself, so that a test sees it; the English words of the
 // first part are here from the start.
 
-import { chosen, direction, wanted, wordsOf } from "./language.js";
+import { chosen, decimalMark, direction, wanted, wordsOf } from "./language.js";
 import en from "./text/en/page.js";
 
 /** @typedef {Record<string, string>} Words */
@@ -15,25 +15,39 @@ const FIRST = "page";
 const load = async (part, language) =>
   part === FIRST && language === "en" ? en : wordsOf(part, language);
 
-/** Numbers as the language writes them. @param {Text} text */
+/** Whether a number has its digits written out by String and toFixed. @param {number} value */
+const ordinary = (value) => value === 0 || (Math.abs(value) >= 1e-6 && Math.abs(value) < 1e21);
+
+/**
+ * Numbers as the language writes them. Intl takes longer to begin than the first frame, so it is
+ * asked for the few that are far from 1 alone.
+ * @param {Text} text
+ */
 function addNumbers(text) {
-  const formats = new Map();
-  /** @param {Intl.NumberFormatOptions} options */
-  function format(options) {
-    const key = text.language + JSON.stringify(options);
-    const locale = `${text.language}-u-nu-latn`;
-    if (!formats.has(key))
-      formats.set(key, new Intl.NumberFormat(locale, { useGrouping: false, ...options }));
-    return formats.get(key);
-  }
-  text.number = (value, digits = 2) =>
-    format({ minimumFractionDigits: digits, maximumFractionDigits: digits })
-      .format(Math.abs(value) < 0.5 * 10 ** -digits ? 0 : value)
-      .replace("-", "\u2212");
-  text.short = (value, digits = 4) =>
-    format({ maximumSignificantDigits: digits }).format(value).replace("-", "\u2212");
+  /** @param {string} digits as a program has them */
+  const written = (digits) =>
+    digits
+      .replace(".", decimalMark(text.language))
+      .replace("-", direction(text.language) === "rtl" ? "\u200e\u2212" : "\u2212");
+  /** @param {number} value @param {Intl.NumberFormatOptions} options */
+  const far = (value, options) =>
+    new Intl.NumberFormat("en", { useGrouping: false, ...options }).format(value);
+  text.number = (value, digits = 2) => {
+    const sum = Math.abs(value) < 0.5 * 10 ** -digits ? 0 : value;
+    const options = { minimumFractionDigits: digits, maximumFractionDigits: digits };
+    return written(Math.abs(sum) < 1e21 ? sum.toFixed(digits) : far(sum, options));
+  };
+  text.short = (value, digits = 4) => {
+    const rounded = Number(value.toPrecision(digits));
+    const options = { maximumSignificantDigits: digits };
+    return written(ordinary(rounded) ? String(rounded) : far(value, options));
+  };
   text.read = (typed) => {
-    const plain = typed.trim().replace("\u2212", "-").replace(",", ".");
+    const plain = typed
+      .replace(/[\s\u200e\u200f\u061c]/g, "")
+      .replace(/[\u0660-\u0669\u06f0-\u06f9]/g, (digit) => String(digit.charCodeAt(0) & 15))
+      .replace("\u2212", "-")
+      .replace(/[,\u066b]/, ".");
     return plain === "" ? NaN : Number(plain);
   };
 }
@@ -54,12 +68,16 @@ export function createText() {
   const fill = (key, holes = {}) =>
     (words[key] ?? key).replace(/\{(\w+)\}/g, (hole, name) => holes[name] ?? hole);
   const text = /** @type {Text} */ (fill);
+  /** @type {Map<string, Intl.PluralRules>} */
+  const plurals = new Map();
 
   text.language = "en";
   text.chosen = chosen;
   text.has = (key) => key in words;
   text.count = (key, count, holes = {}) => {
-    const form = `${key}.${new Intl.PluralRules(text.language).select(count)}`;
+    const { language } = text;
+    if (!plurals.has(language)) plurals.set(language, new Intl.PluralRules(language));
+    const form = `${key}.${plurals.get(language)?.select(count)}`;
     return fill(text.has(form) ? form : `${key}.other`, { count, ...holes });
   };
   addNumbers(text);

@@ -184,7 +184,8 @@ function lay(
 export function mountTimebar(element, app) {
   const { store, motion, clock } = app;
   const bag = createBag();
-  const marks = createMarks(app);
+  const marks = createMarks(app, () => explain(bar));
+  /** @type {Bar} */
   const bar = { ...controlsOf(app), app, marks, shown: "" };
   lay(element, bar);
   bag(clock.subscribe(() => show(bar)));

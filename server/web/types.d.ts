@@ -252,6 +252,7 @@ interface Motion {
 interface Clock {
   time: number;
   playing: boolean;
+  framing: boolean;
   waiting: boolean;
   speed: number;
   loop: boolean;

@@ -3,6 +3,7 @@
 // Leaves to others: that what it shows is right (test_*.mjs). `make bench-page` runs it.
 // Invariant: asserts nothing of time; a measurement fails only where an answer is missing or wrong.
 
+import { createServer } from "node:http";
 import { STUDENTS, agents, motion, start, visit } from "./class.mjs";
 import { close, moving } from "./rig.mjs";
 
@@ -17,27 +18,50 @@ const ms = (times) => {
   return { best: Math.round(sorted[0]), median: Math.round(sorted[sorted.length >> 1]), p99: Math.round(sorted[Math.ceil(sorted.length * 0.99) - 1]) };
 };
 
-/** Milliseconds from the navigation's start to the first paint, and to the first frame of another instant than the first. */
-async function opening(rig) {
-  const page = await rig.open({ wait: false, cold: true });
-  const times = await page.evaluate(() => new Promise((resolve) => {
-    const look = () => {
-      if (!(window.pendulumd?.clock.time > 0)) return requestAnimationFrame(look);
-      const moved = performance.now();
-      resolve({ paint: performance.getEntriesByName("first-contentful-paint")[0]?.startTime ?? moved, moved });
-    };
-    look();
-  }));
-  await page.waitForFunction(() => window.pendulumd.motion.stats);
+/** In the page, from its first line on: when the first frame was shown at which `moves` told true. */
+function watch(moves) {
+  const { port1, port2 } = new MessageChannel(); // a message comes when the frame has been made
+  const look = () => {
+    port2.postMessage(null);
+    requestAnimationFrame(look);
+  };
+  port1.onmessage = () => {
+    window.moved ??= moves() ? performance.now() : undefined;
+  };
+  requestAnimationFrame(look);
+}
+
+const seen = (page) => page.evaluate(() => ({ paint: performance.getEntriesByName("first-contentful-paint")[0]?.startTime ?? window.moved, moved: window.moved }));
+
+/** A page as it is opened first, without any of its files: milliseconds from the navigation's start to its first paint, to motion. */
+async function opening(rig, url, moves) {
+  const page = await rig.openAt("about:blank", { path: "", wait: false, cold: true });
+  page.home = new URL(url).origin;
+  await page.addInitScript(`(${watch})(${moves})`);
+  await page.goto(url);
+  await page.waitForFunction(() => window.moved);
+  const times = await seen(page);
+  await page.waitForFunction(() => !("begun" in document.documentElement.dataset) || window.pendulumd.motion.stats);
   await close(page);
   return times;
 }
 
+/** The browser's own part: a document of one line, and as its motion the second frame of a script of one line. */
+const EMPTY = `<!doctype html><html lang="en"><link rel="icon" href="data:,"><title>empty</title><p>One line of text.
+<script>requestAnimationFrame(() => requestAnimationFrame(() => { document.body.dataset.second = ""; }))</script>`;
+
 export async function the_page_opens(rig) {
-  const rounds = [];
-  for (let i = 0; i < ROUNDS; i++) rounds.push(await opening(rig));
-  const [paint, moved] = ["paint", "moved"].map((key) => ms(rounds.map((round) => round[key])));
-  return `first paint: best ${paint.best}, median ${paint.median} ms; first motion: best ${moved.best}, median ${moved.median} ms of ${ROUNDS}`;
+  const empty = createServer((_, answer) => answer.setHeader("Content-Type", "text/html").end(EMPTY));
+  await new Promise((resolve) => empty.listen(0, "127.0.0.1", resolve));
+  const pages = [["", rig.url, "() => window.pendulumd?.clock.time > 0"],
+    ["an empty page: ", `http://127.0.0.1:${empty.address().port}`, "() => 'second' in document.body.dataset"]];
+  const rounds = pages.map(() => []);
+  for (let i = 0; i < ROUNDS; i++) for (const [which, [, url, moves]] of pages.entries()) rounds[which].push(await opening(rig, url, moves));
+  empty.close();
+  return pages.map(([name], which) => {
+    const [paint, moved] = ["paint", "moved"].map((key) => ms(rounds[which].map((round) => round[key])));
+    return `${name}first paint: best ${paint.best}, median ${paint.median} ms; first motion: best ${moved.best}, median ${moved.median} ms of ${ROUNDS}`;
+  }).join("; ");
 }
 
 /** A comb of so many arms, half of them a chain. */
