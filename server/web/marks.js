@@ -124,6 +124,7 @@ export function createMarks(app, drawn) {
     count: () => slack,
     /** @param {string} what */
     follow(what) {
+      if (what === "begin") slack = 0;
       if (what !== "preview") later();
     },
     destroy() {

@@ -116,3 +116,28 @@ export async function a_number_that_is_shown_as_nothing_has_no_sign(rig) {
   assert.deepEqual(shown, ["0.0", "0.0", "0.0", "\u22120.1", "0.0", "NaN"]);
   await close(page);
 }
+
+export async function numbers_are_written_as_each_language_has_them(rig) {
+  const page = await rig.open();
+  const odd = await page.evaluate(async (languages) => {
+    const { text } = pendulumd;
+    const values = [0, 1, -1, 0.5, -12.25, 1234567.891, 9.81, 1e-3, 4e-6, 3.2e-9, -7.5e-12, 6.02e23, Infinity, 0.1 + 0.2, 99.996, 2e-5];
+    const found = [];
+    for (const language of languages) {
+      await text.use(language);
+      const by = (options) => new Intl.NumberFormat(`${language}-u-nu-latn`, { useGrouping: false, ...options });
+      for (const value of values) for (const digits of [1, 2, 3, 4, 6]) {
+        const pairs = [[text.short(value, digits), by({ maximumSignificantDigits: digits }).format(value)],
+          [text.number(value, digits), by({ minimumFractionDigits: digits, maximumFractionDigits: digits }).format(Math.abs(value) < 0.5 * 10 ** -digits ? 0 : value)]];
+        for (const [got, wanted] of pairs) if (got !== wanted.replace("-", "\u2212")) found.push([language, value, digits, got, wanted]);
+        if (Number.isFinite(value) && Math.abs(text.read(text.short(value, 6)) - value) > 1e-5 * Math.abs(value)) found.push([language, "read", value]);
+      }
+    }
+    const typed = ["\u200e\u221245", "\u0664\u0665\u066b\u0665", " 1,5 ", "\u06f1\u06f2", "", "1 000", "x"].map((words) => text.read(words));
+    await text.use("en");
+    return { found, typed };
+  }, Object.keys(LANGUAGES));
+  assert.deepEqual(odd.found, []);
+  assert.deepEqual(odd.typed, [-45, 45.5, 1.5, 12, NaN, 1000, NaN]);
+  await close(page);
+}
