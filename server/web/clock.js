@@ -1,7 +1,7 @@
 // The only clock of the page: stage, plots and thumbnails follow it.
 // Leaves to others: what there is to see at a time (motion.js).
 // Invariant: 0 <= time <= available <= duration; while it plays, subscribers are called once a
-// frame.
+// frame, and never while the page is hidden: it goes on from where it was.
 
 /**
  * What keeps the clock going: the frame that is asked for, when the last one was, where to go on
@@ -17,7 +17,7 @@ function tell({ clock, listeners }) {
 
 /** @param {Works} works */
 function schedule(works) {
-  if (!works.frame && works.clock.playing)
+  if (!works.frame && works.clock.playing && !document.hidden)
     works.frame = requestAnimationFrame((now) => tick(works, now));
 }
 
@@ -52,6 +52,14 @@ function advance({ clock, goal }, seconds) {
     clock.time = clock.available;
     clock.playing = false;
   }
+}
+
+/** The page has gone out of sight, or come back. @param {Works} works */
+function turn(works) {
+  cancelAnimationFrame(works.frame);
+  works.frame = 0;
+  works.last = 0;
+  schedule(works);
 }
 
 /** @param {Works} works */
@@ -147,5 +155,6 @@ export function createClock() {
     },
   };
   works.clock = clock;
+  document.addEventListener("visibilitychange", () => turn(works));
   return clock;
 }

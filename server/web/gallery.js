@@ -158,7 +158,7 @@ function begin(gallery) {
 
 /** @param {Gallery} gallery */
 function draw(gallery) {
-  if (!gallery.shown || !gallery.cards.size) return;
+  if (!gallery.shown || !gallery.cards.size || document.hidden) return;
   gallery.drawn = performance.now();
   const colours = (gallery.colours ??= readPictureColours());
   for (const { picture, seen } of gallery.cards.values()) {
@@ -232,6 +232,7 @@ function mount(element, app) {
   const { bag, stop, sight } = gallery;
   const late = () => performance.now() - gallery.drawn > FRAME_MS;
   bag(clock.subscribe(() => (!clock.playing || late()) && draw(gallery)));
+  bag.on(document, "visibilitychange", () => draw(gallery));
   bag(store.subscribe(() => mark(gallery)));
   bag(
     theme.subscribe(() => {

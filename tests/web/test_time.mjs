@@ -165,3 +165,34 @@ export async function a_long_run_moves_before_it_is_whole(rig) {
   await page.waitForSelector(".notice", { state: "hidden" });
   await close(page);
 }
+
+export async function a_page_that_is_hidden_asks_for_no_frame_and_goes_on_from_where_it_was(rig) {
+  const page = await rig.open();
+  await page.waitForFunction(() => pendulumd.motion.stats && pendulumd.clock.time > 0 && document.querySelectorAll(".preset").length > 10);
+  await drawn(page);
+  await page.evaluate(() => {
+    window.counts = { frames: 0, pictures: 0 };
+    const native = window.requestAnimationFrame;
+    window.requestAnimationFrame = (fn) => { window.counts.frames++; return native(fn); };
+    const { clearRect } = CanvasRenderingContext2D.prototype;
+    CanvasRenderingContext2D.prototype.clearRect = function (...box) { window.counts.pictures++; return clearRect.apply(this, box); };
+    window.turn = (hidden) => {
+      Object.defineProperty(document, "hidden", { configurable: true, get: () => hidden });
+      document.dispatchEvent(new Event("visibilitychange"));
+      return pendulumd.clock.time;
+    };
+  });
+  const left = await page.evaluate(() => {
+    const at = window.turn(true);
+    Object.assign(window.counts, { frames: 0, pictures: 0 });
+    pendulumd.clock.pause();
+    pendulumd.clock.play();
+    return at;
+  });
+  await page.waitForTimeout(500);
+  assert.deepEqual(await page.evaluate(() => [window.counts, pendulumd.clock.time, pendulumd.clock.playing]), [{ frames: 1, pictures: 1 }, left, true],
+    "the stage's picture of a clock that was stopped, which a browser keeps until it is seen");
+  await page.evaluate(() => window.turn(false));
+  await page.waitForFunction((time) => pendulumd.clock.time > time, left);
+  await close(page);
+}
