@@ -134,7 +134,8 @@ void srv_assets_oembed(struct srv_exchange *exchange) {
 }
 
 void srv_assets_room(struct srv_exchange *exchange) {
-    static const char page[] = "/?room=";
+    /* relative to /CODE: a proxy may have put the page below a path of its own */
+    static const char page[] = "./?room=";
     char *location = srv_exchange_text(exchange, sizeof page + SRV_CLASS_CODE);
     if (!location) return;
     strcpy(location, page);

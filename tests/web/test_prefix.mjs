@@ -54,6 +54,10 @@ export async function the_page_works_under_a_path_that_a_proxy_gives_it(rig) {
   assert.equal(page.url(), `${proxy.url}${PATH}/docs`);
   await page.goto(`${proxy.url}${PATH}/`);
   await moving(page);
+  // no room has this code: the page opens all the same, and says so
+  await page.goto(`${proxy.url}${PATH}/PK7TR`);
+  assert.equal(page.url(), `${proxy.url}${PATH}/?room=PK7TR`);
+  await moving(page);
   assert.deepEqual(proxy.strayed, [], "nothing is asked for beside the path");
   proxy.stop();
   await page.goto(`${proxy.url}${PATH}/?length=1&theta=45`);

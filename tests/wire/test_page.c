@@ -48,10 +48,14 @@ TEST(the_code_of_a_room_leads_to_the_page_in_it_and_nothing_else_does) {
         const char *method, *path;
         int status;
         const char *to;
-    } row[] = {{"GET", "/PK7TR", 302, "/?room=PK7TR"},  {"GET", "/pk7tr", 302, "/?room=PK7TR"},
-               {"HEAD", "/PK7TR", 302, "/?room=PK7TR"}, {"GET", "/PK7T", 404, NULL},
-               {"GET", "/PK7TRR", 404, NULL},           {"GET", "/PK1TR", 404, NULL},
-               {"GET", "/PK7TR/", 404, NULL},           {"POST", "/PK7TR", 405, NULL},
+    } row[] = {{"GET", "/PK7TR", 302, "./?room=PK7TR"},
+               {"GET", "/pk7tr", 302, "./?room=PK7TR"},
+               {"HEAD", "/PK7TR", 302, "./?room=PK7TR"},
+               {"GET", "/PK7T", 404, NULL},
+               {"GET", "/PK7TRR", 404, NULL},
+               {"GET", "/PK1TR", 404, NULL},
+               {"GET", "/PK7TR/", 404, NULL},
+               {"POST", "/PK7TR", 405, NULL},
                {"POST", "/nowhere", 404, NULL}};
     struct test_reply reply;
     struct test_server *server = test_server_start(NULL);
