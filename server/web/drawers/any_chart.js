@@ -59,9 +59,10 @@ function follow(any) {
   const { motion, clock, text } = app;
   if (!any.shown || !columns.length || !motion.count) return;
   any.row = Math.min(Math.round(clock.time / motion.doc.span.step), motion.count - 1);
-  const values = (/** @type {number} */ row) => [0, any.x, any.y].map((k) => columns[k].value(row));
-  const [, x, y] = values(any.row);
-  portrait.at(x, y);
+  // the time comes first, unless it is one of the two
+  const told = [...new Set([0, any.x, any.y])];
+  const values = (/** @type {number} */ row) => told.map((k) => columns[k].value(row));
+  portrait.at(columns[any.x].value(any.row), columns[any.y].value(any.row));
   const line = (/** @type {string} */ name, /** @type {number[]} */ list) =>
     h(
       "tr",
@@ -82,7 +83,7 @@ function follow(any) {
       ),
     );
   }
-  const head = [0, any.x, any.y].map((k) => h("th", { scope: "col" }, columns[k].head));
+  const head = told.map((k) => h("th", { scope: "col" }, columns[k].head));
   table.replaceChildren(
     h("table", {}, h("thead", {}, h("tr", {}, h("td", {}), ...head)), h("tbody", {}, ...rows)),
   );
