@@ -331,11 +331,16 @@ void test_reply_clear(struct test_reply *reply) {
     *reply = (struct test_reply){0};
 }
 
-/* moves the first `count` bytes out of the client to the end of the body */
+/* Moves the first `count` bytes out of the client to the end of the body. Its room doubles: under
+ * a sanitizer each realloc copies all that came before. */
 static int body_take(struct test_client *client, struct test_reply *reply, size_t count) {
-    char *larger = realloc(reply->body, reply->body_bytes + count + 1);
-    if (!larger) return 0;
-    reply->body = larger;
+    size_t room = reply->body_bytes + count + 1;
+    if (room > reply->body_cap) {
+        char *larger = realloc(reply->body, 2 * room);
+        if (!larger) return 0;
+        reply->body = larger;
+        reply->body_cap = 2 * room;
+    }
     memcpy(reply->body + reply->body_bytes, client->data, count);
     reply->body[reply->body_bytes += count] = 0;
     client_drop(client, count);

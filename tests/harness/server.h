@@ -75,7 +75,7 @@ struct test_reply {
     char *head;    /* owns names and values */
     char *trailer; /* lines behind the last chunk, each with its CR LF; NULL = none */
     char *body;    /* a NUL stands behind it; "" when there is none, even when no reply came */
-    size_t body_bytes;
+    size_t body_bytes, body_cap;
 };
 
 struct test_client {
