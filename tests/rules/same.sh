@@ -1,7 +1,8 @@
 #!/bin/bash
 # Sources give the same bytes in whatever directory, under whatever clock, language and rights they are built.
 # usage: same.sh BUILD
-# A few objects of each kind stand for all: C, C++, a kernel (for the base instruction set), what is generated, and the page.
+# A few objects of each kind stand for all: C, C++, a kernel (for the base instruction set), what is generated, and the page. The
+# engine for browsers is made once, elsewhere, and compared with the one of this directory, which the first page has.
 # Leaves to others: fetching what the page is made with (fetch.sh). Invariant: writes into a directory of its own in build/ only.
 set -u
 cd "$(dirname "$0")/../.." || exit
@@ -12,19 +13,20 @@ objects=({core/tree/tree,core/simd/kernel_sincos.base,api/number/number_write,ap
 # what the archive has of the core; all of it would take a minute
 few='CORE=$(B)/core/tree/tree.o $(B)/core/simd/kernel_sincos.base.o'
 
-# directory, settings of its environment
+# directory, settings of its environment; old: what make is to leave as it lies there
 built() {
     mkdir -p "$1/build" && cp -r Makefile core api server docker "$1" && cp -r build/web "$1/build" || return
     rm -rf "$1"/build/web/{assets.*,bundled,bundles} "$1"/server/web/node_modules
-    env "${@:2}" CCACHE_DISABLE=1 make --no-print-directory -C "$1" "$few" "${objects[@]/#/build/release/}" build/web/assets.o
+    [ -n "$old" ] || rm "$1/build/web/engine.wasm"
+    env "${@:2}" CCACHE_DISABLE=1 make --no-print-directory -C "$1" $old "$few" "${objects[@]/#/build/release/}" build/web/assets.o
 }
 log=$root.log
-{ built "$root/one" TZ=UTC LC_ALL=C && sleep 1.1 &&
-    (umask 077; built "$root/another one, elsewhere" TZ=Pacific/Auckland LC_ALL=C.UTF-8); } > "$log" 2>&1 ||
+{ old='-o build/web/engine.wasm' built "$root/one" TZ=UTC LC_ALL=C && sleep 1.1 &&
+    (umask 077; old='' built "$root/another one, elsewhere" TZ=Pacific/Auckland LC_ALL=C.UTF-8); } > "$log" 2>&1 ||
     { failed=1; tail -n 20 "$log"; echo 'FAIL the two builds'; }
 rm -f "$log"
 
-for object in "${objects[@]/#/build/release/}" build/web/assets.o; do
+for object in "${objects[@]/#/build/release/}" build/web/engine.wasm build/web/assets.o; do
     if cmp "$root/one/$object" "$root/another one, elsewhere/$object"; then
         passed=$((passed + 1))
     else
