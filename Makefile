@@ -85,6 +85,8 @@ ISA_ASKS.avx2 := avx2 fma bmi2
 ISA_ASKS.avx512 := avx512f avx512dq avx512bw avx512vl avx512cd
 ISA_IDLE := $(if $(filter asan tsan,$(MODE)),$(strip $(foreach isa,$(filter-out base,$(ISAS)), \
 	$(if $(filter-out $(shell grep -m 1 '^flags' /proc/cpuinfo),$(ISA_ASKS.$(isa))),$(isa)))))
+# Under the thread sanitizer servers alone run, which take the best of the sets that are here.
+ISA_IDLE := $(if $(filter tsan,$(MODE)),$(filter-out $(lastword $(filter-out $(ISA_IDLE),$(ISAS))),$(ISAS)),$(ISA_IDLE))
 
 objects = $(patsubst %,$(B)/%.o,$(basename $(filter-out $(KERNELS),$(wildcard $(addprefix $(1)/,*.c *.cpp */*.c */*.cpp)))))
 CORE := $(call objects,core) $(foreach isa,$(ISAS),$(KERNELS:%.c=$(B)/%.$(isa).o))
@@ -95,6 +97,8 @@ HARNESS := $(call objects,tests/harness)
 # one test program a room: build/MODE/tests/core/run and so on
 WRAP := -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc
 WRAP += -Wl,--wrap=pwrite64,--wrap=fsync,--wrap=fdatasync,--wrap=ftruncate64
+# a test is told to be one of several threads, which alone the thread sanitizer is asked about
+WRAP += -Wl,--wrap=pthread_create
 # how often a request is read is counted
 WRAP.server := -Wl,--wrap=api_request_read,--wrap=srv_store_claim
 QUADMATH := $(if $(filter x86_64 i%86,$(ARCH)),-lquadmath)

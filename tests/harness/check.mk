@@ -4,9 +4,9 @@
 # Invariant: a job that fails, crashes or cannot start is counted as failed and the others go on.
 ROOMS := core laws api server wire fuzz
 # in this order they are begun as soon as what they need is there: builds, what others need or what takes long, the rest
-ALL := build-release build-tsan build-asan release-core release-api tsan-wire release-wire web asan-wire valgrind-core \
-	valgrind-api tsan-server asan-core asan-server valgrind-server valgrind-laws valgrind-fuzz drill histories school release-server clients equations asan-laws layers valgrind-wire readback \
-	asan-fuzz asan-api base-core base-api replies examples deploy nginx restart operators crates release-laws release-fuzz engine openapi layout measures mirror types words tour clang install same instructions hardened packages docs fetch image
+ALL := build-release build-tsan build-asan release-core release-api tsan-wire release-wire web release-server asan-wire valgrind-core \
+	valgrind-api asan-core asan-server same tsan-server valgrind-server valgrind-laws valgrind-fuzz drill histories school clients equations asan-laws layers valgrind-wire readback \
+	asan-fuzz asan-api base-core base-api replies examples deploy nginx restart operators crates release-laws release-fuzz engine openapi layout measures mirror types words tour clang install instructions hardened packages docs fetch image
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
 job = @tests/harness/job.sh $@
 
@@ -42,8 +42,12 @@ $(ROOMS:%=asan-%): asan-%: build-asan
 
 # the thread sanitizer of gcc 12 cannot bear the address randomization of newer kernels
 FIXED := $(shell setarch $$(uname -m) -R echo setarch $$(uname -m) -R 2>/dev/null)
-tsan-server tsan-wire: tsan-%: build-tsan
+tsan-wire: tsan-%: build-tsan
 	$(job) $(LANES.$*) $(FIXED) build/tsan/tests/$*/run $(SLOWED.$@)
+# Of the server's tests those that begin a thread, which the release run tells where it is one of the jobs: one thread has no race.
+THREADED := $(if $(filter release-server,$(JOBS)),build/check/release-server.log) /dev/null
+tsan-server: build-tsan $(filter release-server,$(JOBS))
+	$(job) $(LANES.server) $(FIXED) build/tsan/tests/server/run $$(sed -nE 's/^ok +([^ ]+) \(.*, threads\)$$/=\1/p' $(THREADED))
 
 # without names: the tests that took little time in the release run
 VALGRIND.wire := =every_route_answers =requests_that_cannot_be_answered_are_refused_with_their_problem \

@@ -1,6 +1,7 @@
 #include "tests/harness/test.h"
 
 #include <math.h>
+#include <pthread.h>
 #include <stdarg.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -20,6 +21,27 @@ static atomic_int test_checks, test_faults;
 static int test_skipped, test_list_residuals;
 static const char *test_running;
 int test_lane;
+
+/* What processes share that run tests side by side. */
+enum { LANES = 8 };
+static struct test_share {
+    atomic_int next;           /* of the tests that are wanted, the first that nobody has taken */
+    atomic_int ended[3];       /* tests that passed, failed, were skipped */
+    atomic_int threads[LANES]; /* that were begun in the test that runs, by its processes too */
+    _Atomic(const struct test_case *) at[LANES]; /* what each runs; NULL = it has ended */
+} * test_share;
+
+/* the program's own calls come here (Makefile, WRAP) */
+int __real_pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*run)(void *),
+                          void *context);
+int __wrap_pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*run)(void *),
+                          void *context);
+
+int __wrap_pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*run)(void *),
+                          void *context) {
+    test_share->threads[test_lane]++;
+    return __real_pthread_create(thread, attributes, run, context);
+}
 
 void test_register(struct test_case *test) {
     *test_last = test;
@@ -100,6 +122,7 @@ static int test_run(const struct test_case *test) {
     atomic_store(&test_checks, 0);
     atomic_store(&test_faults, 0);
     test_skipped = 0;
+    test_share->threads[test_lane] = 0;
     test_running = test->name;
     double worked = test_processor_seconds();
     clock_gettime(CLOCK_MONOTONIC, &begin);
@@ -111,8 +134,9 @@ static int test_run(const struct test_case *test) {
     int failed = test_faults || !test_checks;
     double seconds =
         (double)(end.tv_sec - begin.tv_sec) + 1e-9 * (double)(end.tv_nsec - begin.tv_nsec);
-    printf("%s %s (%.2f s, %.2f s of processors)\n", failed ? "FAIL" : "ok  ", test->name, seconds,
-           test_processor_seconds() - worked);
+    printf("%s %s (%.2f s, %.2f s of processors%s)\n", failed ? "FAIL" : "ok  ", test->name,
+           seconds, test_processor_seconds() - worked,
+           test_share->threads[test_lane] ? ", threads" : "");
     fflush(stdout);
     return failed;
 }
@@ -154,47 +178,39 @@ static int test_unknown(char **words, int count) {
     return unknown;
 }
 
-/* What processes share that run tests side by side. */
-enum { LANES = 8 };
-struct test_share {
-    atomic_int next;     /* of the tests that are wanted, the first that nobody has taken */
-    atomic_int ended[3]; /* tests that passed, failed, were skipped */
-    _Atomic(const struct test_case *) at[LANES]; /* what each runs; NULL = it has ended */
-};
-
 /* runs the tests that no other process has taken */
-static void test_lane_run(struct test_share *share, char **words, int count) {
-    int place = 0, mine = share->next++;
+static void test_lane_run(char **words, int count) {
+    int place = 0, mine = test_share->next++;
     for (const struct test_case *test = test_first; test; test = test->next) {
         if (!test_wanted(test, words, count) || place++ != mine) continue;
-        share->at[test_lane] = test;
-        share->ended[test_run(test)]++;
-        mine = share->next++;
+        test_share->at[test_lane] = test;
+        test_share->ended[test_run(test)]++;
+        mine = test_share->next++;
     }
-    share->at[test_lane] = NULL;
+    test_share->at[test_lane] = NULL;
 }
 
 /* Runs them in so many processes. One that breaks off, or in which a sanitizer found something at
  * the end, counts as one failure, and the others go on. */
-static void test_lanes_run(struct test_share *share, int lanes, char **words, int count) {
+static void test_lanes_run(int lanes, char **words, int count) {
     pid_t pid[LANES];
     fflush(stdout);
     for (int i = 0; i < lanes; i++) {
         pid[i] = fork();
         if (pid[i]) continue;
         test_lane = i;
-        test_lane_run(share, words, count);
+        test_lane_run(words, count);
         exit(0);
     }
     for (int i = 0; i < lanes; i++) {
         int status = -1;
         int ended = pid[i] > 0 && waitpid(pid[i], &status, 0) == pid[i];
-        const struct test_case *test = share->at[i];
+        const struct test_case *test = test_share->at[i];
         // one that ends with 0 in the middle of a test has told nothing of it
         if (ended && !status && !test) continue;
         printf("FAIL %s ended its process: status %d\n", test ? test->name : "the end of all",
                status);
-        share->ended[1]++;
+        test_share->ended[1]++;
     }
 }
 
@@ -204,16 +220,17 @@ static void test_lanes_run(struct test_share *share, int lanes, char **words, in
 int main(int argc, char **argv) {
     const char *tolerance = getenv("TOL"), *wanted = getenv("TEST_LANES");
     int lanes = wanted ? atoi(wanted) : 1;
-    struct test_share *share =
-        mmap(NULL, sizeof *share, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    if (share == MAP_FAILED) return 1;
-    share->ended[1] = test_unknown(argv + 1, argc - 1);
+    test_share =
+        mmap(NULL, sizeof *test_share, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (test_share == MAP_FAILED) return 1;
+    test_share->ended[1] = test_unknown(argv + 1, argc - 1);
     test_list_residuals = tolerance && !strcmp(tolerance, "0");
     if (lanes > 1)
-        test_lanes_run(share, lanes < LANES ? lanes : LANES, argv + 1, argc - 1);
+        test_lanes_run(lanes < LANES ? lanes : LANES, argv + 1, argc - 1);
     else
-        test_lane_run(share, argv + 1, argc - 1);
-    int passed = share->ended[0], failed = share->ended[1], skipped = share->ended[2];
+        test_lane_run(argv + 1, argc - 1);
+    int passed = test_share->ended[0], failed = test_share->ended[1],
+        skipped = test_share->ended[2];
     printf("%d passed, %d failed", passed, failed);
     printf(skipped ? ", %d skipped\n" : "\n", skipped);
     return failed > 0 || passed + failed == 0;
