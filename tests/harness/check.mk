@@ -37,6 +37,16 @@ SLOWED := -=results_of_a_job_are_those_of_a_request_bit_for_bit -=a_job_says_how
 	-=a_job_is_forgotten_when_it_was_kept_for_its_time -=each_role_may_what_it_may -=each_bad_key_has_its_status_and_its_sentence
 SLOWED.asan-wire := $(SLOWED) -=downloads_bear_a_database_that_falls_silent_or_goes_and_nobody_else_waits
 SLOWED.tsan-wire := $(SLOWED)
+# Digits and statistics of many motions: release and base look at the numbers. They run no line and no branch of core that the
+# others here do not run too (gcov, for each instruction set), so the address sanitizer would look at the same accesses again.
+SLOWED.asan-core := -=horizon_of_random_trees_is_seldom_late_and_never_by_a_tenth -=modes_vectors_of_equal_arms \
+	-=modes_vectors_of_seven_kinds_of_600_arms -=orbits_switch_through_a_cascade_of_doublings_as_feigenbaum_says \
+	-=section_finds_as_many_passages_as_a_fine_look_at_the_motion
+SLOWED.asan-laws := -=law_the_driven_damped_pendulum_doubles_its_period_where_its_multiplier_is_minus_1 \
+	-=law_the_pendulum_of_baker_and_gollub_goes_to_chaos_and_back -=tolerances_bound_the_error_of_a_run \
+	-=tolerances_can_be_the_tightest_of_a_method -=whole_turns_of_a_free_spin_add_up \
+	-=the_balance_of_energy_holds_over_a_thousand_seconds_with_everything_on \
+	-=law_fast_form_is_the_matrix_form_for_random_trees_of_200_arms -=law_an_arm_stands_upside_down_from_kapitzas_threshold_on
 $(ROOMS:%=asan-%): asan-%: build-asan
 	$(job) $(LANES.$*) build/asan/tests/$*/run $(SLOWED.$@)
 
