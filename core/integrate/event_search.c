@@ -72,13 +72,14 @@ static void search_series(const struct event_search *search, const struct event_
     }
 }
 
-/* true if the quantity is at the level or above it from the start on */
-static int search_above(const struct roots_path *path, double size) {
+/* whether the quantity is above the level from the start on; negative if it stays at the level, but
+ * for rounding */
+static int search_side(const struct roots_path *path, double size) {
     double slack = start_slack * size;
     if (fabs(path->base + path->low) > slack) return path->base + path->low > 0;
     for (int j = 1; j <= path->degree; j++)
         if (fabs(path->a[j]) > slack) return path->a[j] > 0;
-    return 1;
+    return -1;
 }
 
 /* true if the path cannot leave the side of the level that it is known to be on */
@@ -149,7 +150,9 @@ static void search_look(struct event_search *search, const struct event_step *st
         path.base = series[0] - (side - turns);
         path.low = low;
         while (path.degree > 1 && path.a[path.degree] == 0) path.degree--;
-        if (first) watch->above[lower] = search_above(&path, fabs(series[0]) + fabs(side));
+        if (first || watch->above[lower] < 0)
+            watch->above[lower] = search_side(&path, fabs(series[0]) + fabs(side));
+        if (watch->above[lower] < 0) continue;
         search_cross(search, event, lower, &watch->above[lower], &path, from, step->length);
     }
 }

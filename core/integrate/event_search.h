@@ -14,7 +14,9 @@ enum { EVENT_HITS = 2 * (PEND_ROOTS_DEGREE + 1) };
 
 /* What is known of a condition between the steps of a motion. */
 struct event_watch {
-    int above[2]; /* the quantity is at its level or above; of the upper and the lower bound */
+    /* Of the upper and the lower bound: the quantity is at its level or above; negative while it
+     * has been at the level since the start. */
+    int above[2];
     long told;
 };
 

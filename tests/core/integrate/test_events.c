@@ -205,6 +205,50 @@ TEST(events_of_a_bound_go_out_and_in_on_both_sides_and_may_end_the_motion) {
     pend_tree_free(&t.tree);
 }
 
+/* what is at its value from the start on, but for rounding, has not come to it */
+TEST(events_are_none_while_a_quantity_stays_where_it_began) {
+    static struct test_passages found;
+    unsigned long long seed = 8;
+    struct test_tree t;
+    test_tree_random(&t, TEST_TREE_CHAIN, 2, 0.3, &seed);
+    struct pend_problem motion = {.tree = t.tree,
+                                  .loads = *TEST_LOADS(9.81),
+                                  .phi = t.phi,
+                                  .rate = t.rate,
+                                  .times = {.count = 1, .divisor = 1}};
+    struct test_record start;
+    test_record(&start, "taylor", &motion);
+    double energy = start.samples.kinetic[0] + start.samples.potential[0];
+    test_record_clear(&start);
+    // the far end of the second arm from the first one's, and the energy of what loses none
+    struct pend_event event[] = {
+        {PEND_QUANTITY_DISTANCE, 0, 1, t.tree->len[1], 0, PEND_WAY_UP | PEND_WAY_DOWN, MOST, 0},
+        {PEND_QUANTITY_ENERGY, 0, 0, energy, 0, PEND_WAY_UP | PEND_WAY_DOWN, MOST, 0},
+    };
+    struct pend_events_problem problem = problem_of(&t, TEST_LOADS(9.81), 2, event);
+    problem.duration = 3;
+    search(&found, &problem, 1);
+    CHECK_INT(found.count, 0);
+    test_tree_clear(&t);
+    // upright, from where it falls after a while, and comes by again
+    const double length = 1, mass = 1;
+    const int parent = -1;
+    double phi = M_PI_2, rate = 0;
+    struct test_tree up = {.n = 1, .phi = &phi, .rate = &rate};
+    REQUIRE(pend_tree_new(&up.tree, 1, &length, &mass, &parent, NULL) == PEND_OK);
+    struct pend_event top = {PEND_QUANTITY_PHI, 0, 0, phi, 0, PEND_WAY_UP | PEND_WAY_DOWN, MOST, 0};
+    problem = problem_of(&up, TEST_LOADS(9.81), 1, &top);
+    problem.duration = 12;
+    search(&found, &problem, 1);
+    CHECK_SAYING(!found.count, "%d passages, the first at %g s", found.count, found.hit[0].time);
+    struct pend_event below = top;
+    below.level = -1;
+    problem.event = &below, problem.duration = 20;
+    search(&found, &problem, 1);
+    CHECK(found.count >= 1 && found.hit[0].time > 1);
+    pend_tree_free(&up.tree);
+}
+
 TEST(events_that_make_no_sense_are_refused_and_memory_may_be_short) {
     unsigned long long seed = 5;
     struct test_tree t;
