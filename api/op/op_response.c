@@ -20,8 +20,9 @@
 enum { OMEGA, FREQUENCY, FIRST_PART };
 static const double pi = 3.14159265358979323846;
 
-/* s an arm and frequency; s a cube of arms, of all poles; rad, beyond which swings are not small */
-static const double sweep_seconds = 6e-7, pole_seconds = 2.5e-7, swing_most = 0.3;
+/* s an arm and frequency; s a cube of arms, of all poles; rad, beyond which swings are not small;
+ * part of the speed of dry friction or of the air, beyond which they are not in proportion to it */
+static const double sweep_seconds = 6e-7, pole_seconds = 2.5e-7, swing_most = 0.3, rub_most = 0.3;
 
 /* the columns of each output: names of their amplitude and phase, and what they are of */
 static const struct {
@@ -54,9 +55,10 @@ struct response {
     double *couple;                                                   /* 2 n: of the drive */
     long computed, written, unknown; /* rows; of these with no finite answer */
     double swing, swing_at;          /* rad, the largest; rad/s */
+    double rub, rub_at;              /* part of the speed up to which friction is linear; rad/s */
     struct api_writer *writer;
     struct api_stats stats;
-    char warning[3][API_WARNING_TEXT];
+    char warning[4][API_WARNING_TEXT];
 };
 
 static void response_free(void **state) {
@@ -230,6 +232,27 @@ static void response_swing(const struct response *response, size_t from, int def
     }
 }
 
+/* How fast a joint turns or a tip goes, over the speed up to which its dry friction, or its drag by
+ * the square of the speed, is as the response takes it: the larger; 0 where there is neither. */
+static double response_rub(const struct response *response, int k, size_t from, double omega) {
+    const struct api_tree *tree = &response->asked.tree;
+    const struct pend_loads *loads = &tree->loads;
+    if (!loads->terms) return 0;
+    int holder = pend_terms_holder(loads->terms, tree->tree->parent, k);
+    size_t at = from + (size_t)k, on = from + (size_t)(holder < 0 ? 0 : holder);
+    const double *re = response->re[PEND_RESPONSE_ANGLE], *im = response->im[PEND_RESPONSE_ANGLE];
+    double x = re[at] - (holder < 0 ? 0 : re[on]), y = im[at] - (holder < 0 ? 0 : im[on]);
+    double turn = omega * hypot(x, y), rub = 0;
+    double way =
+        omega * hypot(hypot(response->re[PEND_RESPONSE_X][at], response->im[PEND_RESPONSE_X][at]),
+                      hypot(response->re[PEND_RESPONSE_Y][at], response->im[PEND_RESPONSE_Y][at]));
+    if (pend_terms_get(loads->terms, loads->value, PEND_TERM_FRICTION, k) > 0)
+        rub = turn / pend_terms_get(loads->terms, loads->value, PEND_TERM_FRICTION_SPEED, k);
+    if (pend_terms_get(loads->terms, loads->value, PEND_TERM_DRAG_QUADRATIC, k) > 0)
+        rub = fmax(rub, way / pend_terms_get(loads->terms, loads->value, PEND_TERM_DRAG_SPEED, k));
+    return rub;
+}
+
 /* the numbers of a row from lane `lane` */
 static void response_row(struct response *response, long row, int lane, int defined,
                          const struct pend_response_drive *drive) {
@@ -248,9 +271,10 @@ static void response_row(struct response *response, long row, int lane, int defi
     for (size_t k = cart; k < n && defined; k++) {
         double swing = hypot(response->re[PEND_RESPONSE_ANGLE][from + k],
                              response->im[PEND_RESPONSE_ANGLE][from + k]);
-        if (swing <= response->swing) continue;
-        response->swing = swing;
-        response->swing_at = response->column[OMEGA][row];
+        double omega = response->column[OMEGA][row],
+               rub = response_rub(response, (int)k, from, omega);
+        if (swing > response->swing) response->swing = swing, response->swing_at = omega;
+        if (rub > response->rub) response->rub = rub, response->rub_at = omega;
     }
     if (!response->asked.output[API_RESPONSE_TRANSMISSIBILITY]) return;
     // a pivot that is shaken is on no cart
@@ -294,6 +318,16 @@ static enum pend_status response_write(struct response *response, struct api_buf
     return api_writer_block(response->writer, rows, data, out, error);
 }
 
+static void response_tell_rub(struct response *response) {
+    if (!response->asked.given || response->rub <= rub_most) return;
+    snprintf(response->warning[3], API_WARNING_TEXT,
+             "at omega = %.6g rad/s a joint or a tip moves at %.3g times the speed below which its "
+             "dry friction or quadratic drag is linear: the motion itself is another there. "
+             "Integrate it or lessen the drive.",
+             response->rub_at, response->rub);
+    api_stats_warning(&response->stats, "warning_friction", response->warning[3]);
+}
+
 static void response_tell(struct response *response, const struct api_turn *turn) {
     struct api_stats *stats = &response->stats;
     double seconds = api_turn_seconds(turn);
@@ -315,6 +349,7 @@ static void response_tell(struct response *response, const struct api_turn *turn
                  "it.");
         api_stats_warning(stats, "warning_stability", response->warning[1]);
     }
+    response_tell_rub(response);
     if (!response->asked.given || response->swing <= swing_most) return;
     snprintf(response->warning[2], API_WARNING_TEXT,
              "an arm swings by %.3g rad at omega = %.6g rad/s: a linear response holds for small "

@@ -153,6 +153,28 @@ TEST(response_warns_of_what_is_not_small_and_of_what_does_not_stand) {
     reply = test_post(API_OP_RESPONSE,
                       "{" ONE ",\"drive\":{\"torque\":{\"arm\":1,\"amplitude\":9}},\"omega\":[1]}");
     CHECK(strstr(reply.out.data, "an arm swings by 0.511 rad at omega = 1 rad/s") != NULL);
+    CHECK(!strstr(reply.out.data, "dry friction"));
+    test_reply_free(&reply);
+    // the linear part of dry friction holds the arm to nearly the friction's speed
+    reply = test_post(API_OP_RESPONSE, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],"
+                                       "\"friction\":[{\"torque\":1,\"speed\":0.01}]},"
+                                       "\"drive\":{\"pivot\":{\"x\":1}},\"omega\":[0.01,1]}");
+    CHECK(strstr(reply.out.data, "at omega = 1 rad/s a joint or a tip moves at 0.996 times the "
+                                 "speed below which its dry friction") != NULL);
+    test_reply_free(&reply);
+    // a tip in air, above the speed of its drag and below it
+    for (int slow = 0; slow < 2; slow++) {
+        char body[400];
+        snprintf(body, sizeof body,
+                 "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],"
+                 "\"drag\":[{\"quadratic\":0.01,\"speed\":0.05}]},"
+                 "\"drive\":{\"pivot\":{\"x\":%g}},\"omega\":[%g]}",
+                 slow ? 0.01 : 0.09, slow ? 0.3 : 1.0);
+        reply = test_post(API_OP_RESPONSE, body);
+        CHECK_INT(reply.status, 200);
+        CHECK_INT(strstr(reply.out.data, "quadratic drag is linear") == NULL, slow);
+        if (!slow) test_reply_free(&reply);
+    }
     test_reply_free(&reply);
 }
 
