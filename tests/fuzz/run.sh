@@ -2,6 +2,7 @@
 # Runs the readers of fuzzers for a time each and tells what they did: executions, edges and inputs,
 # and the executions of all runs whose counts lie beside their corpora.
 #   tests/fuzz/run.sh build/fuzz-MODE SECONDS [READER]
+# FUZZ_EXECUTIONS=N ends a reader after so many, FUZZ_LENGTH=BYTES bounds its inputs (4096).
 # The inputs of a reader begin with those of tests/fuzz/corpus and lie in build/fuzz-MODE/corpus/READER;
 # READER.log is what libFuzzer said last, READER.counts the executions of each run. An input that ends
 # the program is READER-crash-...: `tests/fuzz/corpus.py add READER FILE` keeps it for good.
@@ -17,7 +18,7 @@ for program in "$build"/fuzz_*; do
     mkdir -p "$corpus"
     /usr/bin/python3 -B "$here/corpus.py" unpack "$reader" "$corpus" || exit
     FUZZ_READER=$reader FUZZ_SEEDS=$corpus "$program" -max_total_time="$seconds" -max_len="${FUZZ_LENGTH:-4096}" \
-      -print_final_stats=1 -artifact_prefix="$build/corpus/$reader-" "$corpus" > "$log" 2>&1 ||
+      -runs="${FUZZ_EXECUTIONS:--1}" -print_final_stats=1 -artifact_prefix="$build/corpus/$reader-" "$corpus" > "$log" 2>&1 ||
       { status=1; grep -v '^#' "$log" | tail -n 60; }
     # one that was ended in the middle says how far it was in its last line
     executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
