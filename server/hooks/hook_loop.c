@@ -19,6 +19,7 @@
 #include "server/base/privileges.h"
 #include "server/base/spawn.h"
 #include "server/hooks/hook_address.h"
+#include "server/hooks/hook_files.h"
 
 enum {
     LOOP_LOOKUP_S = 15, /* for the look-up of a name, beside the seconds of the transfer */
@@ -62,9 +63,12 @@ static _Noreturn void loop_child(const struct loop *loop, int maker) {
     loop_limit();
     /* whatever it waits for, and whatever a library does about it */
     alarm(LOOP_LOOKUP_S + SRV_HOOK_SECONDS);
-    if (loop->rules.walls != 0 && srv_calls_restrict(&error) != PEND_OK &&
-        loop->rules.walls != SRV_CONFIG_AUTO)
-        _exit(1);
+    static struct srv_fence fence;
+    srv_hook_files(&fence, loop->rules.authority);
+    int walls = loop->rules.walls != 0, good = 1;
+    if (walls) good = srv_fence_close(&fence, &error) == PEND_OK;
+    if (walls) good &= srv_calls_restrict(&error) == PEND_OK;
+    if (!good && loop->rules.walls != SRV_CONFIG_AUTO) _exit(1);
     told.end = srv_hook_post(&message, &loop->networks, loop->rules.authority, &told.status);
     _exit(send(SRV_SPAWN_FD, &told, sizeof told, MSG_NOSIGNAL) != (ssize_t)sizeof told);
 }
@@ -140,6 +144,8 @@ static int loop_confine(const struct loop *loop, struct srv_hook_hello *hello) {
     static const char *const system[] = {"/etc", "/usr", "/lib", "/lib64"};
     static struct srv_fence fence = {.connects = 1};
     size_t used = 0;
+    /* more than a message needs: who resolves names may be told anew by another file of its name,
+     * and each message's process has a fence of its own, around the files that are there then */
     for (size_t i = 0; i < sizeof system / sizeof *system; i++)
         srv_fence_add(&fence, SRV_FENCE_READ, system[i]);
     srv_fence_add(&fence, SRV_FENCE_READ, "/dev/urandom");

@@ -200,7 +200,7 @@ def test_asyncio(client):
 
 def test_dataset(client, home):
     from pendulumd import Pendulum
-    from pendulumd.dataset import WANTED, dataset
+    from pendulumd.dataset import WANTED, _alone, dataset
     double, folder, splits = Pendulum(client, **DOUBLE), home / "set", {"train": 25, "validation": 7, "test": 10}
     draw = [{"vary": "theta", "arm": arm, "distribution": "uniform", "low": -3, "high": 3} for arm in (1, 2)]
     about = {"draw": draw, "seed": 7, "duration": 2, "observables": ["start", "first_flip"], "card": dict.fromkeys(WANTED, "https://example.org")}
@@ -232,6 +232,17 @@ def test_dataset(client, home):
     gone.unlink()
     dataset(double, folder, splits, shard=10, form=".csv", **about)
     check("what is missing is made again, and nothing else", gone.read_text() == before and kept.stat().st_mtime_ns == seen)
+    twins = [home / "one", home / "other"]
+    with ThreadPoolExecutor(2) as pool:
+        cards = list(pool.map(lambda twin: dataset(double, twin, splits, shard=5, form=".csv", **about), twins))
+    check("two that are equal are made at once, each of jobs of its own", cards[0]["distribution"] == cards[1]["distribution"] and
+          all((twins[0] / one["name"]).read_bytes() == (twins[1] / one["name"]).read_bytes() for one in cards[0]["distribution"] if "sha256" in one))
+    with _alone(folder):
+        try:
+            dataset(double, folder, splits, shard=10, form=".csv", **about)
+            check("one folder is made by one at a time", False)
+        except ValueError as error:
+            check("one folder is made by one at a time", "another process" in str(error), error)
     for wrong in ({"seed": 8}, {"card": {"name": "mine"}}, {"form": ".png"}):
         try:
             dataset(double, folder, splits, **{"shard": 10, "form": ".csv"} | about | wrong)

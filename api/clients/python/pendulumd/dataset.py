@@ -7,14 +7,21 @@
 Leaves to others: what is drawn and computed (the server's /docs), jobs and downloads (Client). Invariant: a member of a set is a function
 of seed, number and request alone, and every number is in one split; a shard that is there is whole, and of this request.
 """
+import contextlib
 import datetime
 import hashlib
 import json
 import os
+import platform
 import re
 import urllib.parse
 
 from . import Problem, _body
+
+try:
+    import fcntl
+except ImportError:  # of Windows
+    fcntl = None
 
 __all__ = ["dataset"]
 CARD, REQUEST, AHEAD = "croissant.json", "request.json", 4
@@ -50,7 +57,6 @@ def _digest(path):
 def _keep(folder, text, names):
     """The request of the set lies beside it: another one is no continuation, and files without one are nobody knows whose."""
     path = os.path.join(folder, REQUEST)
-    os.makedirs(folder, exist_ok=True)
     if not os.path.exists(path):
         for name in names:
             if os.path.exists(os.path.join(folder, name)):
@@ -62,6 +68,30 @@ def _keep(folder, text, names):
     with open(path + ".part", "wb") as sink:
         sink.write(text)
     os.replace(path + ".part", path)
+
+
+@contextlib.contextmanager
+def _alone(folder):
+    """Nobody else makes the set in this folder meanwhile, where the system can tell."""
+    os.makedirs(folder, exist_ok=True)
+    place = os.open(folder, os.O_RDONLY) if fcntl else None
+    try:
+        try:
+            if fcntl:
+                fcntl.flock(place, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ValueError(f"another process makes the set in {folder} at this moment") from None
+        except OSError:
+            pass  # this file system has no locks
+        yield
+    finally:
+        if fcntl:
+            os.close(place)
+
+
+def _key(folder, body):
+    """Of a shard's job: it is found again by who goes on in this folder, and is nobody else's, since it is removed when the shard is here."""
+    return hashlib.sha256(f"{platform.node()}\0{os.path.abspath(folder)}\0".encode() + _body(body)).hexdigest()[:48]
 
 
 def _columns(job):
@@ -80,7 +110,7 @@ def _fetch(client, folder, wanted, progress):
     for at in range(len(wanted) + AHEAD):
         if at < len(wanted):
             name, body = wanted[at]
-            waiting.append((name, client.submit("ensembles", body, key=hashlib.sha256(_body(body)).hexdigest()[:48], title=f"{folder}/{name}"[:100])))
+            waiting.append((name, client.submit("ensembles", body, key=_key(folder, body), title=f"{folder}/{name}"[:100])))
         if waiting and (at >= AHEAD - 1 or at >= len(wanted)):
             name, job = waiting.pop(0)
             job.wait(progress)
@@ -137,11 +167,12 @@ def dataset(pendulum, folder, splits, *, draw, card, seed=0, shard=10000, form="
         raise ValueError(f"the card lacks {', '.join(lacks)}" if lacks else f"a shard has members and is .parquet or .csv: {shard!r}, {form!r}")
     shards = list(_shards(splits, shard, form))
     request = pendulum.request(random={"count": sum(splits.values()), "seed": seed, "draw": draw}, **fields)
-    _keep(folder, _body({"request": request, "splits": splits, "shard": shard, "form": form}), [name for name, _, _ in shards])
-    bodies = [(name, request | {"random": {"count": count, "seed": seed, "first": first, "draw": draw}}) for name, first, count in shards]
-    columns = _fetch(pendulum.client, folder, [one for one in bodies if not os.path.exists(os.path.join(folder, one[0]))], progress)
-    if columns is None:  # all shards are there: a job of one member tells their columns
-        few = request | {"random": {"count": 1, "seed": seed, "draw": draw}}
-        columns = _columns(pendulum.client.submit("ensembles", few, key=hashlib.sha256(_body(few)).hexdigest()[:48]).wait())
-    # the word by which readers of Croissant know Parquet
-    return _card(folder, [name for name, _, _ in shards], columns, splits, card, "application/x-parquet" if form == ".parquet" else "text/csv")
+    with _alone(folder):
+        _keep(folder, _body({"request": request, "splits": splits, "shard": shard, "form": form}), [name for name, _, _ in shards])
+        bodies = [(name, request | {"random": {"count": count, "seed": seed, "first": first, "draw": draw}}) for name, first, count in shards]
+        columns = _fetch(pendulum.client, folder, [one for one in bodies if not os.path.exists(os.path.join(folder, one[0]))], progress)
+        if columns is None:  # all shards are there: a job of one member tells their columns
+            few = request | {"random": {"count": 1, "seed": seed, "draw": draw}}
+            columns = _columns(pendulum.client.submit("ensembles", few, key=hashlib.sha256(_body(few)).hexdigest()[:48]).wait())
+        # the word by which readers of Croissant know Parquet
+        return _card(folder, [name for name, _, _ in shards], columns, splits, card, "application/x-parquet" if form == ".parquet" else "text/csv")
