@@ -129,8 +129,11 @@ enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
     srv_row_word(&field[17], 0, job->title, sizeof job->title, "title", &flaw);
     srv_row_word(&field[18], 0, job->version, sizeof job->version, "version", &flaw);
     if (!flaw && !srv_seal_job_whole(job, &field[19])) flaw = "seal";
+    const char *unread = NULL;
     job->notify =
-        (enum srv_notify)srv_row_whole(&field[21], 0, SRV_NOTIFY_COUNT - 1, "notify", &flaw);
+        (enum srv_notify)srv_row_whole(&field[21], 0, SRV_NOTIFY_COUNT - 1, "notify", &unread);
+    /* somebody may have wished to be told, and is */
+    if (unread) job->notify = SRV_NOTIFY_WANTED, flaw = unread;
     job->notify_attempts =
         (long)srv_row_whole(&field[22], 0, SRV_ROW_MOST, "notify_attempts", &flaw);
     job->notify_status = (int)srv_row_whole(&field[23], 0, 999, "notify_status", &flaw);

@@ -108,8 +108,8 @@ static enum srv_stored expired_remove(struct srv_store *store, const struct srv_
     if (kept && !large && job->bytes > 0)
         SRV_STORED_TRY(SRV_POST(store, SQL_RESULTS_REMOVE, srv_value_text(job->id)));
     if (kept && !large) SRV_STORED_TRY(SRV_POST(store, SQL_PARTS_REMOVE, srv_value_text(job->id)));
-    if (job->notify == SRV_NOTIFY_WANTED)
-        SRV_STORED_TRY(SRV_POST(store, SQL_HOOK_REMOVE, srv_value_text(job->id)));
+    /* whatever the job's row says: nothing else would ever remove one that is not due */
+    SRV_STORED_TRY(SRV_POST(store, SQL_HOOK_REMOVE, srv_value_text(job->id)));
     return SRV_POST(store, SQL_JOBS_REMOVE, srv_value_text(job->id));
 }
 

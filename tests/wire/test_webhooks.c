@@ -109,7 +109,7 @@ static void visit_answer(const struct receiver *receiver, gnutls_session_t sessi
     } else if (strstr(message, "POST /heads ")) {
         visit_say(session, "HTTP/1.1 200 OK\r\n");
         while (gnutls_record_send(session, "X-More: more of it\r\n", 20) > 0) continue;
-    } else if (strstr(message, "POST /slow ")) {
+    } else if (strstr(message, "POST /slow ") || (strstr(message, "POST /dies ") && times == 1)) {
         while (gnutls_record_recv(session, text, sizeof text) > 0) continue;
     } else
         visit_say(session, "HTTP/1.1 204 No Content\r\n\r\n");
@@ -474,3 +474,33 @@ static void killed(struct place *place) {
 }
 
 TEST(a_server_that_dies_between_end_and_telling_is_followed_by_one_other) { place_on_both(killed); }
+
+/* the message was under way: whoever has taken it says nothing more, and after a minute it is due
+ * again */
+TEST(a_server_that_dies_in_mid_message_is_followed_by_one_with_the_same_id) {
+    struct receiver *receiver = receiver_start();
+    struct place place;
+    char path[PATH], id[ID + 1], secret[64], message[MESSAGE], first[256], second[256];
+    REQUIRE(receiver && place_begin(&place, 0));
+    settings(receiver, 1, path);
+    struct test_server *server = place_serve(&place, "all", "1", "--config", path);
+    REQUIRE(server);
+    CHECK_INT(post_to(server, receiver, "/dies", id, secret), 202);
+    double until = test_clock() + TEST_PATIENCE;
+    while (receiver_seen(receiver, "/dies", message) < 1 && test_clock() < until) test_sleep(0.02);
+    field(message, "webhook-id", first);
+    test_server_signal(server, SIGKILL);
+    test_server_wait(server);
+    test_server_drop(&server);
+    server = place_serve(&place, "all", "1", "--config", path);
+    REQUIRE(server);
+    await(server, id, "delivered", 2, 204);
+    CHECK_INT(receiver_seen(receiver, "/dies", message), 2);
+    check_signature(message, secret);
+    field(message, "webhook-id", second);
+    CHECK(*first);
+    CHECK_TEXT(second, first);
+    stop_after_deaths(&server);
+    place_end(&place);
+    receiver_stop(receiver);
+}

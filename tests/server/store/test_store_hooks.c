@@ -140,6 +140,28 @@ STORE_TEST(hooks_go_with_their_jobs_and_with_their_client) {
     ground_sums(ground);
 }
 
+STORE_TEST(a_job_that_does_not_know_its_hook_any_more_loses_it) {
+    struct srv_hook hook[MOST];
+    struct srv_store_sweep sweep;
+    struct srv_job job;
+    /* what cannot be read is told, and what says that there is none goes with its job */
+    CHECK_INT(hooked(store, "unread", "anna"), SRV_STORED);
+    CHECK_INT(hooked(store, "denied", "anna"), SRV_STORED);
+    ground_run(ground, "UPDATE jobs SET notify = 77 WHERE id = 'unread'");
+    ground_run(ground, "UPDATE jobs SET notify = 0 WHERE id = 'denied'");
+    CHECK_INT(srv_store_job(store, "unread", &job), SRV_STORED);
+    CHECK_INT(job.state, SRV_JOB_FAILED);
+    CHECK_INT(taken(store, 60 * SECOND, hook), 1);
+    CHECK_TEXT(hook[0].job.id, "unread");
+    end(store);
+    CHECK_INT(kept(ground), 2);
+    ground_run(ground, "UPDATE jobs SET expires = 1");
+    do CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
+    while (sweep.more);
+    CHECK_INT(kept(ground), 0);
+    ground_sums(ground);
+}
+
 STORE_TEST(an_altered_hook_harms_no_other) {
     static const char *const value[] = {"NULL", "-1", "9223372036854775807", "'word'", "''"};
     static const char *const column[] = {"job", "url", "due", "attempts", "client"};
