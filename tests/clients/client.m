@@ -1,6 +1,7 @@
 % The Octave client against a live server: the paper's call, options, jobs, refusals, lines that break.
 % usage: octave-cli client.m FOLDER REFERENCE FRONT BROKEN OUT     (of the client; tests/golden/paper_example.txt; a front that refuses
-% twice; one that cuts downloads; a file for the doubles of the paper's example; a server of pages)
+% twice; one that cuts downloads; a file for the doubles of the paper's example; a server of pages;
+% perhaps a url that hears of a job's end)
 % Leaves to others: counting (test_octave.py). Invariant: every check says ok or FAIL with its name.
 1;
 function check(name, good)
@@ -48,8 +49,12 @@ check('one arm, on the moon', isequal(size(one), [1 3]) && abs(one(2) - (0.1 - 1
 id = pendusim(L, m, S, phi0, phid0, t, 'job', 'of-octave');
 check('a key leads to the same job', strcmp(id, pendusim(L, m, S, phi0, phid0, t, 'job', 'of-octave')));
 check('the answer of a job', isequal(pendusim(id), phi));
-check('its state, and the list', strcmp(pendujob(id, 'status').status, 'successful') && any(strcmp({pendujob().id}, id)));
+check('its state, and the list', strcmp(pendujob(id, 'status').status, 'successful') && any(strcmp({pendujob().id}, id)) && isstruct(pendujob()));
 named = penduask('forces', struct('pendulum', struct('L', L, 'm', m, 'S', S)), 'job', true, 'title', 'löst % of it');
+if numel(arguments) > 6
+    [~, told] = penduask('forces', struct('pendulum', struct('L', L, 'm', m, 'S', S)), 'job', true, 'notify', arguments{7});
+    printf('told %s\n', told.notify.secret);
+end
 found = pendujob('?operation=forces&title=st%20%25%20OF');
 check('a title finds its job alone', numel(found) == 1 && strcmp(found.id, named) && strcmp(found.title, 'löst % of it'));
 long = pendusim(L, m, S, phi0, phid0, 0:.001:4000, 'job', true);

@@ -1,11 +1,11 @@
 // The JavaScript client against a live server: what comes back, rows, jobs, refusals, lines that break.
 // usage: client.mjs FRONT CUTTING BROKEN OUT PAGES     (fronts that refuse twice, that cut downloads, that cut each line; a file for the doubles of the
-// paper's example; a server of pages)
+// paper's example; a server of pages; perhaps a url that hears of a job's end)
 // Leaves to others: counting (test_js.py), types (types.ts). Invariant: every check says ok or FAIL with its name.
 import { writeFileSync } from "node:fs";
 import { Client, Pendulum, Refusal, rowsOf } from "pendulumd";
 
-const [front, cutting, broken, out, pages] = process.argv.slice(2);
+const [front, cutting, broken, out, pages, hook] = process.argv.slice(2);
 const check = (name, good) => console.log(`${good ? "ok" : "FAIL"} ${name}`);
 const refused = async (name, work, words) => {
   try {
@@ -85,6 +85,7 @@ const listed = [];
 for await (const each of four.client.jobs()) listed.push(each.id);
 check("the list has it", listed.includes(job.id));
 const named = await four.submit("forces", {}, undefined, {}, "zwölf % of it");
+if (hook) console.log(`told ${(await four.submit("forces", {}, undefined, {}, undefined, hook)).secret}`);
 const suiting = [];
 for await (const each of four.client.jobs({ operation: "forces", title: "lf % OF" })) suiting.push([each.id, each.title].join());
 check("a title finds its job alone", suiting.join() === [named.id, "zwölf % of it"].join());

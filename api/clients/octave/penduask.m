@@ -1,4 +1,4 @@
-function answer = penduask(route, request, varargin)
+function [answer, job] = penduask(route, request, varargin)
 % PENDUASK  Asks any route of a pendulumd server.
 %
 %   answer = penduask('modes', struct('pendulum', pendulum))
@@ -10,7 +10,8 @@ function answer = penduask(route, request, varargin)
 %   answer   a struct of the arrays; rows are instants or members, columns are arms; answer.stats, answer.warnings
 %
 %   Options: 'url' (PENDULUM_URL), 'token' (PENDULUM_TOKEN), 'patience' (60: s that a refusal for the moment may last), 'job' (true,
-%   or a key of your own: the same key leads to the same job), 'title' (what to call the job), 'progress'.
+%   or a key of your own: the same key leads to the same job), 'title' (what to call the job), 'notify' (a url that is told its end;
+%   [id, state] = penduask(...) has what that message is signed with, state.notify.secret), 'progress'.
 options = pendu_options(varargin);
 if route(1) == '/'
     answer = pendu_answer('GET', route, '', options, {});
@@ -25,6 +26,9 @@ else
     fields = {'Prefer: respond-async', ['Idempotency-Key: ' key]};
     if ~isempty(options.title)
         fields{end + 1} = ['Job-Title: ' sprintf('%%%02X', unicode2native(options.title, 'UTF-8'))];
+    end
+    if ~isempty(options.notify)
+        fields{end + 1} = ['Job-Notify: ' options.notify];
     end
     job = pendu_answer('POST', ['/v1/' route], pendu_json(request), options, fields);
     if ~isfield(job, 'id')

@@ -4,7 +4,7 @@ function answer = pendujob(id, what, varargin)
 %   answer = pendujob(id)             waits for the end, and brings the answer (PENDUASK); 'progress', false shows nothing
 %   state = pendujob(id, 'status')    how far it is: state.status, state.progress (percent), state.message
 %   state = pendujob(id, 'cancel')    ends it
-%   jobs = pendujob()                 yours, the newest first; takes a token
+%   jobs = pendujob()                 yours, the newest first, an array of structs; takes a token
 %   jobs = pendujob('?status=running&title=flips')   those that suit, as the interface's GET /v1/jobs has it
 %
 %   Options of PENDUASK follow: pendujob(id, 'result', 'url', url). A download that breaks off goes on where it was.
@@ -13,7 +13,7 @@ if nargin == 0
 end
 if id(1) == '?'
     jobs = pendu_answer('GET', ['/v1/jobs' id], '', pendu_options({}), {});
-    answer = jobs.jobs;
+    answer = alike(jobs.jobs);
     return
 end
 if nargin < 2
@@ -48,4 +48,20 @@ if ~strcmp(answer.status, 'successful')
     error('pendusim:job', 'the job %s is %s: %s', id, answer.status, answer.message);
 end
 answer = pendu_answer('GET', [path '/results'], '', options, {});
+end
+
+function list = alike(list)
+% an array of structs, as jobs are told, some of which have fields that others lack: empty there
+if ~iscell(list)
+    return
+end
+fields = cellfun(@fieldnames, list(:), 'UniformOutput', false);
+names = unique(vertcat(fields{:})).';
+for k = 1:numel(list)
+    for name = names(~isfield(list{k}, names))
+        list{k}.(name{1}) = [];
+    end
+    list{k} = orderfields(list{k});
+end
+list = vertcat(list{:});
 end
