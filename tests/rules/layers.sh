@@ -65,9 +65,8 @@ pure_headers() {
 own_header_first() {
     local file
     for file in $(files core) $(files api) $(files server) $(files api/clients); do
-        [ -f "${file%.*}.h" ] && [[ $file != *.h ]] || continue
-        awk -v file="$file" -v own="${file%.*}.h" '$1 == file { if ($2 != own) print file " does not include its own header first"; exit }' <<<"$includes"
-    done
+        [[ $file = *.h ]] || [ ! -f "${file%.*}.h" ] || echo "$file ${file%.*}.h"
+    done | awk 'NR == FNR { own[$1] = $2; next } ($1 in own) && !seen[$1]++ && $2 != own[$1] { print $1 " does not include its own header first" }' - <(echo "$includes")
 }
 
 # what a README lists in order, the first cells of its table: folders end with a slash; X stands for X.h and X.c, or X.h
@@ -80,8 +79,9 @@ listed() {
 # a room's README lists its folders and the files at its top, and the README of a folder the files of that: in the order
 # in which they may include each other
 file_order() {
-    local -A place=()
+    local -A place=() of=() # a file's place; what of its room a file includes
     local room=$1 number=0 stem other file folder
+    while read -r file other; do of[$file]+=" $other"; done < <(awk -v room="$room/" '$3 == "\"" && index($2, room) == 1 { print $1, $2 }' <<<"$includes")
     for stem in $(listed "$room"); do
         if [[ $stem = */ ]]; then
             folder=$room/${stem%/}
@@ -98,12 +98,12 @@ file_order() {
         [[ $stem = */ ]] || compgen -G "$stem.*" > /dev/null || [ -f "$stem" ] || echo "a README lists $stem, which is not there"
     done
     for file in $(files "$room"); do
-        folder=$(dirname "$file")
+        folder=${file%/*}
         [ "$folder" = "$room" ] || [ -n "${place[$folder/]-}" ] || { echo "$room/README.md does not list $folder/"; continue; }
         stem=$file
         [[ $stem = *.h && -n "${place[$stem]-}" ]] || stem=${stem%.*}
-        [ -n "${place[$stem]-}" ] || { echo "$folder/README.md does not list $(basename "$stem")"; continue; }
-        for other in $(awk -v file="$file" '$1 == file && $3 == "\"" { print $2 }' <<<"$includes" | grep "^$room/"); do
+        [ -n "${place[$stem]-}" ] || { echo "$folder/README.md does not list ${stem##*/}"; continue; }
+        for other in ${of[$file]-}; do
             [ -n "${place[$other]-}" ] || other=${other%.h}
             [ -z "${place[$other]-}" ] || [ "${place[$other]}" -le "${place[$stem]}" ] || echo "$file includes $other, which is listed below it"
         done
