@@ -257,7 +257,7 @@ TEST(a_real_pendulum_tells_its_memory_before_it_takes_it) {
             for (int kind = row[i].first; kind <= row[i].last; kind++)
                 for (int shape = 0; shape < 3; shape++) {
                     bytes_real(pendulum, arms[a], shape, kind);
-                    snprintf(rest, sizeof rest, ",\"times\":{\"stop\":0.01,\"count\":5},%s",
+                    snprintf(rest, sizeof rest, ",\"times\":{\"stop\":1e-4,\"count\":5},%s",
                              row[i].how);
                     bytes_check(API_OP_TRAJECTORIES, octets, pendulum, rest);
                 }
