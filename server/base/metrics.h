@@ -101,7 +101,7 @@
 
 enum {
     SRV_METRIC_BUCKETS = 19, /* the last is +Inf */
-    SRV_METRIC_ROUTES = 48,  /* the last one stands for no route */
+    SRV_METRIC_ROUTES = 96,  /* the last one stands for no route; the router asserts its number */
     SRV_METRIC_STATUS = 600
 };
 

@@ -52,6 +52,8 @@ def test_answers(run, work, server):
     check("cli: arrays are the same", set(far.files) == {*near.files, "stats_compute_seconds"} and all(np.array_equal(far[n], near[n]) for n in near.files), far.files)
     check("cli: a number of the file keeps its bits", far["phi"][0, 1] == 1 / 3 - np.pi / 2 or abs(far["phi"][0, 1] - (1 / 3 - np.pi / 2)) < 1e-15)
     check("cli: CSV is the same", (work / "far.csv").read_text() == (work / "near.csv").read_text())
+    run("run", "request.json", "-o", "./plain")
+    check("cli: a file without an ending is CSV, in a directory too", (work / "plain").read_text() == (work / "far.csv").read_text())
     moved = json.loads(run("run", "request.json", "--t", "0,0.5,1", "--as", "json", "-s", "pendulum.gravity=1.62", "--method", "ode23", "--local"))
     check("cli: options replace fields of the file", moved["t"] == [0, 0.5, 1] and moved["stats"]["method"] == "ode23")
     for place in ((), ("--local",)):
@@ -68,7 +70,7 @@ def test_answers(run, work, server):
 def test_refusals(run, work, server):
     for words, text in ((("run", "four.json", "--t", "0:5:0.01", "-s", "fruit=3"), "/fruit is not a known field"),
                         (("run", "four.json", "--t", "0:5:0.01", "-s", "pendulum.fruit=x y", "--local"), "/pendulum/fruit is not a known field"),
-                        (("run", "four.json", "--t", "0:x:1"), "START:STOP:STEP"), (("run", "none.json", "--t", "0:1:1"), "No such file"),
+                        (("run", "four.json", "--t", "0:x:1"), "START:STOP:STEP"), (("run", "none.json", "--t", "0:1:1"), "No such file"), (("run", "four.json", "--t", "5"), "one instant, that of the start"),
                         (("run", "four.json", "--t", "0:1:1", "-o", "a.odd"), "no form odd"), (("run", "four.json", "-s", "rtol"), "NAME=VALUE"),
                         (("map", "double.json", "--x", "theta1:0:1", "--y", "theta2:0:1:3"), "no axis"), (("map", "double.json"), "two axes"),
                         (("map", "double.json", "--x", "theta1:0:inf:3", "--y", "theta2:0:1:3"), "no axis"),

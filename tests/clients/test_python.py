@@ -73,6 +73,22 @@ def test_results(client):
             check(f"{what} that is not known reaches the server", problem.status == 422 and words in str(problem) and len(problem.errors) == 1, problem)
 
 
+def test_mistakes(client, home):
+    """What would be sent as something else, or end in a word of Python's that says nothing, is told before it is sent."""
+    from pendulumd import Pendulum
+    four = Pendulum(client, **FOUR)
+    for what, ask, words in (("a set has no order", lambda: four.run([0, 1], theta={1, 2, 3, 4}), "a set cannot be sent"),
+                             ("a start given twice", lambda: four.run([0, 1], initial={"theta": [1, 2, 3, 4]}, theta=[0, 0, 0, 0]), "one of the two"),
+                             ("a form that there is not", lambda: four.run([0, 1], save=home / "a.xlsx"), ".parquet"),
+                             ("what is no number", lambda: four.run([0, 1], theta=[float("nan")] * 4), "finite"),
+                             ("fields without names", lambda: Pendulum([1, 1]), "length=[1, 1]"), ("a preset's name", lambda: Pendulum("double"), "Pendulum.preset")):
+        try:
+            ask()
+            check(f"told: {what}", False, "no refusal")
+        except (TypeError, ValueError) as error:
+            check(f"told: {what}", words in str(error), repr(error))
+
+
 def test_trouble(server, client):
     from pendulumd import Client, Pendulum, Problem
     front = Front(server.port)
@@ -260,6 +276,7 @@ def test_python(server, home):
     from pendulumd import Client
     client = Client()
     test_results(client)
+    test_mistakes(client, home)
     test_trouble(server, client)
     test_nginx(server)
     test_jobs(server, client, home)

@@ -113,6 +113,7 @@ static const char *said(const struct line *line, int letter) {
 
 static const char *accepted(const struct line *line) {
     const char *dot = line->out ? strrchr(line->out, '.') : NULL;
+    if (dot && strchr(dot, '/')) dot = NULL; /* of a directory */
     const char *form = said(line, AS) ? said(line, AS) : dot ? dot + 1 : "csv";
     for (size_t i = 0; i < sizeof forms / sizeof *forms; i++)
         if (!strcmp(forms[i].ending, form)) return forms[i].media_type;

@@ -127,6 +127,8 @@ static const char *number(const char **text, const char *ends, const char *whole
 void cli_times(struct cli_fields *fields, const char *text) {
     const char *at = text, *part[3];
     size_t length[3];
+    if (!strpbrk(text, ":,"))
+        cli_die("%s is one instant, that of the start: START:STOP:STEP goes on from there", text);
     if (!strchr(text, ':')) {
         cli_list(fields, "times", text);
         return;

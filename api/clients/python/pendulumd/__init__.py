@@ -62,12 +62,25 @@ def _times(times):
 
 
 def _plain(value):
-    """What json cannot write: arrays and their numbers, ranges, pendulums."""
+    """What json cannot write: arrays and their numbers, ranges, pendulums. A set has no order: it is no list of numbers."""
+    if isinstance(value, (set, frozenset, complex)):
+        raise TypeError(f"a {type(value).__name__} cannot be sent: {value!r}")
     return value.tolist() if hasattr(value, "tolist") else value.fields if isinstance(value, Pendulum) else list(value)
 
 
 def _body(request):
-    return json.dumps(request, default=_plain, allow_nan=False).encode()
+    try:
+        return json.dumps(request, default=_plain, allow_nan=False).encode()
+    except ValueError as error:
+        raise ValueError("numbers of a request have to be finite") from error
+
+
+def _accept(path):
+    """The form that a file's name ends with."""
+    ending = os.path.splitext(path)[1]
+    if ending not in SUFFIXES:
+        raise ValueError(f"{os.fspath(path)!r} ends with none of {' '.join(SUFFIXES)}")
+    return SUFFIXES[ending]
 
 
 def _seconds(text):
@@ -202,7 +215,7 @@ class Client:
 
     def save(self, route, request, path):
         """Writes what `POST /v1/ROUTE` answers to a file while it is computed, in the form that its ending names."""
-        accept, part = SUFFIXES[os.path.splitext(path)[1]], f"{os.fspath(path)}.part"
+        accept, part = _accept(path), f"{os.fspath(path)}.part"
         connection, response = self._open("POST", f"/v1/{route}", _body(request), {"Accept": accept})
         try:
             with open(part, "wb") as sink:
@@ -311,7 +324,7 @@ class Job:
 
         What has arrived lies in PATH.part-ETAG: another `save`, of a later process too, goes on from there.
         """
-        accept = accept or SUFFIXES[os.path.splitext(path)[1]]
+        accept = accept or _accept(path)
         connection, response = self.wait(progress).client._open("HEAD", f"/v1/jobs/{self.id}/results", None, {"Accept": accept})
         connection.close()
         etag = response.headers["ETag"] or ""
@@ -367,6 +380,8 @@ class Pendulum:
     aio = property(lambda self: _Async(self))
 
     def __init__(self, client=None, **fields):
+        if not isinstance(client, (Client, type(None))):
+            raise TypeError(f"{client!r} is no Client: fields of a pendulum have names, as length=[1, 1], and Pendulum.preset(name) brings a ready one")
         self.client, self.fields = client or Client(), fields
 
     @classmethod
@@ -380,6 +395,8 @@ class Pendulum:
     def request(self, **fields):
         """The body of a request: phi, phid, theta, thetad, unit, mode and amplitude are its `initial`."""
         initial = {name: fields.pop(name) for name in STATE if name in fields}
+        if initial and "initial" in fields:
+            raise TypeError(f"a start by initial and by {', '.join(initial)}: give one of the two")
         return {"pendulum": self.fields} | ({"initial": initial} if initial else {}) | fields
 
     def ask(self, route, *, job=False, save=None, **fields):
