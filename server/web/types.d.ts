@@ -409,6 +409,8 @@ interface App {
   film?: { fitted(table: string, camera: FitCamera): number | null } | null;
   /** The film that was there before another language was. */
   shot?: Shot | null;
+  /** The table and the fit that were there before another language was (drawers/fits.js). */
+  fitting?: Fitting | null;
   /** A table that waits for the drawer Measure (drawers/measurements.js). */
   measurements?: string | null;
 }
@@ -418,6 +420,13 @@ interface StagePart {
   follow?(): void;
   show?(): void;
   destroy?: End;
+}
+
+/** A table in the field of the fits, what its columns were taken for, and the fit to it. */
+interface Fitting {
+  words: string;
+  choices: import("./drawers/fit_request.js").Choices;
+  fitted: import("./drawers/fit_answer.js").Fitted | null;
 }
 
 /** A film that was chosen, where in it, s, and the fit to its marks. */

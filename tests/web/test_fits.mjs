@@ -118,5 +118,22 @@ export async function what_is_wrong_with_a_table_is_said_with_its_line_and_what_
   await page.waitForSelector(".fit-said");
   assert.match(await page.textContent(".fit-said"), /cannot tell these apart: .*Length of arm 1.*Gravity/);
   assert.match(await page.textContent('[data-found="gravity"]'), /cannot be known/);
+  // what is no pendulum is said to be none, with the worst row, and the server's own words are there
+  const wrong = rows.map(([t], i) => [t, ((i * 37) % 80) - 40].join("\t"));
+  await page.fill(".fit-text", ["t\ttheta_1", ...wrong].join("\n"));
+  await page.click("[data-fit=run]");
+  await page.waitForSelector("[data-fit=message]");
+  assert.match(await page.textContent("[data-fit=farthest]"), /angle θ of arm 1.*at t = [\d.]+ s/);
+  assert.match(await page.textContent("[data-fit=message]"), /^In the server’s words: .*(minimum|model does not follow)/);
+  // in another language all of it is still there
+  await page.check('[data-unknown="gravity"]');
+  await page.evaluate(() => pendulumd.speak("de"));
+  await page.waitForSelector("html[lang=de]");
+  await openDrawer(page, "measure");
+  if (!(await page.isVisible(".fit-text"))) await page.click("[data-part=fits] summary");
+  await page.waitForSelector("[data-fit=farthest]");
+  assert.match(await page.textContent("[data-fit=farthest]"), /^Am weitesten daneben: .* s\.$/);
+  assert.equal((await page.inputValue(".fit-text")).split("\n").length, rows.length + 1);
+  assert.ok(await page.isChecked('[data-unknown="gravity"]'), "what was to be found is still ticked");
   await close(page);
 }

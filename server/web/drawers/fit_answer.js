@@ -60,8 +60,43 @@ export function motionOf({ answer }) {
   return { pendulum: treeOf(pendulum), initial: start, times };
 }
 
+/** What a minimum is told by that has nothing beside it. */
+const PLAIN = "a minimum, whose motion follows the data";
+
+/**
+ * The measurement that is farthest from the model, in words; "" if there is none.
+ * @param {Text} text @param {Fitted} fitted
+ */
+function farthest(text, { answer, measured }) {
+  let most = 0;
+  let words = "";
+  measured.series.forEach(({ kind, arm }, k) =>
+    measured.t.forEach((t, i) => {
+      const off = Math.abs(answer.residuals[i][k] ?? 0);
+      if (!(off > most)) return;
+      most = off;
+      const holes = { what: text(`fits.role.${kind}`, { arm }), time: figure(text, t, 4) };
+      words = text("fits.farthest", holes);
+    }),
+  );
+  return words;
+}
+
+/** What the server says of it beyond the verdict. @param {Text} text @param {Fitted} fitted */
+function messageOf(text, fitted) {
+  const { status, message } = fitted.answer;
+  const lines = [];
+  const off = status === "converged" ? "" : farthest(text, fitted);
+  if (off) lines.push(h("p", { "data-fit": "farthest" }, off));
+  if (message === PLAIN) return lines;
+  const words = h("span", { lang: "en" }, message);
+  lines.push(h("p", { class: "quiet", "data-fit": "message" }, text("fits.words"), " ", words));
+  return lines;
+}
+
 /** How it ended, in words. @param {Text} text @param {Fitted} fitted */
-function verdictOf(text, { answer, body }) {
+function verdictOf(text, fitted) {
+  const { answer, body } = fitted;
   const { status, follows_until: until, explained, chi_squared_per_degree: chi } = answer;
   const lines = [h("p", { class: "fit-verdict", "data-status": status }, text(`fits.${status}`))];
   const percent = text.number(100 * explained, explained > 0.99 ? 2 : 1);
@@ -72,7 +107,7 @@ function verdictOf(text, { answer, body }) {
   const told = body.data.series.some((one) => "sigma" in one);
   if (told && chi !== null)
     lines.push(h("p", { class: "quiet" }, text("fits.chi", { chi: figure(text, chi) })));
-  return lines;
+  return [...lines, ...messageOf(text, fitted)];
 }
 
 /** Each number with its error. @param {Text} text @param {Fitted} fitted */

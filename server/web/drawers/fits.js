@@ -25,6 +25,7 @@ const STEP = 0.01; // s between the samples of the fitted motion
  * @typedef {ReturnType<typeof partsOf> & {
  *   app: App, table: import("./fit_table.js").FitTable | null, choices: Choices, tree: Tree,
  *   stop: AbortController | null, endPlots: () => void, run: HTMLButtonElement,
+ *   fitted: import("./fit_answer.js").Fitted | null,
  * }} View
  */
 
@@ -76,6 +77,7 @@ function read(view) {
     choices.unknown = new Set(usual(pendulum));
   }
   view.tree = pendulum;
+  view.fitted = null;
   build(view);
   if (!table) say(view, field.value.trim() ? text("fits.noTable") : "", true);
   else if (table.faults.length) {
@@ -235,9 +237,43 @@ function setOff({ app, field }, fitted, beside) {
   announce(text("fits.moving"));
 }
 
+/** Shows what a fit has found. @param {View} view @param {import("./fit_answer.js").Fitted} fitted
+ * @param {AbortSignal} signal */
+async function show(view, fitted, signal) {
+  view.fitted = fitted;
+  view.endPlots();
+  say(view, "");
+  const acts = {
+    instead: () => setOff(view, fitted, false),
+    beside: () => setOff(view, fitted, true),
+  };
+  view.endPlots = await showFit(view.app, view.answer, fitted, signal, acts);
+}
+
+/** Where the page was in another language. @param {View} view @param {Fitting} left */
+function resume(view, { words, choices, fitted }) {
+  const { app, field } = view;
+  const arms = app.store.get().pendulum.length.length;
+  app.fitting = null;
+  field.value = words;
+  read(view);
+  if (!view.table || choices.roles.length !== view.table.columns.length) return;
+  if (choices.roles.some((role) => Number(role.split(" ")[1]) > arms)) return;
+  const known = new Set(candidatesOf(app.store.get().pendulum).map(({ id }) => id));
+  Object.assign(view.choices, choices, {
+    unknown: new Set([...choices.unknown].filter((id) => known.has(id))),
+  });
+  build(view);
+  if (!fitted) return;
+  view.stop = new AbortController();
+  show(view, fitted, view.stop.signal)
+    .catch(() => {})
+    .finally(() => (view.stop = null));
+}
+
 /** @param {View} view */
 async function fit(view) {
-  const { app, choices, table, bar, answer, run } = view;
+  const { app, choices, table, bar, run } = view;
   const { client, store, text } = app;
   if (view.stop) return view.stop.abort();
   const fault = missing(view);
@@ -265,13 +301,7 @@ async function fit(view) {
       unit,
       angle: choices.angle,
     };
-    view.endPlots();
-    say(view, "");
-    const acts = {
-      instead: () => setOff(view, fitted, false),
-      beside: () => setOff(view, fitted, true),
-    };
-    view.endPlots = await showFit(app, answer, fitted, stop.signal, acts);
+    await show(view, fitted, stop.signal);
   } catch (error) {
     say(view, aborted(error) ? text("fits.stopped") : said(error, text), !aborted(error));
   } finally {
@@ -324,6 +354,7 @@ export default async function mountFits(app) {
     tree: pendulum,
     stop: null,
     endPlots: () => {},
+    fitted: null,
     run: button(text("fits.run"), () => fit(view), { class: "button main", hidden: true }),
   };
   view.run.dataset.fit = "run";
@@ -344,6 +375,7 @@ export default async function mountFits(app) {
   element.append(intro, view.field, keys, view.status, view.columns, view.options, view.unknowns);
   element.append(h("div", { class: "row" }, view.run), view.bar, view.answer);
   dropping(view, element);
+  if (app.fitting) resume(view, app.fitting);
   const end = store.subscribe((doc) => {
     const same = doc.pendulum.parent.length === view.tree.parent.length;
     if (!same && view.table) read(view);
@@ -356,6 +388,8 @@ export default async function mountFits(app) {
       read(view);
     },
     destroy() {
+      const { field, choices, fitted } = view;
+      app.fitting = field.value ? { words: field.value, choices, fitted } : null;
       end();
       view.stop?.abort();
       view.endPlots();

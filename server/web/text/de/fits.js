@@ -46,6 +46,8 @@ export default {
   "fits.followsNone": "Sie folgt den Messwerten zu keiner Zeit.",
   "fits.follows": "Sie folgt ihnen bis t = {time} s.",
   "fits.chi": "χ² je Freiheitsgrad: {chi} (nahe 1, wo die angegebenen Fehler stimmen).",
+  "fits.farthest": "Am weitesten daneben: {what}, bei t = {time} s.",
+  "fits.words": "In den Worten des Servers:",
   "fits.bound": "an seiner Grenze",
   "fits.unknown": "nicht bestimmbar",
   "fits.number": "Größe",

@@ -46,6 +46,8 @@ export default {
   "fits.followsNone": "It follows the measurements at no time.",
   "fits.follows": "It follows them up to t = {time} s.",
   "fits.chi": "χ² per degree of freedom: {chi} (near 1 where the errors given are right).",
+  "fits.farthest": "Farthest off: {what}, at t = {time} s.",
+  "fits.words": "In the server’s words:",
   "fits.bound": "at its bound",
   "fits.unknown": "cannot be known",
   "fits.number": "Number",

@@ -46,6 +46,8 @@ export default {
   "fits.followsNone": "No sigue las mediciones en ningún momento.",
   "fits.follows": "Las sigue hasta t = {time} s.",
   "fits.chi": "χ² por grado de libertad: {chi} (cerca de 1 si los errores dados son correctos).",
+  "fits.farthest": "Lo más alejado: {what}, en t = {time} s.",
+  "fits.words": "En palabras del servidor:",
   "fits.bound": "en su límite",
   "fits.unknown": "no se puede saber",
   "fits.number": "Magnitud",

@@ -46,6 +46,8 @@ export default {
   "fits.followsNone": "Il ne suit les mesures à aucun moment.",
   "fits.follows": "Il les suit jusqu'à t = {time} s.",
   "fits.chi": "χ² par degré de liberté : {chi} (près de 1 si les erreurs données sont justes).",
+  "fits.farthest": "Le plus éloigné : {what}, à t = {time} s.",
+  "fits.words": "Selon le serveur :",
   "fits.bound": "à sa limite",
   "fits.unknown": "ne peut être connu",
   "fits.number": "Grandeur",

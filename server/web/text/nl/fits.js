@@ -46,6 +46,8 @@ export default {
   "fits.followsNone": "Ze volgt de metingen op geen enkel moment.",
   "fits.follows": "Ze volgt ze tot t = {time} s.",
   "fits.chi": "χ² per vrijheidsgraad: {chi} (dicht bij 1 als de gegeven fouten kloppen).",
+  "fits.farthest": "Het verst ernaast: {what}, op t = {time} s.",
+  "fits.words": "In de woorden van de server:",
   "fits.bound": "op zijn grens",
   "fits.unknown": "niet te weten",
   "fits.number": "Grootheid",

@@ -46,6 +46,8 @@ export default {
   "fits.followsNone": "Ölçümleri hiçbir zaman izlemiyor.",
   "fits.follows": "Onları t = {time} s'ye kadar izliyor.",
   "fits.chi": "Serbestlik derecesi başına χ²: {chi} (verilen hatalar doğruysa 1'e yakın).",
+  "fits.farthest": "En uzak olan: {what}, t = {time} s anında.",
+  "fits.words": "Sunucunun sözleriyle:",
   "fits.bound": "sınırında",
   "fits.unknown": "bilinemez",
   "fits.number": "Büyüklük",
