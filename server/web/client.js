@@ -5,7 +5,6 @@
 
 import { createEngine } from "./engine.js";
 import { bearer } from "./keep.js";
-import { refusal } from "./problems.js";
 import { urlOf } from "./root.js";
 
 const TRIES = 6;
@@ -41,14 +40,10 @@ export class Failure extends Error {
 export const gaveUp = (error) => error instanceof Error && error.name === "AbortError";
 
 /**
- * A failure in words, of the texts.
+ * A failure in words, of the texts, which have them for every bundle of the page.
  * @param {any} failure @param {Text} text
  */
-export function said(failure, text) {
-  if (failure.kind !== "refused")
-    return text(`failure.${failure.kind}`, { status: failure.status });
-  return refusal(failure.status, failure.problem, text);
-}
+export const said = (failure, text) => text.said(failure);
 
 /** @param {Response} reply @returns {Promise<Problem | null>} */
 async function problemOf(reply) {

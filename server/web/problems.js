@@ -1,5 +1,6 @@
-// What the server refuses, in the language of the page: the interface speaks English.
-// Leaves to others: what is no refusal (client.js).
+// What has failed, and what the server refuses, in the language of the page: the interface speaks
+// English.
+// Leaves to others: what fails (client.js).
 // Invariant: English has the server's own words; the other languages name the field and what is
 // wrong with it by the request's pointer, and no English word where the pointer is known.
 
@@ -57,10 +58,17 @@ function faultOf({ pointer = "", detail }, text) {
  * A refusal in words.
  * @param {number} status @param {Problem | null} problem @param {Text} text
  */
-export function refusal(status, problem, text) {
+function refusal(status, problem, text) {
   const faults = problem?.errors ?? [];
   if (faults.length) return faults.map((fault) => faultOf(fault, text)).join("; ");
   const known = text.has(`problem.${status}`) ? `problem.${status}` : "failure.refused";
   if (problem?.detail && text.language === "en") return problem.detail;
   return text(known, { status });
+}
+
+/** A failure in words. @param {any} failure @param {Text} text */
+export function failed(failure, text) {
+  if (failure.kind !== "refused")
+    return text(`failure.${failure.kind}`, { status: failure.status });
+  return refusal(failure.status, failure.problem, text);
 }

@@ -5,6 +5,7 @@
 // first part are here from the start.
 
 import { chosen, decimalMark, direction, wanted, wordsOf } from "./language.js";
+import { failed } from "./problems.js";
 import en from "./text/en/page.js";
 
 /** @typedef {Record<string, string>} Words */
@@ -56,7 +57,8 @@ function addNumbers(text) {
  * text(key, holes); text.count(key, count, holes) by the language's plural; text.part(name) when
  * the words of a part of the page are here; numbers as the language writes them:
  * text.number(value, digits) fixed decimals, text.short(value, digits) significant digits,
- * text.read(typed) a number or NaN; text.chosen() the language that somebody chose, or "".
+ * text.read(typed) a number or NaN; text.said(failure) what has failed; text.chosen() the language
+ * that somebody chose, or "".
  * @returns {Text}
  */
 export function createText() {
@@ -73,6 +75,7 @@ export function createText() {
 
   text.language = "en";
   text.chosen = chosen;
+  text.said = (failure) => failed(failure, text);
   text.has = (key) => key in words;
   text.count = (key, count, holes = {}) => {
     const { language } = text;

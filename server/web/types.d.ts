@@ -317,6 +317,7 @@ interface Text {
   language: string;
   /** The language that the address names or that was chosen here; "" without such a choice. */
   chosen(): string;
+  said(failure: any): string;
   has(key: string): boolean;
   /** By the language's plural: the key's .one, .other ...; {count} is filled in. */
   count(key: string, count: number, holes?: Record<string, unknown>): string;

@@ -171,7 +171,9 @@ async function heap(page) {
 export async function memory_over_minutes(rig) {
   const page = await rig.open();
   await page.waitForFunction(() => pendulumd.motion.stats);
-  await page.evaluate(() => pendulumd.store.set({ view: { drawer: "plots" } }));
+  await comb(page, 50);
+  await page.waitForFunction(() => pendulumd.motion.n === 50 && pendulumd.motion.complete && pendulumd.motion.stats);
+  await page.evaluate(() => { pendulumd.store.set({ view: { drawer: "plots" } }); pendulumd.clock.play(); });
   await page.waitForTimeout(3000);
   const sizes = [await heap(page)];
   for (let minute = 0; minute < MINUTES; minute++) {
@@ -179,7 +181,7 @@ export async function memory_over_minutes(rig) {
     sizes.push(await heap(page));
   }
   await close(page);
-  return `MB of heap, minute by minute with plots open: ${sizes.map((size) => (size / 1e6).toFixed(2)).join(" ")}`;
+  return `MB of heap, minute by minute with fifty arms and plots open: ${sizes.map((size) => (size / 1e6).toFixed(2)).join(" ")}`;
 }
 
 export async function thirty_students_come_at_once(rig) {
