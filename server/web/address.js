@@ -15,8 +15,13 @@ const MOST_WRITTEN = 12; // arms of a link that is still read by people
 const DIGITS = 6;
 const STEP = 0.01;
 
-/** Whether an address names a motion so. @param {string} search */
-export const namesMotion = (search) => new URLSearchParams(search).has("length");
+const NAMES = ["length", "mass", "parent", "theta", "omega", "gravity", "time"];
+
+/** Whether an address names a motion so, or would. @param {string} search */
+export function namesMotion(search) {
+  const asked = new URLSearchParams(search);
+  return NAMES.some((name) => asked.has(name));
+}
 
 /**
  * A link to this page that others open: who chose a language hands it on.
@@ -61,6 +66,7 @@ export function readAddress(search) {
   const read = (/** @type {string} */ name) => numbersOf(asked, name);
   const length = read("length") ?? [];
   const n = length.length;
+  if (!n) throw new Error("length: no arm");
   const fill = (/** @type {string} */ name, /** @type {(k: number) => number} */ plain) => {
     const list = read(name) ?? [];
     if (list.length > n) throw new Error(`${name}: more than arms`);

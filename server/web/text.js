@@ -45,7 +45,7 @@ function addNumbers(text) {
   };
   text.read = (typed) => {
     const plain = typed
-      .replace(/[\s\u200e\u200f\u061c]/g, "")
+      .replace(/[\s\u200e\u200f\u061c]|\u00b0$/g, "")
       .replace(/[\u0660-\u0669\u06f0-\u06f9]/g, (digit) => String(digit.charCodeAt(0) & 15))
       .replace("\u2212", "-")
       .replace(/[,\u066b]/, ".");

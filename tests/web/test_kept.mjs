@@ -107,7 +107,7 @@ export async function a_readable_link_is_written_and_read(rig) {
   assert.deepEqual(pendulum, { length: [1, 1], mass: [1, 0.5], parent: [0, 1], gravity: 1.62 });
   await close(other);
   // one that is not sound is told, and the page goes on
-  for (const bad of ["?length=1,x", "?length=1,1&parent=2,1"]) {
+  for (const bad of ["?length=1,x", "?length=1,1&parent=2,1", "?theta=45"]) {
     const odd = await rig.open({ path: `/${bad}` });
     await odd.waitForSelector(".notice:not([hidden])");
     assert.equal((await doc(odd)).pendulum.length.length, 4, bad);

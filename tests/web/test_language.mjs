@@ -133,11 +133,11 @@ export async function numbers_are_written_as_each_language_has_them(rig) {
         if (Number.isFinite(value) && Math.abs(text.read(text.short(value, 6)) - value) > 1e-5 * Math.abs(value)) found.push([language, "read", value]);
       }
     }
-    const typed = ["\u200e\u221245", "\u0664\u0665\u066b\u0665", " 1,5 ", "\u06f1\u06f2", "", "1 000", "x"].map((words) => text.read(words));
+    const typed = ["\u200e\u221245", "\u0664\u0665\u066b\u0665", " 1,5 ", "\u06f1\u06f2", "", "1 000", "x", "90\u00b0", "\u00b0"].map((words) => text.read(words));
     await text.use("en");
     return { found, typed };
   }, Object.keys(LANGUAGES));
   assert.deepEqual(odd.found, []);
-  assert.deepEqual(odd.typed, [-45, 45.5, 1.5, 12, NaN, 1000, NaN]);
+  assert.deepEqual(odd.typed, [-45, 45.5, 1.5, 12, NaN, 1000, NaN, 90, NaN]);
   await close(page);
 }
