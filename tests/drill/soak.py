@@ -141,7 +141,7 @@ class Client:
         stream = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE)
         stream.request("GET", place + "/events", headers={"Class-Token": self.token})
         good = good and stream.getresponse().status == 200
-        if self.dice.random() < 0.02:  # the stream is told
+        if self.dice.random() < 0.003:  # the stream is told
             good = self.ask("DELETE", place)[0] == 204 and good
             self.code = ""
         stream.close()
