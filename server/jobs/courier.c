@@ -21,6 +21,7 @@
 enum {
     COURIER_TAKES = 8,    /* hooks that one question takes */
     COURIER_SHARE = 8,    /* messages of one client under way, after which others go first */
+    COURIER_SOURCE = 16,  /* and of all clients of one address or account */
     COURIER_LEASE_S = 60, /* longer than hook_loop gives a message */
     COURIER_LOOK_MS = 1000,
     COURIER_PAUSE_MS = 100 /* between two looks, however much news there is */
@@ -32,7 +33,7 @@ static const int courier_pauses[] = {5, 300, 1800, 7200, 18000, 36000, 50400, 72
 /* A message under way. */
 struct courier_place {
     int used;
-    char job[SRV_ID_BYTES], client[SRV_NAME_BYTES];
+    char job[SRV_ID_BYTES], client[SRV_NAME_BYTES], source[SRV_NAME_BYTES];
     long attempt;
 };
 
@@ -151,6 +152,7 @@ static void courier_send(struct srv_courier *courier, const struct srv_hook *hoo
     *place = (struct courier_place){.used = 1, .attempt = hook->attempt};
     memcpy(place->job, hook->job.id, sizeof place->job);
     memcpy(place->client, hook->job.client, sizeof place->client);
+    memcpy(place->source, hook->source, sizeof place->source);
     if (courier_write(courier, hook, at) &&
         send(courier->fd, &courier->order, sizeof courier->order, MSG_NOSIGNAL) ==
             (ssize_t)sizeof courier->order)
@@ -158,17 +160,21 @@ static void courier_send(struct srv_courier *courier, const struct srv_hook *hoo
     courier_tell(courier, place, SRV_NOTIFY_WANTED, courier_pauses[0], 0);
 }
 
-/* which clients have many messages under way; returns how many places are free */
+/* which clients and sources have many messages under way; returns how many places are free */
 static int courier_busy(const struct srv_courier *courier, const char *busy[SRV_HOOKS_BUSY]) {
-    int free_places = 0, count = 0;
+    int free_places = 0, clients = 0, sources = SRV_HOOKS_CLIENTS;
     for (int i = 0; i < SRV_HOOK_LOOP_MOST; i++) {
         const struct courier_place *place = &courier->place[i];
-        int same = 0;
+        int same = 0, near = 0;
         free_places += !place->used;
-        for (int k = 0; k <= i && place->used; k++)
-            same += courier->place[k].used && !strcmp(courier->place[k].client, place->client);
-        /* each client once: at the message that makes it busy */
-        if (same == COURIER_SHARE && count < SRV_HOOKS_BUSY) busy[count++] = place->client;
+        for (int k = 0; k <= i && place->used; k++) {
+            const struct courier_place *other = &courier->place[k];
+            same += other->used && !strcmp(other->client, place->client);
+            near += other->used && *place->source && !strcmp(other->source, place->source);
+        }
+        /* each once: at the message that makes it busy */
+        if (same == COURIER_SHARE && clients < SRV_HOOKS_CLIENTS) busy[clients++] = place->client;
+        if (near == COURIER_SOURCE && sources < SRV_HOOKS_BUSY) busy[sources++] = place->source;
     }
     return free_places;
 }

@@ -17,7 +17,8 @@ enum {
     SRV_NAME_BYTES = 96,          /* clients, workers, operations, idempotency keys */
     SRV_TITLE_BYTES = 128,        /* what a client calls its job */
     SRV_VERSION_BYTES = 48,       /* of the program that took a job in */
-    SRV_HOOKS_BUSY = 4,           /* clients whose hooks are passed over */
+    SRV_HOOKS_CLIENTS = 4,        /* clients whose hooks are passed over */
+    SRV_HOOKS_BUSY = 6,           /* and behind them sources whose are */
     SRV_HOOK_BYTES = 512,         /* the url that hears of a job's end; counted with its row */
     SRV_CHUNK_BYTES = 256 * 1024, /* a piece of a part's result; only the last is shorter */
     SRV_CLAIMS = 64,     /* parts that one claim takes at most: so many only if each computes for */
@@ -353,8 +354,9 @@ enum srv_stored srv_store_erase_scenes(struct srv_store *store, const char *clie
 /* A job's end that is to be told. */
 struct srv_hook {
     char url[SRV_HOOK_BYTES];
-    long attempt;       /* 1, 2, ...: the fencing token */
-    struct srv_job job; /* as it is, over */
+    long attempt;                /* 1, 2, ...: the fencing token */
+    char source[SRV_NAME_BYTES]; /* where its client comes from, or itself; "" = not known */
+    struct srv_job job;          /* as it is, over */
 };
 
 /**
@@ -362,7 +364,8 @@ struct srv_hook {
  *
  * lease_us  for how long no other process takes them; who has not said how it went by then has
  *           died, and they are due again: so each is delivered at least once.
- * busy      names of clients whose hooks are left where they are; NULL = no more.
+ * busy      names of SRV_HOOKS_CLIENTS clients, and behind them of sources of clients, whose hooks
+ *           are left where they are; NULL = no more.
  * most      >= 1.
  * hook      out, room for `most`.
  * count     out.

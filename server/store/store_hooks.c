@@ -24,6 +24,8 @@ static enum srv_stored row_hook(void *context, const struct srv_value field[]) {
     srv_row_word(&field[1], 1, hook->url, sizeof hook->url, "url", &flaw);
     hook->attempt = 1 + (long)srv_row_whole(&field[2], 0, SRV_ROW_MOST, "attempts", &flaw);
     if (flaw) hook->url[0] = 0;
+    /* a source that cannot be read is nobody's */
+    srv_row_word(&field[3], 0, hook->source, sizeof hook->source, "source", &flaw);
     return SRV_STORED;
 }
 
@@ -43,9 +45,9 @@ static enum srv_stored take_one(struct srv_store *store, int64_t lease_us, struc
     return SRV_RUN(store, SQL_HOOK_TAKE, NULL, NULL, srv_value_text(id), srv_value_whole(lease_us));
 }
 
-/* a name that no client has stands for none */
-static struct srv_value take_busy(const char *client) {
-    return srv_value_text(client ? client : "");
+/* a name that no client has stands for none, and for a source one that none has */
+static struct srv_value take_busy(const char *const busy[SRV_HOOKS_BUSY], int i) {
+    return srv_value_text(busy[i] ? busy[i] : i < SRV_HOOKS_CLIENTS ? "" : " ");
 }
 
 enum srv_stored srv_store_hooks_take(struct srv_store *store, int64_t lease_us,
@@ -55,9 +57,9 @@ enum srv_stored srv_store_hooks_take(struct srv_store *store, int64_t lease_us,
     struct row_hooks rows = {.most = most, .hook = hook};
     *count = 0;
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored =
-        SRV_RUN(store, SQL_HOOKS_DUE, row_hook, &rows, srv_value_whole(most), take_busy(busy[0]),
-                take_busy(busy[1]), take_busy(busy[2]), take_busy(busy[3]));
+    enum srv_stored stored = SRV_RUN(store, SQL_HOOKS_DUE, row_hook, &rows, srv_value_whole(most),
+                                     take_busy(busy, 0), take_busy(busy, 1), take_busy(busy, 2),
+                                     take_busy(busy, 3), take_busy(busy, 4), take_busy(busy, 5));
     for (int i = 0; i < rows.count && stored == SRV_STORED; i++) {
         int good;
         stored = take_one(store, lease_us, &hook[i], &good);

@@ -49,6 +49,9 @@
     "COALESCE((SELECT class_pupils.bytes FROM class_pupils WHERE class_pupils.code = $1 AND who "  \
     "= $2), 0)"
 
+/* where the client of a hook comes from */
+#define HOOK_SOURCE "COALESCE((SELECT source FROM clients WHERE clients.name = hooks.client), '')"
+
 #define CLASS_ITEM_COLUMNS "name, version, reader, flag, changed, body, seal"
 
 /* Each statement, in the dialect that both databases share. */
@@ -209,8 +212,9 @@
                     "id = $1")                                                                     \
     X(HOOK_PUT, "INSERT INTO hooks (job, client, url) SELECT {1}, {2}, {3} {from ttt}")            \
     X(HOOK_DUE, "UPDATE hooks SET due = {now} WHERE job = $1 AND due = 0")                         \
-    X(HOOKS_DUE, "SELECT job, url, attempts FROM hooks WHERE due > 0 AND due <= {now} AND client " \
-                 "NOT IN ($2, $3, $4, $5) ORDER BY due LIMIT $1 {skip}")                           \
+    X(HOOKS_DUE, "SELECT job, url, attempts, " HOOK_SOURCE " FROM hooks WHERE due > 0 AND due <= " \
+                 "{now} AND client NOT IN ($2, $3, $4, $5) AND " HOOK_SOURCE " NOT IN ($6, $7) "   \
+                 "ORDER BY due LIMIT $1 {skip}")                                                   \
     X(HOOKS_NAMELESS, "DELETE FROM hooks WHERE due > 0 AND " NAMELESS("job", "26"))                \
     X(HOOK_TAKE, "UPDATE hooks SET due = {now} + $2, attempts = attempts + 1 WHERE job = $1")      \
     X(HOOK_ATTEMPTS, "SELECT attempts FROM hooks WHERE job = $1 {lock}")                           \

@@ -208,3 +208,19 @@ STORE_TEST(hooks_of_busy_clients_wait_for_those_of_others) {
     CHECK_TEXT(hook[0].job.id, "first");
     ground_sums(ground);
 }
+
+STORE_TEST(hooks_of_busy_sources_wait_for_those_of_others) {
+    static const char *const busy[SRV_HOOKS_BUSY] = {[SRV_HOOKS_CLIENTS] = "a school"};
+    struct srv_hook hook[MOST];
+    int count;
+    CHECK_INT(hooked(store, "first", "anna"), SRV_STORED);
+    CHECK_INT(hooked(store, "second", "bert"), SRV_STORED);
+    CHECK_INT(hooked(store, "third", "carl"), SRV_STORED);
+    for (int i = 0; i < 3; i++) end(store);
+    ground_run(ground, "UPDATE clients SET source = 'a school' WHERE name <> 'bert'");
+    CHECK_INT(srv_store_hooks_take(store, 60 * SECOND, busy, MOST, hook, &count), SRV_STORED);
+    CHECK(count == 1 && !strcmp(hook[0].job.id, "second"));
+    CHECK(strcmp(hook[0].source, "a school") != 0);
+    CHECK_INT(taken(store, 60 * SECOND, hook), 2);
+    CHECK_TEXT(hook[0].source, "a school");
+}
