@@ -107,22 +107,26 @@ static int end_checked(const struct api_fit *fit, const struct pend_fit_result *
                          known ? "" : ", and no standard error is known");
 }
 
-/* the measurement that is met worst, where no sigma says how well it is to be; of one run */
+/* the measurement that is met worst, by its sigma or where none is known; of one run */
 static void end_farthest(const struct api_fit *fit, const struct pend_fit_result *r, char text[],
                          size_t bytes) {
     static const char *const names[] = {
         [PEND_FIT_PHI] = "the angle of arm", [PEND_FIT_X] = "x of arm", [PEND_FIT_Y] = "y of arm"};
     double most = 0;
+    int known = 1;
+    for (int c = 0; c < fit->columns - fit->modes; c++) known &= pend_fit_known(&fit->column[c]);
     for (long i = 0; i < fit->rows && fit->runs == 1; i++)
         for (int c = 0; c < fit->columns - fit->modes; c++) {
             const struct pend_fit_column *column = &fit->column[c];
             double off = fabs(r->residual[i * fit->columns + c]);
-            if (pend_fit_known(column)) return;
+            if (pend_fit_known(column) != known) return;
             if (!(off > most) || (size_t)column->kind >= sizeof names / sizeof *names) continue;
             most = off;
             snprintf(text, bytes, " The farthest is %s %d at t = %.6g s, %.3g%s off.",
                      names[column->kind], column->arm + 1, fit->t[i], off,
-                     column->kind == PEND_FIT_PHI ? " rad" : "");
+                     known                          ? " sigma"
+                     : column->kind == PEND_FIT_PHI ? " rad"
+                                                    : "");
         }
 }
 

@@ -334,6 +334,27 @@ TEST(fits_say_that_the_model_does_not_follow) {
     test_reply_free(&reply);
 }
 
+/* one row of small swings that was mistyped */
+TEST(fits_name_the_row_that_is_farthest_off) {
+    static char body[BODY];
+    char *at = body + sprintf(body, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
+                                    "\"data\":{\"t\":[0");
+    for (int i = 1; i < 60; i++) at += sprintf(at, ",%g", 0.05 * i);
+    at += sprintf(at, "],\"series\":[{\"theta\":1,\"sigma\":0.01,\"values\":[0.1");
+    for (int i = 1; i < 60; i++)
+        at += sprintf(at, ",%.6f", 0.1 * cos(sqrt(9.81) * 0.05 * i) + (i == 30));
+    sprintf(at, "]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1},"
+                "{\"vary\":\"thetad\",\"arm\":1}]}");
+    struct test_reply reply = test_post(API_OP_FITS, body);
+    CHECK_INT(reply.status, 200);
+    CHECK_TEXT(test_reply_text(&reply, "/status"), "does_not_follow");
+    const char *said = test_reply_text(&reply, "/message");
+    CHECK_SAYING(strstr(said, "The farthest is the angle of arm 1 at t = 1.5 s, ") &&
+                     strstr(said, " sigma off."),
+                 "%s", said);
+    test_reply_free(&reply);
+}
+
 #define ONE "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[0]},"
 #define SERIES "\"data\":{\"t\":[0,0.5,1],\"series\":[{\"theta\":1,\"values\":[1,0,-1]}]}"
 #define GRAVITY "\"unknowns\":[{\"vary\":\"gravity\"}]"
