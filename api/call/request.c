@@ -22,7 +22,7 @@ static int request_form(const struct api_request *request) {
 /* what a query says belongs into the body, or into the head */
 static void request_query(const char *query, struct api_problem *problem) {
     char name[20] = "";
-    sscanf(query, "%19[a-z]", name);
+    sscanf(query, "%19[^=&]", name);
     const char *head = api_name_head(name);
     api_problem_set(problem, 422, "this route takes no query, got \"?%s\": %s%s%s", query,
                     head ? "the request's head says it, as \"" : "put it into the body",

@@ -53,6 +53,8 @@ TEST(the_envelope_is_checked_before_the_body) {
                    "none of the representations served here: application/json");
     check_envelope((struct api_request){.content_type = json, .query = "pretty=1"}, 422,
                    "takes no query, got \\\"?pretty=1\\\"");
+    check_envelope((struct api_request){.content_type = json, .query = "job_x=1"}, 422,
+                   "got \\\"?job_x=1\\\": put it into the body");
     check_envelope((struct api_request){.content_type = "a", .accept = "b", .query = "c"}, 415, "");
 }
 
