@@ -113,13 +113,16 @@ static void end_farthest(const struct api_fit *fit, const struct pend_fit_result
     static const char *const names[] = {
         [PEND_FIT_PHI] = "the angle of arm", [PEND_FIT_X] = "x of arm", [PEND_FIT_Y] = "y of arm"};
     double most = 0;
-    int known = 1;
-    for (int c = 0; c < fit->columns - fit->modes; c++) known &= pend_fit_known(&fit->column[c]);
+    int known = pend_fit_known(&fit->column[0]), angle = fit->column[0].kind == PEND_FIT_PHI;
+    // sigmas, angles and places are not compared with each other
+    for (int c = 1; c < fit->columns - fit->modes; c++)
+        if (pend_fit_known(&fit->column[c]) != known ||
+            (!known && angle != (fit->column[c].kind == PEND_FIT_PHI)))
+            return;
     for (long i = 0; i < fit->rows && fit->runs == 1; i++)
         for (int c = 0; c < fit->columns - fit->modes; c++) {
             const struct pend_fit_column *column = &fit->column[c];
             double off = fabs(r->residual[i * fit->columns + c]);
-            if (pend_fit_known(column) != known) return;
             if (!(off > most) || (size_t)column->kind >= sizeof names / sizeof *names) continue;
             most = off;
             snprintf(text, bytes, " The farthest is %s %d at t = %.6g s, %.3g%s off.",

@@ -158,3 +158,25 @@ TEST(fits_say_how_to_begin_where_the_motion_is_too_wild) {
                  "%s", detail ? detail : "");
     test_reply_free(&reply);
 }
+
+/* what has a sigma is not compared with what has none, nor an angle with a place */
+TEST(fits_name_no_farthest_row_of_what_cannot_be_compared) {
+    static const char *const second[] = {"\"theta\":2,\"sigma\":0.001", "\"x\":2"};
+    for (int s = 0; s < 2; s++) {
+        static char body[2000];
+        char *at = body + sprintf(body, "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":"
+                                        "[0,1]},\"data\":{\"t\":[0");
+        for (int i = 1; i < 30; i++) at += sprintf(at, ",%g", 0.1 * i);
+        at += sprintf(at, "],\"series\":[{\"theta\":1,\"values\":[0.06");
+        for (int i = 1; i < 30; i++) at += sprintf(at, ",%.6f", 0.05 * cos(2.397 * 0.1 * i));
+        at += sprintf(at, "]},{%s,\"values\":[0.07", second[s]);
+        for (int i = 1; i < 30; i++) at += sprintf(at, ",%.6f", sin(0.2 * i * i));
+        sprintf(at, "]}]},\"initial\":{\"theta\":[0.05,0.07]},\"unknowns\":[{\"vary\":\"length\","
+                    "\"arm\":1}]}");
+        struct test_reply reply = test_post(API_OP_FITS, body);
+        CHECK_TEXT(test_reply_text(&reply, "/status"), "does_not_follow");
+        CHECK_SAYING(!strstr(test_reply_text(&reply, "/message"), "farthest"), "%s",
+                     test_reply_text(&reply, "/message"));
+        test_reply_free(&reply);
+    }
+}
