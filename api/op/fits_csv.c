@@ -109,13 +109,13 @@ static double name_unit(char *name, double scale) {
     return 0;
 }
 
-/* how many of the unit that stands behind a name are a metre; 0 = they are one, or it is none that
- * is known */
+/* how many of the unit that stands behind a name are a metre; 0 = there is none, or none that is
+ * known */
 static double name_per_m(const char *name) {
     static const struct {
         const char *unit;
         double per_m;
-    } units[] = {{"cm", 100}, {"mm", 1000}};
+    } units[] = {{"m", 1}, {"cm", 100}, {"mm", 1000}};
     const char *open = strpbrk(name, "([");
     size_t bytes = open ? strcspn(open + 1, ")]") : 0;
     for (size_t i = 0; i < sizeof units / sizeof *units && open; i++)
@@ -151,9 +151,15 @@ static int head_good(const struct api_csv *csv, const char *name, long arm, doub
     return 0;
 }
 
-/* keeps what the first place is measured in that is not in m */
-static void head_per_m(struct api_csv *csv, double per_m, int place) {
+/* keeps what places are measured in; one camera has one unit */
+static void head_per_m(struct api_csv *csv, double per_m, int place,
+                       const struct csv_context *context) {
     if (per_m > 0 && !csv->per_m) csv->per_m = per_m, csv->per_m_field = place;
+    if (per_m > 0 && per_m != csv->per_m)
+        api_value_fault(context->text, context->problem,
+                        API_CODE_CONFLICT
+                        "line %d: fields %d and %d have units of their own: give all in one",
+                        csv->line, csv->per_m_field + 1, place + 1);
 }
 
 /* adds the column of a field, unless it is of nothing that is known here */
@@ -173,7 +179,7 @@ static void head_field(struct api_csv *csv, const struct csv_field *field, int p
     if (which == 4 || (angle && alone)) return;
     if (alone && !(arm = head_listed(csv, context, name))) return;
     if (!head_good(csv, name, arm, angle ? unit : 1, place, context)) return;
-    if (!angle) head_per_m(csv, per_m, place);
+    if (!angle) head_per_m(csv, per_m, place, context);
     csv->scale[csv->columns] = angle ? unit : 1;
     csv->field[csv->columns] = place, csv->arm[csv->columns] = (int)arm - 1;
     csv->kind[csv->columns] = kinds[which], csv->theta[csv->columns] = which == 1;

@@ -19,8 +19,8 @@ struct api_csv {
     enum pend_fit_kind kind[API_CSV_COLUMNS];
     int theta[API_CSV_COLUMNS];    /* an angle from hanging */
     double scale[API_CSV_COLUMNS]; /* rad or the camera's unit, of one of the table's */
-    /* how many of the unit of places, where it is said and not m, are a metre; 0 = none is; and the
-     * first field that says so, from 0 */
+    /* how many of the unit of places are a metre, where it is said; 0 = it is not; and the first
+     * field that says so, from 0 */
     double per_m;
     int per_m_field;
 };

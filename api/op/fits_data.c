@@ -188,7 +188,7 @@ static enum pend_status read_csv(struct measured *run, const struct api_tree *tr
     struct api_value camera = api_value_member(reading->root, "camera"),
                      scale = api_value_member(&camera, "scale");
     // in metres such places would be of another pendulum
-    if (table.per_m > 0 && api_value_kind(&scale) == API_MISSING)
+    if (table.per_m > 1 && api_value_kind(&scale) == API_MISSING)
         api_value_fault(&csv, reading->problem,
                         API_CODE_MISSING
                         "line %d: field %d is not in m: give the \"scale\" of \"camera\" too, "

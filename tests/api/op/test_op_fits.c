@@ -399,6 +399,11 @@ TEST(fits_refuse_at_the_pointer) {
         {ONE GRAVITY ",\"data\":{\"csv\":\"\357\273\277t (s),x_1 [cm],y_1\\n0,1,2\\n\"}}",
          "/data/csv",
          "line 1: field 2 is not in m: give the \"scale\" of \"camera\" too, which is 100"},
+        {ONE GRAVITY ",\"camera\":{\"scale\":100},\"data\":{\"csv\":\"t,x_1 (cm),y_1 "
+                     "(mm)\\n0,1,2\\n\"}}",
+         "/data/csv", "line 1: fields 2 and 3 have units of their own"},
+        {ONE GRAVITY ",\"data\":{\"csv\":\"t,x_1 [m],y_1 [cm]\\n0,1,2\\n\"}}", "/data/csv",
+         "line 1: fields 2 and 3 have units of their own"},
         {ONE GRAVITY ",\"data\":{\"csv\":\"t,theta_2\\n0,1\\n\"}}", "/data/csv", "1 to 1"},
         {ONE GRAVITY ",\"data\":{\"csv\":\"t,x\\n\"}}", "/data/csv", "no rows"},
         {ONE GRAVITY ",\"camera\":{\"unknown\":\"scale\"}," SERIES "}", "/camera/unknown",
