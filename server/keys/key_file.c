@@ -67,26 +67,39 @@ static int key_file_give(int fd, const struct stat *old, int directory) {
     return !fchown(fd, owner.st_uid, owner.st_gid) || owner.st_uid == geteuid();
 }
 
-/* Replaces the file by one with the text. old->st_nlink is 0 if there was no file. */
+/* whether the directory that is locked has the file that was read, or none where there was none */
+static int key_file_same(const char *name, const struct stat *old, int directory) {
+    struct stat now;
+    int there = !fstatat(directory, name, &now, 0);
+    if (!old->st_nlink) return !there;
+    return there && now.st_dev == old->st_dev && now.st_ino == old->st_ino;
+}
+
+/* Replaces the file by one with the text. old->st_nlink is 0 if there was no file. Whoever owns a
+ * directory on the way may put another in its place meanwhile: all is done in the one that is
+ * locked, or root would be led to make files of that owner elsewhere. */
 static enum pend_status key_file_replace(const char *path, const struct stat *old,
                                          const struct api_buffer *text, int directory,
                                          struct pend_error *error) {
     char fresh[KEY_FILE_PATH];
-    if ((size_t)snprintf(fresh, sizeof fresh, "%s.new", path) >= sizeof fresh)
+    const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+    if ((size_t)snprintf(fresh, sizeof fresh, "%s.new", name) >= sizeof fresh)
         return pend_fail(error, PEND_INVALID, -1, 0, "the path of the keys is too long");
+    if (!key_file_same(name, old, directory))
+        return pend_fail(error, PEND_INVALID, -1, 0, "%.150s was moved meanwhile", path);
     /* A temporary file that exists was left by a process that died, because the lock is held. */
-    unlink(fresh);
-    int fd = open(fresh, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
+    unlinkat(directory, fresh, 0);
+    int fd = openat(directory, fresh, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (fd < 0) return key_file_world("cannot write", fresh, error);
     int good = !fchmod(fd, 0600) && key_file_give(fd, old, directory) && key_file_fill(fd, text);
     enum pend_status status = good ? PEND_OK : key_file_world("cannot write", fresh, error);
     close(fd);
-    if (status == PEND_OK && rename(fresh, path))
+    if (status == PEND_OK && renameat(directory, fresh, directory, name))
         status = key_file_world("cannot replace", path, error);
     if (status == PEND_OK)
         fsync(directory);
     else
-        unlink(fresh);
+        unlinkat(directory, fresh, 0);
     return status;
 }
 

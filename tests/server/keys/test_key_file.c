@@ -105,6 +105,31 @@ TEST(root_makes_keys_for_the_user_whose_directory_it_is) {
     end();
 }
 
+/* puts another directory in the place of that of the file, once the file was read */
+static enum pend_status add_and_move(struct srv_keys *keys, void *context,
+                                     struct pend_error *error) {
+    char aside[80];
+    snprintf(aside, sizeof aside, "%s.aside", directory);
+    CHECK(!rename(directory, aside) && !mkdir(directory, 0700));
+    return add(keys, context, error);
+}
+
+TEST(a_change_stays_in_the_directory_that_it_began_in) {
+    struct pend_error error = {.text = ""};
+    struct stat file;
+    char aside[80];
+    for (int old = 0; old < 2; old++) {
+        REQUIRE(begin());
+        snprintf(aside, sizeof aside, "%s.aside", directory);
+        if (old) CHECK_INT(srv_key_file_change(path, 1, add, "one", &error), PEND_OK);
+        CHECK_INT(srv_key_file_change(path, 1, add_and_move, "two", &error), PEND_OK);
+        CHECK(stat(path, &file) != 0);
+        CHECK(!rmdir(directory) && !rename(aside, directory));
+        CHECK_INT(count(), old + 1);
+        end();
+    }
+}
+
 TEST(changes_of_many_programs_at_once_are_all_there) {
     enum { PROGRAMS = 4, CHANGES = 10 };
     pid_t child[PROGRAMS];
