@@ -481,7 +481,7 @@ build/web/files: changed
 build/web/tools: changed
 	@$(call remember,$(wildcard /usr/bin/clang /usr/bin/wasm-ld /usr/include/wasm32-wasi /usr/lib/llvm-*/lib/clang/*/lib/wasi))
 $(B)/flags: changed
-	@$(call remember,$(CC) $(CXX) $(CFLAGS_ALL) $(CXXFLAGS_ALL) $(CORE_SPARED))
+	@$(call remember,$(CC) $(CXX) $(CFLAGS_ALL) $(CXXFLAGS_ALL) $(CORE_SPARED)$(if $(ISA_IDLE), $(ISA_IDLE)))
 $(B)/parts: changed
 	@$(call remember,$(LINK) $(sort $(CORE) $(API) $(SERVER) $(HARNESS) $(foreach room,$(ROOMS) bench/parts,$(call objects,tests/$(room)))))
 remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
