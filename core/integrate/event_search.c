@@ -126,13 +126,21 @@ static double search_turns(const struct event_step *step, const double turns[], 
     return turns ? turns[k * step->lanes] : 0;
 }
 
+/* whether nothing but rounding changes the quantity: the whole energy of what neither gains nor
+ * loses any; in a long motion it goes by any slack */
+static int search_keeps(const struct event_step *step, const struct pend_event *event) {
+    const struct pend_loads *loads = step->loads;
+    return event->quantity == PEND_QUANTITY_ENERGY &&
+           (!loads->terms || pend_terms_conserve(loads->terms, loads->value));
+}
+
 /* looks for a condition in the step */
 static void search_look(struct event_search *search, const struct event_step *step, int event,
                         struct event_watch *watch, double from, int first) {
     const struct pend_event *asked = &search->event[event];
     double series[EVENT_TERMS], level = asked->level, low = 0, turns = 0;
     assert(watch->told >= 0 && asked->arm < step->tree->n);
-    if (watch->told >= asked->most) return;
+    if (watch->told >= asked->most || search_keeps(step, asked)) return;
     search_series(search, step, asked, series);
     if (asked->quantity <= PEND_QUANTITY_THETA) turns = search_turns(step, step->turns, asked->arm);
     if (asked->quantity == PEND_QUANTITY_PHI)

@@ -226,7 +226,7 @@ TEST(events_are_none_while_a_quantity_stays_where_it_began) {
         {PEND_QUANTITY_ENERGY, 0, 0, energy, 0, PEND_WAY_UP | PEND_WAY_DOWN, MOST, 0},
     };
     struct pend_events_problem problem = problem_of(&t, TEST_LOADS(9.81), 2, event);
-    problem.duration = 3;
+    problem.duration = 60;
     search(&found, &problem, 1);
     CHECK_INT(found.count, 0);
     test_tree_clear(&t);
