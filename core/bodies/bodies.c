@@ -1,6 +1,7 @@
 #include "core/bodies/bodies.h"
 
 #include <assert.h>
+#include <math.h>
 #include <string.h>
 
 #include "core/base/isa.h"
@@ -8,7 +9,9 @@
 
 enum {
     BODIES_TILE = 8,
-    BODIES_AHEAD = 3 /* rows of a series beyond its order: turns are two ahead */
+    BODIES_AHEAD = 3, /* rows of a series beyond its order: turns are two ahead */
+    BODIES_SURELY =
+        16 /* how many times larger a rounding error must be than another to be told so */
 };
 
 const struct bodies_kernel *pend_kernel_bodies(void) {
@@ -96,6 +99,101 @@ static void bodies_rail(const struct bodies_system *s, const struct bodies_force
     if (forces->tip_across) forces->tip_across[0] = across;
 }
 
+/* the terms that the force of arm k is a sum of, which its rounding is proportional to */
+static double bodies_terms(const struct bodies_system *s, int k) {
+    int p = s->parent[k];
+    if (s->need & BODIES_SHAPE)
+        return (s->form_xx[k] + s->form_yy[k]) * (fabs(s->base_x[k]) + fabs(s->base_y[k])) +
+               fabs(s->asked_x[k]) + fabs(s->asked_y[k]);
+    double a = fabs(s->base_x[p]) + fabs(s->base_y[p]),
+           b = fabs(s->asked_x[k]) + fabs(s->asked_y[k]);
+    double m = fabs(s->early_m[k]) + fabs(s->late_m[p]);
+    double sway =
+        fmax(fabs(s->sway_xx[k]) + fabs(s->sway_xy[k]), fabs(s->sway_yx[k]) + fabs(s->sway_yy[k]));
+    double keep =
+        fmax(fabs(s->keep_xx[k]) + fabs(s->keep_xy[k]), fabs(s->keep_yx[k]) + fabs(s->keep_yy[k]));
+    double swing = fabs(s->swing_x[k]) + fabs(s->swing_y[k]);
+    double turn = fabs(s->turn_x[k]) + fabs(s->turn_y[k]);
+    return sway * a + swing * fabs(s->pulled[p]) + turn * m + keep * b;
+}
+
+/* sums over what hangs on every arm: of its forces, of their terms, and of what it opposes to an
+ * acceleration with the arm's own mass, in the arm's frame */
+static void bodies_gather(const struct bodies_system *s) {
+    for (int k = 0; k < s->n; k++) {
+        s->wind_x[k] = s->wind_y[k] = s->next_known[k] = s->known[k] = 0;
+        s->next_x[k] = s->next_y[k] = s->body[k];
+    }
+    for (int k = 1; k < s->n; k++) {
+        int p = s->parent[k];
+        double C = s->cosine[k], Z = s->sine[k], x = s->reach_x[k], y = s->reach_y[k];
+        double A = s->form_xx[k], B = s->form_xy[k], E = s->form_yy[k];
+        s->known[p] += bodies_terms(s, k);
+        s->wind_x[p] += C * x - Z * y;
+        s->wind_y[p] += Z * x + C * y;
+        s->next_x[p] += C * (C * A - Z * B) - Z * (C * B - Z * E);
+        s->next_y[p] += Z * (Z * A + C * B) + C * (Z * B + C * E);
+        s->next_known[p] += Z * (C * A - Z * B) + C * (C * B - Z * E);
+    }
+}
+
+/*
+ * The balance of forces has the last word. Where heavy arms pull at each other across a light joint
+ * their forces are small differences, but the sum of them is what the force at the parent's joint
+ * makes it, root to leaves. What is missing goes to them in proportion to how they yield, unless
+ * the balance of a heavy arm itself is known less well than their forces are.
+ */
+static void bodies_balance(const struct bodies_system *s) {
+    bodies_gather(s);
+    for (int k = 1; k < s->n; k++) {
+        int p = s->parent[k];
+        double kr = s->pulled[p], chi = s->answer[p], hx = s->moment_x[p], hy = s->moment_y[p];
+        double A = s->next_x[p], B = s->next_known[p], E = s->next_y[p], M = s->body[p];
+        double x = s->reach_x[p] - s->wind_x[p] - M * s->base_x[p] - (hx * kr - hy * chi);
+        double y = s->reach_y[p] - s->wind_y[p] - M * s->base_y[p] - (hy * kr + hx * chi);
+        if (s->need & BODIES_AIR) x += s->drag_x[p], y += s->drag_y[p];
+        double rough = M * (fabs(s->base_x[p]) + fabs(s->base_y[p])) +
+                       (fabs(hx) + fabs(hy)) * (fabs(kr) + fabs(chi));
+        if (BODIES_SURELY * rough > s->known[p]) continue;
+        // all but the mass of the arm is no less than 0
+        double det = fmax(A * E - B * B, M * (A + E - M));
+        double ax = (E * x - B * y) / det, ay = (A * y - B * x) / det;
+        if (!(fabs(ax) + fabs(ay) < INFINITY)) continue;
+        double C = s->cosine[k], Z = s->sine[k], bx = C * ax + Z * ay, by = C * ay - Z * ax;
+        double fx = s->form_xx[k] * bx + s->form_xy[k] * by;
+        s->reach_x[k] += fx;
+        s->reach_y[k] += s->form_xy[k] * bx + s->form_yy[k] * by;
+    }
+}
+
+/*
+ * The forces at the tips. That at the joint less all but the tip's, and the tip's own with what
+ * hangs there, are one number, and lose digits where the one or the other mass is heavy. Their mean
+ * by these masses has no acceleration of the joint: the part w of the force at the joint that M has
+ * at the tip, and m (l - c) u''. Of the forces of children w is taken off where they hang
+ * elsewhere, and the rest of 1 added at the tip.
+ */
+static void bodies_tips(const struct bodies_system *s) {
+    for (int k = 0; k < s->n; k++) {
+        size_t row = bodies_row(s, k);
+        double dx = s->mass[k] * s->tail_x[k], dy = s->mass[k] * s->tail_y[k];
+        double kr = s->pulled[k], chi = s->answer[k], w = s->tip_share[k];
+        s->tip_x[row] = w * s->reach_x[k] + (dx * kr - dy * chi);
+        s->tip_y[row] = w * s->reach_y[k] + (dy * kr + dx * chi);
+        if (s->need & BODIES_AIR) {
+            s->tip_x[row] -= s->tip_rest[k] * s->drag_x[k];
+            s->tip_y[row] -= s->tip_rest[k] * s->drag_y[k];
+        }
+    }
+    for (int k = 1; k < s->n; k++) {
+        size_t up = bodies_row(s, s->parent[k]);
+        double C = s->cosine[k], Z = s->sine[k], x = s->reach_x[k], y = s->reach_y[k];
+        double part = bodies_hung(s, k) ? -s->tip_share[s->parent[k]] : s->tip_rest[s->parent[k]];
+        s->tip_x[up] += part * (C * x - Z * y);
+        s->tip_y[up] += part * (Z * x + C * y);
+    }
+}
+
 /* the system at a state, to order 1 in seconds */
 static struct bodies_system bodies_expand(const struct pend_tree *tree,
                                           const struct pend_loads *loads,
@@ -123,15 +221,16 @@ void pend_bodies_at(const struct pend_tree *tree, const struct pend_loads *loads
                     const struct bodies_state *state, void *work, double acc[],
                     const struct bodies_forces *forces) {
     struct bodies_system s = bodies_expand(tree, loads, state, work);
+    if (forces) {
+        bodies_balance(&s);
+        bodies_tips(&s);
+    }
     for (int k = 0; k < tree->n; k++) {
         size_t row = bodies_row(&s, k);
         acc[k] = s.rate[row + s.stride];
         if (!forces) continue;
-        double x = s.base_x[k], y = s.base_y[k];
-        if (forces->joint_along)
-            forces->joint_along[k] = s.form_xx[k] * x + s.form_xy[k] * y + s.asked_x[k];
-        if (forces->joint_across)
-            forces->joint_across[k] = s.form_xy[k] * x + s.form_yy[k] * y + s.asked_y[k];
+        if (forces->joint_along) forces->joint_along[k] = s.reach_x[k];
+        if (forces->joint_across) forces->joint_across[k] = s.reach_y[k];
         if (forces->tip_along) forces->tip_along[k] = s.tip_x[row];
         if (forces->tip_across) forces->tip_across[k] = s.tip_y[row];
     }

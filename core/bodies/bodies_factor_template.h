@@ -12,7 +12,14 @@
  * for the arm's own masses, of center c, it is their I_c + M c c^T - (e - i c) (i h)^T.
  * Phi is formed without a difference too: a body alone has M / J (I_c + M c c^T), and a child adds
  * N^T (D P + det P p p^T) N / (D + <e, P e>), which is what its own form leaves when the arm gives
- * way (Woodbury). The force that a child asks, beta, counts N^T R beta for the parent. */
+ * way (Woodbury). The force that a child asks, beta, counts N^T R beta for the parent.
+ *
+ * The force of an arm between a heavy one and a light joint is the small difference of what the
+ * heavy one asks and of Phi times an acceleration. It follows from its parent's numbers without
+ * that difference (bodies_hold), where Phi is of rank one, as it is of points at tips: from a, kr
+ * and beta, and from nu, the moments on the parent but for the arm's own, as D F = (P B + det P p
+ * p^T) a + (D' P p - K' w + det P |p|^2 p) kr + w nu + (D' - p (i w)^T) beta, B what would remain
+ * at p without the arm, D' and K' the parent's D and K without it. */
 #ifndef PEND_BODIES_FACTOR_TEMPLATE_H
 #define PEND_BODIES_FACTOR_TEMPLATE_H
 
@@ -48,6 +55,24 @@ static inline void bodies_heap_add(struct bodies_heap *heap, num mass, num x, nu
     heap->mass = sum;
 }
 
+/* from the center of an arm to its tip, to its own last digits, and which part of the mass is there
+ */
+static inline void bodies_tail(const struct bodies_system *s, int k, num M) {
+    num zero = num_of(0), rod = bodies_get(s, PEND_TERM_ROD, k), l = s->len[k];
+    s->tail_x[k] = s->tail_y[k] = s->tip_rest[k] = zero;
+    s->tip_share[k] = num_of(1);
+    if (s->terms->row[PEND_TERM_ROD] < 0 && s->terms->row[PEND_TERM_BODY] < 0) return;
+    if (!k && pend_terms_cart(s->terms)) return;
+    num body = bodies_get(s, PEND_TERM_BODY, k), part = num_div(num_of(1), M);
+    num x = num_sub(l, bodies_get(s, PEND_TERM_CENTER_X, k));
+    num y = bodies_get(s, PEND_TERM_CENTER_Y, k);
+    x = num_fma(num_mul(rod, l), num_of(0.5), num_mul(body, x));
+    s->tail_x[k] = num_mul(part, x);
+    s->tail_y[k] = num_neg(num_mul(part, num_mul(body, y)));
+    s->tip_share[k] = num_mul(part, s->mass[k]);
+    s->tip_rest[k] = num_mul(part, num_add(rod, body));
+}
+
 /* an arm alone: M, h, J, and its form */
 static inline void bodies_alone(const struct bodies_system *s, int k) {
     num l = s->len[k], zero = num_of(0), rod = bodies_get(s, PEND_TERM_ROD, k);
@@ -68,19 +93,15 @@ static inline void bodies_alone(const struct bodies_system *s, int k) {
     s->inertia[k] = s->total[k] = J;
     s->inv_total[k] = inverse;
     s->center_x[k] = heap.x, s->center_y[k] = heap.y, s->spread[k] = heap.spread;
+    bodies_tail(s, k, M);
     s->form_xx[k] = num_mul(part, num_fma(hx, heap.x, heap.spread));
     s->form_xy[k] = num_mul(part, num_mul(hx, heap.y));
     s->form_yy[k] = num_mul(part, across);
     s->form_det[k] = num_mul(num_mul(M, part), heap.spread);
     s->pull_x[k] = s->pull_y[k] = s->hang_x[k] = s->hang_y[k] = s->hang_e[k] = zero;
     s->late_x[k] = s->late_y[k] = s->other_x[k] = s->other_y[k] = s->other_e[k] = zero;
+    s->hang_p[k] = s->other_p[k] = zero;
     s->draw_x[k] = hx, s->draw_y[k] = hy, s->twist[k] = zero;
-}
-
-/* non-zero if arm k hangs elsewhere than where its siblings do by default: at the tip, or on a
- * cart */
-VEC_INLINE int bodies_hung(const struct bodies_system *s, int k) {
-    return s->terms->hung[k] && !(s->parent[k] == 0 && pend_terms_cart(s->terms));
 }
 
 /* where arm k hangs on its parent, in the parent's frame and in its own */
@@ -99,21 +120,34 @@ static inline void bodies_point(const struct bodies_system *s, int k) {
     s->place_y[k] = num_sub(num_mul(C, y), num_mul(Z, x));
 }
 
-/* a matrix; children's w, and the sum of <e, w> */
+/* a matrix; children's w, and the sums of <e, w> and <p, w>; a point of an arm in its frame, and
+ * from the arm's center */
 struct bodies_matrix {
     num xx, xy, yx, yy;
 };
 
 struct bodies_pull {
-    num x, y, e;
+    num x, y, e, p;
 };
 
+struct bodies_spot {
+    num x, y, dx, dy;
+};
+
+/* where arm c hangs on arm p */
+static inline struct bodies_spot bodies_spot(const struct bodies_system *s, int c, int p) {
+    num x = s->point_x[c], y = s->point_y[c];
+    if (!bodies_hung(s, c)) return (struct bodies_spot){x, y, s->tail_x[p], s->tail_y[p]};
+    return (struct bodies_spot){x, y, num_sub(x, s->center_x[p]), num_sub(y, s->center_y[p])};
+}
+
 /* D N of a point of arm p: of the arm alone, of children at the same point, and of others */
-static inline struct bodies_matrix bodies_remains(const struct bodies_system *s, int p, num x,
-                                                  num y, const struct bodies_pull *same,
+static inline struct bodies_matrix bodies_remains(const struct bodies_system *s, int p,
+                                                  const struct bodies_spot *at,
+                                                  const struct bodies_pull *same,
                                                   const struct bodies_pull *other) {
     num hx = s->moment_x[p], hy = s->moment_y[p], cx = s->center_x[p], cy = s->center_y[p];
-    num dx = num_sub(x, cx), dy = num_sub(y, cy), spread = s->spread[p];
+    num x = at->x, y = at->y, dx = at->dx, dy = at->dy, spread = s->spread[p];
     struct bodies_matrix N = {
         num_fma(hx, cx, num_sub(spread, num_mul(dy, hy))),
         num_fma(hx, cy, num_mul(dy, hx)),
@@ -130,15 +164,17 @@ static inline struct bodies_matrix bodies_remains(const struct bodies_system *s,
 
 /* of the children of arm p that have joined: those at the tip, the others, and all */
 static inline struct bodies_pull bodies_at_tip(const struct bodies_system *s, int p) {
-    return (struct bodies_pull){s->pull_x[p], s->pull_y[p], num_mul(s->len[p], s->pull_y[p])};
+    num l = s->len[p], x = s->pull_x[p], y = s->pull_y[p];
+    return (struct bodies_pull){x, y, num_mul(l, y), num_mul(l, x)};
 }
 
 static inline struct bodies_pull bodies_off_tip(const struct bodies_system *s, int p) {
-    return (struct bodies_pull){s->hang_x[p], s->hang_y[p], s->hang_e[p]};
+    return (struct bodies_pull){s->hang_x[p], s->hang_y[p], s->hang_e[p], s->hang_p[p]};
 }
 
 static inline struct bodies_pull bodies_both(struct bodies_pull a, struct bodies_pull b) {
-    return (struct bodies_pull){num_add(a.x, b.x), num_add(a.y, b.y), num_add(a.e, b.e)};
+    return (struct bodies_pull){num_add(a.x, b.x), num_add(a.y, b.y), num_add(a.e, b.e),
+                                num_add(a.p, b.p)};
 }
 
 static const struct bodies_pull bodies_none;
@@ -146,11 +182,12 @@ static const struct bodies_pull bodies_none;
 /* what remains of an acceleration where arm c hangs, its siblings so far being there, times D */
 static inline struct bodies_matrix bodies_before(const struct bodies_system *s, int c, int p) {
     struct bodies_pull tip = bodies_at_tip(s, p), off = bodies_off_tip(s, p);
-    num x = s->point_x[c], y = s->point_y[c];
+    struct bodies_spot at = bodies_spot(s, c, p);
     struct bodies_pull early = bodies_hung(s, c) ? off : tip, all = bodies_both(tip, off);
-    s->early_x[c] = early.x, s->early_y[c] = early.y, s->early_e[c] = early.e;
-    if (bodies_hung(s, c)) return bodies_remains(s, p, x, y, &bodies_none, &all);
-    return bodies_remains(s, p, x, y, &tip, &off);
+    s->early_x[c] = early.x, s->early_y[c] = early.y;
+    s->early_e[c] = early.e, s->early_p[c] = early.p;
+    if (bodies_hung(s, c)) return bodies_remains(s, p, &at, &bodies_none, &all);
+    return bodies_remains(s, p, &at, &tip, &off);
 }
 
 /* the child's form as the parent's base feels it: N^T W N, D N given, W = (D P + det P p p^T) over
@@ -207,25 +244,65 @@ static inline void bodies_join(const struct bodies_system *s, int c, int p) {
     s->hang_x[p] = num_add(s->hang_x[p], wx);
     s->hang_y[p] = num_add(s->hang_y[p], wy);
     s->hang_e[p] = num_add(s->hang_e[p], add);
+    s->hang_p[p] = num_add(s->hang_p[p], num_fma(px, wx, num_mul(py, wy)));
 }
 
 /* what remains where arm c hangs, all its siblings being there, but for what it asks itself, times
- * D; and c becomes one of those that have joined later than the next sibling */
+ * D; what the siblings pull; and c becomes one of those that have joined later than the next one */
 static inline struct bodies_matrix bodies_beside(const struct bodies_system *s, int c, int p,
-                                                 const struct bodies_pull *own) {
-    struct bodies_pull tip = bodies_at_tip(s, p), off = bodies_off_tip(s, p), late, group;
-    struct bodies_pull early = {s->early_x[c], s->early_y[c], s->early_e[c]};
-    num x = s->point_x[c], y = s->point_y[c];
+                                                 const struct bodies_spot *at,
+                                                 const struct bodies_pull *own,
+                                                 struct bodies_pull *group) {
+    struct bodies_pull tip = bodies_at_tip(s, p), off = bodies_off_tip(s, p), late;
+    struct bodies_pull early = {s->early_x[c], s->early_y[c], s->early_e[c], s->early_p[c]};
+    num none = num_of(0);
     if (!bodies_hung(s, c)) {
-        late = (struct bodies_pull){s->late_x[p], s->late_y[p], num_of(0)};
-        group = bodies_both(early, late), late = bodies_both(late, *own);
+        late = (struct bodies_pull){s->late_x[p], s->late_y[p], none, none};
+        struct bodies_pull same = bodies_both(early, late);
+        late = bodies_both(late, *own);
         s->late_x[p] = late.x, s->late_y[p] = late.y;
-        return bodies_remains(s, p, x, y, &group, &off);
+        // all of them at one point
+        same.e = num_sub(num_mul(at->x, same.y), num_mul(at->y, same.x));
+        same.p = num_fma(at->x, same.x, num_mul(at->y, same.y));
+        *group = bodies_both(same, off);
+        return bodies_remains(s, p, at, &same, &off);
     }
-    late = (struct bodies_pull){s->other_x[p], s->other_y[p], s->other_e[p]};
-    group = bodies_both(bodies_both(early, late), tip), late = bodies_both(late, *own);
-    s->other_x[p] = late.x, s->other_y[p] = late.y, s->other_e[p] = late.e;
-    return bodies_remains(s, p, x, y, &bodies_none, &group);
+    late = (struct bodies_pull){s->other_x[p], s->other_y[p], s->other_e[p], s->other_p[p]};
+    *group = bodies_both(bodies_both(early, late), tip), late = bodies_both(late, *own);
+    s->other_x[p] = late.x, s->other_y[p] = late.y;
+    s->other_e[p] = late.e, s->other_p[p] = late.p;
+    return bodies_remains(s, p, at, &bodies_none, group);
+}
+
+/* what the force of arm k is made of, g = adj(Phi) place; Q is what remains without the arm, turned
+ * into its frame, and `group` what its siblings pull */
+static inline void bodies_hold(const struct bodies_system *s, int k, const struct bodies_matrix *Q,
+                               const struct bodies_pull *group, num gx, num gy) {
+    int p = s->parent[k];
+    num x = s->place_x[k], y = s->place_y[k], px = s->point_x[k], py = s->point_y[k];
+    num A = s->form_xx[k], B = s->form_xy[k], E = s->form_yy[k], inverse = s->inv_total[p];
+    num less = num_add(s->inertia[p], group->e), det = s->form_det[k];
+    num along = num_fma(A, x, num_mul(B, y)), across = num_fma(B, x, num_mul(E, y));
+    num far = num_mul(det, num_fma(x, x, num_mul(y, y))), dx = num_mul(det, x),
+        dy = num_mul(det, y);
+    num V = num_fma(A, Q->xx, num_fma(B, Q->yx, num_mul(dx, px)));
+    s->sway_xx[k] = num_mul(inverse, V);
+    V = num_fma(A, Q->xy, num_fma(B, Q->yy, num_mul(dx, py)));
+    s->sway_xy[k] = num_mul(inverse, V);
+    V = num_fma(B, Q->xx, num_fma(E, Q->yx, num_mul(dy, px)));
+    s->sway_yx[k] = num_mul(inverse, V);
+    V = num_fma(B, Q->xy, num_fma(E, Q->yy, num_mul(dy, py)));
+    s->sway_yy[k] = num_mul(inverse, V);
+    V = num_fma(less, along, num_fma(far, x, num_mul(group->p, gy)));
+    s->swing_x[k] = num_mul(inverse, V);
+    V = num_sub(num_fma(less, across, num_mul(far, y)), num_mul(group->p, gx));
+    s->swing_y[k] = num_mul(inverse, V);
+    s->turn_x[k] = num_neg(num_mul(inverse, gy));
+    s->turn_y[k] = num_mul(inverse, gx);
+    s->keep_xx[k] = num_mul(inverse, num_fma(x, gx, less));
+    s->keep_xy[k] = num_mul(inverse, num_mul(x, gy));
+    s->keep_yx[k] = num_mul(inverse, num_mul(y, gx));
+    s->keep_yy[k] = num_mul(inverse, num_fma(y, gy, less));
 }
 
 /* R^T N of arm k, which is not the first; and its part of the parent's z and K */
@@ -240,11 +317,18 @@ static inline void bodies_carry(const struct bodies_system *s, int k) {
     own.x = num_neg(num_fma(Z, gx, num_mul(C, gy)));
     own.y = num_sub(num_mul(C, gx), num_mul(Z, gy));
     own.e = num_sub(num_mul(px, own.y), num_mul(py, own.x));
-    struct bodies_matrix Q = bodies_beside(s, k, p, &own);
-    num xx = num_fma(gx, px, num_fma(C, Q.xx, num_mul(Z, Q.yx)));
-    num xy = num_fma(gx, py, num_fma(C, Q.xy, num_mul(Z, Q.yy)));
-    num yx = num_fma(gy, px, num_sub(num_mul(C, Q.yx), num_mul(Z, Q.xx)));
-    num yy = num_fma(gy, py, num_sub(num_mul(C, Q.yy), num_mul(Z, Q.xy)));
+    own.p = num_fma(px, own.x, num_mul(py, own.y));
+    struct bodies_spot at = bodies_spot(s, k, p);
+    struct bodies_pull group;
+    struct bodies_matrix Q = bodies_beside(s, k, p, &at, &own, &group), turned;
+    turned.xx = num_fma(C, Q.xx, num_mul(Z, Q.yx)), turned.xy = num_fma(C, Q.xy, num_mul(Z, Q.yy));
+    turned.yx = num_sub(num_mul(C, Q.yx), num_mul(Z, Q.xx));
+    turned.yy = num_sub(num_mul(C, Q.yy), num_mul(Z, Q.xy));
+    s->stem_x[k] = num_fma(C, at.dx, num_mul(Z, at.dy));
+    s->stem_y[k] = num_sub(num_mul(C, at.dy), num_mul(Z, at.dx));
+    if (!(s->need & BODIES_SHAPE)) bodies_hold(s, k, &turned, &group, gx, gy);
+    num xx = num_fma(gx, px, turned.xx), xy = num_fma(gx, py, turned.xy);
+    num yx = num_fma(gy, px, turned.yx), yy = num_fma(gy, py, turned.yy);
     s->carry_xx[k] = xx = num_mul(xx, inverse);
     s->carry_xy[k] = xy = num_mul(xy, inverse);
     s->carry_yx[k] = yx = num_mul(yx, inverse);
@@ -263,7 +347,8 @@ static inline void bodies_lever(const struct bodies_system *s, int k) {
     s->lever_x[k] = num_mul(num_sub(all.x, s->moment_y[k]), inverse);
     s->lever_y[k] = num_mul(num_add(all.y, s->moment_x[k]), inverse);
     if (!(s->need & BODIES_AIR)) return;
-    struct bodies_matrix N = bodies_remains(s, k, s->len[k], num_of(0), &tip, &off);
+    struct bodies_spot at = {s->len[k], num_of(0), s->tail_x[k], s->tail_y[k]};
+    struct bodies_matrix N = bodies_remains(s, k, &at, &tip, &off);
     s->give_xx[k] = num_mul(N.xx, inverse), s->give_xy[k] = num_mul(N.xy, inverse);
     s->give_yx[k] = num_mul(N.yx, inverse), s->give_yy[k] = num_mul(N.yy, inverse);
 }

@@ -28,21 +28,27 @@ typedef double num; /* files that lay out memory count it in doubles and compute
  * point_x, point_y         where on its parent the arm hangs, in the parent's frame
  * body, moment_x, moment_y M, h = sum of m p
  * inertia                  J = sum of m |p|^2
- * center_x, center_y, spread  h / M; the inertia about it
+ * center_x, center_y, spread  c = h / M; the inertia about it
+ * tail_x, tail_y           from the center to the tip
+ * tip_share, tip_rest      the part of M that is at the tip, and the rest of 1
  * total, inv_total         D, what the arm and all that it carries oppose to its turning; 1 / D
  * lever_x, lever_y         X = x / D
  * form_xx, form_xy, form_yy  Phi: the force asked of the base for a unit of its acceleration
  * form_det                 its determinant
  * pull_x, pull_y           w = sum of P e of the children at the tip
- * hang_x, hang_y, hang_e   the same of the others, and the sum of <e, P e>
- * early_x, early_y, early_e  these sums of the siblings that have joined before the arm did
+ * hang_x, hang_y, hang_e, hang_p  the same of the others, and the sums of <e, w> and <p, w>
+ * early_x, early_y, early_e, early_p  these sums of the siblings that have joined before the arm
  * late_x, late_y           of the children at the tip, sums of those that have joined later
- * other_x, other_y, other_e  the same of the others
+ * other_x, other_y, other_e, other_p  the same of the others
  * draw_x, draw_y           z = y - X K: what a unit of the real part of u'' asks of the base
  * twist                    K = sum of <e, P p>: the torque about the joint that it asks
  * place_x, place_y         where the arm hangs, turned into its own frame: conj(R) p
  * carry_xx ... carry_yy    R^T (1 - e X^T): the base's acceleration for a unit of the parent's
  * give_xx ... give_yy      1 - e X^T of the tip
+ * stem_x, stem_y           from the parent's center to where the arm hangs, turned into its frame
+ * sway_xx ... sway_yy, swing_x, swing_y, turn_x, turn_y, keep_xx ... keep_yy
+ *                          the arm's force for a unit of the acceleration of its parent's base, of
+ *                          the parent's kr, of a moment on the parent, and of what the arm asks
  * wind_x, wind_y, known    of an order: T, and Im (conj u G) but for the unknown part
  * next_x, next_y, next_known  the same of the next order, as far as they are known
  * turned, pulled           theta and kr, the known parts of u''
@@ -50,8 +56,10 @@ typedef double num; /* files that lay out memory count it in doubles and compute
  * drag_x, drag_y           the air's force on the tip
  * asked_x, asked_y         beta: the force asked of the base, but for its acceleration
  * answer                   m, then m / D, then chi
- * reach_x, reach_y         the force on the parent, in the parent's frame
- * heave_x, heave_y         conj(p) times it, which the parent's G has of it
+ * early_m, late_m          moments on the parent but for the arm's: with those of the siblings
+ *                          after it; those that the children so far have on the arm
+ * reach_x, reach_y         the force at the joint, which the parent exerts
+ * heave_x, heave_y         conj(p - c) times it, which the parent's G has of it
  * base_x, base_y           acceleration of the base
  * speed_x, speed_y         velocity of the base
  * damping ... grip_scale   numbers of the joint's terms, in units of time
@@ -59,11 +67,14 @@ typedef double num; /* files that lay out memory count it in doubles and compute
  */
 #define BODIES_ARRAYS(X) \
     X(cosine) X(sine) X(bend) X(point_x) X(point_y) X(body) X(moment_x) X(moment_y) X(inertia) \
-    X(center_x) X(center_y) X(spread) X(total) X(inv_total) X(lever_x) X(lever_y) \
+    X(center_x) X(center_y) X(spread) X(tail_x) X(tail_y) X(tip_share) X(tip_rest) \
+    X(total) X(inv_total) X(lever_x) X(lever_y) \
     X(form_xx) X(form_xy) X(form_yy) X(form_det) \
-    X(pull_x) X(pull_y) X(hang_x) X(hang_y) X(hang_e) X(early_x) X(early_y) \
-    X(early_e) X(late_x) X(late_y) X(other_x) X(other_y) X(other_e) X(draw_x) X(draw_y) \
-    X(twist) \
+    X(pull_x) X(pull_y) X(hang_x) X(hang_y) X(hang_e) X(hang_p) X(early_x) X(early_y) \
+    X(early_e) X(early_p) X(late_x) X(late_y) X(other_x) X(other_y) X(other_e) X(other_p) \
+    X(draw_x) X(draw_y) X(twist) X(stem_x) X(stem_y) X(sway_xx) X(sway_xy) X(sway_yx) X(sway_yy) \
+    X(swing_x) X(swing_y) X(turn_x) X(turn_y) X(keep_xx) X(keep_xy) X(keep_yx) X(keep_yy) \
+    X(early_m) X(late_m) \
     X(place_x) X(place_y) X(carry_xx) X(carry_xy) X(carry_yx) X(carry_yy) X(give_xx) X(give_xy) \
     X(give_yx) X(give_yy) X(wind_x) X(wind_y) X(known) X(next_x) X(next_y) X(next_known) \
     X(turned) X(pulled) X(couple) X(drag_x) X(drag_y) X(asked_x) X(asked_y) X(answer) X(reach_x) \
@@ -100,6 +111,7 @@ enum bodies_need {
     BODIES_MIST = 64,
     BODIES_SPRINGS = 128,
     BODIES_PIVOT = 256,
+    BODIES_SHAPE = 512, /* masses that are not points at tips, arms that hang elsewhere */
     BODIES_JOINTS = BODIES_LOSSES | BODIES_DRIVES | BODIES_SPRINGS
 };
 
@@ -109,6 +121,9 @@ static inline unsigned bodies_needs(const struct pend_terms *terms) {
         enum pend_term_row row;
         unsigned need;
     } rows[] = {
+        {PEND_TERM_ROD, BODIES_SHAPE},
+        {PEND_TERM_BODY, BODIES_SHAPE},
+        {PEND_TERM_AT_X, BODIES_SHAPE},
         {PEND_TERM_DAMPING, BODIES_LOSSES},
         {PEND_TERM_FRICTION, BODIES_LOSSES | BODIES_GRIP},
         {PEND_TERM_STIFFNESS, BODIES_SPRINGS},
@@ -150,6 +165,12 @@ struct bodies_system {
     BODIES_SERIES(X)
 #undef X
 };
+
+/** Non-zero if arm k hangs elsewhere than where its siblings do by default: at the tip, or on a
+ * cart. */
+static inline int bodies_hung(const struct bodies_system *s, int k) {
+    return s->terms->hung[k] && !(s->parent[k] == 0 && pend_terms_cart(s->terms));
+}
 
 /** Where the series of arm k begin. */
 static inline size_t bodies_row(const struct bodies_system *s, int k) {

@@ -14,12 +14,16 @@
  *     theta = (k+1) (Re T + 2 Gamma Im u_{k+1}).
  * The force that the arm asks of its joint, and the balance of moments about the joint:
  *     F = M a + h U + sum F_c - f
- *     J (phi'' + 2 Gamma phi') + Im(conj(u) G) = tau,   G = conj(h) a + sum conj(p_c) F_c - l f.
+ *     J (phi'' + 2 Gamma phi') + Im(conj(u) [conj(h) a + sum conj(p_c) F_c - l f]) = tau.
+ * The balance of moments about the center c, the inertia about which is I, has no term that a heavy
+ * mass makes large and another takes away:
+ *     I (phi'' + 2 Gamma phi') + Im(conj(u) G) = tau,
+ *     G = conj(c) F + sum conj(p_c - c) F_c - conj(l - c) f.
  * Suppose F_c = Phi_c a_c + beta_c. Then with P = R Phi_c R^T, R the rotation by the child's angle,
  * and e = i p_c:
  *     D = J + sum <e, P e>,   x = i h + sum P e,   X = x / D,   Phi = M + sum P - x x^T / D,
  *     chi = m / D - <X, a>,   m = mu - K kr + l f_y - sum <e, R beta_c>,
- *     mu = tau - Im(conj(u) G)_known + J ((k+1) Re T_k + 2 Gamma Re T_{k-1}),
+ *     mu = tau - Im(conj(u) G)_known + I ((k+1) Re T_k + 2 Gamma Re T_{k-1}),
  *     beta = z kr + X mu - N_tip^T f + sum N_c^T R beta_c,    N = 1 - e X^T,
  *     z = h + sum N_c^T P p,   K = sum <e, P p>,   a_c = R^T N_c a + conj(R) p (kr + i m / D).
  * bodies_factor_template forms Phi, N and what follows from them without a difference. */
@@ -69,13 +73,12 @@ VEC_INLINE void bodies_prepare(const struct bodies_system *s, int a, int k, num 
         pulled = arms_fma(twice, arms_get(s->turn_re + next), pulled);
     }
     pulled = arms_mul(more, pulled);
-    arms m = arms_fma(arms_get(s->inertia + a), spun, arms_get(s->couple + a));
+    arms m = arms_fma(arms_get(s->spread + a), spun, arms_get(s->couple + a));
     m = arms_sub(m, known);
     arms x = arms_mul(arms_get(s->draw_x + a), pulled);
     arms y = arms_mul(arms_get(s->draw_y + a), pulled);
     x = arms_fma(arms_get(s->lever_x + a), m, x);
     y = arms_fma(arms_get(s->lever_y + a), m, y);
-    m = arms_sub(m, arms_mul(arms_get(s->twist + a), pulled));
     if (s->need & BODIES_AIR) {
         arms fx = arms_get(s->drag_x + a), fy = arms_get(s->drag_y + a);
         x = arms_sub(x, arms_mul(arms_get(s->give_xx + a), fx));
@@ -147,7 +150,8 @@ static inline void bodies_up(const struct bodies_system *s) {
         int p = s->parent[c];
         num x = num_fma(s->carry_xx[c], ax, s->asked_x[p]);
         num y = num_fma(s->carry_xy[c], ax, s->asked_y[p]);
-        num moment = num_fma(s->place_y[c], ax, s->answer[p]);
+        num before = s->answer[p], moment = num_fma(s->place_y[c], ax, before);
+        s->early_m[c] = before;
         x = num_fma(s->carry_yx[c], ay, x);
         y = num_fma(s->carry_yy[c], ay, y);
         s->answer[p] = num_sub(moment, num_mul(s->place_x[c], ay));
@@ -155,21 +159,57 @@ static inline void bodies_up(const struct bodies_system *s) {
         ax = x, ay = y;
         if (p != c - 1) ax = s->asked_x[c - 1], ay = s->asked_y[c - 1];
     }
-    for (int a = 0; a < s->n; a += BODIES_ARMS)
-        arms_put(s->answer + a, arms_mul(arms_get(s->answer + a), arms_get(s->inv_total + a)));
+    for (int a = 0; a < s->n; a += BODIES_ARMS) {
+        arms m = arms_get(s->answer + a);
+        m = arms_sub(m, arms_mul(arms_get(s->twist + a), arms_get(s->pulled + a)));
+        arms_put(s->answer + a, arms_mul(m, arms_get(s->inv_total + a)));
+    }
 }
 
-/* root to leaves: accelerations */
+/* the force at the joint of arm a, whose parent's base accelerates with (ax, ay); `late` are the
+ * moments on the parent of its children before a */
+VEC_INLINE void bodies_pull(const struct bodies_system *s, int a, num ax, num ay, num late) {
+    int p = s->parent[a];
+    num kr = s->pulled[p], m = num_add(s->early_m[a], late);
+    num bx = s->asked_x[a], by = s->asked_y[a];
+    num fx = num_fma(s->sway_xx[a], ax, num_mul(s->sway_xy[a], ay));
+    num fy = num_fma(s->sway_yx[a], ax, num_mul(s->sway_yy[a], ay));
+    num gx = num_fma(s->swing_x[a], kr, num_mul(s->turn_x[a], m));
+    num gy = num_fma(s->swing_y[a], kr, num_mul(s->turn_y[a], m));
+    fx = num_fma(s->keep_xx[a], bx, num_fma(s->keep_xy[a], by, fx));
+    fy = num_fma(s->keep_yx[a], bx, num_fma(s->keep_yy[a], by, fy));
+    late = num_fma(s->place_y[a], bx, late);
+    s->late_m[p] = num_sub(late, num_mul(s->place_x[a], by));
+    s->reach_x[a] = num_add(fx, gx);
+    s->reach_y[a] = num_add(fy, gy);
+}
+
+/* the forces at the joints of arms from arm a on, from their own bases */
+VEC_INLINE void bodies_feel(const struct bodies_system *s, int a) {
+    arms x = arms_get(s->base_x + a), y = arms_get(s->base_y + a), xy = arms_get(s->form_xy + a);
+    arms fx = arms_fma(arms_get(s->form_xx + a), x, arms_mul(xy, y));
+    arms fy = arms_fma(xy, x, arms_mul(arms_get(s->form_yy + a), y));
+    arms_put(s->reach_x + a, arms_add(arms_get(s->asked_x + a), fx));
+    arms_put(s->reach_y + a, arms_add(arms_get(s->asked_y + a), fy));
+}
+
+/* root to leaves: accelerations, and forces at the joints, of points as bodies_hold has them */
 static inline void bodies_down(const struct bodies_system *s, int k) {
     num x = s->lift_x[k], y = s->lift_y[k], C = s->cosine[0], Z = s->sine[0];
     num ax = num_fma(C, x, num_mul(Z, y)), ay = num_sub(num_mul(C, y), num_mul(Z, x));
     s->base_x[0] = ax, s->base_y[0] = ay;
+    num xy = s->form_xy[0];
+    int shaped = (s->need & BODIES_SHAPE) != 0;
+    s->reach_x[0] = num_fma(s->form_xx[0], ax, num_fma(xy, ay, s->asked_x[0]));
+    s->reach_y[0] = num_fma(xy, ax, num_fma(s->form_yy[0], ay, s->asked_y[0]));
     for (int a = 1; a < s->n; a++) {
         int p = s->parent[a];
         num kr = s->pulled[p], chi = s->answer[p], px = s->place_x[a], py = s->place_y[a];
+        num late = num_of(0);
         x = num_sub(num_mul(px, kr), num_mul(py, chi));
         y = num_fma(py, kr, num_mul(px, chi));
-        if (p != a - 1) ax = s->base_x[p], ay = s->base_y[p];
+        if (p != a - 1) ax = s->base_x[p], ay = s->base_y[p], late = s->late_m[p];
+        if (!shaped) bodies_pull(s, a, ax, ay, late);
         x = num_fma(s->carry_xx[a], ax, x);
         y = num_fma(s->carry_yx[a], ax, y);
         x = num_fma(s->carry_xy[a], ay, x);
@@ -180,40 +220,61 @@ static inline void bodies_down(const struct bodies_system *s, int k) {
         arms across = arms_mul(arms_get(s->lever_y + a), arms_get(s->base_y + a));
         arms way = arms_fma(arms_get(s->lever_x + a), arms_get(s->base_x + a), across);
         arms_put(s->answer + a, arms_sub(arms_get(s->answer + a), way));
+        if (shaped) bodies_feel(s, a);
     }
 }
 
-/* what arms from arm a on add at their tips and to G, and their forces on their parents */
+/* the forces at the tips of arms from arm a on, but for what hangs on those that are no points: of
+ * points that is the force at the joint */
+VEC_INLINE void bodies_tip(const struct bodies_system *s, size_t row, int a) {
+    arms x = arms_get(s->reach_x + a), y = arms_get(s->reach_y + a);
+    if (s->need & BODIES_SHAPE) {
+        arms m = arms_get(s->mass + a), l = arms_get(s->len + a);
+        x = arms_mul(m, arms_fma(l, arms_get(s->pulled + a), arms_get(s->base_x + a)));
+        y = arms_mul(m, arms_fma(l, arms_get(s->answer + a), arms_get(s->base_y + a)));
+        if (s->need & BODIES_AIR) {
+            x = arms_sub(x, arms_get(s->drag_x + a));
+            y = arms_sub(y, arms_get(s->drag_y + a));
+        }
+    }
+    arms_put(s->tip_x + row, x);
+    arms_put(s->tip_y + row, y);
+}
+
+/* what the force of arm a adds to that at its parent's tip, order k */
+VEC_INLINE void bodies_tip_child(const struct bodies_system *s, int a, int k) {
+    size_t up = bodies_row(s, s->parent[a]) + (size_t)k * s->stride;
+    num C = s->cosine[a], Z = s->sine[a], x = s->reach_x[a], y = s->reach_y[a];
+    if (bodies_hung(s, a)) return;
+    s->tip_x[up] = num_add(s->tip_x[up], num_sub(num_mul(C, x), num_mul(Z, y)));
+    s->tip_y[up] = num_add(s->tip_y[up], num_fma(Z, x, num_mul(C, y)));
+}
+
+/* what arms from arm a on add to G and to their parents' */
 static inline void bodies_press(const struct bodies_system *s, size_t row, int a) {
-    arms ax = arms_get(s->base_x + a), ay = arms_get(s->base_y + a), l = arms_get(s->len + a);
-    arms hx = arms_get(s->moment_x + a), hy = arms_get(s->moment_y + a);
-    arms m = arms_get(s->mass + a), fx = arms_get(s->asked_x + a), fy = arms_get(s->asked_y + a);
-    arms push_x = arms_fma(hx, ax, arms_mul(hy, ay));
-    arms push_y = arms_sub(arms_mul(hx, ay), arms_mul(hy, ax));
-    arms tip_x = arms_mul(m, arms_fma(l, arms_get(s->pulled + a), ax));
-    arms tip_y = arms_mul(m, arms_fma(l, arms_get(s->answer + a), ay));
-    if (s->need & BODIES_AIR) {
-        arms drag_x = arms_get(s->drag_x + a), drag_y = arms_get(s->drag_y + a);
-        push_x = arms_sub(push_x, arms_mul(l, drag_x));
-        push_y = arms_sub(push_y, arms_mul(l, drag_y));
-        tip_x = arms_sub(tip_x, drag_x);
-        tip_y = arms_sub(tip_y, drag_y);
+    arms x = arms_get(s->reach_x + a), y = arms_get(s->reach_y + a);
+    arms cx = arms_get(s->center_x + a), cy = arms_get(s->center_y + a);
+    arms px = arms_get(s->stem_x + a), py = arms_get(s->stem_y + a);
+    arms push_x = arms_fma(cx, x, arms_mul(cy, y));
+    arms push_y = arms_sub(arms_mul(cx, y), arms_mul(cy, x));
+    if (s->need & BODIES_AIR && s->need & BODIES_SHAPE) {
+        arms fx = arms_get(s->drag_x + a), fy = arms_get(s->drag_y + a);
+        arms dx = arms_get(s->tail_x + a), dy = arms_get(s->tail_y + a);
+        push_x = arms_sub(push_x, arms_fma(dx, fx, arms_mul(dy, fy)));
+        push_y = arms_sub(push_y, arms_sub(arms_mul(dx, fy), arms_mul(dy, fx)));
     }
     arms_put(s->push_x + row, push_x);
     arms_put(s->push_y + row, push_y);
-    arms_put(s->tip_x + row, tip_x);
-    arms_put(s->tip_y + row, tip_y);
-    arms xx = arms_get(s->form_xx + a), xy = arms_get(s->form_xy + a),
-         yy = arms_get(s->form_yy + a);
-    fx = arms_add(fx, arms_fma(xx, ax, arms_mul(xy, ay)));
-    fy = arms_add(fy, arms_fma(xy, ax, arms_mul(yy, ay)));
-    arms C = arms_get(s->cosine + a), Z = arms_get(s->sine + a);
-    arms x = arms_sub(arms_mul(C, fx), arms_mul(Z, fy)), y = arms_fma(Z, fx, arms_mul(C, fy));
-    arms px = arms_get(s->point_x + a), py = arms_get(s->point_y + a);
-    arms_put(s->reach_x + a, x);
-    arms_put(s->reach_y + a, y);
+    if (!(s->need & BODIES_SHAPE)) return;
     arms_put(s->heave_x + a, arms_fma(px, x, arms_mul(py, y)));
     arms_put(s->heave_y + a, arms_sub(arms_mul(px, y), arms_mul(py, x)));
+}
+
+/* what the pivot exerts, which is the force at the first joint, in the axes */
+VEC_INLINE void bodies_haul_first(const struct bodies_system *s, int k) {
+    num C = s->cosine[0], Z = s->sine[0], x = s->reach_x[0], y = s->reach_y[0];
+    s->haul_x[k] = num_sub(num_mul(C, x), num_mul(Z, y));
+    s->haul_y[k] = num_fma(Z, x, num_mul(C, y));
 }
 
 /* the coefficients of order k of forces, and of order k + 1 of rates and turns */
@@ -224,6 +285,7 @@ static inline void bodies_close(const struct bodies_system *s, int k) {
         size_t row = bodies_row(s, a) + now, next = row + s->stride;
         arms chi = arms_get(s->answer + a), Tr = arms_get(s->wind_x + a);
         arms rate = arms_mul(arms_sub(chi, arms_get(s->turned + a)), share);
+        bodies_tip(s, row, a);
         bodies_press(s, row, a);
         arms_put(s->rate + next, rate);
         arms_put(s->turn_re + next + s->stride,
@@ -231,14 +293,12 @@ static inline void bodies_close(const struct bodies_system *s, int k) {
         arms_put(s->turn_im + next + s->stride, arms_mul(arms_add(rate, Tr), turn_share));
     }
     if (pend_terms_cart(s->terms)) bodies_cart_still(s, k + 2);
-    s->haul_x[k] = s->reach_x[0], s->haul_y[k] = s->reach_y[0];
-    for (int a = 1; a < s->n; a++) {
+    bodies_haul_first(s, k);
+    for (int a = 1; a < s->n && s->need & BODIES_SHAPE; a++) {
         size_t up = bodies_row(s, s->parent[a]) + now;
         s->push_x[up] = num_add(s->push_x[up], s->heave_x[a]);
         s->push_y[up] = num_add(s->push_y[up], s->heave_y[a]);
-        if (bodies_hung(s, a)) continue;
-        s->tip_x[up] = num_add(s->tip_x[up], s->reach_x[a]);
-        s->tip_y[up] = num_add(s->tip_y[up], s->reach_y[a]);
+        bodies_tip_child(s, a, k);
     }
 }
 

@@ -92,7 +92,7 @@ VEC_INLINE void tiles_inputs(const struct bodies_system *s, double *to, int a, i
         pulled = wide_fma(twice, wide_get(s->turn_re + next), pulled);
     }
     pulled *= more;
-    wide mu = wide_fma(wide_get(s->inertia + a), spun, sum.less - sum.known);
+    wide mu = wide_fma(wide_get(s->spread + a), spun, sum.less - sum.known);
     if (s->need & BODIES_JOINTS) mu += wide_get(s->couple + a);
     wide_put(s->wind_x + a, sum.Tr);
     wide_put(s->wind_y + a, sum.Ti);
@@ -203,7 +203,7 @@ VEC_INLINE void tiles_close(const struct bodies_system *s, int a, int k, const d
     wide_put(s->turn_re + next + TILES_STRIDE, -(wide_get(s->wind_y + a) * turn_share));
     wide_put(s->turn_im + next + TILES_STRIDE, (rate + Tr) * turn_share);
     wide_put(s->push_x + now, answers.push);
-    wide_put(s->push_y + now, wide_get(input) - wide_get(s->inertia + a) * chi);
+    wide_put(s->push_y + now, wide_get(input) - wide_get(s->spread + a) * chi);
 }
 
 /* from the first tile to the last */
@@ -226,11 +226,10 @@ VEC_INLINE void tiles_down(const struct bodies_system *s, int k) {
             tiles_close(s, tile->first + h, k, input + h, tiles_answer(s, tile, answers, h));
     }
     // the force of the first joint is what the pivot exerts
-    num x = s->base_x[0], y = s->base_y[0], C = s->cosine[0], Z = s->sine[0];
-    num fx = num_fma(s->form_xx[0], x, num_fma(s->form_xy[0], y, s->asked_x[0]));
-    num fy = num_fma(s->form_xy[0], x, num_fma(s->form_yy[0], y, s->asked_y[0]));
-    s->haul_x[k] = num_sub(num_mul(C, fx), num_mul(Z, fy));
-    s->haul_y[k] = num_fma(Z, fx, num_mul(C, fy));
+    num x = s->base_x[0], y = s->base_y[0];
+    s->reach_x[0] = num_fma(s->form_xx[0], x, num_fma(s->form_xy[0], y, s->asked_x[0]));
+    s->reach_y[0] = num_fma(s->form_xy[0], x, num_fma(s->form_yy[0], y, s->asked_y[0]));
+    bodies_haul_first(s, k);
 }
 
 /* all orders: as bodies_orders, but that of the forces at the tips only order 0 is there */
@@ -265,29 +264,13 @@ VEC_INLINE void tiles_recall(const struct bodies_system *s, int a, int k, num ga
         kr = wide_fma(mist, wide_get(s->turn_re + turn - TILES_STRIDE), kr);
         chi = wide_fma(mist, wide_get(s->turn_im + turn - TILES_STRIDE), chi);
     }
-    wide mu = wide_fma(wide_get(s->inertia + a), chi, wide_get(s->push_y + row));
+    wide mu = wide_fma(wide_get(s->spread + a), chi, wide_get(s->push_y + row));
     wide x = wide_fma(wide_get(s->lever_x + a), mu, wide_get(s->draw_x + a) * kr);
     wide y = wide_fma(wide_get(s->lever_y + a), mu, wide_get(s->draw_y + a) * kr);
-    mu -= wide_get(s->twist + a) * kr;
     wide_put(s->pulled + a, kr);
     wide_put(s->asked_x + a, x);
     wide_put(s->asked_y + a, y);
     wide_put(s->answer + a, mu);
-}
-
-/* the forces at the tips of the arms from arm a on without what hangs there, and on the parents */
-VEC_INLINE void tiles_reach(const struct bodies_system *s, int a, int k) {
-    size_t row = bodies_row(s, a) + (size_t)k * TILES_STRIDE;
-    wide x = wide_get(s->base_x + a), y = wide_get(s->base_y + a), m = wide_get(s->mass + a);
-    wide l = wide_get(s->len + a), tip_x = m * wide_fma(l, wide_get(s->pulled + a), x);
-    wide tip_y = m * wide_fma(l, wide_get(s->answer + a), y);
-    wide_put(s->tip_x + row, tip_x);
-    wide_put(s->tip_y + row, tip_y);
-    wide xy = wide_get(s->form_xy + a), C = wide_get(s->cosine + a), Z = wide_get(s->sine + a);
-    wide fx = wide_get(s->asked_x + a) + wide_fma(wide_get(s->form_xx + a), x, xy * y);
-    wide fy = wide_get(s->asked_y + a) + wide_fma(xy, x, wide_get(s->form_yy + a) * y);
-    wide_put(s->reach_x + a, C * fx - Z * fy);
-    wide_put(s->reach_y + a, wide_fma(Z, fx, C * fy));
 }
 
 /** The forces at the tips, orders 1 .. order - 1, which the orders leave out. O(n order). */
@@ -297,13 +280,9 @@ static void tiles_tips(const struct bodies_system *s, num unit, int order) {
         for (int a = 0; a < s->n; a += WIDE) tiles_recall(s, a, k, gamma);
         bodies_up(s);
         bodies_down(s, k);
-        for (int a = 0; a < s->n; a += WIDE) tiles_reach(s, a, k);
-        for (int a = 1; a < s->n; a++) {
-            size_t up = bodies_row(s, s->parent[a]) + (size_t)k * TILES_STRIDE;
-            if (bodies_hung(s, a)) continue;
-            s->tip_x[up] += s->reach_x[a];
-            s->tip_y[up] += s->reach_y[a];
-        }
+        for (int a = 0; a < s->n; a += WIDE)
+            bodies_tip(s, bodies_row(s, a) + (size_t)k * TILES_STRIDE, a);
+        for (int a = 1; a < s->n && s->need & BODIES_SHAPE; a++) bodies_tip_child(s, a, k);
     }
 }
 

@@ -18,10 +18,13 @@
 #include "core/simd/vec8_template.h"
 
 /* units in lanes, of the arms of a tile: what the arms ask of their bases, their moments, then over
- * D; kr, the acceleration of the base, chi, and Re G */
+ * D; kr, the acceleration of the base, chi, and Re G; moments on the parent but for the arm's, with
+ * those of later siblings, and those of the children so far; of kids what they ask and these
+ * moments */
 struct tiles_probe {
     wide x[TILE_ARMS], y[TILE_ARMS], answer[TILE_ARMS], pulled[TILE_ARMS], base_x[TILE_ARMS],
-        base_y[TILE_ARMS], chi[TILE_ARMS], push[TILE_ARMS];
+        base_y[TILE_ARMS], chi[TILE_ARMS], push[TILE_ARMS], early[TILE_ARMS], late[TILE_ARMS];
+    wide kid_x[TILE_ARMS / TILE_OUT], kid_y[TILE_ARMS / TILE_OUT], kid_early[TILE_ARMS / TILE_OUT];
 };
 
 /* the matrix of kid j, and what asked forces make of kids' outputs */
@@ -38,22 +41,37 @@ struct tiles_told {
     wide x[TILE_ARMS / TILE_OUT], y[TILE_ARMS / TILE_OUT];
 };
 
+/* a moment on the parent of arm c, and what the arm's (x, y) that is asked adds to it */
+VEC_INLINE wide tiles_moment(const struct bodies_system *s, int c, wide x, wide y, wide moment) {
+    moment = wide_fma(wide_of(s->place_y[c]), x, moment);
+    return wide_fma(wide_of(-s->place_x[c]), y, moment);
+}
+
 /* leaves to roots */
 VEC_INLINE void tiles_climb(const struct bodies_system *s, const struct tile *tile,
                             struct tiles_probe *u) {
     int first = tile->first;
+    for (int j = tile->kids - 1; j >= 0; j--) {
+        int c = s->tiles->kid[tile->kid + j], p = s->parent[c] - first;
+        u->kid_early[j] = u->answer[p];
+        u->answer[p] = tiles_moment(s, c, u->kid_x[j], u->kid_y[j], u->answer[p]);
+    }
     for (int i = tile->arms - 1; i > 0; i--) {
         int c = first + i, p = s->parent[c] - first;
         if (p < 0) continue;
         wide ax = u->x[i], ay = u->y[i];
         wide x = wide_fma(wide_of(s->carry_xx[c]), ax, u->x[p]);
         wide y = wide_fma(wide_of(s->carry_xy[c]), ax, u->y[p]);
-        wide moment = wide_fma(wide_of(s->place_y[c]), ax, u->answer[p]);
+        u->early[i] = u->answer[p];
         u->x[p] = wide_fma(wide_of(s->carry_yx[c]), ay, x);
         u->y[p] = wide_fma(wide_of(s->carry_yy[c]), ay, y);
-        u->answer[p] = wide_fma(wide_of(-s->place_x[c]), ay, moment);
+        u->answer[p] = tiles_moment(s, c, ax, ay, u->answer[p]);
     }
-    for (int i = 0; i < tile->arms; i++) u->answer[i] *= wide_of(s->inv_total[first + i]);
+    for (int i = 0; i < tile->arms; i++) {
+        wide m = u->answer[i] - s->twist[first + i] * u->pulled[i];
+        u->answer[i] = m * wide_of(s->inv_total[first + i]);
+        u->late[i] = wide_of(0);
+    }
 }
 
 /* the acceleration of the base of arm c from its parent's numbers, lane p */
@@ -68,6 +86,35 @@ VEC_INLINE void tiles_base(const struct bodies_system *s, int c, int p, struct t
     *y = wide_fma(wide_of(s->carry_yy[c]), u->base_y[p], *y);
 }
 
+/* the force at the joint of arm c, which asks (x, y), from the acceleration of its base */
+VEC_INLINE void tiles_feel(const struct bodies_system *s, int c, wide base_x, wide base_y, wide x,
+                           wide y, wide *force_x, wide *force_y) {
+    wide xy = wide_of(s->form_xy[c]);
+    *force_x = wide_fma(wide_of(s->form_xx[c]), base_x, wide_fma(xy, base_y, x));
+    *force_y = wide_fma(xy, base_x, wide_fma(wide_of(s->form_yy[c]), base_y, y));
+}
+
+/* The force at the joint of arm c, which asks (x, y), joins the Re G of its parent, lane p; of
+ * points it is formed anew, as bodies_hold has it. `early` are the moments on the parent with those
+ * of later siblings. */
+VEC_INLINE void tiles_pull(const struct bodies_system *s, int c, int p, wide x, wide y, wide early,
+                           struct tiles_probe *u, wide *force_x, wide *force_y) {
+    wide ax = u->base_x[p], ay = u->base_y[p], kr = u->pulled[p], m = early + u->late[p];
+    wide fx = *force_x, fy = *force_y;
+    if (!(s->need & BODIES_SHAPE)) {
+        fx = wide_fma(wide_of(s->sway_xx[c]), ax, s->sway_xy[c] * ay);
+        fy = wide_fma(wide_of(s->sway_yx[c]), ax, s->sway_yy[c] * ay);
+        fx = wide_fma(wide_of(s->keep_xx[c]), x, wide_fma(wide_of(s->keep_xy[c]), y, fx));
+        fy = wide_fma(wide_of(s->keep_yx[c]), x, wide_fma(wide_of(s->keep_yy[c]), y, fy));
+        fx += wide_fma(wide_of(s->swing_x[c]), kr, s->turn_x[c] * m);
+        fy += wide_fma(wide_of(s->swing_y[c]), kr, s->turn_y[c] * m);
+    }
+    u->late[p] = tiles_moment(s, c, x, y, u->late[p]);
+    u->push[p] = wide_fma(wide_of(s->stem_x[c]), fx, u->push[p]);
+    u->push[p] = wide_fma(wide_of(s->stem_y[c]), fy, u->push[p]);
+    *force_x = fx, *force_y = fy;
+}
+
 /* roots to leaves */
 VEC_INLINE void tiles_descend(const struct bodies_system *s, const struct tile *tile,
                               struct tiles_probe *u) {
@@ -77,14 +124,11 @@ VEC_INLINE void tiles_descend(const struct bodies_system *s, const struct tile *
         wide x = u->base_x[i], y = u->base_y[i];
         wide way = wide_fma(wide_of(s->lever_x[c]), x, s->lever_y[c] * y);
         u->chi[i] = u->answer[i] - way;
-        u->push[i] =
-            wide_fma(wide_of(s->moment_x[c]), x, wide_fma(wide_of(s->moment_y[c]), y, u->push[i]));
-        if (p < 0) continue;
-        wide xy = wide_of(s->form_xy[c]);
-        wide fx = wide_fma(wide_of(s->form_xx[c]), x, wide_fma(xy, y, u->x[i]));
-        wide fy = wide_fma(xy, x, wide_fma(wide_of(s->form_yy[c]), y, u->y[i]));
-        u->push[p] = wide_fma(wide_of(s->place_x[c]), fx, u->push[p]);
-        u->push[p] = wide_fma(wide_of(s->place_y[c]), fy, u->push[p]);
+        wide fx, fy;
+        tiles_feel(s, c, x, y, u->x[i], u->y[i], &fx, &fy);
+        if (p >= 0) tiles_pull(s, c, p, u->x[i], u->y[i], u->early[i], u, &fx, &fy);
+        u->push[i] = wide_fma(wide_of(s->center_x[c]), fx, u->push[i]);
+        u->push[i] = wide_fma(wide_of(s->center_y[c]), fy, u->push[i]);
     }
 }
 
@@ -95,17 +139,17 @@ VEC_INLINE void tiles_units(const struct bodies_system *s, const struct tile *ti
         int a = tile->first + i;
         const double x[TILE_INPUTS] = {s->lever_x[a], s->draw_x[a]};
         const double y[TILE_INPUTS] = {s->lever_y[a], s->draw_y[a]};
-        const double answer[TILE_INPUTS] = {1, -s->twist[a]};
         u->x[i] = wide_only(x[row], i, h);
         u->y[i] = wide_only(y[row], i, h);
-        u->answer[i] = wide_only(answer[row], i, h);
+        u->answer[i] = wide_only(row == 0, i, h);
         u->pulled[i] = wide_only(row == 1, i, h);
         u->push[i] = u->base_x[i] = u->base_y[i] = wide_of(0);
     }
+    for (int j = 0; j < tile->kids; j++) u->kid_x[j] = u->kid_y[j] = wide_of(0);
 }
 
 /* units of outputs: accelerations of the roots' bases, and forces that kids ask, which are forces
- * and moments on what carries them and parts of its Re G */
+ * and moments on what carries them */
 VEC_INLINE void tiles_outer(const struct bodies_system *s, const struct tile *tile, int h,
                             struct tiles_probe *u) {
     const struct tiles *t = s->tiles;
@@ -122,26 +166,21 @@ VEC_INLINE void tiles_outer(const struct bodies_system *s, const struct tile *ti
         int lane = TILE_OUT * (tile->roots + j);
         u->x[i] += wide_only(s->carry_xx[c], lane, h) + wide_only(s->carry_yx[c], lane + 1, h);
         u->y[i] += wide_only(s->carry_xy[c], lane, h) + wide_only(s->carry_yy[c], lane + 1, h);
-        u->answer[i] += wide_only(s->place_y[c], lane, h) - wide_only(s->place_x[c], lane + 1, h);
-        u->push[i] += wide_only(s->place_x[c], lane, h) + wide_only(s->place_y[c], lane + 1, h);
+        u->kid_x[j] = wide_only(1, lane, h), u->kid_y[j] = wide_only(1, lane + 1, h);
     }
 }
 
-/* the two sweeps; and the kids' bases, whose forces without what they ask join the Re G of what
- * carries them */
+/* the two sweeps; and the kids' bases, whose forces join the Re G of what carries them */
 VEC_INLINE void tiles_sweep(const struct bodies_system *s, const struct tile *tile,
                             struct tiles_probe *u, struct tiles_told *told) {
     tiles_climb(s, tile, u);
     tiles_descend(s, tile, u);
     for (int j = 0; j < tile->kids; j++) {
         int c = s->tiles->kid[tile->kid + j], p = s->parent[c] - tile->first;
-        wide x, y, xy = wide_of(s->form_xy[c]);
-        tiles_base(s, c, p, u, &x, &y);
-        wide fx = wide_fma(wide_of(s->form_xx[c]), x, xy * y);
-        wide fy = wide_fma(xy, x, wide_of(s->form_yy[c]) * y);
-        u->push[p] = wide_fma(wide_of(s->place_x[c]), fx, u->push[p]);
-        u->push[p] = wide_fma(wide_of(s->place_y[c]), fy, u->push[p]);
-        told->x[j] = x, told->y[j] = y;
+        wide x, y;
+        tiles_base(s, c, p, u, &told->x[j], &told->y[j]);
+        tiles_feel(s, c, told->x[j], told->y[j], u->kid_x[j], u->kid_y[j], &x, &y);
+        tiles_pull(s, c, p, u->kid_x[j], u->kid_y[j], u->kid_early[j], u, &x, &y);
     }
 }
 

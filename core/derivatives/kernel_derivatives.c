@@ -377,14 +377,11 @@ static void derivatives_forces(const struct bodies_system *s, const struct bodie
     bodies_orders(s, now, 1);
     for (int k = 0; k < s->n; k++) {
         size_t row = bodies_row(s, k);
-        num x = s->base_x[k], y = s->base_y[k];
-        num along = num_fma(s->form_xx[k], x, num_fma(s->form_xy[k], y, s->asked_x[k]));
-        num across = num_fma(s->form_xy[k], x, num_fma(s->form_yy[k], y, s->asked_y[k]));
         if (view->acc) derivatives_number(view->acc)[k] = s->rate[row + s->stride];
         if (view->force) derivatives_number(view->force)[k] = s->tip_x[row];
         if (view->tip_across) derivatives_number(view->tip_across)[k] = s->tip_y[row];
-        if (view->joint_along) derivatives_number(view->joint_along)[k] = along;
-        if (view->joint_across) derivatives_number(view->joint_across)[k] = across;
+        if (view->joint_along) derivatives_number(view->joint_along)[k] = s->reach_x[k];
+        if (view->joint_across) derivatives_number(view->joint_across)[k] = s->reach_y[k];
     }
     if (!pend_terms_cart(s->terms)) return;
     // what the rail exerts on the cart, across it

@@ -6,10 +6,10 @@
  * than one with torques between point masses.
  *
  * With G of bodies_template F = G / l stands where the force at the tip does among point masses:
- *     Im F_k = (tau_k - J phi''_k) / l - sum_{j>=1} (Re u_j Im F_{k-j} - Im u_j Re F_{k-j}),
+ *     Im F_k = (tau_k - I phi''_k) / l - sum_{j>=1} (Re u_j Im F_{k-j} - Im u_j Re F_{k-j}),
  * and Re F_k is what the tree answers to Im T and to torques, as phi'' is. By reciprocity the
  * answers of an arm to the units of all others are those of all others to its own, but for signs:
- * with rho = Re G + J kr, d rho_i / d tau_j = -d chi_j / d kr_i, and d rho / d kr is symmetric. */
+ * with rho = Re G + I kr, d rho_i / d tau_j = -d chi_j / d kr_i, and d rho / d kr is symmetric. */
 
 /* right-hand sides, one a lane: kr, and known moments about the joints; the pivot's acceleration */
 struct SMALL(asked) {
@@ -22,10 +22,17 @@ struct SMALL(told) {
     PART chi[LANES], push[LANES], tip_x[LANES], tip_y[LANES], root_x, root_y;
 };
 
-/* what the arms ask of their bases, and their moments over D: leaves to root */
+/* what the arms ask of their bases, and their moments over D; and those on the parent but for the
+ * arm's, with those of later siblings: leaves to root */
 struct SMALL(climb) {
-    PART x[LANES], y[LANES], answer[LANES];
+    PART x[LANES], y[LANES], answer[LANES], early[LANES];
 };
+
+/* a moment on the parent of arm c, and what the arm's (x, y) that is asked adds to it */
+VEC_INLINE PART SMALL(moment)(const struct bodies_system *b, int c, PART x, PART y, PART moment) {
+    moment = PART_(fma)(PART_(of)(b->place_y[c]), x, moment);
+    return PART_(fma)(PART_(of)(-b->place_x[c]), y, moment);
+}
 
 VEC_INLINE void SMALL(climb)(const struct bodies_system *b, const struct SMALL(asked) * asked,
                              struct SMALL(climb) * up) {
@@ -34,57 +41,96 @@ VEC_INLINE void SMALL(climb)(const struct bodies_system *b, const struct SMALL(a
         PART kr = asked->pulled[last], m = asked->moment[last];
         up->x[last] = PART_(fma)(PART_(of)(b->lever_x[last]), m, b->draw_x[last] * kr);
         up->y[last] = PART_(fma)(PART_(of)(b->lever_y[last]), m, b->draw_y[last] * kr);
-        up->answer[last] = m - b->twist[last] * kr;
+        up->answer[last] = up->early[last] = m;
     } while (++last < b->n);
     for (int c = b->n - 1; c > 0; c--) {
         int p = b->parent[c];
         PART ax = up->x[c], ay = up->y[c];
         PART x = PART_(fma)(PART_(of)(b->carry_xx[c]), ax, up->x[p]);
         PART y = PART_(fma)(PART_(of)(b->carry_xy[c]), ax, up->y[p]);
-        PART moment = PART_(fma)(PART_(of)(b->place_y[c]), ax, up->answer[p]);
+        up->early[c] = up->answer[p];
         up->x[p] = PART_(fma)(PART_(of)(b->carry_yx[c]), ay, x);
         up->y[p] = PART_(fma)(PART_(of)(b->carry_yy[c]), ay, y);
-        up->answer[p] = PART_(fma)(PART_(of)(-b->place_x[c]), ay, moment);
+        up->answer[p] = SMALL(moment)(b, c, ax, ay, up->answer[p]);
     }
-    for (int a = 0; a < b->n; a++) up->answer[a] *= PART_(of)(b->inv_total[a]);
+    for (int a = 0; a < b->n; a++) {
+        PART m = up->answer[a] - b->twist[a] * asked->pulled[a];
+        up->answer[a] = m * PART_(of)(b->inv_total[a]);
+    }
+}
+
+/* the base of arm a, and the force at its joint, from its parent's numbers; the moments on the
+ * parent of its children so far */
+struct SMALL(joint) {
+    PART base_x[LANES], base_y[LANES], late[LANES], x, y;
+};
+
+VEC_INLINE void SMALL(pull)(const struct bodies_system *b, int a, PART kr,
+                            const struct SMALL(climb) * up, struct SMALL(joint) * j) {
+    int p = b->parent[a];
+    PART bx = j->base_x[p], by = j->base_y[p], chi = up->answer[p], m = up->early[a] + j->late[p];
+    PART px = PART_(of)(b->place_x[a]), py = PART_(of)(b->place_y[a]);
+    PART x = px * kr - py * chi, y = PART_(fma)(py, kr, px * chi);
+    x = PART_(fma)(PART_(of)(b->carry_xx[a]), bx, x);
+    y = PART_(fma)(PART_(of)(b->carry_yx[a]), bx, y);
+    j->base_x[a] = PART_(fma)(PART_(of)(b->carry_xy[a]), by, x);
+    j->base_y[a] = PART_(fma)(PART_(of)(b->carry_yy[a]), by, y);
+    PART ax = up->x[a], ay = up->y[a];
+    if (b->need & BODIES_SHAPE) {
+        PART xy = PART_(of)(b->form_xy[a]);
+        bx = j->base_x[a], by = j->base_y[a];
+        j->x = PART_(fma)(PART_(of)(b->form_xx[a]), bx, PART_(fma)(xy, by, ax));
+        j->y = PART_(fma)(xy, bx, PART_(fma)(PART_(of)(b->form_yy[a]), by, ay));
+        return;
+    }
+    x = PART_(fma)(PART_(of)(b->sway_xx[a]), bx, b->sway_xy[a] * by);
+    y = PART_(fma)(PART_(of)(b->sway_yx[a]), bx, b->sway_yy[a] * by);
+    x = PART_(fma)(PART_(of)(b->keep_xx[a]), ax, PART_(fma)(PART_(of)(b->keep_xy[a]), ay, x));
+    y = PART_(fma)(PART_(of)(b->keep_yx[a]), ax, PART_(fma)(PART_(of)(b->keep_yy[a]), ay, y));
+    j->x = x + PART_(fma)(PART_(of)(b->swing_x[a]), kr, b->turn_x[a] * m);
+    j->y = y + PART_(fma)(PART_(of)(b->swing_y[a]), kr, b->turn_y[a] * m);
+    j->late[p] = SMALL(moment)(b, a, ax, ay, j->late[p]);
+}
+
+/* the force at the tip of arm a but for what hangs there, and what the arm adds to its parent's */
+VEC_INLINE void SMALL(tip)(const struct bodies_system *b, int a, PART kr,
+                           const struct SMALL(joint) * j, struct SMALL(told) * to) {
+    PART m = PART_(of)(b->mass[a]), l = PART_(of)(b->len[a]);
+    to->tip_x[a] = j->x, to->tip_y[a] = j->y;
+    if (!(b->need & BODIES_SHAPE)) return;
+    to->tip_x[a] = m * PART_(fma)(l, kr, j->base_x[a]);
+    to->tip_y[a] = m * PART_(fma)(l, to->chi[a], j->base_y[a]);
+    if (!a || bodies_hung(b, a)) return;
+    int p = b->parent[a];
+    PART C = PART_(of)(b->cosine[a]), Z = PART_(of)(b->sine[a]);
+    to->tip_x[p] += C * j->x - Z * j->y;
+    to->tip_y[p] += PART_(fma)(Z, j->x, C * j->y);
 }
 
 /* accelerations, and what follows from them: root to leaves, with the forces at the tips where
  * `tips` are wanted */
 VEC_INLINE void SMALL(descend)(const struct bodies_system *b, const struct SMALL(asked) * asked,
                                const struct SMALL(climb) * up, int tips, struct SMALL(told) * to) {
-    PART base_x[LANES], base_y[LANES];
+    struct SMALL(joint) j;
     to->root_x = up->x[0], to->root_y = up->y[0];
     for (int a = 0; a < b->n; a++) {
         int p = b->parent[a];
-        PART x = asked->lift_x, y = asked->lift_y;
+        j.late[a] = PART_(of)(0);
         if (a) {
-            PART px = PART_(of)(b->place_x[a]), py = PART_(of)(b->place_y[a]);
-            x = px * asked->pulled[p] - py * up->answer[p];
-            y = PART_(fma)(py, asked->pulled[p], px * up->answer[p]);
-            x = PART_(fma)(PART_(of)(b->carry_xx[a]), base_x[p], x);
-            y = PART_(fma)(PART_(of)(b->carry_yx[a]), base_x[p], y);
-            x = PART_(fma)(PART_(of)(b->carry_xy[a]), base_y[p], x);
-            y = PART_(fma)(PART_(of)(b->carry_yy[a]), base_y[p], y);
+            SMALL(pull)(b, a, asked->pulled[p], up, &j);
+        } else {
+            PART x = asked->lift_x, y = asked->lift_y, xy = PART_(of)(b->form_xy[0]);
+            j.base_x[0] = x, j.base_y[0] = y;
+            j.x = PART_(fma)(PART_(of)(b->form_xx[0]), x, PART_(fma)(xy, y, up->x[0]));
+            j.y = PART_(fma)(xy, x, PART_(fma)(PART_(of)(b->form_yy[0]), y, up->y[0]));
         }
-        base_x[a] = x, base_y[a] = y;
-        PART way = PART_(fma)(PART_(of)(b->lever_x[a]), x, b->lever_y[a] * y);
+        PART way = PART_(fma)(PART_(of)(b->lever_x[a]), j.base_x[a], b->lever_y[a] * j.base_y[a]);
         to->chi[a] = up->answer[a] - way;
-        to->push[a] = PART_(fma)(PART_(of)(b->moment_x[a]), x, b->moment_y[a] * y);
-        if (tips) {
-            to->tip_x[a] = b->mass[a] * PART_(fma)(PART_(of)(b->len[a]), asked->pulled[a], x);
-            to->tip_y[a] = b->mass[a] * PART_(fma)(PART_(of)(b->len[a]), to->chi[a], y);
-        }
+        to->push[a] = PART_(fma)(PART_(of)(b->center_x[a]), j.x, b->center_y[a] * j.y);
+        if (tips) SMALL(tip)(b, a, asked->pulled[a], &j, to);
         if (!a) continue;
-        PART xy = PART_(of)(b->form_xy[a]);
-        PART fx = PART_(fma)(PART_(of)(b->form_xx[a]), x, PART_(fma)(xy, y, up->x[a]));
-        PART fy = PART_(fma)(xy, x, PART_(fma)(PART_(of)(b->form_yy[a]), y, up->y[a]));
-        to->push[p] = PART_(fma)(PART_(of)(b->place_x[a]), fx, to->push[p]);
-        to->push[p] = PART_(fma)(PART_(of)(b->place_y[a]), fy, to->push[p]);
-        if (!tips || bodies_hung(b, a)) continue;
-        PART C = PART_(of)(b->cosine[a]), Z = PART_(of)(b->sine[a]);
-        to->tip_x[p] += C * fx - Z * fy;
-        to->tip_y[p] += PART_(fma)(Z, fx, C * fy);
+        to->push[p] = PART_(fma)(PART_(of)(b->stem_x[a]), j.x, to->push[p]);
+        to->push[p] = PART_(fma)(PART_(of)(b->stem_y[a]), j.y, to->push[p]);
     }
 }
 
@@ -100,7 +146,7 @@ VEC_INLINE void SMALL(rigid)(const struct jets_system *s, int order, struct SMAL
     for (int i = 0; i < 2 * LANES; i++) unit[i][i] = 1;
     for (int i = 0; i < LANES; i++) {
         scale[i] = 1, scale[LANES + i] = -s->inv_len[i];
-        if (i < s->n) own[LANES + i] = b->inertia[i] * s->inv_len[i];
+        if (i < s->n) own[LANES + i] = b->spread[i] * s->inv_len[i];
     }
     *table = (struct SMALL(table)){0};
     for (int p = 0; p < PARTS; p++) {
@@ -140,7 +186,7 @@ VEC_INLINE void SMALL(recall)(const struct jets_system *s, int k, int order,
     asked->lift_x = C * x + Z * y;
     asked->lift_y = C * y - Z * x;
     for (int a = 0; a < s->n; a++) {
-        double l = s->len[a], J = loads->bodies->inertia[a];
+        double l = s->len[a], I = loads->bodies->spread[a];
         for (int i = 0; i < PART_WIDTH; i++) {
             int j = k + i < order ? k + i : order - 1, way = (j + 1) * (j + 2);
             const double *row = loads->across + (j + 1) * LOADS_STRIDE + LANES;
@@ -152,7 +198,7 @@ VEC_INLINE void SMALL(recall)(const struct jets_system *s, int k, int order,
                 chi += (j + 1) * loads->mist * im;
             }
             asked->pulled[a][i] = kr;
-            asked->moment[a][i] = l * row[a] + J * chi;
+            asked->moment[a][i] = l * row[a] + I * chi;
         }
     }
 }
