@@ -29,10 +29,15 @@ function addNumbers(text) {
   const written = (digits) =>
     digits
       .replace(".", decimalMark(text.language))
-      .replace("-", direction(text.language) === "rtl" ? "\u200e\u2212" : "\u2212");
+      .replace(/-/g, direction(text.language) === "rtl" ? "\u200e\u2212" : "\u2212");
   /** @param {number} value @param {Intl.NumberFormatOptions} options */
-  const far = (value, options) =>
-    new Intl.NumberFormat("en", { useGrouping: false, ...options }).format(value);
+  const far = (value, options) => {
+    const size = Math.abs(value);
+    // hundreds of zeros are read by nobody
+    if (Number.isFinite(value) && (size < 1e-15 || size >= 1e24))
+      return String(Number(value.toPrecision(options.maximumSignificantDigits ?? 6)));
+    return new Intl.NumberFormat("en", { useGrouping: false, ...options }).format(value);
+  };
   text.number = (value, digits = 2) => {
     const sum = Math.abs(value) < 0.5 * 10 ** -digits ? 0 : value;
     const options = { minimumFractionDigits: digits, maximumFractionDigits: digits };
@@ -45,9 +50,11 @@ function addNumbers(text) {
   };
   text.read = (typed) => {
     const plain = typed
-      .replace(/[\s\u200e\u200f\u061c]|\u00b0$/g, "")
+      .replace(/[\u200e\u200f\u061c]|\s*(\u00b0\s*)?$|^\s+/g, "")
       .replace(/[\u0660-\u0669\u06f0-\u06f9]/g, (digit) => String(digit.charCodeAt(0) & 15))
-      .replace("\u2212", "-")
+      .replace(/\u2212/g, "-")
+      // between groups of three digits, or behind the sign
+      .replace(/(\d)\s(?=\d{3}(?!\d))|^([-+])\s+/g, "$1$2")
       .replace(/[,\u066b]/, ".");
     return plain === "" ? NaN : Number(plain);
   };

@@ -133,11 +133,14 @@ export async function numbers_are_written_as_each_language_has_them(rig) {
         if (Number.isFinite(value) && Math.abs(text.read(text.short(value, 6)) - value) > 1e-5 * Math.abs(value)) found.push([language, "read", value]);
       }
     }
-    const typed = ["\u200e\u221245", "\u0664\u0665\u066b\u0665", " 1,5 ", "\u06f1\u06f2", "", "1 000", "x", "90\u00b0", "\u00b0"].map((words) => text.read(words));
+    const typed = ["\u200e\u221245", "\u0664\u0665\u066b\u0665", " 1,5 ", "\u06f1\u06f2", "", "1 000", "x", "90\u00b0", "\u00b0", "90\u00b0 ", "- 5", "1 2", "1 234 567,5", "1.234,5"].map((words) => text.read(words));
     await text.use("en");
-    return { found, typed };
+    const far = [1e-320, -1e-320, 1e30, -1.23456e300].map((value) => [text.short(value, 4), text.read(text.short(value, 4)), text.number(value, 2)]);
+    return { found, typed, far };
   }, Object.keys(LANGUAGES));
   assert.deepEqual(odd.found, []);
-  assert.deepEqual(odd.typed, [-45, 45.5, 1.5, 12, NaN, 1000, NaN, 90, NaN]);
+  assert.deepEqual(odd.typed, [-45, 45.5, 1.5, 12, NaN, 1000, NaN, 90, NaN, 90, -5, NaN, 1234567.5, NaN]);
+  assert.deepEqual(odd.far, [["1e\u2212320", 1e-320, "0.00"], ["\u22121e\u2212320", -1e-320, "0.00"], ["1e+30", 1e30, "1e+30"],
+    ["\u22121.235e+300", -1.235e300, "\u22121.23456e+300"]]);
   await close(page);
 }
