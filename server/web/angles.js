@@ -14,6 +14,7 @@ export const phiOf = (theta) => HANGING + theta * DEGREE;
 
 /** Degrees from hanging without full turns, in (-180, 180]. @param {number} phi */
 export function foldedTheta(phi) {
-  const theta = thetaOf(phi);
+  // of many turns a quotient has no digits left, where sine and cosine have theirs
+  const theta = thetaOf(Math.abs(phi) < 1e6 ? phi : Math.atan2(Math.sin(phi), Math.cos(phi)));
   return theta - 360 * Math.ceil(theta / 360 - 0.5);
 }

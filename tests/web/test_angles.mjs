@@ -32,6 +32,10 @@ export async function ninety_degrees_are_horizontal_and_grow_against_the_clock(r
   await field.fill("450");
   await field.press("Enter");
   assert.equal(await field.inputValue(), "90", "a full turn more is the same start");
+  await page.evaluate(() => pendulumd.store.set({ initial: { ...pendulumd.store.get().initial, phi: pendulumd.store.get().initial.phi.map(() => 1e30) } }));
+  const wanted = await page.evaluate(() => (Math.atan2(Math.cos(1e30), -Math.sin(1e30)) * 180) / Math.PI);
+  const far = await page.evaluate((words) => pendulumd.text.read(words), await field.inputValue());
+  assert.ok(Math.abs(far - wanted) < 0.01, `1e30 rad is shown as ${far} degrees: ${wanted}`);
   await field.fill("40");
   await field.press("Enter");
   await page.waitForFunction(() => pendulumd.motion.complete);
