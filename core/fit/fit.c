@@ -299,9 +299,14 @@ static enum pend_status fit_begin(struct pend_fit *fit, struct pend_error *error
     return pend_fit_state_wild(fit, fit->status, error);
 }
 
-static void fit_keep(struct pend_fit *fit) {
+/* Takes the place that the search has come to; returns 0, and stays, where that is none: of slopes
+ * that vanish or run over GSL takes a step that is no number. */
+static int fit_keep(struct pend_fit *fit) {
     const gsl_vector *x = gsl_multifit_nlinear_position(fit->search->work);
-    for (int j = 0; j < fit->problem.unknowns; j++) fit->inner[j] = gsl_vector_get(x, (size_t)j);
+    int q = fit->problem.unknowns, whole = 1;
+    for (int j = 0; j < q; j++) whole &= isfinite(gsl_vector_get(x, (size_t)j)) != 0;
+    for (int j = 0; j < q && whole; j++) fit->inner[j] = gsl_vector_get(x, (size_t)j);
+    return whole;
 }
 
 /* keeps the lowest minimum so far and goes back to it; returns whether that is this one */
@@ -367,7 +372,7 @@ static enum pend_status fit_iterate(struct pend_fit *fit, int *over, struct pend
     int stuck = gsl_multifit_nlinear_iterate(fit->search->work);
     fit->here++;
     if (fit->starved) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
-    fit_keep(fit);
+    if (!fit_keep(fit)) stuck = 1;
     *over = stuck || (!whole && fit->here >= FIT_ROUGH) ||
             gsl_multifit_nlinear_test(tolerance, tolerance * tolerance, 0, &why,
                                       fit->search->work) == GSL_SUCCESS;
