@@ -9,9 +9,8 @@
 
 enum {
     BODIES_TILE = 8,
-    BODIES_AHEAD = 3, /* rows of a series beyond its order: turns are two ahead */
-    BODIES_SURELY =
-        16 /* how many times larger a rounding error must be than another to be told so */
+    BODIES_AHEAD = 3,  /* rows of a series beyond its order: turns are two ahead */
+    BODIES_SURELY = 16 /* times larger is a rounding error that counts as the larger one */
 };
 
 const struct bodies_kernel *pend_kernel_bodies(void) {
@@ -117,8 +116,10 @@ static double bodies_terms(const struct bodies_system *s, int k) {
     return sway * a + swing * fabs(s->pulled[p]) + turn * m + keep * b;
 }
 
-/* sums over what hangs on every arm: of its forces, of their terms, and of what it opposes to an
- * acceleration with the arm's own mass, in the arm's frame */
+/* Sums over what hangs on every arm: of its forces (wind), of their terms (known), and of what it
+ * opposes to an acceleration with the arm's own mass (next_x, next_known, next_y: the xx, xy and yy
+ * of a matrix), in the arm's frame. A state has no further order, so that the rows of the sums of a
+ * series are free. */
 static void bodies_gather(const struct bodies_system *s) {
     for (int k = 0; k < s->n; k++) {
         s->wind_x[k] = s->wind_y[k] = s->next_known[k] = s->known[k] = 0;

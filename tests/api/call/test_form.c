@@ -125,8 +125,7 @@ TEST(forms_become_json_as_jobs) {
     api_buffer_clear(&out);
 }
 
-/* what it may become is bounded by the limit of bodies, which the refusal tells apart from others
- */
+/* what it may become is bounded by the limit of bodies, which a refusal tells from other limits */
 TEST(forms_that_grow_beyond_the_limit_are_refused) {
     static const char form[] = PART("request")
         REQUEST("{\"sigma\":0.5,\"more\":[1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,"
