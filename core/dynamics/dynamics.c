@@ -81,6 +81,24 @@ void pend_dynamics_at(const struct pend_tree *tree, const struct pend_loads *loa
         pend_dynamics(tree, loads, phi, rate, work, acc, force);
 }
 
+/* masses over this times each other are unlike; the same as where chains are not solved in pieces
+ */
+static const double DYNAMICS_UNLIKE = 64;
+
+int pend_dynamics_unlike(const struct pend_tree *tree, const struct pend_loads *loads) {
+    const struct pend_terms *terms = loads->terms;
+    double least = INFINITY, most = 0;
+    assert(tree->n >= 1);
+    for (int k = 0; k < tree->n; k++) {
+        double mass = tree->mass[k];
+        if (terms)
+            mass += pend_terms_get(terms, loads->value, PEND_TERM_ROD, k) +
+                    pend_terms_get(terms, loads->value, PEND_TERM_BODY, k);
+        least = fmin(least, mass), most = fmax(most, mass);
+    }
+    return most > DYNAMICS_UNLIKE * least;
+}
+
 /* the vectors of the quick form, then one state for the careful one: phi, rate, acc, force and
  * its scratch */
 static size_t dynamics_vec_quick_bytes(int n) {

@@ -107,6 +107,15 @@ void pend_dynamics_fine(const struct pend_tree *tree, const struct pend_loads *l
                         const double phi[], const double phi_low[], const double rate[], void *work,
                         double scratch[], double acc[], double force[]);
 
+/**
+ * Returns non-zero if forces read from a power series of a pendulum lose digits that those of a
+ * state keep: where its arms' masses, with their rods and bodies, differ by more than a factor of
+ * 64. A series forms a force of a mass times an acceleration, and errs by the rounding of the
+ * largest such product: up to that factor less than 1e-13 of the largest force, 4e-13 at 10^±2,
+ * 2e-11 at 10^±4 and 2e-9 at 10^±6 kg (trees of up to 13 arms, tests/laws/test_row_forces). O(n).
+ */
+int pend_dynamics_unlike(const struct pend_tree *tree, const struct pend_loads *loads);
+
 /** pend_dynamics and pend_dynamics_vec, compiled for an instruction set that this processor runs:
  * for tests. */
 void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree,

@@ -138,6 +138,15 @@ PEND_VALIDATOR ensemble_valid(const struct pend_ensemble *e) {
     return 1;
 }
 
+/* whether forces beyond the start of a step are read */
+static int ensemble_forces(const struct pend_ensemble_problem *problem) {
+    int wanted = (problem->observe & (PEND_OBSERVE_EXTREMES | PEND_OBSERVE_SIGNS)) != 0 ||
+                 problem->times_count > 0;
+    for (int i = 0; i < problem->events; i++)
+        wanted |= problem->event[i].quantity == PEND_QUANTITY_FORCE;
+    return wanted;
+}
+
 enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
                                    const struct pend_ensemble_problem *problem, enum pend_isa isa,
                                    struct pend_error *error) {
@@ -154,11 +163,13 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
     size_t bytes =
         head + (doubts + ensemble_doubles(terms, n, kernel->width, series)) * sizeof(double);
     size_t events = pend_ensemble_events_bytes(problem, kernel->width);
-    struct pend_ensemble *e = aligned_alloc(64, bytes + events);
+    int forces = ensemble_forces(problem);
+    size_t all = bytes + events + pend_ensemble_watch_bytes(problem, forces);
+    struct pend_ensemble *e = aligned_alloc(64, all);
     if (!e)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0,
                          "no memory for an ensemble of trees of %d arms", n);
-    memset(e, 0, bytes + events);
+    memset(e, 0, all);
     e->problem = *problem;
     e->kernel = kernel;
     e->lanes =
@@ -173,11 +184,10 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
     e->lanes.paired = (problem->observe & PEND_OBSERVE_LYAPUNOV) != 0;
     e->lanes.extremes = (problem->observe & PEND_OBSERVE_EXTREMES) != 0;
     e->lanes.signs = (problem->observe & PEND_OBSERVE_SIGNS) != 0;
-    e->lanes.forces = e->lanes.extremes || e->lanes.signs || problem->times_count > 0;
-    for (int i = 0; i < problem->events; i++)
-        e->lanes.forces |= problem->event[i].quantity == PEND_QUANTITY_FORCE;
+    e->lanes.forces = forces;
     ensemble_place(e, (char *)e + head, doubts);
     pend_ensemble_events_place(e, (char *)e + bytes);
+    pend_ensemble_watch_place(e, (char *)e + bytes + events);
     kernel->prepare(&e->lanes);
     assert(ensemble_valid(e));
     *ensemble = e;

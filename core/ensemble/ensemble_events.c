@@ -14,7 +14,8 @@ static size_t events_watches(const struct pend_ensemble_problem *problem, int wi
 
 size_t pend_ensemble_events_bytes(const struct pend_ensemble_problem *problem, int width) {
     if (!problem->events) return 0;
-    size_t search = pend_event_search_bytes(problem->events, problem->event, problem->tree->n);
+    size_t search =
+        pend_event_search_bytes(problem->events, problem->event, problem->tree, &problem->loads);
     return events_watches(problem, width) + (search + 63) / 64 * 64;
 }
 
@@ -22,7 +23,7 @@ void pend_ensemble_events_place(struct pend_ensemble *e, void *memory) {
     const struct pend_ensemble_problem *problem = &e->problem;
     if (!problem->events) return;
     e->watch = memory;
-    pend_event_search_init(&e->search, problem->events, problem->event, problem->tree->n,
+    pend_event_search_init(&e->search, problem->events, problem->event, problem->tree,
                            (char *)memory + events_watches(problem, e->lanes.width));
 }
 
@@ -30,24 +31,6 @@ void pend_ensemble_events_start(struct pend_ensemble *e, int i) {
     size_t count = (size_t)e->problem.events;
     assert(i >= 0 && i < e->lanes.width);
     if (count) memset(e->watch + (size_t)i * count, 0, count * sizeof *e->watch);
-}
-
-/* the tree of the member in lane i, as far as places and energies need it, and what acts on it */
-static struct pend_tree events_member(const struct pend_ensemble *e, int i,
-                                      struct pend_loads *loads) {
-    const struct ensemble_lanes *lanes = &e->lanes;
-    assert(i >= 0 && i < e->lanes.width && e->seat[i].member >= 0);
-    struct pend_tree tree = *e->problem.tree;
-    int width = lanes->width, terms = lanes->terms ? lanes->terms->count : 0;
-    for (int k = 0; k < lanes->n; k++) {
-        e->member.length[k] = lanes->len[k * width + i];
-        e->member.mass[k] = lanes->mass[k * width + i];
-    }
-    for (int j = 0; j < terms; j++) e->member.value[j] = lanes->value[j * width + i];
-    tree.len = e->member.length;
-    tree.mass = e->member.mass;
-    *loads = (struct pend_loads){lanes->gravity[i], lanes->terms, e->member.value};
-    return tree;
 }
 
 /* hands a passage out, with the state then; returns its place in the step */
@@ -69,23 +52,9 @@ double pend_ensemble_events_step(struct pend_ensemble *e, int i) {
     const struct ensemble_lanes *lanes = &e->lanes;
     struct event_watch *watch = e->watch + (size_t)i * (size_t)e->problem.events;
     struct pend_loads loads;
-    struct pend_tree tree = events_member(e, i, &loads);
+    struct pend_tree tree;
     double from = lanes->from.time[i];
-    struct event_step step = {.tree = &tree,
-                              .loads = &loads,
-                              .lanes = lanes->width,
-                              .rate = lanes->series + i,
-                              .force = e->kernel->force(lanes) + i,
-                              .share = lanes->share,
-                              .phi = lanes->from.phi + i,
-                              .phi_low = lanes->from.phi_low + i,
-                              .turns = e->turns + i,
-                              .turns_low = e->turns_low + i,
-                              .order = lanes->order,
-                              .unit = e->unit[i],
-                              .time = lanes->start[i] + from,
-                              .length = lanes->to.time[i] - from,
-                              .degree = pend_event_series_degree(lanes->order)};
+    struct event_step step = pend_ensemble_watch_step(e, i, &tree, &loads);
     int stops = 0;
     assert(e->problem.events > 0 && e->problem.hit);
     pend_event_search_step(&e->search, &step, watch, from, e->seat[i].steps == 1);

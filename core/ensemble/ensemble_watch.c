@@ -3,6 +3,7 @@
 #include <assert.h>
 #include <math.h>
 
+#include "core/dynamics/dynamics.h"
 #include "core/integrate/roots.h"
 #include "core/tree/turns.h"
 
@@ -11,9 +12,65 @@ double pend_ensemble_watch_time(const struct pend_ensemble *e, int i, double par
     return part == 1 ? to : from + (to - from) * part;
 }
 
+size_t pend_ensemble_watch_bytes(const struct pend_ensemble_problem *problem, int forces) {
+    return forces ? pend_event_truth_bytes(problem->tree, &problem->loads) : 0;
+}
+
+void pend_ensemble_watch_place(struct pend_ensemble *e, void *memory) {
+    if (e->lanes.forces) pend_event_truth_place(&e->truth, e->problem.tree, memory);
+}
+
+/* the tree of the member in lane i, as far as places and energies need it, and what acts on it */
+static struct pend_tree watch_member(const struct pend_ensemble *e, int i,
+                                     struct pend_loads *loads) {
+    const struct ensemble_lanes *lanes = &e->lanes;
+    assert(i >= 0 && i < e->lanes.width && e->seat[i].member >= 0);
+    struct pend_tree tree = *e->problem.tree;
+    int width = lanes->width, terms = lanes->terms ? lanes->terms->count : 0;
+    for (int k = 0; k < lanes->n; k++) {
+        e->member.length[k] = lanes->len[k * width + i];
+        e->member.mass[k] = lanes->mass[k * width + i];
+    }
+    for (int j = 0; j < terms; j++) e->member.value[j] = lanes->value[j * width + i];
+    tree.len = e->member.length;
+    tree.mass = e->member.mass;
+    *loads = (struct pend_loads){lanes->gravity[i], lanes->terms, e->member.value};
+    return tree;
+}
+
+struct event_step pend_ensemble_watch_step(const struct pend_ensemble *e, int i,
+                                           struct pend_tree *tree, struct pend_loads *loads) {
+    const struct ensemble_lanes *lanes = &e->lanes;
+    double from = lanes->from.time[i];
+    *tree = watch_member(e, i, loads);
+    return (struct event_step){.tree = tree,
+                               .loads = loads,
+                               .lanes = lanes->width,
+                               .rate = lanes->series + i,
+                               .force = e->kernel->force(lanes) + i,
+                               .share = lanes->share,
+                               .phi = lanes->from.phi + i,
+                               .phi_low = lanes->from.phi_low + i,
+                               .turns = e->turns + i,
+                               .turns_low = e->turns_low + i,
+                               .order = lanes->order,
+                               .unit = e->unit[i],
+                               .time = lanes->start[i] + from,
+                               .length = lanes->to.time[i] - from,
+                               .degree = pend_event_series_degree(lanes->order)};
+}
+
+/* whether the forces of the member that starts now are those of states */
+static int watch_unlike(const struct pend_ensemble *e) {
+    struct pend_tree tree = *e->problem.tree;
+    tree.mass = e->member.mass;
+    return e->lanes.forces && pend_dynamics_unlike(&tree, &e->member.loads);
+}
+
 void pend_ensemble_watch_start(struct pend_ensemble *e, int i) {
     assert(i >= 0 && i < e->lanes.width);
     struct ensemble_lanes *lanes = &e->lanes;
+    e->seat[i].unlike = watch_unlike(e);
     for (int k = 0; k < lanes->n; k++) {
         int at = k * lanes->width + i, own = i * lanes->n + k;
         if (lanes->bound > 0) {
@@ -118,6 +175,17 @@ double pend_ensemble_watch_bound(struct pend_ensemble *e, int i, double most) {
     return first;
 }
 
+/* the same where the step has the forces of states */
+static struct roots_path watch_true_force(const struct event_step *step, int k, double part) {
+    struct roots_path path = {.degree = EVENT_TERMS - 1};
+    double power = 1;
+    pend_event_series_force(step, k, path.a);
+    path.base = path.a[0];
+    for (int j = 1; j <= path.degree; j++) path.a[j] *= power *= part;
+    while (path.degree > 1 && path.a[path.degree] == 0) path.degree--;
+    return path;
+}
+
 static void watch_extremes(struct pend_ensemble *e, int i, int k, double part,
                            const struct roots_path *path) {
     struct ensemble_lanes *lanes = &e->lanes;
@@ -164,14 +232,23 @@ static void watch_sign(struct pend_ensemble *e, int i, int k, double part,
 }
 
 void pend_ensemble_watch_force(struct pend_ensemble *e, int i, double part) {
+    struct pend_loads loads;
+    struct pend_tree tree;
+    struct event_step step;
     assert(part > 0 && part <= 1);
+    if (e->seat[i].unlike) {
+        step = pend_ensemble_watch_step(e, i, &tree, &loads);
+        pend_event_series_truth(&step, &e->truth);
+        step.truth = &e->truth;
+    }
     for (int k = 0; k < e->lanes.n; k++) {
         int own = i * e->lanes.n + k, peak = e->lanes.peak[k] >> i & 1;
         // a sign that is not known yet is looked for in every step
         int turn = e->lanes.signs && isnan(e->sign_change[own]) &&
                    ((e->lanes.turn[k] >> i & 1) || e->sense[own] == 0);
         if (!peak && !turn) continue;
-        struct roots_path path = watch_force(e, i, k, part);
+        struct roots_path path =
+            e->seat[i].unlike ? watch_true_force(&step, k, part) : watch_force(e, i, k, part);
         pend_roots_divide(&path);
         if (peak) watch_extremes(e, i, k, part, &path);
         if (turn) watch_sign(e, i, k, part, &path);
@@ -225,6 +302,24 @@ static void watch_theta(struct pend_ensemble *e, int i, const double x[]) {
     }
 }
 
+/* forces of the states at the instants x in place of the series' */
+static void watch_true_rows(struct pend_ensemble *e, int i, const double x[], int count) {
+    int n = e->lanes.n;
+    struct pend_loads loads;
+    const struct event_truth *to = &e->truth;
+    struct pend_tree tree = watch_member(e, i, &loads);
+    double start = e->lanes.start[i] + e->lanes.from.time[i];
+    for (int j = 0; j < count; j++) {
+        for (int k = 0; k < n; k++) {
+            to->phi[k] = e->instants[0][k * ENSEMBLE_INSTANTS + j];
+            to->rate[k] = e->instants[1][k * ENSEMBLE_INSTANTS + j];
+        }
+        pend_dynamics_at(&tree, &loads, start + x[j] * e->unit[i], to->phi, to->rate, to->work,
+                         to->acc, to->force);
+        for (int k = 0; k < n; k++) e->instants[2][k * ENSEMBLE_INSTANTS + j] = to->force[k];
+    }
+}
+
 void pend_ensemble_watch_rows(struct pend_ensemble *e, int i, double until) {
     assert(e->problem.rows && e->problem.times);
     const struct ensemble_lanes *lanes = &e->lanes;
@@ -240,6 +335,7 @@ void pend_ensemble_watch_rows(struct pend_ensemble *e, int i, double until) {
         if (!count) return;
         for (int j = count; j < ENSEMBLE_INSTANTS; j++) x[j] = 0;
         e->kernel->values(lanes, i, e->unit[i], x, &values);
+        if (e->seat[i].unlike) watch_true_rows(e, i, x, count);
         watch_theta(e, i, x);
         watch_give(e, i, count);
     }

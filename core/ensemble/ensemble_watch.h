@@ -8,6 +8,20 @@
 
 #include "core/ensemble/ensemble_work.h"
 
+/** Returns the bytes of memory that forces of states take, a multiple of 64; lays them out in that
+ * memory, aligned to 64. */
+size_t pend_ensemble_watch_bytes(const struct pend_ensemble_problem *problem, int forces);
+void pend_ensemble_watch_place(struct pend_ensemble *e, void *memory);
+
+/**
+ * The step that lane i just took, as what searches in it need.
+ *
+ * tree, loads  out: the pendulum of its member, as far as places, energies and forces need it;
+ *              they last until the next call, and longer than the step that points to them.
+ */
+struct event_step pend_ensemble_watch_step(const struct pend_ensemble *e, int i,
+                                           struct pend_tree *tree, struct pend_loads *loads);
+
 /** Prepares lane i for the events of the member that starts in it. O(n). */
 void pend_ensemble_watch_start(struct pend_ensemble *e, int i);
 

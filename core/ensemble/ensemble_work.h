@@ -16,6 +16,7 @@ struct ensemble_seat {
                            * and have not */
     double first;         /* s, of the first crossing of any arm */
     double energy, scale; /* J: at the start, and what a drift is measured against */
+    int unlike;           /* forces are those of states, as a series loses their digits */
     double growth,
         frequency; /* logarithm of the neighbour's growth so far; 1/s, what makes angles of rates */
 };
@@ -47,6 +48,7 @@ struct pend_ensemble {
     /* angles, rates, forces and angles from hanging of some instants: row by row, and as the
      * kernel leaves them */
     double *rows[4], *instants[4];
+    struct event_truth truth;   /* room for forces of states; phi NULL where none are read */
     struct event_search search; /* of the problem's conditions */
     struct event_watch *watch;  /* [lane * conditions + condition] */
 };

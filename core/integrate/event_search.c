@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/dynamics/dynamics.h"
 #include "core/tree/turns.h"
 
 /* rounding errors of a quantity at the start, relative to it; and of a sum of a series' sizes */
@@ -27,18 +28,35 @@ static size_t search_room(int count, const struct pend_event event[], int n) {
     return 0;
 }
 
-size_t pend_event_search_bytes(int count, const struct pend_event event[], int n) {
+/* whether a force is asked for */
+static int search_pulls(int count, const struct pend_event event[]) {
+    for (int i = 0; i < count; i++)
+        if (event[i].quantity == PEND_QUANTITY_FORCE) return 1;
+    return 0;
+}
+
+/* bytes up to the forces of states, which are aligned to 64 */
+static size_t search_own(int count, const struct pend_event event[], int n) {
     return search_room(count, event, n) * sizeof(double) +
            (size_t)count * EVENT_HITS * sizeof(struct pend_hit);
 }
 
+size_t pend_event_search_bytes(int count, const struct pend_event event[],
+                               const struct pend_tree *tree, const struct pend_loads *loads) {
+    return search_own(count, event, tree->n) +
+           (search_pulls(count, event) ? 64 + pend_event_truth_bytes(tree, loads) : 0);
+}
+
 void pend_event_search_init(struct event_search *search, int count, const struct pend_event event[],
-                            int n, void *memory) {
+                            const struct pend_tree *tree, void *memory) {
     assert(count >= 1 && memory);
-    size_t room = search_room(count, event, n);
+    size_t room = search_room(count, event, tree->n), own = search_own(count, event, tree->n);
     *search = (struct event_search){.count = count, .event = event};
     search->room = room ? memory : NULL;
     search->queue = (struct pend_hit *)(void *)((double *)memory + room);
+    if (!search_pulls(count, event)) return;
+    char *at = (char *)memory + own;
+    pend_event_truth_place(&search->truth, tree, at + (64 - (size_t)at % 64) % 64);
 }
 
 /* the quantity of a condition over the step */
@@ -169,6 +187,10 @@ void pend_event_search_step(struct event_search *search, struct event_step *step
                             struct event_watch watch[], double from, int first) {
     search->next = search->queued = 0;
     step->room = search->room;
+    if (search->truth.phi && pend_dynamics_unlike(step->tree, step->loads)) {
+        pend_event_series_truth(step, &search->truth);
+        step->truth = &search->truth;
+    }
     if (search->room) pend_event_series_energy(step, search->kinetic, search->potential);
     for (int i = 0; i < search->count; i++) search_look(search, step, i, &watch[i], from, first);
     assert(search->queued <= search->count * EVENT_HITS);

@@ -25,8 +25,9 @@ struct event_watch {
 struct event_search {
     int count;
     const struct pend_event *event;
-    int queued, next; /* the hits of the step, and the next of them to be told */
-    double *room;     /* memory for the energies' series, or NULL */
+    int queued, next;         /* the hits of the step, and the next of them to be told */
+    double *room;             /* memory for the energies' series, or NULL */
+    struct event_truth truth; /* memory for forces of states; phi NULL where none is asked for */
     double kinetic[EVENT_TERMS], potential[EVENT_TERMS]; /* of the step, if there is room */
     struct pend_hit *queue;                              /* count EVENT_HITS */
 };
@@ -41,19 +42,21 @@ struct event_search {
 PEND_MUST_CHECK enum pend_status pend_event_search_check(int count, const struct pend_event event[],
                                                          int n, struct pend_error *error);
 
-/** Returns the bytes of memory that a search of these conditions needs beside itself. O(count). */
-size_t pend_event_search_bytes(int count, const struct pend_event event[], int n);
+/** Returns the bytes of memory that a search of these conditions needs beside itself, for a tree
+ * and its terms. O(count). */
+size_t pend_event_search_bytes(int count, const struct pend_event event[],
+                               const struct pend_tree *tree, const struct pend_loads *loads);
 
 /** Prepares a search in the caller's memory of pend_event_search_bytes, aligned to 8; the
  * conditions must outlive it. */
 void pend_event_search_init(struct event_search *search, int count, const struct pend_event event[],
-                            int n, void *memory);
+                            const struct pend_tree *tree, void *memory);
 
 /**
  * Finds the passages of a step, and puts them into the queue in the order of time; of simultaneous
  * ones that of the first condition first.
  *
- * step   without degree and room where no energy is asked for.
+ * step   without degree and room where no energy is asked for; without truth.
  * watch  of the motion, count of them; zeros before its first step.
  * from   s, the step's beginning, after the motion's start.
  * first  non-zero in the motion's first step: a start at the wanted value is no passage.

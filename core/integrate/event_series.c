@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/dynamics/dynamics.h"
 #include "core/taylor/jets.h"
 
 static double event_get(const struct event_step *step, enum pend_term_row row, int k) {
@@ -65,11 +66,78 @@ void pend_event_series_rate(const struct event_step *step, int k, double out[EVE
     event_scale(step, step->rate, k, step->order + 1, 0, 1 / step->unit, out);
 }
 
+/* ---- forces */
+
+/* bytes of the numbers of a truth, a multiple of 64 */
+static size_t event_truth_numbers(const struct pend_tree *tree) {
+    size_t numbers = (3 * EVENT_NODES + 1) * (size_t)tree->n * sizeof(double);
+    return (numbers + 63) / 64 * 64;
+}
+
+size_t pend_event_truth_bytes(const struct pend_tree *tree, const struct pend_loads *loads) {
+    return event_truth_numbers(tree) + (pend_dynamics_at_bytes(tree, loads) + 63) / 64 * 64;
+}
+
+void pend_event_truth_place(struct event_truth *truth, const struct pend_tree *tree, void *memory) {
+    size_t rows = EVENT_NODES * (size_t)tree->n;
+    double *at = memory;
+    assert((size_t)memory % 64 == 0);
+    *truth = (struct event_truth){at, at + rows, at + 2 * rows, at + 3 * rows, NULL};
+    truth->work = (char *)memory + event_truth_numbers(tree);
+}
+
+/* the place of node i in the step: both ends are nodes, so that two steps agree where they meet */
+static double event_node(int i) { return (1 - cos(M_PI * i / (EVENT_NODES - 1))) / 2; }
+
+/* the sum of a series at s, the first term left out */
+static double event_beyond(const double a[EVENT_TERMS], double s) {
+    double sum = 0;
+    for (int j = EVENT_TERMS - 1; j > 0; j--) sum = (sum + a[j]) * s;
+    return sum;
+}
+
+void pend_event_series_truth(const struct event_step *step, const struct event_truth *truth) {
+    int n = step->tree->n;
+    for (int k = 0; k < n; k++) {
+        double phi[EVENT_TERMS], rate[EVENT_TERMS], low = step->phi_low[k * step->lanes];
+        pend_event_series_phi(step, k, phi);
+        pend_event_series_rate(step, k, rate);
+        for (int i = 0; i < EVENT_NODES; i++) {
+            double s = event_node(i);
+            truth->phi[i * n + k] = phi[0] + (low + event_beyond(phi, s));
+            truth->rate[i * n + k] = rate[0] + event_beyond(rate, s);
+        }
+    }
+    for (int i = 0; i < EVENT_NODES; i++)
+        pend_dynamics_at(step->tree, step->loads, step->time + event_node(i) * step->length,
+                         truth->phi + i * n, truth->rate + i * n, truth->work, truth->acc,
+                         truth->force + i * n);
+}
+
+/* adds to a force's series what it misses at the nodes: divided differences, then Horner's rule */
+static void event_amend(const struct event_step *step, int k, double out[EVENT_TERMS]) {
+    double gap[EVENT_NODES], sum[EVENT_NODES] = {0};
+    for (int i = 0; i < EVENT_NODES; i++)
+        gap[i] =
+            step->truth->force[i * step->tree->n + k] - (out[0] + event_beyond(out, event_node(i)));
+    for (int i = 1; i < EVENT_NODES; i++)
+        for (int j = EVENT_NODES - 1; j >= i; j--)
+            gap[j] = (gap[j] - gap[j - 1]) / (event_node(j) - event_node(j - i));
+    for (int i = EVENT_NODES - 1; i >= 0; i--) {
+        for (int j = EVENT_NODES - 1; j > 0; j--) sum[j] = sum[j - 1] - event_node(i) * sum[j];
+        sum[0] = gap[i] - event_node(i) * sum[0];
+    }
+    for (int j = 0; j < EVENT_NODES; j++) out[j] += sum[j];
+}
+
 void pend_event_series_force(const struct event_step *step, int k, double out[EVENT_TERMS]) {
     assert(k >= 0 && k < step->tree->n);
     double inverse = 1 / step->unit;
     event_scale(step, step->force, k, step->order, 0, inverse * inverse, out);
+    if (step->truth) event_amend(step, k, out);
 }
+
+/* ---- places */
 
 /* adds p e^{i phi} of arm k, whose derivative is u' = i phi' u */
 static void event_turn(const struct event_step *step, int k, double complex p,

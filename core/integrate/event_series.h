@@ -11,6 +11,16 @@
 
 enum { EVENT_TERMS = PEND_ROOTS_DEGREE + 1 };
 
+/* The forces of all arms at the nodes of a step, from the states there: those of a series lose
+ * digits where masses are unlike (pend_dynamics_unlike). */
+enum { EVENT_NODES = 5 };
+
+struct event_truth {
+    double *phi, *rate, *force; /* EVENT_NODES rows of n values */
+    double *acc;                /* n values */
+    void *work;                 /* pend_dynamics_at_bytes */
+};
+
 /* A step and the room for series of all arms. */
 struct event_step {
     const struct pend_tree *tree;
@@ -28,6 +38,7 @@ struct event_step {
     double time, length; /* s: its beginning in the time of the drives, and how long it is */
     int degree;          /* of places and energies, at least that of an angle */
     double *room; /* of pend_event_series_room numbers, for energies; NULL = none are wanted */
+    const struct event_truth *truth; /* of pend_event_series_truth; NULL = the series' forces */
 };
 
 /** The degree of places and energies over a step whose angles are known to an order: more, because
@@ -49,7 +60,15 @@ void pend_event_series_phi(const struct event_step *step, int k, double out[EVEN
 /** Its rate, rad/s. */
 void pend_event_series_rate(const struct event_step *step, int k, double out[EVENT_TERMS]);
 
-/** Its compression force, N; after pend_jets_forces. */
+/** Bytes of memory, a multiple of 64, of the forces at a step's nodes, and their layout in it. */
+size_t pend_event_truth_bytes(const struct pend_tree *tree, const struct pend_loads *loads);
+void pend_event_truth_place(struct event_truth *truth, const struct pend_tree *tree, void *memory);
+
+/** Computes the forces at the nodes of a step, which has no truth yet. O(EVENT_NODES n order). */
+void pend_event_series_truth(const struct event_step *step, const struct event_truth *truth);
+
+/** Its compression force, N; after pend_jets_forces. With a truth what the series misses there is
+ * added, a polynomial through its nodes. */
 void pend_event_series_force(const struct event_step *step, int k, double out[EVENT_TERMS]);
 
 /** The place of its tip, m. O(depth order^2). */

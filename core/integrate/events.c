@@ -107,7 +107,8 @@ static enum pend_status events_check(const struct pend_events_problem *problem,
 
 /* the search in one block, but for its stepper */
 static struct pend_events *events_allocate(const struct pend_events_problem *problem) {
-    size_t bytes = pend_event_search_bytes(problem->count, problem->event, problem->tree->n),
+    size_t bytes = pend_event_search_bytes(problem->count, problem->event, problem->tree,
+                                           &problem->loads),
            watches = (size_t)problem->count * sizeof(struct event_watch);
     struct pend_events *made = calloc(1, sizeof *made + watches + bytes);
     if (!made) return NULL;
@@ -115,7 +116,7 @@ static struct pend_events *events_allocate(const struct pend_events_problem *pro
     made->n = problem->tree->n;
     made->stopped = NAN;
     made->watch = (struct event_watch *)(void *)(made + 1);
-    pend_event_search_init(&made->search, problem->count, problem->event, made->n,
+    pend_event_search_init(&made->search, problem->count, problem->event, problem->tree,
                            made->watch + problem->count);
     return made;
 }

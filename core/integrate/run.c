@@ -51,6 +51,7 @@ static size_t run_place(struct pend_run *run, char *base, int group, double *sta
     run->points.acc = run_take(base, &used, rows);
     run->points.force = run_take(base, &used, rows);
     run->points.theta = run_take(base, &used, rows);
+    run->spare = run->unlike ? run_take(base, &used, rows) : NULL;
     run->ends.phi = run_take(base, &used, row * (size_t)run->ends.cap);
     run->ends.rate = run_take(base, &used, row * (size_t)run->ends.cap);
     run->re = run_take(base, &used, row);
@@ -102,6 +103,8 @@ static struct pend_run *run_allocate(const struct pend_method *method,
     int n = problem->tree->n, group = run_group(n);
     struct pend_run sketch = {.method = method, .problem = *problem, .group = group};
     sketch.ends.cap = run_ends(n);
+    sketch.unlike = method->flags & PEND_METHOD_SERIES && method->series &&
+                    pend_dynamics_unlike(problem->tree, &problem->loads);
     double *start[4];
     const double *given[4] = {problem->phi, problem->rate, problem->phi_low, problem->rate_low};
     size_t bytes = run_place(&sketch, NULL, group, start);

@@ -69,6 +69,16 @@ static void run_forces(struct pend_run *run, int due, int swings, const struct p
                                   points->rate + row, points->acc + row, points->force + row);
 }
 
+/* Forces of `due` states by the equations of motion where those of the series lose digits. The
+ * accelerations are the series', which does not lose any. */
+static void run_true_forces(struct pend_run *run, int due, const struct pend_points *points,
+                            const struct pend_points *room) {
+    struct pend_points own = *room;
+    own.acc = run->spare;
+    assert(own.acc && own.force);
+    run_forces(run, due, 0, points, &own);
+}
+
 /* those arrays of a group that the method is to fill in */
 static struct pend_points run_wanted(const struct pend_run *run, const struct pend_samples *samples,
                                      int fine, const struct pend_points *room) {
@@ -89,12 +99,18 @@ static void run_states(struct pend_run *run, const struct pend_samples *samples,
     int first = run->next == 0 && !(flags & PEND_METHOD_LINEAR),
         fine = run->fine && flags & PEND_METHOD_THETA;
     struct pend_points points = run_wanted(run, samples, fine, room);
+    int unlike = run->unlike && points.force && !first;
+    if (unlike) points.force = NULL;
     if (first)
         run_start_states(problem, &points);
     else
         run->method->at(run->stepper, run->relative + (run->next - run->listed_from), due, &points);
     for (size_t i = 0; i < numbers && samples->theta && !points.theta; i++)
         room->theta[i] = points.phi[i] + M_PI_2;
+    if (unlike) {
+        run_true_forces(run, due, &points, room);
+        return;
+    }
     if ((!points.acc && !points.force) || (flags & PEND_METHOD_SERIES && !first)) return;
     run_forces(run, due, first && fine && run_swings(run), &points, room);
 }

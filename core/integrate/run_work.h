@@ -38,6 +38,8 @@ struct pend_run {
         *turns_low; /* rad, what the start's angles are larger by than the run's, stored order */
     int turned;     /* some turns are not 0 */
     int fine;       /* the start has digits that doubles do not hold */
+    int unlike;     /* rows have the forces of their states, where those of a series lose digits */
+    double *spare;  /* accelerations of a group that nobody wants; NULL where forces need none */
     double *room;   /* four rows, for energies */
     void *work;     /* of pend_dynamics_many, or of pend_dynamics_at of a real pendulum */
 };

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/dynamics/dynamics.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/passages.h"
 #include "tests/harness/test.h"
@@ -277,4 +278,56 @@ TEST(events_that_make_no_sense_are_refused_and_memory_may_be_short) {
     CHECK_INT(failed, 2);
     pend_events_free(&events);
     test_tree_clear(&t);
+}
+
+enum { MANY = 12 };
+
+/* the error of the force of arm k at its first passage of a level, of the largest force then; 0
+ * where there is none */
+static double force_gap(const struct test_tree *t, const struct pend_loads *loads, int k,
+                        double level, void *work) {
+    struct pend_event event = {PEND_QUANTITY_FORCE,         k, 0, level, 0,
+                               PEND_WAY_UP | PEND_WAY_DOWN, 1, 1};
+    struct pend_events_problem problem = problem_of(t, loads, 1, &event);
+    struct pend_events *events;
+    struct pend_hit hit;
+    enum pend_found found;
+    double phi[MANY], rate[MANY], acc[MANY], force[MANY], most = 0;
+    problem.rtol = 1e-16, problem.duration = 0x1p-5;
+    if (!CHECK(pend_events_new(&events, &problem, NULL) == PEND_OK)) return NAN;
+    enum pend_status status = pend_events_next(events, 100000, &found, &hit, phi, rate, NULL);
+    pend_events_free(&events);
+    CHECK(status == PEND_OK && found != PEND_FOUND_NOTHING);
+    if (found != PEND_FOUND_PASSAGE) return 0;
+    pend_dynamics_at(t->tree, loads, hit.time, phi, rate, work, acc, force);
+    for (int l = 0; l < t->n; l++) most = fmax(most, fabs(force[l]));
+    return fabs(force[k] - level) / most;
+}
+
+/* a force that a series reads errs by the rounding of the largest mass times an acceleration */
+TEST(events_of_forces_keep_their_digits_where_masses_are_unlike) {
+    unsigned long long seed = 11;
+    double worst = 0;
+    long hits = 0;
+    for (int i = 0; i < 60; i++) {
+        struct test_tree t;
+        struct test_bodies b = {.loads = *TEST_LOADS(9.81)};
+        double acc[MANY], force[MANY];
+        test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), MANY, 6, &seed);
+        if (i % 4 == 3) test_bodies_random(&b, t.tree, TEST_TERMS_DAMPING, &seed);
+        void *work = aligned_alloc(64, (pend_dynamics_at_bytes(t.tree, &b.loads) + 63) / 64 * 64);
+        if (!work) abort();
+        pend_dynamics_at(t.tree, &b.loads, 0, t.phi, t.rate, work, acc, force);
+        for (int k = 0; k < 2 * MANY; k++) {
+            double level = force[k / 2] * (k % 2 ? 1.0001 : 0.9999);
+            double gap = force_gap(&t, &b.loads, k / 2, level, work);
+            hits += gap != 0;
+            if (!(gap <= worst)) worst = gap;
+        }
+        free(work);
+        if (i % 4 == 3) test_bodies_clear(&b);
+        test_tree_clear(&t);
+    }
+    CHECK_SAYING(hits > 200, "%ld passages", hits);
+    CHECK_RESIDUAL(worst, 2e-13, "forces at their events, of the largest");
 }
