@@ -85,9 +85,20 @@ static struct pend_points run_wanted(const struct pend_run *run, const struct pe
     struct pend_points points = *room;
     int linear = run->method->flags & PEND_METHOD_LINEAR;
     if (!samples->theta || !fine) points.theta = NULL;
-    if (!samples->force && !samples->joint_along) points.force = NULL;
+    int series = run->next > 0 && run->unlike;
+    if (series || (!samples->force && !samples->joint_along)) points.force = NULL;
     if (!samples->acc && !(points.force && linear)) points.acc = NULL;
     return points;
+}
+
+/* those accelerations and forces of `due` states that the method has not filled in */
+static void run_pull(struct pend_run *run, const struct pend_samples *samples, int due, int swings,
+                     const struct pend_points *points, const struct pend_points *room) {
+    int series = run->method->flags & PEND_METHOD_SERIES && run->next > 0;
+    if (series && run->unlike && (samples->force || samples->joint_along))
+        run_true_forces(run, due, points, room);
+    else if (!series && (points->acc || points->force))
+        run_forces(run, due, swings, points, room);
 }
 
 /* the states of the instants due, and their accelerations and forces if they are wanted */
@@ -99,20 +110,13 @@ static void run_states(struct pend_run *run, const struct pend_samples *samples,
     int first = run->next == 0 && !(flags & PEND_METHOD_LINEAR),
         fine = run->fine && flags & PEND_METHOD_THETA;
     struct pend_points points = run_wanted(run, samples, fine, room);
-    int unlike = run->unlike && points.force && !first;
-    if (unlike) points.force = NULL;
     if (first)
         run_start_states(problem, &points);
     else
         run->method->at(run->stepper, run->relative + (run->next - run->listed_from), due, &points);
     for (size_t i = 0; i < numbers && samples->theta && !points.theta; i++)
         room->theta[i] = points.phi[i] + M_PI_2;
-    if (unlike) {
-        run_true_forces(run, due, &points, room);
-        return;
-    }
-    if ((!points.acc && !points.force) || (flags & PEND_METHOD_SERIES && !first)) return;
-    run_forces(run, due, first && fine && run_swings(run), &points, room);
+    run_pull(run, samples, due, first && fine && run_swings(run), &points, room);
 }
 
 /* copies rows in stored order to the caller's array, from row `at` of `out` on, unless `rows` is
