@@ -5,14 +5,17 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { STEPS_MOST = 200 };
-static const double angle_most = 0.5; /* rad, that a step moves an arm by at most */
+enum { STEPS_MOST = 200, FALLS_MOST = 1000, HALVINGS_MOST = 40 };
+static const double angle_most = 0.5;   /* rad, that a step moves an arm by at most */
+static const double least_pivot = 0.05; /* on the way down, of the largest that it could be */
+static const double least_fall = 1e-4;  /* of what the slope promises */
 
 /* of an arm while an equilibrium is looked for */
 struct rest_node {
     struct rest_body body;
     double spring, torque; /* N m/rad; N m, constant */
     double slope, pivot;   /* the gradient, N m; the matrix's pivot, N m/rad */
+    double start, step;    /* rad */
 };
 
 static double rest_get(const struct pend_loads *loads, enum pend_term_row row, int k) {
@@ -90,8 +93,17 @@ void pend_rest_pull(const struct pend_loads *loads, double pull[2]) {
     if (moves) pull[1] += loads->value[terms->one[PEND_TERM_PIVOT_ACCELERATION_Y]];
 }
 
+/* how far the spring of joint k is bent, rad */
+static double rest_bent(const struct pend_tree *tree, const struct pend_loads *loads,
+                        const double phi[], int k) {
+    int p = pend_terms_holder(loads->terms, tree->parent, k);
+    double from = p >= 0 ? phi[p] : rest_cart(loads, k) ? 0 : -M_PI_2;
+    return phi[k] - from - rest_get(loads, PEND_TERM_REST, k);
+}
+
 /* the gradient of the potential energy, and the diagonal of its second derivative; returns the
- * gradient's largest entry over the largest of its parts */
+ * gradient's largest entry over the largest of its parts, of which a spring's is that of the angles
+ * whose rounding it magnifies: it may be slack */
 static double rest_slopes(const struct pend_tree *tree, const struct pend_loads *loads,
                           const double phi[], struct rest_node node[]) {
     double most = 0, size = 0, pull[2];
@@ -107,27 +119,33 @@ static double rest_slopes(const struct pend_tree *tree, const struct pend_loads 
     }
     for (int k = 0; k < tree->n; k++) {
         int p = pend_terms_holder(loads->terms, tree->parent, k);
-        double from = p >= 0 ? phi[p] : rest_cart(loads, k) ? 0 : -M_PI_2;
-        double bent = phi[k] - from - rest_get(loads, PEND_TERM_REST, k);
-        double spring = node[k].spring * bent;
+        double bent = rest_bent(tree, loads, phi, k), spring = node[k].spring * bent;
+        double angles = fabs(phi[k]) + fabs(bent) + (p < 0 ? 0 : fabs(phi[p]));
         node[k].slope += spring - node[k].torque;
         if (p >= 0) node[p].slope -= spring - node[k].torque;
         if (p >= 0) node[p].pivot += node[k].spring;
-        size = fmax(size, fmax(fabs(spring), fabs(node[k].torque)));
+        size = fmax(size, fmax(node[k].spring * angles, fabs(node[k].torque)));
     }
     for (int k = 0; k < tree->n; k++) most = fmax(most, fabs(node[k].slope));
     return size > 0 ? most / size : 0;
 }
 
 /* eliminates the arms from the leaves on, of the matrix whose only entries off the diagonal are the
- * springs'; returns true if all pivots are positive */
-static int rest_eliminate(const struct pend_tree *tree, const struct pend_loads *loads,
+ * springs'; returns true if all pivots are positive. On the way down they are made so. */
+static int rest_eliminate(const struct pend_tree *tree, const struct pend_loads *loads, int down,
                           struct rest_node node[]) {
     int positive = 1;
     assert(tree->parent[0] < 0);
     for (int k = tree->n - 1; k >= 0; k--) {
         struct rest_node *at = node + k;
         positive &= at->pivot > 0;
+        if (down && !rest_cart(loads, k)) {
+            double pull[2];
+            pend_rest_pull(loads, pull);
+            double most = at->spring +
+                          hypot(pull[0], pull[1]) * hypot(at->body.moment[0], at->body.moment[1]);
+            at->pivot = fmax(fabs(at->pivot), least_pivot * most);
+        }
         if (at->pivot == 0) at->pivot = 0x1p-52 * (at->spring > 0 ? at->spring : 1);
         int p = pend_terms_holder(loads->terms, tree->parent, k);
         if (p < 0) continue;
@@ -139,21 +157,75 @@ static int rest_eliminate(const struct pend_tree *tree, const struct pend_loads 
     return positive;
 }
 
-/* moves the angles by a step of Newton's method, whose factors are known; 0 if it is not finite */
+/* Newton's step, whose factors are known; 0 if it is not finite. Returns in fall by how much the
+ * potential energy falls for a small part of it. */
 static int rest_step(const struct pend_tree *tree, const struct pend_loads *loads,
-                     struct rest_node node[], double phi[]) {
+                     struct rest_node node[], double *fall) {
     double most = 0;
+    *fall = 0;
     for (int k = 0; k < tree->n; k++) {
         int p = pend_terms_holder(loads->terms, tree->parent, k);
-        node[k].slope =
-            (node[k].slope + (p < 0 ? 0 : node[k].spring * node[p].slope)) / node[k].pivot;
-        if (!isfinite(node[k].slope)) return 0;
-        if (!rest_cart(loads, k)) most = fmax(most, fabs(node[k].slope));
+        double right = node[k].slope;
+        node[k].step = (right + (p < 0 ? 0 : node[k].spring * node[p].step)) / node[k].pivot;
+        if (!isfinite(node[k].step)) return 0;
+        // of L D L^T with the gradient g: g (L D L^T)^-1 g
+        *fall += right / node[k].pivot * right;
+        if (!rest_cart(loads, k)) most = fmax(most, fabs(node[k].step));
     }
     // what pulls on a cart does not depend on where anything is
     double part = most > angle_most ? angle_most / most : 1;
-    for (int k = 0; k < tree->n; k++) phi[k] -= node[k].slope * (rest_cart(loads, k) ? 1 : part);
+    for (int k = 0; k < tree->n; k++) node[k].step *= rest_cart(loads, k) ? 1 : part;
+    *fall *= part;
     return 1;
+}
+
+/* the potential energy; and the sum of the sizes of its parts, by which it is rounded */
+static double rest_height(const struct pend_tree *tree, const struct pend_loads *loads,
+                          const double phi[], const struct rest_node node[], double *size) {
+    double height = 0, pull[2];
+    pend_rest_pull(loads, pull);
+    *size = 0;
+    for (int k = 0; k < tree->n; k++) {
+        double complex moment = node[k].body.moment[0] + I * node[k].body.moment[1];
+        double complex part = conj(pull[0] + I * pull[1]) * moment;
+        double bent = rest_bent(tree, loads, phi, k);
+        double fall = rest_cart(loads, k) ? -cimag(part) * phi[k] : creal(part * cexp(I * phi[k]));
+        double spring = node[k].spring / 2 * bent * bent, torque = -node[k].torque * bent;
+        height += fall + spring + torque;
+        *size += fabs(fall) + spring + fabs(torque);
+    }
+    return height;
+}
+
+/* goes on by a step; on the way down by so much of it that the potential energy falls, and 0 if it
+ * does not fall any more */
+static int rest_move(const struct pend_tree *tree, const struct pend_loads *loads, int down,
+                     struct rest_node node[], double phi[], double fall) {
+    double size, part = 1, height = down ? rest_height(tree, loads, phi, node, &size) : 0;
+    for (int k = 0; k < tree->n; k++) phi[k] -= node[k].step;
+    if (!down) return 1;
+    for (int i = 0; i < HALVINGS_MOST; i++) {
+        double now = rest_height(tree, loads, phi, node, &size);
+        if (now <= height - least_fall * part * fall + 0x1p-50 * size) return 1;
+        part /= 2;
+        for (int k = 0; k < tree->n; k++) phi[k] += part * node[k].step;
+    }
+    return 0;
+}
+
+/* looks for the equilibrium from where phi is; true if it is there */
+static int rest_search(const struct pend_tree *tree, const struct pend_loads *loads, int down,
+                       struct rest_node node[], double phi[], int *stable) {
+    const int most = down ? FALLS_MOST : STEPS_MOST;
+    int found = 0, goes = 1;
+    for (int i = 0; i < most && goes && !found; i++) {
+        double fall = 0;
+        found = rest_slopes(tree, loads, phi, node) <= 0x1p-52 * (double)(tree->n + 4);
+        *stable = rest_eliminate(tree, loads, down && !found, node);
+        goes = found || (rest_step(tree, loads, node, &fall) &&
+                         rest_move(tree, loads, down, node, phi, fall));
+    }
+    return found;
 }
 
 /* what the search needs of each arm; NULL if there is no memory */
@@ -182,16 +254,17 @@ enum pend_status pend_rest_find(const struct pend_tree *tree, const struct pend_
     if (!node)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for an equilibrium of %d arms",
                          tree->n);
-    int found = 0, goes = 1, positive = 0;
-    for (int i = 0; i < STEPS_MOST && goes && !found; i++) {
-        found = rest_slopes(tree, loads, phi, node) <= 0x1p-52 * (double)(tree->n + 4);
-        positive = rest_eliminate(tree, loads, node);
-        goes = found || rest_step(tree, loads, node, phi);
+    int positive = 0;
+    for (int k = 0; k < tree->n; k++) node[k].start = phi[k];
+    int found = rest_search(tree, loads, 0, node, phi, &positive);
+    if (!found) {
+        for (int k = 0; k < tree->n; k++) phi[k] = node[k].start;
+        found = rest_search(tree, loads, 1, node, phi, &positive);
     }
     if (stable) *stable = positive;
     free(node);
     if (found) return PEND_OK;
     return pend_fail(error, PEND_NOT_FINITE, -1, 0,
-                     "no equilibrium of the %d arms was found near this state: give another one",
-                     tree->n);
+                     "no equilibrium was found near this state, nor downhill from it: give another "
+                     "one, or see whether there is any");
 }

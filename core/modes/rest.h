@@ -43,14 +43,16 @@ void pend_rest_gather(const struct pend_tree *tree, const struct pend_loads *loa
 void pend_rest_pull(const struct pend_loads *loads, double pull[2]);
 
 /**
- * Finds the equilibrium near a state, by Newton's method with the tree's own elimination.
+ * Finds the equilibrium near a state, by Newton's method with the tree's own elimination; where
+ * that leads nowhere, downhill from there, which ends where the potential energy is a minimum.
  *
  * phi     in: n angles to start from, rad, stored order; out: the equilibrium.
  * stable  out: non-zero if the potential energy is a minimum there, so that a push is answered by
  *         a torque back; NULL = not wanted.
  *
  * PEND_NO_MEMORY
- * PEND_NOT_FINITE 200 steps do not converge.
+ * PEND_NOT_FINITE 200 steps do not converge, nor 1000 downhill: there may be none, where a constant
+ *                 torque turns an arm without a spring on and on.
  * O(n) a step. An equilibrium at which the pendulum starts stays, though it may be unstable.
  */
 PEND_MUST_CHECK enum pend_status pend_rest_find(const struct pend_tree *tree,
