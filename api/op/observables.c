@@ -65,6 +65,15 @@ int api_observables_cart(const struct api_observables *seen) {
     return (int)(seen->wanted >> API_SEE_CART & 1) | api_member_outputs_cart(seen->output);
 }
 
+/* what a member begins with has its cart's part too */
+static void add_cart(struct api_table *table, int observable) {
+    if (observable == API_SEE_START) {
+        api_table_add(table, "start", "cart_x", 0);
+        api_table_add(table, "start", "cart_v", 0);
+    }
+    if (observable == API_SEE_PARAMETERS) api_table_add(table, "parameters", "cart_mass", 0);
+}
+
 void api_observables_columns(struct api_observables *seen, int n,
                              const struct api_members *members) {
     assert(n >= 1);
@@ -84,6 +93,7 @@ void api_observables_columns(struct api_observables *seen, int n,
                           observables[i].arms[part] ? n : 0);
             table->column[table->count - 1].sparse = (int)(observables[i].times >> part & 1);
         }
+        if (members->terms && pend_terms_cart(members->terms)) add_cart(table, i);
         if (i == API_SEE_PARAMETERS && members->shown)
             api_table_add(table, observables[i].name, "varied", members->shown);
     }
@@ -157,6 +167,18 @@ static double *put_cart(double *at, const struct pend_outcome *outcome) {
     return put_one(at, outcome->rate ? outcome->rate[0] : 0, 0);
 }
 
+static double *put_start(double *at, const struct api_tree *tree, const struct pend_member *start) {
+    at = put(put(at, tree, start->phi, 0), tree, start->rate, 0);
+    return tree->cart ? put_one(put_one(at, start->phi[0], 0), start->rate[0], 0) : at;
+}
+
+static double *put_parameters(double *at, const struct api_tree *tree,
+                              const struct pend_member *start) {
+    at = put(put(at, tree, start->length, 0), tree, start->mass, 0);
+    at = put_one(at, start->loads.gravity, 0);
+    return tree->cart ? put_one(at, start->mass[0], 0) : at;
+}
+
 /* the numbers of terms that vary, in the order of the request */
 static double *put_varied(const struct api_members *members, const struct pend_member *start,
                           double *at) {
@@ -171,10 +193,9 @@ static double *write_one(enum api_observable observable, const struct api_tree *
     const struct pend_force_range *force = &outcome->force;
     switch (observable) {
     case API_SEE_START:
-        return put(put(at, tree, start->phi, 0), tree, start->rate, 0);
+        return put_start(at, tree, start);
     case API_SEE_PARAMETERS:
-        return put_one(put(put(at, tree, start->length, 0), tree, start->mass, 0),
-                       start->loads.gravity, 0);
+        return put_parameters(at, tree, start);
     case API_SEE_FINAL:
         return put(put(at, tree, outcome->phi, 0), tree, outcome->rate, 0);
     case API_SEE_FIRST_FLIP:

@@ -470,8 +470,9 @@ void api_tree_ideal(const struct api_tree *tree, const struct api_value *value, 
     if (tree->terms)
         api_value_fault(value, problem,
                         API_CODE_UNSUPPORTED
-                        "%s is for ideal pendulums as yet: none with rods, bodies, springs, "
-                        "friction or drives",
+                        "%s is for ideal pendulums, without rods, bodies, springs, friction and "
+                        "drives: take \"taylor\", or POST /v1/modes and /v1/response for small "
+                        "swings",
                         what);
 }
 

@@ -45,6 +45,28 @@ TEST(rows_of_members_on_a_cart_are_those_of_trajectories) {
                   "/output", "the pendulum has none");
 }
 
+TEST(what_a_cart_was_drawn_to_begin_with_is_told) {
+    struct test_reply rows = test_post(
+        API_OP_ENSEMBLES,
+        "{" DRIVEN ",\"initial\":" FAST ",\"duration\":1,\"observables\":[\"start\","
+        "\"parameters\"],\"grid\":[{\"vary\":\"mass\",\"arm\":\"cart\",\"start\":2,\"stop\":3,"
+        "\"count\":2,\"with\":[{\"vary\":\"phi\",\"arm\":\"cart\",\"start\":4,\"stop\":5},{"
+        "\"vary\":\"phid\",\"arm\":\"cart\",\"start\":6,\"stop\":7}]}]}");
+    CHECK_INT(rows.status, 200);
+    for (int i = 0; i < 2; i++) {
+        static const char *const column[] = {"parameters/cart_mass", "start/cart_x",
+                                             "start/cart_v"};
+        for (int c = 0; c < 3; c++) {
+            char at[40];
+            snprintf(at, sizeof at, "/%s/%d", column[c], i);
+            CHECK(test_reply_number(&rows, at) == 2 * (c + 1) + i);
+        }
+    }
+    CHECK(test_reply_number(&rows, "/start/phid/1/1") == -5);
+    CHECK(test_reply_number(&rows, "/parameters/gravity/1") == 9.81);
+    test_reply_free(&rows);
+}
+
 TEST(members_begin_at_the_start_that_a_request_gives) {
     char body[900];
     for (int i = 0; i < 2; i++) {
