@@ -22,22 +22,29 @@ static size_t chain_count(const struct pend_tree *tree) {
 }
 
 size_t pend_chain_bytes(const struct pend_tree *tree) {
-    assert(pend_chain_suits(tree));
     return (chain_count(tree) + 2) * CHAIN_NUMBERS * sizeof(double);
 }
 
-void pend_chain_init(struct chain *chain, const struct pend_tree *tree, void *memory) {
-    assert(pend_chain_suits(tree) && (size_t)memory % 64 == 0);
+void pend_chain_lay(struct chain *chain, const struct pend_tree *tree, void *memory) {
+    assert((size_t)memory % 64 == 0);
     chain->count = (int)chain_count(tree);
     chain->numbers = (double *)memory + CHAIN_NUMBERS;
+    for (int k = 0; k < tree->n; k++) {
+        double *at = chain->numbers + (size_t)(k / CHAIN_ARMS) * CHAIN_NUMBERS + k % CHAIN_ARMS;
+        at[CHAIN_PULL * CHAIN_ARMS] = -tree->len[k];
+        at[CHAIN_PART * CHAIN_ARMS] = 1 / tree->len[k];
+    }
+}
+
+void pend_chain_init(struct chain *chain, const struct pend_tree *tree, void *memory) {
+    assert(pend_chain_suits(tree));
+    pend_chain_lay(chain, tree, memory);
     for (int k = 0; k < tree->n; k++) {
         double *at = chain->numbers + (size_t)(k / CHAIN_ARMS) * CHAIN_NUMBERS + k % CHAIN_ARMS;
         double above = k ? tree->mass[k - 1] : 1;
         at[CHAIN_MASS * CHAIN_ARMS] = above;
         at[CHAIN_ABOVE * CHAIN_ARMS] = k ? 1 / above : 0;
         at[CHAIN_BELOW * CHAIN_ARMS] = 1 / tree->mass[k];
-        at[CHAIN_PULL * CHAIN_ARMS] = -tree->len[k];
-        at[CHAIN_PART * CHAIN_ARMS] = 1 / tree->len[k];
     }
     // the empty lanes are divisors too
     double *last =

@@ -65,8 +65,14 @@ struct chain {
 /** Returns non-zero if the tree is a chain of more than 8 arms whose masses are alike. O(n). */
 int pend_chain_suits(const struct pend_tree *tree);
 
-/** Returns the bytes that the numbers of a chain need, a multiple of 64. */
+/** Returns the bytes that the numbers of a chain of any masses need, a multiple of 64. */
 size_t pend_chain_bytes(const struct pend_tree *tree);
+
+/**
+ * Lays out a chain of any masses and fills in its lengths, which are what the sums of its orders
+ * ask for; arguments as of pend_chain_init.
+ */
+void pend_chain_lay(struct chain *chain, const struct pend_tree *tree, void *memory);
 
 /**
  * Fills in what does not change from step to step.

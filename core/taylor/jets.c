@@ -53,10 +53,12 @@ PEND_VALIDATOR jets_valid(const struct pend_jets *jets) {
            jets->real == (jets->general || s->loads != NULL);
 }
 
-/* the pendulum is one of the general kernel */
+/* the pendulum is one of the general kernel, but for its numbers */
 static int jets_general(const struct pend_tree *tree, const struct pend_terms *terms) {
     return terms && !jets_loads_suit(tree, terms);
 }
+
+static size_t jets_larger(size_t x, size_t y) { return x > y ? x : y; }
 
 /* where the arms sit in the series of a pendulum that the quick kernels take */
 static struct loads_seats jets_seating(const struct pend_tree *tree, int order_cap,
@@ -77,6 +79,10 @@ size_t pend_jets_bytes(const struct pend_tree *tree, const struct pend_terms *te
     int general = jets_general(tree, terms);
     struct loads_seats seats = jets_seating(tree, order_cap, NULL);
     size_t cut = general ? pend_bodies_system_bytes(tree, terms, order_cap) : jets_cut_bytes(tree);
+    // which of the two the numbers decide
+    if (general && pend_rods_known(tree, terms))
+        cut = jets_larger(cut, pend_rods_bytes(tree) +
+                                   pend_jets_loads_bytes(tree, terms, order_cap, &seats));
     if (terms && !general)
         cut += pend_jets_loads_bytes(tree, terms, order_cap, &seats) +
                (jets_loads_bodies(terms) ? pend_bodies_system_bytes(tree, terms, 1) : 0);
@@ -142,9 +148,22 @@ static void jets_cut(struct pend_jets *jets, void *memory) {
     }
 }
 
+/* a chain of rods */
+static void jets_rods(struct pend_jets *jets, const struct pend_loads *loads, void *memory) {
+    const struct pend_tree *tree = jets->tree;
+    struct loads_seats seats = jets_seating(tree, jets->order_cap, NULL);
+    pend_rods_init(&jets->rods, &jets->chain, tree, loads, memory);
+    pend_jets_loads_init(&jets->loads, tree, loads->terms, jets->order_cap, &seats,
+                         (char *)memory + pend_rods_bytes(tree));
+    jets->system.chain = &jets->chain;
+    jets->system.rods = &jets->rods;
+    jets->system.loads = &jets->loads;
+}
+
 void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
                     const struct pend_loads *loads, int order_cap, void *memory) {
-    int general = jets_general(tree, loads->terms);
+    int rods = loads->terms && pend_rods_suit(tree, loads);
+    int general = !rods && jets_general(tree, loads->terms);
     assert((size_t)memory % 64 == 0);
     memset(memory, 0, pend_jets_bytes(tree, loads->terms, order_cap));
     struct jets_system s = jets_view(tree, general, order_cap, memory);
@@ -165,6 +184,10 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
     void *cut = (double *)memory + jets_numbers(order_cap, tree, general);
     if (general) {
         jets_bodies_of(jets, loads, cut);
+        return;
+    }
+    if (rods) {
+        jets_rods(jets, loads, cut);
         return;
     }
     jets_cut(jets, cut);

@@ -15,6 +15,7 @@
 #include "core/taylor/kernel_jets.h"
 #include "core/taylor/levels.h"
 #include "core/taylor/chain.h"
+#include "core/taylor/rods.h"
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
@@ -35,6 +36,7 @@ struct pend_jets {
     struct blocks blocks;        /* of a tree of more than PEND_JETS_PAD arms */
     struct levels levels;        /* of a large bushy one instead */
     struct chain chain;          /* of a chain that suits it instead */
+    struct rods rods;            /* beside `chain`, of a chain of rods */
     struct jets_loads loads;     /* of a real pendulum that the quick kernels take */
     struct bodies_system bodies; /* of another real pendulum instead of all these */
     double unit;                 /* of the last expansion of that one */
@@ -65,7 +67,8 @@ static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j)
  *
  * jets       stays where it is: it points into itself.
  * tree       must outlive the series.
- * loads      their terms must outlive the series; the numbers are those given to pend_jets_expand.
+ * loads      their terms must outlive the series; the numbers are those given to pend_jets_expand,
+ *            but for those that say where masses are, which are taken once.
  * order_cap  PEND_JETS_ORDER_MIN .. PEND_JETS_ORDER_MAX.
  * memory     pend_jets_bytes(tree, loads->terms, order_cap) bytes, aligned to 64; not owned.
  */

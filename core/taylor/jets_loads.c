@@ -62,7 +62,7 @@ static size_t loads_lay(struct jets_loads *loads, const struct pend_tree *tree, 
     LOADS_SERIES(X)
 #undef X
     if (tree->n > LOADS_SMALL) {
-        if (loads->couples) loads_lay_large(loads, tree, seats, &store);
+        if (loads->couples || loads->shaped) loads_lay_large(loads, tree, seats, &store);
         return store.used;
     }
     loads->bend = loads_numbers(&store, 0, LOADS_MARGIN);
@@ -74,7 +74,8 @@ static size_t loads_lay(struct jets_loads *loads, const struct pend_tree *tree, 
 
 size_t pend_jets_loads_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
                              int order_cap, const struct loads_seats *seats) {
-    struct jets_loads sketch = {.couples = loads_couple(terms)};
+    struct jets_loads sketch = {.couples = loads_couple(terms),
+                                .shaped = jets_loads_bodies(terms)};
     return loads_lay(&sketch, tree, order_cap, seats, NULL);
 }
 
@@ -157,11 +158,12 @@ static void loads_neighbours(struct jets_loads *loads, const struct pend_tree *t
 void pend_jets_loads_init(struct jets_loads *loads, const struct pend_tree *tree,
                           const struct pend_terms *terms, int order_cap,
                           const struct loads_seats *seats, void *memory) {
-    assert(jets_loads_suit(tree, terms) && (size_t)memory % 64 == 0);
+    assert((size_t)memory % 64 == 0);
     int arms = terms->harmonics && terms->harmonic[terms->harmonics - 1].drives >= 0,
         pivot = terms->harmonics && terms->harmonic[0].drives < 0;
     *loads = (struct jets_loads){.terms = terms,
                                  .couples = loads_couple(terms),
+                                 .shaped = jets_loads_bodies(terms),
                                  .springs = terms->row[PEND_TERM_STIFFNESS] >= 0,
                                  .losses = terms->row[PEND_TERM_DAMPING] >= 0,
                                  .drives = arms,

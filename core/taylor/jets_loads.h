@@ -89,6 +89,7 @@ struct jets_loads {
     const double *value; /* of the terms, those of the expansion at hand */
     double unit;         /* of time, of that expansion */
     int couples;         /* torques act between arms */
+    int shaped;          /* masses are not all points at tips */
     int springs, losses; /* among them those of springs and of friction */
     int drives, moves;   /* harmonics among the torques; the pivot moves */
     double mist;         /* drag_per_mass: 2 gamma in units, of the expansion at hand */

@@ -62,6 +62,7 @@ struct jets_system {
     const struct blocks *blocks;
     const struct levels *levels; /* its series are in the order of seats */
     const struct chain *chain;
+    const struct rods *rods;  /* of a chain of rods beside `chain`; else NULL */
     struct jets_loads *loads; /* of a real pendulum that the quick kernels take; NULL = ideal */
     const double *share;      /* 1 / (j + 1) of order j */
     num *rate, *force, *turn_re,

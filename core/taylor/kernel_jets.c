@@ -15,6 +15,7 @@ enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000 };
 #include "core/taylor/blocks_template.h"
 #include "core/taylor/levels_template.h"
 #include "core/taylor/chain_template.h"
+#include "core/taylor/rods_template.h"
 
 #define LANES 2
 #include "core/taylor/small_template.h"
@@ -63,6 +64,13 @@ static void kernel_loaded_large(const struct jets_system *s, const double *value
     struct jets_loads *loads = s->loads;
     loads_number(s, value, now, order);
     if (loads->couples) couples_begin(s, now, order);
+    if (s->rods) {
+        (loads->couples ? rods_coupled_orders : rods_orders)(s, now->gravity, order);
+        if (loads->moves) rods_haul(s, order);
+        rods_tips(s, 0, 1);
+        loads->orders = order;
+        return;
+    }
     if (s->chain)
         (loads->couples ? chain_coupled_orders : chain_orders)(s, now->gravity, order);
     else if (s->levels)
@@ -91,6 +99,7 @@ static void kernel_loaded(const struct jets_system *s, const struct jets_state *
 }
 
 static void kernel_along(const struct jets_system *s, int order) {
+    if (s->rods) rods_tips(s, 1, order);
     if (s->n > 8)
         couples_along(s, order);
     else if (s->n > 4)

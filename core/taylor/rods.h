@@ -1,0 +1,103 @@
+/* A chain of rods, each arm hanging at the tip of the one before it, in pieces of eight arms: the
+ * numbers from which its forces follow.
+ * Leaves to others: the arithmetic (rods_table_template, rods_template), the sums of an order
+ * (chain), other trees and unlike masses (tiles of core/bodies).
+ * Invariant: masses are alike enough that differences of forces keep their digits. */
+#ifndef PEND_RODS_H
+#define PEND_RODS_H
+
+#include <stddef.h>
+
+#include "core/taylor/chain.h"
+#include "core/tree/loads.h"
+#include "core/tree/tree.h"
+
+/*
+ * Rows of a piece, eight numbers each. An arm of mass M, first moment h and inertia J about its
+ * joint moves as a mass h / l at its tip, M - h / l at its joint and an inertia J' = J - h l do,
+ * which is negative of a uniform bar. J', J and the others are over l^2 here, and masses are in
+ * units of 1 / `scale` but for those of the orders.
+ *
+ * TIP, JOINT, WHOLE      h / l, M - h / l, M
+ * NEAR, FAR, TWIST       inertias about the joint and about the tip, J'
+ * SPREAD                 M times the inertia about the center
+ * NODE                   all that is at the joint: its own JOINT and TIP of the arm before it
+ * VOID                   1 in a lane without an arm
+ * SHARE                  the part of all that is at the tip which the force at the tip leaves out
+ * RESIST, WIND           of the orders: J' / l^2, J' / l
+ * SQUARE_C, SQUARE_Z, MIXED, TWICE  C^2, Z^2, C Z, C^2 - Z^2
+ * HUNG_*                 the form of what hangs at the tip, five numbers (rods_form)
+ * HELD_*                 the form of what holds the joint
+ * LINE_LINE, LINE_SIDE   force along the arm, for a unit of acceleration along it and of known force
+ * SIDE_SIDE              acceleration across it for a unit of known force
+ * BACK_*                 of the piece's first arm: what its force asks of the piece before
+ * ON_*                   force along, and acceleration across, for a unit of the force along and
+ *                        across the arm before it
+ * BEFORE_*, AFTER_*      the same of all arms of the piece for what comes from the pieces before and
+ *                        after it, in the order of ON
+ * ENDS                   numbers of the piece, below
+ * ASK, KNOWN             of the order at hand: acceleration that is asked along the arm, known force
+ *                        across it
+ * MU, WAY                force along the arm, acceleration across it
+ * GREEN                  four times eight rows: MU for a unit of ASK of each arm and of KNOWN, WAY
+ *                        for a unit of ASK and of KNOWN
+ */
+// clang-format off
+#define RODS_ROWS(X) \
+    X(TIP) X(JOINT) X(WHOLE) X(NEAR) X(FAR) X(TWIST) X(SPREAD) X(NODE) X(VOID) X(SHARE) X(RESIST) \
+    X(WIND) X(SQUARE_C) X(SQUARE_Z) X(MIXED) X(TWICE) \
+    X(HUNG_D) X(HUNG_XX) X(HUNG_XY) X(HUNG_YY) X(HUNG_N) \
+    X(HELD_D) X(HELD_XX) X(HELD_XY) X(HELD_YY) X(HELD_N) \
+    X(LINE_LINE) X(LINE_SIDE) X(SIDE_SIDE) X(BACK_XX) X(BACK_XY) X(BACK_YY) \
+    X(ON_XX) X(ON_XY) X(ON_YX) X(ON_YY) \
+    X(BEFORE_XX) X(BEFORE_XY) X(BEFORE_YX) X(BEFORE_YY) \
+    X(AFTER_XX) X(AFTER_XY) X(AFTER_YX) X(AFTER_YY) \
+    X(ENDS) X(ENDS_MORE) X(ASK) X(KNOWN) X(MU) X(WAY) X(GREEN)
+// clang-format on
+
+enum {
+#define X(name) RODS_##name,
+    RODS_ROWS(X)
+#undef X
+        RODS_ROW_COUNT = RODS_GREEN + 4 * CHAIN_ARMS,
+    RODS_NUMBERS = RODS_ROW_COUNT * CHAIN_ARMS
+};
+
+/* Of row ENDS and the next: how a piece hands on what comes from before, the transpose of which is
+ * how it hands on what comes from after; what its first arm's force asks of the piece before; and
+ * what comes from before and from after, two numbers each. */
+enum {
+    RODS_THROUGH = 0,
+    RODS_BACK = 4,
+    RODS_FROM_BEFORE = 8,
+    RODS_FROM_AFTER = 10
+};
+
+struct rods {
+    int count; /* pieces */
+    double scale;
+    double *numbers; /* count pieces of RODS_NUMBERS, one of zeros before and one after them */
+};
+
+/** Returns non-zero if the terms may be those of a chain of rods: a chain of more than 8 arms that
+ * hang at tips, with rods or bodies and nothing else than what the quick kernels take. O(n). */
+int pend_rods_known(const struct pend_tree *tree, const struct pend_terms *terms);
+
+/** Returns non-zero if also its numbers suit: centers are on the arms, between joint and tip, masses
+ * at the joints are alike, and no arm is nearly a point somewhere on it. O(n). */
+int pend_rods_suit(const struct pend_tree *tree, const struct pend_loads *loads);
+
+/** Returns the bytes that the numbers of a chain of rods and those of its chain need, a multiple of
+ * 64. */
+size_t pend_rods_bytes(const struct pend_tree *tree);
+
+/**
+ * Fills in what does not change from step to step.
+ *
+ * chain   out: of the tree, for the sums of the orders alone.
+ * memory  pend_rods_bytes(tree) bytes, all zero, aligned to 64; not owned.
+ */
+void pend_rods_init(struct rods *rods, struct chain *chain, const struct pend_tree *tree,
+                    const struct pend_loads *loads, void *memory);
+
+#endif
