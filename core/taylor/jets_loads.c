@@ -74,8 +74,7 @@ static size_t loads_lay(struct jets_loads *loads, const struct pend_tree *tree, 
 
 size_t pend_jets_loads_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
                              int order_cap, const struct loads_seats *seats) {
-    struct jets_loads sketch = {.couples = loads_couple(terms),
-                                .shaped = jets_loads_bodies(terms)};
+    struct jets_loads sketch = {.couples = loads_couple(terms), .shaped = jets_loads_bodies(terms)};
     return loads_lay(&sketch, tree, order_cap, seats, NULL);
 }
 

@@ -7,7 +7,7 @@
 
 /* chains whose masses at the joints, or whose inertias, are further apart than this go by tiles;
  * and those with an arm that is this near to a point mass on it */
-static const double RODS_MASSES = 64, RODS_POINT = 0.125;
+static const double RODS_MASSES = 256, RODS_POINT = 0.125;
 
 int pend_rods_known(const struct pend_tree *tree, const struct pend_terms *terms) {
     struct pend_terms points = *terms; // what would be left with points at the tips
@@ -67,6 +67,7 @@ static size_t rods_count(const struct pend_tree *tree) {
 }
 
 size_t pend_rods_bytes(const struct pend_tree *tree) {
+    assert(tree->n > CHAIN_ARMS);
     return pend_chain_bytes(tree) + (rods_count(tree) + 2) * RODS_NUMBERS * sizeof(double);
 }
 

@@ -28,19 +28,15 @@
  * SQUARE_C, SQUARE_Z, MIXED, TWICE  C^2, Z^2, C Z, C^2 - Z^2
  * HUNG_*                 the form of what hangs at the tip, five numbers (rods_form)
  * HELD_*                 the form of what holds the joint
- * LINE_LINE, LINE_SIDE   force along the arm, for a unit of acceleration along it and of known force
- * SIDE_SIDE              acceleration across it for a unit of known force
- * BACK_*                 of the piece's first arm: what its force asks of the piece before
- * ON_*                   force along, and acceleration across, for a unit of the force along and
- *                        across the arm before it
- * BEFORE_*, AFTER_*      the same of all arms of the piece for what comes from the pieces before and
- *                        after it, in the order of ON
- * ENDS                   numbers of the piece, below
- * ASK, KNOWN             of the order at hand: acceleration that is asked along the arm, known force
- *                        across it
- * MU, WAY                force along the arm, acceleration across it
- * GREEN                  four times eight rows: MU for a unit of ASK of each arm and of KNOWN, WAY
- *                        for a unit of ASK and of KNOWN
+ * LINE_LINE, LINE_SIDE   force along the arm, for a unit of acceleration along it and of known
+ * force SIDE_SIDE              acceleration across it for a unit of known force BACK_* of the
+ * piece's first arm: what its force asks of the piece before ON_*                   force along,
+ * and acceleration across, for a unit of the force along and across the arm before it BEFORE_*,
+ * AFTER_*      the same of all arms of the piece for what comes from the pieces before and after
+ * it, in the order of ON ENDS                   numbers of the piece, below ASK, KNOWN of the order
+ * at hand: acceleration that is asked along the arm, known force across it MU, WAY force along the
+ * arm, acceleration across it GREEN                  four times eight rows: MU for a unit of ASK of
+ * each arm and of KNOWN, WAY for a unit of ASK and of KNOWN
  */
 // clang-format off
 #define RODS_ROWS(X) \
@@ -66,12 +62,7 @@ enum {
 /* Of row ENDS and the next: how a piece hands on what comes from before, the transpose of which is
  * how it hands on what comes from after; what its first arm's force asks of the piece before; and
  * what comes from before and from after, two numbers each. */
-enum {
-    RODS_THROUGH = 0,
-    RODS_BACK = 4,
-    RODS_FROM_BEFORE = 8,
-    RODS_FROM_AFTER = 10
-};
+enum { RODS_THROUGH = 0, RODS_BACK = 4, RODS_FROM_BEFORE = 8, RODS_FROM_AFTER = 10 };
 
 struct rods {
     int count; /* pieces */
@@ -83,8 +74,8 @@ struct rods {
  * hang at tips, with rods or bodies and nothing else than what the quick kernels take. O(n). */
 int pend_rods_known(const struct pend_tree *tree, const struct pend_terms *terms);
 
-/** Returns non-zero if also its numbers suit: centers are on the arms, between joint and tip, masses
- * at the joints are alike, and no arm is nearly a point somewhere on it. O(n). */
+/** Returns non-zero if also its numbers suit: centers are on the arms, between joint and tip,
+ * masses at the joints are alike, and no arm is nearly a point somewhere on it. O(n). */
 int pend_rods_suit(const struct pend_tree *tree, const struct pend_loads *loads);
 
 /** Returns the bytes that the numbers of a chain of rods and those of its chain need, a multiple of

@@ -127,8 +127,8 @@ VEC_INLINE struct rods_whole rods_whole(const double *at, int h, const struct ro
  * What arms answer to their own units. With Q = t + P, B = M - t + H and det over a product of
  * forms at joint and tip (X: D / l^2 times det (Phi + H)), an acceleration r asked along an arm and
  * a known force across it make
- *     mu = [det Q det B + J' / l^2 (Q_xx det B + B_xx det Q)] / X r + y s,    w = - y r + det (Q + B) / X s,
- *     y = (Q_xy det B + B_xy det Q) / X.
+ *     mu = [det Q det B + J' / l^2 (Q_xx det B + B_xx det Q)] / X r + y s,    w = - y r + det (Q +
+ * B) / X s, y = (Q_xy det B + B_xy det Q) / X.
  */
 static void rods_own(double *at, int h, double scale, const struct rods_ends *e,
                      const struct rods_whole *f) {
@@ -220,8 +220,9 @@ VEC_INLINE double *rods_green(double *at, int i, int table, int h) {
     return at + (RODS_GREEN + table * CHAIN_ARMS + i) * CHAIN_ARMS + h;
 }
 
-/* Answers of the arms of a piece to units of arms that are not before them are, but for signs, those
- * of these to units of the arms, which go along the chain from the first: of lanes up to i. */
+/* Answers of the arms of a piece to units of arms that are not before them are, but for signs,
+ * those of these to units of the arms, which go along the chain from the first: of lanes up to i.
+ */
 VEC_INLINE void rods_outward(double *at, int h) {
     enum { LAST = CHAIN_ARMS - 1 };
     static const double unit[2 * CHAIN_ARMS] = {[LAST] = 1};

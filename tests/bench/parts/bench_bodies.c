@@ -13,7 +13,7 @@
 enum { ARMS_MAX = 1000, ORDER = 20 };
 
 /* what a pendulum has beyond the ideal one */
-enum kind { IDEAL, COUPLES, PIVOT, BOTH, RODS, EVERYTHING };
+enum kind { IDEAL, COUPLES, PIVOT, BOTH, RODS, LOADED, EVERYTHING };
 
 /* a chain; a tree whose arms hang on one of the three before them; the complete binary tree; arms
  * that hang on the first */
@@ -35,9 +35,10 @@ static void subject_fill(struct subject *s, enum pend_term_row row, double numbe
 static void subject_terms(struct subject *s, int n, enum kind kind) {
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
     int drives[2] = {PEND_DRIVE_PIVOT_Y, 0}, place[2], all = kind == EVERYTHING;
-    int harmonics = all ? 2 : kind == PIVOT || kind == BOTH;
-    rows[PEND_TERM_DAMPING] = rows[PEND_TERM_STIFFNESS] = kind == COUPLES || kind == BOTH || all;
-    rows[PEND_TERM_ROD] = kind == RODS || all;
+    int loaded = kind == LOADED, harmonics = all ? 2 : kind == PIVOT || kind == BOTH || loaded;
+    rows[PEND_TERM_DAMPING] = rows[PEND_TERM_STIFFNESS] =
+        kind == COUPLES || kind == BOTH || loaded || all;
+    rows[PEND_TERM_ROD] = kind == RODS || loaded || all;
     rows[PEND_TERM_FRICTION] = rows[PEND_TERM_DRAG] = rows[PEND_TERM_DRAG_QUADRATIC] = all;
     ones[PEND_TERM_DRAG_PER_MASS] = all;
     if (pend_terms_new(&s->terms, n, rows, ones, harmonics, drives, place) != PEND_OK)
@@ -154,6 +155,10 @@ SOME_KINDS(SERIES, 20, CHAIN, chain_20)
 SOME_KINDS(SERIES, 50, CHAIN, chain_50)
 SERIES(rods, RODS, 32, CHAIN, chain_32)
 SERIES(ideal, IDEAL, 32, CHAIN, chain_32)
+SERIES(loaded_rods, LOADED, 16, CHAIN, chain_16)
+SERIES(loaded_rods, LOADED, 50, CHAIN, chain_50)
+SERIES(rods, RODS, 200, CHAIN, chain_200)
+SERIES(rods, RODS, 1000, CHAIN, chain_1000)
 QUICK_KINDS(SERIES, 16, STAR, star_16)
 QUICK_KINDS(SERIES, 200, STAR, star_200)
 QUICK_KINDS(SERIES, 16, BINARY, binary_16)
