@@ -11,6 +11,11 @@
  * not noise. */
 static const double fit_explained = 0.9, fit_strange = 3;
 
+/* A motion that explains less than this follows if what it misses is noise: the parts of residuals
+ * that neighbouring rows have in common are less than that, where so many pairs can tell. */
+static const double fit_clear = 0.99, fit_common = 0.5;
+enum { END_PAIRS = 16 };
+
 /* what is left of the data's squares where they are met: the blind directions are as the slopes say
  */
 static const double fit_met = 1e-12;
@@ -61,12 +66,31 @@ static double end_follows(const struct pend_fit *fit, int run, double variance) 
     return sum > 6 * variance * (double)count ? last : until;
 }
 
+/* the residuals of neighbouring rows are alike: what is missed is no noise */
+static int end_drifts(const struct pend_fit *fit) {
+    const struct pend_fit_problem *p = &fit->problem;
+    double common = 0, all = 0;
+    long pairs = 0;
+    for (long i = 1; i < p->rows; i++) {
+        if (pend_fit_run(p, i) != pend_fit_run(p, i - 1)) continue;
+        for (int c = 0; c < p->columns; c++) {
+            const double *data = p->column[c].data + i, *r = fit->residual + i * p->columns + c;
+            if (isnan(data[0]) || isnan(data[-1])) continue;
+            double before = r[-p->columns];
+            common += r[0] * before, all += (r[0] * r[0] + before * before) / 2, pairs++;
+        }
+    }
+    return pairs >= END_PAIRS && common > fit_common * all;
+}
+
 /* how it ended, of a result that is filled in but for that */
 static enum pend_fit_end end_kind(const struct pend_fit *fit, int minimum) {
     const struct pend_fit_result *result = &fit->result;
     double spread = result->chi_squared / (double)(result->freedom > 0 ? result->freedom : 1);
+    int known = pend_fit_state_known(fit);
     int strange = result->explained < fit_explained ||
-                  (pend_fit_state_known(fit) && spread > fit_strange * fit_strange);
+                  (known && spread > fit_strange * fit_strange) ||
+                  (!known && result->explained < fit_clear && end_drifts(fit));
     if (result->away >= 0) return PEND_FIT_AWAY;
     if (!minimum || fit->window < fit->problem.rows) return PEND_FIT_STOPPED;
     return strange ? PEND_FIT_STRANGE : PEND_FIT_CONVERGED;

@@ -334,6 +334,26 @@ TEST(fits_say_that_the_model_does_not_follow) {
     test_reply_free(&reply);
 }
 
+/* without a sigma: two modes for a pendulum that has one, and noise of that size on its own mode */
+TEST(fits_tell_another_pendulum_from_noise) {
+    static char body[BODY];
+    for (int noisy = 0; noisy < 2; noisy++) {
+        unsigned long long s = 5;
+        char *at = body + sprintf(body, "{\"pendulum\":{\"length\":0.4,\"mass\":1,\"parent\":0},"
+                                        "\"data\":{\"t\":[0");
+        for (int i = 1; i < ROWS; i++) at += sprintf(at, ",%g", 0.025 * i);
+        at += sprintf(at, "],\"series\":[{\"theta\":1,\"values\":[0.3");
+        for (int i = 1; i < ROWS; i++)
+            at += sprintf(at, ",%g", 0.3 * cos(i / 8.) + (noisy ? noise(&s) : cos(0.3 * i)) / 25);
+        sprintf(at, "]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\","
+                    "\"arm\":1},{\"vary\":\"thetad\",\"arm\":1}]}");
+        struct test_reply reply = test_post(API_OP_FITS, body);
+        CHECK_TEXT(test_reply_text(&reply, "/status"), noisy ? "converged" : "does_not_follow");
+        CHECK(fabs(test_reply_number(&reply, "/explained") - 0.97) < 0.02);
+        test_reply_free(&reply);
+    }
+}
+
 /* one row of small swings that was mistyped */
 TEST(fits_name_the_row_that_is_farthest_off) {
     static char body[BODY];
