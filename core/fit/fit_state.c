@@ -9,6 +9,9 @@
 /* part of the data's squares that is rounding: data may be met exactly */
 static const double fit_exact = 1e-12;
 
+/* In units of the motions' tolerance, by how much of it data that are met exactly may be missed. */
+static const double fit_loose = 300;
+
 /* Part of the sum of squares that one more step may still gain at a minimum. */
 static const double fit_minimum = 1e-6;
 
@@ -117,8 +120,21 @@ double pend_fit_state_total(const struct pend_fit *fit) {
     return sum;
 }
 
+/* the measurements' own squares: of a column of one, whose mean says nothing, there is no other
+ * scale */
+static double state_size(const struct pend_fit *fit) {
+    double sum = 0;
+    for (int c = 0; c < fit->problem.columns; c++) {
+        const struct pend_fit_column *column = &fit->problem.column[c];
+        for (long i = 0; i < fit->problem.rows; i++)
+            if (!isnan(column->data[i])) sum += pow(column->data[i] / pend_fit_sigma(column, i), 2);
+    }
+    return sum;
+}
+
 int pend_fit_state_flat(const struct pend_fit *fit, double gain, double squares) {
     assert(gain >= 0);
-    double own = pend_fit_state_known(fit) ? 1 : fit_exact * pend_fit_state_total(fit);
-    return gain <= fit_minimum * (squares + own);
+    if (pend_fit_state_known(fit)) return gain <= fit_minimum * (squares + 1);
+    double motion = fmin(pow(fit_loose * fit->problem.rtol, 2), fit_exact);
+    return gain <= fit_minimum * squares + motion * state_size(fit);
 }

@@ -155,45 +155,6 @@ TEST(fits_say_in_words_what_the_data_do_not_tell) {
     test_reply_free(&from);
 }
 
-#define THROWN "\"pendulum\":{\"length\":[0.4,0.3],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":"
-
-/* as many wants as unknowns, which are met exactly, whether there is a sigma or none */
-static void passes(const char *sigmas, const char *sigma) {
-    char body[800];
-    snprintf(body, sizeof body,
-             "{" THROWN "{\"theta\":[1,1]},\"start\":0,\"data\":{\"t\":[0.4,0.8],\"series\":["
-             "{\"x\":2,%s\"values\":[0.1,-0.4]},{\"y\":2,%s\"values\":[-0.65,-0.5]}]},"
-             "\"unknowns\":[{\"vary\":\"theta\",\"arm\":1},{\"vary\":\"theta\",\"arm\":2},"
-             "{\"vary\":\"thetad\",\"arm\":1},{\"vary\":\"thetad\",\"arm\":2}]}",
-             sigmas, sigma);
-    struct test_reply reply = test_post(API_OP_FITS, body);
-    CHECK_INT(reply.status, 200);
-    CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
-    double start[4];
-    for (int j = 0; j < 4; j++) {
-        char pointer[30];
-        snprintf(pointer, sizeof pointer, "/unknowns/%d/value", j);
-        start[j] = test_reply_number(&reply, pointer);
-    }
-    snprintf(body, sizeof body,
-             "{" THROWN "{\"theta\":[%.17g,%.17g],\"thetad\":[%.17g,%.17g]},"
-             "\"times\":{\"stop\":0.8,\"count\":3},\"output\":[\"z\"]}",
-             start[0], start[1], start[2], start[3]);
-    struct test_reply thrown = test_post(API_OP_TRAJECTORIES, body);
-    const double wanted[] = {0.1, -0.65, -0.4, -0.5};
-    for (int i = 0; i < 4; i++) {
-        double gap = motion_at(&thrown, i % 2 ? "z/im" : "z/re", 1 + i / 2, 1) - wanted[i];
-        CHECK_SAYING(fabs(gap) < 1e-5, "coordinate %d is missed by %g m", i, gap);
-    }
-    test_reply_free(&thrown);
-    test_reply_free(&reply);
-}
-
-TEST(fits_find_a_throw_that_passes_through_points) {
-    passes("\"sigma\":[0.001,0.002],", "\"sigma\":0.001,");
-    passes("", "");
-}
-
 /* An angle that was seen a hundred times less well moves the answer a ten-thousandth: the residuals
  * are told in its sigma. */
 TEST(fits_weigh_every_measurement_by_its_own_sigma) {
