@@ -15,12 +15,23 @@ const MOST_WRITTEN = 12; // arms of a link that is still read by people
 const DIGITS = 6;
 const STEP = 0.01;
 
-const NAMES = ["length", "mass", "parent", "theta", "omega", "gravity", "time"];
+const NAMES = [...LISTS, ...ONES];
+const OTHERS = ["lang", "embed", "room", "sheet"];
 
 /** Whether an address names a motion so, or would. @param {string} search */
 export function namesMotion(search) {
-  const asked = new URLSearchParams(search);
-  return NAMES.some((name) => asked.has(name));
+  return [...new URLSearchParams(search).keys()].some((name) => NAMES.includes(name.toLowerCase()));
+}
+
+/**
+ * What of an address that names a motion means nothing here, or is said twice; "" without any.
+ * @param {string} search
+ */
+export function strangeOf(search) {
+  /** @type {Set<string>} */
+  const known = new Set([...NAMES, ...OTHERS]);
+  const strange = [...new URLSearchParams(search)].filter(([name]) => !known.delete(name));
+  return namesMotion(search) ? strange.map((one) => one.join("=")).join(", ") : "";
 }
 
 /**
@@ -38,25 +49,26 @@ export function linkTo(text, rest, language = text.chosen()) {
 /** The address without it: what else it says stays. @param {Location | URL} from */
 export function ownAddress(from) {
   const address = new URL(from.href);
-  for (const name of [...LISTS, ...ONES]) address.searchParams.delete(name);
+  for (const name of NAMES) address.searchParams.delete(name);
   address.hash = "";
   return address.pathname + address.search;
 }
 
 /**
- * The numbers of a parameter, null without it; throws where one is no number.
+ * The numbers of a parameter, null without it; throws what cannot be read.
  * @param {URLSearchParams} asked @param {string} name
  */
 function numbersOf(asked, name) {
   const words = asked.get(name);
   if (words === null) return null;
   const list = words.split(/[,;\s]+/).map((one) => (one === "" ? NaN : Number(one)));
-  if (!list.every(Number.isFinite) || list.length > MOST_ARMS) throw new Error(`${name}: ${words}`);
+  const most = ONES.includes(name) ? 1 : MOST_ARMS;
+  if (!list.every(Number.isFinite) || list.length > most) throw new Error(`${name}=${words}`);
   return list;
 }
 
 /**
- * The request that an address names, null where it names none; throws where it is not sound. One
+ * The request that an address names, null where it names none; throws what is not sound. One
  * number stands for all arms; of what is short the rest is as simple as can be.
  * @param {string} search @returns {MotionBody | null}
  */
@@ -66,10 +78,10 @@ export function readAddress(search) {
   const read = (/** @type {string} */ name) => numbersOf(asked, name);
   const length = read("length") ?? [];
   const n = length.length;
-  if (!n) throw new Error("length: no arm");
+  if (!n) throw new Error(strangeOf(search) || "length");
   const fill = (/** @type {string} */ name, /** @type {(k: number) => number} */ plain) => {
     const list = read(name) ?? [];
-    if (list.length > n) throw new Error(`${name}: more than arms`);
+    if (list.length > n) throw new Error(`${name}=${asked.get(name)}`);
     const all = list.length === 1 && name !== "parent";
     return length.map((_, k) => (all ? list[0] : (list[k] ?? plain(k))));
   };

@@ -4,7 +4,7 @@
 // Invariant: an address that names a scene stands for it alone: the first change of it makes an
 // entry of its own, without that address; what a frame of another page shows is not kept.
 
-import { namesMotion, ownAddress, readAddress } from "./address.js";
+import { namesMotion, ownAddress, readAddress, strangeOf } from "./address.js";
 import { YOURS, keep } from "./keep.js";
 import { patchOf, sceneOf } from "./link.js";
 
@@ -65,20 +65,23 @@ function keepAmongYours(entry) {
 }
 
 /**
- * What is to be shown at once: what the tab had here, or what a readable address names; fault: the
- * address names nothing sound.
- * @returns {{patch: Patch | null, time: number, playing: boolean, fault: boolean}}
+ * What is to be shown at once: what the tab had here, or what a readable address names; fault: what
+ * of the address cannot be read, "" without any.
+ * @returns {{patch: Patch | null, time: number, playing: boolean, fault: string}}
  */
 export function beginning() {
   const entry = entryHere();
   const patch = entry && patchOfEntry(entry);
-  if (patch) return { patch, time: entry.time, playing: entry.playing, fault: false };
+  if (patch) return { patch, time: entry.time, playing: entry.playing, fault: "" };
+  let fault = "";
   try {
     const body = readAddress(location.search);
+    fault = location.search.slice(1);
     const named = body && patchOf({ request: body });
-    return { patch: named, time: 0, playing: true, fault: false };
-  } catch {
-    return { patch: null, time: 0, playing: true, fault: true };
+    return { patch: named, time: 0, playing: true, fault: strangeOf(location.search) };
+  } catch (error) {
+    fault ||= /** @type {Error} */ (error).message;
+    return { patch: null, time: 0, playing: true, fault };
   }
 }
 

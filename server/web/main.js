@@ -218,7 +218,7 @@ async function begin() {
   document.getElementById("waiting")?.remove();
   if (first.patch) goOn();
   else open();
-  if (first.fault) app.complain(text("failure.link"));
+  if (first.fault) app.complain(text("failure.link.part", { part: first.fault }));
   if (!embedded) beginJournal(app, open);
   watchSleep(app);
   tellWithout();

@@ -44,6 +44,22 @@ export async function swings_that_differ_are_told_and_none_is_none(rig) {
   await close(page);
 }
 
+export async function an_arm_at_rest_has_no_period_and_one_that_turns_over_has_the_time_of_a_turn(rig) {
+  const page = await rig.open({ path: "/?length=1&theta=0", height: 1200 });
+  await openDrawer(page, "measure");
+  assert.match(await page.textContent("[data-read=period]"), /does not pass/, "what rounding makes of an arm at rest is no swing");
+  // a turn takes 4 K(k) / omega, k^2 = 4 g / (l omega^2) < 1 where it turns over
+  const turn = (2 * Math.PI / 10) * longer(2 * Math.asin(Math.sqrt(4 * 9.81 / 100)));
+  for (const omega of [10, -10]) {
+    await page.evaluate((phid) => pendulumd.store.set({ initial: { phi: [-Math.PI / 2], phid: [phid] } }), omega);
+    await moving(page);
+    await page.waitForFunction(() => document.querySelector("[data-read=amplitude]")?.textContent === "it turns over");
+    assert.ok(Math.abs(await read(page, "period") - turn) < 6e-5, `${await read(page, "period")} at ${omega} rad/s, not ${turn}`);
+    assert.equal(await page.locator("[data-read=longer]").count(), 0, "the formula is of small swings");
+  }
+  await close(page);
+}
+
 export async function two_cursors_tell_differences_of_any_two_quantities(rig) {
   const page = await rig.open({ path: "/?length=1&theta=30", height: 1300 });
   await page.evaluate(() => pendulumd.clock.pause());

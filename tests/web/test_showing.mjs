@@ -39,6 +39,9 @@ export async function a_projector_gets_a_large_code_and_a_warning_of_this_machin
   await drawn(page);
   const qr = await page.locator(".projector .qr").boundingBox();
   assert.ok(qr.width > 270, `${qr.width} pixels`);
+  const stage = await page.locator("#stage").boundingBox();
+  const panel = await page.locator(".projector").boundingBox();
+  assert.ok(stage.x + stage.width <= panel.x, "the code lies beside the stage, not over the pendulum");
   assert.match(await page.innerText(".projector"), /length=1,1&theta=90,45[\s\S]*cannot reach this address/);
   assert.ok(await page.evaluate(() => parseFloat(getComputedStyle(document.body).fontSize)) >= 24);
   assert.equal(await page.isVisible("#drawers"), false);

@@ -71,7 +71,12 @@ function partOf(app, gauge) {
   there.box.dataset.measure = gauge;
   const fields = NUMBERS[gauge].map((_, i) => field(app, gauge, i));
   const read = h("dl", { class: "readout" });
-  const numbers = h("div", {}, read, ...fields.map(({ element }) => element));
+  const numbers = h(
+    "div",
+    { class: "gauge-fields" },
+    read,
+    ...fields.map(({ element }) => element),
+  );
   const show = () => {
     const values = store.get().view[gauge];
     there.box.checked = values !== null;

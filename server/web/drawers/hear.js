@@ -25,9 +25,9 @@ function armInWords({ motion, clock, text }, arm) {
   const { phi, phid } = motion.at(clock.time);
   const theta = foldedTheta(phi[arm - 1]);
   const rate = phid[arm - 1];
-  const { times, amplitude } = swingsOf(motion.track, arm);
+  const { times, amplitude, over } = swingsOf(motion.track, arm);
   const period = periodOf(times);
-  const regular = period && period.most - period.least < ALIKE * period.mean;
+  const regular = period && !over && period.most - period.least < ALIKE * period.mean;
   const side = Math.abs(theta) < 0.5 ? "middle" : theta > 0 ? "right" : "left";
   const moves = Math.abs(rate) < STILL ? "rest" : rate > 0 ? "cc" : "cw";
   const holes = {

@@ -13,11 +13,9 @@ import { createHearing } from "./hear.js";
 import { choice, later, swatch, tick } from "./kit.js";
 import { lazyPart } from "./lazy.js";
 import { takeMeasurements } from "./measurements.js";
-import { formulaOf, periodOf, swingsOf } from "./periods.js";
+import { farthestOf, formulaOf, periodOf, spreadOf, swingsOf } from "./periods.js";
 import { recordButton } from "./recorder.js";
 import { createStopwatch } from "./stopwatch.js";
-
-const ALIKE = 1e-3; // of the period, up to which swings are as long as each other
 
 /**
  * The drawer while it is there; arm: the one whose swings are told.
@@ -31,26 +29,22 @@ const line = (name, value, id) => [h("dt", {}, name), h("dd", { "data-read": id 
 function showPeriod({ app, arm, shown, period }) {
   const { motion, text } = app;
   if (!shown || !motion.complete || arm > motion.n) return;
-  const { times, amplitude } = swingsOf(motion.track, arm);
-  const found = periodOf(times);
+  const swings = swingsOf(motion.track, arm);
+  const found = periodOf(swings.times);
   const formula = formulaOf(motion.doc.pendulum, arm);
   const seconds = (/** @type {number} */ time) =>
     Number.isFinite(time) ? text("measure.seconds", { time: text.number(time, 4) }) : "\u2013";
   const rows = [];
   if (found) {
     rows.push(...line(text("measure.true"), seconds(found.mean), "period"));
-    const alike = found.most - found.least < ALIKE * found.mean;
-    const range = { least: text.number(found.least, 3), most: text.number(found.most, 3) };
-    const kind = alike ? "measure.alike" : "measure.unlike";
-    rows.push(...line("", text(kind, { count: found.count, ...range }), "swings"));
+    rows.push(...line("", spreadOf(found, text), "swings"));
   } else rows.push(...line(text("measure.true"), text("measure.noSwing"), "period"));
   rows.push(...line(text("measure.formula"), seconds(formula), "formula"));
-  if (found && Number.isFinite(formula)) {
+  if (found && !swings.over && Number.isFinite(formula)) {
     const percent = text.number((found.mean / formula - 1) * 100, 2);
     rows.push(...line(text("measure.longer"), text("measure.percent", { percent }), "longer"));
   }
-  const angle = text.number(amplitude, 1);
-  rows.push(...line(text("measure.amplitude"), text("measure.degrees", { angle }), "amplitude"));
+  rows.push(...line(text("measure.amplitude"), farthestOf(swings, text), "amplitude"));
   period.replaceChildren(...rows);
 }
 

@@ -1,4 +1,4 @@
-// The swings of an arm, read off its motion: when it passes hanging counterclockwise, and how long
+// The swings of an arm, read off its motion: when it passes hanging in one direction, and how long
 // it takes from one such passage to the next.
 // Leaves to others: the samples (track.js), how it is shown (measure.js).
 // Invariant: a passage lies between two samples and is found on the curve that the stage draws.
@@ -7,11 +7,14 @@ import { foldedTheta } from "../angles.js";
 import { anglesAt } from "../track.js";
 
 const HALVINGS = 40;
+const STILL = 1e-9; // degrees: what rounding makes of an arm that hangs at rest
+const ALIKE = 1e-3; // of the period, up to which swings are as long as each other
 
-/** @typedef {{times: number[], amplitude: number}} Swings */
+/** @typedef {{times: number[], amplitude: number, over: boolean}} Swings */
 
 /**
- * When an arm passes hanging, counterclockwise, s since the start, and how far it swings, degrees.
+ * When an arm passes hanging, s since the start, in the direction in which it does so more often
+ * (counterclockwise, where both are alike); how far it swings, degrees; whether it turns over.
  * @param {Track} track @param {number} arm from 1 @returns {Swings}
  */
 export function swingsOf(track, arm) {
@@ -22,25 +25,29 @@ export function swingsOf(track, arm) {
     anglesAt(track, time, place, phi);
     return foldedTheta(phi[arm - 1]);
   };
-  const times = [];
+  const [right, left] = [/** @type {number[]} */ ([]), /** @type {number[]} */ ([])];
   let amplitude = 0;
+  let over = false;
   let before = NaN;
   for (let i = 0; i < count; i++) {
     const theta = foldedTheta(columns.phi[i * n + arm - 1]);
     amplitude = Math.max(amplitude, Math.abs(theta));
     // where it goes over the top the angle jumps from one end to the other
-    if (before < 0 && theta >= 0 && theta - before < 180) {
+    const jumps = Math.abs(theta - before) >= 180;
+    over ||= jumps;
+    if (!jumps && i && before < 0 !== theta < 0) {
       let [low, high] = [(i - 1) * doc.span.step, i * doc.span.step];
       for (let turn = 0; turn < HALVINGS; turn++) {
         const middle = (low + high) / 2;
-        if (at(middle) < 0) low = middle;
+        if (at(middle) < 0 === before < 0) low = middle;
         else high = middle;
       }
-      times.push(high);
+      (theta < 0 ? left : right).push(high);
     }
     before = theta;
   }
-  return { times, amplitude };
+  const times = left.length > right.length + 1 ? left : right;
+  return { times: amplitude < STILL ? [] : times, amplitude, over };
 }
 
 /**
@@ -54,6 +61,23 @@ export function periodOf(times) {
   const mean = (times[times.length - 1] - times[0]) / each.length;
   return { mean, count: each.length, least: Math.min(...each), most: Math.max(...each) };
 }
+
+/**
+ * Of how many swings a period is the mean, and how they differ, in words.
+ * @param {NonNullable<ReturnType<typeof periodOf>>} found @param {Text} text
+ */
+export function spreadOf({ count, mean, least, most }, text) {
+  const range = { least: text.number(least, 3), most: text.number(most, 3) };
+  const alike = most - least < ALIKE * mean;
+  return text(alike ? "measure.alike" : "measure.unlike", { count, ...range });
+}
+
+/**
+ * How far from hanging an arm comes, in words.
+ * @param {Swings} swings @param {Text} text
+ */
+export const farthestOf = ({ amplitude, over }, text) =>
+  over ? text("measure.over") : text("measure.degrees", { angle: text.number(amplitude, 1) });
 
 /**
  * 2 pi sqrt(l/g), s: of small swings of a mass on an arm of this length.

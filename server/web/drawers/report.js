@@ -13,7 +13,7 @@ import { readings } from "./gauge_words.js";
 import { figure } from "./kit.js";
 import { svgOf } from "./picture.js";
 import { panelsOf } from "./plot_data.js";
-import { formulaOf, periodOf, swingsOf } from "./periods.js";
+import { farthestOf, formulaOf, periodOf, spreadOf, swingsOf } from "./periods.js";
 import { qrOf } from "./qr.js";
 
 const MOST_ARMS = 12; // rows of a table; the request at the end has all
@@ -80,11 +80,12 @@ function readOf({ store, motion, text }) {
     Number.isFinite(time) ? text("measure.seconds", { time: text.number(Number(time), 4) }) : DASH;
   const arms = Math.min(motion.n, MOST_ARMS);
   const rows = Array.from({ length: arms }, (_, k) => {
-    const { times, amplitude } = swingsOf(motion.track, k + 1);
+    const swings = swingsOf(motion.track, k + 1);
+    const found = periodOf(swings.times);
+    const period = found ? `${seconds(found.mean)} (${spreadOf(found, text)})` : DASH;
     const formula = formulaOf(motion.doc.pendulum, k + 1);
-    const angle = text("measure.degrees", { angle: text.number(amplitude, 1) });
     const name = text("arm.name", { arm: k + 1 });
-    return [name, seconds(periodOf(times)?.mean), seconds(formula), angle];
+    return [name, period, seconds(formula), farthestOf(swings, text)];
   });
   const heads = ["measure.true", "measure.formula", "measure.amplitude"].map((key) => text(key));
   const gauges = /** @type {Gauge[]} */ (Object.keys(NUMBERS)).filter(

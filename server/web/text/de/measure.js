@@ -7,6 +7,7 @@ export default {
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Länger als die Formel um",
   "measure.amplitude": "Größter Ausschlag",
+  "measure.over": "er überschlägt sich",
   "measure.percent": "{percent} %",
   "measure.degrees": "{angle}°",
   "measure.seconds": "{time} s",

@@ -205,6 +205,7 @@ export default {
   "problem.422": "Diese Bewegung lässt sich nicht berechnen.",
   "problem.500": "Der Server hat einen Fehler gemacht.",
   "failure.link": "Dieser Link ist nicht lesbar.",
+  "failure.link.part": "Das kann die Seite von dem Link nicht lesen: {part}",
   "failure.file":
     "Ein Teil der Seite konnte nicht geladen werden. Vielleicht ist der Server beschäftigt: bitte gleich noch einmal versuchen.",
   "failure.part":

@@ -7,6 +7,7 @@ export default {
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Longer than the formula by",
   "measure.amplitude": "Farthest from hanging",
+  "measure.over": "it turns over",
   "measure.percent": "{percent} %",
   "measure.degrees": "{angle}°",
   "measure.seconds": "{time} s",

@@ -205,6 +205,7 @@ export default {
   "problem.422": "This motion cannot be computed.",
   "problem.500": "The server has made a mistake.",
   "failure.link": "This link cannot be read.",
+  "failure.link.part": "The page cannot read this of the link: {part}",
   "failure.file":
     "A part of the page could not be loaded. The server may be busy: try again in a moment.",
   "failure.part": "A part of the page could not be made. The rest goes on; reload it to try again.",

@@ -7,6 +7,7 @@ export default {
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Más largo que la fórmula en",
   "measure.amplitude": "Mayor desviación",
+  "measure.over": "da la vuelta",
   "measure.percent": "{percent} %",
   "measure.degrees": "{angle}°",
   "measure.seconds": "{time} s",

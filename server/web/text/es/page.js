@@ -195,6 +195,7 @@ export default {
   "problem.422": "Este movimiento no se puede calcular.",
   "problem.500": "El servidor ha cometido un error.",
   "failure.link": "Este enlace no se puede leer.",
+  "failure.link.part": "La página no puede leer esto del enlace: {part}",
   "failure.file":
     "No se pudo cargar una parte de la página. Quizá el servidor esté ocupado: inténtalo de nuevo en un momento.",
   "failure.part":

@@ -7,6 +7,7 @@ export default {
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Plus longue que la formule de",
   "measure.amplitude": "Plus grand écart",
+  "measure.over": "il se retourne",
   "measure.percent": "{percent} %",
   "measure.degrees": "{angle}°",
   "measure.seconds": "{time} s",

@@ -196,6 +196,7 @@ export default {
   "problem.422": "Ce mouvement ne peut pas être calculé.",
   "problem.500": "Le serveur a fait une erreur.",
   "failure.link": "Ce lien n’est pas lisible.",
+  "failure.link.part": "La page ne peut pas lire ceci du lien : {part}",
   "failure.file":
     "Une partie de la page n’a pas pu être chargée. Le serveur est peut-être occupé : réessayez dans un instant.",
   "failure.part":

@@ -7,6 +7,7 @@ export default {
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Langer dan de formule met",
   "measure.amplitude": "Verste uitwijking",
+  "measure.over": "hij slaat over",
   "measure.percent": "{percent} %",
   "measure.degrees": "{angle}°",
   "measure.seconds": "{time} s",

@@ -194,6 +194,7 @@ export default {
   "problem.422": "Deze beweging kan niet worden berekend.",
   "problem.500": "De server heeft een fout gemaakt.",
   "failure.link": "Deze link is niet te lezen.",
+  "failure.link.part": "Dit kan de pagina van de link niet lezen: {part}",
   "failure.file":
     "Een deel van de pagina kon niet worden geladen. Misschien is de server bezet: probeer het zo nog eens.",
   "failure.part":

@@ -7,6 +7,7 @@ export default {
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Formülden uzunluk farkı",
   "measure.amplitude": "En büyük sapma",
+  "measure.over": "takla atıyor",
   "measure.percent": "%{percent}",
   "measure.degrees": "{angle}°",
   "measure.seconds": "{time} s",

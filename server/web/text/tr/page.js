@@ -194,6 +194,7 @@ export default {
   "problem.422": "Bu hareket hesaplanamıyor.",
   "problem.500": "Sunucu bir hata yaptı.",
   "failure.link": "Bu bağlantı okunamıyor.",
+  "failure.link.part": "Sayfa, bağlantının şu bölümünü okuyamıyor: {part}",
   "failure.file":
     "Sayfanın bir bölümü yüklenemedi. Sunucu meşgul olabilir: biraz sonra yeniden deneyin.",
   "failure.part":
