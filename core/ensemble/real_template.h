@@ -8,6 +8,7 @@
 
 #include "core/bodies/bodies_template.h"
 #include "core/taylor/jets_bodies.h"
+#include "core/taylor/lanes_bodies_template.h"
 #include "core/taylor/lanes_loads_template.h"
 
 /* a neighbour's distance in its largest coordinate, rad, over which errors are taken as linear; and
@@ -54,6 +55,10 @@ static void real_orders(const struct jets_system *s, const struct bodies_system 
                         const struct bodies_moment *now, int order, int forces) {
     if (s->n <= DENSE_MAX && jets_loads_known(b->terms)) {
         lanes_orders(s, b, now, order, forces);
+        return;
+    }
+    if (s->n <= DENSE_MAX && lanes_bodies_known(b->terms)) {
+        lanes_bodies(s, b, now, order, forces);
         return;
     }
     bodies_orders(b, now, order);

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/ensemble/ensemble.h"
 #include "core/integrate/run.h"
 #include "core/taylor/jets.h"
 #include "tests/bench/parts/bench.h"
@@ -125,6 +126,42 @@ static void run(struct bench *bench, int n, enum shape shape, enum kind kind, co
     subject_close(&s);
 }
 
+/* members of an ensemble are the subject, each from angles of its own */
+static int member_fetch(void *context, long i, struct pend_member *member) {
+    const struct subject *s = context;
+    for (int k = 0; k < s->tree->n; k++) {
+        member->phi[k] = s->phi[k] + 1e-3 * (double)(i % 1000);
+        member->rate[k] = s->rate[k];
+    }
+    return 0;
+}
+
+static int member_drop(void *context, long i, const struct pend_outcome *outcome) {
+    (void)context, (void)i;
+    return outcome->status != PEND_OK;
+}
+
+static void members(struct bench *bench, int n, enum shape shape, enum kind kind) {
+    struct subject s;
+    struct pend_ensemble *work;
+    long first = 0;
+    enum { MEMBERS = 64 };
+    subject_open(&s, n, shape, kind);
+    struct pend_ensemble_problem problem = {.tree = s.tree,
+                                            .loads = s.loads,
+                                            .duration = 1,
+                                            .rtol = 1e-12,
+                                            .fetch = member_fetch,
+                                            .context = &s,
+                                            .deliver = member_drop};
+    if (pend_ensemble_new(&work, &problem, pend_isa_best(), NULL) != PEND_OK)
+        bench_broken("ensemble");
+    for (; bench_go(bench, MEMBERS); first += MEMBERS)
+        if (pend_ensemble_run(work, first, MEMBERS) != PEND_OK) bench_broken("ensemble");
+    pend_ensemble_free(&work);
+    subject_close(&s);
+}
+
 #define KINDS(X, ...)                                                                              \
     X(ideal, IDEAL, __VA_ARGS__)                                                                   \
     X(couples, COUPLES, __VA_ARGS__)                                                               \
@@ -167,3 +204,11 @@ QUICK_KINDS(SERIES, 1000, BINARY, binary_1000)
 QUICK_KINDS(SERIES, 200, LIMBS, limbs_200)
 KINDS(RUN, 2, CHAIN, chain_2)
 KINDS(RUN, 16, CHAIN, chain_16)
+#define MEMBER(name, kind, n, shape, tree)                                                         \
+    BENCH(bodies_members_##tree##_##name, "member") { members(bench, n, shape, kind); }
+SOME_KINDS(MEMBER, 1, CHAIN, arm_1)
+SOME_KINDS(MEMBER, 2, CHAIN, chain_2)
+SOME_KINDS(MEMBER, 4, CHAIN, chain_4)
+SOME_KINDS(MEMBER, 6, CHAIN, chain_6)
+SOME_KINDS(MEMBER, 8, CHAIN, chain_8)
+SOME_KINDS(MEMBER, 16, CHAIN, chain_16)

@@ -1,0 +1,259 @@
+/* The orders of real pendulums of up to DENSE_MAX bodies, for any vector of doubles, a pendulum a
+ * lane, by the inverse of their system. The recurrences are those of small_loads_template.
+ * Leaves to others: drives and torques (lanes_loads_template), the factorization
+ * (bodies_factor_template, whose sweeps these are), drag per mass and whatever acts on tips
+ * (bodies_template).
+ * Invariant: the inverse is made by the stable sweeps, one unit after the other; series stand where
+ * the general kernel has them. A member of an ensemble takes TODO times as long by the sweeps of
+ * the general kernel. */
+#ifndef PEND_LANES_BODIES_TEMPLATE_H
+#define PEND_LANES_BODIES_TEMPLATE_H
+
+#include "core/taylor/lanes_loads_template.h"
+
+/* answers of arm i, phi'' in the axes of the start and Re G, to a unit of each arm's -kr (pull) and
+ * moment (side), and of the pivot's acceleration along and across the first arm (lift) */
+struct lanes_table {
+    struct dense_table own;
+    num rate_lift[2][DENSE_MAX], push_lift[2][DENSE_MAX];
+};
+
+/* what arms ask of their bases, their moments over D, kr, and the accelerations of the bases */
+struct lanes_probe {
+    num x[DENSE_MAX], y[DENSE_MAX], answer[DENSE_MAX], base_x[DENSE_MAX], base_y[DENSE_MAX];
+};
+
+/* leaves to root, of a unit of arm j: a moment, or kr */
+VEC_INLINE void lanes_climb(const struct bodies_system *b, int n, int j, int moment,
+                            struct lanes_probe *u) {
+    num zero = num_of(0);
+    for (int i = 0; i < n; i++) u->x[i] = u->y[i] = u->answer[i] = zero;
+    if (j < 0) return;
+    u->x[j] = moment ? b->lever_x[j] : b->draw_x[j];
+    u->y[j] = moment ? b->lever_y[j] : b->draw_y[j];
+    u->answer[j] = (moment ? num_of(1) : num_neg(b->twist[j])) * b->inv_total[j];
+    for (int c = j; c > 0; c = b->parent[c]) {
+        int p = b->parent[c];
+        num x = u->x[c], y = u->y[c];
+        u->x[p] = num_fma(b->carry_xx[c], x, b->carry_yx[c] * y);
+        u->y[p] = num_fma(b->carry_xy[c], x, b->carry_yy[c] * y);
+        num m = num_sub(b->place_y[c] * x, b->place_x[c] * y);
+        u->answer[p] = m * b->inv_total[p];
+    }
+}
+
+/* root to leaves: what all arms answer; `pulled` is the arm whose kr is 1, or -1 */
+VEC_INLINE void lanes_descend(const struct bodies_system *b, int n, int pulled, num sign,
+                              struct lanes_probe *u, num rate[], num push[]) {
+    for (int i = 0; i < n; i++) {
+        num x = u->base_x[i], y = u->base_y[i];
+        if (i) {
+            int p = b->parent[i];
+            num ax = u->base_x[p], ay = u->base_y[p], chi = u->answer[p];
+            num px = b->place_x[i], py = b->place_y[i];
+            x = num_neg(py * chi), y = px * chi;
+            if (p == pulled) x += px, y += py;
+            u->base_x[i] = x = num_fma(b->carry_xx[i], ax, num_fma(b->carry_xy[i], ay, x));
+            u->base_y[i] = y = num_fma(b->carry_yx[i], ax, num_fma(b->carry_yy[i], ay, y));
+        }
+        num way = num_fma(b->lever_x[i], x, b->lever_y[i] * y);
+        rate[i] = sign * (u->answer[i] - way);
+        num fx = num_fma(b->form_xx[i], x, num_fma(b->form_xy[i], y, u->x[i]));
+        num fy = num_fma(b->form_xy[i], x, num_fma(b->form_yy[i], y, u->y[i]));
+        push[i] = sign * num_fma(b->center_x[i], fx, b->center_y[i] * fy);
+        if (!i) continue;
+        num stem = num_fma(b->stem_x[i], fx, b->stem_y[i] * fy);
+        push[b->parent[i]] = num_fma(sign, stem, push[b->parent[i]]);
+    }
+}
+
+VEC_INLINE void lanes_invert(const struct bodies_system *b, int n, struct lanes_table *t) {
+    struct lanes_probe u;
+    num one = num_of(1), zero = num_of(0);
+    u.base_x[0] = u.base_y[0] = zero;
+    for (int j = 0; j < n; j++) {
+        lanes_climb(b, n, j, 1, &u);
+        lanes_descend(b, n, -1, one, &u, t->own.rate_side[j], t->own.force_side[j]);
+        lanes_climb(b, n, j, 0, &u);
+        lanes_descend(b, n, j, num_neg(one), &u, t->own.rate_pull[j], t->own.force_pull[j]);
+    }
+    for (int i = 0; i < 2; i++) {
+        lanes_climb(b, n, -1, 0, &u);
+        u.base_x[0] = i ? zero : one, u.base_y[0] = i ? one : zero;
+        lanes_descend(b, n, -1, one, &u, t->rate_lift[i], t->push_lift[i]);
+    }
+}
+
+/* T of an order, and the sums of known parts of Im (conj(u) G) with Re u and with Im u */
+struct lanes_sums {
+    num Tr, Ti, known, less;
+};
+
+VEC_INLINE void lanes_add(struct lanes_sums *sum, num ur, num ui, num w, num x, num y) {
+    sum->Tr = num_fma(ur, w, sum->Tr);
+    sum->Ti = num_fma(ui, w, sum->Ti);
+    sum->known = num_fma(ur, y, sum->known);
+    sum->less = num_fma(ui, x, sum->less);
+}
+
+/* the sums of arm i of order k, which is even, and of the order after it without the terms that
+ * need order k: what is loaded serves both */
+VEC_INLINE void lanes_convolve(const struct lanes_loads *x, int n, int k, int i,
+                               struct lanes_sums *now, struct lanes_sums *next) {
+    const struct bodies_system *b = x->b;
+    const num *re = b->turn_re + i, *im = b->turn_im + i, *rate = b->rate + i;
+    const num *push_x = b->push_x + i, *push_y = b->push_y + i;
+    num zero = num_of(0), first = rate[0];
+    *now = *next = (struct lanes_sums){zero, zero, zero, zero};
+    if (k) {
+        int at = (k - 1) * n;
+        num w = rate[at], f = push_x[at - n], g = push_y[at - n];
+        for (int j = 3; j <= k; j++) {
+            at -= n;
+            num ur = re[j * n], ui = im[j * n];
+            NUM_PIN(ur);
+            NUM_PIN(ui);
+            lanes_add(next, ur, ui, w, f, g);
+            w = rate[at], f = push_x[at - n], g = push_y[at - n];
+            NUM_PIN(w);
+            NUM_PIN(f);
+            NUM_PIN(g);
+            lanes_add(now, ur, ui, w, f, g);
+        }
+        at = k * n;
+        lanes_add(now, re[2 * n], im[2 * n], rate[at - n], push_x[at - 2 * n], push_y[at - 2 * n]);
+        lanes_add(next, re[2 * n], im[2 * n], rate[at], push_x[at - n], push_y[at - n]);
+        num ur = re[at + n], ui = im[at + n];
+        now->Tr = num_fma(ur, first, now->Tr);
+        now->Ti = num_fma(ui, first, now->Ti);
+        lanes_add(next, ur, ui, rate[n], push_x[0], push_y[0]);
+        now->less = num_fma(first, push_x[at - n], now->less);
+    }
+    // u_1 is imaginary
+    now->Ti = num_fma(first, rate[k * n], now->Ti);
+}
+
+/* the sums of order k, the second of two, with the terms that were missing */
+VEC_INLINE void lanes_complete(const struct lanes_loads *x, int n, int k, int i,
+                               struct lanes_sums *sum) {
+    const struct bodies_system *b = x->b;
+    num first = b->rate[i];
+    int now = k * n + i, next = now + n;
+    sum->Tr = num_fma(b->turn_re[next], first, sum->Tr);
+    sum->Ti = num_fma(b->turn_im[next], first, sum->Ti);
+    sum->Ti = num_fma(first, b->rate[now], sum->Ti);
+    sum->less = num_fma(first, b->push_x[now - n], sum->less);
+}
+
+/* an order from its sums */
+VEC_INLINE void lanes_solve(const struct lanes_loads *x, const struct lanes_table *table, int n,
+                            int k, const struct lanes_sums sum[]) {
+    const struct bodies_system *b = x->b;
+    struct dense_order asked, newest;
+    num share = num_of(x->s->share[k]), more = num_of(k + 1), along, across;
+    num side[DENSE_MAX];
+    int couples = lanes_couple(x, k);
+    for (int i = 0; i < n; i++) {
+        side[i] = sum[i].less - sum[i].known;
+        if (couples) side[i] += b->couple[i];
+        asked.re[i] = sum[i].Tr, asked.im[i] = sum[i].Ti, asked.rate[i] = num_of(0);
+        asked.force[i] = num_fma(more * b->spread[i], sum[i].Tr, side[i]);
+    }
+    dense_solve(x->s, &table->own, n, k, &asked, &newest);
+    if (x->moves || !k) {
+        lanes_lift(x, k, &along, &across);
+        for (int i = 0; i < n; i++) {
+            num rate = num_fma(table->rate_lift[0][i], along, table->rate_lift[1][i] * across);
+            num push = num_fma(table->push_lift[0][i], along, table->push_lift[1][i] * across);
+            newest.rate[i] = num_fma(share, rate, newest.rate[i]);
+            newest.im[i] = num_fma(share * x->s->share[k + 1], rate, newest.im[i]);
+            newest.force[i] += push;
+        }
+    }
+    for (int i = 0; i < n; i++) {
+        size_t now = (size_t)(k * n + i);
+        b->push_x[now] = newest.force[i];
+        b->push_y[now] = num_sub(side[i], more * b->spread[i] * newest.rate[i]);
+        b->rate[now + (size_t)n] = newest.rate[i];
+        b->turn_re[now + 2 * (size_t)n] = newest.re[i];
+        b->turn_im[now + 2 * (size_t)n] = newest.im[i];
+    }
+}
+
+VEC_INLINE void lanes_rigid(const struct lanes_loads *x, int n) {
+    struct lanes_table table;
+    lanes_invert(x->b, n, &table);
+    for (int k = 0; k < x->order; k += 2) {
+        struct lanes_sums now[DENSE_MAX], next[DENSE_MAX];
+        for (int i = 0; i < n; i++) lanes_convolve(x, n, k, i, &now[i], &next[i]);
+        lanes_solve(x, &table, n, k, now);
+        if (k + 1 == x->order) break;
+        for (int i = 0; i < n; i++) lanes_complete(x, n, k + 1, i, &next[i]);
+        lanes_solve(x, &table, n, k + 1, next);
+    }
+}
+
+/* the forces at the tips and what the pivot exerts, orders below `order`, from the series of the
+ * motion: the sweeps of the general kernel */
+static void lanes_tips(const struct lanes_loads *x, int order) {
+    const struct bodies_system *b = x->b;
+    for (int k = 0; k < order; k++) {
+        num way = num_of((k + 1) * (k + 2));
+        if (k && !x->moves) b->lift_x[k] = b->lift_y[k] = num_of(0);
+        for (int a = 0; a < b->n; a++) {
+            size_t row = (size_t)k * b->stride + (size_t)a, turn = row + 2 * b->stride;
+            num kr = way * b->turn_re[turn], chi = way * b->turn_im[turn];
+            num m = num_fma(b->spread[a], chi, b->push_y[row]);
+            b->pulled[a] = kr, b->answer[a] = m;
+            b->asked_x[a] = num_fma(b->lever_x[a], m, b->draw_x[a] * kr);
+            b->asked_y[a] = num_fma(b->lever_y[a], m, b->draw_y[a] * kr);
+        }
+        bodies_up(b);
+        bodies_down(b, k);
+        for (int a = 0; a < b->n; a++) bodies_tip(b, (size_t)k * b->stride + (size_t)a, a);
+        for (int a = 1; a < b->n; a++) bodies_tip_child(b, a, k);
+        bodies_haul_first(b, k);
+    }
+}
+
+/** Non-zero if the terms are those of bodies that lanes_bodies takes: all that lanes_orders takes,
+ * with masses that are not all points at tips or arms that hang elsewhere. O(1). */
+static inline int lanes_bodies_known(const struct pend_terms *terms) {
+    struct pend_terms points = *terms; // what would be left with points at the tips
+    int shaped = 0;
+    for (int r = 0; r < PEND_TERM_ROWS; r++) {
+        if (!jets_loads_shape(r)) continue;
+        shaped |= terms->row[r] >= 0;
+        points.row[r] = -1;
+    }
+    return shaped && jets_loads_known(&points);
+}
+
+/** As lanes_orders, of bodies. O(n order^2). */
+static inline void lanes_bodies(const struct jets_system *s, const struct bodies_system *b,
+                                const struct bodies_moment *now, int order, int forces) {
+    const struct pend_terms *terms = b->terms;
+    int moves = (terms->harmonics && terms->harmonic[0].drives < 0) ||
+                terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0;
+    struct lanes_loads x = {s, b, *now, order, moves, forces};
+    for (int k = 0; k < s->n; k++) {
+        s->sine[k] = b->sine[k], s->cosine[k] = b->cosine[k];
+        s->turn_re[s->n + k] = num_of(0);
+        s->turn_im[s->n + k] = s->rate[k];
+    }
+    lanes_drives(&x);
+    bodies_factor(b);
+    if (s->n == 1)
+        lanes_rigid(&x, 1);
+    else if (s->n == 2)
+        lanes_rigid(&x, 2);
+    else if (s->n == 3)
+        lanes_rigid(&x, 3);
+    else
+        lanes_rigid(&x, 4);
+    lanes_tips(&x, moves || forces ? order : 1);
+    for (int k = 0; k < s->n; k++) s->force[k] = b->tip_x[k];
+    if (forces) bodies_forces(b, order);
+}
+
+#endif
