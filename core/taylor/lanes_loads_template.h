@@ -10,12 +10,14 @@
 #include "core/taylor/dense_template.h"
 #include "core/taylor/jets_loads.h"
 
-/* a pendulum's systems, its instant, the orders, and whether forces beyond order 0 are wanted */
+/* a pendulum's systems, its instant, the orders, whether forces beyond order 0 are wanted, and the
+ * series of forces in fixed axes: real and imaginary parts */
 struct lanes_loads {
     const struct jets_system *s;
     const struct bodies_system *b;
     struct bodies_moment now;
     int order, moves, forces;
+    num *along, *across;
 };
 
 /* Adds A cos(omega t + phase) to orders 0 .. order - 1 of a series, or its derivative of order 2;
@@ -180,67 +182,105 @@ static inline void lanes_single(const struct lanes_loads *x) {
 
 /* ---- several arms */
 
-/* T of order k, and what is known of the force across an arm but for torques: the forces in fixed
- * axes stand in `force` and in `tip_y` */
-VEC_INLINE void lanes_known(const struct lanes_loads *x, int k, int i, num *Tr, num *Ti,
-                            num *side) {
-    const struct jets_system *s = x->s;
-    size_t stride = s->stride, now = (size_t)k * stride;
-    const num *re = s->turn_re + i, *im = s->turn_im + i, *rate = s->rate + i + now,
-              *along = s->force + i + now, *across = x->b->tip_y + i + now;
-    num first = s->rate[i], w = *rate, sum[4] = {num_of(0), first * w, num_of(0), num_of(0)};
-    if (k) sum[2] = first * *(along - stride);
-    for (int j = 2; j <= k; j++) {
-        size_t at = (size_t)j * stride;
-        num ur = re[at], ui = im[at];
-        w = *(rate + stride - at);
-        sum[0] = num_fma(ur, w, sum[0]);
-        sum[1] = num_fma(ui, w, sum[1]);
-        sum[2] = num_fma(ui, *(along - at), sum[2]);
-        sum[3] = num_fma(ur, *(across - at), sum[3]);
-    }
-    if (k) {
-        sum[0] = num_fma(re[now + stride], first, sum[0]);
-        sum[1] = num_fma(im[now + stride], first, sum[1]);
-    }
-    *Tr = sum[0], *Ti = sum[1], *side = sum[2] - sum[3];
+/* T of an order, and the sums of what is known of Im (conj(u) F) with Re u and with Im u */
+struct lanes_sums {
+    num Tr, Ti, known, less;
+};
+
+VEC_INLINE void lanes_add(struct lanes_sums *sum, num ur, num ui, num w, num x, num y) {
+    sum->Tr = num_fma(ur, w, sum->Tr);
+    sum->Ti = num_fma(ui, w, sum->Ti);
+    sum->known = num_fma(ur, y, sum->known);
+    sum->less = num_fma(ui, x, sum->less);
 }
 
-/* what is known of order k of all arms, torques included; the forces across are kept */
-VEC_INLINE void lanes_question(const struct lanes_loads *x, int k, struct dense_order *known) {
-    const struct jets_system *s = x->s;
-    int couples = lanes_couple(x, k);
-    for (int i = 0; i < s->n; i++) {
-        num side;
-        lanes_known(x, k, i, &known->re[i], &known->im[i], &side);
-        if (couples) side = num_fma(x->b->couple[i], s->inv_len[i], side);
-        known->rate[i] = num_of(0), known->force[i] = side;
-        x->b->tip_y[(size_t)k * s->stride + (size_t)i] = side;
+/* the sums of arm i of order k, which is even, and of the order after it without the terms that
+ * need order k: what is loaded serves both */
+VEC_INLINE void lanes_convolve(const struct lanes_loads *x, int n, int k, int i,
+                               struct lanes_sums *now, struct lanes_sums *next) {
+    const struct bodies_system *b = x->b;
+    const num *re = b->turn_re + i, *im = b->turn_im + i, *rate = b->rate + i;
+    const num *along = x->along + i, *across = x->across + i;
+    num zero = num_of(0), first = rate[0];
+    *now = *next = (struct lanes_sums){zero, zero, zero, zero};
+    if (k) {
+        int at = (k - 1) * n;
+        num w = rate[at], f = along[at - n], g = across[at - n];
+        for (int j = 3; j <= k; j++) {
+            at -= n;
+            num ur = re[j * n], ui = im[j * n];
+            NUM_PIN(ur);
+            NUM_PIN(ui);
+            lanes_add(next, ur, ui, w, f, g);
+            w = rate[at], f = along[at - n], g = across[at - n];
+            NUM_PIN(w);
+            NUM_PIN(f);
+            NUM_PIN(g);
+            lanes_add(now, ur, ui, w, f, g);
+        }
+        at = k * n;
+        lanes_add(now, re[2 * n], im[2 * n], rate[at - n], along[at - 2 * n], across[at - 2 * n]);
+        lanes_add(next, re[2 * n], im[2 * n], rate[at], along[at - n], across[at - n]);
+        num ur = re[at + n], ui = im[at + n];
+        now->Tr = num_fma(ur, first, now->Tr);
+        now->Ti = num_fma(ui, first, now->Ti);
+        lanes_add(next, ur, ui, rate[n], along[0], across[0]);
+        now->less = num_fma(first, along[at - n], now->less);
     }
+    // u_1 is imaginary
+    now->Ti = num_fma(first, rate[k * n], now->Ti);
+}
+
+/* the sums of order k, the second of two, with the terms that were missing */
+VEC_INLINE void lanes_complete(const struct lanes_loads *x, int n, int k, int i,
+                               struct lanes_sums *sum) {
+    const struct bodies_system *b = x->b;
+    num first = b->rate[i];
+    int now = k * n + i, next = now + n;
+    sum->Tr = num_fma(b->turn_re[next], first, sum->Tr);
+    sum->Ti = num_fma(b->turn_im[next], first, sum->Ti);
+    sum->Ti = num_fma(first, b->rate[now], sum->Ti);
+    sum->less = num_fma(first, x->along[now - n], sum->less);
+}
+
+/* order k of point masses from its sums; the forces across are kept */
+VEC_INLINE void lanes_order(const struct lanes_loads *x, const struct dense_table *table, int n,
+                            int k, const struct lanes_sums sum[]) {
+    const struct jets_system *s = x->s;
+    struct dense_order asked, newest;
+    num share = num_of(s->share[k]) * s->inv_len[0], along, across, zero = num_of(0);
+    int couples = lanes_couple(x, k);
+    for (int i = 0; i < n; i++) {
+        num side = sum[i].less - sum[i].known;
+        if (couples) side = num_fma(x->b->couple[i], s->inv_len[i], side);
+        asked.re[i] = sum[i].Tr, asked.im[i] = sum[i].Ti;
+        asked.rate[i] = zero, asked.force[i] = side;
+        x->across[k * n + i] = side;
+    }
+    if (x->moves || !k) {
+        lanes_lift(x, k, &along, &across);
+        asked.im[0] -= along * share;
+    }
+    dense_solve(s, table, n, k, &asked, &newest);
+    if (x->moves || !k) {
+        newest.rate[0] -= across * share;
+        newest.im[0] -= across * share * s->share[k + 1];
+    }
+    for (int i = 0; i < n; i++) newest.re[i] = num_neg(sum[i].Ti * s->share[k + 1]);
+    dense_keep(s, n, k, &newest);
 }
 
 /* the orders of up to DENSE_MAX arms by the inverse */
 VEC_INLINE void lanes_dense(const struct lanes_loads *x, int n) {
-    const struct jets_system *s = x->s;
     struct dense_table table;
-    struct dense_order known, newest;
-    num along, across;
-    dense_invert(s, n, &table);
-    for (int k = 0; k < x->order; k++) {
-        num share = num_of(s->share[k]) * s->inv_len[0];
-        lanes_question(x, k, &known);
-        struct dense_order asked = known;
-        if (x->moves || !k) {
-            lanes_lift(x, k, &along, &across);
-            asked.im[0] -= along * share;
-        }
-        dense_solve(s, &table, n, k, &asked, &newest);
-        if (x->moves || !k) {
-            newest.rate[0] -= across * share;
-            newest.im[0] -= across * share * s->share[k + 1];
-        }
-        for (int i = 0; i < n; i++) newest.re[i] = num_neg(known.im[i] * s->share[k + 1]);
-        dense_keep(s, n, k, &newest);
+    dense_invert(x->s, n, &table);
+    for (int k = 0; k < x->order; k += 2) {
+        struct lanes_sums now[DENSE_MAX], next[DENSE_MAX];
+        for (int i = 0; i < n; i++) lanes_convolve(x, n, k, i, &now[i], &next[i]);
+        lanes_order(x, &table, n, k, now);
+        if (k + 1 == x->order) break;
+        for (int i = 0; i < n; i++) lanes_complete(x, n, k + 1, i, &next[i]);
+        lanes_order(x, &table, n, k + 1, next);
     }
 }
 
@@ -293,7 +333,7 @@ static inline void lanes_orders(const struct jets_system *s, const struct bodies
     const struct pend_terms *terms = b->terms;
     int moves = (terms->harmonics && terms->harmonic[0].drives < 0) ||
                 terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0;
-    struct lanes_loads x = {s, b, *now, order, moves, forces};
+    struct lanes_loads x = {s, b, *now, order, moves, forces, s->force, b->tip_y};
     for (int k = 0; k < s->n; k++) s->sine[k] = b->sine[k], s->cosine[k] = b->cosine[k];
     lanes_drives(&x);
     if (s->n == 1)

@@ -24,7 +24,7 @@ struct crowd {
     int rows;
     struct pend_outcome outcome[MEMBERS];
     double phi[MEMBERS][ARMS], rate[MEMBERS][ARMS], first[MEMBERS][ARMS], row[MEMBERS][ARMS],
-        most[MEMBERS][ARMS];
+        pull[MEMBERS][ARMS], most[MEMBERS][ARMS];
 };
 
 static int crowd_fetch(void *context, long i, struct pend_member *member) {
@@ -57,8 +57,9 @@ static int crowd_deliver(void *context, long i, const struct pend_outcome *outco
 static void crowd_rows(void *context, long i, long first, int count, const double phi[],
                        const double rate[], const double force[], const double theta[]) {
     struct crowd *crowd = context;
-    (void)rate, (void)force, (void)theta, (void)first;
+    (void)rate, (void)theta, (void)first;
     crowd->rows += count;
+    memcpy(crowd->pull[i], force, (size_t)crowd->t->n * sizeof(double));
     memcpy(crowd->row[i], phi, (size_t)crowd->t->n * sizeof(double));
 }
 
@@ -87,15 +88,15 @@ static void crowd_run(const struct pend_ensemble_problem *problem, int isa, long
     pend_ensemble_free(&ensemble);
 }
 
-/* a member by method taylor: its state at the end, the largest forces at 2000 instants, and the
- * time up to which it keeps the accuracy */
+/* a member by method taylor: its state at the end, the largest forces at 4001 instants and those at
+ * the one in the middle, and the time up to which it keeps the accuracy */
+enum { LOOKS = 4001, MIDDLE = LOOKS / 2 };
 struct alone {
-    double phi[ARMS], rate[ARMS], most[ARMS], horizon;
+    double phi[ARMS], rate[ARMS], most[ARMS], pull[ARMS], horizon;
 };
 
 static void alone_run(struct crowd *crowd, long i, double duration, double accuracy,
                       struct alone *alone) {
-    enum { LOOKS = 2000 };
     double phi[ARMS], rate[ARMS], length[ARMS], mass[ARMS], value[VALUES];
     static double t[LOOKS], force[LOOKS * ARMS], angle[LOOKS * ARMS], speed[LOOKS * ARMS];
     static double place[LOOKS], pace[LOOKS];
@@ -138,6 +139,7 @@ static void alone_run(struct crowd *crowd, long i, double duration, double accur
         int at = tree->order[k] - (cart && tree->order[k] > tree->order[0]);
         alone->phi[k] = angle[(LOOKS - 1) * columns + at];
         alone->rate[k] = speed[(LOOKS - 1) * columns + at];
+        alone->pull[k] = force[MIDDLE * columns + at];
         alone->most[k] = -INFINITY;
         for (int j = 0; j < LOOKS; j++)
             alone->most[k] = fmax(alone->most[k], force[j * columns + at]);
@@ -150,16 +152,17 @@ enum {
 };
 
 /* the terms of test number i: each kind alone, then all, then a cart with all; then those of the
- * quick form together */
+ * quick form together, without bodies and with them */
 static unsigned crowd_terms(int i) {
-    static const unsigned last[] = {TEST_TERMS_ALL, TEST_TERMS_CART_ALL, QUICK_TERMS};
+    static const unsigned last[] = {TEST_TERMS_ALL, TEST_TERMS_CART_ALL, QUICK_TERMS,
+                                    QUICK_TERMS | TEST_TERMS_RODS};
     return i < 8 ? 1u << i : last[i - 8];
 }
 
 TEST(members_that_differ_in_every_number_of_their_terms_end_where_single_runs_end) {
     unsigned long long seed = 5;
-    double worst = 0, drift = 0, force = 0;
-    for (int i = 0; i < 11; i++) {
+    double worst = 0, drift = 0, force = 0, pull = 0;
+    for (int i = 0; i < 12; i++) {
         for (int n = i == 9 ? 4 : 1; n <= 7; n += i < 10 ? 3 : 1) {
             struct test_tree t;
             struct test_bodies b;
@@ -170,7 +173,9 @@ TEST(members_that_differ_in_every_number_of_their_terms_end_where_single_runs_en
             for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
                 struct crowd crowd = {.t = &t, .b = &b, .start = 3.25};
                 struct pend_ensemble_problem problem = crowd_problem(&crowd, duration);
+                double instant[] = {duration / 2};
                 problem.observe |= PEND_OBSERVE_EXTREMES;
+                problem.times = instant, problem.times_count = 1;
                 crowd_run(&problem, isa, 0, MEMBERS);
                 for (long j = 0; j < MEMBERS; j += isa < 2 ? 5 : 1) {
                     struct alone alone;
@@ -182,6 +187,7 @@ TEST(members_that_differ_in_every_number_of_their_terms_end_where_single_runs_en
                     int cart = pend_terms_cart(b.terms);
                     force =
                         fmax(force, test_gap(n - cart, crowd.most[j] + cart, alone.most + cart));
+                    pull = fmax(pull, test_gap(n - cart, crowd.pull[j] + cart, alone.pull + cart));
                 }
             }
             test_bodies_clear(&b);
@@ -190,19 +196,21 @@ TEST(members_that_differ_in_every_number_of_their_terms_end_where_single_runs_en
     }
     CHECK_RESIDUAL(worst, 1e-11, "phi and phi' of a member against a single run");
     CHECK_RESIDUAL(drift, 4e-13, "the balance of a member's energy");
-    CHECK_RESIDUAL(force, 1e-3, "the largest force against 2000 samples");
+    CHECK_RESIDUAL(force, 1e-3, "the largest force against 4001 samples");
+    CHECK_RESIDUAL(pull, 1e-11, "forces in the middle against a single run");
 }
 
 TEST(real_members_have_the_same_bits_in_any_company_and_instruction_set) {
     unsigned long long seed = 6;
     static struct crowd whole, parts, narrow;
-    for (int i = 0; i < 5; i++) {
-        static const int arms[] = {2, 7, 1, 3, 6};
+    for (int i = 0; i < 9; i++) {
+        static const int arms[] = {2, 7, 1, 3, 6, 1, 2, 3, 4};
+        unsigned bodies = i < 5 ? 0 : TEST_TERMS_RODS;
         int n = arms[i];
         struct test_tree t;
         struct test_bodies b;
         test_tree_random(&t, TEST_TREE_LIMBS, n, 0.3, &seed);
-        test_bodies_random(&b, t.tree, i < 2 ? TEST_TERMS_ALL : QUICK_TERMS, &seed);
+        test_bodies_random(&b, t.tree, i < 2 ? TEST_TERMS_ALL : QUICK_TERMS | bodies, &seed);
         for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
             memset(&whole, 0, sizeof whole), memset(&parts, 0, sizeof parts);
             whole.t = parts.t = &t, whole.b = parts.b = &b;
