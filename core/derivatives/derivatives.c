@@ -28,6 +28,7 @@ struct pend_derivatives {
     const struct derivatives_kernel *kernel;
     struct pend_problem problem;
     struct pend_terms *none; /* of an ideal pendulum */
+    int quick;               /* its derivatives follow from the motion: `ideal` has both */
     int count, passes;       /* parameters; passes of eight */
     int order;
     double log_rtol, log_atol;
@@ -70,9 +71,9 @@ static double *derivatives_row(char *base, size_t *used, size_t numbers) {
     return derivatives_take(base, used, numbers * LANES * sizeof(double));
 }
 
-/* whether a pendulum has no terms at all */
-static int derivatives_ideal(const struct pend_terms *terms) {
-    return !terms->count && !terms->harmonics;
+/* terms that are not empty, or NULL */
+static const struct pend_terms *derivatives_terms(const struct pend_terms *terms) {
+    return terms && (terms->count || terms->harmonics) ? terms : NULL;
 }
 
 /* lays out one pass */
@@ -87,7 +88,7 @@ static void derivatives_lay_pass(const struct pend_derivatives *d, struct deriva
         *array[i] = derivatives_row(base, used, n);
     made.gravity = derivatives_row(base, used, 1);
     made.value = derivatives_row(base, used, (size_t)terms->count + 1);
-    if (!derivatives_ideal(terms))
+    if (!d->quick)
         made.series = derivatives_row(base, used, d->kernel->count(terms, (int)n, d->order));
     made.place = derivatives_row(base, used, d->kernel->count(terms, (int)n, 1));
     made.share = derivatives_take(base, used, (size_t)(d->order + 2) * sizeof(double));
@@ -109,8 +110,10 @@ static size_t derivatives_lay(struct pend_derivatives *d, const struct pend_term
             d->view[i] = derivatives_row(base, &used, pend_derived_single(i) ? 1 : n);
     for (int i = 0; i < d->passes; i++)
         derivatives_lay_pass(d, base ? &d->pass[i] : NULL, terms, base, &used);
-    if (!derivatives_ideal(terms)) return used;
-    d->ideal = derivatives_take(base, &used, pend_ideal_bytes(d->problem.tree, d->order, d->count));
+    if (!d->quick) return used;
+    d->ideal = derivatives_take(
+        base, &used,
+        pend_ideal_bytes(d->problem.tree, derivatives_terms(terms), d->order, d->count));
     return used;
 }
 
@@ -133,7 +136,13 @@ double pend_derivatives_bytes(const struct pend_tree *tree, const struct pend_te
     struct pend_terms none = {.n = tree->n};
     for (int i = 0; i < PEND_TERM_ROWS; i++) none.row[i] = -1;
     for (int i = 0; i < PEND_TERM_ONES; i++) none.one[i] = -1;
-    return (double)derivatives_lay(&sketch, terms ? terms : &none, NULL);
+    size_t most = 0;
+    // which way a real pendulum goes is not known before its numbers are
+    for (sketch.quick = !derivatives_terms(terms); sketch.quick < 2; sketch.quick++) {
+        size_t bytes = derivatives_lay(&sketch, terms ? terms : &none, NULL);
+        most = bytes > most ? bytes : most;
+    }
+    return (double)most;
 }
 
 /* the value of a parameter */
@@ -217,6 +226,7 @@ enum pend_status pend_derivatives_new(struct pend_derivatives **derivatives,
         pend_terms_new(&sketch.none, checked.tree->n, no_rows, no_ones, 0, NULL, NULL) != PEND_OK)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for derivatives");
     if (!terms) terms = sketch.none;
+    sketch.quick = pend_ideal_suits(checked.tree, &checked.loads, count, parameter);
     sketch.start = pend_times_at(&checked.times, 0);
     size_t bytes = derivatives_lay(&sketch, terms, NULL);
     char *block = aligned_alloc(64, bytes);
@@ -267,7 +277,7 @@ static void derivatives_turn(struct derivatives_pass *pass) {
 static double derivatives_reach(struct pend_derivatives *d, double unit) {
     double x = INFINITY;
     d->pass[0].unit = unit;
-    if (d->ideal) return pend_ideal_expand(d->ideal, unit, d->log_rtol, d->log_atol);
+    if (d->ideal) return pend_ideal_expand(d->ideal, d->time, unit, d->log_rtol, d->log_atol);
     for (int i = 0; i < d->passes; i++) {
         d->pass[i].unit = unit, d->pass[i].time = d->time, d->pass[i].pressed = 0;
         double reach = d->kernel->expand(&d->pass[i], d->log_rtol, d->log_atol);
@@ -375,6 +385,8 @@ static void derivatives_sample(struct pend_derivatives *d, const struct pend_der
                                long row, double t) {
     int dynamics, more;
     struct derivatives_view view = derivatives_look(d, rows, &dynamics, &more);
+    // forces at the tips of bodies follow from the state
+    if (d->ideal && d->ideal->loads.terms && view.force) dynamics = more = 1;
     if (d->ideal)
         pend_ideal_values(d->ideal, (t - d->time) / d->pass[0].unit, view.acc || view.force);
     for (int i = 0; i < d->passes; i++) {

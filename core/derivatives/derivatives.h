@@ -70,7 +70,7 @@ double pend_derivatives_progress(const struct pend_derivatives *derivatives);
 /** Returns the steps so far. O(1). */
 long pend_derivatives_steps(const struct pend_derivatives *derivatives);
 
-/** Returns the bytes that pend_derivatives_new allocates. O(harmonics). */
+/** Returns the bytes that pend_derivatives_new allocates at most. O(harmonics). */
 double pend_derivatives_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
                               int count);
 

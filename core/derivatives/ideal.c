@@ -7,7 +7,7 @@
 #include "core/base/isa.h"
 #include "core/tree/turns.h"
 
-enum { LANES = IDEAL_LANES, IDEAL_SERIES = 6, IDEAL_STATES = 12, IDEAL_ROWS = 14 };
+enum { LANES = IDEAL_LANES, IDEAL_STATES = 12, IDEAL_ROWS = 18 };
 
 const struct ideal_kernel *pend_kernel_ideal(void) {
 #ifdef __x86_64__
@@ -24,16 +24,21 @@ static double *ideal_take(char *base, size_t *used, size_t numbers) {
     return part;
 }
 
-static void ideal_lay_known(struct ideal *ideal, int n, int order, char *base, size_t *used) {
+static void ideal_lay_known(struct ideal *ideal, int n, int order, int real, char *base,
+                            size_t *used) {
     struct ideal_known *known = &ideal->known;
     size_t tiles = ((size_t)n + LANES - 1) / LANES;
     known->tile = (size_t)LANES * (size_t)(order + IDEAL_BEYOND);
-    double **series[IDEAL_SERIES] = {&known->rate,    &known->force,  &known->turn_re,
-                                     &known->turn_im, &known->acc_re, &known->acc_im};
-    for (int i = 0; i < IDEAL_SERIES; i++)
+    double **series[] = {&known->rate,    &known->force,   &known->turn_re,
+                         &known->turn_im, &known->acc_re,  &known->acc_im,
+                         &known->across,  &known->haul_re, &known->haul_im};
+    for (size_t i = 0; i < (real ? 9 : 6); i++)
         *series[i] = ideal_take(base, used, tiles * known->tile + 2 * LANES);
+    double **own[] = {&known->inertia, &known->hold, &known->stiff, &known->bend};
+    for (size_t i = 0; real && i < sizeof own / sizeof *own; i++)
+        *own[i] = ideal_take(base, used, (size_t)n);
     if (base) known->force += LANES; // row -1
-    known->table = ideal_take(base, used, 2 * IDEAL_DENSE * LANES);
+    known->table = ideal_take(base, used, 2 * IDEAL_DENSE * IDEAL_PITCH);
 #define X(name) known->system.name = ideal_take(base, used, (size_t)n);
     JETS_FACTOR_ARRAYS(X)
 #undef X
@@ -42,10 +47,10 @@ static void ideal_lay_known(struct ideal *ideal, int n, int order, char *base, s
 static void ideal_lay_group(struct ideal_group *g, int n, int order, char *base, size_t *used) {
     size_t arms = (size_t)n * LANES;
     struct ideal_group made = {.rows = (size_t)(order + IDEAL_BEYOND + 2) | 1};
-    double **array[IDEAL_ROWS] = {&made.phi,     &made.phi_low, &made.rate,     &made.rate_low,
-                                  &made.end_phi, &made.end_low, &made.end_rate, &made.slow,
-                                  &made.length,  &made.mass,    &made.out[0],   &made.out[1],
-                                  &made.out[2],  &made.out[3]};
+    double **array[IDEAL_ROWS] = {
+        &made.phi,      &made.phi_low, &made.rate,    &made.rate_low, &made.end_phi, &made.end_low,
+        &made.end_rate, &made.slow,    &made.length,  &made.mass,     &made.out[0],  &made.out[1],
+        &made.out[2],   &made.out[3],  &made.inertia, &made.hold,     &made.stiff,   &made.torque};
     for (int i = 0; i < IDEAL_ROWS; i++) *array[i] = ideal_take(base, used, arms);
     made.gravity = ideal_take(base, used, LANES);
     double **series[] = {&made.angle, &made.along, &made.across};
@@ -54,18 +59,18 @@ static void ideal_lay_group(struct ideal_group *g, int n, int order, char *base,
     if (base) *g = made;
 }
 
-static size_t ideal_lay(struct ideal *ideal, const struct pend_tree *tree, int order, int count,
-                        char *base) {
+static size_t ideal_lay(struct ideal *ideal, const struct pend_tree *tree,
+                        const struct pend_terms *terms, int order, int count, char *base) {
     size_t used = (sizeof *ideal + 63) / 64 * 64, stride = pend_jets_stride(tree->n);
     ideal->groups = (count + LANES - 1) / LANES;
-    void *jets = ideal_take(base, &used, pend_jets_bytes(tree, NULL, order) / sizeof(double));
+    void *jets = ideal_take(base, &used, pend_jets_bytes(tree, terms, order) / sizeof(double));
     if (base) pend_jets_init(&ideal->jets, tree, &ideal->loads, order, jets);
     double **state[IDEAL_STATES] = {
         &ideal->begin.phi,  &ideal->begin.phi_low, &ideal->begin.rate, &ideal->begin.rate_low,
         &ideal->end.phi,    &ideal->end.phi_low,   &ideal->end.rate,   &ideal->end.rate_low,
         &ideal->values.phi, &ideal->values.rate,   &ideal->values.acc, &ideal->values.force};
     for (int i = 0; i < IDEAL_STATES; i++) *state[i] = ideal_take(base, &used, stride);
-    ideal_lay_known(ideal, tree->n, order, base, &used);
+    ideal_lay_known(ideal, tree->n, order, terms != NULL, base, &used);
     ideal->group = (struct ideal_group *)(void *)ideal_take(
         base, &used, ((size_t)ideal->groups * sizeof *ideal->group + 7) / 8);
     for (int i = 0; i < ideal->groups; i++)
@@ -73,16 +78,18 @@ static size_t ideal_lay(struct ideal *ideal, const struct pend_tree *tree, int o
     return used;
 }
 
-size_t pend_ideal_bytes(const struct pend_tree *tree, int order, int count) {
+size_t pend_ideal_bytes(const struct pend_tree *tree, const struct pend_terms *terms, int order,
+                        int count) {
     struct ideal sketch = {.groups = 0};
-    return ideal_lay(&sketch, tree, order, count, NULL);
+    return ideal_lay(&sketch, tree, terms, order, count, NULL);
 }
 
 /* the unit of a derivative where its parameter stands */
 static void ideal_seed(struct ideal *ideal, int i, struct pend_parameter by, double seed) {
     struct ideal_group *g = &ideal->group[i / LANES];
     size_t at = (size_t)by.at * LANES + (size_t)(i % LANES);
-    assert(i / LANES < ideal->groups && by.at >= 0 && by.at < ideal->known.n);
+    assert(i / LANES < ideal->groups && by.at >= 0);
+    assert(by.at < ideal->known.n || by.kind == PEND_PARAMETER_TERM);
     switch (by.kind) {
     case PEND_PARAMETER_PHI:
         g->end_phi[at] = seed;
@@ -92,7 +99,7 @@ static void ideal_seed(struct ideal *ideal, int i, struct pend_parameter by, dou
         break;
     case PEND_PARAMETER_LENGTH:
         g->length[at] = seed / ideal->jets.tree->len[by.at];
-        g->lengths = 1;
+        g->lengths = ideal->known.lengths = 1;
         break;
     case PEND_PARAMETER_MASS:
         g->mass[at] = seed;
@@ -102,36 +109,60 @@ static void ideal_seed(struct ideal *ideal, int i, struct pend_parameter by, dou
         g->gravity[i % LANES] = seed;
         break;
     case PEND_PARAMETER_TERM:
-        break; // an ideal pendulum has none
+        break; // pend_ideal_vary
     }
+    if (ideal->known.loaded && (by.kind == PEND_PARAMETER_TERM || by.kind == PEND_PARAMETER_LENGTH))
+        pend_ideal_vary(&ideal->known, g, i % LANES, ideal->jets.tree, &ideal->loads, by, seed);
+}
+
+/* the start as the end of a step before it; springs tell whole turns apart */
+static void ideal_start(struct ideal *ideal, const struct pend_problem *problem) {
+    int whole = pend_terms_whole_turns(ideal->loads.terms);
+    for (int k = 0; k < ideal->known.n; k++) {
+        struct pend_sum phi = {problem->phi[k], problem->phi_low ? problem->phi_low[k] : 0};
+        if (whole) phi = pend_turns_rest(phi.high, phi.low, NULL);
+        ideal->end.phi[k] = phi.high, ideal->end.phi_low[k] = phi.low;
+        ideal->end.rate[k] = problem->rate[k];
+        ideal->end.rate_low[k] = problem->rate_low ? problem->rate_low[k] : 0;
+    }
+}
+
+/* terms that are not empty */
+static struct pend_loads ideal_loads_of(const struct pend_problem *problem) {
+    const struct pend_terms *terms = problem->loads.terms;
+    if (terms && (terms->count || terms->harmonics)) return problem->loads;
+    return (struct pend_loads){.gravity = problem->loads.gravity};
 }
 
 void pend_ideal_init(struct ideal *ideal, const struct pend_problem *problem, int order, int count,
                      const struct pend_parameter parameter[], const double seed[]) {
     const struct pend_tree *tree = problem->tree;
+    struct pend_loads loads = ideal_loads_of(problem);
     assert(order >= 1 && count >= 1);
-    memset(ideal, 0, pend_ideal_bytes(tree, order, count));
-    *ideal = (struct ideal){.loads.gravity = problem->loads.gravity, .kernel = pend_kernel_ideal()};
-    ideal_lay(ideal, tree, order, count, (char *)ideal);
+    memset(ideal, 0, pend_ideal_bytes(tree, loads.terms, order, count));
+    *ideal = (struct ideal){
+        .loads = loads, .first = pend_times_at(&problem->times, 0), .kernel = pend_kernel_ideal()};
+    ideal_lay(ideal, tree, loads.terms, order, count, (char *)ideal);
     struct jets_system *s = &ideal->known.system;
     ideal->known.n = s->n = tree->n;
     ideal->known.order = order;
-    if (tree->n > 1 && tree->n <= PEND_JETS_PAD) {
+    if (tree->n > 1 && tree->n <= PEND_JETS_PAD && !ideal->jets.general) {
         // the series of a small tree stand as the kernel wants them
         assert(ideal->jets.system.tile == ideal->known.tile);
-        ideal->known.rate = ideal->jets.rate, ideal->known.force = ideal->jets.force;
+        ideal->known.rate = ideal->jets.rate;
+        if (!loads.terms) ideal->known.force = ideal->jets.force;
         ideal->known.kept_re = ideal->jets.system.turn_re;
         ideal->known.kept_im = ideal->jets.system.turn_im;
     }
     s->parent = tree->parent, s->end = tree->end, s->share = ideal->jets.share;
-    for (int k = 0; k < tree->n; k++) {
-        struct pend_sum phi =
-            pend_turns_rest(problem->phi[k], problem->phi_low ? problem->phi_low[k] : 0, NULL);
-        ideal->end.phi[k] = phi.high, ideal->end.phi_low[k] = phi.low;
-        ideal->end.rate[k] = problem->rate[k];
-        ideal->end.rate_low[k] = problem->rate_low ? problem->rate_low[k] : 0;
+    for (int k = 0; k < tree->n; k++)
         s->len[k] = tree->len[k], s->inv_len[k] = 1 / tree->len[k], s->mass[k] = tree->mass[k];
+    if (loads.terms) pend_ideal_load(&ideal->known, tree, &loads);
+    if (loads.terms && ideal->jets.loads.moves) {
+        ideal->known.lift_x = ideal->jets.loads.lift_x;
+        ideal->known.lift_y = ideal->jets.loads.lift_y;
     }
+    ideal_start(ideal, problem);
     for (int i = 0; i < count; i++) ideal_seed(ideal, i, parameter[i], seed[i]);
 }
 
@@ -147,6 +178,14 @@ void pend_ideal_turn(struct ideal *ideal) {
     }
 }
 
+/* how far the spring of an arm is bent; that of the first arm against the vertical */
+static double ideal_bend(const struct ideal *ideal, int k) {
+    const double quarter = 0x1.921fb54442d18p+0;
+    double angle = ideal->known.system.angle[k] + ideal->known.system.angle_low[k];
+    if (ideal->known.system.parent[k] < 0) angle += quarter;
+    return angle - pend_terms_get(ideal->loads.terms, ideal->loads.value, PEND_TERM_REST, k);
+}
+
 /* what the kernel needs of the motion's series and of its start */
 static void ideal_learn(struct ideal *ideal) {
     const struct jets_state *at = &ideal->begin;
@@ -157,22 +196,25 @@ static void ideal_learn(struct ideal *ideal) {
         double rest = (x - (gap + back)) + (back - y);
         known->system.angle[k] = gap;
         known->system.angle_low[k] = rest + (at->phi_low[k] - (up < 0 ? 0 : at->phi_low[up]));
+        if (known->loaded) known->bend[k] = ideal_bend(ideal, k);
     }
     for (int k = 0; k < known->n && !known->kept_re; k++)
         for (int j = 0; j <= known->order; j++) {
             size_t from = pend_jets_place(&ideal->jets, k, j), to = ideal_place(known, k, j);
             known->rate[to] = ideal->jets.rate[from];
-            if (j < known->order) known->force[to] = ideal->jets.force[from];
+            if (j < known->order && !known->loaded) known->force[to] = ideal->jets.force[from];
         }
-    known->square = ideal->unit * ideal->unit;
+    known->unit = ideal->unit, known->square = ideal->unit * ideal->unit;
     known->gravity = ideal->loads.gravity * known->square;
     ideal->kernel->know(known);
 }
 
-double pend_ideal_expand(struct ideal *ideal, double unit, double log_rtol, double log_atol) {
+double pend_ideal_expand(struct ideal *ideal, double since, double unit, double log_rtol,
+                         double log_atol) {
     int order = ideal->known.order;
     assert(isfinite(unit) && unit != 0);
     ideal->unit = unit;
+    jets_state_time(&ideal->begin, ideal->first, since);
     pend_jets_expand(&ideal->jets, &ideal->loads, unit, &ideal->begin, order);
     double reach = pend_jets_reach(&ideal->jets, order, log_rtol, log_atol);
     ideal_learn(ideal);
@@ -194,7 +236,8 @@ void pend_ideal_advance(struct ideal *ideal, double x) {
 void pend_ideal_values(struct ideal *ideal, double x, int all) {
     struct jets_values values = ideal->values;
     assert(isfinite(x) && ideal->unit != 0);
-    if (!all) values.acc = values.force = NULL;
+    if (!all) values.acc = NULL;
+    if (!all || ideal->loads.terms) values.force = NULL;
     pend_jets_values(&ideal->jets, ideal->known.order, &x, 1, ideal->unit, &ideal->begin, &values);
     for (int i = 0; i < ideal->groups; i++)
         ideal->kernel->values(&ideal->known, &ideal->group[i], ideal->unit, x, all);

@@ -1,11 +1,12 @@
-/* The motion of an ideal pendulum with its derivatives: the motion by the quick kernels, once, and
- * its derivatives beside it in groups of eight.
- * Leaves to others: steps and rows (derivatives), arithmetic (jets, kernel_ideal).
- * Invariant: one block of the caller's memory; the motion does not depend on the derivatives but
- * for the length of its steps. */
+/* The motion of an ideal pendulum, or of a real one that suits (ideal_loads), with its derivatives:
+ * the motion by the quick kernels, once, and its derivatives beside it in groups of eight. Leaves
+ * to others: steps and rows (derivatives), arithmetic (jets, kernel_ideal). Invariant: one block of
+ * the caller's memory; the motion does not depend on the derivatives but for the length of its
+ * steps. */
 #ifndef PEND_IDEAL_H
 #define PEND_IDEAL_H
 
+#include "core/derivatives/ideal_loads.h"
 #include "core/derivatives/kernel_derivatives.h"
 #include "core/derivatives/kernel_ideal.h"
 #include "core/derivatives/parameter.h"
@@ -14,18 +15,22 @@
 
 struct ideal {
     struct pend_jets jets;
-    struct pend_loads loads; /* gravity alone */
+    struct pend_loads loads;
     struct jets_state begin, end;
     struct jets_values values; /* at an instant */
     struct ideal_known known;
     struct ideal_group *group;
     const struct ideal_kernel *kernel;
     int groups;
-    double unit; /* s, of the series */
+    double unit, first; /* s, of the series; the first instant */
 };
 
-/** Bytes of memory of a motion, the structure at its beginning included. O(n). */
-size_t pend_ideal_bytes(const struct pend_tree *tree, int order, int count);
+/** Bytes of memory of a motion, the structure at its beginning included. O(n).
+ *
+ * terms  of a real pendulum; NULL of an ideal one.
+ */
+size_t pend_ideal_bytes(const struct pend_tree *tree, const struct pend_terms *terms, int order,
+                        int count);
 
 /**
  * Prepares a motion; its start is the end of a step that was not there.
@@ -40,14 +45,17 @@ void pend_ideal_init(struct ideal *ideal, const struct pend_problem *problem, in
 /** The end of a step becomes the start of the next. */
 void pend_ideal_turn(struct ideal *ideal);
 
-/** Expands about the start of a step in a unit of time, s; returns the step in units that the
+/** Expands about the start of a step, `since` s after the problem's first instant, in a unit of
+ * time, s; returns the step in units that the
  * motion and all derivatives allow, NaN where a coefficient is not finite. */
-double pend_ideal_expand(struct ideal *ideal, double unit, double log_rtol, double log_atol);
+double pend_ideal_expand(struct ideal *ideal, double since, double unit, double log_rtol,
+                         double log_atol);
 
 /** The state at the end of a step of x units. */
 void pend_ideal_advance(struct ideal *ideal, double x);
 
-/** Everything at x units after the start, phi and rate or all, for pend_ideal_view. */
+/** Everything at x units after the start, phi and rate or all, for pend_ideal_view; of a real
+ * pendulum not the forces. */
 void pend_ideal_values(struct ideal *ideal, double x, int all);
 
 /** Copies the values, and the derivatives from number `first` on, to a view of eight. */

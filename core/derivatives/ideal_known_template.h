@@ -7,6 +7,7 @@
 
 #include <string.h>
 
+#include "core/derivatives/ideal_loads_template.h"
 #include "core/derivatives/ideal_system.h"
 #include "core/simd/vec8_template.h"
 #include "core/taylor/jets_factor.h"
@@ -68,6 +69,7 @@ static void ideal_accelerations(const struct ideal_known *s) {
         for (int j = 0; j < s->order; j++) {
             size_t at = ideal_place(s, k, j);
             double factor = len * (j + 1) * (j + 2), re = 0, im = up < 0 && !j ? s->gravity : 0;
+            if (up < 0 && s->lift_x) re = s->lift_x[j], im = s->lift_y[j];
             if (up >= 0)
                 re = s->acc_re[ideal_place(s, up, j)], im = s->acc_im[ideal_place(s, up, j)];
             s->acc_re[at] = C * re + Z * im + factor * s->turn_re[at + 2 * IDEAL_LANES];
@@ -183,25 +185,32 @@ VEC_INLINE void ideal_down(const struct ideal_known *s, const struct ideal_group
 }
 
 /* what accelerations and forces of up to IDEAL_DENSE arms answer to a pull on an arm, and to a
- * force across it: a lane for each of these units */
-static void ideal_table(const struct ideal_known *s) {
-    double work[IDEAL_WORK * IDEAL_DENSE * IDEAL_LANES] __attribute__((aligned(64)));
-    struct ideal_group group = {.work = work};
+ * force across it: a lane for each of these units, in vectors `from` the first of eight */
+static void ideal_table_part(const struct ideal_known *s, const struct ideal_group *group,
+                             int from) {
     for (int p = 0; p < VEC8; p += WIDE) {
         struct ideal_sums unit[IDEAL_DENSE];
         struct ideal_answer answer[IDEAL_DENSE];
         for (int k = 0; k < s->n; k++) {
-            double pull[2 * VEC8] = {0}, side[2 * VEC8] = {0};
+            double pull[IDEAL_PITCH] = {0}, side[IDEAL_PITCH] = {0};
             pull[k] = side[s->n + k] = 1;
-            unit[k] = (struct ideal_sums){wide_of(0), wide_load(pull + p), wide_load(side + p)};
+            unit[k] = (struct ideal_sums){wide_of(0), wide_load(pull + from + p),
+                                          wide_load(side + from + p)};
         }
-        ideal_up(s, &group, p, unit, 1);
-        ideal_down(s, &group, p, 1, answer);
+        ideal_up(s, group, p, unit, 1);
+        ideal_down(s, group, p, 1, answer);
         for (int k = 0; k < s->n; k++) {
-            wide_put(s->table + 2 * k * IDEAL_LANES + p, answer[k].x);
-            wide_put(s->table + (2 * k + 1) * IDEAL_LANES + p, answer[k].along);
+            double *row = s->table + 2 * k * IDEAL_PITCH + from + p;
+            wide_put(row, answer[k].x);
+            wide_put(row + IDEAL_PITCH, answer[k].along);
         }
     }
+}
+
+static void ideal_table(const struct ideal_known *s) {
+    double work[IDEAL_WORK * IDEAL_DENSE * IDEAL_LANES] __attribute__((aligned(64)));
+    struct ideal_group group = {.work = work};
+    for (int from = 0; from < 2 * s->n; from += VEC8) ideal_table_part(s, &group, from);
 }
 
 static void ideal_know(const struct ideal_known *s) {
@@ -216,13 +225,17 @@ static void ideal_know(const struct ideal_known *s) {
     }
     if (s->kept_re) ideal_kept_turns(s);
     for (int k = 0; k < s->n && !s->kept_re; k += IDEAL_LANES) ideal_turns(s, ideal_place(s, k, 0));
-    if (s->n == 1) {
+    if (s->n == 1 && !s->loaded) {
         ideal_alone(s);
         return;
     }
-    jets_factor(&s->system);
-    if (s->masses) ideal_accelerations(s);
-    if (s->n <= IDEAL_DENSE) ideal_table(s);
+    if (!s->bodies) jets_factor(&s->system);
+    if (s->masses || s->loaded) ideal_accelerations(s);
+    if (s->loaded) ideal_forces(s);
+    if (s->bodies)
+        ideal_body_table(s);
+    else if (s->n <= IDEAL_DENSE)
+        ideal_table(s);
 }
 
 #endif

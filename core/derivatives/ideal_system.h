@@ -8,7 +8,10 @@
 #include "core/taylor/jets_system.h"
 
 /* arms of a tree whose system is inverted; rows of eight numbers an arm that a group works in */
-enum { IDEAL_LANES = 8, IDEAL_DENSE = 4, IDEAL_WORK = 18, IDEAL_BEYOND = 3 };
+enum { IDEAL_LANES = 8, IDEAL_DENSE = 8, IDEAL_WORK = 18, IDEAL_BEYOND = 3 };
+
+/* numbers of a row of the table */
+enum { IDEAL_PITCH = 2 * IDEAL_DENSE };
 
 /* The motion about the start of a step, the same for all groups. Series are in tiles of eight arms:
  * order j of arm k is at ideal_place(known, k, j); what is beyond the order is 0. */
@@ -24,10 +27,21 @@ struct ideal_known {
     /* Accelerations of tips less gravity's in the arms' frames of the start, to order - 1, where
      * masses vary; of one arm alone the series of sin phi and cos phi. */
     double *acc_re, *acc_im;
-    double *table;             /* IDEAL_DENSE * 16: what accelerations and forces answer to units */
-    double gravity;            /* in units */
-    double square;             /* s^2, the unit of time squared */
+    double *table;       /* 2 IDEAL_DENSE rows: what accelerations and forces answer to units */
+    double gravity;      /* in units */
+    double unit, square; /* s, the unit of time; its square */
     struct jets_system system; /* of order 0: arrays of the factorization alone */
+    /* Of a real pendulum (ideal_loads.h), whose masses at the tips are those of the points that its
+     * bodies are like: */
+    int loaded, joints, bodies; /* it is one; torques of friction and springs; bodies */
+    int lengths;                /* some parameter is a length */
+    double *inertia;            /* n: what bodies have beyond such points, kg m^2 */
+    double *hold, *stiff;       /* n: torque for a unit of rate, of angle, to the parent */
+    double *bend;               /* n: angles from those at which springs rest */
+    double *haul_re, *haul_im;  /* series of the forces on tips, in the arms' frames of the start */
+    double *across;             /* series of the forces across, where lengths vary */
+    const double *lift_x, *lift_y; /* series of the pivot's acceleration and gravity; NULL = that
+                                    * of a pivot at rest */
 };
 
 /** Where order j of arm k stands in a series of what is known. */
@@ -45,7 +59,10 @@ struct ideal_group {
     double *end_phi, *end_low, *end_rate, *slow; /* at its end */
     double *length, *mass;                       /* how lengths, over themselves, and masses vary */
     double *gravity;                             /* one row */
-    double *angle;                               /* series of phi, order 0 .. order + 1 */
+    int pairs; /* some of its parameters are those of friction or springs, or of inertias */
+    double *inertia, *hold, *stiff, *torque; /* how they vary; constant torques, those of springs
+                                              * that rest elsewhere included */
+    double *angle;                           /* series of phi, order 0 .. order + 1 */
     double *along, *across; /* of the force at the tip in the arm's frame of the start */
     double *work;           /* IDEAL_WORK rows an arm */
     double *out[4];         /* phi, rate, acc, force at an instant */

@@ -100,7 +100,7 @@ VEC_INLINE void ideal_dense(const struct ideal_known *s, int n, const struct ide
     assert(n <= IDEAL_DENSE);
     for (int j = 0; j < n; j++) side[j] = sum[j].across * inverse;
     for (int i = 0; i < n; i++) {
-        const double *row = s->table + 2 * i * LANES, *force = row + LANES;
+        const double *row = s->table + 2 * i * IDEAL_PITCH, *force = row + IDEAL_PITCH;
         wide x = side[0] * row[n], f = side[0] * force[n];
         for (int j = 1; j < n; j++) {
             x = wide_fma(side[j], wide_of(row[n + j]), x);
@@ -111,6 +111,20 @@ VEC_INLINE void ideal_dense(const struct ideal_known *s, int n, const struct ide
             f = wide_fma(sum[j].im, wide_of(force[j]), f);
         }
         answer[i] = (struct ideal_answer){x, f * factor};
+    }
+}
+
+/* what torques and bodies add to the forces across of order k */
+VEC_INLINE void ideal_load(const struct ideal_known *s, const struct ideal_group *g, int n, int k,
+                           int p, struct ideal_sums sum[]) {
+    for (int a = 0; a < n; a++) {
+        int up = s->system.parent[a];
+        if (s->bodies || g->lengths) sum[a].across += ideal_resist(s, g, a, k, p, sum[a].re);
+        if (!s->joints) continue;
+        wide torque = ideal_torque(s, g, a, k, p);
+        sum[a].across = wide_fma(torque, wide_of(s->system.inv_len[a]), sum[a].across);
+        if (up >= 0)
+            sum[up].across = wide_fma(torque, wide_of(-s->system.inv_len[up]), sum[up].across);
     }
 }
 
@@ -131,6 +145,7 @@ VEC_INLINE void ideal_solve(const struct ideal_known *s, const struct ideal_grou
         sum[0].re = wide_fma(wide_of(s->system.cosine[0]), lift, sum[0].re);
         sum[0].im -= s->system.sine[0] * lift;
     }
+    if (s->loaded) ideal_load(s, g, n, k, p, sum);
     if (n <= IDEAL_DENSE) {
         ideal_dense(s, n, sum, factor, inverse, answer);
     } else {
@@ -139,6 +154,8 @@ VEC_INLINE void ideal_solve(const struct ideal_known *s, const struct ideal_grou
     }
     for (int a = 0; a < n; a++) {
         size_t row = ((size_t)a * g->rows + (size_t)k) * LANES + (size_t)p;
+        if (s->bodies)
+            sum[a].across -= answer[a].x * (s->inertia[a] * s->system.inv_len[a] * factor);
         answer[a].x -= sum[a].re;
         if (g->masses) {
             answer[a].along += GET(WORK_MASS_RE, a);
@@ -173,6 +190,10 @@ VEC_INLINE void ideal_orders_dense(const struct ideal_known *s, const struct ide
     struct ideal_sums now[IDEAL_DENSE], next[IDEAL_DENSE];
     struct ideal_answer answer[IDEAL_DENSE];
     ideal_orders_in(s, g, n, p, now, next, answer);
+}
+
+static void ideal_orders_few(const struct ideal_known *s, const struct ideal_group *g, int p) {
+    ideal_orders_dense(s, g, s->n, p);
 }
 
 static void ideal_orders_swept(const struct ideal_known *s, const struct ideal_group *g, int p) {
@@ -268,14 +289,18 @@ static double ideal_expand(const struct ideal_known *s, const struct ideal_group
             wide_put(g->angle + row, wide_get(g->phi + a * LANES + p));
             wide_put(g->angle + row + LANES, wide_get(g->rate + a * LANES + p) * unit);
         }
-        if (s->n == 1)
+        if (s->n == 1 && !s->loaded)
             ideal_orders_single(s, g, p);
+        else if (s->n == 1)
+            ideal_orders_dense(s, g, 1, p);
         else if (s->n == 2)
             ideal_orders_dense(s, g, 2, p);
         else if (s->n == 3)
             ideal_orders_dense(s, g, 3, p);
         else if (s->n == 4)
             ideal_orders_dense(s, g, 4, p);
+        else if (s->n <= IDEAL_DENSE)
+            ideal_orders_few(s, g, p);
         else
             ideal_orders_swept(s, g, p);
     }
@@ -338,7 +363,7 @@ static double ideal_horner(const double *series, int order, double x) {
 VEC_INLINE wide ideal_force(const struct ideal_known *s, const struct ideal_group *g, int a, int p,
                             double x, wide more, wide faster) {
     size_t from = ideal_place(s, a, 0), row = (size_t)a * g->rows * LANES + (size_t)p;
-    if (s->n > 1) {
+    if (s->n > 1 || s->loaded) {
         double re = ideal_horner(s->turn_re + from, s->order + 1, x);
         double im = ideal_horner(s->turn_im + from, s->order + 1, x);
         wide along = wide_of(0), across = along, at = wide_of(x);

@@ -1,46 +1,89 @@
-/* Tests of the derivatives of ideal pendulums by kernels of their own: every quantity by every kind
- * of parameter against the general kernel, to which damping of 0 sends the same motion. Leaves to
- * others: what derivatives are (test_derivatives). Invariant: trees are random, from a seed; more
- * parameters than two groups of eight, and arms by every form of the orders. */
+/* Tests of the derivatives of pendulums whose motion is formed once, by kernels of their own: every
+ * quantity by every kind of parameter against the general kernel, to which friction of 0 sends the
+ * same motion. Leaves to others: what derivatives are (test_derivatives). Invariant: trees are
+ * random, from a seed; more parameters than two groups of eight, and arms by every form of the
+ * orders. */
 #include "core/derivatives/ideal.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/derivatives/derivatives.h"
+#include "core/derivatives/ideal_loads.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 
 enum { ROWS = 5, TALL = 20, MANY = 19, NUMBERS = ROWS * TALL * MANY };
 
-/* all derivatives of all quantities, one after the other; with damping of 0 by the general kernel
- */
-static void everything(const struct test_tree *t, int general, const struct pend_parameter by[],
-                       double number[]) {
+/* a pendulum, ideal or with terms */
+struct subject {
+    const struct test_tree *t;
+    struct pend_terms *terms;
+    double value[PEND_TERM_ROWS * TALL + 16];
+};
+
+/* terms with friction of 0 at least, where a pendulum goes by the general kernel */
+static void subject_make(struct subject *x, const struct test_tree *t, int general,
+                         const unsigned char wanted[], int pivot, unsigned long long seed) {
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
-    static double none[TALL];
-    struct pend_loads loads = {.gravity = 9.81};
-    struct pend_terms *terms = NULL;
+    const int drives[] = {t->n - 1, PEND_DRIVE_PIVOT_X};
+    int place[2];
+    *x = (struct subject){.t = t};
+    if (wanted) memcpy(rows, wanted, sizeof rows);
+    if (general) rows[PEND_TERM_FRICTION] = 1;
+    if (!wanted && !general) return;
+    ones[PEND_TERM_PIVOT_ACCELERATION_X] = ones[PEND_TERM_PIVOT_ACCELERATION_Y] = pivot != 0;
+    REQUIRE(pend_terms_new(&x->terms, t->n, rows, ones, pivot ? 2 : 0, drives, place) == PEND_OK);
+    pend_terms_clear(x->terms, t->tree, x->value);
+    for (int row = 0; row < PEND_TERM_ROWS; row++)
+        for (int k = 0; k < t->n && wanted && wanted[row]; k++) {
+            double *at = &x->value[x->terms->row[row] + k];
+            *at = 0.1 + 0.9 * test_random(&seed);
+            if (row == PEND_TERM_CENTER_X) *at *= t->tree->len[k];
+            if (row == PEND_TERM_DAMPING || row == PEND_TERM_INERTIA) *at *= 0.1;
+        }
+    const double drive[2][3] = {{0.4, 3, 0.2}, {0.05, 4, 1}};
+    for (int i = 0; i < 2 && pivot; i++)
+        memcpy(&x->value[x->terms->harmonic[place[i]].at], drive[i], sizeof drive[i]);
+    if (!pivot) return;
+    x->value[x->terms->one[PEND_TERM_PIVOT_ACCELERATION_X]] = 0.7;
+    x->value[x->terms->one[PEND_TERM_PIVOT_ACCELERATION_Y]] = -0.3;
+}
+
+/* all derivatives of all quantities, one after the other */
+static void everything(const struct subject *x, const struct pend_parameter by[], double number[]) {
+    struct pend_loads loads = {.gravity = 9.81, .terms = x->terms, .value = x->value};
     struct pend_derivatives *d;
     struct pend_derived_rows out = {{0}, {0}};
     long made = 0;
-    rows[PEND_TERM_DAMPING] = 1;
-    if (general) {
-        REQUIRE(pend_terms_new(&terms, t->n, rows, ones, 0, NULL, NULL) == PEND_OK);
-        loads.terms = terms, loads.value = none;
-    }
     for (int i = 0; i < PEND_DERIVED; i++) out.derivative[i] = number + (size_t)i * NUMBERS;
     struct pend_problem problem = {
-        .tree = t->tree,
+        .tree = x->t->tree,
         .loads = loads,
-        .phi = t->phi,
-        .rate = t->rate,
+        .phi = x->t->phi,
+        .rate = x->t->rate,
         .times = {.count = ROWS, .start = 0.7, .span = -0.6, .divisor = ROWS - 1},
         .rtol = 1e-14};
     REQUIRE(pend_derivatives_new(&d, &problem, MANY, by, NULL) == PEND_OK);
     CHECK(pend_derivatives_next(d, &out, ROWS, INFINITY, &made, NULL) == PEND_OK && made == ROWS);
     pend_derivatives_free(&d);
-    pend_terms_free(&terms);
+}
+
+/* the largest gap of all quantities of two ways, and that no other is larger than `most` */
+static double ways_gap(double number[2][PEND_DERIVED * NUMBERS], int arms, int points) {
+    double worst = 0;
+    for (int what = 0; what < PEND_DERIVED; what++) {
+        double most = 0;
+        for (int j = 0; j < NUMBERS; j++) most = fmax(most, fabs(number[0][what * NUMBERS + j]));
+        // arms without bodies push their tips along themselves
+        if (points && what == PEND_DERIVED_TIP_ACROSS) CHECK_SAYING(most < 1e-9, "%g", most);
+        if (points && what == PEND_DERIVED_TIP_ACROSS) continue;
+        double gap = test_gap(NUMBERS, number[0] + what * NUMBERS, number[1] + what * NUMBERS);
+        CHECK_SAYING(gap < 1e-12, "%d arms, quantity %d: %g", arms, what, gap);
+        worst = fmax(worst, gap);
+    }
+    return worst;
 }
 
 TEST(derivatives_of_ideal_pendulums_are_those_of_the_general_kernel) {
@@ -58,19 +101,77 @@ TEST(derivatives_of_ideal_pendulums_are_those_of_the_general_kernel) {
             by[j] = (struct pend_parameter){kind, at};
         }
         memset(number, 0, sizeof number);
-        for (int general = 0; general < 2; general++) everything(&t, general, by, number[general]);
-        for (int what = 0; what < PEND_DERIVED; what++) {
-            double most = 0;
-            for (int j = 0; j < NUMBERS; j++)
-                most = fmax(most, fabs(number[0][what * NUMBERS + j]));
-            // arms without bodies push their tips along themselves
-            if (what == PEND_DERIVED_TIP_ACROSS) CHECK_SAYING(most < 1e-9, "%g", most);
-            if (what == PEND_DERIVED_TIP_ACROSS) continue;
-            double gap = test_gap(NUMBERS, number[0] + what * NUMBERS, number[1] + what * NUMBERS);
-            CHECK_SAYING(gap < 1e-12, "%d arms, quantity %d: %g", arms[i], what, gap);
-            worst = fmax(worst, gap);
+        for (int general = 0; general < 2; general++) {
+            struct subject x;
+            subject_make(&x, &t, general, NULL, 0, seed);
+            everything(&x, by, number[general]);
+            pend_terms_free(&x.terms);
         }
+        worst = fmax(worst, ways_gap(number, arms[i], 1));
         test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-12, "derivatives of ideal pendulums by two kernels");
+}
+
+/* the same place of the list in a list that has friction too, or has not */
+static int place_in(const struct pend_terms *from, const struct pend_terms *to, int at) {
+    for (int row = 0; row < PEND_TERM_ROWS; row++)
+        if (from->row[row] >= 0 && at >= from->row[row] && at < from->row[row] + from->n)
+            return to->row[row] + at - from->row[row];
+    abort();
+}
+
+/* the gap of the two ways of a pendulum with rows of terms, by parameters of all kinds */
+static double real_gap(int arms, const unsigned char rows[], int pivot, unsigned long long *seed) {
+    static double number[2][PEND_DERIVED * NUMBERS];
+    struct test_tree t;
+    struct subject x[2];
+    struct pend_parameter by[MANY];
+    int center = -1;
+    test_tree_random(&t, TEST_TREE_ATTACHED, arms, 0.3, seed);
+    for (int general = 0; general < 2; general++)
+        subject_make(&x[general], &t, general, rows, pivot, *seed);
+    // bodies have their centers on their arms
+    if (x[0].terms->row[PEND_TERM_CENTER_Y] >= 0) center = x[0].terms->row[PEND_TERM_CENTER_Y];
+    int listed = x[0].terms->n;
+    for (int row = 0; row < PEND_TERM_ROWS; row++)
+        if (x[0].terms->row[row] + t.n > listed) listed = x[0].terms->row[row] + t.n;
+    for (int j = 0; j < MANY; j++) {
+        enum pend_parameter_kind kind = (enum pend_parameter_kind)(j % 8 > 5 ? 5 : j % 8);
+        int at = kind == PEND_PARAMETER_GRAVITY ? 0 : test_random_int(seed, t.n);
+        while (kind == PEND_PARAMETER_TERM && (at = test_random_int(seed, listed),
+                                               center >= 0 && at >= center && at < center + t.n))
+            continue;
+        by[j] = (struct pend_parameter){kind, at};
+    }
+    memset(number, 0, sizeof number);
+    CHECK(pend_ideal_suits(t.tree, &(struct pend_loads){9.81, x[0].terms, x[0].value}, MANY, by));
+    everything(&x[0], by, number[0]);
+    for (int j = 0; j < MANY; j++)
+        if (by[j].kind == PEND_PARAMETER_TERM)
+            by[j].at = place_in(x[0].terms, x[1].terms, by[j].at);
+    CHECK(!pend_ideal_suits(t.tree, &(struct pend_loads){9.81, x[1].terms, x[1].value}, MANY, by));
+    everything(&x[1], by, number[1]);
+    double gap = ways_gap(number, arms, 0);
+    for (int general = 0; general < 2; general++) pend_terms_free(&x[general].terms);
+    test_tree_clear(&t);
+    return gap;
+}
+
+TEST(derivatives_of_real_pendulums_whose_motion_is_known_are_those_of_the_general_kernel) {
+    const unsigned char rods[PEND_TERM_ROWS] = {[PEND_TERM_ROD] = 1, [PEND_TERM_DAMPING] = 1};
+    const unsigned char bodies[PEND_TERM_ROWS] = {
+        [PEND_TERM_ROD] = 1,     [PEND_TERM_BODY] = 1,      [PEND_TERM_CENTER_X] = 1,
+        [PEND_TERM_INERTIA] = 1, [PEND_TERM_STIFFNESS] = 1, [PEND_TERM_REST] = 1,
+        [PEND_TERM_TORQUE] = 1,  [PEND_TERM_DAMPING] = 1};
+    const unsigned char points[PEND_TERM_ROWS] = {
+        [PEND_TERM_DAMPING] = 1, [PEND_TERM_STIFFNESS] = 1, [PEND_TERM_REST] = 1};
+    const unsigned char *rows[] = {rods, bodies, points};
+    unsigned long long seed = 42;
+    double worst = 0;
+    for (int kind = 0; kind < 3; kind++)
+        for (int arms = 1; arms <= (kind < 2 ? 8 : 12); arms++)
+            for (int pivot = 0; pivot < 2; pivot++)
+                worst = fmax(worst, real_gap(arms, rows[kind], pivot, &seed));
+    CHECK_RESIDUAL(worst, 1e-12, "derivatives of real pendulums by two kernels");
 }
