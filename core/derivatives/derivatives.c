@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/base/isa.h"
 #include "core/derivatives/ideal.h"
 #include "core/derivatives/kernel_derivatives.h"
 #include "core/integrate/run_check.h"
@@ -44,15 +43,6 @@ struct pend_derivatives {
     double *view[PEND_DERIVED]; /* n numbers each, of one pass at one instant */
 };
 
-const struct derivatives_kernel *pend_kernel_derivatives(void) {
-#ifdef __x86_64__
-    enum pend_isa isa = pend_isa_best();
-    if (isa == PEND_ISA_AVX512) return &pend_kernel_derivatives_avx512;
-    if (isa == PEND_ISA_AVX2) return &pend_kernel_derivatives_avx2;
-#endif
-    return &pend_kernel_derivatives_base;
-}
-
 int pend_derivatives_valid(const struct pend_derivatives *d) {
     return d->count >= 1 && d->passes == (d->count + PASS - 1) / PASS && d->next >= 0 &&
            d->next <= d->problem.times.count && d->order >= 1 && d->pass[0].tree->n >= 1;
@@ -69,11 +59,6 @@ static void *derivatives_take(char *base, size_t *used, size_t bytes) {
 
 static double *derivatives_row(char *base, size_t *used, size_t numbers) {
     return derivatives_take(base, used, numbers * LANES * sizeof(double));
-}
-
-/* terms that are not empty, or NULL */
-static const struct pend_terms *derivatives_terms(const struct pend_terms *terms) {
-    return terms && (terms->count || terms->harmonics) ? terms : NULL;
 }
 
 /* lays out one pass */
@@ -110,10 +95,9 @@ static size_t derivatives_lay(struct pend_derivatives *d, const struct pend_term
             d->view[i] = derivatives_row(base, &used, pend_derived_single(i) ? 1 : n);
     for (int i = 0; i < d->passes; i++)
         derivatives_lay_pass(d, base ? &d->pass[i] : NULL, terms, base, &used);
-    if (!d->quick) return used;
-    d->ideal = derivatives_take(
-        base, &used,
-        pend_ideal_bytes(d->problem.tree, derivatives_terms(terms), d->order, d->count));
+    if (d->quick)
+        d->ideal = derivatives_take(base, &used,
+                                    pend_ideal_bytes(d->problem.tree, terms, d->order, d->count));
     return used;
 }
 
@@ -138,9 +122,9 @@ double pend_derivatives_bytes(const struct pend_tree *tree, const struct pend_te
     for (int i = 0; i < PEND_TERM_ONES; i++) none.one[i] = -1;
     size_t most = 0;
     // which way a real pendulum goes is not known before its numbers are
-    for (sketch.quick = !derivatives_terms(terms); sketch.quick < 2; sketch.quick++) {
+    for (sketch.quick = !pend_ideal_terms(terms); sketch.quick < 2; sketch.quick++) {
         size_t bytes = derivatives_lay(&sketch, terms ? terms : &none, NULL);
-        most = bytes > most ? bytes : most;
+        if (bytes > most) most = bytes;
     }
     return (double)most;
 }

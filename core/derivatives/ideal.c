@@ -9,6 +9,15 @@
 
 enum { LANES = IDEAL_LANES, IDEAL_STATES = 12, IDEAL_ROWS = 18 };
 
+const struct derivatives_kernel *pend_kernel_derivatives(void) {
+#ifdef __x86_64__
+    enum pend_isa isa = pend_isa_best();
+    if (isa == PEND_ISA_AVX512) return &pend_kernel_derivatives_avx512;
+    if (isa == PEND_ISA_AVX2) return &pend_kernel_derivatives_avx2;
+#endif
+    return &pend_kernel_derivatives_base;
+}
+
 const struct ideal_kernel *pend_kernel_ideal(void) {
 #ifdef __x86_64__
     enum pend_isa isa = pend_isa_best();
@@ -62,6 +71,7 @@ static void ideal_lay_group(struct ideal_group *g, int n, int order, char *base,
 static size_t ideal_lay(struct ideal *ideal, const struct pend_tree *tree,
                         const struct pend_terms *terms, int order, int count, char *base) {
     size_t used = (sizeof *ideal + 63) / 64 * 64, stride = pend_jets_stride(tree->n);
+    terms = pend_ideal_terms(terms);
     ideal->groups = (count + LANES - 1) / LANES;
     void *jets = ideal_take(base, &used, pend_jets_bytes(tree, terms, order) / sizeof(double));
     if (base) pend_jets_init(&ideal->jets, tree, &ideal->loads, order, jets);
@@ -127,17 +137,11 @@ static void ideal_start(struct ideal *ideal, const struct pend_problem *problem)
     }
 }
 
-/* terms that are not empty */
-static struct pend_loads ideal_loads_of(const struct pend_problem *problem) {
-    const struct pend_terms *terms = problem->loads.terms;
-    if (terms && (terms->count || terms->harmonics)) return problem->loads;
-    return (struct pend_loads){.gravity = problem->loads.gravity};
-}
-
 void pend_ideal_init(struct ideal *ideal, const struct pend_problem *problem, int order, int count,
                      const struct pend_parameter parameter[], const double seed[]) {
     const struct pend_tree *tree = problem->tree;
-    struct pend_loads loads = ideal_loads_of(problem);
+    struct pend_loads loads = problem->loads;
+    loads.terms = pend_ideal_terms(loads.terms);
     assert(order >= 1 && count >= 1);
     memset(ideal, 0, pend_ideal_bytes(tree, loads.terms, order, count));
     *ideal = (struct ideal){
@@ -163,6 +167,8 @@ void pend_ideal_init(struct ideal *ideal, const struct pend_problem *problem, in
         ideal->known.lift_y = ideal->jets.loads.lift_y;
     }
     ideal_start(ideal, problem);
+    for (int i = 0; i < ideal->groups; i++)
+        ideal->group[i].lanes = count - i * LANES < LANES ? count - i * LANES : LANES;
     for (int i = 0; i < count; i++) ideal_seed(ideal, i, parameter[i], seed[i]);
 }
 

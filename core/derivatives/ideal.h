@@ -25,10 +25,12 @@ struct ideal {
     double unit, first; /* s, of the series; the first instant */
 };
 
-/** Bytes of memory of a motion, the structure at its beginning included. O(n).
- *
- * terms  of a real pendulum; NULL of an ideal one.
- */
+/** Returns terms that are not empty, NULL in place of others. O(1). */
+static inline const struct pend_terms *pend_ideal_terms(const struct pend_terms *terms) {
+    return terms && (terms->count || terms->harmonics) ? terms : NULL;
+}
+
+/** Bytes of memory of a motion, the structure at its beginning included. O(n). */
 size_t pend_ideal_bytes(const struct pend_tree *tree, const struct pend_terms *terms, int order,
                         int count);
 

@@ -66,12 +66,13 @@ static void ideal_accelerations(const struct ideal_known *s) {
     for (int k = 0; k < s->n; k++) {
         int up = s->system.parent[k];
         double C = s->system.cosine[k], Z = s->system.sine[k], len = s->system.len[k];
+        const double *held_re = up < 0 ? s->lift_x : s->acc_re + ideal_place(s, up, 0);
+        const double *held_im = up < 0 ? s->lift_y : s->acc_im + ideal_place(s, up, 0);
+        int span = up < 0 ? 1 : IDEAL_LANES;
         for (int j = 0; j < s->order; j++) {
             size_t at = ideal_place(s, k, j);
-            double factor = len * (j + 1) * (j + 2), re = 0, im = up < 0 && !j ? s->gravity : 0;
-            if (up < 0 && s->lift_x) re = s->lift_x[j], im = s->lift_y[j];
-            if (up >= 0)
-                re = s->acc_re[ideal_place(s, up, j)], im = s->acc_im[ideal_place(s, up, j)];
+            double factor = len * (j + 1) * (j + 2), re = 0, im = j ? 0 : s->gravity;
+            if (held_re) re = held_re[j * span], im = held_im[j * span];
             s->acc_re[at] = C * re + Z * im + factor * s->turn_re[at + 2 * IDEAL_LANES];
             s->acc_im[at] = C * im - Z * re + factor * s->turn_im[at + 2 * IDEAL_LANES];
         }

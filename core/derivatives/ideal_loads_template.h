@@ -34,32 +34,37 @@ static void ideal_hauls(const struct ideal_known *s) {
     }
 }
 
-/* the same along the arms, and across them where lengths vary: F u*, of a tile of eight arms */
-static void ideal_unwind(const struct ideal_known *s, size_t tile) {
-    for (int p = 0; p < VEC8; p += WIDE) {
-        size_t from = tile + (size_t)p;
-        for (int k = 0; k < s->order; k++) {
-            const double *ur = s->turn_re + from, *ui = s->turn_im + from;
-            const double *re = s->haul_re + from + k * IDEAL_LANES;
-            const double *im = s->haul_im + from + k * IDEAL_LANES;
-            wide along = wide_get(re), other = wide_of(0), across = wide_get(im), less = other;
-            for (int j = 1; j <= k; j++) {
-                wide x = wide_get(ur + j * IDEAL_LANES), y = wide_get(ui + j * IDEAL_LANES);
-                along = wide_fma(wide_get(re - j * IDEAL_LANES), x, along);
-                other = wide_fma(wide_get(im - j * IDEAL_LANES), y, other);
-                if (!s->lengths) continue;
-                across = wide_fma(wide_get(im - j * IDEAL_LANES), x, across);
-                less = wide_fma(wide_get(re - j * IDEAL_LANES), y, less);
-            }
-            wide_put(s->force + from + k * IDEAL_LANES, along + other);
-            wide_put(s->across + from + k * IDEAL_LANES, across - less);
+/* Re (F u*), or Im, of the lanes from `from` on: two orders at once; F is (re, im), or (im, -re) */
+VEC_INLINE void ideal_unwind(const struct ideal_known *s, size_t from, const double *re,
+                             const double *im, double sign, double *to) {
+    const double *ur = s->turn_re + from, *ui = s->turn_im + from;
+    for (int k = 0; k < s->order; k += 2) {
+        const double *x = re + from + k * IDEAL_LANES, *y = im + from + k * IDEAL_LANES;
+        wide now = wide_get(x), less = wide_of(0), next = wide_get(x + IDEAL_LANES);
+        wide other = wide_get(y) * wide_get(ui + IDEAL_LANES); // the real part of u_1 is 0
+        for (int j = 1; j <= k; j++) {
+            wide u = wide_get(ur + j * IDEAL_LANES), v = wide_get(ui + j * IDEAL_LANES);
+            wide ahead = wide_get(ui + (j + 1) * IDEAL_LANES);
+            x -= IDEAL_LANES, y -= IDEAL_LANES;
+            now = wide_fma(wide_get(x), u, now);
+            less = wide_fma(wide_get(y), v, less);
+            next = wide_fma(wide_get(x), wide_get(ur + (j + 1) * IDEAL_LANES), next);
+            other = wide_fma(wide_get(y), ahead, other);
         }
+        wide_put(to + from + k * IDEAL_LANES, now + sign * less);
+        if (k + 1 < s->order) wide_put(to + from + (k + 1) * IDEAL_LANES, next + sign * other);
     }
 }
 
+/* forces along the arms, and across them where lengths vary */
 static void ideal_forces(const struct ideal_known *s) {
     ideal_hauls(s);
-    for (int k = 0; k < s->n; k += IDEAL_LANES) ideal_unwind(s, ideal_place(s, k, 0));
+    for (int k = 0; k < s->n; k += IDEAL_LANES)
+        for (int p = 0; p < VEC8 && k + p < s->n; p += WIDE) {
+            size_t from = ideal_place(s, k, 0) + (size_t)p;
+            ideal_unwind(s, from, s->haul_re, s->haul_im, 1, s->force);
+            if (s->lengths) ideal_unwind(s, from, s->haul_im, s->haul_re, -1, s->across);
+        }
 }
 
 /* ---- the answers of bodies */

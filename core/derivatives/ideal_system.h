@@ -54,6 +54,7 @@ static inline size_t ideal_place(const struct ideal_known *known, int k, int j) 
  * bytes; a series has `rows` rows an arm. */
 struct ideal_group {
     size_t rows;
+    int lanes;                                   /* with a parameter; the others hold zeros */
     int lengths, masses;                         /* some of its parameters are of this kind */
     double *phi, *phi_low, *rate, *rate_low;     /* at the start of a step */
     double *end_phi, *end_low, *end_rate, *slow; /* at its end */

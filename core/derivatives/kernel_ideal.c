@@ -130,8 +130,9 @@ VEC_INLINE void ideal_load(const struct ideal_known *s, const struct ideal_group
 
 /* the coefficients of order k from its sums, which it changes; the answers are the coefficients of
  * the angles and of the forces along */
-VEC_INLINE void ideal_solve(const struct ideal_known *s, const struct ideal_group *g, int n, int k,
-                            int p, struct ideal_sums sum[], struct ideal_answer answer[]) {
+VEC_INLINE void ideal_solve(const struct ideal_known *s, const struct ideal_group *g, int n,
+                            int real, int k, int p, struct ideal_sums sum[],
+                            struct ideal_answer answer[]) {
     assert(n == s->n && k >= 0 && k < s->order);
     double factor = (double)(k + 1) * (k + 2);
     double inverse = s->system.share[k] * s->system.share[k + 1];
@@ -145,7 +146,7 @@ VEC_INLINE void ideal_solve(const struct ideal_known *s, const struct ideal_grou
         sum[0].re = wide_fma(wide_of(s->system.cosine[0]), lift, sum[0].re);
         sum[0].im -= s->system.sine[0] * lift;
     }
-    if (s->loaded) ideal_load(s, g, n, k, p, sum);
+    if (real) ideal_load(s, g, n, k, p, sum);
     if (n <= IDEAL_DENSE) {
         ideal_dense(s, n, sum, factor, inverse, answer);
     } else {
@@ -154,8 +155,7 @@ VEC_INLINE void ideal_solve(const struct ideal_known *s, const struct ideal_grou
     }
     for (int a = 0; a < n; a++) {
         size_t row = ((size_t)a * g->rows + (size_t)k) * LANES + (size_t)p;
-        if (s->bodies)
-            sum[a].across -= answer[a].x * (s->inertia[a] * s->system.inv_len[a] * factor);
+        if (real) sum[a].across -= answer[a].x * (s->inertia[a] * s->system.inv_len[a] * factor);
         answer[a].x -= sum[a].re;
         if (g->masses) {
             answer[a].along += GET(WORK_MASS_RE, a);
@@ -169,11 +169,11 @@ VEC_INLINE void ideal_solve(const struct ideal_known *s, const struct ideal_grou
 
 /* the orders; of up to IDEAL_DENSE arms what is known of an order stays in registers */
 VEC_INLINE void ideal_orders_in(const struct ideal_known *s, const struct ideal_group *g, int n,
-                                int p, struct ideal_sums now[], struct ideal_sums next[],
+                                int real, int p, struct ideal_sums now[], struct ideal_sums next[],
                                 struct ideal_answer answer[]) {
     for (int k = 0; k < s->order; k += 2) {
         for (int a = 0; a < n; a++) ideal_known_sums(s, g, a, k, p, &now[a], &next[a]);
-        ideal_solve(s, g, n, k, p, now, answer);
+        ideal_solve(s, g, n, real, k, p, now, answer);
         if (k + 1 == s->order) break;
         for (int a = 0; a < n; a++) {
             // the terms that need order k; u_1 is i phi'_0
@@ -181,26 +181,36 @@ VEC_INLINE void ideal_orders_in(const struct ideal_known *s, const struct ideal_
             next[a].im = wide_fma(rate, answer[a].x, next[a].im);
             next[a].across = wide_fma(rate, answer[a].along, next[a].across);
         }
-        ideal_solve(s, g, n, k + 1, p, next, answer);
+        ideal_solve(s, g, n, real, k + 1, p, next, answer);
     }
-}
-
-VEC_INLINE void ideal_orders_dense(const struct ideal_known *s, const struct ideal_group *g, int n,
-                                   int p) {
-    struct ideal_sums now[IDEAL_DENSE], next[IDEAL_DENSE];
-    struct ideal_answer answer[IDEAL_DENSE];
-    ideal_orders_in(s, g, n, p, now, next, answer);
-}
-
-static void ideal_orders_few(const struct ideal_known *s, const struct ideal_group *g, int p) {
-    ideal_orders_dense(s, g, s->n, p);
 }
 
 static void ideal_orders_swept(const struct ideal_known *s, const struct ideal_group *g, int p) {
     void *now = ideal_row(g, s->n, WORK_NOW, 0), *next = ideal_row(g, s->n, WORK_NEXT, 0);
     void *answer = ideal_row(g, s->n, WORK_ANSWER, 0);
-    ideal_orders_in(s, g, s->n, p, now, next, answer);
+    ideal_orders_in(s, g, s->n, s->loaded, p, now, next, answer);
 }
+
+/* the orders of n arms, which are `room` at most; a copy lets the compiler see a number n */
+#define IDEAL_ORDERS(name, room, arms, real)                                                       \
+    static void ideal_orders_##name(const struct ideal_known *s, const struct ideal_group *g,      \
+                                    int p) {                                                       \
+        struct ideal_sums now[room], next[room];                                                   \
+        struct ideal_answer answer[room];                                                          \
+        struct ideal_known known = *s;                                                             \
+        known.n = arms;                                                                            \
+        ideal_orders_in(&known, g, known.n, real, p, now, next, answer);                           \
+    }
+IDEAL_ORDERS(2, 2, 2, 0)
+IDEAL_ORDERS(3, 3, 3, 0)
+IDEAL_ORDERS(4, 4, 4, 0)
+IDEAL_ORDERS(few, IDEAL_DENSE, s->n, 0)
+IDEAL_ORDERS(real_1, 1, 1, 1)
+IDEAL_ORDERS(real_2, 2, 2, 1)
+IDEAL_ORDERS(real_3, 3, 3, 1)
+IDEAL_ORDERS(real_4, 4, 4, 1)
+IDEAL_ORDERS(real_few, IDEAL_DENSE, s->n, 1)
+#undef IDEAL_ORDERS
 
 /* one arm alone: phi'' = -(g / l) cos phi, whose change is (g / l) sin phi x - d(g / l) cos phi */
 static void ideal_orders_single(const struct ideal_known *s, const struct ideal_group *g, int p) {
@@ -221,6 +231,18 @@ static void ideal_orders_single(const struct ideal_known *s, const struct ideal_
         wide acc = pull * (sum + other) - s->acc_im[k * LANES] * change;
         wide_put(g->angle + (k + 2) * LANES + p, share * acc);
     }
+}
+
+typedef void ideal_orders_fn(const struct ideal_known *s, const struct ideal_group *g, int p);
+
+/* the form of the orders for a number of arms */
+static ideal_orders_fn *ideal_orders_of(const struct ideal_known *s) {
+    static ideal_orders_fn *const form[2][4] = {
+        {ideal_orders_single, ideal_orders_2, ideal_orders_3, ideal_orders_4},
+        {ideal_orders_real_1, ideal_orders_real_2, ideal_orders_real_3, ideal_orders_real_4}};
+    if (s->n > IDEAL_DENSE) return ideal_orders_swept;
+    if (s->n > 4) return s->loaded ? ideal_orders_real_few : ideal_orders_few;
+    return form[s->loaded][s->n - 1];
 }
 
 /* ---- the length of a step */
@@ -252,7 +274,7 @@ static double ideal_reach(const struct ideal_known *s, const struct ideal_group 
     assert(s->order >= LEADING);
     double least = 10, spread = (PEND_TAYLOR_LOG_CAP - log_rtol) * last[0], floor[LEADING];
     for (int i = 0; i < LEADING; i++) floor[i] = ideal_motion_norm(s, i + 1);
-    for (int p = 0; p < VEC8; p += WIDE) {
+    for (int p = 0; p < g->lanes; p += WIDE) {
         wide leading[LEADING], reach = wide_of(10);
         for (int i = 0; i < LEADING; i++)
             leading[i] = WIDE_(max)(ideal_norm(s, g, i + 1, p, 1), wide_of(floor[i]));
@@ -282,27 +304,15 @@ static int ideal_finite(const struct ideal_known *s, const struct ideal_group *g
 
 static double ideal_expand(const struct ideal_known *s, const struct ideal_group *g, double unit,
                            double log_rtol, double log_atol) {
+    ideal_orders_fn *orders = ideal_orders_of(s);
     assert(s->n >= 1 && s->order > TRAILING);
-    for (int p = 0; p < VEC8; p += WIDE) {
+    for (int p = 0; p < g->lanes; p += WIDE) {
         for (int a = 0; a < s->n; a++) {
             size_t row = (size_t)a * g->rows * LANES + (size_t)p;
             wide_put(g->angle + row, wide_get(g->phi + a * LANES + p));
             wide_put(g->angle + row + LANES, wide_get(g->rate + a * LANES + p) * unit);
         }
-        if (s->n == 1 && !s->loaded)
-            ideal_orders_single(s, g, p);
-        else if (s->n == 1)
-            ideal_orders_dense(s, g, 1, p);
-        else if (s->n == 2)
-            ideal_orders_dense(s, g, 2, p);
-        else if (s->n == 3)
-            ideal_orders_dense(s, g, 3, p);
-        else if (s->n == 4)
-            ideal_orders_dense(s, g, 4, p);
-        else if (s->n <= IDEAL_DENSE)
-            ideal_orders_few(s, g, p);
-        else
-            ideal_orders_swept(s, g, p);
+        orders(s, g, p);
     }
     return ideal_finite(s, g) ? ideal_reach(s, g, log_rtol, log_atol) : NAN;
 }
@@ -342,7 +352,7 @@ static void ideal_advance(const struct ideal_known *s, const struct ideal_group 
                           double x) {
     double inverse = 1 / unit;
     for (int a = 0; a < s->n; a++)
-        for (int p = 0; p < VEC8; p += WIDE) {
+        for (int p = 0; p < g->lanes; p += WIDE) {
             int at = a * LANES + p;
             struct ideal_gain sum = ideal_at(s, g, a, p, x);
             ideal_sum(g->end_phi + at, g->end_low + at, g->phi + at, g->phi_low + at, sum.phi);
@@ -387,7 +397,7 @@ static void ideal_values(const struct ideal_known *s, const struct ideal_group *
                          double x, int all) {
     double inverse = 1 / unit, square = inverse * inverse;
     for (int a = 0; a < s->n; a++)
-        for (int p = 0; p < VEC8; p += WIDE) {
+        for (int p = 0; p < g->lanes; p += WIDE) {
             int at = a * LANES + p;
             struct ideal_gain sum = ideal_at(s, g, a, p, x);
             wide phi = wide_get(g->phi + at) + (sum.phi + wide_get(g->phi_low + at));

@@ -175,3 +175,68 @@ TEST(derivatives_of_real_pendulums_whose_motion_is_known_are_those_of_the_genera
                 worst = fmax(worst, real_gap(arms, rows[kind], pivot, &seed));
     CHECK_RESIDUAL(worst, 1e-12, "derivatives of real pendulums by two kernels");
 }
+
+/* whether derivatives of two arms by a parameter follow from the motion, as the numbers are */
+static int suits(const struct subject *x, enum pend_parameter_kind kind, int at) {
+    struct pend_parameter by = {kind, at};
+    return pend_ideal_suits(x->t->tree, &(struct pend_loads){9.81, x->terms, x->value}, 1, &by);
+}
+
+TEST(derivatives_follow_from_the_motion_of_pendulums_whose_system_keeps_its_digits) {
+    unsigned char rows[PEND_TERM_ROWS] = {
+        [PEND_TERM_ROD] = 1, [PEND_TERM_BODY] = 1, [PEND_TERM_CENTER_X] = 1};
+    unsigned long long seed = 43;
+    struct test_tree t;
+    struct subject x;
+    test_tree_random(&t, TEST_TREE_ATTACHED, 2, 0.3, &seed);
+    subject_make(&x, &t, 0, rows, 1, seed);
+    const int *row = x.terms->row;
+    CHECK(suits(&x, PEND_PARAMETER_PHI, 1) && suits(&x, PEND_PARAMETER_TERM, row[PEND_TERM_ROD]));
+    CHECK(suits(&x, PEND_PARAMETER_TERM, row[PEND_TERM_INERTIA] + 1));
+    // what moves centers off their arms, and drives
+    CHECK(!suits(&x, PEND_PARAMETER_TERM, row[PEND_TERM_CENTER_Y]));
+    CHECK(!suits(&x, PEND_PARAMETER_TERM, x.terms->harmonic[0].at));
+    CHECK(!suits(&x, PEND_PARAMETER_TERM, x.terms->one[PEND_TERM_PIVOT_ACCELERATION_X]));
+    x.value[row[PEND_TERM_CENTER_Y] + 1] = 1e-3;
+    CHECK(!suits(&x, PEND_PARAMETER_PHI, 1));
+    x.value[row[PEND_TERM_CENTER_Y] + 1] = 0;
+    x.value[row[PEND_TERM_CENTER_X] + 1] = -2 * t.tree->len[1];
+    CHECK(!suits(&x, PEND_PARAMETER_PHI, 1));
+    x.value[row[PEND_TERM_CENTER_X] + 1] = -0.9 * t.tree->len[1];
+    CHECK(suits(&x, PEND_PARAMETER_PHI, 1));
+    // an arm that is next to nothing beside what hangs on it
+    x.value[row[PEND_TERM_BODY] + 1] = 1e6;
+    CHECK(!suits(&x, PEND_PARAMETER_PHI, 1));
+    pend_terms_free(&x.terms);
+    rows[PEND_TERM_AT_X] = rows[PEND_TERM_AT_Y] = 1;
+    subject_make(&x, &t, 0, rows, 0, seed);
+    CHECK(!suits(&x, PEND_PARAMETER_PHI, 1));
+    pend_terms_free(&x.terms);
+    test_tree_clear(&t);
+}
+
+TEST(derivatives_of_a_light_rod_that_carries_a_heavy_one_keep_their_digits) {
+    const unsigned char rows[PEND_TERM_ROWS] = {[PEND_TERM_ROD] = 1};
+    static double number[2][PEND_DERIVED * NUMBERS];
+    unsigned long long seed = 44;
+    struct test_tree t;
+    struct pend_parameter by[MANY];
+    test_tree_random(&t, TEST_TREE_CHAIN, 3, 0.3, &seed);
+    for (int j = 0; j < MANY; j++)
+        by[j] = (struct pend_parameter){(enum pend_parameter_kind)(j % 4), j / 4 % t.n};
+    memset(number, 0, sizeof number);
+    for (int general = 0; general < 2; general++) {
+        struct subject x;
+        subject_make(&x, &t, general, rows, 0, seed);
+        x.value[x.terms->row[PEND_TERM_ROD] + 2] = 500 * t.tree->mass[1];
+        x.value[x.terms->row[PEND_TERM_ROD] + 0] = 500 * t.tree->mass[1];
+        CHECK(suits(&x, PEND_PARAMETER_PHI, 1) == !general);
+        everything(&x, by, number[general]);
+        pend_terms_free(&x.terms);
+    }
+    for (int what = 0; what < 2; what++) {
+        double gap = test_gap(NUMBERS, number[0] + what * NUMBERS, number[1] + what * NUMBERS);
+        CHECK_SAYING(gap < 1e-10, "quantity %d: %g", what, gap);
+    }
+    test_tree_clear(&t);
+}
