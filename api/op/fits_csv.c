@@ -94,6 +94,20 @@ static long head_listed(const struct api_csv *csv, struct csv_context *context, 
     return 0;
 }
 
+/* the arm, from 1, of an angle without a number, which is not in doubt of one arm; 0 after a fault
+ */
+static long head_angle(const struct api_csv *csv, const struct csv_context *context,
+                       const char *name) {
+    assert(context->n >= 1);
+    if (context->n == 1) return 1;
+    api_value_fault(context->text, context->problem,
+                    API_CODE_UNKNOWN_NAME
+                    "line %d: %s is of no arm: call it %s_1, say; a column that is not to be "
+                    "fitted needs another name",
+                    csv->line, name, name);
+    return 0;
+}
+
 /* Cuts the unit off a name, as of "theta_1 (deg)" or "x [px]"; returns what one of it is of an
  * angle, rad, `scale` where there is none, 0 if that is no unit of an angle. */
 static double name_unit(char *name, double scale) {
@@ -176,8 +190,9 @@ static void head_field(struct api_csv *csv, const struct csv_field *field, int p
     int which = 0;
     while (which < 4 && strcmp(name, names[which]) != 0) which++;
     int angle = which < 2, alone = arm < 0;
-    if (which == 4 || (angle && alone)) return;
-    if (alone && !(arm = head_listed(csv, context, name))) return;
+    if (which == 4) return;
+    if (alone) arm = angle ? head_angle(csv, context, name) : head_listed(csv, context, name);
+    if (alone && !arm) return;
     if (!head_good(csv, name, arm, angle ? unit : 1, place, context)) return;
     if (!angle) head_per_m(csv, per_m, place, context);
     csv->scale[csv->columns] = angle ? unit : 1;

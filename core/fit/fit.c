@@ -264,7 +264,7 @@ static enum pend_status fit_grow(struct pend_fit *fit, struct pend_error *error)
     enum pend_status status = pend_fit_state_tell(fit, &told);
     if (status == PEND_OK) pend_fit_told_covariance(&told, fit->covariance);
     pend_fit_told_clear(&told);
-    PEND_TRY(status);
+    if (status != PEND_OK) return pend_fit_state_lost(status, error);
     if (ahead > p->rows) ahead = p->rows;
     // a motion that has no later rows is told only as far as it goes
     status = pend_fit_state_look(fit, ahead, error);
@@ -337,8 +337,7 @@ static enum pend_status fit_put(struct pend_fit *fit, double *squares, double *v
     fit->variance = *variance;
     enum pend_status status = pend_fit_state_free(fit);
     if (status == PEND_OK) status = pend_fit_release_put(fit, squares, *variance, put);
-    if (status != PEND_OK) return pend_fail(error, status, -1, 0, "no memory for a fit");
-    return PEND_OK;
+    return status == PEND_OK ? PEND_OK : pend_fit_state_lost(status, error);
 }
 
 /* Whether a search of all rows that has come to an end goes on: from the inside of a bound that
@@ -354,7 +353,8 @@ static enum pend_status fit_again(struct pend_fit *fit, int used, int *again,
     *again = put && !used;
     if (*again) fit->begun = 0;
     if (*again || !fit_lowest(fit, squares) || used) return PEND_OK;
-    PEND_TRY(pend_fit_release_let(fit, &gain));
+    status = pend_fit_release_let(fit, &gain);
+    if (status != PEND_OK) return pend_fit_state_lost(status, error);
     int free = pend_fit_state_flat(fit, gain, squares);
     if (free && fit->inside) return PEND_OK;
     *again = pend_fit_release_move(fit, free, variance) > 0;

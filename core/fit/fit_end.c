@@ -169,8 +169,8 @@ enum pend_status pend_fit_end(struct pend_fit *fit, struct pend_error *error) {
     result->chi_squared = pend_fit_state_squares(fit, p->rows, &count);
     double before = pend_fit_state_variance(fit, result->chi_squared, count - p->unknowns);
     fit->variance = before;
-    if (end_told(fit, before, &found, &minimum) != PEND_OK)
-        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
+    enum pend_status status = end_told(fit, before, &found, &minimum);
+    if (status != PEND_OK) return pend_fit_state_lost(status, error);
     result->away = end_away(fit);
     result->freedom = count - found;
     double variance = pend_fit_state_variance(fit, result->chi_squared, result->freedom);

@@ -12,6 +12,9 @@ static const double fit_exact = 1e-12;
 /* In units of the motions' tolerance, by how much of it data that are met exactly may be missed. */
 static const double fit_loose = 300;
 
+/* a part of the data that is the rounding of a motion */
+static const double fit_rounding = 1e-13;
+
 /* Part of the sum of squares that one more step may still gain at a minimum. */
 static const double fit_minimum = 1e-6;
 
@@ -39,6 +42,15 @@ enum pend_status pend_fit_state_wild(const struct pend_fit *fit, enum pend_statu
                      fit->result.iterations > 1 ? "the values that the search came to"
                                                 : "the start that is given",
                      fit->problem.step_cap);
+}
+
+enum pend_status pend_fit_state_lost(enum pend_status status, struct pend_error *error) {
+    assert(status != PEND_OK);
+    if (status == PEND_NO_MEMORY) return pend_fail(error, status, -1, 0, "no memory for a fit");
+    return pend_fail(error, status, -1, 0,
+                     "what the data tell of the unknowns is too large to be a number: the motion "
+                     "changes beyond all measure with them. Begin with other values, give the "
+                     "unknowns a \"low\" and a \"high\", or take fewer rows");
 }
 
 enum pend_status pend_fit_state_look(struct pend_fit *fit, long rows, struct pend_error *error) {
@@ -77,11 +89,26 @@ double pend_fit_state_variance(const struct pend_fit *fit, double squares, long 
     return pend_fit_state_known(fit) || freedom < 1 ? 1 : squares / (double)freedom;
 }
 
+/* what rounding makes of all data together, in standard deviations: effects below it are none */
+static double state_rounding(const struct pend_fit *fit) {
+    double sum = 0;
+    for (int c = 0; c < fit->problem.columns; c++) {
+        const struct pend_fit_column *column = &fit->problem.column[c];
+        for (long i = 0; i < fit->problem.rows; i++) {
+            double x = column->kind == PEND_FIT_PHI ? 1 : fabs(column->data[i]);
+            if (isnan(column->data[i])) continue;
+            sum += pow(x / pend_fit_sigma(column, i), 2);
+        }
+    }
+    return fit_rounding * sqrt(sum);
+}
+
 enum pend_status pend_fit_state_tell(const struct pend_fit *fit, struct fit_told *told) {
     size_t m = (size_t)fit->problem.rows * (size_t)fit->problem.columns;
     PEND_TRY(pend_fit_told_init(told, m, fit->problem.unknowns, fit->slope, fit->residual,
                                 fit->held, fit->size));
     if (fit->variance > 0) pend_fit_told_sure(told, fit->variance);
+    told->least = fmax(told->least, state_rounding(fit));
     return PEND_OK;
 }
 
@@ -99,22 +126,31 @@ enum pend_status pend_fit_state_free(struct pend_fit *fit) {
     return status;
 }
 
+/* The mean of a column: of angles the direction of the mean, as whole turns do not count. A
+ * frequency is one number, whose mean says nothing. */
+static double state_mean(const struct pend_fit *fit, const struct pend_fit_column *column) {
+    double sum = 0, weight = 0, re = 0, im = 0;
+    for (long i = 0; i < fit->problem.rows; i++) {
+        double x = column->data[i], own = pow(pend_fit_sigma(column, i), -2);
+        if (isnan(x)) continue;
+        sum += own * x, weight += own;
+        if (column->kind == PEND_FIT_PHI) re += own * cos(x), im += own * sin(x);
+    }
+    if (column->kind == PEND_FIT_MODE || !(weight > 0)) return 0;
+    return column->kind == PEND_FIT_PHI ? atan2(im, re) : sum / weight;
+}
+
 double pend_fit_state_total(const struct pend_fit *fit) {
     double sum = 0;
     for (int c = 0; c < fit->problem.columns; c++) {
         const struct pend_fit_column *column = &fit->problem.column[c];
-        double mean = 0, weight = 0;
+        double mean = state_mean(fit, column);
         for (long i = 0; i < fit->problem.rows; i++) {
-            if (isnan(column->data[i])) continue;
-            double own = pow(pend_fit_sigma(column, i), -2);
-            mean += own * column->data[i], weight += own;
-        }
-        mean /= weight > 0 ? weight : 1;
-        // a frequency is one number, whose mean says nothing
-        if (column->kind == PEND_FIT_MODE) mean = 0;
-        for (long i = 0; i < fit->problem.rows; i++) {
-            double x = column->data[i], size = pow(pend_fit_sigma(column, i), -2);
-            if (!isnan(x)) sum += size * ((x - mean) * (x - mean) + fit_exact * x * x);
+            double x = column->data[i], gap = x - mean, size = pend_fit_sigma(column, i);
+            if (isnan(x)) continue;
+            if (column->kind == PEND_FIT_PHI)
+                x = remainder(x, 2 * M_PI), gap = remainder(gap, 2 * M_PI);
+            sum += pow(size, -2) * (gap * gap + fit_exact * x * x);
         }
     }
     return sum;
@@ -126,8 +162,11 @@ static double state_size(const struct pend_fit *fit) {
     double sum = 0;
     for (int c = 0; c < fit->problem.columns; c++) {
         const struct pend_fit_column *column = &fit->problem.column[c];
-        for (long i = 0; i < fit->problem.rows; i++)
-            if (!isnan(column->data[i])) sum += pow(column->data[i] / pend_fit_sigma(column, i), 2);
+        for (long i = 0; i < fit->problem.rows; i++) {
+            double x = column->data[i];
+            if (column->kind == PEND_FIT_PHI) x = remainder(x, 2 * M_PI);
+            if (!isnan(x)) sum += pow(x / pend_fit_sigma(column, i), 2);
+        }
     }
     return sum;
 }

@@ -45,6 +45,10 @@ double pend_fit_state_outer(const struct pend_fit *fit, int j, double inner);
 enum pend_status pend_fit_state_wild(const struct pend_fit *fit, enum pend_status status,
                                      struct pend_error *error);
 
+/** Says why what is told by slopes could not be had: memory, or slopes that are no numbers. Returns
+ * the status. */
+enum pend_status pend_fit_state_lost(enum pend_status status, struct pend_error *error);
+
 /** Slopes and residuals of the first rows at the fit's inner numbers; the unknowns that are at
  * bounds are `held`. What pend_fit_model_at says. */
 PEND_MUST_CHECK enum pend_status pend_fit_state_look(struct pend_fit *fit, long rows,
@@ -70,7 +74,7 @@ PEND_MUST_CHECK enum pend_status pend_fit_state_tell(const struct pend_fit *fit,
  * uncertain as the data leave it, and the others with it. Then says which are there: `bounded`, and
  * `held` the same.
  *
- * PEND_NO_MEMORY
+ * PEND_NOT_FINITE, PEND_NO_MEMORY  as pend_fit_told_init.
  */
 PEND_MUST_CHECK enum pend_status pend_fit_state_free(struct pend_fit *fit);
 
@@ -78,8 +82,8 @@ PEND_MUST_CHECK enum pend_status pend_fit_state_free(struct pend_fit *fit);
  * squares of all rows, or of one measurement's own. O(measurements). */
 int pend_fit_state_flat(const struct pend_fit *fit, double gain, double squares);
 
-/** The sum of squares of the data about their mean, or what is left of it by rounding.
- * O(measurements). */
+/** The sum of squares of the data about their mean, or what is left of it by rounding; angles by
+ * whole turns less, as residuals are. O(measurements). */
 double pend_fit_state_total(const struct pend_fit *fit);
 
 #endif

@@ -14,6 +14,13 @@ static const double told_least = 1e-9;
  * what no motion depends on has effects up to 1e-15 of the largest, by rounding. */
 static const double told_rounding = 1e-13, told_unsure = 1e3;
 
+/* slopes whose squares, many of them, are still numbers */
+static const double told_most = 1e140;
+
+/* An unknown with more than this part of it in directions that are not told stands alone there;
+ * less than that length of a direction is what others have told. */
+static const double told_alone = 1 - 1e-6, told_left = 0.1;
+
 /* A part of the largest second derivative that is error of differences. */
 static const double told_flat = 1e-7;
 
@@ -26,13 +33,18 @@ enum pend_status pend_fit_told_init(struct fit_told *told, size_t m, int q, cons
     double *block = malloc((p * p + 2 * p + m * p) * sizeof *block);
     if (!block) return PEND_NO_MEMORY;
     told->direction = block, told->value = block + p * p, told->gain = told->value + p;
-    double *left = told->gain + p;
+    double *left = told->gain + p, whole = 0;
     for (size_t i = 0; i < m; i++)
-        for (size_t j = 0; j < p; j++) left[i * p + j] = fixed[j] ? 0 : slope[i * p + j] * size[j];
+        for (size_t j = 0; j < p; j++) {
+            left[i * p + j] = fixed[j] ? 0 : slope[i * p + j] * size[j];
+            whole = fmax(whole, isnan(left[i * p + j]) ? INFINITY : fabs(left[i * p + j]));
+        }
+    if (!(whole < told_most)) return PEND_NOT_FINITE;
     gsl_matrix_view U = gsl_matrix_view_array(left, m, p);
     gsl_matrix_view V = gsl_matrix_view_array(told->direction, p, p);
     gsl_vector_view s = gsl_vector_view_array(told->value, p);
-    if (gsl_linalg_SV_decomp_jacobi(&U.matrix, &V.matrix, &s.vector)) return PEND_NO_MEMORY;
+    int failed = gsl_linalg_SV_decomp_jacobi(&U.matrix, &V.matrix, &s.vector);
+    if (failed) return failed == GSL_ENOMEM ? PEND_NO_MEMORY : PEND_NOT_FINITE;
     for (size_t d = 0; d < p; d++) {
         told->gain[d] = 0;
         for (size_t i = 0; i < m; i++) told->gain[d] += left[i * p + d] * residual[i];
@@ -114,16 +126,48 @@ enum pend_status pend_fit_told_newton(int q, double bend[], const double slope[]
     return PEND_OK;
 }
 
+/* The part of unknown j in the directions that are not told: 1 where the data do not depend on it
+ * at all. */
+static double told_unseen(const struct fit_told *told, int j) {
+    double sum = 0;
+    for (int d = 0; d < told->q; d++) {
+        double part = told->direction[j * told->q + d];
+        if (!pend_fit_told_is(told, d)) sum += part * part;
+    }
+    return sum;
+}
+
+/* takes from a row what it has of the rows before it; returns what is left, of its length */
+static double told_part(int q, const double to[], int count, double row[]) {
+    double square = 0;
+    for (int i = 0; i < count; i++) {
+        double along = 0, own = 0;
+        for (int j = 0; j < q; j++)
+            along += to[i * q + j] * row[j], own += to[i * q + j] * to[i * q + j];
+        for (int j = 0; j < q; j++) row[j] -= to[i * q + j] * along / own;
+    }
+    for (int j = 0; j < q; j++) square += row[j] * row[j];
+    return sqrt(square);
+}
+
 int pend_fit_told_blind(const struct fit_told *told, const unsigned char fixed[], int most,
                         double to[]) {
     int q = told->q, count = 0;
+    // unknowns that the data do not depend on stand alone: any mixture of them is a direction
+    for (int j = 0; j < q && count < most; j++) {
+        double *row = to + (size_t)count * (size_t)q;
+        if (fixed[j] || !(told_unseen(told, j) > told_alone)) continue;
+        for (int i = 0; i < q; i++) row[i] = i == j;
+        count++;
+    }
     for (int d = 0; d < q && count < most; d++) {
         double largest = 0, *row = to + (size_t)count * (size_t)q;
         if (pend_fit_told_is(told, d)) continue;
-        for (int j = 0; j < q; j++) {
-            row[j] = fixed[j] ? 0 : told->direction[j * q + d];
+        for (int j = 0; j < q; j++) row[j] = fixed[j] ? 0 : told->direction[j * q + d];
+        // of mixtures what stands alone is left out, and what was told before
+        if (told_part(q, to, count, row) < told_left) continue;
+        for (int j = 0; j < q; j++)
             if (fabs(row[j]) > fabs(largest)) largest = row[j];
-        }
         if (fabs(largest) < 0.1) continue; // the direction of an unknown at its bound
         for (int j = 0; j < q; j++) row[j] /= largest;
         count++;

@@ -28,7 +28,8 @@ struct fit_told {
  * fixed     q flags: unknowns at a bound, whose slopes count as 0.
  * size      q numbers, which must outlive `told`.
  *
- * PEND_NO_MEMORY  O(m q^2).
+ * PEND_NOT_FINITE  slopes times sizes are no numbers, or above 1e140.
+ * PEND_NO_MEMORY   O(m q^2).
  */
 PEND_MUST_CHECK enum pend_status pend_fit_told_init(struct fit_told *told, size_t m, int q,
                                                     const double slope[], const double residual[],
@@ -77,7 +78,8 @@ PEND_MUST_CHECK enum pend_status pend_fit_told_newton(int q, double bend[], cons
                                                       double covariance[]);
 
 /**
- * Copies the directions that are not told, each with a largest part of 1.
+ * Copies the directions that are not told, each with a largest part of 1: first the unknowns that
+ * the data do not depend on at all, one by one, then what is not told apart.
  *
  * to  most x q.
  *

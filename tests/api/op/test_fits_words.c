@@ -180,3 +180,58 @@ TEST(fits_name_no_farthest_row_of_what_cannot_be_compared) {
         test_reply_free(&reply);
     }
 }
+
+/* angles in a table whose only one has no number: of a swing or of none, and row 30 is so many
+ * turns further on */
+static struct test_reply swung(int swing, double turns) {
+    static char body[4000];
+    char *at = body + sprintf(body, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
+                                    "\"data\":{\"csv\":\"t,theta\\n");
+    for (int i = 0; i < 100; i++)
+        at += sprintf(at, "%g,%.6f\\n", 0.05 * i,
+                      (swing ? 0.1 * cos(sqrt(9.81) * 0.05 * i) : remainder(0.7 * i * i, 3)) +
+                          (i == 30 ? turns * 2 * M_PI : 0));
+    sprintf(at, "\"},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1},"
+                "{\"vary\":\"thetad\",\"arm\":1}]}");
+    return test_post(API_OP_FITS, body);
+}
+
+/* residuals of angles are by whole turns less: what they explain is so too */
+TEST(fits_that_follow_nothing_do_not_converge_as_one_angle_is_many_turns_off) {
+    static const double turns[] = {0, 1, -40, 1000};
+    for (size_t i = 0; i < sizeof turns / sizeof *turns; i++) {
+        struct test_reply reply = swung(1, turns[i]);
+        check_says(&reply, "converged", "a minimum");
+        CHECK(fabs(value(&reply, 0, "value") - 1) < 0.01);
+        test_reply_free(&reply);
+        reply = swung(0, turns[i]);
+        CHECK_SAYING(strcmp(test_reply_text(&reply, "/status"), "converged") != 0, "%g", turns[i]);
+        CHECK(test_reply_number(&reply, "/explained") < 0.5);
+        test_reply_free(&reply);
+    }
+}
+
+/* a pendulum that hangs at rest tells its angle and its rate, and nothing else by itself */
+TEST(fits_to_data_at_rest_name_one_by_one_what_they_do_not_tell) {
+    static char body[8000];
+    char *at = body + sprintf(body, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],"
+                                    "\"damping\":[0.1]},\"initial\":{\"theta\":[0]},"
+                                    "\"start\":0,\"data\":{\"t\":[0");
+    for (int i = 1; i < 50; i++) at += sprintf(at, ",%g", 0.1 * i);
+    at += sprintf(at, "],\"series\":[{\"theta\":1,\"sigma\":0.01,\"values\":[0");
+    for (int i = 1; i < 50; i++) at += sprintf(at, ",0");
+    sprintf(at,
+            "]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"damping\",\"arm\":1},"
+            "{\"vary\":\"gravity\"}]}");
+    struct test_reply reply = test_post(API_OP_FITS, body);
+    static const char *const names[] = {"length of arm 1", "damping of arm 1", "gravity"};
+    CHECK_INT(reply.status, 200);
+    CHECK_INT(test_reply_count(&reply, "/not_told"), 3);
+    for (int i = 0; i < 3; i++) {
+        char pointer[20], said[80];
+        snprintf(pointer, sizeof pointer, "/not_told/%d", i);
+        snprintf(said, sizeof said, "the data do not depend on %s", names[i]);
+        CHECK_TEXT(test_reply_text(&reply, pointer), said);
+    }
+    test_reply_free(&reply);
+}

@@ -386,6 +386,9 @@ TEST(fits_refuse_at_the_pointer) {
         {ONE GRAVITY ",\"data\":{\"csv\":\"t,x_1 [m],y_1 [cm]\\n0,1,2\\n\"}}", "/data/csv",
          "line 1: fields 2 and 3 have units of their own"},
         {ONE GRAVITY ",\"data\":{\"csv\":\"t,theta_2\\n0,1\\n\"}}", "/data/csv", "1 to 1"},
+        {"{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]}," GRAVITY
+         ",\"data\":{\"csv\":\"t,theta\\n0,1\\n\"}}",
+         "/data/csv", "line 1: theta is of no arm: call it theta_1"},
         {ONE GRAVITY ",\"data\":{\"csv\":\"t,x\\n\"}}", "/data/csv", "no rows"},
         {ONE GRAVITY ",\"camera\":{\"unknown\":\"scale\"}," SERIES "}", "/camera/unknown",
          "array of names"},

@@ -4,7 +4,9 @@
 #include "core/fit/fit_told.h"
 
 #include <math.h>
+#include <string.h>
 
+#include "core/fit/fit_state.h"
 #include "tests/harness/test.h"
 
 /* slopes of 3 measurements by 2 unknowns, with these singular values and turned directions */
@@ -42,4 +44,42 @@ TEST(directions_beside_a_steep_one_are_told_where_their_errors_are_small_and_are
                      want);
         pend_fit_told_clear(&told);
     }
+}
+
+/* the data do not depend on the second and the fourth unknown; the first and the third are told by
+ * their sum alone */
+TEST(unknowns_that_the_data_do_not_depend_on_are_named_one_by_one) {
+    static const double slope[] = {1, 0, 1, 0, 2, 0, 2, 0, 3, 0, 3, 0, 4, 0, 4, 0, 5, 0, 5, 0};
+    static const double residual[5] = {1, 2, 3, 4, 5}, size[4] = {1, 1, 1, 1};
+    unsigned char fixed[4] = {0};
+    struct fit_told told;
+    double to[4 * 4];
+    REQUIRE(pend_fit_told_init(&told, 5, 4, slope, residual, fixed, size) == PEND_OK);
+    CHECK_INT(pend_fit_told_blind(&told, fixed, 4, to), 3);
+    for (int j = 0; j < 4; j++) CHECK(to[j] == (j == 1) && to[4 + j] == (j == 3));
+    CHECK(fabs(to[8] + to[10]) < 1e-12 && fabs(fabs(to[8]) - 1) < 1e-12);
+    CHECK(fabs(to[9]) < 1e-12 && fabs(to[11]) < 1e-12);
+    CHECK_INT(pend_fit_told_blind(&told, fixed, 1, to), 1);
+    // one at its bound is no direction
+    fixed[3] = 1;
+    pend_fit_told_clear(&told);
+    REQUIRE(pend_fit_told_init(&told, 5, 4, slope, residual, fixed, size) == PEND_OK);
+    CHECK_INT(pend_fit_told_blind(&told, fixed, 4, to), 2);
+    CHECK(to[1] == 1 && fabs(to[4] + to[6]) < 1e-12);
+    pend_fit_told_clear(&told);
+}
+
+TEST(slopes_that_are_no_numbers_are_no_lack_of_memory) {
+    static const double bad[] = {NAN, INFINITY, 1e200};
+    static const double residual[2] = {1, 2}, size[2] = {1, 1};
+    static const unsigned char fixed[2];
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        const double slope[4] = {1, 2, bad[i], 3};
+        struct fit_told told;
+        CHECK(pend_fit_told_init(&told, 2, 2, slope, residual, fixed, size) == PEND_NOT_FINITE);
+        pend_fit_told_clear(&told);
+    }
+    struct pend_error error;
+    CHECK(pend_fit_state_lost(PEND_NOT_FINITE, &error) == PEND_NOT_FINITE);
+    CHECK(strstr(error.text, "too large") && !strstr(error.text, "memory"));
 }
