@@ -81,8 +81,13 @@ static void read_level(struct pend_event *event, const struct api_value *conditi
                         "must have one of \"value\", which is passed, and \"bound\", which its "
                         "size passes");
     (void)api_value_read_number(&value, least, value_most, "", &event->level, problem);
-    (void)api_value_read_number(&bound, 0, value_most, "", &event->level, problem);
     event->bound = present(&bound);
+    if (api_value_read_number(&bound, 0, value_most, "", &event->level, problem) > 0 &&
+        event->level == 0)
+        api_value_fault(&bound, problem,
+                        API_CODE_OUT_OF_RANGE
+                        "must be greater than 0: a size leaves 0 at the instant at which it comes "
+                        "there. Ask for \"value\": 0, which is passed up or down");
     if (degrees && angle) event->level *= pi / 180;
 }
 

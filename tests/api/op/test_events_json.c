@@ -110,6 +110,8 @@ TEST(events_that_make_no_sense_are_refused) {
                   "/events/0", "one of \"value\"");
     CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"x\",\"arm\":1,\"bound\":-1}"),
                   "/events/0/bound", "");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"x\",\"arm\":1,\"bound\":0}"),
+                  "/events/0/bound", "\"value\": 0");
     CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"x\",\"arm\":1,\"value\":1,\"unit\":\"deg\"}"),
                   "/events/0/unit", "of angles");
     CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"energy\",\"arm\":1,\"value\":1}"),
