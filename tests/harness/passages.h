@@ -81,7 +81,9 @@ void test_passages_grazed(const struct test_passages *found,
  * other in turn, are as many between instants of the grid as its changes of side there, but for
  * pairs, and that the quantity is on the right side between them.
  *
- * Returns the largest part of its scale by which a quantity misses its level in 32 digits.
+ * Returns the largest part by which a quantity misses its level in 32 digits: of its scale, and of
+ * the most that a unit of the start, of every angle and rate, has made of it until then, so that
+ * chaos does not count.
  */
 double test_passages_check(const struct test_passages *found, const struct test_tree *t,
                            const struct pend_loads *loads, const struct test_record *grid,
