@@ -150,16 +150,22 @@ static double told_part(int q, const double to[], int count, double row[]) {
     return sqrt(square);
 }
 
-int pend_fit_told_blind(const struct fit_told *told, const unsigned char fixed[], int most,
+/* unknowns that the data do not depend on stand alone: any mixture of them is a direction; says how
+ * many there are, of `most` */
+static int told_singles(const struct fit_told *told, const unsigned char fixed[], int most,
                         double to[]) {
     int q = told->q, count = 0;
-    // unknowns that the data do not depend on stand alone: any mixture of them is a direction
     for (int j = 0; j < q && count < most; j++) {
-        double *row = to + (size_t)count * (size_t)q;
         if (fixed[j] || !(told_unseen(told, j) > told_alone)) continue;
-        for (int i = 0; i < q; i++) row[i] = i == j;
+        for (int i = 0; i < q; i++) to[count * q + i] = i == j;
         count++;
     }
+    return count;
+}
+
+int pend_fit_told_blind(const struct fit_told *told, const unsigned char fixed[], int most,
+                        double to[]) {
+    int q = told->q, count = told_singles(told, fixed, most, to);
     for (int d = 0; d < q && count < most; d++) {
         double largest = 0, *row = to + (size_t)count * (size_t)q;
         if (pend_fit_told_is(told, d)) continue;
