@@ -37,6 +37,13 @@ static struct at_vector at_pivot(const struct pend_loads *loads, double time, in
     return sum;
 }
 
+/* place and velocity of the pivot, with the bits that each has alone */
+static struct at_vector at_pivot_moves(const struct pend_loads *loads, double time,
+                                       struct at_vector *speed) {
+    *speed = at_pivot(loads, time, 1);
+    return at_pivot(loads, time, 0);
+}
+
 /* x along the rail of a cart */
 static struct at_vector at_rail(const struct pend_loads *loads, double x) {
     assert(pend_terms_cart(loads->terms));
@@ -189,7 +196,8 @@ static double at_spring(const struct pend_tree *tree, const struct pend_loads *l
  * their joints; rows of n */
 struct at_state {
     const double *rate;
-    double *cosine, *sine, *x, *y;
+    const double *cosine, *sine;
+    double *x, *y;
 };
 
 /* where arm k, not the first, hangs on its parent, from the parent's joint and in axes that are
@@ -207,9 +215,8 @@ static struct at_vector at_hang(const struct pend_tree *tree, const struct pend_
 }
 
 /* velocities of the joints, and the kinetic energy */
-static double at_kinetic(const struct pend_tree *tree, const struct pend_loads *loads, double time,
-                         const struct at_state *state) {
-    struct at_vector pivot = at_pivot(loads, time, 1);
+static double at_kinetic(const struct pend_tree *tree, const struct pend_loads *loads,
+                         struct at_vector pivot, const struct at_state *state) {
     struct at_sum kinetic = {0, 0};
     struct at_mass mass[AT_POINTS];
     for (int k = 0; k < tree->n; k++) {
@@ -237,15 +244,14 @@ static double at_kinetic(const struct pend_tree *tree, const struct pend_loads *
 
 /* heights of the joints, and the potential energy */
 static double at_potential(const struct pend_tree *tree, const struct pend_loads *loads,
-                           double time, const double phi[], const struct at_state *state) {
+                           double pivot, const double phi[], const struct at_state *state) {
     struct at_sum potential = {0, 0};
     struct at_mass mass[AT_POINTS];
     double *height = state->y;
     int springs = loads->terms->row[PEND_TERM_STIFFNESS] >= 0;
     for (int k = 0; k < tree->n; k++) {
         int p = tree->parent[k], cart = at_cart(loads, k);
-        double base =
-            p < 0 ? at_pivot(loads, time, 0).y : height[p] + at_hang(tree, loads, state, k).y;
+        double base = p < 0 ? pivot : height[p] + at_hang(tree, loads, state, k).y;
         if (cart) base = at_rail(loads, phi[0]).y;
         int points = at_masses(tree, loads, k, mass);
         for (int i = 0; i < points; i++) {
@@ -258,18 +264,34 @@ static double at_potential(const struct pend_tree *tree, const struct pend_loads
     return potential.sum + potential.lost;
 }
 
+void pend_kinematics_energies_at(const struct pend_tree *tree, const struct pend_loads *loads,
+                                 int count, const double time[], const double phi[],
+                                 const double rate[], double scratch[],
+                                 struct pend_energy energy[]) {
+    if (!loads->terms) {
+        pend_kinematics_energies(tree, loads, count, phi, rate, energy);
+        return;
+    }
+    assert(scratch && count >= 1);
+    size_t n = (size_t)tree->n, rows = n * (size_t)count;
+    double *cosine = scratch, *sine = scratch + rows, *x = sine + rows, *y = x + n;
+    pend_kinematics_units((int)rows, phi, cosine, sine);
+    for (int i = 0; i < count; i++) {
+        const struct at_state state = {rate, cosine, sine, x, y};
+        struct at_vector speed, place = at_pivot_moves(loads, time[i], &speed);
+        energy[i].kinetic = at_kinetic(tree, loads, speed, &state);
+        energy[i].potential = at_potential(tree, loads, place.y, phi, &state);
+        phi += n, rate += n, cosine += n, sine += n;
+    }
+}
+
 struct pend_energy pend_kinematics_energy_at(const struct pend_tree *tree,
                                              const struct pend_loads *loads, double time,
                                              const double phi[], const double rate[],
                                              double scratch[]) {
     if (!loads->terms) return pend_kinematics_energy(tree, loads, phi, rate);
-    assert(scratch);
-    size_t n = (size_t)tree->n;
-    const struct at_state state = {rate, scratch, scratch + n, scratch + 2 * n, scratch + 3 * n};
-    pend_kinematics_units(tree->n, phi, state.cosine, state.sine);
     struct pend_energy energy;
-    energy.kinetic = at_kinetic(tree, loads, time, &state);
-    energy.potential = at_potential(tree, loads, time, phi, &state);
+    pend_kinematics_energies_at(tree, loads, 1, &time, phi, rate, scratch, &energy);
     return energy;
 }
 

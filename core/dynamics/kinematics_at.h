@@ -43,6 +43,18 @@ struct pend_energy pend_kinematics_energy_at(const struct pend_tree *tree,
                                              double scratch[]);
 
 /**
+ * The same of several states, rows of n, each at its own time: cheaper for small trees, whose
+ * directions are found together. A state's energy has the bits that it has alone.
+ *
+ * scratch  2 n (count + 1) values, for a real pendulum.
+ * energy   out, count values.
+ */
+void pend_kinematics_energies_at(const struct pend_tree *tree, const struct pend_loads *loads,
+                                 int count, const double time[], const double phi[],
+                                 const double rate[], double scratch[],
+                                 struct pend_energy energy[]);
+
+/**
  * Returns the scale that an energy drift is measured against, J: pend_kinematics_energy_scale, with
  * the masses of rods and bodies, and the energy of springs that are bent by a radian.
  */

@@ -40,11 +40,16 @@ static inline double pend_given_inside(const struct pend_exchange *exchange,
     return (even + x * odd) * x * (inverse * inverse);
 }
 
+/** Returns all that was given when the last step has given `inside`, J. */
+static inline double pend_given_plus(const struct pend_given *given, double inside) {
+    return given->sum + (given->low + inside);
+}
+
 /** Returns all that was given x units after the start of the last step, J. O(order). */
 static inline double pend_given_at(const struct pend_exchange *exchange,
                                    const struct pend_given *given, double x) {
     double inside = x == exchange->end ? given->end : pend_given_inside(exchange, given, x);
-    return given->sum + (given->low + inside);
+    return pend_given_plus(given, inside);
 }
 
 /** Takes the powers of a step that ends after x units. O(order). */
@@ -63,6 +68,14 @@ static inline void pend_exchange_take(struct pend_exchange *exchange, double x) 
         both[i]->count = count;
         both[i]->end = pend_given_inside(exchange, both[i], x);
     }
+}
+
+/** Takes a step whose work and heat, J, are known, and that has no series. O(1). */
+static inline void pend_exchange_put(struct pend_exchange *exchange, double x, double work,
+                                     double heat) {
+    exchange->end = x;
+    exchange->work.count = exchange->heat.count = 0;
+    exchange->work.end = work, exchange->heat.end = heat;
 }
 
 /** Adds a step that has ended. */

@@ -3,6 +3,7 @@
  * Leaves to others: the series (jets), the time loop (run).
  * Invariant: angles and rates are sums with compensation; a step allocates nothing. */
 #include "core/integrate/exchange.h"
+#include "core/integrate/kernel_exchange.h"
 #include "core/integrate/method.h"
 
 #include <float.h>
@@ -36,6 +37,7 @@ struct taylor {
         reached; /* s: start and end of the last step, exact: the step is what lies between */
     struct jets_state begin, end;
     int gives; /* the work of drives and the heat of friction are added up */
+    int nodes; /* ... from their power at nodes of a step */
     struct pend_exchange exchange;
     double *hanging; /* angles of a step's begin from hanging, and zeros */
     struct pend_jets jets;
@@ -88,6 +90,7 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     taylor->next_unit =
         pend_taylor_first_unit(n, &problem->loads, problem->tree->len, problem->rate);
     pend_jets_init(&taylor->jets, problem->tree, &problem->loads, known, block + head);
+    taylor->nodes = taylor->gives && pend_exchange_at_nodes(&taylor->jets);
     if (answers) pend_jets_answers(&taylor->jets, block + head + series + state);
     taylor_view(taylor, (double *)(block + head + series));
     memset(block + head + series, 0, state);
@@ -148,10 +151,31 @@ static double taylor_power_of_two(double step) {
     return step > 0 ? step : DBL_MIN;
 }
 
-/* the power of the last expansion, as series */
+static const struct exchange_kernel *taylor_exchange_kernel(enum pend_isa isa) {
+#ifdef __x86_64__
+    if (isa == PEND_ISA_AVX512) return &pend_kernel_exchange_avx512;
+    if (isa == PEND_ISA_AVX2) return &pend_kernel_exchange_avx2;
+#endif
+    (void)isa;
+    return &pend_kernel_exchange_base;
+}
+
+/* what was given and lost since the start of the step, of a pendulum that has it at nodes */
+static struct exchange_given taylor_given(const struct taylor *taylor, double x) {
+    const struct exchange_kernel *kernel = taylor_exchange_kernel(taylor->jets.isa);
+    return kernel->given(&taylor->jets, &taylor->loads, taylor->unit, taylor->order, x);
+}
+
+/* the power of the last expansion, as series, or what it has given by the end of the step */
 static void taylor_power(struct taylor *taylor) {
     struct pend_exchange *exchange = &taylor->exchange;
     exchange->order = taylor->order, exchange->unit = taylor->unit;
+    if (taylor->nodes) {
+        double x = (taylor->reached - taylor->time) / taylor->unit;
+        struct exchange_given given = taylor_given(taylor, x);
+        pend_exchange_put(exchange, x, given.work, given.heat);
+        return;
+    }
     pend_jets_power(&taylor->jets, taylor->unit, taylor->order, exchange->work.series,
                     exchange->heat.series);
     pend_exchange_take(exchange, (taylor->reached - taylor->time) / taylor->unit);
@@ -283,6 +307,12 @@ static void taylor_exchange(const void *stepper, const double t[], int count, do
         double x = (t[i] - taylor->time) / taylor->unit;
         work[i] = heat[i] = 0;
         if (!taylor->gives) continue;
+        if (taylor->nodes && x != taylor->exchange.end) {
+            struct exchange_given given = taylor_given(taylor, x);
+            work[i] = pend_given_plus(&taylor->exchange.work, given.work);
+            heat[i] = pend_given_plus(&taylor->exchange.heat, given.heat);
+            continue;
+        }
         work[i] = pend_given_at(&taylor->exchange, &taylor->exchange.work, x);
         heat[i] = pend_given_at(&taylor->exchange, &taylor->exchange.heat, x);
     }

@@ -60,6 +60,7 @@ static size_t run_place(struct pend_run *run, char *base, int group, double *sta
     run->turns = run_take(base, &used, row);
     run->turns_low = run_take(base, &used, row);
     run->ends.time = run_take(base, &used, (size_t)run->ends.cap * sizeof(double));
+    run->ends.room = run_take(base, &used, 2 * row * (size_t)(run->ends.cap + 1));
     run->ends.work = run_take(base, &used, (size_t)run->ends.cap * sizeof(double));
     run->ends.heat = run_take(base, &used, (size_t)run->ends.cap * sizeof(double));
     run->room = run_take(base, &used, 4 * row);
@@ -201,21 +202,15 @@ static enum pend_status run_fail(struct pend_run *run, struct pend_error *error,
 
 /* the drift of a real pendulum: its energy less what was given and plus what was lost, over a
  * scale that grows with what there is */
-static void run_balance(struct pend_run *run) {
-    const struct pend_problem *problem = &run->problem;
-    struct run_ends *ends = &run->ends;
-    size_t n = (size_t)problem->tree->n;
+static void run_balance(struct pend_run *run, const struct pend_energy energy[]) {
+    const struct run_ends *ends = &run->ends;
     for (int i = 0; i < ends->count; i++) {
-        struct pend_energy energy = pend_kinematics_energy_at(
-            problem->tree, &problem->loads, ends->time[i], ends->phi + (size_t)i * n,
-            ends->rate + (size_t)i * n, run->room);
-        double sum = energy.kinetic + energy.potential, given = ends->work[i] - ends->heat[i];
-        double most = energy.kinetic + fabs(ends->work[i]) + fabs(ends->heat[i]);
+        double sum = energy[i].kinetic + energy[i].potential, given = ends->work[i] - ends->heat[i];
+        double most = energy[i].kinetic + fabs(ends->work[i]) + fabs(ends->heat[i]);
         run->scale = fmax(run->scale, most);
         double gap = fabs((sum - run->energy_start) - given);
         if (run->scale > 0) run->drift = fmax(run->drift, gap / run->scale);
     }
-    ends->count = 0;
 }
 
 /* updates the energy drift by the steps whose energies were not computed yet */
@@ -224,19 +219,18 @@ static void run_weigh(struct pend_run *run) {
     struct run_ends *ends = &run->ends;
     struct pend_energy energy[RUN_ENDS];
     double most = 0;
-    if (!ends->count) return;
-    if (problem->loads.terms) {
-        run_balance(run);
-        return;
-    }
-    pend_kinematics_energies(problem->tree, &problem->loads, ends->count, ends->phi, ends->rate,
-                             energy);
-    for (int i = 0; i < ends->count; i++) {
+    int count = ends->count;
+    if (!count) return;
+    pend_kinematics_energies_at(problem->tree, &problem->loads, count, ends->time, ends->phi,
+                                ends->rate, ends->room, energy);
+    if (problem->loads.terms) run_balance(run, energy);
+    ends->count = 0;
+    if (problem->loads.terms) return;
+    for (int i = 0; i < count; i++) {
         double drift = fabs(energy[i].kinetic + energy[i].potential - run->energy_start);
         if (drift > most) most = drift;
     }
     if (run->scale > 0) run->drift = fmax(run->drift, most / run->scale);
-    ends->count = 0;
 }
 
 /* notes the time of the end of a step, and what was given and lost by then */

@@ -12,6 +12,7 @@ struct run_ends {
     int count, cap;
     double *phi, *rate;         /* stored order */
     double *time, *work, *heat; /* s, the request's own; J, what was given and lost so far */
+    double *room;               /* 2 (cap + 1) rows, for energies */
 };
 
 struct pend_run {
