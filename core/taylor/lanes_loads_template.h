@@ -129,35 +129,47 @@ VEC_INLINE void lanes_lift(const struct lanes_loads *x, int k, num *along, num *
  */
 struct lanes_arm {
     num re[SINGLE_ROWS], im[SINGLE_ROWS], rate[SINGLE_ROWS], along[SINGLE_ROWS],
-        across[SINGLE_ROWS];
+        across[SINGLE_ROWS], back[SINGLE_ROWS]; /* back: less what is along */
 };
 
-/* order k of conj(u) a, times x + i y -> (x, y) of *along, *across */
-VEC_INLINE void lanes_weigh(const struct lanes_arm *u, int k, int moves, num *along, num *across) {
-    num a = num_fma(u->re[k], u->along[0], u->im[k] * u->across[0]);
-    num b = num_sub(u->re[k] * u->across[0], u->im[k] * u->along[0]), less = num_of(0);
-    for (int j = 0; j < k && moves; j++) {
-        num x = u->along[k - j], y = u->across[k - j];
-        a = num_fma(u->re[j], x, num_fma(u->im[j], y, a));
-        b = num_fma(u->re[j], y, b);
-        less = num_fma(u->im[j], x, less);
+/* order k of Re (conj(u) (x + i y)); the newest coefficients come last, and sums do not wait for
+ * each other, as in single_convolve */
+VEC_INLINE num lanes_weigh(const num re[], const num im[], const num x[], const num y[], int k,
+                           int moves) {
+    num zero = num_of(0), a[2] = {zero, zero}, b[2] = {zero, zero};
+    int j = 0;
+    for (; j + 1 < k && moves; j += 2) {
+        for (int i = 0; i < 2; i++) {
+            a[i] = num_fma(re[j + i], x[k - j - i], a[i]);
+            b[i] = num_fma(im[j + i], y[k - j - i], b[i]);
+        }
     }
-    *along = a;
-    *across = b - less;
+    if (j < k && moves) {
+        a[1] = num_fma(re[j], x[k - j], a[1]);
+        b[1] = num_fma(im[j], y[k - j], b[1]);
+    }
+    a[0] = num_fma(re[k], x[0], a[0]);
+    b[0] = num_fma(im[k], y[0], b[0]);
+    return (a[0] + a[1]) + (b[0] + b[1]);
 }
 
 static inline void lanes_single(const struct lanes_loads *x) {
     const struct jets_system *s = x->s;
     struct lanes_arm u;
-    num inv = s->inv_len[0], mass = s->mass[0], light = inv * inv / mass, along, across;
+    num inv = s->inv_len[0], mass = s->mass[0], light = inv * inv / mass;
     u.re[0] = num_of(1), u.im[0] = num_of(0), u.rate[0] = s->rate[0];
-    for (int k = 0; k < (x->moves ? x->order : 1); k++) lanes_lift(x, k, &u.along[k], &u.across[k]);
+    for (int k = 0; k < (x->moves ? x->order : 1); k++) {
+        lanes_lift(x, k, &u.along[k], &u.across[k]);
+        u.back[k] = num_neg(u.along[k]);
+    }
     for (int k = 0; k < x->order; k++) {
-        lanes_weigh(&u, k, x->moves, &along, &across);
+        // Im (conj(u) a) = Re (conj(u) (-i a))
+        num across = lanes_weigh(u.re, u.im, u.across, u.back, k, x->moves);
         num acc = num_neg(across * inv), share = num_of(s->share[k]);
         if (lanes_couple(x, k)) acc = num_fma(x->b->couple[0], light, acc);
         if (x->forces || !k) {
             num square = num_of(0);
+            num along = lanes_weigh(u.re, u.im, u.along, u.across, k, x->moves);
             for (int j = 0; j <= k; j++) square = num_fma(u.rate[j], u.rate[k - j], square);
             s->force[(size_t)k * s->stride] = mass * (along - s->len[0] * square);
         }
