@@ -56,8 +56,7 @@ static void loads_pivot(const struct jets_system *s, const struct loads_moment *
     for (int i = 0; i < 2; i++) {
         slide[i][0] = start[i];
         for (int j = 1; j < order; j++) slide[i][j] = lift[i][j - 1] * s->share[j - 1];
-        for (int j = 0; j < order && loads->mist != 0; j++)
-            lift[i][j] += loads->mist * slide[i][j];
+        for (int j = 0; j < order && loads->mist != 0; j++) lift[i][j] += loads->mist * slide[i][j];
     }
     lift[1][0] += now->gravity;
 }
