@@ -66,8 +66,8 @@ const FIELDS = [
  * @typedef {{
  *   app: App, element: HTMLElement, look: Look, arm: number, placed: string | null, inputs:
  *   HTMLInputElement[],
- *   labels: HTMLElement[], name: HTMLElement, carrier: HTMLElement, force: HTMLElement, trail:
- *   HTMLElement,
+ *   labels: HTMLElement[], name: HTMLElement, carrier: HTMLElement, hint: HTMLElement, force:
+ *   HTMLElement, trail: HTMLElement,
  *   remove: HTMLButtonElement, root: HTMLElement,
  * }} Card
  */
@@ -76,7 +76,7 @@ const FIELDS = [
  * Takes what has been typed, if it is sound.
  * @param {Card} card @param {Field} field @param {HTMLInputElement} input
  */
-function commit({ app, arm }, field, input) {
+function commit({ app, arm, hint }, field, input) {
   const value = app.text.read(input.value);
   const least = field.least?.(app.store.get(), arm - 1) ?? -Infinity;
   const sound = Number.isFinite(value) && value >= least;
@@ -87,7 +87,10 @@ function commit({ app, arm }, field, input) {
     return;
   }
   const what = app.text(`arm.${field.name}`);
-  app.announce(app.text(least > 0 ? "arm.wrong.positive" : "arm.wrong", { what }));
+  const words = app.text(least > 0 ? "arm.wrong.positive" : "arm.wrong", { what });
+  hint.textContent = words;
+  hint.classList.add("wrong");
+  app.announce(words);
 }
 
 /** @param {Card} card @param {Field} field @param {Doc} doc @param {number} i */
@@ -114,6 +117,8 @@ function show(card, doc) {
   card.name.textContent = text("arm.name", { arm });
   card.carrier.textContent = on ? text("arm.on", { carrier: on }) : text("arm.on.pivot");
   FIELDS.forEach((field, i) => showField(card, field, doc, i));
+  card.hint.textContent = text("arm.angle.hint");
+  card.hint.classList.remove("wrong");
   card.trail.setAttribute("aria-pressed", String(doc.view.trails.includes(arm)));
   card.remove.disabled = !removable(doc.pendulum.parent, arm);
 }
@@ -222,6 +227,7 @@ function createCard(element, app, look) {
   const carrier = h("span", { class: "quiet" });
   const force = h("p", { class: "force" });
   const click = () => edits.add(arm());
+  const hint = h("p", { class: "quiet card-hint" });
   const add = h(
     "button",
     { type: "button", class: "button", "data-act": "add", on: { click } },
@@ -240,7 +246,7 @@ function createCard(element, app, look) {
     { class: "card", role: "group", "aria-label": text("arm.card"), hidden: true },
     h("div", { class: "card-head" }, name, carrier, close),
     h("div", { class: "fields" }, ...labels),
-    h("p", { class: "quiet card-hint" }, text("arm.angle.hint")),
+    hint,
     h("div", { class: "card-foot" }, force, add, trail, remove),
   );
   /** @type {Card} */
@@ -254,6 +260,7 @@ function createCard(element, app, look) {
     labels,
     name,
     carrier,
+    hint,
     force,
     trail,
     remove,

@@ -31,6 +31,30 @@ export async function the_time_bar_covers_nothing_on_low_and_narrow_stages(rig) 
   }
 }
 
+export async function the_card_is_whole_on_low_and_narrow_stages(rig) {
+  for (const [name, width, height, scrolls] of [["across", 844, 390], ["twice", 683, 384], ["small", 320, 568], ["enlarged", 320, 256, true]]) {
+    const page = await rig.open({ width, height, path: "/?length=1,1&theta=90,45" });
+    await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(1.1); pendulumd.edits.select(1); });
+    await drawn(page);
+    const places = await page.evaluate(() => {
+      const [card, stage] = [".card", "#stage"].map((at) => document.querySelector(at));
+      const lies = ({ left, right, top, bottom }, { left: l, right: r, top: t, bottom: b }) => left >= l && right <= r && top >= t && bottom <= b;
+      const cut = (one) => one.scrollWidth > one.clientWidth + 1;
+      const around = card.getBoundingClientRect();
+      return { card: lies(around, stage.getBoundingClientRect()), buttons: [...card.querySelectorAll("button")].map((one) => lies(one.getBoundingClientRect(), around)),
+        cut: [...card.querySelectorAll("input, .field > span:first-child")].filter((one) => one.getClientRects().length && cut(one)).map((one) => one.outerHTML), wide: cut(card) };
+    });
+    assert.ok(places.card && !places.wide, `${name}: the card lies on the stage`);
+    assert.ok(scrolls || places.buttons.every(Boolean), `${name}: ${places.buttons}`);
+    assert.deepEqual(places.cut, [], name);
+    await rig.shot(page, `card-${name}`);
+    await page.fill('[data-field="length"]', "50 cm");
+    await page.press('[data-field="length"]', "Enter");
+    assert.match(await page.innerText(".card"), /Length: this must be a number greater than 0/, "what is wrong is seen");
+    await close(page);
+  }
+}
+
 export async function a_projector_gets_a_large_code_and_a_warning_of_this_machine_s_own_address(rig) {
   const page = await rig.open({ width: 1280, height: 800, path: "/?length=1,1&theta=90,45" });
   await openDrawer(page, "share");
