@@ -37,8 +37,8 @@ const VIEWS = {
   timebar: mountTimebar,
   drawers: mountDrawers,
 };
-const TYPED = "input:not([type=range]), textarea";
-const PRESSED = `${TYPED}, select, button, summary, a`;
+const TYPED = "input:not([type=range], [type=checkbox], [type=radio]), textarea";
+const PRESSED = "input:not([type=range]), textarea, select, button, summary, a";
 
 // in another page's frame: the stage and the time bar
 const embedded = new URLSearchParams(location.search).get("embed") === "1";
@@ -153,7 +153,7 @@ let pointed = false;
 function plays(event) {
   const target = /** @type {Element} */ (event.target);
   if (event.key !== " " || event.ctrlKey || event.metaKey || event.altKey) return false;
-  if (target.closest(`${TYPED}, select`)) return false;
+  if (target.closest(TYPED)) return false;
   return pointed ? !target.closest("dialog") : !target.closest(PRESSED);
 }
 

@@ -173,6 +173,14 @@ export async function the_space_bar_plays_after_every_click_and_presses_what_key
   const before = await playing();
   await page.keyboard.press(" ");
   assert.deepEqual([await arms(), await playing()], [5, !before], "it plays, and adds no arm");
+  await openDrawer(page, "measure");
+  await page.click("[data-measure=ruler]");
+  await page.keyboard.press(" ");
+  assert.deepEqual([await page.isChecked("[data-measure=ruler]"), await playing()], [true, before], "what was ticked stays ticked");
+  await page.click("[data-axis=x]");
+  await page.keyboard.press("Escape");
+  await page.keyboard.press(" ");
+  assert.equal(await playing(), !before, "a list that was opened is left");
   await page.focus('[data-act="add"]');
   await page.keyboard.press("Tab");
   await page.keyboard.press("Shift+Tab");
