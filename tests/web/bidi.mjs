@@ -38,6 +38,7 @@ async function nextDownload() {
 export function withoutProtocol(page) {
   const unasked = (what) => { throw new Unasked(`${what} is of Chromium's protocol`); };
   page.session = { send: unasked };
+  page.context().newCDPSession = () => unasked("a finger");
   page.emulateMedia = () => unasked("a wish of a page that is open");
   page.waitForEvent = (name) => (name === "download" ? nextDownload() : unasked(name));
 }

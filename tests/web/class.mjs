@@ -3,6 +3,7 @@
 // Invariant: a student whose answer is not whole throws.
 
 import { Agent, request } from "node:http";
+import { Unasked } from "./bidi.mjs";
 
 export const STUDENTS = 30;
 const COLUMNS = ["phi", "phid", "lambda", "energy"];
@@ -59,9 +60,11 @@ export async function visit(agent, url, phi) {
 }
 
 /** What a page has asked for, its requests of the rig: for students who ask the same without a browser. */
-export const requestsOf = (page) => Promise.all(page.asked.filter((asked) => asked.url().startsWith("http")).map(async (asked) => ({
-  path: asked.url().slice(page.home.length), sent: asked.postData(), headers: await asked.allHeaders(),
-})));
+export const requestsOf = (page) => Promise.all(page.asked.filter((asked) => asked.url().startsWith("http")).map(async (asked) => {
+  const sent = asked.postData();
+  if (asked.method() === "POST" && sent === null) throw new Unasked("what a request carries is of Chromium's protocol");
+  return { path: asked.url().slice(page.home.length), sent, headers: await asked.allHeaders() };
+}));
 
 /** A student without a browser, who asks for all that a page has asked for, as somebody of its own. */
 export function repeat(agent, url, requests, token) {

@@ -71,6 +71,9 @@ async function runFile(file) {
   }
 }
 
+// what nobody waits for any more, a request of a test that has failed meanwhile, ends no other test
+process.on("unhandledRejection", (error) => fail("what no test has waited for", error));
+
 const lane = async () => {
   while (files.length) await runFile(files.shift());
 };

@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import { violations } from "./axe.mjs";
+import { IN_FIREFOX } from "./bidi.mjs";
 import { openDrawer, saved, settledMotion } from "./drawers.mjs";
 import { FILM, giveFilm } from "./film.mjs";
 import { close, drawn } from "./rig.mjs";
@@ -55,8 +56,10 @@ export async function a_film_that_is_marked_by_colour_gives_length_and_friction_
   await clickAt(page, truth[0].slice(1));
   await said(page, /in \d+ Bildern markiert/);
   const { tips } = await marks(page);
-  assert.equal(tips[1].length, FILM.count, "every picture is marked, at its own time");
-  const errors = tips[1].map(([time, across, down], i) => [Math.abs(time - truth[i][0]), Math.hypot(across - truth[i][1], down - truth[i][2])]);
+  // Firefox has no way to the last picture before one that is kept whole, every 25th
+  const there = IN_FIREFOX ? truth.filter((_, i) => i % 25 !== 24) : truth;
+  assert.equal(tips[1].length, there.length, "every picture is marked, at its own time");
+  const errors = tips[1].map(([time, across, down], i) => [Math.abs(time - there[i][0]), Math.hypot(across - there[i][1], down - there[i][2])]);
   const [late, far] = [0, 1].map((k) => Math.max(...errors.map((row) => row[k])));
   const mean = Math.sqrt(errors.reduce((sum, [, error]) => sum + error * error, 0) / errors.length);
   assert.ok(late < 6e-4 && far < 1 && mean > 1e-4 && mean < 0.3, `${mean} pixels in the mean, ${far} at most, ${late} s`);
@@ -67,7 +70,7 @@ export async function a_film_that_is_marked_by_colour_gives_length_and_friction_
   await page.locator("[data-part=film] select").selectOption("comma");
   const { name, bytes } = await saved(page, "[data-film=save]");
   const lines = bytes.toString().split("\r\n");
-  assert.deepEqual([name, lines[0], lines.length], ["pendulum-film.csv", "\ufefft in s;x_1 in m;y_1 in m", FILM.count + 2]);
+  assert.deepEqual([name, lines[0], lines.length], ["pendulum-film.csv", "\ufefft in s;x_1 in m;y_1 in m", there.length + 2]);
   assert.match(lines[2], /^0,04;0,\d+;-0,\d+$/);
   await page.click("[data-film=fit]");
   await page.waitForSelector("[data-fit=run]:not([hidden])");
@@ -75,9 +78,12 @@ export async function a_film_that_is_marked_by_colour_gives_length_and_friction_
   await page.waitForSelector("[data-fit=answer] .fit-verdict");
   assert.equal(await page.getAttribute(".fit-verdict", "data-status"), "converged");
   const told = [];
+  // where a pointer goes by whole pixels of the screen (Firefox), the metre is not marked to the point
+  const askew = Math.abs(Math.hypot(fixed.two[0] - fixed.one[0], fixed.two[1] - fixed.one[1]) / FILM.scale - 1);
+  assert.ok(askew < 3e-3);
   for (const [id, value] of [["length 1", FILM.length], ["damping 1", FILM.damping]]) {
     const [found, error] = await page.locator(`[data-found="${id}"] td`).evaluateAll((cells) => cells.map((cell) => Number(cell.dataset.value)));
-    assert.ok(error > 0 && error < 0.1 * value && Math.abs(found - value) < 4 * error, `${id}: ${found} ± ${error}, not ${value}`);
+    assert.ok(error > 0 && error < 0.1 * value && Math.abs(found - value) < 4 * error + askew * value, `${id}: ${found} ± ${error}, not ${value}`);
     told.push(`${id} ${found.toFixed(5)} ± ${error.toFixed(5)}`);
   }
   await page.click("[data-fit=instead]");
@@ -148,6 +154,7 @@ export async function marks_by_key_alone_are_kept_and_found_again_with_the_film(
   assert.equal(await page.isVisible("[data-film=mark]"), false, "no film, no marks");
   const truth = await giveFilm(page, ".film");
   await said(page, /3\.0 s long/);
+  await tellRate(page);
   await page.focus("[data-film=mark]");
   await page.keyboard.press("Enter");
   await page.waitForFunction(() => document.activeElement.className === "film-canvas");
@@ -198,18 +205,39 @@ export async function marks_by_key_alone_are_kept_and_found_again_with_the_film(
   await close(page);
 }
 
-export async function a_browser_that_tells_what_was_asked_and_not_when_a_picture_is_asks_for_the_rate(rig) {
+/** As in Firefox: a browser that tells what was asked, and instead of one picture shows the next. */
+function asInFirefox([from, to]) {
+  const native = HTMLVideoElement.prototype.requestVideoFrameCallback;
+  HTMLVideoElement.prototype.requestVideoFrameCallback = function (tell) {
+    return native.call(this, (now, data) => tell(now, { ...data, mediaTime: this.currentTime }));
+  };
+  const own = Object.getOwnPropertyDescriptor(HTMLMediaElement.prototype, "currentTime");
+  const set = function (time) { own.set.call(this, time >= from && time < to ? time + to - from : time); };
+  Object.defineProperty(HTMLMediaElement.prototype, "currentTime", { ...own, set });
+}
+
+export async function a_picture_that_a_browser_does_not_show_is_not_marked_with_the_next_one_s_place(rig) {
   const page = await rig.open({ path: "/?length=0.6&theta=20" });
-  await page.addInitScript(() => {
-    const native = HTMLVideoElement.prototype.requestVideoFrameCallback;
-    HTMLVideoElement.prototype.requestVideoFrameCallback = function (tell) {
-      return native.call(this, (now, data) => tell(now, { ...data, mediaTime: this.currentTime })); // as Firefox
-    };
-  });
+  if (!IN_FIREFOX) await page.addInitScript(asInFirefox, [24, 25].map((i) => i * FILM.gap / 1000));
   await page.reload();
   await openFilmPart(page);
-  await giveFilm(page, FILE);
+  const truth = await giveFilm(page, FILE);
   await said(page, /3\.0 s long/);
   await page.waitForSelector("[data-film=rate]", { state: "visible" });
+  await tellRate(page);
+  await page.click("[data-film=mark]");
+  await page.waitForSelector(".film-canvas");
+  await page.selectOption("[data-film=tool]", "1");
+  for (let i = 1; i <= 23; i++) {
+    await page.click("[data-film=on]");
+    await page.waitForFunction((time) => document.querySelector(".film-time").textContent === `${time} s`, (i * FILM.gap / 1000).toFixed(3));
+  }
+  await page.check("[data-film=colour]");
+  await clickAt(page, truth[23].slice(1));
+  await said(page, /marked in \d+ pictures/);
+  const { tips } = await marks(page);
+  const times = tips[1].map(([time]) => Math.round(1000 * time / FILM.gap));
+  assert.deepEqual(times.slice(0, 3), [23, 25, 26]);
+  for (const [i, at] of times.entries()) assert.ok(Math.hypot(tips[1][i][1] - truth[at][1], tips[1][i][2] - truth[at][2]) < 1.5, `picture ${at}`);
   await close(page);
 }

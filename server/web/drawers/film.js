@@ -8,7 +8,7 @@
 import { createBag, h } from "../dom.js";
 import { createBehind } from "./film_behind.js";
 import { followColour, pickColour } from "./film_colour.js";
-import { dropping, openFilm, seek, step } from "./film_frames.js";
+import { dropping, openFilm, pictureOf, seek, step } from "./film_frames.js";
 import { createLayer } from "./film_layer.js";
 import * as marking from "./film_marks.js";
 import { button, choice, save, tick } from "./kit.js";
@@ -193,16 +193,12 @@ async function go(view, way) {
   const { film, marks } = view;
   if (!film || !marks) return false;
   const moved = await step(film, way, marks.rate);
+  // what has been marked in this picture for another time is its place at this one
+  if (film.twin >= 0)
+    for (const arm of marking.markedArms(marks)) marking.setTip(marks, arm, film.twin, null);
   showTime(view);
   view.layer?.draw();
   return moved;
-}
-
-/** The picture that is seen, in the film's own pixels. @param {NonNullable<View["film"]>} film
- * @param {CanvasRenderingContext2D} paper */
-function pictureOf({ video, width, height }, paper) {
-  paper.drawImage(video, 0, 0, width, height);
-  return paper.getImageData(0, 0, width, height);
 }
 
 /**
@@ -213,12 +209,7 @@ async function followFrom(view, arm, [x, y]) {
   const { app, film, marks } = view;
   if (!film || !marks) return;
   const { text } = app;
-  const { width, height } = film;
-  const canvas = h("canvas", { width, height });
-  const paper = /** @type {CanvasRenderingContext2D} */ (
-    canvas.getContext("2d", { willReadFrequently: true })
-  );
-  const begun = pickColour(pictureOf(film, paper), x, y, view.tolerance);
+  const begun = pickColour(pictureOf(film), x, y, view.tolerance);
   if (!begun) return say(view, text("film.noColour"));
   const stop = new AbortController();
   view.search = stop;
@@ -228,10 +219,13 @@ async function followFrom(view, arm, [x, y]) {
   say(view, text("film.following"));
   try {
     while (!stop.signal.aborted && (await go(view, 1)) && lost < LOST) {
-      const near = { x: found.x + vx, y: found.y + vy };
-      const next = followColour(pictureOf(film, paper), begun.wanted, near);
+      // the same picture once more: it was a picture too early there, after two pictures' way
+      const twin = film.twin >= 0;
+      if (twin) [vx, vy, count] = [vx / 2, vy / 2, count - 1];
+      const near = twin ? found : { x: found.x + vx, y: found.y + vy };
+      const next = followColour(pictureOf(film), begun.wanted, near);
       if (next) {
-        [vx, vy] = lost ? [0, 0] : [next.x - found.x, next.y - found.y];
+        if (!twin) [vx, vy] = lost ? [0, 0] : [next.x - found.x, next.y - found.y];
         found = next;
         marking.setTip(marks, arm, film.time, [next.x, next.y]);
         count++;

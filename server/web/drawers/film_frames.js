@@ -2,7 +2,9 @@
 // or back, with the time of the picture that is seen.
 // Leaves to others: what is marked in it (film_marks.js), its motion in time (film_behind.js).
 // Invariant: the file stays in the browser; `time` is that of the picture that is seen, where the
-// browser tells it (requestVideoFrameCallback), else a multiple of the rate that is given.
+// browser tells it (requestVideoFrameCallback), else a multiple of the rate that is given; `twin` is
+// then the time for which the browser showed the picture that is seen now (Firefox has no way to the
+// last picture before one that is kept whole), else NaN.
 
 import { h } from "../dom.js";
 
@@ -17,10 +19,11 @@ const TURNS = 5; // until a busy browser has told something
 
 /**
  * The film while it is open. time, s: of the picture that is seen; gaps: between the last ones;
- * busy: the last thing asked of it.
+ * busy: the last thing asked of it; paper: where its pictures can be read.
  * @typedef {{
  *   video: HTMLVideoElement, time: number, duration: number, width: number, height: number,
- *   gaps: number[], busy: Promise<void>, tells: boolean, close: () => void,
+ *   gaps: number[], busy: Promise<void>, tells: boolean, close: () => void, twin: number,
+ *   paper: CanvasRenderingContext2D,
  * }} Film
  */
 
@@ -85,6 +88,15 @@ export const seek = (film, time) =>
     await show(film, time);
   });
 
+/** The picture that is seen, in the film's own pixels. @param {Film} film */
+export function pictureOf({ video, paper, width, height }) {
+  paper.drawImage(video, 0, 0, width, height);
+  return paper.getImageData(0, 0, width, height);
+}
+
+/** The picture that is seen, in numbers of four bytes. @param {Film} film */
+const dots = (film) => new Uint32Array(pictureOf(film).data.buffer);
+
 /** s between two pictures, as far as it is known. @param {Film} film */
 function gapOf({ gaps }) {
   const sorted = [...gaps].sort((a, b) => a - b);
@@ -99,10 +111,13 @@ async function stepped(film, way, rate) {
   const from = film.time;
   if (!film.tells) {
     const next = Math.round(from * rate) + way;
+    film.twin = NaN;
     if (next < 0 || next / rate >= film.duration) return;
+    const before = dots(film);
     // in the middle of the time for which it is seen
     await show(film, (next + 0.5) / rate);
     film.time = next / rate;
+    if (way > 0 && dots(film).every((dot, i) => dot === before[i])) film.twin = from;
     return;
   }
   const gap = gapOf(film);
@@ -174,8 +189,13 @@ export async function openFilm(file) {
     if (!width || !(duration > 0)) throw Object.assign(new Error("no pictures"), { kind: "film" });
     const size = { width, height, duration };
     const busy = Promise.resolve();
+    const canvas = h("canvas", { width, height });
+    const paper = /** @type {CanvasRenderingContext2D} */ (
+      canvas.getContext("2d", { willReadFrequently: true })
+    );
+    const state = { time: 0, gaps: [], busy, tells: TELLS, twin: NaN };
     /** @type {Film} */
-    const film = { video, ...size, time: 0, gaps: [], busy, tells: TELLS, close };
+    const film = { video, ...size, ...state, paper, close };
     film.tells = await tellsOwn(film);
     await seek(film, 0);
     return film;
