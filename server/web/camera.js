@@ -8,7 +8,7 @@ import { centerOf, termOf } from "./terms.js";
 import { cartAt } from "./track.js";
 import { tips } from "./tree.js";
 
-const LOOKS = 500; // samples that are looked at, at most
+const LOOKS = 300; // samples that are looked at, at most
 const STEPS = 6; // the box grows in sixths of the reach
 
 /** @param {Box} box @param {number} x @param {number} y */
@@ -27,7 +27,7 @@ export function widenBy(box, tree, phi, offset, { x, y, fromX, fromY }) {
   for (let k = 0; k < x.length; k++) {
     widen(box, x[k], y[k]);
     if (tree.at) widen(box, fromX[k], fromY[k]);
-    const body = termOf(tree, "body", k);
+    const body = tree.body && termOf(tree, "body", k);
     if (!body) continue;
     const [along, across] = centerOf(body);
     const [cos, sin] = [Math.cos(phi[offset + k]), Math.sin(phi[offset + k])];

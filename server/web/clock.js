@@ -26,7 +26,7 @@ function tick(works, now) {
   works.frame = 0;
   if (!works.clock.playing) return;
   // a page that was hidden goes on from where it was
-  const passed = works.last ? Math.min((now - works.last) / 1000, 0.1) : 0;
+  const passed = works.last ? Math.min(Math.max(now - works.last, 0) / 1000, 0.1) : 0;
   works.last = now;
   advance(works, passed * works.clock.speed);
   schedule(works);
@@ -68,7 +68,8 @@ function play(works) {
   if (clock.playing) return;
   if (clock.complete && clock.time >= clock.available) clock.time = 0;
   clock.playing = true;
-  works.last = 0;
+  // the first frame shows what has passed since
+  works.last = performance.now();
   schedule(works);
   tell(works);
 }
@@ -133,7 +134,7 @@ export function createClock() {
     restart(time = 0) {
       clock.time = 0;
       works.goal = time;
-      works.last = 0;
+      works.last = performance.now();
     },
     /** The same instant has another number: what follows counts from so many seconds on. */
     shift(seconds) {

@@ -1,7 +1,7 @@
 // Trails of chosen tips: where each was at every sample, and the last seconds of it as a fading
 // line.
 // Leaves to others: the samples, the colours.
-// Invariant: a frame allocates nothing; a trail is computed once a sample.
+// Invariant: a frame allocates nothing; a trail is computed once a sample, when it is seen first.
 
 import { hangsAt } from "./terms.js";
 import { cartAt } from "./track.js";
@@ -25,7 +25,7 @@ const POINTS = 700;
  */
 
 /**
- * The path of one tip: extend() computes what has arrived since.
+ * The path of one tip: extend() computes what is seen of it.
  * @param {Track} track @param {number} arm @returns {Trail}
  */
 function createTrail(track, arm) {
@@ -44,11 +44,11 @@ function createTrail(track, arm) {
   };
 }
 
-/** @param {Trail} trail @param {Track} track */
-function extend(trail, track) {
+/** @param {Trail} trail @param {Track} track @param {number} until the last sample that is seen */
+function extend(trail, track, until) {
   const { pendulum, span } = track.doc;
   const pivot = { x: 0, y: 0 };
-  for (; trail.count < track.count; trail.count++) {
+  for (; trail.count <= until; trail.count++) {
     const row = trail.count * track.n;
     const time = (span.start ?? 0) + trail.count * span.step;
     pivotAt(pendulum, time, pivot, cartAt(track, trail.count));
@@ -112,7 +112,7 @@ export function createTrails(context) {
 
   return {
     /**
-     * Brings the trails up to date with what is chosen and what has arrived.
+     * Brings the trails up to date with what is chosen.
      * @param {Track} track @param {number[]} chosen
      */
     follow(track, chosen) {
@@ -123,7 +123,6 @@ export function createTrails(context) {
         trails = there.map((arm) => kept.get(arm) ?? createTrail(track, arm));
         of = track;
       }
-      for (const trail of trails) extend(trail, track);
     },
     /**
      * place: the samples around now; trusted: the last sample whose digits hold.
@@ -143,6 +142,7 @@ export function createTrails(context) {
       context.lineCap = "butt";
       context.lineJoin = "round";
       for (let i = 0; i < trails.length; i++) {
+        extend(trails[i], of, Math.min(place.index, of.count - 1));
         context.strokeStyle = look.colours.trails[i % look.colours.trails.length];
         drawTrail(context, trails[i], look, stretch);
       }

@@ -71,7 +71,8 @@ export function tips(tree, rows, phi, offset, spots, time = 0) {
     const carrier = tree.parent[k] - 1;
     fromX[k] = carrier < 0 ? pivot.x : x[carrier];
     fromY[k] = carrier < 0 ? pivot.y : y[carrier];
-    if (carrier >= 0 && termOf(tree, "at", k) !== null) hang(tree, k, phi[offset + carrier], spots);
+    if (tree.at && carrier >= 0 && termOf(tree, "at", k) !== null)
+      hang(tree, k, phi[offset + carrier], spots);
     x[k] = fromX[k] + tree.length[k] * Math.cos(phi[offset + k]);
     y[k] = fromY[k] + tree.length[k] * Math.sin(phi[offset + k]);
   }

@@ -19,6 +19,7 @@ fi
 . tests/rules/npm.sh
 command -v npm >/dev/null || skip 'npm is not here'
 fetch_packages tests/web $home || skip 'npm cannot fetch what drives the browser'
+exec 8>&- # what npm has brought stays: a second run need not wait for this one
 export PENDULUMD=$PWD/$1/pendulumd
 [ "${2:-}" != --lesson ] || exec node tests/web/lesson.mjs "${@:3}"
 exec node tests/web/run.mjs "${@:2}"

@@ -16,6 +16,14 @@ const TIMEOUT_MS = 180000;
 /** A test asks for something that this browser's protocol does not have: it counts neither as passed nor as failed. */
 export class Unasked extends Error {}
 
+/** What the requests of a test carry: a list that is filled from now on; Firefox's protocol does not tell it. */
+export function bodiesOf(page, which) {
+  const all = [];
+  if (IN_FIREFOX) throw new Unasked("what a request carries is of Chromium's protocol");
+  page.on("request", (one) => which(one) && all.push(JSON.parse(one.postData())));
+  return all;
+}
+
 /** A Firefox; what a person wants of motion and colours is set for all of its pages. */
 export const launchFirefox = (playwright, { dark, still }) => playwright._bidiFirefox.launch({ executablePath: PROGRAM, timeout: TIMEOUT_MS,
   env: { ...process.env, HOME: tmpdir() }, firefoxUserPrefs: { "ui.systemUsesDarkTheme": Number(dark), "ui.prefersReducedMotion": Number(still),
@@ -38,6 +46,8 @@ async function nextDownload() {
 export function withoutProtocol(page) {
   const unasked = (what) => { throw new Unasked(`${what} is of Chromium's protocol`); };
   page.session = { send: unasked };
+  page.context().setOffline = () => unasked("a line that is cut");
+  page.pdf = () => unasked("what is printed");
   page.context().newCDPSession = () => unasked("a finger");
   page.emulateMedia = () => unasked("a wish of a page that is open");
   page.waitForEvent = (name) => (name === "download" ? nextDownload() : unasked(name));

@@ -46,7 +46,7 @@ export async function a_pendulum_that_is_dragged_asks_no_server(rig) {
   });
   await page.mouse.move(x, y);
   await page.mouse.down();
-  for (let i = 1; i <= 10; i++) await page.mouse.move(x + 6 * i, y - 4 * i);
+  for (let i = 1; i <= 10; i++) await page.mouse.move(x - 6 * i, y - 4 * i);
   await page.waitForFunction(() => pendulumd.motion.held && pendulumd.motion.track.preview);
   await page.mouse.up();
   await moving(page);

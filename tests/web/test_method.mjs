@@ -1,6 +1,7 @@
 // The method: what it took, how far it is from a reference, and the paper's ode23 beside it.
 
 import assert from "node:assert/strict";
+import { bodiesOf } from "./bidi.mjs";
 import { openDrawer } from "./drawers.mjs";
 import { close, drawn } from "./rig.mjs";
 
@@ -56,10 +57,7 @@ export async function the_paper_s_ode23_lies_over_the_motion_and_is_accounted_fo
 
 export async function the_page_asks_for_as_many_digits_as_were_chosen(rig) {
   const page = await opened(rig);
-  const asked = [];
-  page.on("request", (request) => {
-    if (request.method() === "POST" && request.url().endsWith("/v1/trajectories")) asked.push(request.postDataJSON());
-  });
+  const asked = bodiesOf(page, (request) => request.method() === "POST" && request.url().endsWith("/v1/trajectories"));
   await page.evaluate(() => window.pendulumd.store.set({ span: { stop: 2, step: 0.05 } }));
   assert.deepEqual(await page.locator("[data-precision] option").evaluateAll((all) => all.map(({ value }) => value)), ["double", "extended", "quad"]);
   for (const precision of ["extended", "quad"]) {

@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import { violations } from "./axe.mjs";
+import { bodiesOf } from "./bidi.mjs";
 import { openDrawer, settledMotion } from "./drawers.mjs";
 import { close, drawn } from "./rig.mjs";
 
@@ -181,8 +182,7 @@ export async function the_resonance_curve_is_the_server_s_and_follows_drive_and_
     pendulumd.store.set({ pendulum: { ...pendulumd.store.get().pendulum, damping: [0.8, 0.2] } });
   });
   await openDrawer(page, "modes");
-  const asked = [];
-  page.on("request", (one) => one.url().endsWith("/v1/response") && asked.push(JSON.parse(one.postData())));
+  const asked = bodiesOf(page, (one) => one.url().endsWith("/v1/response"));
   await page.click("[data-part=resonance] summary");
   await page.waitForFunction(() => document.querySelectorAll("[data-part=resonance] .plot svg").length === 2);
   assert.deepEqual(asked.map(({ drive }) => drive), [{ pivot: { x: 0.01 } }, { pivot: { x: 0.01 } }]);

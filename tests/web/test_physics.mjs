@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import { violations } from "./axe.mjs";
+import { bodiesOf } from "./bidi.mjs";
 import { openDrawer } from "./drawers.mjs";
 import { close, drawn, moving } from "./rig.mjs";
 
@@ -256,8 +257,7 @@ export async function a_map_of_two_numbers_is_the_server_s_and_a_point_of_it_sta
   await page.selectOption("[data-wish=across]", "motor");
   await page.selectOption("[data-wish=up]", "damping");
   await page.selectOption("[data-wish=what]", "chaos");
-  const asked = [];
-  page.on("request", (one) => { if (one.url().endsWith("/v1/ensembles")) asked.push(JSON.parse(one.postData())); });
+  const asked = bodiesOf(page, (one) => one.url().endsWith("/v1/ensembles"));
   await page.click("[data-wish=compute]");
   await page.waitForFunction(() => /900/.test(document.querySelector('[data-drawer="physics"] section:last-of-type [role=status]').textContent)
     && document.querySelector("[data-drawer=physics] progress").hidden);

@@ -64,3 +64,33 @@ export async function the_page_works_under_a_path_that_a_proxy_gives_it(rig) {
   await page.waitForFunction(() => window.pendulumd?.clock.time > 0);
   await close(page);
 }
+
+export async function what_is_handed_on_under_a_path_leads_back_below_it(rig) {
+  const proxy = await startProxy(rig.daemon.url);
+  const home = `${proxy.url}${PATH}/`;
+  const page = await rig.openAt(proxy.url, { path: `${PATH}/?length=1,1&theta=90,45`, cold: true });
+  await moving(page);
+  await openDrawer(page, "share");
+  await page.click("[data-share=make]");
+  await page.waitForFunction(() => document.querySelector("[data-link=short]")?.value);
+  for (const name of ["plain", "long", "short"]) {
+    const link = await page.inputValue(`[data-link=${name}]`);
+    assert.ok(link.startsWith(home), `${name}: ${link}`);
+    const other = await rig.openAt(proxy.url, { path: link.slice(proxy.url.length), cold: true });
+    await moving(other);
+    assert.deepEqual(await other.evaluate(() => pendulumd.store.get().pendulum.length), [1, 1], name);
+    await close(other);
+  }
+  await openDrawer(page, "class");
+  await page.click("[data-class=make]");
+  const code = await page.textContent(".room-code");
+  await page.click("[data-class=showCode]");
+  const told = await page.textContent("dialog.code .address, dialog .address");
+  assert.equal(`http://${told}`, home + code, "the address that a class types");
+  const pupil = await rig.openAt(proxy.url, { path: `${PATH}/${code}`, cold: true, wait: false });
+  await pupil.waitForSelector("[data-class=nickname]");
+  assert.deepEqual(proxy.strayed, []);
+  await close(pupil);
+  await close(page);
+  proxy.stop();
+}

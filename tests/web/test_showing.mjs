@@ -25,7 +25,8 @@ export async function the_time_bar_covers_nothing_on_low_and_narrow_stages(rig) 
     await rig.shot(page, `stage-${name}`);
     for (const id of ["measure", "plots", "share"]) {
       await openDrawer(page, id);
-      assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), width, `${name}: ${id} lies beside the screen`);
+      // a browser's own scroll bar may take some of it
+      assert.equal(await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth), 0, `${name}: ${id} lies beside the screen`);
     }
     await close(page);
   }
@@ -62,7 +63,8 @@ export async function a_projector_gets_a_large_code_and_a_warning_of_this_machin
   await page.waitForSelector(".projector .qr");
   await drawn(page);
   const qr = await page.locator(".projector .qr").boundingBox();
-  assert.ok(qr.width > 270, `${qr.width} pixels`);
+  // the screen's height, which is not that of the window
+  assert.ok(qr.width > 0.34 * await page.evaluate(() => innerHeight), `${qr.width} pixels`);
   const stage = await page.locator("#stage").boundingBox();
   const panel = await page.locator(".projector").boundingBox();
   assert.ok(stage.x + stage.width <= panel.x, "the code lies beside the stage, not over the pendulum");

@@ -8,6 +8,7 @@ import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { button, copyButton, save, toggle } from "../drawers/kit.js";
 import { qrOf } from "../drawers/qr.js";
+import { ROOT } from "../root.js";
 import { mountAsk } from "./ask.js";
 import { mountBoard, openDialog } from "./board.js";
 import { keptLink } from "./kept.js";
@@ -84,7 +85,7 @@ function codePart(room) {
         say("class.joinHere"),
         h("p", { class: "huge" }, code),
         picture,
-        h("p", { class: "address" }, `${location.host}/${code}`),
+        h("p", { class: "address" }, `${ROOT.replace(/^\w+:\/\//, "")}${code}`),
       );
     },
     { class: "button main", "data-class": "showCode" },
