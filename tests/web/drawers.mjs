@@ -25,3 +25,12 @@ export const settledMotion = (page) => page.waitForFunction(() => {
   const { motion, store } = window.pendulumd;
   return motion.complete && motion.track.doc.initial === store.get().initial && motion.ghosts.length === store.get().ghosts.length && motion.ghosts.every((ghost) => ghost.complete);
 });
+
+/** The stage's picture: how many of its pixels are painted, and a digest of all (a PNG of Firefox's is another each time). */
+export const pixels = (page) => page.evaluate(async () => {
+  const canvas = document.querySelector("#stage .canvas");
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  const digest = new Uint8Array(await crypto.subtle.digest("SHA-256", data));
+  const painted = new Uint32Array(data.buffer).reduce((sum, pixel) => sum + (pixel ? 1 : 0), 0);
+  return `${painted} of ${canvas.width} x ${canvas.height}: ${[...digest].map((byte) => byte.toString(16)).join(" ")}`;
+});

@@ -2,13 +2,13 @@
 
 import assert from "node:assert/strict";
 import { deflateRawSync } from "node:zlib";
+import { pixels } from "./drawers.mjs";
 import { close, drawn, moving } from "./rig.mjs";
 
 export const rig = { store: true };
 
 const linkOf = (scene) => `/#d=${deflateRawSync(Buffer.from(JSON.stringify(scene))).toString("base64url")}`;
 
-const pixels = (page) => page.evaluate(() => document.querySelector(".canvas").toDataURL());
 
 /** Stands at the end of the motion with the last frame drawn. */
 async function end(page) {

@@ -3,6 +3,7 @@
 // Invariant: an action is a click, a choice, or a field that is filled; a task that needs more than its number fails.
 
 import assert from "node:assert/strict";
+import { IN_FIREFOX } from "./bidi.mjs";
 import { openDrawer } from "./drawers.mjs";
 import { close, drawn, moving } from "./rig.mjs";
 
@@ -36,11 +37,13 @@ function keyboard(page) {
   const go = async (at) => {
     await page.waitForSelector(at, { state: "attached" });
     // the way that is shorter, as one who knows the page takes it
-    let back = await page.evaluate((wanted) => {
+    let back = await page.evaluate(([wanted, firefox]) => {
       const all = [...document.querySelectorAll("button, select, input, a[href], summary, textarea, [tabindex='0']")].filter((one) => one.tabIndex >= 0 && !one.disabled && one.getClientRects().length);
+      if (firefox && !all.includes(document.activeElement)) all[0].focus();
       const [from, to] = [all.indexOf(document.activeElement), all.indexOf(document.querySelector(wanted))];
-      return (to - from + all.length) % all.length > all.length / 2;
-    }, at);
+      // a Firefox without a window does not come back from beyond the document's end: no button heeds a key then
+      return firefox ? to < from : (to - from + all.length) % all.length > all.length / 2;
+    }, [at, IN_FIREFOX]);
     for (let i = 0; i < FARTHEST; i++) {
       if (await is(at)) return;
       await press(back ? "Shift+Tab" : "Tab");
