@@ -2,9 +2,9 @@
 // or back, with the time of the picture that is seen.
 // Leaves to others: what is marked in it (film_marks.js), its motion in time (film_behind.js).
 // Invariant: the file stays in the browser; `time` is that of the picture that is seen, where the
-// browser tells it (requestVideoFrameCallback), else a multiple of the rate that is given; `twin` is
-// then the time for which the browser showed the picture that is seen now (Firefox has no way to the
-// last picture before one that is kept whole), else NaN.
+// browser tells it (requestVideoFrameCallback), else a multiple of the rate that is given; `twin`
+// is then the time for which the browser showed the picture that is seen now, else NaN: Firefox has
+// no way to the last picture before one that is kept whole.
 
 import { h } from "../dom.js";
 
