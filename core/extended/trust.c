@@ -10,7 +10,8 @@
 enum { TRUST_NUMBERS = 4096, TRUST_ROWS = 64 };
 
 struct pend_trust {
-    int n, parted, cap;
+    int n; /* arms without a cart: columns of the rows */
+    int parted, cap;
     double tolerance, until;
     struct pend_run *run[2];
     int done[2], count[2]; /* rows of the block that each run has computed */
@@ -36,7 +37,9 @@ enum pend_status pend_trust_new(struct pend_trust **trust, const struct pend_met
                                 const struct pend_problem *problem, double tolerance,
                                 struct pend_error *error) {
     assert(pend_tree_valid(problem->tree) && tolerance > 0);
-    int n = problem->tree->n, cap = TRUST_NUMBERS / n;
+    // a cart has no column in rows of angles
+    int n = problem->tree->n - (pend_terms_cart(problem->loads.terms) ? 1 : 0);
+    int cap = TRUST_NUMBERS / n;
     cap = cap < 1 ? 1 : cap > TRUST_ROWS ? TRUST_ROWS : cap;
     size_t rows = (size_t)cap * (1 + (size_t)n);
     struct pend_trust *made = *trust = calloc(1, sizeof *made + 2 * rows * sizeof(double));

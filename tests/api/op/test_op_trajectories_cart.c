@@ -35,6 +35,40 @@ TEST(a_tree_on_a_cart_is_told_as_it_was_given) {
     test_reply_free(&reply);
 }
 
+/* the answer of a method, or of 32 digits, at nine instants */
+static struct test_reply long_run(const char *more) {
+    char body[800];
+    snprintf(body, sizeof body,
+             "{" CART ",\"initial\":" START ",\"times\":{\"stop\":16,\"count\":9},%s}", more);
+    return test_post(API_OP_TRAJECTORIES, body);
+}
+
+TEST(trust_on_a_cart_ends_where_the_angles_part) {
+    static const char *const method[] = {"\"method\":\"rk8pd\",\"trust\":1e-6",
+                                         "\"method\":\"rkf45\",\"rtol\":1e-5,\"trust\":1e-3",
+                                         "\"method\":\"ode23\",\"trust\":0.01"};
+    static const double bound[] = {1e-6, 1e-3, 0.01};
+    struct test_reply exact = long_run("\"precision\":\"extended\"");
+    for (int m = 0; m < 3; m++) {
+        struct test_reply reply = long_run(method[m]);
+        CHECK_INT(reply.status, 200);
+        double until = 0;
+        for (int i = 0, parted = 0; i < 9; i++) {
+            for (int k = 0; k < 3; k++) {
+                char at[20];
+                snprintf(at, sizeof at, "/phi/%d/%d", i, k);
+                parted |=
+                    fabs(test_reply_number(&reply, at) - test_reply_number(&exact, at)) > bound[m];
+            }
+            if (!parted) until = 2 * i;
+        }
+        CHECK(until > 0 || m == 2);
+        CHECK(test_reply_number(&reply, "/stats/trust_until") == until);
+        test_reply_free(&reply);
+    }
+    test_reply_free(&exact);
+}
+
 TEST(a_trajectory_on_a_cart_agrees_with_the_forces_of_its_states) {
     struct test_reply reply =
         test_post(API_OP_TRAJECTORIES,
