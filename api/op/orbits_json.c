@@ -287,10 +287,6 @@ enum pend_status api_orbits_read(struct api_orbits *asked, const struct api_read
         api_value_fault(&pendulum, problem,
                         API_CODE_LIMIT "has %d arms: orbits are found of at most %d", asked->tree.n,
                         API_ORBITS_ARMS);
-    if (terms && asked->tree.tree && pend_terms_cart(terms))
-        api_value_fault(&pendulum, problem,
-                        API_CODE_UNSUPPORTED
-                        "has a cart, whose orbits are not found: give it as a driven pivot");
     if (asked->tree.tree && !terms && !pend_loads_pull_down(&asked->tree.loads))
         api_value_fault(&pendulum, problem,
                         API_CODE_NOT_APPLICABLE
