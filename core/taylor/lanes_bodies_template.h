@@ -1,4 +1,4 @@
-/* The orders of real pendulums of up to DENSE_MAX bodies, for any vector of doubles, a pendulum a
+/* The orders of real pendulums of up to LANES_MAX bodies, for any vector of doubles, a pendulum a
  * lane, by the inverse of their system. The recurrences are those of small_loads_template.
  * Leaves to others: drives and torques (lanes_loads_template), the factorization
  * (bodies_factor_template, whose sweeps these are), drag per mass and whatever acts on tips
@@ -11,16 +11,19 @@
 
 #include "core/taylor/lanes_loads_template.h"
 
+enum { LANES_MAX = 8 };
+
 /* answers of arm i, phi'' in the axes of the start and Re G, to a unit of each arm's -kr (pull) and
  * moment (side), and of the pivot's acceleration along and across the first arm (lift) */
 struct lanes_table {
-    struct dense_table own;
-    num rate_lift[2][DENSE_MAX], push_lift[2][DENSE_MAX];
+    num rate_pull[LANES_MAX][LANES_MAX], rate_side[LANES_MAX][LANES_MAX];
+    num push_pull[LANES_MAX][LANES_MAX], push_side[LANES_MAX][LANES_MAX];
+    num rate_lift[2][LANES_MAX], push_lift[2][LANES_MAX];
 };
 
 /* what arms ask of their bases, their moments over D, kr, and the accelerations of the bases */
 struct lanes_probe {
-    num x[DENSE_MAX], y[DENSE_MAX], answer[DENSE_MAX], base_x[DENSE_MAX], base_y[DENSE_MAX];
+    num x[LANES_MAX], y[LANES_MAX], answer[LANES_MAX], base_x[LANES_MAX], base_y[LANES_MAX];
 };
 
 /* leaves to root, of a unit of arm j: a moment, or kr */
@@ -73,9 +76,9 @@ VEC_INLINE void lanes_invert(const struct bodies_system *b, int n, struct lanes_
     u.base_x[0] = u.base_y[0] = zero;
     for (int j = 0; j < n; j++) {
         lanes_climb(b, n, j, 1, &u);
-        lanes_descend(b, n, -1, one, &u, t->own.rate_side[j], t->own.force_side[j]);
+        lanes_descend(b, n, -1, one, &u, t->rate_side[j], t->push_side[j]);
         lanes_climb(b, n, j, 0, &u);
-        lanes_descend(b, n, j, num_neg(one), &u, t->own.rate_pull[j], t->own.force_pull[j]);
+        lanes_descend(b, n, j, num_neg(one), &u, t->rate_pull[j], t->push_pull[j]);
     }
     for (int i = 0; i < 2; i++) {
         lanes_climb(b, n, -1, 0, &u);
@@ -88,34 +91,39 @@ VEC_INLINE void lanes_invert(const struct bodies_system *b, int n, struct lanes_
 VEC_INLINE void lanes_solve(const struct lanes_loads *x, const struct lanes_table *table, int n,
                             int k, const struct lanes_sums sum[]) {
     const struct bodies_system *b = x->b;
-    struct dense_order asked, newest;
-    num share = num_of(x->s->share[k]), more = num_of(k + 1), along, across;
-    num side[DENSE_MAX];
-    int couples = lanes_couple(x, k);
+    num share = num_of(x->s->share[k]), more = num_of(k + 1), along = more, across = more;
+    num turn_share = num_of(x->s->share[k + 1]), side[LANES_MAX], moment[LANES_MAX];
+    int couples = lanes_couple(x, k), moves = x->moves || !k;
     for (int i = 0; i < n; i++) {
         side[i] = sum[i].less - sum[i].known;
         if (couples) side[i] += b->couple[i];
-        asked.re[i] = sum[i].Tr, asked.im[i] = sum[i].Ti, asked.rate[i] = num_of(0);
-        asked.force[i] = num_fma(more * b->spread[i], sum[i].Tr, side[i]);
+        moment[i] = num_fma(b->spread[i], sum[i].Tr, side[i] * share);
     }
-    dense_solve(x->s, &table->own, n, k, &asked, &newest);
-    if (x->moves || !k) {
+    if (moves) {
         lanes_lift(x, k, &along, &across);
-        for (int i = 0; i < n; i++) {
-            num rate = num_fma(table->rate_lift[0][i], along, table->rate_lift[1][i] * across);
-            num push = num_fma(table->push_lift[0][i], along, table->push_lift[1][i] * across);
-            newest.rate[i] = num_fma(share, rate, newest.rate[i]);
-            newest.im[i] = num_fma(share * x->s->share[k + 1], rate, newest.im[i]);
-            newest.force[i] += push;
-        }
+        along *= share, across *= share;
     }
     for (int i = 0; i < n; i++) {
+        num chi = num_of(0), push = num_of(0);
+        for (int j = 0; j < n; j++) {
+            chi = num_fma(moment[j], table->rate_side[j][i], chi);
+            push = num_fma(moment[j], table->push_side[j][i], push);
+            chi = num_fma(sum[j].Ti, table->rate_pull[j][i], chi);
+            push = num_fma(sum[j].Ti, table->push_pull[j][i], push);
+        }
+        if (moves) {
+            chi = num_fma(table->rate_lift[0][i], along, chi);
+            push = num_fma(table->push_lift[0][i], along, push);
+            chi = num_fma(table->rate_lift[1][i], across, chi);
+            push = num_fma(table->push_lift[1][i], across, push);
+        }
         size_t now = (size_t)(k * n + i);
-        x->along[now] = newest.force[i];
-        x->across[now] = num_sub(side[i], more * b->spread[i] * newest.rate[i]);
-        b->rate[now + (size_t)n] = newest.rate[i];
-        b->turn_re[now + 2 * (size_t)n] = newest.re[i];
-        b->turn_im[now + 2 * (size_t)n] = newest.im[i];
+        num rate = chi - sum[i].Tr;
+        x->along[now] = push * more;
+        x->across[now] = num_sub(side[i], more * b->spread[i] * rate);
+        b->rate[now + (size_t)n] = rate;
+        b->turn_re[now + 2 * (size_t)n] = num_neg(sum[i].Ti * turn_share);
+        b->turn_im[now + 2 * (size_t)n] = chi * turn_share;
     }
 }
 
@@ -123,7 +131,7 @@ VEC_INLINE void lanes_rigid(const struct lanes_loads *x, int n) {
     struct lanes_table table;
     lanes_invert(x->b, n, &table);
     for (int k = 0; k < x->order; k += 2) {
-        struct lanes_sums now[DENSE_MAX], next[DENSE_MAX];
+        struct lanes_sums now[LANES_MAX], next[LANES_MAX];
         for (int i = 0; i < n; i++) lanes_convolve(x, n, k, i, &now[i], &next[i]);
         lanes_solve(x, &table, n, k, now);
         if (k + 1 == x->order) break;
@@ -180,7 +188,7 @@ static inline void lanes_bodies(const struct jets_system *s, const struct bodies
         s->turn_re[s->n + k] = num_of(0);
         s->turn_im[s->n + k] = s->rate[k];
     }
-    assert(s->n <= DENSE_MAX && s->stride == (size_t)s->n && b->need & BODIES_SHAPE);
+    assert(s->n <= LANES_MAX && s->stride == (size_t)s->n && b->need & BODIES_SHAPE);
     lanes_drives(&x);
     bodies_factor(b);
     if (s->n == 1)
@@ -189,8 +197,10 @@ static inline void lanes_bodies(const struct jets_system *s, const struct bodies
         lanes_rigid(&x, 2);
     else if (s->n == 3)
         lanes_rigid(&x, 3);
-    else
+    else if (s->n == 4)
         lanes_rigid(&x, 4);
+    else
+        lanes_rigid(&x, s->n);
     lanes_tips(&x, moves || forces ? order : 1);
     for (int k = 0; k < s->n; k++) s->force[k] = b->tip_x[k];
     if (forces) bodies_forces(b, order);

@@ -203,8 +203,8 @@ TEST(members_that_differ_in_every_number_of_their_terms_end_where_single_runs_en
 TEST(real_members_have_the_same_bits_in_any_company_and_instruction_set) {
     unsigned long long seed = 6;
     static struct crowd whole, parts, narrow;
-    for (int i = 0; i < 9; i++) {
-        static const int arms[] = {2, 7, 1, 3, 6, 1, 2, 3, 4};
+    for (int i = 0; i < 11; i++) {
+        static const int arms[] = {2, 7, 1, 3, 6, 1, 2, 3, 4, 6, 8};
         unsigned bodies = i < 5 ? 0 : TEST_TERMS_RODS;
         int n = arms[i];
         struct test_tree t;
