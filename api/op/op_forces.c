@@ -361,7 +361,7 @@ static enum pend_status forces_block(struct forces *forces, struct api_buffer *o
     if (rows > forces->cap) rows = forces->cap;
     const double *column[API_COLUMNS];
     for (long i = 0; i < rows; i++) {
-        size_t at = (size_t)(forces->next + i) * (size_t)forces->tree.n;
+        size_t at = (size_t)(forces->next + i) * (size_t)forces->tree.tree->n;
         forces_compute(forces, forces->next + i, i);
         if (forces->derived.count)
             api_derived_state(&forces->derived, forces->states->phi + at,

@@ -266,3 +266,49 @@ TEST(forces_of_a_real_pendulum_hold_what_hangs_on_them) {
     CHECK_INT(test_reply_count(&ideal, "/joint_force/along"), -1);
     test_reply_free(&ideal);
 }
+
+/* what is asked of an ideal pendulum, of a real one, and of one on a cart */
+static const struct {
+    const char *pendulum, *by, *state[2];
+} alone[] = {
+    {"{\"length\":[1,0.5],\"mass\":[1,2],\"parent\":[0,1]}",
+     "{\"vary\":\"phi\",\"arm\":1},{\"vary\":\"length\",\"arm\":2}",
+     {"{\"theta\":[1,2]}", "{\"theta\":[0.3,-1],\"thetad\":[2,1]}"}},
+    {"{\"length\":[1,0.5],\"mass\":[1,2],\"parent\":[0,1],\"stiffness\":[3,0],\"rest\":[0.5,null]}",
+     "{\"vary\":\"phi\",\"arm\":1},{\"vary\":\"stiffness\",\"arm\":1}",
+     {"{\"theta\":[1,2]}", "{\"theta\":[7.3,-1],\"thetad\":[2,1]}"}},
+    {"{\"length\":[1,0.5],\"mass\":[1,2],\"parent\":[0,1],\"pivot\":{\"cart\":{\"mass\":2}}}",
+     "{\"vary\":\"phi\",\"arm\":1},{\"vary\":\"length\",\"arm\":2}",
+     {"{\"theta\":[1,2],\"cart\":{\"x\":0.5}}",
+      "{\"theta\":[0.3,-1],\"thetad\":[2,1],\"cart\":{\"x\":-3,\"v\":1}}"}},
+};
+
+TEST(states_and_their_derivatives_are_those_of_each_alone) {
+    static const char *const name[] = {"phidd", "lambda", "derivatives/phidd", "derivatives/lambda",
+                                       "derivatives/z_re"};
+    for (size_t i = 0; i < sizeof alone / sizeof *alone; i++) {
+        struct test_reply reply[3];
+        for (int j = 0; j < 3; j++) {
+            char body[600], states[200];
+            snprintf(states, sizeof states, "\"states\":[%s,%s]", alone[i].state[0],
+                     alone[i].state[1]);
+            if (j < 2) snprintf(states, sizeof states, "\"state\":%s", alone[i].state[j]);
+            snprintf(body, sizeof body, "{\"pendulum\":%s,\"derivatives\":[%s],%s}",
+                     alone[i].pendulum, alone[i].by, states);
+            reply[j] = test_post(API_OP_FORCES, body);
+            CHECK_INT(reply[j].status, 200);
+        }
+        // numbers of a row: an arm, or an arm and a parameter
+        for (int k = 0; k < 5 * 2 * 4; k++) {
+            int which = k / 8, row = k / 4 % 2, arm = k / 2 % 2;
+            char many[60], one[60], by[8] = "";
+            if (which >= 2) snprintf(by, sizeof by, "/%d", k % 2);
+            snprintf(many, sizeof many, "/%s/%d/%d%s", name[which], row, arm, by);
+            snprintf(one, sizeof one, "/%s/%d%s", name[which], arm, by);
+            double got = test_reply_number(&reply[2], many),
+                   want = test_reply_number(&reply[row], one);
+            CHECK_SAYING(got == want, "%s: %.17g, alone %.17g", many, got, want);
+        }
+        for (int j = 0; j < 3; j++) test_reply_free(&reply[j]);
+    }
+}
