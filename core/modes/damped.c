@@ -194,13 +194,22 @@ static struct pend_damped *damped_alloc(int n) {
     return made;
 }
 
+/* the first arm whose angle a shape may be measured by: a cart's place, m, is no angle, and counts
+ * where no arm swings */
+static size_t damped_first(const struct pend_damped *damped, const double complex shape[]) {
+    if (!damped->loads || !pend_terms_cart(damped->loads->terms)) return 0;
+    for (int k = 1; k < damped->n; k++)
+        if (cabs(shape[k]) * damped->tree->len[k] > 1e-9 * cabs(shape[0])) return 1;
+    return 0;
+}
+
 /* adds a mode; its shape's entry of largest size becomes 1 */
 static void damped_add(struct pend_damped *damped, double complex value,
                        const double complex shape[]) {
     size_t n = (size_t)damped->n, row = (size_t)damped->count * n;
     double complex scale = 1;
     double most = 0;
-    for (size_t k = 0; k < n; k++) {
+    for (size_t k = damped_first(damped, shape); k < n; k++) {
         if (cabs(shape[k]) <= most * (1 + 1e-9)) continue;
         most = cabs(shape[k]);
         scale = shape[k];
@@ -296,6 +305,8 @@ static enum pend_status damped_general(struct pend_damped *damped, double mass[]
     double *block = malloc((3 * rows * rows + 2 * rows) * sizeof *block);
     enum pend_status status = work && block ? PEND_OK : PEND_NO_MEMORY;
     if (!status) {
+        // whatever the units of time and of a cart's place are
+        gsl_eigen_nonsymmv_params(1, work);
         gsl_matrix_view matrix = gsl_matrix_view_array(block, rows, rows);
         gsl_matrix_complex_view vector =
             gsl_matrix_complex_view_array(block + rows * rows, rows, rows);

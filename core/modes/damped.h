@@ -25,8 +25,8 @@ struct pend_damped {
     double *phi;     /* n: the equilibrium, rad, stored order */
     double *omega;   /* rad/s, >= 0 */
     double *decay;   /* 1/s: the real part of the eigenvalue, below 0 where the mode dies away */
-    double *re, *im; /* shapes, mode-major: the angle of arm k in mode j at j n + k; the entry of
-                        largest size is 1 */
+    double *re, *im; /* shapes, mode-major: the angle of arm k in mode j at j n + k; the arm's entry
+                        of largest size is 1, or a cart's, m, where no arm swings */
     /* while they are looked for */
     const struct pend_tree *tree;
     const struct pend_loads *loads;

@@ -103,31 +103,37 @@ static double rest_bent(const struct pend_tree *tree, const struct pend_loads *l
 
 /* the gradient of the potential energy, and the diagonal of its second derivative; returns the
  * gradient's largest entry over the largest of its parts, of which a spring's is that of the angles
- * whose rounding it magnifies: it may be slack */
+ * whose rounding it magnifies: it may be slack. A cart's, which are forces, and those of the arms,
+ * which are torques, each by themselves. */
 static double rest_slopes(const struct pend_tree *tree, const struct pend_loads *loads,
                           const double phi[], struct rest_node node[]) {
-    double most = 0, size = 0, pull[2];
+    double most[2] = {0, 0}, size[2] = {0, 0}, pull[2];
     pend_rest_pull(loads, pull);
     for (int k = 0; k < tree->n; k++) {
         const struct rest_body *body = &node[k].body;
-        double complex turn = rest_cart(loads, k) ? 1 : cexp(I * phi[k]);
+        int cart = rest_cart(loads, k);
+        double complex turn = cart ? 1 : cexp(I * phi[k]);
         double complex part =
             conj(pull[0] + I * pull[1]) * ((body->moment[0] + I * body->moment[1]) * turn);
         node[k].slope = -cimag(part);
-        node[k].pivot = node[k].spring - (rest_cart(loads, k) ? 0 : creal(part));
-        size = fmax(size, hypot(pull[0], pull[1]) * hypot(body->moment[0], body->moment[1]));
+        node[k].pivot = node[k].spring - (cart ? 0 : creal(part));
+        size[cart] =
+            fmax(size[cart], hypot(pull[0], pull[1]) * hypot(body->moment[0], body->moment[1]));
     }
     for (int k = 0; k < tree->n; k++) {
-        int p = pend_terms_holder(loads->terms, tree->parent, k);
+        int p = pend_terms_holder(loads->terms, tree->parent, k), cart = rest_cart(loads, k);
         double bent = rest_bent(tree, loads, phi, k), spring = node[k].spring * bent;
         double angles = fabs(phi[k]) + fabs(bent) + (p < 0 ? 0 : fabs(phi[p]));
         node[k].slope += spring - node[k].torque;
         if (p >= 0) node[p].slope -= spring - node[k].torque;
         if (p >= 0) node[p].pivot += node[k].spring;
-        size = fmax(size, fmax(node[k].spring * angles, fabs(node[k].torque)));
+        size[cart] = fmax(size[cart], fmax(node[k].spring * angles, fabs(node[k].torque)));
     }
-    for (int k = 0; k < tree->n; k++) most = fmax(most, fabs(node[k].slope));
-    return size > 0 ? most / size : 0;
+    for (int k = 0; k < tree->n; k++) {
+        int cart = rest_cart(loads, k);
+        most[cart] = fmax(most[cart], fabs(node[k].slope));
+    }
+    return fmax(size[0] > 0 ? most[0] / size[0] : 0, size[1] > 0 ? most[1] / size[1] : 0);
 }
 
 /* eliminates the arms from the leaves on, of the matrix whose only entries off the diagonal are the

@@ -117,7 +117,7 @@ TEST(lossy_finds_the_modes_that_dense_matrices_have) {
         test_bodies_clear(&b);
         test_tree_clear(&t);
     }
-    CHECK_RESIDUAL(worst, 1e-11, "roots, in parts of the largest");
+    CHECK_RESIDUAL(worst, 1e-13, "roots, in parts of the largest");
     CHECK_RESIDUAL(missed, 1e-13, "(p^2 M + p C + K) x = 0");
 }
 
