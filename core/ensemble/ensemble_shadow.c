@@ -14,30 +14,51 @@ static void shadow_put(double high[], double low[], int at, double gap) {
     low[at + 1] = (high[at] - (total - part)) + (add - part);
 }
 
+/* by what the gap of coordinate k is divided before it counts beside angles: m of a cart's place */
+static double shadow_unit(const struct pend_ensemble *e, int i, int k) {
+    return k || !pend_terms_cart(e->lanes.terms) ? 1 : e->seat[i].shortest;
+}
+
+/* what makes angles of rates, and of a cart's place. Where nothing pulls it is how fast the arms
+ * turn, or 1 over the time */
+static void shadow_scale(struct pend_ensemble *e, int i) {
+    const struct ensemble_lanes *lanes = &e->lanes;
+    double length = 0, turning = 0, shortest = INFINITY;
+    for (int k = pend_terms_cart(lanes->terms); k < lanes->n; k++) {
+        int at = k * lanes->width + i;
+        length += lanes->len[at];
+        shortest = fmin(shortest, lanes->len[at]);
+        turning = fmax(turning, fabs(lanes->from.rate[at]));
+    }
+    double frequency = sqrt(fabs(lanes->gravity[i]) / length);
+    if (!(frequency > 0)) frequency = turning;
+    if (!(frequency > 0)) frequency = 1 / fabs(lanes->stop[i]);
+    e->seat[i].frequency = frequency;
+    e->seat[i].shortest = shortest;
+}
+
 void pend_ensemble_shadow_start(struct pend_ensemble *e, int i) {
     assert(e->lanes.paired && i % 2 == 0 && i < e->lanes.width);
     struct ensemble_lanes *lanes = &e->lanes;
     struct ensemble_state *from = &lanes->from;
-    double sum = 0, frequency = 0;
+    double sum = 0;
+    shadow_scale(e, i);
     for (int k = 0; k < lanes->n; k++) {
         int at = k * lanes->width + i;
         sum += cos(k + 1) * cos(k + 1) + sin(3 * k + 2) * sin(3 * k + 2);
-        frequency += lanes->len[at];
         lanes->len[at + 1] = lanes->len[at];
         lanes->inv_len[at + 1] = lanes->inv_len[at];
         lanes->mass[at + 1] = lanes->mass[at];
         if (lanes->bound > 0) lanes->cell[at + 1] = lanes->cell[at];
     }
-    frequency = sqrt(fabs(lanes->gravity[i]) / frequency);
-    if (!(frequency > 0)) frequency = 1;
-    e->seat[i].frequency = frequency;
     e->seat[i].growth = 0;
     // a direction that no symmetry of a tree has
     for (int k = 0; k < lanes->n; k++) {
         int at = k * lanes->width + i;
-        shadow_put(from->phi, from->phi_low, at, shadow_distance * cos(k + 1) / sqrt(sum));
+        double distance = shadow_distance * shadow_unit(e, i, k) / sqrt(sum);
+        shadow_put(from->phi, from->phi_low, at, distance * cos(k + 1));
         shadow_put(from->rate, from->rate_low, at,
-                   shadow_distance * frequency * sin(3 * k + 2) / sqrt(sum));
+                   distance * e->seat[i].frequency * sin(3 * k + 2));
     }
     for (int j = 0; lanes->terms && j < lanes->terms->count; j++)
         lanes->value[j * lanes->width + i + 1] = lanes->value[j * lanes->width + i];
@@ -59,8 +80,8 @@ static double shadow_far(const struct pend_ensemble *e, int i) {
     double sum = 0;
     for (int k = 0; k < e->lanes.n; k++) {
         int at = k * e->lanes.width + i;
-        double phi = shadow_gap(to->phi, to->phi_low, at);
-        double rate = shadow_gap(to->rate, to->rate_low, at) / e->seat[i].frequency;
+        double unit = shadow_unit(e, i, k), phi = shadow_gap(to->phi, to->phi_low, at) / unit;
+        double rate = shadow_gap(to->rate, to->rate_low, at) / (unit * e->seat[i].frequency);
         sum += phi * phi + rate * rate;
     }
     return sqrt(sum);

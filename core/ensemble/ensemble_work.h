@@ -17,8 +17,9 @@ struct ensemble_seat {
     double first;         /* s, of the first crossing of any arm */
     double energy, scale; /* J: at the start, and what a drift is measured against */
     int unlike;           /* forces are those of states, as a series loses their digits */
-    double growth,
-        frequency; /* logarithm of the neighbour's growth so far; 1/s, what makes angles of rates */
+    double growth, frequency,
+        shortest; /* logarithm of the neighbour's growth so far; 1/s, what makes angles of rates;
+                   * m, what makes an angle of a cart's place: the shortest arm */
 };
 
 /* the members of a run that are not delivered yet */

@@ -265,7 +265,7 @@ static double lyapunov_shortest(const struct pend_lyapunov_problem *problem) {
 }
 
 /* 1/s, about the frequency of the fastest swing: rates divided by it make an oscillation stretch
- * no direction much */
+ * no direction much. Where nothing swings it is how fast the arms turn, or 1 over the interval */
 static double lyapunov_fastest(const struct pend_lyapunov_problem *problem) {
     double shortest = lyapunov_shortest(problem);
     double frequency = sqrt(fabs(problem->loads.gravity) * sqrt(problem->tree->n) / shortest);
@@ -274,7 +274,10 @@ static double lyapunov_fastest(const struct pend_lyapunov_problem *problem) {
     if (loads->terms)
         frequency +=
             pend_terms_rate(loads->terms, tree->parent, tree->len, tree->mass, loads->value);
-    return frequency > 0 ? frequency : 1;
+    int swings = frequency > 0;
+    for (int k = pend_terms_cart(loads->terms); !swings && k < tree->n; k++)
+        frequency = fmax(frequency, fabs(problem->rate[k]));
+    return frequency > 0 ? frequency : 1 / problem->interval;
 }
 
 enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov,
