@@ -267,10 +267,20 @@ VEC_INLINE void doubt_note(const struct ensemble_doubt *doubt, num time, num rat
     lane_put(doubt->held, 0, NUM_(pick)(lost, num_fma(part, time - from, from), held));
 }
 
-/* the largest error of angles and rates, relative to the allowed error */
-VEC_INLINE num doubt_ratio(const struct ensemble_doubt *doubt, const double rate[], int n) {
+/* the largest error of angles and rates, relative to the allowed error; a cart's count in lengths
+ * of the shortest arm */
+VEC_INLINE num doubt_ratio(const struct ensemble_lanes *lanes, const double rate[]) {
+    const struct ensemble_doubt *doubt = &lanes->doubt;
     num angle = num_of(0), speed = num_of(0), fastest = lane_get(doubt->fastest, 0);
-    for (int k = 0; k < n; k++) {
+    int cart = pend_terms_cart(lanes->terms);
+    if (cart) {
+        num shortest = lane_get(lanes->len, 1);
+        for (int k = 2; k < lanes->n; k++) shortest = num_min(shortest, lane_get(lanes->len, k));
+        fastest = num_max(fastest, num_abs(lane_get(rate, 0)) / shortest);
+        angle = num_abs(lane_get(doubt->phi, 0)) / shortest;
+        speed = num_abs(lane_get(doubt->rate, 0)) / shortest;
+    }
+    for (int k = cart; k < lanes->n; k++) {
         fastest = num_max(fastest, num_abs(lane_get(rate, k)));
         angle = num_max(angle, num_abs(lane_get(doubt->phi, k)));
         speed = num_max(speed, num_abs(lane_get(doubt->rate, k)));
@@ -389,7 +399,7 @@ static void ensemble_doubt(const struct ensemble_lanes *lanes, const struct jets
     if (!mask_set((wide_mask)(lane_get(doubt->held, 0) == ENSEMBLE_HELD))) return;
     num unit = lane_get(lanes->unit, 0), inverse = 1 / unit, time = lane_get(lanes->from.time, 0),
         one = num_of(1);
-    num ratio = doubt_ratio(doubt, lanes->from.rate, lanes->n);
+    num ratio = doubt_ratio(lanes, lanes->from.rate);
     num part = doubt->grade * doubt_spread(lanes, s, x, gravity, inverse),
         all = num_max(ratio, part);
     doubt_note(doubt, time, all);
@@ -398,7 +408,7 @@ static void ensemble_doubt(const struct ensemble_lanes *lanes, const struct jets
     doubt_add(lanes, s, x, inverse);
     num grown = NUM_(pick)((wide_mask)(ratio > 0),
                            num_max(part / num_max(ratio, num_of(0x1p-1000)), one), one);
-    doubt_note(doubt, next, doubt_ratio(doubt, lanes->to.rate, lanes->n) * grown);
+    doubt_note(doubt, next, doubt_ratio(lanes, lanes->to.rate) * grown);
 }
 
 static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attention *attention) {

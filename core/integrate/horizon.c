@@ -32,6 +32,8 @@ struct pend_horizon {
     enum horizon_way way;
     double grade;  /* over an error, what it is over the error that is allowed */
     double target; /* what a step's first neglected term is over its motion */
+    double cart;   /* m, by which the place of a cart is divided before it counts beside angles: the
+                      shortest arm; 0 where there is none */
     int lost;
     double end_time;    /* s, relative, of the last instant */
     double held;        /* s, relative: how far the accuracy goes, once it is lost */
@@ -71,6 +73,19 @@ static void horizon_view(struct pend_horizon *horizon, double *at, size_t stride
                                   &begin->rate,  &begin->rate_low, &end->phi,   &end->phi_low,
                                   &end->rate,    &end->rate_low};
     for (size_t i = 0; i < HORIZON_ROWS; i++) *row[i] = at + i * stride;
+}
+
+/* by what the error of coordinate k is divided before it counts beside angles */
+static double horizon_unit(const struct pend_horizon *horizon, int k) {
+    return k || horizon->cart == 0 ? 1 : horizon->cart;
+}
+
+/* the shortest arm on a cart, m; 0 where there is none */
+static double horizon_cart(const struct pend_problem *problem) {
+    double shortest = INFINITY;
+    if (!pend_terms_cart(problem->loads.terms)) return 0;
+    for (int k = 1; k < problem->tree->n; k++) shortest = fmin(shortest, problem->tree->len[k]);
+    return shortest;
 }
 
 /* errors that the start has, for methods that carry no more than doubles */
@@ -131,6 +146,7 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
     made->way = way;
     made->grade = PEND_HORIZON_MARGIN / problem->accuracy;
     made->unit = 0x1p-5;
+    made->cart = horizon_cart(problem);
     made->end_ratio = -1;
     made->end_time = pend_times_at(&problem->times, problem->times.count - 1) -
                      pend_times_at(&problem->times, 0);
@@ -172,7 +188,8 @@ static double horizon_displace(struct pend_horizon *horizon, const struct jets_s
     double most = 0;
     int n = horizon->problem.tree->n;
     for (int k = 0; k < n; k++)
-        most = fmax(most, fmax(fabs(horizon->phi[k]), fabs(horizon->rate[k] * length)));
+        most = fmax(most, fmax(fabs(horizon->phi[k]), fabs(horizon->rate[k] * length)) /
+                              horizon_unit(horizon, k));
     double scale = most > DBL_MIN ? HORIZON_NEAR / most : 0;
     horizon->near.time = from->time;
     horizon->near.late = from->late;
@@ -190,9 +207,10 @@ static double horizon_displace(struct pend_horizon *horizon, const struct jets_s
 static double horizon_ratio(struct pend_horizon *horizon, const double rate[]) {
     double angle = 0, speed = 0, sum = 0, fastest = horizon->fastest;
     for (int k = 0; k < horizon->problem.tree->n; k++) {
-        double turned = fabs(horizon->phi[k]), faster = fabs(horizon->rate[k]);
+        double unit = horizon_unit(horizon, k);
+        double turned = fabs(horizon->phi[k]) / unit, faster = fabs(horizon->rate[k]) / unit;
         sum += turned + faster;
-        fastest = horizon_larger(fabs(rate[k]), fastest);
+        fastest = horizon_larger(fabs(rate[k]) / unit, fastest);
         angle = horizon_larger(turned, angle);
         speed = horizon_larger(faster, speed);
     }
