@@ -68,7 +68,11 @@ export function createEngine() {
 
   async function begin() {
     if (worker || !("engine" in document.documentElement.dataset)) return;
-    worker = new Worker(new URL("engine_worker.js", import.meta.url), { type: "module" });
+    try {
+      worker = new Worker(new URL("engine_worker.js", import.meta.url), { type: "module" });
+    } catch {
+      return; // a frame may be refused one: the server computes all
+    }
     worker.addEventListener("message", ({ data }) => {
       const waiting = asked.get(data.id);
       if (waiting && hear(waiting, data)) asked.delete(data.id);

@@ -104,3 +104,14 @@ export async function an_engine_that_does_not_come_is_not_missed(rig) {
   assert.equal(await page.evaluate(() => pendulumd.client.engine.ready), false);
   await end(rig, page);
 }
+
+export async function a_frame_that_is_refused_a_worker_is_not_troubled(rig) {
+  const page = await rig.open();
+  await page.addInitScript(() => { window.Worker = class { constructor() { throw new DOMException("refused", "SecurityError"); } }; });
+  await page.goto(rig.url);
+  await moving(page);
+  await page.evaluate(() => pendulumd.client.engine.begin().then(() => pendulumd.edits.setMass(2, 3)));
+  await moving(page);
+  assert.deepEqual(await page.locator(".notice").evaluateAll((list) => list.map((one) => one.hidden)), [true]);
+  await page.context().close();
+}

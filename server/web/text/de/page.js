@@ -123,7 +123,7 @@ export default {
   "preset.metronome-cart.words":
     "Der Arm eines Metronoms, mit seinem Gewicht oben und einem schwereren unten, auf einem Wagen, der rollt: Arm und Wagen schwingen gegeneinander, ein wenig schneller als auf einem Tisch.",
   "preset.kapitza.words":
-    "Die Aufhängung rüttelt 32 Mal in der Sekunde auf und ab: So bleibt das Pendel oben stehen. Mit weniger als der halben Amplitude (unter 11 mm) fällt es.",
+    "Die Aufhängung rüttelt 32 Mal in der Sekunde auf und ab: So bleibt das Pendel oben stehen. Mit einer Amplitude unter 11 mm fällt es.",
   "preset.double-bars.words":
     "Zwei Stäbe ohne Gewichte an den Enden, wie die meisten Doppelpendel auf einem Tisch.",
   "preset.driven-damped.words":

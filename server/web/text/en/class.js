@@ -8,7 +8,7 @@ export default {
   "class.state.frozen": "frozen",
   "class.state.gone": "The room is over.",
   "class.intro":
-    "Work together: your teacher has a code of five letters. No account, and nobody asks your name.",
+    "Work together: your teacher has a code of five characters. No account, and nobody asks your name.",
   "class.code": "Code of the room",
   "class.nickname": "What shall the class call you?",
   "class.nickname.hint": "Any short name; it need not be your own.",

@@ -124,7 +124,7 @@ export default {
   "preset.metronome-cart.words":
     "A metronome’s arm, with its weight above and a heavier one below, on a cart that rolls: arm and cart swing against each other, a little faster than on a table.",
   "preset.kapitza.words":
-    "The pivot shakes up and down 32 times a second: so the pendulum stays upside down. With less than half the amplitude (below 11 mm) it falls.",
+    "The pivot shakes up and down 32 times a second: so the pendulum stays upside down. With an amplitude below 11 mm it falls.",
   "preset.double-bars.words":
     "Two bars with nothing at their tips, like most double pendulums on a table.",
   "preset.driven-damped.words":

@@ -8,7 +8,7 @@ export default {
   "class.state.frozen": "congelado",
   "class.state.gone": "La sala se ha terminado.",
   "class.intro":
-    "Trabajar juntos: tu docente tiene un código de cinco letras. Sin cuenta, y nadie pregunta tu nombre.",
+    "Trabajar juntos: tu docente tiene un código de cinco caracteres. Sin cuenta, y nadie pregunta tu nombre.",
   "class.code": "Código de la sala",
   "class.nickname": "¿Cómo quieres que te llame la clase?",
   "class.nickname.hint": "Cualquier nombre corto; no hace falta que sea el tuyo.",

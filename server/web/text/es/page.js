@@ -118,7 +118,7 @@ export default {
   "preset.metronome-cart.words":
     "El brazo de un metrónomo, con su pesa arriba y otra más pesada abajo, sobre un carrito que rueda: brazo y carrito oscilan uno contra otro, un poco más deprisa que sobre una mesa.",
   "preset.kapitza.words":
-    "El pivote se agita arriba y abajo 32 veces por segundo: así el péndulo se mantiene cabeza abajo. Con menos de la mitad de la amplitud (menos de 11 mm) se cae.",
+    "El pivote se agita arriba y abajo 32 veces por segundo: así el péndulo se mantiene cabeza abajo. Con una amplitud de menos de 11 mm se cae.",
   "preset.double-bars.words":
     "Dos barras sin nada en los extremos, como la mayoría de los péndulos dobles de mesa.",
   "preset.driven-damped.words":

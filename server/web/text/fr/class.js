@@ -8,7 +8,7 @@ export default {
   "class.state.frozen": "figé",
   "class.state.gone": "La salle est fermée.",
   "class.intro":
-    "Travailler ensemble : ton professeur a un code de cinq lettres. Pas de compte, et personne ne demande ton nom.",
+    "Travailler ensemble : ton professeur a un code de cinq caractères. Pas de compte, et personne ne demande ton nom.",
   "class.code": "Code de la salle",
   "class.nickname": "Comment la classe doit-elle t’appeler ?",
   "class.nickname.hint": "N’importe quel nom court ; ce n’est pas forcément le tien.",

@@ -118,7 +118,7 @@ export default {
   "preset.metronome-cart.words":
     "Le bras d’un métronome, avec son poids en haut et un autre, plus lourd, en bas, sur un chariot qui roule : bras et chariot oscillent l’un contre l’autre, un peu plus vite que sur une table.",
   "preset.kapitza.words":
-    "Le pivot tremble de haut en bas 32 fois par seconde : le pendule se tient alors la tête en bas. Avec moins de la moitié de l’amplitude (sous 11 mm), il tombe.",
+    "Le pivot tremble de haut en bas 32 fois par seconde : le pendule se tient alors la tête en bas. Avec une amplitude sous 11 mm, il tombe.",
   "preset.double-bars.words":
     "Deux barres sans masse aux extrémités, comme la plupart des pendules doubles posés sur une table.",
   "preset.driven-damped.words":

@@ -8,7 +8,7 @@ export default {
   "class.state.frozen": "bevroren",
   "class.state.gone": "Het lokaal is gesloten.",
   "class.intro":
-    "Samenwerken: je docent heeft een code van vijf letters. Geen account, en niemand vraagt je naam.",
+    "Samenwerken: je docent heeft een code van vijf tekens. Geen account, en niemand vraagt je naam.",
   "class.code": "Code van het lokaal",
   "class.nickname": "Hoe moet de klas je noemen?",
   "class.nickname.hint": "Een korte naam; het hoeft niet je eigen te zijn.",

@@ -117,7 +117,7 @@ export default {
   "preset.metronome-cart.words":
     "De arm van een metronoom, met zijn gewicht boven en een zwaarder onder, op een wagentje dat rolt: arm en wagentje slingeren tegen elkaar in, iets sneller dan op een tafel.",
   "preset.kapitza.words":
-    "Het ophangpunt schudt 32 keer per seconde op en neer: zo blijft de slinger ondersteboven staan. Met minder dan de halve amplitude (onder 11 mm) valt hij.",
+    "Het ophangpunt schudt 32 keer per seconde op en neer: zo blijft de slinger ondersteboven staan. Met een amplitude onder 11 mm valt hij.",
   "preset.double-bars.words":
     "Twee staven met niets aan de uiteinden, zoals de meeste dubbele slingers op een tafel.",
   "preset.driven-damped.words":

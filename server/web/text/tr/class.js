@@ -8,7 +8,7 @@ export default {
   "class.state.frozen": "donduruldu",
   "class.state.gone": "Oda kapandı.",
   "class.intro":
-    "Birlikte çalışın: öğretmeninde beş harfli bir kod var. Hesap yok, kimse adını sormaz.",
+    "Birlikte çalışın: öğretmeninde beş karakterli bir kod var. Hesap yok, kimse adını sormaz.",
   "class.code": "Odanın kodu",
   "class.nickname": "Sınıf sana ne desin?",
   "class.nickname.hint": "Kısa bir ad yeter; kendi adın olması gerekmez.",

@@ -117,7 +117,7 @@ export default {
   "preset.metronome-cart.words":
     "Bir metronomun kolu: üstünde ağırlığı, altında daha ağır bir kütle, yuvarlanan bir arabanın üstünde. Kol ve araba birbirine karşı salınır, masadakinden biraz daha hızlı.",
   "preset.kapitza.words":
-    "Askı noktası saniyede 32 kez aşağı yukarı titrer: sarkaç böylece baş aşağı durur. Genliğin yarısından azıyla (11 mm altında) düşer.",
+    "Askı noktası saniyede 32 kez aşağı yukarı titrer: sarkaç böylece baş aşağı durur. 11 mm altındaki genlikte düşer.",
   "preset.double-bars.words":
     "Uçlarında kütle olmayan iki çubuk; masa üstündeki çift sarkaçların çoğu böyledir.",
   "preset.driven-damped.words":
