@@ -1,5 +1,6 @@
 #include "api/read/field.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -116,22 +117,49 @@ static int field_unknown(const struct api_value *value, const char *expected,
     return -1;
 }
 
-/* adds a fault for a text that is none of the words: it names the word that was probably meant, or
- * all of them */
+/* writes the words that contain a part, all of them where it is empty, as a list that ends before
+ * the text does; returns how many there are */
+static int field_list_words(const char *const words[], const char *part, char *list, size_t bytes) {
+    static const char more[] = ", and others";
+    size_t used = 0;
+    int count = 0, full = 0;
+    assert(bytes > sizeof more);
+    list[0] = 0;
+    for (int i = 0; words[i]; i++) {
+        if (!strstr(words[i], part)) continue;
+        size_t needed = strlen(words[i]) + sizeof "\"\", ";
+        if (!full && used + needed + sizeof more <= bytes)
+            used += (size_t)snprintf(list + used, bytes - used, "%s\"%s\"", count ? ", " : "",
+                                     words[i]);
+        else if (!full)
+            full = snprintf(list + used, bytes - used, "%s", more) > 0;
+        count++;
+    }
+    return count;
+}
+
+/* adds a fault for a text that is none of the words: it names the word that was probably meant,
+ * those of which it is a part, or all of them */
 static void field_fault_word(const struct api_value *value, const char *const words[],
                              struct api_problem *problem) {
-    char expected[200] = "one of ";
+    enum { LEAST_PART = 3, MOST_OFFERED = 8 };
+    char list[270], expected[sizeof list + 8];
     const char *text = api_value_text(value), *near = text ? api_name_meant(text, words) : NULL;
-    size_t used = strlen(expected);
-    for (int i = 0; words[i] && used < sizeof expected; i++)
-        used += (size_t)snprintf(expected + used, sizeof expected - used, "%s\"%s\"", i ? ", " : "",
-                                 words[i]);
-    if (near)
+    if (near) {
         api_value_fault(value, problem, API_CODE_UNKNOWN_NAME "is not known; did you mean \"%s\"?",
                         near);
-    else
-        (void)(text ? field_unknown(value, expected, problem)
-                    : field_wrong(value, expected, problem));
+        return;
+    }
+    int part =
+        text && strlen(text) >= LEAST_PART ? field_list_words(words, text, list, sizeof list) : 0;
+    if (part && part <= MOST_OFFERED) {
+        api_value_fault(value, problem,
+                        API_CODE_UNKNOWN_NAME "is not known; did you mean one of %s?", list);
+        return;
+    }
+    (void)field_list_words(words, "", list, sizeof list);
+    snprintf(expected, sizeof expected, "one of %s", list);
+    (void)(text ? field_unknown(value, expected, problem) : field_wrong(value, expected, problem));
 }
 
 int api_field_word(const struct api_value *value, const char *const words[], int *out,

@@ -56,7 +56,12 @@ static double tree_check_values(int n, const double value[], const unsigned char
             sum += value[i];
         } else {
             bad++;
-            tree_fault(faults, field, i, -1, "must be a finite number greater than 0, got %.17g",
+            tree_fault(faults, field, i, -1,
+                       bare && bare[i] ? "must be a finite number, at least 0, got %.17g"
+                       : bare && value[i] == 0
+                           ? "must be a finite number greater than 0, got %.17g: it may be 0 where "
+                             "the arm has a rod or a body"
+                           : "must be a finite number greater than 0, got %.17g",
                        value[i]);
         }
     if (!bad && !isfinite(sum))

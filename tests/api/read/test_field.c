@@ -79,3 +79,31 @@ TEST(whole_numbers_words_and_truths_are_left_alone_unless_good) {
     CHECK_INT(test.problem.count, 4);
     end(&test);
 }
+
+TEST(a_word_that_is_part_of_others_leads_to_them_and_long_lists_end_at_a_word) {
+    struct field_case test;
+    static const char *const words[] = {"friction_torque",
+                                        "friction_speed",
+                                        "the_first_of_many_words_that_are_long_indeed",
+                                        "the_second_of_many_words_that_are_long_indeed",
+                                        "the_third_of_many_words_that_are_long_indeed",
+                                        "the_fourth_of_many_words_that_are_long_indeed",
+                                        "the_fifth_of_many_words_that_are_long_indeed",
+                                        "the_sixth_of_many_words_that_are_long_indeed",
+                                        NULL};
+    int word = 5;
+    begin(&test, "{\"part\":\"friction\",\"none\":\"something else\",\"empty\":\"\"}");
+    struct api_value part = api_value_member(&test.root, "part"),
+                     none = api_value_member(&test.root, "none"),
+                     empty = api_value_member(&test.root, "empty");
+    CHECK_INT(api_field_word(&part, words, &word, &test.problem), -1);
+    CHECK_TEXT(test.problem.faults[0].detail,
+               "is not known; did you mean one of \"friction_torque\", \"friction_speed\"?");
+    CHECK_INT(api_field_word(&none, words, &word, &test.problem), -1);
+    CHECK(strstr(test.problem.faults[1].detail, "indeed\", and others, got the text \"something"));
+    CHECK(strstr(test.problem.faults[1].detail, "must be one of \"friction_torque\", "));
+    CHECK_INT(api_field_word(&empty, words, &word, &test.problem), -1);
+    CHECK(strstr(test.problem.faults[2].detail, "must be one of \"friction_torque\", "));
+    CHECK_INT(word, 5);
+    end(&test);
+}
