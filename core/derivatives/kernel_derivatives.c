@@ -9,9 +9,10 @@
 #include "core/bodies/bodies_template.h"
 #include "core/taylor/taylor_order.h"
 
-/* Eight derivatives of real pendulums take 2.5 to 2.9 times as long as eight members of an ensemble
- * in lanes (tests/bench/parts/bench_derivatives.c). The peer is two motions more for each
- * parameter, which lose half of the digits. */
+/* Eight derivatives of real pendulums whose motion is not known first (ideal_loads.h) take 2.5
+ * to 2.9 times as long as eight members of an ensemble in lanes
+ * (tests/bench/parts/bench_derivatives.c). The peer is two motions more for each parameter, which
+ * lose half of the digits. */
 
 _Static_assert((int)DERIVATIVES_PASS == (int)TANGENT_PARAMETERS &&
                    sizeof(num) == DERIVATIVES_LANES * sizeof(double),
