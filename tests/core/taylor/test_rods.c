@@ -1,6 +1,6 @@
 /* Tests of core/taylor/rods: series of chains of rods against quadruple precision and against the
  * general kernel, with couples, a driven pivot, and bodies on the arms.
- * Leaves to others: runs and their energy (test_real_pendulums), tiles (test_tiles).
+ * Leaves to others: runs of other pendulums (test_real_pendulums), tiles (test_tiles).
  * Invariant: residuals are relative to the largest value among the arms. */
 #include "core/taylor/rods.h"
 
@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/integrate/run.h"
 #include "core/taylor/jets.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/quad_bodies.h"
@@ -355,4 +356,50 @@ TEST(rods_write_nothing_behind_the_memory_that_they_ask_for) {
         CHECK(written <= bytes);
         scene_close(&s);
     }
+}
+
+/* angles and forces at ROWS instants of a run, and the drift of its energy's balance */
+enum { ROWS = 11, RUN_ARMS = 20 };
+struct path {
+    double phi[ROWS * RUN_ARMS], force[ROWS * RUN_ARMS], drift;
+};
+
+extern const struct pend_method pend_method_taylor, pend_method_taylor_extended;
+
+static void path_run(const struct scene *s, const struct pend_method *method, double rtol,
+                     struct path *path) {
+    double t[ROWS];
+    int done = 0;
+    struct pend_run *run;
+    struct pend_problem problem = {.tree = s->tree.tree,
+                                   .loads = s->loads,
+                                   .phi = s->tree.phi,
+                                   .rate = s->tree.rate,
+                                   .rtol = rtol};
+    problem.times =
+        (struct pend_times){.count = ROWS, .start = 2, .span = 0.5, .divisor = ROWS - 1};
+    struct pend_samples samples = {.cap = ROWS, .t = t, .phi = path->phi, .force = path->force};
+    REQUIRE(pend_run_new(&run, method, &problem, NULL) == PEND_OK);
+    while (!done) REQUIRE(pend_run_next(run, &samples, 1e12, &done, NULL) == PEND_OK);
+    path->drift = pend_run_stats(run).energy_drift;
+    pend_run_free(&run);
+}
+
+TEST(rods_move_as_in_32_digits_and_balance_their_energy) {
+    static struct path own, want;
+    double angle = 0, force = 0, drift = 0;
+    for (unsigned what = RODS; what < ALL; what += COUPLES) {
+        struct scene s;
+        scene_open(&s, RUN_ARMS, what | (what / COUPLES % 2 ? BODIES : 0), 0.2, 0.5, 0, what);
+        REQUIRE(pend_rods_suit(s.tree.tree, &s.loads));
+        path_run(&s, &pend_method_taylor, 1e-15, &own);
+        path_run(&s, &pend_method_taylor_extended, 1e-24, &want);
+        angle = fmax(angle, test_gap(ROWS * RUN_ARMS, own.phi, want.phi));
+        force = fmax(force, test_gap(ROWS * RUN_ARMS, own.force, want.force));
+        drift = fmax(drift, own.drift);
+        scene_close(&s);
+    }
+    CHECK_RESIDUAL(angle, 1e-13, "angles of a run against 32 digits");
+    CHECK_RESIDUAL(force, 1e-12, "forces of a run against 32 digits");
+    CHECK_RESIDUAL(drift, 1e-13, "drift of the energy's balance");
 }
