@@ -8,6 +8,8 @@
 /* chains whose masses at the joints, or whose inertias, are further apart than this go by tiles;
  * and those with an arm that is this near to a point mass on it */
 static const double RODS_MASSES = 256, RODS_POINT = 0.125;
+/* kg: powers of masses below this and above its inverse are no numbers */
+static const double RODS_LEAST = 0x1p-900;
 
 int pend_rods_known(const struct pend_tree *tree, const struct pend_terms *terms) {
     struct pend_terms points = *terms; // what would be left with points at the tips
@@ -56,10 +58,11 @@ int pend_rods_suit(const struct pend_tree *tree, const struct pend_loads *loads)
         if (!(arm.joint >= 0) || !(arm.tip > 0)) return 0;
         if (!(arm.spread >= RODS_POINT * arm.tip * arm.joint)) return 0;
         if (k) least = fmin(least, node);
-        most = fmax(most, fmax(k ? node : 0, fabs(arm.twist)));
+        most = fmax(most, fmax(node, fabs(arm.twist)));
         before = arm.tip;
     }
-    return fmax(most, before) <= RODS_MASSES * fmin(least, before);
+    least = fmin(least, before), most = fmax(most, before);
+    return most <= RODS_MASSES * least && least > RODS_LEAST && most < 1 / RODS_LEAST;
 }
 
 static size_t rods_count(const struct pend_tree *tree) {

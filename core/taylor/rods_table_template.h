@@ -67,7 +67,7 @@ VEC_INLINE struct rods_form rods_turn(const double *at, double way, struct rods_
 }
 
 VEC_INLINE struct rods_form rods_scaled(struct rods_form p) {
-    double by = chain_scale(p.d + p.xx);
+    double by = chain_scale(p.d + (p.xx + p.yy));
     return (struct rods_form){by * p.d, by * p.xx, by * p.xy, by * p.yy, by * p.n};
 }
 
