@@ -4,6 +4,7 @@
 // Invariant: whoever turns an arm turns the pendulum that is seen: its shape of now becomes the
 // start, at rest.
 
+import { phiOf } from "./angles.js";
 import { still } from "./screen.js";
 import { massOf } from "./terms.js";
 import { path, reach, removable, tipMass, withArm, withoutBranch } from "./tree.js";
@@ -179,7 +180,7 @@ function branches({ store, text, announce }) {
     /** A pendulum of one arm, to build on. */
     begin() {
       const pendulum = { length: [1], mass: [1], parent: [0], gravity: 9.81 };
-      const initial = { phi: [-0.5], phid: [0] };
+      const initial = { phi: [phiOf(60)], phid: [0] };
       const view = { selected: 1, trails: [1] };
       store.set({ title: "", preset: null, ghosts: [], pendulum, initial, view }, { label: "new" });
     },

@@ -61,6 +61,7 @@ export async function a_report_has_picture_numbers_plots_settings_and_link(rig) 
   assert.match(found.text, /Ruler0\.500 m/);
   assert.deepEqual(found.request.pendulum.length, found.body, "the request is all of the settings");
   assert.equal(new URL(found.link).search, "?length=1,0.5&theta=30,90");
+  assert.match(found.text, /cannot reach this address/);
   assert.ok(found.curves > 800 && found.code);
   const { light, dark } = await brightness(page);
   assert.ok(light > 0.9 && dark > 500, `black on white from a dark page: ${light}, ${dark} pixels`);

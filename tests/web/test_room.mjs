@@ -134,6 +134,8 @@ export async function a_room_is_accessible_dark_and_on_a_phone(rig) {
   await teacher.click("[data-class=showCode]");
   await teacher.waitForSelector("dialog.code svg");
   await rig.shot(teacher, "room-code");
+  const { default: shares } = await import("../../server/web/text/de/drawers.js");
+  assert.ok((await teacher.innerText("dialog.code")).includes(shares["share.local"]), "a class cannot come to this machine's own address");
   await teacher.click("dialog.code .icon-button");
   await teacher.click("[data-class=large]");
   await rig.shot(teacher, "room-board");

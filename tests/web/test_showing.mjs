@@ -59,6 +59,7 @@ export async function the_card_is_whole_on_low_and_narrow_stages(rig) {
 export async function a_projector_gets_a_large_code_and_a_warning_of_this_machine_s_own_address(rig) {
   const page = await rig.open({ width: 1280, height: 800, path: "/?length=1,1&theta=90,45" });
   await openDrawer(page, "share");
+  assert.match(await page.innerText("[data-drawer=share]"), /cannot reach this address/, "a link that nobody else can follow says so");
   await page.click("[data-projector=begin]");
   await page.waitForSelector(".projector .qr");
   await drawn(page);

@@ -7,7 +7,7 @@ import { linkTo } from "../address.js";
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { button, copyButton, save, toggle } from "../drawers/kit.js";
-import { qrOf } from "../drawers/qr.js";
+import { localOf, qrOf } from "../drawers/qr.js";
 import { ROOT } from "../root.js";
 import { mountAsk } from "./ask.js";
 import { mountBoard, openDialog } from "./board.js";
@@ -86,6 +86,7 @@ function codePart(room) {
         h("p", { class: "huge" }, code),
         picture,
         h("p", { class: "address" }, `${ROOT.replace(/^\w+:\/\//, "")}${code}`),
+        localOf(app.text),
       );
     },
     { class: "button main", "data-class": "showCode" },

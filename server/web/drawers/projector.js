@@ -6,9 +6,7 @@
 import { h } from "../dom.js";
 import { ROOT } from "../root.js";
 import { button } from "./kit.js";
-import { qrOf } from "./qr.js";
-
-const OWN = /^(localhost|127\.|\[::1\])/;
+import { localOf, qrOf } from "./qr.js";
 
 /**
  * Until it is closed, or the full screen left.
@@ -16,7 +14,6 @@ const OWN = /^(localhost|127\.|\[::1\])/;
  */
 export function showProjector({ text, store }, qrcode, link) {
   const root = document.documentElement;
-  const local = OWN.test(location.hostname);
   /** @type {Element | null} */
   const before = document.activeElement;
   const end = () => {
@@ -29,13 +26,12 @@ export function showProjector({ text, store }, qrcode, link) {
   };
   const left = () => document.fullscreenElement ?? end();
   const close = button(text("share.projectorEnd"), end, { "data-projector": "end" });
-  const warning = h("p", { class: "fault", role: "alert" }, text("share.local"));
   const part = h(
     "aside",
     { class: "projector", "aria-label": text("share.projector") },
     qrOf(qrcode, link, text("share.projector")),
     h("p", { class: "projector-link" }, link.length < 90 ? link : ROOT),
-    local && warning,
+    localOf(text),
     close,
   );
   part.addEventListener("keydown", ({ key }) => key === "Escape" && end());

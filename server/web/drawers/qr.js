@@ -1,10 +1,17 @@
-// A link as a QR code.
+// A link as a QR code, and a word where nobody else can follow it.
 // Leaves to others: the code itself (qrcode-generator), which links there are (share.js).
 // Invariant: black on white with the margin that cameras need, whatever the theme.
 
+import { h } from "../dom.js";
+
+const OWN = /^(localhost|127\.|\[::1\])/;
 const SVG = "http://www.w3.org/2000/svg";
 const MARGIN = 4;
 const LONG = 300; // letters, from which on a code corrects fewer errors
+
+/** That other machines cannot reach this address, false where they can. @param {Text} text */
+export const localOf = (text) =>
+  OWN.test(location.hostname) && h("p", { class: "fault", role: "alert" }, text("share.local"));
 
 /** The dark squares as a path. @param {any} code */
 function squares(code) {

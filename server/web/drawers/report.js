@@ -14,7 +14,7 @@ import { figure } from "./kit.js";
 import { svgOf } from "./picture.js";
 import { panelsOf } from "./plot_data.js";
 import { farthestOf, formulaOf, periodOf, spreadOf, swingsOf } from "./periods.js";
-import { qrOf } from "./qr.js";
+import { localOf, qrOf } from "./qr.js";
 
 const MOST_ARMS = 12; // rows of a table; the request at the end has all
 const DASH = "\u2013";
@@ -155,6 +155,7 @@ async function paperOf(app, link, qrcode, urls) {
       h("h2", {}, text("report.link")),
       code,
       h("p", {}, link),
+      localOf(text),
     ),
   );
 }

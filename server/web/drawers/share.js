@@ -11,7 +11,7 @@ import { linkOf, sceneOf } from "../link.js";
 import { numbersAsFiles } from "./files_of_numbers.js";
 import { button, copyButton, save, settled } from "./kit.js";
 import { showProjector } from "./projector.js";
-import { qrOf } from "./qr.js";
+import { localOf, qrOf } from "./qr.js";
 
 const LONGEST = 1200; // letters of a link that a camera still reads off a projector
 
@@ -194,6 +194,7 @@ function lay(element, view) {
   element.append(
     h("h2", {}, text("drawer.share")),
     h("p", { class: "quiet" }, text("share.intro")),
+    localOf(text),
     h("label", { class: "field wide" }, h("span", {}, text("share.title")), title),
     section(text, "short", h("div", { class: "row" }, make), status, short.place),
     view.plainPart,
