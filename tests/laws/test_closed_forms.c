@@ -464,7 +464,7 @@ LAW(law_the_driven_damped_pendulum_doubles_its_period_where_its_multiplier_is_mi
 }
 
 LAW(law_the_pendulum_of_baker_and_gollub_goes_to_chaos_and_back) {
-    // G. L. Baker and J. P. Gollub, Chaotic Dynamics (1990), chapter 3
+    // G. L. Baker and J. P. Gollub, Chaotic Dynamics (Cambridge 1990)
     const struct {
         double b;
         int every;

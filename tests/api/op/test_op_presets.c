@@ -178,8 +178,8 @@ TEST(coupled_pendulums_hand_their_motion_over) {
     test_reply_free(&reply);
 }
 
-/* The pendulum of Baker and Gollub (Chaotic Dynamics, second edition, 1996, chapter 3: q = 2, w =
- * 2/3) repeats itself with its drive at g = 0.9, with two periods of it at 1.07, and is chaotic at
+/* The pendulum of Baker and Gollub (Chaotic Dynamics, Cambridge 1990) with q = 2 and w = 2/3
+ * repeats itself with its drive at g = 0.9, with two periods of it at 1.07, and is chaotic at
  * 1.15. The period in periods of the drive: by the rate at three instants a period apart, after 98
  * of them. */
 TEST(the_driven_pendulum_repeats_itself_or_not_as_the_books_have_it) {
