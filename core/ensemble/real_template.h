@@ -82,6 +82,22 @@ static num real_reach(const struct bodies_system *b, num x) {
     return b->need & BODIES_GRIP ? bodies_reach(b, x) : x;
 }
 
+/* What the pivot gives in x units beyond the orders of its power, as pend_exchange_beyond, over the
+ * square of the unit. */
+static num real_beyond(const struct bodies_system *b, int order, num x) {
+    num sum = num_of(0);
+    for (int k = 2 * order - 2; k >= order; k--) {
+        num part = num_of(0);
+        for (int j = k - order + 1; j < order; j++) {
+            part = num_fma(b->haul_x[j], b->slide_x[k - j], part);
+            part = num_fma(b->haul_y[j], b->slide_y[k - j], part);
+        }
+        sum = num_fma(sum, x, part * (1.0 / (k + 1)));
+    }
+    for (int k = 0; k < order; k++) sum *= x;
+    return sum;
+}
+
 /* what drives give and friction takes in a step of x units, J; its series is kept for parts of the
  * step */
 static __attribute__((noinline)) void real_balance(const struct ensemble_lanes *lanes,
@@ -93,6 +109,7 @@ static __attribute__((noinline)) void real_balance(const struct ensemble_lanes *
         sum = num_fma(sum, x, c);
         NUM_(put)(lanes->power + (size_t)j * WIDE, c);
     }
+    if (b->need & BODIES_PIVOT) sum += real_beyond(b, lanes->order, x) * (inverse * inverse);
     NUM_(put)(lanes->to.gain, NUM_(get)(lanes->from.gain) + sum * x);
 }
 

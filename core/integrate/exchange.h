@@ -52,6 +52,26 @@ static inline double pend_given_at(const struct pend_exchange *exchange,
     return pend_given_plus(given, inside);
 }
 
+/**
+ * Returns what the pivot gives x units after the start of the step beyond the first `order` orders
+ * of its power, the product of its force and its velocity, of which as many are known: the later
+ * half of the product, which a quick drive's power does not fall off in. J times unit^2 / unit.
+ *
+ * force, speed  along the same two axes. O(order^2).
+ */
+static inline double pend_exchange_beyond(const double *const force[2],
+                                          const double *const speed[2], int order, double x) {
+    double sum = 0;
+    for (int k = 2 * order - 2; k >= order; k--) {
+        double part = 0;
+        for (int i = 0; i < 2; i++)
+            for (int j = k - order + 1; j < order; j++) part += force[i][j] * speed[i][k - j];
+        sum = sum * x + part / (k + 1);
+    }
+    for (int k = 0; k <= order; k++) sum *= x;
+    return sum;
+}
+
 /** Takes the powers of a step that ends after x units. O(order). */
 static inline void pend_exchange_take(struct pend_exchange *exchange, double x) {
     struct pend_given *both[] = {&exchange->work, &exchange->heat};

@@ -166,6 +166,27 @@ static struct exchange_given taylor_given(const struct taylor *taylor, double x)
     return kernel->given(&taylor->jets, &taylor->loads, taylor->unit, taylor->order, x);
 }
 
+/* what the pivot gives beyond the orders of its power, J, where that is a series */
+static double taylor_beyond(const struct taylor *taylor, double x) {
+    const struct bodies_system *s = &taylor->jets.bodies;
+    const struct jets_loads *loads = &taylor->jets.loads;
+    double square = taylor->unit * taylor->unit, turned[2][PEND_EXCHANGE_ORDERS];
+    if (taylor->jets.general) {
+        const double *force[2] = {s->haul_x, s->haul_y}, *speed[2] = {s->slide_x, s->slide_y};
+        if (!(s->need & BODIES_PIVOT)) return 0;
+        return pend_exchange_beyond(force, speed, taylor->order, x) / square;
+    }
+    if (!loads->moves) return 0;
+    // along the first arm's axes
+    double C = taylor->jets.system.cosine[0], Z = taylor->jets.system.sine[0];
+    for (int j = 0; j < taylor->order; j++) {
+        turned[0][j] = C * loads->haul_x[j] - Z * loads->haul_y[j];
+        turned[1][j] = Z * loads->haul_x[j] + C * loads->haul_y[j];
+    }
+    const double *force[2] = {turned[0], turned[1]}, *speed[2] = {loads->slide_x, loads->slide_y};
+    return pend_exchange_beyond(force, speed, taylor->order, x) / square;
+}
+
 /* the power of the last expansion, as series, or what it has given by the end of the step */
 static void taylor_power(struct taylor *taylor) {
     struct pend_exchange *exchange = &taylor->exchange;
@@ -179,6 +200,7 @@ static void taylor_power(struct taylor *taylor) {
     pend_jets_power(&taylor->jets, taylor->unit, taylor->order, exchange->work.series,
                     exchange->heat.series);
     pend_exchange_take(exchange, (taylor->reached - taylor->time) / taylor->unit);
+    exchange->work.end += taylor_beyond(taylor, exchange->end);
 }
 
 /* Gives the end of a step the energy of the start. Arms that turn like one rigid body round
@@ -314,6 +336,7 @@ static void taylor_exchange(const void *stepper, const double t[], int count, do
             continue;
         }
         work[i] = pend_given_at(&taylor->exchange, &taylor->exchange.work, x);
+        if (x != taylor->exchange.end) work[i] += taylor_beyond(taylor, x);
         heat[i] = pend_given_at(&taylor->exchange, &taylor->exchange.heat, x);
     }
 }
