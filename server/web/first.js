@@ -28,6 +28,23 @@ export const motionBody = (doc, initial) => ({
   output: outputOf(doc),
 });
 
+/**
+ * The reply, whose bytes are read as they come and not when they are wanted: the first frame has
+ * them then.
+ * @param {Response} answer
+ */
+function eager({ body, headers }) {
+  const reader = /** @type {ReadableStream<Uint8Array>} */ (body).getReader();
+  const start = async (/** @type {ReadableStreamDefaultController} */ controller) => {
+    for (;;) {
+      const { done, value } = await reader.read();
+      if (done) return controller.close();
+      controller.enqueue(value);
+    }
+  };
+  return new Response(new ReadableStream({ start }), { headers });
+}
+
 /** @returns {{body: string, reply: Promise<Response | null>} | null} */
 function ask() {
   const kept = Boolean(history.state?.["pendulumd.entry"]);
@@ -39,7 +56,7 @@ function ask() {
     ...bearer(),
   };
   const reply = fetch(urlOf("/v1/trajectories"), { method: "POST", headers, body }).then(
-    (answer) => (answer.ok ? answer : null),
+    (answer) => (answer.ok ? eager(answer) : null),
     () => null,
   );
   return { body, reply };

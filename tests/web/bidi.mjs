@@ -27,7 +27,7 @@ export function bodiesOf(page, which) {
 /** A Firefox; what a person wants of motion and colours is set for all of its pages. */
 export const launchFirefox = (playwright, { dark, still }) => playwright._bidiFirefox.launch({ executablePath: PROGRAM, timeout: TIMEOUT_MS,
   env: { ...process.env, HOME: tmpdir() }, firefoxUserPrefs: { "ui.systemUsesDarkTheme": Number(dark), "ui.prefersReducedMotion": Number(still),
-    "browser.download.folderList": 2, "browser.download.dir": SAVED, "browser.download.always_ask_before_handling_new_types": false } });
+    "browser.download.folderList": 2, "browser.download.dir": SAVED, "browser.download.always_ask_before_handling_new_types": false, "browser.download.alwaysOpenPanel": false } });
 
 /** What Firefox saves next, as Chromium's own protocol would tell it. */
 async function nextDownload() {
