@@ -94,7 +94,7 @@ export default {
   "physics.body": "Masse des Körpers",
   "physics.along": "Schwerpunkt, entlang",
   "physics.across": "Schwerpunkt, daneben",
-  "physics.inertia": "Trägheitsmoment",
+  "physics.inertia": "Trägheits\u00admoment",
   "physics.hangsAlong": "Entlang des Trägers",
   "physics.hangsAcross": "Neben dem Träger",
   "physics.fasterAside": "Nach rechts",
