@@ -18,10 +18,11 @@ static const double fit_rounding = 1e-13;
 /* Part of the sum of squares that one more step may still gain at a minimum. */
 static const double fit_minimum = 1e-6;
 
-/* what an unknown is measured in: its value, or 1 where that is next to nothing */
+/* what an unknown is measured in: its value, or its start, or 1, where that is next to nothing:
+ * what ends close to 0 would be too small beside what it cannot be told apart from */
 static double fit_measure(const struct pend_fit *fit, int j) {
     double value = fabs(fit->value[j]), start = fabs(fit->problem.unknown[j].start);
-    return value > 1e-6 ? value : start > 1e-6 ? start : 1;
+    return value > fmax(1e-6, 0.03 * start) ? value : start > 1e-6 ? start : 1;
 }
 
 double pend_fit_state_outer(const struct pend_fit *fit, int j, double inner) {

@@ -295,6 +295,35 @@ TEST(fits_say_that_the_model_does_not_follow) {
     test_reply_free(&reply);
 }
 
+/* friction of the joint and of the air are one number, also where the search ends near a bound */
+TEST(fits_tell_what_is_alike_beside_a_bound) {
+    static char body[BODY];
+    for (unsigned long long seed = 1; seed < 9; seed++) {
+        unsigned long long s = seed;
+        struct test_reply from =
+            test_post(API_OP_TRAJECTORIES,
+                      "{\"pendulum\":{\"length\":0.3,\"mass\":0.2,\"parent\":0,\"damping\":0.003},"
+                      "\"initial\":{\"theta\":0.3,\"thetad\":20},\"output\":[\"theta\"],"
+                      "\"times\":{\"stop\":8,\"count\":200}}");
+        char *at = body + sprintf(body, "{\"pendulum\":{\"length\":0.3,\"mass\":0.2,\"parent\":0,"
+                                        "\"damping\":0.002,\"drag_per_mass\":0.01},"
+                                        "\"data\":{\"t\":[0");
+        for (int i = 1; i < 200; i++) at += sprintf(at, ",%.12g", motion_time(&from, i));
+        at += sprintf(at, "],\"series\":[{\"theta\":1,\"sigma\":0.01,\"values\":[0.3");
+        for (int i = 1; i < 200; i++)
+            at += sprintf(at, ",%.6f", motion_at(&from, "theta", i, 0) + 0.01 * noise(&s));
+        sprintf(at, "]}]},\"unknowns\":[{\"vary\":\"damping\",\"arm\":1},{\"vary\":"
+                    "\"drag_per_mass\"},{\"vary\":\"theta\",\"arm\":1},{\"vary\":\"thetad\","
+                    "\"arm\":1},{\"vary\":\"length\",\"arm\":1}]}");
+        struct test_reply reply = test_post(API_OP_FITS, body);
+        CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
+        CHECK(isnan(test_reply_number(&reply, "/unknowns/0/error")));
+        CHECK(isnan(test_reply_number(&reply, "/unknowns/1/error")));
+        test_reply_free(&reply);
+        test_reply_free(&from);
+    }
+}
+
 /* without a sigma: two modes for a pendulum that has one, and noise of that size on its own mode */
 TEST(fits_tell_another_pendulum_from_noise) {
     static char body[BODY];
