@@ -539,14 +539,14 @@ TEST(derivatives_of_a_state_are_differences_in_every_quantity) {
 
 /* ---- passes, blocks, ends */
 
-TEST(derivatives_have_the_same_bits_in_blocks_of_any_size_and_after_a_checkpoint) {
+static void check_blocks(const struct pend_loads *loads) {
     unsigned long long seed = 4;
     struct test_tree t;
     struct pend_parameter by[PARAMETERS];
     static struct answer a, other;
     static char bytes[1 << 16];
     test_tree_random(&t, TEST_TREE_ATTACHED, 4, 0.3, &seed);
-    struct pend_problem problem = problem_of(&t, TEST_LOADS(9.81), 3);
+    struct pend_problem problem = problem_of(&t, loads, 3);
     int count = state_parameters(4, by);
     answer_of(&problem, count, by, &a);
     CHECK(a.rows == ROWS && a.steps > ROWS);
@@ -571,6 +571,29 @@ TEST(derivatives_have_the_same_bits_in_blocks_of_any_size_and_after_a_checkpoint
     CHECK(!memcmp(a.phi, other.phi, ROWS * 4 * sizeof(double)));
     pend_derivatives_free(&d);
     test_tree_clear(&t);
+}
+
+/* an ideal pendulum, and one with rods, friction, a torque and a drive, whose motions are formed
+ * first; and one by numbers with derivatives */
+TEST(derivatives_have_the_same_bits_in_blocks_of_any_size_and_after_a_checkpoint) {
+    check_blocks(TEST_LOADS(9.81));
+    for (int general = 0; general < 2; general++) {
+        const unsigned char rows[PEND_TERM_ROWS] = {[PEND_TERM_ROD] = 1,
+                                                    [PEND_TERM_DAMPING] = 1,
+                                                    [PEND_TERM_TORQUE] = 1,
+                                                    [PEND_TERM_FRICTION] = (unsigned char)general};
+        static const unsigned char ones[PEND_TERM_ONES];
+        const int drives[] = {1};
+        int place;
+        double value[8 * 4];
+        struct pend_terms *terms;
+        REQUIRE(pend_terms_new(&terms, 4, rows, ones, 1, drives, &place) == PEND_OK);
+        for (int i = 0; i < terms->count; i++) value[i] = 0.1 + 0.01 * i;
+        double *drive = &value[terms->harmonic[place].at];
+        drive[0] = 0.5, drive[1] = 4, drive[2] = 0.3;
+        check_blocks(&(struct pend_loads){9.81, terms, value});
+        pend_terms_free(&terms);
+    }
 }
 
 TEST(derivatives_that_a_motion_does_not_have_are_zero_and_cost_no_steps) {
