@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "api/encode/encode_raw.h"
@@ -268,6 +269,7 @@ static enum pend_status events_begin(struct api_events *events, const struct api
                                                     pend_times_at(times, times->count - 1) - first,
                                                 .rtol = method->rtol,
                                                 .atol = method->atol,
+                                                .accuracy = events->rows ? method->accuracy : 0,
                                                 .count = events->count,
                                                 .event = events->event};
     return pend_events_new(&events->search, &problem, error);
@@ -371,11 +373,34 @@ void api_events_columns(const struct api_events *events, struct api_table *table
     for (int i = 0; i < events->count; i++) table->rows += events->event[i].most;
 }
 
-void api_events_tell(const struct api_events *events, const struct pend_times *times,
+/* up to when the passages are those of the motion, and how many of them; in words where not all
+ * are */
+static void events_tell_horizon(struct api_events *events, const struct pend_times *times,
+                                struct api_stats *stats) {
+    double first = pend_times_at(times, 0), held = pend_events_held(events->search);
+    double span = pend_times_at(times, times->count - 1) - first,
+           stopped = pend_events_stopped(events->search),
+           end = isnan(stopped) ? pend_events_progress(events->search) * span : stopped;
+    long holding = 0;
+    while (holding < events->found && fabs(events->column[T][holding] - first) <= fabs(held))
+        holding++;
+    api_stats_number(stats, "horizon", first + held);
+    api_stats_whole(stats, "holding", holding);
+    if (fabs(held) >= fabs(end) * (1 - 1e-12)) return;
+    snprintf(events->warning, sizeof events->warning,
+             "digits are lost before the end: beyond t = %.6g s errors of the motion may be larger "
+             "than the accuracy (estimated). Only the first %ld passages are sure to be its own. A "
+             "smaller rtol carries them further.",
+             first + held, holding);
+    api_stats_warning(stats, "warning_horizon", events->warning);
+}
+
+void api_events_tell(struct api_events *events, const struct pend_times *times,
                      struct api_stats *stats) {
     double stopped = pend_events_stopped(events->search);
     api_stats_whole(stats, "events", events->found);
     if (events->rows) api_stats_whole(stats, "steps", pend_events_steps(events->search));
+    if (events->rows) events_tell_horizon(events, times, stats);
     if (!isnan(stopped)) api_stats_number(stats, "stopped", pend_times_at(times, 0) + stopped);
 }
 

@@ -31,6 +31,7 @@ struct api_events {
     double *column[API_EVENTS_COLUMNS]; /* t, event, direction, phi, phid, and of a cart its
                                          * place and speed */
     double *state;                      /* of all stored arms, angles and rates */
+    char warning[API_WARNING_TEXT];
 };
 
 /**
@@ -82,9 +83,9 @@ api_events_write(struct api_events *events, const struct pend_times *times,
  * rows; says where rows are known only later. */
 void api_events_columns(const struct api_events *events, struct api_table *table);
 
-/** Adds the number of passages and of the search's steps, and the time at which the motion was
- * ended, s, if it was. */
-void api_events_tell(const struct api_events *events, const struct pend_times *times,
+/** Adds the number of passages, and where these are the rows that of the search's steps, and up to
+ * when the digits hold; and the time at which the motion was ended, s, if it was. */
+void api_events_tell(struct api_events *events, const struct pend_times *times,
                      struct api_stats *stats);
 
 /**

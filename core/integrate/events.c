@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "core/integrate/horizon.h"
 #include "core/integrate/run_check.h"
 #include "core/taylor/jets.h"
 
@@ -11,9 +12,11 @@ struct pend_events {
     struct pend_events_problem problem;
     int n;
     void *stepper;
-    double reached;   /* s, the end of the last step */
-    double stopped;   /* s; NaN = not yet */
-    int begun, ended; /* a step was taken; nothing more is to be told */
+    double reached;               /* s, the end of the last step */
+    double stopped;               /* s; NaN = not yet */
+    int begun, ended;             /* a step was taken; nothing more is to be told */
+    struct pend_horizon *horizon; /* NULL: no accuracy is given */
+    double *phi, *rate;           /* n each: the state at the end of a step */
     struct event_search search;
     struct event_watch *watch;
 };
@@ -32,6 +35,11 @@ static enum pend_status events_step(struct pend_events *e, struct pend_error *er
         double time = problem->start + (error ? error->time : from);
         return pend_fail(error, status, -1, time, "at t = %.6g s: %s", time,
                          pend_status_text(status));
+    }
+    if (e->horizon) {
+        const struct pend_points points = {.phi = e->phi, .rate = e->rate};
+        pend_method_taylor.at(e->stepper, &e->reached, 1, &points);
+        pend_horizon_step(e->horizon, e->stepper, e->reached, e->phi, e->rate);
     }
     pend_method_taylor.series(e->stepper, &series);
     pend_jets_forces(series.jets, series.order);
@@ -87,6 +95,14 @@ double pend_events_stopped(const struct pend_events *e) {
     return e->stopped;
 }
 
+double pend_events_held(const struct pend_events *e) {
+    assert(events_valid(e));
+    double duration = e->problem.duration, least = fmin(fabs(e->reached), fabs(duration));
+    if (!e->horizon) return NAN;
+    if (!isnan(e->stopped)) least = fmin(least, fabs(e->stopped));
+    return copysign(fmin(fabs(pend_horizon_held(e->horizon, e->reached)), least), duration);
+}
+
 long pend_events_steps(const struct pend_events *e) {
     return pend_method_taylor.counts(e->stepper).steps;
 }
@@ -109,13 +125,16 @@ static enum pend_status events_check(const struct pend_events_problem *problem,
 static struct pend_events *events_allocate(const struct pend_events_problem *problem) {
     size_t bytes = pend_event_search_bytes(problem->count, problem->event, problem->tree,
                                            &problem->loads),
-           watches = (size_t)problem->count * sizeof(struct event_watch);
-    struct pend_events *made = calloc(1, sizeof *made + watches + bytes);
+           watches = (size_t)problem->count * sizeof(struct event_watch),
+           state = 2 * (size_t)problem->tree->n * sizeof(double);
+    struct pend_events *made = calloc(1, sizeof *made + state + watches + bytes);
     if (!made) return NULL;
     made->problem = *problem;
     made->n = problem->tree->n;
     made->stopped = NAN;
-    made->watch = (struct event_watch *)(void *)(made + 1);
+    made->phi = (double *)(made + 1);
+    made->rate = made->phi + made->n;
+    made->watch = (struct event_watch *)(void *)(made->rate + made->n);
     pend_event_search_init(&made->search, problem->count, problem->event, problem->tree,
                            made->watch + problem->count);
     return made;
@@ -141,22 +160,25 @@ enum pend_status pend_events_new(struct pend_events **events,
         .rate_low = problem->rate_low,
         .times = {.count = 2, .start = problem->start, .span = problem->duration, .divisor = 1},
         .rtol = problem->rtol > 0 ? problem->rtol : pend_method_taylor.rtol_default,
-        .atol = problem->atol};
+        .atol = problem->atol,
+        .accuracy = problem->accuracy};
     enum pend_status status = pend_method_taylor.open(&made->stepper, &motion, error);
+    if (status == PEND_OK && motion.accuracy > 0)
+        status = pend_horizon_new(&made->horizon, &pend_method_taylor, &motion, error);
     made->problem.phi = made->problem.rate = NULL;
     made->problem.phi_low = made->problem.rate_low = NULL;
-    if (status != PEND_OK) {
-        free(made);
-        return status;
-    }
-    *events = made;
-    assert(events_valid(made));
-    return PEND_OK;
+    if (status == PEND_OK)
+        *events = made;
+    else
+        pend_events_free(&made);
+    assert(status != PEND_OK || events_valid(*events));
+    return status;
 }
 
 void pend_events_free(struct pend_events **events) {
     if (!*events) return;
-    pend_method_taylor.close(&(*events)->stepper);
+    pend_horizon_free(&(*events)->horizon);
+    if ((*events)->stepper) pend_method_taylor.close(&(*events)->stepper);
     free(*events);
     *events = NULL;
 }

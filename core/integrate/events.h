@@ -1,7 +1,7 @@
 /* The instants at which something about a motion comes to a wanted value: an angle, a rate, a
  * force, a place, a distance, an energy.
  * Leaves to others: where in a step they are (event_search), the steps (method_taylor), samples
- * (run).
+ * (run), how long the digits hold (horizon).
  * Invariant: instants are roots of power series of each step, in order of time; a crossing that the
  * computed motion makes is found once, however near it is to another one or to the end of a step.
  */
@@ -18,6 +18,7 @@ struct pend_events_problem {
     double start;                     /* s, in the time of the drives */
     double duration;                  /* s, not 0; below 0 backwards in time */
     double rtol, atol;                /* as of the taylor method; 0 = its default */
+    double accuracy;                  /* as of horizon.h; 0 = how long it holds is not asked */
     int count;                        /* >= 1 */
     const struct pend_event *event;   /* count of them; must outlive the search */
 };
@@ -60,6 +61,12 @@ PEND_MUST_CHECK enum pend_status pend_events_next(struct pend_events *events, lo
 /** Returns the time, s after the start, at which a condition stopped the motion; NaN if none did.
  */
 double pend_events_stopped(const struct pend_events *events);
+
+/**
+ * Returns the time, s after the start, up to which the motion keeps the problem's accuracy, as far
+ * as it was searched, and no further than where a condition stopped it; NaN without an accuracy.
+ */
+double pend_events_held(const struct pend_events *events);
 
 /** Returns the number of integration steps so far. */
 long pend_events_steps(const struct pend_events *events);

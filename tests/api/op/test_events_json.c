@@ -222,3 +222,40 @@ TEST(events_on_a_cart_tell_where_it_is) {
     test_reply_free(&rows);
     test_reply_free(&small);
 }
+
+/* passages of a chaotic motion are its own for some seconds only: as of sections */
+TEST(passages_as_rows_say_how_many_of_them_hold) {
+    static const char motion[] = "\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
+                                 "\"initial\":{\"theta\":[2,2.5]}";
+    char body[600];
+    snprintf(body, sizeof body, "{%s,\"section\":{\"arm\":1,\"theta\":0},\"duration\":40}", motion);
+    struct test_reply section = test_post(API_OP_SECTIONS, body);
+    snprintf(body, sizeof body,
+             "{%s,\"times\":[0,40],\"rows\":\"events\",\"events\":[{\"of\":\"theta\",\"arm\":1,"
+             "\"value\":0}]}",
+             motion);
+    struct test_reply all = test_post(API_OP_TRAJECTORIES, body);
+    double held = test_reply_number(&all, "/stats/horizon");
+    CHECK(held > 1 && held < 39 && held == test_reply_number(&section, "/stats/horizon"));
+    int holding = (int)test_reply_number(&all, "/stats/holding"), count = 0;
+    for (int i = 0; i < test_reply_count(&all, "/t"); i++) {
+        char at[20];
+        snprintf(at, sizeof at, "/t/%d", i);
+        count += test_reply_number(&all, at) <= held;
+    }
+    CHECK_INT(holding, count);
+    CHECK(holding < test_reply_number(&all, "/stats/events"));
+    CHECK(test_reply_text(&all, "/warnings/0") != NULL);
+    // backwards, and up to a passage that ends the motion well before
+    snprintf(body, sizeof body,
+             "{%s,\"times\":[0,-40],\"rows\":\"events\",\"events\":[{\"of\":\"theta\",\"arm\":1,"
+             "\"value\":0,\"stop\":1}]}",
+             motion);
+    struct test_reply one = test_post(API_OP_TRAJECTORIES, body);
+    CHECK(test_reply_number(&one, "/stats/horizon") == test_reply_number(&one, "/stats/stopped"));
+    CHECK_INT((int)test_reply_number(&one, "/stats/holding"), 1);
+    CHECK(!test_reply_text(&one, "/warnings/0"));
+    test_reply_free(&section);
+    test_reply_free(&all);
+    test_reply_free(&one);
+}
