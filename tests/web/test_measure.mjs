@@ -188,3 +188,13 @@ export async function the_space_bar_plays_after_every_click_and_presses_what_key
   assert.equal(await arms(), 6, "who has come by keys presses it");
   await close(page);
 }
+
+export async function a_period_too_short_for_the_samples_is_not_told_as_another(rig) {
+  // periods of 2 ms and of 6 ms, seen every 10 ms: as others of 0.19 s and of 0.025 s
+  for (const start of ["length=1e-6&theta=20", "length=1&theta=90&omega=1000"]) {
+    const page = await rig.open({ path: `/?${start}` });
+    await openDrawer(page, "measure");
+    await page.waitForFunction(() => /too far from one sample to the next \(0\.01 s\)/.test(document.querySelector("[data-read=period]")?.textContent ?? ""));
+    await close(page);
+  }
+}

@@ -13,7 +13,7 @@ import { createHearing } from "./hear.js";
 import { choice, later, swatch, tick } from "./kit.js";
 import { lazyPart } from "./lazy.js";
 import { takeMeasurements } from "./measurements.js";
-import { farthestOf, formulaOf, periodOf, spreadOf, swingsOf } from "./periods.js";
+import { farthestOf, formulaOf, noPeriodOf, periodOf, spreadOf, swingsOf } from "./periods.js";
 import { recordButton } from "./recorder.js";
 import { createStopwatch } from "./stopwatch.js";
 
@@ -38,7 +38,7 @@ function showPeriod({ app, arm, shown, period }) {
   if (found) {
     rows.push(...line(text("measure.true"), seconds(found.mean), "period"));
     rows.push(...line("", spreadOf(found, text), "swings"));
-  } else rows.push(...line(text("measure.true"), text("measure.noSwing"), "period"));
+  } else rows.push(...line(text("measure.true"), noPeriodOf(swings, motion.track, text), "period"));
   rows.push(...line(text("measure.formula"), seconds(formula), "formula"));
   if (found && !swings.over && Number.isFinite(formula)) {
     const percent = text.number((found.mean / formula - 1) * 100, 2);

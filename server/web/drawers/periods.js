@@ -3,14 +3,15 @@
 // Leaves to others: the samples (track.js), how it is shown (measure.js).
 // Invariant: a passage lies between two samples and is found on the curve that the stage draws.
 
-import { foldedTheta } from "../angles.js";
+import { DEGREE, foldedTheta } from "../angles.js";
 import { anglesAt } from "../track.js";
 
 const HALVINGS = 40;
 const STILL = 1e-9; // degrees: what rounding makes of an arm that hangs at rest
 const ALIKE = 1e-3; // of the period, up to which swings are as long as each other
 
-/** @typedef {{times: number[], amplitude: number, over: boolean}} Swings */
+/** quick: it moves too far from one sample to the next for its swings to be told.
+ * @typedef {{times: number[], amplitude: number, over: boolean, quick: boolean}} Swings */
 
 /**
  * When an arm passes hanging, s since the start, in the direction in which it does so more often
@@ -29,9 +30,11 @@ export function swingsOf(track, arm) {
   let amplitude = 0;
   let over = false;
   let before = NaN;
+  let fastest = 0; // rad/s
   for (let i = 0; i < count; i++) {
     const theta = foldedTheta(columns.phi[i * n + arm - 1]);
     amplitude = Math.max(amplitude, Math.abs(theta));
+    fastest = Math.max(fastest, Math.abs(columns.phid[i * n + arm - 1]));
     // where it goes over the top the angle jumps from one end to the other
     const jumps = Math.abs(theta - before) >= 180;
     over ||= jumps;
@@ -47,7 +50,9 @@ export function swingsOf(track, arm) {
     before = theta;
   }
   const times = left.length > right.length + 1 ? left : right;
-  return { times: amplitude < STILL ? [] : times, amplitude, over };
+  // fewer than six samples a swing: what is seen may be another, slower one
+  const quick = amplitude >= STILL && fastest * doc.span.step > Math.min(amplitude * DEGREE, 1);
+  return { times: quick || amplitude < STILL ? [] : times, amplitude, over, quick };
 }
 
 /**
@@ -71,6 +76,13 @@ export function spreadOf({ count, mean, least, most }, text) {
   const alike = most - least < ALIKE * mean;
   return text(alike ? "measure.alike" : "measure.unlike", { count, ...range });
 }
+
+/**
+ * Why an arm has no period, in words.
+ * @param {Swings} swings @param {Track} track @param {Text} text
+ */
+export const noPeriodOf = ({ quick }, { doc }, text) =>
+  text(quick ? "measure.tooQuick" : "measure.noSwing", { step: text.short(doc.span.step) });
 
 /**
  * How far from hanging an arm comes, in words.
