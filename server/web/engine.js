@@ -50,6 +50,15 @@ function operationOf(path, body, alone) {
   return alone && name === "presets" ? { name, argument: decodeURIComponent(argument) } : null;
 }
 
+/** Null in a frame that is refused one: the server computes all. @returns {Worker | null} */
+function workerOf() {
+  try {
+    return new Worker(new URL("engine_worker.js", import.meta.url), { type: "module" });
+  } catch {
+    return null;
+  }
+}
+
 /** @returns {Engine} */
 export function createEngine() {
   /** @type {Worker | null} */
@@ -68,11 +77,8 @@ export function createEngine() {
 
   async function begin() {
     if (worker || !("engine" in document.documentElement.dataset)) return;
-    try {
-      worker = new Worker(new URL("engine_worker.js", import.meta.url), { type: "module" });
-    } catch {
-      return; // a frame may be refused one: the server computes all
-    }
+    worker = workerOf();
+    if (!worker) return;
     worker.addEventListener("message", ({ data }) => {
       const waiting = asked.get(data.id);
       if (waiting && hear(waiting, data)) asked.delete(data.id);

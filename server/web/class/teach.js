@@ -86,7 +86,7 @@ function codePart(room) {
         h("p", { class: "huge" }, code),
         picture,
         h("p", { class: "address" }, `${ROOT.replace(/^\w+:\/\//, "")}${code}`),
-        localOf(app.text),
+        localOf(app.text) || null,
       );
     },
     { class: "button main", "data-class": "showCode" },

@@ -194,7 +194,7 @@ function lay(element, view) {
   element.append(
     h("h2", {}, text("drawer.share")),
     h("p", { class: "quiet" }, text("share.intro")),
-    localOf(text),
+    localOf(text) || "",
     h("label", { class: "field wide" }, h("span", {}, text("share.title")), title),
     section(text, "short", h("div", { class: "row" }, make), status, short.place),
     view.plainPart,
