@@ -72,7 +72,12 @@ const parts = {
   /** Says it to those who listen instead of looking. @param {string} words */
   announce(words) {
     const live = document.getElementById("live");
-    if (live) live.textContent = words;
+    if (live) [live.textContent, live.className] = [words, "unseen"];
+  },
+  /** Says what is wrong with what was typed, to all, until they go on. @param {string} words */
+  object(words) {
+    app.announce(words);
+    document.getElementById("live")?.classList.replace("unseen", "objection");
   },
   /** Says it on the stage, for all. @param {string} words */
   complain(words) {
@@ -199,6 +204,10 @@ document.addEventListener("keydown", keys);
 // a button is pressed when the space bar is let go
 document.addEventListener("keyup", (event) => plays(event) && event.preventDefault());
 document.addEventListener("pointerdown", () => (pointed = true), true);
+for (const type of ["pointerdown", "input"])
+  document.addEventListener(type, () => {
+    document.getElementById("live")?.classList.replace("objection", "unseen");
+  });
 document.addEventListener("keydown", ({ key }) => key === "Tab" && (pointed = false), true);
 /**
  * When the whole document is there: a script that the browser has kept may run before the places of

@@ -48,12 +48,12 @@ function nudge(clock, event) {
 }
 
 /** Another duration, as it has been typed. @param {App} app @param {HTMLInputElement} until */
-function lengthen({ store, text, announce }, until) {
+function lengthen({ store, text, object }, until) {
   const { start } = store.get().span;
   const stop = text.read(until.value) - (start ?? 0);
   const sound = stop >= 0.1 && stop <= LONGEST;
   until.setAttribute("aria-invalid", String(!sound));
-  if (!sound) return announce(text("time.until.wrong", { most: LONGEST }));
+  if (!sound) return object(text("time.until.wrong", { most: LONGEST }));
   const span = { stop, step: stepOf(stop) };
   store.set({ span: start ? { start, ...span } : span }, { label: "span" });
 }

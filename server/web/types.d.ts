@@ -399,6 +399,7 @@ interface App {
   edits: Edits;
   live: Live;
   announce(words: string): void;
+  object(words: string): void;
   complain(words: string): void;
   undo(): void;
   redo(): void;

@@ -1,6 +1,7 @@
 // Hands: tips are dragged, arms are added and changed by clicks, everything is undone and done again.
 
 import assert from "node:assert/strict";
+import { openDrawer } from "./drawers.mjs";
 import { close, drawn, moving } from "./rig.mjs";
 
 const doc = (page) => page.evaluate(() => pendulumd.store.get());
@@ -104,6 +105,23 @@ export async function the_paper_s_pendulum_is_built_by_clicks(rig) {
   assert.equal(steps, 12, "new, three arms, and the eight numbers that were other ones");
   while (await page.isEnabled('[data-act="redo"]')) await page.click('[data-act="redo"]');
   assert.deepEqual((await doc(page)).pendulum, pendulum);
+  await close(page);
+}
+
+export async function what_is_wrong_with_a_number_is_seen_until_one_goes_on(rig) {
+  const page = await rig.open();
+  await openDrawer(page, "physics");
+  for (const [at, words] of [["[data-number=damping]", /Oil.*number/], [".until", /How long: a number from 0.1/]]) {
+    await page.fill(at, "abc");
+    await page.press(at, "Enter");
+    const said = page.locator("#live.objection");
+    await said.waitFor();
+    assert.match(await said.innerText(), words);
+    const box = await said.boundingBox();
+    assert.ok(box.width > 80 && box.height > 20, "it is seen");
+    await page.fill(at, "1");
+    await page.locator("#live.unseen").waitFor({ state: "attached" });
+  }
   await close(page);
 }
 

@@ -52,7 +52,7 @@ function choiceField({ say, app }, { choices = [] }, label) {
     element,
     read() {
       const chosen = radios.findIndex(({ checked }) => checked);
-      if (chosen < 0) app.announce(say("class.wrong.choice"));
+      if (chosen < 0) app.object(say("class.wrong.choice"));
       return chosen < 0 ? undefined : chosen + 1;
     },
     set(value) {
@@ -70,7 +70,7 @@ function textField({ say, app }, label) {
     element: h("label", { class: "field wide" }, h("span", {}, label), area),
     read() {
       const typed = area.value.trim();
-      if (!typed) app.announce(say("class.wrong.text"));
+      if (!typed) app.object(say("class.wrong.text"));
       return typed || undefined;
     },
     set(value) {
@@ -108,10 +108,14 @@ function numberField({ app, say }, { kind, unit = "" }, label) {
   return {
     element: h("div", { class: "answer-row" }, field, key),
     read() {
-      const value = app.text.read(input.value);
+      // who writes the unit too means the same
+      const typed = input.value.trim();
+      const value = app.text.read(
+        typed.endsWith(unit) ? typed.slice(0, typed.length - unit.length) : typed,
+      );
       const sound = Number.isFinite(value);
       input.setAttribute("aria-invalid", String(!sound));
-      if (!sound) app.announce(say("class.wrong.number"));
+      if (!sound) app.object(say("class.wrong.number"));
       if (!sound) return undefined;
       return angle ? value * DEGREE : value;
     },

@@ -115,7 +115,7 @@ export function questionFields(room, first) {
       for (const field of Object.values(inputs)) field.removeAttribute("aria-invalid");
       const read = questionOf(app.text, kind, inputs);
       if (!("field" in read)) return read;
-      app.announce(say(read.key));
+      app.object(say(read.key));
       read.field.setAttribute("aria-invalid", "true");
       read.field.focus();
       return null;

@@ -19,14 +19,14 @@ function faultOf(text, value) {
 }
 
 /** A number that can be typed. @param {App} app @param {Gauge} gauge @param {number} i */
-function field({ store, text, announce }, gauge, i) {
+function field({ store, text, object }, gauge, i) {
   const name = NUMBERS[gauge][i];
   const change = () => {
     const value = text.read(input.value);
     const numbers = store.get().view[gauge];
     const wrong = faultOf(text, value);
     input.setAttribute("aria-invalid", String(Boolean(wrong)));
-    if (wrong) return announce(wrong);
+    if (wrong) return object(wrong);
     if (!numbers?.length) return;
     store.set({ view: { [gauge]: numbers.map((old, k) => (k === i ? value : old)) } });
   };

@@ -116,13 +116,13 @@ function letGo(view, row) {
 
 /** @param {View} view @param {Row} row */
 function typed(view, row) {
-  const { text, announce, store } = view.app;
+  const { text, object, store } = view.app;
   const { field, input } = row;
   const value = text.read(input.value);
   const signed = field.least !== undefined || field.name === "gravity";
   const sound = Number.isFinite(value) && (signed || value >= 0);
   input.setAttribute("aria-invalid", String(!sound));
-  if (!sound) return announce(text("physics.wrong", { what: text(`physics.${field.name}`) }));
+  if (!sound) return object(text("physics.wrong", { what: text(`physics.${field.name}`) }));
   change(view, row, value);
   store.settle();
 }
