@@ -83,7 +83,7 @@ export async function gauges_are_moved_and_read_by_keys_and_typed(rig) {
   const page = await standing(rig);
   const said = () => page.textContent("#live");
   await page.focus("[data-measure=ruler]");
-  await page.keyboard.press(" ");
+  for (const key of ["Tab", "Shift+Tab", " "]) await page.keyboard.press(key); // who comes by keys ticks
   await page.waitForSelector("[data-gauge=a]");
   const [ax, ay] = (await view(page)).ruler;
   await page.focus("[data-gauge=a]");
