@@ -228,7 +228,7 @@ TEST(fits_to_data_at_rest_name_one_by_one_what_they_do_not_tell) {
     CHECK_INT(reply.status, 200);
     CHECK_INT(test_reply_count(&reply, "/not_told"), 3);
     for (int i = 0; i < 3; i++) {
-        char pointer[20], said[80];
+        char pointer[32], said[80];
         snprintf(pointer, sizeof pointer, "/not_told/%d", i);
         snprintf(said, sizeof said, "the data do not depend on %s", names[i]);
         CHECK_TEXT(test_reply_text(&reply, pointer), said);

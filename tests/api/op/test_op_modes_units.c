@@ -189,7 +189,7 @@ TEST(law_a_start_in_a_mode_on_a_cart_has_its_amplitude) {
     struct test_reply modes = test_post(API_OP_MODES, body);
     double most = 0, hanging = 2 * atan(1);
     for (int k = 0; k < 2; k++) {
-        char theta[20], rest[20];
+        char theta[32], rest[32];
         snprintf(theta, sizeof theta, "/theta/0/%d", k);
         snprintf(rest, sizeof rest, "/equilibrium/%d", k);
         most = fmax(most, fabs(test_reply_number(&start, theta) - hanging -

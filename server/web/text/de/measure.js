@@ -14,7 +14,8 @@ export default {
   "measure.alike": "Mittel von {count} Schwingungen, alle gleich",
   "measure.unlike": "Mittel von {count} Schwingungen, {least} bis {most} s: sie sind verschieden",
   "measure.noSwing": "Es geht nicht zweimal in einer Richtung durch die Ruhelage.",
-  "measure.tooQuick": "Es kommt von einem Messpunkt zum nächsten ({step} s) zu weit: Die Periode ist so nicht zu erkennen.",
+  "measure.tooQuick":
+    "Es kommt von einem Messpunkt zum nächsten ({step} s) zu weit: Die Periode ist so nicht zu erkennen.",
   "measure.watch.title": "Stoppuhr",
   "measure.start": "Start",
   "measure.stop": "Stopp",

@@ -14,7 +14,8 @@ export default {
   "measure.alike": "mean of {count} swings, all alike",
   "measure.unlike": "mean of {count} swings, from {least} to {most} s: they differ",
   "measure.noSwing": "It does not pass hanging twice in one direction.",
-  "measure.tooQuick": "It moves too far from one sample to the next ({step} s) for its period to be told.",
+  "measure.tooQuick":
+    "It moves too far from one sample to the next ({step} s) for its period to be told.",
   "measure.watch.title": "Stopwatch",
   "measure.start": "Start",
   "measure.stop": "Stop",

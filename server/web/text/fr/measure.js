@@ -14,7 +14,8 @@ export default {
   "measure.alike": "moyenne de {count} oscillations, toutes égales",
   "measure.unlike": "moyenne de {count} oscillations, de {least} à {most} s : elles diffèrent",
   "measure.noSwing": "Il ne passe pas deux fois par la position pendante dans le même sens.",
-  "measure.tooQuick": "Il avance trop d’un échantillon au suivant ({step} s) pour que sa période soit connue.",
+  "measure.tooQuick":
+    "Il avance trop d’un échantillon au suivant ({step} s) pour que sa période soit connue.",
   "measure.watch.title": "Chronomètre",
   "measure.start": "Départ",
   "measure.stop": "Arrêt",

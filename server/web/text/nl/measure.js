@@ -14,7 +14,8 @@ export default {
   "measure.alike": "gemiddelde van {count} slingeringen, alle gelijk",
   "measure.unlike": "gemiddelde van {count} slingeringen, van {least} tot {most} s: ze verschillen",
   "measure.noSwing": "Hij gaat niet twee keer in dezelfde richting door de hangende stand.",
-  "measure.tooQuick": "Hij beweegt te ver van het ene meetpunt naar het volgende ({step} s) om zijn periode te kennen.",
+  "measure.tooQuick":
+    "Hij beweegt te ver van het ene meetpunt naar het volgende ({step} s) om zijn periode te kennen.",
   "measure.watch.title": "Stopwatch",
   "measure.start": "Start",
   "measure.stop": "Stop",

@@ -14,7 +14,8 @@ export default {
   "measure.alike": "{count} salınımın ortalaması, hepsi eşit",
   "measure.unlike": "{count} salınımın ortalaması, {least}–{most} s: birbirinden farklı",
   "measure.noSwing": "Sarkık konumdan aynı yönde iki kez geçmiyor.",
-  "measure.tooQuick": "Bir örnekten ötekine ({step} s) periyodu bilinemeyecek kadar çok yol alıyor.",
+  "measure.tooQuick":
+    "Bir örnekten ötekine ({step} s) periyodu bilinemeyecek kadar çok yol alıyor.",
   "measure.watch.title": "Kronometre",
   "measure.start": "Başlat",
   "measure.stop": "Durdur",
