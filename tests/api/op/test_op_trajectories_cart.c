@@ -55,7 +55,7 @@ TEST(trust_on_a_cart_ends_where_the_angles_part) {
         double until = 0;
         for (int i = 0, parted = 0; i < 9; i++) {
             for (int k = 0; k < 3; k++) {
-                char at[20];
+                char at[40];
                 snprintf(at, sizeof at, "/phi/%d/%d", i, k);
                 parted |=
                     fabs(test_reply_number(&reply, at) - test_reply_number(&exact, at)) > bound[m];
