@@ -131,7 +131,8 @@ static void read_mode(struct api_states *states, long i, const struct api_value 
                       const struct api_limits *limits, struct api_problem *problem) {
     long number = 0;
     double size = 0;
-    (void)api_field_whole(mode, 1, tree->n ? tree->n : (long)limits->arms, &number, problem);
+    long most = tree->n ? api_tree_stored(tree) : (long)limits->arms; // a cart is one more
+    (void)api_field_whole(mode, 1, most, &number, problem);
     if (api_field_needed(amplitude, problem))
         (void)api_value_read_number(amplitude, -INFINITY, INFINITY, "", &size, problem);
     if (tree->terms)
@@ -235,6 +236,10 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
     int degrees = read_degrees(value, problem), form = state_form(value, problem);
     struct api_value cart = api_value_member(value, "cart");
     read_cart(states, i, &cart, tree, problem);
+    if (form == FORM_MODE && api_value_kind(&cart) != API_MISSING)
+        api_value_fault(&cart, problem,
+                        API_CODE_CONFLICT "is where the mode has it: leave it out, or give the "
+                                          "state by angles");
     if (form == FORM_COUNT) return;
 
     struct api_value angle = api_value_member(value, state_forms[form].angle);

@@ -204,8 +204,10 @@ TEST(a_real_pendulum_that_starts_in_a_mode_stays_in_it) {
     char body[900];
     snprintf(body, sizeof body, "{%s}", pendulum);
     struct test_reply modes = test_post(API_OP_MODES, body);
-    for (int j = 0; j < 3; j++) {
+    for (int i = 0; i < 4; i++) {
+        // the fourth time another mode's period is tried, which is none of this one
         char at[40];
+        int j = i < 3 ? i : 2, mode = i < 3 ? i + 1 : 2;
         snprintf(at, sizeof at, "/omega/%d", j);
         double omega = test_reply_number(&modes, at);
         snprintf(at, sizeof at, "/decay/%d", j);
@@ -213,22 +215,47 @@ TEST(a_real_pendulum_that_starts_in_a_mode_stays_in_it) {
         snprintf(body, sizeof body,
                  "{%s,\"initial\":{\"mode\":%d,\"amplitude\":1e-6},\"times\":[0,%.17g],"
                  "\"output\":[\"theta\",\"cart\"]}",
-                 pendulum, j < 2 ? j + 1 : 2, 2 * M_PI / omega);
+                 pendulum, mode, 2 * M_PI / omega);
         struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK_INT(reply.status, 200);
         double gap = fabs(test_reply_number(&reply, "/cart/x/1") -
                           shrunk * test_reply_number(&reply, "/cart/x/0"));
         gap = fmax(gap, fabs(test_reply_number(&reply, "/theta/1/1") -
                              shrunk * test_reply_number(&reply, "/theta/0/1")));
-        // the third time another mode's period is tried, which is none of this one
-        CHECK_SAYING(j == 2 || gap < 1e-11, "mode %d: %g", j, gap);
-        CHECK(j < 2 || gap > 1e-9);
+        CHECK_SAYING(i == 3 || gap < 1e-11, "mode %d: %g", mode, gap);
+        CHECK(i < 3 || gap > 1e-9);
         test_reply_free(&reply);
     }
     test_reply_free(&modes);
 }
 
+TEST(all_modes_of_an_arm_on_a_free_cart_can_be_started_in) {
+    // it slides, or it swings, each by as much as is asked for
+    static const char body[] = "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],"
+                               "\"pivot\":{\"cart\":{\"mass\":1}}},\"initial\":{\"mode\":%d,"
+                               "\"amplitude\":0.1},\"times\":[0],\"output\":[\"theta\",\"cart\"]}";
+    for (int mode = 1; mode <= 2; mode++) {
+        char asked[300];
+        snprintf(asked, sizeof asked, body, mode);
+        struct test_reply reply = test_post(API_OP_TRAJECTORIES, asked);
+        CHECK_INT(reply.status, 200);
+        double theta = test_reply_number(&reply, "/theta/0/0");
+        double place = test_reply_number(&reply, "/cart/x/0");
+        CHECK(mode == 1 ? theta == 0 && place == 0.1 : fabs(fabs(theta) - 0.1) < 1e-15);
+        // the common center of mass stays where it is
+        CHECK(mode == 1 || fabs(2 * place + theta) < 1e-12);
+        test_reply_free(&reply);
+    }
+}
+
 TEST(what_does_not_take_a_cart_says_so) {
+    CHECK_REFUSED(API_OP_TRAJECTORIES,
+                  "{" CART ",\"times\":[0,1],\"initial\":{\"mode\":5,\"amplitude\":1}}",
+                  "/initial/mode", "from 1 to 4");
+    CHECK_REFUSED(API_OP_TRAJECTORIES,
+                  "{" CART ",\"times\":[0,1],\"initial\":{\"mode\":2,\"amplitude\":1,"
+                  "\"cart\":{\"x\":1}}}",
+                  "/initial/cart", "where the mode has it");
     CHECK_REFUSED(API_OP_TRAJECTORIES,
                   "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"times\":[0,1],"
                   "\"output\":[\"cart\"]}",
