@@ -224,7 +224,8 @@ void api_csv_head(struct api_csv *csv, const struct api_value *text, int n, int 
                         "has no line with the names of its columns, one of which is t, in s");
         return;
     }
-    for (int i = 0; i < fields; i++) head_field(csv, &field[i], i, &context);
+    // where no pendulum could be read, that has been said
+    for (int i = 0; i < fields && n; i++) head_field(csv, &field[i], i, &context);
     if (!csv->columns && !problem->status)
         api_value_fault(text, problem,
                         API_CODE_MISSING

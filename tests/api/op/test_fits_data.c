@@ -227,3 +227,19 @@ TEST(fits_look_for_terms_from_nothing) {
     CHECK(test_reply_number(&reply, "/unknowns/0/value") >= 0);
     test_reply_free(&reply);
 }
+
+TEST(a_table_says_nothing_of_arms_of_a_pendulum_that_cannot_be_read) {
+    static const char *const heads[] = {"t,theta", "t,theta_1", "t,x,y", "t,phi_9 (px),theta"};
+    for (size_t i = 0; i < sizeof heads / sizeof *heads; i++) {
+        char body[300];
+        snprintf(body, sizeof body,
+                 "{\"pendulum\":{},\"data\":{\"csv\":\"%s\\n0,1,2\\n\"},\"unknowns\":[{\"vary\":"
+                 "\"gravity\"}]}",
+                 heads[i]);
+        struct test_reply reply = test_post(API_OP_FITS, body);
+        CHECK_INT(reply.status, 422);
+        CHECK_TEXT(test_reply_text(&reply, "/errors/0/pointer"), "/pendulum");
+        CHECK(!test_reply_text(&reply, "/errors/1/pointer"));
+        test_reply_free(&reply);
+    }
+}
