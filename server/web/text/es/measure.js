@@ -15,7 +15,7 @@ export default {
   "measure.unlike": "media de {count} oscilaciones, de {least} a {most} s: son distintas",
   "measure.noSwing": "No pasa dos veces por la posición colgante en un mismo sentido.",
   "measure.tooQuick":
-    "Avanza demasiado de una muestra a la siguiente ({step} s) para conocer su período.",
+    "Avanza demasiado de una muestra a la siguiente ({step} s) para conocer su periodo.",
   "measure.watch.title": "Cronómetro",
   "measure.start": "Iniciar",
   "measure.stop": "Parar",
