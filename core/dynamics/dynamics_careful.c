@@ -4,6 +4,8 @@
 #include <limits.h>
 #include <math.h>
 
+#include "core/simd/kernel_sincos.h"
+
 /* Scratch, one value an arm in each array; the letters are those of core/theory.md. */
 struct dynamics_work {
     double *cosine, *sine; /* C, Z: of the angle to the parent */
@@ -59,12 +61,14 @@ struct dynamics_stack {
 };
 
 /* Cosine and sine of a - b, both to their last digits: the difference is rounded, and near a
- * half turn its rounding is all that tells two arms from aligned ones. */
+ * half turn its rounding is all that tells two arms from aligned ones. Not the C library's, whose
+ * last bits differ between machines. */
 static void dynamics_between(double a, double b, double *cosine, double *sine) {
     double angle = a - b, back = angle + b, lost = (a - back) - (b - (back - angle));
-    double C = cos(angle), Z = sin(angle);
-    *cosine = C - lost * Z;
-    *sine = Z + lost * C;
+    _Alignas(64) double C[PEND_TURN_CAP], Z[PEND_TURN_CAP];
+    pend_kernel_sincos_base(&angle, 1, C, Z);
+    *cosine = C[0] - lost * Z[0];
+    *sine = Z[0] + lost * C[0];
 }
 
 /* relative angles; the pivot's frame is at angle 0 */

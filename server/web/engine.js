@@ -77,8 +77,7 @@ export function createEngine() {
 
   async function begin() {
     if (worker || !("engine" in document.documentElement.dataset)) return;
-    worker = workerOf();
-    if (!worker) return;
+    if (!(worker = workerOf())) return;
     worker.addEventListener("message", ({ data }) => {
       const waiting = asked.get(data.id);
       if (waiting && hear(waiting, data)) asked.delete(data.id);
