@@ -214,7 +214,7 @@ void pend_bodies_power_at(const struct pend_tree *tree, const struct pend_loads 
                           const struct bodies_state *state, void *work, double acc[], double *given,
                           double *lost) {
     struct bodies_system s = bodies_expand(tree, loads, state, work);
-    pend_kernel_bodies()->power(&s, 1, 1, given, lost);
+    pend_kernel_bodies()->power(&s, 1, 1, 1, given, lost);
     for (int k = 0; k < tree->n; k++) acc[k] = s.rate[bodies_row(&s, k) + s.stride];
 }
 

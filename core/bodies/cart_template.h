@@ -40,9 +40,9 @@ VEC_INLINE num bodies_cart_speed(const struct bodies_system *s, int k) {
 
 /* order k of the moment of the cart's speed with the pivot's velocity, whose double is its part of
  * the sum of m |v|^2 that the series of u has for other arms */
-static inline num bodies_cart_sweep(const struct bodies_system *s, int k) {
+static inline num bodies_cart_sweep(const struct bodies_system *s, int k, int low) {
     num sum = num_of(0), hx = s->moment_x[0], hy = s->moment_y[0];
-    for (int j = 0; j <= k; j++) {
+    for (int j = low; j <= k - low; j++) {
         size_t back = bodies_row(s, 0) + (size_t)(k - j) * s->stride;
         num across = num_mul(hx, s->base_way_y[back]);
         across = num_sub(across, num_mul(hy, s->base_way_x[back]));

@@ -337,13 +337,14 @@ enum { BODIES_ORDERS = 48 };
 
 /* half of what drag_per_mass takes over gamma, order k, of arms from arm a on: sum of m |v|^2 of
  * all masses of an arm. The body's frame turns with u: |v_b|^2 M + 2 Re(conj(v_b) h u') + J phi'^2.
+ * low: the least order of a factor, also in what follows.
  */
-static inline arms bodies_sweep(const struct bodies_system *s, int a, int k) {
+static inline arms bodies_sweep(const struct bodies_system *s, int a, int k, int low) {
     size_t row = bodies_row(s, a), stride = s->stride;
     const num *x = s->base_way_x + row, *y = s->base_way_y + row;
-    arms square = arms_add(bodies_square(s, x, k, 0), bodies_square(s, y, k, 0));
-    arms spin = bodies_square(s, s->rate + row, k, 0), part = arms_of(0), other = arms_of(0);
-    for (int j = 0; j <= k; j++) {
+    arms square = arms_add(bodies_square(s, x, k, low), bodies_square(s, y, k, low));
+    arms spin = bodies_square(s, s->rate + row, k, low), part = arms_of(0), other = arms_of(0);
+    for (int j = low; j <= k - low; j++) {
         size_t at = row + (size_t)(j + 1) * stride, back = (size_t)(k - j) * stride;
         arms re = arms_mul(arms_of(j + 1), arms_get(s->turn_re + at));
         arms im = arms_mul(arms_of(j + 1), arms_get(s->turn_im + at));
@@ -364,22 +365,24 @@ VEC_INLINE void bodies_gain(const struct bodies_system *s, int a, arms all, num 
 }
 
 /* the heat that friction and the air take of arms from arm a on, order k */
-static inline arms bodies_taken(const struct bodies_system *s, int a, int k, arms twice) {
-    size_t row = bodies_row(s, a);
+static inline arms bodies_taken(const struct bodies_system *s, int a, int k, int low, arms twice) {
+    size_t row = bodies_row(s, a) + (size_t)low * s->stride;
+    int left = k - 2 * low;
     arms heat = arms_of(0);
-    if (s->need & BODIES_LOSSES) heat = bodies_product(s, s->loss + row, s->swing + row, k, heat);
+    if (s->need & BODIES_LOSSES)
+        heat = bodies_product(s, s->loss + row, s->swing + row, left, heat);
     if (s->need & BODIES_AIR) {
-        heat = bodies_product(s, s->air_x + row, s->way_x + row, k, heat);
-        heat = bodies_product(s, s->air_y + row, s->way_y + row, k, heat);
+        heat = bodies_product(s, s->air_x + row, s->way_x + row, left, heat);
+        heat = bodies_product(s, s->air_y + row, s->way_y + row, left, heat);
     }
     heat = arms_neg(heat);
-    return s->need & BODIES_MIST ? arms_fma(twice, bodies_sweep(s, a, k), heat) : heat;
+    return s->need & BODIES_MIST ? arms_fma(twice, bodies_sweep(s, a, k, low), heat) : heat;
 }
 
 /* the pivot's power, order k: Re(conj(F) z'), F the force that it exerts */
-static inline num bodies_haul(const struct bodies_system *s, int k) {
+static inline num bodies_haul(const struct bodies_system *s, int k, int low) {
     num sum = num_of(0);
-    for (int j = 0; j <= k; j++) {
+    for (int j = low; j <= k - low; j++) {
         sum = num_fma(s->haul_x[j], s->slide_x[k - j], sum);
         sum = num_fma(s->haul_y[j], s->slide_y[k - j], sum);
     }
@@ -388,28 +391,37 @@ static inline num bodies_haul(const struct bodies_system *s, int k) {
 
 /**
  * The work that drives do and the heat that friction and the air take, per unit of time, as series:
- * coefficients 0 .. order - 1, J times unit^2; after bodies_orders. O(n order^2).
+ * coefficients 0 .. count - 1, J times unit^2; after bodies_orders.
+ *
+ * order  of the factors that are known, at most BODIES_ORDERS.
+ * count  order .. 2 order - 1: from `order` on, products of the known factors alone. Of what is
+ *        quick beside the pendulum they matter.
+ *
+ * O(n order count).
  */
-static inline void bodies_power(const struct bodies_system *s, num unit, int order, num work[],
-                                num heat[]) {
+static inline void bodies_power(const struct bodies_system *s, num unit, int order, int count,
+                                num work[], num heat[]) {
     num mist = num_mul(num_of(2), bodies_one(s, PEND_TERM_DRAG_PER_MASS));
     num cart = num_mul(num_of(2), num_mul(mist, unit));
     arms twice = arms_all(num_mul(mist, unit));
     int driven = s->need & BODIES_PIVOT;
-    assert(order >= 1 && order <= BODIES_ORDERS);
-    for (int k = 0; k < order; k++) {
-        work[k] = driven ? bodies_haul(s, k) : num_of(0);
+    assert(order >= 1 && order <= BODIES_ORDERS && count >= order && count < 2 * order);
+    for (int k = 0; k < count; k++) {
+        int low = k < order ? 0 : k - order + 1;
+        work[k] = driven ? bodies_haul(s, k, low) : num_of(0);
         heat[k] = num_of(0);
         for (int a = 0; a < s->n; a += BODIES_ARMS) {
-            size_t row = bodies_row(s, a);
-            if (s->need & BODIES_DRIVES)
-                bodies_gain(s, a, bodies_product(s, s->drive + row, s->swing + row, k, arms_of(0)),
-                            &work[k]);
+            size_t row = bodies_row(s, a) + (size_t)low * s->stride;
+            if (s->need & BODIES_DRIVES) {
+                arms gain =
+                    bodies_product(s, s->drive + row, s->swing + row, k - 2 * low, arms_of(0));
+                bodies_gain(s, a, gain, &work[k]);
+            }
             if (s->need & (BODIES_LOSSES | BODIES_AIR | BODIES_MIST))
-                bodies_gain(s, a, bodies_taken(s, a, k, twice), &heat[k]);
+                bodies_gain(s, a, bodies_taken(s, a, k, low, twice), &heat[k]);
         }
         if (s->need & BODIES_MIST && pend_terms_cart(s->terms))
-            heat[k] = num_fma(cart, bodies_cart_sweep(s, k), heat[k]);
+            heat[k] = num_fma(cart, bodies_cart_sweep(s, k, low), heat[k]);
     }
 }
 

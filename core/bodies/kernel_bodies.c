@@ -41,9 +41,9 @@ static void kernel_forces(const struct bodies_system *s, double unit, int order)
     bodies_forces(s, order);
 }
 
-static void kernel_power(const struct bodies_system *s, double unit, int order, double work[],
-                         double heat[]) {
-    bodies_power(s, unit, order, work, heat);
+static void kernel_power(const struct bodies_system *s, double unit, int order, int count,
+                         double work[], double heat[]) {
+    bodies_power(s, unit, order, count, work, heat);
 }
 
 static double kernel_reach(const struct bodies_system *s, double far) {

@@ -30,10 +30,11 @@ struct bodies_kernel {
     void (*forces)(const struct bodies_system *system, double unit, int order);
     /**
      * The work of drives and the heat of friction per unit of time, as series of the same powers,
-     * after `orders`: the coefficients of order 0 .. order - 1, J times unit^2. O(n order^2).
+     * after `orders`: the coefficients of order 0 .. count - 1, count from order to 2 order - 1, J
+     * times unit^2. O(n order count).
      */
-    void (*power)(const struct bodies_system *system, double unit, int order, double work[],
-                  double heat[]);
+    void (*power)(const struct bodies_system *system, double unit, int order, int count,
+                  double work[], double heat[]);
     /** The longest step in units, at most `far`, that no joint's dry friction forbids, after
      * `orders` to order 4 at least. O(n). */
     double (*reach)(const struct bodies_system *system, double far);

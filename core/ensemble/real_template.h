@@ -103,7 +103,7 @@ static num real_beyond(const struct bodies_system *b, int order, num x) {
 static __attribute__((noinline)) void real_balance(const struct ensemble_lanes *lanes,
                                                    const struct bodies_system *b, num unit, num x) {
     num sum = num_of(0), inverse = 1 / unit, work[ENSEMBLE_ORDER_MAX], heat[ENSEMBLE_ORDER_MAX];
-    bodies_power(b, unit, lanes->order, work, heat);
+    bodies_power(b, unit, lanes->order, lanes->order, work, heat);
     for (int j = lanes->order - 1; j >= 0; j--) {
         num c = (work[j] - heat[j]) * lanes->share[j] * (inverse * inverse);
         sum = num_fma(sum, x, c);

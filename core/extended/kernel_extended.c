@@ -273,7 +273,7 @@ static void extended_power(const struct extended_lanes *lanes, int lane, double 
     struct jets_system s = extended_view(lanes);
     struct bodies_system b = extended_real(lanes, &s);
     num given[BODIES_ORDERS], lost[BODIES_ORDERS];
-    bodies_power(&b, num_of(unit), lanes->order, given, lost);
+    bodies_power(&b, num_of(unit), lanes->order, lanes->order, given, lost);
     for (int j = 0; j < lanes->order; j++)
         work[j] = given[j].high[lane], heat[j] = lost[j].high[lane];
 }

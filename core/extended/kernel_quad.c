@@ -323,7 +323,7 @@ static void quad_power(const struct quad_series *q, double work[], double heat[]
     struct jets_system s = quad_view(q);
     struct bodies_system b = quad_real(q, &s);
     num given[BODIES_ORDERS], lost[BODIES_ORDERS];
-    bodies_power(&b, num_of(q->unit), q->order, given, lost);
+    bodies_power(&b, num_of(q->unit), q->order, q->order, given, lost);
     for (int j = 0; j < q->order; j++) work[j] = given[j].part[0], heat[j] = lost[j].part[0];
 }
 

@@ -166,17 +166,12 @@ static struct exchange_given taylor_given(const struct taylor *taylor, double x)
     return kernel->given(&taylor->jets, &taylor->loads, taylor->unit, taylor->order, x);
 }
 
-/* what the pivot gives beyond the orders of its power, J, where that is a series */
+/* what the pivot gives beyond the orders of its power, J, where that series ends with its factors
+ */
 static double taylor_beyond(const struct taylor *taylor, double x) {
-    const struct bodies_system *s = &taylor->jets.bodies;
     const struct jets_loads *loads = &taylor->jets.loads;
     double square = taylor->unit * taylor->unit, turned[2][PEND_EXCHANGE_ORDERS];
-    if (taylor->jets.general) {
-        const double *force[2] = {s->haul_x, s->haul_y}, *speed[2] = {s->slide_x, s->slide_y};
-        if (!(s->need & BODIES_PIVOT)) return 0;
-        return pend_exchange_beyond(force, speed, taylor->order, x) / square;
-    }
-    if (!loads->moves) return 0;
+    if (taylor->jets.general || !loads->moves) return 0;
     // along the first arm's axes
     double C = taylor->jets.system.cosine[0], Z = taylor->jets.system.sine[0];
     for (int j = 0; j < taylor->order; j++) {
@@ -190,15 +185,16 @@ static double taylor_beyond(const struct taylor *taylor, double x) {
 /* the power of the last expansion, as series, or what it has given by the end of the step */
 static void taylor_power(struct taylor *taylor) {
     struct pend_exchange *exchange = &taylor->exchange;
-    exchange->order = taylor->order, exchange->unit = taylor->unit;
+    exchange->order = taylor->jets.general ? 2 * taylor->order - 1 : taylor->order;
+    exchange->unit = taylor->unit;
     if (taylor->nodes) {
         double x = (taylor->reached - taylor->time) / taylor->unit;
         struct exchange_given given = taylor_given(taylor, x);
         pend_exchange_put(exchange, x, given.work, given.heat);
         return;
     }
-    pend_jets_power(&taylor->jets, taylor->unit, taylor->order, exchange->work.series,
-                    exchange->heat.series);
+    pend_jets_power(&taylor->jets, taylor->unit, taylor->order, exchange->order,
+                    exchange->work.series, exchange->heat.series);
     pend_exchange_take(exchange, (taylor->reached - taylor->time) / taylor->unit);
     exchange->work.end += taylor_beyond(taylor, exchange->end);
 }

@@ -236,11 +236,12 @@ void pend_jets_forces(const struct pend_jets *jets, int order) {
     loads->orders = 0;
 }
 
-void pend_jets_power(const struct pend_jets *jets, double unit, int order, double work[],
+void pend_jets_power(const struct pend_jets *jets, double unit, int order, int count, double work[],
                      double heat[]) {
     assert(jets_valid(jets) && jets->real && order <= jets->order_cap);
+    assert(count == order || (jets->general && count > order && count < 2 * order));
     if (jets->general)
-        pend_kernel_bodies()->power(&jets->bodies, unit, order, work, heat);
+        pend_kernel_bodies()->power(&jets->bodies, unit, order, count, work, heat);
     else
         jets_kernel(jets->isa)->power(&jets->system, order, work, heat);
 }

@@ -105,11 +105,13 @@ void pend_jets_forces(const struct pend_jets *jets, int order);
  * The work of drives and the heat of friction and of the air per unit of time, as series of the
  * same powers, after pend_jets_expand to at least `order`; of a real pendulum.
  *
- * work, heat  out, coefficients 0 .. order - 1: J times unit^2 per unit of time.
+ * count       order, or of a general pendulum up to 2 order - 1: from `order` on, products of the
+ *             factors that are known.
+ * work, heat  out, coefficients 0 .. count - 1: J times unit^2 per unit of time.
  *
- * O(n order^2), no allocation.
+ * O(n order count), no allocation.
  */
-void pend_jets_power(const struct pend_jets *jets, double unit, int order, double work[],
+void pend_jets_power(const struct pend_jets *jets, double unit, int order, int count, double work[],
                      double heat[]);
 
 /**

@@ -42,7 +42,7 @@ static void answer_of(const struct test_tree *t, const struct test_bodies *b, in
     CHECK(jets.general && (jets.bodies.tiles != NULL) == pend_tiles_suit(t->tree));
     if (!tiled) jets.bodies.tiles = NULL;
     pend_jets_expand(&jets, &b->loads, 0.0625, &state, ORDER);
-    pend_jets_power(&jets, 0.0625, ORDER, work, heat);
+    pend_jets_power(&jets, 0.0625, ORDER, ORDER, work, heat);
     pend_jets_forces(&jets, ORDER);
     if (tiled) *x = 0.5 * pend_jets_reach(&jets, ORDER, log2(1e-14), log2(1e-14));
     for (int k = 0; k < t->n; k++) {

@@ -177,7 +177,7 @@ TEST(members_that_differ_in_every_number_of_their_terms_end_where_single_runs_en
                 problem.observe |= PEND_OBSERVE_EXTREMES;
                 problem.times = instant, problem.times_count = 1;
                 crowd_run(&problem, isa, 0, MEMBERS);
-                for (long j = 0; j < MEMBERS; j += isa < 2 ? 5 : 1) {
+                for (long j = 0; j < MEMBERS; j += isa < (int)pend_isa_best() ? 5 : 1) {
                     struct alone alone;
                     alone_run(&crowd, j, duration, 0, &alone);
                     CHECK(crowd.outcome[j].stop == PEND_STOP_TIME);

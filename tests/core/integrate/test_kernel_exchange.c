@@ -47,7 +47,7 @@ static double gap_of(const struct test_tree *t, const struct test_bodies *b, int
         jets.isa = isa;
         pend_jets_expand(&jets, &b->loads, unit, &start, ORDER);
         double x = pend_jets_reach(&jets, ORDER, log2(1e-12), log2(1e-12)) / 8;
-        pend_jets_power(&jets, unit, ORDER, series.work.series, series.heat.series);
+        pend_jets_power(&jets, unit, ORDER, ORDER, series.work.series, series.heat.series);
         pend_exchange_take(&series, x);
         first[isa] = kernel_of(isa)->given(&jets, &b->loads, unit, ORDER, x);
         double most = fabs(series.work.end) + fabs(series.heat.end);

@@ -43,7 +43,7 @@ static void scene_open(struct scene *s, const struct test_tree *t, const struct 
     pend_jets_init(&s->jets, t->tree, given, ORDER, s->memory);
     s->jets.isa = isa;
     pend_jets_expand(&s->jets, given, unit, &s->state, ORDER);
-    pend_jets_power(&s->jets, unit, ORDER, s->work, s->heat);
+    pend_jets_power(&s->jets, unit, ORDER, ORDER, s->work, s->heat);
     pend_jets_forces(&s->jets, ORDER);
 }
 

@@ -96,7 +96,7 @@ static void scene_expand(struct scene *s, enum pend_isa isa, double unit) {
     pend_jets_init(&s->jets, s->tree.tree, &s->loads, ORDER, s->memory);
     s->jets.isa = isa;
     pend_jets_expand(&s->jets, &s->loads, unit, &state, ORDER);
-    pend_jets_power(&s->jets, unit, ORDER, s->work, s->heat);
+    pend_jets_power(&s->jets, unit, ORDER, ORDER, s->work, s->heat);
     pend_jets_forces(&s->jets, ORDER);
 }
 
