@@ -106,7 +106,7 @@ VEC_INLINE void OF(quadrant)(BITS turn, VEC sin_r, VEC cos_r, VEC *sine, VEC *co
     *sine = (VEC)_mm512_ternarylogic_epi64(s, first, sign, 0x78);
     *cosine = (VEC)_mm512_ternarylogic_epi64(c, next, sign, 0x78);
 #else
-    BITS swap = -(turn & 1), sine_sign = (turn & 2) << 62, cosine_sign = ((turn + 1) & 2) << 62;
+    BITS swap = -(turn & 1), sine_sign = (turn & 2) << 62, cosine_sign = ((turn ^ swap) & 2) << 62;
     *sine = (VEC)((BITS)OF(pick)(swap, cos_r, sin_r) ^ sine_sign);
     *cosine = (VEC)((BITS)OF(pick)(swap, sin_r, cos_r) ^ cosine_sign);
 #endif
