@@ -53,22 +53,26 @@ static inline double pend_given_at(const struct pend_exchange *exchange,
 }
 
 /**
- * Returns what the pivot gives x units after the start of the step beyond the first `order` orders
- * of its power, the product of its force and its velocity, of which as many are known: the later
+ * Returns what the pivot gives x units after the start of the step beyond the first `from` orders
+ * of its power, the product of its force and its velocity, of which `order` are known: the later
  * half of the product, which a quick drive's power does not fall off in. J times unit^2 / unit.
  *
- * force, speed  along the same two axes. O(order^2).
+ * force, speed  along the same two axes.
+ * from          order .. 2 order - 1.
+ *
+ * O(order^2).
  */
 static inline double pend_exchange_beyond(const double *const force[2],
-                                          const double *const speed[2], int order, double x) {
+                                          const double *const speed[2], int order, int from,
+                                          double x) {
     double sum = 0;
-    for (int k = 2 * order - 2; k >= order; k--) {
+    for (int k = 2 * order - 2; k >= from; k--) {
         double part = 0;
         for (int i = 0; i < 2; i++)
             for (int j = k - order + 1; j < order; j++) part += force[i][j] * speed[i][k - j];
         sum = sum * x + part / (k + 1);
     }
-    for (int k = 0; k <= order; k++) sum *= x;
+    for (int k = 0; k <= from; k++) sum *= x;
     return sum;
 }
 
