@@ -43,7 +43,9 @@ static void ideal_lay_known(struct ideal *ideal, int n, int order, int real, cha
                          &known->across,  &known->haul_re, &known->haul_im};
     for (size_t i = 0; i < (real ? 9 : 6); i++)
         *series[i] = ideal_take(base, used, tiles * known->tile + 2 * LANES);
-    double **own[] = {&known->inertia, &known->hold, &known->stiff, &known->bend};
+    double **own[] = {&known->inertia, &known->hold,        &known->stiff,
+                      &known->bend,    &known->yield,       &known->slip_along,
+                      &known->bear,    &known->slip_across, &known->twist};
     for (size_t i = 0; real && i < sizeof own / sizeof *own; i++)
         *own[i] = ideal_take(base, used, (size_t)n);
     if (base) known->force += LANES; // row -1
@@ -162,7 +164,10 @@ void pend_ideal_init(struct ideal *ideal, const struct pend_problem *problem, in
     for (int k = 0; k < tree->n; k++)
         s->len[k] = tree->len[k], s->inv_len[k] = 1 / tree->len[k], s->mass[k] = tree->mass[k];
     if (loads.terms) pend_ideal_load(&ideal->known, tree, &loads);
-    if (loads.terms && ideal->jets.loads.moves) {
+    if (ideal->jets.general) {
+        ideal->known.lift_x = ideal->jets.bodies.lift_x;
+        ideal->known.lift_y = ideal->jets.bodies.lift_y;
+    } else if (loads.terms && ideal->jets.loads.moves) {
         ideal->known.lift_x = ideal->jets.loads.lift_x;
         ideal->known.lift_y = ideal->jets.loads.lift_y;
     }

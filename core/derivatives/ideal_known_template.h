@@ -185,6 +185,52 @@ VEC_INLINE void ideal_down(const struct ideal_known *s, const struct ideal_group
     }
 }
 
+/* the same of bodies (ideal_bodies_factor) */
+VEC_INLINE void ideal_bodies_up(const struct ideal_known *s, const struct ideal_group *g, int p,
+                                const struct ideal_sums sum[], double factor) {
+    const struct jets_system *t = &s->system;
+    for (int k = 0; k < s->n; k++) {
+        PUT(WORK_PUSH, k, wide_of(0));
+        PUT(WORK_SIDE, k, wide_of(0));
+    }
+    for (int k = s->n - 1; k >= 0; k--) {
+        int up = t->parent[k];
+        wide known = sum[k].im * (-t->len[k] * factor), side = sum[k].across - GET(WORK_SIDE, k);
+        wide along = wide_fma(side, wide_of(s->slip_along[k]), GET(WORK_PUSH, k));
+        along = wide_fma(known, wide_of(s->bear[k]), along);
+        wide gain = side * s->yield[k] - known * s->slip_along[k];
+        PUT(WORK_BIAS, k, along);
+        PUT(WORK_LATE, k, gain);
+        if (up < 0) continue;
+        wide across = sum[k].across - s->twist[k] * gain;
+        PUT(WORK_PUSH, up, GET(WORK_PUSH, up) + (t->cosine[k] * along - t->sine[k] * across));
+        PUT(WORK_SIDE, up, GET(WORK_SIDE, up) + (t->sine[k] * along + t->cosine[k] * across));
+    }
+}
+
+VEC_INLINE void ideal_bodies_down(const struct ideal_known *s, const struct ideal_group *g, int p,
+                                  const struct ideal_sums sum[], double factor, double inverse,
+                                  struct ideal_answer answer[]) {
+    const struct jets_system *t = &s->system;
+    for (int k = 0; k < s->n; k++) {
+        int up = t->parent[k];
+        wide radial = wide_of(0), tangential = radial;
+        if (up >= 0) {
+            wide r = GET(WORK_RADIAL, up), v = GET(WORK_TANGENTIAL, up);
+            radial = t->cosine[k] * r + t->sine[k] * v;
+            tangential = t->cosine[k] * v - t->sine[k] * r;
+        }
+        wide late = s->slip_along[k] * radial + s->slip_across[k] * tangential;
+        wide gain = GET(WORK_LATE, k) - late;
+        wide along = wide_fma(wide_of(s->bear[k]), radial, GET(WORK_BIAS, k));
+        double bent = s->twist[k] * s->slip_along[k];
+        answer[k].along = wide_fma(wide_of(bent), tangential, along);
+        answer[k].x = gain * (t->inv_len[k] * inverse);
+        PUT(WORK_RADIAL, k, radial - sum[k].im * (t->len[k] * factor));
+        PUT(WORK_TANGENTIAL, k, tangential + gain);
+    }
+}
+
 /* what accelerations and forces of up to IDEAL_DENSE arms answer to a pull on an arm, and to a
  * force across it: a lane for each of these units, in vectors `from` the first of eight */
 static void ideal_table_part(const struct ideal_known *s, const struct ideal_group *group,
@@ -233,10 +279,10 @@ static void ideal_know(const struct ideal_known *s) {
     if (!s->bodies) jets_factor(&s->system);
     if (s->masses || s->loaded) ideal_accelerations(s);
     if (s->loaded) ideal_forces(s);
-    if (s->bodies)
-        ideal_body_table(s);
-    else if (s->n <= IDEAL_DENSE)
-        ideal_table(s);
+    if (s->n <= IDEAL_DENSE)
+        s->bodies ? ideal_body_table(s) : ideal_table(s);
+    else if (s->bodies)
+        ideal_bodies_factor(s);
 }
 
 #endif

@@ -1,6 +1,7 @@
 #include "core/derivatives/ideal_loads.h"
 
 #include <assert.h>
+#include <stdlib.h>
 
 /* The part of an arm's inertia about its joint, with what hangs at its tip, that must be its own:
  * the system loses as many digits as this has. */
@@ -38,10 +39,11 @@ static int ideal_terms_known(const struct pend_terms *terms) {
     return terms->one[PEND_TERM_DRAG_PER_MASS] < 0 && terms->one[PEND_TERM_RAIL] < 0;
 }
 
-/* the bodies' centers are near their arms, and no arm is next to nothing beside what it carries */
-static int ideal_shaped(const struct pend_tree *tree, const struct pend_loads *loads) {
+/* whether bodies are so (ideal_shaped); `under` receives the masses that arms carry, kg, and begins
+ * as zeros */
+static int ideal_shaped_over(const struct pend_tree *tree, const struct pend_loads *loads,
+                             double under[]) {
     const struct pend_terms *terms = loads->terms;
-    double under[IDEAL_DENSE] = {0};
     for (int k = tree->n - 1; k >= 0; k--) {
         double l = tree->len[k], own = pend_terms_inertia(terms, l, tree->mass[k], loads->value, k);
         double middle = pend_terms_get(terms, loads->value, PEND_TERM_CENTER_X, k) - l / 2;
@@ -56,6 +58,15 @@ static int ideal_shaped(const struct pend_tree *tree, const struct pend_loads *l
     return 1;
 }
 
+/* the bodies' centers are near their arms, and no arm is next to nothing beside what it carries;
+ * not without memory, of which derivatives need more */
+static int ideal_shaped(const struct pend_tree *tree, const struct pend_loads *loads) {
+    double *under = calloc((size_t)tree->n, sizeof *under);
+    int shaped = under && ideal_shaped_over(tree, loads, under);
+    free(under);
+    return shaped;
+}
+
 int pend_ideal_suits(const struct pend_tree *tree, const struct pend_loads *loads, int count,
                      const struct pend_parameter parameter[]) {
     const struct pend_terms *terms = loads->terms;
@@ -66,7 +77,7 @@ int pend_ideal_suits(const struct pend_tree *tree, const struct pend_loads *load
         if (parameter[i].kind == PEND_PARAMETER_TERM &&
             !ideal_row_known(ideal_row_of(terms, parameter[i].at)))
             return 0;
-    return !ideal_bodies(terms) || (tree->n <= IDEAL_DENSE && ideal_shaped(tree, loads));
+    return !ideal_bodies(terms) || ideal_shaped(tree, loads);
 }
 
 /* ---- their numbers */

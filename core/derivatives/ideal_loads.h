@@ -17,9 +17,8 @@
  * Returns non-zero if the derivatives of a pendulum by these parameters follow from its motion:
  * without terms always; with rods, bodies whose centers are on their arms, viscous friction,
  * springs and torques in the joints and a pivot that moves as it is told, unless a drive is
- * differentiated by, or there are bodies on more than IDEAL_DENSE arms, or some that are next to
- * nothing beside what hangs on them: the system of theirs is inverted in a form that would lose
- * digits there. O(n + count).
+ * differentiated by, or there are bodies that are next to nothing beside what hangs on them: the
+ * system of theirs is solved in a form that would lose digits there. O(n + count).
  */
 int pend_ideal_suits(const struct pend_tree *tree, const struct pend_loads *loads, int count,
                      const struct pend_parameter parameter[]);

@@ -147,6 +147,35 @@ static void ideal_body_table(const struct ideal_known *s) {
     }
 }
 
+/* The same of more arms, from the leaves to the root. The tip of an arm, with all that hangs there,
+ * opposes P a + q to an acceleration a; with that of the joint a_0, the one along that is known rho
+ * and y across, the balance of the arm
+ *
+ *     side = (P a + q) across + (J' / l^2) y,   a = a_0 + (rho, y)
+ *
+ * gives y, and A a_0 + b as what the joint opposes. With D = P_yy + J' / l^2 the joint yields P_xy
+ * / D and P_yy / D (slip), A_xx = P_xx - P_xy^2 / D (bear), and the rest of A is J' / l^2 (twist)
+ * times the slip. */
+static void ideal_bodies_factor(const struct ideal_known *s) {
+    const double *mass = s->system.mass, *per = s->system.inv_len;
+    double *xx = s->bear, *xy = s->slip_along, *yy = s->slip_across; // P, until its arm's turn
+    for (int k = 0; k < s->n; k++) xx[k] = yy[k] = mass[k], xy[k] = 0;
+    for (int k = s->n - 1; k >= 0; k--) {
+        int up = s->system.parent[k];
+        double C = s->system.cosine[k], Z = s->system.sine[k];
+        double own = s->inertia[k] * per[k] * per[k], give = 1 / (yy[k] + own);
+        double along = xy[k] * give, across = yy[k] * give;
+        s->bear[k] = xx[k] - xy[k] * along;
+        s->slip_along[k] = along, s->slip_across[k] = across;
+        s->yield[k] = give, s->twist[k] = own;
+        if (up < 0) continue;
+        double x = s->bear[k], y = own * across, both = own * along;
+        xx[up] += C * C * x - 2 * C * Z * both + Z * Z * y;
+        xy[up] += C * Z * (x - y) + (C * C - Z * Z) * both;
+        yy[up] += Z * Z * x + 2 * C * Z * both + C * C * y;
+    }
+}
+
 /* ---- what torques add to a group's forces across */
 
 /* the change of the torque on arm a against its parent, order k */

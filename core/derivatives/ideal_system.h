@@ -38,8 +38,12 @@ struct ideal_known {
     double *inertia;            /* n: what bodies have beyond such points, kg m^2 */
     double *hold, *stiff;       /* n: torque for a unit of rate, of angle, to the parent */
     double *bend;               /* n: angles from those at which springs rest */
-    double *haul_re, *haul_im;  /* series of the forces on tips, in the arms' frames of the start */
-    double *across;             /* series of the forces across, where lengths vary */
+    /* n, of bodies on more than IDEAL_DENSE arms: what the tip of an arm yields to a force across,
+     * and its joint to accelerations along and across; what the joint opposes to one along, to one
+     * across the tip (ideal_bodies_factor) */
+    double *yield, *slip_along, *slip_across, *bear, *twist;
+    double *haul_re, *haul_im; /* series of the forces on tips, in the arms' frames of the start */
+    double *across;            /* series of the forces across, where lengths vary */
     const double *lift_x, *lift_y; /* series of the pivot's acceleration and gravity; NULL = that
                                     * of a pivot at rest */
 };

@@ -149,6 +149,9 @@ VEC_INLINE void ideal_solve(const struct ideal_known *s, const struct ideal_grou
     if (real) ideal_load(s, g, n, k, p, sum);
     if (n <= IDEAL_DENSE) {
         ideal_dense(s, n, sum, factor, inverse, answer);
+    } else if (s->bodies) {
+        ideal_bodies_up(s, g, p, sum, factor);
+        ideal_bodies_down(s, g, p, sum, factor, inverse, answer);
     } else {
         ideal_up(s, g, p, sum, factor);
         ideal_down(s, g, p, inverse, answer);
