@@ -53,24 +53,23 @@ VEC_INLINE void ideal_known_sums(const struct ideal_known *s, const struct ideal
         next_x[0] = wide_fma(len, wide_of(im[3 * LANES]), next_x[0]);
         next_x[1] = wide_fma(len, wide_of(-re[3 * LANES]), next_x[1]);
     }
-    wide later_re = wide_of(re[LANES]), later_im = wide_of(im[LANES]);
-    wide later_force = wide_of(force[-LANES]);
     for (int i = 0; i < k; i++, re -= LANES, im -= LANES, force -= LANES) {
         x += LANES;
         wide y = wide_get(x + LANES), f = wide_get(along), c = wide_get(across);
-        wide ur = wide_of(re[0]), ui = wide_of(im[0]), l = wide_of(force[-2 * LANES]);
-        along += LANES, across += LANES;
+        // numbers of the next order are read again: sixteen registers do not hold them too
+        wide later_re = wide_of(re[LANES]), later_im = wide_of(im[LANES]);
         next_x[0] = wide_fma(y, later_re, next_x[0]);
-        next_x[1] = wide_fma(y, later_im, next_x[1]);
-        next_x[2] = wide_fma(y, later_force, next_x[2]);
-        next_f[0] = wide_fma(f, later_im, next_f[0]);
         next_f[1] = wide_fma(c, later_re, next_f[1]);
+        next_x[1] = wide_fma(y, later_im, next_x[1]);
+        next_f[0] = wide_fma(f, later_im, next_f[0]);
+        next_x[2] = wide_fma(y, wide_of(force[-LANES]), next_x[2]);
+        wide ur = wide_of(re[0]), ui = wide_of(im[0]);
         now_x[0] = wide_fma(y, ur, now_x[0]);
-        now_x[1] = wide_fma(y, ui, now_x[1]);
-        now_x[2] = wide_fma(y, l, now_x[2]);
-        now_f[0] = wide_fma(f, ui, now_f[0]);
         now_f[1] = wide_fma(c, ur, now_f[1]);
-        later_re = ur, later_im = ui, later_force = l;
+        now_x[1] = wide_fma(y, ui, now_x[1]);
+        now_f[0] = wide_fma(f, ui, now_f[0]);
+        now_x[2] = wide_fma(y, wide_of(force[-2 * LANES]), now_x[2]);
+        along += LANES, across += LANES;
     }
     *now = (struct ideal_sums){now_x[0], now_x[1], now_x[2] + (now_f[0] - now_f[1])};
     *next = (struct ideal_sums){next_x[0], next_x[1], next_x[2] + (next_f[0] - next_f[1])};
