@@ -169,9 +169,10 @@ static void event_pivot(const struct event_step *step, double complex out[EVENT_
     for (int i = 0; i < terms->harmonics && terms->harmonic[i].drives < 0; i++) {
         const double *h = value + terms->harmonic[i].at;
         double complex way = terms->harmonic[i].drives == PEND_DRIVE_PIVOT_X ? 1 : I;
-        double angle = h[1] * step->time + h[2], size = h[0];
+        double angle = h[1] * step->time + h[2], size = h[0], x = cos(angle), y = sin(angle);
+        const double turned[] = {x, -y, -x, y}; // by quarters
         for (int j = 0; j <= step->degree; j++) {
-            out[j] += way * size * cos(angle + j * M_PI_2);
+            out[j] += way * size * turned[j % 4];
             size *= h[1] * step->length / (j + 1);
         }
     }
