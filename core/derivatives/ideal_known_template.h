@@ -79,14 +79,35 @@ static void ideal_accelerations(const struct ideal_known *s) {
     }
 }
 
-/* one arm alone: sin phi and cos phi */
+/* One arm alone: sin phi and cos phi, to order - 1, from what they pull, which the motion's series
+ * have: phi'_{k+1} = -G cos_k / (k + 1), and the force 3 m g sin_k from order 1 on
+ * (single_template). */
 static void ideal_alone(const struct ideal_known *s) {
+    double pull = s->gravity * s->system.inv_len[0], weight = s->gravity * s->system.mass[0];
+    double per = -1 / pull, lift = 1 / (3 * weight);
+    s->acc_re[0] = s->system.sine[0], s->acc_im[0] = s->system.cosine[0];
+    for (int j = 1; j < s->order; j++) {
+        s->acc_re[j * IDEAL_LANES] = s->force[j * IDEAL_LANES] * lift;
+        s->acc_im[j * IDEAL_LANES] = s->rate[(j + 1) * IDEAL_LANES] * (j + 1) * per;
+    }
+}
+
+/* the same where gravity is next to nothing, and the turns are known */
+static void ideal_alone_afloat(const struct ideal_known *s) {
     double C = s->system.cosine[0], Z = s->system.sine[0];
-    for (int j = 0; j <= s->order; j++) {
+    for (int j = 0; j < s->order; j++) {
         double re = s->turn_re[j * IDEAL_LANES], im = s->turn_im[j * IDEAL_LANES];
         s->acc_re[j * IDEAL_LANES] = Z * re + C * im;
         s->acc_im[j * IDEAL_LANES] = C * re - Z * im;
     }
+}
+
+/* whether what pulls one arm tells sin phi and cos phi: gravity, in units, is well above the least
+ * numbers */
+static int ideal_pulled(const struct ideal_known *s) {
+    const double least = 0x1p-500;
+    return fabs(s->gravity * s->system.inv_len[0]) > least &&
+           fabs(s->gravity * s->system.mass[0]) > least;
 }
 
 /* ---- the tree system of order 0 */
@@ -270,10 +291,15 @@ static void ideal_know(const struct ideal_known *s) {
         memcpy(s->system.cosine + k, &cosine, bytes);
         memcpy(s->system.sine + k, &sine, bytes);
     }
+    int alone = s->n == 1 && !s->loaded;
+    if (alone && ideal_pulled(s)) {
+        ideal_alone(s);
+        return;
+    }
     if (s->kept_re) ideal_kept_turns(s);
     for (int k = 0; k < s->n && !s->kept_re; k += IDEAL_LANES) ideal_turns(s, ideal_place(s, k, 0));
-    if (s->n == 1 && !s->loaded) {
-        ideal_alone(s);
+    if (alone) {
+        ideal_alone_afloat(s);
         return;
     }
     if (!s->bodies) jets_factor(&s->system);

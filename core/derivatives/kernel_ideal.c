@@ -385,8 +385,8 @@ VEC_INLINE wide ideal_force(const struct ideal_known *s, const struct ideal_grou
         }
         return wide_fma(along, wide_of(re), across * im);
     }
-    double sine = ideal_horner(s->acc_re, s->order, x),
-           cosine = ideal_horner(s->acc_im, s->order, x);
+    double sine = ideal_horner(s->acc_re, s->order - 1, x);
+    double cosine = ideal_horner(s->acc_im, s->order - 1, x);
     double rate = ideal_horner(s->rate, s->order, x), len = s->system.len[0];
     double lift = s->gravity * sine - len * rate * rate;
     wide sum = wide_get(g->mass + p) * lift;

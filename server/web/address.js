@@ -17,6 +17,8 @@ const STEP = 0.01;
 
 const NAMES = [...LISTS, ...ONES];
 const OTHERS = ["lang", "embed", "room", "sheet"];
+// what mail, search and newsletters put behind a link that they hand on
+const FOLLOWED = /^(utm_.*|mc_[ce]id|fbclid|gclid|msclkid)$/;
 
 /** Whether an address names a motion so, or would. @param {string} search */
 export function namesMotion(search) {
@@ -30,7 +32,9 @@ export function namesMotion(search) {
 export function strangeOf(search) {
   /** @type {Set<string>} */
   const known = new Set([...NAMES, ...OTHERS]);
-  const strange = [...new URLSearchParams(search)].filter(([name]) => !known.delete(name));
+  const strange = [...new URLSearchParams(search)].filter(
+    ([name]) => !known.delete(name) && !FOLLOWED.test(name),
+  );
   return namesMotion(search) ? strange.map((one) => one.join("=")).join(", ") : "";
 }
 
