@@ -1,7 +1,8 @@
 /* What the derivatives of an ideal pendulum need of its motion in a step, and the tree system of
  * order 0, whose answers are taken for eight right-hand sides at once.
  * Leaves to others: the orders (kernel_ideal, which includes this), the factorization
- * (jets_factor). Invariant: the sweeps are those of jets_template, with numbers as coefficients. */
+ * (jets_factor, ideal_loads_template). Invariant: the sweeps of points are those of jets_template,
+ * with numbers as coefficients. */
 #ifndef PEND_IDEAL_KNOWN_TEMPLATE_H
 #define PEND_IDEAL_KNOWN_TEMPLATE_H
 
@@ -79,11 +80,10 @@ static void ideal_accelerations(const struct ideal_known *s) {
     }
 }
 
-/* One arm alone: sin phi and cos phi, to order - 1, from what they pull, which the motion's series
- * have: phi'_{k+1} = -G cos_k / (k + 1), and the force 3 m g sin_k from order 1 on
- * (single_template). */
-static void ideal_alone(const struct ideal_known *s) {
-    double pull = s->gravity * s->system.inv_len[0], weight = s->gravity * s->system.mass[0];
+/* sin phi and cos phi of one arm alone, to order - 1, from what they pull, which the motion's
+ * series have: phi'_{k+1} = -G cos_k / (k + 1), and the force 3 m g sin_k from order 1 on
+ * (single_template) */
+static void ideal_pulled(const struct ideal_known *s, double pull, double weight) {
     double per = -1 / pull, lift = 1 / (3 * weight);
     s->acc_re[0] = s->system.sine[0], s->acc_im[0] = s->system.cosine[0];
     for (int j = 1; j < s->order; j++) {
@@ -92,9 +92,10 @@ static void ideal_alone(const struct ideal_known *s) {
     }
 }
 
-/* the same where gravity is next to nothing, and the turns are known */
-static void ideal_alone_afloat(const struct ideal_known *s) {
+/* the same from its turns, where gravity is next to nothing */
+static void ideal_afloat(const struct ideal_known *s) {
     double C = s->system.cosine[0], Z = s->system.sine[0];
+    ideal_turns(s, 0);
     for (int j = 0; j < s->order; j++) {
         double re = s->turn_re[j * IDEAL_LANES], im = s->turn_im[j * IDEAL_LANES];
         s->acc_re[j * IDEAL_LANES] = Z * re + C * im;
@@ -102,12 +103,13 @@ static void ideal_alone_afloat(const struct ideal_known *s) {
     }
 }
 
-/* whether what pulls one arm tells sin phi and cos phi: gravity, in units, is well above the least
- * numbers */
-static int ideal_pulled(const struct ideal_known *s) {
-    const double least = 0x1p-500;
-    return fabs(s->gravity * s->system.inv_len[0]) > least &&
-           fabs(s->gravity * s->system.mass[0]) > least;
+static void ideal_alone(const struct ideal_known *s) {
+    const double least = 0x1p-500; // in units; well above the least numbers
+    double pull = s->gravity * s->system.inv_len[0], weight = s->gravity * s->system.mass[0];
+    if (fabs(pull) > least && fabs(weight) > least)
+        ideal_pulled(s, pull, weight);
+    else
+        ideal_afloat(s);
 }
 
 /* ---- the tree system of order 0 */
@@ -281,7 +283,8 @@ static void ideal_table(const struct ideal_known *s) {
     for (int from = 0; from < 2 * s->n; from += VEC8) ideal_table_part(s, &group, from);
 }
 
-static void ideal_know(const struct ideal_known *s) {
+/* the angles between arms at the start */
+static void ideal_angles(const struct ideal_known *s) {
     for (int k = 0; k < s->n; k += WIDE) {
         wide x = wide_of(0), low = x, cosine, sine;
         size_t bytes = (size_t)(s->n - k < WIDE ? s->n - k : WIDE) * sizeof(double);
@@ -291,17 +294,16 @@ static void ideal_know(const struct ideal_known *s) {
         memcpy(s->system.cosine + k, &cosine, bytes);
         memcpy(s->system.sine + k, &sine, bytes);
     }
-    int alone = s->n == 1 && !s->loaded;
-    if (alone && ideal_pulled(s)) {
+}
+
+static void ideal_know(const struct ideal_known *s) {
+    ideal_angles(s);
+    if (s->n == 1 && !s->loaded) {
         ideal_alone(s);
         return;
     }
     if (s->kept_re) ideal_kept_turns(s);
     for (int k = 0; k < s->n && !s->kept_re; k += IDEAL_LANES) ideal_turns(s, ideal_place(s, k, 0));
-    if (alone) {
-        ideal_alone_afloat(s);
-        return;
-    }
     if (!s->bodies) jets_factor(&s->system);
     if (s->masses || s->loaded) ideal_accelerations(s);
     if (s->loaded) ideal_forces(s);

@@ -1,5 +1,6 @@
 /* What real pendulums have beyond ideal ones when their motion is known: the forces along and
- * across arms from the motion, the answers of bodies to units, torques in the joints.
+ * across arms from the motion, the answers of bodies to units or their factors, torques in the
+ * joints.
  * Leaves to others: which pendulums there are (ideal_loads), points' answers
  * (ideal_known_template, which includes this).
  * Invariant: nothing here is a product of two series of derivatives. */

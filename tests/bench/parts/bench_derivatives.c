@@ -1,10 +1,10 @@
 /* Eight derivatives of a chain's motion of 5 s beside the motion alone and beside eight members of
  * an ensemble in lanes, which finite differences to one side would take; of a double pendulum
  * beside numbers with eight derivatives in GSL's rk8pd, at a tolerance where both have 10 digits
- * alike. Arms are the paper's; rods have mass and damped joints, and sixteen go by the general
- * kernel. Leaves to others: what derivatives must be (tests/core/derivatives). Invariant: all lines
- * of one number of arms start from the same state; the parameters are the first arms' angles,
- * rates, lengths and masses, and gravity. */
+ * alike. Arms are the paper's; rods have mass and damped joints.
+ * Leaves to others: what derivatives must be (tests/core/derivatives). Invariant: all lines of one
+ * number of arms start from the same state; the parameters are the first arms' angles, rates,
+ * lengths and masses, and gravity. */
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_odeiv2.h>
 #include <math.h>
