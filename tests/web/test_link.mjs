@@ -137,6 +137,6 @@ export async function what_a_readable_link_cannot_say_is_told(rig) {
   await page.goto(rig.url + "/?length=1,2&utm_source=mail&fbclid=x1");
   await moving(page);
   assert.equal(await page.evaluate(() => pendulumd.motion.n), 2);
-  assert.equal(await page.locator(".notice span").count(), 0, "what mail appends is nobody's fault");
+  assert.equal(await page.locator(".notice span").allTextContents().then(String), "", "what mail appends is nobody's fault");
   await close(page);
 }

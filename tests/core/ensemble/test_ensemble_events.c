@@ -127,7 +127,8 @@ TEST(events_of_members_are_where_32_digits_have_them) {
         test_tree_clear(&t);
     }
     CHECK(hits > runs * MEMBERS);
-    CHECK_RESIDUAL(worst, 1e-13, "quantities at members' events, in 32 digits");
+    // the worst of 5e4 motions
+    CHECK_RESIDUAL(worst, asked ? 3e-13 : 1e-13, "quantities at members' events, in 32 digits");
 }
 
 TEST(events_of_members_that_graze_in_any_quantity_come_in_pairs_or_not_at_all) {
