@@ -210,7 +210,7 @@ enum { EXTREMES = TEST_PASSAGES_EXTREMES, LEFT = 3, AROUND = 5 };
 
 /* a level is this part of its scale away from the extreme; an extreme is looked at so far around,
  * s */
-static const double passages_aside = 1e-10, passages_around = 1e-3;
+static const double passages_aside = 1e-10, passages_around = 1e-3, passages_near = 6e-5;
 
 /* a random extreme of a random quantity over the grid, which the condition gets without a level, as
  * an instant; NaN = none was found */
@@ -238,14 +238,15 @@ static double passages_extreme(struct pend_event *event, const struct test_tree 
     return NAN;
 }
 
-/* samples in 32 digits at instants around the extremes, nearest first: `count` of each */
+/* samples in 32 digits at AROUND instants from `around` before each extreme to as far beyond it */
 static void passages_look(struct test_record *record, const struct test_tree *t,
-                          const struct pend_loads *loads, const double extreme[EXTREMES]) {
+                          const struct pend_loads *loads, const double extreme[EXTREMES],
+                          double around) {
     double time[1 + AROUND * EXTREMES] = {0};
     long kept = 1;
     for (int i = 0; i < EXTREMES; i++)
         for (int j = 0; j < AROUND; j++)
-            time[1 + AROUND * i + j] = extreme[i] + passages_around * (j - AROUND / 2) / 2;
+            time[1 + AROUND * i + j] = extreme[i] + around * (j - AROUND / 2) / 2;
     qsort(time, 1 + AROUND * EXTREMES, sizeof *time, passages_order);
     for (int i = 1; i < 1 + AROUND * EXTREMES; i++)
         if (time[i] > time[kept - 1]) time[kept++] = time[i];
@@ -254,24 +255,25 @@ static void passages_look(struct test_record *record, const struct test_tree *t,
 
 /* how far a quantity is below its value at the extreme, j halves of the way around from it */
 static double passages_drop(const struct test_record *record, const struct test_tree *t,
-                            const struct pend_event *event, double extreme, int j) {
+                            const struct pend_event *event, double extreme, double around, int j) {
     long here = passages_row(record, extreme);
-    long there = passages_row(record, extreme + passages_around * j / 2);
+    long there = passages_row(record, extreme + around * j / 2);
     return passages_quantity(record, t, event, here) - passages_quantity(record, t, event, there);
 }
 
 /* how far away the top is, s, by five values around it */
-static double passages_top(const double drop[AROUND]) {
+static double passages_top(const double drop[AROUND], double around) {
     double slope = 8 * (drop[1] - drop[3]) - (drop[0] - drop[4]);
-    double bent = 16 * (drop[1] + drop[3]) - (drop[0] + drop[4]), most = passages_around;
-    double by = passages_around / 2 * slope / bent;
-    return bent != 0 ? fmin(fmax(by, -most), most) : 0;
+    double bent = 16 * (drop[1] + drop[3]) - (drop[0] + drop[4]);
+    double by = around / 2 * slope / bent;
+    return bent != 0 ? fmin(fmax(by, -around), around) : 0;
 }
 
-/* whether the extreme was found, and the quantity is a parabola around it that is high enough for
- * the levels beside it */
+/* whether the quantity is a parabola around the extreme, whose top is where it was found to be,
+ * and which is high enough for the levels beside it */
 static int passages_smooth(const double drop[AROUND], double aside) {
-    int smooth = (drop[0] > 0) == (drop[4] > 0) && fabs(passages_top(drop)) < 1e-9;
+    double off = passages_top(drop, passages_around) / (passages_around / 2);
+    int smooth = (drop[0] > 0) == (drop[4] > 0) && off * off * fabs(drop[1]) < aside / 16;
     for (int i = 0; i < AROUND; i += 4) {
         double half = drop[i ? 3 : 1], parts = drop[i] / half;
         smooth &= fabs(half) > 20 * aside && parts > 3 && parts < 5;
@@ -282,7 +284,7 @@ static int passages_smooth(const double drop[AROUND], double aside) {
 int test_passages_grazing(struct pend_event event[TEST_PASSAGES_CONDITIONS], double time[EXTREMES],
                           const struct test_tree *t, const struct pend_loads *loads,
                           const struct test_record *grid, int conserves, unsigned long long *seed) {
-    enum { ROUNDS = 4 };
+    enum { WIDE = 4, ROUNDS = 6 }; // the one between looks nearby
     struct test_record record;
     int smooth = 0;
     for (int i = 0; i < EXTREMES; i++) {
@@ -292,18 +294,19 @@ int test_passages_grazing(struct pend_event event[TEST_PASSAGES_CONDITIONS], dou
         if (isnan(time[i])) return 0;
     }
     for (int round = 1; round <= ROUNDS; round++) {
-        passages_look(&record, t, loads, time);
+        double around = round > WIDE && round < ROUNDS ? passages_near : passages_around;
+        passages_look(&record, t, loads, time, around);
         for (int i = 0; i < EXTREMES; i++) {
             double drop[AROUND];
             struct pend_event *within = &event[LEFT * i], *beyond = within + 1;
             for (int j = 0; j < AROUND; j++)
-                drop[j] = passages_drop(&record, t, within, time[i], j - AROUND / 2);
+                drop[j] = passages_drop(&record, t, within, time[i], around, j - AROUND / 2);
             double top = passages_quantity(&record, t, within, passages_row(&record, time[i]));
             double aside = passages_aside * (1 + fabs(top)), inwards = drop[0] > 0 ? -aside : aside;
             *beyond = within[2] = *within;
             within->level = within[2].level = top + inwards, beyond->level = top - inwards;
             if (round < ROUNDS)
-                time[i] += passages_top(drop);
+                time[i] += passages_top(drop, around);
             else if (passages_smooth(drop, aside))
                 smooth++;
             else

@@ -143,7 +143,8 @@ TEST(events_that_graze_in_any_quantity_come_in_pairs_or_not_at_all) {
         test_tree_clear(&t);
     }
     CHECK_SAYING(grazing > 2 * runs, "%d extremes of %d pendulums", grazing, runs);
-    CHECK_RESIDUAL(worst, 1e-13, "quantities at events beside extremes, in 32 digits");
+    CHECK_RESIDUAL(worst, asked ? 3e-13 : 1e-13,
+                   "quantities at events beside extremes, in 32 digits");
 }
 
 TEST(events_that_are_simultaneous_are_all_told_in_the_order_of_the_conditions) {
