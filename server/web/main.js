@@ -242,12 +242,20 @@ async function beginEngine() {
   if (client.engine.ready) client.hurry();
 }
 
+/** When the first frames are seen, and the browser has nothing to do. @param {() => void} then */
+function later(then) {
+  const idle = window.requestIdleCallback ?? ((done) => setTimeout(done, 100));
+  requestAnimationFrame(() => requestAnimationFrame(() => idle(then, { timeout: 2000 })));
+}
+
 // the engine comes when the pendulum swings, or where no server answers; the page is kept then
 const swings = motion.subscribe((_, what) => {
   if (what !== "stats" && what !== "failure") return;
   swings();
-  beginEngine();
-  offline.begin();
+  later(() => {
+    beginEngine();
+    offline.begin();
+  });
 });
 client.watch(({ kind }) => kind === "away" && beginEngine());
 
