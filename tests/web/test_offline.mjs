@@ -116,13 +116,16 @@ export async function a_server_without_the_worker_ends_it(rig) {
 export async function a_browser_that_has_no_room_for_the_page_goes_on_and_says_so(rig) {
   const front = await versioned(rig);
   // as a cache that refuses: one of its files does not come
-  front.fault = (asked, reply) => {
-    if (!asked.url.endsWith("/drawers/plots.js")) return false;
-    reply.writeHead(500).end();
-    return true;
-  };
+  const refused = new Promise((resolve) => {
+    front.fault = (asked, reply) => {
+      if (!asked.url.endsWith("/drawers/plots.js")) return false;
+      reply.writeHead(500).end(resolve);
+      return true;
+    };
+  });
   const page = await visit(rig, front.url);
   await page.waitForFunction(() => pendulumd.motion.stats);
+  await refused;
   await page.waitForFunction(() => pendulumd.offline.kind === "none");
   assert.match(await saidInHelp(page), /cannot be opened anew/);
   assert.deepEqual(Object.keys(await listed(page)).length <= 1, true);
