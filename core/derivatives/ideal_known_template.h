@@ -208,7 +208,7 @@ VEC_INLINE void ideal_down(const struct ideal_known *s, const struct ideal_group
     }
 }
 
-/* the same of bodies (ideal_bodies_factor) */
+/* leaves to root of bodies, by what ideal_bodies_factor left */
 VEC_INLINE void ideal_bodies_up(const struct ideal_known *s, const struct ideal_group *g, int p,
                                 const struct ideal_sums sum[], double factor) {
     const struct jets_system *t = &s->system;
@@ -231,6 +231,7 @@ VEC_INLINE void ideal_bodies_up(const struct ideal_known *s, const struct ideal_
     }
 }
 
+/* root to leaves of bodies: accelerations of the angles, and the forces along */
 VEC_INLINE void ideal_bodies_down(const struct ideal_known *s, const struct ideal_group *g, int p,
                                   const struct ideal_sums sum[], double factor, double inverse,
                                   struct ideal_answer answer[]) {
@@ -254,6 +255,19 @@ VEC_INLINE void ideal_bodies_down(const struct ideal_known *s, const struct idea
     }
 }
 
+/* the answers to what is known of an order, by the sweeps */
+VEC_INLINE void ideal_swept(const struct ideal_known *s, const struct ideal_group *g, int p,
+                            const struct ideal_sums sum[], double factor, double inverse,
+                            struct ideal_answer answer[]) {
+    if (s->bodies) {
+        ideal_bodies_up(s, g, p, sum, factor);
+        ideal_bodies_down(s, g, p, sum, factor, inverse, answer);
+    } else {
+        ideal_up(s, g, p, sum, factor);
+        ideal_down(s, g, p, inverse, answer);
+    }
+}
+
 /* what accelerations and forces of up to IDEAL_DENSE arms answer to a pull on an arm, and to a
  * force across it: a lane for each of these units, in vectors `from` the first of eight */
 static void ideal_table_part(const struct ideal_known *s, const struct ideal_group *group,
@@ -267,8 +281,7 @@ static void ideal_table_part(const struct ideal_known *s, const struct ideal_gro
             unit[k] = (struct ideal_sums){wide_of(0), wide_load(pull + from + p),
                                           wide_load(side + from + p)};
         }
-        ideal_up(s, group, p, unit, 1);
-        ideal_down(s, group, p, 1, answer);
+        ideal_swept(s, group, p, unit, 1, 1, answer);
         for (int k = 0; k < s->n; k++) {
             double *row = s->table + 2 * k * IDEAL_PITCH + from + p;
             wide_put(row, answer[k].x);
@@ -304,13 +317,13 @@ static void ideal_know(const struct ideal_known *s) {
     }
     if (s->kept_re) ideal_kept_turns(s);
     for (int k = 0; k < s->n && !s->kept_re; k += IDEAL_LANES) ideal_turns(s, ideal_place(s, k, 0));
-    if (!s->bodies) jets_factor(&s->system);
+    if (s->bodies)
+        ideal_bodies_factor(s);
+    else
+        jets_factor(&s->system);
     if (s->masses || s->loaded) ideal_accelerations(s);
     if (s->loaded) ideal_forces(s);
-    if (s->n <= IDEAL_DENSE)
-        s->bodies ? ideal_body_table(s) : ideal_table(s);
-    else if (s->bodies)
-        ideal_bodies_factor(s);
+    if (s->n <= IDEAL_DENSE) ideal_table(s);
 }
 
 #endif

@@ -1,7 +1,6 @@
 #include "core/derivatives/ideal_loads.h"
 
 #include <assert.h>
-#include <stdlib.h>
 
 /* The part of an arm's inertia about its joint, with what hangs at its tip, that must be its own:
  * the system loses as many digits as this has. */
@@ -39,10 +38,17 @@ static int ideal_terms_known(const struct pend_terms *terms) {
     return terms->one[PEND_TERM_DRAG_PER_MASS] < 0 && terms->one[PEND_TERM_RAIL] < 0;
 }
 
-/* whether bodies are so (ideal_shaped); `under` receives the masses that arms carry, kg, and begins
- * as zeros */
-static int ideal_shaped_over(const struct pend_tree *tree, const struct pend_loads *loads,
-                             double under[]) {
+/* the mass of all that hangs at the tip of arm k, kg */
+static double ideal_carried(const struct pend_tree *tree, const struct pend_loads *loads, int k) {
+    double sum = 0;
+    for (int c = k + 1; c < tree->end[k]; c++)
+        sum += tree->mass[c] + pend_terms_get(loads->terms, loads->value, PEND_TERM_BODY, c) +
+               pend_terms_get(loads->terms, loads->value, PEND_TERM_ROD, c);
+    return sum;
+}
+
+/* the bodies' centers are near their arms, and no arm is next to nothing beside what it carries */
+static int ideal_shaped(const struct pend_tree *tree, const struct pend_loads *loads) {
     const struct pend_terms *terms = loads->terms;
     for (int k = tree->n - 1; k >= 0; k--) {
         double l = tree->len[k], own = pend_terms_inertia(terms, l, tree->mass[k], loads->value, k);
@@ -50,21 +56,9 @@ static int ideal_shaped_over(const struct pend_tree *tree, const struct pend_loa
         double body = pend_terms_get(terms, loads->value, PEND_TERM_BODY, k);
         if (pend_terms_get(terms, loads->value, PEND_TERM_CENTER_Y, k) != 0) return 0;
         if (body != 0 && !(middle <= ideal_far * l && -middle <= ideal_far * l)) return 0;
-        if (!(own >= ideal_own * (own + under[k] * l * l))) return 0;
-        if (tree->parent[k] >= 0)
-            under[tree->parent[k]] += under[k] + tree->mass[k] + body +
-                                      pend_terms_get(terms, loads->value, PEND_TERM_ROD, k);
+        if (!(own >= ideal_own * (own + ideal_carried(tree, loads, k) * l * l))) return 0;
     }
     return 1;
-}
-
-/* the bodies' centers are near their arms, and no arm is next to nothing beside what it carries;
- * not without memory, of which derivatives need more */
-static int ideal_shaped(const struct pend_tree *tree, const struct pend_loads *loads) {
-    double *under = calloc((size_t)tree->n, sizeof *under);
-    int shaped = under && ideal_shaped_over(tree, loads, under);
-    free(under);
-    return shaped;
 }
 
 int pend_ideal_suits(const struct pend_tree *tree, const struct pend_loads *loads, int count,

@@ -18,7 +18,8 @@
  * without terms always; with rods, bodies whose centers are on their arms, viscous friction,
  * springs and torques in the joints and a pivot that moves as it is told, unless a drive is
  * differentiated by, or there are bodies that are next to nothing beside what hangs on them: the
- * system of theirs is solved in a form that would lose digits there. O(n + count).
+ * system of theirs is solved in a form that would lose digits there. O(count + n times the arms
+ * that an arm carries), with bodies; no allocation.
  */
 int pend_ideal_suits(const struct pend_tree *tree, const struct pend_loads *loads, int count,
                      const struct pend_parameter parameter[]);

@@ -1,6 +1,5 @@
 /* What real pendulums have beyond ideal ones when their motion is known: the forces along and
- * across arms from the motion, the answers of bodies to units or their factors, torques in the
- * joints.
+ * across arms from the motion, the factors of bodies' system, torques in the joints.
  * Leaves to others: which pendulums there are (ideal_loads), points' answers
  * (ideal_known_template, which includes this).
  * Invariant: nothing here is a product of two series of derivatives. */
@@ -68,89 +67,11 @@ static void ideal_forces(const struct ideal_known *s) {
         }
 }
 
-/* ---- the answers of bodies */
+/* ---- the system of bodies */
 
-enum { IDEAL_SQUARE = IDEAL_DENSE * IDEAL_DENSE };
-
-/* What couples the arms of a small tree at the start, [i * n + j]: the mass under both of two arms
- * times the cosine and the sine of the angle between them. */
-struct ideal_coupling {
-    double cosine[IDEAL_SQUARE], sine[IDEAL_SQUARE];
-};
-
-static void ideal_couple(const struct ideal_known *s, struct ideal_coupling *x) {
-    double re[IDEAL_DENSE] = {0}, im[IDEAL_DENSE] = {0}, under[IDEAL_DENSE];
-    int n = s->n;
-    for (int k = n - 1; k >= 0; k--) {
-        under[k] = s->system.mass[k];
-        for (int c = k + 1; c < s->system.end[k]; c = s->system.end[c]) under[k] += under[c];
-    }
-    for (int k = 0; k < n; k++) {
-        double C = s->system.cosine[k], Z = s->system.sine[k];
-        int up = s->system.parent[k];
-        double x_ = up < 0 ? 1 : re[up], y_ = up < 0 ? 0 : im[up];
-        re[k] = x_ * C - y_ * Z, im[k] = x_ * Z + y_ * C;
-    }
-    for (int i = 0; i < n; i++)
-        for (int j = i; j < n; j++) {
-            double both = j < s->system.end[i] ? under[j] : 0;
-            double C = both * (re[i] * re[j] + im[i] * im[j]);
-            double Z = both * (re[i] * im[j] - im[i] * re[j]);
-            x->cosine[i * n + j] = x->cosine[j * n + i] = C;
-            x->sine[i * n + j] = Z, x->sine[j * n + i] = -Z;
-        }
-}
-
-/* inverts a symmetric positive matrix in place, by Gauss and Jordan: the diagonal elements that it
- * divides by are those of Cholesky's factors */
-static void ideal_inverse(int n, double m[]) {
-    for (int k = 0; k < n; k++) {
-        double per = 1 / m[k * n + k];
-        m[k * n + k] = 1;
-        for (int j = 0; j < n; j++) m[k * n + j] *= per;
-        for (int i = 0; i < n; i++) {
-            double factor = m[i * n + k];
-            if (i == k) continue;
-            m[i * n + k] = 0;
-            for (int j = 0; j < n; j++) m[i * n + j] -= factor * m[k * n + j];
-        }
-    }
-}
-
-/* what accelerations and forces answer to a pull on an arm, and to a force across it: with y = l Re
- * E, H the cosines and N the sines of ideal_coupling
- *
- *     (H + J' / l^2) y = side + N l Im E,   force along = -N y - H l Im E */
-static void ideal_body_table(const struct ideal_known *s) {
-    struct ideal_coupling x;
-    double inverse[IDEAL_SQUARE], answer[2 * IDEAL_SQUARE];
-    int n = s->n;
-    const double *len = s->system.len, *per = s->system.inv_len;
-    ideal_couple(s, &x);
-    memcpy(inverse, x.cosine, (size_t)(n * n) * sizeof *inverse);
-    for (int k = 0; k < n; k++) inverse[k * n + k] += s->inertia[k] * per[k] * per[k];
-    ideal_inverse(n, inverse);
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++) {
-            double sum = 0;
-            for (int c = 0; c < n; c++) sum += inverse[i * n + c] * x.sine[c * n + j];
-            answer[i * 2 * n + j] = sum * len[j];
-            answer[i * 2 * n + n + j] = inverse[i * n + j];
-        }
-    for (int i = 0; i < n; i++) {
-        double *row = s->table + 2 * i * IDEAL_PITCH, *force = row + IDEAL_PITCH;
-        for (int j = 0; j < 2 * n; j++) {
-            double sum = j < n ? -x.cosine[i * n + j] * len[j] : 0;
-            for (int c = 0; c < n; c++) sum -= x.sine[i * n + c] * answer[c * 2 * n + j];
-            row[j] = answer[i * 2 * n + j] * per[i];
-            force[j] = sum;
-        }
-    }
-}
-
-/* The same of more arms, from the leaves to the root. The tip of an arm, with all that hangs there,
- * opposes P a + q to an acceleration a; with that of the joint a_0, the one along that is known rho
- * and y across, the balance of the arm
+/* From the leaves to the root. The tip of an arm, with all that hangs there, opposes P a + q to an
+ * acceleration a; with that of the joint a_0, the one along that is known rho and y across, the
+ * balance of the arm
  *
  *     side = (P a + q) across + (J' / l^2) y,   a = a_0 + (rho, y)
  *

@@ -38,9 +38,8 @@ struct ideal_known {
     double *inertia;            /* n: what bodies have beyond such points, kg m^2 */
     double *hold, *stiff;       /* n: torque for a unit of rate, of angle, to the parent */
     double *bend;               /* n: angles from those at which springs rest */
-    /* n, of bodies on more than IDEAL_DENSE arms: what the tip of an arm yields to a force across,
-     * and its joint to accelerations along and across; what the joint opposes to one along, to one
-     * across the tip (ideal_bodies_factor) */
+    /* n, of bodies: what the tip of an arm yields to a force across, and its joint to accelerations
+     * along and across; what the joint opposes to one along; J' / l^2 (ideal_bodies_factor) */
     double *yield, *slip_along, *slip_across, *bear, *twist;
     double *haul_re, *haul_im; /* series of the forces on tips, in the arms' frames of the start */
     double *across;            /* series of the forces across, where lengths vary */

@@ -146,15 +146,10 @@ VEC_INLINE void ideal_solve(const struct ideal_known *s, const struct ideal_grou
         sum[0].im -= s->system.sine[0] * lift;
     }
     if (real) ideal_load(s, g, n, k, p, sum);
-    if (n <= IDEAL_DENSE) {
+    if (n <= IDEAL_DENSE)
         ideal_dense(s, n, sum, factor, inverse, answer);
-    } else if (s->bodies) {
-        ideal_bodies_up(s, g, p, sum, factor);
-        ideal_bodies_down(s, g, p, sum, factor, inverse, answer);
-    } else {
-        ideal_up(s, g, p, sum, factor);
-        ideal_down(s, g, p, inverse, answer);
-    }
+    else
+        ideal_swept(s, g, p, sum, factor, inverse, answer);
     for (int a = 0; a < n; a++) {
         size_t row = ((size_t)a * g->rows + (size_t)k) * LANES + (size_t)p;
         if (real) sum[a].across -= answer[a].x * (s->inertia[a] * s->system.inv_len[a] * factor);
