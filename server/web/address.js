@@ -17,7 +17,7 @@ const STEP = 0.01;
 
 const NAMES = [...LISTS, ...ONES];
 const OTHERS = ["lang", "embed", "room", "sheet"];
-// what mail, search and newsletters put behind a link that they hand on
+// What mail, search and newsletters put behind a link that they hand on: it is passed over.
 const FOLLOWED = /^(utm_.*|mc_[ce]id|fbclid|gclid|msclkid)$/;
 
 /** Whether an address names a motion so, or would. @param {string} search */

@@ -209,7 +209,7 @@ void test_passages_random(struct test_tree *t, struct test_bodies *b, struct tes
 enum { EXTREMES = TEST_PASSAGES_EXTREMES, LEFT = 3, AROUND = 5 };
 
 /* a level is this part of its scale away from the extreme; an extreme is looked at so far around,
- * s */
+ * and at the end of the search for it from so near, s */
 static const double passages_aside = 1e-10, passages_around = 1e-3, passages_near = 6e-5;
 
 /* a random extreme of a random quantity over the grid, which the condition gets without a level, as
