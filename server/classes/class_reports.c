@@ -55,7 +55,7 @@ static int reports_done(struct srv_store_request *asked, enum srv_stored stored,
     }
     assert(own->since >= 0);
     if (!own->more || own->text.bytes >= most) return 1;
-    srv_store_request_ask(asked, SRV_ASK_READ, asked->ask.call.run, answer);
+    srv_store_request_ask(asked, SRV_ASK_READ, asked->run, answer);
     return 0;
 }
 

@@ -134,7 +134,7 @@ static int classes_written(struct srv_store_request *asked, enum srv_stored stor
                            void (*answer)(struct srv_store_request *asked,
                                           enum srv_stored stored)) {
     if (srv_class_request_again(asked, stored)) {
-        srv_store_request_ask(asked, SRV_ASK_WRITE, asked->ask.call.run, answer);
+        srv_store_request_ask(asked, SRV_ASK_WRITE, asked->run, answer);
         return 0;
     }
     assert(!asked->exchange->status);

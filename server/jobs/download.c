@@ -231,9 +231,12 @@ enum srv_room srv_download_new(struct srv_source **source, struct srv_exchange *
                               .stored = SRV_STORED};
     memcpy(made->id, id, sizeof made->id);
     pthread_mutex_init(&made->lock, NULL);
-    if (made->hold.payer) srv_clients_share(service->clients, made->hold.payer);
-    enum srv_room room =
-        srv_hold_try(&made->hold, sizeof *made + (size_t)DOWNLOAD_AHEAD * SRV_CHUNK_BYTES);
+    if (made->hold.payer) {
+        srv_clients_share(service->clients, made->hold.payer);
+        made->ask.asker = &made->hold.payer->asker;
+    }
+    enum srv_room room = srv_hold_try(
+        &made->hold, sizeof *made + (size_t)DOWNLOAD_AHEAD * SRV_CHUNK_BYTES + body_bytes);
     if (room == SRV_ROOM)
         *source = &made->source;
     else

@@ -20,8 +20,8 @@
  * parts   number of its parts, >= 1.
  * body    of the request that the job was made of; taken over, also on failure.
  *
- * Returns whether memory may be counted for the pieces that are read ahead, DOWNLOAD_AHEAD pieces
- * of SRV_CHUNK_BYTES.
+ * Returns whether memory may be counted for the body and the pieces that are read ahead,
+ * DOWNLOAD_AHEAD pieces of SRV_CHUNK_BYTES.
  */
 enum srv_room srv_download_new(struct srv_source **source, struct srv_exchange *exchange,
                                const char *id, long parts, void *body, size_t body_bytes);

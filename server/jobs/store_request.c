@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "server/base/clock.h"
+#include "server/work/inflight.h"
 
 enum { STORE_REQUEST_LONG_BODY = 1 << 18 };
 
@@ -57,14 +58,28 @@ static void store_request_done(struct srv_ask *ask) {
     asked->answer(asked, ask->call.stored);
 }
 
+/* The question, unless nobody waits for the answer any more. */
+static enum srv_stored store_request_run(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
+    if (asked->reads && srv_inflight_left(asked->exchange) == SRV_STOP_LEFT)
+        return SRV_STORED_AGAIN;
+    return asked->run(store, call);
+}
+
 /* The question to the store, and the function that takes its response. */
 static void
-store_request_sends(struct srv_store_request *asked,
+store_request_sends(struct srv_store_request *asked, enum srv_ask_kind kind,
                     enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
                     void (*answer)(struct srv_store_request *asked, enum srv_stored stored)) {
-    assert(srv_exchange_valid(asked->exchange) && asked->service->storage && run && answer);
-    asked->ask.call.run = run;
+    struct srv_exchange *exchange = asked->exchange;
+    struct srv_client *client =
+        exchange->account ? exchange->account : srv_exchange_payer(exchange);
+    assert(srv_exchange_valid(exchange) && asked->service->storage && run && answer);
+    asked->run = run;
+    asked->reads = kind == SRV_ASK_READ;
+    asked->ask.call.run = store_request_run;
     asked->ask.done = store_request_done;
+    asked->ask.asker = client ? &client->asker : NULL;
     asked->answer = answer;
 }
 
@@ -73,7 +88,7 @@ void srv_store_request_ask(struct srv_store_request *asked, enum srv_ask_kind ki
                                                   struct srv_store_call *call),
                            void (*answer)(struct srv_store_request *asked,
                                           enum srv_stored stored)) {
-    store_request_sends(asked, run, answer);
+    store_request_sends(asked, kind, run, answer);
     srv_storage_ask(asked->service->storage, kind, &asked->ask);
 }
 
@@ -119,7 +134,7 @@ void srv_store_request_work(
     enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
     void (*answer)(struct srv_store_request *asked, enum srv_stored stored)) {
     struct srv_exchange *exchange = asked->exchange;
-    store_request_sends(asked, run, answer);
+    store_request_sends(asked, SRV_ASK_WRITE, run, answer);
     assert(check && exchange->account);
     asked->check = check;
     exchange->queued = srv_clock_now();
@@ -188,6 +203,8 @@ void srv_store_request_end(struct srv_store_request *asked) {
     struct srv_exchange *exchange = asked->exchange;
     struct srv_service *service = asked->service;
     store_request_free(asked);
+    /* The answer is counted before the next one is made. */
+    srv_exchange_settle(exchange);
     exchange->finish(exchange);
     atomic_fetch_sub(&service->computing, 1);
 }

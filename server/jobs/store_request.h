@@ -23,6 +23,8 @@ struct srv_store_request {
     struct srv_exchange *exchange;
     struct srv_service *service;
     int (*check)(struct srv_store_request *asked);
+    enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call);
+    int reads; /* the question changes nothing: not asked for a client who has left */
     void (*answer)(struct srv_store_request *asked, enum srv_stored stored);
     char id[SRV_ID_BYTES];
     struct srv_job job;
@@ -67,7 +69,8 @@ struct srv_store_request *srv_store_request_begin(struct srv_exchange *exchange,
 struct srv_store_request *srv_store_request_begin_one(struct srv_exchange *exchange);
 
 /**
- * Asks the store.
+ * Asks the store, in the client's turn. What changes nothing is not asked for a client who has
+ * left: the answer is SRV_STORED_AGAIN then.
  *
  * answer  called on a thread of the storage; ends the store request, or asks another question.
  */

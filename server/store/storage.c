@@ -18,9 +18,9 @@ enum {
     THREADS = READERS + WRITERS + 1
 };
 
-/* The waiting questions of one kind, in the order in which they came. */
+/* The waiting questions of one kind. */
 struct storage_line {
-    struct srv_list asks;
+    struct srv_turns turns;
     pthread_cond_t some;
 };
 
@@ -40,6 +40,7 @@ struct srv_storage {
     void *context;
     pthread_mutex_t lock; /* of the lines, the end and the figures */
     struct storage_line line[SRV_ASK_KINDS];
+    struct srv_asker own; /* asks what no client does */
     int over;
     struct srv_store_figures figures;
     atomic_int away;                   /* connections that do not reach the store */
@@ -61,18 +62,30 @@ static void storage_note(struct storage_desk *desk, enum srv_stored stored) {
     storage->news(storage->context);
 }
 
+static struct srv_turns_road *storage_road(struct srv_asker *asker, enum srv_ask_kind kind) {
+    return &(asker->origin ? asker->origin : asker)->at[kind].road;
+}
+
+/* removes the ask whose turn it is from its line; NULL if none waits. The caller holds the lock */
+static struct srv_ask *storage_next(struct srv_storage *storage, enum srv_ask_kind kind) {
+    struct srv_list *link = srv_turns_next(&storage->line[kind].turns);
+    if (!link) return NULL;
+    struct srv_ask *ask = SRV_CONTAINER_OF(link, struct srv_ask, link);
+    srv_turns_remove(storage_road(ask->asker, kind), &ask->asker->at[kind].lane, link);
+    return ask;
+}
+
 /* takes the asks of a line, most of them at once; waits until a time if there are none. Returns
  * their number */
 static int storage_take(struct srv_storage *storage, enum srv_ask_kind kind, int most,
                         int64_t until, struct srv_store_call *call[]) {
     struct storage_line *line = &storage->line[kind];
+    struct srv_ask *ask;
     int count = 0, early = 1;
     pthread_mutex_lock(&storage->lock);
-    while (srv_list_empty(&line->asks) && !storage->over && early)
+    while (srv_list_empty(&line->turns.roads) && !storage->over && early)
         early = srv_condition_wait(&line->some, &storage->lock, until);
-    assert(srv_list_valid(&line->asks));
-    for (; count < most && !srv_list_empty(&line->asks); count++)
-        call[count] = &SRV_CONTAINER_OF(srv_list_take(&line->asks), struct srv_ask, link)->call;
+    while (count < most && (ask = storage_next(storage, kind))) call[count++] = &ask->call;
     pthread_mutex_unlock(&storage->lock);
     return count;
 }
@@ -136,7 +149,7 @@ static int storage_over(struct srv_storage *storage) {
 /* nothing is asked of a kind and nothing will be: what came while a desk swept is looked at too */
 static int storage_done(struct srv_storage *storage, enum srv_ask_kind kind) {
     pthread_mutex_lock(&storage->lock);
-    int done = storage->over && srv_list_empty(&storage->line[kind].asks);
+    int done = storage->over && srv_list_empty(&storage->line[kind].turns.roads);
     pthread_mutex_unlock(&storage->lock);
     return done;
 }
@@ -232,7 +245,7 @@ void srv_storage_free(struct srv_storage **storage) {
         srv_store_close(&gone->desk[i].store);
     }
     for (int kind = 0; kind < SRV_ASK_KINDS; kind++) {
-        assert(srv_list_empty(&gone->line[kind].asks));
+        assert(srv_list_empty(&gone->line[kind].turns.roads));
         pthread_cond_destroy(&gone->line[kind].some);
     }
     pthread_mutex_destroy(&gone->lock);
@@ -242,8 +255,10 @@ void srv_storage_free(struct srv_storage **storage) {
 void srv_storage_ask(struct srv_storage *storage, enum srv_ask_kind kind, struct srv_ask *ask) {
     struct storage_line *line = &storage->line[kind];
     pthread_mutex_lock(&storage->lock);
-    assert(!storage->over && ask->done && ask->call.run && srv_list_valid(&line->asks));
-    srv_list_append(&line->asks, &ask->link);
+    assert(!storage->over && ask->done && ask->call.run);
+    if (!ask->asker) ask->asker = &storage->own;
+    srv_turns_add(&line->turns, storage_road(ask->asker, kind), &ask->asker->at[kind].lane,
+                  &ask->link);
     pthread_cond_signal(&line->some);
     pthread_mutex_unlock(&storage->lock);
 }
@@ -273,7 +288,8 @@ static void storage_wait_done(struct srv_ask *ask) {
 enum srv_stored srv_storage_wait(struct srv_storage *storage, enum srv_ask_kind kind,
                                  struct srv_ask *ask) {
     struct storage_waiter waiter = {
-        .ask = {.call = {.run = storage_wait_run}, .done = storage_wait_done}, .own = ask};
+        .ask = {.call = {.run = storage_wait_run}, .done = storage_wait_done, .asker = ask->asker},
+        .own = ask};
     pthread_mutex_init(&waiter.lock, NULL);
     srv_condition_init(&waiter.answered);
     srv_storage_ask(storage, kind, &waiter.ask);

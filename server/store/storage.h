@@ -1,13 +1,29 @@
 /* The threads that call the store, so that no other thread waits for a disk or a database.
  * Leaves to others: the questions (store's calls), the use of the answers (the asker's `done`).
- * Invariant: a call that was accepted comes back through its `done`, once; calls that write are
- * run in the order in which they came if there is one writer. */
+ * Invariant: a call that was accepted comes back through its `done`, once; addresses and clients
+ * take turns, and the calls of one client that write are run in the order in which they came if
+ * there is one writer. */
 #ifndef SRV_STORAGE_H
 #define SRV_STORAGE_H
 
-#include "server/base/list.h"
 #include "server/base/log.h"
+#include "server/base/turns.h"
 #include "server/store/store.h"
+
+enum srv_ask_kind {
+    SRV_ASK_WRITE, /* changes something */
+    SRV_ASK_READ,  /* does not, and need not see what is being written */
+    SRV_ASK_KINDS
+};
+
+/* Who asks: a client. Begins as {0}; it may go while none of its questions waits. */
+struct srv_asker {
+    struct {
+        struct srv_turns_lane lane; /* its questions that wait */
+        struct srv_turns_road road; /* those of all whose origin it is */
+    } at[SRV_ASK_KINDS];
+    struct srv_asker *origin; /* its address; NULL = itself */
+};
 
 /* A question to the store. It lies inside its owner's structure, so that asking allocates
  * nothing. */
@@ -15,13 +31,8 @@ struct srv_ask {
     struct srv_store_call call; /* first: run and, afterwards, stored */
     void (*done)(
         struct srv_ask *ask); /* on a thread of the storage: short, may end the ask's life */
+    struct srv_asker *asker;  /* whose turn it takes; NULL = the process's own */
     struct srv_list link;     /* the storage's */
-};
-
-enum srv_ask_kind {
-    SRV_ASK_WRITE, /* changes something */
-    SRV_ASK_READ,  /* does not, and need not see what is being written */
-    SRV_ASK_KINDS
 };
 
 struct srv_storage;

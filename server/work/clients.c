@@ -81,6 +81,7 @@ static void clients_give(struct srv_clients *clients, struct srv_client *client)
     struct srv_client *source = client->source;
     client->source = NULL;
     client->lane.road = NULL;
+    client->asker.origin = NULL;
     srv_list_append(&clients->idle, &client->idle);
     clients->idle_count++;
     if (source && source != client) clients_give(clients, source);
@@ -95,6 +96,7 @@ static int clients_trace(struct srv_clients *clients, struct srv_client *client,
     client->source = itself ? client : clients_take(clients, source);
     if (client->source && !itself) {
         client->lane.road = &client->source->lane.own;
+        client->asker.origin = &client->source->asker;
         if (!client->source->source) client->source->source = client->source;
     }
     return client->source != NULL;

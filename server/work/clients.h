@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "server/base/hash_table.h"
+#include "server/store/storage.h"
 #include "server/work/queue.h"
 
 enum { SRV_CLIENT_KEY = 68, SRV_CLIENTS_KEPT = 8192 };
@@ -31,7 +32,8 @@ enum srv_pace {
 };
 
 struct srv_client {
-    struct srv_lane lane; /* the queue's */
+    struct srv_lane lane;   /* the queue's */
+    struct srv_asker asker; /* the storage's */
     /* the rest is the table's */
     struct srv_list idle;      /* in the list of records without references */
     struct srv_hash_node node; /* by `key` */

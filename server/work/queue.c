@@ -12,21 +12,12 @@
 struct srv_queue {
     pthread_mutex_t lock;
     sem_t some;
-    struct srv_list
-        roads[SRV_QUEUE_LEVELS]; /* for each level the ring of roads that have tasks of it */
+    struct srv_turns level[SRV_QUEUE_LEVELS];
     int cap, lane_cap, closed;
     unsigned turn; /* the number of tasks taken so far */
     atomic_int count,
         at[SRV_QUEUE_LEVELS]; /* the number of waiting tasks, in all and for each level */
 };
-
-static struct srv_lane *queue_lane(struct srv_list *link, int level) {
-    return SRV_CONTAINER_OF(link, struct srv_lane, at[level].link);
-}
-
-static struct srv_road *queue_road(struct srv_list *link, int level) {
-    return SRV_CONTAINER_OF(link, struct srv_road, at[level].link);
-}
 
 static struct srv_road *queue_road_of(struct srv_lane *lane) {
     return lane->road ? lane->road : &lane->own;
@@ -74,31 +65,12 @@ static void queue_count(struct srv_queue *queue, const struct srv_task *task, in
     assert(srv_queue_waiting(queue, task->level) >= 0);
 }
 
-/* Links a lane that has received its first task of a level. The caller holds the lock. */
-static void queue_lane_add(struct srv_queue *queue, struct srv_lane *lane, int level) {
-    struct srv_road *road = queue_road_of(lane);
-    if (srv_list_empty(&road->at[level].lanes))
-        srv_list_append(&queue->roads[level], &road->at[level].link);
-    srv_list_append(&road->at[level].lanes, &lane->at[level].link);
-    road->at[level].busy++;
-}
-
-/* Unlinks a lane that has no more tasks of a level. The caller holds the lock. */
-static void queue_lane_remove(struct srv_lane *lane, int level) {
-    struct srv_road *road = queue_road_of(lane);
-    srv_list_remove(&lane->at[level].link);
-    road->at[level].busy--;
-    if (!srv_list_empty(&road->at[level].lanes)) return;
-    srv_list_remove(&road->at[level].link);
-    road->at[level].turns = 0;
-}
-
 /* The caller holds the lock. */
 static void queue_add(struct srv_queue *queue, struct srv_task *task) {
     struct srv_lane *lane = task->lane;
     assert(!task->queued && lane && task->level >= 0 && task->level < SRV_QUEUE_LEVELS);
-    if (srv_list_empty(&lane->at[task->level].tasks)) queue_lane_add(queue, lane, task->level);
-    srv_list_append(&lane->at[task->level].tasks, &task->link);
+    srv_turns_add(&queue->level[task->level], &queue_road_of(lane)->at[task->level],
+                  &lane->at[task->level], &task->link);
     task->queued = 1;
     queue_count(queue, task, 1);
 }
@@ -107,10 +79,9 @@ static void queue_add(struct srv_queue *queue, struct srv_task *task) {
 static void queue_unlink(struct srv_queue *queue, struct srv_task *task) {
     struct srv_lane *lane = task->lane;
     assert(task->queued && lane->count > 0);
-    srv_list_remove(&task->link);
+    srv_turns_remove(&queue_road_of(lane)->at[task->level], &lane->at[task->level], &task->link);
     task->queued = 0;
     queue_count(queue, task, -1);
-    if (srv_list_empty(&lane->at[task->level].tasks)) queue_lane_remove(lane, task->level);
 }
 
 /* The most tasks that a road may have. */
@@ -147,26 +118,15 @@ static int queue_level(struct srv_queue *queue) {
     int first = turn % SRV_QUEUE_SHARE == SRV_QUEUE_SHARE - 1
                     ? (int)(turn / SRV_QUEUE_SHARE % SRV_QUEUE_LEVELS)
                     : 0;
-    while (srv_list_empty(&queue->roads[first])) first = (first + 1) % SRV_QUEUE_LEVELS;
+    while (srv_list_empty(&queue->level[first].roads)) first = (first + 1) % SRV_QUEUE_LEVELS;
     return first;
 }
 
 /* Takes the next task. The caller holds the lock. */
 static struct srv_task *queue_take(struct srv_queue *queue) {
     int level = queue_level(queue);
-    struct srv_road *road = queue_road(queue->roads[level].next, level);
-    struct srv_lane *lane = queue_lane(road->at[level].lanes.next, level);
-    struct srv_task *task = SRV_CONTAINER_OF(lane->at[level].tasks.next, struct srv_task, link);
-    int turns = road->at[level].busy < SRV_QUEUE_TURNS ? road->at[level].busy : SRV_QUEUE_TURNS;
-    /* The lane goes behind the others of its road. The road goes behind the other roads once it
-     * has used up its turns. */
-    srv_list_remove(&lane->at[level].link);
-    srv_list_append(&road->at[level].lanes, &lane->at[level].link);
-    if (++road->at[level].turns >= turns) {
-        road->at[level].turns = 0;
-        srv_list_remove(&road->at[level].link);
-        srv_list_append(&queue->roads[level], &road->at[level].link);
-    }
+    struct srv_task *task =
+        SRV_CONTAINER_OF(srv_turns_next(&queue->level[level]), struct srv_task, link);
     queue_unlink(queue, task);
     return task;
 }
@@ -224,11 +184,19 @@ void srv_queue_close(struct srv_queue *queue) {
     sem_post(&queue->some);
 }
 
+static struct srv_lane *queue_lane(struct srv_list *link, int level) {
+    return SRV_CONTAINER_OF(link, struct srv_lane, at[level].link);
+}
+
+static struct srv_road *queue_road(struct srv_list *link, int level) {
+    return SRV_CONTAINER_OF(link, struct srv_road, at[level].link);
+}
+
 /* The number of tasks of a lane at a level, -1 if a link is wrong. At most `most` tasks are looked
  * at. */
 static int queue_lane_valid(const struct srv_lane *lane, int level, int most) {
     int count = 0;
-    SRV_LIST_EACH (link, &lane->at[level].tasks) {
+    SRV_LIST_EACH (link, &lane->at[level].waiting) {
         const struct srv_task *task = SRV_CONTAINER_OF(link, struct srv_task, link);
         if (!srv_list_valid(link) || !task->queued || task->lane != lane || task->level != level)
             return -1;
@@ -255,7 +223,7 @@ int srv_queue_valid(struct srv_queue *queue) {
     pthread_mutex_lock(&queue->lock);
     int most = srv_queue_count(queue);
     for (int level = 0; level < SRV_QUEUE_LEVELS; level++) {
-        SRV_LIST_EACH (link, &queue->roads[level]) {
+        SRV_LIST_EACH (link, &queue->level[level].roads) {
             int count = queue_road_valid(queue_road(link, level), level, most);
             good = good && count > 0 && srv_list_valid(link);
             all += count;

@@ -7,11 +7,10 @@
 #define SRV_QUEUE_H
 
 #include "core/base/status.h"
-#include "server/base/list.h"
+#include "server/base/turns.h"
 
 enum {
     SRV_QUEUE_LEVELS = 4, /* 0 = the shortest tasks */
-    SRV_QUEUE_TURNS = 8,  /* most turns in a row of one road */
     SRV_QUEUE_SHARE =
         8 /* of so many tasks taken, one is not of the shortest waiting but of any level in turn */
 };
@@ -19,21 +18,14 @@ enum {
 /* Lanes of one origin, such as an address with many clients. Begins as {0}; after its first use
  * only the queue changes it. */
 struct srv_road {
-    struct {
-        struct srv_list link; /* in the level's ring of roads that have tasks; first of its level */
-        struct srv_list lanes; /* the ring of its lanes that have tasks of the level */
-        int busy, turns;       /* how many these are; turns since the road became the first */
-    } at[SRV_QUEUE_LEVELS];
+    struct srv_turns_road at[SRV_QUEUE_LEVELS];
     int count; /* tasks of all its lanes */
 };
 
 /* The tasks of one client. Begins as {0}; after its first use only the queue changes it, and its
  * memory may be freed when it is empty. */
 struct srv_lane {
-    struct {
-        struct srv_list link;  /* in its road's ring of lanes that have tasks; first of its level */
-        struct srv_list tasks; /* the ring of its tasks */
-    } at[SRV_QUEUE_LEVELS];
+    struct srv_turns_lane at[SRV_QUEUE_LEVELS];
     int count;
     struct srv_road
         own; /* used by this lane if it has no other road, and by lanes that name this one */
@@ -85,8 +77,7 @@ void srv_queue_again(struct srv_queue *queue, struct srv_task *task);
  * Waits for a task and takes it. Returns NULL when the queue is closed and empty.
  *
  * The task is taken from the lowest level that has tasks, but every SRV_QUEUE_SHARE-th task from
- * the levels in turn. The roads of a level take turns, each as many in a row as it has lanes that
- * wait, at most SRV_QUEUE_TURNS; the lanes of a road take turns; the first task of a lane is taken.
+ * the levels in turn, and within a level as srv_turns_next says.
  */
 struct srv_task *srv_queue_pop(struct srv_queue *queue);
 

@@ -117,6 +117,55 @@ TEST(everything_that_many_threads_ask_is_answered_once_and_kept) {
     setting_end(&setting);
 }
 
+/* A question that only notes when it was asked. */
+struct turn {
+    struct srv_ask ask; /* first */
+    int number;
+    int *order, *count; /* the storage's one reading thread writes there */
+    atomic_int *gate;   /* it waits until this is set; NULL = it does not wait */
+    atomic_int *done;
+};
+
+static enum srv_stored turn_run(struct srv_store *store, struct srv_store_call *call) {
+    struct turn *own = (struct turn *)call;
+    struct timespec moment = {0, 1000000};
+    (void)store;
+    while (own->gate && !atomic_load(own->gate)) nanosleep(&moment, NULL);
+    own->order[(*own->count)++] = own->number;
+    return SRV_STORED;
+}
+
+static void turn_done(struct srv_ask *ask) { atomic_fetch_add(((struct turn *)ask)->done, 1); }
+
+/* One client of an address asks eight times, then another of the same address, another address and
+ * the process itself ask twice each. While the first question is answered all others wait. */
+TEST(who_asks_much_makes_nobody_wait_for_more_than_a_turn) {
+    enum { MANY = 8, ALL = MANY + 6 };
+    static const int expected[ALL] = {0, 1, 8, 10, 12, 2, 9, 11, 13, 3, 4, 5, 6, 7};
+    struct setting setting = {0};
+    struct srv_asker home = {0}, one = {.origin = &home}, two = {.origin = &home}, far = {0};
+    struct srv_asker *const who[ALL] = {&one, &one, &one, &one, &one, &one, &one,
+                                        &one, &two, &two, &far, &far, NULL, NULL};
+    struct turn turn[ALL];
+    int order[ALL], count = 0;
+    atomic_int gate = 0, done = 0;
+    REQUIRE(setting_begin(&setting, NULL));
+    for (int i = 0; i < ALL; i++) {
+        turn[i] = (struct turn){{.call = {.run = turn_run}, .done = turn_done, .asker = who[i]},
+                                i, order, &count, i ? NULL : &gate, &done};
+        srv_storage_ask(setting.storage, SRV_ASK_READ, &turn[i].ask);
+        /* The first one is being asked when the others come. */
+        struct timespec moment = {0, 1000000};
+        while (!i && home.at[SRV_ASK_READ].road.busy) nanosleep(&moment, NULL);
+    }
+    atomic_store(&gate, 1);
+    srv_storage_free(&setting.storage);
+    CHECK_INT(done, ALL);
+    for (int i = 0; i < ALL && count == ALL; i++) CHECK_INT(order[i], expected[i]);
+    CHECK_INT(count, ALL);
+    setting_end(&setting);
+}
+
 static void *setting_free(void *context) {
     struct setting *setting = context;
     srv_storage_free(&setting->storage);

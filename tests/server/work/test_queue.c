@@ -91,7 +91,7 @@ TEST(lanes_of_one_road_take_its_turns) {
     CHECK_INT(home.own.count, LANES * EACH);
     CHECK(srv_queue_valid(queue));
     for (int turn = 0; turn < EACH; turn++) {
-        for (int i = 0; i < SRV_QUEUE_TURNS; i++, at++)
+        for (int i = 0; i < SRV_TURNS_ROW; i++, at++)
             CHECK(srv_queue_pop(queue) == &task[at % LANES][at / LANES]);
         CHECK(srv_queue_pop(queue) == &some[turn]);
     }

@@ -1,0 +1,45 @@
+/* Turns: those who wait are taken by roads (addresses, rooms), on a road by lanes (clients), in a
+ * lane in the order in which they came. The queue, the lines of the storage and the streams of
+ * class rooms take turns by it.
+ * Leaves to others: locks, what waits, bounds.
+ * Invariant: a road is linked while one of its lanes is, a lane while something waits in it. */
+#ifndef SRV_TURNS_H
+#define SRV_TURNS_H
+
+#include "server/base/list.h"
+
+enum { SRV_TURNS_ROW = 8 /* most turns in a row of one road */ };
+
+/* Whoever takes turns. Begins as {0}. */
+struct srv_turns {
+    struct srv_list roads; /* the ring of roads that wait; the next one first */
+};
+
+/* Begins as {0}; its memory may be freed while nothing of it waits. */
+struct srv_turns_road {
+    struct srv_list link, lanes; /* among the roads; the ring of its lanes that wait */
+    int busy, turns; /* the number of these lanes; turns since the road became the first */
+};
+
+/* As a road. It belongs to one road while something waits in it. */
+struct srv_turns_lane {
+    struct srv_list link, waiting; /* among the lanes of its road; what waits */
+};
+
+/** Appends a link to its lane. */
+void srv_turns_add(struct srv_turns *turns, struct srv_turns_road *road,
+                   struct srv_turns_lane *lane, struct srv_list *link);
+
+/** Removes a link that waits in the lane. */
+void srv_turns_remove(struct srv_turns_road *road, struct srv_turns_lane *lane,
+                      struct srv_list *link);
+
+/**
+ * Returns the link whose turn it is, which still waits: the caller removes it. NULL if none waits.
+ *
+ * The roads take turns, each as many in a row as it has lanes that wait, at most SRV_TURNS_ROW; the
+ * lanes of a road take turns; the first link of a lane is returned. O(1).
+ */
+struct srv_list *srv_turns_next(struct srv_turns *turns);
+
+#endif
