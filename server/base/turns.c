@@ -26,8 +26,7 @@ void srv_turns_remove(struct srv_turns_road *road, struct srv_turns_lane *lane,
 
 struct srv_list *srv_turns_next(struct srv_turns *turns) {
     if (srv_list_empty(&turns->roads)) return NULL;
-    struct srv_turns_road *road =
-        SRV_CONTAINER_OF(turns->roads.next, struct srv_turns_road, link);
+    struct srv_turns_road *road = SRV_CONTAINER_OF(turns->roads.next, struct srv_turns_road, link);
     struct srv_turns_lane *lane = SRV_CONTAINER_OF(road->lanes.next, struct srv_turns_lane, link);
     int most = road->busy < SRV_TURNS_ROW ? road->busy : SRV_TURNS_ROW;
     /* The lane goes behind the others of its road. The road goes behind the other roads once it

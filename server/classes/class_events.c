@@ -8,47 +8,73 @@
 #include "api/call/class_json.h"
 
 enum {
-    EVENTS_NUMBER = 1,    /* the number of the topic among those of the service */
-    EVENTS_PAGES = 16,    /* pages that are read in one question to the store */
-    EVENTS_ROOMS = 64,    /* rooms whose version numbers are read in one question */
-    EVENTS_PAGE = 1 << 20 /* more bytes than a page can have */
+    EVENTS_NUMBER = 1, /* the number of the topic among those of the service */
+    EVENTS_PAGES = 16, /* pages that are read in one question to the store */
+    EVENTS_BUDGET = 4 * SRV_CLASS_PAGE_BYTES, /* bytes that are expected of these pages */
+    EVENTS_PAGE = 4 << 20,                    /* more bytes than a page can have */
+    EVENTS_REPORT = 1 << 20 /* bytes counted for a page of a report until it is there */
 };
 
-/* A stream of a room's events. */
-struct class_listener {
-    struct srv_listener listener;
-    char code[SRV_CLASS_CODE], who[SRV_NAME_BYTES];
-    int teacher;
-    uint64_t serial;        /* a number that no other listener has */
-    int64_t seen;           /* the change up to which the listener was told, or will be by `page` */
-    int lags;               /* there are changes after that */
-    int ended;              /* the listener has left the room, or the room was erased */
-    struct api_buffer page; /* the page that is sent next */
-};
+/* Changes of those who have read all that was there before, and what was there: it is read after
+ * the changes, but for one page of each question. */
+enum class_level { CLASS_NEW, CLASS_OLD, CLASS_LEVELS };
 
-/* A page that is read for a listener. */
-struct class_page {
-    uint64_t serial;
-    char code[SRV_CLASS_CODE], who[SRV_NAME_BYTES];
-    int64_t seen;
-    int more;
-    enum srv_stored stored;
-    struct api_buffer text;
-};
+/* Bytes that are expected of a page of changes, and of what was there. */
+static const size_t class_expected[CLASS_LEVELS] = {SRV_EVENTS_TEXT, SRV_CLASS_PAGE_BYTES};
 
 /* A room that somebody listens to. */
-struct class_mark {
+struct class_room {
+    struct srv_list link, seats; /* the topic's; who listens */
     char code[SRV_CLASS_CODE];
+    struct srv_turns_road road[CLASS_LEVELS];
+    struct class_room *next; /* whose version number is read after this one's */
     int64_t version, shared;
     enum srv_stored stored;
 };
 
+/* Who listens in a room: one client, with any number of streams. */
+struct class_seat {
+    struct srv_list link; /* the room's */
+    struct class_room *room;
+    char who[SRV_NAME_BYTES];
+    int users;
+    struct srv_turns_lane lane[CLASS_LEVELS];
+    struct class_listener *reports; /* the one whose report is being made */
+};
+
+/* A stream of a room's events, or of a report. */
+struct class_listener {
+    struct srv_listener listener;
+    struct class_seat *seat;
+    struct srv_list turn; /* while it waits for a page to be read */
+    struct class_page *asked;
+    enum class_level level;
+    int teacher;
+    int64_t seen;           /* the change up to which the listener was told, or will be by `page` */
+    int lags;               /* there are changes after that */
+    int ended;              /* nothing more comes, whether or not all was told */
+    struct api_buffer page; /* the page that is sent next */
+    struct srv_class_report *report; /* NULL = events */
+    const char *code, *who;          /* where it gets its seat; not used afterwards */
+};
+
+/* A page that is read for a listener. While the store is asked only the thread of the events uses
+ * it, but `reader` under the lock. */
+struct class_page {
+    struct class_listener *reader; /* NULL once that is gone: the report is the page's then */
+    struct srv_class_report *report;
+    char code[SRV_CLASS_CODE], who[SRV_NAME_BYTES];
+    int64_t seen;
+    int more;
+    enum srv_stored stored;
+    struct api_buffer items, text; /* as they were read; what is told of them */
+};
+
 struct class_topic {
     struct srv_topic topic;
-    uint64_t serials;
-    int paging; /* 1 = pages are read, 0 = version numbers of rooms */
-    int marks, room;
-    struct class_mark *mark; /* `marks` entries in use, `room` allocated */
+    struct srv_list rooms;
+    struct srv_turns turns[CLASS_LEVELS];
+    struct class_room *marks; /* whose version numbers are read */
     int pages;
     struct class_page page[EVENTS_PAGES];
 };
@@ -57,8 +83,54 @@ static struct class_listener *class_listener(const struct srv_listener *listener
     return SRV_CONTAINER_OF(listener, struct class_listener, listener);
 }
 
-static struct class_listener *class_of_link(struct srv_list *link) {
-    return class_listener(SRV_CONTAINER_OF(link, struct srv_listener, link));
+/* --- rooms and who listens in them --- */
+
+/* Gives a listener the seat of its client in its room. */
+static enum pend_status seat_take(struct srv_listener *listener) {
+    struct class_listener *own = class_listener(listener);
+    struct class_topic *look = SRV_CONTAINER_OF(listener->topic, struct class_topic, topic);
+    struct class_room *room = NULL;
+    struct class_seat *seat = NULL;
+    SRV_LIST_EACH (link, &look->rooms) {
+        struct class_room *at = SRV_CONTAINER_OF(link, struct class_room, link);
+        if (!memcmp(at->code, own->code, SRV_CLASS_CODE)) room = at;
+    }
+    if (!room && (room = calloc(1, sizeof *room))) {
+        memcpy(room->code, own->code, SRV_CLASS_CODE);
+        srv_list_append(&look->rooms, &room->link);
+    }
+    if (!room) return PEND_NO_MEMORY;
+    SRV_LIST_EACH (link, &room->seats) {
+        struct class_seat *at = SRV_CONTAINER_OF(link, struct class_seat, link);
+        if (!strcmp(at->who, own->who)) seat = at;
+    }
+    if (!seat && (seat = calloc(1, sizeof *seat))) {
+        seat->room = room;
+        snprintf(seat->who, sizeof seat->who, "%s", own->who);
+        srv_list_append(&room->seats, &seat->link);
+    }
+    own->seat = seat;
+    if (seat) seat->users++;
+    return seat ? PEND_OK : PEND_NO_MEMORY;
+}
+
+/* The room stays until no question to the store has it. */
+static void seat_give(struct class_seat *seat) {
+    if (--seat->users) return;
+    srv_list_remove(&seat->link);
+    free(seat);
+}
+
+/* Frees the rooms that nobody listens to. */
+static void rooms_clear(struct class_topic *look) {
+    struct srv_list *next;
+    for (struct srv_list *link = look->rooms.next; link && link != &look->rooms; link = next) {
+        struct class_room *room = SRV_CONTAINER_OF(link, struct class_room, link);
+        next = link->next;
+        if (!srv_list_empty(&room->seats)) continue;
+        srv_list_remove(link);
+        free(room);
+    }
 }
 
 /* --- one stream --- */
@@ -71,214 +143,257 @@ static int class_news(const struct srv_listener *listener) {
 static enum pend_status class_next(struct srv_listener *listener) {
     static const char end[] = "event: end\ndata: {}\n\n";
     struct class_listener *own = class_listener(listener);
-    enum pend_status status = PEND_OK;
     assert(class_news(listener) && !listener->text.bytes);
     if (own->page.bytes) {
         api_buffer_clear(&listener->text);
         listener->text = own->page;
         api_buffer_init(&own->page, EVENTS_PAGE);
-        listener->kept = 0;
-        listener->wants = own->lags;
-    } else {
-        status = api_buffer_text(&listener->text, end);
-        listener->over = 1;
+        listener->kept = own->report ? own->report->bytes : 0;
+        return PEND_OK;
     }
-    return status;
+    listener->over = 1;
+    return own->report ? PEND_OK : api_buffer_text(&listener->text, end);
+}
+
+static void class_unturn(struct class_listener *own) {
+    if (!own->turn.next) return;
+    srv_turns_remove(&own->seat->room->road[own->level], &own->seat->lane[own->level], &own->turn);
 }
 
 static void class_drop(struct srv_listener *listener) {
     struct class_listener *own = class_listener(listener);
+    if (own->seat) {
+        class_unturn(own);
+        if (own->seat->reports == own) own->seat->reports = NULL;
+        seat_give(own->seat);
+    }
+    if (own->asked)
+        own->asked->reader = NULL;
+    else if (own->report)
+        own->report->free(own->report);
     api_buffer_clear(&own->page);
     free(own);
 }
 
 void srv_class_events_open(struct srv_exchange *exchange, const struct srv_class *room,
-                           const char *who, int64_t since) {
+                           const char *who, int64_t since, struct srv_class_report *report) {
     struct srv_events *events = exchange->service->events;
     struct class_listener *made = calloc(1, sizeof *made);
     if (!made) {
+        if (report) report->free(report);
         srv_exchange_busy(exchange, 1, "out of memory");
         return;
     }
     assert(since >= 0 && since <= room->version && (room->teacher || room->pupil));
     made->listener.exchange = exchange;
     made->listener.topic = srv_events_topic(events, EVENTS_NUMBER);
+    made->listener.media_type = report ? report->media_type : NULL;
+    made->report = report;
     made->teacher = room->teacher;
     made->seen = since;
-    made->lags = made->listener.wants = since < room->version;
-    memcpy(made->code, room->code, sizeof made->code);
-    snprintf(made->who, sizeof made->who, "%s", who);
+    made->level = CLASS_OLD;
+    made->lags = made->listener.wants = report || since < room->version;
+    made->code = room->code;
+    made->who = who;
     api_buffer_init(&made->page, EVENTS_PAGE);
     srv_events_open(events, &made->listener);
 }
 
 /* --- what the store is asked --- */
 
-static enum pend_status page_write(struct class_page *page, const struct srv_class_item *item) {
-    const struct api_class_item told = {item->name, item->version, item->changed, item->body,
-                                        item->bytes};
-    struct api_buffer *text = &page->text;
-    PEND_TRY(api_buffer_format(text, "event: item\nid: %lld\ndata:", (long long)item->version));
-    /* a colon, behind which no comma is written */
-    PEND_TRY(api_class_item_write(&told, text));
-    return api_buffer_text(text, "\n\n");
-}
-
+/* Keeps an item as it is: what is told of it is written when others can be asked again. */
 static enum srv_stored page_take(void *context, const struct srv_class_item *item) {
-    return page_write(context, item) == PEND_OK ? SRV_STORED : SRV_STORED_BROKEN;
+    struct api_buffer *items = context;
+    enum pend_status status = api_buffer_add(items, item, sizeof *item);
+    if (status == PEND_OK && item->bytes) status = api_buffer_add(items, item->body, item->bytes);
+    return status == PEND_OK ? SRV_STORED : SRV_STORED_BROKEN;
 }
 
 static enum srv_stored look_run(struct srv_store *store, struct srv_store_call *call) {
     struct class_topic *look = SRV_CONTAINER_OF(call, struct class_topic, topic.ask.call);
     enum srv_stored stored = SRV_STORED;
     /* If the store is out of reach, it is not asked again for each room. */
-    for (int i = 0; !look->paging && i < look->marks; i++) {
-        struct class_mark *mark = &look->mark[i];
+    for (struct class_room *room = look->marks; room; room = room->next) {
         if (stored < SRV_STORED_AWAY)
-            stored = srv_store_class_mark(store, mark->code, &mark->version, &mark->shared);
-        mark->stored = stored;
+            stored = srv_store_class_mark(store, room->code, &room->version, &room->shared);
+        room->stored = stored;
     }
-    for (int i = 0; look->paging && i < look->pages; i++) {
+    for (int i = 0; i < look->pages; i++) {
         struct class_page *page = &look->page[i];
         struct srv_class room;
         if (stored < SRV_STORED_AWAY)
             stored = srv_store_class_items(store, page->code, page->who, &page->seen, &page->more,
-                                           &room, page_take, page);
+                                           &room, page_take, &page->items);
         page->stored = stored;
     }
     return stored < SRV_STORED_AWAY ? SRV_STORED : stored;
 }
 
+static enum pend_status event_write(const struct srv_class_item *item, struct api_buffer *text) {
+    const struct api_class_item told = {item->name, item->version, item->changed, item->body,
+                                        item->bytes};
+    PEND_TRY(api_buffer_format(text, "event: item\nid: %lld\ndata:", (long long)item->version));
+    /* a colon, behind which no comma is written */
+    PEND_TRY(api_class_item_write(&told, text));
+    return api_buffer_text(text, "\n\n");
+}
+
+static enum pend_status page_write(struct class_page *page) {
+    struct srv_class_report *report = page->report;
+    for (size_t at = 0; at < page->items.bytes;) {
+        struct srv_class_item item;
+        memcpy(&item, page->items.data + at, sizeof item);
+        at += sizeof item;
+        item.body = page->items.data + at;
+        at += item.bytes;
+        PEND_TRY(report ? report->add(report, &item, &page->text)
+                        : event_write(&item, &page->text));
+    }
+    return report && !page->more ? report->end(report, &page->text) : PEND_OK;
+}
+
+static void look_work(struct srv_topic *topic) {
+    struct class_topic *look = SRV_CONTAINER_OF(topic, struct class_topic, topic);
+    for (int i = 0; i < look->pages; i++) {
+        struct class_page *page = &look->page[i];
+        if (page->stored == SRV_STORED && page_write(page) != PEND_OK)
+            page->stored = SRV_STORED_BROKEN;
+        api_buffer_clear(&page->items);
+    }
+}
+
 /* --- the numbers of rooms --- */
 
-static struct class_mark *mark_find(const struct class_topic *look, const char *code) {
-    for (int i = 0; i < look->marks; i++)
-        if (!memcmp(look->mark[i].code, code, SRV_CLASS_CODE)) return &look->mark[i];
-    return NULL;
-}
-
-/* Notes a room whose version number is to be read. Without memory the room waits for the next
- * time. */
-static void mark_add(struct class_topic *look, const char *code) {
-    if (look->marks == look->room) {
-        int room = look->room + EVENTS_ROOMS;
-        struct class_mark *more = realloc(look->mark, (size_t)room * sizeof *more);
-        if (!more) return;
-        look->mark = more;
-        look->room = room;
-    }
-    assert(look->marks < look->room);
-    struct class_mark *mark = &look->mark[look->marks++];
-    *mark = (struct class_mark){.stored = SRV_STORED_AWAY};
-    memcpy(mark->code, code, SRV_CLASS_CODE);
-}
-
-static void mark_gather(struct class_topic *look, struct srv_list *listeners) {
-    look->marks = 0;
-    assert(!look->paging);
-    SRV_LIST_EACH (link, listeners) {
-        const struct class_listener *at = class_of_link(link);
-        if (at->listener.topic == &look->topic && !at->ended && !mark_find(look, at->code))
-            mark_add(look, at->code);
+static void marks_gather(struct class_topic *look) {
+    rooms_clear(look);
+    SRV_LIST_EACH (link, &look->rooms) {
+        struct class_room *room = SRV_CONTAINER_OF(link, struct class_room, link);
+        room->next = look->marks;
+        look->marks = room;
     }
 }
 
-static void mark_tell(struct class_topic *look, struct srv_list *listeners) {
-    SRV_LIST_EACH (link, listeners) {
-        struct class_listener *at = class_of_link(link);
-        if (at->listener.topic != &look->topic) continue;
-        const struct class_mark *mark = mark_find(look, at->code);
-        if (!mark) continue;
-        if (mark->stored == SRV_STORED_NONE) at->ended = 1;
-        if (mark->stored == SRV_STORED)
-            at->lags |= (at->teacher ? mark->version : mark->shared) > at->seen;
-    }
+/* Compares a listener with the numbers of its room that were just read. */
+static void mark_tell(struct class_listener *at) {
+    const struct class_room *room = at->seat->room;
+    if (room->stored == SRV_STORED_NONE) at->ended = 1;
+    int lags = room->stored == SRV_STORED && !at->ended && !at->report &&
+               (at->teacher ? room->version : room->shared) > at->seen;
+    if (lags && !at->lags) at->level = CLASS_NEW;
+    if (lags) at->lags = at->listener.wants = 1;
 }
 
 /* --- pages --- */
 
-static void page_gather(struct class_topic *look, struct srv_list *listeners) {
-    look->pages = 0;
-    assert(look->paging);
+/* Lets the listeners that have sent all they had, and lag, wait for their turns. */
+static void turns_gather(struct class_topic *look, struct srv_list *listeners) {
     SRV_LIST_EACH (link, listeners) {
-        struct class_listener *at = class_of_link(link);
-        if (look->pages == EVENTS_PAGES) break;
-        if (at->listener.topic != &look->topic || !at->lags || at->ended || at->page.bytes)
+        struct srv_listener *listener = SRV_CONTAINER_OF(link, struct srv_listener, link);
+        struct class_listener *at = class_listener(listener);
+        if (listener->topic != &look->topic || !at->lags || at->ended || !listener->waits ||
+            at->page.bytes || at->turn.next)
             continue;
-        if (!at->serial) at->serial = ++look->serials;
-        struct class_page *page = &look->page[look->pages++];
-        page->serial = at->serial;
-        page->seen = at->seen;
-        page->more = 0;
-        memcpy(page->code, at->code, sizeof page->code);
-        memcpy(page->who, at->who, sizeof page->who);
+        struct class_seat *seat = at->seat;
+        if (at->report && !seat->reports) seat->reports = at;
+        if (at->report && seat->reports != at) continue;
+        srv_turns_add(&look->turns[at->level], &seat->room->road[at->level], &seat->lane[at->level],
+                      &at->turn);
+    }
+}
+
+/* Asks for the page of the next one at a level. Returns the bytes that are expected of it, 0 where
+ * nobody waits. A listener whose client has no memory left loses its turn. */
+static size_t page_gather(struct class_topic *look, enum class_level level) {
+    for (struct srv_list *turn; (turn = srv_turns_next(&look->turns[level]));) {
+        struct class_listener *at = SRV_CONTAINER_OF(turn, struct class_listener, turn);
+        size_t bytes = at->report ? EVENTS_REPORT + at->report->bytes : 2 * class_expected[level];
+        class_unturn(at);
+        if (!srv_events_keep(&at->listener, bytes) && level == CLASS_OLD) continue;
+        struct class_page *page = at->asked = &look->page[look->pages++];
+        *page = (struct class_page){.reader = at, .report = at->report, .seen = at->seen};
+        memcpy(page->code, at->seat->room->code, sizeof page->code);
+        memcpy(page->who, at->seat->who, sizeof page->who);
+        api_buffer_init(&page->items, EVENTS_PAGE);
         api_buffer_init(&page->text, EVENTS_PAGE);
+        return class_expected[level];
+    }
+    return 0;
+}
+
+/* What was there has one page in each question, and those that changes leave. */
+static void pages_gather(struct class_topic *look) {
+    size_t bytes = page_gather(look, CLASS_OLD);
+    for (int level = CLASS_NEW; level < CLASS_LEVELS;) {
+        if (look->pages == EVENTS_PAGES || bytes >= EVENTS_BUDGET) return;
+        size_t more = page_gather(look, (enum class_level)level);
+        bytes += more;
+        level += !more;
     }
 }
 
 /* Gives a listener the page that was read for it. */
 static void page_give(struct class_listener *at, struct class_page *page) {
-    at->listener.wants = 0;
-    if (page->stored == SRV_STORED_NONE || page->stored == SRV_STORED_CLASH) at->ended = 1;
-    /* What could not be read is asked for again after a while. */
-    if (page->stored != SRV_STORED) return;
-    assert(page->seen >= at->seen && !at->page.bytes && page->serial == at->serial);
-    at->seen = page->seen;
-    at->lags = page->more;
-    at->page = page->text;
-    api_buffer_init(&page->text, EVENTS_PAGE);
-    at->listener.kept = at->page.cap;
+    at->asked = NULL;
+    int stored = page->stored == SRV_STORED, report = at->report != NULL;
+    int gone = page->stored == SRV_STORED_NONE || page->stored == SRV_STORED_CLASH;
+    /* What could not be read is asked for again after a while, but for a report, of which a part
+     * may have been taken in. */
+    at->listener.kept = 0;
+    if (stored) {
+        assert(page->seen >= at->seen && !at->page.bytes);
+        at->seen = page->seen;
+        at->lags = page->more;
+        at->level = page->more ? CLASS_OLD : CLASS_NEW;
+        at->page = page->text;
+        api_buffer_init(&page->text, EVENTS_PAGE);
+        at->listener.kept = at->page.cap + (report ? at->report->bytes : 0);
+    }
+    at->listener.wants = stored && at->lags;
+    at->listener.whole = report && stored && !page->more;
+    at->ended |= gone || at->listener.whole || (report && !stored);
 }
 
-/* Listeners that received a page go to the end of the list, so that all have their turn. */
-static void page_tell(struct class_topic *look, struct srv_list *listeners) {
-    struct srv_list *link = listeners->next;
-    for (int left = look->pages; left > 0 && link && link != listeners;) {
-        struct class_listener *at = class_of_link(link);
-        int i = 0;
-        link = link->next;
-        if (at->listener.topic != &look->topic || !at->serial) continue;
-        while (i < look->pages && look->page[i].serial != at->serial) i++;
-        if (i == look->pages) continue;
-        page_give(at, &look->page[i]);
-        left--;
-        /* The number belongs to one page only; the search does not find it again at the list's
-         * end. */
-        look->page[i].serial = 0;
-        srv_list_remove(&at->listener.link);
-        srv_list_append(listeners, &at->listener.link);
+static void pages_tell(struct class_topic *look) {
+    for (int i = 0; i < look->pages; i++) {
+        struct class_page *page = &look->page[i];
+        if (page->reader)
+            page_give(page->reader, page);
+        else if (page->report)
+            page->report->free(page->report);
+        api_buffer_clear(&page->text);
     }
-    for (int i = 0; i < look->pages; i++) api_buffer_clear(&look->page[i].text);
+    look->pages = 0;
 }
 
 /* --- the topic --- */
 
-static int look_gather(struct srv_topic *topic, struct srv_list *listeners) {
+static int look_gather(struct srv_topic *topic, struct srv_list *listeners, int due) {
     struct class_topic *look = SRV_CONTAINER_OF(topic, struct class_topic, topic);
-    if (look->paging) {
-        page_gather(look, listeners);
-        if (look->pages) return look->pages;
-        look->paging = 0;
-        return 0;
-    }
-    mark_gather(look, listeners);
-    return look->marks;
+    assert(!look->pages && !look->marks);
+    if (due) marks_gather(look);
+    turns_gather(look, listeners);
+    pages_gather(look);
+    return look->marks || look->pages;
 }
 
 static int look_tell(struct srv_topic *topic, struct srv_list *listeners) {
     struct class_topic *look = SRV_CONTAINER_OF(topic, struct class_topic, topic);
-    int reached = look->topic.ask.call.stored == SRV_STORED;
-    if (look->paging)
-        page_tell(look, listeners);
-    else
-        mark_tell(look, listeners);
-    look->paging = reached;
-    return reached;
+    pages_tell(look);
+    SRV_LIST_EACH (link, listeners) {
+        struct srv_listener *listener = SRV_CONTAINER_OF(link, struct srv_listener, link);
+        if (listener->topic == topic && look->marks) mark_tell(class_listener(listener));
+    }
+    look->marks = NULL;
+    if (look->topic.ask.call.stored != SRV_STORED) return 0;
+    turns_gather(look, listeners);
+    return !srv_list_empty(&look->turns[CLASS_NEW].roads) ||
+           !srv_list_empty(&look->turns[CLASS_OLD].roads);
 }
 
 static void look_free(struct srv_topic *topic) {
     struct class_topic *gone = SRV_CONTAINER_OF(topic, struct class_topic, topic);
-    free(gone->mark);
+    rooms_clear(gone);
+    assert(srv_list_empty(&gone->rooms));
     free(gone);
 }
 
@@ -286,9 +401,11 @@ struct srv_topic *srv_class_events_new(void) {
     struct class_topic *made = calloc(1, sizeof *made);
     if (!made) return NULL;
     made->topic = (struct srv_topic){.ask = {.call = {.run = look_run}},
+                                     .enter = seat_take,
                                      .news = class_news,
                                      .next = class_next,
                                      .gather = look_gather,
+                                     .work = look_work,
                                      .tell = look_tell,
                                      .drop = class_drop,
                                      .free = look_free};

@@ -6,70 +6,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/call/class_table.h"
+#include "server/classes/class_events.h"
 #include "server/classes/class_request.h"
 
-/* bytes of items after which the rest waits for a further request */
-enum { REPORTS_PAGE = 1 << 20 };
-
-typedef void reports_answer(struct srv_store_request *asked, enum srv_stored stored);
+enum {
+    REPORTS_PAGE = 1 << 20, /* bytes of items after which the rest waits for a further request */
+    REPORTS_STEP = 1 << 18  /* that are counted before they are read */
+};
 
 static struct api_class_item reports_item(const struct srv_class_item *item) {
     return (struct api_class_item){item->name, item->version, item->changed, item->body,
                                    item->bytes};
-}
-
-/* Converts the status of a piece of a report to that of a store. */
-static enum srv_stored reports_stored(enum pend_status status) {
-    if (status == PEND_OK) return SRV_STORED;
-    return status == PEND_INVALID ? SRV_STORED_DAMAGED : SRV_STORED_BROKEN;
-}
-
-/* Reads a page; `take` receives its items. */
-static enum srv_stored reports_page(struct srv_store *store, struct srv_store_call *call,
-                                    srv_class_item_fn *take) {
-    struct srv_class_request *own =
-        srv_class_request_of(SRV_CONTAINER_OF(call, struct srv_store_request, ask.call));
-    enum srv_stored stored = srv_store_class_items(store, own->code, own->who, &own->since,
-                                                   &own->more, &own->room, take, own);
-    if (stored == SRV_STORED_CLASH) own->put.why = SRV_CLASS_STRANGER;
-    return stored;
-}
-
-/* Begins a report; the request has no body. */
-static void reports_begin(struct srv_exchange *exchange,
-                          enum srv_stored (*run)(struct srv_store *, struct srv_store_call *),
-                          reports_answer *answer) {
-    struct srv_store_request *asked = srv_class_request_begin(exchange, 0);
-    if (asked) srv_store_request_ask(asked, SRV_ASK_READ, run, answer);
-}
-
-/* After a page: returns 1 if the report is complete; else the next page was asked for, or the
- * request has ended. */
-static int reports_done(struct srv_store_request *asked, enum srv_stored stored, size_t most,
-                        reports_answer *answer) {
-    struct srv_class_request *own = srv_class_request_of(asked);
-    if (stored != SRV_STORED) {
-        srv_class_request_refuse(asked, stored);
-        srv_store_request_end(asked);
-        return 0;
-    }
-    assert(own->since >= 0);
-    if (!own->more || own->text.bytes >= most) return 1;
-    srv_store_request_ask(asked, SRV_ASK_READ, asked->run, answer);
-    return 0;
-}
-
-/* Sends what is written in exchange->answer. */
-static void reports_give(struct srv_store_request *asked, enum pend_status status,
-                         const char *media_type) {
-    struct srv_exchange *exchange = asked->exchange;
-    if (status != PEND_OK) {
-        srv_exchange_busy(exchange, 1, "out of memory");
-    } else {
-        srv_exchange_answered(exchange, 200, media_type);
-        srv_exchange_header(exchange, "Cache-Control", "no-store");
-    }
-    srv_store_request_end(asked);
 }
 
 /* --- the room --- */
@@ -77,11 +25,16 @@ static void reports_give(struct srv_store_request *asked, enum pend_status statu
 static enum srv_stored room_take(void *context, const struct srv_class_item *item) {
     struct srv_class_request *own = context;
     const struct api_class_item told = reports_item(item);
-    return reports_stored(api_class_item_write(&told, &own->text));
+    return api_class_item_write(&told, &own->text) == PEND_OK ? SRV_STORED : SRV_STORED_BROKEN;
 }
 
 static enum srv_stored room_run(struct srv_store *store, struct srv_store_call *call) {
-    return reports_page(store, call, room_take);
+    struct srv_class_request *own =
+        srv_class_request_of(SRV_CONTAINER_OF(call, struct srv_store_request, ask.call));
+    enum srv_stored stored = srv_store_class_items(store, own->code, own->who, &own->since,
+                                                   &own->more, &own->room, room_take, own);
+    if (stored == SRV_STORED_CLASH) own->put.why = SRV_CLASS_STRANGER;
+    return stored;
 }
 
 static enum pend_status room_write(const struct srv_class_request *own, struct api_buffer *out) {
@@ -104,10 +57,30 @@ static enum pend_status room_write(const struct srv_class_request *own, struct a
     return api_buffer_text(out, "]}");
 }
 
+/* Counts the memory of the next page, and of the answer that all pages are copied to. */
+static enum srv_room room_hold(struct srv_store_request *asked) {
+    size_t text = srv_class_request_of(asked)->text.cap + REPORTS_STEP;
+    return srv_exchange_hold(asked->exchange, asked->exchange->body.cap + 2 * text);
+}
+
 static void room_answer(struct srv_store_request *asked, enum srv_stored stored) {
-    if (!reports_done(asked, stored, REPORTS_PAGE, room_answer)) return;
-    reports_give(asked, room_write(srv_class_request_of(asked), &asked->exchange->answer),
-                 "application/json");
+    struct srv_exchange *exchange = asked->exchange;
+    struct srv_class_request *own = srv_class_request_of(asked);
+    enum srv_room room = stored == SRV_STORED ? room_hold(asked) : SRV_ROOM;
+    if (stored != SRV_STORED) {
+        srv_class_request_refuse(asked, stored);
+    } else if (room != SRV_ROOM) {
+        srv_exchange_crowded(exchange, room, "what stands in the room");
+    } else if (own->more && own->text.bytes < REPORTS_PAGE) {
+        srv_store_request_ask(asked, SRV_ASK_READ, room_run, room_answer);
+        return;
+    } else if (room_write(own, &exchange->answer) != PEND_OK) {
+        srv_exchange_busy(exchange, 1, "out of memory");
+    } else {
+        srv_exchange_answered(exchange, 200, "application/json");
+        srv_exchange_header(exchange, "Cache-Control", "no-store");
+    }
+    srv_store_request_end(asked);
 }
 
 /* Reads ?since=VERSION. Returns 0 for any other query. */
@@ -135,69 +108,108 @@ void srv_class_reports_room(struct srv_exchange *exchange) {
 
 /* --- what only the teacher may read --- */
 
-static enum srv_stored teacher_run(struct srv_store *store, struct srv_store_call *call,
-                                   srv_class_item_fn *take) {
-    enum srv_stored stored = reports_page(store, call, take);
+/* The table, or the histogram of answers whose names begin with `name`. */
+struct reports_report {
+    struct srv_class_report report; /* first */
+    struct api_class_names names;
+    struct api_class_tally tally;
+    char name[SRV_CLASS_NAME];
+    int begun;
+};
+
+static struct reports_report *reports_own(struct srv_class_report *report) {
+    return SRV_CONTAINER_OF(report, struct reports_report, report);
+}
+
+static void reports_free(struct srv_class_report *report) {
+    struct reports_report *gone = reports_own(report);
+    api_class_names_clear(&gone->names);
+    api_class_tally_clear(&gone->tally);
+    free(gone);
+}
+
+static enum pend_status table_end(struct srv_class_report *report, struct api_buffer *text) {
+    struct reports_report *own = reports_own(report);
+    /* A room without items has the header only. */
+    int begun = own->begun;
+    own->begun = 1;
+    return begun ? PEND_OK : api_class_table_begin(text);
+}
+
+static enum pend_status table_add(struct srv_class_report *report,
+                                  const struct srv_class_item *item, struct api_buffer *text) {
+    const struct api_class_item told = reports_item(item);
+    PEND_TRY(table_end(report, text));
+    return api_class_table_add(&told, &reports_own(report)->names, text);
+}
+
+static enum pend_status histogram_add(struct srv_class_report *report,
+                                      const struct srv_class_item *item, struct api_buffer *text) {
+    struct reports_report *own = reports_own(report);
+    const struct api_class_item told = reports_item(item);
+    (void)text;
+    if (!item->bytes || strncmp(item->name, own->name, strlen(own->name))) return PEND_OK;
+    report->bytes += item->bytes + sizeof *own->tally.text;
+    return api_class_tally_add(&told, &own->tally);
+}
+
+static enum pend_status histogram_end(struct srv_class_report *report, struct api_buffer *text) {
+    return api_class_tally_write(&reports_own(report)->tally, text);
+}
+
+static enum srv_stored reports_find(struct srv_store *store, struct srv_store_call *call) {
     struct srv_class_request *own =
         srv_class_request_of(SRV_CONTAINER_OF(call, struct srv_store_request, ask.call));
+    enum srv_stored stored = srv_store_class(store, own->code, own->who, &own->room);
     if (stored != SRV_STORED || own->room.teacher) return stored;
+    if (!own->room.pupil) return SRV_STORED_NONE;
     own->put.why = SRV_CLASS_NO_TEACHER;
     return SRV_STORED_CLASH;
 }
 
-static enum srv_stored table_take(void *context, const struct srv_class_item *item) {
-    struct srv_class_request *own = context;
-    const struct api_class_item told = reports_item(item);
-    if (!own->text.bytes && api_class_table_begin(&own->text) != PEND_OK) return SRV_STORED_BROKEN;
-    return reports_stored(api_class_table_add(&told, &own->names, &own->text));
-}
-
-static enum srv_stored table_run(struct srv_store *store, struct srv_store_call *call) {
-    return teacher_run(store, call, table_take);
+/* Opens the stream of a report. */
+static int reports_open(struct srv_store_request *asked, enum srv_stored stored,
+                        struct reports_report made) {
+    struct srv_exchange *exchange = asked->exchange;
+    struct srv_class_request *own = srv_class_request_of(asked);
+    struct reports_report *report = stored == SRV_STORED ? malloc(sizeof *report) : NULL;
+    if (report) {
+        *report = made;
+        report->report.free = reports_free;
+        srv_class_events_open(exchange, &own->room, own->who, 0, &report->report);
+    } else if (stored == SRV_STORED) {
+        srv_exchange_busy(exchange, 1, "out of memory");
+    } else {
+        srv_class_request_refuse(asked, stored);
+    }
+    return exchange->status == 200;
 }
 
 static void table_answer(struct srv_store_request *asked, enum srv_stored stored) {
-    struct srv_class_request *own = srv_class_request_of(asked);
-    struct api_buffer *out = &asked->exchange->answer;
-    if (!reports_done(asked, stored, own->text.limit, table_answer)) return;
-    /* A room without items has the header only. */
-    enum pend_status status = own->text.bytes ? api_buffer_add(out, own->text.data, own->text.bytes)
-                                              : api_class_table_begin(out);
-    if (status == PEND_OK)
+    static const struct srv_class_report table = {
+        .media_type = "text/csv; charset=utf-8", .add = table_add, .end = table_end};
+    if (reports_open(asked, stored, (struct reports_report){.report = table}))
         srv_exchange_header(asked->exchange, "Content-Disposition",
                             "attachment; filename=\"class.csv\"");
-    reports_give(asked, status, "text/csv; charset=utf-8");
+    srv_store_request_end(asked);
 }
 
 void srv_class_reports_table(struct srv_exchange *exchange) {
-    reports_begin(exchange, table_run, table_answer);
-}
-
-static enum srv_stored histogram_take(void *context, const struct srv_class_item *item) {
-    struct srv_class_request *own = context;
-    const struct api_class_item told = reports_item(item);
-    size_t bytes = strlen(own->name);
-    if (!item->bytes || strncmp(item->name, own->name, bytes)) return SRV_STORED;
-    return reports_stored(api_class_tally_add(&told, &own->tally));
-}
-
-static enum srv_stored histogram_run(struct srv_store *store, struct srv_store_call *call) {
-    return teacher_run(store, call, histogram_take);
+    struct srv_store_request *asked = srv_class_request_begin(exchange, 0);
+    if (asked) srv_store_request_ask(asked, SRV_ASK_READ, reports_find, table_answer);
 }
 
 static void histogram_answer(struct srv_store_request *asked, enum srv_stored stored) {
-    struct srv_class_request *own = srv_class_request_of(asked);
-    if (!reports_done(asked, stored, own->text.limit, histogram_answer)) return;
-    reports_give(asked, api_class_tally_write(&own->tally, &asked->exchange->answer),
-                 "application/json");
+    struct reports_report histogram = {
+        .report = {.media_type = "application/json", .add = histogram_add, .end = histogram_end}};
+    char id[API_CLASS_ID + 2];
+    srv_class_request_part(asked->exchange, 2, id, sizeof id);
+    snprintf(histogram.name, sizeof histogram.name, "answers/%s/", id);
+    (void)reports_open(asked, stored, histogram);
+    srv_store_request_end(asked);
 }
 
 void srv_class_reports_histogram(struct srv_exchange *exchange) {
     struct srv_store_request *asked = srv_class_request_begin(exchange, 0);
-    char id[API_CLASS_ID + 2];
-    if (!asked) return;
-    struct srv_class_request *own = srv_class_request_of(asked);
-    srv_class_request_part(exchange, 2, id, sizeof id);
-    snprintf(own->name, sizeof own->name, "answers/%s/", id);
-    srv_store_request_ask(asked, SRV_ASK_READ, histogram_run, histogram_answer);
+    if (asked) srv_store_request_ask(asked, SRV_ASK_READ, reports_find, histogram_answer);
 }

@@ -15,7 +15,7 @@ enum { REQUEST_MISSES = 30 };
 #define REQUEST_MISSES_A_SECOND 0.5
 
 /* bytes of a body; bytes of a text that is kept */
-enum { REQUEST_BODY = 1 << 18, REQUEST_TEXT = 64 << 20 };
+enum { REQUEST_BODY = 1 << 18, REQUEST_TEXT = 4 << 20 };
 
 static const char request_letters[] = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789";
 
@@ -30,8 +30,6 @@ struct srv_class_request *srv_class_request_of(struct srv_store_request *asked) 
 static void request_free(void *more) {
     struct srv_class_request *gone = more;
     api_buffer_clear(&gone->text);
-    api_class_names_clear(&gone->names);
-    api_class_tally_clear(&gone->tally);
     free(gone);
 }
 

@@ -5,7 +5,7 @@
 #ifndef SRV_CLASS_REQUEST_H
 #define SRV_CLASS_REQUEST_H
 
-#include "api/call/class_table.h"
+#include "api/call/class_json.h"
 #include "server/jobs/store_request.h"
 #include "server/store/store_classes.h"
 
@@ -31,8 +31,6 @@ struct srv_class_request {
     int64_t since;
     int more;
     struct api_buffer text;
-    struct api_class_names names;
-    struct api_class_tally tally;
 };
 
 /** What a store request to a room has beside it. */

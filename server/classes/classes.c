@@ -319,7 +319,7 @@ static void events_answer(struct srv_store_request *asked, enum srv_stored store
     struct srv_class_request *own = srv_class_request_of(asked);
     if (stored == SRV_STORED)
         srv_class_events_open(exchange, &own->room, own->who,
-                              events_since(exchange->field[SRV_LAST_EVENT_ID], &own->room));
+                              events_since(exchange->field[SRV_LAST_EVENT_ID], &own->room), NULL);
     else
         srv_class_request_refuse(asked, stored);
     srv_store_request_end(asked);

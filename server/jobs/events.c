@@ -23,6 +23,7 @@ struct srv_events {
     pthread_t thread;
     int most, count, started, over;
     int news, draining;
+    int more; /* a topic has more to ask at once */
     struct srv_list listeners;
     struct srv_topic *topic[EVENTS_TOPICS]; /* `topics` of them are in use */
     int topics;
@@ -40,13 +41,22 @@ static struct srv_listener *listener_of_link(struct srv_list *link) {
     return SRV_CONTAINER_OF(link, struct srv_listener, link);
 }
 
-/* Counts the memory of a stream beyond the fixed part. */
-static void listener_count(struct srv_events *events, struct srv_listener *listener) {
-    assert(listener->taken <= listener->text.bytes);
+static size_t listener_bytes(const struct srv_listener *listener) {
     size_t text = listener->text.cap > SRV_EVENTS_TEXT ? listener->text.cap : 0;
-    int64_t bytes = (int64_t)(text + listener->kept);
-    srv_memory_add(&events->service->memory, SRV_MEMORY_CONNECTIONS, bytes - listener->counted);
-    listener->counted = bytes;
+    return EVENTS_BYTES + text + listener->kept;
+}
+
+static void listener_count(struct srv_listener *listener) {
+    assert(listener->taken <= listener->text.bytes);
+    srv_hold_set(&listener->hold, listener_bytes(listener));
+}
+
+int srv_events_keep(struct srv_listener *listener, size_t kept) {
+    size_t before = listener->kept;
+    listener->kept = kept;
+    if (srv_hold_try(&listener->hold, listener_bytes(listener)) == SRV_ROOM) return 1;
+    listener->kept = before;
+    return 0;
 }
 
 /* Puts the next event into the text that is sent. Returns 0 if there is none. */
@@ -58,7 +68,7 @@ static int listener_next(struct srv_listener *listener) {
         status = listener->topic->next(listener);
     } else if (listener->over) {
         return 0;
-    } else if (listener->beat) {
+    } else if (listener->beat && !listener->media_type) {
         status = api_buffer_text(&listener->text, ":\n\n");
     } else {
         return 0;
@@ -81,8 +91,10 @@ static void listener_free(struct srv_events *events, struct srv_listener *listen
     srv_list_remove(&listener->link);
     events->count--;
     atomic_fetch_sub(&events->service->listening, 1);
-    srv_memory_add(&events->service->memory, SRV_MEMORY_CONNECTIONS,
-                   -EVENTS_BYTES - listener->counted);
+    srv_hold_set(&listener->hold, 0);
+    /* Another report may wait for the end of this one. */
+    events->more |= listener->media_type != NULL;
+    if (events->more) pthread_cond_signal(&events->some);
     api_buffer_clear(&listener->text);
     listener->topic->drop(listener);
 }
@@ -122,24 +134,29 @@ static enum pend_status events_begin(struct srv_events *events, struct srv_liste
                                      int *own) {
     struct srv_exchange *exchange = made->exchange;
     enum pend_status status = PEND_OK;
-    if (!made->until) status = api_buffer_format(&made->text, "retry: %d\n\n", SRV_EVENTS_RETRY_MS);
+    if (!made->until && !made->media_type)
+        status = api_buffer_format(&made->text, "retry: %d\n\n", SRV_EVENTS_RETRY_MS);
     pthread_mutex_lock(&events->lock);
     assert(srv_events_valid(events));
     *own = events_sated(events, &exchange->identity);
     if (status == PEND_OK && (*own || events->count >= events->most)) status = PEND_LIMIT;
+    if (status == PEND_OK && made->topic->enter) status = made->topic->enter(made);
     if (status == PEND_OK) {
-        made->over = events->draining;
+        made->over = events->draining && !made->media_type;
         srv_list_append(&events->listeners, &made->link);
         events->count++;
         atomic_fetch_add(&events->service->listening, 1);
-        srv_memory_add(&events->service->memory, SRV_MEMORY_CONNECTIONS, EVENTS_BYTES);
+        made->hold = (struct srv_hold){.service = events->service,
+                                       .payer = srv_exchange_payer(exchange),
+                                       .kind = SRV_MEMORY_CONNECTIONS};
+        listener_count(made);
         exchange->listener = made;
         atomic_store(&exchange->listens, 1);
         if (!made->until) {
             exchange->streams = 1;
             exchange->stream_bytes = -1;
         }
-        events->news |= made->wants;
+        events->more |= made->wants;
         pthread_cond_signal(&events->some);
         if (made->until && made->over) listener_answer(events, made);
     }
@@ -179,10 +196,11 @@ void srv_events_open(struct srv_events *events, struct srv_listener *listener) {
         events_refuse(events, listener, status, own);
         return;
     }
-    srv_exchange_static(exchange, 200, "text/event-stream", NULL, 0);
+    const char *type = listener->media_type;
+    srv_exchange_static(exchange, 200, type ? type : "text/event-stream", NULL, 0);
     srv_exchange_header(exchange, "Cache-Control", "no-store");
     /* nginx would buffer the events otherwise. */
-    srv_exchange_header(exchange, "X-Accel-Buffering", "no");
+    if (!type) srv_exchange_header(exchange, "X-Accel-Buffering", "no");
 }
 
 int srv_events_await(struct srv_events *events, struct srv_listener *listener) {
@@ -211,11 +229,11 @@ long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,
         listener->taken += count;
         result = (long)count;
     } else if (listener && listener->over) {
-        result = SRV_INFLIGHT_END;
+        result = listener->media_type && !listener->whole ? SRV_INFLIGHT_BROKEN : SRV_INFLIGHT_END;
     } else if (listener) {
         listener->waits = 1;
-        listener_count(events, listener);
-        events->news |= listener->wants;
+        listener_count(listener);
+        events->more |= listener->wants;
         if (listener->wants) pthread_cond_signal(&events->some);
         pause(exchange);
         result = SRV_INFLIGHT_WAIT;
@@ -266,7 +284,7 @@ static void events_wake(struct srv_events *events) {
         struct srv_listener *at = listener_of_link(link);
         next = link->next;
         if (now >= at->beat_at) at->beat = 1;
-        listener_count(events, at);
+        listener_count(at);
         if (at->until) {
             if (at->over || now >= at->until || at->topic->news(at)) listener_answer(events, at);
         } else if (at->over || at->beat || at->topic->news(at)) {
@@ -280,7 +298,8 @@ void srv_events_drain(struct srv_events *events) {
     pthread_mutex_lock(&events->lock);
     assert(srv_events_valid(events));
     events->draining = 1;
-    SRV_LIST_EACH (link, &events->listeners) listener_of_link(link)->over = 1;
+    SRV_LIST_EACH (link, &events->listeners)
+        listener_of_link(link)->over |= !listener_of_link(link)->media_type;
     events_wake(events);
     assert(srv_events_valid(events));
     pthread_mutex_unlock(&events->lock);
@@ -288,8 +307,12 @@ void srv_events_drain(struct srv_events *events) {
 
 /* --- the thread that looks --- */
 
-/* Waits for something to do. Returns 0 at the end. The caller holds the lock. */
-static int events_wait(struct srv_events *events, int64_t asked) {
+/* What is to be looked at. */
+enum events_task { EVENTS_END, EVENTS_MORE, EVENTS_DUE };
+
+/* Waits for something to do: at the time that is due for changes, until then for what topics have
+ * begun. The caller holds the lock. */
+static enum events_task events_wait(struct srv_events *events, int64_t asked) {
     int64_t look = asked + (int64_t)EVENTS_LOOK_MS * 1000000,
             least = asked + (int64_t)EVENTS_LEAST_MS * 1000000;
     while (!events->over) {
@@ -299,35 +322,38 @@ static int events_wait(struct srv_events *events, int64_t asked) {
             /* A new stream has just been told the state, so the next question can wait. */
             look = srv_clock_now() + (int64_t)EVENTS_LEAST_MS * 1000000;
         } else if (now >= until) {
-            break;
+            return EVENTS_DUE;
+        } else if (events->more) {
+            return EVENTS_MORE;
         } else {
             srv_condition_wait(&events->some, &events->lock, until);
         }
     }
-    events->news = 0;
-    return !events->over;
+    return EVENTS_END;
 }
 
-/* Lets a topic ask the store until it has no more questions. The caller holds the lock, which is
- * released meanwhile. */
-static void events_look(struct srv_events *events, struct srv_topic *topic) {
-    int more = 1;
-    while (more && !events->over && topic->gather(topic, &events->listeners)) {
-        pthread_mutex_unlock(&events->lock);
-        srv_storage_wait(events->service->storage, SRV_ASK_READ, &topic->ask);
-        pthread_mutex_lock(&events->lock);
-        more = topic->tell(topic, &events->listeners);
-        events_wake(events);
-    }
+/* Lets a topic ask the store one question. The caller holds the lock, which is released
+ * meanwhile. */
+static void events_look(struct srv_events *events, struct srv_topic *topic, int due) {
+    if (events->over || !topic->gather(topic, &events->listeners, due)) return;
+    pthread_mutex_unlock(&events->lock);
+    srv_storage_wait(events->service->storage, SRV_ASK_READ, &topic->ask);
+    if (topic->work) topic->work(topic);
+    pthread_mutex_lock(&events->lock);
+    events->more |= topic->tell(topic, &events->listeners);
+    events_wake(events);
 }
 
 static void *events_main(void *context) {
     struct srv_events *events = context;
     int64_t asked = 0;
     pthread_mutex_lock(&events->lock);
-    while (events_wait(events, asked)) {
-        asked = srv_clock_now();
-        for (int i = 0; i < events->topics; i++) events_look(events, events->topic[i]);
+    for (enum events_task task; (task = events_wait(events, asked)) != EVENTS_END;) {
+        if (task == EVENTS_DUE) asked = srv_clock_now();
+        if (task == EVENTS_DUE) events->news = 0;
+        events->more = 0;
+        for (int i = 0; i < events->topics; i++)
+            events_look(events, events->topic[i], task == EVENTS_DUE);
         events_wake(events);
     }
     pthread_mutex_unlock(&events->lock);

@@ -2,7 +2,7 @@
  * thread that asks the store for changes.
  * Leaves to others: what is told (a topic: job_events, classes/class_events), connections (http).
  * Invariant: an open stream holds the memory of one event, no worker and no thread; a slow reader
- * may miss events, but not the last one. */
+ * may miss events, but not the last one; no stream's events wait until another's are all read. */
 #ifndef SRV_EVENTS_H
 #define SRV_EVENTS_H
 
@@ -28,17 +28,22 @@ struct srv_listener {
     int64_t beat_at;        /* ns: when a comment is due */
     int beat, over;         /* a comment is due; nothing will come any more */
     int waits;              /* suspended, for the next event */
-    int wants;              /* its topic is to look soon: there is more than was asked for */
-    int64_t until;          /* ns: when an answer that waits is given; 0 = a stream of events */
+    int wants;              /* its topic is to look at once when the text was sent */
+    int64_t until;          /* ns: when an answer that waits is given; 0 = a stream */
+    const char *media_type; /* of a report, which has an end; NULL = a stream of events */
+    int whole;              /* nothing is missing of the report where it ends now */
     struct api_buffer text; /* what is being sent */
     size_t taken;           /* bytes of it that were */
     size_t kept;            /* bytes of memory that its topic keeps for it, with its next event */
-    int64_t counted;        /* bytes beyond SRV_EVENTS_TEXT that the memory was told of */
+    struct srv_hold hold;   /* of all that */
 };
 
-/* What streams tell of. All but `run` of the ask are called with the lock of the events. */
+/* What streams tell of. All but `run` of the ask and `work` are called with the lock of the
+ * events. */
 struct srv_topic {
     struct srv_ask ask; /* of the thread; its call.run is the topic's */
+    /** Takes a listener in before it is opened; PEND_NO_MEMORY refuses it. NULL = nothing to do. */
+    enum pend_status (*enter)(struct srv_listener *listener);
     /** True when there is something to tell. */
     int (*news)(const struct srv_listener *listener);
     /** Appends what there is to tell to listener->text. */
@@ -46,10 +51,13 @@ struct srv_topic {
     /** Answers the exchange of a listener that waits, because there is news, its time is up or it
      * is over; NULL if the topic has no such listeners. */
     void (*answer)(struct srv_listener *listener);
-    /** Lists what the store is to be asked; returns 0 when that is nothing. */
-    int (*gather)(struct srv_topic *topic, struct srv_list *listeners);
-    /** Tells the listeners what was found; returns 1 when the next question should follow at
-     * once. */
+    /** Lists what the store is to be asked in one question of bounded size: what may have changed
+     * if that is due, and what listeners wait for in any case. Returns 0 when that is nothing. */
+    int (*gather)(struct srv_topic *topic, struct srv_list *listeners, int due);
+    /** Makes of what was found what is told, without the lock; NULL where nothing is to be made. */
+    void (*work)(struct srv_topic *topic);
+    /** Tells the listeners what was found; returns 1 when there is more to ask at once. Other
+     * topics have their turn before. */
     int (*tell)(struct srv_topic *topic, struct srv_list *listeners);
     /** Frees what a listener of the topic has beside its text, and then the listener. */
     void (*drop)(struct srv_listener *listener);
@@ -90,8 +98,13 @@ int srv_events_valid(const struct srv_events *events);
 /** Says that something in the store may have changed. Any thread; NULL is accepted. */
 void srv_events_news(struct srv_events *events);
 
+/** Counts that a topic will keep so many bytes for a listener. Returns 0, and changes nothing,
+ * where the memory or the client's share of it has no room for that. */
+int srv_events_keep(struct srv_listener *listener, size_t kept);
+
 /**
- * Answers an exchange with a stream: 200, or 429, or 503.
+ * Answers an exchange with a stream: 200, or 429, or 503. That of a report is cut off where it ends
+ * before it is whole.
  *
  * listener  the topic's, malloc'ed, with exchange and topic set; it is taken, and freed where no
  *           stream is opened.
@@ -117,8 +130,8 @@ long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,
  * Any thread. */
 void srv_events_leave(struct srv_exchange *exchange, enum srv_stop why);
 
-/** Ends every stream after its last event, and answers who waits; the clients connect again, to
- * another process if this one does not listen. Any thread; NULL is accepted. */
+/** Ends every stream of events after its last one, and answers who waits; the clients connect
+ * again, to another process if this one does not listen. Any thread; NULL is accepted. */
 void srv_events_drain(struct srv_events *events);
 
 #endif

@@ -122,9 +122,10 @@ static int look_find(const struct job_topic *look, const char *id) {
 }
 
 /* Lists the jobs that have listeners. */
-static int look_gather(struct srv_topic *topic, struct srv_list *listeners) {
+static int look_gather(struct srv_topic *topic, struct srv_list *listeners, int due) {
     struct job_topic *look = SRV_CONTAINER_OF(topic, struct job_topic, topic);
     look->count = 0;
+    if (!due) return 0;
     SRV_LIST_EACH (link, listeners) {
         const struct srv_listener *at = SRV_CONTAINER_OF(link, struct srv_listener, link);
         if (at->topic != topic || at->over) continue;

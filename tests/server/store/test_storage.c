@@ -152,7 +152,11 @@ TEST(who_asks_much_makes_nobody_wait_for_more_than_a_turn) {
     REQUIRE(setting_begin(&setting, NULL));
     for (int i = 0; i < ALL; i++) {
         turn[i] = (struct turn){{.call = {.run = turn_run}, .done = turn_done, .asker = who[i]},
-                                i, order, &count, i ? NULL : &gate, &done};
+                                i,
+                                order,
+                                &count,
+                                i ? NULL : &gate,
+                                &done};
         srv_storage_ask(setting.storage, SRV_ASK_READ, &turn[i].ask);
         /* The first one is being asked when the others come. */
         struct timespec moment = {0, 1000000};
