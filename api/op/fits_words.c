@@ -12,9 +12,15 @@ enum { WORDS_END = 600 };
 static const double words_met = 1e-6;
 
 static const char *const ends[] = {[PEND_FIT_CONVERGED] = "converged",
-                                   [PEND_FIT_STRANGE] = "does_not_follow",
+                                   [PEND_FIT_STRANGE] = "converged",
                                    [PEND_FIT_STOPPED] = "no_minimum",
-                                   [PEND_FIT_AWAY] = "no_minimum"};
+                                   [PEND_FIT_AWAY] = "no_minimum"},
+                         *const models[] = {[PEND_FIT_ACCEPTED] = "accepted",
+                                            [PEND_FIT_UNDECIDED] = "undecided",
+                                            [PEND_FIT_REJECTED] = "rejected"};
+
+/* p-values below which a test rejects, and above which chi-squared is too small to be by chance */
+static const double words_level = 1e-3, words_small = 1 - 1e-6;
 
 enum pend_status api_fit_write_direction(const struct api_fit *fit, const double direction[],
                                          struct api_buffer *out) {
@@ -64,14 +70,19 @@ static int end_follows(const struct api_fit *fit, const struct pend_fit_result *
                         "is also looked at in pieces, which several are not. Fewer rows may help "
                         "too.",
                         whole, fit->runs);
-    if (isnan(r->follows[0]))
-        return snprintf(text, WORDS_END,
-                        "no minimum was found: the model does not follow these data from the "
-                        "start. A better start, or fewer unknowns, may help.");
-    return snprintf(text, WORDS_END,
-                    "no minimum was found: the motion follows the data until t = %.6g s of %.6g s. "
-                    "Fewer rows, or a better start, may help.",
-                    r->follows[0], last);
+    int at = snprintf(text, WORDS_END, "no minimum was found");
+    if (r->iterations >= fit->iterations)
+        at += snprintf(text + at, WORDS_END - (size_t)at, " in %ld iterations", r->iterations);
+    if (r->follows[0] < last)
+        return at + snprintf(text + at, WORDS_END - (size_t)at,
+                             ": the motion follows the data until t = %.6g s of %.6g s. Fewer "
+                             "rows, or a better start, may help.",
+                             r->follows[0], last);
+    return at + snprintf(text + at, WORDS_END - (size_t)at,
+                         ". The motion explains %.3g %% of the data's variance. A better start%s, "
+                         "or fewer unknowns, may help.",
+                         100 * fmax(r->explained, 0),
+                         r->iterations >= fit->iterations ? ", more \"iterations\"" : "");
 }
 
 /* the mode whose frequency is farthest from what was asked, and how far, of it; 0 = none is off */
@@ -100,6 +111,11 @@ static int end_checked(const struct api_fit *fit, const struct pend_fit_result *
                       ". The frequencies are not all met: that of mode %d comes out as %.6g rad/s, "
                       "%.3g %% %s %.6g",
                       mode, asked * (1 + off), 100 * fabs(off), off > 0 ? "above" : "below", asked);
+    if (r->p_value > words_small)
+        at += snprintf(text + at, bytes - (size_t)at,
+                       ". Chi-squared is only %.3g per degree of freedom: the errors are smaller "
+                       "than sigma says",
+                       r->chi_squared / (double)r->freedom);
     if (r->freedom > 0) return at;
     return at + snprintf(text + at, bytes - (size_t)at,
                          ". There are as many unknowns as measurements: nothing is left to check "
@@ -133,24 +149,45 @@ static void end_farthest(const struct api_fit *fit, const struct pend_fit_result
         }
 }
 
+/* by which tests a model is rejected, and what its errors are worth */
+static int end_rejected(const struct pend_fit_result *r, char text[], size_t bytes) {
+    int at = 0, tests = 0;
+    if (!(r->explained > 0.9))
+        at += snprintf(text + at, bytes - (size_t)at, "%s it explains %.3g %% of the variance",
+                       tests++ ? "," : ":", 100 * fmax(r->explained, 0));
+    if (r->p_value < words_level)
+        at += snprintf(text + at, bytes - (size_t)at,
+                       "%s chi-squared is %.4g per degree of freedom (p = %.1g)",
+                       tests++ ? "," : ":", r->chi_squared / (double)r->freedom, r->p_value);
+    if (r->alike < words_level)
+        at += snprintf(text + at, bytes - (size_t)at,
+                       "%s neighbouring residuals are alike (Durbin-Watson %.2g, of noise 2)",
+                       tests++ ? "," : ":", r->watson);
+    if (isinf(r->widened))
+        return at + snprintf(text + at, bytes - (size_t)at, ". No standard error holds.");
+    return at + snprintf(text + at, bytes - (size_t)at,
+                         ". Standard errors are widened, up to %.3g times.", r->widened);
+}
+
 /* a minimum */
 static void end_minimum(const struct api_fit *fit, const struct pend_fit_result *r, char text[]) {
-    int modes = fit->columns == fit->modes, strange = r->end == PEND_FIT_STRANGE;
-    const char *begin = "a minimum, whose motion follows the data";
+    int modes = fit->columns == fit->modes, strange = r->model == PEND_FIT_REJECTED;
+    const char *begin =
+        r->model == PEND_FIT_ACCEPTED ? "a minimum, whose motion follows the data" : "a minimum";
     if (modes)
         begin = strange ? "no such pendulum near the start given has these frequencies: this is "
                           "the one that comes next to them"
                         : "a minimum: the pendulum near the start given whose frequencies come "
                           "next to these";
     else if (strange)
-        begin = "the model does not follow these data: this is the best that such a pendulum can "
-                "do near the start given. Is it this pendulum, are all unknowns named, are the "
-                "errors not larger than said?";
+        begin = "a minimum, but the model is rejected";
     int at = snprintf(text, WORDS_END, "%s", begin);
-    if (!strange || modes)
+    if (!strange || modes) {
         (void)end_checked(fit, r, text + at, (size_t)(WORDS_END - at));
-    else
-        end_farthest(fit, r, text + at, (size_t)(WORDS_END - at));
+        return;
+    }
+    at += end_rejected(r, text + at, (size_t)(WORDS_END - at));
+    end_farthest(fit, r, text + at, (size_t)(WORDS_END - at));
     assert(at > 0 && at < WORDS_END);
 }
 
@@ -169,5 +206,6 @@ enum pend_status api_fit_write_end(const struct api_fit *fit, const struct pend_
     else
         end_minimum(fit, r, text);
     PEND_TRY(api_out_text(out, "status", ends[r->end]));
+    PEND_TRY(api_out_text(out, "model", models[r->model]));
     return api_out_text(out, "message", text);
 }

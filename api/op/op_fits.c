@@ -178,6 +178,10 @@ static enum pend_status write_figures(const struct fits *fits, const struct pend
     PEND_TRY(api_out_number(out, "chi_squared", r->chi_squared, 0));
     PEND_TRY(api_out_whole(out, "degrees_of_freedom", r->freedom));
     PEND_TRY(write_maybe(out, "chi_squared_per_degree", r->chi_squared / freedom));
+    PEND_TRY(write_maybe(out, "p_value", r->p_value));
+    PEND_TRY(write_maybe(out, "durbin_watson", r->watson));
+    PEND_TRY(write_maybe(out, "errors_widened", r->widened));
+    PEND_TRY(write_maybe(out, "effective_measurements", r->effective));
     PEND_TRY(api_out_number(out, "explained", r->explained, 0));
     PEND_TRY(api_out_open(out, "not_told", '['));
     for (int d = 0; d < r->blind; d++)

@@ -130,10 +130,12 @@ static size_t fit_lay(struct pend_fit *fit, char *block) {
     const struct pend_fit_problem *p = &fit->problem;
     size_t q = (size_t)p->unknowns, m = (size_t)p->rows * (size_t)p->columns;
     size_t runs = (size_t)pend_fit_runs(p);
-    size_t counts[] = {q, q, q, q, q * q, m, m * q, PEND_FIT_BLIND * q, q * q, q, q, runs};
+    size_t counts[] = {
+        q, q, q, q, q * q, m, m * q, PEND_FIT_BLIND * q, q * q, q, q, runs, (size_t)p->columns};
     double **array[] = {&fit->origin,      &fit->inner,    &fit->value, &fit->error,
                         &fit->correlation, &fit->residual, &fit->slope, &fit->direction,
-                        &fit->covariance,  &fit->size,     &fit->best,  &fit->follows};
+                        &fit->covariance,  &fit->size,     &fit->best,  &fit->follows,
+                        &fit->spread};
     unsigned char **flags[] = {&fit->bounded, &fit->held};
     signed char **edges[] = {&fit->edge, &fit->edged};
     size_t used = (sizeof *fit + 63) / 64 * 64;
@@ -456,6 +458,7 @@ struct pend_fit_result pend_fit_result(const struct pend_fit *fit) {
     result.value = fit->value, result.error = fit->error, result.correlation = fit->correlation;
     result.residual = fit->residual, result.bounded = fit->bounded;
     result.direction = fit->direction, result.follows = fit->follows;
+    result.spread = fit->spread;
     return result;
 }
 

@@ -6,6 +6,7 @@
 
 #include "core/fit/fit_curve.h"
 #include "core/fit/fit_release.h"
+#include "core/fit/fit_verdict.h"
 
 /* Parts of the sum of squares: what a motion that follows explains; residuals of so many sigma are
  * not noise. */
@@ -28,7 +29,8 @@ enum { END_BENDS = 16 };
 
 static void end_errors(struct pend_fit *fit, double variance) {
     size_t q = (size_t)fit->problem.unknowns;
-    int sized = pend_fit_state_known(fit) || fit->result.freedom > 0;
+    int sized =
+        (pend_fit_state_known(fit) || fit->result.freedom > 0) && isfinite(fit->result.widened);
     for (size_t j = 0; j < q; j++) {
         fit->error[j] = sized ? sqrt(variance * fit->covariance[j * q + j]) : NAN;
         for (int d = 0; d < fit->result.blind; d++)
@@ -64,6 +66,17 @@ static double end_follows(const struct pend_fit *fit, int run, double variance) 
         last = until, sum = 0, count = together = 0;
     }
     return sum > 6 * variance * (double)count ? last : until;
+}
+
+/* How far each run follows: to its end where the model is accepted. Where no sigma says what is
+ * far, a tenth of the data's own size does, `most`, if the motion explains that much. */
+static void end_follow(struct pend_fit *fit, double variance, double most) {
+    int known = pend_fit_state_known(fit);
+    double far = known ? 1 : fmax(variance, most / 600);
+    if (fit->result.model == PEND_FIT_ACCEPTED) far = INFINITY;
+    for (int run = 0; run < pend_fit_runs(&fit->problem); run++)
+        fit->follows[run] =
+            known || fit->result.explained > fit_clear ? end_follows(fit, run, far) : NAN;
 }
 
 /* the residuals of neighbouring rows are alike: what is missed is no noise */
@@ -175,11 +188,13 @@ enum pend_status pend_fit_end(struct pend_fit *fit, struct pend_error *error) {
     result->freedom = count - found;
     double variance = pend_fit_state_variance(fit, result->chi_squared, result->freedom);
     double total = pend_fit_state_total(fit);
-    end_errors(fit, variance);
     result->explained = total > 0 ? 1 - result->chi_squared / total : 0;
-    for (int run = 0; run < pend_fit_runs(p); run++)
-        fit->follows[run] = end_follows(fit, run, variance);
     result->end = end_kind(fit, minimum);
+    status = pend_fit_verdict(fit, &variance,
+                              result->end == PEND_FIT_CONVERGED || result->end == PEND_FIT_STRANGE);
+    if (status != PEND_OK) return pend_fit_state_lost(status, error);
+    end_errors(fit, variance);
+    end_follow(fit, variance, total / (double)count);
     for (long i = 0; i < p->rows; i++)
         for (int c = 0; c < p->columns; c++)
             if (isnan(p->column[c].data[i])) fit->residual[i * p->columns + c] = NAN;

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/fit/fit_loss.h"
 #include "core/fit/fit_modes.h"
 #include "core/integrate/run.h"
 
@@ -235,7 +236,10 @@ static void model_rows(const struct fit_model *model, long first, long from, lon
             // a tracker does not count turns
             if (column->kind == PEND_FIT_PHI) value = remainder(value, 2 * M_PI);
             residual[at] = value / sigma;
-            for (int j = 0; own && j < p->unknowns; j++) own[j] /= sigma;
+            double by = 1;
+            if (p->knee && p->knee[c] > 0)
+                residual[at] = fit_loss_bend(p->loss, p->knee[c], value / sigma, &by);
+            for (int j = 0; own && j < p->unknowns; j++) own[j] = own[j] / sigma * by;
         }
 }
 

@@ -11,6 +11,9 @@
  * a mode about hanging, rad/s, which is in the first row. */
 enum pend_fit_kind { PEND_FIT_PHI, PEND_FIT_X, PEND_FIT_Y, PEND_FIT_RATE, PEND_FIT_MODE };
 
+/* What is made least: the sum of squares, or of what SciPy's robust losses make of them. */
+enum pend_fit_loss { PEND_FIT_SQUARES, PEND_FIT_SOFT_L1, PEND_FIT_HUBER, PEND_FIT_CAUCHY };
+
 /* the most arms of a pendulum whose modes are measured */
 enum { PEND_FIT_MODE_ARMS = 30 };
 
@@ -70,9 +73,12 @@ struct pend_fit_problem {
     const struct pend_fit_column *column;
     int unknowns;
     const struct pend_fit_unknown *unknown;
-    double rtol;    /* of the motion, as of the taylor method */
-    int iterations; /* most, 1 .. */
-    long step_cap;  /* of a motion, 0 = none; it is lowered to what a tame one may take */
+    enum pend_fit_loss loss;
+    const double *knee; /* of each column, a residual from which on the loss is less than its
+                           square; 0 = none; NULL = none has one */
+    double rtol;        /* of the motion, as of the taylor method */
+    int iterations;     /* most, 1 .. */
+    long step_cap;      /* of a motion, 0 = none; it is lowered to what a tame one may take */
 };
 
 /** How many motions there are. O(1). */

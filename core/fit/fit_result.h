@@ -12,6 +12,13 @@ enum pend_fit_end {
     PEND_FIT_AWAY,    /* one went away without end, and the data do not tell it: no minimum */
 };
 
+/* Whether the model fits the data. */
+enum pend_fit_model {
+    PEND_FIT_ACCEPTED,
+    PEND_FIT_UNDECIDED, /* no minimum, or nothing that could reject it */
+    PEND_FIT_REJECTED
+};
+
 enum { PEND_FIT_BLIND = 8 };
 
 /* The outcome; all arrays belong to the fit. */
@@ -33,6 +40,14 @@ struct pend_fit_result {
                               NaN = none */
     int away;              /* the unknown that did, -1 = none */
     double explained;      /* 1 - sum of squares over that of the data about their mean */
+    enum pend_fit_model model;
+    double p_value;   /* of chi-squared; NaN where a sigma is not known, or no freedom is left */
+    double watson;    /* Durbin and Watson's number of the residuals' run; NaN = no neighbours */
+    double alike;     /* the p-value of their autocorrelation, NaN of few neighbours */
+    double widened;   /* how many times the standard errors were; infinite: they are withheld */
+    double effective; /* so many independent measurements would tell as much */
+    const double *spread; /* of each column, robust standard deviation of its residuals */
+    double beyond;        /* a residual of more spreads is an outlier; may be infinite */
     /* Directions that the data do not tell: relative changes of all unknowns together, the largest
      * of which is 1; [direction * unknowns + unknown]. */
     int blind;

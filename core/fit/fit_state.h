@@ -23,7 +23,8 @@ struct pend_fit {
     int starved;             /* memory was refused: no result is what it would have been */
     struct pend_error failure;
     double *inner, *value, *error, *correlation, *residual, *slope, *direction, *covariance, *size;
-    double *follows;               /* of each run */
+    double *follows, *spread;      /* of each run, of each column */
+    double lag[2];                 /* the residuals' autocorrelations */
     double swing;                  /* s, about the time of one */
     double *origin;                /* inner numbers where the search began */
     struct fit_pieces *pieces;     /* while the motion is looked at in pieces */

@@ -84,9 +84,9 @@ function farthest(text, { answer, measured }) {
 
 /** What the server says of it beyond the verdict. @param {Text} text @param {Fitted} fitted */
 function messageOf(text, fitted) {
-  const { status, message } = fitted.answer;
+  const { model, message } = fitted.answer;
   const lines = [];
-  const off = status === "converged" ? "" : farthest(text, fitted);
+  const off = model === "accepted" ? "" : farthest(text, fitted);
   if (off) lines.push(h("p", { "data-fit": "farthest" }, off));
   if (message === PLAIN) return lines;
   const words = h("span", { lang: "en" }, message);
@@ -96,17 +96,34 @@ function messageOf(text, fitted) {
 
 /** How it ended, in words. @param {Text} text @param {Fitted} fitted */
 function verdictOf(text, fitted) {
-  const { answer, body } = fitted;
-  const { status, follows_until: until, explained, chi_squared_per_degree: chi } = answer;
-  const lines = [h("p", { class: "fit-verdict", "data-status": status }, text(`fits.${status}`))];
+  const { answer } = fitted;
+  const { status, model, follows_until: until, explained, errors_widened: times } = answer;
+  const words = text(`fits.${status === "converged" ? model : status}`);
+  const lines = [
+    h("p", { class: "fit-verdict", "data-status": status, "data-model": model }, words),
+  ];
   const percent = text.number(100 * explained, explained > 0.99 ? 2 : 1);
   lines.push(h("p", { "data-fit": "explained" }, text("fits.explained", { percent })));
-  const time = figure(text, until, 4);
-  const follows = until === null ? text("fits.followsNone") : text("fits.follows", { time });
-  lines.push(h("p", {}, follows));
-  const told = body.data.series.some((one) => "sigma" in one);
-  if (told && chi !== null)
-    lines.push(h("p", { class: "quiet" }, text("fits.chi", { chi: figure(text, chi) })));
+  if (until !== null)
+    lines.push(h("p", {}, text("fits.follows", { time: figure(text, until, 4) })));
+  const wide =
+    times === null
+      ? text("fits.withheld")
+      : text("fits.widened", { times: figure(text, times, 3) });
+  if (times !== 1) lines.push(h("p", { "data-fit": "widened" }, wide));
+  const { chi_squared_per_degree: chi, p_value: p, durbin_watson: watson } = answer;
+  if (p !== null)
+    lines.push(
+      h(
+        "p",
+        { class: "quiet" },
+        text("fits.chi", { chi: figure(text, chi), p: figure(text, p, 2) }),
+      ),
+    );
+  if (watson !== null)
+    lines.push(
+      h("p", { class: "quiet" }, text("fits.watson", { watson: figure(text, watson, 3) })),
+    );
   return [...lines, ...messageOf(text, fitted)];
 }
 

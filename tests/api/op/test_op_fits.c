@@ -289,9 +289,9 @@ TEST(fits_say_that_the_model_does_not_follow) {
                 "{\"vary\":\"thetad\",\"arm\":1}]}");
     struct test_reply reply = test_post(API_OP_FITS, body);
     CHECK_INT(reply.status, 200);
-    CHECK(strcmp(test_reply_text(&reply, "/status"), "converged") != 0);
-    CHECK_SAYING(strstr(test_reply_text(&reply, "/message"), "does not follow these data") != NULL,
-                 "%s", test_reply_text(&reply, "/message"));
+    CHECK(strcmp(test_reply_text(&reply, "/model"), "accepted") != 0);
+    CHECK_SAYING(strstr(test_reply_text(&reply, "/message"), "the model is rejected") != NULL, "%s",
+                 test_reply_text(&reply, "/message"));
     test_reply_free(&reply);
 }
 
@@ -338,7 +338,7 @@ TEST(fits_tell_another_pendulum_from_noise) {
         sprintf(at, "]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\","
                     "\"arm\":1},{\"vary\":\"thetad\",\"arm\":1}]}");
         struct test_reply reply = test_post(API_OP_FITS, body);
-        CHECK_TEXT(test_reply_text(&reply, "/status"), noisy ? "converged" : "does_not_follow");
+        CHECK_TEXT(test_reply_text(&reply, "/model"), noisy ? "accepted" : "rejected");
         CHECK(fabs(test_reply_number(&reply, "/explained") - 0.97) < 0.02);
         test_reply_free(&reply);
     }
@@ -357,7 +357,7 @@ TEST(fits_name_the_row_that_is_farthest_off) {
                 "{\"vary\":\"thetad\",\"arm\":1}]}");
     struct test_reply reply = test_post(API_OP_FITS, body);
     CHECK_INT(reply.status, 200);
-    CHECK_TEXT(test_reply_text(&reply, "/status"), "does_not_follow");
+    CHECK_TEXT(test_reply_text(&reply, "/model"), "rejected");
     const char *said = test_reply_text(&reply, "/message");
     CHECK_SAYING(strstr(said, "The farthest is the angle of arm 1 at t = 1.5 s, ") &&
                      strstr(said, " sigma off."),

@@ -38,14 +38,20 @@ export default {
   "fits.twice": "Zwei Spalten sollen dasselbe sein.",
   "fits.nothing": "Keine Spalte ist ein Winkel oder ein Ort.",
   "fits.unsorted": "Zeile {line}: Diese Zeit liegt nicht nach der vorigen.",
-  "fits.converged": "Die angepasste Bewegung folgt den Messwerten.",
-  "fits.does_not_follow":
+  "fits.accepted": "Die angepasste Bewegung folgt den Messwerten.",
+  "fits.rejected":
     "Die beste gefundene Bewegung folgt den Messwerten nicht: Sie sind von einem anderen Pendel, oder der angegebene Fehler ist zu klein.",
+  "fits.undecided":
+    "Ein bestes Pendel wurde gefunden, aber es sind zu wenige Messwerte, oder zu ungenaue, um es zu prüfen.",
   "fits.no_minimum": "Kein bestes Pendel wurde gefunden: Die Suche endete vorher.",
   "fits.explained": "Die Bewegung erklärt {percent} % des Gemessenen.",
-  "fits.followsNone": "Sie folgt den Messwerten zu keiner Zeit.",
   "fits.follows": "Sie folgt ihnen bis t = {time} s.",
-  "fits.chi": "χ² je Freiheitsgrad: {chi} (nahe 1, wo die angegebenen Fehler stimmen).",
+  "fits.chi": "χ² je Freiheitsgrad: {chi} (nahe 1, wo die angegebenen Fehler stimmen), p-Wert {p}.",
+  "fits.watson": "Durbin-Watson-Zahl der Residuen: {watson} (nahe 2, wo sie unabhängig sind).",
+  "fits.widened":
+    "Die Residuen sind kein unabhängiges Rauschen der angegebenen Größe: Die Standardfehler unten sind vergrößert, bis zum {times}-Fachen.",
+  "fits.withheld":
+    "Das Modell ist so falsch, oder seine Residuen sind einander so ähnlich, dass kein Standardfehler gilt.",
   "fits.farthest": "Am weitesten daneben: {what}, bei t = {time} s.",
   "fits.words": "In den Worten des Servers:",
   "fits.bound": "an seiner Grenze",

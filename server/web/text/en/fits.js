@@ -38,14 +38,22 @@ export default {
   "fits.twice": "Two columns are said to be the same.",
   "fits.nothing": "No column is an angle or a place.",
   "fits.unsorted": "Line {line}: this time is not after the one before it.",
-  "fits.converged": "The fitted motion follows the measurements.",
-  "fits.does_not_follow":
+  "fits.accepted": "The fitted motion follows the measurements.",
+  "fits.rejected":
     "The best motion that was found does not follow the measurements: they are of another pendulum, or the error given is too small.",
+  "fits.undecided":
+    "A best pendulum was found, but the measurements are too few or too noisy to test it.",
   "fits.no_minimum": "No best pendulum was found: the search ended before it came to one.",
   "fits.explained": "The motion explains {percent} % of what was measured.",
-  "fits.followsNone": "It follows the measurements at no time.",
   "fits.follows": "It follows them up to t = {time} s.",
-  "fits.chi": "χ² per degree of freedom: {chi} (near 1 where the errors given are right).",
+  "fits.chi":
+    "χ² per degree of freedom: {chi} (near 1 where the errors given are right), p-value {p}.",
+  "fits.watson":
+    "Durbin-Watson statistic of the residuals: {watson} (near 2 where they are independent).",
+  "fits.widened":
+    "The residuals are not independent noise of the size given: the standard errors below are widened, up to {times} times.",
+  "fits.withheld":
+    "The model is so wrong, or its residuals so alike, that no standard error holds.",
   "fits.farthest": "Farthest off: {what}, at t = {time} s.",
   "fits.words": "In the server’s words:",
   "fits.bound": "at its bound",

@@ -38,14 +38,22 @@ export default {
   "fits.twice": "Dos columnas serían lo mismo.",
   "fits.nothing": "Ninguna columna es un ángulo o un lugar.",
   "fits.unsorted": "Línea {line}: este tiempo no es posterior al anterior.",
-  "fits.converged": "El movimiento ajustado sigue las mediciones.",
-  "fits.does_not_follow":
+  "fits.accepted": "El movimiento ajustado sigue las mediciones.",
+  "fits.rejected":
     "El mejor movimiento encontrado no sigue las mediciones: son de otro péndulo, o el error dado es demasiado pequeño.",
+  "fits.undecided":
+    "Se encontró un péndulo óptimo, pero las mediciones son demasiado pocas o ruidosas para comprobarlo.",
   "fits.no_minimum": "No se encontró un péndulo óptimo: la búsqueda terminó antes.",
   "fits.explained": "El movimiento explica el {percent} % de lo medido.",
-  "fits.followsNone": "No sigue las mediciones en ningún momento.",
   "fits.follows": "Las sigue hasta t = {time} s.",
-  "fits.chi": "χ² por grado de libertad: {chi} (cerca de 1 si los errores dados son correctos).",
+  "fits.chi":
+    "χ² por grado de libertad: {chi} (cerca de 1 si los errores dados son correctos), valor p {p}.",
+  "fits.watson":
+    "Estadístico de Durbin-Watson de los residuos: {watson} (cerca de 2 si son independientes).",
+  "fits.widened":
+    "Los residuos no son ruido independiente del tamaño dado: los errores estándar de abajo se han ampliado, hasta {times} veces.",
+  "fits.withheld":
+    "El modelo es tan erróneo, o sus residuos tan parecidos, que ningún error estándar es válido.",
   "fits.farthest": "Lo más alejado: {what}, en t = {time} s.",
   "fits.words": "En palabras del servidor:",
   "fits.bound": "en su límite",

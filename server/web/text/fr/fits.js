@@ -38,14 +38,22 @@ export default {
   "fits.twice": "Deux colonnes seraient la même chose.",
   "fits.nothing": "Aucune colonne n'est un angle ou une position.",
   "fits.unsorted": "Ligne {line} : ce temps ne suit pas le précédent.",
-  "fits.converged": "Le mouvement ajusté suit les mesures.",
-  "fits.does_not_follow":
+  "fits.accepted": "Le mouvement ajusté suit les mesures.",
+  "fits.rejected":
     "Le meilleur mouvement trouvé ne suit pas les mesures : elles sont d'un autre pendule, ou l'erreur donnée est trop petite.",
+  "fits.undecided":
+    "Un meilleur pendule a été trouvé, mais les mesures sont trop peu nombreuses ou trop bruitées pour le vérifier.",
   "fits.no_minimum": "Aucun meilleur pendule n'a été trouvé : la recherche s'est terminée avant.",
   "fits.explained": "Le mouvement explique {percent} % de ce qui a été mesuré.",
-  "fits.followsNone": "Il ne suit les mesures à aucun moment.",
   "fits.follows": "Il les suit jusqu'à t = {time} s.",
-  "fits.chi": "χ² par degré de liberté : {chi} (près de 1 si les erreurs données sont justes).",
+  "fits.chi":
+    "χ² par degré de liberté : {chi} (près de 1 si les erreurs données sont justes), valeur p {p}.",
+  "fits.watson":
+    "Statistique de Durbin-Watson des résidus : {watson} (près de 2 s'ils sont indépendants).",
+  "fits.widened":
+    "Les résidus ne sont pas un bruit indépendant de la taille donnée : les erreurs types ci-dessous sont élargies, jusqu'à {times} fois.",
+  "fits.withheld":
+    "Le modèle est si faux, ou ses résidus si semblables, qu'aucune erreur type n'est valable.",
   "fits.farthest": "Le plus éloigné : {what}, à t = {time} s.",
   "fits.words": "Selon le serveur :",
   "fits.bound": "à sa limite",

@@ -38,14 +38,22 @@ export default {
   "fits.twice": "Twee kolommen zouden hetzelfde zijn.",
   "fits.nothing": "Geen kolom is een hoek of een plaats.",
   "fits.unsorted": "Regel {line}: deze tijd ligt niet na de vorige.",
-  "fits.converged": "De aangepaste beweging volgt de metingen.",
-  "fits.does_not_follow":
+  "fits.accepted": "De aangepaste beweging volgt de metingen.",
+  "fits.rejected":
     "De beste gevonden beweging volgt de metingen niet: ze zijn van een andere slinger, of de gegeven fout is te klein.",
+  "fits.undecided":
+    "Er is een beste slinger gevonden, maar de metingen zijn te weinig of te onnauwkeurig om hem te toetsen.",
   "fits.no_minimum": "Er is geen beste slinger gevonden: het zoeken eindigde eerder.",
   "fits.explained": "De beweging verklaart {percent} % van het gemetene.",
-  "fits.followsNone": "Ze volgt de metingen op geen enkel moment.",
   "fits.follows": "Ze volgt ze tot t = {time} s.",
-  "fits.chi": "χ² per vrijheidsgraad: {chi} (dicht bij 1 als de gegeven fouten kloppen).",
+  "fits.chi":
+    "χ² per vrijheidsgraad: {chi} (dicht bij 1 als de gegeven fouten kloppen), p-waarde {p}.",
+  "fits.watson":
+    "Durbin-Watson-getal van de residuen: {watson} (dicht bij 2 als ze onafhankelijk zijn).",
+  "fits.widened":
+    "De residuen zijn geen onafhankelijke ruis van de gegeven grootte: de standaardfouten hieronder zijn vergroot, tot {times} keer.",
+  "fits.withheld":
+    "Het model is zo fout, of zijn residuen lijken zo op elkaar, dat geen standaardfout geldt.",
   "fits.farthest": "Het verst ernaast: {what}, op t = {time} s.",
   "fits.words": "In de woorden van de server:",
   "fits.bound": "op zijn grens",

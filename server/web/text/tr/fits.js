@@ -38,14 +38,21 @@ export default {
   "fits.twice": "İki sütun aynı şey olarak seçilmiş.",
   "fits.nothing": "Hiçbir sütun açı ya da konum değil.",
   "fits.unsorted": "Satır {line}: bu zaman bir öncekinden sonra değil.",
-  "fits.converged": "Uydurulan hareket ölçümleri izliyor.",
-  "fits.does_not_follow":
+  "fits.accepted": "Uydurulan hareket ölçümleri izliyor.",
+  "fits.rejected":
     "Bulunan en iyi hareket ölçümleri izlemiyor: ölçümler başka bir sarkacın, ya da verilen hata çok küçük.",
+  "fits.undecided":
+    "En iyi sarkaç bulundu, ama ölçümler onu sınamak için çok az ya da çok gürültülü.",
   "fits.no_minimum": "En iyi sarkaç bulunamadı: arama ondan önce bitti.",
   "fits.explained": "Hareket, ölçülenin %{percent} kadarını açıklıyor.",
-  "fits.followsNone": "Ölçümleri hiçbir zaman izlemiyor.",
   "fits.follows": "Onları t = {time} s'ye kadar izliyor.",
-  "fits.chi": "Serbestlik derecesi başına χ²: {chi} (verilen hatalar doğruysa 1'e yakın).",
+  "fits.chi":
+    "Serbestlik derecesi başına χ²: {chi} (verilen hatalar doğruysa 1'e yakın), p değeri {p}.",
+  "fits.watson": "Artıkların Durbin-Watson sayısı: {watson} (bağımsızlarsa 2'ye yakın).",
+  "fits.widened":
+    "Artıklar, verilen büyüklükte bağımsız gürültü değil: aşağıdaki standart hatalar en çok {times} kat genişletildi.",
+  "fits.withheld":
+    "Model o kadar yanlış, ya da artıkları birbirine o kadar benzer ki hiçbir standart hata geçerli değil.",
   "fits.farthest": "En uzak olan: {what}, t = {time} s anında.",
   "fits.words": "Sunucunun sözleriyle:",
   "fits.bound": "sınırında",

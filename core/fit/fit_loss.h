@@ -1,0 +1,45 @@
+/* Robust losses, as SciPy names them: with z = (residual / knee)^2 the sum of knee^2 rho(z) is made
+ * least instead of that of squares. The search has them as squares of bent residuals.
+ * Leaves to others: which loss it is, and its knees (api).
+ * Invariant: a residual of 0 stays one, and next to it nothing is bent. */
+#ifndef PEND_FIT_LOSS_H
+#define PEND_FIT_LOSS_H
+
+#include <math.h>
+
+#include "core/fit/fit_problem.h"
+
+/** A loss at z: `rho`, its derivative `slope`, and psi', that of residual times slope. O(1). */
+struct fit_loss {
+    double rho, slope, psi;
+};
+
+static inline struct fit_loss fit_loss_at(enum pend_fit_loss loss, double z) {
+    double root = sqrt(1 + z);
+    if (loss == PEND_FIT_HUBER && z > 1) return (struct fit_loss){2 * sqrt(z) - 1, 1 / sqrt(z), 0};
+    if (loss == PEND_FIT_SOFT_L1)
+        return (struct fit_loss){2 * z / (root + 1), 1 / root, 1 / (root * root * root)};
+    if (loss == PEND_FIT_CAUCHY)
+        return (struct fit_loss){log1p(z), 1 / (1 + z), (1 - z) / ((1 + z) * (1 + z))};
+    return (struct fit_loss){z, 1, 1};
+}
+
+/** Returns the residual whose square is knee^2 rho(z); `by` = how it changes with the residual.
+ * O(1). */
+static inline double fit_loss_bend(enum pend_fit_loss loss, double knee, double r, double *by) {
+    double z = r / knee * (r / knee);
+    struct fit_loss at = fit_loss_at(loss, z);
+    *by = z > 1e-30 ? at.slope * sqrt(z / at.rho) : 1;
+    return z > 1e-30 ? r * sqrt(at.rho / z) : r;
+}
+
+/** Returns the residual of a bent one. O(1). */
+static inline double fit_loss_straight(enum pend_fit_loss loss, double knee, double bent) {
+    double u = bent / knee * (bent / knee), z = u;
+    if (loss == PEND_FIT_HUBER && u > 1) z = (u + 1) * (u + 1) / 4;
+    if (loss == PEND_FIT_SOFT_L1) z = u + u * u / 4;
+    if (loss == PEND_FIT_CAUCHY) z = expm1(u);
+    return copysign(knee * sqrt(z), bent);
+}
+
+#endif
