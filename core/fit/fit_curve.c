@@ -9,17 +9,21 @@
  * of a motion to 1e-10, a millionth. */
 static const double curve_step = 1e-4;
 
-/* what both have of memory: q values, two gradients, q flags */
+/* so many times its tolerance the error of a motion may be */
+static const double curve_margin = 10;
+
+/* what both have of memory: q values, two gradients, a direction, q flags */
 struct curve {
-    double *value, *gradient[2];
+    double *value, *gradient[2], *along;
     unsigned char *held;
 };
 
 static enum pend_status curve_init(struct curve *curve, const struct pend_fit *fit) {
     size_t q = (size_t)fit->problem.unknowns;
-    *curve = (struct curve){.value = malloc(3 * q * sizeof(double)), .held = malloc(q)};
+    *curve = (struct curve){.value = malloc(4 * q * sizeof(double)), .held = malloc(q)};
     if (!curve->value || !curve->held) return PEND_NO_MEMORY;
     curve->gradient[0] = curve->value + q, curve->gradient[1] = curve->value + 2 * q;
+    curve->along = curve->value + 3 * q;
     memcpy(curve->held, fit->held, q);
     return PEND_OK;
 }
@@ -27,8 +31,10 @@ static enum pend_status curve_init(struct curve *curve, const struct pend_fit *f
 /* puts the fit back */
 static enum pend_status curve_clear(struct curve *curve, struct pend_fit *fit,
                                     enum pend_status status) {
+    double variance = fit->variance;
     if (status == PEND_OK) {
         status = pend_fit_state_look(fit, fit->problem.rows, NULL);
+        fit->variance = variance;
         memcpy(fit->held, curve->held, (size_t)fit->problem.unknowns);
     }
     free(curve->value);
@@ -85,28 +91,38 @@ enum pend_status pend_fit_curve_along(struct pend_fit *fit, const double directi
     return curve_clear(&curve, fit, status);
 }
 
+/* how the slopes change along every direction that the data tell; `there` = 0 where there is no
+ * motion */
+static enum pend_status curve_bend(struct curve *curve, struct pend_fit *fit,
+                                   const struct fit_told *told, double bend[], int *there) {
+    int q = told->q;
+    for (int d = 0; d < q && *there; d++) {
+        if (!pend_fit_told_is(told, d)) continue;
+        for (int j = 0; j < q; j++) curve->along[j] = told->direction[j * q + d];
+        PEND_TRY(curve_change(curve, fit, curve->along, there));
+        for (int j = 0; j < q && *there; j++) bend[j * q + d] = curve->gradient[0][j];
+    }
+    return PEND_OK;
+}
+
 enum pend_status pend_fit_curve_gain(struct pend_fit *fit, double *gain, double covariance[]) {
     struct curve curve;
+    struct fit_told told;
     size_t q = (size_t)fit->problem.unknowns;
+    long count;
     int there = 1;
+    double *bend = calloc(q * q, sizeof *bend);
+    double error = curve_margin * fit->problem.rtol / curve_step;
+    double rest = sqrt(pend_fit_state_squares(fit, fit->problem.rows, &count));
     *gain = INFINITY;
-    double *bend = calloc(q * q + 2 * q, sizeof *bend);
-    enum pend_status status = curve_init(&curve, fit);
-    if (!bend) status = PEND_NO_MEMORY;
-    if (status == PEND_OK) curve_slopes(fit, bend + q * q);
-    for (size_t j = 0; j < q && there && status == PEND_OK; j++) {
-        double *direction = bend + q * q + q;
-        if (fit->held[j]) continue;
-        direction[j] = 1;
-        status = curve_change(&curve, fit, direction, &there);
-        direction[j] = 0;
-        for (size_t i = 0; i < q && there && status == PEND_OK; i++) {
-            bend[i * q + j] += 0.5 * curve.gradient[0][i];
-            bend[j * q + i] += 0.5 * curve.gradient[0][i];
-        }
-    }
+    enum pend_status status = pend_fit_state_tell(fit, &told);
+    enum pend_status made = curve_init(&curve, fit);
+    if (!bend || made != PEND_OK) status = PEND_NO_MEMORY;
+    if (status == PEND_OK) status = curve_bend(&curve, fit, &told, bend, &there);
     if (there && status == PEND_OK)
-        status = pend_fit_told_newton((int)q, bend, bend + q * q, fit->size, gain, covariance);
+        status = pend_fit_told_newton(&told, bend, error * told.value[0] * rest,
+                                      error * sqrt(pend_fit_state_size(fit)), gain, covariance);
     free(bend);
+    pend_fit_told_clear(&told);
     return curve_clear(&curve, fit, status);
 }

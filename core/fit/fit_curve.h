@@ -23,7 +23,7 @@ PEND_MUST_CHECK enum pend_status pend_fit_curve_along(struct pend_fit *fit,
  * minimum of those unknowns that are not held.
  *
  * covariance  out where the step is finite: of the unknowns that are not held, for residuals of
- *             variance 1; else left alone.
+ *             variance 1; else left alone. NULL = not wanted.
  *
  * After pend_fit_state_look at all rows. PEND_NO_MEMORY  twice as many motions with derivatives as
  * there are unknowns.

@@ -35,7 +35,7 @@ static void end_errors(struct pend_fit *fit, double variance) {
         fit->error[j] = sized ? sqrt(variance * fit->covariance[j * q + j]) : NAN;
         for (int d = 0; d < fit->result.blind; d++)
             if (fabs(fit->direction[(size_t)d * q + j]) > 1e-3) fit->error[j] = INFINITY;
-        if (fit->bounded[j]) fit->error[j] = NAN;
+        if (fit->bounded[j] && !(fit->error[j] > 0)) fit->error[j] = NAN;
     }
     for (size_t i = 0; i < q; i++)
         for (size_t j = 0; j < q; j++) {
@@ -154,23 +154,24 @@ static enum pend_status end_bends(struct pend_fit *fit, double variance,
 static enum pend_status end_told(struct pend_fit *fit, double variance, long *found, int *minimum) {
     struct fit_told told;
     double gain = 0;
-    *found = 0;
+    *found = 0, *minimum = 0;
     PEND_TRY(pend_fit_state_free(fit));
     enum pend_status status = pend_fit_state_tell(fit, &told);
     for (int d = 0; d < told.q && status == PEND_OK; d++) *found += pend_fit_told_is(&told, d);
     if (status == PEND_OK)
         fit->result.blind =
             pend_fit_told_blind(&told, fit->bounded, PEND_FIT_BLIND, fit->direction);
+    if (status == PEND_OK) status = pend_fit_release_let(fit, &gain);
+    if (status == PEND_OK) *minimum = pend_fit_state_flat(fit, gain, fit->result.chi_squared);
+    // next to where the slopes are 0 along a direction they foretell gains that are not there
+    if (status == PEND_OK && !*minimum && fit->problem.unknowns <= END_BENDS) {
+        int free = !memchr(fit->bounded, 1, (size_t)fit->problem.unknowns);
+        status = pend_fit_curve_gain(fit, &gain, free ? fit->covariance : NULL);
+        *minimum = pend_fit_state_flat(fit, gain, fit->result.chi_squared);
+    }
     if (status == PEND_OK) status = end_bends(fit, variance, &told, found);
     pend_fit_told_clear(&told);
-    if (status == PEND_OK) status = pend_fit_release_let(fit, &gain);
-    if (status != PEND_OK) return status;
-    *minimum = pend_fit_state_flat(fit, gain, fit->result.chi_squared);
-    if (*minimum || fit->problem.unknowns > END_BENDS) return PEND_OK;
-    // next to where the slopes are 0 along a direction they foretell gains that are not there
-    PEND_TRY(pend_fit_curve_gain(fit, &gain, fit->covariance));
-    *minimum = pend_fit_state_flat(fit, gain, fit->result.chi_squared);
-    return PEND_OK;
+    return status;
 }
 
 enum pend_status pend_fit_end(struct pend_fit *fit, struct pend_error *error) {

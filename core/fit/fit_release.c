@@ -7,56 +7,148 @@
 
 #include "core/fit/fit_bounds.h"
 
-/* half of the derivative of the sum of squares by an unknown */
-static double release_slope(const struct pend_fit *fit, int j) {
+/* half of the derivative of the sum of squares by an unknown, of these residuals */
+static double release_slope(const struct pend_fit *fit, const double residual[], int j) {
     size_t m = (size_t)fit->problem.rows * (size_t)fit->problem.columns;
     size_t q = (size_t)fit->problem.unknowns;
     double sum = 0;
-    for (size_t i = 0; i < m; i++) sum += fit->slope[i * q + (size_t)j] * fit->residual[i];
+    for (size_t i = 0; i < m; i++) sum += fit->slope[i * q + (size_t)j] * residual[i];
     return sum;
 }
 
-/* whether the sum of squares is no higher with an unknown at its bound; it is, lower */
-static enum pend_status release_try(struct pend_fit *fit, size_t j, double residual[],
+/* A step of all unknowns within their bounds; one block. */
+struct release {
+    double *left;     /* q x q, the covariance of what no bound holds yet */
+    double *step;     /* q */
+    double *slope;    /* q, half of the derivative of the sum of squares */
+    double *residual; /* measurements */
+    signed char *at;  /* q: at its low bound, -1, or its high one, 1 */
+};
+
+static enum pend_status release_new(struct release *r, const struct pend_fit *fit) {
+    size_t q = (size_t)fit->problem.unknowns;
+    size_t m = (size_t)fit->problem.rows * (size_t)fit->problem.columns;
+    r->left = malloc((q * q + 2 * q + m) * sizeof *r->left + q);
+    if (!r->left) return PEND_NO_MEMORY;
+    r->step = r->left + q * q, r->slope = r->step + q, r->residual = r->slope + q;
+    r->at = (signed char *)(void *)(r->residual + m);
+    memcpy(r->left, fit->covariance, q * q * sizeof *r->left);
+    for (size_t j = 0; j < q; j++) r->slope[j] = release_slope(fit, fit->residual, (int)j);
+    for (size_t j = 0; j < q; j++) {
+        r->step[j] = 0, r->at[j] = 0;
+        for (size_t i = 0; i < q; i++) r->step[j] -= r->left[j * q + i] * r->slope[i];
+    }
+    return PEND_OK;
+}
+
+/* the step to the bound that an unknown's own step reaches, or comes to within a thousandth of its
+ * standard error; NaN = it reaches none */
+static double release_reached(const struct pend_fit *fit, const struct release *r, size_t j,
+                              double variance) {
+    const struct pend_fit_unknown *u = &fit->problem.unknown[j];
+    double square = r->left[j * (size_t)fit->problem.unknowns + j];
+    double low = u->low - fit->value[j], high = u->high - fit->value[j];
+    double near = 1e-3 * sqrt(variance * fmax(square, 0));
+    if (r->at[j] || !(square > 0)) return NAN;
+    if (fit->edge[j]) return 0;
+    if (r->step[j] - near <= low) return low;
+    return r->step[j] + near >= high ? high : NAN;
+}
+
+/* Holds the step within the bounds: an unknown that reaches one stays there, the nearest first, and
+ * the others take the step that is least then. Returns how many were not at a bound before. */
+static int release_hold(const struct pend_fit *fit, struct release *r, double variance) {
+    size_t q = (size_t)fit->problem.unknowns, which;
+    int put = 0;
+    do {
+        double nearest = INFINITY, to = 0;
+        which = q;
+        for (size_t j = 0; j < q; j++) {
+            double bound = release_reached(fit, r, j, variance);
+            double part = bound == 0 ? 0 : fabs(bound) / (fabs(bound) + fabs(r->step[j]));
+            if (part < nearest) nearest = part, which = j, to = bound;
+        }
+        if (which == q) break;
+        double own = r->left[which * q + which], more = to - r->step[which];
+        int low = fit->edge[which] ? fit->edge[which] < 0
+                                   : to == fit->problem.unknown[which].low - fit->value[which];
+        r->at[which] = low ? -1 : 1, put += !fit->edge[which];
+        for (size_t i = 0; i < q; i++) r->step[i] += r->left[i * q + which] / own * more;
+        for (size_t i = 0; i < q; i++) // the row and the column of the one that is held stay
+            for (size_t j = 0; j < q && i != which; j++)
+                if (j != which)
+                    r->left[i * q + j] -= r->left[i * q + which] * r->left[which * q + j] / own;
+        for (size_t i = 0; i < q; i++) r->left[i * q + which] = r->left[which * q + i] = 0;
+    } while (which < q);
+    return put;
+}
+
+/* how much lower the sum of squares is after the step, as the slopes foretell it */
+static double release_foretold(const struct pend_fit *fit, const struct release *r) {
+    size_t m = (size_t)fit->problem.rows * (size_t)fit->problem.columns;
+    size_t q = (size_t)fit->problem.unknowns;
+    double gain = 0;
+    for (size_t i = 0; i < m; i++) {
+        double change = 0;
+        for (size_t j = 0; j < q; j++) change += fit->slope[i * q + j] * r->step[j];
+        gain -= change * (2 * fit->residual[i] + change);
+    }
+    return gain;
+}
+
+/* takes what the values are now, at bounds where the whole of the step led to some */
+static void release_take(struct pend_fit *fit, const struct release *r, int whole) {
+    assert(whole == 0 || whole == 1);
+    for (int j = 0; j < fit->problem.unknowns; j++) {
+        if (whole && r->at[j]) fit->edge[j] = r->at[j];
+        if (!fit->edge[j])
+            fit->inner[j] = fit_bounds_inner(&fit->problem.unknown[j], fit->value[j]);
+    }
+}
+
+/* Takes a part of the step if the sum of squares is no higher there; it is, lower. */
+static enum pend_status release_try(struct pend_fit *fit, const struct release *r, double part,
                                     double *squares, int *good) {
     const struct pend_fit_problem *p = &fit->problem;
     size_t m = (size_t)p->rows * (size_t)p->columns;
-    double sum = 0, before = fit->value[j];
-    fit->value[j] = pend_fit_state_outer(fit, (int)j, fit->inner[j]);
+    int whole = part == 1;
+    double sum = 0;
+    assert(part > 0 && part <= 1);
+    for (int j = 0; j < p->unknowns; j++) {
+        fit->value[j] += part * r->step[j];
+        if (whole && r->at[j])
+            fit->value[j] = r->at[j] < 0 ? p->unknown[j].low : p->unknown[j].high;
+    }
     fit->result.evaluations++;
     enum pend_status status =
-        pend_fit_model_at(&fit->model, fit->value, p->rows, residual, NULL, NULL);
-    for (size_t i = 0; i < m && status == PEND_OK; i++) sum += residual[i] * residual[i];
+        pend_fit_model_at(&fit->model, fit->value, p->rows, r->residual, NULL, NULL);
+    for (size_t i = 0; i < m && status == PEND_OK; i++) sum += r->residual[i] * r->residual[i];
     *good = status == PEND_OK && pend_fit_state_flat(fit, fmax(sum - *squares, 0), *squares);
-    if (*good)
-        *squares = fmin(sum, *squares);
-    else
-        fit->value[j] = before, fit->edge[j] = 0;
+    if (*good) release_take(fit, r, whole), *squares = fmin(sum, *squares);
+    for (int j = 0; j < p->unknowns && !*good; j++)
+        fit->value[j] = pend_fit_state_outer(fit, j, fit->inner[j]);
     return status == PEND_NO_MEMORY ? status : PEND_OK;
 }
 
 enum pend_status pend_fit_release_put(struct pend_fit *fit, double *squares, double variance,
                                       int *put) {
-    const struct pend_fit_problem *p = &fit->problem;
-    size_t q = (size_t)p->unknowns;
-    enum pend_status status = PEND_OK;
-    double *residual = malloc((size_t)p->rows * (size_t)p->columns * sizeof *residual);
+    struct release r;
+    double before = *squares;
+    int good = 0;
     assert(variance >= 0 && *squares >= 0);
     *put = 0;
-    if (!residual) return PEND_NO_MEMORY;
-    for (size_t j = 0; j < q && status == PEND_OK; j++) {
-        const struct pend_fit_unknown *u = &p->unknown[j];
-        double slope = release_slope(fit, (int)j), bound = slope > 0 ? u->low : u->high;
-        double gap = fabs(fit->value[j] - bound), square = fit->covariance[j * q + j];
-        double step = fmax(fabs(slope) * square, 1e-3 * sqrt(variance * square));
-        int good = 0;
-        if (fit->edge[j] || !isfinite(bound) || slope == 0) continue;
-        if (!fit_bounds_at(u, fit->value[j]) && !(gap <= step)) continue;
-        fit->edge[j] = slope > 0 ? -1 : 1;
-        status = release_try(fit, j, residual, squares, &good);
-        *put += good;
+    PEND_TRY(release_new(&r, fit));
+    int bounds = release_hold(fit, &r, variance);
+    int flat = pend_fit_state_flat(fit, fmax(release_foretold(fit, &r), 0), *squares);
+    enum pend_status status = PEND_OK;
+    for (double part = 1; part > 0.01 && !good && (bounds || !flat); part /= 4) {
+        if (part < 1 && flat) break;
+        status = release_try(fit, &r, part, squares, &good);
+        if (status != PEND_OK) break;
+        if (good)
+            *put = (bounds && part == 1) || !pend_fit_state_flat(fit, before - *squares, *squares);
     }
-    free(residual);
+    free(r.left);
     return status;
 }
 
@@ -67,13 +159,24 @@ static int release_low(const struct pend_fit_unknown *u, double value) {
 
 enum pend_status pend_fit_release_let(struct pend_fit *fit, double *gain) {
     struct fit_told told;
+    size_t m = (size_t)fit->problem.rows * (size_t)fit->problem.columns;
+    int count = 0;
     assert(fit->problem.unknowns >= 1);
-    for (int j = 0; j < fit->problem.unknowns; j++) {
-        double slope = fit->held[j] ? release_slope(fit, j) : 0;
-        if (release_low(&fit->problem.unknown[j], fit->value[j]) ? slope < 0 : slope > 0)
-            fit->held[j] = 0;
-    }
+    double *rest = malloc(m * sizeof *rest);
+    if (!rest) return PEND_NO_MEMORY;
     enum pend_status status = pend_fit_state_tell(fit, &told);
+    if (status == PEND_OK) pend_fit_told_rest(&told, m, fit->residual, rest);
+    // what the others have yet to take says nothing of one that is held
+    for (int j = 0; j < fit->problem.unknowns && status == PEND_OK; j++) {
+        double slope = fit->held[j] ? release_slope(fit, rest, j) : 0;
+        int in = release_low(&fit->problem.unknown[j], fit->value[j]) ? slope < 0 : slope > 0;
+        if (in) fit->held[j] = 0, count++;
+    }
+    free(rest);
+    if (count) {
+        pend_fit_told_clear(&told);
+        status = pend_fit_state_tell(fit, &told);
+    }
     if (status == PEND_OK) *gain = pend_fit_told_gain(&told);
     pend_fit_told_clear(&told);
     return status;
@@ -97,7 +200,7 @@ int pend_fit_release_move(struct pend_fit *fit, int all, double variance) {
         if (!fit->bounded[j] || (!all && fit->held[j])) continue;
         double square = fit->covariance[j * q + j], error = sqrt(variance * square);
         // alone it would go as far as its slope over its curvature
-        double step = square > 0 ? fabs(release_slope(fit, (int)j)) * square : 0;
+        double step = square > 0 ? fabs(release_slope(fit, fit->residual, (int)j)) * square : 0;
         double first = fabs(u->start - (low ? u->low : u->high));
         if (all) step = fmax(error, first);
         fit->edge[j] = 0;

@@ -16,16 +16,16 @@
 PEND_MUST_CHECK enum pend_status pend_fit_release_let(struct pend_fit *fit, double *gain);
 
 /**
- * Puts unknowns to their bounds towards which the sum of squares falls: their inner numbers would
- * only creep up to it. Those are tried that are next to a bound, or nearer than a thousandth of
- * their standard error, or whose own step leads beyond it; one stays there whose sum of squares is
- * no higher.
+ * Takes the step to the least of the sum of squares within the bounds, as the slopes foretell it,
+ * or a part of it: inner numbers only creep up to a bound, and along a narrow valley towards one.
+ * An unknown that reaches its bound, or comes to within a thousandth of its standard error, stays
+ * there, and the others go along with it. Nothing is done where the sum of squares is flat.
  *
  * squares   the sum of squares of all rows; is lowered.
  * variance  of a residual; the covariance is that of pend_fit_state_free.
- * put       out: how many were.
+ * put       out: non-zero if there is a bound more, or the sum of squares is lower.
  *
- * PEND_NO_MEMORY  a motion for each that is tried.
+ * PEND_NO_MEMORY  four motions at most.
  */
 PEND_MUST_CHECK enum pend_status pend_fit_release_put(struct pend_fit *fit, double *squares,
                                                       double variance, int *put);

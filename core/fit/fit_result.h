@@ -26,9 +26,10 @@ struct pend_fit_result {
     enum pend_fit_end end;
     long iterations, evaluations;
     const double *value; /* of the unknowns */
-    const double *error; /* standard errors; infinite where the data do not tell, NaN of an unknown
-                            that is at a bound, and of all where neither a sigma nor a measurement
-                            more than there are unknowns tells how large they are */
+    const double *error; /* standard errors; infinite where the data do not tell; of what is at a
+                            bound as without it; NaN where neither a sigma nor a measurement more
+                            than there are unknowns tells how large they are, and of what is at a
+                            bound and is not told apart from others */
     const double *correlation;    /* unknowns x unknowns; 0 where an error is not finite */
     const unsigned char *bounded; /* non-zero: at a bound */
     /* (model - data) / sigma, or in the data's unit where no sigma is known; [row * columns +

@@ -15,8 +15,9 @@ static const double fit_loose = 300;
 /* a part of the data that is the rounding of a motion */
 static const double fit_rounding = 1e-13;
 
-/* Part of the sum of squares that one more step may still gain at a minimum. */
-static const double fit_minimum = 1e-6;
+/* Part of the sum of squares that one more step may still gain at a minimum, and of the variance of
+ * a residual: the square of that step in standard errors. */
+static const double fit_minimum = 1e-6, fit_step = 1e-4;
 
 /* what an unknown is measured in: its value, or its start, or 1, where that is next to nothing:
  * what ends close to 0 would be too small beside what it cannot be told apart from */
@@ -113,18 +114,35 @@ enum pend_status pend_fit_state_tell(const struct pend_fit *fit, struct fit_told
     return PEND_OK;
 }
 
-enum pend_status pend_fit_state_free(struct pend_fit *fit) {
+/* the covariance with what is `held`; says how many directions are not told, those of the held
+ * left out */
+static enum pend_status state_covariance(struct pend_fit *fit, int *untold) {
     struct fit_told told;
-    size_t q = (size_t)fit->problem.unknowns;
-    memset(fit->held, 0, q);
     enum pend_status status = pend_fit_state_tell(fit, &told);
+    *untold = 0;
+    for (int d = 0; d < fit->problem.unknowns && status == PEND_OK; d++)
+        *untold += !pend_fit_told_is(&told, d) - (fit->held[d] != 0);
     if (status == PEND_OK) pend_fit_told_covariance(&told, fit->covariance);
     pend_fit_told_clear(&told);
-    for (size_t j = 0; j < q && status == PEND_OK; j++) {
-        int at = fit_bounds_at(&fit->problem.unknown[j], fit->value[j]);
-        fit->bounded[j] = fit->held[j] = (unsigned char)at;
-    }
     return status;
+}
+
+enum pend_status pend_fit_state_free(struct pend_fit *fit) {
+    int untold, without, bounds = 0;
+    size_t q = (size_t)fit->problem.unknowns;
+    memset(fit->held, 0, q);
+    PEND_TRY(state_covariance(fit, &untold));
+    for (size_t j = 0; j < q; j++) {
+        int at = fit_bounds_at(&fit->problem.unknown[j], fit->value[j]);
+        fit->bounded[j] = fit->held[j] = (unsigned char)at, bounds += at;
+    }
+    if (!untold || !bounds) return PEND_OK;
+    PEND_TRY(state_covariance(fit, &without));
+    if (without < untold) return PEND_OK; // one that is held is not told apart from others
+    memset(fit->held, 0, q);
+    PEND_TRY(state_covariance(fit, &untold));
+    memcpy(fit->held, fit->bounded, q);
+    return PEND_OK;
 }
 
 /* The mean of a column: of angles the direction of the mean, as whole turns do not count. A
@@ -157,9 +175,7 @@ double pend_fit_state_total(const struct pend_fit *fit) {
     return sum;
 }
 
-/* the measurements' own squares: of a column of one, whose mean says nothing, there is no other
- * scale */
-static double state_size(const struct pend_fit *fit) {
+double pend_fit_state_size(const struct pend_fit *fit) {
     double sum = 0;
     for (int c = 0; c < fit->problem.columns; c++) {
         const struct pend_fit_column *column = &fit->problem.column[c];
@@ -174,7 +190,8 @@ static double state_size(const struct pend_fit *fit) {
 
 int pend_fit_state_flat(const struct pend_fit *fit, double gain, double squares) {
     assert(gain >= 0);
-    if (pend_fit_state_known(fit)) return gain <= fit_minimum * (squares + 1);
+    double least = fit_minimum * squares + fit_step * fit->variance;
+    if (pend_fit_state_known(fit)) return gain <= least + fit_minimum;
     double motion = fmin(pow(fit_loose * fit->problem.rtol, 2), fit_exact);
-    return gain <= fit_minimum * squares + motion * state_size(fit);
+    return gain <= least + motion * pend_fit_state_size(fit);
 }

@@ -72,16 +72,21 @@ PEND_MUST_CHECK enum pend_status pend_fit_state_tell(const struct pend_fit *fit,
 
 /**
  * The covariance as it is where no unknown were held by a bound: the one that is there is as
- * uncertain as the data leave it, and the others with it. Then says which are there: `bounded`, and
- * `held` the same.
+ * uncertain as the data leave it, and the others with it. Where the data do not tell it apart from
+ * others it is that of what is held. Then says which are there: `bounded`, and `held` the same.
  *
  * PEND_NOT_FINITE, PEND_NO_MEMORY  as pend_fit_told_init.
  */
 PEND_MUST_CHECK enum pend_status pend_fit_state_free(struct pend_fit *fit);
 
 /** Whether nothing that a step may gain, `gain`, is worth it: less than a millionth of the sum of
- * squares of all rows, or of one measurement's own. O(measurements). */
+ * squares of all rows, or of one measurement's own, or a step of less than a hundredth of its
+ * standard error. O(measurements). */
 int pend_fit_state_flat(const struct pend_fit *fit, double gain, double squares);
+
+/** The measurements' own squares: of a column of one, whose mean says nothing, there is no other
+ * scale. O(measurements). */
+double pend_fit_state_size(const struct pend_fit *fit);
 
 /** The sum of squares of the data about their mean, or what is left of it by rounding; angles by
  * whole turns less, as residuals are. O(measurements). */

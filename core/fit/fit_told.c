@@ -21,8 +21,9 @@ static const double told_most = 1e140;
  * less than that length of a direction is what others have told. */
 static const double told_alone = 1 - 1e-6, told_left = 0.1;
 
-/* A part of the largest second derivative that is error of differences. */
-static const double told_flat = 1e-7;
+/* A sum of squares that bends by less than this part of what the slopes say has no minimum there.
+ */
+static const double told_flat = 1e-6;
 
 enum pend_status pend_fit_told_init(struct fit_told *told, size_t m, int q, const double slope[],
                                     const double residual[], const unsigned char fixed[],
@@ -33,7 +34,7 @@ enum pend_status pend_fit_told_init(struct fit_told *told, size_t m, int q, cons
     double *block = malloc((p * p + 2 * p + m * p) * sizeof *block);
     if (!block) return PEND_NO_MEMORY;
     told->direction = block, told->value = block + p * p, told->gain = told->value + p;
-    double *left = told->gain + p, whole = 0;
+    double *left = told->change = told->gain + p, whole = 0;
     for (size_t i = 0; i < m; i++)
         for (size_t j = 0; j < p; j++) {
             left[i * p + j] = fixed[j] ? 0 : slope[i * p + j] * size[j];
@@ -83,6 +84,17 @@ void pend_fit_told_covariance(const struct fit_told *told, double covariance[]) 
         }
 }
 
+void pend_fit_told_rest(const struct fit_told *told, size_t m, const double residual[],
+                        double rest[]) {
+    size_t q = (size_t)told->q;
+    assert(m >= q);
+    for (size_t i = 0; i < m; i++) {
+        rest[i] = residual[i];
+        for (size_t d = 0; d < q; d++)
+            if (pend_fit_told_is(told, (int)d)) rest[i] -= told->change[i * q + d] * told->gain[d];
+    }
+}
+
 double pend_fit_told_gain(const struct fit_told *told) {
     double gain = 0;
     for (int d = 0; d < told->q; d++)
@@ -90,37 +102,65 @@ double pend_fit_told_gain(const struct fit_told *told) {
     return gain;
 }
 
-enum pend_status pend_fit_told_newton(int q, double bend[], const double slope[],
-                                      const double size[], double *gain, double covariance[]) {
-    size_t p = (size_t)q;
-    double most = 0, sum = 0;
-    double *block = malloc((p * p + p) * sizeof *block);
-    gsl_eigen_symmv_workspace *work = block ? gsl_eigen_symmv_alloc(p) : NULL;
-    assert(q >= 1);
+/* The identity and what second derivatives add to it, k x k, by directions that change the
+ * residuals by 1 each; `white` is what of an unknown such a direction changes. */
+static void told_bent(const struct fit_told *told, const double bend[], double noise, double loose,
+                      double white[], double k[]) {
+    int q = told->q;
+    for (int d = 0; d < q; d++)
+        for (int a = 0; a < q; a++) {
+            double s = told->value[d], sum = 0;
+            int seen = pend_fit_told_is(told, d) && pend_fit_told_is(told, a);
+            white[a * q + d] =
+                pend_fit_told_is(told, d) ? told->size[a] * told->direction[a * q + d] / s : 0;
+            for (int i = 0; i < q && seen; i++)
+                sum += (told->direction[i * q + a] * bend[i * q + d] +
+                        told->direction[i * q + d] * bend[i * q + a]) /
+                       2;
+            double more = seen ? sum / told->value[a] / s - (a == d) : 0;
+            double doubt =
+                seen ? (noise / fmin(told->value[a], s) + loose) / fmax(told->value[a], s) : 0;
+            k[a * q + d] = (a == d) + (fabs(more) > doubt ? more : 0);
+        }
+}
+
+enum pend_status pend_fit_told_newton(const struct fit_told *told, const double bend[],
+                                      double noise, double loose, double *gain,
+                                      double covariance[]) {
+    size_t q = (size_t)told->q;
+    double sum = 0;
+    double *block = malloc((4 * q * q + q) * sizeof *block);
+    gsl_eigen_symmv_workspace *work = block ? gsl_eigen_symmv_alloc(q) : NULL;
+    assert(q >= 1 && noise >= 0 && loose >= 0);
     if (!work) {
         free(block);
         return PEND_NO_MEMORY;
     }
-    double *direction = block, *value = block + p * p;
-    gsl_matrix_view H = gsl_matrix_view_array(bend, p, p);
-    gsl_matrix_view V = gsl_matrix_view_array(direction, p, p);
-    gsl_vector_view l = gsl_vector_view_array(value, p);
+    double *white = block, *k = white + q * q, *direction = k + q * q, *turned = direction + q * q;
+    double *value = turned + q * q;
+    told_bent(told, bend, noise, loose, white, k);
+    gsl_matrix_view H = gsl_matrix_view_array(k, q, q);
+    gsl_matrix_view V = gsl_matrix_view_array(direction, q, q);
+    gsl_vector_view l = gsl_vector_view_array(value, q);
     int failed = gsl_eigen_symmv(&H.matrix, &l.vector, &V.matrix, work);
     gsl_eigen_symmv_free(work);
-    for (size_t d = 0; d < p; d++) most = fmax(most, fabs(value[d]));
-    for (size_t d = 0; d < p; d++) {
+    for (size_t d = 0; d < q; d++) {
         double along = 0;
-        for (size_t j = 0; j < p; j++) along += direction[j * p + d] * slope[j];
-        if (!(value[d] > -told_flat * most)) failed = 1;
-        if (along != 0) sum += along * along / fmax(value[d], told_flat * most);
+        for (size_t a = 0; a < q; a++)
+            if (pend_fit_told_is(told, (int)a)) along += direction[a * q + d] * told->gain[a];
+        failed |= !(value[d] > told_flat);
+        sum += along * along / fmax(value[d], told_flat);
+        for (size_t j = 0; j < q; j++) {
+            turned[j * q + d] = 0;
+            for (size_t a = 0; a < q; a++)
+                turned[j * q + d] += white[j * q + a] * direction[a * q + d];
+        }
     }
     *gain = failed ? INFINITY : sum;
-    for (size_t i = 0; i < p * p && !failed; i++) {
+    for (size_t i = 0; i < q * q && !failed && covariance; i++) {
         covariance[i] = 0;
-        for (size_t d = 0; d < p; d++)
-            if (value[d] > told_flat * most)
-                covariance[i] += direction[i / p * p + d] * direction[i % p * p + d] / value[d] *
-                                 size[i / p] * size[i % p];
+        for (size_t d = 0; d < q; d++)
+            covariance[i] += turned[i / q * q + d] * turned[i % q * q + d] / value[d];
     }
     free(block);
     return PEND_OK;

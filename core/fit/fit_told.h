@@ -14,6 +14,7 @@ struct fit_told {
     double *direction;  /* q x q: column d is the direction of singular value d */
     double *value;      /* q, descending */
     double *gain;       /* q: what a direction still takes from the residuals */
+    double *change;     /* measurements x q: what a direction changes in them, of length 1 */
     const double *size; /* q: what an unknown is measured in */
     double least;       /* a smaller singular value's direction is not told */
 };
@@ -58,23 +59,31 @@ int pend_fit_told_is(const struct fit_told *told, int d);
  * not told has no part in it. O(q^3). */
 void pend_fit_told_covariance(const struct fit_told *told, double covariance[]);
 
+/** What of the residuals is left once every direction that the data tell has taken its part, m
+ * numbers. O(m q). */
+void pend_fit_told_rest(const struct fit_told *told, size_t m, const double residual[],
+                        double rest[]);
+
 /** What one more step could take from the sum of squares, to first order. O(q). */
 double pend_fit_told_gain(const struct fit_told *told);
 
 /**
- * A step of Newton's method.
+ * A step of Newton's method along the directions that the data tell, each measured by what it
+ * changes in the residuals, so that a narrow valley is no flatter than others.
  *
- * bend        q x q, half of the second derivatives of the sum of squares by relative changes,
- *             symmetric; is overwritten. Rows of 0 are of unknowns that stay as they are.
- * slope       q, half of the first derivatives.
- * size        q: what an unknown is measured in.
+ * bend        q x q: half of the derivative of the sum of squares by relative changes of unknowns,
+ *             rows, as it changes along directions, columns.
+ * noise       error of these where the residuals do not change; what is less counts as 0.
+ * loose       the same over a direction's singular value where they do.
  * gain        out: what the step takes from the sum of squares; infinite at what is no minimum.
- * covariance  out, q x q, in the unknowns' own units, unless the gain is infinite.
+ * covariance  out, q x q, in the unknowns' own units, unless the gain is infinite; NULL = not
+ * wanted.
  *
  * PEND_NO_MEMORY  O(q^3).
  */
-PEND_MUST_CHECK enum pend_status pend_fit_told_newton(int q, double bend[], const double slope[],
-                                                      const double size[], double *gain,
+PEND_MUST_CHECK enum pend_status pend_fit_told_newton(const struct fit_told *told,
+                                                      const double bend[], double noise,
+                                                      double loose, double *gain,
                                                       double covariance[]);
 
 /**

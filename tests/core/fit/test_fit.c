@@ -239,12 +239,12 @@ TEST(errors_beside_an_unknown_at_its_bound_are_those_of_the_free_fit) {
             CHECK_INT(result.bounded[j], j == 1 && !free);
             CHECK(!free || j != 1 || result.value[j] < 0);
         }
-        CHECK(isnan(result.error[1]) == !free);
+        CHECK(result.error[1] > 0);
         pend_fit_free(&fit);
     }
     for (int j = 0; j < s.unknowns; j++) {
         double ratio = error[0][j] / error[1][j];
-        CHECK_SAYING(j == 1 || fabs(ratio - 1) < 0.2, "unknown %d: %g", j, ratio);
+        CHECK_SAYING(fabs(ratio - 1) < 0.2, "unknown %d: %g", j, ratio);
     }
     study_free(&s);
 }
