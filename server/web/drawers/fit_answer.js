@@ -135,17 +135,14 @@ function estimatesOf(text, { answer, found }) {
     // as many digits as the error leaves
     const places = known && error > 0 ? Math.ceil(-Math.log10(error * one.factor)) + 1 : 3;
     const digits = Math.max(0, Math.min(8, places));
-    const wrong = bound ? text("fits.bound") : text("fits.unknown");
+    const plus = known ? `\u00b1 ${figure(text, error * one.factor, 2)}` : "";
+    const wrong = bound ? `${text("fits.bound")} ${plus}` : plus || text("fits.unknown");
     return h(
       "tr",
       { "data-found": one.id },
       h("th", { scope: "row" }, nameOf(text, one)),
       h("td", { "data-value": value }, `${text.number(value * one.factor, digits)} ${one.unit}`),
-      h(
-        "td",
-        { "data-value": known && error },
-        known ? `\u00b1 ${figure(text, error * one.factor, 2)}` : wrong,
-      ),
+      h("td", { "data-value": known && error }, wrong),
     );
   });
   const heads = ["fits.number", "fits.value", "fits.error"];
