@@ -27,14 +27,21 @@ static const double fit_away = 1e6;
 /* most unknowns whose second derivatives are computed: two motions with derivatives each */
 enum { END_BENDS = 16 };
 
+/* whether an unknown has a part in what the data do not tell */
+static int end_blind(const struct pend_fit *fit, size_t j) {
+    int blind = 0;
+    for (int d = 0; d < fit->result.blind; d++)
+        blind |= fabs(fit->direction[(size_t)(d * fit->problem.unknowns) + j]) > 1e-3;
+    return blind;
+}
+
 static void end_errors(struct pend_fit *fit, double variance) {
     size_t q = (size_t)fit->problem.unknowns;
     int sized =
         (pend_fit_state_known(fit) || fit->result.freedom > 0) && isfinite(fit->result.widened);
     for (size_t j = 0; j < q; j++) {
         fit->error[j] = sized ? sqrt(variance * fit->covariance[j * q + j]) : NAN;
-        for (int d = 0; d < fit->result.blind; d++)
-            if (fabs(fit->direction[(size_t)d * q + j]) > 1e-3) fit->error[j] = INFINITY;
+        if (end_blind(fit, j)) fit->error[j] = INFINITY;
         if (fit->bounded[j] && !(fit->error[j] > 0)) fit->error[j] = NAN;
     }
     for (size_t i = 0; i < q; i++)
@@ -115,10 +122,8 @@ static int end_away(const struct pend_fit *fit) {
     for (size_t j = 0; j < q; j++) {
         const struct pend_fit_unknown *u = &fit->problem.unknown[j];
         double bound = fit->value[j] > 0 ? u->high : u->low;
-        int blind = 0;
-        for (int d = 0; d < fit->result.blind; d++)
-            blind |= fabs(fit->direction[(size_t)d * q + j]) > 1e-3;
-        if (blind && isinf(bound) && fabs(fit->value[j]) > fit_away * fmax(fabs(u->start), 1e-3))
+        if (end_blind(fit, j) && isinf(bound) &&
+            fabs(fit->value[j]) > fit_away * fmax(fabs(u->start), 1e-3))
             return (int)j;
     }
     return -1;
