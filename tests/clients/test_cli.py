@@ -2,12 +2,16 @@
 
 Leaves to others: whether `make install` puts it in place (tests/rules/install.sh). Invariant: it runs in a directory of its own.
 """
+import fcntl
 import json
 import os
 import pathlib
 import re
 import shutil
+import signal
+import stat
 import subprocess
+import time
 
 import numpy as np
 
@@ -31,6 +35,7 @@ def test_cli(server, home):
 
     test_answers(run, work, server)
     test_refusals(run, work, server)
+    test_files(run, work)
     test_jobs(run, work, server)
     test_beside(run)
     programs("sh", ["sh", "-c"], folder="cli", home=work)
@@ -57,8 +62,16 @@ def test_answers(run, work, server):
     moved = json.loads(run("run", "request.json", "--t", "0,0.5,1", "--as", "json", "-s", "pendulum.gravity=1.62", "--method", "ode23", "--local"))
     check("cli: options replace fields of the file", moved["t"] == [0, 0.5, 1] and moved["stats"]["method"] == "ode23")
     for place in ((), ("--local",)):
-        tree = json.loads(run("ask", "trees", "double.json", "-s", "pendulum.damping=[0.1,0.2]", "--as", "json", *place))
+        tree = json.loads(run("ask", "trees", "double.json", "-s", "pendulum.damping=[0.1,0.2]", *place))
         check(f"cli: fields of real pendulums {place}", tree["arms"][1]["damping"] == 0.2, tree)
+        check(f"cli: equations {place}", "latex" in json.loads(run("ask", "equations", "double.json", *place)))
+        fit = {"pendulum": {"length": [1], "mass": [1], "parent": [0]}, "unknowns": [{"vary": "length", "arm": 1}],
+               "data": {"csv": "t,theta\n0,0.1\n0.2,0.081\n0.4,0.0313\n0.6,-0.0303\n0.8,-0.0803\n1,-0.1"}}
+        check(f"cli: fits {place}", '"length"' in run("ask", "fits", "-", *place, input=json.dumps(fit)))
+        check(f"cli: a table where the route has one {place}", run("ask", "modes", "double.json", *place).startswith("mode,omega"))
+        for form in ("bin", "npy", "csv", "npz"):
+            done = subprocess.run(["pendulum", "run", "double.json", "--t", "0:20:0.1", "--theta", "2,2", "-o", f"warned.{form}", *place], cwd=work, capture_output=True, text=True)
+            check(f"cli: a warning of {form} {place}", done.returncode == 0 and re.search("warning: .* t = 12.4 s", done.stderr), done.stderr)
     check("cli: standard input", json.loads(run("ask", "trees", "-", "--as", "json", input='{"length":[1],"mass":[1],"parent":[0]}'))["n"] == 1)
     for place in ((), ("--local",)):
         run("map", "double.json", "--x", "theta1:-3:3:20", "--y", "theta2:-3:3:30", "--duration", 5, "-o", "map.png", *place)
@@ -91,6 +104,48 @@ def test_refusals(run, work, server):
         check(f"cli: usage of {words}", "usage: pendulum" in run(*words, status=2))
 
 
+def test_files(run, work):
+    """What `-o` may replace, and what it leaves as it is."""
+    words = ("run", "double.json", "--local", "--t", "0:1:0.5", "--theta", "2,2")
+    text = run(*words)
+    for place in ("-", "/dev/stdout", "/dev/fd/1"):
+        check(f"cli: {place} is standard output", run(*words, "-o", place) == text and not (work / "-").exists())
+    (work / "appended").write_text("before\n")
+    with open(work / "appended", "a") as file:
+        subprocess.run(["pendulum", *words, "-o", "appended"], cwd=work, stdout=file)
+    check("cli: a file that standard output appends to", (work / "appended").read_text() == "before\n" + text)
+    os.mkfifo(work / "pipe")
+    reader = subprocess.Popen(["cat", "pipe"], cwd=work, stdout=subprocess.PIPE, text=True)
+    run(*words, "-o", "pipe")
+    check("cli: a pipe stays one", reader.communicate(timeout=60)[0] == text and stat.S_ISFIFO((work / "pipe").stat().st_mode))
+    run(*words, "-o", "/dev/null")
+    check("cli: a device stays one", stat.S_ISCHR(os.stat("/dev/null").st_mode))
+    (work / "deep").mkdir()
+    target, link = work / "deep" / "target.csv", work / "link.csv"
+    target.write_text("old")
+    target.chmod(0o640)
+    link.symlink_to("deep/target.csv")
+    run(*words, "-o", "link.csv")
+    check("cli: a link's target is replaced and keeps its mode", link.is_symlink() and target.read_text() == text and stat.S_IMODE(target.stat().st_mode) == 0o640)
+    target.write_text("old")
+    target.chmod(0o440)
+    (work / "lost.csv").symlink_to("nowhere.csv")
+    for place, word in (("link.csv", "is read-only"), ("lost.csv", "does not exist"), ("deep", "directory")):
+        check(f"cli: {place} {word}", word in run(*words, "-o", place, status=1))
+    check("cli: a read-only file is left", target.read_text() == "old" and not (work / "nowhere.csv").exists())
+    both = [("run", "double.json", "--local", "--t", "0:40:0.001", "--theta", theta) for theta in ("1,1", "2,1")]
+    whole = [run(*each) for each in both]
+    for _ in range(3):
+        running = [subprocess.Popen(["pendulum", *each, "-o", "both.csv"], cwd=work, stderr=subprocess.DEVNULL) for each in both]
+        check("cli: two runs into one file leave one of the answers", [one.wait() for one in running] == [0, 0] and (work / "both.csv").read_text() in whole)
+    long = subprocess.Popen(["pendulum", "run", "double.json", "--local", "--t", "0:20000:0.001", "--theta", "2,1", "-o", "long.csv"], cwd=work)
+    while long.poll() is None and not list(work.glob("long.csv.part-*")):
+        time.sleep(0.01)
+    long.send_signal(signal.SIGINT)
+    check("cli: an interrupted run leaves nothing", long.wait() == -signal.SIGINT and not list(work.glob("long.csv*")))
+    check("cli: no temporary file is left", not list(work.rglob("*.part-*")))
+
+
 def test_jobs(run, work, server):
     words = ("run", "four.json", "--t", "0:40:0.001")
     run(*words, "-o", "whole.npz")
@@ -118,6 +173,9 @@ def test_jobs(run, work, server):
     ranges = [head for head in front.heads if "Range: bytes=" in head]
     check("cli: a download goes on by Range", data == (work / "cut.npz").read_bytes() and len(ranges) == 2 and "If-Range" in ranges[0], front.heads)
     etag = re.search(r'If-Range: "(\w{32})', ranges[0])[1]
+    with open(work / f"part.npz.part-{etag}", "wb") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        check("cli: one process downloads an answer to a file", "another process" in run("get", found, "-o", "part.npz", status=1))
     for beginning in (data[:70000], data, data + b"more"):
         (work / f"part.npz.part-{etag}").write_bytes(beginning)
         run("get", found, "-o", "part.npz")

@@ -14,6 +14,11 @@ static enum api_op_id operation(const char *route) {
     cli_die("there is no %s without a server", route);
 }
 
+static void warn(const struct api_remarks *remarks) {
+    for (int i = 0; remarks && i < remarks->count; i++)
+        if (!strcmp(remarks->field[i].name, "X-Warning")) cli_warn(remarks->field[i].value);
+}
+
 void cli_local(const char *route, const struct api_buffer *body, const char *accept,
                struct cli_sink *sink) {
     struct api_request request = {.op = operation(route),
@@ -48,6 +53,7 @@ void cli_local(const char *route, const struct api_buffer *body, const char *acc
     struct api_answer answer = api_call_answer(call);
     if (progress == API_BROKEN) cli_die("the computation failed on its way");
     if (answer.status >= 400) cli_refuse(answer.status, &out);
+    warn(answer.remarks);
     api_call_free(&call);
     api_buffer_clear(&out);
 }

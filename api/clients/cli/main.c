@@ -6,6 +6,7 @@
 #include <getopt.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/random.h>
 #include <time.h>
 
@@ -21,10 +22,11 @@ static const char usage[] =
     "       pendulum map FILE --x AXIS --y AXIS      a map of starts, AXIS as theta1:-3:3:512\n"
     "       pendulum ask ROUTE FILE                  any POST /v1/ROUTE\n"
     "       pendulum jobs                            your jobs; get ID, cancel ID\n"
-    "  -o, --out FILE      .npz .npy .h5 .parquet .mat .csv .json .ndjson .png .bin; else "
+    "  -o, --out FILE      .npz .npy .h5 .parquet .mat .csv .json .ndjson .png .bin; - is "
     "standard\n"
-    "                      output\n"
-    "      --as FORM       the same without a file: csv (default), json, npz, ...\n"
+    "                      output, as without this option\n"
+    "      --as FORM       the same without a file: csv (default; json where there is no table),\n"
+    "                      json, npz, ...\n"
     "      --theta A,B     start; also --phi, --thetad, --phid, --unit deg\n"
     "      --method NAME   taylor (default), ode23, ...\n"
     "      --duration S    of a map; --of OBSERVABLE (first_flip)\n"
@@ -113,10 +115,11 @@ static const char *said(const struct line *line, int letter) {
 
 static const char *accepted(const struct line *line) {
     const char *dot = line->out ? strrchr(line->out, '.') : NULL;
-    if (dot && strchr(dot, '/')) dot = NULL; /* of a directory */
-    const char *form = said(line, AS) ? said(line, AS) : dot ? dot + 1 : "csv";
+    if (dot && (strchr(dot, '/') || !dot[1])) dot = NULL; /* of a directory */
+    const char *form = said(line, AS) ? said(line, AS) : dot ? dot + 1 : NULL;
+    if (!form) return "text/csv, application/json;q=0.5"; /* not every operation has a table */
     for (size_t i = 0; i < sizeof forms / sizeof *forms; i++)
-        if (!strcmp(forms[i].ending, form)) return forms[i].media_type;
+        if (!strcasecmp(forms[i].ending, form)) return forms[i].media_type;
     cli_die("no form %s: csv, json, npz, npy, h5, parquet, mat, ndjson, png or bin (--as)", form);
 }
 

@@ -68,7 +68,7 @@ static void warn(CURL *curl) {
     for (size_t i = 0; curl_easy_header(curl, "X-Warning", i, CURLH_HEADER | CURLH_TRAILER, -1,
                                         &field) == CURLHE_OK;
          i++)
-        fprintf(stderr, "pendulum: warning: %s\n", field->value);
+        cli_warn(field->value);
 }
 
 enum { URL_BYTES = 2000, BEARER_BYTES = 4200 };

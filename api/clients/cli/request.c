@@ -22,6 +22,8 @@ void cli_die(const char *format, ...) {
     exit(1);
 }
 
+void cli_warn(const char *text) { fprintf(stderr, "pendulum: warning: %s\n", text); }
+
 void cli_need(int good) {
     if (!good) cli_die("out of memory");
 }

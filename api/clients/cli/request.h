@@ -21,6 +21,9 @@ struct cli_fields {
 /** Prints "pendulum: " and the message on standard error, and ends the program with status 1. */
 void cli_die(const char *format, ...) __attribute__((format(printf, 1, 2), noreturn));
 
+/** Prints a warning of the computation on standard error. */
+void cli_warn(const char *text);
+
 /** Ends the program unless `good`, which is what an allocation or a write to memory gave. */
 void cli_need(int good);
 

@@ -1,7 +1,9 @@
-/* Where an answer goes: a file that is there only once it is whole, standard output, or memory.
+/* Where an answer goes: a regular file, which appears only when it is complete; a device or a pipe;
+ * standard output; or memory.
  * Leaves to others: where it comes from (remote, local).
- * Invariant: a file of the wanted name is whole; what has arrived of one lies in NAME.part or
- * NAME.part-ETAG. */
+ * Invariant: a regular file is written as NAME.part-XXXXXX, or as NAME.part-ETAG where a later run
+ * can continue it, by one process alone; a rename then puts it in its place. What is no regular
+ * file is opened and written directly. */
 #ifndef CLI_SINK_H
 #define CLI_SINK_H
 
@@ -12,7 +14,7 @@
 struct cli_sink {
     FILE *file; /* NULL: into text */
     const char *path;
-    char *part;
+    char *real, *part;      /* the path without symbolic links; the temporary file's */
     struct api_buffer text; /* an answer in memory, or a problem */
     long long have;         /* bytes in the file */
 };
@@ -21,11 +23,14 @@ struct cli_sink {
  * assertions. */
 int cli_sink_valid(const struct cli_sink *sink);
 
-/** Opens a sink. path: of the file; NULL = standard output, "" = memory. kept: the name of the
- * answer, under which its beginning may be there already; NULL = begin anew. Dies on failure. */
+/** Opens a sink. path: of the file; NULL or "-" = standard output, "" = memory. A symbolic link's
+ * target is replaced, with its mode. kept: the name of the answer, whose beginning an earlier run
+ * may have left; NULL = begin anew. Dies on failure: also where the file is read-only, and where
+ * another process downloads the same answer to it. */
 void cli_sink_open(struct cli_sink *sink, const char *path, const char *kept);
 
-/** Takes back what was written: the answer begins anew. Dies where it went to a pipe already. */
+/** Takes back what was written: the answer begins anew. Dies where some of it went elsewhere than
+ * to a temporary file. */
 void cli_sink_again(struct cli_sink *sink);
 
 /** Appends to the file, or to the text where there is none. Dies on failure. */
