@@ -13,6 +13,7 @@ import re
 import subprocess
 import sys
 import time
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -142,6 +143,40 @@ def test_nginx(server):
         check("of which it has put some off", time.monotonic() - begin > 1.5)
 
 
+def test_files(client, home):
+    """What `save` may replace, and the warnings of forms that have no place for them."""
+    request = {"pendulum": DOUBLE, "times": {"stop": 40, "step": 0.001}, "initial": {"theta": [0.1, 0.1]}}
+    lost = request | {"initial": {"theta": [2, 2]}}
+    whole = client.call("trajectories", request, "application/octet-stream")
+    place, target, link, pipe = home / "saves", home / "saves/deep.bin", home / "saves/link.bin", home / "saves/pipe.bin"
+    place.mkdir()
+    target.write_bytes(b"old")
+    target.chmod(0o640)
+    link.symlink_to("deep.bin")
+    client.save("trajectories", request, link)
+    check("a link's target is replaced and keeps its mode", link.is_symlink() and target.read_bytes() == whole and target.stat().st_mode & 0o777 == 0o640)
+    target.chmod(0o440)
+    try:
+        client.save("trajectories", lost, link)
+        check("a read-only file is refused", False, "it was replaced")
+    except PermissionError:
+        check("a read-only file is left", target.read_bytes() == whole)
+    os.mkfifo(pipe)
+    reader = subprocess.Popen(["cp", pipe, home / "piped.bin"])
+    client.save("trajectories", request, pipe)
+    check("a pipe stays one", reader.wait(60) == 0 and (home / "piped.bin").read_bytes() == whole and pipe.is_fifo())
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(lambda each: client.save("trajectories", each, place / "both.bin"), [request, request | {"rtol": 1e-9}] * 2))
+    check("two saves into one file leave one of the answers", len((place / "both.bin").read_bytes()) == len(whole)
+          and (place / "both.bin").read_bytes() in (whole, client.call("trajectories", request | {"rtol": 1e-9}, "application/octet-stream")))
+    check("no temporary file is left", sorted(each.name for each in place.iterdir()) == ["both.bin", "deep.bin", "link.bin", "pipe.bin"])
+    for what, ask in (("save", lambda: client.save("trajectories", lost, place / "lost.bin")), ("stream", lambda: list(client.stream("trajectories", lost)))):
+        with warnings.catch_warnings(record=True) as heard:
+            warnings.simplefilter("always")
+            ask()
+        check(f"the warning of {what}", len(heard) == 1 and "t = 12.4" in str(heard[0].message), heard)
+
+
 def test_jobs(server, client, home):
     from pendulumd import Client, Pendulum, Problem
     four, looks = Pendulum(client, **FOUR), []
@@ -163,6 +198,7 @@ def test_jobs(server, client, home):
     check("a download goes on by Range", np.array_equal(again.result().phi, motion.phi), "other bytes")
     ranges = [head for head in front.heads if "Range: bytes=" in head]
     check("and asks for what is missing only", len(ranges) == 2 and all("If-Range" in head for head in ranges), front.heads)
+    test_files(client, home)
     # half a file of an earlier process, and one that belongs to another answer
     path = home / "motion.npz"
     job.save(path)

@@ -9,6 +9,7 @@ Leaves to others: which fields there are and what they mean (the server's /docs)
 to the server as it is. Invariant: an answer that was cut off is never returned as if it were whole.
 """
 import asyncio
+import contextlib
 import contextvars
 import email.utils
 import functools
@@ -18,11 +19,20 @@ import json
 import os
 import random
 import re
+import shutil
+import stat
 import sys
+import tempfile
 import threading
 import time
 import urllib.parse
 import uuid
+import warnings
+
+try:
+    import fcntl
+except ImportError:  # Windows has no flock
+    fcntl = None
 
 from .arrays import JSON, NPZ, OCTETS, Result, bytes_of, from_octets, result_of, width_of
 
@@ -127,6 +137,7 @@ class Client:
         if not used:
             kind = http.client.HTTPSConnection if self.url.scheme == "https" else http.client.HTTPConnection
             connection = kind(self.url.hostname, self.url.port, timeout=self.timeout)
+            connection.response_class = _Response
         if task:
             task.connection = connection
             _sleep(0)
@@ -215,15 +226,14 @@ class Client:
 
     def save(self, route, request, path):
         """Writes what `POST /v1/ROUTE` answers to a file while it is computed, in the form that its ending names."""
-        accept, part = _accept(path), f"{os.fspath(path)}.part"
-        connection, response = self._open("POST", f"/v1/{route}", _body(request), {"Accept": accept})
+        connection, response = self._open("POST", f"/v1/{route}", _body(request), {"Accept": _accept(path)})
         try:
-            with open(part, "wb") as sink:
+            with _replacing(path) as sink:
                 while piece := response.read(1 << 18):
                     sink.write(piece)
-            if response.length:
-                raise http.client.IncompleteRead(b"", response.length)
-            os.replace(part, path)
+                if response.length:
+                    raise http.client.IncompleteRead(b"", response.length)
+            _warn(response)
         finally:
             connection.close()
         return path
@@ -242,6 +252,7 @@ class Client:
                 raise http.client.IncompleteRead(data, response.length)
             if data:
                 yield from_octets(columns, data, each)
+            _warn(response)
         finally:
             connection.close()
 
@@ -328,10 +339,8 @@ class Job:
         connection, response = self.wait(progress).client._open("HEAD", f"/v1/jobs/{self.id}/results", None, {"Accept": accept})
         connection.close()
         etag = response.headers["ETag"] or ""
-        part = f"{os.fspath(path)}.part-{re.sub('[^0-9a-zA-Z]', '', etag)[:32]}"
-        with open(part, "ab+") as sink:
+        with _replacing(path, re.sub("[^0-9a-zA-Z]", "", etag)[:32]) as sink:
             self._fetch(accept, sink, etag)
-        os.replace(part, path)
         return path
 
     def stream(self, rows=4096):
@@ -365,6 +374,63 @@ class Job:
             if time.monotonic() > end:
                 raise ConnectionError(f"the results of job {self.id} do not arrive")
             _sleep(0.1)
+
+
+class _Response(http.client.HTTPResponse):
+    """Keeps the fields behind a stream's last chunk, which http.client drops."""
+
+    trailers = {}
+
+    def _read_and_discard_trailer(self):
+        self.trailers = http.client.parse_headers(self.fp)
+
+
+def _warn(response):
+    """Warnings of an answer that has no place for them."""
+    for text in (response.headers.get_all("X-Warning") or []) + (response.trailers and response.trailers.get_all("X-Warning") or []):
+        warnings.warn(text, stacklevel=3)
+
+
+@contextlib.contextmanager
+def _replacing(path, kept=""):
+    """A file that replaces the one at `path` when the block ends without an exception. What is no regular file is written directly.
+    kept: a name under which a later run finds what this one has written."""
+    path = os.path.realpath(path)
+    old = os.stat(path) if os.path.exists(path) else None
+    if old and not stat.S_ISREG(old.st_mode):
+        with tempfile.TemporaryFile() as sink:
+            yield sink
+            sink.seek(0)
+            with open(path, "wb") as target:
+                shutil.copyfileobj(sink, target)
+        return
+    if old and not (os.access(path, os.W_OK) and old.st_mode & 0o222):
+        raise PermissionError(f"{path} is read-only")
+    sink = _kept(f"{path}.part-{kept}") if kept else open(f"{path}.part-{uuid.uuid4().hex}", "xb")
+    try:
+        with sink:
+            yield sink
+            sink.flush()
+            if old:
+                os.chmod(sink.name, stat.S_IMODE(old.st_mode))
+            os.replace(sink.name, path)
+    except BaseException:
+        if not kept:
+            os.unlink(sink.name)
+        raise
+
+
+def _kept(part):
+    """The beginning of a download, for this process alone; BlockingIOError where another one has it."""
+    while True:
+        sink = open(part, "ab+")
+        if not fcntl:
+            return sink
+        fcntl.flock(sink, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        # another process may have renamed the file between open and flock
+        if os.path.exists(part) and os.path.samestat(os.fstat(sink.fileno()), os.stat(part)):
+            return sink
+        sink.close()
 
 
 def _bar(job):
