@@ -38,6 +38,16 @@ check("routes", (await four.ask("modes", {})).omega.length === 4 && (await four.
   && (await four.ask("trees", {})).depth.join() === "1,2,3,3" && (await four.client.presets).presets.length > 3);
 const damped = await new Pendulum({ length: [1, 1], mass: [1, 1], parent: [0, 1], damping: [0.1, 0.2] }).ask("trees", {});
 check("fields of real pendulums", damped.arms[1].damping === 0.2);
+const doubt = { times: { stop: 4000, step: 1 }, initial: { theta: [2, 2, 2, 2] } };
+const heard = [];
+const [warn, lost] = [console.warn, four.rows(doubt)];
+console.warn = (text) => heard.push(text);
+let last;
+do last = await lost.next(); while (!last.done);
+const sure = await four.run(doubt);
+check("rows end with their warnings and stats", heard.join() === `pendulum: ${sure.warnings[0]}` && last.value.warnings.join() === sure.warnings.join()
+  && last.value.stats.horizon === sure.stats.horizon && sure.stats.horizon > 0);
+console.warn = warn;
 let count = 0;
 for await (const row of four.rows({ times: { stop: 4000, step: 0.001 } })) if (row.t >= 0 && ++count === 1000) break;
 check("who stops listening ends the computation", count === 1000);
@@ -94,6 +104,6 @@ check("cancel", (await endless.cancel()).status === "dismissed");
 await refused("a dismissed job has no answer", () => endless.result(), "dismissed");
 
 const doubles = [];
-for await (const row of rowsOf(await four.client.open("POST", "/v1/trajectories", { Accept: "application/octet-stream" }, { pendulum: FOUR, times })))
+for await (const row of rowsOf(await four.client.open("POST", "/v1/trajectories", { Accept: "application/x-ndjson" }, { pendulum: FOUR, times })))
   doubles.push(row.t, ...row.phi, ...row.phid, ...row.lambda);
 writeFileSync(out, new Float64Array(doubles));

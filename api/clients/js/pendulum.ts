@@ -71,6 +71,7 @@ const environment = (globalThis as { process?: { env: Record<string, string | un
 const TRANSIENT = [429, 502, 503, 504];
 /** Servers that have answered: one that has gone may come again, one that was never there is a wrong address. */
 const met = new Set<string>();
+const ROWS = "application/x-ndjson"; // its last line has the warnings, which others send in trailers that fetch cannot read
 const WHERE = "PENDULUM_URL or the option url says where one is";
 
 /** A server. */
@@ -180,11 +181,11 @@ export class Pendulum {
     return this.client.json("POST", "/v1/trajectories", this.body(fields, more));
   }
 
-  /** The motion instant by instant while it is computed, of any length. */
-  async *rows<O extends Output = Default, N extends NumberKind = "float64">(fields: MotionRequest<O> & { number?: N }, more: More = {}): AsyncGenerator<Row<O, N>> {
-    const accept = { Accept: "application/octet-stream" };
+  /** The motion instant by instant while it is computed, of any length. Warnings go to console.warn at its end; the generator returns them with the stats. */
+  async *rows<O extends Output = Default, N extends NumberKind = "float64">(fields: MotionRequest<O> & { number?: N }, more: More = {}): AsyncGenerator<Row<O, N>, RowsEnd> {
+    const accept = { Accept: ROWS };
     const body = this.body(fields, more);
-    yield* rowsOf<Row<O, N>>(await this.client.open("POST", "/v1/trajectories", accept, body), body.number);
+    return yield* rowsOf<Row<O, N>>(await this.client.open("POST", "/v1/trajectories", accept, body), body.number);
   }
 
   /** Makes a job of a request. key: your own word for it; the same again leads to the same job. title: what to call it. notify: an https url that hears of its end; `secret` of what is returned signs that message. */
@@ -254,10 +255,10 @@ export class JobHandle<T> {
   }
 
   /** Waits, and brings the results row by row, of any length: floats where its request asked for `number: "float32"`. */
-  async *rows<R = Record<string, number | Float32Array | Float64Array>>(): AsyncGenerator<R> {
+  async *rows<R = Record<string, number | Float32Array | Float64Array>>(): AsyncGenerator<R, RowsEnd> {
     await this.ended();
     const { number }: { number?: unknown } = await this.client.json("GET", `/v1/jobs/${this.id}/request`);
-    yield* rowsOf<R>(await this.client.open("GET", `/v1/jobs/${this.id}/results`, { Accept: "application/octet-stream" }), number);
+    return yield* rowsOf<R>(await this.client.open("GET", `/v1/jobs/${this.id}/results`, { Accept: ROWS }), number);
   }
 
   cancel(): Promise<Job> {
@@ -308,29 +309,50 @@ async function* chunks(response: Response): AsyncGenerator<Uint8Array> {
   }
 }
 
+/** What the last line of an application/x-ndjson says of all rows. */
+export interface RowsEnd {
+  stats?: Record<string, unknown>;
+  /** Also written by console.warn, since `for await` drops what a generator returns. */
+  warnings: string[];
+}
+
 /**
- * Rows of an application/octet-stream, whose columns are named "t,phi[4],z_re[4]"; a TypeError where it breaks off. number: as the
- * request had it, since the answer does not say.
+ * Rows of an application/x-ndjson; parts have names of their own: `energy_total`, `z_re`. A TypeError where it breaks off. number: what
+ * lists become, float32: each number is rounded to the nearest float. null, a time that never comes, becomes NaN.
  */
-export async function* rowsOf<R>(response: Response, number: unknown = "float64"): AsyncGenerator<R> {
+export async function* rowsOf<R>(response: Response, number: unknown = "float64"): AsyncGenerator<R, RowsEnd> {
   const Numbers = number === "float32" ? Float32Array : Float64Array;
-  const columns = [...(response.headers.get("X-Columns") ?? "").matchAll(/(\w+)(?:\[(\d+)\])?/g)].map(([, name, count]) => ({ name: name ?? "", count: Number(count ?? 0) }));
-  const size = Numbers.BYTES_PER_ELEMENT * columns.reduce((sum, { count }) => sum + (count || 1), 0);
-  let rest = new Uint8Array(0);
+  const one = number === "float32" ? Math.fround : (value: number) => value;
+  const numbers = (value: unknown) => {
+    if (!Array.isArray(value)) return one((value as number | null) ?? NaN);
+    const view = new Numbers(value.length);
+    for (let k = 0; k < view.length; k++) view[k] = value[k] ?? NaN;
+    return view;
+  };
+  const decoder = new TextDecoder();
+  let rest = "";
   for await (const chunk of chunks(response)) {
-    const data = joined([rest, chunk], rest.length + chunk.length);
-    let at = 0;
-    for (; at + size <= data.length; at += size) {
-      let place = at;
+    const lines = (rest + decoder.decode(chunk, { stream: true })).split("\n");
+    rest = lines.pop() ?? "";
+    for (const text of lines) {
+      const line: Record<string, unknown> = JSON.parse(text);
+      if (line["problem"]) {
+        const problem = line["problem"] as Schemas["Problem"];
+        throw new Refusal(problem.status, problem);
+      }
+      if (line["stats"]) {
+        const { stats, warnings = [] } = line as { stats: Record<string, unknown>; warnings?: string[] };
+        for (const warning of warnings) console.warn(`pendulum: ${warning}`);
+        return { stats, warnings };
+      }
       const row: Record<string, number | Float32Array | Float64Array> = {};
-      for (const { name, count } of columns) {
-        const view = new Numbers(data.buffer, place, count || 1);
-        row[name] = count ? view : view[0] ?? NaN;
-        place += view.byteLength;
+      for (const name in line) {
+        const value = line[name];
+        if (value === null || typeof value !== "object" || Array.isArray(value)) row[name] = numbers(value);
+        else for (const [part, inner] of Object.entries(value)) row[`${name}_${part}`] = numbers(inner);
       }
       yield row as R;
     }
-    rest = data.slice(at);
   }
-  if (rest.length) throw new TypeError("the answer broke off");
+  throw new TypeError("the answer broke off");
 }
