@@ -1,5 +1,5 @@
 /* From a branch to the one that crosses it or begins on it: the direction in which it leaves.
- * Leaves to others: finding the bifurcation, and the orbits of the other branch (orbit_branch).
+ * Leaves to others: finding the bifurcation, and the orbits of the other branch (orbit_change).
  * Invariant: the direction is at right angles to the branch that is left. */
 #ifndef PEND_ORBIT_SWITCH_H
 #define PEND_ORBIT_SWITCH_H

@@ -95,8 +95,8 @@ static enum pend_status orbits_start(struct pend_orbits *o, const double phi[], 
     }
     newton->u[newton->unknowns - 1] = !o->problem.driven;
     o->last.along[newton->unknowns - 1] = o->problem.driven;
-    pend_orbit_branch_plane(o, o->last.along);
-    pend_orbit_branch_search(o, FIRST);
+    pend_orbit_search_plane(o, o->last.along);
+    pend_orbit_search_begin(o, FIRST);
     return PEND_OK;
 }
 
