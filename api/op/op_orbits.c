@@ -21,7 +21,7 @@ enum {
     MAIN_COLUMNS = 9,
     FIRST_ROOM = 64,
     MOST_PARTS = 1000,
-    CARRIED = 1 /* changes with what orbits_carry shows, or `carry` of core */
+    CARRIED = 2 /* changes with what orbits_carry shows, or `carry` of core */
 };
 
 /* s an arm, step and eight derivatives, of an ideal and of a real pendulum, and of many arms; s an

@@ -28,6 +28,24 @@ static void told_apart(const struct pend_orbits *search, char text[API_WARNING_T
              whys[pend_orbits_orbit(search).kind]);
 }
 
+/* why the branch came back to the number that it began with */
+static void told_back(const struct pend_orbits *search, char text[API_WARNING_TEXT]) {
+    static const char *const others[PEND_ORBITS_KINDS] = {
+        [PEND_ORBITS_BRANCH] = "orbits of another branch",
+        [PEND_ORBITS_SYMMETRY] = "orbits that are their own mirror images",
+        [PEND_ORBITS_DOUBLING] = "orbits of half the period"};
+    enum pend_orbits_kind kind = pend_orbits_turned(search);
+    if (kind < PEND_ORBITS_KINDS)
+        snprintf(text, API_WARNING_TEXT,
+                 "the branch turns back where it meets %s. Those go on beyond: leave the branch "
+                 "there by \"switch\".",
+                 others[kind]);
+    else
+        snprintf(text, API_WARNING_TEXT,
+                 "the branch turns round and comes back to the number that it began with: it does "
+                 "not go where it was asked to go");
+}
+
 void api_orbits_sentence(const struct pend_orbit_problem *p, const struct pend_orbits *search,
                          long orbits, char text[API_WARNING_TEXT]) {
     const char *where = orbits ? "beyond the last orbit" : "on the way there";
@@ -61,9 +79,7 @@ void api_orbits_sentence(const struct pend_orbit_problem *p, const struct pend_o
                  where);
         return;
     case PEND_ORBITS_BACK:
-        snprintf(text, API_WARNING_TEXT,
-                 "the branch turns round and comes back to the number that it began with: it does "
-                 "not go where it was asked to go");
+        told_back(search, text);
         return;
     case PEND_ORBITS_CLOSED:
         snprintf(text, API_WARNING_TEXT,

@@ -112,13 +112,10 @@ static enum pend_status orbits_accept(struct pend_orbits *o, enum pend_orbits_fo
         return PEND_OK;
     }
     if (orbits_beyond(o)) return PEND_OK;
-    next->slope = o->problem.driven ? next->along[newton->unknowns - 1]
-                                    : pend_orbit_newton_slope(newton, next->along);
-    memcpy(next->count, o->floquet.count, sizeof next->count);
-    memcpy(next->test, o->floquet.test, sizeof next->test);
+    pend_orbit_search_mark(o, next->along, &next->mark);
     PEND_TRY(pend_orbit_search_tell(o, next->u, error));
     if (newton->whole) *found = PEND_ORBITS_ORBIT;
-    o->border = -1, o->came = o->aim;
+    o->waiting = -1, o->came = o->aim;
     o->stage = o->aim != FIRST && o->problem.branch ? CHANGES : FORWARD;
     return PEND_OK;
 }
@@ -185,6 +182,7 @@ static enum pend_status orbits_solution(struct pend_orbits *o, enum pend_orbits_
     if (newton->whole) PEND_TRY(pend_orbit_floquet_at(&o->floquet, newton));
     if (o->aim == LOCATE) return pend_orbit_change_between(o, found, error);
     if (o->aim == LOOK) return pend_orbit_change_looked(o);
+    if (o->aim == HALF) return pend_orbit_change_halved(o, found);
     if (!newton->whole) return orbits_accept(o, found, error);
     o->stage = CHECK;
     PEND_TRY(pend_orbit_form_set(&newton->form, newton->u, 1, &motion, error));
@@ -211,7 +209,7 @@ static enum pend_status orbits_checked(struct pend_orbits *o, enum pend_orbits_f
 static enum pend_status orbits_lost(struct pend_orbits *o, enum pend_orbits_found *found,
                                     struct pend_error *error) {
     assert(o->stage == SEARCH);
-    if (o->aim == LOCATE) return pend_orbit_change_lost(o, found, error);
+    if (o->aim == LOCATE || o->aim == HALF) return pend_orbit_change_lost(o, found, error);
     if (o->aim == LOOK)
         pend_orbit_search_over(o, PEND_ORBITS_APART);
     else

@@ -8,7 +8,18 @@
 enum { LOCATE_MOST = 40 };
 
 /* a bifurcation is known to this part of a step, or where the test for it is so small */
-static const double change_exact = 1e-7, change_zero = 1e-11;
+static const double change_short = 1e-7, change_zero = 1e-11;
+
+/* How small a slope is at a fold, in parts of those at the ends of the step, and where two branches
+ * meet: orbits that are nearer have larger errors there. How near an orbit is to a turn, in parts
+ * of a step, and its test, in parts of those at the ends; cosine of the largest angle between two
+ * directions of a branch, and how much steeper it may be than at its ends. */
+static const double change_zero_slope = 1e-9, change_level = 3e-4, change_near_turn = 3e-3,
+                    change_tied = 1e-6, change_bend = 0.8, change_other = 2;
+
+/* how close to its mirror image or to its start an orbit is after half of its period that is taken
+ * to be there, and one at a turn */
+static const double change_alike = 1e-5, change_alike_turn = 1e-3;
 
 /* how far beside a part of a step at which no orbit was found one is looked for, five times as far
  * each time; what that adds to the tries, so that the next orbit found is the last, and how often
@@ -62,13 +73,39 @@ static void change_locate_at(struct pend_orbits *o) {
     pend_orbit_search_begin(o, LOCATE);
 }
 
+/* true if a border lies between two orbits: of the circle, if more multipliers have left it or come
+ * back than those that have passed +1 and -1 */
+static int change_passes(const struct orbits_mark *a, const struct orbits_mark *b, int border) {
+    int passed = abs(a->side[border] - b->side[border]);
+    if (border != ORBIT_AROUND) return passed > 0;
+    return passed > change_passes(a, b, ORBIT_PLUS) + change_passes(a, b, ORBIT_MINUS);
+}
+
+/* the border between two orbits that is looked for first; ORBIT_BORDERS: none */
+static int change_border(const struct orbits_mark *a, const struct orbits_mark *b) {
+    static const int order[] = {ORBIT_TURN, ORBIT_PLUS, ORBIT_MINUS, ORBIT_AROUND};
+    for (int i = 0; i < ORBIT_BORDERS; i++)
+        if (change_passes(a, b, order[i])) return order[i];
+    return ORBIT_BORDERS;
+}
+
+static struct orbits_mark *change_top(struct pend_orbits *o) {
+    assert(o->waiting > 0 && o->waiting <= ORBITS_AHEAD);
+    return &o->ahead[o->waiting - 1];
+}
+
 /* looks for the orbit at the next part of the way */
 static void change_locate(struct pend_orbits *o) {
-    o->at = (o->low + o->high) / 2;
-    if (o->border != ORBIT_AROUND && o->low_test * o->high_test < 0) {
-        double part = o->low_test / (o->low_test - o->high_test);
-        o->at = o->low + fmin(0.98, fmax(0.02, part)) * (o->high - o->low);
-    }
+    const struct orbits_mark *low = &o->low, *top = change_top(o);
+    int border = change_border(low, top);
+    if (border != o->border) o->side = 0, o->weight[0] = o->weight[1] = 1;
+    o->border = border;
+    int tests = border != ORBIT_AROUND;
+    double from = tests ? o->weight[0] * low->test[border] : 0;
+    double to = tests ? o->weight[1] * top->test[border] : 0;
+    o->at = (low->at + top->at) / 2;
+    if (from * to < 0)
+        o->at = low->at + fmin(0.98, fmax(0.02, from / (from - to))) * (top->at - low->at);
     change_locate_at(o);
     o->tries++;
 }
@@ -80,23 +117,46 @@ static int change_locate_beside(struct pend_orbits *o) {
     double away = change_beside * pow(5, lost) * (lost % 2 ? -1 : 1);
     if (lost == LOCATE_BESIDE) return 0;
     o->tries = LOCATE_LOST * (lost + 1);
-    o->at += o->at + away > o->low && o->at + away < o->high ? away : -away;
+    o->at += o->at + away > o->low.at && o->at + away < change_top(o)->at ? away : -away;
     change_locate_at(o);
     return 1;
 }
 
+/* true if no real multiplier is within rounding errors beyond a border */
+static int change_surely(const struct orbits_mark *mark, int border) {
+    return mark->beyond[border] == mark->surely[border];
+}
+
+/* on which sides an orbit is */
+static void change_sides(const struct pend_orbits *o, struct orbits_mark *mark) {
+    mark->side[ORBIT_AROUND] = mark->outside;
+    mark->side[ORBIT_TURN] = mark->test[ORBIT_TURN] > 0;
+    for (int i = 0; i < ORBIT_REAL; i++) {
+        int real = o->known[i] ? mark->beyond[i] : mark->surely[i];
+        mark->side[i] = real % 2;
+        mark->side[ORBIT_AROUND] += real;
+    }
+}
+
 void pend_orbit_change_next(struct pend_orbits *o) {
-    const struct orbits_point *last = &o->last, *next = &o->next;
-    do o->border++;
-    while (o->border < ORBIT_COUNTS && last->count[o->border] == next->count[o->border]);
-    o->tries = o->side = 0, o->low = 0, o->high = 1;
-    if (o->border == ORBIT_COUNTS) {
-        // looking for bifurcations had an aim of its own
-        o->aim = o->came, o->stage = FORWARD;
+    if (o->waiting < 0) {
+        o->low = o->last.mark, o->low.at = 0;
+        o->ahead[0] = o->next.mark, o->ahead[0].at = 1;
+        o->waiting = 1;
+        for (int i = 0; i < ORBIT_REAL; i++)
+            o->known[i] = change_surely(&o->low, i) || change_surely(&o->ahead[0], i);
+        change_sides(o, &o->low);
+        change_sides(o, &o->ahead[0]);
+    }
+    while (o->waiting && change_border(&o->low, change_top(o)) == ORBIT_BORDERS)
+        o->low = *change_top(o), o->waiting--;
+    o->tries = o->beside = 0, o->border = ORBIT_BORDERS;
+    if (o->waiting) {
+        change_locate(o);
         return;
     }
-    o->low_test = last->test[o->border], o->high_test = next->test[o->border];
-    change_locate(o);
+    // looking for bifurcations had an aim of its own
+    o->aim = o->came, o->stage = FORWARD;
 }
 
 void pend_orbit_change_leave(struct pend_orbits *o) {
@@ -127,50 +187,171 @@ enum pend_status pend_orbit_change_looked(struct pend_orbits *o) {
     memcpy(o->last.along, o->leaving, q * sizeof(double));
     o->left++;
     o->points = o->met = o->attempts = 0;
+    o->turned_at = PEND_ORBITS_KINDS;
     o->step = o->begin;
     pend_orbit_change_aside(o);
     return PEND_OK;
 }
 
 /* what follows on a bifurcation that was told: the branch is left there, or goes on */
-static void change_met(struct pend_orbits *o) {
+static void change_met(struct pend_orbits *o, enum pend_orbits_found *found) {
     int pending = o->left < o->problem.switches;
     o->met++;
     o->stage = pending && abs(o->problem.leave[o->left]) == o->met ? LEAVE : CHANGES;
+    if (o->now.turns && o->now.kind != PEND_ORBITS_FOLD) o->turned_at = o->now.kind;
+    *found = PEND_ORBITS_BIFURCATION;
 }
 
-static enum pend_orbits_kind change_kind(const struct pend_orbits *o) {
-    if (o->border == ORBIT_AROUND) return PEND_ORBITS_TORUS;
-    if (o->border == ORBIT_PLUS)
-        return o->last.slope * o->next.slope < 0 ? PEND_ORBITS_FOLD : PEND_ORBITS_BRANCH;
+/* true if the branch turns back between the last orbit and the next */
+static int change_turns(const struct pend_orbits *o) {
+    return (o->last.mark.test[ORBIT_TURN] > 0) != (o->next.mark.test[ORBIT_TURN] > 0);
+}
+
+/* how small a slope is, in parts of those of the last orbit and the next */
+static double change_slope(const struct pend_orbits *o, const struct orbits_mark *mark) {
+    return fabs(mark->test[ORBIT_TURN]) /
+           fmax(fabs(o->last.mark.test[ORBIT_TURN]), fabs(o->next.mark.test[ORBIT_TURN]));
+}
+
+/* A multiplier passes +1 where the branch turns back, or touches it. Near there the slope says
+ * better on which side of both an orbit is. */
+static void change_tie(struct pend_orbits *o, struct orbits_mark *mark) {
+    const struct orbits_mark *low = &o->low, *top = change_top(o);
+    const struct orbits_mark *same = change_passes(low, mark, ORBIT_TURN) ? top : low;
+    double test = fabs(mark->test[ORBIT_PLUS]);
+    double most = fmax(fabs(o->last.mark.test[ORBIT_PLUS]), fabs(o->next.mark.test[ORBIT_PLUS]));
+    if (!change_passes(low, top, ORBIT_TURN) || !change_passes(same, mark, ORBIT_PLUS)) return;
+    if (test > change_tied * most) return;
+    mark->side[ORBIT_PLUS] = same->side[ORBIT_PLUS];
+    mark->side[ORBIT_AROUND] += same->side[ORBIT_AROUND] < mark->side[ORBIT_AROUND] ? -1 : 1;
+}
+
+/* true if the branch turns back between `low` and the first one ahead and no multiplier passes */
+static int change_touches(struct pend_orbits *o) {
+    const struct orbits_mark *low = &o->low, *top = change_top(o);
+    return change_passes(low, top, ORBIT_TURN) && !change_passes(low, top, ORBIT_PLUS);
+}
+
+/* on which sides the orbit found between the two is; false if it is on another branch */
+static int change_mark(struct pend_orbits *o, struct orbits_mark *mark) {
+    int q = o->newton.unknowns;
+    double *along = o->leaving;
+    const double *last = o->last.along;
+    *mark = (struct orbits_mark){.at = o->at};
+    memcpy(along, last, (size_t)q * sizeof *along);
+    if (change_turns(o) && !pend_orbit_newton_tangent(&o->newton, along)) return 0;
+    pend_orbit_search_mark(o, along, mark);
+    change_sides(o, mark);
+    if (!change_turns(o)) mark->side[ORBIT_TURN] = o->low.side[ORBIT_TURN];
+    change_tie(o, mark);
+    // where two branches meet Newton's method may find the other one, whose slope is another
+    double slope = fmax(fabs(o->low.test[ORBIT_TURN]), fabs(change_top(o)->test[ORBIT_TURN]));
+    if (change_touches(o) && fabs(mark->test[ORBIT_TURN]) > change_other * slope) return 0;
+    double sizes = pend_orbit_search_dot(along, along, q) * pend_orbit_search_dot(last, last, q);
+    return pend_orbit_search_dot(along, last, q) >= change_bend * sqrt(sizes);
+}
+
+/* puts an orbit between `low` and the first one ahead in its place; the end that stays twice is
+ * given less weight (the Illinois method) */
+static void change_put(struct pend_orbits *o, const struct orbits_mark *mark) {
+    int below = change_border(&o->low, mark) == ORBIT_BORDERS;
+    if (below) {
+        o->low = *mark, o->weight[0] = 1;
+        if (o->side < 0) o->weight[1] /= 2;
+    } else {
+        if (change_border(mark, change_top(o)) < ORBIT_BORDERS && o->waiting < ORBITS_AHEAD)
+            o->waiting++;
+        *change_top(o) = *mark, o->weight[1] = 1;
+        if (o->side > 0) o->weight[0] /= 2;
+    }
+    o->side = below ? -1 : 1;
+}
+
+/* true if `low` and the first one ahead differ by one bifurcation alone */
+static int change_single(struct pend_orbits *o) {
+    const struct orbits_mark *low = &o->low, *top = change_top(o);
+    int passes[ORBIT_BORDERS], count = 0;
+    for (int i = 0; i < ORBIT_BORDERS; i++) count += passes[i] = change_passes(low, top, i);
+    return count == 1 || (count == 2 && passes[ORBIT_PLUS] && passes[ORBIT_TURN]);
+}
+
+/* of what kind the bifurcation at the orbit found is, as far as its multipliers tell */
+static enum pend_orbits_kind change_kind(struct pend_orbits *o) {
+    const struct orbits_mark *low = &o->low, *top = change_top(o);
+    int plus = o->border == ORBIT_PLUS, around = o->border == ORBIT_AROUND;
+    if (o->border == ORBIT_TURN) return change_touches(o) ? PEND_ORBITS_BRANCH : PEND_ORBITS_FOLD;
+    // real ones that pass together, as those of equal branches do
+    if (plus || (around && low->beyond[ORBIT_PLUS] != top->beyond[ORBIT_PLUS]))
+        return PEND_ORBITS_BRANCH;
+    if (around && low->beyond[ORBIT_MINUS] == top->beyond[ORBIT_MINUS]) return PEND_ORBITS_TORUS;
     return o->newton.form.mirrored ? PEND_ORBITS_SYMMETRY : PEND_ORBITS_DOUBLING;
 }
 
-enum pend_status pend_orbit_change_between(struct pend_orbits *o, enum pend_orbits_found *found,
-                                           struct pend_error *error) {
-    int border = o->border, below = o->floquet.count[border] == o->last.count[border];
-    double test = o->floquet.test[border];
-    assert(border >= 0 && border < ORBIT_COUNTS);
-    // the end that stays twice is given less weight (the Illinois method)
-    if (below) {
-        o->low = o->at, o->low_test = test;
-        if (o->side < 0) o->high_test /= 2;
-    } else {
-        o->high = o->at, o->high_test = test;
-        if (o->side > 0) o->low_test /= 2;
+/* `low` is beyond the bifurcation now */
+static void change_beyond(struct pend_orbits *o) {
+    struct orbits_mark *low = &o->low;
+    const struct orbits_mark *top = change_top(o);
+    int way = top->side[ORBIT_AROUND] < low->side[ORBIT_AROUND] ? -1 : 1;
+    if (o->border == ORBIT_AROUND) {
+        low->side[ORBIT_AROUND] += 2 * way;
+        return;
     }
-    o->side = below ? -1 : 1;
-    int exact = o->high - o->low <= change_exact || o->tries >= LOCATE_MOST ||
-                (border != ORBIT_AROUND && fabs(test) <= change_zero);
-    if (!exact) {
-        change_locate(o);
-        return PEND_OK;
+    if (!change_touches(o)) low->side[ORBIT_AROUND] += way;
+    if (o->border == ORBIT_TURN) low->side[ORBIT_PLUS] = top->side[ORBIT_PLUS];
+    low->side[o->border] = top->side[o->border];
+}
+
+/* true if half of the orbit that was found says more about a branch that crosses there: whether the
+ * orbits there are their own mirror images, or take half of the period */
+static int change_halves(const struct pend_orbits *o) {
+    const struct orbit_form *form = &o->newton.form;
+    return o->now.kind == PEND_ORBITS_BRANCH && !form->mirrored;
+}
+
+enum pend_status pend_orbit_change_halved(struct pend_orbits *o, enum pend_orbits_found *found) {
+    const struct orbit_newton *newton = &o->newton;
+    const struct orbit_form *form = &newton->form;
+    const struct orbit_map *map = &newton->map;
+    int breaks = 1, turns = o->now.turns;
+    double alike = turns ? change_alike_turn : change_alike;
+    if (turns && form->times % 2 == 0 && pend_orbit_form_apart(form, map, 1) < alike)
+        o->now.kind = PEND_ORBITS_DOUBLING;
+    if (o->now.kind == PEND_ORBITS_BRANCH && pend_orbit_form_apart(form, map, -1) < alike) {
+        // what hangs or stands still is its own mirror image at every instant
+        int moves = pend_orbit_form_apart(form, NULL, -1) > alike;
+        if (form->kind == ORBIT_DRIVEN && !turns && moves)
+            PEND_TRY(pend_orbit_floquet_half(&o->floquet, newton, &breaks));
+        if (breaks) o->now.kind = PEND_ORBITS_SYMMETRY;
     }
-    PEND_TRY(pend_orbit_search_tell(o, o->newton.u, error));
-    o->now.kind = change_kind(o);
-    *found = PEND_ORBITS_BIFURCATION;
-    change_met(o);
+    change_met(o, found);
     return PEND_OK;
+}
+
+/* the orbit found is the bifurcation */
+static enum pend_status change_tell(struct pend_orbits *o, enum pend_orbits_found *found,
+                                    struct pend_error *error) {
+    PEND_TRY(pend_orbit_search_tell(o, o->newton.u, error));
+    o->now.kind = change_kind(o), o->now.turns = o->border == ORBIT_TURN;
+    change_beyond(o);
+    if (!change_halves(o))
+        change_met(o, found);
+    else if (o->newton.form.kind == ORBIT_HALF)
+        return pend_orbit_change_halved(o, found);
+    else
+        pend_orbit_search_begin(o, HALF);
+    return PEND_OK;
+}
+
+/* The branch turns back at the orbit found, and no multiplier seems to pass +1 there. One touches
+ * it where the branch meets another one; whether it does, or passes, is seen on either side. */
+static void change_touch(struct pend_orbits *o) {
+    double at = o->beside ? o->touch : o->at;
+    o->touch = at, o->at = at;
+    if (!o->beside) o->at = fmin(at + change_near_turn, (at + 1) / 2);
+    if (o->beside == 1) o->at = fmax(at - change_near_turn, (at + o->low.at) / 2);
+    while (!o->beside && o->waiting > 1 && change_top(o)->at <= o->at) o->waiting--;
+    o->beside++;
+    change_locate_at(o);
 }
 
 /* no orbit was found at a part of the way: the bifurcation is told where the next orbit is */
@@ -179,14 +360,50 @@ static enum pend_status change_unplaced(struct pend_orbits *o, enum pend_orbits_
     struct pend_problem motion;
     PEND_TRY(pend_orbit_form_set(&o->newton.form, o->next.u, 1, &motion, error));
     o->now.period = pend_orbit_form_period(&o->newton.form);
-    o->now.kind = change_kind(o);
-    *found = PEND_ORBITS_BIFURCATION;
-    change_met(o);
+    o->border = change_border(&o->low, change_top(o));
+    o->now.kind = change_kind(o), o->now.turns = o->border == ORBIT_TURN;
+    change_beyond(o);
+    change_met(o, found);
     if (o->stage == LEAVE) pend_orbit_search_over(o, PEND_ORBITS_APART);
     return PEND_OK;
 }
 
 enum pend_status pend_orbit_change_lost(struct pend_orbits *o, enum pend_orbits_found *found,
                                         struct pend_error *error) {
-    return change_locate_beside(o) ? PEND_OK : change_unplaced(o, found, error);
+    if (o->aim == HALF)
+        change_met(o, found);
+    else if (!change_locate_beside(o))
+        return change_unplaced(o, found, error);
+    return PEND_OK;
+}
+
+/* true if the bifurcation between `low` and the first one ahead is where the orbit found is */
+static int change_exact(struct pend_orbits *o, const struct orbits_mark *mark, int border) {
+    int single = change_single(o), folds = change_passes(&o->low, change_top(o), ORBIT_PLUS);
+    if (change_top(o)->at - o->low.at <= change_short || o->tries >= LOCATE_MOST) return 1;
+    if (!single || (border != o->border && !o->beside) || border == ORBIT_AROUND) return 0;
+    if (border == ORBIT_TURN)
+        return o->beside || change_slope(o, mark) <= (folds ? change_zero_slope : change_level);
+    return fabs(mark->test[border]) <= change_zero;
+}
+
+enum pend_status pend_orbit_change_between(struct pend_orbits *o, enum pend_orbits_found *found,
+                                           struct pend_error *error) {
+    enum { BEFORE = 2, AT = 3 }; /* of a turn the orbit beyond it was looked for first */
+    struct orbits_mark mark;
+    if (!change_mark(o, &mark)) return pend_orbit_change_lost(o, found, error);
+    if (o->beside == AT) return change_tell(o, found, error);
+    change_put(o, &mark);
+    int border = change_border(&o->low, change_top(o)), exact = change_exact(o, &mark, border);
+    int touches = change_touches(o);
+    if (!touches && o->beside == BEFORE) o->beside = exact = 0;
+    assert(border < ORBIT_BORDERS);
+    if (exact) o->border = border;
+    if (o->beside || (exact && touches))
+        change_touch(o);
+    else if (exact)
+        return change_tell(o, found, error);
+    else
+        change_locate(o);
+    return PEND_OK;
 }

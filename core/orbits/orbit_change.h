@@ -7,8 +7,8 @@
 
 #include "core/orbits/orbit_search.h"
 
-/** Begins with the next border that lies between the last orbit and the next; without one the
- * branch goes on. O(n). */
+/** Begins with the next border that lies between the last orbit and the next, in their order along
+ * the branch; without one the branch goes on. O(n). */
 void pend_orbit_change_next(struct pend_orbits *o);
 
 /**
@@ -21,6 +21,18 @@ void pend_orbit_change_next(struct pend_orbits *o);
 PEND_MUST_CHECK enum pend_status pend_orbit_change_between(struct pend_orbits *o,
                                                            enum pend_orbits_found *found,
                                                            struct pend_error *error);
+
+/**
+ * The look at half of the orbit at a bifurcation tells of what kind it is.
+ *
+ * found  out: the bifurcation.
+ *
+ * PEND_NO_MEMORY
+ * PEND_NO_CONVERGENCE
+ * O(n^3).
+ */
+PEND_MUST_CHECK enum pend_status pend_orbit_change_halved(struct pend_orbits *o,
+                                                          enum pend_orbits_found *found);
 
 /** Goes on where no orbit was found between the two, as pend_orbit_change_between. */
 PEND_MUST_CHECK enum pend_status pend_orbit_change_lost(struct pend_orbits *o,

@@ -39,22 +39,22 @@ void pend_orbit_floquet_clear(struct orbit_floquet *floquet) {
 static void floquet_tell(struct orbit_floquet *f, int count, int driven) {
     assert(count >= 0);
     double border = driven ? floquet_driven : floquet_border;
-    for (int i = 0; i < ORBIT_COUNTS; i++) f->count[i] = 0, f->test[i] = 1;
+    f->outside = 0;
+    for (int i = 0; i < ORBIT_REAL; i++) f->beyond[i] = f->surely[i] = 0, f->test[i] = 1;
     for (int i = 0; i < count; i++) {
         double re = f->part_re[i], im = f->part_im[i];
         double complex z = re + I * im;
         int pair = fabs(im) > floquet_apart;
         f->test[ORBIT_PLUS] *= pair ? cabs(z - 1) : re - 1;
         f->test[ORBIT_MINUS] *= pair ? cabs(z + 1) : re + 1;
-        if (!pair) {
-            f->count[ORBIT_PLUS] += re > 1 + border;
-            f->count[ORBIT_MINUS] += re < -1 - border;
-        } else {
-            f->count[ORBIT_AROUND] += im > 0 && (!driven || cabs(z) > 1 + border);
+        if (pair) {
+            f->outside += !driven || cabs(z) > 1 + border;
+            continue;
         }
+        f->beyond[ORBIT_PLUS] += re > 1, f->surely[ORBIT_PLUS] += re > 1 + border;
+        f->beyond[ORBIT_MINUS] += re < -1, f->surely[ORBIT_MINUS] += re < -1 - border;
     }
-    f->stable = 1, f->growth = 1;
-    for (int i = 0; i < ORBIT_COUNTS; i++) f->stable &= !f->count[i];
+    f->stable = !f->outside && !f->surely[ORBIT_PLUS] && !f->surely[ORBIT_MINUS], f->growth = 1;
     for (int j = 0; j < 2 * f->n; j++) f->growth = fmax(f->growth, hypot(f->re[j], f->im[j]));
 }
 
@@ -147,4 +147,19 @@ enum pend_status pend_orbit_floquet_at(struct orbit_floquet *floquet, struct orb
         break;
     }
     return floquet_mirrored(floquet, newton);
+}
+
+enum pend_status pend_orbit_floquet_half(struct orbit_floquet *floquet,
+                                         const struct orbit_newton *newton, int *breaks) {
+    double odd = INFINITY, even = INFINITY;
+    assert(newton->look && newton->form.kind == ORBIT_DRIVEN);
+    floquet_matrix(floquet, newton, -1, floquet->work);
+    PEND_TRY(pend_orbit_eigenvalues(newton->algebra, 2 * floquet->n, floquet->work,
+                                    floquet->part_re, floquet->part_im));
+    for (int i = 0; i < 2 * floquet->n; i++) {
+        odd = fmin(odd, hypot(floquet->part_re[i] + 1, floquet->part_im[i]));
+        even = fmin(even, hypot(floquet->part_re[i] - 1, floquet->part_im[i]));
+    }
+    *breaks = odd < even;
+    return PEND_OK;
 }

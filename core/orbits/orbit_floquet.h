@@ -7,21 +7,18 @@
 
 #include "core/orbits/orbit_newton.h"
 
-/* What can change along a branch, each with the count of what is beyond the border. */
-enum orbit_count {
-    ORBIT_PLUS,   /* multipliers beyond +1, of the part of the orbit that was computed */
-    ORBIT_MINUS,  /* beyond -1 */
-    ORBIT_AROUND, /* pairs that are complex and grow */
-    ORBIT_COUNTS
-};
+/* Where real multipliers leave the circle and come back. */
+enum orbit_border { ORBIT_PLUS /* +1 */, ORBIT_MINUS /* -1 */, ORBIT_REAL };
 
 struct orbit_floquet {
     int n;
     double *re, *im; /* 2 n multipliers of the whole period */
-    int count[ORBIT_COUNTS];
-    double test[ORBIT_COUNTS]; /* changes sign where one passes +1 or -1; the last one is none */
-    int stable;                /* no small disturbance grows exponentially */
-    double growth;             /* the largest size of a multiplier, at least 1 */
+    /* of the part of the orbit that was computed: how many real ones are beyond a border, and
+     * beyond it by more than rounding errors; pairs count twice that are outside the circle */
+    int beyond[ORBIT_REAL], surely[ORBIT_REAL], outside;
+    double test[ORBIT_REAL]; /* changes sign where a real one passes a border */
+    int stable;              /* no small disturbance grows exponentially */
+    double growth;           /* the largest size of a multiplier, at least 1 */
     double *part_re, *part_im, *work;
     double *block;
 };
@@ -50,5 +47,20 @@ double pend_orbit_floquet_bytes(int n);
  */
 PEND_MUST_CHECK enum pend_status pend_orbit_floquet_at(struct orbit_floquet *floquet,
                                                        struct orbit_newton *newton);
+
+/**
+ * Whether a disturbance that neither grows nor shrinks breaks the mirror symmetry of an orbit of a
+ * driven pendulum: half a period turns such a one into the reverse of its mirror image.
+ *
+ * newton  has looked at half of the orbit; the multipliers of the whole one are kept.
+ * breaks  out.
+ *
+ * PEND_NO_MEMORY
+ * PEND_NO_CONVERGENCE
+ * O(n^3).
+ */
+PEND_MUST_CHECK enum pend_status pend_orbit_floquet_half(struct orbit_floquet *floquet,
+                                                         const struct orbit_newton *newton,
+                                                         int *breaks);
 
 #endif

@@ -317,6 +317,7 @@ enum pend_status pend_orbit_form_set(struct orbit_form *form, const double u[], 
     } else {
         form->span = u[form->equations] * form_later(form);
     }
+    if (form->halved) form->span /= 2;
     if (!(form->span > 0) || !isfinite(form->span))
         return pend_fail(error, PEND_INVALID, -1, 0, "an orbit takes no such time");
     *motion = (struct pend_problem){.tree = form->tree ? form->tree : p->tree,
@@ -327,6 +328,19 @@ enum pend_status pend_orbit_form_set(struct orbit_form *form, const double u[], 
                                     .rtol = 1e-16,
                                     .no_drift = 1};
     return PEND_OK;
+}
+
+double pend_orbit_form_apart(const struct orbit_form *form, const struct orbit_map *map, int side) {
+    double most = 0, twice = side < 0 ? 2 * hanging : 0;
+    const double *phi = map ? map->phi : form->phi, *rate = map ? map->rate : form->rate;
+    assert(side == 1 || side == -1);
+    for (int k = 0; k < form->n; k++) {
+        double way = phi[k] - side * form->phi[k] - twice;
+        double speed = rate[k] - side * form->rate[k];
+        if (form->turns) way = remainder(way, 2 * pi);
+        most = fmax(most, fmax(fabs(way), fabs(speed) / form->omega));
+    }
+    return most;
 }
 
 /* ---- equations */

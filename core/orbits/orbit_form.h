@@ -37,6 +37,7 @@ struct orbit_form {
     struct pend_loads loads;
     double *value; /* of its terms */
     double *phi, *phi_low, *rate;
+    int halved;       /* the map takes half of the span: of a look at half of an orbit */
     double span;      /* s, of the map */
     int count, slope; /* parameters of the map; where those of what varies begin */
     struct pend_parameter *parameter;
@@ -116,6 +117,11 @@ void pend_orbit_form_unmirror(struct orbit_form *form);
  * turning  the arm that turns back at the start: one that gravity and springs move there.
  */
 void pend_orbit_form_free(struct orbit_form *form, int turning);
+
+/** Returns how far the end of a map, or without one the start itself, is from the start (side 1),
+ * or from the mirror image of the start about hanging (side -1): rad, and rates in the form's unit.
+ * O(n). */
+double pend_orbit_form_apart(const struct orbit_form *form, const struct orbit_map *map, int side);
 
 /** Returns the whole period of a list of unknowns that was set, s. O(1). */
 double pend_orbit_form_period(const struct orbit_form *form);

@@ -79,7 +79,8 @@ enum pend_orbits_end {
 enum pend_orbits_kind {
     PEND_ORBITS_FOLD,     /* +1: the branch turns back, in energy or in what varies */
     PEND_ORBITS_BRANCH,   /* +1: another branch crosses */
-    PEND_ORBITS_SYMMETRY, /* +1, -1 of the half period: orbits without the mirror symmetry */
+    PEND_ORBITS_SYMMETRY, /* +1, -1 of the half period: orbits without the mirror symmetry meet
+                             those that have it */
     PEND_ORBITS_DOUBLING, /* -1: orbits of twice the period */
     PEND_ORBITS_TORUS,    /* a complex pair begins or ceases to grow */
     PEND_ORBITS_KINDS
@@ -98,6 +99,7 @@ struct pend_orbit {
                                    rates in parts of the mode's or the drive's frequency */
     int stable;                 /* no small disturbance grows exponentially */
     enum pend_orbits_kind kind; /* of a bifurcation */
+    int turns;                  /* of a bifurcation: the branch turns back there */
 };
 
 #endif

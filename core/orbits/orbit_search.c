@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <string.h>
 
 int pend_orbits_valid(const struct pend_orbits *orbits) {
     return orbits->newton.unknowns == orbits->newton.form.equations + 1 && orbits->step > 0 &&
@@ -20,8 +21,9 @@ void pend_orbit_search_plane(struct pend_orbits *o, const double normal[]) {
 
 void pend_orbit_search_begin(struct pend_orbits *o, enum orbits_aim aim) {
     o->aim = aim, o->stage = SEARCH;
-    o->newton.look = aim == LOOK;
-    o->newton.whole = (o->problem.branch || o->problem.driven || aim == LAST) && aim != LOOK;
+    o->newton.look = aim == LOOK || aim == HALF;
+    o->newton.form.halved = aim == HALF;
+    o->newton.whole = (o->problem.branch || o->problem.driven || aim == LAST) && !o->newton.look;
     o->newton.careful = o->problem.driven && aim == FIRST && !o->left;
     o->newton.energy = aim == LAST && !o->problem.driven && o->problem.target == PEND_ORBIT_ENERGY;
     pend_orbit_newton_begin(&o->newton);
@@ -56,4 +58,14 @@ enum pend_status pend_orbit_search_tell(struct pend_orbits *o, const double u[],
     o->now.closure = o->check.closure;
     o->now.stable = o->floquet.stable;
     return PEND_OK;
+}
+
+void pend_orbit_search_mark(const struct pend_orbits *o, const double along[],
+                            struct orbits_mark *mark) {
+    double slope = o->problem.driven ? along[o->newton.unknowns - 1]
+                                     : pend_orbit_newton_slope(&o->newton, along);
+    memcpy(mark->beyond, o->floquet.beyond, sizeof mark->beyond);
+    memcpy(mark->surely, o->floquet.surely, sizeof mark->surely);
+    memcpy(mark->test, o->floquet.test, sizeof o->floquet.test);
+    mark->outside = o->floquet.outside, mark->test[ORBIT_TURN] = slope;
 }

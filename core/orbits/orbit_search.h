@@ -11,15 +11,34 @@
 enum orbits_stage { SETTLE, SEARCH, CHECK, CHANGES, LEAVE, FORWARD, OVER };
 
 /* What a search of Newton's method is for. */
-enum orbits_aim { FIRST, STEP, LAST, LOCATE, LOOK };
+enum orbits_aim { FIRST, STEP, LAST, LOCATE, LOOK, HALF };
+
+/* What may differ between two orbits of a branch. Two real multipliers that meet away from the
+ * circle and become a pair, or the reverse, change none of it. */
+enum orbits_border {
+    ORBIT_TURN = ORBIT_REAL, /* whether the energy, or what varies, grows along the branch */
+    ORBIT_AROUND,            /* how many multipliers are outside the circle, real or not */
+    ORBIT_BORDERS
+};
+
+/* On which side of every border an orbit is: of +1 and -1 whether an odd number of real multipliers
+ * is beyond it. */
+struct orbits_mark {
+    double at; /* part of the way from the last orbit to the next */
+    int side[ORBIT_BORDERS];
+    int beyond[ORBIT_REAL], surely[ORBIT_REAL], outside; /* as in orbit_floquet */
+    double test[ORBIT_TURN + 1]; /* passes 0 at a border; of ORBIT_TURN the slope */
+};
 
 /* An orbit on its branch. */
 struct orbits_point {
     double *u, *along; /* unknowns; direction of the branch */
-    double slope;      /* of the energy, or of what varies, along the branch */
-    int count[ORBIT_COUNTS];
-    double test[ORBIT_COUNTS];
+    struct orbits_mark mark;
 };
+
+/* most orbits between the last and the next that are kept, each on other sides than its neighbours
+ */
+enum { ORBITS_AHEAD = 16 };
 
 struct pend_orbits {
     struct pend_orbit_problem problem;
@@ -37,10 +56,15 @@ struct pend_orbits {
     int points;                     /* steps so far */
     enum pend_orbits_end end, why;  /* why: the last step failed */
     int part;
-    /* a bifurcation under way, of the border -1 = none yet */
-    int border, tries, side;
-    double low, high, at, low_test, high_test; /* parts of the way between the two */
-    int met;                                   /* bifurcations of this branch so far */
+    /* bifurcations between the two: all up to `low` were answered; the next one is before the last
+     * of the orbits ahead, of which there are `waiting`, -1: none was looked for yet */
+    struct orbits_mark low, ahead[ORBITS_AHEAD];
+    int waiting, border, tries, side;
+    int known[ORBIT_REAL];       /* multipliers pass there: they are not at +1, or -1, all along */
+    int beside;                  /* orbits on either side of a turn that were looked for */
+    double at, touch, weight[2]; /* parts of the way; weights of the tests at low and ahead */
+    enum pend_orbits_kind turned_at; /* as pend_orbits_turned */
+    int met;                         /* bifurcations of this branch so far */
     int left, attempts; /* branches that were left; tries to step onto the one that begins there */
     struct pend_orbit now;
     struct pend_run *settling;
@@ -57,6 +81,11 @@ void pend_orbit_search_plane(struct pend_orbits *o, const double normal[]);
 
 /** Begins a search of Newton's method from newton.u, across the plane that was set. O(n). */
 void pend_orbit_search_begin(struct pend_orbits *o, enum orbits_aim aim);
+
+/** Fills in what the multipliers of the orbit found say, and the slope of its branch along a
+ * direction; sides and `at` are kept. O(n). */
+void pend_orbit_search_mark(const struct pend_orbits *o, const double along[],
+                            struct orbits_mark *mark);
 
 /** Returns the scalar product of two lists. O(count). */
 double pend_orbit_search_dot(const double a[], const double b[], int count);

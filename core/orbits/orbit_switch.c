@@ -13,7 +13,8 @@ int pend_orbit_switch_form(struct orbit_form *form, enum pend_orbits_kind kind) 
     case PEND_ORBITS_BRANCH:
         return 1;
     case PEND_ORBITS_SYMMETRY:
-        pend_orbit_form_unmirror(form);
+        // orbits of a driven pendulum, and those without the symmetry, obey the same equations
+        if (form->mirrored) pend_orbit_form_unmirror(form);
         return 1;
     case PEND_ORBITS_DOUBLING:
         return pend_orbit_form_double(form);

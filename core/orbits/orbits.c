@@ -127,7 +127,7 @@ enum pend_status pend_orbits_new(struct pend_orbits **orbits,
     struct pend_orbits *o = *orbits = calloc(1, sizeof *o);
     if (!o) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for orbits");
     o->problem = *problem;
-    o->end = o->why = PEND_ORBITS_NONE;
+    o->end = o->why = PEND_ORBITS_NONE, o->turned_at = PEND_ORBITS_KINDS;
     o->step = o->begin = fmin(orbits_begin, problem->step);
     enum pend_status status = pend_orbit_newton_init(&o->newton, &o->problem, error);
     if (status == PEND_OK) status = orbits_allocate(o, error);
@@ -196,6 +196,10 @@ enum pend_orbits_end pend_orbits_end(const struct pend_orbits *orbits) {
 
 int pend_orbits_part(const struct pend_orbits *orbits) { return orbits->part; }
 
+enum pend_orbits_kind pend_orbits_turned(const struct pend_orbits *orbits) {
+    return orbits->turned_at;
+}
+
 int pend_orbits_left(const struct pend_orbits *orbits) { return orbits->left; }
 
 long pend_orbits_steps(const struct pend_orbits *orbits, long *maps) {
@@ -225,10 +229,12 @@ static void orbits_carry_point(const struct pend_orbits *o, struct orbits_point 
     size_t q = (size_t)pend_orbit_unknowns(&o->problem);
     pend_checkpoint_row(checkpoint, point->u, q);
     pend_checkpoint_row(checkpoint, point->along, q);
-    pend_checkpoint_row(checkpoint, &point->slope, 1);
-    pend_checkpoint_row(checkpoint, point->test, ORBIT_COUNTS);
-    for (int i = 0; i < ORBIT_COUNTS; i++)
-        pend_checkpoint_int(checkpoint, &point->count[i], 2 * o->problem.tree->n);
+    pend_checkpoint_row(checkpoint, point->mark.test, ORBIT_TURN + 1);
+    pend_checkpoint_int(checkpoint, &point->mark.outside, 2 * o->problem.tree->n);
+    for (int i = 0; i < ORBIT_REAL; i++) {
+        pend_checkpoint_int(checkpoint, &point->mark.beyond[i], 2 * o->problem.tree->n);
+        pend_checkpoint_int(checkpoint, &point->mark.surely[i], 2 * o->problem.tree->n);
+    }
 }
 
 /* the equations; those of orbits that never rest have more unknowns than a search without other
@@ -253,12 +259,13 @@ static enum pend_status orbits_carry_form(struct pend_orbits *o,
 /* where the search is, in whole numbers */
 static void orbits_carry_place(struct pend_orbits *o, struct pend_checkpoint *checkpoint) {
     int over = o->stage == OVER, aim = (int)o->aim, end = (int)o->end, why = (int)o->why;
-    int kind = (int)o->now.kind;
+    int kind = (int)o->now.kind, turned = (int)o->turned_at;
     pend_checkpoint_int(checkpoint, &over, 1);
     pend_checkpoint_int(checkpoint, &aim, LOOK);
     pend_checkpoint_int(checkpoint, &end, PEND_ORBITS_ENDS - 1);
     pend_checkpoint_int(checkpoint, &why, PEND_ORBITS_ENDS - 1);
     pend_checkpoint_int(checkpoint, &kind, PEND_ORBITS_KINDS - 1);
+    pend_checkpoint_int(checkpoint, &turned, PEND_ORBITS_KINDS);
     pend_checkpoint_int(checkpoint, &o->points, o->problem.points);
     pend_checkpoint_int(checkpoint, &o->part, INT_MAX);
     pend_checkpoint_int(checkpoint, &o->met, INT_MAX / 2);
@@ -267,7 +274,7 @@ static void orbits_carry_place(struct pend_orbits *o, struct pend_checkpoint *ch
     o->stage = over ? OVER : FORWARD;
     o->aim = (enum orbits_aim)aim;
     o->end = (enum pend_orbits_end)end, o->why = (enum pend_orbits_end)why;
-    o->now.kind = (enum pend_orbits_kind)kind;
+    o->now.kind = (enum pend_orbits_kind)kind, o->turned_at = (enum pend_orbits_kind)turned;
 }
 
 enum pend_status pend_orbits_carry(struct pend_orbits *orbits, struct pend_checkpoint *checkpoint) {

@@ -51,6 +51,10 @@ enum pend_orbits_end pend_orbits_end(const struct pend_orbits *orbits);
 /** Returns which part of its period the last orbits beyond the end take, of PEND_ORBITS_MEETS. */
 int pend_orbits_part(const struct pend_orbits *orbits);
 
+/** Returns where the branch turned back last without a fold, where orbits of another branch meet
+ * it; PEND_ORBITS_KINDS: nowhere. O(1). */
+enum pend_orbits_kind pend_orbits_turned(const struct pend_orbits *orbits);
+
 /** Returns how many branches were left so far. O(1). */
 int pend_orbits_left(const struct pend_orbits *orbits);
 

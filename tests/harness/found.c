@@ -38,6 +38,10 @@ void found_search(struct found *f) {
         REQUIRE(f->bifurcations < FOUND_KINDS);
         f->kind[f->bifurcations] = orbit.kind;
         f->after[f->bifurcations] = f->rows - 1;
+        f->turns[f->bifurcations] = orbit.turns;
+        size_t numbers = 2 * (size_t)f->tree->n;
+        memcpy(f->re_there[f->bifurcations], orbit.re, numbers * sizeof(double));
+        memcpy(f->im_there[f->bifurcations], orbit.im, numbers * sizeof(double));
         f->at[f->bifurcations++] = f->problem.driven ? orbit.value : orbit.energy;
     }
     if (f->status == PEND_OK) f->end = pend_orbits_end(search);

@@ -25,6 +25,8 @@ struct found {
     int stable[FOUND_ROWS], after[FOUND_KINDS];
     enum pend_orbits_kind kind[FOUND_KINDS];
     double at[FOUND_KINDS]; /* energy or value of a bifurcation */
+    int turns[FOUND_KINDS];
+    double re_there[FOUND_KINDS][2 * FOUND_ARMS], im_there[FOUND_KINDS][2 * FOUND_ARMS];
 };
 
 /** Searches to the end; the tree stays. */

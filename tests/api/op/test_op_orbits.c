@@ -94,7 +94,7 @@ TEST(orbits_switch_to_the_branch_that_begins_at_a_bifurcation) {
     CHECK_INT(once.status, 200);
     CHECK_INT(twice.status, 200);
     CHECK_INT(swing.status, 200);
-    CHECK_TEXT(test_reply_text(&once, "/bifurcations/0/kind"), "branch");
+    CHECK_TEXT(test_reply_text(&once, "/bifurcations/0/kind"), "symmetry");
     CHECK(test_reply_number(&once, "/bifurcations/0/after") == 0);
     CHECK_TEXT(test_reply_text(&twice, "/bifurcations/0/kind"), "doubling");
     CHECK(test_reply_number(&twice, "/bifurcations/0/value") ==
@@ -136,7 +136,7 @@ TEST(orbits_have_their_bifurcations_as_rows) {
             CHECK(test_reply_number(&rows, row) == test_reply_number(&list, item));
         }
     }
-    CHECK(test_reply_number(&rows, "/kind/0") == 2 && test_reply_number(&rows, "/kind/1") == 4);
+    CHECK(test_reply_number(&rows, "/kind/0") == 3 && test_reply_number(&rows, "/kind/1") == 4);
     CHECK(test_reply_number(&rows, "/stats/orbits") == test_reply_number(&list, "/stats/orbits"));
     test_reply_free(&none);
     test_reply_free(&rows);
@@ -223,6 +223,20 @@ TEST(orbits_that_cannot_be_are_refused) {
                      reply.out.data);
         test_reply_free(&reply);
     }
+}
+
+TEST(orbits_say_which_others_they_meet_where_their_branch_turns_back) {
+    struct test_reply reply = test_post(
+        API_OP_ORBITS,
+        "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":1,\"damping\":[0.5],"
+        "\"torque\":[{\"harmonics\":[{\"amplitude\":1.02,\"omega\":0.6666666666666666}]}]},"
+        "\"initial\":{\"theta\":[0.3]},\"settle\":100,"
+        "\"branch\":{\"vary\":\"torque_amplitude\",\"arm\":1,\"to\":0.95}}");
+    CHECK_INT(reply.status, 200);
+    CHECK_TEXT(test_reply_text(&reply, "/end"), "back");
+    CHECK_TEXT(test_reply_text(&reply, "/bifurcations/0/kind"), "symmetry");
+    CHECK(strstr(test_reply_text(&reply, "/message"), "their own mirror images") != NULL);
+    test_reply_free(&reply);
 }
 
 /* chains of arms of 1 m and 1 kg; s that their orbits took on the machine of the notebook */

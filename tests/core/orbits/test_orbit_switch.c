@@ -53,7 +53,7 @@ static struct found *cascade(int switches) {
 }
 
 TEST(orbits_switch_through_a_cascade_of_doublings_as_feigenbaum_says) {
-    static const enum pend_orbits_kind kinds[] = {PEND_ORBITS_BRANCH, PEND_ORBITS_DOUBLING};
+    static const enum pend_orbits_kind kinds[] = {PEND_ORBITS_SYMMETRY, PEND_ORBITS_DOUBLING};
     double at[5], period = 3 * M_PI;
     for (int switches = 0; switches < 5; switches++) {
         struct found *f = cascade(switches);

@@ -1,0 +1,178 @@
+/* Tests of bifurcations between the orbits of a branch: each is one, in order, none is missed, and
+ * each has the name of what happens there.
+ * Leaves to others: the branches that begin there (test_orbit_switch).
+ * Invariant: what happens is read from the multipliers of orbits, those at the bifurcation and
+ * those on either side of it. */
+#include "core/orbits/orbit_change.h"
+
+#include <complex.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "tests/harness/found.h"
+#include "tests/harness/test.h"
+
+/* a tree of n arms, each on the one before or on its parent */
+static void grow(struct found *f, int n, unsigned long long *seed) {
+    double length[FOUND_ARMS], mass[FOUND_ARMS];
+    int parent[FOUND_ARMS];
+    for (int k = 0; k < n; k++) {
+        length[k] = 0.4 + 0.8 * test_random(seed), mass[k] = 0.2 + test_random(seed);
+        parent[k] = k < 2 || test_random(seed) < 0.6 ? k - 1 : k - 2;
+    }
+    pend_tree_free(&f->tree);
+    REQUIRE(pend_tree_new(&f->tree, n, length, mass, parent, NULL) == PEND_OK);
+}
+
+/* orbits of a tree with friction that a torque on the first arm drives, from hanging on; the torque
+ * or its frequency grows */
+static struct found *driven(int n, unsigned long long *seed) {
+    static double phi[FOUND_ARMS], rate[FOUND_ARMS];
+    struct found *f = found_chain(n, 0, 1, 1);
+    grow(f, n, seed);
+    const struct pend_terms *terms = found_terms(f, PEND_TERM_DAMPING, 1);
+    double *torque = f->term + terms->harmonic[0].at;
+    for (int k = 0; k < n; k++) {
+        f->term[pend_terms_place(terms, PEND_TERM_DAMPING, k)] = 0.01 + 0.1 * test_random(seed);
+        phi[k] = -M_PI / 2, rate[k] = 0;
+    }
+    torque[0] = 0.5 + 2 * test_random(seed), torque[1] = 0.8 + 1.2 * test_random(seed);
+    f->problem.driven = f->problem.periods = 1, f->problem.points = 50;
+    f->problem.phi = phi, f->problem.rate = rate;
+    if (test_random(seed) < 0.5) {
+        f->problem.vary = PEND_ORBIT_OMEGA, f->problem.to = 2.5 + 1.5 * test_random(seed);
+    } else {
+        f->problem.vary = PEND_ORBIT_PARAMETER, f->problem.to = 4 + 4 * test_random(seed);
+        f->problem.by = (struct pend_parameter){PEND_PARAMETER_TERM, terms->harmonic[0].at};
+    }
+    return f;
+}
+
+static struct found *swinging(int n, unsigned long long *seed) {
+    struct found *f = found_chain(n, test_random_int(seed, n), 2, 1);
+    grow(f, n, seed);
+    return f;
+}
+
+/* how many multipliers are outside the circle by more than `border` */
+static int growing(const struct found *f, int row, double border) {
+    int count = 0;
+    for (int j = 0; j < 2 * f->tree->n; j++)
+        count += hypot(f->re[row][j], f->im[row][j]) > 1 + border;
+    return count;
+}
+
+/* How far the multipliers at a bifurcation are from what its kind says: one is at +1, or at -1, or
+ * a pair is on the circle; of orbits that lose nothing two pairs meet there. The orbit's own pair
+ * is the last one. */
+static double away(const struct found *f, int i) {
+    int loses = f->problem.driven, m = 2 * f->tree->n - (loses ? 0 : 2);
+    double least = INFINITY;
+    for (int j = 0; j < m; j++) {
+        double complex x = f->re_there[i][j] + I * f->im_there[i][j];
+        double here = cabs(f->kind[i] == PEND_ORBITS_DOUBLING ? x + 1 : x - 1);
+        if (f->kind[i] == PEND_ORBITS_TORUS)
+            here = cimag(x) != 0 && loses ? fabs(cabs(x) - 1) : INFINITY;
+        for (int k = 0; k < j && f->kind[i] == PEND_ORBITS_TORUS && !loses; k++)
+            here =
+                fmin(here, cabs(x - f->re_there[i][k] - I * f->im_there[i][k]) + fabs(cabs(x) - 1));
+        least = fmin(least, here);
+    }
+    return least;
+}
+
+/* What is told between two orbits is what their multipliers have done, and no more; orbits with one
+ * within rounding errors of the circle are passed over. */
+static void check_steps(const struct found *f, int number) {
+    int last = 0, told = 0;
+    for (int row = 1; row < f->rows; row++) {
+        for (int i = 0; i < f->bifurcations; i++)
+            if (f->after[i] == row) told += f->kind[i] == PEND_ORBITS_TORUS ? 2 : 1;
+        int now = growing(f, row, 1e-5), change = abs(now - growing(f, last, 1e-5));
+        if (now != growing(f, row, 1e-9)) continue;
+        CHECK_SAYING(change <= told && (told - change) % 2 == 0,
+                     "tree %d: %d multipliers pass between orbits %d and %d, %d are told", number,
+                     change, last, row, told);
+        last = row, told = 0;
+    }
+    for (int i = 0; i < f->bifurcations; i++)
+        CHECK_SAYING(away(f, i) < (f->problem.driven ? 1e-4 : 1e-2),
+                     "tree %d: a bifurcation of kind %d at %g is %g away from one", number,
+                     (int)f->kind[i], f->at[i], away(f, i));
+}
+
+TEST(bifurcations_of_random_trees_are_where_multipliers_pass_the_circle_and_nowhere_else) {
+    unsigned long long seed = 35;
+    int kinds[PEND_ORBITS_KINDS] = {0};
+    for (int number = 0; number < 30; number++) {
+        int n = number % 2 ? 3 + number / 2 % 3 : 1 + number / 2 % 4;
+        struct found *f = number % 2 ? swinging(n, &seed) : driven(n, &seed);
+        found_search(f);
+        REQUIRE(f->status == PEND_OK);
+        check_steps(f, number);
+        for (int i = 0; i < f->bifurcations; i++) kinds[f->kind[i]]++;
+        // all of these are their own mirror images: where another branch crosses, swings are not
+        for (int i = 0; i < f->bifurcations && f->problem.driven; i++)
+            CHECK(f->kind[i] != PEND_ORBITS_BRANCH);
+        for (int i = 1; i < f->bifurcations; i++) CHECK(f->after[i] >= f->after[i - 1]);
+        found_free(f);
+    }
+    CHECK(kinds[PEND_ORBITS_FOLD] > 10 && kinds[PEND_ORBITS_BRANCH] > 10);
+    CHECK(kinds[PEND_ORBITS_SYMMETRY] > 10 && kinds[PEND_ORBITS_TORUS] > 5);
+}
+
+/* two pairs of real multipliers meet at 3.62 and 0.276 in the step in which another passes +1 */
+TEST(bifurcations_are_not_hidden_by_multipliers_that_meet_away_from_the_circle) {
+    static const double length[] = {0.6, 0.97, 0.44}, mass[] = {0.29, 0.74, 0.74};
+    static const int parent[] = {-1, 0, 0};
+    struct found *f = found_chain(3, 0, 2, 1);
+    pend_tree_free(&f->tree);
+    REQUIRE(pend_tree_new(&f->tree, 3, length, mass, parent, NULL) == PEND_OK);
+    found_search(f);
+    REQUIRE(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED && f->bifurcations == 8);
+    CHECK(f->kind[7] == PEND_ORBITS_SYMMETRY);
+    CHECK_RESIDUAL(fabs(f->at[7] - 17.917900006), 1e-7, "energy of the bifurcation, J");
+    check_steps(f, 0);
+    found_free(f);
+}
+
+/* an arm whose swing to one side is that to the other half a period later, until the torque is
+ * 1.00432: theta'' + theta'/2 + sin theta = g cos 2t/3 */
+static struct found *torque_grows(double from, double to) {
+    struct found *f = found_driven(0.5, from, 2.0 / 3);
+    f->problem.branch = 1, f->problem.vary = PEND_ORBIT_PARAMETER, f->problem.to = to;
+    f->problem.by = (struct pend_parameter){PEND_PARAMETER_TERM, f->terms->harmonic[0].at};
+    f->problem.settle = 100;
+    return f;
+}
+
+TEST(bifurcations_at_which_a_driven_swing_loses_its_symmetry_are_told_from_both_sides) {
+    struct found *f = torque_grows(0.9, 1.02), *g = torque_grows(1.02, 0.95);
+    found_search(f);
+    found_search(g);
+    REQUIRE(f->status == PEND_OK && g->status == PEND_OK);
+    REQUIRE(f->bifurcations == 1 && g->bifurcations == 1);
+    CHECK(f->end == PEND_ORBITS_REACHED && f->kind[0] == PEND_ORBITS_SYMMETRY && !f->turns[0]);
+    // the branch of swings without the symmetry turns back where it meets the others
+    CHECK(g->end == PEND_ORBITS_BACK && g->kind[0] == PEND_ORBITS_SYMMETRY && g->turns[0]);
+    CHECK_RESIDUAL(fabs(f->at[0] - g->at[0]), 1e-6, "torque of the bifurcation, N m");
+    CHECK(g->stable[0] && g->stable[g->rows - 1]);
+    // the others go on beyond
+    g->problem.switches = g->problem.leave[0] = 1;
+    found_search(g);
+    CHECK(g->status == PEND_OK && g->end == PEND_ORBITS_REACHED && g->rows > 3);
+    CHECK(fabs(g->value[g->rows - 1] - 0.95) < 1e-14 && g->stable[g->rows - 1]);
+    found_free(g);
+    found_free(f);
+}
+
+/* orbits of twice the period turn back where they meet those of the period itself */
+TEST(bifurcations_at_which_a_period_was_doubled_are_told_from_both_sides) {
+    struct found *f = torque_grows(1.068, 1.05);
+    f->problem.periods = 2, f->problem.settle = 2000;
+    found_search(f);
+    REQUIRE(f->status == PEND_OK && f->bifurcations == 1);
+    CHECK(f->end == PEND_ORBITS_BACK && f->kind[0] == PEND_ORBITS_DOUBLING && f->turns[0]);
+    CHECK_RESIDUAL(fabs(f->at[0] - 1.0663738), 1e-6, "torque of the bifurcation, N m");
+    found_free(f);
+}
