@@ -132,6 +132,28 @@ export function reach(tree) {
   return most;
 }
 
+/**
+ * The least energy of height, J, counted from the pivot: each arm's center of mass, with all that
+ * it carries, straight below its joint.
+ * @param {Tree} tree
+ */
+export function lowest(tree) {
+  const mass = tree.mass.map((_, k) => massOf(tree, k));
+  const moment = tree.length.map((length, k) => {
+    const body = termOf(tree, "body", k);
+    const [along, across] = body ? centerOf(body) : [0, 0];
+    const bar = (tree.mass[k] + (termOf(tree, "rod", k) ?? 0) / 2) * length;
+    return [bar + (body?.mass ?? 0) * along, (body?.mass ?? 0) * across];
+  });
+  for (const k of order(tree.parent).reverse()) {
+    const carrier = tree.parent[k] - 1;
+    if (carrier < 0) continue;
+    mass[carrier] += mass[k];
+    hangsAt(tree, k).forEach((part, i) => (moment[carrier][i] += mass[k] * part));
+  }
+  return -Math.abs(tree.gravity) * moment.reduce((sum, [x, y]) => sum + Math.hypot(x, y), 0);
+}
+
 /** The arm and all that hangs on it. @param {number[]} parent @param {number} arm */
 export function branch(parent, arm) {
   const kids = children(parent);

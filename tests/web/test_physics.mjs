@@ -217,6 +217,25 @@ export async function the_bars_of_energy_are_the_server_s_and_their_balance_stay
   await close(page);
 }
 
+export async function potential_energy_is_0_at_the_lowest_position_wherever_it_is_shown(rig) {
+  const page = await open(rig, null);
+  // damping takes a pendulum whose parts hang off their arms' lines to its lowest position, where the server counts from the pivot
+  await page.evaluate(() => pendulumd.store.set({ ghosts: [], span: { stop: 40, step: 0.01 }, pendulum: { length: [0.5, 0.4], mass: [0.2, 0.1], parent: [0, 1], gravity: 9.81,
+    rod: [0.3, null], body: [null, { mass: 0.4, inertia: 0.002, center: [0.1, 0.07] }], at: [null, [0.3, -0.1]], damping: [0.3, 0.3] }, initial: { phi: [-0.6, -1], phid: [0, 0] } }));
+  await settled(page);
+  const { potential, server, sums } = await page.evaluate(async () => {
+    const [{ energiesIn }, { energiesOf, scaleOf }] = await Promise.all(["plot_data", "energy_bars"].map((name) => import(`/page/sources/drawers/${name}.js`)));
+    const { motion } = pendulumd;
+    const [, potential, total] = energiesIn(motion);
+    const end = motion.count - 1;
+    const bars = (i) => energiesOf(motion.track, i, scaleOf(motion.track).zero).slice(0, 3).reduce((a, b) => a + b);
+    return { potential: potential[end], server: motion.columns.energy_potential[end], sums: [0, 500, end].map((i) => [total[i], bars(i)]) };
+  });
+  assert.ok(Math.abs(potential) < 1e-7 && server < -1, `${potential} J, the server's ${server} J`);
+  for (const [plot, bars] of sums) assert.ok(Math.abs(plot - bars) < 1e-9, `the plot has ${plot} J, the bars have ${bars} J`);
+  await close(page);
+}
+
 export async function sliders_obey_keys_and_axe_finds_nothing_in_light_dark_and_on_a_phone(rig) {
   for (const [name, options] of Object.entries({ light: { height: 1000 }, dark: { height: 1000, dark: true, language: "de" }, phone: { width: 390, height: 844, touch: true } })) {
     const page = await open(rig, name === "phone" ? null : "coupled", options);

@@ -6,26 +6,27 @@
 import { createBag, h } from "../dom.js";
 import { exchanges, springEnergy } from "../terms.js";
 import { locate } from "../track.js";
+import { lowest } from "../tree.js";
 import { figure } from "./kit.js";
 
 const KINDS = ["kinetic", "height", "springs", "heat", "work", "balance"];
 const READABLE_MS = 150;
 
 /**
- * A motion's energies: of which track; lowest: the least energy of height, from which it is
- * counted; most: the end of the scale, J.
- * @typedef {{track: Track | null, count: number, lowest: number, most: number}} Scale
+ * A motion's energies: of which track; zero: the energy of height at the lowest position; most: the
+ * end of the scale, J.
+ * @typedef {{track: Track | null, count: number, zero: number, most: number}} Scale
  */
 
 /**
  * The energies of a sample, J, in the order of KINDS; NaN where they are not told.
- * @param {Track} track @param {number} i @param {number} lowest
+ * @param {Track} track @param {number} i @param {number} zero
  */
-export function energiesOf(track, i, lowest) {
+export function energiesOf(track, i, zero) {
   const { columns, n, doc } = track;
   const springs = springEnergy(doc.pendulum, columns.phi, i * n, columns.cart_x?.[i]);
   const kinetic = columns.energy_kinetic[i];
-  const height = columns.energy_potential[i] - springs - lowest;
+  const height = columns.energy_potential[i] - springs - zero;
   const told = "exchange_heat" in columns || !exchanges(doc.pendulum);
   const heat = told ? (columns.exchange_heat?.[i] ?? 0) : NaN;
   const work = told ? (columns.exchange_work?.[i] ?? 0) : NaN;
@@ -34,18 +35,14 @@ export function energiesOf(track, i, lowest) {
 
 /** The scale of what is here of a track. @param {Track} track @returns {Scale} */
 export function scaleOf(track) {
-  const { columns, n, doc, count } = track;
-  let lowest = Infinity;
-  for (let i = 0; i < count; i++) {
-    const springs = springEnergy(doc.pendulum, columns.phi, i * n, columns.cart_x?.[i]);
-    lowest = Math.min(lowest, columns.energy_potential[i] - springs);
-  }
+  const { doc, count } = track;
+  const zero = lowest(doc.pendulum);
   let most = 0;
   for (let i = 0; i < count; i++) {
-    for (const energy of energiesOf(track, i, lowest))
+    for (const energy of energiesOf(track, i, zero))
       if (Math.abs(energy) > most) most = Math.abs(energy);
   }
-  return { track, count, lowest, most };
+  return { track, count, zero, most };
 }
 
 /** @param {Text} text @param {string} kind */
@@ -70,8 +67,8 @@ function between(scale, track, time) {
   const place = { index: 0, fraction: 0 };
   locate(track, time, place);
   const next = Math.min(place.index + 1, track.count - 1);
-  const from = energiesOf(track, place.index, scale.lowest);
-  const to = energiesOf(track, next, scale.lowest);
+  const from = energiesOf(track, place.index, scale.zero);
+  const to = energiesOf(track, next, scale.zero);
   return from.map((energy, i) => energy + place.fraction * (to[i] - energy));
 }
 
@@ -90,7 +87,7 @@ export function createEnergyBars({ motion, clock, text }) {
     unknown,
   );
   /** @type {Scale} */
-  let scale = { track: null, count: 0, lowest: 0, most: 0 };
+  let scale = { track: null, count: 0, zero: 0, most: 0 };
   let shown = false;
   let told = 0;
 

@@ -15,7 +15,6 @@ const OCTAVE = 90; // degrees
 const VOLUME = 0.08;
 const GLIDE = 0.015; // s, in which the pitch follows
 const STILL = 0.02; // rad/s
-const ALIKE = 0.02; // of a period, up to which swings are regular
 
 /** Hz of an angle from hanging, degrees in (-180, 180]. @param {number} theta */
 export const pitchOf = (theta) => MIDDLE * 2 ** (theta / OCTAVE);
@@ -27,7 +26,7 @@ function armInWords({ motion, clock, text }, arm) {
   const rate = phid[arm - 1];
   const { times, amplitude, over } = swingsOf(motion.track, arm);
   const period = periodOf(times);
-  const regular = period && !over && period.most - period.least < ALIKE * period.mean;
+  const regular = period?.periodic && !over;
   const side = Math.abs(theta) < 0.5 ? "middle" : theta > 0 ? "right" : "left";
   const moves = Math.abs(rate) < STILL ? "rest" : rate > 0 ? "cc" : "cw";
   const holes = {

@@ -13,7 +13,7 @@ import { createHearing } from "./hear.js";
 import { choice, later, swatch, tick } from "./kit.js";
 import { lazyPart } from "./lazy.js";
 import { takeMeasurements } from "./measurements.js";
-import { farthestOf, formulaOf, noPeriodOf, periodOf, spreadOf, swingsOf } from "./periods.js";
+import { farthestOf, formulaOf, noPeriodOf, periodOf, periodWords, swingsOf } from "./periods.js";
 import { recordButton } from "./recorder.js";
 import { createStopwatch } from "./stopwatch.js";
 
@@ -31,16 +31,16 @@ function showPeriod({ app, arm, shown, period }) {
   if (!shown || !motion.complete || arm > motion.n) return;
   const swings = swingsOf(motion.track, arm);
   const found = periodOf(swings.times);
-  const formula = formulaOf(motion.doc.pendulum, arm);
-  const seconds = (/** @type {number} */ time) =>
-    Number.isFinite(time) ? text("measure.seconds", { time: text.number(time, 4) }) : "\u2013";
-  const rows = [];
-  if (found) {
-    rows.push(...line(text("measure.true"), seconds(found.mean), "period"));
-    rows.push(...line("", spreadOf(found, text), "swings"));
-  } else rows.push(...line(text("measure.true"), noPeriodOf(swings, motion.track, text), "period"));
-  rows.push(...line(text("measure.formula"), seconds(formula), "formula"));
-  if (found && !swings.over && Number.isFinite(formula)) {
+  const formula = formulaOf(motion.doc.pendulum);
+  const words = found ? periodWords(found, text) : null;
+  const none = noPeriodOf(swings, motion.track, text);
+  const rows = line(text("measure.true"), words?.period ?? none, "period");
+  if (words?.swings) rows.push(...line("", words.swings, "swings"));
+  if (Number.isFinite(formula)) {
+    const seconds = text("measure.seconds", { time: text.number(formula, 4) });
+    rows.push(...line(text("measure.formula"), seconds, "formula"));
+  } else if (motion.n > 1) rows.push(...line("", text("measure.modes"), "modes"));
+  if (found?.periodic && !swings.over && Number.isFinite(formula)) {
     const percent = text.number((found.mean / formula - 1) * 100, 2);
     rows.push(...line(text("measure.longer"), text("measure.percent", { percent }), "longer"));
   }

@@ -4,11 +4,13 @@
 // Invariant: a passage lies between two samples and is found on the curve that the stage draws.
 
 import { DEGREE, foldedTheta } from "../angles.js";
+import { termsOf } from "../terms.js";
 import { anglesAt } from "../track.js";
 
 const HALVINGS = 40;
 const STILL = 1e-9; // degrees: what rounding makes of an arm that hangs at rest
 const ALIKE = 1e-3; // of the period, up to which swings are as long as each other
+const PERIODIC = 0.02; // of the period: where swings differ by more there is none
 
 /** quick: it moves too far from one sample to the next for its swings to be told.
  * @typedef {{times: number[], amplitude: number, over: boolean, quick: boolean}} Swings */
@@ -56,25 +58,31 @@ export function swingsOf(track, arm) {
 }
 
 /**
- * The mean time from one passage to the next, and the shortest and the longest of them; null where
- * there are fewer than two passages.
+ * The mean time from one passage to the next, the shortest and the longest, and whether they are
+ * equal enough to be a period; null where there are fewer than two passages.
  * @param {number[]} times
  */
 export function periodOf(times) {
   if (times.length < 2) return null;
   const each = times.slice(1).map((time, i) => time - times[i]);
   const mean = (times[times.length - 1] - times[0]) / each.length;
-  return { mean, count: each.length, least: Math.min(...each), most: Math.max(...each) };
+  const [least, most] = [Math.min(...each), Math.max(...each)];
+  return { mean, count: each.length, least, most, periodic: most - least < PERIODIC * mean };
 }
 
 /**
- * Of how many swings a period is the mean, and how they differ, in words.
+ * A period, with the figures that the swings have in common, and of how many swings it is the mean;
+ * where the swings differ, that there is none.
  * @param {NonNullable<ReturnType<typeof periodOf>>} found @param {Text} text
  */
-export function spreadOf({ count, mean, least, most }, text) {
-  const range = { least: text.number(least, 3), most: text.number(most, 3) };
+export function periodWords({ count, mean, least, most, periodic }, text) {
+  const range = { count, least: text.number(least, 2), most: text.number(most, 2) };
+  if (!periodic) return { period: text("measure.notPeriodic", range), swings: "" };
   const alike = most - least < ALIKE * mean;
-  return text(alike ? "measure.alike" : "measure.unlike", { count, ...range });
+  return {
+    period: text("measure.seconds", { time: text.number(mean, alike ? 4 : 2) }),
+    swings: text(alike ? "measure.alike" : "measure.unlike", range),
+  };
 }
 
 /**
@@ -92,8 +100,10 @@ export const farthestOf = ({ amplitude, over }, text) =>
   over ? text("measure.over") : text("measure.degrees", { angle: text.number(amplitude, 1) });
 
 /**
- * 2 pi sqrt(l/g), s: of small swings of a mass on an arm of this length.
- * @param {Tree} tree @param {number} arm from 1
+ * 2 pi sqrt(l/g), s: of small swings of a mass on a single ideal arm; NaN of any other pendulum.
+ * @param {Tree} tree
  */
-export const formulaOf = ({ length, gravity }, arm) =>
-  gravity > 0 ? 2 * Math.PI * Math.sqrt(length[arm - 1] / gravity) : NaN;
+export const formulaOf = (tree) =>
+  tree.length.length === 1 && tree.gravity > 0 && !Object.keys(termsOf(tree)).length
+    ? 2 * Math.PI * Math.sqrt(tree.length[0] / tree.gravity)
+    : NaN;

@@ -4,6 +4,7 @@
 // Invariant: every number is a sample of the server's.
 
 import { thetaOf } from "../angles.js";
+import { lowest } from "../tree.js";
 import { armLook } from "./kit.js";
 
 const plain = (/** @type {number} */ value) => value;
@@ -15,9 +16,9 @@ export const PER_ARM = [
   { id: "forces", column: "lambda", shown: plain },
 ];
 export const ENERGIES = [
-  { id: "kinetic", column: "energy_kinetic", colour: "--arm-2" },
-  { id: "potential", column: "energy_potential", colour: "--arm-1" },
-  { id: "total", column: "energy_total", colour: "--ink" },
+  { id: "kinetic", colour: "--arm-2" },
+  { id: "potential", colour: "--arm-1" },
+  { id: "total", colour: "--ink" },
 ];
 
 /** @typedef {import("./picture.js").Panel} Panel */
@@ -31,6 +32,20 @@ export function columnOf(values, width, k, count, shown = plain) {
   const list = new Float64Array(count);
   for (let i = 0; i < count; i++) list[i] = shown(values[i * width + k]);
   return list;
+}
+
+/**
+ * The energies of a motion's samples, J, in the order of ENERGIES. The server counts the potential
+ * energy from the pivot, the page from the lowest position.
+ * @param {Motion} motion
+ */
+export function energiesIn({ columns, count, doc }) {
+  const zero = lowest(doc.pendulum);
+  return ENERGIES.map(({ id }) =>
+    columnOf(columns[`energy_${id}`], 1, 0, count, (energy) =>
+      id === "kinetic" ? energy : energy - zero,
+    ),
+  );
 }
 
 /**
@@ -90,9 +105,9 @@ export function panelsOf(motion, text, x, hidden, chosen) {
       const ys = cut(columnOf(columns[column], n, k, count, unit));
       return { name: String(k + 1), colour: paperColour(name), dash, xs: t, ys };
     });
-  const energies = ENERGIES.map(({ id, column, colour }) => {
-    const ys = cut(columns[column].slice(0, count));
-    return { name: text(`plots.${id}`), colour: paperColour(colour), xs: t, ys };
+  const lists = energiesIn(motion);
+  const energies = ENERGIES.map(({ id, colour }, i) => {
+    return { name: text(`plots.${id}`), colour: paperColour(colour), xs: t, ys: cut(lists[i]) };
   });
   const drift = {
     name: "",

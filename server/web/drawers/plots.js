@@ -11,7 +11,7 @@ import { createGroup } from "./chart.js";
 import { numbersAsFiles } from "./files_of_numbers.js";
 import { armLook, button, choice, cssValue, figure, later, save, swatch, toggle } from "./kit.js";
 import { pngOf, svgOf } from "./picture.js";
-import { ENERGIES, PER_ARM, columnOf, driftOf, panelsOf } from "./plot_data.js";
+import { ENERGIES, PER_ARM, columnOf, driftOf, energiesIn, panelsOf } from "./plot_data.js";
 import { createPortrait } from "./portrait.js";
 
 const FEW = 8; // so many arms are shown at first
@@ -177,7 +177,7 @@ function fill(view) {
     );
     charts.perArm[i].set([t, ...curves]);
   });
-  charts.energy.set([t, ...ENERGIES.map(({ column }) => columns[column].slice(0, count))]);
+  charts.energy.set([t, ...energiesIn(motion)]);
   charts.drift.set([t, driftOf(columns.energy_total, count)]);
   fillPortrait(view);
   follow(view);

@@ -13,7 +13,7 @@ import { readings } from "./gauge_words.js";
 import { figure } from "./kit.js";
 import { svgOf } from "./picture.js";
 import { panelsOf } from "./plot_data.js";
-import { farthestOf, formulaOf, periodOf, spreadOf, swingsOf } from "./periods.js";
+import { farthestOf, formulaOf, periodOf, periodWords, swingsOf } from "./periods.js";
 import { localOf, qrOf } from "./qr.js";
 
 const MOST_ARMS = 12; // rows of a table; the request at the end has all
@@ -82,8 +82,9 @@ function readOf({ store, motion, text }) {
   const rows = Array.from({ length: arms }, (_, k) => {
     const swings = swingsOf(motion.track, k + 1);
     const found = periodOf(swings.times);
-    const period = found ? `${seconds(found.mean)} (${spreadOf(found, text)})` : DASH;
-    const formula = formulaOf(motion.doc.pendulum, k + 1);
+    const words = found && periodWords(found, text);
+    const period = words ? `${words.period}${words.swings && ` (${words.swings})`}` : DASH;
+    const formula = formulaOf(motion.doc.pendulum);
     const name = text("arm.name", { arm: k + 1 });
     return [name, period, seconds(formula), farthestOf(swings, text)];
   });

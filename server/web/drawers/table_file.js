@@ -8,6 +8,7 @@
 import { thetaOf } from "../angles.js";
 import { cartAt } from "../track.js";
 import { createSpots, order, tips } from "../tree.js";
+import { ENERGIES, energiesIn } from "./plot_data.js";
 
 /** How numbers and columns are told apart, by name. @type {Record<string, string[]>} */
 export const MARKS = { comma: [",", ";"], point: [".", ","] };
@@ -57,10 +58,7 @@ export function columnsOf(motion, text) {
   const named = (/** @type {string} */ key) => (/** @type {number} */ arm) =>
     text(`table.${key}`, { arm });
   const places = placesOf(motion);
-  const energy = (/** @type {string} */ name) => ({
-    head: text(`table.${name}`),
-    value: (/** @type {number} */ i) => columns[`energy_${name}`][i],
-  });
+  const energies = energiesIn(motion);
   const cart = { head: text("table.cart"), value: (/** @type {number} */ i) => columns.cart_x[i] };
   return [
     { head: text("table.time"), value: (i) => start + t[i] },
@@ -70,7 +68,10 @@ export function columnsOf(motion, text) {
     ...perArm(n, named("y"), (i, k) => places(i).y[k]),
     ...perArm(n, named("force"), (i, k) => columns.lambda[i * n + k]),
     ...(columns.cart_x ? [cart] : []),
-    ...["kinetic", "potential", "total"].map(energy),
+    ...ENERGIES.map(({ id }, k) => ({
+      head: text(`table.${id}`),
+      value: (/** @type {number} */ i) => energies[k][i],
+    })),
   ];
 }
 

@@ -8,7 +8,7 @@ export default {
   "plots.angles": "Winkel θ von der Ruhelage, gegen den Uhrzeigersinn, Grad",
   "plots.rates": "Winkelgeschwindigkeiten ω = θ′, rad/s",
   "plots.forces": "Kräfte in den Armen, N (Druck: über 0)",
-  "plots.energy": "Energien, J",
+  "plots.energy": "Energien, J (Lageenergie: 0 in der tiefsten Lage)",
   "plots.drift": "Drift der Gesamtenergie, J",
   "plots.kinetic": "kinetisch",
   "plots.potential": "potentiell",

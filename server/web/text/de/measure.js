@@ -3,7 +3,7 @@
 export default {
   "measure.period.title": "Periode",
   "measure.of": "Schwingungen von",
-  "measure.true": "Wahre Periode T",
+  "measure.true": "Periode T",
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Länger als die Formel um",
   "measure.amplitude": "Größter Ausschlag",
@@ -12,7 +12,9 @@ export default {
   "measure.degrees": "{angle}°",
   "measure.seconds": "{time} s",
   "measure.alike": "Mittel von {count} Schwingungen, alle gleich",
-  "measure.unlike": "Mittel von {count} Schwingungen, {least} bis {most} s: sie sind verschieden",
+  "measure.unlike": "Mittel von {count} Schwingungen, {least} bis {most} s",
+  "measure.notPeriodic": "nicht periodisch: {count} Schwingungen von {least} bis {most} s",
+  "measure.modes": "Kleine Schwingungen haben die Perioden der Moden: siehe Moden.",
   "measure.noSwing": "Es geht nicht zweimal in einer Richtung durch die Ruhelage.",
   "measure.tooQuick":
     "Es kommt von einem Messpunkt zum nächsten ({step} s) zu weit: Die Periode ist so nicht zu erkennen.",

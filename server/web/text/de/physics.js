@@ -48,7 +48,7 @@ export default {
   "physics.energy.work": "Von Antrieben",
   "physics.energy.balance": "Bilanz",
   "physics.energy.words":
-    "Bewegung, Höhe, Federn und Wärme, weniger was von Antrieben kam: sie bleibt gleich.",
+    "Bewegung, Höhe, Federn und Wärme, weniger was von Antrieben kam: sie bleibt gleich. Die Höhe ist 0 in der tiefsten Lage.",
   "physics.energy.unknown":
     "Wärme und was Antriebe geben kennt dieses Verfahren nicht: siehe Verfahren.",
   "map.title": "Karte zweier Zahlen",

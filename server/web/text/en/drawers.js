@@ -8,7 +8,7 @@ export default {
   "plots.angles": "Angles θ from hanging, counterclockwise, degrees",
   "plots.rates": "Angular velocities ω = θ′, rad/s",
   "plots.forces": "Forces in the arms, N (pushing: above 0)",
-  "plots.energy": "Energies, J",
+  "plots.energy": "Energies, J (potential: 0 at the lowest position)",
   "plots.drift": "Drift of the total energy, J",
   "plots.kinetic": "kinetic",
   "plots.potential": "potential",

@@ -3,7 +3,7 @@
 export default {
   "measure.period.title": "Period",
   "measure.of": "Swings of",
-  "measure.true": "True period T",
+  "measure.true": "Period T",
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Longer than the formula by",
   "measure.amplitude": "Farthest from hanging",
@@ -12,7 +12,9 @@ export default {
   "measure.degrees": "{angle}°",
   "measure.seconds": "{time} s",
   "measure.alike": "mean of {count} swings, all alike",
-  "measure.unlike": "mean of {count} swings, from {least} to {most} s: they differ",
+  "measure.unlike": "mean of {count} swings, from {least} to {most} s",
+  "measure.notPeriodic": "not periodic: {count} swings of {least} to {most} s",
+  "measure.modes": "Small swings have the periods of the modes: see Modes.",
   "measure.noSwing": "It does not pass hanging twice in one direction.",
   "measure.tooQuick":
     "It moves too far from one sample to the next ({step} s) for its period to be told.",

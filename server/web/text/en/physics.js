@@ -48,7 +48,7 @@ export default {
   "physics.energy.work": "From drives",
   "physics.energy.balance": "Balance",
   "physics.energy.words":
-    "Motion, height, springs and heat, less what came from drives: it stays the same.",
+    "Motion, height, springs and heat, less what came from drives: it stays the same. Height is 0 at the lowest position.",
   "physics.energy.unknown": "Heat and what drives give are not known to this method: see Method.",
   "map.title": "Map of two numbers",
   "map.intro":

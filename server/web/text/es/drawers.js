@@ -8,7 +8,7 @@ export default {
   "plots.angles": "Ángulos θ desde la vertical, en sentido antihorario, grados",
   "plots.rates": "Velocidades angulares ω = θ′, rad/s",
   "plots.forces": "Fuerzas en los brazos, N (compresión: por encima de 0)",
-  "plots.energy": "Energías, J",
+  "plots.energy": "Energías, J (potencial: 0 en la posición más baja)",
   "plots.drift": "Deriva de la energía total, J",
   "plots.kinetic": "cinética",
   "plots.potential": "potencial",

@@ -3,7 +3,7 @@
 export default {
   "measure.period.title": "Periodo",
   "measure.of": "Oscilaciones de",
-  "measure.true": "Periodo verdadero T",
+  "measure.true": "Periodo T",
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Más largo que la fórmula en",
   "measure.amplitude": "Mayor desviación",
@@ -12,7 +12,9 @@ export default {
   "measure.degrees": "{angle}°",
   "measure.seconds": "{time} s",
   "measure.alike": "media de {count} oscilaciones, todas iguales",
-  "measure.unlike": "media de {count} oscilaciones, de {least} a {most} s: son distintas",
+  "measure.unlike": "media de {count} oscilaciones, de {least} a {most} s",
+  "measure.notPeriodic": "no es periódico: {count} oscilaciones de {least} a {most} s",
+  "measure.modes": "Las oscilaciones pequeñas tienen los periodos de los modos: ver Modos.",
   "measure.noSwing": "No pasa dos veces por la posición colgante en un mismo sentido.",
   "measure.tooQuick":
     "Avanza demasiado de una muestra a la siguiente ({step} s) para conocer su periodo.",

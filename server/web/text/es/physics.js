@@ -48,7 +48,7 @@ export default {
   "physics.energy.work": "De los motores",
   "physics.energy.balance": "Balance",
   "physics.energy.words":
-    "Movimiento, altura, muelles y calor, menos lo que dieron los motores: no cambia.",
+    "Movimiento, altura, muelles y calor, menos lo que dieron los motores: no cambia. La altura es 0 en la posición más baja.",
   "physics.energy.unknown": "Este método no conoce el calor ni lo que dan los motores: ver Método.",
   "map.title": "Mapa de dos números",
   "map.intro":

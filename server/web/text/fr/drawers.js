@@ -8,7 +8,7 @@ export default {
   "plots.angles": "Angles θ depuis la verticale, sens antihoraire, degrés",
   "plots.rates": "Vitesses angulaires ω = θ′, rad/s",
   "plots.forces": "Forces dans les bras, N (compression : au-dessus de 0)",
-  "plots.energy": "Énergies, J",
+  "plots.energy": "Énergies, J (potentielle : 0 à la position la plus basse)",
   "plots.drift": "Dérive de l’énergie totale, J",
   "plots.kinetic": "cinétique",
   "plots.potential": "potentielle",

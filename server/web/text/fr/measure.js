@@ -3,7 +3,7 @@
 export default {
   "measure.period.title": "Période",
   "measure.of": "Oscillations de",
-  "measure.true": "Période vraie T",
+  "measure.true": "Période T",
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Plus longue que la formule de",
   "measure.amplitude": "Plus grand écart",
@@ -12,7 +12,9 @@ export default {
   "measure.degrees": "{angle}°",
   "measure.seconds": "{time} s",
   "measure.alike": "moyenne de {count} oscillations, toutes égales",
-  "measure.unlike": "moyenne de {count} oscillations, de {least} à {most} s : elles diffèrent",
+  "measure.unlike": "moyenne de {count} oscillations, de {least} à {most} s",
+  "measure.notPeriodic": "non périodique : {count} oscillations de {least} à {most} s",
+  "measure.modes": "Les petites oscillations ont les périodes des modes : voir Modes.",
   "measure.noSwing": "Il ne passe pas deux fois par la position pendante dans le même sens.",
   "measure.tooQuick":
     "Il avance trop d’un échantillon au suivant ({step} s) pour que sa période soit connue.",

@@ -48,7 +48,7 @@ export default {
   "physics.energy.work": "Des entraînements",
   "physics.energy.balance": "Bilan",
   "physics.energy.words":
-    "Mouvement, hauteur, ressorts et chaleur, moins ce qui vient des entraînements : le total ne change pas.",
+    "Mouvement, hauteur, ressorts et chaleur, moins ce qui vient des entraînements : le total ne change pas. La hauteur est 0 à la position la plus basse.",
   "physics.energy.unknown":
     "Cette méthode ne connaît ni la chaleur ni ce que donnent les entraînements : voir Méthode.",
   "map.title": "Carte de deux nombres",

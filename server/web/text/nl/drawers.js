@@ -8,7 +8,7 @@ export default {
   "plots.angles": "Hoeken θ vanaf de hangende stand, tegen de klok in, graden",
   "plots.rates": "Hoeksnelheden ω = θ′, rad/s",
   "plots.forces": "Krachten in de armen, N (druk: boven 0)",
-  "plots.energy": "Energieën, J",
+  "plots.energy": "Energieën, J (potentieel: 0 in de laagste stand)",
   "plots.drift": "Drift van de totale energie, J",
   "plots.kinetic": "kinetisch",
   "plots.potential": "potentieel",

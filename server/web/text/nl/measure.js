@@ -3,7 +3,7 @@
 export default {
   "measure.period.title": "Periode",
   "measure.of": "Slingeringen van",
-  "measure.true": "Ware periode T",
+  "measure.true": "Periode T",
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Langer dan de formule met",
   "measure.amplitude": "Verste uitwijking",
@@ -12,7 +12,9 @@ export default {
   "measure.degrees": "{angle}°",
   "measure.seconds": "{time} s",
   "measure.alike": "gemiddelde van {count} slingeringen, alle gelijk",
-  "measure.unlike": "gemiddelde van {count} slingeringen, van {least} tot {most} s: ze verschillen",
+  "measure.unlike": "gemiddelde van {count} slingeringen, van {least} tot {most} s",
+  "measure.notPeriodic": "niet periodiek: {count} slingeringen van {least} tot {most} s",
+  "measure.modes": "Kleine slingeringen hebben de perioden van de trillingsmodi: zie Modi.",
   "measure.noSwing": "Hij gaat niet twee keer in dezelfde richting door de hangende stand.",
   "measure.tooQuick":
     "Hij beweegt te ver van het ene meetpunt naar het volgende ({step} s) om zijn periode te kennen.",

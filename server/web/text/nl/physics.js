@@ -48,7 +48,7 @@ export default {
   "physics.energy.work": "Van aandrijvingen",
   "physics.energy.balance": "Balans",
   "physics.energy.words":
-    "Beweging, hoogte, veren en warmte, min wat van aandrijvingen kwam: het blijft gelijk.",
+    "Beweging, hoogte, veren en warmte, min wat van aandrijvingen kwam: het blijft gelijk. De hoogte is 0 in de laagste stand.",
   "physics.energy.unknown":
     "Warmte en wat aandrijvingen geven kent deze methode niet: zie Methode.",
   "map.title": "Kaart van twee getallen",

@@ -8,7 +8,7 @@ export default {
   "plots.angles": "Açılar θ, asılı konumdan, saat yönünün tersine, derece",
   "plots.rates": "Açısal hızlar ω = θ′, rad/s",
   "plots.forces": "Kollardaki kuvvetler, N (basma: 0’ın üstü)",
-  "plots.energy": "Enerjiler, J",
+  "plots.energy": "Enerjiler, J (potansiyel: en alt konumda 0)",
   "plots.drift": "Toplam enerjinin kayması, J",
   "plots.kinetic": "kinetik",
   "plots.potential": "potansiyel",

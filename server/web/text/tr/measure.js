@@ -3,7 +3,7 @@
 export default {
   "measure.period.title": "Periyot",
   "measure.of": "Salınımı gösterilen",
-  "measure.true": "Gerçek periyot T",
+  "measure.true": "Periyot T",
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Formülden uzunluk farkı",
   "measure.amplitude": "En büyük sapma",
@@ -12,7 +12,9 @@ export default {
   "measure.degrees": "{angle}°",
   "measure.seconds": "{time} s",
   "measure.alike": "{count} salınımın ortalaması, hepsi eşit",
-  "measure.unlike": "{count} salınımın ortalaması, {least}–{most} s: birbirinden farklı",
+  "measure.unlike": "{count} salınımın ortalaması, {least}–{most} s",
+  "measure.notPeriodic": "periyodik değil: {least}–{most} s süren {count} salınım",
+  "measure.modes": "Küçük salınımlar modların periyotlarına sahiptir: Modlar’a bakın.",
   "measure.noSwing": "Sarkık konumdan aynı yönde iki kez geçmiyor.",
   "measure.tooQuick":
     "Bir örnekten ötekine ({step} s) periyodu bilinemeyecek kadar çok yol alıyor.",

@@ -47,7 +47,8 @@ export default {
   "physics.energy.heat": "Isı",
   "physics.energy.work": "Sürücülerden",
   "physics.energy.balance": "Denge",
-  "physics.energy.words": "Hareket, yükseklik, yaylar ve ısı, eksi sürücülerden gelen: değişmez.",
+  "physics.energy.words":
+    "Hareket, yükseklik, yaylar ve ısı, eksi sürücülerden gelen: değişmez. Yükseklik en alt konumda 0’dır.",
   "physics.energy.unknown": "Bu yöntem ısıyı ve sürücülerin verdiğini bilmez: Yöntem’e bakın.",
   "map.title": "İki sayının haritası",
   "map.intro":
