@@ -79,8 +79,8 @@ static int end_follows(const struct api_fit *fit, const struct pend_fit_result *
                              "rows, or a better start, may help.",
                              r->follows[0], last);
     return at + snprintf(text + at, WORDS_END - (size_t)at,
-                         ". The motion explains %.3g %% of the data's variance. A better start%s, "
-                         "or fewer unknowns, may help.",
+                         ": the sum of squares still falls. The motion explains %.6g %% of the "
+                         "variance. A better start%s, or fewer unknowns, may help.",
                          100 * fmax(r->explained, 0),
                          r->iterations >= fit->iterations ? ", more \"iterations\"" : "");
 }
@@ -152,17 +152,22 @@ static void end_farthest(const struct api_fit *fit, const struct pend_fit_result
 /* by which tests a model is rejected, and what its errors are worth */
 static int end_rejected(const struct pend_fit_result *r, char text[], size_t bytes) {
     int at = 0, tests = 0;
+    double spread = r->chi_squared / (double)r->freedom;
     if (!(r->explained > 0.9))
         at += snprintf(text + at, bytes - (size_t)at, "%s it explains %.3g %% of the variance",
                        tests++ ? "," : ":", 100 * fmax(r->explained, 0));
     if (r->p_value < words_level)
         at += snprintf(text + at, bytes - (size_t)at,
                        "%s chi-squared is %.4g per degree of freedom (p = %.1g)",
-                       tests++ ? "," : ":", r->chi_squared / (double)r->freedom, r->p_value);
+                       tests++ ? "," : ":", spread, r->p_value);
     if (r->alike < words_level)
         at += snprintf(text + at, bytes - (size_t)at,
                        "%s neighbouring residuals are alike (Durbin-Watson %.2g, of noise 2)",
                        tests++ ? "," : ":", r->watson);
+    if (tests == 1 && r->p_value < words_level)
+        at +=
+            snprintf(text + at, bytes - (size_t)at,
+                     " beside independent residuals: is sigma %.3g times as large?", sqrt(spread));
     if (isinf(r->widened))
         return at + snprintf(text + at, bytes - (size_t)at, ". No standard error holds.");
     return at + snprintf(text + at, bytes - (size_t)at,

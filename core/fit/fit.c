@@ -10,8 +10,9 @@
 #include "core/fit/fit_end.h"
 #include "core/fit/fit_release.h"
 
-/* Tolerances of an iteration: of a window that will grow, and of all rows. */
-static const double fit_rough = 1e-3, fit_fine = 1e-6;
+/* Tolerances of an iteration: of a window that will grow, of all rows, and of these where a search
+ * ended though its slopes foretell a fall. */
+static const double fit_rough = 1e-3, fit_fine = 1e-6, fit_finest = 1e-12;
 
 /* most iterations in a window that will grow */
 enum { FIT_ROUGH = 12 };
@@ -361,6 +362,8 @@ static enum pend_status fit_again(struct pend_fit *fit, int used, int *again,
     if (free && fit->inside) return PEND_OK;
     *again = pend_fit_release_move(fit, free, variance) > 0;
     if (free) fit->inside = 1;
+    // next to a curved valley of a chaotic motion steps are short long before its lowest place
+    if (!free && !*again) *again = fit->anew = 1;
     fit->begun = !*again;
     return PEND_OK;
 }
@@ -370,7 +373,7 @@ static enum pend_status fit_iterate(struct pend_fit *fit, int *over, struct pend
     double squares, variance;
     int put = 0, whole = fit->window == fit->problem.rows, why = 0;
     // the slope's is squared: it is of residuals that may be met exactly
-    double tolerance = whole ? fit_fine : fit_rough;
+    double tolerance = !whole ? fit_rough : fit->anew ? fit_finest : fit_fine;
     int stuck = gsl_multifit_nlinear_iterate(fit->search->work);
     fit->here++;
     if (fit->starved) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");

@@ -24,6 +24,9 @@ static const double fit_met = 1e-12;
 /* so many times its start: what the data let go so far they do not hold */
 static const double fit_away = 1e6;
 
+/* a fall of the sum of squares, over the variance of a residual, that is none beside rounding */
+static const double end_fall = 0.01;
+
 /* most unknowns whose second derivatives are computed: two motions with derivatives each */
 enum { END_BENDS = 16 };
 
@@ -167,7 +170,10 @@ static enum pend_status end_told(struct pend_fit *fit, double variance, long *fo
         fit->result.blind =
             pend_fit_told_blind(&told, fit->bounded, PEND_FIT_BLIND, fit->direction);
     if (status == PEND_OK) status = pend_fit_release_let(fit, &gain);
-    if (status == PEND_OK) *minimum = pend_fit_state_flat(fit, gain, fit->result.chi_squared);
+    // a fall that a search begun anew did not find either, within a fraction of a standard error
+    double fall = fit->anew ? end_fall * variance : 0;
+    if (status == PEND_OK)
+        *minimum = pend_fit_state_flat(fit, fmax(gain - fall, 0), fit->result.chi_squared);
     // next to where the slopes are 0 along a direction they foretell gains that are not there
     if (status == PEND_OK && !*minimum && fit->problem.unknowns <= END_BENDS) {
         int free = !memchr(fit->bounded, 1, (size_t)fit->problem.unknowns);

@@ -33,6 +33,7 @@ struct pend_fit {
     double least;                  /* that sum; infinite before there is one */
     double variance;               /* of a residual of all rows at the last look; 0 = not known */
     int inside;                    /* unknowns at bounds were begun again inside */
+    int anew;                      /* the search began again where a fall was foretold */
     unsigned char *bounded, *held; /* at a bound; for the last look, counted as constant */
     signed char *edge, *edged;     /* put to its low bound, -1, or its high one, 1; at `best` */
     struct pend_fit_result result;
