@@ -208,7 +208,8 @@ enum srv_part_run_end srv_part_run_turn(struct srv_part_run *run, const struct s
             srv_hold_set(&run->hold, part_run_bytes(run));
         }
         run->spent += srv_clock_now() - begin;
-    } while (status == PEND_OK && !done && !srv_queue_count(run->service->queue));
+    } while (status == PEND_OK && !done &&
+             !srv_queue_shorter(run->service->queue, SRV_QUEUE_LEVELS));
     if (status != PEND_OK) return part_run_failed(run, &error);
     if (!done) return SRV_PART_RUN_YIELDS;
     part_run_end(run);

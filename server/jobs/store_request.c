@@ -138,9 +138,10 @@ void srv_store_request_work(
     assert(check && exchange->account);
     asked->check = check;
     exchange->queued = srv_clock_now();
-    asked->task = (struct srv_task){.run = store_request_work,
-                                    .lane = &exchange->account->lane,
-                                    .level = exchange->body.bytes > STORE_REQUEST_LONG_BODY};
+    asked->task = (struct srv_task){
+        .run = store_request_work,
+        .lane = &exchange->account->lane,
+        .level = exchange->body.bytes > STORE_REQUEST_LONG_BODY ? SRV_QUEUE_READ : 0};
     enum pend_status status = srv_queue_push(asked->service->queue, &asked->task);
     if (status == PEND_OK) return;
     store_request_crowded(exchange, status);

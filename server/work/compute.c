@@ -149,7 +149,7 @@ static int compute_turn(struct srv_work *work) {
     srv_metrics_count(&work->service->metrics.slices, 1);
     while (!compute_over(work)) {
         if (!compute_piece(work)) return 0;
-        if (!srv_queue_count(queue)) continue;
+        if (!srv_queue_shorter(queue, SRV_QUEUE_LEVELS)) continue;
         double seconds = srv_delivery_seconds(work);
         work->task.level = compute_level_of(work, seconds > work->cost ? seconds : work->cost);
         return 1;
@@ -349,6 +349,7 @@ static void compute_flow(struct srv_work *work) {
 /* The first turn of a work. Returns 1 if the work should wait in the queue again. */
 static int compute_open(struct srv_work *work) {
     struct srv_queue *queue = work->service->queue;
+    int reader = work->task.level == SRV_QUEUE_READ;
     const struct api_request request = compute_request(work);
     if (!compute_read_room(work, request.body_bytes)) return 0;
     if (api_call_new(&work->call, work->limits) != PEND_OK) {
@@ -368,7 +369,8 @@ static int compute_open(struct srv_work *work) {
     compute_foresee(work);
     if (!compute_room(work)) return 0;
     work->task.level = compute_level_of(work, work->cost);
-    return (work->task.level && srv_queue_count(queue)) || compute_turn(work);
+    int wait = work->task.level && srv_queue_shorter(queue, SRV_QUEUE_LEVELS);
+    return reader || wait || compute_turn(work);
 }
 
 static int compute_first(struct srv_work *work, int64_t now) {
@@ -429,7 +431,8 @@ static void compute_push(struct srv_exchange *exchange) {
         return;
     }
     work->task.run = compute_run;
-    work->task.level = exchange->body.bytes > COMPUTE_LONG_BODY;
+    size_t bytes = work->source ? work->source->body_bytes : exchange->body.bytes;
+    work->task.level = bytes > COMPUTE_LONG_BODY ? SRV_QUEUE_READ : 0;
     work->queued = srv_clock_now();
     atomic_fetch_add(&service->computing, 1);
     enum pend_status status = srv_queue_push(service->queue, &work->task);

@@ -11,12 +11,12 @@
  * (its bug 25847); a task would then stay in the queue until the next one arrives. */
 struct srv_queue {
     pthread_mutex_t lock;
-    sem_t some;
-    struct srv_turns level[SRV_QUEUE_LEVELS];
+    sem_t some, read; /* for the workers; for the reader */
+    struct srv_turns level[SRV_QUEUE_LINES];
     int cap, lane_cap, closed;
     unsigned turn; /* the number of tasks taken so far */
     atomic_int count,
-        at[SRV_QUEUE_LEVELS]; /* the number of waiting tasks, in all and for each level */
+        at[SRV_QUEUE_LINES]; /* the number of waiting tasks, in all and for each level */
 };
 
 static struct srv_road *queue_road_of(struct srv_lane *lane) {
@@ -30,6 +30,7 @@ enum pend_status srv_queue_new(struct srv_queue **queue, int cap, int lane_cap) 
     if (!made) return PEND_NO_MEMORY;
     pthread_mutex_init(&made->lock, NULL);
     sem_init(&made->some, 0, 0);
+    sem_init(&made->read, 0, 0);
     assert(cap >= 1 && lane_cap >= 1);
     made->cap = cap;
     made->lane_cap = lane_cap;
@@ -50,12 +51,13 @@ void srv_queue_free(struct srv_queue **queue) {
     if (!gone) return;
     assert(srv_queue_valid(gone) && !srv_queue_count(gone));
     sem_destroy(&gone->some);
+    sem_destroy(&gone->read);
     pthread_mutex_destroy(&gone->lock);
     free(gone);
 }
 
 static void queue_count(struct srv_queue *queue, const struct srv_task *task, int change) {
-    assert(task->level >= 0 && task->level < SRV_QUEUE_LEVELS);
+    assert(task->level >= 0 && task->level < SRV_QUEUE_LINES);
     task->lane->count += change;
     queue_road_of(task->lane)->count += change;
     atomic_fetch_add_explicit(&queue->count, change, memory_order_relaxed);
@@ -68,7 +70,7 @@ static void queue_count(struct srv_queue *queue, const struct srv_task *task, in
 /* The caller holds the lock. */
 static void queue_add(struct srv_queue *queue, struct srv_task *task) {
     struct srv_lane *lane = task->lane;
-    assert(!task->queued && lane && task->level >= 0 && task->level < SRV_QUEUE_LEVELS);
+    assert(!task->queued && lane && task->level >= 0 && task->level < SRV_QUEUE_LINES);
     srv_turns_add(&queue->level[task->level], &queue_road_of(lane)->at[task->level],
                   &lane->at[task->level], &task->link);
     task->queued = 1;
@@ -84,6 +86,11 @@ static void queue_unlink(struct srv_queue *queue, struct srv_task *task) {
     queue_count(queue, task, -1);
 }
 
+/* Tells a worker, or the reader, that there is a task of a level. */
+static void queue_tell(struct srv_queue *queue, int level) {
+    sem_post(level == SRV_QUEUE_READ ? &queue->read : &queue->some);
+}
+
 /* The most tasks that a road may have. */
 static int queue_road_cap(const struct srv_queue *queue) {
     int most = queue->cap - queue->cap / 4;
@@ -92,6 +99,7 @@ static int queue_road_cap(const struct srv_queue *queue) {
 
 enum pend_status srv_queue_push(struct srv_queue *queue, struct srv_task *task) {
     enum pend_status status = PEND_OK;
+    int level = task->level;
     pthread_mutex_lock(&queue->lock);
     if (srv_queue_count(queue) >= queue->cap || queue->closed)
         status = PEND_LIMIT;
@@ -101,15 +109,16 @@ enum pend_status srv_queue_push(struct srv_queue *queue, struct srv_task *task) 
     else
         queue_add(queue, task);
     pthread_mutex_unlock(&queue->lock);
-    if (status == PEND_OK) sem_post(&queue->some);
+    if (status == PEND_OK) queue_tell(queue, level);
     return status;
 }
 
 void srv_queue_again(struct srv_queue *queue, struct srv_task *task) {
     pthread_mutex_lock(&queue->lock);
+    int level = task->level;
     queue_add(queue, task);
     pthread_mutex_unlock(&queue->lock);
-    sem_post(&queue->some);
+    queue_tell(queue, level);
 }
 
 /* The level whose turn it is. The caller holds the lock, and there is a task. */
@@ -122,35 +131,46 @@ static int queue_level(struct srv_queue *queue) {
     return first;
 }
 
-/* Takes the next task. The caller holds the lock. */
-static struct srv_task *queue_take(struct srv_queue *queue) {
-    int level = queue_level(queue);
+/* Takes the next task of a level. The caller holds the lock. */
+static struct srv_task *queue_take(struct srv_queue *queue, int level) {
     struct srv_task *task =
         SRV_CONTAINER_OF(srv_turns_next(&queue->level[level]), struct srv_task, link);
     queue_unlink(queue, task);
     return task;
 }
 
-struct srv_task *srv_queue_pop(struct srv_queue *queue) {
+/* Waits for a task, of any level but SRV_QUEUE_READ or of that alone. */
+static struct srv_task *queue_pop(struct srv_queue *queue, int reads) {
     struct srv_task *task = NULL;
+    sem_t *some = reads ? &queue->read : &queue->some;
     int closed = 0;
     while (!task && !closed) {
-        if (sem_wait(&queue->some)) continue;
+        if (sem_wait(some)) continue;
         pthread_mutex_lock(&queue->lock);
         /* There is no task if it was withdrawn meanwhile. */
-        if (srv_queue_count(queue)) task = queue_take(queue);
+        if (reads ? srv_queue_waiting(queue, SRV_QUEUE_READ)
+                  : srv_queue_shorter(queue, SRV_QUEUE_LEVELS))
+            task = queue_take(queue, reads ? SRV_QUEUE_READ : queue_level(queue));
         closed = queue->closed;
         pthread_mutex_unlock(&queue->lock);
     }
     /* The next worker must see the end too. */
-    if (!task) sem_post(&queue->some);
+    if (!task) sem_post(some);
     return task;
+}
+
+struct srv_task *srv_queue_pop(struct srv_queue *queue) {
+    return queue_pop(queue, 0);
+}
+
+struct srv_task *srv_queue_pop_read(struct srv_queue *queue) {
+    return queue_pop(queue, 1);
 }
 
 struct srv_task *srv_queue_swap(struct srv_queue *queue, struct srv_task *task) {
     pthread_mutex_lock(&queue->lock);
     queue_add(queue, task);
-    struct srv_task *next = queue_take(queue);
+    struct srv_task *next = queue_take(queue, queue_level(queue));
     pthread_mutex_unlock(&queue->lock);
     return next;
 }
@@ -182,6 +202,7 @@ void srv_queue_close(struct srv_queue *queue) {
     queue->closed = 1;
     pthread_mutex_unlock(&queue->lock);
     sem_post(&queue->some);
+    sem_post(&queue->read);
 }
 
 static struct srv_lane *queue_lane(struct srv_list *link, int level) {
@@ -222,7 +243,7 @@ int srv_queue_valid(struct srv_queue *queue) {
     int all = 0, good = 1;
     pthread_mutex_lock(&queue->lock);
     int most = srv_queue_count(queue);
-    for (int level = 0; level < SRV_QUEUE_LEVELS; level++) {
+    for (int level = 0; level < SRV_QUEUE_LINES; level++) {
         SRV_LIST_EACH (link, &queue->level[level].roads) {
             int count = queue_road_valid(queue_road(link, level), level, most);
             good = good && count > 0 && srv_list_valid(link);

@@ -10,7 +10,9 @@
 #include "server/base/turns.h"
 
 enum {
-    SRV_QUEUE_LEVELS = 4, /* 0 = the shortest tasks */
+    SRV_QUEUE_LEVELS = 4,              /* 0 = the shortest tasks */
+    SRV_QUEUE_READ = SRV_QUEUE_LEVELS, /* tasks that read a long body in one go, for the reader */
+    SRV_QUEUE_LINES,
     SRV_QUEUE_SHARE =
         8 /* of so many tasks taken, one is not of the shortest waiting but of any level in turn */
 };
@@ -18,14 +20,14 @@ enum {
 /* Lanes of one origin, such as an address with many clients. Begins as {0}; after its first use
  * only the queue changes it. */
 struct srv_road {
-    struct srv_turns_road at[SRV_QUEUE_LEVELS];
+    struct srv_turns_road at[SRV_QUEUE_LINES];
     int count; /* tasks of all its lanes */
 };
 
 /* The tasks of one client. Begins as {0}; after its first use only the queue changes it, and its
  * memory may be freed when it is empty. */
 struct srv_lane {
-    struct srv_turns_lane at[SRV_QUEUE_LEVELS];
+    struct srv_turns_lane at[SRV_QUEUE_LINES];
     int count;
     struct srv_road
         own; /* used by this lane if it has no other road, and by lanes that name this one */
@@ -39,7 +41,7 @@ struct srv_task {
      * end of its lane; after 0 the task may have been freed. */
     int (*run)(struct srv_task *task);
     struct srv_lane *lane; /* of the client that it belongs to */
-    int level;             /* 0 = the shortest; must not change while the task waits */
+    int level;             /* 0 = the shortest; SRV_QUEUE_READ; must not change while it waits */
     int queued;            /* the queue's */
 };
 
@@ -81,6 +83,9 @@ void srv_queue_again(struct srv_queue *queue, struct srv_task *task);
  */
 struct srv_task *srv_queue_pop(struct srv_queue *queue);
 
+/** As srv_queue_pop, of the tasks at SRV_QUEUE_READ, which that does not take. */
+struct srv_task *srv_queue_pop_read(struct srv_queue *queue);
+
 /**
  * Adds a task that was taken from the queue and takes the next one, which may be the same, under
  * one lock: no other thread sees the lane longer by the task that a worker has.
@@ -97,8 +102,8 @@ int srv_queue_count(const struct srv_queue *queue);
 /** Number of tasks of a level that wait; read without a lock, so the number may be out of date. */
 int srv_queue_waiting(const struct srv_queue *queue, int level);
 
-/** True when a task of a level below this one waits; read without a lock, so the number may be out
- * of date. */
+/** True when a task of a level below this one, SRV_QUEUE_LEVELS at most, waits; read without a
+ * lock, so the number may be out of date. */
 int srv_queue_shorter(const struct srv_queue *queue, int level);
 
 /** Refuses new tasks from now on; srv_queue_pop returns NULL when the queue is empty. */

@@ -7,7 +7,7 @@
 struct srv_workers {
     struct srv_queue *queue;
     struct srv_fairness *fairness;
-    int count;
+    int count; /* of threads; the first one is the reader */
     pthread_t thread[];
 };
 
@@ -29,17 +29,25 @@ static void *workers_main(void *argument) {
     return NULL;
 }
 
+/* The reader: a task that was read goes on at another level. */
+static void *workers_read(void *argument) {
+    const struct srv_workers *workers = argument;
+    for (struct srv_task *task; (task = srv_queue_pop_read(workers->queue));)
+        if (task->run(task)) srv_queue_again(workers->queue, task);
+    return NULL;
+}
+
 enum pend_status srv_workers_new(struct srv_workers **workers, int count, struct srv_queue *queue,
                                  struct srv_fairness *fairness) {
     struct srv_workers *made = *workers =
-        calloc(1, sizeof *made + (size_t)count * sizeof *made->thread);
+        calloc(1, sizeof *made + (size_t)(1 + count) * sizeof *made->thread);
     if (!made) return PEND_NO_MEMORY;
     made->queue = queue;
     made->fairness = fairness;
-    while (made->count < count &&
-           !pthread_create(&made->thread[made->count], NULL, workers_main, made))
+    while (made->count <= count && !pthread_create(&made->thread[made->count], NULL,
+                                                   made->count ? workers_main : workers_read, made))
         made->count++;
-    if (made->count == count) return PEND_OK;
+    if (made->count > count) return PEND_OK;
     srv_workers_free(workers);
     return PEND_NO_MEMORY;
 }
@@ -50,5 +58,7 @@ void srv_workers_free(struct srv_workers **workers) {
     if (!gone) return;
     srv_queue_close(gone->queue);
     for (int i = 0; i < gone->count; i++) pthread_join(gone->thread[i], NULL);
+    /* What the reader has put back may have met no worker any more. */
+    workers_main(gone);
     free(gone);
 }

@@ -1,4 +1,5 @@
-/* The threads that compute.
+/* The threads that compute, and one that reads long bodies: it shares the processors with them, so
+ * that reading, which gives no turns, occupies no worker.
  * Leaves to others: what is computed (a task's run), in which order (queue).
  * Invariant: a worker waits for nothing but the queue. */
 #ifndef SRV_WORKERS_H
@@ -12,7 +13,7 @@ struct srv_workers;
 int srv_workers_default(void);
 
 /**
- * Starts threads that take tasks from the queue and run them.
+ * Starts threads that take tasks from the queue and run them, and the reader.
  *
  * count   threads, >= 1.
  * queue   outlives the workers.

@@ -118,6 +118,25 @@ TEST(lanes_of_one_road_leave_room_to_others) {
     srv_queue_free(&queue);
 }
 
+/* what reads a long body in one go is left to the reader, and goes on at another level */
+TEST(workers_leave_long_reading_to_the_reader) {
+    struct srv_queue *queue;
+    struct srv_lane lane = {0};
+    struct srv_task long_body = {.lane = &lane, .level = SRV_QUEUE_READ}, task = {.lane = &lane};
+    REQUIRE(srv_queue_new(&queue, 10, 10) == PEND_OK);
+    CHECK(srv_queue_push(queue, &long_body) == PEND_OK);
+    CHECK(srv_queue_count(queue) == 1 && !srv_queue_shorter(queue, SRV_QUEUE_LEVELS));
+    CHECK(srv_queue_push(queue, &task) == PEND_OK && srv_queue_valid(queue));
+    CHECK(srv_queue_pop(queue) == &task);
+    CHECK(srv_queue_pop_read(queue) == &long_body);
+    long_body.level = 1;
+    srv_queue_again(queue, &long_body);
+    CHECK(srv_queue_pop(queue) == &long_body && !srv_queue_count(queue));
+    srv_queue_close(queue);
+    CHECK(!srv_queue_pop(queue) && !srv_queue_pop_read(queue));
+    srv_queue_free(&queue);
+}
+
 TEST(short_tasks_come_before_long_ones_which_do_not_starve) {
     enum { SHORTS = 64 };
     struct srv_queue *queue;
