@@ -54,8 +54,7 @@ struct connection {
     int refused; /* the request was answered after its head, while the body is still read */
     int64_t body_began;
     struct srv_response_stream stream;
-    int64_t paused, pauses; /* ns: since when a stream has nothing to send, and how long it had
-                               nothing before */
+    int64_t paused, pauses; /* ns: since when, and how long before, there was nothing to send */
 };
 
 static struct connection *connection_of_watched(struct srv_watched *watched) {
@@ -99,7 +98,6 @@ static void connection_pause(struct srv_exchange *exchange) {
     MHD_suspend_connection(((struct connection *)exchange)->mhd);
 }
 
-/* Hands the response to libmicrohttpd. */
 static enum MHD_Result connection_answer(struct connection *connection) {
     struct srv_exchange *exchange = &connection->exchange;
     struct srv_service *service = connection->all->service;
@@ -135,7 +133,6 @@ static void connection_finish(struct srv_exchange *exchange) {
     eventfd_write(wake, 1);
 }
 
-/* Tells the worker of an exchange that the client left. */
 static void connection_leave(struct connection *connection, enum srv_stop why) {
     if (connection->exchange.listens)
         srv_events_leave(&connection->exchange, why);
@@ -150,8 +147,7 @@ static void connection_left(struct srv_watched *watched) {
                                      : SRV_STOP_LEFT);
 }
 
-/* Hands the exchange over. It may be answered, and the connection resumed, before this returns;
- * the resumption takes effect afterwards. */
+/* Hands the exchange over. Its connection may be resumed before this returns: that waits. */
 static enum MHD_Result connection_hand_over(struct connection *connection) {
     assert(connection->state == CONNECTION_BODY && !connection->refused);
     connection->state = CONNECTION_WAITING;
@@ -300,8 +296,7 @@ void *srv_connection_target(void *context, const char *target, struct MHD_Connec
 static const char *connection_outcome(const struct connection *connection,
                                       enum MHD_RequestTerminationCode code) {
     const struct srv_exchange *exchange = &connection->exchange;
-    int left = exchange->stop == SRV_STOP_LEFT;
-    if (left) return "left";
+    if (exchange->stop == SRV_STOP_LEFT) return "left";
     if (connection->state == CONNECTION_SENDING && code == MHD_REQUEST_TERMINATED_COMPLETED_OK)
         return "answered";
     if (connection->state == CONNECTION_SENDING)
@@ -312,12 +307,11 @@ static const char *connection_outcome(const struct connection *connection,
 
 static void connection_log(const struct connection *connection, const char *outcome) {
     const struct srv_exchange *exchange = &connection->exchange;
-    int late = atomic_load(&connection->watched.late);
-    srv_access_log_enter(exchange, outcome, exchange->status ? exchange->status : late ? 408 : 0);
+    int silent = atomic_load(&connection->watched.late) ? 408 : 0;
+    srv_access_log_enter(exchange, outcome, exchange->status ? exchange->status : silent);
 }
 
-/* Delays the close, because the client may still be sending: unread bytes would turn the response
- * into a reset. */
+/* Delays the close while the client sends: unread bytes would turn the response into a reset. */
 static void connection_linger(struct connection *connection) {
     int fd = dup(connection->watched.fd);
     if (fd >= 0) srv_watch_linger(connection->all->watch, fd);
@@ -411,7 +405,7 @@ enum MHD_Result srv_connection_allow(void *context, const struct sockaddr *addre
     return MHD_NO;
 }
 
-/* Counts a new connection and notes the limit that it exceeds. */
+/* Counts a new connection, for which a silent one may go; notes the limit that it exceeds. */
 static void connection_count(struct connection *connection, int connections) {
     struct srv_service *service = connection->all->service;
     connection->client = srv_connection_share_client(service, connection->exchange.peer);
@@ -420,21 +414,25 @@ static void connection_count(struct connection *connection, int connections) {
     size_t bytes = sizeof *connection + CONNECTION_BYTES;
     if (connection->all->probes)
         connection->surplus = SRV_SURPLUS_NONE;
-    else if (connections > (int)srv_service_config(service)->connections)
-        connection->surplus = SRV_SURPLUS_ALL;
     else if (own > srv_connection_share(srv_service_config(service)))
         connection->surplus = SRV_SURPLUS_OWN;
+    else if (connections > (int)srv_service_config(service)->connections &&
+             !srv_watch_crowd_out(connection->all->watch))
+        connection->surplus = SRV_SURPLUS_ALL;
     else if (srv_hold_try(&connection->hold, bytes) != SRV_ROOM)
         connection->surplus = SRV_SURPLUS_HELD;
     srv_hold_set(&connection->hold, bytes);
 }
 
-/* ns: when a new connection must have begun a request: soon if it exceeds a limit; with TLS when
- * its handshake must be complete. */
+/* ns: when a new connection must have begun a request: soon if it exceeds a limit; with TLS, whose
+ * handshake must be complete then, or when half of the table is taken, within header-seconds. */
 static int64_t connection_begin_deadline(const struct connection *connection) {
     const struct srv_config *config = srv_service_config(connection->all->service);
+    int crowded = 2 * atomic_load(&connection->all->service->connections) > config->connections;
     if (connection->surplus) return connection_deadline(1);
-    return connection->session ? connection_deadline(config->header_seconds) : 0;
+    return connection->session || (crowded && connection->watched.siblings)
+               ? connection_deadline(config->header_seconds)
+               : 0;
 }
 
 static void connection_begin(struct srv_connections *all, struct MHD_Connection *mhd,
@@ -464,6 +462,8 @@ static void connection_begin(struct srv_connections *all, struct MHD_Connection 
     connection_count(connection, connections);
     connection->watched.fd = fd;
     connection->watched.left = connection_left;
+    if (connection->client && !connection->all->probes)
+        connection->watched.siblings = &connection->client->connections;
     atomic_store(&connection->watched.relayed,
                  srv_peer_trusted(srv_service_trusted(all->service), connection->exchange.peer));
     srv_watch_add(all->watch, &connection->watched, connection_begin_deadline(connection));

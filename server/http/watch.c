@@ -248,6 +248,29 @@ void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched,
     pthread_mutex_unlock(&watch->lock);
 }
 
+int srv_watch_crowd_out(struct srv_watch *watch) {
+    struct srv_watched *found = NULL;
+    int most = 0;
+    pthread_mutex_lock(&watch->lock);
+    assert(srv_watch_valid(watch));
+    /* A connection that has never been in another phase stands where it was added. */
+    SRV_LIST_EACH (link, &watch->watched) {
+        struct srv_watched *at = watch_of_link(link);
+        if (at->phase != SRV_WATCH_IDLE || at->served || !at->siblings) continue;
+        int siblings = atomic_load(at->siblings);
+        if (siblings <= most) continue;
+        most = siblings;
+        found = at;
+    }
+    if (found) {
+        shutdown(found->fd, SHUT_RDWR);
+        found->siblings = NULL;
+    }
+    assert(srv_watch_valid(watch));
+    pthread_mutex_unlock(&watch->lock);
+    return found != NULL;
+}
+
 void srv_watch_leave_all(struct srv_watch *watch) {
     pthread_mutex_lock(&watch->lock);
     assert(srv_watch_valid(watch));

@@ -40,13 +40,15 @@ struct srv_watched {
     void (*left)(struct srv_watched *watched);
     struct srv_list link;
     enum srv_watch_phase phase;
-    int64_t deadline;   /* ns of srv_clock_now, 0 = none */
-    int64_t since;      /* ns: when it became idle */
-    int sealed;         /* what it sends must be TLS; set by the owner before it is watched */
-    atomic_int late;    /* its request came too late */
-    atomic_int relayed; /* a proxy's; set by the owner */
-    int served;         /* a request of it is over */
-    int seen;           /* ticks in a row at which the end of the client's stream was seen */
+    int64_t deadline;     /* ns of srv_clock_now, 0 = none */
+    int64_t since;        /* ns: when it became idle */
+    int sealed;           /* what it sends must be TLS; set by the owner before it is watched */
+    atomic_int late;      /* its request came too late */
+    atomic_int relayed;   /* a proxy's; set by the owner */
+    atomic_int *siblings; /* how many connections its address has; NULL = it is never crowded out;
+                             set by the owner */
+    int served;           /* a request of it is over */
+    int seen;             /* ticks in a row at which the end of the client's stream was seen */
 };
 
 struct srv_watch;
@@ -77,6 +79,12 @@ void srv_watch_remove(struct srv_watch *watch, struct srv_watched *watched);
 /** Sets the phase of a connection and its deadline. */
 void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched,
                      enum srv_watch_phase phase, int64_t deadline);
+
+/**
+ * Ends a connection that has not sent a byte, to make room for a new one: the oldest of those of
+ * the address that has the most connections. Returns 0 where there is none. O(connections).
+ */
+int srv_watch_crowd_out(struct srv_watch *watch);
 
 /** Calls `left` for every waiting, streaming or listening connection, as the server is stopping. */
 void srv_watch_leave_all(struct srv_watch *watch);

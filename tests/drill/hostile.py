@@ -1,6 +1,10 @@
-"""A pupil who means no good, beside two classes at work: everything such a one can do at once, and what the others notice of it.
+"""Classes against classes, and a pupil who means no good: what abuses get, and what others notice of them.
 
-usage: hostile.py BUILD [--joins N] [--seconds S]        (make hostile: 100000 joins, 20 s of a lesson before and during it)
+usage: hostile.py BUILD [--joins N] [--seconds S] [--only ABUSE]   (make hostile: 100000 joins, 20 s of a lesson before and during it)
+In the table a teacher, who has an address of her own, shows one thing after the other; it has the times until a pupil hears of it, of
+a small request on a new connection, and of a wait for a job, alone and beside each abuse, and the memory of the daemon meanwhile.
+`make school` prints it too; ten seconds of it are a part of `make check`: the bound of the memory, and that an event comes before
+another's backlog is through.
 The pupil knows the code of the first room, asks from an address of its own, and joins again and again; answers with a megabyte;
 has scripts for a name and for an answer; writes what is the teacher's or another pupil's, with tokens of another room, of nobody
 and of no form; guesses codes; and opens streams of events that it never reads. It tells what came of each, how long the others'
@@ -21,9 +25,12 @@ import multiprocessing
 import pathlib
 import random
 import re
+import resource
+import select
 import socket
 import sys
 import tempfile
+import threading
 import time
 
 from house import Daemon
@@ -42,17 +49,23 @@ SCRIPT = "<script>alert(1)</script>"
 BURST, A_SECOND, PLACES = 30, 0.5, 400  # wrong codes at once and then; pupils of a room (README.md)
 STILL = 60  # s without a change after which those that have not come are lost
 GROWTH = 64 << 20  # bytes that the daemon may have more than before
+HELD = 256 << 20  # bytes: max-held-bytes of the daemon
+MOST = HELD * 6 // 5 + (64 << 20)  # bytes that the process may have
+FACTOR, LEAST = 2.0, 0.1  # how much later things may be beside an abuse: so many times alone, or so many s
+PAUSE, PATIENCE = 0.02, 15.0  # s between two things that are shown; that one may take
+TEACHER, PUPIL = "127.0.1.1", "127.0.1.2"
+DOUBLE = {"pendulum": {"length": [1, 1], "mass": [1, 1], "parent": [0, 1]}, "initial": {"theta": [1, 0]}}
 STATUS = re.compile(rb"HTTP/1\.1 (\d{3}) ")
 
 
-def message(method, path, token="", body=b""):
+def message(method, path, token="", body=b"", kind="application/json"):
     fields = f"Class-Token: {token}\r\n" if token else ""
-    fields += f"Content-Type: application/json\r\nContent-Length: {len(body)}\r\n" if body else ""
+    fields += f"Content-Type: {kind}\r\nContent-Length: {len(body)}\r\n" if body else ""
     return f"{method} {path} HTTP/1.1\r\nHost: localhost\r\n{fields}\r\n".encode() + body
 
 
-def connect(port, address=ADDRESS):
-    return socket.create_connection(("127.0.0.1", port), 60, (address, 0))
+def connect(port, address=ADDRESS, seconds=60.0):
+    return socket.create_connection(("127.0.0.1", port), seconds, (address, 0))
 
 
 def one(port, *words):
@@ -225,12 +238,395 @@ def account(told, places, before, after, count):
     check("memory is bounded", after - before < GROWTH, f"{before} and {after}")
 
 
+class Line:
+    """A connection that is kept."""
+
+    def __init__(self, port, address, token=""):
+        self.http = http.client.HTTPConnection("127.0.0.1", port, timeout=60, source_address=(address, 0))
+        self.fields = {"Content-Type": "application/json"} | ({"Class-Token": token} if token else {})
+
+    def ask(self, method, path, body=None, **more):
+        self.http.request(method, path, None if body is None else json.dumps(body), self.fields | more)
+        reply = self.http.getresponse()
+        data = reply.read()
+        return reply.status, json.loads(data) if data[:1] in (b"{", b"[") else data
+
+
+def joined(port, path, address, nickname):
+    """The token of a new pupil; who has to wait waits."""
+    while True:
+        status, told = Line(port, address).ask("POST", f"{path}/pupils", {"nickname": nickname})
+        if status == 201:
+            return told["token"]
+        time.sleep(0.2)
+
+
+class Full:
+    """A room that is as full as may be: worksheets, and what pupils have handed in."""
+
+    def __init__(self, port, address="127.0.2.1", pupils=60, sheets=20):
+        _, room = Line(port, address).ask("POST", "/v1/classes", {"hours": 1})
+        self.path, self.token = f"/v1/classes/{room['code']}", room["token"]
+        line = Line(port, address, self.token)
+        sheet = {"title": "x" * 200, "steps": [{"id": f"s{i}", "text": "y" * 1200, "question": {"kind": "number", "text": "?"}} for i in range(40)]}
+        for i in range(sheets):
+            line.ask("PUT", f"{self.path}/worksheets/w{i}", sheet)
+        answers = {"answers": [{"step": f"s{i}", "value": i} for i in range(40)]}
+        self.pupils = []
+        for i in range(pupils):
+            self.pupils.append(joined(port, self.path, f"127.0.3.{1 + i // 8}", "\U0001f600" * 32))
+            line = Line(port, address, self.pupils[-1])
+            for k in range(sheets):
+                line.ask("PUT", f"{self.path}/handins/w{k}", answers)
+
+
+# --- abuses: each takes the port, an address, a full room, and an event that ends it ---
+
+def replays(port, address, room, over, count=48, path="events"):
+    """Streams that are read at full speed, from the beginning again at their end."""
+    lines, poll, trash = {}, select.poll(), bytearray(1 << 20)
+    while not over.is_set():
+        while len(lines) < count:
+            line = connect(port, address)
+            line.sendall(message("GET", f"{room.path}/{path}", room.token))
+            lines[line.fileno()] = [line, time.monotonic()]
+            poll.register(line, select.POLLIN)
+        ready = poll.poll(50)
+        for number, _ in ready:
+            with contextlib.suppress(OSError):
+                # what comes is dropped by the kernel, so that this program costs the server little of the processors
+                if lines[number][0].recv_into(trash, 0, socket.MSG_TRUNC) > 0:
+                    lines[number][1] = time.monotonic()
+        for number, (line, heard) in list(lines.items()):
+            if time.monotonic() - heard > 0.1:
+                poll.unregister(line)
+                lines.pop(number)[0].close()
+
+
+def unread(port, address, room, over, path="table", count=64):
+    """Reports that are asked for and not read."""
+    lines = []
+    while not over.is_set():
+        if len(lines) < count:
+            line = connect(port, address)
+            line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+            line.sendall(message("GET", f"{room.path}/{path}", room.token))
+            lines.append(line)
+        else:
+            over.wait(0.05)
+
+
+def left(port, address, room, over, path="table"):
+    """The same, closed at once."""
+    while not over.is_set():
+        with contextlib.suppress(OSError), connect(port, address) as line:
+            line.sendall(message("GET", f"{room.path}/{path}", room.token))
+
+
+def asked(port, address, over, make, at_once=16):
+    """Requests without a pause, some on each connection before an answer is read."""
+    line = None
+    while not over.is_set():
+        try:
+            line = line or connect(port, address, 5)
+            line.sendall(b"".join(make() for _ in range(at_once)))
+            got = 0
+            while got < at_once:
+                data = line.recv(1 << 18)
+                if not data:
+                    raise ConnectionError
+                got += data.count(b"HTTP/1.1 ")
+        except OSError:
+            line = None
+
+
+def code():
+    return "".join(random.choice(LETTERS) for _ in range(6))
+
+
+def misses(port, _address, _room, over):
+    asked(port, PUPIL, over, lambda: message("POST", f"/v1/classes/{code()}/pupils", "", b'{"nickname":"Eve"}'))
+
+
+def founds(port, _address, _room, over):
+    """All rooms, from four addresses."""
+    makers = [threading.Thread(target=asked, args=(port, f"127.0.4.{i}", over, lambda: message("POST", "/v1/classes", "", b'{"hours":720}')))
+              for i in range(1, 5)]
+    for maker in makers:
+        maker.start()
+    for maker in makers:
+        maker.join()
+
+
+def crowd(port, address, room, over):
+    asked(port, address, over, lambda: message("POST", f"{room.path}/pupils", "", b'{"nickname":"Anna"}'))
+
+
+def silent(port, _address, _room, over, count=1024):
+    """Connections that say nothing, from four addresses, each opened again when it is closed."""
+    lines, i = [], 0
+    while not over.is_set():
+        i += 1
+        with contextlib.suppress(OSError):
+            line = connect(port, f"127.0.5.{1 + i % 4}", 0.05)
+            line.setblocking(False)
+            lines.append(line)
+        if len(lines) >= 4 * count or not i % 512:
+            kept = []
+            for line in lines:
+                try:
+                    gone = line.recv(64, socket.MSG_PEEK) == b""
+                except OSError as error:
+                    gone = not isinstance(error, BlockingIOError)
+                if gone:
+                    line.close()
+                else:
+                    kept.append(line)
+            lines = kept
+            over.wait(0.01 if len(lines) < 4 * count else 0.2)
+
+
+def forms(port, address, _room, over):
+    """Forms of nearly 8 MB for a fit."""
+    table = b"t,x\n" + b"0.123456,0.654321\n" * 400000
+    head = b'--b\r\nContent-Disposition: form-data; name="request"\r\n\r\n{"pendulum":{"length":[1],"mass":[1]},"fit":["length"]}\r\n'
+    body = head + b'--b\r\nContent-Disposition: form-data; name="csv"; filename="a.csv"\r\n\r\n' + table + b"\r\n--b--\r\n"
+    one = message("POST", "/v1/fits", "", body, "multipart/form-data; boundary=b")
+    many = [threading.Thread(target=asked, args=(port, address, over, lambda: one, 1)) for _ in range(8)]
+    for thread in many:
+        thread.start()
+    for thread in many:
+        thread.join()
+
+
+def whole(port, address, room, over):
+    """The whole room, again and again, on many connections."""
+    many = [threading.Thread(target=asked, args=(port, address, over, lambda: message("GET", room.path, room.token), 4)) for _ in range(16)]
+    for thread in many:
+        thread.start()
+    for thread in many:
+        thread.join()
+
+
+def histograms(port, address, room, over):
+    replays(port, address, room, over, 200, "histograms/w1")
+
+
+def writes(port, address, room, over):
+    """What all pupils of a room write and as many streams are told."""
+    listener = threading.Thread(target=replays, args=(port, address, room, over, 100))
+    listener.start()
+    sheet = lambda: json.dumps({"scene": {"request": DOUBLE | {"x": random.random()}}, "state": "done"}).encode()  # noqa: E731
+    many = iter(lambda: random.choice(room.pupils), None)
+    asked(port, address, over, lambda: message("PUT", f"{room.path}/stages/own", next(many), sheet()))
+    listener.join()
+
+
+def waits(port, address, _room, over):
+    """Waits for jobs that do not end, as many as may be."""
+    body = DOUBLE | {"times": {"start": 0, "stop": 1e6, "count": 3}}
+    _, job = Line(port, address).ask("POST", "/v1/trajectories", body, Prefer="respond-async")
+    lines = []
+    while not over.is_set():
+        line = connect(port, address)
+        line.sendall(message("GET", f"/v1/jobs/{job['id']}?wait=30"))
+        lines.append(line)
+        if len(lines) > 300:
+            lines.pop(0).close()
+
+
+def storm(port, address, room, over):
+    """Streams that are opened and closed at once."""
+    left(port, address, room, over, "events")
+
+
+ABUSES = {
+    "48 streams of an own full room": replays,
+    "64 tables that are not read": unread,
+    "tables closed at once": left,
+    "wrong codes from the same address": misses,
+    "all rooms from four addresses": founds,
+    "one joins 400 times": crowd,
+    "silent connections": silent,
+    "forms of 8 MB": forms,
+    "the whole room, without a pause": whole,
+    "200 histograms": histograms,
+    "all pupils write, 100 streams hear": writes,
+    "300 waits for a job": waits,
+    "streams closed at once": storm,
+}
+
+
+def abuse(name, port, address, room, over):
+    """In a process of its own; what the server does to it is no fault."""
+    resource.setrlimit(resource.RLIMIT_NOFILE, (8192, 8192))
+    while not over.is_set():
+        with contextlib.suppress(OSError, http.client.HTTPException, KeyError):
+            ABUSES[name](port, address, room, over)
+
+
+# --- who works beside it ---
+
+class Work:
+    """A class at work: what it showed, and how long all took."""
+
+    def __init__(self, port):
+        self.port, self.seen, self.number = port, threading.Condition(), 0
+        _, room = Line(port, TEACHER).ask("POST", "/v1/classes", {"hours": 1})
+        self.path, self.heard = f"/v1/classes/{room['code']}", 0
+        self.teacher, self.other, self.token = Line(port, TEACHER, room["token"]), Line(port, TEACHER), room["token"]
+        self.pupil = joined(port, self.path, PUPIL, "Ben")
+        threading.Thread(target=self.hear, daemon=True).start()
+
+    def hear(self):
+        with connect(self.port, PUPIL, None) as line:
+            line.sendall(message("GET", f"{self.path}/events", self.pupil))
+            for text in line.makefile("rb"):
+                found = re.match(rb'data:\{.*"number":(\d+)', text)
+                if found:
+                    with self.seen:
+                        self.heard = int(found[1])
+                        self.seen.notify()
+
+    def shows(self):
+        """Seconds until the pupil hears of it; PATIENCE if it does not."""
+        began, self.number = time.monotonic(), self.number + 1
+        self.teacher.ask("PUT", f"{self.path}/stages/class", {"frozen": bool(self.number % 2), "release": {"number": self.number}})
+        with self.seen:
+            self.seen.wait_for(lambda: self.heard == self.number, PATIENCE)
+        return time.monotonic() - began
+
+    def asks(self):
+        """On a new connection; who gets no answer asks again."""
+        began = time.monotonic()
+        while time.monotonic() - began < PATIENCE:
+            with contextlib.suppress(OSError, http.client.HTTPException):
+                if Line(self.port, TEACHER, self.token).ask("GET", f"{self.path}?since={self.number}")[0] in (200, 503):
+                    break
+        return time.monotonic() - began
+
+    def waits(self):
+        began = time.monotonic()
+        status, job = self.other.ask("POST", "/v1/trajectories", DOUBLE | {"times": {"start": 0, "stop": 1, "count": 3}}, Prefer="respond-async")
+        if status == 202:
+            self.other.ask("GET", f"/v1/jobs/{job['id']}?wait=15")
+        return time.monotonic() - began
+
+    def measure(self, seconds, daemon):
+        """{what: (p50, p99)} and the most memory."""
+        times, most, end = {"event": [], "request": [], "wait": []}, 0, time.monotonic() + seconds
+        while time.monotonic() < end:
+            times["event"].append(self.shows())
+            times["request"].append(self.asks())
+            if len(times["event"]) % 5 == 1:
+                times["wait"].append(self.waits())
+            most = max(most, memory(daemon))
+            time.sleep(PAUSE)
+        return {what: (sorted(all_)[len(all_) // 2], sorted(all_)[int(0.99 * (len(all_) - 1))]) for what, all_ in times.items()}, most
+
+
+@contextlib.contextmanager
+def served(build, options):
+    """A daemon, a full room, and a class at work."""
+    with place("sqlite") as store, tempfile.TemporaryDirectory(prefix="pendulumd-hostile-") as logs:
+        daemon = Daemon(TOP / build, store.url, "all", logs, ("--max-held-bytes", str(HELD), *options))
+        try:
+            yield daemon, Work(daemon.port)
+            check("the daemon ends in order", daemon.kill(15) == 0)
+        finally:
+            if daemon.process.poll() is None:
+                daemon.kill()
+
+
+@contextlib.contextmanager
+def abused(name, daemon, room):
+    over = multiprocessing.Event()
+    other = multiprocessing.Process(target=abuse, args=(name, daemon.port, "127.0.6.1", room, over), daemon=True)
+    other.start()
+    try:
+        yield
+    finally:
+        over.set()
+        other.join(20)
+        if other.is_alive():
+            other.kill()
+
+
+def remembered(name, most):
+    check(f"memory beside: {name}", most <= MOST, f"{most >> 20} MB, not {MOST >> 20}")
+
+
+def table(build, seconds, only=""):
+    """All abuses, each for so many seconds."""
+    with served(build, ("--workers", "2")) as (daemon, work):
+        room = Full(daemon.port)
+        print(f"{'ms at p50, p99':36}{'event':>18}{'request':>18}{'wait':>18}  memory, MB")
+        for name in ABUSES:
+            if only not in name:
+                continue
+            alone, _ = work.measure(seconds, daemon)
+            with abused(name, daemon, room):
+                beside, most = work.measure(seconds, daemon)
+            for who, found in ((name, beside), ("  alone", alone)):
+                print(f"{who:36}" + "".join(f"{1e3 * p50:9.1f}{1e3 * p99:9.1f}" for p50, p99 in found.values()) + (f"{most >> 20:9}" if who == name else ""), flush=True)
+            for what, (_, p99) in beside.items():
+                check(f"{what} beside: {name}", p99 <= max(FACTOR * alone[what][1], LEAST), f"p99 {1e3 * p99:.0f} ms, alone {1e3 * alone[what][1]:.0f} ms")
+            remembered(name, most)
+
+
+def backlogs(port, room, count, begun, through):
+    """Reads a room from the beginning on so many streams; says how many have begun, and how many are nearly through."""
+    line, path, told, bytes_ = Line(port, "127.0.6.1", room.token), f"{room.path}?since=0", {}, 0
+    while path:
+        told = line.ask("GET", path)[1]
+        path, bytes_ = told.get("next"), bytes_ + len(json.dumps(told))
+
+    def one_of():
+        with connect(port, "127.0.6.1") as line:
+            line.sendall(message("GET", f"{room.path}/events", room.token))
+            got, trash = line.recv_into(bytearray(1 << 16)), bytearray(1 << 20)
+            with begun.get_lock():
+                begun.value += 1
+            while got < 0.9 * bytes_:
+                got += line.recv_into(trash, 0, socket.MSG_TRUNC)
+            with through.get_lock():
+                through.value += 1
+
+    many_of = [threading.Thread(target=one_of) for _ in range(count)]
+    for thread in many_of:
+        thread.start()
+    for thread in many_of:
+        thread.join()
+
+
+def short(build):
+    """What no machine's pace changes: an event comes before another room's backlog is through, and memory is bounded."""
+    with served(build, ()) as (daemon, work):
+        room = Full(daemon.port, pupils=24)
+        begun, through = multiprocessing.Value("i"), multiprocessing.Value("i")
+        other = multiprocessing.Process(target=backlogs, args=(daemon.port, room, 48, begun, through), daemon=True)
+        other.start()
+        while not begun.value:
+            time.sleep(0.001)
+        took = work.shows()
+        check("an event comes before another's backlog is through", through.value < 48 and took < PATIENCE, f"{through.value} of 48 were through, {took:.2f} s")
+        other.join(60)
+        check("backlogs come to their end", through.value == 48, str(through.value))
+        for name in ("64 tables that are not read", "tables closed at once", "forms of 8 MB", "silent connections"):
+            with abused(name, daemon, room):
+                remembered(name, work.measure(1, daemon)[1])
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("build")
     parser.add_argument("--joins", type=int, default=100000)
     parser.add_argument("--seconds", type=float, default=20)
+    parser.add_argument("--only", default="", help="a word of the abuses that the table has")
     options = parser.parse_args()
+    table(options.build, options.seconds / 2, options.only)
+    if options.only:
+        return summary()
     with place("sqlite") as store, tempfile.TemporaryDirectory(prefix="pendulumd-hostile-") as logs:
         daemon = Daemon(TOP / options.build, store.url, "all", logs)
         try:

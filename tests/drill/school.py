@@ -1,10 +1,12 @@
-"""A day in a school: thirty pupils, five batch clients and an attacker on one daemon, which is restarted and killed meanwhile.
+"""A day in a school: thirty pupils, five batch clients and an attacker on one daemon, which is restarted and killed meanwhile; and
+classes against classes.
 
 usage: school.py BUILD [--seconds S] [--isolate]        (by default 10 s; make school: 300 s)
 Pupils compute, as a page does, and ask again where a connection ends before its answer begins; batch clients post jobs, wait for
 them and compare their results; the attacker, at another loopback address and without a key, sends what is malformed, too large, too
 deep, too long, forged or slow. It tells the times of answers, and fails when anybody but the attacker gets an error, when a job is
-lost or differs from another of the same request, or when the daemon keeps descriptors.
+lost or differs from another of the same request, or when the daemon keeps descriptors. Then classes abuse what they share with
+others: in a long run the table of hostile.py, in a short one what of it no machine's pace changes.
 
 Leaves to others: single abuses and their sentences (tests/wire), kills of single processes (drill.py).
 Invariant: traffic stays on loopback; what was started ends.
@@ -25,6 +27,7 @@ import time
 
 TOP = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(TOP / "tests/rules"))
+import hostile  # noqa: E402
 from rule import check, summary  # noqa: E402
 
 PUPILS, BATCH, PATIENCE = 30, 5, 30.0
@@ -277,6 +280,8 @@ def main():
     check("every client was answered", len(school.times) > PUPILS and school.jobs >= BATCH, f"{len(school.times)} and {school.jobs}")
     check("every abuse was refused", set(school.refused) == set(ABUSES), str(school.refused))
     check("the daemon was restarted", school.restarts >= 2, str(school.restarts))
+    if not options.isolate:
+        hostile.table(options.build, options.seconds / 30) if options.seconds >= 60 else hostile.short(options.build)
     return summary()
 
 

@@ -409,6 +409,31 @@ TEST(idle_connections_of_one_client_leave_room_for_others) {
     test_server_stop(&server);
 }
 
+/* four addresses have their share each, which fill the table, and a few more that are told so */
+TEST(silent_connections_leave_room_for_who_asks_and_keep_that_of_who_has) {
+    enum { ADDRESSES = 4, EACH = 20, ALL = ADDRESSES * EACH };
+    static const char *const options[] = {"--max-connections", "64", NULL};
+    struct test_server *server = test_server_start(options);
+    struct test_client client[ALL];
+    struct test_reply reply;
+    REQUIRE(server != NULL);
+    for (int i = 0; i < ALL; i++) {
+        REQUIRE(memory_open(&client[i], server, 2 + i / EACH));
+        if (i) continue;
+        test_client_say(&client[i], "GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n");
+        test_client_receive(&client[i], &reply, 0, TEST_PATIENCE);
+        CHECK_INT(reply.status, 200);
+        test_reply_clear(&reply);
+    }
+    for (int i = 0; i < 2 * ALL; i++) memory_other_is_served(server);
+    test_client_say(&client[0], "GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n");
+    test_client_receive(&client[0], &reply, 0, TEST_PATIENCE);
+    CHECK_INT(reply.status, 200);
+    test_reply_clear(&reply);
+    memory_close(client, ALL);
+    test_server_stop(&server);
+}
+
 /* a stream of a job's events, asked for by a proxy for an address of its client's network */
 static int memory_listen(struct test_client *client, const struct test_server *server,
                          const char *id, int last) {
