@@ -210,7 +210,7 @@ histories: build ## jobs under failover of PostgreSQL, FAILOVERS (10) with synch
 	@/usr/bin/python3 -B tests/drill/histories.py $(B) --rounds $(FAILOVERS)
 FAILOVERS ?= 10
 
-school: build ## thirty pupils, batch clients, an attacker and restarts, for SECONDS (300), without and with --isolate: errors, times, what the attacker got
+school: build ## thirty pupils, batch clients, an attacker and restarts, for SECONDS (300), without and with --isolate; classes against classes: errors, times, what the attacker got
 	@/usr/bin/python3 -B tests/drill/school.py $(B) --seconds $(SECONDS)
 	@/usr/bin/python3 -B tests/drill/school.py $(B) --seconds $(SECONDS) --isolate
 SECONDS ?= 300
@@ -222,7 +222,7 @@ soak: build ## everything mixed for SECONDS (300), without and with --isolate: m
 lesson: build ## a lesson of a class on both stores, 45 minutes in 45 s: a teacher's mistakes, restarts, and then the account
 	@/usr/bin/python3 -B tests/drill/lesson.py $(B)
 
-hostile: build ## a pupil who means no good beside two classes at work, in a minute: what it gets, what the others notice
+hostile: build ## classes against classes, and a pupil who means no good beside two at work, in five minutes: what abuses get, what the others notice
 	@/usr/bin/python3 -B tests/drill/hostile.py $(B)
 
 pages: build ## a lesson in PUPILS (4) real pages behind nginx on each store: sleep, dead Wi-Fi, restarts; thirty take minutes

@@ -118,7 +118,8 @@ static const struct srv_option config_table[] = {
      SRV_OPTION_SWITCH, FIELD(isolate), 0, 0},
     {"allow-root", "on/off", "off", "on = it runs as root too; off = it refuses to start",
      SRV_OPTION_SWITCH, FIELD(allow_root), 0, 0},
-    {"max-connections", "N", "4096", "open connections; one more is answered 503",
+    {"max-connections", "N", "4096",
+     "open connections; for one more a silent one ends, or it is answered 503",
      SRV_OPTION_WHOLE, FIELD(connections), 1, 100000},
     {"max-client-connections", "N", "0",
      "open connections of one client that is no trusted proxy; one more is answered 429; 0 = a "
