@@ -3,7 +3,7 @@
     assets_embed.py server/web BUNDLES MODULES LIB ENGINE    C source that defines srv_assets_table and its count
 
 The style and the first script of index.html stand in it, allowed by their digests.
-Takes the HTML documents, the worksheets (sheets/*.json), the manifest and its icons of the first directory, the bundles of scripts and styles that assets_bundle.sh made of it, and of
+Takes the HTML documents, the worksheets (sheets/*.json) with their translations, the manifest and its icons of the first directory, the bundles of scripts and styles that assets_bundle.sh made of it, and of
 the npm packages in MODULES what a browser loads: uPlot, KaTeX and the QR
 code as ES modules, their styles, and the fonts; these are put into LIB as well, for pages that are served
 from their sources. ENGINE is the engine for browsers; an empty file, as on a machine that cannot make it, is left out. All of it is served under /page/DIGEST, a digest of all files, so that a
@@ -37,7 +37,7 @@ def own_files(web, bundles):
         yield path.name, path.read_bytes()
     for path in sorted([*web.glob("*.webmanifest"), *web.glob("icon*.*")]):
         yield path.name, path.read_bytes()
-    for path in sorted(web.glob("sheets/*.json")):
+    for path in sorted([*web.glob("sheets/*.json"), *web.glob("text/*/sheets.json")]):
         yield path.relative_to(web).as_posix(), path.read_bytes()
     for path in sorted(path for path in bundles.rglob("*") if path.is_file()):
         yield path.relative_to(bundles).as_posix(), path.read_bytes()

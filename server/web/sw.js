@@ -58,7 +58,7 @@
   const keepLanguage = async (language) => {
     const cache = await caches.open(CACHE);
     const own = (/** @type {string} */ file) =>
-      file.startsWith(`text/${language}/`) || file.endsWith(`.${language}.json`);
+      file.startsWith(`text/${language}/`) || file.startsWith("sheets/");
     const here = await Promise.all(
       FILES.filter(own)
         .map(addressOf)

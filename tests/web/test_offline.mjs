@@ -14,7 +14,7 @@ const there = () => existsSync(FILE) && statSync(FILE).size > 0;
 /** All is kept, the words and worksheets of the language too: they are the last. */
 const kept = async (page) => {
   await page.waitForFunction(() => window.pendulumd?.offline.kind === "kept" && navigator.serviceWorker.controller);
-  await page.waitForFunction(async () => (await Promise.all(["text/LANGUAGE/class.js", "text/LANGUAGE/drawers.js", "sheets/period.LANGUAGE.json", "sheets/five.LANGUAGE.json"]
+  await page.waitForFunction(async () => (await Promise.all(["text/LANGUAGE/class.js", "text/LANGUAGE/drawers.js", "sheets/period.json", "sheets/five.json"]
     .map((file) => caches.match(`${document.documentElement.dataset.page}/${file.replace("LANGUAGE", document.documentElement.lang)}`)))).every(Boolean));
 };
 const visit = async (rig, home, more = {}) => {

@@ -5,6 +5,7 @@ import { readFileSync, readdirSync } from "node:fs";
 import { violations } from "./axe.mjs";
 import { openDrawer } from "./drawers.mjs";
 import { ROOT, close } from "./rig.mjs";
+import { SHIPPED, translated } from "../../server/web/class/shipped.js";
 import { LANGUAGES } from "../../server/web/text/languages.js";
 import { arms, hasArms, join, teach } from "./room.mjs";
 import { checkStatement } from "./xapi.mjs";
@@ -79,15 +80,18 @@ export async function every_worksheet_of_ours_is_one_that_a_room_takes(rig) {
   const { page, code } = await teach(rig);
   const token = await page.evaluate(() => JSON.parse(localStorage.getItem("pendulumd.rooms"))[0].token);
   const folder = `${ROOT}server/web/sheets/`;
-  const names = readdirSync(folder);
-  assert.equal(names.length, 6 * Object.keys(LANGUAGES).length);
-  for (const name of names) {
-    const body = readFileSync(folder + name, "utf8");
-    const reply = await fetch(`${rig.url}/v1/classes/${code}/worksheets/${name.replace(".json", "").replace(".", "-")}`,
-      { method: "PUT", headers: { "Content-Type": "application/json", "Class-Token": token }, body });
-    assert.equal(reply.status, 200, `${name}: ${await reply.text()}`);
-    // scenes are the same in every language (words.mjs)
-    for (const { scene } of name.includes(".en.") ? JSON.parse(body).steps : []) {
+  assert.deepEqual(readdirSync(folder).sort(), SHIPPED.map((id) => `${id}.json`).sort());
+  const read = (file) => JSON.parse(readFileSync(`${ROOT}server/web/${file}`, "utf8"));
+  for (const name of SHIPPED) {
+    const sheet = read(`sheets/${name}.json`);
+    for (const language of Object.keys(LANGUAGES)) {
+      const said = translated(sheet, language === "en" ? {} : read(`text/${language}/sheets.json`), language);
+      assert.ok(said.language === language && (language === "en") === (JSON.stringify(said.steps) === JSON.stringify(sheet.steps)), `${name} in ${language}`);
+      const reply = await fetch(`${rig.url}/v1/classes/${code}/worksheets/${name}-${language}`,
+        { method: "PUT", headers: { "Content-Type": "application/json", "Class-Token": token }, body: JSON.stringify(said) });
+      assert.equal(reply.status, 200, `${name}: ${await reply.text()}`);
+    }
+    for (const { scene } of sheet.steps) {
       if (!scene) continue;
       const motion = await fetch(`${rig.url}/v1/trajectories`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(scene.request) });
       assert.equal(motion.status, 200, `${name}: ${await motion.text()}`);

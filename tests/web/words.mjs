@@ -86,21 +86,22 @@ function checkUse(english) {
   check("every key that is used is there", said.map(([, key]) => key).filter((key) => !(key in english) && !plural.includes(key)));
 }
 
-const TOLD = ["title", "text", "hint", "unit", "choices", "language"]; // of a worksheet, what a language may say in its own way
-
-/** A worksheet without its words. */
-const bare = (sheet) => JSON.stringify(sheet, (name, value) => (TOLD.includes(name) ? (Array.isArray(value) ? value.length : typeof value) : value));
+const TEXTS = ["title", "text", "hint", "choices"]; // the members of a worksheet that people read
 
 function checkSheets() {
-  const names = readdirSync(join(WEB, "sheets"));
-  const read = (id, language) => JSON.parse(readFileSync(join(WEB, "sheets", `${id}.${language}.json`), "utf8"));
-  const ids = [...new Set(names.map((name) => name.split(".")[0]))];
-  for (const language of Object.keys(LANGUAGES)) {
-    const missing = ids.filter((id) => !names.includes(`${id}.${language}.json`));
-    check(`every worksheet is there in ${language}`, missing);
-    const there = less(ids, missing);
-    check(`a worksheet asks the same in ${language} as in en`, there.filter((id) => bare(read(id, language)) !== bare(read(id, "en"))));
-    check(`a worksheet in ${language} says so`, there.filter((id) => read(id, language).language !== language));
+  const texts = new Set();
+  const kept = new Set(["en"]);
+  for (const name of readdirSync(join(WEB, "sheets")))
+    JSON.parse(readFileSync(join(WEB, "sheets", name), "utf8"), (member, value) => {
+      if (typeof value === "string") kept.add(value);
+      if (TEXTS.includes(member)) [value].flat().forEach((text) => texts.add(text));
+      return value;
+    });
+  for (const language of Object.keys(LANGUAGES).filter((each) => each !== "en")) {
+    const words = JSON.parse(readFileSync(join(WEB, "text", language, "sheets.json"), "utf8"));
+    // a word may be the same in two languages
+    check(`worksheets are whole in ${language}`, [...texts].filter((text) => /\w \w/.test(text) && !words[text]));
+    check(`worksheets use every translation into ${language}`, Object.keys(words).filter((text) => !kept.has(text)));
   }
 }
 
