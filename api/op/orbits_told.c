@@ -3,6 +3,7 @@
 #include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 static const char *const ends[PEND_ORBITS_ENDS] = {
     [PEND_ORBITS_REACHED] = "reached", [PEND_ORBITS_POINTS] = "points",
@@ -46,6 +47,20 @@ static void told_back(const struct pend_orbits *search, char text[API_WARNING_TE
                  "not go where it was asked to go");
 }
 
+/* what equal branches have to do with the orbits that were found */
+static void told_twins(const struct pend_orbits *search, char text[API_WARNING_TEXT]) {
+    int twin[2], against, likes = pend_orbits_twins(search, twin, &against);
+    size_t used = strlen(text);
+    if (!likes) return;
+    snprintf(text + used, API_WARNING_TEXT - used,
+             against ? ". The equal branches at arms %d and %d swing against each other and the "
+                       "others hang still; any two of the %d equal branches can"
+                     : ". The frequency occurs more than once: there are also orbits in which the "
+                       "equal branches at arms %d and %d, or any two of the %d, swing against each "
+                       "other and the others hang still",
+             twin[0] + 1, twin[1] + 1, likes);
+}
+
 void api_orbits_sentence(const struct pend_orbit_problem *p, const struct pend_orbits *search,
                          long orbits, char text[API_WARNING_TEXT]) {
     const char *where = orbits ? "beyond the last orbit" : "on the way there";
@@ -53,6 +68,7 @@ void api_orbits_sentence(const struct pend_orbit_problem *p, const struct pend_o
     switch (pend_orbits_end(search)) {
     case PEND_ORBITS_REACHED:
         snprintf(text, API_WARNING_TEXT, "the orbits go as far as was asked");
+        told_twins(search, text);
         return;
     case PEND_ORBITS_POINTS:
         snprintf(text, API_WARNING_TEXT,

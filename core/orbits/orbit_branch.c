@@ -36,6 +36,8 @@ static void orbits_failed(struct pend_orbits *o, enum pend_orbits_end why) {
     if (o->aim != FIRST) o->step /= 3;
     if (o->aim == FIRST && o->left)
         pend_orbit_change_aside(o);
+    else if (o->aim == FIRST && pend_orbit_form_against(&o->newton.form))
+        pend_orbit_search_small(o);
     else if (o->aim == FIRST)
         pend_orbit_search_over(o, why == PEND_ORBITS_LOST ? PEND_ORBITS_NONE : why);
     else if (o->step < orbits_shortest * o->problem.step)

@@ -74,6 +74,74 @@ static enum pend_status form_damped(struct orbit_form *form, struct pend_error *
                      "fewer than %d modes of this pendulum swing about its rest", p->mode + 1);
 }
 
+/* ---- equal branches */
+
+/* how many arms a branch has; they are stored one after the other */
+static int form_branch(const struct pend_tree *tree, int first) {
+    int end = first + 1;
+    while (end < tree->n && tree->parent[end] >= first) end++;
+    return end - first;
+}
+
+/* true if two branches on one joint are equal, arm by arm */
+static int form_equal(const struct orbit_form *form, int a, int b) {
+    const struct pend_tree *tree = form->problem->tree;
+    const struct pend_loads *loads = &form->problem->loads;
+    int size = form_branch(tree, a), equal = size == form_branch(tree, b);
+    equal &= tree->parent[a] == tree->parent[b];
+    for (int i = 0; i < size && equal; i++) {
+        equal &= tree->len[a + i] == tree->len[b + i] && tree->mass[a + i] == tree->mass[b + i];
+        equal &= !i || tree->parent[a + i] - a == tree->parent[b + i] - b;
+        for (int row = 0; loads->terms && row < PEND_TERM_ROWS; row++)
+            equal &= pend_terms_get(loads->terms, loads->value, (enum pend_term_row)row, a + i) ==
+                     pend_terms_get(loads->terms, loads->value, (enum pend_term_row)row, b + i);
+    }
+    return equal;
+}
+
+void pend_orbit_form_hold(const struct orbit_form *form, double u[]) {
+    int a = form->twin[0], b = form->twin[1], size = form_branch(form->problem->tree, a);
+    if (!form->against) return;
+    for (int k = 0; k < form->n; k++) {
+        int in = k >= a && k < a + size;
+        if (in) u[k] = (u[k] - u[b + k - a]) / 2, u[b + k - a] = -u[k];
+        if (!in && (k < b || k >= b + size)) u[k] = 0;
+    }
+}
+
+int pend_orbit_form_against(struct orbit_form *form) {
+    double most = 0;
+    if (!form->twins || form->against) return 0;
+    form->against = 1;
+    memcpy(form->phi, form->shape, (size_t)form->n * sizeof(double));
+    pend_orbit_form_hold(form, form->shape);
+    for (int k = 0; k < form->n; k++) most = fmax(most, fabs(form->shape[k]));
+    for (int k = 0; k < form->n; k++) form->shape[k] /= most;
+    return 1;
+}
+
+/* finds the two of three or more equal branches that the mode moves most against each other */
+static void form_twins(struct orbit_form *form) {
+    static const double still = 1e-9;
+    double most = still, other = 0;
+    for (int a = 1; a < form->n; a++) {
+        int likes = 0, b = 0;
+        for (int k = 1; k < form->n; k++) {
+            if (!form_equal(form, a, k)) continue;
+            likes++;
+            if (k > a && !b) b = k;
+        }
+        double apart = fabs(form->shape[a] - form->shape[b]);
+        if (likes < 3 || !b || apart <= most) continue;
+        most = apart, form->twins = likes, form->twin[0] = a, form->twin[1] = b;
+    }
+    // the mode may have that shape already
+    if (!pend_orbit_form_against(form)) return;
+    for (int k = 0; k < form->n; k++) other = fmax(other, fabs(form->phi[k] - form->shape[k]));
+    form->against = other <= still;
+    if (!form->against) memcpy(form->shape, form->phi, (size_t)form->n * sizeof(double));
+}
+
 static enum pend_status form_mode(struct orbit_form *form, struct pend_error *error) {
     const struct pend_orbit_problem *p = form->problem;
     assert(p->mode >= 0 && p->mode < form->n);
@@ -95,6 +163,7 @@ static enum pend_status form_mode(struct orbit_form *form, struct pend_error *er
     }
     form->mirrored = form_mirrors(form);
     form->kind = form->mirrored ? ORBIT_QUARTER : ORBIT_HALF;
+    if (form->mirrored) form_twins(form);
     for (int k = 0; form->kind == ORBIT_QUARTER && k < form->n; k++)
         form->rest[k] = hanging, form->rest_low[k] = hanging_low;
     return PEND_OK;

@@ -27,9 +27,12 @@ struct orbit_form {
     int times;               /* periods of the drive, or of the branch where all began */
     int mirrored;            /* after half of its period it is its own mirror image */
     int turning;             /* of ORBIT_FREE: the arm that turns back at the start */
-    double omega;            /* rad/s, of the mode or of the drive: the unit of rates */
-    double from;             /* what varies, at the begin */
-    double rest_potential;   /* J */
+    int twins, twin[2];    /* equal branches on one joint, of which the mode moves two most against
+                              each other: their first arms; 0: there are no three such */
+    int against;           /* the two swing against each other and all other arms hang still */
+    double omega;          /* rad/s, of the mode or of the drive: the unit of rates */
+    double from;           /* what varies, at the begin */
+    double rest_potential; /* J */
     double *rest, *rest_low; /* n: the rest, rad */
     double *shape;           /* n: the mode, its largest angle 1 */
     /* the pendulum and the start for a list of unknowns */
@@ -106,6 +109,18 @@ void pend_orbit_form_equations(const struct orbit_form *form, const struct orbit
  * Returns false, and changes nothing, beyond PEND_ORBIT_PERIODS.
  */
 int pend_orbit_form_double(struct orbit_form *form);
+
+/**
+ * The shape of the mode becomes that in which two equal branches swing against each other, each as
+ * if its joint were at rest. Three equal branches have each frequency of theirs twice, and other
+ * shapes of it need not continue to larger swings.
+ *
+ * Returns false, and changes nothing, without three equal branches or where that is the shape.
+ */
+int pend_orbit_form_against(struct orbit_form *form);
+
+/** Takes out of a list of unknowns what does not have that shape, where orbits have it. O(n). */
+void pend_orbit_form_hold(const struct orbit_form *form, double u[]);
 
 /** The equations of orbits that are their own mirror image become those of others, near the same
  * unknowns. */

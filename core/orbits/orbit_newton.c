@@ -158,6 +158,7 @@ static enum orbit_newton_end newton_correct(struct orbit_newton *newton) {
     newton->F[q - 1] = newton_close(newton);
     for (int j = 0; j < q; j++) newton->delta[j] = -newton->F[j];
     if (!pend_orbit_solve(newton->algebra, q, newton->J, 1, newton->delta)) return ORBIT_LOST;
+    pend_orbit_form_hold(&newton->form, newton->delta);
     double correction = newton_size(newton->delta, q);
     int stalled = correction <= newton_stalled && correction > newton->last / 4;
     if (correction <= newton_fine || stalled) return newton_last(newton, correction);
@@ -210,6 +211,7 @@ int pend_orbit_newton_tangent(struct orbit_newton *newton, double along[]) {
     memcpy(last, along, (size_t)q * sizeof *last);
     for (int j = 0; j < q; j++) newton->delta[j] = j == q - 1;
     if (!pend_orbit_solve(newton->algebra, q, newton->J, 1, newton->delta)) return 0;
+    pend_orbit_form_hold(&newton->form, newton->delta);
     double size = newton_size(newton->delta, q);
     if (!(size > 0)) return 0;
     for (int j = 0; j < q; j++) along[j] = newton->delta[j] / size;

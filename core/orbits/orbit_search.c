@@ -69,3 +69,14 @@ void pend_orbit_search_mark(const struct pend_orbits *o, const double along[],
     memcpy(mark->test, o->floquet.test, sizeof o->floquet.test);
     mark->outside = o->floquet.outside, mark->test[ORBIT_TURN] = slope;
 }
+
+void pend_orbit_search_small(struct pend_orbits *o) {
+    const struct orbit_form *form = &o->newton.form;
+    for (int k = 0; k < form->n; k++) {
+        o->newton.u[k] = o->swing * form->shape[k];
+        o->last.along[k] = form->shape[k];
+    }
+    o->newton.u[form->n] = 1, o->last.along[form->n] = 0;
+    pend_orbit_search_plane(o, o->last.along);
+    pend_orbit_search_begin(o, FIRST);
+}

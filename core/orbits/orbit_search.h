@@ -49,6 +49,7 @@ struct pend_orbits {
     enum orbits_aim aim, came;      /* came: that of the search which has found the next orbit */
     struct orbits_point last, next; /* the orbit before, and the one looked for */
     double begin, step, before;     /* lengths of the first step, the one under way, the last one */
+    double swing;                   /* rad, the first swing of a branch between two rests */
     double *turned;                 /* the direction at the orbit before the last */
     double *home;                   /* 2 x unknowns: the first orbit of a branch, its direction */
     double *leaving;                /* 2 x unknowns: the direction in which a branch is left */
@@ -75,6 +76,9 @@ struct pend_orbits {
 
 /** True if the invariants of a search hold. For assertions. O(1). */
 int pend_orbits_valid(const struct pend_orbits *orbits);
+
+/** Begins a branch between two rests with its first swing, in the shape of its mode. O(n). */
+void pend_orbit_search_small(struct pend_orbits *o);
 
 /** Asks the next search for the plane through newton.u across a direction. O(n). */
 void pend_orbit_search_plane(struct pend_orbits *o, const double normal[]);

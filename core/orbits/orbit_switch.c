@@ -9,6 +9,7 @@ static const double switch_least = 1e-3;
 
 int pend_orbit_switch_form(struct orbit_form *form, enum pend_orbits_kind kind) {
     assert(kind < PEND_ORBITS_KINDS);
+    form->against = 0;
     switch (kind) {
     case PEND_ORBITS_BRANCH:
         return 1;

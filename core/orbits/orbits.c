@@ -85,16 +85,14 @@ static enum pend_status orbits_start(struct pend_orbits *o, const double phi[], 
                                      struct pend_error *error) {
     struct orbit_newton *newton = &o->newton;
     int n = newton->form.n;
-    double swing = 0;
-    if (!o->problem.driven) PEND_TRY(orbits_small(o, &swing, error));
-    for (int k = 0; k < n && o->problem.driven; k++)
-        newton->u[k] = phi[k], newton->u[n + k] = rate[k] / newton->form.omega;
-    for (int k = 0; k < n && !o->problem.driven; k++) {
-        newton->u[k] = swing * newton->form.shape[k];
-        o->last.along[k] = newton->form.shape[k];
+    if (!o->problem.driven) {
+        PEND_TRY(orbits_small(o, &o->swing, error));
+        pend_orbit_search_small(o);
+        return PEND_OK;
     }
-    newton->u[newton->unknowns - 1] = !o->problem.driven;
-    o->last.along[newton->unknowns - 1] = o->problem.driven;
+    for (int k = 0; k < n; k++)
+        newton->u[k] = phi[k], newton->u[n + k] = rate[k] / newton->form.omega;
+    newton->u[2 * n] = 0, o->last.along[2 * n] = 1;
     pend_orbit_search_plane(o, o->last.along);
     pend_orbit_search_begin(o, FIRST);
     return PEND_OK;
@@ -200,6 +198,13 @@ enum pend_orbits_kind pend_orbits_turned(const struct pend_orbits *orbits) {
     return orbits->turned_at;
 }
 
+int pend_orbits_twins(const struct pend_orbits *orbits, int twin[2], int *against) {
+    const struct orbit_form *form = &orbits->newton.form;
+    for (int i = 0; i < 2 && form->twins; i++) twin[i] = form->problem->tree->order[form->twin[i]];
+    *against = form->against;
+    return form->twins;
+}
+
 int pend_orbits_left(const struct pend_orbits *orbits) { return orbits->left; }
 
 long pend_orbits_steps(const struct pend_orbits *orbits, long *maps) {
@@ -247,6 +252,7 @@ static enum pend_status orbits_carry_form(struct pend_orbits *o,
     pend_checkpoint_int(checkpoint, &form->times, PEND_ORBIT_PERIODS);
     pend_checkpoint_int(checkpoint, &form->mirrored, 1);
     pend_checkpoint_int(checkpoint, &form->turning, form->n - 1);
+    pend_checkpoint_int(checkpoint, &form->against, form->twins > 0);
     int known = (kind == ORBIT_DRIVEN) == driven && form->times > 0 &&
                 (kind != ORBIT_FREE || o->problem.switches);
     if (!known) return PEND_INVALID;

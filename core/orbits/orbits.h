@@ -55,6 +55,16 @@ int pend_orbits_part(const struct pend_orbits *orbits);
  * it; PEND_ORBITS_KINDS: nowhere. O(1). */
 enum pend_orbits_kind pend_orbits_turned(const struct pend_orbits *orbits);
 
+/**
+ * Returns how many equal branches on one joint, three or more, give the frequency of the mode more
+ * than once; 0: none do. O(1).
+ *
+ * twin     out: the first arms of two of them, in the caller's order.
+ * against  out, non-zero: in the orbits found these two swing against each other and all other arms
+ *          hang still.
+ */
+int pend_orbits_twins(const struct pend_orbits *orbits, int twin[2], int *against);
+
 /** Returns how many branches were left so far. O(1). */
 int pend_orbits_left(const struct pend_orbits *orbits);
 

@@ -65,6 +65,16 @@ struct found *found_chain(int n, int mode, double amplitude, int branch) {
     return f;
 }
 
+struct found *found_trunk(int n, int mode, double amplitude, int branch) {
+    double length[FOUND_ARMS] = {1}, mass[FOUND_ARMS] = {1};
+    int parent[FOUND_ARMS] = {-1};
+    struct found *f = found_chain(n, mode, amplitude, branch);
+    for (int k = 1; k < n; k++) length[k] = 0.7, mass[k] = 0.6;
+    pend_tree_free(&f->tree);
+    CHECK(pend_tree_new(&f->tree, n, length, mass, parent, NULL) == PEND_OK);
+    return f;
+}
+
 const struct pend_terms *found_terms(struct found *f, enum pend_term_row row, int harmonics) {
     static const int drives[] = {0};
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};

@@ -36,6 +36,9 @@ void found_search(struct found *f);
  */
 struct found *found_chain(int n, int mode, double amplitude, int branch);
 
+/** The same with a trunk of 1 m and 1 kg that carries n - 1 equal arms of 0.7 m and 0.6 kg. */
+struct found *found_trunk(int n, int mode, double amplitude, int branch);
+
 /** Terms of one row, and harmonics of a torque on the first arm; owned by f, their numbers 0. */
 const struct pend_terms *found_terms(struct found *f, enum pend_term_row row, int harmonics);
 

@@ -213,12 +213,14 @@ static int orbits_in_turns(const struct found *f, long each, struct found *g) {
 }
 
 TEST(orbits_switch_with_the_same_bits_after_any_number_of_checkpoints) {
-    for (int i = 0; i < 3; i++) {
-        struct found *f = i < 2 ? found_chain(2, 1, 2.2, 1) : cascade(2);
+    for (int i = 0; i < 4; i++) {
+        struct found *f = i == 2  ? cascade(2)
+                          : i < 2 ? found_chain(2, 1, 2.2, 1)
+                                  : found_trunk(4, 2, 2.2, 1);
         struct found *g = found_chain(1, 0, 1, 1);
         if (i == 1) f->problem.switches = f->problem.leave[0] = 1;
         found_search(f);
-        CHECK(orbits_in_turns(f, 1 + 2 * i, g) > 5);
+        CHECK(orbits_in_turns(f, 1 + 2 * (i % 3), g) > 5);
         CHECK(g->rows == f->rows && g->end == f->end && f->rows > 5);
         for (int row = 0; row < f->rows; row++) {
             CHECK(g->phi[row][0] == f->phi[row][0] && g->rate[row][0] == f->rate[row][0]);

@@ -141,6 +141,45 @@ TEST(orbits_up_to_an_energy_are_those_up_to_its_amplitude) {
     found_free(f);
 }
 
+/* Of three equal arms on a trunk two swing against each other, each as a single pendulum, and the
+ * trunk hangs still. Linear theory leaves the shape open: the frequency occurs twice. */
+TEST(orbits_of_equal_branches_that_swing_against_each_other_have_the_elliptic_period) {
+    static const double amplitudes[] = {0.5, 1.2, 2.2};
+    for (int i = 0; i < 9; i++) {
+        int n = 4 + i % 3;
+        double amplitude = amplitudes[i / 3], period = 4 * sqrt(0.7 / 9.81) * elliptic(amplitude);
+        struct found *f = found_trunk(n, n - 2, amplitude, i % 2);
+        found_search(f);
+        REQUIRE(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED && f->rows > 0);
+        int last = f->rows - 1;
+        CHECK_SAYING(fabs(f->period[last] / period - 1) < 1e-12 && f->closure[last] < 1e-12,
+                     "%d arms to %g rad: %.3g off", n, amplitude, f->period[last] / period - 1);
+        for (int k = 0; k < n; k++) {
+            double theta = k < n - 2 ? 0 : amplitude;
+            CHECK(fabs(fabs(f->phi[last][k] + M_PI / 2) - theta) < 1e-13);
+        }
+        CHECK(fabs(f->phi[last][n - 2] + f->phi[last][n - 1] + M_PI) < 1e-13);
+        found_check_multipliers(f, last);
+        found_free(f);
+    }
+}
+
+/* rods make them real pendulums, whose modes have any shapes of the frequency */
+TEST(orbits_of_equal_real_branches_swing_against_each_other_too) {
+    for (int mode = 1; mode <= 2; mode++) {
+        struct found *f = found_trunk(4, mode, 1.2, 0);
+        const struct pend_terms *terms = found_terms(f, PEND_TERM_ROD, 0);
+        for (int k = 0; k < 4; k++) f->term[pend_terms_place(terms, PEND_TERM_ROD, k)] = 0.2;
+        found_search(f);
+        REQUIRE(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED && f->rows == 1);
+        // J / (m l) of a point and a rod on one joint
+        double length = 0.7 * (0.6 + 0.2 / 3) / (0.6 + 0.1);
+        CHECK(fabs(f->period[0] / (4 * sqrt(length / 9.81) * elliptic(1.2)) - 1) < 1e-12);
+        CHECK(fabs(f->phi[0][0] + M_PI / 2) < 1e-13 && f->closure[0] < 1e-12);
+        found_free(f);
+    }
+}
+
 /* ---- real pendulums */
 
 TEST(orbits_about_a_rest_that_is_no_mirror_image_come_back_too) {
