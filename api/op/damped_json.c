@@ -2,9 +2,11 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "api/encode/encode_raw.h"
+#include "api/encode/remarks.h"
 #include "api/json/json_out.h"
 #include "core/tree/turns.h"
 
@@ -15,6 +17,7 @@ enum column {
     FREQUENCY,
     DECAY,
     RATIO,
+    GROWTH,
     CART_REST,
     CART_RE,
     CART_IM,
@@ -33,6 +36,7 @@ static const struct {
     [FREQUENCY] = {"frequency", NULL},
     [DECAY] = {"decay", NULL},
     [RATIO] = {"damping_ratio", NULL},
+    [GROWTH] = {"growth", NULL},
     [CART_REST] = {"cart", "equilibrium"},
     [CART_RE] = {"cart", "re"},
     [CART_IM] = {"cart", "im"},
@@ -40,6 +44,9 @@ static const struct {
     [RE] = {"vectors", "re"},
     [IM] = {"vectors", "im"},
 };
+
+/* growth that rounding errors may make, in parts of the fastest mode */
+static const double damped_still = 1e-9;
 
 /* s a square of arms without a matrix, of what loses nothing and of what loses energy; and a cube
  * of arms, of matrices of 2 n rows */
@@ -87,6 +94,7 @@ static void damped_fill(const struct api_damped *damped, int j) {
     damped->column[OMEGA][j] = found->omega[j];
     damped->column[FREQUENCY][j] = found->omega[j] / (2 * M_PI);
     damped->column[DECAY][j] = 0 - found->decay[j];
+    damped->column[GROWTH][j] = found->decay[j];
     damped->column[RATIO][j] = size > 0 ? 0 - found->decay[j] / size : 0;
     damped->column[CART_REST][j] = found->phi[0];
     damped->column[CART_RE][j] = found->re[from];
@@ -94,6 +102,56 @@ static void damped_fill(const struct api_damped *damped, int j) {
     api_tree_put(damped->tree, found->phi, damped->column[EQUILIBRIUM] + row);
     api_tree_put(damped->tree, found->re + from, damped->column[RE] + row);
     api_tree_put(damped->tree, found->im + from, damped->column[IM] + row);
+}
+
+/* how fast a joint turns in a swing of the mode, 0.1 rad of the arm that swings most, over the
+ * speed up to which its dry friction is as the mode takes it */
+static double damped_rub(const struct api_damped *damped, int j, int k) {
+    static const double swing = 0.1;
+    const struct pend_damped *found = damped->found;
+    const struct pend_loads *loads = &damped->tree->loads;
+    const double *re = found->re + j * found->n, *im = found->im + j * found->n;
+    int holder = pend_terms_holder(loads->terms, damped->tree->tree->parent, k);
+    double x = re[k] - (holder < 0 ? 0 : re[holder]), y = im[k] - (holder < 0 ? 0 : im[holder]);
+    if (!(pend_terms_get(loads->terms, loads->value, PEND_TERM_FRICTION, k) > 0)) return 0;
+    return swing * hypot(found->omega[j], found->decay[j]) * hypot(x, y) /
+           pend_terms_get(loads->terms, loads->value, PEND_TERM_FRICTION_SPEED, k);
+}
+
+/* whether the equilibrium is stable, and what the modes leave out or take for linear */
+static void damped_tell(struct api_damped *damped) {
+    static const double rub_most = 0.3;
+    const struct pend_damped *found = damped->found;
+    const struct pend_terms *terms = damped->tree->loads.terms;
+    double most = 0, shaken = 0, fastest = 0;
+    int mode = 0, stable = 1;
+    for (int j = 0; j < found->count; j++)
+        fastest = fmax(fastest, hypot(found->omega[j], found->decay[j]));
+    for (int j = 0; j < found->count; j++) {
+        stable &= found->decay[j] <= damped_still * fastest;
+        for (int k = 0; k < found->n; k++) {
+            double rub = damped_rub(damped, j, k);
+            if (rub > most) most = rub, mode = j + 1;
+        }
+    }
+    for (int i = 0; i < terms->harmonics; i++) {
+        const double *h = damped->tree->value + terms->harmonic[i].at;
+        if (terms->harmonic[i].drives < 0) shaken += fabs(h[0] * h[1]);
+    }
+    api_stats_whole(&damped->stats, "stable", stable);
+    if (most > rub_most) {
+        snprintf(damped->warning[0], API_WARNING_TEXT,
+                 "a swing of 0.1 rad in mode %d moves a joint at %.3g times the speed below which "
+                 "its dry friction is linear: the motion itself is another there. Integrate it.",
+                 mode, most);
+        api_stats_warning(&damped->stats, "warning_friction", damped->warning[0]);
+    }
+    if (!(shaken > 0)) return;
+    snprintf(damped->warning[1], API_WARNING_TEXT,
+             "the pivot is shaken at up to %.3g m/s and the modes leave that out: it changes "
+             "frequencies and may hold other equilibria (Kapitza). Integrate the motion.",
+             shaken);
+    api_stats_warning(&damped->stats, "warning_pivot", damped->warning[1]);
 }
 
 /* goes on with the search; *found once there are rows to write */
@@ -116,6 +174,7 @@ static enum pend_status damped_find(struct api_damped *damped, int *found,
     for (int j = 0; j < damped->found->count; j++) damped_fill(damped, j);
     for (int c = 0, told = 0; c < COLUMNS; c++)
         if (damped_tells(damped, c)) damped->told[told++] = damped->column[c];
+    damped_tell(damped);
     return PEND_OK;
 }
 
@@ -159,6 +218,7 @@ static enum pend_status damped_json(const struct api_damped *damped, struct api_
                                  c == MODE ? 0 : digits));
     PEND_TRY(damped_cart(damped, out));
     PEND_TRY(damped_vectors(damped, out));
+    PEND_TRY(api_remarks_json(&damped->stats, out));
     return api_buffer_text(out, "}");
 }
 
@@ -171,7 +231,7 @@ enum pend_status api_damped_run(struct api_damped *damped, struct api_buffer *ou
         *done = 1;
         return damped_json(damped, out);
     }
-    if (damped->writer) return api_writer_finish(damped->writer, NULL, out, done);
+    if (damped->writer) return api_writer_finish(damped->writer, &damped->stats, out, done);
     PEND_TRY(api_writer_new(&damped->writer, damped->format, &damped->table, out));
     return api_writer_block(damped->writer, damped->table.rows, damped->told, out, error);
 }

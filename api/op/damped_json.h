@@ -30,6 +30,8 @@ struct api_damped {
     double *column[API_COLUMNS];     /* one block */
     const double *told[API_COLUMNS]; /* those that are answered */
     struct api_writer *writer;
+    struct api_stats stats;
+    char warning[2][API_WARNING_TEXT];
     int row; /* the next row of the table, or part of the JSON */
 };
 

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "api/encode/encode_raw.h"
+#include "api/encode/remarks.h"
 #include "api/json/json_out.h"
 #include "api/op/damped_json.h"
 #include "api/op/modes_json.h"
@@ -46,6 +47,7 @@ struct modes {
     double *line;            /* n numbers, or rows of the table */
     long lines;              /* capacity of `line` in rows of the table */
     struct api_writer *writer;
+    struct api_stats stats;
     char last;  /* last byte of the JSON so far, written by the next turn; 0 = none */
     int filled; /* the arrays with one number a mode are computed */
     int begun, part,
@@ -285,6 +287,7 @@ static enum pend_status write_row(struct modes *modes, struct api_buffer *out, i
     int n = modes->asked.tree.n, part = modes->part, rows = part ? n : modes->found->count;
     if (part > PEND_MATRIX_COUNT) {
         *done = 1;
+        PEND_TRY(api_remarks_json(&modes->stats, out));
         return api_buffer_text(out, "}");
     }
     if (part_wanted(modes, part) && !modes->row)
@@ -311,7 +314,7 @@ static enum pend_status write_rows(struct modes *modes, struct api_buffer *out, 
     const double *data[API_COLUMNS];
     if (!modes->writer) PEND_TRY(api_writer_new(&modes->writer, modes->format, table, out));
     long rows = table->rows - modes->row < modes->lines ? table->rows - modes->row : modes->lines;
-    if (!rows) return api_writer_finish(modes->writer, NULL, out, done);
+    if (!rows) return api_writer_finish(modes->writer, &modes->stats, out, done);
     for (int c = 0; c < table->count; c++) {
         int which = scalar_of(table->column[c].name);
         data[c] = which == SCALARS ? modes->line : modes->scalar[which] + modes->row;
@@ -324,6 +327,9 @@ static enum pend_status write_rows(struct modes *modes, struct api_buffer *out, 
 
 /* ends the search and allocates the memory that the rest needs */
 static enum pend_status modes_found(struct modes *modes, struct pend_error *error) {
+    int stable = 1;
+    for (int k = 0; modes->asked.up && k < modes->asked.tree.n; k++) stable &= !modes->asked.up[k];
+    api_stats_whole(&modes->stats, "stable", stable);
     modes->found = pend_modes_search_take(modes->search);
     pend_modes_search_free(&modes->search);
     return modes_allocate(modes, error);
@@ -398,6 +404,11 @@ static const struct api_table *modes_table(const void *state) {
     return modes->near ? &modes->damped.table : &modes->table;
 }
 
+static const struct api_stats *modes_stats(const void *state) {
+    const struct modes *modes = state;
+    return modes->near ? &modes->damped.stats : &modes->stats;
+}
+
 static double modes_cost(const void *state) {
     const struct modes *modes = state;
     if (modes->near) return api_damped_cost(&modes->damped);
@@ -429,5 +440,6 @@ const struct api_op api_op_modes = {.name = "modes",
                                     .table = modes_table,
                                     .cost = modes_cost,
                                     .bytes = modes_bytes,
+                                    .stats = modes_stats,
                                     .json = modes_json,
                                     .free = modes_free};

@@ -365,6 +365,7 @@ static enum pend_status response_poles(const struct pend_damped *poles, int digi
     PEND_TRY(api_out_numbers(out, "omega", poles->count, poles->omega, digits));
     for (int j = 0; j < poles->count; j++) work[j] = 0 - poles->decay[j];
     PEND_TRY(api_out_numbers(out, "decay", poles->count, work, digits));
+    PEND_TRY(api_out_numbers(out, "growth", poles->count, poles->decay, digits));
     for (int j = 0; j < poles->count; j++) {
         double size = hypot(poles->omega[j], poles->decay[j]);
         work[j] = size > 0 ? work[j] / size : 0;

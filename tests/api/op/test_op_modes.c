@@ -509,6 +509,54 @@ TEST(limits_of_modes_are_named) {
     test_reply_free(&reply);
 }
 
+/* in all shapes of answers the same name and sign, and whether the equilibrium is stable */
+TEST(modes_say_whether_they_grow_and_where_they_are_another_motions) {
+    static const struct {
+        const char *body, *word; /* of the warning; NULL: there is none */
+        int stable;
+        double growth; /* of the first mode, NAN: it has none */
+    } some[] = {
+        {"\"length\":[1],\"mass\":[1],\"parent\":[0]}", NULL, 1, NAN},
+        {"\"length\":[1],\"mass\":[1],\"parent\":[0]},\"about\":[\"up\"]", NULL, 0, 3.132091952673},
+        {"\"arms\":[{\"length\":1,\"mass\":1,\"damping\":2}]}", NULL, 1, -1},
+        {"\"arms\":[{\"length\":1,\"mass\":0,\"body\":{\"mass\":1,\"center\":[-1,0],"
+         "\"inertia\":1}}]}",
+         NULL, 0, 0},
+        {"\"arms\":[{\"length\":1,\"mass\":1,\"friction\":{\"torque\":0.01,\"speed\":0.001}}]}",
+         "dry friction", 1, -1.102564946},
+        {"\"arms\":[{\"length\":1,\"mass\":1,\"friction\":{\"torque\":0.01,\"speed\":2}}]}", NULL,
+         1, -0.0025},
+        {"\"arms\":[{\"length\":1,\"mass\":1}],\"pivot\":{\"y\":{\"harmonics\":[{\"amplitude\":0."
+         "01,"
+         "\"omega\":300}]}}}",
+         "shaken at up to 3 m/s", 1, 0},
+        {"\"arms\":[{\"length\":1,\"mass\":1}],\"pivot\":{\"acceleration\":[3,0]}}", NULL, 1, 0},
+    };
+    for (size_t i = 0; i < sizeof some / sizeof *some; i++) {
+        char body[400];
+        snprintf(body, sizeof body, "{\"pendulum\":{%s}", some[i].body);
+        struct test_reply reply = test_post(API_OP_MODES, body);
+        struct test_reply table = test_post_as(API_OP_MODES, body, "text/csv", NULL);
+        REQUIRE(reply.status == 200 && table.status == 200);
+        CHECK(test_reply_number(&reply, "/stats/stable") == some[i].stable);
+        CHECK_INT(test_reply_count(&reply, "/warnings"), some[i].word ? 1 : -1);
+        if (some[i].word) {
+            CHECK(strstr(test_reply_text(&reply, "/warnings/0"), some[i].word) != NULL);
+            CHECK(strstr(table.out.data, some[i].word) != NULL);
+        }
+        double growth = test_reply_number(&reply, "/growth/0");
+        if (isnan(some[i].growth))
+            CHECK_INT(test_reply_count(&reply, "/growth"), -1);
+        else
+            CHECK_SAYING(some[i].stable ? fabs(growth - some[i].growth) < 1e-9 : growth > 0,
+                         "%s grows by %.17g", some[i].body, growth);
+        if (test_reply_count(&reply, "/decay") > 0)
+            CHECK(growth == 0 - test_reply_number(&reply, "/decay/0"));
+        test_reply_free(&table);
+        test_reply_free(&reply);
+    }
+}
+
 TEST(modes_of_a_real_pendulum_have_decay_and_complex_shapes) {
     struct test_reply rod =
         test_post(API_OP_MODES, "{\"pendulum\":{\"length\":[0.9],\"mass\":[0],\"parent\":[0],"

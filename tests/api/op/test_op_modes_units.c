@@ -79,7 +79,7 @@ static const struct law laws[] = {
      1e-11,
      "{" ON_A_CART "}",
      {{"/omega/#", {0, 0, -1}},
-      {"/decay/#", {0, 0, -1}},
+      {"/growth/#", {0, 0, -1}},
       {"/equilibrium/#", {0, 0, 0}},
       {"/cart/equilibrium", {1, 0, 0}},
       {"/cart/re/#", {1, 0, 0}},

@@ -42,6 +42,8 @@ TEST(response_of_one_arm_is_the_textbooks) {
     }
     CHECK(fabs(test_reply_number(&reply, "/equilibrium/0") + M_PI_2) < 1e-15);
     CHECK(fabs(test_reply_number(&reply, "/poles/decay/0") - 0.1) < 1e-14);
+    CHECK(test_reply_number(&reply, "/poles/growth/0") ==
+          -test_reply_number(&reply, "/poles/decay/0"));
     CHECK(fabs(test_reply_number(&reply, "/poles/omega/0") - sqrt(9.81 - 0.01)) < 1e-13);
     CHECK(fabs(test_reply_number(&reply, "/poles/damping_ratio/0") - 0.1 / sqrt(9.81)) < 1e-14);
     CHECK(test_reply_number(&reply, "/stats/frequencies") == 6 &&
