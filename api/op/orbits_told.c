@@ -38,8 +38,8 @@ static void told_back(const struct pend_orbits *search, char text[API_WARNING_TE
     enum pend_orbits_kind kind = pend_orbits_turned(search);
     if (kind < PEND_ORBITS_KINDS)
         snprintf(text, API_WARNING_TEXT,
-                 "the branch turns back where it meets %s. Those go on beyond: leave the branch "
-                 "there by \"switch\".",
+                 "the branch turns back where it meets %s. Those go on beyond: the field switch "
+                 "leads there.",
                  others[kind]);
     else
         snprintf(text, API_WARNING_TEXT,
