@@ -12,7 +12,7 @@ enum {
     EVENTS_PAGES = 16, /* pages that are read in one question to the store */
     EVENTS_BUDGET = 4 * SRV_CLASS_PAGE_BYTES, /* bytes that are expected of these pages */
     EVENTS_PAGE = 4 << 20,                    /* more bytes than a page can have */
-    EVENTS_REPORT = 1 << 20 /* bytes counted for a page of a report until it is there */
+    EVENTS_REPORT = 1 << 19 /* bytes counted for a page of a report until it is there */
 };
 
 /* Changes of those who have read all that was there before, and what was there: it is read after
@@ -46,8 +46,9 @@ struct class_seat {
 struct class_listener {
     struct srv_listener listener;
     struct class_seat *seat;
-    struct srv_list turn; /* while it waits for a page to be read */
-    struct class_page *asked;
+    struct srv_list turn;     /* while it waits for a page to be read */
+    struct class_page *asked; /* that is read for it, and for the ones beside it */
+    struct class_listener *beside;
     enum class_level level;
     int teacher;
     int64_t seen;           /* the change up to which the listener was told, or will be by `page` */
@@ -58,11 +59,12 @@ struct class_listener {
     const char *code, *who;          /* where it gets its seat; not used afterwards */
 };
 
-/* A page that is read for a listener. While the store is asked only the thread of the events uses
- * it, but `reader` under the lock. */
+/* A page that is read for listeners of one seat that were told the same. While the store is asked
+ * only the thread of the events uses it, but `reader` under the lock. */
 struct class_page {
-    struct class_listener *reader; /* NULL once that is gone: the report is the page's then */
+    struct class_listener *reader; /* the first; NULL once all are gone: then it owns the report */
     struct srv_class_report *report;
+    const struct class_seat *seat;
     char code[SRV_CLASS_CODE], who[SRV_NAME_BYTES];
     int64_t seen;
     int more;
@@ -160,6 +162,13 @@ static void class_unturn(struct class_listener *own) {
     srv_turns_remove(&own->seat->room->road[own->level], &own->seat->lane[own->level], &own->turn);
 }
 
+/* Takes a listener away from the page that is read for it. */
+static void class_unask(struct class_listener *own) {
+    struct class_listener **link = &own->asked->reader;
+    while (*link != own) link = &(*link)->beside;
+    *link = own->beside;
+}
+
 static void class_drop(struct srv_listener *listener) {
     struct class_listener *own = class_listener(listener);
     if (own->seat) {
@@ -168,7 +177,7 @@ static void class_drop(struct srv_listener *listener) {
         seat_give(own->seat);
     }
     if (own->asked)
-        own->asked->reader = NULL;
+        class_unask(own);
     else if (own->report)
         own->report->free(own->report);
     api_buffer_clear(&own->page);
@@ -301,16 +310,35 @@ static void turns_gather(struct class_topic *look, struct srv_list *listeners) {
     }
 }
 
-/* Asks for the page of the next one at a level. Returns the bytes that are expected of it, 0 where
- * nobody waits. A listener whose client has no memory left loses its turn. */
+/* The page that a listener waits for, if it is read for another one; a report is never shared. */
+static struct class_page *page_find(struct class_topic *look, const struct class_listener *at) {
+    for (int i = 0; i < look->pages && !at->report; i++) {
+        struct class_page *page = &look->page[i];
+        if (page->seat == at->seat && page->seen == at->seen && !page->report) return page;
+    }
+    return NULL;
+}
+
+/* Asks for the page of the next one at a level. Returns the bytes that are expected of it, 1 where
+ * it is asked for already, 0 where nobody waits. A listener whose client has no memory left loses
+ * its turn. */
 static size_t page_gather(struct class_topic *look, enum class_level level) {
     for (struct srv_list *turn; (turn = srv_turns_next(&look->turns[level]));) {
         struct class_listener *at = SRV_CONTAINER_OF(turn, struct class_listener, turn);
         size_t bytes = at->report ? EVENTS_REPORT + at->report->bytes : 2 * class_expected[level];
         class_unturn(at);
-        if (!srv_events_keep(&at->listener, bytes) && level == CLASS_OLD) continue;
-        struct class_page *page = at->asked = &look->page[look->pages++];
-        *page = (struct class_page){.reader = at, .report = at->report, .seen = at->seen};
+        enum srv_room room = srv_events_keep(&at->listener, bytes);
+        if (room == SRV_ROOM_NEVER) at->ended = 1;
+        if (room != SRV_ROOM && level == CLASS_OLD) continue;
+        struct class_page *page = at->asked = page_find(look, at);
+        at->beside = page ? page->reader : NULL;
+        if (page) {
+            page->reader = at;
+            return 1;
+        }
+        page = at->asked = &look->page[look->pages++];
+        *page = (struct class_page){
+            .reader = at, .report = at->report, .seat = at->seat, .seen = at->seen};
         memcpy(page->code, at->seat->room->code, sizeof page->code);
         memcpy(page->who, at->seat->who, sizeof page->who);
         api_buffer_init(&page->items, EVENTS_PAGE);
@@ -331,21 +359,31 @@ static void pages_gather(struct class_topic *look) {
     }
 }
 
-/* Gives a listener the page that was read for it. */
-static void page_give(struct class_listener *at, struct class_page *page) {
+/* Gives a listener the text of a page, or a copy if others are to have it. Returns 0 without
+ * memory. */
+static int page_text(struct class_listener *at, struct class_page *page) {
+    if (page->reader && page->text.bytes)
+        return api_buffer_add(&at->page, page->text.data, page->text.bytes) == PEND_OK;
+    at->page = page->text;
+    api_buffer_init(&page->text, EVENTS_PAGE);
+    return 1;
+}
+
+/* Gives the first listener of a page what was read for it. */
+static void page_give(struct class_page *page) {
+    struct class_listener *at = page->reader;
+    page->reader = at->beside;
     at->asked = NULL;
-    int stored = page->stored == SRV_STORED, report = at->report != NULL;
+    int stored = page->stored == SRV_STORED && page_text(at, page), report = at->report != NULL;
     int gone = page->stored == SRV_STORED_NONE || page->stored == SRV_STORED_CLASH;
     /* What could not be read is asked for again after a while, but for a report, of which a part
      * may have been taken in. */
     at->listener.kept = 0;
     if (stored) {
-        assert(page->seen >= at->seen && !at->page.bytes);
+        assert(page->seen >= at->seen);
         at->seen = page->seen;
         at->lags = page->more;
         at->level = page->more ? CLASS_OLD : CLASS_NEW;
-        at->page = page->text;
-        api_buffer_init(&page->text, EVENTS_PAGE);
         at->listener.kept = at->page.cap + (report ? at->report->bytes : 0);
     }
     at->listener.wants = stored && at->lags;
@@ -356,10 +394,8 @@ static void page_give(struct class_listener *at, struct class_page *page) {
 static void pages_tell(struct class_topic *look) {
     for (int i = 0; i < look->pages; i++) {
         struct class_page *page = &look->page[i];
-        if (page->reader)
-            page_give(page->reader, page);
-        else if (page->report)
-            page->report->free(page->report);
+        if (!page->reader && page->report) page->report->free(page->report);
+        while (page->reader) page_give(page);
         api_buffer_clear(&page->text);
     }
     look->pages = 0;

@@ -51,12 +51,12 @@ static void listener_count(struct srv_listener *listener) {
     srv_hold_set(&listener->hold, listener_bytes(listener));
 }
 
-int srv_events_keep(struct srv_listener *listener, size_t kept) {
+enum srv_room srv_events_keep(struct srv_listener *listener, size_t kept) {
     size_t before = listener->kept;
     listener->kept = kept;
-    if (srv_hold_try(&listener->hold, listener_bytes(listener)) == SRV_ROOM) return 1;
-    listener->kept = before;
-    return 0;
+    enum srv_room room = srv_hold_try(&listener->hold, listener_bytes(listener));
+    if (room != SRV_ROOM) listener->kept = before;
+    return room;
 }
 
 /* Puts the next event into the text that is sent. Returns 0 if there is none. */

@@ -98,9 +98,9 @@ int srv_events_valid(const struct srv_events *events);
 /** Says that something in the store may have changed. Any thread; NULL is accepted. */
 void srv_events_news(struct srv_events *events);
 
-/** Counts that a topic will keep so many bytes for a listener. Returns 0, and changes nothing,
- * where the memory or the client's share of it has no room for that. */
-int srv_events_keep(struct srv_listener *listener, size_t kept);
+/** Counts that a topic will keep so many bytes for a listener. Changes nothing where the memory or
+ * the client's share of it has no room for that. */
+enum srv_room srv_events_keep(struct srv_listener *listener, size_t kept);
 
 /**
  * Answers an exchange with a stream: 200, or 429, or 503. That of a report is cut off where it ends

@@ -19,6 +19,7 @@ import argparse
 import asyncio
 import collections
 import contextlib
+import functools
 import http.client
 import json
 import multiprocessing
@@ -53,6 +54,7 @@ HELD = 256 << 20  # bytes: max-held-bytes of the daemon
 MOST = HELD * 6 // 5 + (64 << 20)  # bytes that the process may have
 FACTOR, LEAST = 2.0, 0.1  # how much later things may be beside an abuse: so many times alone, or so many s
 PAUSE, PATIENCE = 0.02, 15.0  # s between two things that are shown; that one may take
+BUFFERS = 6 << 20  # bytes of an answer that the system may keep for a reader
 TEACHER, PUPIL = "127.0.1.1", "127.0.1.2"
 DOUBLE = {"pendulum": {"length": [1, 1], "mass": [1, 1], "parent": [0, 1]}, "initial": {"theta": [1, 0]}}
 STATUS = re.compile(rb"HTTP/1\.1 (\d{3}) ")
@@ -442,6 +444,8 @@ def storm(port, address, room, over):
 
 ABUSES = {
     "48 streams of an own full room": replays,
+    "120 of them": functools.partial(replays, count=120),
+    "250 of them": functools.partial(replays, count=250),
     "64 tables that are not read": unread,
     "tables closed at once": left,
     "wrong codes from the same address": misses,
@@ -599,10 +603,39 @@ def backlogs(port, room, count, begun, through):
         thread.join()
 
 
+def in_line(port, room):
+    """Two tables of a room that one client asks for: the second begins when the first was sent, and they are the same."""
+    lines, texts, begun = [], [b"", b""], 0  # begun: bytes of the first that had come when the second began
+    for i in range(2):
+        line = socket.socket()
+        line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)
+        line.bind(("127.0.6.1", 0))
+        line.connect(("127.0.0.1", port))
+        line.sendall(message("GET", f"{room.path}/table", room.token))
+        while b"\r\n\r\n" not in texts[i]:
+            texts[i] += line.recv(4096)
+        lines.append(line)
+    body = len(texts[1].partition(b"\r\n\r\n")[2])
+    for i, line in enumerate(lines):
+        line.settimeout(PATIENCE)
+        while not texts[i].endswith(b"\r\n0\r\n\r\n"):
+            texts[i] += line.recv(1 << 16)
+            with contextlib.suppress(BlockingIOError):
+                if not i and not body:
+                    body = len(lines[1].recv(16, socket.MSG_DONTWAIT | socket.MSG_PEEK))
+                    begun = len(texts[0])
+        line.close()
+    least = len(texts[0]) - BUFFERS
+    check("a second table waits for the first", least > 0 and begun >= least, f"{begun} of {len(texts[0])} bytes had come")
+    rows = [re.sub(rb"\r\n[0-9a-fA-F]+\r\n", b"", text.partition(b"\r\n\r\n")[2]).count(b"\nhandins,") for text in texts]
+    check("both tables are whole", rows[0] == rows[1] > 0, str(rows))
+
+
 def short(build):
-    """What no machine's pace changes: an event comes before another room's backlog is through, and memory is bounded."""
+    """What no machine's pace changes: an event comes before another room's backlog is through, a report when another of its client is
+    whole, and memory is bounded."""
     with served(build, ()) as (daemon, work):
-        room = Full(daemon.port, pupils=24)
+        room = Full(daemon.port)
         begun, through = multiprocessing.Value("i"), multiprocessing.Value("i")
         other = multiprocessing.Process(target=backlogs, args=(daemon.port, room, 48, begun, through), daemon=True)
         other.start()
@@ -612,6 +645,7 @@ def short(build):
         check("an event comes before another's backlog is through", through.value < 48 and took < PATIENCE, f"{through.value} of 48 were through, {took:.2f} s")
         other.join(60)
         check("backlogs come to their end", through.value == 48, str(through.value))
+        in_line(daemon.port, room)
         for name in ("64 tables that are not read", "tables closed at once", "forms of 8 MB", "silent connections"):
             with abused(name, daemon, room):
                 remembered(name, work.measure(1, daemon)[1])
