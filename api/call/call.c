@@ -405,6 +405,7 @@ static enum api_progress call_run_here(struct api_call *call, struct api_buffer 
                             .context = call->context,
                             .hurry = call->hurry,
                             .company = call->company,
+                            .problem = &call->problem,
                             .earlier = call->seconds,
                             .before = out->bytes};
     struct pend_error error = {.text = ""};

@@ -36,6 +36,12 @@ static void camera_shift(struct api_fit *fit, const struct api_value *item,
     if (fit->t) camera_unknown(fit, PEND_FIT_SHIFT, "shift of the camera");
 }
 
+/* what is sought and not given is taken from the data: the scale, or the origin */
+static void camera_left(struct api_fit *fit, int which) {
+    if (which == 0) fit->camera[PEND_FIT_SCALE] = NAN;
+    if (which == 3) fit->camera[PEND_FIT_ORIGIN_X] = fit->camera[PEND_FIT_ORIGIN_Y] = NAN;
+}
+
 void api_fit_read_camera(struct api_fit *fit, const struct api_value *camera,
                          struct api_problem *problem) {
     static const char *const names[] = {"scale", "rotation", "shift", "origin", NULL};
@@ -51,6 +57,8 @@ void api_fit_read_camera(struct api_fit *fit, const struct api_value *camera,
     (void)api_value_read_number(&rotation, -10, 10, "rad", &fit->camera[PEND_FIT_ROTATION],
                                 problem);
     (void)api_value_read_number(&shift, -1e9, 1e9, "s", &fit->camera[PEND_FIT_SHIFT], problem);
+    int given[] = {api_value_kind(&scale) != API_MISSING, 1, 1,
+                   api_value_kind(&origin) != API_MISSING};
     (void)api_field_numbers(&origin, 2, "coordinate", fit->camera + PEND_FIT_ORIGIN_X, problem);
     if (api_value_kind(&unknown) != API_MISSING && api_value_kind(&unknown) != API_ARRAY)
         api_value_fault(&unknown, problem, API_CODE_WRONG_TYPE "must be an array of names");
@@ -59,6 +67,7 @@ void api_fit_read_camera(struct api_fit *fit, const struct api_value *camera,
         int which = 0;
         if (api_field_word(&item, names, &which, problem) <= 0) continue;
         if (taken[which]++) api_value_fault(&item, problem, API_CODE_DUPLICATE "is there twice");
+        if (!given[which]) camera_left(fit, which);
         if (which == 0) camera_unknown(fit, PEND_FIT_SCALE, "scale of the camera");
         if (which == 1) camera_unknown(fit, PEND_FIT_ROTATION, "rotation of the camera");
         if (which == 2) camera_shift(fit, &item, problem);

@@ -41,7 +41,8 @@ struct api_fit {
     long rows;
     double *t, *data; /* rows; series x rows */
     double *each;     /* series x rows: standard deviations of those series that list them */
-    int columns, modes, unknowns;                                  /* columns: those of modes too */
+    int columns, modes, unknowns; /* columns: those of modes too */
+    int freed; /* of the unknowns, the last ones, of starts that were taken from the data */
     struct pend_fit_column column[API_FIT_SERIES + API_FIT_MODES]; /* the modes come last */
     struct pend_fit_unknown unknown[API_FIT_UNKNOWNS];
     char label[API_FIT_UNKNOWNS][API_FIT_LABEL]; /* "length of arm 2" */

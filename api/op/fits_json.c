@@ -7,13 +7,12 @@
 
 #include "api/op/fits_camera.h"
 #include "api/op/fits_data.h"
+#include "api/op/fits_start.h"
 #include "api/op/fits_terms.h"
 #include "api/op/fits_unknowns.h"
 
-static const double pi = 3.14159265358979323846;
-
-static const char *const fields[] = {"pendulum", "initial", "start",      "data", "camera",
-                                     "unknowns", "rtol",    "iterations", NULL};
+static const char *const fields[] = {"pendulum", "initial", "start", "data",       "camera",
+                                     "unknowns", "fixed",   "rtol",  "iterations", NULL};
 
 void api_fit_clear(struct api_fit *fit) {
     free(fit->t);
@@ -79,7 +78,8 @@ enum pend_status api_fit_read(struct api_fit *fit, const struct api_reading *rea
                      most = api_value_member(root, "iterations"),
                      camera = api_value_member(root, "camera"),
                      shift = api_value_member(&camera, "shift"),
-                     unknowns = api_value_member(root, "unknowns");
+                     unknowns = api_value_member(root, "unknowns"),
+                     fixed = api_value_member(root, "fixed");
     *fit = (struct api_fit){.rtol = 1e-10, .iterations = 300};
     fit->step_cap = (long)reading->limits->steps;
     (void)api_value_only(root, fields, problem);
@@ -98,74 +98,10 @@ enum pend_status api_fit_read(struct api_fit *fit, const struct api_reading *rea
     if (!problem->status && !fit->unknowns)
         api_value_fault(&unknowns, problem,
                         API_CODE_MISSING "must name at least one unknown, here or of the camera");
+    if (!problem->status) PEND_TRY(api_fit_settle(fit, &fixed, problem));
     if (!problem->status) fit_check(fit, root, problem);
     if (problem->status) return PEND_INVALID;
     return PEND_OK;
-}
-
-/* the start of a run by its first measurements and their pace */
-static void guess_run(struct api_fit *fit, int r) {
-    enum { FIRST = 5 };
-    const int *place = fit->tree.tree->place;
-    long first = -1, last = -1, base = (long)r * fit->start->n;
-    for (long i = 0, seen = 0; i < fit->rows && seen < FIRST; i++) {
-        if (fit->of[i] != r) continue;
-        if (first < 0) first = i;
-        last = i, seen++;
-    }
-    assert(first >= 0);
-    for (int k = 0; k < fit->tree.n; k++) fit->start->phi[base + k] = -pi / 2;
-    for (int c = 0; c < fit->columns; c++) {
-        const struct pend_fit_column *column = &fit->column[c];
-        double begin = column->data[first], then = column->data[last];
-        if (column->kind != PEND_FIT_PHI || isnan(begin)) continue;
-        fit->start->phi[base + place[column->arm]] = begin;
-        if (last > first && !isnan(then))
-            fit->start->rate[base + place[column->arm]] =
-                remainder(then - begin, 2 * pi) / (fit->t[last] - fit->t[first]);
-    }
-}
-
-void api_fit_guess(struct api_fit *fit) {
-    for (int r = 0; r < fit->runs; r++)
-        if (fit->run[r].guessed) guess_run(fit, r);
-    for (int j = 0; j < fit->unknowns; j++) {
-        struct pend_fit_unknown *u = &fit->unknown[j];
-        if (!isnan(u->start)) continue;
-        int angle = u->by.kind == PEND_PARAMETER_PHI;
-        long at = (long)u->run * fit->start->n + u->by.at;
-        u->start = (angle ? fit->start->phi : fit->start->rate)[at];
-        // beyond its bounds it begins inside, near the next of them
-        if (!(u->start > u->low)) u->start = fmin(u->low + 1e-3, 0.5 * (u->low + u->high));
-        if (!(u->start < u->high)) u->start = fmax(u->high - 1e-3, 0.5 * (u->low + u->high));
-    }
-}
-
-struct pend_fit_problem api_fit_problem(const struct api_fit *fit) {
-    assert(fit->tree.tree && fit->start && fit->rows >= 1 && fit->unknowns >= 1);
-    struct pend_fit_problem problem = {.n = fit->tree.n,
-                                       .length = fit->length,
-                                       .mass = fit->mass,
-                                       .bare = fit->bare,
-                                       .parent = fit->parent,
-                                       .order = fit->tree.tree->order,
-                                       .loads = fit->tree.loads,
-                                       .phi = fit->start->phi,
-                                       .rate = fit->start->rate,
-                                       .runs = fit->runs,
-                                       .start = fit->begin,
-                                       .rows = fit->rows,
-                                       .t = fit->t,
-                                       .run = fit->runs > 1 ? fit->of : NULL,
-                                       .columns = fit->columns,
-                                       .column = fit->column,
-                                       .unknowns = fit->unknowns,
-                                       .unknown = fit->unknown,
-                                       .rtol = fit->rtol,
-                                       .iterations = (int)fit->iterations,
-                                       .step_cap = fit->step_cap};
-    memcpy(problem.camera, fit->camera, sizeof fit->camera);
-    return problem;
 }
 
 enum pend_status api_fit_put(struct api_fit *fit, const double value[]) {

@@ -20,13 +20,6 @@ PEND_MUST_CHECK enum pend_status api_fit_read(struct api_fit *fit,
 /** Frees all of it. */
 void api_fit_clear(struct api_fit *fit);
 
-/** The problem, once the start is settled; it points into `fit`. */
-struct pend_fit_problem api_fit_problem(const struct api_fit *fit);
-
-/** Takes the start from the data where none was given: an arm whose angle is measured begins at its
- * first measurements, at their pace. */
-void api_fit_guess(struct api_fit *fit);
-
 /** Puts the values of the unknowns into the pendulum, its start and its camera. PEND_NO_MEMORY. */
 PEND_MUST_CHECK enum pend_status api_fit_put(struct api_fit *fit, const double value[]);
 

@@ -91,7 +91,7 @@ static void unknown_label(const struct api_fit *fit, const struct api_value *var
 /* adds an unknown, which must not be there already */
 static void unknown_add(struct api_fit *fit, const struct api_value *item,
                         const struct pend_fit_unknown *u, struct api_problem *problem) {
-    if (fit->unknowns + PEND_FIT_CAMERA == API_FIT_UNKNOWNS) {
+    if (fit->unknowns + PEND_FIT_CAMERA >= API_FIT_UNKNOWNS) {
         api_value_fault(item, problem,
                         API_CODE_LIMIT "is more than the %d unknowns that there may be in all runs",
                         API_FIT_UNKNOWNS - PEND_FIT_CAMERA);
@@ -99,7 +99,8 @@ static void unknown_add(struct api_fit *fit, const struct api_value *item,
     }
     for (int j = 0; j < fit->unknowns; j++) {
         const struct pend_fit_unknown *other = &fit->unknown[j];
-        if (other->by.kind != u->by.kind || other->by.at != u->by.at || other->run != u->run)
+        if (other->camera >= 0 || other->by.kind != u->by.kind || other->by.at != u->by.at ||
+            other->run != u->run)
             continue;
         api_value_fault(item, problem, API_CODE_DUPLICATE "is %s, which is there already",
                         fit->label[j]);

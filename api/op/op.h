@@ -53,9 +53,10 @@ struct api_turn {
     void *context;
     int (*hurry)(void *company); /* returns true if other work is urgent; NULL = none is */
     void *company;
-    double begun;   /* s, by the clock, when this turn began */
-    double earlier; /* s, spent in the turns before */
-    size_t before;  /* bytes of out when this turn began */
+    struct api_problem *problem; /* where a field of the request can be blamed; NULL = nowhere */
+    double begun;                /* s, by the clock, when this turn began */
+    double earlier;              /* s, spent in the turns before */
+    size_t before;               /* bytes of out when this turn began */
 };
 
 /** Returns the seconds of computation so far, all turns together; -1 without a clock. */

@@ -14,6 +14,7 @@
 #include "api/encode/encode_raw.h"
 #include "api/json/json_out.h"
 #include "api/op/fits_json.h"
+#include "api/op/fits_start.h"
 #include "api/op/fits_words.h"
 #include "api/op/tree_write.h"
 #include "core/fit/fit.h"
@@ -23,6 +24,7 @@ struct fits {
     const struct api_format *format;
     struct api_table table; /* without rows: nothing of the answer is in it */
     struct pend_fit *fit;
+    int begun; /* a first step was taken */
 };
 
 static void fits_free(void **state) {
@@ -205,6 +207,7 @@ static enum pend_status fits_write(struct fits *fits, const struct api_turn *tur
     PEND_TRY(api_fit_write_end(&fits->asked, &r, out));
     PEND_TRY(write_unknowns(fits, &r, out));
     PEND_TRY(api_out_matrix(out, "correlation", fits->asked.unknowns, r.correlation, 0));
+    PEND_TRY(api_fit_write_fixed(&fits->asked, out));
     PEND_TRY(write_figures(fits, &r, out));
     PEND_TRY(write_runs(fits, &r, out));
     PEND_TRY(api_out_open(out, "stats", '{'));
@@ -225,12 +228,17 @@ static enum pend_status fits_run(void *state, const struct api_turn *turn, int *
     int over = 0;
     assert(fits->asked.unknowns >= 1 && !*done);
     if (!fits->fit) {
-        api_fit_guess(&fits->asked);
         struct pend_fit_problem problem = api_fit_problem(&fits->asked);
         PEND_TRY(pend_fit_new(&fits->fit, &problem, error));
     }
-    do PEND_TRY(pend_fit_step(fits->fit, &over, error));
-    while (!over && !api_turn_over(turn));
+    do {
+        enum pend_status status = pend_fit_step(fits->fit, &over, error);
+        if (status != PEND_OK && status != PEND_NO_MEMORY && !fits->begun && turn->problem && error)
+            api_problem_fault(turn->problem, fits->asked.runs > 1 ? "/data/runs" : "/initial",
+                              API_CODE_OUT_OF_RANGE "%s", error->text);
+        if (status != PEND_OK) return status;
+        fits->begun = 1;
+    } while (!over && !api_turn_over(turn));
     if (!over) return PEND_OK;
     *done = 1;
     return fits->format == &api_format_raw ? PEND_OK : fits_write(fits, turn);

@@ -8,6 +8,7 @@
 
 #include "core/fit/fit_bounds.h"
 #include "core/fit/fit_model.h"
+#include "core/fit/fit_start.h"
 
 /* rows of a piece at least, pieces at most, rounds of tighter joints and iterations in one */
 enum { PIECE_ROWS = 4, PIECES = 24, ROUNDS = 4, ROUND_MOST = 15 };
@@ -72,33 +73,6 @@ static long pieces_row(const struct pend_fit_problem *p, int count, int s) {
     return p->rows * s / count;
 }
 
-/* the columns of an arm's quantity; -1 = it is not measured */
-static int pieces_column(const struct pend_fit_problem *p, int arm, enum pend_fit_kind kind) {
-    for (int c = 0; c < p->columns; c++)
-        if (p->column[c].arm == arm && p->column[c].kind == kind) return c;
-    return -1;
-}
-
-/* a tip as the camera has it at a row, or the pivot of arm -1; 0 if it was not seen */
-static int pieces_tip(const struct pend_fit_problem *p, int arm, long row, double *x, double *y) {
-    *x = p->camera[PEND_FIT_ORIGIN_X], *y = p->camera[PEND_FIT_ORIGIN_Y];
-    if (arm < 0) return 1;
-    int at = pieces_column(p, arm, PEND_FIT_X), beside = pieces_column(p, arm, PEND_FIT_Y);
-    if (at < 0 || beside < 0) return 0;
-    *x = p->column[at].data[row], *y = p->column[beside].data[row];
-    return !isnan(*x) && !isnan(*y);
-}
-
-/* an arm's angle as the data have it at a row; NaN where they do not */
-static double pieces_angle(const struct pend_fit_problem *p, int arm, long row) {
-    int c = pieces_column(p, arm, PEND_FIT_PHI);
-    double x, y, to_x, to_y;
-    if (c >= 0) return p->column[c].data[row];
-    if (!pieces_tip(p, p->parent[arm], row, &x, &y) || !pieces_tip(p, arm, row, &to_x, &to_y))
-        return NAN;
-    return atan2(to_y - y, to_x - x) - p->camera[PEND_FIT_ROTATION];
-}
-
 /* measurements of the rows, and joints */
 static size_t pieces_numbers(const struct pend_fit_problem *p, int count) {
     size_t numbers = (size_t)(count - 1) * 2 * (size_t)p->n;
@@ -115,7 +89,7 @@ int pend_fit_pieces_apt(const struct pend_fit_problem *p, double swing) {
         if (p->column[c].kind == PEND_FIT_MODE) return 0;
     for (int arm = 0; arm < p->n; arm++) {
         long seen = 0;
-        for (long i = 0; i < p->rows; i++) seen += !isnan(pieces_angle(p, arm, i));
+        for (long i = 0; i < p->rows; i++) seen += !isnan(pend_fit_start_angle(p, arm, i));
         if (2 * seen < p->rows) return 0;
     }
     struct pend_fit_problem own = *p;
@@ -130,7 +104,7 @@ static void pieces_state(const struct pend_fit_problem *p, int arm, long row, do
     double at = NAN, sums[5] = {0}, sides[3] = {0};
     long first = row > BESIDE ? row - BESIDE : 0;
     for (long i = first; i <= row + BESIDE && i < p->rows; i++) {
-        double angle = pieces_angle(p, arm, i), t = p->t[i] - p->t[row], power = 1;
+        double angle = pend_fit_start_angle(p, arm, i), t = p->t[i] - p->t[row], power = 1;
         if (isnan(angle)) continue;
         // from each to the next by the shorter way
         at = isnan(at) ? angle : at + remainder(angle - at, 2 * M_PI);

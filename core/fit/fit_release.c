@@ -7,6 +7,10 @@
 
 #include "core/fit/fit_bounds.h"
 
+/* Of the data's size, the effect of a change by 1 that is none; how far from a bound an unknown
+ * begins that the data do not depend on there. */
+static const double release_unmoved = 1e-6, release_little = 1e-3;
+
 /* half of the derivative of the sum of squares by an unknown, of these residuals */
 static double release_slope(const struct pend_fit *fit, const double residual[], int j) {
     size_t m = (size_t)fit->problem.rows * (size_t)fit->problem.columns;
@@ -224,10 +228,21 @@ static double release_apart(const struct pend_fit *fit, size_t j) {
     return u->low < value && value < u->high ? value : u->start;
 }
 
+/* How far from its bound an unknown begins: as far as the first rows leave it unknown there. Where
+ * they do not depend on it, as on friction at rest, they say nothing. */
+static double release_unknown(const struct pend_fit *fit, size_t j, size_t m, double squares,
+                              long count) {
+    size_t q = (size_t)fit->problem.unknowns;
+    double told = 0, least = release_unmoved * release_unmoved * pend_fit_state_size(fit);
+    for (size_t i = 0; i < m; i++) told += fit->slope[i * q + j] * fit->slope[i * q + j];
+    double step = count && told > least ? sqrt(squares / ((double)count * told)) : 0;
+    return step > 0 ? step : release_little;
+}
+
 enum pend_status pend_fit_release_begin(struct pend_fit *fit, long rows) {
     size_t q = (size_t)fit->problem.unknowns, m = (size_t)rows * (size_t)fit->problem.columns;
     int bounds = 0;
-    long count;
+    long count = 0;
     assert(rows >= 1 && rows <= fit->problem.rows);
     for (size_t j = 0; j < q; j++) {
         const struct pend_fit_unknown *u = &fit->problem.unknown[j];
@@ -243,12 +258,9 @@ enum pend_status pend_fit_release_begin(struct pend_fit *fit, long rows) {
     double squares = status == PEND_OK ? pend_fit_state_squares(fit, rows, &count) : 0;
     for (size_t j = 0; j < q; j++) {
         const struct pend_fit_unknown *u = &fit->problem.unknown[j];
-        double told = 0;
-        if (u->start != u->low && u->start != u->high) continue;
-        for (size_t i = 0; i < m && status == PEND_OK; i++)
-            told += fit->slope[i * q + j] * fit->slope[i * q + j];
-        double step = told > 0 ? sqrt(squares / ((double)count * told)) : 0;
-        fit->inner[j] = release_inside(u, u->start == u->low, step > 0 ? step : 1e-3);
+        if (u->start == u->low || u->start == u->high)
+            fit->inner[j] =
+                release_inside(u, u->start == u->low, release_unknown(fit, j, m, squares, count));
     }
     return PEND_OK;
 }

@@ -35,15 +35,21 @@ double pend_fit_state_outer(const struct pend_fit *fit, int j, double inner) {
 
 enum pend_status pend_fit_state_wild(const struct pend_fit *fit, enum pend_status status,
                                      struct pend_error *error) {
-    if (status != PEND_TOO_MANY_STEPS) return status;
+    const char *where = fit->result.iterations > 1 ? "the values that the search came to"
+                                                   : "the start that is given";
+    if (status == PEND_OK || status == PEND_NO_MEMORY || !error) return status;
+    if (status != PEND_TOO_MANY_STEPS) {
+        struct pend_error why = *error;
+        return pend_fail(error, status, why.arm, why.time,
+                         "with %s there is no motion to fit: %.120s. Begin with other values",
+                         where, why.text);
+    }
     return pend_fail(error, status, -1, 0,
                      "with %s the pendulum moves too wildly for these data: it would take more "
                      "than %ld steps to the last of them. Begin with other values, as with a "
                      "lower rate or larger lengths and masses, give the unknowns a \"low\" and a "
                      "\"high\", or take fewer rows",
-                     fit->result.iterations > 1 ? "the values that the search came to"
-                                                : "the start that is given",
-                     fit->problem.step_cap);
+                     where, fit->problem.step_cap);
 }
 
 enum pend_status pend_fit_state_lost(enum pend_status status, struct pend_error *error) {

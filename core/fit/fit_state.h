@@ -42,8 +42,8 @@ struct pend_fit {
 /** The value of an unknown at an inner number, or its bound where it was put there. O(1). */
 double pend_fit_state_outer(const struct pend_fit *fit, int j, double inner);
 
-/** Says of a motion that takes too many steps what that means for a fit, and the way out; leaves
- * other failures as they are. Returns the status. */
+/** Says of a motion that is not there, or takes too many steps, what that means for a fit, and the
+ * way out. Returns the status. */
 enum pend_status pend_fit_state_wild(const struct pend_fit *fit, enum pend_status status,
                                      struct pend_error *error);
 

@@ -6,7 +6,6 @@
 
 import { DEGREE } from "../angles.js";
 import { pendulumOf, termOf, withTerm } from "../terms.js";
-import { path } from "../tree.js";
 import { scaleOf } from "./physics_fields.js";
 
 /**
@@ -103,81 +102,18 @@ export function measuredOf({ columns }, { roles, down }) {
 /** @typedef {ReturnType<typeof measuredOf>} Measured */
 
 /**
- * The circle nearest to points (Kasa's): {x, y, r}; null where they do not tell one.
- * @param {number[][]} points
+ * The camera, null where no places were measured. Where it begins is taken from the data.
+ * @param {Measured} measured @param {Choices} choices
  */
-function circleOf(points) {
-  const n = points.length;
-  const mean = [0, 1].map((k) => points.reduce((sum, point) => sum + point[k], 0) / n);
-  let [uu, uv, vv, uuu, vvv] = [0, 0, 0, 0, 0];
-  for (const [x, y] of points) {
-    const [u, v] = [x - mean[0], y - mean[1]];
-    const square = u * u + v * v;
-    uu += u * u;
-    uv += u * v;
-    vv += v * v;
-    uuu += (u * square) / 2;
-    vvv += (v * square) / 2;
-  }
-  const det = uu * vv - uv * uv;
-  if (!(det > 1e-9 * (uu + vv) ** 2)) return null;
-  const [a, b] = [(uuu * vv - vvv * uv) / det, (vvv * uu - uuu * uv) / det];
-  return { x: mean[0] + a, y: mean[1] + b, r: Math.sqrt(a * a + b * b + (uu + vv) / n) };
-}
-
-/**
- * The places of an arm's tip where both are there. @param {Measured} measured
- * @param {number} arm
- */
-function pointsOf({ series }, arm) {
-  const of = (/** @type {string} */ kind) =>
-    series.find((one) => one.kind === kind && one.arm === arm)?.values ?? [];
-  const [xs, ys] = [of("x"), of("y")];
-  return xs.flatMap((x, i) => (x === null || (ys[i] ?? null) === null ? [] : [[x, ys[i] ?? 0]]));
-}
-
-/**
- * Where the search begins for the camera; null where no places were measured.
- * @param {Tree} tree @param {Measured} measured @param {Choices} choices
- */
-export function cameraOf(tree, measured, { place, origin, turned }) {
-  const arms = measured.series.filter(({ kind }) => kind === "x" || kind === "y");
-  if (!arms.length) return null;
-  const nearest = Math.min(...arms.map(({ arm }) => arm));
-  const long = path(tree.parent, nearest).reduce((sum, arm) => sum + tree.length[arm - 1], 0);
-  const points = pointsOf(measured, nearest);
-  const circle = points.length > 4 ? circleOf(points) : null;
-  const far = Math.max(...points.map(([x, y]) => Math.hypot(x, y)), 1e-9);
-  const known = PLACES[place];
-  const scale = known || (origin ? (circle?.r ?? far) : far) / long;
-  const middle = points.reduce((sum, [x]) => sum + x, 0) / (points.length || 1);
-  const lowest = Math.min(...points.map(([, y]) => y));
-  const begin = circle ? [circle.x, circle.y] : [middle, lowest + scale * long];
+function cameraOf({ series }, { place, origin, turned }) {
+  if (!series.some(({ kind }) => kind === "x" || kind === "y")) return null;
+  const scale = PLACES[place];
   const unknown = [
-    ...(known ? [] : ["scale"]),
+    ...(scale ? [] : ["scale"]),
     ...(origin ? ["origin"] : []),
     ...(turned ? ["rotation"] : []),
   ];
-  return { scale, origin: origin ? begin : [0, 0], unknown };
-}
-
-/**
- * The first angles of all arms by the places of their tips; those of the document where no places
- * tell.
- * @param {Doc} doc @param {Measured} measured
- * @param {NonNullable<ReturnType<typeof cameraOf>>} camera
- */
-function startOf({ pendulum, initial }, measured, { scale, origin }) {
-  const at = (/** @type {number} */ arm) => {
-    if (!arm) return [0, 0];
-    const [point] = pointsOf(measured, arm);
-    return point && point.map((value, k) => (value - origin[k]) / scale);
-  };
-  const phi = pendulum.parent.map((parent, k) => {
-    const [from, to] = [at(parent), at(k + 1)];
-    return from && to ? Math.atan2(to[1] - from[1], to[0] - from[0]) : initial.phi[k];
-  });
-  return { phi };
+  return { ...(scale && { scale }), unknown };
 }
 
 /**
@@ -192,7 +128,7 @@ export function fitBody(doc, measured, choices) {
     const own = termOf(doc.pendulum, "damping", k);
     return unknown.has(`damping ${k + 1}`) ? own || little : own;
   });
-  const camera = cameraOf(tree, measured, choices);
+  const camera = cameraOf(measured, choices);
   const series = measured.series.map(({ kind, arm, values }) => {
     const turning = kind === "theta" || kind === "phi";
     const sigma = turning ? sigmaAngle : sigmaPlace;
@@ -203,12 +139,16 @@ export function fitBody(doc, measured, choices) {
       ...(sigma > 0 && { sigma }),
     };
   });
-  const sought = candidatesOf(doc.pendulum).filter(({ id }) => unknown.has(id));
+  const all = candidatesOf(doc.pendulum);
+  const named = all.map(({ vary, arm }) => (arm ? { vary, arm } : { vary }));
+  // starts are taken from the data, and sought unless they are fixed
+  const start = (/** @type {number} */ k) => all[k].vary.startsWith("theta");
   return {
     pendulum: pendulumOf(tree),
-    ...(camera && { initial: startOf(doc, measured, camera), camera }),
+    ...(camera && { camera }),
     data: { t: measured.t, series },
-    unknowns: sought.map(({ vary, arm }) => (arm ? { vary, arm } : { vary })),
+    unknowns: named.filter((_, k) => unknown.has(all[k].id)),
+    fixed: named.filter((_, k) => start(k) && !unknown.has(all[k].id)),
   };
 }
 

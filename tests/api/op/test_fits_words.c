@@ -155,7 +155,7 @@ TEST(fits_say_how_to_begin_where_the_motion_is_too_wild) {
         "\"theta\":[0.5,0.5],\"thetad\":[0,1e6]},\"data\":{\"t\":[0,0.3,0.6],\"series\":[{"
         "\"theta\":1,\"values\":[0.5,0.33,-0.09]}]},"
         "\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]}");
-    const char *detail = test_reply_text(&reply, "/detail");
+    const char *detail = test_reply_text(&reply, "/errors/0/detail");
     CHECK_INT(reply.status, 422);
     CHECK_SAYING(detail && strstr(detail, "too wildly for these data") &&
                      strstr(detail, "lower rate"),

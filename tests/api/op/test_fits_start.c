@@ -1,0 +1,146 @@
+/* Tests of starts of fits that are taken from the data: places without a start, the camera, what is
+ * freed and what is fixed, and where a start that has no motion is blamed.
+ * Leaves to others: the fit itself (core/fit/test_fit), errors (laws/test_fit_errors).
+ * Invariant: measurements come from a trajectory of this same program, with noise of a fixed seed.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "tests/api/post.h"
+#include "tests/harness/test.h"
+
+enum { ROWS = 60, BODY = 20000 };
+
+static double noise(unsigned long long *seed) {
+    return sqrt(6) * (test_random(seed) + test_random(seed) - 1);
+}
+
+/* A damped pendulum of 0.318 m let go from 0.4 rad, as `what` sees it: its angle, or its tip in
+ * pixels, 800 to a metre, below (320, 100). Behind `data` comes the rest of the request. */
+static struct test_reply post_film(int places, double metre, const char *damping,
+                                   const char *rest) {
+    static char body[BODY];
+    unsigned long long seed = 11;
+    char *at = body;
+    struct test_reply film = test_post(
+        API_OP_TRAJECTORIES,
+        "{\"pendulum\":{\"length\":[0.318],\"mass\":[1],\"parent\":[0],\"damping\":[0.01]},"
+        "\"initial\":{\"theta\":[0.4]},\"times\":{\"stop\":3,\"count\":60},\"output\":[\"theta\"]"
+        "}");
+    at += sprintf(at, "{\"pendulum\":{\"length\":[0.3],\"mass\":[1],\"parent\":[0]%s},\"data\":{",
+                  damping);
+    for (int s = -1; s <= places; s++) {
+        at += sprintf(at, s < 0     ? "\"t\":["
+                          : !places ? "{\"theta\":1,\"values\":["
+                          : s       ? ",{\"y\":1,\"values\":["
+                                    : "{\"x\":1,\"values\":[");
+        for (int i = 0; i < ROWS; i++) {
+            char pointer[2][30];
+            snprintf(pointer[0], sizeof pointer[0], "/t/%d", i);
+            snprintf(pointer[1], sizeof pointer[1], "/theta/%d/0", i);
+            double theta = test_reply_number(&film, pointer[1]) + 0.002 * noise(&seed);
+            double to = !places ? theta
+                        : s     ? 100 / 800.0 - 0.318 * cos(theta)
+                                : 320 / 800.0 + 0.318 * sin(theta);
+            if (places && metre == 1) to -= s ? 100 / 800.0 : 320 / 800.0;
+            if (s < 0) to = test_reply_number(&film, pointer[0]);
+            at += sprintf(at, "%s%.9g", i ? "," : "", s < 0 || !places ? to : metre * to);
+        }
+        at += sprintf(at, s < 0 ? "],\"series\":[" : "]}");
+    }
+    sprintf(at, "]}%s}", rest);
+    test_reply_free(&film);
+    return test_post(API_OP_FITS, body);
+}
+
+static void check_value(const struct test_reply *reply, int j, const char *name, double truth) {
+    char pointer[3][40];
+    const char *fields[] = {"name", "value", "error"};
+    for (int i = 0; i < 3; i++)
+        snprintf(pointer[i], sizeof pointer[i], "/unknowns/%d/%s", j, fields[i]);
+    const char *named = test_reply_text(reply, pointer[0]);
+    double value = test_reply_number(reply, pointer[1]),
+           error = test_reply_number(reply, pointer[2]);
+    CHECK_SAYING(named && !strcmp(named, name), "%s", named ? named : "");
+    CHECK_SAYING(fabs(value - truth) < 4 * error && error < 0.1 * fmax(fabs(truth), 1),
+                 "%s: %g +- %g", name, value, error);
+}
+
+static void check_converged(const struct test_reply *reply) {
+    const char *status = test_reply_text(reply, "/status"),
+               *detail = test_reply_text(reply, "/detail");
+    CHECK_SAYING(status && !strcmp(status, "converged"), "%s", detail ? detail : status);
+}
+
+static void check_text(const struct test_reply *reply, const char *pointer, const char *text) {
+    const char *got = test_reply_text(reply, pointer);
+    CHECK_SAYING(got && !strcmp(got, text), "%s: %s", pointer, got ? got : "nothing");
+}
+
+/* Places without `initial` began as a pendulum that hangs at rest, on which no friction acts. */
+TEST(fits_of_places_begin_where_the_data_are_with_any_friction_from_none) {
+    static const char *const terms[] = {"damping", "friction_torque", "drag", "drag_quadratic"};
+    for (size_t i = 0; i < sizeof terms / sizeof *terms; i++) {
+        char rest[200];
+        snprintf(rest, sizeof rest,
+                 ",\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1},"
+                 "{\"vary\":\"%s\",\"arm\":1}]",
+                 terms[i]);
+        struct test_reply reply = post_film(1, 1, "", rest);
+        check_converged(&reply);
+        if (!i) check_value(&reply, 0, "length of arm 1", 0.318);
+        check_value(&reply, 1, "theta of arm 1", 0.4);
+        check_text(&reply, "/freed/0", "thetad of arm 1");
+        test_reply_free(&reply);
+    }
+}
+
+TEST(fits_take_a_camera_that_is_sought_from_the_data) {
+    struct test_reply reply = post_film(1, 800, ",\"damping\":[0.01]",
+                                        ",\"camera\":{\"unknown\":[\"scale\",\"origin\"]},"
+                                        "\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]");
+    check_converged(&reply);
+    check_value(&reply, 0, "length of arm 1", 0.318);
+    check_value(&reply, 2, "origin x of the camera", 320);
+    check_value(&reply, 4, "theta of arm 1", 0.4);
+    check_text(&reply, "/freed/1", "thetad of arm 1");
+    check_text(&reply, "/fixed/3", "rotation of the camera");
+    test_reply_free(&reply);
+}
+
+/* A rate that was taken from noisy angles and kept made the length wrong by many errors. */
+TEST(fits_free_what_they_take_from_the_data_and_name_what_stays_fixed) {
+#define SOUGHT ",\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1}]"
+    struct test_reply reply = post_film(0, 1, ",\"damping\":[0.01]", SOUGHT);
+    check_converged(&reply);
+    check_value(&reply, 0, "length of arm 1", 0.318);
+    check_value(&reply, 2, "thetad of arm 1", 0);
+    check_text(&reply, "/freed/0", "thetad of arm 1");
+    check_text(&reply, "/fixed/0", "mass of arm 1");
+    check_text(&reply, "/fixed/1", "damping of arm 1");
+    check_text(&reply, "/fixed/2", "gravity");
+    test_reply_free(&reply);
+    reply = post_film(0, 1, ",\"damping\":[0.01]",
+                      SOUGHT ",\"fixed\":[{\"vary\":\"thetad\",\"arm\":1,\"start\":0}]");
+    check_converged(&reply);
+    check_value(&reply, 0, "length of arm 1", 0.318);
+    CHECK(!test_reply_text(&reply, "/freed/0"));
+    check_text(&reply, "/fixed/3", "thetad of arm 1");
+    CHECK(test_reply_number(&reply, "/request/initial/phid/0") == 0);
+    test_reply_free(&reply);
+    // what is sought cannot be fixed
+    reply = post_film(0, 1, "", SOUGHT ",\"fixed\":[{\"vary\":\"theta\",\"arm\":1}]");
+    CHECK_INT(reply.status, 422);
+    check_text(&reply, "/errors/0/pointer", "/fixed/0");
+    test_reply_free(&reply);
+}
+
+TEST(fits_blame_a_start_from_which_there_is_no_motion) {
+    struct test_reply reply =
+        post_film(0, 1, ",\"damping\":[1e14]",
+                  ",\"initial\":{\"theta\":[1]},\"unknowns\":[{\"vary\":\"damping\",\"arm\":1}]");
+    CHECK_INT(reply.status, 422);
+    check_text(&reply, "/errors/0/pointer", "/initial");
+    test_reply_free(&reply);
+}
