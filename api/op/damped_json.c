@@ -53,7 +53,7 @@ static const double damped_still = 1e-9;
 static const double still_seconds = 1e-6, lossy_seconds = 1e-5, damped_seconds = 2.5e-7;
 
 static int damped_loses(const struct api_damped *damped) {
-    return pend_damped_loses(&damped->tree->loads);
+    return pend_loads_lose(&damped->tree->loads);
 }
 
 /* whether a column is answered */

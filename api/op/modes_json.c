@@ -165,7 +165,7 @@ static void check_real(const struct api_modes *modes, const struct api_reading *
             api_value_fault(&field, reading->problem, API_CODE_NOT_APPLICABLE "%s", way[i]);
     }
     const struct pend_loads *loads = &modes->tree.loads;
-    int loses = pend_damped_loses(loads);
+    int loses = pend_loads_lose(loads);
     int most = loses ? API_DAMPED_ARMS : API_STILL_ARMS;
     struct api_value pendulum = api_value_member(reading->root, "pendulum");
     if (modes->tree.n > most)

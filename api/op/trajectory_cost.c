@@ -8,50 +8,75 @@ enum { SAMPLE_NUMBERS = 16384 /* of a block of samples */ };
 
 /* constants of the estimated cost: s a step, s a step and arm, s a number of the answer as
  * text and as it is */
-static const double step_seconds = 3e-7, arm_seconds = 6e-7, text_seconds = 4e-8,
+static const double step_seconds = 1e-6, arm_seconds = 3e-7, text_seconds = 4e-8,
                     binary_seconds = 1.5e-8;
 
-/* steps for the fastest swing to go on by a radian, times what a step costs in steps of taylor's;
- * at default tolerances
- */
-static const struct {
+/* Steps, times what one costs in steps of taylor's, at default tolerances: for the fastest swing to
+ * go on by a radian, for a spring or a drive to, and for what friction stops to fall to 1/e. */
+static const struct trajectory_steps {
     const char *method;
-    double steps;
-} steps_a_radian[] = {{"taylor", 4}, {"linear", 0},   {"ode23", 6},     {"rkf45", 45},
-                      {"rk8pd", 35}, {"msadams", 30}, {"symplectic", 1}};
-static const double steps_of_others = 20;
+    double swing, drive, decay;
+} steps_of[] = {{"taylor", 2, 0.4, 0.1},   {"linear", 0, 0, 0},    {"ode23", 4, 4, 0.4},
+                {"rkf45", 30, 30, 0.5},    {"rk8pd", 20, 20, 0.5}, {"msadams", 20, 20, 1.5},
+                {"symplectic", 1.2, 1, 0}, {"radau", 4, 1, 0}},
+  steps_of_others = {"", 20, 20, 1};
 
 /* how many times as long 32 digits take, the fixed step, and a comparison with 32 digits beside
  * the trajectory */
-static const double extended_times = 25, quad_times = 2000, symplectic_times = 20,
+static const double extended_times = 25, quad_times = 2000, symplectic_times = 17,
                     trust_times = API_TRAJECTORY_TRUST_TIMES;
 
-/* rad/s at which the fastest arm turns, about: as fast as the shortest arm swings, faster where
+/* rad/s at which the fastest arm swings, about: as fast as the shortest arm does, faster where
  * many hang on each other, and as the start has it */
-static double trajectory_rate(const struct api_trajectory_size *size) {
+static double trajectory_swing(const struct api_trajectory_size *size) {
     const struct pend_tree *tree = size->tree->tree;
     assert(tree && size->start->rate);
     double shortest = INFINITY, rate = 0;
-    for (int k = 0; k < tree->n; k++) {
+    for (int k = size->tree->cart; k < tree->n; k++) {
         shortest = fmin(shortest, tree->len[k]);
         rate = fmax(rate, fabs(size->start->rate[k]));
     }
-    return rate + pend_loads_rate(&size->tree->loads, tree) +
-           sqrt(fabs(size->tree->loads.gravity) / shortest * sqrt(tree->n));
+    return rate + sqrt(fabs(size->tree->loads.gravity) / shortest * sqrt(tree->n));
+}
+
+/* steps a second of motion; fade: those that friction asks for */
+static double trajectory_pace(const struct api_trajectory_size *size, double *fade) {
+    const struct pend_loads *loads = &size->tree->loads;
+    const struct trajectory_steps *steps = &steps_of_others;
+    double decay = pend_loads_decay(loads, size->tree->tree),
+           drive = pend_loads_rate(loads, size->tree->tree) - decay;
+    for (size_t i = 0; i < sizeof steps_of / sizeof *steps_of; i++)
+        if (!strcmp(size->method->method->name, steps_of[i].method)) steps = &steps_of[i];
+    *fade = steps->decay * decay;
+    return steps->swing * trajectory_swing(size) + steps->drive * drive + *fade;
+}
+
+static double trajectory_span(const struct api_trajectory_size *size) {
+    const struct pend_times *times = &size->times->times;
+    return pend_times_at(times, times->count - 1) - pend_times_at(times, 0);
+}
+
+int api_trajectory_stiff(const struct api_trajectory_size *size) {
+    enum { MANY = 1000, ARMS = 256 }; // more steps than radau would take; what its matrices allow
+    static const double most = 0.9;
+    double fade, pace = trajectory_pace(size, &fade);
+    return fade > most * pace && trajectory_span(size) * fade > MANY && size->tree->n <= ARMS;
+}
+
+/* s a step of radau: its stages, the derivatives by all arms, the factors of four matrices */
+static double trajectory_implicit(double n) {
+    static const double step = 3e-5, arm = 1e-5, pair = 5e-7, triple = 6e-9;
+    return step + n * (arm + n * (pair + n * triple));
 }
 
 double api_trajectory_cost_seconds(const struct api_trajectory_size *size) {
     const struct api_table *table = size->table;
-    const struct pend_times *times = &size->times->times;
-    assert(times->count >= 1 && table->rows >= 0 && size->method->method);
-    double span = fabs(pend_times_at(times, times->count - 1) - pend_times_at(times, 0)),
-           steps = steps_of_others;
+    assert(size->times->times.count >= 1 && table->rows >= 0 && size->method->method);
+    double fade, span = fabs(trajectory_span(size)), steps = span * trajectory_pace(size, &fade),
+                 n = size->tree->n, a_step = step_seconds + n * arm_seconds;
     double numbers = (double)table->rows * api_table_numbers(table, 0);
-    for (size_t i = 0; i < sizeof steps_a_radian / sizeof *steps_a_radian; i++)
-        if (!strcmp(size->method->method->name, steps_a_radian[i].method))
-            steps = steps_a_radian[i].steps;
-    steps *= span * trajectory_rate(size);
     if (size->method->step > 0) steps = span / size->method->step;
+    if (size->method->method == &pend_method_radau) a_step = trajectory_implicit(n);
     double times_as_long = size->trusts ? 1 + trust_times : 1;
     if (size->method->method == pend_method_taylor.extended)
         times_as_long = size->trusts ? 2 * extended_times : extended_times;
@@ -60,9 +85,9 @@ double api_trajectory_cost_seconds(const struct api_trajectory_size *size) {
     if (size->method->method == &pend_method_symplectic) times_as_long = symplectic_times;
     if (size->events->rows) times_as_long = 0;
     times_as_long += api_events_times(size->events);
-    return times_as_long * fmin(steps, (double)size->step_cap) *
-               (step_seconds + size->tree->n * arm_seconds) +
-           api_derived_seconds(size->derived, size->tree, span * trajectory_rate(size)) +
+    double rate = trajectory_swing(size) + pend_loads_rate(&size->tree->loads, size->tree->tree);
+    return times_as_long * fmin(steps, (double)size->step_cap) * a_step +
+           api_derived_seconds(size->derived, size->tree, span * rate) +
            numbers * (size->format->digits ? text_seconds : binary_seconds);
 }
 
@@ -71,7 +96,10 @@ double api_trajectory_cost_seconds(const struct api_trajectory_size *size) {
 static const struct trajectory_room {
     const char *method;
     double ideal, real;
-} rooms[] = {{"taylor", 9000, 12500}, {"symplectic", 16000, 48000}, {"linear", 6000, 6000}},
+} rooms[] = {{"taylor", 9000, 12500},
+             {"symplectic", 16000, 48000},
+             {"linear", 6000, 6000},
+             {"radau", 40000, 40000}},
   room_of_others = {"", 8000, 13000}, room_of_extended = {"", 30000, 90000},
   room_of_comparison = {"", 30000, 60000};
 static const double lane_arms = 16, method_bytes = 32768;
@@ -79,6 +107,9 @@ static const double lane_arms = 16, method_bytes = 32768;
 /* numbers that `linear` takes for each pair of arms: its modes, and what they are made
  * orthogonal to */
 static const double linear_numbers = 2.2;
+
+/* and radau: the derivatives of accelerations, and four complex matrices */
+static const double radau_numbers = 10;
 
 static double trajectory_derived_bytes(const struct api_trajectory_size *size) {
     const struct api_derived *derived = size->derived;
@@ -99,6 +130,7 @@ double api_trajectory_cost_bytes(const struct api_trajectory_size *size) {
         an_arm = 2 * an_arm + (real ? room_of_comparison.real : room_of_comparison.ideal);
     double square =
         size->method->method == &pend_method_linear ? linear_numbers * sizeof(double) * n * n : 0;
+    if (size->method->method == &pend_method_radau) square = radau_numbers * sizeof(double) * n * n;
     double list = size->times->list ? (double)size->times->times.count * sizeof(double) : 0;
     double block = fmin(SAMPLE_NUMBERS, (double)size->table->rows * (row + 8)) + row + 8;
     if (size->events->count) an_arm *= 2; // a search has a stepper of its own

@@ -115,7 +115,7 @@ static void read_angles(const struct api_value *value, const struct api_tree *tr
 /* the modes of a real pendulum are found all together */
 static void check_real_mode(const struct api_tree *tree, const struct api_value *mode,
                             struct api_problem *problem) {
-    int most = pend_damped_loses(&tree->loads) ? MODE_ARMS_DAMPED : MODE_ARMS_STILL;
+    int most = pend_loads_lose(&tree->loads) ? MODE_ARMS_DAMPED : MODE_ARMS_STILL;
     assert(tree->terms);
     if (tree->n <= most) return;
     api_value_fault(

@@ -273,7 +273,7 @@ static double lyapunov_fastest(const struct pend_lyapunov_problem *problem) {
     const struct pend_tree *tree = problem->tree;
     if (loads->terms)
         frequency +=
-            pend_terms_rate(loads->terms, tree->parent, tree->len, tree->mass, loads->value);
+            pend_terms_rate(loads->terms, tree->parent, tree->len, tree->mass, loads->value, NULL);
     int swings = frequency > 0;
     for (int k = pend_terms_cart(loads->terms); !swings && k < tree->n; k++)
         frequency = fmax(frequency, fabs(problem->rate[k]));

@@ -9,9 +9,9 @@
 #include "core/taylor/jets.h"
 
 /* The source of the errors of single steps: the step's own power series; a second solution of the
- * step by a power series; the truncation of numbers of 32 digits; or a closed form for the whole
- * motion. */
-enum horizon_way { HORIZON_SERIES, HORIZON_ANEW, HORIZON_EXTENDED, HORIZON_LINEAR };
+ * step by a power series; the truncation of numbers of 32 digits; a closed form for the whole
+ * motion; or the method itself. */
+enum horizon_way { HORIZON_SERIES, HORIZON_ANEW, HORIZON_EXTENDED, HORIZON_LINEAR, HORIZON_METHOD };
 
 enum {
     HORIZON_ORDER = JETS_SPREAD, /* of the neighbour's series: its part of a step need be known to a
@@ -62,6 +62,7 @@ PEND_VALIDATOR horizon_valid(const struct pend_horizon *horizon) {
 static enum horizon_way horizon_way(const struct pend_method *method) {
     if (method->flags & PEND_METHOD_LINEAR) return HORIZON_LINEAR;
     if (method->series) return HORIZON_SERIES;
+    if (method->spread) return HORIZON_METHOD;
     int precise = method == pend_method_taylor.extended || method == &pend_method_taylor_quad;
     return precise ? HORIZON_EXTENDED : HORIZON_ANEW;
 }
@@ -93,7 +94,7 @@ static void horizon_start(struct pend_horizon *horizon, const struct pend_proble
     size_t n = (size_t)problem->tree->n;
     memcpy(horizon->begin.phi, problem->phi, n * sizeof(double));
     memcpy(horizon->begin.rate, problem->rate, n * sizeof(double));
-    if (horizon->way != HORIZON_ANEW) return;
+    if (horizon->way != HORIZON_ANEW && horizon->way != HORIZON_METHOD) return;
     for (size_t k = 0; k < n; k++) {
         if (problem->phi_low) horizon->phi[k] = -problem->phi_low[k];
         if (problem->rate_low) horizon->rate[k] = -problem->rate_low[k];
@@ -131,8 +132,9 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
     int own = way == HORIZON_ANEW || way == HORIZON_EXTENDED;
     size_t answers = pend_jets_answers_bytes(tree, terms),
            anew = own ? pend_jets_bytes(tree, terms, HORIZON_ANEW_ORDER) : 0;
-    size_t series =
-        way == HORIZON_LINEAR || answers ? 0 : pend_jets_bytes(tree, terms, HORIZON_ORDER);
+    size_t series = (!own && way != HORIZON_SERIES) || answers
+                        ? 0
+                        : pend_jets_bytes(tree, terms, HORIZON_ORDER);
     char *block = aligned_alloc(64, head + rows + series + anew + answers),
          *behind = block + head + rows;
     *horizon = (struct pend_horizon *)block;
@@ -406,7 +408,7 @@ static void horizon_anew(struct pend_horizon *horizon, double reached, const dou
     horizon_note(horizon, reached, horizon_ratio(horizon, rate) * horizon_larger(1, part));
 }
 
-void pend_horizon_step(struct pend_horizon *horizon, const void *stepper, double reached,
+void pend_horizon_step(struct pend_horizon *horizon, void *stepper, double reached,
                        const double phi[], const double rate[]) {
     static const double often = 0.7; // a series of its own serves so far and a little further
     struct pend_series step;
@@ -415,6 +417,11 @@ void pend_horizon_step(struct pend_horizon *horizon, const void *stepper, double
     if (horizon->way == HORIZON_SERIES) {
         horizon->method->series(stepper, &step);
         horizon_series_step(horizon, &step, rate);
+    } else if (horizon->way == HORIZON_METHOD) {
+        horizon->method->spread(stepper, horizon->phi, horizon->rate);
+        double ratio = horizon_ratio(horizon, rate);
+        horizon_note(horizon, reached, ratio);
+        horizon->time = reached, horizon->ratio = ratio;
     } else if (fabs(reached - horizon->settled) >= often * horizon->reach ||
                fabs(reached) >= fabs(horizon->end_time)) {
         horizon_anew(horizon, reached, phi, rate);

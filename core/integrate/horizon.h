@@ -46,7 +46,7 @@ void pend_horizon_free(struct pend_horizon **horizon);
  * of a step of a small tree, and nothing once the accuracy is lost, so that the mean over a long
  * run is below a tenth; less for other methods.
  */
-void pend_horizon_step(struct pend_horizon *horizon, const void *stepper, double reached,
+void pend_horizon_step(struct pend_horizon *horizon, void *stepper, double reached,
                        const double phi[], const double rate[]);
 
 /**

@@ -33,7 +33,7 @@ void pend_stepper_counts_carry(struct pend_stepper_counts *counts,
 
 static const struct pend_method *const method_table[] = {
     &pend_method_taylor,  &pend_method_ode23,      &pend_method_rkf45,  &pend_method_rk8pd,
-    &pend_method_msadams, &pend_method_symplectic, &pend_method_linear,
+    &pend_method_msadams, &pend_method_symplectic, &pend_method_linear, &pend_method_radau,
 };
 
 enum { METHOD_COUNT = sizeof method_table / sizeof *method_table };

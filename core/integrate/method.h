@@ -61,6 +61,8 @@ enum {
         8, /* solves (lin), not (aaa): `at` fills acc too, and forces are computed from it */
     PEND_METHOD_TERMS = 64,      /* takes the terms of real pendulums (loads) */
     PEND_METHOD_CONSERVES = 128, /* of these only what pend_terms_conserve is true of */
+    PEND_METHOD_FORWARD = 256,   /* goes backwards only where nothing is lost: what grows fast there
+                                    an implicit method would damp */
     PEND_METHOD_THETA = 32,      /* `at` fills theta too, with as many digits as the start had */
     PEND_METHOD_SERIES =
         16 /* `at` fills acc and force too, faster than the equations of motion would */
@@ -145,6 +147,12 @@ struct pend_method {
     /** Gives the last step as a power series of doubles; NULL if the method has no such series. */
     void (*series)(const void *stepper, struct pend_series *series);
     /**
+     * Carries a small error of the state at the start of the last step to its end, to first order,
+     * and adds to it what the step's own error may be; n values each, rad and rad/s. NULL where the
+     * horizon has to follow the motion by power series of its own.
+     */
+    void (*spread)(void *stepper, double phi[], double rate[]);
+    /**
      * Shows a checkpoint everything that steps have changed since `open`. A stepper that was just
      * opened for the same problem and into which a checkpoint restored this state continues with
      * the same bits, including `at` inside the last step. Restored bytes may have been altered: the
@@ -162,7 +170,8 @@ void pend_stepper_counts_carry(struct pend_stepper_counts *counts,
 
 /* Each method has a file method_X.c; the three of GSL share method_gsl.c. */
 extern const struct pend_method pend_method_taylor, pend_method_ode23, pend_method_rkf45,
-    pend_method_rk8pd, pend_method_msadams, pend_method_linear, pend_method_symplectic;
+    pend_method_rk8pd, pend_method_msadams, pend_method_linear, pend_method_symplectic,
+    pend_method_radau;
 
 /* pend_method_taylor.extended points to this one */
 extern const struct pend_method pend_method_taylor_extended;
@@ -178,7 +187,7 @@ static inline double pend_method_atol(const struct pend_method *method, double r
 
 /**
  * Returns the method of a name, or NULL. The names are those of the API: taylor ode23 rkf45 rk8pd
- * msadams symplectic linear.
+ * msadams symplectic linear radau.
  */
 const struct pend_method *pend_method_find(const char *name);
 

@@ -96,11 +96,26 @@ static enum pend_status run_check_terms(const struct pend_method *method,
     return PEND_OK;
 }
 
+/* a method that goes forwards alone where something is lost is not asked to go back */
+static enum pend_status run_check_direction(const struct pend_method *method,
+                                            const struct pend_problem *problem,
+                                            struct pend_error *error) {
+    const struct pend_times *times = &problem->times;
+    int back = pend_times_at(times, times->count - 1) < pend_times_at(times, 0);
+    if (!back || !(method->flags & PEND_METHOD_FORWARD) || !pend_loads_lose(&problem->loads))
+        return PEND_OK;
+    return pend_fail(error, PEND_INVALID, -1, 0,
+                     "method %s goes forwards in time where friction or drag take energy: "
+                     "backwards, use method taylor",
+                     method->name);
+}
+
 enum pend_status pend_run_check(const struct pend_method *method, struct pend_problem *problem,
                                 struct pend_error *error) {
     PEND_TRY(pend_loads_check(&problem->loads, error));
     PEND_TRY(run_check_terms(method, &problem->loads, error));
     PEND_TRY(run_check_times(&problem->times, error));
+    PEND_TRY(run_check_direction(method, problem, error));
     PEND_TRY(pend_run_check_tree(problem->tree, error));
     PEND_TRY(run_check_state(problem, error));
     if (problem->step_cap < 0)

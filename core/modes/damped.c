@@ -371,17 +371,6 @@ static enum pend_status damped_solve(struct pend_damped *damped, const struct pe
     return status;
 }
 
-int pend_damped_loses(const struct pend_loads *loads) {
-    const struct pend_terms *terms = loads->terms;
-    if (!terms) return 0;
-    for (int k = 0; k < terms->n; k++)
-        if (pend_rest_damper(loads, k) != 0 || damped_get(loads, PEND_TERM_DRAG, k) != 0 ||
-            damped_get(loads, PEND_TERM_DRAG_QUADRATIC, k) != 0)
-            return 1;
-    int mist = terms->one[PEND_TERM_DRAG_PER_MASS];
-    return mist >= 0 && loads->value[mist] != 0;
-}
-
 /* the modes that were found without a matrix; what is round-off of 0 is 0 */
 static enum pend_status damped_take_still(struct pend_damped *damped, const double square[],
                                           const double vector[]) {
@@ -439,11 +428,11 @@ enum pend_status pend_damped_begin(struct pend_damped **damped, const struct pen
         pend_damped_free(damped);
         return status;
     }
-    if (pend_damped_loses(loads) && tree->n > PEND_DAMPED_DENSE) {
+    if (pend_loads_lose(loads) && tree->n > PEND_DAMPED_DENSE) {
         status = pend_lossy_new(&made->lossy, tree, loads, made->phi, error);
         return status == PEND_OK ? PEND_OK : damped_failed(damped, status, tree->n, error);
     }
-    if (pend_damped_loses(loads) || tree->n < PEND_DAMPED_TREE) return PEND_OK;
+    if (pend_loads_lose(loads) || tree->n < PEND_DAMPED_TREE) return PEND_OK;
     size_t n = (size_t)tree->n;
     made->square = malloc((n + n * n) * sizeof *made->square);
     status = made->square ? pend_still_new(&made->still, tree, loads, made->phi) : PEND_NO_MEMORY;

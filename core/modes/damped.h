@@ -94,9 +94,6 @@ PEND_MUST_CHECK enum pend_status pend_damped_begin(struct pend_damped **damped,
 PEND_MUST_CHECK enum pend_status pend_damped_step(struct pend_damped **damped, int *done,
                                                   struct pend_error *error);
 
-/** Non-zero if friction or drag take energy near a rest. O(n). */
-int pend_damped_loses(const struct pend_loads *loads);
-
 /** Frees modes and clears the pointer; NULL is accepted. */
 void pend_damped_free(struct pend_damped **damped);
 

@@ -38,9 +38,16 @@ PEND_MUST_CHECK enum pend_status pend_loads_check_series(const struct pend_loads
  */
 int pend_loads_pull_down(const struct pend_loads *loads);
 
+/** Non-zero if friction or drag take energy. O(n). */
+int pend_loads_lose(const struct pend_loads *loads);
+
 /** Returns how fast terms make a motion, rad/s, about: pend_terms_rate, and the fastest drive; 0
  * for an ideal pendulum. O(n + harmonics). */
 double pend_loads_rate(const struct pend_loads *loads, const struct pend_tree *tree);
+
+/** Returns how fast friction and the air stop an arm, 1/s, about: the part of that which bounds the
+ * steps of explicit methods by their stability. O(n + harmonics). */
+double pend_loads_decay(const struct pend_loads *loads, const struct pend_tree *tree);
 
 /**
  * Checks loads for the linearization.

@@ -221,10 +221,10 @@ static double terms_shortest(const struct pend_terms *terms, const double length
 }
 
 double pend_terms_rate(const struct pend_terms *terms, const int parent[], const double length[],
-                       const double mass[], const double value[]) {
+                       const double mass[], const double value[], double *decay) {
     assert(pend_terms_valid(terms));
     int mist = terms->one[PEND_TERM_DRAG_PER_MASS], next = 0;
-    double most = 0, pull = terms_drive(terms, value, PEND_DRIVE_PIVOT_X, &next);
+    double most = 0, fade = 0, pull = terms_drive(terms, value, PEND_DRIVE_PIVOT_X, &next);
     for (int i = PEND_TERM_PIVOT_ACCELERATION_X; i <= PEND_TERM_PIVOT_ACCELERATION_Y; i++)
         if (terms->one[i] >= 0) pull += fabs(value[terms->one[i]]);
     for (int k = 0; k < terms->n; k++) {
@@ -246,7 +246,9 @@ double pend_terms_rate(const struct pend_terms *terms, const int parent[], const
         double rate = sqrt(torque * (yields + parents) + pull / l) + loss * (yields + parents) +
                       drag * l * l * yields;
         most = fmax(most, rate);
+        fade = fmax(fade, loss * (yields + parents) + drag * l * l * yields);
     }
+    if (decay) *decay = fade + (mist >= 0 ? 2 * value[mist] : 0);
     return most + (mist >= 0 ? 2 * value[mist] : 0);
 }
 

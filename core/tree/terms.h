@@ -170,11 +170,12 @@ double pend_terms_inertia(const struct pend_terms *terms, double length, double 
  * Returns how fast the terms make a motion near rest, rad/s, about: what springs and torques make
  * of the arms' own inertias, what friction and the air take in a second; 0 where terms do neither.
  *
- * mass  n masses at the tips, kg; which inertia an arm has beyond them is in the terms.
+ * mass   n masses at the tips, kg; which inertia an arm has beyond them is in the terms.
+ * decay  out, 1/s: the part of friction and the air; NULL = not wanted.
  * O(n + harmonics).
  */
 double pend_terms_rate(const struct pend_terms *terms, const int parent[], const double length[],
-                       const double mass[], const double value[]);
+                       const double mass[], const double value[], double *decay);
 
 /** Returns the largest angular frequency of the drives, rad/s; 0 without drives. O(harmonics). */
 double pend_terms_drive_rate(const struct pend_terms *terms, const double value[]);

@@ -95,6 +95,7 @@ static const struct test_request {
     {API_OP_TRAJECTORIES, TEST_MOTION "\"method\":\"ode23\"}", NULL},
     {API_OP_TRAJECTORIES, TEST_MOTION "\"method\":\"rkf45\"}", NULL},
     {API_OP_TRAJECTORIES, TEST_MOTION "\"method\":\"rk8pd\",\"digits\":3}", NULL},
+    {API_OP_TRAJECTORIES, TEST_MOTION "\"method\":\"radau\",\"digits\":3}", NULL},
     {API_OP_TRAJECTORIES, TEST_MOTION "\"method\":\"msadams\"}", NULL},
     {API_OP_TRAJECTORIES, TEST_MOTION "\"method\":\"symplectic\"}", NULL},
     {API_OP_TRAJECTORIES, TEST_MOTION "\"precision\":\"extended\",\"trust\":true}", NULL},

@@ -7,7 +7,7 @@ CLANG ?= clang
 CLANGXX ?= clang++
 # asked of a server: what computes long (ensembles, exponents, sections, fits, responses, 32 digits) or needs GSL's matrices, and
 # files that a page saves
-ELSEWHERE := core/extended/% core/ensemble/% core/derivatives/% core/fit/% core/modes/damped.c core/modes/modes_gsl.c \
+ELSEWHERE := core/extended/% core/ensemble/% core/derivatives/derivatives.c core/derivatives/ideal%.c core/derivatives/kernel_ideal.c core/fit/% core/modes/damped.c core/modes/modes_gsl.c \
   core/modes/response.c core/modes/kernel_response.c core/dynamics/reference%.c core/integrate/method_gsl.c core/integrate/section.c core/base/checkpoint.c \
   $(addprefix api/op/,ensemble.c fits_%.c member_%.c members_json.c op_ensembles.c op_fits.c op_lyapunov.c op_response.c op_sections.c \
   picture_json.c response_json.c damped_json.c varied.c) \

@@ -19,6 +19,7 @@ const METHODS = {
   rk8pd: { rtol: 1e-9, finest: 1e-14, divisor: 1000 },
   msadams: { rtol: 1e-9, finest: 1e-14, divisor: 1000 },
   symplectic: null,
+  radau: { rtol: 1e-9, finest: 1e-14, divisor: 1e6 },
   linear: null,
 };
 /** What taylor computes in. @type {Record<string, Partial<Tolerances>>} */

@@ -146,6 +146,7 @@ export default {
   "method.rk8pd": "rk8pd: Runge–Kutta 8(9)",
   "method.msadams": "msadams: Adams-Mehrschritt",
   "method.symplectic": "symplectic: fester Schritt",
+  "method.radau": "radau: für steife Pendel",
   "method.linear": "linear: nur kleine Schwingungen",
   "method.rtol": "Relative Toleranz",
   "method.default": "voreingestellt, {value}",

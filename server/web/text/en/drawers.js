@@ -144,6 +144,7 @@ export default {
   "method.rk8pd": "rk8pd: Runge–Kutta 8(9)",
   "method.msadams": "msadams: Adams multistep",
   "method.symplectic": "symplectic: fixed step",
+  "method.radau": "radau: for stiff pendulums",
   "method.linear": "linear: small swings only",
   "method.rtol": "Relative tolerance",
   "method.default": "its default, {value}",

@@ -145,6 +145,7 @@ export default {
   "method.rk8pd": "rk8pd: Runge–Kutta 8(9)",
   "method.msadams": "msadams: Adams multipaso",
   "method.symplectic": "symplectic: paso fijo",
+  "method.radau": "radau: para péndulos rígidos (stiff)",
   "method.linear": "linear: solo oscilaciones pequeñas",
   "method.rtol": "Tolerancia relativa",
   "method.default": "por defecto, {value}",

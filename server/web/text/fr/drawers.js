@@ -145,6 +145,7 @@ export default {
   "method.rk8pd": "rk8pd : Runge–Kutta 8(9)",
   "method.msadams": "msadams : Adams à pas multiples",
   "method.symplectic": "symplectic : pas fixe",
+  "method.radau": "radau : pour pendules raides",
   "method.linear": "linear : petites oscillations seulement",
   "method.rtol": "Tolérance relative",
   "method.default": "par défaut, {value}",

@@ -144,6 +144,7 @@ export default {
   "method.rk8pd": "rk8pd: Runge–Kutta 8(9)",
   "method.msadams": "msadams: Adams-meerstaps",
   "method.symplectic": "symplectic: vaste stap",
+  "method.radau": "radau: voor stijve slingers",
   "method.linear": "linear: alleen kleine slingeringen",
   "method.rtol": "Relatieve tolerantie",
   "method.default": "standaard, {value}",

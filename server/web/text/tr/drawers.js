@@ -145,6 +145,7 @@ export default {
   "method.rk8pd": "rk8pd: Runge–Kutta 8(9)",
   "method.msadams": "msadams: çok adımlı Adams",
   "method.symplectic": "symplectic: sabit adım",
+  "method.radau": "radau: katı (stiff) sarkaçlar için",
   "method.linear": "linear: yalnız küçük salınımlar",
   "method.rtol": "Bağıl tolerans",
   "method.default": "varsayılan, {value}",
