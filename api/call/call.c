@@ -274,6 +274,8 @@ enum api_progress api_call_open(struct api_call *call, const struct api_request 
                                                &call->state, call->digest, NULL);
     if (status != PEND_OK) return call_fail(call, status, NULL, out);
     call_foresee(call);
+    if (!api_outlook_begins(call->op, call->state, call->limits, call->cost, &call->problem))
+        return call_refuse(call, out);
     call->stage = STAGE_READY;
     assert(api_call_valid(call));
     return API_MORE;

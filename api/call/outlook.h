@@ -1,6 +1,6 @@
 /* Whether a computation that is under way can end within its limits.
- * Leaves to others: running it (call), estimates before it has begun (the operations).
- * Invariant: what it judges are steps and seconds that were taken, never a guess made before. */
+ * Leaves to others: running it (call), the estimates of what has not begun (the operations).
+ * Invariant: once it is under way it is judged by steps and seconds that were taken alone. */
 #ifndef API_OUTLOOK_H
 #define API_OUTLOOK_H
 
@@ -13,9 +13,21 @@ struct api_outlook {
 };
 
 /**
+ * Judges a computation before it begins, by its estimated time, s: what would take longer than the
+ * limit even if the estimate were too long by the operation's doubt is refused.
+ *
+ * problem  out: what is wrong and the way out.
+ *
+ * Returns 0 if it cannot end within the limits. O(1).
+ */
+int api_outlook_begins(const struct api_op *op, const void *state, const struct api_limits *limits,
+                       double seconds, struct api_problem *problem);
+
+/**
  * Judges a computation after a turn, from the steps and the time that the part done so far has
  * taken: first after a hundredth of a second, then each time it has taken four times as long. A
- * motion may need more steps in its first part than later, so the first judgements allow more.
+ * motion may need more steps in its first part than later, so the first judgements allow more; from
+ * 2.6 s on they allow half as much again.
  *
  * state    the operation's, which is not complete.
  * seconds  of all turns so far.

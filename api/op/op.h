@@ -106,6 +106,12 @@ struct api_op {
     const struct api_table *(*table)(const void *state);
     /** Estimates the computation, s; NULL if it is short. */
     double (*cost)(const void *state);
+    /** By what factor the estimate may be too long: what exceeds the limit by more is refused
+     * before it begins. 0: never. */
+    double doubt;
+    /** Returns what would make this computation shorter, "ask for ..."; NULL: a shorter time or a
+     * looser tolerance. O(n). */
+    const char *(*way_out)(const void *state);
     /**
      * Returns the bytes of memory that the state holds or will hold until the next turn ends: an
      * upper bound, within a factor of about two if it is large. Called before the first turn and

@@ -60,7 +60,7 @@ struct trajectory {
     double trust_until;
     struct api_stats stats;
     char warning[API_WARNING_TEXT], energy_warning[API_WARNING_TEXT],
-        loose_warning[API_WARNING_TEXT];
+        loose_warning[API_WARNING_TEXT], stiff_warning[API_WARNING_TEXT];
 };
 
 static void trajectory_free(void **state) {
@@ -210,6 +210,19 @@ static void trajectory_tell_horizon(struct trajectory *trajectory, double horizo
     api_stats_warning(&trajectory->stats, "warning_horizon", trajectory->warning);
 }
 
+static struct api_trajectory_size trajectory_size(const struct trajectory *trajectory) {
+    return (struct api_trajectory_size){.tree = &trajectory->tree,
+                                        .start = trajectory->start,
+                                        .times = &trajectory->times,
+                                        .method = &trajectory->method,
+                                        .derived = &trajectory->derived,
+                                        .events = &trajectory->events,
+                                        .table = &trajectory->table,
+                                        .format = trajectory->format,
+                                        .trusts = trajectory->trust_tolerance > 0,
+                                        .step_cap = trajectory->step_cap};
+}
+
 /* adds warnings about an energy that has drifted, and about a precision that was not needed */
 static void trajectory_tell_doubts(struct trajectory *trajectory, double drift) {
     static const double lost = 0.01, loose = 1e-16;
@@ -235,6 +248,19 @@ static void trajectory_tell_doubts(struct trajectory *trajectory, double drift) 
     }
 }
 
+/* says that another method would take far fewer steps */
+static void trajectory_tell_stiff(struct trajectory *trajectory, long steps) {
+    enum { MANY = 2000 };
+    struct api_trajectory_size size = trajectory_size(trajectory);
+    double decay = pend_loads_decay(&trajectory->tree.loads, trajectory->tree.tree);
+    if (steps < MANY || !api_trajectory_stiff(&size)) return;
+    snprintf(trajectory->stiff_warning, sizeof trajectory->stiff_warning,
+             "friction stops an arm in about %.2g s, which is what the %ld steps were for, not "
+             "accuracy: method radau takes steps that friction does not shorten.",
+             1 / decay, steps);
+    api_stats_warning(&trajectory->stats, "warning_stiff", trajectory->stiff_warning);
+}
+
 /* writes the figures once, so that they are the same in every piece of the answer */
 static void trajectory_tell(struct trajectory *trajectory, const struct api_turn *turn) {
     struct pend_run_stats stats = pend_run_stats(trajectory->run);
@@ -247,6 +273,7 @@ static void trajectory_tell(struct trajectory *trajectory, const struct api_turn
     api_stats_number(figures, "energy_drift", isnan(stats.energy_drift) ? 0 : stats.energy_drift);
     trajectory_tell_horizon(trajectory, stats.horizon);
     trajectory_tell_doubts(trajectory, stats.energy_drift);
+    trajectory_tell_stiff(trajectory, stats.steps);
     if (trajectory->trust_tolerance > 0)
         api_stats_number(figures, "trust_until", trajectory->trust_until);
     if (trajectory->events.count)
@@ -441,22 +468,17 @@ static void trajectory_done(const void *state, double *steps, double *work) {
         *steps = *work = pend_events_progress(trajectory->events.search);
 }
 
-static struct api_trajectory_size trajectory_size(const struct trajectory *trajectory) {
-    return (struct api_trajectory_size){.tree = &trajectory->tree,
-                                        .start = trajectory->start,
-                                        .times = &trajectory->times,
-                                        .method = &trajectory->method,
-                                        .derived = &trajectory->derived,
-                                        .events = &trajectory->events,
-                                        .table = &trajectory->table,
-                                        .format = trajectory->format,
-                                        .trusts = trajectory->trust_tolerance > 0,
-                                        .step_cap = trajectory->step_cap};
-}
-
 static double trajectory_cost(const void *state) {
     struct api_trajectory_size size = trajectory_size(state);
     return api_trajectory_cost_seconds(&size);
+}
+
+static const char *trajectory_way_out(const void *state) {
+    struct api_trajectory_size size = trajectory_size(state);
+    if (size.method->method == &pend_method_symplectic)
+        return "ask for a shorter time or a longer step";
+    if (!api_trajectory_stiff(&size)) return NULL;
+    return "ask for method \"radau\", whose steps friction does not shorten, or for a shorter time";
 }
 
 static double trajectory_bytes(const void *state) {
@@ -489,6 +511,8 @@ const struct api_op api_op_trajectories = {
     .progress = trajectory_done,
     .table = trajectory_table,
     .cost = trajectory_cost,
+    .doubt = 3,
+    .way_out = trajectory_way_out,
     .bytes = trajectory_bytes,
     .parts = trajectory_parts,
     .part = trajectory_part,

@@ -30,6 +30,10 @@ struct api_trajectory_size {
 /** Returns the estimated time of computation, s. O(n + harmonics). */
 double api_trajectory_cost_seconds(const struct api_trajectory_size *size);
 
+/** Non-zero if what friction stops bounds the steps of the method most of the time, so that method
+ * radau would take far fewer. O(n + harmonics). */
+int api_trajectory_stiff(const struct api_trajectory_size *size);
+
 /** Returns the most bytes of memory. O(harmonics). */
 double api_trajectory_cost_bytes(const struct api_trajectory_size *size);
 

@@ -86,6 +86,39 @@ TEST(what_takes_far_too_long_is_refused_as_it_begins) {
     api_buffer_clear(&out);
 }
 
+/* by the estimate alone; the ways out are those of the request */
+TEST(what_would_take_far_longer_than_it_may_is_not_begun) {
+#define STIFF(method)                                                                              \
+    "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[1e7]},"                \
+    "\"initial\":{\"theta\":[1]},\"times\":{\"stop\":10,\"count\":5},\"method\":\"" method "\"}"
+    static const struct {
+        const char *body, *way;
+    } cases[] = {
+        {"{" DOUBLE ",\"times\":{\"stop\":1e7,\"count\":5}}", "shorter time or a looser tolerance"},
+        {"{" DOUBLE ",\"times\":{\"stop\":1e7,\"count\":5},\"method\":\"symplectic\"}",
+         "a longer step"},
+        {STIFF("taylor"), "radau"},
+        {STIFF("rkf45"), "radau"}};
+    struct api_limits limits;
+    struct api_buffer out;
+    api_limits_init(&limits);
+    limits.compute_seconds = 1;
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        long steps = -1;
+        CHECK_INT(foresight_run(API_OP_TRAJECTORIES, cases[i].body, &limits, &steps, &out), 422);
+        CHECK_INT(steps, 0);
+        CHECK_SAYING(strstr(out.data, "(estimated)") && strstr(out.data, "max-compute-seconds") &&
+                         strstr(out.data, "respond-async") && strstr(out.data, cases[i].way),
+                     "%s", out.data);
+        api_buffer_clear(&out);
+    }
+    long steps = 0;
+    CHECK_INT(foresight_run(API_OP_TRAJECTORIES, STIFF("radau"), &limits, &steps, &out), 200);
+    CHECK_SAYING(steps > 0 && steps < 100, "%ld steps", steps);
+    api_buffer_clear(&out);
+#undef STIFF
+}
+
 TEST(what_takes_just_as_many_steps_as_it_may_is_not_refused) {
     unsigned long long random = 3;
     struct api_limits limits;

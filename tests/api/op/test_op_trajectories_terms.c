@@ -1,6 +1,7 @@
 /* Trajectories of real pendulums against what is known of them in closed form. */
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "tests/api/post.h"
 #include "tests/harness/requests.h"
@@ -90,12 +91,13 @@ TEST(every_method_knows_work_and_heat_and_the_balance_is_its_check) {
     } of[] = {{"\"method\":\"rkf45\"", 1e-7, 1e-7},
               {"\"method\":\"rk8pd\"", 1e-7, 1e-7},
               {"\"method\":\"msadams\"", 1e-6, 1e-6},
+              {"\"method\":\"radau\"", 1e-7, 1e-7},
               {"\"method\":\"ode23\",\"rtol\":1e-7", 1e-5, 1e-5},
               {"\"precision\":\"extended\"", 1e-9, 1e-14},
               {"\"precision\":\"quad\"", 1e-9, 1e-14},
               {"\"rtol\":1e-15", 0, 1e-13}};
     double work = NAN, heat = NAN;
-    for (int i = 6; i >= 0; i--) {
+    for (int i = 7; i >= 0; i--) {
         char body[900];
         snprintf(body, sizeof body,
                  "{" TEST_REAL_TREE
@@ -134,4 +136,27 @@ TEST(the_readmes_bar_stays_upside_down_on_its_shaken_pivot) {
     CHECK(test_reply_number(&reply, "/exchange/heat/1000") > 0);
     CHECK(test_reply_number(&reply, "/stats/energy_drift") < 1e-11);
     test_reply_free(&reply);
+}
+
+/* steps that friction asks for are told, with the method that does without them; where it is that
+ * method, or the motion itself asks for the steps, nothing is */
+TEST(a_stiff_motion_is_told_which_method_suits_it) {
+    static const struct {
+        const char *damping, *how;
+        int told;
+    } cases[] = {{"1e5", "\"method\":\"taylor\"", 1},
+                 {"1e5", "\"method\":\"radau\"", 0},
+                 {"0.1", "\"method\":\"taylor\"", 0}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char body[400];
+        snprintf(body, sizeof body,
+                 "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[%s]},"
+                 "\"initial\":{\"theta\":[1]},\"times\":{\"stop\":4,\"count\":3},%s}",
+                 cases[i].damping, cases[i].how);
+        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        CHECK_INT(reply.status, 200);
+        CHECK_SAYING((strstr(reply.out.data, "radau takes steps") != NULL) == cases[i].told,
+                     "%s: %s", body, reply.out.data);
+        test_reply_free(&reply);
+    }
 }
