@@ -81,6 +81,12 @@ void api_derived_clear(struct api_derived *derived) {
     derived->parameter = NULL;
 }
 
+double api_terms_pace(const struct api_tree *tree) {
+    static const double drives = 0.2, decays = 0.05;
+    double decay = pend_loads_decay(&tree->loads, tree->tree);
+    return drives * (pend_loads_rate(&tree->loads, tree->tree) - decay) + decays * decay;
+}
+
 double api_derived_seconds(const struct api_derived *derived, const struct api_tree *tree,
                            double radians) {
     assert(derived->count >= 0 && radians >= 0);

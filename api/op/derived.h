@@ -104,4 +104,9 @@ double *api_derived_put(const struct api_derived *derived, long row, double to[]
 /** Fills in where the columns' rows are, `columns` pointers. */
 void api_derived_columns(const struct api_derived *derived, const double *column[]);
 
+/** Returns how fast terms make a motion as the steps of a power series have it, rad/s of a swing
+ * that takes as many: a fifth of springs' and drives', a twentieth of what friction stops. O(n +
+ * harmonics). */
+double api_terms_pace(const struct api_tree *tree);
+
 #endif

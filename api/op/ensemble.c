@@ -287,8 +287,7 @@ double api_ensemble_cost(const struct api_ensemble *e, long members) {
     const struct pend_tree *tree = e->tree.tree;
     double shortest = INFINITY, order = 4 - 0.65 * log(fmax(0.01 * e->rtol, 1e-16));
     for (int k = 0; k < tree->n; k++) shortest = fmin(shortest, tree->len[k]);
-    double rate =
-        sqrt(fabs(e->tree.loads.gravity) / shortest) + pend_loads_rate(&e->tree.loads, tree);
+    double rate = sqrt(fabs(e->tree.loads.gravity) / shortest) + api_terms_pace(&e->tree);
     double radians = fabs(e->duration) * rate;
     double steps = 1 + steps_a_radian * radians * 28 / order;
     struct pend_ensemble_problem problem = {.until = PEND_UNTIL_TIME};

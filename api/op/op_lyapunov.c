@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "api/encode/encode.h"
+#include "api/op/derived.h"
 #include "api/read/state_json.h"
 #include "core/ensemble/lyapunov.h"
 
@@ -280,7 +281,7 @@ static double lyapunov_cost(const void *state) {
     double n = api_tree_stored(&lyapunov->tree), count = lyapunov->count;
     double intervals = lyapunov_intervals(lyapunov) * (double)lyapunov->table.rows;
     // springs and drives take more steps, in intervals that are as long
-    double spring = pend_loads_rate(&lyapunov->tree.loads, lyapunov->tree.tree);
+    double spring = 2 * api_terms_pace(&lyapunov->tree);
     intervals = fmax(intervals, lyapunov->duration * spring);
     intervals *= 1 + lyapunov->transient / lyapunov->duration;
     return intervals *
@@ -317,6 +318,7 @@ const struct api_op api_op_lyapunov = {.name = "lyapunov",
                                        .progress = lyapunov_progress,
                                        .table = lyapunov_table,
                                        .cost = lyapunov_cost,
+                                       .doubt = 5,
                                        .stats = lyapunov_stats,
                                        .bytes = lyapunov_bytes,
                                        .free = lyapunov_free};

@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "api/encode/encode.h"
+#include "api/op/derived.h"
 #include "api/read/method_json.h"
 #include "api/read/state_json.h"
 #include "core/integrate/section.h"
@@ -425,14 +426,14 @@ static double sections_cost(const void *state) {
         shortest = fmin(shortest, tree->len[k]);
         rate = fmax(rate, fabs(sections->start->rate[k]));
     }
-    rate += sqrt(fabs(sections->tree.loads.gravity) / shortest * sqrt(tree->n)) +
-            pend_loads_rate(&sections->tree.loads, tree);
+    rate += sqrt(fabs(sections->tree.loads.gravity) / shortest * sqrt(tree->n));
+    double pace = rate + api_terms_pace(&sections->tree);
     /* a search may end long before its time, at its count of passages: an arm passes each turn
      * or swing but once or twice */
     double passages = (double)sections->table.rows;
     double most = sections->period > 0 ? passages * sections->period : 20 * passages / rate;
     double seconds = fmin(sections->duration, most);
-    return fmin(steps_a_radian * seconds * rate, sections->step_cap) * (tree->n + 2) * arm_seconds;
+    return fmin(steps_a_radian * seconds * pace, sections->step_cap) * (tree->n + 2) * arm_seconds;
 }
 
 /* passages are kept when they are found, in memory that doubles whenever it is full, and once more
@@ -469,6 +470,7 @@ const struct api_op api_op_sections = {.name = "sections",
                                        .progress = sections_progress,
                                        .table = sections_table,
                                        .cost = sections_cost,
+                                       .doubt = 5,
                                        .bytes = sections_bytes,
                                        .stats = sections_stats,
                                        .free = sections_free};

@@ -211,20 +211,15 @@ static void trajectory_tell_horizon(struct trajectory *trajectory, double horizo
 }
 
 static struct api_trajectory_size trajectory_size(const struct trajectory *trajectory) {
-    return (struct api_trajectory_size){.tree = &trajectory->tree,
-                                        .start = trajectory->start,
-                                        .times = &trajectory->times,
-                                        .method = &trajectory->method,
-                                        .derived = &trajectory->derived,
-                                        .events = &trajectory->events,
-                                        .table = &trajectory->table,
-                                        .format = trajectory->format,
-                                        .trusts = trajectory->trust_tolerance > 0,
-                                        .step_cap = trajectory->step_cap};
+    return (struct api_trajectory_size){
+        &trajectory->tree,   trajectory->start,    &trajectory->times,
+        &trajectory->method, &trajectory->derived, &trajectory->events,
+        &trajectory->table,  trajectory->format,   trajectory->trust_tolerance > 0,
+        trajectory->step_cap};
 }
 
 /* adds warnings about an energy that has drifted, and about a precision that was not needed */
-static void trajectory_tell_doubts(struct trajectory *trajectory, double drift) {
+static void trajectory_tell_doubts(struct trajectory *trajectory, double drift, long steps) {
     static const double lost = 0.01, loose = 1e-16;
     const struct api_method *method = &trajectory->method;
     if (isnan(drift))
@@ -237,6 +232,8 @@ static void trajectory_tell_doubts(struct trajectory *trajectory, double drift) 
                  drift);
     if (trajectory->energy_warning[0])
         api_stats_warning(&trajectory->stats, "warning_energy", trajectory->energy_warning);
+    if (api_trajectory_stiff(trajectory_size(trajectory), steps, trajectory->stiff_warning))
+        api_stats_warning(&trajectory->stats, "warning_stiff", trajectory->stiff_warning);
     if (method->method == pend_method_taylor.extended &&
         (method->rtol > loose || method->atol > loose)) {
         snprintf(trajectory->loose_warning, sizeof trajectory->loose_warning,
@@ -246,19 +243,6 @@ static void trajectory_tell_doubts(struct trajectory *trajectory, double drift) 
                  method->rtol > loose ? method->rtol : method->atol);
         api_stats_warning(&trajectory->stats, "warning_precision", trajectory->loose_warning);
     }
-}
-
-/* says that another method would take far fewer steps */
-static void trajectory_tell_stiff(struct trajectory *trajectory, long steps) {
-    enum { MANY = 2000 };
-    struct api_trajectory_size size = trajectory_size(trajectory);
-    double decay = pend_loads_decay(&trajectory->tree.loads, trajectory->tree.tree);
-    if (steps < MANY || !api_trajectory_stiff(&size)) return;
-    snprintf(trajectory->stiff_warning, sizeof trajectory->stiff_warning,
-             "friction stops an arm in about %.2g s, which is what the %ld steps were for, not "
-             "accuracy: method radau takes steps that friction does not shorten.",
-             1 / decay, steps);
-    api_stats_warning(&trajectory->stats, "warning_stiff", trajectory->stiff_warning);
 }
 
 /* writes the figures once, so that they are the same in every piece of the answer */
@@ -272,8 +256,7 @@ static void trajectory_tell(struct trajectory *trajectory, const struct api_turn
     api_stats_whole(figures, "evaluations", stats.evaluations);
     api_stats_number(figures, "energy_drift", isnan(stats.energy_drift) ? 0 : stats.energy_drift);
     trajectory_tell_horizon(trajectory, stats.horizon);
-    trajectory_tell_doubts(trajectory, stats.energy_drift);
-    trajectory_tell_stiff(trajectory, stats.steps);
+    trajectory_tell_doubts(trajectory, stats.energy_drift, stats.steps);
     if (trajectory->trust_tolerance > 0)
         api_stats_number(figures, "trust_until", trajectory->trust_until);
     if (trajectory->events.count)
@@ -469,21 +452,15 @@ static void trajectory_done(const void *state, double *steps, double *work) {
 }
 
 static double trajectory_cost(const void *state) {
-    struct api_trajectory_size size = trajectory_size(state);
-    return api_trajectory_cost_seconds(&size);
+    return api_trajectory_cost_seconds(trajectory_size(state));
 }
 
 static const char *trajectory_way_out(const void *state) {
-    struct api_trajectory_size size = trajectory_size(state);
-    if (size.method->method == &pend_method_symplectic)
-        return "ask for a shorter time or a longer step";
-    if (!api_trajectory_stiff(&size)) return NULL;
-    return "ask for method \"radau\", whose steps friction does not shorten, or for a shorter time";
+    return api_trajectory_way_out(trajectory_size(state));
 }
 
 static double trajectory_bytes(const void *state) {
-    struct api_trajectory_size size = trajectory_size(state);
-    return api_trajectory_cost_bytes(&size);
+    return api_trajectory_cost_bytes(trajectory_size(state));
 }
 
 static const struct api_table *trajectory_table(const void *state) {

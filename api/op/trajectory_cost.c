@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 enum { SAMPLE_NUMBERS = 16384 /* of a block of samples */ };
@@ -56,11 +57,29 @@ static double trajectory_span(const struct api_trajectory_size *size) {
     return pend_times_at(times, times->count - 1) - pend_times_at(times, 0);
 }
 
-int api_trajectory_stiff(const struct api_trajectory_size *size) {
-    enum { MANY = 1000, ARMS = 256 }; // more steps than radau would take; what its matrices allow
+/* what friction stops bounds most of the steps, and they are more than radau would take */
+static int trajectory_fades(const struct api_trajectory_size *size) {
+    enum { MANY = 1000, ARMS = 256 }; // what the matrices of radau allow
     static const double most = 0.9;
     double fade, pace = trajectory_pace(size, &fade);
     return fade > most * pace && trajectory_span(size) * fade > MANY && size->tree->n <= ARMS;
+}
+
+const char *api_trajectory_way_out(struct api_trajectory_size size) {
+    if (size.method->method == &pend_method_symplectic)
+        return "ask for a shorter time or a longer step";
+    if (!trajectory_fades(&size)) return NULL;
+    return "ask for method \"radau\", whose steps friction does not shorten, or for a shorter time";
+}
+
+int api_trajectory_stiff(struct api_trajectory_size size, long steps, char text[API_WARNING_TEXT]) {
+    enum { MANY = 2000 };
+    if (steps < MANY || !trajectory_fades(&size)) return 0;
+    snprintf(text, API_WARNING_TEXT,
+             "friction stops an arm in about %.2g s, which is what the %ld steps were for, not "
+             "accuracy: method radau takes steps that friction does not shorten.",
+             1 / pend_loads_decay(&size.tree->loads, size.tree->tree), steps);
+    return 1;
 }
 
 /* s a step of radau: its stages, the derivatives by all arms, the factors of four matrices */
@@ -69,26 +88,26 @@ static double trajectory_implicit(double n) {
     return step + n * (arm + n * (pair + n * triple));
 }
 
-double api_trajectory_cost_seconds(const struct api_trajectory_size *size) {
-    const struct api_table *table = size->table;
-    assert(size->times->times.count >= 1 && table->rows >= 0 && size->method->method);
-    double fade, span = fabs(trajectory_span(size)), steps = span * trajectory_pace(size, &fade),
-                 n = size->tree->n, a_step = step_seconds + n * arm_seconds;
+double api_trajectory_cost_seconds(struct api_trajectory_size size) {
+    const struct api_table *table = size.table;
+    assert(size.times->times.count >= 1 && table->rows >= 0 && size.method->method);
+    double fade, span = fabs(trajectory_span(&size)), steps = span * trajectory_pace(&size, &fade),
+                 n = size.tree->n, a_step = step_seconds + n * arm_seconds;
     double numbers = (double)table->rows * api_table_numbers(table, 0);
-    if (size->method->step > 0) steps = span / size->method->step;
-    if (size->method->method == &pend_method_radau) a_step = trajectory_implicit(n);
-    double times_as_long = size->trusts ? 1 + trust_times : 1;
-    if (size->method->method == pend_method_taylor.extended)
-        times_as_long = size->trusts ? 2 * extended_times : extended_times;
-    if (size->method->method == &pend_method_taylor_quad)
-        times_as_long = size->trusts ? 2 * quad_times : quad_times;
-    if (size->method->method == &pend_method_symplectic) times_as_long = symplectic_times;
-    if (size->events->rows) times_as_long = 0;
-    times_as_long += api_events_times(size->events);
-    double rate = trajectory_swing(size) + pend_loads_rate(&size->tree->loads, size->tree->tree);
-    return times_as_long * fmin(steps, (double)size->step_cap) * a_step +
-           api_derived_seconds(size->derived, size->tree, span * rate) +
-           numbers * (size->format->digits ? text_seconds : binary_seconds);
+    if (size.method->step > 0) steps = span / size.method->step;
+    if (size.method->method == &pend_method_radau) a_step = trajectory_implicit(n);
+    double times_as_long = size.trusts ? 1 + trust_times : 1;
+    if (size.method->method == pend_method_taylor.extended)
+        times_as_long = size.trusts ? 2 * extended_times : extended_times;
+    if (size.method->method == &pend_method_taylor_quad)
+        times_as_long = size.trusts ? 2 * quad_times : quad_times;
+    if (size.method->method == &pend_method_symplectic) times_as_long = symplectic_times;
+    if (size.events->rows) times_as_long = 0;
+    times_as_long += api_events_times(size.events);
+    double rate = trajectory_swing(&size) + pend_loads_rate(&size.tree->loads, size.tree->tree);
+    return times_as_long * fmin(steps, (double)size.step_cap) * a_step +
+           api_derived_seconds(size.derived, size.tree, span * rate) +
+           numbers * (size.format->digits ? text_seconds : binary_seconds);
 }
 
 /* bytes that a method takes for each arm of an ideal and of a real pendulum: its series, stages and
@@ -117,25 +136,25 @@ static double trajectory_derived_bytes(const struct api_trajectory_size *size) {
     return api_derived_bytes(derived, size->tree, api_derived_cap(derived, size->table->rows));
 }
 
-double api_trajectory_cost_bytes(const struct api_trajectory_size *size) {
-    assert(size->format && size->table && size->derived->count >= 0);
+double api_trajectory_cost_bytes(struct api_trajectory_size size) {
+    assert(size.format && size.table && size.derived->count >= 0);
     const struct trajectory_room *room = &room_of_others;
-    double n = api_tree_stored(size->tree), row = api_table_numbers(size->table, 0);
+    double n = api_tree_stored(size.tree), row = api_table_numbers(size.table, 0);
     for (size_t i = 0; i < sizeof rooms / sizeof *rooms; i++)
-        if (!strcmp(size->method->method->name, rooms[i].method)) room = &rooms[i];
-    if (size->method->method == pend_method_taylor.extended) room = &room_of_extended;
-    int real = size->tree->loads.terms != NULL;
+        if (!strcmp(size.method->method->name, rooms[i].method)) room = &rooms[i];
+    if (size.method->method == pend_method_taylor.extended) room = &room_of_extended;
+    int real = size.tree->loads.terms != NULL;
     double an_arm = real ? room->real : room->ideal;
-    if (size->trusts)
+    if (size.trusts)
         an_arm = 2 * an_arm + (real ? room_of_comparison.real : room_of_comparison.ideal);
     double square =
-        size->method->method == &pend_method_linear ? linear_numbers * sizeof(double) * n * n : 0;
-    if (size->method->method == &pend_method_radau) square = radau_numbers * sizeof(double) * n * n;
-    double list = size->times->list ? (double)size->times->times.count * sizeof(double) : 0;
-    double block = fmin(SAMPLE_NUMBERS, (double)size->table->rows * (row + 8)) + row + 8;
-    if (size->events->count) an_arm *= 2; // a search has a stepper of its own
+        size.method->method == &pend_method_linear ? linear_numbers * sizeof(double) * n * n : 0;
+    if (size.method->method == &pend_method_radau) square = radau_numbers * sizeof(double) * n * n;
+    double list = size.times->list ? (double)size.times->times.count * sizeof(double) : 0;
+    double block = fmin(SAMPLE_NUMBERS, (double)size.table->rows * (row + 8)) + row + 8;
+    if (size.events->count) an_arm *= 2; // a search has a stepper of its own
     return method_bytes + (n + lane_arms) * an_arm + square + list + 2 * sizeof(double) * block +
-           api_tree_bytes(size->tree) + api_states_bytes(size->start) +
-           trajectory_derived_bytes(size) + api_events_bytes(size->events) +
-           api_writer_bytes(size->format, size->table);
+           api_tree_bytes(size.tree) + api_states_bytes(size.start) +
+           trajectory_derived_bytes(&size) + api_events_bytes(size.events) +
+           api_writer_bytes(size.format, size.table);
 }

@@ -28,13 +28,18 @@ struct api_trajectory_size {
 };
 
 /** Returns the estimated time of computation, s. O(n + harmonics). */
-double api_trajectory_cost_seconds(const struct api_trajectory_size *size);
+double api_trajectory_cost_seconds(struct api_trajectory_size size);
 
-/** Non-zero if what friction stops bounds the steps of the method most of the time, so that method
- * radau would take far fewer. O(n + harmonics). */
-int api_trajectory_stiff(const struct api_trajectory_size *size);
+/** Returns what would make it shorter, "ask for ..."; NULL: a shorter time or a looser tolerance.
+ * O(n + harmonics). */
+const char *api_trajectory_way_out(struct api_trajectory_size size);
+
+/** Says in `text` that `steps` steps were so many because friction bounds those of the method most
+ * of the time, and which method would take far fewer; returns 0, and says nothing, where it is not
+ * so. O(n + harmonics). */
+int api_trajectory_stiff(struct api_trajectory_size size, long steps, char text[API_WARNING_TEXT]);
 
 /** Returns the most bytes of memory. O(harmonics). */
-double api_trajectory_cost_bytes(const struct api_trajectory_size *size);
+double api_trajectory_cost_bytes(struct api_trajectory_size size);
 
 #endif
