@@ -191,14 +191,15 @@ static void call_head(struct api_call *call, long long length) {
     call->answer.file_name = call->file_name;
 }
 
-/* the head of the answer, from what was read of the request */
-static void call_foresee(struct api_call *call) {
+/* the head of the answer, from what was read of the request; 0 if it would take far too long */
+static int call_foresee(struct api_call *call) {
     const struct api_op *op = call->op;
     const struct api_table *table = op->table ? op->table(call->state) : NULL;
     if (op->cost) call->cost = op->cost(call->state);
     if (table && call->format->bare) api_table_columns(table, call->columns);
     int exact = table && call->format->exact && !table->rows_later;
     call_head(call, exact ? (long long)call->format->bytes(table) : -1);
+    return api_outlook_begins(op, call->state, call->limits, call->cost, &call->problem);
 }
 
 /* --- a call that is computed elsewhere --- */
@@ -273,9 +274,7 @@ enum api_progress api_call_open(struct api_call *call, const struct api_request 
     enum pend_status status = api_request_read(request, call->format, call->limits, &call->problem,
                                                &call->state, call->digest, NULL);
     if (status != PEND_OK) return call_fail(call, status, NULL, out);
-    call_foresee(call);
-    if (!api_outlook_begins(call->op, call->state, call->limits, call->cost, &call->problem))
-        return call_refuse(call, out);
+    if (!call_foresee(call)) return call_refuse(call, out);
     call->stage = STAGE_READY;
     assert(api_call_valid(call));
     return API_MORE;

@@ -79,8 +79,8 @@ static double driven_growth(const struct driven *d, double start, double interva
                             int intervals, double phi) {
     const double apart = 1e-5;
     double state[2] = {phi, 0}, way[2] = {1, 1}, sum = 0;
-    double frequency =
-        1 + pend_terms_rate(d->b.terms, d->tree->parent, d->tree->len, d->tree->mass, d->value, NULL);
+    double frequency = 1 + pend_terms_rate(d->b.terms, d->tree->parent, d->tree->len, d->tree->mass,
+                                           d->value, NULL);
     for (int i = 0; i < transient + intervals; i++, start += interval) {
         double size = hypot(way[0], way[1] / frequency), side[2][2];
         for (int k = 0; k < 2; k++) {

@@ -62,7 +62,7 @@ TEST(times_in_one_list_are_the_times_one_by_one) {
 }
 
 TEST(methods_are_those_of_the_contract) {
-    const char *const name[] = {"taylor",  "ode23",      "rkf45", "rk8pd",
+    const char *const name[] = {"taylor",  "ode23",      "rkf45",  "rk8pd",
                                 "msadams", "symplectic", "linear", "radau"};
     int count = sizeof name / sizeof *name;
     for (int i = 0; i < count; i++) {
