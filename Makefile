@@ -128,6 +128,9 @@ LISTEN ?= 127.0.0.1:8080
 check: ## builds and runs every test; the last line counts them
 	@$(NEEDED) test engine
 	@$(CHECK); $(COUNT)
+quick: ## while you work: the tests of core and api, and the rules that read text, within two minutes
+	@$(NEEDED) test
+	@$(CHECK) ROOMS='core api' ONLY='build-release release-core release-api layers layout measures mirror words docs'; $(COUNT)
 # two jobs more than there are processors: half of the time tests of the live server wait
 CHECK = rm -rf build/check; $(MAKE) --no-print-directory $(if $(PARALLEL),-j$(shell expr $(JOBS) + 2)) -f tests/harness/check.mk
 # all processors, unless whoever called make has said how many
@@ -488,5 +491,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz arm dist deb tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
+.PHONY: help run check quick build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz arm dist deb tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
 .DELETE_ON_ERROR:

@@ -27,6 +27,16 @@ line_of() {
     printf '\n'
 }
 
+# the ten jobs that took the most processor time, where there were more
+dearest() {
+    local reports=()
+    for name in $(cat "$out/jobs"); do [ ! -f "$out/$name.report" ] || reports+=("$out/$name.report"); done
+    [ ${#reports[@]} -gt 10 ] || return 0
+    printf '\nThe ten jobs that took most, in seconds of processors, and in seconds:\n'
+    sed -nE -s '1s/^[A-Za-z]+ +([^ ]+) .*\(([0-9.]+) s, ([0-9.]+) s of processors\)$/\3 \2 \1/p' "${reports[@]}" |
+        sort -rn | head -n 10 | awk '{ printf "  %8.1f %8.1f  %s\n", $1, $2, $3 }'
+}
+
 sum() {
     local passed=0 failed=0 skipped=0 second=0 p f s a line bad=()
     for name in $(cat "$out/jobs"); do
@@ -35,6 +45,7 @@ sum() {
         passed=$((passed + p)) failed=$((failed + f)) skipped=$((skipped + s)) second=$((second + a))
         [ "$f" = 0 ] || bad+=("$name")
     done
+    dearest
     [ ${#bad[@]} = 0 ] || printf '\nFailed: %s  (the whole output of each is in %s/NAME.log)\n' "${bad[*]}" "$out"
     line_of "$passed" "$failed" "$skipped" "$second"
     [ "$failed" = 0 ] && [ "$passed" -gt 0 ]
