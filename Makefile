@@ -43,6 +43,8 @@ HARD_CODE := -fPIE -fstack-protector-strong -fstack-clash-protection -fno-delete
 HARD.x86_64 := -fcf-protection=full
 HARD.aarch64 := -mbranch-protection=standard
 HARD_LINK.release := -pie -Wl,-z,relro -Wl,-z,now -Wl,-z,noexecstack
+# Debian's start objects lack the note of checked branches: what the kernel and the loader call is the daemon's own (server/main.c)
+HARD_ENTRY.release.x86_64 := -Wl,-e,main_entry -Wl,-init=main_nothing -Wl,-fini=main_nothing -Wl,-z,ibt -Wl,-z,shstk
 # What not every compiler knows: clang 14 none of these, gcc 14 two. gcc 12 knows the first, and it makes wrong code of it: in a
 # struct that begins as a copy it clears what would be padding of one array in another (tests/api saw names lost).
 knows = $(if $(shell echo 'int i;' | $(CC) -Werror $(1) -S -o /dev/null -x c - 2>/dev/null && echo yes),$(1))
@@ -384,7 +386,7 @@ $(B)/libpendulum.a: $(CORE) $(B)/parts
 
 $(B)/pendulumd: $(B)/server/main.o $(SERVER) $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
-	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
+	$(Q)$(LINK) $(HARD_ENTRY.$(MODE).$(ARCH)) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
 # what a test program has of a library's archive is wrapped too: allocations within GSL and SQLite fail as ours do
 ARCHIVES = gsl gslcblas sqlite3 deflate

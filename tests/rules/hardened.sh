@@ -45,7 +45,7 @@ objects() {
     done
 }
 
-# a note that the processor may check branches and returns; Debian's own start-up objects have none, so the daemon has none
+# a note that the processor may check branches and returns; the linked daemon has it on x86-64, where its entry is its own
 branches() {
     local want
     case $(readelf -h "$daemon" | sed -n 's/ *Machine: *//p') in
@@ -53,10 +53,10 @@ branches() {
         AArch64) want='BTI, PAC' ;;
         *) return ;;
     esac
-    objects | xargs readelf -n build/web/assets.o | awk -v want="$want" '
+    { objects; [ "$want" = "BTI, PAC" ] || echo "$daemon"; } | xargs readelf -n build/web/assets.o | awk -v want="$want" '
         function tell() { if (file != "" && !good) print file " has no note of " want }
         /^File: / { tell(); file = $2; good = 0 }
-        index($0, want) { good = 1 }
+        /Properties:/ && index($0, want) { good = 1 }
         END { tell() }'
 }
 
