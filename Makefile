@@ -22,7 +22,7 @@ endif
 # warnings are errors with the compilers that we try: gcc and clang of Debian 12 and 13; others may see what these do not
 $(call lazy,COMPILER,$(CC) -dumpversion)
 WERROR ?= $(if $(filter 12 14 14.% 19.%,$(COMPILER)),-Werror)
-PKG := libmicrohttpd gnutls libcjson gsl nettle libdeflate libpng zlib libisal libzstd sqlite3 libpq libseccomp libcurl
+PKG := libmicrohttpd gnutls libcjson gsl nettle libdeflate libpng zlib libisal libzstd sqlite3 libpq libseccomp libcurl icu-i18n
 WARN = -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
 # gcc's warning of unset variables is often mistaken about instrumented code; valgrind looks for these
 SANITIZED := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
@@ -44,7 +44,7 @@ HARD.x86_64 := -fcf-protection=full
 HARD.aarch64 := -mbranch-protection=standard
 HARD_LINK.release := -pie -Wl,-z,relro -Wl,-z,now -Wl,-z,noexecstack
 # Debian's start objects lack the note of checked branches: what the kernel and the loader call is the daemon's own (server/main.c)
-HARD_ENTRY.release.x86_64 := -Wl,-e,main_entry -Wl,-init=main_nothing -Wl,-fini=main_nothing -Wl,-z,ibt -Wl,-z,shstk
+HARD_ENTRY.release.x86_64 := -Wl,-e,srv_main_entry -Wl,-init=srv_main_nothing -Wl,-fini=srv_main_nothing -Wl,-z,ibt -Wl,-z,shstk
 # What not every compiler knows: clang 14 none of these, gcc 14 two. gcc 12 knows the first, and it makes wrong code of it: in a
 # struct that begins as a copy it clears what would be padding of one array in another (tests/api saw names lost).
 knows = $(if $(shell echo 'int i;' | $(CC) -Werror $(1) -S -o /dev/null -x c - 2>/dev/null && echo yes),$(1))
@@ -417,7 +417,7 @@ $(B)/tests/engine/native: $(call objects,tests/engine) $(B)/api/clients/browser/
 $(B)/pendulum: $(call objects,api/clients/cli) $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(CLI_LIBS)
-$(call lazy,CLI_LIBS,$(PKG_CONFIG) --libs $(filter-out libmicrohttpd gnutls sqlite3 libpq libseccomp libisal libzstd,$(PKG)) && echo -lm)
+$(call lazy,CLI_LIBS,$(PKG_CONFIG) --libs $(filter-out libmicrohttpd gnutls sqlite3 libpq libseccomp libisal libzstd icu-i18n,$(PKG)) && echo -lm)
 
 $(B)/tests/bench/parts/run: $(call objects,tests/bench/parts) $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)

@@ -27,7 +27,7 @@
 
 extern char **environ;
 
-enum { MAIN_LOOK_MS = 100, MAIN_KEYS_MS = 1000 };
+enum { MAIN_LOOK_MS = 100, MAIN_KEYS_MS = 500 };
 
 /* What main's thread is told by signals; a closed pipe is an error of write, and no signal. */
 struct main_ears {
@@ -38,10 +38,10 @@ struct main_ears {
 #if defined(__x86_64__) && defined(__CET__)
 /* The C library's start objects have no landing marks for indirect branches, so the linker would
  * drop the note that all others have. The Makefile names these in their place. */
-void main_entry(void);
-void main_nothing(void);
-__attribute__((naked, used)) void main_entry(void) { __asm__("jmp _start"); }
-__attribute__((used)) void main_nothing(void) {}
+void srv_main_entry(void);
+void srv_main_nothing(void);
+__attribute__((naked, used)) void srv_main_entry(void) { __asm__("jmp _start"); }
+__attribute__((used)) void srv_main_nothing(void) {}
 #endif
 
 /* every stream that is closed would be the next file that is opened: the listening socket, or

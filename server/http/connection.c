@@ -151,6 +151,8 @@ static void connection_left(struct srv_watched *watched) {
 static enum MHD_Result connection_hand_over(struct connection *connection) {
     assert(connection->state == CONNECTION_BODY && !connection->refused);
     connection->state = CONNECTION_WAITING;
+    srv_watch_key(connection->all->watch, &connection->watched, connection->all->service->keys,
+                  connection->exchange.identity.issued);
     MHD_suspend_connection(connection->mhd);
     srv_router_hand(&connection->exchange);
     srv_watch_phase(connection->all->watch, &connection->watched, SRV_WATCH_WAITING, 0);
@@ -295,14 +297,13 @@ void *srv_connection_target(void *context, const char *target, struct MHD_Connec
 
 static const char *connection_outcome(const struct connection *connection,
                                       enum MHD_RequestTerminationCode code) {
-    const struct srv_exchange *exchange = &connection->exchange;
-    if (exchange->stop == SRV_STOP_LEFT) return "left";
+    if (connection->exchange.stop == SRV_STOP_LEFT) return "left";
     if (connection->state == CONNECTION_SENDING && code == MHD_REQUEST_TERMINATED_COMPLETED_OK)
         return "answered";
     if (connection->state == CONNECTION_SENDING)
         return connection->stream.broken ? "broken" : "cut";
     if (atomic_load(&connection->watched.late)) return "late";
-    return exchange->status ? "refused" : "incomplete";
+    return connection->exchange.status ? "refused" : "incomplete";
 }
 
 static void connection_log(const struct connection *connection, const char *outcome) {

@@ -9,6 +9,7 @@
 #include <string.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "server/base/clock.h"
@@ -93,6 +94,17 @@ static struct srv_watched *watch_of_link(struct srv_list *link) {
     return SRV_CONTAINER_OF(link, struct srv_watched, link);
 }
 
+/* Ends a connection whose key was revoked or has expired. */
+static void watch_revoke(struct srv_watched *watched) {
+    if (!watched->keys || srv_key_ring_holds(watched->keys, watched->issued, (int64_t)time(NULL)))
+        return;
+    watched->keys = NULL;
+    shutdown(watched->fd, SHUT_RDWR);
+    if (watched->phase == SRV_WATCH_SENDING || watched->seen >= WATCH_SIGHTS) return;
+    watched->seen = WATCH_SIGHTS;
+    watched->left(watched);
+}
+
 static void watch_round(struct srv_watch *watch) {
     int64_t now = srv_clock_now();
     int slow = now - watch->listened >= (int64_t)(WATCH_SLOW_MS - SRV_WATCH_TICK_MS) * 1000000;
@@ -100,6 +112,7 @@ static void watch_round(struct srv_watch *watch) {
     SRV_LIST_EACH (link, &watch->watched) {
         struct srv_watched *watched = watch_of_link(link);
         if (watched->phase != SRV_WATCH_WAITING && !slow) return;
+        if (slow) watch_revoke(watched);
         if (watched->phase == SRV_WATCH_WAITING || watched->phase == SRV_WATCH_LISTENING)
             watch_look(watched);
         if (watched->phase == SRV_WATCH_READING && slow) watch_end(watched);
@@ -239,6 +252,7 @@ void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched,
     watched->phase = phase;
     watched->deadline = deadline;
     watched->seen = 0;
+    if (phase == SRV_WATCH_IDLE || phase == SRV_WATCH_READING) watched->keys = NULL;
     if (phase == SRV_WATCH_IDLE) {
         watched->since = srv_clock_now();
         watched->served = 1;
@@ -269,6 +283,14 @@ int srv_watch_crowd_out(struct srv_watch *watch) {
     assert(srv_watch_valid(watch));
     pthread_mutex_unlock(&watch->lock);
     return found != NULL;
+}
+
+void srv_watch_key(struct srv_watch *watch, struct srv_watched *watched, struct srv_key_ring *keys,
+                   const char issued[API_DIGEST_BYTES]) {
+    pthread_mutex_lock(&watch->lock);
+    watched->keys = *issued ? keys : NULL;
+    memcpy(watched->issued, issued, sizeof watched->issued);
+    pthread_mutex_unlock(&watch->lock);
 }
 
 void srv_watch_leave_all(struct srv_watch *watch) {

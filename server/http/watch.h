@@ -11,6 +11,7 @@
 
 #include "core/base/status.h"
 #include "server/base/list.h"
+#include "server/keys/key_ring.h"
 
 enum {
     SRV_WATCH_TICK_MS = 25,    /* how often waiting clients are looked at */
@@ -49,6 +50,8 @@ struct srv_watched {
                              set by the owner */
     int served;           /* a request of it is over */
     int seen;             /* ticks in a row at which the end of the client's stream was seen */
+    struct srv_key_ring *keys;     /* that the key of its request is one of, or NULL */
+    char issued[API_DIGEST_BYTES]; /* its digest */
 };
 
 struct srv_watch;
@@ -85,6 +88,11 @@ void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched,
  * the address that has the most connections. Returns 0 where there is none. O(connections).
  */
 int srv_watch_crowd_out(struct srv_watch *watch);
+
+/** Notes the key of a request: once it is not good any more, the connection ends within half a
+ * second, whatever it waits for or is sent, unless the request is over. NULL, "" = none. */
+void srv_watch_key(struct srv_watch *watch, struct srv_watched *watched, struct srv_key_ring *keys,
+                   const char issued[API_DIGEST_BYTES]);
 
 /** Calls `left` for every waiting, streaming or listening connection, as the server is stopping. */
 void srv_watch_leave_all(struct srv_watch *watch);

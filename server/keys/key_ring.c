@@ -86,20 +86,30 @@ void srv_key_ring_look(struct srv_key_ring *ring, struct srv_log *log) {
     srv_keys_clear(&old);
 }
 
+static enum srv_key_verdict ring_judge(const struct srv_key *key, int64_t now) {
+    if (!key) return SRV_KEY_UNKNOWN;
+    if (key->revoked && key->revoked <= now) return SRV_KEY_REVOKED;
+    return key->expires && key->expires <= now ? SRV_KEY_EXPIRED : SRV_KEY_GOOD;
+}
+
+int srv_key_ring_holds(struct srv_key_ring *ring, const char digest[API_DIGEST_BYTES],
+                       int64_t now) {
+    pthread_mutex_lock(&ring->lock);
+    enum srv_key_verdict verdict = ring_judge(srv_keys_find(&ring->keys, digest), now);
+    pthread_mutex_unlock(&ring->lock);
+    return verdict == SRV_KEY_GOOD;
+}
+
 struct srv_key_found srv_key_ring_find(struct srv_key_ring *ring, const char *token, int64_t now) {
     struct srv_key_found found = {.verdict = SRV_KEY_BROKEN};
-    char digest[API_DIGEST_BYTES];
     assert(srv_keys_meant(token));
     if (!srv_keys_whole(token)) return found;
-    srv_keys_digest(token, digest);
+    srv_keys_digest(token, found.digest);
     pthread_mutex_lock(&ring->lock);
-    const struct srv_key *key = srv_keys_find(&ring->keys, digest);
-    found.verdict = SRV_KEY_UNKNOWN;
+    const struct srv_key *key = srv_keys_find(&ring->keys, found.digest);
+    found.verdict = ring_judge(key, now);
     if (key) {
-        int revoked = key->revoked && key->revoked <= now,
-            expired = key->expires && key->expires <= now;
-        found.verdict = revoked ? SRV_KEY_REVOKED : expired ? SRV_KEY_EXPIRED : SRV_KEY_GOOD;
-        found.when = revoked ? key->revoked : key->expires;
+        found.when = found.verdict == SRV_KEY_REVOKED ? key->revoked : key->expires;
         found.role = key->role;
         found.limits = srv_keys_limits(&ring->keys, key);
         memcpy(found.name, key->name, sizeof found.name);

@@ -20,7 +20,8 @@ enum srv_key_verdict {
 
 struct srv_key_found {
     enum srv_key_verdict verdict;
-    char name[SRV_KEY_NAME]; /* "" of a key that is broken or unknown */
+    char name[SRV_KEY_NAME];       /* "" of a key that is broken or unknown */
+    char digest[API_DIGEST_BYTES]; /* of the whole token; "" of a key that is broken */
     enum srv_role role;
     int64_t when; /* s since 1970: since when it is expired or revoked */
     struct srv_limits limits;
@@ -57,6 +58,9 @@ void srv_key_ring_look(struct srv_key_ring *ring, struct srv_log *log);
  * token.
  */
 struct srv_key_found srv_key_ring_find(struct srv_key_ring *ring, const char *token, int64_t now);
+
+/** True while the key of a digest is good. As srv_key_ring_find. */
+int srv_key_ring_holds(struct srv_key_ring *ring, const char digest[API_DIGEST_BYTES], int64_t now);
 
 /** What a role may have. Any thread. */
 struct srv_limits srv_key_ring_role(struct srv_key_ring *ring, enum srv_role role);

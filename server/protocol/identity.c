@@ -43,6 +43,7 @@ int srv_identity_begin(struct srv_identity *identity, const char *address, const
     identity->limits = srv_role_limits(SRV_ROLE_NONE);
     identity->verdict = SRV_KEY_GOOD;
     identity->since = 0;
+    identity->issued[0] = 0;
     if (identity->kind == SRV_IDENTITY_ACCOUNT)
         snprintf(identity->shown, sizeof identity->shown, "account:%.*s", IDENTITY_DIGITS,
                  identity->key + 2);
@@ -133,6 +134,7 @@ int srv_identity_issued(struct srv_identity *identity, struct srv_key_ring *ring
     identity->kind = SRV_IDENTITY_ISSUED;
     identity->role = found.role;
     identity->limits = found.limits;
+    memcpy(identity->issued, found.digest, sizeof identity->issued);
     identity_key(identity->key, identity->kind, found.name);
     memcpy(identity->source, identity->key, sizeof identity->source);
     return 1;

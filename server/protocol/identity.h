@@ -52,6 +52,7 @@ struct srv_identity {
     enum srv_role role;              /* SRV_ROLE_NONE where the server has no keys */
     struct srv_limits limits;        /* of the key, else of the role */
     enum srv_key_verdict verdict;    /* on the key that it shows, good without one */
+    char issued[API_DIGEST_BYTES];   /* the digest of its key; "" without one that is good */
     int64_t since;                   /* s since 1970: since when that is expired or revoked */
 };
 
