@@ -23,12 +23,12 @@ static const char command_usage[] =
     "      digits that list shows. Several keys of one name are one client.\n"
     "ROLE  pupil, teacher, batch or operator; for role also anonymous.\n"
     "LIST  requests=N a second, compute=S seconds a minute, memory=BYTES, bytes=BYTES kept for\n"
-    "      jobs, jobs=N open ones, priority=0 to 3 levels behind others, with commas between;\n"
-    "      none in place of a number. What is not said is the role's.\n"
+    "      jobs, jobs=N open ones, priority=0 to 3 levels behind others, rooms=N of classes,\n"
+    "      with commas between; none in place of a number. What is not said is the role's.\n"
     "WHEN  2026-01-31, 2026-01-31T09:30:00Z, 90d (s, m, h, d, w), never or now; without it a new\n"
     "      key does not expire, and expire means now.\n"
     "FILE may stand in the environment as PENDULUMD_KEYS. A server that runs with --keys FILE\n"
-    "reads it again within two seconds.\n";
+    "reads it again within a second.\n";
 
 /* What the command line says. */
 struct command {

@@ -31,23 +31,17 @@ static const char *const class_kinds[] = {"number", "choice", "angle", "text", N
 
 /* --- parts --- */
 
-/* how many characters a text has, -1 where one of them must not stand in a line: control
- * characters, and those that turn the direction of what is beside them (U+202A to U+202E, U+2066
- * to U+2069) */
-static long class_line(const char *text) {
+/* how many characters a text has; -1 where one must not stand in a line: a control character (also
+ * U+0080 to U+009F), what parts lines (U+2028, U+2029), and what turns the direction of writing */
+static long class_characters(const char *text, int line) {
     long characters = 0;
     for (const unsigned char *at = (const unsigned char *)text; *at; at++) {
-        if (*at < ' ' || *at == 0x7f) return -1;
-        if (at[0] == 0xe2 && at[1] == 0x80 && at[2] >= 0xaa && at[2] <= 0xae) return -1;
-        if (at[0] == 0xe2 && at[1] == 0x81 && at[2] >= 0xa6 && at[2] <= 0xa9) return -1;
         characters += (*at & 0xc0) != 0x80;
+        if (!line) continue;
+        if (*at < ' ' || *at == 0x7f || (at[0] == 0xc2 && at[1] < 0xa0)) return -1;
+        if (at[0] == 0xe2 && at[1] == 0x80 && at[2] >= 0xa8 && at[2] <= 0xae) return -1;
+        if (at[0] == 0xe2 && at[1] == 0x81 && at[2] >= 0xa6 && at[2] <= 0xa9) return -1;
     }
-    return characters;
-}
-
-static long class_characters(const char *text) {
-    long characters = 0;
-    for (; *text; text++) characters += ((unsigned char)*text & 0xc0) != 0x80;
     return characters;
 }
 
@@ -59,7 +53,7 @@ static void class_text(const struct api_value *value, long least, long most, int
     if (api_value_kind(value) == API_MISSING && !least) return;
     const char *text = api_value_text(value);
     if (text) {
-        long characters = line ? class_line(text) : class_characters(text);
+        long characters = class_characters(text, line);
         if (characters >= least && characters <= most) return;
         if (characters < 0)
             api_value_fault(value, problem,
@@ -185,18 +179,22 @@ static void class_pupil(const struct api_value *root, struct class_reading *read
     struct api_value nickname = api_value_member(root, "nickname");
     (void)api_value_only(root, fields, reading->problem);
     class_text(&nickname, 1, API_CLASS_NICKNAME, 1, reading->problem);
+    const char *text = api_value_text(&nickname);
+    if (text) strncpy(reading->facts->nickname, text, sizeof reading->facts->nickname - 1);
 }
 
 static void class_stage(const struct api_value *root, struct class_reading *reading) {
-    static const char *const fields[] = {"scene",   "frozen",   "open",      "text",
-                                         "release", "question", "worksheet", NULL};
+    static const char *const fields[] = {"scene",     "frozen",        "open",
+                                         "text",      "release",       "question",
+                                         "worksheet", "address_share", NULL};
     struct api_problem *problem = reading->problem;
     struct api_value scene = api_value_member(root, "scene"),
                      frozen = api_value_member(root, "frozen"),
                      open = api_value_member(root, "open"), text = api_value_member(root, "text"),
                      release = api_value_member(root, "release"),
                      question = api_value_member(root, "question"),
-                     worksheet = api_value_member(root, "worksheet");
+                     worksheet = api_value_member(root, "worksheet"),
+                     share = api_value_member(root, "address_share");
     int truth = 0, opened = 1;
     (void)api_value_only(root, fields, problem);
     class_scene(&scene, reading);
@@ -205,6 +203,7 @@ static void class_stage(const struct api_value *root, struct class_reading *read
     class_text(&text, 0, CLASS_TEXT, 0, problem);
     (void)class_id(&question, 0, problem);
     (void)class_id(&worksheet, 0, problem);
+    (void)api_field_whole(&share, 1, 100000, &reading->facts->share, problem);
     reading->facts->shut = !opened;
     if (api_value_kind(&release) == API_MISSING || !api_field_object(&release, problem)) return;
     static const char *const parts[] = {"number", "spread", NULL};
@@ -489,10 +488,12 @@ enum pend_status api_class_room_write(const struct api_class_room *room, struct 
     if (room->token) PEND_TRY(api_out_text(out, "token", room->token));
     PEND_TRY(api_job_time(out, "created", room->created));
     PEND_TRY(api_job_time(out, "ends", room->ends));
+    if (room->empty_ends) PEND_TRY(api_job_time(out, "empty_ends", room->empty_ends));
     PEND_TRY(api_out_whole(out, "version", (long)room->version));
     PEND_TRY(api_out_whole(out, "pupils", room->pupils));
     PEND_TRY(api_out_key(out, "open"));
     PEND_TRY(api_buffer_text(out, room->shut ? "false" : "true"));
+    if (room->source) PEND_TRY(api_out_text(out, "address_mark", room->source));
     PEND_TRY(api_out_open(out, "links", '{'));
     PEND_TRY(api_out_text(out, "self", path));
     return api_buffer_text(out, "}");

@@ -34,9 +34,11 @@ enum {
 /* What a body says to the server. */
 struct api_class_facts {
     double hours; /* of a room: how long it is there */
-    int shut;     /* of the class's stage: 1 = nobody more may join */
+    int shut;     /* of the class's stage: 1 = nobody more may join, */
+    long share;   /* and how many pupils one address may have; 0 = as it is */
     int shown;    /* of a solution: 1 = to everybody */
     int64_t flag; /* of a question and an answer: see api_class_fits */
+    char nickname[4 * API_CLASS_NICKNAME + 1]; /* of a pupil */
 };
 
 /**
@@ -77,9 +79,11 @@ struct api_class_room {
     const char *token;       /* that the server has made, NULL = it has made none */
     long pupil;              /* number; 0 = none */
     int64_t created, ends;   /* us since 1970 */
+    int64_t empty_ends;      /* the same, of a room that nobody has joined; 0 = none */
     int64_t version;         /* of the last change, or of the last one that is told */
     long pupils;
     int shut;
+    const char *source; /* the mark of the address that made it, for an operator; NULL = not told */
 };
 
 /** Appends a room as a JSON object, without its closing brace; fails as api_buffer_room does. */

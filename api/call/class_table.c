@@ -69,26 +69,47 @@ static enum pend_status names_add(struct api_class_names *names, long pupil, con
     return PEND_OK;
 }
 
-enum pend_status api_class_table_begin(struct api_buffer *out) {
-    return api_buffer_text(out, "item,id,step,pupil,nickname,value,changed\r\n");
+enum pend_status api_class_table_begin(const struct api_class_names *names,
+                                       struct api_buffer *out) {
+    static const char *const heads[] = {
+        "item,id,step,pupil,nickname,value,changed\r\n",
+        "\xef\xbb\xbfitem,id,step,pupil,nickname,value,changed\r\n",
+        "\xef\xbb\xbfitem;id;step;pupil;nickname;value;changed\r\n"};
+    return api_buffer_text(out, heads[names->sheet]);
 }
 
-/* a text as a cell: in quotes, and never a formula */
+/* whether a spreadsheet takes what begins here for a formula, full-width signs (U+FF0B, U+FF0D,
+ * U+FF1D, U+FF20) and blanks or quotes before it included */
+static int table_formula(const char *text) {
+    static const char *const wide[] = {"\xef\xbc\x8b", "\xef\xbc\x8d", "\xef\xbc\x9d",
+                                       "\xef\xbc\xa0"};
+    text += strspn(text, " \"");
+    for (size_t i = 0; i < sizeof wide / sizeof *wide; i++)
+        if (!strncmp(text, wide[i], 3)) return 1;
+    return *text && strchr("=+-@", *text);
+}
+
+/* A text as a cell: in quotes, and never a formula. A program that parts cells at another sign than
+ * this table does begins one within the text: "a;=1+1" has two cells in German. */
 static enum pend_status table_text(struct api_buffer *out, const char *text) {
-    PEND_TRY(api_buffer_text(out, *text && strchr("=+-@\t\r", *text) ? "\"'" : "\""));
+    PEND_TRY(api_buffer_text(out, table_formula(text) || strspn(text, "\t\r\n") ? "\"'" : "\""));
     for (const char *at = text; *at; at++) {
         if (*at == '"') PEND_TRY(api_buffer_text(out, "\""));
         PEND_TRY(api_buffer_add(out, at, 1));
+        if (strchr(";,\t\r\n", *at) && table_formula(at + 1)) PEND_TRY(api_buffer_text(out, "'"));
     }
     return api_buffer_text(out, "\"");
 }
 
-static enum pend_status table_value(struct api_buffer *out, const struct api_value *value) {
+static enum pend_status table_value(struct api_buffer *out, const struct api_value *value,
+                                    enum api_class_sheet sheet) {
     char digits[API_OUT_NUMBER_BYTES];
     const char *text = api_value_text(value);
     if (text) return table_text(out, text);
     if (api_value_kind(value) != API_NUMBER) return PEND_OK;
-    const char *end = api_out_digits(digits, api_value_number(value), 0);
+    char *end = api_out_digits(digits, api_value_number(value), 0),
+         *point = memchr(digits, '.', (size_t)(end - digits));
+    if (sheet == API_CLASS_SHEET_COMMA && point) *point = ',';
     return api_buffer_add(out, digits, (size_t)(end - digits));
 }
 
@@ -98,17 +119,18 @@ static enum pend_status table_row(const struct api_class_item *item, const struc
     assert(name->pupil >= 0);
     const char *nickname = name->pupil < names->count ? names->name[name->pupil] : NULL;
     struct api_buffer changed;
-    PEND_TRY(api_buffer_format(out, "%s,%s,%s,", name->kind, name->id, step));
+    const char *part = names->sheet == API_CLASS_SHEET_COMMA ? ";" : ",";
+    PEND_TRY(api_buffer_format(out, "%s%s%s%s%s%s", name->kind, part, name->id, part, step, part));
     if (name->pupil) PEND_TRY(api_buffer_format(out, "%ld", name->pupil));
-    PEND_TRY(api_buffer_text(out, ","));
+    PEND_TRY(api_buffer_text(out, part));
     if (nickname) PEND_TRY(table_text(out, nickname));
-    PEND_TRY(api_buffer_text(out, ","));
-    PEND_TRY(table_value(out, value));
+    PEND_TRY(api_buffer_text(out, part));
+    PEND_TRY(table_value(out, value, names->sheet));
     api_buffer_init(&changed, 128);
     /* "changed":"2026-01-31T09:30:00.125Z" */
     enum pend_status status = api_job_time(&changed, "changed", item->changed);
     if (status == PEND_OK && changed.bytes > 12)
-        status = api_buffer_format(out, ",%.*s", (int)changed.bytes - 12, changed.data + 11);
+        status = api_buffer_format(out, "%s%.*s", part, (int)changed.bytes - 12, changed.data + 11);
     api_buffer_clear(&changed);
     PEND_TRY(status);
     return api_buffer_text(out, "\r\n");

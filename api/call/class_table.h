@@ -7,8 +7,16 @@
 
 #include "api/call/class_json.h"
 
+/* How a table is written. */
+enum api_class_sheet {
+    API_CLASS_SHEET_PLAIN, /* RFC 4180 */
+    API_CLASS_SHEET_POINT, /* with the mark of UTF-8 first, for spreadsheets */
+    API_CLASS_SHEET_COMMA  /* the same where numbers have a comma: cells part at semicolons */
+};
+
 /* The nicknames of the pupils that were met; begins as {0}. */
 struct api_class_names {
+    enum api_class_sheet sheet;
     char **name; /* by number, `count` of them, NULL where there is none */
     long count;
 };
@@ -18,13 +26,15 @@ void api_class_names_clear(struct api_class_names *names);
 
 /** Appends the header of the table: item,id,step,pupil,nickname,value,changed. Fails as
  * api_buffer_room does. */
-PEND_MUST_CHECK enum pend_status api_class_table_begin(struct api_buffer *out);
+PEND_MUST_CHECK enum pend_status api_class_table_begin(const struct api_class_names *names,
+                                                       struct api_buffer *out);
 
 /**
  * Appends the rows of an item, CSV as RFC 4180 has it: one for a question (its text), a solution,
  * an answer and the state of a pupil's stage, one for each step of what is handed in; none for
- * others. Texts that begin with =, +, -, @, a tab or a carriage return have a ' in front, so that
- * no spreadsheet computes them.
+ * others. What a spreadsheet could take for a formula at the beginning of a text, or within it
+ * where a cell may part (; , tab, line end), has a ' in front, so that no spreadsheet of any
+ * language computes it.
  *
  * names  the pupils' nicknames, which come before their answers.
  *

@@ -40,14 +40,8 @@ static enum srv_stored room_run(struct srv_store *store, struct srv_store_call *
 static enum pend_status room_write(const struct srv_class_request *own, struct api_buffer *out) {
     const struct srv_class *room = &own->room;
     assert(own->since >= 0 && (room->teacher || room->pupil));
-    const struct api_class_room told = {.code = room->code,
-                                        .role = room->teacher ? "teacher" : "pupil",
-                                        .pupil = (long)room->pupil,
-                                        .created = room->created,
-                                        .ends = room->ends,
-                                        .version = own->since,
-                                        .pupils = (long)room->pupils,
-                                        .shut = room->shut};
+    struct api_class_room told = srv_class_request_view(room);
+    told.version = own->since;
     PEND_TRY(api_class_room_write(&told, out));
     if (own->more)
         PEND_TRY(api_buffer_format(out, ",\"next\":\"/v1/classes/%s?since=%lld\"", room->code,
@@ -133,7 +127,7 @@ static enum pend_status table_end(struct srv_class_report *report, struct api_bu
     /* A room without items has the header only. */
     int begun = own->begun;
     own->begun = 1;
-    return begun ? PEND_OK : api_class_table_begin(text);
+    return begun ? PEND_OK : api_class_table_begin(&own->names, text);
 }
 
 static enum pend_status table_add(struct srv_class_report *report,
@@ -185,10 +179,18 @@ static int reports_open(struct srv_store_request *asked, enum srv_stored stored,
     return exchange->status == 200;
 }
 
+/* Reads ?decimal=comma or point; -1 for any other query. */
+static int table_sheet(const char *query) {
+    if (!query || !*query) return API_CLASS_SHEET_PLAIN;
+    if (!strcmp(query, "decimal=point")) return API_CLASS_SHEET_POINT;
+    return strcmp(query, "decimal=comma") ? -1 : API_CLASS_SHEET_COMMA;
+}
+
 static void table_answer(struct srv_store_request *asked, enum srv_stored stored) {
-    static const struct srv_class_report table = {
-        .media_type = "text/csv; charset=utf-8", .add = table_add, .end = table_end};
-    if (reports_open(asked, stored, (struct reports_report){.report = table}))
+    struct reports_report table = {
+        .report = {.media_type = "text/csv; charset=utf-8", .add = table_add, .end = table_end},
+        .names.sheet = (enum api_class_sheet)table_sheet(asked->exchange->query)};
+    if (reports_open(asked, stored, table))
         srv_exchange_header(asked->exchange, "Content-Disposition",
                             "attachment; filename=\"class.csv\"");
     srv_store_request_end(asked);
@@ -196,7 +198,16 @@ static void table_answer(struct srv_store_request *asked, enum srv_stored stored
 
 void srv_class_reports_table(struct srv_exchange *exchange) {
     struct srv_store_request *asked = srv_class_request_begin(exchange, 0);
-    if (asked) srv_store_request_ask(asked, SRV_ASK_READ, reports_find, table_answer);
+    if (!asked) return;
+    if (table_sheet(exchange->query) >= 0) {
+        srv_store_request_ask(asked, SRV_ASK_READ, reports_find, table_answer);
+        return;
+    }
+    srv_exchange_problem(exchange, 422,
+                         "the query may say decimal=comma or decimal=point, got "
+                         "?%.100s",
+                         exchange->query);
+    srv_store_request_end(asked);
 }
 
 static void histogram_answer(struct srv_store_request *asked, enum srv_stored stored) {

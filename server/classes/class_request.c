@@ -8,11 +8,16 @@
 #include <sys/random.h>
 
 #include "server/base/clock.h"
+#include "server/store/store_class_pupils.h"
 #include "server/work/admission.h"
 
-/* wrong codes that one address may try at once, and in a second */
-enum { REQUEST_MISSES = 30 };
-#define REQUEST_MISSES_A_SECOND 0.5
+/* Wrong codes that may come at once, and in a second: from one address, from its network of 24 bits
+ * (48 of IPv6), and from everywhere. Beyond the first numbers they are told to wait, beyond the
+ * second ones a code is looked for only in rooms that know the address. A guess is one of 2^30. */
+enum { REQUEST_ADDRESS, REQUEST_NETWORK, REQUEST_ALL, REQUEST_SOURCES };
+static const struct {
+    double burst, a_second, tries, tries_a_second;
+} request_misses[REQUEST_SOURCES] = {{30, 0.5, 600, 20}, {120, 2, 2400, 60}, {1000, 10, 8000, 100}};
 
 /* bytes of a body; bytes of a text that is kept */
 enum { REQUEST_BODY = 1 << 18, REQUEST_TEXT = 4 << 20 };
@@ -36,7 +41,7 @@ static void request_free(void *more) {
 int srv_class_request_read_code(const char *path, char code[SRV_CLASS_CODE]) {
     size_t bytes = strcspn(path, "/");
     assert(sizeof request_letters - 1 == 32);
-    if (bytes != SRV_CLASS_CODE - 1) return 0;
+    if (bytes != SRV_CLASS_CODE - 1 && bytes != SRV_CLASS_CODE_OLD - 1) return 0;
     for (size_t i = 0; i < bytes; i++) {
         code[i] = (char)toupper((unsigned char)path[i]);
         if (!strchr(request_letters, code[i])) return 0;
@@ -45,16 +50,69 @@ int srv_class_request_read_code(const char *path, char code[SRV_CLASS_CODE]) {
     return 1;
 }
 
-/* Answers 404, for a room that does not exist as for one that the client is not in. */
+/* For how many seconds one of the sources of a request has named too many wrong codes; 0 where it
+ * has not, or without memory. `taken`: this one is counted too. */
+static double request_wait(struct srv_exchange *exchange, int source, enum srv_pace pace,
+                           int taken) {
+    struct srv_clients *clients = exchange->service->clients;
+    char key[8 + SRV_PEER_BYTES] = "misses", network[SRV_PEER_BYTES];
+    int tries = pace == SRV_PACE_TRIES;
+    if (source == REQUEST_NETWORK) {
+        /* an account comes from the proxy's address */
+        if (*exchange->identity.source != 'n') return 0;
+        srv_peer_shorten(exchange->identity.network, network);
+        snprintf(key, sizeof key, "misses %s", network);
+    }
+    struct srv_client *client = srv_clients_take(
+        clients, source == REQUEST_ADDRESS ? exchange->identity.source : key, NULL);
+    if (!client) return 0;
+    double wait = srv_clients_pace(
+        clients, client, pace,
+        tries ? request_misses[source].tries_a_second : request_misses[source].a_second,
+        tries ? request_misses[source].tries : request_misses[source].burst, taken,
+        srv_clock_now());
+    srv_clients_give(clients, client);
+    return wait;
+}
+
+/* The same of all sources of a request. Who is told to wait does not count for those who have the
+ * next source in common. */
+static double request_waits(struct srv_exchange *exchange, enum srv_pace pace, int taken) {
+    double wait = 0;
+    for (int i = 0; i < REQUEST_SOURCES && wait <= 0; i++)
+        wait = request_wait(exchange, i, pace, taken);
+    return wait;
+}
+
+enum srv_stored srv_class_request_look(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_class_request *own =
+        srv_class_request_of(SRV_CONTAINER_OF(call, struct srv_store_request, ask.call));
+    int64_t from;
+    SRV_STORED_TRY(srv_store_class(store, own->code, own->who, &own->room));
+    if (request_waits(own->exchange, SRV_PACE_TRIES, 0) <= 0 ||
+        !strcmp(own->room.source, own->source) || !strcmp(own->room.near, own->source))
+        return SRV_STORED;
+    SRV_STORED_TRY(srv_store_class_comes(store, own->code, own->source, &from));
+    return from ? SRV_STORED : SRV_STORED_NONE;
+}
+
+/* Answers 404, for a room that does not exist as for one that the client is not in; 429 where too
+ * many wrong codes came before. */
 static void request_nowhere(struct srv_class_request *own) {
     struct srv_exchange *exchange = own->exchange;
-    if (own->joins) {
-        (void)srv_clients_pace(exchange->service->clients, exchange->account->source,
-                               SRV_PACE_MISSES, REQUEST_MISSES_A_SECOND, REQUEST_MISSES, 1,
-                               srv_clock_now());
-        srv_exchange_problem(exchange, 404, "there is no room of this code, or it has ended");
-    } else {
+    if (!own->joins) {
         srv_exchange_problem(exchange, 404, "there is no room of this code that your token is in");
+        return;
+    }
+    (void)request_waits(exchange, SRV_PACE_TRIES, 1);
+    double wait = request_waits(exchange, SRV_PACE_MISSES, 1);
+    if (wait > 0) {
+        srv_exchange_problem(exchange, 429,
+                             API_TYPE_RATE "there is no room of this code, and too many wrong "
+                                           "codes came before from your address or from many");
+        srv_exchange_retry(exchange, wait);
+    } else {
+        srv_exchange_problem(exchange, 404, "there is no room of this code, or it has ended");
     }
 }
 
@@ -95,18 +153,6 @@ static int request_names(struct srv_class_request *own) {
         return 0;
     }
     if (!exchange->argument) return 1;
-    if (own->joins) {
-        double wait =
-            srv_clients_pace(exchange->service->clients, exchange->account->source, SRV_PACE_MISSES,
-                             REQUEST_MISSES_A_SECOND, REQUEST_MISSES, 0, srv_clock_now());
-        if (wait > 0) {
-            srv_exchange_problem(exchange, 429,
-                                 API_TYPE_RATE
-                                 "too many rooms that there are not were named from your address");
-            srv_exchange_retry(exchange, wait);
-            return 0;
-        }
-    }
     if (srv_class_request_read_code(exchange->argument, own->code)) return 1;
     request_nowhere(own);
     return 0;
@@ -124,6 +170,8 @@ struct srv_store_request *srv_class_request_begin(struct srv_exchange *exchange,
     } else {
         own->exchange = exchange;
         own->joins = joins;
+        /* The first 20 bits of the digest: many addresses have the same, so it names none. */
+        snprintf(own->source, sizeof own->source, "%s", exchange->identity.source + 2);
         api_buffer_init(&own->text, REQUEST_TEXT);
         if (request_names(own)) return asked;
     }
@@ -197,6 +245,7 @@ int srv_class_request_check(struct srv_store_request *asked) {
                                   .body_bytes = exchange->body.bytes};
     assert(own->kind < API_CLASS_KINDS && !exchange->status);
     api_buffer_init(&asked->body, REQUEST_BODY);
+    own->put.fold = own->fold;
     int http = api_class_read(&request, &srv_service_config(exchange->service)->limits, own->kind,
                               &own->facts, &asked->body, &exchange->answer);
     if (http) {
@@ -230,6 +279,14 @@ static void request_why(struct srv_class_request *own) {
     case SRV_CLASS_CROWDED:
         srv_exchange_problem(exchange, 429, API_TYPE_QUOTA "the room has max-class-pupils, %.0f",
                              config->class_pupils);
+        srv_exchange_retry(exchange, 60);
+        break;
+    case SRV_CLASS_SHARED:
+        srv_exchange_problem(exchange, 429,
+                             API_TYPE_QUOTA
+                             "as many pupils as may come from one address are in this room; its "
+                             "teacher can let in more (address_share of stages/class), or remove "
+                             "some");
         srv_exchange_retry(exchange, 60);
         break;
     case SRV_CLASS_ROOM_FULL:
@@ -269,4 +326,18 @@ void srv_class_request_refuse(struct srv_store_request *asked, enum srv_stored s
         request_why(own);
     else
         srv_store_request_refuse(asked, stored);
+}
+
+struct api_class_room srv_class_request_view(const struct srv_class *room) {
+    return (struct api_class_room){.code = room->code,
+                                   .role = room->teacher ? "teacher"
+                                           : room->pupil ? "pupil"
+                                                         : "operator",
+                                   .pupil = (long)room->pupil,
+                                   .created = room->created,
+                                   .ends = room->ends,
+                                   .version = room->version,
+                                   .pupils = (long)room->pupils,
+                                   .empty_ends = room->empty_ends,
+                                   .shut = room->shut};
 }

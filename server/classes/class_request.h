@@ -1,7 +1,7 @@
 /* A request to a room: the code, the token and the pace of whoever asks, and the refusals.
  * Leaves to others: what is asked (classes, class_reports).
  * Invariant: whether there is a room of a code is told to those who are in it, and to those who try
- * to join, at a pace that makes guessing useless. */
+ * to join; a wrong code is counted against its address, its network and everybody. */
 #ifndef SRV_CLASS_REQUEST_H
 #define SRV_CLASS_REQUEST_H
 
@@ -21,11 +21,14 @@ struct srv_class_request {
     char who[SRV_NAME_BYTES];    /* the key of the token */
     char token[SRV_CLASS_TOKEN]; /* that the server has made; "" = it has made none */
     char name[SRV_CLASS_NAME], base[SRV_CLASS_NAME];
+    char source[SRV_CLASS_SOURCE]; /* the mark of the address */
+    char fold[SRV_CLASS_FOLD];     /* of who joins: the folded nickname */
     struct srv_class room;
     struct srv_class_put put;
     enum api_class_kind kind; /* of the body */
     struct api_class_facts facts;
-    int joins; /* whoever asks need not be in the room */
+    int joins;        /* whoever asks need not be in the room */
+    const char *full; /* of a new room: what has met its bound */
     int tries;
     /* of what reads a whole room, page by page */
     int64_t since;
@@ -45,7 +48,7 @@ struct srv_class_request *srv_class_request_of(struct srv_store_request *asked);
  * joins  whoever asks need not have a token, nor be in the room.
  *
  * Returns NULL where it cannot be; the exchange is answered then, and its finish was called: 401
- * without a token, 404, 429 for who has named too many rooms that there are not.
+ * without a token, 404 or 429 for a code that no room can have.
  */
 struct srv_store_request *srv_class_request_begin(struct srv_exchange *exchange, int joins);
 
@@ -67,6 +70,14 @@ int srv_class_request_pace(struct srv_store_request *asked, enum srv_pace pace, 
 int srv_class_request_token(struct srv_store_request *asked);
 
 /**
+ * Looks for the room that somebody wants to join, before anything is counted: a right code gets in
+ * after wrong ones. Only while wrong codes come at a rate that nobody's mistakes have must the room
+ * know the address: it was made there, its teacher wrote there last, or a pupil came from there. A
+ * question to the store; SRV_STORED_NONE.
+ */
+enum srv_stored srv_class_request_look(struct srv_store *store, struct srv_store_call *call);
+
+/**
  * Reads a room's code at the beginning of a path, up to the next slash, in capitals. Returns 0 if
  * what stands there cannot be a code.
  */
@@ -80,6 +91,9 @@ int srv_class_request_check(struct srv_store_request *asked);
 
 /** True where the store is to be asked once more, as another process was in the way. */
 int srv_class_request_again(struct srv_store_request *asked, enum srv_stored stored);
+
+/** A room as it is told to who asks: its teacher, a pupil, else an operator. */
+struct api_class_room srv_class_request_view(const struct srv_class *room);
 
 /** Answers with the problem that a result of the store stands for. */
 void srv_class_request_refuse(struct srv_store_request *asked, enum srv_stored stored);

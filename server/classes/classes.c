@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,9 +10,16 @@
 #include "api/json/json_out.h"
 #include "server/classes/class_events.h"
 #include "server/classes/class_request.h"
+#include "server/classes/nickname.h"
+#include "server/store/store_class_pupils.h"
+#include "server/work/admission.h"
 
 /* bursts, and rates a second: rooms and joins of one address, writes of one client */
 enum { CLASSES_ROOMS = 60, CLASSES_JOINS = 100, CLASSES_WRITES = 40, CLASSES_CODES = 16 };
+/* rooms that all of an address may have at least, and one in how many of all; us that a room is
+ * there which nobody has joined */
+enum { CLASSES_ADDRESS = 10, CLASSES_TENTH = 10 };
+#define CLASSES_EMPTY_US INT64_C(3600000000)
 #define CLASSES_ROOMS_A_SECOND (1.0 / 60)
 #define CLASSES_JOINS_A_SECOND 10.0
 #define CLASSES_WRITES_A_SECOND 5.0
@@ -27,15 +35,8 @@ static void classes_tell(struct srv_store_request *asked, int status) {
     struct srv_exchange *exchange = asked->exchange;
     struct srv_class_request *own = srv_class_request_of(asked);
     const struct srv_class *room = &own->room;
-    struct api_class_room told = {.code = room->code,
-                                  .role = room->teacher ? "teacher" : "pupil",
-                                  .token = *own->token ? own->token : NULL,
-                                  .pupil = (long)room->pupil,
-                                  .created = room->created,
-                                  .ends = room->ends,
-                                  .version = room->version,
-                                  .pupils = (long)room->pupils,
-                                  .shut = room->shut};
+    struct api_class_room told = srv_class_request_view(room);
+    told.token = *own->token ? own->token : NULL;
     assert(room->teacher || room->pupil);
     char *location = srv_exchange_text(exchange, 40);
     if (api_class_room_write(&told, &exchange->answer) != PEND_OK ||
@@ -68,22 +69,35 @@ static enum srv_stored create_run(struct srv_store *store, struct srv_store_call
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     struct srv_class_request *own = srv_class_request_of(asked);
     enum srv_stored stored = SRV_STORED_CLASH;
+    const struct srv_identity *identity = &asked->exchange->identity;
+    int issued = identity->kind == SRV_IDENTITY_ISSUED;
+    long classes = (long)asked->service->config.classes,
+         own_most = (long)fmin(identity->limits.value[SRV_LIMIT_ROOMS], (double)classes),
+         address_most = (long)fmax(CLASSES_ADDRESS, (double)(classes / CLASSES_TENTH));
+    const struct srv_class_new made = {.code = own->code,
+                                       .who = own->who,
+                                       .key = *asked->key ? asked->key : NULL,
+                                       .source = own->source,
+                                       .span_us = (int64_t)(own->facts.hours * 3600e6),
+                                       .empty_us = issued ? 0 : CLASSES_EMPTY_US,
+                                       .most = own_most,
+                                       .most_from = issued ? own_most : address_most};
     for (int i = 0; i < CLASSES_CODES && stored == SRV_STORED_CLASH; i++) {
         if (!srv_class_request_code(own->code)) return SRV_STORED_AGAIN;
-        stored = srv_store_class_new(store, own->code, own->who, *asked->key ? asked->key : NULL,
-                                     (int64_t)(own->facts.hours * 3600e6), &own->room);
+        stored = srv_store_class_new(store, &made, &own->room, &own->full);
     }
     return stored == SRV_STORED_CLASH ? SRV_STORED_QUOTA : stored;
 }
 
 static void create_answer(struct srv_store_request *asked, enum srv_stored stored) {
     struct srv_exchange *exchange = asked->exchange;
+    const struct srv_class_request *own = srv_class_request_of(asked);
     if (stored == SRV_STORED) {
         classes_tell(asked, 201);
     } else if (stored == SRV_STORED_QUOTA) {
-        srv_exchange_problem(exchange, 429,
-                             API_TYPE_QUOTA "there are max-classes rooms, %.0f, already",
-                             exchange->service->config.classes);
+        srv_exchange_problem(exchange, 429, API_TYPE_QUOTA "%s as many class rooms as may be: %s",
+                             own->full ? own->full : "this server has",
+                             own->full ? "erase one, or wait until one ends" : "max-classes");
         srv_exchange_retry(exchange, 600);
     } else {
         srv_class_request_refuse(asked, stored);
@@ -95,7 +109,9 @@ void srv_classes_create(struct srv_exchange *exchange) {
     struct srv_store_request *asked = srv_class_request_begin(exchange, 1);
     if (!asked) return;
     srv_class_request_of(asked)->kind = API_CLASS_ROOM;
-    if (!classes_read_key(exchange->field[SRV_IDEMPOTENCY_KEY], asked->key)) {
+    if (exchange->identity.limits.value[SRV_LIMIT_ROOMS] <= 0) {
+        srv_admission_forbid(exchange, SRV_ROLE_TEACHER, "this role may not make class rooms");
+    } else if (!classes_read_key(exchange->field[SRV_IDEMPOTENCY_KEY], asked->key)) {
         srv_exchange_problem(exchange, 400,
                              "Idempotency-Key must be 1 to %d visible ASCII characters",
                              SRV_STORE_REQUEST_KEY);
@@ -175,8 +191,30 @@ static struct srv_class_put *classes_put(struct srv_class_request *own) {
     own->put.code = own->code;
     own->put.who = own->who;
     own->put.name = own->name;
+    own->put.source = own->source;
     own->put.shut = -1;
     return &own->put;
+}
+
+static int join_check(struct srv_store_request *asked) {
+    struct srv_class_request *own = srv_class_request_of(asked);
+    if (!srv_class_request_check(asked)) return 0;
+    /* a number may follow the fold */
+    int bytes = srv_nickname_fold(own->facts.nickname, own->fold, sizeof own->fold - 16);
+    if (bytes < 0) srv_exchange_busy(asked->exchange, 1, "out of memory");
+    if (!bytes) srv_exchange_problem(asked->exchange, 422, "nickname has nothing that can be seen");
+    return bytes > 0;
+}
+
+/* The code is right: those who come to this room from one address come at a pace. */
+static void join_looked(struct srv_store_request *asked, enum srv_stored stored) {
+    if (stored != SRV_STORED) {
+        srv_class_request_refuse(asked, stored);
+        srv_store_request_end(asked);
+    } else if (srv_class_request_pace(asked, SRV_PACE_JOINS, CLASSES_JOINS_A_SECOND, CLASSES_JOINS,
+                                      0, "too many pupils join this room from your address")) {
+        srv_store_request_work(asked, join_check, join_run, join_answer);
+    }
 }
 
 void srv_classes_join(struct srv_exchange *exchange) {
@@ -188,15 +226,14 @@ void srv_classes_join(struct srv_exchange *exchange) {
         srv_store_request_end(asked);
         return;
     }
-    if (srv_class_request_pace(asked, SRV_PACE_JOINS, CLASSES_JOINS_A_SECOND, CLASSES_JOINS, 0,
-                               "too many pupils join from your address"))
-        srv_store_request_work(asked, srv_class_request_check, join_run, join_answer);
+    srv_store_request_ask(asked, SRV_ASK_READ, srv_class_request_look, join_looked);
 }
 
 void srv_classes_erase(struct srv_exchange *exchange) {
     struct srv_store_request *asked = srv_class_request_begin(exchange, 0);
     if (!asked) return;
-    (void)classes_put(srv_class_request_of(asked));
+    classes_put(srv_class_request_of(asked))->operates =
+        exchange->identity.role == SRV_ROLE_OPERATOR;
     srv_store_request_ask(asked, SRV_ASK_WRITE, erase_run, gone_answer);
 }
 
@@ -218,12 +255,17 @@ static const struct {
     {"handins", NULL, API_CLASS_HANDIN, 1, "worksheets"},
 };
 
-/* Finds the pupil whom a teacher may remove: "pupils/NUMBER", without leading zeros. */
-static int classes_pupil(struct srv_class_request *own, const char *kind, const char *id) {
-    if (strcmp(kind, "pupils") || strspn(id, "123456789") < 1 || strlen(id) > 9 ||
-        strspn(id, "0123456789") != strlen(id))
-        return 0;
-    snprintf(own->name, sizeof own->name, "pupils/%s", id);
+/* Finds the pupils whom a teacher may remove, numbers and ranges of them without leading zeros:
+ * "pupils/3,7-12". */
+static int classes_pupils(struct srv_class_request *own, const char *kind) {
+    const char *list = strchr(own->exchange->argument, '/'), *at;
+    int64_t from, to;
+    if (strcmp(kind, "pupils") || !list || !(list = strchr(list + 1, '/'))) return 0;
+    at = ++list;
+    if (!*list || strspn(list, "0123456789-,") != strlen(list)) return 0;
+    for (const char *before = at; *at; before = at)
+        if (*before == '0' || !srv_store_class_range(&at, &from, &to) || from > to) return 0;
+    own->put.pupils = list;
     return 1;
 }
 
@@ -232,7 +274,7 @@ static int classes_find(struct srv_class_request *own, int removes) {
     char kind[SRV_CLASS_NAME / 3], id[SRV_CLASS_NAME / 2];
     srv_class_request_part(own->exchange, 1, kind, sizeof kind);
     srv_class_request_part(own->exchange, 2, id, sizeof id);
-    if (removes && classes_pupil(own, kind, id)) return 1;
+    if (removes && classes_pupils(own, kind)) return 1;
     for (size_t i = 0; i < sizeof classes_kind / sizeof *classes_kind; i++) {
         const char *only = classes_kind[i].id;
         if (strcmp(kind, classes_kind[i].kind) || (only && strcmp(id, only))) continue;
@@ -259,7 +301,7 @@ static struct srv_store_request *classes_begin_item(struct srv_exchange *exchang
         srv_exchange_problem(exchange, 404,
                              "a room has stages/class, stages/own, and questions, solutions, "
                              "worksheets, answers and handins whose ids are 1 to %d of a-z, 0-9 "
-                             "and -; pupils can be taken away by their numbers",
+                             "and -; pupils can be removed by their numbers, as pupils/3,7-12",
                              API_CLASS_ID);
         srv_store_request_end(asked);
         return NULL;
@@ -276,6 +318,7 @@ static int put_check(struct srv_store_request *asked) {
     assert(own->put.body && *own->name);
     own->put.flag = own->facts.flag;
     if (own->kind == API_CLASS_STAGE) own->put.shut = own->facts.shut;
+    if (own->kind == API_CLASS_STAGE) own->put.share = (int)own->facts.share;
     if (own->kind == API_CLASS_ANSWER) own->put.fits = api_class_fits;
     int hidden = own->kind == API_CLASS_SOLUTION && !own->facts.shown;
     own->put.reader = hidden ? SRV_CLASS_TEACHER : SRV_CLASS_ALL;
@@ -294,6 +337,66 @@ void srv_classes_remove(struct srv_exchange *exchange) {
     /* A class whose stage was removed is open again. */
     if (own->kind == API_CLASS_STAGE && !strncmp(own->name, "stages/", 7)) own->put.shut = 0;
     srv_store_request_ask(asked, SRV_ASK_WRITE, put_run, gone_answer);
+}
+
+/* --- lists --- */
+
+/* Writes the rooms of a page; the code of the last one is the name to go on after. */
+static enum srv_stored list_run(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_class_request *own = classes_own(call);
+    int operates = own->exchange->identity.role == SRV_ROLE_OPERATOR;
+    struct srv_class_codes codes;
+    SRV_STORED_TRY(srv_store_class_codes(store, operates ? "" : own->who, own->code, &codes));
+    own->more = codes.count == SQL_CLASSES_MOST;
+    for (int i = 0; i < codes.count; i++) {
+        memcpy(own->code, codes.code[i], sizeof own->code);
+        enum srv_stored stored = srv_store_class(store, own->code, own->who, &own->room);
+        if (stored == SRV_STORED_NONE) continue;
+        if (stored != SRV_STORED) return stored;
+        struct api_class_room told = srv_class_request_view(&own->room);
+        told.source = operates ? own->room.source : NULL;
+        if (api_out_comma(&own->text) != PEND_OK ||
+            api_class_room_write(&told, &own->text) != PEND_OK ||
+            api_buffer_text(&own->text, "}") != PEND_OK)
+            return SRV_STORED_BROKEN;
+    }
+    return SRV_STORED;
+}
+
+static void list_answer(struct srv_store_request *asked, enum srv_stored stored) {
+    struct srv_exchange *exchange = asked->exchange;
+    const struct srv_class_request *own = srv_class_request_of(asked);
+    struct api_buffer *out = &exchange->answer;
+    if (stored != SRV_STORED) {
+        srv_class_request_refuse(asked, stored);
+    } else if (api_buffer_text(out, "{\"classes\":[") != PEND_OK ||
+               (own->text.bytes &&
+                api_buffer_add(out, own->text.data, own->text.bytes) != PEND_OK) ||
+               api_buffer_text(out, "]") != PEND_OK ||
+               (own->more && api_buffer_format(out, ",\"next\":\"/v1/classes?after=%s\"",
+                                               own->code) != PEND_OK) ||
+               api_buffer_text(out, "}") != PEND_OK) {
+        srv_exchange_busy(exchange, 1, "out of memory");
+    } else {
+        srv_exchange_answered(exchange, 200, classes_json);
+        srv_exchange_header(exchange, "Cache-Control", "no-store");
+    }
+    srv_store_request_end(asked);
+}
+
+void srv_classes_list(struct srv_exchange *exchange) {
+    static const char after[] = "after=";
+    struct srv_store_request *asked = srv_class_request_begin(exchange, 0);
+    if (!asked) return;
+    const char *query = exchange->query && *exchange->query ? exchange->query : NULL;
+    if (!query || (!strncmp(query, after, sizeof after - 1) &&
+                   srv_class_request_read_code(query + sizeof after - 1,
+                                               srv_class_request_of(asked)->code))) {
+        srv_store_request_ask(asked, SRV_ASK_READ, list_run, list_answer);
+        return;
+    }
+    srv_exchange_problem(exchange, 422, "the query may say after=CODE, got ?%.100s", query);
+    srv_store_request_end(asked);
 }
 
 /* --- events --- */

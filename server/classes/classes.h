@@ -12,7 +12,12 @@
  * teacher's. */
 void srv_classes_create(struct srv_exchange *exchange);
 
-/** DELETE /v1/classes/{code}: the teacher erases the room with all that stands there. */
+/** GET /v1/classes: the rooms of a teacher; to an operator's key all, with the marks of the
+ * addresses that made them. ?after=CODE: the next page. */
+void srv_classes_list(struct srv_exchange *exchange);
+
+/** DELETE /v1/classes/{code}: the teacher, or an operator's key, erases the room with all that
+ * stands there. */
 void srv_classes_erase(struct srv_exchange *exchange);
 
 /** POST /v1/classes/{code}/pupils: 201 with the pupil's number; the client's token, or one that is

@@ -307,9 +307,8 @@ static const char *connection_outcome(const struct connection *connection,
 }
 
 static void connection_log(const struct connection *connection, const char *outcome) {
-    const struct srv_exchange *exchange = &connection->exchange;
-    int silent = atomic_load(&connection->watched.late) ? 408 : 0;
-    srv_access_log_enter(exchange, outcome, exchange->status ? exchange->status : silent);
+    int told = connection->exchange.status, late = atomic_load(&connection->watched.late);
+    srv_access_log_enter(&connection->exchange, outcome, told ? told : late ? 408 : 0);
 }
 
 /* Delays the close while the client sends: unread bytes would turn the response into a reset. */

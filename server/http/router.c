@@ -73,17 +73,24 @@ static const struct srv_route router_table[] = {
     ROUTER_LATER("GET", "/v1/jobs/{id}/crate", srv_job_crate, SRV_ROUTE_COUNTED),
     ROUTER_LATER("DELETE", "/v1/clients/{name}", srv_erasure, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
     ROUTER_LATER("POST", "/v1/classes", srv_classes_create, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
-    ROUTER_LATER("GET", "/v1/classes/{code}", srv_class_reports_room, SRV_ROUTE_COUNTED),
-    ROUTER_LATER("DELETE", "/v1/classes/{code}", srv_classes_erase, SRV_ROUTE_COUNTED),
-    ROUTER_LATER("POST", "/v1/classes/{code}/pupils", srv_classes_join, SRV_ROUTE_COUNTED),
-    ROUTER_LATER("GET", "/v1/classes/{code}/events", srv_classes_events, SRV_ROUTE_COUNTED),
-    ROUTER_LATER("GET", "/v1/classes/{code}/table", srv_class_reports_table, SRV_ROUTE_COUNTED),
+    ROUTER_LATER("GET", "/v1/classes", srv_classes_list, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
+    ROUTER_LATER("GET", "/v1/classes/{code}", srv_class_reports_room,
+                 SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
+    ROUTER_LATER("DELETE", "/v1/classes/{code}", srv_classes_erase,
+                 SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
+    ROUTER_LATER("POST", "/v1/classes/{code}/pupils", srv_classes_join,
+                 SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
+    ROUTER_LATER("GET", "/v1/classes/{code}/events", srv_classes_events,
+                 SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
+    ROUTER_LATER("GET", "/v1/classes/{code}/table", srv_class_reports_table,
+                 SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
     ROUTER_LATER("GET", "/v1/classes/{code}/histograms/{id}", srv_class_reports_histogram,
-                 SRV_ROUTE_COUNTED),
-    ROUTER_LATER("PUT", "/v1/classes/{code}/{kind}/{id}", srv_classes_put, SRV_ROUTE_COUNTED),
-    ROUTER_LATER("DELETE", "/v1/classes/{code}/{kind}/{id}", srv_classes_remove, SRV_ROUTE_COUNTED),
+                 SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
+    ROUTER_LATER("PUT", "/v1/classes/{code}/{kind}/{id}", srv_classes_put,
+                 SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
+    ROUTER_LATER("DELETE", "/v1/classes/{code}/{kind}/{id}", srv_classes_remove,
+                 SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
     ROUTER_AT_ONCE("GET", "/", srv_assets_index, 0),
-    ROUTER_AT_ONCE("GET", "/{room}", srv_assets_room, 0),
     ROUTER_AT_ONCE("GET", "/oembed", srv_assets_oembed, 0),
     ROUTER_AT_ONCE("GET", "/docs", srv_assets_docs, 0),
     ROUTER_AT_ONCE("GET", "/sw.js", srv_assets_worker, 0),
@@ -95,6 +102,8 @@ static const struct srv_route router_table[] = {
     ROUTER_AT_ONCE("GET", "/readyz", srv_probes_readiness, SRV_ROUTE_ANY_HOST | SRV_ROUTE_PROBE),
     ROUTER_AT_ONCE("GET", "/metrics", router_metrics,
                    SRV_ROUTE_ANY_ADDRESS | SRV_ROUTE_CLOSED | SRV_ROUTE_OPERATOR | SRV_ROUTE_PROBE),
+    /* last: a word of six letters, as readyz, could be a code */
+    ROUTER_AT_ONCE("GET", "/{room}", srv_assets_room, 0),
 };
 
 enum {
@@ -367,7 +376,7 @@ static int router_origin(struct srv_exchange *exchange) {
         exchange, 403,
         API_TYPE_ORIGIN
         "a web page of the origin %.100s may compute here and read by id, and no more: the option "
-        "cors-origins lists pages that may make, list and end jobs and scenes",
+        "cors-origins lists pages that may make, list and end jobs and scenes, and use class rooms",
         exchange->field[SRV_ORIGIN]);
     return 0;
 }

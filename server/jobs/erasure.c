@@ -8,6 +8,7 @@
 #include "server/jobs/events.h"
 #include "server/jobs/part_runner.h"
 #include "server/jobs/store_request.h"
+#include "server/store/store_classes.h"
 
 static const struct srv_store_request_words erasure_words = {
     "clients", "what was not erased is erased when it is asked for again"};
@@ -17,7 +18,9 @@ static enum srv_stored erasure_piece(struct srv_store *store, struct srv_store_c
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     enum srv_stored stored = srv_store_erase_jobs(store, asked->client, &asked->count);
     if (stored != SRV_STORED || asked->count) return stored;
-    return srv_store_erase_scenes(store, asked->client, &asked->count);
+    stored = srv_store_erase_scenes(store, asked->client, &asked->count);
+    if (stored != SRV_STORED || asked->count) return stored;
+    return srv_store_erase_classes(store, asked->client, &asked->count);
 }
 
 static void erasure_done(struct srv_store_request *asked, enum srv_stored stored) {

@@ -12,14 +12,14 @@ static const char *const role_words[SRV_ROLE_COUNT] = {"",        "anonymous", "
 #define MEGA 1048576.0
 
 /* A row for each role: requests a second, seconds of computation a minute, bytes of memory, bytes
- * stored, open jobs, priority. */
+ * stored, open jobs, priority, class rooms. */
 static const struct srv_limits role_limits[SRV_ROLE_COUNT] = {
-    [SRV_ROLE_NONE] = {{INFINITY, INFINITY, INFINITY, INFINITY, INFINITY, 0}},
-    [SRV_ROLE_ANONYMOUS] = {{INFINITY, INFINITY, INFINITY, 64 * MEGA, 0, 0}},
-    [SRV_ROLE_PUPIL] = {{20, 60, 128 * MEGA, 64 * MEGA, 0, 0}},
-    [SRV_ROLE_TEACHER] = {{50, 240, INFINITY, 1024 * MEGA, 100, 0}},
-    [SRV_ROLE_BATCH] = {{100, INFINITY, INFINITY, INFINITY, INFINITY, 1}},
-    [SRV_ROLE_OPERATOR] = {{INFINITY, INFINITY, INFINITY, INFINITY, INFINITY, 0}},
+    [SRV_ROLE_NONE] = {{INFINITY, INFINITY, INFINITY, INFINITY, INFINITY, 0, 10}},
+    [SRV_ROLE_ANONYMOUS] = {{INFINITY, INFINITY, INFINITY, 64 * MEGA, 0, 0, 10}},
+    [SRV_ROLE_PUPIL] = {{20, 60, 128 * MEGA, 64 * MEGA, 0, 0, 2}},
+    [SRV_ROLE_TEACHER] = {{50, 240, INFINITY, 1024 * MEGA, 100, 0, 20}},
+    [SRV_ROLE_BATCH] = {{100, INFINITY, INFINITY, INFINITY, INFINITY, 1, 10}},
+    [SRV_ROLE_OPERATOR] = {{INFINITY, INFINITY, INFINITY, INFINITY, INFINITY, 0, INFINITY}},
 };
 
 /* A row for each limit. */
@@ -34,6 +34,7 @@ static const struct {
     {"bytes", "bytes up to 1000000G", 1, 1, 0, 1e15},
     {"jobs", "a whole number up to 1000000000", 1, 0, 0, 1e9},
     {"priority", "0, 1, 2 or 3, the number of levels behind all others", 1, 0, 0, 3},
+    {"rooms", "a whole number up to 1000000 of class rooms", 1, 0, 0, 1e6},
 };
 
 const char *srv_role_word(enum srv_role role) {
@@ -97,8 +98,8 @@ enum pend_status srv_limits_read(struct srv_limits *limits, const char *text,
         return PEND_OK;
     }
     return pend_fail(error, PEND_INVALID, -1, 0,
-                     "'%.40s' is no limit: there are requests, compute, memory, bytes, jobs and "
-                     "priority",
+                     "'%.40s' is no limit: there are requests, compute, memory, bytes, jobs, "
+                     "priority and rooms",
                      text);
 }
 

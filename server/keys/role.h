@@ -30,6 +30,7 @@ enum srv_limit {
     SRV_LIMIT_BYTES,    /* kept for jobs when another is posted */
     SRV_LIMIT_JOBS,     /* that have not ended */
     SRV_LIMIT_PRIORITY, /* levels of the queue behind everybody else's */
+    SRV_LIMIT_ROOMS,    /* class rooms that one teacher has at a time */
     SRV_LIMIT_COUNT
 };
 

@@ -3,7 +3,7 @@
 #include <assert.h>
 #include <string.h>
 
-enum { SWEEP_CODE = 5 }; /* letters of a code */
+enum { SWEEP_CODE = 6, SWEEP_CODE_OLD = 5 }; /* letters of a code */
 
 enum srv_stored srv_store_class_erase(struct srv_store *store, const char *code) {
     assert(*code);
@@ -32,7 +32,7 @@ enum srv_stored srv_store_class_sweep(struct srv_store *store, int64_t now, int 
     SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_ENDED, row_ended, &ended, srv_value_whole(now)));
     if (!ended.rows) return SRV_STORED;
     /* a code that was altered names no room */
-    if (strlen(ended.code) != SWEEP_CODE)
+    if (strlen(ended.code) != SWEEP_CODE && strlen(ended.code) != SWEEP_CODE_OLD)
         return SRV_POST(store, SQL_CLASSES_NAMELESS, srv_value_whole(now));
     *more = 1;
     return srv_store_class_erase(store, ended.code);

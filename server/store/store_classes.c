@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "server/store/store_call.h"
+#include "server/store/store_class_pupils.h"
 #include "server/store/store_class_sweep.h"
 #include "server/store/store_rows.h"
 #include "server/store/store_seals.h"
@@ -22,16 +23,19 @@ static enum srv_stored row_class(void *context, const struct srv_value field[]) 
     struct row_class *row = context;
     struct srv_class *room = row->room;
     char teacher[SRV_NAME_BYTES];
-    int64_t *const whole[] = {&room->created, &room->ends,     &room->version, &room->shared,
-                              &room->pupils,  &room->numbered, &room->bytes};
+    int64_t *const whole[] = {&room->created, &room->ends,       &room->version,
+                              &room->shared,  &room->pupils,     &room->numbered,
+                              &room->bytes,   &room->empty_ends, &room->share};
     srv_row_word(&field[0], 1, room->code, sizeof room->code, "code", &row->flaw);
     srv_row_word(&field[1], 1, teacher, sizeof teacher, "teacher", &row->flaw);
-    for (int i = 0; i < 7; i++)
+    for (int i = 0; i < 9; i++)
         *whole[i] = srv_row_whole(&field[2 + i], 0, SRV_ROW_MOST, "a number", &row->flaw);
-    room->shut = (int)srv_row_whole(&field[9], 0, 1, "shut", &row->flaw);
+    srv_row_word(&field[11], 0, room->near, sizeof room->near, "near", &row->flaw);
+    srv_row_word(&field[12], 0, room->source, sizeof room->source, "source", &row->flaw);
+    room->shut = (int)srv_row_whole(&field[13], 0, 1, "shut", &row->flaw);
     room->teacher = *row->who && !strcmp(teacher, row->who);
-    room->pupil = srv_row_whole(&field[10], 0, SRV_ROW_MOST, "number", &row->flaw);
-    room->pupil_bytes = srv_row_whole(&field[11], 0, SRV_ROW_MOST, "bytes", &row->flaw);
+    room->pupil = srv_row_whole(&field[14], 0, SRV_ROW_MOST, "number", &row->flaw);
+    room->pupil_bytes = srv_row_whole(&field[15], 0, SRV_ROW_MOST, "bytes", &row->flaw);
     int counted = room->shared <= room->version && room->pupils <= room->numbered &&
                   (!room->pupil || (room->pupil <= room->numbered && room->pupils > 0));
     if (!counted && !row->flaw) row->flaw = "version, pupils";
@@ -50,7 +54,8 @@ static enum srv_stored class_find(struct srv_store *store, enum srv_statement id
     if (!row.rows) return SRV_STORED_NONE;
     if (row.flaw) return SRV_STORED_DAMAGED;
     SRV_STORED_TRY(srv_store_now(store, &now));
-    return room->ends > now ? SRV_STORED : SRV_STORED_NONE;
+    int empty = room->empty_ends && room->empty_ends <= now;
+    return room->ends > now && !empty ? SRV_STORED : SRV_STORED_NONE;
 }
 
 /* the room, locked; a room that another process has locked is not waited for: a transaction that
@@ -69,7 +74,9 @@ static enum srv_stored class_change(struct srv_store *store, const struct srv_cl
     return SRV_POST(store, SQL_CLASS_CHANGE, srv_value_text(room->code),
                     srv_value_whole(room->version), srv_value_whole(room->shared),
                     srv_value_whole(room->pupils), srv_value_whole(room->numbered),
-                    srv_value_whole(room->bytes), srv_value_whole(room->shut));
+                    srv_value_whole(room->bytes), srv_value_whole(room->shut),
+                    srv_value_whole(room->empty_ends), srv_value_whole(room->share),
+                    srv_value_text(room->near));
 }
 
 static enum srv_stored class_refuse(struct srv_class_put *put, enum srv_class_why why) {
@@ -171,26 +178,33 @@ static enum srv_stored class_base(struct srv_store *store, struct srv_class_put 
     return SRV_STORED;
 }
 
+/* who may come in from now on; whether that is another rule than before */
+static int class_door(const struct srv_class_put *put, struct srv_class *room) {
+    int other =
+        (put->shut >= 0 && put->shut != room->shut) || (put->share && put->share != room->share);
+    if (put->shut >= 0) room->shut = put->shut;
+    if (put->share) room->share = put->share;
+    return other;
+}
+
 /* writes the item in place of the one that is there, unless they are the same */
 static enum srv_stored class_replace(struct srv_store *store, struct srv_class_put *put,
                                      struct srv_class *room, const struct srv_class_item *item,
                                      const struct class_there *there) {
     int64_t was = there->rows ? class_weight(there->item.bytes) : 0,
             more = class_weight(item->bytes) - was;
-    int shut = put->shut < 0 ? room->shut : put->shut;
     int same = there->rows
                    ? there->item.bytes == item->bytes && there->item.flag == item->flag &&
                          there->item.reader == item->reader &&
                          !memcmp(there->item.body, item->bytes ? item->body : "", item->bytes)
                    : !item->bytes;
-    if (same && shut == room->shut) return SRV_STORED;
+    if (!class_door(put, room) && same) return SRV_STORED;
     SRV_STORED_TRY(class_room(store, put, room, more));
     /* who could read what is there must hear that it goes */
     struct srv_class_item told = *item;
     if (!told.bytes && there->rows) told.reader = there->item.reader;
     SRV_STORED_TRY(class_write(store, room, &told));
     room->bytes += more;
-    room->shut = shut;
     if (put->own && more) {
         room->pupil_bytes += more;
         SRV_STORED_TRY(SRV_POST(store, SQL_CLASS_PUPIL_BYTES, srv_value_text(put->code),
@@ -222,21 +236,30 @@ static enum srv_stored class_put(struct srv_store *store, struct srv_class_put *
 
 static enum srv_stored class_join(struct srv_store *store, struct srv_class_put *put,
                                   struct srv_class *room) {
-    struct srv_class_item item = {.body = put->body, .bytes = put->bytes};
+    char body[SRV_CLASS_NAMED], fold[SRV_CLASS_FOLD];
+    struct srv_class_item item = {.body = body, .bytes = put->bytes};
     if (room->pupil) return SRV_STORED;
     if (room->teacher) return class_refuse(put, SRV_CLASS_NO_PUPIL);
     if (room->shut) return class_refuse(put, SRV_CLASS_SHUT);
     if (room->pupils >= store->rules.class_pupils) return class_refuse(put, SRV_CLASS_CROWDED);
-    int64_t weight = class_weight(put->bytes);
+    int64_t from;
+    SRV_STORED_TRY(srv_store_class_from(store, put->code, put->source, &from));
+    if (from >= (room->share ? room->share : srv_store_class_share(store)))
+        return class_refuse(put, SRV_CLASS_SHARED);
+    memcpy(body, put->body, put->bytes);
+    SRV_STORED_TRY(srv_store_class_named(store, put->code, put->fold, body, &item.bytes, fold));
+    int64_t weight = class_weight(item.bytes);
     SRV_STORED_TRY(class_room(store, put, room, weight));
     room->pupils++;
     room->pupil = item.reader = ++room->numbered;
     room->pupil_bytes = weight;
     room->bytes += weight;
+    room->empty_ends = 0;
     snprintf(item.name, sizeof item.name, "pupils/%lld", (long long)room->pupil);
     SRV_STORED_TRY(SRV_POST(store, SQL_CLASS_PUPIL_PUT, srv_value_text(put->code),
                             srv_value_text(put->who), srv_value_whole(room->pupil),
-                            srv_value_whole(weight)));
+                            srv_value_whole(weight), srv_value_text(put->source),
+                            srv_value_text(fold)));
     SRV_STORED_TRY(class_write(store, room, &item));
     return class_change(store, room);
 }
@@ -321,11 +344,14 @@ static enum srv_stored class_may(struct srv_class_put *put, const struct srv_cla
 
 static enum srv_stored class_put_work(struct srv_store *store, struct srv_class_put *put,
                                       struct srv_class *room) {
-    static const char pupils[] = "pupils/";
     SRV_STORED_TRY(class_may(put, room, put->own));
-    if (!put->own && !put->body && !strncmp(put->name, pupils, sizeof pupils - 1))
-        return class_dismiss(store, room, strtoll(put->name + sizeof pupils - 1, NULL, 10));
-    return class_put(store, put, room);
+    if (room->teacher && put->source) snprintf(room->near, sizeof room->near, "%s", put->source);
+    if (!put->pupils) return class_put(store, put, room);
+    int64_t from, to;
+    for (const char *at = put->pupils; srv_store_class_range(&at, &from, &to);)
+        for (; from <= to && from <= room->numbered; from++)
+            SRV_STORED_TRY(class_dismiss(store, room, from));
+    return SRV_STORED;
 }
 
 enum srv_stored srv_store_class_put(struct srv_store *store, struct srv_class_put *put,
@@ -335,14 +361,14 @@ enum srv_stored srv_store_class_put(struct srv_store *store, struct srv_class_pu
 
 enum srv_stored srv_store_class_join(struct srv_store *store, struct srv_class_put *put,
                                      struct srv_class *room) {
-    assert(put->body && put->bytes);
+    assert(put->body && put->bytes > 2 && put->source && put->fold);
     put->own = 1;
     return class_call(store, put, room, class_join);
 }
 
 static enum srv_stored class_end(struct srv_store *store, struct srv_class_put *put,
                                  struct srv_class *room) {
-    SRV_STORED_TRY(class_may(put, room, 0));
+    if (!put->operates) SRV_STORED_TRY(class_may(put, room, 0));
     return srv_store_class_erase(store, put->code);
 }
 
@@ -351,46 +377,64 @@ enum srv_stored srv_store_class_end(struct srv_store *store, struct srv_class_pu
     return class_call(store, put, room, class_end);
 }
 
-/* The code of a room. */
-struct row_code {
-    char code[SRV_CLASS_CODE];
-    const char *flaw;
-};
-
-static enum srv_stored row_code(void *context, const struct srv_value field[]) {
-    struct row_code *row = context;
-    srv_row_word(&field[0], 1, row->code, sizeof row->code, "code", &row->flaw);
-    return row->flaw ? SRV_STORED_DAMAGED : SRV_STORED;
-}
-
-static enum srv_stored class_new(struct srv_store *store, const char *code, const char *who,
-                                 const char *key, int64_t span_us, struct srv_class *room) {
-    struct row_code known = {.code = ""};
-    struct srv_row_wholes count = {.count = 1}, put = {.count = 1};
+static enum srv_stored class_new(struct srv_store *store, const struct srv_class_new *made,
+                                 struct srv_class *room, const char **full) {
+    struct srv_class_codes known = {.count = 0};
+    struct srv_row_wholes count = {.count = 3}, put = {.count = 1};
     int64_t now;
-    if (key)
-        SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_OF_KEY, row_code, &known, srv_value_text(who),
-                               srv_value_text(key)));
-    if (*known.code) {
-        enum srv_stored stored = class_find(store, SQL_CLASS, known.code, who, room);
+    if (made->key)
+        SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_OF_KEY, srv_row_class_code, &known,
+                               srv_value_text(made->who), srv_value_text(made->key)));
+    if (known.count) {
+        enum srv_stored stored = class_find(store, SQL_CLASS, known.code[0], made->who, room);
         /* a room that has ended, and is not swept yet, is nobody's */
         if (stored != SRV_STORED_NONE) return stored;
-        SRV_STORED_TRY(srv_store_class_erase(store, known.code));
+        SRV_STORED_TRY(srv_store_class_erase(store, known.code[0]));
     }
-    SRV_STORED_TRY(srv_store_run(store, SQL_CLASS_COUNT, NULL, 0, srv_row_wholes, &count));
-    if (count.whole[0] >= store->rules.classes) return SRV_STORED_QUOTA;
+    SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_COUNT, srv_row_wholes, &count,
+                           srv_value_text(made->who), srv_value_text(made->source)));
+    *full = count.whole[0] >= store->rules.classes ? "max-classes"
+            : count.whole[1] >= made->most         ? "you have"
+            : count.whole[2] >= made->most_from    ? "your address has"
+                                                   : NULL;
+    if (*full) return SRV_STORED_QUOTA;
     SRV_STORED_TRY(srv_store_now(store, &now));
-    SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_PUT, srv_row_wholes, &put, srv_value_text(code),
-                           srv_value_text(who), srv_value_text(key), srv_value_whole(now),
-                           srv_value_whole(now + span_us)));
-    return put.rows ? class_find(store, SQL_CLASS, code, who, room) : SRV_STORED_CLASH;
+    SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_PUT, srv_row_wholes, &put, srv_value_text(made->code),
+                           srv_value_text(made->who), srv_value_text(made->key),
+                           srv_value_whole(now), srv_value_whole(now + made->span_us),
+                           srv_value_whole(made->empty_us ? now + made->empty_us : 0),
+                           srv_value_text(made->source)));
+    return put.rows ? class_find(store, SQL_CLASS, made->code, made->who, room) : SRV_STORED_CLASH;
 }
 
-enum srv_stored srv_store_class_new(struct srv_store *store, const char *code, const char *who,
-                                    const char *key, int64_t span_us, struct srv_class *room) {
-    assert(strlen(code) == SRV_CLASS_CODE - 1 && span_us > 0);
+enum srv_stored srv_store_class_new(struct srv_store *store, const struct srv_class_new *made,
+                                    struct srv_class *room, const char **full) {
+    assert(strlen(made->code) < SRV_CLASS_CODE && made->span_us > 0 && made->source);
+    *full = NULL;
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored = class_new(store, code, who, key, span_us, room);
+    enum srv_stored stored = class_new(store, made, room, full);
+    return srv_store_end(store, stored == SRV_STORED, stored);
+}
+
+static enum srv_stored class_forget(struct srv_store *store, const char *client, int *count) {
+    struct srv_class_codes in = {.count = 0};
+    struct srv_class room;
+    SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_OF, srv_row_class_code, &in, srv_value_text(client)));
+    *count = in.count;
+    if (!in.count) return SRV_STORED;
+    const struct srv_class_put put = {.code = in.code[0], .who = client};
+    enum srv_stored stored = class_lock(store, &put, &room);
+    if (stored == SRV_STORED && !room.teacher) return class_dismiss(store, &room, room.pupil);
+    /* a room that has ended, and is not swept yet, goes too */
+    return stored == SRV_STORED || stored == SRV_STORED_NONE
+               ? srv_store_class_erase(store, put.code)
+               : stored;
+}
+
+enum srv_stored srv_store_erase_classes(struct srv_store *store, const char *client, int *count) {
+    *count = 0;
+    SRV_STORED_TRY(srv_store_begin(store));
+    enum srv_stored stored = class_forget(store, client, count);
     return srv_store_end(store, stored == SRV_STORED, stored);
 }
 
@@ -451,17 +495,5 @@ enum srv_stored srv_store_class_items(struct srv_store *store, const char *code,
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = class_find(store, SQL_CLASS, code, who, room);
     if (stored == SRV_STORED) stored = class_items(store, since, more, room, &taker);
-    return srv_store_end(store, 1, stored);
-}
-
-enum srv_stored srv_store_class_mark(struct srv_store *store, const char *code, int64_t *version,
-                                     int64_t *shared) {
-    struct srv_row_wholes row = {.count = 2};
-    SRV_STORED_TRY(srv_store_look(store));
-    enum srv_stored stored =
-        SRV_RUN(store, SQL_CLASS_MARK, srv_row_wholes, &row, srv_value_text(code));
-    if (stored == SRV_STORED && !row.rows) stored = SRV_STORED_NONE;
-    *version = row.whole[0];
-    *shared = row.whole[1];
     return srv_store_end(store, 1, stored);
 }

@@ -7,10 +7,9 @@
 #ifndef SRV_STORE_CLASSES_H
 #define SRV_STORE_CLASSES_H
 
-#include "server/store/store.h"
+#include "server/store/store_class_pupils.h"
 
 enum {
-    SRV_CLASS_CODE = 6,                 /* bytes of a room's code, with its NUL */
     SRV_CLASS_NAME = 96,                /* bytes of an item's name, with its NUL */
     SRV_CLASS_ITEM_BYTES = 128,         /* that an item is counted for beside its body */
     SRV_CLASS_PUPIL_BYTES = 128 * 1024, /* that the items of one pupil may be counted for */
@@ -27,10 +26,14 @@ struct srv_class {
     int64_t pupils;          /* in the room */
     int64_t numbered;        /* that ever were: the highest number of one */
     int64_t bytes;           /* that its items are counted for */
-    int shut;                /* nobody more may join */
-    int teacher;             /* who asks is the teacher; */
-    int64_t pupil;           /* a pupil of this number, 0 = none; */
-    int64_t pupil_bytes;     /* whose items are counted for so many */
+    int64_t empty_ends;      /* when it ends if nobody has joined; 0 = somebody has, or at `ends` */
+    int64_t share;           /* pupils that one address may have; 0 = the default */
+    char source[SRV_CLASS_SOURCE]; /* the mark of the address that made it, */
+    char near[SRV_CLASS_SOURCE];   /* and of the one from which its teacher wrote last */
+    int shut;                      /* nobody more may join */
+    int teacher;                   /* who asks is the teacher; */
+    int64_t pupil;                 /* a pupil of this number, 0 = none; */
+    int64_t pupil_bytes;           /* whose items are counted for so many */
 };
 
 /* Why nothing was written. */
@@ -41,6 +44,7 @@ enum srv_class_why {
     SRV_CLASS_NO_PUPIL,   /* only a pupil may */
     SRV_CLASS_SHUT,       /* the teacher has shut the door */
     SRV_CLASS_CROWDED,    /* the room has max-class-pupils */
+    SRV_CLASS_SHARED,     /* the address has its share of the room's pupils */
     SRV_CLASS_ROOM_FULL,  /* the items of the room would pass max-class-bytes */
     SRV_CLASS_PUPIL_FULL, /* those of the pupil would pass SRV_CLASS_PUPIL_BYTES */
     SRV_CLASS_NO_BASE,    /* what the item answers is not there */
@@ -59,6 +63,11 @@ struct srv_class_put {
     int (*fits)(int64_t base, int64_t flag); /* whether an item answers another by their flags;
                                                 NULL = any does */
     int shut;                                /* the door from now on: 1, 0, -1 = as it is */
+    int share;                               /* of an address from now on; 0 = as it is */
+    const char *source;                      /* the mark of the address */
+    const char *fold;                        /* of who joins: the folded nickname */
+    const char *pupils;                      /* NULL, or the numbers of pupils who go: "3,7-12" */
+    int operates;                            /* an operator asks, who may end every room */
     const void *body;                        /* NULL = the item goes */
     size_t bytes;
     enum srv_class_why why; /* out */
@@ -76,18 +85,28 @@ struct srv_class_item {
  * that. */
 typedef enum srv_stored srv_class_item_fn(void *context, const struct srv_class_item *item);
 
+/* A room to be made. */
+struct srv_class_new {
+    const char *code;     /* a new one */
+    const char *who;      /* the teacher */
+    const char *key;      /* the client's own idempotency key, or NULL */
+    const char *source;   /* the mark of the address */
+    int64_t span_us;      /* how long it is there, */
+    int64_t empty_us;     /* and while nobody has joined; 0 = as long */
+    long most, most_from; /* rooms that the teacher, and all from the address, may have */
+};
+
 /**
  * Makes a room.
  *
- * code      a new one.
- * who, key  the teacher; the client's own idempotency key, or NULL.
- * room      out; where the same key made a room before, that room: its code differs then.
+ * room  out; where the same key made a room before, that room: its code differs then.
+ * full  out: which bound was met: "max-classes", or what it is called in a problem.
  *
  * SRV_STORED_CLASH  the code is taken.
- * SRV_STORED_QUOTA  there are max-classes rooms.
+ * SRV_STORED_QUOTA  there are max-classes rooms, or the teacher or the address has its share.
  */
-enum srv_stored srv_store_class_new(struct srv_store *store, const char *code, const char *who,
-                                    const char *key, int64_t span_us, struct srv_class *room);
+enum srv_stored srv_store_class_new(struct srv_store *store, const struct srv_class_new *made,
+                                    struct srv_class *room, const char **full);
 
 /** Reads a room, and who asks there. SRV_STORED_NONE: there is none, or it has ended. */
 enum srv_stored srv_store_class(struct srv_store *store, const char *code, const char *who,
@@ -95,9 +114,10 @@ enum srv_stored srv_store_class(struct srv_store *store, const char *code, const
 
 /**
  * Lets a pupil in, and keeps an item "pupils/NUMBER", which the pupil and the teacher may read.
- * Whoever is in already keeps number and item.
+ * Whoever is in already keeps number and item. A nickname whose fold is in the room already is
+ * numbered: " (2)" comes before the last two bytes of the body, which are its quote and brace.
  *
- * put   code, who, body and bytes are read; why is set.
+ * put   code, who, body, bytes, source and fold are read; why is set.
  *
  * SRV_STORED_NONE   no such room.
  * SRV_STORED_CLASH  see put->why.
@@ -108,8 +128,7 @@ enum srv_stored srv_store_class_join(struct srv_store *store, struct srv_class_p
 
 /**
  * Writes an item, or takes one away; one that is there already as it is to be is not written, so
- * that a request may be repeated. A teacher's item of the name "pupils/NUMBER" that goes takes the
- * pupil away with all items of it.
+ * that a request may be repeated. Pupils whom put->pupils numbers go with all items of theirs.
  *
  * room  out: as it is afterwards.
  *
@@ -133,13 +152,13 @@ enum srv_stored srv_store_class_items(struct srv_store *store, const char *code,
                                       int64_t *since, int *more, struct srv_class *room,
                                       srv_class_item_fn *take, void *context);
 
-/** The numbers of the last change, and of the last that everybody may read. SRV_STORED_NONE: the
- * room has ended. */
-enum srv_stored srv_store_class_mark(struct srv_store *store, const char *code, int64_t *version,
-                                     int64_t *shared);
-
-/** Erases a room at its teacher's word. As srv_store_class_join fails. O(items) */
+/** Erases a room at its teacher's word, or an operator's. As srv_store_class_join fails. O(items)
+ */
 enum srv_stored srv_store_class_end(struct srv_store *store, struct srv_class_put *put,
                                     struct srv_class *room);
+
+/** Erases a room that a client has, or takes the client out of one. count: 1; 0 when it is in none.
+ * SRV_STORED_AGAIN: another process writes into the room just now. O(items) */
+enum srv_stored srv_store_erase_classes(struct srv_store *store, const char *client, int *count);
 
 #endif

@@ -150,7 +150,17 @@ static const char *const schema[] = {
     "CREATE TABLE hooks (job TEXT PRIMARY KEY, client TEXT NOT NULL, url TEXT NOT NULL, due BIGINT "
     "NOT NULL DEFAULT 0, "
     "attempts BIGINT NOT NULL DEFAULT 0)",
-    "CREATE INDEX hooks_due ON hooks (due) WHERE due > 0", NULL};
+    "CREATE INDEX hooks_due ON hooks (due) WHERE due > 0", NULL,
+    /* 10: of a class room: the marks of the address that made it and of the one from which its
+     * teacher wrote last, when it ends while nobody has
+     * joined (0 = not before `ends`), and how many pupils one address may have there (0 = as
+     * many as by default); of a pupil: the mark of the address, and the folded nickname */
+    "ALTER TABLE classes ADD COLUMN source TEXT NOT NULL DEFAULT ''",
+    "ALTER TABLE classes ADD COLUMN near TEXT NOT NULL DEFAULT ''",
+    "ALTER TABLE classes ADD COLUMN empty_ends BIGINT NOT NULL DEFAULT 0",
+    "ALTER TABLE classes ADD COLUMN share BIGINT NOT NULL DEFAULT 0",
+    "ALTER TABLE class_pupils ADD COLUMN source TEXT NOT NULL DEFAULT ''",
+    "ALTER TABLE class_pupils ADD COLUMN fold TEXT NOT NULL DEFAULT ''", NULL};
 
 /* the tables' version; -1 where none is written */
 static enum srv_stored schema_read(struct srv_sql *sql, int64_t *version) {

@@ -44,7 +44,8 @@
 
 /* a room, and the number and the bytes of the pupil whose token's key is $2 */
 #define CLASS_COLUMNS                                                                              \
-    "code, teacher, created, ends, version, shared, pupils, numbered, bytes, shut, "               \
+    "code, teacher, created, ends, version, shared, pupils, numbered, bytes, empty_ends, share, "  \
+    "near, source, shut, "                                                                         \
     "COALESCE((SELECT number FROM class_pupils WHERE class_pupils.code = $1 AND who = $2), 0), "   \
     "COALESCE((SELECT class_pupils.bytes FROM class_pupils WHERE class_pupils.code = $1 AND who "  \
     "= $2), 0)"
@@ -279,17 +280,28 @@
     X(SCENE_LOCK, "SELECT CAST(LENGTH(body) AS BIGINT) FROM scenes WHERE id = $1 {lock}")          \
     X(SCENE_REMOVE, "DELETE FROM scenes WHERE id = $1")                                            \
     X(SCENE, "SELECT body, seal, sealed FROM scenes WHERE id = $1")                                \
-    X(CLASS_PUT, "INSERT INTO classes (code, teacher, key, created, ends) VALUES ($1, $2, $3, "    \
-                 "$4, $5) ON CONFLICT DO NOTHING RETURNING created")                               \
+    X(CLASS_PUT, "INSERT INTO classes (code, teacher, key, created, ends, empty_ends, source) "    \
+                 "VALUES ($1, $2, $3, $4, $5, $6, $7) ON CONFLICT DO NOTHING RETURNING created")   \
     X(CLASS_OF_KEY, "SELECT code FROM classes WHERE teacher = $1 AND key = $2")                    \
-    X(CLASS_COUNT, "SELECT CAST(COUNT(*) AS BIGINT) FROM classes")                                 \
+    X(CLASS_COUNT, "SELECT CAST(COUNT(*) AS BIGINT), CAST(COALESCE(SUM(CASE WHEN teacher = $1 "    \
+                   "THEN 1 ELSE 0 END), 0) AS BIGINT), CAST(COALESCE(SUM(CASE WHEN source = $2 "   \
+                   "THEN 1 ELSE 0 END), 0) AS BIGINT) FROM classes")                               \
+    X(CLASSES, "SELECT code FROM classes WHERE (teacher = $1 OR $1 = '') AND code > $2 ORDER BY "  \
+               "code LIMIT 64")                                                                    \
+    X(CLASS_OF, "SELECT code FROM classes WHERE teacher = $1 UNION ALL SELECT code FROM "          \
+                "class_pupils WHERE who = $1 LIMIT 1")                                             \
+    X(CLASS_PUPILS_FROM, "SELECT CAST(COUNT(*) AS BIGINT) FROM class_pupils WHERE code = $1 AND "  \
+                         "source = $2")                                                            \
+    X(CLASS_FOLDS, "SELECT fold FROM class_pupils WHERE code = $1 AND fold <> ''")                 \
     X(CLASS, "SELECT " CLASS_COLUMNS " FROM classes WHERE code = $1")                              \
     X(CLASS_LOCK, "SELECT " CLASS_COLUMNS " FROM classes WHERE code = $1 {skip}")                  \
     X(CLASS_CHANGE, "UPDATE classes SET version = $2, shared = $3, pupils = $4, numbered = $5, "   \
-                    "bytes = $6, shut = $7 WHERE code = $1")                                       \
-    X(CLASS_MARK, "SELECT version, shared FROM classes WHERE code = $1 AND ends > {now}")          \
-    X(CLASS_PUPIL_PUT, "INSERT INTO class_pupils (code, who, number, bytes) VALUES ($1, $2, $3, "  \
-                       "$4)")                                                                      \
+                    "bytes = $6, shut = $7, empty_ends = $8, share = $9, near = $10 WHERE code = " \
+                    "$1")                                                                          \
+    X(CLASS_MARK, "SELECT version, shared FROM classes WHERE code = $1 AND ends > {now} AND "      \
+                  "(empty_ends = 0 OR empty_ends > {now})")                                        \
+    X(CLASS_PUPIL_PUT, "INSERT INTO class_pupils (code, who, number, bytes, source, fold) VALUES " \
+                       "($1, $2, $3, $4, $5, $6)")                                                 \
     X(CLASS_PUPIL_BYTES, "UPDATE class_pupils SET bytes = $3 WHERE code = $1 AND who = $2")        \
     X(CLASS_PUPIL_REMOVE, "DELETE FROM class_pupils WHERE code = $1 AND number = $2 RETURNING "    \
                           "number")                                                                \
@@ -305,8 +317,9 @@
     X(CLASS_ITEMS_OWN, "SELECT " CLASS_ITEM_COLUMNS " FROM class_items WHERE code = $1 AND "       \
                        "reader = $2 AND version > $3 ORDER BY version LIMIT 64")                   \
     X(CLASSES_NAMELESS, "DELETE FROM classes WHERE ends < $1 AND (code IS NULL OR LENGTH(code) "   \
-                        "<> 5 OR CAST(code AS TEXT) <> code)")                                     \
-    X(CLASS_ENDED, "SELECT code FROM classes WHERE ends < $1 ORDER BY ends LIMIT 1 {skip}")        \
+                        "NOT IN (5, 6) OR CAST(code AS TEXT) <> code)")                            \
+    X(CLASS_ENDED, "SELECT code FROM classes WHERE ends < $1 OR (empty_ends > 0 AND empty_ends < " \
+                   "$1) ORDER BY ends LIMIT 1 {skip}")                                             \
     X(CLASS_ITEMS_REMOVE, "DELETE FROM class_items WHERE code = $1")                               \
     X(CLASS_PUPILS_REMOVE, "DELETE FROM class_pupils WHERE code = $1")                             \
     X(CLASS_REMOVE, "DELETE FROM classes WHERE code = $1")
@@ -327,7 +340,8 @@ enum {
     SQL_PARTS_REMOVED = 512,
     SQL_CHUNKS_MOST = 64,
     SQL_EXPIRED_MOST = 128,
-    SQL_CLASS_ITEMS_MOST = 64 /* and the LIMIT of CLASS_ITEMS, _OF and _OWN */
+    SQL_CLASS_ITEMS_MOST = 64, /* and the LIMIT of CLASS_ITEMS, _OF and _OWN */
+    SQL_CLASSES_MOST = 64
 };
 
 /* the text of each */

@@ -26,7 +26,8 @@ struct srv_bucket {
 enum srv_pace {
     SRV_PACE_ROOMS,  /* rooms that are made */
     SRV_PACE_JOINS,  /* pupils who join */
-    SRV_PACE_MISSES, /* codes of rooms that there are not */
+    SRV_PACE_MISSES, /* codes of rooms that there are not, */
+    SRV_PACE_TRIES,  /* after which they are looked for, and then not even that */
     SRV_PACE_WRITES, /* items that are written */
     SRV_PACES
 };

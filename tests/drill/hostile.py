@@ -109,7 +109,7 @@ def joins(port, path, count):
 
 def guesses(port, count):
     dice = random.Random(1)
-    codes = ["".join(dice.choice(LETTERS) for _ in range(5)) for _ in range(count)]
+    codes = ["".join(dice.choice(LETTERS) for _ in range(6)) for _ in range(count)]
     return many(port, [message("POST", f"/v1/classes/{code}/pupils", "", b'{"nickname":"Eve"}') for code in codes], OTHER)
 
 
@@ -224,7 +224,7 @@ async def beside(daemon, options):
 def account(told, places, before, after, count):
     words = lambda seen: ", ".join(f"{status} {times} times" for status, times in sorted(seen.items(), key=str))  # noqa: E731
     print(f"{count} joins in {told['join seconds']:.1f} s: {words(told['joins'])}; {places} places of {PLACES} are taken\n"
-          f"{count // 20} guessed codes in {told['guess seconds']:.1f} s: {words(told['guesses'])}; a code is one of {len(LETTERS) ** 5} (25 bits)\n"
+          f"{count // 20} guessed codes in {told['guess seconds']:.1f} s: {words(told['guesses'])}; a code is one of {len(LETTERS) ** 6} (30 bits)\n"
           f"{count // 20} writes without a pause: {words(told['writes'])}\n{STREAMS + 50} streams that are never read: {words(told['streams'])}\n"
           f"memory of the daemon: {before >> 20} MiB before, {after >> 20} MiB after")
     for what, (status, wanted) in told["trespasses"].items():

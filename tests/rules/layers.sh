@@ -30,6 +30,7 @@ doors=(
     '^sqlite3[.]h$ ^server/store/store_sqlite([.]c|_disk[.][ch])$'
     '^libpq-fe[.]h$ ^server/store/store_postgres[.]c$'
     '^seccomp[.]h$ ^server/base/calls[.]c$'
+    '^unicode/ ^server/classes/nickname[.]c$'
     '^linux/(landlock|capability)[.]h$ ^server/base/(fence|privileges)[.]c$'
     '^(pthread|threads)[.]h$ ^server/'
 )

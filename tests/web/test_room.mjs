@@ -100,7 +100,7 @@ export async function the_end_of_a_room_is_told_and_wrong_codes_are_refused_in_w
   await pupil.waitForSelector(`text=There is no room ${code}`);
   await pupil.fill("[data-class=code]", "0");
   await pupil.click("[data-class=join]");
-  await pupil.waitForSelector("text=five letters and digits");
+  await pupil.waitForSelector("text=six letters and digits");
   for (const page of [teacher, pupil]) await close(page);
 }
 

@@ -160,7 +160,7 @@ export async function a_class_works_from_right_to_left(rig) {
     assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), `${name}: too wide`);
     await rig.shot(page, `room-rtl-${name}`);
   }
-  assert.match(await teacher.innerText(".room-code"), /^[A-Z2-9]{5}$/);
+  assert.match(await teacher.innerText(".room-code"), /^[A-Z2-9]{6}$/);
   for (const page of [teacher, pupil]) await close(page);
 }
 

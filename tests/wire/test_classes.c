@@ -13,7 +13,7 @@
     "{\"request\":{\"pendulum\":" ASK_DOUBLE ",\"initial\":{\"theta\":[" angle                     \
     ",0]},\"times\":{\"start\":0,\"stop\":1,\"count\":11}}}"
 
-enum { CODE = 5, TOKEN = 40, HEARD = 1 << 18 };
+enum { CODE = 6, TOKEN = 40, HEARD = 1 << 18 };
 
 /* Somebody in a room. */
 struct member {

@@ -11,7 +11,7 @@ import { keptLink } from "./kept.js";
 import { keptRooms } from "./session.js";
 
 const HOURS = [1, 2, 8, 24, 168, 720];
-const CODE = /^[a-hj-np-z2-9]{5}$/i;
+const CODE = /^[a-hj-np-z2-9]{5,6}$/i;
 
 /** Why it was refused, in words. @param {Room} room @param {any} error @param {string} code */
 function why({ app, say }, error, code) {
@@ -30,7 +30,7 @@ function fieldOf(label, attributes) {
 function joinForm(room, fault) {
   const { session, say } = room;
   const code = fieldOf(say("class.code"), {
-    maxlength: 5,
+    maxlength: 6,
     autocapitalize: "characters",
     spellcheck: "false",
     class: "code-input",

@@ -29,7 +29,7 @@ TEST(a_table_has_a_row_for_each_answer) {
     struct api_class_names names = {0};
     struct api_buffer out;
     api_buffer_init(&out, 1 << 16);
-    CHECK_INT(api_class_table_begin(&out), PEND_OK);
+    CHECK_INT(api_class_table_begin(&names, &out), PEND_OK);
     for (size_t i = 0; i < sizeof items / sizeof *items; i++) {
         struct api_class_item at = item(items[i][0], items[i][1]);
         CHECK_INT(api_class_table_add(&at, &names, &out), PEND_OK);
@@ -46,6 +46,62 @@ TEST(a_table_has_a_row_for_each_answer) {
     CHECK_INT(api_class_table_add(&damaged, &names, &out), PEND_INVALID);
     api_class_names_clear(&names);
     api_buffer_clear(&out);
+}
+
+/* a text as the cell of each kind of table */
+static void check_cell(const char *text, const char *want) {
+    char body[200], row[300];
+    snprintf(body, sizeof body, "{\"value\":\"%s\"}", text);
+    struct api_class_item at = item("answers/q/1", body);
+    for (int sheet = API_CLASS_SHEET_PLAIN; sheet <= API_CLASS_SHEET_COMMA; sheet++) {
+        struct api_class_names names = {.sheet = (enum api_class_sheet)sheet};
+        struct api_buffer out;
+        api_buffer_init(&out, 1 << 16);
+        CHECK_INT(api_class_table_add(&at, &names, &out), PEND_OK);
+        CHECK_INT(api_buffer_add(&out, "", 1), PEND_OK);
+        const char *part = sheet == API_CLASS_SHEET_COMMA ? ";" : ",";
+        snprintf(row, sizeof row, "answers%sq%s%s1%s%s\"%s\"%s" NOW_TEXT, part, part, part, part,
+                 part, want, part);
+        CHECK_TEXT(out.data, row);
+        api_buffer_clear(&out);
+    }
+}
+
+TEST(no_text_is_a_formula_wherever_a_program_parts_cells) {
+    check_cell("a;=1+1", "a;'=1+1");
+    check_cell("a;b, c", "a;b, c");
+    check_cell("a; \\\"=1", "a;' \"\"=1");
+    check_cell("a\\t-2", "a\t'-2");
+    check_cell("a,@x", "a,'@x");
+    check_cell("a\\r\\n+1", "a\r\n'+1");
+    check_cell("\\n=1", "'\n'=1");
+    check_cell(" =1", "' =1");
+    check_cell("\xef\xbc\x9d"
+               "1",
+               "'\xef\xbc\x9d"
+               "1");
+    check_cell("a;\xef\xbc\x8b"
+               "1",
+               "a;'\xef\xbc\x8b"
+               "1");
+    check_cell("1=2; 3-4", "1=2; 3-4");
+}
+
+TEST(a_table_for_spreadsheets_has_their_signs) {
+    static const char *const begin[] = {"item,id,", "\xef\xbb\xbfitem,id,", "\xef\xbb\xbfitem;id;"},
+                             *const row[] = {",,-0.25,2", ",,-0.25,2", ";;-0,25;2"};
+    for (int sheet = API_CLASS_SHEET_PLAIN; sheet <= API_CLASS_SHEET_COMMA; sheet++) {
+        struct api_class_names names = {.sheet = (enum api_class_sheet)sheet};
+        struct api_class_item at = item("answers/q/1", "{\"value\":-0.25}");
+        struct api_buffer out;
+        api_buffer_init(&out, 1 << 16);
+        CHECK_INT(api_class_table_begin(&names, &out), PEND_OK);
+        CHECK(!strncmp(out.data, begin[sheet], strlen(begin[sheet])));
+        CHECK_INT(api_class_table_add(&at, &names, &out), PEND_OK);
+        CHECK_INT(api_buffer_add(&out, "", 1), PEND_OK);
+        CHECK_SAYING(strstr(out.data, row[sheet]) != NULL, "%s", out.data);
+        api_buffer_clear(&out);
+    }
 }
 
 /* the histogram of some answers */

@@ -25,9 +25,9 @@ TEST(every_role_has_a_word_by_which_it_is_found) {
 }
 
 TEST(limits_that_are_written_are_read_as_they_were) {
-    static const char *const good[] = {"requests=0.5", "compute=none", "memory=64M",
-                                       "bytes=2G",     "jobs=0",       "priority=3"};
-    static const double want[SRV_LIMIT_COUNT] = {0.5, INFINITY, 67108864, 2147483648.0, 0, 3};
+    static const char *const good[] = {"requests=0.5", "compute=none", "memory=64M", "bytes=2G",
+                                       "jobs=0",       "priority=3",   "rooms=0"};
+    static const double want[SRV_LIMIT_COUNT] = {0.5, INFINITY, 67108864, 2147483648.0, 0, 3, 0};
     struct srv_limits limits, again;
     char text[SRV_LIMITS_TEXT], *rest = text;
     srv_limits_unset(&limits);
@@ -37,7 +37,7 @@ TEST(limits_that_are_written_are_read_as_they_were) {
         CHECK_SAYING(srv_limits_read(&limits, good[i], NULL) == PEND_OK, "%s", good[i]);
     srv_limits_write(&limits, text);
     CHECK_TEXT(text, " requests=0.5 compute=none memory=67108864 bytes=2147483648 jobs=0 "
-                     "priority=3");
+                     "priority=3 rooms=0");
     srv_limits_unset(&again);
     for (char *one; (one = strsep(&rest, " "));)
         if (*one) CHECK_SAYING(srv_limits_read(&again, one, NULL) == PEND_OK, "%s", one);
@@ -63,6 +63,7 @@ TEST(a_limit_that_is_none_is_refused_and_changes_nothing) {
                                       "priority=4",
                                       "priority=none",
                                       "priority=0.5",
+                                      "rooms=0.5",
                                       "compute=99999999",
                                       "job=1",
                                       "jobs =1",

@@ -53,6 +53,8 @@ static struct srv_class_put item(const char *who, const char *name, const char *
                                   .who = who,
                                   .name = name,
                                   .own = own,
+                                  .source = "5ee13",
+                                  .fold = name,
                                   .shut = -1,
                                   .body = body,
                                   .bytes = body ? strlen(body) : 0};
@@ -67,12 +69,27 @@ static enum srv_stored put(struct srv_store *store, const char *who, const char 
     return stored;
 }
 
+static enum srv_stored dismiss(struct srv_store *store, const char *numbers) {
+    struct srv_class room;
+    struct srv_class_put made = item("teacher", "", NULL, 0);
+    made.pupils = numbers;
+    return srv_store_class_put(store, &made, &room);
+}
+
 static enum srv_stored join(struct srv_store *store, const char *who, int64_t *pupil) {
     struct srv_class room;
-    struct srv_class_put made = item(who, "", "{\"n\"}", 1);
+    struct srv_class_put made = item(who, who, "{\"n\"}", 1);
     enum srv_stored stored = srv_store_class_join(store, &made, &room);
     *pupil = room.pupil;
     return stored;
+}
+
+/* a new room, which no bound but max-classes hinders */
+static enum srv_stored make(struct srv_store *store, const char *code, const char *who,
+                            const char *key, int64_t span_us, struct srv_class *room) {
+    const char *full;
+    const struct srv_class_new made = {code, who, key, "5ee13", span_us, 0, 1000, 1000};
+    return srv_store_class_new(store, &made, room, &full);
 }
 
 static struct srv_store *begin(struct ground *ground, struct srv_class *room) {
@@ -81,9 +98,8 @@ static struct srv_store *begin(struct ground *ground, struct srv_class *room) {
     ground->rules.class_bytes = 100000;
     struct srv_store *store = ground_open(ground);
     if (store)
-        CHECK_INT(
-            srv_store_class_new(store, "ABCDE", "teacher", NULL, (int64_t)HOUR_S * SECOND, room),
-            SRV_STORED);
+        CHECK_INT(make(store, "ABCDE", "teacher", NULL, (int64_t)HOUR_S * SECOND, room),
+                  SRV_STORED);
     return store;
 }
 
@@ -178,11 +194,11 @@ STORE_TEST(a_room_is_bounded) {
     memset(large, 'x', sizeof large - 1);
     struct srv_store *own = begin(ground, &room);
     REQUIRE(own != NULL);
-    CHECK_INT(srv_store_class_new(own, "ABCDE", "t", NULL, SECOND, &room), SRV_STORED_CLASH);
-    CHECK_INT(srv_store_class_new(own, "ABCDF", "t", "key", SECOND, &room), SRV_STORED);
-    CHECK_INT(srv_store_class_new(own, "ABCDG", "t", "key", SECOND, &room), SRV_STORED);
+    CHECK_INT(make(own, "ABCDE", "t", NULL, SECOND, &room), SRV_STORED_CLASH);
+    CHECK_INT(make(own, "ABCDF", "t", "key", SECOND, &room), SRV_STORED);
+    CHECK_INT(make(own, "ABCDG", "t", "key", SECOND, &room), SRV_STORED);
     CHECK_TEXT(room.code, "ABCDF");
-    CHECK_INT(srv_store_class_new(own, "ABCDG", "t", NULL, SECOND, &room), SRV_STORED_QUOTA);
+    CHECK_INT(make(own, "ABCDG", "t", NULL, SECOND, &room), SRV_STORED_QUOTA);
     for (int i = 0; i < 3; i++) {
         const char who[] = {(char)('a' + i), 0};
         CHECK_INT(join(own, who, &pupil), SRV_STORED);
@@ -191,8 +207,8 @@ STORE_TEST(a_room_is_bounded) {
     CHECK_INT(join(own, "a", &pupil), SRV_STORED);
     /* a pupil who was taken away makes room, and is a stranger */
     CHECK_INT(put(own, "a", "stages", "A", 1, SRV_CLASS_FINE), SRV_STORED);
-    CHECK_INT(put(own, "teacher", "pupils/1", NULL, 0, SRV_CLASS_FINE), SRV_STORED);
-    CHECK_INT(put(own, "teacher", "pupils/1", NULL, 0, SRV_CLASS_FINE), SRV_STORED);
+    CHECK_INT(dismiss(own, "1"), SRV_STORED);
+    CHECK_INT(dismiss(own, "1"), SRV_STORED);
     CHECK_INT(put(own, "a", "stages", "A", 1, SRV_CLASS_STRANGER), SRV_STORED_CLASH);
     CHECK_INT(join(own, "d", &pupil), SRV_STORED);
     CHECK_INT(pupil, 4);
@@ -225,7 +241,7 @@ STORE_TEST(a_pupil_with_many_items_goes_with_all_of_them) {
     }
     CHECK_INT(read_all(own, "ada", 0, &found), SRV_STORED);
     CHECK_INT(found.count, 101);
-    CHECK_INT(put(own, "teacher", "pupils/1", NULL, 0, SRV_CLASS_FINE), SRV_STORED);
+    CHECK_INT(dismiss(own, "1"), SRV_STORED);
     CHECK_INT(read_all(own, "teacher", 101, &found), SRV_STORED);
     CHECK_INT(found.count, 101);
     for (int i = 0; i < found.count; i++) {
@@ -259,7 +275,7 @@ STORE_TEST(of_a_room_that_has_ended_nothing_is_left) {
     CHECK_INT(srv_store_class(own, "ABCDE", "teacher", &room), SRV_STORED_NONE);
     CHECK_INT(srv_store_class_mark(own, "ABCDE", &version, &shared), SRV_STORED_NONE);
     /* one whose time is over is nobody's at once, and is swept */
-    CHECK_INT(srv_store_class_new(own, "ABCDE", "teacher", "k", SECOND, &room), SRV_STORED);
+    CHECK_INT(make(own, "ABCDE", "teacher", "k", SECOND, &room), SRV_STORED);
     CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
     ground_run(ground, "UPDATE classes SET ends = 1");
     CHECK_INT(srv_store_class(own, "ABCDE", "teacher", &room), SRV_STORED_NONE);
@@ -267,6 +283,133 @@ STORE_TEST(of_a_room_that_has_ended_nothing_is_left) {
     CHECK_INT(ground_ask(ground, left), 3);
     while (sweep.more) REQUIRE(srv_store_sweep(own, &looked, &sweep) == SRV_STORED);
     CHECK_INT(ground_ask(ground, left), 0);
+    srv_store_close(&own);
+}
+
+/* --- who comes from where, and how they are called --- */
+
+/* joins with a fold and from an address; the body of the pupil's item, "" where none is written */
+static const char *join_as(struct srv_store *store, const char *who, const char *source,
+                           const char *fold, enum srv_class_why why) {
+    static struct found found;
+    struct srv_class room;
+    struct srv_class_put made = item(who, fold, "{\"n\"}", 1);
+    char name[SRV_CLASS_NAME];
+    made.source = source;
+    CHECK_INT(srv_store_class_join(store, &made, &room), why ? SRV_STORED_CLASH : SRV_STORED);
+    CHECK_INT(made.why, why);
+    CHECK_INT(read_all(store, "teacher", 0, &found), SRV_STORED);
+    snprintf(name, sizeof name, "pupils/%lld", (long long)room.pupil);
+    return why ? "" : body_of(&found, name);
+}
+
+static struct srv_store *begin_large(struct ground *ground) {
+    struct srv_class room;
+    struct srv_store *own = begin(ground, &room);
+    srv_store_close(&own);
+    ground->rules.class_pupils = 1000;
+    return ground_open(ground);
+}
+
+STORE_TEST(names_that_look_alike_are_numbered) {
+    (void)store;
+    struct srv_store *own = begin_large(ground);
+    REQUIRE(own != NULL);
+    CHECK_TEXT(join_as(own, "a", "5ee13", "anna", SRV_CLASS_FINE), "{\"n\"}");
+    CHECK_TEXT(join_as(own, "b", "5ee13", "ann", SRV_CLASS_FINE), "{\"n\"}");
+    CHECK_TEXT(join_as(own, "c", "5ee13", "anna", SRV_CLASS_FINE), "{\"n (2)\"}");
+    /* who calls itself by another's number gets one too, and a number that is typed is taken */
+    CHECK_TEXT(join_as(own, "d", "5ee13", "anna(2)", SRV_CLASS_FINE), "{\"n (2)\"}");
+    CHECK_TEXT(join_as(own, "e", "5ee13", "bob(2)", SRV_CLASS_FINE), "{\"n\"}");
+    CHECK_TEXT(join_as(own, "f", "5ee13", "bob", SRV_CLASS_FINE), "{\"n\"}");
+    CHECK_TEXT(join_as(own, "g", "5ee13", "bob", SRV_CLASS_FINE), "{\"n (3)\"}");
+    CHECK_TEXT(join_as(own, "h", "5ee13", "anna", SRV_CLASS_FINE), "{\"n (3)\"}");
+    /* who joins again keeps its name; a number is free when its pupil has gone */
+    CHECK_TEXT(join_as(own, "h", "5ee13", "anna", SRV_CLASS_FINE), "{\"n (3)\"}");
+    CHECK_INT(dismiss(own, "3"), SRV_STORED);
+    CHECK_TEXT(join_as(own, "i", "5ee13", "anna", SRV_CLASS_FINE), "{\"n (2)\"}");
+    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(DISTINCT fold) AS BIGINT) FROM class_pupils"),
+              8);
+    CHECK_INT(
+        ground_ask(ground, "SELECT bytes FROM classes"),
+        ground_ask(ground, "SELECT CAST(SUM(LENGTH(body) + 128) AS BIGINT) FROM class_items"));
+    srv_store_close(&own);
+}
+
+STORE_TEST(an_address_has_a_share_of_a_room_that_its_teacher_raises) {
+    struct srv_class room;
+    char who[8];
+    (void)store;
+    struct srv_store *own = begin_large(ground);
+    REQUIRE(own != NULL);
+    ground_run(ground, "UPDATE classes SET share = 3");
+    for (int i = 0; i < 4; i++) {
+        snprintf(who, sizeof who, "p%d", i);
+        (void)join_as(own, who, "5ee13", who, i < 3 ? SRV_CLASS_FINE : SRV_CLASS_SHARED);
+    }
+    (void)join_as(own, "other", "0a0a0", "other", SRV_CLASS_FINE);
+    struct srv_class_put stage = item("teacher", "stages/class", "{}", 0);
+    stage.share = 4;
+    CHECK_INT(srv_store_class_put(own, &stage, &room), SRV_STORED);
+    stage.share = 0;
+    CHECK_INT(srv_store_class_put(own, &stage, &room), SRV_STORED);
+    CHECK_INT(room.share, 4);
+    CHECK_TEXT(room.near, "5ee13");
+    (void)join_as(own, "p3", "5ee13", "p3", SRV_CLASS_FINE);
+    (void)join_as(own, "p4", "5ee13", "p4", SRV_CLASS_SHARED);
+    /* many go at once, and those who are not there cost nothing */
+    CHECK_INT(dismiss(own, "1-2,5,900-999999999"), SRV_STORED);
+    CHECK_INT(srv_store_class(own, "ABCDE", "teacher", &room), SRV_STORED);
+    CHECK_INT(room.pupils, 2);
+    (void)join_as(own, "p4", "5ee13", "p4", SRV_CLASS_FINE);
+    srv_store_close(&own);
+}
+
+STORE_TEST(rooms_of_a_teacher_and_of_an_address_are_bounded_and_empty_ones_end) {
+    struct srv_class room;
+    const char *full;
+    struct srv_store_sweep sweep = {.more = 1};
+    int64_t pupil, looked = 0;
+    (void)store;
+    struct srv_store *own = begin(ground, &room);
+    REQUIRE(own != NULL);
+    srv_store_close(&own);
+    ground->rules.classes = 1000;
+    REQUIRE((own = ground_open(ground)) != NULL);
+    struct srv_class_new made = {
+        "ABCDEF", "t", NULL, "0a0a0", 2 * (int64_t)HOUR_S * SECOND, (int64_t)HOUR_S * SECOND, 1, 2};
+    CHECK_INT(srv_store_class_new(own, &made, &room, &full), SRV_STORED);
+    CHECK_INT(room.empty_ends - room.created, (int64_t)HOUR_S * SECOND);
+    made.code = "ABCDEG";
+    CHECK_INT(srv_store_class_new(own, &made, &room, &full), SRV_STORED_QUOTA);
+    CHECK_TEXT(full, "you have");
+    made.who = "u";
+    CHECK_INT(srv_store_class_new(own, &made, &room, &full), SRV_STORED);
+    made.code = "ABCDEH";
+    made.who = "v";
+    CHECK_INT(srv_store_class_new(own, &made, &room, &full), SRV_STORED_QUOTA);
+    CHECK_TEXT(full, "your address has");
+    /* one of the two is joined, and outlives its first hour; the other is gone */
+    struct srv_class_put in = item("ada", "ada", "{\"n\"}", 1);
+    in.code = "ABCDEF";
+    CHECK_INT(srv_store_class_join(own, &in, &room), SRV_STORED);
+    CHECK_INT(room.empty_ends, 0);
+    ground_run(ground, "UPDATE classes SET empty_ends = 1 WHERE empty_ends > 0");
+    int64_t version, shared;
+    CHECK_INT(srv_store_class(own, "ABCDEF", "t", &room), SRV_STORED);
+    CHECK_INT(srv_store_class(own, "ABCDEG", "u", &room), SRV_STORED_NONE);
+    CHECK_INT(srv_store_class_mark(own, "ABCDEG", &version, &shared), SRV_STORED_NONE);
+    while (sweep.more) REQUIRE(srv_store_sweep(own, &looked, &sweep) == SRV_STORED);
+    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM classes"), 2);
+    CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
+    /* who is erased has no rooms, and is in none */
+    int count = 1, erased = 0;
+    for (; count; erased += count)
+        CHECK_INT(srv_store_erase_classes(own, "ada", &count), SRV_STORED);
+    CHECK_INT(erased, 2);
+    CHECK_INT(srv_store_erase_classes(own, "t", &count), SRV_STORED);
+    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM class_pupils"), 0);
+    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM classes"), 1);
     srv_store_close(&own);
 }
 
@@ -303,7 +446,9 @@ STORE_TEST(an_altered_row_harms_its_room_alone) {
         "classes.numbered",    "classes.bytes",       "classes.shut",       "class_pupils.code",
         "class_pupils.who",    "class_pupils.number", "class_pupils.bytes", "class_items.code",
         "class_items.name",    "class_items.version", "class_items.reader", "class_items.flag",
-        "class_items.changed", "class_items.body",    "class_items.seal"};
+        "class_items.changed", "class_items.body",    "class_items.seal",   "classes.source",
+        "classes.near",        "classes.empty_ends",  "classes.share",      "class_pupils.source",
+        "class_pupils.fold"};
     static const char *const values[] = {"NULL",   "-1", "0", "2000000", "9223372036854775807",
                                          "'word'", "''"};
     struct srv_class room;
@@ -328,9 +473,7 @@ STORE_TEST(an_altered_row_harms_its_room_alone) {
             snprintf(table, sizeof table, "%.*s", (int)(column - columns[c] - 1), columns[c]);
             struct srv_class_put in = item("t", "", "{}", 1), out = in, write = in;
             in.code = out.code = write.code = "WORDS";
-            CHECK_INT(
-                srv_store_class_new(own, "WORDS", "t", "key", (int64_t)HOUR_S * SECOND, &room),
-                SRV_STORED);
+            CHECK_INT(make(own, "WORDS", "t", "key", (int64_t)HOUR_S * SECOND, &room), SRV_STORED);
             in.who = write.who = "p";
             CHECK_INT(srv_store_class_join(own, &in, &room), SRV_STORED);
             snprintf(text, sizeof text, "UPDATE %s SET %s = %s WHERE code = 'WORDS'", table, column,
@@ -352,7 +495,7 @@ STORE_TEST(an_altered_row_harms_its_room_alone) {
                 CHECK_SAYING(said[i] <= SRV_STORED_DAMAGED || said[i] == SRV_STORED_AGAIN,
                              "%s = %s: call %zu says %d", columns[c], values[v], i, (int)said[i]);
             for (int i = 0; i < found.count; i++) CHECK_TEXT(found.body[i], "{}");
-            out.name = "pupils/1";
+            out.pupils = "1";
             out.body = NULL;
             out.bytes = 0;
             out.own = 0;
