@@ -255,6 +255,10 @@ bench-orbits: build ## periodic orbits beside a shooting with SciPy, in a minute
 	@docker/install.sh test
 	@/usr/bin/python3 -B tests/bench/orbits/bench_orbits.py $(B)
 
+bench-stiff: build ## stiff pendulums by radau and taylor beside SciPy's Radau, in a minute
+	@docker/install.sh test
+	@/usr/bin/python3 -B tests/bench/stiff/bench_stiff.py $(B)
+
 bench-dynamics: $(B)/tests/bench/dynamics/run ## accelerations against MuJoCo and LAPACK where these are installed, in half a minute
 	$< $(T)
 
@@ -493,5 +497,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check quick build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz arm dist deb tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
+.PHONY: help run check quick build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages load bench-dynamics bench-modes bench-stiff bench-trajectories debug install uninstall clean test asan tsan fuzz arm dist deb tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
 .DELETE_ON_ERROR:

@@ -109,6 +109,7 @@ TEST(a_trajectory_tells_its_memory_before_it_takes_it) {
                                       "\"method\":\"rk8pd\"",
                                       "\"method\":\"msadams\"",
                                       "\"method\":\"symplectic\",\"step\":0.01",
+                                      "\"method\":\"radau\"",
                                       "\"method\":\"linear\"",
                                       "\"precision\":\"extended\"",
                                       "\"trust\":true",
@@ -248,6 +249,7 @@ TEST(a_real_pendulum_tells_its_memory_before_it_takes_it) {
     } row[] = {
         {"\"method\":\"taylor\"", 0, CARTS},
         {"\"method\":\"rk8pd\"", 0, CARTS},
+        {"\"method\":\"radau\"", RODS, CARTS},
         {"\"precision\":\"extended\"", 0, CARTS},
         {"\"trust\":true", 0, CARTS},
         {"\"method\":\"symplectic\",\"step\":0.01", RODS, RODS},
