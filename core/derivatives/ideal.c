@@ -9,15 +9,6 @@
 
 enum { LANES = IDEAL_LANES, IDEAL_STATES = 12, IDEAL_ROWS = 18 };
 
-const struct derivatives_kernel *pend_kernel_derivatives(void) {
-#ifdef __x86_64__
-    enum pend_isa isa = pend_isa_best();
-    if (isa == PEND_ISA_AVX512) return &pend_kernel_derivatives_avx512;
-    if (isa == PEND_ISA_AVX2) return &pend_kernel_derivatives_avx2;
-#endif
-    return &pend_kernel_derivatives_base;
-}
-
 const struct ideal_kernel *pend_kernel_ideal(void) {
 #ifdef __x86_64__
     enum pend_isa isa = pend_isa_best();

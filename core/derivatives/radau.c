@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/base/isa.h"
 #include "core/bodies/bodies.h"
 #include "core/derivatives/complex_factor.h"
 
@@ -14,6 +15,15 @@ enum {
     STAGES = RADAU_STAGES,
     ITERATIONS = 17 /* of Newton's method, at most */
 };
+
+const struct derivatives_kernel *pend_kernel_derivatives(void) {
+#ifdef __x86_64__
+    enum pend_isa isa = pend_isa_best();
+    if (isa == PEND_ISA_AVX512) return &pend_kernel_derivatives_avx512;
+    if (isa == PEND_ISA_AVX2) return &pend_kernel_derivatives_avx2;
+#endif
+    return &pend_kernel_derivatives_base;
+}
 
 /* ---- the motion */
 

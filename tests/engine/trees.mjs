@@ -74,6 +74,16 @@ export function request(i, draw) {
   switch (i % 20) {
     case 14:
       return trajectory({ ...tree(1 + (i % 6), shape, draw), method: "symplectic" }, i, 0.2);
+    case 13:
+      return {
+        operation: "trajectories",
+        accept: "application/octet-stream",
+        body: {
+          ...trajectory(real(tree(1 + (i % 6), shape, draw), draw), i, 0.5).body,
+          method: "radau",
+          output: ["phi", "phid", "lambda"],
+        },
+      };
     case 15:
     case 16:
       // places and energies of these take sines of the C library, whose last digits differ
