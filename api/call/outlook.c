@@ -28,11 +28,11 @@ int api_outlook_begins(const struct api_op *op, const void *state, const struct 
 int api_outlook_good(struct api_outlook *outlook, const struct api_op *op, void *state,
                      const struct api_limits *limits, double seconds, struct api_problem *problem) {
     enum { LEAST_STEPS = 500 };
-    static const double forgiven[] = {12, 8, 6, 4, 1.5, 1.2}, first_look = 0.01, next_look = 4;
+    static const double forgiven[] = {12, 8, 6, 5, 3, 1.5, 1.2}, first_look = 0.01, next_look = 4;
     const int looks = sizeof forgiven / sizeof *forgiven;
     assert(op && limits && seconds >= 0);
     double part = -1, work = -1, steps = op->steps ? (double)op->steps(state) : 0;
-    if (!op->progress || (op->steps && steps < LEAST_STEPS)) return 1;
+    if (!op->progress || steps < LEAST_STEPS) return 1;
     if (seconds < outlook->look_at) return 1;
     double times = forgiven[outlook->looks < looks ? outlook->looks : looks - 1];
     outlook->looks++;

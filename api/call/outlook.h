@@ -26,8 +26,9 @@ int api_outlook_begins(const struct api_op *op, const void *state, const struct 
 /**
  * Judges a computation after a turn, from the steps and the time that the part done so far has
  * taken: first after a hundredth of a second, then each time it has taken four times as long. A
- * motion may need more steps in its first part than later, so the first judgements allow more; from
- * 2.6 s on they allow half as much again.
+ * motion may need more steps in its first part than later, so the first judgements allow more,
+ * those from 10 s on half as much again; an operation that does not integrate has no even progress,
+ * and is not judged.
  *
  * state    the operation's, which is not complete.
  * seconds  of all turns so far.
