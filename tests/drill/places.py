@@ -64,8 +64,9 @@ def postgres_programs():
 class Postgres:
     name = "postgres"
 
-    def __init__(self, directory, buffers="16MB"):
-        self.directory, self.programs, self.buffers = str(directory), postgres_programs(), buffers
+    def __init__(self, directory, buffers="16MB", connections=60):
+        self.directory, self.programs = str(directory), postgres_programs()
+        self.settings = ("-c", f"shared_buffers={buffers}", "-c", f"max_connections={connections}")
         # it does not run as root; with root's rights it gets the user that Debian made for it
         owner = pwd.getpwnam("postgres") if not os.geteuid() else None
         self.user = {"user": owner.pw_uid, "group": owner.pw_gid, "extra_groups": []} if owner else {}
@@ -91,8 +92,7 @@ class Postgres:
     def start(self):
         end = time.monotonic() + 300
         while time.monotonic() < end:
-            self.server = self.spawn("postgres", "-D", "data", "-k", self.directory, "-c", "listen_addresses=", "-c", "max_connections=60",
-                                     "-c", f"shared_buffers={self.buffers}")
+            self.server = self.spawn("postgres", "-D", "data", "-k", self.directory, "-c", "listen_addresses=", *self.settings)
             while self.server.poll() is None and time.monotonic() < end:
                 if self.ready():
                     return

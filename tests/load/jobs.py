@@ -17,7 +17,7 @@ import tempfile
 import threading
 import time
 
-from servers import TOP, client, message
+from servers import CORES, TOP, client, message
 
 sys.path.append(str(TOP / "tests/drill"))
 from house import Daemon  # noqa: E402
@@ -35,7 +35,7 @@ ASYNC = {"Prefer": "respond-async"}
 def house(build, kind, roles, *options):
     """A store of that kind and daemons on it; PostgreSQL brings its processes' time with it, and has the memory that it
     is shipped with."""
-    more = {} if kind == "sqlite" else {"buffers": "128MB"}
+    more = {} if kind == "sqlite" else {"buffers": "128MB", "connections": 3 * len(roles) + 10}
     with tempfile.TemporaryDirectory(prefix="pendulumd-load-") as logs, place(kind, **more) as store, contextlib.ExitStack() as stack:
         daemons = []
         for role, workers in roles:
@@ -207,4 +207,44 @@ def cancel(load):
                      f"median {statistics.median(took):.1f}, most {took[-1]:.1f}, of {len(took)}")
 
 
-LINES = {"members": members, "dispatch": dispatch, "start": start, "cancel": cancel}
+WORKERS = (1, 2, 4, 16, 64)
+DRAIN_SECONDS = 5
+
+
+def drained(build, count, directory, seconds=DRAIN_SECONDS, store_is="postgres"):
+    """Small jobs of two clients a second, accepted and computed, while one api and `count` workers share a database."""
+    files = []
+    for name in ("one", "other"):
+        files.append(pathlib.Path(directory, f"{name}.http"))
+        files[-1].write_bytes(message("/v1/forces", LITTLE, f"Authorization: Bearer a-{name}-of-two-clients-that-send\r\nPrefer: respond-async\r\n"))
+    roles = (("api", 1), *((("worker", 1),) * count))
+    with house(build, store_is, roles, "--max-client-jobs", "1000000", "--max-client-queue", "1000") as (store, daemons):
+        pids = [daemon.process.pid for daemon in daemons] + database(store)
+        used, begin = seconds_of(pids), time.monotonic()
+        figures = client(build, daemons[0], [f"{file}=202" for file in files], "--connections", "32", seconds=seconds, core=",".join(map(str, CORES)))
+        took = time.monotonic() - begin
+        done, commits = store.rows("SELECT (SELECT COUNT(*) FROM jobs WHERE state = 2), 0")[0]
+        used = seconds_of([daemon.process.pid for daemon in daemons] + database(store)) - used
+    if figures["wrong"] or figures["broken"]:
+        raise RuntimeError(f"{count} workers: {figures}")
+    return done / took, figures["rate"], 1e6 * used / max(done, 1)
+
+
+def workers(load):
+    """More workers never drain fewer jobs: each number of them in turn, three times, the best counts."""
+    if not postgres_programs():
+        load.skip("small jobs drained, postgres", "postgresql is not installed")
+        return
+    best = {}
+    with tempfile.TemporaryDirectory(prefix="pendulumd-load-") as directory:
+        for _ in range(3):
+            for count in WORKERS:
+                best[count] = max(drained(load.BUILD, count, directory), best.get(count, (0, 0, 0)))
+    fewer = 0
+    for count, (rate, accepted, us) in best.items():
+        load.ratio_row(f"small jobs drained, postgres, {count} workers", rate, max(fewer, rate), 0.9, "jobs/s, of the most with fewer workers",
+                       f"{accepted:.0f} accepted a second meanwhile; {us:.0f} us of processor a job, database and daemons")
+        fewer = max(fewer, rate)
+
+
+LINES = {"members": members, "dispatch": dispatch, "start": start, "cancel": cancel, "workers": workers}

@@ -30,7 +30,7 @@ def copies(store, job, count, waiting):
     columns = COLUMNS.replace("expires", "expires + i") if not waiting else COLUMNS
     store.rows(f"INSERT INTO jobs (id, {COLUMNS}) SELECT {name}, {columns} FROM jobs, {numbers} WHERE id = '{job}'")
     if not waiting:
-        store.rows(f"INSERT INTO shards SELECT {name}, number, state, attempt, kills, worker, lease, start, bytes FROM shards, {numbers} WHERE job = '{job}'")
+        store.rows(f"INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, bytes) SELECT {name}, number, state, attempt, kills, worker, lease, start, bytes FROM shards, {numbers} WHERE job = '{job}'")
         store.rows(f"INSERT INTO results (job, shard, chunk, data) SELECT {name}, shard, chunk, data FROM results, {numbers} WHERE job = '{job}'")
     state = "accepted" if waiting else "successful"
     size = f"{count} * (SELECT bytes + held FROM jobs WHERE id = '{job}')"
