@@ -64,9 +64,10 @@ enum pend_status srv_service_setup_init(struct srv_service *service, struct pend
 }
 
 /* something has happened in the store, maybe by another process */
-static void setup_news(void *context) {
+static void setup_news(void *context, int rings) {
     struct srv_service *service = context;
-    srv_part_runner_news(service->runner);
+    srv_part_runner_news(service->runner, rings);
+    if (!(rings & SRV_RING_ENDS)) return;
     srv_events_news(service->events);
     srv_courier_news(service->courier);
 }
@@ -78,6 +79,8 @@ static enum pend_status setup_storage(struct srv_service *service, struct pend_e
     double shares = config->address_clients, most = 0.75 * config->store_bytes;
     double bytes = shares * config->client_bytes < most ? shares * config->client_bytes : most;
     const struct srv_store_rules rules = {
+        .role = (srv_config_works(config) ? SRV_SQL_WORKS : 0) |
+                (srv_config_answers(config) ? SRV_SQL_ANSWERS : 0),
         .client_jobs = (long)config->client_jobs,
         .client_bytes = (long long)config->client_bytes,
         .all_bytes = (long long)config->store_bytes,

@@ -30,7 +30,7 @@ static void erasure_done(struct srv_store_request *asked, enum srv_stored stored
     }
     if (stored == SRV_STORED) {
         srv_exchange_static(asked->exchange, 204, NULL, NULL, 0);
-        srv_part_runner_news(asked->service->runner);
+        srv_part_runner_news(asked->service->runner, SRV_RING_ALL);
         srv_events_news(asked->service->events);
     } else {
         srv_store_request_refuse(asked, stored);

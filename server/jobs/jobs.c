@@ -200,7 +200,7 @@ static void jobs_submitted(struct srv_store_request *asked, enum srv_stored stor
         srv_store_request_refuse(asked, stored);
     } else {
         int seconds = jobs_waits(exchange);
-        srv_part_runner_news(exchange->service->runner);
+        srv_part_runner_news(exchange->service->runner, SRV_RING_WORK);
         if (!seconds || srv_job_over(&asked->job))
             jobs_accepted(exchange, &asked->job);
         else if (srv_job_events_await(exchange, &asked->job, seconds, jobs_accepted)) {

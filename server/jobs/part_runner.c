@@ -28,12 +28,16 @@ struct srv_part_runner {
     int started, over;
     int wanted;        /* the store should be asked for a part */
     int64_t poll_at;   /* ns: when to ask without being notified */
+    int64_t claim_at;  /* ns: no claim before this instant: other workers may be quicker */
+    uint64_t random;   /* of the waits before claims */
     int doubt, asking; /* doubt: a job may have ended elsewhere; asking: the poll is under way */
     int64_t ended_at;  /* ns: the poll is not repeated before this instant */
     int64_t idle;      /* ns: since when there was nothing to do; 0 = there is, or it is unknown */
     int draining;      /* 1 = no more claims, 2 = giving the parts back, 3 = they are given back */
     struct srv_ask claim; /* the question for at most `asked` parts */
-    int claiming, asked, claimed;
+    int claiming;
+    struct srv_claim claimed;           /* what is asked for; the storage thread's while it is */
+    int64_t aside_at;                   /* ns: when parts that were set aside come before others */
     struct srv_lease lease[SRV_CLAIMS]; /* the leases that the claim returned */
     int count;                          /* slots */
     int most_long;                      /* parts that are not small and may be held at a time */
@@ -46,8 +50,11 @@ enum {
     RUNNER_BEAT_MS = 500,
     RUNNER_ENDED_MS = 20, /* ms between two polls, however many notifications arrive */
     RUNNER_DEAF_MS = 50,  /* ms between two polls if the store cannot notify */
-    RUNNER_CONTENDED_MS = 5,
-    RUNNER_YOUNG_MS = 20, /* a part that is held for less is not polled: it may end soon */
+    RUNNER_ASIDE_MS =
+        10000, /* parts that were set aside wait so long for a worker without others */
+    RUNNER_SPREAD_US = 4000, /* for each other worker: claims wait a random time up to this */
+    RUNNER_SPREAD_MOST = 64, /* of the other workers */
+    RUNNER_YOUNG_MS = 20,    /* a part that is held for less is not polled: it may end soon */
     RUNNER_LONG_MS = 200, /* a part that computes for longer is not small, whatever was estimated */
     RUNNER_SMALL = 128    /* the number of slots for small parts */
 };
@@ -69,7 +76,7 @@ static enum srv_stored runner_release(struct srv_store *store, struct srv_store_
 int srv_part_runner_valid(const struct srv_part_runner *runner) {
     /* The number of claimed parts belongs to the storage thread while the store is asked. */
     return runner->service && runner->count >= 0 && runner->lease_us >= 0 &&
-           runner->asked <= SRV_CLAIMS && runner->draining >= 0 && runner->draining <= 3 &&
+           runner->claimed.most <= SRV_CLAIMS && runner->draining >= 0 && runner->draining <= 3 &&
            runner->poll && runner->poll->count <= runner->count;
 }
 
@@ -96,6 +103,17 @@ static void slot_retry(struct srv_part_slot *slot, enum srv_part_slot_state agai
     pthread_cond_signal(&slot->runner->some);
 }
 
+/* Has the next claim wait a random time, the longer the more workers share the store: of those that
+ * a notification wakes few find that the parts are claimed already. The caller holds the lock. */
+static void runner_spread(struct srv_part_runner *runner, int64_t now) {
+    int64_t others = srv_storage_figures(runner->service->storage).workers - 1;
+    if (others <= 0 || runner->claim_at > now) return;
+    if (others > RUNNER_SPREAD_MOST) others = RUNNER_SPREAD_MOST;
+    runner->random = runner->random * 6364136223846793005u + 1442695040888963407u;
+    uint64_t most = (uint64_t)others * RUNNER_SPREAD_US * 1000;
+    runner->claim_at = now + (int64_t)((runner->random >> 32) * most >> 32);
+}
+
 /* Notes since when no part was available and none is held. The caller holds the lock. */
 static void runner_rest(struct srv_part_runner *runner, enum srv_stored claimed, int64_t now) {
     int holds = claimed != SRV_STORED_NONE;
@@ -105,10 +123,7 @@ static void runner_rest(struct srv_part_runner *runner, enum srv_stored claimed,
 
 static enum srv_stored runner_claim_run(struct srv_store *store, struct srv_store_call *call) {
     struct srv_part_runner *runner = SRV_CONTAINER_OF(call, struct srv_part_runner, claim.call);
-    /* The claims of a batch that runs again were rolled back. */
-    for (int i = 0; i < runner->claimed; i++) srv_lease_clear(&runner->lease[i]);
-    return srv_store_claim(store, runner->name, runner->lease_us, runner->lease, runner->asked,
-                           &runner->claimed);
+    return srv_store_claim(store, &runner->claimed, runner->lease);
 }
 
 /* Gives a slot its part. The caller holds the lock. */
@@ -134,6 +149,14 @@ static void slot_begins(struct srv_part_slot *slot, const struct srv_lease *leas
     }
 }
 
+/* Whether all parts that were claimed are small and the only ones of their jobs. */
+static int runner_small(const struct srv_part_runner *runner, int count) {
+    int small = 1;
+    for (int i = 0; i < count; i++)
+        small &= runner->lease[i].parts == 1 && runner->lease[i].part_us <= SRV_SMALL_US;
+    return small;
+}
+
 /* Takes the response to a claim. */
 static void runner_claimed(struct srv_ask *ask) {
     struct srv_part_runner *runner = SRV_CONTAINER_OF(ask, struct srv_part_runner, claim);
@@ -142,14 +165,21 @@ static void runner_claimed(struct srv_ask *ask) {
     int given = 0;
     pthread_mutex_lock(&runner->lock);
     assert(srv_part_runner_valid(runner));
-    int count = stored == SRV_STORED ? runner->claimed : 0;
+    int count = stored == SRV_STORED ? runner->claimed.count : 0;
+    for (int i = count; i < runner->claimed.count; i++) srv_lease_clear(&runner->lease[i]);
     runner->claiming = 0;
-    runner->claimed = 0; /* The slots own the leases from here on. */
+    runner->claimed.count = 0; /* The slots own the leases from here on. */
+    if (!runner->claimed.skipped)
+        runner->aside_at = 0;
+    else if (!runner->aside_at)
+        runner->aside_at = now + runner_ms(RUNNER_ASIDE_MS);
     runner_rest(runner, stored, now);
-    if (stored == SRV_STORED_AGAIN) runner->poll_at = now + runner_ms(RUNNER_CONTENDED_MS);
-    /* If there was one part there may be more, and its job may have been dismissed since. */
-    runner->wanted |= count > 0;
-    runner->doubt |= count > 0;
+    /* If there was one part there may be more. */
+    runner->wanted |= count > 0 || stored == SRV_STORED_LOST || stored == SRV_STORED_AGAIN;
+    /* Fewer small parts than were asked for: they were all, unless their jobs have more. */
+    if (stored == SRV_STORED_LOST ||
+        (count && count < runner->claimed.most && runner_small(runner, count)))
+        runner_spread(runner, now);
     for (int i = 0; i < runner->count; i++) {
         struct srv_part_slot *slot = &runner->slot[i];
         if (slot->state != SRV_PART_SLOT_CLAIM) continue;
@@ -296,13 +326,21 @@ static int runner_room(const struct srv_part_runner *runner, int64_t now) {
 
 /* Sends one claim at a time. If it finds parts, the next one follows. */
 static void runner_claim(struct srv_part_runner *runner, int64_t now) {
-    if (runner->draining || runner->claiming || (!runner->wanted && now < runner->poll_at)) return;
-    int room = runner_room(runner, now);
-    if (!room) return;
+    if (runner->draining || runner->claiming || now < runner->claim_at ||
+        (!runner->wanted && now < runner->poll_at))
+        return;
+    int room = runner_room(runner, now), holds = 0, alone = 0;
+    for (int i = 0; i < runner->count; i++) {
+        holds |= srv_part_slot_holds(&runner->slot[i]);
+        alone |= srv_part_slot_holds(&runner->slot[i]) && runner->slot[i].lease.alone;
+    }
+    int late = runner->aside_at && now >= runner->aside_at;
+    if (!room || alone || (late && holds)) return;
     runner->wanted = 0;
     runner->poll_at = now + runner_ms(RUNNER_POLL_MS);
     runner->claiming = 1;
-    runner->asked = room;
+    runner->claimed.most = room;
+    runner->claimed.aside = holds ? SRV_CLAIM_BESIDE : late ? SRV_CLAIM_ASIDE : SRV_CLAIM_IDLE;
     for (int i = 0; i < runner->count && room; i++)
         if (runner->slot[i].state == SRV_PART_SLOT_IDLE) {
             runner->slot[i].state = SRV_PART_SLOT_CLAIM;
@@ -319,7 +357,7 @@ static void runner_beat(struct srv_part_slot *slot, int64_t now) {
 /* Asks which of the jobs whose parts are held have ended. */
 static void runner_poll(struct srv_part_runner *runner, int64_t now) {
     if (runner->draining || runner->asking || !runner->doubt || now < runner->ended_at) return;
-    runner->doubt = 0;
+    runner->doubt = runner->claiming; /* a part that is being claimed may be of such a job */
     for (int i = 0; i < runner->count; i++) {
         const struct srv_part_slot *slot = &runner->slot[i];
         int young = now - slot->held_at < runner_ms(RUNNER_YOUNG_MS);
@@ -344,6 +382,8 @@ static void runner_retry(struct srv_part_slot *slot, int64_t now) {
 /* ns: when there is something to do without a notification. */
 static int64_t runner_next(const struct srv_part_runner *runner, int64_t now) {
     int64_t next = now + runner_ms(RUNNER_POLL_MS);
+    if (!runner->draining && runner->wanted && runner->claim_at > now && runner->claim_at < next)
+        next = runner->claim_at;
     if (!runner->draining && runner->poll_at > now && runner->poll_at < next)
         next = runner->poll_at;
     if (!runner->draining && runner->doubt && !runner->asking && runner->ended_at < next)
@@ -384,14 +424,15 @@ static void runner_released(struct srv_ask *ask) {
     pthread_mutex_unlock(&runner->lock);
 }
 
-/* A name that no other process has on any machine. */
-static void runner_name(char name[SRV_NAME_BYTES]) {
+/* A name that no other process has on any machine; returns its random bits. */
+static uint64_t runner_name(char name[SRV_NAME_BYTES]) {
     char host[48] = "";
     uint64_t bits = 0;
     gethostname(host, sizeof host - 1);
     if (getrandom(&bits, sizeof bits, GRND_NONBLOCK) < 0) bits = (uint64_t)srv_clock_now();
     snprintf(name, SRV_NAME_BYTES, "%s:%ld:%016llx", host, (long)getpid(),
              (unsigned long long)bits);
+    return bits;
 }
 
 enum pend_status srv_part_runner_new(struct srv_part_runner **runner, struct srv_service *service,
@@ -412,7 +453,8 @@ enum pend_status srv_part_runner_new(struct srv_part_runner **runner, struct srv
     made->wanted = 1;
     made->lease_us = (int64_t)(1e6 * service->config.job_lease_seconds);
     made->release = (struct srv_ask){.call = {.run = runner_release}, .done = runner_released};
-    runner_name(made->name);
+    made->random = runner_name(made->name);
+    made->claimed = (struct srv_claim){.worker = made->name, .lease_us = made->lease_us};
     pthread_mutex_init(&made->lock, NULL);
     srv_condition_init(&made->some);
     for (int i = 0; i < slots; i++) {
@@ -455,11 +497,13 @@ void srv_part_runner_free(struct srv_part_runner **runner) {
     free(gone);
 }
 
-void srv_part_runner_news(void *context) {
-    struct srv_part_runner *runner = context;
+void srv_part_runner_news(struct srv_part_runner *runner, int rings) {
     pthread_mutex_lock(&runner->lock);
-    runner->wanted = 1;
-    runner->doubt = 1;
+    if (rings & SRV_RING_WORK && !runner->wanted) {
+        runner_spread(runner, srv_clock_now());
+        runner->wanted = 1;
+    }
+    runner->doubt |= (rings & SRV_RING_STOP) != 0;
     pthread_cond_signal(&runner->some);
     pthread_mutex_unlock(&runner->lock);
 }

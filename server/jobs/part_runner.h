@@ -33,8 +33,8 @@ void srv_part_runner_free(struct srv_part_runner **runner);
 int srv_part_runner_valid(const struct srv_part_runner *runner);
 
 /** Says that there may be parts to claim or jobs that have ended, in any process. Any thread; the
- * storage calls it. */
-void srv_part_runner_news(void *runner);
+ * storage calls it. rings: bits of SRV_RING_. */
+void srv_part_runner_news(struct srv_part_runner *runner, int rings);
 
 /** Stops the parts of a job that was dismissed in this process, each at its next turn. Any thread.
  */

@@ -13,13 +13,41 @@ void srv_sql_complain(struct srv_sql *sql, const char *text) {
 static const char *sql_word(const struct srv_sql_driver *driver, const char *token, size_t bytes) {
     const struct {
         const char *token, *word;
-    } words[] = {{"{begin}", driver->begin}, {"{now}", driver->now},     {"{lock}", driver->lock},
-                 {"{skip}", driver->skip},   {"{alone}", driver->alone}, {"{ring}", driver->ring},
-                 {"{bytes}", driver->bytes}, {"{hot}", driver->hot}};
+    } words[] = {{"{begin}", driver->begin},         {"{now}", driver->now},
+                 {"{lock}", driver->lock},           {"{skip}", driver->skip},
+                 {"{alone}", driver->alone},         {"{ring}", driver->ring},
+                 {"{bytes}", driver->bytes},         {"{hot}", driver->hot},
+                 {"{ring work}", driver->ring_work}, {"{ring stop}", driver->ring_stop},
+                 {"{crowd}", driver->crowd}};
     for (size_t i = 0; i < sizeof words / sizeof *words; i++)
         if (strlen(words[i].token) == bytes && !memcmp(words[i].token, token, bytes))
             return words[i].word;
     return NULL;
+}
+
+enum { SQL_LIST_TEXT = 512 };
+
+/* a sum of a client as it is with the changes that are not in its row yet, "{late jobs}", those
+ * changes alone, "{pending jobs}", or their number, "{late}"; NULL where the token is none of these
+ */
+static const char *sql_late(const struct srv_sql_driver *driver, const char *token, size_t bytes,
+                            char text[SQL_LIST_TEXT]) {
+    int late = !strncmp(token, "{late", 5), name = late ? 6 : 9, length = (int)bytes - name - 1;
+    if (!late && strncmp(token, "{pending ", 9) != 0) return NULL;
+    const char *column = token + name;
+    if (!driver->lists)
+        snprintf(text, SQL_LIST_TEXT, "%s%.*s", late && length > 0 ? "clients." : "0",
+                 late && length > 0 ? length : 0, column);
+    else if (length < 0)
+        snprintf(text, SQL_LIST_TEXT, "(SELECT COUNT(*) FROM changes WHERE name = clients.name)");
+    else
+        snprintf(
+            text, SQL_LIST_TEXT,
+            "%s%.*s%sCAST(COALESCE((SELECT SUM(changes.%.*s) FROM changes WHERE changes.name = "
+            "clients.name), 0) AS BIGINT)%s",
+            late ? "(clients." : "", late ? length : 0, column, late ? " + " : "", length, column,
+            late ? ")" : "");
+    return text;
 }
 
 /* where a statement names its rows of values among its tables, and what stands before and after
@@ -28,7 +56,7 @@ static const struct {
     const char *token, *before, *after;
 } sql_lists[] = {{"{from ", "FROM ", ""}, {"{using ", "USING ", ""}, {"{beside ", "", ","}};
 
-enum { SQL_LISTS = sizeof sql_lists / sizeof *sql_lists, SQL_LIST_TEXT = 512 };
+enum { SQL_LISTS = sizeof sql_lists / sizeof *sql_lists };
 
 const char *srv_sql_columns(const char *text) {
     const char *found = NULL;
@@ -76,7 +104,9 @@ static const char *sql_rows(const struct srv_sql_driver *driver, const char *tok
 /* a value of a row, or the rows themselves; NULL where the token is neither */
 static const char *sql_list_word(const struct srv_sql_driver *driver, const char *token,
                                  size_t bytes, char text[SQL_LIST_TEXT]) {
-    if (token[1] < '0' || token[1] > '9') return sql_rows(driver, token, bytes, text);
+    const char *late = sql_late(driver, token, bytes, text);
+    if (late || token[1] < '0' || token[1] > '9')
+        return late ? late : sql_rows(driver, token, bytes, text);
     snprintf(text, SQL_LIST_TEXT, "%s%.*s", driver->lists ? "v.c" : "$", (int)bytes - 2, token + 1);
     return text;
 }

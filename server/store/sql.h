@@ -59,6 +59,22 @@ struct srv_sql {
  * statement with that. */
 typedef enum srv_stored srv_row_fn(void *context, const struct srv_value field[]);
 
+/* What the process of a connection does, of bits; 0 = not known. */
+enum {
+    SRV_SQL_WORKS = 1, /* it computes parts of jobs */
+    SRV_SQL_ANSWERS =
+        2,             /* it answers requests; a process that only works leaves connections free */
+    SRV_SQL_BESIDE = 4 /* the connection is not the first one of its process */
+};
+
+/* Whom a notification is for, of bits. */
+enum {
+    SRV_RING_WORK = 1, /* workers: a part can be claimed */
+    SRV_RING_STOP = 2, /* workers: a job of which they hold parts may have ended */
+    SRV_RING_ENDS = 4, /* processes that answer: a job or a class room has changed */
+    SRV_RING_ALL = 7
+};
+
 /* A kind of database. */
 struct srv_sql_driver {
     const char *scheme; /* what urls begin with: "sqlite:" */
@@ -69,10 +85,12 @@ struct srv_sql_driver {
      * clock; {lock} and {skip}:
      * the rows read are locked, those that another transaction has locked are waited for, or left
      * out; {alone}: one migration at a time; {ring}: wakes the processes that listen, once
-     * committed; {bytes}: the type of byte strings; {hot}: what a table is told whose few rows
-     * change with every transaction
+     * committed, {ring work} and {ring stop}: the workers alone; {crowd}: the number of processes
+     * that compute, and of the connections of all; {bytes}: the type of byte strings; {hot}: what a
+     * table is told whose few rows change with every transaction
      */
-    const char *begin, *now, *lock, *skip, *alone, *ring, *bytes, *hot;
+    const char *begin, *now, *lock, *skip, *alone, *ring, *ring_work, *ring_stop, *crowd, *bytes,
+        *hot;
     /* It runs a statement on many rows of values at once. Such a statement has {1}, {2}, ... for
      * a row's values, and one of {from twb}, {using twb} and {beside twb} where it names the
      * rows among its tables, with a letter for the type of each value: t a text, w a whole
@@ -85,7 +103,8 @@ struct srv_sql_driver {
      *
      * PEND_INVALID, PEND_NO_MEMORY
      */
-    enum pend_status (*open)(struct srv_sql **sql, const char *url, struct pend_error *error);
+    enum pend_status (*open)(struct srv_sql **sql, const char *url, int role,
+                             struct pend_error *error);
     void (*close)(struct srv_sql *sql);
     /**
      * Runs one statement.
@@ -116,7 +135,7 @@ struct srv_sql_driver {
      * may be tried. */
     int (*room)(struct srv_sql *sql, size_t bytes);
     /** As srv_store_listen. */
-    int (*listen)(struct srv_sql *sql, int timeout_ms);
+    int (*listen)(struct srv_sql *sql, int timeout_ms, int wake);
 };
 
 extern const struct srv_sql_driver srv_sql_sqlite, srv_sql_postgres;

@@ -5,6 +5,8 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
 
 #include "server/base/clock.h"
 #include "server/base/condition.h"
@@ -12,6 +14,8 @@
 enum {
     MOST_TOGETHER = 128,
     SWEEP_MS = 1000,
+    RING_MS = 10,     /* between two notifications of a process, */
+    RING_WORKERS = 5, /* and of those of work for each so many workers */
     LISTEN_MS = 500,
     READERS = 1,
     WRITERS = 1,
@@ -36,13 +40,15 @@ struct storage_desk {
 
 struct srv_storage {
     struct srv_log *log;
-    void (*news)(void *context);
+    void (*news)(void *context, int rings);
     void *context;
     pthread_mutex_t lock; /* of the lines, the end and the figures */
     struct storage_line line[SRV_ASK_KINDS];
     struct srv_asker own; /* asks what no client does */
     int over;
     struct srv_store_figures figures;
+    int count; /* desks; 1 in a process that only computes, where one connection does everything */
+    int wake;  /* an eventfd that ends the wait of a single desk */
     atomic_int away;                   /* connections that do not reach the store */
     struct storage_desk desk[THREADS]; /* the writers', the readers', the one that listens */
 };
@@ -59,7 +65,7 @@ static void storage_note(struct storage_desk *desk, enum srv_stored stored) {
                         srv_store_complaint(desk->store));
     if (away || atomic_fetch_sub(&storage->away, 1) != 1) return;
     srv_log_message(storage->log, "the store is back");
-    storage->news(storage->context);
+    storage->news(storage->context, SRV_RING_ALL);
 }
 
 static struct srv_turns_road *storage_road(struct srv_asker *asker, enum srv_ask_kind kind) {
@@ -75,17 +81,32 @@ static struct srv_ask *storage_next(struct srv_storage *storage, enum srv_ask_ki
     return ask;
 }
 
-/* takes the asks of a line, most of them at once; waits until a time if there are none. Returns
- * their number */
-static int storage_take(struct srv_storage *storage, enum srv_ask_kind kind, int most,
-                        int64_t until, struct srv_store_call *call[]) {
-    struct storage_line *line = &storage->line[kind];
+/* waits for an ask or a notification on a single desk's connection, without the lock */
+static void storage_hear(struct storage_desk *desk, int64_t until) {
+    struct srv_storage *storage = desk->storage;
+    int64_t left_ms = (until - srv_clock_now() + 999999) / 1000000;
+    uint64_t rung;
+    pthread_mutex_unlock(&storage->lock);
+    int heard = srv_store_listen(desk->store, left_ms > 0 ? (int)left_ms : 0, storage->wake);
+    if (heard > 0) storage->news(storage->context, heard);
+    if (left_ms > 0) (void)!read(storage->wake, &rung, sizeof rung);
+    pthread_mutex_lock(&storage->lock);
+}
+
+/* takes the asks of a desk's line, most of them at once; waits until a time if there are none.
+ * Returns their number */
+static int storage_take(struct storage_desk *desk, int most, int64_t until,
+                        struct srv_store_call *call[]) {
+    struct srv_storage *storage = desk->storage;
+    struct storage_line *line = &storage->line[desk->kind];
     struct srv_ask *ask;
     int count = 0, early = 1;
     pthread_mutex_lock(&storage->lock);
-    while (srv_list_empty(&line->turns.roads) && !storage->over && early)
+    if (storage->count == 1)
+        storage_hear(desk, srv_list_empty(&line->turns.roads) && !storage->over ? until : 0);
+    while (srv_list_empty(&line->turns.roads) && !storage->over && early && storage->count > 1)
         early = srv_condition_wait(&line->some, &storage->lock, until);
-    while (count < most && (ask = storage_next(storage, kind))) call[count++] = &ask->call;
+    while (count < most && (ask = storage_next(storage, desk->kind))) call[count++] = &ask->call;
     pthread_mutex_unlock(&storage->lock);
     return count;
 }
@@ -114,7 +135,7 @@ static int storage_piece(struct srv_storage *storage, struct srv_store *store,
             storage->log,
             "%d parts of jobs were taken back from workers that fell silent, %d jobs given up",
             sweep.released, sweep.given_up);
-        storage->news(storage->context);
+        storage->news(storage->context, SRV_RING_ALL);
     }
     return sweep.more;
 }
@@ -161,25 +182,45 @@ static void storage_knock(struct storage_desk *desk) {
     storage_note(desk, srv_store_figures(desk->store, &figures));
 }
 
+/* Notifications that a desk sends, each kind at most once in a while. Those of work the more rarely
+ * the more workers there are: each of them looks at a random instant after the last one. */
+struct storage_rings {
+    int64_t work, others; /* ns: not before */
+};
+
+static int64_t storage_ring(struct storage_desk *desk, struct storage_rings *rings) {
+    int wanted = srv_store_rings(desk->store), due = 0;
+    int64_t now = srv_clock_now(), gap = srv_clock_span(RING_MS / 1000.0);
+    int64_t most = desk->storage->figures.workers * gap / RING_WORKERS;
+    if (now >= rings->work) due |= wanted & SRV_RING_WORK;
+    if (now >= rings->others) due |= wanted & ~SRV_RING_WORK;
+    if (due & SRV_RING_WORK) rings->work = now + (most > gap ? most : gap);
+    if (due & ~SRV_RING_WORK) rings->others = now + gap;
+    if (due) srv_store_ring(desk->store, due);
+    wanted &= ~due;
+    return !wanted ? INT64_MAX : wanted & ~SRV_RING_WORK ? rings->others : rings->work;
+}
+
 static void *storage_serve(void *context) {
     struct storage_desk *desk = context;
     struct srv_storage *storage = desk->storage;
     int most = desk->kind == SRV_ASK_WRITE ? srv_store_batch(desk->store) : 1;
-    int64_t second = srv_clock_span(SWEEP_MS / 1000.0);
+    int64_t second = srv_clock_span(SWEEP_MS / 1000.0), rings_at = INT64_MAX;
+    struct storage_rings rings = {0};
     struct storage_round round = {.next = srv_clock_now()};
     struct srv_store_call *call[MOST_TOGETHER];
     if (most > MOST_TOGETHER) most = MOST_TOGETHER;
     assert(most >= 1);
     do {
-        int count =
-            storage_take(storage, desk->kind, most,
-                         desk->kind == SRV_ASK_WRITE ? round.next : srv_clock_now() + second, call);
+        int64_t until = desk->kind == SRV_ASK_WRITE ? round.next : srv_clock_now() + second;
+        int count = storage_take(desk, most, rings_at < until ? rings_at : until, call);
         if (count) srv_store_together(desk->store, call, count);
         for (int i = 0; i < count; i++) {
             storage_note(desk, call[i]->stored);
             struct srv_ask *ask = SRV_CONTAINER_OF(call[i], struct srv_ask, call);
             ask->done(ask);
         }
+        rings_at = storage_ring(desk, &rings);
         if (desk->kind == SRV_ASK_READ && !count && desk->away) storage_knock(desk);
         /* questions go first: they may extend leases that a sweep would end */
         if (desk->kind == SRV_ASK_WRITE && srv_clock_now() >= round.next)
@@ -193,21 +234,26 @@ static void *storage_listen(void *context) {
     struct srv_storage *storage = desk->storage;
     int heard = 0;
     while (heard >= 0 && !storage_over(storage))
-        if ((heard = srv_store_listen(desk->store, LISTEN_MS)) > 0) storage->news(storage->context);
+        if ((heard = srv_store_listen(desk->store, LISTEN_MS, -1)) > 0)
+            storage->news(storage->context, SRV_RING_ALL);
     return NULL;
 }
 
 static enum pend_status storage_start(struct srv_storage *storage, const char *url,
                                       const struct srv_store_rules *rules,
                                       struct pend_error *error) {
-    for (int i = 0; i < THREADS; i++) {
+    struct srv_store_rules own = *rules;
+    storage->count = THREADS;
+    for (int i = 0; i < storage->count; i++) {
         struct storage_desk *desk = &storage->desk[i];
         int listens = i == THREADS - 1;
         desk->storage = storage;
         desk->kind = i < WRITERS ? SRV_ASK_WRITE : SRV_ASK_READ;
-        PEND_TRY(srv_store_open(&desk->store, url, rules, error));
+        own.role = rules->role | (i ? SRV_SQL_BESIDE : 0);
+        PEND_TRY(srv_store_open(&desk->store, url, &own, error));
         if (!i && !srv_store_settled(desk->store)) storage_note(desk, SRV_STORED_AWAY);
-        if (listens && srv_store_listen(desk->store, 0) < 0) continue;
+        if (rules->role == SRV_SQL_WORKS && srv_store_distant(desk->store)) storage->count = 1;
+        if (listens && srv_store_listen(desk->store, 0, -1) < 0) continue;
         desk->runs =
             !pthread_create(&desk->thread, NULL, listens ? storage_listen : storage_serve, desk);
         if (!desk->runs)
@@ -218,18 +264,24 @@ static enum pend_status storage_start(struct srv_storage *storage, const char *u
 
 enum pend_status srv_storage_new(struct srv_storage **storage, const char *url,
                                  const struct srv_store_rules *rules, struct srv_log *log,
-                                 void (*news)(void *context), void *context,
+                                 void (*news)(void *context, int rings), void *context,
                                  struct pend_error *error) {
     struct srv_storage *made = *storage = calloc(1, sizeof *made);
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     made->log = log;
     made->news = news;
     made->context = context;
+    made->wake = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
     pthread_mutex_init(&made->lock, NULL);
     for (int kind = 0; kind < SRV_ASK_KINDS; kind++) srv_condition_init(&made->line[kind].some);
     enum pend_status status = storage_start(made, url, rules, error);
     if (status != PEND_OK) srv_storage_free(storage);
     return status;
+}
+
+static void storage_wake(struct srv_storage *storage) {
+    static const uint64_t one = 1;
+    if (storage->count == 1) (void)!write(storage->wake, &one, sizeof one);
 }
 
 void srv_storage_free(struct srv_storage **storage) {
@@ -239,6 +291,7 @@ void srv_storage_free(struct srv_storage **storage) {
     pthread_mutex_lock(&gone->lock);
     gone->over = 1;
     for (int kind = 0; kind < SRV_ASK_KINDS; kind++) pthread_cond_broadcast(&gone->line[kind].some);
+    storage_wake(gone);
     pthread_mutex_unlock(&gone->lock);
     for (int i = 0; i < THREADS; i++) {
         if (gone->desk[i].runs) pthread_join(gone->desk[i].thread, NULL);
@@ -249,16 +302,19 @@ void srv_storage_free(struct srv_storage **storage) {
         pthread_cond_destroy(&gone->line[kind].some);
     }
     pthread_mutex_destroy(&gone->lock);
+    if (gone->wake >= 0) close(gone->wake);
     free(gone);
 }
 
 void srv_storage_ask(struct srv_storage *storage, enum srv_ask_kind kind, struct srv_ask *ask) {
+    if (storage->count == 1) kind = SRV_ASK_WRITE;
     struct storage_line *line = &storage->line[kind];
     pthread_mutex_lock(&storage->lock);
     assert(!storage->over && ask->done && ask->call.run);
     if (!ask->asker) ask->asker = &storage->own;
     srv_turns_add(&line->turns, storage_road(ask->asker, kind), &ask->asker->at[kind].lane,
                   &ask->link);
+    storage_wake(storage);
     pthread_cond_signal(&line->some);
     pthread_mutex_unlock(&storage->lock);
 }
@@ -303,7 +359,9 @@ enum srv_stored srv_storage_wait(struct srv_storage *storage, enum srv_ask_kind 
 
 int srv_storage_here(const struct srv_storage *storage) { return !atomic_load(&storage->away); }
 
-int srv_storage_hears(const struct srv_storage *storage) { return storage->desk[THREADS - 1].runs; }
+int srv_storage_hears(const struct srv_storage *storage) {
+    return storage->desk[storage->count - 1].runs;
+}
 
 struct srv_store_figures srv_storage_figures(struct srv_storage *storage) {
     pthread_mutex_lock(&storage->lock);

@@ -42,7 +42,7 @@ struct srv_storage;
  *
  * storage  out; NULL on failure.
  * news     called on a thread of the storage whenever there may be something to claim or to stop,
- *          by whomever, and when the store has come back; short.
+ *          by whomever, and when the store has come back, with bits of SRV_RING_; short.
  * log      hears when the store is lost, and when it is back; outlives the storage.
  * error    the sentence for the operator.
  *
@@ -51,7 +51,8 @@ struct srv_storage;
  */
 PEND_MUST_CHECK enum pend_status srv_storage_new(struct srv_storage **storage, const char *url,
                                                  const struct srv_store_rules *rules,
-                                                 struct srv_log *log, void (*news)(void *context),
+                                                 struct srv_log *log,
+                                                 void (*news)(void *context, int rings),
                                                  void *context, struct pend_error *error);
 
 /** Waits until all calls are answered, then ends the threads and closes the store. */

@@ -25,7 +25,7 @@ enum pend_status srv_store_open(struct srv_store **store, const char *url,
         driver->shared
             ? (int)(((unsigned)getpid() ^ (unsigned)((uintptr_t)made >> 8)) % SRV_TALLY_PLACES)
             : 0;
-    status = driver->open(&made->sql, url, error);
+    status = driver->open(&made->sql, url, rules->role, error);
     if (status == PEND_OK) {
         enum srv_stored stored = srv_store_settle(made);
         int waits = stored == SRV_STORED_AWAY && driver->distant;
@@ -52,8 +52,10 @@ const char *srv_store_complaint(const struct srv_store *store) { return store->s
 
 int srv_store_batch(const struct srv_store *store) { return store->sql->driver->batch; }
 
-int srv_store_listen(struct srv_store *store, int timeout_ms) {
-    return store->sql->driver->listen(store->sql, timeout_ms);
+int srv_store_listen(struct srv_store *store, int timeout_ms, int wake) {
+    return store->sql->driver->listen(store->sql, timeout_ms, wake);
 }
+
+int srv_store_distant(const struct srv_store *store) { return store->sql->driver->distant; }
 
 int srv_store_settled(const struct srv_store *store) { return store->settled; }

@@ -33,8 +33,8 @@ enum {
     SRV_RANK_KNEE_US =
         57142857,           /* if that is shorter than this; else for as long as it computes and */
     SRV_RANK_MOST_S = 3600, /* this, s */
-    SRV_MOST_KILLS = 3      /* workers that may vanish with one part, and no part of the job be done
-                               between, before it is given up */
+    SRV_MOST_KILLS = 3      /* workers that may vanish while they compute one part and nothing else,
+                               and no part of the job be done between, before it is given up */
 };
 
 /* The status words of OGC API - Processes; the numbers are what the databases hold. */
@@ -58,10 +58,11 @@ enum srv_notify {
 
 /* Quotas and times of a store; the same in all processes that share it. */
 struct srv_store_rules {
-    long client_jobs;                              /* open jobs of one client */
-    long long client_bytes, all_bytes;             /* kept for jobs, of one client and in all */
-    int64_t keep_us;                               /* from a job's end to its removal */
-    long client_scenes;                            /* scenes of one client */
+    int role;                          /* of the process, SRV_SQL_ bits; 0 = not known */
+    long client_jobs;                  /* open jobs of one client */
+    long long client_bytes, all_bytes; /* kept for jobs, of one client and in all */
+    int64_t keep_us;                   /* from a job's end to its removal */
+    long client_scenes;                /* scenes of one client */
     long long client_scene_bytes, all_scene_bytes; /* of scenes, of one client and in all */
     /* What comes from one address or account, whoever says to be its client, has these bounds; 0
      * = none. */
@@ -121,6 +122,7 @@ struct srv_lease {
     char job[SRV_ID_BYTES], operation[SRV_NAME_BYTES];
     long part, parts;
     long attempt;    /* the fencing token: grows with every claim of this part */
+    int alone;       /* a worker that held it has vanished: it is computed beside nothing else */
     int64_t part_us; /* of computation, as it is estimated */
     void *request;   /* of the job; NULL where it is long; freed by srv_lease_clear */
     size_t request_bytes;
@@ -243,6 +245,24 @@ enum srv_stored srv_store_list(struct srv_store *store, const char *client,
  * SRV_STORED_NONE */
 enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struct srv_job *job);
 
+/* Which parts a worker takes beside those that nobody has held. */
+enum srv_claim_aside {
+    SRV_CLAIM_BESIDE, /* the worker holds parts: none that was set aside */
+    SRV_CLAIM_IDLE,   /* the worker holds none: one that was set aside if nothing else waits */
+    SRV_CLAIM_ASIDE   /* the same, one that was set aside before all others */
+};
+
+/* A claim of parts. */
+struct srv_claim {
+    const char *worker; /* a name that no other process has */
+    int64_t lease_us;   /* how long the parts are held, us */
+    int most;           /* 1 .. SRV_CLAIMS */
+    enum srv_claim_aside aside;
+    int count;   /* out: >= 1 where SRV_STORED is returned. In: of the same claim, when it is
+                    repeated because its outcome is unknown; else 0 */
+    int skipped; /* out: parts that were set aside wait */
+};
+
 /**
  * Takes parts that wait, those that nobody has held before first: one part, or one of each of as
  * many jobs while they are small, of the clients in turn. Of one client's jobs the next is the one
@@ -251,16 +271,16 @@ enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struc
  * does not depend on how much waits. A job whose row is damaged fails; the call then returns
  * SRV_STORED_AGAIN, and the caller should claim again.
  *
- * worker    a name that no other process has.
- * lease_us  how long the parts are held, us.
- * lease     out, room for `most`.
- * most      1 .. SRV_CLAIMS.
- * count     out: >= 1 where SRV_STORED is returned.
+ * Parts whose worker vanished are set aside: each of them is the only part of its claim, for a
+ * worker that holds nothing else, so that the end of a process is counted against no other part.
+ *
+ * lease  out, room for claim->most; of a claim that is repeated as it was left.
  *
  * SRV_STORED_NONE  nothing waits.
+ * SRV_STORED_LOST  other processes are claiming what waits.
  */
-enum srv_stored srv_store_claim(struct srv_store *store, const char *worker, int64_t lease_us,
-                                struct srv_lease lease[], int most, int *count);
+enum srv_stored srv_store_claim(struct srv_store *store, struct srv_claim *claim,
+                                struct srv_lease lease[]);
 
 /**
  * When a job's turn comes among those of its client, which go in the order of these instants.
@@ -273,6 +293,13 @@ enum srv_stored srv_store_claim(struct srv_store *store, const char *worker, int
  * move with the jobs' parts, not with the clock, so that an index holds them in order.
  */
 int64_t srv_store_rank(int64_t created, int64_t left_us);
+
+/** Returns whom to wake because of what was committed: bits of SRV_RING_. */
+int srv_store_rings(const struct srv_store *store);
+
+/** Wakes those of `rings`. PostgreSQL lets one transaction at a time commit that notifies, so that
+ * this is not done in those that change something. */
+void srv_store_ring(struct srv_store *store, int rings);
 
 /** Frees what a lease holds in memory. */
 void srv_lease_clear(struct srv_lease *lease);
@@ -397,6 +424,10 @@ struct srv_store_figures {
     long parts;      /* that could be claimed now */
     long scenes;
     long long scene_bytes;
+    int64_t oldest_us; /* since when the oldest of the jobs waits that are their clients' next */
+    /* On a database that processes share: those that compute, and the connections of all; 0 where
+     * it does not say */
+    long workers, connections;
     const char
         *full; /* why no job can be kept, as a sentence's part; NULL = it can, or nobody knows */
 };
@@ -436,12 +467,17 @@ enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **
                                 size_t *bytes);
 
 /**
- * Waits until another process may have stored, ended or returned something, on a connection of its
- * own. The result is only a hint.
+ * Waits until another process may have stored, ended or returned something. The result is only a
+ * hint.
  *
- * Returns 1 when there may be news, 0 after the time, and -1 if the store cannot notify other
- * processes; callers must poll then.
+ * wake  a file: the wait ends when it can be read; -1 = none.
+ *
+ * Returns bits of SRV_RING_ for the news that there may be, 0 after the time, and -1 if the store
+ * cannot notify other processes; callers must poll then.
  */
-int srv_store_listen(struct srv_store *store, int timeout_ms);
+int srv_store_listen(struct srv_store *store, int timeout_ms, int wake);
+
+/** Returns true for a database that is reached over connections of which it has few. */
+int srv_store_distant(const struct srv_store *store);
 
 #endif

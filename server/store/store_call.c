@@ -2,11 +2,13 @@
 
 #include <assert.h>
 #include <stdlib.h>
+#include <time.h>
 
 #include "server/store/store_rows.h"
 #include "server/store/store_schema.h"
 
-enum { TRIES = 5 };
+/* UNSURE_NS: before a lost connection is tried again */
+enum { TRIES = 5, UNSURE_NS = 200000000 };
 
 static_assert((int)SQL_COUNT <= SRV_SQL_STATEMENTS, "a driver keeps every statement");
 static_assert(SRV_TALLY_CLIENTS >= (int)SQL_EXPIRED_MOST + (int)SQL_PARTS_MOST,
@@ -102,9 +104,34 @@ static enum srv_stored store_mend(struct srv_store *store) {
 
 static enum srv_stored store_commit(struct srv_store *store) {
     enum srv_stored stored = srv_tally_write(&store->tally, store->sql);
-    if (stored == SRV_STORED) stored = srv_store_plain(store, SQL_COMMIT);
+    if (stored == SRV_STORED) {
+        stored = srv_store_plain(store, SQL_COMMIT);
+        store->unsure |= stored == SRV_STORED_AWAY;
+    }
+    if (stored == SRV_STORED) store->ring |= store->tally.ring;
     if (stored != SRV_STORED) srv_store_plain(store, SQL_ROLLBACK);
     return stored == SRV_STORED_DAMAGED ? store_mend(store) : stored;
+}
+
+int srv_store_rings(const struct srv_store *store) {
+    return store->sql->driver->lists ? store->ring : 0;
+}
+
+void srv_store_ring(struct srv_store *store, int rings) {
+    rings &= store->ring;
+    store->ring &= ~rings;
+    if (rings & SRV_RING_WORK) srv_store_plain(store, SQL_RING_WORK);
+    if (rings & SRV_RING_STOP) srv_store_plain(store, SQL_RING_STOP);
+    if (rings & SRV_RING_ENDS) srv_store_plain(store, SQL_RING);
+}
+
+enum srv_stored srv_store_fold(struct srv_store *store, const char *name) {
+    SRV_STORED_TRY(srv_store_begin(store));
+    /* should the database fail before this is on its disk, the changes are still there */
+    enum srv_stored stored = srv_store_post(store, SQL_SOON, NULL, 0);
+    if (stored == SRV_STORED) stored = SRV_POST(store, SQL_CHANGES_FOLD, srv_value_text(name));
+    if (stored == SRV_STORED) stored = SRV_POST(store, SQL_CLIENT_LEAVES, srv_value_text(name));
+    return srv_store_end(store, stored == SRV_STORED, stored);
 }
 
 enum srv_stored srv_store_begin(struct srv_store *store) {
@@ -177,10 +204,15 @@ enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, 
     return stored;
 }
 
-/* runs a call twice on a full disk: the first try may free what it found in the way */
+/* runs a call twice on a full disk: the first try may free what it found in the way; and again when
+ * the answer to its commit was lost */
 static void store_single(struct srv_store *store, struct srv_store_call *call) {
     for (int i = 0; i < TRIES; i++) {
         call->stored = call->run(store, call);
+        if (call->stored == SRV_STORED_AWAY && store->unsure) {
+            nanosleep(&(struct timespec){.tv_nsec = UNSURE_NS}, NULL);
+            continue;
+        }
         if (call->stored != SRV_STORED_AGAIN && (call->stored != SRV_STORED_FULL || i)) break;
     }
 }
@@ -212,6 +244,9 @@ static enum srv_stored store_batch(struct srv_store *store, struct srv_store_cal
 
 void srv_store_together(struct srv_store *store, struct srv_store_call *const calls[], int count) {
     assert(srv_store_valid(store) && !store->together && !store->looking);
-    if (count > 1 && store->settled && store_batch(store, calls, count) == SRV_STORED) return;
-    for (int i = 0; i < count; i++) store_single(store, calls[i]);
+    int done = count > 1 && store->settled && store_batch(store, calls, count) == SRV_STORED;
+    for (int i = 0; i < count && !done; i++) store_single(store, calls[i]);
+    store->unsure = 0;
+    if (store->crowded[0]) srv_store_fold(store, store->crowded);
+    store->crowded[0] = '\0';
 }

@@ -35,7 +35,12 @@ struct srv_store {
     int wrote;    /* the call that runs has changed something */
     int failed;   /* a statement of the transaction has failed, or a call that has written something
                    */
-    int64_t now;  /* us by the store's clock, in this transaction; 0 = not known yet */
+    int unsure;   /* a commit was sent, and its answer was lost: its calls look whether they took
+                     effect before they do anything again */
+    int ring;     /* whom transactions that have ended are to wake, SRV_RING_ */
+    char crowded[SRV_NAME_BYTES]; /* a client of which many changes are not in its row; "" = none */
+    int64_t mended_ns;            /* when sums were last looked at because a claim found nothing */
+    int64_t now; /* us by the store's clock, in this transaction; 0 = not known yet */
     struct srv_tally tally;
     struct srv_store_ahead ahead; /* empty unless a batch runs */
     struct {
@@ -66,6 +71,9 @@ enum srv_stored srv_store_look(struct srv_store *store);
  * of a batch that wrote something which is to go ends the batch: its calls are then run one by one.
  */
 enum srv_stored srv_store_end(struct srv_store *store, int keep, enum srv_stored stored);
+
+/** Puts the changes of a client that are not in its row yet into it; a call of its own. */
+enum srv_stored srv_store_fold(struct srv_store *store, const char *name);
 
 /** Runs a statement; row is called for each row that it answers with, or NULL. */
 enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id,

@@ -7,12 +7,17 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/base/clock.h"
 #include "server/store/store_jobs.h"
 #include "server/store/store_quotas.h"
 #include "server/store/store_rows.h"
 #include "server/store/store_seals.h"
 
-enum { LAST_PARTS = 8, TURN_CLIENTS = 8 };
+/* CROWD: changes of a client after which they are put into its row */
+enum { LAST_PARTS = 8, TURN_CLIENTS = 8, CROWD = 16 };
+
+/* between two comparisons of sums with jobs */
+#define MEND_NS INT64_C(1000000000)
 
 /* a job's rank is an instant and a number of microseconds: this program writes no larger value */
 #define CLAIM_RANK (INT64_C(1) << 62)
@@ -51,8 +56,8 @@ struct row_clients {
     int count, nameless;
     struct {
         char name[SRV_NAME_BYTES];
-        int64_t turn, weight;
-        const char *flaw; /* of its row */
+        int64_t turn, weight, late; /* late: changes that are not in its row yet */
+        const char *flaw;           /* of its row */
     } client[TURN_CLIENTS];
 };
 
@@ -65,6 +70,7 @@ static enum srv_stored row_client(void *context, const struct srv_value field[])
     if (flaw) return SRV_STORED;
     rows->client[rows->count].turn = srv_row_whole(&field[1], 0, SRV_ROW_MOST, "turn", &flaw);
     rows->client[rows->count].weight = srv_row_whole(&field[2], 1, SRV_ROW_MOST, "weight", &flaw);
+    rows->client[rows->count].late = field[3].whole;
     rows->client[rows->count++].flaw = flaw;
     return SRV_STORED;
 }
@@ -90,6 +96,7 @@ static enum srv_stored clients_order(struct srv_store *store, struct row_clients
 struct ready {
     struct srv_job job;
     int again; /* one that was held before is next */
+    int alone; /* and it is to be computed alone */
     int64_t part_us;
     const char *flaw; /* a column that holds what nobody can have written */
     void *request;    /* malloc'ed; NULL when it is long, or memory is short */
@@ -132,6 +139,7 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
      * workers */
     int last = !job->chained && job->begun < job->parts && job->waiting <= LAST_PARTS;
     ready->again = job->waiting > 0 && !last;
+    ready->alone = ready->again && field[16].whole >= job->waiting;
     /* one that is too long for a claim, or is no bytes, is read and judged by itself */
     const struct srv_value *request = &field[15];
     if (request->kind != SRV_SQL_BYTES) return SRV_STORED;
@@ -144,21 +152,26 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
 }
 
 /* None of the clients whose turn it is has a job that can be claimed. The sums of clients that
- * should have such jobs are counted anew, so that they do not block the others. What this
- * transaction has claimed, and rows that another has locked, are counted too. */
+ * should have such jobs are counted anew, so that they do not block the others. One statement
+ * compares a client's sum with its jobs, so that a claim of another process between two statements
+ * is not taken for a damaged sum; and with several processes it is compared once a second. What
+ * this transaction has claimed, and rows that another has locked, are counted too. */
 static enum srv_stored claim_mend(struct srv_store *store, const struct row_clients *clients,
                                   int *mended) {
+    int64_t now_ns = srv_clock_now();
     *mended = clients->nameless;
     if (clients->nameless) SRV_STORED_TRY(srv_store_plain(store, SQL_CLIENTS_NAMELESS));
+    if (store->sql->driver->lists && now_ns < store->mended_ns + MEND_NS) return SRV_STORED;
+    store->mended_ns = now_ns;
     for (int i = 0; i < clients->count; i++) {
         const char *name = clients->client[i].name;
-        struct srv_row_wholes some = {.count = 1};
+        struct srv_row_wholes wrong = {.count = 1};
         struct srv_tally_client *client;
         SRV_STORED_TRY(srv_store_client(store, name, &client));
         if (client->ready) continue;
         SRV_STORED_TRY(
-            SRV_RUN(store, SQL_CLIENT_READY, srv_row_wholes, &some, srv_value_text(name)));
-        if (some.whole[0]) continue;
+            SRV_RUN(store, SQL_CLIENT_WRONG, srv_row_wholes, &wrong, srv_value_text(name)));
+        if (!wrong.whole[0]) continue;
         SRV_STORED_TRY(srv_store_recount_client(store, name));
         *mended = 1;
     }
@@ -205,13 +218,14 @@ static enum srv_stored claim_next(struct srv_store *store, struct ready *ready, 
 }
 
 static enum srv_stored claim_part(struct srv_store *store, const char *client, int64_t weight,
-                                  const char *worker, int64_t lease_us, struct ready *ready,
+                                  const struct srv_claim *claim, struct ready *ready,
                                   struct srv_lease *lease) {
     struct srv_job was = ready->job, is;
     struct srv_tally_client *turn;
     if (ready->flaw) return SRV_STORED_DAMAGED;
     lease->parts = was.parts;
-    SRV_STORED_TRY(claim_next(store, ready, worker, lease_us, lease));
+    SRV_STORED_TRY(claim_next(store, ready, claim->worker, claim->lease_us, lease));
+    lease->alone = ready->alone;
     memcpy(lease->job, was.id, sizeof lease->job);
     memcpy(lease->operation, was.operation, sizeof lease->operation);
     lease->part_us = ready->part_us;
@@ -232,10 +246,11 @@ static enum srv_stored claim_part(struct srv_store *store, const char *client, i
 
 /* The parts of one claim. */
 struct claim {
-    const char *worker;
-    int64_t lease_us, sum_us; /* sum_us: computation of what it has, as it is estimated */
+    struct srv_claim *asked;
+    int64_t sum_us; /* computation of what it has, as it is estimated */
     struct srv_lease *lease;
     int most, count;
+    int aside;                   /* takes a part that was set aside */
     char client[SRV_NAME_BYTES]; /* whose row is damaged, or the row of a job of it; "" = none is */
     int bad;                     /* the job's */
     struct ready damaged;
@@ -243,8 +258,10 @@ struct claim {
 
 /* whether a part of so much computation may be claimed beside what the claim has */
 static int claim_suits(const struct claim *claim, int64_t part_us) {
-    return !claim->count || (claim->lease[0].part_us <= SRV_SMALL_US && part_us <= SRV_SMALL_US &&
-                             claim->sum_us + part_us <= SRV_CLAIM_US);
+    return !claim->count || claim->lease[0].alone
+               ? !claim->count
+               : (claim->lease[0].part_us <= SRV_SMALL_US && part_us <= SRV_SMALL_US &&
+                  claim->sum_us + part_us <= SRV_CLAIM_US);
 }
 
 /* takes parts of a client's jobs, one of each */
@@ -256,11 +273,17 @@ static enum srv_stored claim_client(struct srv_store *store, const char *client,
     for (int i = 0;
          i < rows.rows && stored == SRV_STORED && claim_suits(claim, rows.ready[i].part_us); i++) {
         struct ready *ready = &rows.ready[i];
+        if (ready->alone && !ready->flaw && !claim->aside) {
+            claim->asked->skipped = 1;
+            if (claim->asked->aside || ready->job.chained || ready->job.begun == ready->job.parts)
+                continue;
+            ready->again = ready->alone = 0;
+        }
         /* a damaged job is treated when it is the first */
         if (ready->flaw && claim->count) break;
         claim->sum_us += ready->part_us;
-        stored = claim_part(store, client, weight, claim->worker, claim->lease_us, ready,
-                            &claim->lease[claim->count]);
+        stored =
+            claim_part(store, client, weight, claim->asked, ready, &claim->lease[claim->count]);
         claim->count++;
         if (stored != SRV_STORED_DAMAGED) continue;
         claim->bad = 1;
@@ -284,6 +307,8 @@ static enum srv_stored claim_turns(struct srv_store *store, const struct row_cli
                      : claim_client(store, name, clients->client[i].weight,
                                     share < SRV_CLAIMS ? share : SRV_CLAIMS, claim);
         if (stored == SRV_STORED_DAMAGED) memcpy(claim->client, name, sizeof claim->client);
+        if (claim->count && clients->client[i].late >= CROWD)
+            memcpy(store->crowded, name, sizeof store->crowded);
         if (claim->count && !claim_suits(claim, 0)) break;
     }
     return stored;
@@ -295,19 +320,43 @@ static enum srv_stored claim_found(struct srv_store *store, struct claim *claim,
     struct row_clients clients = {0};
     SRV_STORED_TRY(srv_store_run(store, SQL_CLIENTS, NULL, 0, row_client, &clients));
     SRV_STORED_TRY(clients_order(store, &clients));
+    claim->aside = claim->asked->aside == SRV_CLAIM_ASIDE;
     SRV_STORED_TRY(claim_turns(store, &clients, claim));
+    if (!claim->count && claim->asked->skipped && claim->asked->aside) {
+        claim->aside = 1;
+        SRV_STORED_TRY(claim_turns(store, &clients, claim));
+    }
     if (claim->count) return SRV_STORED;
     SRV_STORED_TRY(claim_mend(store, &clients, mended));
     /* parts that are ready but locked by another process will be free in a moment */
-    return *mended || clients.count ? SRV_STORED_AGAIN : SRV_STORED_NONE;
+    return *mended ? SRV_STORED_AGAIN : clients.count ? SRV_STORED_LOST : SRV_STORED_NONE;
 }
 
-enum srv_stored srv_store_claim(struct srv_store *store, const char *worker, int64_t lease_us,
-                                struct srv_lease lease[], int most, int *count) {
-    struct claim claim = {.worker = worker, .lease_us = lease_us, .lease = lease, .most = most};
-    int mended = 0;
-    assert(most >= 1 && most <= SRV_CLAIMS && lease_us > 0);
-    *count = 0;
+/* whether a claim whose commit nobody has heard of has taken effect: then its first part is held */
+static enum srv_stored claim_known(struct srv_store *store, struct srv_claim *claim,
+                                   struct srv_lease lease[]) {
+    struct srv_row_wholes row = {.count = 1};
+    if (claim->count && store->unsure) {
+        SRV_STORED_TRY(srv_store_begin(store));
+        enum srv_stored stored =
+            SRV_RUN(store, SQL_PART_OURS, srv_row_wholes, &row, srv_value_text(lease[0].job),
+                    srv_value_whole(lease[0].part), srv_value_whole(lease[0].attempt),
+                    srv_value_text(claim->worker));
+        SRV_STORED_TRY(srv_store_end(store, 0, stored));
+        if (row.rows) return SRV_STORED;
+    }
+    for (int i = 0; i < claim->count; i++) srv_lease_clear(&lease[i]);
+    claim->count = claim->skipped = 0;
+    return SRV_STORED;
+}
+
+enum srv_stored srv_store_claim(struct srv_store *store, struct srv_claim *asked,
+                                struct srv_lease lease[]) {
+    int mended = 0, most = asked->most;
+    struct claim claim = {.asked = asked, .lease = lease, .most = most};
+    assert(most >= 1 && most <= SRV_CLAIMS && asked->lease_us > 0);
+    SRV_STORED_TRY(claim_known(store, asked, lease));
+    if (asked->count) return SRV_STORED;
     for (int i = 0; i < most; i++) lease[i] = (struct srv_lease){0};
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = claim_found(store, &claim, &mended);
@@ -319,7 +368,9 @@ enum srv_stored srv_store_claim(struct srv_store *store, const char *worker, int
                                stored == SRV_STORED ? SRV_STORED_AGAIN : stored);
     }
     assert(claim.count <= most && (stored != SRV_STORED || claim.count >= 1));
-    for (int i = 0; i < most && stored != SRV_STORED; i++) srv_lease_clear(&lease[i]);
-    if (stored == SRV_STORED) *count = claim.count;
+    /* a claim whose outcome is unknown is asked for again, or given up when its leases run out */
+    int kept = stored == SRV_STORED || (stored == SRV_STORED_AWAY && store->unsure);
+    for (int i = 0; i < most && !kept; i++) srv_lease_clear(&lease[i]);
+    if (kept) asked->count = claim.count;
     return stored;
 }

@@ -9,7 +9,7 @@ enum srv_stored srv_store_class_erase(struct srv_store *store, const char *code)
     assert(*code);
     SRV_STORED_TRY(SRV_POST(store, SQL_CLASS_ITEMS_REMOVE, srv_value_text(code)));
     SRV_STORED_TRY(SRV_POST(store, SQL_CLASS_PUPILS_REMOVE, srv_value_text(code)));
-    store->tally.ring = 1;
+    store->tally.ring |= SRV_RING_ENDS;
     return SRV_POST(store, SQL_CLASS_REMOVE, srv_value_text(code));
 }
 

@@ -70,7 +70,7 @@ static enum srv_stored class_lock(struct srv_store *store, const struct srv_clas
 
 static enum srv_stored class_change(struct srv_store *store, const struct srv_class *room) {
     assert(room->shared <= room->version && room->pupils <= room->numbered && room->bytes >= 0);
-    store->tally.ring = 1;
+    store->tally.ring |= SRV_RING_ENDS;
     return SRV_POST(store, SQL_CLASS_CHANGE, srv_value_text(room->code),
                     srv_value_whole(room->version), srv_value_whole(room->shared),
                     srv_value_whole(room->pupils), srv_value_whole(room->numbered),

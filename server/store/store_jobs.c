@@ -9,7 +9,9 @@
 #include "server/store/store_rows.h"
 #include "server/store/store_seals.h"
 
-enum { LIST_ROWS = 100 }; /* that one statement of a list asks for */
+/* LIST_ROWS: that one statement of a list asks for; RING_PARTS: more parts that wait than all
+ * workers claim within a transaction */
+enum { LIST_ROWS = 100, RING_PARTS = 512 };
 
 enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, const char *name,
                                struct srv_job *job) {
@@ -47,7 +49,7 @@ enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job) 
     /* its parts and results are removed later, piece by piece */
     SRV_STORED_TRY(SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, srv_value_text(job->id),
                            srv_value_text(job->client), srv_value_whole(0)));
-    store->tally.ring = 1;
+    store->tally.ring |= SRV_RING_STOP | SRV_RING_ENDS;
     /* the sums cannot be reduced by what a damaged row says */
     return srv_store_recount(store, job->client);
 }
@@ -103,7 +105,9 @@ static enum srv_stored submit_count(struct srv_store *store, const struct srv_jo
     SRV_STORED_TRY(srv_store_client(store, job->client, &client));
     client->jobs++;
     client->ready++;
-    store->tally.ring = 1;
+    /* where many parts wait, every worker that is free claims already */
+    if (store->tally.were.parts + store->tally.change.parts < RING_PARTS)
+        store->tally.ring |= SRV_RING_WORK;
     store->tally.change.jobs[SRV_JOB_ACCEPTED]++;
     store->tally.change.parts += srv_job_claimable(job);
     return srv_store_count_bytes(store, job->client, job->held);
@@ -179,6 +183,9 @@ enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_o
     /* of two processes that keep the same key at one instant the second is told so by the index,
      * and tries again */
     enum srv_stored stored = order->key ? submit_known(store, order, job) : SRV_STORED_NONE;
+    /* the same call may have been committed, and the answer was lost */
+    if (stored == SRV_STORED_NONE && store->unsure)
+        stored = srv_store_find(store, SQL_JOB, order->id, job);
     int known = stored != SRV_STORED_NONE;
     if (!known) stored = submit_new(store, order, job);
     return srv_store_end(store, stored == SRV_STORED && !known, stored);
@@ -317,7 +324,7 @@ enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job,
                             srv_value_text(text), srv_value_whole(job->finished),
                             srv_value_whole(job->expires), srv_value_whole(job->held),
                             srv_value_bytes("", 0)));
-    store->tally.ring = 1;
+    store->tally.ring |= SRV_RING_STOP | SRV_RING_ENDS;
     return srv_job_open(&was) ? srv_store_hook_due(store, job) : SRV_STORED;
 }
 

@@ -125,7 +125,7 @@ static enum srv_stored finish_step(struct srv_store *store, struct srv_job *job,
         SRV_STORED_TRY(SRV_POST(store, SQL_JOB_STEP, srv_value_text(job->id),
                                 srv_value_whole((int64_t)bytes),
                                 srv_value_bytes(carry, carry_bytes)));
-        store->tally.ring |= carry != NULL;
+        store->tally.ring |= carry ? SRV_RING_WORK : 0;
         return srv_store_count_job(store, &was, job);
     }
     SRV_STORED_TRY(srv_store_now(store, &now));
@@ -134,7 +134,7 @@ static enum srv_stored finish_step(struct srv_store *store, struct srv_job *job,
                             srv_value_whole(now + store->rules.keep_us)));
     SRV_STORED_TRY(srv_store_hook_due(store, job));
     job->state = SRV_JOB_SUCCESSFUL;
-    store->tally.ring = 1;
+    store->tally.ring |= SRV_RING_ENDS;
     return srv_store_count_job(store, &was, job);
 }
 
@@ -219,8 +219,8 @@ static enum srv_stored part_back(struct srv_store *store, const char *id, int64_
     if (row.whole[0] < SRV_MOST_KILLS) return SRV_POST(store, SQL_JOB_WAIT, srv_value_text(id));
     sweep->given_up++;
     snprintf(message, sizeof message,
-             "given up: %d workers ended or fell silent over part %lld of %ld, and nothing was "
-             "done between",
+             "given up: %d workers ended or fell silent over part %lld of %ld, computing nothing "
+             "else, and nothing was done between",
              SRV_MOST_KILLS, (long long)number + 1, job.parts);
     return srv_store_job_end(store, &job, SRV_JOB_FAILED, message);
 }
@@ -236,7 +236,7 @@ enum srv_stored srv_store_back(struct srv_store *store, const char *worker, int6
     SRV_STORED_TRY(stored);
     for (int i = 0; i < rows.count; i++)
         SRV_STORED_TRY(part_back(store, rows.part[i].job, rows.part[i].number, !worker, sweep));
-    store->tally.ring |= sweep->released > 0;
+    if (sweep->released) store->tally.ring |= SRV_RING_WORK;
     return SRV_STORED;
 }
 

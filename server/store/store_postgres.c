@@ -21,14 +21,20 @@ enum { FIRST_WAIT_MS = 100, MOST_WAIT_MS = 5000 };
  * listener without news checks the connection after LISTEN_MS */
 enum { ANSWER_MS = 10000, LISTEN_MS = 5000, PATIENT_MS = 24 * 3600 * 1000 };
 #define CONNECT_S "5"
+/* connections that a process which only works leaves to those that answer: two of them can start */
+enum { CONNECTIONS_LEFT = 8 };
 
 struct postgres_sql {
     struct srv_sql sql; /* first */
     PGconn *connection;
-    int64_t retry_ms;  /* when a lost connection may be tried again */
-    int wait_ms;       /* from one try to the next */
-    int silent;        /* it gave no answer in time */
-    int patient;       /* the tables are brought to a new version: that takes as long as it takes */
+    int64_t retry_ms; /* when a lost connection may be tried again */
+    int wait_ms;      /* from one try to the next */
+    int silent;       /* it gave no answer in time */
+    int patient;      /* the tables are brought to a new version: that takes as long as it takes */
+    char *url;
+    int role;    /* of its process, SRV_SQL_ */
+    int crowded; /* it would have been one of the last connections */
+    int pooled;  /* transactions of this connection are run by one server process and another */
     int64_t listen_ms; /* when to say LISTEN, again */
     char kept[SRV_SQL_STATEMENTS];
     int round;  /* of preparations, in the names of prepared statements */
@@ -45,6 +51,7 @@ static int64_t postgres_clock_ms(void) { return srv_clock_now() / 1000000; }
 static void postgres_close(struct srv_sql *sql) {
     struct postgres_sql *own = SRV_CONTAINER_OF(sql, struct postgres_sql, sql);
     PQfinish(own->connection);
+    free(own->url);
     for (int i = 0; i < SRV_SQL_STATEMENTS; i++) {
         if (own->list[i]) srv_sql_list_free(own->list[i]);
         free(own->list[i]);
@@ -138,6 +145,71 @@ static PGresult *postgres_sync(struct postgres_sql *own, int said) {
     "SET enable_sort = off; SET enable_hashjoin = off; SET enable_mergejoin = off; SET jit = off;" \
     "SET max_parallel_workers_per_gather = 0"
 
+/* a connection that broke silently is noticed in about ten seconds, unless the url says
+ * otherwise */
+static PGconn *postgres_connect(const char *url, int role) {
+    static const char *const word[] = {"connect_timeout",
+                                       "keepalives_idle",
+                                       "keepalives_interval",
+                                       "keepalives_count",
+                                       "tcp_user_timeout",
+                                       "application_name",
+                                       "dbname",
+                                       NULL};
+    const char *const value[] = {CONNECT_S,
+                                 "5",
+                                 "2",
+                                 "3",
+                                 "10000",
+                                 role == SRV_SQL_WORKS || role == (SRV_SQL_WORKS | SRV_SQL_ANSWERS)
+                                     ? "pendulumd worker"
+                                     : "pendulumd",
+                                 url,
+                                 NULL};
+    return PQconnectdbParams(word, value, 1);
+}
+
+#define POSTGRES_POOLED                                                                            \
+    "the database is behind a pooler that gives each transaction another connection (as "          \
+    "PgBouncer "                                                                                   \
+    "with pool_mode = transaction): name the database itself, or a pool of sessions"
+
+#define POSTGRES_SERVER                                                                            \
+    "SELECT pg_backend_pid(), current_setting('max_connections')::int - "                          \
+    "current_setting('superuser_reserved_connections')::int - (SELECT COUNT(*) FROM "              \
+    "pg_stat_activity WHERE backend_type = 'client backend')"
+
+/* what POSTGRES_SERVER says: the server process that runs the transactions of a connection, 0 when
+ * it does not; and the connections that are left */
+static long postgres_server(PGresult *result, long *left) {
+    int good = PQresultStatus(result) == PGRES_TUPLES_OK;
+    long server = good ? strtol(PQgetvalue(result, 0, 0), NULL, 10) : 0;
+    *left = good ? strtol(PQgetvalue(result, 0, 1), NULL, 10) : 0;
+    PQclear(result);
+    return server;
+}
+
+/* false for a pooler of transactions, where statements are prepared on one connection and run on
+ * another: a pooler does not know the server process that it will use, and a second connection gets
+ * the one that the first has just used. And false for a worker that would take one of the last
+ * connections. */
+static int postgres_suits(struct postgres_sql *own) {
+    long left, more;
+    long server =
+        postgres_server(postgres_answer(own, PQsendQuery(own->connection, POSTGRES_SERVER)), &left);
+    if (server && server != PQbackendPID(own->connection)) {
+        PGconn *other = postgres_connect(own->url, own->role);
+        own->pooled = postgres_server(PQexec(other, POSTGRES_SERVER), &more) == server;
+        PQfinish(other);
+    }
+    if (own->pooled) srv_sql_complain(&own->sql, POSTGRES_POOLED);
+    own->crowded = own->role == SRV_SQL_WORKS && left < CONNECTIONS_LEFT;
+    if (server && !own->pooled && !own->crowded) return 1;
+    PQfinish(own->connection);
+    own->connection = NULL;
+    return 0;
+}
+
 /* the settings of a connection: a process that was stopped in the middle of a transaction must
  * not hold its rows, and nobody waits for them without end */
 static int postgres_settle(struct postgres_sql *own) {
@@ -151,30 +223,20 @@ static int postgres_settle(struct postgres_sql *own) {
                          "SET default_transaction_isolation = 'read committed';" POSTGRES_PLANS));
     int good = PQresultStatus(result) == PGRES_COMMAND_OK;
     PQclear(result);
-    return good && PQenterPipelineMode(own->connection);
-}
-
-/* a connection that broke silently is noticed in about ten seconds, unless the url says
- * otherwise */
-static PGconn *postgres_connect(const char *url) {
-    static const char *const word[] = {"connect_timeout",
-                                       "keepalives_idle",
-                                       "keepalives_interval",
-                                       "keepalives_count",
-                                       "tcp_user_timeout",
-                                       "application_name",
-                                       "dbname",
-                                       NULL};
-    const char *const value[] = {CONNECT_S, "5", "2", "3", "10000", "pendulumd", url, NULL};
-    return PQconnectdbParams(word, value, 1);
+    return good && postgres_suits(own) && PQenterPipelineMode(own->connection);
 }
 
 /* notes what the database said last, or that it said nothing */
 static void postgres_complain(struct postgres_sql *own, const PGresult *result) {
     static_assert(ANSWER_MS == 10000, "the limit is in a text");
-    srv_sql_complain(&own->sql, own->silent ? "the database gave no answer in 10 s"
-                                : result    ? PQresultErrorMessage(result)
-                                            : PQerrorMessage(own->connection));
+    static_assert(CONNECTIONS_LEFT == 8, "the number is in a text");
+    srv_sql_complain(&own->sql, own->pooled ? POSTGRES_POOLED
+                                : own->crowded
+                                    ? "the database has 8 connections left, which workers "
+                                      "leave to processes that answer: max_connections"
+                                : own->silent ? "the database gave no answer in 10 s"
+                                : result      ? PQresultErrorMessage(result)
+                                              : PQerrorMessage(own->connection));
 }
 
 /* notes why there is no connection, and when to try again */
@@ -186,13 +248,16 @@ static void postgres_lost(struct postgres_sql *own) {
     own->retry_ms = postgres_clock_ms() + own->wait_ms;
 }
 
-static enum pend_status postgres_open(struct srv_sql **sql, const char *url,
+static enum pend_status postgres_open(struct srv_sql **sql, const char *url, int role,
                                       struct pend_error *error) {
     struct postgres_sql *own = calloc(1, sizeof *own);
     enum pend_status status = PEND_OK;
     *sql = NULL;
     if (!own) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     own->sql.driver = &srv_sql_postgres;
+    own->role = role;
+    if (!(own->url = strdup(url)))
+        status = pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     char *said = NULL;
     PQconninfoOption *options = PQconninfoParse(url, &said);
     if (!options) {
@@ -208,10 +273,11 @@ static enum pend_status postgres_open(struct srv_sql **sql, const char *url,
     }
     PQconninfoFree(options);
     PQfreemem(said);
-    if (status == PEND_OK) own->connection = postgres_connect(url);
+    if (status == PEND_OK) own->connection = postgres_connect(url, role);
     /* a database that is away now may come: then the connection is like one that was lost */
     if (own->connection && (PQstatus(own->connection) != CONNECTION_OK || !postgres_settle(own)))
         postgres_lost(own);
+    if (own->pooled) status = pend_fail(error, PEND_INVALID, -1, 0, "%s", POSTGRES_POOLED);
     if (status == PEND_OK)
         *sql = &own->sql;
     else
@@ -222,9 +288,12 @@ static enum pend_status postgres_open(struct srv_sql **sql, const char *url,
 /* makes a lost connection anew; tries come further and further apart */
 static int postgres_again(struct postgres_sql *own) {
     int64_t now = postgres_clock_ms();
-    if (now < own->retry_ms) return 0;
-    own->silent = 0;
-    PQreset(own->connection);
+    if (now < own->retry_ms || own->pooled) return 0;
+    own->silent = own->crowded = 0;
+    if (own->connection)
+        PQreset(own->connection);
+    else
+        own->connection = postgres_connect(own->url, own->role);
     memset(own->kept, 0, sizeof own->kept);
     own->unsure = 0;
     own->posted_bytes = 0;
@@ -252,11 +321,15 @@ static enum srv_stored postgres_result(struct postgres_sql *own, const PGresult 
                 {"53", SRV_STORED_AWAY},
                 {"25P03", SRV_STORED_AGAIN},
                 {"25006", SRV_STORED_AWAY},
+                /* a statement that was prepared is not there, or one that was not is */
+                {"26000", SRV_STORED_AWAY},
+                {"42P05", SRV_STORED_AWAY},
                 /* a row holds a number that cannot be counted on, or a text that is none */
                 {"22", SRV_STORED_DAMAGED}};
     ExecStatusType status = PQresultStatus(result);
     if (status == PGRES_COMMAND_OK || status == PGRES_TUPLES_OK) return SRV_STORED;
     const char *state = result ? PQresultErrorField(result, PG_DIAG_SQLSTATE) : NULL;
+    own->pooled |= state && (!strcmp(state, "26000") || !strcmp(state, "42P05"));
     postgres_complain(own, result);
     for (size_t i = 0; state && i < sizeof rows / sizeof *rows; i++)
         if (!strncmp(state, rows[i].state, strlen(rows[i].state))) return rows[i].stored;
@@ -383,7 +456,7 @@ static int postgres_send(struct postgres_sql *own, int id, const char *text,
     struct postgres_values values;
     if (!strcmp(text, "{begin}") || !strcmp(text, "ROLLBACK")) postgres_drop_lists(own);
     for (int i = 0; i < count; i++) own->posted_bytes += value[i].bytes + sizeof value[i].whole;
-    if (srv_sql_columns(text)) {
+    if (id >= 0 && srv_sql_columns(text)) {
         if (!postgres_gather(own, id, text, value, count)) return 0;
         return later || postgres_put_lists(own, id);
     }
@@ -393,7 +466,7 @@ static int postgres_send(struct postgres_sql *own, int id, const char *text,
 
 /* true when there is a connection; one that was lost is made anew where a transaction begins */
 static int postgres_here(struct postgres_sql *own, const char *text) {
-    if (PQstatus(own->connection) == CONNECTION_OK) return 1;
+    if (PQstatus(own->connection) == CONNECTION_OK && !own->pooled) return 1;
     return (!strcmp(text, "{begin}") || !strcmp(text, "{look}")) && postgres_again(own);
 }
 
@@ -430,32 +503,45 @@ static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *tex
     return stored;
 }
 
-/* takes what has arrived; the number of notifications among it, -1 when the connection is lost */
+/* takes what has arrived; bits of SRV_RING_ for the notifications among it, all of them when the
+ * connection is lost */
 static int postgres_heard(struct postgres_sql *own) {
     PGnotify *note;
     int heard = 0;
-    if (!PQconsumeInput(own->connection)) return -1;
+    if (!PQconsumeInput(own->connection)) return SRV_RING_ALL;
     while ((note = PQnotifies(own->connection))) {
+        heard |= !strcmp(note->relname, "pendulumd_work")   ? SRV_RING_WORK
+                 : !strcmp(note->relname, "pendulumd_stop") ? SRV_RING_STOP
+                                                            : SRV_RING_ALL;
         PQfreemem(note);
-        heard++;
     }
     return heard;
 }
 
-static int postgres_listen(struct srv_sql *sql, int timeout_ms) {
+/* says what it listens to; returns 0 when the connection is lost */
+static int postgres_says(struct postgres_sql *own) {
+    int good = 1;
+    if (own->role != SRV_SQL_WORKS) good = postgres_send(own, -1, "LISTEN pendulumd", NULL, 0, 0);
+    if (good && (own->role & ~SRV_SQL_BESIDE) != SRV_SQL_ANSWERS)
+        good = postgres_send(own, -1, "LISTEN pendulumd_work", NULL, 0, 0) &&
+               postgres_send(own, -1, "LISTEN pendulumd_stop", NULL, 0, 0);
+    PGresult *result = postgres_sync(own, good);
+    good = PQresultStatus(result) == PGRES_COMMAND_OK;
+    own->listen_ms = good ? postgres_clock_ms() + LISTEN_MS : 0;
+    PQclear(result);
+    return good;
+}
+
+static int postgres_listen(struct srv_sql *sql, int timeout_ms, int wake) {
     struct postgres_sql *own = SRV_CONTAINER_OF(sql, struct postgres_sql, sql);
-    int lost = PQstatus(own->connection) != CONNECTION_OK && !postgres_again(own);
-    if (!lost && postgres_clock_ms() >= own->listen_ms) {
-        PGresult *result =
-            postgres_sync(own, postgres_send(own, -1, "LISTEN pendulumd", NULL, 0, 0));
-        lost = PQresultStatus(result) != PGRES_COMMAND_OK;
-        own->listen_ms = lost ? 0 : postgres_clock_ms() + LISTEN_MS;
-        PQclear(result);
-    }
-    struct pollfd waiting = {lost ? -1 : PQsocket(own->connection), POLLIN, 0};
+    int lost = !postgres_here(own, "{look}");
+    if (!lost && postgres_clock_ms() >= own->listen_ms) lost = !postgres_says(own);
+    struct pollfd waiting[] = {{lost ? -1 : PQsocket(own->connection), POLLIN, 0},
+                               {wake, POLLIN, 0}};
     int heard = lost ? 0 : postgres_heard(own);
-    if (!heard && poll(&waiting, 1, timeout_ms) > 0) heard = postgres_heard(own);
-    return heard != 0;
+    if (!heard && poll(waiting, 2, timeout_ms) > 0 && waiting[0].revents)
+        heard = postgres_heard(own);
+    return heard;
 }
 
 const struct srv_sql_driver srv_sql_postgres = {
@@ -472,7 +558,12 @@ const struct srv_sql_driver srv_sql_postgres = {
     .alone =
         "SELECT set_config('statement_timeout', '0', true), set_config('lock_timeout', '0', true), "
         "pg_advisory_xact_lock(7016996765293437281)",
-    .ring = "NOTIFY pendulumd",
+    .ring = "pg_notify('pendulumd', '')",
+    .ring_work = "pg_notify('pendulumd_work', '')",
+    .ring_stop = "pg_notify('pendulumd_stop', '')",
+    .crowd = "(SELECT COUNT(*) FROM pg_stat_activity WHERE datname = current_database() AND "
+             "application_name = 'pendulumd worker'), (SELECT COUNT(*) FROM pg_stat_activity WHERE "
+             "datname = current_database() AND application_name LIKE 'pendulumd%')",
     .bytes = "BYTEA",
     .hot = "WITH (fillfactor = 20)",
     .lists = 1,

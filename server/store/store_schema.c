@@ -160,7 +160,13 @@ static const char *const schema[] = {
     "ALTER TABLE classes ADD COLUMN empty_ends BIGINT NOT NULL DEFAULT 0",
     "ALTER TABLE classes ADD COLUMN share BIGINT NOT NULL DEFAULT 0",
     "ALTER TABLE class_pupils ADD COLUMN source TEXT NOT NULL DEFAULT ''",
-    "ALTER TABLE class_pupils ADD COLUMN fold TEXT NOT NULL DEFAULT ''", NULL};
+    "ALTER TABLE class_pupils ADD COLUMN fold TEXT NOT NULL DEFAULT ''", NULL,
+    /* 11: changes of clients' sums that are not in their rows yet; whether a part is computed alone
+     * in a process, because one that held it with others has ended */
+    "CREATE TABLE changes (name TEXT NOT NULL, turn BIGINT NOT NULL, jobs BIGINT NOT NULL, ready "
+    "BIGINT NOT NULL, bytes BIGINT NOT NULL)",
+    "CREATE INDEX changes_name ON changes (name)",
+    "ALTER TABLE shards ADD COLUMN aside BIGINT NOT NULL DEFAULT 0", NULL};
 
 /* the tables' version; -1 where none is written */
 static enum srv_stored schema_read(struct srv_sql *sql, int64_t *version) {

@@ -10,7 +10,7 @@
 
 #include "server/store/sql.h"
 
-enum { SRV_SCHEMA = 10 }; /* the newest version that this program knows */
+enum { SRV_SCHEMA = 11 }; /* the newest version that this program knows */
 
 /**
  * Makes the tables, or brings them to this version.

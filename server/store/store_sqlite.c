@@ -100,8 +100,9 @@ static int sqlite_distrust(sqlite3 *db) {
     return code;
 }
 
-static enum pend_status sqlite_open(struct srv_sql **sql, const char *url,
+static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, int role,
                                     struct pend_error *error) {
+    (void)role;
     const char *path = url + strlen(srv_sql_sqlite.scheme);
     struct sqlite_sql *own = calloc(1, sizeof *own);
     enum pend_status status = PEND_OK;
@@ -306,7 +307,8 @@ static int sqlite_room(struct srv_sql *sql, size_t bytes) {
     return 0;
 }
 
-static int sqlite_listen(struct srv_sql *sql, int timeout_ms) {
+static int sqlite_listen(struct srv_sql *sql, int timeout_ms, int wake) {
+    (void)wake;
     struct sqlite_sql *own = SRV_CONTAINER_OF(sql, struct sqlite_sql, sql);
     assert(sqlite_valid(own));
     char event[4096];
@@ -319,7 +321,7 @@ static int sqlite_listen(struct srv_sql *sql, int timeout_ms) {
     }
     struct pollfd waiting = {own->ear, POLLIN, 0};
     if (poll(&waiting, 1, timeout_ms) > 0)
-        while (read(own->ear, event, sizeof event) > 0) heard = 1;
+        while (read(own->ear, event, sizeof event) > 0) heard = SRV_RING_ALL;
     return heard;
 }
 
@@ -333,7 +335,10 @@ const struct srv_sql_driver srv_sql_sqlite = {
     .lock = "",
     .skip = "",
     .alone = "SELECT 1",
-    .ring = "SELECT ring()",
+    .ring = "ring()",
+    .ring_work = "ring()",
+    .ring_stop = "ring()",
+    .crowd = "0, 0",
     .bytes = "BLOB",
     .hot = "",
     .lists = 0,

@@ -60,37 +60,61 @@
     X(BEGIN, "{begin}")                                                                            \
     X(COMMIT, "COMMIT")                                                                            \
     X(ROLLBACK, "ROLLBACK")                                                                        \
-    X(RING, "{ring}")                                                                              \
+    X(FIGURES,                                                                                     \
+      "SELECT {crowd}, COALESCE({now} - (SELECT MIN((SELECT created FROM jobs WHERE client = "     \
+      "next.name AND ready = 1 ORDER BY rank, created LIMIT 1)) FROM (SELECT name FROM "           \
+      "clients WHERE ready > 0 ORDER BY turn, name LIMIT 64) AS next), 0)")                        \
+    X(RING, "SELECT {ring}")                                                                       \
+    X(RING_WORK, "SELECT {ring work}")                                                             \
+    X(RING_STOP, "SELECT {ring stop}")                                                             \
     X(NOW, "SELECT {now}, (SELECT MAX(version) FROM pendulumd)")                                   \
-    X(CLIENT, "SELECT jobs, bytes, scenes, scene_bytes FROM clients WHERE name = $1")              \
+    X(CLIENT, "SELECT {late jobs}, {late bytes}, scenes, scene_bytes FROM clients "                \
+              "WHERE name = $1")                                                                   \
     X(CLIENT_CHANGE, "INSERT INTO clients (name, turn, jobs, ready, bytes, scenes, scene_bytes, "  \
                      "source, weight) VALUES ($1, CAST($2 "                                        \
-                     "AS BIGINT) + CAST($9 AS BIGINT) - 1 + COALESCE((SELECT MIN(turn) FROM "      \
-                     "clients WHERE jobs > 0), 0), $3, $4, "                                       \
+                     "AS BIGINT) + CAST($9 AS BIGINT) - 1 + COALESCE((SELECT {late turn} FROM "    \
+                     "clients WHERE jobs > 0 ORDER BY turn LIMIT 1), 0), $3, $4, "                 \
                      "$5, "                                                                        \
                      "$6, $7, $8, $9) ON CONFLICT "                                                \
                      "(name) DO UPDATE SET jobs = clients.jobs + $3, ready = clients.ready + $4, " \
                      "bytes = clients.bytes + $5, "                                                \
                      "scenes = clients.scenes + $6, scene_bytes = clients.scene_bytes + $7, turn " \
-                     "= CASE WHEN clients.jobs = 0 AND "                                           \
+                     "= CASE WHEN {late jobs} = 0 AND "                                            \
                      "clients.turn + $2 < EXCLUDED.turn THEN EXCLUDED.turn ELSE clients.turn + "   \
                      "$2 END, source = CASE WHEN "                                                 \
                      "EXCLUDED.source <> '' AND clients.jobs = 0 AND clients.bytes = 0 THEN "      \
                      "EXCLUDED.source ELSE clients.source "                                        \
                      "END, weight = CASE WHEN EXCLUDED.source <> '' THEN EXCLUDED.weight ELSE "    \
                      "clients.weight END")                                                         \
-    X(SOURCE, "SELECT CAST(COUNT(*) AS BIGINT), CAST(COALESCE(SUM(jobs), 0) AS BIGINT), "          \
-              "CAST(COALESCE(SUM(bytes), 0) "                                                      \
-              "AS BIGINT), CAST(COALESCE(SUM(CASE WHEN jobs > 0 THEN 1 ELSE 0 END), 0) AS "        \
+    X(SOURCE, "SELECT CAST(COUNT(*) AS BIGINT), CAST(COALESCE(SUM({late jobs}), 0) AS BIGINT), "   \
+              "CAST(COALESCE(SUM({late bytes}), 0) "                                               \
+              "AS BIGINT), CAST(COALESCE(SUM(CASE WHEN {late jobs} > 0 THEN 1 ELSE 0 END), 0) AS " \
               "BIGINT) FROM clients WHERE "                                                        \
               "source = $1 AND (jobs > 0 OR bytes > 0) AND jobs " SANE " AND bytes " SANE)         \
     X(CLIENT_LEAVES,                                                                               \
-      "DELETE FROM clients WHERE name = $1 AND jobs = 0 AND bytes = 0 AND scenes = 0")             \
-    X(CLIENTS,                                                                                     \
-      "SELECT name, turn, weight FROM clients WHERE ready > 0 ORDER BY turn, name LIMIT 8")        \
-    X(CLIENT_READY, "SELECT CAST(COUNT(*) AS BIGINT) FROM (SELECT 1 FROM jobs WHERE client = $1 "  \
-                    "AND ready = 1 LIMIT "                                                         \
-                    "1) AS found")                                                                 \
+      "DELETE FROM clients WHERE name = $1 AND jobs = 0 AND bytes = 0 AND scenes = 0 AND NOT "     \
+      "EXISTS (SELECT 1 FROM changes WHERE changes.name = $1)")                                    \
+    X(CLIENTS, "SELECT name, {late turn}, weight, {late} FROM clients WHERE ready > 0 AND {late "  \
+               "ready} > 0 "                                                                       \
+               "ORDER BY turn, name LIMIT 8")                                                      \
+    X(CLIENT_WRONG,                                                                                \
+      "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE name = $1 AND {late ready} > 0 AND "     \
+      "NOT EXISTS (SELECT 1 FROM jobs WHERE client = $1 AND ready = 1)")                           \
+    X(CLIENT_LATER,                                                                                \
+      "INSERT INTO changes (name, turn, jobs, ready, bytes) SELECT {1}, {2}, {3}, {4}, {5} "       \
+      "{from twwww}")                                                                              \
+    X(CHANGES_FOLD,                                                                                \
+      "WITH gone AS (DELETE FROM changes WHERE ctid = ANY (ARRAY(SELECT ctid FROM changes WHERE "  \
+      "name = $1 LIMIT 1024 {skip})) RETURNING *), sums AS (SELECT "                               \
+      "CAST(COALESCE(SUM(turn), 0) AS BIGINT) AS turn, CAST(COALESCE(SUM(jobs), 0) AS BIGINT) AS " \
+      "jobs, CAST(COALESCE(SUM(ready), 0) AS BIGINT) AS ready, CAST(COALESCE(SUM(bytes), 0) AS "   \
+      "BIGINT) AS bytes FROM gone WHERE turn " BOUNDED " AND jobs " BOUNDED " AND ready " BOUNDED  \
+      " AND bytes " BOUNDED                                                                        \
+      ") UPDATE clients SET turn = clients.turn + sums.turn, jobs = clients.jobs + sums.jobs, "    \
+      "ready = clients.ready + sums.ready, bytes = clients.bytes + sums.bytes FROM sums WHERE "    \
+      "name = $1")                                                                                 \
+    X(CHANGED, "SELECT name FROM changes WHERE name > $1 ORDER BY name LIMIT 1")                   \
+    X(SOON, "SELECT set_config('synchronous_commit', 'off', true)")                                \
     X(CLIENTS_NAMELESS, "DELETE FROM clients WHERE " NAMELESS("name", "95"))                       \
     X(TOTALS,                                                                                      \
       "SELECT CAST(COALESCE(SUM(accepted), 0) AS BIGINT), CAST(COALESCE(SUM(running), 0) AS "      \
@@ -126,9 +150,10 @@
                                                            "FROM jobs WHERE " CAN_BE_COUNTED)      \
     X(CLIENT_LOCK, "SELECT jobs FROM clients WHERE name = $1 {lock}")                              \
     X(CLIENT_RECOUNT,                                                                              \
-      "UPDATE clients SET jobs = (SELECT COUNT(*) FROM jobs WHERE client = $1 AND state BETWEEN "  \
-      "0 AND 1), ready = "                                                                         \
-      "(SELECT COUNT(*) FROM jobs WHERE client = $1 AND ready = 1), bytes = COALESCE((SELECT "     \
+      "UPDATE clients SET jobs = -{pending jobs} + (SELECT COUNT(*) FROM jobs WHERE client = $1 "  \
+      "AND state BETWEEN 0 AND 1), ready = -{pending ready} + "                                    \
+      "(SELECT COUNT(*) FROM jobs WHERE client = $1 AND ready = 1), bytes = -{pending bytes} + "   \
+      "COALESCE((SELECT "                                                                          \
       "CAST(SUM(jobs.bytes + "                                                                     \
       "jobs.held) AS BIGINT) FROM jobs WHERE jobs.client = $1 AND " CAN_BE_COUNTED                 \
       "), 0) + COALESCE((SELECT "                                                                  \
@@ -163,7 +188,9 @@
     X(JOB_REQUEST, "SELECT request, seal, sealed, state FROM jobs WHERE id = $1")                  \
     X(JOBS_READY, "SELECT id, operation, shards, begun, waiting, chained, done, state, part, "     \
                   "rank, created, seal, "                                                          \
-                  "sealed, title, version, CASE WHEN LENGTH(request) <= 4096 THEN request END "    \
+                  "sealed, title, version, CASE WHEN LENGTH(request) <= 4096 THEN request END, "   \
+                  "CASE WHEN waiting > 0 THEN (SELECT CAST(COUNT(*) AS BIGINT) FROM shards WHERE " \
+                  "job = jobs.id AND state = 0 AND aside = 1) ELSE 0 END "                         \
                   "FROM jobs WHERE "                                                               \
                   "client = $1 AND ready "                                                         \
                   "= 1 ORDER BY rank, "                                                            \
@@ -234,7 +261,9 @@
       "RETURNING number, attempt, start")                                                          \
     X(PART_AGAIN, "UPDATE shards SET state = 1, attempt = attempt + 1, worker = $2, lease = "      \
                   "{now} + $3 WHERE job = "                                                        \
-                  "$1 AND number = (SELECT MIN(number) FROM shards WHERE job = $1 AND state = 0) " \
+                  "$1 AND number = COALESCE((SELECT MIN(number) FROM shards WHERE job = $1 AND "   \
+                  "state = 0 AND aside = 0), (SELECT MIN(number) FROM shards WHERE job = $1 AND "  \
+                  "state = 0)) "                                                                   \
                   "RETURNING number, "                                                             \
                   "attempt, start")                                                                \
     X(PART_EXTEND,                                                                                 \
@@ -244,11 +273,14 @@
     X(PART_END, "UPDATE shards SET state = 2, bytes = {3}, start = NULL, worker = '' {from tww} "  \
                 "WHERE job = {1} AND "                                                             \
                 "number = {2}")                                                                    \
+    X(PART_OURS, "SELECT number FROM shards WHERE job = $1 AND number = $2 AND attempt = $3 AND "  \
+                 "worker = $4 AND state = 1")                                                      \
     X(PARTS_CLEARED, "UPDATE shards SET kills = 0 WHERE job = $1 AND kills > 0")                   \
-    X(PART_BACK, "UPDATE shards SET state = 0, kills = CASE WHEN kills < 99 THEN kills + $3 ELSE " \
-                 "kills END, worker "                                                              \
-                 "= '' WHERE job = $1 AND number = $2 AND "                                        \
-                 "state = 1 AND ($3 = 0 OR lease < {now}) RETURNING kills")                        \
+    X(PART_BACK,                                                                                   \
+      "UPDATE shards SET state = 0, kills = CASE WHEN kills < 99 THEN kills + $3 * aside ELSE "    \
+      "kills END, aside = CASE WHEN $3 = 1 THEN 1 ELSE aside END, worker "                         \
+      "= '' WHERE job = $1 AND number = $2 AND "                                                   \
+      "state = 1 AND ($3 = 0 OR lease < {now}) RETURNING kills")                                   \
     X(PARTS_LATE,                                                                                  \
       "SELECT job, number FROM shards WHERE state = 1 AND lease < $1 ORDER BY lease LIMIT 64")     \
     X(PARTS_OF, "SELECT job, number FROM shards WHERE state = 1 AND worker = $1 LIMIT 64")         \

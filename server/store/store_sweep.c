@@ -154,12 +154,33 @@ static enum srv_stored sweep_expired(struct srv_store *store, int64_t now,
     return SRV_STORED;
 }
 
+static enum srv_stored row_changed(void *context, const struct srv_value field[]) {
+    srv_row_text(&field[0], context, SRV_NAME_BYTES);
+    return SRV_STORED;
+}
+
+/* puts the changes of clients into their rows, those of one client in a transaction */
+static enum srv_stored sweep_changes(struct srv_store *store) {
+    enum srv_stored stored = SRV_STORED;
+    char name[SRV_NAME_BYTES] = "", was[SRV_NAME_BYTES];
+    for (int more = store->sql->driver->lists, i = 0; more && stored == SRV_STORED && i < 64; i++) {
+        SRV_STORED_TRY(srv_store_look(store));
+        memcpy(was, name, sizeof was);
+        stored = srv_store_end(store, 1,
+                               SRV_RUN(store, SQL_CHANGED, row_changed, name, srv_value_text(was)));
+        more = strcmp(was, name) != 0;
+        if (more && stored == SRV_STORED) stored = srv_store_fold(store, name);
+    }
+    return stored;
+}
+
 enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked,
                                 struct srv_store_sweep *sweep) {
     int64_t now = 0;
     int late = 0;
     assert(!looked || *looked >= 0);
     *sweep = (struct srv_store_sweep){0};
+    SRV_STORED_TRY(sweep_changes(store));
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = srv_store_now(store, &now);
     int64_t before = looked ? *looked : now;
@@ -207,9 +228,15 @@ static const char *figures_full(struct srv_store *store, const struct srv_store_
 }
 
 enum srv_stored srv_store_figures(struct srv_store *store, struct srv_store_figures *figures) {
+    struct srv_row_wholes more = {.count = 3};
     *figures = (struct srv_store_figures){0};
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = srv_tally_totals(&store->tally, store->sql, figures);
+    if (stored == SRV_STORED)
+        stored = srv_store_run(store, SQL_FIGURES, NULL, 0, srv_row_wholes, &more);
+    figures->workers = (long)more.whole[0];
+    figures->connections = (long)more.whole[1];
+    figures->oldest_us = more.whole[2];
     if (stored == SRV_STORED) figures->full = figures_full(store, figures);
     return srv_store_end(store, 1, stored);
 }

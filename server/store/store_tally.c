@@ -159,6 +159,8 @@ static int tally_order(const void *a, const void *b) {
 }
 
 static enum srv_stored tally_client(const struct srv_tally_client *client, struct srv_sql *sql) {
+    int late = sql->driver->lists && client->jobs <= 0 && client->ready <= 0 && !client->scenes &&
+               !client->scene_bytes;
     struct srv_value value[] = {srv_value_text(client->name),
                                 srv_value_whole(client->turn),
                                 srv_value_whole(client->jobs),
@@ -171,6 +173,7 @@ static enum srv_stored tally_client(const struct srv_tally_client *client, struc
     if (!(client->turn | client->jobs | client->ready | client->bytes | client->scenes |
           client->scene_bytes))
         return SRV_STORED;
+    if (late) return tally_post(sql, SQL_CLIENT_LATER, value, 5);
     SRV_STORED_TRY(tally_post(sql, SQL_CLIENT_CHANGE, value, 9));
     if (client->bytes >= 0 && client->scenes >= 0) return SRV_STORED;
     return tally_post(sql, SQL_CLIENT_LEAVES, value, 1);
@@ -194,5 +197,6 @@ enum srv_stored srv_tally_write(struct srv_tally *tally, struct srv_sql *sql) {
     qsort(tally->client, (size_t)tally->count, sizeof tally->client[0], tally_order);
     for (int i = 0; i < tally->count; i++) SRV_STORED_TRY(tally_client(&tally->client[i], sql));
     SRV_STORED_TRY(tally_all(tally, sql));
-    return tally->ring ? tally_post(sql, SQL_RING, NULL, 0) : SRV_STORED;
+    if (!tally->ring || sql->driver->lists) return SRV_STORED;
+    return tally_run(sql, SQL_RING, NULL, 0, NULL, NULL);
 }

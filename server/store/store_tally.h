@@ -2,7 +2,10 @@
  * Leaves to others: when a sum is too large (store_quotas), the transaction (store_call).
  * Invariant: sums are written once a transaction, as its last writes, clients in the order of
  * their names and then the totals: so transactions of several processes wait for each other in
- * one order only, and not for long. */
+ * one order only, and not for long. On PostgreSQL a transaction that adds no open job and no job
+ * that can be claimed, as a claim or the end of a part, changes no client's row: it inserts a row
+ * into `changes`, which is folded into the client's later. So transactions of many workers do not
+ * wait for each other, and a client's row never has fewer open jobs than there are. */
 #ifndef SRV_STORE_TALLY_H
 #define SRV_STORE_TALLY_H
 
@@ -11,7 +14,7 @@
 
 enum {
     SRV_TALLY_CLIENTS = 640, /* in one transaction */
-    SRV_TALLY_PLACES = 16    /* rows of totals, so that processes do not wait for one row */
+    SRV_TALLY_PLACES = 64    /* rows of totals, so that processes do not wait for one row */
 };
 
 /* What is kept for one client. */
@@ -31,7 +34,7 @@ struct srv_tally_client {
 /* The changes of one transaction; begins as {0}. */
 struct srv_tally {
     int count, known;
-    int ring;                    /* other processes are to be woken */
+    int ring;                    /* whom to wake: bits of SRV_RING_ */
     int place;                   /* this connection's row of the totals; stays */
     char source[SRV_NAME_BYTES]; /* the one that was read last; "" = none was */
     int64_t source_clients, source_jobs, source_bytes; /* of it, before this transaction */
@@ -77,7 +80,7 @@ enum srv_stored srv_tally_totals(struct srv_tally *tally, struct srv_sql *sql,
 enum srv_stored srv_tally_source(struct srv_tally *tally, struct srv_sql *sql, const char *source,
                                  int64_t *clients, int64_t *jobs, int64_t *bytes);
 
-/** Writes the changes, and wakes other processes. */
+/** Writes the changes, and on SQLite wakes other processes. */
 enum srv_stored srv_tally_write(struct srv_tally *tally, struct srv_sql *sql);
 
 #endif

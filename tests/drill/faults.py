@@ -68,12 +68,12 @@ def in_one_part(house):
 
 
 def poison(house):
-    """A part that ends its workers three times is given up, and says so; other jobs stand."""
+    """A part that ends four workers, three of them alone, is given up, and says so; other jobs stand."""
     other = house.submit("walk")
     house.finish([other])
     job, _ = house.submit("long")
     house.accepted[job] = "failed"
-    for _ in range(3):
+    for _ in range(4):
         worker = house.pick("worker")
         end = time.monotonic() + PATIENCE
         while not house.held(worker) and time.monotonic() < end:

@@ -64,8 +64,9 @@ void ground_test(int postgres, void (*test)(struct ground *ground, struct srv_st
 
 enum srv_stored ground_claim_whole(struct srv_store *store, const char *worker, int64_t lease_us,
                                    struct srv_lease *lease) {
-    int count;
-    return srv_store_claim(store, worker, lease_us, lease, 1, &count);
+    struct srv_claim claim = {
+        .worker = worker, .lease_us = lease_us, .most = 1, .aside = SRV_CLAIM_IDLE};
+    return srv_store_claim(store, &claim, lease);
 }
 
 enum srv_stored ground_claim(struct srv_store *store, const char *worker, int64_t lease_us,
@@ -108,7 +109,7 @@ static struct srv_sql *ground_connect(const struct ground *ground) {
     const struct srv_sql_driver *driver = ground->postgres ? &srv_sql_postgres : &srv_sql_sqlite;
     struct pend_error error;
     struct srv_sql *sql = NULL;
-    CHECK_SAYING(driver->open(&sql, ground->url, &error) == PEND_OK, "%s", error.text);
+    CHECK_SAYING(driver->open(&sql, ground->url, 0, &error) == PEND_OK, "%s", error.text);
     return sql;
 }
 
@@ -131,17 +132,21 @@ long long ground_ask(const struct ground *ground, const char *text) {
 }
 
 #define SUM(what, table) "COALESCE((SELECT CAST(SUM(" what ") AS BIGINT) FROM " table "), 0)"
+/* of a client, with the changes that are not in its row yet */
+#define LATE(what) what " + " SUM("changes." what, "changes WHERE changes.name = clients.name")
 #define TOTAL(what) SUM(what, "totals")
 
 int ground_sums(const struct ground *ground) {
     static const char *const wrong[][2] = {
-        {"open jobs", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE jobs <> (SELECT COUNT(*) "
-                      "FROM jobs WHERE "
-                      "client = name AND state < 2)"},
-        {"ready jobs", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE ready <> (SELECT "
-                       "COUNT(*) FROM jobs WHERE "
-                       "client = name AND ready = 1)"},
-        {"bytes", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE bytes <> " SUM(
+        {"open jobs", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE " LATE(
+                          "jobs") " <> (SELECT COUNT(*) "
+                                  "FROM jobs WHERE "
+                                  "client = name AND state < 2)"},
+        {"ready jobs", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE " LATE(
+                           "ready") " <> (SELECT "
+                                    "COUNT(*) FROM jobs WHERE "
+                                    "client = name AND ready = 1)"},
+        {"bytes", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE " LATE("bytes") " <> " SUM(
                       "jobs.bytes + held",
                       "jobs WHERE client = name") " + " SUM("removals.bytes",
                                                             "removals WHERE client = name")},
@@ -153,7 +158,7 @@ int ground_sums(const struct ground *ground) {
                             "name FROM clients)"},
         {"clients of nothing",
          "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE jobs = 0 AND bytes = 0 AND scenes = "
-         "0"},
+         "0 AND name NOT IN (SELECT name FROM changes)"},
         {"jobs' rows",
          "SELECT CAST(COUNT(*) AS BIGINT) FROM jobs WHERE held <> 1024 + LENGTH(request) + CASE "
          "WHEN "

@@ -362,7 +362,7 @@ static void a_dismissal(struct place *place) {
 
 TEST(a_dismissed_job_stops_here_and_elsewhere) { place_on_both(a_dismissal); }
 
-/* a job in the midst of whose only part three workers die is not tried for ever, and says why */
+/* a job in the midst of whose only part four workers die is not tried for ever, and says why */
 static void poison(struct place *place) {
     char id[ID + 1], word[WORDS], path[64];
     struct test_reply reply;
@@ -370,7 +370,7 @@ static void poison(struct place *place) {
     struct test_server *server = place_serve(place, "all", "3600", NULL, NULL);
     if (!server) return;
     CHECK_INT(submit(server, "/v1/trajectories", ASYNC, ask_long(1e6), id), 202);
-    for (int i = 0; i < 3 && server; i++) {
+    for (int i = 0; i < 4 && server; i++) {
         ask_await(server, "pendulumd_workers_busy", 1, 1);
         test_server_drop(&server);
         server = place_serve(place, "all", "3600", NULL, NULL);

@@ -34,28 +34,25 @@ __wrap_api_request_read(const struct api_request *request, const struct api_form
     return __real_api_request_read(request, format, limits, problem, state, digest, canonical);
 }
 
-enum srv_stored __real_srv_store_claim(struct srv_store *store, const char *worker,
-                                       int64_t lease_us, struct srv_lease lease[], int most,
-                                       int *count);
-enum srv_stored __wrap_srv_store_claim(struct srv_store *store, const char *worker,
-                                       int64_t lease_us, struct srv_lease lease[], int most,
-                                       int *count);
+enum srv_stored __real_srv_store_claim(struct srv_store *store, struct srv_claim *claim,
+                                       struct srv_lease lease[]);
+enum srv_stored __wrap_srv_store_claim(struct srv_store *store, struct srv_claim *claim,
+                                       struct srv_lease lease[]);
 
 /* 1: the next claim that finds something is taken back and is to be made again; 2: it was */
 static atomic_int runner_again;
-static atomic_int runner_kept; /* what it had is still there when it is made again */
 
-enum srv_stored __wrap_srv_store_claim(struct srv_store *store, const char *worker,
-                                       int64_t lease_us, struct srv_lease lease[], int most,
-                                       int *count) {
-    if (atomic_load(&runner_again) == 2) {
+enum srv_stored __wrap_srv_store_claim(struct srv_store *store, struct srv_claim *claim,
+                                       struct srv_lease lease[]) {
+    int again = atomic_load(&runner_again) == 2;
+    enum srv_stored stored = __real_srv_store_claim(store, claim, lease);
+    if (again) {
+        CHECK(stored == SRV_STORED && claim->count == 1 && lease[0].attempt == 2);
         atomic_store(&runner_again, 3);
-        atomic_store(&runner_kept, lease[0].request != NULL);
     }
-    enum srv_stored stored = __real_srv_store_claim(store, worker, lease_us, lease, most, count);
     if (stored != SRV_STORED || atomic_load(&runner_again) != 1) return stored;
     CHECK(lease[0].request != NULL);
-    CHECK_INT(srv_store_release(store, worker), SRV_STORED);
+    CHECK_INT(srv_store_release(store, claim->worker), SRV_STORED);
     atomic_store(&runner_again, 2);
     return SRV_STORED_AGAIN;
 }
@@ -127,7 +124,6 @@ TEST(a_claim_that_is_made_again_lets_go_of_what_it_had) {
     struct srv_daemon *daemon = live_start(options);
     struct srv_store *store = runner_look(url);
     if (daemon && store) {
-        atomic_store(&runner_kept, 0);
         atomic_store(&runner_again, 1);
         runner_post(daemon, "/v1/trajectories",
                     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"times\":{"
@@ -141,7 +137,6 @@ TEST(a_claim_that_is_made_again_lets_go_of_what_it_had) {
         }
         CHECK_INT(job.state, SRV_JOB_SUCCESSFUL);
         CHECK_INT(atomic_load(&runner_again), 3);
-        CHECK_INT(atomic_load(&runner_kept), 0);
         atomic_store(&runner_again, 0);
     }
     srv_store_close(&store);
@@ -155,7 +150,7 @@ TEST(a_runner_that_was_not_started_ends_and_want_of_memory_is_told) {
     struct srv_part_runner *runner;
     live_service(&service, 4);
     REQUIRE(srv_part_runner_new(&runner, &service, 3) == PEND_OK);
-    srv_part_runner_news(runner);
+    srv_part_runner_news(runner, SRV_RING_ALL);
     srv_part_runner_dismiss(runner, "nobody");
     CHECK(srv_part_runner_drain(runner));
     srv_part_runner_free(&runner);
@@ -205,7 +200,7 @@ TEST(a_request_is_read_once_when_its_job_is_taken_and_once_a_part) {
         runner_count(daemon, store, "/v1/trajectories",
                      "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":"
                      "{\"phi\":[1,2]},"
-                     "\"times\":{\"start\":0,\"stop\":100,\"count\":2000}}",
+                     "\"times\":{\"start\":0,\"stop\":200,\"count\":4000}}",
                      3);
         runner_count(daemon, store, "/v1/modes", LIVE_SHORT, 1);
     }

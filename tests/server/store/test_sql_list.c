@@ -101,7 +101,7 @@ STORE_TEST(rows_of_values_take_effect_before_the_next_statement) {
     struct srv_sql *sql;
     (void)store;
     const struct srv_sql_driver *driver = ground->postgres ? &srv_sql_postgres : &srv_sql_sqlite;
-    REQUIRE(driver->open(&sql, ground->url, &error) == PEND_OK);
+    REQUIRE(driver->open(&sql, ground->url, 0, &error) == PEND_OK);
     CHECK_INT(list_plain(sql, "CREATE TABLE list_test (a TEXT, b BIGINT, c {bytes})"), SRV_STORED);
     CHECK_INT(list_plain(sql, "{begin}"), SRV_STORED);
     CHECK_INT(list_fill(sql, 0), SRV_STORED);

@@ -22,7 +22,10 @@ struct setting {
     atomic_int news;
 };
 
-static void setting_news(void *context) { atomic_fetch_add(&((struct setting *)context)->news, 1); }
+static void setting_news(void *context, int rings) {
+    (void)rings;
+    atomic_fetch_add(&((struct setting *)context)->news, 1);
+}
 
 static int setting_begin(struct setting *setting, const char *url) {
     struct pend_error error;

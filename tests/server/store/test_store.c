@@ -75,7 +75,7 @@ STORE_TEST(a_store_outlives_its_processes_and_versions_are_kept_apart) {
     const struct srv_sql_driver *driver = ground->postgres ? &srv_sql_postgres : &srv_sql_sqlite;
     struct pend_error error;
     struct srv_sql *sql;
-    REQUIRE(driver->open(&sql, ground->url, &error) == PEND_OK);
+    REQUIRE(driver->open(&sql, ground->url, 0, &error) == PEND_OK);
     CHECK_INT(driver->run(sql, -1, "UPDATE pendulumd SET version = 99", NULL, 0, NULL, NULL),
               SRV_STORED);
     driver->close(sql);
@@ -94,7 +94,7 @@ STORE_TEST(a_store_is_opened_while_another_process_writes) {
     struct pend_error error;
     struct srv_sql *sql;
     struct srv_job job;
-    REQUIRE(driver->open(&sql, ground->url, &error) == PEND_OK);
+    REQUIRE(driver->open(&sql, ground->url, 0, &error) == PEND_OK);
     REQUIRE(driver->run(sql, -1, "{begin}", NULL, 0, NULL, NULL) == SRV_STORED);
     CHECK_INT(driver->run(sql, -1, "UPDATE pendulumd SET version = version", NULL, 0, NULL, NULL),
               SRV_STORED);
@@ -143,7 +143,7 @@ TEST(a_database_that_is_not_there_yet_is_away) {
     CHECK(!srv_store_settled(store));
     for (int i = 0; i < 3; i++) CHECK_INT(srv_store_job(store, "j", &job), SRV_STORED_AWAY);
     CHECK_SAYING(strstr(srv_store_complaint(store), "127.0.0.1"), "%s", srv_store_complaint(store));
-    CHECK_INT(srv_store_listen(store, 1), 0);
+    CHECK_INT(srv_store_listen(store, 1, -1), 0);
     srv_store_close(&store);
 }
 
@@ -151,15 +151,18 @@ STORE_TEST(processes_that_share_a_store_hear_each_other) {
     struct srv_job job;
     struct srv_store *ear = ground_open(ground);
     REQUIRE(ear);
-    CHECK_INT(srv_store_listen(ear, 1), 0);
+    CHECK_INT(srv_store_listen(ear, 1, -1), 0);
     CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
-    CHECK_INT(srv_store_listen(ear, 1000 * TEST_PATIENCE), 1);
-    CHECK_INT(srv_store_listen(ear, 1), 0);
+    srv_store_ring(store, SRV_RING_ALL);
+    CHECK(srv_store_listen(ear, 1000 * TEST_PATIENCE, -1) & SRV_RING_WORK);
+    CHECK_INT(srv_store_listen(ear, 1, -1), 0);
     /* what is not kept is not told */
     CHECK_INT(ground_submit(store, "k", "anna", "key", 1, 0, &job), SRV_STORED);
-    CHECK_INT(srv_store_listen(ear, 1000 * TEST_PATIENCE), 1);
+    srv_store_ring(store, SRV_RING_ALL);
+    CHECK(srv_store_listen(ear, 1000 * TEST_PATIENCE, -1) & SRV_RING_WORK);
     CHECK_INT(ground_submit(store, "l", "anna", "key", 1, 0, &job), SRV_STORED);
     CHECK_TEXT(job.id, "k");
-    CHECK_INT(srv_store_listen(ear, 50), 0);
+    srv_store_ring(store, SRV_RING_ALL);
+    CHECK_INT(srv_store_listen(ear, 50, -1), 0);
     srv_store_close(&ear);
 }

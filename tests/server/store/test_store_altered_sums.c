@@ -57,7 +57,7 @@ static struct srv_sql *sums_connect(const struct ground *ground) {
     const struct srv_sql_driver *driver = ground->postgres ? &srv_sql_postgres : &srv_sql_sqlite;
     struct pend_error error;
     struct srv_sql *sql = NULL;
-    CHECK_SAYING(driver->open(&sql, ground->url, &error) == PEND_OK, "%s", error.text);
+    CHECK_SAYING(driver->open(&sql, ground->url, 0, &error) == PEND_OK, "%s", error.text);
     if (!sql || ground->postgres) return sql;
     CHECK(driver->run(sql, -1, "PRAGMA synchronous = OFF", NULL, 0, NULL, NULL) == SRV_STORED);
     return sql;

@@ -464,7 +464,7 @@ STORE_TEST(an_altered_row_harms_its_room_alone) {
     const struct srv_sql_driver *driver = ground->postgres ? &srv_sql_postgres : &srv_sql_sqlite;
     struct pend_error error;
     struct srv_sql *sql = NULL;
-    REQUIRE(driver->open(&sql, ground->url, &error) == PEND_OK);
+    REQUIRE(driver->open(&sql, ground->url, 0, &error) == PEND_OK);
     CHECK_INT(put(own, "teacher", "questions/q", "Q", 0, SRV_CLASS_FINE), SRV_STORED);
     for (size_t c = 0; c < sizeof columns / sizeof *columns; c++)
         for (size_t v = 0; v < sizeof values / sizeof *values; v++) {

@@ -40,7 +40,8 @@ static void cost_fill(const struct ground *ground, int count) {
          "2, 1, 1, 1, 0, 0, rank + n.i, created + n.i, started, finished, expires + n.i, 1, part, "
          "held FROM jobs, ",
          "WHERE id = 'one'"},
-        {"INSERT INTO shards SELECT 'k' || n.i, number, state, attempt, kills, worker, lease, "
+        {"INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, bytes) "
+         "SELECT 'k' || n.i, number, state, attempt, kills, worker, lease, "
          "start, bytes FROM "
          "shards, ",
          "WHERE job = 'one'"},
@@ -203,7 +204,7 @@ static enum srv_stored cost_explain(struct srv_sql *sql, const char *statement,
 static void cost_plans(const struct ground *ground, int *looked) {
     struct pend_error error;
     struct srv_sql *sql;
-    REQUIRE(srv_sql_postgres.open(&sql, ground->url, &error) == PEND_OK);
+    REQUIRE(srv_sql_postgres.open(&sql, ground->url, 0, &error) == PEND_OK);
     for (int i = 0; i < SQL_COUNT; i++) {
         const char *text = srv_statement_text[i];
         struct cost_plan plan = {.statement = text};

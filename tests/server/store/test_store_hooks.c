@@ -178,7 +178,7 @@ STORE_TEST(an_altered_hook_harms_no_other) {
                  value[i % 5], id);
         const struct srv_sql_driver *driver =
             ground->postgres ? &srv_sql_postgres : &srv_sql_sqlite;
-        REQUIRE(driver->open(&sql, ground->url, &error) == PEND_OK);
+        REQUIRE(driver->open(&sql, ground->url, 0, &error) == PEND_OK);
         /* the database may refuse it */
         driver->run(sql, -1, text, NULL, 0, NULL, NULL);
         driver->close(sql);

@@ -221,7 +221,7 @@ STORE_TEST(sums_are_counted_anew_with_what_others_have_just_changed) {
     REQUIRE(other);
     CHECK_INT(ground_submit(store, "j1", "anna", NULL, 1, 0, &job), SRV_STORED);
     CHECK_INT(srv_store_job(other, "j1", &job), SRV_STORED);
-    REQUIRE(driver->open(&sql, ground->url, &error) == PEND_OK);
+    REQUIRE(driver->open(&sql, ground->url, 0, &error) == PEND_OK);
     CHECK_INT(driver->run(sql, -1, "{begin}", NULL, 0, NULL, NULL), SRV_STORED);
     for (int i = 0; i < 2; i++)
         CHECK_INT(driver->run(sql, -1, submit[i], NULL, 0, NULL, NULL), SRV_STORED);

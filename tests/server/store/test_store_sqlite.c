@@ -60,7 +60,7 @@ TEST(a_store_from_elsewhere_runs_nothing_of_its_own) {
     if (store) {
         CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED_BROKEN);
         CHECK_INT(srv_store_job(store, "j", &job), SRV_STORED_NONE);
-        REQUIRE(srv_sql_sqlite.open(&sql, ground.url, &error) == PEND_OK);
+        REQUIRE(srv_sql_sqlite.open(&sql, ground.url, 0, &error) == PEND_OK);
         CHECK_INT(srv_sql_sqlite.run(sql, -1, "PRAGMA writable_schema = ON", NULL, 0, NULL, NULL),
                   SRV_STORED);
         CHECK(srv_sql_sqlite.run(sql, -1, "DELETE FROM sqlite_schema WHERE name = 't'", NULL, 0,

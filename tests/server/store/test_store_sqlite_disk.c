@@ -27,7 +27,7 @@ static double file_bytes(const struct ground *ground, const char *suffix) {
 static struct srv_sql *other_connection(const struct ground *ground) {
     struct srv_sql *sql;
     struct pend_error error;
-    CHECK_SAYING(srv_sql_sqlite.open(&sql, ground->url, &error) == PEND_OK, "%s", error.text);
+    CHECK_SAYING(srv_sql_sqlite.open(&sql, ground->url, 0, &error) == PEND_OK, "%s", error.text);
     return sql;
 }
 
