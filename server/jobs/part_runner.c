@@ -5,19 +5,17 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/random.h>
-#include <unistd.h>
 
 #include "server/base/clock.h"
 #include "server/base/condition.h"
 #include "server/jobs/events.h"
+#include "server/jobs/part_claim.h"
 #include "server/jobs/part_slot.h"
 #include "server/store/storage.h"
 #include "server/jobs/part_poll.h"
 
 struct srv_part_runner {
     struct srv_service *service;
-    char name[SRV_NAME_BYTES];
     int64_t lease_us;
     struct srv_lane lane; /* its lane in the queue */
     struct srv_ask release;
@@ -26,35 +24,25 @@ struct srv_part_runner {
     pthread_cond_t some;
     pthread_t thread;
     int started, over;
-    int wanted;        /* the store should be asked for a part */
-    int64_t poll_at;   /* ns: when to ask without being notified */
-    int64_t claim_at;  /* ns: no claim before this instant: other workers may be quicker */
-    uint64_t random;   /* of the waits before claims */
-    int doubt, asking; /* doubt: a job may have ended elsewhere; asking: the poll is under way */
-    int64_t ended_at;  /* ns: the poll is not repeated before this instant */
-    int64_t idle;      /* ns: since when there was nothing to do; 0 = there is, or it is unknown */
-    int draining;      /* 1 = no more claims, 2 = giving the parts back, 3 = they are given back */
-    struct srv_ask claim; /* the question for at most `asked` parts */
-    int claiming;
-    struct srv_claim claimed;           /* what is asked for; the storage thread's while it is */
-    int64_t aside_at;                   /* ns: when parts that were set aside come before others */
-    struct srv_lease lease[SRV_CLAIMS]; /* the leases that the claim returned */
-    int count;                          /* slots */
-    int most_long;                      /* parts that are not small and may be held at a time */
+    int doubt, asking;  /* doubt: a job may have ended elsewhere; asking: the poll is under way */
+    int64_t ended_at;   /* ns: the poll is not repeated before this instant */
+    int64_t idle;       /* ns: since when there was nothing to do; 0 = there is, or it is unknown */
+    int draining;       /* 1 = no more claims, 2 = giving the parts back, 3 = they are given back */
+    struct srv_ask ask; /* the question of a claim */
+    int claiming;       /* it is under way */
+    struct srv_part_claim claim;
+    int count;     /* slots */
+    int most_long; /* parts that are not small and may be held at a time */
     struct srv_part_slot slot[];
 };
 
 enum {
-    RUNNER_POLL_MS = 1000,
+    RUNNER_REST_MS = 1000, /* the longest sleep */
     RUNNER_AGAIN_MS = 200,
     RUNNER_BEAT_MS = 500,
     RUNNER_ENDED_MS = 20, /* ms between two polls, however many notifications arrive */
     RUNNER_DEAF_MS = 50,  /* ms between two polls if the store cannot notify */
-    RUNNER_ASIDE_MS =
-        10000, /* parts that were set aside wait so long for a worker without others */
-    RUNNER_SPREAD_US = 4000, /* for each other worker: claims wait a random time up to this */
-    RUNNER_SPREAD_MOST = 64, /* of the other workers */
-    RUNNER_YOUNG_MS = 20,    /* a part that is held for less is not polled: it may end soon */
+    RUNNER_YOUNG_MS = 20, /* a part that is held for less is not polled: it may end soon */
     RUNNER_LONG_MS = 200, /* a part that computes for longer is not small, whatever was estimated */
     RUNNER_SMALL = 128    /* the number of slots for small parts */
 };
@@ -70,14 +58,14 @@ static int64_t runner_beat_ns(const struct srv_part_runner *runner) {
 
 static enum srv_stored runner_release(struct srv_store *store, struct srv_store_call *call) {
     struct srv_part_runner *runner = SRV_CONTAINER_OF(call, struct srv_part_runner, release.call);
-    return srv_store_release(store, runner->name);
+    return srv_store_release(store, runner->claim.name);
 }
 
 int srv_part_runner_valid(const struct srv_part_runner *runner) {
     /* The number of claimed parts belongs to the storage thread while the store is asked. */
     return runner->service && runner->count >= 0 && runner->lease_us >= 0 &&
-           runner->claimed.most <= SRV_CLAIMS && runner->draining >= 0 && runner->draining <= 3 &&
-           runner->poll && runner->poll->count <= runner->count;
+           runner->claim.asked.most <= SRV_CLAIMS && runner->draining >= 0 &&
+           runner->draining <= 3 && runner->poll && runner->poll->count <= runner->count;
 }
 
 /* --- from one state to the next --- */
@@ -85,7 +73,7 @@ int srv_part_runner_valid(const struct srv_part_runner *runner) {
 /* Ends a slot: its part is done with. The caller holds the lock. */
 static void slot_end(struct srv_part_slot *slot) {
     srv_part_slot_drop(slot);
-    slot->runner->wanted = 1;
+    slot->runner->claim.wanted = 1;
     pthread_cond_signal(&slot->runner->some);
 }
 
@@ -103,17 +91,6 @@ static void slot_retry(struct srv_part_slot *slot, enum srv_part_slot_state agai
     pthread_cond_signal(&slot->runner->some);
 }
 
-/* Has the next claim wait a random time, the longer the more workers share the store: of those that
- * a notification wakes few find that the parts are claimed already. The caller holds the lock. */
-static void runner_spread(struct srv_part_runner *runner, int64_t now) {
-    int64_t others = srv_storage_figures(runner->service->storage).workers - 1;
-    if (others <= 0 || runner->claim_at > now) return;
-    if (others > RUNNER_SPREAD_MOST) others = RUNNER_SPREAD_MOST;
-    runner->random = runner->random * 6364136223846793005u + 1442695040888963407u;
-    uint64_t most = (uint64_t)others * RUNNER_SPREAD_US * 1000;
-    runner->claim_at = now + (int64_t)((runner->random >> 32) * most >> 32);
-}
-
 /* Notes since when no part was available and none is held. The caller holds the lock. */
 static void runner_rest(struct srv_part_runner *runner, enum srv_stored claimed, int64_t now) {
     int holds = claimed != SRV_STORED_NONE;
@@ -122,8 +99,8 @@ static void runner_rest(struct srv_part_runner *runner, enum srv_stored claimed,
 }
 
 static enum srv_stored runner_claim_run(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_part_runner *runner = SRV_CONTAINER_OF(call, struct srv_part_runner, claim.call);
-    return srv_store_claim(store, &runner->claimed, runner->lease);
+    struct srv_part_runner *runner = SRV_CONTAINER_OF(call, struct srv_part_runner, ask.call);
+    return srv_part_claim_run(&runner->claim, store);
 }
 
 /* Gives a slot its part. The caller holds the lock. */
@@ -149,42 +126,27 @@ static void slot_begins(struct srv_part_slot *slot, const struct srv_lease *leas
     }
 }
 
-/* Whether all parts that were claimed are small and the only ones of their jobs. */
-static int runner_small(const struct srv_part_runner *runner, int count) {
-    int small = 1;
-    for (int i = 0; i < count; i++)
-        small &= runner->lease[i].parts == 1 && runner->lease[i].part_us <= SRV_SMALL_US;
-    return small;
+static long runner_workers(const struct srv_part_runner *runner) {
+    struct srv_storage *storage = runner->service->storage;
+    return storage ? srv_storage_figures(storage).workers : 0;
 }
 
 /* Takes the response to a claim. */
 static void runner_claimed(struct srv_ask *ask) {
-    struct srv_part_runner *runner = SRV_CONTAINER_OF(ask, struct srv_part_runner, claim);
+    struct srv_part_runner *runner = SRV_CONTAINER_OF(ask, struct srv_part_runner, ask);
     enum srv_stored stored = ask->call.stored;
     int64_t now = srv_clock_now();
     int given = 0;
     pthread_mutex_lock(&runner->lock);
     assert(srv_part_runner_valid(runner));
-    int count = stored == SRV_STORED ? runner->claimed.count : 0;
-    for (int i = count; i < runner->claimed.count; i++) srv_lease_clear(&runner->lease[i]);
+    int count = srv_part_claim_take(&runner->claim, stored, runner_workers(runner), now);
     runner->claiming = 0;
-    runner->claimed.count = 0; /* The slots own the leases from here on. */
-    if (!runner->claimed.skipped)
-        runner->aside_at = 0;
-    else if (!runner->aside_at)
-        runner->aside_at = now + runner_ms(RUNNER_ASIDE_MS);
     runner_rest(runner, stored, now);
-    /* If there was one part there may be more. */
-    runner->wanted |= count > 0 || stored == SRV_STORED_LOST || stored == SRV_STORED_AGAIN;
-    /* Fewer small parts than were asked for: they were all, unless their jobs have more. */
-    if (stored == SRV_STORED_LOST ||
-        (count && count < runner->claimed.most && runner_small(runner, count)))
-        runner_spread(runner, now);
     for (int i = 0; i < runner->count; i++) {
         struct srv_part_slot *slot = &runner->slot[i];
         if (slot->state != SRV_PART_SLOT_CLAIM) continue;
         slot->state = SRV_PART_SLOT_IDLE;
-        if (given < count) slot_begins(slot, &runner->lease[given++], now);
+        if (given < count) slot_begins(slot, &runner->claim.lease[given++], now);
     }
     if (count) srv_events_news(runner->service->events);
     pthread_cond_signal(&runner->some);
@@ -313,40 +275,31 @@ static int slot_long(const struct srv_part_slot *slot, int64_t now) {
 
 /* The number of parts that may be claimed: long ones that can be computed soon, and small ones. */
 static int runner_room(const struct srv_part_runner *runner, int64_t now) {
-    int idle = 0, waiting = 0, longs = 0;
+    int idle = 0, waiting = 0, longs = 0, alone = 0;
     for (int i = 0; i < runner->count; i++) {
         const struct srv_part_slot *slot = &runner->slot[i];
         idle += slot->state == SRV_PART_SLOT_IDLE;
         waiting += slot->state == SRV_PART_SLOT_COMPUTE || slot->state == SRV_PART_SLOT_REQUEST;
         longs += slot_long(slot, now);
+        alone |= srv_part_slot_holds(slot) && slot->lease.alone;
     }
-    if (longs >= runner->most_long || waiting >= RUNNER_SMALL / 2) return 0;
+    if (alone || longs >= runner->most_long || waiting >= RUNNER_SMALL / 2) return 0;
     return idle < SRV_CLAIMS ? idle : SRV_CLAIMS;
 }
 
 /* Sends one claim at a time. If it finds parts, the next one follows. */
 static void runner_claim(struct srv_part_runner *runner, int64_t now) {
-    if (runner->draining || runner->claiming || now < runner->claim_at ||
-        (!runner->wanted && now < runner->poll_at))
-        return;
-    int room = runner_room(runner, now), holds = 0, alone = 0;
-    for (int i = 0; i < runner->count; i++) {
-        holds |= srv_part_slot_holds(&runner->slot[i]);
-        alone |= srv_part_slot_holds(&runner->slot[i]) && runner->slot[i].lease.alone;
-    }
-    int late = runner->aside_at && now >= runner->aside_at;
-    if (!room || alone || (late && holds)) return;
-    runner->wanted = 0;
-    runner->poll_at = now + runner_ms(RUNNER_POLL_MS);
+    if (runner->draining || runner->claiming) return;
+    int room = runner_room(runner, now), holds = 0;
+    for (int i = 0; i < runner->count; i++) holds |= srv_part_slot_holds(&runner->slot[i]);
+    if (!srv_part_claim_due(&runner->claim, room, holds, now)) return;
     runner->claiming = 1;
-    runner->claimed.most = room;
-    runner->claimed.aside = holds ? SRV_CLAIM_BESIDE : late ? SRV_CLAIM_ASIDE : SRV_CLAIM_IDLE;
     for (int i = 0; i < runner->count && room; i++)
         if (runner->slot[i].state == SRV_PART_SLOT_IDLE) {
             runner->slot[i].state = SRV_PART_SLOT_CLAIM;
             room--;
         }
-    srv_storage_ask(runner->service->storage, SRV_ASK_WRITE, &runner->claim);
+    srv_storage_ask(runner->service->storage, SRV_ASK_WRITE, &runner->ask);
 }
 
 static void runner_beat(struct srv_part_slot *slot, int64_t now) {
@@ -381,11 +334,9 @@ static void runner_retry(struct srv_part_slot *slot, int64_t now) {
 
 /* ns: when there is something to do without a notification. */
 static int64_t runner_next(const struct srv_part_runner *runner, int64_t now) {
-    int64_t next = now + runner_ms(RUNNER_POLL_MS);
-    if (!runner->draining && runner->wanted && runner->claim_at > now && runner->claim_at < next)
-        next = runner->claim_at;
-    if (!runner->draining && runner->poll_at > now && runner->poll_at < next)
-        next = runner->poll_at;
+    int64_t next = now + runner_ms(RUNNER_REST_MS),
+            claim = srv_part_claim_next(&runner->claim, now);
+    if (!runner->draining && !runner->claiming && claim < next) next = claim;
     if (!runner->draining && runner->doubt && !runner->asking && runner->ended_at < next)
         next = runner->ended_at;
     for (int i = 0; i < runner->count; i++) {
@@ -424,17 +375,6 @@ static void runner_released(struct srv_ask *ask) {
     pthread_mutex_unlock(&runner->lock);
 }
 
-/* A name that no other process has on any machine; returns its random bits. */
-static uint64_t runner_name(char name[SRV_NAME_BYTES]) {
-    char host[48] = "";
-    uint64_t bits = 0;
-    gethostname(host, sizeof host - 1);
-    if (getrandom(&bits, sizeof bits, GRND_NONBLOCK) < 0) bits = (uint64_t)srv_clock_now();
-    snprintf(name, SRV_NAME_BYTES, "%s:%ld:%016llx", host, (long)getpid(),
-             (unsigned long long)bits);
-    return bits;
-}
-
 enum pend_status srv_part_runner_new(struct srv_part_runner **runner, struct srv_service *service,
                                      int parts) {
     int slots = parts ? parts + RUNNER_SMALL : 0;
@@ -449,12 +389,10 @@ enum pend_status srv_part_runner_new(struct srv_part_runner **runner, struct srv
     made->service = service;
     made->count = slots;
     made->most_long = parts;
-    made->claim = (struct srv_ask){.call = {.run = runner_claim_run}, .done = runner_claimed};
-    made->wanted = 1;
+    made->ask = (struct srv_ask){.call = {.run = runner_claim_run}, .done = runner_claimed};
     made->lease_us = (int64_t)(1e6 * service->config.job_lease_seconds);
     made->release = (struct srv_ask){.call = {.run = runner_release}, .done = runner_released};
-    made->random = runner_name(made->name);
-    made->claimed = (struct srv_claim){.worker = made->name, .lease_us = made->lease_us};
+    srv_part_claim_init(&made->claim, made->lease_us);
     pthread_mutex_init(&made->lock, NULL);
     srv_condition_init(&made->some);
     for (int i = 0; i < slots; i++) {
@@ -463,7 +401,7 @@ enum pend_status srv_part_runner_new(struct srv_part_runner **runner, struct srv
             .task = {.run = slot_run, .lane = &made->lane, .level = SRV_QUEUE_LEVELS - 1},
             .service = service,
             .runner = made,
-            .holder = made->name,
+            .holder = made->claim.name,
             .lease_us = made->lease_us,
         };
         srv_part_slot_init(slot, slot_done, slot_beaten);
@@ -499,10 +437,8 @@ void srv_part_runner_free(struct srv_part_runner **runner) {
 
 void srv_part_runner_news(struct srv_part_runner *runner, int rings) {
     pthread_mutex_lock(&runner->lock);
-    if (rings & SRV_RING_WORK && !runner->wanted) {
-        runner_spread(runner, srv_clock_now());
-        runner->wanted = 1;
-    }
+    if (rings & SRV_RING_WORK)
+        srv_part_claim_hear(&runner->claim, runner_workers(runner), srv_clock_now());
     runner->doubt |= (rings & SRV_RING_STOP) != 0;
     pthread_cond_signal(&runner->some);
     pthread_mutex_unlock(&runner->lock);

@@ -41,12 +41,11 @@ static const char *sql_late(const struct srv_sql_driver *driver, const char *tok
     else if (length < 0)
         snprintf(text, SQL_LIST_TEXT, "(SELECT COUNT(*) FROM changes WHERE name = clients.name)");
     else
-        snprintf(
-            text, SQL_LIST_TEXT,
-            "%s%.*s%sCAST(COALESCE((SELECT SUM(changes.%.*s) FROM changes WHERE changes.name = "
-            "clients.name), 0) AS BIGINT)%s",
-            late ? "(clients." : "", late ? length : 0, column, late ? " + " : "", length, column,
-            late ? ")" : "");
+        snprintf(text, SQL_LIST_TEXT,
+                 "%s%.*s%sCAST(COALESCE((SELECT SUM(changes.%.*s) FROM changes WHERE changes.name "
+                 "= clients.name AND ABS(changes.%.*s) <= 9007199254740992), 0) AS BIGINT)%s",
+                 late ? "(clients." : "", late ? length : 0, column, late ? " + " : "", length,
+                 column, length, column, late ? ")" : "");
     return text;
 }
 

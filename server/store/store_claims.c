@@ -109,6 +109,19 @@ struct row_ready {
     struct ready ready[SRV_CLAIMS];
 };
 
+/* the request of a job, with its seal; one that is too long for a claim, or is no bytes, is read
+ * and judged by itself */
+static enum srv_stored row_request(struct ready *ready, const struct srv_value seal[],
+                                   const struct srv_value *request) {
+    if (request->kind != SRV_SQL_BYTES) return SRV_STORED;
+    if (!ready->flaw && !srv_seal_request_whole(seal, request->data, request->bytes))
+        ready->flaw = "request";
+    if (ready->flaw || !(ready->request = malloc(request->bytes + 1))) return SRV_STORED;
+    if (request->bytes) memcpy(ready->request, request->data, request->bytes);
+    ready->request_bytes = request->bytes;
+    return SRV_STORED;
+}
+
 static enum srv_stored row_ready(void *context, const struct srv_value field[]) {
     struct row_ready *rows = context;
     if (rows->rows == SRV_CLAIMS) return SRV_STORED;
@@ -140,15 +153,7 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
     int last = !job->chained && job->begun < job->parts && job->waiting <= LAST_PARTS;
     ready->again = job->waiting > 0 && !last;
     ready->alone = ready->again && field[16].whole >= job->waiting;
-    /* one that is too long for a claim, or is no bytes, is read and judged by itself */
-    const struct srv_value *request = &field[15];
-    if (request->kind != SRV_SQL_BYTES) return SRV_STORED;
-    if (!*flaw && !srv_seal_request_whole(&field[11], request->data, request->bytes))
-        *flaw = "request";
-    if (*flaw || !(ready->request = malloc(request->bytes + 1))) return SRV_STORED;
-    if (request->bytes) memcpy(ready->request, request->data, request->bytes);
-    ready->request_bytes = request->bytes;
-    return SRV_STORED;
+    return row_request(ready, &field[11], &field[15]);
 }
 
 /* None of the clients whose turn it is has a job that can be claimed. The sums of clients that
@@ -350,27 +355,31 @@ static enum srv_stored claim_known(struct srv_store *store, struct srv_claim *cl
     return SRV_STORED;
 }
 
+/* claims in a transaction, and treats a damaged job in another */
+static enum srv_stored claim_try(struct srv_store *store, struct claim *claim) {
+    int mended = 0;
+    SRV_STORED_TRY(srv_store_begin(store));
+    enum srv_stored stored = claim_found(store, claim, &mended);
+    stored = srv_store_end(store, mended || stored == SRV_STORED, stored);
+    if (stored != SRV_STORED_DAMAGED || !claim->client[0]) return stored;
+    SRV_STORED_TRY(srv_store_begin(store));
+    stored = claim_damaged(store, claim->client, claim->bad ? &claim->damaged : NULL);
+    return srv_store_end(store, stored == SRV_STORED,
+                         stored == SRV_STORED ? SRV_STORED_AGAIN : stored);
+}
+
 enum srv_stored srv_store_claim(struct srv_store *store, struct srv_claim *asked,
                                 struct srv_lease lease[]) {
-    int mended = 0, most = asked->most;
-    struct claim claim = {.asked = asked, .lease = lease, .most = most};
-    assert(most >= 1 && most <= SRV_CLAIMS && asked->lease_us > 0);
+    struct claim claim = {.asked = asked, .lease = lease, .most = asked->most};
+    assert(asked->most >= 1 && asked->most <= SRV_CLAIMS && asked->lease_us > 0);
     SRV_STORED_TRY(claim_known(store, asked, lease));
     if (asked->count) return SRV_STORED;
-    for (int i = 0; i < most; i++) lease[i] = (struct srv_lease){0};
-    SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored = claim_found(store, &claim, &mended);
-    stored = srv_store_end(store, mended || stored == SRV_STORED, stored);
-    if (stored == SRV_STORED_DAMAGED && claim.client[0]) {
-        SRV_STORED_TRY(srv_store_begin(store));
-        stored = claim_damaged(store, claim.client, claim.bad ? &claim.damaged : NULL);
-        stored = srv_store_end(store, stored == SRV_STORED,
-                               stored == SRV_STORED ? SRV_STORED_AGAIN : stored);
-    }
-    assert(claim.count <= most && (stored != SRV_STORED || claim.count >= 1));
+    for (int i = 0; i < asked->most; i++) lease[i] = (struct srv_lease){0};
+    enum srv_stored stored = claim_try(store, &claim);
+    assert(claim.count <= asked->most && (stored != SRV_STORED || claim.count >= 1));
     /* a claim whose outcome is unknown is asked for again, or given up when its leases run out */
     int kept = stored == SRV_STORED || (stored == SRV_STORED_AWAY && store->unsure);
-    for (int i = 0; i < most && !kept; i++) srv_lease_clear(&lease[i]);
+    for (int i = 0; i < asked->most && !kept; i++) srv_lease_clear(&lease[i]);
     if (kept) asked->count = claim.count;
     return stored;
 }

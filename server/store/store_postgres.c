@@ -1,8 +1,6 @@
 #include "server/store/sql_list.h"
 
 #include <assert.h>
-#include <endian.h>
-#include <libpq-fe.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,16 +9,14 @@
 
 #include "server/base/clock.h"
 #include "server/base/container_of.h"
+#include "server/store/store_postgres_line.h"
 
-/* the types that statements answer with, as PostgreSQL numbers them */
-enum { TYPE_BYTEA = 17, TYPE_INT8 = 20, TYPE_TEXT = 25 };
 /* bytes that are sent without waiting for an answer */
 enum { POST_BYTES = 1 << 20 };
 enum { FIRST_WAIT_MS = 100, MOST_WAIT_MS = 5000 };
-/* the longest waits for the database: ANSWER_MS for an answer, CONNECT_S for a connection; a
+/* the longest waits for the database: ANSWER_MS for an answer; a
  * listener without news checks the connection after LISTEN_MS */
 enum { ANSWER_MS = 10000, LISTEN_MS = 5000, PATIENT_MS = 24 * 3600 * 1000 };
-#define CONNECT_S "5"
 /* connections that a process which only works leaves to those that answer: two of them can start */
 enum { CONNECTIONS_LEFT = 8 };
 
@@ -145,65 +141,21 @@ static PGresult *postgres_sync(struct postgres_sql *own, int said) {
     "SET enable_sort = off; SET enable_hashjoin = off; SET enable_mergejoin = off; SET jit = off;" \
     "SET max_parallel_workers_per_gather = 0"
 
-/* a connection that broke silently is noticed in about ten seconds, unless the url says
- * otherwise */
-static PGconn *postgres_connect(const char *url, int role) {
-    static const char *const word[] = {"connect_timeout",
-                                       "keepalives_idle",
-                                       "keepalives_interval",
-                                       "keepalives_count",
-                                       "tcp_user_timeout",
-                                       "application_name",
-                                       "dbname",
-                                       NULL};
-    const char *const value[] = {CONNECT_S,
-                                 "5",
-                                 "2",
-                                 "3",
-                                 "10000",
-                                 role == SRV_SQL_WORKS || role == (SRV_SQL_WORKS | SRV_SQL_ANSWERS)
-                                     ? "pendulumd worker"
-                                     : "pendulumd",
-                                 url,
-                                 NULL};
-    return PQconnectdbParams(word, value, 1);
-}
-
 #define POSTGRES_POOLED                                                                            \
     "the database is behind a pooler that gives each transaction another connection (as "          \
     "PgBouncer "                                                                                   \
     "with pool_mode = transaction): name the database itself, or a pool of sessions"
-
-#define POSTGRES_SERVER                                                                            \
-    "SELECT pg_backend_pid(), current_setting('max_connections')::int - "                          \
-    "current_setting('superuser_reserved_connections')::int - (SELECT COUNT(*) FROM "              \
-    "pg_stat_activity WHERE backend_type = 'client backend')"
-
-/* what POSTGRES_SERVER says: the server process that runs the transactions of a connection, 0 when
- * it does not; and the connections that are left */
-static long postgres_server(PGresult *result, long *left) {
-    int good = PQresultStatus(result) == PGRES_TUPLES_OK;
-    long server = good ? strtol(PQgetvalue(result, 0, 0), NULL, 10) : 0;
-    *left = good ? strtol(PQgetvalue(result, 0, 1), NULL, 10) : 0;
-    PQclear(result);
-    return server;
-}
 
 /* false for a pooler of transactions, where statements are prepared on one connection and run on
  * another: a pooler does not know the server process that it will use, and a second connection gets
  * the one that the first has just used. And false for a worker that would take one of the last
  * connections. */
 static int postgres_suits(struct postgres_sql *own) {
-    long left, more;
-    long server =
-        postgres_server(postgres_answer(own, PQsendQuery(own->connection, POSTGRES_SERVER)), &left);
-    if (server && server != PQbackendPID(own->connection)) {
-        PGconn *other = postgres_connect(own->url, own->role);
-        own->pooled = postgres_server(PQexec(other, POSTGRES_SERVER), &more) == server;
-        PQfinish(other);
-    }
-    if (own->pooled) srv_sql_complain(&own->sql, POSTGRES_POOLED);
-    own->crowded = own->role == SRV_SQL_WORKS && left < CONNECTIONS_LEFT;
+    int said = PQsendQuery(own->connection, SRV_POSTGRES_SERVER);
+    long left, server = srv_postgres_server(postgres_answer(own, said), &left);
+    own->pooled = server && server != PQbackendPID(own->connection) &&
+                  srv_postgres_pooled(own->url, own->role, server);
+    own->crowded = server && own->role == SRV_SQL_WORKS && left < CONNECTIONS_LEFT;
     if (server && !own->pooled && !own->crowded) return 1;
     PQfinish(own->connection);
     own->connection = NULL;
@@ -273,7 +225,7 @@ static enum pend_status postgres_open(struct srv_sql **sql, const char *url, int
     }
     PQconninfoFree(options);
     PQfreemem(said);
-    if (status == PEND_OK) own->connection = postgres_connect(url, role);
+    if (status == PEND_OK) own->connection = srv_postgres_connect(url, role);
     /* a database that is away now may come: then the connection is like one that was lost */
     if (own->connection && (PQstatus(own->connection) != CONNECTION_OK || !postgres_settle(own)))
         postgres_lost(own);
@@ -293,7 +245,7 @@ static int postgres_again(struct postgres_sql *own) {
     if (own->connection)
         PQreset(own->connection);
     else
-        own->connection = postgres_connect(own->url, own->role);
+        own->connection = srv_postgres_connect(own->url, own->role);
     memset(own->kept, 0, sizeof own->kept);
     own->unsure = 0;
     own->posted_bytes = 0;
@@ -337,63 +289,10 @@ static enum srv_stored postgres_result(struct postgres_sql *own, const PGresult 
                                                                 : SRV_STORED_BROKEN;
 }
 
-/* parameters as libpq wants them */
-struct postgres_values {
-    Oid type[SRV_SQL_PARAMETERS];
-    const char *data[SRV_SQL_PARAMETERS];
-    int bytes[SRV_SQL_PARAMETERS], binary[SRV_SQL_PARAMETERS];
-    int64_t whole[SRV_SQL_PARAMETERS];
-};
-
-static void postgres_values(struct postgres_values *out, const struct srv_value value[],
-                            int count) {
-    memset(out, 0, sizeof *out);
-    for (int i = 0; i < count; i++) switch (value[i].kind) {
-        case SRV_SQL_NULL:
-            break;
-        case SRV_SQL_WHOLE:
-            out->whole[i] = (int64_t)htobe64((uint64_t)value[i].whole);
-            out->type[i] = TYPE_INT8;
-            out->data[i] = (const char *)&out->whole[i];
-            out->bytes[i] = 8;
-            out->binary[i] = 1;
-            break;
-        case SRV_SQL_STRING:
-            out->type[i] = TYPE_TEXT;
-            out->data[i] = value[i].data;
-            break;
-        case SRV_SQL_BYTES:
-            out->type[i] = TYPE_BYTEA;
-            out->data[i] = value[i].bytes ? value[i].data : "";
-            out->bytes[i] = (int)value[i].bytes;
-            out->binary[i] = 1;
-            break;
-        }
-}
-
-static void postgres_fields(const PGresult *result, int row, struct srv_value field[], int count) {
-    for (int i = 0; i < count; i++) {
-        struct srv_value *value = &field[i];
-        const char *data = PQgetvalue(result, row, i);
-        uint64_t whole;
-        *value = (struct srv_value){0};
-        if (PQgetisnull(result, row, i)) continue;
-        if (PQftype(result, i) == TYPE_INT8) {
-            memcpy(&whole, data, sizeof whole);
-            value->kind = SRV_SQL_WHOLE;
-            value->whole = (int64_t)be64toh(whole);
-            continue;
-        }
-        value->kind = PQftype(result, i) == TYPE_BYTEA ? SRV_SQL_BYTES : SRV_SQL_STRING;
-        value->data = data;
-        value->bytes = (size_t)PQgetlength(result, row, i);
-    }
-}
-
 /* puts a statement into the pipeline, and its preparation before it; returns 0 when that cannot
  * be */
 static int postgres_put(struct postgres_sql *own, int id, const char *text,
-                        const struct postgres_values *values, int count) {
+                        const struct srv_postgres_values *values, int count) {
     char spelt[SRV_SQL_TEXT], name[32];
     if (id < 0 || !own->kept[id]) srv_sql_spell(&srv_sql_postgres, text, spelt);
     if (id < 0)
@@ -412,7 +311,7 @@ static int postgres_put(struct postgres_sql *own, int id, const char *text,
 /* puts a statement on the rows of values that were gathered for it into the pipeline */
 static int postgres_put_list(struct postgres_sql *own, int id) {
     struct srv_sql_list *list = own->list[id];
-    struct postgres_values values = {0};
+    struct srv_postgres_values values = {0};
     srv_sql_list_arrays(list, values.data, values.bytes);
     for (int i = 0; i < list->columns; i++) values.binary[i] = 1;
     int good = postgres_put(own, id, list->text, &values, list->columns);
@@ -453,14 +352,14 @@ static int postgres_gather(struct postgres_sql *own, int id, const char *text,
  * `later` a statement on rows waits for more of them. Returns 0 when that cannot be */
 static int postgres_send(struct postgres_sql *own, int id, const char *text,
                          const struct srv_value value[], int count, int later) {
-    struct postgres_values values;
+    struct srv_postgres_values values;
     if (!strcmp(text, "{begin}") || !strcmp(text, "ROLLBACK")) postgres_drop_lists(own);
     for (int i = 0; i < count; i++) own->posted_bytes += value[i].bytes + sizeof value[i].whole;
     if (id >= 0 && srv_sql_columns(text)) {
         if (!postgres_gather(own, id, text, value, count)) return 0;
         return later || postgres_put_lists(own, id);
     }
-    postgres_values(&values, value, count);
+    srv_postgres_values(&values, value, count);
     return postgres_put_lists(own, -1) && postgres_put(own, id, text, &values, count);
 }
 
@@ -496,7 +395,7 @@ static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *tex
     int rows = stored == SRV_STORED ? PQntuples(result) : 0,
         columns = stored == SRV_STORED ? PQnfields(result) : 0;
     for (int i = 0; i < rows && stored == SRV_STORED && row && columns <= SRV_SQL_PARAMETERS; i++) {
-        postgres_fields(result, i, field, columns);
+        srv_postgres_fields(result, i, field, columns);
         stored = row(context, field);
     }
     PQclear(result);

@@ -212,14 +212,15 @@ class House:
 
 
 KEPT = "(SELECT COALESCE(SUM(LENGTH(data)), 0) FROM results WHERE job = jobs.id)"
+LATE = "+ COALESCE((SELECT SUM(changes.{0}) FROM changes WHERE changes.name = clients.name), 0)"  # not in the client's row yet
 SUMS = (
     ("bytes of a successful job", f"SELECT id, bytes, {KEPT} FROM jobs WHERE state = 2 AND bytes <> {KEPT}"),
     ("parts of a successful job", "SELECT id FROM jobs WHERE state = 2 AND shards <> (SELECT COUNT(*) FROM drill_kept WHERE job = id)"),
     ("parts that a job has done", "SELECT id, done FROM jobs WHERE state < 3 AND done <> (SELECT COUNT(*) FROM shards WHERE job = id AND state = 2)"),
     ("chunks of a part", "SELECT job, shard, COUNT(*) FROM results GROUP BY job, shard HAVING MIN(chunk) <> 0 OR MAX(chunk) <> COUNT(*) - 1"),
-    ("open jobs of a client", "SELECT name, jobs FROM clients WHERE jobs <> (SELECT COUNT(*) FROM jobs WHERE client = name AND state < 2)"),
-    ("jobs of a client that a worker can take", "SELECT name, ready FROM clients WHERE ready <> (SELECT COUNT(*) FROM jobs WHERE client = name AND ready = 1)"),
-    ("bytes of a client", "SELECT name, bytes FROM clients WHERE bytes <> (SELECT COALESCE(SUM(bytes + held), 0) FROM jobs WHERE client = name)"),
+    ("open jobs of a client", f"SELECT name, jobs FROM clients WHERE jobs {LATE.format('jobs')} <> (SELECT COUNT(*) FROM jobs WHERE client = name AND state < 2)"),
+    ("jobs of a client that a worker can take", f"SELECT name, ready FROM clients WHERE ready {LATE.format('ready')} <> (SELECT COUNT(*) FROM jobs WHERE client = name AND ready = 1)"),
+    ("bytes of a client", f"SELECT name, bytes FROM clients WHERE bytes {LATE.format('bytes')} <> (SELECT COALESCE(SUM(bytes + held), 0) FROM jobs WHERE client = name)"),
     ("requests of jobs without success", "SELECT id FROM jobs WHERE state >= 3 AND LENGTH(request) > 0"),
     ("the sum of bytes", "SELECT 1 WHERE (SELECT SUM(bytes) FROM totals) <> (SELECT COALESCE(SUM(bytes + held), 0) FROM jobs)"),
     ("the sum of parts that wait", "SELECT 1 WHERE (SELECT SUM(waiting) FROM totals) <> (SELECT COALESCE(SUM(CASE WHEN ready = 0 THEN 0 "

@@ -28,7 +28,7 @@ doors=(
     '^isa-l/ ^server/protocol/coding_gzip[.]c$'
     '^zstd[.]h$ ^server/protocol/coding_zstd[.]c$'
     '^sqlite3[.]h$ ^server/store/store_sqlite([.]c|_disk[.][ch])$'
-    '^libpq-fe[.]h$ ^server/store/store_postgres[.]c$'
+    '^libpq-fe[.]h$ ^server/store/store_postgres(_line[.]h|[.]c)$'
     '^seccomp[.]h$ ^server/base/calls[.]c$'
     '^unicode/ ^server/classes/nickname[.]c$'
     '^linux/(landlock|capability)[.]h$ ^server/base/(fence|privileges)[.]c$'

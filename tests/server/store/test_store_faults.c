@@ -27,6 +27,7 @@ static struct {
     long count, fail_at; /* 0 = none fails */
     int for_good, lost;
     enum fault fault;
+    const char *lose; /* a statement that takes effect, and whose answer is lost */
 } faulty;
 
 static int faulty_fails(const char *text) {
@@ -53,6 +54,14 @@ static enum srv_stored faulty_end(struct srv_sql *sql, const char *text) {
 static enum srv_stored faulty_run(struct srv_sql *sql, int id, const char *text,
                                   const struct srv_value value[], int count, srv_row_fn *row,
                                   void *context) {
+    if (faulty.lose && !strcmp(text, faulty.lose)) {
+        CHECK_INT(faulty.real->run(sql, id, text, value, count, row, context), SRV_STORED);
+        faulty.lose = NULL;
+        faulty.fault = FAULT_AWAY_AFTER;
+        faulty.fail_at = LONG_MAX; /* until the next begin */
+        faulty.count = 0;
+        return faulty_end(sql, text);
+    }
     if (!faulty_fails(text)) return faulty.real->run(sql, id, text, value, count, row, context);
     if (!faulty.lost && faulty.fault == FAULT_AWAY_AFTER)
         faulty.real->run(sql, id, text, value, count, row, context);
@@ -271,6 +280,55 @@ static struct srv_store *life_open(const struct ground *ground) {
     CHECK_SAYING(srv_store_open(&store, ground->url, &ground->rules, &error) == PEND_OK, "%s",
                  error.text);
     return store;
+}
+
+/* Two calls that submit without a key, or claim. */
+struct lost_call {
+    struct srv_store_call call; /* first */
+    const char *id;
+    struct srv_claim claim;
+    struct srv_lease lease[1];
+};
+
+static enum srv_stored lost_submit(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_job job;
+    return ground_submit(store, ((struct lost_call *)call)->id, "anna", NULL, 1, 0, &job);
+}
+
+static enum srv_stored lost_claim(struct srv_store *store, struct srv_store_call *call) {
+    struct lost_call *own = (struct lost_call *)call;
+    return srv_store_claim(store, &own->claim, own->lease);
+}
+
+/* alone and in a batch, a commit takes effect and nobody hears of it: the calls say so, and nothing
+ * is done twice */
+STORE_TEST(a_commit_whose_answer_is_lost_is_looked_up) {
+    struct lost_call one, two;
+    struct srv_store_call *const calls[] = {&one.call, &two.call};
+    faulty_begin(store);
+    for (int count = 1; count <= 2; count++) {
+        one = (struct lost_call){.call.run = lost_submit, .id = count == 1 ? "a" : "b"};
+        two = (struct lost_call){.call.run = lost_submit, .id = "c"};
+        faulty.lose = "COMMIT";
+        srv_store_together(store, calls, count);
+        CHECK_INT(one.call.stored, SRV_STORED);
+        CHECK_INT(two.call.stored, SRV_STORED);
+    }
+    CHECK_INT(ground_ask(ground, "SELECT COUNT(*) FROM jobs"), 3);
+    for (int count = 1; count <= 2; count++) {
+        one = two = (struct lost_call){.call.run = lost_claim,
+                                       .claim = {.worker = "w", .lease_us = SECOND, .most = 1}};
+        faulty.lose = "COMMIT";
+        srv_store_together(store, calls, count);
+        CHECK(one.call.stored == SRV_STORED && one.claim.count == 1);
+        CHECK(two.call.stored == SRV_STORED && two.claim.count == count - 1);
+        srv_lease_clear(&one.lease[0]);
+        if (count == 2) srv_lease_clear(&two.lease[0]);
+    }
+    CHECK_INT(ground_ask(ground, "SELECT COUNT(*) FROM shards WHERE state = 1 AND attempt = 1"), 3);
+    CHECK(!faulty.lose);
+    ground_sums(ground);
+    faulty.fail_at = 0;
 }
 
 STORE_TEST(a_life_survives_every_statement_that_fails) {

@@ -1,0 +1,80 @@
+#include "server/jobs/part_claim.h"
+
+#include <assert.h>
+#include <stdio.h>
+#include <sys/random.h>
+#include <unistd.h>
+
+#include "server/base/clock.h"
+
+enum {
+    CLAIM_POLL_MS = 1000,
+    CLAIM_ASIDE_MS = 10000, /* a part that was set aside waits so long for an idle worker */
+    CLAIM_SPREAD_US = 4000, /* for each other worker: claims wait a random time up to this */
+    CLAIM_SPREAD_MOST = 64  /* of the other workers */
+};
+
+void srv_part_claim_init(struct srv_part_claim *claim, int64_t lease_us) {
+    char host[48] = "";
+    *claim = (struct srv_part_claim){.wanted = 1};
+    gethostname(host, sizeof host - 1);
+    if (getrandom(&claim->random, sizeof claim->random, GRND_NONBLOCK) < 0)
+        claim->random = (uint64_t)srv_clock_now();
+    snprintf(claim->name, sizeof claim->name, "%s:%ld:%016llx", host, (long)getpid(),
+             (unsigned long long)claim->random);
+    claim->asked = (struct srv_claim){.worker = claim->name, .lease_us = lease_us};
+}
+
+enum srv_stored srv_part_claim_run(struct srv_part_claim *claim, struct srv_store *store) {
+    return srv_store_claim(store, &claim->asked, claim->lease);
+}
+
+/* Has the next claim wait a random time, the longer the more workers share the store: of those that
+ * a notification wakes few find that the parts are claimed already. */
+static void claim_spread(struct srv_part_claim *claim, long workers, int64_t now) {
+    long others = workers - 1 < CLAIM_SPREAD_MOST ? workers - 1 : CLAIM_SPREAD_MOST;
+    if (others <= 0 || claim->at > now) return;
+    claim->random = claim->random * 6364136223846793005u + 1442695040888963407u;
+    uint64_t most = (uint64_t)others * CLAIM_SPREAD_US * 1000;
+    claim->at = now + (int64_t)((claim->random >> 32) * most >> 32);
+}
+
+int srv_part_claim_take(struct srv_part_claim *claim, enum srv_stored stored, long workers,
+                        int64_t now) {
+    struct srv_claim *asked = &claim->asked;
+    int count = stored == SRV_STORED ? asked->count : 0, small = count && count < asked->most;
+    assert(asked->count <= asked->most && asked->most <= SRV_CLAIMS);
+    for (int i = count; i < asked->count; i++) srv_lease_clear(&claim->lease[i]);
+    for (int i = 0; i < count; i++)
+        small &= claim->lease[i].parts == 1 && claim->lease[i].part_us <= SRV_SMALL_US;
+    asked->count = 0;
+    if (!claim->aside_at && asked->skipped)
+        claim->aside_at = now + (int64_t)CLAIM_ASIDE_MS * 1000000;
+    if (!asked->skipped) claim->aside_at = 0;
+    /* if there was one part there may be more */
+    claim->wanted |= count > 0 || stored == SRV_STORED_LOST || stored == SRV_STORED_AGAIN;
+    /* fewer small parts than were asked for: they were all, unless their jobs have more */
+    if (stored == SRV_STORED_LOST || small) claim_spread(claim, workers, now);
+    return count;
+}
+
+void srv_part_claim_hear(struct srv_part_claim *claim, long workers, int64_t now) {
+    if (!claim->wanted) claim_spread(claim, workers, now);
+    claim->wanted = 1;
+}
+
+int srv_part_claim_due(struct srv_part_claim *claim, int room, int holds, int64_t now) {
+    int late = claim->aside_at && now >= claim->aside_at;
+    if (now < claim->at || (!claim->wanted && now < claim->poll_at)) return 0;
+    if (!room || (late && holds)) return 0;
+    claim->wanted = 0;
+    claim->poll_at = now + (int64_t)CLAIM_POLL_MS * 1000000;
+    claim->asked.most = room;
+    claim->asked.aside = holds ? SRV_CLAIM_BESIDE : late ? SRV_CLAIM_ASIDE : SRV_CLAIM_IDLE;
+    return 1;
+}
+
+int64_t srv_part_claim_next(const struct srv_part_claim *claim, int64_t now) {
+    if (claim->wanted && claim->at > now) return claim->at;
+    return claim->poll_at > now ? claim->poll_at : INT64_MAX;
+}
