@@ -43,7 +43,8 @@ static const char *sql_late(const struct srv_sql_driver *driver, const char *tok
     else
         snprintf(text, SQL_LIST_TEXT,
                  "%s%.*s%sCAST(COALESCE((SELECT SUM(changes.%.*s) FROM changes WHERE changes.name "
-                 "= clients.name AND ABS(changes.%.*s) <= 9007199254740992), 0) AS BIGINT)%s",
+                 "= clients.name AND changes.%.*s BETWEEN -9007199254740992 AND 9007199254740992), "
+                 "0) AS BIGINT)%s",
                  late ? "(clients." : "", late ? length : 0, column, late ? " + " : "", length,
                  column, length, column, late ? ")" : "");
     return text;

@@ -89,7 +89,7 @@ STORE_TEST(altered_changes_of_clients_harm_no_claim) {
     if (!ground->postgres) return;
     claims_submit(store, 2);
     ground_run(ground,
-               "INSERT INTO changes SELECT name, 9223372036854775807, -9223372036854775807, "
+               "INSERT INTO changes SELECT name, 9223372036854775807, -9223372036854775808, "
                "9223372036854775807, -9223372036854775807 FROM clients, (VALUES (1), (2)) AS v");
     ground_run(ground, "INSERT INTO changes VALUES ('nobody', 1, 1, 1, 1)");
     CHECK_INT(claim_all(store, lease), 2);
