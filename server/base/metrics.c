@@ -43,7 +43,7 @@ static const struct {
     size_t offset;
 } metrics_stage[] = {
 #define X(field, stage) {stage, offsetof(struct srv_metrics, field)},
-    SRV_STAGES(X)
+    SRV_STAGES(X) SRV_JOB_STAGES(X)
 #undef X
 };
 
@@ -130,9 +130,8 @@ static enum pend_status metrics_requests(const struct srv_metrics *metrics,
     return PEND_OK;
 }
 
-static enum pend_status metrics_histogram(const struct srv_histogram *histogram, const char *stage,
-                                          struct api_buffer *out) {
-    static const char name[] = "pendulumd_request_duration_seconds";
+static enum pend_status metrics_histogram(const struct srv_histogram *histogram, const char *name,
+                                          const char *stage, struct api_buffer *out) {
     unsigned long long count = 0;
     for (int i = 0; i < SRV_METRIC_BUCKETS; i++) {
         count += metrics_read(&histogram->bucket[i]);
@@ -146,6 +145,24 @@ static enum pend_status metrics_histogram(const struct srv_histogram *histogram,
                              count);
 }
 
+static enum pend_status metrics_stages(const struct srv_metrics *metrics, struct api_buffer *out) {
+    static const char *const name[] = {"pendulumd_request_duration_seconds",
+                                       "pendulumd_job_duration_seconds"};
+    static const char *const help[] = {
+        "Time that requests spent in a stage: waiting for a worker, with one, being sent, and in "
+        "all",
+        "Time that jobs waited for their first worker, and that their parts were with one"};
+    for (size_t i = 0; i < COUNT(metrics_stage); i++) {
+        size_t offset = metrics_stage[i].offset, first = offsetof(struct srv_metrics, job_wait);
+        int job = offset >= first;
+        if (!i || offset == first)
+            PEND_TRY(metrics_head(out, name[job], NULL, help[job], "histogram"));
+        PEND_TRY(metrics_histogram((const void *)((const char *)metrics + offset), name[job],
+                                   metrics_stage[i].stage, out));
+    }
+    return PEND_OK;
+}
+
 enum pend_status srv_metrics_write(struct srv_metrics *metrics, const struct srv_gauges *gauges,
                                    const char *(*label)(int route), struct api_buffer *out) {
     assert(metrics && gauges && label);
@@ -154,13 +171,7 @@ enum pend_status srv_metrics_write(struct srv_metrics *metrics, const struct srv
                           "1; which program this is, and which engine computes", "gauge"));
     PEND_TRY(api_buffer_format(out, "pendulumd_build_info{version=\"%s\",engine=\"%s\"} 1\n",
                                API_VERSION, api_engine_name));
-    PEND_TRY(metrics_head(out, "pendulumd_request_duration_seconds", NULL,
-                          "Time that requests spent in a stage: waiting for a worker, with one, "
-                          "being sent, and in all",
-                          "histogram"));
-    for (size_t i = 0; i < COUNT(metrics_stage); i++)
-        PEND_TRY(metrics_histogram((const void *)((const char *)metrics + metrics_stage[i].offset),
-                                   metrics_stage[i].stage, out));
+    PEND_TRY(metrics_stages(metrics, out));
     PEND_TRY(metrics_counters(metrics, out));
     return metrics_gauges(gauges, out);
 }

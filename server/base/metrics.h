@@ -86,18 +86,27 @@
     X(jobs_dismissed, "pendulumd_jobs", "state=\"dismissed\"", "")                                 \
     X(parts_waiting, "pendulumd_job_parts_waiting", "",                                            \
       "Parts of jobs that a free worker would take now")                                           \
+    X(job_oldest, "pendulumd_job_oldest_waiting_seconds", "",                                      \
+      "Age of the oldest job that waits, of those that are next of their clients; 0 = none waits") \
+    X(processes, "pendulumd_store_workers", "",                                                    \
+      "Processes that compute jobs of a PostgreSQL store now; 0 on SQLite")                        \
+    X(store_connections, "pendulumd_store_connections", "",                                        \
+      "Connections of all processes to a PostgreSQL store; 0 on SQLite")                           \
     X(store_bytes, "pendulumd_store_bytes", "", "Bytes kept for jobs in the store")                \
     X(store_up, "pendulumd_store_up", "",                                                          \
       "1 while the store answers, 0 while it does not or there is none")                           \
     X(resident, "process_resident_memory_bytes", "", "Resident memory of the process")             \
     X(started, "process_start_time_seconds", "", "When the process began, in seconds since 1970")
 
-/* Histograms of seconds: field, stage. */
+/* Histograms of seconds: field, stage; those of requests and those of jobs. */
 #define SRV_STAGES(X)                                                                              \
     X(queue, "queue") /* from the whole request to a worker */                                     \
     X(compute, "compute")                                                                          \
     X(write, "write") /* from the answer's first byte to its last */                               \
     X(total, "total")
+#define SRV_JOB_STAGES(X)                                                                          \
+    X(job_wait, "wait") /* from the submission to the claim of a job's first part */               \
+    X(job_run, "run")   /* from the claim of a part to its result on disk */
 
 enum {
     SRV_METRIC_BUCKETS = 19, /* the last is +Inf */
@@ -115,6 +124,7 @@ struct srv_metrics {
 #undef X
 #define X(field, stage) struct srv_histogram field;
     SRV_STAGES(X)
+    SRV_JOB_STAGES(X)
 #undef X
     atomic_ullong requests[SRV_METRIC_ROUTES][SRV_METRIC_STATUS];
 };

@@ -108,6 +108,7 @@ static void slot_begins(struct srv_part_slot *slot, const struct srv_lease *leas
     struct srv_part_run *run = &slot->run;
     slot->lease = *lease;
     slot->held_at = now;
+    srv_metrics_time(&slot->service->metrics.job_wait, 1000 * lease->waited_us);
     slot->beat_at = now + runner_beat_ns(slot->runner);
     if (slot->runner->draining) {
         slot_end(slot);
@@ -172,6 +173,8 @@ static void slot_answered(struct srv_part_slot *slot, enum srv_stored stored) {
     } else if (stored >= SRV_STORED_FULL) {
         slot_retry(slot, asked);
     } else {
+        if (asked == SRV_PART_SLOT_FINISH)
+            srv_metrics_time(&metrics->job_run, srv_clock_now() - slot->held_at);
         if (asked == SRV_PART_SLOT_FINISH)
             srv_metrics_count(stored == SRV_STORED ? &metrics->parts_kept : &metrics->parts_lost,
                               1);

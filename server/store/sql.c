@@ -18,7 +18,7 @@ static const char *sql_word(const struct srv_sql_driver *driver, const char *tok
                  {"{alone}", driver->alone},         {"{ring}", driver->ring},
                  {"{bytes}", driver->bytes},         {"{hot}", driver->hot},
                  {"{ring work}", driver->ring_work}, {"{ring stop}", driver->ring_stop},
-                 {"{crowd}", driver->crowd}};
+                 {"{crowd}", driver->crowd},         {"{carries}", driver->carries}};
     for (size_t i = 0; i < sizeof words / sizeof *words; i++)
         if (strlen(words[i].token) == bytes && !memcmp(words[i].token, token, bytes))
             return words[i].word;

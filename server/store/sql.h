@@ -86,11 +86,13 @@ struct srv_sql_driver {
      * the rows read are locked, those that another transaction has locked are waited for, or left
      * out; {alone}: one migration at a time; {ring}: wakes the processes that listen, once
      * committed, {ring work} and {ring stop}: the workers alone; {crowd}: the number of processes
-     * that compute, and of the connections of all; {bytes}: the type of byte strings; {hot}: what a
-     * table is told whose few rows change with every transaction
+     * that compute, and of the connections of all; {carries}: the connections that the database
+     * takes, and how many processes that only compute it carries beside one that answers; {bytes}:
+     * the type of byte strings; {hot}: what a table is told whose few rows change with every
+     * transaction
      */
-    const char *begin, *now, *lock, *skip, *alone, *ring, *ring_work, *ring_stop, *crowd, *bytes,
-        *hot;
+    const char *begin, *now, *lock, *skip, *alone, *ring, *ring_work, *ring_stop, *crowd, *carries,
+        *bytes, *hot;
     /* It runs a statement on many rows of values at once. Such a statement has {1}, {2}, ... for
      * a row's values, and one of {from twb}, {using twb} and {beside twb} where it names the
      * rows among its tables, with a letter for the type of each value: t a text, w a whole

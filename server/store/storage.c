@@ -239,6 +239,18 @@ static void *storage_listen(void *context) {
     return NULL;
 }
 
+/* says how many processes the database carries */
+static void storage_carries(struct storage_desk *desk) {
+    int64_t connections, workers;
+    if (srv_store_carries(desk->store, &connections, &workers) != SRV_STORED || !connections)
+        return;
+    srv_log_message(
+        desk->storage->log,
+        "the database's max_connections, %lld, carries %lld processes of the role worker "
+        "(1 connection each; they leave the last 8 free) beside one of another role (3 each)",
+        (long long)connections, (long long)(workers > 0 ? workers : 0));
+}
+
 static enum pend_status storage_start(struct srv_storage *storage, const char *url,
                                       const struct srv_store_rules *rules,
                                       struct pend_error *error) {
@@ -252,6 +264,7 @@ static enum pend_status storage_start(struct srv_storage *storage, const char *u
         own.role = rules->role | (i ? SRV_SQL_BESIDE : 0);
         PEND_TRY(srv_store_open(&desk->store, url, &own, error));
         if (!i && !srv_store_settled(desk->store)) storage_note(desk, SRV_STORED_AWAY);
+        if (!i && srv_store_settled(desk->store)) storage_carries(desk);
         if (rules->role == SRV_SQL_WORKS && srv_store_distant(desk->store)) storage->count = 1;
         if (listens && srv_store_listen(desk->store, 0, -1) < 0) continue;
         desk->runs =

@@ -56,6 +56,15 @@ int srv_store_listen(struct srv_store *store, int timeout_ms, int wake) {
     return store->sql->driver->listen(store->sql, timeout_ms, wake);
 }
 
+enum srv_stored srv_store_carries(struct srv_store *store, int64_t *connections, int64_t *workers) {
+    struct srv_row_wholes row = {.count = 2};
+    SRV_STORED_TRY(srv_store_begin(store));
+    enum srv_stored stored = srv_store_run(store, SQL_CARRIES, NULL, 0, srv_row_wholes, &row);
+    *connections = row.whole[0];
+    *workers = row.whole[1];
+    return srv_store_end(store, 0, stored);
+}
+
 int srv_store_distant(const struct srv_store *store) { return store->sql->driver->distant; }
 
 int srv_store_settled(const struct srv_store *store) { return store->settled; }

@@ -121,10 +121,11 @@ struct srv_job {
 struct srv_lease {
     char job[SRV_ID_BYTES], operation[SRV_NAME_BYTES];
     long part, parts;
-    long attempt;    /* the fencing token: grows with every claim of this part */
-    int alone;       /* a worker that held it has vanished: it is computed beside nothing else */
-    int64_t part_us; /* of computation, as it is estimated */
-    void *request;   /* of the job; NULL where it is long; freed by srv_lease_clear */
+    long attempt;      /* the fencing token: grows with every claim of this part */
+    int64_t waited_us; /* the job, before this part, its first; 0 for others */
+    int alone;         /* a worker that held it has vanished: it is computed beside nothing else */
+    int64_t part_us;   /* of computation, as it is estimated */
+    void *request;     /* of the job; NULL where it is long; freed by srv_lease_clear */
     size_t request_bytes;
     void *start; /* what the part before it carried over; NULL where there is none; freed by
                     srv_lease_clear */
@@ -476,6 +477,10 @@ enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **
  * cannot notify other processes; callers must poll then.
  */
 int srv_store_listen(struct srv_store *store, int timeout_ms, int wake);
+
+/** How many connections the database takes, and how many processes that only compute it carries
+ * beside one that answers; 0 where it takes any number. */
+enum srv_stored srv_store_carries(struct srv_store *store, int64_t *connections, int64_t *workers);
 
 /** Returns true for a database that is reached over connections of which it has few. */
 int srv_store_distant(const struct srv_store *store);

@@ -97,7 +97,7 @@ struct ready {
     struct srv_job job;
     int again; /* one that was held before is next */
     int alone; /* and it is to be computed alone */
-    int64_t part_us;
+    int64_t part_us, waited_us;
     const char *flaw; /* a column that holds what nobody can have written */
     void *request;    /* malloc'ed; NULL when it is long, or memory is short */
     size_t request_bytes;
@@ -152,6 +152,7 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
      * workers */
     int last = !job->chained && job->begun < job->parts && job->waiting <= LAST_PARTS;
     ready->again = job->waiting > 0 && !last;
+    ready->waited_us = field[17].whole - job->created;
     ready->alone = ready->again && field[16].whole >= job->waiting;
     return row_request(ready, &field[11], &field[15]);
 }
@@ -231,6 +232,7 @@ static enum srv_stored claim_part(struct srv_store *store, const char *client, i
     lease->parts = was.parts;
     SRV_STORED_TRY(claim_next(store, ready, claim->worker, claim->lease_us, lease));
     lease->alone = ready->alone;
+    lease->waited_us = was.begun ? 0 : ready->waited_us;
     memcpy(lease->job, was.id, sizeof lease->job);
     memcpy(lease->operation, was.operation, sizeof lease->operation);
     lease->part_us = ready->part_us;

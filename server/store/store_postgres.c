@@ -460,6 +460,10 @@ const struct srv_sql_driver srv_sql_postgres = {
     .ring = "pg_notify('pendulumd', '')",
     .ring_work = "pg_notify('pendulumd_work', '')",
     .ring_stop = "pg_notify('pendulumd_stop', '')",
+    /* 3: connections of a process that answers */
+    .carries = "CAST(current_setting('max_connections') AS BIGINT), CAST(current_setting("
+               "'max_connections') AS BIGINT) - CAST(current_setting("
+               "'superuser_reserved_connections') AS BIGINT) - 3 - 8",
     .crowd = "(SELECT COUNT(*) FROM pg_stat_activity WHERE datname = current_database() AND "
              "application_name = 'pendulumd worker'), (SELECT COUNT(*) FROM pg_stat_activity WHERE "
              "datname = current_database() AND application_name LIKE 'pendulumd%')",

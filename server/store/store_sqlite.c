@@ -339,6 +339,7 @@ const struct srv_sql_driver srv_sql_sqlite = {
     .ring_work = "ring()",
     .ring_stop = "ring()",
     .crowd = "0, 0",
+    .carries = "0, 0",
     .bytes = "BLOB",
     .hot = "",
     .lists = 0,

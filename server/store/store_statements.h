@@ -64,6 +64,7 @@
       "SELECT {crowd}, COALESCE({now} - (SELECT MIN((SELECT created FROM jobs WHERE client = "     \
       "next.name AND ready = 1 ORDER BY rank, created LIMIT 1)) FROM (SELECT name FROM "           \
       "clients WHERE ready > 0 ORDER BY turn, name LIMIT 64) AS next), 0)")                        \
+    X(CARRIES, "SELECT {carries}")                                                                 \
     X(RING, "SELECT {ring}")                                                                       \
     X(RING_WORK, "SELECT {ring work}")                                                             \
     X(RING_STOP, "SELECT {ring stop}")                                                             \
@@ -190,7 +191,7 @@
                   "rank, created, seal, "                                                          \
                   "sealed, title, version, CASE WHEN LENGTH(request) <= 4096 THEN request END, "   \
                   "CASE WHEN waiting > 0 THEN (SELECT CAST(COUNT(*) AS BIGINT) FROM shards WHERE " \
-                  "job = jobs.id AND state = 0 AND aside = 1) ELSE 0 END "                         \
+                  "job = jobs.id AND state = 0 AND aside = 1) ELSE 0 END, {now} "                  \
                   "FROM jobs WHERE "                                                               \
                   "client = $1 AND ready "                                                         \
                   "= 1 ORDER BY rank, "                                                            \
