@@ -16,6 +16,7 @@ enum {
 
 void srv_part_claim_init(struct srv_part_claim *claim, int64_t lease_us) {
     char host[48] = "";
+    assert(lease_us >= 0);
     *claim = (struct srv_part_claim){.wanted = 1};
     gethostname(host, sizeof host - 1);
     if (getrandom(&claim->random, sizeof claim->random, GRND_NONBLOCK) < 0)
@@ -26,6 +27,7 @@ void srv_part_claim_init(struct srv_part_claim *claim, int64_t lease_us) {
 }
 
 enum srv_stored srv_part_claim_run(struct srv_part_claim *claim, struct srv_store *store) {
+    assert(claim->asked.worker == claim->name);
     return srv_store_claim(store, &claim->asked, claim->lease);
 }
 
@@ -59,11 +61,13 @@ int srv_part_claim_take(struct srv_part_claim *claim, enum srv_stored stored, lo
 }
 
 void srv_part_claim_hear(struct srv_part_claim *claim, long workers, int64_t now) {
+    assert(workers >= 0 && now > 0);
     if (!claim->wanted) claim_spread(claim, workers, now);
     claim->wanted = 1;
 }
 
 int srv_part_claim_due(struct srv_part_claim *claim, int room, int holds, int64_t now) {
+    assert(room >= 0 && room <= SRV_CLAIMS && !claim->asked.count);
     int late = claim->aside_at && now >= claim->aside_at;
     if (now < claim->at || (!claim->wanted && now < claim->poll_at)) return 0;
     if (!room || (late && holds)) return 0;

@@ -84,6 +84,7 @@ static struct srv_ask *storage_next(struct srv_storage *storage, enum srv_ask_ki
 /* waits for an ask or a notification on a single desk's connection, without the lock */
 static void storage_hear(struct storage_desk *desk, int64_t until) {
     struct srv_storage *storage = desk->storage;
+    assert(storage->count == 1 && desk->kind == SRV_ASK_WRITE);
     int64_t left_ms = (until - srv_clock_now() + 999999) / 1000000;
     uint64_t rung;
     pthread_mutex_unlock(&storage->lock);
@@ -190,6 +191,7 @@ struct storage_rings {
 
 static int64_t storage_ring(struct storage_desk *desk, struct storage_rings *rings) {
     int wanted = srv_store_rings(desk->store), due = 0;
+    assert((wanted & ~SRV_RING_ALL) == 0 && desk->storage->figures.workers >= 0);
     int64_t now = srv_clock_now(), gap = srv_clock_span(RING_MS / 1000.0);
     int64_t most = desk->storage->figures.workers * gap / RING_WORKERS;
     if (now >= rings->work) due |= wanted & SRV_RING_WORK;

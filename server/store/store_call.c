@@ -126,6 +126,7 @@ void srv_store_ring(struct srv_store *store, int rings) {
 }
 
 enum srv_stored srv_store_fold(struct srv_store *store, const char *name) {
+    assert(*name && store->sql->driver->lists);
     SRV_STORED_TRY(srv_store_begin(store));
     /* should the database fail before this is on its disk, the changes are still there */
     enum srv_stored stored = srv_store_post(store, SQL_SOON, NULL, 0);

@@ -343,6 +343,7 @@ static enum srv_stored claim_found(struct srv_store *store, struct claim *claim,
 static enum srv_stored claim_known(struct srv_store *store, struct srv_claim *claim,
                                    struct srv_lease lease[]) {
     struct srv_row_wholes row = {.count = 1};
+    assert(claim->count >= 0 && claim->count <= claim->most);
     if (claim->count && store->unsure) {
         SRV_STORED_TRY(srv_store_begin(store));
         enum srv_stored stored =

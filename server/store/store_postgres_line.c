@@ -1,5 +1,6 @@
 #include "server/store/store_postgres_line.h"
 
+#include <assert.h>
 #include <endian.h>
 #include <stdlib.h>
 #include <string.h>
@@ -86,6 +87,7 @@ long srv_postgres_server(PGresult *result, long *left) {
 int srv_postgres_pooled(const char *url, int role, long server) {
     PGconn *other = srv_postgres_connect(url, role);
     long left;
+    assert(server > 0);
     int pooled = srv_postgres_server(PQexec(other, SRV_POSTGRES_SERVER), &left) == server;
     PQfinish(other);
     return pooled;
