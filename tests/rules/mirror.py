@@ -2,7 +2,7 @@
 
 usage: mirror.py
 tests/ROOM/FOLDER/test_X.c (.cpp), or test_X_MORE.c, is for ROOM/FOLDER/X.c; for what has none, tests/ROOM/README.md has a row
-`FOLDER/X` | files of tests.
+`FOLDER/X` | files of tests. SECURITY.md names for each of its sentences tests that exist.
 Leaves to others: what the tests check, and that they pass. Invariant: a row that is not needed, or names what is not there, fails;
 so does a test whose name is that of no source.
 """
@@ -56,6 +56,33 @@ def complaints(sources, headers, tests, readmes):
         yield f"tests/{source.partition('/')[0]}/README.md has a row for {source}, which has a test of its own"
 
 
+def untested(text, names):
+    """What is wrong with SECURITY.md: a sentence that names no test, or one that is not there."""
+    claims = [row for row in rows_of(text, "sentence") if row]
+    for claim, tests in claims:
+        named = re.findall(r"`([a-z0-9_]+)`", tests)
+        if not named:
+            yield f"SECURITY.md names no test of: {claim}"
+        yield from (f"SECURITY.md names the test {name}, which is not there" for name in named if name not in names)
+    if not claims:
+        yield "SECURITY.md has no table of sentences and tests"
+
+
+def rows_of(text, head):
+    """(first, second) cells of the rows of the table whose head begins with a word."""
+    _, _, table = text.partition(f"| {head} |")
+    for line in table.splitlines()[2:]:
+        if not line.startswith("|"):
+            return
+        cells = line.split("|")
+        yield cells[1].strip(), cells[2]
+
+
+def tests_of_c():
+    """The names of all tests in C."""
+    return {name for path in (TOP / "tests").rglob("test_*.c") for name in re.findall(r"TEST\((\w+)\)", path.read_text(encoding="utf-8"))}
+
+
 def everything(tests):
     """The tests that mirror the rooms, and all other files of tests/."""
     return tests + [str(path.relative_to(TOP)) for path in (TOP / "tests").glob("*/*.*")]
@@ -70,6 +97,9 @@ def main():
     sources = found("", (".c", ".cpp"))
     readmes = {room: (TOP / "tests" / room / "README.md").read_text(encoding="utf-8") for room in ROOMS}
     wrong = list(complaints(sources, found("", (".h",)), found("tests", (".c", ".cpp"), "test_"), readmes))
+    wrong += untested((TOP / "SECURITY.md").read_text(encoding="utf-8"), tests_of_c())
+    if len(list(untested("| sentence | tests |\n| --- | --- |\n| a | `x_y` |\n| b | none |\n", {"x"}))) != 2 or len(list(untested("", set()))) != 1:
+        wrong.append("faults of a sample of SECURITY.md are not seen")
     if len(sources) < 100:
         wrong.append(f"only {len(sources)} sources were found")
     # a sample that breaks every part of the rule once
