@@ -38,6 +38,16 @@ export const keep = {
     held.words.set(name, text);
     stored(() => localStorage.setItem(name, text));
   },
+  /**
+   * The same for as long as the tab lives, and no longer.
+   * @param {string} name @param {string} text
+   */
+  setForTab(name, text) {
+    held.words.set(name, text);
+    stored(() => sessionStorage.setItem(name, text));
+  },
+  /** What the tab has under a name, null without one. @param {string} name */
+  ofTab: (name) => stored(() => sessionStorage.getItem(name)) ?? held.words.get(name) ?? null,
   /** Whether the browser has refused to keep something. */
   get refused() {
     return held.refused;

@@ -27,7 +27,8 @@ export const namesSheet = () => location.hash.startsWith("#w=") || sheetInAddres
 export async function enterRoom(app) {
   if (namesSheet()) app.store.set({ view: { drawer: "worksheet" } });
   const kept = keep.get("pendulumd.rooms") ?? history.state?.["pendulumd.rooms"] ?? "[]";
-  if (!codeInAddress() && kept === "[]") return;
+  const ofTab = keep.ofTab("pendulumd.rooms.tab") ?? history.state?.["pendulumd.rooms.tab"] ?? "[]";
+  if (!codeInAddress() && kept === "[]" && ofTab === "[]") return;
   const { resume } = await app.files.script("drawers/class.js");
   await resume(app);
 }

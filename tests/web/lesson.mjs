@@ -82,7 +82,7 @@ const pupils = await timed(`${PUPILS} pages opened and joined`, async () => {
   for (let i = 0; i < PUPILS; i += 6) pages.push(...await all(names.slice(i, i + 6), (name) => join(here, code, name, { width: 480, height: 640, wait: false })));
   return pages;
 });
-const token = (page) => page.evaluate(() => JSON.parse(localStorage.getItem("pendulumd.rooms"))[0]);
+const token = (page) => page.evaluate(() => [sessionStorage.getItem("pendulumd.rooms.tab"), localStorage.getItem("pendulumd.rooms")].flatMap((rooms) => JSON.parse(rooms ?? "[]"))[0]);
 for (const page of [teacher, ...pupils]) page.forgiven.push(/Failed to load|net::ERR|50[234]/);
 
 // --- a lesson

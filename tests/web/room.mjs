@@ -6,10 +6,11 @@ import { openDrawer } from "./drawers.mjs";
 
 const BY_TIME = { polling: 100 }; // ms: of thirty windows on one machine some get no frames for a long while
 
-/** A page with a room of its own: {page, code}. */
-export async function teach(rig, options = {}) {
+/** A page with a room of its own, which only the tab knows unless it is remembered: {page, code}. */
+export async function teach(rig, { remembered, ...options } = {}) {
   const page = await rig.open({ width: 1280, height: 900, ...options });
   await openDrawer(page, "class");
+  if (remembered) await page.check("[data-class=remember]");
   await page.click("[data-class=make]");
   const code = await page.textContent(".room-code");
   return { page, code };

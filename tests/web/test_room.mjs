@@ -202,7 +202,7 @@ export async function what_is_asked_is_answered_and_counted_at_once(rig) {
   await teacher.waitForFunction(() => document.querySelector(".histogram .right .bar-count")?.textContent === "1");
   assert.equal(await teacher.textContent(".histogram .right .bar-words"), "longer");
   assert.match(await (await teacher.context().request.get(`${rig.url}/v1/classes/${code}/table`, { headers: { "Class-Token":
-    await teacher.evaluate(() => JSON.parse(localStorage.getItem("pendulumd.rooms"))[0].token) } })).text(), /answers,q1,,1,"Ada",2.05/);
+    await teacher.evaluate(() => JSON.parse(sessionStorage.getItem("pendulumd.rooms.tab"))[0].token) } })).text(), /answers,q1,,1,"Ada",2.05/);
   for (const page of [teacher, ...pupils]) await close(page);
 }
 

@@ -52,8 +52,32 @@ export async function who_waits_for_a_server_that_is_away_is_told_so(rig) {
   for (const page of [teacher, pupil]) await close(page);
 }
 
-export async function two_tabs_of_one_teacher_show_the_same_and_act_one_after_the_other(rig) {
+export async function a_teachers_room_is_forgotten_with_its_tab_and_many_pupils_go_at_once(rig) {
   const { page: teacher, code } = await teach(rig);
+  const pupils = [await join(rig, code, "Anna"), await join(rig, code, "\u0410nna"), await join(rig, code, "Bo")];
+  await cell(teacher, "\u0410nna (2)").waitFor();
+  assert.deepEqual(await teacher.evaluate(() => JSON.parse(localStorage.getItem("pendulumd.rooms") ?? "[]")), []);
+  // the next one at this computer is no teacher, and the tab's own reload is
+  const next = await teacher.context().newPage();
+  await next.goto(`${rig.url}/${code}`);
+  await next.waitForSelector("[data-class=nickname]");
+  await next.close();
+  await teacher.reload();
+  await teacher.waitForSelector(".room-code");
+  await teacher.click("[data-class=removeMany]");
+  for (const number of [1, 2]) await teacher.check(`[data-remove='${number}']`);
+  await teacher.click("[data-class=removeManyGo]");
+  for (const pupil of pupils.slice(0, 2)) await pupil.waitForSelector("text=This room is over");
+  await cell(teacher, "Bo").waitFor();
+  assert.equal(await teacher.locator(".cell").count(), 1);
+  await teacher.fill("[data-class=share]", "120");
+  await teacher.press("[data-class=share]", "Tab");
+  await teacher.waitForFunction(() => document.querySelector("[data-class=share]").defaultValue === "120");
+  for (const page of [teacher, ...pupils]) await close(page);
+}
+
+export async function two_tabs_of_one_teacher_show_the_same_and_act_one_after_the_other(rig) {
+  const { page: teacher, code } = await teach(rig, { remembered: true });
   const pupil = await join(rig, code, "Ada");
   const tab = await teacher.context().newPage();
   await tab.goto(`${rig.url}/${code}`);

@@ -78,7 +78,7 @@ export async function a_wrong_answer_shows_the_hint_and_keys_suffice(rig) {
 
 export async function every_worksheet_of_ours_is_one_that_a_room_takes(rig) {
   const { page, code } = await teach(rig);
-  const token = await page.evaluate(() => JSON.parse(localStorage.getItem("pendulumd.rooms"))[0].token);
+  const token = await page.evaluate(() => JSON.parse(sessionStorage.getItem("pendulumd.rooms.tab"))[0].token);
   const folder = `${ROOT}server/web/sheets/`;
   assert.deepEqual(readdirSync(folder).sort(), SHIPPED.map((id) => `${id}.json`).sort());
   const read = (file) => JSON.parse(readFileSync(`${ROOT}server/web/${file}`, "utf8"));

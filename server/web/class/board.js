@@ -113,26 +113,59 @@ async function enlarge(room, number) {
   );
 }
 
-/** @param {Room} room @param {HTMLElement} controls what stands on the whole screen as well */
-export function mountBoard(room, controls) {
+/** Numbers as the server takes them: "3,7-12". @param {number[]} numbers in order */
+function rangesOf(numbers) {
+  /** @type {string[]} */
+  const ranges = [];
+  for (let i = 0, k; i < numbers.length; i = k) {
+    for (k = i + 1; k < numbers.length && numbers[k] === numbers[k - 1] + 1; ) k++;
+    ranges.push(k - i > 1 ? `${numbers[i]}-${numbers[k - 1]}` : String(numbers[i]));
+  }
+  return ranges.join(",");
+}
+
+/** Many pupils are chosen, by name or all at once, and removed. @param {Room} room */
+function removeMany(room) {
   const { session, say } = room;
-  const bag = createBag();
-  const wall = createWall(
+  const pupils = [...session.items.values()]
+    .filter(({ name }) => name.startsWith("pupils/"))
+    .map(({ name, value }) => ({ number: Number(name.split("/")[1]), nickname: value.nickname }))
+    .sort((a, b) => a.number - b.number);
+  const boxes = pupils.map(({ number }) =>
+    h("input", { type: "checkbox", value: number, "data-remove": number }),
+  );
+  const all = h("input", { type: "checkbox", "data-class": "removeAll" });
+  all.addEventListener("change", () => boxes.forEach((box) => (box.checked = all.checked)));
+  const remove = button(
+    say("class.removeMany.go"),
+    async () => {
+      const gone = pupils.filter((_, i) => boxes[i].checked).map(({ number }) => number);
+      if (gone.length) await session.drop(`pupils/${rangesOf(gone)}`);
+      dialog.close();
+    },
+    { class: "button main", "data-class": "removeManyGo" },
+  );
+  const rows = pupils.map(({ nickname }, i) =>
+    h("li", {}, h("label", { class: "check" }, boxes[i], h("span", {}, String(nickname)))),
+  );
+  const dialog = openDialog(
     room,
-    (number) => enlarge(room, number),
-    () => show(),
+    "remove-many",
+    say("class.removeMany"),
+    h("label", { class: "check" }, all, h("span", {}, say("class.removeMany.all"))),
+    h("ul", { class: "plain" }, ...rows),
+    h("div", { class: "row" }, remove),
   );
-  const counts = h("p", { class: "counts", role: "status" });
-  const nobody = h("p", { class: "quiet" }, say("class.nobody"));
-  const sort = choice(
-    say("class.sort"),
-    SORTS.map((by) => ({ value: by, words: say(`class.sort.${by}`) })),
-    "name",
-    wall.sort,
-  );
-  const home = h("div", { class: "wall-place" });
-  const place = h("section", { class: "board" });
-  const large = button(
+}
+
+/**
+ * Hangs the wall and the controls over the whole screen, and back.
+ * @param {Room} room @param {HTMLElement} controls @param {HTMLElement} place @param {HTMLElement}
+ * home
+ */
+function largeButton(room, controls, place, home) {
+  const { session, say } = room;
+  return button(
     say("class.wholeScreen"),
     () => {
       const far = h("div", { class: "controls-place" });
@@ -153,12 +186,38 @@ export function mountBoard(room, controls) {
     },
     { "data-class": "large" },
   );
+}
+
+/** @param {Room} room @param {HTMLElement} controls what stands on the whole screen as well */
+export function mountBoard(room, controls) {
+  const { session, say } = room;
+  const bag = createBag();
+  const wall = createWall(
+    room,
+    (number) => enlarge(room, number),
+    () => show(),
+  );
+  const counts = h("p", { class: "counts", role: "status" });
+  const nobody = h("p", { class: "quiet" }, say("class.nobody"));
+  const sort = choice(
+    say("class.sort"),
+    SORTS.map((by) => ({ value: by, words: say(`class.sort.${by}`) })),
+    "name",
+    wall.sort,
+  );
+  const home = h("div", { class: "wall-place" });
+  const place = h("section", { class: "board" });
+  const large = largeButton(room, controls, place, home);
+  const many = button(say("class.removeMany"), () => removeMany(room), {
+    "data-class": "removeMany",
+  });
   home.append(counts, h("div", { class: "row" }, sort.element), nobody, wall.list);
-  place.append(h("h3", {}, say("class.board")), h("div", { class: "row" }, large), home);
+  place.append(h("h3", {}, say("class.board")), h("div", { class: "row" }, large, many), home);
 
   function show() {
     const cells = [...wall.cells.values()];
     nobody.hidden = cells.length > 0;
+    many.hidden = cells.length < 2;
     const parts = STATES.map((state) => ({
       state,
       count: cells.filter((cell) => cell.state === state).length,

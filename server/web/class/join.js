@@ -99,12 +99,13 @@ function makeForm({ app, session, say }, fault) {
   const length = choice(say("class.hours"), options, hours, (value) => {
     hours = Number(value);
   });
+  const remember = h("input", { type: "checkbox", "data-class": "remember" });
   const make = button(
     say("class.make"),
     async () => {
       make.disabled = true;
       try {
-        await session.make(hours);
+        await session.make(hours, remember.checked);
       } catch (error) {
         const none = /** @type {Failed} */ (error).status === 404;
         fault.textContent = none ? say("class.noStore") : said(error, app.text);
@@ -119,6 +120,7 @@ function makeForm({ app, session, say }, fault) {
     h("h3", {}, say("class.forTeachers")),
     h("p", { class: "quiet" }, say("class.make.hint")),
     h("div", { class: "row" }, length.element, make),
+    h("label", { class: "check" }, remember, h("span", {}, say("class.remember"))),
   );
 }
 

@@ -2,13 +2,15 @@
 // events keep up to date, and what this browser writes.
 // Leaves to others: what items mean (pupil.js, teach.js), what the server keeps (/v1/classes).
 // Invariant: a stream that breaks is asked for again where it was; the token of a room is random,
-// of that room alone, and kept by this browser only.
+// of that room alone, and kept by this browser only; a teacher's by this tab only, unless the
+// teacher has asked to be remembered.
 
 import { gaveUp } from "../client.js";
 import { fresh, keep } from "../keep.js";
 import { readEvents } from "./events.js";
 
 const KEPT = "pendulumd.rooms";
+const TAB = "pendulumd.rooms.tab";
 const MOST_ROOMS = 8;
 const PAUSES_MS = [500, 1000, 2000, 4000];
 const LONGEST_WAIT = 4; // s: a class does not wait for long once the server is back
@@ -26,11 +28,12 @@ const LONGEST_WAIT = 4; // s: a class does not wait for long once the server is 
 export function keptRooms() {
   try {
     // where storage is refused the tab's own history has it: a reload keeps that
+    const tab = keep.ofTab(TAB) ?? history.state?.[TAB] ?? "[]";
     const text = keep.get(KEPT) ?? history.state?.[KEPT] ?? "[]";
-    const rooms = JSON.parse(text);
+    const rooms = [...JSON.parse(tab), ...JSON.parse(text)];
     const alive = (/** @type {RoomEntry} */ { code, token, ends }) =>
       typeof code === "string" && typeof token === "string" && Date.parse(ends) > Date.now();
-    return Array.isArray(rooms) ? rooms.filter(alive) : [];
+    return rooms.filter(alive);
   } catch {
     return [];
   }
@@ -38,9 +41,13 @@ export function keptRooms() {
 
 /** @param {RoomEntry[]} rooms */
 function keepRooms(rooms) {
-  const text = JSON.stringify(rooms.slice(0, MOST_ROOMS));
+  /** @param {RoomEntry} room */
+  const ofTab = ({ role, remembered }) => role === "teacher" && !remembered;
+  const tab = JSON.stringify(rooms.filter(ofTab).slice(0, MOST_ROOMS));
+  const text = JSON.stringify(rooms.filter((room) => !ofTab(room)).slice(0, MOST_ROOMS));
+  keep.setForTab(TAB, tab);
   keep.set(KEPT, text);
-  if (keep.refused) history.replaceState({ ...history.state, [KEPT]: text }, "");
+  if (keep.refused) history.replaceState({ ...history.state, [KEPT]: text, [TAB]: tab }, "");
 }
 
 /** @param {Seat} seat @param {Set<string> | null} names */
@@ -159,14 +166,17 @@ async function enter(seat, entry) {
 /** @param {Seat} seat */
 function ways(seat) {
   return {
-    /** A new room, whose teacher is this browser. @param {number} hours */
-    async make(hours) {
+    /**
+     * A new room, whose teacher is this tab, or this browser where it is to remember that.
+     * @param {number} hours @param {boolean} [remembered]
+     */
+    async make(hours, remembered = false) {
       const token = fresh();
       const options = sending("POST", { hours });
       const headers = { ...options.headers, "Class-Token": token, "Idempotency-Key": token };
       const made = await seat.client.ask("/v1/classes", { ...options, headers });
       const { code, ends } = await made.json();
-      await enter(seat, { code, role: "teacher", token, ends });
+      await enter(seat, { code, role: "teacher", token, ends, remembered });
     },
     /** @param {string} typed @param {string} nickname */
     async join(typed, nickname) {

@@ -183,25 +183,51 @@ function statementsButton({ session, say }) {
   return button(say("class.statements"), give, { "data-class": "statements" });
 }
 
-/** @param {Room} room @param {Desk} desk */
-function endPart(room, desk) {
-  const { session, say } = room;
-  const code = session.entry?.code;
-  const table = button(
+/** How many pupils may come from one address. @param {Room} room @param {Desk} desk */
+function shareField({ say }, desk) {
+  const field = h("input", {
+    type: "number",
+    min: 1,
+    max: 100000,
+    placeholder: say("class.share.usual"),
+    "data-class": "share",
+    on: {
+      change: () => {
+        const most = Math.round(Number(field.value));
+        if (most >= 1) desk.change({ address_share: most });
+      },
+    },
+  });
+  return field;
+}
+
+/** All answers, with the signs of the browser's language. @param {Room} room @param {Desk} desk */
+function tableButton({ session, say }, desk) {
+  return button(
     say("class.table"),
     () =>
       desk.attempt(async () => {
-        const reply = await session.get("table");
-        save(await reply.blob(), `class-${code}.csv`);
+        const sign = Intl.NumberFormat()
+          .formatToParts(0.5)
+          .find(({ type }) => type === "decimal");
+        const reply = await session.get(`table?decimal=${sign?.value === "," ? "comma" : "point"}`);
+        save(await reply.blob(), `class-${session.entry?.code}.csv`);
       }),
     { "data-class": "table" },
   );
+}
+
+/** @param {Room} room @param {Desk} desk */
+function endPart(room, desk) {
+  const { session, say } = room;
+  const table = tableButton(room, desk);
   const door = toggle(
     say("class.shut"),
     false,
     (shut) => desk.change({ open: shut ? false : undefined }),
     { "data-class": "shut" },
   );
+  const share = shareField(room, desk);
   const erase = button(
     say("class.erase"),
     () => {
@@ -226,11 +252,15 @@ function endPart(room, desk) {
     h("h3", {}, say("class.end")),
     h("p", { class: "quiet" }, say("class.ends", { ends }), " ", keptLink(room)),
     h("div", { class: "row" }, table, statementsButton(room), door, erase, leave),
+    h("label", { class: "field" }, h("span", {}, say("class.share")), share),
   );
   return {
     place,
-    show: () =>
-      door.setAttribute("aria-pressed", String(session.value("stages/class")?.open === false)),
+    show() {
+      const { open, address_share: most } = session.value("stages/class") ?? {};
+      door.setAttribute("aria-pressed", String(open === false));
+      share.defaultValue = most ? String(most) : "";
+    },
   };
 }
 

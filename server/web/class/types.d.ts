@@ -13,6 +13,7 @@ interface ClassStage {
   scene?: ClassScene;
   frozen?: boolean;
   open?: boolean;
+  address_share?: number;
   text?: string;
   question?: string;
   worksheet?: string;
@@ -91,6 +92,8 @@ interface RoomEntry {
   role: string;
   token: string;
   ends: string;
+  /** Of a teacher: kept beyond this tab. */
+  remembered?: boolean;
   nickname?: string;
   pupil?: number;
   /** Of a pupil: the scene that was left for the class's, and which of those has been seen. */
@@ -107,7 +110,7 @@ interface Session {
   readonly items: Map<string, ClassItem>;
   /** How many pupils there were when this browser came. */
   readonly pupils: number;
-  make(hours: number): Promise<void>;
+  make(hours: number, remembered?: boolean): Promise<void>;
   join(code: string, nickname: string): Promise<void>;
   resume(code: string | null): Promise<boolean>;
   /** Writes what the browser keeps of the room. */

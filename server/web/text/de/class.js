@@ -137,6 +137,13 @@ export default {
   "class.sort.changed": "der letzten Änderung",
   "class.noPicture": "Dieses Pendel lässt sich hier nicht zeichnen.",
   "class.onMyStage": "Auf meine Bühne",
+  "class.remember":
+    "Diesen Computer als den der Lehrkraft merken (nicht auf gemeinsam genutzten Computern)",
+  "class.removeMany": "Teilnehmende entfernen ...",
+  "class.removeMany.all": "Alle",
+  "class.removeMany.go": "Ausgewählte entfernen",
+  "class.share": "Höchstens so viele aus einem Netz (Schuladresse)",
+  "class.share.usual": "wie üblich",
   "class.removePupil": "Aus dem Raum nehmen",
   "class.removePupil.sure":
     "{nickname} aus dem Raum nehmen und alles löschen, was von {nickname} kam?",

@@ -135,6 +135,12 @@ export default {
   "class.sort.changed": "the last change",
   "class.noPicture": "This pendulum cannot be drawn here.",
   "class.onMyStage": "On my stage",
+  "class.remember": "Remember this computer as the teacher's (not on a shared computer)",
+  "class.removeMany": "Remove pupils...",
+  "class.removeMany.all": "All pupils",
+  "class.removeMany.go": "Remove the selected",
+  "class.share": "Pupils from one address (school network), at most",
+  "class.share.usual": "as usual",
   "class.removePupil": "Take out of the room",
   "class.removePupil.sure":
     "Take {nickname} out of the room, and erase all that {nickname} has sent?",

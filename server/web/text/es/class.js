@@ -135,6 +135,12 @@ export default {
   "class.sort.changed": "último cambio",
   "class.noPicture": "Este péndulo no se puede dibujar aquí.",
   "class.onMyStage": "En mi escenario",
+  "class.remember": "Recordar este ordenador como el del docente (no en un ordenador compartido)",
+  "class.removeMany": "Quitar alumnos…",
+  "class.removeMany.all": "Todos los alumnos",
+  "class.removeMany.go": "Quitar los seleccionados",
+  "class.share": "Alumnos de una misma dirección (red del centro), como máximo",
+  "class.share.usual": "lo habitual",
   "class.removePupil": "Sacar de la sala",
   "class.removePupil.sure":
     "¿Sacar a {nickname} de la sala y borrar todo lo que {nickname} ha enviado?",

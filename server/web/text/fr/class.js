@@ -135,6 +135,13 @@ export default {
   "class.sort.changed": "dernier changement",
   "class.noPicture": "Ce pendule ne peut pas être dessiné ici.",
   "class.onMyStage": "Sur ma scène",
+  "class.remember":
+    "Se souvenir de cet ordinateur comme celui du professeur (pas sur un ordinateur partagé)",
+  "class.removeMany": "Retirer des élèves…",
+  "class.removeMany.all": "Tous les élèves",
+  "class.removeMany.go": "Retirer la sélection",
+  "class.share": "Élèves d'une même adresse (réseau de l'école), au plus",
+  "class.share.usual": "comme d'habitude",
   "class.removePupil": "Retirer de la salle",
   "class.removePupil.sure":
     "Retirer {nickname} de la salle et effacer tout ce que {nickname} a envoyé ?",

@@ -136,6 +136,12 @@ export default {
   "class.sort.changed": "laatste verandering",
   "class.noPicture": "Deze slinger kan hier niet worden getekend.",
   "class.onMyStage": "Op mijn toneel",
+  "class.remember": "Deze computer onthouden als die van de docent (niet op een gedeelde computer)",
+  "class.removeMany": "Leerlingen verwijderen…",
+  "class.removeMany.all": "Alle leerlingen",
+  "class.removeMany.go": "Selectie verwijderen",
+  "class.share": "Leerlingen van één adres (schoolnetwerk), hoogstens",
+  "class.share.usual": "zoals gewoonlijk",
   "class.removePupil": "Uit het lokaal halen",
   "class.removePupil.sure":
     "{nickname} uit het lokaal halen en alles wissen wat {nickname} heeft gestuurd?",

@@ -133,6 +133,13 @@ export default {
   "class.sort.changed": "son değişiklik",
   "class.noPicture": "Bu sarkaç burada çizilemiyor.",
   "class.onMyStage": "Sahneme al",
+  "class.remember":
+    "Bu bilgisayarı öğretmenin bilgisayarı olarak hatırla (ortak bilgisayarda kullanmayın)",
+  "class.removeMany": "Öğrencileri çıkar…",
+  "class.removeMany.all": "Tüm öğrenciler",
+  "class.removeMany.go": "Seçilenleri çıkar",
+  "class.share": "Bir adresten (okul ağından) en fazla öğrenci",
+  "class.share.usual": "her zamanki gibi",
   "class.removePupil": "Odadan çıkar",
   "class.removePupil.sure":
     "{nickname} odadan çıkarılsın ve {nickname} adıyla gönderilen her şey silinsin mi?",
