@@ -9,6 +9,7 @@
 #include "core/fit/fit_bounds.h"
 #include "core/fit/fit_end.h"
 #include "core/fit/fit_release.h"
+#include "core/fit/fit_start.h"
 
 /* Tolerances of an iteration: of a window that will grow, of all rows, and of these where a search
  * ended though its slopes foretell a fall. */
@@ -23,6 +24,9 @@ enum { FIT_CREEPS = 16 };
 /* Rows are taken in as long as the fit so far foretells an angle to this, rad, and a tip to this
  * part of the lengths together. */
 static const double fit_foretold = 0.4;
+
+/* a motion that explains less may be another one */
+static const double fit_clear = 0.99;
 
 /* residual where there is no motion: a step there is never taken */
 static const double fit_nowhere = 1e6;
@@ -157,13 +161,16 @@ static size_t fit_lay(struct pend_fit *fit, char *block) {
     return used + pend_fit_model_lay(&fit->model, p, block ? block + used : NULL);
 }
 
-/* s, about the time of a swing: what is fitted first */
+/* s, about the time of a swing, or of a turn where an arm goes round faster: what is fitted first
+ */
 static double fit_swing(const struct pend_fit_problem *problem) {
     double length = 0;
     double span = pend_fit_since(problem, problem->rows - 1) - pend_fit_since(problem, 0);
     for (int k = 0; k < problem->n; k++) length += problem->length[k] / problem->n;
     double gravity = fabs(problem->loads.gravity);
-    return gravity > 0 ? 2 * M_PI * sqrt(length / gravity) : span / 8;
+    double swing = gravity > 0 ? 2 * M_PI * sqrt(length / gravity) : span / 8;
+    double turned = pend_fit_start_turned(problem, swing / 4);
+    return turned > M_PI ? swing * M_PI / turned : swing;
 }
 
 double pend_fit_bytes(const struct pend_fit_problem *problem) {
@@ -394,12 +401,17 @@ static int fit_used(const struct pend_fit *fit) {
     return fit->result.iterations >= (fit->apt && !fit->cut ? (most + 1) / 2 : most);
 }
 
-/* Cuts the motion where the search from the first swing on has not converged. */
-static enum pend_status fit_cut(struct pend_fit *fit, struct pend_error *error) {
+/* Cuts the motion where the search from the first swing on has not converged, has elsewhere, or has
+ * come to where there is no motion. */
+static enum pend_status fit_cut(struct pend_fit *fit, enum pend_status ended,
+                                struct pend_error *error) {
     int left = fit->result.iterations < fit->problem.iterations;
-    if (fit->result.end == PEND_FIT_CONVERGED || fit->cut || !fit->apt || !left) return PEND_OK;
+    if (ended == PEND_NO_MEMORY || fit->cut || !fit->apt || !left) return ended;
+    int clear = ended == PEND_OK && fit->result.end == PEND_FIT_CONVERGED;
+    if (clear && fit->result.explained > fit_clear) return PEND_OK;
+    if (clear && !pend_fit_start_noisy(&fit->problem, fit->residual)) return PEND_OK;
     fit->cut = 1, fit->ready = 0;
-    (void)fit_lowest(fit, fit->result.chi_squared);
+    if (ended == PEND_OK) (void)fit_lowest(fit, fit->result.chi_squared);
     if (pend_fit_pieces_new(&fit->pieces, &fit->problem, fit->swing, fit->origin) == PEND_OK)
         return PEND_OK;
     return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
@@ -412,8 +424,7 @@ static enum pend_status fit_next(struct pend_fit *fit, struct pend_error *error)
     // a second search may end before it has all rows, and higher than the first
     if (fit->window == fit->problem.rows || fit->cut) PEND_TRY(fit_again(fit, used, &again, error));
     if (again) return PEND_OK;
-    PEND_TRY(pend_fit_end(fit, error));
-    return fit_cut(fit, error);
+    return pend_fit_end(fit, error);
 }
 
 /* one iteration of the pieces, from which all rows are searched */
@@ -447,12 +458,13 @@ enum pend_status pend_fit_step(struct pend_fit *fit, int *done, struct pend_erro
     if (status == PEND_OK)
         PEND_TRY(fit_iterate(fit, &over, error));
     else if (status == PEND_NO_MEMORY || isinf(fit->least))
-        return status;
+        return fit->result.iterations > 1 ? fit_cut(fit, status, error) : status;
     else // where a search goes on there may be no motion: what was found before is the answer
         (void)fit_lowest(fit, INFINITY);
-    if (over || fit_used(fit)) PEND_TRY(fit_next(fit, error));
+    status = over || fit_used(fit) ? fit_next(fit, error) : PEND_OK;
+    if (status != PEND_OK || fit->ready) status = fit_cut(fit, status, error);
     *done = fit->ready;
-    return PEND_OK;
+    return status;
 }
 
 struct pend_fit_result pend_fit_result(const struct pend_fit *fit) {

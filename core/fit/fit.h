@@ -35,9 +35,9 @@ void pend_fit_free(struct pend_fit **fit);
  * foretells them: a motion that is chaotic has too many minima otherwise. An unknown that runs into
  * a bound is put there, and stays as long as the sum of squares falls that way; once, the search
  * goes on from inside of all bounds, and the lower minimum is kept. One that does not converge by
- * half of the iterations begins again by multiple shooting, from what quarters of the first swings
- * say together, where every one of at most 8 arms is seen often enough, no mode is counted, the
- * camera's shift is known and there is one run.
+ * half of the iterations, or where the residuals are ten times the noise, begins again by multiple
+ * shooting, from what quarters of the first swings say together, where every one of at most 8 arms
+ * is seen often enough, no mode is counted, the camera's shift is known and there is one run.
  *
  * done  out: non-zero once the result is there.
  *

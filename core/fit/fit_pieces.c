@@ -97,34 +97,6 @@ int pend_fit_pieces_apt(const struct pend_fit_problem *p, double swing) {
     return pieces_numbers(&own, 1) >= (size_t)p->unknowns;
 }
 
-/* angle and rate of an arm at a row: a parabola through the measurements next to it */
-static void pieces_state(const struct pend_fit_problem *p, int arm, long row, double *phi,
-                         double *rate) {
-    enum { BESIDE = 2 };
-    double at = NAN, sums[5] = {0}, sides[3] = {0};
-    long first = row > BESIDE ? row - BESIDE : 0;
-    for (long i = first; i <= row + BESIDE && i < p->rows; i++) {
-        double angle = pend_fit_start_angle(p, arm, i), t = p->t[i] - p->t[row], power = 1;
-        if (isnan(angle)) continue;
-        // from each to the next by the shorter way
-        at = isnan(at) ? angle : at + remainder(angle - at, 2 * M_PI);
-        for (int k = 0; k < 5; k++, power *= t) {
-            sums[k] += power;
-            if (k < 3) sides[k] += power * at;
-        }
-    }
-    double a = sums[0], b = sums[1], c = sums[2], d = sums[3], e = sums[4];
-    double whole = a * (c * e - d * d) - b * (b * e - c * d) + c * (b * d - c * c);
-    *phi = a > 0 ? sides[0] / a : 0, *rate = 0;
-    if (!(fabs(whole) > 1e-12 * a * c * e)) return;
-    *phi = (sides[0] * (c * e - d * d) - b * (sides[1] * e - d * sides[2]) +
-            c * (sides[1] * d - c * sides[2])) /
-           whole;
-    *rate = (a * (sides[1] * e - d * sides[2]) - sides[0] * (b * e - c * d) +
-             c * (b * sides[2] - c * sides[1])) /
-            whole;
-}
-
 /* ---- making and freeing */
 
 /* a typical standard deviation of an angle, as the data have it */
@@ -305,14 +277,14 @@ static void pieces_begin(struct fit_pieces *all, const double inner[]) {
         const struct pend_fit_unknown *u = &p->unknown[j];
         double state[2];
         if (u->camera >= 0 || u->by.kind > PEND_PARAMETER_RATE) continue;
-        pieces_state(p, p->order[u->by.at], 0, &state[0], &state[1]);
+        pend_fit_start_parabola(p, p->order[u->by.at], 0, &state[0], &state[1]);
         double value = state[u->by.kind == PEND_PARAMETER_RATE];
         if (u->low < value && value < u->high) all->x[j] = fit_bounds_inner(u, value);
     }
     for (int s = 1; s < all->count; s++)
         for (int k = 0; k < p->n; k++) {
             double *to = all->x + p->unknowns + (s - 1) * 2 * p->n + k;
-            pieces_state(p, p->order[k], pieces_row(p, all->count, s), to, to + p->n);
+            pend_fit_start_parabola(p, p->order[k], pieces_row(p, all->count, s), to, to + p->n);
         }
 }
 

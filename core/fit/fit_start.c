@@ -2,12 +2,20 @@
 
 #include <assert.h>
 #include <math.h>
+#include <string.h>
 
 /* places that lie on less of a circle, as a part of their spread squared, tell none */
 static const double start_flat = 1e-9;
 
-/* rows whose pace is a rate, and places that tell a circle */
-enum { START_ROWS = 5, START_PLACES = 5 };
+/* so many times the noise residuals are of another motion */
+static const double start_most = 10;
+
+/* rad, by how much the first rows may leave a steady pace */
+static const double start_bent = 0.1;
+
+/* rows on each side that a parabola goes through; rows whose pace is a rate, and places that tell a
+ * circle */
+enum { START_BESIDE = 2, START_ROWS = 5, START_PLACES = 5 };
 
 /* arms and rows at most where an arm without tips of its own is looked for in a line with others */
 enum { START_ARMS = 30, START_SOME = 64 };
@@ -55,30 +63,156 @@ static double start_line(const struct pend_fit_problem *p, int arm, long row) {
     return NAN;
 }
 
-int pend_fit_start_state(const struct pend_fit_problem *p, int run, int arm, double *phi,
-                         double *rate) {
-    double begin = NAN, last = 0, turned = 0, since = 0, late = 0, until = 0;
+/* an arm's angle at a row of its own or in a line with others */
+static double start_seen(const struct pend_fit_problem *p, int arm, long row) {
+    double angle = pend_fit_start_angle(p, arm, row);
+    int own = start_column(p, arm, PEND_FIT_PHI) >= 0;
+    return isnan(angle) && !own ? start_line(p, arm, row) : angle;
+}
+
+void pend_fit_start_parabola(const struct pend_fit_problem *p, int arm, long row, double *phi,
+                             double *rate) {
+    double at = NAN, sums[5] = {0}, sides[3] = {0};
+    long first = row, last = row, run = pend_fit_run(p, row);
+    for (int left = START_BESIDE; left && first > 0;) left -= pend_fit_run(p, --first) == run;
+    for (int left = START_BESIDE; left && last < p->rows - 1;)
+        left -= pend_fit_run(p, ++last) == run;
+    for (long i = first; i <= last; i++) {
+        double angle = start_seen(p, arm, i), t = p->t[i] - p->t[row], power = 1;
+        if (isnan(angle) || pend_fit_run(p, i) != run) continue;
+        // from each to the next by the shorter way
+        at = isnan(at) ? angle : at + remainder(angle - at, 2 * M_PI);
+        for (int k = 0; k < 5; k++, power *= t) {
+            sums[k] += power;
+            if (k < 3) sides[k] += power * at;
+        }
+    }
+    double a = sums[0], b = sums[1], c = sums[2], d = sums[3], e = sums[4];
+    double whole = a * (c * e - d * d) - b * (b * e - c * d) + c * (b * d - c * c);
+    *phi = a > 0 ? sides[0] / a : 0, *rate = 0;
+    if (!(fabs(whole) > 1e-12 * a * c * e)) return;
+    *phi = (sides[0] * (c * e - d * d) - b * (sides[1] * e - d * sides[2]) +
+            c * (sides[1] * d - c * sides[2])) /
+           whole;
+    *rate = (a * (sides[1] * e - d * sides[2]) - sides[0] * (b * e - c * d) +
+             c * (b * sides[2] - c * sides[1])) /
+            whole;
+}
+
+/* the first rows of a run in which an arm is seen; `since` is the instant of the first of all.
+ * Returns how many they are. */
+static int start_rows(const struct pend_fit_problem *p, int run, int arm, long row[START_ROWS],
+                      double *since) {
     int seen = 0, rows = 0;
     int own = start_column(p, arm, PEND_FIT_PHI) >= 0 || start_column(p, arm, PEND_FIT_X) >= 0;
     for (long i = 0; i < p->rows && (own || rows < START_SOME) && seen < START_ROWS; i++) {
         if (pend_fit_run(p, i) != run) continue;
-        double angle = pend_fit_start_angle(p, arm, i);
-        if (isnan(angle) && start_column(p, arm, PEND_FIT_PHI) < 0) angle = start_line(p, arm, i);
-        if (!rows++) since = p->t[i];
-        if (isnan(angle)) continue;
-        if (seen++)
-            turned += remainder(angle - last, 2 * M_PI);
-        else
-            begin = angle, late = p->t[i];
-        last = angle, until = p->t[i];
+        if (!rows++) *since = p->t[i];
+        if (!isnan(start_seen(p, arm, i))) row[seen++] = i;
     }
+    return seen;
+}
+
+int pend_fit_start_state(const struct pend_fit_problem *p, int run, int arm, double *phi,
+                         double *rate) {
+    double way[START_ROWS] = {0}, since = 0, bent = 0;
+    long row[START_ROWS];
+    int seen = start_rows(p, run, arm, row, &since);
     if (!seen) return 0;
+    *phi = start_seen(p, arm, row[0]), *rate = 0;
+    double last = *phi, begin = p->t[row[0]];
+    for (int i = 1; i < seen; i++) {
+        double angle = start_seen(p, arm, row[i]);
+        way[i] = way[i - 1] + remainder(angle - last, 2 * M_PI), last = angle;
+    }
     // whole turns beside the shorter way from the first to the last
-    double way = remainder(last - begin, 2 * M_PI);
-    way += 2 * M_PI * rint((turned - way) / (2 * M_PI));
-    *rate = until > late ? way / (until - late) : 0;
-    *phi = late > since ? begin - *rate * (late - since) : begin;
+    double whole = remainder(last - *phi, 2 * M_PI);
+    whole += 2 * M_PI * rint((way[seen - 1] - whole) / (2 * M_PI));
+    if (seen > 1) *rate = whole / (p->t[row[seen - 1]] - begin);
+    for (int i = 1; i < seen; i++) bent = fmax(bent, fabs(way[i] - *rate * (p->t[row[i]] - begin)));
+    // a pace that changes so much is none of the start
+    if (bent > start_bent) pend_fit_start_parabola(p, arm, row[0], phi, rate);
+    if (begin > since) *phi -= *rate * (begin - since);
     return 1;
+}
+
+/* the same of a column in a run: sum of squares, and their number */
+static double start_turns(const struct pend_fit_problem *p, int c, int run, double seconds,
+                          long *count) {
+    const double *data = p->column[c].data;
+    double from = NAN, turned = 0, last = 0, sum = 0;
+    for (long i = 0; i < p->rows; i++) {
+        if (pend_fit_run(p, i) != run || isnan(data[i])) continue;
+        if (!isnan(from)) turned += remainder(data[i] - last, 2 * M_PI);
+        last = data[i];
+        if (isnan(from)) from = p->t[i];
+        if (!(p->t[i] - from >= seconds)) continue;
+        sum += pow(turned * seconds / (p->t[i] - from), 2), ++*count;
+        from = p->t[i], turned = 0;
+    }
+    return sum;
+}
+
+double pend_fit_start_turned(const struct pend_fit_problem *p, double seconds) {
+    double most = 0;
+    for (int c = 0; c < p->columns; c++) {
+        double sum = 0;
+        long count = 0;
+        if (p->column[c].kind != PEND_FIT_PHI) continue;
+        for (int run = 0; run < pend_fit_runs(p); run++)
+            sum += start_turns(p, c, run, seconds, &count);
+        if (count) most = fmax(most, sqrt(sum / (double)count));
+    }
+    return most;
+}
+
+/* by how much the measurement in the middle of five misses the cubic through the others, over what
+ * noise of size 1 would make that */
+static double start_missed(const struct pend_fit_column *column, const double t[5],
+                           const double value[5]) {
+    double gap = 0, weights = 1;
+    for (int i = 0; i < 5; i++) {
+        double weight = 1, way = value[i] - value[2];
+        for (int k = 0; k < 5; k++)
+            if (k != 2 && k != i) weight *= (t[2] - t[k]) / (t[i] - t[k]);
+        if (i == 2) continue;
+        gap += weight * (column->kind == PEND_FIT_PHI ? remainder(way, 2 * M_PI) : way);
+        weights += weight * weight;
+    }
+    return fabs(gap) / sqrt(weights);
+}
+
+/* the standard deviation of a column's noise; NaN where five in a row are nowhere measured */
+static double start_noise(const struct pend_fit_problem *p, int c) {
+    const struct pend_fit_column *column = &p->column[c];
+    double sum = 0;
+    long count = 0;
+    for (int run = 0; run < pend_fit_runs(p); run++) {
+        double t[5], value[5];
+        int last = 0;
+        for (long i = 0; i < p->rows; i++) {
+            if (pend_fit_run(p, i) != run || isnan(column->data[i])) continue;
+            memmove(t, t + 1, 4 * sizeof *t), memmove(value, value + 1, 4 * sizeof *value);
+            t[4] = p->t[i], value[4] = column->data[i];
+            if (++last >= 5) sum += start_missed(column, t, value), count++;
+        }
+    }
+    // of a normal distribution the mean size is sqrt(2 / pi) of its standard deviation
+    return count ? sum / (double)count * sqrt(M_PI / 2) : NAN;
+}
+
+int pend_fit_start_noisy(const struct pend_fit_problem *p, const double residual[]) {
+    int noisy = 0;
+    for (int c = 0; c < p->columns; c++) {
+        double sum = 0, noise = start_noise(p, c);
+        long count = 0;
+        for (long i = 0; i < p->rows; i++) {
+            double r = residual[i * p->columns + c] * pend_fit_sigma(&p->column[c], i);
+            if (!isnan(r)) sum += r * r, count++;
+        }
+        noisy |= sum > pow(start_most * noise, 2) * (double)count;
+    }
+    return noisy;
 }
 
 /* ---- the camera */

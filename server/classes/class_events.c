@@ -319,8 +319,8 @@ static struct class_page *page_find(struct class_topic *look, const struct class
     return NULL;
 }
 
-/* Asks for the page of the next one at a level. Returns the bytes that are expected of it, 1 where
- * it is asked for already, 0 where nobody waits. A listener whose client has no memory left loses
+/* Asks for the page of the next one at a level. Returns the bytes that are expected of it, half
+ * where it is only copied, 0 where nobody waits. A listener whose client has no memory left loses
  * its turn. */
 static size_t page_gather(struct class_topic *look, enum class_level level) {
     for (struct srv_list *turn; (turn = srv_turns_next(&look->turns[level]));) {
@@ -334,7 +334,7 @@ static size_t page_gather(struct class_topic *look, enum class_level level) {
         at->beside = page ? page->reader : NULL;
         if (page) {
             page->reader = at;
-            return 1;
+            return class_expected[level] / 2;
         }
         page = at->asked = &look->page[look->pages++];
         *page = (struct class_page){
@@ -412,7 +412,7 @@ static int look_gather(struct srv_topic *topic, struct srv_list *listeners, int 
     return look->marks || look->pages;
 }
 
-static int look_tell(struct srv_topic *topic, struct srv_list *listeners) {
+static enum srv_more look_tell(struct srv_topic *topic, struct srv_list *listeners) {
     struct class_topic *look = SRV_CONTAINER_OF(topic, struct class_topic, topic);
     pages_tell(look);
     SRV_LIST_EACH (link, listeners) {
@@ -420,10 +420,10 @@ static int look_tell(struct srv_topic *topic, struct srv_list *listeners) {
         if (listener->topic == topic && look->marks) mark_tell(class_listener(listener));
     }
     look->marks = NULL;
-    if (look->topic.ask.call.stored != SRV_STORED) return 0;
+    if (look->topic.ask.call.stored != SRV_STORED) return SRV_MORE_NONE;
     turns_gather(look, listeners);
-    return !srv_list_empty(&look->turns[CLASS_NEW].roads) ||
-           !srv_list_empty(&look->turns[CLASS_OLD].roads);
+    if (!srv_list_empty(&look->turns[CLASS_NEW].roads)) return SRV_MORE_NEW;
+    return srv_list_empty(&look->turns[CLASS_OLD].roads) ? SRV_MORE_NONE : SRV_MORE_OLD;
 }
 
 static void look_free(struct srv_topic *topic) {

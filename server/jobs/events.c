@@ -12,6 +12,7 @@
 enum {
     EVENTS_LOOK_MS = 500, /* ms between two questions to the store if no news arrive */
     EVENTS_LEAST_MS = 40, /* ms that pass at least between two questions */
+    EVENTS_REST = 3, /* times that a question took: then what was there may be asked for again */
     EVENTS_TOPICS = 2,
     EVENTS_BYTES = SRV_EVENTS_TEXT + 2048 /* bytes of memory that a stream takes */
 };
@@ -23,7 +24,8 @@ struct srv_events {
     pthread_t thread;
     int most, count, started, over;
     int news, draining;
-    int more; /* a topic has more to ask at once */
+    enum srv_more more;
+    int64_t rested; /* ns: when what was there before may be asked for again */
     struct srv_list listeners;
     struct srv_topic *topic[EVENTS_TOPICS]; /* `topics` of them are in use */
     int topics;
@@ -87,14 +89,18 @@ static void listener_wake(struct srv_listener *listener) {
     listener->exchange->finish(listener->exchange);
 }
 
+static void events_more(struct srv_events *events, enum srv_more more) {
+    if (events->more < more) events->more = more;
+    if (events->more) pthread_cond_signal(&events->some);
+}
+
 static void listener_free(struct srv_events *events, struct srv_listener *listener) {
     srv_list_remove(&listener->link);
     events->count--;
     atomic_fetch_sub(&events->service->listening, 1);
     srv_hold_set(&listener->hold, 0);
     /* Another report may wait for the end of this one. */
-    events->more |= listener->media_type != NULL;
-    if (events->more) pthread_cond_signal(&events->some);
+    if (listener->media_type) events_more(events, SRV_MORE_OLD);
     api_buffer_clear(&listener->text);
     listener->topic->drop(listener);
 }
@@ -156,7 +162,7 @@ static enum pend_status events_begin(struct srv_events *events, struct srv_liste
             exchange->streams = 1;
             exchange->stream_bytes = -1;
         }
-        events->more |= made->wants;
+        if (made->wants) events_more(events, SRV_MORE_OLD);
         pthread_cond_signal(&events->some);
         if (made->until && made->over) listener_answer(events, made);
     }
@@ -233,8 +239,7 @@ long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,
     } else if (listener) {
         listener->waits = 1;
         listener_count(listener);
-        events->more |= listener->wants;
-        if (listener->wants) pthread_cond_signal(&events->some);
+        if (listener->wants) events_more(events, SRV_MORE_OLD);
         pause(exchange);
         result = SRV_INFLIGHT_WAIT;
     }
@@ -323,9 +328,10 @@ static enum events_task events_wait(struct srv_events *events, int64_t asked) {
             look = srv_clock_now() + (int64_t)EVENTS_LEAST_MS * 1000000;
         } else if (now >= until) {
             return EVENTS_DUE;
-        } else if (events->more) {
+        } else if (events->more == SRV_MORE_NEW || (events->more && now >= events->rested)) {
             return EVENTS_MORE;
         } else {
+            if (events->more && events->rested < until) until = events->rested;
             srv_condition_wait(&events->some, &events->lock, until);
         }
     }
@@ -340,7 +346,7 @@ static void events_look(struct srv_events *events, struct srv_topic *topic, int 
     srv_storage_wait(events->service->storage, SRV_ASK_READ, &topic->ask);
     if (topic->work) topic->work(topic);
     pthread_mutex_lock(&events->lock);
-    events->more |= topic->tell(topic, &events->listeners);
+    events_more(events, topic->tell(topic, &events->listeners));
     events_wake(events);
 }
 
@@ -349,12 +355,15 @@ static void *events_main(void *context) {
     int64_t asked = 0;
     pthread_mutex_lock(&events->lock);
     for (enum events_task task; (task = events_wait(events, asked)) != EVENTS_END;) {
-        if (task == EVENTS_DUE) asked = srv_clock_now();
+        int64_t begun = srv_clock_now();
+        if (task == EVENTS_DUE) asked = begun;
         if (task == EVENTS_DUE) events->news = 0;
-        events->more = 0;
+        events->more = SRV_MORE_NONE;
         for (int i = 0; i < events->topics; i++)
             events_look(events, events->topic[i], task == EVENTS_DUE);
         events_wake(events);
+        int64_t now = srv_clock_now();
+        events->rested = now + EVENTS_REST * (now - begun);
     }
     pthread_mutex_unlock(&events->lock);
     return NULL;

@@ -20,6 +20,10 @@ enum {
 struct srv_events;
 struct srv_topic;
 
+/* What a topic has to ask without news: nothing; what was there before, for which time is left to
+ * others; what has changed, at once. */
+enum srv_more { SRV_MORE_NONE, SRV_MORE_OLD, SRV_MORE_NEW };
+
 /* A stream that is open; a topic's own begins with it. Under the lock of the events. */
 struct srv_listener {
     struct srv_exchange *exchange;
@@ -56,9 +60,8 @@ struct srv_topic {
     int (*gather)(struct srv_topic *topic, struct srv_list *listeners, int due);
     /** Makes of what was found what is told, without the lock; NULL where nothing is to be made. */
     void (*work)(struct srv_topic *topic);
-    /** Tells the listeners what was found; returns 1 when there is more to ask at once. Other
-     * topics have their turn before. */
-    int (*tell)(struct srv_topic *topic, struct srv_list *listeners);
+    /** Tells the listeners what was found. Returns what there is to ask after the other topics. */
+    enum srv_more (*tell)(struct srv_topic *topic, struct srv_list *listeners);
     /** Frees what a listener of the topic has beside its text, and then the listener. */
     void (*drop)(struct srv_listener *listener);
     /** Frees the topic. */

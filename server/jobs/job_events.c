@@ -136,7 +136,7 @@ static int look_gather(struct srv_topic *topic, struct srv_list *listeners, int 
     return look->count;
 }
 
-static int look_tell(struct srv_topic *topic, struct srv_list *listeners) {
+static enum srv_more look_tell(struct srv_topic *topic, struct srv_list *listeners) {
     const struct job_topic *look = SRV_CONTAINER_OF(topic, struct job_topic, topic);
     SRV_LIST_EACH (link, listeners) {
         struct srv_listener *at = SRV_CONTAINER_OF(link, struct srv_listener, link);
@@ -147,7 +147,7 @@ static int look_tell(struct srv_topic *topic, struct srv_list *listeners) {
         /* The job is not stored any more; a client that comes again is told so. */
         if (found && look->stored[i] == SRV_STORED_NONE) at->over = job_listener(at)->gone = 1;
     }
-    return 0;
+    return SRV_MORE_NONE;
 }
 
 static void look_free(struct srv_topic *topic) {

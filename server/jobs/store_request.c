@@ -92,6 +92,19 @@ void srv_store_request_ask(struct srv_store_request *asked, enum srv_ask_kind ki
     srv_storage_ask(asked->service->storage, kind, &asked->ask);
 }
 
+/* Counts the memory of reading a long body. Returns 0, with the exchange answered, without room. */
+static int store_request_room(struct srv_store_request *asked) {
+    struct srv_exchange *exchange = asked->exchange;
+    size_t bytes = exchange->body.bytes;
+    if (bytes <= SRV_HOLD_READ_FREE) return 1;
+    asked->hold = (struct srv_hold){.service = asked->service,
+                                    .payer = srv_exchange_payer(exchange),
+                                    .kind = SRV_MEMORY_COMPUTATIONS};
+    enum srv_room room = srv_hold_try(&asked->hold, SRV_HOLD_READ * bytes);
+    if (room != SRV_ROOM) srv_exchange_crowded(exchange, room, "reading the body");
+    return room == SRV_ROOM;
+}
+
 static int store_request_work(struct srv_task *task) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(task, struct srv_store_request, task);
     struct srv_exchange *exchange = asked->exchange;
@@ -99,8 +112,10 @@ static int store_request_work(struct srv_task *task) {
     int64_t begin = srv_clock_now();
     exchange->waited = begin - exchange->queued;
     atomic_fetch_add(&service->busy, 1);
-    int good = asked->check(asked);
+    int good = store_request_room(asked) && asked->check(asked);
     assert(good == !exchange->status);
+    size_t kept = asked->body.cap + asked->scene.cap;
+    if (asked->hold.bytes) srv_hold_set(&asked->hold, kept);
     exchange->computed = srv_clock_now() - begin;
     atomic_fetch_sub(&service->busy, 1);
     srv_metrics_count(&service->metrics.busy_ns, (unsigned long long)exchange->computed);
@@ -192,6 +207,7 @@ void srv_store_request_refuse(struct srv_store_request *asked, enum srv_stored s
 }
 
 static void store_request_free(struct srv_store_request *asked) {
+    if (asked->hold.bytes) srv_hold_set(&asked->hold, 0);
     api_buffer_clear(&asked->scene);
     api_buffer_clear(&asked->body);
     free(asked->kept);

@@ -37,6 +37,7 @@ struct srv_store_request {
     long parts;
     int chained;
     int64_t cost_us;        /* of computation, estimated */
+    struct srv_hold hold;   /* of reading the request, then of what is kept */
     struct api_buffer body; /* the request as it is kept */
 
     /* of a job whose results are wanted */

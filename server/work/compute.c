@@ -11,10 +11,6 @@
 
 enum {
     COMPUTE_LONG_BODY = 1 << 18, /* bytes of a body from which reading it counts as long */
-    COMPUTE_READ = 5,            /* memory that reading a body takes, in multiples of its size */
-    COMPUTE_READ_FREE =
-        1
-        << 16, /* bodies below this many bytes are read at once, and their memory is not counted */
     COMPUTE_REFUSE_COST = 3,  /* an estimate above this multiple of max-compute-seconds is refused,
                                * because estimates can  be wrong by this factor */
     COMPUTE_REFUSE_STEPS = 30 /* the same multiple where steps are estimated, which the call checks
@@ -236,8 +232,8 @@ static int compute_too_long(struct srv_work *work) {
 /* Reserves the memory that reading a request takes beside its body: lists of numbers and the JSON
  * tree. */
 static int compute_read_room(struct srv_work *work, size_t body) {
-    if (body <= COMPUTE_READ_FREE) return 1;
-    work->foreseen = COMPUTE_READ * body;
+    if (body <= SRV_HOLD_READ_FREE) return 1;
+    work->foreseen = SRV_HOLD_READ * body;
     enum srv_room room = srv_hold_try(&work->hold, work->foreseen);
     if (room == SRV_ROOM) return 1;
     struct srv_list taken = {0};

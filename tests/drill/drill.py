@@ -28,6 +28,7 @@ SPLIT = ("api", "worker", "worker")
 # name: what is done in a round, on which stores, with which processes, what is done before and after, what is told
 FAULTS = {
     "worker-killed": (faults.worker_killed, BOTH, SPLIT, None, None, None),
+    "crowd-killed": (faults.crowd_killed, ("postgres",), ("api",) + ("worker",) * 64, None, None, None),
     "daemon-killed": (faults.daemon_killed, BOTH, ("all",), None, None, None),
     "worker-stopped": (faults.worker_stopped, BOTH, SPLIT, None, None, None),
     "poison": (faults.poison, BOTH, ("api", "worker"), faults.in_one_part, None, None),

@@ -36,6 +36,17 @@ def worker_killed(house):
     house.finish(jobs)
 
 
+def crowd_killed(house):
+    """kill -9 of one worker in eight of many, four times, while they have jobs of all kinds: none of the jobs is to blame."""
+    jobs = several(house) + several(house) + several(house)
+    for _ in range(4):
+        house.nap(0, 0.5)
+        for _ in range(max(1, sum(daemon.role == "worker" for daemon in house.daemons) // 8)):
+            house.kill(house.pick("worker"))
+            house.start("worker")
+    house.finish(jobs)
+
+
 def daemon_killed(house):
     """kill -9 of the only process, at any instant, while a client submits."""
     with concurrent.futures.ThreadPoolExecutor(1) as client:

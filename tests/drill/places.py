@@ -64,7 +64,7 @@ def postgres_programs():
 class Postgres:
     name = "postgres"
 
-    def __init__(self, directory, buffers="16MB", connections=60):
+    def __init__(self, directory, buffers="16MB", connections=100):
         self.directory, self.programs = str(directory), postgres_programs()
         self.settings = ("-c", f"shared_buffers={buffers}", "-c", f"max_connections={connections}")
         # it does not run as root; with root's rights it gets the user that Debian made for it

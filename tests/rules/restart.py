@@ -1,6 +1,6 @@
 """A rolling restart that nobody notices: two api and two worker processes on PostgreSQL behind docker/nginx.conf are told
 to end and started anew, one after the other and at other addresses, while clients ask; of ten thousand requests none may
-fail.
+fail. The same at fixed addresses, behind docker/nginx.upstream.conf.
 
 usage: restart.py BUILD
 Leaves to others: what nginx refuses (nginx.py), processes that are killed (tests/drill).
@@ -120,8 +120,8 @@ class Fleet:
         self.url, self.directory, self.port = url, directory, free_port()
         self.hosts, self.names, self.daemons = itertools.count(2), Names(), []
 
-    def start(self, role):
-        host = f"127.0.0.{next(self.hosts)}"
+    def start(self, role, host=None):
+        host = host or f"127.0.0.{next(self.hosts)}"
         daemon = Daemon(BUILD, self.url, role, self.directory, ("--listen", f"{host}:{self.port}", "--trusted-proxy", "127.0.0.1/32"))
         daemon.host = host
         self.daemons.append(daemon)
@@ -143,7 +143,7 @@ class Fleet:
         self.names.close()
 
 
-def roll(load, fleet):
+def roll(load, fleet, fixed):
     """Each in its turn is told to end, ends with 0, and is started again. The next is told as soon as the new one listens, when
     nginx still knows the addresses of before: of some requests every address that it knows is gone."""
     for old in list(fleet.daemons):
@@ -151,7 +151,7 @@ def roll(load, fleet):
         status = fleet.end(old)
         check("a process that is told to end ends with 0", status == 0, f"{old.role}: {status} {old.log.read_text()[-300:]}")
         print(f"  {old.role} drained in {time.monotonic() - begin:.1f} s")
-        fleet.start(old.role)
+        fleet.start(old.role, old.host if fixed else None)
 
 
 def jobs_end(load, front):
@@ -165,25 +165,27 @@ def jobs_end(load, front):
     check(f"all of {len(load.jobs)} jobs end well", load.jobs and not left and not wrong, f"{len(left)} have not ended; {wrong[:1]}")
 
 
-def rolling():
+def rolling(fixed, enough):
+    """Restarts behind a name whose addresses change, or behind the block of fixed addresses that is shipped."""
     with tempfile.TemporaryDirectory(prefix="pendulumd-restart-") as directory, place("postgres") as store:
         fleet = Fleet(store.url, directory)
         try:
             for role in ("api", "api", "worker", "worker"):
                 fleet.start(role)
-            with nginx(shipped_nginx([fleet.port], fleet.names)) as front:
+            api = [f"{daemon.host}:{fleet.port}" for daemon in fleet.daemons if daemon.role == "api"]
+            with nginx(shipped_nginx(api) if fixed else shipped_nginx([fleet.port], fleet.names)) as front:
                 load = Load(front.port)
                 load.begin()
                 rounds = 0
-                while rounds < ROUNDS or (load.total() < ENOUGH and not load.errors and load.alive()):
-                    roll(load, fleet)
+                while rounds < ROUNDS or (load.total() < enough and not load.errors and load.alive()):
+                    roll(load, fleet, fixed)
                     rounds += 1
                     time.sleep(FORGOTTEN)
                 load.end()
                 jobs_end(load, front)
                 said = [line for line in (front.files / "said").read_text().splitlines() if "[error]" in line and "(111:" not in line]
             print(f"  {dict(load.count)} in all, the longest took {load.longest:.1f} s")
-            check(f"no error of {load.total()} requests", not load.errors and load.total() >= ENOUGH,
+            check(f"no error of {load.total()} requests", not load.errors and load.total() >= enough,
                   f"{len(load.errors)}, for example " + "; ".join(load.errors[:5]) + "; nginx said: " + "; ".join(said[-8:]))
         finally:
             fleet.close()
@@ -193,7 +195,8 @@ if not postgres_programs() or not tool("nginx"):
     skip("a rolling restart", "postgresql or nginx-light is not installed")
 else:
     try:
-        rolling()
+        rolling(False, ENOUGH)
+        rolling(True, ENOUGH // 4)
     except (OSError, http.client.HTTPException, RuntimeError, KeyError, ValueError) as error:
         check("it runs", False, repr(error))
 sys.exit(summary())

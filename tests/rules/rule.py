@@ -5,6 +5,7 @@ skipped is said with its reason, and the last line counts all.
 """
 import importlib
 import pathlib
+import re
 import sys
 
 TOP = pathlib.Path(__file__).resolve().parents[2]
@@ -52,7 +53,7 @@ def replaced(config, changes):
 def shipped_nginx(ports, names=None, changes=(), file="nginx.conf"):
     """A configuration of docker/ for servers.nginx, with one worker and files of its own.
 
-    ports    of daemons on 127.0.0.1; with `names` the one port of daemons whose addresses are looked up there.
+    ports    of daemons on 127.0.0.1, or their addresses; several stand in the shipped block of addresses; with `names` the one port of daemons whose addresses are looked up there.
     names    a names.Names, asked in place of Docker's name server.
     changes  further (old, new) of the text.
     """
@@ -66,6 +67,9 @@ def shipped_nginx(ports, names=None, changes=(), file="nginx.conf"):
         own += [("pendulumd:8080;", f"127.0.0.1:{ports[0]};")]
     else:
         # daemons of one machine that have a port each cannot be told apart by a name; a group of them behaves as its addresses do
-        group = "".join(f" server 127.0.0.1:{port} max_fails=0;" for port in ports)
-        own += [("    server {", f"    upstream pendulumd {{{group} }}\n\n    server {{"), ("pendulumd:8080;", "pendulumd;")]
+        block = (TOP / "docker/nginx.upstream.conf").read_text()
+        end = re.search(r"server 10\.0\.0\.1:8080(.*)\n", block)[1]
+        group = "".join(f"    server {port if ':' in str(port) else f'127.0.0.1:{port}'}{end}\n" for port in ports)
+        block = re.sub(r"(    server 10\..*\n)+", group, block)
+        own += [("    server {", f"{block}\n    server {{"), ("pendulumd:8080;", "pendulumd;")]
     return replaced((TOP / "docker" / file).read_text(), [*own, *changes])

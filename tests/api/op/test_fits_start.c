@@ -144,3 +144,47 @@ TEST(fits_blame_a_start_from_which_there_is_no_motion) {
     check_text(&reply, "/errors/0/pointer", "/initial");
     test_reply_free(&reply);
 }
+
+/* A double pendulum whose second arm spins backwards, a third of a radian a row: begun at the mean
+ * pace of five rows, or where it turns the other way, the fit ended at a motion with other turns.
+ */
+TEST(fits_find_the_motion_whose_whole_turns_are_those_of_the_data) {
+    static char body[BODY];
+    static const char *const starts[] = {"", ",\"start\":17"};
+    unsigned long long seed = 5;
+    struct test_reply film = test_post(
+        API_OP_TRAJECTORIES,
+        "{\"pendulum\":{\"length\":[0.17,0.2],\"mass\":[0.1,0.08],\"parent\":[0,1],\"damping\":[1e-"
+        "4,"
+        "4e-5]},\"initial\":{\"theta\":[0.4,1.2],\"thetad\":[-18,-35]},\"times\":{\"stop\":0.6,"
+        "\"count\":61},\"output\":[\"theta\"]}");
+    for (int s = 0; s < 2; s++) {
+        char *at =
+            body + sprintf(body, "{\"pendulum\":{\"length\":[0.16,0.2],\"mass\":[0.1,0.09],"
+                                 "\"parent\":[0,1],\"damping\":[1e-4,4e-5]},\"data\":{\"t\":[");
+        for (int i = 0; i < 61; i++) at += sprintf(at, "%s%.9g", i ? "," : "", 0.01 * i);
+        at += sprintf(at, "],\"series\":[");
+        for (int k = 0; k < 2; k++) {
+            at += sprintf(at, "%s{\"theta\":%d,\"values\":[", k ? "," : "", k + 1);
+            for (int i = 0; i < 61; i++) {
+                char pointer[30];
+                snprintf(pointer, sizeof pointer, "/theta/%d/%d", i, k);
+                double theta = test_reply_number(&film, pointer) + 0.004 * noise(&seed);
+                at += sprintf(at, "%s%.6f", i ? "," : "", theta);
+            }
+            at += sprintf(at, "]}");
+        }
+        sprintf(at,
+                "]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"mass\",\"arm\":2},{"
+                "\"vary\":"
+                "\"thetad\",\"arm\":2%s}]}",
+                starts[s]);
+        struct test_reply reply = test_post(API_OP_FITS, body);
+        check_converged(&reply);
+        check_value(&reply, 0, "length of arm 1", 0.17);
+        check_value(&reply, 2, "thetad of arm 2", -35);
+        CHECK(test_reply_number(&reply, "/explained") > 0.9999);
+        test_reply_free(&reply);
+    }
+    test_reply_free(&film);
+}
