@@ -373,8 +373,9 @@ static void sections_tell_horizon(struct sections *sections) {
         sections->warning, sizeof sections->warning,
         "digits are lost before the end: beyond t = %.6g s errors of the motion may be larger than "
         "%.3g (estimated). "
-        "Only the first %ld passages are sure to be its own. A smaller rtol carries them further.",
-        held, sections->accuracy, holding);
+        "Only the first %ld passages are sure to be its own.%s",
+        held, sections->accuracy, holding,
+        sections->rtol > 1e-16 ? " A smaller rtol carries them further." : "");
     api_stats_warning(&sections->stats, "warning_horizon", sections->warning);
 }
 
@@ -446,7 +447,7 @@ static double sections_bytes(const void *state) {
     room = fmin(room, 1.5 * (double)sections->table.rows);
     double kept = sections->format->block ? 0 : numbers * fmin(room, (double)sections->table.rows);
     // real pendulums have more series
-    double an_arm = sections->tree.loads.terms ? 18000 : 6000;
+    double an_arm = sections->tree.loads.terms ? 20000 : 7500;
     return 32768 + (n + 16) * an_arm + sizeof(double) * (numbers * room + kept + 2 * n) +
            api_tree_bytes(&sections->tree) + api_states_bytes(sections->start) + API_PIECE_BYTES;
 }

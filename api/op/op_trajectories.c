@@ -13,6 +13,7 @@
 #include "api/op/events_json.h"
 #include "api/op/form_json.h"
 #include "api/op/trajectory_cost.h"
+#include "api/op/trajectory_told.h"
 #include "api/read/state_json.h"
 #include "api/read/times_json.h"
 #include "core/extended/trust.h"
@@ -30,7 +31,7 @@ static const double piece = 50000;
 
 enum {
     MOST_PARTS = 1000000,
-    CARRIED = 6 /* changes with what trajectory_carry shows, or any `carry` of core */
+    CARRIED = 7 /* changes with what trajectory_carry shows, or any `carry` of core */
 };
 
 struct trajectory {
@@ -59,8 +60,8 @@ struct trajectory {
     int computed;   /* all samples are there; what remains is to compare and to write */
     double trust_until;
     struct api_stats stats;
-    char warning[API_WARNING_TEXT], energy_warning[API_WARNING_TEXT],
-        loose_warning[API_WARNING_TEXT], stiff_warning[API_WARNING_TEXT];
+    struct api_trajectory_told told;
+    char stiff_warning[API_WARNING_TEXT];
 };
 
 static void trajectory_free(void **state) {
@@ -197,52 +198,12 @@ static enum pend_status trajectory_begin(struct trajectory *trajectory, struct p
                              error);
 }
 
-/* writes the horizon, and a warning if it is before the last instant */
-static void trajectory_tell_horizon(struct trajectory *trajectory, double horizon) {
-    const struct pend_times *times = &trajectory->times.times;
-    api_stats_number(&trajectory->stats, "horizon", horizon);
-    if (horizon == pend_times_at(times, times->count - 1)) return;
-    snprintf(trajectory->warning, sizeof trajectory->warning,
-             "digits are lost before the last instant: beyond t = %.6g s errors may be larger than "
-             "%.3g (estimated). A smaller rtol or precision extended or quad carries them "
-             "further. The field trust compares exactly.",
-             horizon, trajectory->method.accuracy);
-    api_stats_warning(&trajectory->stats, "warning_horizon", trajectory->warning);
-}
-
 static struct api_trajectory_size trajectory_size(const struct trajectory *trajectory) {
     return (struct api_trajectory_size){
         &trajectory->tree,   trajectory->start,    &trajectory->times,
         &trajectory->method, &trajectory->derived, &trajectory->events,
         &trajectory->table,  trajectory->format,   trajectory->trust_tolerance > 0,
         trajectory->step_cap};
-}
-
-/* adds warnings about an energy that has drifted, and about a precision that was not needed */
-static void trajectory_tell_doubts(struct trajectory *trajectory, double drift, long steps) {
-    static const double lost = 0.01, loose = 1e-16;
-    const struct api_method *method = &trajectory->method;
-    if (isnan(drift))
-        snprintf(trajectory->energy_warning, sizeof trajectory->energy_warning,
-                 "the energy is beyond all numbers: nothing tells whether it was kept.");
-    if (drift > lost)
-        snprintf(trajectory->energy_warning, sizeof trajectory->energy_warning,
-                 "the energy was not kept: it is off by %.2g of what the tree can hold. The motion "
-                 "told is another one. A smaller rtol or method taylor or symplectic keeps it.",
-                 drift);
-    if (trajectory->energy_warning[0])
-        api_stats_warning(&trajectory->stats, "warning_energy", trajectory->energy_warning);
-    if (api_trajectory_stiff(trajectory_size(trajectory), steps, trajectory->stiff_warning))
-        api_stats_warning(&trajectory->stats, "warning_stiff", trajectory->stiff_warning);
-    if (method->method == pend_method_taylor.extended &&
-        (method->rtol > loose || method->atol > loose)) {
-        snprintf(trajectory->loose_warning, sizeof trajectory->loose_warning,
-                 "precision extended was asked for with an %s of %.3g: such digits doubles have "
-                 "too and in less time. Leave rtol and atol out to have 28.",
-                 method->rtol > loose ? "rtol" : "atol",
-                 method->rtol > loose ? method->rtol : method->atol);
-        api_stats_warning(&trajectory->stats, "warning_precision", trajectory->loose_warning);
-    }
 }
 
 /* writes the figures once, so that they are the same in every piece of the answer */
@@ -254,9 +215,15 @@ static void trajectory_tell(struct trajectory *trajectory, const struct api_turn
     api_stats_whole(figures, "steps", stats.steps);
     api_stats_whole(figures, "rejected", stats.rejected);
     api_stats_whole(figures, "evaluations", stats.evaluations);
-    api_stats_number(figures, "energy_drift", isnan(stats.energy_drift) ? 0 : stats.energy_drift);
-    trajectory_tell_horizon(trajectory, stats.horizon);
-    trajectory_tell_doubts(trajectory, stats.energy_drift, stats.steps);
+    const struct api_trajectory_motion motion = {.tree = &trajectory->tree,
+                                                 .start = trajectory->start,
+                                                 .times = &trajectory->times.times,
+                                                 .method = &trajectory->method,
+                                                 .tolerance = trajectory->trust_tolerance,
+                                                 .trust_until = trajectory->trust_until};
+    api_trajectory_tell(&trajectory->told, &motion, &stats, figures);
+    if (api_trajectory_stiff(trajectory_size(trajectory), stats.steps, trajectory->stiff_warning))
+        api_stats_warning(figures, "warning_stiff", trajectory->stiff_warning);
     if (trajectory->trust_tolerance > 0)
         api_stats_number(figures, "trust_until", trajectory->trust_until);
     if (trajectory->events.count)

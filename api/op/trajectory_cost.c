@@ -115,11 +115,11 @@ double api_trajectory_cost_seconds(struct api_trajectory_size size) {
 static const struct trajectory_room {
     const char *method;
     double ideal, real;
-} rooms[] = {{"taylor", 9000, 12500},
-             {"symplectic", 16000, 48000},
+} rooms[] = {{"taylor", 10500, 14500},
+             {"symplectic", 17500, 50000},
              {"linear", 6000, 6000},
              {"radau", 40000, 40000}},
-  room_of_others = {"", 8000, 13000}, room_of_extended = {"", 30000, 90000},
+  room_of_others = {"", 9500, 17000}, room_of_extended = {"", 31500, 92000},
   room_of_comparison = {"", 30000, 60000};
 static const double lane_arms = 16, method_bytes = 32768;
 

@@ -89,6 +89,18 @@ void api_method_read(struct api_method *method, const struct api_value *root,
                         known->name);
 }
 
+const char *api_method_advice(const struct api_method *method) {
+    const struct pend_method *known = method->method;
+    if (known->flags & PEND_METHOD_LINEAR) return "Method taylor computes the pendulum itself.";
+    if (known->flags & PEND_METHOD_FIXED_STEP)
+        return "Method taylor with precision extended or quad carries them further.";
+    if (known == &pend_method_taylor_quad) return "A smaller rtol or a shorter time keeps them.";
+    if (known == pend_method_taylor.extended) return "Precision quad carries them further.";
+    if (known->extended)
+        return "A smaller rtol or precision extended or quad carries them further.";
+    return "A smaller rtol or method taylor carries them further.";
+}
+
 double api_accuracy_read(const struct api_value *root, struct api_problem *problem) {
     static const double usual = 1e-6, least = 1e-12, most = 1;
     struct api_value field = api_value_member(root, "accuracy");

@@ -28,6 +28,10 @@ void api_method_read(struct api_method *method, const struct api_value *root,
                      const struct api_tree *tree, const struct api_limits *limits,
                      struct api_problem *problem);
 
+/** Returns a sentence on what carries the digits of an answer further, of what the method takes.
+ */
+const char *api_method_advice(const struct api_method *method);
+
 /** Reads the field accuracy of a request; returns 1e-6 if it is left out or faulty. */
 double api_accuracy_read(const struct api_value *root, struct api_problem *problem);
 

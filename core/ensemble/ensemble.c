@@ -10,7 +10,6 @@
 #include "core/ensemble/ensemble_shadow.h"
 #include "core/ensemble/ensemble_watch.h"
 #include "core/integrate/horizon.h"
-#include "core/taylor/jets_system.h"
 #include "core/dynamics/kinematics_at.h"
 #include "core/taylor/taylor_order.h"
 #include "core/tree/turns.h"
@@ -125,6 +124,8 @@ static void ensemble_place(struct pend_ensemble *e, char *at, size_t doubts) {
         if (e->problem.observe & PEND_OBSERVE_ENERGY) lanes->power = power;
     }
     lanes->doubt.series = ensemble_take(&at, doubts);
+    size_t limits = ensemble_padded(ensemble_limits(lanes->n, doubt->order) * width);
+    if (doubts) doubt->limit = doubt->series + doubts - limits;
     lanes->series = (double *)(void *)at;
 }
 
@@ -156,8 +157,10 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
     const struct pend_terms *terms = problem->loads.terms;
     int n = problem->tree->n, order = pend_taylor_order(problem->rtol, 0);
     int known = order + (problem->accuracy > 0 ? ENSEMBLE_DOUBT_BEYOND : 0);
-    size_t doubts =
-        problem->accuracy > 0 ? ensemble_padded(kernel->series_count(terms, n, JETS_SPREAD)) : 0;
+    int spread = ensemble_spread(problem->tree, problem->loads.gravity, problem->duration, known);
+    size_t limits = ensemble_padded(ensemble_limits(n, spread) * (size_t)kernel->width);
+    size_t doubts = ensemble_padded(kernel->series_count(terms, n, spread)) + limits;
+    if (!(problem->accuracy > 0)) doubts = 0;
     size_t head = (sizeof **ensemble + 63) / 64 * 64,
            series = kernel->series_count(terms, n, known);
     size_t bytes =
@@ -175,6 +178,7 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
     e->lanes =
         (struct ensemble_lanes){.n = n, .order = order, .known = known, .width = kernel->width};
     e->lanes.doubt.grade = problem->accuracy > 0 ? PEND_HORIZON_MARGIN / problem->accuracy : 0;
+    e->lanes.doubt.order = spread;
     e->lanes.terms = terms;
     e->lanes.parent = problem->tree->parent;
     e->lanes.end = problem->tree->end;

@@ -4,9 +4,12 @@
 #ifndef PEND_ENSEMBLE_WORK_H
 #define PEND_ENSEMBLE_WORK_H
 
+#include <math.h>
+
 #include "core/ensemble/kernel_ensemble.h"
 #include "core/ensemble/member.h"
 #include "core/integrate/event_search.h"
+#include "core/taylor/jets_system.h"
 
 /* a member in its lane */
 struct ensemble_seat {
@@ -53,5 +56,23 @@ struct pend_ensemble {
     struct event_search search; /* of the problem's conditions */
     struct event_watch *watch;  /* [lane * conditions + condition] */
 };
+
+/**
+ * Returns the order of the errors' series: two more for each tenfold number of swings, for an error
+ * of a regular motion grows like t, and what its series leaves out acts as a growth that adds up.
+ *
+ * gravity, duration  m/s^2 and s, of either sign.
+ * known              orders of the motion's series, which it does not exceed.
+ */
+static inline int ensemble_spread(const struct pend_tree *tree, double gravity, double duration,
+                                  int known) {
+    enum { SWINGS = 100, MORE = 8 };
+    double shortest = INFINITY;
+    int order = JETS_SPREAD;
+    for (int k = 0; k < tree->n; k++) shortest = fmin(shortest, tree->len[k]);
+    double swings = fabs(duration) * sqrt(fabs(gravity) / shortest);
+    for (; swings > SWINGS && order < JETS_SPREAD + MORE; swings /= 10) order += 2;
+    return order < known ? order : known;
+}
 
 #endif

@@ -30,8 +30,15 @@ struct ensemble_doubt {
     double *time, *ratio; /* s, and the largest error over what is allowed, where they were noted */
     double *held;         /* s, the instant up to which the accuracy holds; ENSEMBLE_HELD while
                            * it is not lost */
+    int order;            /* of the errors' series during a step */
     double *series;       /* of the errors' change during a step */
+    double *limit;        /* ensemble_limits numbers a lane, for series that do not converge */
 };
+
+/** Numbers a lane for the limits of errors' series of n arms. */
+static inline size_t ensemble_limits(int n, int order) {
+    return 4 * (size_t)n * (size_t)(order + 1);
+}
 
 /* s, beyond every time */
 #define ENSEMBLE_HELD 1e301

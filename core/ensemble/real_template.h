@@ -113,9 +113,23 @@ static __attribute__((noinline)) void real_balance(const struct ensemble_lanes *
     NUM_(put)(lanes->to.gain, NUM_(get)(lanes->from.gain) + sum * x);
 }
 
-/* The errors x units later, to first order, from those at the start of the step: the series of a
- * neighbour in their direction less the motion's own, as in horizon.c. Returns the largest error of
- * a force at the start, over the square of the unit. s: the series of the neighbour. */
+/* a time, s, in which the error of a rate may count as one of an angle: dry friction is linear in
+ * a distance that is small beside its speed in the joint where that is least */
+static num real_time(const struct ensemble_lanes *lanes, num length) {
+    const double linear = 1e-5;
+    const struct pend_terms *terms = lanes->terms;
+    num time = num_abs(length);
+    for (int k = 0; k < lanes->n && terms->row[PEND_TERM_FRICTION] >= 0; k++) {
+        size_t speed = (size_t)(terms->row[PEND_TERM_FRICTION_SPEED] + k) * WIDE;
+        time = num_max(time, num_of(real_near / linear) / NUM_(get)(lanes->value + speed));
+    }
+    return time;
+}
+
+/* The series of what small errors at the start of the step become, to first order: that of a
+ * neighbour in their direction less the motion's own, as in neighbour.c, in the rates of `near`.
+ * Returns the largest error of a force at the start, over the square of the unit. s: the series of
+ * the neighbour. */
 static __attribute__((noinline)) num real_spread(const struct ensemble_lanes *lanes,
                                                  const struct jets_system *s,
                                                  const struct bodies_system *own,
@@ -124,12 +138,13 @@ static __attribute__((noinline)) num real_spread(const struct ensemble_lanes *la
     const struct ensemble_doubt *doubt = &lanes->doubt;
     const struct ensemble_state *from = &lanes->from;
     struct bodies_moment now = real_moment(lanes, unit, gravity);
-    num most = num_of(real_least), force = num_of(0), length = x * unit, inverse = 1 / unit;
-    num *error_phi = (num *)(void *)doubt->phi, *error_rate = (num *)(void *)doubt->rate;
-    // the places of a series of order 4 that are not in use yet
+    num most = num_of(real_least), force = num_of(0), time = real_time(lanes, x * unit);
+    const num *error_phi = (const num *)(const void *)doubt->phi,
+              *error_rate = (const num *)(const void *)doubt->rate;
+    // the places of a series that are not in use yet
     num *phi = near->turned, *low = near->pulled;
     for (int k = 0; k < own->n; k++)
-        most = num_max(most, num_max(num_abs(error_phi[k]), num_abs(error_rate[k] * length)));
+        most = num_max(most, num_max(num_abs(error_phi[k]), num_abs(error_rate[k] * time)));
     num scale = real_near / most, share = 1 / scale;
     for (int k = 0; k < own->n; k++) {
         num base = NUM_(get)(from->phi + (size_t)k * WIDE), add = scale * error_phi[k];
@@ -141,18 +156,14 @@ static __attribute__((noinline)) num real_spread(const struct ensemble_lanes *la
             num_fma(scale, error_rate[k], NUM_(get)(from->rate + (size_t)k * WIDE)) * unit;
     }
     real_bend(near, phi, low);
-    real_orders(s, near, &now, JETS_SPREAD, 0);
+    real_orders(s, near, &now, doubt->order, 0);
     for (int k = 0; k < own->n; k++) {
-        num turned = num_of(0), faster = num_of(0);
-        for (int j = JETS_SPREAD; j > 0; j--) {
+        near->rate[k] = error_rate[k] * unit;
+        for (int j = 1; j <= doubt->order; j++) {
             size_t at = (size_t)j * own->stride + (size_t)k;
-            num gap = (near->rate[at] - own->rate[at]) * share;
-            turned = num_fma(turned, x, gap * lanes->share[j]);
-            faster = num_fma(faster, x, gap);
+            near->rate[at] = (near->rate[at] - own->rate[at]) * share;
         }
         force = num_max(force, num_abs(near->force[k] - own->force[k]) * share);
-        error_phi[k] += num_fma(error_rate[k], length, turned * (x * x));
-        error_rate[k] += faster * (x * inverse);
     }
     return force;
 }

@@ -6,22 +6,21 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/integrate/neighbour.h"
 #include "core/taylor/jets.h"
+#include "core/taylor/taylor_order.h"
 
 /* The source of the errors of single steps: the step's own power series; a second solution of the
- * step by a power series; the truncation of numbers of 32 digits; a closed form for the whole
- * motion; or the method itself. */
-enum horizon_way { HORIZON_SERIES, HORIZON_ANEW, HORIZON_EXTENDED, HORIZON_LINEAR, HORIZON_METHOD };
+ * step by a power series; the truncation of numbers of 32 digits; or the method itself. */
+enum horizon_way { HORIZON_SERIES, HORIZON_ANEW, HORIZON_EXTENDED, HORIZON_METHOD };
 
 enum {
-    HORIZON_ORDER = JETS_SPREAD, /* of the neighbour's series: its part of a step need be known to a
-                                    few percent only */
-    HORIZON_ANEW_ORDER = 30,     /* of a step that is solved anew */
-    HORIZON_STATES = 12,
+    HORIZON_ANEW_ORDER = 30, /* of a step that is solved anew */
+    HORIZON_STATES = 8,
     HORIZON_ROWS = 2 + HORIZON_STATES
 };
 
-static const double HORIZON_NEAR = 1e-7;            /* rad, the neighbour's distance */
+static const double HORIZON_SPREAD = 1e-3, HORIZON_REGULAR = 100; /* horizon_least */
 static const double HORIZON_ROUNDING = 2 * 0x1p-53; /* of a step, over the changes that it makes */
 static const double HORIZON_ANEW_TARGET = 1e-17;    /* truncation of a step that is solved anew */
 static const double HORIZON_LEFT = 2; /* by how much more may be left out than is foretold */
@@ -47,9 +46,9 @@ struct pend_horizon {
         unit; /* s, > 0, of the last series that did so: how far it would have served, its unit */
     double *phi, *rate;           /* the error, rad and rad/s */
     double *left_rate, *left_phi; /* what a step leaves out, in the order of seats */
-    struct jets_state near;       /* the neighbour */
     struct jets_state begin, end; /* of a step that is solved anew */
-    struct pend_jets jets, anew;
+    struct pend_jets anew;
+    struct pend_neighbour near;
 };
 
 /* the estimate between two calls */
@@ -60,7 +59,6 @@ PEND_VALIDATOR horizon_valid(const struct pend_horizon *horizon) {
 /* ---- making and freeing */
 
 static enum horizon_way horizon_way(const struct pend_method *method) {
-    if (method->flags & PEND_METHOD_LINEAR) return HORIZON_LINEAR;
     if (method->series) return HORIZON_SERIES;
     if (method->spread) return HORIZON_METHOD;
     int precise = method == pend_method_taylor.extended || method == &pend_method_taylor_quad;
@@ -68,9 +66,8 @@ static enum horizon_way horizon_way(const struct pend_method *method) {
 }
 
 static void horizon_view(struct pend_horizon *horizon, double *at, size_t stride) {
-    struct jets_state *near = &horizon->near, *begin = &horizon->begin, *end = &horizon->end;
-    double **row[HORIZON_ROWS] = {&horizon->phi, &horizon->rate,   &near->phi,  &near->phi_low,
-                                  &near->rate,   &near->rate_low,  &begin->phi, &begin->phi_low,
+    struct jets_state *begin = &horizon->begin, *end = &horizon->end;
+    double **row[HORIZON_ROWS] = {&horizon->phi, &horizon->rate,   &begin->phi, &begin->phi_low,
                                   &begin->rate,  &begin->rate_low, &end->phi,   &end->phi_low,
                                   &end->rate,    &end->rate_low};
     for (size_t i = 0; i < HORIZON_ROWS; i++) *row[i] = at + i * stride;
@@ -101,27 +98,6 @@ static void horizon_start(struct pend_horizon *horizon, const struct pend_proble
     }
 }
 
-/* The closed form's errors are those of the phases of its modes: roundings of omega and of omega
- * t, over the whole sum. The fastest mode is bounded by the rows of L / m (the core's README),
- * and as the squares of 1 / omega add up to the sum of l / g, so is the slowest. */
-static void horizon_linear(struct pend_horizon *horizon, const struct pend_problem *problem) {
-    static const double roundings = 3 * 0x1p-53;
-    const struct pend_tree *tree = problem->tree;
-    double gravity = fabs(problem->loads.gravity), fastest = 0, reach = 0, length = 0;
-    for (int k = 0; k < tree->n; k++) {
-        double springs = tree->subtree_mass[k] / tree->len[k];
-        for (int c = k + 1; c < tree->end[k]; c++)
-            if (tree->parent[c] == k) springs += tree->subtree_mass[c] / tree->len[c];
-        fastest = fmax(fastest, 2 * gravity * springs / tree->mass[k]);
-        length += tree->len[k];
-    }
-    for (int k = 0; k < tree->n; k++)
-        reach += M_PI + fabs(problem->rate[k]) * sqrt(length / gravity);
-    double held = 1 / (horizon->grade * roundings * sqrt(fastest) * reach);
-    horizon->lost = held < fabs(horizon->end_time);
-    horizon->held = copysign(held, horizon->end_time);
-}
-
 enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pend_method *method,
                                   const struct pend_problem *problem, struct pend_error *error) {
     const struct pend_tree *tree = problem->tree;
@@ -132,16 +108,15 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
     int own = way == HORIZON_ANEW || way == HORIZON_EXTENDED;
     size_t answers = pend_jets_answers_bytes(tree, terms),
            anew = own ? pend_jets_bytes(tree, terms, HORIZON_ANEW_ORDER) : 0;
-    size_t series = (!own && way != HORIZON_SERIES) || answers
-                        ? 0
-                        : pend_jets_bytes(tree, terms, HORIZON_ORDER);
+    int order = own ? HORIZON_ANEW_ORDER : pend_taylor_order(problem->rtol, 1);
+    size_t series = answers || way == HORIZON_METHOD ? 0 : pend_neighbour_bytes(problem, order);
     char *block = aligned_alloc(64, head + rows + series + anew + answers),
          *behind = block + head + rows;
     *horizon = (struct pend_horizon *)block;
     if (!block)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a neighbour of %d arms",
                          tree->n);
-    memset(block, 0, head + rows);
+    memset(block, 0, head + rows + series);
     struct pend_horizon *made = *horizon;
     made->problem = *problem;
     made->method = method;
@@ -158,8 +133,7 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
     made->left_rate = (double *)behind - 2 * pend_jets_seats(tree);
     made->left_phi = made->left_rate + pend_jets_seats(tree);
     horizon_start(made, problem);
-    if (way == HORIZON_LINEAR) horizon_linear(made, problem);
-    if (series) pend_jets_init(&made->jets, tree, &problem->loads, HORIZON_ORDER, behind);
+    if (series) pend_neighbour_init(&made->near, &made->problem, order, made->cart, behind);
     if (own)
         pend_jets_init(&made->anew, tree, &problem->loads, HORIZON_ANEW_ORDER, behind + series);
     if (own && answers) pend_jets_answers(&made->anew, behind + series + anew);
@@ -175,35 +149,6 @@ void pend_horizon_free(struct pend_horizon **horizon) {
 
 /* the larger of two; of what is no number, either */
 static double horizon_larger(double x, double y) { return x > y ? x : y; }
-
-/* puts x + d into a sum of two doubles */
-static void horizon_add(double x, double low, double d, double *sum, double *rest) {
-    double s = x + d, part = s - x;
-    *sum = s;
-    *rest = (x - (s - part)) + (d - part) + low;
-}
-
-/* the neighbour of a state, in the direction of the error; returns the distance over the error,
- * 0 without an error */
-static double horizon_displace(struct pend_horizon *horizon, const struct jets_state *from,
-                               double length) {
-    double most = 0;
-    int n = horizon->problem.tree->n;
-    for (int k = 0; k < n; k++)
-        most = fmax(most, fmax(fabs(horizon->phi[k]), fabs(horizon->rate[k] * length)) /
-                              horizon_unit(horizon, k));
-    double scale = most > DBL_MIN ? HORIZON_NEAR / most : 0;
-    horizon->near.time = from->time;
-    horizon->near.late = from->late;
-    for (int k = 0; k < n && scale > 0; k++) {
-        const struct jets_state *near = &horizon->near;
-        horizon_add(from->phi[k], from->phi_low[k], scale * horizon->phi[k], &near->phi[k],
-                    &near->phi_low[k]);
-        horizon_add(from->rate[k], from->rate_low[k], scale * horizon->rate[k], &near->rate[k],
-                    &near->rate_low[k]);
-    }
-    return scale;
-}
 
 /* the largest error of angles and rates over what is allowed */
 static double horizon_ratio(struct pend_horizon *horizon, const double rate[]) {
@@ -232,33 +177,12 @@ static void horizon_note(struct pend_horizon *horizon, double time, double ratio
     horizon->lost = 1;
 }
 
-/* the error x units of time later: the neighbour's series less the motion's own, as far as the
- * neighbour's goes; returns by how much forces are off at the start, N */
-static double horizon_spread(struct pend_horizon *horizon, const struct pend_jets *series,
-                             double unit, double x, double scale) {
-    const struct pend_jets *near = &horizon->jets;
-    double inverse = 1 / unit, share = 1 / scale, power[HORIZON_ORDER + 1],
-           phi_power[HORIZON_ORDER + 1], force = 0;
-    pend_jets_expand(&horizon->jets, &horizon->problem.loads, unit, &horizon->near, HORIZON_ORDER);
-    power[0] = share;
-    for (int j = 1; j <= HORIZON_ORDER; j++) power[j] = power[j - 1] * x;
-    for (int j = 0; j <= HORIZON_ORDER; j++) phi_power[j] = power[j] * x * near->share[j];
-    for (int k = 0; k < horizon->problem.tree->n; k++) {
-        size_t at = pend_jets_place(near, k, 0), from = pend_jets_place(series, k, 0);
-        double phi = 0, rate = 0;
-        for (int j = HORIZON_ORDER; j > 0; j--) {
-            double gap = near->rate[at + (size_t)j * PEND_JETS_PAD] -
-                         series->rate[from + (size_t)j * PEND_JETS_PAD];
-            phi += phi_power[j] * gap;
-            rate += power[j] * gap;
-        }
-        force = fmax(force, fabs(near->force[at] - series->force[from]));
-        horizon->strongest =
-            fmax(horizon->strongest, fabs(series->force[from]) * (inverse * inverse));
-        horizon->phi[k] += horizon->rate[k] * (x * unit) + phi;
-        horizon->rate[k] += rate * inverse;
-    }
-    return force * share * (inverse * inverse);
+/* What may be left out of a step's part in the growth of the error, over the error: of the N steps
+ * of a run each adds as much, and of a regular motion, where errors grow like t, they act as a
+ * growth by the root of it, N times. */
+static double horizon_least(const struct pend_horizon *horizon, double length) {
+    double part = length / horizon->end_time;
+    return fmin(HORIZON_SPREAD, HORIZON_REGULAR * part * part);
 }
 
 /* the motion's own part of that */
@@ -273,26 +197,25 @@ static void horizon_look(struct pend_horizon *horizon, const struct pend_jets *s
 
 /* The error at the end of a step from that at its start, as the motion's own series has it, else
  * a neighbour; returns by how much forces are off at the start, N. */
-static double horizon_carry(struct pend_horizon *horizon, const struct pend_jets *series,
-                            double unit, double x, const struct jets_state *from) {
-    if (!pend_jets_spreads(series)) {
-        double scale = horizon_displace(horizon, from, x * unit);
-        if (scale > 0) return horizon_spread(horizon, series, unit, x, scale);
-        horizon_look(horizon, series, unit);
-        return 0;
-    }
-    horizon_look(horizon, series, unit);
-    return pend_jets_spread(series, &horizon->problem.loads, x, unit, horizon->phi, horizon->rate);
+static double horizon_carry(struct pend_horizon *horizon, const struct pend_series *step,
+                            double x) {
+    const struct pend_loads *loads = &horizon->problem.loads;
+    double least = horizon_least(horizon, x * step->unit);
+    horizon_look(horizon, step->jets, step->unit);
+    if (!pend_jets_spreads(step->jets))
+        return pend_neighbour_spread(&horizon->near, step, x, least, horizon->phi, horizon->rate);
+    struct jets_spread how = {.order = step->order, .x = x, .unit = step->unit, .least = least};
+    return pend_jets_spread(step->jets, loads, &how, horizon->phi, horizon->rate);
 }
 
 /* from the start of a step to its end; the error at the start is looked at on the way, once its
  * forces are known. Returns the part of the forces in it */
-static double horizon_pass(struct pend_horizon *horizon, const struct pend_jets *series,
-                           double unit, double x, const struct jets_state *from, double time) {
-    double ratio = horizon->end_ratio < 0 ? horizon_ratio(horizon, from->rate) : horizon->end_ratio,
-           part = 0;
+static double horizon_pass(struct pend_horizon *horizon, const struct pend_series *step, double x,
+                           double time) {
+    double ratio = horizon->end_ratio, part = 0;
+    if (ratio < 0) ratio = horizon_ratio(horizon, step->begin->rate);
     horizon->end_ratio = -1;
-    double force = horizon_carry(horizon, series, unit, x, from);
+    double force = horizon_carry(horizon, step, x);
     if (horizon->strongest > 0) part = force * horizon->grade / horizon->strongest;
     horizon_note(horizon, time, horizon_larger(part, ratio));
     if (horizon->lost) return 0;
@@ -331,7 +254,7 @@ static void horizon_series_error(struct pend_horizon *horizon, const struct pend
 static void horizon_series_step(struct pend_horizon *horizon, const struct pend_series *step,
                                 const double rate[]) {
     double x = (step->reached - step->time) / step->unit;
-    double part = horizon_pass(horizon, step->jets, step->unit, x, step->begin, step->time);
+    double part = horizon_pass(horizon, step, x, step->time);
     if (horizon->lost) return;
     horizon_series_error(horizon, step, x);
     horizon->end_ratio = horizon_ratio(horizon, rate);
@@ -386,7 +309,9 @@ static void horizon_anew(struct pend_horizon *horizon, double reached, const dou
         if (isnan(x) || next == now || fabs(reached - next) < 1e-9 * fabs(reached - now))
             next = reached;
         x = (next - now) / unit;
-        part = horizon_pass(horizon, &horizon->anew, unit, x, begin, now);
+        struct pend_series step = {
+            .jets = &horizon->anew, .begin = begin, .order = HORIZON_ANEW_ORDER, .unit = unit};
+        part = horizon_pass(horizon, &step, x, now);
         if (horizon->lost) return;
         pend_jets_advance(&horizon->anew, HORIZON_ANEW_ORDER, x, unit, begin, end);
         if (horizon->way == HORIZON_EXTENDED) horizon_extended_error(horizon, fabs(x * unit));
@@ -456,16 +381,18 @@ double pend_horizon_until(const struct pend_horizon *horizon) {
 enum pend_status pend_horizon_carry(struct pend_horizon *horizon,
                                     struct pend_checkpoint *checkpoint) {
     size_t stride = pend_jets_stride(horizon->problem.tree->n);
+    struct pend_neighbour *near = &horizon->near;
     double *number[] = {&horizon->held,      &horizon->time,    &horizon->ratio, &horizon->fastest,
                         &horizon->strongest, &horizon->settled, &horizon->reach, &horizon->unit};
     double *row[] = {horizon->phi, horizon->rate, horizon->begin.phi, horizon->begin.rate};
     pend_checkpoint_int(checkpoint, &horizon->lost, 1);
+    pend_checkpoint_int(checkpoint, &near->order, near->jets.order_cap);
     for (size_t i = 0; i < sizeof number / sizeof *number; i++)
         pend_checkpoint_row(checkpoint, number[i], 1);
     for (size_t i = 0; i < sizeof row / sizeof *row; i++)
         pend_checkpoint_row(checkpoint, row[i], stride);
     // what lies between here and the steps' end is solved anew: not more than the run itself
     int good = fabs(horizon->settled) <= 4 * fabs(horizon->end_time) && horizon->unit > 0 &&
-               isfinite(horizon->unit);
+               isfinite(horizon->unit) && (near->order >= JETS_SPREAD || !near->jets.order_cap);
     return good && !isnan(horizon->held) && !isnan(horizon->ratio) ? PEND_OK : PEND_INVALID;
 }

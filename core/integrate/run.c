@@ -158,7 +158,7 @@ enum pend_status pend_run_new(struct pend_run **run, const struct pend_method *m
                          problem->tree->n);
     run_start(made);
     enum pend_status status = method->open(&made->stepper, &made->problem, error);
-    if (status == PEND_OK && problem->accuracy > 0) {
+    if (status == PEND_OK && problem->accuracy > 0 && !(method->flags & PEND_METHOD_LINEAR)) {
         status = pend_horizon_new(&made->horizon, method, &made->problem, error);
         if (status != PEND_OK) method->close(&made->stepper);
     }
@@ -369,6 +369,7 @@ static double run_progress(const struct pend_run *run) {
 
 struct pend_run_stats pend_run_stats(const struct pend_run *run) {
     struct pend_stepper_counts counts = run->method->counts(run->stepper);
+    double held = run->horizon ? pend_horizon_held(run->horizon, run->reached) : NAN;
     int weighed = run->problem.no_drift || (isfinite(run->energy_start) && isfinite(run->scale));
     return (struct pend_run_stats){.method = run->method->name,
                                    .steps = counts.steps,
@@ -376,6 +377,7 @@ struct pend_run_stats pend_run_stats(const struct pend_run *run) {
                                    .evaluations = counts.evaluations,
                                    .energy_drift = weighed ? run->drift : NAN,
                                    .horizon = run->horizon ? pend_horizon_until(run->horizon) : NAN,
+                                   .held = run->start + held,
                                    .progress = run_progress(run)};
 }
 

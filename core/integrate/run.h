@@ -14,7 +14,8 @@ struct pend_run_stats {
                             pend_kinematics_energy_scale; 0 for linear methods and for problems
                             with no_drift; NaN where an energy is beyond all doubles */
     double horizon;      /* s, pend_horizon_until: among the instants returned so far; NaN if the
-                            problem has no accuracy */
+                            problem has no accuracy, and for linear methods */
+    double held;         /* s, the same, not rounded to an instant */
     double progress;     /* 0 .. 1 */
 };
 

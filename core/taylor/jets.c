@@ -284,10 +284,11 @@ void pend_jets_answers(struct pend_jets *jets, void *memory) {
 
 int pend_jets_spreads(const struct pend_jets *jets) { return jets->system.answers != NULL; }
 
-double pend_jets_spread(const struct pend_jets *jets, const struct pend_loads *loads, double x,
-                        double unit, double phi[], double rate[]) {
+double pend_jets_spread(const struct pend_jets *jets, const struct pend_loads *loads,
+                        const struct jets_spread *how, double phi[], double rate[]) {
     assert(jets_valid(jets) && pend_jets_spreads(jets));
-    return jets_kernel(jets->isa)->spread(&jets->system, loads, x, unit, phi, rate);
+    assert(how->order >= JETS_SPREAD && how->order <= JETS_SPREAD_MAX);
+    return jets_kernel(jets->isa)->spread(&jets->system, loads, how, phi, rate);
 }
 
 /* x^order, order >= 0 */

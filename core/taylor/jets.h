@@ -147,18 +147,17 @@ void pend_jets_answers(struct pend_jets *jets, void *memory);
 int pend_jets_spreads(const struct pend_jets *jets);
 
 /**
- * What small errors of the state that was expanded about become x units of time later, to first
- * order and to order
- * JETS_SPREAD of the series, of which at least as many orders are known; of jets that keep answers.
+ * What small errors of the state that was expanded about become in a step, to first order; of jets
+ * that keep answers.
  *
- * loads, unit  those of the expansion.
+ * loads, how->unit  those of the expansion.
  * phi, rate      in and out: the errors, rad and rad/s, aligned to 64 and padded with zeros to
  *                PEND_JETS_PAD.
  *
  * Returns the largest error of a force at the start, N. O(n^2), no allocation.
  */
-double pend_jets_spread(const struct pend_jets *jets, const struct pend_loads *loads, double x,
-                        double unit, double phi[], double rate[]);
+double pend_jets_spread(const struct pend_jets *jets, const struct pend_loads *loads,
+                        const struct jets_spread *how, double phi[], double rate[]);
 
 /**
  * What a step of x units to `order` leaves out: all terms behind that order, of which `beyond` are

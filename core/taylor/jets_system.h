@@ -74,8 +74,16 @@ struct jets_system {
 #undef X
 };
 
-/* Orders to which the spreading of an error across a step is known. */
-enum { JETS_SPREAD = 4 };
+/* Orders to which the spreading of an error across a step is known: at least, and at most. */
+enum { JETS_SPREAD = 4, JETS_SPREAD_MAX = 32 };
+
+/* The step across which an error spreads. */
+struct jets_spread {
+    int order; /* JETS_SPREAD .. JETS_SPREAD_MAX: of the motion's series; higher ones are not used
+                */
+    double x, unit; /* its length in units; s */
+    double least;   /* over the error: no more orders once the last two terms are below that */
+};
 
 /** Where the series of arm k begin. */
 static inline size_t jets_row(const struct jets_system *s, int k) {

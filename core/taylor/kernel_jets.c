@@ -368,14 +368,18 @@ static double kernel_reach(const struct jets_system *s, int order, double log_rt
 /* one arm alone, by the recurrences of its orders made linear: u of the motion and its change,
  * rates */
 static double kernel_single_spread(const struct jets_system *s, const struct pend_loads *loads,
-                                   double x, double unit, double *phi, double *speed) {
-    double re[JETS_SPREAD + 1] = {1}, im[JETS_SPREAD + 1] = {0}, more_re[JETS_SPREAD + 1] = {0};
-    double more_im[JETS_SPREAD + 1] = {*phi}, more[JETS_SPREAD + 1] = {*speed * unit}, turned = 0,
-                                 faster = 0;
+                                   const struct jets_spread *how, double *phi, double *speed) {
+    enum { SIZE = JETS_SPREAD_MAX + 1 };
+    double re[SIZE], im[SIZE], more_re[SIZE], more_im[SIZE], more[SIZE];
+    double x = how->x, unit = how->unit, turned = 0, faster = 0, power = fabs(x), before = INFINITY;
     double pull = loads->gravity * unit * unit * s->inv_len[0], C = s->cosine[0], Z = s->sine[0],
            swing = s->rate[0] / unit;
-    for (int k = 0; k < JETS_SPREAD; k++) {
-        double sum[4] = {0, 0, 0, 0};
+    double least = how->least * fmax(fabs(*phi), fabs(*speed * unit * x));
+    int order = 0;
+    re[0] = 1, im[0] = more_re[0] = 0, more_im[0] = *phi, more[0] = *speed * unit;
+    for (int k = 0; k < how->order; order = ++k) {
+        double sum[4] = {0, 0, 0, 0}, size = fabs(more[k]) * power;
+        if (k >= JETS_SPREAD && size + before < least) break;
         for (int j = 0; j <= k; j++) {
             double rate = s->rate[(size_t)(k - j) * s->stride];
             sum[0] += re[j] * rate;
@@ -388,8 +392,10 @@ static double kernel_single_spread(const struct jets_system *s, const struct pen
         more_re[k + 1] = -s->share[k] * sum[3];
         more_im[k + 1] = s->share[k] * sum[2];
         more[k + 1] = s->share[k] * pull * (Z * more_im[k] - C * more_re[k]);
+        power *= fabs(x);
+        before = size;
     }
-    for (int j = JETS_SPREAD; j >= 0; j--) {
+    for (int j = order; j >= 0; j--) {
         turned = turned * x + more[j] * s->share[j];
         faster = faster * x + more[j];
     }
@@ -399,12 +405,12 @@ static double kernel_single_spread(const struct jets_system *s, const struct pen
     return fabs(force);
 }
 
-static double kernel_spread(const struct jets_system *s, const struct pend_loads *loads, double x,
-                            double unit, double phi[], double rate[]) {
-    if (s->n > 4) return small8_spread(s, x, unit, phi, rate);
-    if (s->n > 2) return small4_spread(s, x, unit, phi, rate);
-    if (s->n > 1) return small2_spread(s, x, unit, phi, rate);
-    return kernel_single_spread(s, loads, x, unit, phi, rate);
+static double kernel_spread(const struct jets_system *s, const struct pend_loads *loads,
+                            const struct jets_spread *how, double phi[], double rate[]) {
+    if (s->n > 4) return small8_spread(s, how, phi, rate);
+    if (s->n > 2) return small4_spread(s, how, phi, rate);
+    if (s->n > 1) return small2_spread(s, how, phi, rate);
+    return kernel_single_spread(s, loads, how, phi, rate);
 }
 
 const struct jets_kernel KERNEL_NAME(pend_kernel_jets_) = {

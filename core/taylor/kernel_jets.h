@@ -71,8 +71,8 @@ struct jets_kernel {
      *
      * phi, rate  in and out; padded with zeros to a multiple of 8.
      */
-    double (*spread)(const struct jets_system *system, const struct pend_loads *loads, double x,
-                     double unit, double phi[], double rate[]);
+    double (*spread)(const struct jets_system *system, const struct pend_loads *loads,
+                     const struct jets_spread *how, double phi[], double rate[]);
     /**
      * The sums of the terms that a step left out, of the rates and of the angles over x, in units:
      * an array of a value a seat, in the order of seats, padded to a multiple of 8.

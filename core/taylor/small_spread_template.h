@@ -6,8 +6,8 @@
 
 /* One series of pairs and one of turns: the changes of the motion's series. */
 struct SMALL(change) {
-    struct SMALL(pair) motion[JETS_SPREAD + 1];
-    struct SMALL(turn) turn[JETS_SPREAD + 1];
+    struct SMALL(pair) motion[JETS_SPREAD_MAX + 1];
+    struct SMALL(turn) turn[JETS_SPREAD_MAX + 2];
 };
 
 /* what is known of the change of T and c of order k: every product has a factor of the motion
@@ -57,32 +57,62 @@ VEC_INLINE void SMALL(change_start)(const struct jets_system *s, double unit, co
     }
 }
 
-static double SMALL(spread)(const struct jets_system *s, double x_, double unit, double phi[],
-                            double rate[]) {
+/* order k + 1 of the change */
+VEC_INLINE void SMALL(change_order)(const struct jets_system *s, struct SMALL(change) * x, int k) {
     const struct SMALL(table) *table = (const struct SMALL(table) *)(const void *)s->answers;
-    struct SMALL(change) x;
-    SMALL(change_start)(s, unit, phi, rate, &x);
-#pragma GCC unroll 8
-    for (int k = 0; k < JETS_SPREAD; k++) {
-        struct SMALL(known) known;
-        SMALL(change_known)(s, &x, k, &known);
-        for (int p = 0; p < PARTS; p++) known.im.part[p] *= SMALL(factor)(1, s->share[k], p);
-        struct SMALL(pair) answer = SMALL(solve)(table, &known.im);
-        PART share = PART_(of)(s->share[k + 1]);
-        for (int p = 0; p < PARTS; p++)
-            x.motion[k + 1].part[p] =
-                PART_(fma)(SMALL(factor)(1, k + 1, p), answer.part[p], known.minus_re.part[p]);
-        for (int p = 0; p < TURNS && k + 2 <= JETS_SPREAD; p++) {
-            x.turn[k + 2].minus_re[p] = share * SMALL(twice)(known.im.part[p]);
-            x.turn[k + 2].im[p] = share * SMALL(twice)(answer.part[p]);
-        }
+    struct SMALL(known) known;
+    SMALL(change_known)(s, x, k, &known);
+    for (int p = 0; p < PARTS; p++) known.im.part[p] *= SMALL(factor)(1, s->share[k], p);
+    struct SMALL(pair) answer = SMALL(solve)(table, &known.im);
+    PART share = PART_(of)(s->share[k + 1]);
+    for (int p = 0; p < PARTS; p++)
+        x->motion[k + 1].part[p] =
+            PART_(fma)(SMALL(factor)(1, k + 1, p), answer.part[p], known.minus_re.part[p]);
+    for (int p = 0; p < TURNS; p++) {
+        x->turn[k + 2].minus_re[p] = share * SMALL(twice)(known.im.part[p]);
+        x->turn[k + 2].im[p] = share * SMALL(twice)(answer.part[p]);
     }
+}
+
+/* the largest rate of order j of the change */
+VEC_INLINE double SMALL(change_size)(const struct SMALL(change) * x, int j, int n) {
+    double rate[2 * LANES] __attribute__((aligned(64))), most = 0;
+    for (int p = 0; p < PARTS; p++) PART_(put)(rate + p * PART_WIDTH, x->motion[j].part[p]);
+    for (int k = 0; k < n; k++) most = fabs(rate[k]) > most ? fabs(rate[k]) : most;
+    return most;
+}
+
+/* all orders that are needed; returns how many */
+VEC_INLINE int SMALL(change_all)(const struct jets_system *s, const struct jets_spread *how,
+                                 double least, struct SMALL(change) * x) {
+    double step = fabs(how->x), power = step * step * step * step;
+    int k = 0;
+#pragma GCC unroll 8
+    for (; k < JETS_SPREAD; k++) SMALL(change_order)(s, x, k);
+    double before = SMALL(change_size)(x, k - 1, s->n) * power;
+    for (; k < how->order; k++) {
+        double last = SMALL(change_size)(x, k, s->n) * (power *= step);
+        if (last + before < least) break;
+        SMALL(change_order)(s, x, k);
+        before = last;
+    }
+    return k;
+}
+
+static double SMALL(spread)(const struct jets_system *s, const struct jets_spread *how,
+                            double phi[], double rate[]) {
+    struct SMALL(change) x;
+    double size = 0, inverse = 1 / how->unit;
+    for (int k = 0; k < s->n; k++)
+        size = fmax(size, fmax(fabs(phi[k]), fabs(rate[k] * how->unit * how->x)));
+    SMALL(change_start)(s, how->unit, phi, rate, &x);
+    int order = SMALL(change_all)(s, how, how->least * size, &x);
     double angle[2 * LANES] __attribute__((aligned(64))),
         speed[2 * LANES] __attribute__((aligned(64)));
-    double force[2 * LANES] __attribute__((aligned(64))), most = 0, inverse = 1 / unit;
+    double force[2 * LANES] __attribute__((aligned(64))), most = 0;
     for (int p = 0; p < PARTS; p++) {
-        PART turned = PART_(of)(0), faster = PART_(of)(0), step = PART_(of)(x_);
-        for (int j = JETS_SPREAD; j >= 0; j--) {
+        PART turned = PART_(of)(0), faster = PART_(of)(0), step = PART_(of)(how->x);
+        for (int j = order; j >= 0; j--) {
             turned = PART_(fma)(turned, step, x.motion[j].part[p] * s->share[j]);
             faster = PART_(fma)(faster, step, x.motion[j].part[p]);
         }

@@ -269,14 +269,17 @@ export function parseColumns(header) {
 }
 
 /**
- * {horizon, energy_drift, warnings} of a reply's header fields, null without them.
+ * {horizon, energy_drift, warnings} of a reply's header fields, null without them; method linear
+ * has warnings alone.
  * @param {Headers} headers @returns {Stats | null}
  */
 function parseStats(headers) {
-  if (!headers.has("X-Horizon")) return null;
+  const number = (/** @type {string} */ name) =>
+    headers.has(name) ? Number(headers.get(name)) : undefined;
+  if (!headers.has("X-Horizon") && !headers.has("X-Warning")) return null;
   return {
-    horizon: Number(headers.get("X-Horizon")),
-    energy_drift: Number(headers.get("X-Energy-Drift")),
+    horizon: number("X-Horizon"),
+    energy_drift: number("X-Energy-Drift"),
     warnings: headers.get("X-Warning"),
   };
 }

@@ -88,7 +88,9 @@ async function fetchTrack(loader, track, signal, arrived) {
  * @template {Stats | null} Told @param {Told} stats @param {Doc} doc @returns {Told}
  */
 const fromStart = (stats, { span }) =>
-  stats && span.start ? { ...stats, horizon: stats.horizon - span.start } : stats;
+  stats?.horizon !== undefined && span.start
+    ? { ...stats, horizon: stats.horizon - span.start }
+    : stats;
 
 /**
  * How the integration went: the table's head tells it, but of a long motion, which is sent while it
@@ -345,7 +347,7 @@ export function createMotion({ store, client, clock }) {
   const first = {
     track: createTrack(doc, doc.initial),
     ghosts: [], // one track for each of the document's ghosts
-    stats: null, // of the server: at least energy_drift, and horizon, up to when the digits hold
+    stats: null, // of the server: energy_drift, and horizon, up to when the digits hold
     loading: false,
     failure: null,
     complaint: null,

@@ -156,8 +156,8 @@ interface MotionBody {
  * How an integration went; of a motion that is sent while it is computed only part of it is known.
  */
 interface Stats {
-  horizon: number;
-  energy_drift: number;
+  horizon?: number; // not of method linear
+  energy_drift?: number;
   warnings?: string | null;
   trust_until?: number;
   steps?: number;

@@ -92,6 +92,7 @@ function setOverlay(store, on) {
 /** @param {Text} text @param {Stats} stats @param {Doc["span"]} span */
 function trust(text, { trust_until: exact, horizon }, { start = 0, stop }) {
   const time = exact ?? horizon;
+  if (time === undefined) return UNKNOWN;
   if (time >= start + stop) return text("method.trustAll");
   return text("method.trustValue", { time: text.number(time, 2) });
 }
@@ -108,7 +109,7 @@ function factsInWords(text, { stats, distance }, span) {
     whole(stats.steps),
     whole(stats.rejected),
     whole(stats.evaluations),
-    figure(text, stats.energy_drift, 2),
+    figure(text, stats.energy_drift ?? NaN, 2),
     trust(text, stats, span),
     distance?.length ? figure(text, distance[distance.length - 1], 2) : UNKNOWN,
     text("method.computeValue", { time }),

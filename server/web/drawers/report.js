@@ -113,7 +113,7 @@ function settingsOf({ store, motion, text }) {
   if (doc.rtol !== null) list.push([text("method.rtol"), figure(text, doc.rtol)]);
   if (doc.atol !== null) list.push([text("method.atol"), figure(text, doc.atol)]);
   list.push([text("method.precision"), text(`method.${doc.precision}`)]);
-  if (stats) list.push([text("method.drift"), figure(text, stats.energy_drift)]);
+  if (stats) list.push([text("method.drift"), figure(text, stats.energy_drift ?? NaN)]);
   const horizon = stats?.horizon;
   if (horizon !== undefined) list.push([text("method.trust"), metres(horizon)]);
   return [

@@ -1,5 +1,6 @@
-/* Horizons that are told beside the truth: 200 random motions, 500 members of ensembles, 50
- * sections, 2 to 6 arms.
+/* Horizons that are told beside the truth: 504 random motions of every kind (chaotic, regular,
+ * damped, stiff, stuck, driven, on a cart) by three ways; 200 chaotic ones, 500 members of
+ * ensembles, 50 sections with what they cost, 2 to 6 arms.
  * Leaves to others: quick checks of the same (tests/core/integrate/test_horizon,
  * test_ensemble_horizon, test_section).
  * Invariant: truth is the same motion in 32 digits, and is taken for it only up to its own
@@ -14,10 +15,13 @@
 #include "core/ensemble/ensemble.h"
 #include "core/integrate/run.h"
 #include "core/integrate/section.h"
+#include "tests/harness/motions.h"
 
 enum {
-    ARMS_MAX = 6,
+    ARMS_MAX = TEST_MOTION_ARMS,
     MOTIONS = 200,
+    KIND = 72, /* motions of each kind */
+    INSTANTS = 1001,
     TREES = 5,
     MEMBERS = 100,
     SECTIONS = 50,
@@ -376,7 +380,131 @@ static void study_sections(void) {
     tally_print("sections");
 }
 
-int main(void) {
+/* ---- motions of every kind */
+
+/* what is told over the truth: of what holds to its end too */
+static void kinds_print(const char *name, double ratio[], int n) {
+    int low = 0, high = 0;
+    qsort(ratio, (size_t)n, sizeof *ratio, tally_order);
+    if (!n) return;
+    for (int i = 0; i < n; i++) low += ratio[i]<0.5, high += ratio[i]> 1.1;
+    printf("%-8s %3d: told over true: 1 %% %.3f, 10 %% %.3f, median %.3f, 90 %% %.3f, 99 %% %.3f; "
+           "below half %d, above 1.1 %d\n",
+           name, n, ratio[n / 100], ratio[n / 10], ratio[n / 2], ratio[n * 9 / 10],
+           ratio[n - 1 - n / 100], low, high);
+}
+
+static struct pend_problem problem_of_kind(const struct test_motion *motion) {
+    return (struct pend_problem){
+        .tree = motion->tree,
+        .loads = test_motion_loads(motion),
+        .phi = motion->phi,
+        .rate = motion->rate,
+        .times = {.count = INSTANTS, .span = motion->span, .divisor = INSTANTS - 1}};
+}
+
+struct kind_member {
+    const struct test_motion *motion;
+    struct rows *rows;
+};
+
+static int kind_fetch(void *context, long i, struct pend_member *member) {
+    const struct kind_member *of = context;
+    (void)i;
+    size_t n = (size_t)of->motion->tree->n;
+    memcpy(member->phi, of->motion->phi, n * sizeof(double));
+    memcpy(member->rate, of->motion->rate, n * sizeof(double));
+    return 0;
+}
+
+static int kind_deliver(void *context, long i, const struct pend_outcome *outcome) {
+    (void)i;
+    ((struct kind_member *)context)->rows->horizon = outcome->horizon;
+    return 0;
+}
+
+static void kind_rows(void *context, long i, long first, int count, const double phi[],
+                      const double rate[], const double force[], const double theta[]) {
+    (void)theta, (void)i;
+    const struct kind_member *of = context;
+    const int *order = of->motion->tree->order, n = of->motion->tree->n;
+    int arms = test_motion_arms(of->motion), cart = n - arms;
+    const double *from[3] = {phi, rate, force};
+    for (int row = 0; row < count; row++)
+        for (int kind = 0; kind < 3; kind++)
+            for (int k = cart; k < n; k++)
+                of->rows->value[kind][(first + row) * arms + order[k] - cart] =
+                    from[kind][row * n + k];
+}
+
+/* as the only member of an ensemble */
+static void kind_ensemble(const struct test_motion *motion, const struct pend_problem *alone,
+                          struct rows *rows) {
+    struct kind_member of = {motion, rows};
+    struct pend_ensemble *ensemble;
+    pend_times_list(&alone->times, 0, INSTANTS, rows->t);
+    struct pend_ensemble_problem problem = {.tree = motion->tree,
+                                            .loads = alone->loads,
+                                            .duration = motion->span,
+                                            .rtol = 1e-12,
+                                            .accuracy = accuracy,
+                                            .fetch = kind_fetch,
+                                            .deliver = kind_deliver,
+                                            .rows = kind_rows,
+                                            .times = rows->t,
+                                            .times_count = INSTANTS,
+                                            .context = &of};
+    check(pend_ensemble_new(&ensemble, &problem, pend_isa_best(), NULL) == PEND_OK, "an ensemble");
+    check(pend_ensemble_run(ensemble, 0, 1) == PEND_OK, "an ensemble");
+    pend_ensemble_free(&ensemble);
+}
+
+/* method: NULL = a member of an ensemble; returns what is told over the truth, 0 where the truth
+ * is the start */
+static double kind_ratio(const char *method, enum test_motion_kind kind, int i) {
+    struct test_motion motion;
+    int parted;
+    test_motion_init(&motion, kind, i);
+    struct pend_problem problem = problem_of_kind(&motion);
+    struct rows rows = rows_new(INSTANTS), exact = rows_new(INSTANTS);
+    problem.accuracy = accuracy;
+    if (method)
+        (void)run(pend_method_find(method), &problem, &rows);
+    else
+        kind_ensemble(&motion, &problem, &rows);
+    problem.accuracy = 0;
+    (void)run(pend_method_taylor.extended, &problem, &exact);
+    exact.horizon = INFINITY; // doubles part from the truth long before 32 digits do
+    double truth = rows_truth(&rows, &exact, test_motion_arms(&motion), 3, &parted),
+           ratio = truth > 0 ? rows.horizon / truth : 0;
+    if (truth > 0 && (ratio < 0.6 || ratio > 1.05))
+        printf("  %s %d: %d arms, %g told, %g true, of %g s\n", test_motion_name(kind), i,
+               motion.tree->n, rows.horizon, truth, motion.span);
+    rows_free(&rows);
+    rows_free(&exact);
+    test_motion_clear(&motion);
+    return ratio;
+}
+
+static void study_kinds(const char *method) {
+    static double all[KIND * TEST_MOTION_KINDS], ratio[KIND];
+    int total = 0;
+    printf("%s, motions of every kind:\n", method ? method : "ensembles");
+    for (int kind = 0; kind < TEST_MOTION_KINDS; kind++) {
+        int count = 0;
+        for (int i = 0; i < KIND; i++) {
+            double x = kind_ratio(method, (enum test_motion_kind)kind, i);
+            if (x > 0) all[total++] = ratio[count++] = x;
+        }
+        kinds_print(test_motion_name((enum test_motion_kind)kind), ratio, count);
+    }
+    kinds_print("all", all, total);
+}
+
+int main(int count, char **words) {
+    static const char *const methods[] = {"taylor", "rk8pd", NULL};
+    for (size_t i = 0; i < sizeof methods / sizeof *methods; i++) study_kinds(methods[i]);
+    if (count > 1 && !strcmp(words[1], "kinds")) return 0;
     study_motions("taylor", 0);
     study_motions("taylor", 1e-9);
     study_motions("rk8pd", 0);

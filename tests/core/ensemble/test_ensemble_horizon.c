@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "core/ensemble/ensemble.h"
+#include "tests/harness/motions.h"
 #include "tests/harness/runs.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
@@ -81,4 +82,59 @@ TEST(ensemble_horizons_are_near_those_of_single_runs) {
         test_tree_clear(&t);
     }
     CHECK_SAYING(short_of > 20 && short_of < 72, "%d", short_of);
+}
+
+static int motion_fetch(void *context, long i, struct pend_member *member) {
+    const struct test_motion *motion = context;
+    (void)i;
+    memcpy(member->phi, motion->phi, sizeof(double) * (size_t)motion->tree->n);
+    memcpy(member->rate, motion->rate, sizeof(double) * (size_t)motion->tree->n);
+    return 0;
+}
+
+static double motion_told;
+
+static int motion_deliver(void *context, long i, const struct pend_outcome *outcome) {
+    (void)context, (void)i;
+    motion_told = outcome->horizon;
+    return 0;
+}
+
+/* of motions of every kind, whose single runs test_horizon compares with the truth */
+TEST(ensemble_horizons_of_motions_of_every_kind_are_near_those_of_single_runs) {
+    enum { EACH = 6 };
+    for (int i = 0; i < EACH * TEST_MOTION_KINDS; i++) {
+        enum test_motion_kind kind = (enum test_motion_kind)(i % TEST_MOTION_KINDS);
+        struct test_motion motion;
+        struct test_record record;
+        struct pend_ensemble *ensemble;
+        test_motion_init(&motion, kind, 2000 + i);
+        const struct pend_problem alone = {
+            .tree = motion.tree,
+            .loads = test_motion_loads(&motion),
+            .phi = motion.phi,
+            .rate = motion.rate,
+            .rtol = 1e-12,
+            .accuracy = 1e-6,
+            .times = {.count = 401, .span = motion.span, .divisor = 400}};
+        const struct pend_ensemble_problem problem = {.tree = motion.tree,
+                                                      .loads = alone.loads,
+                                                      .duration = motion.span,
+                                                      .rtol = 1e-12,
+                                                      .accuracy = 1e-6,
+                                                      .fetch = motion_fetch,
+                                                      .deliver = motion_deliver,
+                                                      .context = &motion};
+        test_record(&record, "taylor", &alone);
+        enum pend_isa isa = i % 2 ? pend_isa_best() : PEND_ISA_BASE;
+        if (!CHECK(pend_ensemble_new(&ensemble, &problem, isa, NULL) == PEND_OK)) return;
+        CHECK(pend_ensemble_run(ensemble, 0, 1) == PEND_OK);
+        double want = record.stats.horizon;
+        CHECK_SAYING(motion_told > 0.6 * want && motion_told < 1.5 * want,
+                     "%s motion %d: %g, alone %g of %g", test_motion_name(kind), i, motion_told,
+                     want, motion.span);
+        pend_ensemble_free(&ensemble);
+        test_record_clear(&record);
+        test_motion_clear(&motion);
+    }
 }

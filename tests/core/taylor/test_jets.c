@@ -397,20 +397,21 @@ TEST(jets_notice_a_wrong_coefficient) {
 
 /* what errors in one direction become, from the series of two neighbours on both sides of the
  * motion, cut where the linear equations are */
-static double spread_by_neighbours(struct scene *s, double unit, double x, const double phi[],
-                                   const double rate[], double to_phi[], double to_rate[]) {
-    const double near = 1e-5, sign[2] = {1, -1};
+static double spread_by_neighbours(struct scene *s, const struct jets_spread *how,
+                                   const double phi[], const double rate[], double to_phi[],
+                                   double to_rate[]) {
+    const double near = 1e-5, sign[2] = {1, -1}, unit = how->unit, x = how->x;
     double force[2][PEND_JETS_PAD], most = 0;
     int n = s->tree->n;
     for (int k = 0; k < n; k++) to_phi[k] = to_rate[k] = 0;
     for (int side = 0; side < 2; side++) {
         for (int k = 0; k < n; k++)
             s->phi[k] += sign[side] * near * phi[k], s->rate[k] += sign[side] * near * rate[k];
-        pend_jets_expand(&s->jets, &s->loads, unit, &s->state, JETS_SPREAD);
+        pend_jets_expand(&s->jets, &s->loads, unit, &s->state, how->order);
         for (int k = 0; k < n; k++) {
             double share = sign[side] / (2 * near);
-            to_phi[k] += share * (s->phi[k] + series_at(&s->jets, JETS_SPREAD, k, x, 0));
-            to_rate[k] += share * series_at(&s->jets, JETS_SPREAD, k, x, 1) / unit;
+            to_phi[k] += share * (s->phi[k] + series_at(&s->jets, how->order, k, x, 0));
+            to_rate[k] += share * series_at(&s->jets, how->order, k, x, 1) / unit;
             force[side][k] = s->jets.force[pend_jets_place(&s->jets, k, 0)] / (unit * unit);
         }
         for (int k = 0; k < n; k++)
@@ -426,8 +427,8 @@ TEST(jets_spread_errors_as_neighbours_part) {
     for (int i = 0; i < TREES; i++) {
         _Alignas(64) double phi[PEND_JETS_PAD] = {0}, rate[PEND_JETS_PAD] = {0};
         _Alignas(64) double answers[4 * PEND_JETS_PAD * PEND_JETS_PAD];
-        double to_phi[PEND_JETS_PAD], to_rate[PEND_JETS_PAD], unit = i % 2 ? -0.125 : 0.0625,
-                                                              x = 0.7, size = 0;
+        double to_phi[PEND_JETS_PAD], to_rate[PEND_JETS_PAD], unit = i % 2 ? -0.125 : 0.0625;
+        double x = 0.7, size = 0;
         int n = 1 + i % PEND_JETS_PAD, parent[PEND_JETS_PAD] = {-1};
         struct scene s;
         for (int k = 1; k < n; k++) parent[k] = test_random_int(&seed, k);
@@ -436,11 +437,12 @@ TEST(jets_spread_errors_as_neighbours_part) {
               !pend_jets_spreads(&s.jets));
         for (int k = 0; k < n; k++)
             phi[k] = 2 * test_random(&seed) - 1, rate[k] = 6 * test_random(&seed) - 3;
-        double want = spread_by_neighbours(&s, unit, x, phi, rate, to_phi, to_rate);
+        struct jets_spread how = {.order = JETS_SPREAD + i % 9, .x = x, .unit = unit};
+        double want = spread_by_neighbours(&s, &how, phi, rate, to_phi, to_rate);
         pend_jets_answers(&s.jets, answers);
         CHECK(pend_jets_spreads(&s.jets));
         pend_jets_expand(&s.jets, &s.loads, unit, &s.state, ORDER);
-        double got = pend_jets_spread(&s.jets, &s.loads, x, unit, phi, rate);
+        double got = pend_jets_spread(&s.jets, &s.loads, &how, phi, rate);
         for (int k = 0; k < n; k++) size = fmax(size, fmax(fabs(to_phi[k]), fabs(to_rate[k])));
         CHECK_SAYING(fabs(got - want) <= 1e-6 * (1 + want),
                      "%d arms: forces off by %g, by neighbours %g", n, got, want);

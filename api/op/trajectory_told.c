@@ -1,0 +1,96 @@
+#include "api/op/trajectory_told.h"
+
+#include <math.h>
+#include <stdio.h>
+
+/* The estimate of the horizon beside the exact comparison of angles: the comparison itself where
+ * both go by the same error, else on the side of it where it must be. */
+static double told_horizon(const struct api_trajectory_motion *motion, double horizon) {
+    double exact = motion->trust_until, start = pend_times_at(motion->times, 0);
+    double accuracy = motion->method->accuracy, tolerance = motion->tolerance;
+    if (!(tolerance > 0)) return horizon;
+    int later = fabs(exact - start) > fabs(horizon - start);
+    if (isnan(horizon) || tolerance == accuracy) return exact;
+    return later == (tolerance < accuracy) ? exact : horizon;
+}
+
+/* writes the horizon, and a warning if that or the exact comparison ends before the last instant */
+static void tell_horizon(struct api_trajectory_told *told,
+                         const struct api_trajectory_motion *motion,
+                         const struct pend_run_stats *run, struct api_stats *stats) {
+    double end = pend_times_at(motion->times, motion->times->count - 1),
+           exact = motion->trust_until;
+    double horizon = told_horizon(motion, run->horizon);
+    const char *advice = api_method_advice(motion->method);
+    if (!isnan(horizon)) api_stats_number(stats, "horizon", horizon);
+    if (motion->tolerance > 0 && exact != end)
+        snprintf(told->horizon, sizeof told->horizon,
+                 "digits are lost before the last instant: beyond t = %.6g s angles differ by more "
+                 "than %.3g rad from those in more digits (compared). %s",
+                 exact, motion->tolerance, advice);
+    else if (!isnan(horizon) && horizon != end)
+        snprintf(told->horizon, sizeof told->horizon,
+                 "digits are lost before the last instant: beyond t = %.6g s errors may be larger "
+                 "than %.3g (estimated). %s The field trust compares exactly.",
+                 horizon == run->horizon ? run->held : horizon, motion->method->accuracy, advice);
+    if (told->horizon[0]) api_stats_warning(stats, "warning_horizon", told->horizon);
+}
+
+/* a warning about a linear motion that begins far from small: what it neglects is of the third
+ * power of its swings */
+static void tell_linear(struct api_trajectory_told *told,
+                        const struct api_trajectory_motion *motion, struct api_stats *stats) {
+    const struct pend_tree *tree = motion->tree->tree;
+    double most = 0, length = 0;
+    for (int k = 0; k < tree->n; k++) length += tree->len[k];
+    double time = sqrt(length / fabs(motion->tree->loads.gravity));
+    for (int k = 0; k < tree->n; k++) {
+        double theta = remainder(motion->start->phi[k] + M_PI_2, 2 * M_PI);
+        most = fmax(most, hypot(theta, motion->start->rate[k] * time));
+    }
+    if (most * most * most <= 6 * motion->method->accuracy) return;
+    snprintf(
+        told->linear, sizeof told->linear,
+        "method linear is valid for small swings: this start is %.2g rad from hanging at rest. "
+        "Its energy and its digits are not those of the pendulum; method taylor computes it.",
+        most);
+    api_stats_warning(stats, "warning_linear", told->linear);
+}
+
+/* writes the drift of the energy, and a warning where that was not kept */
+static void tell_energy(struct api_trajectory_told *told, const struct pend_method *method,
+                        double drift, struct api_stats *stats) {
+    static const double lost = 0.01;
+    api_stats_number(stats, "energy_drift", isnan(drift) ? 0 : drift);
+    if (isnan(drift))
+        snprintf(told->energy, sizeof told->energy,
+                 "the energy is beyond all numbers: nothing tells whether it was kept.");
+    if (drift > lost)
+        snprintf(told->energy, sizeof told->energy,
+                 "the energy was not kept: it is off by %.2g of what the tree can hold. The motion "
+                 "told is another one. A smaller %s%s keeps it.",
+                 drift, method->flags & PEND_METHOD_FIXED_STEP ? "step" : "rtol",
+                 method == &pend_method_taylor ? "" : " or method taylor");
+    if (told->energy[0]) api_stats_warning(stats, "warning_energy", told->energy);
+}
+
+void api_trajectory_tell(struct api_trajectory_told *told,
+                         const struct api_trajectory_motion *motion,
+                         const struct pend_run_stats *run, struct api_stats *stats) {
+    static const double loose = 1e-16;
+    const struct api_method *method = motion->method;
+    int linear = method->method->flags & PEND_METHOD_LINEAR;
+    *told = (struct api_trajectory_told){.horizon = ""};
+    if (!linear) tell_energy(told, method->method, run->energy_drift, stats);
+    tell_horizon(told, motion, run, stats);
+    if (linear) tell_linear(told, motion, stats);
+    if (method->method != pend_method_taylor.extended ||
+        !(method->rtol > loose || method->atol > loose))
+        return;
+    snprintf(told->loose, sizeof told->loose,
+             "precision extended was asked for with an %s of %.3g: such digits doubles have "
+             "too and in less time. Leave rtol and atol out to have 28.",
+             method->rtol > loose ? "rtol" : "atol",
+             method->rtol > loose ? method->rtol : method->atol);
+    api_stats_warning(stats, "warning_precision", told->loose);
+}

@@ -1,0 +1,31 @@
+/* What the stats of a trajectory tell of its digits: horizon, energy drift, and warnings in words.
+ * Leaves to others: the computation (op_trajectories), how the stats are written (encode).
+ * Invariant: the horizon does not contradict the exact comparison where there is one. */
+#ifndef API_TRAJECTORY_TOLD_H
+#define API_TRAJECTORY_TOLD_H
+
+#include "api/encode/encode.h"
+#include "api/read/method_json.h"
+#include "api/read/state_json.h"
+#include "core/integrate/run.h"
+
+/* The texts, which must outlive the stats. */
+struct api_trajectory_told {
+    char horizon[API_WARNING_TEXT], linear[API_WARNING_TEXT], energy[API_WARNING_TEXT],
+        loose[API_WARNING_TEXT];
+};
+
+struct api_trajectory_motion {
+    const struct api_tree *tree;
+    const struct api_states *start;
+    const struct pend_times *times;
+    const struct api_method *method;
+    double tolerance, trust_until; /* of the exact comparison, rad and s; a tolerance of 0 = none */
+};
+
+/** Adds horizon, energy_drift and the warnings to the stats of a run that has ended. */
+void api_trajectory_tell(struct api_trajectory_told *told,
+                         const struct api_trajectory_motion *motion,
+                         const struct pend_run_stats *run, struct api_stats *stats);
+
+#endif

@@ -1,0 +1,47 @@
+/* Random motions of ideal and real pendulums by what happens to a small error in them, to test
+ * estimates of errors with.
+ * Leaves to others: their computation and the truth about them.
+ * Invariant: the same seed gives the same motion on every machine. */
+#ifndef MOTIONS_H
+#define MOTIONS_H
+
+#include "core/tree/loads.h"
+#include "core/tree/tree.h"
+
+enum test_motion_kind {
+    TEST_MOTION_CHAOTIC, /* 2 to 6 arms without friction, any start */
+    TEST_MOTION_REGULAR, /* one arm at any amplitude, two or three that swing little */
+    TEST_MOTION_DAMPED,  /* viscous friction of the joints from weak to 100 times critical */
+    TEST_MOTION_STIFF,   /* a slow arm and a light one in a stiff joint */
+    TEST_MOTION_STUCK,   /* dry friction that stops the motion */
+    TEST_MOTION_DRIVEN,  /* a driven arm or a shaken pivot, damped */
+    TEST_MOTION_CART,    /* arms on a cart, damped */
+    TEST_MOTION_KINDS
+};
+
+enum { TEST_MOTION_ARMS = 6, TEST_MOTION_NUMBERS = 64 };
+
+struct test_motion {
+    struct pend_tree *tree;
+    struct pend_terms *terms; /* NULL = an ideal pendulum */
+    double value[TEST_MOTION_NUMBERS];
+    double phi[TEST_MOTION_ARMS], rate[TEST_MOTION_ARMS];
+    double span; /* s, a duration that suits the kind */
+};
+
+/** A word for a kind. */
+const char *test_motion_name(enum test_motion_kind kind);
+
+/** Draws motion number i of a kind. Aborts when out of memory. */
+void test_motion_init(struct test_motion *motion, enum test_motion_kind kind, int i);
+
+/** The arms of a motion, a cart not among them. */
+int test_motion_arms(const struct test_motion *motion);
+
+/** The loads of a motion, which point into it. */
+struct pend_loads test_motion_loads(const struct test_motion *motion);
+
+/** Frees what test_motion_init made. */
+void test_motion_clear(struct test_motion *motion);
+
+#endif
