@@ -6,6 +6,7 @@
 #include "api/op/op.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,6 +14,7 @@
 #include "api/op/derived.h"
 #include "api/read/state_json.h"
 #include "core/ensemble/lyapunov.h"
+#include "core/integrate/run.h"
 
 static const char *const fields[] = {"pendulum", "initial", "start",  "duration", "transient",
                                      "samples",  "count",   "digits", NULL};
@@ -25,6 +27,10 @@ static const double duration_most = 1e9, arm_seconds = 1e-6, product_seconds = 1
 /* radians that the fastest arm turns between two instants at which the directions are made
  * orthonormal */
 static const double turn = 0.3;
+
+/* the growth, as a power of e, after which a rounding error of the start is as large as the usual
+ * accuracy; and what accelerations over g / l are so small that a start at rest hardly moves */
+static const double lost_growth = 23, still = 0.01;
 
 struct lyapunov {
     struct api_tree tree;
@@ -44,7 +50,11 @@ struct lyapunov {
     long intervals;     /* that are over, those of the transient too */
     double *column[3];  /* t, the exponents and their errors of up to ROWS rows, one block */
     long rows, written; /* in the block, and before it */
+    int balanced;       /* the start is at rest near an equilibrium */
+    double grown;       /* powers of e in the transient */
+    double horizon;     /* s since the start, 0 = the digits are not lost yet */
     struct api_stats stats;
+    char warning[API_WARNING_TEXT];
 };
 
 static void lyapunov_free(void **state) {
@@ -166,6 +176,34 @@ static double lyapunov_intervals(const struct lyapunov *lyapunov) {
     return fmax(1, ceil(row * lyapunov_rate(lyapunov) / turn));
 }
 
+/* finds out whether the start is at rest where hardly anything accelerates it, and no drive will */
+static enum pend_status lyapunov_balance(struct lyapunov *lyapunov,
+                                         const struct pend_lyapunov_problem *start,
+                                         struct pend_error *error) {
+    const struct pend_terms *terms = start->loads.terms;
+    struct pend_problem problem = {.tree = start->tree,
+                                   .loads = start->loads,
+                                   .phi = start->phi,
+                                   .rate = start->rate,
+                                   .phi_low = start->phi_low,
+                                   .times = {.count = 1, .start = start->start, .divisor = 1}};
+    double t, least = lyapunov_rate(lyapunov), most = 0;
+    size_t n = (size_t)start->tree->n;
+    double *acc = calloc(n, sizeof *acc);
+    struct pend_samples samples = {.cap = 1, .t = &t, .acc = acc};
+    struct pend_run *run = NULL;
+    int done = 0;
+    enum pend_status status = acc ? PEND_OK : PEND_NO_MEMORY;
+    if (status == PEND_OK) status = pend_run_new(&run, &pend_method_taylor, &problem, error);
+    if (status == PEND_OK) status = pend_run_next(run, &samples, INFINITY, &done, error);
+    for (size_t k = 0; k < n && status == PEND_OK; k++)
+        most = fmax(most, fmax(fabs(acc[k]) / least, fabs(start->rate[k])));
+    lyapunov->balanced = most <= still * least && !(terms && terms->harmonics);
+    pend_run_free(&run);
+    free(acc);
+    return status;
+}
+
 static enum pend_status lyapunov_begin(struct lyapunov *lyapunov, struct api_buffer *out,
                                        struct pend_error *error) {
     size_t count = (size_t)lyapunov->count, width = 1 + 2 * count;
@@ -194,6 +232,7 @@ static enum pend_status lyapunov_begin(struct lyapunov *lyapunov, struct api_buf
                                                   .count = lyapunov->count,
                                                   .interval = lyapunov->interval,
                                                   .start = lyapunov->origin};
+    PEND_TRY(lyapunov_balance(lyapunov, &problem, error));
     PEND_TRY(pend_lyapunov_new(&lyapunov->exponents, &problem, error));
     return api_writer_new(&lyapunov->writer, lyapunov->format, &lyapunov->table, out);
 }
@@ -208,10 +247,23 @@ static enum pend_status lyapunov_flush(struct lyapunov *lyapunov, struct api_buf
                             error);
 }
 
+/* notes when the growth so far has brought a rounding error of the start to the usual accuracy */
+static void lyapunov_watch(struct lyapunov *lyapunov) {
+    // the next row is not filled in yet
+    double *exponent = lyapunov->column[1] + lyapunov->rows * lyapunov->count;
+    long over = lyapunov->intervals - lyapunov->skip, since = over > 0 ? over : lyapunov->intervals;
+    if (lyapunov->horizon > 0) return;
+    pend_lyapunov_exponents(lyapunov->exponents, exponent);
+    double grown = lyapunov->grown + exponent[0] * (double)since * lyapunov->interval;
+    if (over == 0) lyapunov->grown = grown;
+    if (grown >= lost_growth) lyapunov->horizon = (double)lyapunov->intervals * lyapunov->interval;
+}
+
 /* ends an interval: that of the transient, or that of a row */
 static enum pend_status lyapunov_step(struct lyapunov *lyapunov, struct api_buffer *out,
                                       struct pend_error *error) {
     long over = ++lyapunov->intervals - lyapunov->skip;
+    lyapunov_watch(lyapunov);
     if (over == 0) pend_lyapunov_forget(lyapunov->exponents);
     if (over <= 0 || over % lyapunov->a_row) return PEND_OK;
     long row = over / lyapunov->a_row;
@@ -246,6 +298,16 @@ static void lyapunov_tell(struct lyapunov *lyapunov, const struct api_turn *turn
     api_stats_whole(stats, "steps", pend_lyapunov_steps(lyapunov->exponents));
     api_stats_number(stats, "interval", lyapunov->interval);
     api_stats_number(stats, "frequency", pend_lyapunov_frequency(lyapunov->exponents));
+    double end = lyapunov->duration + lyapunov->transient, held = lyapunov->horizon;
+    api_stats_number(stats, "horizon", lyapunov->origin + (held > 0 ? fmin(held, end) : end));
+    if (lyapunov->balanced && held > 0) {
+        snprintf(lyapunov->warning, sizeof lyapunov->warning,
+                 "the start is at rest near an equilibrium that is not stable: until it leaves it "
+                 "the exponents are those of the equilibrium and later of the motion after it. "
+                 "That motion is lost in rounding from t = %.3g s on.",
+                 lyapunov->origin + held);
+        api_stats_warning(stats, "warning_equilibrium", lyapunov->warning);
+    }
     api_stats_origin(stats);
     if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
 }
