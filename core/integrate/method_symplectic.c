@@ -11,6 +11,7 @@
 #include "core/integrate/kernel_symplectic.h"
 #include "core/integrate/method.h"
 #include "core/dynamics/kinematics_at.h"
+#include "core/tree/turns.h"
 
 enum { SYMPLECTIC_ORDER = 22 };
 
@@ -284,8 +285,30 @@ static enum pend_status symplectic_step(void *stepper, double limit, double *rea
     return PEND_OK;
 }
 
-/* a state inside the step by the power series about the nearer of its ends */
-static void symplectic_inside(struct symplectic *s, double t, double phi[], double rate[]) {
+/* Angles from hanging x units after an end of the step. Of a small swing they are the series' sums
+ * upon the end's own angles from hanging, of which all digits are there. */
+static void symplectic_theta(const struct symplectic *s, const struct symplectic_end *end, double x,
+                             const double phi[], double theta[], double rate[]) {
+    int n = s->tree->n;
+    struct jets_state hanging = {
+        .phi = s->spare.phi, .phi_low = end->zero, .rate = end->rate, .rate_low = end->zero};
+    struct jets_values values = {.phi = theta, .rate = rate};
+    double largest = 0;
+    for (int k = 0; k < n; k++) {
+        theta[k] = phi[k] + M_PI_2;
+        largest = fmax(largest, fabs(theta[k]));
+        hanging.phi[k] = pend_turns_theta(end->state.phi[k], end->state.phi_low[k]);
+    }
+    if (largest > PEND_TURNS_SMALL) return;
+    if (x == 0)
+        memcpy(theta, hanging.phi, (size_t)n * sizeof(double));
+    else
+        pend_jets_values(&end->jets, SYMPLECTIC_ORDER, &x, 1, s->unit, &hanging, &values);
+}
+
+/* a state inside the step by the power series about the nearer of its ends; theta may be NULL */
+static void symplectic_inside(struct symplectic *s, double t, double phi[], double rate[],
+                              double theta[]) {
     double end_time = (double)s->counts.steps * s->length;
     int late = fabs(end_time - t) < fabs(t - s->time);
     struct symplectic_end *end = &s->end[late ? s->now : !s->now];
@@ -300,6 +323,7 @@ static void symplectic_inside(struct symplectic *s, double t, double phi[], doub
     end->known = 1;
     double x = (t - (late ? end_time : s->time)) / s->unit;
     pend_jets_values(&end->jets, SYMPLECTIC_ORDER, &x, 1, s->unit, &state, &values);
+    if (theta) symplectic_theta(s, end, x, phi, theta, rate);
 }
 
 static void symplectic_at(void *stepper, const double t[], int count,
@@ -310,12 +334,14 @@ static void symplectic_at(void *stepper, const double t[], int count,
     double end_time = (double)s->counts.steps * s->length;
     for (int i = 0; i < count; i++) {
         double *phi = points->phi + (size_t)i * n, *rate = points->rate + (size_t)i * n;
+        double *theta = points->theta ? points->theta + (size_t)i * n : NULL;
         if (t[i] != end_time) {
-            symplectic_inside(s, t[i], phi, rate);
+            symplectic_inside(s, t[i], phi, rate, theta);
             continue;
         }
         memcpy(phi, end->state.phi, n * sizeof(double));
         memcpy(rate, end->rate, n * sizeof(double));
+        if (theta) symplectic_theta(s, end, 0, phi, theta, rate);
     }
 }
 
@@ -354,7 +380,7 @@ const struct pend_method pend_method_symplectic = {
     .summary = "Gauss-Legendre collocation of order 16 with a fixed step: the energy stays where "
                "it is over millions of "
                "periods.",
-    .flags = PEND_METHOD_FIXED_STEP | PEND_METHOD_TERMS | PEND_METHOD_CONSERVES,
+    .flags = PEND_METHOD_FIXED_STEP | PEND_METHOD_TERMS | PEND_METHOD_CONSERVES | PEND_METHOD_THETA,
     .step_min = 1e-9,
     .step_max = 1e9,
     .open = symplectic_open,
