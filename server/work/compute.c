@@ -1,6 +1,7 @@
 #include "server/work/compute.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -48,13 +49,24 @@ static void compute_stop(struct srv_work *work, int status, const char *detail) 
         srv_delivery_settle(work);
 }
 
+enum { COMPUTE_WAY = 96 };
+
+/* Writes how a job may take the time that the work needs at least, s; nothing where none may. */
+static void compute_way(const struct srv_work *work, double seconds, char text[COMPUTE_WAY]) {
+    double most = srv_service_job_limits(work->service)->compute_seconds;
+    *text = 0;
+    if (work->service->storage && seconds <= most)
+        snprintf(text, COMPUTE_WAY,
+                 "; a job, by Prefer: respond-async, may take max-job-seconds, %.15g s", most);
+}
+
 /* Ends the computation if the client left, the server stops or its time is used up. Returns 1 if
  * it ended. */
 static int compute_over(struct srv_work *work) {
     struct srv_metrics *metrics = &work->service->metrics;
     double limit = work->limits->compute_seconds;
     enum srv_stop why = srv_inflight_stop(work);
-    char detail[96];
+    char detail[256], way[COMPUTE_WAY];
     if (why) {
         srv_metrics_count(&metrics->cancelled, why == SRV_STOP_LEFT);
         compute_stop(work, 503, compute_reason(why));
@@ -62,8 +74,9 @@ static int compute_over(struct srv_work *work) {
     }
     if (srv_delivery_seconds(work) <= limit) return 0;
     srv_metrics_count(&metrics->overtime, 1);
+    compute_way(work, fmax(limit, work->cost), way);
     snprintf(detail, sizeof detail,
-             "the computation took longer than max-compute-seconds allows: %.15g s", limit);
+             "the computation took longer than max-compute-seconds allows: %.15g s%s", limit, way);
     compute_stop(work, 503, detail);
     return 1;
 }
@@ -211,14 +224,11 @@ static int compute_spared(struct srv_work *work) {
 
 /* Refuses a computation that is sure to exceed its time limit. Returns 1 if it was refused. */
 static int compute_too_long(struct srv_work *work) {
-    char detail[256], job[96] = "";
-    double limit = work->limits->compute_seconds,
-           most = srv_service_job_limits(work->service)->compute_seconds;
+    char detail[256], job[COMPUTE_WAY];
+    double limit = work->limits->compute_seconds;
     int factor = api_call_foresees(work->call) ? COMPUTE_REFUSE_STEPS : COMPUTE_REFUSE_COST;
     if (work->cost <= factor * limit) return 0;
-    if (work->service->storage && work->cost <= most)
-        snprintf(job, sizeof job,
-                 "; a job, by Prefer: respond-async, may take max-job-seconds, %.15g s", most);
+    compute_way(work, work->cost, job);
     snprintf(
         detail, sizeof detail,
         "this would compute for about %.0f s, longer than max-compute-seconds allows: %.15g s%s",
