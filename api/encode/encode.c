@@ -31,13 +31,26 @@ char *api_column_write_row(char *out, const struct api_column *column, const dou
     if (!column->inner) return api_column_write(out, column, &row, "null");
     const struct api_number_rows groups = {
         column->width / column->inner, column->inner, value, digits, '[', "],", 2};
-    return api_number_write_rows(out, &groups) - 1;
+    return api_column_write(out, column, &groups, "null") - 1;
+}
+
+/* does the column have this number? */
+static int column_has(const struct api_column *column, double x) {
+    return column->sparse == API_SPARSE_GAPS ? !isnan(x) : x >= 0;
+}
+
+int api_column_lacks(const struct api_column *column, long count, const double value[]) {
+    long i = 0;
+    if (column->sparse != API_SPARSE_GAPS) return column->sparse;
+    while (i < count && !isnan(value[i])) i++;
+    return i < count;
 }
 
 char *api_column_write(char *out, const struct api_column *column,
                        const struct api_number_rows *rows, const char *none) {
     assert(rows->rows >= 0 && rows->width >= 1 && rows->digits >= 0 && rows->digits <= 17);
-    if (!column->sparse) return api_number_write_rows(out, rows);
+    if (!api_column_lacks(column, rows->rows * rows->width, rows->value))
+        return api_number_write_rows(out, rows);
     size_t none_bytes = strlen(none);
     const double *value = rows->value;
     for (long i = 0; i < rows->rows; i++) {
@@ -45,7 +58,7 @@ char *api_column_write(char *out, const struct api_column *column,
         for (long k = 0; k < rows->width; k++, value++) {
             const struct api_number_rows one = {1, 1, value, rows->digits, 0, "", 0};
             if (k) *out++ = ',';
-            if (*value >= 0) {
+            if (column_has(column, *value)) {
                 out = api_number_write_rows(out, &one);
                 continue;
             }
@@ -211,12 +224,14 @@ static int all_finite(long count, const double value[]) {
     return !(carried >> 63);
 }
 
-/* names the first number of a column that is not finite */
+/* names the first number of a column that is not finite, but for what it lacks */
 static enum pend_status column_fails(const struct api_writer *writer, int c, long count,
                                      const double *const data[], struct pend_error *error) {
     const struct api_column *column = &writer->table.column[c];
     long i = 0, width = api_column_numbers(column);
-    while (i < count && isfinite(data[c][i])) i++;
+    int gaps = column->sparse == API_SPARSE_GAPS;
+    while (i < count && (isfinite(data[c][i]) || (gaps && isnan(data[c][i])))) i++;
+    if (i == count) return PEND_OK;
     int timed = !strcmp(writer->table.column[0].name, "t"),
         arm = column->width ? (int)(i % width) / (column->inner ? column->inner : 1) : -1;
     double time = timed ? data[0][i / width] : 0;
@@ -230,8 +245,8 @@ static enum pend_status column_fails(const struct api_writer *writer, int c, lon
                      column->part ? " " : "", column->part ? column->part : "", where, when);
 }
 
-/* keeps rows; where no representation turns them into NaN later, as rows_write does, sparse columns
- * have it from here on */
+/* keeps rows; where no representation turns them into NaN later, as rows_write does, times that a
+ * column lacks are NaN from here on */
 static void writer_take(struct api_writer *writer, long rows, const double *const data[]) {
     int nan = writer->format->binary && writer->table.nan && !writer->format->block;
     for (int c = 0; c < writer->table.count; c++) {
@@ -239,7 +254,8 @@ static void writer_take(struct api_writer *writer, long rows, const double *cons
                count = (size_t)rows * width;
         double *to = writer->column[c] + (size_t)writer->rows * width;
         if (count) memcpy(to, data[c], count * sizeof(double));
-        for (size_t i = 0; nan && writer->table.column[c].sparse && i < count; i++)
+        int times = nan && writer->table.column[c].sparse == API_SPARSE_TIMES;
+        for (size_t i = 0; times && i < count; i++)
             if (to[i] < 0) to[i] = NAN;
     }
 }
@@ -254,19 +270,21 @@ static int all_narrow(const struct api_writer *writer, long rows, const double *
     return 1;
 }
 
-/* the rows, with NaN for what sparse columns have not; data: in and out, the columns that are
+/* the rows, with NaN for times that columns have not; data: in and out, the columns that are
  * copied for that, in one block that the caller frees */
 static enum pend_status rows_nan(const struct api_writer *writer, long rows, const double *data[],
                                  double **copies) {
     const struct api_table *table = &writer->table;
     size_t numbers = 0;
     for (int c = 0; c < table->count; c++)
-        numbers += table->column[c].sparse ? (size_t)api_column_numbers(&table->column[c]) : 0;
+        numbers += table->column[c].sparse == API_SPARSE_TIMES
+                       ? (size_t)api_column_numbers(&table->column[c])
+                       : 0;
     double *at = *copies = malloc(numbers * (size_t)rows * sizeof *at + 1);
     if (!at) return PEND_NO_MEMORY;
     for (int c = 0; c < table->count; c++) {
         long count = rows * api_column_numbers(&table->column[c]);
-        if (!table->column[c].sparse) continue;
+        if (table->column[c].sparse != API_SPARSE_TIMES) continue;
         for (long i = 0; i < count; i++) at[i] = data[c][i] >= 0 ? data[c][i] : NAN;
         data[c] = at;
         at += count;
@@ -308,7 +326,7 @@ enum pend_status api_writer_block(struct api_writer *writer, long rows, const do
                                   struct api_buffer *out, struct pend_error *error) {
     for (int c = 0; c < writer->table.count; c++) {
         long count = rows * api_column_numbers(&writer->table.column[c]);
-        if (!all_finite(count, data[c])) return column_fails(writer, c, count, data, error);
+        if (!all_finite(count, data[c])) PEND_TRY(column_fails(writer, c, count, data, error));
     }
     enum pend_status status = api_writer_finite_block(writer, rows, data, out);
     if (status != PEND_NOT_FINITE) return status;

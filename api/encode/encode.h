@@ -20,8 +20,14 @@ struct api_column {
     int width;  /* numbers a row, one for each arm; 0 = one number for the row as a whole ("t") */
     int inner;  /* numbers of a second axis, so that there are width / inner arms; 0 = there is none
                  */
-    int sparse; /* a number below 0 means "none": representations of text write that, binary ones
-                   the number itself */
+    int sparse; /* enum api_sparse */
+};
+
+/* What a column may lack, which representations of text write as "none". */
+enum api_sparse {
+    API_SPARSE_TIMES = 1, /* times: a number below 0, which binary representations keep or turn into
+                             NaN, as the table's `nan` says */
+    API_SPARSE_GAPS       /* numbers: NaN, in binary representations too */
 };
 
 /* The picture of a grid of members: each pixel shows one number of a column. */
@@ -158,8 +164,11 @@ void api_table_columns(const struct api_table *table, char text[API_COLUMNS_TEXT
 
 struct api_number_rows;
 
-/** As api_number_write_rows, but of a column that may be sparse: writes `none` for a number below
- * 0 of such a column. */
+/** Returns non-zero if `count` numbers of a column may lack some. O(count). */
+int api_column_lacks(const struct api_column *column, long count, const double value[]);
+
+/** As api_number_write_rows, but of a column that may be sparse: writes `none` for what it has not.
+ */
 char *api_column_write(char *out, const struct api_column *column,
                        const struct api_number_rows *rows, const char *none);
 

@@ -71,7 +71,9 @@ static enum pend_status csv_block(struct api_writer *writer, long rows, const do
     double row[TOGETHER];
     long numbers = (long)api_table_numbers(table, 0);
     int apart = numbers > TOGETHER;
-    for (int c = 0; c < table->count; c++) apart |= table->column[c].sparse;
+    for (int c = 0; c < table->count; c++)
+        apart |= api_column_lacks(&table->column[c], rows * api_column_numbers(&table->column[c]),
+                                  data[c]) != 0;
     long most = apart ? 1 : TOGETHER / numbers;
     size_t row_bytes = (size_t)numbers * API_OUT_NUMBER_BYTES;
     for (long i = 0, some; i < rows; i += some) {

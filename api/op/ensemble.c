@@ -110,6 +110,18 @@ static void set_columns(struct api_ensemble *e) {
     e->derived_at = (long)api_table_numbers(table, 0);
 }
 
+/* what is not known of a member that failed is NaN, but its number, its status, its instants and
+ * times that never come */
+static void set_gaps(struct api_table *table) {
+    static const char *const known[] = {"member", "status", "t"};
+    for (int c = 0; c < table->count; c++) {
+        int is_known = table->column[c].sparse;
+        for (size_t i = 0; i < sizeof known / sizeof *known; i++)
+            is_known |= !strcmp(table->column[c].name, known[i]);
+        if (!is_known) table->column[c].sparse = API_SPARSE_GAPS;
+    }
+}
+
 /* adds the columns of derivatives, and faults where there is nothing that has them */
 static void set_derived(struct api_ensemble *e, const struct api_reading *reading) {
     struct api_value list = api_value_member(reading->root, "derivatives");
@@ -252,6 +264,7 @@ static enum pend_status read_parts(struct api_ensemble *e, const struct api_read
     if (problem->status) return PEND_INVALID;
     set_columns(e);
     set_derived(e, reading);
+    set_gaps(&e->seen.table);
     api_picture_read(&e->seen, &e->members, &e->tree, reading);
     if (!problem->status) choose_columns(e, reading);
     if (!problem->status) check_size(e, reading);
@@ -316,7 +329,7 @@ double api_ensemble_bytes(const struct api_ensemble *e) {
     double varied = api_members_bytes(&e->members);
     // numbers of terms for each lane, and more series, with those of a neighbour
     if (e->tree.loads.terms) varied += 16 * sizeof(double) * e->tree.loads.terms->count;
-    double arm_bytes = e->tree.loads.terms ? 54000 : 18000;
+    double arm_bytes = e->tree.loads.terms ? 58000 : 22000;
     if (e->instants) varied += api_member_samples_bytes(&e->tree);
     if (e->events.count) varied += api_member_events_bytes(&e->events);
     if (e->events.rows) varied += (double)API_ENSEMBLE_RANGE * sizeof(long);

@@ -60,7 +60,7 @@ void api_member_events_columns(const struct api_events *events, struct api_table
     }
     api_table_add(table, "events", "count", count);
     api_table_add(table, "events", "time", count);
-    table->column[table->count - 1].sparse = 1;
+    table->column[table->count - 1].sparse = API_SPARSE_TIMES;
     api_table_add(table, "events", "direction", count);
     api_table_add_inner(table, "events", "phi", count, n);
     api_table_add_inner(table, "events", "phid", count, n);
@@ -70,7 +70,7 @@ void api_member_events_columns(const struct api_events *events, struct api_table
     }
     if (!events->stops) return;
     api_table_add(table, "events", "stopped", 0);
-    table->column[table->count - 1].sparse = 1;
+    table->column[table->count - 1].sparse = API_SPARSE_TIMES;
 }
 
 double api_member_events_most(const struct api_events *events) {
@@ -84,10 +84,10 @@ static int numbers(const struct api_events *events) {
     return 3 + 2 * events->tree->n + 2 * events->tree->cart;
 }
 
-void api_member_events_blank(const struct api_events *events, double at[]) {
+void api_member_events_blank(const struct api_events *events, double unknown, double at[]) {
     int count = events->count, all = count * numbers(events);
     assert(count >= 1 && !events->rows);
-    for (int i = 0; i < all; i++) at[i] = 0;
+    for (int i = 0; i < all; i++) at[i] = unknown;
     for (int i = 0; i < count; i++) at[count + i] = never;
     if (events->stops) at[all] = never;
 }

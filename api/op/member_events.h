@@ -25,7 +25,7 @@ void api_member_events_columns(const struct api_events *events, struct api_table
 double api_member_events_most(const struct api_events *events);
 
 /** Writes that nothing has passed yet; at: where the columns of a member's passages begin. */
-void api_member_events_blank(const struct api_events *events, double at[]);
+void api_member_events_blank(const struct api_events *events, double unknown, double at[]);
 
 /** Notes a passage in the columns of its member. phi, rate: the state, stored order. */
 void api_member_events_note(const struct api_events *events, const struct pend_hit *hit,

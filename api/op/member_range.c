@@ -42,7 +42,7 @@ static int range_fetch(void *context, long i, struct pend_member *member) {
     member->start = e->origin;
     api_members_fill(&e->members, e->tree.tree, i, member, range->room);
     if (e->events.count && !e->events.rows)
-        api_member_events_blank(&e->events, range_row(range, i, 0) + e->events_at);
+        api_member_events_blank(&e->events, 0, range_row(range, i, 0) + e->events_at);
     return 0;
 }
 
@@ -62,7 +62,8 @@ static void range_hit(void *context, long i, const struct pend_hit *hit, const d
 static void range_doubt(const struct api_member_range *range, long i, enum pend_status status) {
     const struct api_ensemble *e = range->ensemble;
     if (status == PEND_OK || !e->events.count) return;
-    if (!e->events.rows) api_member_events_blank(&e->events, range_row(range, i, 0) + e->events_at);
+    if (!e->events.rows)
+        api_member_events_blank(&e->events, NAN, range_row(range, i, 0) + e->events_at);
     for (long row = 0; e->events.rows && row < range->found[i - range->first]; row++)
         range_row(range, i, row)[1] = api_observables_status(status);
 }
@@ -115,14 +116,19 @@ static void range_rows(void *context, long i, long first, int count, const doubl
     }
 }
 
-/* fills the rows that a failed member did not reach: its number, its status, the time, and zeros */
+/* numbers that are not known */
+static void range_unknown(double at[], long count) {
+    for (long i = 0; i < count; i++) at[i] = NAN;
+}
+
+/* fills the rows that a failed member did not reach: its number, its status, the time, and NaN */
 static void range_blank(const struct api_member_range *range, long i, enum pend_status status,
                         double reached) {
     const struct api_ensemble *e = range->ensemble;
     for (long row = 0; row < api_ensemble_rows(e); row++) {
         double *at = range_row(range, i, row);
         if (reached != 0 && fabs(e->instants[row]) <= fabs(reached)) continue;
-        memset(at, 0, (size_t)e->numbers * sizeof *at);
+        range_unknown(at + 3, e->numbers - 3);
         at[0] = (double)range_number(range, i);
         at[1] = api_observables_status(status);
         at[2] = pend_times_at(&e->times.times, row);
@@ -275,13 +281,12 @@ static long range_good(const struct api_member_range *range, long member) {
     return rows;
 }
 
-/* rows behind the last good one have no derivatives: these are 0, and no row says that it is good
- */
+/* rows behind the last good one have no derivatives, and no row says that it is good */
 static void range_spoil(const struct api_member_range *range, long member, long good) {
     const struct api_ensemble *e = range->ensemble;
     for (long row = good; row < api_ensemble_rows(e); row++) {
         double *at = range_row(range, member, row);
-        memset(at + e->derived_at, 0, (size_t)(e->numbers - e->derived_at) * sizeof *at);
+        range_unknown(at + e->derived_at, e->numbers - e->derived_at);
         if (at[1] == 0) at[1] = api_observables_status(PEND_NOT_FINITE);
     }
 }
@@ -292,7 +297,7 @@ static void range_undo(struct api_member_range *range, long member, enum pend_st
     range->stats.failed += range_good(range, member) == api_ensemble_rows(e);
     for (long row = range->rows; row < range->due; row++) {
         double *at = range_row(range, member, row);
-        memset(at + e->derived_at, 0, (size_t)(e->numbers - e->derived_at) * sizeof *at);
+        range_unknown(at + e->derived_at, e->numbers - e->derived_at);
         at[1] = api_observables_status(status);
     }
 }

@@ -136,7 +136,7 @@ struct row {
 
 static void row_put(struct row *row, double x) {
     row->bad |= !isfinite(x);
-    *row->at++ = isfinite(x) ? x : 0;
+    *row->at++ = isfinite(x) ? x : NAN;
 }
 
 /* n values, from stored to the caller's order, without a cart */
@@ -145,7 +145,7 @@ static void row_arms(struct row *row, const double x[]) {
     assert(tree->n + tree->cart == tree->tree->n);
     for (int k = tree->cart; k < tree->tree->n; k++) {
         row->bad |= !isfinite(x[k]);
-        row->at[tree->tree->order[k]] = isfinite(x[k]) ? x[k] : 0;
+        row->at[tree->tree->order[k]] = isfinite(x[k]) ? x[k] : NAN;
     }
     row->at += tree->n;
 }

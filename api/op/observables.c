@@ -32,7 +32,7 @@ static const struct columns observables[API_SEE_COUNT] = {
     [API_SEE_TRAJECTORY] = {"trajectory", {NULL}, {0}, 0},
 };
 
-/* the time of an event that never happened: answers have no NaN, and a member's time begins at 0 */
+/* the time of an event that never happened: a member's time begins at 0 */
 static const double never = -1;
 
 const char *api_observables_name(enum api_observable observable) {
@@ -91,7 +91,8 @@ void api_observables_columns(struct api_observables *seen, int n,
         for (int part = 0; part < 3 && (!part || observables[i].part[part]); part++) {
             api_table_add(table, observables[i].name, observables[i].part[part],
                           observables[i].arms[part] ? n : 0);
-            table->column[table->count - 1].sparse = (int)(observables[i].times >> part & 1);
+            table->column[table->count - 1].sparse =
+                observables[i].times >> part & 1 ? API_SPARSE_TIMES : 0;
         }
         if (members->terms && pend_terms_cart(members->terms)) add_cart(table, i);
         if (i == API_SEE_PARAMETERS && members->shown)
@@ -142,7 +143,7 @@ int api_observables_status(enum pend_status status) {
 }
 
 /* copies n values from stored to the caller's order; values that are absent or not finite become
- * `gap` */
+ * `gap`: NaN, of times `never` */
 static double *put(double *at, const struct api_tree *tree, const double x[], double gap) {
     const int *order = tree->tree->order;
     for (int k = tree->cart; k < tree->tree->n; k++)
@@ -155,35 +156,37 @@ static double *put_one(double *at, double x, double gap) {
     return at + 1;
 }
 
-/* the caller's number of a stored arm, 0 for none */
-static double *put_arm(double *at, const struct api_tree *tree, int arm) {
-    return put_one(at, arm < 0 ? 0 : tree->tree->order[arm] + 1, 0);
+/* the caller's number of a stored arm, 0 for none of a motion that is known */
+static double *put_arm(double *at, const struct api_tree *tree,
+                       const struct pend_outcome *outcome) {
+    double none = outcome->status == PEND_OK ? 0 : NAN;
+    return put_one(at, outcome->arm < 0 ? none : tree->tree->order[outcome->arm] + 1, NAN);
 }
 
-/* where a cart is at the end, and how fast; zeros where the end is not known */
+/* where a cart is at the end, and how fast */
 static double *put_cart(double *at, const struct pend_outcome *outcome) {
     assert(!outcome->phi == !outcome->rate);
-    at = put_one(at, outcome->phi ? outcome->phi[0] : 0, 0);
-    return put_one(at, outcome->rate ? outcome->rate[0] : 0, 0);
+    at = put_one(at, outcome->phi ? outcome->phi[0] : NAN, NAN);
+    return put_one(at, outcome->rate ? outcome->rate[0] : NAN, NAN);
 }
 
 static double *put_start(double *at, const struct api_tree *tree, const struct pend_member *start) {
-    at = put(put(at, tree, start->phi, 0), tree, start->rate, 0);
-    return tree->cart ? put_one(put_one(at, start->phi[0], 0), start->rate[0], 0) : at;
+    at = put(put(at, tree, start->phi, NAN), tree, start->rate, NAN);
+    return tree->cart ? put_one(put_one(at, start->phi[0], NAN), start->rate[0], NAN) : at;
 }
 
 static double *put_parameters(double *at, const struct api_tree *tree,
                               const struct pend_member *start) {
-    at = put(put(at, tree, start->length, 0), tree, start->mass, 0);
-    at = put_one(at, start->loads.gravity, 0);
-    return tree->cart ? put_one(at, start->mass[0], 0) : at;
+    at = put(put(at, tree, start->length, NAN), tree, start->mass, NAN);
+    at = put_one(at, start->loads.gravity, NAN);
+    return tree->cart ? put_one(at, start->mass[0], NAN) : at;
 }
 
 /* the numbers of terms that vary, in the order of the request */
 static double *put_varied(const struct api_members *members, const struct pend_member *start,
                           double *at) {
     for (int v = 0; v < members->shown; v++)
-        at = put_one(at, start->value[members->shown_place[v]], 0);
+        at = put_one(at, start->value[members->shown_place[v]], NAN);
     return at;
 }
 
@@ -197,30 +200,30 @@ static double *write_one(enum api_observable observable, const struct api_tree *
     case API_SEE_PARAMETERS:
         return put_parameters(at, tree, start);
     case API_SEE_FINAL:
-        return put(put(at, tree, outcome->phi, 0), tree, outcome->rate, 0);
+        return put(put(at, tree, outcome->phi, NAN), tree, outcome->rate, NAN);
     case API_SEE_FIRST_FLIP:
         at = put_one(at, outcome->first, never);
-        return put_arm(at, tree, outcome->arm);
+        return put_arm(at, tree, outcome);
     case API_SEE_FLIP_TIME:
         return put(at, tree, outcome->first_crossing, never);
     case API_SEE_FLIPS:
         for (int k = tree->cart; k < tree->tree->n; k++)
-            at[tree->tree->order[k]] = outcome->crossings ? (double)outcome->crossings[k] : 0;
+            at[tree->tree->order[k]] = outcome->crossings ? (double)outcome->crossings[k] : NAN;
         return at + tree->n;
     case API_SEE_LAMBDA_MAX:
-        return put(put(at, tree, force->most, 0), tree, force->most_time, never);
+        return put(put(at, tree, force->most, NAN), tree, force->most_time, never);
     case API_SEE_LAMBDA_MIN:
-        return put(put(at, tree, force->least, 0), tree, force->least_time, never);
+        return put(put(at, tree, force->least, NAN), tree, force->least_time, never);
     case API_SEE_SIGN_CHANGE:
         return put(at, tree, outcome->sign_change, never);
     case API_SEE_ENERGY_DRIFT:
-        return put_one(at, outcome->energy_drift, 0);
+        return put_one(at, outcome->energy_drift, NAN);
     case API_SEE_HORIZON:
-        return put_one(at, outcome->horizon, 0);
+        return put_one(at, outcome->horizon, NAN);
     case API_SEE_CART:
         return put_cart(at, outcome);
     default:
-        return put_one(at, outcome->lyapunov, 0);
+        return put_one(at, outcome->lyapunov, NAN);
     }
 }
 
@@ -248,8 +251,12 @@ void api_observables_write(const struct api_observables *seen, const struct api_
                            const struct pend_outcome *outcome, double row[]) {
     assert(member >= 0 && pend_tree_valid(tree->tree));
     /* nothing is known about a motion that was not followed to its end */
-    static const struct pend_outcome nothing = {
-        .arm = -1, .first = NAN, .energy_drift = NAN, .horizon = NAN, .lyapunov = NAN};
+    static const struct pend_outcome nothing = {.status = PEND_NOT_FINITE,
+                                                .arm = -1,
+                                                .first = NAN,
+                                                .energy_drift = NAN,
+                                                .horizon = NAN,
+                                                .lyapunov = NAN};
     double *at = row;
     *at++ = (double)member;
     enum pend_status end = api_observables_end(seen, tree, outcome);

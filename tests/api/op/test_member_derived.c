@@ -150,7 +150,7 @@ TEST(members_derivatives_have_an_axis_in_every_representation) {
     }
 }
 
-TEST(members_that_fail_have_zeros_for_derivatives_and_leave_the_others_alone) {
+TEST(members_that_fail_have_no_derivatives_and_leave_the_others_alone) {
     // every fourth length or so is drawn below 0, and is none
     struct test_reply reply =
         test_post(API_OP_ENSEMBLES, FREE
@@ -165,7 +165,7 @@ TEST(members_that_fail_have_zeros_for_derivatives_and_leave_the_others_alone) {
         snprintf(pointer, sizeof pointer, "/status/%d", m);
         int bad = test_reply_number(&reply, pointer) != 0;
         double slope = number_at(&reply, "final_phi", index, 3);
-        CHECK(bad ? slope == 0 : fabs(slope) > 1e-3);
+        CHECK(bad ? isnan(slope) : fabs(slope) > 1e-3);
         failed += bad;
     }
     CHECK(failed > 2 && failed < 12);
@@ -189,7 +189,7 @@ TEST(members_whose_derivatives_overflow_keep_their_motion_and_say_so) {
         int over = row == 5;
         CHECK_SAYING((test_reply_number(&reply, pointer) != 0) == over, "row %d: %s", row,
                      reply.out.data);
-        CHECK(over ? slope == 0 : row == 4 ? slope > 1e4 : slope <= 2);
+        CHECK(over ? isnan(slope) : row == 4 ? slope > 1e4 : slope <= 2);
         snprintf(pointer, sizeof pointer, "/theta/%d/0", row);
         CHECK((test_reply_number(&reply, pointer) != 0) == (row > 2));
     }
@@ -197,7 +197,7 @@ TEST(members_whose_derivatives_overflow_keep_their_motion_and_say_so) {
     test_reply_free(&reply);
 }
 
-TEST(members_whose_outputs_overflow_have_zeros_for_derivatives) {
+TEST(members_whose_outputs_overflow_have_no_derivatives) {
     // the memory of a range is not cleared before: what was there must not be told
     static const char *const masses[] = {"1", "1e307"};
     for (int i = 0; i < 2; i++) {
@@ -215,7 +215,7 @@ TEST(members_whose_outputs_overflow_have_zeros_for_derivatives) {
             const int index[3] = {row, 0, 0};
             snprintf(pointer, sizeof pointer, "/status/%d", row);
             CHECK_INT((long)test_reply_number(&reply, pointer), i);
-            CHECK((number_at(&reply, "theta", index, 3) == 0) == i);
+            CHECK(isnan(number_at(&reply, "theta", index, 3)) == i);
         }
         test_reply_free(&reply);
     }
