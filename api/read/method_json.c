@@ -98,6 +98,7 @@ const char *api_method_advice(const struct api_method *method) {
     if (known == pend_method_taylor.extended) return "Precision quad carries them further.";
     if (known->extended)
         return "A smaller rtol or precision extended or quad carries them further.";
+    if (known == &pend_method_radau) return "A smaller rtol carries them further.";
     return "A smaller rtol or method taylor carries them further.";
 }
 
