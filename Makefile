@@ -259,6 +259,10 @@ bench-stiff: build ## stiff pendulums by radau and taylor beside SciPy's Radau, 
 	@docker/install.sh test
 	@/usr/bin/python3 -B tests/bench/stiff/bench_stiff.py $(B)
 
+bench-bifurcations: build ## bifurcations of 36 random branches of orbits, false and missed ones, with multipliers by SciPy, in two minutes
+	@docker/install.sh test
+	@/usr/bin/python3 -B tests/bench/orbits/bench_bifurcations.py $(B)
+
 bench-dynamics: $(B)/tests/bench/dynamics/run ## accelerations against MuJoCo and LAPACK where these are installed, in half a minute
 	$< $(T)
 

@@ -18,8 +18,8 @@ static const double change_zero_slope = 1e-9, change_level = 3e-4, change_near_t
                     change_tied = 1e-6, change_bend = 0.8, change_other = 2;
 
 /* how close to its mirror image or to its start an orbit is after half of its period that is taken
- * to be there, and one at a turn */
-static const double change_alike = 1e-5, change_alike_turn = 1e-3;
+ * to be there, and one at a turn, in parts of the step */
+static const double change_alike = 1e-5, change_alike_turn = 0.1;
 
 /* how far beside a part of a step at which no orbit was found one is looked for, five times as far
  * each time; what that adds to the tries, so that the next orbit found is the last, and how often
@@ -246,7 +246,8 @@ static int change_mark(struct pend_orbits *o, struct orbits_mark *mark) {
     change_tie(o, mark);
     // where two branches meet Newton's method may find the other one, whose slope is another
     double slope = fmax(fabs(o->low.test[ORBIT_TURN]), fabs(change_top(o)->test[ORBIT_TURN]));
-    if (change_touches(o) && fabs(mark->test[ORBIT_TURN]) > change_other * slope) return 0;
+    if (change_touches(o) && !o->beside && fabs(mark->test[ORBIT_TURN]) > change_other * slope)
+        return 0;
     double sizes = pend_orbit_search_dot(along, along, q) * pend_orbit_search_dot(last, last, q);
     return pend_orbit_search_dot(along, last, q) >= change_bend * sqrt(sizes);
 }
@@ -313,13 +314,16 @@ enum pend_status pend_orbit_change_halved(struct pend_orbits *o, enum pend_orbit
     const struct orbit_form *form = &newton->form;
     const struct orbit_map *map = &newton->map;
     int breaks = 1, turns = o->now.turns;
-    double alike = turns ? change_alike_turn : change_alike;
+    double chord = 0;
+    for (int j = 0; j < form->equations; j++)
+        chord = fmax(chord, fabs(o->next.u[j] - o->last.u[j]));
+    double alike = turns ? change_alike_turn * chord : change_alike;
     if (turns && form->times % 2 == 0 && pend_orbit_form_apart(form, map, 1) < alike)
         o->now.kind = PEND_ORBITS_DOUBLING;
     if (o->now.kind == PEND_ORBITS_BRANCH && pend_orbit_form_apart(form, map, -1) < alike) {
         // what hangs or stands still is its own mirror image at every instant
         int moves = pend_orbit_form_apart(form, NULL, -1) > alike;
-        if (form->kind == ORBIT_DRIVEN && !turns && moves)
+        if (form->kind == ORBIT_DRIVEN && moves)
             PEND_TRY(pend_orbit_floquet_half(&o->floquet, newton, &breaks));
         if (breaks) o->now.kind = PEND_ORBITS_SYMMETRY;
     }
@@ -342,15 +346,18 @@ static enum pend_status change_tell(struct pend_orbits *o, enum pend_orbits_foun
     return PEND_OK;
 }
 
+/* which orbit is looked for where the branch turns back */
+enum { BEYOND = 1, BEFORE, AT };
+
 /* The branch turns back at the orbit found, and no multiplier seems to pass +1 there. One touches
  * it where the branch meets another one; whether it does, or passes, is seen on either side. */
 static void change_touch(struct pend_orbits *o) {
-    double at = o->beside ? o->touch : o->at;
-    o->touch = at, o->at = at;
-    if (!o->beside) o->at = fmin(at + change_near_turn, (at + 1) / 2);
-    if (o->beside == 1) o->at = fmax(at - change_near_turn, (at + o->low.at) / 2);
-    while (!o->beside && o->waiting > 1 && change_top(o)->at <= o->at) o->waiting--;
-    o->beside++;
+    if (!o->beside++) o->touch = o->at;
+    if (o->beside == BEFORE && o->touch - o->low.at <= change_near_turn) o->beside = AT;
+    o->at = o->touch;
+    if (o->beside == BEYOND) o->at = fmin(o->touch + change_near_turn, (o->touch + 1) / 2);
+    if (o->beside == BEFORE) o->at = o->touch - change_near_turn;
+    while (o->beside == BEYOND && o->waiting > 1 && change_top(o)->at <= o->at) o->waiting--;
     change_locate_at(o);
 }
 
@@ -389,7 +396,6 @@ static int change_exact(struct pend_orbits *o, const struct orbits_mark *mark, i
 
 enum pend_status pend_orbit_change_between(struct pend_orbits *o, enum pend_orbits_found *found,
                                            struct pend_error *error) {
-    enum { BEFORE = 2, AT = 3 }; /* of a turn the orbit beyond it was looked for first */
     struct orbits_mark mark;
     if (!change_mark(o, &mark)) return pend_orbit_change_lost(o, found, error);
     if (o->beside == AT) return change_tell(o, found, error);
