@@ -178,7 +178,8 @@ TEST(radau_follows_a_rate_that_dies_out_at_once) {
 TEST(radau_creeps_in_syrup_with_steps_of_the_creeping) {
     double gap = 0, rate = 0, balance = 0;
     long most = 0;
-    for (double c = 1e8; c < 2e12; c *= 100) {
+    // rates of 1e-11 rad/s would be near the least atol
+    for (double c = 1e8; c < 2e10; c *= 100) {
         struct lone lone;
         struct test_record record;
         REQUIRE(lone_init(&lone, 9.81, 2, 0, c, 65));

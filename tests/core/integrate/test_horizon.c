@@ -67,7 +67,8 @@ TEST(horizon_is_where_the_digits_end) {
         double rtol, least;
     } list[] = {{"taylor", 0, 0.9},     {"taylor", 1e-8, 0.75}, {"taylor", 1e-15, 0.75},
                 {"symplectic", 0, 0.7}, {"rk8pd", 0, 0.85},     {"rkf45", 0, 0.85},
-                {"msadams", 0, 0.85},   {"ode23", 1e-9, 0.6},   {"rk8pd", 1e-12, 0.85}};
+                {"msadams", 0, 0.85},   {"ode23", 1e-9, 0.6},   {"rk8pd", 1e-12, 0.85},
+                {"radau", 0, 0.6},      {"radau", 1e-12, 0.6}};
     struct test_tree t;
     tumble_init(&t, 1);
     for (size_t i = 0; i < sizeof list / sizeof *list; i++) {
