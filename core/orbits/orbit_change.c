@@ -15,7 +15,7 @@ static const double change_short = 1e-7, change_zero = 1e-11;
  * of a step, and its test, in parts of those at the ends; cosine of the largest angle between two
  * directions of a branch, and how much steeper it may be than at its ends. */
 static const double change_zero_slope = 1e-9, change_level = 3e-4, change_near_turn = 3e-3,
-                    change_tied = 1e-6, change_bend = 0.8, change_other = 2;
+                    change_tied = 1e-4, change_bend = 0.8, change_other = 2;
 
 /* how close to its mirror image or to its start an orbit is after half of its period that is taken
  * to be there, and one at a turn, in parts of the step */

@@ -166,6 +166,45 @@ TEST(bifurcations_at_which_a_driven_swing_loses_its_symmetry_are_told_from_both_
     found_free(f);
 }
 
+/* The same of trees: from an orbit of the branch without the symmetry back to where it began.
+ * Returns false where the tree has no such branch. */
+static int symmetry_from_beyond(struct found *f) {
+    int first = 0;
+    double *varied = f->term + f->terms->harmonic[0].at + (f->problem.vary == PEND_ORBIT_OMEGA);
+    static double phi[FOUND_ARMS], rate[FOUND_ARMS];
+    found_search(f);
+    while (first < f->bifurcations && f->kind[first] != PEND_ORBITS_SYMMETRY) first++;
+    if (first == f->bifurcations) return 0;
+    double at = f->at[first];
+    f->problem.switches = 1, f->problem.leave[0] = first + 1;
+    found_search(f);
+    if (f->rows < 6) return 0;
+    CHECK(f->kind[0] == PEND_ORBITS_SYMMETRY && f->at[0] == at);
+    for (int k = 0; k < f->tree->n; k++) phi[k] = f->phi[5][k], rate[k] = f->rate[5][k];
+    *varied = f->value[5];
+    f->problem.phi = phi, f->problem.rate = rate, f->problem.to = 2 * at - *varied;
+    f->problem.switches = 0, f->problem.points = 25;
+    found_search(f);
+    int back = 0; // there may be folds on the way
+    while (back < f->bifurcations && f->kind[back] != PEND_ORBITS_SYMMETRY) back++;
+    if (!CHECK(f->status == PEND_OK && back < f->bifurcations)) return 0;
+    CHECK(f->turns[back]);
+    CHECK_SAYING(fabs(f->at[back] - at) < 1e-6, "at %.12g, from beyond at %.12g", at, f->at[back]);
+    return 1;
+}
+
+TEST(bifurcations_at_which_driven_trees_lose_their_symmetry_are_told_from_both_sides) {
+    unsigned long long seed = 36;
+    int seen[4] = {0};
+    for (int number = 0; number < 16; number++) {
+        int n = 2 + number % 2;
+        struct found *f = driven(n, &seed);
+        seen[n] += symmetry_from_beyond(f);
+        found_free(f);
+    }
+    CHECK(seen[2] > 0 && seen[3] > 0);
+}
+
 /* orbits of twice the period turn back where they meet those of the period itself */
 TEST(bifurcations_at_which_a_period_was_doubled_are_told_from_both_sides) {
     struct found *f = torque_grows(1.068, 1.05);
