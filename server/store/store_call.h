@@ -39,8 +39,9 @@ struct srv_store {
                      effect before they do anything again */
     int ring;     /* whom transactions that have ended are to wake, SRV_RING_ */
     char crowded[SRV_NAME_BYTES]; /* a client of which many changes are not in its row; "" = none */
-    int64_t mended_ns;            /* when sums were last looked at because a claim found nothing */
-    int64_t now; /* us by the store's clock, in this transaction; 0 = not known yet */
+    long workers;      /* processes that compute, when figures were last read; 0 = unknown */
+    int64_t mended_ns; /* when sums were last looked at because a claim found nothing */
+    int64_t now;       /* us by the store's clock, in this transaction; 0 = not known yet */
     struct srv_tally tally;
     struct srv_store_ahead ahead; /* empty unless a batch runs */
     struct {

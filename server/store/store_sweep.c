@@ -163,6 +163,8 @@ static enum srv_stored row_changed(void *context, const struct srv_value field[]
 static enum srv_stored sweep_changes(struct srv_store *store) {
     enum srv_stored stored = SRV_STORED;
     char name[SRV_NAME_BYTES] = "", was[SRV_NAME_BYTES];
+    /* of many processes about one does this in a second */
+    if (store->workers > 1 && srv_clock_now() / 1000 % store->workers) return SRV_STORED;
     for (int more = store->sql->driver->lists, i = 0; more && stored == SRV_STORED && i < 64; i++) {
         SRV_STORED_TRY(srv_store_look(store));
         memcpy(was, name, sizeof was);
@@ -234,7 +236,7 @@ enum srv_stored srv_store_figures(struct srv_store *store, struct srv_store_figu
     enum srv_stored stored = srv_tally_totals(&store->tally, store->sql, figures);
     if (stored == SRV_STORED)
         stored = srv_store_run(store, SQL_FIGURES, NULL, 0, srv_row_wholes, &more);
-    figures->workers = (long)more.whole[0];
+    store->workers = figures->workers = (long)more.whole[0];
     figures->connections = (long)more.whole[1];
     figures->oldest_us = more.whole[2];
     if (stored == SRV_STORED) figures->full = figures_full(store, figures);
