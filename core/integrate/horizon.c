@@ -20,7 +20,7 @@ enum {
     HORIZON_ROWS = 2 + HORIZON_STATES
 };
 
-static const double HORIZON_SPREAD = 1e-3, HORIZON_REGULAR = 100; /* horizon_least */
+static const double HORIZON_SPREAD = 0.1, HORIZON_REGULAR = 150; /* horizon_least */
 static const double HORIZON_ROUNDING = 2 * 0x1p-53; /* of a step, over the changes that it makes */
 static const double HORIZON_ANEW_TARGET = 1e-17;    /* truncation of a step that is solved anew */
 static const double HORIZON_LEFT = 2; /* by how much more may be left out than is foretold */
@@ -116,7 +116,7 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
     if (!block)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a neighbour of %d arms",
                          tree->n);
-    memset(block, 0, head + rows + series);
+    memset(block, 0, head + rows);
     struct pend_horizon *made = *horizon;
     made->problem = *problem;
     made->method = method;
@@ -177,12 +177,12 @@ static void horizon_note(struct pend_horizon *horizon, double time, double ratio
     horizon->lost = 1;
 }
 
-/* What may be left out of a step's part in the growth of the error, over the error: of the N steps
- * of a run each adds as much, and of a regular motion, where errors grow like t, they act as a
- * growth by the root of it, N times. */
+/* What the last terms of a step's part in the growth of the error may be, over the error. Of the N
+ * steps of a run each adds to a spurious growth, and in a regular motion, where errors grow like t,
+ * by the root of what it leaves out; in a short run that is far from reaching the accuracy. */
 static double horizon_least(const struct pend_horizon *horizon, double length) {
-    double part = length / horizon->end_time;
-    return fmin(HORIZON_SPREAD, HORIZON_REGULAR * part * part);
+    double part = HORIZON_REGULAR * fabs(length / horizon->end_time);
+    return fmin(HORIZON_SPREAD, part * part * part);
 }
 
 /* the motion's own part of that */

@@ -36,6 +36,7 @@ void pend_neighbour_init(struct pend_neighbour *neighbour, const struct pend_pro
                          int cap, double cart, void *memory) {
     size_t stride = pend_jets_stride(problem->tree->n);
     double *at = memory;
+    memset(at, 0, NEIGHBOUR_STATES * stride * sizeof *at);
     *neighbour = (struct pend_neighbour){
         .problem = problem, .order = JETS_SPREAD, .cart = cart, .speed = neighbour_speed(problem)};
     neighbour->state = (struct jets_state){
@@ -58,12 +59,16 @@ static double neighbour_unit(const struct pend_neighbour *neighbour, int k) {
     return k || neighbour->cart == 0 ? 1 : neighbour->cart;
 }
 
+static double neighbour_larger(double x, double y) { return x > y ? x : y; }
+
 /* an error's size: angles, and rates over a time, s */
 static double neighbour_size(const struct pend_neighbour *neighbour, const double phi[],
                              const double rate[], double time) {
     double most = 0;
     for (int k = 0; k < neighbour->problem->tree->n; k++)
-        most = fmax(most, fmax(fabs(phi[k]), fabs(rate[k]) * time) / neighbour_unit(neighbour, k));
+        most = neighbour_larger(neighbour_larger(fabs(phi[k]), fabs(rate[k]) * time) /
+                                    neighbour_unit(neighbour, k),
+                                most);
     return most;
 }
 
@@ -92,23 +97,22 @@ static void neighbour_sums(const struct pend_neighbour *neighbour, const struct 
                            double x, double scale, const double phi[], const double rate[],
                            double term[]) {
     const struct pend_jets *near = &neighbour->jets, *own = step->jets;
-    int n = neighbour->problem->tree->n;
-    double power = x;
+    int n = neighbour->problem->tree->n, order = neighbour->order;
+    memset(term, 0, (size_t)(order + 1) * sizeof(double));
     for (int k = 0; k < n; k++) {
-        double faster = rate[k] * (x * step->unit);
-        neighbour->sum[2 * k] = scale * (phi[k] + faster);
-        neighbour->sum[2 * k + 1] = scale * faster;
-    }
-    for (int j = 1; j <= neighbour->order; j++) {
-        power *= x;
-        term[j] = 0;
-        for (int k = 0; k < n; k++) {
-            double gap = power * (near->rate[pend_jets_place(near, k, j)] -
-                                  own->rate[pend_jets_place(own, k, j)]);
-            double *row = neighbour->sum + 2 * (n * j + k);
-            row[0] = row[-2 * n] + gap * near->share[j];
-            row[1] = row[1 - 2 * n] + gap;
-            term[j] = fmax(term[j], fabs(gap) / neighbour_unit(neighbour, k));
+        const double *to = near->rate + pend_jets_place(near, k, 0),
+                     *from = own->rate + pend_jets_place(own, k, 0);
+        double faster = rate[k] * (x * step->unit), turned = scale * (phi[k] + faster), power = x,
+               share = 1 / neighbour_unit(neighbour, k), *row = neighbour->sum + 2 * k;
+        faster *= scale;
+        row[0] = turned, row[1] = faster;
+        for (int j = 1; j <= order; j++) {
+            power *= x;
+            double gap = power * (to[j * PEND_JETS_PAD] - from[j * PEND_JETS_PAD]);
+            row += 2 * n;
+            row[0] = turned += gap * near->share[j];
+            row[1] = faster += gap;
+            term[j] = neighbour_larger(fabs(gap) * share, term[j]);
         }
     }
 }
@@ -159,7 +163,7 @@ static const double *neighbour_later(struct pend_neighbour *neighbour,
         pend_jets_expand(&neighbour->jets, &neighbour->problem->loads, step->unit,
                          &neighbour->state, order);
         neighbour_sums(neighbour, step, x, scale, phi, rate, term);
-        for (int j = 1; j <= order; j++) largest = fmax(largest, term[j]);
+        for (int j = 1; j <= order; j++) largest = neighbour_larger(term[j], largest);
         last = term[order] + term[order - 1];
         while (enough > JETS_SPREAD && term[enough - 1] + term[enough - 2] < least) enough--;
         neighbour->order = enough;
@@ -183,7 +187,7 @@ double pend_neighbour_spread(struct pend_neighbour *neighbour, const struct pend
     for (int k = 0; k < neighbour->problem->tree->n; k++) {
         double gap =
             near->force[pend_jets_place(near, k, 0)] - own->force[pend_jets_place(own, k, 0)];
-        force = fmax(force, fabs(gap));
+        force = neighbour_larger(fabs(gap), force);
         phi[k] = later[2 * k] / scale;
         rate[k] = later[2 * k + 1] / (scale * length);
     }

@@ -30,7 +30,7 @@ size_t pend_neighbour_bytes(const struct pend_problem *problem, int cap);
  * problem    must outlive the neighbour.
  * cap        highest order, PEND_JETS_ORDER_MIN .. PEND_JETS_ORDER_MAX.
  * cart       m, as in the structure.
- * memory     pend_neighbour_bytes(problem, cap) bytes, aligned to 64 and zero; not owned.
+ * memory     pend_neighbour_bytes(problem, cap) bytes, aligned to 64; not owned.
  */
 void pend_neighbour_init(struct pend_neighbour *neighbour, const struct pend_problem *problem,
                          int cap, double cart, void *memory);

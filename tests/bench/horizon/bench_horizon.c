@@ -502,6 +502,7 @@ static void study_kinds(const char *method) {
 }
 
 int main(int count, char **words) {
+    setvbuf(stdout, NULL, _IOLBF, 0);
     static const char *const methods[] = {"taylor", "rk8pd", NULL};
     for (size_t i = 0; i < sizeof methods / sizeof *methods; i++) study_kinds(methods[i]);
     if (count > 1 && !strcmp(words[1], "kinds")) return 0;
