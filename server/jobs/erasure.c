@@ -16,15 +16,19 @@ static const struct srv_store_request_words erasure_words = {
 /* Erases a piece of what is stored of the client `before`; count is 0 once nothing is left. */
 static enum srv_stored erasure_piece(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
-    enum srv_stored stored = srv_store_erase_jobs(store, asked->client, &asked->count);
+    int most = asked->piece;
+    enum srv_stored stored = srv_store_erase_jobs(store, asked->client, most, &asked->count);
     if (stored != SRV_STORED || asked->count) return stored;
-    stored = srv_store_erase_scenes(store, asked->client, &asked->count);
+    stored = srv_store_erase_scenes(store, asked->client, most, &asked->count);
     if (stored != SRV_STORED || asked->count) return stored;
     return srv_store_erase_classes(store, asked->client, &asked->count);
 }
 
 static void erasure_done(struct srv_store_request *asked, enum srv_stored stored) {
-    if (stored == SRV_STORED && asked->count) {
+    /* Removing needs space too, which a full disk has for few things at once. */
+    int smaller = stored == SRV_STORED_FULL && asked->piece > 1;
+    if (smaller) asked->piece = 1;
+    if (smaller || (stored == SRV_STORED && asked->count)) {
         srv_store_request_ask(asked, SRV_ASK_WRITE, erasure_piece, erasure_done);
         return;
     }
@@ -80,6 +84,7 @@ void srv_erasure(struct srv_exchange *exchange) {
         srv_exchange_problem(exchange, 431, "the request's head is too long");
     else if (erasure_whom(exchange, key)) {
         asked->client = key;
+        asked->piece = SRV_ERASE_MOST;
         srv_store_request_ask(asked, SRV_ASK_WRITE, erasure_piece, erasure_done);
         return;
     }

@@ -46,7 +46,8 @@ struct srv_store_request {
 
     /* of an erasure */
     const char *client; /* whose things go */
-    int count;          /* of those that went */
+    int count;          /* of those that went, */
+    int piece;          /* and of those that may go at once */
 
     /* of a scene */
     struct api_buffer scene; /* that is to be kept */

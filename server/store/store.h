@@ -366,18 +366,24 @@ struct srv_store_sweep {
 enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked,
                                 struct srv_store_sweep *sweep);
 
+enum { SRV_ERASE_MOST = 32 };
+
 /**
- * Erases a piece of what is kept of a client's jobs, at most 32 of them: open ones are dismissed,
- * and all go with their results, of which large ones are removed by the sweeps that follow.
+ * Erases a piece of what is kept of a client's jobs: open ones are dismissed, and all go with their
+ * results, of which large ones are removed by the sweeps that follow.
  *
+ * most   jobs of the piece, SRV_ERASE_MOST at most; a full disk has space for few.
  * count  out: jobs that were erased; 0 when none is left.
  */
-enum srv_stored srv_store_erase_jobs(struct srv_store *store, const char *client, int *count);
+enum srv_stored srv_store_erase_jobs(struct srv_store *store, const char *client, int most,
+                                     int *count);
 
-/** Has a client keep at most 64 of its scenes no more; those that nobody else keeps go.
+/** Has a client keep some of its scenes no more; those that nobody else keeps go.
  *
+ * most   scenes of the piece.
  * count  out: scenes that were let go; 0 when none is left. */
-enum srv_stored srv_store_erase_scenes(struct srv_store *store, const char *client, int *count);
+enum srv_stored srv_store_erase_scenes(struct srv_store *store, const char *client, int most,
+                                       int *count);
 
 /* A job's end that is to be told. */
 struct srv_hook {

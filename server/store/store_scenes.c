@@ -157,9 +157,11 @@ static enum srv_stored row_kept(void *context, const struct srv_value field[]) {
     return SRV_STORED;
 }
 
-static enum srv_stored erase_scenes(struct srv_store *store, const char *client, int *count) {
+static enum srv_stored erase_scenes(struct srv_store *store, const char *client, int most,
+                                    int *count) {
     struct row_kept rows = {0};
     SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPERS_OF, row_kept, &rows, srv_value_text(client)));
+    if (rows.count > most) rows.count = most;
     for (int i = 0; i < rows.count; i++) {
         enum srv_stored stored = scene_drop(store, rows.id[i], client);
         if (stored == SRV_STORED_CLASH) continue; /* it was let go meanwhile */
@@ -176,10 +178,11 @@ static enum srv_stored erase_scenes(struct srv_store *store, const char *client,
     return SRV_STORED;
 }
 
-enum srv_stored srv_store_erase_scenes(struct srv_store *store, const char *client, int *count) {
+enum srv_stored srv_store_erase_scenes(struct srv_store *store, const char *client, int most,
+                                       int *count) {
     *count = 0;
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored = erase_scenes(store, client, count);
+    enum srv_stored stored = erase_scenes(store, client, most, count);
     return srv_store_end(store, stored == SRV_STORED, stored);
 }
 

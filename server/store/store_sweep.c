@@ -22,7 +22,6 @@ enum { SWEEP_SMALL = 1 << 20, SWEEP_JUMP_S = 300, SWEEP_HOLD_S = 600 };
 enum { SWEEP_PIECE = 16 << 20 };
 
 /* jobs of a client that are erased in one transaction */
-enum { ERASE_JOBS = 32 };
 
 /* A job that is dismissed or removed and whose parts and results are still there. */
 struct row_removal {
@@ -204,16 +203,18 @@ static enum srv_stored erase_job(struct srv_store *store, const char *id) {
     return expired_remove(store, &job);
 }
 
-enum srv_stored srv_store_erase_jobs(struct srv_store *store, const char *client, int *count) {
+enum srv_stored srv_store_erase_jobs(struct srv_store *store, const char *client, int most,
+                                     int *count) {
     static const struct srv_row_jobs none;
-    struct srv_job job[ERASE_JOBS];
+    struct srv_job job[SRV_ERASE_MOST];
     struct srv_row_jobs rows = none;
-    rows.cap = ERASE_JOBS;
+    rows.cap = SRV_ERASE_MOST;
     rows.job = job;
     *count = 0;
+    assert(most >= 1 && most <= SRV_ERASE_MOST);
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored = SRV_RUN(store, SQL_JOBS, srv_row_job, &rows, srv_value_text(client),
-                                     srv_value_whole(ERASE_JOBS));
+    enum srv_stored stored =
+        SRV_RUN(store, SQL_JOBS, srv_row_job, &rows, srv_value_text(client), srv_value_whole(most));
     for (int i = 0; i < rows.count && stored == SRV_STORED; i++)
         stored = erase_job(store, job[i].id);
     if (stored == SRV_STORED) *count = rows.count;

@@ -121,7 +121,7 @@ STORE_TEST(hooks_go_with_their_jobs_and_with_their_client) {
     int count;
     CHECK_INT(hooked(store, "open", "anna"), SRV_STORED);
     CHECK_INT(hooked(store, "other", "bert"), SRV_STORED);
-    CHECK_INT(srv_store_erase_jobs(store, "anna", &count), SRV_STORED);
+    CHECK_INT(srv_store_erase_jobs(store, "anna", SRV_ERASE_MOST, &count), SRV_STORED);
     CHECK_INT(count, 1);
     CHECK_INT(kept(ground), 1);
     end(store);

@@ -104,3 +104,29 @@ STORE_TEST(scenes_are_bounded_in_bytes) {
     ground_sums(ground);
     srv_store_close(&own);
 }
+
+/* on a full disk there is space for the removal of few things at once */
+STORE_TEST(a_client_is_erased_in_pieces_of_any_size) {
+    struct srv_job job;
+    char id[8];
+    int count = 0;
+    for (int i = 0; i < 3; i++) {
+        snprintf(id, sizeof id, "s%d", i);
+        CHECK_INT(srv_store_scene_put(store, id, "anna", NULL, id, 2), SRV_STORED);
+        snprintf(id, sizeof id, "j%d", i);
+        CHECK_INT(ground_submit(store, id, "anna", NULL, 1, 0, &job), SRV_STORED);
+    }
+    CHECK_INT(srv_store_scene_put(store, "bob", "bob", NULL, "{}", 2), SRV_STORED);
+    for (int i = 0; i < 3; i++) {
+        CHECK_INT(srv_store_erase_jobs(store, "anna", 1, &count), SRV_STORED);
+        CHECK_INT(count, 1);
+        CHECK_INT(srv_store_erase_scenes(store, "anna", 1, &count), SRV_STORED);
+        CHECK_INT(count, 1);
+        CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers"), 3 - i);
+    }
+    CHECK_INT(srv_store_erase_jobs(store, "anna", SRV_ERASE_MOST, &count), SRV_STORED);
+    CHECK_INT(count, 0);
+    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM jobs"), 0);
+    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM scenes"), 1);
+    ground_sums(ground);
+}
