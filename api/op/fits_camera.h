@@ -37,6 +37,7 @@ struct api_fit {
     struct api_fit_run run[API_FIT_RUNS];
     double begin[API_FIT_RUNS]; /* s, when the start of each is there */
     int *of;                    /* of each row its run */
+    long *row;                  /* and its number there, as it was given, from 0 */
     double camera[PEND_FIT_CAMERA];
     long rows;
     double *t, *data; /* rows; series x rows */
@@ -47,6 +48,8 @@ struct api_fit {
     struct pend_fit_unknown unknown[API_FIT_UNKNOWNS];
     char label[API_FIT_UNKNOWNS][API_FIT_LABEL]; /* "length of arm 2" */
     double shift[API_FIT_UNKNOWNS]; /* what is added to a value that is told: pi / 2 of a theta */
+    int loss;
+    double knee[API_FIT_SERIES + API_FIT_MODES];
     double rtol;
     long iterations, step_cap;
 };

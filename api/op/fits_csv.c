@@ -254,14 +254,6 @@ static int row_read(const struct api_csv *csv, const struct csv_field field[], i
                     struct api_problem *problem) {
     if (csv->t >= fields || !field_number(&field[csv->t], csv->separator, &t[row])) {
         api_value_fault(text, problem, API_CODE_WRONG_TYPE "line %d: t must be a number", line);
-        // the next row is compared with the last good one
-        t[row] = row ? t[row - 1] : -INFINITY;
-        return 0;
-    }
-    if (row && !(t[row] > t[row - 1])) {
-        api_value_fault(text, problem,
-                        API_CODE_ORDER "line %d: t = %.9g s is not after the row before it", line,
-                        t[row]);
         return 0;
     }
     for (int c = 0; c < csv->columns; c++) {

@@ -80,14 +80,6 @@ static void read_instants(struct measured *run, const struct api_value *list,
         return;
     }
     memcpy(run->t, t, (size_t)count * sizeof *t);
-    for (int i = 1; i < count; i++) {
-        struct api_value item = api_value_item(list, i);
-        if (t[i] > t[i - 1]) continue;
-        api_value_fault(&item, problem,
-                        API_CODE_ORDER "must be later than the instant before it, %.9g s, got %.9g",
-                        t[i - 1], t[i]);
-        return;
-    }
 }
 
 /* numbers, or null where nothing was measured */
@@ -235,7 +227,7 @@ static enum pend_status read_table(struct measured *run, const struct api_tree *
 
 /* a row of a run */
 struct place {
-    double since; /* s, from the start of its run */
+    double since, t; /* s, from the start of its run, and as it was given */
     long row;
     int run;
 };
@@ -244,6 +236,7 @@ static int place_before(const void *left, const void *right) {
     const struct place *a = left, *b = right;
     if (a->since != b->since) return a->since < b->since ? -1 : 1;
     if (a->run != b->run) return a->run < b->run ? -1 : 1;
+    if (a->t != b->t) return a->t < b->t ? -1 : 1;
     return (a->row > b->row) - (a->row < b->row);
 }
 
@@ -274,12 +267,14 @@ static enum pend_status data_order(struct api_fit *fit, const struct measured pa
     if (!place) return PEND_NO_MEMORY;
     for (int r = 0; r < fit->runs; r++) {
         const struct api_fit_run *run = &fit->run[r];
-        if (!run->begins && part[r].rows) fit->begin[r] = part[r].t[0] + shift;
+        double first = INFINITY;
+        for (long i = 0; i < part[r].rows; i++) first = fmin(first, part[r].t[i]);
+        if (!run->begins && part[r].rows) fit->begin[r] = first + shift;
         for (long i = 0; i < part[r].rows; i++)
-            place[at++] = (struct place){part[r].t[i] + shift - fit->begin[r], i, r};
+            place[at++] = (struct place){part[r].t[i] + shift - fit->begin[r], part[r].t[i], i, r};
     }
     assert(at == fit->rows);
-    if (fit->runs > 1) qsort(place, (size_t)fit->rows, sizeof *place, place_before);
+    qsort(place, (size_t)fit->rows, sizeof *place, place_before);
     return PEND_OK;
 }
 
@@ -302,18 +297,20 @@ static enum pend_status data_merge(struct api_fit *fit, const struct measured pa
     size_t rows = (size_t)fit->rows, count = rows * (size_t)fit->columns;
     // the runs are there until their table is
     double *taken = part[0].taken;
-    *taken += (double)(rows * (sizeof(struct place) + sizeof(int)));
+    *taken += (double)(rows * (sizeof(struct place) + sizeof(int) + sizeof(long)));
     if (!data_fits((double)rows, fit->columns, taken, data, reading)) return PEND_INVALID;
     fit->t = malloc((rows + 1) * sizeof(double)), fit->of = malloc((rows + 1) * sizeof(int));
+    fit->row = malloc((rows + 1) * sizeof(long));
     fit->data = malloc((count + 1) * sizeof(double));
     fit->each = malloc((count + 1) * sizeof(double));
-    if (!fit->t || !fit->of || !fit->data || !fit->each) return PEND_NO_MEMORY;
+    if (!fit->t || !fit->of || !fit->row || !fit->data || !fit->each) return PEND_NO_MEMORY;
     for (size_t i = 0; i < count; i++) fit->data[i] = NAN, fit->each[i] = 1;
     PEND_TRY(data_order(fit, part, shift, &order));
     for (size_t i = 0; i < rows; i++) {
         const struct measured *from = &part[order[i].run];
         const struct api_fit_run *run = &fit->run[order[i].run];
         fit->t[i] = from->t[order[i].row], fit->of[i] = order[i].run;
+        fit->row[i] = order[i].row;
         for (int c = 0; c < run->series; c++) {
             size_t at = (size_t)run->column[c] * rows + i;
             fit->data[at] = from->data[(size_t)c * (size_t)from->rows + (size_t)order[i].row];

@@ -11,12 +11,17 @@
 #include "api/op/fits_terms.h"
 #include "api/op/fits_unknowns.h"
 
-static const char *const fields[] = {"pendulum", "initial", "start", "data",       "camera",
+static const char *const fields[] = {"pendulum", "initial", "start", "data",       "camera", "loss",
                                      "unknowns", "fixed",   "rtol",  "iterations", NULL};
+static const char *const losses[] = {"linear", "soft_l1", "huber", "cauchy", NULL};
+
+/* of normal noise so many standard deviations give 95 % of the efficiency of least squares */
+static const double fit_knees[] = {0, 1.345, 1.345, 2.385};
 
 void api_fit_clear(struct api_fit *fit) {
     free(fit->t);
     free(fit->of);
+    free(fit->row);
     free(fit->data);
     free(fit->each);
     free(fit->length);
@@ -26,6 +31,7 @@ void api_fit_clear(struct api_fit *fit) {
     api_tree_clear(&fit->tree);
     fit->t = fit->data = fit->each = fit->length = NULL;
     fit->of = NULL;
+    fit->row = NULL;
     fit->bare = NULL;
     fit->parent = NULL;
 }
@@ -76,6 +82,7 @@ enum pend_status api_fit_read(struct api_fit *fit, const struct api_reading *rea
     struct api_problem *problem = reading->problem;
     struct api_value rtol = api_value_member(root, "rtol"),
                      most = api_value_member(root, "iterations"),
+                     loss = api_value_member(root, "loss"),
                      camera = api_value_member(root, "camera"),
                      shift = api_value_member(&camera, "shift"),
                      unknowns = api_value_member(root, "unknowns"),
@@ -89,6 +96,7 @@ enum pend_status api_fit_read(struct api_fit *fit, const struct api_reading *rea
     if (status == PEND_OK) PEND_TRY(api_fit_give_terms(&fit->tree, &unknowns));
     (void)api_value_read_number(&rtol, 1e-14, 1e-3, "", &fit->rtol, problem);
     (void)api_field_whole(&most, 1, 10000, &fit->iterations, problem);
+    (void)api_field_word(&loss, losses, &fit->loss, problem);
     // a cart was refused with the pendulum
     if (pend_terms_cart(fit->tree.loads.terms)) return PEND_INVALID;
     status = api_fit_read_data(fit, api_value_number(&shift), reading);
@@ -102,6 +110,19 @@ enum pend_status api_fit_read(struct api_fit *fit, const struct api_reading *rea
     if (!problem->status) fit_check(fit, root, problem);
     if (problem->status) return PEND_INVALID;
     return PEND_OK;
+}
+
+int api_fit_bend(struct api_fit *fit, const struct pend_fit_result *result) {
+    int fresh = 0;
+    for (int c = 0; c < fit->columns - fit->modes && fit->loss; c++) {
+        double spread = pend_fit_known(&fit->column[c]) ? 1 : result ? result->spread[c] : 0;
+        double knee = fit_knees[fit->loss] * spread;
+        fresh |= isfinite(knee) && fabs(knee - fit->knee[c]) > 0.01 * fit->knee[c];
+        if (isfinite(knee)) fit->knee[c] = knee;
+    }
+    for (int j = 0; j < fit->unknowns && fresh && result; j++)
+        fit->unknown[j].start = result->value[j];
+    return fresh;
 }
 
 enum pend_status api_fit_put(struct api_fit *fit, const double value[]) {

@@ -20,6 +20,16 @@ PEND_MUST_CHECK enum pend_status api_fit_read(struct api_fit *fit,
 /** Frees all of it. */
 void api_fit_clear(struct api_fit *fit);
 
+/**
+ * Puts the knees of a loss: to standard deviations that are known, or to those that robust ones of
+ * a fit's residuals say, from whose values a further fit then begins.
+ *
+ * result  of a fit; NULL = there is none yet.
+ *
+ * Returns whether a knee has changed by more than a hundredth. O(series + unknowns).
+ */
+int api_fit_bend(struct api_fit *fit, const struct pend_fit_result *result);
+
 /** Puts the values of the unknowns into the pendulum, its start and its camera. PEND_NO_MEMORY. */
 PEND_MUST_CHECK enum pend_status api_fit_put(struct api_fit *fit, const double value[]);
 

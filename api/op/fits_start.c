@@ -33,6 +33,8 @@ struct pend_fit_problem api_fit_problem(const struct api_fit *fit) {
                                        .column = fit->column,
                                        .unknowns = fit->unknowns,
                                        .unknown = fit->unknown,
+                                       .loss = (enum pend_fit_loss)fit->loss,
+                                       .knee = fit->loss ? fit->knee : NULL,
                                        .rtol = fit->rtol,
                                        .iterations = (int)fit->iterations,
                                        .step_cap = fit->step_cap};

@@ -19,12 +19,19 @@
 #include "api/op/tree_write.h"
 #include "core/fit/fit.h"
 
+/* most fits after the first, each with knees of a loss by the residuals of the one before */
+enum { FITS_SETTLED = 8 };
+
+/* outliers that are listed */
+enum { FITS_OUTLIERS = 50 };
+
 struct fits {
     struct api_fit asked;
     const struct api_format *format;
     struct api_table table; /* without rows: nothing of the answer is in it */
     struct pend_fit *fit;
     int begun; /* a first step was taken */
+    int settled; /* how many fits there were before it, each with knees of a loss */
 };
 
 static void fits_free(void **state) {
@@ -78,24 +85,33 @@ static enum pend_status write_unknowns(const struct fits *fits, const struct pen
     return api_buffer_text(out, "]");
 }
 
+/* the residuals of a row */
+static enum pend_status write_row(const struct api_fit *asked, int run, const double row[],
+                                  struct api_buffer *out) {
+    const struct api_fit_run *own = &asked->run[run];
+    PEND_TRY(api_out_comma(out));
+    PEND_TRY(api_buffer_text(out, "["));
+    for (int s = 0; s < own->series; s++) PEND_TRY(write_item(out, row[own->column[s]]));
+    for (int c = asked->columns - asked->modes; c < asked->columns && asked->runs == 1; c++)
+        PEND_TRY(write_item(out, row[c]));
+    return api_buffer_text(out, "]");
+}
+
 /* the residuals of a run, row by row; those of modes are behind them where there is one run */
 static enum pend_status write_residuals(const struct fits *fits, const struct pend_fit_result *r,
                                         int run, struct api_buffer *out) {
     const struct api_fit *asked = &fits->asked;
     const struct api_fit_run *own = &asked->run[run];
     assert(r->residual && asked->columns >= 1);
-    PEND_TRY(api_out_open(out, "residuals", '['));
-    for (long i = 0; i < asked->rows; i++) {
-        const double *row = r->residual + i * asked->columns;
-        if (asked->of[i] != run) continue;
-        PEND_TRY(api_out_comma(out));
-        PEND_TRY(api_buffer_text(out, "["));
-        for (int s = 0; s < own->series; s++) PEND_TRY(write_item(out, row[own->column[s]]));
-        for (int c = asked->columns - asked->modes; c < asked->columns && asked->runs == 1; c++)
-            PEND_TRY(write_item(out, row[c]));
-        PEND_TRY(api_buffer_text(out, "]"));
-    }
-    return api_buffer_text(out, "]");
+    long *at = malloc((size_t)asked->rows * sizeof *at);
+    if (!at) return PEND_NO_MEMORY;
+    for (long i = 0; i < asked->rows; i++)
+        if (asked->of[i] == run) at[asked->row[i]] = i;
+    enum pend_status status = api_out_open(out, "residuals", '[');
+    for (long i = 0; i < own->rows && status == PEND_OK; i++)
+        status = write_row(asked, run, r->residual + at[i] * asked->columns, out);
+    free(at);
+    return status == PEND_OK ? api_buffer_text(out, "]") : status;
 }
 
 /* those of modes beside several runs */
@@ -173,6 +189,28 @@ static enum pend_status write_runs(const struct fits *fits, const struct pend_fi
     return api_buffer_text(out, "]");
 }
 
+/* measurements that lie far off, by their place in the request */
+static enum pend_status write_outliers(const struct api_fit *asked, const struct pend_fit_result *r,
+                                       struct api_buffer *out) {
+    int count = 0;
+    PEND_TRY(api_out_open(out, "outliers", '['));
+    for (long i = 0; i < asked->rows; i++)
+        for (int s = 0; s < asked->run[asked->of[i]].series; s++) {
+            int c = asked->run[asked->of[i]].column[s];
+            double off = fabs(r->residual[i * asked->columns + c]) / r->spread[c];
+            if (!(off > r->beyond) || count++ >= FITS_OUTLIERS) continue;
+            PEND_TRY(api_out_comma(out));
+            PEND_TRY(api_buffer_text(out, "{"));
+            if (asked->runs > 1) PEND_TRY(api_out_whole(out, "run", asked->of[i] + 1));
+            PEND_TRY(api_out_whole(out, "row", asked->row[i] + 1));
+            PEND_TRY(api_out_number(out, "t", asked->t[i], 0));
+            PEND_TRY(api_out_whole(out, "series", s + 1));
+            PEND_TRY(api_out_number(out, "deviations", off, 0));
+            PEND_TRY(api_buffer_text(out, "}"));
+        }
+    return api_buffer_text(out, "]");
+}
+
 static enum pend_status write_figures(const struct fits *fits, const struct pend_fit_result *r,
                                       struct api_buffer *out) {
     assert(r->blind >= 0 && r->blind <= PEND_FIT_BLIND);
@@ -185,6 +223,7 @@ static enum pend_status write_figures(const struct fits *fits, const struct pend
     PEND_TRY(write_maybe(out, "errors_widened", r->widened));
     PEND_TRY(write_maybe(out, "effective_measurements", r->effective));
     PEND_TRY(api_out_number(out, "explained", r->explained, 0));
+    PEND_TRY(write_outliers(&fits->asked, r, out));
     PEND_TRY(api_out_open(out, "not_told", '['));
     for (int d = 0; d < r->blind; d++)
         PEND_TRY(
@@ -228,6 +267,7 @@ static enum pend_status fits_run(void *state, const struct api_turn *turn, int *
     int over = 0;
     assert(fits->asked.unknowns >= 1 && !*done);
     if (!fits->fit) {
+        if (!fits->settled) (void)api_fit_bend(&fits->asked, NULL);
         struct pend_fit_problem problem = api_fit_problem(&fits->asked);
         PEND_TRY(pend_fit_new(&fits->fit, &problem, error));
     }
@@ -240,6 +280,11 @@ static enum pend_status fits_run(void *state, const struct api_turn *turn, int *
         fits->begun = 1;
     } while (!over && !api_turn_over(turn));
     if (!over) return PEND_OK;
+    struct pend_fit_result r = pend_fit_result(fits->fit);
+    if (fits->settled++ < FITS_SETTLED && api_fit_bend(&fits->asked, &r)) {
+        pend_fit_free(&fits->fit);
+        return PEND_OK;
+    }
     *done = 1;
     return fits->format == &api_format_raw ? PEND_OK : fits_write(fits, turn);
 }

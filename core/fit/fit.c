@@ -96,7 +96,7 @@ static long fit_disorder(const struct pend_fit_problem *problem, long row) {
     if (row && pend_fit_since(problem, row - 1) > since) return row - 1;
     // the last one of the same run came after those before it
     for (long i = row - 1; i >= 0 && pend_fit_since(problem, i) == since; i--)
-        if (pend_fit_run(problem, i) == run) return problem->t[row] > problem->t[i] ? row : i;
+        if (pend_fit_run(problem, i) == run) return problem->t[row] >= problem->t[i] ? row : i;
     return row;
 }
 

@@ -17,7 +17,7 @@ struct pend_fit;
  *
  * fit  out; NULL on failure; released by pend_fit_free.
  *
- * PEND_INVALID    no unknowns, fewer measurements than unknowns, instants that do not increase or
+ * PEND_INVALID    no unknowns, fewer measurements than unknowns, instants that decrease or
  *                 begin before the start of their run, rows out of their order, a start that is
  * beyond its bounds. PEND_NO_MEMORY
  */

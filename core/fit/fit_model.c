@@ -111,6 +111,11 @@ static enum pend_status model_pendulum(struct fit_model *model, const double val
     return pend_tree_new_bare(tree, p->n, model->length, model->mass, p->bare, p->parent, NULL);
 }
 
+/* whether a row is another of the same instant; such rows are next to each other */
+static int model_next(const struct pend_fit_problem *p, long row, long first) {
+    return pend_fit_run(p, row) == pend_fit_run(p, first) && p->t[row] == p->t[first];
+}
+
 /* a run's instants among the first rows in the motion's time, behind that of the start; returns
  * how many */
 static long model_instants(struct fit_model *model, int run, long rows) {
@@ -119,7 +124,9 @@ static long model_instants(struct fit_model *model, int run, long rows) {
     long count = 0;
     assert(rows >= 1 && rows <= p->rows);
     for (long i = 0; i < rows; i++)
-        if (pend_fit_run(p, i) == run) model->row[count++] = i;
+        if (pend_fit_run(p, i) == run && !(count && model_next(p, i, model->row[count - 1])))
+            model->row[count++] = i;
+    model->rows = rows;
     if (!count) return 0;
     model->t[0] = start;
     model->before = start < p->t[model->row[0]] + shift;
@@ -219,28 +226,34 @@ static void model_number(const struct fit_model *model, const struct pend_fit_co
     }
 }
 
-/* a run's rows first .. first + count - 1, which are in `seen` and `slope` from place `from` on */
+/* a row whose instant is at place `from` of `seen` and `slope` */
+static void model_row(const struct fit_model *model, long row, long from, double residual[],
+                      double slope[]) {
+    const struct pend_fit_problem *p = model->problem;
+    for (int c = 0; c < p->columns; c++) {
+        const struct pend_fit_column *column = &p->column[c];
+        size_t at = (size_t)row * (size_t)p->columns + (size_t)c;
+        double *own = slope ? slope + at * (size_t)p->unknowns : NULL;
+        double data = column->data[row], sigma = pend_fit_sigma(column, row), value, by = 1;
+        if (isnan(data)) continue;
+        model_number(model, column, from, slope != NULL, &value, own);
+        value -= data;
+        // a tracker does not count turns
+        if (column->kind == PEND_FIT_PHI) value = remainder(value, 2 * M_PI);
+        residual[at] = value / sigma;
+        if (p->knee && p->knee[c] > 0)
+            residual[at] = fit_loss_bend(p->loss, p->knee[c], value / sigma, &by);
+        for (int j = 0; own && j < p->unknowns; j++) own[j] = own[j] / sigma * by;
+    }
+}
+
+/* a run's instants first .. first + count - 1, which are in `seen` and `slope` from place `from` */
 static void model_rows(const struct fit_model *model, long first, long from, long count,
                        double residual[], double slope[]) {
-    const struct pend_fit_problem *p = model->problem;
-    for (long i = 0; i < count; i++)
-        for (int c = 0; c < p->columns; c++) {
-            const struct pend_fit_column *column = &p->column[c];
-            long row = model->row[first + i];
-            size_t at = (size_t)row * (size_t)p->columns + (size_t)c;
-            double *own = slope ? slope + at * (size_t)p->unknowns : NULL;
-            double data = column->data[row], sigma = pend_fit_sigma(column, row), value;
-            if (isnan(data)) continue;
-            model_number(model, column, from + i, slope != NULL, &value, own);
-            value -= data;
-            // a tracker does not count turns
-            if (column->kind == PEND_FIT_PHI) value = remainder(value, 2 * M_PI);
-            residual[at] = value / sigma;
-            double by = 1;
-            if (p->knee && p->knee[c] > 0)
-                residual[at] = fit_loss_bend(p->loss, p->knee[c], value / sigma, &by);
-            for (int j = 0; own && j < p->unknowns; j++) own[j] = own[j] / sigma * by;
-        }
+    for (long i = first; i < first + count; i++)
+        for (long row = model->row[i];
+             row < model->rows && model_next(model->problem, row, model->row[i]); row++)
+            model_row(model, row, from + i - first, residual, slope);
 }
 
 /* the motion with derivatives, block by block */

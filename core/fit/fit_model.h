@@ -13,9 +13,10 @@ struct fit_model {
     int parameters;                   /* unknowns that are the pendulum's or of the run's start */
     struct pend_parameter *parameter; /* of these */
     int *place;                       /* of every unknown its number among these; -1 = it is none */
-    long *row;                        /* of the run's instants, those of the problem */
+    long *row;                        /* of the run's instants, the first row of each */
     double *length, *mass, *value, *phi, *rate;
     double *t;                  /* the start and the run's rows, or these, in the motion's time */
+    long rows;                  /* that are looked at */
     int before;                 /* 1 if the start is before the first row */
     int shifts;                 /* the time's shift is unknown */
     int modes;                  /* modes are measured */

@@ -11,7 +11,7 @@
 #include "core/fit/fit_start.h"
 
 /* rows of a piece at least, pieces at most, rounds of tighter joints and iterations in one */
-enum { PIECE_ROWS = 4, PIECES = 24, ROUNDS = 4, ROUND_MOST = 15 };
+enum { PIECE_ROWS = 4, PIECES = 24, ROUNDS = 4, ROUND_MOST = 15, PIECES_NUMBERS = 16384 };
 
 /* Joints may gape by so many standard deviations of a measurement at first, and by a tenth of that
  * in every round after it. */
@@ -54,10 +54,12 @@ struct fit_pieces {
 
 /* ---- how the motion is cut */
 
-/* the first rows, which are cut: of as many pieces as there may be */
+/* the first rows, which are cut: of as many pieces as there may be, and as memory allows */
 static long pieces_rows(const struct pend_fit_problem *p, double swing) {
     long rows = 1;
-    while (rows < p->rows && p->t[rows] - p->t[0] < piece_swings * swing * PIECES) rows++;
+    while (rows < p->rows && rows * p->columns < PIECES_NUMBERS &&
+           p->t[rows] - p->t[0] < piece_swings * swing * PIECES)
+        rows++;
     return rows;
 }
 
@@ -349,12 +351,14 @@ const double *pend_fit_pieces_inner(const struct fit_pieces *pieces) {
 
 double pend_fit_pieces_bytes(const struct pend_fit_problem *problem, double swing) {
     if (!pend_fit_pieces_apt(problem, swing)) return 0;
+    struct pend_fit_problem cut = *problem;
     double count = pieces_count(problem, swing), n = problem->n;
+    cut.rows = pieces_rows(problem, swing);
     double q = problem->unknowns + 2 * n, columns = problem->columns + 2 * n;
-    double own = ((double)problem->rows + count) * columns * (q + 2) * 8;
+    double own = ((double)cut.rows + count) * columns * (q + 2) * 8;
     double wide = problem->unknowns + (count - 1) * 2 * n;
-    double numbers = (double)problem->rows * problem->columns + count * 2 * n;
+    double numbers = (double)cut.rows * problem->columns + count * 2 * n;
     struct fit_model sketch;
-    double model = (double)pend_fit_model_lay(&sketch, problem, NULL) * (1 + 2 * n / q);
+    double model = (double)pend_fit_model_lay(&sketch, &cut, NULL) * (1 + 2 * n / q);
     return own + count * model + 8 * (4 * numbers * wide + 8 * numbers + 8 * wide * wide);
 }

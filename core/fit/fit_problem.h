@@ -66,9 +66,10 @@ struct pend_fit_problem {
     const double *phi, *rate; /* their starts, runs x n, stored order */
     const double *start; /* s, when each is there: not after its first row, shifted; NULL = 0 */
     double camera[PEND_FIT_CAMERA];
-    long rows;       /* in the order of their time since the start of their run */
-    const double *t; /* s, strictly increasing within a run */
-    const int *run;  /* of each row; NULL = there is one */
+    long rows; /* in the order of their time since the start of their run */
+    const double
+        *t; /* s, not decreasing within a run: those of one instant are next to each other */
+    const int *run; /* of each row; NULL = there is one */
     int columns;
     const struct pend_fit_column *column;
     int unknowns;

@@ -106,8 +106,8 @@ static int compute_room(struct srv_work *work) {
     else
         snprintf(detail, sizeof detail,
                  "this takes about %zu bytes of memory, more than the limit max-client-held-bytes "
-                 "of %.0f: ask for fewer "
-                 "numbers at a time, or for a representation that flows",
+                 "of %.0f: ask for fewer rows or numbers at a time, or, for samples, a "
+                 "representation that flows",
                  bytes, share);
     compute_stop(work, room == SRV_ROOM_NONE ? 503 : room == SRV_ROOM_CLIENT ? 429 : 422, detail);
     return 0;

@@ -334,14 +334,14 @@ TEST(rows_that_are_equally_late_are_compared_with_those_before_them_alone) {
     study_new(&s, 1, 10, 1, 1, &seed);
     study_add(&s, PEND_PARAMETER_LENGTH, 0, 0.4, 0.45, 0);
     for (int i = 0; i < MANY; i++) run[i] = i % 2, t[i] = 1e-14 * (i / 2);
-    // as late as the row of its run that is two before it
-    t[MANY - 1] = t[MANY - 3];
+    // before the row of its run that is two before it
+    t[MANY - 1] = t[MANY - 3] - 1e-14;
     s.column[0] = (struct pend_fit_column){.kind = PEND_FIT_PHI, .data = t + MANY, .sigma = 1};
     s.problem.columns = 1, s.problem.rows = MANY, s.problem.t = t, s.problem.run = run;
     s.problem.runs = 2, s.problem.start = start;
     CHECK(pend_fit_new(&fit, &s.problem, &error) == PEND_INVALID);
     CHECK_SAYING(
-        strstr(error.text, "row 1000000, 4.99998e-09 s, must come after the row before it"), "%s",
+        strstr(error.text, "row 1000000, 4.99997e-09 s, must come after the row before it"), "%s",
         error.text);
     pend_fit_free(&fit);
     study_free(&s);
@@ -588,7 +588,7 @@ TEST(fits_refuse_what_cannot_be_fitted) {
     CHECK(strstr(error.text, "too few"));
     s.problem.rows = 20;
     double t = s.t[7];
-    s.t[7] = s.t[6];
+    s.t[7] = s.t[6] - 1e-9;
     CHECK(pend_fit_new(&fit, &s.problem, &error) == PEND_INVALID);
     CHECK(strstr(error.text, "row 8"));
     s.t[7] = t;

@@ -23,6 +23,7 @@ static double gauss(unsigned long long *seed) {
 /* one arm, 8 s from 1.2 rad, its length and start to be found */
 struct study {
     double length, mass, phi, rate, t[ROWS], angle[ROWS], data[ROWS], knee;
+    double often; /* part of the measurements that is ten times as far off */
     int parent, order;
     struct pend_fit_column column;
     struct pend_fit_unknown unknown[UNKNOWNS];
@@ -76,7 +77,8 @@ static void study_new(struct study *s, double sigma) {
 static void study_noise(struct study *s, double size, double alike, unsigned long long *seed) {
     double noise = gauss(seed);
     for (int i = 0; i < ROWS; i++) {
-        s->data[i] = s->angle[i] + size * noise;
+        double far = s->often > 0 && test_random(seed) < s->often ? 10 : 1;
+        s->data[i] = s->angle[i] + far * size * noise;
         noise = alike * noise + sqrt(1 - alike * alike) * gauss(seed);
     }
 }
@@ -92,7 +94,7 @@ static struct pend_fit *fit_of(const struct study *s) {
 /* of many draws: how many values are within one and two standard errors, by the error that is
  * told and by what it was before it was widened; how many models were rejected */
 struct tally {
-    double one, two, before, rejected, widened;
+    double one, two, before, rejected, widened, error;
 };
 
 static struct tally drawn(struct study *s, double size, double alike, unsigned long long seed) {
@@ -107,11 +109,31 @@ static struct tally drawn(struct study *s, double size, double alike, unsigned l
             tally.two += (off < 2) / (double)(DRAWS * UNKNOWNS);
             tally.before += (off * r.widened < 2) / (double)(DRAWS * UNKNOWNS);
         }
-        CHECK_INT(r.end, PEND_FIT_CONVERGED);
+        CHECK(r.end <= PEND_FIT_STRANGE);
+        tally.error += r.error[0] / DRAWS;
         tally.rejected += r.model == PEND_FIT_REJECTED, tally.widened += r.widened / DRAWS;
         pend_fit_free(&fit);
     }
     return tally;
+}
+
+/* one measurement in twenty is off by ten times as much */
+TEST(standard_errors_of_robust_losses_hold_beside_outliers) {
+    static const enum pend_fit_loss losses[] = {PEND_FIT_SOFT_L1, PEND_FIT_HUBER, PEND_FIT_CAUCHY};
+    for (size_t i = 0; i < sizeof losses / sizeof *losses; i++) {
+        struct study s;
+        struct tally tally, plain;
+        study_new(&s, 0.01);
+        s.often = 0.05, s.knee = losses[i] == PEND_FIT_CAUCHY ? 2.385 : 1.345;
+        plain = drawn(&s, 0.01, 0, 19);
+        s.problem.loss = losses[i], s.problem.knee = &s.knee;
+        tally = drawn(&s, 0.01, 0, 19);
+        printf("  loss %d: %.3f within one, %.3f within two standard errors, %.2f as large\n",
+               (int)losses[i], tally.one, tally.two, tally.error / plain.error);
+        CHECK(tally.one > 0.64 && tally.one < 0.73);
+        CHECK(tally.two > 0.93 && tally.two < 0.98);
+        CHECK(tally.error < 0.6 * plain.error);
+    }
 }
 
 /* Durbin and Watson's sum, and chi-squared's tail by the series that it is for an even number of
