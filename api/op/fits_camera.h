@@ -45,6 +45,7 @@ struct api_fit {
     int columns, modes, unknowns; /* columns: those of modes too */
     int freed; /* of the unknowns, the last ones, of starts that were taken from the data */
     struct pend_fit_column column[API_FIT_SERIES + API_FIT_MODES]; /* the modes come last */
+    double zero[API_FIT_SERIES + API_FIT_MODES]; /* rad, the phi of what was given as 0 */
     struct pend_fit_unknown unknown[API_FIT_UNKNOWNS];
     char label[API_FIT_UNKNOWNS][API_FIT_LABEL]; /* "length of arm 2" */
     double shift[API_FIT_UNKNOWNS]; /* what is added to a value that is told: pi / 2 of a theta */

@@ -24,6 +24,7 @@ struct measured {
     double *t, *data, *each;
     double *taken; /* bytes of all runs together */
     struct pend_fit_column column[API_FIT_SERIES];
+    double zero[API_FIT_SERIES]; /* rad, of an angle that was given as 0 */
 };
 
 /* what is empty of each run; they count their bytes together */
@@ -155,6 +156,7 @@ static void read_series(struct measured *run, const struct api_tree *tree,
     if (api_field_word(&unit, angle_units, &degrees, problem) > 0 && column->kind != PEND_FIT_PHI)
         api_value_fault(&unit, problem, API_CODE_NOT_APPLICABLE "is for angles: leave it out");
     double scale = degrees ? pi / 180 : 1;
+    run->zero[item->index] = theta ? -pi / 2 : 0;
     read_sigma(run, item->index, &sigma, scale, problem);
     read_values(run, item->index, &values, scale, theta ? -pi / 2 : 0, problem);
 }
@@ -191,6 +193,7 @@ static enum pend_status read_csv(struct measured *run, const struct api_tree *tr
     for (int c = 0; c < table.columns; c++) {
         run->column[c].kind = table.kind[c], run->column[c].arm = table.arm[c];
         run->column[c].sigma = error * table.scale[c];
+        run->zero[c] = table.theta[c] ? -pi / 2 : 0;
     }
     api_csv_rows(&table, &csv, run->t, run->data, reading->problem);
     return PEND_OK;
@@ -278,21 +281,30 @@ static enum pend_status data_order(struct api_fit *fit, const struct measured pa
     return PEND_OK;
 }
 
+/* the columns of all series; 0 where they are too many */
+static int data_columns(struct api_fit *fit, const struct measured part[],
+                        const struct api_value *data, const struct api_reading *reading) {
+    for (int r = 0; r < fit->runs; r++) {
+        fit->run[r].rows = part[r].rows, fit->rows += part[r].rows;
+        for (int c = 0; c < part[r].columns; c++) {
+            int at = data_column(fit, &part[r].column[c], r);
+            if (at >= 0) fit->zero[at] = part[r].zero[c];
+            if (at >= 0) continue;
+            api_value_fault(data, reading->problem,
+                            API_CODE_WRONG_COUNT "has more than %d different series",
+                            API_FIT_SERIES);
+            return 0;
+        }
+    }
+    return 1;
+}
+
 /* the measurements of all runs in one table, and `modes` columns behind them */
 static enum pend_status data_merge(struct api_fit *fit, const struct measured part[], int modes,
                                    double shift, const struct api_value *data,
                                    const struct api_reading *reading) {
     struct place *order;
-    for (int r = 0; r < fit->runs; r++) {
-        fit->run[r].rows = part[r].rows, fit->rows += part[r].rows;
-        for (int c = 0; c < part[r].columns; c++) {
-            if (data_column(fit, &part[r].column[c], r) >= 0) continue;
-            api_value_fault(data, reading->problem,
-                            API_CODE_WRONG_COUNT "has more than %d different series",
-                            API_FIT_SERIES);
-            return PEND_INVALID;
-        }
-    }
+    if (!data_columns(fit, part, data, reading)) return PEND_INVALID;
     fit->columns += modes, fit->modes = modes;
     size_t rows = (size_t)fit->rows, count = rows * (size_t)fit->columns;
     // the runs are there until their table is

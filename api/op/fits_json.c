@@ -11,6 +11,8 @@
 #include "api/op/fits_terms.h"
 #include "api/op/fits_unknowns.h"
 
+static const double pi = 3.14159265358979323846;
+
 static const char *const fields[] = {"pendulum", "initial", "start", "data",       "camera", "loss",
                                      "unknowns", "fixed",   "rtol",  "iterations", NULL};
 static const char *const losses[] = {"linear", "soft_l1", "huber", "cauchy", NULL};
@@ -54,12 +56,31 @@ static enum pend_status fit_arms(struct api_fit *fit) {
     return PEND_OK;
 }
 
+/* rows of which so many swings apart are of another unit of time */
+enum { MANY_ROWS = 10, FEW_SWINGS = 10 };
+
+/* instants between which swings are seen */
+static void fit_apart(const struct api_fit *fit, const struct api_value *data,
+                      struct api_problem *problem) {
+    double apart = fit->rows > 1 ? fit->t[fit->rows - 1] - fit->t[0] : 0, swing = 0;
+    for (int k = 0; k < fit->tree.n; k++) swing += fit->length[k] / fit->tree.n;
+    apart /= (double)(fit->rows > 1 ? fit->rows - 1 : 1);
+    swing = 2 * pi * sqrt(swing / fabs(fit->tree.loads.gravity));
+    if (fit->rows >= MANY_ROWS && apart > FEW_SWINGS * swing)
+        api_value_fault(data, problem,
+                        API_CODE_OUT_OF_RANGE
+                        "has instants that lie %.4g s apart, %.3g swings of this pendulum: are "
+                        "they in ms? They must be in s",
+                        apart, apart / swing);
+}
+
 /* as many measurements as unknowns, from the start on */
 static void fit_check(const struct api_fit *fit, const struct api_value *root,
                       struct api_problem *problem) {
     struct api_value data = api_value_member(root, "data"), start = api_value_member(root, "start");
     long count = 0;
     for (long i = 0; i < fit->rows * fit->columns; i++) count += !isnan(fit->data[i]);
+    if (fit->runs == 1) fit_apart(fit, &data, problem);
     if (count < fit->unknowns)
         api_value_fault(&data, problem,
                         API_CODE_WRONG_COUNT

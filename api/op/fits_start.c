@@ -128,6 +128,16 @@ static void start_free(struct api_fit *fit, const unsigned char seen[]) {
         }
 }
 
+enum pend_status api_fit_guess(struct api_fit *fit) {
+    assert(fit->start && fit->rows >= 1);
+    unsigned char *seen = calloc((size_t)fit->start->count, (size_t)fit->start->n);
+    if (!seen) return PEND_NO_MEMORY;
+    start_guess(fit, seen);
+    start_unknowns(fit);
+    free(seen);
+    return PEND_OK;
+}
+
 enum pend_status api_fit_settle(struct api_fit *fit, const struct api_value *fixed,
                                 struct api_problem *problem) {
     assert(fit->start && fit->tree.tree && fit->rows >= 1);

@@ -21,6 +21,10 @@ struct pend_fit_problem api_fit_problem(const struct api_fit *fit);
 PEND_MUST_CHECK enum pend_status api_fit_settle(struct api_fit *fit, const struct api_value *fixed,
                                                 struct api_problem *problem);
 
+/** Takes camera and starts from the data again where they were, once those have changed, and
+ * unknowns whose start is NaN. PEND_NO_MEMORY  O(arms runs rows columns). */
+PEND_MUST_CHECK enum pend_status api_fit_guess(struct api_fit *fit);
+
 /** Writes `freed`, the unknowns that no one named, and `fixed`, the numbers that stayed as they
  * were. O(arms (runs + terms) unknowns). */
 PEND_MUST_CHECK enum pend_status api_fit_write_fixed(const struct api_fit *fit,

@@ -164,21 +164,25 @@ static int end_rejected(const struct pend_fit_result *r, char text[], size_t byt
         at += snprintf(text + at, bytes - (size_t)at,
                        "%s neighbouring residuals are alike (Durbin-Watson %.2g, of noise 2)",
                        tests++ ? "," : ":", r->watson);
-    if (tests == 1 && r->p_value < words_level)
+    if (tests == 1 && r->p_value < words_level && !r->outliers)
         at +=
             snprintf(text + at, bytes - (size_t)at,
                      " beside independent residuals: is sigma %.3g times as large?", sqrt(spread));
+    const char *end = text[at - 1] == '?' ? "" : ".";
     if (isinf(r->widened))
-        return at + snprintf(text + at, bytes - (size_t)at, ". No standard error holds.");
+        return at + snprintf(text + at, bytes - (size_t)at, "%s No standard error holds.", end);
     return at + snprintf(text + at, bytes - (size_t)at,
-                         ". Standard errors are widened, up to %.3g times.", r->widened);
+                         "%s Standard errors are widened, up to %.3g times.", end, r->widened);
 }
 
 /* a minimum */
 static void end_minimum(const struct api_fit *fit, const struct pend_fit_result *r, char text[]) {
     int modes = fit->columns == fit->modes, strange = r->model == PEND_FIT_REJECTED;
-    const char *begin =
-        r->model == PEND_FIT_ACCEPTED ? "a minimum, whose motion follows the data" : "a minimum";
+    const char *begin = r->model == PEND_FIT_ACCEPTED ? "a minimum, whose motion follows the data"
+                        : r->freedom < 1              ? "a minimum"
+                        : r->explained > 0.9
+                            ? "a minimum, of too few measurements to test the model by"
+                            : "a minimum, of data that are noise as large as the motion";
     if (modes)
         begin = strange ? "no such pendulum near the start given has these frequencies: this is "
                           "the one that comes next to them"

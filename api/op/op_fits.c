@@ -13,6 +13,7 @@
 #include "api/base/engine.h"
 #include "api/encode/encode_raw.h"
 #include "api/json/json_out.h"
+#include "api/op/fits_hints.h"
 #include "api/op/fits_json.h"
 #include "api/op/fits_start.h"
 #include "api/op/fits_words.h"
@@ -22,6 +23,9 @@
 /* most fits after the first, each with knees of a loss by the residuals of the one before */
 enum { FITS_SETTLED = 8 };
 
+/* what hints may take beyond as many motions as the fit had: motions, and s by their estimate */
+enum { HINT_MOTIONS = 1500, HINT_SECONDS = 5 };
+
 /* outliers that are listed */
 enum { FITS_OUTLIERS = 50 };
 
@@ -30,13 +34,16 @@ struct fits {
     const struct api_format *format;
     struct api_table table; /* without rows: nothing of the answer is in it */
     struct pend_fit *fit;
-    int begun; /* a first step was taken */
+    int begun;                     /* a first step was taken */
+    struct pend_fit_result result; /* its own, once the hints are there */
+    struct api_hints *hints;
     int settled; /* how many fits there were before it, each with knees of a loss */
 };
 
 static void fits_free(void **state) {
     struct fits *fits = *state;
     if (!fits) return;
+    api_hints_free(&fits->hints);
     pend_fit_free(&fits->fit);
     api_fit_clear(&fits->asked);
     free(fits);
@@ -223,6 +230,7 @@ static enum pend_status write_figures(const struct fits *fits, const struct pend
     PEND_TRY(write_maybe(out, "errors_widened", r->widened));
     PEND_TRY(write_maybe(out, "effective_measurements", r->effective));
     PEND_TRY(api_out_number(out, "explained", r->explained, 0));
+    PEND_TRY(api_hints_write(fits->hints, out));
     PEND_TRY(write_outliers(&fits->asked, r, out));
     PEND_TRY(api_out_open(out, "not_told", '['));
     for (int d = 0; d < r->blind; d++)
@@ -261,46 +269,6 @@ static enum pend_status fits_write(struct fits *fits, const struct api_turn *tur
 
 /* ---- running */
 
-static enum pend_status fits_run(void *state, const struct api_turn *turn, int *done,
-                                 struct pend_error *error) {
-    struct fits *fits = state;
-    int over = 0;
-    assert(fits->asked.unknowns >= 1 && !*done);
-    if (!fits->fit) {
-        if (!fits->settled) (void)api_fit_bend(&fits->asked, NULL);
-        struct pend_fit_problem problem = api_fit_problem(&fits->asked);
-        PEND_TRY(pend_fit_new(&fits->fit, &problem, error));
-    }
-    do {
-        enum pend_status status = pend_fit_step(fits->fit, &over, error);
-        if (status != PEND_OK && status != PEND_NO_MEMORY && !fits->begun && turn->problem && error)
-            api_problem_fault(turn->problem, fits->asked.runs > 1 ? "/data/runs" : "/initial",
-                              API_CODE_OUT_OF_RANGE "%s", error->text);
-        if (status != PEND_OK) return status;
-        fits->begun = 1;
-    } while (!over && !api_turn_over(turn));
-    if (!over) return PEND_OK;
-    struct pend_fit_result r = pend_fit_result(fits->fit);
-    if (fits->settled++ < FITS_SETTLED && api_fit_bend(&fits->asked, &r)) {
-        pend_fit_free(&fits->fit);
-        return PEND_OK;
-    }
-    *done = 1;
-    return fits->format == &api_format_raw ? PEND_OK : fits_write(fits, turn);
-}
-
-static void fits_json(void *state) { ((struct fits *)state)->format = &api_format_json; }
-
-static const struct api_table *fits_table(const void *state) {
-    return &((const struct fits *)state)->table;
-}
-
-static void fits_progress(const void *state, double *steps, double *work) {
-    const struct fits *fits = state;
-    *steps = -1;
-    *work = fits->fit ? pend_fit_progress(fits->fit) : 0;
-}
-
 /* some fifty motions with derivatives, at 10 microseconds an arm, step and eight unknowns, of an
  * ideal pendulum 2 microseconds and eight unknowns, and 20 steps an arm for every swing; where
  * modes are counted, all of them twice an unknown, at 80 nanoseconds an arm cubed, of an ideal one
@@ -326,14 +294,76 @@ static double fits_cost(const void *state) {
            (20 * n * swings * n * passes * arm + numbers * (1e-6 * passes + 2e-8 * q * q) + modes);
 }
 
+/* what may be wrong, of a fit that is over */
+static enum pend_status fits_hint(struct fits *fits, const struct pend_fit_result *result,
+                                  const struct api_turn *turn, int *over) {
+    double motions = fmin(HINT_MOTIONS, 50 * HINT_SECONDS / fits_cost(fits));
+    fits->result = *result;
+    if (!fits->hints)
+        PEND_TRY(api_hints_new(&fits->hints, &fits->asked, &fits->result, (long)motions));
+    do PEND_TRY(api_hints_step(fits->hints, over));
+    while (!*over && !api_turn_over(turn));
+    return PEND_OK;
+}
+
+/* iterations of a turn; what is wrong with the first motion is a fault of where it starts */
+static enum pend_status fits_step(struct fits *fits, const struct api_turn *turn, int *over,
+                                  struct pend_error *error) {
+    do {
+        enum pend_status status = pend_fit_step(fits->fit, over, error);
+        if (status != PEND_OK && status != PEND_NO_MEMORY && !fits->begun && turn->problem && error)
+            api_problem_fault(turn->problem, fits->asked.runs > 1 ? "/data/runs" : "/initial",
+                              API_CODE_OUT_OF_RANGE "%s", error->text);
+        if (status != PEND_OK) return status;
+        fits->begun = 1;
+    } while (!*over && !api_turn_over(turn));
+    return PEND_OK;
+}
+
+static enum pend_status fits_run(void *state, const struct api_turn *turn, int *done,
+                                 struct pend_error *error) {
+    struct fits *fits = state;
+    int over = 0;
+    assert(fits->asked.unknowns >= 1 && !*done);
+    if (!fits->fit) {
+        if (!fits->settled) (void)api_fit_bend(&fits->asked, NULL);
+        struct pend_fit_problem problem = api_fit_problem(&fits->asked);
+        PEND_TRY(pend_fit_new(&fits->fit, &problem, error));
+    }
+    PEND_TRY(fits_step(fits, turn, &over, error));
+    if (!over) return PEND_OK;
+    struct pend_fit_result r = pend_fit_result(fits->fit);
+    if (!fits->hints && fits->settled++ < FITS_SETTLED && api_fit_bend(&fits->asked, &r)) {
+        pend_fit_free(&fits->fit);
+        return PEND_OK;
+    }
+    PEND_TRY(fits_hint(fits, &r, turn, &over));
+    if (!over) return PEND_OK;
+    *done = 1;
+    return fits->format == &api_format_raw ? PEND_OK : fits_write(fits, turn);
+}
+
+static void fits_json(void *state) { ((struct fits *)state)->format = &api_format_json; }
+
+static const struct api_table *fits_table(const void *state) {
+    return &((const struct fits *)state)->table;
+}
+
+static void fits_progress(const void *state, double *steps, double *work) {
+    const struct fits *fits = state;
+    *steps = -1;
+    *work = fits->fit ? pend_fit_progress(fits->fit) : 0;
+}
+
 static double fits_bytes(const void *state) {
     const struct api_fit *asked = &((const struct fits *)state)->asked;
     struct pend_fit_problem problem = api_fit_problem(asked);
     double numbers = (double)asked->rows * (asked->columns + 1);
-    return API_OP_SMALL_BYTES + pend_fit_bytes(&problem) +
+    double again = numbers <= API_HINT_NUMBERS ? pend_fit_bytes(&problem) + numbers * 8 : 0;
+    return API_OP_SMALL_BYTES + pend_fit_bytes(&problem) + again +
            numbers * (3 * 8 + 2 * API_OUT_NUMBER_BYTES) + 1024.0 * asked->tree.n +
-           api_terms_write_bytes(&asked->tree.loads) + api_tree_bytes(&asked->tree) +
-           api_states_bytes(asked->start);
+           (double)sizeof(struct api_fit) + api_terms_write_bytes(&asked->tree.loads) +
+           api_tree_bytes(&asked->tree) + api_states_bytes(asked->start);
 }
 
 const struct api_op api_op_fits = {.name = "fits",

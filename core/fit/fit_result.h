@@ -49,6 +49,7 @@ struct pend_fit_result {
     double effective; /* so many independent measurements would tell as much */
     const double *spread; /* of each column, robust standard deviation of its residuals */
     double beyond;        /* a residual of more spreads is an outlier; may be infinite */
+    long outliers;        /* how many there are */
     /* Directions that the data do not tell: relative changes of all unknowns together, the largest
      * of which is 1; [direction * unknowns + unknown]. */
     int blind;

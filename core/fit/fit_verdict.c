@@ -20,8 +20,9 @@ static const double verdict_fine = 1e-6;
  */
 static const double verdict_left = 0.25;
 
-/* neighbours of which at least so many tell a run; one of so many measurements may be an outlier */
-enum { VERDICT_PAIRS = 16, VERDICT_MANY = 10 };
+/* neighbours of which at least so many tell a run; one of so many measurements may be an outlier;
+ * so many degrees of freedom tell something */
+enum { VERDICT_PAIRS = 16, VERDICT_MANY = 10, VERDICT_FEW = 3 };
 
 /* whether more than frequencies is measured */
 static int verdict_moves(const struct pend_fit *fit) {
@@ -66,7 +67,8 @@ static enum pend_status verdict_spread(struct pend_fit *fit) {
     for (long i = 0; i < p->rows; i++)
         for (int c = 0; c < p->columns; c++)
             off += fabs(fit->residual[i * p->columns + c]) > fit->result.beyond * fit->spread[c];
-    if (off * VERDICT_MANY > count) fit->result.beyond = INFINITY;
+    if (off * VERDICT_MANY > count) fit->result.beyond = INFINITY, off = 0;
+    fit->result.outliers = off;
     return PEND_OK;
 }
 
@@ -285,7 +287,7 @@ static enum pend_fit_model verdict_model(const struct pend_fit *fit, int minimum
     // data that are noise of the size that was said
     if (poor) return p >= verdict_level ? PEND_FIT_UNDECIDED : PEND_FIT_REJECTED;
     int tested = p >= verdict_level || isfinite(result->alike) ||
-                 (part > verdict_clear && verdict_moves(fit));
+                 (part > verdict_clear && verdict_moves(fit) && result->freedom >= VERDICT_FEW);
     return tested ? PEND_FIT_ACCEPTED : PEND_FIT_UNDECIDED;
 }
 

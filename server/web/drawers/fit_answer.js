@@ -88,8 +88,9 @@ function messageOf(text, fitted) {
   const lines = [];
   const off = model === "accepted" ? "" : farthest(text, fitted);
   if (off) lines.push(h("p", { "data-fit": "farthest" }, off));
-  if (message === PLAIN) return lines;
-  const words = h("span", { lang: "en" }, message);
+  const said = [...(message === PLAIN ? [] : [message]), ...fitted.answer.hints];
+  if (!said.length) return lines;
+  const words = h("span", { lang: "en" }, said.join(" \u2013 "));
   lines.push(h("p", { class: "quiet", "data-fit": "message" }, text("fits.words"), " ", words));
   return lines;
 }
