@@ -123,18 +123,6 @@ static void seat_give(struct class_seat *seat) {
     free(seat);
 }
 
-/* Frees the rooms that nobody listens to. */
-static void rooms_clear(struct class_topic *look) {
-    struct srv_list *next;
-    for (struct srv_list *link = look->rooms.next; link && link != &look->rooms; link = next) {
-        struct class_room *room = SRV_CONTAINER_OF(link, struct class_room, link);
-        next = link->next;
-        if (!srv_list_empty(&room->seats)) continue;
-        srv_list_remove(link);
-        free(room);
-    }
-}
-
 /* --- one stream --- */
 
 static int class_news(const struct srv_listener *listener) {
@@ -273,12 +261,18 @@ static void look_work(struct srv_topic *topic) {
 
 /* --- the numbers of rooms --- */
 
+/* Lists the rooms, and frees those that nobody listens to any more. */
 static void marks_gather(struct class_topic *look) {
-    rooms_clear(look);
-    SRV_LIST_EACH (link, &look->rooms) {
+    struct srv_list *next;
+    for (struct srv_list *link = look->rooms.next; link && link != &look->rooms; link = next) {
         struct class_room *room = SRV_CONTAINER_OF(link, struct class_room, link);
+        next = link->next;
         room->next = look->marks;
         look->marks = room;
+        if (!srv_list_empty(&room->seats)) continue;
+        look->marks = room->next;
+        srv_list_remove(link);
+        free(room);
     }
 }
 
@@ -428,7 +422,7 @@ static enum srv_more look_tell(struct srv_topic *topic, struct srv_list *listene
 
 static void look_free(struct srv_topic *topic) {
     struct class_topic *gone = SRV_CONTAINER_OF(topic, struct class_topic, topic);
-    rooms_clear(gone);
+    marks_gather(gone);
     assert(srv_list_empty(&gone->rooms));
     free(gone);
 }
