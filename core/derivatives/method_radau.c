@@ -57,7 +57,7 @@ static enum pend_status radau_step(void *stepper, double limit, double *reached,
     for (int tried = 0;; tried++) {
         double left = limit - kept->time, h = copysign(fmin(kept->size, fabs(left)), left), longer;
         h = (kept->time + h) - kept->time; // the length that instants as doubles have
-        if (h == 0)
+        if (!(fabs(h) > 0))
             return pend_fail(error, PEND_STEP_TOO_SMALL, -1, kept->time,
                              "the tolerances cannot be met with a step above %.3g s", kept->size);
         double ratio = pend_radau_try(r, h, &longer);
