@@ -183,3 +183,20 @@ TEST(lyapunov_of_stiff_springs_takes_no_shorter_pieces) {
                  test_reply_number(&reply, "/stats/steps"));
     test_reply_free(&reply);
 }
+
+TEST(lyapunov_warns_of_a_start_at_an_unstable_equilibrium) {
+    static const char *const start[] = {"180", "0"};
+    for (int i = 0; i < 2; i++) {
+        char body[300];
+        snprintf(body, sizeof body,
+                 "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"initial\":{"
+                 "\"theta\":[%s],\"unit\":\"deg\"},\"duration\":20}",
+                 start[i]);
+        struct test_reply reply = test_post(API_OP_LYAPUNOV, body);
+        CHECK_INT(reply.status, 200);
+        double horizon = test_reply_number(&reply, "/stats/horizon");
+        CHECK(i ? horizon == 20 : horizon > 5 && horizon < 10);
+        CHECK((strstr(reply.out.data, "an equilibrium that is not stable") == NULL) == i);
+        test_reply_free(&reply);
+    }
+}
