@@ -206,6 +206,7 @@ static int hint_held(struct api_hints *h, int which) {
 static void hints_reset(struct api_hints *h) {
     const struct api_fit *fit = h->fit;
     struct api_states *start = h->tried.start;
+    assert(start && start->n == fit->start->n);
     size_t states = (size_t)(fit->start->count * fit->start->n);
     h->tried = *fit, h->tried.start = start, h->tried.iterations = HINT_ITERATIONS;
     memcpy(h->data, fit->data, (size_t)(fit->rows * fit->columns) * sizeof *h->data);
@@ -217,6 +218,7 @@ static void hints_reset(struct api_hints *h) {
 /* the next that is to be tried; 0 = it is not, -1 = there is none */
 static int hints_put(struct api_hints *h) {
     int which = h->next++, some;
+    assert(which >= 0);
     hints_reset(h);
     if (which == HINT_UNIT)
         some = hint_unit(h);
@@ -250,6 +252,7 @@ static double hints_parabola(struct api_hints *h, double *left) {
 /* takes the sentence of a try that is the best so far */
 static void hints_take(struct api_hints *h) {
     struct pend_fit_result r = pend_fit_result(h->search);
+    assert(h->next > 0);
     int which = h->next - 1, sided = which >= HINT_ZERO && which < HINT_EXCHANGE;
     char what[sizeof h->what + 40];
     double left = 1 - r.explained;
@@ -277,6 +280,7 @@ static void hints_take(struct api_hints *h) {
 enum pend_status api_hints_step(struct api_hints *h, int *done) {
     struct pend_error error;
     int over = 0;
+    assert(h->fit && h->data && h->most >= 0);
     *done = 0;
     if (!h->search) {
         int some = h->next < 0 || h->motions > h->most ? -1 : hints_put(h);

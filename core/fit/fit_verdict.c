@@ -211,6 +211,7 @@ static double verdict_noise(struct pend_fit *fit, double *last, double meat[], d
 /* the covariance where residuals are alike, no unknown's less than it was */
 static enum pend_status verdict_alike(struct pend_fit *fit, double variance) {
     size_t q = (size_t)fit->problem.unknowns;
+    assert(q >= 1 && variance >= 0);
     double *room = calloc(3 * q * q + 3 * q, sizeof *room);
     if (!room) return PEND_NO_MEMORY;
     double *noise = room + 2 * q * q, *wider = noise + q * q, *last = wider + q;
@@ -293,12 +294,15 @@ static enum pend_fit_model verdict_model(const struct pend_fit *fit, int minimum
 
 enum pend_status pend_fit_verdict(struct pend_fit *fit, double *variance, int minimum) {
     struct pend_fit_result *result = &fit->result;
+    assert(fit->residual && *variance >= 0);
     if (fit->problem.loss) {
         fit->variance = *variance = verdict_straight(fit);
         PEND_TRY(pend_fit_state_free(fit));
     }
     PEND_TRY(verdict_spread(fit));
     verdict_test(fit);
+    // a motion that is missed for a while has no outliers
+    if (result->alike < verdict_level) result->beyond = INFINITY, result->outliers = 0;
     result->model = verdict_model(fit, minimum);
     return verdict_widen(fit, *variance);
 }
