@@ -1,5 +1,6 @@
 #include "api/op/trajectory_told.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 
@@ -80,6 +81,7 @@ void api_trajectory_tell(struct api_trajectory_told *told,
     static const double loose = 1e-16;
     const struct api_method *method = motion->method;
     int linear = method->method->flags & PEND_METHOD_LINEAR;
+    assert(motion->times->count >= 1 && motion->tolerance >= 0 && method->accuracy > 0);
     *told = (struct api_trajectory_told){.horizon = ""};
     if (!linear) tell_energy(told, method->method, run->energy_drift, stats);
     tell_horizon(told, motion, run, stats);

@@ -182,7 +182,9 @@ static void horizon_note(struct pend_horizon *horizon, double time, double ratio
  * by the root of what it leaves out; in a short run that is far from reaching the accuracy. */
 static double horizon_least(const struct pend_horizon *horizon, double length) {
     double part = HORIZON_REGULAR * fabs(length / horizon->end_time);
-    return fmin(HORIZON_SPREAD, part * part * part);
+    // a method without a series begins with larger errors, and costs more than this anyway
+    double least = horizon->way == HORIZON_SERIES ? 1 : 0.01;
+    return least * fmin(HORIZON_SPREAD, part * part * part);
 }
 
 /* the motion's own part of that */

@@ -1,5 +1,6 @@
 #include "core/integrate/neighbour.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -36,6 +37,7 @@ void pend_neighbour_init(struct pend_neighbour *neighbour, const struct pend_pro
                          int cap, double cart, void *memory) {
     size_t stride = pend_jets_stride(problem->tree->n);
     double *at = memory;
+    assert(cap >= JETS_SPREAD && cap <= PEND_JETS_ORDER_MAX && cart >= 0);
     memset(at, 0, NEIGHBOUR_STATES * stride * sizeof *at);
     *neighbour = (struct pend_neighbour){
         .problem = problem, .order = JETS_SPREAD, .cart = cart, .speed = neighbour_speed(problem)};
@@ -130,6 +132,7 @@ static double neighbour_inverse(const double row[], int size) {
 static const double *neighbour_limit(struct pend_neighbour *neighbour, double *differs) {
     int size = 2 * neighbour->problem->tree->n, last = neighbour->order / 2 * 2;
     double *sum = neighbour->sum, *before = neighbour->before;
+    assert(last >= 2);
     memset(before, 0, (size_t)((last + 1) * size) * sizeof(double));
     for (int left = last; left > 0; left--) {
         for (int j = 0; j < left; j++) {
@@ -180,6 +183,8 @@ static const double *neighbour_later(struct pend_neighbour *neighbour,
 double pend_neighbour_spread(struct pend_neighbour *neighbour, const struct pend_series *step,
                              double x, double least, double phi[], double rate[]) {
     double length = x * step->unit, force = 0;
+    assert(step->order <= neighbour->jets.order_cap && least >= 0);
+    assert(neighbour->order >= JETS_SPREAD && neighbour->order <= neighbour->jets.order_cap);
     double scale = neighbour_displace(neighbour, step->begin, fabs(length), phi, rate);
     if (scale == 0) return 0;
     const double *later = neighbour_later(neighbour, step, x, scale, least, phi, rate);
