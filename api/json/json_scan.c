@@ -22,7 +22,7 @@ enum { WANT_VALUE, WANT_ITEM_OR_END, WANT_KEY, WANT_KEY_OR_END, WANT_MORE, WANT_
 /* the most memory of one value, in bytes, and how much of it a byte of text may cause */
 enum { COST_NODE = 80, COST_STRING = 32, COST_ARRAY = 16, COST_PER_BYTE = 20, COST_FREE = 1 << 16 };
 
-_Static_assert(sizeof(cJSON) <= COST_NODE, "a node takes no more than the scan counts for it");
+static_assert(sizeof(cJSON) <= COST_NODE, "a node takes no more than the scan counts for it");
 
 /* an array or object that is open */
 struct scan_frame {

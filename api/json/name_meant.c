@@ -209,7 +209,7 @@ static const struct {
              {"callback", "Job-Notify: https://..."},
              {"token", "Authorization: Bearer ..."}};
 
-_Static_assert(sizeof places / sizeof *places <= API_NAME_PLACES, "all of them fit a list");
+static_assert(sizeof places / sizeof *places <= API_NAME_PLACES, "all of them fit a list");
 
 static int name_lower(char c) { return c >= 'A' && c <= 'Z' ? c + 32 : (unsigned char)c; }
 

@@ -6,6 +6,7 @@
 #ifndef PEND_IDEAL_KNOWN_TEMPLATE_H
 #define PEND_IDEAL_KNOWN_TEMPLATE_H
 
+#include <assert.h>
 #include <string.h>
 
 #include "core/derivatives/ideal_loads_template.h"
@@ -141,7 +142,7 @@ enum {
     WORK_RADIAL,
     WORK_TANGENTIAL
 };
-_Static_assert((int)WORK_TANGENTIAL < (int)IDEAL_WORK, "IDEAL_WORK rows");
+static_assert((int)WORK_TANGENTIAL < (int)IDEAL_WORK, "IDEAL_WORK rows");
 
 /* row `what` of an arm */
 VEC_INLINE double *ideal_row(const struct ideal_group *g, int n, int what, int k) {

@@ -1,5 +1,6 @@
 #include "core/derivatives/kernel_derivatives.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -14,10 +15,10 @@
  * (tests/bench/parts/bench_derivatives.c). The peer is two motions more for each parameter, which
  * lose half of the digits. */
 
-_Static_assert((int)DERIVATIVES_PASS == (int)TANGENT_PARAMETERS &&
-                   sizeof(num) == DERIVATIVES_LANES * sizeof(double),
-               "a pass is laid out as its numbers are");
-_Static_assert(offsetof(num, part) == DERIVATIVES_FIRST * sizeof(double), "so are derivatives");
+static_assert((int)DERIVATIVES_PASS == (int)TANGENT_PARAMETERS &&
+                  sizeof(num) == DERIVATIVES_LANES * sizeof(double),
+              "a pass is laid out as its numbers are");
+static_assert(offsetof(num, part) == DERIVATIVES_FIRST * sizeof(double), "so are derivatives");
 
 enum {
     DERIVATIVES_VALUE = TANGENT_PARTS,

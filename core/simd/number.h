@@ -29,6 +29,8 @@
 #ifndef PEND_NUMBER_H
 #define PEND_NUMBER_H
 
+#include <assert.h>
+
 #ifdef NUMBER_OTHER
 typedef NUMBER_OTHER num;
 #else
@@ -84,7 +86,7 @@ VEC_INLINE num num_neg(num x) { return -x; }
 /* The concept. A kind that lacks a function, or whose function gives something else, stops here;
  * nothing is evaluated. */
 #define NUMBER_ANY (*(num *)0)
-#define NUMBER_IS(x) _Static_assert(_Generic((x), num : 1, default : 0), #x " must be a num")
+#define NUMBER_IS(x) static_assert(_Generic((x), num : 1, default : 0), #x " must be a num")
 NUMBER_IS(num_of(1.0));
 NUMBER_IS(num_add(NUMBER_ANY, NUMBER_ANY));
 NUMBER_IS(num_sub(NUMBER_ANY, NUMBER_ANY));
@@ -96,7 +98,7 @@ NUMBER_IS(num_neg(NUMBER_ANY));
 NUMBER_IS(num_of2(1.0, 0.0));
 #endif
 /* templates lay numbers out in blocks of doubles, and memory is counted in these */
-_Static_assert(sizeof(num) % sizeof(double) == 0 && _Alignof(num) <= 64,
-               "a num must be laid out as doubles");
+static_assert(sizeof(num) % sizeof(double) == 0 && _Alignof(num) <= 64,
+              "a num must be laid out as doubles");
 
 #endif

@@ -24,8 +24,8 @@ enum {
     CONNECTION_BYTES = 3 << 13 /* bytes of memory that libmicrohttpd takes for a connection */
 };
 
-_Static_assert((int)SRV_STRICT_TARGET < (int)SRV_TARGET_BYTES,
-               "a target that the front lets pass fits into an exchange");
+static_assert((int)SRV_STRICT_TARGET < (int)SRV_TARGET_BYTES,
+              "a target that the front lets pass fits into an exchange");
 
 /* How far the exchange of a connection is. */
 enum connection_state {

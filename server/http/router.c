@@ -113,7 +113,7 @@ enum {
     ROUTER_PATH = 64 /* the longest path that is compared with those that are there */
 };
 
-_Static_assert((int)ROUTER_COUNT < (int)SRV_METRIC_ROUTES, "every route has its counters");
+static_assert((int)ROUTER_COUNT < (int)SRV_METRIC_ROUTES, "every route has its counters");
 
 int srv_router_number(const struct srv_route *route) {
     return route ? (int)(route - router_table) : -1;

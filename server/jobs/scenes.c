@@ -1,5 +1,6 @@
 #include "server/jobs/scenes.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +10,7 @@
 #include "server/base/clock.h"
 #include "server/jobs/store_request.h"
 
-_Static_assert((int)API_SCENE_ID == (int)SRV_ID_BYTES, "the store has room for a scene's id");
+static_assert((int)API_SCENE_ID == (int)SRV_ID_BYTES, "the store has room for a scene's id");
 
 enum { SCENES_HEAD = 512 };
 

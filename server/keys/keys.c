@@ -14,7 +14,7 @@ enum {
     KEYS_LINE = 1024
 };
 
-_Static_assert(KEYS_PREFIX + KEYS_SECRET + KEYS_CHECK + 1 == SRV_KEY_TOKEN, "parts of a key");
+static_assert(KEYS_PREFIX + KEYS_SECRET + KEYS_CHECK + 1 == SRV_KEY_TOKEN, "parts of a key");
 
 static const char keys_prefix[] = "pdk_";
 static const char keys_letters[] = "0123456789abcdefghjkmnpqrstvwxyz";

@@ -7,8 +7,8 @@
 
 #include "api/call/digest.h"
 
-_Static_assert((int)SRV_IDENTITY_KEY == (int)API_DIGEST_BYTES + 2,
-               "a key is a digest with its kind before it");
+static_assert((int)SRV_IDENTITY_KEY == (int)API_DIGEST_BYTES + 2,
+              "a key is a digest with its kind before it");
 
 enum { IDENTITY_DIGITS = 12 /* of a digest, where it is shown */ };
 

@@ -52,8 +52,8 @@ static const struct {
     {SRV_USER_AGENT, "User-Agent"},
 };
 
-_Static_assert(sizeof recorder_fields / sizeof *recorder_fields <= SRV_RECORDING_FIELDS,
-               "every field that is written has room in a recording");
+static_assert(sizeof recorder_fields / sizeof *recorder_fields <= SRV_RECORDING_FIELDS,
+              "every field that is written has room in a recording");
 
 int srv_recorder_valid(const struct srv_recorder *recorder) {
     return recorder->directory >= 0 && recorder->files >= 0 && recorder->bytes >= 0 &&

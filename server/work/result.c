@@ -10,8 +10,8 @@ enum {
     RESULT_DIGITS = 64 /* the hexadecimal digits of a digest */
 };
 
-_Static_assert((int)SRV_ETAG_BYTES > 2 + 1 + RESULT_DIGITS + 1, "a tag is W/\"digest\"");
-_Static_assert((int)SRV_INFLIGHT_KEY > RESULT_DIGITS, "a key is the digest and the coding");
+static_assert((int)SRV_ETAG_BYTES > 2 + 1 + RESULT_DIGITS + 1, "a tag is W/\"digest\"");
+static_assert((int)SRV_INFLIGHT_KEY > RESULT_DIGITS, "a key is the digest and the coding");
 
 /* After this many seconds a computation that ran out of time or memory may be tried again: the
  * machine may be less busy then. */
