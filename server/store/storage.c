@@ -191,9 +191,13 @@ struct storage_rings {
 
 static int64_t storage_ring(struct storage_desk *desk, struct storage_rings *rings) {
     int wanted = srv_store_rings(desk->store), due = 0;
-    assert((wanted & ~SRV_RING_ALL) == 0 && desk->storage->figures.workers >= 0);
+    assert((wanted & ~SRV_RING_ALL) == 0);
+    if (!wanted) return INT64_MAX;
+    pthread_mutex_lock(&desk->storage->lock);
+    int64_t workers = desk->storage->figures.workers;
+    pthread_mutex_unlock(&desk->storage->lock);
     int64_t now = srv_clock_now(), gap = srv_clock_span(RING_MS / 1000.0);
-    int64_t most = desk->storage->figures.workers * gap / RING_WORKERS;
+    int64_t most = workers * gap / RING_WORKERS;
     if (now >= rings->work) due |= wanted & SRV_RING_WORK;
     if (now >= rings->others) due |= wanted & ~SRV_RING_WORK;
     if (due & SRV_RING_WORK) rings->work = now + (most > gap ? most : gap);

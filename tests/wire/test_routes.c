@@ -215,9 +215,9 @@ static const struct {
      ",\"times\":[0,1],\"events\":[{\"of\":\"x\",\"arm\":3,\"value\":0}]}",
      422, "/events/0/arm"},
     {"POST", "/v1/fits", "",
-     "{\"pendulum\":" ASK_DOUBLE ",\"data\":{\"t\":[0,0],\"series\":[{\"theta\":1,\"values\":[0,1]}"
+     "{\"pendulum\":" ASK_DOUBLE ",\"data\":{\"t\":[0,{}],\"series\":[{\"theta\":1,\"values\":[0,1]}"
      "]},\"unknowns\":[{\"vary\":\"gravity\"}]}",
-     422, "/data/t/1"},
+     422, "/data/t"},
     {"POST", "/v1/orbits", "", "{\"pendulum\":" ASK_DOUBLE ",\"mode\":3,\"amplitude\":1}", 422,
      "/mode"},
     {"POST", "/v1/equations", "", "{\"pendulum\":" ASK_DOUBLE ",\"form\":\"long\"}", 422, "/form"},
