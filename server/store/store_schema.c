@@ -154,13 +154,17 @@ static const char *const schema[] = {
     /* 10: of a class room: the marks of the address that made it and of the one from which its
      * teacher wrote last, when it ends while nobody has
      * joined (0 = not before `ends`), and how many pupils one address may have there (0 = as
-     * many as by default); of a pupil: the mark of the address, and the folded nickname */
+     * many as by default); of a pupil: the mark of the address, and the folded nickname. Whose
+     * rooms they are and from where is asked as one is made, who is where as a client is erased */
     "ALTER TABLE classes ADD COLUMN source TEXT NOT NULL DEFAULT ''",
     "ALTER TABLE classes ADD COLUMN near TEXT NOT NULL DEFAULT ''",
     "ALTER TABLE classes ADD COLUMN empty_ends BIGINT NOT NULL DEFAULT 0",
     "ALTER TABLE classes ADD COLUMN share BIGINT NOT NULL DEFAULT 0",
     "ALTER TABLE class_pupils ADD COLUMN source TEXT NOT NULL DEFAULT ''",
-    "ALTER TABLE class_pupils ADD COLUMN fold TEXT NOT NULL DEFAULT ''", NULL,
+    "ALTER TABLE class_pupils ADD COLUMN fold TEXT NOT NULL DEFAULT ''",
+    "CREATE INDEX classes_teacher ON classes (teacher)",
+    "CREATE INDEX classes_source ON classes (source)",
+    "CREATE INDEX class_pupils_who ON class_pupils (who)", NULL,
     /* 11: changes of clients' sums that are not in their rows yet; whether a part is computed alone
      * in a process, because one that held it with others has ended */
     "CREATE TABLE changes (name TEXT NOT NULL, turn BIGINT NOT NULL, jobs BIGINT NOT NULL, ready "

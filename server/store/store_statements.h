@@ -316,9 +316,9 @@
     X(CLASS_PUT, "INSERT INTO classes (code, teacher, key, created, ends, empty_ends, source) "    \
                  "VALUES ($1, $2, $3, $4, $5, $6, $7) ON CONFLICT DO NOTHING RETURNING created")   \
     X(CLASS_OF_KEY, "SELECT code FROM classes WHERE teacher = $1 AND key = $2")                    \
-    X(CLASS_COUNT, "SELECT CAST(COUNT(*) AS BIGINT), CAST(COALESCE(SUM(CASE WHEN teacher = $1 "    \
-                   "THEN 1 ELSE 0 END), 0) AS BIGINT), CAST(COALESCE(SUM(CASE WHEN source = $2 "   \
-                   "THEN 1 ELSE 0 END), 0) AS BIGINT) FROM classes")                               \
+    X(CLASS_COUNT, "SELECT (SELECT CAST(COUNT(*) AS BIGINT) FROM classes), (SELECT CAST(COUNT(*) " \
+                   "AS BIGINT) FROM classes WHERE teacher = $1), (SELECT CAST(COUNT(*) AS "        \
+                   "BIGINT) FROM classes WHERE source = $2)")                                      \
     X(CLASSES, "SELECT code FROM classes WHERE (teacher = $1 OR $1 = '') AND code > $2 ORDER BY "  \
                "code LIMIT 64")                                                                    \
     X(CLASS_OF, "SELECT code FROM classes WHERE teacher = $1 UNION ALL SELECT code FROM "          \
