@@ -215,7 +215,8 @@ static const struct {
      ",\"times\":[0,1],\"events\":[{\"of\":\"x\",\"arm\":3,\"value\":0}]}",
      422, "/events/0/arm"},
     {"POST", "/v1/fits", "",
-     "{\"pendulum\":" ASK_DOUBLE ",\"data\":{\"t\":[0,{}],\"series\":[{\"theta\":1,\"values\":[0,1]}"
+     "{\"pendulum\":" ASK_DOUBLE
+     ",\"data\":{\"t\":[0,{}],\"series\":[{\"theta\":1,\"values\":[0,1]}"
      "]},\"unknowns\":[{\"vary\":\"gravity\"}]}",
      422, "/data/t"},
     {"POST", "/v1/orbits", "", "{\"pendulum\":" ASK_DOUBLE ",\"mode\":3,\"amplitude\":1}", 422,
