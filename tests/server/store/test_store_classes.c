@@ -338,7 +338,7 @@ STORE_TEST(names_that_look_alike_are_numbered) {
 
 STORE_TEST(an_address_has_a_share_of_a_room_that_its_teacher_raises) {
     struct srv_class room;
-    char who[8];
+    char who[16];
     (void)store;
     struct srv_store *own = begin_large(ground);
     REQUIRE(own != NULL);

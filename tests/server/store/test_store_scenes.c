@@ -108,7 +108,7 @@ STORE_TEST(scenes_are_bounded_in_bytes) {
 /* on a full disk there is space for the removal of few things at once */
 STORE_TEST(a_client_is_erased_in_pieces_of_any_size) {
     struct srv_job job;
-    char id[8];
+    char id[16];
     int count = 0;
     for (int i = 0; i < 3; i++) {
         snprintf(id, sizeof id, "s%d", i);
