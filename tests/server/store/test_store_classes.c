@@ -471,7 +471,7 @@ STORE_TEST(an_altered_row_harms_its_room_alone) {
             char text[200], table[16];
             const char *column = strchr(columns[c], '.') + 1;
             snprintf(table, sizeof table, "%.*s", (int)(column - columns[c] - 1), columns[c]);
-            struct srv_class_put in = item("t", "", "{}", 1), out = in, write = in;
+            struct srv_class_put in = item("t", "t", "{\"n\"}", 1), out = in, write = in;
             in.code = out.code = write.code = "WORDS";
             CHECK_INT(make(own, "WORDS", "t", "key", (int64_t)HOUR_S * SECOND, &room), SRV_STORED);
             in.who = write.who = "p";
@@ -494,7 +494,7 @@ STORE_TEST(an_altered_row_harms_its_room_alone) {
             for (size_t i = 0; i < sizeof said / sizeof *said; i++)
                 CHECK_SAYING(said[i] <= SRV_STORED_DAMAGED || said[i] == SRV_STORED_AGAIN,
                              "%s = %s: call %zu says %d", columns[c], values[v], i, (int)said[i]);
-            for (int i = 0; i < found.count; i++) CHECK_TEXT(found.body[i], "{}");
+            for (int i = 0; i < found.count; i++) CHECK_TEXT(found.body[i], "{\"n\"}");
             out.pupils = "1";
             out.body = NULL;
             out.bytes = 0;
