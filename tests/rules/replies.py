@@ -97,9 +97,12 @@ def check_csv(text):
             raise Fault(f"line {number} of the CSV is not {width} numbers: {line[:100]!r}")
 
 
-def check_table(text):
-    """The answers of a class, as RFC 4180 has them."""
-    rows = list(csv.reader(io.StringIO(text, newline=""), strict=True))
+def check_table(text, query):
+    """The answers of a class, as RFC 4180 has them; for a spreadsheet with its mark, and with its cells parted at semicolons."""
+    if text.startswith("\ufeff") != bool(query):
+        raise Fault(f"the mark of UTF-8 is not where a spreadsheet was asked for: {text[:10]!r}")
+    delimiter = ";" if query == "decimal=comma" else ","
+    rows = list(csv.reader(io.StringIO(text.removeprefix("\ufeff"), newline=""), delimiter=delimiter, strict=True))
     if rows[0] != ["item", "id", "step", "pupil", "nickname", "value", "changed"]:
         raise Fault(f"the table begins with {rows[0]}")
     for number, row in enumerate(rows[1:], 2):
@@ -230,7 +233,11 @@ class Document:
             check_metrics(reply["body"])
             return reached
         if media_type == "text/csv":
-            (check_table if reply["path"].endswith("/table") else check_csv)(reply["body"])
+            path, _, query = reply["path"].partition("?")
+            if path.endswith("/table"):
+                check_table(reply["body"], query)
+            else:
+                check_csv(reply["body"])
             return reached
         if media_type == "application/x-ndjson":
             check_ndjson(reply["body"])
