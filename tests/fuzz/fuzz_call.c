@@ -78,7 +78,8 @@ static int ndjson_is_sound(const char *text, size_t bytes) {
 /* how a request that was answered wants its numbers */
 struct form {
     size_t each; /* bytes of a number in rows */
-    int nan;     /* what never comes is NaN */
+    int nan;     /* times that never come are NaN */
+    int members; /* rows are of members, which may have failed */
 };
 
 static int says(const struct api_value *root, const char *member, const char *word) {
@@ -88,7 +89,7 @@ static int says(const struct api_value *root, const char *member, const char *wo
 }
 
 static struct form form_of(const struct api_request *request) {
-    struct form form = {sizeof(double), 0};
+    struct form form = {sizeof(double), 0, request->op == API_OP_ENSEMBLES};
     struct api_json *document = NULL;
     struct api_problem problem;
     api_problem_init(&problem);
@@ -102,17 +103,64 @@ static struct form form_of(const struct api_request *request) {
     return form;
 }
 
-static int octets_are_finite(const char *text, size_t bytes, struct form form) {
-    for (size_t at = 0; at + form.each <= bytes; at += form.each) {
-        double x = 0;
-        float y = 0;
-        if (form.each == sizeof x)
-            memcpy(&x, text + at, sizeof x);
-        else
-            memcpy(&y, text + at, sizeof y);
-        if (!isfinite(x + (double)y) && !(form.nan && isnan(x + (double)y))) return 0;
+/* the name and the numbers of a column of a list such as "t,phi[4],events_phi[2,4]"; returns where
+ * the next one begins */
+static const char *column_read(const char *at, char name[32], long *numbers) {
+    size_t letters = strcspn(at, "[,");
+    snprintf(name, 32, "%.*s", (int)letters, at);
+    at += letters;
+    *numbers = 1;
+    if (*at == '[') {
+        do {
+            char *end;
+            *numbers *= strtol(at + 1, &end, 10);
+            at = end;
+        } while (*at == ',');
+        at++;
     }
-    return bytes % form.each == 0;
+    return at + (*at == ',');
+}
+
+static double number_at(const char *text, size_t each) {
+    double x;
+    float y;
+    if (each == sizeof y) {
+        memcpy(&y, text, sizeof y);
+        return (double)y;
+    }
+    memcpy(&x, text, sizeof x);
+    return x;
+}
+
+/* Reads a row; NaN are times that never come, where that is asked for, and what is not known of a
+ * member that failed, which its status tells if the row has it. Returns its end or NULL. */
+static const char *row_end(const char *text, const char *end, const char *columns,
+                           struct form form) {
+    int failed = form.members, lacks = 0;
+    while (*columns) {
+        char name[32];
+        long numbers;
+        columns = column_read(columns, name, &numbers);
+        int is_status = !strcmp(name, "status"),
+            is_time = strstr(name, "time") || !strcmp(name, "sign_change") ||
+                      !strcmp(name, "events_stopped"),
+            is_known = is_status || !strcmp(name, "member") || !strcmp(name, "t");
+        for (; numbers > 0; numbers--, text += form.each) {
+            if ((size_t)(end - text) < form.each) return NULL;
+            double x = number_at(text, form.each);
+            if (isinf(x) || (isnan(x) && is_known)) return NULL;
+            if (is_status) failed = x != 0;
+            lacks |= isnan(x) && !(is_time && form.nan);
+        }
+    }
+    return lacks && !failed ? NULL : text;
+}
+
+static int octets_are_sound(const char *text, size_t bytes, const char *columns, struct form form) {
+    const char *end = text + bytes;
+    if (!columns || !*columns) return 0;
+    while (text && text < end) text = row_end(text, end, columns, form);
+    return text == end;
 }
 
 static size_t whole_at(const char *text, int bytes) {
@@ -179,7 +227,7 @@ static const char *answer_complaint(const struct api_request *request, struct ap
     if (strstr(type, "ndjson"))
         return ndjson_is_sound(out->data, out->bytes) ? NULL : "a line that is no JSON";
     if (strstr(type, "octet"))
-        return octets_are_finite(out->data, out->bytes, form_of(request))
+        return octets_are_sound(out->data, out->bytes, answer.columns, form_of(request))
                    ? NULL
                    : "octets that are no numbers";
     if (strstr(type, "npz"))
