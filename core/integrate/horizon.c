@@ -244,12 +244,20 @@ static void horizon_series_error(struct pend_horizon *horizon, const struct pend
     most *= turn * fabs(inverse);
     for (int k = 0; k < tree->n; k++) {
         int seat = pend_jets_seat(jets, k);
-        double push = most * jets->system.inv_len[k];
-        horizon->rate[k] -= HORIZON_LEFT * horizon->left_rate[seat] * inverse;
-        horizon->phi[k] -= HORIZON_LEFT * horizon->left_phi[seat] * x;
+        double faster = HORIZON_LEFT * horizon->left_rate[seat] * inverse,
+               turned = HORIZON_LEFT * horizon->left_phi[seat] * x,
+               push = most * jets->system.inv_len[k],
+               shift = push / 2 * length + fabs(jets->rate[pend_jets_place(jets, k, 0)]) * turn;
+        // of rounding no side is known: a smaller part with a side could cancel with it only here
+        if (push < fabs(faster)) {
+            horizon->rate[k] -= faster;
+            horizon->phi[k] -= turned;
+        } else {
+            push += fabs(faster);
+            shift += fabs(turned);
+        }
         horizon_more(&horizon->rate[k], push);
-        horizon_more(&horizon->phi[k],
-                     push / 2 * length + fabs(jets->rate[pend_jets_place(jets, k, 0)]) * turn);
+        horizon_more(&horizon->phi[k], shift);
     }
 }
 
