@@ -21,7 +21,8 @@
 enum { ROOM = 1 << 14, RUN_CAP = 100000, FORMATS = 8, OPS = 13, SCENE = 8, OEMBED = 12 };
 static_assert('0' + 2 * FORMATS * OPS <= 256, "every request in every form has a first byte");
 
-/* small limits, so that whatever is asked for is soon done or refused */
+/* small limits, so that whatever is asked for is soon done or refused, and some members, of 30
+ * steps at most, come to their end */
 static struct api_limits fuzz_limits(void) {
     struct api_limits limits;
     api_limits_init(&limits);
@@ -29,7 +30,7 @@ static struct api_limits fuzz_limits(void) {
     limits.samples = 200;
     limits.members = 200;
     limits.answer_bytes = 1 << 17;
-    limits.steps = 300;
+    limits.steps = 3000;
     limits.matrix_arms = 20;
     limits.mode_arms = 20;
     return limits;
