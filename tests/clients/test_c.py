@@ -13,7 +13,7 @@ from rule import check
 def test_c(server, home):
     prefix = home / "installed"
     build = os.path.relpath(os.environ["PENDULUM_BUILD"], TOP)
-    done = subprocess.run(["make", "--no-print-directory", "-o", "build", "-o", f"{build}/pendulum", f"B={build}", "DESTDIR=", f"PREFIX={prefix}", "install"],
+    done = subprocess.run(["make", "--no-print-directory", "-o", "build", "-o", f"{build}/pendulum", "-o", f"{build}/pendulumd", f"B={build}", "DESTDIR=", f"PREFIX={prefix}", "install"],
                           cwd=TOP, capture_output=True, text=True, env={k: v for k, v in os.environ.items() if not k.startswith(("MAKE", "MFLAGS"))})
     check("c: make install", done.returncode == 0, done.stdout + done.stderr)
     text = (TOP / "api/clients/c/README.md").read_text(encoding="utf-8")
