@@ -73,6 +73,7 @@ int pend_status_http(enum pend_status code);
  * arm     the caller's arm number from 0, or -1 if the failure concerns no single arm.
  * time    s, 0 if the failure concerns no instant.
  * format  printf format of the sentence that says what was wrong, where, and what would be right.
+ *         With PEND_NO_MEMORY a sentence without the word "memory" is replaced by the status's own.
  */
 enum pend_status pend_fail(struct pend_error *error, enum pend_status code, int arm, double time,
                            const char *format, ...) __attribute__((format(printf, 5, 6)));
