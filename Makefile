@@ -75,7 +75,7 @@ ISA_FLAGS.avx2 := -march=x86-64-v3
 ISA_FLAGS.avx512 := -march=x86-64-v4 -mprefer-vector-width=512
 # sums that wait for each other stay in registers of their own: packed into vectors, they wait for the packing too
 KERNEL_FLAGS.core/dynamics/kernel_dynamics := -fno-tree-slp-vectorize
-KERNELS := $(wildcard core/*/kernel_*.c)
+KERNELS := $(wildcard core/*/kernel_*.c core/*/*/kernel_*.c)
 # Of undefined behaviour, loops of vectors are not asked at every access whether an address is null, aligned or past the end of
 # memory: it was half of the time of compiling them. The address sanitizer sees the same, and the processor what is not aligned.
 KERNEL_SPARED.asan := -fno-sanitize=null,object-size,alignment,pointer-overflow
@@ -91,7 +91,8 @@ ISA_IDLE := $(if $(filter asan tsan,$(MODE)),$(strip $(foreach isa,$(filter-out 
 ISA_IDLE := $(if $(filter tsan,$(MODE)),$(filter-out $(lastword $(filter-out $(ISA_IDLE),$(ISAS))),$(ISAS)),$(ISA_IDLE))
 ISA_RUNS := $(lastword $(filter-out $(ISA_IDLE),$(ISAS)))
 
-objects = $(patsubst %,$(B)/%.o,$(basename $(filter-out $(KERNELS),$(wildcard $(addprefix $(1)/,*.c *.cpp */*.c */*.cpp)))))
+objects = $(patsubst %,$(B)/%.o,$(basename $(filter-out $(KERNELS),$(wildcard $(addprefix $(1)/,*.c *.cpp */*.c */*.cpp)) \
+  $(filter-out api/clients/%,$(wildcard $(1)/*/*/*.c)))))
 CORE := $(call objects,core) $(foreach isa,$(ISAS),$(KERNELS:%.c=$(B)/%.$(isa).o))
 API := $(call objects,api) $(B)/api/call/openapi_json.o $(B)/api/base/engine.o
 SERVER := $(filter-out $(B)/server/main.o,$(call objects,server)) build/web/assets.o
@@ -156,7 +157,7 @@ install: build $(B)/pendulum $(B)/pendulumd.8 ## into DESTDIR PREFIX (/usr/local
 	sed 's|@PREFIX@|$(PREFIX)|' docker/pendulumd.service > "$(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service"
 PREFIX ?= /usr/local
 LIBDIR ?= $(PREFIX)/lib
-PUBLIC := base/status tree/tree tree/terms tree/loads dynamics/dynamics dynamics/kinematics dynamics/reference tree/presets modes/modes_store modes/modes base/checkpoint integrate/method integrate/samples integrate/run derivatives/parameter derivatives/derived_rows derivatives/derivatives fit/fit_problem fit/fit_result fit/fit orbits/orbit_problem orbits/orbits integrate/section integrate/event base/isa ensemble/member ensemble/ensemble extended/extended extended/trust ensemble/lyapunov
+PUBLIC := base/status tree/tree tree/terms tree/loads dynamics/dynamics dynamics/kinematics dynamics/reference tree/presets modes/modes_store modes/modes base/checkpoint integrate/methods/method integrate/run/samples integrate/run/run derivatives/parameter derivatives/derived_rows derivatives/derivatives fit/fit_problem fit/fit_result fit/fit orbits/orbit_problem orbits/orbits integrate/events/section integrate/events/event base/isa ensemble/member ensemble/ensemble extended/extended extended/trust ensemble/lyapunov
 
 uninstall: ## takes away what install put there
 	rm -f "$(DESTDIR)$(PREFIX)/bin/pendulum" "$(DESTDIR)$(PREFIX)/share/man/man1/pendulum.1" "$(DESTDIR)$(PREFIX)/share/bash-completion/completions/pendulum"
@@ -355,7 +356,7 @@ $(B)/api/call/openapi_json.o: $(B)/api/call/openapi_json.c $(B)/flags
 	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
 
 # the digest of all sources that decide an answer's bytes
-ENGINE := $(sort $(filter-out api/call/openapi%,$(wildcard core/*/*.[ch] api/*/*.[ch] api/*/*.cpp)))
+ENGINE := $(sort $(filter-out api/call/openapi%,$(wildcard core/*/*.[ch] core/*/*/*.[ch] api/*/*.[ch] api/*/*.cpp)))
 
 # the page: its own files and what a browser loads of the npm packages, in one object that every MODE shares. Builds that
 # run side by side may make it at once: each file is moved into its place whole.

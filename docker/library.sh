@@ -14,7 +14,7 @@ install -m 644 "$build/libpendulum.a" "$destdir$libdir/libpendulum.a"
 for name in "$@"; do
     # the declarations stand between the last include and the end of the guard
     awk '
-        { sub(/^#include "core\/[a-z]+\//, "#include \""); line[NR] = $0 }
+        { sub(/^#include "core\/[a-z\/]+\//, "#include \""); line[NR] = $0 }
         /^#include/ || (/^#define/ && !begin) { begin = NR }
         /^#endif/ { end = NR }
         END {

@@ -10,7 +10,7 @@
 #include "api/op/form_json.h"
 #include "api/op/member_events.h"
 #include "api/op/picture_json.h"
-#include "core/integrate/method.h"
+#include "core/integrate/methods/method.h"
 
 static const char *const fields[] = {
     "pendulum", "initial", "states",      "members", "grid",   "random", "energy",

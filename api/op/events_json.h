@@ -1,6 +1,6 @@
 /* The conditions of the field `events`: reading them, and of a trajectory the search for their
  * passages, and these as JSON or as the rows of a table. Leaves to others: the search itself
- * (core/integrate/events), the rest of a trajectory (op_trajectories). Invariant: passages are kept
+ * (events/events), the rest of a trajectory (op_trajectories). Invariant: passages are kept
  * in the order of time, arms in the caller's. */
 #ifndef API_EVENTS_JSON_H
 #define API_EVENTS_JSON_H
@@ -9,7 +9,7 @@
 #include "api/op/op.h"
 #include "api/read/method_json.h"
 #include "api/read/state_json.h"
-#include "core/integrate/events.h"
+#include "core/integrate/events/events.h"
 
 enum { API_EVENTS_MOST = 64, API_EVENTS_COLUMNS = 7 };
 

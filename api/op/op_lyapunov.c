@@ -14,7 +14,7 @@
 #include "api/op/derived.h"
 #include "api/read/state_json.h"
 #include "core/ensemble/lyapunov.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 
 static const char *const fields[] = {"pendulum", "initial", "start",  "duration", "transient",
                                      "samples",  "count",   "digits", NULL};

@@ -1,6 +1,6 @@
 /* POST /v1/sections: the instants at which an arm passes a direction, or which follow each other by
  * the period of a drive, and the state then.
- * Leaves to others: reading (tree_json, state_json), the search (core/integrate/section), the
+ * Leaves to others: reading (tree_json, state_json), the search (events/section), the
  * bytes (encode).
  * Invariant: all passages are found before the first is written, so that their number is known at
  * the head of the answer. */
@@ -15,7 +15,7 @@
 #include "api/op/derived.h"
 #include "api/read/method_json.h"
 #include "api/read/state_json.h"
-#include "core/integrate/section.h"
+#include "core/integrate/events/section.h"
 #include "core/tree/turns.h"
 
 static const char *const fields[] = {"pendulum", "initial", "section",  "start",  "duration",

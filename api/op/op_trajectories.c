@@ -1,6 +1,6 @@
 /* POST /v1/trajectories: integrates a pendulum and answers samples of its motion.
  * Leaves to others: reading the parts of a request (*_json, samples), the integration
- * (core/integrate/run), the bytes (encode).
+ * (core/integrate/run/run), the bytes (encode).
  * Invariant: at most one block of samples is held besides the answer. */
 #include "api/op/op.h"
 

@@ -1,13 +1,13 @@
 /* A block of a trajectory's samples: the outputs that a request can name, their arrays, and the
  * answer's columns.
- * Leaves to others: filling it (core/integrate/run), writing it (encode).
+ * Leaves to others: filling it (core/integrate/run/run), writing it (encode).
  * Invariant: column 0 is t; the others are in the order of the request's outputs. */
 #ifndef API_SAMPLES_H
 #define API_SAMPLES_H
 
 #include "api/op/derived.h"
 #include "api/read/field.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 
 enum { API_OUTPUTS = 13 };
 

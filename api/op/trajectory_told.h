@@ -7,7 +7,7 @@
 #include "api/encode/encode.h"
 #include "api/read/method_json.h"
 #include "api/read/state_json.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 
 /* The texts, which must outlive the stats. */
 struct api_trajectory_told {

@@ -1,12 +1,12 @@
 /* Reading the integration method and its settings from JSON: method, rtol, atol, step, precision,
  * accuracy.
- * Leaves to others: the methods and their ranges (core/integrate/method).
+ * Leaves to others: the methods and their ranges (core/integrate/methods/method).
  * Invariant: settings that were read are in the range of the method that was chosen. */
 #ifndef API_METHOD_JSON_H
 #define API_METHOD_JSON_H
 
 #include "api/read/tree_json.h"
-#include "core/integrate/method.h"
+#include "core/integrate/methods/method.h"
 
 struct api_method {
     const struct pend_method *method; /* NULL if it is faulty */

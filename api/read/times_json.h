@@ -1,5 +1,5 @@
 /* Reading the wanted instants from JSON: a grid by its step or its count, or a list.
- * Leaves to others: computing samples at them (core/integrate/run).
+ * Leaves to others: computing samples at them (core/integrate/run/run).
  * Invariant: instants that were read are finite, strictly monotonic within the resolution of
  * doubles, and within the limits. */
 #ifndef API_TIMES_JSON_H
@@ -7,7 +7,7 @@
 
 #include "api/read/field.h"
 #include "api/base/limits.h"
-#include "core/integrate/method.h"
+#include "core/integrate/methods/method.h"
 
 struct api_times {
     struct pend_times times;

@@ -8,7 +8,7 @@
 
 #include "core/derivatives/ideal.h"
 #include "core/derivatives/kernel_derivatives.h"
-#include "core/integrate/run_check.h"
+#include "core/integrate/run/run_check.h"
 #include "core/taylor/taylor_order.h"
 #include "core/tree/turns.h"
 

@@ -8,7 +8,7 @@
 
 #include "core/derivatives/derived_rows.h"
 #include "core/derivatives/parameter.h"
-#include "core/integrate/method.h"
+#include "core/integrate/methods/method.h"
 
 struct pend_derivatives;
 

@@ -10,7 +10,7 @@
 #include "core/derivatives/kernel_derivatives.h"
 #include "core/derivatives/kernel_ideal.h"
 #include "core/derivatives/parameter.h"
-#include "core/integrate/method.h"
+#include "core/integrate/methods/method.h"
 #include "core/taylor/jets.h"
 
 struct ideal {

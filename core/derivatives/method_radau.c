@@ -8,7 +8,7 @@
 
 #include "core/bodies/bodies.h"
 #include "core/derivatives/radau.h"
-#include "core/integrate/run_check.h"
+#include "core/integrate/run/run_check.h"
 #include "core/taylor/taylor_order.h"
 
 enum { LANES = DERIVATIVES_LANES, STAGES = RADAU_STAGES };

@@ -17,7 +17,7 @@
 
 #include "core/derivatives/kernel_derivatives.h"
 #include "core/derivatives/radau_table.h"
-#include "core/integrate/method.h"
+#include "core/integrate/methods/method.h"
 
 /* angles as sums of two doubles, and rates; n values each */
 struct radau_state {

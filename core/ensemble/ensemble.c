@@ -9,7 +9,7 @@
 #include "core/ensemble/ensemble_events.h"
 #include "core/ensemble/ensemble_shadow.h"
 #include "core/ensemble/ensemble_watch.h"
-#include "core/integrate/horizon.h"
+#include "core/integrate/run/horizon.h"
 #include "core/dynamics/kinematics_at.h"
 #include "core/taylor/taylor_order.h"
 #include "core/tree/turns.h"

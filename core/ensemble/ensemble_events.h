@@ -1,5 +1,5 @@
 /* Conditions on the members of an ensemble: their passages, found on the series of each lane.
- * Leaves to others: where in a step they are (core/integrate/event_search), what else happens in it
+ * Leaves to others: where in a step they are (event_search), what else happens in it
  * (ensemble_watch).
  * Invariant: a member's passages depend neither on its lane nor on its neighbours. */
 #ifndef PEND_ENSEMBLE_EVENTS_H

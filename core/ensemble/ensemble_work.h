@@ -8,7 +8,7 @@
 
 #include "core/ensemble/kernel_ensemble.h"
 #include "core/ensemble/member.h"
-#include "core/integrate/event_search.h"
+#include "core/integrate/events/event_search.h"
 #include "core/taylor/jets_system.h"
 
 /* a member in its lane */

@@ -7,7 +7,7 @@
 
 #include "core/ensemble/ensemble.h"
 #include "core/base/rng.h"
-#include "core/integrate/run_check.h"
+#include "core/integrate/run/run_check.h"
 #include "core/tree/turns.h"
 
 /* the distance of neighbours on both sides, rad: its square is what the linear law neglects, and

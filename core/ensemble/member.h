@@ -5,7 +5,7 @@
 #define PEND_MEMBER_H
 
 #include "core/base/isa.h"
-#include "core/integrate/event.h"
+#include "core/integrate/events/event.h"
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 

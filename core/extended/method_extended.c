@@ -8,8 +8,8 @@
 #include <string.h>
 
 #include "core/extended/extended.h"
-#include "core/integrate/exchange.h"
-#include "core/integrate/method.h"
+#include "core/integrate/methods/exchange.h"
+#include "core/integrate/methods/method.h"
 #include "core/tree/turns.h"
 
 struct extended_stepper {

@@ -9,8 +9,8 @@
 
 #include "core/base/isa.h"
 #include "core/extended/kernel_quad.h"
-#include "core/integrate/exchange.h"
-#include "core/integrate/method.h"
+#include "core/integrate/methods/exchange.h"
+#include "core/integrate/methods/method.h"
 #include "core/taylor/taylor_order.h"
 
 enum { PARTS = 4, QUAD_ARMS_MOST = 256 };

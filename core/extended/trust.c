@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "core/extended/extended.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 
 enum { TRUST_NUMBERS = 4096, TRUST_ROWS = 64 };
 

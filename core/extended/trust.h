@@ -6,7 +6,7 @@
 #ifndef PEND_TRUST_H
 #define PEND_TRUST_H
 
-#include "core/integrate/method.h"
+#include "core/integrate/methods/method.h"
 
 struct pend_trust;
 

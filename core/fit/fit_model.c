@@ -6,7 +6,7 @@
 
 #include "core/fit/fit_loss.h"
 #include "core/fit/fit_modes.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 
 enum { MODEL_BLOCK = 64, MODEL_ANGLE = 0, MODEL_X = 1, MODEL_Y = 2, MODEL_RATE = 3 };
 

@@ -5,7 +5,7 @@
 #ifndef PEND_ORBIT_CHECK_H
 #define PEND_ORBIT_CHECK_H
 
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 #include "core/orbits/orbit_form.h"
 
 struct orbit_check {

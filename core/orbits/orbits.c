@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "core/dynamics/kinematics_at.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 #include "core/orbits/orbit_branch.h"
 
 /* arm-evaluations of a piece, about a quarter of a millisecond */

@@ -1,11 +1,11 @@
 /* Passages of conditions of random motions, and what 32 digits say of them.
- * Leaves to others: the searches (core/integrate/events, core/ensemble), random pendulums (trees,
+ * Leaves to others: the searches (events, core/ensemble), random pendulums (trees,
  * bodies).
  * Invariant: conditions are on values that the motion takes; nothing of the search is used. */
 #ifndef PASSAGES_H
 #define PASSAGES_H
 
-#include "core/integrate/event_search.h"
+#include "core/integrate/events/event_search.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/runs.h"
 #include "tests/harness/trees.h"

@@ -1,11 +1,11 @@
 /* Whole integrations for tests: a problem with its tree, all its samples at once, and the
  * paper's example.
- * Leaves to others: the integration (core/integrate/run), random trees (harness/trees).
+ * Leaves to others: the integration (core/integrate/run/run), random trees (harness/trees).
  * Invariant: aborts when out of memory; checks nothing by itself. */
 #ifndef RUNS_H
 #define RUNS_H
 
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 
 /* Everything that a run handed out, as many samples as it got to; arrays in the caller's order. */
 struct test_record {

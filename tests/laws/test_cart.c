@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 #include "core/modes/damped.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"

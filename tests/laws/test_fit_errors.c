@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "core/fit/fit.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 #include "tests/harness/test.h"
 
 #if defined __SANITIZE_ADDRESS__ || defined __SANITIZE_THREAD__

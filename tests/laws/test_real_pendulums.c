@@ -9,7 +9,7 @@
 
 #include "core/dynamics/kinematics_at.h"
 #include "core/dynamics/reference_bodies.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/runs.h"
 #include "tests/harness/test.h"

@@ -8,7 +8,7 @@
 
 #include "core/dynamics/dynamics.h"
 #include "core/ensemble/ensemble.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/quad_bodies.h"
 #include "tests/harness/test.h"

@@ -5,7 +5,7 @@
 #include "core/ensemble/ensemble.h"
 #include "core/ensemble/lyapunov.h"
 #include "core/modes/modes.h"
-#include "core/integrate/section.h"
+#include "core/integrate/events/section.h"
 #include "core/extended/trust.h"
 #include "core/tree/turns.h"
 #include "tests/harness/runs.h"

@@ -69,7 +69,7 @@ paths = {f"{verb.upper()} {path}" for path, item in openapi["paths"].items() for
 same("routes in api/call/openapi.yaml", routes, paths)
 
 # methods: the descriptors of the core
-source = "".join(path.read_text(encoding="utf-8") for path in sorted(Path("core").glob("*/method_*.c")))
+source = "".join(path.read_text(encoding="utf-8") for path in sorted(Path("core").rglob("method_*.c")))
 methods = set(re.findall(r'\.name = "(\w+)"', source)) | set(re.findall(r"GSL_STEPPER\(\s*(\w+),", source.replace("GSL_STEPPER(name_", "")))
 same("methods in README.md", methods, first_cells(readme, "| method | what it is |"))
 enums = [node["enum"] for node in walk(openapi) if isinstance(node, dict) and "taylor" in (node.get("enum") or ())]

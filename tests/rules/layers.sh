@@ -14,7 +14,7 @@ declare -A may=([core]='^core/' [api]='^(api|core)/' [server]='^(server|api)/|^c
 pure='^(assert|complex|errno|float|limits|math|stdalign|stdarg|stdbool|stddef|stdint|stdio|stdlib|string|strings|tgmath|[ei]mmintrin|arm_neon)[.]h$|^(cassert|cmath|cstddef|cstdint|cstdio|cstdlib|cstring|limits|system_error)$'
 # an outside library's headers, and the files that are its door
 doors=(
-    '^gsl/|^gsl_ ^core/(integrate/method_gsl|fit/fit|fit/fit_pieces|fit/fit_told|fit/fit_verdict|orbits/orbit_algebra|modes/modes_gsl|modes/damped|dynamics/reference|dynamics/reference_bodies)[.]c$'
+    '^gsl/|^gsl_ ^core/(integrate/methods/method_gsl|fit/fit|fit/fit_pieces|fit/fit_told|fit/fit_verdict|orbits/orbit_algebra|modes/modes_gsl|modes/damped|dynamics/reference|dynamics/reference_bodies)[.]c$'
     '^sys/mman[.]h$ ^(core/modes/hugepage|server/base/calls)[.]c$' # advice about huge pages; rights of memory
     '^cjson/ ^api/(json/json_(scan|in)|clients/browser/missing)[.]c$'
     '^curl/ ^(api/clients/cli/remote|server/hooks/hook_post)[.]c$'
@@ -164,7 +164,7 @@ noticed() {
     rm -rf "$copy"
     mkdir -p "$copy"
     find core api server \( -name '*.[ch]' -o -name '*.cpp' -o -name 'README.md' \) -not -path '*/node_modules/*' -exec cp --parents -t "$copy" {} +
-    sed -i '1i #include "core/integrate/run.h"' "$copy/core/tree/tree.h"
+    sed -i '1i #include "core/integrate/run/run.h"' "$copy/core/tree/tree.h"
     sed -i '1i #include "api/json/json_out.h"' "$copy/api/base/text.h"
     sed -i '1i #include "server/work/queue.h"' "$copy/core/base/rng.h"
     sed -i '1i #include <sqlite3.h>' "$copy/server/work/queue.c"
@@ -172,7 +172,7 @@ noticed() {
     mkdir "$copy/api/unlisted"
     touch "$copy/api/unlisted/new.c"
     said=$(cd "$copy" && LAYERS_SAMPLE=1 "$top/tests/rules/layers.sh" "$top/$build")
-    for line in 'core/tree/tree.h includes core/integrate/run, which is listed below it' \
+    for line in 'core/tree/tree.h includes core/integrate/run/run, which is listed below it' \
         'api/base/text.h includes api/json/json_out, which is listed below it' \
         'core/base/rng.h may not include server/work/queue.h' 'server/work/queue.c is no door to sqlite3.h' \
         'server/store/README.md does not list unlisted' 'api/README.md does not list api/unlisted/'; do

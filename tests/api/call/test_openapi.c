@@ -6,7 +6,7 @@
 #include "api/json/json_in.h"
 #include "api/base/limits.h"
 #include "api/number/number.h"
-#include "core/integrate/method.h"
+#include "core/integrate/methods/method.h"
 #include "tests/harness/test.h"
 
 enum { DEPTH = 64, STEPS = 12 };

@@ -1,5 +1,5 @@
 /* What is asked and answered of events. That they are where they should be:
- * tests/core/integrate/test_events.c. */
+ * tests/core/integrate/events/test_events.c. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-/* What is asked and answered. That the passages are right: tests/core/integrate/test_section.c. */
+/* What is asked and answered. That the passages are right: test_section.c. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* Horizons that are told beside the truth: 504 random motions of every kind (chaotic, regular,
  * damped, stiff, stuck, driven, on a cart) by three ways; 200 chaotic ones, 500 members of
  * ensembles, 50 sections with what they cost, 2 to 6 arms.
- * Leaves to others: quick checks of the same (tests/core/integrate/test_horizon,
+ * Leaves to others: quick checks of the same (tests/core/integrate/run/test_horizon,
  * test_ensemble_horizon, test_section).
  * Invariant: truth is the same motion in 32 digits, and is taken for it only up to its own
  * horizon; what holds up to there or to its end is counted apart. Cost is the least of several
@@ -13,8 +13,8 @@
 #include <time.h>
 
 #include "core/ensemble/ensemble.h"
-#include "core/integrate/run.h"
-#include "core/integrate/section.h"
+#include "core/integrate/run/run.h"
+#include "core/integrate/events/section.h"
 #include "tests/harness/motions.h"
 
 enum {

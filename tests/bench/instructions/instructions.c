@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 #include "core/dynamics/dynamics.h"
-#include "core/integrate/method.h"
+#include "core/integrate/methods/method.h"
 #include "core/tree/tree.h"
 
 #define GRAVITY 9.81

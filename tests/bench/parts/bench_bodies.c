@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "core/ensemble/ensemble.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 #include "core/taylor/jets.h"
 #include "tests/bench/parts/bench.h"
 

@@ -12,7 +12,7 @@
 
 #include "core/derivatives/derivatives.h"
 #include "core/ensemble/ensemble.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 #include "tests/bench/parts/bench.h"
 
 enum { ARMS = 16, MEMBERS = 8 };

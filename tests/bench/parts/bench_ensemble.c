@@ -5,7 +5,7 @@
 #include <math.h>
 
 #include "core/ensemble/ensemble.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 #include "tests/bench/parts/bench.h"
 
 enum { MEMBERS = 64, SIDE = 256 };

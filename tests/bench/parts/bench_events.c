@@ -4,8 +4,8 @@
  * Invariant: what is timed has to succeed. */
 #include <stdlib.h>
 
-#include "core/integrate/events.h"
-#include "core/integrate/run.h"
+#include "core/integrate/events/events.h"
+#include "core/integrate/run/run.h"
 #include "core/modes/response.h"
 #include "tests/bench/parts/bench.h"
 

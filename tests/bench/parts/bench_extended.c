@@ -13,7 +13,7 @@
 
 #include "core/dynamics/dynamics.h"
 #include "core/extended/extended.h"
-#include "core/integrate/method.h"
+#include "core/integrate/methods/method.h"
 #include "core/dynamics/kinematics.h"
 #include "tests/bench/parts/bench.h"
 

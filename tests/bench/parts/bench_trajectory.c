@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "api/call/call.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 #include "tests/bench/parts/bench.h"
 
 enum { ARMS = 4, INSTANTS = 501 };

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 
 enum {
     ARMS_MAX = 200,

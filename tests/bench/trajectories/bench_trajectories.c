@@ -11,8 +11,8 @@
 #include <time.h>
 
 #include "core/ensemble/ensemble.h"
-#include "core/integrate/method.h"
-#include "core/integrate/run.h"
+#include "core/integrate/methods/method.h"
+#include "core/integrate/run/run.h"
 #include "tests/bench/trajectories/peers.h"
 
 extern const struct pend_method pend_method_taylor_extended;

@@ -11,7 +11,7 @@
 #include "core/dynamics/kinematics_at.h"
 #include "core/ensemble/lyapunov.h"
 #include "core/extended/extended.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"

@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/integrate/method.h"
-#include "core/integrate/run.h"
+#include "core/integrate/methods/method.h"
+#include "core/integrate/run/run.h"
 #include "tests/harness/test.h"
 
 extern const struct pend_method pend_method_taylor;

@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "core/ensemble/ensemble.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"

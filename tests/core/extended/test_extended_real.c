@@ -9,7 +9,7 @@
 #include "core/extended/extended.h"
 #include "core/extended/kernel_quad.h"
 #include "core/extended/trust.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 #include "core/simd/quad_double.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/test.h"

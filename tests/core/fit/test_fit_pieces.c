@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "core/fit/fit.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 #include "tests/harness/test.h"
 
 enum { ARMS = 2, RUNS = 3, ROWS = 200, ALL = RUNS * ROWS, UNKNOWNS = 3 + 2 * ARMS * RUNS };

@@ -8,7 +8,7 @@
 #include <stdio.h>
 
 #include "core/fit/fit.h"
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 #include "tests/harness/test.h"
 
 enum { ROWS = 200, UNKNOWNS = 3, DRAWS = 200 };

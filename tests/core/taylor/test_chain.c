@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 #include "tests/harness/test.h"
 
 extern const struct pend_method pend_method_taylor, pend_method_taylor_extended;

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/integrate/run.h"
+#include "core/integrate/run/run.h"
 #include "core/taylor/jets.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/quad_bodies.h"

@@ -1,0 +1,184 @@
+#include "core/integrate/events/events.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "core/integrate/run/horizon.h"
+#include "core/integrate/run/run_check.h"
+#include "core/taylor/jets.h"
+
+struct pend_events {
+    struct pend_events_problem problem;
+    int n;
+    void *stepper;
+    double reached;               /* s, the end of the last step */
+    double stopped;               /* s; NaN = not yet */
+    int begun, ended;             /* a step was taken; nothing more is to be told */
+    struct pend_horizon *horizon; /* NULL: no accuracy is given */
+    double *phi, *rate;           /* n each: the state at the end of a step */
+    struct event_search search;
+    struct event_watch *watch;
+};
+
+PEND_VALIDATOR events_valid(const struct pend_events *e) {
+    return e && e->stepper && e->search.next >= 0 && e->search.next <= e->search.queued &&
+           e->search.count == e->problem.count;
+}
+
+static enum pend_status events_step(struct pend_events *e, struct pend_error *error) {
+    const struct pend_events_problem *problem = &e->problem;
+    double from = e->reached, end = problem->duration;
+    struct pend_series series;
+    enum pend_status status = pend_method_taylor.step(e->stepper, end, &e->reached, error);
+    if (status != PEND_OK) {
+        double time = problem->start + (error ? error->time : from);
+        return pend_fail(error, status, -1, time, "at t = %.6g s: %s", time,
+                         pend_status_text(status));
+    }
+    if (e->horizon) {
+        const struct pend_points points = {.phi = e->phi, .rate = e->rate};
+        pend_method_taylor.at(e->stepper, &e->reached, 1, &points);
+        pend_horizon_step(e->horizon, e->stepper, e->reached, e->phi, e->rate);
+    }
+    pend_method_taylor.series(e->stepper, &series);
+    pend_jets_forces(series.jets, series.order);
+    struct event_step step = pend_event_series_step(&series, problem->tree, &problem->loads);
+    step.time = problem->start + from;
+    step.length = (end > 0 ? fmin(e->reached, end) : fmax(e->reached, end)) - from;
+    pend_event_search_step(&e->search, &step, e->watch, from, !e->begun);
+    e->begun = 1;
+    return PEND_OK;
+}
+
+/* ---- the search */
+
+/* the next hit of the step that is to be told; 0 if there is none */
+static int events_give(struct pend_events *e, struct pend_hit *hit, double phi[], double rate[]) {
+    int stops = 0;
+    const struct pend_hit *next =
+        e->ended ? NULL : pend_event_search_take(&e->search, e->watch, &stops);
+    if (!next) return 0;
+    *hit = *next;
+    const struct pend_points points = {.phi = phi, .rate = rate};
+    pend_method_taylor.at(e->stepper, &hit->time, 1, &points);
+    if (stops) {
+        e->stopped = hit->time;
+        e->ended = 1;
+    }
+    return 1;
+}
+
+enum pend_status pend_events_next(struct pend_events *e, long steps, enum pend_found *found,
+                                  struct pend_hit *hit, double phi[], double rate[],
+                                  struct pend_error *error) {
+    assert(events_valid(e) && steps >= 1);
+    *found = PEND_FOUND_NOTHING;
+    for (; steps > 0; steps--) {
+        if (events_give(e, hit, phi, rate)) {
+            *found = PEND_FOUND_PASSAGE;
+            return PEND_OK;
+        }
+        double end = e->problem.duration;
+        if (e->ended || (end > 0 ? e->reached >= end : e->reached <= end) ||
+            pend_event_search_told(&e->search, e->watch)) {
+            *found = PEND_FOUND_END;
+            return PEND_OK;
+        }
+        PEND_TRY(events_step(e, error));
+    }
+    return PEND_OK;
+}
+
+double pend_events_stopped(const struct pend_events *e) {
+    assert(events_valid(e));
+    return e->stopped;
+}
+
+double pend_events_held(const struct pend_events *e) {
+    assert(events_valid(e));
+    double duration = e->problem.duration, least = fmin(fabs(e->reached), fabs(duration));
+    if (!e->horizon) return NAN;
+    if (!isnan(e->stopped)) least = fmin(least, fabs(e->stopped));
+    return copysign(fmin(fabs(pend_horizon_held(e->horizon, e->reached)), least), duration);
+}
+
+long pend_events_steps(const struct pend_events *e) {
+    return pend_method_taylor.counts(e->stepper).steps;
+}
+
+double pend_events_progress(const struct pend_events *e) {
+    return e->ended ? 1 : fmin(1, e->reached / e->problem.duration);
+}
+
+/* ---- making and freeing */
+
+static enum pend_status events_check(const struct pend_events_problem *problem,
+                                     struct pend_error *error) {
+    if (!(problem->duration != 0 && isfinite(problem->duration) && isfinite(problem->start)))
+        return pend_fail(error, PEND_INVALID, -1, 0, "the duration must not be 0, got %g",
+                         problem->duration);
+    return pend_event_search_check(problem->count, problem->event, problem->tree->n, error);
+}
+
+/* the search in one block, but for its stepper */
+static struct pend_events *events_allocate(const struct pend_events_problem *problem) {
+    size_t bytes = pend_event_search_bytes(problem->count, problem->event, problem->tree,
+                                           &problem->loads),
+           watches = (size_t)problem->count * sizeof(struct event_watch),
+           state = 2 * (size_t)problem->tree->n * sizeof(double);
+    struct pend_events *made = calloc(1, sizeof *made + state + watches + bytes);
+    if (!made) return NULL;
+    made->problem = *problem;
+    made->n = problem->tree->n;
+    made->stopped = NAN;
+    made->phi = (double *)(made + 1);
+    made->rate = made->phi + made->n;
+    made->watch = (struct event_watch *)(void *)(made->rate + made->n);
+    pend_event_search_init(&made->search, problem->count, problem->event, problem->tree,
+                           made->watch + problem->count);
+    return made;
+}
+
+enum pend_status pend_events_new(struct pend_events **events,
+                                 const struct pend_events_problem *problem,
+                                 struct pend_error *error) {
+    *events = NULL;
+    PEND_TRY(events_check(problem, error));
+    PEND_TRY(pend_loads_check_series(&problem->loads, error));
+    PEND_TRY(pend_run_check_tree(problem->tree, error));
+    struct pend_events *made = events_allocate(problem);
+    if (!made)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %d conditions",
+                         problem->count);
+    const struct pend_problem motion = {
+        .tree = problem->tree,
+        .loads = problem->loads,
+        .phi = problem->phi,
+        .phi_low = problem->phi_low,
+        .rate = problem->rate,
+        .rate_low = problem->rate_low,
+        .times = {.count = 2, .start = problem->start, .span = problem->duration, .divisor = 1},
+        .rtol = problem->rtol > 0 ? problem->rtol : pend_method_taylor.rtol_default,
+        .atol = problem->atol,
+        .accuracy = problem->accuracy};
+    enum pend_status status = pend_method_taylor.open(&made->stepper, &motion, error);
+    if (status == PEND_OK && motion.accuracy > 0)
+        status = pend_horizon_new(&made->horizon, &pend_method_taylor, &motion, error);
+    made->problem.phi = made->problem.rate = NULL;
+    made->problem.phi_low = made->problem.rate_low = NULL;
+    if (status == PEND_OK)
+        *events = made;
+    else
+        pend_events_free(&made);
+    assert(status != PEND_OK || events_valid(*events));
+    return status;
+}
+
+void pend_events_free(struct pend_events **events) {
+    if (!*events) return;
+    pend_horizon_free(&(*events)->horizon);
+    if ((*events)->stepper) pend_method_taylor.close(&(*events)->stepper);
+    free(*events);
+    *events = NULL;
+}

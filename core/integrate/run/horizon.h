@@ -1,0 +1,72 @@
+/* The horizon of an answer's digits: the error of a computed motion, estimated during the
+ * integration. The linearized equations, or a neighbour at a small distance, show how errors
+ * grow, and the error of every step is added.
+ * Leaves to others: the steps (method_*), the neighbour (neighbour), the wanted instants (run), the
+ * exact comparison with 32 digits (trust).
+ * Invariant: the motion's bits do not depend on it; the same problem gives the same estimate. */
+#ifndef PEND_HORIZON_H
+#define PEND_HORIZON_H
+
+#include "core/integrate/methods/method.h"
+
+/* The factor by which errors are assumed to be larger than their estimate. */
+#define PEND_HORIZON_MARGIN 2.0
+
+struct pend_horizon;
+
+/**
+ * Prepares an estimate.
+ *
+ * horizon  out; NULL on failure; released by pend_horizon_free.
+ * method   the method that computes the motion.
+ * problem  checked by pend_run_check, with an accuracy > 0. Its tree and its list of instants must
+ *          outlive the estimate.
+ *
+ * PEND_NO_MEMORY
+ * O(n) memory: the power series of one neighbour for trees of more than PEND_JETS_PAD arms and for
+ * real pendulums, and one more series for methods without a series of their own.
+ */
+PEND_MUST_CHECK enum pend_status pend_horizon_new(struct pend_horizon **horizon,
+                                                  const struct pend_method *method,
+                                                  const struct pend_problem *problem,
+                                                  struct pend_error *error);
+
+/** Frees an estimate and clears the pointer; NULL is accepted. */
+void pend_horizon_free(struct pend_horizon **horizon);
+
+/**
+ * Adds an accepted step to the estimate; the caller calls it after each step, in their order. It
+ * does nothing once the accuracy is lost.
+ *
+ * stepper    the method's, after the step.
+ * reached    the end of the step, s, relative to the first instant.
+ * phi, rate  the state there, n values each, stored order.
+ *
+ * Cost, with the two orders that the Taylor method computes for the estimate: at most three tenths
+ * of a step of a small tree, a little more in runs of thousands of periods, and nothing once the
+ * accuracy is lost; less for other methods.
+ */
+void pend_horizon_step(struct pend_horizon *horizon, void *stepper, double reached,
+                       const double phi[], const double rate[]);
+
+/**
+ * Returns the last wanted instant, s, among those that the steps have passed, up to which the
+ * errors of all angles stay within the problem's accuracy, rad, those of all angular velocities
+ * within the accuracy times the largest angular velocity of any arm so far, and those of all forces
+ * within the accuracy times the largest force in any arm so far; the first instant if no later one
+ * does. This is an estimate: of 504 random motions of every kind it was from half of the true
+ * instant to a tenth beyond it. O(log of the number of instants).
+ */
+double pend_horizon_until(const struct pend_horizon *horizon);
+
+/**
+ * Returns the time up to which the accuracy is kept, s, relative to the first instant and not
+ * rounded to a wanted instant; `reached` if the accuracy is not lost yet. O(1).
+ */
+double pend_horizon_held(const struct pend_horizon *horizon, double reached);
+
+/** Shows a checkpoint the state of an estimate; parameters and errors as pend_run_carry. */
+PEND_MUST_CHECK enum pend_status pend_horizon_carry(struct pend_horizon *horizon,
+                                                    struct pend_checkpoint *checkpoint);
+
+#endif

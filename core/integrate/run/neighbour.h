@@ -1,0 +1,54 @@
+/* How the error of a state changes in one step: the power series of a neighbouring motion, at a
+ * small distance in the direction of the error, less that of the motion itself.
+ * Leaves to others: what errors steps make, and what is allowed (horizon); the same for small
+ * ideal trees, whose equations are linearized (pend_jets_spread).
+ * Invariant: the motion's series are only read. */
+#ifndef PEND_NEIGHBOUR_H
+#define PEND_NEIGHBOUR_H
+
+#include "core/integrate/methods/method.h"
+#include "core/taylor/jets.h"
+
+struct pend_neighbour {
+    const struct pend_problem *problem;
+    struct pend_jets jets;
+    struct jets_state state;
+    int order;    /* to which the last step was expanded; kept from step to step */
+    double cart;  /* m, by which the place of a cart is divided before it counts beside angles; 0
+                     where there is none */
+    double speed; /* rad/s, up to which dry friction is linear in the distance; 0 = no friction */
+    double *sum, *before; /* of the limit */
+};
+
+/** Bytes of memory, a multiple of 64, for series up to order `cap`. O(n). */
+size_t pend_neighbour_bytes(const struct pend_problem *problem, int cap);
+
+/**
+ * Prepares a neighbour.
+ *
+ * neighbour  stays where it is.
+ * problem    must outlive the neighbour.
+ * cap        highest order, PEND_JETS_ORDER_MIN .. PEND_JETS_ORDER_MAX.
+ * cart       m, as in the structure.
+ * memory     pend_neighbour_bytes(problem, cap) bytes, aligned to 64; not owned.
+ */
+void pend_neighbour_init(struct pend_neighbour *neighbour, const struct pend_problem *problem,
+                         int cap, double cart, void *memory);
+
+/**
+ * Replaces the errors of the start of a step by those x units later, to first order.
+ *
+ * The orders are as many as the series needs for its last two terms to be below `least`. A series
+ * whose terms do not fall, as those of a contracting motion, is summed by Wynn's vector epsilon
+ * algorithm (P. Wynn, Math. Comp. 16 (1962) 301): a rational function that decays where e^-x does.
+ *
+ * step       its jets, begin, unit and order are read; order <= cap.
+ * least      truncation over the error, > 0.
+ * phi, rate  in and out: the errors, rad and rad/s, n values each.
+ *
+ * Returns the largest error of a force at the start, N. O(n order^2), no allocation.
+ */
+double pend_neighbour_spread(struct pend_neighbour *neighbour, const struct pend_series *step,
+                             double x, double least, double phi[], double rate[]);
+
+#endif
