@@ -1,4 +1,4 @@
-#include "section.h"
+#include "core/integrate/events/section.h"
 
 #include <math.h>
 #include <stdlib.h>

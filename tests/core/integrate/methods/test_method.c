@@ -1,4 +1,4 @@
-#include "method.h"
+#include "core/integrate/methods/method.h"
 
 #include <math.h>
 #include <string.h>

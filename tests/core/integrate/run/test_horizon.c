@@ -1,4 +1,4 @@
-#include "horizon.h"
+#include "core/integrate/run/horizon.h"
 
 #include <math.h>
 #include <stdlib.h>

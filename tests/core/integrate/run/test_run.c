@@ -1,4 +1,4 @@
-#include "run.h"
+#include "core/integrate/run/run.h"
 
 #include <math.h>
 #include <stdlib.h>
