@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/call/class_json.h"
+#include "api/class/class_json.h"
 
 enum {
     EVENTS_NUMBER = 1, /* the number of the topic among those of the service */

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/call/class_table.h"
+#include "api/class/class_table.h"
 #include "server/classes/class_events.h"
 #include "server/classes/class_request.h"
 

@@ -1,6 +1,6 @@
 /* The routes that read a whole room: what stands there, its answers as a table, and how often each
  * came.
- * Leaves to others: the form of each (api/call/class_json, class_table).
+ * Leaves to others: the form of each (api/class/class_json, class_table).
  * Invariant: a room is read a page at a time, between which others have their turn. */
 #ifndef SRV_CLASS_REPORTS_H
 #define SRV_CLASS_REPORTS_H

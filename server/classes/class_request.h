@@ -5,7 +5,7 @@
 #ifndef SRV_CLASS_REQUEST_H
 #define SRV_CLASS_REQUEST_H
 
-#include "api/call/class_json.h"
+#include "api/class/class_json.h"
 #include "server/jobs/store_request.h"
 #include "server/store/store_classes.h"
 

@@ -1,6 +1,6 @@
 /* The routes of rooms, of those who are in them, and of what stands there.
- * Leaves to others: what may stand there (api/call/class_json), keeping it (store_classes), reading
- * a whole room (class_reports).
+ * Leaves to others: what may stand there (api/class/class_json), keeping it (store_classes),
+ * reading a whole room (class_reports).
  * Invariant: the finish of every exchange is called exactly once; what a client is told is in the
  * store. */
 #ifndef SRV_CLASSES_H

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/call/oembed.h"
 #include "api/call/openapi.h"
+#include "api/link/oembed.h"
 #include "server/classes/class_request.h"
 
 static const char assets_for_ever[] = "public, max-age=31536000, immutable";

@@ -1,7 +1,7 @@
 /* The page's files and the API's description, compiled in: the routes /, /docs, /sw.js,
  * /page/DIGEST/FILE, /openapi.json and /openapi-3.0.json; and how others show the page, /oembed.
  * Leaves to others: the files themselves (web/), making them C (assets_embed.py), reading a link
- * (api/call/oembed).
+ * (api/link/oembed).
  * Invariant: files under /page/DIGEST never change, so a browser may keep them for ever. */
 #ifndef SRV_ASSETS_H
 #define SRV_ASSETS_H

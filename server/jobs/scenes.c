@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/call/scene.h"
+#include "api/link/scene.h"
 #include "server/work/admission.h"
 #include "server/base/clock.h"
 #include "server/jobs/store_request.h"

@@ -1,6 +1,6 @@
 /* The routes of scenes: a link that shows the same to everybody, until all clients that stored it
  * have deleted it.
- * Leaves to others: what a scene is (api/call/scene), keeping it (store).
+ * Leaves to others: what a scene is (api/link/scene), keeping it (store).
  * Invariant: an id never changes its meaning; the finish of every exchange is called exactly
  * once. */
 #ifndef SRV_SCENES_H

@@ -1,7 +1,7 @@
 /* Rooms in which a class works together, in the store: who is in them, and the items that stand
  * there, each with the number of the change that it was written by.
- * Leaves to others: what an item says (api/call/class_json), who asks (classes), telling of changes
- * (classes/class_events).
+ * Leaves to others: what an item says (api/class/class_json), who asks (classes), telling of
+ * changes (classes/class_events).
  * Invariant: changes of a room are numbered without a gap in the order in which they are committed;
  * who has read all items up to a number misses nothing by asking for those above it. */
 #ifndef SRV_STORE_CLASSES_H

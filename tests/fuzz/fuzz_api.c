@@ -9,9 +9,9 @@
 #include <string.h>
 
 #include "api/call/call.h"
-#include "api/call/class_table.h"
 #include "api/call/form.h"
 #include "api/call/part.h"
+#include "api/class/class_table.h"
 #include "api/encode/negotiate.h"
 #include "tests/fuzz/fuzz.h"
 

@@ -10,9 +10,9 @@
 #include <string.h>
 
 #include "api/call/call.h"
-#include "api/call/oembed.h"
 #include "api/json/json_in.h"
-#include "api/call/scene.h"
+#include "api/link/oembed.h"
+#include "api/link/scene.h"
 #include "tests/fuzz/fuzz.h"
 #ifndef FUZZER
 #include "tests/harness/test.h"

@@ -13,7 +13,7 @@ ELSEWHERE := core/extended/% core/ensemble/% core/derivatives/derivatives.c core
   picture_json.c response_json.c damped_json.c varied.c) \
   $(addprefix api/encode/,colormap.c encode_arrays.c encode_hdf5.c encode_mat.c encode_npz.c encode_npy.c encode_parquet.c encode_png.c \
   encode_raw.c hdf5.c zip64.c) \
-  $(addprefix api/call/,class_%.c cite.c crate%.c job_json.c part.c relay%.c results.c scene.c zip.c)
+  $(addprefix api/call/,cite.c crate%.c job_json.c part.c relay%.c results.c zip.c) api/link/% api/class/%
 SOURCES := $(filter-out $(ELSEWHERE),$(wildcard core/*/*.c core/*/*/*.c api/*/*.c)) api/clients/browser/door.c api/clients/browser/missing.c
 NUMBERS := $(wildcard api/number/*.cpp)
 OBJECTS := $(SOURCES:%.c=$(D)/%.o) $(NUMBERS:%.cpp=$(D)/%.o) $(D)/engine.o

@@ -1,4 +1,4 @@
-#include "api/call/class_table.h"
+#include "api/class/class_table.h"
 
 #include <assert.h>
 #include <stdlib.h>

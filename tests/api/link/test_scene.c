@@ -1,4 +1,4 @@
-#include "api/call/scene.h"
+#include "api/link/scene.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-#include "api/call/class_json.h"
+#include "api/class/class_json.h"
 
 #include <assert.h>
 #include <math.h>
@@ -6,8 +6,8 @@
 
 #include "api/call/canonical.h"
 #include "api/call/job_json.h"
-#include "api/call/scene.h"
 #include "api/encode/negotiate.h"
+#include "api/link/scene.h"
 #include "api/read/field.h"
 
 /* characters of texts */

@@ -1,4 +1,4 @@
-#include "api/call/class_table.h"
+#include "api/class/class_table.h"
 
 #include <stdio.h>
 #include <string.h>

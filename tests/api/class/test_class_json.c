@@ -1,4 +1,4 @@
-#include "api/call/class_json.h"
+#include "api/class/class_json.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-#include "api/call/oembed.h"
+#include "api/link/oembed.h"
 
 #include <assert.h>
 #include <stdio.h>

@@ -5,7 +5,7 @@
 #ifndef API_CLASS_TABLE_H
 #define API_CLASS_TABLE_H
 
-#include "api/call/class_json.h"
+#include "api/class/class_json.h"
 
 /* How a table is written. */
 enum api_class_sheet {
