@@ -150,7 +150,7 @@ static const struct {
     {"ode15s", "radau"},
     {"float", "double"},
     {"float64", "double"},
-    {"float128", "quad"},
+    {"float128", "extended"},
     /* routes */
     {"/v1/trajectory", "/v1/trajectories"},
     {"/v1/simulate", "/v1/trajectories"},

@@ -24,7 +24,7 @@ static const struct trajectory_steps {
 
 /* how many times as long 32 digits take, the fixed step, and a comparison with 32 digits beside
  * the trajectory */
-static const double extended_times = 25, quad_times = 2000, symplectic_times = 17,
+static const double extended_times = 25, symplectic_times = 17,
                     trust_times = API_TRAJECTORY_TRUST_TIMES;
 
 /* rad/s at which the fastest arm swings, about: as fast as the shortest arm does, faster where
@@ -99,8 +99,6 @@ double api_trajectory_cost_seconds(struct api_trajectory_size size) {
     double times_as_long = size.trusts ? 1 + trust_times : 1;
     if (size.method->method == pend_method_taylor.extended)
         times_as_long = size.trusts ? 2 * extended_times : extended_times;
-    if (size.method->method == &pend_method_taylor_quad)
-        times_as_long = size.trusts ? 2 * quad_times : quad_times;
     if (size.method->method == &pend_method_symplectic) times_as_long = symplectic_times;
     if (size.events->rows) times_as_long = 0;
     times_as_long += api_events_times(size.events);

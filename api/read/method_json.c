@@ -1,6 +1,7 @@
 #include "api/read/method_json.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { METHODS = 15 };
 
@@ -39,8 +40,15 @@ static int read_setting(const struct api_value *value, const struct pend_method 
 static const struct pend_method *read_precision(const struct api_value *value,
                                                 const struct pend_method *method,
                                                 struct api_problem *problem) {
-    static const char *const words[] = {"double", "extended", "quad", NULL};
+    static const char *const words[] = {"double", "extended", NULL};
+    const char *text = api_value_text(value);
     int chosen = 0;
+    if (text && !strcmp(text, "quad")) {
+        api_value_fault(value, problem,
+                        API_CODE_UNSUPPORTED
+                        "\"quad\" (62 digits) was removed: \"extended\" computes with 32 digits");
+        return NULL;
+    }
     int found = api_field_word(value, words, &chosen, problem);
     if (found > 0 && !chosen) api_value_usual(value);
     if (found < 0) return NULL;
@@ -49,7 +57,7 @@ static const struct pend_method *read_precision(const struct api_value *value,
         api_value_fault(value, problem,
                         API_CODE_UNSUPPORTED "\"%s\" is for method taylor only, not for %s",
                         words[chosen], method->name);
-    return method->extended && chosen == 2 ? &pend_method_taylor_quad : method->extended;
+    return method->extended;
 }
 
 void api_method_read(struct api_method *method, const struct api_value *root,
@@ -93,11 +101,9 @@ const char *api_method_advice(const struct api_method *method) {
     const struct pend_method *known = method->method;
     if (known->flags & PEND_METHOD_LINEAR) return "Method taylor computes the pendulum itself.";
     if (known->flags & PEND_METHOD_FIXED_STEP)
-        return "Method taylor with precision extended or quad carries them further.";
-    if (known == &pend_method_taylor_quad) return "A smaller rtol or a shorter time keeps them.";
-    if (known == pend_method_taylor.extended) return "Precision quad carries them further.";
-    if (known->extended)
-        return "A smaller rtol or precision extended or quad carries them further.";
+        return "Method taylor with precision extended carries them further.";
+    if (known == pend_method_taylor.extended) return "A smaller rtol or a shorter time keeps them.";
+    if (known->extended) return "A smaller rtol or precision extended carries them further.";
     if (known == &pend_method_radau) return "A smaller rtol carries them further.";
     return "A smaller rtol or method taylor carries them further.";
 }

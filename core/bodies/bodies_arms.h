@@ -108,19 +108,6 @@ static inline num arms_root_near(num x) {
     return root;
 }
 
-#elif defined NUMBER_QUAD_DOUBLE
-
-static inline arms arms_limit(arms x, double bound) {
-    if (x.part[0] > bound) return num_of(bound);
-    return x.part[0] < -bound ? num_of(-bound) : x;
-}
-
-static inline arms arms_most(arms x, arms y) { return y.part[0] > x.part[0] ? y : x; }
-
-static inline arms arms_sign(arms x) { return num_of(copysign(1, x.part[0])); }
-
-static inline num arms_root_near(num x) { return num_of(sqrt(x.part[0])); }
-
 #endif
 
 #if defined NUMBER_VEC || defined NUMBER_TANGENT

@@ -329,11 +329,7 @@ static inline void bodies_load(const struct bodies_system *s, const struct bodie
 /* ---- power */
 
 /* most orders of a series */
-#ifdef NUMBER_QUAD_DOUBLE
-enum { BODIES_ORDERS = 80 };
-#else
 enum { BODIES_ORDERS = 48 };
-#endif
 
 /* half of what drag_per_mass takes over gamma, order k, of arms from arm a on: sum of m |v|^2 of
  * all masses of an arm. The body's frame turns with u: |v_b|^2 M + 2 Re(conj(v_b) h u') + J phi'^2.

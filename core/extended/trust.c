@@ -68,13 +68,9 @@ enum pend_status pend_trust_new(struct pend_trust **trust, const struct pend_met
     if (method == pend_method_taylor.extended)
         exact.rtol = problem->rtol > 0 && problem->rtol < 1e-29 ? method->rtol_default
                                                                 : PEND_EXTENDED_RTOL_MIN;
-    if (method == &pend_method_taylor_quad)
-        exact.rtol =
-            problem->rtol > 0 && problem->rtol < 1e-57 ? method->rtol_default : method->rtol_min;
-    const struct pend_method *judge =
-        method == &pend_method_taylor_quad ? method : pend_method_taylor.extended;
     enum pend_status status = pend_run_new(&made->run[0], method, &own, error);
-    if (status == PEND_OK) status = pend_run_new(&made->run[1], judge, &exact, error);
+    if (status == PEND_OK)
+        status = pend_run_new(&made->run[1], pend_method_taylor.extended, &exact, error);
     if (status != PEND_OK) pend_trust_free(trust);
     return status;
 }

@@ -6,7 +6,6 @@
  *     #define NUMBER_VEC 1             a double; this is the kind if nothing is said
  *     #define NUMBER_VEC 8             a vector of 2, 4 or 8 doubles, one value a lane
  *     #define NUMBER_DOUBLE_DOUBLE     32 digits: a sum of two of the widest vectors
- *     #define NUMBER_QUAD_DOUBLE       62 digits: a sum of four doubles
  *     #define NUMBER_TANGENT           a double and its derivatives by eight parameters
  *     #define NUMBER_OTHER type        the file has defined num_of .. num_neg of `type` itself
  *
@@ -17,14 +16,14 @@
  *     num_fma(x, y, z)                 x y + z, rounded once where the kind can
  *     num_neg(x)
  *
- * The sums of several doubles have
+ * The sums of two doubles have
  *
  *     num_of2(high, low)               a number of two parts, |high| >= |low|, in every lane
  *     num_scale(x, power)              x times a power of two, exact
  *     num_sincos(x, &sine, &cosine)
  *
  * and NUM_(name) is a function that one kind alone has.
- * Leaves to others: the arithmetic (vec, double_double, quad_double, tangent).
+ * Leaves to others: the arithmetic (vec, double_double, tangent).
  * Invariant: the checks at the end of this file hold for every kind, or it does not compile. */
 #ifndef PEND_NUMBER_H
 #define PEND_NUMBER_H
@@ -40,10 +39,6 @@ typedef NUMBER_OTHER num;
 #include "core/simd/double_double.h"
 typedef KERNEL_OF(pairs, ) num;
 #define NUM_(name) KERNEL_OF(pairs, _##name)
-#elif defined NUMBER_QUAD_DOUBLE
-#include "core/simd/quad_double.h"
-typedef quad num;
-#define NUM_(name) quad_##name
 #elif defined NUMBER_TANGENT
 #include "core/simd/tangent.h"
 typedef struct tangent num;
@@ -94,7 +89,7 @@ NUMBER_IS(num_mul(NUMBER_ANY, NUMBER_ANY));
 NUMBER_IS(num_div(NUMBER_ANY, NUMBER_ANY));
 NUMBER_IS(num_fma(NUMBER_ANY, NUMBER_ANY, NUMBER_ANY));
 NUMBER_IS(num_neg(NUMBER_ANY));
-#if defined NUMBER_DOUBLE_DOUBLE || defined NUMBER_QUAD_DOUBLE
+#ifdef NUMBER_DOUBLE_DOUBLE
 NUMBER_IS(num_of2(1.0, 0.0));
 #endif
 /* templates lay numbers out in blocks of doubles, and memory is counted in these */

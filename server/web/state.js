@@ -124,7 +124,8 @@ export function fromRequest(body) {
     method: body.method ?? "taylor",
     rtol: body.rtol ?? null,
     atol: body.atol ?? null,
-    precision: body.precision ?? "double",
+    // links of before 62 digits were removed
+    precision: (body.precision === "quad" ? "extended" : body.precision) ?? "double",
     ghosts: [],
   };
 }

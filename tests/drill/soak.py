@@ -36,7 +36,7 @@ ONE = {  # one request: path, body, header fields, status
     "table": ("/v1/trajectories", MOTION % (3, ""), {"Accept": "text/csv", "Accept-Encoding": "zstd"}, 200),
     "HDF5": ("/v1/trajectories", MOTION % (3, ""), {"Accept": "application/x-hdf5"}, 200),
     "derivatives": ("/v1/trajectories", MOTION % (2, ',"derivatives":[{"vary":"length","arm":1}]'), {"Accept": "application/x-npz"}, 200),
-    "quad": ("/v1/trajectories", MOTION % (0.1, ',"precision":"quad","rtol":1e-30'), {}, 200),
+    "extended": ("/v1/trajectories", MOTION % (0.1, ',"precision":"extended"'), {}, 200),
     "ensemble": ("/v1/ensembles", GRID % (5, 50), {"Accept": "application/x-ndjson"}, 200),
     "picture": ("/v1/ensembles", PICTURE, {"Accept": "image/png"}, 200),
     "exponents": ("/v1/lyapunov", f'{{{TREE},"duration":2,"samples":4,"count":3}}', {}, 200),

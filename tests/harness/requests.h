@@ -99,7 +99,6 @@ static const struct test_request {
     {API_OP_TRAJECTORIES, TEST_MOTION "\"method\":\"msadams\"}", NULL},
     {API_OP_TRAJECTORIES, TEST_MOTION "\"method\":\"symplectic\"}", NULL},
     {API_OP_TRAJECTORIES, TEST_MOTION "\"precision\":\"extended\",\"trust\":true}", NULL},
-    {API_OP_TRAJECTORIES, TEST_MOTION "\"precision\":\"quad\",\"rtol\":1e-30}", NULL},
     {API_OP_FORCES,
      "{" TEST_TREE ",\"states\":[{},{\"theta\":[1,2]},{\"mode\":1,\"amplitude\":1}]}", NULL},
     {API_OP_FORCES, "{" TEST_TREE "}", "text/csv"},

@@ -207,28 +207,22 @@ TEST(methods_without_terms_refuse_real_pendulums_in_words) {
 
 /* jobs are carried from part to part: the work, the heat and the balance's drift too */
 TEST(motions_of_real_pendulums_carried_after_every_call_have_the_same_bits) {
-    const struct pend_method *method[] = {pend_method_find("taylor"),
-                                          pend_method_find("rkf45"),
-                                          pend_method_find("rk8pd"),
-                                          pend_method_find("ode23"),
-                                          pend_method_find("taylor")->extended,
-                                          &pend_method_taylor_quad};
+    const struct pend_method *method[] = {pend_method_find("taylor"), pend_method_find("rkf45"),
+                                          pend_method_find("rk8pd"), pend_method_find("ode23"),
+                                          pend_method_find("taylor")->extended};
     unsigned long long seed = 17;
     struct test_tree t;
     struct test_bodies b;
     test_tree_random(&t, TEST_TREE_LIMBS, 3, 0.3, &seed);
     test_bodies_random(&b, t.tree, TEST_TERMS_ALL, &seed);
-    for (int i = 0; i < 6; i++) {
+    for (int i = 0; i < 5; i++) {
         struct pend_problem problem = {.tree = t.tree,
                                        .loads = b.loads,
                                        .phi = t.phi,
                                        .rate = t.rate,
                                        .times = {.count = 9, .start = 3, .span = 1, .divisor = 8},
-                                       .rtol = i == 3  ? 1e-5
-                                               : i < 5 ? 1e-9
-                                                       : 1e-20};
+                                       .rtol = i == 3 ? 1e-5 : 1e-9};
         struct test_record whole, carried;
-        if (i == 5) problem.times.span = 0.1;
         test_record_blocks(&whole, method[i], &problem, 2, 1);
         test_record_carried(&carried, method[i], &problem, 2, 1);
         CHECK_SAYING(whole.status == PEND_OK && test_record_same(&whole, &carried), "%d", i);

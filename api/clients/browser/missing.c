@@ -92,7 +92,6 @@ METHOD(rkf45, "rkf45");
 METHOD(rk8pd, "rk8pd");
 METHOD(msadams, "msadams");
 METHOD(taylor_extended, "taylor");
-METHOD(taylor_quad, "taylor");
 
 #define FORMAT(id, type, samples)                                                                  \
     const struct api_format api_format_##id = {.media_type = type,                                 \

@@ -175,8 +175,6 @@ extern const struct pend_method pend_method_taylor, pend_method_ode23, pend_meth
 
 /* pend_method_taylor.extended points to this one */
 extern const struct pend_method pend_method_taylor_extended;
-/* the same method in numbers of about 62 digits */
-extern const struct pend_method pend_method_taylor_quad;
 
 /**
  * Returns a method's default of the absolute tolerance for a relative one, rad and rad/s. O(1).

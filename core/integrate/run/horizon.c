@@ -61,8 +61,7 @@ PEND_VALIDATOR horizon_valid(const struct pend_horizon *horizon) {
 static enum horizon_way horizon_way(const struct pend_method *method) {
     if (method->series) return HORIZON_SERIES;
     if (method->spread) return HORIZON_METHOD;
-    int precise = method == pend_method_taylor.extended || method == &pend_method_taylor_quad;
-    return precise ? HORIZON_EXTENDED : HORIZON_ANEW;
+    return method == pend_method_taylor.extended ? HORIZON_EXTENDED : HORIZON_ANEW;
 }
 
 static void horizon_view(struct pend_horizon *horizon, double *at, size_t stride) {
@@ -127,8 +126,7 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
     made->end_ratio = -1;
     made->end_time = pend_times_at(&problem->times, problem->times.count - 1) -
                      pend_times_at(&problem->times, 0);
-    made->target = fmax(method->flags & PEND_METHOD_TOLERANCES ? problem->rtol / 100 : 0,
-                        method == &pend_method_taylor_quad ? 0x1p-200 : 0x1p-106);
+    made->target = fmax(method->flags & PEND_METHOD_TOLERANCES ? problem->rtol / 100 : 0, 0x1p-106);
     horizon_view(made, (double *)(block + head), stride);
     made->left_rate = (double *)behind - 2 * pend_jets_seats(tree);
     made->left_phi = made->left_rate + pend_jets_seats(tree);

@@ -15,8 +15,6 @@ import { aborted, cssValue, fetchTable, figure, later, settled, swatch, tick } f
 import { showFields } from "./method_fields.js";
 
 const WRONG = 0.1;
-// finer than a run in 62 digits is hardly possible, but another order tells where it parts
-const QUAD_REFERENCE = 1e-50;
 const FINE_ARMS = 20; // what 32 digits are cheap for
 const FINE_SECONDS = 120;
 const EXACT_ARMS = 20; // what the exact bound of the digits is cheap for
@@ -52,9 +50,6 @@ const paperOf = (doc) => ({ ...doc, method: "ode23", rtol: null, atol: null, pre
 function referenceOf(doc) {
   const { method, precision, rtol, pendulum, span } = doc;
   const taylor = method === "taylor";
-  if (precision === "quad" && taylor) {
-    return { words: "method.referenceQuad", way: { rtol: QUAD_REFERENCE } };
-  }
   if (pendulum.length.length <= FINE_ARMS && span.stop <= FINE_SECONDS) {
     return { words: "method.referenceFine", way: { precision: "extended", rtol: null } };
   }

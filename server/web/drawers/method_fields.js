@@ -6,9 +6,8 @@ import { h } from "../dom.js";
 import { choice, figure } from "./kit.js";
 
 /**
- * A method's default tolerance, the finest and the loosest that is offered, and what the absolute
- * one is of it.
- * @typedef {{rtol: number, finest: number, loosest?: number, divisor: number}} Tolerances
+ * A method's default tolerance, the finest that is offered, and what the absolute one is of it.
+ * @typedef {{rtol: number, finest: number, divisor: number}} Tolerances
  */
 
 /** @type {Record<string, Tolerances | null>} */
@@ -23,10 +22,9 @@ const METHODS = {
   linear: null,
 };
 /** What taylor computes in. @type {Record<string, Partial<Tolerances>>} */
-const DIGITS = { double: {}, extended: { rtol: 1e-28 }, quad: { rtol: 1e-56, loosest: 1e-16 } };
+const DIGITS = { double: {}, extended: { rtol: 1e-28 } };
 const TOLERANCES = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-9, 1e-10, 1e-12, 1e-13, 1e-14, 1e-16];
 const ABSOLUTE = [0, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 1e-18];
-const QUAD_ARMS = 256;
 
 /** @param {Doc} doc @returns {Tolerances | null} */
 function tolerancesOf({ method, precision }) {
@@ -60,12 +58,11 @@ function toleranceField({ store, text }, key, value, values, usual) {
 }
 
 /** @param {App} app @param {Doc} doc @param {Tolerances} known */
-function toleranceFields(app, doc, { rtol, finest, loosest = 1, divisor }) {
-  const relative = TOLERANCES.filter((value) => value >= finest && value <= loosest);
-  const absolute = ABSOLUTE.filter((value) => value <= loosest);
+function toleranceFields(app, doc, { rtol, finest, divisor }) {
+  const relative = TOLERANCES.filter((value) => value >= finest);
   return [
     toleranceField(app, "rtol", doc.rtol, relative, rtol),
-    toleranceField(app, "atol", doc.atol, absolute, (doc.rtol ?? rtol) / divisor),
+    toleranceField(app, "atol", doc.atol, ABSOLUTE, (doc.rtol ?? rtol) / divisor),
   ];
 }
 
@@ -81,9 +78,7 @@ function methodField({ store, text }, doc) {
 
 /** @param {App} app @param {Doc} doc */
 function precisionField({ store, text }, doc) {
-  const quad = doc.pendulum.length.length <= QUAD_ARMS || doc.precision === "quad";
-  const digits = Object.keys(DIGITS).filter((value) => value !== "quad" || quad);
-  const list = digits.map((value) => ({ value, words: text(`method.${value}`) }));
+  const list = Object.keys(DIGITS).map((value) => ({ value, words: text(`method.${value}`) }));
   const field = choice(text("method.precision"), list, doc.precision, (precision) =>
     store.set({ precision, rtol: null, atol: null }, { label: "method" }),
   );

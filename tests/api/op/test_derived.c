@@ -225,7 +225,7 @@ TEST(derivatives_are_refused_at_their_pointer) {
         {"\"derivatives\":[{\"vary\":\"rest\",\"arm\":1}]", "/derivatives/0/vary", "has not"},
         {"\"derivatives\":[{\"vary\":\"gravity\",\"start\":1}]", "/derivatives/0/start", "known"},
         {"\"method\":\"rk8pd\",\"derivatives\":[{\"vary\":\"gravity\"}]", "/derivatives", "taylor"},
-        {"\"precision\":\"quad\",\"derivatives\":[{\"vary\":\"gravity\"}]", "/derivatives",
+        {"\"precision\":\"extended\",\"derivatives\":[{\"vary\":\"gravity\"}]", "/derivatives",
          "precision"},
         {"\"output\":[\"phi\",\"exchange\"],\"derivatives\":[{\"vary\":\"gravity\"}]",
          "/derivatives", "exchange"},

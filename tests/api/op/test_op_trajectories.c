@@ -540,21 +540,6 @@ TEST(huge_angles_in_degrees_are_exact_wherever_a_motion_starts) {
                  exponent[1]);
 }
 
-/* the state after 20 s to all digits of a double, and a horizon that reaches that far */
-TEST(quad_precision_is_served_with_its_horizon) {
-    struct test_reply reply = test_post(
-        API_OP_TRAJECTORIES,
-        "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"phi\":"
-        "[0.42920367320510344,0.92920367320510344]},\"times\":[0,10,20],\"output\":[\"phi\","
-        "\"theta\",\"lambda\"],"
-        "\"precision\":\"quad\",\"rtol\":1e-34}");
-    CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
-    CHECK(test_reply_number(&reply, "/stats/horizon") == 20);
-    CHECK(test_reply_number(&reply, "/phi/2/0") == -1.4164560416052849);
-    CHECK(test_reply_number(&reply, "/phi/2/1") == -43.45858340112293);
-    test_reply_free(&reply);
-}
-
 TEST(a_damped_arm_dies_away_as_its_closed_form) {
     // m l^2 theta'' + c theta' + m g l theta = 0, to the square of the angle
     struct test_reply reply = test_post(

@@ -98,9 +98,9 @@ TEST(a_trajectory_on_a_cart_agrees_with_the_forces_of_its_states) {
 }
 
 TEST(every_method_and_precision_gives_the_same_motion_on_a_cart) {
-    static const char *const ways[] = {"\"method\":\"taylor\"",      "\"method\":\"rk8pd\"",
-                                       "\"method\":\"msadams\"",     "\"method\":\"ode23\"",
-                                       "\"precision\":\"extended\"", "\"precision\":\"quad\""};
+    static const char *const ways[] = {"\"method\":\"taylor\"", "\"method\":\"rk8pd\"",
+                                       "\"method\":\"msadams\"", "\"method\":\"ode23\"",
+                                       "\"precision\":\"extended\""};
     double first[2] = {0, 0};
     for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
         char body[700];

@@ -155,7 +155,6 @@ export default {
   "method.precision": "Stellen der Rechnung",
   "method.double": "16 (double)",
   "method.extended": "32 (extended)",
-  "method.quad": "62 (quad): langsam",
   "method.overlay": "ode23 des Artikels darüberlegen",
   "method.overlayHint":
     "Das blasse Pendel ist derselbe Start mit ode23 und MATLABs voreingestellter Toleranz 10⁻³.",
@@ -173,7 +172,6 @@ export default {
   "method.error": "Differenz zur Referenz: größte eines Winkels, rad",
   "method.reference": "Referenz: taylor mit Toleranz 10⁻¹² (32 Stellen dauern hier zu lange).",
   "method.referenceFine": "Referenz: taylor mit 32 Stellen.",
-  "method.referenceQuad": "Referenz: taylor mit 62 Stellen und Toleranz 10⁻⁵⁰.",
   "method.goesWrong": "{name}: um mehr als 0,1 rad falsch ab {time} s.",
   "method.staysRight": "{name}: nie um mehr als {most} rad falsch.",
   "method.atEnd": "Differenz am Ende, rad",

@@ -153,7 +153,6 @@ export default {
   "method.precision": "Digits computed with",
   "method.double": "16 (double)",
   "method.extended": "32 (extended)",
-  "method.quad": "62 (quad): slow",
   "method.overlay": "Overlay the paper's ode23",
   "method.overlayHint":
     "The pale pendulum is the same start by ode23 with MATLAB's default tolerance 10⁻³.",
@@ -172,7 +171,6 @@ export default {
   "method.reference":
     "Reference: taylor with tolerance 10⁻¹² (32 digits would take too long here).",
   "method.referenceFine": "Reference: taylor with 32 digits.",
-  "method.referenceQuad": "Reference: taylor with 62 digits and tolerance 10⁻⁵⁰.",
   "method.goesWrong": "{name}: wrong by more than 0.1 rad from {time} s on.",
   "method.staysRight": "{name}: never wrong by more than {most} rad.",
   "method.atEnd": "Difference at the end, rad",

@@ -154,7 +154,6 @@ export default {
   "method.precision": "Cifras del cálculo",
   "method.double": "16 (doble)",
   "method.extended": "32 (ampliada)",
-  "method.quad": "62 (cuádruple): lento",
   "method.overlay": "Superponer el ode23 del artículo",
   "method.overlayHint":
     "El péndulo pálido es el mismo comienzo con ode23 y la tolerancia por defecto de MATLAB, 10⁻³.",
@@ -173,7 +172,6 @@ export default {
   "method.reference":
     "Referencia: taylor con tolerancia 10⁻¹² (32 cifras tardarían demasiado aquí).",
   "method.referenceFine": "Referencia: taylor con 32 cifras.",
-  "method.referenceQuad": "Referencia: taylor con 62 cifras y tolerancia 10⁻⁵⁰.",
   "method.goesWrong": "{name}: error de más de 0,1 rad desde {time} s.",
   "method.staysRight": "{name}: nunca un error de más de {most} rad.",
   "method.atEnd": "Diferencia al final, rad",

@@ -154,7 +154,6 @@ export default {
   "method.precision": "Chiffres du calcul",
   "method.double": "16 (double)",
   "method.extended": "32 (étendu)",
-  "method.quad": "62 (quadruple) : lent",
   "method.overlay": "Superposer l’ode23 de l’article",
   "method.overlayHint":
     "Le pendule pâle est le même départ par ode23 avec la tolérance par défaut de MATLAB, 10⁻³.",
@@ -173,7 +172,6 @@ export default {
   "method.reference":
     "Référence : taylor avec tolérance 10⁻¹² (32 chiffres prendraient trop de temps ici).",
   "method.referenceFine": "Référence : taylor avec 32 chiffres.",
-  "method.referenceQuad": "Référence : taylor avec 62 chiffres et tolérance 10⁻⁵⁰.",
   "method.goesWrong": "{name} : faux de plus de 0,1 rad à partir de {time} s.",
   "method.staysRight": "{name} : jamais faux de plus de {most} rad.",
   "method.atEnd": "Écart à la fin, rad",

@@ -153,7 +153,6 @@ export default {
   "method.precision": "Gerekend met cijfers",
   "method.double": "16 (dubbel)",
   "method.extended": "32 (uitgebreid)",
-  "method.quad": "62 (viervoudig): langzaam",
   "method.overlay": "De ode23 van het artikel eroverheen",
   "method.overlayHint":
     "De bleke slinger is dezelfde start met ode23 en MATLABs standaardtolerantie 10⁻³.",
@@ -172,7 +171,6 @@ export default {
   "method.reference":
     "Referentie: taylor met tolerantie 10⁻¹² (32 cijfers zouden hier te lang duren).",
   "method.referenceFine": "Referentie: taylor met 32 cijfers.",
-  "method.referenceQuad": "Referentie: taylor met 62 cijfers en tolerantie 10⁻⁵⁰.",
   "method.goesWrong": "{name}: meer dan 0,1 rad fout vanaf {time} s.",
   "method.staysRight": "{name}: nooit meer dan {most} rad fout.",
   "method.atEnd": "Verschil aan het einde, rad",

@@ -154,7 +154,6 @@ export default {
   "method.precision": "Hesaptaki basamak sayısı",
   "method.double": "16 (çift)",
   "method.extended": "32 (genişletilmiş)",
-  "method.quad": "62 (dörtlü): yavaş",
   "method.overlay": "Makalenin ode23’ünü üstüne koy",
   "method.overlayHint":
     "Soluk sarkaç, ode23 ve MATLAB’ın varsayılan toleransı 10⁻³ ile aynı başlangıçtır.",
@@ -172,7 +171,6 @@ export default {
   "method.error": "Referansla fark: bir açıdaki en büyük, rad",
   "method.reference": "Referans: taylor, tolerans 10⁻¹² (32 basamak burada çok uzun sürerdi).",
   "method.referenceFine": "Referans: taylor, 32 basamak.",
-  "method.referenceQuad": "Referans: taylor, 62 basamak, tolerans 10⁻⁵⁰.",
   "method.goesWrong": "{name}: {time} s sonrasında 0,1 rad üzerinde yanlış.",
   "method.staysRight": "{name}: yanlışı hiçbir zaman {most} rad üzerinde değil.",
   "method.atEnd": "Sondaki fark, rad",
