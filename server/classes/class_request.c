@@ -41,7 +41,7 @@ static void request_free(void *more) {
 int srv_class_request_read_code(const char *path, char code[SRV_CLASS_CODE]) {
     size_t bytes = strcspn(path, "/");
     assert(sizeof request_letters - 1 == 32);
-    if (bytes != SRV_CLASS_CODE - 1 && bytes != SRV_CLASS_CODE_OLD - 1) return 0;
+    if (bytes != SRV_CLASS_CODE - 1) return 0;
     for (size_t i = 0; i < bytes; i++) {
         code[i] = (char)toupper((unsigned char)path[i]);
         if (!strchr(request_letters, code[i])) return 0;

@@ -84,12 +84,12 @@ struct srv_sql_driver {
     /* what stands in statements for {begin}; {now}, microseconds since 1970 by the database's
      * clock; {lock} and {skip}:
      * the rows read are locked, those that another transaction has locked are waited for, or left
-     * out; {alone}: one migration at a time; {ring}: wakes the processes that listen, once
-     * committed, {ring work} and {ring stop}: the workers alone; {crowd}: the number of processes
-     * that compute, and of the connections of all; {carries}: the connections that the database
-     * takes, and how many processes that only compute it carries beside one that answers; {bytes}:
-     * the type of byte strings; {hot}: what a table is told whose few rows change with every
-     * transaction
+     * out; {alone}: tables are made by one process at a time; {ring}: wakes the processes that
+     * listen, once committed, {ring work} and {ring stop}: the workers alone; {crowd}: the number
+     * of processes that compute, and of the connections of all; {carries}: the connections that the
+     * database takes, and how many processes that only compute it carries beside one that answers;
+     * {bytes}: the type of byte strings; {hot}: what a table is told whose few rows change with
+     * every transaction
      */
     const char *begin, *now, *lock, *skip, *alone, *ring, *ring_work, *ring_stop, *crowd, *carries,
         *bytes, *hot;

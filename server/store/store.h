@@ -136,7 +136,7 @@ struct srv_lease {
 struct srv_store;
 
 /**
- * Opens a store, makes or migrates its tables.
+ * Opens a store, makes its tables where there are none.
  *
  * store  out; NULL on failure.
  * url    "sqlite:PATH" or "postgresql://...".
@@ -145,8 +145,8 @@ struct srv_store;
  * A database that cannot be reached just now is no failure: calls return SRV_STORED_AWAY until it
  * can be.
  *
- * PEND_INVALID    the url names no known store, the file cannot be opened, or the tables are of a
- *                 newer version.
+ * PEND_INVALID    the url names no known store, the file cannot be opened, or the tables are of
+ *                 another version.
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status srv_store_open(struct srv_store **store, const char *url,
@@ -338,8 +338,7 @@ enum srv_stored srv_store_release(struct srv_store *store, const char *worker);
  *
  * SRV_STORED_NONE     there is no such chunk.
  * SRV_STORED_DAMAGED  it is not what was written: bits have changed, or it is another job's or
- *                     part's. Chunks that were written before version 5 of the tables have no seal
- *                     that could tell.
+ *                     part's.
  */
 enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long part, long chunk,
                                 void *data, size_t *bytes);

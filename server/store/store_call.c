@@ -175,11 +175,11 @@ enum srv_stored srv_store_now(struct srv_store *store, int64_t *now) {
     struct srv_row_wholes row = {.count = 2};
     if (!store->now) {
         SRV_STORED_TRY(srv_store_run(store, SQL_NOW, NULL, 0, srv_row_wholes, &row));
-        /* a newer program has changed the tables while this one ran */
-        if (row.whole[1] > SRV_SCHEMA) {
+        /* another program has changed the tables while this one ran */
+        if (row.whole[1] != SRV_SCHEMA) {
             store->settled = 0;
             store->failed = 1;
-            return srv_schema_newer(store->sql, row.whole[1]);
+            return srv_schema_other(store->sql, row.whole[1]);
         }
         store->now = row.whole[0];
     }

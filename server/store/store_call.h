@@ -57,7 +57,7 @@ struct srv_store {
  * O(1). */
 int srv_store_valid(const struct srv_store *store);
 
-/** Makes or migrates the tables, once the database can be reached. */
+/** Makes the tables where there are none, once the database can be reached. */
 enum srv_stored srv_store_settle(struct srv_store *store);
 
 /** Begins a call, with a transaction of its own unless it is one of a batch. */
@@ -85,7 +85,7 @@ enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id,
  * The store's clock, us since 1970: read once in a transaction, and a microsecond later at every
  * call.
  *
- * SRV_STORED_BROKEN  a newer program has changed the tables while this one ran.
+ * SRV_STORED_BROKEN  another program has changed the tables while this one ran.
  */
 enum srv_stored srv_store_now(struct srv_store *store, int64_t *now);
 

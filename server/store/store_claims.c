@@ -31,7 +31,7 @@ struct row_lease {
 static enum srv_stored row_lease(void *context, const struct srv_value field[]) {
     struct row_lease *row = context;
     struct srv_lease *lease = row->lease;
-    lease->part = (long)srv_row_whole(&field[0], 0, lease->parts - 1, "shards", &row->flaw);
+    lease->part = (long)srv_row_whole(&field[0], 0, lease->parts - 1, "parts", &row->flaw);
     lease->attempt = (long)srv_row_whole(&field[1], 1, SRV_ROW_MOST, "attempt", &row->flaw);
     if (field[2].kind != SRV_SQL_NULL && field[2].kind != SRV_SQL_BYTES && !row->flaw)
         row->flaw = "start";
@@ -131,7 +131,7 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
     *ready = (struct ready){0};
     srv_row_word(&field[0], 1, job->id, sizeof job->id, "id", flaw);
     srv_row_word(&field[1], 1, job->operation, sizeof job->operation, "operation", flaw);
-    job->parts = (long)srv_row_whole(&field[2], 1, SRV_ROW_MOST, "shards", flaw);
+    job->parts = (long)srv_row_whole(&field[2], 1, SRV_ROW_MOST, "parts", flaw);
     job->begun = (long)srv_row_whole(&field[3], 0, job->parts, "begun", flaw);
     job->waiting = (long)srv_row_whole(&field[4], 0, job->begun, "waiting", flaw);
     job->chained = (int)srv_row_whole(&field[5], 0, 1, "chained", flaw);
@@ -145,16 +145,16 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
     srv_row_whole(&field[9], -CLAIM_RANK, CLAIM_RANK, "rank", flaw);
     job->created = srv_row_whole(&field[10], 0, SRV_ROW_LATEST, "created", flaw);
     snprintf(job->client, sizeof job->client, "%s", rows->client);
-    srv_row_word(&field[13], 0, job->title, sizeof job->title, "title", flaw);
-    srv_row_word(&field[14], 0, job->version, sizeof job->version, "version", flaw);
+    srv_row_word(&field[12], 0, job->title, sizeof job->title, "title", flaw);
+    srv_row_word(&field[13], 0, job->version, sizeof job->version, "version", flaw);
     if (!*flaw && !srv_seal_job_whole(job, &field[11])) *flaw = "seal";
     /* what was held before comes last, unless there is much of it: it may be what kills its
      * workers */
     int last = !job->chained && job->begun < job->parts && job->waiting <= LAST_PARTS;
     ready->again = job->waiting > 0 && !last;
-    ready->waited_us = field[17].whole - job->created;
-    ready->alone = ready->again && field[16].whole >= job->waiting;
-    return row_request(ready, &field[11], &field[15]);
+    ready->waited_us = field[16].whole - job->created;
+    ready->alone = ready->again && field[15].whole >= job->waiting;
+    return row_request(ready, &field[11], &field[14]);
 }
 
 /* None of the clients whose turn it is has a job that can be claimed. The sums of clients that

@@ -1,5 +1,5 @@
-/* Of rooms: which ones somebody has, their last changes, how many pupils come from one address, and
- * the numbers of nicknames that look alike.
+/* Of rooms: which ones somebody has, their last changes, how many pupils come from one address, the
+ * numbers of nicknames that look alike, and the rooms' end.
  * Leaves to others: what a name is folded to (classes/nickname), writing (store_classes).
  * Invariant: two pupils who are in a room at the same time never have the same shown name. */
 #ifndef SRV_STORE_CLASS_PUPILS_H
@@ -8,8 +8,7 @@
 #include "server/store/store_call.h"
 
 enum {
-    SRV_CLASS_CODE = 7,     /* bytes of a room's code, with its NUL, */
-    SRV_CLASS_CODE_OLD = 6, /* and of rooms that were made before version 10 of the tables */
+    SRV_CLASS_CODE = 7,     /* bytes of a room's code, with its NUL */
     SRV_CLASS_SOURCE = 6,   /* of the mark of an address, with its NUL */
     SRV_CLASS_FOLD = 320,   /* of a folded nickname, with its NUL */
     SRV_CLASS_NAMED = 1200, /* of a pupil's body with its number */
@@ -58,5 +57,12 @@ enum srv_stored srv_store_class_named(struct srv_store *store, const char *code,
 
 /** Reads the next of the ranges of numbers "3,7-12"; 0 at the end, or where it is none. */
 int srv_store_class_range(const char **at, int64_t *from, int64_t *to);
+
+/** Removes a room with all that is kept of it, in the transaction that runs; processes are woken.
+ * O(items) */
+enum srv_stored srv_store_class_erase(struct srv_store *store, const char *code);
+
+/** Removes one room whose time is over; *more becomes 1 if there was one. */
+enum srv_stored srv_store_class_sweep(struct srv_store *store, int64_t now, int *more);
 
 #endif

@@ -7,7 +7,6 @@
 
 #include "server/store/store_call.h"
 #include "server/store/store_class_pupils.h"
-#include "server/store/store_class_sweep.h"
 #include "server/store/store_rows.h"
 #include "server/store/store_seals.h"
 

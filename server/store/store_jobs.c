@@ -204,7 +204,7 @@ enum srv_stored srv_store_job(struct srv_store *store, const char *id, struct sr
 static int request_whole(const struct srv_value field[], const char *id, const void *request,
                          size_t bytes) {
     (void)id;
-    int kept = field[2].kind != SRV_SQL_WHOLE || field[2].whole <= SRV_JOB_SUCCESSFUL;
+    int kept = field[1].kind != SRV_SQL_WHOLE || field[1].whole <= SRV_JOB_SUCCESSFUL;
     return !kept || srv_seal_request_whole(field, request, bytes);
 }
 

@@ -16,7 +16,7 @@ enum { POST_BYTES = 1 << 20 };
 enum { FIRST_WAIT_MS = 100, MOST_WAIT_MS = 5000 };
 /* the longest waits for the database: ANSWER_MS for an answer; a
  * listener without news checks the connection after LISTEN_MS */
-enum { ANSWER_MS = 10000, LISTEN_MS = 5000, PATIENT_MS = 24 * 3600 * 1000 };
+enum { ANSWER_MS = 10000, LISTEN_MS = 5000 };
 /* connections that a process which only works leaves to those that answer: two of them can start */
 enum { CONNECTIONS_LEFT = 8 };
 
@@ -26,7 +26,6 @@ struct postgres_sql {
     int64_t retry_ms; /* when a lost connection may be tried again */
     int wait_ms;      /* from one try to the next */
     int silent;       /* it gave no answer in time */
-    int patient;      /* the tables are brought to a new version: that takes as long as it takes */
     char *url;
     int role;    /* of its process, SRV_SQL_ */
     int crowded; /* it would have been one of the last connections */
@@ -78,13 +77,9 @@ static PGresult *postgres_result_next(struct postgres_sql *own, int64_t until_ms
     return PQgetResult(own->connection);
 }
 
-static int64_t postgres_until(const struct postgres_sql *own) {
-    return postgres_clock_ms() + (own->patient ? PATIENT_MS : ANSWER_MS);
-}
-
 /* the answer to what was said outside of a pipeline, the first complaint of several */
 static PGresult *postgres_answer(struct postgres_sql *own, int said) {
-    int64_t until_ms = postgres_until(own);
+    int64_t until_ms = postgres_clock_ms() + ANSWER_MS;
     PGresult *answer = NULL, *next;
     if (!said) return NULL;
     while ((next = postgres_result_next(own, until_ms))) {
@@ -109,7 +104,7 @@ static void postgres_keep(PGresult *result, PGresult **answer, PGresult **bad) {
 /* the answer to the last statement of a pipeline, or the first complaint about those before it;
  * NULL when the line is lost */
 static PGresult *postgres_sync(struct postgres_sql *own, int said) {
-    int64_t until_ms = postgres_until(own);
+    int64_t until_ms = postgres_clock_ms() + ANSWER_MS;
     PGresult *answer = NULL, *bad = NULL, *next;
     int over = !said || !PQpipelineSync(own->connection);
     /* a NULL ends the results of one statement; two, or one on a lost line, end all */
@@ -388,9 +383,7 @@ static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *tex
     struct postgres_sql *own = SRV_CONTAINER_OF(sql, struct postgres_sql, sql);
     struct srv_value field[SRV_SQL_PARAMETERS];
     if (!postgres_here(own, text)) return SRV_STORED_AWAY;
-    own->patient |= !strcmp(text, "{alone}");
     PGresult *result = postgres_sync(own, postgres_send(own, id, text, value, count, 0));
-    if (!strcmp(text, "COMMIT") || !strcmp(text, "ROLLBACK")) own->patient = 0;
     enum srv_stored stored = postgres_result(own, result);
     int rows = stored == SRV_STORED ? PQntuples(result) : 0,
         columns = stored == SRV_STORED ? PQnfields(result) : 0;
@@ -454,9 +447,7 @@ const struct srv_sql_driver srv_sql_postgres = {
     .now = "(extract(epoch from statement_timestamp()) * 1000000)::bigint",
     .lock = "FOR UPDATE",
     .skip = "FOR UPDATE SKIP LOCKED",
-    .alone =
-        "SELECT set_config('statement_timeout', '0', true), set_config('lock_timeout', '0', true), "
-        "pg_advisory_xact_lock(7016996765293437281)",
+    .alone = "SELECT pg_advisory_xact_lock(7016996765293437281)",
     .ring = "pg_notify('pendulumd', '')",
     .ring_work = "pg_notify('pendulumd_work', '')",
     .ring_stop = "pg_notify('pendulumd_stop', '')",

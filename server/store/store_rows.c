@@ -106,7 +106,7 @@ enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
     srv_row_word(&field[2], 1, job->operation, sizeof job->operation, "operation", &flaw);
     job->state =
         (enum srv_job_state)srv_row_whole(&field[3], 0, SRV_JOB_STATES - 1, "state", &flaw);
-    job->parts = (long)srv_row_whole(&field[4], 1, SRV_ROW_MOST, "shards", &flaw);
+    job->parts = (long)srv_row_whole(&field[4], 1, SRV_ROW_MOST, "parts", &flaw);
     job->done = (long)srv_row_whole(&field[5], 0, SRV_ROW_MOST, "done", &flaw);
     job->created = srv_row_whole(&field[6], 0, SRV_ROW_LATEST, "created", &flaw);
     job->started = srv_row_whole(&field[7], 0, SRV_ROW_LATEST, "started", &flaw);
@@ -131,12 +131,12 @@ enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
     if (!flaw && !srv_seal_job_whole(job, &field[19])) flaw = "seal";
     const char *unread = NULL;
     job->notify =
-        (enum srv_notify)srv_row_whole(&field[21], 0, SRV_NOTIFY_COUNT - 1, "notify", &unread);
+        (enum srv_notify)srv_row_whole(&field[20], 0, SRV_NOTIFY_COUNT - 1, "notify", &unread);
     /* somebody may have wished to be told, and is */
     if (unread) job->notify = SRV_NOTIFY_WANTED, flaw = unread;
     job->notify_attempts =
-        (long)srv_row_whole(&field[22], 0, SRV_ROW_MOST, "notify_attempts", &flaw);
-    job->notify_status = (int)srv_row_whole(&field[23], 0, 999, "notify_status", &flaw);
+        (long)srv_row_whole(&field[21], 0, SRV_ROW_MOST, "notify_attempts", &flaw);
+    job->notify_status = (int)srv_row_whole(&field[22], 0, 999, "notify_status", &flaw);
     job->flaw = flaw ? flaw : row_job_flaw(job);
     if (job->flaw) srv_row_job_fail(job, job->flaw);
     if (rows->with_lease) {

@@ -26,7 +26,7 @@ struct srv_row_wholes {
 enum srv_stored srv_row_wholes(void *context, const struct srv_value field[]);
 
 /* Whether bytes are what was written under a name; `field` is what follows them in their row:
- * seal, sealed, ... */
+ * seal, ... */
 typedef int srv_whole_fn(const struct srv_value field[], const char *name, const void *data,
                          size_t bytes);
 
@@ -68,7 +68,7 @@ void srv_row_job_fail(struct srv_job *job, const char *flaw);
 /* more parts, or bytes, than there can be */
 #define SRV_ROW_MOST (INT64_C(1) << 53)
 
-enum { SRV_ROW_JOB = 24 }; /* fields of JOB_COLUMNS */
+enum { SRV_ROW_JOB = 23 }; /* fields of JOB_COLUMNS */
 
 /* Jobs, as a statement lists them. */
 struct srv_row_jobs {

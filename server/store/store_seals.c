@@ -4,13 +4,6 @@
 #include <stdio.h>
 #include <string.h>
 
-/* which rule a row's seal follows; -1 where the row says neither */
-static int64_t seal_rule(const struct srv_value *sealed) {
-    int known = sealed->kind == SRV_SQL_WHOLE &&
-                (sealed->whole == SRV_SEALED_BEFORE || sealed->whole == SRV_SEALED);
-    return known ? sealed->whole : -1;
-}
-
 static int seal_equals(const struct srv_value *field, const unsigned char *want, size_t bytes) {
     return field->kind == SRV_SQL_BYTES && field->bytes == bytes &&
            !memcmp(field->data, want, bytes);
@@ -22,12 +15,8 @@ static int seal_equals(const struct srv_value *field, const unsigned char *want,
 static void seal_row(unsigned char seal[API_SEAL_BYTES], const struct srv_job *job,
                      const unsigned char request[API_SEAL_BYTES]) {
     char place[SRV_ID_BYTES + 2 * SRV_NAME_BYTES + SRV_TITLE_BYTES + SRV_VERSION_BYTES + 64];
-    int bytes = snprintf(place, sizeof place, "job %s of %s: %s in %ld%s", job->id, job->client,
-                         job->operation, job->parts, job->chained ? " chained" : "");
-    /* rows of before version 8 of the tables have neither */
-    if (job->title[0] || job->version[0])
-        snprintf(place + bytes, sizeof place - (size_t)bytes, " by %s: %s", job->version,
-                 job->title);
+    snprintf(place, sizeof place, "job %s of %s: %s in %ld%s by %s: %s", job->id, job->client,
+             job->operation, job->parts, job->chained ? " chained" : "", job->version, job->title);
     api_seal(seal, place, (long)job->created, request, API_SEAL_BYTES);
 }
 
@@ -38,23 +27,19 @@ void srv_seal_job(unsigned char seal[SRV_SEAL_JOB_BYTES], const struct srv_job *
     seal_row(seal + API_SEAL_BYTES, job, seal);
 }
 
-int srv_seal_job_whole(const struct srv_job *job, const struct srv_value field[2]) {
+int srv_seal_job_whole(const struct srv_job *job, const struct srv_value *seal) {
     unsigned char want[SRV_SEAL_JOB_BYTES];
-    int64_t rule = seal_rule(&field[1]);
-    if (rule != SRV_SEALED) return rule == SRV_SEALED_BEFORE && field[0].kind == SRV_SQL_NULL;
-    if (field[0].kind != SRV_SQL_BYTES || field[0].bytes != sizeof want) return 0;
-    memcpy(want, field[0].data, API_SEAL_BYTES);
+    if (seal->kind != SRV_SQL_BYTES || seal->bytes != sizeof want) return 0;
+    memcpy(want, seal->data, API_SEAL_BYTES);
     seal_row(want + API_SEAL_BYTES, job, want);
-    return seal_equals(&field[0], want, sizeof want);
+    return seal_equals(seal, want, sizeof want);
 }
 
-int srv_seal_request_whole(const struct srv_value field[2], const void *request, size_t bytes) {
+int srv_seal_request_whole(const struct srv_value *seal, const void *request, size_t bytes) {
     unsigned char want[API_SEAL_BYTES];
-    int64_t rule = seal_rule(&field[1]);
-    if (rule != SRV_SEALED) return rule == SRV_SEALED_BEFORE && field[0].kind == SRV_SQL_NULL;
-    if (field[0].kind != SRV_SQL_BYTES || field[0].bytes != SRV_SEAL_JOB_BYTES) return 0;
+    if (seal->kind != SRV_SQL_BYTES || seal->bytes != SRV_SEAL_JOB_BYTES) return 0;
     api_seal(want, "request", 0, request, bytes);
-    return !memcmp(field[0].data, want, sizeof want);
+    return !memcmp(seal->data, want, sizeof want);
 }
 
 /* --- chunks of results --- */
@@ -67,20 +52,11 @@ void srv_seal_chunk(unsigned char seal[API_SEAL_BYTES], const char *job, long pa
     api_seal(seal, place, chunk, data, bytes);
 }
 
-int srv_seal_chunk_whole(const struct srv_value field[2], const char *job, long part, long chunk,
+int srv_seal_chunk_whole(const struct srv_value *seal, const char *job, long part, long chunk,
                          const void *data, size_t bytes) {
     unsigned char want[API_SEAL_BYTES];
-    char place[64];
-    int64_t rule = seal_rule(&field[1]);
-    if (rule < 0) return 0;
-    if (rule == SRV_SEALED) {
-        srv_seal_chunk(want, job, part, chunk, data, bytes);
-    } else {
-        if (field[0].kind == SRV_SQL_NULL) return 1;
-        snprintf(place, sizeof place, "results of part %ld", part);
-        api_seal(want, place, chunk, data, bytes);
-    }
-    return seal_equals(&field[0], want, sizeof want);
+    srv_seal_chunk(want, job, part, chunk, data, bytes);
+    return seal_equals(seal, want, sizeof want);
 }
 
 /* --- scenes --- */
@@ -92,13 +68,11 @@ void srv_seal_scene(unsigned char seal[API_SEAL_BYTES], const char *id, const vo
     api_seal(seal, place, 0, body, bytes);
 }
 
-int srv_seal_scene_whole(const struct srv_value field[2], const char *id, const void *body,
+int srv_seal_scene_whole(const struct srv_value *seal, const char *id, const void *body,
                          size_t bytes) {
     unsigned char want[API_SEAL_BYTES];
-    int64_t rule = seal_rule(&field[1]);
-    if (rule != SRV_SEALED) return rule == SRV_SEALED_BEFORE && field[0].kind == SRV_SQL_NULL;
     srv_seal_scene(want, id, body, bytes);
-    return seal_equals(&field[0], want, sizeof want);
+    return seal_equals(seal, want, sizeof want);
 }
 
 /* --- items of rooms --- */
@@ -112,9 +86,9 @@ void srv_seal_item(unsigned char seal[API_SEAL_BYTES], const char *code, const c
     api_seal(seal, place, (long)number[0], body ? body : "", bytes);
 }
 
-int srv_seal_item_whole(const struct srv_value *field, const char *code, const char *name,
+int srv_seal_item_whole(const struct srv_value *seal, const char *code, const char *name,
                         const int64_t number[3], const void *body, size_t bytes) {
     unsigned char want[API_SEAL_BYTES];
     srv_seal_item(want, code, name, number, body, bytes);
-    return seal_equals(field, want, sizeof want);
+    return seal_equals(seal, want, sizeof want);
 }

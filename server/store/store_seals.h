@@ -1,8 +1,7 @@
 /* Seals: checksums that show whether a row came back from the database as it was written, and from
  * the place that it was written to.
  * Leaves to others: the rows themselves (store_rows), and the treatment of a damaged one.
- * Invariant: every row of a job, a chunk of results or a scene that this version writes has a
- * seal, and says so in its column `sealed`; only a row that says it is older may have none. No
+ * Invariant: every row of a job, a chunk of results, a scene or an item of a room has a seal. No
  * secret goes into a seal: it detects accidents and exchanged rows, not a forger who can write
  * to the database. */
 #ifndef SRV_STORE_SEALS_H
@@ -10,10 +9,6 @@
 
 #include "api/call/digest.h"
 #include "server/store/store.h"
-
-/* the value of a row's column `sealed`: the row was written before version 6 of the tables, or
- * it has a seal of ours */
-enum { SRV_SEALED_BEFORE, SRV_SEALED };
 
 /* of a job's row: the seal of its request, then the seal of that with all of the row that never
  * changes */
@@ -24,33 +19,27 @@ enum { SRV_SEAL_JOB_BYTES = 2 * API_SEAL_BYTES };
 void srv_seal_job(unsigned char seal[SRV_SEAL_JOB_BYTES], const struct srv_job *job,
                   const void *request, size_t bytes);
 
-/** Returns whether a job's row is what was written, but for its request; `field` is its columns
- * seal and sealed. O(1).
- */
-int srv_seal_job_whole(const struct srv_job *job, const struct srv_value field[2]);
+/** Returns whether a job's row is what was written, but for its request. O(1). */
+int srv_seal_job_whole(const struct srv_job *job, const struct srv_value *seal);
 
-/** Returns whether a job's request is what was written; `field` is the columns seal and sealed of
- * the row. O(bytes). */
-int srv_seal_request_whole(const struct srv_value field[2], const void *request, size_t bytes);
+/** Returns whether a job's request is what was written; `seal` is that of the row. O(bytes). */
+int srv_seal_request_whole(const struct srv_value *seal, const void *request, size_t bytes);
 
 /** Makes the seal of a chunk of results: of its bytes, its job, its part and its number in that.
  * O(bytes). */
 void srv_seal_chunk(unsigned char seal[API_SEAL_BYTES], const char *job, long part, long chunk,
                     const void *data, size_t bytes);
 
-/** Returns whether a chunk is what was written for this place; `field` is the columns seal and
- * sealed of the row. One of version 5 has a seal that does not know its job, one of before has
- * none. O(bytes). */
-int srv_seal_chunk_whole(const struct srv_value field[2], const char *job, long part, long chunk,
+/** Returns whether a chunk is what was written for this place. O(bytes). */
+int srv_seal_chunk_whole(const struct srv_value *seal, const char *job, long part, long chunk,
                          const void *data, size_t bytes);
 
 /** Makes the seal of a scene: of its id and its body. O(bytes). */
 void srv_seal_scene(unsigned char seal[API_SEAL_BYTES], const char *id, const void *body,
                     size_t bytes);
 
-/** Returns whether a scene is what was written; `field` is the columns seal and sealed of the
- * row. O(bytes). */
-int srv_seal_scene_whole(const struct srv_value field[2], const char *id, const void *body,
+/** Returns whether a scene is what was written. O(bytes). */
+int srv_seal_scene_whole(const struct srv_value *seal, const char *id, const void *body,
                          size_t bytes);
 
 /** Makes the seal of an item of a room: of the room's code, the item's name, who may read it, the
@@ -58,8 +47,8 @@ int srv_seal_scene_whole(const struct srv_value field[2], const char *id, const 
 void srv_seal_item(unsigned char seal[API_SEAL_BYTES], const char *code, const char *name,
                    const int64_t number[3], const void *body, size_t bytes);
 
-/** Returns whether an item is what was written; `field` is the column seal of the row. O(bytes). */
-int srv_seal_item_whole(const struct srv_value *field, const char *code, const char *name,
+/** Returns whether an item is what was written. O(bytes). */
+int srv_seal_item_whole(const struct srv_value *seal, const char *code, const char *name,
                         const int64_t number[3], const void *body, size_t bytes);
 
 #endif

@@ -11,28 +11,28 @@
 #include "server/store/sql.h"
 
 #define JOB_COLUMNS                                                                                \
-    "jobs.id, jobs.client, jobs.operation, jobs.state, jobs.shards, jobs.done, jobs.created, "     \
+    "jobs.id, jobs.client, jobs.operation, jobs.state, jobs.parts, jobs.done, jobs.created, "      \
     "jobs.started, "                                                                               \
     "jobs.finished, jobs.expires, {now}, jobs.bytes, jobs.message, jobs.begun, jobs.waiting, "     \
     "jobs.chained, "                                                                               \
     "jobs.held, jobs.title, jobs.version, "                                                        \
-    "jobs.seal, jobs.sealed, jobs.notify, jobs.notify_attempts, jobs.notify_status"
+    "jobs.seal, jobs.notify, jobs.notify_attempts, jobs.notify_status"
 /* whether a part of a job can be claimed, once `waiting`, `begun` and `done` have these values:
  * 1 or 0 */
 #define READY(waiting, begun, done)                                                                \
-    "CASE WHEN " waiting " > 0 OR (" begun " < shards AND (chained = 0 OR " begun " = " done       \
+    "CASE WHEN " waiting " > 0 OR (" begun " < parts AND (chained = 0 OR " begun " = " done        \
     ")) THEN 1 ELSE 0 END"
 /* srv_store_rank of a job of which parts `left` are left, less its creation: SRV_RANK_KNEE_US,
  * SRV_RANK_TIMES and SRV_RANK_MOST_S */
 #define RANK(left)                                                                                 \
-    "(CASE WHEN part * (" left ") < 57142857 THEN 64 * part * (" left ") ELSE part * (" left       \
-    ") + 3600000000 END)"
+    "(CASE WHEN part_us * (" left ") < 57142857 THEN 64 * part_us * (" left                        \
+    ") ELSE part_us * (" left ") + 3600000000 END)"
 /* a number that can have been counted, or a change of one: what was altered must not make a sum
  * overflow */
 #define SANE "BETWEEN 0 AND 9007199254740992"
 #define BOUNDED "BETWEEN -9007199254740992 AND 9007199254740992"
 #define CAN_BE_COUNTED                                                                             \
-    "bytes " SANE " AND held " SANE " AND shards " SANE " AND begun " SANE " AND waiting " SANE    \
+    "bytes " SANE " AND held " SANE " AND parts " SANE " AND begun " SANE " AND waiting " SANE     \
     " AND state BETWEEN 0 "                                                                        \
     "AND 4"
 /* an id or a name that no statement finds by its letters */
@@ -137,7 +137,7 @@
                                                            "= 0 THEN 0 WHEN chained = 1 THEN 1 "   \
                                                            "ELSE "                                 \
                                                            "waiting + "                            \
-                                                           "shards - begun END), 0) AS BIGINT), "  \
+                                                           "parts - begun END), 0) AS BIGINT), "   \
                                                            "CAST(COALESCE(SUM(bytes + held), 0) "  \
                                                            "AS "                                   \
                                                            "BIGINT) + (SELECT "                    \
@@ -177,32 +177,32 @@
                      "totals.waiting + $7, "                                                       \
                      "bytes = totals.bytes + $8, scenes = totals.scenes + $9, scene_bytes = "      \
                      "totals.scene_bytes + $10")                                                   \
-    X(JOB_PUT, "INSERT INTO jobs (id, client, operation, request, key, digest, shards, chained, "  \
-               "part, rank, created, "                                                             \
-               "held, seal, title, version, notify, sealed) SELECT {1}, {2}, {3}, {4}, {5}, {6}, " \
-               "{7}, {8}, {9}, {10}, {11}, {12}, {13}, {14}, {15}, {16}, 1 "                       \
+    X(JOB_PUT, "INSERT INTO jobs (id, client, operation, request, key, digest, parts, chained, "   \
+               "part_us, rank, created, "                                                          \
+               "held, seal, title, version, notify) SELECT {1}, {2}, {3}, {4}, {5}, {6}, "         \
+               "{7}, {8}, {9}, {10}, {11}, {12}, {13}, {14}, {15}, {16} "                          \
                "{from tttbtbwwwwwwbttw}")                                                          \
     X(JOB, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1")                                       \
     X(JOB_LOCK, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1 {lock}")                           \
     X(JOB_OF_KEY, "SELECT " JOB_COLUMNS ", digest FROM jobs WHERE client = $1 AND key = $2")       \
     X(KEY_FREE, "UPDATE jobs SET key = NULL WHERE id = $1")                                        \
-    X(JOB_REQUEST, "SELECT request, seal, sealed, state FROM jobs WHERE id = $1")                  \
-    X(JOBS_READY, "SELECT id, operation, shards, begun, waiting, chained, done, state, part, "     \
+    X(JOB_REQUEST, "SELECT request, seal, state FROM jobs WHERE id = $1")                          \
+    X(JOBS_READY, "SELECT id, operation, parts, begun, waiting, chained, done, state, part_us, "   \
                   "rank, created, seal, "                                                          \
-                  "sealed, title, version, CASE WHEN LENGTH(request) <= 4096 THEN request END, "   \
-                  "CASE WHEN waiting > 0 THEN (SELECT CAST(COUNT(*) AS BIGINT) FROM shards WHERE " \
+                  "title, version, CASE WHEN LENGTH(request) <= 4096 THEN request END, "           \
+                  "CASE WHEN waiting > 0 THEN (SELECT CAST(COUNT(*) AS BIGINT) FROM parts WHERE "  \
                   "job = jobs.id AND state = 0 AND aside = 1) ELSE 0 END, {now} "                  \
                   "FROM jobs WHERE "                                                               \
                   "client = $1 AND ready "                                                         \
                   "= 1 ORDER BY rank, "                                                            \
                   "created LIMIT $2 {skip}")                                                       \
     X(JOB_CLAIM,                                                                                   \
-      "UPDATE jobs SET rank = rank - " RANK("shards - begun") " + " RANK(                          \
-          "shards - begun - {3}") ", state = 1, started = CASE WHEN "                              \
-                                  "started = 0 THEN {now} "                                        \
-                                  "ELSE started END, waiting = waiting - {2}, begun = begun + "    \
-                                  "{3}, ready = " READY("waiting - {2}", "begun + {3}",            \
-                                                        "done") " {from tww} WHERE id = {1}")      \
+      "UPDATE jobs SET rank = rank - " RANK("parts - begun") " + " RANK(                           \
+          "parts - begun - {3}") ", state = 1, started = CASE WHEN "                               \
+                                 "started = 0 THEN {now} "                                         \
+                                 "ELSE started END, waiting = waiting - {2}, begun = begun + "     \
+                                 "{3}, ready = " READY("waiting - {2}", "begun + {3}",             \
+                                                       "done") " {from tww} WHERE id = {1}")       \
     X(JOB_WAIT, "UPDATE jobs SET waiting = waiting + 1, ready = 1 WHERE id = $1")                  \
     X(JOB_STEP, "UPDATE jobs SET done = done + 1, bytes = bytes + $2, carry = $3, ready = " READY( \
                     "waiting", "begun", "done + 1") " WHERE id = $1")                              \
@@ -212,11 +212,11 @@
     X(JOB_END, "UPDATE jobs SET state = $2, message = $3, finished = $4, expires = $5, held = "    \
                "$6, bytes = 0, "                                                                   \
                "ready = 0, waiting = 0, carry = NULL, request = $7 WHERE id = $1")                 \
-    X(JOB_CONDEMN, "UPDATE jobs SET client = $2, operation = $3, state = 3, message = $4, shards " \
+    X(JOB_CONDEMN, "UPDATE jobs SET client = $2, operation = $3, state = 3, message = $4, parts "  \
                    "= 1, begun = 0, done = 0, title = '', version = '', notify = $11, "            \
-                   "waiting = 0, chained = 0, carry = NULL, ready = 0, rank = 0, part = 0, "       \
+                   "waiting = 0, chained = 0, carry = NULL, ready = 0, rank = 0, part_us = 0, "    \
                    "created = $5, started = 0, finished = "                                        \
-                   "$6, expires = $7, bytes = 0, held = $8, request = $9, seal = $10, sealed = 1 " \
+                   "$6, expires = $7, bytes = 0, held = $8, request = $9, seal = $10 "             \
                    "WHERE id = $1")                                                                \
     X(JOBS_NAMELESS,                                                                               \
       "DELETE FROM jobs WHERE (ready = 1 OR expires > 0) AND " NAMELESS("id", "26"))               \
@@ -250,69 +250,68 @@
     X(HOOK_LATER, "UPDATE hooks SET due = {now} + $2 WHERE job = $1")                              \
     X(HOOK_REMOVE, "DELETE FROM hooks WHERE job = $1")                                             \
     X(LEASE, "SELECT " JOB_COLUMNS                                                                 \
-             ", shards.state, shards.attempt FROM {beside tw} jobs JOIN shards ON shards.job = "   \
-             "jobs.id WHERE jobs.id = {1} AND shards.number = {2} {lock}")                         \
-    X(PART_FIRST, "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, " \
+             ", parts.state, parts.attempt FROM {beside tw} jobs JOIN parts ON parts.job = "       \
+             "jobs.id WHERE jobs.id = {1} AND parts.number = {2} {lock}")                          \
+    X(PART_FIRST, "INSERT INTO parts (job, number, state, attempt, kills, worker, lease, start, "  \
                   "bytes) SELECT {1}, {2}, "                                                       \
                   "1, 1, 0, {3}, {now} + {4}, NULL, 0 {from twtw}")                                \
     X(PART_NEXT,                                                                                   \
-      "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, bytes) "      \
+      "INSERT INTO parts (job, number, state, attempt, kills, worker, lease, start, bytes) "       \
       "SELECT id, "                                                                                \
       "begun, 1, 1, 0, $2, {now} + $3, carry, 0 FROM jobs WHERE id = $1 ON CONFLICT DO NOTHING "   \
       "RETURNING number, attempt, start")                                                          \
-    X(PART_AGAIN, "UPDATE shards SET state = 1, attempt = attempt + 1, worker = $2, lease = "      \
+    X(PART_AGAIN, "UPDATE parts SET state = 1, attempt = attempt + 1, worker = $2, lease = "       \
                   "{now} + $3 WHERE job = "                                                        \
-                  "$1 AND number = COALESCE((SELECT MIN(number) FROM shards WHERE job = $1 AND "   \
-                  "state = 0 AND aside = 0), (SELECT MIN(number) FROM shards WHERE job = $1 AND "  \
+                  "$1 AND number = COALESCE((SELECT MIN(number) FROM parts WHERE job = $1 AND "    \
+                  "state = 0 AND aside = 0), (SELECT MIN(number) FROM parts WHERE job = $1 AND "   \
                   "state = 0)) "                                                                   \
                   "RETURNING number, "                                                             \
                   "attempt, start")                                                                \
     X(PART_EXTEND,                                                                                 \
-      "UPDATE shards SET lease = {now} + $4 WHERE job = $1 AND number = $2 AND attempt = $3 AND "  \
+      "UPDATE parts SET lease = {now} + $4 WHERE job = $1 AND number = $2 AND attempt = $3 AND "   \
       "state "                                                                                     \
       "= 1 AND EXISTS (SELECT 1 FROM jobs WHERE id = $1 AND state < 2) RETURNING number")          \
-    X(PART_END, "UPDATE shards SET state = 2, bytes = {3}, start = NULL, worker = '' {from tww} "  \
+    X(PART_END, "UPDATE parts SET state = 2, bytes = {3}, start = NULL, worker = '' {from tww} "   \
                 "WHERE job = {1} AND "                                                             \
                 "number = {2}")                                                                    \
-    X(PART_OURS, "SELECT number FROM shards WHERE job = $1 AND number = $2 AND attempt = $3 AND "  \
+    X(PART_OURS, "SELECT number FROM parts WHERE job = $1 AND number = $2 AND attempt = $3 AND "   \
                  "worker = $4 AND state = 1")                                                      \
-    X(PARTS_CLEARED, "UPDATE shards SET kills = 0 WHERE job = $1 AND kills > 0")                   \
+    X(PARTS_CLEARED, "UPDATE parts SET kills = 0 WHERE job = $1 AND kills > 0")                    \
     X(PART_BACK,                                                                                   \
-      "UPDATE shards SET state = 0, kills = CASE WHEN kills < 99 THEN kills + $3 * aside ELSE "    \
+      "UPDATE parts SET state = 0, kills = CASE WHEN kills < 99 THEN kills + $3 * aside ELSE "     \
       "kills END, aside = CASE WHEN $3 = 1 THEN 1 ELSE aside END, worker "                         \
       "= '' WHERE job = $1 AND number = $2 AND "                                                   \
       "state = 1 AND ($3 = 0 OR lease < {now}) RETURNING kills")                                   \
     X(PARTS_LATE,                                                                                  \
-      "SELECT job, number FROM shards WHERE state = 1 AND lease < $1 ORDER BY lease LIMIT 64")     \
-    X(PARTS_OF, "SELECT job, number FROM shards WHERE state = 1 AND worker = $1 LIMIT 64")         \
-    X(PARTS_REMOVE, "DELETE FROM shards {using t} WHERE job = {1}")                                \
+      "SELECT job, number FROM parts WHERE state = 1 AND lease < $1 ORDER BY lease LIMIT 64")      \
+    X(PARTS_OF, "SELECT job, number FROM parts WHERE state = 1 AND worker = $1 LIMIT 64")          \
+    X(PARTS_REMOVE, "DELETE FROM parts {using t} WHERE job = {1}")                                 \
     X(PARTS_REMOVE_SOME,                                                                           \
-      "DELETE FROM shards WHERE job = $1 AND number IN (SELECT number FROM shards WHERE job = $1 " \
+      "DELETE FROM parts WHERE job = $1 AND number IN (SELECT number FROM parts WHERE job = $1 "   \
       "ORDER BY number LIMIT 512) RETURNING number")                                               \
     X(PARTS_HELD_REMOVE,                                                                           \
-      "DELETE FROM shards WHERE job = $1 AND number IN (SELECT number FROM shards WHERE job = $1 " \
+      "DELETE FROM parts WHERE job = $1 AND number IN (SELECT number FROM parts WHERE job = $1 "   \
       "AND state = 1 ORDER BY number LIMIT 512)")                                                  \
-    X(RESULT_PUT, "INSERT INTO results (job, shard, chunk, data, seal, sealed) SELECT {1}, {2}, "  \
-                  "{3}, {4}, {5}, 1 {from twwbb}")                                                 \
-    X(RESULT,                                                                                      \
-      "SELECT data, seal, sealed FROM results WHERE job = $1 AND shard = $2 AND chunk = $3")       \
+    X(RESULT_PUT, "INSERT INTO results (job, part, chunk, data, seal) SELECT {1}, {2}, "           \
+                  "{3}, {4}, {5} {from twwbb}")                                                    \
+    X(RESULT, "SELECT data, seal FROM results WHERE job = $1 AND part = $2 AND chunk = $3")        \
     X(RESULTS_REMOVE, "DELETE FROM results {using t} WHERE job = {1}")                             \
-    X(RESULTS_REMOVE_SOME, "DELETE FROM results WHERE job = $1 AND (shard, chunk) IN (SELECT "     \
-                           "shard, chunk FROM results WHERE job = $1 "                             \
-                           "ORDER BY shard, chunk LIMIT 64) RETURNING chunk")                      \
+    X(RESULTS_REMOVE_SOME, "DELETE FROM results WHERE job = $1 AND (part, chunk) IN (SELECT "      \
+                           "part, chunk FROM results WHERE job = $1 "                              \
+                           "ORDER BY part, chunk LIMIT 64) RETURNING chunk")                       \
     X(KEEPERS_FROM, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers WHERE source = $1")              \
     X(KEEPER, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers WHERE scene = $1 AND client = $2")     \
     X(KEEPERS, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers WHERE scene = $1")                    \
     X(KEEPERS_OF, "SELECT scene FROM keepers WHERE client = $1 LIMIT 64")                          \
     X(KEEPER_PUT, "INSERT INTO keepers (scene, client, source, bytes) VALUES ($1, $2, $3, $4)")    \
     X(KEEPER_REMOVE, "DELETE FROM keepers WHERE scene = $1 AND client = $2")                       \
-    X(SCENE_PUT, "INSERT INTO scenes (id, client, body, created, seal, sealed) VALUES ($1, '', "   \
-                 "$2, {now}, $3, 1) ON "                                                           \
+    X(SCENE_PUT, "INSERT INTO scenes (id, body, created, seal) VALUES ($1, "                       \
+                 "$2, {now}, $3) ON "                                                              \
                  "CONFLICT DO NOTHING "                                                            \
                  "RETURNING created")                                                              \
     X(SCENE_LOCK, "SELECT CAST(LENGTH(body) AS BIGINT) FROM scenes WHERE id = $1 {lock}")          \
     X(SCENE_REMOVE, "DELETE FROM scenes WHERE id = $1")                                            \
-    X(SCENE, "SELECT body, seal, sealed FROM scenes WHERE id = $1")                                \
+    X(SCENE, "SELECT body, seal FROM scenes WHERE id = $1")                                        \
     X(CLASS_PUT, "INSERT INTO classes (code, teacher, key, created, ends, empty_ends, source) "    \
                  "VALUES ($1, $2, $3, $4, $5, $6, $7) ON CONFLICT DO NOTHING RETURNING created")   \
     X(CLASS_OF_KEY, "SELECT code FROM classes WHERE teacher = $1 AND key = $2")                    \
@@ -350,7 +349,7 @@
     X(CLASS_ITEMS_OWN, "SELECT " CLASS_ITEM_COLUMNS " FROM class_items WHERE code = $1 AND "       \
                        "reader = $2 AND version > $3 ORDER BY version LIMIT 64")                   \
     X(CLASSES_NAMELESS, "DELETE FROM classes WHERE ends < $1 AND (code IS NULL OR LENGTH(code) "   \
-                        "NOT IN (5, 6) OR CAST(code AS TEXT) <> code)")                            \
+                        "<> 6 OR CAST(code AS TEXT) <> code)")                                     \
     X(CLASS_ENDED, "SELECT code FROM classes WHERE ends < $1 OR (empty_ends > 0 AND empty_ends < " \
                    "$1) ORDER BY ends LIMIT 1 {skip}")                                             \
     X(CLASS_ITEMS_REMOVE, "DELETE FROM class_items WHERE code = $1")                               \

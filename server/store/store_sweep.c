@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "server/base/clock.h"
-#include "server/store/store_class_sweep.h"
+#include "server/store/store_class_pupils.h"
 #include "server/store/store_jobs.h"
 #include "server/store/store_leases.h"
 #include "server/store/store_quotas.h"

@@ -8,7 +8,7 @@ import { keep } from "./keep.js";
 export function codeInAddress() {
   const asked =
     new URLSearchParams(location.search).get("room") ?? location.pathname.split("/").pop() ?? "";
-  return /^[A-HJ-NP-Z2-9]{5,6}$/i.test(asked) ? asked.toUpperCase() : null;
+  return /^[A-HJ-NP-Z2-9]{6}$/i.test(asked) ? asked.toUpperCase() : null;
 }
 
 /** The worksheet in the address that comes with the page, /?sheet=period; null without one. */

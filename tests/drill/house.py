@@ -103,7 +103,7 @@ class House:
         self.note("held", self.held(daemon))
 
     def held(self, daemon):
-        return self.place.rows(f"SELECT COUNT(*) FROM shards WHERE state = 1 AND worker LIKE '%:{daemon.process.pid}:%'")[0][0]
+        return self.place.rows(f"SELECT COUNT(*) FROM parts WHERE state = 1 AND worker LIKE '%:{daemon.process.pid}:%'")[0][0]
 
     def close(self):
         for daemon in self.daemons:
@@ -197,12 +197,12 @@ class House:
     def account(self):
         """What the store says itself: nothing lost, nothing done twice, sums that agree. Fills lost and wrong."""
         rows = self.place.rows
-        jobs = {row[0]: row[1:] for row in rows("SELECT id, state, shards, done, bytes FROM jobs")}
+        jobs = {row[0]: row[1:] for row in rows("SELECT id, state, parts, done, bytes FROM jobs")}
         words = ("accepted", "running", "successful", "failed", "dismissed")
         for job, word in self.accepted.items():
-            state, shards, done, _ = jobs.get(job, (-1, 0, 0, 0))
-            if state < 0 or words[state] != word or (word == "successful" and shards != done):
-                self.lost.append(f"{job} should be {word}: state {state}, {done} of {shards} parts")
+            state, parts, done, _ = jobs.get(job, (-1, 0, 0, 0))
+            if state < 0 or words[state] != word or (word == "successful" and parts != done):
+                self.lost.append(f"{job} should be {word}: state {state}, {done} of {parts} parts")
         twice = [f"part {row[1]} of {row[0]} was kept {row[2]} times" for row in
                  rows("SELECT job, number, COUNT(*) FROM drill_kept GROUP BY job, number HAVING COUNT(*) > 1")]
         twice += [f"{job} was made and nobody was told" for job in jobs if job not in self.accepted]
@@ -215,20 +215,20 @@ KEPT = "(SELECT COALESCE(SUM(LENGTH(data)), 0) FROM results WHERE job = jobs.id)
 LATE = "+ COALESCE((SELECT SUM(changes.{0}) FROM changes WHERE changes.name = clients.name), 0)"  # not in the client's row yet
 SUMS = (
     ("bytes of a successful job", f"SELECT id, bytes, {KEPT} FROM jobs WHERE state = 2 AND bytes <> {KEPT}"),
-    ("parts of a successful job", "SELECT id FROM jobs WHERE state = 2 AND shards <> (SELECT COUNT(*) FROM drill_kept WHERE job = id)"),
-    ("parts that a job has done", "SELECT id, done FROM jobs WHERE state < 3 AND done <> (SELECT COUNT(*) FROM shards WHERE job = id AND state = 2)"),
-    ("chunks of a part", "SELECT job, shard, COUNT(*) FROM results GROUP BY job, shard HAVING MIN(chunk) <> 0 OR MAX(chunk) <> COUNT(*) - 1"),
+    ("parts of a successful job", "SELECT id FROM jobs WHERE state = 2 AND parts <> (SELECT COUNT(*) FROM drill_kept WHERE job = id)"),
+    ("parts that a job has done", "SELECT id, done FROM jobs WHERE state < 3 AND done <> (SELECT COUNT(*) FROM parts WHERE job = id AND state = 2)"),
+    ("chunks of a part", "SELECT job, part, COUNT(*) FROM results GROUP BY job, part HAVING MIN(chunk) <> 0 OR MAX(chunk) <> COUNT(*) - 1"),
     ("open jobs of a client", f"SELECT name, jobs FROM clients WHERE jobs {LATE.format('jobs')} <> (SELECT COUNT(*) FROM jobs WHERE client = name AND state < 2)"),
     ("jobs of a client that a worker can take", f"SELECT name, ready FROM clients WHERE ready {LATE.format('ready')} <> (SELECT COUNT(*) FROM jobs WHERE client = name AND ready = 1)"),
     ("bytes of a client", f"SELECT name, bytes FROM clients WHERE bytes {LATE.format('bytes')} <> (SELECT COALESCE(SUM(bytes + held), 0) FROM jobs WHERE client = name)"),
     ("requests of jobs without success", "SELECT id FROM jobs WHERE state >= 3 AND LENGTH(request) > 0"),
     ("the sum of bytes", "SELECT 1 WHERE (SELECT SUM(bytes) FROM totals) <> (SELECT COALESCE(SUM(bytes + held), 0) FROM jobs)"),
     ("the sum of parts that wait", "SELECT 1 WHERE (SELECT SUM(waiting) FROM totals) <> (SELECT COALESCE(SUM(CASE WHEN ready = 0 THEN 0 "
-                                   "WHEN chained = 1 THEN 1 ELSE waiting + shards - begun END), 0) FROM jobs)"),
+                                   "WHEN chained = 1 THEN 1 ELSE waiting + parts - begun END), 0) FROM jobs)"),
     *((f"the number of {word} jobs", f"SELECT 1 WHERE (SELECT SUM({word}) FROM totals) <> (SELECT COUNT(*) FROM jobs WHERE state = {state})")
       for state, word in enumerate(("accepted", "running", "successful", "failed", "dismissed"))),
-    ("leases of ended jobs", "SELECT job, number FROM shards JOIN jobs ON job = id WHERE shards.state = 1 AND jobs.state >= 2"),
-    ("parts and results of no job", "SELECT job FROM shards WHERE job NOT IN (SELECT id FROM jobs) UNION SELECT job FROM results WHERE job NOT IN (SELECT id FROM jobs)"),
+    ("leases of ended jobs", "SELECT job, number FROM parts JOIN jobs ON job = id WHERE parts.state = 1 AND jobs.state >= 2"),
+    ("parts and results of no job", "SELECT job FROM parts WHERE job NOT IN (SELECT id FROM jobs) UNION SELECT job FROM results WHERE job NOT IN (SELECT id FROM jobs)"),
 )
 
 

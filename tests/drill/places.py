@@ -19,10 +19,10 @@ import time
 # every time that a part is marked as done, whoever does it, leaves a row that commits or vanishes with it; in SQLite the
 # daemon runs no trigger that it finds in a store, so there a part that was counted twice shows in its job's sum
 WATCH = "CREATE TABLE drill_kept (job TEXT, number BIGINT)"
-WATCH_SQLITE = "CREATE VIEW drill_kept AS SELECT job, number FROM shards WHERE state = 2"
+WATCH_SQLITE = "CREATE VIEW drill_kept AS SELECT job, number FROM parts WHERE state = 2"
 WATCH_POSTGRES = ("CREATE FUNCTION drill_keep() RETURNS trigger LANGUAGE plpgsql AS "
                   "'BEGIN INSERT INTO drill_kept VALUES (NEW.job, NEW.number); RETURN NEW; END'",
-                  "CREATE TRIGGER drill_keep AFTER UPDATE OF state ON shards FOR EACH ROW WHEN (NEW.state = 2) "
+                  "CREATE TRIGGER drill_keep AFTER UPDATE OF state ON parts FOR EACH ROW WHEN (NEW.state = 2) "
                   "EXECUTE FUNCTION drill_keep()")
 
 

@@ -90,7 +90,7 @@ def members(load):
             view = until_done(daemons[0], headers["Location"])
             wall, used = time.monotonic() - begin, seconds_of(pids) - before
             own += [engine(load.BUILD, 10) for _ in range(2)]
-            parts = store.rows("SELECT COUNT(*) FROM shards")[0][0]
+            parts = store.rows("SELECT COUNT(*) FROM parts")[0][0]
         if view["status"] != "successful":
             load.fail(f"{name}: {view}")
             continue

@@ -18,7 +18,7 @@ from servers import TOP, client, message
 JOBS, EXPIRED = 1_000_000, 100_000
 STORES = ("sqlite", "postgres")
 MANY = ("--max-client-jobs", "100000000", "--max-client-queue", "1000", "--max-client-bytes", "1000G", "--max-store-bytes", "1000G")
-COLUMNS = "client, operation, request, digest, state, shards, begun, done, waiting, chained, ready, rank, created, started, finished, expires, bytes, message, part, held"
+COLUMNS = "client, operation, request, digest, state, parts, begun, done, waiting, chained, ready, rank, created, started, finished, expires, bytes, message, part_us, held, seal, title, version"
 NUMBERS = {"sqlite": "(WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < {count}) SELECT i FROM n) AS n",
            "postgres": "generate_series(1, {count}) AS n(i)"}
 ID = {"sqlite": "printf('%026d', i)", "postgres": "lpad(i::text, 26, '0')"}
@@ -30,8 +30,8 @@ def copies(store, job, count, waiting):
     columns = COLUMNS.replace("expires", "expires + i") if not waiting else COLUMNS
     store.rows(f"INSERT INTO jobs (id, {COLUMNS}) SELECT {name}, {columns} FROM jobs, {numbers} WHERE id = '{job}'")
     if not waiting:
-        store.rows(f"INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, bytes) SELECT {name}, number, state, attempt, kills, worker, lease, start, bytes FROM shards, {numbers} WHERE job = '{job}'")
-        store.rows(f"INSERT INTO results (job, shard, chunk, data) SELECT {name}, shard, chunk, data FROM results, {numbers} WHERE job = '{job}'")
+        store.rows(f"INSERT INTO parts (job, number, state, attempt, kills, worker, lease, start, bytes) SELECT {name}, number, state, attempt, kills, worker, lease, start, bytes FROM parts, {numbers} WHERE job = '{job}'")
+        store.rows(f"INSERT INTO results (job, part, chunk, data, seal) SELECT {name}, part, chunk, data, seal FROM results, {numbers} WHERE job = '{job}'")
     state = "accepted" if waiting else "successful"
     size = f"{count} * (SELECT bytes + held FROM jobs WHERE id = '{job}')"
     store.rows(f"UPDATE totals SET {state} = {state} + {count}, bytes = bytes + {size}, waiting = waiting + {count if waiting else 0} "

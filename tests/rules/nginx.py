@@ -73,7 +73,7 @@ def problem(what, answer, status):
 
 def frames(front):
     """The embed view may be framed by whom pendulumd says, the rest by nobody."""
-    for path, own, policy in (("/?embed=1", None, "frame-ancestors *"), ("/?room=PK7TR&embed=1", None, "frame-ancestors *"),
+    for path, own, policy in (("/?embed=1", None, "frame-ancestors *"), ("/?room=PK7TRA&embed=1", None, "frame-ancestors *"),
                               ("/", "DENY", "frame-ancestors 'none'"), ("/docs?embed=1", "DENY", "frame-ancestors 'none'")):
         _, headers, _ = ask(front, "GET", path)
         check(f"{path}: X-Frame-Options is {own}", headers.get("X-Frame-Options") == own, headers.get("X-Frame-Options"))

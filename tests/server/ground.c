@@ -162,7 +162,7 @@ int ground_sums(const struct ground *ground) {
         {"jobs' rows",
          "SELECT CAST(COUNT(*) AS BIGINT) FROM jobs WHERE held <> 1024 + LENGTH(request) + CASE "
          "WHEN "
-         "state < 3 THEN 256 * (shards - 1) ELSE 0 END OR (state >= 3 AND LENGTH(request) > 0)"},
+         "state < 3 THEN 256 * (parts - 1) ELSE 0 END OR (state >= 3 AND LENGTH(request) > 0)"},
         {"jobs' results",
          "SELECT CAST(COUNT(*) AS BIGINT) FROM jobs WHERE bytes <> CASE WHEN state >= 3 THEN 0 "
          "ELSE " SUM("LENGTH(data)", "results WHERE job = id") " END"},
@@ -170,9 +170,9 @@ int ground_sums(const struct ground *ground) {
                           "bytes", "removals") " AS BIGINT)"},
         {"all scenes", "SELECT CAST(" TOTAL("scenes") " - (SELECT COUNT(*) FROM scenes) + " TOTAL(
                            "scene_bytes") " - " SUM("LENGTH(body) + 1024", "scenes") " AS BIGINT)"},
-        {"shards that wait",
+        {"parts that wait",
          "SELECT " TOTAL("waiting") " - " SUM("CASE WHEN ready = 0 THEN 0 WHEN chained = 1 THEN 1 "
-                                              "ELSE jobs.waiting + shards - begun END",
+                                              "ELSE jobs.waiting + parts - begun END",
                                               "jobs")},
         {"accepted jobs",
          "SELECT " TOTAL("accepted") " - (SELECT COUNT(*) FROM jobs WHERE state = 0)"},

@@ -48,16 +48,16 @@ TEST(the_code_of_a_room_leads_to_the_page_in_it_and_nothing_else_does) {
         const char *method, *path;
         int status;
         const char *to;
-    } row[] = {{"GET", "/PK7TR", 302, "./?room=PK7TR"},
-               {"GET", "/pk7tr", 302, "./?room=PK7TR"},
-               {"HEAD", "/PK7TR", 302, "./?room=PK7TR"},
+    } row[] = {{"GET", "/PK7TRA", 302, "./?room=PK7TRA"},
+               {"GET", "/pk7tra", 302, "./?room=PK7TRA"},
+               {"HEAD", "/PK7TRA", 302, "./?room=PK7TRA"},
                {"GET", "/PK7T", 404, NULL},
                {"GET", "/PK7TRR", 302, "./?room=PK7TRR"},
                {"GET", "/PK7TRRR", 404, NULL},
                {"GET", "/readyz", 200, NULL},
                {"GET", "/PK1TR", 404, NULL},
-               {"GET", "/PK7TR/", 404, NULL},
-               {"POST", "/PK7TR", 405, NULL},
+               {"GET", "/PK7TRA/", 404, NULL},
+               {"POST", "/PK7TRA", 405, NULL},
                {"POST", "/nowhere", 404, NULL}};
     struct test_reply reply;
     struct test_server *server = test_server_start(NULL);
@@ -77,7 +77,7 @@ TEST(only_the_embed_view_may_be_framed_and_only_by_whom_the_option_lists) {
         const char *list, *path, *frames;
     } row[] = {
         {"*", "/?embed=1", "frame-ancestors *"},
-        {"*", "/?room=PK7TR&embed=1", "frame-ancestors *"},
+        {"*", "/?room=PK7TRA&embed=1", "frame-ancestors *"},
         {"*", "/?embed=10", "frame-ancestors 'none'"},
         {"*", "/?noembed=1", "frame-ancestors 'none'"},
         {"*", "/docs?embed=1", "frame-ancestors 'none'"},

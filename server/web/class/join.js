@@ -11,7 +11,7 @@ import { keptLink } from "./kept.js";
 import { keptRooms } from "./session.js";
 
 const HOURS = [1, 2, 8, 24, 168, 720];
-const CODE = /^[a-hj-np-z2-9]{5,6}$/i;
+const CODE = /^[a-hj-np-z2-9]{6}$/i;
 
 /** Why it was refused, in words. @param {Room} room @param {any} error @param {string} code */
 function why({ app, say }, error, code) {

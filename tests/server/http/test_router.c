@@ -31,8 +31,8 @@ static const char *answer_fill(const char *pattern, char path[128], char argumen
             if (variables) *read++ = *pattern;
             continue;
         }
-        at += sprintf(at, "%s", room ? "PK7TR" : "a%20b");
-        read += sprintf(read, "%s", room ? "PK7TR" : "a b");
+        at += sprintf(at, "%s", room ? "PK7TRA" : "a%20b");
+        read += sprintf(read, "%s", room ? "PK7TRA" : "a b");
         last = read;
         pattern = strchr(pattern, '}');
         variables++;

@@ -40,7 +40,7 @@ enum { WAYS = sizeof altered_way / sizeof *altered_way, MOST_COLUMNS = 40, MOST_
  * a scene. And all the lives that have such rows. */
 static const struct {
     const char *table, *owner, *lives, *all;
-} altered_table[] = {{"jobs", "id", "hs", "whgsd"},   {"shards", "job", "gs", "hgsd"},
+} altered_table[] = {{"jobs", "id", "hs", "whgsd"},   {"parts", "job", "gs", "hgsd"},
                      {"results", "job", "s", "hgsd"}, {"clients", "name", "w", "whgsdp"},
                      {"removals", "job", "d", "d"},   {"scenes", "id", "p", "p"},
                      {"keepers", "scene", "p", "p"}};
@@ -110,9 +110,8 @@ static void altered_seal(struct altered *all, const struct altered_case *one) {
                        altered_result[part].bytes);
         value[1].bytes = API_SEAL_BYTES;
         value[2].whole = part;
-        CHECK(driver->run(all->sql, -1,
-                          "UPDATE results SET seal = $2 WHERE job = $1 AND shard = $3", value, 3,
-                          NULL, NULL) == SRV_STORED);
+        CHECK(driver->run(all->sql, -1, "UPDATE results SET seal = $2 WHERE job = $1 AND part = $3",
+                          value, 3, NULL, NULL) == SRV_STORED);
     }
 }
 
@@ -287,7 +286,7 @@ static void altered_tables(struct altered *all) {
 
 static void altered_all(struct altered *all) {
     /* a part that is held by somebody who vanished is late */
-    altered_run(all, "UPDATE shards SET lease = 1 WHERE state = 1");
+    altered_run(all, "UPDATE parts SET lease = 1 WHERE state = 1");
     altered_tables(all);
     for (int t = 0; t < TABLES; t++) altered_look(all, t);
     for (int t = 0; t < TABLES; t++)
@@ -328,9 +327,9 @@ static int altered_ask(const struct srv_daemon *daemon, struct test_client *clie
  * is */
 static int altered_lies_well(const struct altered_case *one) {
     static const char *const lies[] = {"jobs.ready",   "jobs.turn",    "jobs.id",    "jobs.client",
-                                       "jobs.part",    "jobs.rank",    "jobs.begun", "jobs.shards",
-                                       "jobs.waiting", "jobs.chained", "shards.job", "shards.lease",
-                                       "shards.state", "shards.number"};
+                                       "jobs.part_us", "jobs.rank",    "jobs.begun", "jobs.parts",
+                                       "jobs.waiting", "jobs.chained", "parts.job",  "parts.lease",
+                                       "parts.state",  "parts.number"};
     char name[64];
     snprintf(name, sizeof name, "%s.%s", one->table, one->column);
     for (size_t i = 0; i < sizeof lies / sizeof *lies; i++)

@@ -177,16 +177,12 @@ STORE_TEST(a_version_that_was_altered_is_refused_with_words_and_harms_nothing) {
     if (!ground->postgres) sums_nulls(ground->url + strlen("sqlite:"));
     snprintf(restore, sizeof restore, "UPDATE pendulumd SET version = %d", SRV_SCHEMA);
     CHECK_INT(ground_submit(store, "kept", "berta", NULL, 3, 0, &job), SRV_STORED);
-    for (int way = -SRV_SCHEMA; way < WAYS; way++) {
+    for (int way = 0; way < WAYS; way++) {
         struct pend_error error;
-        char id[32], whole[32];
-        snprintf(id, sizeof id, "job%d", way + SRV_SCHEMA);
-        /* those of the versions before this one as well: their tables are not here */
-        snprintf(whole, sizeof whole, "%d", way + SRV_SCHEMA);
+        char id[32];
+        snprintf(id, sizeof id, "job%d", way);
         snprintf(text, sizeof text, "UPDATE pendulumd SET version = %s",
-                 way < 0            ? whole
-                 : ground->postgres ? sums_way[way].postgres
-                                    : sums_way[way].sqlite);
+                 ground->postgres ? sums_way[way].postgres : sums_way[way].sqlite);
         if (!sums_run(sql, text)) continue;
         /* who has the store open goes on, or says why not */
         enum srv_stored stored = ground_submit(store, id, "anna", NULL, 1, 0, &job);
@@ -199,7 +195,7 @@ STORE_TEST(a_version_that_was_altered_is_refused_with_words_and_harms_nothing) {
         refused += !other;
         srv_store_close(&other);
         CHECK(sums_run(sql, restore));
-        snprintf(id, sizeof id, "again%d", way + SRV_SCHEMA);
+        snprintf(id, sizeof id, "again%d", way);
         CHECK_INT(ground_submit(store, id, "anna", NULL, 1, 0, &job), SRV_STORED);
         other = sums_open(ground, &error);
         if (CHECK_SAYING(other != NULL, "%s: %s", text, error.text)) {
@@ -209,6 +205,6 @@ STORE_TEST(a_version_that_was_altered_is_refused_with_words_and_harms_nothing) {
         srv_store_close(&other);
         CHECK_SAYING(ground_sums(ground), "%s", text);
     }
-    CHECK(refused > SRV_SCHEMA);
+    CHECK(refused > 3);
     sql->driver->close(sql);
 }

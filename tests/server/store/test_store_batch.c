@@ -112,7 +112,7 @@ TEST(a_batch_waits_for_the_database_a_few_times_however_many_parts_it_ends) {
     store->sql->driver = &counted.driver;
     work_together(store, work, JOBS);
     store->sql->driver = counted.real;
-    CHECK_SAYING(counted.runs <= 7, "%d waits for %d shards", counted.runs, JOBS);
+    CHECK_SAYING(counted.runs <= 7, "%d waits for %d parts", counted.runs, JOBS);
     for (int i = 0; i < JOBS; i++) {
         CHECK_INT(work_state(store, &lease[i]), SRV_JOB_SUCCESSFUL);
         CHECK_INT(srv_store_chunk(store, lease[i].job, 0, 0, data, &bytes), SRV_STORED);
@@ -184,7 +184,7 @@ STORE_TEST(what_is_wrong_with_one_part_of_a_batch_harms_no_other) {
     struct srv_lease lease[6] = {0};
     work_begin(store, lease, 6);
     char text[160];
-    snprintf(text, sizeof text, "DELETE FROM shards WHERE job = '%s'", lease[1].job);
+    snprintf(text, sizeof text, "DELETE FROM parts WHERE job = '%s'", lease[1].job);
     ground_run(ground, text);
     snprintf(text, sizeof text, "UPDATE jobs SET state = 77 WHERE id = '%s'", lease[3].job);
     ground_run(ground, text);

@@ -110,11 +110,11 @@ STORE_TEST(parts_of_a_worker_that_ended_are_computed_alone_and_after_others) {
     claims_submit(store, MANY);
     for (int i = 0; i <= 2 * SRV_MOST_KILLS; i++) {
         /* the process that ended held others each time */
-        ground_run(ground, "UPDATE shards SET aside = 0");
+        ground_run(ground, "UPDATE parts SET aside = 0");
         int count = claim_all(store, lease);
         CHECK_INT(count, MANY);
         for (int k = 0; k < count; k++) srv_lease_clear(&lease[k]);
-        ground_run(ground, "UPDATE shards SET lease = 1 WHERE state = 1");
+        ground_run(ground, "UPDATE parts SET lease = 1 WHERE state = 1");
         CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
         CHECK_INT(sweep.released, MANY);
         CHECK_INT(sweep.given_up, 0);

@@ -35,7 +35,7 @@ static enum srv_stored read_all(struct srv_store *store, const char *who, int64_
     found->count = 0;
     while (more) {
         enum srv_stored stored =
-            srv_store_class_items(store, "ABCDE", who, &since, &more, &room, take, found);
+            srv_store_class_items(store, "ABCDEF", who, &since, &more, &room, take, found);
         if (stored != SRV_STORED) return stored;
     }
     CHECK_INT(since, room.version);
@@ -49,7 +49,7 @@ static const char *body_of(const struct found *found, const char *name) {
 }
 
 static struct srv_class_put item(const char *who, const char *name, const char *body, int own) {
-    return (struct srv_class_put){.code = "ABCDE",
+    return (struct srv_class_put){.code = "ABCDEF",
                                   .who = who,
                                   .name = name,
                                   .own = own,
@@ -98,7 +98,7 @@ static struct srv_store *begin(struct ground *ground, struct srv_class *room) {
     ground->rules.class_bytes = 100000;
     struct srv_store *store = ground_open(ground);
     if (store)
-        CHECK_INT(make(store, "ABCDE", "teacher", NULL, (int64_t)HOUR_S * SECOND, room),
+        CHECK_INT(make(store, "ABCDEF", "teacher", NULL, (int64_t)HOUR_S * SECOND, room),
                   SRV_STORED);
     return store;
 }
@@ -194,11 +194,11 @@ STORE_TEST(a_room_is_bounded) {
     memset(large, 'x', sizeof large - 1);
     struct srv_store *own = begin(ground, &room);
     REQUIRE(own != NULL);
-    CHECK_INT(make(own, "ABCDE", "t", NULL, SECOND, &room), SRV_STORED_CLASH);
-    CHECK_INT(make(own, "ABCDF", "t", "key", SECOND, &room), SRV_STORED);
-    CHECK_INT(make(own, "ABCDG", "t", "key", SECOND, &room), SRV_STORED);
-    CHECK_TEXT(room.code, "ABCDF");
-    CHECK_INT(make(own, "ABCDG", "t", NULL, SECOND, &room), SRV_STORED_QUOTA);
+    CHECK_INT(make(own, "ABCDEF", "t", NULL, SECOND, &room), SRV_STORED_CLASH);
+    CHECK_INT(make(own, "ABCDFF", "t", "key", SECOND, &room), SRV_STORED);
+    CHECK_INT(make(own, "ABCDGF", "t", "key", SECOND, &room), SRV_STORED);
+    CHECK_TEXT(room.code, "ABCDFF");
+    CHECK_INT(make(own, "ABCDGF", "t", NULL, SECOND, &room), SRV_STORED_QUOTA);
     for (int i = 0; i < 3; i++) {
         const char who[] = {(char)('a' + i), 0};
         CHECK_INT(join(own, who, &pupil), SRV_STORED);
@@ -220,9 +220,9 @@ STORE_TEST(a_room_is_bounded) {
     CHECK_INT(put(own, "teacher", "worksheets/w", large, 0, SRV_CLASS_FINE), SRV_STORED);
     /* the bytes that a room is counted for are those of its items, whatever has become of them */
     CHECK_INT(put(own, "teacher", "worksheets/w", "short", 0, SRV_CLASS_FINE), SRV_STORED);
-    CHECK_INT(ground_ask(ground, "SELECT bytes FROM classes WHERE code = 'ABCDE'"),
+    CHECK_INT(ground_ask(ground, "SELECT bytes FROM classes WHERE code = 'ABCDEF'"),
               ground_ask(ground, "SELECT CAST(SUM(LENGTH(body) + 128) AS BIGINT) FROM class_items "
-                                 "WHERE code = 'ABCDE'"));
+                                 "WHERE code = 'ABCDEF'"));
     srv_store_close(&own);
 }
 
@@ -263,7 +263,7 @@ STORE_TEST(of_a_room_that_has_ended_nothing_is_left) {
     REQUIRE(own != NULL);
     CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
     CHECK_INT(put(own, "teacher", "questions/q", "Q", 0, SRV_CLASS_FINE), SRV_STORED);
-    CHECK_INT(srv_store_class_mark(own, "ABCDE", &version, &shared), SRV_STORED);
+    CHECK_INT(srv_store_class_mark(own, "ABCDEF", &version, &shared), SRV_STORED);
     CHECK(version == 2 && shared == 2);
     struct srv_class_put end = item("ada", "", NULL, 0);
     CHECK_INT(srv_store_class_end(own, &end, &room), SRV_STORED_CLASH);
@@ -272,13 +272,13 @@ STORE_TEST(of_a_room_that_has_ended_nothing_is_left) {
     end.who = "teacher";
     CHECK_INT(srv_store_class_end(own, &end, &room), SRV_STORED);
     CHECK_INT(ground_ask(ground, left), 0);
-    CHECK_INT(srv_store_class(own, "ABCDE", "teacher", &room), SRV_STORED_NONE);
-    CHECK_INT(srv_store_class_mark(own, "ABCDE", &version, &shared), SRV_STORED_NONE);
+    CHECK_INT(srv_store_class(own, "ABCDEF", "teacher", &room), SRV_STORED_NONE);
+    CHECK_INT(srv_store_class_mark(own, "ABCDEF", &version, &shared), SRV_STORED_NONE);
     /* one whose time is over is nobody's at once, and is swept */
-    CHECK_INT(make(own, "ABCDE", "teacher", "k", SECOND, &room), SRV_STORED);
+    CHECK_INT(make(own, "ABCDEF", "teacher", "k", SECOND, &room), SRV_STORED);
     CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
     ground_run(ground, "UPDATE classes SET ends = 1");
-    CHECK_INT(srv_store_class(own, "ABCDE", "teacher", &room), SRV_STORED_NONE);
+    CHECK_INT(srv_store_class(own, "ABCDEF", "teacher", &room), SRV_STORED_NONE);
     CHECK_INT(join(own, "ada", &pupil), SRV_STORED_NONE);
     CHECK_INT(ground_ask(ground, left), 3);
     while (sweep.more) REQUIRE(srv_store_sweep(own, &looked, &sweep) == SRV_STORED);
@@ -359,7 +359,7 @@ STORE_TEST(an_address_has_a_share_of_a_room_that_its_teacher_raises) {
     (void)join_as(own, "p4", "5ee13", "p4", SRV_CLASS_SHARED);
     /* many go at once, and those who are not there cost nothing */
     CHECK_INT(dismiss(own, "1-2,5,900-999999999"), SRV_STORED);
-    CHECK_INT(srv_store_class(own, "ABCDE", "teacher", &room), SRV_STORED);
+    CHECK_INT(srv_store_class(own, "ABCDEF", "teacher", &room), SRV_STORED);
     CHECK_INT(room.pupils, 2);
     (void)join_as(own, "p4", "5ee13", "p4", SRV_CLASS_FINE);
     srv_store_close(&own);
@@ -377,28 +377,28 @@ STORE_TEST(rooms_of_a_teacher_and_of_an_address_are_bounded_and_empty_ones_end) 
     ground->rules.classes = 1000;
     REQUIRE((own = ground_open(ground)) != NULL);
     struct srv_class_new made = {
-        "ABCDEF", "t", NULL, "0a0a0", 2 * (int64_t)HOUR_S * SECOND, (int64_t)HOUR_S * SECOND, 1, 2};
+        "QRSTUF", "t", NULL, "0a0a0", 2 * (int64_t)HOUR_S * SECOND, (int64_t)HOUR_S * SECOND, 1, 2};
     CHECK_INT(srv_store_class_new(own, &made, &room, &full), SRV_STORED);
     CHECK_INT(room.empty_ends - room.created, (int64_t)HOUR_S * SECOND);
-    made.code = "ABCDEG";
+    made.code = "QRSTUG";
     CHECK_INT(srv_store_class_new(own, &made, &room, &full), SRV_STORED_QUOTA);
     CHECK_TEXT(full, "you have");
     made.who = "u";
     CHECK_INT(srv_store_class_new(own, &made, &room, &full), SRV_STORED);
-    made.code = "ABCDEH";
+    made.code = "QRSTUH";
     made.who = "v";
     CHECK_INT(srv_store_class_new(own, &made, &room, &full), SRV_STORED_QUOTA);
     CHECK_TEXT(full, "your address has");
     /* one of the two is joined, and outlives its first hour; the other is gone */
     struct srv_class_put in = item("ada", "ada", "{\"n\"}", 1);
-    in.code = "ABCDEF";
+    in.code = "QRSTUF";
     CHECK_INT(srv_store_class_join(own, &in, &room), SRV_STORED);
     CHECK_INT(room.empty_ends, 0);
     ground_run(ground, "UPDATE classes SET empty_ends = 1 WHERE empty_ends > 0");
     int64_t version, shared;
-    CHECK_INT(srv_store_class(own, "ABCDEF", "t", &room), SRV_STORED);
-    CHECK_INT(srv_store_class(own, "ABCDEG", "u", &room), SRV_STORED_NONE);
-    CHECK_INT(srv_store_class_mark(own, "ABCDEG", &version, &shared), SRV_STORED_NONE);
+    CHECK_INT(srv_store_class(own, "QRSTUF", "t", &room), SRV_STORED);
+    CHECK_INT(srv_store_class(own, "QRSTUG", "u", &room), SRV_STORED_NONE);
+    CHECK_INT(srv_store_class_mark(own, "QRSTUG", &version, &shared), SRV_STORED_NONE);
     while (sweep.more) REQUIRE(srv_store_sweep(own, &looked, &sweep) == SRV_STORED);
     CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM classes"), 2);
     CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
@@ -502,14 +502,14 @@ STORE_TEST(an_altered_row_harms_its_room_alone) {
             (void)srv_store_class_put(own, &out, &room);
             (void)srv_store_class_end(own, &out, &room);
             (void)driver->run(sql, -1,
-                              "UPDATE classes SET ends = 1 WHERE code <> 'ABCDE' OR code IS NULL",
+                              "UPDATE classes SET ends = 1 WHERE code <> 'ABCDEF' OR code IS NULL",
                               NULL, 0, NULL, NULL);
             for (int i = 0; i < 3; i++)
                 REQUIRE(srv_store_sweep(own, &looked, &sweep) == SRV_STORED);
             struct srv_row_wholes left = {.count = 1};
-            (void)driver->run(sql, -1, "DELETE FROM class_items WHERE code <> 'ABCDE'", NULL, 0,
+            (void)driver->run(sql, -1, "DELETE FROM class_items WHERE code <> 'ABCDEF'", NULL, 0,
                               NULL, NULL);
-            (void)driver->run(sql, -1, "DELETE FROM class_pupils WHERE code <> 'ABCDE'", NULL, 0,
+            (void)driver->run(sql, -1, "DELETE FROM class_pupils WHERE code <> 'ABCDEF'", NULL, 0,
                               NULL, NULL);
             (void)driver->run(sql, -1, "SELECT CAST(COUNT(*) AS BIGINT) FROM classes", NULL, 0,
                               srv_row_wholes, &left);

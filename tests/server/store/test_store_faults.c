@@ -220,7 +220,7 @@ static void life_kept(struct srv_store *store, const struct life *life, const ch
 /* ends what is left; nothing is left then */
 static void life_clear(const struct ground *ground, struct srv_store *store, const char *what) {
     static const char *const tables[] = {
-        "jobs", "shards", "results", "removals WHERE job = 'job'", "scenes", "keepers", "clients"};
+        "jobs", "parts", "results", "removals WHERE job = 'job'", "scenes", "keepers", "clients"};
     struct srv_store_sweep sweep;
     struct srv_job job;
     char text[128];
@@ -325,7 +325,7 @@ STORE_TEST(a_commit_whose_answer_is_lost_is_looked_up) {
         srv_lease_clear(&one.lease[0]);
         if (count == 2) srv_lease_clear(&two.lease[0]);
     }
-    CHECK_INT(ground_ask(ground, "SELECT COUNT(*) FROM shards WHERE state = 1 AND attempt = 1"), 3);
+    CHECK_INT(ground_ask(ground, "SELECT COUNT(*) FROM parts WHERE state = 1 AND attempt = 1"), 3);
     CHECK(!faulty.lose);
     ground_sums(ground);
     faulty.fail_at = 0;

@@ -292,7 +292,7 @@ STORE_TEST(one_claim_takes_several_small_parts_or_one_long) {
     for (int i = 0; i < 20; i++) {
         snprintf(id, sizeof id, "c%d", i);
         submit_cost(store, id, 1, 4000);
-        ground_run(ground, "UPDATE jobs SET rank = 0 WHERE part = 4000");
+        ground_run(ground, "UPDATE jobs SET rank = 0 WHERE part_us = 4000");
     }
     claim.count = 0;
     CHECK_INT(srv_store_claim(store, &claim, lease), SRV_STORED);
@@ -480,12 +480,12 @@ STORE_TEST(a_job_that_has_ended_keeps_the_parts_that_are_done) {
     CHECK_INT(ground_submit(store, "job", "anna", NULL, 1, 0, &job), SRV_STORED);
     CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
     CHECK_INT(srv_store_finish(store, &lease, "x", 1, NULL, 0), SRV_STORED);
-    ground_run(ground, "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, "
+    ground_run(ground, "INSERT INTO parts (job, number, state, attempt, kills, worker, lease, "
                        "bytes) VALUES ('job', 1, "
                        "1, 1, 0, 'gone', 1, 0)");
     CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
-    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM shards WHERE state = 1"), 0);
-    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM shards WHERE state = 2"), 1);
+    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM parts WHERE state = 1"), 0);
+    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM parts WHERE state = 2"), 1);
     /* so that a call whose answer got lost may be repeated */
     CHECK_INT(srv_store_finish(store, &lease, "x", 1, NULL, 0), SRV_STORED);
     srv_lease_clear(&lease);

@@ -246,9 +246,9 @@ static enum srv_stored stranger_write(struct srv_sql *sql, int i) {
     struct srv_value value[] = {srv_value_whole(i)};
     return srv_sql_sqlite.run(
         sql, -1,
-        "INSERT INTO results (job, shard, chunk, data) WITH RECURSIVE n(k) AS (SELECT 1 "
+        "INSERT INTO results (job, part, chunk, data, seal) WITH RECURSIVE n(k) AS (SELECT 1 "
         "UNION ALL SELECT k + 1 FROM n WHERE k < 20000) SELECT 'stranger', $1, k, "
-        "zeroblob(60) FROM n",
+        "zeroblob(60), zeroblob(8) FROM n",
         value, 1, NULL, NULL);
 }
 

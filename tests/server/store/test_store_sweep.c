@@ -111,7 +111,7 @@ STORE_TEST(expired_jobs_go_many_at_a_time_and_as_they_are) {
     CHECK_INT(expired, 300);
     CHECK_INT(srv_store_figures(own, &figures), SRV_STORED);
     CHECK(!figures.jobs[SRV_JOB_SUCCESSFUL] && !figures.jobs[SRV_JOB_DISMISSED] && !figures.bytes);
-    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM shards"), 0);
+    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM parts"), 0);
     CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM results"), 0);
     ground_sums(ground);
     srv_store_close(&own);
@@ -137,7 +137,7 @@ STORE_TEST(a_large_expired_job_goes_piece_by_piece) {
     CHECK_INT(brief_sweep(own, &expired), 3);
     CHECK_INT(srv_store_figures(own, &figures), SRV_STORED);
     CHECK_INT(figures.bytes, 0);
-    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM shards"), 0);
+    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM parts"), 0);
     ground_sums(ground);
     srv_store_close(&own);
 }
