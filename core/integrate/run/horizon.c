@@ -109,12 +109,12 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
            anew = own ? pend_jets_bytes(tree, terms, HORIZON_ANEW_ORDER) : 0;
     int order = own ? HORIZON_ANEW_ORDER : pend_taylor_order(problem->rtol, 1);
     size_t series = answers || way == HORIZON_METHOD ? 0 : pend_neighbour_bytes(problem, order);
-    char *block = aligned_alloc(64, head + rows + series + anew + answers),
-         *behind = block + head + rows;
+    char *block = aligned_alloc(64, head + rows + series + anew + answers);
     *horizon = (struct pend_horizon *)block;
     if (!block)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a neighbour of %d arms",
                          tree->n);
+    char *behind = block + head + rows;
     memset(block, 0, head + rows);
     struct pend_horizon *made = *horizon;
     made->problem = *problem;
