@@ -110,6 +110,12 @@ void api_problem_set_list(struct api_problem *problem, int status, const char *f
     problem_print(problem->detail, sizeof problem->detail, format, arguments);
 }
 
+int api_problem_http(enum pend_status status) {
+    int ours = (unsigned)status >= PEND_BUG || status == PEND_NO_CONVERGENCE;
+    int later = status == PEND_NO_MEMORY || status == PEND_CANCELLED || status == PEND_DEADLINE;
+    return status == PEND_OK ? 200 : ours ? 500 : later ? 503 : 422;
+}
+
 void api_problem_set(struct api_problem *problem, int status, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);

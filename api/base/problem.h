@@ -73,6 +73,9 @@ void api_problem_init(struct api_problem *problem);
 /** Frees the faults and initializes the problem again. */
 void api_problem_clear(struct api_problem *problem);
 
+/** Returns the HTTP status that a result of core stands for: 200, 422, 500 or 503. */
+int api_problem_http(enum pend_status status);
+
 /**
  * States the problem. If one was stated already, the call is ignored.
  *

@@ -165,7 +165,7 @@ static enum api_progress call_fail(struct api_call *call, enum pend_status statu
             API_TYPE_LIMIT
             "the answer grew beyond the limit max-answer-bytes of %.0f: ask for fewer numbers",
             call->limits->answer_bytes);
-    api_problem_set(&call->problem, pend_status_http(status), "%s", text);
+    api_problem_set(&call->problem, api_problem_http(status), "%s", text);
     return call_refuse(call, out);
 }
 

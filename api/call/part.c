@@ -56,7 +56,7 @@ int api_plan_read(struct api_plan *plan, const struct api_request *request,
         op->free(&state);
     }
     if (status != PEND_OK) {
-        api_problem_set(&problem, pend_status_http(status), "%s", pend_status_text(status));
+        api_problem_set(&problem, api_problem_http(status), "%s", pend_status_text(status));
         http = problem.status;
         if (api_problem_write(&problem, out) != PEND_OK) out->bytes = 0;
     }
@@ -78,7 +78,7 @@ int api_plan_relay(struct api_plan *plan, const struct api_relay *relay,
     struct api_relay_told *told = malloc(sizeof *told);
     enum pend_status status =
         told ? api_relay_ask(relay, &ask, told, out, body, &error) : PEND_NO_MEMORY;
-    int http = status == PEND_OK ? told->status : pend_status_http(status);
+    int http = status == PEND_OK ? told->status : api_problem_http(status);
     *plan = (struct api_plan){.parts = 1};
     if (status == PEND_OK && !http) {
         *plan = (struct api_plan){.parts = told->plan.parts,

@@ -452,7 +452,7 @@ int api_class_read(const struct api_request *request, const struct api_limits *l
     int http = 0;
     if (status != PEND_OK) {
         if (status == PEND_NO_MEMORY) api_problem_clear(&problem);
-        api_problem_set(&problem, pend_status_http(status), "%s", pend_status_text(status));
+        api_problem_set(&problem, api_problem_http(status), "%s", pend_status_text(status));
         http = problem.status;
         if (api_problem_write(&problem, out) != PEND_OK) out->bytes = 0;
     }

@@ -7,10 +7,9 @@
 
 static const struct {
     const char *name;
-    int http;
     const char *text;
 } status_table[PEND_STATUS_COUNT] = {
-#define X(name, http, text) {#name, http, text},
+#define X(name, text) {#name, text},
     PEND_STATUS_LIST(X)
 #undef X
 };
@@ -25,10 +24,6 @@ const char *pend_status_text(enum pend_status code) {
 
 const char *pend_status_name(enum pend_status code) {
     return status_known(code) ? status_table[code].name : "unknown";
-}
-
-int pend_status_http(enum pend_status code) {
-    return status_known(code) ? status_table[code].http : 500;
 }
 
 enum pend_status pend_fail(struct pend_error *error, enum pend_status code, int arm, double time,

@@ -1,25 +1,25 @@
 /* Result codes, error detail and fault reports of the whole project.
  * Leaves to others: how a code is shown to a user (api/base/problem).
- * Invariant: 0 is success; codes, texts and HTTP statuses come from the one list below. */
+ * Invariant: 0 is success; codes and texts come from the one list below. */
 #ifndef PEND_STATUS_H
 #define PEND_STATUS_H
 
-/* name, HTTP status, text */
+/* name, text */
 #define PEND_STATUS_LIST(X)                                                                        \
-    X(PEND_OK, 200, "success")                                                                     \
-    X(PEND_INVALID, 422, "the input is well-formed but meaningless")                               \
-    X(PEND_LIMIT, 422, "a limit would be exceeded")                                                \
-    X(PEND_NO_MEMORY, 503, "out of memory")                                                        \
-    X(PEND_CANCELLED, 503, "the computation was cancelled")                                        \
-    X(PEND_DEADLINE, 503, "the computation outran its time limit")                                 \
-    X(PEND_NOT_FINITE, 422, "a number ceased to be finite")                                        \
-    X(PEND_STEP_TOO_SMALL, 422, "the step size fell below what the numbers resolve")               \
-    X(PEND_TOO_MANY_STEPS, 422, "the step limit was reached before the last instant")              \
-    X(PEND_NO_CONVERGENCE, 500, "an iteration did not converge")                                   \
-    X(PEND_BUG, 500, "an internal check failed")
+    X(PEND_OK, "success")                                                                          \
+    X(PEND_INVALID, "the input is well-formed but meaningless")                                    \
+    X(PEND_LIMIT, "a limit would be exceeded")                                                     \
+    X(PEND_NO_MEMORY, "out of memory")                                                             \
+    X(PEND_CANCELLED, "the computation was cancelled")                                             \
+    X(PEND_DEADLINE, "the computation outran its time limit")                                      \
+    X(PEND_NOT_FINITE, "a number ceased to be finite")                                             \
+    X(PEND_STEP_TOO_SMALL, "the step size fell below what the numbers resolve")                    \
+    X(PEND_TOO_MANY_STEPS, "the step limit was reached before the last instant")                   \
+    X(PEND_NO_CONVERGENCE, "an iteration did not converge")                                        \
+    X(PEND_BUG, "an internal check failed")
 
 enum pend_status {
-#define X(name, http, text) name,
+#define X(name, text) name,
     PEND_STATUS_LIST(X)
 #undef X
         PEND_STATUS_COUNT
@@ -58,11 +58,6 @@ const char *pend_status_text(enum pend_status code);
  * an unknown code.
  */
 const char *pend_status_name(enum pend_status code);
-
-/**
- * Returns the HTTP status that a code stands for (200, 422, 500, 503); 500 for an unknown code.
- */
-int pend_status_http(enum pend_status code);
 
 /**
  * Fills an error and returns its code, so that a failing function can end with `return

@@ -78,6 +78,13 @@ TEST(problem_of_faults_is_a_422_with_pointers) {
     api_problem_clear(&problem);
 }
 
+TEST(problem_has_a_status_for_every_result) {
+    static const short http[PEND_STATUS_COUNT + 1] = {200, 422, 422, 503, 503, 503,
+                                                      422, 422, 422, 500, 500, 500};
+    for (int i = 0; i <= PEND_STATUS_COUNT; i++)
+        CHECK_INT(api_problem_http((enum pend_status)i), http[i]);
+}
+
 TEST(problem_has_a_title_for_every_status_that_is_used) {
     static const int statuses[] = {400, 404, 405, 406, 408, 413, 414, 415,
                                    417, 422, 429, 431, 500, 501, 503, 505};
