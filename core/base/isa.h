@@ -14,4 +14,17 @@ enum pend_isa { PEND_ISA_BASE, PEND_ISA_AVX2, PEND_ISA_AVX512, PEND_ISA_COUNT };
  */
 enum pend_isa pend_isa_best(void);
 
+/* PEND_ISA_EACH declares a table that is compiled for every set; PEND_ISA_PICK is the address of
+ * the one for a set. */
+#ifdef __x86_64__
+#define PEND_ISA_EACH(type, name) extern const type name##_base, name##_avx2, name##_avx512
+#define PEND_ISA_PICK(name, isa)                                                                   \
+    ((isa) == PEND_ISA_AVX512 ? &name##_avx512                                                     \
+     : (isa) == PEND_ISA_AVX2 ? &name##_avx2                                                       \
+                              : &name##_base)
+#else
+#define PEND_ISA_EACH(type, name) extern const type name##_base
+#define PEND_ISA_PICK(name, isa) ((void)(isa), &name##_base)
+#endif
+
 #endif

@@ -24,15 +24,6 @@ enum {
     ENSEMBLE_SHARES = 48
 };
 
-static const struct ensemble_kernel *ensemble_kernel(enum pend_isa isa) {
-#ifdef __x86_64__
-    if (isa == PEND_ISA_AVX512) return &pend_kernel_ensemble_avx512;
-    if (isa == PEND_ISA_AVX2) return &pend_kernel_ensemble_avx2;
-#endif
-    (void)isa;
-    return &pend_kernel_ensemble_base;
-}
-
 static enum pend_status ensemble_check(const struct pend_ensemble_problem *problem,
                                        struct pend_error *error) {
     if (!(problem->rtol >= 1e-16 && problem->rtol <= 0.1)) {
@@ -153,7 +144,7 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
                                    struct pend_error *error) {
     *ensemble = NULL;
     PEND_TRY(ensemble_check(problem, error));
-    const struct ensemble_kernel *kernel = ensemble_kernel(isa);
+    const struct ensemble_kernel *kernel = PEND_ISA_PICK(pend_kernel_ensemble, isa);
     const struct pend_terms *terms = problem->loads.terms;
     int n = problem->tree->n, order = pend_taylor_order(problem->rtol, 0);
     int known = order + (problem->accuracy > 0 ? ENSEMBLE_DOUBT_BEYOND : 0);

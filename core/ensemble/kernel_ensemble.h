@@ -6,6 +6,7 @@
 
 #include <stddef.h>
 
+#include "core/base/isa.h"
 #include "core/tree/terms.h"
 
 /* Values of arm k in lane i are array[k * width + i]; one value a lane: array[i]. All arrays are
@@ -109,9 +110,6 @@ struct ensemble_kernel {
                    const struct ensemble_values *to);
 };
 
-extern const struct ensemble_kernel pend_kernel_ensemble_base;
-#ifdef __x86_64__
-extern const struct ensemble_kernel pend_kernel_ensemble_avx2, pend_kernel_ensemble_avx512;
-#endif
+PEND_ISA_EACH(struct ensemble_kernel, pend_kernel_ensemble);
 
 #endif

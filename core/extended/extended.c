@@ -29,15 +29,6 @@ struct pend_extended {
 /* arrays with values for every lane, with one value a lane, and with one for all lanes */
 enum { EXTENDED_LANED = 10, EXTENDED_SINGLE = 6, EXTENDED_FLAT = 8, EXTENDED_BYTES_CAP = 1 << 30 };
 
-static const struct extended_kernel *extended_kernel(enum pend_isa isa) {
-#ifdef __x86_64__
-    if (isa == PEND_ISA_AVX512) return &pend_kernel_extended_avx512;
-    if (isa == PEND_ISA_AVX2) return &pend_kernel_extended_avx2;
-#endif
-    (void)isa;
-    return &pend_kernel_extended_base;
-}
-
 /* ---- orders */
 
 /* the first term of a step that is left out, relative to the motion of the step: a hundredth of
@@ -105,7 +96,8 @@ enum pend_status pend_extended_new(struct pend_extended **extended, const struct
     int order = extended_order(target);
     // four lanes hold the four sums of an arm
     if (single && isa > PEND_ISA_AVX2) isa = PEND_ISA_AVX2;
-    struct pend_extended sketch = {.tree = tree, .kernel = extended_kernel(isa)};
+    struct pend_extended sketch = {.tree = tree,
+                                   .kernel = PEND_ISA_PICK(pend_kernel_extended, isa)};
     sketch.lanes =
         (struct extended_lanes){.n = tree->n,
                                 .single = single,

@@ -7,6 +7,7 @@
 
 #include <stddef.h>
 
+#include "core/base/isa.h"
 #include "core/tree/terms.h"
 
 /* Values of arm k in lane i are array[k * width + i]; one value a lane: array[i]. All arrays are
@@ -71,9 +72,6 @@ struct extended_kernel {
                   double heat[]);
 };
 
-extern const struct extended_kernel pend_kernel_extended_base;
-#ifdef __x86_64__
-extern const struct extended_kernel pend_kernel_extended_avx2, pend_kernel_extended_avx512;
-#endif
+PEND_ISA_EACH(struct extended_kernel, pend_kernel_extended);
 
 #endif

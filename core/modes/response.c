@@ -26,15 +26,6 @@ struct pend_response {
     double complex (*tip)[2];   /* n: of a lane, N */
 };
 
-static pend_response_fn *response_kernel(void) {
-#ifdef __x86_64__
-    enum pend_isa isa = pend_isa_best();
-    if (isa == PEND_ISA_AVX512) return pend_response_avx512;
-    if (isa == PEND_ISA_AVX2) return pend_response_avx2;
-#endif
-    return pend_response_base;
-}
-
 static double response_get(const struct pend_loads *loads, enum pend_term_row row, int k) {
     return loads->terms ? pend_terms_get(loads->terms, loads->value, row, k) : 0;
 }
@@ -285,7 +276,7 @@ void pend_response_at(struct pend_response *response, int count, const double om
             response->node[p].drive.im[lane] -= drive->couple_im[k];
         }
     }
-    response_kernel()(&response->arms, &sweep, response->node);
+    PEND_ISA_PICK(pend_response, pend_isa_best())(&response->arms, &sweep, response->node);
     for (int lane = 0; lane < count; lane++)
         defined[lane] = (unsigned char)response_give(response, &sweep, lane, re, im);
 }

@@ -10,6 +10,7 @@
 #ifndef PEND_KERNEL_EXCHANGE_H
 #define PEND_KERNEL_EXCHANGE_H
 
+#include "core/base/isa.h"
 #include "core/taylor/jets.h"
 
 struct exchange_given {
@@ -29,10 +30,7 @@ struct exchange_kernel {
                                    double unit, int order, double x);
 };
 
-extern const struct exchange_kernel pend_kernel_exchange_base;
-#ifdef __x86_64__
-extern const struct exchange_kernel pend_kernel_exchange_avx2, pend_kernel_exchange_avx512;
-#endif
+PEND_ISA_EACH(struct exchange_kernel, pend_kernel_exchange);
 
 /** Non-zero if the kernel takes the power of a pendulum: viscous friction, a pivot that moves, and
  * of up to eight arms torques; all others have series (pend_jets_power). O(1). */

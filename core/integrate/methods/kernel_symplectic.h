@@ -7,6 +7,7 @@
 
 #include <stddef.h>
 
+#include "core/base/isa.h"
 #include "core/tree/loads.h"
 
 /* Angles, rad, and their momenta p = Re M phi', kg m^2 rad/s, as sums of two: n values each. */
@@ -48,9 +49,6 @@ struct symplectic_kernel {
                 const struct symplectic_state *to);
 };
 
-extern const struct symplectic_kernel pend_kernel_symplectic_base;
-#ifdef __x86_64__
-extern const struct symplectic_kernel pend_kernel_symplectic_avx2, pend_kernel_symplectic_avx512;
-#endif
+PEND_ISA_EACH(struct symplectic_kernel, pend_kernel_symplectic);
 
 #endif

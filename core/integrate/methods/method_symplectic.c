@@ -126,15 +126,6 @@ static enum pend_status symplectic_choose(struct symplectic *s, const struct pen
 
 /* ---- opening and closing */
 
-static const struct symplectic_kernel *symplectic_kernel(enum pend_isa isa) {
-#ifdef __x86_64__
-    if (isa == PEND_ISA_AVX512) return &pend_kernel_symplectic_avx512;
-    if (isa == PEND_ISA_AVX2) return &pend_kernel_symplectic_avx2;
-#endif
-    (void)isa;
-    return &pend_kernel_symplectic_base;
-}
-
 /* lays the parts out in a block that was set to zero; with base NULL only counts its bytes */
 static size_t symplectic_place(struct symplectic *s, char *base) {
     int n = s->tree->n;
@@ -187,7 +178,8 @@ static void symplectic_halve(struct symplectic *s) {
 static enum pend_status symplectic_open(void **stepper, const struct pend_problem *problem,
                                         struct pend_error *error) {
     const struct pend_tree *tree = problem->tree;
-    struct symplectic sketch = {.tree = tree, .kernel = symplectic_kernel(pend_isa_best())};
+    struct symplectic sketch = {.tree = tree,
+                                .kernel = PEND_ISA_PICK(pend_kernel_symplectic, pend_isa_best())};
     sketch.system = (struct symplectic_system){.n = tree->n,
                                                .parent = tree->parent,
                                                .end = tree->end,

@@ -151,18 +151,9 @@ static double taylor_power_of_two(double step) {
     return step > 0 ? step : DBL_MIN;
 }
 
-static const struct exchange_kernel *taylor_exchange_kernel(enum pend_isa isa) {
-#ifdef __x86_64__
-    if (isa == PEND_ISA_AVX512) return &pend_kernel_exchange_avx512;
-    if (isa == PEND_ISA_AVX2) return &pend_kernel_exchange_avx2;
-#endif
-    (void)isa;
-    return &pend_kernel_exchange_base;
-}
-
 /* what was given and lost since the start of the step, of a pendulum that has it at nodes */
 static struct exchange_given taylor_given(const struct taylor *taylor, double x) {
-    const struct exchange_kernel *kernel = taylor_exchange_kernel(taylor->jets.isa);
+    const struct exchange_kernel *kernel = PEND_ISA_PICK(pend_kernel_exchange, taylor->jets.isa);
     return kernel->given(&taylor->jets, &taylor->loads, taylor->unit, taylor->order, x);
 }
 
