@@ -17,9 +17,9 @@ rm -rf "$new"
 trap 'rm -rf "$new"' EXIT
 cd server/web
 # what is loaded when it is wanted, a drawer, a part of a class or words, exports that by default; the others are what it is made of
-drawers=$(grep -l "^export default [afm{]" drawers/*.js class/*.js text/*/*.js | grep -v "^text/en/page")
+drawers=$(grep -l "^export default [afm{]" drawers/*.js drawers/*/*.js class/*.js text/*/*.js | grep -v "^text/en/page")
 # shellcheck disable=SC2086  # names without blanks
-esbuild early.js main.js sw.js engine_worker.js embed.js docs.js page.css docs.css class/class.css drawers/curves.css drawers/gauges.css drawers/report.css $drawers --bundle --outbase=. --format=esm --minify --charset=utf8 --legal-comments=none \
+esbuild early.js main.js sw.js engine_worker.js embed.js docs.js page.css docs.css class/class.css drawers/*/*.css $drawers --bundle --outbase=. --format=esm --minify --charset=utf8 --legal-comments=none \
     --log-level=warning --outdir="$OLDPWD/$new"
 cd "$OLDPWD"
 # each file is moved whole: builds that run side by side may make it at once

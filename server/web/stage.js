@@ -1,7 +1,8 @@
 // The stage: the pendulum at the clock's time, on a canvas that fills its place, and what lies on
 // it.
 // Leaves to others: the strokes (paint.js, trails.js), what to show (camera.js), hands (hands.js),
-// keys (arms.js), words (card.js, legend.js, notices.js), ruler and protractor (drawers/gauges.js).
+// keys (arms.js), words (card.js, legend.js, notices.js), ruler and protractor
+// (drawers/measure/gauges.js).
 // Invariant: draws at most once a frame, and only when something has changed.
 
 import { foldedTheta } from "./angles.js";
@@ -328,8 +329,8 @@ async function wantGauges(stage, bag) {
   stage.gauges = true;
   try {
     const [{ default: mount }] = await Promise.all([
-      app.files.script("drawers/gauges.js"),
-      app.files.style("drawers/gauges.css"),
+      app.files.script("drawers/measure/gauges.js"),
+      app.files.style("drawers/measure/gauges.css"),
       app.text.part("measure"),
     ]);
     if (!canvas.isConnected) return;

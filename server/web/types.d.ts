@@ -407,13 +407,13 @@ interface App {
   /** The stage's: opens the fields of an arm. */
   editArm(arm: number): void;
   stage: { tip(arm: number): Point; camera: Camera; seen(): Seen; join(part: StagePart): End };
-  /** Whose table a fit is of: the film that was marked (drawers/film.js). */
+  /** Whose table a fit is of: the film that was marked (drawers/film/film.js). */
   film?: { fitted(table: string, camera: FitCamera): number | null } | null;
   /** The film that was there before another language was. */
   shot?: Shot | null;
-  /** The table and the fit that were there before another language was (drawers/fits.js). */
+  /** The table and the fit that were there before another language was (drawers/fits/fits.js). */
   fitting?: Fitting | null;
-  /** A table that waits for the drawer Measure (drawers/measurements.js). */
+  /** A table that waits for the drawer Measure (drawers/fits/measurements.js). */
   measurements?: string | null;
 }
 
@@ -427,8 +427,8 @@ interface StagePart {
 /** A table in the field of the fits, what its columns were taken for, and the fit to it. */
 interface Fitting {
   words: string;
-  choices: import("./drawers/fit_request.js").Choices;
-  fitted: import("./drawers/fit_answer.js").Fitted | null;
+  choices: import("./drawers/fits/fit_request.js").Choices;
+  fitted: import("./drawers/fits/fit_answer.js").Fitted | null;
 }
 
 /** A film that was chosen, where in it, s, and the fit to its marks. */

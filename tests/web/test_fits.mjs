@@ -72,7 +72,7 @@ export async function tracker_s_pixels_that_another_part_hands_over_give_length_
     const csv = ["mass_A,,", "t,x,y", ...rows.map((row) => row.map((value) => value.toFixed(3)).join(","))].join("\n");
     await page.evaluate(async (text) => {
       pendulumd.store.set({ view: { drawer: null } });
-      const { openMeasurements } = await import("/page/sources/drawers/measurements.js");
+      const { openMeasurements } = await import("/page/sources/drawers/fits/measurements.js");
       openMeasurements(pendulumd, text);
     }, csv);
     await page.waitForSelector("[data-fit=down]");

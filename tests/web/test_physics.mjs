@@ -224,7 +224,7 @@ export async function potential_energy_is_0_at_the_lowest_position_wherever_it_i
     rod: [0.3, null], body: [null, { mass: 0.4, inertia: 0.002, center: [0.1, 0.07] }], at: [null, [0.3, -0.1]], damping: [0.3, 0.3] }, initial: { phi: [-0.6, -1], phid: [0, 0] } }));
   await settled(page);
   const { potential, server, sums } = await page.evaluate(async () => {
-    const [{ energiesIn }, { energiesOf, scaleOf }] = await Promise.all(["plot_data", "energy_bars"].map((name) => import(`/page/sources/drawers/${name}.js`)));
+    const [{ energiesIn }, { energiesOf, scaleOf }] = await Promise.all(["kit/plot_data", "physics/energy_bars"].map((name) => import(`/page/sources/drawers/${name}.js`)));
     const { motion } = pendulumd;
     const [, potential, total] = energiesIn(motion);
     const end = motion.count - 1;

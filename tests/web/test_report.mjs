@@ -79,7 +79,7 @@ export async function a_report_whose_files_do_not_come_is_told(rig) {
   const page = await rig.open();
   await openDrawer(page, "share");
   rig.front.fault = (request, reply) => {
-    if (!request.url.includes("drawers/report.js")) return false;
+    if (!request.url.includes("drawers/share/report.js")) return false;
     reply.writeHead(500).end();
     return true;
   };

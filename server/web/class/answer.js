@@ -4,7 +4,7 @@
 // says why.
 
 import { h } from "../dom.js";
-import { button } from "../drawers/kit.js";
+import { button } from "../drawers/kit/kit.js";
 import { DEGREE, HANGING, fromHanging } from "./scenes.js";
 
 let fields = 0;

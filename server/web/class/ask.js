@@ -5,7 +5,7 @@
 
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
-import { button, choice, settled, tick } from "../drawers/kit.js";
+import { button, choice, settled, tick } from "../drawers/kit/kit.js";
 import { answerWords } from "./answer.js";
 import { bareScene } from "./scenes.js";
 import { questionFields } from "./question_fields.js";

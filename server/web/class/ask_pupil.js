@@ -4,7 +4,7 @@
 
 import { said } from "../client.js";
 import { h } from "../dom.js";
-import { button } from "../drawers/kit.js";
+import { button } from "../drawers/kit/kit.js";
 import { answerField, answerWords, isRight } from "./answer.js";
 import { bareScene, keyOf, stageScene } from "./scenes.js";
 

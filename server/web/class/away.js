@@ -4,7 +4,7 @@
 // Invariant: it is seen for as long as the server is away or asks to wait, and no longer.
 
 import { h } from "../dom.js";
-import { button } from "../drawers/kit.js";
+import { button } from "../drawers/kit/kit.js";
 
 /** @param {App} app */
 export function awayLine({ client, text }) {

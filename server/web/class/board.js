@@ -4,8 +4,8 @@
 // Invariant: there is one wall; it hangs in the drawer or on the whole screen.
 
 import { createBag, h, iconButton } from "../dom.js";
-import { button, choice } from "../drawers/kit.js";
-import { createMini } from "../drawers/mini.js";
+import { button, choice } from "../drawers/kit/kit.js";
+import { createMini } from "../drawers/kit/mini.js";
 import { stageScene } from "./scenes.js";
 import { anglesOver, createWall, poseOf } from "./wall.js";
 
@@ -55,7 +55,7 @@ function doneBy({ session, say }, number) {
 
 /**
  * Moves the enlarged pendulum until the dialog goes. @param {HTMLElement} dialog @param
- * {import("../drawers/mini.js").Mini} mini @param {Float64Array} motion @param {number} n
+ * {import("../drawers/kit/mini.js").Mini} mini @param {Float64Array} motion @param {number} n
  */
 function swing(dialog, mini, motion, n) {
   const begun = performance.now();

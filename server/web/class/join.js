@@ -4,7 +4,7 @@
 
 import { said } from "../client.js";
 import { h } from "../dom.js";
-import { button, choice } from "../drawers/kit.js";
+import { button, choice } from "../drawers/kit/kit.js";
 import { codeInAddress } from "../room.js";
 import { awayLine } from "./away.js";
 import { keptLink } from "./kept.js";

@@ -4,8 +4,8 @@
 // Invariant: a field that somebody types in is not built anew.
 
 import { createBag, h } from "../dom.js";
-import { button, toggle } from "../drawers/kit.js";
-import { createMini } from "../drawers/mini.js";
+import { button, toggle } from "../drawers/kit/kit.js";
+import { createMini } from "../drawers/kit/mini.js";
 import { mountQuestion } from "./ask_pupil.js";
 import { keptLink } from "./kept.js";
 import { fromHanging } from "./scenes.js";

@@ -4,7 +4,7 @@
 // what is missing.
 
 import { h } from "../dom.js";
-import { choice } from "../drawers/kit.js";
+import { choice } from "../drawers/kit/kit.js";
 import { DEGREE, HANGING, fromHanging } from "./scenes.js";
 
 const KINDS = ["number", "choice", "angle", "text"];

@@ -5,8 +5,8 @@
 
 import { said } from "../client.js";
 import { h, iconButton } from "../dom.js";
-import { button, choice } from "../drawers/kit.js";
-import { createMini } from "../drawers/mini.js";
+import { button, choice } from "../drawers/kit/kit.js";
+import { createMini } from "../drawers/kit/mini.js";
 import { openDialog } from "./board.js";
 import { questionFields } from "./question_fields.js";
 import { bareScene } from "./scenes.js";

@@ -5,7 +5,7 @@
 // Invariant: an answer that was given is kept at once; a step is shown only when it may be seen.
 
 import { h } from "../dom.js";
-import { button } from "../drawers/kit.js";
+import { button } from "../drawers/kit/kit.js";
 import { answerField, answerWords, isRight } from "./answer.js";
 import { bareScene, stageScene } from "./scenes.js";
 import { printSheet } from "./sheet_print.js";

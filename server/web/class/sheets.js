@@ -5,7 +5,7 @@
 
 import { linkTo } from "../address.js";
 import { createBag, h } from "../dom.js";
-import { button, choice, copyButton } from "../drawers/kit.js";
+import { button, choice, copyButton } from "../drawers/kit/kit.js";
 import { pack } from "../link.js";
 import { answerWords, isRight } from "./answer.js";
 import { openDialog } from "./board.js";

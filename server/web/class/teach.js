@@ -6,8 +6,8 @@
 import { linkTo } from "../address.js";
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
-import { button, copyButton, save, toggle } from "../drawers/kit.js";
-import { localOf, qrOf } from "../drawers/qr.js";
+import { button, copyButton, save, toggle } from "../drawers/kit/kit.js";
+import { localOf, qrOf } from "../drawers/kit/qr.js";
 import { ROOT } from "../root.js";
 import { mountAsk } from "./ask.js";
 import { mountBoard, openDialog } from "./board.js";

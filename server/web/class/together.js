@@ -6,8 +6,8 @@
 
 import { createClock } from "../clock.js";
 import { h } from "../dom.js";
-import { createGroup } from "../drawers/chart.js";
-import { aborted, button, choice, cssValue, figure } from "../drawers/kit.js";
+import { createGroup } from "../drawers/kit/chart.js";
+import { aborted, button, choice, cssValue, figure } from "../drawers/kit/kit.js";
 import { createSpots, order, reach, tips } from "../tree.js";
 import { openDialog } from "./board.js";
 import { wholeScene } from "./scenes.js";

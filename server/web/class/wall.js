@@ -1,11 +1,11 @@
 // The wall of a class: each pupil's pendulum, live and small, who needs help, who is done.
-// Leaves to others: where it hangs (board.js), drawing a tree (drawers/mini.js).
+// Leaves to others: where it hangs (board.js), drawing a tree (drawers/kit/mini.js).
 // Invariant: what a pupil's browser sent is drawn only where it is a tree; only what can be seen is
 // drawn and asked for; the motions are the server's.
 
 import { createBag, h } from "../dom.js";
-import { aborted, fetchTable } from "../drawers/kit.js";
-import { createMini } from "../drawers/mini.js";
+import { aborted, fetchTable } from "../drawers/kit/kit.js";
+import { createMini } from "../drawers/kit/mini.js";
 import { readScene } from "../link.js";
 import { still } from "../screen.js";
 import { createSigns } from "./signs.js";
@@ -27,7 +27,7 @@ const RANK = { stuck: 0, silent: 1, working: 2, done: 3, away: 4 };
  *   number: number, element: HTMLElement, button: HTMLElement, canvas: HTMLElement | null, name:
  *   HTMLElement,
  *   note: HTMLElement, pose: Pose | null, key: string, scene: ClassScene | null,
- *   mini: import("../drawers/mini.js").Mini | null, motion: Float64Array | null, wants: boolean,
+ *   mini: import("../drawers/kit/mini.js").Mini | null, motion: Float64Array | null, wants: boolean,
  *   seen: boolean, state: string, nickname: string, changed: number, silence: number,
  * }} Cell
  */

@@ -7,10 +7,10 @@
 import { DEGREE, thetaOf } from "../angles.js";
 import { createBag, h, iconButton } from "../dom.js";
 import { ghostColour } from "../palette.js";
-import { createGroup } from "./chart.js";
-import { distances, logarithmic } from "./distances.js";
-import { mountFlipMap } from "./flipmap.js";
-import { button, choice, cssValue, figure, later, swatch } from "./kit.js";
+import { createGroup } from "./kit/chart.js";
+import { distances, logarithmic } from "./kit/distances.js";
+import { mountFlipMap } from "./maps/flipmap.js";
+import { button, choice, cssValue, figure, later, swatch } from "./kit/kit.js";
 
 const OFF = [1, 1e-2, 1e-4, 1e-7, 1e-10]; // degrees
 const MOST = 6;

@@ -7,7 +7,7 @@ import { said } from "../client.js";
 import { createBag, h, iconButton } from "../dom.js";
 import { ROOT } from "../root.js";
 import { pendulumOf } from "../terms.js";
-import { aborted, button, choice, copyButton, settled } from "./kit.js";
+import { aborted, button, choice, copyButton, settled } from "./kit/kit.js";
 
 const PARTS = ["parameters", "z", "S", "B", "M", "aaa", "bbb"];
 const FORMS = ["explicit", "compact"];

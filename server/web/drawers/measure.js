@@ -7,15 +7,22 @@
 
 import { createBag, h } from "../dom.js";
 import { VECTORS } from "../paint_vectors.js";
-import { createAnyChart } from "./any_chart.js";
-import { createGauges } from "./gauge_fields.js";
-import { createHearing } from "./hear.js";
-import { choice, later, swatch, tick } from "./kit.js";
-import { lazyPart } from "./lazy.js";
-import { takeMeasurements } from "./measurements.js";
-import { farthestOf, formulaOf, noPeriodOf, periodOf, periodWords, swingsOf } from "./periods.js";
-import { recordButton } from "./recorder.js";
-import { createStopwatch } from "./stopwatch.js";
+import { createAnyChart } from "./measure/any_chart.js";
+import { createGauges } from "./measure/gauge_fields.js";
+import { createHearing } from "./measure/hear.js";
+import { choice, later, swatch, tick } from "./kit/kit.js";
+import { lazyPart } from "./kit/lazy.js";
+import { takeMeasurements } from "./fits/measurements.js";
+import {
+  farthestOf,
+  formulaOf,
+  noPeriodOf,
+  periodOf,
+  periodWords,
+  swingsOf,
+} from "./measure/periods.js";
+import { recordButton } from "./measure/recorder.js";
+import { createStopwatch } from "./measure/stopwatch.js";
 
 /**
  * The drawer while it is there; arm: the one whose swings are told.
@@ -93,7 +100,7 @@ const section = (text, id, ...children) =>
  * @param {App} app
  */
 function fitsOf(app) {
-  const part = lazyPart(app, "fits", app.text("measure.fits"));
+  const part = lazyPart(app, "fits/fits", app.text("measure.fits"));
   const take = async () => {
     const words = takeMeasurements(app);
     if (words === null) return;
@@ -128,7 +135,7 @@ function mount(element, app) {
   const watch = createStopwatch(app);
   const hearing = createHearing(app, () => view.arm);
   const running = runningOf(app);
-  const film = lazyPart(app, "film", text("measure.own"));
+  const film = lazyPart(app, "film/film", text("measure.own"));
   const gauges = createGauges(app);
   const fits = fitsOf(app);
   element.append(

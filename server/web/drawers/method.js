@@ -9,10 +9,10 @@ import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { ghostColour } from "../palette.js";
 import { request, sameMotion } from "../state.js";
-import { createGroup } from "./chart.js";
-import { distances, logarithmic } from "./distances.js";
-import { aborted, cssValue, fetchTable, figure, later, settled, swatch, tick } from "./kit.js";
-import { showFields } from "./method_fields.js";
+import { createGroup } from "./kit/chart.js";
+import { distances, logarithmic } from "./kit/distances.js";
+import { aborted, cssValue, fetchTable, figure, later, settled, swatch, tick } from "./kit/kit.js";
+import { showFields } from "./physics/method_fields.js";
 
 const WRONG = 0.1;
 const FINE_ARMS = 20; // what 32 digits are cheap for
@@ -32,7 +32,7 @@ const UNKNOWN = "\u2026";
  * which colours the chart was made.
  * @typedef {ReturnType<typeof partsOf> & {
  *   app: App, overlay: ReturnType<typeof tick>, shown: boolean, stop: AbortController | null,
- *   reference: {doc: Doc, table: import("./kit.js").Table} | null, known: {doc: Doc, stats:
+ *   reference: {doc: Doc, table: import("./kit/kit.js").Table} | null, known: {doc: Doc, stats:
  *   Stats}[],
  *   group: ChartGroup | null, chart: Chart | null, look: string,
  * }} View

@@ -8,12 +8,12 @@ import { foldedTheta } from "../angles.js";
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { pendulumOf, termsOf } from "../terms.js";
-import { aborted, button, figure, later, settled, tick } from "./kit.js";
-import { lazyPart } from "./lazy.js";
-import { createMini } from "./mini.js";
-import { createModeCard, topOf } from "./mode_card.js";
-import { isLinear, openCurves } from "./mode_curves.js";
-import * as sums from "./mode_sum.js";
+import { aborted, button, figure, later, settled, tick } from "./kit/kit.js";
+import { lazyPart } from "./kit/lazy.js";
+import { createMini } from "./kit/mini.js";
+import { createModeCard, topOf } from "./modes/mode_card.js";
+import { isLinear, openCurves } from "./modes/mode_curves.js";
+import * as sums from "./modes/mode_sum.js";
 
 const ALL = 300; // so many arms are asked for all of their modes
 const SLOWEST = 48;
@@ -25,9 +25,9 @@ const LITTLE = 1e-6; // 1/s: a growth that is none
  * The drawer while it is there; tree: whose modes `blend` has; many: how many cards are shown.
  * @typedef {ReturnType<typeof partsOfDrawer> & {
  *   app: App, shown: boolean, stop: AbortController | null, tree: Tree | null,
- *   blend: import("./mode_sum.js").Blend | null, many: number, cards: {mini:
- *   import("./mini.js").Mini, k: number}[],
- *   sum: import("./mini.js").Mini | null, curves: Awaited<ReturnType<typeof openCurves>> | null,
+ *   blend: import("./modes/mode_sum.js").Blend | null, many: number, cards: {mini:
+ *   import("./kit/mini.js").Mini, k: number}[],
+ *   sum: import("./kit/mini.js").Mini | null, curves: Awaited<ReturnType<typeof openCurves>> | null,
  *   opening: ReturnType<typeof openCurves> | null, more: HTMLButtonElement, startSum:
  *   HTMLButtonElement,
  *   linear: ReturnType<typeof tick>, near: ReturnType<typeof tick>,
@@ -212,7 +212,7 @@ async function loadReal(view, pendulum, chosen) {
 
 /**
  * Amplitudes and choices stay where there are as many modes as before.
- * @param {View} view @param {import("./mode_sum.js").Modes} modes
+ * @param {View} view @param {import("./modes/mode_sum.js").Modes} modes
  */
 function take(view, modes) {
   if (view.blend?.modes.omega.length === modes.omega.length) view.blend.modes = modes;
@@ -349,7 +349,7 @@ function mount(element, app) {
   const view = createView(app);
   lay(element, view);
   for (const name of ["branches", "resonance"]) {
-    const part = lazyPart(app, name, app.text(`modes.${name}`));
+    const part = lazyPart(app, `modes/${name}`, app.text(`modes.${name}`));
     element.append(part.element);
     bag(part.destroy);
   }

@@ -6,12 +6,12 @@
 
 import { createBag, h } from "../dom.js";
 import { roundUp } from "../camera.js";
-import { createEnergyBars } from "./energy_bars.js";
-import { button, choice, figure, toggle } from "./kit.js";
-import { lazyPart } from "./lazy.js";
-import { mountNumberMap } from "./param_map.js";
-import { MORE_FIELDS } from "./physics_cart.js";
-import { FIELDS, scaleOf, withoutLosses } from "./physics_fields.js";
+import { createEnergyBars } from "./physics/energy_bars.js";
+import { button, choice, figure, toggle } from "./kit/kit.js";
+import { lazyPart } from "./kit/lazy.js";
+import { mountNumberMap } from "./maps/param_map.js";
+import { MORE_FIELDS } from "./physics/physics_cart.js";
+import { FIELDS, scaleOf, withoutLosses } from "./physics/physics_fields.js";
 
 const PLACES = { earth: 9.81, moon: 1.62, mars: 3.71, jupiter: 24.79, none: 0 };
 const GROUPS = [
@@ -29,7 +29,7 @@ const GROUPS = [
 ];
 const STEPS = 1000;
 
-/** @typedef {import("./physics_fields.js").Field} Field */
+/** @typedef {import("./physics/physics_fields.js").Field} Field */
 
 /**
  * A field's row; range: from where to where its slider goes; busy: whether a hand has it.
@@ -255,7 +255,7 @@ function lay(element, view) {
     section.append(...own);
     element.append(section);
   }
-  const route = lazyPart(app, "route", text("physics.route"));
+  const route = lazyPart(app, "physics/route", text("physics.route"));
   element.append(map.element, route.element);
   return route.destroy;
 }

@@ -7,12 +7,22 @@
 
 import { thetaOf } from "../angles.js";
 import { createBag, h, iconButton } from "../dom.js";
-import { createGroup } from "./chart.js";
-import { numbersAsFiles } from "./files_of_numbers.js";
-import { armLook, button, choice, cssValue, figure, later, save, swatch, toggle } from "./kit.js";
-import { pngOf, svgOf } from "./picture.js";
-import { ENERGIES, PER_ARM, columnOf, driftOf, energiesIn, panelsOf } from "./plot_data.js";
-import { createPortrait } from "./portrait.js";
+import { createGroup } from "./kit/chart.js";
+import { numbersAsFiles } from "./kit/files_of_numbers.js";
+import {
+  armLook,
+  button,
+  choice,
+  cssValue,
+  figure,
+  later,
+  save,
+  swatch,
+  toggle,
+} from "./kit/kit.js";
+import { pngOf, svgOf } from "./kit/picture.js";
+import { ENERGIES, PER_ARM, columnOf, driftOf, energiesIn, panelsOf } from "./kit/plot_data.js";
+import { createPortrait } from "./kit/portrait.js";
 
 const FEW = 8; // so many arms are shown at first
 const READABLE_MS = 120; // numbers that change faster cannot be read
@@ -21,7 +31,7 @@ const HEADS = ["", "\u03b8, \u00b0", "\u03c9, rad/s", "F, N"];
 /**
  * The charts of a number of arms.
  * @typedef {{perArm: Chart[], energy: Chart, drift: Chart, portrait:
- * import("./portrait.js").Portrait}} Charts
+ * import("./kit/portrait.js").Portrait}} Charts
  */
 
 /**

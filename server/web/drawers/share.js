@@ -8,10 +8,10 @@ import { addressOf, linkTo } from "../address.js";
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { linkOf, sceneOf } from "../link.js";
-import { numbersAsFiles } from "./files_of_numbers.js";
-import { button, copyButton, save, settled } from "./kit.js";
-import { showProjector } from "./projector.js";
-import { localOf, qrOf } from "./qr.js";
+import { numbersAsFiles } from "./kit/files_of_numbers.js";
+import { button, copyButton, save, settled } from "./kit/kit.js";
+import { showProjector } from "./share/projector.js";
+import { localOf, qrOf } from "./kit/qr.js";
 
 const LONGEST = 1200; // letters of a link that a camera still reads off a projector
 
@@ -167,7 +167,7 @@ async function report({ app, status }, qrcode) {
   const doc = app.store.get();
   const link = linkTo(app.text, addressOf(doc) ?? (await linkOf(handedOn(doc))));
   try {
-    const { default: print } = await app.files.script("drawers/report.js");
+    const { default: print } = await app.files.script("drawers/share/report.js");
     await print(app, link, link.length > LONGEST ? null : qrcode);
   } catch (error) {
     status.textContent = said(error, app.text);

@@ -11,7 +11,7 @@ import { unpack } from "../link.js";
 import { sheetInAddress } from "../room.js";
 import { runSheet } from "../class/sheet_run.js";
 import { SHIPPED, shippedSheet } from "../class/shipped.js";
-import { choice } from "./kit.js";
+import { choice } from "./kit/kit.js";
 
 const KEPT = "pendulumd.sheet";
 

@@ -6,7 +6,7 @@
 
 import { h, iconButton } from "../dom.js";
 import { createPicture, pose } from "../preset_picture.js";
-import { button, cssValue } from "./kit.js";
+import { button, cssValue } from "./kit/kit.js";
 
 /** @typedef {import("../journal.js").Entry} Entry */
 

@@ -1,0 +1,169 @@
+// What is asked of the server for a fit: the measurements in its terms, where the search begins,
+// and which numbers are to be found.
+// Leaves to others: the table (fit_table.js), the choices (fits.js), the answer (fit_answer.js).
+// Invariant: the pendulum is the document's, but for a small friction where friction is to be
+// found and it has none.
+
+import { DEGREE } from "../../angles.js";
+import { pendulumOf, termOf, withTerm } from "../../terms.js";
+import { scaleOf } from "../physics/physics_fields.js";
+
+/**
+ * What has been chosen; places: whether the pivot's place and the turn of the camera are sought as
+ * well; sigmas as typed, NaN for none, in the unit of the columns.
+ * @typedef {{
+ *   roles: string[], angle: string, place: string, down: boolean, origin: boolean, turned: boolean,
+ *   sigmaAngle: number, sigmaPlace: number, unknown: Set<string>,
+ * }} Choices
+ */
+
+/**
+ * A number that can be found. factor: what a value of the server is times to be shown.
+ * @typedef {{id: string, vary: string, arm?: number, unit: string, factor: number}} Candidate
+ */
+
+/** Units a metre; of "px" it is not known. @type {Record<string, number>} */
+export const PLACES = { m: 1, cm: 100, mm: 1000, px: NaN };
+const LITTLE = 0.003; // of what damps at once: a friction to begin with
+
+/** Units of what is found, and what rad are times to be shown. @type {Record<string, [string,
+ * number]>} */
+const UNITS = {
+  length: ["m", 1],
+  mass: ["kg", 1],
+  rod: ["kg", 1],
+  damping: ["N\u00b7m\u00b7s", 1],
+  stiffness: ["N\u00b7m", 1],
+  friction_torque: ["N\u00b7m", 1],
+  drag: ["N\u00b7s/m", 1],
+  drag_per_mass: ["1/s", 1],
+  gravity: ["m/s\u00b2", 1],
+  theta: ["\u00b0", 1 / DEGREE],
+  thetad: ["\u00b0/s", 1 / DEGREE],
+};
+
+/** @param {string} vary @param {number} [arm] @returns {Candidate} */
+const candidate = (vary, arm) => ({
+  id: arm ? `${vary} ${arm}` : vary,
+  vary,
+  arm,
+  unit: UNITS[vary][0],
+  factor: UNITS[vary][1],
+});
+
+/** Whether an arm has a number, or can be given it. @param {Tree} tree @param {number} k */
+const has = (tree, k) => ({
+  length: true,
+  mass: tree.mass[k] > 0,
+  damping: true,
+  rod: Boolean(termOf(tree, "rod", k)),
+  stiffness: Boolean(termOf(tree, "stiffness", k)),
+  friction_torque: Boolean(termOf(tree, "friction", k)),
+  drag: Boolean(termOf(tree, "drag", k)?.linear),
+  theta: true,
+  thetad: true,
+});
+
+/** What can be found of a pendulum, besides the camera. @param {Tree} tree */
+export function candidatesOf(tree) {
+  const arms = tree.length.flatMap((_, k) =>
+    Object.entries(has(tree, k)).flatMap(([vary, there]) =>
+      there ? [candidate(vary, k + 1)] : [],
+    ),
+  );
+  const whole = tree.drag_per_mass ? ["gravity", "drag_per_mass"] : ["gravity"];
+  return [...arms, ...whole.map((vary) => candidate(vary))];
+}
+
+/** @param {Tree} tree lengths, friction and the start, of every arm */
+export const usual = (tree) =>
+  tree.length.flatMap((_, k) =>
+    ["length", "damping", "theta", "thetad"].map((vary) => `${vary} ${k + 1}`),
+  );
+
+/**
+ * The rows that have a time, as numbers, and the columns that are something.
+ * @param {import("./fit_table.js").FitTable} table @param {Choices} choices
+ */
+export function measuredOf({ columns }, { roles, down }) {
+  const times = columns[roles.indexOf("t")]?.values ?? [];
+  const rows = [...times.keys()].filter((i) => times[i] !== null);
+  const t = rows.map((i) => Number(times[i]));
+  const series = columns.flatMap(({ values }, k) => {
+    const [kind, arm] = roles[k].split(" ");
+    if (!arm) return [];
+    const sign = kind === "y" && down ? -1 : 1;
+    const list = rows.map((i) => (values[i] === null ? null : sign * Number(values[i])));
+    return [{ kind, arm: Number(arm), values: list }];
+  });
+  return { t, series };
+}
+
+/** @typedef {ReturnType<typeof measuredOf>} Measured */
+
+/**
+ * The camera, null where no places were measured. Where it begins is taken from the data.
+ * @param {Measured} measured @param {Choices} choices
+ */
+function cameraOf({ series }, { place, origin, turned }) {
+  if (!series.some(({ kind }) => kind === "x" || kind === "y")) return null;
+  const scale = PLACES[place];
+  const unknown = [
+    ...(scale ? [] : ["scale"]),
+    ...(origin ? ["origin"] : []),
+    ...(turned ? ["rotation"] : []),
+  ];
+  return { ...(scale && { scale }), unknown };
+}
+
+/**
+ * The body for POST /v1/fits.
+ * @param {Doc} doc @param {Measured} measured @param {Choices} choices
+ */
+export function fitBody(doc, measured, choices) {
+  const { angle, sigmaAngle, sigmaPlace, unknown } = choices;
+  const { torque, omega } = scaleOf(doc.pendulum);
+  const little = Number(((LITTLE * torque) / omega).toPrecision(2));
+  const tree = withTerm(doc.pendulum, "damping", (k) => {
+    const own = termOf(doc.pendulum, "damping", k);
+    return unknown.has(`damping ${k + 1}`) ? own || little : own;
+  });
+  const camera = cameraOf(measured, choices);
+  const series = measured.series.map(({ kind, arm, values }) => {
+    const turning = kind === "theta" || kind === "phi";
+    const sigma = turning ? sigmaAngle : sigmaPlace;
+    return {
+      [kind]: arm,
+      values,
+      ...(turning && { unit: angle }),
+      ...(sigma > 0 && { sigma }),
+    };
+  });
+  const all = candidatesOf(doc.pendulum);
+  const named = all.map(({ vary, arm }) => (arm ? { vary, arm } : { vary }));
+  // starts are taken from the data, and sought unless they are fixed
+  const start = (/** @type {number} */ k) => all[k].vary.startsWith("theta");
+  return {
+    pendulum: pendulumOf(tree),
+    ...(camera && { camera }),
+    data: { t: measured.t, series },
+    unknowns: named.filter((_, k) => unknown.has(all[k].id)),
+    fixed: named.filter((_, k) => start(k) && !unknown.has(all[k].id)),
+  };
+}
+
+/**
+ * What is found, in the order of the answer: those of the request, then the camera's.
+ * @param {ReturnType<typeof fitBody>} body @param {string} unit of places
+ * @returns {Candidate[]}
+ */
+export function foundOf({ unknowns, camera }, unit) {
+  const own = unknowns.map(({ vary, arm }) => candidate(vary, arm));
+  /** @type {Record<string, Candidate[]>} */
+  const more = {
+    scale: [{ id: "scale", vary: "scale", unit: `${unit}/m`, factor: 1 }],
+    rotation: [{ id: "rotation", vary: "rotation", unit: "\u00b0", factor: 1 / DEGREE }],
+    origin: ["origin_x", "origin_y"].map((vary) => ({ id: vary, vary, unit, factor: 1 })),
+  };
+  return [...own, ...(camera?.unknown ?? []).flatMap((name) => more[name])];
+}
