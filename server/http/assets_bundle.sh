@@ -24,4 +24,5 @@ esbuild early.js main.js sw.js engine_worker.js embed.js docs.js page.css docs.c
 cd "$OLDPWD"
 # each file is moved whole: builds that run side by side may make it at once
 (cd "$new" && find . -type d) | while read -r folder; do mkdir -p "$home/$folder"; done
+(cd "$home" && find . -type f) | while read -r file; do [ -e "$new/$file" ] || rm -f "$home/$file"; done
 (cd "$new" && find . -type f) | while read -r file; do mv -f "$new/$file" "$home/$file"; done
