@@ -111,6 +111,23 @@ file_order() {
     done | sort -u
 }
 
+# the page's READMEs list its scripts and styles, and nothing that is not there
+page_files() {
+    local readme folder name file
+    for readme in $(find server/web -name README.md -not -path '*/node_modules/*'); do
+        folder=${readme%/README.md}
+        for name in $(listed "$folder"); do
+            compgen -G "$folder/${name%/}*" >/dev/null || echo "$readme lists $name, which is not there"
+        done
+        for file in "$folder"/*.js "$folder"/*.css; do
+            name=${file##*/}
+            [ ! -e "$file" ] || listed "$folder" | grep -qxF -e "$name" -e "${name%.js}" || echo "$readme does not list $name"
+        done
+    done
+    find server/web -name '*.js' -not -path '*/node_modules/*' -not -path '*/text/*/*' -printf '%h\n' | sort -u |
+        while read -r folder; do [ -f "$folder/README.md" ] || [ "${folder##*/}" = text ] || echo "$folder has no README.md"; done
+}
+
 # data that can change; constants with addresses in them (.data.rel.ro) cannot
 globals() {
     objdump -t "$build/libpendulum.a" | awk '/file format/ { file = $1 }
@@ -143,6 +160,7 @@ for room in core api server; do
     verdict "$room includes only what it may" "$(room_includes $room)"
     verdict "$room's folders and files include only those above them in its READMEs" "$(file_order $room)"
 done
+verdict "the page's READMEs list its files" "$(page_files)"
 verdict 'a client includes only itself and api' "$(room_includes api/clients)"
 verdict 'no room includes a client' "$(awk '$1 !~ /^api\/clients\// && $2 ~ /^api\/clients\// { print $1 " includes " $2 }' <<<"$includes")"
 for row in "${doors[@]}"; do
@@ -170,12 +188,12 @@ noticed() {
     sed -i '1i #include <sqlite3.h>' "$copy/server/work/queue.c"
     touch "$copy/server/store/unlisted.c"
     mkdir "$copy/api/unlisted"
-    touch "$copy/api/unlisted/new.c"
+    touch "$copy/api/unlisted/new.c" "$copy/server/web/class/new.js"
     said=$(cd "$copy" && LAYERS_SAMPLE=1 "$top/tests/rules/layers.sh" "$top/$build")
     for line in 'core/tree/tree.h includes core/integrate/run/run, which is listed below it' \
         'api/base/text.h includes api/json/json_out, which is listed below it' \
         'core/base/rng.h may not include server/work/queue.h' 'server/work/queue.c is no door to sqlite3.h' \
-        'server/store/README.md does not list unlisted' 'api/README.md does not list api/unlisted/'; do
+        'server/web/class/README.md does not list new.js' 'server/store/README.md does not list unlisted' 'api/README.md does not list api/unlisted/'; do
         grep -qF "  $line" <<<"$said" || echo "not noticed: $line"
     done
     rm -rf "$copy"
