@@ -2,7 +2,7 @@
 """Writes pendulumd(8) from what the program says of itself.
 
 usage: manual.py PROGRAM > pendulumd.8
-Leaves to others: the options and their words (server/base/config; `pendulumd --help`, `pendulumd keys`).
+Leaves to others: the options and their words (server/config/config; `pendulumd --help`, `pendulumd keys`).
 Invariant: an option that the program has is in the page, with its words and its default.
 """
 import re

@@ -13,7 +13,7 @@
 #include "server/jobs/events.h"
 #include "server/http/http.h"
 #include "server/http/tls.h"
-#include "server/base/listen.h"
+#include "server/config/listen.h"
 #include "server/service_setup.h"
 #include "server/reload.h"
 #include "server/walls.h"

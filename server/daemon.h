@@ -5,7 +5,7 @@
 #ifndef SRV_DAEMON_H
 #define SRV_DAEMON_H
 
-#include "server/base/config.h"
+#include "server/config/config.h"
 
 struct srv_daemon;
 

@@ -10,7 +10,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "server/base/config_load.h"
+#include "server/config/config_load.h"
 
 enum { HEALTHY_SECONDS = 2, HEALTHY_HOST = 256 };
 

@@ -1,6 +1,6 @@
 /* The command `pendulumd healthy`: asks the server that has the same options how it is, as the
  * health check of a container without a shell or an HTTP client.
- * Leaves to others: the options (base/config_load), what the server answers (http/probes).
+ * Leaves to others: the options (config/config_load), what the server answers (http/probes).
  * Invariant: it starts nothing, keeps nothing, and ends within seconds. */
 #ifndef SRV_HEALTHY_H
 #define SRV_HEALTHY_H

@@ -14,7 +14,7 @@
 
 #include "api/base/engine.h"
 #include "server/base/clock.h"
-#include "server/base/config_load.h"
+#include "server/config/config_load.h"
 #include "server/daemon.h"
 #include "server/healthy.h"
 #include "server/hooks/hook_loop.h"

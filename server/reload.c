@@ -7,7 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "server/base/hosts.h"
+#include "server/config/hosts.h"
 
 /* what is looked up at every use; the limits of requests are as well (api/base/limits.h) */
 static const char *const reload_names[] = {

@@ -13,9 +13,9 @@
 #include "server/jobs/courier.h"
 #include "server/jobs/job_events.h"
 #include "server/work/inflight.h"
-#include "server/base/hosts.h"
+#include "server/config/hosts.h"
 #include "server/jobs/part_runner.h"
-#include "server/base/state_dir.h"
+#include "server/config/state_dir.h"
 #include "server/work/recorder.h"
 #include "server/work/workers.h"
 

@@ -5,10 +5,10 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "server/base/calls.h"
-#include "server/base/fence.h"
-#include "server/base/privileges.h"
-#include "server/base/state_dir.h"
+#include "server/sandbox/calls.h"
+#include "server/sandbox/fence.h"
+#include "server/sandbox/privileges.h"
+#include "server/config/state_dir.h"
 
 enum pend_status srv_walls_root(const struct srv_config *config, struct pend_error *error) {
     if (geteuid() || config->allow_root == 1) return PEND_OK;

@@ -1,11 +1,11 @@
 /* Takes from the process, once it listens, what it does not need to serve: privileges, files and
  * system calls.
- * Leaves to others: how the kernel is told (base/fence, base/calls).
+ * Leaves to others: how the kernel is told (sandbox/fence, sandbox/calls).
  * Invariant: what is taken cannot be had again, by this process or any that it starts. */
 #ifndef SRV_WALLS_H
 #define SRV_WALLS_H
 
-#include "server/base/config.h"
+#include "server/config/config.h"
 
 /** Fails with PEND_INVALID, and says why, where the process is root's and the options do not allow
  * that. */

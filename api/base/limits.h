@@ -1,5 +1,5 @@
 /* Every limit of a request in one table: name, default, allowed range, unit and meaning.
- * Leaves to others: setting them (server/base/config), enforcing them (op_*,
+ * Leaves to others: setting them (server/config/config), enforcing them (op_*,
  * server/work/admission).
  * Invariant: the help, the OpenAPI document and the error texts call a limit by its name in this
  * table, or by the name of the option that widens it for jobs. */

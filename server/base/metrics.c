@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include "api/base/engine.h"
-#include "server/base/config.h"
 
 /* upper ends of the buckets, as Prometheus writes them, and in ns */
 static const struct {

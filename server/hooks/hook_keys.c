@@ -3,7 +3,7 @@
 #include <assert.h>
 #include <string.h>
 
-#include "server/base/secret.h"
+#include "server/sandbox/secret.h"
 
 enum { KEYS_FILE = 1024 };
 

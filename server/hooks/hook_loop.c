@@ -14,10 +14,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "server/base/calls.h"
-#include "server/base/fence.h"
-#include "server/base/privileges.h"
-#include "server/base/spawn.h"
+#include "server/sandbox/calls.h"
+#include "server/sandbox/fence.h"
+#include "server/sandbox/privileges.h"
+#include "server/sandbox/spawn.h"
 #include "server/hooks/hook_address.h"
 #include "server/hooks/hook_files.h"
 

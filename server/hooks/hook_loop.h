@@ -5,7 +5,7 @@
 #ifndef SRV_HOOK_LOOP_H
 #define SRV_HOOK_LOOP_H
 
-#include "server/base/config.h"
+#include "server/config/config.h"
 #include "server/hooks/hook_keys.h"
 #include "server/hooks/hook_post.h"
 #include "server/store/store.h"
@@ -38,7 +38,7 @@ struct srv_hook_told {
     enum srv_hook_end end;
 };
 
-/** What `pendulumd hooks` does, which the daemon starts (base/spawn). Returns the exit status. */
+/** Runs `pendulumd hooks`, which the daemon starts (sandbox/spawn). Returns the exit status. */
 int srv_hook_loop_main(void);
 
 #endif

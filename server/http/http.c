@@ -12,7 +12,7 @@
 
 #include "server/base/clock.h"
 #include "server/http/connection.h"
-#include "server/base/listen.h"
+#include "server/config/listen.h"
 #include "server/http/tls.h"
 
 enum {

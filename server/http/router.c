@@ -15,7 +15,7 @@
 #include "server/classes/classes.h"
 #include "server/work/compute.h"
 #include "server/protocol/cors.h"
-#include "server/base/hosts.h"
+#include "server/config/hosts.h"
 #include "server/jobs/job_list.h"
 #include "server/jobs/job_results.h"
 #include "server/jobs/job_notify.h"

@@ -12,7 +12,7 @@
 #include <sys/types.h>
 #include <time.h>
 
-#include "server/base/secret.h"
+#include "server/sandbox/secret.h"
 
 enum {
     TLS_CHAIN = 16,

@@ -9,7 +9,7 @@
 
 #include <stddef.h>
 
-#include "server/base/config.h"
+#include "server/config/config.h"
 #include "server/http/recv_hook.h"
 
 enum { SRV_TLS_WHY = 160 };

@@ -14,7 +14,7 @@
 
 #include "server/base/clock.h"
 #include "server/base/container_of.h"
-#include "server/base/spawn.h"
+#include "server/sandbox/spawn.h"
 #include "server/hooks/hook_loop.h"
 #include "server/jobs/job_view.h"
 

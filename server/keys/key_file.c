@@ -8,7 +8,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include "server/base/secret.h"
+#include "server/sandbox/secret.h"
 
 enum { KEY_FILE_PATH = 4096 };
 

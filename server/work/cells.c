@@ -14,7 +14,7 @@
 #include <unistd.h>
 
 #include "server/base/clock.h"
-#include "server/base/spawn.h"
+#include "server/sandbox/spawn.h"
 #include "server/work/cell_loop.h"
 #include "server/work/zygote.h"
 

@@ -10,7 +10,7 @@
 
 #include "server/protocol/cache.h"
 #include "server/work/clients.h"
-#include "server/base/config.h"
+#include "server/config/config.h"
 #include "server/work/fairness.h"
 #include "server/protocol/lengths.h"
 #include "server/base/log.h"

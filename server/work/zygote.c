@@ -14,11 +14,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "server/base/calls.h"
-#include "server/base/config.h"
-#include "server/base/fence.h"
-#include "server/base/privileges.h"
-#include "server/base/spawn.h"
+#include "server/sandbox/calls.h"
+#include "server/config/config.h"
+#include "server/sandbox/fence.h"
+#include "server/sandbox/privileges.h"
+#include "server/sandbox/spawn.h"
 #include "server/work/cell_loop.h"
 
 /* A process that was made and not yet told of as ended. */

@@ -7,7 +7,7 @@
 #ifndef SRV_ZYGOTE_H
 #define SRV_ZYGOTE_H
 
-#include "server/base/spawn.h"
+#include "server/sandbox/spawn.h"
 
 enum { SRV_ZYGOTE_FD = SRV_SPAWN_FD, SRV_ZYGOTE_TEXT = 200, SRV_ZYGOTE_MOST = 4096 };
 

@@ -16,7 +16,7 @@
 #include "api/call/webhook.h"
 #include "api/json/json_hint.h"
 #include "api/number/number.h"
-#include "server/base/hosts.h"
+#include "server/config/hosts.h"
 #include "server/hooks/hook_address.h"
 #include "server/keys/keys.h"
 #include "server/protocol/coding.h"

@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 #include "api/call/crate_read.h"
-#include "server/base/config_load.h"
+#include "server/config/config_load.h"
 #include "server/keys/keys.h"
 #include "server/work/recording.h"
 #include "tests/fuzz/fuzz.h"

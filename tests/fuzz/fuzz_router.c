@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "api/json/json_in.h"
-#include "server/base/config_load.h"
+#include "server/config/config_load.h"
 #include "server/http/request_head.h"
 #include "server/http/router.h"
 #include "server/service_setup.h"

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/base/config_load.h"
+#include "server/config/config_load.h"
 #include "server/service_setup.h"
 #include "tests/harness/test.h"
 

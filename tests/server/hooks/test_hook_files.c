@@ -9,7 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "server/base/privileges.h"
+#include "server/sandbox/privileges.h"
 #include "tests/harness/test.h"
 
 enum { NO_FENCE = 77 };

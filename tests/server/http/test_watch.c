@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "server/base/clock.h"
-#include "server/base/listen.h"
+#include "server/config/listen.h"
 #include "tests/harness/server.h"
 #include "tests/harness/test.h"
 

@@ -1,4 +1,4 @@
-#include "server/base/listen.h"
+#include "server/config/listen.h"
 
 #include <arpa/inet.h>
 #include <fcntl.h>

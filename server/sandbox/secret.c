@@ -1,4 +1,4 @@
-#include "server/base/secret.h"
+#include "server/sandbox/secret.h"
 
 #include <assert.h>
 #include <errno.h>

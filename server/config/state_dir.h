@@ -4,7 +4,7 @@
 #ifndef SRV_STATE_DIR_H
 #define SRV_STATE_DIR_H
 
-#include "server/base/config.h"
+#include "server/config/config.h"
 
 /**
  * Writes the url of a store. For "sqlite" alone it is pendulumd/store.db in $XDG_STATE_HOME, or in

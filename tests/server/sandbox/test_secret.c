@@ -1,5 +1,5 @@
-/* Tests of server/base/secret: files that nobody else may read. */
-#include "server/base/secret.h"
+/* Tests of server/sandbox/secret: files that nobody else may read. */
+#include "server/sandbox/secret.h"
 
 #include <stdio.h>
 #include <stdlib.h>

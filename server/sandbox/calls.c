@@ -1,4 +1,4 @@
-#include "server/base/calls.h"
+#include "server/sandbox/calls.h"
 
 #include <errno.h>
 #include <signal.h>

@@ -1,4 +1,4 @@
-#include "server/base/config_load.h"
+#include "server/config/config_load.h"
 
 #include "server/reload.h"
 

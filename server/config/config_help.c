@@ -1,4 +1,4 @@
-#include "server/base/config.h"
+#include "server/config/config.h"
 
 enum pend_status srv_config_help(struct api_buffer *out) {
     struct srv_option row;

@@ -4,7 +4,7 @@
 #ifndef SRV_CONFIG_LOAD_H
 #define SRV_CONFIG_LOAD_H
 
-#include "server/base/config.h"
+#include "server/config/config.h"
 
 /**
  * Loads the options; later places win: the defaults, the file, the environment, the command line.

@@ -1,4 +1,4 @@
-#include "server/base/privileges.h"
+#include "server/sandbox/privileges.h"
 
 #include <errno.h>
 #include <linux/capability.h>

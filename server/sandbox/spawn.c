@@ -1,4 +1,4 @@
-#include "server/base/spawn.h"
+#include "server/sandbox/spawn.h"
 
 #include <errno.h>
 #include <fcntl.h>

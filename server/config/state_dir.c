@@ -1,4 +1,4 @@
-#include "server/base/state_dir.h"
+#include "server/config/state_dir.h"
 
 #include <errno.h>
 #include <stdio.h>

@@ -1,4 +1,4 @@
-#include "server/base/config_load.h"
+#include "server/config/config_load.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -7,8 +7,8 @@
 #include <string.h>
 
 #include "api/call/job_json.h"
-#include "server/base/hosts.h"
-#include "server/base/secret.h"
+#include "server/config/hosts.h"
+#include "server/sandbox/secret.h"
 
 enum {
     LOAD_LINE = 1024, /* bytes of a line of the file */

@@ -1,4 +1,4 @@
-#include "server/base/fence.h"
+#include "server/sandbox/fence.h"
 
 #include <assert.h>
 #include <errno.h>

@@ -1,4 +1,4 @@
-#include "server/base/listen.h"
+#include "server/config/listen.h"
 
 #include <assert.h>
 #include <errno.h>

@@ -1,4 +1,4 @@
-#include "server/base/hosts.h"
+#include "server/config/hosts.h"
 
 #include <assert.h>
 #include <arpa/inet.h>
