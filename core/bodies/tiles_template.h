@@ -5,7 +5,8 @@
  * Invariant: the tables are made by the stable sweeps; nothing is inverted.
  *
  * Without tiles a trajectory of a chain of bodies takes 39 % longer with 50 arms, 27 % with 100 and
- * 25 % with 200; rods and bodies on the arms of a chain have a quicker form (core/taylor/rods).
+ * 25 % with 200; rods and bodies on the arms of a chain have a quicker form
+ * (core/taylor/large/rods).
  *
  * Lanes are units. By reciprocity the answers of the arms to one arm's unit are those of this arm
  * to all units: accelerations against moments and forces alike, and with the opposite sign where

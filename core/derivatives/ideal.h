@@ -11,7 +11,7 @@
 #include "core/derivatives/kernel_ideal.h"
 #include "core/derivatives/parameter.h"
 #include "core/integrate/methods/method.h"
-#include "core/taylor/jets.h"
+#include "core/taylor/jets/jets.h"
 
 struct ideal {
     struct pend_jets jets;

@@ -21,14 +21,14 @@
 #define num_max NUM_(max)
 #define num_min NUM_(min)
 
-#include "core/taylor/dense_template.h"
+#include "core/taylor/lanes/dense_template.h"
 
-#include "core/taylor/change_template.h"
+#include "core/taylor/lanes/change_template.h"
 
 #include "core/ensemble/real_template.h"
 
 #define STEP_SIZE(s, place) num_abs((s)->rate[place])
-#include "core/taylor/step_template.h"
+#include "core/taylor/lanes/step_template.h"
 
 enum {
 #define X(name) ARRAY_##name,

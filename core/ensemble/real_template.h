@@ -8,8 +8,8 @@
 
 #include "core/bodies/bodies_template.h"
 #include "core/taylor/jets_bodies.h"
-#include "core/taylor/lanes_bodies_template.h"
-#include "core/taylor/lanes_loads_template.h"
+#include "core/taylor/lanes/lanes_bodies_template.h"
+#include "core/taylor/lanes/lanes_loads_template.h"
 
 /* a neighbour's distance in its largest coordinate, rad, over which errors are taken as linear; and
  * an error below which there is none */

@@ -10,7 +10,7 @@
 #include "core/taylor/jets_bodies.h"
 
 #define STEP_SIZE(s, place) WIDE_(abs)((s)->rate[place].high)
-#include "core/taylor/step_template.h"
+#include "core/taylor/lanes/step_template.h"
 
 enum {
 #define X(name) ARRAY_##name,

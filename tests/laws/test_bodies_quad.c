@@ -10,7 +10,7 @@
 
 #include "core/bodies/bodies.h"
 #include "core/dynamics/reference_bodies.h"
-#include "core/taylor/jets.h"
+#include "core/taylor/jets/jets.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/quad_bodies.h"
 #include "tests/harness/test.h"

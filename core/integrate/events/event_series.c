@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "core/dynamics/dynamics.h"
-#include "core/taylor/jets.h"
+#include "core/taylor/jets/jets.h"
 
 static double event_get(const struct event_step *step, enum pend_term_row row, int k) {
     const struct pend_loads *loads = step->loads;

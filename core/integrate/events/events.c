@@ -6,7 +6,7 @@
 
 #include "core/integrate/run/horizon.h"
 #include "core/integrate/run/run_check.h"
-#include "core/taylor/jets.h"
+#include "core/taylor/jets/jets.h"
 
 struct pend_events {
     struct pend_events_problem problem;

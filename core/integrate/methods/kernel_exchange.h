@@ -11,7 +11,7 @@
 #define PEND_KERNEL_EXCHANGE_H
 
 #include "core/base/isa.h"
-#include "core/taylor/jets.h"
+#include "core/taylor/jets/jets.h"
 
 struct exchange_given {
     double work, heat; /* J */

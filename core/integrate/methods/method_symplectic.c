@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "core/integrate/methods/gauss_table.h"
-#include "core/taylor/jets.h"
+#include "core/taylor/jets/jets.h"
 #include "core/integrate/methods/kernel_symplectic.h"
 #include "core/integrate/methods/method.h"
 #include "core/dynamics/kinematics_at.h"

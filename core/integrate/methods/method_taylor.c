@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/taylor/jets.h"
+#include "core/taylor/jets/jets.h"
 #include "core/dynamics/kinematics.h"
 #include "core/taylor/taylor_order.h"
 #include "core/tree/turns.h"

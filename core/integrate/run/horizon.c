@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "core/integrate/run/neighbour.h"
-#include "core/taylor/jets.h"
+#include "core/taylor/jets/jets.h"
 #include "core/taylor/taylor_order.h"
 
 /* The source of the errors of single steps: the step's own power series; a second solution of the

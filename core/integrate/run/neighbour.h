@@ -7,7 +7,7 @@
 #define PEND_NEIGHBOUR_H
 
 #include "core/integrate/methods/method.h"
-#include "core/taylor/jets.h"
+#include "core/taylor/jets/jets.h"
 
 struct pend_neighbour {
     const struct pend_problem *problem;

@@ -8,7 +8,7 @@
 
 #include "core/ensemble/ensemble.h"
 #include "core/integrate/run/run.h"
-#include "core/taylor/jets.h"
+#include "core/taylor/jets/jets.h"
 #include "tests/bench/parts/bench.h"
 
 enum { ARMS_MAX = 1000, ORDER = 20 };

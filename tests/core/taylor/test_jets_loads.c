@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/taylor/jets.h"
+#include "core/taylor/jets/jets.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/quad_bodies.h"
 #include "tests/harness/test.h"

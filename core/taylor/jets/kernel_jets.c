@@ -1,4 +1,4 @@
-#include "core/taylor/kernel_jets.h"
+#include "core/taylor/jets/kernel_jets.h"
 
 #include <float.h>
 #include <math.h>
@@ -12,19 +12,19 @@
 /* terms that a step is judged by; the longest step in units, as a binary logarithm */
 enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000 };
 
-#include "core/taylor/blocks_template.h"
-#include "core/taylor/levels_template.h"
-#include "core/taylor/chain_template.h"
-#include "core/taylor/rods_template.h"
+#include "core/taylor/large/blocks_template.h"
+#include "core/taylor/large/levels_template.h"
+#include "core/taylor/large/chain_template.h"
+#include "core/taylor/large/rods_template.h"
 
 #define LANES 2
-#include "core/taylor/small_template.h"
+#include "core/taylor/small/small_template.h"
 #define LANES 4
-#include "core/taylor/small_template.h"
+#include "core/taylor/small/small_template.h"
 #define LANES 8
-#include "core/taylor/small_template.h"
+#include "core/taylor/small/small_template.h"
 #include "core/taylor/single_template.h"
-#include "core/taylor/values_template.h"
+#include "core/taylor/jets/values_template.h"
 
 /* the angle of an arm to its parent, as the sum of two doubles */
 VEC_INLINE void kernel_angle(const struct jets_system *s, const struct jets_state *state, int k) {
@@ -363,7 +363,7 @@ static double kernel_reach(const struct jets_system *s, int order, double log_rt
     return kernel_reach_some(s, order, log_rtol, log_atol, 2);
 }
 
-#include "core/taylor/left_template.h"
+#include "core/taylor/jets/left_template.h"
 
 /* one arm alone, by the recurrences of its orders made linear: u of the motion and its change,
  * rates */

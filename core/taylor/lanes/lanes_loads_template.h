@@ -7,7 +7,7 @@
 #define PEND_LANES_LOADS_TEMPLATE_H
 
 #include "core/bodies/bodies_template.h"
-#include "core/taylor/dense_template.h"
+#include "core/taylor/lanes/dense_template.h"
 #include "core/taylor/jets_loads.h"
 
 /* a pendulum's systems, its instant, the orders, whether forces beyond order 0 are wanted, and the

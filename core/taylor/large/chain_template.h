@@ -12,8 +12,8 @@
 #include "core/simd/vec8_template.h"
 #include "core/taylor/jets_system.h"
 #include "core/simd/vec_isa.h"
-#include "core/taylor/chain.h"
-#include "core/taylor/couples_template.h"
+#include "core/taylor/large/chain.h"
+#include "core/taylor/large/couples_template.h"
 
 VEC_INLINE double *chain_at(const struct chain *chain, int piece) {
     return chain->numbers + (size_t)piece * CHAIN_NUMBERS;

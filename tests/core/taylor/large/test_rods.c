@@ -1,15 +1,15 @@
-/* Tests of core/taylor/rods: series of chains of rods against quadruple precision and against the
- * general kernel, with couples, a driven pivot, and bodies on the arms.
- * Leaves to others: runs of other pendulums (test_real_pendulums), tiles (test_tiles).
- * Invariant: residuals are relative to the largest value among the arms. */
-#include "core/taylor/rods.h"
+/* Tests of core/taylor/large/rods: series of chains of rods against quadruple precision and against
+ * the general kernel, with couples, a driven pivot, and bodies on the arms. Leaves to others: runs
+ * of other pendulums (test_real_pendulums), tiles (test_tiles). Invariant: residuals are relative
+ * to the largest value among the arms. */
+#include "core/taylor/large/rods.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/integrate/run/run.h"
-#include "core/taylor/jets.h"
+#include "core/taylor/jets/jets.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/quad_bodies.h"
 #include "tests/harness/test.h"

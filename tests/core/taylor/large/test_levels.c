@@ -1,8 +1,7 @@
-/* Tests of core/taylor/levels: every arm has a seat, every joint finds its children, and trees
- * for blocks are left to them.
- * Leaves to others: what is computed in levels (test_jets).
+/* Tests of core/taylor/large/levels: every arm has a seat, every joint finds its children, and
+ * trees for blocks are left to them. Leaves to others: what is computed in levels (test_jets).
  * Invariant: all is checked against the tree's own parents. */
-#include "core/taylor/levels.h"
+#include "core/taylor/large/levels.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -6,9 +6,9 @@
 #ifndef PEND_BLOCKS_TEMPLATE_H
 #define PEND_BLOCKS_TEMPLATE_H
 
-#include "core/taylor/blocks.h"
-#include "core/taylor/convolve_template.h"
-#include "core/taylor/couples_template.h"
+#include "core/taylor/large/blocks.h"
+#include "core/taylor/large/convolve_template.h"
+#include "core/taylor/large/couples_template.h"
 #include "core/simd/vec8_template.h"
 #include "core/taylor/jets_factor.h"
 

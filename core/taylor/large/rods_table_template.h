@@ -21,8 +21,8 @@
 #ifndef PEND_RODS_TABLE_TEMPLATE_H
 #define PEND_RODS_TABLE_TEMPLATE_H
 
-#include "core/taylor/chain_template.h"
-#include "core/taylor/rods.h"
+#include "core/taylor/large/chain_template.h"
+#include "core/taylor/large/rods.h"
 
 VEC_INLINE double *rods_at(const struct rods *rods, int piece) {
     return rods->numbers + (size_t)piece * RODS_NUMBERS;

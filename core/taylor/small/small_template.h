@@ -27,7 +27,7 @@ VEC_INLINE VEC SMALL(unit)(int arm, int span) {
     return x;
 }
 
-#include "core/taylor/small_invert_template.h"
+#include "core/taylor/small/small_invert_template.h"
 
 /*
  * What the orders work on: rates in the lower half, forces in the upper one, as one vector where
@@ -368,8 +368,8 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
     }
 }
 
-#include "core/taylor/small_spread_template.h"
-#include "core/taylor/small_loads_template.h"
+#include "core/taylor/small/small_spread_template.h"
+#include "core/taylor/small/small_loads_template.h"
 
 #undef SMALL_BEAM
 #undef PART_WIDTH

@@ -10,12 +10,12 @@
 
 #include "core/base/isa.h"
 #include "core/bodies/bodies.h"
-#include "core/taylor/blocks.h"
+#include "core/taylor/large/blocks.h"
 #include "core/taylor/jets_loads.h"
-#include "core/taylor/kernel_jets.h"
-#include "core/taylor/levels.h"
-#include "core/taylor/chain.h"
-#include "core/taylor/rods.h"
+#include "core/taylor/jets/kernel_jets.h"
+#include "core/taylor/large/levels.h"
+#include "core/taylor/large/chain.h"
+#include "core/taylor/large/rods.h"
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 

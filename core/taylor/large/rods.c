@@ -1,4 +1,4 @@
-#include "core/taylor/rods.h"
+#include "core/taylor/large/rods.h"
 
 #include <assert.h>
 #include <math.h>

@@ -14,7 +14,7 @@
 #ifndef PEND_RODS_TEMPLATE_H
 #define PEND_RODS_TEMPLATE_H
 
-#include "core/taylor/rods_table_template.h"
+#include "core/taylor/large/rods_table_template.h"
 
 /* T and c of order k, what is asked along the arms, and the known forces across them */
 VEC_INLINE void rods_known(const struct jets_system *s, const struct rods *rods, int k,

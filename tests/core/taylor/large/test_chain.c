@@ -1,7 +1,6 @@
-/* Tests of core/taylor/chain: whole runs of a chain of masses alike, their errors and their units.
- * Leaves to others: the coefficients (test_jets).
- * Invariant: three pieces of eight arms. */
-#include "core/taylor/chain.h"
+/* Tests of core/taylor/large/chain: whole runs of a chain of masses alike, their errors and their
+ * units. Leaves to others: the coefficients (test_jets). Invariant: three pieces of eight arms. */
+#include "core/taylor/large/chain.h"
 
 #include <math.h>
 #include <string.h>

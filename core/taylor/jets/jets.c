@@ -1,7 +1,7 @@
 /* Memory and angles for the power series of one tree.
  * Leaves to others: the series themselves (kernel_jets).
  * Invariant: u = e^{i phi} is computed anew from the summed angles at every expansion. */
-#include "core/taylor/jets.h"
+#include "core/taylor/jets/jets.h"
 
 #include <assert.h>
 #include <math.h>

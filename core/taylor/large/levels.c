@@ -1,4 +1,4 @@
-#include "core/taylor/levels.h"
+#include "core/taylor/large/levels.h"
 
 #include <assert.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-#include "core/taylor/blocks.h"
+#include "core/taylor/large/blocks.h"
 
 #include <assert.h>
 

@@ -1,8 +1,8 @@
-/* Tests of core/taylor/jets: the series obeys the equations of motion all over a step, on every
- * small tree and on wild ones.
- * Leaves to others: steps (test_method_taylor), the equations themselves (test_dynamics).
- * Invariant: residuals are relative to the largest value among the arms. */
-#include "core/taylor/jets.h"
+/* Tests of core/taylor/jets/jets: the series obeys the equations of motion all over a step, on
+ * every small tree and on wild ones. Leaves to others: steps (test_method_taylor), the equations
+ * themselves (test_dynamics). Invariant: residuals are relative to the largest value among the
+ * arms. */
+#include "core/taylor/jets/jets.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -6,7 +6,7 @@
 
 #include "core/simd/vec8_template.h"
 #include "core/taylor/jets_system.h"
-#include "core/taylor/levels.h"
+#include "core/taylor/large/levels.h"
 
 VEC_INLINE double *levels_at(const struct levels *l, int block) {
     return l->numbers + (size_t)block * LEVEL_NUMBERS;

@@ -7,9 +7,9 @@
 #ifndef PEND_LEVELS_TEMPLATE_H
 #define PEND_LEVELS_TEMPLATE_H
 
-#include "core/taylor/convolve_template.h"
-#include "core/taylor/couples_template.h"
-#include "core/taylor/levels_factor.h"
+#include "core/taylor/large/convolve_template.h"
+#include "core/taylor/large/couples_template.h"
+#include "core/taylor/large/levels_factor.h"
 
 /* ---- once an order, from the leaves to the root */
 

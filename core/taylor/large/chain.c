@@ -1,4 +1,4 @@
-#include "core/taylor/chain.h"
+#include "core/taylor/large/chain.h"
 
 #include <assert.h>
 #include <math.h>

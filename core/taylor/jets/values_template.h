@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "core/taylor/jets_system.h"
-#include "core/taylor/levels.h"
+#include "core/taylor/large/levels.h"
 
 /* the quantities that are wanted besides phi and phi' */
 struct values_wish {

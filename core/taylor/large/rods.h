@@ -8,7 +8,7 @@
 
 #include <stddef.h>
 
-#include "core/taylor/chain.h"
+#include "core/taylor/large/chain.h"
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 

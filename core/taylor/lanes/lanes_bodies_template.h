@@ -9,7 +9,7 @@
 #ifndef PEND_LANES_BODIES_TEMPLATE_H
 #define PEND_LANES_BODIES_TEMPLATE_H
 
-#include "core/taylor/lanes_loads_template.h"
+#include "core/taylor/lanes/lanes_loads_template.h"
 
 enum { LANES_MAX = 8 };
 

@@ -21,7 +21,7 @@ VEC_INLINE double *SMALL(forces)(const struct jets_system *s, int i, int span) {
     return (LANES == 8 ? s->force + (i - 1) * 8 : s->rate + i * 8 + LANES) + span * VEC_WIDTH;
 }
 
-#include "core/taylor/small_bodies_template.h"
+#include "core/taylor/small/small_bodies_template.h"
 
 /* the responses of all arms to the rate of an arm through friction, and what rates and angles make
  * of forces across: by friction, by springs */
