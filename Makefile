@@ -356,7 +356,7 @@ $(B)/api/call/openapi_json.o: $(B)/api/call/openapi_json.c $(B)/flags
 	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
 
 # the digest of all sources that decide an answer's bytes
-ENGINE := $(sort $(filter-out api/call/openapi%,$(wildcard core/*/*.[ch] core/*/*/*.[ch] api/*/*.[ch] api/*/*.cpp)))
+ENGINE := $(sort $(filter-out api/call/openapi%,$(wildcard core/*/*.[ch] core/*/*/*.[ch] api/*/*.[ch] api/op/*/*.[ch] api/*/*.cpp)))
 
 # the page: its own files and what a browser loads of the npm packages, in one object that every MODE shares. Builds that
 # run side by side may make it at once: each file is moved into its place whole.

@@ -1,0 +1,87 @@
+/* A checked request for an ensemble: its members, what is told of them, what that costs, and its
+ * rows in an answer.
+ * Leaves to others: the computation of the rows (member_range), the bytes of the answer (encode).
+ * Invariant: it does not change once it is prepared. */
+#ifndef API_ENSEMBLE_H
+#define API_ENSEMBLE_H
+
+#include "api/op/events_json.h"
+#include "api/op/ensemble/member_derived.h"
+#include "api/op/ensemble/members_json.h"
+#include "api/op/ensemble/observables.h"
+#include "api/op/op.h"
+#include "api/read/times_json.h"
+
+/* the most members of a range (member_range) */
+enum { API_ENSEMBLE_RANGE = 16384 };
+
+/* A request as it was read. */
+struct api_ensemble {
+    struct api_tree tree;
+    struct api_members members;
+    struct api_observables seen;
+    struct api_times times;
+    struct api_events events;
+    struct api_derived derived;
+    long events_at, derived_at; /* where a member's passages and derivatives begin in its row */
+    double *instants;           /* s, from the first one on; NULL without a trajectory */
+    double origin, duration, rtol, atol, accuracy; /* s, when members begin, and how long */
+    long step_cap, numbers;                        /* numbers of a raw row */
+    long offset[API_COLUMNS]; /* where the columns of the answer begin in a raw row */
+};
+
+/**
+ * Reads and checks a request.
+ *
+ * ensemble  out; NULL on failure; ends with api_ensemble_free.
+ *
+ * PEND_INVALID   every fault was added to the problem.
+ * PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status api_ensemble_new(struct api_ensemble **ensemble,
+                                                  const struct api_reading *reading);
+
+/** Frees an ensemble; nothing happens if it is NULL. No range of it may be in use. */
+void api_ensemble_free(struct api_ensemble **ensemble);
+
+/**
+ * Computes the states that were given as modes; to be called once, before the first range.
+ * Afterwards the ensemble does not change, and ranges may be computed on any number of threads.
+ *
+ * Fails as api_states_settle does.
+ */
+PEND_MUST_CHECK enum pend_status api_ensemble_prepare(struct api_ensemble *ensemble,
+                                                      struct pend_error *error);
+
+/** Returns the number of members. */
+long api_ensemble_count(const struct api_ensemble *ensemble);
+
+/** Returns the table of the answer; its rows are in the order of the members, api_ensemble_rows for
+ * each. */
+const struct api_table *api_ensemble_table(const struct api_ensemble *ensemble);
+
+/** Returns the rows of a member: 1, or the instants of a trajectory; where the rows are passages
+ * the most that there can be. */
+long api_ensemble_rows(const struct api_ensemble *ensemble);
+
+/** Returns the doubles of a raw row. */
+long api_ensemble_numbers(const struct api_ensemble *ensemble);
+
+/** Estimates the computation of so many members, s. */
+double api_ensemble_cost(const struct api_ensemble *ensemble, long members);
+
+/** Returns the bytes of memory of the ensemble and the computation of a range, without the raw
+ * rows. O(1). */
+double api_ensemble_bytes(const struct api_ensemble *ensemble);
+
+/**
+ * Writes raw rows to an answer, column by column; to be called with pieces of a few hundred rows.
+ *
+ * Fails as api_writer_block does.
+ */
+PEND_MUST_CHECK enum pend_status api_ensemble_write(const struct api_ensemble *ensemble,
+                                                    struct api_writer *writer, long rows,
+                                                    const double raw[], struct api_buffer *out,
+                                                    struct pend_error *error);
+
+#endif

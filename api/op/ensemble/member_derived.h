@@ -1,0 +1,67 @@
+/* The derivatives of an ensemble's members, one member after the other: of its final state, or at
+ * the instants of its trajectory.
+ * Leaves to others: which columns there are (observables), the motions themselves (core/ensemble),
+ * when a member is computed (member_range).
+ * Invariant: a member's derivatives depend on the request and its number alone. */
+#ifndef API_MEMBER_DERIVED_H
+#define API_MEMBER_DERIVED_H
+
+#include "api/op/derived.h"
+#include "api/op/ensemble/members_fill.h"
+#include "api/read/times_json.h"
+
+/* Whose derivatives are computed; everything outlives the computation. */
+struct api_member_derived_of {
+    const struct api_derived *derived; /* parameters and columns */
+    const struct api_tree *tree;
+    const struct api_members *members;
+    const struct pend_times *times; /* of trajectories; NULL: the end of the duration */
+    double origin, duration;        /* s, when members begin, and how long */
+    double rtol, atol;
+    long step_cap;
+};
+
+struct api_member_derived;
+
+/**
+ * Makes the memory of a member at a time.
+ *
+ * made  out; NULL on failure; ends with api_member_derived_free.
+ *
+ * PEND_NO_MEMORY  O(n + terms).
+ */
+PEND_MUST_CHECK enum pend_status api_member_derived_new(struct api_member_derived **made,
+                                                        const struct api_member_derived_of *of);
+
+/** Frees it; nothing happens if it is NULL. */
+void api_member_derived_free(struct api_member_derived **derived);
+
+/** Returns the bytes of a computation whose members have so many instants, the first one included.
+ * O(harmonics). */
+double api_member_derived_bytes(const struct api_derived *derived, const struct api_tree *tree,
+                                long instants);
+
+/**
+ * Begins with a member that did not fail before; an earlier one is dropped.
+ *
+ * rows  at how many instants of the trajectory, >= 1; without one it is 1, for the end.
+ *
+ * PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status api_member_derived_begin(struct api_member_derived *derived,
+                                                          long member, long rows,
+                                                          struct pend_error *error);
+
+/**
+ * Goes on with the member, for about half a millisecond.
+ *
+ * raw     where the derivatives of its first row stand; finite numbers in the order of the columns.
+ * stride  numbers from one row to the next.
+ * made    in and out: rows that are there, 0 at the first call; complete once it is `rows`.
+ *
+ * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  of this member alone.
+ */
+PEND_MUST_CHECK enum pend_status api_member_derived_next(struct api_member_derived *derived,
+                                                         double raw[], long stride, long *made);
+
+#endif

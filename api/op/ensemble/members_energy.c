@@ -1,0 +1,63 @@
+#include "api/op/ensemble/members_energy.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+#include "core/dynamics/kinematics_at.h"
+
+/* of the scale of energies: what rounding may leave between two ways of adding one energy up */
+static const double rounding = 1e-14;
+
+int api_energy_target(struct api_target *target, const struct api_value *value,
+                      struct api_problem *problem) {
+    struct api_value vary = api_value_member(value, "vary"), arm = api_value_member(value, "arm"),
+                     harmonic = api_value_member(value, "harmonic");
+    const char *text = api_value_text(&vary);
+    if (!text || strcmp(text, "energy") != 0) return 0;
+    *target = (struct api_target){.quantity = API_VARY_ENERGY, .arm = -1, .place = -1};
+    if (api_value_kind(&arm) != API_MISSING)
+        api_value_fault(&arm, problem,
+                        API_CODE_CONFLICT
+                        "does not go together with energy, which is the pendulum's");
+    if (api_value_kind(&harmonic) != API_MISSING)
+        api_value_fault(&harmonic, problem,
+                        API_CODE_NOT_APPLICABLE "has no meaning for energy: leave it out");
+    return 1;
+}
+
+/* kinetic and potential energy with the rates times a factor */
+static struct pend_energy energy_at(const struct pend_tree *tree, const struct pend_member *member,
+                                    double factor, double rate[], double scratch[]) {
+    for (int k = 0; k < tree->n; k++) rate[k] = factor * member->rate[k];
+    return pend_kinematics_energy_at(tree, &member->loads, member->start, member->phi, rate,
+                                     scratch);
+}
+
+/* the factor f >= 0 with a f^2 + b f = gap; NaN if there is none */
+static double energy_factor(double a, double b, double gap) {
+    if (!(a > 0)) return gap == 0 ? 1 : NAN;
+    double root = sqrt(b * b + 4 * a * gap);
+    // beyond doubles the factor below would be 0, which reaches another energy
+    if (!isfinite(root)) return NAN;
+    double factor = b > 0 ? 2 * gap / (b + root) : (root - b) / (2 * a);
+    return factor >= 0 && isfinite(factor) ? factor : NAN;
+}
+
+void api_energy_reach(const struct pend_tree *tree, struct pend_member *member, double energy,
+                      double room[]) {
+    int n = tree->n;
+    double *rate = room + n, *scratch = rate + n;
+    struct pend_tree own = pend_member_tree(tree, member, room);
+    assert(n >= 1 && member->phi && member->rate);
+    // with a pivot that moves, rates of 0 have kinetic energy, and so has a sign of theirs
+    struct pend_energy still = energy_at(&own, member, 0, rate, scratch),
+                       ahead = energy_at(&own, member, 1, rate, scratch),
+                       back = energy_at(&own, member, -1, rate, scratch);
+    double a = (ahead.kinetic + back.kinetic) / 2 - still.kinetic,
+           b = (ahead.kinetic - back.kinetic) / 2, gap = energy - still.potential - still.kinetic,
+           scale = pend_kinematics_energy_scale_at(&own, &member->loads, still.kinetic);
+    if (fabs(gap) <= rounding * fmax(scale, fabs(energy))) gap = 0;
+    double factor = energy_factor(a, b, gap);
+    for (int k = 0; k < n; k++) member->rate[k] *= factor;
+}

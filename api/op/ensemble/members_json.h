@@ -1,0 +1,33 @@
+/* Reading the members of an ensemble from JSON: a list of states, or of members with numbers of
+ * their own, a grid over chosen values, or random draws.
+ * Leaves to others: a listed member's numbers (members_set), what a member starts from
+ * (members_fill), the observables (observables), the computation (ensemble).
+ * Invariant: no pointer into the document is kept. */
+#ifndef API_MEMBERS_JSON_H
+#define API_MEMBERS_JSON_H
+
+#include "api/op/ensemble/members_fill.h"
+
+/**
+ * Reads `states`, `members`, `grid` or `random`, with `initial` for the latter three, and `energy`.
+ *
+ * members  out; must be cleared by api_members_clear whatever is returned.
+ * root     the request's object.
+ * tree     as api_tree_read left it; of a faulty tree the parts that are known are used.
+ *
+ * PEND_INVALID   every fault was added to the problem.
+ * PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status api_members_read(struct api_members *members,
+                                                  const struct api_value *root,
+                                                  const struct api_tree *tree,
+                                                  const struct api_limits *limits,
+                                                  struct api_problem *problem);
+
+/** Frees what the members own. */
+void api_members_clear(struct api_members *members);
+
+/** Bytes of memory of what varies and of listed members' numbers, without the states. O(1). */
+double api_members_bytes(const struct api_members *members);
+
+#endif

@@ -1,0 +1,96 @@
+/* The observables of an ensemble's members: their names, their columns, and the place of each
+ * number in a raw row.
+ * Leaves to others: computing them (core/ensemble/ensemble), writing rows into an answer
+ * (ensemble).
+ * Invariant: a raw row holds the numbers of the table's columns in their order, with arms in the
+ * caller's order. */
+#ifndef API_OBSERVABLES_H
+#define API_OBSERVABLES_H
+
+#include "api/encode/encode.h"
+#include "api/op/derived.h"
+#include "api/op/ensemble/member_samples.h"
+#include "api/op/ensemble/members_fill.h"
+#include "api/read/field.h"
+#include "core/ensemble/member.h"
+
+enum api_observable {
+    API_SEE_START,
+    API_SEE_PARAMETERS,
+    API_SEE_FINAL,
+    API_SEE_FIRST_FLIP,
+    API_SEE_FLIP_TIME,
+    API_SEE_FLIPS,
+    API_SEE_LAMBDA_MAX,
+    API_SEE_LAMBDA_MIN,
+    API_SEE_SIGN_CHANGE,
+    API_SEE_ENERGY_DRIFT,
+    API_SEE_LYAPUNOV,
+    API_SEE_HORIZON,
+    API_SEE_CART,
+    API_SEE_TRAJECTORY,
+    API_SEE_COUNT
+};
+
+struct api_observables {
+    unsigned wanted; /* bit i for observable i */
+    unsigned output; /* of a trajectory (member_samples) */
+    struct api_table table;
+    int at[API_SEE_COUNT];             /* first column of each wanted observable */
+    const struct api_members *members; /* whose variations the parameters have; not owned */
+};
+
+/**
+ * Reads `observables`, and `output` for trajectories; the default is the final state.
+ *
+ * Every fault is added to the problem.
+ */
+void api_observables_read(struct api_observables *seen, const struct api_value *root,
+                          struct api_problem *problem);
+
+/** Non-zero if the place of a cart is asked for, as an observable or as an output of trajectories.
+ * O(1). */
+int api_observables_cart(const struct api_observables *seen);
+
+/** Sets the columns for n arms; the number of rows is unchanged. members: must outlive `seen`; the
+ * numbers of terms that vary become a part of the parameters. */
+void api_observables_columns(struct api_observables *seen, int n,
+                             const struct api_members *members);
+
+/**
+ * Adds the columns of the derivatives of the final state and of a cart, or of the outputs of a
+ * trajectory, behind all others.
+ *
+ * Returns 0 if neither is asked for: nothing else has derivatives.
+ */
+int api_observables_derived(struct api_observables *seen, struct api_derived *derived);
+
+/** Returns the name of an observable. */
+const char *api_observables_name(enum api_observable observable);
+
+/** Sets the fields of an ensemble's problem so that it computes the wanted observables and no
+ * others. */
+void api_observables_ask(const struct api_observables *seen, struct pend_ensemble_problem *problem);
+
+/**
+ * Writes the row of a member.
+ *
+ * member  its number, the first number of the row.
+ * start   its start as the ensemble was given it, in stored order.
+ * row     out, api_table_numbers doubles.
+ */
+void api_observables_write(const struct api_observables *seen, const struct api_tree *tree,
+                           long member, const struct pend_member *start,
+                           const struct pend_outcome *outcome, double row[]);
+
+/** Returns how a member ended, for its row: as the ensemble says, or PEND_NOT_FINITE where a wanted
+ * energy or force is beyond all numbers. O(n). */
+enum pend_status api_observables_end(const struct api_observables *seen,
+                                     const struct api_tree *tree,
+                                     const struct pend_outcome *outcome);
+
+/** Returns the number in the status column of a member that ended so: 0 good, 1 not finite, 2 step
+ * too small, 3 too many steps. */
+int api_observables_status(enum pend_status status);
+
+#endif

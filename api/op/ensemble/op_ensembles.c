@@ -1,0 +1,205 @@
+/* POST /v1/ensembles: many trajectories of one pendulum, reduced to what was asked for, or
+ * whole.
+ * Leaves to others: the request (ensemble), the ranges of members (member_range), the bytes
+ * (encode).
+ * Invariant: one range of members of raw rows is held besides the answer; rows come in the order
+ * of the members. */
+#include "api/op/op.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "api/encode/encode.h"
+#include "api/op/ensemble/member_range.h"
+
+/* numbers and members of a range: some megabytes, and enough members that lanes are seldom idle */
+enum {
+    RANGE_NUMBERS = 1 << 20,
+    RANGE_MEMBERS = API_ENSEMBLE_RANGE,
+    RANGE_MEMBERS_LEAST = 8,
+    PIECE_NUMBERS = 4096
+};
+
+struct ensembles {
+    struct api_ensemble *ensemble;
+    const struct api_format *format;
+
+    /* once it runs */
+    struct api_writer *writer;
+    struct api_member_range *range; /* that is being computed, else NULL */
+    double *raw;                    /* its rows */
+    long range_most, first, count;  /* members of a range of members; those of this one */
+    long begin, end;                /* members that are computed: all, or a part's */
+    long written, rows;             /* rows of the range that are written, and that there are */
+    long failed, steps, lost;
+    struct api_stats stats;
+};
+
+static void ensembles_free(void **state) {
+    struct ensembles *op = *state;
+    if (!op) return;
+    api_member_range_free(&op->range);
+    api_writer_free(&op->writer);
+    free(op->raw);
+    api_ensemble_free(&op->ensemble);
+    free(op);
+    *state = NULL;
+}
+
+static enum pend_status ensembles_read(void **state, const struct api_reading *reading) {
+    struct ensembles *op = *state = calloc(1, sizeof *op);
+    if (!op) return PEND_NO_MEMORY;
+    op->format = reading->format;
+    enum pend_status status = api_ensemble_new(&op->ensemble, reading);
+    if (status == PEND_OK)
+        op->end = api_ensemble_count(op->ensemble);
+    else
+        ensembles_free(state);
+    return status;
+}
+
+static long ensembles_parts(const void *state) {
+    const struct ensembles *op = state;
+    return 1 + (op->end - op->begin - 1) / RANGE_MEMBERS_LEAST;
+}
+
+static void ensembles_part(void *state, long number, long parts) {
+    struct ensembles *op = state;
+    long count = api_ensemble_count(op->ensemble);
+    op->begin = op->first = (long)((double)count * (double)number / (double)parts);
+    op->end = (long)((double)count * (double)(number + 1) / (double)parts);
+}
+
+/* doubles of a member, and members of a range */
+static double ensembles_numbers(const struct ensembles *op) {
+    return (double)api_ensemble_rows(op->ensemble) * (double)api_ensemble_numbers(op->ensemble);
+}
+
+static double ensembles_range(const struct ensembles *op) {
+    double most = fmin(fmax(floor(RANGE_NUMBERS / ensembles_numbers(op)), RANGE_MEMBERS_LEAST),
+                       RANGE_MEMBERS);
+    return fmin(most, (double)(op->end - op->begin));
+}
+
+static enum pend_status ensembles_begin(struct ensembles *op, struct api_buffer *out,
+                                        struct pend_error *error) {
+    const struct api_ensemble *ensemble = op->ensemble;
+    double numbers = ensembles_numbers(op);
+    op->range_most = (long)ensembles_range(op);
+    PEND_TRY(api_ensemble_prepare(op->ensemble, error));
+    op->raw = malloc((size_t)op->range_most * (size_t)numbers * sizeof *op->raw);
+    if (!op->raw) return PEND_NO_MEMORY;
+    return api_writer_new(&op->writer, op->format, api_ensemble_table(ensemble), out);
+}
+
+/* continues the present range, or begins the next one */
+static enum pend_status ensembles_compute(struct ensembles *op, struct pend_error *error) {
+    int done = 0;
+    if (!op->range) {
+        long left = op->end - op->first;
+        op->count = left < op->range_most ? left : op->range_most;
+        op->written = op->rows = 0;
+        PEND_TRY(
+            api_member_range_new(&op->range, op->ensemble, op->first, op->count, op->raw, error));
+    }
+    PEND_TRY(api_member_range_go(op->range, &done, error));
+    if (!done) return PEND_OK;
+    struct api_member_range_stats stats = api_member_range_stats(op->range);
+    op->failed += stats.failed;
+    op->steps += stats.steps;
+    op->lost += stats.lost;
+    op->first += op->count;
+    op->rows = stats.rows;
+    api_member_range_free(&op->range);
+    return PEND_OK;
+}
+
+static enum pend_status ensembles_write(struct ensembles *op, struct api_buffer *out,
+                                        struct pend_error *error) {
+    long numbers = api_ensemble_numbers(op->ensemble), rows = 1 + PIECE_NUMBERS / numbers;
+    if (rows > op->rows - op->written) rows = op->rows - op->written;
+    PEND_TRY(api_ensemble_write(op->ensemble, op->writer, rows, op->raw + op->written * numbers,
+                                out, error));
+    op->written += rows;
+    return PEND_OK;
+}
+
+/* writes the figures once, so that they are the same in every piece of the answer */
+static void ensembles_tell(struct ensembles *op, const struct api_turn *turn) {
+    double seconds = api_turn_seconds(turn);
+    api_stats_text(&op->stats, "method", "taylor");
+    api_stats_whole(&op->stats, "members", op->end - op->begin);
+    api_stats_whole(&op->stats, "failed", op->failed);
+    api_stats_whole(&op->stats, "lost", op->lost);
+    api_stats_whole(&op->stats, "steps", op->steps);
+    // without a number, which would be a part's
+    if (op->lost)
+        api_stats_warning(&op->stats, "warning_horizon",
+                          "some members lose their digits before their end (estimated): stats.lost "
+                          "counts them and the "
+                          "observable horizon tells up to when each keeps them");
+    api_stats_origin(&op->stats);
+    if (seconds >= 0) api_stats_number(&op->stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
+}
+
+static enum pend_status ensembles_run(void *state, const struct api_turn *turn, int *done,
+                                      struct pend_error *error) {
+    struct ensembles *op = state;
+    if (!op->writer) PEND_TRY(ensembles_begin(op, turn->out, error));
+    do {
+        if (op->written < op->rows) {
+            PEND_TRY(ensembles_write(op, turn->out, error));
+        } else if (op->first < op->end) {
+            PEND_TRY(ensembles_compute(op, error));
+        } else {
+            if (!op->stats.count) ensembles_tell(op, turn);
+            PEND_TRY(api_writer_finish(op->writer, &op->stats, turn->out, done));
+        }
+    } while (!*done && !api_turn_over(turn));
+    return PEND_OK;
+}
+
+static long ensembles_steps(const void *state) {
+    const struct ensembles *op = state;
+    return op->steps + (op->range ? api_member_range_stats(op->range).steps : 0);
+}
+
+static const struct api_table *ensembles_table(const void *state) {
+    return api_ensemble_table(((const struct ensembles *)state)->ensemble);
+}
+
+static double ensembles_cost(const void *state) {
+    const struct api_ensemble *ensemble = ((const struct ensembles *)state)->ensemble;
+    return api_ensemble_cost(ensemble, api_ensemble_count(ensemble));
+}
+
+static const struct api_stats *ensembles_stats(const void *state) {
+    return &((const struct ensembles *)state)->stats;
+}
+
+static double ensembles_bytes(const void *state) {
+    const struct ensembles *op = state;
+    const struct api_ensemble *ensemble = op->ensemble;
+    double raw = ensembles_range(op) * ensembles_numbers(op) + PIECE_NUMBERS +
+                 (double)api_ensemble_numbers(ensemble);
+    return api_ensemble_bytes(ensemble) + raw * sizeof(double) +
+           api_writer_bytes(op->format, api_ensemble_table(ensemble));
+}
+
+const struct api_op api_op_ensembles = {
+    .name = "ensembles",
+    .body = 1,
+    .terms = 1,
+    .cart = 1,
+    .samples = 2,
+    .read = ensembles_read,
+    .run = ensembles_run,
+    .steps = ensembles_steps,
+    .table = ensembles_table,
+    .cost = ensembles_cost,
+    .bytes = ensembles_bytes,
+    .parts = ensembles_parts,
+    .part = ensembles_part,
+    .stats = ensembles_stats,
+    .free = ensembles_free,
+};

@@ -1,0 +1,23 @@
+/* Reading from JSON what a picture of an ensemble shows: which observable, of which arm, on which
+ * scale.
+ * Leaves to others: drawing it (encode_png).
+ * Invariant: a picture that was read is a column of the table, of a grid of two axes. */
+#ifndef API_PICTURE_JSON_H
+#define API_PICTURE_JSON_H
+
+#include "api/op/ensemble/members_fill.h"
+#include "api/op/ensemble/observables.h"
+#include "api/op/op.h"
+
+/**
+ * Reads `picture`, and sets the table's picture if the representation is one. The default is the
+ * first observable that can be drawn, of the first arm.
+ *
+ * seen  with its columns set.
+ *
+ * Every fault is added to the problem.
+ */
+void api_picture_read(struct api_observables *seen, const struct api_members *members,
+                      const struct api_tree *tree, const struct api_reading *reading);
+
+#endif

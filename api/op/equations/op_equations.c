@@ -1,0 +1,142 @@
+/* POST /v1/equations: a pendulum's equations of motion written out, as formulas and as programs.
+ * Leaves to others: the formulas (equations_latex), the programs (equations_code).
+ * Invariant: what is written is of this pendulum's numbers alone; no text of the client's is
+ * told back. */
+#include "api/op/op.h"
+
+#include <stdlib.h>
+
+#include "api/op/equations/equations_code.h"
+#include "api/op/equations/equations_latex.h"
+#include "api/op/equations/equations_real.h"
+#include "api/op/equations/equations_real_latex.h"
+#include "api/json/json_out.h"
+#include "api/op/terms_write.h"
+
+static const char *const fields[] = {"pendulum", "initial", "form", NULL};
+static const char *const forms[] = {"explicit", "compact", NULL};
+
+struct equations {
+    struct api_tree tree;
+    struct api_states *start;
+    int is_explicit;
+    struct api_equations *written;
+    struct api_buffer text;
+};
+
+static void equations_free(void **state) {
+    struct equations *equations = *state;
+    if (!equations) return;
+    api_buffer_clear(&equations->text);
+    api_equations_free(&equations->written);
+    api_states_free(&equations->start);
+    api_tree_clear(&equations->tree);
+    free(equations);
+    *state = NULL;
+}
+
+static void equations_read_form(struct equations *equations, const struct api_reading *reading) {
+    struct api_value form = api_value_member(reading->root, "form");
+    const struct pend_terms *terms = equations->tree.loads.terms;
+    int n = equations->tree.n, word = n > API_EQUATIONS_EXPLICIT || terms;
+    (void)api_field_word(&form, forms, &word, reading->problem);
+    equations->is_explicit = word == 0;
+    if (equations->is_explicit && terms)
+        api_value_fault(&form, reading->problem,
+                        API_CODE_UNSUPPORTED
+                        "writes every entry out for ideal pendulums, and this one has rods, "
+                        "bodies, springs, friction or drives: ask for \"compact\"");
+    if (equations->is_explicit && n > API_EQUATIONS_MOST)
+        api_value_fault(
+            &form, reading->problem,
+            API_CODE_LIMIT
+            "writes out every entry for at most %d arms, this pendulum has %d: ask for \"compact\"",
+            API_EQUATIONS_MOST, n);
+}
+
+static enum pend_status equations_read_parts(struct equations *equations,
+                                             const struct api_reading *reading) {
+    struct api_problem *problem = reading->problem;
+    struct api_value initial = api_value_member(reading->root, "initial");
+    (void)api_value_only(reading->root, fields, problem);
+    enum pend_status status = api_reading_tree(reading, &equations->tree);
+    if (status == PEND_NO_MEMORY) return status;
+    if (status == PEND_OK)
+        PEND_TRY(api_states_new(&equations->start, 1, api_tree_stored(&equations->tree)));
+    api_states_read(equations->start, 0, &initial, &equations->tree, reading->limits, problem);
+    equations_read_form(equations, reading);
+    return problem->status ? PEND_INVALID : PEND_OK;
+}
+
+static enum pend_status equations_read(void **state, const struct api_reading *reading) {
+    struct equations *equations = calloc(1, sizeof *equations);
+    *state = equations;
+    if (!equations) return PEND_NO_MEMORY;
+    api_buffer_init(&equations->text, (size_t)reading->limits->answer_bytes);
+    enum pend_status status = equations_read_parts(equations, reading);
+    if (status != PEND_OK) equations_free(state);
+    return status;
+}
+
+/* appends the text as a member */
+static enum pend_status equations_say(struct equations *equations, const char *name,
+                                      struct api_buffer *out) {
+    PEND_TRY(api_buffer_add(&equations->text, "", 1));
+    PEND_TRY(api_out_text(out, name, equations->text.data));
+    equations->text.bytes = 0;
+    return PEND_OK;
+}
+
+static enum pend_status equations_write(struct equations *equations, struct api_buffer *out) {
+    const struct api_equations *written = equations->written;
+    struct api_buffer *text = &equations->text;
+    PEND_TRY(api_buffer_text(out, "{"));
+    PEND_TRY(api_out_whole(out, "n", written->n));
+    PEND_TRY(api_out_text(out, "form", forms[!written->is_explicit]));
+    PEND_TRY(api_out_open(out, "latex", '{'));
+    int real = written->loads.terms != NULL;
+    const struct api_latex *formula;
+    for (int i = 0; (formula = real ? api_real_latex_at(i) : api_latex_at(i)); i++) {
+        PEND_TRY(formula->write(written, text));
+        PEND_TRY(equations_say(equations, formula->name, out));
+    }
+    PEND_TRY(api_buffer_text(out, "}"));
+    PEND_TRY(api_out_open(out, "code", '{'));
+    PEND_TRY(real ? api_real_matlab(written, text) : api_code_matlab(written, text));
+    PEND_TRY(equations_say(equations, "matlab", out));
+    PEND_TRY(real ? api_real_python(written, text) : api_code_python(written, text));
+    PEND_TRY(equations_say(equations, "python", out));
+    PEND_TRY(api_buffer_text(out, "}"));
+    PEND_TRY(real ? api_real_curl(written, text) : api_code_curl(written, text));
+    PEND_TRY(equations_say(equations, "curl", out));
+    return api_buffer_text(out, "}");
+}
+
+static enum pend_status equations_run(void *state, const struct api_turn *turn, int *done,
+                                      struct pend_error *error) {
+    struct equations *equations = state;
+    *done = 1;
+    PEND_TRY(api_states_settle(equations->start, &equations->tree, error));
+    PEND_TRY(api_equations_new(&equations->written, &equations->tree, equations->start,
+                               equations->is_explicit));
+    return equations_write(equations, turn->out);
+}
+
+/* the text of one form at a time, and the answer: some hundred letters an arm, some ten a pair
+ * of arms if every entry is written out */
+static double equations_bytes(const void *state) {
+    const struct equations *equations = state;
+    double n = equations->tree.n, square = equations->is_explicit ? n * n : 0;
+    // numbers of terms stand in three programs
+    return API_OP_SMALL_BYTES + 4 * api_terms_write_bytes(&equations->tree.loads) + 2048 * n +
+           2048 * square + api_tree_bytes(&equations->tree) + api_states_bytes(equations->start);
+}
+
+const struct api_op api_op_equations = {.name = "equations",
+                                        .body = 1,
+                                        .terms = 1,
+                                        .cart = 1,
+                                        .read = equations_read,
+                                        .run = equations_run,
+                                        .bytes = equations_bytes,
+                                        .free = equations_free};

@@ -1,0 +1,445 @@
+#include "api/op/fit/fits_data.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/op/fit/fits_csv.h"
+#include "api/op/fit/fits_modes.h"
+
+static const double pi = 3.14159265358979323846;
+
+static const char *const data_fields[] = {"t",    "series", "csv",   "arms", "sigma",
+                                          "unit", "runs",   "modes", NULL};
+static const char *const run_fields[] = {"t",    "series",  "csv",   "arms", "sigma",
+                                         "unit", "initial", "start", NULL};
+static const char *const series_fields[] = {"phi",    "theta", "x",    "y",
+                                            "values", "sigma", "unit", NULL};
+static const char *const angle_units[] = {"rad", "deg", NULL};
+/* One run as it was read. */
+struct measured {
+    long rows;
+    int columns;
+    double *t, *data, *each;
+    double *taken; /* bytes of all runs together */
+    struct pend_fit_column column[API_FIT_SERIES];
+    double zero[API_FIT_SERIES]; /* rad, of an angle that was given as 0 */
+};
+
+/* what is empty of each run; they count their bytes together */
+static struct measured *parts_new(int runs, double *taken) {
+    struct measured *part = calloc((size_t)runs, sizeof *part);
+    for (int r = 0; part && r < runs; r++) part[r].taken = taken;
+    return part;
+}
+
+static void parts_free(struct measured part[], int runs) {
+    for (int r = 0; r < runs; r++) {
+        free(part[r].t);
+        free(part[r].data);
+        free(part[r].each);
+    }
+    free(part);
+}
+
+/* whether so many rows of so many columns have their memory beside what is taken; else it is told
+ */
+static int data_fits(double rows, double columns, double *taken, const struct api_value *data,
+                     const struct api_reading *reading) {
+    double most = reading->limits->answer_bytes;
+    *taken += rows * (2 * columns + 1) * sizeof(double);
+    if (*taken <= most) return 1;
+    api_value_fault(data, reading->problem,
+                    API_CODE_LIMIT "would take %.0f bytes of memory, rows times columns of all "
+                                   "runs, more than the limit max-answer-bytes of %.0f",
+                    *taken, most);
+    return 0;
+}
+
+/* room for `columns` series of `rows` measurements, none of them measured */
+static enum pend_status data_room(struct measured *run, long rows, int columns,
+                                  const struct api_value *data, const struct api_reading *reading) {
+    size_t count = (size_t)rows * (size_t)columns;
+    if (!data_fits((double)rows, columns, run->taken, data, reading)) return PEND_INVALID;
+    run->t = malloc((size_t)(rows + 1) * sizeof(double));
+    run->data = malloc((count + 1) * sizeof(double));
+    run->each = malloc((count + 1) * sizeof(double));
+    if (!run->t || !run->data || !run->each) return PEND_NO_MEMORY;
+    for (size_t i = 0; i < count; i++) run->data[i] = NAN;
+    run->rows = rows, run->columns = columns;
+    return PEND_OK;
+}
+
+static void read_instants(struct measured *run, const struct api_value *list,
+                          struct api_problem *problem) {
+    int count;
+    const double *t = api_value_numbers(list, &count);
+    if (!t || count != run->rows) {
+        api_value_fault(list, problem,
+                        API_CODE_WRONG_COUNT "must be an array of at least one number");
+        return;
+    }
+    memcpy(run->t, t, (size_t)count * sizeof *t);
+}
+
+/* numbers, or null where nothing was measured */
+static void read_values(struct measured *run, int c, const struct api_value *list, double scale,
+                        double shift, struct api_problem *problem) {
+    double *to = run->data + (size_t)c * (size_t)run->rows;
+    if (api_value_kind(list) != API_ARRAY || api_value_count(list) != run->rows) {
+        api_value_fault(list, problem,
+                        API_CODE_WRONG_COUNT "must be %ld numbers or nulls, one an instant",
+                        run->rows);
+        return;
+    }
+    struct api_value item = api_value_item(list, 0);
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+        enum api_kind kind = api_value_kind(&item);
+        if (kind == API_NUMBER)
+            to[item.index] = scale * api_value_number(&item) + shift;
+        else if (kind != API_NULL)
+            api_value_fault(&item, problem,
+                            API_CODE_WRONG_TYPE "must be a number, or null for not measured");
+    }
+}
+
+/* the standard deviation of a series: a number, or one an instant; scale is the unit's */
+static void read_sigma(struct measured *run, int c, const struct api_value *sigma, double scale,
+                       struct api_problem *problem) {
+    static const double least = 1e-12, most = 1e12;
+    double *to = run->each + (size_t)c * (size_t)run->rows;
+    if (api_value_kind(sigma) != API_ARRAY) {
+        if (api_value_read_number(sigma, least, most, "", &run->column[c].sigma, problem) > 0)
+            run->column[c].sigma *= scale;
+        return;
+    }
+    if (api_value_count(sigma) != run->rows) {
+        api_value_fault(sigma, problem, API_CODE_WRONG_COUNT "must be a number or an array of %ld",
+                        run->rows);
+        return;
+    }
+    struct api_value item = api_value_item(sigma, 0);
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
+        if (api_value_read_number(&item, least, most, "", &to[item.index], problem) > 0)
+            to[item.index] *= scale;
+    run->column[c].each = to;
+}
+
+/* one series: what of which arm, with what error */
+static void read_series(struct measured *run, const struct api_tree *tree,
+                        const struct api_value *item, struct api_problem *problem) {
+    static const struct {
+        const char *name;
+        enum pend_fit_kind kind;
+        int theta;
+    } kinds[] = {{"phi", PEND_FIT_PHI, 0},
+                 {"theta", PEND_FIT_PHI, 1},
+                 {"x", PEND_FIT_X, 0},
+                 {"y", PEND_FIT_Y, 0}};
+    struct pend_fit_column *column = &run->column[item->index];
+    struct api_value values = api_value_member(item, "values"),
+                     sigma = api_value_member(item, "sigma"), unit = api_value_member(item, "unit");
+    int found = 0, degrees = 0, theta = 0;
+    if (!api_field_object(item, problem)) return;
+    (void)api_value_only(item, series_fields, problem);
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
+        struct api_value arm = api_value_member(item, kinds[i].name);
+        if (api_value_kind(&arm) == API_MISSING) continue;
+        if (found++) api_value_fault(&arm, problem, API_CODE_CONFLICT "is a second quantity");
+        int at = api_tree_read_arm(tree, &arm, problem);
+        column->kind = kinds[i].kind, column->arm = at < 0 ? 0 : at, theta = kinds[i].theta;
+    }
+    if (!found)
+        api_value_fault(item, problem,
+                        API_CODE_MISSING "needs one of phi, theta, x and y: the arm's number");
+    if (api_field_word(&unit, angle_units, &degrees, problem) > 0 && column->kind != PEND_FIT_PHI)
+        api_value_fault(&unit, problem, API_CODE_NOT_APPLICABLE "is for angles: leave it out");
+    double scale = degrees ? pi / 180 : 1;
+    run->zero[item->index] = theta ? -pi / 2 : 0;
+    read_sigma(run, item->index, &sigma, scale, problem);
+    read_values(run, item->index, &values, scale, theta ? -pi / 2 : 0, problem);
+}
+
+/* the columns of a table of text */
+static enum pend_status read_csv(struct measured *run, const struct api_tree *tree,
+                                 const struct api_value *data, const struct api_reading *reading) {
+    struct api_value csv = api_value_member(data, "csv"), arms = api_value_member(data, "arms"),
+                     sigma = api_value_member(data, "sigma"), unit = api_value_member(data, "unit");
+    struct api_csv table;
+    double error = 0;
+    int most = 0, degrees = 0, listed[API_FIT_SERIES];
+    struct api_value arm = api_value_item(&arms, 0);
+    for (; api_value_kind(&arm) != API_MISSING && most < API_FIT_SERIES; arm = api_value_next(&arm))
+        listed[most++] = api_tree_read_arm(tree, &arm, reading->problem);
+    (void)api_value_read_number(&sigma, 1e-12, 1e12, "", &error, reading->problem);
+    (void)api_field_word(&unit, angle_units, &degrees, reading->problem);
+    if (!api_value_text(&csv)) {
+        api_value_fault(&csv, reading->problem, API_CODE_WRONG_TYPE "must be a table as text");
+        return PEND_INVALID;
+    }
+    api_csv_head(&table, &csv, tree->n, most, listed, degrees, reading->problem);
+    struct api_value camera = api_value_member(reading->root, "camera"),
+                     scale = api_value_member(&camera, "scale");
+    // in metres such places would be of another pendulum
+    if (table.per_m > 1 && api_value_kind(&scale) == API_MISSING)
+        api_value_fault(&csv, reading->problem,
+                        API_CODE_MISSING
+                        "line %d: field %d is not in m: give the \"scale\" of \"camera\" too, "
+                        "which is %.0f units per m",
+                        table.line, table.per_m_field + 1, table.per_m);
+    if (reading->problem->status) return PEND_INVALID;
+    PEND_TRY(data_room(run, table.rows, table.columns, data, reading));
+    for (int c = 0; c < table.columns; c++) {
+        run->column[c].kind = table.kind[c], run->column[c].arm = table.arm[c];
+        run->column[c].sigma = error * table.scale[c];
+        run->zero[c] = table.theta[c] ? -pi / 2 : 0;
+    }
+    api_csv_rows(&table, &csv, run->t, run->data, reading->problem);
+    return PEND_OK;
+}
+
+/* instants and series */
+static enum pend_status read_table(struct measured *run, const struct api_tree *tree,
+                                   const struct api_value *data,
+                                   const struct api_reading *reading) {
+    struct api_problem *problem = reading->problem;
+    struct api_value t = api_value_member(data, "t"), series = api_value_member(data, "series"),
+                     unit = api_value_member(data, "unit");
+    int columns = api_value_count(&series);
+    long rows = api_value_count(&t);
+    if (api_value_kind(&unit) != API_MISSING)
+        api_value_fault(&unit, problem,
+                        API_CODE_NOT_APPLICABLE "is of a csv: give each of \"series\" its own");
+    if (api_value_kind(&series) != API_ARRAY || !columns || columns > API_FIT_SERIES)
+        api_value_fault(&series, problem, API_CODE_WRONG_COUNT "must be an array of 1 to %d series",
+                        API_FIT_SERIES);
+    if (!rows || (double)rows > reading->limits->samples)
+        api_value_fault(&t, problem, API_CODE_WRONG_COUNT "must be an array of 1 to %.0f instants",
+                        reading->limits->samples);
+    if (problem->status) return PEND_INVALID;
+    PEND_TRY(data_room(run, rows, columns, data, reading));
+    read_instants(run, &t, problem);
+    struct api_value item = api_value_item(&series, 0);
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
+        read_series(run, tree, &item, problem);
+    return PEND_OK;
+}
+
+/* ---- several runs */
+
+/* a row of a run */
+struct place {
+    double since, t; /* s, from the start of its run, and as it was given */
+    long row;
+    int run;
+};
+
+static int place_before(const void *left, const void *right) {
+    const struct place *a = left, *b = right;
+    if (a->since != b->since) return a->since < b->since ? -1 : 1;
+    if (a->run != b->run) return a->run < b->run ? -1 : 1;
+    if (a->t != b->t) return a->t < b->t ? -1 : 1;
+    return (a->row > b->row) - (a->row < b->row);
+}
+
+/* The column of a run's series: that of the same quantity in another run, or a new one. A standard
+ * deviation that is not known stays so. */
+static int data_column(struct api_fit *fit, const struct pend_fit_column *column, int run) {
+    struct api_fit_run *own = &fit->run[run];
+    int c = 0;
+    for (; c < fit->columns; c++) {
+        int taken = 0, known = fit->column[c].sigma > 0;
+        for (int i = 0; i < own->series; i++) taken |= own->column[i] == c;
+        if (!taken && fit->column[c].kind == column->kind && fit->column[c].arm == column->arm &&
+            known == pend_fit_known(column))
+            break;
+    }
+    if (c == API_FIT_SERIES) return -1;
+    if (c == fit->columns)
+        fit->column[fit->columns++] = (struct pend_fit_column){
+            .kind = column->kind, .arm = column->arm, .sigma = pend_fit_known(column)};
+    return own->column[own->series++] = c;
+}
+
+/* the rows of all runs in the order of their time since the start of their run */
+static enum pend_status data_order(struct api_fit *fit, const struct measured part[], double shift,
+                                   struct place **order) {
+    long at = 0;
+    struct place *place = *order = malloc((size_t)fit->rows * sizeof *place);
+    if (!place) return PEND_NO_MEMORY;
+    for (int r = 0; r < fit->runs; r++) {
+        const struct api_fit_run *run = &fit->run[r];
+        double first = INFINITY;
+        for (long i = 0; i < part[r].rows; i++) first = fmin(first, part[r].t[i]);
+        if (!run->begins && part[r].rows) fit->begin[r] = first + shift;
+        for (long i = 0; i < part[r].rows; i++)
+            place[at++] = (struct place){part[r].t[i] + shift - fit->begin[r], part[r].t[i], i, r};
+    }
+    assert(at == fit->rows);
+    qsort(place, (size_t)fit->rows, sizeof *place, place_before);
+    return PEND_OK;
+}
+
+/* the columns of all series; 0 where they are too many */
+static int data_columns(struct api_fit *fit, const struct measured part[],
+                        const struct api_value *data, const struct api_reading *reading) {
+    for (int r = 0; r < fit->runs; r++) {
+        fit->run[r].rows = part[r].rows, fit->rows += part[r].rows;
+        for (int c = 0; c < part[r].columns; c++) {
+            int at = data_column(fit, &part[r].column[c], r);
+            if (at >= 0) fit->zero[at] = part[r].zero[c];
+            if (at >= 0) continue;
+            api_value_fault(data, reading->problem,
+                            API_CODE_WRONG_COUNT "has more than %d different series",
+                            API_FIT_SERIES);
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* the measurements of all runs in one table, and `modes` columns behind them */
+static enum pend_status data_merge(struct api_fit *fit, const struct measured part[], int modes,
+                                   double shift, const struct api_value *data,
+                                   const struct api_reading *reading) {
+    struct place *order;
+    if (!data_columns(fit, part, data, reading)) return PEND_INVALID;
+    fit->columns += modes, fit->modes = modes;
+    size_t rows = (size_t)fit->rows, count = rows * (size_t)fit->columns;
+    // the runs are there until their table is
+    double *taken = part[0].taken;
+    *taken += (double)(rows * (sizeof(struct place) + sizeof(int) + sizeof(long)));
+    if (!data_fits((double)rows, fit->columns, taken, data, reading)) return PEND_INVALID;
+    fit->t = malloc((rows + 1) * sizeof(double)), fit->of = malloc((rows + 1) * sizeof(int));
+    fit->row = malloc((rows + 1) * sizeof(long));
+    fit->data = malloc((count + 1) * sizeof(double));
+    fit->each = malloc((count + 1) * sizeof(double));
+    if (!fit->t || !fit->of || !fit->row || !fit->data || !fit->each) return PEND_NO_MEMORY;
+    for (size_t i = 0; i < count; i++) fit->data[i] = NAN, fit->each[i] = 1;
+    PEND_TRY(data_order(fit, part, shift, &order));
+    for (size_t i = 0; i < rows; i++) {
+        const struct measured *from = &part[order[i].run];
+        const struct api_fit_run *run = &fit->run[order[i].run];
+        fit->t[i] = from->t[order[i].row], fit->of[i] = order[i].run;
+        fit->row[i] = order[i].row;
+        for (int c = 0; c < run->series; c++) {
+            size_t at = (size_t)run->column[c] * rows + i;
+            fit->data[at] = from->data[(size_t)c * (size_t)from->rows + (size_t)order[i].row];
+            fit->each[at] = pend_fit_sigma(&from->column[c], order[i].row);
+        }
+    }
+    for (int c = 0; c < fit->columns; c++) {
+        struct pend_fit_column *column = &fit->column[c];
+        column->data = fit->data + (size_t)c * rows;
+        if (column->sigma > 0) column->each = fit->each + (size_t)c * rows;
+    }
+    free(order);
+    return PEND_OK;
+}
+
+/* ---- all of it */
+
+/* start and measurements of a run, which is an item of `runs`, or the request and its `data` */
+static enum pend_status read_run(struct api_fit *fit, int r, struct measured *part,
+                                 const struct api_value *at, const struct api_value *data,
+                                 const struct api_reading *reading) {
+    struct api_problem *problem = reading->problem;
+    struct api_value initial = api_value_member(at, "initial"),
+                     start = api_value_member(at, "start"), csv = api_value_member(data, "csv");
+    struct api_fit_run *run = &fit->run[r];
+    run->guessed = api_value_kind(&initial) == API_MISSING;
+    api_states_read(fit->start, r, &initial, &fit->tree, reading->limits, problem);
+    if (fit->start && fit->start->mode[r])
+        api_value_fault(&initial, problem,
+                        API_CODE_NOT_APPLICABLE
+                        "must be given by angles: a fit has no mode to start in");
+    run->begins = api_value_read_number(&start, -1e9, 1e9, "s", &fit->begin[r], problem) > 0;
+    if (!part) return PEND_OK;
+    return api_value_kind(&csv) != API_MISSING ? read_csv(part, &fit->tree, data, reading)
+                                               : read_table(part, &fit->tree, data, reading);
+}
+
+/* faults what belongs into the runs */
+static void fault_beside(const struct api_value *at, const char *const names[],
+                         struct api_problem *problem) {
+    for (int i = 0; names[i]; i++) {
+        struct api_value value = api_value_member(at, names[i]);
+        if (api_value_kind(&value) != API_MISSING)
+            api_value_fault(&value, problem,
+                            API_CODE_CONFLICT "is a run's own: put it into each of \"runs\"");
+    }
+}
+
+/* the runs of a request; 0 after a fault */
+static int count_runs(const struct api_value *root, const struct api_value *data,
+                      const struct api_value *runs, struct api_problem *problem) {
+    static const char *const of_data[] = {"t", "series", "csv", "arms", "sigma", "unit", NULL},
+                             *const of_root[] = {"initial", "start", NULL};
+    int count = api_value_count(runs);
+    if (api_value_kind(runs) == API_MISSING) return 1;
+    fault_beside(data, of_data, problem);
+    fault_beside(root, of_root, problem);
+    if (api_value_kind(runs) == API_ARRAY && count >= 1 && count <= API_FIT_RUNS) return count;
+    api_value_fault(runs, problem, API_CODE_WRONG_COUNT "must be an array of 1 to %d runs",
+                    API_FIT_RUNS);
+    return 0;
+}
+
+/* all runs, `part` for each */
+static enum pend_status read_runs(struct api_fit *fit, struct measured part[],
+                                  const struct api_value *data, int modes,
+                                  const struct api_reading *reading) {
+    struct api_value runs = api_value_member(data, "runs");
+    int alone = modes && api_value_kind(&runs) == API_MISSING;
+    static const char *const motion[] = {"t", "series", "csv"};
+    for (size_t i = 0; i < sizeof motion / sizeof *motion; i++) {
+        struct api_value value = api_value_member(data, motion[i]);
+        alone &= api_value_kind(&value) == API_MISSING;
+    }
+    if (api_value_kind(&runs) == API_MISSING) {
+        PEND_TRY(read_run(fit, 0, alone ? NULL : part, reading->root, data, reading));
+        // modes alone are of no motion but for its first instant
+        if (!alone) return PEND_OK;
+        PEND_TRY(data_room(part, 1, 0, data, reading));
+        part->t[0] = fit->begin[0];
+        return PEND_OK;
+    }
+    struct api_value item = api_value_item(&runs, 0);
+    for (int r = 0; r < fit->runs; r++, item = api_value_next(&item)) {
+        if (!api_field_object(&item, reading->problem)) continue;
+        (void)api_value_only(&item, run_fields, reading->problem);
+        enum pend_status status = read_run(fit, r, &part[r], &item, &item, reading);
+        if (status == PEND_NO_MEMORY) return status;
+    }
+    return PEND_OK;
+}
+
+enum pend_status api_fit_read_data(struct api_fit *fit, double shift,
+                                   const struct api_reading *reading) {
+    struct api_problem *problem = reading->problem;
+    struct api_value data = api_value_member(reading->root, "data"),
+                     runs = api_value_member(&data, "runs"),
+                     modes = api_value_member(&data, "modes");
+    double taken = 0;
+    int count = api_value_count(&modes);
+    if (!api_field_object(&data, problem)) return PEND_INVALID;
+    (void)api_value_only(&data, data_fields, problem);
+    if (api_value_kind(&modes) != API_MISSING &&
+        (api_value_kind(&modes) != API_ARRAY || !count || count > API_FIT_MODES)) {
+        api_value_fault(&modes, problem, API_CODE_WRONG_COUNT "must be an array of 1 to %d modes",
+                        API_FIT_MODES);
+        return PEND_INVALID;
+    }
+    fit->runs = count_runs(reading->root, &data, &runs, problem);
+    if (!fit->runs) return PEND_INVALID;
+    if (fit->tree.tree) PEND_TRY(api_states_new(&fit->start, fit->runs, fit->tree.tree->n));
+    struct measured *part = parts_new(fit->runs, &taken);
+    if (!part) return PEND_NO_MEMORY;
+    enum pend_status status = read_runs(fit, part, &data, count, reading);
+    if (status == PEND_OK && problem->status) status = PEND_INVALID;
+    if (status == PEND_OK) status = data_merge(fit, part, count, shift, &data, reading);
+    if (status == PEND_OK && count) api_fit_read_modes(fit, &modes, fit->columns - count, problem);
+    parts_free(part, fit->runs);
+    return status;
+}

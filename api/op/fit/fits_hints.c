@@ -1,0 +1,397 @@
+#include "api/op/fit/fits_hints.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/json/json_out.h"
+#include "api/op/fit/fits_start.h"
+
+static const double pi = 3.14159265358979323846;
+
+/* A try is named that takes this part of what is too much in the sum of squares, and explains that
+ * much of the data; a value is that many times its start where units are asked about. */
+static const double hints_taken = 0.7, hints_explained = 0.9, hints_far = 30, hint_step = 0.02;
+
+/* iterations of a try */
+enum { HINT_ITERATIONS = 40, HINT_TEXT = 400 };
+
+/* what is tried of data; behind these come numbers that are held, one by one */
+enum hint {
+    HINT_UNIT,
+    HINT_ZERO, /* three sides each: of a parabola */
+    HINT_TILT = HINT_ZERO + 3,
+    HINT_BARREL = HINT_TILT + 3,
+    HINT_EXCHANGE = HINT_BARREL + 3, /* of arms: three pairs */
+    HINT_MIRROR = HINT_EXCHANGE + 3,
+    HINT_AXES,
+    HINT_HELD
+};
+
+struct api_hints {
+    const struct api_fit *fit;
+    const struct pend_fit_result *result;
+    struct api_fit tried; /* with data and a start of its own */
+    struct pend_fit *search;
+    double *data, best, left, floor; /* of the variance what is left, and what noise leaves */
+    double about, unit, side[3]; /* of a number that is tried on three sides, what each leaves */
+    int next;
+    long motions, most;
+    char what[160], text[HINT_TEXT];
+};
+
+static int hint_angle(const struct api_fit *fit, int c) {
+    return fit->column[c].kind == PEND_FIT_PHI;
+}
+
+/* ---- what is tried: each puts the data of `tried`, and says what it is; returns 0 where it is not
+ * to be tried */
+
+/* angles in degrees, or in rad that were said to be degrees */
+static int hint_unit(struct api_hints *h) {
+    struct api_fit *fit = &h->tried;
+    double low = INFINITY, high = -INFINITY;
+    for (int c = 0; c < fit->columns; c++)
+        for (long i = 0; i < fit->rows && hint_angle(fit, c); i++) {
+            double x = h->data[c * fit->rows + i] - fit->zero[c];
+            low = fmin(low, isnan(x) ? low : x), high = fmax(high, isnan(x) ? high : x);
+        }
+    double most = fmax(-low, high), by = most > 7 ? pi / 180 : 180 / pi;
+    if (!(most > 7 || most < 0.06)) return 0;
+    for (int c = 0; c < fit->columns; c++)
+        for (long i = 0; i < fit->rows && hint_angle(fit, c); i++) {
+            double *x = &h->data[c * fit->rows + i];
+            *x = (*x - fit->zero[c]) * by + fit->zero[c];
+        }
+    snprintf(h->what, sizeof h->what, "the angles go from %.4g to %.4g rad: are they in %s? Then",
+             low, high, most > 7 ? "degrees" : "rad, not degrees");
+    return 1;
+}
+
+/* angles about where they swing, or `beside` that, which is where they hang */
+static int hint_zero(struct api_hints *h, double beside) {
+    struct api_fit *fit = &h->tried;
+    double most = 0;
+    for (int c = 0; c < fit->columns; c++) {
+        double re = 0, im = 0, *x = h->data + c * fit->rows;
+        for (long i = 0; i < fit->rows && hint_angle(fit, c); i++)
+            if (!isnan(x[i])) re += cos(x[i] + pi / 2), im += sin(x[i] + pi / 2);
+        double mean = re != 0 ? atan2(im, re) : 0;
+        for (long i = 0; i < fit->rows && hint_angle(fit, c); i++) x[i] -= mean + beside;
+        if (fabs(mean) > fabs(most)) most = mean;
+    }
+    h->about = most, h->unit = 180 / pi;
+    snprintf(h->what, sizeof h->what,
+             "is the zero of the angles elsewhere, or theta taken for phi? They swing about %%.4g "
+             "degrees from hanging: less that");
+    return fabs(most) > 0.005;
+}
+
+/* places that are stretched by y, or by their distance from the middle of the picture */
+static int hint_bent(struct api_hints *h, int barrel, double part) {
+    struct api_fit *fit = &h->tried;
+    double *x = NULL, *y = NULL, low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+    for (int c = 0; c < fit->columns; c++) {
+        int at = fit->column[c].kind == PEND_FIT_Y;
+        double *from = h->data + c * fit->rows;
+        if (!at && fit->column[c].kind != PEND_FIT_X) continue;
+        *(at ? &y : &x) = from;
+        for (long i = 0; i < fit->rows; i++)
+            low[at] = fmin(low[at], from[i]), high[at] = fmax(high[at], from[i]);
+        if (!at || !x || !y) continue;
+        double a = (low[0] + high[0]) / 2, b = (low[1] + high[1]) / 2;
+        double reach = hypot(high[0] - low[0], high[1] - low[1]) / 2;
+        for (long i = 0; i < fit->rows; i++) {
+            double far = hypot(x[i] - a, y[i] - b) / reach;
+            if (barrel) x[i] += part * far * far * (x[i] - a);
+            y[i] += part * (barrel ? far * far : 1) * (y[i] - b);
+        }
+    }
+    h->about = 0, h->unit = 1;
+    if (!(h->left < 1 - hints_explained)) return 0;
+    snprintf(h->what, sizeof h->what, "%s, which is not known here: by %%.3g of their size",
+             barrel ? "is the lens distorted? Places moved from the middle"
+                    : "is the camera tilted? Places stretched along y");
+    return x && y;
+}
+
+/* tracks of two arms that were taken for each other */
+static int hint_exchange(struct api_hints *h, int pair) {
+    struct api_fit *fit = &h->tried;
+    int a = pair == 1 ? 1 : 0, b = pair == 0 ? 1 : 2, seen = 0;
+    for (int c = 0; c < fit->columns - fit->modes; c++) {
+        int *arm = &fit->column[c].arm;
+        seen |= *arm == a ? 1 : *arm == b ? 2 : 0;
+        *arm = *arm == a ? b : *arm == b ? a : *arm;
+    }
+    snprintf(h->what, sizeof h->what, "with arms %d and %d exchanged", a + 1, b + 1);
+    return seen == 3;
+}
+
+/* places with y downwards, or x and y exchanged */
+static int hint_places(struct api_hints *h, int axes) {
+    struct api_fit *fit = &h->tried;
+    int seen = 0;
+    for (int c = 0; c < fit->columns; c++) {
+        enum pend_fit_kind *kind = &fit->column[c].kind;
+        if (*kind != PEND_FIT_X && *kind != PEND_FIT_Y) continue;
+        seen |= *kind == PEND_FIT_X ? 1 : 2;
+        for (long i = 0; i < fit->rows && !axes && *kind == PEND_FIT_Y; i++)
+            h->data[c * fit->rows + i] *= -1;
+        if (axes) *kind = *kind == PEND_FIT_X ? PEND_FIT_Y : PEND_FIT_X;
+    }
+    if (!axes) fit->camera[PEND_FIT_ORIGIN_Y] *= -1;
+    snprintf(h->what, sizeof h->what, "with %s",
+             axes ? "x and y exchanged" : "y upwards instead of downwards");
+    return axes ? seen == 3 : seen >= 2;
+}
+
+/* whether a number is to be found already */
+static int hint_unknown(const struct api_fit *fit, const struct pend_fit_unknown *u) {
+    int is = 0;
+    for (int j = 0; j < fit->unknowns; j++) {
+        const struct pend_fit_unknown *other = &fit->unknown[j];
+        int same = other->by.kind == u->by.kind && other->by.at == u->by.at;
+        is |= other->camera == u->camera && (u->camera >= 0 || same);
+    }
+    return is;
+}
+
+/* the number that is held, of the camera, then of the pendulum, then of the start, as an unknown;
+ * returns -1 behind the last */
+static int hint_held(struct api_hints *h, int which) {
+    static const char *const cameras[] = {"scale of the camera", "rotation of the camera",
+                                          "origin x of the camera", "origin y of the camera"};
+    static const char *const names[] = {[PEND_PARAMETER_PHI] = "the start angle",
+                                        [PEND_PARAMETER_RATE] = "the start's rate",
+                                        [PEND_PARAMETER_LENGTH] = "length",
+                                        [PEND_PARAMETER_MASS] = "mass"};
+    static const enum pend_parameter_kind kinds[] = {PEND_PARAMETER_LENGTH, PEND_PARAMETER_MASS,
+                                                     PEND_PARAMETER_PHI, PEND_PARAMETER_RATE};
+    struct api_fit *fit = &h->tried;
+    int n = fit->tree.n, own = which - PEND_FIT_SHIFT - 1, places = 0;
+    struct pend_fit_unknown *u = &fit->unknown[fit->unknowns];
+    *u = (struct pend_fit_unknown){.camera = -1, .low = -INFINITY, .high = INFINITY};
+    if (own >= 4 * n || fit->unknowns + 1 >= API_FIT_UNKNOWNS) return -1;
+    for (int c = 0; c < fit->columns; c++)
+        places |= fit->column[c].kind == PEND_FIT_X || fit->column[c].kind == PEND_FIT_Y;
+    if (own < -1) {
+        u->camera = which, u->start = fit->camera[which];
+        if (!places) return 0;
+        snprintf(h->what, sizeof h->what, "%s", cameras[which]);
+    } else if (own == -1) {
+        u->by.kind = PEND_PARAMETER_GRAVITY, u->start = fit->tree.loads.gravity;
+        snprintf(h->what, sizeof h->what, "gravity");
+    } else {
+        int k = own % n, arm = fit->tree.tree->order[k];
+        u->by = (struct pend_parameter){kinds[own / n], k};
+        const double *from[] = {fit->tree.tree->len, fit->tree.tree->mass, fit->start->phi,
+                                fit->start->rate};
+        u->start = from[own / n][k];
+        if (own < 2 * n) u->low = 0;
+        snprintf(h->what, sizeof h->what, "%s of arm %d", names[u->by.kind], arm + 1);
+        if (own < 2 * n && !(u->start > 0)) return 0;
+    }
+    if (hint_unknown(fit, u)) return 0;
+    fit->unknowns++;
+    return 1;
+}
+
+/* ---- trying */
+
+/* data and start of the request, and its unknowns where the search began; what is taken from the
+ * data is so again once they are changed */
+static void hints_reset(struct api_hints *h) {
+    const struct api_fit *fit = h->fit;
+    struct api_states *start = h->tried.start;
+    assert(start && start->n == fit->start->n);
+    size_t states = (size_t)(fit->start->count * fit->start->n);
+    h->tried = *fit, h->tried.start = start, h->tried.iterations = HINT_ITERATIONS;
+    memcpy(h->data, fit->data, (size_t)(fit->rows * fit->columns) * sizeof *h->data);
+    memcpy(start->phi, fit->start->phi, states * sizeof *start->phi);
+    memcpy(start->rate, fit->start->rate, states * sizeof *start->rate);
+    for (int c = 0; c < fit->columns; c++) h->tried.column[c].data = h->data + c * fit->rows;
+}
+
+/* the next that is to be tried; 0 = it is not, -1 = there is none */
+static int hints_put(struct api_hints *h) {
+    int which = h->next++, some;
+    assert(which >= 0);
+    hints_reset(h);
+    if (which == HINT_UNIT)
+        some = hint_unit(h);
+    else if (which < HINT_TILT)
+        some = hint_zero(h, hint_step * (which - HINT_ZERO - 1));
+    else if (which < HINT_EXCHANGE)
+        some = hint_bent(h, which >= HINT_BARREL, hint_step * ((which - HINT_TILT) % 3 - 1));
+    else if (which < HINT_MIRROR)
+        some = hint_exchange(h, which - HINT_EXCHANGE);
+    else if (which < HINT_HELD)
+        some = hint_places(h, which == HINT_AXES);
+    else
+        return hint_held(h, which - HINT_HELD);
+    if (!some) return 0;
+    for (int j = 0; j < h->tried.unknowns; j++) {
+        struct pend_fit_unknown *u = &h->tried.unknown[j];
+        int start = u->camera < 0 && u->by.kind <= PEND_PARAMETER_RATE;
+        if (start && h->fit->run[u->run].guessed) u->start = NAN;
+    }
+    return api_fit_guess(&h->tried) == PEND_OK;
+}
+
+/* the lowest place of the parabola through three sides; returns its number */
+static double hints_parabola(struct api_hints *h, double *left) {
+    double slope = (h->side[2] - h->side[0]) / 2, bend = h->side[2] + h->side[0] - 2 * h->side[1];
+    double at = bend > 0 ? -slope / bend : 0;
+    *left = fmax(h->side[1] + slope * at / 2, 0);
+    return (h->about + at * hint_step) * h->unit;
+}
+
+/* takes the sentence of a try that is the best so far */
+static void hints_take(struct api_hints *h) {
+    struct pend_fit_result r = pend_fit_result(h->search);
+    assert(h->next > 0);
+    int which = h->next - 1, sided = which >= HINT_ZERO && which < HINT_EXCHANGE;
+    char what[sizeof h->what + 40];
+    double left = 1 - r.explained;
+    snprintf(what, sizeof what, "%s", h->what);
+    if (sided) {
+        h->side[(which - HINT_ZERO) % 3] = left;
+        if ((which - HINT_ZERO) % 3 < 2) return;
+        double at = hints_parabola(h, &left);
+        int before = (int)(strchr(h->what, '%') - h->what);
+        snprintf(what, sizeof what, "%.*s%.4g%s", before, h->what, at,
+                 strchr(h->what + before, 'g') + 1);
+    }
+    double taken = (h->left - left) / (h->left - h->floor);
+    // of two that say the same the first is meant
+    if (!(taken > h->best + 1e-3) || !(1 - left > hints_explained)) return;
+    h->best = taken;
+    if (which >= HINT_HELD)
+        snprintf(h->text, sizeof h->text,
+                 "with %s to be found too, here %.6g, the motion explains %.6g %%", what,
+                 r.value[h->tried.unknowns - 1], 100 * r.explained);
+    else
+        snprintf(h->text, sizeof h->text, "%s the motion explains %.6g %%", what, 100 * (1 - left));
+}
+
+enum pend_status api_hints_step(struct api_hints *h, int *done) {
+    struct pend_error error;
+    int over = 0;
+    assert(h->fit && h->data && h->most >= 0);
+    *done = 0;
+    if (!h->search) {
+        int some = h->next < 0 || h->motions > h->most ? -1 : hints_put(h);
+        *done = some < 0;
+        if (some <= 0) return PEND_OK;
+        struct pend_fit_problem problem = api_fit_problem(&h->tried);
+        enum pend_status status = pend_fit_new(&h->search, &problem, &error);
+        return status == PEND_NO_MEMORY ? status : PEND_OK;
+    }
+    enum pend_status status = pend_fit_step(h->search, &over, &error);
+    if (status == PEND_NO_MEMORY) return status;
+    if (!over && status == PEND_OK) return PEND_OK;
+    if (status == PEND_OK) hints_take(h);
+    h->motions += status == PEND_OK ? pend_fit_result(h->search).evaluations : HINT_ITERATIONS;
+    pend_fit_free(&h->search);
+    return PEND_OK;
+}
+
+enum pend_status api_hints_new(struct api_hints **hints, const struct api_fit *fit,
+                               const struct pend_fit_result *result, long motions) {
+    struct api_hints *h = *hints = calloc(1, sizeof *h);
+    if (!h) return PEND_NO_MEMORY;
+    int white = !(result->alike < 1e-3), known = 1;
+    for (int c = 0; c < fit->columns; c++) known &= pend_fit_known(&fit->column[c]);
+    h->fit = fit, h->result = result, h->best = hints_taken;
+    h->most = result->evaluations > motions ? result->evaluations : motions;
+    h->left = 1 - result->explained;
+    // noise alone leaves this: steps between neighbours have twice its square
+    h->floor =
+        h->left * (known ? (double)result->freedom / result->chi_squared : result->watson / 2);
+    if (!(result->explained > hints_explained)) h->floor = 0;
+    if (result->model == PEND_FIT_ACCEPTED || fit->columns == fit->modes || fit->loss ||
+        fit->rows * fit->columns > API_HINT_NUMBERS ||
+        (white && !known && result->explained > hints_explained) || result->explained > 1 - 1e-9)
+        h->next = -1;
+    h->data = malloc((size_t)(fit->rows * fit->columns) * sizeof *h->data);
+    enum pend_status status = api_states_new(&h->tried.start, fit->start->count, fit->start->n);
+    return h->data ? status : PEND_NO_MEMORY;
+}
+
+void api_hints_free(struct api_hints **hints) {
+    struct api_hints *h = *hints;
+    if (!h) return;
+    pend_fit_free(&h->search);
+    api_states_free(&h->tried.start);
+    free(h->data);
+    free(h);
+    *hints = NULL;
+}
+
+/* ---- saying */
+
+static enum pend_status hints_say(struct api_buffer *out, const char *text) {
+    PEND_TRY(api_out_comma(out));
+    // sentences of this file, names of quantities and numbers: no letter needs an escape
+    return api_buffer_format(out, "\"%s\"", text);
+}
+
+/* the row of the measurement that is farthest off */
+static long hints_outlier(const struct api_hints *h) {
+    const struct api_fit *fit = h->fit;
+    double most = 0;
+    long row = 0;
+    for (long i = 0; i < fit->rows; i++)
+        for (int c = 0; c < fit->columns; c++) {
+            double off = fabs(h->result->residual[i * fit->columns + c]) / h->result->spread[c];
+            if (off > most) most = off, row = fit->row[i] + 1;
+        }
+    return row;
+}
+
+/* a length that is another by so much that a unit is */
+static int hints_length(const struct api_hints *h) {
+    for (int j = 0; j < h->fit->unknowns; j++) {
+        const struct pend_fit_unknown *u = &h->fit->unknown[j];
+        double times = h->result->value[j] / u->start;
+        if (u->camera < 0 && u->by.kind == PEND_PARAMETER_LENGTH &&
+            (times > hints_far || times < 1 / hints_far))
+            return j;
+    }
+    return -1;
+}
+
+enum pend_status api_hints_write(const struct api_hints *h, struct api_buffer *out) {
+    char text[HINT_TEXT];
+    long count = h->result->outliers;
+    int far = hints_length(h), places = h->fit->column[0].kind != PEND_FIT_PHI;
+    PEND_TRY(api_out_open(out, "hints", '['));
+    if (*h->text) PEND_TRY(hints_say(out, h->text));
+    if (count && !h->fit->loss) {
+        snprintf(
+            text, sizeof text,
+            "measurements that lie far off: %ld, the farthest in row %ld: mistyped, or lost by the "
+            "tracker? With the loss huber they hardly count",
+            count, hints_outlier(h));
+        PEND_TRY(hints_say(out, text));
+    }
+    if (far >= 0) {
+        snprintf(text, sizeof text,
+                 "%s comes out as %.3g times what was given: are instants in s, not in ms or "
+                 "frames, places in m, is gravity right?",
+                 h->fit->label[far], h->result->value[far] / h->fit->unknown[far].start);
+        PEND_TRY(hints_say(out, text));
+    }
+    if (!*h->text && h->result->model == PEND_FIT_REJECTED && h->result->alike < 1e-3 &&
+        h->result->explained > hints_explained)
+        PEND_TRY(hints_say(
+            out, places ? "the residuals have a pattern: is the camera tilted, or its lens "
+                          "distorted? Neither is known here. Or is the friction of another kind?"
+                        : "the residuals have a pattern: is the friction of another kind "
+                          "(damping, friction_torque, drag, drag_quadratic), or is a number held "
+                          "that is wrong?"));
+    return api_buffer_text(out, "]");
+}

@@ -1,0 +1,40 @@
+/* What may be wrong with a request whose model is rejected: data in another unit, about another
+ * zero, with arms exchanged, mirrored, or a number that is held and should not be. Each is tried by
+ * a fit of its own, within a bounded number of motions.
+ * Leaves to others: the fit that was asked for (op_fits).
+ * Invariant: the request and its fit are not changed. */
+#ifndef API_FITS_HINTS_H
+#define API_FITS_HINTS_H
+
+#include "api/base/buffer.h"
+#include "api/op/fit/fits_camera.h"
+
+/* more numbers than these are not tried again */
+enum { API_HINT_NUMBERS = 20000 };
+
+struct api_hints;
+
+/**
+ * Prepares the tries, none where the model is not rejected, or frequencies alone were measured.
+ *
+ * hints   out; ends with api_hints_free.
+ * result  of the fit that was asked for; must outlive the hints, as `fit` must.
+ *
+ * motions  at most so many are computed, or as many as the fit had.
+ *
+ * PEND_NO_MEMORY  O(measurements + unknowns).
+ */
+PEND_MUST_CHECK enum pend_status api_hints_new(struct api_hints **hints, const struct api_fit *fit,
+                                               const struct pend_fit_result *result, long motions);
+
+/** Frees them; NULL is accepted. */
+void api_hints_free(struct api_hints **hints);
+
+/** Computes one iteration of a try. done  out: non-zero after the last. PEND_NO_MEMORY. */
+PEND_MUST_CHECK enum pend_status api_hints_step(struct api_hints *hints, int *done);
+
+/** Writes `hints`, an array of sentences. */
+PEND_MUST_CHECK enum pend_status api_hints_write(const struct api_hints *hints,
+                                                 struct api_buffer *out);
+
+#endif

@@ -1,0 +1,176 @@
+#include "api/op/fit/fits_unknowns.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+
+#include "api/op/varied.h"
+
+static const double pi = 3.14159265358979323846;
+
+static const char *const unknown_fields[] = {"vary", "arm",  "harmonic", "start", "run",
+                                             "low",  "high", "unit",     NULL};
+static const char *const angle_units[] = {"rad", "deg", NULL};
+
+/* where the pendulum or its start has the number */
+static double target_value(const struct api_fit *fit, const struct api_target *target, int run) {
+    const struct pend_tree *tree = fit->tree.tree;
+    long of_run = (long)run * fit->start->n;
+    switch (target->quantity) {
+    case API_VARY_PHI:
+    case API_VARY_THETA:
+        return fit->start->phi[of_run + target->arm];
+    case API_VARY_PHID:
+    case API_VARY_THETAD:
+        return fit->start->rate[of_run + target->arm];
+    case API_VARY_LENGTH:
+        return tree->len[target->arm];
+    case API_VARY_MASS:
+        return tree->mass[target->arm];
+    case API_VARY_GRAVITY:
+        return fit->tree.loads.gravity;
+    case API_VARY_TERM:
+        return fit->tree.value[target->place];
+    default:
+        break;
+    }
+    return 0;
+}
+
+static struct pend_parameter target_parameter(const struct api_target *target) {
+    static const enum pend_parameter_kind kinds[] = {
+        PEND_PARAMETER_PHI,    PEND_PARAMETER_PHI,  PEND_PARAMETER_RATE,    PEND_PARAMETER_RATE,
+        PEND_PARAMETER_LENGTH, PEND_PARAMETER_MASS, PEND_PARAMETER_GRAVITY, PEND_PARAMETER_TERM};
+    int term = target->quantity == API_VARY_TERM;
+    int at = term ? target->place : target->arm;
+    return (struct pend_parameter){kinds[target->quantity], at < 0 ? 0 : at};
+}
+
+/* 0 for what may not be negative */
+static double target_least(const struct api_fit *fit, const struct api_target *target) {
+    if (target->quantity == API_VARY_LENGTH || target->quantity == API_VARY_MASS) return 0;
+    if (target->quantity != API_VARY_TERM) return -INFINITY;
+    return pend_terms_fits(fit->tree.terms, target->place, -1) ? -INFINITY : 0;
+}
+
+/* start and bounds in the request's unit, of which the fit's is `scale` times, plus `shift` */
+static void read_bounds(const struct api_value *item, double scale, double shift, int late,
+                        struct pend_fit_unknown *u, struct api_problem *problem) {
+    struct api_value start = api_value_member(item, "start"), low = api_value_member(item, "low"),
+                     high = api_value_member(item, "high");
+    double given;
+    assert(scale > 0);
+    // a start that is taken from the data is not known yet
+    if (late) u->start = NAN;
+    if (api_value_read_number(&start, -INFINITY, INFINITY, "", &given, problem) > 0)
+        u->start = scale * given + shift;
+    if (api_value_read_number(&low, -INFINITY, INFINITY, "", &given, problem) > 0)
+        u->low = fmax(u->low, scale * given + shift);
+    if (api_value_read_number(&high, -INFINITY, INFINITY, "", &given, problem) > 0)
+        u->high = scale * given + shift;
+    int inside = u->low < u->high && !(u->start < u->low) && !(u->start > u->high);
+    if (inside) return;
+    api_value_fault(item, problem,
+                    API_CODE_OUT_OF_RANGE
+                    "starts at %.6g, which must lie between its bounds %.6g and %.6g: give it "
+                    "another \"start\"",
+                    u->start - shift, u->low - shift, u->high - shift);
+}
+
+/* "length of arm 2" */
+static void unknown_label(const struct api_fit *fit, const struct api_value *vary, int arm, int run,
+                          char label[API_FIT_LABEL]) {
+    assert(arm < fit->tree.n);
+    int at = snprintf(label, API_FIT_LABEL, "%s", api_value_text(vary));
+    if (arm >= 0)
+        at += snprintf(label + at, API_FIT_LABEL - (size_t)at, " of arm %d",
+                       fit->tree.tree->order[arm] + 1);
+    if (run >= 0) snprintf(label + at, API_FIT_LABEL - (size_t)at, " in run %d", run + 1);
+}
+
+/* adds an unknown, which must not be there already */
+static void unknown_add(struct api_fit *fit, const struct api_value *item,
+                        const struct pend_fit_unknown *u, struct api_problem *problem) {
+    if (fit->unknowns + PEND_FIT_CAMERA >= API_FIT_UNKNOWNS) {
+        api_value_fault(item, problem,
+                        API_CODE_LIMIT "is more than the %d unknowns that there may be in all runs",
+                        API_FIT_UNKNOWNS - PEND_FIT_CAMERA);
+        return;
+    }
+    for (int j = 0; j < fit->unknowns; j++) {
+        const struct pend_fit_unknown *other = &fit->unknown[j];
+        if (other->camera >= 0 || other->by.kind != u->by.kind || other->by.at != u->by.at ||
+            other->run != u->run)
+            continue;
+        api_value_fault(item, problem, API_CODE_DUPLICATE "is %s, which is there already",
+                        fit->label[j]);
+        return;
+    }
+    fit->unknown[fit->unknowns++] = *u;
+}
+
+/* the runs whose start an unknown is of: first .. last - 1 */
+static int unknown_runs(const struct api_fit *fit, const struct api_value *item, int of_start,
+                        int *first, int *last, struct api_problem *problem) {
+    struct api_value run = api_value_member(item, "run");
+    long chosen = 0;
+    int given = api_field_whole(&run, 1, fit->runs, &chosen, problem);
+    *first = given > 0 ? (int)chosen - 1 : 0;
+    *last = !of_start ? 1 : given > 0 ? (int)chosen : fit->runs;
+    if (given > 0 && !of_start)
+        api_value_fault(&run, problem,
+                        API_CODE_NOT_APPLICABLE
+                        "is of starts: any other number is that of all runs, leave it out");
+    return given >= 0 && (of_start || !given);
+}
+
+/* whether it was found which number is meant: behind as many faults as are told a further one is
+ * only counted elsewhere */
+static int target_found(const struct api_target *target) {
+    if (target->quantity == API_VARY_TERM) return target->place >= 0;
+    return target->arm >= 0 || target->quantity == API_VARY_GRAVITY;
+}
+
+static void read_unknown(struct api_fit *fit, const struct api_value *item,
+                         struct api_problem *problem) {
+    struct api_value unit = api_value_member(item, "unit"), vary = api_value_member(item, "vary");
+    struct api_target target;
+    int degrees = 0, faults = problem->count;
+    if (!api_field_object(item, problem)) return;
+    (void)api_value_only(item, unknown_fields, problem);
+    if (!api_target_read(&target, item, &fit->tree, problem) || problem->count > faults) return;
+    if (!target_found(&target)) return;
+    int angle = target.quantity <= API_VARY_THETAD;
+    if (api_field_word(&unit, angle_units, &degrees, problem) > 0 && !angle)
+        api_value_fault(&unit, problem,
+                        API_CODE_NOT_APPLICABLE "is for angles and their rates: leave it out");
+    // bounds of theta are those of phi + pi / 2
+    double scale = degrees ? pi / 180 : 1, shift = target.quantity == API_VARY_THETA ? -pi / 2 : 0;
+    int first, last;
+    if (!unknown_runs(fit, item, angle, &first, &last, problem)) return;
+    for (int run = first; run < last && problem->count == faults; run++) {
+        struct pend_fit_unknown u = {.camera = -1, .by = target_parameter(&target), .run = run};
+        u.start = target_value(fit, &target, run), u.low = target_least(fit, &target);
+        u.high = INFINITY;
+        read_bounds(item, scale, shift, fit->run[run].guessed && angle, &u, problem);
+        unknown_label(fit, &vary, target.arm, angle && fit->runs > 1 ? run : -1,
+                      fit->label[fit->unknowns]);
+        fit->shift[fit->unknowns] = 0 - shift;
+        unknown_add(fit, item, &u, problem);
+    }
+}
+
+void api_fit_read_unknowns(struct api_fit *fit, const struct api_value *list,
+                           struct api_problem *problem) {
+    int count = api_value_count(list);
+    if (api_value_kind(list) != API_MISSING &&
+        (api_value_kind(list) != API_ARRAY || count > API_FIT_LISTED)) {
+        api_value_fault(list, problem,
+                        API_CODE_WRONG_COUNT "must be an array of at most %d unknowns",
+                        API_FIT_LISTED);
+        return;
+    }
+    struct api_value item = api_value_item(list, 0);
+    for (; fit->start && api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
+        read_unknown(fit, &item, problem);
+}

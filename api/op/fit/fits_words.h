@@ -1,0 +1,26 @@
+/* How a fit ended and what the data do not tell, in sentences.
+ * Leaves to others: the numbers of an answer (op_fits).
+ * Invariant: a sentence about what went wrong says the way out. */
+#ifndef API_FITS_WORDS_H
+#define API_FITS_WORDS_H
+
+#include "api/base/buffer.h"
+#include "api/op/fit/fits_camera.h"
+
+/** Writes `status` and `message`. PEND_NO_MEMORY  O(rows runs). */
+PEND_MUST_CHECK enum pend_status api_fit_write_end(const struct api_fit *fit,
+                                                   const struct pend_fit_result *result,
+                                                   struct api_buffer *out);
+
+/**
+ * Writes a sentence about a direction that the data do not tell, as an item of an array.
+ *
+ * direction  of all unknowns, the largest of which is 1.
+ *
+ * PEND_NO_MEMORY  O(unknowns).
+ */
+PEND_MUST_CHECK enum pend_status api_fit_write_direction(const struct api_fit *fit,
+                                                         const double direction[],
+                                                         struct api_buffer *out);
+
+#endif

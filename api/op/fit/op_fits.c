@@ -1,0 +1,380 @@
+/* POST /v1/fits: parameters of a pendulum from measurements of its motion.
+ * Leaves to others: reading (fits_json), the fit (core/fit), arms as JSON (tree_write).
+ * Invariant: the answer says how the fit ended; an error that is not known is null. The answer is
+ * JSON alone, so that a job has no rows of its table but the JSON behind them. */
+#include "api/op/op.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/base/engine.h"
+#include "api/encode/encode_raw.h"
+#include "api/json/json_out.h"
+#include "api/op/fit/fits_hints.h"
+#include "api/op/fit/fits_json.h"
+#include "api/op/fit/fits_start.h"
+#include "api/op/fit/fits_words.h"
+#include "api/op/tree_write.h"
+#include "core/fit/fit.h"
+
+/* most fits after the first, each with knees of a loss by the residuals of the one before */
+enum { FITS_SETTLED = 8 };
+
+/* what hints may take beyond as many motions as the fit had: motions, and s by their estimate */
+enum { HINT_MOTIONS = 1500, HINT_SECONDS = 5 };
+
+/* outliers that are listed */
+enum { FITS_OUTLIERS = 50 };
+
+struct fits {
+    struct api_fit asked;
+    const struct api_format *format;
+    struct api_table table; /* without rows: nothing of the answer is in it */
+    struct pend_fit *fit;
+    int begun;                     /* a first step was taken */
+    struct pend_fit_result result; /* its own, once the hints are there */
+    struct api_hints *hints;
+    int settled; /* how many fits there were before it, each with knees of a loss */
+};
+
+static void fits_free(void **state) {
+    struct fits *fits = *state;
+    if (!fits) return;
+    api_hints_free(&fits->hints);
+    pend_fit_free(&fits->fit);
+    api_fit_clear(&fits->asked);
+    free(fits);
+    *state = NULL;
+}
+
+static enum pend_status fits_read(void **state, const struct api_reading *reading) {
+    struct fits *fits = calloc(1, sizeof *fits);
+    *state = fits;
+    if (!fits) return PEND_NO_MEMORY;
+    fits->format = reading->format;
+    api_table_add(&fits->table, "residuals", NULL, 0);
+    enum pend_status status = api_fit_read(&fits->asked, reading);
+    if (status != PEND_OK) fits_free(state);
+    return status;
+}
+
+/* ---- writing */
+
+/* a number, or null where there is none */
+static enum pend_status write_maybe(struct api_buffer *out, const char *name, double x) {
+    return isfinite(x) ? api_out_number(out, name, x, 0) : api_out_text(out, name, NULL);
+}
+
+/* the same as an item of an array */
+static enum pend_status write_item(struct api_buffer *out, double x) {
+    char text[API_OUT_NUMBER_BYTES + 8];
+    PEND_TRY(api_out_comma(out));
+    if (!isfinite(x)) return api_buffer_text(out, "null");
+    return api_buffer_add(out, text, (size_t)(api_out_digits(text, x, 0) - text));
+}
+
+static enum pend_status write_unknowns(const struct fits *fits, const struct pend_fit_result *r,
+                                       struct api_buffer *out) {
+    assert(r->value && r->error && r->bounded);
+    PEND_TRY(api_out_open(out, "unknowns", '['));
+    for (int j = 0; j < fits->asked.unknowns; j++) {
+        PEND_TRY(api_out_comma(out));
+        PEND_TRY(api_buffer_text(out, "{"));
+        PEND_TRY(api_out_text(out, "name", fits->asked.label[j]));
+        PEND_TRY(api_out_number(out, "value", r->value[j] + fits->asked.shift[j], 0));
+        PEND_TRY(write_maybe(out, "error", r->error[j]));
+        PEND_TRY(api_out_key(out, "at_bound"));
+        PEND_TRY(api_buffer_text(out, r->bounded[j] ? "true}" : "false}"));
+    }
+    return api_buffer_text(out, "]");
+}
+
+/* the residuals of a row */
+static enum pend_status write_row(const struct api_fit *asked, int run, const double row[],
+                                  struct api_buffer *out) {
+    const struct api_fit_run *own = &asked->run[run];
+    PEND_TRY(api_out_comma(out));
+    PEND_TRY(api_buffer_text(out, "["));
+    for (int s = 0; s < own->series; s++) PEND_TRY(write_item(out, row[own->column[s]]));
+    for (int c = asked->columns - asked->modes; c < asked->columns && asked->runs == 1; c++)
+        PEND_TRY(write_item(out, row[c]));
+    return api_buffer_text(out, "]");
+}
+
+/* the residuals of a run, row by row; those of modes are behind them where there is one run */
+static enum pend_status write_residuals(const struct fits *fits, const struct pend_fit_result *r,
+                                        int run, struct api_buffer *out) {
+    const struct api_fit *asked = &fits->asked;
+    const struct api_fit_run *own = &asked->run[run];
+    assert(r->residual && asked->columns >= 1);
+    long *at = malloc((size_t)asked->rows * sizeof *at);
+    if (!at) return PEND_NO_MEMORY;
+    for (long i = 0; i < asked->rows; i++)
+        if (asked->of[i] == run) at[asked->row[i]] = i;
+    enum pend_status status = api_out_open(out, "residuals", '[');
+    for (long i = 0; i < own->rows && status == PEND_OK; i++)
+        status = write_row(asked, run, r->residual + at[i] * asked->columns, out);
+    free(at);
+    return status == PEND_OK ? api_buffer_text(out, "]") : status;
+}
+
+/* those of modes beside several runs */
+static enum pend_status write_modes(const struct fits *fits, const struct pend_fit_result *r,
+                                    struct api_buffer *out) {
+    const struct api_fit *asked = &fits->asked;
+    if (!asked->modes) return PEND_OK;
+    PEND_TRY(api_out_open(out, "mode_residuals", '['));
+    for (int c = asked->columns - asked->modes; c < asked->columns; c++)
+        PEND_TRY(write_item(out, r->residual[c]));
+    return api_buffer_text(out, "]");
+}
+
+/* the start of a run and the instants of its data */
+static enum pend_status write_start(const struct fits *fits, int run, double row[],
+                                    struct api_buffer *out) {
+    const struct api_fit *asked = &fits->asked;
+    const struct api_tree *tree = &asked->tree;
+    long base = (long)run * asked->start->n;
+    double stop = asked->begin[run];
+    PEND_TRY(api_out_open(out, "initial", '{'));
+    for (int i = 0; i < tree->n; i++) row[i] = asked->start->phi[base + tree->tree->place[i]];
+    PEND_TRY(api_out_numbers(out, "phi", tree->n, row, 0));
+    for (int i = 0; i < tree->n; i++) row[i] = asked->start->rate[base + tree->tree->place[i]];
+    PEND_TRY(api_out_numbers(out, "phid", tree->n, row, 0));
+    PEND_TRY(api_buffer_text(out, "}"));
+    PEND_TRY(api_out_open(out, "times", '{'));
+    PEND_TRY(api_out_number(out, "start", asked->begin[run], 0));
+    for (long i = 0; i < asked->rows; i++)
+        if (asked->of[i] == run) stop = asked->t[i] + asked->camera[PEND_FIT_SHIFT];
+    // of modes alone there is but one instant
+    if (!(stop > asked->begin[run])) stop = asked->begin[run] + 1;
+    PEND_TRY(api_out_number(out, "stop", stop, 0));
+    PEND_TRY(api_out_whole(out, "count", 201));
+    return api_buffer_text(out, "}");
+}
+
+/* the fitted pendulum and a start, as a request for a trajectory over the data's instants */
+static enum pend_status write_request(const struct fits *fits, int run, struct api_buffer *out) {
+    const struct api_tree *tree = &fits->asked.tree;
+    assert(fits->asked.start && tree->tree->n == tree->n);
+    double *row = malloc((size_t)tree->n * sizeof *row);
+    if (!row) return PEND_NO_MEMORY;
+    enum pend_status status = api_out_open(out, "request", '{');
+    if (status == PEND_OK) status = api_out_open(out, "pendulum", '{');
+    if (status == PEND_OK) status = api_out_number(out, "gravity", tree->loads.gravity, 0);
+    if (status == PEND_OK) status = api_terms_write_whole(tree->tree, &tree->loads, out);
+    if (status == PEND_OK) status = api_tree_write_arms(tree, out);
+    if (status == PEND_OK) status = api_buffer_text(out, "}");
+    if (status == PEND_OK) status = write_start(fits, run, row, out);
+    free(row);
+    return status == PEND_OK ? api_buffer_text(out, "}") : status;
+}
+
+/* what a run has of its own */
+static enum pend_status write_run(const struct fits *fits, const struct pend_fit_result *r, int run,
+                                  struct api_buffer *out) {
+    PEND_TRY(write_maybe(out, "follows_until", r->follows[run]));
+    PEND_TRY(write_residuals(fits, r, run, out));
+    return write_request(fits, run, out);
+}
+
+/* that of one run stands beside everything else, that of several in a list */
+static enum pend_status write_runs(const struct fits *fits, const struct pend_fit_result *r,
+                                   struct api_buffer *out) {
+    if (fits->asked.runs == 1) return write_run(fits, r, 0, out);
+    PEND_TRY(write_modes(fits, r, out));
+    PEND_TRY(api_out_open(out, "runs", '['));
+    for (int run = 0; run < fits->asked.runs; run++) {
+        PEND_TRY(api_out_comma(out));
+        PEND_TRY(api_buffer_text(out, "{"));
+        PEND_TRY(write_run(fits, r, run, out));
+        PEND_TRY(api_buffer_text(out, "}"));
+    }
+    return api_buffer_text(out, "]");
+}
+
+/* measurements that lie far off, by their place in the request */
+static enum pend_status write_outliers(const struct api_fit *asked, const struct pend_fit_result *r,
+                                       struct api_buffer *out) {
+    int count = 0;
+    PEND_TRY(api_out_open(out, "outliers", '['));
+    for (long i = 0; i < asked->rows; i++)
+        for (int s = 0; s < asked->run[asked->of[i]].series; s++) {
+            int c = asked->run[asked->of[i]].column[s];
+            double off = fabs(r->residual[i * asked->columns + c]) / r->spread[c];
+            if (!(off > r->beyond) || count++ >= FITS_OUTLIERS) continue;
+            PEND_TRY(api_out_comma(out));
+            PEND_TRY(api_buffer_text(out, "{"));
+            if (asked->runs > 1) PEND_TRY(api_out_whole(out, "run", asked->of[i] + 1));
+            PEND_TRY(api_out_whole(out, "row", asked->row[i] + 1));
+            PEND_TRY(api_out_number(out, "t", asked->t[i], 0));
+            PEND_TRY(api_out_whole(out, "series", s + 1));
+            PEND_TRY(api_out_number(out, "deviations", off, 0));
+            PEND_TRY(api_buffer_text(out, "}"));
+        }
+    return api_buffer_text(out, "]");
+}
+
+static enum pend_status write_figures(const struct fits *fits, const struct pend_fit_result *r,
+                                      struct api_buffer *out) {
+    assert(r->blind >= 0 && r->blind <= PEND_FIT_BLIND);
+    double freedom = r->freedom > 0 ? (double)r->freedom : NAN;
+    PEND_TRY(api_out_number(out, "chi_squared", r->chi_squared, 0));
+    PEND_TRY(api_out_whole(out, "degrees_of_freedom", r->freedom));
+    PEND_TRY(write_maybe(out, "chi_squared_per_degree", r->chi_squared / freedom));
+    PEND_TRY(write_maybe(out, "p_value", r->p_value));
+    PEND_TRY(write_maybe(out, "durbin_watson", r->watson));
+    PEND_TRY(write_maybe(out, "errors_widened", r->widened));
+    PEND_TRY(write_maybe(out, "effective_measurements", r->effective));
+    PEND_TRY(api_out_number(out, "explained", r->explained, 0));
+    PEND_TRY(api_hints_write(fits->hints, out));
+    PEND_TRY(write_outliers(&fits->asked, r, out));
+    PEND_TRY(api_out_open(out, "not_told", '['));
+    for (int d = 0; d < r->blind; d++)
+        PEND_TRY(
+            api_fit_write_direction(&fits->asked, r->direction + d * fits->asked.unknowns, out));
+    PEND_TRY(api_buffer_text(out, "]"));
+    PEND_TRY(api_out_open(out, "camera", '{'));
+    PEND_TRY(api_out_number(out, "scale", fits->asked.camera[PEND_FIT_SCALE], 0));
+    PEND_TRY(api_out_number(out, "rotation", fits->asked.camera[PEND_FIT_ROTATION], 0));
+    PEND_TRY(api_out_numbers(out, "origin", 2, fits->asked.camera + PEND_FIT_ORIGIN_X, 0));
+    PEND_TRY(api_out_number(out, "shift", fits->asked.camera[PEND_FIT_SHIFT], 0));
+    return api_buffer_text(out, "}");
+}
+
+static enum pend_status fits_write(struct fits *fits, const struct api_turn *turn) {
+    struct api_buffer *out = turn->out;
+    struct pend_fit_result r = pend_fit_result(fits->fit);
+    double seconds = api_turn_seconds(turn);
+    PEND_TRY(api_fit_put(&fits->asked, r.value));
+    PEND_TRY(api_buffer_text(out, "{"));
+    PEND_TRY(api_fit_write_end(&fits->asked, &r, out));
+    PEND_TRY(write_unknowns(fits, &r, out));
+    PEND_TRY(api_out_matrix(out, "correlation", fits->asked.unknowns, r.correlation, 0));
+    PEND_TRY(api_fit_write_fixed(&fits->asked, out));
+    PEND_TRY(write_figures(fits, &r, out));
+    PEND_TRY(write_runs(fits, &r, out));
+    PEND_TRY(api_out_open(out, "stats", '{'));
+    PEND_TRY(api_out_whole(out, "iterations", r.iterations));
+    PEND_TRY(api_out_whole(out, "evaluations", r.evaluations));
+    PEND_TRY(api_out_text(out, "version", API_VERSION));
+    PEND_TRY(api_out_text(out, "engine", api_engine_name));
+    if (seconds >= 0)
+        PEND_TRY(api_out_number(out, "compute_seconds", rint(seconds * 1e6) / 1e6, 0));
+    return api_buffer_text(out, "}}");
+}
+
+/* ---- running */
+
+/* some fifty motions with derivatives, at 10 microseconds an arm, step and eight unknowns, of an
+ * ideal pendulum 2 microseconds and eight unknowns, and 20 steps an arm for every swing; where
+ * modes are counted, all of them twice an unknown, at 80 nanoseconds an arm cubed, of an ideal one
+ * 2 */
+static double fits_cost(const void *state) {
+    const struct api_fit *asked = &((const struct fits *)state)->asked;
+    assert(asked->rows >= 1 && asked->tree.n >= 1);
+    double n = asked->tree.n, length = 0, own = 0;
+    // the last row is the latest of all runs
+    double span = asked->t[asked->rows - 1] + asked->camera[PEND_FIT_SHIFT] -
+                  asked->begin[asked->of[asked->rows - 1]];
+    span *= asked->runs;
+    for (int j = 0; j < asked->unknowns; j++)
+        own += asked->unknown[j].camera < 0 && asked->unknown[j].by.kind <= PEND_PARAMETER_RATE;
+    for (int k = 0; k < asked->tree.n; k++) length += asked->length[k] / n;
+    double swings = span * sqrt(fabs(asked->tree.loads.gravity) / length) / 6;
+    int ideal = !asked->tree.loads.terms;
+    double q = asked->unknowns, each = q - own + own / asked->runs, passes = ceil(each / 8),
+           arm = ideal ? 2e-6 : 1e-5;
+    double numbers = (double)asked->rows * asked->columns;
+    double modes = asked->modes ? (2 * q + 1) * n * n * n * (ideal ? 2e-9 : 8e-8) : 0;
+    return 50 *
+           (20 * n * swings * n * passes * arm + numbers * (1e-6 * passes + 2e-8 * q * q) + modes);
+}
+
+/* what may be wrong, of a fit that is over */
+static enum pend_status fits_hint(struct fits *fits, const struct pend_fit_result *result,
+                                  const struct api_turn *turn, int *over) {
+    double motions = fmin(HINT_MOTIONS, 50 * HINT_SECONDS / fits_cost(fits));
+    fits->result = *result;
+    if (!fits->hints)
+        PEND_TRY(api_hints_new(&fits->hints, &fits->asked, &fits->result, (long)motions));
+    do PEND_TRY(api_hints_step(fits->hints, over));
+    while (!*over && !api_turn_over(turn));
+    return PEND_OK;
+}
+
+/* iterations of a turn; what is wrong with the first motion is a fault of where it starts */
+static enum pend_status fits_step(struct fits *fits, const struct api_turn *turn, int *over,
+                                  struct pend_error *error) {
+    do {
+        enum pend_status status = pend_fit_step(fits->fit, over, error);
+        if (status != PEND_OK && status != PEND_NO_MEMORY && !fits->begun && turn->problem && error)
+            api_problem_fault(turn->problem, fits->asked.runs > 1 ? "/data/runs" : "/initial",
+                              API_CODE_OUT_OF_RANGE "%s", error->text);
+        if (status != PEND_OK) return status;
+        fits->begun = 1;
+    } while (!*over && !api_turn_over(turn));
+    return PEND_OK;
+}
+
+static enum pend_status fits_run(void *state, const struct api_turn *turn, int *done,
+                                 struct pend_error *error) {
+    struct fits *fits = state;
+    int over = 0;
+    assert(fits->asked.unknowns >= 1 && !*done);
+    if (!fits->fit) {
+        if (!fits->settled) (void)api_fit_bend(&fits->asked, NULL);
+        struct pend_fit_problem problem = api_fit_problem(&fits->asked);
+        PEND_TRY(pend_fit_new(&fits->fit, &problem, error));
+    }
+    PEND_TRY(fits_step(fits, turn, &over, error));
+    if (!over) return PEND_OK;
+    struct pend_fit_result r = pend_fit_result(fits->fit);
+    if (!fits->hints && fits->settled++ < FITS_SETTLED && api_fit_bend(&fits->asked, &r)) {
+        pend_fit_free(&fits->fit);
+        return PEND_OK;
+    }
+    PEND_TRY(fits_hint(fits, &r, turn, &over));
+    if (!over) return PEND_OK;
+    *done = 1;
+    return fits->format == &api_format_raw ? PEND_OK : fits_write(fits, turn);
+}
+
+static void fits_json(void *state) { ((struct fits *)state)->format = &api_format_json; }
+
+static const struct api_table *fits_table(const void *state) {
+    return &((const struct fits *)state)->table;
+}
+
+static void fits_progress(const void *state, double *steps, double *work) {
+    const struct fits *fits = state;
+    *steps = -1;
+    *work = fits->fit ? pend_fit_progress(fits->fit) : 0;
+}
+
+static double fits_bytes(const void *state) {
+    const struct api_fit *asked = &((const struct fits *)state)->asked;
+    struct pend_fit_problem problem = api_fit_problem(asked);
+    double numbers = (double)asked->rows * (asked->columns + 1);
+    double again = numbers <= API_HINT_NUMBERS ? pend_fit_bytes(&problem) + numbers * 8 : 0;
+    return API_OP_SMALL_BYTES + pend_fit_bytes(&problem) + again +
+           numbers * (3 * 8 + 2 * API_OUT_NUMBER_BYTES) + 1024.0 * asked->tree.n +
+           (double)sizeof(struct api_fit) + api_terms_write_bytes(&asked->tree.loads) +
+           api_tree_bytes(&asked->tree) + api_states_bytes(asked->start);
+}
+
+const struct api_op api_op_fits = {.name = "fits",
+                                   .body = 1,
+                                   .form = 1,
+                                   .terms = 1,
+                                   .read = fits_read,
+                                   .run = fits_run,
+                                   .progress = fits_progress,
+                                   .table = fits_table,
+                                   .cost = fits_cost,
+                                   .bytes = fits_bytes,
+                                   .json = fits_json,
+                                   .free = fits_free};

@@ -1,0 +1,213 @@
+#include "api/op/modes/modes_json.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "api/encode/encode_raw.h"
+#include "api/op/modes/damped_json.h"
+
+static const char *const modes_fields[] = {"pendulum", "about",   "select", "vectors", "normalize",
+                                           "include",  "initial", "digits", NULL};
+
+const char *const api_modes_matrices[] = {[PEND_MATRIX_A] = "A",
+                                          [PEND_MATRIX_M] = "M",
+                                          [PEND_MATRIX_S] = "S",
+                                          [PEND_MATRIX_B] = "B",
+                                          NULL};
+
+/* reads ["down", "up", ...], one for each arm */
+static enum pend_status read_about(struct api_modes *modes, const struct api_value *value,
+                                   struct api_problem *problem) {
+    static const char *const words[] = {"down", "up", NULL};
+    const struct pend_tree *tree = modes->tree.tree;
+    struct api_value item = api_value_item(value, 0);
+    if (api_value_kind(value) == API_MISSING) return PEND_OK;
+    if (api_value_kind(value) != API_ARRAY || (tree && api_value_count(value) != tree->n)) {
+        api_value_fault(value, problem,
+                        API_CODE_WRONG_COUNT
+                        "must be an array with \"down\" or \"up\" for each of the %d arms",
+                        modes->tree.n);
+        return PEND_OK;
+    }
+    if (tree && !(modes->up = calloc((size_t)tree->n, 1))) return PEND_NO_MEMORY;
+    int standing = 0;
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+        int word = 0;
+        if (api_field_word(&item, words, &word, problem) <= 0 || !tree) continue;
+        modes->up[tree->place[item.index]] = (unsigned char)word;
+        standing += word;
+    }
+    if (standing) return PEND_OK;
+    free(modes->up);
+    modes->up = NULL;
+    return PEND_OK;
+}
+
+/* reads {"slowest": k} or {"fastest": k}; returns true if the object has that field */
+static int read_extreme(struct api_modes *modes, const struct api_value *object, const char *name,
+                        enum pend_select select, struct api_problem *problem) {
+    struct api_value field = api_value_member(object, name);
+    long count = 0;
+    if (api_value_kind(&field) == API_MISSING) return 0;
+    (void)api_field_whole(&field, 1, modes->tree.n ? modes->tree.n : 1000000000, &count, problem);
+    modes->request.select = select;
+    modes->request.count = (int)count;
+    return 1;
+}
+
+/* reads {"from": w1, "to": w2} */
+static void read_range(struct api_modes *modes, const struct api_value *object,
+                       struct api_problem *problem) {
+    struct api_value from = api_value_member(object, "from"), to = api_value_member(object, "to");
+    modes->request.select = PEND_SELECT_BETWEEN;
+    int good = api_field_needed(&from, problem) && api_field_needed(&to, problem);
+    good &= api_value_read_number(&from, 0, INFINITY, "rad/s", &modes->request.from, problem) > 0;
+    good &= api_value_read_number(&to, 0, INFINITY, "rad/s", &modes->request.to, problem) > 0;
+    double low = modes->request.from, high = modes->request.to;
+    if (good && low > high)
+        api_value_fault(&to, problem,
+                        API_CODE_ORDER "must not be below from (%.15g rad/s), got %.15g", low,
+                        high);
+}
+
+static void read_select(struct api_modes *modes, const struct api_value *value,
+                        struct api_problem *problem) {
+    static const char *const words[] = {"all", NULL};
+    static const char *const allowed[] = {"slowest", "fastest", "from", "to", NULL};
+    int chosen;
+    if (api_value_kind(value) == API_NUMBER || api_value_kind(value) == API_ARRAY) {
+        char found[API_FOUND_BYTES];
+        api_value_found(value, found);
+        api_value_fault(value, problem,
+                        API_CODE_WRONG_TYPE
+                        "must be \"all\", or an object such as {\"slowest\": 3} or "
+                        "{\"from\": 1, \"to\": 5}, in rad/s, got %s",
+                        found);
+        return;
+    }
+    if (api_value_kind(value) != API_OBJECT) {
+        if (api_field_word(value, words, &chosen, problem) > 0) api_value_usual(value);
+        return;
+    }
+    struct api_value from = api_value_member(value, "from"), to = api_value_member(value, "to");
+    (void)api_value_only(value, allowed, problem);
+    int ways = read_extreme(modes, value, "slowest", PEND_SELECT_SLOWEST, problem);
+    ways += read_extreme(modes, value, "fastest", PEND_SELECT_FASTEST, problem);
+    if (api_value_kind(&from) != API_MISSING || api_value_kind(&to) != API_MISSING) {
+        read_range(modes, value, problem);
+        ways++;
+    }
+    if (ways != 1)
+        api_value_fault(
+            value, problem,
+            API_CODE_WRONG_TYPE
+            "must be \"all\", or have one of \"slowest\", \"fastest\", and \"from\" with \"to\"");
+}
+
+static void read_include(struct api_modes *modes, const struct api_value *value,
+                         const struct api_reading *reading) {
+    struct api_problem *problem = reading->problem;
+    struct api_value item = api_value_item(value, 0);
+    if (api_value_kind(value) == API_MISSING) return;
+    if (api_value_kind(value) != API_ARRAY)
+        api_value_fault(value, problem,
+                        API_CODE_WRONG_TYPE "must be an array of names of matrices, as [\"A\"]");
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+        int matrix = 0;
+        if (api_field_word(&item, api_modes_matrices, &matrix, problem) <= 0) continue;
+        if (modes->include[matrix])
+            api_value_fault(&item, problem, API_CODE_DUPLICATE "\"%s\" is in the list already",
+                            api_modes_matrices[matrix]);
+        modes->include[matrix] = 1;
+    }
+    if (api_value_count(value) && modes->tree.n > reading->limits->matrix_arms)
+        api_value_fault(
+            value, problem,
+            API_CODE_LIMIT
+            "matrices are answered for at most %.0f arms (the limit max-matrix-arms), and "
+            "here are %d: leave it out",
+            reading->limits->matrix_arms, modes->tree.n);
+    if (api_value_count(value) && reading->format != &api_format_json &&
+        reading->format != &api_format_raw)
+        api_value_fault(
+            value, problem,
+            API_CODE_UNSUPPORTED
+            "matrices are answered in %s only, not in %s: leave it out, or ask for that",
+            api_format_json.media_type, reading->format->media_type);
+}
+
+/* reads the fields that choose how the answer is written */
+static void read_style(struct api_modes *modes, const struct api_value *root,
+                       struct api_problem *problem) {
+    static const char *const names[] = {"first", "mass", "max", NULL};
+    static const enum pend_normalize rules[] = {PEND_NORMALIZE_FIRST, PEND_NORMALIZE_MASS,
+                                                PEND_NORMALIZE_MAX};
+    struct api_value vectors = api_value_member(root, "vectors"),
+                     normalize = api_value_member(root, "normalize");
+    int rule = 0;
+    if (api_field_truth(&vectors, &modes->vectors, problem) > 0 && modes->vectors)
+        api_value_usual(&vectors);
+    if (api_field_word(&normalize, names, &rule, problem) > 0 && !rule) api_value_usual(&normalize);
+    modes->request.normalize = rules[rule];
+}
+
+/* what the modes of a real pendulum have not: their equilibrium is looked for, and all are found */
+static void check_real(const struct api_modes *modes, const struct api_reading *reading) {
+    static const char *const absent[] = {"about", "select", "normalize", "include"};
+    static const char *const way[] = {
+        "a real pendulum's equilibrium is looked for near \"initial\": give that instead",
+        "all modes of a real pendulum are answered: leave it out",
+        "the shapes of a real pendulum have an entry of 1, the largest: leave it out",
+        "the matrices of a real pendulum are not answered: leave it out"};
+    for (size_t i = 0; i < sizeof absent / sizeof *absent; i++) {
+        struct api_value field = api_value_member(reading->root, absent[i]);
+        if (api_value_kind(&field) != API_MISSING)
+            api_value_fault(&field, reading->problem, API_CODE_NOT_APPLICABLE "%s", way[i]);
+    }
+    const struct pend_loads *loads = &modes->tree.loads;
+    int loses = pend_loads_lose(loads);
+    int most = loses ? API_DAMPED_ARMS : API_STILL_ARMS;
+    struct api_value pendulum = api_value_member(reading->root, "pendulum");
+    if (modes->tree.n > most)
+        api_value_fault(&pendulum, reading->problem,
+                        API_CODE_LIMIT
+                        "has %d arms; the modes of real pendulums are found for at most %d, or %d "
+                        "without friction and drag",
+                        modes->tree.n, API_DAMPED_ARMS, API_STILL_ARMS);
+}
+
+enum pend_status api_modes_read(struct api_modes *modes, const struct api_reading *reading) {
+    const struct api_value *root = reading->root;
+    struct api_problem *problem = reading->problem;
+    struct api_value pendulum = api_value_member(root, "pendulum"),
+                     select = api_value_member(root, "select");
+    struct api_value include = api_value_member(root, "include"),
+                     initial = api_value_member(root, "initial");
+    struct api_value digits = api_value_member(root, "digits"),
+                     about = api_value_member(root, "about");
+    long rounded = 0;
+    *modes = (struct api_modes){.vectors = 1};
+    (void)api_value_only(root, modes_fields, problem);
+    enum pend_status status = api_reading_tree(reading, &modes->tree);
+    if (status == PEND_NO_MEMORY) return status;
+    if (modes->tree.n && !modes->tree.loads.terms)
+        api_tree_modes_allowed(&modes->tree, &pendulum, 0, "finding the modes", reading->limits,
+                               problem);
+    if (api_value_kind(&initial) != API_MISSING && status == PEND_OK)
+        PEND_TRY(api_states_new(&modes->start, 1, api_tree_stored(&modes->tree)));
+    api_states_read(modes->start, 0, &initial, &modes->tree, reading->limits, problem);
+    PEND_TRY(read_about(modes, &about, problem));
+    read_select(modes, &select, problem);
+    read_style(modes, root, problem);
+    read_include(modes, &include, reading);
+    (void)api_field_whole(&digits, 1, 17, &rounded, problem);
+    modes->digits = (int)rounded;
+    if (modes->tree.loads.terms) check_real(modes, reading);
+    return PEND_OK;
+}
+
+void api_modes_clear(struct api_modes *modes) {
+    free(modes->up);
+    api_states_free(&modes->start);
+    api_tree_clear(&modes->tree);
+}

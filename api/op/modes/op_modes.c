@@ -1,0 +1,445 @@
+/* POST /v1/modes: frequencies and shapes of small oscillations about an equilibrium, and the parts
+ * of an initial state in each of them.
+ * Leaves to others: reading the request (modes_json), the modes (core/modes/modes), the matrices
+ * (core/modes/matrix).
+ * Invariant: all arrays with one entry a mode are in the same order: growing modes first, the
+ * fastest at their front, then oscillating ones, the slowest at their front. */
+#include "api/op/op.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/encode/encode_raw.h"
+#include "api/encode/remarks.h"
+#include "api/json/json_out.h"
+#include "api/op/modes/damped_json.h"
+#include "api/op/modes/modes_json.h"
+#include "core/modes/matrix.h"
+#include "core/modes/modes.h"
+
+static const double pi = 3.14159265358979323846;
+
+/* the arrays with one number a mode */
+enum scalar { MODE, OMEGA, FREQUENCY, PERIOD, GROWTH, AMPLITUDE, PHASE, RISING, FALLING, SCALARS };
+
+static const char *const scalar_names[] = {"mode",      "omega", "frequency", "period", "growth",
+                                           "amplitude", "phase", "rising",    "falling"};
+
+/* the most modes that are split, or numbers that are written, before the clock is read */
+enum { PIECE_MODES = 32, PIECE_NUMBERS = 8192 };
+
+struct modes {
+    struct api_modes asked;
+    const struct api_format *format;
+    struct api_table table; /* the answer in every representation except JSON */
+    struct pend_modes_search *search;
+    struct api_damped damped; /* of a real pendulum in place of all that follows */
+    double *near;             /* n: where its equilibrium is looked for; NULL of an ideal one */
+
+    /* once it runs */
+    struct pend_modes *found;
+    int split;               /* number of modes whose part of the start is computed */
+    double *scratch;         /* one block: */
+    double *scalar[SCALARS]; /* one number a mode */
+    double *line;            /* n numbers, or rows of the table */
+    long lines;              /* capacity of `line` in rows of the table */
+    struct api_writer *writer;
+    struct api_stats stats;
+    char last;  /* last byte of the JSON so far, written by the next turn; 0 = none */
+    int filled; /* the arrays with one number a mode are computed */
+    int begun, part,
+        row; /* what is written next: a row of the vectors (part 0) or of matrix part - 1 */
+};
+
+static void modes_free(void **state) {
+    struct modes *modes = *state;
+    if (!modes) return;
+    api_writer_free(&modes->writer);
+    api_damped_clear(&modes->damped);
+    free(modes->near);
+    free(modes->scratch);
+    pend_modes_free(&modes->found);
+    pend_modes_search_free(&modes->search);
+    api_modes_clear(&modes->asked);
+    free(modes);
+    *state = NULL;
+}
+
+/* reading */
+
+/* the columns of the table, one row a mode */
+static void modes_columns(struct modes *modes) {
+    static const enum scalar always[] = {MODE, OMEGA, FREQUENCY};
+    struct api_table *table = &modes->table;
+    for (int i = 0; i < 3; i++) api_table_add(table, scalar_names[always[i]], NULL, 0);
+    api_table_add(table, scalar_names[modes->asked.up ? GROWTH : PERIOD], NULL, 0);
+    if (modes->asked.start) api_table_add(table, scalar_names[AMPLITUDE], NULL, 0);
+    if (modes->asked.start) api_table_add(table, scalar_names[PHASE], NULL, 0);
+    if (modes->asked.start && modes->asked.up) api_table_add(table, scalar_names[RISING], NULL, 0);
+    if (modes->asked.start && modes->asked.up) api_table_add(table, scalar_names[FALLING], NULL, 0);
+    if (modes->asked.vectors) api_table_add(table, "vectors", NULL, modes->asked.tree.n);
+}
+
+/* adds faults for an answer that would be too large, and for modes that would be */
+static void modes_check_size(const struct modes *modes, const struct api_reading *reading) {
+    static const char fewer[] =
+        "fewer modes by \"select\", or only the frequencies by \"vectors\": false";
+    const struct api_table *table = &modes->table;
+    double n = modes->asked.tree.n, numbers = table->rows * api_table_numbers(table, 0),
+           most = reading->limits->answer_bytes;
+    if (modes->asked.request.vectors && 8 * n * table->rows > most)
+        api_value_fault(reading->root, reading->problem,
+                        API_CODE_LIMIT
+                        "asks for the vectors of %ld modes, which take %.0f bytes while they are "
+                        "found, more than the "
+                        "limit max-answer-bytes of %.0f: ask for %s",
+                        table->rows, 8 * n * table->rows, most,
+                        modes->asked.start ? "fewer modes by \"select\"" : fewer);
+    if (reading->format != &api_format_json) {
+        api_reading_check_size(reading, table, reading->root, "modes", fewer);
+        return;
+    }
+    for (int i = 0; i < PEND_MATRIX_COUNT; i++) numbers += modes->asked.include[i] ? n * n : 0;
+    double bytes = numbers * api_out_number_bytes(table->digits) + 4 * n + 1000;
+    char flowing[API_FORMATS_TEXT];
+    api_format_list(flowing, 1, 1);
+    if (bytes > most)
+        api_value_fault(reading->root, reading->problem,
+                        API_CODE_LIMIT
+                        "asks for %.0f numbers, up to %.0f bytes, more than the limit "
+                        "max-answer-bytes of %.0f: ask for "
+                        "%s, include fewer matrices, round the numbers by \"digits\", or ask for a "
+                        "representation "
+                        "without such a limit: %s",
+                        numbers, bytes, most, fewer, flowing);
+}
+
+/* begins the search, which tells how many modes there will be */
+static enum pend_status modes_begin_search(struct modes *modes, const struct api_reading *reading) {
+    struct pend_error error = {.text = ""};
+    modes->asked.request.loads = modes->asked.tree.loads;
+    modes->asked.request.vectors = modes->asked.vectors || modes->asked.start;
+    modes->asked.request.up = modes->asked.up;
+    enum pend_status status = pend_modes_search_new(&modes->search, modes->asked.tree.tree,
+                                                    &modes->asked.request, &error);
+    if (status == PEND_INVALID)
+        api_value_fault(reading->root, reading->problem, API_CODE_UNSUPPORTED "%s", error.text);
+    if (status) return status;
+    modes->table.rows = pend_modes_search_count(modes->search);
+    modes_columns(modes);
+    struct api_value pendulum = api_value_member(reading->root, "pendulum");
+    api_tree_modes_allowed(&modes->asked.tree, &pendulum, (int)modes->table.rows,
+                           "finding the modes", reading->limits, reading->problem);
+    modes_check_size(modes, reading);
+    return PEND_OK;
+}
+
+/* a real pendulum's modes: the equilibrium is looked for where all arms hang, or near a start */
+static enum pend_status modes_begin_real(struct modes *modes, const struct api_reading *reading) {
+    size_t n = (size_t)api_tree_stored(&modes->asked.tree);
+    modes->near = malloc(n * sizeof *modes->near);
+    if (!modes->near) return PEND_NO_MEMORY;
+    for (size_t k = 0; k < n; k++) modes->near[k] = -pi / 2;
+    if (modes->asked.tree.cart) modes->near[0] = 0;
+    api_damped_init(&modes->damped, &modes->asked.tree, modes->near, reading->format,
+                    modes->asked.digits, modes->asked.vectors);
+    api_reading_check_size(reading, &modes->damped.table, reading->root, "modes",
+                           "no shapes, by \"vectors\": false");
+    return PEND_OK;
+}
+
+static enum pend_status modes_read_parts(struct modes *modes, const struct api_reading *reading) {
+    PEND_TRY(api_modes_read(&modes->asked, reading));
+    modes->table.digits = modes->asked.digits;
+    if (!reading->problem->status)
+        PEND_TRY(modes->asked.tree.loads.terms ? modes_begin_real(modes, reading)
+                                               : modes_begin_search(modes, reading));
+    return reading->problem->status ? PEND_INVALID : PEND_OK;
+}
+
+static enum pend_status modes_read(void **state, const struct api_reading *reading) {
+    struct modes *modes = calloc(1, sizeof *modes);
+    *state = modes;
+    if (!modes) return PEND_NO_MEMORY;
+    modes->format = reading->format;
+    enum pend_status status = modes_read_parts(modes, reading);
+    if (status != PEND_OK) modes_free(state);
+    return status;
+}
+
+/* running */
+
+/* allocates one block: some rows, and the arrays with one number a mode */
+static enum pend_status modes_allocate(struct modes *modes, struct pend_error *error) {
+    size_t n = (size_t)modes->asked.tree.n, count = (size_t)modes->found->count;
+    long lines = PIECE_NUMBERS / (long)n;
+    modes->lines = lines < 1 ? 1 : lines;
+    modes->scratch = malloc(((size_t)modes->lines * n + SCALARS * count) * sizeof *modes->scratch);
+    if (!modes->scratch)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %zu arms", n);
+    modes->line = modes->scratch;
+    for (int i = 0; i < SCALARS; i++)
+        modes->scalar[i] = modes->scratch + (size_t)modes->lines * n + (size_t)i * count;
+    return PEND_OK;
+}
+
+/* converts the start to a deviation from the equilibrium */
+static enum pend_status modes_settle_start(struct modes *modes, struct pend_error *error) {
+    PEND_TRY(api_states_settle(modes->asked.start, &modes->asked.tree, error));
+    for (int k = 0; k < modes->asked.tree.n; k++)
+        modes->asked.start->phi[k] =
+            modes->asked.up && modes->asked.up[k]
+                ? pend_modes_theta(modes->asked.start->phi[k] - pi, 0)
+                : pend_modes_theta(modes->asked.start->phi[k], modes->asked.start->phi_low[k]);
+    return PEND_OK;
+}
+
+/* computes the arrays with one number a mode */
+static void modes_fill(const struct modes *modes) {
+    for (int k = 0; k < modes->found->count; k++) {
+        double omega = modes->found->omega[k], swings = omega > 0 ? omega : 0;
+        modes->scalar[MODE][k] = modes->found->first + k + 1;
+        modes->scalar[OMEGA][k] = swings;
+        modes->scalar[FREQUENCY][k] = swings / (2 * pi);
+        modes->scalar[PERIOD][k] = swings > 0 ? 2 * pi / swings : 0;
+        modes->scalar[GROWTH][k] = omega < 0 ? -omega : 0;
+        if (!modes->asked.start) continue;
+        /* modes_split has written the numbers of either kind to amplitude and phase */
+        modes->scalar[RISING][k] = omega < 0 ? modes->scalar[AMPLITUDE][k] : 0;
+        modes->scalar[FALLING][k] = omega < 0 ? modes->scalar[PHASE][k] : 0;
+        if (omega < 0) modes->scalar[AMPLITUDE][k] = modes->scalar[PHASE][k] = 0;
+    }
+}
+
+/* splits the start into the next few modes */
+static enum pend_status modes_split(struct modes *modes, struct pend_error *error) {
+    struct pend_modes few = *modes->found;
+    int done = modes->split,
+        count = few.count - done < PIECE_MODES ? few.count - done : PIECE_MODES;
+    if (!done) PEND_TRY(modes_settle_start(modes, error));
+    few.count = count;
+    few.omega += done;
+    few.norm += done;
+    few.vector += (size_t)done * (size_t)few.n;
+    modes->split += count;
+    return pend_modes_decompose(&few, modes->asked.tree.tree, modes->asked.up,
+                                modes->asked.start->phi, modes->asked.start->rate,
+                                modes->scalar[AMPLITUDE] + done, modes->scalar[PHASE] + done);
+}
+
+/* a vector in the caller's order */
+static void modes_vector(const struct modes *modes, int mode, double line[]) {
+    assert(mode >= 0 && mode < modes->found->count);
+    const struct pend_tree *tree = modes->asked.tree.tree;
+    const double *vector = modes->found->vector + (size_t)mode * (size_t)tree->n;
+    for (int k = 0; k < tree->n; k++) line[tree->order[k]] = vector[k];
+}
+
+/* sum 1/omega^2 = l_tot/g, where growing modes and standing arms count negatively */
+static enum pend_status write_identity(const struct modes *modes, struct api_buffer *out) {
+    const struct pend_tree *tree = modes->asked.tree.tree;
+    double sum = 0, lengths = 0, all = tree->length_total / modes->asked.tree.loads.gravity;
+    for (int k = modes->found->count - 1; k >= 0; k--)
+        sum += 1 / (modes->found->omega[k] * fabs(modes->found->omega[k]));
+    for (int k = 0; modes->asked.up && k < tree->n; k++)
+        lengths +=
+            (modes->asked.up[k] ? -tree->len[k] : tree->len[k]) / modes->asked.tree.loads.gravity;
+    if (!modes->asked.up) lengths = all;
+    PEND_TRY(api_out_open(out, "identity", '{'));
+    PEND_TRY(api_out_number(out, "sum_inverse_omega_squared", sum, modes->table.digits));
+    PEND_TRY(api_out_number(out, "length_total_over_g", lengths, modes->table.digits));
+    PEND_TRY(
+        api_out_number(out, "relative_difference", fabs(sum - lengths) / all, modes->table.digits));
+    return api_buffer_text(out, "}");
+}
+
+/* the number of a name among the scalars, SCALARS for none */
+static int scalar_of(const char *name) {
+    int i = 0;
+    while (i < SCALARS && strcmp(scalar_names[i], name)) i++;
+    return i;
+}
+
+/* JSON: everything with one entry a mode */
+static enum pend_status write_lists(const struct modes *modes, struct api_buffer *out) {
+    const struct api_table *table = &modes->table;
+    int identity = modes->asked.request.select == PEND_SELECT_ALL;
+    PEND_TRY(api_buffer_text(out, "{"));
+    for (int c = 0; c < table->count; c++) {
+        int which = scalar_of(table->column[c].name), exact = which == MODE;
+        if (which == SCALARS) continue;
+        PEND_TRY(api_out_numbers(out, scalar_names[which], (int)table->rows, modes->scalar[which],
+                                 exact ? 0 : table->digits));
+        if (identity && (which == PERIOD || which == GROWTH)) PEND_TRY(write_identity(modes, out));
+    }
+    return PEND_OK;
+}
+
+static int part_wanted(const struct modes *modes, int part) {
+    return part ? modes->asked.include[part - 1] : modes->asked.vectors;
+}
+
+/* JSON: the next row of the vectors or of a matrix, or the end */
+static enum pend_status write_row(struct modes *modes, struct api_buffer *out, int *done) {
+    int n = modes->asked.tree.n, part = modes->part, rows = part ? n : modes->found->count;
+    if (part > PEND_MATRIX_COUNT) {
+        *done = 1;
+        PEND_TRY(api_remarks_json(&modes->stats, out));
+        return api_buffer_text(out, "}");
+    }
+    if (part_wanted(modes, part) && !modes->row)
+        PEND_TRY(api_out_open(out, part ? api_modes_matrices[part - 1] : "vectors", '['));
+    if (!part_wanted(modes, part) || modes->row == rows) {
+        if (part_wanted(modes, part)) PEND_TRY(api_buffer_text(out, "]"));
+        modes->part++;
+        modes->row = 0;
+        return PEND_OK;
+    }
+    if (part)
+        pend_matrix_row(modes->asked.tree.tree, &modes->asked.tree.loads, modes->asked.up,
+                        (enum pend_matrix)(part - 1), modes->row, modes->line);
+    else
+        modes_vector(modes, modes->row, modes->line);
+    modes->row++;
+    return api_out_numbers(out, NULL, n, modes->line, modes->table.digits);
+}
+
+/* other representations: the next rows of the table, or the next piece behind them */
+static enum pend_status write_rows(struct modes *modes, struct api_buffer *out, int *done,
+                                   struct pend_error *error) {
+    const struct api_table *table = &modes->table;
+    const double *data[API_COLUMNS];
+    if (!modes->writer) PEND_TRY(api_writer_new(&modes->writer, modes->format, table, out));
+    long rows = table->rows - modes->row < modes->lines ? table->rows - modes->row : modes->lines;
+    if (!rows) return api_writer_finish(modes->writer, &modes->stats, out, done);
+    for (int c = 0; c < table->count; c++) {
+        int which = scalar_of(table->column[c].name);
+        data[c] = which == SCALARS ? modes->line : modes->scalar[which] + modes->row;
+    }
+    for (long i = 0; modes->asked.vectors && i < rows; i++)
+        modes_vector(modes, modes->row + (int)i, modes->line + i * modes->asked.tree.n);
+    modes->row += (int)rows;
+    return api_writer_block(modes->writer, rows, data, out, error);
+}
+
+/* ends the search and allocates the memory that the rest needs */
+static enum pend_status modes_found(struct modes *modes, struct pend_error *error) {
+    int stable = 1;
+    for (int k = 0; modes->asked.up && k < modes->asked.tree.n; k++) stable &= !modes->asked.up[k];
+    api_stats_whole(&modes->stats, "stable", stable);
+    modes->found = pend_modes_search_take(modes->search);
+    pend_modes_search_free(&modes->search);
+    return modes_allocate(modes, error);
+}
+
+/* a piece of the search, of the split, or of the answer */
+static enum pend_status modes_piece(struct modes *modes, struct api_buffer *out, int *done,
+                                    struct pend_error *error) {
+    int found = 0;
+    if (modes->search) {
+        PEND_TRY(pend_modes_search_step(modes->search, &found, error));
+        return found ? modes_found(modes, error) : PEND_OK;
+    }
+    if (modes->asked.start && modes->split < modes->found->count) return modes_split(modes, error);
+    if (!modes->filled) modes_fill(modes);
+    modes->filled = 1;
+    if (modes->format != &api_format_json) {
+        modes->begun = 1;
+        return write_rows(modes, out, done, error);
+    }
+    if (modes->begun) return write_row(modes, out, done);
+    modes->begun = 1;
+    return write_lists(modes, out);
+}
+
+static enum pend_status modes_run_real(struct modes *modes, const struct api_turn *turn, int *done,
+                                       struct pend_error *error) {
+    if (modes->asked.start && !modes->split) {
+        PEND_TRY(api_states_settle(modes->asked.start, &modes->asked.tree, error));
+        for (int k = 0; k < modes->asked.start->n; k++) modes->near[k] = modes->asked.start->phi[k];
+        modes->split = 1;
+    }
+    do PEND_TRY(api_damped_run(&modes->damped, turn->out, done, error));
+    while (!*done && !api_turn_over(turn));
+    return PEND_OK;
+}
+
+/* JSON's commas depend on the last byte of the buffer, but the caller may remove the bytes of a
+ * turn after it: therefore the last byte of a turn is written by the next one */
+static enum pend_status modes_run(void *state, const struct api_turn *turn, int *done,
+                                  struct pend_error *error) {
+    struct modes *modes = state;
+    struct api_buffer *out = turn->out;
+    if (modes->near) return modes_run_real(modes, turn, done, error);
+    if (modes->last) PEND_TRY(api_buffer_add(out, &modes->last, 1));
+    do {
+        enum pend_status status = modes_piece(modes, out, done, error);
+        if (status == PEND_NOT_FINITE && !error->text[0])
+            return pend_fail(error, status, -1, 0,
+                             "lengths, masses and gravity are too far apart: a number of the modes "
+                             "is beyond those that "
+                             "a double holds");
+        PEND_TRY(status);
+    } while (!*done && !api_turn_over(turn));
+    modes->last = 0;
+    if (*done || !modes->begun || modes->format != &api_format_json) return PEND_OK;
+    modes->last = out->data[--out->bytes];
+    return PEND_OK;
+}
+
+/* writes the modes that were found once more, as JSON */
+static void modes_json(void *state) {
+    struct modes *modes = state;
+    api_writer_free(&modes->writer);
+    api_writer_free(&modes->damped.writer);
+    modes->format = modes->damped.format = &api_format_json;
+    modes->begun = modes->row = 0;
+}
+
+static const struct api_table *modes_table(const void *state) {
+    const struct modes *modes = state;
+    return modes->near ? &modes->damped.table : &modes->table;
+}
+
+static const struct api_stats *modes_stats(const void *state) {
+    const struct modes *modes = state;
+    return modes->near ? &modes->damped.stats : &modes->stats;
+}
+
+static double modes_cost(const void *state) {
+    const struct modes *modes = state;
+    if (modes->near) return api_damped_cost(&modes->damped);
+    return pend_modes_cost(modes->asked.tree.n, (int)modes->table.rows,
+                           modes->asked.request.vectors);
+}
+
+/* the search for a frequency takes a few hundred bytes an arm; vectors are kept once, and a second
+ * time while equal branches are combined */
+static double modes_bytes(const void *state) {
+    const struct modes *modes = state;
+    if (modes->near)
+        return api_damped_bytes(&modes->damped) + api_tree_bytes(&modes->asked.tree) +
+               api_states_bytes(modes->asked.start);
+    double n = modes->asked.tree.n, count = (double)modes->table.rows;
+    double vectors = modes->asked.request.vectors ? 2.2 * sizeof(double) * n * (count + 16) : 0;
+    return 2048 * (n + 16) + 256 * count + vectors + sizeof(double) * (2.0 * PIECE_NUMBERS + n) +
+           api_tree_bytes(&modes->asked.tree) + api_states_bytes(modes->asked.start) +
+           (modes->format == &api_format_json ? 0 : api_writer_bytes(modes->format, &modes->table));
+}
+
+const struct api_op api_op_modes = {.name = "modes",
+                                    .body = 1,
+                                    .terms = 1,
+                                    .cart = 1,
+                                    .samples = 1,
+                                    .read = modes_read,
+                                    .run = modes_run,
+                                    .table = modes_table,
+                                    .cost = modes_cost,
+                                    .bytes = modes_bytes,
+                                    .stats = modes_stats,
+                                    .json = modes_json,
+                                    .free = modes_free};
