@@ -8,7 +8,6 @@
 
 #include "api/base/engine.h"
 #include "api/call/call.h"
-#include "api/call/crate_read.h"
 #include "server/work/recorder.h"
 
 /* An answer as it is computed. */
@@ -105,42 +104,6 @@ static int replay_recording(struct replay *replay, const char *path,
     return replay_tell(replay, &recording);
 }
 
-/* says whether the results are those of the crate; returns the exit status */
-static int replay_tell_crate(const struct replay *replay, const struct api_crate_claim *claim) {
-    const struct srv_recording_answer *now = &replay->answer;
-    int good = now->status == 200 && now->end != SRV_RECORDING_BROKEN;
-    int same = good && !strcmp(now->digest, claim->digest);
-    const char *engine = strrchr(claim->version, '+');
-    int alike = engine && !strcmp(engine + 1, api_engine_name);
-    fprintf(stderr, "%s, as %s\nengine %s+%s, the crate's %s\nresults %s, the crate's %s\n%s\n",
-            api_op_at(claim->request.op)->name, claim->request.accept, API_VERSION, api_engine_name,
-            claim->version[0] ? claim->version : "not known", good ? now->digest : "none",
-            claim->digest,
-            same    ? "the results are the crate's, bit for bit"
-            : !good ? "the request could not be computed"
-            : alike ? "the results are others than the crate's"
-                    : "the results are others than the crate's, in the engine's name at least: "
-                      "only the engine that has computed them can prove them");
-    if (!replay->written) fprintf(stderr, "the answer could not be written\n");
-    return same && replay->written ? 0 : 1;
-}
-
-/* computes the request of a crate, whatever its size; returns the exit status */
-static int replay_crate(struct replay *replay, const char *path, const struct api_buffer *file) {
-    struct pend_error error = {.text = ""};
-    struct api_crate_claim claim;
-    struct api_limits limits;
-    api_limits_init(&limits);
-    for (int i = 0; api_limits_row(i); i++) *api_limits_value(&limits, i) = api_limits_row(i)->most;
-    if (api_crate_read(&claim, file->data, file->bytes, &error) != PEND_OK)
-        return replay_bad(path, error.text);
-    if (api_call_new(&replay->call, &limits) != PEND_OK) return replay_bad(path, "out of memory");
-    api_buffer_init(&replay->out, (size_t)limits.answer_bytes);
-    replay_run(replay, &claim.request, 1);
-    api_digest_end(&replay->digest, replay->answer.digest);
-    return replay_tell_crate(replay, &claim);
-}
-
 int srv_replay(const char *path) {
     struct api_buffer file;
     struct replay replay = {.written = 1, .digest = api_digest_begin()};
@@ -150,8 +113,7 @@ int srv_replay(const char *path) {
     if (!replay.digest)
         status = replay_bad(path, "out of memory");
     else if (replay_load(path, &file))
-        status = (api_crate_looks(file.data, file.bytes) ? replay_crate
-                                                         : replay_recording)(&replay, path, &file);
+        status = replay_recording(&replay, path, &file);
     api_digest_end(&replay.digest, NULL);
     api_call_free(&replay.call);
     api_buffer_clear(&replay.out);

@@ -295,7 +295,7 @@ enum api_progress api_call_results(struct api_call *call, const struct api_reque
     }
     if (progress != API_MORE) return progress;
     call->source = *source;
-    api_results_head(source, &call->answer, call->digest);
+    api_results_head(source, &call->answer);
     call->cost = api_op_at(request->op)->table(call->state)->rows * fetch_row_seconds;
     return API_MORE;
 }

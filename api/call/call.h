@@ -80,7 +80,7 @@ api_call_open(struct api_call *call, const struct api_request *request, struct a
  * computing it.
  *
  * request  the job's request, with the Accept of the client who wants the results.
- * source   copied; its context and its crate must outlive the call.
+ * source   copied; its context must outlive the call.
  */
 PEND_MUST_CHECK enum api_progress api_call_results(struct api_call *call,
                                                    const struct api_request *request,

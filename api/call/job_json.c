@@ -152,10 +152,6 @@ enum pend_status api_job_write(const struct api_job *job, struct api_buffer *out
     if (job->request) PEND_TRY(job_link(out, "request", path));
     snprintf(path, sizeof path, "/v1/jobs/%.40s/results", job->id);
     if (job->results) PEND_TRY(job_link(out, "results", path));
-    snprintf(path, sizeof path, "/v1/jobs/%.40s/cite.bib", job->id);
-    if (job->results) PEND_TRY(job_link(out, "cite", path));
-    snprintf(path, sizeof path, "/v1/jobs/%.40s/crate", job->id);
-    if (job->results) PEND_TRY(job_link(out, "crate", path));
     return api_buffer_text(out, "]}");
 }
 

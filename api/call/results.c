@@ -13,19 +13,12 @@ struct api_results {
     double *rows[API_COLUMNS]; /* room for a record's rows, one block */
     struct api_raw_figures figures;
     struct api_stats stats;
-    int pieces;              /* JSON records so far */
-    int later;               /* how many rows come is not known before the end */
-    struct api_crate *crate; /* NULL = the answer is part of none */
-    long most;               /* rows, once all parts are there */
-    int partial;             /* the last of them may be missing */
-    int turn;                /* how often the parts were read to their end */
-    size_t held;             /* letters of results_timed that the answer ends with, so far */
-    int timing;              /* what follows is the number of seconds */
+    int pieces;  /* JSON records so far */
+    int later;   /* how many rows come is not known before the end */
+    long most;   /* rows, once all parts are there */
+    int partial; /* the last of them may be missing */
+    int turn;    /* how often the parts were read to their end */
 };
-
-/* what is left out of the results of a crate, with the number behind it; no text that somebody else
- * wrote can have it, as a quote in that follows upon a backslash */
-static const char results_timed[] = ",\"compute_seconds\":";
 
 static size_t row_bytes(const struct api_table *table) {
     return (size_t)api_table_numbers(table, 0) * sizeof(double);
@@ -36,24 +29,15 @@ static size_t record_most(const struct api_table *table) {
     return API_RAW_HEAD + 4 * (size_t)API_PIECE_BYTES + row_bytes(table);
 }
 
-void api_results_head(const struct api_source *source, struct api_answer *answer,
-                      char digest[API_DIGEST_BYTES]) {
+void api_results_head(const struct api_source *source, struct api_answer *answer) {
     struct api_answer plain = *answer;
-    if (source->crate) {
-        api_crate_etag(source->crate, digest);
-        *answer = (struct api_answer){.status = 200,
-                                      .media_type = api_crate_media_type,
-                                      .etag = digest,
-                                      .length = -1,
-                                      .file_name = api_crate_file};
-    } else if (source->partial) {
-        /* with the next part it is another answer: it has no tag */
-        *answer = (struct api_answer){.status = 202,
-                                      .media_type = plain.media_type,
-                                      .columns = plain.columns,
-                                      .length = -1,
-                                      .file_name = plain.file_name};
-    }
+    if (!source->partial) return;
+    /* with the next part it is another answer: it has no tag */
+    *answer = (struct api_answer){.status = 202,
+                                  .media_type = plain.media_type,
+                                  .columns = plain.columns,
+                                  .length = -1,
+                                  .file_name = plain.file_name};
 }
 
 double api_results_bytes(const struct api_source *source, const struct api_format *format,
@@ -104,13 +88,9 @@ enum pend_status api_results_new(struct api_results **results, const struct api_
                                  const struct api_source *source, struct api_buffer *out,
                                  struct pend_error *error) {
     assert(table->count >= 1 && table->count <= API_COLUMNS);
-    struct api_crate *crate = source->crate;
     if (source->partial) PEND_TRY(results_form(format, apart, error));
-    if (crate) PEND_TRY(api_crate_begin(crate, format, table, out));
-    size_t before = out->bytes;
     struct api_results *made = *results = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
-    made->crate = crate;
     made->partial = source->partial;
     made->table = *table;
     made->table.rows_later |= made->partial;
@@ -122,7 +102,6 @@ enum pend_status api_results_new(struct api_results **results, const struct api_
         status = (source->again ? api_writer_new_turns : api_writer_new)(&made->writer, format,
                                                                          &made->table, out);
     if (status != PEND_OK) api_results_free(results);
-    if (status == PEND_OK && crate) api_crate_pass(crate, out, before);
     assert(status != PEND_OK || results_valid(made));
     return status;
 }
@@ -141,36 +120,12 @@ void api_results_free(struct api_results **results) {
     free(gone);
 }
 
-/* appends a piece of JSON without the seconds of its computation */
-static enum pend_status results_untimed(struct api_results *results, const char *data, size_t bytes,
-                                        struct api_buffer *out) {
-    const size_t all = sizeof results_timed - 1;
-    PEND_TRY(api_buffer_room(out, bytes + all));
-    for (size_t i = 0; i < bytes; i++) {
-        if (results->timing && memchr("+-.0123456789eE", data[i], 15)) continue;
-        results->timing = 0;
-        if (data[i] != results_timed[results->held]) {
-            PEND_TRY(api_buffer_add(out, results_timed, results->held));
-            results->held = 0;
-        }
-        if (data[i] != results_timed[results->held]) {
-            PEND_TRY(api_buffer_add(out, data + i, 1));
-        } else if (++results->held == all) {
-            results->held = 0;
-            results->timing = 1;
-        }
-    }
-    return PEND_OK;
-}
-
 /* a record that is whole */
 static enum pend_status results_take(struct api_results *results, enum api_raw kind,
                                      const char *data, size_t bytes, struct api_buffer *out) {
     if (kind == API_RAW_JSON) {
         results->pieces++;
-        if (results->writer) return PEND_OK;
-        return results->crate ? results_untimed(results, data, bytes, out)
-                              : api_buffer_add(out, data, bytes);
+        return results->writer ? PEND_OK : api_buffer_add(out, data, bytes);
     }
     if (!results->writer) return PEND_OK;
     if (kind == API_RAW_STATS && results->turn) return PEND_OK;
@@ -209,10 +164,8 @@ static enum pend_status results_feed(struct api_results *results, const void *da
 
 enum pend_status api_results_feed(struct api_results *results, const void *data, size_t bytes,
                                   struct api_buffer *out) {
-    size_t before = out->bytes;
     assert(results_valid(results));
     PEND_TRY(results_feed(results, data, bytes, out));
-    if (results->crate) api_crate_pass(results->crate, out, before);
     assert(results_valid(results));
     return PEND_OK;
 }
@@ -228,15 +181,6 @@ enum pend_status api_results_fetch(struct api_results *results, const struct api
     free(data);
     *all = !bytes;
     return status;
-}
-
-/* takes the seconds of the computation away from the figures */
-static void results_untime(struct api_stats *stats) {
-    int kept = 0;
-    for (int i = 0; i < stats->count; i++)
-        if (strcmp(stats->stat[i].name, "compute_seconds") != 0)
-            stats->stat[kept++] = stats->stat[i];
-    stats->count = kept;
 }
 
 /* the figures of an answer that may lack parts: how many rows there are, of how many */
@@ -260,19 +204,14 @@ static enum pend_status results_end(struct api_results *results, struct api_buff
     if (results->later ? !results->figures.count : results->writer->rows != results->table.rows)
         return PEND_BUG;
     api_raw_stats(&results->figures, &results->stats);
-    if (results->crate) results_untime(&results->stats);
     return api_writer_finish(results->writer, results->stats.count ? &results->stats : NULL, out,
                              done);
 }
 
 enum pend_status api_results_end(struct api_results *results, struct api_buffer *out, int *done) {
-    size_t before = out->bytes;
     assert(results_valid(results));
     *done = 0;
-    PEND_TRY(results_end(results, out, done));
-    if (!results->crate) return PEND_OK;
-    api_crate_pass(results->crate, out, before);
-    return *done ? api_crate_end(results->crate, out) : PEND_OK;
+    return results_end(results, out, done);
 }
 
 int api_results_again(struct api_results *results, const struct api_source *source) {

@@ -5,7 +5,7 @@
 #ifndef API_RESULTS_H
 #define API_RESULTS_H
 
-#include "api/call/crate.h"
+#include "api/call/digest.h"
 #include "api/encode/remarks.h"
 
 /* What is known of an answer before its first byte is sent; the texts live as long as the call. */
@@ -45,18 +45,12 @@ struct api_source {
     void *context;
     /** Returns non-zero if fetch will not wait; NULL = fetch may wait. */
     int (*ready)(void *context);
-    struct api_crate *crate; /* that the answer is to become the results of; NULL = of none */
     int partial; /* fetch may end before the last part: the answer has the rows of those before */
 };
 
-/**
- * Turns the head of the answer to a request into that of what is read from the source: of a crate,
- * or of the parts that are there, status 202.
- *
- * digest  of the answer; changed where the answer is another.
- */
-void api_results_head(const struct api_source *source, struct api_answer *answer,
-                      char digest[API_DIGEST_BYTES]);
+/** Turns the head of the answer to a request into that of what is read from the source: where it
+ * has only the parts that are there, status 202. */
+void api_results_head(const struct api_source *source, struct api_answer *answer);
 
 /** Returns the most bytes of memory of the rows that an answer keeps, as api_writer_bytes does. */
 double api_results_bytes(const struct api_source *source, const struct api_format *format,
@@ -69,7 +63,7 @@ double api_results_bytes(const struct api_source *source, const struct api_forma
  * apart    non-zero: the parts have records of JSON, since JSON says more than the table.
  * later    non-zero: the table's rows are the most that there can be, and a record of figures marks
  *          their end.
- * source   whose crate, and whether it is partial, decide what is written.
+ * source   whose `again` and `partial` decide what is written.
  * out      the bytes before the rows are appended.
  *
  * PEND_INVALID  the form has no place for some of the rows only: a picture, or JSON that says more.

@@ -366,8 +366,8 @@ enum pend_status api_writer_finish(struct api_writer *writer, const struct api_s
 }
 
 static const struct api_format *const formats[] = {
-    &api_format_json, &api_format_ndjson,  &api_format_csv,  &api_format_octets, &api_format_npz,
-    &api_format_npy,  &api_format_parquet, &api_format_hdf5, &api_format_mat,    &api_format_png};
+    &api_format_json,    &api_format_ndjson, &api_format_csv, &api_format_octets, &api_format_npz,
+    &api_format_parquet, &api_format_hdf5,   &api_format_mat, &api_format_png};
 
 void api_format_list(char text[API_FORMATS_TEXT], int samples, int streams) {
     size_t used = 0;

@@ -8,6 +8,7 @@
 #define API_ENCODE_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 #include "api/base/buffer.h"
 
@@ -138,8 +139,8 @@ struct api_writer {
 };
 
 extern const struct api_format api_format_json, api_format_ndjson, api_format_csv,
-    api_format_octets, api_format_npz, api_format_npy, api_format_parquet, api_format_hdf5,
-    api_format_mat, api_format_png;
+    api_format_octets, api_format_npz, api_format_parquet, api_format_hdf5, api_format_mat,
+    api_format_png;
 
 enum { API_FORMATS_TEXT = 240 };
 

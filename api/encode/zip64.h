@@ -2,8 +2,8 @@
  * and, where its checksum is known only then, behind it, and the directory at the end. Sizes and
  * places beyond the fields of 32 bits go into those of 64 (ZIP64;
  * APPNOTE 6.3.10, 4.3.14, 4.3.15, 4.5.3), and into these only then: so that readers without them
- * read all small archives. Leaves to others: the members' bytes and checksums (encode_npz,
- * call/zip); reading (call/crate_read). Invariant: the same members give the same bytes; no time of
+ * read all small archives. Leaves to others: the members' bytes and checksums (encode_npz).
+ * Invariant: the same members give the same bytes; no time of
  * day, no attributes. */
 #ifndef API_ENCODE_ZIP64_H
 #define API_ENCODE_ZIP64_H

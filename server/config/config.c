@@ -193,9 +193,8 @@ static const struct srv_option config_table[] = {
      "who asks, for --replay; up to 1000 files or 256 MiB; none = no request is",
      SRV_OPTION_TEXT, FIELD(record), 0, 0},
     {"replay", "FILE", "none",
-     "computes a recorded request, or that of a crate of /v1/jobs/{id}/crate, again and ends: the "
-     "answer goes to standard output; exit status 0 where it is the recorded one, 1 where it is "
-     "not, 2 where the file is damaged",
+     "computes a recorded request again and ends: the answer goes to standard output; exit status "
+     "0 where it is the recorded one, 1 where it is not, 2 where the file is damaged",
      SRV_OPTION_TEXT, FIELD(replay), 0, 0},
     {"job-part-seconds", "S", "1",
      "computation after which a part of a job is kept: what a crash repeats at most",

@@ -69,8 +69,6 @@ static const struct srv_route router_table[] = {
     ROUTER_LATER("GET", "/v1/jobs/{id}/events", srv_jobs_events, 0),
     ROUTER_LATER("GET", "/v1/jobs/{id}/request", srv_job_request, SRV_ROUTE_COUNTED),
     ROUTER_LATER("GET", "/v1/jobs/{id}/results", srv_job_results, SRV_ROUTE_COUNTED),
-    ROUTER_LATER("GET", "/v1/jobs/{id}/cite.bib", srv_job_cite, SRV_ROUTE_COUNTED),
-    ROUTER_LATER("GET", "/v1/jobs/{id}/crate", srv_job_crate, SRV_ROUTE_COUNTED),
     ROUTER_LATER("DELETE", "/v1/clients/{name}", srv_erasure, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
     ROUTER_LATER("POST", "/v1/classes", srv_classes_create, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
     ROUTER_LATER("GET", "/v1/classes", srv_classes_list, SRV_ROUTE_CLOSED | SRV_ROUTE_COUNTED),
@@ -338,7 +336,7 @@ static int router_may(struct srv_exchange *exchange) {
     const double *limit = identity->limits.value;
     unsigned special = exchange->route->special;
     int computes = router_computes(exchange->route),
-        jobs = exchange->route->begin == srv_job_results || exchange->route->begin == srv_job_crate;
+        jobs = exchange->route->begin == srv_job_results;
     if (identity->role == SRV_ROLE_NONE || exchange->probes) return 1;
     if ((special & SRV_ROUTE_OPERATOR) && identity->role != SRV_ROLE_OPERATOR)
         srv_admission_forbid(exchange, SRV_ROLE_OPERATOR, "this is for who runs the server");

@@ -57,7 +57,6 @@ static void download_end(struct download *download) {
     pthread_mutex_destroy(&download->lock);
     srv_hold_set(hold, 0);
     if (hold->payer) srv_clients_give(hold->service->clients, hold->payer);
-    api_crate_free(&download->source.from.crate);
     free(download->body);
     free(download);
 }

@@ -13,7 +13,7 @@
 /**
  * Makes the source of an exchange's answer; its `free` ends it. Reading begins when `ready` is
  * called first. If the caller sets source->from.partial, the first part that is not there ends the
- * source; its crate, if the caller sets one, is freed with it.
+ * source.
  *
  * source  out; NULL without memory.
  * id      of the job.

@@ -124,7 +124,7 @@ static void result_good(struct srv_response_body *made, const struct srv_work *w
         stpcpy(stpcpy(made->etag, coding && work->source ? "W/" : ""), work->etag);
         srv_response_body_header(made, "ETag", made->etag);
     }
-    if (work->source && !work->source->from.crate && !work->source->from.partial)
+    if (work->source && !work->source->from.partial)
         srv_response_body_header(made, "Accept-Ranges", "bytes");
 }
 

@@ -69,7 +69,7 @@ def test_answers(run, work, server):
                "data": {"csv": "t,theta\n0,0.1\n0.2,0.081\n0.4,0.0313\n0.6,-0.0303\n0.8,-0.0803\n1,-0.1"}}
         check(f"cli: fits {place}", '"length"' in run("ask", "fits", "-", *place, input=json.dumps(fit)))
         check(f"cli: a table where the route has one {place}", run("ask", "modes", "double.json", *place).startswith("mode,omega"))
-        for form in ("bin", "npy", "csv", "npz"):
+        for form in ("bin", "csv", "npz"):
             done = subprocess.run(["pendulum", "run", "double.json", "--t", "0:20:0.1", "--theta", "2,2", "-o", f"warned.{form}", *place], cwd=work, capture_output=True, text=True)
             check(f"cli: a warning of {form} {place}", done.returncode == 0 and re.search(r"warning: .* t = 1[23]\.\d+ s", done.stderr), done.stderr)
     check("cli: standard input", json.loads(run("ask", "trees", "-", "--as", "json", input='{"length":[1],"mass":[1],"parent":[0]}'))["n"] == 1)
@@ -203,7 +203,7 @@ def test_beside(run):
         check("cli: man shows it", shown.returncode == 0 and "pendulum get ID" not in shown.stderr and not shown.stderr and "EXIT STATUS" in shown.stdout, shown.stderr)
     else:
         skip("the man page as man shows it", "man is not installed")
-    for words, wanted in ((("pendulum", "m"), "modes map"), (("pendulum", "run", "--d"), "--detach --duration"), (("pendulum", "run", "f", "--as", "n"), "npz npy ndjson")):
+    for words, wanted in ((("pendulum", "m"), "modes map"), (("pendulum", "run", "--d"), "--detach --duration"), (("pendulum", "run", "f", "--as", "n"), "npz ndjson")):
         script = f"source {TOP}/api/clients/cli/pendulum.bash; COMP_WORDS=({' '.join(words)}); COMP_CWORD={len(words) - 1}; _pendulum; echo ${{COMPREPLY[*]}}"
         done = subprocess.run(["bash", "-c", script], capture_output=True, text=True)
         check(f"cli: completion of {words}", done.stdout.split() == wanted.split(), done.stdout + done.stderr)

@@ -92,7 +92,7 @@ class Client:
         place = self.submitted("/v1/trajectories", MOTION % (5, ""))
         told = json.loads(self.ask("GET", f"{place}?wait=60")[1])["status"] == "successful" if place else False
         looks = [("/results", {"Accept": "text/csv", "Range": "bytes=0-99"}, 206), ("/results", {"Accept": "application/x-npz"}, 200),
-                 ("/request", {}, 200), ("/cite.bib", {}, 200), ("/crate", {}, 200), ("/events", {}, 200)]
+                 ("/request", {}, 200), ("/events", {}, 200)]
         good = told and all(self.ask("GET", place + what, None, fields)[0] == status for what, fields, status in looks)
         return good and self.ask("GET", "/v1/jobs")[0] == 200 and self.ask("DELETE", place)[0] in (200, 204)
 

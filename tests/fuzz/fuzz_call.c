@@ -183,14 +183,6 @@ static int mat_is_sound(const char *text, size_t bytes) {
     return at == bytes && !memcmp(text, "MATLAB 5.0", 10);
 }
 
-/* an array of records: its head ends a line, and the rows behind it are of doubles or floats */
-static int npy_is_sound(const char *text, size_t bytes, size_t each) {
-    if (bytes < 64 || memcmp(text, "\x93NUMPY\x02\0", 8) != 0) return 0;
-    size_t head = 12 + (unsigned char)text[8] + 256u * (unsigned char)text[9];
-    return head <= bytes && text[head - 1] == '\n' && (bytes - head) % each == 0 &&
-           memmem(text, head, "'shape': (", 10);
-}
-
 /* the file ends where its first record says, and the group that it names lies in it */
 static int hdf5_is_sound(const char *text, size_t bytes) {
     if (bytes < 64 || memcmp(text, "\x89HDF\r\n\x1a\n\2\x8\x8", 11) != 0) return 0;
@@ -233,9 +225,6 @@ static const char *answer_complaint(const struct api_request *request, struct ap
                    : "octets that are no numbers";
     if (strstr(type, "npz"))
         return npz_is_sound(out->data, out->bytes) ? NULL : "an archive that is none";
-    if (strstr(type, "npy"))
-        return npy_is_sound(out->data, out->bytes, form_of(request).each) ? NULL
-                                                                          : "records that are none";
     if (strstr(type, "parquet"))
         return parquet_is_sound(out->data, out->bytes) ? NULL : "a Parquet file that is none";
     if (strstr(type, "hdf5"))
@@ -323,7 +312,7 @@ static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
                                                  "application/x-ndjson, */*;q=0.1",
                                                  "application/octet-stream, */*;q=0.1",
                                                  "application/x-npz, */*;q=0.1",
-                                                 "application/x-npy, */*;q=0.1",
+                                                 "application/x-hdf5, */*;q=0.1",
                                                  "application/x-matlab-data, */*;q=0.1",
                                                  "application/vnd.apache.parquet, */*;q=0.1"};
     unsigned first = bytes ? data[0] - (unsigned)'0' : 0;

@@ -1,5 +1,4 @@
-/* Files that are read: of keys, of options, recorded requests, crates of jobs; under bytes that
- * nobody would write.
+/* Files that are read: of keys, of options, recorded requests; under bytes that nobody would write.
  * Leaves to others: rows of the store (fuzz_kept).
  * Invariant: whatever a file says, it is read or refused with a sentence; what was read and is
  * written again reads the same. */
@@ -10,7 +9,6 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include "api/call/crate_read.h"
 #include "server/config/config_load.h"
 #include "server/keys/keys.h"
 #include "server/work/recording.h"
@@ -75,20 +73,6 @@ static int read_options(char *text, size_t bytes) {
     }
 }
 
-/* what a crate claims lies within it */
-static int read_crate(char *text, size_t bytes) {
-    struct api_crate_claim claim;
-    struct pend_error error = {.text = ""};
-    const char *end = text + bytes;
-    api_crate_looks(text, bytes);
-    if (api_crate_read(&claim, text, bytes, &error) != PEND_OK) return error.text[0] != 0;
-    return claim.results >= text && claim.results_bytes <= (size_t)(end - claim.results) &&
-           claim.request.body >= text &&
-           claim.request.body_bytes <= (size_t)(end - claim.request.body) &&
-           memchr(claim.digest, 0, sizeof claim.digest) &&
-           memchr(claim.version, 0, sizeof claim.version);
-}
-
 static const struct fuzz_reader files[] = {
     {"keys",
      read_keys,
@@ -110,6 +94,5 @@ static const struct fuzz_reader files[] = {
       "hosts = *.example.org, [::1]:8080\nframe-ancestors = https://a.example\nlog-client = "
       "none\n"},
      0},
-    {"crate", read_crate, {"PK\3\4", "PK\5\6"}, 1},
 };
 FUZZ_READERS(files)

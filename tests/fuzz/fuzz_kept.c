@@ -278,20 +278,15 @@ static void rest_again(void *context) { ((struct rest *)context)->at = 0; }
 /* rows of results that were altered: the second byte says in which representation they are wanted,
  * and whether they are all there */
 static int read_rows(char *text, size_t bytes) {
-    static const char *const accepts[] = {"application/json",
-                                          "text/csv",
-                                          "application/x-ndjson",
-                                          "application/octet-stream",
-                                          "application/x-npz",
-                                          "application/x-npy",
-                                          "application/vnd.apache.parquet",
-                                          "application/x-hdf5",
-                                          "application/x-matlab-data"};
+    static const char *const accepts[] = {"application/json",     "text/csv",
+                                          "application/x-ndjson", "application/octet-stream",
+                                          "application/x-npz",    "application/vnd.apache.parquet",
+                                          "application/x-hdf5",   "application/x-matlab-data"};
     struct api_limits limits = kept_limits();
     struct api_call *call = NULL;
     struct api_buffer out;
     if (bytes < 2) return 1;
-    int i = case_of(text[0]), form = (unsigned char)text[1] % 9;
+    int i = case_of(text[0]), form = (unsigned char)text[1] % 8;
     if (!kept[i].rows.data) keep(i);
     struct rest rest = {altered(&kept[i].rows, text + 2, bytes - 2), kept[i].rows.bytes, 0};
     struct api_source source = {.fetch = rest_fetch,

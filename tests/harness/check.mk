@@ -6,7 +6,7 @@ ROOMS := core laws api server wire fuzz
 # in this order they are begun as soon as what they need is there: builds, what others need or what takes long, the rest
 ALL := build-release build-tsan build-asan release-core release-api tsan-wire release-wire web release-server asan-wire valgrind-core \
 	valgrind-api asan-core asan-server same tsan-server valgrind-server valgrind-laws valgrind-fuzz drill histories school clients equations asan-laws layers valgrind-wire readback \
-	asan-fuzz asan-api base-core base-api replies examples deploy nginx restart operators crates release-laws release-fuzz engine openapi layout measures mirror types words tour clang install instructions hardened packages docs fetch image
+	asan-fuzz asan-api base-core base-api replies examples deploy nginx restart operators release-laws release-fuzz engine openapi layout measures mirror types words tour clang install instructions hardened packages docs fetch image
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
 job = @tests/harness/job.sh $@
 
@@ -80,7 +80,7 @@ school: build-release
 	$(job) /usr/bin/python3 -B tests/drill/school.py build/release
 layers: build-release
 	$(job) tests/rules/layers.sh build/release
-docs examples web readback clients equations nginx deploy restart operators crates fetch install same hardened packages image: build-release
+docs examples web readback clients equations nginx deploy restart operators fetch install same hardened packages image: build-release
 	$(job) tests/rules/$@.sh build/release
 replies: release-wire
 	$(job) tests/rules/replies.sh build/release/tests/wire/replies.ndjson

@@ -129,11 +129,11 @@ static const struct test_request {
     {API_OP_ENSEMBLES,
      TEST_GRID ",\"observables\":[\"first_flip\"],\"columns\":[\"first_flip_time\"],"
                "\"number\":\"float32\",\"none\":\"nan\"}",
-     "application/x-npy"},
+     "application/vnd.apache.parquet"},
     {API_OP_SECTIONS,
      "{" TEST_TREE
      ",\"initial\":{\"theta\":[1,2]},\"duration\":3,\"section\":{\"arm\":1,\"theta\":0}}",
-     "application/x-npy"},
+     "application/x-hdf5"},
     {API_OP_TRAJECTORIES, TEST_MOTION "\"number\":\"float32\"}", "application/vnd.apache.parquet"},
     {API_OP_TRAJECTORIES, TEST_MOTION "\"number\":\"float32\"}", "application/x-hdf5"},
     {API_OP_EQUATIONS, "{" TEST_TREE ",\"initial\":{\"phi\":[1,2]}}", NULL},

@@ -146,14 +146,6 @@ def read_npz(what, data, headers, columns):
     compare_arrays(what, arrays, columns)
 
 
-def read_npy(what, data, headers, columns):
-    records = numpy.load(io.BytesIO(data), allow_pickle=False)
-    if "X-Warning" in headers or not columns.warnings:  # else in a trailer, as of octets
-        warned(what, headers.get_all("X-Warning") or [], columns)
-    arrays = {name: records[name].reshape(len(records), -1).tolist() for name in records.dtype.names}
-    compare_arrays(what, arrays, columns)
-
-
 def read_parquet(what, data, headers, columns):
     frame = pandas.read_parquet(io.BytesIO(data))
     same(what, rows_of(columns), frame.to_numpy().tolist())
@@ -372,7 +364,6 @@ READERS = [
     ("NDJSON", "application/x-ndjson", read_ndjson, True, ""),
     ("octet-stream in NumPy", "application/octet-stream", read_octets, numpy, "python3-numpy is not installed"),
     ("NPZ in NumPy", "application/x-npz", read_npz, numpy, "python3-numpy is not installed"),
-    ("NPY in NumPy", "application/x-npy", read_npy, numpy, "python3-numpy is not installed"),
     ("HDF5 in h5py", "application/x-hdf5", read_hdf5, h5py, "python3-h5py is not installed"),
     ("HDF5 in h5dump", "application/x-hdf5", read_h5dump, shutil.which("h5dump"), "hdf5-tools are not installed"),
     ("HDF5 in Octave", "application/x-hdf5", read_hdf5_octave, OCTAVE, "octave is not installed"),

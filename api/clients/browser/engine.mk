@@ -11,9 +11,9 @@ ELSEWHERE := core/extended/% core/ensemble/% core/derivatives/derivatives.c core
   core/modes/response.c core/modes/kernel_response.c core/dynamics/reference%.c core/integrate/methods/method_gsl.c core/integrate/events/section.c core/base/checkpoint.c \
   api/op/op_lyapunov.c api/op/op_sections.c api/op/varied.c api/op/ensemble/% api/op/fit/% \
   $(addprefix api/op/modes/,damped_json.c op_response.c response_json.c) \
-  $(addprefix api/encode/,colormap.c encode_arrays.c encode_hdf5.c encode_mat.c encode_npz.c encode_npy.c encode_parquet.c encode_png.c \
+  $(addprefix api/encode/,colormap.c encode_arrays.c encode_hdf5.c encode_mat.c encode_npz.c encode_parquet.c encode_png.c \
   encode_raw.c hdf5.c zip64.c) \
-  $(addprefix api/call/,cite.c crate%.c job_json.c part.c relay%.c results.c zip.c) api/link/% api/class/%
+  $(addprefix api/call/,job_json.c part.c relay%.c results.c) api/link/% api/class/%
 SOURCES := $(filter-out $(ELSEWHERE),$(wildcard core/*/*.c core/*/*/*.c api/*/*.c api/op/*/*.c)) api/clients/browser/door.c api/clients/browser/missing.c
 NUMBERS := $(wildcard api/number/*.cpp)
 OBJECTS := $(SOURCES:%.c=$(D)/%.o) $(NUMBERS:%.cpp=$(D)/%.o) $(D)/engine.o

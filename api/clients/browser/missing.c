@@ -100,7 +100,6 @@ METHOD(taylor_extended, "taylor");
                                                .writer_bytes = sizeof(struct api_writer),          \
                                                .bytes = elsewhere_bytes}
 FORMAT(npz, "application/x-npz", 1);
-FORMAT(npy, "application/x-npy", 1);
 FORMAT(parquet, "application/vnd.apache.parquet", 1);
 FORMAT(hdf5, "application/x-hdf5", 1);
 FORMAT(mat, "application/x-matlab-data", 1);

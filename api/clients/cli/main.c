@@ -22,8 +22,7 @@ static const char usage[] =
     "       pendulum map FILE --x AXIS --y AXIS      a map of starts, AXIS as theta1:-3:3:512\n"
     "       pendulum ask ROUTE FILE                  any POST /v1/ROUTE\n"
     "       pendulum jobs                            your jobs; get ID, cancel ID\n"
-    "  -o, --out FILE      .npz .npy .h5 .parquet .mat .csv .json .ndjson .png .bin; - is "
-    "standard\n"
+    "  -o, --out FILE      .npz .h5 .parquet .mat .csv .json .ndjson .png .bin; - is standard\n"
     "                      output, as without this option\n"
     "      --as FORM       the same without a file: csv (default; json where there is no table),\n"
     "                      json, npz, ...\n"
@@ -93,7 +92,6 @@ static const struct {
 } forms[] = {{"csv", "text/csv"},
              {"json", "application/json"},
              {"npz", "application/x-npz"},
-             {"npy", "application/x-npy"},
              {"parquet", "application/vnd.apache.parquet"},
              {"h5", "application/x-hdf5"},
              {"mat", "application/x-matlab-data"},
@@ -120,7 +118,7 @@ static const char *accepted(const struct line *line) {
     if (!form) return "text/csv, application/json;q=0.5"; /* not every operation has a table */
     for (size_t i = 0; i < sizeof forms / sizeof *forms; i++)
         if (!strcasecmp(forms[i].ending, form)) return forms[i].media_type;
-    cli_die("no form %s: csv, json, npz, npy, h5, parquet, mat, ndjson, png or bin (--as)", form);
+    cli_die("no form %s: csv, json, npz, h5, parquet, mat, ndjson, png or bin (--as)", form);
 }
 
 /* a start is a member of `initial`, a text or a list; method and duration are of the request */

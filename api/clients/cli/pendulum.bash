@@ -2,7 +2,7 @@
 _pendulum() {
     local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]}
     case $before in
-    --as) COMPREPLY=($(compgen -W 'csv json npz npy h5 parquet mat ndjson png bin' -- "$word")) ;;
+    --as) COMPREPLY=($(compgen -W 'csv json npz h5 parquet mat ndjson png bin' -- "$word")) ;;
     --method) COMPREPLY=($(compgen -W 'taylor ode23 rkf45 rk8pd msadams symplectic linear' -- "$word")) ;;
     --unit) COMPREPLY=($(compgen -W 'rad deg' -- "$word")) ;;
     --status) COMPREPLY=($(compgen -W 'accepted running successful failed dismissed' -- "$word")) ;;

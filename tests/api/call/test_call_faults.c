@@ -150,7 +150,7 @@ static void faults_again(void *context) { ((struct faults_job *)context)->read =
 
 static void faults_answer(struct faults_job *job, const struct api_request *request,
                           const struct api_limits *limits) {
-    struct api_source source = {faults_fetch, faults_again, job, NULL, NULL, 0};
+    struct api_source source = {faults_fetch, faults_again, job, NULL, 0};
     struct api_call *call;
     job->http = 503;
     if (api_call_new(&call, limits) != PEND_OK) return;

@@ -112,15 +112,10 @@ static int chained(int i) {
     return cases[i].op == API_OP_TRAJECTORIES || cases[i].op == API_OP_ORBITS;
 }
 
-static const char *const accepts[] = {"application/json",
-                                      "application/x-ndjson",
-                                      "text/csv",
-                                      "application/octet-stream",
-                                      "application/x-npz",
-                                      "application/x-npy",
-                                      "application/vnd.apache.parquet",
-                                      "application/x-hdf5",
-                                      "application/x-matlab-data"};
+static const char *const accepts[] = {"application/json",   "application/x-ndjson",
+                                      "text/csv",           "application/octet-stream",
+                                      "application/x-npz",  "application/vnd.apache.parquet",
+                                      "application/x-hdf5", "application/x-matlab-data"};
 enum { ACCEPTS = sizeof accepts / sizeof *accepts };
 
 static struct api_request request_of(int i, const char *accept) {
@@ -217,7 +212,7 @@ static struct api_answer fetch_range(const struct api_request *request,
                                      const struct api_range *range, int partial,
                                      struct api_buffer *out) {
     struct pieces pieces = {data, bytes, 0, random, 0};
-    struct api_source source = {pieces_fetch, pieces_again, &pieces, pieces_ready, NULL, partial};
+    struct api_source source = {pieces_fetch, pieces_again, &pieces, pieces_ready, partial};
     struct api_answer answer = {.status = 503};
     struct api_call *call;
     if (api_call_new(&call, limits) != PEND_OK) return answer;

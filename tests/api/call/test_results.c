@@ -1,5 +1,5 @@
 /* Tests of api/call/results: archives of more rows than are kept, from parts that are read again.
- * What else it does is tested with the operations, by test_part.c and test_crate.c. */
+ * What else it does is tested with the operations, by test_part.c. */
 #include "api/call/results.h"
 
 #include <string.h>

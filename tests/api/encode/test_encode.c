@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "api/json/json_in.h"
+#include "tests/api/post.h"
 #include "tests/api/table.h"
 #include "tests/harness/test.h"
 
@@ -196,4 +197,64 @@ TEST(a_table_beyond_the_buffers_limit_fails_cleanly) {
             CHECK(out.bytes <= limit);
             api_buffer_clear(&out);
         }
+}
+
+#define TWO "\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]}"
+
+/* an ensemble whose second member never turns over */
+static struct test_reply flips(const char *more, const char *accept) {
+    char body[400];
+    snprintf(body, sizeof body,
+             "{" TWO ",\"states\":[{\"theta\":[2,2.5]},{\"theta\":[1,0]}],\"duration\":20,"
+             "\"observables\":[\"first_flip\"]%s}",
+             more);
+    return test_post_as(API_OP_ENSEMBLES, body, accept, NULL);
+}
+
+TEST(what_never_comes_is_nan_and_numbers_are_floats_where_that_is_asked_for) {
+#define FORM ",\"number\":\"float32\",\"none\":\"nan\",\"columns\":[\"member\",\"first_flip_time\"]"
+    double full[2][4];
+    float narrow[2][2];
+    struct test_reply plain = flips("", "application/octet-stream"),
+                      asked = flips(FORM, "application/octet-stream"),
+                      npz = flips(FORM, "application/x-npz"), json = flips(FORM, NULL);
+    CHECK_INT((int)plain.out.bytes, 64);
+    CHECK_INT((int)asked.out.bytes, 16);
+    memcpy(full, plain.out.data, sizeof full);
+    memcpy(narrow, asked.out.data, sizeof narrow);
+    CHECK(full[1][2] == -1 && isnan(narrow[1][1]));
+    CHECK(narrow[0][0] == 0 && narrow[1][0] == 1 && narrow[0][1] == (float)full[0][2]);
+    CHECK(npz.status == 200 && npz.out.bytes < 4000);
+    CHECK(test_reply_count(&json, "/first_flip") == 1 && test_reply_count(&json, "/status") == -1);
+    CHECK(test_reply_number(&json, "/first_flip/time/0") == full[0][2]);
+    test_reply_free(&plain);
+    test_reply_free(&asked);
+    test_reply_free(&npz);
+    test_reply_free(&json);
+}
+
+TEST(floats_that_cannot_hold_a_number_and_columns_that_are_none_are_refused) {
+    struct test_table table = test_table_new(2, 1);
+    struct api_buffer out;
+    table.table.float32 = 1;
+    table.data[TEST_PHI][1] = 1e39;
+    api_buffer_init(&out, 1 << 20);
+    CHECK(test_table_encode(&table, &api_format_octets, 2, &out) == PEND_NOT_FINITE);
+    CHECK(test_table_encode(&table, &api_format_npz, 2, &out) == PEND_NOT_FINITE);
+    api_buffer_clear(&out);
+    test_table_clear(&table);
+    struct test_reply reply = test_post_as(
+        API_OP_TRAJECTORIES,
+        "{\"pendulum\":{\"length\":[1],\"mass\":[1e100],\"parent\":[0]},\"times\":[0,1],"
+        "\"number\":\"float32\"}",
+        "application/octet-stream", NULL);
+    CHECK_SAYING(reply.out.bytes && strstr(reply.out.data, "float64"), "%s", reply.out.data);
+    test_reply_free(&reply);
+#define ENSEMBLE "{" TWO ",\"states\":[{}],\"duration\":1,"
+    CHECK_REFUSED(API_OP_ENSEMBLES, ENSEMBLE "\"columns\":[\"final_ph\"]}", "/columns/0",
+                  "has member,status,final_phi[2],final_phid[2]");
+    CHECK_REFUSED(API_OP_ENSEMBLES, ENSEMBLE "\"columns\":[]}", "/columns", "at least one");
+    CHECK_REFUSED(API_OP_ENSEMBLES, ENSEMBLE "\"columns\":[3]}", "/columns/0", "is no column");
+    CHECK_REFUSED(API_OP_ENSEMBLES, ENSEMBLE "\"number\":\"float16\"}", "/number", "float64");
+    CHECK_REFUSED(API_OP_ENSEMBLES, ENSEMBLE "\"none\":0}", "/none", "must be");
 }

@@ -37,7 +37,7 @@ except ImportError:  # Windows has no flock
 from .arrays import JSON, NPZ, OCTETS, Result, bytes_of, from_octets, result_of, width_of
 
 __all__ = ["Client", "Job", "NoServer", "Pendulum", "Problem", "Result"]
-SUFFIXES = {".npz": NPZ, ".npy": "application/x-npy", ".parquet": "application/vnd.apache.parquet", ".h5": "application/x-hdf5", ".mat": "application/x-matlab-data", ".csv": "text/csv", ".json": JSON, ".png": "image/png",
+SUFFIXES = {".npz": NPZ, ".parquet": "application/vnd.apache.parquet", ".h5": "application/x-hdf5", ".mat": "application/x-matlab-data", ".csv": "text/csv", ".json": JSON, ".png": "image/png",
             ".ndjson": "application/x-ndjson", ".bin": OCTETS}
 ENDED = ("successful", "failed", "dismissed")
 STATE = ("phi", "phid", "theta", "thetad", "unit", "mode", "amplitude")
@@ -466,7 +466,7 @@ class Pendulum:
         return {"pendulum": self.fields} | ({"initial": initial} if initial else {}) | fields
 
     def ask(self, route, *, job=False, save=None, **fields):
-        """POST /v1/ROUTE with this pendulum: a Result, with job=True (or a key of your own) a Job, with save="a.npy" that file."""
+        """POST /v1/ROUTE with this pendulum: a Result, with job=True (or a key of your own) a Job, with save="a.npz" that file."""
         if save:
             return self.client.save(route, self.request(**fields), save)
         if job:
