@@ -8,166 +8,57 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/modes/linear_arms.h"
 #include "core/modes/lossy.h"
 #include "core/modes/rest.h"
 #include "core/modes/still.h"
 
-/* A pendulum at some angles: what hangs on every joint, in the frame of the arm. */
-struct damped_state {
-    const struct pend_tree *tree;
-    const struct pend_loads *loads;
-    size_t n;
-    double complex *turn;   /* n: e^{i phi} */
-    double complex *moment; /* n: first moment of the arm and of all that hangs on it */
-    double *mass, *inertia; /* n: mass of both; inertia about the joint, with what hangs there as
-                               points */
-};
-
-static double damped_get(const struct pend_loads *loads, enum pend_term_row row, int k) {
-    return loads->terms ? pend_terms_get(loads->terms, loads->value, row, k) : 0;
-}
-
-/* arm k is a cart */
-static int damped_cart(const struct damped_state *s, int k) {
-    return !k && pend_terms_cart(s->loads->terms);
-}
-
-/* where arm k hangs on its parent; on a cart, whose frame does not turn, at the point whose move by
- * a unit of its place is the direction of the rail */
-static double complex damped_point(const struct damped_state *s, int k) {
-    const struct pend_terms *terms = s->loads->terms;
-    if (damped_cart(s, s->tree->parent[k]))
-        return -I * cexp(I * s->loads->value[terms->one[PEND_TERM_RAIL]]);
-    if (!terms || !terms->hung[k]) return s->tree->len[s->tree->parent[k]];
-    return damped_get(s->loads, PEND_TERM_AT_X, k) + I * damped_get(s->loads, PEND_TERM_AT_Y, k);
-}
-
-/* the masses of an arm alone */
-static void damped_arm(const struct damped_state *s, int k) {
-    double l = s->tree->len[k], m = s->tree->mass[k], rod = damped_get(s->loads, PEND_TERM_ROD, k);
-    double body = damped_get(s->loads, PEND_TERM_BODY, k);
-    double complex center = damped_get(s->loads, PEND_TERM_CENTER_X, k) +
-                            I * damped_get(s->loads, PEND_TERM_CENTER_Y, k);
-    if (damped_cart(s, k)) {
-        s->mass[0] = s->inertia[0] = m;
-        s->moment[0] = -I * m * cexp(I * s->loads->value[s->loads->terms->one[PEND_TERM_RAIL]]);
-        return;
-    }
-    s->mass[k] = m + rod + body;
-    s->moment[k] = m * l + rod * l / 2 + body * center;
-    s->inertia[k] = m * l * l + rod * l * l / 3 + body * creal(center * conj(center)) +
-                    damped_get(s->loads, PEND_TERM_INERTIA, k);
-}
-
-/* the weights of what hangs on each joint: of masses, or of the drag of tips in their place */
-static void damped_weigh(const struct damped_state *s, int drag) {
-    for (int k = 0; k < s->tree->n; k++) {
-        double l = s->tree->len[k], speed = damped_get(s->loads, PEND_TERM_DRAG_SPEED, k);
-        double b = damped_get(s->loads, PEND_TERM_DRAG, k) +
-                   damped_get(s->loads, PEND_TERM_DRAG_QUADRATIC, k) * speed;
-        if (drag)
-            s->mass[k] = b, s->moment[k] = b * l, s->inertia[k] = b * l * l;
-        else
-            damped_arm(s, k);
-    }
-    for (int k = s->tree->n - 1; k > 0; k--) {
-        int p = s->tree->parent[k];
-        double complex at = damped_point(s, k);
-        s->moment[p] += at * s->mass[k];
-        s->inertia[p] += creal(at * conj(at)) * s->mass[k];
-        s->mass[p] += s->mass[k];
-    }
-}
-
-static enum pend_status damped_open(struct damped_state *s, const struct pend_tree *tree,
-                                    const struct pend_loads *loads) {
-    size_t n = (size_t)tree->n;
-    *s = (struct damped_state){.tree = tree, .loads = loads, .n = n};
-    s->turn = malloc(n * (2 * sizeof *s->turn + 2 * sizeof *s->mass));
-    if (!s->turn) return PEND_NO_MEMORY;
-    s->moment = s->turn + n;
-    s->mass = (double *)(s->moment + n);
-    s->inertia = s->mass + n;
-    return PEND_OK;
-}
-
-static void damped_turn(const struct damped_state *s, const double phi[]) {
-    for (size_t k = 0; k < s->n; k++) s->turn[k] = damped_cart(s, (int)k) ? 1 : cexp(I * phi[k]);
-}
-
 /* adds sum of w Re(conj(z_j) z_k) over the weights: the form of M, and of drag in C */
-static void damped_form(const struct damped_state *s, double part, double out[]) {
-    const int *parent = s->tree->parent;
-    for (int k = 0; k < s->tree->n; k++) {
-        size_t row = (size_t)k;
-        double complex moment = s->moment[k] * s->turn[k];
-        out[row * s->n + row] += part * s->inertia[k];
-        for (int c = k; parent[c] >= 0; c = parent[c]) {
-            size_t j = (size_t)parent[c];
-            double add = part * creal(conj(damped_point(s, c) * s->turn[j]) * moment);
-            out[row * s->n + j] += add;
-            out[j * s->n + row] += add;
+static void damped_form(const struct linear_arms *arms, int drag, double out[]) {
+    size_t n = (size_t)arms->n;
+    for (size_t k = 0; k < n; k++) {
+        const struct linear_arm *arm = arms->arm + k;
+        const double *moment = drag ? arm->wind : arm->whole;
+        out[k * n + k] += drag ? arm->wind_inertia : arm->whole_inertia;
+        for (const struct linear_arm *on = arm; on->parent >= 0; on = arms->arm + on->parent) {
+            size_t j = (size_t)on->parent;
+            double add = on->place[0] * moment[0] + on->place[1] * moment[1];
+            out[k * n + j] += add;
+            out[j * n + k] += add;
         }
     }
 }
 
-/* adds a torque of the joints, of `strength` a radian of what an arm differs by from its parent */
-static void damped_joint(const struct damped_state *s, int k, double strength, double out[]) {
-    size_t row = (size_t)k, n = s->n;
-    int parent = pend_terms_holder(s->loads->terms, s->tree->parent, k);
-    out[row * n + row] += strength;
-    if (parent < 0) return;
-    size_t p = (size_t)parent;
+/* adds a torque of the joints, of `strength` a radian of what an arm differs by from its holder */
+static void damped_joint(const struct linear_arms *arms, size_t k, double strength, double out[]) {
+    size_t n = (size_t)arms->n;
+    out[k * n + k] += strength;
+    if (arms->arm[k].holder < 0) return;
+    size_t p = (size_t)arms->arm[k].holder;
     out[p * n + p] += strength;
-    out[row * n + p] -= strength;
-    out[p * n + row] -= strength;
-}
-
-/* what pulls: i g, and the pivot's constant acceleration */
-static double complex damped_pull(const struct pend_loads *loads) {
-    double complex pull = I * loads->gravity;
-    if (!loads->terms || loads->terms->one[PEND_TERM_PIVOT_ACCELERATION_X] < 0) return pull;
-    return pull + loads->value[loads->terms->one[PEND_TERM_PIVOT_ACCELERATION_X]] +
-           I * loads->value[loads->terms->one[PEND_TERM_PIVOT_ACCELERATION_Y]];
-}
-
-static void damped_stiffness(const struct damped_state *s, double out[]) {
-    double complex pull = damped_pull(s->loads);
-    for (int k = 0; k < s->tree->n; k++) {
-        if (!damped_cart(s, k))
-            out[(size_t)k * s->n + (size_t)k] -= creal(conj(pull) * s->moment[k] * s->turn[k]);
-        damped_joint(s, k, damped_get(s->loads, PEND_TERM_STIFFNESS, k), out);
-    }
-}
-
-/* C: joints, tips in the air, and what is proportional to M */
-static void damped_damping(const struct damped_state *s, const double mass[], double out[]) {
-    const struct pend_terms *terms = s->loads->terms;
-    if (!terms) return;
-    int gamma = terms->one[PEND_TERM_DRAG_PER_MASS];
-    double twice = gamma < 0 ? 0 : 2 * s->loads->value[gamma];
-    for (size_t i = 0; i < s->n * s->n; i++) out[i] += twice * mass[i];
-    for (int k = 0; k < s->tree->n; k++) damped_joint(s, k, pend_rest_damper(s->loads, k), out);
-    damped_weigh(s, 1);
-    damped_form(s, 1, out);
+    out[k * n + p] -= strength;
+    out[p * n + k] -= strength;
 }
 
 enum pend_status pend_damped_matrices(const struct pend_tree *tree, const struct pend_loads *loads,
                                       const double phi[], double mass[], double damping[],
                                       double stiffness[]) {
-    struct damped_state s;
-    size_t bytes = (size_t)tree->n * (size_t)tree->n * sizeof *mass;
-    PEND_TRY(damped_open(&s, tree, loads));
-    damped_turn(&s, phi);
-    damped_weigh(&s, 0);
+    struct linear_arms arms;
+    size_t n = (size_t)tree->n, bytes = n * n * sizeof *mass;
+    enum pend_status status = pend_linear_arms_init(&arms, tree, loads, phi);
     memset(mass, 0, bytes);
     memset(damping, 0, bytes);
     memset(stiffness, 0, bytes);
-    damped_form(&s, 1, mass);
-    damped_stiffness(&s, stiffness);
-    damped_damping(&s, mass, damping);
-    free(s.turn);
-    return PEND_OK;
+    if (status == PEND_OK) damped_form(&arms, 0, mass);
+    for (size_t i = 0; status == PEND_OK && i < n * n; i++) damping[i] += 2 * arms.mist * mass[i];
+    for (size_t k = 0; status == PEND_OK && k < n; k++) {
+        stiffness[k * n + k] += arms.arm[k].fall;
+        damped_joint(&arms, k, arms.arm[k].spring, stiffness);
+        damped_joint(&arms, k, arms.arm[k].damper, damping);
+    }
+    if (status == PEND_OK) damped_form(&arms, 1, damping);
+    pend_linear_arms_clear(&arms);
+    return status;
 }
 
 void pend_damped_free(struct pend_damped **damped) {
@@ -429,7 +320,7 @@ enum pend_status pend_damped_begin(struct pend_damped **damped, const struct pen
         return status;
     }
     if (pend_loads_lose(loads) && tree->n > PEND_DAMPED_DENSE) {
-        status = pend_lossy_new(&made->lossy, tree, loads, made->phi, error);
+        status = pend_lossy_new(&made->lossy, tree, loads, made->phi);
         return status == PEND_OK ? PEND_OK : damped_failed(damped, status, tree->n, error);
     }
     if (pend_loads_lose(loads) || tree->n < PEND_DAMPED_TREE) return PEND_OK;

@@ -1,7 +1,7 @@
 /* Small motions of a real pendulum about an equilibrium: the modes there, damped or not: of
  * few arms from dense matrices.
  * Leaves to others: where it is (rest), many arms (still, lossy), ideal pendulums, whose modes need
- * no matrix (modes), the eigenvalues themselves (modes_gsl). Invariant: the equations are M x'' + C
+ * no matrix (modes). Invariant: the equations are M x'' + C
  * x' + K x = 0 in the angles x from the equilibrium; drives that depend on time are left out. */
 #ifndef PEND_DAMPED_H
 #define PEND_DAMPED_H

@@ -1,4 +1,4 @@
-#include "core/modes/modes_template.h"
+#include "core/modes/modes_kernel.h"
 
 #include <math.h>
 #include <string.h>
@@ -322,6 +322,5 @@ void KERNEL_NAME(pend_modes_refine_for_)(const struct pend_laplacian *laplacian,
                                          const double value[], int lead, double work[],
                                          double *vector[], double *tip[]);
 
-const struct pend_modes_kernel KERNEL_NAME(pend_modes_kernel_for_);
-const struct pend_modes_kernel KERNEL_NAME(pend_modes_kernel_for_) = {
+const struct pend_modes_kernel KERNEL_NAME(pend_modes_kernel_) = {
     WIDTH, kernel_probe, kernel_vectors, KERNEL_NAME(pend_modes_refine_for_)};

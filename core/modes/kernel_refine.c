@@ -1,4 +1,4 @@
-#include "core/modes/modes_template.h"
+#include "core/modes/modes_kernel.h"
 
 #include <math.h>
 

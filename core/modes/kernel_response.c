@@ -80,7 +80,7 @@ INLINE void kernel_add(struct response_lanes *to, wave x) {
     wave_put(to, wave_add(wave_get(to), x));
 }
 
-static void kernel_open(const struct response_arm *arm, const struct kernel_shift *shift,
+static void kernel_open(const struct linear_arm *arm, const struct kernel_shift *shift,
                         struct response_node *node) {
     wave weight = kernel_weigh(shift, arm->mass, arm->drag);
     wave turn = kernel_weigh(shift, arm->inertia, arm->drag * arm->span);
@@ -97,7 +97,7 @@ static void kernel_open(const struct response_arm *arm, const struct kernel_shif
 }
 
 /* adds to a parent what is left of an arm whose angle is eliminated */
-static void kernel_pass(const struct response_arm *arm, const struct response_node *node,
+static void kernel_pass(const struct linear_arm *arm, const struct response_node *node,
                         struct response_node *parent) {
     wave x = wave_get(&node->cross[0]), y = wave_get(&node->cross[1]);
     wave joint = wave_get(&node->joint), inverse = wave_get(&node->inverse);
@@ -125,11 +125,11 @@ static void kernel_pass(const struct response_arm *arm, const struct response_no
 }
 
 /* the forms and pivots of all arms */
-static void kernel_factor(const struct response_arms *arms, const struct kernel_shift *shift,
+static void kernel_factor(const struct linear_arms *arms, const struct kernel_shift *shift,
                           struct response_node node[]) {
     for (int k = 0; k < arms->n; k++) kernel_open(arms->arm + k, shift, node + k);
     for (int k = arms->n - 1; k >= 0; k--) {
-        const struct response_arm *arm = arms->arm + k;
+        const struct linear_arm *arm = arms->arm + k;
         wave joint = wave_get(&node[k].joint), own = wave_get(&node[k].own);
         wave pivot = wave_add(own, joint);
         lanes8 least = (lanes8_get(node[k].scale.re) + wave_size(joint)) * KERNEL_TINY;
@@ -144,13 +144,13 @@ static void kernel_factor(const struct response_arms *arms, const struct kernel_
 
 /* adds the angles that a right-hand side gives, `couple` of the nodes and the pivot's displacement,
  * in the lanes of a mask */
-static void kernel_solve(const struct response_arms *arms, const wave pivot[2], bits8 where,
+static void kernel_solve(const struct linear_arms *arms, const wave pivot[2], bits8 where,
                          struct response_node node[]) {
     wave none = {lanes8_of(0), lanes8_of(0)};
     for (int k = 0; k < arms->n; k++)
         for (int i = 0; i < 2; i++) wave_put(&node[k].push[i], none);
     for (int k = arms->n - 1; k > 0; k--) {
-        const struct response_arm *arm = arms->arm + k;
+        const struct linear_arm *arm = arms->arm + k;
         struct response_node *parent = node + arm->parent;
         wave share = wave_mul(wave_get(&node[k].couple), wave_get(&node[k].inverse));
         wave minus = {-share.re, -share.im}, sum = none;
@@ -163,7 +163,7 @@ static void kernel_solve(const struct response_arms *arms, const wave pivot[2], 
         kernel_add(&parent->couple, sum);
     }
     for (int k = 0; k < arms->n; k++) {
-        const struct response_arm *arm = arms->arm + k;
+        const struct linear_arm *arm = arms->arm + k;
         const struct response_node *parent = arm->parent < 0 ? NULL : node + arm->parent;
         wave sum = wave_get(&node[k].couple);
         // `rest` holds the parent's new angle, push the new displacement of the joint
@@ -186,10 +186,10 @@ static void kernel_solve(const struct response_arms *arms, const wave pivot[2], 
 }
 
 /* displacements of the joints from the angles */
-static void kernel_place(const struct response_arms *arms, const wave pivot[2],
+static void kernel_place(const struct linear_arms *arms, const wave pivot[2],
                          struct response_node node[]) {
     for (int k = 0; k < arms->n; k++) {
-        const struct response_arm *arm = arms->arm + k;
+        const struct linear_arm *arm = arms->arm + k;
         for (int i = 0; i < 2; i++)
             wave_put(&node[k].base[i],
                      arm->parent < 0 ? pivot[i]
@@ -199,9 +199,9 @@ static void kernel_place(const struct response_arms *arms, const wave pivot[2],
 }
 
 /* the force at the joint and what the arm's own equation misses, children apart */
-static void kernel_balance(const struct response_arms *arms, const struct kernel_shift *shift,
-                           int k, struct response_node node[]) {
-    const struct response_arm *arm = arms->arm + k;
+static void kernel_balance(const struct linear_arms *arms, const struct kernel_shift *shift, int k,
+                           struct response_node node[]) {
+    const struct linear_arm *arm = arms->arm + k;
     wave angle = wave_get(&node[k].angle), miss = wave_get(&node[k].drive), joint;
     wave weight = kernel_weigh(shift, arm->mass, arm->drag);
     wave turn = kernel_weigh(shift, arm->inertia, arm->drag * arm->span);
@@ -232,12 +232,12 @@ static void kernel_balance(const struct response_arms *arms, const struct kernel
 
 /* forces at the joints, and what the equations miss; returns the lanes in which that is too much
  */
-static bits8 kernel_check(const struct response_arms *arms, const struct kernel_shift *shift,
+static bits8 kernel_check(const struct linear_arms *arms, const struct kernel_shift *shift,
                           struct response_node node[]) {
     bits8 missed = (bits8)(lanes8_of(0) != 0);
     for (int k = 0; k < arms->n; k++) kernel_balance(arms, shift, k, node);
     for (int k = arms->n - 1; k >= 0; k--) {
-        const struct response_arm *arm = arms->arm + k;
+        const struct linear_arm *arm = arms->arm + k;
         lanes8 scale = lanes8_get(node[k].scale.im);
         wave rest = wave_get(&node[k].rest);
         missed |= (bits8)(wave_size(rest) > scale * KERNEL_MISSED);
@@ -259,12 +259,12 @@ static bits8 kernel_check(const struct response_arms *arms, const struct kernel_
 
 /* sums of squares: of the answer, and of the drives' torques with the pivot's, each in the units of
  * the arms' own stiffness */
-static void kernel_sizes(const struct response_arms *arms, const struct kernel_shift *shift,
+static void kernel_sizes(const struct linear_arms *arms, const struct kernel_shift *shift,
                          const wave pivot[2], struct response_sweep *sweep,
                          const struct response_node node[]) {
     lanes8 moved = lanes8_of(0), driven = lanes8_of(0);
     for (int k = 0; k < arms->n; k++) {
-        const struct response_arm *arm = arms->arm + k;
+        const struct linear_arm *arm = arms->arm + k;
         wave torque = wave_get(&node[k].drive);
         lanes8 stiff = lanes8_get(node[k].scale.re) + wave_size(wave_get(&node[k].joint));
         for (int i = 0; i < 2; i++)
@@ -283,7 +283,7 @@ static int kernel_any(bits8 mask) {
     return all != 0;
 }
 
-void KERNEL_NAME(pend_response_)(const struct response_arms *arms, struct response_sweep *sweep,
+void KERNEL_NAME(pend_response_)(const struct linear_arms *arms, struct response_sweep *sweep,
                                  struct response_node node[]) {
     struct kernel_shift shift;
     wave none = {lanes8_of(0), lanes8_of(0)}, still[2] = {none, none};

@@ -1,35 +1,14 @@
 /* The sweeps over a tree that answer harmonic drives of eight frequencies, side by side: compiled
  * once for each instruction set.
- * Leaves to others: the constants of the arms and what is answered (response).
+ * Leaves to others: the constants of the arms (linear_arms), what is answered (response).
  * Invariant: lanes never mix, so that a frequency has the same bits in any company. */
 #ifndef PEND_KERNEL_RESPONSE_H
 #define PEND_KERNEL_RESPONSE_H
 
 #include "core/base/isa.h"
+#include "core/modes/linear_arms.h"
 
 enum { RESPONSE_LANES = 8 };
-
-/* Constants of an arm about the equilibrium. The angle of a cart, which is arm 0 then, is its place
- * on the rail in m, and so are the units of all that goes with it. Vectors have x and y in the
- * fixed frame, and are the derivative of a place by an angle: i times what the arm's frame says,
- * turned. */
-struct response_arm {
-    int parent;
-    int holder; /* the arm against which its joint turns it: the parent, or -1 for the ground */
-    double mass, moment[2], inertia; /* kg, kg m, kg m^2, of the arm alone */
-    double drag, lever[2], span;     /* N s/m; m, of the tip; m^2, the lever's square */
-    double fall;                     /* N m/rad, of gravity on the arm and all that hangs on it */
-    double spring, damper;           /* N m/rad, N m s/rad, of its joint */
-    double place[2];                 /* m, of its joint, by its parent's angle */
-    double whole[2], wind[2];        /* kg m, N s: the moments of masses and of drag with all that
-                                        hangs on the arm */
-};
-
-struct response_arms {
-    int n;
-    double mist; /* 1/s: drag per mass */
-    const struct response_arm *arm;
-};
 
 /* A complex number in each lane. */
 struct response_lanes {
@@ -65,7 +44,7 @@ struct response_sweep {
  * Cannot fail; what overflows is not finite. O(n): one sweep to the root and one back, and two
  * more for each correction, at most six, by what the equations still miss.
  */
-typedef void pend_response_fn(const struct response_arms *arms, struct response_sweep *sweep,
+typedef void pend_response_fn(const struct linear_arms *arms, struct response_sweep *sweep,
                               struct response_node node[]);
 
 pend_response_fn pend_response_base;

@@ -5,8 +5,7 @@
 #include <stdlib.h>
 
 #include "core/base/rng.h"
-#include "core/modes/kernel_response.h"
-#include "core/modes/response.h"
+#include "core/modes/linear_arms.h"
 #include "core/modes/still.h"
 
 enum {
@@ -45,8 +44,7 @@ struct lossy_node {
 };
 
 struct pend_lossy {
-    struct pend_response *response; /* owns the arms */
-    const struct response_arms *arms;
+    struct linear_arms arms;
     struct pend_still *still;  /* NULL once the modes without losses are there */
     int n, round, at;          /* Aberth's round; the next root of it, or to be handed out */
     int moving;                /* roots of the round that have not settled */
@@ -82,7 +80,7 @@ static struct dual dual_inverse(struct dual a) {
 /* ---- the form at p */
 
 static struct lossy_factors lossy_at(const struct pend_lossy *s, double complex p) {
-    double mist = s->arms->mist;
+    double mist = s->arms.mist;
     return (struct lossy_factors){{p * (p + 2 * mist), 2 * (p + mist)}, {p, 1}, 1};
 }
 
@@ -91,25 +89,24 @@ static struct dual lossy_weigh(const struct lossy_factors *f, double mass, doubl
     return dual_add(dual_scale(mass, f->mass), dual_scale(drag, f->loss));
 }
 
-static struct dual lossy_joint(const struct lossy_factors *f, const struct response_arm *arm) {
+static struct dual lossy_joint(const struct lossy_factors *f, const struct linear_arm *arm) {
     struct dual joint = dual_scale(arm->damper, f->loss);
     joint.v += f->back * arm->spring;
     return joint;
 }
 
-static struct dual lossy_turn(const struct lossy_factors *f, const struct response_arm *arm) {
+static struct dual lossy_turn(const struct lossy_factors *f, const struct linear_arm *arm) {
     struct dual turn = lossy_weigh(f, arm->inertia, arm->drag * arm->span);
     turn.v += f->back * arm->fall;
     return turn;
 }
 
-static struct dual lossy_cross(const struct lossy_factors *f, const struct response_arm *arm,
-                               int i) {
+static struct dual lossy_cross(const struct lossy_factors *f, const struct linear_arm *arm, int i) {
     return lossy_weigh(f, arm->moment[i], arm->drag * arm->lever[i]);
 }
 
 /* adds to a parent what is left of an arm whose angle is eliminated */
-static void lossy_pass(const struct response_arm *arm, const struct lossy_node *node,
+static void lossy_pass(const struct linear_arm *arm, const struct lossy_node *node,
                        struct dual inverse, struct lossy_node *parent) {
     const struct dual none = {0, 0};
     struct dual x = node->cross[0], y = node->cross[1];
@@ -137,7 +134,7 @@ static double complex lossy_factor(struct pend_lossy *s, double complex p) {
     const struct lossy_factors f = lossy_at(s, p);
     double complex sum = 0;
     for (int k = 0; k < s->n; k++) {
-        const struct response_arm *arm = s->arms->arm + k;
+        const struct linear_arm *arm = s->arms.arm + k;
         struct dual weight = lossy_weigh(&f, arm->mass, arm->drag);
         struct lossy_node *node = s->node + k;
         node->form[0] = node->form[2] = weight;
@@ -147,7 +144,7 @@ static double complex lossy_factor(struct pend_lossy *s, double complex p) {
         node->joint = lossy_joint(&f, arm);
     }
     for (int k = s->n - 1; k >= 0; k--) {
-        const struct response_arm *arm = s->arms->arm + k;
+        const struct linear_arm *arm = s->arms.arm + k;
         struct lossy_node *node = s->node + k;
         struct dual pivot = dual_add(node->own, node->joint);
         // at a root to rounding: its parts cancel
@@ -169,7 +166,7 @@ static void lossy_solve(const struct pend_lossy *s, const double complex b[], do
         node[k].push[0] = node[k].push[1] = 0;
     }
     for (int k = s->n - 1; k > 0; k--) {
-        const struct response_arm *arm = s->arms->arm + k;
+        const struct linear_arm *arm = s->arms.arm + k;
         struct lossy_node *parent = node + arm->parent;
         double complex share = node[k].couple * node[k].inverse;
         if (arm->holder >= 0) parent->couple += share * node[k].joint.v;
@@ -180,7 +177,7 @@ static void lossy_solve(const struct pend_lossy *s, const double complex b[], do
         }
     }
     for (int k = 0; k < s->n; k++) {
-        const struct response_arm *arm = s->arms->arm + k;
+        const struct linear_arm *arm = s->arms.arm + k;
         double complex sum = node[k].couple;
         for (int i = 0; i < 2; i++) {
             node[k].base[i] =
@@ -203,7 +200,7 @@ static void lossy_apply(const struct pend_lossy *s, double complex p, int derive
         f.back = 0;
     }
     for (int k = 0; k < s->n; k++) {
-        const struct response_arm *arm = s->arms->arm + k;
+        const struct linear_arm *arm = s->arms.arm + k;
         double complex weight = lossy_weigh(&f, arm->mass, arm->drag).v;
         double complex own = lossy_turn(&f, arm).v * x[k];
         double complex bent = arm->holder < 0 ? x[k] : x[k] - x[arm->holder];
@@ -221,7 +218,7 @@ static void lossy_apply(const struct pend_lossy *s, double complex p, int derive
         }
     }
     for (int k = s->n - 1; k > 0; k--) {
-        const struct response_arm *arm = s->arms->arm + k;
+        const struct linear_arm *arm = s->arms.arm + k;
         struct lossy_node *parent = node + arm->parent;
         if (arm->holder >= 0) parent->row -= node[k].couple;
         for (int i = 0; i < 2; i++) {
@@ -234,9 +231,9 @@ static void lossy_apply(const struct pend_lossy *s, double complex p, int derive
 
 /* what a mode without losses, of unit size in M, loses: x^T C x */
 static double lossy_loss(const struct pend_lossy *s, const double x[]) {
-    double sum = 2 * s->arms->mist;
+    double sum = 2 * s->arms.mist;
     for (int k = 0; k < s->n; k++) {
-        const struct response_arm *arm = s->arms->arm + k;
+        const struct linear_arm *arm = s->arms.arm + k;
         double square = 0, bent = arm->holder < 0 ? x[k] : x[k] - x[arm->holder];
         for (int i = 0; i < 2; i++) {
             double base = arm->parent < 0 ? 0
@@ -461,8 +458,7 @@ enum pend_status pend_lossy_step(struct pend_lossy *s, enum pend_lossy_stage *st
 }
 
 enum pend_status pend_lossy_new(struct pend_lossy **lossy, const struct pend_tree *tree,
-                                const struct pend_loads *loads, const double phi[],
-                                struct pend_error *error) {
+                                const struct pend_loads *loads, const double phi[]) {
     size_t n = (size_t)tree->n, bytes = n * (sizeof(double) + n * sizeof(double));
     struct pend_lossy *s = *lossy = calloc(1, sizeof *s);
     if (!s) return PEND_NO_MEMORY;
@@ -471,7 +467,7 @@ enum pend_status pend_lossy_new(struct pend_lossy **lossy, const struct pend_tre
     s->square = malloc(bytes);
     s->still_root = calloc(2 * n, 1);
     s->node = malloc(n * sizeof *s->node);
-    enum pend_status status = pend_response_new(&s->response, tree, loads, phi, error);
+    enum pend_status status = pend_linear_arms_init(&s->arms, tree, loads, phi);
     if (status == PEND_OK) status = pend_still_new(&s->still, tree, loads, phi);
     if (status == PEND_OK && !(s->root && s->square && s->still_root && s->node))
         status = PEND_NO_MEMORY;
@@ -482,7 +478,6 @@ enum pend_status pend_lossy_new(struct pend_lossy **lossy, const struct pend_tre
     s->vector = s->square + n;
     s->x = s->root + 2 * n;
     s->y = s->root + 3 * n; // and n more, for the best shape
-    s->arms = pend_response_arms(s->response);
     return PEND_OK;
 }
 
@@ -490,7 +485,7 @@ void pend_lossy_free(struct pend_lossy **lossy) {
     struct pend_lossy *s = *lossy;
     if (!s) return;
     pend_still_free(&s->still);
-    pend_response_free(&s->response);
+    pend_linear_arms_clear(&s->arms);
     free(s->root);
     free(s->square);
     free(s->still_root);

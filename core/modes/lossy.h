@@ -29,16 +29,13 @@ enum pend_lossy_stage { PEND_LOSSY_UNDER_WAY, PEND_LOSSY_MODE, PEND_LOSSY_DONE }
  * Prepares the search for all modes.
  *
  * lossy  out; NULL on failure; released by pend_lossy_free.
- * tree   must outlive the search, as must loads.
  * phi    n angles of an equilibrium, rad, stored order.
  *
  * PEND_NO_MEMORY   n^2 numbers.
- * PEND_NOT_FINITE  the angles are near no equilibrium.
  */
 PEND_MUST_CHECK enum pend_status pend_lossy_new(struct pend_lossy **lossy,
                                                 const struct pend_tree *tree,
-                                                const struct pend_loads *loads, const double phi[],
-                                                struct pend_error *error);
+                                                const struct pend_loads *loads, const double phi[]);
 
 /** Frees a search and clears the pointer; NULL is accepted. */
 void pend_lossy_free(struct pend_lossy **lossy);

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "core/modes/modes_template.h"
+#include "core/modes/modes_kernel.h"
 #include "core/modes/modes_spectrum.h"
 #include "core/modes/modes_store.h"
 #include "core/modes/modes_vectors.h"
@@ -111,7 +111,7 @@ static void modes_range(const struct pend_modes_search *s, int part, const doubl
     *end = r->count < s->tree->n ? *first + r->count : l->n;
     if (s->spectrum->symmetry->part_count == 1 || !r->count || r->count == s->tree->n) return;
     struct pend_modes_probe probe[2] = {{.shift = cut[0]}, {.shift = cut[1]}};
-    pend_modes_kernel()->probe(l, 2, probe);
+    PEND_ISA_PICK(pend_modes_kernel, pend_isa_best())->probe(l, 2, probe);
     *first = probe[0].below;
     *end = probe[1].below > *first ? probe[1].below : *first;
 }

@@ -88,7 +88,7 @@ void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const 
                          int below[]) {
     assert(count >= 1 && count <= SPECTRUM_SHIFTS);
     for (int i = 1; i < count; i++) assert(!(shift[i] < shift[i - 1]));
-    const struct pend_modes_kernel *kernel = pend_modes_kernel();
+    const struct pend_modes_kernel *kernel = PEND_ISA_PICK(pend_modes_kernel, pend_isa_best());
     for (int i = 0; i < count; i++) below[i] = 0;
     for (int p = 0; p < spectrum->symmetry->part_count; p++) {
         const struct pend_laplacian *l = spectrum->part[p];

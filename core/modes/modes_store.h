@@ -1,6 +1,6 @@
 /* Computed modes: memory, scaling, decomposition, the mass inner product, and the rule for signs
  * and bases.
- * Leaves to others: computing eigenvalues and vectors (modes_gsl, modes).
+ * Leaves to others: computing eigenvalues and vectors (modes).
  * Invariant: vectors are combined only within a group of frequencies that agree to round-off. */
 #ifndef PEND_MODES_STORE_H
 #define PEND_MODES_STORE_H

@@ -54,7 +54,7 @@ PEND_VALIDATOR values_valid(const struct pend_values *v) {
 
 int pend_values_below(const struct pend_laplacian *laplacian, double shift) {
     struct pend_modes_probe probe = {.shift = shift};
-    pend_modes_kernel()->probe(laplacian, 1, &probe);
+    PEND_ISA_PICK(pend_modes_kernel, pend_isa_best())->probe(laplacian, 1, &probe);
     return probe.below;
 }
 
@@ -272,7 +272,10 @@ enum pend_status pend_values_new(struct pend_values **values,
     struct pend_values *v = *values =
         malloc(sizeof *v + ((size_t)count + 2 * VALUES_BATCH) * sizeof *v->todo);
     if (!v) return PEND_NO_MEMORY;
-    *v = (struct pend_values){laplacian, pend_modes_kernel(), first, first + count, value, 0, 0};
+    *v = (struct pend_values){laplacian, PEND_ISA_PICK(pend_modes_kernel, pend_isa_best()),
+                              first,     first + count,
+                              value,     0,
+                              0};
     if (!count) return PEND_OK;
     v->todo[v->todo_count++] =
         (struct span){{laplacian->least, 0, 0, laplacian->least, INFINITY},

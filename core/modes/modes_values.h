@@ -5,7 +5,7 @@
 #ifndef PEND_MODES_VALUES_H
 #define PEND_MODES_VALUES_H
 
-#include "core/modes/modes_template.h"
+#include "core/modes/modes_kernel.h"
 
 /* A search under way. */
 struct pend_values;

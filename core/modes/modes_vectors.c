@@ -215,7 +215,7 @@ static int vectors_settle(struct pend_vectors *v, enum pend_status *status) {
  * other, and yet be near a coarse one further off.
  */
 static void vectors_twist(struct pend_vectors *v, int begin) {
-    const struct pend_modes_kernel *kernel = pend_modes_kernel();
+    const struct pend_modes_kernel *kernel = PEND_ISA_PICK(pend_modes_kernel, pend_isa_best());
     int count = v->count;
     double shift[16], *target[16], *tip[16];
     assert(kernel->lanes <= 16);
@@ -266,7 +266,7 @@ enum pend_status pend_vectors_new(struct pend_vectors **vectors,
                                   const double value[], int lead, double *vector[]) {
     assert(pend_laplacian_valid(laplacian));
     assert(count >= 1 && count <= laplacian->n && lead >= 0 && lead < laplacian->n);
-    int lanes = pend_modes_kernel()->lanes;
+    int lanes = PEND_ISA_PICK(pend_modes_kernel, pend_isa_best())->lanes;
     size_t n = (size_t)laplacian->n;
     struct pend_vectors *v = *vectors = calloc(1, sizeof *v + (size_t)count);
     if (!v) return PEND_NO_MEMORY;
@@ -298,7 +298,7 @@ enum pend_status pend_vectors_step(struct pend_vectors *v, int *done) {
     assert(vectors_valid(v));
     if (v->number < v->count && v->number == v->twisted) {
         vectors_twist(v, v->number);
-        v->twisted += pend_modes_kernel()->lanes;
+        v->twisted += PEND_ISA_PICK(pend_modes_kernel, pend_isa_best())->lanes;
     } else if (v->number < v->count && vectors_settle(v, &status)) {
         vectors_next(v);
     }

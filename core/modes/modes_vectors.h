@@ -6,7 +6,7 @@
 #ifndef PEND_MODES_VECTORS_H
 #define PEND_MODES_VECTORS_H
 
-#include "core/modes/modes_template.h"
+#include "core/modes/modes_kernel.h"
 
 /* A computation under way. */
 struct pend_vectors;

@@ -16,7 +16,7 @@ static const double moved_most = 0x1p44;
 struct pend_response {
     const struct pend_tree *tree;
     struct pend_loads loads;
-    struct response_arms arms;
+    struct linear_arms arms;
     struct response_node *node;
     int stable;
     double *phi;
@@ -26,88 +26,23 @@ struct pend_response {
     double complex (*tip)[2];   /* n: of a lane, N */
 };
 
-static double response_get(const struct pend_loads *loads, enum pend_term_row row, int k) {
-    return loads->terms ? pend_terms_get(loads->terms, loads->value, row, k) : 0;
-}
-
-/* arm k is a cart: its tip stands for the point whose move by a unit of its place is the rail's
- * direction */
-static int response_cart(const struct pend_response *response, int k) {
-    return !k && pend_terms_cart(response->loads.terms);
-}
-
-/* i times a vector of the arm's frame, turned */
-static void response_lever(double complex turn, const double from[2], double to[2]) {
-    double complex lever = I * turn * (from[0] + I * from[1]);
-    to[0] = creal(lever);
-    to[1] = cimag(lever);
-}
-
-/* the constants of an arm alone */
-static void response_arm(const struct pend_response *response, int k, struct response_arm *arm) {
-    const struct pend_loads *loads = &response->loads;
-    struct rest_body body = pend_rest_arm(response->tree, loads, k);
-    struct rest_body drag = pend_rest_drag(response->tree, loads, k);
-    double complex turn = response->turn[k];
-    double tip[2] = {response->tree->len[k], 0}, point[2] = {0, 0};
-    if (response_cart(response, k))
-        tip[0] = body.moment[0] / body.mass, tip[1] = body.moment[1] / body.mass;
-    *arm =
-        (struct response_arm){.parent = response->tree->parent[k],
-                              .holder = pend_terms_holder(loads->terms, response->tree->parent, k),
-                              .mass = body.mass,
-                              .inertia = body.inertia,
-                              .drag = drag.mass,
-                              .span = response->tree->len[k] * response->tree->len[k],
-                              .spring = response_get(loads, PEND_TERM_STIFFNESS, k),
-                              .damper = pend_rest_damper(loads, k)};
-    response_lever(turn, body.moment, arm->moment);
-    response_lever(turn, tip, arm->lever);
-    if (k == 0) return;
-    pend_rest_point(response->tree, loads, k, point);
-    response_lever(response->turn[arm->parent], point, arm->place);
-}
-
-/* what depends on all that hangs on an arm: its moments, and the forces at rest */
-static void response_wholes(struct pend_response *response, struct response_arm arm[],
-                            struct rest_body mass[], struct rest_body drag[]) {
+static enum pend_status response_fill(struct pend_response *response, struct pend_error *error) {
+    const struct pend_tree *tree = response->tree;
     const struct pend_loads *loads = &response->loads;
     double pull[2];
+    PEND_TRY(pend_rest_find(tree, loads, response->phi, &response->stable, error));
+    if (pend_linear_arms_init(&response->arms, tree, loads, response->phi) != PEND_OK)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a response of %d arms",
+                         tree->n);
     pend_rest_pull(loads, pull);
     double complex both = pull[0] + I * pull[1];
-    for (int k = 0; k < response->tree->n; k++) {
-        mass[k] = pend_rest_arm(response->tree, loads, k);
-        drag[k] = pend_rest_drag(response->tree, loads, k);
-        response->tip_rest[k] = both * response->tree->mass[k];
-    }
-    pend_rest_gather(response->tree, loads, mass);
-    pend_rest_gather(response->tree, loads, drag);
-    for (int k = 0; k < response->tree->n; k++) {
-        int p = response->tree->parent[k], hung = loads->terms && loads->terms->hung[k];
-        double complex moment = mass[k].moment[0] + I * mass[k].moment[1];
-        // a cart's frame does not turn
-        if (!response_cart(response, k))
-            arm[k].fall = -creal(conj(both) * moment * response->turn[k]);
-        response_lever(response->turn[k], mass[k].moment, arm[k].whole);
-        response_lever(response->turn[k], drag[k].moment, arm[k].wind);
-        response->joint_rest[k] = both * mass[k].mass;
+    for (int k = 0; k < tree->n; k++) {
+        int p = tree->parent[k], hung = loads->terms && loads->terms->hung[k];
+        response->turn[k] = !k && pend_terms_cart(loads->terms) ? 1 : cexp(I * response->phi[k]);
+        response->tip_rest[k] = both * tree->mass[k];
+        response->joint_rest[k] = both * response->arms.arm[k].whole_mass;
         if (p >= 0 && !hung) response->tip_rest[p] += response->joint_rest[k];
     }
-}
-
-static enum pend_status response_fill(struct pend_response *response, struct response_arm arm[],
-                                      struct pend_error *error) {
-    size_t n = (size_t)response->tree->n;
-    PEND_TRY(
-        pend_rest_find(response->tree, &response->loads, response->phi, &response->stable, error));
-    struct rest_body *body = malloc(2 * n * sizeof *body);
-    if (!body)
-        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a response of %zu arms", n);
-    for (size_t k = 0; k < n; k++)
-        response->turn[k] = response_cart(response, (int)k) ? 1 : cexp(I * response->phi[k]);
-    for (size_t k = 0; k < n; k++) response_arm(response, (int)k, arm + k);
-    response_wholes(response, arm, body, body + n);
-    free(body);
     return PEND_OK;
 }
 
@@ -121,7 +56,6 @@ enum pend_status pend_response_new(struct pend_response **response, const struct
                                    struct pend_error *error) {
     assert(pend_tree_valid(tree));
     size_t n = (size_t)tree->n;
-    struct response_arm *arm = malloc(n * sizeof *arm);
     struct pend_response *made = calloc(1, sizeof *made + n * sizeof(double));
     double complex *turn = malloc(5 * n * sizeof *turn);
     struct response_node *node = aligned_alloc(64, n * sizeof *node);
@@ -129,21 +63,18 @@ enum pend_status pend_response_new(struct pend_response **response, const struct
     if (made)
         *made = (struct pend_response){
             .tree = tree, .loads = *loads, .node = node, .turn = turn, .phi = (double *)(made + 1)};
-    if (made) made->arms = (struct response_arms){.n = tree->n, .arm = arm};
     enum pend_status status = PEND_OK;
-    if (!arm || !made || !turn || !node)
+    if (!made || !turn || !node)
         status = pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a response of %zu arms", n);
     if (status == PEND_OK) {
         made->joint_rest = turn + n, made->tip_rest = turn + 2 * n;
         made->tip = (double complex(*)[2])(turn + 3 * n);
         memcpy(made->phi, phi, n * sizeof *phi);
-        int mist = loads->terms ? loads->terms->one[PEND_TERM_DRAG_PER_MASS] : -1;
-        made->arms.mist = mist < 0 ? 0 : loads->value[mist];
-        status = response_fill(made, arm, error);
+        status = response_fill(made, error);
     }
     assert(status != PEND_OK || response_valid(made));
     if (status == PEND_OK) return PEND_OK;
-    free(arm);
+    if (made) pend_linear_arms_clear(&made->arms);
     free(turn);
     free(node);
     free(made);
@@ -153,7 +84,7 @@ enum pend_status pend_response_new(struct pend_response **response, const struct
 
 void pend_response_free(struct pend_response **response) {
     if (!*response) return;
-    free((void *)(*response)->arms.arm);
+    pend_linear_arms_clear(&(*response)->arms);
     free((*response)->turn);
     free((*response)->node);
     free(*response);
@@ -163,11 +94,6 @@ void pend_response_free(struct pend_response **response) {
 const double *pend_response_rest(const struct pend_response *response) {
     assert(response_valid(response));
     return response->phi;
-}
-
-const struct response_arms *pend_response_arms(const struct pend_response *response) {
-    assert(response_valid(response));
-    return &response->arms;
 }
 
 int pend_response_stable(const struct pend_response *response) {
@@ -196,7 +122,7 @@ static void response_tips(const struct pend_response *response, double omega, in
     double complex(*tip)[2] = response->tip;
     memset(tip, 0, (size_t)response->tree->n * sizeof *tip);
     for (int k = 0; k < response->tree->n; k++) {
-        const struct response_arm *arm = response->arms.arm + k;
+        const struct linear_arm *arm = response->arms.arm + k;
         const struct response_node *node = response->node + k;
         double complex shift = -omega * omega + 2 * I * omega * response->arms.mist;
         double complex weight = shift * response->tree->mass[k] + I * omega * arm->drag;
@@ -211,7 +137,7 @@ static void response_tips(const struct pend_response *response, double omega, in
 /* all parts of an arm */
 static void response_parts(const struct pend_response *response, int k, int lane,
                            double complex out[PEND_RESPONSE_PARTS]) {
-    const struct response_arm *arm = response->arms.arm + k;
+    const struct linear_arm *arm = response->arms.arm + k;
     const struct response_node *node = response->node + k;
     double complex angle = response_of(&node->angle, lane), turn = response->turn[k];
     double complex force[2] = {response_of(&node->force[0], lane),
@@ -282,7 +208,7 @@ void pend_response_at(struct pend_response *response, int count, const double om
 }
 
 double pend_response_bytes(int n) {
-    return (double)n * (sizeof(struct response_node) + sizeof(struct response_arm) +
+    return (double)n * (sizeof(struct response_node) + sizeof(struct linear_arm) +
                         5 * sizeof(double complex) + 3 * sizeof(struct rest_body)) +
            4096;
 }

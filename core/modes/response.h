@@ -61,10 +61,6 @@ void pend_response_free(struct pend_response **response);
 /** Returns the equilibrium: n angles, rad, stored order, which the response owns. */
 const double *pend_response_rest(const struct pend_response *response);
 
-/** Returns the arms' constants about the equilibrium, which the response owns. */
-struct response_arms;
-const struct response_arms *pend_response_arms(const struct pend_response *response);
-
 /** Non-zero if the potential energy is a minimum at the equilibrium. */
 int pend_response_stable(const struct pend_response *response);
 

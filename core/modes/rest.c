@@ -81,6 +81,7 @@ void pend_rest_gather(const struct pend_tree *tree, const struct pend_loads *loa
         double point[2];
         pend_rest_point(tree, loads, k, point);
         parent->mass += body[k].mass;
+        parent->inertia += (point[0] * point[0] + point[1] * point[1]) * body[k].mass;
         for (int i = 0; i < 2; i++) parent->moment[i] += point[i] * body[k].mass;
     }
 }

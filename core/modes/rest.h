@@ -31,8 +31,8 @@ void pend_rest_point(const struct pend_tree *tree, const struct pend_loads *load
                      double point[2]);
 
 /**
- * Adds to every arm's mass and first moment those of the arms that hang on it, as points at their
- * joints; inertias stay.
+ * Adds to every arm's mass, first moment and inertia those of the arms that hang on it, as points
+ * at their joints.
  *
  * body  n, in: arms alone. O(n).
  */

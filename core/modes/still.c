@@ -6,22 +6,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/modes/linear_arms.h"
 #include "core/modes/rest.h"
 
 enum { WIDE = 8, SWEEPS = 16, SOLVES = 4, VECTORS = 32 };
 
 /* eigenvalues nearer than this part of the largest are made orthogonal */
 static const double near = 1e-7;
-
-/* An arm: what it adds to the form, x along the real axis. */
-struct still_arm {
-    double mass, inertia;
-    double moment[2]; /* i h */
-    double point[2];  /* i p u, the displacement of the arm's joint per angle of its parent */
-    double back;      /* g, with the springs of all joints that turn the arm */
-    double spring;    /* k, the stiffness of the spring to the arm that it turns against; 0 where it
-                       * turns against the ground */
-};
 
 /* an arm of a factorization */
 struct still_factor {
@@ -39,47 +30,25 @@ struct pend_still {
     int bracketed;
     double *low, *high;   /* n: brackets of the eigenvalues */
     double *load, *joint; /* n; 2 n: of a solution */
-    struct still_arm *arm;
+    double *back;         /* n: g, with the springs of all joints that turn an arm */
+    struct linear_arms arms;
     struct still_factor *factor;
     struct still_form *form;
 };
 
-/* turns a body's first moment into its direction and multiplies it by i */
-static void still_lie(const double moment[2], double complex turn, double out[2]) {
-    double complex m = I * (moment[0] + I * moment[1]) * turn;
-    out[0] = creal(m), out[1] = cimag(m);
-}
-
-static void still_fill(struct pend_still *s, const struct pend_tree *tree,
-                       const struct pend_loads *loads, const double phi[],
-                       struct rest_body body[]) {
-    const struct pend_terms *terms = loads->terms;
+/* g of each arm with the springs of all joints that turn it; a spring against the ground is no
+ * other arm's */
+static void still_fill(struct pend_still *s, const struct pend_loads *loads) {
     double pull[2];
-    int cart = pend_terms_cart(terms);
     pend_rest_pull(loads, pull);
     for (int k = 0; k < s->n; k++) {
-        struct still_arm *arm = &s->arm[k];
-        double complex turn = cart && !k ? 1 : cexp(I * phi[k]);
-        body[k] = pend_rest_arm(tree, loads, k);
-        *arm = (struct still_arm){.mass = body[k].mass, .inertia = body[k].inertia};
-        still_lie(body[k].moment, turn, arm->moment);
-        if (!k) continue;
-        double point[2];
-        int p = s->parent[k];
-        pend_rest_point(tree, loads, k, point);
-        still_lie(point, cart && !p ? 1 : cexp(I * phi[p]), arm->point);
-    }
-    pend_rest_gather(tree, loads, body);
-    for (int k = 0; k < s->n; k++) {
-        double complex turn = cexp(I * phi[k]);
-        double complex moment = (body[k].moment[0] + I * body[k].moment[1]) * turn;
-        double spring = terms ? pend_terms_get(terms, loads->value, PEND_TERM_STIFFNESS, k) : 0;
-        int p = pend_terms_holder(terms, s->parent, k);
-        if (!cart || k) s->arm[k].back -= creal(conj(pull[0] + I * pull[1]) * moment);
-        s->arm[k].back += spring;
-        if (p < 0) continue;
-        s->arm[p].back += spring;
-        s->arm[k].spring = spring;
+        struct linear_arm *arm = &s->arms.arm[k];
+        s->back[k] = 0;
+        if (k || !pend_terms_cart(loads->terms))
+            s->back[k] -= pull[0] * arm->whole[1] - pull[1] * arm->whole[0];
+        s->back[k] += arm->spring;
+        if (arm->holder >= 0) s->back[arm->holder] += arm->spring;
+        if (arm->holder < 0) arm->spring = 0;
     }
 }
 
@@ -88,29 +57,29 @@ enum pend_status pend_still_new(struct pend_still **still, const struct pend_tre
     assert(pend_tree_valid(tree));
     size_t n = (size_t)tree->n;
     struct pend_still *made = *still = calloc(1, sizeof *made);
-    struct rest_body *body = malloc(n * sizeof *body);
+    enum pend_status status = PEND_NO_MEMORY;
     if (made) {
         *made = (struct pend_still){.parent = tree->parent, .n = tree->n};
-        made->low = malloc(5 * n * sizeof *made->low);
-        made->arm = malloc(n * sizeof *made->arm);
+        status = pend_linear_arms_init(&made->arms, tree, loads, phi);
+        made->low = malloc(6 * n * sizeof *made->low);
         made->factor = malloc(n * sizeof *made->factor);
         made->form = malloc(n * sizeof *made->form);
     }
-    if (!made || !body || !made->low || !made->arm || !made->factor || !made->form) {
-        free(body);
+    if (status || !made->low || !made->factor || !made->form) {
         pend_still_free(still);
         return PEND_NO_MEMORY;
     }
     made->high = made->low + n, made->load = made->low + 2 * n, made->joint = made->low + 3 * n;
-    still_fill(made, tree, loads, phi, body);
-    free(body);
+    made->back = made->low + 5 * n;
+    still_fill(made, loads);
     return PEND_OK;
 }
 
 void pend_still_free(struct pend_still **still) {
     struct pend_still *s = *still;
     if (!s) return;
-    free(s->low), free(s->arm), free(s->factor), free(s->form);
+    free(s->low), free(s->factor), free(s->form);
+    pend_linear_arms_clear(&s->arms);
     free(s);
     *still = NULL;
 }
@@ -120,22 +89,22 @@ void pend_still_free(struct pend_still **still) {
 /* the forms of the arms alone, of WIDE values of s */
 static void still_alone(const struct pend_still *still, const double s[]) {
     for (int k = 0; k < still->n; k++) {
-        const struct still_arm *arm = &still->arm[k];
+        const struct linear_arm *arm = &still->arms.arm[k];
         struct still_form *form = &still->form[k];
         for (int i = 0; i < WIDE; i++) {
             form->xx[i] = form->yy[i] = -s[i] * arm->mass;
             form->xy[i] = 0;
             form->leanx[i] = -s[i] * arm->moment[0];
             form->leany[i] = -s[i] * arm->moment[1];
-            form->pivot[i] = arm->back - s[i] * arm->inertia;
+            form->pivot[i] = still->back[k] - s[i] * arm->inertia;
         }
     }
 }
 
 /* eliminates arm k, whose form is complete, and adds what is left to its parent's */
-static void still_join(const struct still_arm *arm, struct still_form *restrict own,
+static void still_join(const struct linear_arm *arm, struct still_form *restrict own,
                        struct still_form *restrict up) {
-    double x = arm->point[0], y = arm->point[1], k = arm->spring;
+    double x = arm->place[0], y = arm->place[1], k = arm->spring;
     for (int i = 0; i < WIDE; i++) {
         double part = 1 / own->pivot[i], a = own->leanx[i], b = own->leany[i];
         double xx = own->xx[i] - a * a * part, xy = own->xy[i] - a * b * part;
@@ -150,9 +119,9 @@ static void still_join(const struct still_arm *arm, struct still_form *restrict 
 }
 
 /* a pivot that is 0 becomes the smallest there is beside the arm's own numbers */
-static double still_pivot(const struct still_arm *arm, double pivot, double s) {
+static double still_pivot(const struct pend_still *still, int k, double pivot, double s) {
     if (pivot != 0) return pivot;
-    return -0x1p-60 * (fabs(arm->back) + fabs(s) * arm->inertia) - 0x1p-1000;
+    return -0x1p-60 * (fabs(still->back[k]) + fabs(s) * still->arms.arm[k].inertia) - 0x1p-1000;
 }
 
 /* how many eigenvalues are below each of WIDE values */
@@ -162,10 +131,10 @@ static void still_count(const struct pend_still *still, const double s[], int co
     for (int k = still->n - 1; k >= 0; k--) {
         struct still_form *form = &still->form[k];
         for (int i = 0; i < WIDE; i++) {
-            form->pivot[i] = still_pivot(&still->arm[k], form->pivot[i], s[i]);
+            form->pivot[i] = still_pivot(still, k, form->pivot[i], s[i]);
             count[i] += form->pivot[i] < 0;
         }
-        if (k) still_join(&still->arm[k], form, &still->form[still->parent[k]]);
+        if (k) still_join(&still->arms.arm[k], form, &still->form[still->parent[k]]);
     }
 }
 
@@ -233,10 +202,9 @@ static void still_factorize(const struct pend_still *still, double s) {
     still_alone(still, all);
     for (int k = still->n - 1; k >= 0; k--) {
         struct still_form *form = &still->form[k];
-        for (int i = 0; i < WIDE; i++)
-            form->pivot[i] = still_pivot(&still->arm[k], form->pivot[i], s);
+        for (int i = 0; i < WIDE; i++) form->pivot[i] = still_pivot(still, k, form->pivot[i], s);
         still->factor[k] = (struct still_factor){form->pivot[0], {form->leanx[0], form->leany[0]}};
-        if (k) still_join(&still->arm[k], form, &still->form[still->parent[k]]);
+        if (k) still_join(&still->arms.arm[k], form, &still->form[still->parent[k]]);
     }
 }
 
@@ -245,21 +213,21 @@ static void still_solve(const struct pend_still *still, double load[], double x[
     double *push = still->joint;
     memset(push, 0, 2 * (size_t)still->n * sizeof *push);
     for (int k = still->n - 1; k > 0; k--) {
-        const struct still_arm *arm = &still->arm[k];
+        const struct linear_arm *arm = &still->arms.arm[k];
         const struct still_factor *f = &still->factor[k];
         int p = still->parent[k];
         double part = load[k] / f->pivot;
         double px = push[2 * k] - f->lean[0] * part, py = push[2 * k + 1] - f->lean[1] * part;
         push[2 * p] += px, push[2 * p + 1] += py;
-        load[p] += arm->point[0] * px + arm->point[1] * py + arm->spring * part;
+        load[p] += arm->place[0] * px + arm->place[1] * py + arm->spring * part;
     }
     double *joint = still->joint;
     for (int k = 0; k < still->n; k++) {
-        const struct still_arm *arm = &still->arm[k];
+        const struct linear_arm *arm = &still->arms.arm[k];
         const struct still_factor *f = &still->factor[k];
         int p = still->parent[k];
-        joint[2 * k] = p < 0 ? 0 : joint[2 * p] + arm->point[0] * x[p];
-        joint[2 * k + 1] = p < 0 ? 0 : joint[2 * p + 1] + arm->point[1] * x[p];
+        joint[2 * k] = p < 0 ? 0 : joint[2 * p] + arm->place[0] * x[p];
+        joint[2 * k + 1] = p < 0 ? 0 : joint[2 * p + 1] + arm->place[1] * x[p];
         double rest = load[k] - f->lean[0] * joint[2 * k] - f->lean[1] * joint[2 * k + 1];
         x[k] = (rest + (arm->spring != 0 ? arm->spring * x[p] : 0)) / f->pivot;
     }
@@ -269,23 +237,23 @@ static void still_solve(const struct pend_still *still, double load[], double x[
 static void still_weigh(const struct pend_still *still, const double x[], double out[]) {
     double *joint = still->joint;
     for (int k = 0; k < still->n; k++) {
-        const struct still_arm *arm = &still->arm[k];
+        const struct linear_arm *arm = &still->arms.arm[k];
         int p = still->parent[k];
-        joint[2 * k] = p < 0 ? 0 : joint[2 * p] + arm->point[0] * x[p];
-        joint[2 * k + 1] = p < 0 ? 0 : joint[2 * p + 1] + arm->point[1] * x[p];
+        joint[2 * k] = p < 0 ? 0 : joint[2 * p] + arm->place[0] * x[p];
+        joint[2 * k + 1] = p < 0 ? 0 : joint[2 * p + 1] + arm->place[1] * x[p];
     }
     // momenta take the places of the joints' velocities
     for (int k = 0; k < still->n; k++) {
-        const struct still_arm *arm = &still->arm[k];
+        const struct linear_arm *arm = &still->arms.arm[k];
         double wx = joint[2 * k], wy = joint[2 * k + 1];
         out[k] = arm->moment[0] * wx + arm->moment[1] * wy + arm->inertia * x[k];
         joint[2 * k] = arm->mass * wx + arm->moment[0] * x[k];
         joint[2 * k + 1] = arm->mass * wy + arm->moment[1] * x[k];
     }
     for (int k = still->n - 1; k > 0; k--) {
-        const struct still_arm *arm = &still->arm[k];
+        const struct linear_arm *arm = &still->arms.arm[k];
         int p = still->parent[k];
-        out[p] += arm->point[0] * joint[2 * k] + arm->point[1] * joint[2 * k + 1];
+        out[p] += arm->place[0] * joint[2 * k] + arm->place[1] * joint[2 * k + 1];
         joint[2 * p] += joint[2 * k], joint[2 * p + 1] += joint[2 * k + 1];
     }
 }
@@ -294,8 +262,8 @@ static void still_weigh(const struct pend_still *still, const double x[], double
 static double still_stiff(const struct pend_still *still, const double x[]) {
     double sum = 0;
     for (int k = 0; k < still->n; k++) {
-        const struct still_arm *arm = &still->arm[k];
-        sum += arm->back * x[k] * x[k];
+        const struct linear_arm *arm = &still->arms.arm[k];
+        sum += still->back[k] * x[k] * x[k];
         if (arm->spring != 0) sum -= 2 * arm->spring * x[k] * x[still->parent[k]];
     }
     return sum;

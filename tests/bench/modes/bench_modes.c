@@ -3,6 +3,7 @@
  * Leaves to others: correctness (tests/core/modes/test_modes*.c).
  * Invariant: the same trees every time; a peer that is not installed is skipped aloud. */
 #include <dlfcn.h>
+#include <gsl/gsl_eigen.h>
 #include <malloc.h>
 #include <math.h>
 #include <stdio.h>
@@ -12,10 +13,8 @@
 #include <time.h>
 
 #include "core/modes/modes.h"
-#include "core/modes/modes_gsl.h"
 
 #define GRAVITY 9.81
-static const struct pend_loads loads = {.gravity = GRAVITY};
 
 typedef void dsyevd_fn(const char *, const char *, const int *, double *, const int *, double *,
                        double *, const int *, int *, const int *, int *);
@@ -125,15 +124,6 @@ static double time_modes(const struct subject *s, struct pend_modes_request requ
     return time;
 }
 
-static double time_gsl(const struct subject *s) {
-    struct pend_modes *modes;
-    double begin = now();
-    if (pend_modes_gsl_new(&modes, s->tree, &loads, 1, NULL)) exit(1);
-    double time = now() - begin;
-    pend_modes_free(&modes);
-    return time;
-}
-
 /* M^-1/2 L M^-1/2 */
 static void fill_scaled(const struct subject *s) {
     int n = s->n;
@@ -147,6 +137,21 @@ static void fill_scaled(const struct subject *s) {
         s->a[(size_t)p * n + p] += spring / t->mass[p];
         s->a[(size_t)k * n + p] = s->a[(size_t)p * n + k] = -spring / sqrt(t->mass[k] * t->mass[p]);
     }
+}
+
+static double time_gsl(const struct subject *s) {
+    size_t n = (size_t)s->n;
+    double begin = now();
+    fill_scaled(s);
+    gsl_matrix_view matrix = gsl_matrix_view_array(s->a, n, n);
+    gsl_matrix *vectors = gsl_matrix_alloc(n, n);
+    gsl_vector *value = gsl_vector_alloc(n);
+    gsl_eigen_symmv_workspace *work = gsl_eigen_symmv_alloc(n);
+    if (gsl_eigen_symmv(&matrix.matrix, value, vectors, work)) exit(1);
+    gsl_eigen_symmv_free(work);
+    gsl_vector_free(value);
+    gsl_matrix_free(vectors);
+    return now() - begin;
 }
 
 static double time_dsyevd(const struct subject *s, int vectors) {

@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "core/bodies/bodies.h"
-#include "core/modes/modes_gsl.h"
+#include "core/modes/modes.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
@@ -123,7 +123,7 @@ TEST(damped_modes_of_ideal_pendulums_are_those_without_matrices) {
         test_tree_random(&t, TEST_TREE_ATTACHED, ARMS, 0.5, &seed);
         for (int k = 0; k < ARMS; k++) start[k] = -M_PI_2 + 0.1;
         REQUIRE(pend_damped_new(&d, t.tree, TEST_LOADS(9.81), start, &error) == PEND_OK);
-        REQUIRE(pend_modes_gsl_new(&modes, t.tree, TEST_LOADS(9.81), 0, &error) == PEND_OK);
+        REQUIRE(pend_modes_new(&modes, t.tree, TEST_LOADS(9.81), 0, &error) == PEND_OK);
         CHECK_INT(d->count, ARMS);
         for (int k = 0; k < ARMS; k++) {
             worst = fmax(worst, fabs(d->omega[k] / modes->omega[k] - 1));

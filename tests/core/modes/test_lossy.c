@@ -36,7 +36,7 @@ static void found_of(struct found *f, const struct test_tree *t, const struct pe
     if (!f->shape) abort();
     for (int k = 0; k < t->n; k++) f->phi[k] = k || !pend_terms_cart(loads->terms) ? -M_PI_2 : 0;
     if (!CHECK(pend_rest_find(t->tree, loads, f->phi, NULL, &error) == PEND_OK)) return;
-    if (!CHECK(pend_lossy_new(&lossy, t->tree, loads, f->phi, &error) == PEND_OK)) return;
+    if (!CHECK(pend_lossy_new(&lossy, t->tree, loads, f->phi) == PEND_OK)) return;
     while (stage != PEND_LOSSY_DONE) {
         double complex *shape = f->shape + (size_t)f->count * n;
         enum pend_status status = pend_lossy_step(lossy, &stage, &f->root[f->count], shape);

@@ -160,9 +160,9 @@ TEST(modes_values_hold_at_every_instruction_set) {
         struct test_tree t;
         test_tree_random(&t, (enum test_tree_kind)kind, N, 0.3, &seed);
         struct pend_laplacian *l = laplacian_of(t.tree);
-        for (int isa = 0; isa < PEND_ISA_COUNT; isa++) {
-            const struct pend_modes_kernel *kernel = pend_modes_kernel_of((enum pend_isa)isa);
-            if (!kernel) continue;
+        for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
+            const struct pend_modes_kernel *kernel =
+                PEND_ISA_PICK(pend_modes_kernel, (enum pend_isa)isa);
             struct pend_modes_probe probe[SHIFTS], alone;
             test_quad pivot[N];
             for (int i = 0; i < SHIFTS; i++)
@@ -173,7 +173,7 @@ TEST(modes_values_hold_at_every_instruction_set) {
                 /* p'/p by a difference of counts' own pivots is too coarse: compare with the
                  * base kernel instead */
                 alone.shift = probe[i].shift;
-                pend_modes_kernel_of(PEND_ISA_BASE)->probe(l, 1, &alone);
+                PEND_ISA_PICK(pend_modes_kernel, PEND_ISA_BASE)->probe(l, 1, &alone);
                 worst = fmax(worst, fabs(probe[i].log_rate / alone.log_rate - 1));
                 /* a lane does not feel the lanes beside it */
                 alone.shift = probe[i].shift;
@@ -198,7 +198,7 @@ TEST(modes_values_log_derivatives_are_sums_over_the_eigenvalues) {
     for (int i = 1; i < N; i++) {
         struct pend_modes_probe probe = {.shift = 0.3 * value[i - 1] + 0.7 * value[i]};
         double rate = 0, size = 0, bend = 0;
-        pend_modes_kernel()->probe(l, 1, &probe);
+        PEND_ISA_PICK(pend_modes_kernel, pend_isa_best())->probe(l, 1, &probe);
         for (int j = 0; j < N; j++) {
             double inverse = 1 / (probe.shift - value[j]);
             rate += inverse;

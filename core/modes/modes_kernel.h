@@ -2,8 +2,8 @@
  * the choice of the instruction set.
  * Leaves to others: which shifts (modes_values), orthogonality (modes_vectors).
  * Invariant: a lane's bits depend only on its shift, not on other lanes or their number. */
-#ifndef PEND_MODES_TEMPLATE_H
-#define PEND_MODES_TEMPLATE_H
+#ifndef PEND_MODES_KERNEL_H
+#define PEND_MODES_KERNEL_H
 
 #include "core/base/isa.h"
 #include "core/modes/laplacian.h"
@@ -48,11 +48,6 @@ struct pend_modes_kernel {
                  double work[], double *vector[], double *tip[]);
 };
 
-/** Returns the kernel for this processor's best instruction set. O(1). */
-const struct pend_modes_kernel *pend_modes_kernel(void);
-
-/** Returns the kernel for an instruction set, NULL if this processor does not have the set. O(1).
- */
-const struct pend_modes_kernel *pend_modes_kernel_of(enum pend_isa isa);
+PEND_ISA_EACH(struct pend_modes_kernel, pend_modes_kernel);
 
 #endif

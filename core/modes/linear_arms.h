@@ -1,0 +1,50 @@
+/* The arms of a real pendulum in small motions about an equilibrium: the constants of the
+ * linearized equations.
+ * Leaves to others: the equilibrium (rest), solving the equations (still, lossy, damped, response).
+ * Invariant: the constants are those at the given angles, whether or not these are at rest. */
+#ifndef PEND_LINEAR_ARMS_H
+#define PEND_LINEAR_ARMS_H
+
+#include "core/tree/loads.h"
+#include "core/tree/tree.h"
+
+/* Constants of an arm. The angle of a cart, which is arm 0 then, is its place on the rail in m, and
+ * so are the units of all that goes with it. Vectors have x and y in the fixed frame, and are the
+ * derivative of a place by an angle: i times what the arm's frame says, turned. */
+struct linear_arm {
+    int parent;
+    int holder; /* the arm against which its joint turns it: the parent, or -1 for the ground */
+    double mass, moment[2], inertia; /* kg, kg m, kg m^2, of the arm alone */
+    double drag, lever[2], span;     /* N s/m; m, of the tip; m^2, the lever's square */
+    double fall;                     /* N m/rad, of gravity on the arm and all that hangs on it */
+    double spring, damper;           /* N m/rad, N m s/rad, of its joint */
+    double place[2];                 /* m, of its joint, by its parent's angle */
+    double whole[2], wind[2];        /* kg m, N s: the moments of masses and of drag with all that
+                                        hangs on the arm */
+    double whole_mass;               /* kg, of the same */
+    double whole_inertia, wind_inertia; /* kg m^2, N m s: with what hangs on the arm as points */
+};
+
+struct linear_arms {
+    int n;
+    double mist; /* 1/s: drag per mass */
+    struct linear_arm *arm;
+};
+
+/**
+ * Fills in the constants.
+ *
+ * arms  out; ends with pend_linear_arms_clear, also after a failure.
+ * phi   n angles, rad, stored order; a cart's place in m.
+ *
+ * PEND_NO_MEMORY  O(n).
+ */
+PEND_MUST_CHECK enum pend_status pend_linear_arms_init(struct linear_arms *arms,
+                                                       const struct pend_tree *tree,
+                                                       const struct pend_loads *loads,
+                                                       const double phi[]);
+
+/** Frees the memory. */
+void pend_linear_arms_clear(struct linear_arms *arms);
+
+#endif
