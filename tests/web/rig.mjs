@@ -22,7 +22,7 @@ const BENCH = process.argv.includes("--bench"); // what is measured is drawn as 
 const TIMEOUT_MS = 180000; // for what a browser does at once: the machine may be slow, and busy with others
 // a daemon that gives up on nobody because time passes
 const PATIENT = ["--max-wait-seconds", "3600", "--header-seconds", "3600", "--body-seconds", "3600", "--send-seconds", "3600", "--idle-seconds", "86400"];
-const ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+export const CHROMIUM_ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
   "--disable-component-update", "--disable-sync", "--font-render-hinting=none"];
 
 /** A daemon: {url, stop(signal)}; options are added to its command line; port: 0 for a free one. */
@@ -112,7 +112,7 @@ function share(name, make) {
   return shared.get(name);
 }
 
-const chromium = () => fetched("playwright-core").chromium.launch({ executablePath: CHROMIUM, args: ARGUMENTS, timeout: TIMEOUT_MS });
+const chromium = () => fetched("playwright-core").chromium.launch({ executablePath: CHROMIUM, args: CHROMIUM_ARGUMENTS, timeout: TIMEOUT_MS });
 const sharedBrowser = (wants) => share(IN_FIREFOX ? `browser ${wants.dark} ${wants.still}` : "browser", async () => {
   const browser = await (IN_FIREFOX ? launchFirefox(fetched("playwright-core"), wants) : chromium());
   return { browser, stop: () => browser.close() };

@@ -467,11 +467,13 @@ class Pendulum:
 
     def ask(self, route, *, job=False, save=None, **fields):
         """POST /v1/ROUTE with this pendulum: a Result, with job=True (or a key of your own) a Job, with save="a.npz" that file."""
+        # mode and amplitude of an orbit are not its start
+        body = {"pendulum": self.fields} | fields if route == "orbits" else self.request(**fields)
         if save:
-            return self.client.save(route, self.request(**fields), save)
+            return self.client.save(route, body, save)
         if job:
-            return self.client.submit(route, self.request(**fields), None if job is True else job)
-        return self.client.call(route, self.request(**fields))
+            return self.client.submit(route, body, None if job is True else job)
+        return self.client.call(route, body)
 
     def run(self, times, **fields):
         """The motion at `times`: "start:stop:step", "start:stop/count", an array, or a dict of the interface."""
