@@ -225,6 +225,10 @@ soak: build ## everything mixed for SECONDS (300), without and with --isolate: m
 	@/usr/bin/python3 -B tests/drill/soak.py $(B) --seconds $(SECONDS)
 	@/usr/bin/python3 -B tests/drill/soak.py $(B) --seconds $(SECONDS) --isolate
 
+pictures: build ## the pictures of README.md and the guides, from the real page (installs webp)
+	@command -v img2webp >/dev/null || docker/install.sh pictures
+	@tests/rules/web.sh $(B) --pictures
+
 lesson: build ## a lesson of a class on both stores, 45 minutes in 45 s: a teacher's mistakes, restarts, and then the account
 	@/usr/bin/python3 -B tests/drill/lesson.py $(B)
 
@@ -502,5 +506,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check quick build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages load bench-dynamics bench-modes bench-stiff bench-trajectories debug install uninstall clean test asan tsan fuzz arm dist deb tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
+.PHONY: help run check quick build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages pictures load bench-dynamics bench-modes bench-stiff bench-trajectories debug install uninstall clean test asan tsan fuzz arm dist deb tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
 .DELETE_ON_ERROR:

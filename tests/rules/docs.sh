@@ -46,7 +46,7 @@ def walk(node):
         yield from walk(child)
 
 
-readme, openapi = text("README.md"), yaml.safe_load(text("api/call/openapi.yaml"))
+openapi = yaml.safe_load(text("api/call/openapi.yaml"))
 
 # options: the help as a table, in docker/README.md
 page = text("docker/README.md")
@@ -63,7 +63,6 @@ same("options in docker/README.md", table.splitlines(), old.splitlines())
 # routes: the router's table, the README, the paths of the OpenAPI document
 router = re.findall(r'ROUTER_\w+\("(GET|POST|PUT|DELETE)", "(/[^"]*)"', text("server/http/router.c"))
 routes = {f"{method} {path}" for method, path in router}
-same("routes in README.md", routes, first_cells(readme, "| route | answers |"))
 verbs = ("get", "post", "put", "delete")
 paths = {f"{verb.upper()} {path}" for path, item in openapi["paths"].items() for verb in item if verb in verbs}
 same("routes in api/call/openapi.yaml", routes, paths)
@@ -71,7 +70,7 @@ same("routes in api/call/openapi.yaml", routes, paths)
 # methods: the descriptors of the core
 source = "".join(path.read_text(encoding="utf-8") for path in sorted(Path("core").rglob("method_*.c")))
 methods = set(re.findall(r'\.name = "(\w+)"', source)) | set(re.findall(r"GSL_STEPPER\(\s*(\w+),", source.replace("GSL_STEPPER(name_", "")))
-same("methods in README.md", methods, first_cells(readme, "| method | what it is |"))
+same("methods in the guide", methods, first_cells(text("api/guide/motions.md"), "| method | what it is |"))
 enums = [node["enum"] for node in walk(openapi) if isinstance(node, dict) and "taylor" in (node.get("enum") or ())]
 same("methods in api/call/openapi.yaml", methods, set().union(*enums) if enums else ())
 

@@ -3,6 +3,7 @@
 # usage: web.sh BUILD [--bench] [NAME]     (build/release, for the server; a part of a test's name; --bench: measures instead)
 #        BROWSER=firefox web.sh BUILD [NAME]     (the same tests in Firefox, but those that ask for Chromium's own protocol)
 #        web.sh BUILD --lesson [PUPILS [STORE]]     (a lesson in real pages)
+#        web.sh BUILD --pictures [NAME]     (makes the pictures of the guides)
 # Leaves to others: the tests (tests/web).
 # Invariant: what npm fetches lies in build/; pictures of every view are left in build/check/web.
 set -u
@@ -21,5 +22,6 @@ command -v npm >/dev/null || skip 'npm is not here'
 fetch_packages tests/web $home || skip 'npm cannot fetch what drives the browser'
 exec 8>&- # what npm has brought stays: a second run need not wait for this one
 export PENDULUMD=$PWD/$1/pendulumd
+[ "${2:-}" != --pictures ] || exec node tests/web/pictures.mjs "${@:3}"
 [ "${2:-}" != --lesson ] || exec node tests/web/lesson.mjs "${@:3}"
 exec node tests/web/run.mjs "${@:2}"
