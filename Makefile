@@ -94,7 +94,7 @@ ISA_RUNS := $(lastword $(filter-out $(ISA_IDLE),$(ISAS)))
 objects = $(patsubst %,$(B)/%.o,$(basename $(filter-out $(KERNELS),$(wildcard $(addprefix $(1)/,*.c *.cpp */*.c */*.cpp)) \
   $(filter-out api/clients/%,$(wildcard $(1)/*/*/*.c)))))
 CORE := $(call objects,core) $(foreach isa,$(ISAS),$(KERNELS:%.c=$(B)/%.$(isa).o))
-API := $(call objects,api) $(B)/api/call/openapi_json.o $(B)/api/base/engine.o
+API := $(call objects,api) $(B)/api/call/openapi_json.o $(B)/api/base/engine.o $(B)/api/base/version.o
 SERVER := $(filter-out $(B)/server/main.o,$(call objects,server)) build/web/assets.o
 HARNESS := $(call objects,tests/harness)
 
@@ -318,7 +318,7 @@ say = $(if $(V),,@printf '  %-8s %-5s %s%s\n' '$(MODE)' '$(1)' '$(2)' '$(3)')
 # the same of a compilation, with its number and how many there will be
 say_counted = $(eval SAID += +)$(call say,$(1),$(2),$(if $(filter $(words $(SAID)),$(wordlist 1,$(TOTAL),$(NUMBERS))), [$(words $(SAID))/$(TOTAL)]))
 # objects that the goals want and that are not there, or older than the flags; what was edited since is not known before
-OBJECTS = $(sort $(filter-out %.a %/engine.o %/openapi_json.o build/web/%,$(foreach goal,$(or $(MAKECMDGOALS),help),\
+OBJECTS = $(sort $(filter-out %.a %/engine.o %/version.o %/openapi_json.o build/web/%,$(foreach goal,$(or $(MAKECMDGOALS),help),\
   $(if $(filter build install $(B)/pendulumd,$(goal)),$(B)/server/main.o $(SERVER) $(API) $(CORE)) \
   $(foreach room,$(ROOMS),$(if $(filter test test-$(room) $(B)/tests/$(room)/run,$(goal)),\
     $(call objects,tests/$(room)) $(HARNESS) $(PARTS.$(room)) $(CORE))))))
@@ -389,7 +389,11 @@ $(B)/api/base/engine.c: $(ENGINE) $(B)/parts
 	@mkdir -p $(@D)
 	$(Q)cat $(ENGINE) | sha256sum | sed -E 's/^(.{16})([0-9a-f]+).*/#include "api\/base\/engine.h"\nconst char api_engine[] = "\1\2", api_engine_name[] = "\1";/' > $@
 
-$(B)/api/base/engine.o: $(B)/api/base/engine.c $(B)/flags
+$(B)/api/base/version.c: changed
+	@mkdir -p $(@D)
+	$(Q)docker/version.sh $@
+
+$(B)/api/base/engine.o $(B)/api/base/version.o: %.o: %.c $(B)/flags
 	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
 
 $(B)/libpendulum.a: $(CORE) $(B)/parts

@@ -6,10 +6,10 @@
 # Invariant: writes into DIRECTORY only; two runs on the same packages make the same bytes, wherever they run.
 set -eu
 directory=$1
-version=$(sed -nE 's/^#define API_VERSION "(.*)"$/\1/p' api/base/engine.h)
+version=$(docker/version.sh)
 head=$(head -n 1 docker/debian/changelog)
 case $head in
-"pendulumd ($version) "*) ;;
+"pendulumd (${version%%+*}) "*) ;;
 *)
     echo "deb.sh: docker/debian/changelog begins with '$head', but this is version $version" >&2
     exit 1
@@ -22,6 +22,7 @@ cp -R Makefile README.md LICENSE core api server docker "$source"
 cp -R build/web/node_modules build/web/package-lock.json "$source/build/web"
 find "$source" -name __pycache__ -prune -exec rm -rf {} +
 cp -R docker/debian "$source/debian"
+sed -i "1s/(.*)/($version)/" "$source/debian/changelog"
 # who hands the packages on answers for them, and is their maintainer
 if [ -n "${DEBEMAIL:-}" ]; then
     maintainer=$(printf '%s <%s>' "${DEBFULLNAME:-pendulumd}" "$DEBEMAIL" | sed 's/[\\&|]/\\&/g')

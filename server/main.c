@@ -77,7 +77,7 @@ static int main_print(enum srv_config_task task) {
     api_buffer_init(&text, 65536);
     if (task == SRV_CONFIG_VERSION)
         status =
-            api_buffer_format(&text, "pendulumd %s (engine %s)\n", API_VERSION, api_engine_name);
+            api_buffer_format(&text, "pendulumd %s (engine %s)\n", api_version, api_engine_name);
     else
         status = task == SRV_CONFIG_HELP ? srv_config_help(&text) : srv_config_table(&text);
     int good = status == PEND_OK && fwrite(text.data, 1, text.bytes, stdout) == text.bytes &&

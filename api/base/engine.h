@@ -4,8 +4,12 @@
 #ifndef API_ENGINE_H
 #define API_ENGINE_H
 
-/* The version for people; the same in responses, in the program's output and in its metrics. */
+/* The version in responses: the same for all builds between two releases. */
 #define API_VERSION "0.1.0"
+
+/* The version with the commit of a build between two releases (docker/version.sh):
+ * "0.1.0+git20261126.abc1234". In the program's output and metrics, and at /version. */
+extern const char api_version[];
 
 /* 64 hexadecimal digits; and the first 16 of them, which responses report. */
 extern const char api_engine[], api_engine_name[];

@@ -169,7 +169,7 @@ enum pend_status srv_metrics_write(struct srv_metrics *metrics, const struct srv
     PEND_TRY(metrics_head(out, "pendulumd_build_info", NULL,
                           "1; which program this is, and which engine computes", "gauge"));
     PEND_TRY(api_buffer_format(out, "pendulumd_build_info{version=\"%s\",engine=\"%s\"} 1\n",
-                               API_VERSION, api_engine_name));
+                               api_version, api_engine_name));
     PEND_TRY(metrics_stages(metrics, out));
     PEND_TRY(metrics_counters(metrics, out));
     return metrics_gauges(gauges, out);

@@ -14,7 +14,7 @@ void srv_probes_health(struct srv_exchange *exchange) {
 }
 
 void srv_probes_version(struct srv_exchange *exchange) {
-    if (api_buffer_format(&exchange->answer, "{\"version\":\"%s\",\"engine\":\"%s\"}", API_VERSION,
+    if (api_buffer_format(&exchange->answer, "{\"version\":\"%s\",\"engine\":\"%s\"}", api_version,
                           api_engine_name) != PEND_OK) {
         srv_exchange_busy(exchange, 1, "out of memory");
         return;

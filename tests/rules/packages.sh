@@ -59,7 +59,7 @@ fi
 
 build=$1
 version=$("$build/pendulumd" --version | cut -d' ' -f2)
-listed() { head -n 1 docker/debian/changelog | grep -qF "pendulumd ($version) "; }
+listed() { head -n 1 docker/debian/changelog | grep -qF "pendulumd (${version%%+*}) "; }
 say "docker/debian/changelog begins with another version than $version" listed
 
 page=$root/pendulumd.8

@@ -156,7 +156,7 @@ static void read_options(struct line *line, int argc, char *argv[]) {
             fputs(usage, stdout);
             exit(0);
         case 'V':
-            printf("pendulum %s, engine %s\n", API_VERSION, api_engine_name);
+            printf("pendulum %s, engine %s\n", api_version, api_engine_name);
             exit(0);
         case '?':
             fputs(usage, stderr);
