@@ -216,14 +216,12 @@ histories: build ## jobs under failover of PostgreSQL, FAILOVERS (10) with synch
 	@/usr/bin/python3 -B tests/drill/histories.py $(B) --rounds $(FAILOVERS)
 FAILOVERS ?= 10
 
-school: build ## thirty pupils, batch clients, an attacker and restarts, for SECONDS (300), without and with --isolate; classes against classes: errors, times, what the attacker got
+school: build ## thirty pupils, batch clients, an attacker and restarts, for SECONDS (300); classes against classes: errors, times, what the attacker got
 	@/usr/bin/python3 -B tests/drill/school.py $(B) --seconds $(SECONDS)
-	@/usr/bin/python3 -B tests/drill/school.py $(B) --seconds $(SECONDS) --isolate
 SECONDS ?= 300
 
-soak: build ## everything mixed for SECONDS (300), without and with --isolate: memory, descriptors, threads and files stay as they were
+soak: build ## everything mixed for SECONDS (300): memory, descriptors, threads and files stay as they were
 	@/usr/bin/python3 -B tests/drill/soak.py $(B) --seconds $(SECONDS)
-	@/usr/bin/python3 -B tests/drill/soak.py $(B) --seconds $(SECONDS) --isolate
 
 pictures: build ## the pictures of README.md and the guides, from the real page (installs webp)
 	@command -v img2webp >/dev/null || docker/install.sh pictures

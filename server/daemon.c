@@ -18,7 +18,6 @@
 #include "server/reload.h"
 #include "server/walls.h"
 #include "server/jobs/part_runner.h"
-#include "server/work/cells.h"
 #include "server/work/workers.h"
 
 enum {
@@ -36,19 +35,16 @@ struct srv_daemon {
     int probe_fd;                   /* -1 = none, or probes has it */
     char url[SRV_URL_BYTES], probe_url[SRV_URL_BYTES];
     char lack[SRV_CONFIG_TEXT];       /* walls that are not up; "" = all are */
-    char cells_lack[SRV_CONFIG_TEXT]; /* the same, of processes that compute */
     char hooks_lack[SRV_CONFIG_TEXT]; /* and of the one that sends webhooks */
 };
 
 /* As many open files as the system lets us have; fewer connections where that is not enough, and
  * an eighth of the files for sockets that linger. Returns how many of these there may be. */
 static int daemon_files(struct srv_config *config, struct srv_log *log) {
-    /* a socket for each process that computes */
-    rlim_t own = DAEMON_FILES + (config->isolate != 0 ? (rlim_t)config->queue : 0);
     struct rlimit files;
     int lingering = SRV_WATCH_LINGERING;
     if (getrlimit(RLIMIT_NOFILE, &files)) return lingering;
-    rlim_t need = (rlim_t)config->connections + own + SRV_WATCH_LINGERING;
+    rlim_t need = (rlim_t)config->connections + DAEMON_FILES + SRV_WATCH_LINGERING;
     if (files.rlim_cur < need) {
         files.rlim_cur = files.rlim_max < need ? files.rlim_max : need;
         setrlimit(RLIMIT_NOFILE, &files);
@@ -56,7 +52,7 @@ static int daemon_files(struct srv_config *config, struct srv_log *log) {
     }
     if (files.rlim_cur >= need) return lingering;
     if (files.rlim_cur / 8 < SRV_WATCH_LINGERING) lingering = (int)(files.rlim_cur / 8);
-    rlim_t other = own + (rlim_t)lingering;
+    rlim_t other = DAEMON_FILES + (rlim_t)lingering;
     double most = files.rlim_cur > other + 1 ? (double)(files.rlim_cur - other) : 1;
     if (most > config->connections) most = config->connections;
     srv_log_message(log, "max-connections is %.0f, not %.0f: the system allows %llu open files",
@@ -102,8 +98,6 @@ static enum pend_status daemon_probes(struct srv_daemon *daemon, struct pend_err
 static enum pend_status daemon_apart(struct srv_daemon *daemon, struct pend_error *error) {
     struct srv_service *service = &daemon->service;
     const struct srv_config *config = &service->config;
-    if (config->isolate != 0)
-        PEND_TRY(srv_cells_new(&service->cells, service, daemon->cells_lack, error));
     if (!strcmp(config->webhook_secret, "none") || !strcmp(config->store, "none")) return PEND_OK;
     return srv_courier_new(&service->courier, config, daemon->hooks_lack, error);
 }
@@ -179,14 +173,10 @@ struct srv_log *srv_daemon_log(const struct srv_daemon *daemon) {
     return daemon->service.log;
 }
 
-const char *srv_daemon_cells_lack(const struct srv_daemon *daemon) { return daemon->cells_lack; }
-
 const char *srv_daemon_hooks_lack(const struct srv_daemon *daemon) { return daemon->hooks_lack; }
 
 const char *srv_daemon_fails(const struct srv_daemon *daemon) {
     const struct srv_service *service = &daemon->service;
-    if (service->cells && srv_cells_lost(service->cells))
-        return "the process that makes those which compute has ended: drains";
     if (service->courier && srv_courier_lost(service->courier))
         return "the process that sends webhooks has ended: drains";
     return NULL;
@@ -267,7 +257,6 @@ void srv_daemon_free(struct srv_daemon **daemon) {
     srv_watch_free(&gone->watch);
     srv_log_free(&gone->service.log);
     srv_tls_free(&gone->service.tls);
-    srv_cells_free(&gone->service.cells);
     srv_service_setup_clear(&gone->service);
     srv_reload_clear(&gone->service);
     free(gone);

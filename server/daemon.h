@@ -34,9 +34,6 @@ struct srv_log *srv_daemon_log(const struct srv_daemon *daemon);
  * computes no jobs. */
 double srv_daemon_idle(struct srv_daemon *daemon);
 
-/** The same, of the processes of --isolate. */
-const char *srv_daemon_cells_lack(const struct srv_daemon *daemon);
-
 /** The same, of the process that sends webhooks. */
 const char *srv_daemon_hooks_lack(const struct srv_daemon *daemon);
 

@@ -23,7 +23,6 @@
 #include "server/base/notify.h"
 #include "server/replay.h"
 #include "server/walls.h"
-#include "server/work/zygote.h"
 
 extern char **environ;
 
@@ -95,9 +94,6 @@ static void main_tell_walls(const struct srv_daemon *daemon) {
         srv_log_message(srv_daemon_log(daemon),
                         "walls: not all are up around what sends webhooks: %s",
                         srv_daemon_hooks_lack(daemon));
-    if (srv_daemon_cells_lack(daemon)[0])
-        srv_log_message(srv_daemon_log(daemon), "walls: not all are up around what computes: %s",
-                        srv_daemon_cells_lack(daemon));
 }
 
 /* does a signal end the server? A hangup does where its terminal is gone, and asks for a reload
@@ -164,8 +160,7 @@ static int main_word(int argc, char **argv) {
     const char *word = argc > 1 ? argv[1] : "";
     if (!strcmp(word, "keys")) return srv_keys_command(argc, argv);
     if (!strcmp(word, "healthy")) return srv_healthy_command(argc, argv, environ);
-    if (argc == 2 && !strcmp(word, "hooks")) return srv_hook_loop_main();
-    return argc == 2 && !strcmp(word, "compute") ? srv_zygote_main() : -1;
+    return argc == 2 && !strcmp(word, "hooks") ? srv_hook_loop_main() : -1;
 }
 
 int main(int argc, char **argv) {
@@ -198,9 +193,8 @@ int main(int argc, char **argv) {
     main_tell_walls(daemon);
     if (config.warning[0]) srv_log_message(srv_daemon_log(daemon), "%s", config.warning);
     srv_notify("READY=1");
-    int status =
-        main_serve(daemon, &ears, config.isolate != 0 || strcmp(config.webhook_secret, "none") != 0,
-                   config.until_idle_seconds, argc, argv);
+    int status = main_serve(daemon, &ears, strcmp(config.webhook_secret, "none") != 0,
+                            config.until_idle_seconds, argc, argv);
     main_drain(daemon, &ears);
     return status;
 }

@@ -50,8 +50,6 @@ struct api_call {
     char columns[API_COLUMNS_TEXT];
     struct api_remarks remarks;
     char file_name[40];
-    const struct api_relay *relay; /* to where it is computed; NULL = here */
-    struct api_relay_told *told;   /* from there, last */
 };
 
 int api_call_valid(const struct api_call *call) {
@@ -90,7 +88,6 @@ void api_call_free(struct api_call **call) {
     if (!*call) return;
     assert(api_call_valid(*call));
     call_end_op(*call);
-    free((*call)->told);
     api_problem_clear(&(*call)->problem);
     api_buffer_clear(&(*call)->whole);
     free(*call);
@@ -107,14 +104,6 @@ void api_call_hurry(struct api_call *call, int (*hurry)(void *company), void *co
     call->company = company;
 }
 
-enum pend_status api_call_relay(struct api_call *call, const struct api_relay *relay) {
-    assert(call->stage == STAGE_NEW && !call->relay);
-    call->told = calloc(1, sizeof *call->told);
-    if (!call->told) return PEND_NO_MEMORY;
-    call->relay = relay;
-    return PEND_OK;
-}
-
 /* ends the call after its answer was promised: only some representations can still say why */
 static enum api_progress call_break(struct api_call *call, struct api_buffer *out) {
     size_t before = out->bytes;
@@ -126,16 +115,6 @@ static enum api_progress call_break(struct api_call *call, struct api_buffer *ou
     if (status == PEND_OK) status = api_buffer_text(out, "}\n");
     if (status != PEND_OK) out->bytes = before;
     return API_BROKEN;
-}
-
-/* the end of a call: the head of a problem, which was written */
-static enum api_progress call_problem(struct api_call *call, int status) {
-    call->answer = (struct api_answer){.status = status, .length = -1};
-    call->answer.media_type = "application/problem+json";
-    if (call->op && call->op->form) call->answer.accepts = "application/json, multipart/form-data";
-    call->cost = 0;
-    call->stage = STAGE_DONE;
-    return API_DONE;
 }
 
 /* ends the call: its problem replaces the bytes that were written. If memory is short, a shorter
@@ -150,7 +129,12 @@ static enum api_progress call_refuse(struct api_call *call, struct api_buffer *o
         api_problem_set(&call->problem, status, "there was no memory to say more");
         if (api_problem_write(&call->problem, out) != PEND_OK) out->bytes = call->before;
     }
-    return call_problem(call, call->problem.status);
+    call->answer = (struct api_answer){.status = call->problem.status, .length = -1};
+    call->answer.media_type = "application/problem+json";
+    if (call->op && call->op->form) call->answer.accepts = "application/json, multipart/form-data";
+    call->cost = 0;
+    call->stage = STAGE_DONE;
+    return API_DONE;
 }
 
 /* states the problem of a failure, unless one was stated already; a lack of memory replaces faults,
@@ -202,66 +186,6 @@ static int call_foresee(struct api_call *call) {
     return api_outlook_begins(op, call->state, call->limits, call->cost, &call->problem);
 }
 
-/* --- a call that is computed elsewhere --- */
-
-/* Takes a problem that was written there, the last `bytes` of out, for the answer. */
-static enum api_progress call_take_problem(struct api_call *call, size_t bytes,
-                                           struct api_buffer *out) {
-    memmove(out->data + call->before, out->data + out->bytes - bytes, bytes);
-    out->bytes = call->before + bytes;
-    assert(out->bytes - bytes >= call->before);
-    return call_problem(call, call->told->status);
-}
-
-/* Takes what is told, of a request that is good, of its answer's head. */
-static void call_take_head(struct api_call *call) {
-    const struct api_relay_told *told = call->told;
-    memcpy(call->digest, told->digest, sizeof call->digest);
-    memcpy(call->columns, told->columns, sizeof call->columns);
-    call->cost = told->cost;
-    call_head(call, told->length);
-}
-
-/* A failure of the way there: what was appended meanwhile is worth nothing. */
-static enum api_progress call_lose(struct api_call *call, enum pend_status status, size_t before,
-                                   const struct pend_error *error, struct api_buffer *out) {
-    out->bytes = before;
-    return call_fail(call, status, error, out);
-}
-
-static enum api_progress call_open_there(struct api_call *call, const struct api_request *request,
-                                         struct api_buffer *out) {
-    const struct api_relay_ask ask = {.kind = API_RELAY_OPEN,
-                                      .request = request,
-                                      .limits = call->limits,
-                                      .clock = call->now != NULL};
-    struct pend_error error = {.text = ""};
-    size_t before = out->bytes;
-    enum pend_status status = api_relay_ask(call->relay, &ask, call->told, out, NULL, &error);
-    if (status != PEND_OK) return call_lose(call, status, before, &error, out);
-    if (call->told->progress == API_DONE) return call_take_problem(call, out->bytes - before, out);
-    call_take_head(call);
-    call->stage = STAGE_READY;
-    return API_MORE;
-}
-
-static enum api_progress call_run_there(struct api_call *call, struct api_buffer *out) {
-    const struct api_relay_ask ask = {.kind = API_RELAY_RUN, .promised = call->promised};
-    struct pend_error error = {.text = ""};
-    struct api_relay_told *told = call->told;
-    size_t before = out->bytes;
-    enum pend_status status = api_relay_ask(call->relay, &ask, told, out, NULL, &error);
-    if (status != PEND_OK) return call_lose(call, status, before, &error, out);
-    call->steps = told->steps;
-    if (told->progress == API_MORE) return API_MORE;
-    if (told->status != 200 && !call->promised)
-        return call_take_problem(call, out->bytes - before, out);
-    call->remarks = told->remarks;
-    if (call->answer.has_remarks) call->answer.remarks = &call->remarks;
-    call->stage = told->status == 200 ? STAGE_DONE : STAGE_BROKEN;
-    return told->status == 200 ? API_DONE : API_BROKEN;
-}
-
 enum api_progress api_call_open(struct api_call *call, const struct api_request *request,
                                 struct api_buffer *out) {
     assert(api_call_valid(call) && call->stage == STAGE_NEW);
@@ -270,7 +194,6 @@ enum api_progress api_call_open(struct api_call *call, const struct api_request 
     call->before = out->bytes;
     call_check_envelope(call, request);
     if (call->problem.status) return call_refuse(call, out);
-    if (call->relay) return call_open_there(call, request, out);
     enum pend_status status = api_request_read(request, call->format, call->limits, &call->problem,
                                                &call->state, call->digest, NULL);
     if (status != PEND_OK) return call_fail(call, status, NULL, out);
@@ -400,7 +323,12 @@ static int call_hopeful(struct api_call *call) {
                             &call->problem);
 }
 
-static enum api_progress call_run_here(struct api_call *call, struct api_buffer *out) {
+enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
+    assert(api_call_valid(call) && call->stage != STAGE_NEW);
+    if (call->stage == STAGE_DONE) return API_DONE;
+    if (call->stage == STAGE_BROKEN) return API_BROKEN;
+    if (call->stage == STAGE_READY) call->before = out->bytes;
+    call->stage = STAGE_RUNNING;
     struct api_turn turn = {.out = out,
                             .now = call->now,
                             .context = call->context,
@@ -426,19 +354,9 @@ static enum api_progress call_run_here(struct api_call *call, struct api_buffer 
     return API_DONE;
 }
 
-enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
-    assert(api_call_valid(call) && call->stage != STAGE_NEW);
-    if (call->stage == STAGE_DONE) return API_DONE;
-    if (call->stage == STAGE_BROKEN) return API_BROKEN;
-    if (call->stage == STAGE_READY) call->before = out->bytes;
-    call->stage = STAGE_RUNNING;
-    return (call->relay ? call_run_there : call_run_here)(call, out);
-}
-
 int api_call_streams(const struct api_call *call) {
     assert(api_call_valid(call));
     int open = call->stage == STAGE_READY || call->stage == STAGE_RUNNING;
-    if (call->relay) return open && call->told->streams;
     if (open && call->format->bare && call->op->stats_first && call->op->stats_first(call->state))
         return 0;
     return open && call->op->samples;
@@ -460,15 +378,12 @@ int api_call_foresees(const struct api_call *call) {
 
 double api_call_answer_bytes(const struct api_call *call) {
     assert(api_call_valid(call));
-    if (call->relay) return call->told->answer;
     if (!call->state || !call->op->table) return API_OP_SMALL_BYTES;
     return call->format->bytes(call->op->table(call->state));
 }
 
 double api_call_bytes(const struct api_call *call) {
     assert(api_call_valid(call));
-    int open = call->stage == STAGE_READY || call->stage == STAGE_RUNNING;
-    if (call->relay && open) return call->told->bytes + (double)sizeof *call->told;
     if (!call->state) return 0;
     double all = call_bytes + call->letters + (double)call->whole.cap;
     /* the rows of a job are read and not computed: the operation holds only its request */

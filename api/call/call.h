@@ -7,9 +7,18 @@
 
 #include "api/base/buffer.h"
 #include "api/base/limits.h"
-#include "api/call/relay.h"
 #include "api/call/request.h"
 #include "api/call/results.h"
+
+/* How a call stands. */
+enum api_progress {
+    API_MORE,   /* call again; bytes may have been appended */
+    API_DONE,   /* the answer is complete: an answer of the operation, or a problem */
+    API_BROKEN, /* it failed after api_call_promise: the bytes in out may be sent, but the client
+                   must see that the message is not complete */
+    API_WAITS   /* call again once the source has more; bytes may have been appended. Only after
+                   api_call_results */
+};
 
 struct api_call;
 
@@ -51,18 +60,6 @@ void api_call_clock(struct api_call *call, double (*now)(void *context), void *c
  *        returns non-zero, the run returns. Called on the thread that runs the call.
  */
 void api_call_hurry(struct api_call *call, int (*hurry)(void *company), void *company);
-
-/**
- * Has the request read and computed elsewhere; before api_call_open, or never. Not for a call that
- * api_call_results opens.
- *
- * relay  the way to it, for this call alone until the call is freed. A failure of the way becomes a
- *        problem of status 500 or 503.
- *
- * PEND_NO_MEMORY
- */
-PEND_MUST_CHECK enum pend_status api_call_relay(struct api_call *call,
-                                                const struct api_relay *relay);
 
 /**
  * Reads and checks the whole request. Afterwards the answer is known to be a problem, or the

@@ -64,42 +64,6 @@ int api_plan_read(struct api_plan *plan, const struct api_request *request,
     return http;
 }
 
-int api_plan_relay(struct api_plan *plan, const struct api_relay *relay,
-                   const struct api_request *request, const struct api_limits *limits,
-                   double seconds, struct api_buffer *body, struct api_buffer *out) {
-    const struct api_relay_ask ask = {.kind = API_RELAY_PLAN,
-                                      .request = request,
-                                      .limits = limits,
-                                      .body = body != NULL,
-                                      .seconds = seconds};
-    struct pend_error error = {.text = ""};
-    struct api_problem problem;
-    size_t before = out->bytes, kept = body ? body->bytes : 0;
-    struct api_relay_told *told = malloc(sizeof *told);
-    enum pend_status status =
-        told ? api_relay_ask(relay, &ask, told, out, body, &error) : PEND_NO_MEMORY;
-    int http = status == PEND_OK ? told->status : api_problem_http(status);
-    *plan = (struct api_plan){.parts = 1};
-    if (status == PEND_OK && !http) {
-        *plan = (struct api_plan){.parts = told->plan.parts,
-                                  .chained = told->plan.chained != 0,
-                                  .cost = told->plan.cost,
-                                  .bytes = told->plan.bytes,
-                                  .kept = told->plan.kept};
-        memcpy(plan->digest, told->digest, sizeof plan->digest);
-    } else if (status != PEND_OK) {
-        out->bytes = before;
-        if (body) body->bytes = kept;
-        api_problem_init(&problem);
-        api_problem_set(&problem, http, "%s",
-                        error.text[0] ? error.text : pend_status_text(status));
-        if (api_problem_write(&problem, out) != PEND_OK) out->bytes = before;
-        api_problem_clear(&problem);
-    }
-    free(told);
-    return http;
-}
-
 struct api_part {
     struct api_request request;
     const struct api_limits *limits;
@@ -118,9 +82,6 @@ struct api_part {
     int (*hurry)(void *company);
     void *company;
     double seconds;
-    const struct api_relay *relay; /* to where it is computed; NULL = here */
-    struct api_relay_told *told;   /* from there, last */
-    struct api_buffer carried;     /* from there: the checkpoint */
 };
 
 /* has the operation read the request */
@@ -169,47 +130,8 @@ enum pend_status api_part_new(struct api_part **part, const struct api_request *
 void api_part_free(struct api_part **part) {
     if (!*part) return;
     if ((*part)->state) (*part)->op->free(&(*part)->state);
-    api_buffer_clear(&(*part)->carried);
-    free((*part)->told);
     free(*part);
     *part = NULL;
-}
-
-/* Asks, and takes a failure that the part has there for one of its own. */
-static enum pend_status part_ask(struct api_part *part, const struct api_relay_ask *ask,
-                                 struct api_buffer *out, struct pend_error *error) {
-    PEND_TRY(api_relay_ask(part->relay, ask, part->told, out, &part->carried, error));
-    enum pend_status status = (enum pend_status)part->told->status;
-    return status == PEND_OK ? status : pend_fail(error, status, -1, 0, "%s", part->told->text);
-}
-
-enum pend_status api_part_relay(struct api_part **part, const struct api_relay *relay,
-                                const struct api_request *request, const struct api_limits *limits,
-                                long number, long parts, const void *start, size_t start_bytes,
-                                struct pend_error *error) {
-    const struct api_relay_ask ask = {.kind = API_RELAY_BEGIN,
-                                      .request = request,
-                                      .limits = limits,
-                                      .number = number,
-                                      .parts = parts,
-                                      .start = start,
-                                      .start_bytes = start_bytes};
-    struct api_buffer none;
-    struct api_part *made = *part = calloc(1, sizeof *made);
-    if (made && !(made->told = malloc(sizeof *made->told))) api_part_free(part);
-    if (!*part) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "there was no memory to begin");
-    made->request = *request;
-    made->limits = limits;
-    made->op = api_op_at(request->op);
-    made->format = &api_format_raw;
-    made->number = number;
-    made->relay = relay;
-    made->carries = made->op->carry && number + 1 < parts;
-    api_buffer_init(&made->carried, (size_t)limits->answer_bytes);
-    api_buffer_init(&none, 0);
-    enum pend_status status = part_ask(made, &ask, &none, error);
-    if (status != PEND_OK) api_part_free(part);
-    return status;
 }
 
 void api_part_clock(struct api_part *part, double (*now)(void *context), void *context) {
@@ -250,9 +172,8 @@ enum pend_status api_part_resume(struct api_part *part, const void *carried, siz
 
 enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carried) {
     struct pend_checkpoint checkpoint = {.way = PEND_CHECKPOINT_COUNT};
-    assert(api_part_valid(part) && (part->state || part->relay || !part->carries));
+    assert(api_part_valid(part) && (part->state || !part->carries));
     if (!part->carries) return PEND_OK;
-    if (part->relay) return api_buffer_add(carried, part->carried.data, part->carried.bytes);
     PEND_TRY(part->op->carry(part->state, &checkpoint, NULL));
     PEND_TRY(api_buffer_room(carried, checkpoint.used + API_SEAL_BYTES));
     checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE,
@@ -292,19 +213,9 @@ static enum pend_status part_write_nothing(struct api_part *part, struct api_buf
 }
 
 double api_part_bytes(const struct api_part *part) {
-    if (part->relay)
-        return (double)(sizeof *part + sizeof *part->told + part->carried.cap) + part->told->bytes;
     double state =
         part->state && part->op->bytes ? part->op->bytes(part->state) : API_OP_SMALL_BYTES;
     return (double)sizeof *part + (double)part->request.body_bytes + state;
-}
-
-static enum pend_status part_run_there(struct api_part *part, struct api_buffer *out, int *done,
-                                       struct pend_error *error) {
-    const struct api_relay_ask ask = {.kind = API_RELAY_PART};
-    PEND_TRY(part_ask(part, &ask, out, error));
-    *done = part->told->done != 0;
-    return PEND_OK;
 }
 
 /* true if JSON is still to say more than the rows, which the last part of a chain has */
@@ -312,8 +223,8 @@ static int part_says_more(const struct api_part *part) {
     return part->format == &api_format_raw && part->op->json && !part->carries;
 }
 
-static enum pend_status part_run_here(struct api_part *part, struct api_buffer *out, int *done,
-                                      struct pend_error *error) {
+enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int *done,
+                              struct pend_error *error) {
     struct api_turn turn = {.out = out,
                             .now = part->now,
                             .context = part->context,
@@ -322,6 +233,8 @@ static enum pend_status part_run_here(struct api_part *part, struct api_buffer *
                             .earlier = part->seconds,
                             .before = out->bytes};
     int over = 0;
+    *done = 0;
+    error->text[0] = 0;
     assert(api_part_valid(part) && part->state);
     if (part->resumes)
         return pend_fail(error, PEND_INVALID, -1, 0,
@@ -345,11 +258,4 @@ static enum pend_status part_run_here(struct api_part *part, struct api_buffer *
     }
     assert(api_part_valid(part));
     return PEND_OK;
-}
-
-enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int *done,
-                              struct pend_error *error) {
-    *done = 0;
-    error->text[0] = 0;
-    return (part->relay ? part_run_there : part_run_here)(part, out, done, error);
 }

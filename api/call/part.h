@@ -33,15 +33,6 @@ int api_plan_read(struct api_plan *plan, const struct api_request *request,
                   const struct api_limits *limits, double seconds, struct api_buffer *body,
                   struct api_buffer *out);
 
-/**
- * As api_plan_read, but the request is read elsewhere.
- *
- * Returns 500 or 503 too, with a problem in out, if the way there fails.
- */
-int api_plan_relay(struct api_plan *plan, const struct api_relay *relay,
-                   const struct api_request *request, const struct api_limits *limits,
-                   double seconds, struct api_buffer *body, struct api_buffer *out);
-
 struct api_part;
 
 /**
@@ -58,20 +49,6 @@ PEND_MUST_CHECK enum pend_status api_part_new(struct api_part **part,
                                               const struct api_request *request,
                                               const struct api_limits *limits, long number,
                                               long parts, struct pend_error *error);
-
-/**
- * As api_part_new and, with a checkpoint, api_part_resume; but the part is read and computed
- * elsewhere. It has a clock there.
- *
- * relay  the way to it, for this part alone until the part is freed.
- * start  the checkpoint of the part before this one, or NULL.
- *
- * Fails as these two do, and as struct api_relay says; the latter api_part_run does too.
- */
-PEND_MUST_CHECK enum pend_status
-api_part_relay(struct api_part **part, const struct api_relay *relay,
-               const struct api_request *request, const struct api_limits *limits, long number,
-               long parts, const void *start, size_t start_bytes, struct pend_error *error);
 
 /** True if the part's number, operation and state fit each other; for assertions. O(1). */
 int api_part_valid(const struct api_part *part);

@@ -25,8 +25,6 @@
     X(cancelled, "pendulumd_cancelled_total", "",                                                  \
       "Computations that ended because their clients went away")                                   \
     X(overtime, "pendulumd_overtime_total", "", "Computations that outran max-compute-seconds")    \
-    X(crashed, "pendulumd_crashed_total", "",                                                      \
-      "Processes of --isolate that ended in the middle of a computation")                          \
     X(broken, "pendulumd_broken_streams_total", "",                                                \
       "Streams that were cut because the computation failed")                                      \
     X(refused_queue, "pendulumd_refused_total", "limit=\"max-queue\"",                             \

@@ -111,11 +111,6 @@ static const struct srv_option config_table[] = {
      "those of libraries (Landlock), and makes no system call but those it needs (seccomp); auto = "
      "as far as the kernel has this, on = or it does not start",
      SRV_OPTION_SWITCH, FIELD(walls), 0, 0},
-    {"isolate", "on/off", "off",
-     "on = requests are read and computed each in a process of its own, which has no files, no "
-     "network, and memory of max-held-bytes at most: one that crashes is answered 500, or a part "
-     "of a job that is tried three times more, and nothing else notices",
-     SRV_OPTION_SWITCH, FIELD(isolate), 0, 0},
     {"allow-root", "on/off", "off", "on = it runs as root too; off = it refuses to start",
      SRV_OPTION_SWITCH, FIELD(allow_root), 0, 0},
     {"max-connections", "N", "4096",

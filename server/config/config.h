@@ -47,7 +47,6 @@ struct srv_config {
     double least_rate; /* bytes/s */
     double walls;      /* 0, 1 or SRV_CONFIG_AUTO: as far as the kernel has them */
     double allow_root; /* 1 = root may run it */
-    double isolate;    /* 1 = a computation has a process of its own */
     double access_log; /* 0, 1 or SRV_CONFIG_AUTO: 1 where its lines go to no terminal */
     double job_part_seconds, job_lease_seconds, until_idle_seconds;
     double client_jobs, client_bytes, store_bytes, keep_seconds;

@@ -244,42 +244,6 @@ static int jobs_fit(struct srv_exchange *exchange, const struct api_plan *plan, 
     return 0;
 }
 
-/* Is a job's request not to be read to its end? */
-static int jobs_unwanted(void *context) {
-    const struct srv_exchange *exchange = context;
-    return srv_inflight_left(exchange) != SRV_GO_ON ||
-           atomic_load(&exchange->service->draining) == SRV_DRAIN_HURRY;
-}
-
-/* Has a request read as a job's, by a process of its own where that is asked for. Returns as
- * api_plan_read does. */
-static int jobs_read_plan(struct srv_store_request *asked, const struct api_request *request,
-                          struct api_plan *plan) {
-    struct srv_exchange *exchange = asked->exchange;
-    const struct srv_service *service = exchange->service;
-    const struct api_limits *limits = srv_service_job_limits(service);
-    double seconds = service->config.job_part_seconds;
-    struct pend_error error = {.text = ""};
-    struct srv_cell *cell;
-    if (!service->cells)
-        return api_plan_read(plan, request, limits, seconds, &asked->body, &exchange->answer);
-    if (srv_cell_new(&cell, service->cells, srv_service_config(service)->limits.compute_seconds,
-                     &error) != PEND_OK) {
-        struct api_problem problem;
-        api_problem_init(&problem);
-        api_problem_set(&problem, 503, "%s", error.text);
-        if (api_problem_write(&problem, &exchange->answer) != PEND_OK) exchange->answer.bytes = 0;
-        api_problem_clear(&problem);
-        return 503;
-    }
-    cell->stop = jobs_unwanted;
-    cell->context = exchange;
-    int http = api_plan_relay(plan, &cell->relay, request, limits, seconds, &asked->body,
-                              &exchange->answer);
-    srv_cell_free(&cell);
-    return http;
-}
-
 /* Reads the whole request. Returns 1 if the job may be stored; else the exchange is answered. */
 static int jobs_plan(struct srv_store_request *asked) {
     struct srv_exchange *exchange = asked->exchange;
@@ -293,7 +257,8 @@ static int jobs_plan(struct srv_store_request *asked) {
                                   .body_bytes = exchange->body.bytes};
     /* a form of files becomes canonical JSON: a line's end takes two bytes, "1e20," takes 22 */
     api_buffer_init(&asked->body, 5 * exchange->body.bytes + JOBS_SPARE);
-    int http = jobs_read_plan(asked, &request, &plan);
+    int http = api_plan_read(&plan, &request, srv_service_job_limits(service),
+                             service->config.job_part_seconds, &asked->body, &exchange->answer);
     if (http) {
         srv_exchange_answered(exchange, http, "application/problem+json");
         return 0;

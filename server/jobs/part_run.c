@@ -18,14 +18,8 @@ void srv_part_run_init(struct srv_part_run *run, struct srv_service *service) {
     api_buffer_init(&run->carry, most);
 }
 
-/* ends the part, and the process that computes it */
-static void part_run_end(struct srv_part_run *run) {
-    api_part_free(&run->part);
-    srv_cell_free(&run->cell);
-}
-
 void srv_part_run_clear(struct srv_part_run *run) {
-    part_run_end(run);
+    api_part_free(&run->part);
     srv_part_run_forget(run);
     api_buffer_clear(&run->out);
     api_buffer_clear(&run->carry);
@@ -52,8 +46,7 @@ void srv_part_run_forget(struct srv_part_run *run) {
 }
 
 void srv_part_run_drop(struct srv_part_run *run) {
-    part_run_end(run);
-    run->crashes = 0;
+    api_part_free(&run->part);
     run->out.bytes = 0;
     if (run->out.cap > PART_RUN_KEEP) api_buffer_clear(&run->out);
     api_buffer_clear(&run->carry);
@@ -87,42 +80,6 @@ static int part_run_hurry(void *company) {
     return atomic_load(&turn->run->stop) || srv_queue_shorter(service->queue, turn->level);
 }
 
-/* Is a part not to go on? */
-static int part_run_unwanted(void *context) {
-    return atomic_load(&((struct srv_part_run *)context)->stop);
-}
-
-/* Has a process for the part, where parts have their own. Returns 0 while the system has none. */
-static int part_run_isolate(struct srv_part_run *run) {
-    struct pend_error error;
-    struct srv_service *service = run->service;
-    if (run->part || !service->cells) return 1;
-    srv_cell_free(&run->cell);
-    if (srv_cell_new(&run->cell, service->cells, srv_service_job_limits(service)->compute_seconds,
-                     &error) != PEND_OK) {
-        nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
-        return 0;
-    }
-    run->cell->stop = part_run_unwanted;
-    run->cell->context = run;
-    return 1;
-}
-
-/* Has the process ended in the middle? The part begins anew then, until that has happened too
- * often: then it is said. Returns 1 if it begins anew. */
-static int part_run_again(struct srv_part_run *run, struct pend_error *error) {
-    char how[160];
-    if (!run->cell || !run->cell->crashed) return 0;
-    part_run_end(run);
-    run->out.bytes = 0;
-    api_buffer_clear(&run->carry);
-    run->spent = 0;
-    if (run->crashes++ < SRV_CELL_TRIES) return 1;
-    snprintf(how, sizeof how, "%.150s", error->text);
-    pend_fail(error, PEND_BUG, -1, 0, "%d times in a row: %s", run->crashes, how);
-    return 0;
-}
-
 /* Prepares the part. */
 static enum pend_status part_run_begin(struct srv_part_run *run, const struct srv_lease *lease,
                                        struct pend_error *error) {
@@ -135,9 +92,6 @@ static enum pend_status part_run_begin(struct srv_part_run *run, const struct sr
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "this version does not know the operation '%.60s'", lease->operation);
     const struct api_limits *limits = srv_service_job_limits(service);
-    if (run->cell)
-        return api_part_relay(&run->part, &run->cell->relay, &request, limits, lease->part,
-                              lease->parts, lease->start, lease->start_bytes, error);
     PEND_TRY(api_part_new(&run->part, &request, limits, lease->part, lease->parts, error));
     api_part_clock(run->part, srv_clock_seconds, NULL);
     if (!lease->start) return PEND_OK;
@@ -176,14 +130,6 @@ static enum pend_status part_run_piece(struct srv_part_run *run, int *done,
     return status;
 }
 
-/* what follows from a failure */
-static enum srv_part_run_end part_run_failed(struct srv_part_run *run, struct pend_error *error) {
-    if (atomic_load(&run->stop)) return SRV_PART_RUN_STOPPED;
-    if (part_run_again(run, error)) return SRV_PART_RUN_YIELDS;
-    srv_part_run_say(run, error->text);
-    return SRV_PART_RUN_FAILED;
-}
-
 enum srv_part_run_end srv_part_run_turn(struct srv_part_run *run, const struct srv_lease *lease,
                                         int level) {
     struct part_run_turn turn = {run, level};
@@ -194,7 +140,6 @@ enum srv_part_run_end srv_part_run_turn(struct srv_part_run *run, const struct s
     do {
         int64_t begin = srv_clock_now();
         if (atomic_load(&run->stop)) return SRV_PART_RUN_STOPPED;
-        if (!part_run_isolate(run)) return SRV_PART_RUN_YIELDS;
         if (!run->part) {
             run->roomy = 0;
             status = part_run_begin(run, lease, &error);
@@ -210,8 +155,11 @@ enum srv_part_run_end srv_part_run_turn(struct srv_part_run *run, const struct s
         run->spent += srv_clock_now() - begin;
     } while (status == PEND_OK && !done &&
              !srv_queue_shorter(run->service->queue, SRV_QUEUE_LEVELS));
-    if (status != PEND_OK) return part_run_failed(run, &error);
+    if (status != PEND_OK) {
+        srv_part_run_say(run, error.text);
+        return SRV_PART_RUN_FAILED;
+    }
     if (!done) return SRV_PART_RUN_YIELDS;
-    part_run_end(run);
+    api_part_free(&run->part);
     return SRV_PART_RUN_DONE;
 }

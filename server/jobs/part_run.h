@@ -8,7 +8,6 @@
 #define SRV_PART_RUN_H
 
 #include "api/call/part.h"
-#include "server/work/cells.h"
 #include "server/work/hold.h"
 
 struct srv_part_run {
@@ -17,9 +16,7 @@ struct srv_part_run {
     void *request;
     size_t request_bytes;
     struct api_part *part;
-    struct srv_cell *cell; /* where it is computed; NULL = on the worker */
-    int crashes;           /* how often that has ended in the middle of this part */
-    struct srv_hold hold;  /* of the memory of all this; no client pays for it */
+    struct srv_hold hold; /* of the memory of all this; no client pays for it */
     struct api_buffer out,
         carry;     /* what is kept of it, and what the next part of a chain begins with */
     int roomy;     /* there was room for the part's memory */

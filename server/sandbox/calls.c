@@ -98,13 +98,6 @@ static const char *const calls_deadly[] = {"add_key",
                                            "userfaultfd",
                                            "vfork"};
 
-/* Of a process that only computes: memory, its socket, which it has open, and its end. A sort asks
- * how much memory there is. */
-static const char *const calls_computing[] = {
-    "brk",          "clock_getres",   "clock_gettime",   "exit",        "exit_group", "futex",
-    "getrandom",    "gettimeofday",   "madvise",         "mremap",      "munmap",     "read",
-    "rt_sigreturn", "rt_sigprocmask", "restart_syscall", "sched_yield", "sysinfo",    "write"};
-
 static const int calls_families[] = {AF_INET, AF_INET6, AF_UNIX, AF_NETLINK};
 
 /* of a thread: its name */
@@ -146,14 +139,6 @@ static int calls_names(scmp_filter_ctx filter, const char *const name[], size_t 
     return 0;
 }
 
-/* memory that is written or read, and never run */
-static int calls_no_run(scmp_filter_ctx filter) {
-    const struct scmp_arg_cmp no_run = SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0);
-    int failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mmap), 1, no_run);
-    return failed ? failed
-                  : seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mprotect), 1, no_run);
-}
-
 /* calls of which an argument decides */
 static int calls_conditions(scmp_filter_ctx filter) {
     int failed = 0;
@@ -161,9 +146,11 @@ static int calls_conditions(scmp_filter_ctx filter) {
      * and run */
     const struct scmp_arg_cmp run_only =
                                   SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_WRITE | PROT_EXEC, PROT_EXEC),
+                              no_run = SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0),
                               thread = SCMP_A0(SCMP_CMP_MASKED_EQ, CALLS_THREAD, CALLS_THREAD);
     failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mmap), 1, run_only);
-    if (!failed) failed = calls_no_run(filter);
+    if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mmap), 1, no_run);
+    if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mprotect), 1, no_run);
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(clone), 1, thread);
     /* whose arguments no filter can read: the C library then calls clone */
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0);
@@ -204,39 +191,6 @@ enum pend_status srv_calls_restrict(struct pend_error *error) {
     if (!failed) return PEND_OK;
     return pend_fail(error, PEND_INVALID, -1, 0, "there is no filter of system calls: %s",
                      strerror(-failed));
-}
-
-struct srv_calls_filter {
-    scmp_filter_ctx rules;
-};
-
-enum pend_status srv_calls_computing_new(struct srv_calls_filter **filter,
-                                         struct pend_error *error) {
-    *filter = NULL;
-    if (CALLS_SANITIZED)
-        return pend_fail(error, PEND_INVALID, -1, 0,
-                         "this build has a sanitizer, whose own system calls are others");
-    struct srv_calls_filter *made = calloc(1, sizeof *made);
-    int failed = made ? 0 : -ENOMEM;
-    if (made && !(made->rules = seccomp_init(SCMP_ACT_KILL_PROCESS))) failed = -ENOMEM;
-    if (!failed)
-        failed = seccomp_attr_set(made->rules, SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_KILL_PROCESS);
-    if (!failed)
-        failed = calls_names(made->rules, calls_computing,
-                             sizeof calls_computing / sizeof *calls_computing, SCMP_ACT_ALLOW);
-    if (!failed) failed = calls_no_run(made->rules);
-    if (!failed) {
-        *filter = made;
-        return PEND_OK;
-    }
-    if (made && made->rules) seccomp_release(made->rules);
-    free(made);
-    return pend_fail(error, PEND_INVALID, -1, 0, "there is no filter of system calls: %s",
-                     strerror(-failed));
-}
-
-int srv_calls_computing_close(const struct srv_calls_filter *filter) {
-    return !seccomp_load(filter->rules);
 }
 
 int srv_calls_sanitized(void) { return CALLS_SANITIZED; }

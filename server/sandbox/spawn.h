@@ -1,5 +1,5 @@
 /* Another process of this program, begun before this one has threads or anything to hide.
- * Leaves to others: what it does (work/zygote, hooks/hook_loop).
+ * Leaves to others: what it does (hooks/hook_loop).
  * Invariant: it has one descriptor of this process besides the empty three, and of the environment
  * what a sanitizer or the linker is told. */
 #ifndef SRV_SPAWN_H

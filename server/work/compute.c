@@ -5,7 +5,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "api/call/digest.h"
 #include "server/work/delivery.h"
 #include "server/work/result.h"
 #include "server/base/clock.h"
@@ -122,12 +121,11 @@ static void compute_promise(struct srv_work *work) {
     while ((exchange = srv_inflight_next(&others))) compute_push(exchange);
 }
 
-/* Runs one piece of the call; a process that has nothing more to do is ended. */
+/* Runs one piece of the call. */
 static enum api_progress compute_call(struct srv_work *work) {
     int64_t begin = srv_clock_now();
     enum api_progress progress = api_call_run(work->call, &work->out);
     work->spent += srv_clock_now() - begin;
-    if (progress == API_DONE || progress == API_BROKEN) srv_cell_free(&work->cell);
     return progress;
 }
 
@@ -311,39 +309,6 @@ static int compute_range(struct srv_work *work) {
     return 1;
 }
 
-/* Is the answer of a work not wanted any more? */
-static int compute_unwanted(void *context) { return srv_inflight_stop(context) != 0; }
-
-/* Makes the digest of a request's bytes. Returns 0 without memory. */
-static int compute_asked(struct srv_work *work, const struct api_request *request) {
-    const char *const text[] = {api_op_at(request->op)->name, request->argument, request->query,
-                                request->content_type, request->accept};
-    struct api_digest_stream *stream = api_digest_begin();
-    if (!stream) return 0;
-    for (size_t i = 0; i < sizeof text / sizeof *text; i++)
-        api_digest_add(stream, text[i] ? text[i] : "", text[i] ? strlen(text[i]) + 1 : 1);
-    api_digest_add(stream, request->body, request->body_bytes);
-    api_digest_end(&stream, work->asked);
-    return 1;
-}
-
-/* Has the call computed by a process of its own. What a job has stored is only read. Returns 0,
- * with the work answered, if there is none. */
-static int compute_isolate(struct srv_work *work, const struct api_request *request) {
-    struct srv_cells *cells = work->service->cells;
-    struct pend_error error = {.text = "out of memory"};
-    if (!cells || work->source) return 1;
-    if (compute_asked(work, request) &&
-        srv_cell_new(&work->cell, cells, work->limits->compute_seconds, &error) == PEND_OK &&
-        api_call_relay(work->call, &work->cell->relay) == PEND_OK) {
-        work->cell->stop = compute_unwanted;
-        work->cell->context = work;
-        return 1;
-    }
-    srv_delivery_fail(work, error.text);
-    return 0;
-}
-
 /* What flows is never held as a whole: max-answer-bytes does not bound it, nor the two buffers with
  * which the one that is written changes places. */
 static void compute_flow(struct srv_work *work) {
@@ -363,7 +328,6 @@ static int compute_open(struct srv_work *work) {
         return 0;
     }
     srv_buffer_pool_take(&work->service->pool, &work->out);
-    if (!compute_isolate(work, &request)) return 0;
     if (compute_read(work, &request) == API_DONE) {
         srv_delivery_settle(work);
         return 0;

@@ -79,7 +79,6 @@ void srv_inflight_end(struct srv_work *work) {
     assert(srv_list_empty(&work->waiters) && !work->reader && !work->listed);
     srv_record_end(&work->record);
     api_call_free(&work->call);
-    srv_cell_free(&work->cell);
     if (work->source) work->source->free(work->source);
     if (work->coder) srv_coding_at(work->coding)->free(work->coder);
     srv_buffer_pool_give(pool, &work->out);

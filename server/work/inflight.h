@@ -8,7 +8,6 @@
 
 #include "api/call/call.h"
 #include "server/base/hash_table.h"
-#include "server/work/cells.h"
 #include "server/work/recorder.h"
 
 enum {
@@ -25,11 +24,9 @@ struct srv_work {
     const struct api_limits *limits;
     struct srv_source *source; /* of an answer that lies somewhere already; NULL = it is computed */
     struct api_call *call;
-    struct srv_cell *cell; /* where it is computed; NULL = on the worker, or it is complete */
-    char asked[API_DIGEST_BYTES]; /* of the request's bytes, where a process of its own reads it */
-    struct api_buffer out;        /* of the call */
-    struct api_buffer coded;      /* what the coding made of it */
-    void *coder;                  /* of a stream; NULL = as it is */
+    struct api_buffer out;   /* of the call */
+    struct api_buffer coded; /* what the coding made of it */
+    void *coder;             /* of a stream; NULL = as it is */
     enum srv_coding coding;
     double cost;                  /* s, estimated */
     int64_t queued, begun, spent; /* ns: when, when, how long on workers */

@@ -180,9 +180,7 @@ void srv_result_key(struct srv_work *work, enum srv_coding coding) {
     if (!digest) return;
     size_t digits = strnlen(digest, RESULT_DIGITS);
     char *at = work->key;
-    /* What a request means is told by the process that reads it. If that was taken over, it could
-     * name what others ask for, and they would get its answer. */
-    memcpy(at, work->asked[0] ? work->asked : digest, digits);
+    memcpy(at, digest, digits);
     at[digits] = (char)('0' + coding);
     work->key_bytes = digits + 1;
     /* The result of a job is the same to the byte every time, compute_seconds included; a computed

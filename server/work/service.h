@@ -22,7 +22,6 @@
 #include "server/base/buffer_pool.h"
 #include "server/store/storage.h"
 
-struct srv_cells;
 struct srv_courier;
 struct srv_events;
 struct srv_hook_keys;
@@ -67,7 +66,6 @@ struct srv_service {
     struct srv_storage *storage;     /* where jobs are kept; NULL = nowhere */
     struct srv_part_runner *runner;  /* that computes them; NULL with the storage */
     struct srv_events *events;       /* who listens to them; NULL with the storage */
-    struct srv_cells *cells;         /* processes that compute; NULL = its threads compute */
     struct srv_courier *courier;     /* that sends webhooks; NULL = none are */
     struct srv_hook_keys *hook_keys; /* that sign them; NULL with the courier */
     struct srv_peers hook_networks;  /* that they may go to besides public addresses */

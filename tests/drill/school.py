@@ -1,7 +1,7 @@
 """A day in a school: thirty pupils, five batch clients and an attacker on one daemon, which is restarted and killed meanwhile; and
 classes against classes.
 
-usage: school.py BUILD [--seconds S] [--isolate]        (by default 10 s; make school: 300 s)
+usage: school.py BUILD [--seconds S] (by default 10 s; make school: 300 s)
 Pupils compute, as a page does, and ask again where a connection ends before its answer begins; batch clients post jobs, wait for
 them and compare their results; the attacker, at another loopback address and without a key, sends what is malformed, too large, too
 deep, too long, forged or slow. It tells the times of answers, and fails when anybody but the attacker gets an error, when a job is
@@ -43,8 +43,7 @@ def free_port():
 class School:
     """The daemon, its keys, and what everybody has seen."""
 
-    def __init__(self, build, directory, isolate):
-        self.isolate = "on" if isolate else "off"
+    def __init__(self, build, directory):
         self.program, self.directory = str(pathlib.Path(build) / "pendulumd"), pathlib.Path(directory)
         self.port, self.over, self.lock = free_port(), threading.Event(), threading.Lock()
         self.times, self.late, self.errors, self.refused, self.jobs = [], [], [], {}, 0
@@ -60,7 +59,7 @@ class School:
             self.daemon = subprocess.Popen(
                 [self.program, "--listen", f"127.0.0.1:{self.port}", "--store", f"sqlite:{self.directory / 'store'}", "--allow-root", "on",
                  "--keys", self.directory / "keys", "--log", self.directory / "requests", "--drain-idle-seconds", "0.2", "--header-seconds", "2",
-                 "--job-lease-seconds", "2", "--isolate", self.isolate],
+                 "--job-lease-seconds", "2"],
                 stdout=log, stderr=log)
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end and self.daemon.poll() is None:
@@ -265,10 +264,9 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("build")
     parser.add_argument("--seconds", type=float, default=10)
-    parser.add_argument("--isolate", action="store_true", help="computations in processes of their own")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="pendulumd-school-") as directory:
-        school = School(options.build, directory, options.isolate)
+        school = School(options.build, directory)
         try:
             day(school, options.seconds)
         finally:
@@ -280,8 +278,7 @@ def main():
     check("every client was answered", len(school.times) > PUPILS and school.jobs >= BATCH, f"{len(school.times)} and {school.jobs}")
     check("every abuse was refused", set(school.refused) == set(ABUSES), str(school.refused))
     check("the daemon was restarted", school.restarts >= 2, str(school.restarts))
-    if not options.isolate:
-        hostile.table(options.build, options.seconds / 30) if options.seconds >= 60 else hostile.short(options.build)
+    hostile.table(options.build, options.seconds / 30) if options.seconds >= 60 else hostile.short(options.build)
     return summary()
 
 

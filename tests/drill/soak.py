@@ -1,6 +1,6 @@
 """Everything mixed for a time: memory, descriptors, threads, processes and files stay as many as they were.
 
-usage: soak.py BUILD [--seconds N] [--isolate] [--at-once N]
+usage: soak.py BUILD [--seconds N] [--at-once N]
 So many clients at once choose among all kinds of requests: computations in all forms, faults, jobs that are awaited, cited, read in
 pieces, heard of and dismissed, scenes, rooms of classes with their streams, the page, metrics, connections that end in the middle or say
 what is no HTTP; meanwhile the daemon reads its files again. Figures are told twenty times.
@@ -173,12 +173,12 @@ def figures(pid, place):
 class Soak:
     """The daemon, and what its clients were told."""
 
-    def __init__(self, build, directory, isolate):
+    def __init__(self, build, directory):
         self.place, self.over, self.quiet = pathlib.Path(directory), threading.Event(), threading.Lock()
         self.counts, self.wrong, self.said, self.hands = collections.Counter(), collections.Counter(), {}, []
         command = [build / "pendulumd", "--listen", "127.0.0.1:0", "--store", f"sqlite:{directory}/store.db", "--cache-bytes", "1M",
                    "--allow-root", "on", "--keep-seconds", str(KEPT), "--keys", f"{directory}/keys", "--log", f"{directory}/log",
-                   "--audit-log", f"{directory}/audit", "--isolate", "on" if isolate else "off"]
+                   "--audit-log", f"{directory}/audit"]
         pathlib.Path(directory, "keys").write_text("role anonymous requests=none jobs=1000 compute=none\n")
         pathlib.Path(directory, "keys").chmod(0o600)
         self.daemon = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
@@ -236,10 +236,9 @@ def main():
     parser.add_argument("build", type=pathlib.Path)
     parser.add_argument("--seconds", type=float, default=300)
     parser.add_argument("--at-once", type=int, default=4, help="clients")
-    parser.add_argument("--isolate", action="store_true", help="computations in processes of their own")
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="pendulumd-soak-") as directory:
-        soak = Soak(asked.build, directory, asked.isolate)
+        soak = Soak(asked.build, directory)
         told, left = soak.run(asked.seconds, asked.at_once)
     before, after = told[6], told[-1]
     print(f"{dict(soak.counts)}; before {before}, after {after}")

@@ -1,5 +1,4 @@
-/* What comes back from elsewhere: rows of the store, checkpoints and results that it keeps, what a
- * process that computes tells; altered by somebody who can write there.
+/* Rows, checkpoints and results of the store, altered by somebody who can write there.
  * Leaves to others: files (fuzz_files), every statement of the store (tests/server/store).
  * Invariant: whatever is read ends with a value that can be, or with a refusal. Seals are made to
  * fit, since whoever can change the bytes can change the seal too. */
@@ -53,7 +52,6 @@ static void seal_row(struct srv_value field[], unsigned char seal[SRV_SEAL_JOB_B
     if (job.parts < 1 || job.created <= 0) return;
     srv_seal_job(seal, &job, "{}", 2);
     field[19] = srv_value_bytes(seal, SRV_SEAL_JOB_BYTES);
-    field[20] = srv_value_whole(SRV_SEALED);
 }
 
 static int job_can_be(const struct srv_job *job) {
@@ -83,45 +81,6 @@ static int read_row(char *text, size_t bytes) {
     if (how & 4) seal_row(field, seal);
     if (srv_row_job(&rows, field) != SRV_STORED || rows.count > 1) return 0;
     return !rows.count || job_can_be(job);
-}
-
-/* --- what a process that computes tells --- */
-
-static struct {
-    const void *told;
-    size_t bytes;
-} teller;
-
-static enum pend_status tell(void *context, const struct api_relay_ask *ask,
-                             struct api_relay_told *told, struct api_buffer *out,
-                             struct api_buffer *more, struct pend_error *error) {
-    (void)context, (void)ask, (void)more, (void)error;
-    memset(told, 0, sizeof *told);
-    memcpy(told, teller.told, teller.bytes < sizeof *told ? teller.bytes : sizeof *told);
-    return api_buffer_text(out, "{}");
-}
-
-static int read_told(char *text, size_t bytes) {
-    static const struct api_relay relay = {tell, NULL};
-    struct api_relay_told told;
-    struct api_buffer out, more;
-    struct pend_error error = {.text = ""};
-    if (!bytes) return 1;
-    struct api_relay_ask ask = {
-        .kind = (enum api_relay_kind)((unsigned char)text[0] % (API_RELAY_PART + 1))};
-    teller.told = text + 1;
-    teller.bytes = bytes - 1;
-    api_buffer_init(&out, 1 << 12);
-    api_buffer_init(&more, 1 << 12);
-    enum pend_status status = api_relay_ask(&relay, &ask, &told, &out, &more, &error);
-    int good = status == PEND_OK ? memchr(told.digest, 0, sizeof told.digest) &&
-                                       memchr(told.columns, 0, sizeof told.columns) &&
-                                       memchr(told.text, 0, sizeof told.text) &&
-                                       isfinite(told.cost) && isfinite(told.bytes)
-                                 : error.text[0] != 0;
-    api_buffer_clear(&out);
-    api_buffer_clear(&more);
-    return good;
 }
 
 /* --- what the store keeps of jobs that run --- */
@@ -317,7 +276,6 @@ static const struct fuzz_reader kept_readers[] = {
      read_row,
      {"\4\2\5abcde\2\3key\2\5trees\1\1\1\2\1\1\1\1\1\2\1\3\1\1\1\1\1\1\2\1m\1\1\1\1\1\1"},
      1},
-    {"told", read_told, {"\1", "\3", "\4"}, 1},
     {"carried",
      read_carried,
      {"\5\1\2\3", "\1\1\1\177", "\2\1\7\200", "\4\1\1\1", "\325\1\1\1", "\326\2\3\1", "\327\1\7\1"},

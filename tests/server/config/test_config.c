@@ -135,7 +135,7 @@ TEST(a_bad_value_is_refused_by_name) {
         {"--drain-seconds 1.2.3", NULL, "--drain-seconds"},
         {"--drain-seconds .", NULL, "--drain-seconds"},
         {"--access-log yes", NULL, "on, off or auto"},
-        {"--isolate auto", NULL, "--isolate must be on or off, got 'auto'"},
+        {"--allow-root auto", NULL, "--allow-root must be on or off, got 'auto'"},
         {"--allow-root auto", NULL, "--allow-root must be on or off"},
         {"--listen 8080", NULL, "--listen must be HOST:PORT"},
         {"--listen :8080", NULL, "--listen"},
