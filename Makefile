@@ -173,6 +173,13 @@ deb: ## Debian packages of the server, the command line and the library, and wha
 	@server/http/assets_fetch.sh build/web
 	@docker/deb.sh build/deb
 
+release: ## checks, tags vX.Y.Z and makes build/dist (KEY= as dist), where CHANGELOG.md and the tree are ready for it
+	@docker/release.sh --ready
+	@$(MAKE) --no-print-directory check
+	@docker/release.sh --tag "$(or $(KEY),-)"
+	@$(MAKE) --no-print-directory deb
+	@$(MAKE) --no-print-directory dist
+
 dist: ## what a release consists of, in build/dist: sources, packages, digests; KEY=a private key of ssh-keygen signs them
 	@rm -rf build/dist
 	@docker/dist.sh build/dist "$(or $(KEY),-)"
@@ -508,5 +515,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check quick build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages pictures load bench-dynamics bench-modes bench-stiff bench-trajectories debug install uninstall clean test asan tsan fuzz arm dist deb tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
+.PHONY: help run check quick build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages pictures load bench-dynamics bench-modes bench-stiff bench-trajectories debug install uninstall clean test asan tsan fuzz arm dist deb release tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
 .DELETE_ON_ERROR:

@@ -7,21 +7,20 @@
 set -eu
 directory=$1
 version=$(docker/version.sh)
-head=$(head -n 1 docker/debian/changelog)
+head=$(head -n 1 debian/changelog)
 case $head in
 "pendulumd (${version%%+*}) "*) ;;
 *)
-    echo "deb.sh: docker/debian/changelog begins with '$head', but this is version $version" >&2
+    echo "deb.sh: debian/changelog begins with '$head', but this is version $version" >&2
     exit 1
     ;;
 esac
 source=$directory/pendulumd-$version
 rm -rf "$directory"
 mkdir -p "$source/build/web"
-cp -R Makefile README.md LICENSE core api server docker "$source"
+cp -R Makefile README.md LICENSE core api server docker debian "$source"
 cp -R build/web/node_modules build/web/package-lock.json "$source/build/web"
 find "$source" -name __pycache__ -prune -exec rm -rf {} +
-cp -R docker/debian "$source/debian"
 sed -i "1s/(.*)/($version)/" "$source/debian/changelog"
 # who hands the packages on answers for them, and is their maintainer
 if [ -n "${DEBEMAIL:-}" ]; then
@@ -29,13 +28,8 @@ if [ -n "${DEBEMAIL:-}" ]; then
     sed -i "s|^Maintainer: .*|Maintainer: $maintainer|" "$source/debian/control"
     sed -i "1,/^ -- /s|^ -- .*>  | -- $maintainer  |" "$source/debian/changelog"
 fi
-# what building takes is listed once
-sed -nE 's/^(build|engine) +([a-z0-9.+-]+) .*/ \2,/p' docker/packages.txt | grep -vxE ' (gcc|g\+\+|make),' >"$directory/needs"
-sed -i -e "/^@BUILD@\$/{r $directory/needs
-d}" "$source/debian/control"
-rm "$directory/needs"
 export SOURCE_DATE_EPOCH="$(cd "$source" && dpkg-parsechangelog -S Timestamp)"
-(cd "$source" && dpkg-buildpackage --build=binary --no-sign --jobs="$(nproc)") || exit
+(cd "$source" && dpkg-buildpackage --build=full --no-sign --jobs="$(nproc)") || exit
 rm -rf "$source"
 if command -v lintian >/dev/null; then
     lintian --fail-on error,warning --suppress-tags bad-distribution-in-changes-file "$directory"/*.changes

@@ -19,6 +19,7 @@ import time
 import uuid
 
 COMPILED_IN = ("libdragonbox-dev", "libfast-float-dev")  # headers that leave no library behind
+IN_ENGINE = ("wasi-libc", "libclang-rt-dev-wasm32", "libc++-dev-wasm32")  # parts of engine.wasm, where it was built
 PROGRAMS = ("pendulumd", "pendulum")
 
 
@@ -111,11 +112,12 @@ def cyclonedx(version, parts, made, digest):
 
 def main(build, directory, *shipped):
     """Both documents."""
-    with open("api/base/engine.h", encoding="utf-8") as file:
-        version = re.search(r'API_VERSION "(.*)"', file.read())[1]
+    version = run("docker/version.sh").strip()
     linked = shipped or libraries([os.path.join(build, program) for program in PROGRAMS])
     parts = [debian(name) | {"linked": True} for name in sorted(linked)]
-    parts += [debian(name) | {"linked": False} for name in COMPILED_IN] + [one | {"linked": False} for one in page()]
+    engine = "build/web/engine.wasm"
+    contained = COMPILED_IN + (IN_ENGINE if os.path.exists(engine) and os.path.getsize(engine) else ())
+    parts += [debian(name) | {"linked": False} for name in contained] + [one | {"linked": False} for one in page()]
     made = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(int(os.environ.get("SOURCE_DATE_EPOCH", "0")) or time.time()))
     digest = hashlib.sha256(json.dumps([version, parts], sort_keys=True).encode()).hexdigest()
     os.makedirs(directory, exist_ok=True)

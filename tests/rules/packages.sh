@@ -59,8 +59,10 @@ fi
 
 build=$1
 version=$("$build/pendulumd" --version | cut -d' ' -f2)
-listed() { head -n 1 docker/debian/changelog | grep -qF "pendulumd (${version%%+*}) "; }
-say "docker/debian/changelog begins with another version than $version" listed
+listed() { head -n 1 debian/changelog | grep -qF "pendulumd (${version%%+*}) "; }
+say "debian/changelog begins with another version than $version" listed
+needed() { diff <(sed -nE 's/^(build|engine) +([a-z0-9.+-]+) .*/ \2,/p' docker/packages.txt | grep -vxE ' (gcc|g\+\+|make),') <(sed -n '/^Build-Depends/,/^$/p' debian/control | grep '^ [a-z]' | grep -v debhelper); }
+say 'debian/control needs other packages than docker/packages.txt has for build and engine' needed
 
 page=$root/pendulumd.8
 say 'the manual page' eval 'docker/manual.py "$build/pendulumd" > "$page"'
