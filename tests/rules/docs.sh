@@ -93,7 +93,7 @@ stated = set(re.findall(r'define API_(?:CODE|TYPE)_\w+ "\\1(\w)"', text("api/bas
 same("letters of kinds in problem.h", set(kinds), stated)
 
 # what documents name: links and their headings, paths, identifiers. In names X, ROOM, FOLDER and NAME stand for any.
-PLACES = ("api", "core", "docker", "server", "tests")
+PLACES = ("api", "core", "debian", "docker", "server", "tests")
 SOURCES = (".c", ".h", ".cpp", ".py", ".m", ".sh", ".js", ".ts", ".mjs", ".yaml", ".yml", ".mk", ".conf", ".css", ".html", ".sbatch", ".service")
 ANY = re.compile(r"(?<![A-Za-z0-9])(?:X|ROOM|FOLDER|NAME)(?![A-Za-z0-9])|[*]")
 FILE = re.compile(r"[\w.{}*/-]+\.(?:cpp|c|h|py|sh|mjs|js|yaml|mk|md|conf|sbatch)")
