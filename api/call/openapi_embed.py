@@ -4,8 +4,8 @@
     openapi_embed.py --json api/call/openapi.yaml    the JSON itself
     openapi_embed.py --twin api/call/openapi.yaml    the same as OpenAPI 3.0, as JSON
 
-The YAML is read as YAML 1.2's JSON schema has it (no dates, no yes or no, 1e-16 is a number); a key that is there twice
-is an error; keys keep their order.
+The YAML is read as YAML 1.2's JSON schema has it (no dates, no yes or no, 1e-16 is a number), with the merge keys of 1.1; a
+key that is there twice is an error; keys keep their order.
 """
 import gzip
 import hashlib
@@ -32,13 +32,15 @@ for tag, pattern, first in (
 
 
 def mapping(loader, node):
-    keys = set()
-    for key, _ in node.value:
-        if key.value in keys:
+    own, merged = {}, {}
+    for key, value in node.value:
+        if key.value in own:
             raise yaml.constructor.ConstructorError(None, None, f"the key {key.value!r} is there twice", key.start_mark)
-        keys.add(key.value)
-    return {str(loader.construct_object(key)) if key.tag.endswith("int") else loader.construct_object(key):
-            loader.construct_object(value, deep=True) for key, value in node.value}
+        if key.value == "<<":
+            merged = loader.construct_object(value, deep=True)
+        else:
+            own[key.value] = loader.construct_object(value, deep=True)
+    return {**own, **{key: value for key, value in merged.items() if key not in own}}
 
 
 Loader.add_constructor("tag:yaml.org,2002:map", mapping)
@@ -46,9 +48,10 @@ Loader.add_constructor("tag:yaml.org,2002:float", lambda loader, node: float(nod
 
 
 def load(path):
-    """The document as Python values."""
+    """The document as Python values, with what many routes share written out at each."""
     with open(path, encoding="utf-8") as file:
-        return yaml.load(file, Loader)
+        document = yaml.load(file, Loader)
+    return {name: value for name, value in document.items() if name != "x-shared"}
 
 
 def minified(document):

@@ -23,16 +23,18 @@ compiles() { # directory: the programs, with the types that were generated there
 }
 types=$home/types
 mkdir -p $types/openapi-typescript $types/swagger-typescript-api
-check 'spectral finds nothing' tool spectral lint --fail-severity=warn --ruleset tests/rules/.spectral.yaml api/call/openapi.yaml
-/usr/bin/python3 api/call/openapi_embed.py --twin api/call/openapi.yaml >$home/twin.json
+for form in json twin; do
+    /usr/bin/python3 api/call/openapi_embed.py --$form api/call/openapi.yaml >$home/$form.json
+done
+check 'spectral finds nothing' tool spectral lint --fail-severity=warn --ruleset tests/rules/.spectral.yaml $home/json.json
 check 'spectral finds nothing in it as OpenAPI 3.0' tool spectral lint --fail-severity=warn --ruleset tests/rules/.spectral.yaml $home/twin.json
-check 'openapi-typescript makes types' tool openapi-typescript api/call/openapi.yaml --default-non-nullable=false --root-types \
+check 'openapi-typescript makes types' tool openapi-typescript $home/json.json --default-non-nullable=false --root-types \
     --root-types-no-schema-prefix --output $types/openapi-typescript/generated.ts
 check 'of its types right programs compile, and wrong ones do not' compiles $types/openapi-typescript
 # its own formatter fails on the Node.js of Debian 12
 skipped=0
 if [ "$(node -p 'parseInt(process.versions.node)')" -ge 20 ]; then
-    check 'swagger-typescript-api makes types' tool swagger-typescript-api generate --path api/call/openapi.yaml --output $types/swagger-typescript-api \
+    check 'swagger-typescript-api makes types' tool swagger-typescript-api generate --path $home/json.json --output $types/swagger-typescript-api \
         --name generated.ts --no-client --generate-union-enums
     check 'of its types right programs compile, and wrong ones do not' compiles $types/swagger-typescript-api
 else
