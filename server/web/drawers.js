@@ -12,6 +12,7 @@ import { DRAWERS } from "./state.js";
 /** Words that a drawer has beside those of all. @type {Record<string, string[]>} */
 const WORDS = {
   physics: ["physics"],
+  compare: ["physics"],
   measure: ["measure"],
   class: ["class"],
   worksheet: ["class"],

@@ -89,8 +89,8 @@ const firstFlip = (page) => page.evaluate(({ hanging, turn }) => {
 export async function a_point_of_the_flip_map_starts_the_motion_that_its_colour_tells(rig) {
   const page = await rig.open({ height: 1400 });
   await openDrawer(page, "compare");
-  await page.selectOption("[data-map=across]", "3");
-  await page.selectOption("[data-map=up]", "1");
+  await page.selectOption("[data-map=across]", "theta3");
+  await page.selectOption("[data-map=up]", "theta1");
   await page.selectOption("[data-map=count]", "60");
   await page.click("[data-map=compute]");
   await page.waitForSelector("[data-map=png]:not([hidden])");
@@ -103,7 +103,7 @@ export async function a_point_of_the_flip_map_starts_the_motion_that_its_colour_
     const side = box.width - 58;
     await page.mouse.click(box.x + 48 + across * side, box.y + 8 + (1 - up) * side);
     await settledMotion(page);
-    const words = await page.innerText("#map-point");
+    const words = await page.innerText("#map-point-flip");
     const [, arm, time] = /arm (\d+) turns over after ([\d.]+) s/.exec(words) ?? assert.fail(words);
     const flip = await firstFlip(page);
     assert.equal(flip.arm, Number(arm));

@@ -32,10 +32,10 @@ async function look(rig, name, options) {
     await page.waitForSelector(`${selector} ${READY[id]}`, { state: "attached" });
     await page.evaluate((at) => document.querySelector(at).scrollIntoView({ block: "start" }), selector);
     if (id === "compare") {
-      await page.selectOption("[data-map=count]", "60");
+      await page.selectOption("[data-drawer=compare] [data-map=count]", "60");
       await page.click("[data-add=off]");
-      await page.click("[data-map=compute]");
-      await page.waitForSelector("[data-map=png]:not([hidden])");
+      await page.click("[data-drawer=compare] [data-map=compute]");
+      await page.waitForSelector("[data-drawer=compare] [data-map=png]:not([hidden])");
     }
     if (id === "method") await page.waitForSelector(".verdict");
     await drawn(page);

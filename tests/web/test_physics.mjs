@@ -273,11 +273,11 @@ export async function a_change_that_the_server_refuses_is_said_and_can_be_undone
 export async function a_map_of_two_numbers_is_the_server_s_and_a_point_of_it_starts_its_pendulum(rig) {
   const page = await open(rig, "driven-damped", { height: 1000 });
   await page.evaluate(() => pendulumd.clock.pause());
-  await page.selectOption("[data-wish=across]", "motor");
-  await page.selectOption("[data-wish=up]", "damping");
-  await page.selectOption("[data-wish=what]", "chaos");
+  await page.selectOption("[data-map=across]", "motor");
+  await page.selectOption("[data-map=up]", "damping");
+  await page.selectOption("[data-map=what]", "chaos");
   const asked = bodiesOf(page, (one) => one.url().endsWith("/v1/ensembles"));
-  await page.click("[data-wish=compute]");
+  await page.click("[data-map=compute]");
   await page.waitForFunction(() => /900/.test(document.querySelector('[data-drawer="physics"] section:last-of-type [role=status]').textContent)
     && document.querySelector("[data-drawer=physics] progress").hidden);
   assert.equal(asked.length, 1);
@@ -288,7 +288,7 @@ export async function a_map_of_two_numbers_is_the_server_s_and_a_point_of_it_sta
   await page.focus('[data-drawer="physics"] .map');
   await page.keyboard.press("Shift+ArrowRight");
   await page.keyboard.press("ArrowUp");
-  const words = await page.textContent("#number-map-point");
+  const words = await page.textContent("#map-point-end");
   await page.keyboard.press("Enter");
   await moving(page);
   const { pendulum, initial, span } = await doc(page);
@@ -306,12 +306,12 @@ export async function a_map_of_two_numbers_is_the_server_s_and_a_point_of_it_sta
 export async function a_map_shows_where_a_shaken_pendulum_stands_on_its_head(rig) {
   const page = await open(rig, "kapitza", { height: 1000, dark: true });
   await page.evaluate(() => pendulumd.clock.pause());
-  await page.selectOption("[data-wish=across]", "upRate");
-  await page.selectOption("[data-wish=up]", "up");
-  await page.selectOption("[data-wish=duration]", "10");
+  await page.selectOption("[data-map=across]", "upRate");
+  await page.selectOption("[data-map=up]", "up");
+  await page.selectOption("[data-map=duration]", "10");
   // well damped, so that ten seconds decide
   await type(page, "damping", 0.05);
-  await page.click("[data-wish=compute]");
+  await page.click("[data-map=compute]");
   await page.waitForFunction(() => /900/.test(document.querySelector('[data-drawer="physics"] section:last-of-type [role=status]').textContent)
     && document.querySelector("[data-drawer=physics] progress").hidden);
   await page.evaluate(() => document.querySelector('[data-drawer="physics"] .map').scrollIntoView({ block: "center" }));
@@ -321,7 +321,7 @@ export async function a_map_shows_where_a_shaken_pendulum_stands_on_its_head(rig
   const end = async (moves) => {
     await page.focus('[data-drawer="physics"] .map');
     for (const move of moves) await page.keyboard.press(move);
-    return Number(/ends (\S+)\u00b0/.exec(await page.textContent("#number-map-point"))?.[1]);
+    return Number(/ends (\S+)\u00b0/.exec(await page.textContent("#map-point-end"))?.[1]);
   };
   assert.ok(await end(["ArrowRight"]) > 150, "it stands on its head");
   assert.ok(await end(["Shift+ArrowDown", "Shift+ArrowLeft"]) < 60, "it has fallen");

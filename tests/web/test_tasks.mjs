@@ -122,10 +122,10 @@ const TASKS = {
   } },
   "a map and a point of it": { before: 3, most: 3, async go(page, hands) {
     await hands.tab("compare");
-    await page.selectOption("[data-map=count]", "60");
+    await page.selectOption("[data-drawer=compare] [data-map=count]", "60");
     const before = (await doc(page)).initial.phi;
-    await hands.click("[data-map=compute]");
-    await page.waitForSelector("[data-map=png]:not([hidden])");
+    await hands.click("[data-drawer=compare] [data-map=compute]");
+    await page.waitForSelector("[data-drawer=compare] [data-map=png]:not([hidden])");
     await hands.point("[data-drawer=compare] canvas.map");
     assert.notDeepEqual((await doc(page)).initial.phi, before);
   } },

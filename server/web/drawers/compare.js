@@ -1,5 +1,5 @@
-// Compare: ghosts of other starts and how far they are from the pendulum, and the map of flips
-// (flipmap.js).
+// Compare: ghosts of other starts and how far they are from the pendulum, and a map of starts: when
+// an arm first turns over (map.js).
 // Leaves to others: the ghosts' motions (motion.js), drawing them (the stage).
 // Invariant: the ghosts are the document's; what is shown of their distance is of the server's
 // samples.
@@ -9,8 +9,8 @@ import { createBag, h, iconButton } from "../dom.js";
 import { ghostColour } from "../palette.js";
 import { createGroup } from "./kit/chart.js";
 import { distances, logarithmic } from "./kit/distances.js";
-import { mountFlipMap } from "./maps/flipmap.js";
 import { button, choice, cssValue, figure, later, swatch } from "./kit/kit.js";
+import { mountMap } from "./maps/map.js";
 
 const OFF = [1, 1e-2, 1e-4, 1e-7, 1e-10]; // degrees
 const MOST = 6;
@@ -206,7 +206,9 @@ function follow(view, bag) {
 function mount(element, app) {
   const bag = createBag();
   const view = createView(app);
-  const map = mountFlipMap(app);
+  const { text } = app;
+  const wish = { across: "theta1", up: "theta2", what: "flip", count: 120, duration: 10 };
+  const map = mountMap(app, text("compare.map"), text("compare.mapIntro"), wish);
   lay(element, view, map.element);
   const soon = follow(view, bag);
   showList(view);
@@ -218,7 +220,6 @@ function mount(element, app) {
     },
     hide() {
       view.shown = false;
-      map.hide();
     },
     destroy() {
       bag.end();

@@ -9,7 +9,7 @@ import { roundUp } from "../camera.js";
 import { createEnergyBars } from "./physics/energy_bars.js";
 import { button, choice, figure, toggle } from "./kit/kit.js";
 import { lazyPart } from "./kit/lazy.js";
-import { mountNumberMap } from "./maps/param_map.js";
+import { mountMap } from "./maps/map.js";
 import { MORE_FIELDS } from "./physics/physics_cart.js";
 import { FIELDS, scaleOf, withoutLosses } from "./physics/physics_fields.js";
 
@@ -43,7 +43,7 @@ const STEPS = 1000;
  * The drawer while it is there.
  * @typedef {{
  *   app: App, rows: Row[], scope: HTMLElement, places: HTMLElement[],
- *   bars: ReturnType<typeof createEnergyBars>, map: ReturnType<typeof mountNumberMap>,
+ *   bars: ReturnType<typeof createEnergyBars>, map: ReturnType<typeof mountMap>,
  *   shown: boolean,
  * }} View
  */
@@ -263,6 +263,8 @@ function lay(element, view) {
 /** @param {HTMLElement} element @param {App} app @returns {Drawer} */
 function mount(element, app) {
   const bag = createBag();
+  const { text } = app;
+  const wish = { across: "motorRate", up: "motor", what: "end" };
   /** @type {View} */
   const view = {
     app,
@@ -270,7 +272,7 @@ function mount(element, app) {
     scope: h("div", {}),
     places: [],
     bars: createEnergyBars(app),
-    map: mountNumberMap(app),
+    map: mountMap(app, text("map.title"), text("map.intro"), wish),
     shown: false,
   };
   view.rows = [...FIELDS, ...MORE_FIELDS].map((field) => rowOf(view, field));

@@ -1,8 +1,10 @@
-// A map of two numbers of a pendulum, in numbers: its axes, what is asked of the server, what came.
-// Leaves to others: asking (param_map.js), drawing (map_paint.js).
+// A map of two numbers in numbers: its axes, which are the start's angles and the numbers of a real
+// pendulum, what is asked of the server, what came.
+// Leaves to others: asking (map.js), drawing (map_paint.js).
 // Invariant: what is known of a point is the server's number; all else of the pendulum and its
 // start is as when the map was begun.
 
+import { foldedTheta, phiOf } from "../../angles.js";
 import { roundUp } from "../../camera.js";
 import { stateOf } from "../../state.js";
 import { pendulumOf, termOf } from "../../terms.js";
@@ -11,6 +13,7 @@ import { FIELDS, scaleOf } from "../physics/physics_fields.js";
 
 const TURN = 2 * Math.PI;
 const NATURAL = 1e-6; // of the largest value, where 0 is none
+const ANGLE = "theta"; // with the arm's number behind it: the axis of its angle at the start
 
 /**
  * What a field is called in ensembles, and how much of the server's unit its unit has.
@@ -34,34 +37,39 @@ const VARIED = {
   aside: { vary: "pivot_x_amplitude" },
   asideRate: { vary: "pivot_x_omega", factor: TURN },
 };
+const VARYING = FIELDS.filter(({ name }) => name in VARIED);
 
-/** The fields that can be an axis. */
-export const AXES = Object.fromEntries(
-  FIELDS.filter(({ name }) => name in VARIED).map((field) => [
-    field.name,
-    { field, ...VARIED[field.name] },
-  ]),
-);
+/** @typedef {Pick<Doc, "pendulum" | "initial">} Begun */
 
 /**
- * What a map shows: the server's observable, the number of a member (NaN: none), and the ends of
- * the scale, of which null is the largest there is.
+ * An axis: what it is called, its ends in its unit, how many numbers stand at it, where the
+ * pendulum itself is; what of the server's varies, and how much of its unit is one of these.
+ * @typedef {{
+ *   words: (text: Text) => string, unit: string, ends: [number, number], marks: number,
+ *   own: number, vary: object, factor: number, set: (begun: Begun, value: number) => Begun,
+ * }} Axis
+ */
+
+/**
+ * What a map shows: the server's observable, the number of a member (NaN: none), the ends of the
+ * scale, of which null is what there is; scale: its kind, where the server draws it too.
  * @typedef {(columns: Columns, i: number, n: number, k: number) => number} Read
- * @type {Record<string, {observable: string, read: Read, low: number | null, high: number |
- * null}>}
+ * @type {Record<string, {observable: string, read: Read, low: number | null, high: number | null,
+ * scale?: "log" | "linear"}>}
  */
 export const OBSERVED = {
   end: {
     observable: "final",
-    read: (columns, i, n, k) => folded(columns.final_phi[i * n + k]),
+    read: (columns, i, n, k) => Math.abs(foldedTheta(columns.final_phi[i * n + k])),
     low: 0,
     high: 180,
   },
   flip: {
     observable: "first_flip",
     read: ({ first_flip_time: times }, i) => (times[i] < 0 ? NaN : times[i]),
-    low: 0,
+    low: null,
     high: null,
+    scale: "log",
   },
   swing: {
     observable: "lambda_min",
@@ -74,100 +82,133 @@ export const OBSERVED = {
     read: ({ lyapunov }, i) => lyapunov[i],
     low: null,
     high: null,
+    scale: "linear",
   },
 };
 
-/** How far an angle is from hanging, degrees, 0 ... 180. @param {number} phi */
-const folded = (phi) => {
-  const turns = (phi + Math.PI / 2) / TURN;
-  return Math.abs(turns - Math.round(turns)) * 360;
-};
+/** A point of a map, from the left and from below. @typedef {{i: number, j: number}} Point */
 
 /**
- * What is wished for: the axes' fields, what to show, how many points a side, how many seconds.
+ * What is wished for: the axes, what to show, how many points a side, how many seconds.
  * @typedef {{across: string, up: string, what: string, count: number, duration: number}} Wish
  */
 
 /**
- * A map: the pendulum and the start it was begun with, of arm k from 0; `start`: the point of the
- * pendulum itself; ends: of every axis. The first `done` points are known, row by row from below.
- * @typedef {Wish & {
- *   pendulum: Tree, initial: State, k: number, start: {i: number, j: number},
- *   ends: Record<string, [number, number]>, values: Float64Array, failed: Uint8Array, done: number,
+ * A map of the pendulum and the start it was begun with, of arm k from 0. Row by row from below:
+ * the value of a point, which arm it is of, whether its motion failed; the first `done` are known.
+ * @typedef {Wish & Begun & {
+ *   axes: [Axis, Axis], k: number, values: Float64Array, arms: Uint16Array, failed: Uint8Array,
+ *   done: number,
  * }} NumberMap
  */
 
 /**
  * Whether a pendulum has the number of a field.
- * @param {Tree} tree @param {string} name @param {number} k
+ * @param {import("../physics/physics_fields.js").Field} field @param {Tree} tree @param {number} k
  */
-function has(tree, name, k) {
-  const { field } = AXES[name];
+function has({ name, needs, get }, tree, k) {
   if (name === "gravity" || name === "tip") return true;
   if (name === "constant") return termOf(tree, "torque", k) !== null;
-  return field.needs ? field.needs(tree, k) : field.get(tree, k) !== 0;
+  return needs ? needs(tree, k) : get(tree, k) !== 0;
 }
 
-/** The fields that can be an axis of this pendulum. @param {Tree} tree @param {number} k */
-export const offered = (tree, k) => Object.keys(AXES).filter((name) => has(tree, name, k));
+/** @param {Doc} doc the selected arm, from 0 */
+const armOf = ({ view }) => Math.max(view.selected, 1) - 1;
 
 /**
- * From where to where an axis goes: around the pendulum's own value.
- * @param {Tree} tree @param {string} name @param {number} k @returns {[number, number]}
+ * What can be an axis, by its name, with its words.
+ * @param {Doc} doc @param {Text} text @returns {import("../kit/kit.js").Option[]}
  */
-function endsOf(tree, name, k) {
-  const { field } = AXES[name];
-  const own = field.get(tree, k);
-  const high = own > 0 ? roundUp(2 * own) : roundUp(field.most(scaleOf(tree)));
-  if (name === "constant") return [-high, high];
-  return [name === "tip" || name === "rod" ? high * NATURAL : 0, high];
+export function offered(doc, text) {
+  const fields = VARYING.filter((field) => has(field, doc.pendulum, armOf(doc)));
+  const angles = Array.from(doc.initial.phi, (_, k) => ANGLE + (k + 1));
+  const names = [...fields.map(({ name }) => name), ...angles];
+  return names.map((value) => ({ value, words: axisOf(doc, value).words(text) }));
+}
+
+/** A field's name with that of its group. @param {string} name @param {string} group */
+const named = (name, group) => (/** @type {Text} */ text) => {
+  const own = text(`physics.${name}`);
+  const title = text(`physics.group.${group}`);
+  return title === own ? own : `${own} (${title})`;
+};
+
+/** The start's angle of an arm. @param {Doc} doc @param {number} arm @returns {Axis} */
+const angleAxis = ({ initial }, arm) => ({
+  words: (text) => text("map.theta", { arm }),
+  unit: "°",
+  ends: [-180, 180],
+  marks: 5,
+  own: foldedTheta(initial.phi[arm - 1]),
+  vary: { vary: "theta", arm, unit: "deg" },
+  factor: 1,
+  set: (begun, value) => {
+    const phi = [...begun.initial.phi];
+    phi[arm - 1] = phiOf(value);
+    return { ...begun, initial: { ...begun.initial, phi } };
+  },
+});
+
+/** @param {Doc} doc @param {string} name @returns {Axis} */
+function axisOf(doc, name) {
+  if (name.startsWith(ANGLE)) return angleAxis(doc, Number(name.slice(ANGLE.length)));
+  const [field] = VARYING.filter((one) => one.name === name);
+  const k = armOf(doc);
+  const own = field.get(doc.pendulum, k);
+  const high = roundUp(own > 0 ? 2 * own : field.most(scaleOf(doc.pendulum)));
+  const low = name === "tip" || name === "rod" ? high * NATURAL : 0;
+  const { vary, factor = 1 } = VARIED[name];
+  return {
+    words: named(name, field.group),
+    unit: field.unit,
+    ends: [name === "constant" ? -high : low, high],
+    marks: 3,
+    own,
+    vary: field.whole ? { vary } : { vary, arm: k + 1 },
+    factor,
+    set: (begun, value) => ({
+      ...begun,
+      pendulum: field.set(begun.pendulum, new Set([k]), value, 0),
+    }),
+  };
 }
 
 /** @param {Doc} doc @param {Wish} wish @returns {NumberMap} of which nothing is known */
-export function createMap({ pendulum, initial, view }, wish) {
-  const k = Math.max(view.selected, 1) - 1;
+export function createMap(doc, wish) {
   const points = wish.count ** 2;
-  const ends = {
-    [wish.across]: endsOf(pendulum, wish.across, k),
-    [wish.up]: endsOf(pendulum, wish.up, k),
-  };
-  const near = (/** @type {string} */ name) => {
-    const [low, high] = ends[name];
-    const share = (AXES[name].field.get(pendulum, k) - low) / (high - low);
-    return Math.max(0, Math.min(wish.count - 1, Math.round(share * (wish.count - 1))));
-  };
   return {
     ...wish,
-    pendulum,
-    initial,
-    k,
-    ends,
-    start: { i: near(wish.across), j: near(wish.up) },
+    pendulum: doc.pendulum,
+    initial: doc.initial,
+    axes: [axisOf(doc, wish.across), axisOf(doc, wish.up)],
+    k: armOf(doc),
     values: new Float64Array(points).fill(NaN),
+    arms: new Uint16Array(points),
     failed: new Uint8Array(points),
     done: 0,
   };
 }
 
-/**
- * The value of an axis at a place.
- * @param {NumberMap} map @param {string} name @param {number} i
- */
-export function valueAt({ ends, count }, name, i) {
-  const [low, high] = ends[name];
-  return low + ((high - low) * i) / (count - 1);
+/** The point nearest to the pendulum itself. @param {NumberMap} map @returns {Point} */
+export function ownPoint({ axes, count }) {
+  const [i, j] = axes.map(({ own, ends: [low, high] }) => {
+    const place = Math.round(((own - low) / (high - low)) * (count - 1));
+    return Math.max(0, Math.min(count - 1, place));
+  });
+  return { i, j };
 }
 
-/** @param {NumberMap} map @param {string} name @param {number} from @param {number} count */
-function axisOf(map, name, from, count) {
-  const { field, vary, factor = 1 } = AXES[name];
-  const axis = {
-    vary,
-    start: factor * valueAt(map, name, from),
-    stop: factor * valueAt(map, name, from + count - 1),
-    count,
-  };
-  return field.whole ? axis : { ...axis, arm: map.k + 1 };
+/**
+ * The value of an axis at a place.
+ * @param {{count: number}} map @param {Axis} axis @param {number} i
+ */
+const valueAt = ({ count }, { ends: [low, high] }, i) => low + ((high - low) * i) / (count - 1);
+
+/** The pendulum and the start of a point. @param {NumberMap} map @param {Point} point */
+export function begunAt(map, { i, j }) {
+  const { pendulum, initial, axes } = map;
+  const first = axes[0].set({ pendulum, initial }, valueAt(map, axes[0], i));
+  return axes[1].set(first, valueAt(map, axes[1], j));
 }
 
 /**
@@ -175,14 +216,16 @@ function axisOf(map, name, from, count) {
  * @param {NumberMap} map @param {number} row @param {number} rows
  */
 export function bodyOf(map, row = 0, rows = map.count) {
-  const { pendulum, initial, across, up, count, duration, what } = map;
-  return {
-    pendulum: pendulumOf(pendulum),
-    initial: stateOf(pendulum, initial),
-    grid: [axisOf(map, across, 0, count), axisOf(map, up, row, rows)],
-    duration,
-    observables: [OBSERVED[what].observable],
-  };
+  const { pendulum, initial, axes, count, duration, what } = map;
+  const grid = [0, row].map((from, which) => {
+    const { vary, factor } = axes[which];
+    const many = which ? rows : count;
+    const [start, stop] = [from, from + many - 1].map((i) => factor * valueAt(map, axes[which], i));
+    return { ...vary, start, stop, count: many };
+  });
+  const observables = [OBSERVED[what].observable];
+  const begun = { pendulum: pendulumOf(pendulum), initial: stateOf(pendulum, initial) };
+  return { ...begun, grid, duration, observables };
 }
 
 /**
@@ -194,49 +237,47 @@ export function takeRows(map, row, { columns, count }) {
   const n = map.pendulum.length.length;
   const { read } = OBSERVED[map.what];
   for (let i = 0; i < count; i++) map.values[from + i] = read(columns, i, n, map.k);
+  if (columns.first_flip_arm) map.arms.set(columns.first_flip_arm.subarray(0, count), from);
   map.failed.set(columns.status.subarray(0, count), from);
   map.done = from + count;
 }
 
-/** The ends of the scale of what is here. @param {NumberMap} map @returns {[number, number]} */
-export function scaleOfMap({ what, values }) {
-  const { low, high } = OBSERVED[what];
-  let least = Infinity;
-  let most = -Infinity;
+/**
+ * The scale of what is here: its ends, and the place of a value between them; of times it goes by
+ * logarithms, over two powers of ten at most.
+ * @param {NumberMap} map
+ */
+export function scaleOfMap({ what, values, duration }) {
+  const { scale, ...given } = OBSERVED[what];
+  let [least, most] = [Infinity, -Infinity];
   for (const value of values) {
     if (value < least) least = value;
     if (value > most) most = value;
   }
   if (!(most > least)) most = least + 1;
   if (!Number.isFinite(least)) [least, most] = [0, 1];
-  return [low ?? least, high ?? most];
+  const log = scale === "log";
+  const low = log ? Math.max(Math.min(least, duration / 2), duration / 100) : (given.low ?? least);
+  const high = log ? duration : (given.high ?? most);
+  const share = (/** @type {number} */ value) =>
+    log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
+  return { low, high, log, share };
 }
 
-/** A field's name with that of its group. @param {Text} text @param {string} name */
-export function nameOf(text, name) {
-  const { group } = AXES[name].field;
-  const own = text(`physics.${name}`);
-  const title = text(`physics.group.${group}`);
-  return title === own ? own : `${own} (${title})`;
-}
-
-/**
- * A point in words.
- * @param {NumberMap} map @param {{i: number, j: number}} point @param {Text} text
- */
+/** A point in words. @param {NumberMap} map @param {Point} point @param {Text} text */
 export function wordsOf(map, { i, j }, text) {
   const at = j * map.count + i;
-  const value = map.values[at];
-  const shown = Number.isNaN(value)
-    ? text("compare.never", { time: text.short(map.duration) })
-    : "";
-  const known = shown || text(`map.${map.what}.value`, { value: figure(text, value, 3) });
+  const value = figure(text, map.values[at], 3);
+  const never = text("compare.never", { time: text.short(map.duration) });
+  const told =
+    map.what === "flip"
+      ? text("compare.flips", { arm: map.arms[at], time: value })
+      : text(`map.${map.what}.value`, { value });
+  const known = Number.isNaN(map.values[at]) ? never : told;
   const what = map.failed[at] ? text("compare.failed") : known;
-  const number = (/** @type {string} */ name, /** @type {number} */ place) =>
-    `${nameOf(text, name)} ${figure(text, valueAt(map, name, place), 3)} ${AXES[name].field.unit}`;
-  return text("map.point", {
-    x: number(map.across, i),
-    y: number(map.up, j),
-    what: at < map.done ? what : text("compare.unknown"),
+  const [x, y] = map.axes.map((axis, which) => {
+    const number = figure(text, valueAt(map, axis, which ? j : i), 3);
+    return `${axis.words(text)} = ${number} ${axis.unit}`;
   });
+  return text("map.point", { x, y, what: at < map.done ? what : text("compare.unknown") });
 }
