@@ -27,7 +27,17 @@ export function h(tag, attributes = {}, ...children) {
   return element;
 }
 
-const SVG = "http://www.w3.org/2000/svg";
+/**
+ * An SVG element.
+ * @param {string} tag @param {Record<string, any>} attributes
+ * @param {...(Node | string)} children
+ */
+export function svg(tag, attributes, ...children) {
+  const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  element.append(...children);
+  return element;
+}
 
 // 24 x 24; F is filled, S is stroked
 /** @type {Record<string, string>} */
@@ -53,19 +63,12 @@ const ICONS = {
 
 /** @param {string} name */
 export function icon(name) {
-  const svg = document.createElementNS(SVG, "svg");
-  svg.setAttribute("viewBox", "0 0 24 24");
-  svg.setAttribute("aria-hidden", "true");
-  const shape = document.createElementNS(SVG, "path");
-  shape.setAttribute("d", ICONS[name].slice(2));
   // what the style says is said here too: without it the icon would have no size and be a blot
   const filled = ICONS[name][0] === "F";
   const stroke = filled ? "none" : "currentColor";
   const plain = { width: 20, height: 20, fill: filled ? "currentColor" : "none", stroke };
-  for (const [key, value] of Object.entries(plain)) svg.setAttribute(key, String(value));
-  svg.setAttribute("class", filled ? "icon filled" : "icon");
-  svg.append(shape);
-  return svg;
+  const look = { viewBox: "0 0 24 24", class: filled ? "icon filled" : "icon", ...plain };
+  return svg("svg", { "aria-hidden": "true", ...look }, svg("path", { d: ICONS[name].slice(2) }));
 }
 
 /**

@@ -223,7 +223,7 @@ function mount(element, app) {
   const grid = h("div", { class: "gallery" });
   const yours = h("div", {});
   element.append(
-    h("h2", {}, text("presets.title")),
+    h("h2", {}, text("drawer.presets")),
     h("p", { class: "quiet" }, text("presets.words")),
     yours,
     grid,

@@ -12,7 +12,7 @@ const SMALL = { pendulum: { length: [1, 1], mass: [1, 1], parent: [0, 1], gravit
 
 // what is to be there before it is looked at
 const READY = {
-  plots: ".portrait canvas[aria-label]",
+  plots: ".plot[aria-label]",
   modes: "[data-mode='1'] canvas",
   compare: "[data-map=compute]",
   method: "[data-fact=atEnd]",

@@ -77,7 +77,7 @@ export async function two_cursors_tell_differences_of_any_two_quantities(rig) {
   assert.deepEqual(rows[1].slice(1).map(Number), [0, 30, 0]);
   const truth = await page.evaluate(() => [pendulumd.motion.columns.phi[50] * 180 / Math.PI + 90 - 30, pendulumd.motion.columns.phid[50]]);
   rows[3].slice(2).forEach((cell, k) => assert.ok(Math.abs(Number(cell) - truth[k]) < 1e-4, `${cell}, not ${truth[k]}`));
-  const box = await page.locator("[data-part=any] canvas").boundingBox();
+  const box = await page.locator("[data-part=any] .plot").boundingBox();
   await page.mouse.move(box.x + 60, box.y + box.height / 2);
   const theta = await page.evaluate(() => pendulumd.motion.at(pendulumd.clock.time).phi[0] * 180 / Math.PI + 90);
   assert.ok(theta < -25, `the pointer leads the motion to ${theta}°`);

@@ -20,7 +20,7 @@ export function answerWords({ app, say }, { kind, unit, choices }, value) {
   if (value === undefined || value === null) return "";
   if (kind === "choice") return choices?.[value - 1] ?? String(value);
   if (kind === "angle")
-    return say("class.degrees", { angle: app.text.short(fromHanging(value + HANGING), 4) });
+    return say("degrees", { angle: app.text.short(fromHanging(value + HANGING), 4) });
   if (kind === "number") return `${app.text.short(value, 6)}${unit ? ` ${unit}` : ""}`;
   return String(value);
 }

@@ -40,13 +40,13 @@ function handPart(room, follower) {
       const tree = { gravity: 9.81, ...pendulum };
       const mini = createMini(tree, { width: 180, height: 150, label: say("class.hand.picture") });
       const degrees = initial.phi.map((/** @type {number} */ phi) =>
-        say("class.degrees", { angle: app.text.short(fromHanging(phi), 3) }),
+        say("degrees", { angle: app.text.short(fromHanging(phi), 3) }),
       );
       place.append(
-        h("h3", {}, say("class.hand.title")),
+        h("h3", {}, say("class.together")),
         h("p", {}, say("class.hand", { angles: degrees.join(", ") })),
         mini.canvas,
-        button(say("class.hand.go"), () => follower.release(), {
+        button(say("class.release"), () => follower.release(), {
           class: "button main",
           "data-class": "letGo",
         }),

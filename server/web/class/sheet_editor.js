@@ -154,7 +154,7 @@ function partOf(editor, step) {
     "li",
     { class: "edit-step" },
     h("div", { class: "row" }, number, up, down, remove),
-    labelled(say("sheet.stepTitle"), inputs.title),
+    labelled(say("share.title"), inputs.title),
     labelled(say("sheet.stepText"), inputs.text),
     inputs.scene.element,
     inputs.question.element,

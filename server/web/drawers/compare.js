@@ -134,7 +134,7 @@ function createView(app) {
   const { store, text } = app;
   const amounts = OFF.map((value) => ({
     value,
-    words: text("compare.offAmount", { amount: figure(text, value, 2) }),
+    words: text("degrees", { angle: figure(text, value, 2) }),
   }));
   const take = (/** @type {string} */ value) => {
     view.off = Number(value);

@@ -53,7 +53,7 @@ const COPIES = {
 function partsOf(text) {
   const formulas = h("div", {});
   const sheet = h("div", {});
-  const close = iconButton("close", text("equations.close"), () => large.close(), {
+  const close = iconButton("close", text("close"), () => large.close(), {
     "data-large": "close",
   });
   const large = h(

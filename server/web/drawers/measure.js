@@ -44,7 +44,7 @@ function showPeriod({ app, arm, shown, period }) {
   const rows = line(text("measure.true"), words?.period ?? none, "period");
   if (words?.swings) rows.push(...line("", words.swings, "swings"));
   if (Number.isFinite(formula)) {
-    const seconds = text("measure.seconds", { time: text.number(formula, 4) });
+    const seconds = text("seconds", { time: text.number(formula, 4) });
     rows.push(...line(text("measure.formula"), seconds, "formula"));
   } else if (motion.n > 1) rows.push(...line("", text("measure.modes"), "modes"));
   if (found?.periodic && !swings.over && Number.isFinite(formula)) {
@@ -62,7 +62,7 @@ function showPicks(view) {
   view.arm = Math.min(app.store.get().view.selected || view.arm, n);
   const arms = Array.from({ length: n }, (_, k) => ({
     value: k + 1,
-    words: app.text("plots.arm", { arm: k + 1 }),
+    words: app.text("arm.name", { arm: k + 1 }),
   }));
   const pick = choice(app.text("measure.of"), arms, view.arm, (value) => {
     view.arm = Number(value);

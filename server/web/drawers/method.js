@@ -89,7 +89,7 @@ function trust(text, { trust_until: exact, horizon }, { start = 0, stop }) {
   const time = exact ?? horizon;
   if (time === undefined) return UNKNOWN;
   if (time >= start + stop) return text("method.trustAll");
-  return text("method.trustValue", { time: text.number(time, 2) });
+  return text("seconds", { time: text.number(time, 2) });
 }
 
 /**

@@ -202,7 +202,7 @@ async function loadReal(view, pendulum, chosen) {
     answer = await client.modes(near, { signal });
   }
   const angles = answer.equilibrium.map((/** @type {number} */ phi) =>
-    text("modes.degrees", { angle: text.number(foldedTheta(phi), 1) }),
+    text("degrees", { angle: text.number(foldedTheta(phi), 1) }),
   );
   const list = new Intl.ListFormat(text.language).format(angles.slice(0, SAID));
   const more = angles.length > SAID ? " \u2026" : "";

@@ -1,7 +1,7 @@
 // Plots: small multiples on one time axis (angles, velocities, forces, energies, their drift), a
 // phase portrait, and exports.
 // Leaves to others: the charts (chart.js), what they show (plot_data.js), the phase portrait
-// (portrait.js), pictures for paper (picture.js).
+// (plot.js), pictures for paper (picture.js).
 // Invariant: every number shown is a sample of the server's; files of numbers are asked from the
 // server.
 
@@ -21,8 +21,8 @@ import {
   toggle,
 } from "./kit/kit.js";
 import { pngOf, svgOf } from "./kit/picture.js";
+import { createPlot } from "./kit/plot.js";
 import { ENERGIES, PER_ARM, columnOf, driftOf, energiesIn, panelsOf } from "./kit/plot_data.js";
-import { createPortrait } from "./kit/portrait.js";
 
 const FEW = 8; // so many arms are shown at first
 const READABLE_MS = 120; // numbers that change faster cannot be read
@@ -31,7 +31,7 @@ const HEADS = ["", "\u03b8, \u00b0", "\u03c9, rad/s", "F, N"];
 /**
  * The charts of a number of arms.
  * @typedef {{perArm: Chart[], energy: Chart, drift: Chart, portrait:
- * import("./kit/portrait.js").Portrait}} Charts
+ * import("./kit/plot.js").PlotPart}} Charts
  */
 
 /**
@@ -79,7 +79,7 @@ function showChips(view) {
   const { app, legend, hidden } = view;
   const chip = (/** @type {number} */ k) => {
     const { name, dash } = armLook(k + 1);
-    const label = app.text("plots.arm", { arm: k + 1 });
+    const label = app.text("arm.name", { arm: k + 1 });
     const turn = (/** @type {boolean} */ on) => {
       if (on) hidden.delete(k);
       else hidden.add(k);
@@ -135,10 +135,10 @@ function buildCharts(view) {
 /** @param {View} view */
 function buildPortrait(view) {
   const { text } = view.app;
-  const portrait = createPortrait(text);
+  const portrait = createPlot(text, 220);
   const arms = Array.from({ length: view.arms }, (_, k) => ({
     value: k + 1,
-    words: text("plots.arm", { arm: k + 1 }),
+    words: text("arm.name", { arm: k + 1 }),
   }));
   const pick = choice(text("plots.portraitArm"), arms, view.chosen, (value) => {
     view.chosen = Number(value);
@@ -169,7 +169,9 @@ function fillPortrait({ app, charts, chosen }) {
   if (!count || !charts) return;
   const xs = columnOf(columns.phi, n, chosen - 1, count, thetaOf);
   const ys = columnOf(columns.phid, n, chosen - 1, count);
-  charts.portrait.set(xs, ys, armLook(chosen).colour, app.text("plots.portrait", { arm: chosen }));
+  const { name, dash } = armLook(chosen);
+  const curves = [{ xs, ys, colour: name, dash }];
+  charts.portrait.set({ curves }, app.text("plots.portrait", { arm: chosen }));
 }
 
 /** What there is of the motion, into all charts. @param {View} view */
@@ -198,7 +200,7 @@ function tableOf(text, now) {
   const cell = (/** @type {number} */ value) => h("td", {}, figure(text, value, 5));
   const heads = HEADS.map((words) => (words ? h("th", { scope: "col" }, words) : h("td", {})));
   const rows = Array.from(now.phi, (phi, k) => {
-    const name = h("th", { scope: "row" }, text("plots.arm", { arm: k + 1 }));
+    const name = h("th", { scope: "row" }, text("arm.name", { arm: k + 1 }));
     return h("tr", {}, name, cell(thetaOf(phi)), cell(now.phid[k]), cell(now.lambda[k]));
   });
   return h("table", {}, h("thead", {}, h("tr", {}, ...heads)), h("tbody", {}, ...rows));
@@ -210,7 +212,7 @@ function follow(view) {
   const { motion, clock, text } = app;
   if (!view.shown || !motion.count || !charts) return;
   const now = motion.at(clock.time);
-  charts.portrait.at(thetaOf(now.phi[chosen - 1]), now.phid[chosen - 1]);
+  charts.portrait.mark(thetaOf(now.phi[chosen - 1]), now.phid[chosen - 1]);
   if (clock.playing && performance.now() - view.told < READABLE_MS) return;
   view.told = performance.now();
   summary.textContent = text("plots.numbers", {

@@ -183,7 +183,7 @@ function clear(view) {
 /** Which picture is seen. @param {View} view */
 function showTime({ app, film, marks, place }) {
   if (!film || !marks) return;
-  place.textContent = app.text("measure.seconds", {
+  place.textContent = app.text("seconds", {
     time: app.text.number(film.time / marks.slow, 3),
   });
 }

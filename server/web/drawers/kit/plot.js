@@ -1,49 +1,54 @@
-// Curves and points over any quantity: axes with round numbers, lines, dots.
-// Leaves to others: what the curves are; curves over time, which follow the clock (chart.js).
-// Invariant: colours are the page's properties, so that light and dark need nothing; a value that
-// is null or not finite is a gap.
+// Curves and points over any quantity: axes with round numbers, lines, dots, and one point that
+// moves.
+// Leaves to others: what the curves are; curves over time, which follow the clock (chart.js); paper
+// (picture.js).
+// Invariant: a colour may be one of the page's properties, so that light and dark need nothing; a
+// value that is null or not finite is a gap; the curves are drawn once for what there is.
 
-import { h } from "../../dom.js";
+import { h, svg } from "../../dom.js";
 import { figure } from "./kit.js";
-import { ticks } from "./picture.js";
-
-const SVG = "http://www.w3.org/2000/svg";
-const LEFT = 52;
-const BOTTOM = 36;
-const TOP = 8;
-const RIGHT = 10;
 
 /** @typedef {ArrayLike<number | null>} Values */
 
 /**
- * A curve: a line, or dots of a radius; colour is a custom property.
- * @typedef {{xs: Values, ys: Values, colour: string, dots?: number, dashed?: boolean}} Curve
+ * A curve: a line, or dots of a radius.
+ * @typedef {{xs: Values, ys: Values, colour: string, dots?: number, dash?: number[] | null}} Curve
  */
 
 /**
- * What is drawn. x, y: the words of the axes; low: what the y axis holds at least.
- * @typedef {{x: string, y: string, curves: Curve[], low?: number}} Picture
+ * What is drawn. x, y: the words of the axes; from: the ends of the x axis; low: what the y axis
+ * holds at least.
+ * @typedef {{x?: string, y?: string, curves: Curve[], from?: [number, number], low?: number}}
+ * Picture
  */
+
+/** Where curves lie, pixels. @typedef {{x: number, y: number, wide: number, tall: number}} Box */
 
 /**
  * Where numbers lie, pixels.
- * @typedef {{xs: [number, number], ys: [number, number], width: number, height: number, x(value:
- * number): number, y(value: number): number}} Scale
+ * @typedef {{xs: [number, number], ys: [number, number], x(value: number): number, y(value:
+ * number): number}} Scale
  */
-
-/**
- * @param {string} name @param {Record<string, string | number>} attributes
- * @param {string} words
- */
-function svg(name, attributes, words = "") {
-  const element = document.createElementNS(SVG, name);
-  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, String(value));
-  element.textContent = words;
-  return element;
-}
 
 /** @param {number | null} value @returns {value is number} */
 const there = (value) => value !== null && Number.isFinite(value);
+
+/** @param {string} colour */
+const ink = (colour) => (colour.startsWith("--") ? `var(${colour})` : colour);
+
+/**
+ * Round numbers between two, about `many` of them.
+ * @param {number} low @param {number} high @param {number} many
+ */
+function ticks(low, high, many) {
+  const raw = (high - low) / many;
+  const power = 10 ** Math.floor(Math.log10(raw));
+  const step = power * ([1, 2, 5, 10].find((part) => part * power >= raw) ?? 10);
+  const list = [];
+  for (let i = Math.ceil(low / step - 1e-9); i * step <= high + step * 1e-9; i++)
+    list.push(i * step);
+  return list;
+}
 
 /**
  * Around what there is.
@@ -64,53 +69,44 @@ function around(lists, room, more = []) {
   return [low - extra, high + extra];
 }
 
-/** @param {Picture} picture @param {number} width @param {number} height @returns {Scale} */
-function scaleOf({ curves, low }, width, height) {
-  const xs = around(
-    curves.map((curve) => curve.xs),
-    0.01,
-  );
-  const ys = around(
-    curves.map((curve) => curve.ys),
-    0.06,
-    [low],
-  );
-  const [wide, tall] = [width - LEFT - RIGHT, height - BOTTOM - TOP];
+/** @param {Picture} picture @param {Box} box @returns {Scale} */
+function scaleOf({ curves, low, from }, box) {
+  const listsOf = (/** @type {"xs" | "ys"} */ key) => curves.map((curve) => curve[key]);
+  const xs = from ?? around(listsOf("xs"), 0.01);
+  const ys = around(listsOf("ys"), 0.06, [low]);
   return {
     xs,
     ys,
-    width,
-    height,
-    x: (value) => LEFT + ((value - xs[0]) / (xs[1] - xs[0])) * wide,
-    y: (value) => TOP + tall - ((value - ys[0]) / (ys[1] - ys[0])) * tall,
+    x: (value) => box.x + ((value - xs[0]) / (xs[1] - xs[0])) * box.wide,
+    y: (value) => box.y + box.tall - ((value - ys[0]) / (ys[1] - ys[0])) * box.tall,
   };
 }
 
-/** Axes with their numbers and words. @param {Scale} scale @param {Picture} picture
- * @param {Text} text */
-function frame(scale, { x: across, y: up }, text) {
-  const { xs, ys, width, height } = scale;
-  const floor = height - BOTTOM;
-  const parts = [];
-  for (const value of ticks(...xs, Math.max(3, width / 80))) {
-    const at = scale.x(value).toFixed(1);
-    parts.push(svg("path", { d: `M${at} ${TOP}V${floor}`, class: "plot-line" }));
-    parts.push(
-      svg("text", { x: at, y: floor + 14, "text-anchor": "middle" }, figure(text, value || 0)),
-    );
+/**
+ * Axes with their numbers and words.
+ * @param {Scale} scale @param {Picture} picture @param {Box} box @param {Text} text
+ */
+function axes({ xs, ys, x, y }, picture, box, text) {
+  const middle = { "text-anchor": "middle" };
+  const floor = box.y + box.tall;
+  let lines = "";
+  const words = [];
+  for (const value of ticks(...xs, Math.max(3, box.wide / 80))) {
+    const at = x(value).toFixed(1);
+    lines += `M${at} ${box.y}V${floor}`;
+    words.push(svg("text", { x: at, y: floor + 14, ...middle }, figure(text, value || 0)));
   }
-  for (const value of ticks(...ys, Math.max(2, height / 45))) {
-    const at = scale.y(value).toFixed(1);
-    parts.push(svg("path", { d: `M${LEFT} ${at}H${width - RIGHT}`, class: "plot-line" }));
-    const place = { x: LEFT - 6, y: Number(at) + 4, "text-anchor": "end" };
-    parts.push(svg("text", place, figure(text, value || 0)));
+  for (const value of ticks(...ys, Math.max(2, box.tall / 40))) {
+    const at = y(value).toFixed(1);
+    lines += `M${box.x} ${at}h${box.wide}`;
+    const place = { x: box.x - 6, y: Number(at) + 4, "text-anchor": "end" };
+    words.push(svg("text", place, figure(text, value || 0)));
   }
-  const middle = (TOP + floor) / 2;
-  const turned = { x: 0, y: 0, transform: `translate(10 ${middle}) rotate(-90)` };
-  parts.push(svg("text", { ...turned, "text-anchor": "middle" }, up));
-  const below = { x: (LEFT + width - RIGHT) / 2, y: height - 4, "text-anchor": "middle" };
-  parts.push(svg("text", below, across));
-  return parts;
+  const turned = `translate(10 ${box.y + box.tall / 2}) rotate(-90)`;
+  if (picture.y) words.push(svg("text", { transform: turned, ...middle }, picture.y));
+  const below = { x: box.x + box.wide / 2, y: floor + 32, ...middle };
+  if (picture.x) words.push(svg("text", below, picture.x));
+  return { lines, words };
 }
 
 /** The way of a line, with gaps. @param {Curve} curve @param {Scale} scale */
@@ -129,12 +125,12 @@ function wayOf({ xs, ys }, scale) {
 
 /** @param {Curve} curve @param {Scale} scale */
 function curveOf(curve, scale) {
-  const { xs, ys, colour, dots, dashed } = curve;
-  const look = { stroke: `var(${colour})`, fill: `var(${colour})` };
+  const { xs, ys, colour, dots, dash } = curve;
+  const look = { stroke: ink(colour), fill: ink(colour) };
   if (!dots) {
     const line = { d: wayOf(curve, scale), ...look, fill: "none", "stroke-width": 1.6 };
-    const dash = { "stroke-dasharray": dashed ? "5 4" : "none" };
-    return svg("path", { ...line, ...dash, "stroke-linejoin": "round" });
+    const join = { "stroke-dasharray": dash?.join(" ") ?? "none", "stroke-linejoin": "round" };
+    return svg("path", { ...line, ...join });
   }
   // one path of all dots: thousands of measurements are one element
   let way = "";
@@ -152,30 +148,42 @@ function curveOf(curve, scale) {
 }
 
 /**
- * The plot while it is there.
- * @typedef {{element: HTMLElement, text: Text, height: number, picture: Picture | null}} Plot
+ * A picture in a box, and where numbers lie in it.
+ * @param {Picture} picture @param {Box} box @param {Text} text @param {string} line
+ * @param {string} quiet colours of the axes' lines and words
  */
-
-/** @param {Plot} plot */
-function draw({ element, text, height, picture }) {
-  const width = element.clientWidth;
-  if (!width || !picture) return;
-  const scale = scaleOf(picture, width, height);
-  const size = { width, height, viewBox: `0 0 ${width} ${height}`, "aria-hidden": "true" };
-  const paper = svg("svg", size);
+export function drawn(picture, box, text, line = "--line", quiet = "--quiet") {
+  const scale = scaleOf(picture, box);
+  const { lines, words } = axes(scale, picture, box, text);
+  const named = svg("g", { fill: ink(quiet), "font-size": 11 }, ...words);
   const curves = picture.curves.map((curve) => curveOf(curve, scale));
-  paper.append(...frame(scale, picture, text), ...curves);
-  element.replaceChildren(paper);
+  return { scale, parts: [svg("path", { d: lines, stroke: ink(line) }), named, ...curves] };
 }
 
 /**
- * A plot: {element, set(picture, label), far(event)(x, y), at(event), destroy}.
- * @param {Text} text @param {number} height pixels
+ * The plot while it is there.
+ * @typedef {{element: HTMLElement, point: HTMLElement, text: Text, height: number, picture: Picture
+ * | null, scale: Scale | null}} Plot
  */
+
+/** @param {Plot} plot */
+function draw(plot) {
+  const { element, point, text, height, picture } = plot;
+  const width = element.clientWidth;
+  if (!width || !picture) return;
+  const box = { x: 52, y: 8, wide: width - 62, tall: height - (picture.x ? 44 : 30) };
+  const { scale, parts } = drawn(picture, box, text);
+  const size = { width, height, viewBox: `0 0 ${width} ${height}`, "aria-hidden": "true" };
+  plot.scale = scale;
+  element.replaceChildren(svg("svg", size, ...parts), point);
+}
+
+/** A plot of so many pixels. @param {Text} text @param {number} height */
 export function createPlot(text, height) {
   const element = h("div", { class: "plot", role: "img" });
+  const point = h("div", { class: "plot-point", hidden: true });
   /** @type {Plot} */
-  const plot = { element, text, height, picture: null };
+  const plot = { element, point, text, height, picture: null, scale: null };
   element.style.height = `${height}px`;
   const observer = new ResizeObserver(() => draw(plot));
   observer.observe(element);
@@ -187,22 +195,42 @@ export function createPlot(text, height) {
       element.setAttribute("aria-label", label);
       draw(plot);
     },
-    /** What measures how many pixels a point is from a pointer: all points are looked at once
-     * for the scale, not once for each. @param {{clientX: number, clientY: number}} event
-     * @returns {(x: number, y: number) => number} */
-    far({ clientX, clientY }) {
-      if (!plot.picture) return () => Infinity;
-      const { left, top, width, height: tall } = element.getBoundingClientRect();
-      const scale = scaleOf(plot.picture, width, tall);
-      return (x, y) => Math.hypot(clientX - left - scale.x(x), clientY - top - scale.y(y));
+    /** Moves the point. @param {number} x @param {number} y */
+    mark(x, y) {
+      point.hidden = !plot.scale;
+      if (plot.scale)
+        point.style.transform = `translate(${plot.scale.x(x)}px, ${plot.scale.y(y)}px)`;
     },
-    /** Where a pointer is on the axis across. @param {{clientX: number}} event */
+    /** What measures how many pixels a point is from a pointer. @param {MouseEvent} event */
+    far({ clientX, clientY }) {
+      const { scale } = plot;
+      const { left, top } = element.getBoundingClientRect();
+      return (/** @type {number} */ x, /** @type {number} */ y) =>
+        scale ? Math.hypot(clientX - left - scale.x(x), clientY - top - scale.y(y)) : Infinity;
+    },
+    /** Where a pointer is on the axis across. @param {MouseEvent} event */
     at({ clientX }) {
-      if (!plot.picture) return NaN;
-      const { left, width, height: tall } = element.getBoundingClientRect();
-      const { xs, x } = scaleOf(plot.picture, width, tall);
+      if (!plot.scale) return NaN;
+      const { xs, x } = plot.scale;
+      const { left } = element.getBoundingClientRect();
       return xs[0] + ((clientX - left - x(xs[0])) / (x(xs[1]) - x(xs[0]))) * (xs[1] - xs[0]);
     },
     destroy: () => observer.disconnect(),
   };
+}
+
+/** @typedef {ReturnType<typeof createPlot>} PlotPart */
+
+/**
+ * The sample of a curve nearest to a pointer, -1 without one.
+ * @param {(x: number, y: number) => number} far @param {ArrayLike<number>} xs
+ * @param {ArrayLike<number>} ys
+ */
+export function nearest(far, xs, ys) {
+  let [found, least] = [-1, Infinity];
+  for (let i = 0; i < xs.length; i++) {
+    const away = far(xs[i], ys[i]);
+    if (away < least) [found, least] = [i, away];
+  }
+  return found;
 }

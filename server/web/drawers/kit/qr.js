@@ -2,10 +2,9 @@
 // Leaves to others: the code itself (qrcode-generator), which links there are (share.js).
 // Invariant: black on white with the margin that cameras need, whatever the theme.
 
-import { h } from "../../dom.js";
+import { h, svg } from "../../dom.js";
 
 const OWN = /^(localhost|127\.|\[::1\])/;
-const SVG = "http://www.w3.org/2000/svg";
 const MARGIN = 4;
 const LONG = 300; // letters, from which on a code corrects fewer errors
 
@@ -34,17 +33,12 @@ export function qrOf(qrcode, letters, label) {
   code.addData(letters);
   code.make();
   const side = code.getModuleCount() + 2 * MARGIN;
-  const svg = document.createElementNS(SVG, "svg");
-  const dark = document.createElementNS(SVG, "path");
   const attributes = {
     viewBox: `0 0 ${side} ${side}`,
     class: "qr",
     role: "img",
     "aria-label": label,
+    "shape-rendering": "crispEdges",
   };
-  for (const [name, value] of Object.entries(attributes)) svg.setAttribute(name, value);
-  svg.setAttribute("shape-rendering", "crispEdges");
-  dark.setAttribute("d", squares(code));
-  svg.append(dark);
-  return svg;
+  return svg("svg", attributes, svg("path", { d: squares(code) }));
 }

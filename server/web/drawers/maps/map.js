@@ -85,7 +85,7 @@ function showControls({ app, wish, controls, compute, png }) {
   }));
   const spans = DURATIONS.map((time) => ({
     value: time,
-    words: text("compare.seconds", { time }),
+    words: text("seconds", { time }),
   }));
   controls.replaceChildren(
     pick("across", "map.across", axes),

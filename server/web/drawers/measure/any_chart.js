@@ -1,11 +1,11 @@
 // Any quantity of the motion over any other, with the values at the pointer and two cursors with
 // their differences.
-// Leaves to others: the quantities (table_file.js), the curve (portrait.js).
+// Leaves to others: the quantities (table_file.js), the curve (plot.js).
 // Invariant: every value shown is one of a sample.
 
 import { createBag, h } from "../../dom.js";
-import { button, choice, cssValue, figure, later } from "../kit/kit.js";
-import { createPortrait } from "../kit/portrait.js";
+import { button, choice, figure, later } from "../kit/kit.js";
+import { createPlot, nearest } from "../kit/plot.js";
 import { columnsOf } from "../kit/table_file.js";
 
 /**
@@ -13,14 +13,15 @@ import { columnsOf } from "../kit/table_file.js";
  * cursors' samples.
  * @typedef {{
  *   app: App, x: number, y: number, row: number, marks: {A: number, B: number}, shown: boolean,
- *   portrait: import("../kit/portrait.js").Portrait, table: HTMLElement, picks: HTMLElement,
+ *   plot: import("../kit/plot.js").PlotPart, table: HTMLElement, picks: HTMLElement,
  *   columns: import("../kit/table_file.js").TableColumn[],
+ *   curve: {xs: ArrayLike<number>, ys: ArrayLike<number>, colour: string},
  * }} AnyChart
  */
 
 /** @param {AnyChart} any */
 function fill(any) {
-  const { app, portrait } = any;
+  const { app, plot } = any;
   const { motion, text } = app;
   if (!any.shown || !motion.count) return;
   any.columns = columnsOf(motion, text);
@@ -30,7 +31,8 @@ function fill(any) {
   any.y = Math.min(any.y, any.columns.length - 1);
   showPicks(any);
   const label = `${any.columns[any.y].head}; ${any.columns[any.x].head}`;
-  portrait.set(list(any.x), list(any.y), cssValue("--accent"), label);
+  any.curve = { xs: list(any.x), ys: list(any.y), colour: "--accent" };
+  plot.set({ curves: [any.curve] }, label);
   follow(any);
 }
 
@@ -55,14 +57,14 @@ function showPicks(any) {
 
 /** The values at the clock and at the cursors. @param {AnyChart} any */
 function follow(any) {
-  const { app, columns, portrait, table, marks } = any;
+  const { app, columns, plot, table, marks } = any;
   const { motion, clock, text } = app;
   if (!any.shown || !columns.length || !motion.count) return;
   any.row = Math.min(Math.round(clock.time / motion.doc.span.step), motion.count - 1);
   // the time comes first, unless it is one of the two
   const told = [...new Set([0, any.x, any.y])];
   const values = (/** @type {number} */ row) => told.map((k) => columns[k].value(row));
-  portrait.at(columns[any.x].value(any.row), columns[any.y].value(any.row));
+  plot.mark(columns[any.x].value(any.row), columns[any.y].value(any.row));
   const line = (/** @type {string} */ name, /** @type {number[]} */ list) =>
     h(
       "tr",
@@ -102,7 +104,8 @@ export function createAnyChart(app) {
     row: 0,
     marks: { A: -1, B: -1 },
     shown: false,
-    portrait: createPortrait(text),
+    plot: createPlot(text, 220),
+    curve: { xs: [], ys: [], colour: "" },
     table: h("div", { ...region, "aria-label": text("plots.values"), "data-any": "values" }),
     picks: h("div", { class: "any-picks" }),
     columns: [],
@@ -120,14 +123,14 @@ export function createAnyChart(app) {
   bag(soon.end);
   bag(motion.subscribe((_, what) => what === "complete" && soon()));
   bag(clock.subscribe(() => follow(any)));
-  bag.on(any.portrait.element, "pointermove", (event) => {
-    const row = any.portrait.find(event);
+  bag.on(any.plot.element, "pointermove", (event) => {
+    const row = nearest(any.plot.far(event), any.curve.xs, any.curve.ys);
     if (!clock.playing && row >= 0) clock.seek(row * motion.doc.span.step);
   });
-  bag(any.portrait.destroy);
+  bag(any.plot.destroy);
   const row = h("div", { class: "row" }, cursor("A"), cursor("B"));
   return {
-    element: h("div", {}, any.picks, any.portrait.element, row, any.table),
+    element: h("div", {}, any.picks, any.plot.element, row, any.table),
     show() {
       any.shown = true;
       fill(any);

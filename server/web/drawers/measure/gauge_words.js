@@ -10,7 +10,7 @@ import { protractorReads, rulerReads } from "./gauge_numbers.js";
 export function readings(text, gauge, numbers) {
   if (gauge === "ruler")
     return text("measure.metres", { length: text.number(rulerReads(numbers).length, 3) });
-  return text("measure.degrees", { angle: text.number(protractorReads(numbers), 1) });
+  return text("degrees", { angle: text.number(protractorReads(numbers), 1) });
 }
 
 /**

@@ -80,7 +80,7 @@ export function periodWords({ count, mean, least, most, periodic }, text) {
   if (!periodic) return { period: text("measure.notPeriodic", range), swings: "" };
   const alike = most - least < ALIKE * mean;
   return {
-    period: text("measure.seconds", { time: text.number(mean, alike ? 4 : 2) }),
+    period: text("seconds", { time: text.number(mean, alike ? 4 : 2) }),
     swings: text(alike ? "measure.alike" : "measure.unlike", range),
   };
 }
@@ -97,7 +97,7 @@ export const noPeriodOf = ({ quick }, { doc }, text) =>
  * @param {Swings} swings @param {Text} text
  */
 export const farthestOf = ({ amplitude, over }, text) =>
-  over ? text("measure.over") : text("measure.degrees", { angle: text.number(amplitude, 1) });
+  over ? text("measure.over") : text("degrees", { angle: text.number(amplitude, 1) });
 
 /**
  * 2 pi sqrt(l/g), s: of small swings of a mass on a single ideal arm; NaN of any other pendulum.

@@ -14,7 +14,7 @@ export function createStopwatch({ clock, text }) {
   const laps = h("ol", { class: "laps" });
   let [running, sum, last, lap] = [false, 0, 0, 0];
   const show = () => {
-    shown.textContent = text("measure.seconds", { time: text.number(sum, 2) });
+    shown.textContent = text("seconds", { time: text.number(sum, 2) });
     start.textContent = text(running ? "measure.stop" : "measure.start");
     round.disabled = !running;
   };
@@ -32,7 +32,7 @@ export function createStopwatch({ clock, text }) {
     () => {
       const time = text.number(sum - lap, 2);
       lap = sum;
-      laps.append(h("li", {}, text("measure.seconds", { time })));
+      laps.append(h("li", {}, text("seconds", { time })));
     },
     { "data-watch": "lap" },
   );

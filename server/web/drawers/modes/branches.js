@@ -117,7 +117,7 @@ function curvesOf(view, { mode, orbits, special }) {
     const ys = orbits.map((one, i) =>
       seen(i) || (!stable && (seen(i - 1) || seen(i + 1))) ? upwards(view, one) : null,
     );
-    return { xs, ys, colour, dashed: !stable };
+    return { xs, ys, colour, dash: stable ? null : [5, 4] };
   };
   const spots = special.map(({ after }) => Math.min(after, orbits.length) - 1);
   const dots = {

@@ -43,7 +43,7 @@ function factsOf(text, { modes }, k) {
  */
 function amplitudeOf(text, { modes, angles }, k, hooks) {
   const mode = modes.mode[k];
-  const words = () => text("modes.degrees", { angle: text.short(angles[k]) });
+  const words = () => text("degrees", { angle: text.short(angles[k]) });
   const said = h("output", {}, words());
   const input = () => {
     angles[k] = Number(slider.value);

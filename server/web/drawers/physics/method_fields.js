@@ -69,7 +69,7 @@ function toleranceFields(app, doc, { rtol, finest, divisor }) {
 /** @param {App} app @param {Doc} doc */
 function methodField({ store, text }, doc) {
   const methods = Object.keys(METHODS).map((value) => ({ value, words: text(`method.${value}`) }));
-  const field = choice(text("method.method"), methods, doc.method, (method) =>
+  const field = choice(text("drawer.method"), methods, doc.method, (method) =>
     store.set({ method, rtol: null, atol: null, precision: "double" }, { label: "method" }),
   );
   field.select.dataset.method = "";

@@ -25,7 +25,7 @@ export function showProjector({ text, store }, qrcode, link) {
     /** @type {HTMLElement | null} */ (before)?.focus();
   };
   const left = () => document.fullscreenElement ?? end();
-  const close = button(text("share.projectorEnd"), end, { "data-projector": "end" });
+  const close = button(text("close"), end, { "data-projector": "end" });
   const part = h(
     "aside",
     { class: "projector", "aria-label": text("share.projector") },

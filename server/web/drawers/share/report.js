@@ -77,7 +77,7 @@ function pendulumOf({ store, text }) {
 function readOf({ store, motion, text }) {
   const { view } = store.get();
   const seconds = (/** @type {number | undefined} */ time) =>
-    Number.isFinite(time) ? text("measure.seconds", { time: text.number(Number(time), 4) }) : DASH;
+    Number.isFinite(time) ? text("seconds", { time: text.number(Number(time), 4) }) : DASH;
   const arms = Math.min(motion.n, MOST_ARMS);
   const rows = Array.from({ length: arms }, (_, k) => {
     const swings = swingsOf(motion.track, k + 1);
@@ -107,7 +107,7 @@ function settingsOf({ store, motion, text }) {
   const metres = (/** @type {number} */ time) => `${figure(text, time, 6)} s`;
   /** @type {[string, string][]} */
   const list = [
-    [text("method.method"), text(`method.${doc.method}`)],
+    [text("drawer.method"), text(`method.${doc.method}`)],
     [text("time.until"), metres((doc.span.start ?? 0) + doc.span.stop)],
   ];
   if (doc.rtol !== null) list.push([text("method.rtol"), figure(text, doc.rtol)]);

@@ -9,8 +9,6 @@ export default {
   "measure.amplitude": "Größter Ausschlag",
   "measure.over": "er überschlägt sich",
   "measure.percent": "{percent} %",
-  "measure.degrees": "{angle}°",
-  "measure.seconds": "{time} s",
   "measure.alike": "Mittel von {count} Schwingungen, alle gleich",
   "measure.unlike": "Mittel von {count} Schwingungen, {least} bis {most} s",
   "measure.notPeriodic": "nicht periodisch: {count} Schwingungen von {least} bis {most} s",

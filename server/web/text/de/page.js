@@ -9,6 +9,8 @@ export default {
   redo: "Wiederherstellen",
   new: "Neu",
   docs: "API",
+  degrees: "{angle}°",
+  seconds: "{time} s",
   close: "Schließen",
   again: "Noch einmal",
   "again.now": "Jetzt versuchen",
@@ -95,7 +97,6 @@ export default {
   "time.trust.long":
     "schraffiert: nach {time} s kann die Bewegung eine andere sein (Fehler über 10⁻⁶, wie der Server schätzt); eine kleinere Toleranz oder 32 Ziffern, unter Verfahren, tragen weiter",
 
-  "presets.title": "Beispiele",
   "presets.words": "Ein Klick setzt es in Bewegung.",
   "presets.arms.one": "1 Arm",
   "presets.arms.other": "{count} Arme",

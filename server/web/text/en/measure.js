@@ -9,8 +9,6 @@ export default {
   "measure.amplitude": "Farthest from hanging",
   "measure.over": "it turns over",
   "measure.percent": "{percent} %",
-  "measure.degrees": "{angle}°",
-  "measure.seconds": "{time} s",
   "measure.alike": "mean of {count} swings, all alike",
   "measure.unlike": "mean of {count} swings, from {least} to {most} s",
   "measure.notPeriodic": "not periodic: {count} swings of {least} to {most} s",

@@ -11,6 +11,8 @@ export default {
   redo: "Redo",
   new: "New",
   docs: "API",
+  degrees: "{angle}°",
+  seconds: "{time} s",
   close: "Close",
   again: "Try again",
   "again.now": "Try now",
@@ -96,7 +98,6 @@ export default {
   "time.trust.long":
     "hatched: after {time} s the motion may be another one than this (errors above 10⁻⁶, as the server estimates); a smaller tolerance or 32 digits, in Method, carry it further",
 
-  "presets.title": "Examples",
   "presets.words": "Click one to set it in motion.",
   "presets.arms.one": "1 arm",
   "presets.arms.other": "{count} arms",

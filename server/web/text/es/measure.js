@@ -9,8 +9,6 @@ export default {
   "measure.amplitude": "Mayor desviación",
   "measure.over": "da la vuelta",
   "measure.percent": "{percent} %",
-  "measure.degrees": "{angle}°",
-  "measure.seconds": "{time} s",
   "measure.alike": "media de {count} oscilaciones, todas iguales",
   "measure.unlike": "media de {count} oscilaciones, de {least} a {most} s",
   "measure.notPeriodic": "no es periódico: {count} oscilaciones de {least} a {most} s",

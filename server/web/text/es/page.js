@@ -9,6 +9,8 @@ export default {
   redo: "Rehacer",
   new: "Nuevo",
   docs: "API",
+  degrees: "{angle}°",
+  seconds: "{time} s",
   close: "Cerrar",
   again: "Reintentar",
   "again.now": "Intentar ahora",
@@ -90,7 +92,6 @@ export default {
   "time.trust": "rayado: incierto después de {time} s",
   "time.trust.long":
     "rayado: después de {time} s el movimiento puede ser otro que este (errores de más de 10⁻⁶, según estima el servidor); una tolerancia menor o 32 cifras, en Método, llegan más lejos",
-  "presets.title": "Ejemplos",
   "presets.words": "Un clic lo pone en movimiento.",
   "presets.arms.one": "1 brazo",
   "presets.arms.other": "{count} brazos",

@@ -9,8 +9,6 @@ export default {
   "measure.amplitude": "Plus grand écart",
   "measure.over": "il se retourne",
   "measure.percent": "{percent} %",
-  "measure.degrees": "{angle}°",
-  "measure.seconds": "{time} s",
   "measure.alike": "moyenne de {count} oscillations, toutes égales",
   "measure.unlike": "moyenne de {count} oscillations, de {least} à {most} s",
   "measure.notPeriodic": "non périodique : {count} oscillations de {least} à {most} s",

@@ -9,6 +9,8 @@ export default {
   redo: "Rétablir",
   new: "Nouveau",
   docs: "API",
+  degrees: "{angle}°",
+  seconds: "{time} s",
   close: "Fermer",
   again: "Réessayer",
   "again.now": "Essayer maintenant",
@@ -90,7 +92,6 @@ export default {
   "time.trust": "hachuré : incertain après {time} s",
   "time.trust.long":
     "hachuré : après {time} s, le mouvement peut être un autre que celui-ci (erreurs au-delà de 10⁻⁶, d’après l’estimation du serveur) ; une tolérance plus petite ou 32 chiffres, sous Méthode, mènent plus loin",
-  "presets.title": "Exemples",
   "presets.words": "Un clic le met en mouvement.",
   "presets.arms.one": "{count} bras",
   "presets.arms.other": "{count} bras",

@@ -9,8 +9,6 @@ export default {
   "measure.amplitude": "Verste uitwijking",
   "measure.over": "hij slaat over",
   "measure.percent": "{percent} %",
-  "measure.degrees": "{angle}°",
-  "measure.seconds": "{time} s",
   "measure.alike": "gemiddelde van {count} slingeringen, alle gelijk",
   "measure.unlike": "gemiddelde van {count} slingeringen, van {least} tot {most} s",
   "measure.notPeriodic": "niet periodiek: {count} slingeringen van {least} tot {most} s",

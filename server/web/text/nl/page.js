@@ -9,6 +9,8 @@ export default {
   redo: "Opnieuw doen",
   new: "Nieuw",
   docs: "API",
+  degrees: "{angle}°",
+  seconds: "{time} s",
   close: "Sluiten",
   again: "Nog eens proberen",
   "again.now": "Nu proberen",
@@ -89,7 +91,6 @@ export default {
   "time.trust": "gearceerd: onzeker na {time} s",
   "time.trust.long":
     "gearceerd: na {time} s kan de beweging een andere zijn dan deze (fouten boven 10⁻⁶, zoals de server schat); een kleinere tolerantie of 32 cijfers, onder Methode, komen verder",
-  "presets.title": "Voorbeelden",
   "presets.words": "Een klik zet het in beweging.",
   "presets.arms.one": "1 arm",
   "presets.arms.other": "{count} armen",

@@ -9,8 +9,6 @@ export default {
   "measure.amplitude": "En büyük sapma",
   "measure.over": "takla atıyor",
   "measure.percent": "%{percent}",
-  "measure.degrees": "{angle}°",
-  "measure.seconds": "{time} s",
   "measure.alike": "{count} salınımın ortalaması, hepsi eşit",
   "measure.unlike": "{count} salınımın ortalaması, {least}–{most} s",
   "measure.notPeriodic": "periyodik değil: {least}–{most} s süren {count} salınım",

@@ -9,6 +9,8 @@ export default {
   redo: "Yinele",
   new: "Yeni",
   docs: "API",
+  degrees: "{angle}°",
+  seconds: "{time} s",
   close: "Kapat",
   again: "Yeniden dene",
   "again.now": "Şimdi dene",
@@ -89,7 +91,6 @@ export default {
   "time.trust": "taralı: {time} s sonrası belirsiz",
   "time.trust.long":
     "taralı: {time} s sonra hareket bundan farklı olabilir (sunucunun tahminine göre hata 10⁻⁶ üzerinde); Yöntem altında daha küçük tolerans ya da 32 basamak daha ileri götürür",
-  "presets.title": "Örnekler",
   "presets.words": "Harekete geçirmek için birine tıklayın.",
   "presets.arms.one": "1 kol",
   "presets.arms.other": "{count} kol",
