@@ -6,11 +6,7 @@ ROOMS := core laws api server wire fuzz
 # in this order they are begun as soon as what they need is there: builds, what others need or what takes long, the rest
 ALL := build-release build-tsan build-asan release-core release-api tsan-wire release-wire web release-server asan-wire valgrind-core \
 	valgrind-api asan-core asan-server same tsan-server valgrind-server valgrind-laws valgrind-fuzz drill histories school clients equations asan-laws layers valgrind-wire readback \
-<<<<<<< HEAD
-	asan-fuzz asan-api base-core base-api replies examples deploy nginx restart operators release-laws release-fuzz engine openapi layout measures mirror types words tour clang install instructions hardened packages docs fetch image
-=======
-	asan-fuzz asan-api base-core base-api replies examples guides deploy nginx restart operators crates release-laws release-fuzz engine openapi layout measures mirror types words tour clang install instructions hardened packages docs fetch image
->>>>>>> f44e4b38 (README of one screen, guides run by make check; make pictures)
+	asan-fuzz asan-api base-core base-api replies examples guides deploy nginx restart operators release-laws release-fuzz engine openapi layout measures mirror types words tour clang install instructions hardened packages docs fetch image
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
 job = @tests/harness/job.sh $@
 
