@@ -92,7 +92,7 @@ ISA_IDLE := $(if $(filter tsan,$(MODE)),$(filter-out $(lastword $(filter-out $(I
 ISA_RUNS := $(lastword $(filter-out $(ISA_IDLE),$(ISAS)))
 
 objects = $(patsubst %,$(B)/%.o,$(basename $(filter-out $(KERNELS),$(wildcard $(addprefix $(1)/,*.c *.cpp */*.c */*.cpp)) \
-  $(filter-out api/clients/%,$(wildcard $(1)/*/*/*.c)))))
+  $(filter-out api/clients/%,$(wildcard $(1)/*/*/*.c $(1)/*/*/*.cpp)))))
 CORE := $(call objects,core) $(foreach isa,$(ISAS),$(KERNELS:%.c=$(B)/%.$(isa).o))
 API := $(call objects,api) $(B)/api/call/openapi_json.o $(B)/api/base/engine.o $(B)/api/base/version.o
 SERVER := $(filter-out $(B)/server/main.o,$(call objects,server)) build/web/assets.o
@@ -365,7 +365,7 @@ $(B)/api/call/openapi_json.o: $(B)/api/call/openapi_json.c $(B)/flags
 	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
 
 # the digest of all sources that decide an answer's bytes
-ENGINE := $(sort $(filter-out api/call/openapi%,$(wildcard core/*/*.[ch] core/*/*/*.[ch] api/*/*.[ch] api/op/*/*.[ch] api/*/*.cpp)))
+ENGINE := $(sort $(filter-out api/call/openapi%,$(wildcard core/*/*.[ch] core/*/*/*.[ch] api/*/*.[ch] api/op/*/*.[ch] api/op/*/*.txt api/*/*.cpp api/op/*/*.cpp)))
 
 # the page: its own files and what a browser loads of the npm packages, in one object that every MODE shares. Builds that
 # run side by side may make it at once: each file is moved into its place whole.

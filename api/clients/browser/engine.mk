@@ -15,8 +15,8 @@ ELSEWHERE := core/extended/% core/ensemble/% core/derivatives/derivatives.c core
   encode_raw.c hdf5.c zip64.c) \
   $(addprefix api/call/,job_json.c part.c relay%.c results.c) api/link/% api/class/%
 SOURCES := $(filter-out $(ELSEWHERE),$(wildcard core/*/*.c core/*/*/*.c api/*/*.c api/op/*/*.c)) api/clients/browser/door.c api/clients/browser/missing.c
-NUMBERS := $(wildcard api/number/*.cpp)
-OBJECTS := $(SOURCES:%.c=$(D)/%.o) $(NUMBERS:%.cpp=$(D)/%.o) $(D)/engine.o
+CPP := $(wildcard api/*/*.cpp api/*/*/*.cpp)
+OBJECTS := $(SOURCES:%.c=$(D)/%.o) $(CPP:%.cpp=$(D)/%.o) $(D)/engine.o
 # mmap's header alone is asked for: its one function is imported
 FLAGS := --target=wasm32-wasi -msimd128 -ffp-contract=off -O2 -DNDEBUG -Wall -D_GNU_SOURCE -D_WASI_EMULATED_MMAN -I. \
   -DPEND_ISA=base -include api/clients/browser/missing.h -MMD -MP "-ffile-prefix-map=$(CURDIR)=."

@@ -1,63 +1,402 @@
 #include "api/op/equations/equations.h"
 
 #include <assert.h>
-#include <math.h>
-#include <stdlib.h>
+#include <string.h>
 
-/* the parents lead every arm to the pivot in n steps at most */
-PEND_VALIDATOR equations_valid(const struct api_equations *equations) {
-    for (int i = 0; i < equations->n; i++) {
-        int steps = 0;
-        for (int k = i; k >= 0 && steps <= equations->n; k = equations->parent[k]) steps++;
-        if (steps > equations->n) return 0;
-    }
-    return equations->n >= 1;
+#include "api/op/equations/equations_text.h"
+#include "api/op/equations/template.h"
+#include "api/op/terms_write.h"
+#include "api/read/terms_fields.h"
+
+enum {
+    EQUATIONS_LISTED = 20,   /* arms up to which matrices and lists of formulas are written whole */
+    EQUATIONS_LEFT_OUT = 10, /* numbers at the beginning of a longer list */
+    EQUATIONS_LINE = 10,     /* numbers of a line of a program */
+    EQUATIONS_MATRIX = 10,   /* columns that pmatrix has in amsmath */
+    EQUATIONS_SHORT = 2      /* arms up to which a row of (aaa) is one line */
+};
+
+/* what a loop counts; the numbers of a list are counted in the same way */
+enum index { ROW, COLUMN, HARMONIC, NOTHING };
+
+/* how a form writes lists */
+struct form {
+    const char *text, *comma, *wrap; /* the template; between numbers, and where a line ends */
+    int joined, latex;
+};
+static const struct form forms[] = {
+    [API_EQUATIONS_LATEX] = {api_equations_latex, ",\\,", "", 1, 1},
+    [API_EQUATIONS_MATLAB] = {api_equations_matlab, "; ", " ...\n     ", 0, 0},
+    [API_EQUATIONS_PYTHON] = {api_equations_python, ", ", "\n    ", 0, 0},
+    [API_EQUATIONS_CURL] = {api_equations_curl, ",", "", 1, 0}};
+
+/* a place in a text */
+struct place {
+    const struct api_equations *equations;
+    const struct pend_tree *tree;
+    const struct pend_terms *terms; /* NULL = ideal */
+    const double *value;
+    const struct form *form;
+    int at[NOTHING]; /* the caller's arm of the row and of the column, the harmonic; -1 = none */
+    int first;       /* the innermost loop is in its first round */
+    int k, arg;      /* of the name that is looked at: the round or the number, its argument */
+};
+
+/* a name of the templates */
+struct name {
+    const char *name;
+    int (*count)(const struct place *p);     /* rounds of a section, numbers of a list; NULL = 1 */
+    enum index index;                        /* that these count */
+    int (*holds)(const struct place *p);     /* whether k counts; NULL = always */
+    double (*number)(const struct place *p); /* number k; NULL = a section */
+    int arg;
+};
+
+/* --- counts and conditions --- */
+
+static int arms(const struct place *p) { return p->equations->tree->n; }
+static int masses(const struct place *p) { return 3 * arms(p); } /* of tips, rods and bodies */
+static int harmonics(const struct place *p) { return p->terms ? p->terms->harmonics : 0; }
+static int is_real(const struct place *p) { return p->terms != NULL; }
+static int is_first(const struct place *p) { return p->first; }
+static int is_explicit(const struct place *p) { return p->equations->is_explicit; }
+static int is_several(const struct place *p) { return arms(p) > 1; }
+static int is_listed(const struct place *p) { return arms(p) <= EQUATIONS_LISTED; }
+static int is_narrow(const struct place *p) { return arms(p) <= EQUATIONS_MATRIX; }
+static int is_short(const struct place *p) { return arms(p) <= EQUATIONS_SHORT; }
+static int is_hung(const struct place *p) { return p->terms->hung[p->tree->place[p->at[ROW]]]; }
+static int on_cart(const struct place *p) { return pend_terms_cart(p->terms); }
+
+/* some arm has a number of a row; those of a cart stand in the same row */
+static int has(const struct place *p, enum pend_term_row row) {
+    int there = p->terms && p->terms->row[row] >= 0, has = there && !on_cart(p);
+    for (int k = 1; there && k < p->terms->n && !has; k++)
+        has = p->value[p->terms->row[row] + k] != 0;
+    return has;
 }
 
-enum pend_status api_equations_new(struct api_equations **equations, const struct api_tree *tree,
-                                   const struct api_states *start, int is_explicit) {
-    assert(pend_tree_valid(tree->tree) && api_states_valid(start));
-    size_t n = (size_t)tree->n;
-    struct api_equations *made = *equations =
-        malloc(sizeof *made + n * (4 * sizeof(double) + 2 * sizeof(int)));
-    if (!made) return PEND_NO_MEMORY;
-    double *at = (double *)(made + 1);
-    *made = (struct api_equations){.n = tree->n,
-                                   .is_explicit = is_explicit,
-                                   .loads = tree->loads,
-                                   .tree = tree->tree,
-                                   .length = at,
-                                   .mass = at + n,
-                                   .phi = at + 2 * n,
-                                   .rate = at + 3 * n,
-                                   .parent = (int *)(at + 4 * n),
-                                   .place = (int *)(at + 4 * n) + n};
-    for (int i = 0; i < tree->n; i++) {
-        int k = tree->tree->place[i];
-        made->place[i] = k;
-        made->parent[i] = api_tree_parent(tree, i);
-        made->length[i] = tree->tree->len[k];
-        made->mass[i] = tree->tree->mass[k];
-        made->phi[i] = start->phi[k];
-        made->rate[i] = start->rate[k];
+/* harmonic k drives a torque; else the pivot or the cart, and these come first */
+static int drives_torque(const struct place *p, int k) {
+    return p->terms->harmonic[k].drives >= on_cart(p);
+}
+static int of_torque(const struct place *p) { return drives_torque(p, p->k); }
+static int of_pivot(const struct place *p) { return !drives_torque(p, p->k); }
+static int of_row(const struct place *p) {
+    return p->terms->harmonic[p->k].drives == p->tree->place[p->at[ROW]];
+}
+
+static int has_drives(const struct place *p) {
+    return harmonics(p) > 0 && drives_torque(p, harmonics(p) - 1);
+}
+static int has_pivot(const struct place *p) {
+    return p->terms && !on_cart(p) &&
+           (p->terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0 ||
+            (harmonics(p) > 0 && !drives_torque(p, 0)));
+}
+static int moves(const struct place *p) { return has_pivot(p) || on_cart(p); }
+static int has_mist(const struct place *p) {
+    return p->terms && p->terms->one[PEND_TERM_DRAG_PER_MASS] >= 0;
+}
+static int has_air(const struct place *p) {
+    return has(p, PEND_TERM_DRAG) || has(p, PEND_TERM_DRAG_QUADRATIC);
+}
+static int has_motor(const struct place *p) { return has(p, PEND_TERM_TORQUE) || has_drives(p); }
+static int has_joints(const struct place *p) {
+    return has(p, PEND_TERM_DAMPING) || has(p, PEND_TERM_STIFFNESS) || has(p, PEND_TERM_FRICTION) ||
+           has_motor(p);
+}
+
+/* arm i is on the way from the pivot to the tip of arm k, k itself included */
+static int carries(const struct place *p, int i, int k) {
+    const int *place = p->tree->place;
+    return place[i] <= place[k] && place[k] < p->tree->end[place[i]];
+}
+/* one carries the other: S^T diag(m) S is 0 elsewhere */
+static int are_related(const struct place *p, int i, int k) {
+    return carries(p, i, k) || carries(p, k, i);
+}
+static int on_path(const struct place *p) { return carries(p, p->k, p->at[ROW]); }
+static int related(const struct place *p) { return are_related(p, p->at[ROW], p->k); }
+static int others(const struct place *p) { return p->k != p->at[ROW] && related(p); }
+static int is_diagonal(const struct place *p) { return p->at[ROW] == p->at[COLUMN]; }
+static int is_related(const struct place *p) { return are_related(p, p->at[ROW], p->at[COLUMN]); }
+static int is_other(const struct place *p) { return !is_diagonal(p) && is_related(p); }
+
+/* --- numbers --- */
+
+static double of_arm(const struct place *p, enum pend_term_row row, int i) {
+    return pend_terms_get(p->terms, p->value, row, p->tree->place[i]);
+}
+static double length_of(const struct place *p, int i) { return p->tree->len[p->tree->place[i]]; }
+static double mass_of(const struct place *p, int i) { return p->tree->mass[p->tree->place[i]]; }
+
+static double from_1(const struct place *p) { return p->k + 1; }
+static double length(const struct place *p) { return length_of(p, p->k); }
+static double mass(const struct place *p) { return mass_of(p, p->k); }
+static double parent(const struct place *p) {
+    return api_tree_parent(p->equations->tree, p->k) + 1;
+}
+static double phi(const struct place *p) { return p->equations->phi[p->tree->place[p->k]]; }
+static double rate(const struct place *p) { return p->equations->rate[p->tree->place[p->k]]; }
+static double of_term(const struct place *p) { return of_arm(p, (enum pend_term_row)p->arg, p->k); }
+
+/* inertias of rods and bodies about their centers */
+static double inertia(const struct place *p) {
+    double l = length(p);
+    return of_arm(p, PEND_TERM_ROD, p->k) * l * l / 12 + of_arm(p, PEND_TERM_INERTIA, p->k);
+}
+
+/* where arm k hangs on the one that carries it, and whether that is its tip */
+enum { HANG_X, HANG_Y, HANG_TIP };
+static double hang(const struct place *p) {
+    int above = api_tree_parent(p->equations->tree, p->k);
+    int hung = above >= 0 && p->terms->hung[p->tree->place[p->k]];
+    if (p->arg == HANG_TIP) return above >= 0 && !hung;
+    if (hung) return of_arm(p, p->arg == HANG_X ? PEND_TERM_AT_X : PEND_TERM_AT_Y, p->k);
+    return above < 0 || p->arg == HANG_Y ? 0 : length_of(p, above);
+}
+
+/* the masses: of the tips, then rods, then bodies */
+enum { MASS_ARM, MASS_X, MASS_Y, MASS_KG };
+static double mass_part(const struct place *p, int part) {
+    int i = p->k % arms(p), kind = p->k / arms(p);
+    if (part == MASS_ARM) return i + 1;
+    if (part == MASS_Y) return kind < 2 ? 0 : of_arm(p, PEND_TERM_CENTER_Y, i);
+    if (kind == 0) return part == MASS_X ? length_of(p, i) : mass_of(p, i);
+    if (kind == 1) return part == MASS_X ? length_of(p, i) / 2 : of_arm(p, PEND_TERM_ROD, i);
+    return of_arm(p, part == MASS_X ? PEND_TERM_CENTER_X : PEND_TERM_BODY, i);
+}
+static double of_mass(const struct place *p) { return mass_part(p, p->arg); }
+static int is_mass(const struct place *p) { return p->k < arms(p) || mass_part(p, MASS_KG) > 0; }
+
+/* the parts of a harmonic are amplitude, omega and phase */
+static double wave(const struct place *p) { return p->value[p->terms->harmonic[p->k].at + p->arg]; }
+/* the caller's number of the arm; of the pivot 1 = upwards */
+static double driven(const struct place *p) {
+    int drives = p->terms->harmonic[p->k].drives;
+    return drives < 0 ? drives == PEND_DRIVE_PIVOT_Y : p->tree->order[drives] + 1;
+}
+
+static double number_of_arms(const struct place *p) { return arms(p); }
+static double gravity(const struct place *p) { return p->equations->tree->loads.gravity; }
+static double of_whole(const struct place *p) {
+    return p->terms->one[p->arg] < 0 ? 0 : p->value[p->terms->one[p->arg]];
+}
+static double of_cart(const struct place *p) {
+    return pend_terms_get(p->terms, p->value, (enum pend_term_row)p->arg, 0);
+}
+static double cart_mass(const struct place *p) { return p->tree->mass[0]; }
+static double cart_x(const struct place *p) { return p->equations->phi[0]; }
+static double cart_v(const struct place *p) { return p->equations->rate[0]; }
+
+/* entries of S and of B = S^-T */
+static double entry_of_s(const struct place *p) { return carries(p, p->at[COLUMN], p->at[ROW]); }
+static double entry_of_b(const struct place *p) {
+    if (is_diagonal(p)) return 1;
+    return api_tree_parent(p->equations->tree, p->at[COLUMN]) == p->at[ROW] ? -1 : 0;
+}
+static double low(const struct place *p) {
+    return 1 + (p->at[ROW] < p->at[COLUMN] ? p->at[ROW] : p->at[COLUMN]);
+}
+static double high(const struct place *p) {
+    return 1 + (p->at[ROW] < p->at[COLUMN] ? p->at[COLUMN] : p->at[ROW]);
+}
+
+static const struct name names[] = {
+    // what is looked up most often
+    {"i", arms, ROW, NULL, from_1, 0},
+    {"j", arms, COLUMN, NULL, from_1, 0},
+    // conditions and loops
+    {"first", is_first, NOTHING, NULL, NULL, 0},
+    {"explicit", is_explicit, NOTHING, NULL, NULL, 0},
+    {"real", is_real, NOTHING, NULL, NULL, 0},
+    {"several", is_several, NOTHING, NULL, NULL, 0},
+    {"listed", is_listed, NOTHING, NULL, NULL, 0},
+    {"narrow", is_narrow, NOTHING, NULL, NULL, 0},
+    {"short", is_short, NOTHING, NULL, NULL, 0},
+    {"hung", is_hung, NOTHING, NULL, NULL, 0},
+    {"cart", on_cart, NOTHING, NULL, NULL, 0},
+    {"pivot", has_pivot, NOTHING, NULL, NULL, 0},
+    {"moves", moves, NOTHING, NULL, NULL, 0},
+    {"drives", has_drives, NOTHING, NULL, NULL, 0},
+    {"motor", has_motor, NOTHING, NULL, NULL, 0},
+    {"joints", has_joints, NOTHING, NULL, NULL, 0},
+    {"air", has_air, NOTHING, NULL, NULL, 0},
+    {"mist", has_mist, NOTHING, NULL, NULL, 0},
+    {"diagonal", is_diagonal, NOTHING, NULL, NULL, 0},
+    {"is_related", is_related, NOTHING, NULL, NULL, 0},
+    {"is_other", is_other, NOTHING, NULL, NULL, 0},
+    {"rows", arms, ROW, NULL, NULL, 0},
+    {"columns", arms, COLUMN, NULL, NULL, 0},
+    {"path", arms, COLUMN, on_path, NULL, 0},
+    {"related", arms, COLUMN, related, NULL, 0},
+    {"others", arms, COLUMN, others, NULL, 0},
+    {"driving", harmonics, HARMONIC, of_row, NULL, 0},
+    {"moving", harmonics, HARMONIC, of_pivot, NULL, 0},
+    // numbers: a list, or the one of the loop that counts them
+    {"n", NULL, NOTHING, NULL, number_of_arms, 0},
+    {"gravity", NULL, NOTHING, NULL, gravity, 0},
+    {"low", NULL, NOTHING, NULL, low, 0},
+    {"high", NULL, NOTHING, NULL, high, 0},
+    {"entry_of_S", NULL, NOTHING, NULL, entry_of_s, 0},
+    {"entry_of_B", NULL, NOTHING, NULL, entry_of_b, 0},
+    {"length", arms, ROW, NULL, length, 0},
+    {"mass", arms, ROW, NULL, mass, 0},
+    {"parent", arms, ROW, NULL, parent, 0},
+    {"phi", arms, ROW, NULL, phi, 0},
+    {"phid", arms, ROW, NULL, rate, 0},
+    {"inertias", arms, ROW, NULL, inertia, 0},
+    {"hang_x", arms, ROW, NULL, hang, HANG_X},
+    {"hang_y", arms, ROW, NULL, hang, HANG_Y},
+    {"at_tip", arms, ROW, NULL, hang, HANG_TIP},
+    {"on", masses, NOTHING, is_mass, of_mass, MASS_ARM},
+    {"place_x", masses, NOTHING, is_mass, of_mass, MASS_X},
+    {"place_y", masses, NOTHING, is_mass, of_mass, MASS_Y},
+    {"masses", masses, NOTHING, is_mass, of_mass, MASS_KG},
+    {"amplitude", harmonics, HARMONIC, of_torque, wave, 0},
+    {"omega", harmonics, HARMONIC, of_torque, wave, 1},
+    {"phase", harmonics, HARMONIC, of_torque, wave, 2},
+    {"driven", harmonics, HARMONIC, of_torque, driven, 0},
+    {"amplitude0", harmonics, HARMONIC, of_pivot, wave, 0},
+    {"omega0", harmonics, HARMONIC, of_pivot, wave, 1},
+    {"phase0", harmonics, HARMONIC, of_pivot, wave, 2},
+    {"up", harmonics, HARMONIC, of_pivot, driven, 0},
+    {"gamma", NULL, NOTHING, NULL, of_whole, PEND_TERM_DRAG_PER_MASS},
+    {"pivot_x", NULL, NOTHING, NULL, of_whole, PEND_TERM_PIVOT_ACCELERATION_X},
+    {"pivot_y", NULL, NOTHING, NULL, of_whole, PEND_TERM_PIVOT_ACCELERATION_Y},
+    {"rail", NULL, NOTHING, NULL, of_whole, PEND_TERM_RAIL},
+    {"cart_mass", NULL, NOTHING, NULL, cart_mass, 0},
+    {"cart_damping", NULL, NOTHING, NULL, of_cart, PEND_TERM_DAMPING},
+    {"cart_stiffness", NULL, NOTHING, NULL, of_cart, PEND_TERM_STIFFNESS},
+    {"cart_force", NULL, NOTHING, NULL, of_cart, PEND_TERM_TORQUE},
+    {"cart_x", NULL, NOTHING, NULL, cart_x, 0},
+    {"cart_v", NULL, NOTHING, NULL, cart_v, 0},
+};
+
+static int is_name(const char *name, const char *wanted, int length) {
+    return *name == *wanted && strncmp(name, wanted, (size_t)length) == 0 && !name[length];
+}
+
+/* a name of the table or, as ensembles call it, of a number of an arm */
+static struct name name_find(const char *wanted, int length) {
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (is_name(names[i].name, wanted, length)) return names[i];
+    for (int row = 0; row < PEND_TERM_ROWS; row++)
+        if (is_name(api_terms_varied((enum pend_term_row)row), wanted, length))
+            return (struct name){"", arms, ROW, NULL, of_term, row};
+    assert(!"a template names what there is");
+    return names[0];
+}
+
+/* a list has one number where it is written: of the loop's round, or because it has no more */
+static int name_single(const struct place *p, const struct name *name) {
+    return !name->count || (name->index != NOTHING && p->at[name->index] >= 0);
+}
+
+static double name_number(struct place *p, const struct name *name, int k) {
+    p->k = k, p->arg = name->arg;
+    return name->number(p);
+}
+
+static double name_one(struct place *p, const struct name *name) {
+    return name_number(p, name, name->count ? p->at[name->index] : 0);
+}
+
+/* --- what templates ask for --- */
+
+static int equations_next(void *context, const char *wanted, int length, int round) {
+    struct place *p = context;
+    struct name name = name_find(wanted, length);
+    if (name.number) {
+        int there =
+            name_single(p, &name) ? name_one(p, &name) != 0 : has(p, (enum pend_term_row)name.arg);
+        return round < 0 && there ? 0 : -1;
     }
-    if (tree->cart) made->cart[0] = start->phi[0], made->cart[1] = start->rate[0];
-    for (size_t i = 0; i < n; i++)
-        if (!isfinite(made->phi[i]) || !isfinite(made->rate[i])) {
-            api_equations_free(equations);
-            return PEND_NOT_FINITE;
+    int count = name.count(p), first = round < 0;
+    for (p->k = round + 1; name.holds && p->k < count && !name.holds(p);) p->k++;
+    round = p->k < count ? p->k : -1;
+    if (name.index != NOTHING) p->at[name.index] = round, p->first = first;
+    return round;
+}
+
+static enum pend_status write_number(const struct place *p, double number, struct api_buffer *out) {
+    PEND_TRY(api_buffer_room(out, API_NUMBER_BYTES));
+    char *at = out->data + out->bytes, *end = api_number_write(at, number), *exponent = at;
+    while (exponent < end && (*exponent != 'e' || !p->form->latex)) exponent++;
+    int power = 0, negative = exponent + 1 < end && exponent[1] == '-';
+    for (char *digit = exponent + 1 + negative; digit < end; digit++)
+        power = 10 * power + (*digit - '0');
+    out->bytes = (size_t)(exponent - out->data);
+    return exponent < end ? api_buffer_format(out, "\\cdot10^{%s%d}", negative ? "-" : "", power)
+                          : PEND_OK;
+}
+
+/* the numbers with what stands between them; of a formula's long list the first and the last */
+static enum pend_status write_list(struct place *p, const struct name *name,
+                                   struct api_buffer *out) {
+    int count = name->count(p), written = 0;
+    for (int k = 0; k < count; k++) {
+        p->k = k;
+        if (name->holds && !name->holds(p)) continue;
+        if (written) PEND_TRY(api_buffer_text(out, p->form->comma));
+        if (written && written % EQUATIONS_LINE == 0) PEND_TRY(api_buffer_text(out, p->form->wrap));
+        if (p->form->latex && count > EQUATIONS_LISTED && written == EQUATIONS_LEFT_OUT) {
+            PEND_TRY(api_buffer_text(out, "\\ldots,\\,"));
+            k = count - 1;
         }
+        PEND_TRY(write_number(p, name_number(p, name, k), out));
+        written++;
+    }
     return PEND_OK;
 }
 
-void api_equations_free(struct api_equations **equations) {
-    assert(!*equations || equations_valid(*equations));
-    free(*equations);
-    *equations = NULL;
+/* (m_{2}+m_{3}): the masses that the deeper one of the row's and the column's arm carries, its own
+ * included */
+static enum pend_status write_masses(const struct place *p, struct api_buffer *out) {
+    int i = p->at[ROW], j = p->at[COLUMN], arm = j >= 0 && carries(p, i, j) ? j : i;
+    int place = p->tree->place[arm], many = p->tree->end[place] > place + 1, written = 0;
+    if (many) PEND_TRY(api_buffer_text(out, "("));
+    for (int k = 0; k < arms(p); k++)
+        if (carries(p, arm, k))
+            PEND_TRY(api_buffer_format(out, "%sm_{%d}", written++ ? "+" : "", k + 1));
+    return many ? api_buffer_text(out, ")") : PEND_OK;
 }
 
-int api_equations_carries(const struct api_equations *equations, int above, int arm) {
-    assert(above >= 0 && above < equations->n && arm < equations->n);
-    while (arm >= 0 && arm != above) arm = equations->parent[arm];
-    return arm == above;
+/* <<name>> is a number, a list or a text; <<+name>> is a number behind other numbers of a sum */
+static enum pend_status equations_name(void *context, const char *wanted, int length,
+                                       struct api_buffer *out) {
+    struct place *p = context;
+    const struct pend_loads *loads = &p->equations->tree->loads;
+    int sign = *wanted == '+';
+    if (is_name("whole_terms", wanted, length)) return api_terms_write_whole(p->tree, loads, out);
+    if (is_name("arm_terms", wanted, length))
+        return api_terms_write_arm(loads, p->tree->place[p->at[ROW]], out);
+    if (is_name("masses_of", wanted, length)) return write_masses(p, out);
+    struct name name = name_find(wanted + sign, length - sign);
+    if (!name_single(p, &name)) return write_list(p, &name, out);
+    double number = name_one(p, &name);
+    if (sign && number >= 0) PEND_TRY(api_buffer_text(out, "+"));
+    return write_number(p, number, out);
+}
+
+const char *api_equations_formula(const struct api_tree *tree, int i) {
+    static const char *const all[] = {"parameters", "S", "B", "z", "M", "aaa", "bbb", "loads"};
+    assert(i >= 0);
+    return i < (int)(sizeof all / sizeof *all) - !tree->terms ? all[i] : NULL;
+}
+
+enum pend_status api_equations_write(const struct api_equations *equations,
+                                     enum api_equations_form form, const char *formula,
+                                     struct api_buffer *out) {
+    const struct api_tree *tree = equations->tree;
+    assert(pend_tree_valid(tree->tree) && (form == API_EQUATIONS_LATEX) == (formula != NULL));
+    struct place place = {.equations = equations,
+                          .tree = tree->tree,
+                          .terms = tree->loads.terms,
+                          .value = tree->loads.value,
+                          .form = &forms[form],
+                          .at = {-1, -1, -1}};
+    struct api_template template = {forms[form].text, forms[form].joined, &place, equations_next,
+                                    equations_name};
+    return api_template_fill(&template, formula, out);
 }

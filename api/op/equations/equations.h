@@ -1,51 +1,62 @@
-/* A pendulum in the form in which its equations are written: all arrays in the caller's order, with
- * the parent of each arm.
- * Leaves to others: the text of the equations (equations_latex, equations_code).
- * Invariant: immutable once made; owns its arrays. */
+/* A pendulum's equations of motion: what the names in the templates stand for.
+ * Leaves to others: the text (equations_text), sections and loops (template).
+ * Invariant: programs contain numbers of the request only, never its texts, such as arm names. What
+ * a pendulum does not have stands in no program, and in no formula but that of M.
+ *
+ * Derivation for real pendulums. With u = e^{i phi} the joints are at z0 + C u, where C = S H and H
+ * has at (k, the arm that carries k) the complex number at which k hangs there; the tips are at
+ * z0 + Z u, Z = C + diag(l). Every mass, at tips, rods and bodies alike, is at z0 + P u, its row of
+ * P the row of C of its arm, and its own place on the arm added there. Then
+ *     M = diag(conj u) P^H diag(m) P diag(u) + diag(J)
+ * has the inertias J of rods and bodies about their centers beside the masses, and with h = P^H m
+ *     Re M phi'' = Im M phi'^2 - Im(conj(u) h (z0'' + i g)) + Q.
+ * Torques tau of the joints act on their arm and back on the one that carries it: B tau, and the
+ * angles between arms are B^T phi. A force F on the tips gives Im(conj(u) Z^H F), and drag per mass
+ * -2 gamma (Re M phi' + Im(conj(u) h z0')).
+ *
+ * On a cart z0 = x r, r = e^{i angle}: z0'' = r x'' is a column c = Im(conj(u) h r) of M. The force
+ * along the rail that all masses exert on the pivot is Re(conj(r) sum m (z'' + i g)), and
+ * Re(conj(r) conj(h) i u) is c again, so that
+ *     ( Re M      c   ) (phi'')   ( the right side above, with z0'' = 0                       )
+ *     ( c^T  M0+sum m ) ( x'' ) = ( F - c0 x' - k0 x - (M0 + sum m) g Im r + Re(conj(r h) u phi'^2)
+ * ) and the air's forces and drag per mass on the right in the same way. */
 #ifndef API_EQUATIONS_H
 #define API_EQUATIONS_H
 
 #include "api/base/buffer.h"
 #include "api/read/state_json.h"
-#include "core/tree/loads.h"
 
 enum {
     API_EQUATIONS_EXPLICIT = 8, /* arms up to which the entries are written out by default */
     API_EQUATIONS_MOST = 20     /* arms up to which they can be */
 };
 
-struct api_equations {
-    int n;
-    int is_explicit;         /* every entry is written out */
-    struct pend_loads loads; /* what acts on the tree; its terms are lent, as the tree is */
-    const struct pend_tree *tree;
-    int *parent;           /* from 0, -1 = the pivot */
-    int *place;            /* the stored arms, by which the terms count */
-    double *length, *mass; /* m, kg */
-    double *phi, *rate;    /* the start, rad and rad/s */
-    double cart[2];        /* of a cart, m and m/s */
+enum api_equations_form {
+    API_EQUATIONS_LATEX,  /* a formula in the letters of the paper, plain amsmath */
+    API_EQUATIONS_MATLAB, /* M, phidd (aaa) and lambda (bbb) as functions; ode45 and two plots */
+    API_EQUATIONS_PYTHON, /* the same; functions need NumPy, the program SciPy and Matplotlib */
+    API_EQUATIONS_CURL    /* a shell command that requests the motion from this machine */
 };
 
+struct api_equations {
+    const struct api_tree *tree;
+    const double *phi, *rate; /* the start in stored order, finite */
+    int is_explicit;          /* every entry is written out; only of an ideal pendulum */
+};
+
+/** Returns the name of formula i: "aaa"; NULL beyond the last one. The last one, "loads", is only
+ * for real pendulums. */
+const char *api_equations_formula(const struct api_tree *tree, int i);
+
 /**
- * Copies a tree, its loads and its start.
+ * Appends the text of a form.
  *
- * equations  out; NULL on failure; ends with api_equations_free.
- * tree       must outlive the copy.
- * start      one state of the tree.
+ * formula  of LaTeX: which one; else NULL.
  *
- * PEND_NO_MEMORY
- * PEND_NOT_FINITE  the start was given by a mode and is beyond the range of a double.
- * O(n), one allocation.
+ * Fails as api_buffer_room does. O(n + harmonics); n^3 if every entry is written out.
  */
-PEND_MUST_CHECK enum pend_status api_equations_new(struct api_equations **equations,
-                                                   const struct api_tree *tree,
-                                                   const struct api_states *start, int is_explicit);
-
-/** Frees the copy; nothing happens if it is NULL. */
-void api_equations_free(struct api_equations **equations);
-
-/** True if arm `above` is on the way from the pivot to the tip of `arm`, `arm` itself
- * included. O(depth). */
-int api_equations_carries(const struct api_equations *equations, int above, int arm);
+PEND_MUST_CHECK enum pend_status api_equations_write(const struct api_equations *equations,
+                                                     enum api_equations_form form,
+                                                     const char *formula, struct api_buffer *out);
 
 #endif

@@ -1,16 +1,14 @@
 /* POST /v1/equations: a pendulum's equations of motion written out, as formulas and as programs.
- * Leaves to others: the formulas (equations_latex), the programs (equations_code).
+ * Leaves to others: the formulas and the programs (equations).
  * Invariant: what is written is of this pendulum's numbers alone; no text of the client's is
  * told back. */
 #include "api/op/op.h"
 
+#include <math.h>
 #include <stdlib.h>
 
-#include "api/op/equations/equations_code.h"
-#include "api/op/equations/equations_latex.h"
-#include "api/op/equations/equations_real.h"
-#include "api/op/equations/equations_real_latex.h"
 #include "api/json/json_out.h"
+#include "api/op/equations/equations.h"
 #include "api/op/terms_write.h"
 
 static const char *const fields[] = {"pendulum", "initial", "form", NULL};
@@ -20,7 +18,6 @@ struct equations {
     struct api_tree tree;
     struct api_states *start;
     int is_explicit;
-    struct api_equations *written;
     struct api_buffer text;
 };
 
@@ -28,7 +25,6 @@ static void equations_free(void **state) {
     struct equations *equations = *state;
     if (!equations) return;
     api_buffer_clear(&equations->text);
-    api_equations_free(&equations->written);
     api_states_free(&equations->start);
     api_tree_clear(&equations->tree);
     free(equations);
@@ -78,47 +74,43 @@ static enum pend_status equations_read(void **state, const struct api_reading *r
     return status;
 }
 
-/* appends the text as a member */
-static enum pend_status equations_say(struct equations *equations, const char *name,
+/* appends a form as a member */
+static enum pend_status equations_say(struct equations *equations, enum api_equations_form form,
+                                      const char *formula, const char *name,
                                       struct api_buffer *out) {
-    PEND_TRY(api_buffer_add(&equations->text, "", 1));
-    PEND_TRY(api_out_text(out, name, equations->text.data));
+    struct api_equations written = {&equations->tree, equations->start->phi, equations->start->rate,
+                                    equations->is_explicit};
     equations->text.bytes = 0;
-    return PEND_OK;
+    PEND_TRY(api_equations_write(&written, form, formula, &equations->text));
+    PEND_TRY(api_buffer_add(&equations->text, "", 1));
+    return api_out_text(out, name, equations->text.data);
 }
 
 static enum pend_status equations_write(struct equations *equations, struct api_buffer *out) {
-    const struct api_equations *written = equations->written;
-    struct api_buffer *text = &equations->text;
+    const char *formula;
     PEND_TRY(api_buffer_text(out, "{"));
-    PEND_TRY(api_out_whole(out, "n", written->n));
-    PEND_TRY(api_out_text(out, "form", forms[!written->is_explicit]));
+    PEND_TRY(api_out_whole(out, "n", equations->tree.n));
+    PEND_TRY(api_out_text(out, "form", forms[!equations->is_explicit]));
     PEND_TRY(api_out_open(out, "latex", '{'));
-    int real = written->loads.terms != NULL;
-    const struct api_latex *formula;
-    for (int i = 0; (formula = real ? api_real_latex_at(i) : api_latex_at(i)); i++) {
-        PEND_TRY(formula->write(written, text));
-        PEND_TRY(equations_say(equations, formula->name, out));
-    }
+    for (int i = 0; (formula = api_equations_formula(&equations->tree, i)); i++)
+        PEND_TRY(equations_say(equations, API_EQUATIONS_LATEX, formula, formula, out));
     PEND_TRY(api_buffer_text(out, "}"));
     PEND_TRY(api_out_open(out, "code", '{'));
-    PEND_TRY(real ? api_real_matlab(written, text) : api_code_matlab(written, text));
-    PEND_TRY(equations_say(equations, "matlab", out));
-    PEND_TRY(real ? api_real_python(written, text) : api_code_python(written, text));
-    PEND_TRY(equations_say(equations, "python", out));
+    PEND_TRY(equations_say(equations, API_EQUATIONS_MATLAB, NULL, "matlab", out));
+    PEND_TRY(equations_say(equations, API_EQUATIONS_PYTHON, NULL, "python", out));
     PEND_TRY(api_buffer_text(out, "}"));
-    PEND_TRY(real ? api_real_curl(written, text) : api_code_curl(written, text));
-    PEND_TRY(equations_say(equations, "curl", out));
+    PEND_TRY(equations_say(equations, API_EQUATIONS_CURL, NULL, "curl", out));
     return api_buffer_text(out, "}");
 }
 
 static enum pend_status equations_run(void *state, const struct api_turn *turn, int *done,
                                       struct pend_error *error) {
     struct equations *equations = state;
+    const struct api_states *start = equations->start;
     *done = 1;
     PEND_TRY(api_states_settle(equations->start, &equations->tree, error));
-    PEND_TRY(api_equations_new(&equations->written, &equations->tree, equations->start,
-                               equations->is_explicit));
+    for (int k = 0; k < start->n; k++)
+        if (!isfinite(start->phi[k]) || !isfinite(start->rate[k])) return PEND_NOT_FINITE;
     return equations_write(equations, turn->out);
 }
 
