@@ -383,9 +383,9 @@ build/web/engine.wasm: $(ENGINE) $(wildcard api/clients/browser/*) build/web/too
 	$(if $(V),,@printf '  %-8s %-5s %s\n' web clang $@)
 	+$(Q)api/clients/browser/engine.sh $@ $(B)/api/base/engine.c
 
-build/web/assets.c: build/web/bundled server/http/assets_embed.py build/web/fetched build/web/engine.wasm
+build/web/assets.c: build/web/bundled $(wildcard api/guide/*.md) server/http/assets_embed.py build/web/fetched build/web/engine.wasm
 	$(if $(V),,@printf '  %-8s %-5s %s\n' web embed server/web)
-	$(Q)/usr/bin/python3 -B server/http/assets_embed.py server/web $(@D)/bundles $(@D)/node_modules $(@D)/lib $(@D)/engine.wasm > $@.$$$$ && mv -f $@.$$$$ $@
+	$(Q)/usr/bin/python3 -B server/http/assets_embed.py server/web $(@D)/bundles $(@D)/node_modules $(@D)/lib $(@D)/engine.wasm api/guide > $@.$$$$ && mv -f $@.$$$$ $@
 
 build/web/assets.o: build/web/assets.c server/http/assets.h Makefile
 	$(Q)$(CC) -I. -O1 $(CFLAGS) $(HARD.$(ARCH)) -c $< -o $@.$$$$ && mv -f $@.$$$$ $@

@@ -1,18 +1,19 @@
 """Turns the page's files into what is compiled in.
 
-    assets_embed.py server/web BUNDLES MODULES LIB ENGINE    C source that defines srv_assets_table and its count
+    assets_embed.py server/web BUNDLES MODULES LIB ENGINE GUIDES    C source that defines srv_assets_table and its count
 
 The style and the first script of index.html stand in it, allowed by their digests.
 Takes the HTML documents, the worksheets (sheets/*.json) with their translations, the manifest and its icons of the first directory, the bundles of scripts and styles that assets_bundle.sh made of it, and of
 the npm packages in MODULES what a browser loads: uPlot, KaTeX and the QR
 code as ES modules, their styles, and the fonts; these are put into LIB as well, for pages that are served
-from their sources. ENGINE is the engine for browsers; an empty file, as on a machine that cannot make it, is left out. All of it is served under /page/DIGEST, a digest of all files, so that a
+from their sources. ENGINE is the engine for browsers; an empty file, as on a machine that cannot make it, is left out. GUIDES has the guides, whose texts become guides.json, in the order of its README. All of it is served under /page/DIGEST, a digest of all files, so that a
 browser may keep it for ever; @PAGE@ in an HTML document becomes that path, without the slash before it, since a proxy may stand a path before it, @ENGINE@ the attribute data-engine where there is one, @OFFLINE@ data-offline: there is a service worker, sw.js, which learns the path and, by @FILES@, the files. Each file is there as it is and, where that
 is shorter, gzipped at the best level. The same files give the same source.
 """
 import base64
 import gzip
 import hashlib
+import json
 import pathlib
 import re
 import sys
@@ -174,9 +175,16 @@ def engine_file(path):
         yield "engine.wasm", data
 
 
-def main(web, bundles, modules, lib, engine):
+def guides(home):
+    """The guides as a list of {"name", "text"}."""
+    names = re.findall(r"\]\(([\w-]+)\.md\)", (home / "README.md").read_text(encoding="utf-8"))
+    texts = [{"name": name, "text": (home / f"{name}.md").read_text(encoding="utf-8")} for name in names]
+    yield "guides.json", json.dumps(texts, ensure_ascii=False).encode()
+
+
+def main(web, bundles, modules, lib, engine, guide):
     brought = list(packages(pathlib.Path(modules)))
-    files = sorted([*own_files(pathlib.Path(web), pathlib.Path(bundles)), *brought, *engine_file(pathlib.Path(engine))])
+    files = sorted([*own_files(pathlib.Path(web), pathlib.Path(bundles)), *brought, *engine_file(pathlib.Path(engine)), *guides(pathlib.Path(guide))])
     put(pathlib.Path(lib), brought)
     sha = hashlib.sha256()
     for name, data in files:
@@ -185,6 +193,6 @@ def main(web, bundles, modules, lib, engine):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 6:
+    if len(sys.argv) != 7:
         sys.exit(__doc__)
     main(*sys.argv[1:])

@@ -130,7 +130,7 @@ function head(document_) {
     {},
     h("a", { href: "./" }, "pendulumd"),
     " ",
-    h("span", {}, `reference, version ${document_?.info.version ?? "?"}`),
+    h("span", {}, `guides and reference, version ${document_?.info.version ?? "?"}`),
   );
   return {
     name,
@@ -170,14 +170,21 @@ async function tellWithout() {
   placeOf("content").prepend(h("p", { role: "alert" }, words));
 }
 
+/** The JSON at an address. @param {string} address */
+async function brought(address) {
+  const reply = await fetch(address);
+  if (!reply.ok) throw new Error(`it was answered ${reply.status}`);
+  return reply.json();
+}
+
 async function open() {
   const main = placeOf("content");
   const bar = placeOf("head");
   try {
-    const reply = await fetch("openapi.json");
-    if (!reply.ok) throw new Error(`it was answered ${reply.status}`);
-    const reader = createReader(await reply.json());
-    const groups = groupsOf(reader);
+    const { page } = document.documentElement.dataset;
+    const [api, guides] = await Promise.all(["openapi.json", `${page}/guides.json`].map(brought));
+    const reader = createReader(api);
+    const groups = groupsOf(reader, guides);
     const contents = contentsOf(groups);
     const finder = search(groups, contents);
     const { name, tools } = head(reader.document);

@@ -57,6 +57,17 @@ export async function the_reference_has_every_route_field_limit_status_and_media
   await close(page);
 }
 
+export async function the_guides_stand_before_the_reference_with_their_programs(rig) {
+  const page = await open(rig);
+  const guides = await page.$$eval('[id^="guide-"]', (all) => all.map(({ id, textContent }) => ({ id, text: textContent, code: document.querySelectorAll(`#${id} pre`).length })));
+  assert.ok(guides.length >= 9 && guides.every(({ code }) => code > 0), JSON.stringify(guides.map(({ id, code }) => [id, code])));
+  assert.match(guides.find(({ id }) => id === "guide-motions").text, /Differentiate it/);
+  assert.ok(!guides.some(({ text }) => /```|\]\(/.test(text)), "marks of Markdown are shown");
+  const contents = await page.$$eval("#contents h2", (all) => all.map((one) => one.textContent));
+  assert.equal(contents[0], "Guides");
+  await close(page);
+}
+
 export async function every_example_runs_and_shows_what_came_back(rig) {
   const page = await open(rig);
   const api = await documentOf(rig);

@@ -117,9 +117,28 @@ function schemasGroup(reader) {
   return { title: "Schemas", entries: [entry("schemas", null, intro), ...entries] };
 }
 
-/** All that the reference shows, in order. @param {Reader} reader @returns {Group[]} */
-export function groupsOf(reader) {
+/** @typedef {{name: string, text: string}} Guide */
+
+/** The guides; links between them stay, links to files of the source become text. @param {Guide[]} guides @returns {Group} */
+function guidesGroup(guides) {
+  const entries = guides.map(({ name, text }) => {
+    const [title, ...lines] = text.replace(/^# /, "").split("\n");
+    const linked = lines
+      .join("\n")
+      .replace(/\]\(([\w-]+)\.md\)/g, "](#guide-$1)")
+      .replace(/\[([^\]]+)\]\(\.\.[^)]*\)/g, "$1");
+    const id = `guide-${name}`;
+    return entry(id, title, h("section", {}, heading("h2", title, id), ...markdown(linked)));
+  });
+  return { title: "Guides", entries };
+}
+
+/**
+ * All that the page shows, in order.
+ * @param {Reader} reader @param {Guide[]} guides @returns {Group[]}
+ */
+export function groupsOf(reader, guides) {
   const { tags = [] } = reader.document;
   const routes = tags.map((/** @type {any} */ tag) => tagGroup(reader, tag));
-  return [overviewOf(reader), ...routes, schemasGroup(reader)];
+  return [guidesGroup(guides), overviewOf(reader), ...routes, schemasGroup(reader)];
 }

@@ -1,4 +1,4 @@
-// The Markdown that the API's document is written in, as elements: paragraphs, lists, tables,
+// The Markdown of the API's document and of the guides, as elements: paragraphs, lists, tables,
 // headings, code, links.
 // Leaves to others: where it stands.
 // Invariant: text goes in as text; what is no mark is shown as it is.
@@ -93,11 +93,15 @@ function block(lines) {
   return [h("p", {}, ...inline(lines.join(" ").trim()))];
 }
 
-/** A text as elements. @param {string} text */
+/** A text as elements. @param {string} text @returns {HTMLElement[]} */
 export function markdown(text) {
-  return text
-    .split(/\n\s*\n/)
-    .map((part) => part.split("\n").filter((line) => line.trim()))
-    .filter((lines) => lines.length)
-    .flatMap(block);
+  // every second part is what stands between two fences, its first line the language
+  return text.split(/^```/m).flatMap((part, k) => {
+    if (k % 2) return [h("pre", { tabindex: "0" }, h("code", {}, part.slice(part.indexOf("\n") + 1)))];
+    return part
+      .split(/\n\s*\n/)
+      .map((lines) => lines.split("\n").filter((line) => line.trim()))
+      .filter((lines) => lines.length)
+      .flatMap(block);
+  });
 }
