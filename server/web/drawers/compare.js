@@ -10,7 +10,6 @@ import { ghostColour } from "../palette.js";
 import { createGroup } from "./kit/chart.js";
 import { distances, logarithmic } from "./kit/distances.js";
 import { button, choice, cssValue, figure, later, swatch } from "./kit/kit.js";
-import { mountMap } from "./maps/map.js";
 
 const OFF = [1, 1e-2, 1e-4, 1e-7, 1e-10]; // degrees
 const MOST = 6;
@@ -202,11 +201,12 @@ function follow(view, bag) {
   return soon;
 }
 
-/** @param {HTMLElement} element @param {App} app @returns {Drawer} */
-function mount(element, app) {
+/** @param {HTMLElement} element @param {App} app @returns {Promise<Drawer>} */
+async function mount(element, app) {
   const bag = createBag();
   const view = createView(app);
   const { text } = app;
+  const { default: mountMap } = await app.files.script("drawers/maps/map.js");
   const wish = { across: "theta1", up: "theta2", what: "flip", count: 120, duration: 10 };
   const map = mountMap(app, text("compare.map"), text("compare.mapIntro"), wish);
   lay(element, view, map.element);

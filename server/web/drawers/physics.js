@@ -9,7 +9,6 @@ import { roundUp } from "../camera.js";
 import { createEnergyBars } from "./physics/energy_bars.js";
 import { button, choice, figure, toggle } from "./kit/kit.js";
 import { lazyPart } from "./kit/lazy.js";
-import { mountMap } from "./maps/map.js";
 import { MORE_FIELDS } from "./physics/physics_cart.js";
 import { FIELDS, scaleOf, withoutLosses } from "./physics/physics_fields.js";
 
@@ -43,8 +42,8 @@ const STEPS = 1000;
  * The drawer while it is there.
  * @typedef {{
  *   app: App, rows: Row[], scope: HTMLElement, places: HTMLElement[],
- *   bars: ReturnType<typeof createEnergyBars>, map: ReturnType<typeof mountMap>,
- *   shown: boolean,
+ *   bars: ReturnType<typeof createEnergyBars>, shown: boolean,
+ *   map: ReturnType<typeof import("./maps/map.js").default>,
  * }} View
  */
 
@@ -260,10 +259,11 @@ function lay(element, view) {
   return route.destroy;
 }
 
-/** @param {HTMLElement} element @param {App} app @returns {Drawer} */
-function mount(element, app) {
+/** @param {HTMLElement} element @param {App} app @returns {Promise<Drawer>} */
+async function mount(element, app) {
   const bag = createBag();
   const { text } = app;
+  const { default: mountMap } = await app.files.script("drawers/maps/map.js");
   const wish = { across: "motorRate", up: "motor", what: "end" };
   /** @type {View} */
   const view = {

@@ -248,7 +248,7 @@ async function savePng({ app, map, status }) {
  * A map, with what is wished for at first.
  * @param {App} app @param {string} title @param {string} intro @param {Partial<Wish>} wish
  */
-export function mountMap(app, title, intro, wish) {
+export default function mountMap(app, title, intro, wish) {
   const { text } = app;
   const bag = createBag();
   const press = () => (view.stop ? view.stop.abort() : run(view));
