@@ -12,7 +12,6 @@
 #include "server/jobs/courier.h"
 #include "server/jobs/events.h"
 #include "server/http/http.h"
-#include "server/http/tls.h"
 #include "server/config/listen.h"
 #include "server/service_setup.h"
 #include "server/reload.h"
@@ -74,15 +73,6 @@ static int daemon_audit(struct srv_daemon *daemon, const struct srv_config *conf
     return 0;
 }
 
-/* http:// becomes https://; unix: says nothing of it */
-static void daemon_seal(char url[SRV_URL_BYTES]) {
-    size_t bytes = strlen(url);
-    if (strncmp(url, "http:", 5) != 0) return;
-    assert(bytes + 1 < SRV_URL_BYTES);
-    memmove(url + 5, url + 4, bytes - 3);
-    url[4] = 's';
-}
-
 /* the listener of probes and metrics, if there is to be one */
 static enum pend_status daemon_probes(struct srv_daemon *daemon, struct pend_error *error) {
     int fd = daemon->probe_fd;
@@ -108,12 +98,10 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
     int fd;
     PEND_TRY(daemon_apart(daemon, error));
     PEND_TRY(srv_service_setup_init(service, error));
-    PEND_TRY(srv_tls_new(&service->tls, config, error));
     if (strcmp(config->probe_listen, "none"))
         PEND_TRY(
             srv_listen_open(config->probe_listen, &daemon->probe_fd, daemon->probe_url, error));
     PEND_TRY(srv_listen_open(config->listen, &fd, daemon->url, error));
-    if (service->tls) daemon_seal(daemon->url);
     int log = srv_reload_log(config);
     if (log == -2) {
         close(fd);
@@ -191,7 +179,6 @@ enum pend_status srv_daemon_reload(struct srv_daemon *daemon, const struct srv_c
     struct srv_config same = *next;
     if (same.connections == daemon->connections)
         same.connections = daemon->service.config.connections;
-    if (daemon->service.tls) PEND_TRY(srv_tls_reload(daemon->service.tls, error));
     return srv_reload(&daemon->service, &same, error);
 }
 
@@ -256,7 +243,6 @@ void srv_daemon_free(struct srv_daemon **daemon) {
     srv_service_setup_jobs_end(&gone->service);
     srv_watch_free(&gone->watch);
     srv_log_free(&gone->service.log);
-    srv_tls_free(&gone->service.tls);
     srv_service_setup_clear(&gone->service);
     srv_reload_clear(&gone->service);
     free(gone);

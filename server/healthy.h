@@ -11,8 +11,7 @@
  * every one is asked on loopback. argv as of main: argv[1] is the word itself.
  *
  * Returns the exit status: 0 where the answer is 200, 1 where there is none, or another, within two
- * seconds for each step; 2 for a bad option, or where only TLS is spoken, with a sentence on
- * standard error.
+ * seconds for each step; 2 for a bad option, with a sentence on standard error.
  */
 int srv_healthy_command(int argc, char *const argv[], char *const environment[]);
 

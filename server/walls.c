@@ -70,12 +70,7 @@ static enum pend_status walls_places(struct srv_fence *fence, const struct srv_c
         srv_fence_add_around(fence, SRV_FENCE_WRITE, config->audit_log);
     if (strcmp(config->record, "none")) srv_fence_add(fence, SRV_FENCE_WRITE, config->record);
     /* these are read again, and may be replaced meanwhile */
-    const char *const again[] = {config->keys,
-                                 config->tls_certificate,
-                                 config->tls_key,
-                                 config->tls_client_authority,
-                                 config->tls_client_revoked,
-                                 config->store_file};
+    const char *const again[] = {config->keys, config->store_file};
     for (size_t i = 0; i < sizeof again / sizeof *again; i++)
         if (strcmp(again[i], "none")) srv_fence_add_around(fence, SRV_FENCE_READ, again[i]);
     if (config->file[0]) srv_fence_add_around(fence, SRV_FENCE_READ, config->file);

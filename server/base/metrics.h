@@ -39,7 +39,6 @@
     X(refused_keys, "pendulumd_refused_total", "limit=\"key\"", "")                                \
     X(refused_roles, "pendulumd_refused_total", "limit=\"role\"", "")                              \
     X(refused_compute, "pendulumd_refused_total", "limit=\"compute\"", "")                         \
-    X(refused_certificates, "pendulumd_refused_total", "limit=\"certificate\"", "")                \
     X(slices, "pendulumd_slices_total", "", "Turns that computations had on a worker")             \
     X(parts_kept, "pendulumd_job_parts_total", "end=\"kept\"",                                     \
       "Parts of jobs that this process computed, by their end")                                    \

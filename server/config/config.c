@@ -12,24 +12,9 @@ static const struct srv_option config_table[] = {
      "where to serve; port 0 takes a free one, [::1]:8080 is IPv6, *:8080 every address, "
      "unix:PATH a socket for this user and its group",
      SRV_OPTION_LISTEN, FIELD(listen), 0, 0},
-    {"tls-certificate", "FILE", "none",
-     "serves HTTPS (TLS 1.2 and 1.3) and nothing else: the server's certificate as PEM, with those "
-     "between it and its authority behind it; read again at SIGHUP",
-     SRV_OPTION_TEXT, FIELD(tls_certificate), 0, 0},
-    {"tls-key", "FILE", "none",
-     "the key of that certificate as PEM, in a file of mode 0600; read again at SIGHUP",
-     SRV_OPTION_TEXT, FIELD(tls_key), 0, 0},
-    {"tls-client-authority", "FILE", "none",
-     "clients must show a certificate that this authority, as PEM, has signed for clients; others "
-     "are answered 403; read again at SIGHUP",
-     SRV_OPTION_TEXT, FIELD(tls_client_authority), 0, 0},
-    {"tls-client-revoked", "FILE", "none",
-     "lists of certificates (CRL, as PEM) that this authority has revoked; clients with one of "
-     "them are answered 403; read again at SIGHUP",
-     SRV_OPTION_TEXT, FIELD(tls_client_revoked), 0, 0},
     {"probe-listen", "HOST:PORT", "none",
      "an address of its own for /healthz, /readyz, /version and /metrics and nothing else, without "
-     "TLS, keys and limits of connections; none = they are answered at --listen alone",
+     "keys and limits of connections; none = they are answered at --listen alone",
      SRV_OPTION_TEXT, FIELD(probe_listen), 0, 0},
     {"config", "FILE", "",
      "a file with lines 'name = value', the names as in this list; # begins a comment",

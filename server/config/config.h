@@ -37,8 +37,6 @@ struct srv_config {
     char keys[SRV_CONFIG_TEXT];
     char webhook_secret[SRV_CONFIG_TEXT], webhook_networks[SRV_CONFIG_TEXT],
         webhook_authority[SRV_CONFIG_TEXT];
-    char tls_certificate[SRV_CONFIG_TEXT], tls_key[SRV_CONFIG_TEXT],
-        tls_client_authority[SRV_CONFIG_TEXT], tls_client_revoked[SRV_CONFIG_TEXT];
     char hosts[SRV_CONFIG_TEXT];
     char deprecated[SRV_CONFIG_TEXT], sunset[SRV_CONFIG_TEXT]; /* "none", or instants */
     char record[SRV_CONFIG_TEXT], replay[SRV_CONFIG_TEXT];     /* "none" */

@@ -17,7 +17,6 @@
 #include "server/http/request_head.h"
 #include "server/http/response.h"
 #include "server/http/router.h"
-#include "server/http/tls.h"
 
 enum {
     CONNECTION_UNREAD = 65536, /* bytes of a body that are read only to keep the connection */
@@ -43,9 +42,6 @@ struct connection {
     struct srv_recv_hook hook;
     struct srv_connections *all;
     struct MHD_Connection *mhd;
-    void *session;           /* the session of GnuTLS; NULL without TLS */
-    int examined;            /* the client's certificate was examined */
-    char unfit[SRV_TLS_WHY]; /* the fault of the certificate; "" = none */
     enum connection_state state;
     long done;                 /* the number of requests that have ended */
     enum srv_surplus surplus;  /* the limit that the connection exceeds */
@@ -170,15 +166,6 @@ static enum MHD_Result connection_field(void *context, enum MHD_ValueKind kind, 
                                                                                    : MHD_NO;
 }
 
-/* Examines the client's certificate at the first request of a TLS connection. */
-static void connection_examine(struct connection *connection) {
-    struct srv_tls *tls = connection->all->probes ? NULL : connection->all->service->tls;
-    if (tls && !connection->examined)
-        (void)srv_tls_client_fits(tls, connection->session, connection->unfit);
-    connection->examined = 1;
-    connection->exchange.unfit = connection->unfit[0] ? connection->unfit : NULL;
-}
-
 /* Reads the head. Returns 1 if the exchange goes on, 0 if it is answered. */
 static int connection_check_head(struct connection *connection, const char *method) {
     struct srv_exchange *exchange = &connection->exchange;
@@ -186,7 +173,6 @@ static int connection_check_head(struct connection *connection, const char *meth
     MHD_get_connection_values(connection->mhd, MHD_HEADER_KIND, connection_field, exchange);
     srv_response_identify(exchange);
     exchange->coding = srv_coding_choose(exchange->field[SRV_ACCEPT_ENCODING]);
-    connection_examine(connection);
     if (!exchange->status && connection->surplus) {
         srv_connection_share_refuse(exchange, connection->surplus);
         exchange->close = 1;
@@ -241,7 +227,7 @@ static enum MHD_Result connection_body(struct connection *connection, const char
         if (room != SRV_ROOM) srv_exchange_crowded(exchange, room, "the body");
     }
     if (exchange->status) {
-        srv_response_refuse(&connection->exchange, connection->watched.fd, connection->session);
+        srv_response_refuse(&connection->exchange, connection->watched.fd);
         return MHD_NO;
     }
     connection_body_deadline(connection);
@@ -335,7 +321,7 @@ static void connection_refuse_stream(struct connection *connection) {
     if (!exchange->id) srv_response_identify(exchange);
     srv_exchange_problem(exchange, connection->hook.strict.status, "%s",
                          connection->hook.strict.detail);
-    srv_response_refuse(&connection->exchange, connection->watched.fd, connection->session);
+    srv_response_refuse(&connection->exchange, connection->watched.fd);
     if (connection->state != CONNECTION_NONE) return;
     exchange->received = srv_clock_now();
     connection_log(connection, "refused");
@@ -424,15 +410,14 @@ static void connection_count(struct connection *connection, int connections) {
     srv_hold_set(&connection->hold, bytes);
 }
 
-/* ns: when a new connection must have begun a request: soon if it exceeds a limit; with TLS, whose
- * handshake must be complete then, or when half of the table is taken, within header-seconds. */
+/* ns: when a new connection must have begun a request: soon if it exceeds a limit, within
+ * header-seconds if half of the table is taken. */
 static int64_t connection_begin_deadline(const struct connection *connection) {
     const struct srv_config *config = srv_service_config(connection->all->service);
     int crowded = 2 * atomic_load(&connection->all->service->connections) > config->connections;
     if (connection->surplus) return connection_deadline(1);
-    return connection->session || (crowded && connection->watched.siblings)
-               ? connection_deadline(config->header_seconds)
-               : 0;
+    return crowded && connection->watched.siblings ? connection_deadline(config->header_seconds)
+                                                   : 0;
 }
 
 static void connection_begin(struct srv_connections *all, struct MHD_Connection *mhd,
@@ -456,9 +441,6 @@ static void connection_begin(struct srv_connections *all, struct MHD_Connection 
     srv_connection_share_peer(info ? info->client_addr : NULL, connection->exchange.peer);
     connection->all = all;
     connection->mhd = mhd;
-    info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_GNUTLS_SESSION);
-    connection->session = info ? info->tls_session : NULL;
-    connection->hook.sealed = connection->watched.sealed = connection->session != NULL;
     connection_count(connection, connections);
     connection->watched.fd = fd;
     connection->watched.left = connection_left;

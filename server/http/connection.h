@@ -18,7 +18,7 @@ struct srv_connections {
     struct srv_service *service;
     struct srv_watch *watch;
     struct srv_recv_hooks hooks;
-    int probes; /* only probes and metrics are answered here, without limits and certificates */
+    int probes; /* only probes and metrics are answered here, without limits */
     int wake;   /* an eventfd: readable when the thread of the sockets is to look again */
 };
 

@@ -13,7 +13,6 @@
 #include "server/base/clock.h"
 #include "server/http/connection.h"
 #include "server/config/listen.h"
-#include "server/http/tls.h"
 
 enum {
     HTTP_POOL = 24576, /* libmicrohttpd's memory for a connection in bytes: enough for every head
@@ -80,7 +79,6 @@ static void http_wait(struct srv_http *http) {
 static void *http_main(void *context) {
     struct srv_http *http = context;
     srv_recv_hooks_here(&http->all.hooks);
-    srv_tls_here(http->all.probes ? NULL : http->all.service->tls);
     while (!atomic_load(&http->end)) {
         http_wait(http);
         MHD_run(http->daemon);
@@ -132,19 +130,9 @@ enum pend_status srv_http_new(struct srv_http **http, struct srv_service *servic
         {MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, NULL},
         {MHD_OPTION_END, 0, NULL},
     };
-    const struct srv_tls *tls = probes ? NULL : service->tls;
-    const char *trust = tls ? srv_tls_trust(tls) : NULL;
-    struct MHD_OptionItem sealed[] = {
-        {tls ? MHD_OPTION_HTTPS_CERT_CALLBACK : MHD_OPTION_END, 0, srv_tls_callback()},
-        {MHD_OPTION_HTTPS_PRIORITIES, 0, (void *)srv_tls_priorities},
-        {trust ? MHD_OPTION_HTTPS_MEM_TRUST : MHD_OPTION_END, 0, (void *)trust},
-        {MHD_OPTION_END, 0, NULL},
-    };
-    unsigned flags =
-        MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_TURBO | (tls ? MHD_USE_TLS : 0);
-    made->daemon = MHD_start_daemon(flags, 0, srv_connection_allow, &made->all,
-                                    srv_connection_request, &made->all, MHD_OPTION_ARRAY, options,
-                                    MHD_OPTION_ARRAY, sealed, MHD_OPTION_END);
+    made->daemon = MHD_start_daemon(MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_TURBO, 0,
+                                    srv_connection_allow, &made->all, srv_connection_request,
+                                    &made->all, MHD_OPTION_ARRAY, options, MHD_OPTION_END);
     if (made->daemon && http_listen_for(made, made->all.wake) &&
         http_listen_for(made,
                         MHD_get_daemon_info(made->daemon, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd) &&

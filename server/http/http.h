@@ -16,7 +16,7 @@ struct srv_http;
  *
  * service, watch  outlive it.
  * fd              from srv_listen_open; taken, also on failure.
- * probes          non-zero: only probes and metrics are answered, whoever asks, and without TLS.
+ * probes          non-zero: only probes and metrics are answered, whoever asks.
  *
  * PEND_NO_MEMORY, PEND_INVALID  error says what could not be started.
  */

@@ -39,11 +39,13 @@ void srv_recv_hooks_remove(struct srv_recv_hooks *hooks, int fd) {
     hooks->by_fd[fd] = NULL;
 }
 
-struct srv_recv_hook *srv_recv_hook_at(int fd) {
+static struct srv_recv_hook *hook_at(int fd) {
     return hooks_here && fd >= 0 && fd < hooks_here->fds ? hooks_here->by_fd[fd] : NULL;
 }
 
-size_t srv_recv_hook_show(struct srv_recv_hook *hook, char *data, size_t bytes) {
+/* Shows the strict reader bytes that came; returns how many of them, moved together, libmicrohttpd
+ * may see. */
+static size_t hook_show(struct srv_recv_hook *hook, char *data, size_t bytes) {
     struct srv_http_strict *strict = &hook->strict;
     int within = srv_http_strict_within(strict);
     bytes = srv_http_strict_read(strict, data, bytes);
@@ -59,8 +61,7 @@ size_t srv_recv_hook_show(struct srv_recv_hook *hook, char *data, size_t bytes) 
 ssize_t hook_recv(int fd, void *data, size_t bytes, int flags) __asm__("recv");
 
 ssize_t hook_recv(int fd, void *data, size_t bytes, int flags) {
-    struct srv_recv_hook *hook = srv_recv_hook_at(fd);
-    if (hook && hook->sealed) return recvfrom(fd, data, bytes, flags, NULL, NULL);
+    struct srv_recv_hook *hook = hook_at(fd);
     if (hook && hook->strict.status) return 0;
     size_t held = 0, asked, shown;
     ssize_t got;
@@ -70,7 +71,7 @@ ssize_t hook_recv(int fd, void *data, size_t bytes, int flags) {
         asked = bytes - held;
         got = recvfrom(fd, (char *)data + held, asked, flags, NULL, NULL);
         if (!hook || got <= 0) return held ? (ssize_t)held : got;
-        shown = srv_recv_hook_show(hook, (char *)data + held, (size_t)got);
+        shown = hook_show(hook, (char *)data + held, (size_t)got);
         held += shown;
     } while (!hook->strict.status && (!held || (shown < (size_t)got && (size_t)got == asked)));
     return (ssize_t)held;

@@ -9,7 +9,6 @@
 /* One connection. */
 struct srv_recv_hook {
     struct srv_http_strict strict;
-    int sealed; /* what the socket receives is TLS's: the strict reader is shown what that opens */
     void (*begins)(struct srv_recv_hook *hook);  /* called at the first bytes of a request */
     void (*refuses)(struct srv_recv_hook *hook); /* called when the strict reader has refused the
                                                     stream and all before that was passed on */
@@ -32,13 +31,6 @@ void srv_recv_hooks_here(struct srv_recv_hooks *hooks);
 
 /** Adds a connection; returns 0 without memory. */
 int srv_recv_hooks_add(struct srv_recv_hooks *hooks, int fd, struct srv_recv_hook *hook);
-
-/** The hook of a socket on this thread; NULL where there is none. */
-struct srv_recv_hook *srv_recv_hook_at(int fd);
-
-/** Shows the strict reader bytes that came; returns how many of them, moved together, libmicrohttpd
- * may see. */
-size_t srv_recv_hook_show(struct srv_recv_hook *hook, char *data, size_t bytes);
 
 /** Removes a connection before its socket is closed. */
 void srv_recv_hooks_remove(struct srv_recv_hooks *hooks, int fd);

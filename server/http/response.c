@@ -13,7 +13,6 @@
 #include "server/jobs/events.h"
 #include "server/work/inflight.h"
 #include "server/work/service.h"
-#include "server/http/tls.h"
 
 enum {
     RESPONSE_BLOCK =
@@ -226,7 +225,7 @@ static void response_line_ages(char head[], const struct srv_exchange *exchange)
     response_line(head, "Link", response_ages_link);
 }
 
-void srv_response_refuse(struct srv_exchange *exchange, int fd, void *sealed) {
+void srv_response_refuse(struct srv_exchange *exchange, int fd) {
     char head[RESPONSE_HEAD], date[40], length[24];
     time_t now = time(NULL);
     struct tm part;
@@ -248,12 +247,6 @@ void srv_response_refuse(struct srv_exchange *exchange, int fd, void *sealed) {
         response_line(head, exchange->header[i].name, exchange->header[i].value);
     response_line_ages(head, exchange);
     strcat(head, "\r\n");
-    if (sealed) {
-        srv_tls_send(sealed, head, strlen(head));
-        srv_tls_send(sealed, exchange->data, exchange->bytes);
-        exchange->close = 1;
-        return;
-    }
     struct iovec parts[] = {{head, strlen(head)}, {(void *)exchange->data, exchange->bytes}};
     (void)!sendmsg(fd, &(struct msghdr){.msg_iov = parts, .msg_iovlen = 2},
                    MSG_DONTWAIT | MSG_NOSIGNAL);

@@ -35,11 +35,7 @@ void srv_response_identify(struct srv_exchange *exchange);
 struct MHD_Response *srv_response_new(const struct srv_exchange *exchange,
                                       struct srv_response_stream *stream);
 
-/**
- * Writes an exchange's answer to a socket without waiting; the connection must be closed then.
- *
- * sealed  the session of GnuTLS where the connection has one, else NULL.
- */
-void srv_response_refuse(struct srv_exchange *exchange, int fd, void *sealed);
+/** Writes an exchange's answer to a socket without waiting; the connection must be closed then. */
+void srv_response_refuse(struct srv_exchange *exchange, int fd);
 
 #endif

@@ -281,18 +281,6 @@ static int router_argument(struct srv_exchange *exchange, const char *argument, 
 
 /* --- stages --- */
 
-/* Answers 403 if the connection has not shown a certificate that is valid. */
-static int router_fit(struct srv_exchange *exchange) {
-    if (!exchange->unfit) return 1;
-    srv_metrics_count(&exchange->service->metrics.refused_certificates, 1);
-    srv_exchange_problem(exchange, 403,
-                         "clients of this server need a certificate, and %s; the option "
-                         "--tls-client-authority says whose it must be",
-                         exchange->unfit);
-    exchange->close = 1;
-    return 0;
-}
-
 /* Passes an exchange that was not refused while its head was read, for a repeated field or too
  * many connections. */
 static int router_unrefused(struct srv_exchange *exchange) { return !exchange->status; }
@@ -428,7 +416,6 @@ typedef int router_stage(struct srv_exchange *exchange);
 static router_stage *const router_head[] = {
     srv_admission_identify, /* identity of the client; every request passes */
     router_unrefused,
-    router_fit,            /* 403: invalid certificate */
     srv_request_head_head, /* 400, 413, 414, 415, 417: length of the body, target */
     router_find,
     router_host,         /* 421 */

@@ -62,11 +62,8 @@ int srv_watch_valid(const struct srv_watch *watch) {
 static void watch_expire(struct srv_watch *watch, struct srv_watched *watched) {
     if (watched->phase == SRV_WATCH_READING) {
         atomic_store(&watched->late, 1);
-        /* A TLS connection ends without a text, because only the connection's own thread may
-         * encrypt. */
-        if (!watched->sealed)
-            (void)!send(watched->fd, watch->timeout, strlen(watch->timeout),
-                        MSG_DONTWAIT | MSG_NOSIGNAL);
+        (void)!send(watched->fd, watch->timeout, strlen(watch->timeout),
+                    MSG_DONTWAIT | MSG_NOSIGNAL);
     }
     shutdown(watched->fd, SHUT_RDWR);
     watched->deadline = 0;

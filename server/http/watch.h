@@ -43,7 +43,6 @@ struct srv_watched {
     enum srv_watch_phase phase;
     int64_t deadline;     /* ns of srv_clock_now, 0 = none */
     int64_t since;        /* ns: when it became idle */
-    int sealed;           /* what it sends must be TLS; set by the owner before it is watched */
     atomic_int late;      /* its request came too late */
     atomic_int relayed;   /* a proxy's; set by the owner */
     atomic_int *siblings; /* how many connections its address has; NULL = it is never crowded out;

@@ -283,7 +283,6 @@ void srv_exchange_settle(struct srv_exchange *exchange) {
 const char *srv_exchange_scheme(const struct srv_exchange *exchange) {
     const struct srv_service *service = exchange->service;
     const char *said = exchange->field[SRV_SCHEME];
-    if (strcmp(srv_service_config(service)->tls_certificate, "none")) return "https";
     if (!said || !srv_peer_trusted(srv_service_trusted(service), exchange->peer)) return "http";
     return strcmp(said, "https") ? "http" : "https";
 }

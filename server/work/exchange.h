@@ -101,9 +101,7 @@ struct srv_exchange {
     const char *path, *query; /* of the target; the path decoded, query NULL where there is none */
     const char *host; /* that it was sent to: of an absolute target, else of Host; NULL = none */
     int probes; /* it came to the listener of probes and metrics, which answers nothing else */
-    const char *unfit; /* why the client's certificate does not fit, as the end of a sentence; NULL
-                          where it does, or none is needed */
-    int closed;        /* only listed web pages may read the answer (cors) */
+    int closed; /* only listed web pages may read the answer (cors) */
     const char *id, *trace; /* X-Request-Id; traceparent, or NULL */
     enum srv_coding coding; /* that the client wants */
     int64_t length;         /* of the body: Content-Length, 0 without one, -1 when chunked */

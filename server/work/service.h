@@ -28,7 +28,6 @@ struct srv_hook_keys;
 struct srv_inflight;
 struct srv_part_runner;
 struct srv_recorder;
-struct srv_tls;
 
 /* How far the end of this process is. */
 enum srv_drain {
@@ -55,7 +54,6 @@ struct srv_service {
     struct srv_peers trusted;                /* proxies that may say who the client is */
     const char *hosts;                       /* that it answers to */
     struct srv_log *log;
-    struct srv_tls *tls;       /* certificates; NULL = connections are not sealed */
     struct srv_key_ring *keys; /* that the operator handed out; NULL = none, and no roles */
     struct srv_queue *queue;
     struct srv_fairness fairness; /* who goes first, the sockets or the workers */

@@ -24,7 +24,6 @@ doors=(
     '^dragonbox/ ^api/number/number_write[.]cpp$'
     '^fast_float/ ^api/number/number_read[.]cpp$'
     '^microhttpd[.]h$ ^server/http/(http[.]c|(connection|response)[.][ch])$'
-    '^gnutls/ ^server/http/tls[.]c$'
     '^isa-l/ ^server/protocol/coding_gzip[.]c$'
     '^zstd[.]h$ ^server/protocol/coding_zstd[.]c$'
     '^sqlite3[.]h$ ^server/store/store_sqlite([.]c|_disk[.][ch])$'
@@ -173,8 +172,8 @@ verdict 'core has no variable of its own' "$(globals)"
 verdict 'core has no effects' "$(effects)"
 verdict 'core names begin with pend_' "$(prefixes core '^pend_')"
 verdict 'api names begin with api_' "$(prefixes api '^api_')"
-# recv, gnutls_record_recv: recv_hook and tls read along with what libmicrohttpd receives
-verdict 'server names begin with srv_' "$(prefixes server '^(srv_|main$|recv$|gnutls_record_recv$)')"
+# recv: recv_hook reads what libmicrohttpd receives
+verdict 'server names begin with srv_' "$(prefixes server '^(srv_|main$|recv$)')"
 
 # the rule notices what it is for: a copy of the sources with a fault of each kind
 noticed() {

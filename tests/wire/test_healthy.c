@@ -36,7 +36,7 @@ TEST(a_daemon_is_asked_how_it_is_where_its_options_say) {
     TELLS(0, NULL, "--listen", listen);
     TELLS(0, NULL, "--listen", every);
     TELLS(0, NULL, "--listen", zero);
-    /* probes have an address of their own, which goes first, and which TLS does not concern */
+    /* probes have an address of their own, which goes first */
     TELLS(0, NULL, "--listen", "127.0.0.1:1", "--probe-listen", listen);
     TELLS(1, "nobody answers at 127.0.0.1:1", "--listen", listen, "--probe-listen", "127.0.0.1:1");
     test_server_stop(&server);
@@ -56,7 +56,6 @@ TEST(what_is_asked_badly_or_answers_badly_is_not_healthy) {
     socklen_t bytes = sizeof address;
     char place[40];
     TELLS(2, "no-such-option", "--no-such-option", "1");
-    TELLS(2, "--probe-listen", "--tls-certificate", "/x", "--tls-key", "/x");
     TELLS(2, "HOST:PORT", "--listen", "nonsense");
     /* somebody who takes the connection and says nothing is given up */
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
