@@ -21,7 +21,6 @@
 #include "server/keys_command.h"
 #include "server/base/log.h"
 #include "server/base/notify.h"
-#include "server/replay.h"
 #include "server/walls.h"
 
 extern char **environ;
@@ -177,7 +176,6 @@ int main(int argc, char **argv) {
         fprintf(stderr, "pendulumd: %s\n", error.text);
         return 2;
     }
-    if (config.task == SRV_CONFIG_REPLAY) return srv_replay(config.replay);
     if (config.task != SRV_CONFIG_SERVE) return main_print(config.task);
     main_listen(&ears);
     if (srv_walls_root(&config, &error) != PEND_OK ||

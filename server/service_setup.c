@@ -16,7 +16,6 @@
 #include "server/config/hosts.h"
 #include "server/jobs/part_runner.h"
 #include "server/config/state_dir.h"
-#include "server/work/recorder.h"
 #include "server/work/workers.h"
 
 /* parts of jobs that are held for each worker: one is computed while another is kept or claimed */
@@ -58,8 +57,6 @@ enum pend_status srv_service_setup_init(struct srv_service *service, struct pend
     if (status == PEND_OK) status = srv_inflight_new(&service->inflight);
     if (status == PEND_OK)
         status = srv_cache_new(&service->cache, (size_t)config->cache_bytes, service->seed);
-    if (status == PEND_OK && strcmp(config->record, "none"))
-        status = srv_recorder_new(&service->recorder, config->record, error);
     return status == PEND_NO_MEMORY ? pend_fail(error, status, -1, 0, "out of memory") : status;
 }
 
@@ -144,7 +141,6 @@ void srv_service_setup_jobs_end(struct srv_service *service) {
 }
 
 void srv_service_setup_clear(struct srv_service *service) {
-    srv_recorder_free(&service->recorder);
     srv_cache_free(&service->cache);
     srv_inflight_free(&service->inflight);
     srv_queue_free(&service->queue);

@@ -68,7 +68,6 @@ static enum pend_status walls_places(struct srv_fence *fence, const struct srv_c
     if (strcmp(config->log, "-")) srv_fence_add_around(fence, SRV_FENCE_WRITE, config->log);
     if (strcmp(config->audit_log, "-") && strcmp(config->audit_log, "none"))
         srv_fence_add_around(fence, SRV_FENCE_WRITE, config->audit_log);
-    if (strcmp(config->record, "none")) srv_fence_add(fence, SRV_FENCE_WRITE, config->record);
     /* these are read again, and may be replaced meanwhile */
     const char *const again[] = {config->keys, config->store_file};
     for (size_t i = 0; i < sizeof again / sizeof *again; i++)

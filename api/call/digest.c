@@ -160,27 +160,6 @@ void api_digest(char digest[API_DIGEST_BYTES], const char *const parts[],
     digest_write(&fed.sha, digest);
 }
 
-struct api_digest_stream {
-    struct sha256_ctx sha;
-};
-
-struct api_digest_stream *api_digest_begin(void) {
-    struct api_digest_stream *stream = malloc(sizeof *stream);
-    if (stream) sha256_init(&stream->sha);
-    return stream;
-}
-
-void api_digest_add(struct api_digest_stream *stream, const void *data, size_t bytes) {
-    assert(stream && (data || !bytes));
-    if (bytes) sha256_update(&stream->sha, bytes, data);
-}
-
-void api_digest_end(struct api_digest_stream **stream, char digest[API_DIGEST_BYTES]) {
-    if (*stream && digest) digest_write(&(*stream)->sha, digest);
-    free(*stream);
-    *stream = NULL;
-}
-
 void api_seal(unsigned char seal[API_SEAL_BYTES], const char *place, long number, const void *data,
               size_t bytes) {
     assert(place && number >= 0 && (data || !bytes));

@@ -35,20 +35,4 @@ enum { API_SEAL_BYTES = 16 };
 void api_seal(unsigned char seal[API_SEAL_BYTES], const char *place, long number, const void *data,
               size_t bytes);
 
-/* The digest of bytes that come piece by piece. */
-struct api_digest_stream;
-
-/** Starts a digest of no bytes yet; ends with api_digest_end. NULL without memory. */
-struct api_digest_stream *api_digest_begin(void);
-
-/** Adds the next bytes. O(bytes). */
-void api_digest_add(struct api_digest_stream *stream, const void *data, size_t bytes);
-
-/**
- * Frees a stream and clears the pointer; a stream that is NULL is left alone.
- *
- * digest  out, the SHA-256 of all its bytes as 64 hexadecimal digits; NULL = not wanted.
- */
-void api_digest_end(struct api_digest_stream **stream, char digest[API_DIGEST_BYTES]);
-
 #endif

@@ -168,14 +168,6 @@ static const struct srv_option config_table[] = {
      "what both logs say of addresses: full, network = of IPv4 24 bits and of IPv6 48, or none; "
      "keys' names and digests of accounts and tokens stay",
      SRV_OPTION_CLIENT, FIELD(log_client), 0, 0},
-    {"record", "DIR", "none",
-     "each request that is computed is written into a file of its own there, without what says "
-     "who asks, for --replay; up to 1000 files or 256 MiB; none = no request is",
-     SRV_OPTION_TEXT, FIELD(record), 0, 0},
-    {"replay", "FILE", "none",
-     "computes a recorded request again and ends: the answer goes to standard output; exit status "
-     "0 where it is the recorded one, 1 where it is not, 2 where the file is damaged",
-     SRV_OPTION_TEXT, FIELD(replay), 0, 0},
     {"job-part-seconds", "S", "1",
      "computation after which a part of a job is kept: what a crash repeats at most",
      SRV_OPTION_SECONDS, FIELD(job_part_seconds), 0.001, 3600},

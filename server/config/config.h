@@ -11,13 +11,7 @@
 enum { SRV_CONFIG_TEXT = 256, SRV_CONFIG_AUTO = 2 };
 
 /* What the command line asks for. */
-enum srv_config_task {
-    SRV_CONFIG_SERVE,
-    SRV_CONFIG_HELP,
-    SRV_CONFIG_TABLE,
-    SRV_CONFIG_VERSION,
-    SRV_CONFIG_REPLAY /* of the file `replay` */
-};
+enum srv_config_task { SRV_CONFIG_SERVE, SRV_CONFIG_HELP, SRV_CONFIG_TABLE, SRV_CONFIG_VERSION };
 
 struct srv_config {
     enum srv_config_task task;
@@ -39,7 +33,6 @@ struct srv_config {
         webhook_authority[SRV_CONFIG_TEXT];
     char hosts[SRV_CONFIG_TEXT];
     char deprecated[SRV_CONFIG_TEXT], sunset[SRV_CONFIG_TEXT]; /* "none", or instants */
-    char record[SRV_CONFIG_TEXT], replay[SRV_CONFIG_TEXT];     /* "none" */
     double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds,
         drain_idle_seconds;
     double least_rate; /* bytes/s */

@@ -383,7 +383,6 @@ enum pend_status srv_config_load(struct srv_config *config, int argc, char *cons
     PEND_TRY(load_environment(config, environment, 0, error));
     PEND_TRY(load_arguments(config, argc, argv, 0, error));
     if (strcmp(config->store_file, "none")) PEND_TRY(load_store_file(config, error));
-    if (strcmp(config->replay, "none")) config->task = SRV_CONFIG_REPLAY;
     load_weigh(config);
     return PEND_OK;
 }

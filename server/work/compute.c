@@ -37,10 +37,8 @@ static const char *compute_reason(enum srv_stop why) {
 static void compute_push(struct srv_exchange *exchange);
 
 /* Ends a computation early. If the head of the response was already sent, the bytes that are ready
- * follow and the connection is cut. Such a response is not recorded, because the operation did not
- * produce it. */
+ * follow and the connection is cut. */
 static void compute_stop(struct srv_work *work, int status, const char *detail) {
-    srv_record_end(&work->record);
     enum api_progress progress = api_call_stop(work->call, status, detail, &work->out);
     if (progress == API_BROKEN)
         (void)srv_delivery_pass(work, -1);
@@ -131,13 +129,8 @@ static enum api_progress compute_call(struct srv_work *work) {
 
 /* Runs one piece of the work. Returns 1 if this worker should continue with it. */
 static int compute_piece(struct srv_work *work) {
-    size_t before = work->out.bytes;
     enum api_progress progress = compute_call(work);
     int ended = progress == API_DONE ? 1 : progress == API_BROKEN ? -1 : 0;
-    if (work->promised) {
-        srv_record_add(work->record, work->out.data + before, work->out.bytes - before);
-        if (ended) srv_record_answer(&work->record, api_call_answer(work->call).status, ended < 0);
-    }
     if (!work->promised && !ended && srv_delivery_ripe(work)) compute_promise(work);
     if (!ended && !compute_room(work)) return 0;
     if (work->promised && !srv_delivery_pass(work, ended)) return 0;
@@ -195,14 +188,12 @@ static int compute_spared(struct srv_work *work) {
     /* A stored result differs from a computed response in its bytes, so the cache is not asked. */
     struct srv_response_body *found = work->source ? NULL : srv_result_find(work);
     if (found) {
-        srv_record_remove(&work->record);
         srv_metrics_count(&service->metrics.cache_digest, 1);
         srv_delivery_release(work, found, "digest", 0, NULL);
         srv_response_body_drop(&found);
         return 1;
     }
     if (srv_exchange_matches(exchange, work->etag)) {
-        srv_record_remove(&work->record);
         srv_delivery_release(work, NULL, NULL, 304, NULL);
         return 1;
     }
@@ -213,7 +204,6 @@ static int compute_spared(struct srv_work *work) {
         work->source->ranged = work->source->ranged && compute_range_holds(exchange, work->etag);
     }
     if (!srv_inflight_opened(work)) return 0;
-    srv_record_remove(&work->record);
     srv_metrics_count(&service->metrics.cache_joined, 1);
     srv_inflight_end(work);
     srv_delivery_done(service);
@@ -231,7 +221,6 @@ static int compute_too_long(struct srv_work *work) {
         detail, sizeof detail,
         "this would compute for about %.0f s, longer than max-compute-seconds allows: %.15g s%s",
         work->cost, limit, job);
-    srv_record_end(&work->record);
     (void)api_call_stop(work->call, 422, detail, &work->out);
     srv_delivery_settle(work);
     return 1;
@@ -285,17 +274,10 @@ static struct api_request compute_request(const struct srv_work *work) {
     return request;
 }
 
-/* Lets api read the request. If requests are recorded, it is recorded first. */
+/* Lets api read the request. */
 static enum api_progress compute_read(struct srv_work *work, const struct api_request *request) {
-    struct srv_recorder *recorder = work->service->recorder;
-    if (recorder && !work->source)
-        work->record = srv_recorder_begin(recorder, compute_exchange(work), request, work->limits);
-    /* A recorded request has no clock, so that its response has no compute_seconds, which would
-     * differ at every replay. */
-    if (!work->record) {
-        api_call_clock(work->call, srv_clock_seconds, NULL);
-        api_call_hurry(work->call, compute_hurry, work);
-    }
+    api_call_clock(work->call, srv_clock_seconds, NULL);
+    api_call_hurry(work->call, compute_hurry, work);
     return work->source ? api_call_results(work->call, request, &work->source->from, &work->out)
                         : api_call_open(work->call, request, &work->out);
 }

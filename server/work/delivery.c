@@ -64,8 +64,6 @@ void srv_delivery_settle(struct srv_work *work) {
     struct srv_service *service = work->service;
     struct api_answer answer = api_call_answer(work->call);
     assert(!work->promised);
-    srv_record_add(work->record, work->out.data, work->out.bytes);
-    srv_record_answer(&work->record, answer.status, 0);
     if (answer.status == 200 && work->key_bytes)
         srv_metrics_count(&service->metrics.cache_missed, 1);
     enum srv_coding coding = srv_result_code(work, answer.media_type);
@@ -121,8 +119,6 @@ static void delivery_begin(struct srv_work *work, struct srv_exchange *reader,
     reader->stream_bytes = coded || reader->trails ? -1 : answer->length;
     reader->waited = work->begun - reader->queued;
     api_call_promise(work->call);
-    srv_record_streams(work->record);
-    srv_record_add(work->record, work->out.data, work->out.bytes);
     work->foreseen = 2 * SRV_INFLIGHT_BLOCK;
     if (work->out.cap > SRV_DELIVERY_HOLD) api_buffer_trim(&work->out);
     reader->finish(reader);

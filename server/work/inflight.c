@@ -77,7 +77,6 @@ struct srv_work *srv_inflight_begin(struct srv_exchange *exchange) {
 void srv_inflight_end(struct srv_work *work) {
     struct srv_buffer_pool *pool = &work->service->pool;
     assert(srv_list_empty(&work->waiters) && !work->reader && !work->listed);
-    srv_record_end(&work->record);
     api_call_free(&work->call);
     if (work->source) work->source->free(work->source);
     if (work->coder) srv_coding_at(work->coding)->free(work->coder);

@@ -8,7 +8,7 @@
 
 #include "api/call/call.h"
 #include "server/base/hash_table.h"
-#include "server/work/recorder.h"
+#include "server/work/exchange.h"
 
 enum {
     SRV_INFLIGHT_BLOCK = 1 << 18, /* bytes that may wait while as many are being sent */
@@ -33,11 +33,10 @@ struct srv_work {
     char etag[SRV_ETAG_BYTES];    /* as the header field; "" before it is known */
     char key[SRV_INFLIGHT_KEY];   /* of the cache and of the computations in flight */
     size_t key_bytes;
-    struct srv_hold hold;      /* what it holds, and was promised */
-    size_t foreseen;           /* bytes that out, coded and ready will come to */
-    size_t ready_cap;          /* bytes of `ready`, as the worker saw it last */
-    int promised;              /* it is a stream */
-    struct srv_record *record; /* of the request, for bug reports; NULL = it is not recorded */
+    struct srv_hold hold; /* what it holds, and was promised */
+    size_t foreseen;      /* bytes that out, coded and ready will come to */
+    size_t ready_cap;     /* bytes of `ready`, as the worker saw it last */
+    int promised;         /* it is a stream */
 
     /* under the lock */
     struct srv_list waiters; /* exchanges, first come first */

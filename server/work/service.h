@@ -27,7 +27,6 @@ struct srv_events;
 struct srv_hook_keys;
 struct srv_inflight;
 struct srv_part_runner;
-struct srv_recorder;
 
 /* How far the end of this process is. */
 enum srv_drain {
@@ -60,7 +59,6 @@ struct srv_service {
     struct srv_clients *clients;
     struct srv_cache *cache;
     struct srv_inflight *inflight;   /* computations that others may join */
-    struct srv_recorder *recorder;   /* of requests, for bug reports; NULL = none is recorded */
     struct srv_storage *storage;     /* where jobs are kept; NULL = nowhere */
     struct srv_part_runner *runner;  /* that computes them; NULL with the storage */
     struct srv_events *events;       /* who listens to them; NULL with the storage */

@@ -1,4 +1,4 @@
-/* Files that are read: of keys, of options, recorded requests; under bytes that nobody would write.
+/* Files that are read: of keys, of options; under bytes that nobody would write.
  * Leaves to others: rows of the store (fuzz_kept).
  * Invariant: whatever a file says, it is read or refused with a sentence; what was read and is
  * written again reads the same. */
@@ -11,7 +11,6 @@
 
 #include "server/config/config_load.h"
 #include "server/keys/keys.h"
-#include "server/work/recording.h"
 #include "tests/fuzz/fuzz.h"
 
 static int read_keys(char *text, size_t bytes) {
@@ -38,13 +37,6 @@ static int read_keys(char *text, size_t bytes) {
     return good;
 }
 
-static int read_recording(char *text, size_t bytes) {
-    struct srv_recording recording;
-    struct pend_error error = {.text = ""};
-    return srv_recording_read(&recording, text, bytes, &error) == PEND_OK || error.text[0];
-}
-
-/* a file of options; their values must be good, or the message says which is not */
 static int read_options(char *text, size_t bytes) {
     static int file = -1;
     static char path[32];
@@ -80,12 +72,6 @@ static const struct fuzz_reader files[] = {
       "# a comment\n\nkey lab role=batch made=2023-11-14T22:13:20Z expires=2030-01-01T00:00:00Z "
       "revoked=2024-02-29 priority=2 jobs=5 digest="
       "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef\n"},
-     0},
-    {"recording",
-     read_recording,
-     {"pendulumd request 1 64 2 "
-      "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef\nengine: "
-      "0123456789abcdef\noperation: modes\nmethod: POST\n{}"},
      0},
     {"options",
      read_options,
