@@ -27,7 +27,8 @@ const RANK = { stuck: 0, silent: 1, working: 2, done: 3, away: 4 };
  *   number: number, element: HTMLElement, button: HTMLElement, canvas: HTMLElement | null, name:
  *   HTMLElement,
  *   note: HTMLElement, pose: Pose | null, key: string, scene: ClassScene | null,
- *   mini: import("../drawers/kit/mini.js").Mini | null, motion: Float64Array | null, wants: boolean,
+ *   mini: import("../drawers/kit/mini.js").Mini | null, motion: Float64Array | null,
+ *   wants: boolean,
  *   seen: boolean, state: string, nickname: string, changed: number, silence: number,
  * }} Cell
  */

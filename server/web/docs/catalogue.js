@@ -119,7 +119,10 @@ function schemasGroup(reader) {
 
 /** @typedef {{name: string, text: string}} Guide */
 
-/** The guides; links between them stay, links to files of the source become text. @param {Guide[]} guides @returns {Group} */
+/**
+ * The guides; links between them stay, links to files of the source become text.
+ * @param {Guide[]} guides @returns {Group}
+ */
 function guidesGroup(guides) {
   const entries = guides.map(({ name, text }) => {
     const [title, ...lines] = text.replace(/^# /, "").split("\n");

@@ -97,7 +97,8 @@ function block(lines) {
 export function markdown(text) {
   // every second part is what stands between two fences, its first line the language
   return text.split(/^```/m).flatMap((part, k) => {
-    if (k % 2) return [h("pre", { tabindex: "0" }, h("code", {}, part.slice(part.indexOf("\n") + 1)))];
+    if (k % 2)
+      return [h("pre", { tabindex: "0" }, h("code", {}, part.slice(part.indexOf("\n") + 1)))];
     return part
       .split(/\n\s*\n/)
       .map((lines) => lines.split("\n").filter((line) => line.trim()))

@@ -27,7 +27,8 @@ const LITTLE = 1e-6; // 1/s: a growth that is none
  *   app: App, shown: boolean, stop: AbortController | null, tree: Tree | null,
  *   blend: import("./modes/mode_sum.js").Blend | null, many: number, cards: {mini:
  *   import("./kit/mini.js").Mini, k: number}[],
- *   sum: import("./kit/mini.js").Mini | null, curves: Awaited<ReturnType<typeof openCurves>> | null,
+ *   sum: import("./kit/mini.js").Mini | null,
+ *   curves: Awaited<ReturnType<typeof openCurves>> | null,
  *   opening: ReturnType<typeof openCurves> | null, more: HTMLButtonElement, startSum:
  *   HTMLButtonElement,
  *   linear: ReturnType<typeof tick>, near: ReturnType<typeof tick>,
