@@ -233,3 +233,15 @@ enum pend_status api_problem_write(const struct api_problem *problem, struct api
     if (status != PEND_OK) out->bytes = before;
     return status;
 }
+
+int api_problem_end(struct api_problem *problem, enum pend_status status, struct api_buffer *out) {
+    int http = 0;
+    if (status != PEND_OK) {
+        if (status == PEND_NO_MEMORY) api_problem_clear(problem);
+        api_problem_set(problem, api_problem_http(status), "%s", pend_status_text(status));
+        http = problem->status;
+        if (api_problem_write(problem, out) != PEND_OK) out->bytes = 0;
+    }
+    api_problem_clear(problem);
+    return http;
+}

@@ -130,4 +130,12 @@ int api_problem_full(struct api_problem *problem);
 PEND_MUST_CHECK enum pend_status api_problem_write(const struct api_problem *problem,
                                                    struct api_buffer *out);
 
+/**
+ * Ends what went well or not: writes the problem, in the words of the status where it has none of
+ * its own, and clears it. A lack of memory takes the place of faults, which may be incomplete.
+ *
+ * Returns 0 for PEND_OK, else the problem's HTTP status.
+ */
+int api_problem_end(struct api_problem *problem, enum pend_status status, struct api_buffer *out);
+
 #endif

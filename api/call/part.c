@@ -33,7 +33,6 @@ int api_plan_read(struct api_plan *plan, const struct api_request *request,
     const struct api_op *op = api_op_at(request->op);
     struct api_problem problem;
     void *state = NULL;
-    int http = 0;
     *plan = (struct api_plan){.parts = 1};
     api_problem_init(&problem);
     if (!op->table)
@@ -55,13 +54,7 @@ int api_plan_read(struct api_plan *plan, const struct api_request *request,
         plan_bytes(plan, op, state);
         op->free(&state);
     }
-    if (status != PEND_OK) {
-        api_problem_set(&problem, api_problem_http(status), "%s", pend_status_text(status));
-        http = problem.status;
-        if (api_problem_write(&problem, out) != PEND_OK) out->bytes = 0;
-    }
-    api_problem_clear(&problem);
-    return http;
+    return api_problem_end(&problem, status, out);
 }
 
 struct api_part {

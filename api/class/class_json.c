@@ -94,10 +94,10 @@ static void class_scene(const struct api_value *scene, struct class_reading *rea
     struct api_problem *problem = reading->problem;
     if (api_value_kind(scene) == API_MISSING || api_value_kind(scene) == API_NULL) return;
     if (!api_field_object(scene, problem)) return;
-    struct api_value request = api_value_member(scene, "request"),
-                     view = api_value_member(scene, "view");
+    struct api_value view = api_value_member(scene, "view");
     (void)api_value_only(scene, fields, problem);
-    enum pend_status status = api_scene_check_request(&request, reading->limits, problem);
+    enum pend_status status =
+        api_scene_check_request(API_MEMBER(scene, "request"), reading->limits, problem);
     if (status == PEND_NO_MEMORY) reading->status = status;
     if (api_value_kind(&view) != API_MISSING) (void)api_field_object(&view, problem);
 }
@@ -137,10 +137,9 @@ static void class_choices(const struct api_value *choices, struct api_problem *p
 static int64_t class_wants(const struct api_value *question, struct api_problem *problem) {
     int kind = KIND_TEXT;
     struct api_value word = api_value_member(question, "kind"),
-                     unit = api_value_member(question, "unit"),
                      choices = api_value_member(question, "choices");
     if (api_field_needed(&word, problem)) (void)api_field_word(&word, class_kinds, &kind, problem);
-    class_text(&unit, 0, CLASS_UNIT, 1, problem);
+    class_text(API_MEMBER(question, "unit"), 0, CLASS_UNIT, 1, problem);
     if (kind == KIND_CHOICE) {
         class_choices(&choices, problem);
         return FLAG_KIND * kind + FLAG_CHOICES * api_value_count(&choices);
@@ -169,9 +168,9 @@ static void class_tolerance(const struct api_value *tolerance, struct api_proble
 
 static void class_room(const struct api_value *root, struct class_reading *reading) {
     static const char *const fields[] = {"hours", NULL};
-    struct api_value hours = api_value_member(root, "hours");
     (void)api_value_only(root, fields, reading->problem);
-    (void)api_value_read_number(&hours, 0.25, 720, "h", &reading->facts->hours, reading->problem);
+    (void)api_value_read_number(API_MEMBER(root, "hours"), 0.25, 720, "h", &reading->facts->hours,
+                                reading->problem);
 }
 
 static void class_pupil(const struct api_value *root, struct class_reading *reading) {
@@ -188,88 +187,73 @@ static void class_stage(const struct api_value *root, struct class_reading *read
                                          "text",      "release",       "question",
                                          "worksheet", "address_share", NULL};
     struct api_problem *problem = reading->problem;
-    struct api_value scene = api_value_member(root, "scene"),
-                     frozen = api_value_member(root, "frozen"),
-                     open = api_value_member(root, "open"), text = api_value_member(root, "text"),
-                     release = api_value_member(root, "release"),
-                     question = api_value_member(root, "question"),
-                     worksheet = api_value_member(root, "worksheet"),
-                     share = api_value_member(root, "address_share");
+    struct api_value release = api_value_member(root, "release");
     int truth = 0, opened = 1;
     (void)api_value_only(root, fields, problem);
-    class_scene(&scene, reading);
-    (void)api_field_truth(&frozen, &truth, problem);
-    (void)api_field_truth(&open, &opened, problem);
-    class_text(&text, 0, CLASS_TEXT, 0, problem);
-    (void)class_id(&question, 0, problem);
-    (void)class_id(&worksheet, 0, problem);
-    (void)api_field_whole(&share, 1, 100000, &reading->facts->share, problem);
+    class_scene(API_MEMBER(root, "scene"), reading);
+    (void)api_field_truth(API_MEMBER(root, "frozen"), &truth, problem);
+    (void)api_field_truth(API_MEMBER(root, "open"), &opened, problem);
+    class_text(API_MEMBER(root, "text"), 0, CLASS_TEXT, 0, problem);
+    (void)class_id(API_MEMBER(root, "question"), 0, problem);
+    (void)class_id(API_MEMBER(root, "worksheet"), 0, problem);
+    (void)api_field_whole(API_MEMBER(root, "address_share"), 1, 100000, &reading->facts->share,
+                          problem);
     reading->facts->shut = !opened;
     if (api_value_kind(&release) == API_MISSING || !api_field_object(&release, problem)) return;
     static const char *const parts[] = {"number", "spread", NULL};
-    struct api_value number = api_value_member(&release, "number"),
-                     spread = api_value_member(&release, "spread");
+    struct api_value number = api_value_member(&release, "number");
     long count;
     double rad;
     (void)api_value_only(&release, parts, problem);
     if (api_field_needed(&number, problem))
         (void)api_field_whole(&number, 1, 1000000, &count, problem);
-    (void)api_value_read_number(&spread, 0, 1, "rad", &rad, problem);
+    (void)api_value_read_number(API_MEMBER(&release, "spread"), 0, 1, "rad", &rad, problem);
 }
 
 static void class_own_stage(const struct api_value *root, struct class_reading *reading) {
     static const char *const fields[] = {"scene", "state", "release", "step", "idle", NULL},
                              *const states[] = {"working", "stuck", "done", "away", NULL};
     struct api_problem *problem = reading->problem;
-    struct api_value scene = api_value_member(root, "scene"),
-                     state = api_value_member(root, "state"),
-                     release = api_value_member(root, "release"),
-                     step = api_value_member(root, "step"), idle = api_value_member(root, "idle");
     int word;
     long number;
     (void)api_value_only(root, fields, problem);
-    class_scene(&scene, reading);
-    (void)api_field_word(&state, states, &word, problem);
-    (void)api_field_whole(&release, 1, 1000000, &number, problem);
-    (void)class_id(&step, 0, problem);
-    (void)api_field_whole(&idle, 0, 30 * 86400, &number, problem);
+    class_scene(API_MEMBER(root, "scene"), reading);
+    (void)api_field_word(API_MEMBER(root, "state"), states, &word, problem);
+    (void)api_field_whole(API_MEMBER(root, "release"), 1, 1000000, &number, problem);
+    (void)class_id(API_MEMBER(root, "step"), 0, problem);
+    (void)api_field_whole(API_MEMBER(root, "idle"), 0, 30 * 86400, &number, problem);
 }
 
 static void class_question(const struct api_value *root, struct class_reading *reading) {
     static const char *const fields[] = {"text",  "kind",   "unit", "choices",
                                          "scene", "closed", NULL};
     struct api_problem *problem = reading->problem;
-    struct api_value text = api_value_member(root, "text"), scene = api_value_member(root, "scene"),
-                     closed = api_value_member(root, "closed");
     int shut = 0;
     (void)api_value_only(root, fields, problem);
-    class_text(&text, 1, CLASS_TEXT, 0, problem);
-    class_scene(&scene, reading);
-    (void)api_field_truth(&closed, &shut, problem);
+    class_text(API_MEMBER(root, "text"), 1, CLASS_TEXT, 0, problem);
+    class_scene(API_MEMBER(root, "scene"), reading);
+    (void)api_field_truth(API_MEMBER(root, "closed"), &shut, problem);
     reading->facts->flag = class_wants(root, problem) + (shut ? FLAG_CLOSED : 0);
 }
 
 static void class_solution(const struct api_value *root, struct class_reading *reading) {
     static const char *const fields[] = {"value", "tolerance", "text", "shown", NULL};
     struct api_problem *problem = reading->problem;
-    struct api_value value = api_value_member(root, "value"),
-                     tolerance = api_value_member(root, "tolerance"),
-                     text = api_value_member(root, "text"), shown = api_value_member(root, "shown");
+    struct api_value value = api_value_member(root, "value");
     (void)api_value_only(root, fields, problem);
     if (api_value_kind(&value) != API_MISSING) (void)class_value(&value, problem);
-    class_tolerance(&tolerance, problem);
-    class_text(&text, 0, CLASS_TEXT, 0, problem);
-    (void)api_field_truth(&shown, &reading->facts->shown, problem);
+    class_tolerance(API_MEMBER(root, "tolerance"), problem);
+    class_text(API_MEMBER(root, "text"), 0, CLASS_TEXT, 0, problem);
+    (void)api_field_truth(API_MEMBER(root, "shown"), &reading->facts->shown, problem);
 }
 
 static void class_answer(const struct api_value *root, struct class_reading *reading) {
     static const char *const fields[] = {"value", "scene", NULL};
-    struct api_value value = api_value_member(root, "value"),
-                     scene = api_value_member(root, "scene");
+    struct api_value value = api_value_member(root, "value");
     (void)api_value_only(root, fields, reading->problem);
     if (api_field_needed(&value, reading->problem))
         reading->facts->flag = class_value(&value, reading->problem);
-    class_scene(&scene, reading);
+    class_scene(API_MEMBER(root, "scene"), reading);
 }
 
 /* the question of a step, with its solution, which whoever does the worksheet may see */
@@ -278,13 +262,11 @@ static void class_step_question(const struct api_value *question, struct class_r
                                          "value", "tolerance", NULL};
     struct api_problem *problem = reading->problem;
     if (api_value_kind(question) == API_MISSING || !api_field_object(question, problem)) return;
-    struct api_value text = api_value_member(question, "text"),
-                     value = api_value_member(question, "value"),
-                     tolerance = api_value_member(question, "tolerance");
+    struct api_value value = api_value_member(question, "value");
     (void)api_value_only(question, fields, problem);
-    class_text(&text, 0, CLASS_TEXT, 0, problem);
+    class_text(API_MEMBER(question, "text"), 0, CLASS_TEXT, 0, problem);
     int64_t wanted = class_wants(question, problem);
-    class_tolerance(&tolerance, problem);
+    class_tolerance(API_MEMBER(question, "tolerance"), problem);
     if (api_value_kind(&value) == API_MISSING) return;
     if (!api_class_fits(wanted, class_value(&value, problem)))
         api_value_fault(&value, problem,
@@ -299,8 +281,7 @@ static int class_step_before(const struct api_value *steps, const struct api_val
     struct api_value step = api_value_first(steps);
     assert(at->index >= 0);
     for (; step.index < at->index; step = api_value_next(&step)) {
-        struct api_value name = api_value_member(&step, "id");
-        const char *text = api_value_text(&name);
+        const char *text = api_value_text(API_MEMBER(&step, "id"));
         if (text && !strcmp(text, id)) return 1;
     }
     return 0;
@@ -313,19 +294,18 @@ static void class_step(const struct api_value *steps, const struct api_value *st
                              *const needs[] = {"nothing", "answer", "right", NULL};
     struct api_problem *problem = reading->problem;
     if (!api_field_object(step, problem)) return;
-    struct api_value id = api_value_member(step, "id"), title = api_value_member(step, "title"),
-                     text = api_value_member(step, "text"), scene = api_value_member(step, "scene"),
+    struct api_value id = api_value_member(step, "id"),
                      question = api_value_member(step, "question"),
-                     hint = api_value_member(step, "hint"), need = api_value_member(step, "needs"),
+                     need = api_value_member(step, "needs"),
                      until = api_value_member(step, "hidden_until");
     int word = 0;
     (void)api_value_only(step, fields, problem);
     if (class_id(&id, 1, problem) && class_step_before(steps, step, api_value_text(&id)))
         api_value_fault(&id, problem, API_CODE_DUPLICATE "is the id of an earlier step");
-    class_text(&title, 0, CLASS_TITLE, 1, problem);
-    class_text(&text, 0, CLASS_TEXT, 0, problem);
-    class_text(&hint, 0, CLASS_TEXT, 0, problem);
-    class_scene(&scene, reading);
+    class_text(API_MEMBER(step, "title"), 0, CLASS_TITLE, 1, problem);
+    class_text(API_MEMBER(step, "text"), 0, CLASS_TEXT, 0, problem);
+    class_text(API_MEMBER(step, "hint"), 0, CLASS_TEXT, 0, problem);
+    class_scene(API_MEMBER(step, "scene"), reading);
     class_step_question(&question, reading);
     (void)api_field_word(&need, needs, &word, problem);
     if (word && api_value_kind(&question) == API_MISSING)
@@ -337,15 +317,12 @@ static void class_step(const struct api_value *steps, const struct api_value *st
 static void class_worksheet(const struct api_value *root, struct class_reading *reading) {
     static const char *const fields[] = {"title", "language", "steps", "closed", NULL};
     struct api_problem *problem = reading->problem;
-    struct api_value title = api_value_member(root, "title"),
-                     language = api_value_member(root, "language"),
-                     steps = api_value_member(root, "steps"),
-                     closed = api_value_member(root, "closed");
+    struct api_value steps = api_value_member(root, "steps");
     int count = api_value_count(&steps), shut = 0;
     (void)api_value_only(root, fields, problem);
-    class_text(&title, 1, CLASS_TITLE, 1, problem);
-    class_text(&language, 0, CLASS_UNIT, 1, problem);
-    (void)api_field_truth(&closed, &shut, problem);
+    class_text(API_MEMBER(root, "title"), 1, CLASS_TITLE, 1, problem);
+    class_text(API_MEMBER(root, "language"), 0, CLASS_UNIT, 1, problem);
+    (void)api_field_truth(API_MEMBER(root, "closed"), &shut, problem);
     reading->facts->flag = shut ? FLAG_CLOSED : 0;
     if (api_value_kind(&steps) != API_ARRAY || count < 1 || count > API_CLASS_STEPS) {
         api_value_fault(&steps, problem, API_CODE_WRONG_COUNT "must be a list of 1 to %d steps",
@@ -362,11 +339,10 @@ static void class_handin(const struct api_value *root, struct class_reading *rea
                                                                                      "value",
                                                                                      "scene", NULL};
     struct api_problem *problem = reading->problem;
-    struct api_value answers = api_value_member(root, "answers"),
-                     done = api_value_member(root, "done");
+    struct api_value answers = api_value_member(root, "answers");
     int truth;
     (void)api_value_only(root, fields, problem);
-    (void)api_field_truth(&done, &truth, problem);
+    (void)api_field_truth(API_MEMBER(root, "done"), &truth, problem);
     if (api_value_kind(&answers) != API_ARRAY || api_value_count(&answers) > API_CLASS_STEPS) {
         api_value_fault(&answers, problem,
                         API_CODE_WRONG_COUNT "must be a list of at most %d answers",
@@ -376,13 +352,10 @@ static void class_handin(const struct api_value *root, struct class_reading *rea
     struct api_value answer = api_value_first(&answers);
     for (; api_value_kind(&answer) != API_MISSING; answer = api_value_next(&answer)) {
         if (!api_field_object(&answer, problem)) continue;
-        struct api_value step = api_value_member(&answer, "step"),
-                         value = api_value_member(&answer, "value"),
-                         scene = api_value_member(&answer, "scene");
         (void)api_value_only(&answer, parts, problem);
-        (void)class_id(&step, 1, problem);
-        (void)class_value(&value, problem);
-        class_scene(&scene, reading);
+        (void)class_id(API_MEMBER(&answer, "step"), 1, problem);
+        (void)class_value(API_MEMBER(&answer, "value"), problem);
+        class_scene(API_MEMBER(&answer, "scene"), reading);
     }
 }
 
@@ -449,15 +422,7 @@ int api_class_read(const struct api_request *request, const struct api_limits *l
     if (!problem.status && request->body_bytes > CLASS_SPARE * class_table[kind].most)
         class_large(kind, request->body_bytes, &problem);
     if (!problem.status) status = class_make(&checked, kind, &reading, value);
-    int http = 0;
-    if (status != PEND_OK) {
-        if (status == PEND_NO_MEMORY) api_problem_clear(&problem);
-        api_problem_set(&problem, api_problem_http(status), "%s", pend_status_text(status));
-        http = problem.status;
-        if (api_problem_write(&problem, out) != PEND_OK) out->bytes = 0;
-    }
-    api_problem_clear(&problem);
-    return http;
+    return api_problem_end(&problem, status, out);
 }
 
 /* --- what is told --- */

@@ -142,10 +142,8 @@ static enum pend_status table_handin(const struct api_class_item *item,
     struct api_value answers = api_value_member(root, "answers"),
                      answer = api_value_first(&answers);
     for (; api_value_kind(&answer) != API_MISSING; answer = api_value_next(&answer)) {
-        struct api_value step = api_value_member(&answer, "step"),
-                         value = api_value_member(&answer, "value");
-        const char *id = api_value_text(&step);
-        PEND_TRY(table_row(item, name, id ? id : "", &value, names, out));
+        const char *id = api_value_text(API_MEMBER(&answer, "step"));
+        PEND_TRY(table_row(item, name, id ? id : "", API_MEMBER(&answer, "value"), names, out));
     }
     return PEND_OK;
 }
@@ -159,8 +157,7 @@ static enum pend_status table_rows(const struct api_class_item *item, const stru
         {"questions", "text"}, {"solutions", "value"}, {"answers", "value"}, {"stages", "state"}};
     struct table_name name = table_name(item->name);
     if (!strcmp(name.kind, "pupils")) {
-        struct api_value nickname = api_value_member(root, "nickname");
-        const char *text = api_value_text(&nickname);
+        const char *text = api_value_text(API_MEMBER(root, "nickname"));
         return text && name.pupil ? names_add(names, name.pupil, text) : PEND_OK;
     }
     if (!strcmp(name.kind, "handins")) return table_handin(item, &name, root, names, out);

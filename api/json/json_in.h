@@ -55,6 +55,10 @@ enum api_kind api_value_kind(const struct api_value *value);
  * and still has a pointer. O(members). */
 struct api_value api_value_member(const struct api_value *object, const char *key);
 
+/** The same, as an object that lives to the end of the block it is named in: for a member that is
+ * looked at once. */
+#define API_MEMBER(object_, key_) ((struct api_value[]){api_value_member(object_, key_)})
+
 /** The number of items of an array or members of an object; 0 for anything else. */
 int api_value_count(const struct api_value *value);
 

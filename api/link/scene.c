@@ -57,12 +57,10 @@ enum pend_status api_scene_check_request(const struct api_value *value,
 /* the members that the id is made from: "title":...,"request":...,"view":... */
 static enum pend_status scene_write(const struct api_value *root, double most,
                                     struct api_buffer *inner, struct api_problem *problem) {
-    struct api_value title = api_value_member(root, "title"),
-                     request = api_value_member(root, "request");
     struct api_value view = api_value_member(root, "view");
     size_t bytes = 0;
-    PEND_TRY(scene_member("title", &title, "\"\"", inner, &bytes));
-    PEND_TRY(scene_member("request", &request, "{}", inner, &bytes));
+    PEND_TRY(scene_member("title", API_MEMBER(root, "title"), "\"\"", inner, &bytes));
+    PEND_TRY(scene_member("request", API_MEMBER(root, "request"), "{}", inner, &bytes));
     PEND_TRY(scene_member("view", &view, "{}", inner, &bytes));
     if (bytes > API_SCENE_VIEW)
         api_value_fault(&view, problem,
@@ -81,12 +79,10 @@ static enum pend_status scene_check(const struct api_value *root, const struct a
                                     double most, struct api_buffer *inner,
                                     struct api_problem *problem) {
     if (!api_field_object(root, problem)) return PEND_INVALID;
-    struct api_value title = api_value_member(root, "title"),
-                     request = api_value_member(root, "request");
     struct api_value view = api_value_member(root, "view");
     (void)api_value_only(root, scene_fields, problem);
-    scene_check_title(&title, problem);
-    enum pend_status status = api_scene_check_request(&request, limits, problem);
+    scene_check_title(API_MEMBER(root, "title"), problem);
+    enum pend_status status = api_scene_check_request(API_MEMBER(root, "request"), limits, problem);
     if (status == PEND_NO_MEMORY) return status;
     if (api_value_kind(&view) != API_MISSING) (void)api_field_object(&view, problem);
     return problem->status ? PEND_INVALID : scene_write(root, most, inner, problem);
@@ -146,18 +142,10 @@ int api_scene_read(const struct api_request *request, const struct api_limits *l
     struct api_request checked = *request;
     struct api_problem problem;
     enum pend_status status = PEND_INVALID;
-    int http = 0;
     api_problem_init(&problem);
     checked.op = API_OP_TRAJECTORIES;
     api_request_check(&checked, limits, &problem);
     if (!api_negotiate_format(request->accept, 0)) api_negotiate_refuse(&problem, 0);
     if (!problem.status) status = scene_make(&checked, limits, most, created, id, scene, &problem);
-    if (status != PEND_OK) {
-        if (status == PEND_NO_MEMORY) api_problem_clear(&problem);
-        api_problem_set(&problem, api_problem_http(status), "%s", pend_status_text(status));
-        http = problem.status;
-        if (api_problem_write(&problem, out) != PEND_OK) out->bytes = 0;
-    }
-    api_problem_clear(&problem);
-    return http;
+    return api_problem_end(&problem, status, out);
 }

@@ -64,12 +64,10 @@ void api_method_read(struct api_method *method, const struct api_value *root,
                      const struct api_tree *tree, const struct api_limits *limits,
                      struct api_problem *problem) {
     static const struct pend_method none = {.name = "", .flags = 0};
-    struct api_value name = api_value_member(root, "method"),
-                     precision = api_value_member(root, "precision");
+    struct api_value name = api_value_member(root, "method");
     struct api_value rtol = api_value_member(root, "rtol"), atol = api_value_member(root, "atol");
-    struct api_value step = api_value_member(root, "step");
-    *method = (struct api_method){
-        .method = read_precision(&precision, read_method(&name, problem), problem)};
+    *method = (struct api_method){.method = read_precision(API_MEMBER(root, "precision"),
+                                                           read_method(&name, problem), problem)};
     const struct pend_method *known = method->method, *range = known ? known : &none;
     api_value_usual_number(&rtol, range->rtol_default);
     (void)read_setting(&rtol, known, PEND_METHOD_TOLERANCES, range->rtol_min, range->rtol_max,
@@ -79,8 +77,8 @@ void api_method_read(struct api_method *method, const struct api_value *root,
         &atol, pend_method_atol(range, method->rtol > 0 ? method->rtol : range->rtol_default));
     method->atol_given = read_setting(&atol, known, PEND_METHOD_TOLERANCES, range->atol_min,
                                       range->atol_max, &method->atol, problem);
-    (void)read_setting(&step, known, PEND_METHOD_FIXED_STEP, range->step_min, range->step_max,
-                       &method->step, problem);
+    (void)read_setting(API_MEMBER(root, "step"), known, PEND_METHOD_FIXED_STEP, range->step_min,
+                       range->step_max, &method->step, problem);
     method->accuracy = api_accuracy_read(root, problem);
     if (known && known->flags & PEND_METHOD_LINEAR) {
         api_tree_ideal(tree, &name, "method linear", problem);

@@ -83,8 +83,7 @@ static void read_object(struct api_terms *terms, const struct api_terms_row *fie
     for (int p = 0; field->part[p].unit; p++) names[p] = field->part[p].name;
     (void)api_value_only(value, names, terms->problem);
     for (int p = 0; names[p]; p++) {
-        struct api_value member = api_value_member(value, names[p]);
-        read_part(terms, &field->part[p], i, &member);
+        read_part(terms, &field->part[p], i, API_MEMBER(value, names[p]));
     }
     api_value_usual_object(value);
 }
@@ -136,8 +135,7 @@ static void read_drive(struct api_terms *terms, const struct api_terms_row *fiel
         read_part(terms, field->part, i, value);
     } else if (api_value_kind(value) == API_OBJECT) {
         (void)api_value_only(value, names, terms->problem);
-        struct api_value constant = api_value_member(value, "constant");
-        read_part(terms, field->part, i, &constant);
+        read_part(terms, field->part, i, API_MEMBER(value, "constant"));
         read_harmonics(terms, i, value);
         api_value_usual_object(value);
     } else if (!api_problem_full(terms->problem)) {
