@@ -141,3 +141,66 @@ void test_refused(enum api_op_id op, const char *body, const char *pointer, cons
                piece, reply.status, reply.out.data);
     test_reply_free(&reply);
 }
+
+/* a table of refusals while it is read: what its last template says */
+struct refusals {
+    const char *file;
+    int line, rows;
+    enum api_op_id op;
+    char pointer[80], before[300], after[100];
+};
+
+/* the next field of a row, cut off at " | "; NULL behind the last */
+static char *refusals_field(char **rest) {
+    char *field = *rest, *bar = field ? strstr(field, " | ") : NULL;
+    if (bar) *bar = 0;
+    *rest = bar ? bar + 3 : NULL;
+    return field;
+}
+
+/* "@ operation pointer template" */
+static int refusals_template(struct refusals *table, const char *line) {
+    char op[20];
+    table->op = (enum api_op_id)0;
+    table->after[0] = 0;
+    if (sscanf(line, "@ %19s %79s %299[^%]%%%99[^\n]", op, table->pointer, table->before,
+               table->after) < 3)
+        return 0;
+    if (!strcmp(table->pointer, "/")) table->pointer[0] = 0;
+    while (table->op < API_OP_COUNT && strcmp(api_op_at(table->op)->name, op) != 0) table->op++;
+    return table->op < API_OP_COUNT;
+}
+
+static void refusals_row(struct refusals *table, char *rest) {
+    const char *fields = refusals_field(&rest), *at = refusals_field(&rest),
+               *piece = refusals_field(&rest), *code = refusals_field(&rest);
+    char body[1000], pointer[160];
+    if (!test_check(piece != NULL, table->file, table->line, "a row has three fields")) return;
+    snprintf(body, sizeof body, "%s%s%s", table->before, fields, table->after);
+    snprintf(pointer, sizeof pointer, "%s%s", table->pointer, at);
+    test_refused(table->op, body, pointer, piece, table->file, table->line);
+    table->rows++;
+    if (!code) return;
+    struct test_reply reply = test_post(table->op, body);
+    const char *found = test_reply_text(&reply, "/errors/0/code");
+    test_check(found && !strcmp(found, code), table->file, table->line, "the code is %s", found);
+    test_reply_free(&reply);
+}
+
+void test_refused_rows(const char *file) {
+    struct refusals table = {.file = file};
+    FILE *rows = fopen(file, "re");
+    char *line = NULL;
+    size_t room = 0;
+    for (ssize_t bytes; rows && (bytes = getline(&line, &room, rows)) > 0;) {
+        table.line++;
+        if (line[bytes - 1] == '\n') line[bytes - 1] = 0;
+        if (*line == '@')
+            test_check(refusals_template(&table, line), file, table.line, "no template: %s", line);
+        else if (*line && *line != '#')
+            refusals_row(&table, line);
+    }
+    CHECK_SAYING(table.rows > 0, "%s has no rows", file);
+    free(line);
+    if (rows) fclose(rows);
+}

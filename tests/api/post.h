@@ -55,4 +55,7 @@ void test_refused(enum api_op_id op, const char *body, const char *pointer, cons
 #define CHECK_REFUSED(op, body, pointer, piece)                                                    \
     test_refused((op), (body), (pointer), (piece), __FILE__, __LINE__)
 
+/** Checks all rows of a table of refusals, as tests/api/read/refused.txt explains it. */
+void test_refused_rows(const char *file);
+
 #endif

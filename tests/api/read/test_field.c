@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "tests/api/post.h"
 #include "tests/harness/test.h"
 
 /* a document, its root, and the problem that reading it makes */
@@ -106,4 +107,8 @@ TEST(a_word_that_is_part_of_others_leads_to_them_and_long_lists_end_at_a_word) {
     CHECK(strstr(test.problem.faults[2].detail, "must be one of \"friction_torque\", "));
     CHECK_INT(word, 5);
     end(&test);
+}
+
+TEST(faults_of_pendulums_states_times_and_methods_have_their_pointers) {
+    test_refused_rows("tests/api/read/refused.txt");
 }

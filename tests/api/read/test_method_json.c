@@ -64,34 +64,7 @@ TEST(a_tighter_tolerance_takes_more_steps) {
     test_reply_free(&tight);
 }
 
-TEST(faults_of_a_method_have_their_pointers) {
-    static const struct {
-        const char *body, *pointer, *piece;
-    } bad[] = {
-        {BODY("\"method\":\"euler\""), "/method", "must be one of \"taylor\", \"ode23\""},
-        {BODY("\"method\":\"tailor\""), "/method", "did you mean \"taylor\"?"},
-        {BODY("\"method\":7"), "/method", "got 7"},
-        {BODY("\"method\":\"rk8pd\",\"precision\":\"extended\""), "/precision",
-         "\"extended\" is for method taylor only, not for rk8pd"},
-        {BODY("\"precision\":\"extended\",\"rtol\":1e-31"), "/rtol", "must be from 1e-30 to 0.1"},
-        {BODY("\"precision\":\"single\""), "/precision", "must be one of \"double\", \"extended\""},
-        {BODY("\"precision\":\"quad\""), "/precision", "\"extended\" computes with 32 digits"},
-        {BODY("\"method\":\"symplectic\",\"step\":-1"), "/step",
-         "must be from 1e-09 to 1000000000 for method symplectic"},
-        {BODY("\"method\":\"symplectic\",\"step\":0"), "/step",
-         "must be from 1e-09 to 1000000000 for method symplectic"},
-        {BODY("\"rtol\":\"1e-6\""), "/rtol", "must be a number, got the text \"1e-6\""},
-        {BODY("\"step\":0.01"), "/step", "has no meaning for method taylor: leave it out"},
-    };
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
-        CHECK_REFUSED(API_OP_TRAJECTORIES, bad[i].body, bad[i].pointer, bad[i].piece);
-}
-
 TEST(linear_needs_gravity_and_few_arms) {
-    CHECK_REFUSED(API_OP_TRAJECTORIES,
-                  "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]],\"gravity\":-1},\"times\":[0],"
-                  "\"method\":\"linear\"}",
-                  "/method", "method linear needs a gravity greater than 0, got -1");
     struct api_limits limits;
     api_limits_init(&limits);
     limits.mode_arms = 1;

@@ -75,43 +75,7 @@ TEST(a_mode_starts_at_rest_with_its_amplitude) {
     test_reply_free(&fast);
 }
 
-TEST(faults_of_a_state_have_their_pointers) {
-    static const struct {
-        const char *body, *pointer, *piece;
-    } bad[] = {
-        {FORCES("[1,2]"), "/state", "must be an object with \"theta\" and \"thetad\""},
-        {FORCES("{\"phi\":[1]}"), "/state/phi", "must have 2 numbers, one for each arm, got 1"},
-        {FORCES("{\"phi\":\"up\"}"), "/state/phi",
-         "must be an array of 2 numbers, got the text \"up\""},
-        {FORCES("{\"phi\":[1,[2]]}"), "/state/phi/1", "must be a number, got an array"},
-        {FORCES("{\"phid\":[1,2]}"), "/state/phi", "is missing, and \"phid\" needs it"},
-        {FORCES("{\"phi\":[1,2],\"theta\":[1,2]}"), "/state/theta",
-         "does not go together with \"phi\""},
-        {FORCES("{\"phi\":[1,2],\"thetad\":[1,2]}"), "/state/thetad",
-         "does not go together with \"phi\""},
-        {FORCES("{\"theta\":[1,2],\"mode\":1}"), "/state/mode",
-         "does not go together with \"theta\""},
-        {FORCES("{\"phi\":[1,2],\"unit\":\"grad\"}"), "/state/unit", "\"rad\""},
-        {FORCES("{\"phi\":[1,2],\"unit\":\"turns\"}"), "/state/unit",
-         "must be one of \"rad\", \"deg\", got the text"},
-        {FORCES("{\"phi\":[1,2],\"Phid\":[1,2]}"), "/state/Phid", "did you mean \"phid\"?"},
-        {FORCES("{\"mode\":3,\"amplitude\":1}"), "/state/mode",
-         "must be a whole number from 1 to 2, got 3"},
-        {FORCES("{\"mode\":1.5,\"amplitude\":1}"), "/state/mode", "got 1.5"},
-        {FORCES("{\"mode\":1}"), "/state/amplitude", "is missing"},
-        {FORCES("{\"amplitude\":1}"), "/state/mode", "is missing, and \"amplitude\" needs it"},
-        {FORCES("{\"mode\":1,\"amplitude\":\"big\"}"), "/state/amplitude",
-         "must be a number, got the text \"big\""},
-    };
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
-        CHECK_REFUSED(API_OP_FORCES, bad[i].body, bad[i].pointer, bad[i].piece);
-}
-
 TEST(a_start_in_a_mode_needs_gravity_and_few_arms) {
-    CHECK_REFUSED(API_OP_FORCES,
-                  "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]],\"gravity\":0},\"state\":{"
-                  "\"mode\":1,\"amplitude\":1}}",
-                  "/state/mode", "a start in a mode needs a gravity greater than 0, got 0");
     struct api_limits limits;
     api_limits_init(&limits);
     limits.mode_arms = 1;
@@ -168,11 +132,4 @@ TEST(a_single_state_keeps_what_rounding_leaves_of_it) {
         api_states_free(&states);
         pend_tree_free(&tree.tree);
     }
-}
-
-TEST(an_angle_in_degrees_has_a_bound) {
-    CHECK_REFUSED(API_OP_FORCES,
-                  "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
-                  "\"state\":{\"phi\":[1,-1e22],\"unit\":\"deg\"}}",
-                  "/state/phi/1", "must be from -1e15 to 1e15 degrees, got -1e+22");
 }

@@ -117,49 +117,6 @@ TEST(a_list_is_taken_as_it_is) {
     CHECK(t[0] == 7);
 }
 
-TEST(faults_of_times_have_their_pointers) {
-    static const struct {
-        const char *body, *pointer, *piece;
-    } bad[] = {
-        {"{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]}}", "/times", "is missing"},
-        {BODY("5"), "/times", "must be a grid, as {\"start\": 0, \"stop\": 5, \"step\": 0.01}"},
-        {BODY("{\"start\":0,\"stop\":1}"), "/times", "must have a \"step\" or a \"count\""},
-        {BODY("{\"start\":0,\"step\":1}"), "/times/stop", "is missing"},
-        {BODY("{\"start\":0,\"stop\":1,\"step\":0.5,\"count\":3}"), "/times/count",
-         "give one of the two"},
-        {BODY("{\"start\":0,\"stop\":1,\"step\":0}"), "/times/step", "must not be 0"},
-        {BODY("{\"start\":0,\"stop\":1,\"step\":-0.1}"), "/times/step",
-         "must be positive to get from 0 to 1 s, got -0.1"},
-        {BODY("{\"start\":\"now\",\"stop\":1,\"step\":1}"), "/times/start",
-         "must be a number, got the text \"now\""},
-        {BODY("{\"start\":0,\"stop\":1,\"steps\":1,\"count\":2}"), "/times/steps",
-         "did you mean \"count\"?"},
-        {BODY("{\"start\":0,\"stop\":1,\"step\":1e-9}"), "/times/step",
-         "more than the limit max-samples of 10000000"},
-        {BODY("{\"start\":0,\"stop\":1e300,\"step\":1e-300}"), "/times/step",
-         "more than the limit max-samples"},
-        {BODY("{\"start\":0,\"stop\":1,\"count\":10000001}"), "/times/count",
-         "asks for 10000001 instants, more than the limit max-samples of 10000000: ask for fewer "
-         "at a time"},
-        {BODY("{\"start\":0,\"stop\":1,\"count\":0}"), "/times/count",
-         "must be a whole number from 1 to"},
-        {BODY("{\"start\":0,\"stop\":1,\"count\":2.5}"), "/times/count", "got 2.5"},
-        {BODY("{\"start\":0,\"stop\":1,\"count\":1}"), "/times/count", "must be at least 2"},
-        {BODY("{\"start\":1,\"stop\":1,\"count\":2}"), "/times/count",
-         "must be 1 where start and stop are the same"},
-        {BODY("{\"start\":-1e308,\"stop\":1e308,\"count\":2}"), "/times",
-         "must not span more time than"},
-        {BODY("[]"), "/times", "must have at least one instant"},
-        {BODY("[0,1,1]"), "/times/2", "must be greater than the instant before it (1), got 1"},
-        {BODY("[0,2,1.5,3]"), "/times/2",
-         "must be greater than the instant before it (2), got 1.5"},
-        {BODY("[2,1,3]"), "/times/2", "must be less than the instant before it (1), got 3"},
-        {BODY("[0,\"1\"]"), "/times/1", "must be a number, got the text \"1\""},
-    };
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
-        CHECK_REFUSED(API_OP_TRAJECTORIES, bad[i].body, bad[i].pointer, bad[i].piece);
-}
-
 TEST(a_list_longer_than_the_limit_is_refused_by_its_name) {
     struct api_limits limits;
     api_limits_init(&limits);

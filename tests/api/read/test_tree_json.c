@@ -78,81 +78,6 @@ TEST(gravity_is_9_81_unless_given_and_may_be_any_finite_number) {
     test_reply_free(&usual);
     test_reply_free(&none);
     test_reply_free(&up);
-    CHECK_REFUSED(API_OP_TREES, TREE("\"L\":[1],\"m\":[1],\"S\":[[1]],\"gravity\":\"moon\""),
-                  "/pendulum/gravity", "must be a number, got the text \"moon\"");
-}
-
-TEST(faults_of_the_arms_form_have_its_pointers) {
-    static const struct {
-        const char *body, *pointer, *piece;
-    } bad[] = {
-        {ARMS("{\"length\":1,\"mass\":-1}"), "/pendulum/arms/0/mass",
-         "must be a finite number greater than 0, got -1"},
-        {ARMS("{\"length\":0,\"mass\":1}"), "/pendulum/arms/0/length", "greater than 0, got 0"},
-        {ARMS("{\"length\":\"2\",\"mass\":1}"), "/pendulum/arms/0/length",
-         "must be a number, got the text \"2\""},
-        {ARMS("{\"mass\":1}"), "/pendulum/arms/0/length", "is missing"},
-        {ARMS("{\"length\":1,\"mass\":1,\"colour\":1}"), "/pendulum/arms/0/colour",
-         "not a known field"},
-        {ARMS("{\"length\":1,\"mass\":1,\"lenght\":1}"), "/pendulum/arms/0/lenght",
-         "did you mean \"length\"?"},
-        {ARMS("7"), "/pendulum/arms/0", "must be an object, got 7"},
-        {ARMS("{\"length\":1,\"mass\":1,\"name\":\"\"}"), "/pendulum/arms/0/name",
-         "must be a text that is not empty"},
-        {ARMS("{\"length\":1,\"mass\":1,\"name\":3}"), "/pendulum/arms/0/name", "got 3"},
-        {ARMS("{\"name\":\"left\",\"length\":1,\"mass\":1},{\"parent\":\"letf\",\"length\":1,"
-              "\"mass\":1}"),
-         "/pendulum/arms/1/parent", "got the text \"letf\"; did you mean \"left\"?"},
-        {ARMS("{\"length\":1,\"mass\":1},{\"parent\":1,\"length\":1,\"mass\":1}"),
-         "/pendulum/arms/1/parent", "must be the name of an arm, got 1; did you mean \"1\"?"},
-        {ARMS("{\"length\":1,\"mass\":1,\"parent\":0}"), "/pendulum/arms/0/parent",
-         "must be the name of an arm (left out or null at the pivot), got 0"},
-        {ARMS("{\"name\":\"a\",\"length\":1,\"mass\":1},{\"name\":\"a\",\"parent\":\"a\","
-              "\"length\":1,\"mass\":1}"),
-         "/pendulum/arms/1/name", "arm 1 has this name already"},
-        {ARMS(
-             "{\"name\":\"2\",\"length\":1,\"mass\":1},{\"parent\":\"2\",\"length\":1,\"mass\":1}"),
-         "/pendulum/arms/1/name",
-         "arm 1 has this name already; an arm without a name has its number"},
-        {ARMS("{\"length\":1,\"mass\":1},{\"length\":1,\"mass\":1}"), "/pendulum/arms/1/parent",
-         "only one arm can hang at the pivot"},
-        {ARMS("{\"length\":1,\"mass\":1},{\"length\":1,\"mass\":1,\"parent\":\"2\"}"),
-         "/pendulum/arms/1/parent", "cannot hang on itself"},
-        {ARMS(""), "/pendulum/arms", "a tree has at least one arm"},
-        {TREE("\"arms\":{\"a\":1}"), "/pendulum/arms",
-         "must be an array, one entry for each arm, got an object"},
-        {TREE("\"arms\":7"), "/pendulum/arms", "must be an array, one entry for each arm, got 7"},
-    };
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
-        CHECK_REFUSED(API_OP_TREES, bad[i].body, bad[i].pointer, bad[i].piece);
-}
-
-TEST(faults_of_the_lists_have_their_pointers) {
-    static const struct {
-        const char *body, *pointer, *piece;
-    } bad[] = {
-        {TREE("\"length\":[1,1],\"mass\":[1,0],\"parent\":[0,1]"), "/pendulum/mass/1",
-         "greater than 0, got 0"},
-        {TREE("\"length\":[1,1],\"mass\":[1],\"parent\":[0,1]"), "/pendulum/mass",
-         "must have 2 numbers, one for each arm, got 1"},
-        {TREE("\"length\":[1,1],\"mass\":\"heavy\",\"parent\":[0,1]"), "/pendulum/mass",
-         "must be an array of 2 numbers, got the text \"heavy\""},
-        {TREE("\"length\":[1,null],\"mass\":[1,1],\"parent\":[0,1]"), "/pendulum/length/1",
-         "must be a number, got null"},
-        {TREE("\"length\":[1,1],\"mass\":[1,1]"), "/pendulum/parent", "is missing"},
-        {TREE("\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,3]"), "/pendulum/parent/1",
-         "must be 0 (the pivot) or the number of an arm, 1 to 2, got 3"},
-        {TREE("\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,0.5]"), "/pendulum/parent/1",
-         "got 0.5"},
-        {TREE("\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,0]"), "/pendulum/parent/1",
-         "only one arm can hang"},
-        {TREE("\"length\":[1,1,1],\"mass\":[1,1,1],\"parent\":[0,3,2]"), "/pendulum/parent/1",
-         "a cycle of 2 arms"},
-        {TREE("\"length\":[1e308,1e308],\"mass\":[1,1],\"parent\":[0,1]"), "/pendulum/length",
-         "must add up"},
-    };
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
-        CHECK_REFUSED(API_OP_TREES, bad[i].body, bad[i].pointer, bad[i].piece);
 }
 
 TEST(each_empty_list_is_a_fault_of_its_own) {
@@ -162,47 +87,6 @@ TEST(each_empty_list_is_a_fault_of_its_own) {
     CHECK(test_reply_has_fault(&reply, "/pendulum/parent", "is missing"));
     CHECK_INT(test_reply_faults(&reply), 3);
     test_reply_free(&reply);
-}
-
-TEST(faults_of_the_papers_form_have_its_pointers) {
-    static const struct {
-        const char *body, *pointer, *piece;
-    } bad[] = {
-        {TREE("\"L\":[1,1],\"m\":[1,-2],\"S\":[[1,0],[1,1]]"), "/pendulum/m/1",
-         "greater than 0, got -2"},
-        {TREE("\"L\":[1,1],\"m\":[1,1],\"S\":[[1,0],[1]]"), "/pendulum/S/1", "must have 2 numbers"},
-        {TREE("\"L\":[1,1],\"m\":[1,1],\"S\":[[1,0]]"), "/pendulum/S",
-         "must be an array of 2 rows of 2 numbers"},
-        {TREE("\"L\":[1,1],\"m\":[1,1],\"S\":[1,0]"), "/pendulum/S/0",
-         "must be an array of 2 numbers, got 1"},
-        {TREE("\"L\":[1,1],\"m\":[1,1],\"S\":[[1,0],[2,1]]"), "/pendulum/S/1/0",
-         "must be 0 or 1, got 2"},
-        {TREE("\"L\":[1,1,1],\"m\":[1,1,1],\"S\":[[1,0,0],[1,1,0],[0,1,1]]"), "/pendulum/S/2/0",
-         "must be 1"},
-        {TREE("\"L\":[1],\"m\":[1],\"S\":[[0]]"), "/pendulum/S/0/0", "must be 1"},
-        {TREE("\"L\":[1],\"m\":[1]"), "/pendulum/S", "is missing"},
-    };
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
-        struct test_reply reply = test_post(API_OP_TREES, bad[i].body);
-        CHECK_INT(reply.status, 422);
-        CHECK_SAYING(test_reply_has_fault(&reply, bad[i].pointer, bad[i].piece), "%s gives %s",
-                     bad[i].body, reply.out.data);
-        test_reply_free(&reply);
-    }
-}
-
-TEST(one_form_and_nothing_else_describes_a_tree) {
-    CHECK_REFUSED(API_OP_TREES, "{}", "/pendulum", "is missing");
-    CHECK_REFUSED(API_OP_TREES, "{\"pendulum\":[1]}", "/pendulum",
-                  "must be an object, got an array");
-    CHECK_REFUSED(API_OP_TREES, "{\"pendulum\":{}}", "/pendulum", "must describe the arms");
-}
-
-TEST(fields_of_two_forms_do_not_mix) {
-    CHECK_REFUSED(API_OP_TREES, TREE("\"length\":[1],\"mass\":[1],\"parent\":[0],\"S\":[[1]]"),
-                  "/pendulum/S", "belongs to another form");
-    CHECK_REFUSED(API_OP_TREES, TREE("\"L\":[1],\"m\":[1],\"S\":[[1]],\"Gravity\":2"),
-                  "/pendulum/Gravity", "did you mean \"gravity\"?");
 }
 
 TEST(all_faults_of_a_tree_are_told_at_once) {
