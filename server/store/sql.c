@@ -9,46 +9,42 @@ void srv_sql_complain(struct srv_sql *sql, const char *text) {
     snprintf(sql->complaint, sizeof sql->complaint, "%.*s", (int)strcspn(text, "\n"), text);
 }
 
-/* the driver's word for a token such as "{now}"; NULL where it is none */
-static const char *sql_word(const struct srv_sql_driver *driver, const char *token, size_t bytes) {
-    const struct {
-        const char *token, *word;
-    } words[] = {{"{begin}", driver->begin},         {"{now}", driver->now},
-                 {"{lock}", driver->lock},           {"{skip}", driver->skip},
-                 {"{alone}", driver->alone},         {"{ring}", driver->ring},
-                 {"{bytes}", driver->bytes},         {"{hot}", driver->hot},
-                 {"{ring work}", driver->ring_work}, {"{ring stop}", driver->ring_stop},
-                 {"{crowd}", driver->crowd},         {"{carries}", driver->carries}};
-    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
-        if (strlen(words[i].token) == bytes && !memcmp(words[i].token, token, bytes))
-            return words[i].word;
-    return NULL;
-}
+/* What several statements have in common: {name of what} stands for the text, with what in place of
+ * each %. */
+static const struct {
+    const char *name, *text;
+} sql_shorts[] = {
+    /* a job, as srv_row_job reads it */
+    {"job", "jobs.id, jobs.client, jobs.operation, jobs.state, jobs.parts, jobs.done, "
+            "jobs.created, jobs.started, jobs.finished, jobs.expires, {now}, jobs.bytes, "
+            "jobs.message, jobs.begun, jobs.waiting, jobs.chained, jobs.held, jobs.title, "
+            "jobs.version, jobs.seal, jobs.notify, jobs.notify_attempts, jobs.notify_status"},
+    /* a room, and the number and the bytes of the pupil whose token's key is $2 */
+    {"class", "code, teacher, created, ends, version, shared, pupils, numbered, bytes, empty_ends, "
+              "share, near, source, shut, COALESCE((SELECT number FROM class_pupils WHERE "
+              "class_pupils.code = $1 AND who = $2), 0), COALESCE((SELECT class_pupils.bytes FROM "
+              "class_pupils WHERE class_pupils.code = $1 AND who = $2), 0)"},
+    /* a number that can have been counted, or a change of one: what was altered must not make a
+     * sum overflow */
+    {"sane", "% BETWEEN 0 AND 9007199254740992"},
+    {"bounded", "% BETWEEN -9007199254740992 AND 9007199254740992"},
+    {"counted", "{sane bytes} AND {sane held} AND {sane parts} AND {sane begun} AND {sane waiting} "
+                "AND state BETWEEN 0 AND 4"},
+    {"sum", "CAST(COALESCE(SUM(%), 0) AS BIGINT)"},
+    {"count", "{sum CASE WHEN % THEN 1 ELSE 0 END}"},
+    /* the changes of a client's sum that are not in its row yet, and the sum with them */
+    {"pending", "(SELECT {sum changes.%} FROM changes WHERE changes.name = clients.name AND "
+                "{bounded changes.%})"},
+    {"late", "(clients.% + {pending %})"},
+    /* an id that no statement finds by its letters */
+    {"nameless", "(% IS NULL OR LENGTH(%) NOT BETWEEN 1 AND 26 OR CAST(% AS TEXT) <> %)"},
+    /* srv_store_rank of a job of which so many parts are left, less its creation: SRV_RANK_KNEE_US,
+     * SRV_RANK_TIMES and SRV_RANK_MOST_S */
+    {"rank", "(CASE WHEN part_us * (%) < 57142857 THEN 64 * part_us * (%) ELSE part_us * (%) + "
+             "3600000000 END)"},
+};
 
-enum { SQL_LIST_TEXT = 512 };
-
-/* a sum of a client as it is with the changes that are not in its row yet, "{late jobs}", those
- * changes alone, "{pending jobs}", or their number, "{late}"; NULL where the token is none of these
- */
-static const char *sql_late(const struct srv_sql_driver *driver, const char *token, size_t bytes,
-                            char text[SQL_LIST_TEXT]) {
-    int late = !strncmp(token, "{late", 5), name = late ? 6 : 9, length = (int)bytes - name - 1;
-    if (!late && strncmp(token, "{pending ", 9) != 0) return NULL;
-    const char *column = token + name;
-    if (!driver->lists)
-        snprintf(text, SQL_LIST_TEXT, "%s%.*s", late && length > 0 ? "clients." : "0",
-                 late && length > 0 ? length : 0, column);
-    else if (length < 0)
-        snprintf(text, SQL_LIST_TEXT, "(SELECT COUNT(*) FROM changes WHERE name = clients.name)");
-    else
-        snprintf(text, SQL_LIST_TEXT,
-                 "%s%.*s%sCAST(COALESCE((SELECT SUM(changes.%.*s) FROM changes WHERE changes.name "
-                 "= clients.name AND changes.%.*s BETWEEN -9007199254740992 AND 9007199254740992), "
-                 "0) AS BIGINT)%s",
-                 late ? "(clients." : "", late ? length : 0, column, late ? " + " : "", length,
-                 column, length, column, late ? ")" : "");
-    return text;
-}
+enum { SQL_SHORTS = sizeof sql_shorts / sizeof *sql_shorts, SQL_PIECE = 1024 };
 
 /* where a statement names its rows of values among its tables, and what stands before and after
  * them */
@@ -65,66 +61,84 @@ const char *srv_sql_columns(const char *text) {
     return found;
 }
 
-/* adds to a text that is long enough for every statement there is */
-static void sql_add(char text[SQL_LIST_TEXT], const char *more) {
-    assert(strlen(text) + strlen(more) < SQL_LIST_TEXT);
-    size_t bytes = strlen(text);
-    snprintf(text + bytes, SQL_LIST_TEXT - bytes, "%s", more);
+/* A text that is being written. */
+struct sql_text {
+    const struct srv_sql_driver *driver;
+    size_t bytes;
+    char *out;
+};
+
+static void sql_write(struct sql_text *to, const char *text, size_t length);
+
+/* the rows of values as a table v of columns c1, c2, ... */
+static void sql_rows(struct sql_text *to, int list, const char *letters, int columns) {
+    char text[SQL_PIECE];
+    int at = snprintf(text, sizeof text, "%sunnest(", sql_lists[list].before);
+    for (int i = 0; i < columns; i++)
+        at += snprintf(text + at, sizeof text - (size_t)at, "%s$%d::%s[]", i ? ", " : "", i + 1,
+                       letters[i] == 't'   ? "text"
+                       : letters[i] == 'w' ? "bigint"
+                                           : "bytea");
+    for (int i = 0; i < columns; i++)
+        at += snprintf(text + at, sizeof text - (size_t)at, "%sc%d", i ? ", " : ") AS v(", i + 1);
+    at += snprintf(text + at, sizeof text - (size_t)at, ")%s", sql_lists[list].after);
+    sql_write(to, text, (size_t)at);
 }
 
-/* the rows of values as a table v of columns c1, c2, ...; nothing where statements run on one
- * row at a time */
-static const char *sql_rows(const struct srv_sql_driver *driver, const char *token, size_t bytes,
-                            char text[SQL_LIST_TEXT]) {
-    char piece[32], names[SQL_LIST_TEXT] = "";
-    int list = 0;
-    while (list < SQL_LISTS &&
-           strncmp(token, sql_lists[list].token, strlen(sql_lists[list].token)) != 0)
-        list++;
-    if (list == SQL_LISTS) return NULL;
-    text[0] = '\0';
-    if (!driver->lists) return text;
-    const char *letters = token + strlen(sql_lists[list].token);
-    int columns = (int)(token + bytes - 1 - letters);
-    sql_add(text, sql_lists[list].before);
-    for (int i = 0; i < columns; i++) {
-        const char *type = letters[i] == 't' ? "text" : letters[i] == 'w' ? "bigint" : "bytea";
-        snprintf(piece, sizeof piece, "%s$%d::%s[]", i ? ", " : "unnest(", i + 1, type);
-        sql_add(text, piece);
-        snprintf(piece, sizeof piece, "%sc%d", i ? ", " : "", i + 1);
-        sql_add(names, piece);
+/* writes what several statements have in common; returns 0 where the token is no such thing */
+static int sql_short(struct sql_text *to, const char *token, size_t length) {
+    char text[SQL_PIECE];
+    size_t bytes = 0, name = strcspn(token, " }"), i = 0;
+    while (i < SQL_SHORTS &&
+           (strlen(sql_shorts[i].name) != name || memcmp(sql_shorts[i].name, token, name)))
+        i++;
+    if (i == SQL_SHORTS) return 0;
+    size_t what = length > name ? length - name - 1 : 0;
+    for (const char *at = sql_shorts[i].text; *at; at++) {
+        size_t more = *at == '%' ? what : 1;
+        assert(bytes + more < sizeof text);
+        memcpy(text + bytes, *at == '%' ? token + name + 1 : at, more);
+        bytes += more;
     }
-    sql_add(text, ") AS v(");
-    sql_add(text, names);
-    sql_add(text, ")");
-    sql_add(text, sql_lists[list].after);
-    return text;
+    sql_write(to, text, bytes);
+    return 1;
 }
 
-/* a value of a row, or the rows themselves; NULL where the token is neither */
-static const char *sql_list_word(const struct srv_sql_driver *driver, const char *token,
-                                 size_t bytes, char text[SQL_LIST_TEXT]) {
-    const char *late = sql_late(driver, token, bytes, text);
-    if (late || token[1] < '0' || token[1] > '9')
-        return late ? late : sql_rows(driver, token, bytes, text);
-    snprintf(text, SQL_LIST_TEXT, "%s%.*s", driver->lists ? "v.c" : "$", (int)bytes - 2, token + 1);
-    return text;
+/* writes what a token between braces stands for */
+static void sql_token(struct sql_text *to, const char *token, size_t length) {
+    const struct srv_sql_driver *driver = to->driver;
+    for (const struct srv_sql_word *word = driver->words; word->token; word++)
+        if (strlen(word->token) == length && !memcmp(word->token, token, length)) {
+            sql_write(to, word->text, strlen(word->text));
+            return;
+        }
+    for (int i = 0; i < SQL_LISTS; i++) {
+        size_t name = strlen(sql_lists[i].token) - 1;
+        if (strncmp(sql_lists[i].token + 1, token, name) != 0) continue;
+        if (driver->lists) sql_rows(to, i, token + name, (int)(length - name));
+        return;
+    }
+    if (sql_short(to, token, length)) return;
+    assert(*token >= '0' && *token <= '9');
+    sql_write(to, driver->lists ? "v.c" : "$", driver->lists ? 3 : 1);
+    sql_write(to, token, length);
+}
+
+static void sql_write(struct sql_text *to, const char *text, size_t length) {
+    for (size_t i = 0; i < length; i++) {
+        size_t begin = i + 1;
+        if (text[i] != '{') {
+            assert(to->bytes + 1 < SRV_SQL_TEXT);
+            to->out[to->bytes++] = text[i];
+            continue;
+        }
+        for (int depth = 1; depth; depth += (text[i] == '{') - (text[i] == '}')) i++;
+        sql_token(to, text + begin, i - begin);
+    }
 }
 
 void srv_sql_spell(const struct srv_sql_driver *driver, const char *text, char out[SRV_SQL_TEXT]) {
-    char list[SQL_LIST_TEXT];
-    size_t bytes = 0;
-    while (*text) {
-        size_t token = *text == '{' ? strcspn(text, "}") + 1 : 0;
-        const char *word = token ? sql_word(driver, text, token) : NULL;
-        if (token && !word) word = sql_list_word(driver, text, token, list);
-        const char *piece = word ? word : text;
-        size_t length = word ? strlen(word) : 1;
-        assert(bytes + length < SRV_SQL_TEXT);
-        if (bytes + length >= SRV_SQL_TEXT) break;
-        memcpy(out + bytes, piece, length);
-        bytes += length;
-        text += word ? token : 1;
-    }
-    out[bytes] = '\0';
+    struct sql_text to = {driver, 0, out};
+    sql_write(&to, text, strlen(text));
+    out[to.bytes] = '\0';
 }

@@ -13,7 +13,7 @@
 #include "core/base/status.h"
 
 enum {
-    SRV_SQL_PARAMETERS = 26,
+    SRV_SQL_PARAMETERS = 27,
     SRV_SQL_STATEMENTS = 128,
     SRV_SQL_TEXT = 2048,
     SRV_SQL_COMPLAINT = 240
@@ -81,18 +81,15 @@ struct srv_sql_driver {
     int batch;          /* calls worth one transaction */
     int distant;        /* it may be out of reach for a while */
     int shared;         /* several processes may change it at the same time */
-    /* what stands in statements for {begin}; {now}, microseconds since 1970 by the database's
-     * clock; {lock} and {skip}:
-     * the rows read are locked, those that another transaction has locked are waited for, or left
-     * out; {alone}: tables are made by one process at a time; {ring}: wakes the processes that
-     * listen, once committed, {ring work} and {ring stop}: the workers alone; {crowd}: the number
-     * of processes that compute, and of the connections of all; {carries}: the connections that the
-     * database takes, and how many processes that only compute it carries beside one that answers;
-     * {bytes}: the type of byte strings; {hot}: what a table is told whose few rows change with
-     * every transaction
-     */
-    const char *begin, *now, *lock, *skip, *alone, *ring, *ring_work, *ring_stop, *crowd, *carries,
-        *bytes, *hot;
+    /* What stands in statements for {begin}; {now}, microseconds since 1970 by the database's
+     * clock; {lock} and {skip}: the rows read are locked, those that another transaction has locked
+     * are waited for, or left out; {alone}: tables are made by one process at a time; {ring}: wakes
+     * the processes that listen, once committed, {ring work} and {ring stop}: the workers alone;
+     * {crowd}: the number of processes that compute, and of the connections of all; {carries}: the
+     * connections that the database takes, and how many processes that only compute it carries
+     * beside one that answers; {bytes}: the type of byte strings; {hot}: what a table is told whose
+     * few rows change with every transaction. */
+    const struct srv_sql_word { const char *token, *text; } * words; /* up to one without a token */
     /* It runs a statement on many rows of values at once. Such a statement has {1}, {2}, ... for
      * a row's values, and one of {from twb}, {using twb} and {beside twb} where it names the
      * rows among its tables, with a letter for the type of each value: t a text, w a whole
@@ -124,8 +121,8 @@ struct srv_sql_driver {
                            const struct srv_value value[], int count, srv_row_fn *row,
                            void *context);
     /**
-     * As run, of a statement of whose rows none is of interest, and without waiting: what became of
-     * it is the answer to the next `run`, which fails where it did. NULL = run is as good.
+     * As run, of a statement of whose rows none is of interest. It may not wait: what became of it
+     * is then the answer to the next `run`, which fails where it did.
      *
      * text  {look} as well: reads will come, each a transaction of its own; a lost connection is
      *       made anew. The rows of a statement on rows of values are gathered, and run before any

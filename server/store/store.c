@@ -26,6 +26,7 @@ enum pend_status srv_store_open(struct srv_store **store, const char *url,
             ? (int)(((unsigned)getpid() ^ (unsigned)((uintptr_t)made >> 8)) % SRV_TALLY_PLACES)
             : 0;
     status = driver->open(&made->sql, url, rules->role, error);
+    made->tally.sql = made->sql;
     if (status == PEND_OK) {
         enum srv_stored stored = srv_store_settle(made);
         int waits = stored == SRV_STORED_AWAY && driver->distant;
@@ -59,10 +60,10 @@ int srv_store_listen(struct srv_store *store, int timeout_ms, int wake) {
 enum srv_stored srv_store_carries(struct srv_store *store, int64_t *connections, int64_t *workers) {
     struct srv_row_wholes row = {.count = 2};
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored = srv_store_run(store, SQL_CARRIES, NULL, 0, srv_row_wholes, &row);
+    enum srv_stored stored = SRV_RUN(store, SQL_CARRIES, srv_row_wholes, &row);
     *connections = row.whole[0];
     *workers = row.whole[1];
-    return srv_store_end(store, 0, stored);
+    return srv_store_end(store, stored);
 }
 
 int srv_store_distant(const struct srv_store *store) { return store->sql->driver->distant; }

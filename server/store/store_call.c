@@ -49,28 +49,21 @@ enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id,
                               const struct srv_value value[], int count, srv_row_fn *row,
                               void *context) {
     assert(srv_store_valid(store) && (unsigned)id < SQL_COUNT && count <= SRV_SQL_PARAMETERS);
-    const char *text = srv_statement_text[id];
     call_notes(store, id);
-    enum srv_stored stored =
-        store->sql->driver->run(store->sql, (int)id, text, value, count, row, context);
+    enum srv_stored stored = store->sql->driver->run(store->sql, (int)id, srv_statement_text[id],
+                                                     value, count, row, context);
     store->failed |= stored != SRV_STORED;
     return stored;
 }
 
 enum srv_stored srv_store_post(struct srv_store *store, enum srv_statement id,
                                const struct srv_value value[], int count) {
-    const struct srv_sql_driver *driver = store->sql->driver;
-    if (!driver->post) return srv_store_run(store, id, value, count, NULL, NULL);
     assert(srv_store_valid(store) && (unsigned)id < SQL_COUNT && count <= SRV_SQL_PARAMETERS);
-    const char *text = srv_statement_text[id];
     call_notes(store, id);
-    enum srv_stored stored = driver->post(store->sql, (int)id, text, value, count);
+    enum srv_stored stored =
+        store->sql->driver->post(store->sql, (int)id, srv_statement_text[id], value, count);
     store->failed |= stored != SRV_STORED;
     return stored;
-}
-
-enum srv_stored srv_store_plain(struct srv_store *store, enum srv_statement id) {
-    return srv_store_run(store, id, NULL, 0, NULL, NULL);
 }
 
 enum srv_stored srv_store_settle(struct srv_store *store) {
@@ -84,7 +77,7 @@ static enum srv_stored store_open(struct srv_store *store) {
     store->now = 0;
     store->failed = 0;
     store->ahead.leases = store->ahead.rows = store->ahead.read = 0;
-    return srv_store_post(store, SQL_BEGIN, NULL, 0);
+    return SRV_POST(store, SQL_BEGIN);
 }
 
 /* counts anew the sums of those clients whose sums a transaction could not change */
@@ -93,23 +86,22 @@ static enum srv_stored store_mend(struct srv_store *store) {
     SRV_STORED_TRY(store_open(store));
     enum srv_stored stored = SRV_STORED;
     for (int i = 0; i < tally.count && stored == SRV_STORED; i++)
-        stored = srv_tally_count_anew(store->sql, tally.client[i].name);
-    if (stored == SRV_STORED) stored = srv_store_plain(store, SQL_TOTALS_CLEAR);
-    if (stored == SRV_STORED) stored = srv_store_plain(store, SQL_TOTALS_RECOUNT);
-    if (stored == SRV_STORED) stored = srv_store_plain(store, SQL_COMMIT);
+        stored = srv_tally_count_anew(&store->tally, tally.client[i].name);
+    if (stored == SRV_STORED) stored = srv_tally_count_all(&store->tally);
+    if (stored == SRV_STORED) stored = SRV_RUN(store, SQL_COMMIT, NULL, NULL);
     if (stored == SRV_STORED) return SRV_STORED_AGAIN;
-    srv_store_plain(store, SQL_ROLLBACK);
+    SRV_RUN(store, SQL_ROLLBACK, NULL, NULL);
     return stored;
 }
 
 static enum srv_stored store_commit(struct srv_store *store) {
-    enum srv_stored stored = srv_tally_write(&store->tally, store->sql);
+    enum srv_stored stored = srv_tally_write(&store->tally);
     if (stored == SRV_STORED) {
-        stored = srv_store_plain(store, SQL_COMMIT);
+        stored = SRV_RUN(store, SQL_COMMIT, NULL, NULL);
         store->unsure |= stored == SRV_STORED_AWAY;
     }
     if (stored == SRV_STORED) store->ring |= store->tally.ring;
-    if (stored != SRV_STORED) srv_store_plain(store, SQL_ROLLBACK);
+    if (stored != SRV_STORED) SRV_RUN(store, SQL_ROLLBACK, NULL, NULL);
     return stored == SRV_STORED_DAMAGED ? store_mend(store) : stored;
 }
 
@@ -120,19 +112,19 @@ int srv_store_rings(const struct srv_store *store) {
 void srv_store_ring(struct srv_store *store, int rings) {
     rings &= store->ring;
     store->ring &= ~rings;
-    if (rings & SRV_RING_WORK) srv_store_plain(store, SQL_RING_WORK);
-    if (rings & SRV_RING_STOP) srv_store_plain(store, SQL_RING_STOP);
-    if (rings & SRV_RING_ENDS) srv_store_plain(store, SQL_RING);
+    if (rings & SRV_RING_WORK) SRV_RUN(store, SQL_RING_WORK, NULL, NULL);
+    if (rings & SRV_RING_STOP) SRV_RUN(store, SQL_RING_STOP, NULL, NULL);
+    if (rings & SRV_RING_ENDS) SRV_RUN(store, SQL_RING, NULL, NULL);
 }
 
 enum srv_stored srv_store_fold(struct srv_store *store, const char *name) {
     assert(*name && store->sql->driver->lists);
     SRV_STORED_TRY(srv_store_begin(store));
     /* should the database fail before this is on its disk, the changes are still there */
-    enum srv_stored stored = srv_store_post(store, SQL_SOON, NULL, 0);
-    if (stored == SRV_STORED) stored = SRV_POST(store, SQL_CHANGES_FOLD, srv_value_text(name));
-    if (stored == SRV_STORED) stored = SRV_POST(store, SQL_CLIENT_LEAVES, srv_value_text(name));
-    return srv_store_end(store, stored == SRV_STORED, stored);
+    enum srv_stored stored = SRV_POST(store, SQL_SOON);
+    if (stored == SRV_STORED) stored = SRV_POST(store, SQL_CHANGES_FOLD, name);
+    if (stored == SRV_STORED) stored = SRV_POST(store, SQL_CLIENT_LEAVES, name);
+    return srv_store_end(store, stored);
 }
 
 enum srv_stored srv_store_begin(struct srv_store *store) {
@@ -145,7 +137,7 @@ enum srv_stored srv_store_begin(struct srv_store *store) {
 
 enum srv_stored srv_store_look(struct srv_store *store) {
     const struct srv_sql_driver *driver = store->sql->driver;
-    if (!driver->post || store->together || !store->settled) return srv_store_begin(store);
+    if (!driver->lists || store->together || !store->settled) return srv_store_begin(store);
     assert(!store->looking);
     store->wrote = 0;
     SRV_STORED_TRY(driver->post(store->sql, -1, "{look}", NULL, 0));
@@ -153,28 +145,25 @@ enum srv_stored srv_store_look(struct srv_store *store) {
     return SRV_STORED;
 }
 
-enum srv_stored srv_store_end(struct srv_store *store, int keep, enum srv_stored stored) {
+enum srv_stored srv_store_end(struct srv_store *store, enum srv_stored stored) {
     assert(srv_store_valid(store) && !(store->looking && store->wrote));
     if (store->looking) {
         store->looking = 0;
         return stored;
     }
     if (store->together) {
-        store->failed |= !keep && store->wrote;
+        store->failed |= stored != SRV_STORED && store->wrote;
         return stored;
     }
-    if (!keep) {
-        srv_store_plain(store, SQL_ROLLBACK);
-        return stored;
-    }
-    enum srv_stored ended = store_commit(store);
-    return ended == SRV_STORED ? stored : ended;
+    if (stored == SRV_STORED) return store_commit(store);
+    SRV_RUN(store, SQL_ROLLBACK, NULL, NULL);
+    return stored;
 }
 
 enum srv_stored srv_store_now(struct srv_store *store, int64_t *now) {
     struct srv_row_wholes row = {.count = 2};
     if (!store->now) {
-        SRV_STORED_TRY(srv_store_run(store, SQL_NOW, NULL, 0, srv_row_wholes, &row));
+        SRV_STORED_TRY(SRV_RUN(store, SQL_NOW, srv_row_wholes, &row));
         /* another program has changed the tables while this one ran */
         if (row.whole[1] != SRV_SCHEMA) {
             store->settled = 0;
@@ -194,9 +183,9 @@ enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, 
     *data = NULL;
     *bytes = 0;
     SRV_STORED_TRY(srv_store_look(store));
-    enum srv_stored stored = SRV_RUN(store, id, srv_row_bytes, &row, srv_value_text(name));
+    enum srv_stored stored = SRV_RUN(store, id, srv_row_bytes, &row, name);
     if (stored == SRV_STORED && !row.data) stored = SRV_STORED_NONE;
-    stored = srv_store_end(store, 1, stored);
+    stored = srv_store_end(store, stored);
     if (stored == SRV_STORED) {
         *data = row.data;
         *bytes = row.bytes;
@@ -239,7 +228,7 @@ static enum srv_stored store_batch(struct srv_store *store, struct srv_store_cal
     }
     store->together = 0;
     if (!store->failed) return store_commit(store);
-    srv_store_plain(store, SQL_ROLLBACK);
+    SRV_RUN(store, SQL_ROLLBACK, NULL, NULL);
     return SRV_STORED_AGAIN;
 }
 

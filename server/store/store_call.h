@@ -5,7 +5,6 @@
 #ifndef SRV_STORE_CALL_H
 #define SRV_STORE_CALL_H
 
-#include "server/store/store_rows.h"
 #include "server/store/store_tally.h"
 
 enum { SRV_STORE_AHEAD = 128 };
@@ -68,10 +67,11 @@ enum srv_stored srv_store_begin(struct srv_store *store);
 enum srv_stored srv_store_look(struct srv_store *store);
 
 /**
- * Ends a call: what it wrote stays or goes. Returns `stored`, or why it could not be ended. A call
- * of a batch that wrote something which is to go ends the batch: its calls are then run one by one.
+ * Ends a call: what it wrote stays if `stored` is SRV_STORED, and goes otherwise. Returns `stored`,
+ * or why it could not be ended. A call of a batch that wrote something which is to go ends the
+ * batch: its calls are then run one by one.
  */
-enum srv_stored srv_store_end(struct srv_store *store, int keep, enum srv_stored stored);
+enum srv_stored srv_store_end(struct srv_store *store, enum srv_stored stored);
 
 /** Puts the changes of a client that are not in its row yet into it; a call of its own. */
 enum srv_stored srv_store_fold(struct srv_store *store, const char *name);
@@ -96,20 +96,10 @@ enum srv_stored srv_store_now(struct srv_store *store, int64_t *now);
 enum srv_stored srv_store_post(struct srv_store *store, enum srv_statement id,
                                const struct srv_value value[], int count);
 
-/* Posts a statement with the values that are listed at the end. */
-#define SRV_POST(store, id, ...)                                                                   \
-    srv_store_post(                                                                                \
-        (store), (id), (const struct srv_value[]){__VA_ARGS__},                                    \
-        (int)(sizeof(const struct srv_value[]){__VA_ARGS__} / sizeof(struct srv_value)))
-
-/** Runs a statement that has neither values nor rows. */
-enum srv_stored srv_store_plain(struct srv_store *store, enum srv_statement id);
-
-/* Runs a statement with the values that are listed at the end. */
+/* Run, or post, a statement with the values that are listed at the end. */
 #define SRV_RUN(store, id, row, context, ...)                                                      \
-    srv_store_run((store), (id), (const struct srv_value[]){__VA_ARGS__},                          \
-                  (int)(sizeof(const struct srv_value[]){__VA_ARGS__} / sizeof(struct srv_value)), \
-                  (row), (context))
+    srv_store_run((store), (id), SRV_VALUES(__VA_ARGS__), (row), (context))
+#define SRV_POST(store, id, ...) srv_store_post((store), (id), SRV_VALUES(__VA_ARGS__))
 
 /** A whole call of one statement, of one parameter, that answers with one field of bytes:
  * malloc'ed, the caller's; and with what `whole` judges them by. */

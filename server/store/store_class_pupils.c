@@ -9,10 +9,10 @@
 
 enum srv_stored srv_row_class_code(void *context, const struct srv_value field[]) {
     struct srv_class_codes *codes = context;
-    const char *flaw = NULL;
+    struct srv_row row = {field, NULL};
     if (codes->count == SQL_CLASSES_MOST) return SRV_STORED_DAMAGED;
-    srv_row_word(&field[0], 1, codes->code[codes->count], SRV_CLASS_CODE, "code", &flaw);
-    codes->count += !flaw;
+    srv_row_word(&row, 1, codes->code[codes->count], SRV_CLASS_CODE, "code");
+    codes->count += !row.flaw;
     return SRV_STORED;
 }
 
@@ -20,16 +20,14 @@ enum srv_stored srv_store_class_codes(struct srv_store *store, const char *teach
                                       const char *after, struct srv_class_codes *codes) {
     codes->count = 0;
     SRV_STORED_TRY(srv_store_look(store));
-    enum srv_stored stored = SRV_RUN(store, SQL_CLASSES, srv_row_class_code, codes,
-                                     srv_value_text(teacher), srv_value_text(after));
-    return srv_store_end(store, 1, stored);
+    return srv_store_end(store,
+                         SRV_RUN(store, SQL_CLASSES, srv_row_class_code, codes, teacher, after));
 }
 
 enum srv_stored srv_store_class_from(struct srv_store *store, const char *code, const char *source,
                                      int64_t *count) {
     struct srv_row_wholes row = {.count = 1};
-    SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_PUPILS_FROM, srv_row_wholes, &row, srv_value_text(code),
-                           srv_value_text(source)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_PUPILS_FROM, srv_row_wholes, &row, code, source));
     *count = row.whole[0];
     return SRV_STORED;
 }
@@ -37,7 +35,7 @@ enum srv_stored srv_store_class_from(struct srv_store *store, const char *code, 
 enum srv_stored srv_store_class_comes(struct srv_store *store, const char *code, const char *source,
                                       int64_t *count) {
     SRV_STORED_TRY(srv_store_look(store));
-    return srv_store_end(store, 1, srv_store_class_from(store, code, source, count));
+    return srv_store_end(store, srv_store_class_from(store, code, source, count));
 }
 
 int64_t srv_store_class_share(const struct srv_store *store) {
@@ -71,7 +69,7 @@ enum srv_stored srv_store_class_named(struct srv_store *store, const char *code,
     struct row_fold row = {fold, strlen(fold), store->rules.class_pupils + 1, NULL};
     row.taken = calloc((size_t)row.most + 2, 1);
     if (!row.taken) return SRV_STORED_BROKEN;
-    enum srv_stored stored = SRV_RUN(store, SQL_CLASS_FOLDS, row_fold, &row, srv_value_text(code));
+    enum srv_stored stored = SRV_RUN(store, SQL_CLASS_FOLDS, row_fold, &row, code);
     long number = 1;
     while (number < row.most && row.taken[number]) number++;
     free(row.taken);
@@ -102,22 +100,21 @@ enum srv_stored srv_store_class_mark(struct srv_store *store, const char *code, 
                                      int64_t *shared) {
     struct srv_row_wholes row = {.count = 2};
     SRV_STORED_TRY(srv_store_look(store));
-    enum srv_stored stored =
-        SRV_RUN(store, SQL_CLASS_MARK, srv_row_wholes, &row, srv_value_text(code));
+    enum srv_stored stored = SRV_RUN(store, SQL_CLASS_MARK, srv_row_wholes, &row, code);
     if (stored == SRV_STORED && !row.rows) stored = SRV_STORED_NONE;
     *version = row.whole[0];
     *shared = row.whole[1];
-    return srv_store_end(store, 1, stored);
+    return srv_store_end(store, stored);
 }
 
 /* --- the end of rooms --- */
 
 enum srv_stored srv_store_class_erase(struct srv_store *store, const char *code) {
     assert(*code);
-    SRV_STORED_TRY(SRV_POST(store, SQL_CLASS_ITEMS_REMOVE, srv_value_text(code)));
-    SRV_STORED_TRY(SRV_POST(store, SQL_CLASS_PUPILS_REMOVE, srv_value_text(code)));
+    SRV_STORED_TRY(SRV_POST(store, SQL_CLASS_ITEMS_REMOVE, code));
+    SRV_STORED_TRY(SRV_POST(store, SQL_CLASS_PUPILS_REMOVE, code));
     store->tally.ring |= SRV_RING_ENDS;
-    return SRV_POST(store, SQL_CLASS_REMOVE, srv_value_text(code));
+    return SRV_POST(store, SQL_CLASS_REMOVE, code);
 }
 
 /* The code of a room that has ended. */
@@ -136,11 +133,10 @@ static enum srv_stored row_ended(void *context, const struct srv_value field[]) 
 enum srv_stored srv_store_class_sweep(struct srv_store *store, int64_t now, int *more) {
     struct row_ended ended = {0};
     assert(now > 0);
-    SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_ENDED, row_ended, &ended, srv_value_whole(now)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_ENDED, row_ended, &ended, now));
     if (!ended.rows) return SRV_STORED;
     /* a code that was altered names no room */
-    if (strlen(ended.code) != SRV_CLASS_CODE - 1)
-        return SRV_POST(store, SQL_CLASSES_NAMELESS, srv_value_whole(now));
+    if (strlen(ended.code) != SRV_CLASS_CODE - 1) return SRV_POST(store, SQL_CLASSES_NAMELESS, now);
     *more = 1;
     return srv_store_class_erase(store, ended.code);
 }

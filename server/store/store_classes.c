@@ -14,31 +14,30 @@
 struct row_class {
     struct srv_class *room;
     const char *who;
-    int rows;
-    const char *flaw;
+    int rows, flaw;
 };
 
 static enum srv_stored row_class(void *context, const struct srv_value field[]) {
-    struct row_class *row = context;
-    struct srv_class *room = row->room;
+    struct row_class *found = context;
+    struct srv_class *room = found->room;
+    struct srv_row row = {field, NULL};
     char teacher[SRV_NAME_BYTES];
     int64_t *const whole[] = {&room->created, &room->ends,       &room->version,
                               &room->shared,  &room->pupils,     &room->numbered,
                               &room->bytes,   &room->empty_ends, &room->share};
-    srv_row_word(&field[0], 1, room->code, sizeof room->code, "code", &row->flaw);
-    srv_row_word(&field[1], 1, teacher, sizeof teacher, "teacher", &row->flaw);
-    for (int i = 0; i < 9; i++)
-        *whole[i] = srv_row_whole(&field[2 + i], 0, SRV_ROW_MOST, "a number", &row->flaw);
-    srv_row_word(&field[11], 0, room->near, sizeof room->near, "near", &row->flaw);
-    srv_row_word(&field[12], 0, room->source, sizeof room->source, "source", &row->flaw);
-    room->shut = (int)srv_row_whole(&field[13], 0, 1, "shut", &row->flaw);
-    room->teacher = *row->who && !strcmp(teacher, row->who);
-    room->pupil = srv_row_whole(&field[14], 0, SRV_ROW_MOST, "number", &row->flaw);
-    room->pupil_bytes = srv_row_whole(&field[15], 0, SRV_ROW_MOST, "bytes", &row->flaw);
+    srv_row_word(&row, 1, room->code, sizeof room->code, "code");
+    srv_row_word(&row, 1, teacher, sizeof teacher, "teacher");
+    for (int i = 0; i < 9; i++) *whole[i] = srv_row_whole(&row, 0, SRV_ROW_MOST, "a number");
+    srv_row_word(&row, 0, room->near, sizeof room->near, "near");
+    srv_row_word(&row, 0, room->source, sizeof room->source, "source");
+    room->shut = (int)srv_row_whole(&row, 0, 1, "shut");
+    room->teacher = *found->who && !strcmp(teacher, found->who);
+    room->pupil = srv_row_whole(&row, 0, SRV_ROW_MOST, "number");
+    room->pupil_bytes = srv_row_whole(&row, 0, SRV_ROW_MOST, "bytes");
     int counted = room->shared <= room->version && room->pupils <= room->numbered &&
                   (!room->pupil || (room->pupil <= room->numbered && room->pupils > 0));
-    if (!counted && !row->flaw) row->flaw = "version, pupils";
-    row->rows++;
+    found->flaw |= row.flaw || !counted;
+    found->rows++;
     return SRV_STORED;
 }
 
@@ -49,7 +48,7 @@ static enum srv_stored class_find(struct srv_store *store, enum srv_statement id
     int64_t now;
     assert(id == SQL_CLASS || id == SQL_CLASS_LOCK);
     *room = (struct srv_class){0};
-    SRV_STORED_TRY(SRV_RUN(store, id, row_class, &row, srv_value_text(code), srv_value_text(who)));
+    SRV_STORED_TRY(SRV_RUN(store, id, row_class, &row, code, who));
     if (!row.rows) return SRV_STORED_NONE;
     if (row.flaw) return SRV_STORED_DAMAGED;
     SRV_STORED_TRY(srv_store_now(store, &now));
@@ -70,12 +69,9 @@ static enum srv_stored class_lock(struct srv_store *store, const struct srv_clas
 static enum srv_stored class_change(struct srv_store *store, const struct srv_class *room) {
     assert(room->shared <= room->version && room->pupils <= room->numbered && room->bytes >= 0);
     store->tally.ring |= SRV_RING_ENDS;
-    return SRV_POST(store, SQL_CLASS_CHANGE, srv_value_text(room->code),
-                    srv_value_whole(room->version), srv_value_whole(room->shared),
-                    srv_value_whole(room->pupils), srv_value_whole(room->numbered),
-                    srv_value_whole(room->bytes), srv_value_whole(room->shut),
-                    srv_value_whole(room->empty_ends), srv_value_whole(room->share),
-                    srv_value_text(room->near));
+    return SRV_POST(store, SQL_CLASS_CHANGE, room->code, room->version, room->shared, room->pupils,
+                    room->numbered, room->bytes, room->shut, room->empty_ends, room->share,
+                    room->near);
 }
 
 static enum srv_stored class_refuse(struct srv_class_put *put, enum srv_class_why why) {
@@ -93,30 +89,29 @@ struct class_there {
     struct srv_class_item item; /* its body is malloc'ed */
 };
 
-/* an item of a room; what is not what was written has a flaw */
-static void class_item(const struct srv_value field[], const char *code,
-                       struct srv_class_item *item, const char **flaw) {
-    srv_row_word(&field[0], 1, item->name, sizeof item->name, "name", flaw);
-    item->version = srv_row_whole(&field[1], 1, SRV_ROW_MOST, "version", flaw);
-    item->reader = srv_row_whole(&field[2], SRV_CLASS_TEACHER, SRV_ROW_MOST, "reader", flaw);
-    item->flag = srv_row_whole(&field[3], 0, SRV_ROW_MOST, "flag", flaw);
-    item->changed = srv_row_whole(&field[4], 0, SRV_ROW_LATEST, "changed", flaw);
-    if (field[5].kind != SRV_SQL_BYTES && !*flaw) *flaw = "body";
-    item->body = field[5].data;
-    item->bytes = *flaw ? 0 : field[5].bytes;
+/* an item of a room. SRV_STORED_DAMAGED: it is not what was written */
+static enum srv_stored class_item(const struct srv_value field[], const char *code,
+                                  struct srv_class_item *item) {
+    struct srv_row row = {field, NULL};
+    srv_row_word(&row, 1, item->name, sizeof item->name, "name");
+    item->version = srv_row_whole(&row, 1, SRV_ROW_MOST, "version");
+    item->reader = srv_row_whole(&row, SRV_CLASS_TEACHER, SRV_ROW_MOST, "reader");
+    item->flag = srv_row_whole(&row, 0, SRV_ROW_MOST, "flag");
+    item->changed = srv_row_whole(&row, 0, SRV_ROW_LATEST, "changed");
+    item->body = row.next->data;
+    item->bytes = row.next->bytes;
     const int64_t number[] = {item->version, item->reader, item->flag};
-    if (!*flaw &&
-        !srv_seal_item_whole(&field[6], code, item->name, number, item->body, item->bytes))
-        *flaw = "seal";
+    int good = !row.flaw && row.next->kind == SRV_SQL_BYTES &&
+               srv_seal_item_whole(row.next + 1, code, item->name, number, item->body, item->bytes);
+    return good ? SRV_STORED : SRV_STORED_DAMAGED;
 }
 
 static enum srv_stored row_there(void *context, const struct srv_value field[]) {
     struct class_there *there = context;
-    const char *flaw = NULL;
-    class_item(field, there->code, &there->item, &flaw);
+    enum srv_stored stored = class_item(field, there->code, &there->item);
     const void *body = there->item.body;
     there->item.body = NULL;
-    if (flaw) return SRV_STORED_DAMAGED;
+    SRV_STORED_TRY(stored);
     void *copy = malloc(there->item.bytes + 1);
     if (!copy) return SRV_STORED_BROKEN;
     if (there->item.bytes) memcpy(copy, body, there->item.bytes);
@@ -139,11 +134,9 @@ static enum srv_stored class_write(struct srv_store *store, struct srv_class *ro
     const int64_t number[] = {room->version, item->reader, item->flag};
     unsigned char seal[API_SEAL_BYTES];
     srv_seal_item(seal, room->code, item->name, number, item->body, item->bytes);
-    return SRV_POST(
-        store, SQL_CLASS_ITEM_PUT, srv_value_text(room->code), srv_value_text(item->name),
-        srv_value_whole(room->version), srv_value_whole(item->reader), srv_value_whole(item->flag),
-        srv_value_whole(now), srv_value_bytes(item->bytes ? item->body : "", item->bytes),
-        srv_value_bytes(seal, sizeof seal));
+    return SRV_POST(store, SQL_CLASS_ITEM_PUT, room->code, item->name, room->version, item->reader,
+                    item->flag, now, srv_value_bytes(item->bytes ? item->body : "", item->bytes),
+                    srv_value_bytes(seal, sizeof seal));
 }
 
 /* whether the room, and the pupil whose item it is, may be counted for `more` bytes */
@@ -166,8 +159,7 @@ static enum srv_stored class_room(const struct srv_store *store, struct srv_clas
 static enum srv_stored class_base(struct srv_store *store, struct srv_class_put *put) {
     struct class_there base = {.code = put->code};
     if (!put->base || !put->body) return SRV_STORED;
-    enum srv_stored stored = SRV_RUN(store, SQL_CLASS_ITEM, row_there, &base,
-                                     srv_value_text(put->code), srv_value_text(put->base));
+    enum srv_stored stored = SRV_RUN(store, SQL_CLASS_ITEM, row_there, &base, put->code, put->base);
     free((void *)base.item.body);
     SRV_STORED_TRY(stored);
     if (!base.rows || !base.item.bytes) return class_refuse(put, SRV_CLASS_NO_BASE);
@@ -206,8 +198,8 @@ static enum srv_stored class_replace(struct srv_store *store, struct srv_class_p
     room->bytes += more;
     if (put->own && more) {
         room->pupil_bytes += more;
-        SRV_STORED_TRY(SRV_POST(store, SQL_CLASS_PUPIL_BYTES, srv_value_text(put->code),
-                                srv_value_text(put->who), srv_value_whole(room->pupil_bytes)));
+        SRV_STORED_TRY(
+            SRV_POST(store, SQL_CLASS_PUPIL_BYTES, put->code, put->who, room->pupil_bytes));
     }
     return class_change(store, room);
 }
@@ -224,8 +216,8 @@ static enum srv_stored class_put(struct srv_store *store, struct srv_class_put *
         snprintf(item.name, sizeof item.name, "%s/%lld", put->name, (long long)room->pupil);
     else
         snprintf(item.name, sizeof item.name, "%s", put->name);
-    enum srv_stored stored = SRV_RUN(store, SQL_CLASS_ITEM, row_there, &there,
-                                     srv_value_text(put->code), srv_value_text(item.name));
+    enum srv_stored stored =
+        SRV_RUN(store, SQL_CLASS_ITEM, row_there, &there, put->code, item.name);
     if (stored == SRV_STORED) stored = class_replace(store, put, room, &item, &there);
     free((void *)there.item.body);
     return stored;
@@ -255,10 +247,8 @@ static enum srv_stored class_join(struct srv_store *store, struct srv_class_put 
     room->bytes += weight;
     room->empty_ends = 0;
     snprintf(item.name, sizeof item.name, "pupils/%lld", (long long)room->pupil);
-    SRV_STORED_TRY(SRV_POST(store, SQL_CLASS_PUPIL_PUT, srv_value_text(put->code),
-                            srv_value_text(put->who), srv_value_whole(room->pupil),
-                            srv_value_whole(weight), srv_value_text(put->source),
-                            srv_value_text(fold)));
+    SRV_STORED_TRY(SRV_POST(store, SQL_CLASS_PUPIL_PUT, put->code, put->who, room->pupil, weight,
+                            put->source, fold));
     SRV_STORED_TRY(class_write(store, room, &item));
     return class_change(store, room);
 }
@@ -274,11 +264,9 @@ struct class_own {
 
 static enum srv_stored row_own(void *context, const struct srv_value field[]) {
     struct class_own *own = context;
-    const char *flaw = NULL;
     if (own->count == SQL_CLASS_ITEMS_MOST) return SRV_STORED_DAMAGED;
     struct srv_class_item *item = &own->item[own->count];
-    class_item(field, own->code, item, &flaw);
-    if (flaw) return SRV_STORED_DAMAGED;
+    SRV_STORED_TRY(class_item(field, own->code, item));
     own->version = item->version;
     own->weight[own->count] = (int64_t)item->bytes;
     item->bytes = 0;
@@ -290,8 +278,8 @@ static enum srv_stored row_own(void *context, const struct srv_value field[]) {
 static enum srv_stored class_dismiss(struct srv_store *store, struct srv_class *room,
                                      int64_t number) {
     struct srv_row_wholes gone = {.count = 1};
-    SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_PUPIL_REMOVE, srv_row_wholes, &gone,
-                           srv_value_text(room->code), srv_value_whole(number)));
+    SRV_STORED_TRY(
+        SRV_RUN(store, SQL_CLASS_PUPIL_REMOVE, srv_row_wholes, &gone, room->code, number));
     if (!gone.rows) return SRV_STORED;
     int64_t before = room->version;
     struct class_own *own = calloc(1, sizeof *own);
@@ -300,8 +288,7 @@ static enum srv_stored class_dismiss(struct srv_store *store, struct srv_class *
     for (int64_t seen = -1; stored == SRV_STORED && own->version > seen;) {
         seen = own->version;
         own->count = 0;
-        stored = SRV_RUN(store, SQL_CLASS_ITEMS_OWN, row_own, own, srv_value_text(room->code),
-                         srv_value_whole(number), srv_value_whole(seen));
+        stored = SRV_RUN(store, SQL_CLASS_ITEMS_OWN, row_own, own, room->code, number, seen);
         for (int i = 0; i < own->count && stored == SRV_STORED; i++) {
             room->bytes -= own->weight[i];
             stored = room->bytes < 0 ? SRV_STORED_DAMAGED : class_write(store, room, &own->item[i]);
@@ -331,7 +318,7 @@ class_call(struct srv_store *store, struct srv_class_put *put, struct srv_class 
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = class_lock(store, put, room);
     if (stored == SRV_STORED) stored = work(store, put, room);
-    return srv_store_end(store, stored == SRV_STORED, stored);
+    return srv_store_end(store, stored);
 }
 
 /* what only a teacher, or only a pupil, may do */
@@ -382,27 +369,25 @@ static enum srv_stored class_new(struct srv_store *store, const struct srv_class
     struct srv_row_wholes count = {.count = 3}, put = {.count = 1};
     int64_t now;
     if (made->key)
-        SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_OF_KEY, srv_row_class_code, &known,
-                               srv_value_text(made->who), srv_value_text(made->key)));
+        SRV_STORED_TRY(
+            SRV_RUN(store, SQL_CLASS_OF_KEY, srv_row_class_code, &known, made->who, made->key));
     if (known.count) {
         enum srv_stored stored = class_find(store, SQL_CLASS, known.code[0], made->who, room);
         /* a room that has ended, and is not swept yet, is nobody's */
         if (stored != SRV_STORED_NONE) return stored;
         SRV_STORED_TRY(srv_store_class_erase(store, known.code[0]));
     }
-    SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_COUNT, srv_row_wholes, &count,
-                           srv_value_text(made->who), srv_value_text(made->source)));
+    SRV_STORED_TRY(
+        SRV_RUN(store, SQL_CLASS_COUNT, srv_row_wholes, &count, made->who, made->source));
     *full = count.whole[0] >= store->rules.classes ? "max-classes"
             : count.whole[1] >= made->most         ? "you have"
             : count.whole[2] >= made->most_from    ? "your address has"
                                                    : NULL;
     if (*full) return SRV_STORED_QUOTA;
     SRV_STORED_TRY(srv_store_now(store, &now));
-    SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_PUT, srv_row_wholes, &put, srv_value_text(made->code),
-                           srv_value_text(made->who), srv_value_text(made->key),
-                           srv_value_whole(now), srv_value_whole(now + made->span_us),
-                           srv_value_whole(made->empty_us ? now + made->empty_us : 0),
-                           srv_value_text(made->source)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_PUT, srv_row_wholes, &put, made->code, made->who,
+                           made->key, now, now + made->span_us,
+                           made->empty_us ? now + made->empty_us : 0, made->source));
     return put.rows ? class_find(store, SQL_CLASS, made->code, made->who, room) : SRV_STORED_CLASH;
 }
 
@@ -411,14 +396,13 @@ enum srv_stored srv_store_class_new(struct srv_store *store, const struct srv_cl
     assert(strlen(made->code) < SRV_CLASS_CODE && made->span_us > 0 && made->source);
     *full = NULL;
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored = class_new(store, made, room, full);
-    return srv_store_end(store, stored == SRV_STORED, stored);
+    return srv_store_end(store, class_new(store, made, room, full));
 }
 
 static enum srv_stored class_forget(struct srv_store *store, const char *client, int *count) {
     struct srv_class_codes in = {.count = 0};
     struct srv_class room;
-    SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_OF, srv_row_class_code, &in, srv_value_text(client)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_OF, srv_row_class_code, &in, client));
     *count = in.count;
     if (!in.count) return SRV_STORED;
     const struct srv_class_put put = {.code = in.code[0], .who = client};
@@ -433,8 +417,7 @@ static enum srv_stored class_forget(struct srv_store *store, const char *client,
 enum srv_stored srv_store_erase_classes(struct srv_store *store, const char *client, int *count) {
     *count = 0;
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored = class_forget(store, client, count);
-    return srv_store_end(store, stored == SRV_STORED, stored);
+    return srv_store_end(store, class_forget(store, client, count));
 }
 
 /* --- reading --- */
@@ -442,7 +425,7 @@ enum srv_stored srv_store_erase_classes(struct srv_store *store, const char *cli
 enum srv_stored srv_store_class(struct srv_store *store, const char *code, const char *who,
                                 struct srv_class *room) {
     SRV_STORED_TRY(srv_store_begin(store));
-    return srv_store_end(store, 1, class_find(store, SQL_CLASS, code, who, room));
+    return srv_store_end(store, class_find(store, SQL_CLASS, code, who, room));
 }
 
 /* Who takes the items that are read. */
@@ -458,10 +441,9 @@ struct class_taker {
 static enum srv_stored row_taken(void *context, const struct srv_value field[]) {
     struct class_taker *taker = context;
     struct srv_class_item item;
-    const char *flaw = NULL;
     if (taker->full) return SRV_STORED;
-    class_item(field, taker->code, &item, &flaw);
-    if (flaw || item.version <= taker->version) return SRV_STORED_DAMAGED;
+    SRV_STORED_TRY(class_item(field, taker->code, &item));
+    if (item.version <= taker->version) return SRV_STORED_DAMAGED;
     taker->bytes += item.bytes;
     taker->full = taker->bytes >= SRV_CLASS_PAGE_BYTES;
     taker->version = item.version;
@@ -473,12 +455,10 @@ static enum srv_stored class_items(struct srv_store *store, int64_t *since, int 
                                    const struct srv_class *room, struct class_taker *taker) {
     if (!room->teacher && !room->pupil) return SRV_STORED_CLASH;
     if (room->teacher)
-        SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_ITEMS, row_taken, taker, srv_value_text(room->code),
-                               srv_value_whole(*since)));
+        SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_ITEMS, row_taken, taker, room->code, *since));
     else
-        SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_ITEMS_OF, row_taken, taker,
-                               srv_value_text(room->code), srv_value_whole(*since),
-                               srv_value_whole(room->pupil)));
+        SRV_STORED_TRY(
+            SRV_RUN(store, SQL_CLASS_ITEMS_OF, row_taken, taker, room->code, *since, room->pupil));
     *more = taker->full || taker->count == SQL_CLASS_ITEMS_MOST;
     /* the room's row was read first: what it does not count may be among the items, never less */
     *since = *more || taker->version > room->version ? taker->version : room->version;
@@ -494,5 +474,5 @@ enum srv_stored srv_store_class_items(struct srv_store *store, const char *code,
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = class_find(store, SQL_CLASS, code, who, room);
     if (stored == SRV_STORED) stored = class_items(store, since, more, room, &taker);
-    return srv_store_end(store, 1, stored);
+    return srv_store_end(store, stored);
 }

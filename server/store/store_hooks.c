@@ -16,16 +16,16 @@ struct row_hooks {
 
 static enum srv_stored row_hook(void *context, const struct srv_value field[]) {
     struct row_hooks *rows = context;
-    const char *flaw = NULL;
+    struct srv_row row = {field, NULL};
     if (rows->count == rows->most) return SRV_STORED;
     struct srv_hook *hook = &rows->hook[rows->count++];
     *hook = (struct srv_hook){.attempt = 1};
-    srv_row_word(&field[0], 1, hook->job.id, sizeof hook->job.id, "job", &flaw);
-    srv_row_word(&field[1], 1, hook->url, sizeof hook->url, "url", &flaw);
-    hook->attempt = 1 + (long)srv_row_whole(&field[2], 0, SRV_ROW_MOST, "attempts", &flaw);
-    if (flaw) hook->url[0] = 0;
+    srv_row_word(&row, 1, hook->job.id, sizeof hook->job.id, "job");
+    srv_row_word(&row, 1, hook->url, sizeof hook->url, "url");
+    hook->attempt = 1 + (long)srv_row_whole(&row, 0, SRV_ROW_MOST, "attempts");
+    if (row.flaw) hook->url[0] = 0;
     /* a source that cannot be read is nobody's */
-    srv_row_word(&field[3], 0, hook->source, sizeof hook->source, "source", &flaw);
+    srv_row_word(&row, 0, hook->source, sizeof hook->source, "source");
     return SRV_STORED;
 }
 
@@ -36,13 +36,13 @@ static enum srv_stored take_one(struct srv_store *store, int64_t lease_us, struc
     char id[SRV_ID_BYTES];
     *good = 0;
     memcpy(id, hook->job.id, sizeof id);
-    if (!id[0]) return srv_store_plain(store, SQL_HOOKS_NAMELESS);
+    if (!id[0]) return SRV_RUN(store, SQL_HOOKS_NAMELESS, NULL, NULL);
     enum srv_stored stored = srv_store_find(store, SQL_JOB, id, &hook->job);
     *good = stored == SRV_STORED && hook->url[0] && !srv_job_open(&hook->job);
     if (stored == SRV_STORED && hook->job.flaw) stored = srv_store_condemn(store, &hook->job);
     if (stored != SRV_STORED && stored != SRV_STORED_NONE) return stored;
-    if (!*good) return SRV_RUN(store, SQL_HOOK_REMOVE, NULL, NULL, srv_value_text(id));
-    return SRV_RUN(store, SQL_HOOK_TAKE, NULL, NULL, srv_value_text(id), srv_value_whole(lease_us));
+    if (!*good) return SRV_RUN(store, SQL_HOOK_REMOVE, NULL, NULL, id);
+    return SRV_RUN(store, SQL_HOOK_TAKE, NULL, NULL, id, lease_us);
 }
 
 /* a name that no client has stands for none, and for a source one that none has */
@@ -57,15 +57,15 @@ enum srv_stored srv_store_hooks_take(struct srv_store *store, int64_t lease_us,
     struct row_hooks rows = {.most = most, .hook = hook};
     *count = 0;
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored = SRV_RUN(store, SQL_HOOKS_DUE, row_hook, &rows, srv_value_whole(most),
-                                     take_busy(busy, 0), take_busy(busy, 1), take_busy(busy, 2),
-                                     take_busy(busy, 3), take_busy(busy, 4), take_busy(busy, 5));
+    enum srv_stored stored =
+        SRV_RUN(store, SQL_HOOKS_DUE, row_hook, &rows, most, take_busy(busy, 0), take_busy(busy, 1),
+                take_busy(busy, 2), take_busy(busy, 3), take_busy(busy, 4), take_busy(busy, 5));
     for (int i = 0; i < rows.count && stored == SRV_STORED; i++) {
         int good;
         stored = take_one(store, lease_us, &hook[i], &good);
         if (stored == SRV_STORED && good) hook[(*count)++] = hook[i];
     }
-    stored = srv_store_end(store, stored == SRV_STORED && rows.count, stored);
+    stored = srv_store_end(store, stored);
     if (stored != SRV_STORED) *count = 0;
     return stored == SRV_STORED && !*count ? SRV_STORED_NONE : stored;
 }
@@ -73,13 +73,9 @@ enum srv_stored srv_store_hooks_take(struct srv_store *store, int64_t lease_us,
 /* writes how an attempt went, of a hook and a job that are locked */
 static enum srv_stored told_write(struct srv_store *store, const char *id, long attempt,
                                   enum srv_notify notify, int64_t after_us, int status) {
-    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_NOTIFIED, NULL, NULL, srv_value_text(id),
-                           srv_value_whole(notify), srv_value_whole(attempt),
-                           srv_value_whole(status)));
-    if (notify != SRV_NOTIFY_WANTED)
-        return SRV_RUN(store, SQL_HOOK_REMOVE, NULL, NULL, srv_value_text(id));
-    return SRV_RUN(store, SQL_HOOK_LATER, NULL, NULL, srv_value_text(id),
-                   srv_value_whole(after_us));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_NOTIFIED, NULL, NULL, id, notify, attempt, status));
+    if (notify != SRV_NOTIFY_WANTED) return SRV_RUN(store, SQL_HOOK_REMOVE, NULL, NULL, id);
+    return SRV_RUN(store, SQL_HOOK_LATER, NULL, NULL, id, after_us);
 }
 
 enum srv_stored srv_store_hook_told(struct srv_store *store, const char *id, long attempt,
@@ -91,9 +87,8 @@ enum srv_stored srv_store_hook_told(struct srv_store *store, const char *id, lon
     /* the job's row first, as everybody does who writes both */
     enum srv_stored stored = srv_store_find(store, SQL_JOB_LOCK, id, &job);
     if (stored == SRV_STORED_NONE) stored = SRV_STORED_LOST;
-    if (stored == SRV_STORED)
-        stored = SRV_RUN(store, SQL_HOOK_ATTEMPTS, srv_row_wholes, &row, srv_value_text(id));
+    if (stored == SRV_STORED) stored = SRV_RUN(store, SQL_HOOK_ATTEMPTS, srv_row_wholes, &row, id);
     if (stored == SRV_STORED && (!row.rows || row.whole[0] != attempt)) stored = SRV_STORED_LOST;
     if (stored == SRV_STORED) stored = told_write(store, id, attempt, notify, after_us, status);
-    return srv_store_end(store, stored == SRV_STORED, stored);
+    return srv_store_end(store, stored);
 }

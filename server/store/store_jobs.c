@@ -16,14 +16,14 @@ enum { LIST_ROWS = 100, RING_PARTS = 512 };
 enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, const char *name,
                                struct srv_job *job) {
     struct srv_row_jobs rows = {.cap = 1, .job = job};
-    SRV_STORED_TRY(SRV_RUN(store, id, srv_row_job, &rows, srv_value_text(name)));
+    SRV_STORED_TRY(SRV_RUN(store, id, srv_row_job, &rows, name));
     return rows.count ? SRV_STORED : SRV_STORED_NONE;
 }
 
 enum srv_stored srv_store_hook_due(struct srv_store *store, const struct srv_job *job) {
     assert(*job->id);
     if (job->notify != SRV_NOTIFY_WANTED) return SRV_STORED;
-    return SRV_POST(store, SQL_HOOK_DUE, srv_value_text(job->id));
+    return SRV_POST(store, SQL_HOOK_DUE, job->id);
 }
 
 enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job) {
@@ -40,15 +40,13 @@ enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job) 
     job->parts = 1;
     job->chained = 0;
     srv_seal_job(seal, job, "", 0);
-    SRV_STORED_TRY(SRV_RUN(
-        store, SQL_JOB_CONDEMN, NULL, NULL, srv_value_text(job->id), srv_value_text(job->client),
-        srv_value_text(job->operation), srv_value_text(job->message), srv_value_whole(job->created),
-        srv_value_whole(job->finished), srv_value_whole(job->expires), srv_value_whole(job->held),
-        srv_value_bytes("", 0), srv_value_bytes(seal, sizeof seal), srv_value_whole(job->notify)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_CONDEMN, NULL, NULL, job->id, job->client, job->operation,
+                           job->message, job->created, job->finished, job->expires, job->held,
+                           srv_value_bytes("", 0), srv_value_bytes(seal, sizeof seal),
+                           job->notify));
     SRV_STORED_TRY(srv_store_hook_due(store, job));
     /* its parts and results are removed later, piece by piece */
-    SRV_STORED_TRY(SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, srv_value_text(job->id),
-                           srv_value_text(job->client), srv_value_whole(0)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, job->id, job->client, 0));
     store->tally.ring |= SRV_RING_STOP | SRV_RING_ENDS;
     /* the sums cannot be reduced by what a damaged row says */
     return srv_store_recount(store, job->client);
@@ -69,11 +67,10 @@ static int submit_spent(const struct srv_job *job) {
 static enum srv_stored submit_known(struct srv_store *store, const struct srv_job_order *order,
                                     struct srv_job *job) {
     struct srv_row_jobs rows = {.cap = 1, .job = job, .with_digest = 1};
-    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_OF_KEY, srv_row_job, &rows, srv_value_text(order->client),
-                           srv_value_text(order->key)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_OF_KEY, srv_row_job, &rows, order->client, order->key));
     if (!rows.count) return SRV_STORED_NONE;
     if (submit_spent(job)) {
-        SRV_STORED_TRY(SRV_POST(store, SQL_KEY_FREE, srv_value_text(job->id)));
+        SRV_STORED_TRY(SRV_POST(store, SQL_KEY_FREE, job->id));
         return SRV_STORED_NONE;
     }
     return memcmp(rows.digest, order->digest, SRV_DIGEST_BYTES) ? SRV_STORED_CLASH : SRV_STORED;
@@ -102,14 +99,15 @@ static void submit_job(const struct srv_job_order *order, int64_t now, struct sr
 
 static enum srv_stored submit_count(struct srv_store *store, const struct srv_job *job) {
     struct srv_tally_client *client;
-    SRV_STORED_TRY(srv_store_client(store, job->client, &client));
+    SRV_STORED_TRY(srv_tally_client(&store->tally, job->client, &client));
     client->jobs++;
     client->ready++;
     /* where many parts wait, every worker that is free claims already */
-    if (store->tally.were.parts + store->tally.change.parts < RING_PARTS)
+    int64_t *changes = store->tally.changes;
+    if (store->tally.were[SRV_TALLY_PARTS] + changes[SRV_TALLY_PARTS] < RING_PARTS)
         store->tally.ring |= SRV_RING_WORK;
-    store->tally.change.jobs[SRV_JOB_ACCEPTED]++;
-    store->tally.change.parts += srv_job_claimable(job);
+    changes[SRV_JOB_ACCEPTED]++;
+    changes[SRV_TALLY_PARTS] += srv_job_claimable(job);
     return srv_store_count_bytes(store, job->client, job->held);
 }
 
@@ -148,7 +146,7 @@ static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_
     struct srv_tally_client *client;
     int64_t now, part_us = order->cost_us / order->parts;
     unsigned char seal[SRV_SEAL_JOB_BYTES];
-    SRV_STORED_TRY(srv_tally_look(&store->tally, store->sql, order->client, &client));
+    SRV_STORED_TRY(srv_tally_look(&store->tally, order->client, &client));
     SRV_STORED_TRY(submit_allowed(store, order, client, job->message));
     SRV_STORED_TRY(srv_store_source(store, order->client, order->source, job->message));
     SRV_STORED_TRY(srv_store_room(store, order->client, (size_t)submit_held(order), job->message));
@@ -156,17 +154,14 @@ static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_
     SRV_STORED_TRY(srv_store_now(store, &now));
     submit_job(order, now, job);
     srv_seal_job(seal, job, order->request, order->request_bytes);
-    SRV_STORED_TRY(SRV_POST(
-        store, SQL_JOB_PUT, srv_value_text(order->id), srv_value_text(order->client),
-        srv_value_text(order->operation), srv_value_bytes(order->request, order->request_bytes),
-        srv_value_text(order->key), srv_value_bytes(order->digest, SRV_DIGEST_BYTES),
-        srv_value_whole(order->parts), srv_value_whole(order->chained), srv_value_whole(part_us),
-        srv_value_whole(srv_store_rank(now, part_us * order->parts)), srv_value_whole(now),
-        srv_value_whole(job->held), srv_value_bytes(seal, sizeof seal), srv_value_text(job->title),
-        srv_value_text(job->version), srv_value_whole(job->notify)));
+    SRV_STORED_TRY(SRV_POST(store, SQL_JOB_PUT, order->id, order->client, order->operation,
+                            srv_value_bytes(order->request, order->request_bytes), order->key,
+                            srv_value_bytes(order->digest, SRV_DIGEST_BYTES), order->parts,
+                            order->chained, part_us, srv_store_rank(now, part_us * order->parts),
+                            now, job->held, srv_value_bytes(seal, sizeof seal), job->title,
+                            job->version, job->notify));
     if (order->hook)
-        SRV_STORED_TRY(SRV_POST(store, SQL_HOOK_PUT, srv_value_text(order->id),
-                                srv_value_text(order->client), srv_value_text(order->hook)));
+        SRV_STORED_TRY(SRV_POST(store, SQL_HOOK_PUT, order->id, order->client, order->hook));
     return submit_count(store, job);
 }
 
@@ -186,18 +181,17 @@ enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_o
     /* the same call may have been committed, and the answer was lost */
     if (stored == SRV_STORED_NONE && store->unsure)
         stored = srv_store_find(store, SQL_JOB, order->id, job);
-    int known = stored != SRV_STORED_NONE;
-    if (!known) stored = submit_new(store, order, job);
-    return srv_store_end(store, stored == SRV_STORED && !known, stored);
+    if (stored == SRV_STORED_NONE) stored = submit_new(store, order, job);
+    return srv_store_end(store, stored);
 }
 
 enum srv_stored srv_store_job(struct srv_store *store, const char *id, struct srv_job *job) {
     SRV_STORED_TRY(srv_store_look(store));
-    enum srv_stored stored = srv_store_end(store, 1, srv_store_find(store, SQL_JOB, id, job));
+    enum srv_stored stored = srv_store_end(store, srv_store_find(store, SQL_JOB, id, job));
     if (stored != SRV_STORED || !job->flaw) return stored;
     SRV_STORED_TRY(srv_store_begin(store));
     stored = srv_store_lock(store, id, job);
-    return srv_store_end(store, stored == SRV_STORED, stored);
+    return srv_store_end(store, stored);
 }
 
 /* a job that failed or was dismissed has no request any more */
@@ -224,23 +218,19 @@ enum srv_stored srv_store_job_request(struct srv_store *store, const char *id, v
     if (stored != SRV_STORED_DAMAGED) return stored;
     SRV_STORED_TRY(srv_store_begin(store));
     stored = request_condemn(store, id);
-    return srv_store_end(store, stored == SRV_STORED,
-                         stored == SRV_STORED ? SRV_STORED_DAMAGED : stored);
+    stored = srv_store_end(store, stored);
+    return stored == SRV_STORED ? SRV_STORED_DAMAGED : stored;
 }
 
 /* jobs after one, or the first */
 static enum srv_stored list_after(struct srv_store *store, const char *client, const char *before,
                                   struct srv_row_jobs *rows) {
     struct srv_row_wholes created = {.count = 1};
-    if (!before)
-        return SRV_RUN(store, SQL_JOBS, srv_row_job, rows, srv_value_text(client),
-                       srv_value_whole(rows->cap));
-    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_CREATED, srv_row_wholes, &created, srv_value_text(before),
-                           srv_value_text(client)));
+    if (!before) return SRV_RUN(store, SQL_JOBS, srv_row_job, rows, client, rows->cap);
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_CREATED, srv_row_wholes, &created, before, client));
     if (!created.rows) return SRV_STORED;
-    return SRV_RUN(store, SQL_JOBS_BEFORE, srv_row_job, rows, srv_value_text(client),
-                   srv_value_whole(rows->cap), srv_value_text(before),
-                   srv_value_whole(created.whole[0]));
+    return SRV_RUN(store, SQL_JOBS_BEFORE, srv_row_job, rows, client, rows->cap, before,
+                   created.whole[0]);
 }
 
 static int list_suits(const struct srv_job_wish *wish, const struct srv_job *job) {
@@ -284,7 +274,7 @@ enum srv_stored srv_store_list(struct srv_store *store, const char *client,
     if (!some) return SRV_STORED_BROKEN;
     enum srv_stored stored = srv_store_look(store);
     if (stored == SRV_STORED)
-        stored = srv_store_end(store, 1, list_page(store, client, wish, some, job, count, last));
+        stored = srv_store_end(store, list_page(store, client, wish, some, job, count, last));
     if (stored != SRV_STORED) *count = 0;
     free(some);
     return stored;
@@ -293,10 +283,9 @@ enum srv_stored srv_store_list(struct srv_store *store, const char *client,
 /* removes its parts: a few at once, many later with its results */
 static enum srv_stored end_parts(struct srv_store *store, const struct srv_job *job) {
     if (job->bytes > 0 || job->begun > SRV_FEW_PARTS)
-        return SRV_POST(store, SQL_REMOVAL_PUT, srv_value_text(job->id),
-                        srv_value_text(job->client), srv_value_whole(job->bytes));
+        return SRV_POST(store, SQL_REMOVAL_PUT, job->id, job->client, job->bytes);
     if (!job->begun) return SRV_STORED;
-    return SRV_POST(store, SQL_PARTS_REMOVE, srv_value_text(job->id));
+    return SRV_POST(store, SQL_PARTS_REMOVE, job->id);
 }
 
 enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job,
@@ -320,10 +309,8 @@ enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job,
     char text[SRV_REQUEST_HEAD_BYTES];
     snprintf(text, sizeof text, "%s", message);
     memcpy(job->message, text, sizeof text);
-    SRV_STORED_TRY(SRV_POST(store, SQL_JOB_END, srv_value_text(job->id), srv_value_whole(state),
-                            srv_value_text(text), srv_value_whole(job->finished),
-                            srv_value_whole(job->expires), srv_value_whole(job->held),
-                            srv_value_bytes("", 0)));
+    SRV_STORED_TRY(SRV_POST(store, SQL_JOB_END, job->id, state, text, job->finished, job->expires,
+                            job->held, srv_value_bytes("", 0)));
     store->tally.ring |= SRV_RING_STOP | SRV_RING_ENDS;
     return srv_job_open(&was) ? srv_store_hook_due(store, job) : SRV_STORED;
 }
@@ -331,9 +318,8 @@ enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job,
 enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struct srv_job *job) {
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = srv_store_lock(store, id, job);
-    int dismissed = stored == SRV_STORED && job->state == SRV_JOB_DISMISSED;
-    if (stored == SRV_STORED && !dismissed)
+    if (stored == SRV_STORED && job->state != SRV_JOB_DISMISSED)
         stored =
             srv_store_job_end(store, job, SRV_JOB_DISMISSED, srv_job_open(job) ? "" : job->message);
-    return srv_store_end(store, stored == SRV_STORED && !dismissed, stored);
+    return srv_store_end(store, stored);
 }

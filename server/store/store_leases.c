@@ -17,11 +17,10 @@ enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease
     assert(lease_us > 0 && lease->part >= 0 && lease->attempt >= 1);
     struct srv_row_wholes row = {.count = 1};
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored = SRV_RUN(store, SQL_PART_EXTEND, srv_row_wholes, &row,
-                                     srv_value_text(lease->job), srv_value_whole(lease->part),
-                                     srv_value_whole(lease->attempt), srv_value_whole(lease_us));
+    enum srv_stored stored = SRV_RUN(store, SQL_PART_EXTEND, srv_row_wholes, &row, lease->job,
+                                     lease->part, lease->attempt, lease_us);
     if (stored == SRV_STORED && !row.rows) stored = SRV_STORED_LOST;
-    return srv_store_end(store, stored == SRV_STORED, stored);
+    return srv_store_end(store, stored);
 }
 
 /* a part and its job, both locked */
@@ -29,7 +28,7 @@ static enum srv_stored row_held(void *context, const struct srv_value field[]) {
     struct srv_store_ahead *ahead = context;
     if (ahead->rows == SRV_STORE_AHEAD) return SRV_STORED;
     struct srv_store_held *held = &ahead->held[ahead->rows];
-    struct srv_row_jobs row = {.cap = 1, .job = &held->job, .with_lease = 1};
+    struct srv_row_jobs row = {.cap = 1, .job = &held->job, .with_part = 1};
     SRV_STORED_TRY(srv_row_job(&row, field));
     held->part_state = row.part_state;
     held->attempt = row.attempt;
@@ -50,10 +49,9 @@ static enum srv_stored ahead_read(struct srv_store *store) {
     ahead->read = 1;
     qsort(ahead->lease, (size_t)ahead->leases, sizeof *ahead->lease, ahead_order);
     for (int i = 0; i < last; i++)
-        SRV_STORED_TRY(SRV_POST(store, SQL_LEASE, srv_value_text(ahead->lease[i]->job),
-                                srv_value_whole(ahead->lease[i]->part)));
-    return SRV_RUN(store, SQL_LEASE, row_held, ahead, srv_value_text(ahead->lease[last]->job),
-                   srv_value_whole(ahead->lease[last]->part));
+        SRV_STORED_TRY(SRV_POST(store, SQL_LEASE, ahead->lease[i]->job, ahead->lease[i]->part));
+    return SRV_RUN(store, SQL_LEASE, row_held, ahead, ahead->lease[last]->job,
+                   ahead->lease[last]->part);
 }
 
 /* takes the row of a part that was read ahead; returns 0 where there is none */
@@ -71,11 +69,10 @@ static int ahead_take(struct srv_store_ahead *ahead, const struct srv_lease *lea
 /* locks and reads a part and its job */
 static enum srv_stored lease_read(struct srv_store *store, const struct srv_lease *lease,
                                   struct srv_store_held *held) {
-    struct srv_row_jobs row = {.cap = 1, .job = &held->job, .with_lease = 1};
+    struct srv_row_jobs row = {.cap = 1, .job = &held->job, .with_part = 1};
     if (store->ahead.leases && !store->ahead.read) SRV_STORED_TRY(ahead_read(store));
     if (ahead_take(&store->ahead, lease, held)) return SRV_STORED;
-    SRV_STORED_TRY(SRV_RUN(store, SQL_LEASE, srv_row_job, &row, srv_value_text(lease->job),
-                           srv_value_whole(lease->part)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_LEASE, srv_row_job, &row, lease->job, lease->part));
     held->part_state = row.part_state;
     held->attempt = row.attempt;
     return row.count ? SRV_STORED : SRV_STORED_NONE;
@@ -105,13 +102,11 @@ static enum srv_stored finish_data(struct srv_store *store, const struct srv_lea
         long chunk = (long)(at / SRV_CHUNK_BYTES);
         unsigned char seal[API_SEAL_BYTES];
         srv_seal_chunk(seal, lease->job, lease->part, chunk, data + at, piece);
-        SRV_STORED_TRY(SRV_POST(store, SQL_RESULT_PUT, srv_value_text(lease->job),
-                                srv_value_whole(lease->part), srv_value_whole(chunk),
+        SRV_STORED_TRY(SRV_POST(store, SQL_RESULT_PUT, lease->job, lease->part, chunk,
                                 srv_value_bytes(data + at, piece),
                                 srv_value_bytes(seal, sizeof seal)));
     }
-    return SRV_POST(store, SQL_PART_END, srv_value_text(lease->job), srv_value_whole(lease->part),
-                    srv_value_whole((int64_t)bytes));
+    return SRV_POST(store, SQL_PART_END, lease->job, lease->part, bytes);
 }
 
 /* counts one more finished part of the job; the last one ends it */
@@ -122,16 +117,14 @@ static enum srv_stored finish_step(struct srv_store *store, struct srv_job *job,
     job->done++;
     job->bytes += (long long)bytes;
     if (job->done < job->parts) {
-        SRV_STORED_TRY(SRV_POST(store, SQL_JOB_STEP, srv_value_text(job->id),
-                                srv_value_whole((int64_t)bytes),
-                                srv_value_bytes(carry, carry_bytes)));
+        SRV_STORED_TRY(
+            SRV_POST(store, SQL_JOB_STEP, job->id, bytes, srv_value_bytes(carry, carry_bytes)));
         store->tally.ring |= carry ? SRV_RING_WORK : 0;
         return srv_store_count_job(store, &was, job);
     }
     SRV_STORED_TRY(srv_store_now(store, &now));
-    SRV_STORED_TRY(SRV_POST(store, SQL_JOB_SUCCEED, srv_value_text(job->id),
-                            srv_value_whole((int64_t)bytes), srv_value_whole(now),
-                            srv_value_whole(now + store->rules.keep_us)));
+    SRV_STORED_TRY(
+        SRV_POST(store, SQL_JOB_SUCCEED, job->id, bytes, now, now + store->rules.keep_us));
     SRV_STORED_TRY(srv_store_hook_due(store, job));
     job->state = SRV_JOB_SUCCESSFUL;
     store->tally.ring |= SRV_RING_ENDS;
@@ -148,7 +141,7 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
     char message[SRV_REQUEST_HEAD_BYTES];
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = lease_check(store, lease, &job, &done);
-    if (stored != SRV_STORED || done) return srv_store_end(store, 0, stored);
+    if (stored != SRV_STORED || done) return srv_store_end(store, stored);
     /* all that is read comes before what is written: the latter is gathered over the calls of a
      * batch */
     stored = srv_store_room(store, job.client, bytes, message);
@@ -160,11 +153,11 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
         if (stored == SRV_STORED) stored = finish_data(store, lease, data, bytes);
         /* a job that makes progress does not kill its workers */
         if (stored == SRV_STORED && job.parts > 1)
-            stored = SRV_POST(store, SQL_PARTS_CLEARED, srv_value_text(lease->job));
+            stored = SRV_POST(store, SQL_PARTS_CLEARED, lease->job);
         if (stored == SRV_STORED) stored = finish_step(store, &job, bytes, carry, carry_bytes);
     }
-    int keep = stored == SRV_STORED;
-    return srv_store_end(store, keep, keep && over ? SRV_STORED_QUOTA : stored);
+    stored = srv_store_end(store, stored);
+    return stored == SRV_STORED && over ? SRV_STORED_QUOTA : stored;
 }
 
 enum srv_stored srv_store_fail(struct srv_store *store, const struct srv_lease *lease,
@@ -176,7 +169,7 @@ enum srv_stored srv_store_fail(struct srv_store *store, const struct srv_lease *
     enum srv_stored stored = lease_check(store, lease, &job, &done);
     if (stored == SRV_STORED && done) stored = SRV_STORED_LOST;
     if (stored == SRV_STORED) stored = srv_store_job_end(store, &job, SRV_JOB_FAILED, message);
-    return srv_store_end(store, stored == SRV_STORED, stored);
+    return srv_store_end(store, stored);
 }
 
 struct row_parts {
@@ -204,19 +197,17 @@ static enum srv_stored part_back(struct srv_store *store, const char *id, int64_
     enum srv_stored stored = srv_store_lock(store, id, &job);
     /* what no open job has any more is not looked at again and again; a job that ended while its
      * row was waited for keeps its parts that are done */
-    if (stored == SRV_STORED_NONE)
-        return SRV_RUN(store, SQL_PARTS_REMOVE_SOME, NULL, NULL, srv_value_text(id));
+    if (stored == SRV_STORED_NONE) return SRV_RUN(store, SQL_PARTS_REMOVE_SOME, NULL, NULL, id);
     if (stored == SRV_STORED && !srv_job_open(&job))
-        return SRV_RUN(store, SQL_PARTS_HELD_REMOVE, NULL, NULL, srv_value_text(id));
+        return SRV_RUN(store, SQL_PARTS_HELD_REMOVE, NULL, NULL, id);
     SRV_STORED_TRY(stored);
-    SRV_STORED_TRY(SRV_RUN(store, SQL_PART_BACK, srv_row_wholes, &row, srv_value_text(id),
-                           srv_value_whole(number), srv_value_whole(mark)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_PART_BACK, srv_row_wholes, &row, id, number, mark));
     if (!row.rows) return SRV_STORED;
     sweep->released++;
     struct srv_job was = job;
     job.waiting++;
     SRV_STORED_TRY(srv_store_count_job(store, &was, &job));
-    if (row.whole[0] < SRV_MOST_KILLS) return SRV_POST(store, SQL_JOB_WAIT, srv_value_text(id));
+    if (row.whole[0] < SRV_MOST_KILLS) return SRV_POST(store, SQL_JOB_WAIT, id);
     sweep->given_up++;
     snprintf(message, sizeof message,
              "given up: %d workers ended or fell silent over part %lld of %ld, computing nothing "
@@ -229,9 +220,8 @@ enum srv_stored srv_store_back(struct srv_store *store, const char *worker, int6
                                struct srv_store_sweep *sweep, int *found) {
     assert(worker ? *worker != 0 : before >= 0);
     struct row_parts rows = {0};
-    enum srv_stored stored =
-        worker ? SRV_RUN(store, SQL_PARTS_OF, row_part, &rows, srv_value_text(worker))
-               : SRV_RUN(store, SQL_PARTS_LATE, row_part, &rows, srv_value_whole(before));
+    enum srv_stored stored = worker ? SRV_RUN(store, SQL_PARTS_OF, row_part, &rows, worker)
+                                    : SRV_RUN(store, SQL_PARTS_LATE, row_part, &rows, before);
     *found = rows.count;
     SRV_STORED_TRY(stored);
     for (int i = 0; i < rows.count; i++)
@@ -248,7 +238,7 @@ enum srv_stored srv_store_release(struct srv_store *store, const char *worker) {
         sweep = (struct srv_store_sweep){0};
         SRV_STORED_TRY(srv_store_begin(store));
         stored = srv_store_back(store, worker, 0, &sweep, &found);
-        stored = srv_store_end(store, stored == SRV_STORED, stored);
+        stored = srv_store_end(store, stored);
     } while (stored == SRV_STORED && sweep.released == SQL_PARTS_MOST);
     return stored;
 }
@@ -279,10 +269,9 @@ enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long pa
     struct row_chunk row = {.data = data, .job = id, .part = part, .chunk = chunk};
     *bytes = 0;
     SRV_STORED_TRY(srv_store_look(store));
-    enum srv_stored stored = SRV_RUN(store, SQL_RESULT, row_chunk, &row, srv_value_text(id),
-                                     srv_value_whole(part), srv_value_whole(chunk));
+    enum srv_stored stored = SRV_RUN(store, SQL_RESULT, row_chunk, &row, id, part, chunk);
     if (stored == SRV_STORED && !row.rows) stored = SRV_STORED_NONE;
-    stored = srv_store_end(store, 1, stored);
+    stored = srv_store_end(store, stored);
     if (stored == SRV_STORED) *bytes = row.bytes;
     return stored;
 }

@@ -385,6 +385,10 @@ static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *tex
     if (!postgres_here(own, text)) return SRV_STORED_AWAY;
     PGresult *result = postgres_sync(own, postgres_send(own, id, text, value, count, 0));
     enum srv_stored stored = postgres_result(own, result);
+    /* a failed statement has spoilt the transaction: PostgreSQL says COMMIT to that, and rolls back
+     */
+    if (stored == SRV_STORED && !strcmp(text, "COMMIT") && strcmp(PQcmdStatus(result), text))
+        stored = SRV_STORED_AGAIN;
     int rows = stored == SRV_STORED ? PQntuples(result) : 0,
         columns = stored == SRV_STORED ? PQnfields(result) : 0;
     for (int i = 0; i < rows && stored == SRV_STORED && row && columns <= SRV_SQL_PARAMETERS; i++) {
@@ -436,30 +440,35 @@ static int postgres_listen(struct srv_sql *sql, int timeout_ms, int wake) {
     return heard;
 }
 
+static const struct srv_sql_word postgres_words[] = {
+    {"begin", "BEGIN"},
+    // stable within a statement, so that a condition on it can use an index; clock_timestamp()
+    // cannot
+    {"now", "(extract(epoch from statement_timestamp()) * 1000000)::bigint"},
+    {"lock", "FOR UPDATE"},
+    {"skip", "FOR UPDATE SKIP LOCKED"},
+    {"alone", "SELECT pg_advisory_xact_lock(7016996765293437281)"},
+    {"ring", "pg_notify('pendulumd', '')"},
+    {"ring work", "pg_notify('pendulumd_work', '')"},
+    {"ring stop", "pg_notify('pendulumd_stop', '')"},
+    {"crowd",
+     "(SELECT COUNT(*) FROM pg_stat_activity WHERE datname = current_database() AND "
+     "application_name = 'pendulumd worker'), (SELECT COUNT(*) FROM pg_stat_activity WHERE "
+     "datname = current_database() AND application_name LIKE 'pendulumd%')"},
+    /* 3: connections of a process that answers */
+    {"carries", "CAST(current_setting('max_connections') AS BIGINT), CAST(current_setting("
+                "'max_connections') AS BIGINT) - CAST(current_setting("
+                "'superuser_reserved_connections') AS BIGINT) - 3 - 8"},
+    {"bytes", "BYTEA"},
+    {"hot", "WITH (fillfactor = 20)"},
+    {NULL, NULL}};
+
 const struct srv_sql_driver srv_sql_postgres = {
+    .words = postgres_words,
     .scheme = "postgresql://",
     .batch = 128,
     .distant = 1,
     .shared = 1,
-    .begin = "BEGIN",
-    // stable within a statement, so that a condition on it can use an index; clock_timestamp()
-    // cannot
-    .now = "(extract(epoch from statement_timestamp()) * 1000000)::bigint",
-    .lock = "FOR UPDATE",
-    .skip = "FOR UPDATE SKIP LOCKED",
-    .alone = "SELECT pg_advisory_xact_lock(7016996765293437281)",
-    .ring = "pg_notify('pendulumd', '')",
-    .ring_work = "pg_notify('pendulumd_work', '')",
-    .ring_stop = "pg_notify('pendulumd_stop', '')",
-    /* 3: connections of a process that answers */
-    .carries = "CAST(current_setting('max_connections') AS BIGINT), CAST(current_setting("
-               "'max_connections') AS BIGINT) - CAST(current_setting("
-               "'superuser_reserved_connections') AS BIGINT) - 3 - 8",
-    .crowd = "(SELECT COUNT(*) FROM pg_stat_activity WHERE datname = current_database() AND "
-             "application_name = 'pendulumd worker'), (SELECT COUNT(*) FROM pg_stat_activity WHERE "
-             "datname = current_database() AND application_name LIKE 'pendulumd%')",
-    .bytes = "BYTEA",
-    .hot = "WITH (fillfactor = 20)",
     .lists = 1,
     .open = postgres_open,
     .close = postgres_close,

@@ -4,42 +4,21 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "server/store/store_rows.h"
-
 /* clients of one address that take a turn each; of more of them each claim counts for more
  * turns, so that together they take few more than so many */
 enum { SOURCE_TURNS = 8 };
 
-enum srv_stored srv_store_client(struct srv_store *store, const char *name,
-                                 struct srv_tally_client **client) {
-    *client = srv_tally_client(&store->tally, name);
-    return *client ? SRV_STORED : SRV_STORED_AGAIN;
-}
-
-enum srv_stored srv_store_count_bytes(struct srv_store *store, const char *name, long long bytes) {
+enum srv_stored srv_store_count_bytes(struct srv_store *store, const char *name, int64_t bytes) {
     struct srv_tally_client *client;
-    SRV_STORED_TRY(srv_store_client(store, name, &client));
+    SRV_STORED_TRY(srv_tally_client(&store->tally, name, &client));
     client->bytes += bytes;
-    store->tally.change.bytes += bytes;
-    return SRV_STORED;
-}
-
-enum srv_stored srv_store_recount_client(struct srv_store *store, const char *name) {
-    struct srv_tally_client *client;
-    SRV_STORED_TRY(srv_store_client(store, name, &client));
-    SRV_STORED_TRY(srv_tally_count_anew(store->sql, name));
-    client->jobs = client->ready = client->bytes = client->scenes = client->scene_bytes = 0;
-    client->known = 0;
+    store->tally.changes[SRV_TALLY_BYTES] += bytes;
     return SRV_STORED;
 }
 
 enum srv_stored srv_store_recount(struct srv_store *store, const char *name) {
-    SRV_STORED_TRY(srv_store_recount_client(store, name));
-    SRV_STORED_TRY(srv_store_plain(store, SQL_TOTALS_CLEAR));
-    SRV_STORED_TRY(srv_store_plain(store, SQL_TOTALS_RECOUNT));
-    store->tally.known = 0;
-    store->tally.change = (struct srv_store_figures){0};
-    return SRV_STORED;
+    SRV_STORED_TRY(srv_tally_count_anew(&store->tally, name));
+    return srv_tally_count_all(&store->tally);
 }
 
 long srv_job_claimable(const struct srv_job *job) {
@@ -52,13 +31,13 @@ long srv_job_claimable(const struct srv_job *job) {
 enum srv_stored srv_store_count_job(struct srv_store *store, const struct srv_job *was,
                                     const struct srv_job *is) {
     assert(!strcmp(was->id, is->id) && !strcmp(was->client, is->client));
-    struct srv_store_figures *change = &store->tally.change;
+    int64_t *changes = store->tally.changes;
     struct srv_tally_client *client;
     long before = srv_job_claimable(was), after = srv_job_claimable(is);
-    SRV_STORED_TRY(srv_store_client(store, is->client, &client));
-    change->jobs[was->state]--;
-    change->jobs[is->state]++;
-    change->parts += after - before;
+    SRV_STORED_TRY(srv_tally_client(&store->tally, is->client, &client));
+    changes[was->state]--;
+    changes[is->state]++;
+    changes[SRV_TALLY_PARTS] += after - before;
     client->ready += (after > 0) - (before > 0);
     client->jobs += (is->state <= SRV_JOB_RUNNING) - (was->state <= SRV_JOB_RUNNING);
     return srv_store_count_bytes(store, is->client, is->bytes + is->held - was->bytes - was->held);
@@ -74,16 +53,16 @@ enum srv_stored srv_store_room(struct srv_store *store, const char *name, size_t
                                char message[SRV_REQUEST_HEAD_BYTES]) {
     const struct srv_store_rules *rules = &store->rules;
     struct srv_tally_client *client;
-    struct srv_store_figures all;
+    int64_t all;
     SRV_STORED_TRY(quotas_disk(store, bytes));
-    SRV_STORED_TRY(srv_tally_look(&store->tally, store->sql, name, &client));
-    SRV_STORED_TRY(srv_tally_totals(&store->tally, store->sql, &all));
+    SRV_STORED_TRY(srv_tally_look(&store->tally, name, &client));
+    SRV_STORED_TRY(srv_tally_total(&store->tally, SRV_TALLY_BYTES, &all));
     if (client->bytes_were + client->bytes + (int64_t)bytes > rules->client_bytes)
         snprintf(message, SRV_REQUEST_HEAD_BYTES,
                  "the client's kept jobs would pass max-client-bytes, %lld bytes; "
                  "DELETE jobs that are not needed any more",
                  rules->client_bytes);
-    else if (all.bytes + (long long)bytes > rules->all_bytes)
+    else if (all + (int64_t)bytes > rules->all_bytes)
         snprintf(message, SRV_REQUEST_HEAD_BYTES,
                  "all kept jobs would pass max-store-bytes, %lld bytes", rules->all_bytes);
     else
@@ -96,10 +75,10 @@ enum srv_stored srv_store_source(struct srv_store *store, const char *name, cons
     const struct srv_store_rules *rules = &store->rules;
     struct srv_tally_client *client;
     int64_t clients, jobs, bytes;
-    SRV_STORED_TRY(srv_tally_look(&store->tally, store->sql, name, &client));
+    SRV_STORED_TRY(srv_tally_look(&store->tally, name, &client));
     snprintf(client->source, sizeof client->source, "%s", source ? source : name);
     if (!source || !strcmp(name, source)) return SRV_STORED;
-    SRV_STORED_TRY(srv_tally_source(&store->tally, store->sql, source, &clients, &jobs, &bytes));
+    SRV_STORED_TRY(srv_tally_source(&store->tally, source, &clients, &jobs, &bytes));
     client->weight = 1 + store->tally.source_open / SOURCE_TURNS;
     int counted = client->jobs_were > 0 || client->bytes_were > 0 || client->bytes > 0;
     if (rules->source_clients && !counted && clients >= rules->source_clients)
@@ -126,13 +105,13 @@ enum srv_stored srv_store_room_scene(struct srv_store *store, const char *name, 
                                      int anew) {
     const struct srv_store_rules *rules = &store->rules;
     struct srv_tally_client *client;
-    struct srv_store_figures all;
+    int64_t all;
     if (anew) SRV_STORED_TRY(quotas_disk(store, bytes));
-    SRV_STORED_TRY(srv_tally_look(&store->tally, store->sql, name, &client));
-    SRV_STORED_TRY(srv_tally_totals(&store->tally, store->sql, &all));
+    SRV_STORED_TRY(srv_tally_look(&store->tally, name, &client));
+    SRV_STORED_TRY(srv_tally_total(&store->tally, SRV_TALLY_SCENE_BYTES, &all));
     int good = client->scenes_were + client->scenes < rules->client_scenes &&
                client->scene_bytes_were + client->scene_bytes + (int64_t)bytes <=
                    rules->client_scene_bytes &&
-               (!anew || all.scene_bytes + (long long)bytes <= rules->all_scene_bytes);
+               (!anew || all + (int64_t)bytes <= rules->all_scene_bytes);
     return good ? SRV_STORED : SRV_STORED_QUOTA;
 }

@@ -7,17 +7,8 @@
 
 #include "server/store/store_call.h"
 
-/** The changes of a client's sums in this transaction. SRV_STORED_AGAIN when it has too many
- * clients. */
-enum srv_stored srv_store_client(struct srv_store *store, const char *name,
-                                 struct srv_tally_client **client);
-
 /** Adds to the bytes kept for a client's jobs, and to the sum of all clients. */
-enum srv_stored srv_store_count_bytes(struct srv_store *store, const char *client, long long bytes);
-
-/** Counts a client's jobs, bytes and scenes anew; what this transaction has changed of them is
- * written already. */
-enum srv_stored srv_store_recount_client(struct srv_store *store, const char *client);
+enum srv_stored srv_store_count_bytes(struct srv_store *store, const char *client, int64_t bytes);
 
 /**
  * Counts a client's jobs, bytes and scenes anew, and all sums: what was kept of them cannot be.

@@ -20,6 +20,10 @@ struct srv_value srv_value_bytes(const void *data, size_t bytes) {
     return (struct srv_value){data ? SRV_SQL_BYTES : SRV_SQL_NULL, 0, data, bytes};
 }
 
+struct srv_value srv_value_same(struct srv_value value) {
+    return value;
+}
+
 enum srv_stored srv_row_wholes(void *context, const struct srv_value field[]) {
     struct srv_row_wholes *row = context;
     assert(row->count >= 0 && row->count <= 4);
@@ -49,22 +53,22 @@ void srv_row_text(const struct srv_value *field, char text[], size_t cap) {
              field->kind == SRV_SQL_STRING && field->data ? (const char *)field->data : "");
 }
 
-int64_t srv_row_whole(const struct srv_value *field, int64_t least, int64_t most,
-                      const char *column, const char **flaw) {
+int64_t srv_row_whole(struct srv_row *row, int64_t least, int64_t most, const char *column) {
+    const struct srv_value *field = row->next++;
     assert(least <= most && *column);
     if (field->kind == SRV_SQL_WHOLE && field->whole >= least && field->whole <= most)
         return field->whole;
-    if (!*flaw) *flaw = column;
+    if (!row->flaw) row->flaw = column;
     return least;
 }
 
-void srv_row_word(const struct srv_value *field, size_t least, char text[], size_t cap,
-                  const char *column, const char **flaw) {
+void srv_row_word(struct srv_row *row, size_t least, char text[], size_t cap, const char *column) {
+    const struct srv_value *field = row->next++;
     assert(cap > least && *column);
     int good = field->kind == SRV_SQL_STRING && field->data && field->bytes >= least &&
                field->bytes < cap && strlen(field->data) == field->bytes;
     memcpy(text, good ? field->data : "", good ? field->bytes + 1 : 1);
-    if (!good && !*flaw) *flaw = column;
+    if (!good && !row->flaw) row->flaw = column;
 }
 
 /* what the numbers of a job's row say together */
@@ -91,59 +95,60 @@ void srv_row_job_fail(struct srv_job *job, const char *flaw) {
              "the store's record of this job is damaged (%s): submit the job again", flaw);
 }
 
-static_assert(SRV_ROW_JOB + 2 <= SRV_SQL_PARAMETERS, "a row of a job and a part fits");
+static_assert(SRV_ROW_JOB + 4 <= SRV_SQL_PARAMETERS, "a row of a claim fits");
+
+/* the fields of JOB_COLUMNS behind the id */
+static void row_job_read(struct srv_job *job, struct srv_row *row) {
+    srv_row_word(row, 1, job->client, sizeof job->client, "client");
+    srv_row_word(row, 1, job->operation, sizeof job->operation, "operation");
+    job->state = (enum srv_job_state)srv_row_whole(row, 0, SRV_JOB_STATES - 1, "state");
+    job->parts = (long)srv_row_whole(row, 1, SRV_ROW_MOST, "parts");
+    job->done = (long)srv_row_whole(row, 0, SRV_ROW_MOST, "done");
+    job->created = srv_row_whole(row, 0, SRV_ROW_LATEST, "created");
+    job->started = srv_row_whole(row, 0, SRV_ROW_LATEST, "started");
+    job->finished = srv_row_whole(row, 0, SRV_ROW_LATEST, "finished");
+    job->expires = srv_row_whole(row, 0, SRV_ROW_LATEST, "expires");
+    job->now = row->next++->whole;
+    job->bytes = srv_row_whole(row, 0, SRV_ROW_MOST, "bytes");
+    srv_row_word(row, 0, job->message, sizeof job->message, "message");
+    job->begun = (long)srv_row_whole(row, 0, job->parts, "begun");
+    job->waiting = (long)srv_row_whole(row, 0, job->begun, "waiting");
+    job->chained = (int)srv_row_whole(row, 0, 1, "chained");
+    job->held = srv_row_whole(row, 0, SRV_ROW_MOST, "held");
+    srv_row_word(row, 0, job->title, sizeof job->title, "title");
+    srv_row_word(row, 0, job->version, sizeof job->version, "version");
+    if (!row->flaw && !srv_seal_job_whole(job, row->next)) row->flaw = "seal";
+    struct srv_row notify = {++row->next, NULL};
+    job->notify = (enum srv_notify)srv_row_whole(&notify, 0, SRV_NOTIFY_COUNT - 1, "notify");
+    /* somebody may have wished to be told, and is */
+    if (notify.flaw) job->notify = SRV_NOTIFY_WANTED, row->flaw = notify.flaw;
+    row->next++;
+    job->notify_attempts = (long)srv_row_whole(row, 0, SRV_ROW_MOST, "notify_attempts");
+    job->notify_status = (int)srv_row_whole(row, 0, 999, "notify_status");
+}
 
 enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
     struct srv_row_jobs *rows = context;
     assert(rows->count >= 0 && rows->count <= rows->cap);
     if (rows->count == rows->cap) return SRV_STORED;
     struct srv_job *job = &rows->job[rows->count];
-    const char *flaw = NULL;
-    srv_row_word(&field[0], 1, job->id, sizeof job->id, "id", &flaw);
-    if (flaw) return SRV_STORED;
+    struct srv_row row = {field, NULL};
+    srv_row_word(&row, 1, job->id, sizeof job->id, "id");
+    rows->nameless |= row.flaw != NULL;
+    if (row.flaw) return SRV_STORED;
     rows->count++;
-    srv_row_word(&field[1], 1, job->client, sizeof job->client, "client", &flaw);
-    srv_row_word(&field[2], 1, job->operation, sizeof job->operation, "operation", &flaw);
-    job->state =
-        (enum srv_job_state)srv_row_whole(&field[3], 0, SRV_JOB_STATES - 1, "state", &flaw);
-    job->parts = (long)srv_row_whole(&field[4], 1, SRV_ROW_MOST, "parts", &flaw);
-    job->done = (long)srv_row_whole(&field[5], 0, SRV_ROW_MOST, "done", &flaw);
-    job->created = srv_row_whole(&field[6], 0, SRV_ROW_LATEST, "created", &flaw);
-    job->started = srv_row_whole(&field[7], 0, SRV_ROW_LATEST, "started", &flaw);
-    job->finished = srv_row_whole(&field[8], 0, SRV_ROW_LATEST, "finished", &flaw);
-    job->expires = srv_row_whole(&field[9], 0, SRV_ROW_LATEST, "expires", &flaw);
-    job->now = field[10].whole;
-    job->bytes = srv_row_whole(&field[11], 0, SRV_ROW_MOST, "bytes", &flaw);
-    srv_row_word(&field[12], 0, job->message, sizeof job->message, "message", &flaw);
-    job->begun = (long)srv_row_whole(&field[13], 0, job->parts, "begun", &flaw);
-    job->waiting = (long)srv_row_whole(&field[14], 0, job->begun, "waiting", &flaw);
-    job->chained = (int)srv_row_whole(&field[15], 0, 1, "chained", &flaw);
-    job->held = srv_row_whole(&field[16], 0, SRV_ROW_MOST, "held", &flaw);
-    if (rows->with_digest) {
-        int good = field[SRV_ROW_JOB].kind == SRV_SQL_BYTES &&
-                   field[SRV_ROW_JOB].bytes == SRV_DIGEST_BYTES;
-        /* one that is damaged is no request's: whoever uses the key again is told of a clash */
-        memset(rows->digest, 0, SRV_DIGEST_BYTES);
-        if (good) memcpy(rows->digest, field[SRV_ROW_JOB].data, SRV_DIGEST_BYTES);
-    }
-    srv_row_word(&field[17], 0, job->title, sizeof job->title, "title", &flaw);
-    srv_row_word(&field[18], 0, job->version, sizeof job->version, "version", &flaw);
-    if (!flaw && !srv_seal_job_whole(job, &field[19])) flaw = "seal";
-    const char *unread = NULL;
-    job->notify =
-        (enum srv_notify)srv_row_whole(&field[20], 0, SRV_NOTIFY_COUNT - 1, "notify", &unread);
-    /* somebody may have wished to be told, and is */
-    if (unread) job->notify = SRV_NOTIFY_WANTED, flaw = unread;
-    job->notify_attempts =
-        (long)srv_row_whole(&field[21], 0, SRV_ROW_MOST, "notify_attempts", &flaw);
-    job->notify_status = (int)srv_row_whole(&field[22], 0, 999, "notify_status", &flaw);
-    job->flaw = flaw ? flaw : row_job_flaw(job);
+    row_job_read(job, &row);
+    job->flaw = row.flaw ? row.flaw : row_job_flaw(job);
     if (job->flaw) srv_row_job_fail(job, job->flaw);
-    if (rows->with_lease) {
-        const char *part = NULL;
-        rows->part_state = (long)srv_row_whole(&field[SRV_ROW_JOB], 0, 2, "state", &part);
-        rows->attempt =
-            (long)srv_row_whole(&field[SRV_ROW_JOB + 1], 0, SRV_ROW_MOST, "attempt", &part);
+    if (rows->with_digest) {
+        /* one that is damaged is no request's: whoever uses the key again is told of a clash */
+        int good = row.next->kind == SRV_SQL_BYTES && row.next->bytes == SRV_DIGEST_BYTES;
+        memset(rows->digest, 0, SRV_DIGEST_BYTES);
+        if (good) memcpy(rows->digest, row.next->data, SRV_DIGEST_BYTES);
+    }
+    if (rows->with_part) {
+        rows->part_state = (long)srv_row_whole(&row, 0, 2, "state");
+        rows->attempt = (long)srv_row_whole(&row, 0, SRV_ROW_MOST, "attempt");
     }
     return SRV_STORED;
 }

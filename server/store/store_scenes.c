@@ -19,7 +19,7 @@ static enum srv_stored scene_room(struct srv_store *store, const char *client, c
     struct srv_row_wholes all = {.count = 1};
     SRV_STORED_TRY(srv_store_room_scene(store, client, bytes + SRV_ROW_BYTES, anew));
     if (!rules->source_scenes || !strcmp(client, source)) return SRV_STORED;
-    SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPERS_FROM, srv_row_wholes, &all, srv_value_text(source)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPERS_FROM, srv_row_wholes, &all, source));
     return all.whole[0] < rules->source_scenes ? SRV_STORED : SRV_STORED_QUOTA;
 }
 
@@ -28,7 +28,7 @@ static enum srv_stored scene_count(struct srv_store *store, const char *name, co
                                    int count, size_t bytes) {
     assert(count == 1 || count == -1);
     struct srv_tally_client *client;
-    SRV_STORED_TRY(srv_store_client(store, name, &client));
+    SRV_STORED_TRY(srv_tally_client(&store->tally, name, &client));
     client->scenes += count;
     client->scene_bytes += count * (int64_t)(bytes + SRV_ROW_BYTES);
     if (source) snprintf(client->source, sizeof client->source, "%s", source);
@@ -38,23 +38,21 @@ static enum srv_stored scene_count(struct srv_store *store, const char *name, co
 /* changes the number of all scenes by one, up or down */
 static void scene_count_all(struct srv_store *store, int count, size_t bytes) {
     assert(count == 1 || count == -1);
-    store->tally.change.scenes += count;
-    store->tally.change.scene_bytes += count * (long long)(bytes + SRV_ROW_BYTES);
+    store->tally.changes[SRV_TALLY_SCENES] += count;
+    store->tally.changes[SRV_TALLY_SCENE_BYTES] += count * (int64_t)(bytes + SRV_ROW_BYTES);
 }
 
 static enum srv_stored scene_keeper(struct srv_store *store, const char *id, const char *client,
                                     int *keeps) {
     struct srv_row_wholes row = {.count = 1};
-    SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPER, srv_row_wholes, &row, srv_value_text(id),
-                           srv_value_text(client)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPER, srv_row_wholes, &row, id, client));
     *keeps = row.whole[0] > 0;
     return SRV_STORED;
 }
 
 static enum srv_stored scene_keeper_put(struct srv_store *store, const char *id, const char *client,
                                         const char *source, size_t bytes) {
-    SRV_STORED_TRY(SRV_POST(store, SQL_KEEPER_PUT, srv_value_text(id), srv_value_text(client),
-                            srv_value_text(source), srv_value_whole((int64_t)bytes)));
+    SRV_STORED_TRY(SRV_POST(store, SQL_KEEPER_PUT, id, client, source, bytes));
     return scene_count(store, client, source, 1, bytes);
 }
 
@@ -71,7 +69,7 @@ static enum srv_stored scene_keep(struct srv_store *store, const char *id, const
 /* locks a scene, so that no other process removes it meanwhile */
 static enum srv_stored scene_lock(struct srv_store *store, const char *id, size_t *bytes) {
     struct srv_row_wholes row = {.count = 1};
-    SRV_STORED_TRY(SRV_RUN(store, SQL_SCENE_LOCK, srv_row_wholes, &row, srv_value_text(id)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_SCENE_LOCK, srv_row_wholes, &row, id));
     *bytes = (size_t)row.whole[0];
     return row.rows ? SRV_STORED : SRV_STORED_NONE;
 }
@@ -83,7 +81,7 @@ static enum srv_stored scene_new(struct srv_store *store, const char *id, const 
     unsigned char seal[API_SEAL_BYTES];
     SRV_STORED_TRY(scene_room(store, client, source, bytes, 1));
     srv_seal_scene(seal, id, body, bytes);
-    SRV_STORED_TRY(SRV_RUN(store, SQL_SCENE_PUT, srv_row_wholes, &put, srv_value_text(id),
+    SRV_STORED_TRY(SRV_RUN(store, SQL_SCENE_PUT, srv_row_wholes, &put, id,
                            srv_value_bytes(body, bytes), srv_value_bytes(seal, sizeof seal)));
     if (!put.rows) return SRV_STORED_AGAIN;
     scene_count_all(store, 1, bytes);
@@ -97,7 +95,7 @@ static enum srv_stored scene_put(struct srv_store *store, const char *id, const 
     enum srv_stored found = scene_lock(store, id, &kept);
     if (found == SRV_STORED_NONE) return scene_new(store, id, client, source, body, bytes);
     SRV_STORED_TRY(found);
-    found = SRV_RUN(store, SQL_SCENE, srv_row_bytes, &there, srv_value_text(id));
+    found = SRV_RUN(store, SQL_SCENE, srv_row_bytes, &there, id);
     int same = there.data && there.bytes == bytes && (!bytes || !memcmp(there.data, body, bytes));
     free(there.data);
     SRV_STORED_TRY(found);
@@ -107,8 +105,8 @@ static enum srv_stored scene_put(struct srv_store *store, const char *id, const 
 enum srv_stored srv_store_scene_put(struct srv_store *store, const char *id, const char *client,
                                     const char *source, const void *body, size_t bytes) {
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored = scene_put(store, id, client, source ? source : client, body, bytes);
-    return srv_store_end(store, stored == SRV_STORED, stored);
+    return srv_store_end(store,
+                         scene_put(store, id, client, source ? source : client, body, bytes));
 }
 
 enum srv_stored srv_store_scene_keep(struct srv_store *store, const char *id, const char *client,
@@ -118,7 +116,7 @@ enum srv_stored srv_store_scene_keep(struct srv_store *store, const char *id, co
     enum srv_stored stored = scene_lock(store, id, &bytes);
     if (stored == SRV_STORED)
         stored = scene_keep(store, id, client, source ? source : client, bytes);
-    return srv_store_end(store, stored == SRV_STORED, stored);
+    return srv_store_end(store, stored);
 }
 
 static enum srv_stored scene_drop(struct srv_store *store, const char *id, const char *client) {
@@ -128,18 +126,17 @@ static enum srv_stored scene_drop(struct srv_store *store, const char *id, const
     SRV_STORED_TRY(scene_lock(store, id, &bytes));
     SRV_STORED_TRY(scene_keeper(store, id, client, &keeps));
     if (!keeps) return SRV_STORED_CLASH;
-    SRV_STORED_TRY(SRV_POST(store, SQL_KEEPER_REMOVE, srv_value_text(id), srv_value_text(client)));
+    SRV_STORED_TRY(SRV_POST(store, SQL_KEEPER_REMOVE, id, client));
     SRV_STORED_TRY(scene_count(store, client, NULL, -1, bytes));
-    SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPERS, srv_row_wholes, &left, srv_value_text(id)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPERS, srv_row_wholes, &left, id));
     if (left.whole[0]) return SRV_STORED;
     scene_count_all(store, -1, bytes);
-    return SRV_POST(store, SQL_SCENE_REMOVE, srv_value_text(id));
+    return SRV_POST(store, SQL_SCENE_REMOVE, id);
 }
 
 enum srv_stored srv_store_scene_drop(struct srv_store *store, const char *id, const char *client) {
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored = scene_drop(store, id, client);
-    return srv_store_end(store, stored == SRV_STORED, stored);
+    return srv_store_end(store, scene_drop(store, id, client));
 }
 
 /* Scenes that a client keeps. */
@@ -150,17 +147,17 @@ struct row_kept {
 
 static enum srv_stored row_kept(void *context, const struct srv_value field[]) {
     struct row_kept *rows = context;
-    const char *flaw = NULL;
+    struct srv_row row = {field, NULL};
     if (rows->count == SQL_KEPT_MOST) return SRV_STORED;
-    srv_row_word(&field[0], 1, rows->id[rows->count], SRV_ID_BYTES, "scene", &flaw);
-    rows->count += !flaw;
+    srv_row_word(&row, 1, rows->id[rows->count], SRV_ID_BYTES, "scene");
+    rows->count += !row.flaw;
     return SRV_STORED;
 }
 
 static enum srv_stored erase_scenes(struct srv_store *store, const char *client, int most,
                                     int *count) {
     struct row_kept rows = {0};
-    SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPERS_OF, row_kept, &rows, srv_value_text(client)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPERS_OF, row_kept, &rows, client));
     if (rows.count > most) rows.count = most;
     for (int i = 0; i < rows.count; i++) {
         enum srv_stored stored = scene_drop(store, rows.id[i], client);
@@ -170,9 +167,8 @@ static enum srv_stored erase_scenes(struct srv_store *store, const char *client,
             continue;
         }
         /* a row of a scene that somebody has taken out of the tables by hand */
-        SRV_STORED_TRY(
-            SRV_POST(store, SQL_KEEPER_REMOVE, srv_value_text(rows.id[i]), srv_value_text(client)));
-        SRV_STORED_TRY(srv_store_recount_client(store, client));
+        SRV_STORED_TRY(SRV_POST(store, SQL_KEEPER_REMOVE, rows.id[i], client));
+        SRV_STORED_TRY(srv_tally_count_anew(&store->tally, client));
     }
     *count = rows.count;
     return SRV_STORED;
@@ -182,8 +178,7 @@ enum srv_stored srv_store_erase_scenes(struct srv_store *store, const char *clie
                                        int *count) {
     *count = 0;
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored = erase_scenes(store, client, most, count);
-    return srv_store_end(store, stored == SRV_STORED, stored);
+    return srv_store_end(store, erase_scenes(store, client, most, count));
 }
 
 enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **body,

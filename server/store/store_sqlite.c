@@ -299,6 +299,11 @@ static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
     return stored;
 }
 
+static enum srv_stored sqlite_post(struct srv_sql *sql, int id, const char *text,
+                                   const struct srv_value value[], int count) {
+    return sqlite_run(sql, id, text, value, count, NULL, NULL);
+}
+
 static int sqlite_room(struct srv_sql *sql, size_t bytes) {
     struct sqlite_sql *own = SRV_CONTAINER_OF(sql, struct sqlite_sql, sql);
     if (srv_sqlite_disk_room(&own->disk, bytes)) return 1;
@@ -325,27 +330,32 @@ static int sqlite_listen(struct srv_sql *sql, int timeout_ms, int wake) {
     return heard;
 }
 
-const struct srv_sql_driver srv_sql_sqlite = {
-    .scheme = "sqlite:",
-    .batch = 64,
+static const struct srv_sql_word sqlite_words[] = {
     // readers too: where they overlap without end, the log of writes never starts anew, and fills
     // the disk
-    .begin = "BEGIN IMMEDIATE",
-    .now = "now_us()",
-    .lock = "",
-    .skip = "",
-    .alone = "SELECT 1",
-    .ring = "ring()",
-    .ring_work = "ring()",
-    .ring_stop = "ring()",
-    .crowd = "0, 0",
-    .carries = "0, 0",
-    .bytes = "BLOB",
-    .hot = "",
+    {"begin", "BEGIN IMMEDIATE"},
+    {"now", "now_us()"},
+    {"lock", ""},
+    {"skip", ""},
+    {"alone", "SELECT 1"},
+    {"ring", "ring()"},
+    {"ring work", "ring()"},
+    {"ring stop", "ring()"},
+    {"crowd", "0, 0"},
+    {"carries", "0, 0"},
+    {"bytes", "BLOB"},
+    {"hot", ""},
+    {NULL, NULL}};
+
+const struct srv_sql_driver srv_sql_sqlite = {
+    .words = sqlite_words,
+    .scheme = "sqlite:",
+    .batch = 64,
     .lists = 0,
     .open = sqlite_open,
     .close = sqlite_close,
     .run = sqlite_run,
+    .post = sqlite_post,
     .room = sqlite_room,
     .listen = sqlite_listen,
 };

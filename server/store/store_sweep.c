@@ -21,8 +21,6 @@ enum { SWEEP_SMALL = 1 << 20, SWEEP_JUMP_S = 300, SWEEP_HOLD_S = 600 };
 /* the bytes of results after which a piece ends */
 enum { SWEEP_PIECE = 16 << 20 };
 
-/* jobs of a client that are erased in one transaction */
-
 /* A job that is dismissed or removed and whose parts and results are still there. */
 struct row_removal {
     int rows;
@@ -32,11 +30,13 @@ struct row_removal {
 };
 
 static enum srv_stored row_removal(void *context, const struct srv_value field[]) {
-    struct row_removal *row = context;
-    srv_row_word(&field[0], 1, row->job, sizeof row->job, "job", &row->flaw);
-    srv_row_word(&field[1], 1, row->client, sizeof row->client, "client", &row->flaw);
-    row->bytes = srv_row_whole(&field[2], 0, SRV_ROW_MOST, "bytes", &row->flaw);
-    row->rows++;
+    struct row_removal *removal = context;
+    struct srv_row row = {field, NULL};
+    srv_row_word(&row, 1, removal->job, sizeof removal->job, "job");
+    srv_row_word(&row, 1, removal->client, sizeof removal->client, "client");
+    removal->bytes = srv_row_whole(&row, 0, SRV_ROW_MOST, "bytes");
+    removal->flaw = row.flaw;
+    removal->rows++;
     return SRV_STORED;
 }
 
@@ -44,58 +44,28 @@ static enum srv_stored row_removal(void *context, const struct srv_value field[]
 static enum srv_stored sweep_removal(struct srv_store *store, struct srv_store_sweep *sweep) {
     struct row_removal removal = {0};
     struct srv_row_wholes chunks = {.count = 1}, parts = {.count = 1};
-    SRV_STORED_TRY(srv_store_run(store, SQL_REMOVAL, NULL, 0, row_removal, &removal));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_REMOVAL, row_removal, &removal));
     if (!removal.rows) return SRV_STORED;
     sweep->more = 1;
-    if (!*removal.job) return srv_store_plain(store, SQL_REMOVALS_NAMELESS);
-    SRV_STORED_TRY(SRV_RUN(store, SQL_RESULTS_REMOVE_SOME, srv_row_wholes, &chunks,
-                           srv_value_text(removal.job)));
+    if (!*removal.job) return SRV_RUN(store, SQL_REMOVALS_NAMELESS, NULL, NULL);
+    SRV_STORED_TRY(SRV_RUN(store, SQL_RESULTS_REMOVE_SOME, srv_row_wholes, &chunks, removal.job));
     if (chunks.rows == SQL_CHUNKS_MOST) return SRV_STORED;
-    SRV_STORED_TRY(
-        SRV_RUN(store, SQL_PARTS_REMOVE_SOME, srv_row_wholes, &parts, srv_value_text(removal.job)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_PARTS_REMOVE_SOME, srv_row_wholes, &parts, removal.job));
     if (parts.rows == SQL_PARTS_REMOVED) return SRV_STORED;
-    SRV_STORED_TRY(SRV_POST(store, SQL_REMOVAL_END, srv_value_text(removal.job)));
+    SRV_STORED_TRY(SRV_POST(store, SQL_REMOVAL_END, removal.job));
     return removal.flaw ? srv_store_recount(store, removal.client)
                         : srv_store_count_bytes(store, removal.client, -removal.bytes);
-}
-
-/* Jobs that are past their time, locked. */
-struct row_expired {
-    int count, nameless;
-    int damaged; /* of these, at the end of the list: their rows say what nobody can have written */
-    struct srv_job job[SQL_EXPIRED_MOST];
-};
-
-static enum srv_stored row_expired(void *context, const struct srv_value field[]) {
-    struct row_expired *rows = context;
-    if (rows->count + rows->damaged == SQL_EXPIRED_MOST) return SRV_STORED;
-    struct srv_job job = {.flaw = NULL};
-    srv_row_word(&field[0], 1, job.id, sizeof job.id, "id", &job.flaw);
-    rows->nameless |= !*job.id;
-    if (job.flaw) return SRV_STORED;
-    srv_row_word(&field[1], 1, job.client, sizeof job.client, "client", &job.flaw);
-    job.state = (enum srv_job_state)srv_row_whole(&field[2], SRV_JOB_SUCCESSFUL, SRV_JOB_STATES - 1,
-                                                  "state", &job.flaw);
-    job.bytes = srv_row_whole(&field[3], 0, SRV_ROW_MOST, "bytes", &job.flaw);
-    job.held = srv_row_whole(&field[4], 0, SRV_ROW_MOST, "held", &job.flaw);
-    job.begun = (long)srv_row_whole(&field[5], 0, SRV_ROW_MOST, "begun", &job.flaw);
-    job.expires = srv_row_whole(&field[6], 1, SRV_ROW_LATEST, "expires", &job.flaw);
-    job.notify =
-        (enum srv_notify)srv_row_whole(&field[7], 0, SRV_NOTIFY_COUNT - 1, "notify", &job.flaw);
-    rows->job[job.flaw ? SQL_EXPIRED_MOST - ++rows->damaged : rows->count++] = job;
-    return SRV_STORED;
 }
 
 /* counts a job that is removed; what is large stays a while, and is counted as long */
 static enum srv_stored expired_count(struct srv_store *store, const struct srv_job *job,
                                      int large) {
     assert(!srv_job_open(job) && job->bytes >= 0 && job->held >= 0);
-    store->tally.change.jobs[job->state]--;
+    store->tally.changes[job->state]--;
     SRV_STORED_TRY(
         srv_store_count_bytes(store, job->client, -job->held - (large ? 0 : job->bytes)));
     if (!large) return SRV_STORED;
-    return SRV_POST(store, SQL_REMOVAL_PUT, srv_value_text(job->id), srv_value_text(job->client),
-                    srv_value_whole(job->bytes));
+    return SRV_POST(store, SQL_REMOVAL_PUT, job->id, job->client, job->bytes);
 }
 
 /* removes a job, together with its parts and results if they are small */
@@ -105,11 +75,11 @@ static enum srv_stored expired_remove(struct srv_store *store, const struct srv_
         large = kept && (job->bytes > SWEEP_SMALL || job->begun > SRV_FEW_PARTS);
     SRV_STORED_TRY(expired_count(store, job, large));
     if (kept && !large && job->bytes > 0)
-        SRV_STORED_TRY(SRV_POST(store, SQL_RESULTS_REMOVE, srv_value_text(job->id)));
-    if (kept && !large) SRV_STORED_TRY(SRV_POST(store, SQL_PARTS_REMOVE, srv_value_text(job->id)));
+        SRV_STORED_TRY(SRV_POST(store, SQL_RESULTS_REMOVE, job->id));
+    if (kept && !large) SRV_STORED_TRY(SRV_POST(store, SQL_PARTS_REMOVE, job->id));
     /* whatever the job's row says: nothing else would ever remove one that is not due */
-    SRV_STORED_TRY(SRV_POST(store, SQL_HOOK_REMOVE, srv_value_text(job->id)));
-    return SRV_POST(store, SQL_JOBS_REMOVE, srv_value_text(job->id));
+    SRV_STORED_TRY(SRV_POST(store, SQL_HOOK_REMOVE, job->id));
+    return SRV_POST(store, SQL_JOBS_REMOVE, job->id);
 }
 
 /* false for a while after the store's clock has jumped ahead */
@@ -125,32 +95,27 @@ static int sweep_trusts(struct srv_store *store, int64_t now) {
 
 static enum srv_stored sweep_expired(struct srv_store *store, int64_t now,
                                      struct srv_store_sweep *sweep) {
-    struct row_expired rows = {0};
+    struct srv_job job[SQL_EXPIRED_MOST];
+    struct srv_row_jobs rows = {.cap = SQL_EXPIRED_MOST, .job = job};
     if (!sweep_trusts(store, now)) return SRV_STORED;
     SRV_STORED_TRY(srv_store_class_sweep(store, now, &sweep->more));
-    SRV_STORED_TRY(SRV_RUN(store, SQL_JOBS_EXPIRED, row_expired, &rows,
-                           srv_value_whole(store->expiry.from), srv_value_whole(SQL_EXPIRED_MOST)));
-    int64_t bytes = 0;
-    assert(rows.count + rows.damaged <= SQL_EXPIRED_MOST);
-    for (int i = 0; i < rows.count; i++) {
-        SRV_STORED_TRY(expired_remove(store, &rows.job[i]));
-        bytes += rows.job[i].bytes > SWEEP_SMALL ? 0 : rows.job[i].bytes;
-        if (bytes > SWEEP_PIECE) rows.count = i + 1;
-    }
-    /* a damaged one is removed once it has been written anew, when that is past its time */
-    for (int i = SQL_EXPIRED_MOST - rows.damaged; i < SQL_EXPIRED_MOST; i++) {
-        struct srv_job job;
-        SRV_STORED_TRY(srv_store_find(store, SQL_JOB_LOCK, rows.job[i].id, &job));
-        if (!job.flaw) srv_row_job_fail(&job, rows.job[i].flaw);
-        SRV_STORED_TRY(srv_store_condemn(store, &job));
-    }
-    if (rows.nameless) SRV_STORED_TRY(srv_store_plain(store, SQL_JOBS_NAMELESS));
+    SRV_STORED_TRY(
+        SRV_RUN(store, SQL_JOBS_EXPIRED, srv_row_job, &rows, store->expiry.from, SQL_EXPIRED_MOST));
     /* the next piece does not look again at the places of those that were removed; when nothing
      * is left all places are looked at once more, because other processes may have locked some */
-    sweep->more |= rows.count > 0;
-    sweep->expired = rows.count;
-    store->expiry.from = rows.count ? rows.job[rows.count - 1].expires : 0;
-    return SRV_STORED;
+    store->expiry.from = 0;
+    for (int64_t i = 0, bytes = 0; i < rows.count && bytes <= SWEEP_PIECE; i++) {
+        if (job[i].flaw) continue;
+        SRV_STORED_TRY(expired_remove(store, &job[i]));
+        bytes += job[i].bytes > SWEEP_SMALL ? 0 : job[i].bytes;
+        store->expiry.from = job[i].expires;
+        sweep->more = 1;
+        sweep->expired++;
+    }
+    /* a damaged one is removed once it has been written anew, when that is past its time */
+    for (int i = 0; i < rows.count; i++)
+        if (job[i].flaw) SRV_STORED_TRY(srv_store_condemn(store, &job[i]));
+    return rows.nameless ? SRV_RUN(store, SQL_JOBS_NAMELESS, NULL, NULL) : SRV_STORED;
 }
 
 static enum srv_stored row_changed(void *context, const struct srv_value field[]) {
@@ -167,8 +132,7 @@ static enum srv_stored sweep_changes(struct srv_store *store) {
     for (int more = store->sql->driver->lists, i = 0; more && stored == SRV_STORED && i < 64; i++) {
         SRV_STORED_TRY(srv_store_look(store));
         memcpy(was, name, sizeof was);
-        stored = srv_store_end(store, 1,
-                               SRV_RUN(store, SQL_CHANGED, row_changed, name, srv_value_text(was)));
+        stored = srv_store_end(store, SRV_RUN(store, SQL_CHANGED, row_changed, name, was));
         more = strcmp(was, name) != 0;
         if (more && stored == SRV_STORED) stored = srv_store_fold(store, name);
     }
@@ -190,7 +154,7 @@ enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked,
     if (stored == SRV_STORED) stored = sweep_removal(store, sweep);
     if (stored == SRV_STORED) stored = sweep_expired(store, now, sweep);
     sweep->more |= late == SQL_PARTS_MOST;
-    return srv_store_end(store, stored == SRV_STORED, stored);
+    return srv_store_end(store, stored);
 }
 
 /* erases one job of a client, which may have gone meanwhile */
@@ -205,41 +169,38 @@ static enum srv_stored erase_job(struct srv_store *store, const char *id) {
 
 enum srv_stored srv_store_erase_jobs(struct srv_store *store, const char *client, int most,
                                      int *count) {
-    static const struct srv_row_jobs none;
     struct srv_job job[SRV_ERASE_MOST];
-    struct srv_row_jobs rows = none;
-    rows.cap = SRV_ERASE_MOST;
-    rows.job = job;
+    struct srv_row_jobs rows = {.cap = SRV_ERASE_MOST, .job = job};
     *count = 0;
     assert(most >= 1 && most <= SRV_ERASE_MOST);
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored =
-        SRV_RUN(store, SQL_JOBS, srv_row_job, &rows, srv_value_text(client), srv_value_whole(most));
+    enum srv_stored stored = SRV_RUN(store, SQL_JOBS, srv_row_job, &rows, client, most);
     for (int i = 0; i < rows.count && stored == SRV_STORED; i++)
         stored = erase_job(store, job[i].id);
     if (stored == SRV_STORED) *count = rows.count;
-    return srv_store_end(store, stored == SRV_STORED, stored);
-}
-
-/* why not even a small job can be kept */
-static const char *figures_full(struct srv_store *store, const struct srv_store_figures *figures) {
-    const struct srv_sql_driver *driver = store->sql->driver;
-    if (figures->bytes + SRV_ROW_BYTES > store->rules.all_bytes)
-        return "the store is full: max-store-bytes";
-    return driver->room && !driver->room(store->sql, SRV_ROW_BYTES) ? "the store's disk is full"
-                                                                    : NULL;
+    return srv_store_end(store, stored);
 }
 
 enum srv_stored srv_store_figures(struct srv_store *store, struct srv_store_figures *figures) {
+    const struct srv_sql_driver *driver = store->sql->driver;
     struct srv_row_wholes more = {.count = 3};
-    *figures = (struct srv_store_figures){0};
+    int64_t sum[SRV_TALLY_SUMS] = {0};
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored = srv_tally_totals(&store->tally, store->sql, figures);
-    if (stored == SRV_STORED)
-        stored = srv_store_run(store, SQL_FIGURES, NULL, 0, srv_row_wholes, &more);
-    store->workers = figures->workers = (long)more.whole[0];
-    figures->connections = (long)more.whole[1];
-    figures->oldest_us = more.whole[2];
-    if (stored == SRV_STORED) figures->full = figures_full(store, figures);
-    return srv_store_end(store, 1, stored);
+    enum srv_stored stored = SRV_RUN(store, SQL_FIGURES, srv_row_wholes, &more);
+    for (int i = 0; i < SRV_TALLY_SUMS && stored == SRV_STORED; i++)
+        stored = srv_tally_total(&store->tally, i, &sum[i]);
+    *figures = (struct srv_store_figures){.parts = (long)sum[SRV_TALLY_PARTS],
+                                          .bytes = sum[SRV_TALLY_BYTES],
+                                          .scenes = (long)sum[SRV_TALLY_SCENES],
+                                          .scene_bytes = sum[SRV_TALLY_SCENE_BYTES],
+                                          .workers = (long)more.whole[0],
+                                          .connections = (long)more.whole[1],
+                                          .oldest_us = more.whole[2]};
+    for (int i = 0; i < SRV_JOB_STATES; i++) figures->jobs[i] = (long)sum[i];
+    store->workers = figures->workers;
+    if (figures->bytes + SRV_ROW_BYTES > store->rules.all_bytes)
+        figures->full = "the store is full: max-store-bytes";
+    else if (driver->room && stored == SRV_STORED && !driver->room(store->sql, SRV_ROW_BYTES))
+        figures->full = "the store's disk is full";
+    return srv_store_end(store, stored);
 }

@@ -72,6 +72,14 @@ TEST(a_read_that_could_not_begin_leaves_the_next_call_its_commit) {
     store.settled = 1;
     CHECK_INT(srv_store_look(&store), SRV_STORED_AWAY);
     CHECK_INT(srv_store_begin(&store), SRV_STORED);
-    CHECK_INT(srv_store_end(&store, 1, SRV_STORED), SRV_STORED);
+    CHECK_INT(srv_store_end(&store, SRV_STORED), SRV_STORED);
     CHECK_INT(away_commits, 1);
+}
+
+STORE_TEST(a_transaction_of_which_a_statement_failed_is_not_said_to_be_kept) {
+    struct srv_sql *sql = store->sql;
+    CHECK_INT(sql->driver->run(sql, -1, "{begin}", NULL, 0, NULL, NULL), SRV_STORED);
+    CHECK(sql->driver->run(sql, -1, "SELECT no_such_column", NULL, 0, NULL, NULL) != SRV_STORED);
+    CHECK_INT(sql->driver->run(sql, -1, "COMMIT", NULL, 0, NULL, NULL),
+              ground->postgres ? SRV_STORED_AGAIN : SRV_STORED);
 }

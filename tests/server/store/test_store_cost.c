@@ -182,7 +182,10 @@ static enum srv_stored cost_row(void *context, const struct srv_value field[]) {
 }
 
 /* statements that only mend what somebody damaged, and may look at all rows */
-static int cost_mends(const char *text) { return strstr(text, "BETWEEN") != NULL; }
+static int cost_mends(const char *text) {
+    return strstr(text, "BETWEEN") || strstr(text, "{nameless") || strstr(text, "{sane") ||
+           strstr(text, "{bounded") || strstr(text, "{counted");
+}
 
 /* the plan that a prepared statement has, whatever its values are */
 static enum srv_stored cost_explain(struct srv_sql *sql, const char *statement,

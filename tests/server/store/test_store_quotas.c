@@ -195,7 +195,7 @@ static void *quotas_count_anew(void *context) {
     counter->stored = srv_store_begin(counter->store);
     if (counter->stored == SRV_STORED)
         counter->stored =
-            srv_store_end(counter->store, 1, srv_store_recount_client(counter->store, "anna"));
+            srv_store_end(counter->store, srv_tally_count_anew(&counter->store->tally, "anna"));
     return NULL;
 }
 
