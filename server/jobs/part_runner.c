@@ -12,20 +12,18 @@
 #include "server/jobs/part_claim.h"
 #include "server/jobs/part_slot.h"
 #include "server/store/storage.h"
-#include "server/jobs/part_poll.h"
 
 struct srv_part_runner {
     struct srv_service *service;
     int64_t lease_us;
     struct srv_lane lane; /* its lane in the queue */
     struct srv_ask release;
-    struct srv_part_poll *poll; /* asks about the jobs whose parts are held */
     pthread_mutex_t lock;
     pthread_cond_t some;
     pthread_t thread;
     int started, over;
-    int doubt, asking;  /* doubt: a job may have ended elsewhere; asking: the poll is under way */
-    int64_t ended_at;   /* ns: the poll is not repeated before this instant */
+    int doubt;          /* a job of a part that is held may have ended elsewhere */
+    int64_t looked_at;  /* ns: it is not looked again before this instant */
     int64_t idle;       /* ns: since when there was nothing to do; 0 = there is, or it is unknown */
     int draining;       /* 1 = no more claims, 2 = giving the parts back, 3 = they are given back */
     struct srv_ask ask; /* the question of a claim */
@@ -40,9 +38,9 @@ enum {
     RUNNER_REST_MS = 1000, /* the longest sleep */
     RUNNER_AGAIN_MS = 200,
     RUNNER_BEAT_MS = 500,
-    RUNNER_ENDED_MS = 20, /* ms between two polls, however many notifications arrive */
-    RUNNER_DEAF_MS = 50,  /* ms between two polls if the store cannot notify */
-    RUNNER_YOUNG_MS = 20, /* a part that is held for less is not polled: it may end soon */
+    RUNNER_LOOK_MS = 20,  /* ms between two looks, however many notifications arrive */
+    RUNNER_DEAF_MS = 50,  /* ms between two looks if the store cannot notify */
+    RUNNER_YOUNG_MS = 20, /* a part that is held for less is not looked at: it may end soon */
     RUNNER_LONG_MS = 200, /* a part that computes for longer is not small, whatever was estimated */
     RUNNER_SMALL = 128    /* the number of slots for small parts */
 };
@@ -64,8 +62,7 @@ static enum srv_stored runner_release(struct srv_store *store, struct srv_store_
 int srv_part_runner_valid(const struct srv_part_runner *runner) {
     /* The number of claimed parts belongs to the storage thread while the store is asked. */
     return runner->service && runner->count >= 0 && runner->lease_us >= 0 &&
-           runner->claim.asked.most <= SRV_CLAIMS && runner->draining >= 0 &&
-           runner->draining <= 3 && runner->poll && runner->poll->count <= runner->count;
+           runner->claim.asked.most <= SRV_CLAIMS && runner->draining >= 0 && runner->draining <= 3;
 }
 
 /* --- from one state to the next --- */
@@ -201,28 +198,11 @@ static void slot_beaten(struct srv_ask *beat) {
     pthread_mutex_lock(&runner->lock);
     slot->beating = 0;
     if (srv_part_slot_beats(slot)) {
-        slot->beat_at = srv_clock_now() + (stored == SRV_STORED ? runner_beat_ns(runner)
-                                                                : runner_ms(RUNNER_AGAIN_MS));
+        if (!slot->looking)
+            slot->beat_at = srv_clock_now() + (stored == SRV_STORED ? runner_beat_ns(runner)
+                                                                    : runner_ms(RUNNER_AGAIN_MS));
         if (stored == SRV_STORED_LOST) atomic_store(&slot->run.stop, 1);
     }
-    pthread_cond_signal(&runner->some);
-    assert(srv_part_runner_valid(runner));
-    pthread_mutex_unlock(&runner->lock);
-}
-
-/* Stops the parts of jobs that ended elsewhere. */
-static void runner_polled(struct srv_ask *ask) {
-    struct srv_part_runner *runner = SRV_CONTAINER_OF(ask, struct srv_part_poll, ask)->context;
-    int deaf = !srv_storage_hears(runner->service->storage);
-    pthread_mutex_lock(&runner->lock);
-    for (int i = 0; i < runner->count && ask->call.stored == SRV_STORED; i++)
-        if (srv_part_slot_holds(&runner->slot[i]) &&
-            srv_part_poll_ended(runner->poll, runner->slot[i].lease.job))
-            atomic_store(&runner->slot[i].run.stop, 1);
-    runner->poll->count = 0;
-    runner->asking = 0;
-    runner->doubt |= deaf;
-    runner->ended_at = srv_clock_now() + runner_ms(deaf ? RUNNER_DEAF_MS : RUNNER_ENDED_MS);
     pthread_cond_signal(&runner->some);
     assert(srv_part_runner_valid(runner));
     pthread_mutex_unlock(&runner->lock);
@@ -307,24 +287,23 @@ static void runner_claim(struct srv_part_runner *runner, int64_t now) {
 
 static void runner_beat(struct srv_part_slot *slot, int64_t now) {
     if (srv_part_slot_holds(slot) && !slot->beating && now >= slot->beat_at)
-        srv_part_slot_beat(slot);
+        srv_part_slot_beat(slot, 0);
 }
 
-/* Asks which of the jobs whose parts are held have ended. */
-static void runner_poll(struct srv_part_runner *runner, int64_t now) {
-    if (runner->draining || runner->asking || !runner->doubt || now < runner->ended_at) return;
-    runner->doubt = runner->claiming; /* a part that is being claimed may be of such a job */
+/* Looks whether the jobs whose parts are held have ended elsewhere. */
+static void runner_look(struct srv_part_runner *runner, int64_t now) {
+    if (runner->draining || !runner->doubt || now < runner->looked_at) return;
+    int deaf = !srv_storage_hears(runner->service->storage);
+    /* a part that is being claimed may be of such a job */
+    runner->doubt = runner->claiming || deaf;
+    runner->looked_at = now + runner_ms(deaf ? RUNNER_DEAF_MS : RUNNER_LOOK_MS);
     for (int i = 0; i < runner->count; i++) {
-        const struct srv_part_slot *slot = &runner->slot[i];
-        int young = now - slot->held_at < runner_ms(RUNNER_YOUNG_MS);
+        struct srv_part_slot *slot = &runner->slot[i];
+        int later = slot->beating || now - slot->held_at < runner_ms(RUNNER_YOUNG_MS);
         if (!srv_part_slot_holds(slot)) continue;
-        runner->doubt |= young;
-        if (!young) srv_part_poll_list(runner->poll, slot->lease.job);
+        runner->doubt |= later;
+        if (!later) srv_part_slot_beat(slot, 1);
     }
-    runner->ended_at = now + runner_ms(RUNNER_YOUNG_MS);
-    if (!runner->poll->count) return;
-    runner->asking = 1;
-    srv_storage_ask(runner->service->storage, SRV_ASK_READ, &runner->poll->ask);
 }
 
 static void runner_retry(struct srv_part_slot *slot, int64_t now) {
@@ -340,8 +319,7 @@ static int64_t runner_next(const struct srv_part_runner *runner, int64_t now) {
     int64_t next = now + runner_ms(RUNNER_REST_MS),
             claim = srv_part_claim_next(&runner->claim, now);
     if (!runner->draining && !runner->claiming && claim < next) next = claim;
-    if (!runner->draining && runner->doubt && !runner->asking && runner->ended_at < next)
-        next = runner->ended_at;
+    if (!runner->draining && runner->doubt && runner->looked_at < next) next = runner->looked_at;
     for (int i = 0; i < runner->count; i++) {
         const struct srv_part_slot *slot = &runner->slot[i];
         if (srv_part_slot_holds(slot) && !slot->beating && slot->beat_at < next)
@@ -360,7 +338,7 @@ static void *runner_main(void *context) {
             runner_beat(&runner->slot[i], now);
             runner_retry(&runner->slot[i], now);
         }
-        runner_poll(runner, now);
+        runner_look(runner, now);
         runner_claim(runner, now);
         int64_t next = runner_next(runner, now);
         if (next > now) srv_condition_wait(&runner->some, &runner->lock, next);
@@ -384,11 +362,6 @@ enum pend_status srv_part_runner_new(struct srv_part_runner **runner, struct srv
     struct srv_part_runner *made = *runner =
         calloc(1, sizeof *made + (size_t)slots * sizeof made->slot[0]);
     if (!made) return PEND_NO_MEMORY;
-    if (!(made->poll = srv_part_poll_new(slots, runner_polled, made))) {
-        free(made);
-        *runner = NULL;
-        return PEND_NO_MEMORY;
-    }
     made->service = service;
     made->count = slots;
     made->most_long = parts;
@@ -431,8 +404,6 @@ void srv_part_runner_free(struct srv_part_runner **runner) {
         assert(gone->slot[i].state == SRV_PART_SLOT_IDLE && !gone->slot[i].beating);
         srv_part_slot_clear(&gone->slot[i]);
     }
-    assert(!gone->asking);
-    free(gone->poll);
     pthread_cond_destroy(&gone->some);
     pthread_mutex_destroy(&gone->lock);
     free(gone);
@@ -464,7 +435,7 @@ double srv_part_runner_idle(struct srv_part_runner *runner) {
 
 int srv_part_runner_drain(struct srv_part_runner *runner) {
     pthread_mutex_lock(&runner->lock);
-    int busy = runner->asking;
+    int busy = 0;
     if (!runner->draining) runner->draining = 1;
     for (int i = 0; i < runner->count; i++) {
         struct srv_part_slot *slot = &runner->slot[i];

@@ -46,6 +46,14 @@ static enum srv_stored slot_extend(struct srv_store *store, struct srv_store_cal
     return srv_store_extend(store, &slot->beaten, slot->lease_us);
 }
 
+/* whether its job has ended elsewhere; a job that cannot be read has not */
+static enum srv_stored slot_look(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_part_slot *slot = SRV_CONTAINER_OF(call, struct srv_part_slot, beat.call);
+    struct srv_job job = {.state = SRV_JOB_DISMISSED};
+    enum srv_stored stored = srv_store_job(store, slot->beaten.job, &job);
+    return stored <= SRV_STORED_NONE && job.state > SRV_JOB_RUNNING ? SRV_STORED_LOST : stored;
+}
+
 /* --- questions --- */
 
 void srv_part_slot_ask(struct srv_part_slot *slot, enum srv_part_slot_state state) {
@@ -62,12 +70,14 @@ void srv_part_slot_ask(struct srv_part_slot *slot, enum srv_part_slot_state stat
     srv_storage_ask(slot->service->storage, kind, &slot->ask);
 }
 
-void srv_part_slot_beat(struct srv_part_slot *slot) {
+void srv_part_slot_beat(struct srv_part_slot *slot, int look) {
     assert(srv_part_slot_valid(slot) && srv_part_slot_holds(slot) && !slot->beating);
     slot->beaten = slot->lease;
     slot->beaten.start = slot->beaten.request = NULL;
     slot->beating = 1;
-    srv_storage_ask(slot->service->storage, SRV_ASK_WRITE, &slot->beat);
+    slot->looking = look;
+    slot->beat.call.run = look ? slot_look : slot_extend;
+    srv_storage_ask(slot->service->storage, look ? SRV_ASK_READ : SRV_ASK_WRITE, &slot->beat);
 }
 
 int srv_part_slot_beats(const struct srv_part_slot *slot) {
@@ -82,7 +92,7 @@ void srv_part_slot_init(struct srv_part_slot *slot, void (*asked)(struct srv_ask
                         void (*beaten)(struct srv_ask *beat)) {
     assert(slot->service && slot->runner && asked && beaten);
     slot->ask.done = asked;
-    slot->beat = (struct srv_ask){.call = {.run = slot_extend}, .done = beaten};
+    slot->beat.done = beaten;
     srv_part_run_init(&slot->run, slot->service);
 }
 

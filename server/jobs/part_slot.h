@@ -33,7 +33,7 @@ struct srv_part_slot {
 
     /* under the runner's lock */
     enum srv_part_slot_state state, again; /* again: what is asked after SRV_PART_SLOT_RETRY */
-    int beating;
+    int beating, looking;
     int64_t at;      /* ns: when to ask again */
     int64_t beat_at; /* ns: when to hold it for longer */
     int64_t held_at; /* ns: since when it holds the part */
@@ -67,8 +67,9 @@ int srv_part_slot_holds(const struct srv_part_slot *slot);
 /** Sends the question of a state: REQUEST, FINISH or FAIL. */
 void srv_part_slot_ask(struct srv_part_slot *slot, enum srv_part_slot_state state);
 
-/** Asks the store to extend the lease. */
-void srv_part_slot_beat(struct srv_part_slot *slot);
+/** Asks the store to extend the lease or, with `look`, only whether the job has ended: then the
+ * answer is SRV_STORED_LOST. */
+void srv_part_slot_beat(struct srv_part_slot *slot, int look);
 
 /** True if the slot still holds the part that the beat was sent for. */
 int srv_part_slot_beats(const struct srv_part_slot *slot);

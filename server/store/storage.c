@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <pthread.h>
+#include <semaphore.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
@@ -161,13 +162,6 @@ static void storage_sweep(struct storage_desk *desk, struct storage_round *round
     pthread_mutex_unlock(&storage->lock);
 }
 
-static int storage_over(struct srv_storage *storage) {
-    pthread_mutex_lock(&storage->lock);
-    int over = storage->over;
-    pthread_mutex_unlock(&storage->lock);
-    return over;
-}
-
 /* nothing is asked of a kind and nothing will be: what came while a desk swept is looked at too */
 static int storage_done(struct srv_storage *storage, enum srv_ask_kind kind) {
     pthread_mutex_lock(&storage->lock);
@@ -239,7 +233,7 @@ static void *storage_listen(void *context) {
     struct storage_desk *desk = context;
     struct srv_storage *storage = desk->storage;
     int heard = 0;
-    while (heard >= 0 && !storage_over(storage))
+    while (heard >= 0 && !storage_done(storage, desk->kind))
         if ((heard = srv_store_listen(desk->store, LISTEN_MS, -1)) > 0)
             storage->news(storage->context, SRV_RING_ALL);
     return NULL;
@@ -342,9 +336,7 @@ void srv_storage_ask(struct srv_storage *storage, enum srv_ask_kind kind, struct
 struct storage_waiter {
     struct srv_ask ask;
     struct srv_ask *own;
-    pthread_mutex_t lock;
-    pthread_cond_t answered;
-    int over;
+    sem_t answered;
 };
 
 static enum srv_stored storage_wait_run(struct srv_store *store, struct srv_store_call *call) {
@@ -354,10 +346,7 @@ static enum srv_stored storage_wait_run(struct srv_store *store, struct srv_stor
 
 static void storage_wait_done(struct srv_ask *ask) {
     struct storage_waiter *waiter = SRV_CONTAINER_OF(ask, struct storage_waiter, ask);
-    pthread_mutex_lock(&waiter->lock);
-    waiter->over = 1;
-    pthread_cond_signal(&waiter->answered);
-    pthread_mutex_unlock(&waiter->lock);
+    sem_post(&waiter->answered);
 }
 
 enum srv_stored srv_storage_wait(struct srv_storage *storage, enum srv_ask_kind kind,
@@ -365,14 +354,10 @@ enum srv_stored srv_storage_wait(struct srv_storage *storage, enum srv_ask_kind 
     struct storage_waiter waiter = {
         .ask = {.call = {.run = storage_wait_run}, .done = storage_wait_done, .asker = ask->asker},
         .own = ask};
-    pthread_mutex_init(&waiter.lock, NULL);
-    srv_condition_init(&waiter.answered);
+    sem_init(&waiter.answered, 0, 0);
     srv_storage_ask(storage, kind, &waiter.ask);
-    pthread_mutex_lock(&waiter.lock);
-    while (!waiter.over) srv_condition_wait(&waiter.answered, &waiter.lock, SRV_CONDITION_NEVER);
-    pthread_mutex_unlock(&waiter.lock);
-    pthread_cond_destroy(&waiter.answered);
-    pthread_mutex_destroy(&waiter.lock);
+    while (sem_wait(&waiter.answered)) continue;
+    sem_destroy(&waiter.answered);
     return ask->call.stored = waiter.ask.call.stored;
 }
 

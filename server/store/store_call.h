@@ -27,6 +27,7 @@ struct srv_store_ahead {
 
 struct srv_store {
     struct srv_sql *sql;
+    const struct srv_blobs *blobs; /* where results lie */
     struct srv_store_rules rules;
     int looking;  /* the call that runs has no transaction */
     int together; /* a batch's transaction is open */

@@ -250,6 +250,16 @@ static int claim_suits(const struct claim *claim, int64_t part_us) {
                   claim->sum_us + part_us <= SRV_CLAIM_US);
 }
 
+/* whether a job is passed over because what waits of it was set aside */
+static int claim_passes(const struct claim *claim, struct ready *ready) {
+    const struct srv_job *job = &ready->job;
+    if (!ready->alone || job->flaw || claim->aside) return 0;
+    claim->asked->skipped = 1;
+    if (claim->asked->aside || job->chained || job->begun == job->parts) return 1;
+    ready->again = ready->alone = 0;
+    return 0;
+}
+
 /* takes parts of a client's jobs, one of each */
 static enum srv_stored claim_client(struct srv_store *store, const struct turn *client, int most,
                                     struct claim *claim) {
@@ -261,11 +271,7 @@ static enum srv_stored claim_client(struct srv_store *store, const struct turn *
         struct ready *ready = &rows.ready[i];
         struct srv_job *job = &ready->job;
         if (!claim_suits(claim, ready->part_us)) break;
-        if (ready->alone && !job->flaw && !claim->aside) {
-            claim->asked->skipped = 1;
-            if (claim->asked->aside || job->chained || job->begun == job->parts) continue;
-            ready->again = ready->alone = 0;
-        }
+        if (claim_passes(claim, ready)) continue;
         /* a damaged job is treated when it is the first */
         if (job->flaw && claim->count) break;
         claim->sum_us += ready->part_us;

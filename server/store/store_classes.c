@@ -368,6 +368,10 @@ static enum srv_stored class_new(struct srv_store *store, const struct srv_class
     struct srv_class_codes known = {.count = 0};
     struct srv_row_wholes count = {.count = 3}, put = {.count = 1};
     int64_t now;
+    /* the same call may have been committed, and the answer was lost */
+    if (store->unsure && class_find(store, SQL_CLASS, made->code, made->who, room) == SRV_STORED &&
+        room->teacher)
+        return SRV_STORED;
     if (made->key)
         SRV_STORED_TRY(
             SRV_RUN(store, SQL_CLASS_OF_KEY, srv_row_class_code, &known, made->who, made->key));

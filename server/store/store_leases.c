@@ -5,10 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/store/store_blobs.h"
 #include "server/store/store_jobs.h"
 #include "server/store/store_quotas.h"
-#include "server/store/store_rows.h"
-#include "server/store/store_seals.h"
 
 enum { PART_HELD = 1, PART_DONE = 2 };
 
@@ -95,20 +94,6 @@ static enum srv_stored lease_check(struct srv_store *store, const struct srv_lea
                                                                         : SRV_STORED_LOST;
 }
 
-static enum srv_stored finish_data(struct srv_store *store, const struct srv_lease *lease,
-                                   const char *data, size_t bytes) {
-    for (size_t at = 0; at < bytes; at += SRV_CHUNK_BYTES) {
-        size_t piece = bytes - at < SRV_CHUNK_BYTES ? bytes - at : SRV_CHUNK_BYTES;
-        long chunk = (long)(at / SRV_CHUNK_BYTES);
-        unsigned char seal[API_SEAL_BYTES];
-        srv_seal_chunk(seal, lease->job, lease->part, chunk, data + at, piece);
-        SRV_STORED_TRY(SRV_POST(store, SQL_RESULT_PUT, lease->job, lease->part, chunk,
-                                srv_value_bytes(data + at, piece),
-                                srv_value_bytes(seal, sizeof seal)));
-    }
-    return SRV_POST(store, SQL_PART_END, lease->job, lease->part, bytes);
-}
-
 /* counts one more finished part of the job; the last one ends it */
 static enum srv_stored finish_step(struct srv_store *store, struct srv_job *job, size_t bytes,
                                    const void *carry, size_t carry_bytes) {
@@ -150,7 +135,9 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
         over = 1;
         stored = srv_store_job_end(store, &job, SRV_JOB_FAILED, message);
     } else {
-        if (stored == SRV_STORED) stored = finish_data(store, lease, data, bytes);
+        if (stored == SRV_STORED) stored = store->blobs->put(store, lease, data, bytes);
+        if (stored == SRV_STORED)
+            stored = SRV_POST(store, SQL_PART_END, lease->job, lease->part, bytes);
         /* a job that makes progress does not kill its workers */
         if (stored == SRV_STORED && job.parts > 1)
             stored = SRV_POST(store, SQL_PARTS_CLEARED, lease->job);
@@ -243,35 +230,10 @@ enum srv_stored srv_store_release(struct srv_store *store, const char *worker) {
     return stored;
 }
 
-struct row_chunk {
-    int rows;
-    void *data;
-    size_t bytes;
-    const char *job;
-    long part, chunk;
-};
-
-static enum srv_stored row_chunk(void *context, const struct srv_value field[]) {
-    struct row_chunk *row = context;
-    if (field[0].kind != SRV_SQL_BYTES || field[0].bytes > SRV_CHUNK_BYTES)
-        return SRV_STORED_DAMAGED;
-    row->rows++;
-    row->bytes = field[0].bytes;
-    if (row->bytes) memcpy(row->data, field[0].data, row->bytes);
-    int whole =
-        srv_seal_chunk_whole(&field[1], row->job, row->part, row->chunk, row->data, row->bytes);
-    return whole ? SRV_STORED : SRV_STORED_DAMAGED;
-}
-
 enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long part, long chunk,
                                 void *data, size_t *bytes) {
     assert(part >= 0 && chunk >= 0);
-    struct row_chunk row = {.data = data, .job = id, .part = part, .chunk = chunk};
     *bytes = 0;
     SRV_STORED_TRY(srv_store_look(store));
-    enum srv_stored stored = SRV_RUN(store, SQL_RESULT, row_chunk, &row, id, part, chunk);
-    if (stored == SRV_STORED && !row.rows) stored = SRV_STORED_NONE;
-    stored = srv_store_end(store, stored);
-    if (stored == SRV_STORED) *bytes = row.bytes;
-    return stored;
+    return srv_store_end(store, store->blobs->get(store, id, part, chunk, data, bytes));
 }

@@ -136,7 +136,10 @@ static enum srv_stored scene_drop(struct srv_store *store, const char *id, const
 
 enum srv_stored srv_store_scene_drop(struct srv_store *store, const char *id, const char *client) {
     SRV_STORED_TRY(srv_store_begin(store));
-    return srv_store_end(store, scene_drop(store, id, client));
+    enum srv_stored stored = scene_drop(store, id, client);
+    /* the same call may have been committed, and the answer was lost */
+    int done = store->unsure && (stored == SRV_STORED_NONE || stored == SRV_STORED_CLASH);
+    return srv_store_end(store, done ? SRV_STORED : stored);
 }
 
 /* Scenes that a client keeps. */

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "server/base/clock.h"
+#include "server/store/store_blobs.h"
 #include "server/store/store_class_pupils.h"
 #include "server/store/store_jobs.h"
 #include "server/store/store_leases.h"
@@ -43,13 +44,14 @@ static enum srv_stored row_removal(void *context, const struct srv_value field[]
 /* removes a piece of a job's results and parts; the last piece settles the client's account */
 static enum srv_stored sweep_removal(struct srv_store *store, struct srv_store_sweep *sweep) {
     struct row_removal removal = {0};
-    struct srv_row_wholes chunks = {.count = 1}, parts = {.count = 1};
+    struct srv_row_wholes parts = {.count = 1};
+    int chunks;
     SRV_STORED_TRY(SRV_RUN(store, SQL_REMOVAL, row_removal, &removal));
     if (!removal.rows) return SRV_STORED;
     sweep->more = 1;
     if (!*removal.job) return SRV_RUN(store, SQL_REMOVALS_NAMELESS, NULL, NULL);
-    SRV_STORED_TRY(SRV_RUN(store, SQL_RESULTS_REMOVE_SOME, srv_row_wholes, &chunks, removal.job));
-    if (chunks.rows == SQL_CHUNKS_MOST) return SRV_STORED;
+    SRV_STORED_TRY(store->blobs->drop(store, removal.job, &chunks));
+    if (chunks) return SRV_STORED;
     SRV_STORED_TRY(SRV_RUN(store, SQL_PARTS_REMOVE_SOME, srv_row_wholes, &parts, removal.job));
     if (parts.rows == SQL_PARTS_REMOVED) return SRV_STORED;
     SRV_STORED_TRY(SRV_POST(store, SQL_REMOVAL_END, removal.job));
@@ -74,8 +76,7 @@ static enum srv_stored expired_remove(struct srv_store *store, const struct srv_
     int kept = job->state == SRV_JOB_SUCCESSFUL,
         large = kept && (job->bytes > SWEEP_SMALL || job->begun > SRV_FEW_PARTS);
     SRV_STORED_TRY(expired_count(store, job, large));
-    if (kept && !large && job->bytes > 0)
-        SRV_STORED_TRY(SRV_POST(store, SQL_RESULTS_REMOVE, job->id));
+    if (kept && !large && job->bytes > 0) SRV_STORED_TRY(store->blobs->drop(store, job->id, NULL));
     if (kept && !large) SRV_STORED_TRY(SRV_POST(store, SQL_PARTS_REMOVE, job->id));
     /* whatever the job's row says: nothing else would ever remove one that is not due */
     SRV_STORED_TRY(SRV_POST(store, SQL_HOOK_REMOVE, job->id));
