@@ -1,7 +1,9 @@
 #include "tests/server/ground.h"
 
+#include <sqlite3.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -81,20 +83,25 @@ void ground_pause_ms(int ms) {
     nanosleep(&(struct timespec){ms / 1000, ms % 1000 * 1000000L}, NULL);
 }
 
-enum srv_stored ground_submit(struct srv_store *store, const char *id, const char *client,
-                              const char *key, long parts, int chained, struct srv_job *job) {
-    unsigned char digest[SRV_DIGEST_BYTES] = {1, 2, 3};
-    struct srv_job_order order = {.id = id,
+struct srv_job_order ground_order(const char *id, const char *client) {
+    static const unsigned char digest[SRV_DIGEST_BYTES] = {1, 2, 3};
+    return (struct srv_job_order){.id = id,
                                   .client = client,
                                   .operation = "ensembles",
-                                  .key = key,
                                   .request = "{\"a\":1}",
                                   .request_bytes = 7,
                                   .digest = digest,
-                                  .parts = parts,
-                                  .chained = chained,
+                                  .parts = 1,
                                   .title = "a title",
                                   .version = "1.2.3+abc"};
+}
+
+enum srv_stored ground_submit(struct srv_store *store, const char *id, const char *client,
+                              const char *key, long parts, int chained, struct srv_job *job) {
+    struct srv_job_order order = ground_order(id, client);
+    order.key = key;
+    order.parts = parts;
+    order.chained = chained;
     return srv_store_submit(store, &order, job);
 }
 
@@ -129,6 +136,48 @@ long long ground_ask(const struct ground *ground, const char *text) {
                  "%s: %s", text, sql->complaint);
     sql->driver->close(sql);
     return row.rows ? row.whole[0] : -1;
+}
+
+static enum srv_stored ground_name(void *context, const struct srv_value field[]) {
+    struct ground_columns *columns = context;
+    if (CHECK(columns->count < 40))
+        snprintf(columns->name[columns->count++], 32, "%s", (const char *)field[0].data);
+    return SRV_STORED;
+}
+
+void ground_look(const struct ground *ground, const char *table, struct ground_columns *columns) {
+    struct srv_sql *sql = ground_connect(ground);
+    char text[256];
+    columns->count = 0;
+    REQUIRE(sql);
+    if (!table)
+        snprintf(text, sizeof text,
+                 ground->postgres ? "SELECT table_name::text FROM information_schema.tables WHERE "
+                                    "table_schema = 'public'"
+                                  : "SELECT name FROM sqlite_master WHERE type = 'table'");
+    else
+        snprintf(text, sizeof text,
+                 ground->postgres
+                     ? "SELECT column_name::text FROM information_schema.columns WHERE "
+                       "table_schema = 'public' AND table_name = '%s'"
+                     : "SELECT name FROM pragma_table_info('%s')",
+                 table);
+    CHECK(sql->driver->run(sql, -1, text, NULL, 0, ground_name, columns) == SRV_STORED);
+    CHECK(columns->count > 1);
+    sql->driver->close(sql);
+}
+
+void ground_nulls(const struct ground *ground) {
+    sqlite3 *db;
+    if (ground->postgres) return;
+    REQUIRE(sqlite3_open(ground->url + strlen("sqlite:"), &db) == SQLITE_OK);
+    CHECK_INT(sqlite3_exec(db,
+                           "PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = "
+                           "replace(sql, ' NOT NULL', '') WHERE type = 'table'; PRAGMA "
+                           "schema_version = 1000",
+                           NULL, NULL, NULL),
+              SQLITE_OK);
+    sqlite3_close(db);
 }
 
 #define SUM(what, table) "COALESCE((SELECT CAST(SUM(" what ") AS BIGINT) FROM " table "), 0)"

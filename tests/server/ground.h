@@ -41,7 +41,17 @@ void ground_test(int postgres, void (*test)(struct ground *ground, struct srv_st
     TEST(name##_on_postgresql) { ground_test(1, name); }                                           \
     static void name(struct ground *ground, struct srv_store *store)
 
-/** Submits a job of the operation "ensembles"; all have one request and one digest. */
+/** Defines a test on PostgreSQL alone. */
+#define POSTGRES_TEST(name)                                                                        \
+    static void name##_with(struct ground *ground, struct srv_store *store);                       \
+    TEST(name) { ground_test(1, name##_with); }                                                    \
+    static void name##_with(struct ground *ground, struct srv_store *store)
+
+/** An order of a job of one part and of the operation "ensembles"; all have one request and one
+ * digest. */
+struct srv_job_order ground_order(const char *id, const char *client);
+
+/** Submits such a job. */
 enum srv_stored ground_submit(struct srv_store *store, const char *id, const char *client,
                               const char *key, long parts, int chained, struct srv_job *job);
 
@@ -65,6 +75,18 @@ void ground_run(const struct ground *ground, const char *text);
 
 /** The whole number that a statement answers with, on a connection of its own. */
 long long ground_ask(const struct ground *ground, const char *text);
+
+/* Columns of a table. */
+struct ground_columns {
+    int count;
+    char name[40][32];
+};
+
+/** Reads the names of a table's columns, or of all tables where it is NULL. */
+void ground_look(const struct ground *ground, const char *table, struct ground_columns *columns);
+
+/** Lets any column of an SQLite file hold NULL, as the file of somebody else may say. */
+void ground_nulls(const struct ground *ground);
 
 /** Checks that the sums that the store keeps equal a recount of what they count; returns 1 if
  * they do. */

@@ -58,13 +58,7 @@ struct submission {
 
 static enum srv_stored submission_run(struct srv_store *store, struct srv_store_call *call) {
     struct submission *own = (struct submission *)call;
-    unsigned char digest[SRV_DIGEST_BYTES] = {0};
-    struct srv_job_order order = {.id = own->id,
-                                  .client = "anna",
-                                  .operation = "forces",
-                                  .request = "",
-                                  .digest = digest,
-                                  .parts = 1};
+    struct srv_job_order order = ground_order(own->id, "anna");
     return srv_store_submit(store, &order, &own->job);
 }
 

@@ -1,6 +1,5 @@
 /* A live daemon over a store in which every column of every row was altered in every way: it may
  * refuse, fail jobs and say why, but not end, hang, or do anything else to what was not altered. */
-#include <sqlite3.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,7 +31,7 @@ static const struct {
      "BLOB)",
      "set_byte(%1$s, length(%1$s) / 2, 255 - get_byte(%1$s, length(%1$s) / 2))"},
 };
-enum { WAYS = sizeof altered_way / sizeof *altered_way, MOST_COLUMNS = 40, MOST_CASES = 1200 };
+enum { WAYS = sizeof altered_way / sizeof *altered_way, MOST_CASES = 1200 };
 
 /* the tables; which column says whose a row is; the lives of jobs whose rows are altered: one
  * that waits, one whose first part is done, one whose second part is held by somebody who
@@ -61,21 +60,11 @@ struct altered {
     int postgres, count;
     struct srv_sql *sql;
     struct altered_case *one;
-    struct altered_columns {
-        char name[MOST_COLUMNS][32];
-        int count;
-    } columns[TABLES];
+    struct ground_columns columns[TABLES];
 };
 
 static int altered_run(struct altered *all, const char *text) {
     return all->sql->driver->run(all->sql, -1, text, NULL, 0, NULL, NULL) == SRV_STORED;
-}
-
-static enum srv_stored altered_name(void *context, const struct srv_value field[]) {
-    struct altered_columns *columns = context;
-    if (columns->count < MOST_COLUMNS)
-        snprintf(columns->name[columns->count++], 32, "%s", (const char *)field[0].data);
-    return SRV_STORED;
 }
 
 /* the results of each part of a job: the same of all jobs */
@@ -115,22 +104,9 @@ static void altered_seal(struct altered *all, const struct altered_case *one) {
     }
 }
 
-static void altered_look(struct altered *all, int table) {
-    struct altered_columns *columns = &all->columns[table];
-    char text[256];
-    snprintf(text, sizeof text,
-             all->postgres ? "SELECT column_name::text FROM information_schema.columns WHERE "
-                             "table_schema = 'public' "
-                             "AND table_name = '%s'"
-                           : "SELECT name FROM pragma_table_info('%s')",
-             altered_table[table].table);
-    CHECK(all->sql->driver->run(all->sql, -1, text, NULL, 0, altered_name, columns) == SRV_STORED);
-    CHECK(columns->count > 1 && columns->count < MOST_COLUMNS);
-}
-
 /* the rows of a template as those of another id and client */
 static void altered_clone(struct altered *all, int t, const struct altered_case *one) {
-    const struct altered_columns *columns = &all->columns[t];
+    const struct ground_columns *columns = &all->columns[t];
     const char *table = altered_table[t].table;
     char text[4096], list[1024] = "", values[1024] = "";
     for (int i = 0; i < columns->count; i++) {
@@ -197,14 +173,14 @@ static void altered_template(struct srv_store *store, char life) {
     client[6] = life;
     client[7] = 0;
     altered_digest(digest);
-    struct srv_job_order order = {.id = id,
-                                  .client = client,
-                                  .operation = "trajectories",
-                                  .request = altered_body,
-                                  .request_bytes = sizeof altered_body - 1,
-                                  .digest = digest,
-                                  .parts = 2,
-                                  .chained = 1};
+    struct srv_job_order order = ground_order(id, client);
+    order.operation = "trajectories";
+    order.request = altered_body;
+    order.request_bytes = sizeof altered_body - 1;
+    order.digest = digest;
+    order.parts = 2;
+    order.chained = 1;
+    order.title = order.version = NULL;
     api_buffer_init(&carry, 1 << 20);
     api_buffer_init(&out, 1 << 20);
     if (life == 'p') {
@@ -263,32 +239,24 @@ static void altered_case(struct altered *all, int table, const char *column, int
 /* a table that nobody alters is one that was forgotten here; test_store_altered_sums has those that
  * are the same for all, test_store_claims those that claims
  * leave, test_store_classes those of rooms, test_store_hooks that of hooks */
-static enum srv_stored altered_known(void *context, const struct srv_value field[]) {
-    const char *name = field[0].data;
-    int known = !strcmp(name, "totals") || !strcmp(name, "pendulumd") || !strcmp(name, "hooks") ||
-                !strcmp(name, "changes") || !strncmp(name, "class", 5);
-    for (int t = 0; t < TABLES; t++) known |= !strcmp(name, altered_table[t].table);
-    CHECK_SAYING(known, "no test alters the table %s", name);
-    ++*(int *)context;
-    return SRV_STORED;
+static void altered_tables(const struct ground *ground) {
+    struct ground_columns tables;
+    ground_look(ground, NULL, &tables);
+    for (int i = 0; i < tables.count; i++) {
+        const char *name = tables.name[i];
+        int known = !strcmp(name, "totals") || !strcmp(name, "pendulumd") ||
+                    !strcmp(name, "hooks") || !strcmp(name, "changes") ||
+                    !strncmp(name, "class", 5);
+        for (int t = 0; t < TABLES; t++) known |= !strcmp(name, altered_table[t].table);
+        CHECK_SAYING(known, "no test alters the table %s", name);
+    }
 }
 
-static void altered_tables(struct altered *all) {
-    int count = 0;
-    CHECK(all->sql->driver->run(
-              all->sql, -1,
-              all->postgres ? "SELECT table_name::text FROM information_schema.tables WHERE "
-                              "table_schema = 'public'"
-                            : "SELECT name FROM sqlite_master WHERE type = 'table'",
-              NULL, 0, altered_known, &count) == SRV_STORED);
-    CHECK_INT(count, TABLES + 7);
-}
-
-static void altered_all(struct altered *all) {
+static void altered_all(struct altered *all, const struct ground *ground) {
     /* a part that is held by somebody who vanished is late */
     altered_run(all, "UPDATE parts SET lease = 1 WHERE state = 1");
-    altered_tables(all);
-    for (int t = 0; t < TABLES; t++) altered_look(all, t);
+    altered_tables(ground);
+    for (int t = 0; t < TABLES; t++) ground_look(ground, altered_table[t].table, &all->columns[t]);
     for (int t = 0; t < TABLES; t++)
         for (int c = 0; c < all->columns[t].count; c++)
             for (int w = c % TEST_STRIDE; w < WAYS; w += TEST_STRIDE)
@@ -440,19 +408,6 @@ static void altered_serve(struct altered *all, const char *url) {
     srv_daemon_free(&daemon);
 }
 
-/* a file may say anything of its columns */
-static void altered_nulls(const char *path) {
-    sqlite3 *db;
-    REQUIRE(sqlite3_open(path, &db) == SQLITE_OK);
-    CHECK_INT(sqlite3_exec(db,
-                           "PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = "
-                           "replace(sql, ' NOT NULL', '') "
-                           "WHERE type = 'table'",
-                           NULL, NULL, NULL),
-              SQLITE_OK);
-    sqlite3_close(db);
-}
-
 STORE_TEST(no_altered_row_harms_more_than_its_job) {
     struct altered all = {.postgres = ground->postgres != NULL,
                           .one = calloc(MOST_CASES, sizeof *all.one)};
@@ -464,12 +419,12 @@ STORE_TEST(no_altered_row_harms_more_than_its_job) {
     if (CHECK(driver->open(&all.sql, ground->url, 0, &error) == PEND_OK)) {
         if (!all.postgres) {
             driver->close(all.sql);
-            altered_nulls(ground->url + strlen("sqlite:"));
+            ground_nulls(ground);
             REQUIRE(driver->open(&all.sql, ground->url, 0, &error) == PEND_OK);
             CHECK(altered_run(&all, "PRAGMA synchronous = OFF"));
         } else
             CHECK(altered_run(&all, "SET synchronous_commit = off"));
-        altered_all(&all);
+        altered_all(&all, ground);
         driver->close(all.sql);
         altered_serve(&all, ground->url);
         /* and as by their owners: every row can be ended, and swept away */

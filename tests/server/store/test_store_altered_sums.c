@@ -1,7 +1,6 @@
 /* Rows that are the same for all clients, altered in every way: the sums of all that is kept,
  * and the version of the tables. What cannot have been written is found and counted anew, or
  * refused with a reason; nothing that is kept is lost by it. */
-#include <sqlite3.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,32 +25,7 @@ static const struct {
     {"bytes", "X'00ff00'", "'\\x00ff00'::bytea", 1},
     {"real", "0.5e300", "0.5e300", 1},
 };
-enum { WAYS = sizeof sums_way / sizeof *sums_way, MOST_COLUMNS = 20 };
-
-struct sums_columns {
-    int count;
-    char name[MOST_COLUMNS][32];
-};
-
-static enum srv_stored sums_name(void *context, const struct srv_value field[]) {
-    struct sums_columns *columns = context;
-    if (CHECK(columns->count < MOST_COLUMNS))
-        snprintf(columns->name[columns->count++], 32, "%s", (const char *)field[0].data);
-    return SRV_STORED;
-}
-
-/* a file may say anything of its columns, and those who have it open hear of it */
-static void sums_nulls(const char *path) {
-    sqlite3 *db;
-    REQUIRE(sqlite3_open(path, &db) == SQLITE_OK);
-    CHECK_INT(sqlite3_exec(db,
-                           "PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = "
-                           "replace(sql, ' NOT NULL', '') "
-                           "WHERE type = 'table'; PRAGMA schema_version = 1000",
-                           NULL, NULL, NULL),
-              SQLITE_OK);
-    sqlite3_close(db);
-}
+enum { WAYS = sizeof sums_way / sizeof *sums_way };
 
 static struct srv_sql *sums_connect(const struct ground *ground) {
     const struct srv_sql_driver *driver = ground->postgres ? &srv_sql_postgres : &srv_sql_sqlite;
@@ -65,18 +39,6 @@ static struct srv_sql *sums_connect(const struct ground *ground) {
 
 static int sums_run(struct srv_sql *sql, const char *text) {
     return sql->driver->run(sql, -1, text, NULL, 0, NULL, NULL) == SRV_STORED;
-}
-
-static void sums_look(const struct ground *ground, struct srv_sql *sql,
-                      struct sums_columns *columns) {
-    columns->count = 0;
-    CHECK(sql->driver->run(sql, -1,
-                           ground->postgres
-                               ? "SELECT column_name::text FROM information_schema.columns WHERE "
-                                 "table_schema = 'public' AND table_name = 'totals'"
-                               : "SELECT name FROM pragma_table_info('totals')",
-                           NULL, 0, sums_name, columns) == SRV_STORED);
-    CHECK(columns->count > 8);
 }
 
 /* --- the sums --- */
@@ -122,16 +84,16 @@ static void sums_sweep(struct srv_store *store) {
 
 STORE_TEST(sums_of_all_that_cannot_have_been_counted_are_counted_anew) {
     struct srv_sql *sql = sums_connect(ground);
-    struct sums_columns columns;
+    struct ground_columns columns;
     struct srv_job job;
     int altered = 0;
     REQUIRE(sql);
-    if (!ground->postgres) sums_nulls(ground->url + strlen("sqlite:"));
+    ground_nulls(ground);
     sums_live(store, "kept", "before");
     CHECK_INT(ground_submit(store, "waits", "anna", NULL, 3, 0, &job), SRV_STORED);
     ground_run(ground, "UPDATE jobs SET rank = rank + 1000000000000 WHERE id = 'waits'");
     CHECK_INT(srv_store_scene_put(store, "kept", "berta", NULL, "[]", 2), SRV_STORED);
-    sums_look(ground, sql, &columns);
+    ground_look(ground, "totals", &columns);
     for (int c = 0; c < columns.count; c++)
         for (int way = 0; way < WAYS; way++) {
             char text[256], what[80], id[32];
@@ -174,7 +136,7 @@ STORE_TEST(a_version_that_was_altered_is_refused_with_words_and_harms_nothing) {
     char text[256], restore[64];
     int refused = 0;
     REQUIRE(sql);
-    if (!ground->postgres) sums_nulls(ground->url + strlen("sqlite:"));
+    ground_nulls(ground);
     snprintf(restore, sizeof restore, "UPDATE pendulumd SET version = %d", SRV_SCHEMA);
     CHECK_INT(ground_submit(store, "kept", "berta", NULL, 3, 0, &job), SRV_STORED);
     for (int way = 0; way < WAYS; way++) {

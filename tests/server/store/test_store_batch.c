@@ -2,7 +2,6 @@
  * would have done. */
 #include <stdio.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "server/store/store_call.h"
 #include "tests/server/ground.h"
@@ -90,19 +89,11 @@ static enum srv_stored counted_run(struct srv_sql *sql, int id, const char *text
 
 /* of two clients: their sums, the totals and the clock are read, forty parts by one statement,
  * and all is committed */
-TEST(a_batch_waits_for_the_database_a_few_times_however_many_parts_it_ends) {
+POSTGRES_TEST(a_batch_waits_for_the_database_a_few_times_however_many_parts_it_ends) {
     struct srv_lease lease[JOBS] = {0};
     struct work work[JOBS] = {0};
-    struct ground ground;
     char data[SRV_CHUNK_BYTES];
     size_t bytes;
-    if (access("/usr/lib/postgresql", F_OK)) {
-        test_skip("PostgreSQL is not installed");
-        return;
-    }
-    REQUIRE(ground_begin(&ground, 1));
-    struct srv_store *store = ground_open(&ground);
-    REQUIRE(store);
     work_begin(store, lease, JOBS);
     for (int i = 0; i < JOBS; i++) work[i] = (struct work){.deed = FINISH, .lease = &lease[i]};
     counted.real = store->sql->driver;
@@ -118,8 +109,7 @@ TEST(a_batch_waits_for_the_database_a_few_times_however_many_parts_it_ends) {
         CHECK_INT(srv_store_chunk(store, lease[i].job, 0, 0, data, &bytes), SRV_STORED);
         CHECK(bytes == WORK_BYTES && !memcmp(data, "12345", WORK_BYTES));
     }
-    ground_sums(&ground);
-    srv_store_close(&store);
+    ground_sums(ground);
 }
 
 /* --- what a batch changes is seen by its later calls --- */

@@ -65,7 +65,7 @@ static enum srv_stored away_post(struct srv_sql *sql, int id, const char *text,
 }
 
 TEST(a_read_that_could_not_begin_leaves_the_next_call_its_commit) {
-    static const struct srv_sql_driver driver = {.run = away_run, .post = away_post};
+    static const struct srv_sql_driver driver = {.lists = 1, .run = away_run, .post = away_post};
     static struct srv_store store;
     struct srv_sql sql = {.driver = &driver};
     store.sql = &sql;

@@ -5,7 +5,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "server/store/store_statements.h"
 #include "tests/server/ground.h"
@@ -221,23 +220,14 @@ static void cost_plans(const struct ground *ground, int *looked) {
     sql->driver->close(sql);
 }
 
-TEST(every_statement_finds_its_rows_by_an_index) {
-    struct ground ground;
+POSTGRES_TEST(every_statement_finds_its_rows_by_an_index) {
     int looked = 0;
-    if (access("/usr/lib/postgresql", F_OK)) {
-        test_skip("PostgreSQL is not installed");
-        return;
-    }
-    REQUIRE(ground_begin(&ground, 1));
-    struct srv_store *store = ground_open(&ground);
-    REQUIRE(store);
     /* an empty store that nobody has looked at, one with rows and no statistics, one with both */
-    cost_plans(&ground, &looked);
+    cost_plans(ground, &looked);
     cost_seed(store);
-    cost_fill(&ground, FEW);
-    cost_plans(&ground, &looked);
-    ground_run(&ground, "ANALYZE");
-    cost_plans(&ground, &looked);
+    cost_fill(ground, FEW);
+    cost_plans(ground, &looked);
+    ground_run(ground, "ANALYZE");
+    cost_plans(ground, &looked);
     CHECK_SAYING(looked > 100, "%d plans", looked);
-    srv_store_close(&store);
 }

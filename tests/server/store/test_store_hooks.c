@@ -11,16 +11,9 @@ enum { MOST = 4 };
 static const char url[] = "https://example.org/hook?for=anna";
 
 static enum srv_stored hooked(struct srv_store *store, const char *id, const char *client) {
-    static const unsigned char digest[SRV_DIGEST_BYTES];
     struct srv_job job;
-    struct srv_job_order order = {.id = id,
-                                  .client = client,
-                                  .operation = "ensembles",
-                                  .request = "{}",
-                                  .request_bytes = 2,
-                                  .digest = digest,
-                                  .parts = 1,
-                                  .hook = url};
+    struct srv_job_order order = ground_order(id, client);
+    order.hook = url;
     enum srv_stored stored = srv_store_submit(store, &order, &job);
     CHECK(stored != SRV_STORED || job.notify == SRV_NOTIFY_WANTED);
     return stored;

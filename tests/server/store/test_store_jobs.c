@@ -10,13 +10,9 @@
 STORE_TEST(a_key_makes_one_job_and_no_other) {
     struct srv_job job;
     unsigned char digest[SRV_DIGEST_BYTES] = {9};
-    struct srv_job_order other = {.id = "j3",
-                                  .client = "anna",
-                                  .operation = "ensembles",
-                                  .key = "k",
-                                  .request = "",
-                                  .digest = digest,
-                                  .parts = 1};
+    struct srv_job_order other = ground_order("j3", "anna");
+    other.key = "k";
+    other.digest = digest;
     (void)ground;
     CHECK_INT(ground_submit(store, "j1", "anna", "k", 1, 0, &job), SRV_STORED);
     CHECK_INT(ground_submit(store, "j2", "anna", "k", 1, 0, &job), SRV_STORED);
@@ -112,14 +108,9 @@ STORE_TEST(a_key_is_free_again_once_its_job_is_gone) {
     CHECK_INT(job.state, SRV_JOB_FAILED);
     CHECK_INT(srv_store_dismiss(store, "d", &job), SRV_STORED);
     CHECK_INT(srv_store_dismiss(store, "d", &job), SRV_STORED);
-    struct srv_job_order other = {.id = "e",
-                                  .client = "anna",
-                                  .operation = "ensembles",
-                                  .key = "k",
-                                  .request = "{}",
-                                  .request_bytes = 2,
-                                  .digest = (const unsigned char[SRV_DIGEST_BYTES]){9},
-                                  .parts = 1};
+    struct srv_job_order other = ground_order("e", "anna");
+    other.key = "k";
+    other.digest = (const unsigned char[SRV_DIGEST_BYTES]){9};
     CHECK_INT(srv_store_submit(store, &other, &job), SRV_STORED);
     CHECK_TEXT(job.id, "e");
 }

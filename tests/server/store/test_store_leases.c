@@ -176,16 +176,10 @@ STORE_TEST(clients_take_turns_and_so_do_jobs) {
 
 /* what has little left to compute goes first, whichever came first */
 static void submit_cost(struct srv_store *store, const char *id, long parts, int64_t cost_us) {
-    unsigned char digest[SRV_DIGEST_BYTES] = {1};
     struct srv_job job;
-    struct srv_job_order order = {.id = id,
-                                  .client = "anna",
-                                  .operation = "ensembles",
-                                  .request = "{}",
-                                  .request_bytes = 2,
-                                  .digest = digest,
-                                  .parts = parts,
-                                  .cost_us = cost_us};
+    struct srv_job_order order = ground_order(id, "anna");
+    order.parts = parts;
+    order.cost_us = cost_us;
     CHECK_INT(srv_store_submit(store, &order, &job), SRV_STORED);
 }
 
@@ -438,7 +432,6 @@ STORE_TEST(random_histories_agree_with_a_model) {
 /* who has a client for each job has few more turns than eight others */
 STORE_TEST(many_clients_of_one_address_take_few_turns) {
     enum { TOKENS = 32, EACH = 3, CLAIMS = 60 };
-    unsigned char digest[SRV_DIGEST_BYTES] = {1};
     struct srv_job job;
     struct srv_lease lease;
     char id[40], client[16];
@@ -448,14 +441,8 @@ STORE_TEST(many_clients_of_one_address_take_few_turns) {
         for (int i = 0; i < TOKENS; i++) {
             snprintf(id, sizeof id, "t%d-%d", i, k);
             snprintf(client, sizeof client, "t%d", i);
-            struct srv_job_order order = {.id = id,
-                                          .client = client,
-                                          .source = "home",
-                                          .operation = "ensembles",
-                                          .request = "{}",
-                                          .request_bytes = 2,
-                                          .digest = digest,
-                                          .parts = 1};
+            struct srv_job_order order = ground_order(id, client);
+            order.source = "home";
             CHECK_INT(srv_store_submit(store, &order, &job), SRV_STORED);
         }
     for (int k = 0; k < CLAIMS; k++) {

@@ -52,15 +52,8 @@ STORE_TEST(quotas_hold_and_say_so) {
 
 static enum srv_stored submit_from(struct srv_store *store, const char *id, const char *client,
                                    const char *source, struct srv_job *job) {
-    unsigned char digest[SRV_DIGEST_BYTES] = {1};
-    struct srv_job_order order = {.id = id,
-                                  .client = client,
-                                  .source = source,
-                                  .operation = "ensembles",
-                                  .request = "{}",
-                                  .request_bytes = 2,
-                                  .digest = digest,
-                                  .parts = 1};
+    struct srv_job_order order = ground_order(id, client);
+    order.source = source;
     return srv_store_submit(store, &order, job);
 }
 
@@ -105,14 +98,9 @@ STORE_TEST(all_clients_of_an_address_share_its_bounds) {
 static enum srv_stored submit_bytes(struct srv_store *store, const char *id, size_t bytes,
                                     struct srv_job *job) {
     static const char request[12000];
-    unsigned char digest[SRV_DIGEST_BYTES] = {1};
-    struct srv_job_order order = {.id = id,
-                                  .client = "anna",
-                                  .operation = "ensembles",
-                                  .request = request,
-                                  .request_bytes = bytes,
-                                  .digest = digest,
-                                  .parts = 1};
+    struct srv_job_order order = ground_order(id, "anna");
+    order.request = request;
+    order.request_bytes = bytes;
     return srv_store_submit(store, &order, job);
 }
 

@@ -57,15 +57,10 @@ STORE_TEST(a_job_whose_request_became_another_good_one_fails) {
 }
 
 STORE_TEST(a_long_request_is_judged_when_it_is_read) {
-    unsigned char digest[SRV_DIGEST_BYTES] = {1};
     char request[6000];
-    struct srv_job_order order = {.id = "long",
-                                  .client = "anna",
-                                  .operation = "forces",
-                                  .request = request,
-                                  .request_bytes = sizeof request,
-                                  .digest = digest,
-                                  .parts = 1};
+    struct srv_job_order order = ground_order("long", "anna");
+    order.request = request;
+    order.request_bytes = sizeof request;
     struct srv_lease lease;
     struct srv_job job;
     void *back;
