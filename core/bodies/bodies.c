@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "core/base/isa.h"
-#include "core/bodies/tiles.h"
 
 enum {
     BODIES_TILE = 8,
@@ -37,25 +36,9 @@ static size_t bodies_own(const struct pend_tree *tree, const struct pend_terms *
            2 * bodies_arms(tree->n);
 }
 
-/* tiles cost a step their tables, which one order does not pay for; a cart has none, and where the
- * air acts on tips they gain nothing */
-static int bodies_tiled(const struct pend_tree *tree, const struct pend_terms *terms, int order) {
-    return order > 1 && !pend_terms_cart(terms) && !(bodies_needs(terms) & BODIES_AIR) &&
-           pend_tiles_suit(tree);
-}
-
-static size_t bodies_numbers_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
-                                   int order) {
-    return (bodies_own(tree, terms, order) + 7) / 8 * 8 * sizeof(double);
-}
-
-enum { BODIES_TILES = (sizeof(struct tiles) + 63) / 64 * 64 };
-
 size_t pend_bodies_system_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
                                 int order) {
-    size_t bytes = bodies_numbers_bytes(tree, terms, order);
-    if (!bodies_tiled(tree, terms, order)) return bytes;
-    return bytes + BODIES_TILES + pend_tiles_bytes(tree);
+    return (bodies_own(tree, terms, order) + 7) / 8 * 8 * sizeof(double);
 }
 
 void pend_bodies_system(struct bodies_system *system, const struct pend_tree *tree,
@@ -74,12 +57,6 @@ void pend_bodies_system(struct bodies_system *system, const struct pend_tree *tr
                                      .mass = mass,
                                      .value = loads->value};
     bodies_lay(system, arms, bodies_series(tree->n, order), order, mass + arms);
-    if (!bodies_tiled(tree, loads->terms, order)) return;
-    // behind the numbers
-    char *at = (char *)memory + bodies_numbers_bytes(tree, loads->terms, order);
-    struct tiles *tiles = (struct tiles *)(void *)at;
-    pend_tiles_init(tiles, tree, at + BODIES_TILES);
-    system->tiles = tiles;
 }
 
 size_t pend_bodies_bytes(const struct pend_tree *tree, const struct pend_terms *terms) {

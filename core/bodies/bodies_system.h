@@ -10,8 +10,6 @@
 
 #include "core/tree/terms.h"
 
-struct tiles;
-
 #if defined PEND_ISA || defined NUMBER_OTHER
 #include "core/simd/number.h"
 #else
@@ -154,10 +152,9 @@ struct bodies_system {
     num *rate, *force, *turn_re,
         *turn_im;         /* series; order j of arm k at bodies_row(k) + j stride */
     num *lift_x, *lift_y; /* of the pivot: z'' + 2 gamma z', and gravity, order + 1 coefficients */
-    num *slide_x, *slide_y;    /* z' of the pivot, order + 1 coefficients */
-    num *share;                /* 1 / (j + 1), order + 1 numbers */
-    const struct tiles *tiles; /* of one pendulum in doubles; NULL = sweeps from arm to arm */
-    num *haul_x, *haul_y; /* the force that the pivot exerts, in the axes, order coefficients */
+    num *slide_x, *slide_y; /* z' of the pivot, order + 1 coefficients */
+    num *share;             /* 1 / (j + 1), order + 1 numbers */
+    num *haul_x, *haul_y;   /* the force that the pivot exerts, in the axes, order coefficients */
 #define X(name) num *name;
     BODIES_ARRAYS(X)
 #undef X

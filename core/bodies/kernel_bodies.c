@@ -5,7 +5,7 @@
 
 #include "core/simd/vec_isa.h"
 
-#include "core/bodies/tiles_orders_template.h"
+#include "core/bodies/bodies_template.h"
 
 /* pi / 2 as a sum of two */
 static const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54;
@@ -30,20 +30,7 @@ static void kernel_orders(const struct bodies_system *s, const struct bodies_sta
                           double gravity, double unit, int order) {
     struct bodies_moment now = {unit, gravity * (unit * unit), state->time, state->late};
     kernel_start(s, state, unit);
-    if (s->tiles)
-        tiles_orders(s, &now, order);
-    else
-        bodies_orders(s, &now, order);
-}
-
-static void kernel_forces(const struct bodies_system *s, double unit, int order) {
-    if (s->tiles) tiles_tips(s, unit, order);
-    bodies_forces(s, order);
-}
-
-static void kernel_power(const struct bodies_system *s, double unit, int order, int count,
-                         double work[], double heat[]) {
-    bodies_power(s, unit, order, count, work, heat);
+    bodies_orders(s, &now, order);
 }
 
 static double kernel_reach(const struct bodies_system *s, double far) {
@@ -51,4 +38,4 @@ static double kernel_reach(const struct bodies_system *s, double far) {
 }
 
 const struct bodies_kernel KERNEL_NAME(pend_kernel_bodies_) = {
-    .orders = kernel_orders, .forces = kernel_forces, .power = kernel_power, .reach = kernel_reach};
+    .orders = kernel_orders, .forces = bodies_forces, .power = bodies_power, .reach = kernel_reach};

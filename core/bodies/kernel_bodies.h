@@ -27,7 +27,7 @@ struct bodies_kernel {
                    double gravity, double unit, int order);
     /** The forces along the arms of the other orders, 1 .. order - 1, after `orders`. O(n
      * order^2). */
-    void (*forces)(const struct bodies_system *system, double unit, int order);
+    void (*forces)(const struct bodies_system *system, int order);
     /**
      * The work of drives and the heat of friction per unit of time, as series of the same powers,
      * after `orders`: the coefficients of order 0 .. count - 1, count from order to 2 order - 1, J

@@ -220,7 +220,6 @@ void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, do
         struct bodies_state at = {state->phi, state->phi_low, state->rate, state->time,
                                   state->late};
         jets->bodies.value = loads->value;
-        jets->unit = unit;
         pend_kernel_bodies()->orders(&jets->bodies, &at, loads->gravity, unit, order);
         return;
     }
@@ -230,7 +229,7 @@ void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, do
 void pend_jets_forces(const struct pend_jets *jets, int order) {
     struct jets_loads *loads = jets->system.loads;
     assert(jets_valid(jets) && order <= jets->order_cap);
-    if (jets->general) pend_kernel_bodies()->forces(&jets->bodies, jets->unit, order);
+    if (jets->general) pend_kernel_bodies()->forces(&jets->bodies, order);
     if (!loads || !loads->orders) return;
     jets_kernel(jets->isa)->along(&jets->system, loads->orders);
     loads->orders = 0;

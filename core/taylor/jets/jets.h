@@ -39,7 +39,6 @@ struct pend_jets {
     struct rods rods;            /* beside `chain`, of a chain of rods */
     struct jets_loads loads;     /* of a real pendulum that the quick kernels take */
     struct bodies_system bodies; /* of another real pendulum instead of all these */
-    double unit;                 /* of the last expansion of that one */
     int real;                    /* non-zero for a real pendulum, one with terms */
     int general;                 /* non-zero for one of the general kernel */
 };

@@ -5,8 +5,8 @@
 
 #include "core/taylor/jets_loads.h"
 
-/* chains whose masses at the joints, or whose inertias, are further apart than this go by tiles;
- * and those with an arm that is this near to a point mass on it */
+/* chains whose masses at the joints, or whose inertias, are further apart than this go by the
+ * general kernel, and those with an arm that is this near to a point mass on it */
 static const double RODS_MASSES = 256, RODS_POINT = 0.125;
 /* kg: powers of masses below this and above its inverse are no numbers */
 static const double RODS_LEAST = 0x1p-900;

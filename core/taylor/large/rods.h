@@ -1,7 +1,7 @@
 /* A chain of rods, each arm hanging at the tip of the one before it, in pieces of eight arms: the
  * numbers from which its forces follow.
  * Leaves to others: the arithmetic (rods_table_template, rods_template), the sums of an order
- * (chain), other trees and unlike masses (tiles of core/bodies).
+ * (chain), other trees and unlike masses (core/bodies).
  * Invariant: masses are alike enough that differences of forces keep their digits. */
 #ifndef PEND_RODS_H
 #define PEND_RODS_H

@@ -1,6 +1,5 @@
 /* The orders of one chain of rods: forces from two products a piece of eight arms, every piece at
- * once. By the tiles of core/bodies instead a series takes 1.9 times as long with 10 arms, 2.3
- * times with 16 and with 50, 2.7 times with 32, and a run of 16 arms to 1e-12 twice as long.
+ * once.
  * Leaves to others: the tables (rods_table_template), the sums of an order (chain_template),
  * torques between the arms (couples_template), which chains (rods). Invariant: an order has no
  * sweep from arm to arm.

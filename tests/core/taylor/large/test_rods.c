@@ -1,7 +1,7 @@
 /* Tests of core/taylor/large/rods: series of chains of rods against quadruple precision and against
  * the general kernel, with couples, a driven pivot, and bodies on the arms. Leaves to others: runs
- * of other pendulums (test_real_pendulums), tiles (test_tiles). Invariant: residuals are relative
- * to the largest value among the arms. */
+ * of other pendulums (test_real_pendulums), the general kernel (laws). Invariant: residuals are
+ * relative to the largest value among the arms. */
 #include "core/taylor/large/rods.h"
 
 #include <math.h>
