@@ -10,7 +10,8 @@
  * The momentum of the angle is p = Im L, and the kinetic energy has the derivative -phi' Re L by
  * the angle at fixed rates. (Re M)^-1 p are the accelerations that torques p give to a pendulum at
  * rest without gravity: the general kernel's order 0. A cart is an arm whose u is 1
- * (cart_template): its place has the momentum Im L, and the kinetic energy does not depend on it.
+ * (bodies_factor_template): its place has the momentum Im L, and the kinetic energy does not depend
+ * on it.
  */
 #ifndef PEND_CONSERVED_TEMPLATE_H
 #define PEND_CONSERVED_TEMPLATE_H
