@@ -311,6 +311,7 @@ static inline void bodies_begin(const struct bodies_system *s, const struct bodi
     for (int j = 0; j <= order; j++) s->share[j] = num_div(num_of(1), num_of(j + 1));
     bodies_factor(s);
     bodies_scale(s, now);
+    bodies_drive_pivot(s, now, order);
     bodies_drive(s, now, order);
     for (int a = 0; a < s->n; a++) {
         size_t row = bodies_row(s, a);

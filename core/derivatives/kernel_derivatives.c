@@ -274,7 +274,7 @@ static struct derivatives_vector derivatives_pivot(const struct bodies_system *s
     for (int i = 0; i < s->terms->harmonics && s->terms->harmonic[i].drives < 0; i++) {
         const struct pend_harmonic *h = &s->terms->harmonic[i];
         num *to = h->drives == PEND_DRIVE_PIVOT_X ? &sum.x : &sum.y;
-        bodies_harmonic(s, now, h->at, order, 0, to, 1);
+        bodies_harmonic(s->value + h->at, s->share, now, order, 0, to, 1);
     }
     return sum;
 }

@@ -75,13 +75,6 @@ struct loads_tile {
     int parent, child;
 };
 
-/* The instant that series are about, and their unit. */
-struct loads_moment {
-    double unit;       /* s, a power of two of either sign */
-    double gravity;    /* m/s^2 times unit^2 */
-    double time, late; /* s, the request's own time as a sum of two */
-};
-
 struct bodies_system;
 
 struct jets_loads {

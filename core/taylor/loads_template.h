@@ -7,58 +7,24 @@
 
 #include <string.h>
 
-#include "core/bodies/bodies_factor_template.h"
-#include "core/bodies/bodies_number.h"
+#include "core/bodies/harmonic_template.h"
 #include "core/taylor/jets_loads.h"
 #include "core/taylor/jets_system.h"
 
 enum { LOADS_ORDERS = 48 };
 
-/* Adds A cos(omega t + phase), or its derivative of order 2, to a series in units, orders below an
- * even number of at least `order`. The coefficients of even orders hang on the cosine, those of odd
- * ones on the sine. Returns the derivative of order 1 at the instant. */
-VEC_INLINE double loads_harmonic(const struct jets_system *s, const double *harmonic,
-                                 const struct loads_moment *now, int twice, int order, double *to) {
-    double sine, cosine, w = harmonic[1] * now->unit, square = w * w;
-    num_drive(harmonic[1], now->time, now->late, harmonic[2], &sine, &cosine);
-    double size = twice ? -harmonic[0] * square : harmonic[0];
-    double even = size * cosine, odd = -size * w * sine;
-    for (int j = 0; j < order; j += 2) {
-        to[j] += even;
-        to[j + 1] += odd;
-        even *= -square * (s->share[j] * s->share[j + 1]);
-        odd *= -square * (s->share[j + 1] * s->share[j + 2]);
-    }
-    return -harmonic[0] * w * sine;
-}
-
-/* the series of the pivot */
-static void loads_pivot(const struct jets_system *s, const struct loads_moment *now, int order) {
+/* the motion of the pivot, and gravity */
+static void loads_pivot(const struct jets_system *s, const struct bodies_moment *now, int order) {
     const struct jets_loads *loads = s->loads;
-    const struct pend_terms *terms = loads->terms;
-    size_t bytes = (size_t)(order + 2) * sizeof(double);
-    double start[2] = {0, 0}, *lift[2] = {loads->lift_x, loads->lift_y},
-           *slide[2] = {loads->slide_x, loads->slide_y};
-    for (int i = 0; i < 2; i++) memset(lift[i], 0, bytes);
-    for (int i = 0; i < terms->harmonics && terms->harmonic[i].drives < 0; i++) {
-        const double *harmonic = loads->value + terms->harmonic[i].at;
-        int y = terms->harmonic[i].drives == PEND_DRIVE_PIVOT_Y;
-        start[y] += loads_harmonic(s, harmonic, now, 1, order, lift[y]);
-    }
-    if (terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0) {
-        double since = (now->time + now->late) / now->unit, square = now->unit * now->unit;
-        for (int i = 0; i < 2; i++) {
-            double a = square * loads->value[terms->one[PEND_TERM_PIVOT_ACCELERATION_X + i]];
-            lift[i][0] += a;
-            start[i] += a * since;
-        }
-    }
-    for (int i = 0; i < 2; i++) {
-        slide[i][0] = start[i];
-        for (int j = 1; j < order; j++) slide[i][j] = lift[i][j - 1] * s->share[j - 1];
-        for (int j = 0; j < order && loads->mist != 0; j++) lift[i][j] += loads->mist * slide[i][j];
-    }
-    lift[1][0] += now->gravity;
+    struct bodies_system pivot = {.terms = loads->terms,
+                                  .value = loads->value,
+                                  .share = (num *)s->share,
+                                  .need = loads->mist != 0 ? BODIES_MIST : 0,
+                                  .lift_x = loads->lift_x,
+                                  .lift_y = loads->lift_y,
+                                  .slide_x = loads->slide_x,
+                                  .slide_y = loads->slide_y};
+    bodies_drive_pivot(&pivot, now, order);
 }
 
 /* the pivot's acceleration in the frame of the first arm */
@@ -80,7 +46,7 @@ VEC_INLINE void loads_twist(const struct jets_system *s, int a, double torque, d
 }
 
 /* the given torques; `from` is where the forces of a row begin */
-static void loads_torques(const struct jets_system *s, const struct loads_moment *now, int order,
+static void loads_torques(const struct jets_system *s, const struct bodies_moment *now, int order,
                           int from) {
     const struct jets_loads *loads = s->loads;
     const struct pend_terms *terms = loads->terms;
@@ -94,8 +60,8 @@ static void loads_torques(const struct jets_system *s, const struct loads_moment
         int a = terms->harmonic[i].drives;
         double torque[LOADS_ORDERS];
         if (a < 0) continue;
-        memset(torque, 0, (size_t)(order + 2) * sizeof(double));
-        loads_harmonic(s, loads->value + terms->harmonic[i].at, now, 0, order, torque);
+        memset(torque, 0, (size_t)(order + 1) * sizeof(double));
+        bodies_harmonic(loads->value + terms->harmonic[i].at, s->share, now, 0, order, torque, 1);
         for (int k = 0; k < order; k++)
             loads_twist(s, a, square * torque[k], forces + k * LOADS_STRIDE);
     }
@@ -113,7 +79,7 @@ static void loads_springs(const struct jets_system *s, double unit, double *forc
 
 /* the numbers of an expansion, and what its pivot does */
 static void loads_number(const struct jets_system *s, const double *value,
-                         const struct loads_moment *now, int order) {
+                         const struct bodies_moment *now, int order) {
     s->loads->value = value;
     s->loads->unit = now->unit;
     loads_pivot(s, now, s->loads->moves ? order : 1);
@@ -121,7 +87,7 @@ static void loads_number(const struct jets_system *s, const double *value,
 
 /* all that is known before the first order */
 static void loads_begin(const struct jets_system *s, const double *value,
-                        const struct loads_moment *now, int order, int from) {
+                        const struct bodies_moment *now, int order, int from) {
     struct jets_loads *loads = s->loads;
     int mist = loads->terms->one[PEND_TERM_DRAG_PER_MASS];
     loads->mist = mist < 0 ? 0 : 2 * value[mist] * now->unit;

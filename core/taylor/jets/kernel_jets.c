@@ -60,7 +60,7 @@ static void kernel_bend(const struct jets_system *s) {
 
 /* of a real pendulum of more than eight arms */
 static void kernel_loaded_large(const struct jets_system *s, const double *value,
-                                const struct loads_moment *now, int order) {
+                                const struct bodies_moment *now, int order) {
     struct jets_loads *loads = s->loads;
     loads_number(s, value, now, order);
     if (loads->couples) couples_begin(s, now, order);
@@ -84,7 +84,7 @@ static void kernel_loaded_large(const struct jets_system *s, const double *value
 /* of a real pendulum */
 static void kernel_loaded(const struct jets_system *s, const struct jets_state *state,
                           const struct pend_loads *loads, double unit, int order) {
-    struct loads_moment now = {unit, loads->gravity * (unit * unit), state->time, state->late};
+    struct bodies_moment now = {unit, loads->gravity * (unit * unit), state->time, state->late};
     if (s->n > 8) {
         kernel_loaded_large(s, loads->value, &now, order);
         return;

@@ -20,68 +20,13 @@ struct lanes_loads {
     num *along, *across;
 };
 
-/* Adds A cos(omega t + phase) to orders 0 .. order - 1 of a series, or its derivative of order 2;
- * returns the derivative of order 1 at the instant. The coefficients of even orders hang on the
- * cosine, those of odd ones on the sine. */
-static inline num lanes_harmonic(const struct lanes_loads *x, int at, int twice, num factor,
-                                 num *to, size_t step) {
-    const num *value = x->b->value + at;
-    const double *share = x->s->share;
-    num sine, cosine, w = value[1] * x->now.unit, square = w * w, size = value[0] * factor;
-    num_drive(value[1], x->now.time, x->now.late, value[2], &sine, &cosine);
-    num pair[2] = {size * cosine, num_neg(size * w * sine)}, first = pair[1];
-    if (twice) pair[0] = num_neg(pair[0] * square), pair[1] = num_neg(pair[1] * square);
-    for (int j = 0; j < x->order; j++) {
-        to[(size_t)j * step] += pair[j % 2];
-        pair[j % 2] *= square * (-share[j] * share[j + 1]);
-    }
-    return first;
-}
-
-/* the acceleration and the velocity of the pivot, and gravity, in the axes */
-static void lanes_pivot(const struct lanes_loads *x) {
-    const struct bodies_system *b = x->b;
-    num *lift[2] = {b->lift_x, b->lift_y}, *slide[2] = {b->slide_x, b->slide_y};
-    num square = x->now.unit * x->now.unit, one = num_of(1);
-    b->lift_x[0] = num_of(0), b->lift_y[0] = x->now.gravity;
-    if (!x->moves) return;
-    for (int i = 0; i < 2; i++) {
-        for (int j = 0; j < x->order; j++) lift[i][j] = num_of(0);
-        slide[i][0] = num_of(0);
-    }
-    for (int i = 0; i < b->terms->harmonics && b->terms->harmonic[i].drives < 0; i++) {
-        int y = b->terms->harmonic[i].drives == PEND_DRIVE_PIVOT_Y;
-        slide[y][0] += lanes_harmonic(x, b->terms->harmonic[i].at, 1, one, lift[y], 1);
-    }
-    if (b->terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0) {
-        num since = (x->now.time + x->now.late) / x->now.unit;
-        for (int i = 0; i < 2; i++) {
-            num a = square * b->value[b->terms->one[PEND_TERM_PIVOT_ACCELERATION_X + i]];
-            lift[i][0] += a;
-            slide[i][0] = num_fma(a, since, slide[i][0]);
-        }
-    }
-    for (int i = 0; i < 2; i++)
-        for (int j = 1; j < x->order; j++) slide[i][j] = lift[i][j - 1] * x->s->share[j - 1];
-    lift[1][0] += x->now.gravity;
-}
-
-/* all drives */
+/* all drives, and gravity */
 static void lanes_drives(const struct lanes_loads *x) {
     const struct bodies_system *b = x->b;
-    num square = x->now.unit * x->now.unit;
-    int fixed = b->terms->row[PEND_TERM_TORQUE];
-    lanes_pivot(x);
-    for (int a = 0; a < b->n && b->need & BODIES_DRIVES; a++) {
-        num *drive = b->drive + bodies_row(b, a);
-        for (int j = 0; j < x->order; j++) drive[(size_t)j * b->stride] = num_of(0);
-        if (fixed >= 0) drive[0] = square * b->value[fixed + a];
-    }
-    for (int i = 0; i < b->terms->harmonics; i++) {
-        const struct pend_harmonic *h = &b->terms->harmonic[i];
-        if (h->drives >= 0)
-            lanes_harmonic(x, h->at, 0, square, b->drive + bodies_row(b, h->drives), b->stride);
-    }
+    for (int j = 0; j <= x->order && b->terms->harmonics; j++) b->share[j] = num_of(x->s->share[j]);
+    b->lift_x[0] = num_of(0), b->lift_y[0] = x->now.gravity;
+    if (x->moves) bodies_drive_pivot(b, &x->now, x->order);
+    bodies_drive(b, &x->now, x->order);
 }
 
 /* the sum of all torques on every arm, order k, into `couple`; 0 if there are none */

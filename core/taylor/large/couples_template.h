@@ -22,7 +22,8 @@ VEC_INLINE int couples_seat(const struct jets_loads *loads, int k) {
 }
 
 /* the drives' torques, all orders */
-static void couples_motors(const struct jets_system *s, const struct loads_moment *now, int order) {
+static void couples_motors(const struct jets_system *s, const struct bodies_moment *now,
+                           int order) {
     const struct jets_loads *loads = s->loads;
     double square = now->unit * now->unit;
     for (int a = 0; a < loads->seats; a += COUPLES_ARMS)
@@ -31,7 +32,7 @@ static void couples_motors(const struct jets_system *s, const struct loads_momen
         const struct pend_harmonic *harmonic = &loads->terms->harmonic[i];
         double torque[LOADS_ORDERS] = {0};
         if (harmonic->drives < 0) continue;
-        loads_harmonic(s, loads->value + harmonic->at, now, 0, order, torque);
+        bodies_harmonic(loads->value + harmonic->at, s->share, now, 0, order, torque, 1);
         double *to = loads->motor + jets_row(s, couples_seat(loads, harmonic->drives));
         for (int k = 0; k < order; k++) to[k * COUPLES_ARMS] += square * torque[k];
     }
@@ -58,7 +59,7 @@ VEC_INLINE void couples_sit(const struct jets_system *s, double *to, int k, wide
 }
 
 /* what is known before the first order; rates of order 0 are there */
-static void couples_begin(const struct jets_system *s, const struct loads_moment *now, int order) {
+static void couples_begin(const struct jets_system *s, const struct bodies_moment *now, int order) {
     const struct jets_loads *loads = s->loads;
     // pi / 2 as a sum of two
     const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54;

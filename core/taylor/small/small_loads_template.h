@@ -306,7 +306,7 @@ VEC_INLINE void SMALL(loaded)(const struct jets_system *s, double unit, int orde
 
 /* the orders of a pendulum with loads */
 static void SMALL(loaded_orders)(const struct jets_system *s, const double *value,
-                                 const struct loads_moment *now, int order) {
+                                 const struct bodies_moment *now, int order) {
     struct jets_loads *loads = s->loads;
     loads_begin(s, value, now, order, LANES);
     loads->orders = order;
