@@ -32,7 +32,7 @@ enum pend_status api_out_open(struct api_buffer *out, const char *name, char bra
 }
 
 enum pend_status api_out_text(struct api_buffer *out, const char *name, const char *text) {
-    PEND_TRY(api_out_key(out, name));
+    PEND_TRY(name ? api_out_key(out, name) : api_out_comma(out));
     return text ? api_text_quote(out, text, strlen(text)) : api_buffer_text(out, "null");
 }
 

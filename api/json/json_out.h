@@ -34,7 +34,8 @@ PEND_MUST_CHECK enum pend_status api_out_key(struct api_buffer *out, const char 
 PEND_MUST_CHECK enum pend_status api_out_open(struct api_buffer *out, const char *name,
                                               char bracket);
 
-/** Appends a member whose value is a string; text is UTF-8, NULL gives null. */
+/** Appends a member whose value is a string, an item of an array where name is NULL; text is UTF-8,
+ * NULL gives null. */
 PEND_MUST_CHECK enum pend_status api_out_text(struct api_buffer *out, const char *name,
                                               const char *text);
 

@@ -60,6 +60,16 @@ double pend_rest_damper(const struct pend_loads *loads, int k) {
     return friction > 0 ? damper + friction / rest_get(loads, PEND_TERM_FRICTION_SPEED, k) : damper;
 }
 
+double pend_rest_beyond(const struct pend_loads *loads, int k, double rate, double speed) {
+    double beyond = 0;
+    assert(k >= 0 && rate >= 0 && speed >= 0);
+    if (rest_get(loads, PEND_TERM_FRICTION, k) > 0)
+        beyond = rate / rest_get(loads, PEND_TERM_FRICTION_SPEED, k);
+    if (rest_get(loads, PEND_TERM_DRAG_QUADRATIC, k) > 0)
+        beyond = fmax(beyond, speed / rest_get(loads, PEND_TERM_DRAG_SPEED, k));
+    return beyond;
+}
+
 void pend_rest_point(const struct pend_tree *tree, const struct pend_loads *loads, int k,
                      double point[2]) {
     assert(k > 0 && k < tree->n);

@@ -26,6 +26,10 @@ struct rest_body pend_rest_drag(const struct pend_tree *tree, const struct pend_
  * all that rubs in it. O(1). */
 double pend_rest_damper(const struct pend_loads *loads, int k);
 
+/** How fast the joint of stored arm k turns, rad/s, or its tip moves, m/s, over the speed up to
+ * which pend_rest_damper and pend_rest_drag hold: the larger; 0 where they hold at any. O(1). */
+double pend_rest_beyond(const struct pend_loads *loads, int k, double rate, double speed);
+
 /** The point, m, of its parent's frame at which stored arm k > 0 hangs. O(1). */
 void pend_rest_point(const struct pend_tree *tree, const struct pend_loads *loads, int k,
                      double point[2]);

@@ -333,12 +333,6 @@ void api_hints_free(struct api_hints **hints) {
 
 /* ---- saying */
 
-static enum pend_status hints_say(struct api_buffer *out, const char *text) {
-    PEND_TRY(api_out_comma(out));
-    // sentences of this file, names of quantities and numbers: no letter needs an escape
-    return api_buffer_format(out, "\"%s\"", text);
-}
-
 /* the row of the measurement that is farthest off */
 static long hints_outlier(const struct api_hints *h) {
     const struct api_fit *fit = h->fit;
@@ -369,29 +363,30 @@ enum pend_status api_hints_write(const struct api_hints *h, struct api_buffer *o
     long count = h->result->outliers;
     int far = hints_length(h), places = h->fit->column[0].kind != PEND_FIT_PHI;
     PEND_TRY(api_out_open(out, "hints", '['));
-    if (*h->text) PEND_TRY(hints_say(out, h->text));
+    if (*h->text) PEND_TRY(api_out_text(out, NULL, h->text));
     if (count && !h->fit->loss) {
         snprintf(
             text, sizeof text,
             "measurements that lie far off: %ld, the farthest in row %ld: mistyped, or lost by the "
             "tracker? With the loss huber they hardly count",
             count, hints_outlier(h));
-        PEND_TRY(hints_say(out, text));
+        PEND_TRY(api_out_text(out, NULL, text));
     }
     if (far >= 0) {
         snprintf(text, sizeof text,
                  "%s comes out as %.3g times what was given: are instants in s, not in ms or "
                  "frames, places in m, is gravity right?",
                  h->fit->label[far], h->result->value[far] / h->fit->unknown[far].start);
-        PEND_TRY(hints_say(out, text));
+        PEND_TRY(api_out_text(out, NULL, text));
     }
     if (!*h->text && h->result->model == PEND_FIT_REJECTED && h->result->alike < 1e-3 &&
         h->result->explained > hints_explained)
-        PEND_TRY(hints_say(
-            out, places ? "the residuals have a pattern: is the camera tilted, or its lens "
-                          "distorted? Neither is known here. Or is the friction of another kind?"
-                        : "the residuals have a pattern: is the friction of another kind "
-                          "(damping, friction_torque, drag, drag_quadratic), or is a number held "
-                          "that is wrong?"));
+        PEND_TRY(api_out_text(
+            out, NULL,
+            places ? "the residuals have a pattern: is the camera tilted, or its lens "
+                     "distorted? Neither is known here. Or is the friction of another kind?"
+                   : "the residuals have a pattern: is the friction of another kind "
+                     "(damping, friction_torque, drag, drag_quadratic), or is a number held "
+                     "that is wrong?"));
     return api_buffer_text(out, "]");
 }

@@ -194,10 +194,8 @@ static enum pend_status write_camera(const struct api_fit *fit, struct api_buffe
 
 enum pend_status api_fit_write_fixed(const struct api_fit *fit, struct api_buffer *out) {
     PEND_TRY(api_out_open(out, "freed", '['));
-    for (int j = fit->unknowns - fit->freed; j < fit->unknowns; j++) {
-        PEND_TRY(api_out_comma(out));
-        PEND_TRY(api_buffer_format(out, "\"%s\"", fit->label[j]));
-    }
+    for (int j = fit->unknowns - fit->freed; j < fit->unknowns; j++)
+        PEND_TRY(api_out_text(out, NULL, fit->label[j]));
     PEND_TRY(api_buffer_text(out, "]"));
     PEND_TRY(api_out_open(out, "fixed", '['));
     PEND_TRY(write_arms(fit, "length", PEND_PARAMETER_LENGTH, -1, -1, out));
@@ -207,13 +205,10 @@ enum pend_status api_fit_write_fixed(const struct api_fit *fit, struct api_buffe
         if (api_varied_of_arm(i))
             PEND_TRY(write_arms(fit, api_varied_name(i), PEND_PARAMETER_TERM, i, -1, out));
         if (one < 0 || start_sought(fit, PEND_PARAMETER_TERM, one, 0) >= 0) continue;
-        PEND_TRY(api_out_comma(out));
-        PEND_TRY(api_buffer_format(out, "\"%s\"", api_varied_name(i)));
+        PEND_TRY(api_out_text(out, NULL, api_varied_name(i)));
     }
-    if (start_sought(fit, PEND_PARAMETER_GRAVITY, 0, 0) < 0) {
-        PEND_TRY(api_out_comma(out));
-        PEND_TRY(api_buffer_text(out, "\"gravity\""));
-    }
+    if (start_sought(fit, PEND_PARAMETER_GRAVITY, 0, 0) < 0)
+        PEND_TRY(api_out_text(out, NULL, "gravity"));
     for (int r = 0; r < fit->runs && fit->columns > fit->modes; r++) {
         PEND_TRY(write_arms(fit, "theta", PEND_PARAMETER_PHI, -1, r, out));
         PEND_TRY(write_arms(fit, "thetad", PEND_PARAMETER_RATE, -1, r, out));

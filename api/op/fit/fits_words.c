@@ -44,9 +44,7 @@ enum pend_status api_fit_write_direction(const struct api_fit *fit, const double
         if (parts > 1 && !alike && at < sizeof text)
             at += (size_t)snprintf(text + at, sizeof text - at, " (by %.3g)", direction[j]);
     }
-    // names of quantities and numbers: no letter needs an escape
-    PEND_TRY(api_out_comma(out));
-    return api_buffer_format(out, "\"%s\"", text);
+    return api_out_text(out, NULL, text);
 }
 
 /* how far the motions follow that are no minimum */

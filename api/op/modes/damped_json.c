@@ -8,6 +8,7 @@
 #include "api/encode/encode_raw.h"
 #include "api/encode/remarks.h"
 #include "api/json/json_out.h"
+#include "core/modes/rest.h"
 #include "core/tree/turns.h"
 
 /* those of a cart are there where a pendulum has one */
@@ -113,9 +114,8 @@ static double damped_rub(const struct api_damped *damped, int j, int k) {
     const double *re = found->re + j * found->n, *im = found->im + j * found->n;
     int holder = pend_terms_holder(loads->terms, damped->tree->tree->parent, k);
     double x = re[k] - (holder < 0 ? 0 : re[holder]), y = im[k] - (holder < 0 ? 0 : im[holder]);
-    if (!(pend_terms_get(loads->terms, loads->value, PEND_TERM_FRICTION, k) > 0)) return 0;
-    return swing * hypot(found->omega[j], found->decay[j]) * hypot(x, y) /
-           pend_terms_get(loads->terms, loads->value, PEND_TERM_FRICTION_SPEED, k);
+    return pend_rest_beyond(loads, k, swing * hypot(found->omega[j], found->decay[j]) * hypot(x, y),
+                            0);
 }
 
 /* whether the equilibrium is stable, and what the modes leave out or take for linear */

@@ -16,6 +16,7 @@
 #include "api/op/modes/response_json.h"
 #include "core/modes/damped.h"
 #include "core/modes/response.h"
+#include "core/modes/rest.h"
 
 enum { OMEGA, FREQUENCY, FIRST_PART };
 static const double pi = 3.14159265358979323846;
@@ -232,8 +233,8 @@ static void response_swing(const struct response *response, size_t from, int def
     }
 }
 
-/* How fast a joint turns or a tip goes, over the speed up to which its dry friction, or its drag by
- * the square of the speed, is as the response takes it: the larger; 0 where there is neither. */
+/* how fast a joint turns or a tip goes, over the speed up to which its friction and drag are linear
+ */
 static double response_rub(const struct response *response, int k, size_t from, double omega) {
     const struct api_tree *tree = &response->asked.tree;
     const struct pend_loads *loads = &tree->loads;
@@ -242,15 +243,10 @@ static double response_rub(const struct response *response, int k, size_t from, 
     size_t at = from + (size_t)k, on = from + (size_t)(holder < 0 ? 0 : holder);
     const double *re = response->re[PEND_RESPONSE_ANGLE], *im = response->im[PEND_RESPONSE_ANGLE];
     double x = re[at] - (holder < 0 ? 0 : re[on]), y = im[at] - (holder < 0 ? 0 : im[on]);
-    double turn = omega * hypot(x, y), rub = 0;
     double way =
         omega * hypot(hypot(response->re[PEND_RESPONSE_X][at], response->im[PEND_RESPONSE_X][at]),
                       hypot(response->re[PEND_RESPONSE_Y][at], response->im[PEND_RESPONSE_Y][at]));
-    if (pend_terms_get(loads->terms, loads->value, PEND_TERM_FRICTION, k) > 0)
-        rub = turn / pend_terms_get(loads->terms, loads->value, PEND_TERM_FRICTION_SPEED, k);
-    if (pend_terms_get(loads->terms, loads->value, PEND_TERM_DRAG_QUADRATIC, k) > 0)
-        rub = fmax(rub, way / pend_terms_get(loads->terms, loads->value, PEND_TERM_DRAG_SPEED, k));
-    return rub;
+    return pend_rest_beyond(loads, k, omega * hypot(x, y), way);
 }
 
 /* the numbers of a row from lane `lane` */
