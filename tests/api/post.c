@@ -147,7 +147,7 @@ struct refusals {
     const char *file;
     int line, rows;
     enum api_op_id op;
-    char pointer[80], before[300], after[100];
+    char pointer[80], before[700], after[300];
 };
 
 /* the next field of a row, cut off at " | "; NULL behind the last */
@@ -160,12 +160,13 @@ static char *refusals_field(char **rest) {
 
 /* "@ operation pointer template" */
 static int refusals_template(struct refusals *table, const char *line) {
+    const char *at = strchr(line, '%');
     char op[20];
+    int begin = 0;
     table->op = (enum api_op_id)0;
-    table->after[0] = 0;
-    if (sscanf(line, "@ %19s %79s %299[^%]%%%99[^\n]", op, table->pointer, table->before,
-               table->after) < 3)
-        return 0;
+    if (!at || sscanf(line, "@ %19s %79s %n", op, table->pointer, &begin) < 2) return 0;
+    snprintf(table->before, sizeof table->before, "%.*s", (int)(at - line) - begin, line + begin);
+    snprintf(table->after, sizeof table->after, "%s", at + 1);
     if (!strcmp(table->pointer, "/")) table->pointer[0] = 0;
     while (table->op < API_OP_COUNT && strcmp(api_op_at(table->op)->name, op) != 0) table->op++;
     return table->op < API_OP_COUNT;
@@ -174,7 +175,7 @@ static int refusals_template(struct refusals *table, const char *line) {
 static void refusals_row(struct refusals *table, char *rest) {
     const char *fields = refusals_field(&rest), *at = refusals_field(&rest),
                *piece = refusals_field(&rest), *code = refusals_field(&rest);
-    char body[1000], pointer[160];
+    char body[1600], pointer[160];
     if (!test_check(piece != NULL, table->file, table->line, "a row has three fields")) return;
     snprintf(body, sizeof body, "%s%s%s", table->before, fields, table->after);
     snprintf(pointer, sizeof pointer, "%s%s", table->pointer, at);

@@ -250,11 +250,4 @@ TEST(floats_that_cannot_hold_a_number_and_columns_that_are_none_are_refused) {
         "application/octet-stream", NULL);
     CHECK_SAYING(reply.out.bytes && strstr(reply.out.data, "float64"), "%s", reply.out.data);
     test_reply_free(&reply);
-#define ENSEMBLE "{" TWO ",\"states\":[{}],\"duration\":1,"
-    CHECK_REFUSED(API_OP_ENSEMBLES, ENSEMBLE "\"columns\":[\"final_ph\"]}", "/columns/0",
-                  "has member,status,final_phi[2],final_phid[2]");
-    CHECK_REFUSED(API_OP_ENSEMBLES, ENSEMBLE "\"columns\":[]}", "/columns", "at least one");
-    CHECK_REFUSED(API_OP_ENSEMBLES, ENSEMBLE "\"columns\":[3]}", "/columns/0", "is no column");
-    CHECK_REFUSED(API_OP_ENSEMBLES, ENSEMBLE "\"number\":\"float16\"}", "/number", "float64");
-    CHECK_REFUSED(API_OP_ENSEMBLES, ENSEMBLE "\"none\":0}", "/none", "must be");
 }

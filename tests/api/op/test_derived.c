@@ -6,7 +6,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "tests/api/post.h"
@@ -209,36 +208,6 @@ TEST(derivatives_on_a_cart_are_differences_of_requests) {
         test_reply_free(&reply);
     }
     CHECK(worst > 0);
-}
-
-TEST(derivatives_are_refused_at_their_pointer) {
-    static const struct {
-        const char *more, *pointer, *text;
-    } rows[] = {
-        {"\"derivatives\":[]", "/derivatives", "must be an array of 1 to 1000"},
-        {"\"derivatives\":true", "/derivatives", "must be an array"},
-        {"\"derivatives\":[\"phi\"]", "/derivatives/0", "must be an object"},
-        {"\"derivatives\":[{}]", "/derivatives/0/vary", "is missing"},
-        {"\"derivatives\":[{\"vary\":\"lenght\",\"arm\":1}]", "/derivatives/0/vary", "\"length\""},
-        {"\"derivatives\":[{\"vary\":\"mass\",\"arm\":3}]", "/derivatives/0/arm", "from 1 to 2"},
-        {"\"derivatives\":[{\"vary\":\"gravity\",\"arm\":1}]", "/derivatives/0/arm", "share"},
-        {"\"derivatives\":[{\"vary\":\"rest\",\"arm\":1}]", "/derivatives/0/vary", "has not"},
-        {"\"derivatives\":[{\"vary\":\"gravity\",\"start\":1}]", "/derivatives/0/start", "known"},
-        {"\"method\":\"rk8pd\",\"derivatives\":[{\"vary\":\"gravity\"}]", "/derivatives", "taylor"},
-        {"\"precision\":\"extended\",\"derivatives\":[{\"vary\":\"gravity\"}]", "/derivatives",
-         "precision"},
-        {"\"output\":[\"phi\",\"exchange\"],\"derivatives\":[{\"vary\":\"gravity\"}]",
-         "/derivatives", "exchange"},
-    };
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        char body[500];
-        snprintf(body, sizeof body, DOUBLE "\"times\":[0,1],%s}", rows[i].more);
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
-        CHECK_INT(reply.status, 422);
-        CHECK_SAYING(test_reply_has_fault(&reply, rows[i].pointer, rows[i].text), "%s: %s",
-                     rows[i].more, reply.out.data);
-        test_reply_free(&reply);
-    }
 }
 
 TEST(derivatives_that_would_be_too_large_are_refused_before_they_run) {

@@ -94,50 +94,6 @@ TEST(events_are_rows_in_every_representation) {
 }
 
 TEST(events_that_make_no_sense_are_refused) {
-#define ONE(condition) ASK("[" condition "]")
-    CHECK_REFUSED(API_OP_TRAJECTORIES, ASK("[]"), "/events", "1 to 64 conditions");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, ASK("{}"), "/events", "1 to 64 conditions");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("7"), "/events/0", "");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"value\":1}"), "/events/0/of", "");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"angle\",\"arm\":1,\"value\":1}"),
-                  "/events/0/of", "");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"phi\",\"value\":1}"), "/events/0/arm", "");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"phi\",\"arm\":3,\"value\":1}"),
-                  "/events/0/arm", "1 to 2");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"phi\",\"arm\":1}"), "/events/0",
-                  "one of \"value\"");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"phi\",\"arm\":1,\"value\":1,\"bound\":1}"),
-                  "/events/0", "one of \"value\"");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"x\",\"arm\":1,\"bound\":-1}"),
-                  "/events/0/bound", "");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"x\",\"arm\":1,\"bound\":0}"),
-                  "/events/0/bound", "\"value\": 0");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"x\",\"arm\":1,\"value\":1,\"unit\":\"deg\"}"),
-                  "/events/0/unit", "of angles");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"energy\",\"arm\":1,\"value\":1}"),
-                  "/events/0/arm", "the whole pendulum");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"distance\",\"arm\":1,\"to\":1,\"value\":1}"),
-                  "/events/0/to", "another arm");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"x\",\"arm\":1,\"to\":2,\"value\":1}"),
-                  "/events/0/to", "\"distance\" only");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, ONE("{\"of\":\"x\",\"arm\":1,\"value\":1,\"stop\":0}"),
-                  "/events/0/stop", "");
-    CHECK_REFUSED(API_OP_TRAJECTORIES,
-                  ONE("{\"of\":\"x\",\"arm\":1,\"value\":1,\"count\":10000000}"), "/events",
-                  "max-answer-bytes");
-#define WITH(more) "{" DOUBLE TIMES ",\"events\":[{\"of\":\"x\",\"arm\":1,\"value\":1}]," more "}"
-    CHECK_REFUSED(API_OP_TRAJECTORIES, WITH("\"method\":\"rk8pd\""), "/events", "method taylor");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, WITH("\"precision\":\"extended\""), "/events",
-                  "method taylor");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, WITH("\"rows\":\"events\",\"trust\":true"), "/trust",
-                  "leave it out");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, WITH("\"rows\":\"events\",\"output\":[\"z\"]"), "/output",
-                  "leave it out");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" DOUBLE TIMES ",\"rows\":\"events\"}", "/rows",
-                  "needs \"events\"");
-    CHECK_REFUSED(API_OP_TRAJECTORIES,
-                  "{" DOUBLE ",\"times\":[1],\"events\":[{\"of\":\"x\",\"arm\":1,\"value\":1}]}",
-                  "/times", "span some time");
     struct test_reply reply = test_post_as(
         API_OP_TRAJECTORIES, ASK("[{\"of\":\"x\",\"arm\":1,\"value\":1}]"), "text/csv", NULL);
     CHECK(test_reply_has_fault(&reply, "/events", "\"rows\": \"events\""));

@@ -110,24 +110,6 @@ TEST(forces_as_csv_have_a_line_a_state) {
     test_reply_free(&reply);
 }
 
-TEST(faults_of_states_have_their_pointers) {
-    static const struct {
-        const char *body, *pointer, *piece;
-    } bad[] = {
-        {"{" THREE ",\"state\":{},\"states\":[{}]}", "/state", "give one of the two"},
-        {"{" THREE ",\"states\":[]}", "/states", "must be an array of at least one state"},
-        {"{" THREE ",\"states\":{}}", "/states", "must be an array of at least one state"},
-        {"{" THREE ",\"states\":[{},{\"phi\":[1,2]}]}", "/states/1/phi",
-         "must have 3 numbers, one for each arm, got 2"},
-        {"{" THREE ",\"states\":[{},7]}", "/states/1", "must be an object, got 7"},
-        {"{" THREE ",\"initial\":{}}", "/initial", "not a known field"},
-        {"{" THREE ",\"digits\":\"all\"}", "/digits",
-         "must be a whole number from 1 to 17, got the text \"all\""},
-    };
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
-        CHECK_REFUSED(API_OP_FORCES, bad[i].body, bad[i].pointer, bad[i].piece);
-}
-
 TEST(too_many_states_are_refused_by_the_limits_name) {
     struct api_limits limits;
     api_limits_init(&limits);

@@ -60,19 +60,6 @@ TEST(lyapunov_comes_in_every_representation) {
     test_reply_free(&reply);
 }
 
-TEST(lyapunov_requests_that_make_no_sense_are_refused) {
-    CHECK_REFUSED(API_OP_LYAPUNOV, "{" DOUBLE "}", "/duration", "");
-    CHECK_REFUSED(API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":-1}", "/duration", "got -1");
-    CHECK_REFUSED(API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":1,\"count\":5}", "/count", "4");
-    CHECK_REFUSED(API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":1,\"count\":\"some\"}", "/count",
-                  "\"all\"");
-    CHECK_REFUSED(API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":1,\"samples\":0}", "/samples", "0");
-    CHECK_REFUSED(API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":1,\"transient\":-2}", "/transient",
-                  "-2");
-    CHECK_REFUSED(API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":1,\"sample\":1}", "/sample",
-                  "did you mean \"samples\"");
-}
-
 TEST(lyapunov_of_too_many_steps_is_refused) {
     struct api_limits limits;
     api_limits_init(&limits);
@@ -161,9 +148,6 @@ TEST(lyapunov_of_a_driven_pendulum_begins_at_its_start_and_agrees_with_the_ensem
     CHECK_SAYING(fabs(member - exponent[0]) < 0.05 && exponent[0] > 0.05, "%g and %g", member,
                  exponent[0]);
     test_reply_free(&reply);
-    CHECK_REFUSED(API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":1,\"start\":\"now\"}", "/start",
-                  "number");
-    CHECK_REFUSED(API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":1,\"start\":-2e9}", "/start", "-2");
 }
 
 /* a spring that is far quicker than the swing: neighbours are measured by how fast it is */

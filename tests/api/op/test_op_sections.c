@@ -91,22 +91,6 @@ TEST(sections_come_in_every_representation_however_many_rows_there_are) {
         }
 }
 
-TEST(sections_that_make_no_sense_are_refused) {
-#define IN(what) "{" DOUBLE ",\"duration\":1,\"section\":" what "}"
-    CHECK_REFUSED(API_OP_SECTIONS, "{" DOUBLE ",\"duration\":1}", "/section", "");
-    CHECK_REFUSED(API_OP_SECTIONS, "{" DOUBLE ",\"section\":{\"arm\":1,\"phi\":0}}", "/duration",
-                  "");
-    CHECK_REFUSED(API_OP_SECTIONS, IN("{\"arm\":1}"), "/section", "\"theta\" or \"phi\"");
-    CHECK_REFUSED(API_OP_SECTIONS, IN("{\"arm\":3,\"phi\":0}"), "/section/arm", "1 to 2");
-    CHECK_REFUSED(API_OP_SECTIONS, IN("{\"phi\":0}"), "/section/arm", "");
-    CHECK_REFUSED(API_OP_SECTIONS, IN("{\"arm\":1,\"phi\":0,\"theta\":0}"), "/section/phi",
-                  "one of the two");
-    CHECK_REFUSED(API_OP_SECTIONS, IN("{\"arm\":1,\"phi\":0,\"direction\":\"left\"}"),
-                  "/section/direction", "\"up\"");
-    CHECK_REFUSED(API_OP_SECTIONS, IN("{\"arm\":1,\"phi\":1e9}"), "/section/phi", "1000000");
-    CHECK_REFUSED(API_OP_SECTIONS, IN("{\"arm\":1,\"phi\":0},\"count\":0"), "/count", "0");
-}
-
 TEST(sections_of_too_many_steps_are_refused) {
     struct api_limits limits;
     api_limits_init(&limits);
@@ -229,27 +213,4 @@ TEST(sections_of_an_ideal_pendulum_may_be_stroboscopic_too) {
     double gap;
     CHECK_INT(compared(DOUBLE, "5", "{\"period\":0.5}", &gap), 40);
     CHECK(gap == 0);
-}
-
-TEST(stroboscopic_sections_that_make_no_sense_are_refused) {
-#define AT(what) "{" DRIVEN ",\"duration\":1,\"section\":" what "}"
-    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"first\":1}"), "/section/period", "");
-    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"period\":0}"), "/section/period", "got 0");
-    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"period\":-2}"), "/section/period", "-2");
-    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"period\":\"omega\"}"), "/section/period", "\"drive\"");
-    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"period\":true}"), "/section/period", "number");
-    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"period\":1,\"first\":\"x\"}"), "/section/first",
-                  "number");
-    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"period\":1,\"arm\":1}"), "/section/arm", "period");
-    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"period\":1,\"direction\":\"up\"}"), "/section/direction",
-                  "period");
-    CHECK_REFUSED(API_OP_SECTIONS, AT("{\"period\":1},\"start\":1e10"), "/start", "1000000000");
-    CHECK_REFUSED(API_OP_SECTIONS, "{" DRIVEN ",\"duration\":1e9,\"section\":{\"period\":1e-8}}",
-                  "/section/period", "too short");
-    CHECK_REFUSED(API_OP_SECTIONS, "{" DOUBLE ",\"duration\":1,\"section\":{\"period\":\"drive\"}}",
-                  "/section/period", "no drive");
-    // two drives without a common period
-    CHECK_REFUSED(API_OP_SECTIONS,
-                  "{" TEST_REAL_TREE ",\"duration\":1,\"section\":{\"period\":\"drive\"}}",
-                  "/section/period", "frequencies 5 and 3 rad/s");
 }

@@ -248,34 +248,6 @@ TEST(all_modes_of_an_arm_on_a_free_cart_can_be_started_in) {
     }
 }
 
-TEST(what_does_not_take_a_cart_says_so) {
-    CHECK_REFUSED(API_OP_TRAJECTORIES,
-                  "{" CART ",\"times\":[0,1],\"initial\":{\"mode\":5,\"amplitude\":1}}",
-                  "/initial/mode", "from 1 to 4");
-    CHECK_REFUSED(API_OP_TRAJECTORIES,
-                  "{" CART ",\"times\":[0,1],\"initial\":{\"mode\":2,\"amplitude\":1,"
-                  "\"cart\":{\"x\":1}}}",
-                  "/initial/cart", "where the mode has it");
-    CHECK_REFUSED(API_OP_TRAJECTORIES,
-                  "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"times\":[0,1],"
-                  "\"output\":[\"cart\"]}",
-                  "/output", "without one: give it in \"pivot\"");
-    CHECK_REFUSED(API_OP_TRAJECTORIES,
-                  "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"times\":[0,1],"
-                  "\"initial\":{\"cart\":{\"x\":1}}}",
-                  "/initial/cart", "the pendulum has none");
-    CHECK_REFUSED(API_OP_TRAJECTORIES,
-                  "{" CART ",\"times\":[0,1],\"initial\":{\"cart\":{\"y\":1}}}", "/initial/cart/y",
-                  "not a known field");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" CART ",\"times\":[0,1],\"method\":\"symplectic\"}",
-                  "/method", "keeps the energy");
-    CHECK_REFUSED(API_OP_ENSEMBLES,
-                  "{" CART
-                  ",\"duration\":1,\"grid\":[{\"vary\":\"theta\",\"arm\":\"cart\",\"start\":1,"
-                  "\"stop\":2,\"count\":2}]}",
-                  "/grid/0/vary", "is no number of a cart");
-}
-
 /* on a cart that nothing brakes or drives the symplectic method has the motion of the others */
 TEST(a_cart_without_losses_moves_by_the_symplectic_method_as_by_taylor) {
     static const char *const method[] = {"taylor", "symplectic"};

@@ -87,20 +87,3 @@ TEST(a_block_has_room_that_suits_the_number_of_arms) {
         CHECK(!samples);
     }
 }
-
-TEST(faults_of_output_have_their_pointers) {
-    static const struct {
-        const char *body, *pointer, *piece;
-    } bad[] = {
-        {BODY(",\"output\":\"phi\""), "/output", "must be an array of at least one name"},
-        {BODY(",\"output\":[]"), "/output", "must be an array of at least one name"},
-        {BODY(",\"output\":[\"phi\",\"lamda\"]"), "/output/1", "did you mean \"lambda\"?"},
-        {BODY(",\"output\":[\"phi\",\"temperature\"]"), "/output/1",
-         "must be one of \"phi\", \"phid\""},
-        {BODY(",\"output\":[\"phi\",3]"), "/output/1", "got 3"},
-        {BODY(",\"output\":[\"phi\",\"z\",\"phi\"]"), "/output/2",
-         "\"phi\" is in the list already"},
-    };
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
-        CHECK_REFUSED(API_OP_TRAJECTORIES, bad[i].body, bad[i].pointer, bad[i].piece);
-}

@@ -1,7 +1,6 @@
 #include "api/read/method_json.h"
 
 #include <stdio.h>
-#include <string.h>
 
 #include "tests/api/post.h"
 #include "tests/harness/test.h"

@@ -221,29 +221,6 @@ TEST(members_whose_outputs_overflow_have_no_derivatives) {
     }
 }
 
-TEST(members_derivatives_are_refused_at_their_pointer) {
-    static const struct {
-        const char *more, *pointer, *text;
-    } rows[] = {
-        {"\"duration\":1,\"derivatives\":[]", "/derivatives", "must be an array of 1 to 1000"},
-        {"\"duration\":1,\"derivatives\":[{\"vary\":\"mass\",\"arm\":3}]", "/derivatives/0/arm",
-         "from 1 to 2"},
-        {"\"duration\":1,\"observables\":[\"flips\"],\"derivatives\":[{\"vary\":\"gravity\"}]",
-         "/derivatives", "\"trajectory\""},
-        {"\"duration\":1,\"rows\":\"events\",\"events\":[{\"of\":\"phid\",\"arm\":1,\"value\":0}],"
-         "\"derivatives\":[{\"vary\":\"gravity\"}]",
-         "/derivatives", "passages"},
-        {"\"duration\":1,\"events\":[{\"of\":\"phid\",\"arm\":1,\"value\":0,\"stop\":1}],"
-         "\"derivatives\":[{\"vary\":\"gravity\"}]",
-         "/derivatives", "\"stop\""},
-    };
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        char body[600];
-        snprintf(body, sizeof body, FREE STATES "%s}", rows[i].more);
-        CHECK_REFUSED(API_OP_ENSEMBLES, body, rows[i].pointer, rows[i].text);
-    }
-}
-
 TEST(members_derivatives_count_in_the_estimates) {
     // a thousand parameters of as many members take minutes
     static char body[60000];

@@ -137,25 +137,3 @@ TEST(members_on_a_cart_have_conditions_too) {
     CHECK_RESIDUAL(worst, 1e-13, "kinetic energies and places at members' passages");
     test_reply_free(&reply);
 }
-
-TEST(members_conditions_that_cannot_be_are_refused) {
-#define ASK(rest) "{" TURNED ",\"states\":[{}],\"duration\":1," rest "}"
-    CHECK_REFUSED(API_OP_ENSEMBLES, ASK("\"rows\":\"events\""), "/rows", "needs \"events\"");
-    CHECK_REFUSED(API_OP_ENSEMBLES, ASK("\"events\":[]"), "/events", "1 to 64");
-    CHECK_REFUSED(API_OP_ENSEMBLES, ASK("\"events\":[{\"of\":\"phi\",\"arm\":9,\"value\":0}]"),
-                  "/events/0/arm", "arm");
-    CHECK_REFUSED(API_OP_ENSEMBLES,
-                  ASK("\"rows\":\"events\",\"observables\":[\"final\"],\"events\":[" RISES "]"),
-                  "/observables", "leave it out");
-    CHECK_REFUSED(API_OP_ENSEMBLES,
-                  "{" TURNED ",\"states\":[{}],\"times\":[0,1],\"observables\":[\"trajectory\"],"
-                  "\"events\":[" RISES "]}",
-                  "/events", "another request");
-    CHECK_REFUSED(API_OP_ENSEMBLES,
-                  "{" TURNED
-                  ",\"random\":{\"count\":100000,\"draw\":[{\"vary\":\"theta\",\"arm\":1,"
-                  "\"distribution\":\"uniform\",\"low\":0,\"high\":1}]},\"duration\":1,\"rows\":"
-                  "\"events\",\"events\":[" RISES "," RISES "]}",
-                  "", "fewer passages");
-#undef ASK
-}

@@ -1,6 +1,5 @@
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "tests/api/post.h"
@@ -97,21 +96,4 @@ TEST(rates_keep_their_direction_and_members_that_cannot_have_the_energy_say_so) 
     CHECK(test_reply_number(&reply, "/start/phid/0/0") == 0);
     CHECK(test_reply_number(&reply, "/status/0") == 0);
     test_reply_free(&reply);
-}
-
-TEST(energies_of_starts_are_refused_where_nothing_moves_or_two_are_given) {
-#define MORE ",\"duration\":1}"
-#define AXIS "\"grid\":[{\"vary\":\"energy\",\"start\":1,\"stop\":2,\"count\":2}]"
-    CHECK_REFUSED(API_OP_ENSEMBLES, "{" TWO ",\"energy\":1,\"states\":[{}]" MORE, "/energy",
-                  "all rates of member 0 are 0");
-    CHECK_REFUSED(API_OP_ENSEMBLES, "{" TWO "," AXIS MORE, "", "all rates are 0");
-    CHECK_REFUSED(API_OP_ENSEMBLES,
-                  "{" TWO ",\"energy\":3," AXIS ",\"initial\":{\"phi\":[0,0],\"phid\":[1,1]}" MORE,
-                  "/energy", "give one");
-    CHECK_REFUSED(API_OP_ENSEMBLES,
-                  "{" TWO ",\"initial\":{\"phi\":[0,0],\"phid\":[1,1]},\"grid\":[{\"vary\":"
-                  "\"energy\",\"arm\":1,\"start\":1,\"stop\":2,\"count\":2}]" MORE,
-                  "/grid/0/arm", "the pendulum's");
-    CHECK_REFUSED(API_OP_ENSEMBLES, "{" TWO ",\"energy\":\"1\",\"states\":[{}]" MORE, "/energy",
-                  "must be");
 }

@@ -1,6 +1,5 @@
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "tests/api/post.h"
@@ -40,10 +39,6 @@ TEST(shards_of_random_members_join_to_the_same_whole) {
     CHECK(memcmp(far.out.data + 16, near.out.data + 16, 16) != 0);
     test_reply_free(&far);
     test_reply_free(&near);
-    CHECK_REFUSED(API_OP_ENSEMBLES,
-                  "{" TWO ",\"duration\":1,\"random\":{\"count\":1,\"first\":-1,\"draw\":[{"
-                  "\"vary\":\"gravity\",\"distribution\":\"uniform\",\"low\":1,\"high\":2}]}}",
-                  "/random/first", "whole number");
 }
 
 TEST(several_numbers_go_along_one_axis) {
@@ -69,22 +64,6 @@ TEST(several_numbers_go_along_one_axis) {
         CHECK(test_reply_number(&reply, at[3]) == (i < 4 ? 5 : 6));
     }
     test_reply_free(&reply);
-#define AXIS "{\"vary\":\"theta\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":3,\"with\":"
-    static const char *const bad[][3] = {
-        {"[]", "/grid/0/with", "1 to 64 paths"},
-        {"{}", "/grid/0/with", "1 to 64 paths"},
-        {"[1]", "/grid/0/with/0", "must be an object"},
-        {"[{\"vary\":\"phi\",\"arm\":1,\"start\":0,\"stop\":1}]", "/grid/0/with/0",
-         "varies already"},
-        {"[{\"vary\":\"phi\",\"arm\":2,\"start\":0,\"stop\":1,\"count\":3}]",
-         "/grid/0/with/0/count", "not a known field"},
-        {"[{\"vary\":\"phi\",\"arm\":2,\"start\":0}]", "/grid/0/with/0/stop", "is missing"},
-    };
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
-        char body[500];
-        snprintf(body, sizeof body, "{" TWO ",\"duration\":1,\"grid\":[" AXIS "%s}]}", bad[i][0]);
-        CHECK_REFUSED(API_OP_ENSEMBLES, body, bad[i][1], bad[i][2]);
-    }
 }
 
 TEST(a_grid_with_tied_paths_is_drawn_as_one_of_two_axes) {

@@ -1,7 +1,5 @@
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "tests/api/post.h"
 #include "tests/harness/test.h"
@@ -49,36 +47,7 @@ TEST(members_with_numbers_of_their_own_move_as_pendulums_that_have_them) {
     test_reply_free(&many);
 }
 
-TEST(members_of_a_list_are_refused_at_their_own_place) {
-    static const struct {
-        const char *members, *pointer, *piece;
-    } bad[] = {
-        {"[]", "/members", "at least one member"},
-        {"{}", "/members", "at least one member"},
-        {"[{},7,{}]", "/members/1", "must be an object"},
-        {"[{\"lenght\":[1,1,1]}]", "/members/0/lenght", "did you mean \"length\""},
-        {"[{},{\"length\":[1,1]}]", "/members/1/length", "must have 3 numbers"},
-        {"[{\"mass\":[1,-1,1]}]", "/members/0/mass/1", "greater than 0"},
-        {"[{\"set\":{}}]", "/members/0/set", "must be an array"},
-        {"[{\"set\":[{\"vary\":\"damping\",\"arm\":1}]}]", "/members/0/set/0/value", "is missing"},
-        {"[{\"set\":[{\"vary\":\"damping\",\"arm\":1,\"value\":-1}]}]", "/members/0/set/0/value",
-         "got -1"},
-        {"[{\"set\":[{\"vary\":\"mass\",\"arm\":1,\"value\":1,\"unit\":\"deg\"}]}]",
-         "/members/0/set/0/unit", "leave it out"},
-        {"[{\"set\":[{\"vary\":\"rod\",\"arm\":1,\"value\":1}]}]", "/members/0/set/0/vary",
-         "the pendulum has not"},
-        {"[{\"set\":[{\"vary\":\"phi\",\"arm\":4,\"value\":1}]}]", "/members/0/set/0/arm",
-         "from 1 to 3"},
-        {"[{\"initial\":{\"phi\":[1]}}]", "/members/0/initial/phi", "must have 3 numbers"},
-        {"[{\"energy\":\"x\"}]", "/members/0/energy", "must be"},
-        {"[{}],\"grid\":[]", "/grid", "does not go together with \"members\""},
-        {"[{}],\"initial\":{\"phi\":[1]}", "/initial/phi", "must have 3 numbers"},
-    };
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
-        char body[700];
-        snprintf(body, sizeof body, "{" TURNED ",\"duration\":1,\"members\":%s}", bad[i].members);
-        CHECK_REFUSED(API_OP_ENSEMBLES, body, bad[i].pointer, bad[i].piece);
-    }
+TEST(members_beyond_a_limit_are_refused_by_its_name) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.members = 2;
@@ -93,13 +62,4 @@ TEST(members_of_a_list_are_refused_at_their_own_place) {
                          NULL, &limits);
     CHECK(test_reply_has_fault(&reply, "/members", "starts that take 336 bytes"));
     test_reply_free(&reply);
-}
-
-/* behind a fault a number that an ideal pendulum has not was checked as if it were there */
-TEST(members_survive_a_number_that_is_not_there_behind_a_fault) {
-    CHECK_REFUSED(API_OP_ENSEMBLES,
-                  "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"initial\":{\"phi\":"
-                  "[1]},\"duration\":1,\"members\":[{\"set\":[{\"vary\":\"damping\","
-                  "\"arm\":1,\"value\":1},{\"vary\":\"damping\",\"arm\":1,\"value\":1}]}]}",
-                  "/members/0/set/0/vary", "the pendulum has not");
 }

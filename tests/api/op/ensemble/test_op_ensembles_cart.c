@@ -39,10 +39,6 @@ TEST(rows_of_members_on_a_cart_are_those_of_trajectories) {
     CHECK(test_reply_number(&rows, "/cart/x/0") == 9);
     test_reply_free(&alone);
     test_reply_free(&rows);
-    CHECK_REFUSED(API_OP_ENSEMBLES,
-                  "{" TEST_TREE ",\"states\":[{}],\"times\":[0,1],\"observables\":[\"trajectory\"],"
-                  "\"output\":[\"cart\"]}",
-                  "/output", "the pendulum has none");
 }
 
 TEST(what_a_cart_was_drawn_to_begin_with_is_told) {
@@ -98,13 +94,6 @@ TEST(members_begin_at_the_start_that_a_request_gives) {
         test_reply_free(&alone);
         test_reply_free(&one);
     }
-    CHECK_REFUSED(API_OP_ENSEMBLES,
-                  "{" TEST_TREE ",\"states\":[{}],\"start\":1,\"times\":[0,1],\"observables\":["
-                  "\"trajectory\"]}",
-                  "/start", "times");
-    CHECK_REFUSED(API_OP_ENSEMBLES,
-                  "{" TEST_TREE ",\"states\":[{}],\"start\":\"a\",\"duration\":1}", "/start",
-                  "number");
 }
 
 /* An arm on a cart turns over where it passes the upright section; where the cart is, at pi / 2 m

@@ -107,15 +107,6 @@ TEST(equations_tell_nothing_back_but_numbers) {
     test_reply_free(&reply);
 }
 
-TEST(equations_that_cannot_be_written_are_refused) {
-    CHECK_REFUSED(API_OP_EQUATIONS, "{" DOUBLE ",\"form\":\"short\"}", "/form", "\"explicit\"");
-    CHECK_REFUSED(API_OP_EQUATIONS, "{" DOUBLE ",\"forms\":\"compact\"}", "/forms",
-                  "did you mean \"form\"");
-    CHECK_REFUSED(API_OP_EQUATIONS, "{\"pendulum\":{\"length\":[1],\"mass\":[0],\"parent\":[0]}}",
-                  "/pendulum/mass/0", "0");
-    CHECK_REFUSED(API_OP_EQUATIONS, "{" DOUBLE ",\"initial\":{\"phi\":[0]}}", "/initial/phi", "2");
-}
-
 TEST(equations_from_a_mode_that_is_beyond_all_numbers_are_a_problem) {
     struct test_reply reply = test_post(
         API_OP_EQUATIONS,
@@ -173,8 +164,6 @@ TEST(equations_of_a_pendulum_with_everything_are_whole) {
     CHECK(strstr(formula(&reply, "z"), "H_{2,1}=0.5+0.1\\,\\mathrm{i}") != NULL);
     CHECK(strstr(test_reply_text(&reply, "/curl"), "\"drag_per_mass\":0.05") != NULL);
     test_reply_free(&reply);
-    CHECK_REFUSED(API_OP_EQUATIONS, "{" TEST_REAL_TREE ",\"form\":\"explicit\"}", "/form",
-                  "ask for \"compact\"");
 }
 
 /* that they are right: tests/rules/equations.py */

@@ -152,46 +152,6 @@ TEST(fits_take_angles_of_tables_in_degrees) {
 #define LENGTH "\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]"
 #define RUN "{\"t\":[0,1,2],\"series\":[{\"theta\":1,\"values\":[1,0,-1]}]}"
 
-TEST(fits_refuse_runs_at_the_pointer) {
-    static const struct {
-        const char *body, *pointer, *text;
-    } rows[] = {
-        {ONE LENGTH ",\"data\":{\"runs\":[]}}", "/data/runs", "1 to 32"},
-        {ONE LENGTH ",\"data\":{\"runs\":[" RUN ",3]}}", "/data/runs/1", "object"},
-        {ONE LENGTH ",\"data\":{\"runs\":[" RUN ",{\"csv\":\"t,theta_1\\n0,1\\n?,2\\n\"}]}}",
-         "/data/runs/1/csv", "line 3"},
-        {ONE LENGTH ",\"data\":{\"t\":[0],\"runs\":[" RUN "]}}", "/data/t", "each of"},
-        {ONE LENGTH ",\"initial\":{\"theta\":[1]},\"data\":{\"runs\":[" RUN "]}}", "/initial",
-         "each of"},
-        {ONE LENGTH ",\"data\":{\"runs\":[" RUN ",{\"start\":1,\"t\":[0],\"series\":[{\"theta\":1,"
-                    "\"values\":[1]}]}]}}",
-         "/data/runs/1/start", "first instant"},
-        {ONE "\"unknowns\":[{\"vary\":\"length\",\"arm\":1,\"run\":2}],\"data\":{\"runs\":[" RUN
-             "," RUN "]}}",
-         "/unknowns/0/run", "of starts"},
-        {ONE "\"unknowns\":[{\"vary\":\"theta\",\"arm\":1,\"run\":3}],\"data\":{\"runs\":[" RUN
-             "," RUN "]}}",
-         "/unknowns/0/run", "2"},
-        {ONE "\"unknowns\":[{\"vary\":\"theta\",\"arm\":1},{\"vary\":\"phi\",\"arm\":1,\"run\":2}],"
-             "\"data\":{\"runs\":[" RUN "," RUN "]}}",
-         "/unknowns/1", "theta of arm 1 in run 2"},
-        {ONE LENGTH ",\"camera\":{\"unknown\":[\"shift\"]},\"data\":{\"runs\":[" RUN "," RUN "]}}",
-         "/camera/unknown/0", "one film"},
-        {ONE LENGTH ",\"data\":{\"csv\":\"t,theta_1 (px)\\n0,1\\n\"}}", "/data/csv", "rad or deg"},
-        {ONE LENGTH ",\"data\":{\"csv\":\"t,theta_1x\\n0,1\\n\"}}", "/data/csv", "no arm"},
-        {ONE LENGTH ",\"data\":{\"unit\":\"deg\",\"t\":[0],\"series\":[{\"theta\":1,\"values\":["
-                    "1]}]}}",
-         "/data/unit", "of a csv"},
-    };
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        struct test_reply reply = test_post(API_OP_FITS, rows[i].body);
-        CHECK_SAYING(reply.status == 422, "%s: %d %s", rows[i].body, reply.status, reply.out.data);
-        CHECK_SAYING(test_reply_has_fault(&reply, rows[i].pointer, rows[i].text), "%s: %s",
-                     rows[i].body, reply.out.data);
-        test_reply_free(&reply);
-    }
-}
-
 /* what each run may take alone, both may not */
 TEST(fits_count_the_memory_of_all_runs_together) {
     struct api_limits limits;

@@ -4,7 +4,6 @@
  */
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "tests/api/post.h"
@@ -441,84 +440,6 @@ TEST(fits_name_the_row_that_is_farthest_off) {
 #define ONE "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[0]},"
 #define SERIES "\"data\":{\"t\":[0,0.5,1],\"series\":[{\"theta\":1,\"values\":[1,0,-1]}]}"
 #define GRAVITY "\"unknowns\":[{\"vary\":\"gravity\"}]"
-
-TEST(fits_refuse_at_the_pointer) {
-    static const struct {
-        const char *body, *pointer, *text;
-    } rows[] = {
-        {ONE SERIES "}", "/unknowns", "at least one unknown"},
-        {ONE GRAVITY "}", "/data", "missing"},
-        {ONE SERIES ",\"unknowns\":[{\"vary\":\"rest\",\"arm\":1}]}", "/unknowns/0/vary",
-         "has not"},
-        {ONE SERIES ",\"unknowns\":[{\"vary\":\"theta\",\"arm\":1},"
-                    "{\"vary\":\"phi\",\"arm\":1}]}",
-         "/unknowns/1", "theta of arm 1, which is there already"},
-        {ONE SERIES ",\"unknowns\":[{\"vary\":\"gravity\",\"low\":20}]}", "/unknowns/0", "between"},
-        {ONE GRAVITY ",\"data\":{\"t\":[0,1],\"series\":[{\"theta\":1,\"values\":[1,0,1]}]}}",
-         "/data/series/0/values", "2 numbers"},
-        {ONE GRAVITY ",\"data\":{\"t\":[0,1],\"series\":[{\"theta\":1,\"values\":[1,\"x\"]}]}}",
-         "/data/series/0/values/1", "null"},
-        {ONE GRAVITY ",\"data\":{\"t\":[0,1],\"series\":[{\"theta\":2,\"values\":[1,0]}]}}",
-         "/data/series/0/theta", "from 1 to 1"},
-        {ONE GRAVITY ",\"data\":{\"t\":[0,1],\"series\":[{\"values\":[1,0]}]}}", "/data/series/0",
-         "needs one of"},
-        {ONE GRAVITY
-         ",\"data\":{\"t\":[0,1],\"series\":[{\"theta\":1,\"sigma\":[1],\"values\":[1,0]}]}}",
-         "/data/series/0/sigma", "array of 2"},
-        {ONE GRAVITY
-         ",\"data\":{\"t\":[0,1],\"series\":[{\"theta\":1,\"sigma\":[1,0],\"values\":[1,0]}]}}",
-         "/data/series/0/sigma/1", "1e-12"},
-        {ONE GRAVITY ",\"data\":{\"t\":[0],\"series\":[{\"theta\":1,\"values\":[null]}]}}", "/data",
-         "too few"},
-        {ONE GRAVITY ",\"start\":1," SERIES "}", "/start", "first instant"},
-        {ONE GRAVITY ",\"data\":{\"csv\":\"t,x,y\\n0,1,2\\n1,NaN,2\\n\"}}", "/data/csv", "line 3"},
-        {ONE GRAVITY ",\"loss\":\"l1\"," SERIES "}", "/loss", "soft_l1"},
-        {ONE GRAVITY ",\"data\":{\"csv\":\"time,x\\n0,1\\n\"}}", "/data/csv",
-         "names of its columns"},
-        {ONE GRAVITY ",\"data\":{\"csv\":\"t,r\\n0,1\\n\"}}", "/data/csv", "nothing"},
-        {ONE GRAVITY ",\"data\":{\"csv\":\"\357\273\277t (s),x_1 [cm],y_1\\n0,1,2\\n\"}}",
-         "/data/csv",
-         "line 1: field 2 is not in m: give the \"scale\" of \"camera\" too, which is 100"},
-        {ONE GRAVITY ",\"camera\":{\"scale\":100},\"data\":{\"csv\":\"t,x_1 (cm),y_1 "
-                     "(mm)\\n0,1,2\\n\"}}",
-         "/data/csv", "line 1: fields 2 and 3 have units of their own"},
-        {ONE GRAVITY ",\"data\":{\"csv\":\"t,x_1 [m],y_1 [cm]\\n0,1,2\\n\"}}", "/data/csv",
-         "line 1: fields 2 and 3 have units of their own"},
-        {ONE GRAVITY ",\"data\":{\"csv\":\"t,theta_2\\n0,1\\n\"}}", "/data/csv", "1 to 1"},
-        {"{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]}," GRAVITY
-         ",\"data\":{\"csv\":\"t,theta\\n0,1\\n\"}}",
-         "/data/csv", "line 1: theta is of no arm: call it theta_1"},
-        {ONE GRAVITY ",\"data\":{\"csv\":\"t,x\\n\"}}", "/data/csv", "no rows"},
-        {ONE GRAVITY ",\"camera\":{\"unknown\":\"scale\"}," SERIES "}", "/camera/unknown",
-         "array of names"},
-        {ONE GRAVITY ",\"camera\":{\"unknown\":[\"zoom\"]}," SERIES "}", "/camera/unknown/0",
-         "scale"},
-        {ONE SERIES ",\"camera\":{\"unknown\":[\"shift\"]}}", "/camera/unknown/0",
-         "needs \"start\""},
-        {ONE SERIES ",\"start\":0,\"camera\":{\"shift\":-1,\"unknown\":[\"shift\"]}}", "/start",
-         "first instant, -1 s"},
-        {ONE GRAVITY ",\"data\":{\"csv\":\"t,x,y,x\\n0,1,2,3\\n\"}}", "/data/csv", "of no arm"},
-        {ONE GRAVITY ",\"data\":{\"modes\":[{\"mode\":1}]}}", "/data/modes/0", "needs one of"},
-        {ONE GRAVITY ",\"data\":{\"modes\":[{\"mode\":2,\"omega\":3}]}}", "/data/modes/0/mode",
-         "1"},
-        {"{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":0}," GRAVITY
-         ",\"data\":{\"modes\":[{\"mode\":1,\"omega\":3}]}}",
-         "/data/modes", "does not swing"},
-        {ONE GRAVITY ",\"data\":{\"modes\":[]}}", "/data/modes", "1 to 30"},
-        {ONE GRAVITY ",\"data\":{\"modes\":[{\"mode\":1,\"omega\":3,\"period\":1}]}}",
-         "/data/modes/0/period", "second"},
-        {ONE GRAVITY ",\"initial\":{\"mode\":1,\"amplitude\":1}," SERIES "}", "/initial", "angles"},
-    };
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        struct test_reply reply = test_post(API_OP_FITS, rows[i].body);
-        CHECK_INT(reply.status, 422);
-        CHECK_SAYING(test_reply_has_fault(&reply, rows[i].pointer, rows[i].text), "%s: %s",
-                     rows[i].body, reply.out.data);
-        CHECK_SAYING(strcmp(test_reply_text(&reply, "/errors/0/code"), "invalid") != 0, "%s",
-                     reply.out.data);
-        test_reply_free(&reply);
-    }
-}
 
 /* The second of two numbers that the pendulum has not, and an arm that it has not behind more
  * faults than are told, were looked up all the same, where there was nothing. */

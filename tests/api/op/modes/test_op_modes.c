@@ -418,41 +418,6 @@ TEST(too_much_names_the_way_out) {
     api_buffer_clear(&body);
 }
 
-TEST(faults_of_modes_have_their_pointers) {
-    static const struct {
-        const char *body, *pointer, *piece;
-    } bad[] = {
-        {"{" DOUBLE ",\"select\":\"some\"}", "/select",
-         "must be one of \"all\", got the text \"some\""},
-        {"{" DOUBLE ",\"select\":3}", "/select", "got 3"},
-        {"{" DOUBLE ",\"select\":{}}", "/select", "must be \"all\", or have one of"},
-        {"{" DOUBLE ",\"select\":{\"slowest\":3}}", "/select/slowest",
-         "must be a whole number from 1 to 2, got 3"},
-        {"{" DOUBLE ",\"select\":{\"fastest\":0}}", "/select/fastest", "got 0"},
-        {"{" DOUBLE ",\"select\":{\"slowest\":1,\"fastest\":1}}", "/select", "have one of"},
-        {"{" DOUBLE ",\"select\":{\"from\":2,\"to\":1}}", "/select/to",
-         "must not be below from (2 rad/s), got 1"},
-        {"{" DOUBLE ",\"select\":{\"from\":2}}", "/select/to", "is missing"},
-        {"{" DOUBLE ",\"select\":{\"from\":-2,\"to\":1}}", "/select/from",
-         "at least 0 rad/s, got -2"},
-        {"{" DOUBLE ",\"select\":{\"slow\":2,\"slowest\":1}}", "/select/slow", "not a known field"},
-        {"{" DOUBLE ",\"vectors\":1}", "/vectors", "must be true or false, got 1"},
-        {"{" DOUBLE ",\"normalize\":\"maximum\"}", "/normalize",
-         "must be one of \"first\", \"mass\", \"max\""},
-        {"{" DOUBLE ",\"about\":\"up\"}", "/about", "\"down\" or \"up\" for each of the 2 arms"},
-        {"{" DOUBLE ",\"about\":[\"up\"]}", "/about", "\"down\" or \"up\" for each of the 2 arms"},
-        {"{" DOUBLE ",\"about\":[\"up\",\"left\"]}", "/about/1", "must be one of \"down\", \"up\""},
-        {"{" DOUBLE ",\"include\":\"A\"}", "/include", "must be an array of names"},
-        {"{" DOUBLE ",\"include\":[\"A\",\"Q\"]}", "/include/1",
-         "must be one of \"A\", \"M\", \"S\", \"B\""},
-        {"{" DOUBLE ",\"include\":[\"A\",\"A\"]}", "/include/1", "is in the list already"},
-        {"{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]],\"gravity\":0}}", "/pendulum",
-         "finding the modes needs a gravity greater than 0, got 0"},
-    };
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
-        CHECK_REFUSED(API_OP_MODES, bad[i].body, bad[i].pointer, bad[i].piece);
-}
-
 /* each is refused with a reason, whatever is asked for, and is no fault of the server's */
 TEST(pendulums_beyond_what_a_double_holds_have_no_modes) {
     static const char *const bad[] = {
@@ -573,8 +538,4 @@ TEST(modes_of_a_real_pendulum_have_decay_and_complex_shapes) {
     CHECK(test_reply_number(&two, "/decay/1") > 0 && test_reply_number(&two, "/omega/1") > 0);
     CHECK(test_reply_number(&two, "/equilibrium/0") > -1.5707);
     test_reply_free(&two);
-    CHECK_REFUSED(API_OP_MODES,
-                  "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[1]},"
-                  "\"select\":{\"slowest\":1}}",
-                  "/select", "all modes of a real pendulum are answered");
 }

@@ -181,39 +181,7 @@ TEST(response_warns_of_what_is_not_small_and_of_what_does_not_stand) {
 }
 
 TEST(response_that_makes_no_sense_is_refused) {
-#define TO(drive) "{" IDEAL ",\"drive\":" drive ",\"omega\":[1]}"
 #define AT(omega) "{" IDEAL SHAKEN ",\"omega\":" omega "}"
-    CHECK_REFUSED(API_OP_RESPONSE, "{" IDEAL ",\"omega\":[1]}", "/drive",
-                  "{\"pivot\": {\"x\": 1}}");
-    CHECK_REFUSED(API_OP_RESPONSE, TO("{}"), "/drive", "one of \"pivot\", \"torque\" and \"cart\"");
-    CHECK_REFUSED(API_OP_RESPONSE, TO("{\"pivot\":{}}"), "/drive/pivot", "where to");
-    CHECK_REFUSED(API_OP_RESPONSE, TO("{\"pivot\":{\"x\":1,\"direction\":1}}"), "/drive/pivot",
-                  "not both");
-    CHECK_REFUSED(API_OP_RESPONSE, TO("{\"pivot\":{\"x\":\"1\"}}"), "/drive/pivot/x", "");
-    CHECK_REFUSED(API_OP_RESPONSE, TO("{\"torque\":{\"arm\":3}}"), "/drive/torque/arm", "1 to 2");
-    CHECK_REFUSED(API_OP_RESPONSE, TO("{\"torque\":{}}"), "/drive/torque/arm", "");
-    CHECK_REFUSED(API_OP_RESPONSE, TO("{\"torque\":{\"arm\":1,\"amplitude\":1e10}}"),
-                  "/drive/torque/amplitude", "");
-    CHECK_REFUSED(API_OP_RESPONSE, "{" IDEAL SHAKEN "}", "/omega", "is needed");
-    CHECK_REFUSED(API_OP_RESPONSE, AT("[]"), "/omega", "at least one");
-    CHECK_REFUSED(API_OP_RESPONSE, AT("[1,-1]"), "/omega/1", "from 0 to 1e+09");
-    CHECK_REFUSED(API_OP_RESPONSE, AT("[1,null]"), "/omega/1", "");
-    CHECK_REFUSED(API_OP_RESPONSE, AT("{\"start\":0,\"stop\":1}"), "/omega/count", "");
-    CHECK_REFUSED(API_OP_RESPONSE, AT("{\"start\":2,\"stop\":1,\"count\":3}"), "/omega/stop",
-                  "below start");
-    CHECK_REFUSED(API_OP_RESPONSE, AT("{\"start\":0,\"stop\":1,\"count\":1}"), "/omega/count",
-                  "at least 2");
-    CHECK_REFUSED(API_OP_RESPONSE,
-                  AT("{\"start\":0,\"stop\":1,\"count\":9,\"scale\":\"logarithmic\"}"),
-                  "/omega/start", "greater than 0");
-    CHECK_REFUSED(API_OP_RESPONSE, AT("{\"start\":0,\"stop\":1,\"count\":900000000}"),
-                  "/omega/count", "max-samples");
-    CHECK_REFUSED(API_OP_RESPONSE, AT("[1],\"output\":[\"phi\",\"phid\"]"), "/output/1",
-                  "did you mean \"phi\"");
-    CHECK_REFUSED(API_OP_RESPONSE, AT("[1],\"output\":[\"z\",\"z\"]"), "/output/1", "already");
-    CHECK_REFUSED(API_OP_RESPONSE,
-                  "{" IDEAL TURNED ",\"omega\":[1],\"output\":[\"transmissibility\"]}", "/output/0",
-                  "a pivot that is shaken");
     struct test_reply reply =
         test_post_as(API_OP_RESPONSE, AT("[1],\"poles\":true"), "text/csv", NULL);
     CHECK(test_reply_has_fault(&reply, "/poles", "application/json only"));

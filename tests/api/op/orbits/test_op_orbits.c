@@ -169,62 +169,6 @@ TEST(orbits_say_in_words_how_they_ended) {
     }
 }
 
-TEST(orbits_that_cannot_be_are_refused) {
-    static const struct {
-        const char *body, *pointer, *word;
-    } faults[] = {
-        {"{" TWO ",\"amplitude\":1}", "/mode", "is missing"},
-        {"{" TWO ",\"mode\":3,\"amplitude\":1}", "/mode", "from 1 to 2"},
-        {"{" TWO ",\"mode\":1}", "/amplitude", "energy"},
-        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"energy\":1}", "/energy", "amplitude"},
-        {"{" TWO ",\"mode\":1,\"amplitude\":0}", "/amplitude", "0.0001"},
-        {"{" TWO ",\"mode\":1,\"amplitude\":1e9}", "/amplitude", "1000"},
-        {"{" TWO ",\"mode\":1,\"energy\":-1}", "/energy", "-1"},
-        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"settle\":1}", "/settle", "no drive"},
-        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"step\":9}", "/step", "1"},
-        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"points\":1}", "/points", "from 2"},
-        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"branch\":{\"vary\":\"gravity\",\"to\":1}}",
-         "/branch", "true or false"},
-        {"{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[1]},\"mode\":1,"
-         "\"amplitude\":1}",
-         "/pendulum", "periodic"},
-        {"{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":-1},\"mode\":1,"
-         "\"amplitude\":1}",
-         "/pendulum", "no gravity"},
-        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"switch\":[1]}", "/switch", "branch"},
-        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"branch\":true,\"switch\":1}", "/switch", "list"},
-        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"branch\":true,\"switch\":[]}", "/switch", "list"},
-        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"branch\":true,\"switch\":[1,0]}", "/switch/1",
-         "other side"},
-        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"branch\":true,\"switch\":[1.5]}", "/switch/0",
-         "whole"},
-        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"rows\":\"bifurcations\"}", "/rows", "branch"},
-        {"{" TWO ",\"mode\":1,\"amplitude\":1,\"rows\":\"events\"}", "/rows", "bifurcations"},
-        {"{" DRIVEN ",\"mode\":1}", "/mode", "driven"},
-        {"{" DRIVEN ",\"periods\":9}", "/periods", "from 1 to 8"},
-        {"{" DRIVEN ",\"branch\":{\"vary\":\"phi\",\"arm\":1,\"to\":1}}", "/branch/vary", "orbit"},
-        {"{" DRIVEN ",\"branch\":{\"vary\":\"torque_omega\",\"arm\":1,\"to\":1}}", "/branch/vary",
-         "omega"},
-        {"{" DRIVEN ",\"branch\":{\"vary\":\"omega\",\"arm\":1,\"to\":1}}", "/branch/arm", "omega"},
-        {"{" DRIVEN ",\"branch\":{\"vary\":\"omega\",\"to\":0.5}}", "/branch/to", "begins"},
-        {"{" DRIVEN ",\"branch\":{\"vary\":\"omega\",\"to\":-1}}", "/branch/to", "-1"},
-        {"{" DRIVEN ",\"branch\":{\"vary\":\"damping\",\"arm\":1,\"to\":-1}}", "/branch/to", "-1"},
-        {"{" DRIVEN ",\"branch\":{\"vary\":\"length\",\"arm\":1,\"to\":0}}", "/branch/to", "0"},
-        {"{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"torque\":[{\"harmonics\":[{"
-         "\"amplitude\":1,\"omega\":1},{\"amplitude\":1,\"omega\":1.414}]}]}}",
-         "/pendulum", "in common"},
-    };
-    for (size_t i = 0; i < sizeof faults / sizeof *faults; i++) {
-        struct test_reply reply = test_post(API_OP_ORBITS, faults[i].body);
-        CHECK_INT(reply.status, 422);
-        CHECK_SAYING(test_reply_has_fault(&reply, faults[i].pointer, faults[i].word), "%s: %s",
-                     faults[i].body, reply.out.data);
-        CHECK_SAYING(!strstr(reply.out.data, "\"invalid\""), "%s has no code: %s", faults[i].body,
-                     reply.out.data);
-        test_reply_free(&reply);
-    }
-}
-
 TEST(orbits_say_which_others_they_meet_where_their_branch_turns_back) {
     struct test_reply reply = test_post(
         API_OP_ORBITS,
