@@ -5,19 +5,18 @@
 #include "core/integrate/methods/method.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "tests/harness/runs.h"
 #include "tests/harness/test.h"
 
-extern const struct pend_method pend_method_taylor;
-
-enum { ARMS = 4, ROWS = 51, COLUMNS = 13 };
+enum { ARMS = 4 };
 
 static const double paper_len[ARMS] = {2, 1.5, 0.75, 1.25}, paper_mass[ARMS] = {1, 1, 1, 0.1};
 static const int paper_parent[ARMS] = {-1, 0, 1, 1};
-static const double zero[ARMS];
+static const double zero[ARMS], one[2] = {1, 1};
+static const int chain[2] = {-1, 0};
 
 /* a stepper on its way */
 struct ride {
@@ -26,10 +25,31 @@ struct ride {
     double reached;
 };
 
-static int ride_open(struct ride *ride, const struct pend_problem *problem) {
-    ride->stepper = NULL;
-    ride->reached = 0;
-    return CHECK(pend_method_taylor.open(&ride->stepper, problem, NULL) == PEND_OK);
+static int ride_open(struct ride *ride, int n, const double len[], const double mass[],
+                     const int parent[], struct pend_problem problem) {
+    *ride = (struct ride){.stepper = NULL};
+    if (!CHECK(pend_tree_new(&ride->tree, n, len, mass, parent, NULL) == PEND_OK)) return 0;
+    problem.tree = ride->tree;
+    return CHECK(pend_method_taylor.open(&ride->stepper, &problem, NULL) == PEND_OK);
+}
+
+/* the paper's example */
+static int ride_paper(struct ride *ride, double rtol) {
+    return ride_open(
+        ride, ARMS, paper_len, paper_mass, paper_parent,
+        (struct pend_problem){.loads.gravity = 9.81, .phi = zero, .rate = zero, .rtol = rtol});
+}
+
+/* two arms of unit lengths and masses */
+static int ride_double(struct ride *ride, const double phi[], const double rate[], double rtol) {
+    return ride_open(
+        ride, 2, one, one, chain,
+        (struct pend_problem){.loads.gravity = 9.81, .phi = phi, .rate = rate, .rtol = rtol});
+}
+
+static void ride_close(struct ride *ride) {
+    pend_method_taylor.close(&ride->stepper);
+    pend_tree_free(&ride->tree);
 }
 
 static int ride_to(struct ride *ride, double t, double limit) {
@@ -43,63 +63,35 @@ static int ride_to(struct ride *ride, double t, double limit) {
     return 1;
 }
 
-static int paper_rows(double row[ROWS][COLUMNS]) {
-    FILE *file = fopen("tests/golden/paper_example.txt", "r");
-    if (!file) return 0;
-    char line[1024];
-    int rows = 0;
-    while (rows < ROWS && fgets(line, sizeof line, file)) {
-        if (line[0] == '#') continue;
-        char *at = line;
-        for (int i = 0; i < COLUMNS; i++) row[rows][i] = strtod(at, &at);
-        rows++;
-    }
-    fclose(file);
-    return rows == ROWS;
-}
-
-/* the paper's example at 501 instants against the reference's 51: largest errors of phi, phi'
- * and lambda */
-static void paper_errors(double rtol, double error[3]) {
-    double row[ROWS][COLUMNS];
-    struct ride ride;
-    REQUIRE(paper_rows(row));
-    REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);
-    struct pend_problem problem = {
-        .tree = ride.tree, .loads.gravity = 9.81, .phi = zero, .rate = zero, .rtol = rtol};
-    REQUIRE(ride_open(&ride, &problem));
-    for (int i = 0; i <= 500; i++) {
-        double t = i / 100.0, phi[ARMS], rate[ARMS], acc[ARMS], force[ARMS];
-        struct pend_points points = {phi, rate, acc, force, NULL};
-        if (!ride_to(&ride, i ? t : 1e-9, 5)) break;
-        pend_method_taylor.at(ride.stepper, &t, 1, &points);
-        for (int k = 0; k < ARMS && i % 10 == 0; k++) {
-            const double *want = row[i / 10] + 1 + ride.tree->order[k];
-            error[0] = fmax(error[0], fabs(phi[k] - want[0]));
-            error[1] = fmax(error[1], fabs(rate[k] - want[ARMS]));
-            error[2] = fmax(error[2], fabs(force[k] - want[2 * ARMS]));
-        }
-    }
-    pend_method_taylor.close(&ride.stepper);
-    pend_tree_free(&ride.tree);
+/* the paper's example at 501 instants against the reference's 51 */
+static struct test_record_gap paper_gap(double rtol) {
+    struct test_paper_row row[TEST_PAPER_ROWS];
+    struct test_paper paper;
+    struct test_record record;
+    CHECK(test_paper_read(row));
+    test_paper_init(&paper, 501);
+    paper.problem.rtol = rtol;
+    test_record(&record, "taylor", &paper.problem);
+    struct test_record_gap gap = test_paper_gap(&record, 10, row);
+    test_record_clear(&record);
+    test_paper_clear(&paper);
+    return gap;
 }
 
 TEST(taylor_follows_the_paper_example_to_twelve_digits) {
-    double error[3] = {0, 0, 0};
-    paper_errors(1e-12, error);
-    CHECK_RESIDUAL(error[0], 3e-11, "phi, rad");
-    CHECK_RESIDUAL(error[1], 1e-10, "phi', rad/s");
-    CHECK_RESIDUAL(error[2], 1e-9, "lambda, N");
+    struct test_record_gap gap = paper_gap(1e-12);
+    CHECK_RESIDUAL(gap.phi, 3e-11, "phi, rad");
+    CHECK_RESIDUAL(gap.rate, 1e-10, "phi', rad/s");
+    CHECK_RESIDUAL(gap.force, 1e-9, "lambda, N");
 }
 
 TEST(taylor_error_follows_the_tolerance) {
     double last = 0;
     for (double rtol = 1e-12; rtol < 1e-2; rtol *= 100) {
-        double error[3] = {0, 0, 0};
-        paper_errors(rtol, error);
-        CHECK_SAYING(error[0] < 3e3 * rtol * 30, "error %g at rtol %g", error[0], rtol);
-        CHECK_SAYING(error[0] > last, "error %g at rtol %g is not above %g", error[0], rtol, last);
-        last = error[0];
+        double error = paper_gap(rtol).phi;
+        CHECK_SAYING(error < 3e3 * rtol * 30, "error %g at rtol %g", error, rtol);
+        CHECK_SAYING(error > last, "error %g at rtol %g is not above %g", error, rtol, last);
+        last = error;
     }
 }
 
@@ -110,16 +102,10 @@ static double double_energy(const double phi[], const double rate[]) {
     return kinetic + 9.81 * (2 * sin(phi[0]) + sin(phi[1]));
 }
 
-static const double one[2] = {1, 1};
-static const int chain[2] = {-1, 0};
-
 TEST(taylor_keeps_the_energy_of_a_double_pendulum_for_a_thousand_seconds) {
     struct ride ride;
     double start[2] = {2 - acos(0), 2.5 - acos(0)}, rest[2] = {0, 0}, phi[2], rate[2], worst = 0;
-    REQUIRE(pend_tree_new(&ride.tree, 2, one, one, chain, NULL) == PEND_OK);
-    struct pend_problem problem = {
-        .tree = ride.tree, .loads.gravity = 9.81, .phi = start, .rate = rest, .rtol = 1e-16};
-    REQUIRE(ride_open(&ride, &problem));
+    REQUIRE(ride_double(&ride, start, rest, 1e-16));
     double energy = double_energy(start, rest), fastest = 0;
     long allocations = test_alloc_count();
     while (ride.reached < 1000) {
@@ -133,39 +119,33 @@ TEST(taylor_keeps_the_energy_of_a_double_pendulum_for_a_thousand_seconds) {
     CHECK(ride.reached >= 1000 && fastest > 5);
     CHECK_RESIDUAL(worst / (3 * 9.81), 1e-12,
                    "energy drift over 1000 s, relative to g sum l (S^T m)");
-    pend_method_taylor.close(&ride.stepper);
-    pend_tree_free(&ride.tree);
+    ride_close(&ride);
 }
 
 TEST(taylor_runs_backwards_to_its_start) {
     struct ride ride;
     double phi[ARMS], rate[ARMS], t = 3, back = -3, there[2][ARMS], error = 0;
-    REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);
-    struct pend_problem problem = {
-        .tree = ride.tree, .loads.gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-15};
     struct pend_points points = {phi, rate, NULL, NULL, NULL};
-    REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, t, t));
+    REQUIRE(ride_paper(&ride, 1e-15) && ride_to(&ride, t, t));
     pend_method_taylor.at(ride.stepper, &t, 1, &points);
-    pend_method_taylor.close(&ride.stepper);
+    ride_close(&ride);
     memcpy(there[0], phi, sizeof phi);
     memcpy(there[1], rate, sizeof rate);
-    problem.phi = there[0];
-    problem.rate = there[1];
-    REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, back, back));
+    REQUIRE(
+        ride_open(&ride, ARMS, paper_len, paper_mass, paper_parent,
+                  (struct pend_problem){
+                      .loads.gravity = 9.81, .phi = there[0], .rate = there[1], .rtol = 1e-15}) &&
+        ride_to(&ride, back, back));
     pend_method_taylor.at(ride.stepper, &back, 1, &points);
     for (int k = 0; k < ARMS; k++) error = fmax(error, fmax(fabs(phi[k]), fabs(rate[k])));
     CHECK_RESIDUAL(error, 1e-13, "phi and phi' after there and back");
-    pend_method_taylor.close(&ride.stepper);
-    pend_tree_free(&ride.tree);
+    ride_close(&ride);
 }
 
 TEST(taylor_ends_a_step_where_the_next_begins) {
     struct ride ride;
     double phi[2][ARMS], rate[2][ARMS];
-    REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);
-    struct pend_problem problem = {
-        .tree = ride.tree, .loads.gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-10};
-    REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, 0.1, 5));
+    REQUIRE(ride_paper(&ride, 1e-10) && ride_to(&ride, 0.1, 5));
     for (int i = 0; i < 30; i++) {
         double t = ride.reached;
         struct pend_points end = {phi[0], rate[0], NULL, NULL, NULL},
@@ -175,18 +155,14 @@ TEST(taylor_ends_a_step_where_the_next_begins) {
         pend_method_taylor.at(ride.stepper, &t, 1, &start);
         CHECK(!memcmp(phi[0], phi[1], sizeof phi[0]) && !memcmp(rate[0], rate[1], sizeof rate[0]));
     }
-    pend_method_taylor.close(&ride.stepper);
-    pend_tree_free(&ride.tree);
+    ride_close(&ride);
 }
 
 TEST(taylor_gives_an_instant_the_same_bits_whatever_it_is_asked_with) {
     struct ride ride;
     enum { COUNT = 9 };
     double t[COUNT], phi[2][COUNT * ARMS], rate[2][COUNT * ARMS];
-    REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);
-    struct pend_problem problem = {
-        .tree = ride.tree, .loads.gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-10};
-    REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, 0.5, 5));
+    REQUIRE(ride_paper(&ride, 1e-10) && ride_to(&ride, 0.5, 5));
     double step = 0.01;
     for (int i = 0; i < COUNT; i++) t[i] = ride.reached - step * (COUNT - 1 - i) / COUNT;
     struct pend_points all = {phi[0], rate[0], NULL, NULL, NULL};
@@ -196,33 +172,30 @@ TEST(taylor_gives_an_instant_the_same_bits_whatever_it_is_asked_with) {
         pend_method_taylor.at(ride.stepper, t + i, 1, &single);
     }
     CHECK(!memcmp(phi[0], phi[1], sizeof phi[0]) && !memcmp(rate[0], rate[1], sizeof rate[0]));
-    pend_method_taylor.close(&ride.stepper);
-    pend_tree_free(&ride.tree);
+    ride_close(&ride);
 }
 
 /* one arm from the horizontal; lengths scale times by the square root, to the last bit when it
  * is a power of two */
-static int single_arm(double len, double gravity, double t, double *phi) {
+static int single_arm(double len, double t, double *phi) {
     struct ride ride;
-    double mass = 1, start = 0, rate = 0;
-    int pivot = -1;
-    if (pend_tree_new(&ride.tree, 1, &len, &mass, &pivot, NULL) != PEND_OK) return 0;
-    struct pend_problem problem = {
-        .tree = ride.tree, .loads.gravity = gravity, .phi = &start, .rate = &start, .rtol = 1e-14};
+    double rate;
     struct pend_points points = {phi, &rate, NULL, NULL, NULL};
-    int done = ride_open(&ride, &problem) && ride_to(&ride, t, t);
+    int done = ride_open(&ride, 1, &len, one, chain,
+                         (struct pend_problem){
+                             .loads.gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-14}) &&
+               ride_to(&ride, t, t);
     if (done) pend_method_taylor.at(ride.stepper, &t, 1, &points);
-    pend_method_taylor.close(&ride.stepper);
-    pend_tree_free(&ride.tree);
+    ride_close(&ride);
     return done;
 }
 
 TEST(taylor_does_not_care_for_the_unit_of_length) {
     double phi, want, scale[] = {0x1p-200, 0x1p-40, 0x1p40, 0x1p200};
-    REQUIRE(single_arm(1, 9.81, 3, &want));
+    REQUIRE(single_arm(1, 3, &want));
     CHECK(fabs(want) > 0.1);
     for (int i = 0; i < 4; i++) {
-        REQUIRE(single_arm(scale[i], 9.81, 3 * sqrt(scale[i]), &phi));
+        REQUIRE(single_arm(scale[i], 3 * sqrt(scale[i]), &phi));
         CHECK_SAYING(phi == want, "%.17g instead of %.17g at length %g", phi, want, scale[i]);
     }
 }
@@ -231,43 +204,34 @@ TEST(taylor_turns_freely_without_gravity) {
     struct ride ride;
     double phi, rate, t = 1e6, start = 0.5, spin = 1.25;
     struct pend_points points = {.phi = &phi, .rate = &rate};
-    REQUIRE(pend_tree_new(&ride.tree, 1, one, one, paper_parent, NULL) == PEND_OK);
-    struct pend_problem problem = {
-        .tree = ride.tree, .loads.gravity = 0, .phi = &start, .rate = &spin, .rtol = 1e-12};
-    REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, t, t));
+    REQUIRE(ride_open(&ride, 1, one, one, paper_parent,
+                      (struct pend_problem){
+                          .loads.gravity = 0, .phi = &start, .rate = &spin, .rtol = 1e-12}) &&
+            ride_to(&ride, t, t));
     pend_method_taylor.at(ride.stepper, &t, 1, &points);
     CHECK_SAYING(phi == 1250000.5 && rate == spin, "%.17g after 200 000 turns, %.17g", phi, rate);
-    pend_method_taylor.close(&ride.stepper);
-    pend_tree_free(&ride.tree);
+    ride_close(&ride);
 }
 
 TEST(taylor_stays_at_rest_when_hanging) {
     struct ride ride;
     double phi[2], rate[2], t = 100, hang[2] = {-M_PI / 2, -M_PI / 2};
     struct pend_points points = {phi, rate, NULL, NULL, NULL};
-    REQUIRE(pend_tree_new(&ride.tree, 2, one, one, chain, NULL) == PEND_OK);
-    struct pend_problem problem = {
-        .tree = ride.tree, .loads.gravity = 9.81, .phi = hang, .rate = zero, .rtol = 1e-10};
-    REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, t, t));
+    REQUIRE(ride_double(&ride, hang, zero, 1e-10) && ride_to(&ride, t, t));
     pend_method_taylor.at(ride.stepper, &t, 1, &points);
     CHECK_SAYING(fabs(phi[1] - hang[1]) < 1e-15, "%g", phi[1] - hang[1]);
-    pend_method_taylor.close(&ride.stepper);
-    pend_tree_free(&ride.tree);
+    ride_close(&ride);
 }
 
 TEST(taylor_says_when_and_which_arm_ceased_to_be_finite) {
     struct ride ride;
     double start[2] = {0, 1}, wild[2] = {1e200, 0};
     struct pend_error error = {0};
-    REQUIRE(pend_tree_new(&ride.tree, 2, one, one, chain, NULL) == PEND_OK);
-    struct pend_problem problem = {
-        .tree = ride.tree, .loads.gravity = 9.81, .phi = start, .rate = wild, .rtol = 1e-10};
-    REQUIRE(ride_open(&ride, &problem));
+    REQUIRE(ride_double(&ride, start, wild, 1e-10));
     enum pend_status status = pend_method_taylor.step(ride.stepper, 1, &ride.reached, &error);
     CHECK(status == PEND_OK || status == PEND_NOT_FINITE || status == PEND_STEP_TOO_SMALL);
     CHECK(status == PEND_OK || error.text[0]);
-    pend_method_taylor.close(&ride.stepper);
-    pend_tree_free(&ride.tree);
+    ride_close(&ride);
 }
 
 TEST(taylor_says_at_once_that_steps_are_too_short_to_end) {
@@ -275,10 +239,7 @@ TEST(taylor_says_at_once_that_steps_are_too_short_to_end) {
         struct ride ride;
         double start[2] = {0, 1}, rate[2] = {wild, -wild};
         struct pend_error error = {0};
-        REQUIRE(pend_tree_new(&ride.tree, 2, one, one, chain, NULL) == PEND_OK);
-        struct pend_problem problem = {
-            .tree = ride.tree, .loads.gravity = 9.81, .phi = start, .rate = rate, .rtol = 1e-10};
-        REQUIRE(ride_open(&ride, &problem));
+        REQUIRE(ride_double(&ride, start, rate, 1e-10));
         enum pend_status status = PEND_OK;
         int steps = 0;
         for (; status == PEND_OK && steps < 100; steps++)
@@ -286,8 +247,7 @@ TEST(taylor_says_at_once_that_steps_are_too_short_to_end) {
         CHECK_SAYING(status == PEND_STEP_TOO_SMALL || status == PEND_NOT_FINITE,
                      "status %d at rate %g", status, wild);
         CHECK_SAYING(steps == 1 && error.text[0], "%d steps at rate %g", steps, wild);
-        pend_method_taylor.close(&ride.stepper);
-        pend_tree_free(&ride.tree);
+        ride_close(&ride);
     }
 }
 
@@ -306,12 +266,11 @@ TEST(taylor_steps_and_samples_of_a_large_tree_allocate_nothing) {
         rate[k] = 2 * test_random(&seed) - 1;
         parent[k] = k ? test_random_int(&seed, k) : -1;
     }
-    REQUIRE(pend_tree_new(&ride.tree, MANY, len, len, parent, NULL) == PEND_OK);
-    struct pend_problem problem = {
-        .tree = ride.tree, .loads.gravity = 9.81, .phi = phi, .rate = rate, .rtol = 1e-10};
     size_t all = (size_t)MANY * INSTANTS;
     struct pend_points points = {rows, rows + all, rows + 2 * all, rows + 3 * all, NULL};
-    REQUIRE(ride_open(&ride, &problem));
+    REQUIRE(ride_open(
+        &ride, MANY, len, len, parent,
+        (struct pend_problem){.loads.gravity = 9.81, .phi = phi, .rate = rate, .rtol = 1e-10}));
     long allocations = test_alloc_count();
     double from = 0;
     for (int i = 0; i < 10; i++, from = ride.reached) {
@@ -322,20 +281,18 @@ TEST(taylor_steps_and_samples_of_a_large_tree_allocate_nothing) {
     }
     CHECK_INT(test_alloc_count(), allocations);
     CHECK(ride.reached > 0.01 && energy > 0);
-    pend_method_taylor.close(&ride.stepper);
-    pend_tree_free(&ride.tree);
+    ride_close(&ride);
     free(rows);
 }
 
 TEST(taylor_open_fails_cleanly_without_memory) {
-    struct ride ride;
-    REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);
-    struct pend_problem problem = {
-        .tree = ride.tree, .loads.gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-10};
+    struct test_paper paper;
     struct pend_error error = {0};
+    void *stepper;
+    test_paper_init(&paper, 2);
     test_alloc_fail(1, 0);
-    enum pend_status status = pend_method_taylor.open(&ride.stepper, &problem, &error);
+    enum pend_status status = pend_method_taylor.open(&stepper, &paper.problem, &error);
     test_alloc_faults_off();
-    CHECK(status == PEND_NO_MEMORY && !ride.stepper && error.code == PEND_NO_MEMORY);
-    pend_tree_free(&ride.tree);
+    CHECK(status == PEND_NO_MEMORY && !stepper && error.code == PEND_NO_MEMORY);
+    test_paper_clear(&paper);
 }
