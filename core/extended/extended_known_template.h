@@ -22,47 +22,31 @@ enum {
 };
 
 /*
- * What the sums of T and c need besides the series, in the same order. Sizes are |Re u| + |Im u|,
- * |phi'| and |lambda|. With a single trajectory the four sums of an arm go side by side in lanes: u
- * = (Re u, Im u, Re u, Im u) of order j and met = (phi', phi', lambda, lambda), phi' of order j and
- * lambda of order j - 1.
+ * What the sums of T and c need besides the series, in the same order, where a vector has four
+ * lanes: the four sums of an arm go side by side, u = (Re u, Im u, Re u, Im u) of order j and met =
+ * (phi', phi', lambda, lambda), phi' of order j and lambda of order j - 1. Sizes are |Re u| + |Im
+ * u| and |met|.
  */
-struct extended_sizes {
-    int single;
-    wide *turn, *rate, *force; /* force is met's sizes with a single trajectory */
+struct extended_packs {
+    int packed; /* 0: not used */
     num *u, *met;
+    wide *turn, *size;
 };
 
 /* x in the lanes of a set, y in the others */
 VEC_INLINE num extended_blend(const wide_mask *set, num x, num y) { return NUM_(pick)(*set, x, y); }
 
-/* lays out phi' and u of order k, and lambda of the order before, for a single trajectory */
-static void extended_pack(const struct jets_system *s, const struct extended_sizes *sizes, int k) {
+/* lays out phi' and u of order k, and lambda of the order before */
+static void extended_pack(const struct jets_system *s, const struct extended_packs *packs, int k) {
     wide_mask odd = {0}, late = {0};
     for (int i = 0; i < WIDE; i++) odd[i] = -(i % 2), late[i] = -(i / 2);
-    for (int i = 0; i < s->n; i++) {
+    for (int i = 0; i < s->n && packs->packed; i++) {
         size_t at = (size_t)k * s->stride + (size_t)i, next = at + s->stride;
         num force = k ? s->force[at - s->stride] : num_of(0);
-        sizes->u[next] = extended_blend(&odd, s->turn_im[next], s->turn_re[next]);
-        sizes->met[at] = extended_blend(&late, force, s->rate[at]);
-        sizes->turn[next] = WIDE_(abs)(s->turn_re[next].high) + WIDE_(abs)(s->turn_im[next].high);
-        sizes->force[at] = WIDE_(abs)(sizes->met[at].high);
-    }
-}
-
-/* sizes of phi' and u of order k, and of lambda of the order before */
-static void extended_measure(const struct jets_system *s, const struct extended_sizes *sizes,
-                             int k) {
-    if (sizes->single) {
-        extended_pack(s, sizes, k);
-        return;
-    }
-    for (int i = 0; i < s->n; i++) {
-        size_t at = (size_t)k * s->stride + (size_t)i, before = at - s->stride,
-               next = at + s->stride;
-        sizes->rate[at] = WIDE_(abs)(s->rate[at].high);
-        sizes->turn[next] = WIDE_(abs)(s->turn_re[next].high) + WIDE_(abs)(s->turn_im[next].high);
-        if (k) sizes->force[before] = WIDE_(abs)(s->force[before].high);
+        packs->u[next] = extended_blend(&odd, s->turn_im[next], s->turn_re[next]);
+        packs->met[at] = extended_blend(&late, force, s->rate[at]);
+        packs->turn[next] = WIDE_(abs)(s->turn_re[next].high) + WIDE_(abs)(s->turn_im[next].high);
+        packs->size[at] = WIDE_(abs)(packs->met[at].high);
     }
 }
 
@@ -121,52 +105,16 @@ VEC_INLINE struct extended_fixed extended_empty(wide size) {
     return (struct extended_fixed){start, start, wide_of(0)};
 }
 
-/* sums of the sizes of the terms of both */
-VEC_INLINE void extended_sizes(const struct extended_sizes *sizes, int n, int k, int a, wide *wind,
-                               wide *drag) {
-    const wide *turn = sizes->turn + n + a, *rate = sizes->rate + k * n + a,
-               *force = sizes->force + (k - 1) * n + a;
-    *wind = *drag = wide_of(0);
-    for (int j = 1; j <= k; j++, turn += n, rate -= n, force -= n) {
-        *wind = wide_fma(*turn, *rate, *wind);
-        *drag = wide_fma(*turn, *force, *drag);
-    }
-    *wind = wide_fma(*turn, *rate, *wind);
-}
-
-/* order k > 0, a few digits short, where the terms are small */
-VEC_INLINE struct extended_known extended_convolve_fixed(const struct jets_system *s,
-                                                         const struct extended_sizes *sizes,
-                                                         size_t n, int k, int a) {
-    const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
-    const num *rate = s->rate + a + (size_t)k * n, *force = s->force + a + (size_t)(k - 1) * n;
-    wide wind, drag;
-    extended_sizes(sizes, (int)n, k, a, &wind, &drag);
-    struct extended_fixed wind_re = extended_empty(wind), wind_im = wind_re;
-    struct extended_fixed drag_re = extended_empty(drag), drag_im = drag_re;
-    for (int j = 1; j <= k; j++, re += n, im += n, rate -= n, force -= n) {
-        num w = *rate, f = *force, x = *re, y = *im;
-        extended_collect(&wind_re, x, w);
-        extended_collect(&wind_im, y, w);
-        extended_collect(&drag_re, x, f);
-        extended_collect(&drag_im, y, f);
-    }
-    extended_collect(&wind_re, *re, *rate);
-    extended_collect(&wind_im, *im, *rate);
-    return (struct extended_known){extended_collected(&wind_re), extended_collected(&wind_im),
-                                   extended_collected(&drag_re), extended_collected(&drag_im)};
-}
-
 struct extended_rough {
     wide wind_re, wind_im, drag_re, drag_im;
 };
 
 /* the same of an order that needs but one double */
 VEC_INLINE struct extended_rough extended_convolve_rough(const struct jets_system *s,
-                                                         const struct extended_sizes *sizes,
+                                                         const struct extended_packs *packs,
                                                          size_t n, int k, int a) {
-    if (sizes->single) {
-        const num *u = sizes->u + a + n, *met = sizes->met + a + (size_t)k * n;
+    if (packs->packed) {
+        const num *u = packs->u + a + n, *met = packs->met + a + (size_t)k * n;
         wide sum = wide_of(0);
         for (int j = 1; j <= k + 1; j++, u += n, met -= n) sum = wide_fma(u->high, met->high, sum);
         return (struct extended_rough){wide_of(sum[0]), wide_of(sum[1]), wide_of(sum[2 % WIDE]),
@@ -186,24 +134,24 @@ VEC_INLINE struct extended_rough extended_convolve_rough(const struct jets_syste
     return x;
 }
 
-/* the four sums of a single trajectory, from one each in a lane */
+/* the four sums, from one each in a lane */
 VEC_INLINE struct extended_known extended_spread(num x) {
     return (struct extended_known){num_of2(x.high[0], x.low[0]), num_of2(x.high[1], x.low[1]),
                                    num_of2(x.high[2 % WIDE], x.low[2 % WIDE]),
                                    num_of2(x.high[3 % WIDE], x.low[3 % WIDE])};
 }
 
-/* the sums of order k of a single trajectory, by the same operations */
-VEC_INLINE struct extended_known extended_convolve_single(const struct extended_sizes *sizes,
+/* the sums of order k side by side, by the same operations */
+VEC_INLINE struct extended_known extended_convolve_packed(const struct extended_packs *packs,
                                                           size_t n, int k, int a) {
-    const num *u = sizes->u + a + n, *met = sizes->met + a + (size_t)k * n;
+    const num *u = packs->u + a + n, *met = packs->met + a + (size_t)k * n;
     if (k < FIXED) {
         num sum = num_of(0);
         for (int j = 1; j <= k + 1; j++, u += n, met -= n) sum = num_gather(*u, *met, sum);
         return extended_spread(num_settle(sum));
     }
     wide size = wide_of(0);
-    const wide *turn = sizes->turn + a + n, *other = sizes->force + a + (size_t)k * n;
+    const wide *turn = packs->turn + a + n, *other = packs->size + a + (size_t)k * n;
     for (int j = 1; j <= k + 1; j++, turn += n, other -= n) size = wide_fma(*turn, *other, size);
     struct extended_fixed sum = extended_empty(size);
     for (int j = 1; j <= k + 1; j++, u += n, met -= n) extended_collect(&sum, *u, *met);
@@ -211,10 +159,9 @@ VEC_INLINE struct extended_known extended_convolve_single(const struct extended_
 }
 
 VEC_INLINE struct extended_known extended_find(const struct jets_system *s,
-                                               const struct extended_sizes *sizes, size_t n, int k,
+                                               const struct extended_packs *packs, size_t n, int k,
                                                int a) {
-    if (sizes->single) return extended_convolve_single(sizes, n, k, a);
-    return k < FIXED ? extended_convolve(s, n, k, a) : extended_convolve_fixed(s, sizes, n, k, a);
+    return packs->packed ? extended_convolve_packed(packs, n, k, a) : extended_convolve(s, n, k, a);
 }
 
 #endif

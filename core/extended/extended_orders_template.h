@@ -104,37 +104,36 @@ VEC_INLINE void extended_solve_rough(const struct jets_system *s,
     }
 }
 
-VEC_INLINE void extended_small_of(const struct jets_system *s, const struct extended_sizes *sizes,
+VEC_INLINE void extended_small_of(const struct jets_system *s, const struct extended_packs *packs,
                                   num gravity, int order, int precise, int n) {
     struct extended_table table;
     extended_invert(s, &table);
-    extended_measure(s, sizes, 0);
+    extended_pack(s, packs, 0);
     for (int k = 0; k < order; k++) {
         struct extended_known known[DENSE_MAX];
         struct extended_rough rough[DENSE_MAX];
         if (k < precise) {
-            for (int i = 0; i < n; i++) known[i] = extended_find(s, sizes, (size_t)n, k, i);
+            for (int i = 0; i < n; i++) known[i] = extended_find(s, packs, (size_t)n, k, i);
             extended_solve(s, &table, n, k, gravity, known);
-            extended_measure(s, sizes, k + 1);
         } else {
             for (int i = 0; i < n; i++)
-                rough[i] = extended_convolve_rough(s, sizes, (size_t)n, k, i);
+                rough[i] = extended_convolve_rough(s, packs, (size_t)n, k, i);
             extended_solve_rough(s, &table, n, k, rough);
-            if (sizes->single) extended_measure(s, sizes, k + 1);
         }
+        extended_pack(s, packs, k + 1);
     }
 }
 
-static void extended_small(const struct jets_system *s, const struct extended_sizes *sizes,
+static void extended_small(const struct jets_system *s, const struct extended_packs *packs,
                            num gravity, int order, int precise) {
     if (s->n == 1)
-        extended_small_of(s, sizes, gravity, order, precise, 1);
+        extended_small_of(s, packs, gravity, order, precise, 1);
     else if (s->n == 2)
-        extended_small_of(s, sizes, gravity, order, precise, 2);
+        extended_small_of(s, packs, gravity, order, precise, 2);
     else if (s->n == 3)
-        extended_small_of(s, sizes, gravity, order, precise, 3);
+        extended_small_of(s, packs, gravity, order, precise, 3);
     else
-        extended_small_of(s, sizes, gravity, order, precise, 4);
+        extended_small_of(s, packs, gravity, order, precise, 4);
 }
 
 /* ---- orders of other trees, by the sweeps */
@@ -155,20 +154,20 @@ static void extended_learn(const struct jets_system *s, int k) {
     }
 }
 
-static void extended_orders(const struct jets_system *s, const struct extended_sizes *sizes,
+static void extended_orders(const struct jets_system *s, const struct extended_packs *packs,
                             num gravity, int order, int precise) {
     for (int i = 0; i < s->n; i++) {
         s->stiff[i] = num_mul(s->eff[i], s->kappa[i]);
         s->weight[i] = num_mul(s->eff[i], s->len[i]);
     }
-    extended_measure(s, sizes, 0);
+    extended_pack(s, packs, 0);
     for (int k = 0; k < order; k++) {
         for (int i = 0; i < s->n; i++) {
             struct extended_known x;
             if (k < precise) {
-                x = extended_find(s, sizes, s->stride, k, i);
+                x = extended_find(s, packs, s->stride, k, i);
             } else {
-                struct extended_rough y = extended_convolve_rough(s, sizes, s->stride, k, i);
+                struct extended_rough y = extended_convolve_rough(s, packs, s->stride, k, i);
                 x = (struct extended_known){num_from(y.wind_re), num_from(y.wind_im),
                                             num_from(y.drag_re), num_from(y.drag_im)};
             }
@@ -177,7 +176,7 @@ static void extended_orders(const struct jets_system *s, const struct extended_s
         jets_up(s);
         jets_down(s, k ? num_of(0) : gravity);
         extended_learn(s, k);
-        if (k < precise || sizes->single) extended_measure(s, sizes, k + 1);
+        extended_pack(s, packs, k + 1);
     }
 }
 

@@ -2,7 +2,7 @@
 
 #include "core/simd/vec_isa.h"
 
-/* a number is a sum of two doubles for each lane */
+/* A number is a sum of two doubles, the same in every lane: of an instant each in `values`. */
 #define NUMBER_DOUBLE_DOUBLE
 #include "core/extended/extended_orders_template.h"
 
@@ -24,10 +24,10 @@ enum {
 /* numbers from one series to the next */
 static size_t extended_series(int n, int order) { return (size_t)n * (size_t)(order + 2); }
 
-/* what ideal pendulums take, in doubles a lane */
+/* what ideal pendulums take, in vectors */
 static size_t extended_ideal(int n, int order) {
     size_t numbers = 4 * extended_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n;
-    return 2 * numbers + 7 * extended_series(n, order);
+    return 2 * numbers + 6 * extended_series(n, order);
 }
 
 static size_t extended_series_count(const struct pend_terms *terms, int n, int order) {
@@ -38,15 +38,15 @@ static size_t extended_series_count(const struct pend_terms *terms, int n, int o
     return (extended_ideal(n, order) + 2 * real) * WIDE;
 }
 
-static struct jets_system extended_view(const struct extended_lanes *lanes) {
-    size_t n = (size_t)lanes->n, series = extended_series(lanes->n, lanes->order);
-    num *at = (num *)(void *)lanes->series, *arrays = at + 4 * series;
-    return (struct jets_system){.n = lanes->n,
+static struct jets_system extended_view(const struct extended_motion *motion) {
+    size_t n = (size_t)motion->n, series = extended_series(motion->n, motion->order);
+    num *at = (num *)(void *)motion->series, *arrays = at + 4 * series;
+    return (struct jets_system){.n = motion->n,
                                 .stride = n,
                                 .tile = 8,
-                                .parent = lanes->parent,
-                                .end = lanes->end,
-                                .share = lanes->share,
+                                .parent = motion->parent,
+                                .end = motion->end,
+                                .share = motion->share,
                                 .rate = at,
                                 .force = at + series,
                                 .turn_re = at + 2 * series,
@@ -57,47 +57,40 @@ static struct jets_system extended_view(const struct extended_lanes *lanes) {
     };
 }
 
-static struct extended_sizes extended_sizes_view(const struct extended_lanes *lanes) {
-    size_t n = (size_t)lanes->n, series = extended_series(lanes->n, lanes->order);
-    num *u = (num *)(void *)lanes->series + 4 * series + (size_t)ARRAY_COUNT * n;
+static struct extended_packs extended_packs_view(const struct extended_motion *motion) {
+    size_t n = (size_t)motion->n, series = extended_series(motion->n, motion->order);
+    num *u = (num *)(void *)motion->series + 4 * series + (size_t)ARRAY_COUNT * n;
     wide *at = (wide *)(void *)(u + 2 * series);
-    return (struct extended_sizes){
-        lanes->single && WIDE == 4, at, at + series, at + 2 * series, u, u + series};
+    return (struct extended_packs){WIDE == 4, u, u + series, at, at + series};
 }
 
-VEC_INLINE wide lane_get(const double *array, int k) {
-    return WIDE_(get)(array + (size_t)k * WIDE);
-}
-
-VEC_INLINE void lane_put(double *array, int k, wide x) { WIDE_(put)(array + (size_t)k * WIDE, x); }
-
-VEC_INLINE num lane_pair(const double *high, const double *low, int k) {
-    return (num){lane_get(high, k), lane_get(low, k)};
+VEC_INLINE num extended_angle(const struct extended_motion *motion, int k) {
+    return num_of2(motion->from.phi[k], motion->from.phi_low[k]);
 }
 
 /* the same of a real pendulum, with the numbers of its terms, behind what ideal ones take */
-static struct bodies_system extended_real(const struct extended_lanes *lanes,
+static struct bodies_system extended_real(const struct extended_motion *motion,
                                           const struct jets_system *s) {
-    size_t n = (size_t)lanes->n, count = (size_t)lanes->terms->count;
-    num *value = (num *)(void *)(lanes->series + extended_ideal(lanes->n, lanes->order) * WIDE);
-    struct bodies_system b = jets_bodies(s, lanes->terms, value);
-    for (size_t j = 0; j < count; j++) value[j] = num_from(WIDE_(get)(lanes->value + j * WIDE));
-    bodies_lay(&b, n, extended_series(lanes->n, lanes->order), lanes->order, value + count);
+    size_t n = (size_t)motion->n, count = (size_t)motion->terms->count;
+    num *value = (num *)(void *)(motion->series + extended_ideal(motion->n, motion->order) * WIDE);
+    struct bodies_system b = jets_bodies(s, motion->terms, value);
+    for (size_t j = 0; j < count; j++) value[j] = num_of(motion->value[j]);
+    bodies_lay(&b, n, extended_series(motion->n, motion->order), motion->order, value + count);
     return b;
 }
 
 /* sine and cosine of the angle of every arm to its parent, and rates in units */
-static void extended_start(const struct extended_lanes *lanes, const struct jets_system *s,
+static void extended_start(const struct extended_motion *motion, const struct jets_system *s,
                            wide unit) {
-    const struct extended_state *from = &lanes->from;
+    const struct extended_state *from = &motion->from;
     for (int k = 0; k < s->n; k++) {
-        int p = pend_terms_holder(lanes->terms, s->parent, k);
-        num angle = lane_pair(from->phi, from->phi_low, k);
-        if (p >= 0) angle = num_sub(angle, lane_pair(from->phi, from->phi_low, p));
+        int p = pend_terms_holder(motion->terms, s->parent, k);
+        num angle = extended_angle(motion, k);
+        if (p >= 0) angle = num_sub(angle, extended_angle(motion, p));
         num_sincos(angle, &s->sine[k], &s->cosine[k]);
-        s->rate[k] = num_scale(lane_pair(from->rate, from->rate_low, k), unit);
-        s->len[k] = num_from(lane_get(lanes->len, k));
-        s->mass[k] = num_from(lane_get(lanes->mass, k));
+        s->rate[k] = num_scale(num_of2(from->rate[k], from->rate_low[k]), unit);
+        s->len[k] = num_of(motion->len[k]);
+        s->mass[k] = num_of(motion->mass[k]);
         s->inv_len[k] = num_div(num_of(1), s->len[k]);
         s->turn_re[s->n + k] = num_of(0);
         s->turn_im[s->n + k] = s->rate[k];
@@ -105,23 +98,21 @@ static void extended_start(const struct extended_lanes *lanes, const struct jets
 }
 
 /* all orders of a real pendulum */
-static void extended_bodies(const struct extended_lanes *lanes, const struct jets_system *s,
+static void extended_bodies(const struct extended_motion *motion, const struct jets_system *s,
                             wide unit, num gravity) {
     const num quarter = num_of2(0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54);
-    struct bodies_system b = extended_real(lanes, s);
-    struct bodies_moment now = {num_from(unit), gravity, num_from(lane_get(lanes->start, 0)),
-                                num_from(lane_get(lanes->from.time, 0))};
+    struct bodies_system b = extended_real(motion, s);
+    struct bodies_moment now = {num_from(unit), gravity, num_of(motion->start),
+                                num_of(motion->from.time)};
     for (int k = 0; k < s->n; k++) {
         int p = pend_terms_holder(b.terms, s->parent, k);
-        num angle = lane_pair(lanes->from.phi, lanes->from.phi_low, k), from = num_neg(quarter);
-        if (p >= 0) from = lane_pair(lanes->from.phi, lanes->from.phi_low, p);
-        b.bend[k] = num_sub(angle, from);
+        num from = p >= 0 ? extended_angle(motion, p) : num_neg(quarter);
+        b.bend[k] = num_sub(extended_angle(motion, k), from);
         b.sine[k] = s->sine[k], b.cosine[k] = s->cosine[k];
     }
-    if (pend_terms_cart(b.terms))
-        bodies_cart_start(&b, lane_pair(lanes->from.phi, lanes->from.phi_low, 0));
-    bodies_orders(&b, &now, lanes->order);
-    bodies_forces(&b, lanes->order);
+    if (pend_terms_cart(b.terms)) bodies_cart_start(&b, extended_angle(motion, 0));
+    bodies_orders(&b, &now, motion->order);
+    bodies_forces(&b, motion->order);
 }
 
 /* ---- the step */
@@ -132,96 +123,87 @@ struct extended_change {
     num phi, rate;
 };
 
-/* reads the coefficients of an arm: all lanes, or one lane's value in every lane */
-VEC_INLINE num extended_pick(const num *at, int lane) {
-    return lane < 0 ? *at : num_of2(at->high[lane], at->low[lane]);
-}
-
-VEC_INLINE struct extended_change extended_horner(const struct extended_lanes *lanes,
-                                                  const struct jets_system *s, int k, int lane,
-                                                  num x) {
+VEC_INLINE struct extended_change extended_horner(const struct extended_motion *motion,
+                                                  const struct jets_system *s, int k, num x) {
     wide phi = wide_of(0), rate = wide_of(0);
-    int j = lanes->order;
+    int j = motion->order;
     const num *c = s->rate + (size_t)j * s->stride + (size_t)k;
-    for (; j > lanes->precise; j--, c -= s->stride) {
-        wide w = extended_pick(c, lane).high;
-        phi = wide_fma(phi, x.high, w * s->share[j]);
-        rate = wide_fma(rate, x.high, w);
+    for (; j > motion->precise; j--, c -= s->stride) {
+        phi = wide_fma(phi, x.high, c->high * s->share[j]);
+        rate = wide_fma(rate, x.high, c->high);
     }
     struct extended_change v = {num_from(phi), num_from(rate)};
     for (; j >= 1; j--, c -= s->stride) {
-        num w = extended_pick(c, lane);
-        v.phi = num_fma(v.phi, x, num_mul(w, extended_share(s->share, j)));
-        v.rate = num_fma(v.rate, x, w);
+        v.phi = num_fma(v.phi, x, num_mul(*c, extended_share(s->share, j)));
+        v.rate = num_fma(v.rate, x, *c);
     }
-    v.phi = num_mul(x, num_fma(x, v.phi, extended_pick(c, lane)));
+    v.phi = num_mul(x, num_fma(x, v.phi, *c));
     v.rate = num_mul(x, v.rate);
     return v;
 }
 
-/* the state at the end of the step; the return value is 0 where all sums are finite */
-static wide extended_advance(const struct extended_lanes *lanes, const struct jets_system *s, num x,
-                             wide unit) {
-    const struct extended_state *from = &lanes->from, *to = &lanes->to;
+/* the state of arm k, x units after the start of the step; inverse: of the unit */
+VEC_INLINE struct extended_change extended_later(const struct extended_motion *motion,
+                                                 const struct jets_system *s, int k, num x,
+                                                 wide inverse) {
+    const struct extended_state *from = &motion->from;
+    struct extended_change v = extended_horner(motion, s, k, x);
+    v.phi = num_add(extended_angle(motion, k), v.phi);
+    v.rate = num_add(num_of2(from->rate[k], from->rate_low[k]), num_scale(v.rate, inverse));
+    return v;
+}
+
+/* the state at the end of the step; returns 0 where all sums are finite */
+static wide extended_advance(const struct extended_motion *motion, const struct jets_system *s,
+                             num x, wide unit) {
+    const struct extended_state *to = &motion->to;
     wide bad = wide_of(0), inverse = 1 / unit;
     for (int k = 0; k < s->n; k++) {
-        struct extended_change v = extended_horner(lanes, s, k, -1, x);
-        num phi = num_add(lane_pair(from->phi, from->phi_low, k), v.phi);
-        num rate = num_add(lane_pair(from->rate, from->rate_low, k), num_scale(v.rate, inverse));
-        lane_put(to->phi, k, phi.high);
-        lane_put(to->phi_low, k, phi.low);
-        lane_put(to->rate, k, rate.high);
-        lane_put(to->rate_low, k, rate.low);
-        bad += (phi.high - phi.high) + (rate.high - rate.high);
+        struct extended_change v = extended_later(motion, s, k, x, inverse);
+        to->phi[k] = v.phi.high[0], to->phi_low[k] = v.phi.low[0];
+        to->rate[k] = v.rate.high[0], to->rate_low[k] = v.rate.low[0];
+        bad += (v.phi.high - v.phi.high) + (v.rate.high - v.rate.high);
     }
     return bad;
 }
 
-static void extended_expand(const struct extended_lanes *lanes, const struct jets_system *s,
-                            const struct extended_sizes *sizes, wide unit) {
-    num gravity = num_from(lane_get(lanes->gravity, 0) * unit * unit);
-    extended_start(lanes, s, unit);
-    if (lanes->terms) {
-        extended_bodies(lanes, s, unit, gravity);
+static void extended_expand(const struct extended_motion *motion, const struct jets_system *s,
+                            const struct extended_packs *packs, wide unit) {
+    num gravity = num_from(wide_of(motion->gravity) * unit * unit);
+    extended_start(motion, s, unit);
+    if (motion->terms) {
+        extended_bodies(motion, s, unit, gravity);
         return;
     }
     jets_factor(s);
     if (s->n <= DENSE_MAX)
-        extended_small(s, sizes, gravity, lanes->order, lanes->precise);
+        extended_small(s, packs, gravity, motion->order, motion->precise);
     else
-        extended_orders(s, sizes, gravity, lanes->order, lanes->precise);
+        extended_orders(s, packs, gravity, motion->order, motion->precise);
 }
 
-static int extended_step(struct extended_lanes *lanes) {
-    struct jets_system s = extended_view(lanes);
-    wide unit = lane_get(lanes->unit, 0), time = lane_get(lanes->from.time, 0),
-         stop = lane_get(lanes->stop, 0);
-    struct extended_sizes sizes = extended_sizes_view(lanes);
-    extended_expand(lanes, &s, &sizes, unit);
-    wide x = step_reach(&s, lanes->order, lanes->log_rtol, lanes->log_atol),
+static int extended_step(struct extended_motion *motion) {
+    struct jets_system s = extended_view(motion);
+    wide unit = wide_of(motion->unit), time = wide_of(motion->from.time),
+         stop = wide_of(motion->stop);
+    struct extended_packs packs = extended_packs_view(motion);
+    extended_expand(motion, &s, &packs, unit);
+    wide x = step_reach(&s, motion->order, motion->log_rtol, motion->log_atol),
          left = (stop - time) / unit;
-    if (lanes->terms) {
-        struct bodies_system b = extended_real(lanes, &s);
+    if (motion->terms) {
+        struct bodies_system b = extended_real(motion, &s);
         if (b.need & BODIES_GRIP) x = bodies_reach(&b, num_from(x)).high;
     }
     wide_mask lands = (wide_mask)(x >= left);
     wide next = WIDE_(pick)(lands, stop, time + x * unit);
-    wide still = (wide)((wide_mask)(next == time) & (wide_mask)wide_of(1));
     // times are doubles, but their difference is not
     num step = num_scale(num_total(next, -time), 1 / unit);
-    wide bad = extended_advance(lanes, &s, step, unit) + still;
-    lane_put(lanes->to.time, 0, next);
+    wide bad = extended_advance(motion, &s, step, unit);
     // the next unit is a power of two near this step
-    lane_put(lanes->unit, 0,
-             unit *
-                 WIDE_(power)(WIDE_(round)(WIDE_(log2)(WIDE_(max)(step.high, wide_of(0x1p-60))))));
-    int any = 0;
-    for (int i = 0; i < WIDE; i++) {
-        lanes->attention[i] =
-            (unsigned char)((lands[i] ? EXTENDED_DONE : 0) | (bad[i] == 0 ? 0 : EXTENDED_BAD));
-        any |= lanes->attention[i];
-    }
-    return any;
+    wide power = WIDE_(power)(WIDE_(round)(WIDE_(log2)(WIDE_(max)(step.high, wide_of(0x1p-60)))));
+    motion->to.time = next[0];
+    motion->unit *= power[0];
+    return (lands[0] ? EXTENDED_DONE : 0) | (bad[0] == 0 && next[0] != time[0] ? 0 : EXTENDED_BAD);
 }
 
 /* ---- values inside the step: an instant in each lane */
@@ -231,51 +213,44 @@ VEC_INLINE void extended_give(double to[], int n, int k, int count, wide x) {
 }
 
 /* the tension (shift = 0) or phi'' (shift = 1) by Horner's rule */
-VEC_INLINE num extended_sum(const struct extended_lanes *lanes, const num *series, size_t stride,
-                            int k, int lane, num x, int shift) {
+VEC_INLINE num extended_sum(const struct extended_motion *motion, const num *series, size_t stride,
+                            int k, num x, int shift) {
     num sum = num_of(0);
-    for (int j = lanes->order - 1; j >= 0; j--) {
-        num c = extended_pick(series + (size_t)(j + shift) * stride + (size_t)k, lane);
+    for (int j = motion->order - 1; j >= 0; j--) {
+        num c = series[(size_t)(j + shift) * stride + (size_t)k];
         sum = num_fma(sum, x, shift ? num_mul(c, num_of(j + 1)) : c);
     }
     return sum;
 }
 
-static void extended_values(const struct extended_lanes *lanes, int lane, double unit, int count,
+static void extended_values(const struct extended_motion *motion, double unit, int count,
                             const double t[], const struct extended_values *to) {
-    struct jets_system s = extended_view(lanes);
-    const struct extended_state *from = &lanes->from;
-    wide at = wide_of(t[0]), inverse = wide_of(1 / unit);
+    struct jets_system s = extended_view(motion);
+    wide at = wide_of(t[0]), inverse = wide_of(1 / unit), squared = inverse * inverse;
     for (int i = 1; i < count; i++) at[i] = t[i];
-    num x = num_scale(num_total(at, wide_of(-from->time[lane])), inverse);
+    num x = num_scale(num_total(at, wide_of(-motion->from.time)), inverse);
     for (int k = 0; k < s.n; k++) {
-        size_t here = (size_t)k * WIDE + (size_t)lane;
-        struct extended_change v = extended_horner(lanes, &s, k, lane, x);
-        num phi = num_add(num_of2(from->phi[here], from->phi_low[here]), v.phi);
-        num rate =
-            num_add(num_of2(from->rate[here], from->rate_low[here]), num_scale(v.rate, inverse));
-        extended_give(to->phi, s.n, k, count, phi.high);
-        extended_give(to->phi_low, s.n, k, count, phi.low);
-        extended_give(to->rate, s.n, k, count, rate.high);
-        extended_give(to->rate_low, s.n, k, count, rate.low);
-        wide squared = inverse * inverse;
+        struct extended_change v = extended_later(motion, &s, k, x, inverse);
+        extended_give(to->phi, s.n, k, count, v.phi.high);
+        extended_give(to->phi_low, s.n, k, count, v.phi.low);
+        extended_give(to->rate, s.n, k, count, v.rate.high);
+        extended_give(to->rate_low, s.n, k, count, v.rate.low);
         if (to->acc)
             extended_give(to->acc, s.n, k, count,
-                          extended_sum(lanes, s.rate, s.stride, k, lane, x, 1).high * squared);
+                          extended_sum(motion, s.rate, s.stride, k, x, 1).high * squared);
         if (to->force)
             extended_give(to->force, s.n, k, count,
-                          extended_sum(lanes, s.force, s.stride, k, lane, x, 0).high * squared);
+                          extended_sum(motion, s.force, s.stride, k, x, 0).high * squared);
     }
 }
 
-static void extended_power(const struct extended_lanes *lanes, int lane, double unit, double work[],
+static void extended_power(const struct extended_motion *motion, double unit, double work[],
                            double heat[]) {
-    struct jets_system s = extended_view(lanes);
-    struct bodies_system b = extended_real(lanes, &s);
+    struct jets_system s = extended_view(motion);
+    struct bodies_system b = extended_real(motion, &s);
     num given[BODIES_ORDERS], lost[BODIES_ORDERS];
-    bodies_power(&b, num_of(unit), lanes->order, lanes->order, given, lost);
-    for (int j = 0; j < lanes->order; j++)
-        work[j] = given[j].high[lane], heat[j] = lost[j].high[lane];
+    bodies_power(&b, num_of(unit), motion->order, motion->order, given, lost);
+    for (int j = 0; j < motion->order; j++) work[j] = given[j].high[0], heat[j] = lost[j].high[0];
 }
 
 const struct extended_kernel KERNEL_NAME(pend_kernel_extended_) = {

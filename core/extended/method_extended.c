@@ -35,7 +35,7 @@ static enum pend_status extended_stepper_open(void **stepper, const struct pend_
     if (!x) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a run");
     enum pend_status status =
         pend_extended_new(&x->extended, problem->tree, problem->loads.terms, problem->rtol,
-                          problem->atol, 1, pend_isa_best(), error);
+                          problem->atol, pend_isa_best(), error);
     if (status != PEND_OK) {
         free(x);
         return status;
@@ -47,7 +47,7 @@ static enum pend_status extended_stepper_open(void **stepper, const struct pend_
                                         .rate_low = (double *)problem->rate_low};
     const struct pend_times *times = &problem->times;
     double span = pend_times_at(times, times->count - 1) - pend_times_at(times, 0);
-    pend_extended_start(x->extended, 0, &problem->loads, &start, pend_times_at(times, 0), span);
+    pend_extended_start(x->extended, &problem->loads, &start, pend_times_at(times, 0), span);
     x->n = problem->tree->n;
     x->gives =
         problem->loads.terms && !pend_terms_conserve(problem->loads.terms, problem->loads.value);
@@ -60,23 +60,22 @@ static enum pend_status extended_stepper_open(void **stepper, const struct pend_
 /* the power of the last step, as series */
 static void extended_stepper_power(struct extended_stepper *x) {
     struct pend_exchange *exchange = &x->exchange;
-    exchange->unit =
-        pend_extended_power(x->extended, 0, exchange->work.series, exchange->heat.series);
-    pend_exchange_take(exchange, (pend_extended_time(x->extended, 0) - x->before) / exchange->unit);
+    exchange->unit = pend_extended_power(x->extended, exchange->work.series, exchange->heat.series);
+    pend_exchange_take(exchange, (pend_extended_time(x->extended) - x->before) / exchange->unit);
 }
 
 static enum pend_status extended_stepper_step(void *stepper, double limit, double *reached,
                                               struct pend_error *error) {
     struct extended_stepper *x = stepper;
-    double before = pend_extended_time(x->extended, 0);
+    double before = pend_extended_time(x->extended);
     if (x->gives && x->steps) pend_exchange_add(&x->exchange);
     x->before = before;
-    pend_extended_stop(x->extended, 0, limit);
-    pend_extended_step(x->extended);
+    pend_extended_stop(x->extended, limit);
+    enum pend_extended_stage stage = pend_extended_step(x->extended);
     x->steps++;
     if (x->gives) extended_stepper_power(x);
-    *reached = pend_extended_time(x->extended, 0);
-    if (pend_extended_lane(x->extended, 0) != PEND_EXTENDED_FAILED) return PEND_OK;
+    *reached = pend_extended_time(x->extended);
+    if (stage != PEND_EXTENDED_FAILED) return PEND_OK;
     if (*reached == before)
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, before,
                          "the step is too small to move the time on");
@@ -90,7 +89,7 @@ static void extended_stepper_at(void *stepper, const double t[], int count,
     // the array of theta is large enough for the values from which theta is computed
     struct pend_extended_state to = {
         .phi = points->phi, .phi_low = points->theta, .rate = points->rate};
-    pend_extended_at(x->extended, 0, count, t, &to, points->acc, points->force);
+    pend_extended_at(x->extended, count, t, &to, points->acc, points->force);
     size_t numbers = points->theta ? (size_t)count * (size_t)x->n : 0;
     for (size_t i = 0; i < numbers; i++)
         points->theta[i] = pend_turns_theta(points->phi[i], points->theta[i]);

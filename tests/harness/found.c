@@ -112,6 +112,7 @@ void found_moved(const struct found *f, int row, double time, int j, double h, d
     int n = f->tree->n;
     double state[4 * FOUND_ARMS];
     struct pend_extended *run;
+    enum pend_extended_stage stage;
     memset(state, 0, sizeof state);
     for (int k = 0; k < n; k++) {
         state[k] = f->phi[row][k], state[FOUND_ARMS + k] = f->low[row][k];
@@ -122,12 +123,12 @@ void found_moved(const struct found *f, int row, double time, int j, double h, d
     struct pend_extended_state start = {state, state + FOUND_ARMS, state + 2 * FOUND_ARMS,
                                         state + 3 * FOUND_ARMS};
     struct pend_extended_state end = {out, out_low, out + n, out_low + n};
-    REQUIRE(pend_extended_new(&run, f->tree, f->problem.loads.terms, 1e-28, 1e-30, 1,
-                              pend_isa_best(), NULL) == PEND_OK);
-    pend_extended_start(run, 0, &f->problem.loads, &start, 0, time);
-    while (pend_extended_lane(run, 0) == PEND_EXTENDED_UNDER_WAY) (void)pend_extended_step(run);
-    CHECK(pend_extended_lane(run, 0) == PEND_EXTENDED_STOPPED);
-    pend_extended_end(run, 0, &end);
+    REQUIRE(pend_extended_new(&run, f->tree, f->problem.loads.terms, 1e-28, 1e-30, pend_isa_best(),
+                              NULL) == PEND_OK);
+    pend_extended_start(run, &f->problem.loads, &start, 0, time);
+    while ((stage = pend_extended_step(run)) == PEND_EXTENDED_UNDER_WAY) continue;
+    CHECK(stage == PEND_EXTENDED_STOPPED);
+    pend_extended_end(run, &end);
     pend_extended_free(&run);
 }
 

@@ -32,52 +32,23 @@ static struct pend_tree *pair_new(void) {
     return tree;
 }
 
-static int pair_fetch(void *context, long i, struct pend_member *member) {
-    (void)context, (void)i;
-    memcpy(member->phi, tumble, sizeof tumble);
-    return 0;
-}
-
-static int pair_deliver(void *context, long i, const struct pend_outcome *outcome) {
-    (void)context, (void)i;
-    for (int k = 0; k < ARMS; k++)
-        if (!(fabs(outcome->phi[k] - tumbled[k]) <= 1e-15 * fabs(tumbled[k])))
-            bench_broken("a digit");
-    return 0;
-}
-
-static void extended(struct bench *bench, int single) {
+BENCH(extended_double_pendulum_alone, "s of 20 s, all digits of a double at the end") {
     struct pend_tree *tree = pair_new();
     struct pend_extended *extended;
-    struct pend_ensemble_problem problem = {
-        .tree = tree, .loads = loads, .duration = 20, .fetch = pair_fetch, .deliver = pair_deliver};
-    if (pend_extended_new(&extended, tree, NULL, 1e-30, 0, single, pend_isa_best(), NULL) !=
-        PEND_OK)
-        bench_broken("memory");
-    long count = single ? 1 : pend_extended_width(extended);
-    struct pend_extended_state start = {.phi = (double *)tumble, .rate = (double *)still}, end;
     double phi[ARMS], rate[ARMS];
-    end = (struct pend_extended_state){.phi = phi, .rate = rate};
-    while (bench_go(bench, 20 * count)) {
-        if (!single) {
-            if (pend_extended_run(extended, &problem, 0, count) != PEND_OK) bench_broken("members");
-            continue;
-        }
-        pend_extended_start(extended, 0, &loads, &start, 0, 20);
-        while (pend_extended_lane(extended, 0) == PEND_EXTENDED_UNDER_WAY)
-            pend_extended_step(extended);
-        pend_extended_end(extended, 0, &end);
-        pair_deliver(NULL, 0, &(struct pend_outcome){.phi = phi});
+    struct pend_extended_state start = {.phi = (double *)tumble, .rate = (double *)still},
+                               end = {.phi = phi, .rate = rate};
+    if (pend_extended_new(&extended, tree, NULL, 1e-30, 0, pend_isa_best(), NULL) != PEND_OK)
+        bench_broken("memory");
+    while (bench_go(bench, 20)) {
+        pend_extended_start(extended, &loads, &start, 0, 20);
+        while (pend_extended_step(extended) == PEND_EXTENDED_UNDER_WAY) continue;
+        pend_extended_end(extended, &end);
+        for (int k = 0; k < ARMS; k++)
+            if (!(fabs(phi[k] - tumbled[k]) <= 1e-15 * fabs(tumbled[k]))) bench_broken("a digit");
     }
     pend_extended_free(&extended);
     pend_tree_free(&tree);
-}
-
-BENCH(extended_double_pendulum_alone, "s of 20 s, all digits of a double at the end") {
-    extended(bench, 1);
-}
-BENCH(extended_double_pendulum_in_lanes, "s of 20 s and member, all digits at the end") {
-    extended(bench, 0);
 }
 
 /* ---- the peer: the same recurrences, order and step rule in numbers of the compiler's own; 1 /

@@ -78,12 +78,11 @@ static void end_of(const struct test_tree *t, const struct pend_loads *loads, do
     struct pend_extended *extended;
     struct pend_extended_state start = {t->phi, NULL, t->rate, NULL};
     struct pend_extended_state out = {end->phi, end->phi_low, end->rate, end->rate_low};
-    REQUIRE(pend_extended_new(&extended, t->tree, loads->terms, 1e-24, 0, 1, pend_isa_best(),
-                              NULL) == PEND_OK);
-    pend_extended_start(extended, 0, loads, &start, 0.7, span);
-    while (pend_extended_lane(extended, 0) == PEND_EXTENDED_UNDER_WAY)
-        (void)pend_extended_step(extended);
-    pend_extended_end(extended, 0, &out);
+    REQUIRE(pend_extended_new(&extended, t->tree, loads->terms, 1e-24, 0, pend_isa_best(), NULL) ==
+            PEND_OK);
+    pend_extended_start(extended, loads, &start, 0.7, span);
+    while (pend_extended_step(extended) == PEND_EXTENDED_UNDER_WAY) continue;
+    pend_extended_end(extended, &out);
     pend_extended_free(&extended);
 }
 

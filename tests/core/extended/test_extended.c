@@ -36,18 +36,18 @@ static double full_gap(int n, const struct full *a, const struct full *b) {
 
 /* the state a time after another; as many steps as it took in *steps, where wanted */
 static struct full follow(const struct pend_tree *tree, const struct full *start, double t,
-                          double rtol, int single, enum pend_isa isa, long *steps) {
+                          double rtol, enum pend_isa isa, long *steps) {
     struct pend_extended *extended;
     struct full from = *start, to = {{0}, {0}, {0}, {0}};
     struct pend_extended_state from_view = full_view(&from), to_view = full_view(&to);
-    if (!CHECK(pend_extended_new(&extended, tree, NULL, rtol, 0, single, isa, NULL) == PEND_OK))
-        return to;
-    pend_extended_start(extended, 0, TEST_LOADS(9.81), &from_view, 0, t);
-    while (pend_extended_lane(extended, 0) == PEND_EXTENDED_UNDER_WAY) pend_extended_step(extended);
-    CHECK(pend_extended_lane(extended, 0) == PEND_EXTENDED_STOPPED &&
-          pend_extended_time(extended, 0) == t);
-    pend_extended_end(extended, 0, &to_view);
-    if (steps) *steps = pend_extended_steps(extended, 0);
+    enum pend_extended_stage stage;
+    long count = 1;
+    if (!CHECK(pend_extended_new(&extended, tree, NULL, rtol, 0, isa, NULL) == PEND_OK)) return to;
+    pend_extended_start(extended, TEST_LOADS(9.81), &from_view, 0, t);
+    while ((stage = pend_extended_step(extended)) == PEND_EXTENDED_UNDER_WAY) count++;
+    CHECK(stage == PEND_EXTENDED_STOPPED && pend_extended_time(extended) == t);
+    pend_extended_end(extended, &to_view);
+    if (steps) *steps = count;
     pend_extended_free(&extended);
     return to;
 }
@@ -90,16 +90,16 @@ TEST(extended_has_all_25_digits_of_the_reference) {
     for (int c; (c = getc(file)) == '#';)
         while (c != '\n' && c != EOF) c = getc(file);
     fseek(file, -1, SEEK_CUR);
-    REQUIRE(pend_extended_new(&extended, paper.tree, NULL, 1e-30, 0, 1, pend_isa_best(), NULL) ==
+    REQUIRE(pend_extended_new(&extended, paper.tree, NULL, 1e-30, 0, pend_isa_best(), NULL) ==
             PEND_OK);
-    pend_extended_start(extended, 0, TEST_LOADS(9.81), &view, 0, 5);
+    pend_extended_start(extended, TEST_LOADS(9.81), &view, 0, 5);
     long allocations = test_alloc_count();
     while (reference_row(file, &t, &late, &row)) {
-        while (pend_extended_time(extended, 0) < t || t == 0) {
+        while (pend_extended_time(extended) < t || t == 0) {
             pend_extended_step(extended);
             if (t == 0) break;
         }
-        pend_extended_at(extended, 0, 1, &t, &got_view, acc, NULL);
+        pend_extended_at(extended, 1, &t, &got_view, acc, NULL);
         struct full sorted = row;
         for (int k = 0; k < 4; k++) {
             int of = paper.tree->order[k];
@@ -132,8 +132,8 @@ TEST(extended_there_and_back_ends_where_it_began) {
             struct test_tree t;
             test_tree_random(&t, TEST_TREE_ATTACHED, n, 0.3, &seed);
             struct full start = full_start(&t);
-            struct full there = follow(t.tree, &start, 1, 1e-30, n % 2, (enum pend_isa)isa, NULL);
-            struct full back = follow(t.tree, &there, -1, 1e-30, n % 2, (enum pend_isa)isa, NULL);
+            struct full there = follow(t.tree, &start, 1, 1e-30, (enum pend_isa)isa, NULL);
+            struct full back = follow(t.tree, &there, -1, 1e-30, (enum pend_isa)isa, NULL);
             CHECK(full_gap(n, &start, &there) > 0.1);
             worst = fmax(worst, full_gap(n, &start, &back));
             test_tree_clear(&t);
@@ -163,7 +163,7 @@ TEST(extended_keeps_the_energy_to_28_digits) {
         struct test_tree t;
         test_tree_random(&t, TEST_TREE_LIMBS, n, 0.3, &seed);
         struct full start = full_start(&t),
-                    end = follow(t.tree, &start, 0.5, 1e-30, 1, pend_isa_best(), NULL), high = end;
+                    end = follow(t.tree, &start, 0.5, 1e-30, pend_isa_best(), NULL), high = end;
         test_quad first = quad_energy(t.tree, &start), scale = 0;
         for (int k = 0; k < n; k++)
             scale += (test_quad)9.81 * t.tree->len[k] * t.tree->subtree_mass[k];
@@ -181,12 +181,12 @@ TEST(extended_error_follows_the_tolerance) {
     struct test_tree t;
     test_tree_random(&t, TEST_TREE_ATTACHED, 3, 0.3, &seed);
     struct full start = full_start(&t),
-                best = follow(t.tree, &start, 1, 1e-30, 1, pend_isa_best(), NULL);
+                best = follow(t.tree, &start, 1, 1e-30, pend_isa_best(), NULL);
     long last = 0;
     double before = 0;
     for (double rtol = 1e-28; rtol < 1e-5; rtol *= 1e4) {
         long steps;
-        struct full got = follow(t.tree, &start, 1, rtol, 1, pend_isa_best(), &steps);
+        struct full got = follow(t.tree, &start, 1, rtol, pend_isa_best(), &steps);
         double gap = full_gap(3, &got, &best);
         CHECK_SAYING(gap < 3e3 * rtol, "error %g at rtol %g", gap, rtol);
         CHECK_SAYING(gap > before, "error %g at rtol %g is not above %g", gap, rtol, before);
@@ -210,12 +210,12 @@ TEST(extended_accelerations_and_forces_are_those_of_the_equations) {
         test_tree_random(&t, TEST_TREE_ATTACHED, n, n % 3 ? 0.3 : 3, &seed);
         struct full start = full_start(&t);
         struct pend_extended_state view = full_view(&start), at_view = full_view(&at);
-        REQUIRE(pend_extended_new(&extended, t.tree, NULL, 1e-28, 0, n % 2, pend_isa_best(),
-                                  NULL) == PEND_OK);
-        pend_extended_start(extended, 0, TEST_LOADS(9.81), &view, 0, 1);
+        REQUIRE(pend_extended_new(&extended, t.tree, NULL, 1e-28, 0, pend_isa_best(), NULL) ==
+                PEND_OK);
+        pend_extended_start(extended, TEST_LOADS(9.81), &view, 0, 1);
         pend_extended_step(extended);
-        x = 0.5 * pend_extended_time(extended, 0);
-        pend_extended_at(extended, 0, 1, &x, &at_view, acc, force);
+        x = 0.5 * pend_extended_time(extended);
+        pend_extended_at(extended, 1, &x, &at_view, acc, force);
         test_quad_dynamics(t.tree, TEST_LOADS(9.81), at.phi, at.rate, acc_want, force_want);
         worst[0] = fmax(worst[0], test_quad_gap(n, acc, acc_want));
         worst[1] = fmax(worst[1], test_quad_gap(n, force, force_want));
@@ -227,87 +227,16 @@ TEST(extended_accelerations_and_forces_are_those_of_the_equations) {
     CHECK_RESIDUAL(worst[1], 1e-14, "lambda");
 }
 
-/* ---- lanes */
-
-struct lanes_run {
-    const struct test_tree *t;
-    double phi[40][MOST];
-    long steps[40];
-};
-
-static int lanes_fetch(void *context, long i, struct pend_member *member) {
-    const struct lanes_run *run = context;
-    for (int k = 0; k < run->t->tree->n; k++) {
-        member->phi[k] = run->t->phi[k] + 0.01 * (double)i;
-        member->rate[k] = run->t->rate[k];
-        member->length[k] *= 1 + 0.01 * (double)(i % 3);
-    }
-    return 0;
-}
-
-static int lanes_deliver(void *context, long i, const struct pend_outcome *outcome) {
-    struct lanes_run *run = context;
-    CHECK(outcome->stop == PEND_STOP_TIME && outcome->time == 0.25);
-    memcpy(run->phi[i], outcome->phi, (size_t)run->t->tree->n * sizeof(double));
-    run->steps[i] = outcome->steps;
-    return 0;
-}
-
-static void lanes_all(struct lanes_run *run, enum pend_isa isa, long first, long count) {
-    struct pend_extended *extended;
-    struct pend_ensemble_problem problem = {.tree = run->t->tree,
-                                            .loads.gravity = 9.81,
-                                            .duration = 0.25,
-                                            .fetch = lanes_fetch,
-                                            .deliver = lanes_deliver,
-                                            .context = run};
-    if (!CHECK(pend_extended_new(&extended, run->t->tree, NULL, 1e-25, 0, 0, isa, NULL) == PEND_OK))
-        return;
-    CHECK(pend_extended_width(extended) >= 2);
-    long allocations = test_alloc_count();
-    CHECK(pend_extended_run(extended, &problem, first, count) == PEND_OK);
-    CHECK_INT(test_alloc_count(), allocations);
-    pend_extended_free(&extended);
-}
-
-TEST(extended_members_do_not_depend_on_their_lanes) {
-    unsigned long long seed = 5;
-    static const int arms[] = {1, 2, 3, 4, 7};
-    for (size_t i = 0; i < sizeof arms / sizeof *arms; i++)
-        for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
-            struct test_tree t;
-            test_tree_random(&t, TEST_TREE_ATTACHED, arms[i], 0.3, &seed);
-            static struct lanes_run together, apart;
-            together = apart = (struct lanes_run){.t = &t};
-            lanes_all(&together, (enum pend_isa)isa, 0, 20);
-            lanes_all(&apart, (enum pend_isa)isa, 13, 7);
-            lanes_all(&apart, (enum pend_isa)isa, 0, 3);
-            lanes_all(&apart, (enum pend_isa)isa, 3, 10);
-            CHECK(!memcmp(together.phi, apart.phi, sizeof apart.phi));
-            CHECK(together.steps[0] > 1 && together.phi[0][0] != together.phi[3][0]);
-            test_tree_clear(&t);
-        }
-}
-
-TEST(extended_bits_are_the_same_in_wide_lanes_and_alone) {
+TEST(extended_digits_are_the_same_in_every_instruction_set) {
     unsigned long long seed = 6;
-    if (pend_isa_best() == PEND_ISA_BASE) {
-        test_skip("this processor has one instruction set only");
-        return;
-    }
     for (int n = 1; n <= 9; n++) {
         struct test_tree t;
         test_tree_random(&t, TEST_TREE_ATTACHED, n, 0.3, &seed);
         struct full start = full_start(&t);
-        struct full alone = follow(t.tree, &start, 0.5, 1e-30, 1, pend_isa_best(), NULL);
-        for (int isa = PEND_ISA_AVX2; isa <= (int)pend_isa_best(); isa++) {
-            struct full lane = follow(t.tree, &start, 0.5, 1e-30, 0, (enum pend_isa)isa, NULL);
-            CHECK_SAYING(full_gap(n, &alone, &lane) == 0, "%d arms, set %d: %g", n, isa,
-                         full_gap(n, &alone, &lane));
-        }
-        struct full base = follow(t.tree, &start, 0.5, 1e-30, 0, PEND_ISA_BASE, NULL);
-        CHECK_SAYING(full_gap(n, &alone, &base) < 1e-27, "%d arms: %g", n,
-                     full_gap(n, &alone, &base));
+        struct full best = follow(t.tree, &start, 0.5, 1e-30, pend_isa_best(), NULL);
+        struct full base = follow(t.tree, &start, 0.5, 1e-30, PEND_ISA_BASE, NULL);
+        CHECK_SAYING(full_gap(n, &best, &base) < 1e-27, "%d arms: %g", n,
+                     full_gap(n, &best, &base));
         test_tree_clear(&t);
     }
 }
@@ -317,14 +246,14 @@ TEST(extended_refuses_tolerances_out_of_range_and_fails_cleanly_without_memory) 
     struct pend_extended *extended;
     struct pend_error error;
     test_paper_init(&paper, 2);
-    CHECK(pend_extended_new(&extended, paper.tree, NULL, 1e-31, 0, 1, pend_isa_best(), &error) ==
+    CHECK(pend_extended_new(&extended, paper.tree, NULL, 1e-31, 0, pend_isa_best(), &error) ==
               PEND_INVALID &&
           !extended);
-    CHECK(pend_extended_new(&extended, paper.tree, NULL, 1e-20, -1, 1, pend_isa_best(), &error) ==
+    CHECK(pend_extended_new(&extended, paper.tree, NULL, 1e-20, -1, pend_isa_best(), &error) ==
               PEND_INVALID &&
           !extended);
     test_alloc_fail(1, 0);
-    CHECK(pend_extended_new(&extended, paper.tree, NULL, 1e-20, 0, 1, pend_isa_best(), &error) ==
+    CHECK(pend_extended_new(&extended, paper.tree, NULL, 1e-20, 0, pend_isa_best(), &error) ==
               PEND_NO_MEMORY &&
           !extended);
     test_alloc_faults_off();
@@ -342,7 +271,7 @@ TEST(extended_refuses_trees_whose_series_would_fill_the_memory) {
     REQUIRE(pend_tree_new(&tree, ARMS, one, one, parent, NULL) == PEND_OK);
     /* at every instruction set */
     for (int isa = PEND_ISA_BASE; isa <= (int)pend_isa_best(); isa++) {
-        CHECK(pend_extended_new(&extended, tree, NULL, 1e-20, 0, 1, (enum pend_isa)isa, &error) ==
+        CHECK(pend_extended_new(&extended, tree, NULL, 1e-20, 0, (enum pend_isa)isa, &error) ==
                   PEND_INVALID &&
               !extended);
         CHECK_SAYING(

@@ -1,5 +1,5 @@
 /* Tests of real pendulums in 32 digits: three motions whose digits another program has
- * computed, and members side by side.
+ * computed.
  * Leaves to others: ideal pendulums (test_extended), doubles (laws).
  * Invariant: the table holds 40 digits or more. */
 #include <math.h>
@@ -147,18 +147,15 @@ TEST(extended_has_28_digits_of_three_real_pendulums_and_doubles_have_theirs) {
         real_make[i](&r);
         start.phi = r.phi, start.rate = r.rate;
         for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
-            for (int single = 0; single < 2; single++) {
-                REQUIRE(pend_extended_new(&extended, r.tree, r.terms, 1e-30, 0, single,
-                                          (enum pend_isa)isa, NULL) == PEND_OK);
-                pend_extended_start(extended, 0, &r.loads, &start, began, 1);
-                while (pend_extended_lane(extended, 0) == PEND_EXTENDED_UNDER_WAY)
-                    pend_extended_step(extended);
-                pend_extended_end(extended, 0, &end);
-                pend_extended_free(&extended);
-                for (int k = 0; k < r.tree->n; k++) {
-                    worst = fmax(worst, gap_of(phi[k], low[k], known[i].phi[k]));
-                    worst = fmax(worst, gap_of(rate[k], rate_low[k], known[i].rate[k]));
-                }
+            REQUIRE(pend_extended_new(&extended, r.tree, r.terms, 1e-30, 0, (enum pend_isa)isa,
+                                      NULL) == PEND_OK);
+            pend_extended_start(extended, &r.loads, &start, began, 1);
+            while (pend_extended_step(extended) == PEND_EXTENDED_UNDER_WAY) continue;
+            pend_extended_end(extended, &end);
+            pend_extended_free(&extended);
+            for (int k = 0; k < r.tree->n; k++) {
+                worst = fmax(worst, gap_of(phi[k], low[k], known[i].phi[k]));
+                worst = fmax(worst, gap_of(rate[k], rate_low[k], known[i].rate[k]));
             }
         }
         struct pend_problem problem = {
@@ -214,51 +211,4 @@ TEST(trust_of_real_pendulums_reaches_the_end_where_digits_hold_and_not_where_cha
                  until[1]);
     test_bodies_clear(&b);
     test_tree_clear(&t);
-}
-
-/* ---- lanes */
-
-enum { MEMBERS = 11 };
-
-struct crowd {
-    const struct real *real;
-    double phi[MEMBERS];
-};
-
-static int crowd_fetch(void *context, long i, struct pend_member *member) {
-    const struct crowd *crowd = context;
-    member->phi[0] = crowd->real->phi[0];
-    member->rate[0] = crowd->real->rate[0];
-    for (int j = 0; j < crowd->real->terms->count; j++) member->value[j] *= 1 + 0.05 * (double)i;
-    member->start = began;
-    return 0;
-}
-
-static int crowd_deliver(void *context, long i, const struct pend_outcome *outcome) {
-    struct crowd *crowd = context;
-    crowd->phi[i] = outcome->phi[0];
-    return outcome->status != PEND_OK;
-}
-
-TEST(extended_members_of_real_pendulums_have_the_same_bits_in_any_company) {
-    struct real r;
-    struct crowd whole = {.real = &r}, parts = {.real = &r};
-    struct pend_extended *extended;
-    real_joint(&r);
-    struct pend_ensemble_problem problem = {.tree = r.tree,
-                                            .loads = r.loads,
-                                            .duration = 1,
-                                            .fetch = crowd_fetch,
-                                            .deliver = crowd_deliver,
-                                            .context = &whole};
-    REQUIRE(pend_extended_new(&extended, r.tree, r.terms, 1e-30, 0, 0, pend_isa_best(), NULL) ==
-            PEND_OK);
-    CHECK(pend_extended_run(extended, &problem, 0, MEMBERS) == PEND_OK);
-    problem.context = &parts;
-    CHECK(pend_extended_run(extended, &problem, 5, MEMBERS - 5) == PEND_OK);
-    CHECK(pend_extended_run(extended, &problem, 0, 5) == PEND_OK);
-    pend_extended_free(&extended);
-    CHECK(!memcmp(whole.phi, parts.phi, sizeof whole.phi));
-    CHECK(whole.phi[0] == known[0].phi[0][0] && whole.phi[1] != whole.phi[0]);
-    real_free(&r);
 }
