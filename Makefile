@@ -22,7 +22,7 @@ endif
 # warnings are errors with the compilers that we try: gcc and clang of Debian 12 and 13; others may see what these do not
 $(call lazy,COMPILER,$(CC) -dumpversion)
 WERROR ?= $(if $(filter 12 14 14.% 19.%,$(COMPILER)),-Werror)
-PKG := libmicrohttpd gnutls libcjson gsl nettle libdeflate libpng zlib libisal libzstd sqlite3 libpq libseccomp libcurl icu-i18n
+PKG := libmicrohttpd libcjson gsl nettle libdeflate libpng zlib libisal libzstd sqlite3 libpq libseccomp icu-i18n
 WARN = -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
 # gcc's warning of unset variables is often mistaken about instrumented code; valgrind looks for these
 SANITIZED := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
@@ -33,7 +33,7 @@ FLAGS.asan := -O1 -g1 -fsanitize=address,undefined -fno-sanitize-recover=all -fn
 FLAGS.tsan := -O1 -g1 -fsanitize=thread $(SANITIZED)
 $(if $(FLAGS.$(MODE)),,$(error MODE is one of release debug asan tsan, not $(MODE)))
 PKG_CONFIG ?= pkg-config
-$(call lazy,PKG_CFLAGS,$(PKG_CONFIG) --cflags $(PKG))
+$(call lazy,PKG_CFLAGS,$(PKG_CONFIG) --cflags $(PKG) libcurl)
 $(call lazy,PKG_LIBS,$(PKG_CONFIG) --libs $(PKG))
 # What OpenSSF's guide for hardened C asks of a program that is in use. Sanitizers have checks of their own instead.
 # tests/rules/hardened.sh looks for each in the objects and in the daemon. nodlopen is for libraries; the linker drops it.
@@ -439,7 +439,7 @@ $(B)/tests/engine/native: $(call objects,tests/engine) $(B)/api/clients/browser/
 $(B)/pendulum: $(call objects,api/clients/cli) $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(CLI_LIBS)
-$(call lazy,CLI_LIBS,$(PKG_CONFIG) --libs $(filter-out libmicrohttpd gnutls sqlite3 libpq libseccomp libisal libzstd icu-i18n,$(PKG)) && echo -lm)
+$(call lazy,CLI_LIBS,$(PKG_CONFIG) --libs libcurl $(filter-out libmicrohttpd sqlite3 libpq libseccomp libisal libzstd icu-i18n,$(PKG)) && echo -lm)
 
 $(B)/tests/bench/parts/run: $(call objects,tests/bench/parts) $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)

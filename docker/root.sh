@@ -33,18 +33,12 @@ for library in $(sort -u <<<"$loaded"); do
         { echo "root.sh: no Debian package holds $library" >&2; exit 1; }
     packages+=$(sed -nE '1s/^([a-z0-9.+-]+)(:[a-z0-9]+)?: .*/\1/p' <<<"$package")$'\n'
 done
-packages=$(printf '%s\n' "$packages" ca-certificates | sort -u | sed '/^$/d')
+packages=$(printf '%s\n' "$packages" | sort -u | sed '/^$/d')
 [ "$(wc -l <<<"$packages")" -gt 10 ] || { echo "root.sh: that cannot be all packages: $packages" >&2; exit 1; }
 for package in $packages; do
     dpkg-query -s "$package" | sed '/^Conffiles:/,/^[A-Z]/{/^Conffiles:/d; /^ /d}' > "$root/var/lib/dpkg/status.d/$package"
     install -D -m 644 "/usr/share/doc/$package/copyright" "$root/usr/share/doc/$package/copyright"
 done
-# whom receivers of webhooks are trusted by: the authorities that Debian ships, without those that somebody added to this machine
-authorities=$(dpkg -L ca-certificates | grep '^/usr/share/ca-certificates/mozilla/.*\.crt$' | LC_ALL=C sort)
-[ "$(wc -l <<<"$authorities")" -gt 50 ] || { echo 'root.sh: the package ca-certificates is missing' >&2; exit 1; }
-mkdir -p "$root/etc/ssl/certs"
-cat $authorities > "$root/etc/ssl/certs/ca-certificates.crt"
-
 install -m 644 LICENSE "$root/usr/share/doc/$name/copyright"
 docker/sbom.py "$build" "$root/usr/share/doc/$name" $packages
 

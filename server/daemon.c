@@ -9,7 +9,6 @@
 #include <unistd.h>
 
 #include "server/base/clock.h"
-#include "server/jobs/courier.h"
 #include "server/jobs/events.h"
 #include "server/http/http.h"
 #include "server/config/listen.h"
@@ -33,8 +32,7 @@ struct srv_daemon {
     int64_t drained;                /* ns: since when it drains; 0 = it does not */
     int probe_fd;                   /* -1 = none, or probes has it */
     char url[SRV_URL_BYTES], probe_url[SRV_URL_BYTES];
-    char lack[SRV_CONFIG_TEXT];       /* walls that are not up; "" = all are */
-    char hooks_lack[SRV_CONFIG_TEXT]; /* and of the one that sends webhooks */
+    char lack[SRV_CONFIG_TEXT]; /* walls that are not up; "" = all are */
 };
 
 /* As many open files as the system lets us have; fewer connections where that is not enough, and
@@ -83,20 +81,10 @@ static enum pend_status daemon_probes(struct srv_daemon *daemon, struct pend_err
     return PEND_OK;
 }
 
-/* the processes that it has beside it, first of all: what this process will know is not in the
- * memory of those */
-static enum pend_status daemon_apart(struct srv_daemon *daemon, struct pend_error *error) {
-    struct srv_service *service = &daemon->service;
-    const struct srv_config *config = &service->config;
-    if (!strcmp(config->webhook_secret, "none") || !strcmp(config->store, "none")) return PEND_OK;
-    return srv_courier_new(&service->courier, config, daemon->hooks_lack, error);
-}
-
 static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_error *error) {
     struct srv_service *service = &daemon->service;
     struct srv_config *config = &service->config;
     int fd;
-    PEND_TRY(daemon_apart(daemon, error));
     PEND_TRY(srv_service_setup_init(service, error));
     if (strcmp(config->probe_listen, "none"))
         PEND_TRY(
@@ -159,15 +147,6 @@ const char *srv_daemon_lack(const struct srv_daemon *daemon) { return daemon->la
 
 struct srv_log *srv_daemon_log(const struct srv_daemon *daemon) {
     return daemon->service.log;
-}
-
-const char *srv_daemon_hooks_lack(const struct srv_daemon *daemon) { return daemon->hooks_lack; }
-
-const char *srv_daemon_fails(const struct srv_daemon *daemon) {
-    const struct srv_service *service = &daemon->service;
-    if (service->courier && srv_courier_lost(service->courier))
-        return "the process that sends webhooks has ended: drains";
-    return NULL;
 }
 
 double srv_daemon_idle(struct srv_daemon *daemon) {

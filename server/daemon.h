@@ -34,13 +34,6 @@ struct srv_log *srv_daemon_log(const struct srv_daemon *daemon);
  * computes no jobs. */
 double srv_daemon_idle(struct srv_daemon *daemon);
 
-/** The same, of the process that sends webhooks. */
-const char *srv_daemon_hooks_lack(const struct srv_daemon *daemon);
-
-/** NULL, or why the server is to drain, and to be started again: a process of its own has ended,
- * without which it cannot compute, or send webhooks. */
-const char *srv_daemon_fails(const struct srv_daemon *daemon);
-
 /** Puts options in force without a restart, as srv_reload does. */
 PEND_MUST_CHECK enum pend_status srv_daemon_reload(struct srv_daemon *daemon,
                                                    const struct srv_config *next,

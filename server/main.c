@@ -17,7 +17,6 @@
 #include "server/config/config_load.h"
 #include "server/daemon.h"
 #include "server/healthy.h"
-#include "server/hooks/hook_loop.h"
 #include "server/keys_command.h"
 #include "server/base/log.h"
 #include "server/base/notify.h"
@@ -89,10 +88,6 @@ static void main_tell_walls(const struct srv_daemon *daemon) {
     if (srv_daemon_lack(daemon)[0])
         srv_log_message(srv_daemon_log(daemon), "walls: not all are up: %s",
                         srv_daemon_lack(daemon));
-    if (srv_daemon_hooks_lack(daemon)[0])
-        srv_log_message(srv_daemon_log(daemon),
-                        "walls: not all are up around what sends webhooks: %s",
-                        srv_daemon_hooks_lack(daemon));
 }
 
 /* does a signal end the server? A hangup does where its terminal is gone, and asks for a reload
@@ -123,24 +118,20 @@ static const char *main_kept(const struct srv_config *config) {
 }
 
 /* serves until a signal that ends it, or until there was nothing to compute for so many seconds,
- * > 0; `watches`: over a process of its own; returns the exit status */
-static int main_serve(struct srv_daemon *daemon, const struct main_ears *ears, int watches,
-                      double idle, int argc, char **argv) {
-    int look = idle > 0 ? MAIN_LOOK_MS : srv_daemon_has_keys(daemon) || watches ? MAIN_KEYS_MS : -1;
+ * > 0 */
+static void main_serve(struct srv_daemon *daemon, const struct main_ears *ears, double idle,
+                       int argc, char **argv) {
+    int look = idle > 0 ? MAIN_LOOK_MS : srv_daemon_has_keys(daemon) ? MAIN_KEYS_MS : -1;
     for (;;) {
         int number = main_signal(ears, look);
-        if (number && main_ends(ears, number)) return 0;
+        if (number && main_ends(ears, number)) return;
         srv_daemon_look(daemon);
-        if (srv_daemon_fails(daemon)) {
-            srv_log_message(srv_daemon_log(daemon), "%s", srv_daemon_fails(daemon));
-            return 1;
-        }
         if (number == SIGHUP) main_reload(daemon, argc, argv);
         if (number == SIGUSR1) srv_daemon_reopen(daemon);
         if (number || idle <= 0 || srv_daemon_idle(daemon) < idle) continue;
         srv_log_message(srv_daemon_log(daemon), "there was nothing to compute for %.15g s: ends",
                         idle);
-        return 0;
+        return;
     }
 }
 
@@ -159,7 +150,7 @@ static int main_word(int argc, char **argv) {
     const char *word = argc > 1 ? argv[1] : "";
     if (!strcmp(word, "keys")) return srv_keys_command(argc, argv);
     if (!strcmp(word, "healthy")) return srv_healthy_command(argc, argv, environ);
-    return argc == 2 && !strcmp(word, "hooks") ? srv_hook_loop_main() : -1;
+    return -1;
 }
 
 int main(int argc, char **argv) {
@@ -191,8 +182,7 @@ int main(int argc, char **argv) {
     main_tell_walls(daemon);
     if (config.warning[0]) srv_log_message(srv_daemon_log(daemon), "%s", config.warning);
     srv_notify("READY=1");
-    int status = main_serve(daemon, &ears, strcmp(config.webhook_secret, "none") != 0,
-                            config.until_idle_seconds, argc, argv);
+    main_serve(daemon, &ears, config.until_idle_seconds, argc, argv);
     main_drain(daemon, &ears);
-    return status;
+    return 0;
 }

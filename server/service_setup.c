@@ -1,16 +1,12 @@
 #include "server/service_setup.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/random.h>
 #include <time.h>
 
 #include "server/base/clock.h"
 #include "server/classes/class_events.h"
-#include "server/hooks/hook_address.h"
-#include "server/hooks/hook_keys.h"
-#include "server/jobs/courier.h"
 #include "server/jobs/job_events.h"
 #include "server/work/inflight.h"
 #include "server/config/hosts.h"
@@ -23,16 +19,6 @@ enum { PARTS_SLOTS = 2 };
 
 /* clients of one address that may keep jobs, for each that it is worth */
 enum { PARTS_KEEPERS = 16 };
-
-/* what webhooks are signed with, and where they may go */
-static enum pend_status setup_hooks(struct srv_service *service, struct pend_error *error) {
-    const struct srv_config *config = &service->config;
-    PEND_TRY(srv_hook_networks(&service->hook_networks, config->webhook_networks, error));
-    if (!strcmp(config->webhook_secret, "none")) return PEND_OK;
-    service->hook_keys = calloc(1, sizeof *service->hook_keys);
-    if (!service->hook_keys) return PEND_NO_MEMORY;
-    return srv_hook_keys_read(service->hook_keys, config->webhook_secret, error);
-}
 
 enum pend_status srv_service_setup_init(struct srv_service *service, struct pend_error *error) {
     struct srv_config *config = &service->config;
@@ -47,7 +33,6 @@ enum pend_status srv_service_setup_init(struct srv_service *service, struct pend
     enum pend_status status = srv_peers_read(&service->trusted, config->trusted_proxy, error);
     service->hosts =
         srv_hosts_mean(config->hosts, config->listen, srv_peers_any(&service->trusted));
-    if (status == PEND_OK) status = setup_hooks(service, error);
     if (status == PEND_OK && strcmp(config->keys, "none"))
         status = srv_key_ring_new(&service->keys, config->keys, error);
     if (status == PEND_OK)
@@ -64,9 +49,7 @@ enum pend_status srv_service_setup_init(struct srv_service *service, struct pend
 static void setup_news(void *context, int rings) {
     struct srv_service *service = context;
     srv_part_runner_news(service->runner, rings);
-    if (!(rings & SRV_RING_ENDS)) return;
-    srv_events_news(service->events);
-    srv_courier_news(service->courier);
+    if (rings & SRV_RING_ENDS) srv_events_news(service->events);
 }
 
 static enum pend_status setup_storage(struct srv_service *service, struct pend_error *error) {
@@ -103,8 +86,7 @@ static enum pend_status setup_storage(struct srv_service *service, struct pend_e
 
 static enum pend_status setup_threads(struct srv_service *service) {
     PEND_TRY(srv_events_start(service->events));
-    PEND_TRY(srv_part_runner_start(service->runner));
-    return service->courier ? srv_courier_start(service->courier, service) : PEND_OK;
+    return srv_part_runner_start(service->runner);
 }
 
 enum pend_status srv_service_setup_jobs(struct srv_service *service, struct pend_error *error) {
@@ -131,13 +113,10 @@ enum pend_status srv_service_setup_jobs(struct srv_service *service, struct pend
 }
 
 void srv_service_setup_jobs_end(struct srv_service *service) {
-    /* its thread asks the storage, whose threads bring it news */
-    srv_courier_end(service->courier);
     if (service->events) srv_events_end(service->events);
     srv_storage_free(&service->storage);
     srv_part_runner_free(&service->runner);
     srv_events_free(&service->events);
-    srv_courier_free(&service->courier);
 }
 
 void srv_service_setup_clear(struct srv_service *service) {
@@ -149,6 +128,4 @@ void srv_service_setup_clear(struct srv_service *service) {
     srv_buffer_pool_clear(&service->pool);
     srv_lengths_clear(&service->lengths);
     srv_key_ring_free(&service->keys);
-    if (service->hook_keys) explicit_bzero(service->hook_keys, sizeof *service->hook_keys);
-    free(service->hook_keys);
 }

@@ -106,18 +106,6 @@ static long job_progress(const struct api_job *job) {
     return progress < 99 ? progress : 99;
 }
 
-static enum pend_status job_notify(struct api_buffer *out, const struct api_job *job) {
-    PEND_TRY(api_out_open(out, "notify", '{'));
-    PEND_TRY(api_out_text(out, "state", job->notify));
-    PEND_TRY(api_out_whole(out, "attempts", job->notify_attempts));
-    if (job->notify_status)
-        PEND_TRY(api_out_whole(out, "last_status", job->notify_status));
-    else
-        PEND_TRY(api_out_text(out, "last_status", NULL));
-    if (job->notify_secret) PEND_TRY(api_out_text(out, "secret", job->notify_secret));
-    return api_buffer_text(out, "}");
-}
-
 enum pend_status api_job_write(const struct api_job *job, struct api_buffer *out) {
     assert(job->id && job->status && job->owner && job->done >= 0);
     char path[JOB_PATH];
@@ -142,7 +130,6 @@ enum pend_status api_job_write(const struct api_job *job, struct api_buffer *out
     PEND_TRY(api_job_time(out, "expires", job->expires));
     if (job->remaining >= 0) PEND_TRY(api_out_number(out, "remaining_seconds", job->remaining, 3));
     PEND_TRY(api_out_text(out, "message", job->message));
-    if (job->notify) PEND_TRY(job_notify(out, job));
     PEND_TRY(api_out_open(out, "links", '['));
     snprintf(path, sizeof path, "/v1/jobs/%.40s", job->id);
     PEND_TRY(job_link(out, "self", path));

@@ -18,15 +18,10 @@ struct api_job {
     const char *owner;   /* who may end it and list it: "key", "token", "account" or "address" */
     long parts, done;
     int64_t created, started, finished, expires;
-    double remaining;   /* s, estimated; < 0 = unknown */
-    long long bytes;    /* of results that are kept */
-    const char *notify; /* how far the telling of its end is: "waiting", "sending", "delivered" or
-                           "failed"; NULL = nobody asked for it */
-    long notify_attempts;
-    int notify_status;         /* of the last answer, as in HTTP; 0 = there was none */
-    const char *notify_secret; /* that it is signed with; NULL = not to be told */
-    int results;               /* they can be fetched */
-    int request;               /* so can its request */
+    double remaining; /* s, estimated; < 0 = unknown */
+    long long bytes;  /* of results that are kept */
+    int results;      /* they can be fetched */
+    int request;      /* so can its request */
 };
 
 /** Appends a member that is an instant, us since 1970, in UTC in the form of RFC 3339; null for 0.

@@ -130,7 +130,7 @@ def older(node, key=None):
 
 
 def twin(document):
-    made = older({name: value for name, value in document.items() if name not in ("jsonSchemaDialect", "webhooks")})
+    made = older({name: value for name, value in document.items() if name != "jsonSchemaDialect"})
     info = {name: value for name, value in made["info"].items() if name != "summary"}
     info["license"] = {name: value for name, value in info["license"].items() if name != "identifier"}
     return {**made, "openapi": "3.0.3", "info": info}

@@ -204,9 +204,6 @@ static const struct {
              {"job", "Prefer: respond-async"},
              {"wait", "Prefer: respond-async, wait=30"},
              {"title", "Job-Title: ..."},
-             {"notify", "Job-Notify: https://..."},
-             {"webhook", "Job-Notify: https://..."},
-             {"callback", "Job-Notify: https://..."},
              {"token", "Authorization: Bearer ..."}};
 
 static_assert(sizeof places / sizeof *places <= API_NAME_PLACES, "all of them fit a list");

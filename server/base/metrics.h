@@ -44,12 +44,6 @@
       "Parts of jobs that this process computed, by their end")                                    \
     X(parts_lost, "pendulumd_job_parts_total", "end=\"lost\"", "")                                 \
     X(parts_failed, "pendulumd_job_parts_total", "end=\"failed\"", "")                             \
-    X(hooks_delivered, "pendulumd_webhooks_total", "end=\"delivered\"",                            \
-      "Attempts to tell a job's end to a url, by how they went")                                   \
-    X(hooks_failed, "pendulumd_webhooks_total", "end=\"failed\"", "")                              \
-    X(hooks_refused, "pendulumd_webhooks_total", "end=\"refused\"", "")                            \
-    X(hooks_given_up, "pendulumd_webhooks_given_up_total", "",                                     \
-      "Webhooks that are not tried any more, though they were not delivered")                      \
     X(busy_ns, "pendulumd_worker_busy_seconds_total", "",                                          \
       "Time that workers were busy, all together")
 

@@ -79,18 +79,6 @@ static const struct srv_option config_table[] = {
      "keys that `pendulumd keys` has made, and what roles may: who has none is anonymous; the "
      "file has mode 0600, and is read again when it changes; none = no client has a role",
      SRV_OPTION_TEXT, FIELD(keys), 0, 0},
-    {"webhook-secret", "FILE", "none",
-     "the end of a job is told to the url that its request names in Job-Notify; a file of mode "
-     "0600 with the secret that clients' keys are made of, and perhaps the one before it in a "
-     "second line; none = no webhooks are sent",
-     SRV_OPTION_TEXT, FIELD(webhook_secret), 0, 0},
-    {"webhook-networks", "LIST", "none",
-     "networks like 10.0.0.0/8 that webhooks may go to besides addresses of the public internet",
-     SRV_OPTION_TEXT, FIELD(webhook_networks), 0, 0},
-    {"webhook-authority", "FILE", "none",
-     "certificates (PEM) of the authorities that receivers of webhooks are trusted by; none = "
-     "those of the system",
-     SRV_OPTION_TEXT, FIELD(webhook_authority), 0, 0},
     {"walls", "on/off/auto", "auto",
      "once it listens it drops all capabilities, opens no file but those that options name and "
      "those of libraries (Landlock), and makes no system call but those it needs (seccomp); auto = "

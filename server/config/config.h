@@ -29,8 +29,6 @@ struct srv_config {
         role_header[SRV_CONFIG_TEXT];
     char store_file[SRV_CONFIG_TEXT], probe_listen[SRV_CONFIG_TEXT]; /* "none", as these: */
     char keys[SRV_CONFIG_TEXT];
-    char webhook_secret[SRV_CONFIG_TEXT], webhook_networks[SRV_CONFIG_TEXT],
-        webhook_authority[SRV_CONFIG_TEXT];
     char hosts[SRV_CONFIG_TEXT];
     char deprecated[SRV_CONFIG_TEXT], sunset[SRV_CONFIG_TEXT]; /* "none", or instants */
     double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds,

@@ -18,7 +18,6 @@
 #include "server/config/hosts.h"
 #include "server/jobs/job_list.h"
 #include "server/jobs/job_results.h"
-#include "server/jobs/job_notify.h"
 #include "server/jobs/jobs.h"
 #include "server/http/probes.h"
 #include "server/http/request_head.h"
@@ -367,10 +366,13 @@ static int router_origin(struct srv_exchange *exchange) {
     return 0;
 }
 
-/* Answers 400 if the end of a job is to be told, and there will be none. */
+/* Answers 400 to Job-Notify: nobody would tell the url of the job's end. */
 static int router_notify(struct srv_exchange *exchange) {
-    return !router_computes(exchange->route) ||
-           srv_job_notify_suits(exchange, srv_jobs_wanted(exchange));
+    if (!exchange->field[SRV_JOB_NOTIFY]) return 1;
+    srv_exchange_problem(exchange, 400,
+                         "Job-Notify: this server sends no webhooks; wait for the job with ?wait=, "
+                         "or listen to its events");
+    return 0;
 }
 
 /* Answers 503 if this process does not serve the route, or not any more. */
@@ -423,7 +425,7 @@ static router_stage *const router_head[] = {
     router_exists,       /* 404, 405, OPTIONS */
     router_may,          /* 401, 403: role */
     router_origin,       /* 403 */
-    router_notify,       /* 400: Job-Notify without a job */
+    router_notify,       /* 400: Job-Notify */
     router_role,         /* 503 */
     router_quota,        /* 429 */
 };

@@ -15,20 +15,6 @@ static double job_remaining(const struct srv_job *job) {
     return 1e-6 * (double)(job->now - job->started) / done * ((double)job->parts - done);
 }
 
-/* how far the telling of its end is */
-static const char *job_notify(const struct srv_job *job) {
-    switch (job->notify) {
-    case SRV_NOTIFY_WANTED:
-        return srv_job_over(job) ? "sending" : "waiting";
-    case SRV_NOTIFY_DELIVERED:
-        return "delivered";
-    case SRV_NOTIFY_FAILED:
-        return "failed";
-    default:
-        return NULL;
-    }
-}
-
 struct api_job srv_job_view(const struct srv_job *job) {
     return (struct api_job){.id = job->id,
                             .operation = job->operation,
@@ -44,9 +30,6 @@ struct api_job srv_job_view(const struct srv_job *job) {
                             .finished = job->finished,
                             .expires = job->expires,
                             .bytes = job->bytes,
-                            .notify = job_notify(job),
-                            .notify_attempts = job->notify_attempts,
-                            .notify_status = job->notify_status,
                             .remaining = job_remaining(job),
                             .request = job->state <= SRV_JOB_SUCCESSFUL,
                             .results = job->state == SRV_JOB_SUCCESSFUL};

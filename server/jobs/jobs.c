@@ -14,9 +14,7 @@
 #include "server/work/admission.h"
 #include "server/jobs/store_request.h"
 #include "server/jobs/job_events.h"
-#include "server/hooks/hook_keys.h"
 #include "server/work/hold.h"
-#include "server/jobs/job_notify.h"
 #include "server/jobs/job_view.h"
 #include "server/work/inflight.h"
 #include "server/jobs/part_runner.h"
@@ -39,12 +37,6 @@ static void jobs_written(struct srv_exchange *exchange, int status, enum pend_st
 static void jobs_answer_job(struct srv_exchange *exchange, int status, const struct srv_job *job) {
     assert(status == 200 || status == 202 || status == 303);
     struct api_job view = srv_job_view(job);
-    char secret[API_WEBHOOK_SECRET];
-    /* whoever posts it learns what its end is signed with, and nobody who reads it */
-    if (status != 200 && view.notify && exchange->service->hook_keys) {
-        srv_hook_keys_secret(exchange->service->hook_keys, job->client, secret);
-        view.notify_secret = secret;
-    }
     jobs_written(exchange, status, api_job_write(&view, &exchange->answer));
 }
 
@@ -156,7 +148,6 @@ static enum srv_stored jobs_put(struct srv_store *store, struct srv_store_call *
     struct srv_job_order order = {.id = asked->id,
                                   .title = asked->title,
                                   .version = version,
-                                  .hook = asked->hook[0] ? asked->hook : NULL,
                                   .client = who->key,
                                   .source = who->source,
                                   .operation = api_op_at(exchange->op)->name,
@@ -301,10 +292,7 @@ void srv_jobs_submit(struct srv_exchange *exchange) {
         srv_store_request_end(asked);
         return;
     }
-    if (srv_job_notify_read(exchange, asked->hook))
-        srv_store_request_work(asked, jobs_plan, jobs_put, jobs_submitted);
-    else
-        srv_store_request_end(asked);
+    srv_store_request_work(asked, jobs_plan, jobs_put, jobs_submitted);
 }
 
 /* --- one job --- */

@@ -32,7 +32,6 @@ struct srv_store_request {
     /* of a new job */
     char key[SRV_STORE_REQUEST_KEY + 1]; /* "" = none */
     char title[SRV_TITLE_BYTES];         /* "" = none */
-    char hook[SRV_HOOK_BYTES];           /* the url that hears of its end; "" = none */
     unsigned char digest[SRV_DIGEST_BYTES];
     long parts;
     int chained;

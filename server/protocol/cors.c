@@ -13,7 +13,7 @@ const char srv_cors_expose[] =
 
 const char srv_cors_fields[] =
     "Accept, Authorization, Class-Token, Content-Type, Idempotency-Key, If-None-Match, If-Range, "
-    "Job-Notify, Job-Title, Last-Event-ID, Prefer, Range, Traceparent, X-Request-Id";
+    "Job-Title, Last-Event-ID, Prefer, Range, Traceparent, X-Request-Id";
 
 /* is an entry in a list of them? */
 static int cors_lists(const char *list, const char *entry) {

@@ -192,5 +192,3 @@ enum pend_status srv_calls_restrict(struct pend_error *error) {
     return pend_fail(error, PEND_INVALID, -1, 0, "there is no filter of system calls: %s",
                      strerror(-failed));
 }
-
-int srv_calls_sanitized(void) { return CALLS_SANITIZED; }

@@ -23,7 +23,4 @@
  */
 PEND_MUST_CHECK enum pend_status srv_calls_restrict(struct pend_error *error);
 
-/** True in builds with a sanitizer, which needs system calls, files and memory of its own. */
-int srv_calls_sanitized(void);
-
 #endif

@@ -18,7 +18,7 @@ static const struct {
     {"job", "jobs.id, jobs.client, jobs.operation, jobs.state, jobs.parts, jobs.done, "
             "jobs.created, jobs.started, jobs.finished, jobs.expires, {now}, jobs.bytes, "
             "jobs.message, jobs.begun, jobs.waiting, jobs.chained, jobs.held, jobs.title, "
-            "jobs.version, jobs.seal, jobs.notify, jobs.notify_attempts, jobs.notify_status"},
+            "jobs.version, jobs.seal"},
     /* a room, and the number and the bytes of the pupil whose token's key is $2 */
     {"class", "code, teacher, created, ends, version, shared, pupils, numbered, bytes, empty_ends, "
               "share, near, source, shut, COALESCE((SELECT number FROM class_pupils WHERE "

@@ -17,9 +17,6 @@ enum {
     SRV_NAME_BYTES = 96,          /* clients, workers, operations, idempotency keys */
     SRV_TITLE_BYTES = 128,        /* what a client calls its job */
     SRV_VERSION_BYTES = 48,       /* of the program that took a job in */
-    SRV_HOOKS_CLIENTS = 4,        /* clients whose hooks are passed over */
-    SRV_HOOKS_BUSY = 6,           /* and behind them sources whose are */
-    SRV_HOOK_BYTES = 512,         /* the url that hears of a job's end; counted with its row */
     SRV_CHUNK_BYTES = 256 * 1024, /* a piece of a part's result; only the last is shorter */
     SRV_CLAIMS = 64,     /* parts that one claim takes at most: so many only if each computes for */
     SRV_SMALL_US = 5000, /* no longer than this, and all of them for */
@@ -47,15 +44,6 @@ enum srv_job_state {
     SRV_JOB_STATES
 };
 
-/* Whether a job's end is told to a url of its client's; the numbers are what the databases hold. */
-enum srv_notify {
-    SRV_NOTIFY_NONE,      /* nobody asked for it */
-    SRV_NOTIFY_WANTED,    /* it will be once the job has ended, or is tried just now */
-    SRV_NOTIFY_DELIVERED, /* it was */
-    SRV_NOTIFY_FAILED,    /* it was given up */
-    SRV_NOTIFY_COUNT
-};
-
 /* Quotas and times of a store; the same in all processes that share it. */
 struct srv_store_rules {
     int role;                          /* of the process, SRV_SQL_ bits; 0 = not known */
@@ -81,7 +69,6 @@ struct srv_job_order {
     const char *key;     /* the client's own idempotency key, or NULL */
     const char *title;   /* what the client calls it; NULL = nothing */
     const char *version; /* of the program that takes it in; NULL = none is told */
-    const char *hook;    /* the url that hears of its end, < SRV_HOOK_BYTES; NULL = none */
     const void *request;
     size_t request_bytes;
     const unsigned char *digest; /* SRV_DIGEST_BYTES, of operation and request */
@@ -109,10 +96,6 @@ struct srv_job {
     long long held;  /* bytes that its row and its request are counted for */
     char message[SRV_REQUEST_HEAD_BYTES];
     char title[SRV_TITLE_BYTES], version[SRV_VERSION_BYTES]; /* "" = none was told */
-    enum srv_notify notify;
-    long notify_attempts; /* to tell its end, */
-    int notify_status;    /* and what the last was answered, as in HTTP; 0 = nothing, or nothing of
-                             HTTP */
     const char *flaw; /* NULL, or the column of its row that holds what nobody can have written: it
                          has failed */
 };
@@ -383,45 +366,6 @@ enum srv_stored srv_store_erase_jobs(struct srv_store *store, const char *client
  * count  out: scenes that were let go; 0 when none is left. */
 enum srv_stored srv_store_erase_scenes(struct srv_store *store, const char *client, int most,
                                        int *count);
-
-/* A job's end that is to be told. */
-struct srv_hook {
-    char url[SRV_HOOK_BYTES];
-    long attempt;                /* 1, 2, ...: the fencing token */
-    char source[SRV_NAME_BYTES]; /* where its client comes from, or itself; "" = not known */
-    struct srv_job job;          /* as it is, over */
-};
-
-/**
- * Takes hooks that are due, those that have been so for longest first.
- *
- * lease_us  for how long no other process takes them; who has not said how it went by then has
- *           died, and they are due again: so each is delivered at least once.
- * busy      names of SRV_HOOKS_CLIENTS clients, and behind them of sources of clients, whose hooks
- *           are left where they are; NULL = no more.
- * most      >= 1.
- * hook      out, room for `most`.
- * count     out.
- *
- * SRV_STORED_NONE  none is due.
- */
-enum srv_stored srv_store_hooks_take(struct srv_store *store, int64_t lease_us,
-                                     const char *const busy[SRV_HOOKS_BUSY], int most,
-                                     struct srv_hook hook[], int *count);
-
-/**
- * Says how an attempt went. A hook that was delivered or is given up is removed with its url; the
- * job tells how it went.
- *
- * id        of the job; `attempt` as it was taken.
- * notify    DELIVERED, FAILED = it is given up, or WANTED = it is due again in
- * after_us  so long.
- * status    of the answer, as in HTTP; 0 = there was none.
- *
- * SRV_STORED_LOST  another attempt was made meanwhile, or the job has gone.
- */
-enum srv_stored srv_store_hook_told(struct srv_store *store, const char *id, long attempt,
-                                    enum srv_notify notify, int64_t after_us, int status);
 
 /* What is in a store, for metrics and for whoever decides how many workers there should be. */
 struct srv_store_figures {

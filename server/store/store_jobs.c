@@ -20,12 +20,6 @@ enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, c
     return rows.count ? SRV_STORED : SRV_STORED_NONE;
 }
 
-enum srv_stored srv_store_hook_due(struct srv_store *store, const struct srv_job *job) {
-    assert(*job->id);
-    if (job->notify != SRV_NOTIFY_WANTED) return SRV_STORED;
-    return SRV_POST(store, SQL_HOOK_DUE, job->id);
-}
-
 enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job) {
     assert(*job->id && job->state == SRV_JOB_FAILED);
     unsigned char seal[SRV_SEAL_JOB_BYTES];
@@ -42,9 +36,7 @@ enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job) 
     srv_seal_job(seal, job, "", 0);
     SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_CONDEMN, NULL, NULL, job->id, job->client, job->operation,
                            job->message, job->created, job->finished, job->expires, job->held,
-                           srv_value_bytes("", 0), srv_value_bytes(seal, sizeof seal),
-                           job->notify));
-    SRV_STORED_TRY(srv_store_hook_due(store, job));
+                           srv_value_bytes("", 0), srv_value_bytes(seal, sizeof seal)));
     /* its parts and results are removed later, piece by piece */
     SRV_STORED_TRY(SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, job->id, job->client, 0));
     store->tally.ring |= SRV_RING_STOP | SRV_RING_ENDS;
@@ -88,8 +80,7 @@ static void submit_job(const struct srv_job_order *order, int64_t now, struct sr
                             .chained = order->chained,
                             .created = now,
                             .now = now,
-                            .held = submit_held(order),
-                            .notify = order->hook ? SRV_NOTIFY_WANTED : SRV_NOTIFY_NONE};
+                            .held = submit_held(order)};
     snprintf(job->id, sizeof job->id, "%s", order->id);
     snprintf(job->client, sizeof job->client, "%s", order->client);
     snprintf(job->operation, sizeof job->operation, "%s", order->operation);
@@ -159,9 +150,7 @@ static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_
                             srv_value_bytes(order->digest, SRV_DIGEST_BYTES), order->parts,
                             order->chained, part_us, srv_store_rank(now, part_us * order->parts),
                             now, job->held, srv_value_bytes(seal, sizeof seal), job->title,
-                            job->version, job->notify));
-    if (order->hook)
-        SRV_STORED_TRY(SRV_POST(store, SQL_HOOK_PUT, order->id, order->client, order->hook));
+                            job->version));
     return submit_count(store, job);
 }
 
@@ -172,7 +161,6 @@ enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_o
            strlen(order->operation) < SRV_NAME_BYTES);
     assert(!order->key || strlen(order->key) < SRV_NAME_BYTES);
     assert(!order->title || strlen(order->title) < SRV_TITLE_BYTES);
-    assert(!order->hook || strlen(order->hook) < SRV_HOOK_BYTES);
     *job = (struct srv_job){0};
     SRV_STORED_TRY(srv_store_begin(store));
     /* of two processes that keep the same key at one instant the second is told so by the index,
@@ -312,7 +300,7 @@ enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job,
     SRV_STORED_TRY(SRV_POST(store, SQL_JOB_END, job->id, state, text, job->finished, job->expires,
                             job->held, srv_value_bytes("", 0)));
     store->tally.ring |= SRV_RING_STOP | SRV_RING_ENDS;
-    return srv_job_open(&was) ? srv_store_hook_due(store, job) : SRV_STORED;
+    return SRV_STORED;
 }
 
 enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struct srv_job *job) {

@@ -36,9 +36,6 @@ enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job,
  */
 enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job);
 
-/** Makes the hook of a job that ends due, where it has one, in a call that has begun. */
-enum srv_stored srv_store_hook_due(struct srv_store *store, const struct srv_job *job);
-
 /** As srv_store_find with a lock on the row; a job whose row is damaged is ended first. */
 enum srv_stored srv_store_lock(struct srv_store *store, const char *id, struct srv_job *job);
 

@@ -110,7 +110,6 @@ static enum srv_stored finish_step(struct srv_store *store, struct srv_job *job,
     SRV_STORED_TRY(srv_store_now(store, &now));
     SRV_STORED_TRY(
         SRV_POST(store, SQL_JOB_SUCCEED, job->id, bytes, now, now + store->rules.keep_us));
-    SRV_STORED_TRY(srv_store_hook_due(store, job));
     job->state = SRV_JOB_SUCCESSFUL;
     store->tally.ring |= SRV_RING_ENDS;
     return srv_store_count_job(store, &was, job);

@@ -118,13 +118,7 @@ static void row_job_read(struct srv_job *job, struct srv_row *row) {
     srv_row_word(row, 0, job->title, sizeof job->title, "title");
     srv_row_word(row, 0, job->version, sizeof job->version, "version");
     if (!row->flaw && !srv_seal_job_whole(job, row->next)) row->flaw = "seal";
-    struct srv_row notify = {++row->next, NULL};
-    job->notify = (enum srv_notify)srv_row_whole(&notify, 0, SRV_NOTIFY_COUNT - 1, "notify");
-    /* somebody may have wished to be told, and is */
-    if (notify.flaw) job->notify = SRV_NOTIFY_WANTED, row->flaw = notify.flaw;
     row->next++;
-    job->notify_attempts = (long)srv_row_whole(row, 0, SRV_ROW_MOST, "notify_attempts");
-    job->notify_status = (int)srv_row_whole(row, 0, 999, "notify_status");
 }
 
 enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {

@@ -104,7 +104,7 @@ void srv_row_job_fail(struct srv_job *job, const char *flaw);
 /* more parts, or bytes, than there can be */
 #define SRV_ROW_MOST (INT64_C(1) << 53)
 
-enum { SRV_ROW_SEAL = 19, SRV_ROW_JOB = 23 }; /* of JOB_COLUMNS: the seal, and their number */
+enum { SRV_ROW_SEAL = 19, SRV_ROW_JOB = 20 }; /* of JOB_COLUMNS: the seal, and their number */
 
 /* Jobs, as a statement lists them. */
 struct srv_row_jobs {

@@ -29,8 +29,7 @@ static const char *const schema[] = {
     /* begun: parts that a worker has held, ever; waiting: of these, those that nobody holds and
      * that are not done; carry: what the next part of a chained job starts from; ready: a part can
      * be claimed; rank: srv_store_rank; part_us: computation of a part, estimated; held: bytes that
-     * the row and the request are counted for; version: of the program that took the job in;
-     * notify: enum srv_notify, how often the end was told, and the status of the last answer */
+     * the row and the request are counted for; version: of the program that took the job in */
     "CREATE TABLE jobs (id TEXT PRIMARY KEY, client TEXT NOT NULL, operation TEXT NOT NULL, "
     "title TEXT NOT NULL, version TEXT NOT NULL, request {bytes} NOT NULL, seal {bytes} NOT NULL, "
     "key TEXT, digest {bytes} NOT NULL, state BIGINT NOT NULL DEFAULT 0, parts BIGINT NOT NULL, "
@@ -38,9 +37,7 @@ static const char *const schema[] = {
     "DEFAULT 0, chained BIGINT NOT NULL, carry {bytes}, ready BIGINT NOT NULL DEFAULT 1, rank "
     "BIGINT NOT NULL, part_us BIGINT NOT NULL, created BIGINT NOT NULL, started BIGINT NOT NULL "
     "DEFAULT 0, finished BIGINT NOT NULL DEFAULT 0, expires BIGINT NOT NULL DEFAULT 0, bytes "
-    "BIGINT NOT NULL DEFAULT 0, held BIGINT NOT NULL, message TEXT NOT NULL DEFAULT '', notify "
-    "BIGINT NOT NULL DEFAULT 0, notify_attempts BIGINT NOT NULL DEFAULT 0, notify_status BIGINT "
-    "NOT NULL DEFAULT 0)",
+    "BIGINT NOT NULL DEFAULT 0, held BIGINT NOT NULL, message TEXT NOT NULL DEFAULT '')",
     "CREATE UNIQUE INDEX jobs_key ON jobs (client, key) WHERE key IS NOT NULL",
     "CREATE INDEX jobs_ready ON jobs (client, rank, created) WHERE ready = 1",
     "CREATE INDEX jobs_client ON jobs (client, created, id)",
@@ -60,11 +57,6 @@ static const char *const schema[] = {
      * the table has a page already where a full disk is to be emptied */
     "CREATE TABLE removals (job TEXT PRIMARY KEY, client TEXT NOT NULL, bytes BIGINT NOT NULL)",
     "INSERT INTO removals (job, client, bytes) VALUES ('.', '.', 0)",
-    /* a job's hook is there until it was delivered or given up; due: from the job's end on, and
-     * again once whoever tries should long have said how it went */
-    "CREATE TABLE hooks (job TEXT PRIMARY KEY, client TEXT NOT NULL, url TEXT NOT NULL, due BIGINT "
-    "NOT NULL DEFAULT 0, attempts BIGINT NOT NULL DEFAULT 0)",
-    "CREATE INDEX hooks_due ON hooks (due) WHERE due > 0",
     "CREATE TABLE scenes (id TEXT PRIMARY KEY, body {bytes} NOT NULL, created BIGINT NOT NULL, "
     "seal {bytes} NOT NULL)",
     "CREATE TABLE keepers (scene TEXT NOT NULL, client TEXT NOT NULL, source TEXT NOT NULL, bytes "

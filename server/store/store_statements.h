@@ -10,9 +10,6 @@
 
 #include "server/store/sql.h"
 
-/* where the client of a hook comes from */
-#define HOOK_SOURCE "COALESCE((SELECT source FROM clients WHERE clients.name = hooks.client), '')"
-
 /* Each statement, in the dialect that both databases share. */
 #define STATEMENTS(X)                                                                              \
     X(BEGIN, "{begin}")                                                                            \
@@ -93,8 +90,8 @@
       "scene_bytes = totals.scene_bytes + $10")                                                    \
     X(JOB_PUT,                                                                                     \
       "INSERT INTO jobs (id, client, operation, request, key, digest, parts, chained, part_us, "   \
-      "rank, created, held, seal, title, version, notify) SELECT {1}, {2}, {3}, {4}, {5}, {6}, "   \
-      "{7}, {8}, {9}, {10}, {11}, {12}, {13}, {14}, {15}, {16} {from tttbtbwwwwwwbttw}")           \
+      "rank, created, held, seal, title, version) SELECT {1}, {2}, {3}, {4}, {5}, {6}, "           \
+      "{7}, {8}, {9}, {10}, {11}, {12}, {13}, {14}, {15} {from tttbtbwwwwwwbtt}")                  \
     X(JOB, "SELECT {job} FROM jobs WHERE id = $1")                                                 \
     X(JOB_LOCK, "SELECT {job} FROM jobs WHERE id = $1 {lock}")                                     \
     X(JOB_OF_KEY, "SELECT {job}, digest FROM jobs WHERE client = $1 AND key = $2")                 \
@@ -120,7 +117,7 @@
                "$6, bytes = 0, ready = 0, waiting = 0, carry = NULL, request = $7 WHERE id = $1")  \
     X(JOB_CONDEMN,                                                                                 \
       "UPDATE jobs SET client = $2, operation = $3, state = 3, message = $4, parts = 1, begun = "  \
-      "0, done = 0, title = '', version = '', notify = $11, waiting = 0, chained = 0, carry = "    \
+      "0, done = 0, title = '', version = '', waiting = 0, chained = 0, carry = "                  \
       "NULL, ready = 0, rank = 0, part_us = 0, created = $5, started = 0, finished = $6, expires " \
       "= $7, bytes = 0, held = $8, request = $9, seal = $10 WHERE id = $1")                        \
     X(JOBS_NAMELESS, "DELETE FROM jobs WHERE (ready = 1 OR expires > 0) AND {nameless id}")        \
@@ -137,18 +134,6 @@
     X(REMOVAL,                                                                                     \
       "SELECT job, client, bytes FROM removals WHERE job <> '.' ORDER BY job LIMIT 1 {skip}")      \
     X(REMOVAL_END, "DELETE FROM removals WHERE job = $1")                                          \
-    X(JOB_NOTIFIED,                                                                                \
-      "UPDATE jobs SET notify = $2, notify_attempts = $3, notify_status = $4 WHERE id = $1")       \
-    X(HOOK_PUT, "INSERT INTO hooks (job, client, url) SELECT {1}, {2}, {3} {from ttt}")            \
-    X(HOOK_DUE, "UPDATE hooks SET due = {now} WHERE job = $1 AND due = 0")                         \
-    X(HOOKS_DUE, "SELECT job, url, attempts, " HOOK_SOURCE                                         \
-                 " FROM hooks WHERE due > 0 AND due <= {now} AND client NOT IN ($2, $3, $4, $5) "  \
-                 "AND " HOOK_SOURCE " NOT IN ($6, $7) ORDER BY due LIMIT $1 {skip}")               \
-    X(HOOKS_NAMELESS, "DELETE FROM hooks WHERE due > 0 AND {nameless job}")                        \
-    X(HOOK_TAKE, "UPDATE hooks SET due = {now} + $2, attempts = attempts + 1 WHERE job = $1")      \
-    X(HOOK_ATTEMPTS, "SELECT attempts FROM hooks WHERE job = $1 {lock}")                           \
-    X(HOOK_LATER, "UPDATE hooks SET due = {now} + $2 WHERE job = $1")                              \
-    X(HOOK_REMOVE, "DELETE FROM hooks WHERE job = $1")                                             \
     X(LEASE, "SELECT {job}, parts.state, parts.attempt FROM {beside tw} jobs JOIN parts ON "       \
              "parts.job = jobs.id WHERE jobs.id = {1} AND parts.number = {2} {lock}")              \
     X(PART_FIRST, "INSERT INTO parts (job, number, state, attempt, kills, worker, lease, start, "  \

@@ -78,8 +78,6 @@ static enum srv_stored expired_remove(struct srv_store *store, const struct srv_
     SRV_STORED_TRY(expired_count(store, job, large));
     if (kept && !large && job->bytes > 0) SRV_STORED_TRY(store->blobs->drop(store, job->id, NULL));
     if (kept && !large) SRV_STORED_TRY(SRV_POST(store, SQL_PARTS_REMOVE, job->id));
-    /* whatever the job's row says: nothing else would ever remove one that is not due */
-    SRV_STORED_TRY(SRV_POST(store, SQL_HOOK_REMOVE, job->id));
     return SRV_POST(store, SQL_JOBS_REMOVE, job->id);
 }
 

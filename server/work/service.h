@@ -22,9 +22,7 @@
 #include "server/base/buffer_pool.h"
 #include "server/store/storage.h"
 
-struct srv_courier;
 struct srv_events;
-struct srv_hook_keys;
 struct srv_inflight;
 struct srv_part_runner;
 
@@ -58,13 +56,10 @@ struct srv_service {
     struct srv_fairness fairness; /* who goes first, the sockets or the workers */
     struct srv_clients *clients;
     struct srv_cache *cache;
-    struct srv_inflight *inflight;   /* computations that others may join */
-    struct srv_storage *storage;     /* where jobs are kept; NULL = nowhere */
-    struct srv_part_runner *runner;  /* that computes them; NULL with the storage */
-    struct srv_events *events;       /* who listens to them; NULL with the storage */
-    struct srv_courier *courier;     /* that sends webhooks; NULL = none are */
-    struct srv_hook_keys *hook_keys; /* that sign them; NULL with the courier */
-    struct srv_peers hook_networks;  /* that they may go to besides public addresses */
+    struct srv_inflight *inflight;  /* computations that others may join */
+    struct srv_storage *storage;    /* where jobs are kept; NULL = nowhere */
+    struct srv_part_runner *runner; /* that computes them; NULL with the storage */
+    struct srv_events *events;      /* who listens to them; NULL with the storage */
     struct api_limits job_limits;
     struct srv_buffer_pool pool;
     struct srv_lengths lengths; /* of results that were written once */

@@ -51,10 +51,6 @@ check('a key leads to the same job', strcmp(id, pendusim(L, m, S, phi0, phid0, t
 check('the answer of a job', isequal(pendusim(id), phi));
 check('its state, and the list', strcmp(pendujob(id, 'status').status, 'successful') && any(strcmp({pendujob().id}, id)) && isstruct(pendujob()));
 named = penduask('forces', struct('pendulum', struct('L', L, 'm', m, 'S', S)), 'job', true, 'title', 'löst % of it');
-if numel(arguments) > 6
-    [~, told] = penduask('forces', struct('pendulum', struct('L', L, 'm', m, 'S', S)), 'job', true, 'notify', arguments{7});
-    printf('told %s\n', told.notify.secret);
-end
 found = pendujob('?operation=forces&title=st%20%25%20OF');
 check('a title finds its job alone', numel(found) == 1 && strcmp(found.id, named) && strcmp(found.title, 'löst % of it'));
 long = pendusim(L, m, S, phi0, phid0, 0:.001:4000, 'job', true);

@@ -5,7 +5,7 @@
 import { writeFileSync } from "node:fs";
 import { Client, Pendulum, Refusal, rowsOf } from "pendulumd";
 
-const [front, cutting, broken, out, pages, hook] = process.argv.slice(2);
+const [front, cutting, broken, out, pages] = process.argv.slice(2);
 const check = (name, good) => console.log(`${good ? "ok" : "FAIL"} ${name}`);
 const refused = async (name, work, words) => {
   try {
@@ -94,7 +94,6 @@ const listed = [];
 for await (const each of four.client.jobs()) listed.push(each.id);
 check("the list has it", listed.includes(job.id));
 const named = await four.submit("forces", {}, undefined, {}, "zwölf % of it");
-if (hook) console.log(`told ${(await four.submit("forces", {}, undefined, {}, undefined, hook)).secret}`);
 const suiting = [];
 for await (const each of four.client.jobs({ operation: "forces", title: "lf % OF" })) suiting.push([each.id, each.title].join());
 check("a title finds its job alone", suiting.join() === [named.id, "zwölf % of it"].join());

@@ -157,9 +157,6 @@ def test_jobs(run, work, server):
     named = run("run", "four.json", "--t", "0:1:1", "--detach", "--title", "größe % of it").strip()
     listed = run("jobs", "--title", "ße % OF").splitlines()
     check("cli: a title finds its job alone", len(listed) == 1 and listed[0].startswith(named) and listed[0].endswith("größe % of it"), listed)
-    if server.hook:
-        done = subprocess.run(["pendulum", "modes", "four.json", "--detach", "--notify", f"{server.hook.url}/cli"], cwd=work, capture_output=True, text=True)
-        server.hook.told("cli", done.stderr.partition("signed with ")[2].strip())
     run("get", named, "-o", "job.h5")
     check("cli: HDF5", (work / "job.h5").read_bytes()[:4] == b"\x89HDF")
     check("cli: no job is of that state", not run("jobs", "--title", "ße % OF", "--status", "failed"))

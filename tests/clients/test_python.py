@@ -187,9 +187,6 @@ def test_jobs(server, client, home):
     check("the list has it", job.id in [each.id for each in client.jobs()])
     named = client.submit("forces", {"pendulum": {"length": [1], "mass": [1], "parent": [0]}}, title="fünf % of it")
     check("a title finds its job alone", [each.state["title"] for each in client.jobs(title="nf % OF", operation="forces")] == ["fünf % of it"], named.state)
-    if server.hook:
-        heard = client.submit("forces", {"pendulum": {"length": [1], "mass": [1], "parent": [0]}}, notify=f"{server.hook.url}/python")
-        server.hook.told("python", heard.state["notify"]["secret"])
     front = Front(server.port)
     again = Client(front.url, token=os.environ["PENDULUM_TOKEN"]).job(job.id)
     front.moods = [("cut", 1000000), ("cut", 2000000)]

@@ -23,8 +23,6 @@ export async function right(): Promise<number> {
     if (narrow.length > 1000) break;
   }
   const job = await pendulum.submit("ensembles", { states: [{ theta: [1, 2] }], duration: 5, observables: ["first_flip"], number: "float32", none: "nan", columns: ["first_flip_time"] }, "mine");
-  const secret: string | undefined = (await pendulum.submit("modes", {}, undefined, {}, "title", "https://example.org/hook")).secret;
-  if (secret === "") return 0;
   for await (const state of job.progress()) if (state.status === "failed") return 0;
   const flips: (number | null)[] | undefined = (await job.result()).first_flip?.time;
   const found: Job = await job.state();

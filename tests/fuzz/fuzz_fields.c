@@ -13,11 +13,9 @@
 #include <strings.h>
 
 #include "api/call/job_json.h"
-#include "api/call/webhook.h"
 #include "api/json/json_hint.h"
 #include "api/number/number.h"
 #include "server/config/hosts.h"
-#include "server/hooks/hook_address.h"
 #include "server/keys/keys.h"
 #include "server/protocol/coding.h"
 #include "server/protocol/cors.h"
@@ -132,55 +130,6 @@ static int read_moment(char *text, size_t bytes) {
     return good;
 }
 
-/* --- where webhooks go --- */
-
-/* a part of a url as libcurl reads it, which sends the message; "" where it has none */
-static void curl_part(CURLU *url, CURLUPart part, char text[API_WEBHOOK_HOST]) {
-    char *got = NULL;
-    text[0] = 0;
-    if (curl_url_get(url, part, &got, part == CURLUPART_PORT ? CURLU_DEFAULT_PORT : 0) == CURLUE_OK)
-        snprintf(text, API_WEBHOOK_HOST, "%s", got + (*got == '['));
-    text[strcspn(text, "]")] = 0;
-    curl_free(got);
-}
-
-/* the same name, or the same address; a number such as 0x7f.1 is a name to us, which is looked up
- * and judged then */
-static int same_host(const char *ours, const char *theirs) {
-    struct in6_addr one, two;
-    struct in_addr number;
-    if (inet_pton(AF_INET6, ours, &one) == 1 && inet_pton(AF_INET6, theirs, &two) == 1)
-        return !memcmp(&one, &two, sizeof one);
-    return !strcasecmp(ours, theirs) ||
-           (inet_pton(AF_INET, theirs, &number) == 1 && inet_pton(AF_INET, ours, &number) != 1);
-}
-
-/* what is judged is where the message goes: the sender's library reads the same host and port */
-static int read_hook(char *text, size_t bytes) {
-    struct api_webhook_place place;
-    struct srv_peers networks;
-    struct pend_error error;
-    char host[API_WEBHOOK_HOST], port[API_WEBHOOK_HOST], user[API_WEBHOOK_HOST];
-    const char *wrong = api_webhook_url(text, &place);
-    (void)bytes;
-    if (wrong) return wrong[0] != 0;
-    if (!memchr(place.host, 0, sizeof place.host) || !place.host[0] || place.port < 1 ||
-        place.port > 65535)
-        return 0;
-    if (srv_hook_networks(&networks, "none", &error) == PEND_OK)
-        srv_hook_host_may(place.host, &networks);
-    CURLU *url = curl_url();
-    int good = url != NULL;
-    if (url && curl_url_set(url, CURLUPART_URL, text, 0) == CURLUE_OK) {
-        curl_part(url, CURLUPART_HOST, host);
-        curl_part(url, CURLUPART_PORT, port);
-        curl_part(url, CURLUPART_USER, user);
-        good = same_host(place.host, host) && atoi(port) == place.port && !user[0];
-    }
-    curl_url_cleanup(url);
-    return good;
-}
-
 /* --- pieces of JSON --- */
 
 /* what was meant is a clause of at most a line, wherever the text ceases to be JSON */
@@ -252,11 +201,6 @@ static const struct fuzz_reader fields[] = {
     {"moment",
      read_moment,
      {"2026-01-31T09:30:00Z", "2026-01-31T09:30:00.125+01:30", "1970-01-01T00:00:00-00:00"},
-     0},
-    {"hook",
-     read_hook,
-     {"https://example.org/a?b=c", "https://[2001:db8::1]:8443/", "https://10.0.0.1:1/x",
-      "https://EXAMPLE.org", "https://a.example:443?q"},
      0},
     {"hint", read_hint, {"[1,]", "{'a':NaN}", "{a:1} // b", "\xef\xbb\xbf[True]", "[1 2]"}, 0},
     {"number",

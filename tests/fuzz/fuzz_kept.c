@@ -75,7 +75,7 @@ static int read_row(char *text, size_t bytes) {
     if (!bytes) return 1;
     unsigned how = (unsigned char)text[0];
     struct srv_row_jobs rows = {
-        .cap = 1, .job = job, .with_digest = how & 1, .with_lease = (how & 2) == 2};
+        .cap = 1, .job = job, .with_digest = how & 1, .with_part = (how & 2) == 2};
     size_t used = 1;
     for (int i = 0; i < FIELDS; i++) used += take_field(&field[i], text + used, bytes - used, &at);
     if (how & 4) seal_row(field, seal);

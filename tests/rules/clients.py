@@ -19,7 +19,6 @@ from rule import TOP, check, optional, skip, summary  # noqa: E402
 from servers import daemon, tool  # noqa: E402
 
 sys.path.insert(0, str(TOP / "tests/clients"))
-from hook import Hook  # noqa: E402
 
 FOUR = {"L": [2, 1.5, 0.75, 1.25], "m": [1, 1, 1, 0.1], "S": [[1, 0, 0, 0], [1, 1, 0, 0], [1, 1, 1, 0], [1, 1, 0, 1]]}
 DOUBLE = {"length": [1, 1], "mass": [1, 1], "parent": [0, 1]}
@@ -43,9 +42,7 @@ def main():
     brought = {}
     with tempfile.TemporaryDirectory(prefix="pendulumd-clients-") as directory:
         home = pathlib.Path(directory)
-        hook = Hook(home) if tool("openssl") else skip("webhooks of the clients", "openssl is not installed")
-        with daemon(build, "--store", f"sqlite:{home}/store.db", *map(str, hook.options if hook else ())) as server:
-            server.hook = hook
+        with daemon(build, "--store", f"sqlite:{home}/store.db") as server:
             os.environ |= {"PENDULUM_URL": f"http://127.0.0.1:{server.port}", "PENDULUM_TOKEN": os.urandom(16).hex(),
                            "PENDULUM_BUILD": str(TOP / build)}
             for name in names:

@@ -111,7 +111,6 @@ looks_right() { # root
     [ -z "$programs" ] || fail "other programs: $programs"
     programs=$(find "$1" -perm /6000 -o -type f -perm /022)
     [ -z "$programs" ] || fail "rights of others: $programs"
-    [ "$(grep -c 'BEGIN CERTIFICATE' "$1/etc/ssl/certs/ca-certificates.crt")" -gt 50 ] || fail 'it has no authorities for webhooks'
     packages=$(ls "$1/var/lib/dpkg/status.d")
     for sbom in spdx cdx; do
         /usr/bin/python3 -c '

@@ -17,9 +17,9 @@ doors=(
     '^gsl/|^gsl_ ^core/(integrate/methods/method_gsl|fit/fit|fit/fit_pieces|fit/fit_told|fit/fit_verdict|orbits/orbit_algebra|modes/damped|dynamics/reference|dynamics/reference_bodies)[.]c$'
     '^sys/mman[.]h$ ^(core/modes/hugepage|server/sandbox/calls)[.]c$' # advice about huge pages; rights of memory
     '^cjson/ ^api/(json/json_(scan|in)|clients/browser/missing)[.]c$'
-    '^curl/ ^(api/clients/cli/remote|server/hooks/hook_post)[.]c$'
+    '^curl/ ^api/clients/cli/remote[.]c$'
     '^libdeflate[.]h$ ^(api/encode/encode_npz|api/call/zip|server/protocol/coding_gzip)[.]c$'
-    '^nettle/ ^api/call/(digest|webhook)[.]c$'
+    '^nettle/ ^api/call/digest[.]c$'
     '^png[.]h$ ^api/encode/encode_png[.]c$'
     '^dragonbox/ ^api/number/number_write[.]cpp$'
     '^fast_float/ ^api/number/number_read[.]cpp$'

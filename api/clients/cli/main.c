@@ -34,7 +34,6 @@ static const char usage[] =
     "      --detach        as a job; prints its ID and ends\n"
     "      --key KEY       of the job: the same again is the same job\n"
     "      --title TITLE   of the job; of `jobs`: those whose title has it\n"
-    "      --notify URL    hears of the job's end; what signs it is told on standard error\n"
     "      --status WORD   of `jobs`: accepted, running, successful, failed or dismissed\n"
     "      --local         computes here, without a server\n"
     "      --server URL    PENDULUM_URL, http://127.0.0.1:8080; PENDULUM_TOKEN is your secret\n"
@@ -51,7 +50,6 @@ enum {
     X,
     Y,
     TITLE,
-    NOTIFY,
     STATUS,
     TEXTS,
     T = TEXTS,
@@ -77,7 +75,6 @@ static const struct option options[] = {{"out", 1, 0, 'o'},
                                         {"job", 0, &of_job, 1},
                                         {"key", 1, 0, KEY},
                                         {"title", 1, 0, TITLE},
-                                        {"notify", 1, 0, NOTIFY},
                                         {"status", 1, 0, STATUS},
                                         {"detach", 0, &detached, 1},
                                         {"local", 0, &here, 1},
@@ -173,12 +170,8 @@ static void read_options(struct line *line, int argc, char *argv[]) {
 /* the JSON at a path, in memory */
 static struct api_json *state(struct line *line, const char *method, const char *path,
                               const struct api_buffer *body, const char *key) {
-    struct cli_exchange exchange = {.method = method,
-                                    .path = path,
-                                    .body = body,
-                                    .key = key,
-                                    .title = said(line, TITLE),
-                                    .notify = said(line, NOTIFY)};
+    struct cli_exchange exchange = {
+        .method = method, .path = path, .body = body, .key = key, .title = said(line, TITLE)};
     struct cli_sink sink;
     struct api_problem problem;
     struct api_json *document;
@@ -255,15 +248,12 @@ static void ask(struct line *line, const char *route, const char *file) {
     api_buffer_init(&body, 1 << 30);
     cli_body(&body, file, &line->fields);
     snprintf(path, sizeof path, "/v1/%.60s", route);
-    if ((of_job || detached || said(line, KEY) || said(line, NOTIFY)) && !here) {
+    if ((of_job || detached || said(line, KEY)) && !here) {
         unsigned long random[2];
         if (getrandom(random, sizeof random, 0) != sizeof random) cli_die("no random number");
         snprintf(key, sizeof key, "%016lx%016lx", random[0], random[1]);
         struct api_json *job =
             state(line, "POST", path, &body, said(line, KEY) ? said(line, KEY) : key);
-        struct api_value root = api_json_root(job), notify = api_value_member(&root, "notify");
-        if (*member(&notify, "secret"))
-            fprintf(stderr, "signed with %s\n", member(&notify, "secret"));
         if (detached)
             puts(text(job, "id"));
         else

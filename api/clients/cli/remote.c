@@ -101,7 +101,6 @@ static CURLcode attempt_once(struct attempt *attempt, const struct cli_remote *r
         exchange->key && exchange->title ? curl_easy_escape(curl, exchange->title, 0) : NULL;
     header(&fields, "Job-Title", title);
     curl_free(title);
-    header(&fields, "Job-Notify", exchange->key ? exchange->notify : NULL);
     header(&fields, "Range", rest ? range : NULL);
     header(&fields, "If-Range", rest ? exchange->etag : NULL);
     curl_easy_reset(curl);

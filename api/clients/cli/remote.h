@@ -20,7 +20,6 @@ struct cli_exchange {
     const char *accept;            /* NULL = application/json */
     const char *key;               /* Idempotency-Key of a job; NULL = no job */
     const char *title;             /* what to call the job; NULL = nothing */
-    const char *notify;            /* the url that hears of its end; NULL = none */
     char etag[120];                /* of the answer; "" before */
     int resumes;                   /* the answer is the same to the byte each time */
 };

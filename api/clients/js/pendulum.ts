@@ -188,20 +188,19 @@ export class Pendulum {
     return yield* rowsOf<Row<O, N>>(await this.client.open("POST", "/v1/trajectories", accept, body), body.number);
   }
 
-  /** Makes a job of a request. key: your own word for it; the same again leads to the same job. title: what to call it. notify: an https url that hears of its end; `secret` of what is returned signs that message. */
-  async submit<R extends keyof Routes>(route: R, fields: Routes[R]["request"], key?: string, more: More = {}, title?: string, notify?: string): Promise<JobHandle<Routes[R]["answer"]>> {
+  /** Makes a job of a request. key: your own word for it; the same again leads to the same job. title: what to call it. */
+  async submit<R extends keyof Routes>(route: R, fields: Routes[R]["request"], key?: string, more: More = {}, title?: string): Promise<JobHandle<Routes[R]["answer"]>> {
     // one of a kind among this client's keys; nobody has to be kept from guessing it, and Node.js 18 has no global crypto
     const own = key ?? [Date.now(), Math.random(), Math.random()].map((part) => part.toString(36).replace("0.", "")).join("-");
-    const job: Job = await this.client.json("POST", `/v1/${route}`, this.body(fields, more), { Prefer: "respond-async", "Idempotency-Key": own, ...(title ? { "Job-Title": encodeURIComponent(title) } : {}), ...(notify ? { "Job-Notify": notify } : {}) });
+    const job: Job = await this.client.json("POST", `/v1/${route}`, this.body(fields, more), { Prefer: "respond-async", "Idempotency-Key": own, ...(title ? { "Job-Title": encodeURIComponent(title) } : {}) });
     if (!job.id) throw new Refusal(501, { detail: "this server keeps no jobs" });
-    return new JobHandle(this.client, job.id, job.notify?.secret);
+    return new JobHandle(this.client, job.id);
   }
 }
 
 /** A request that is computed while nobody waits; T is what it answers. */
 export class JobHandle<T> {
-  /** secret: what messages of jobs' ends are signed with; known to who has submitted one with `notify`. */
-  constructor(readonly client: Client, readonly id: string, readonly secret?: string) {}
+  constructor(readonly client: Client, readonly id: string) {}
 
   state(): Promise<Job> {
     return this.client.json("GET", `/v1/jobs/${this.id}`);

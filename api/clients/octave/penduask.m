@@ -10,8 +10,7 @@ function [answer, job] = penduask(route, request, varargin)
 %   answer   a struct of the arrays; rows are instants or members, columns are arms; answer.stats, answer.warnings
 %
 %   Options: 'url' (PENDULUM_URL), 'token' (PENDULUM_TOKEN), 'patience' (60: s that a refusal for the moment may last), 'job' (true,
-%   or a key of your own: the same key leads to the same job), 'title' (what to call the job), 'notify' (a url that is told its end;
-%   [id, state] = penduask(...) has what that message is signed with, state.notify.secret), 'progress'.
+%   or a key of your own: the same key leads to the same job), 'title' (what to call the job), 'progress'.
 options = pendu_options(varargin);
 if route(1) == '/'
     answer = pendu_answer('GET', route, '', options, {});
@@ -26,9 +25,6 @@ else
     fields = {'Prefer: respond-async', ['Idempotency-Key: ' key]};
     if ~isempty(options.title)
         fields{end + 1} = ['Job-Title: ' sprintf('%%%02X', unicode2native(options.title, 'UTF-8'))];
-    end
-    if ~isempty(options.notify)
-        fields{end + 1} = ['Job-Notify: ' options.notify];
     end
     job = pendu_answer('POST', ['/v1/' route], pendu_json(request), options, fields);
     if ~isfield(job, 'id')

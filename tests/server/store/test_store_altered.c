@@ -238,15 +238,14 @@ static void altered_case(struct altered *all, int table, const char *column, int
 
 /* a table that nobody alters is one that was forgotten here; test_store_altered_sums has those that
  * are the same for all, test_store_claims those that claims
- * leave, test_store_classes those of rooms, test_store_hooks that of hooks */
+ * leave, test_store_classes those of rooms */
 static void altered_tables(const struct ground *ground) {
     struct ground_columns tables;
     ground_look(ground, NULL, &tables);
     for (int i = 0; i < tables.count; i++) {
         const char *name = tables.name[i];
         int known = !strcmp(name, "totals") || !strcmp(name, "pendulumd") ||
-                    !strcmp(name, "hooks") || !strcmp(name, "changes") ||
-                    !strncmp(name, "class", 5);
+                    !strcmp(name, "changes") || !strncmp(name, "class", 5);
         for (int t = 0; t < TABLES; t++) known |= !strcmp(name, altered_table[t].table);
         CHECK_SAYING(known, "no test alters the table %s", name);
     }

@@ -1,6 +1,6 @@
 function options = pendu_options(pairs)
 % The options of all functions, with their defaults.
-options = struct('url', getenv('PENDULUM_URL'), 'token', getenv('PENDULUM_TOKEN'), 'patience', 60, 'job', false, 'title', '', 'notify', '', 'progress', false);
+options = struct('url', getenv('PENDULUM_URL'), 'token', getenv('PENDULUM_TOKEN'), 'patience', 60, 'job', false, 'title', '', 'progress', false);
 for k = 1:2:numel(pairs)
     if ~isfield(options, pairs{k})
         error('pendusim:option', 'there is no option %s, only: %s', pairs{k}, strjoin(fieldnames(options).', ', '));

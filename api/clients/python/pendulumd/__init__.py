@@ -256,10 +256,9 @@ class Client:
         finally:
             connection.close()
 
-    def submit(self, route, request, key=None, title=None, notify=None):
-        """Makes a job of a request. `key`: your own word for it, without blanks; the same again leads to the same job. `title`: what to call it.
-        `notify`: an https url that hears of its end; job.state["notify"]["secret"] is what that message is signed with."""
-        named = ({"Job-Title": urllib.parse.quote(title)} if title else {}) | ({"Job-Notify": notify} if notify else {})
+    def submit(self, route, request, key=None, title=None):
+        """Makes a job of a request. `key`: your own word for it, without blanks; the same again leads to the same job. `title`: what to call it."""
+        named = {"Job-Title": urllib.parse.quote(title)} if title else {}
         headers, data = self._ask("POST", f"/v1/{route}", _body(request),
                                   **{"Prefer": "respond-async", "Idempotency-Key": key or uuid.uuid4().hex, **named})
         if "Location" not in headers:
