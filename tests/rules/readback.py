@@ -85,6 +85,33 @@ def same(what, wanted, rows):
     check(what, not wrong, f"{len(wrong)} numbers differ, the first in row {wrong[0][0]}, column {wrong[0][1]}" if wrong else "")
 
 
+def names_of(columns):
+    """What the columns of a table are called."""
+    return [f"{name}_{k + 1}" if len(rows[0]) > 1 or name not in SCALARS else name for name, rows in columns.items() for k in range(len(rows[0]))]
+
+
+def same_in_turn(what, columns, numbers):
+    """The numbers of one column after the other."""
+    same(what, [[number for rows in columns.values() for row in rows for number in row]], [numbers])
+
+
+def program(what, ending, data, command, script, *words):
+    """The doubles that a program writes into the second of its two files, of an answer in the first; and what it prints."""
+    with tempfile.TemporaryDirectory() as directory:
+        file, out, own = (pathlib.Path(directory, name) for name in (f"answer.{ending}", "numbers", "read.mjs"))
+        file.write_bytes(data)
+        own.write_text(script)
+        run = subprocess.run([*command, own, file, out, *words], capture_output=True, text=True, timeout=600)
+        check(f"{what}: read", not run.returncode, run.stdout + run.stderr[-500:])
+        numbers = out.read_bytes() if not run.returncode else b""
+    return [number for (number,) in struct.iter_unpack("<d", numbers)], run.stdout
+
+
+def in_rows(numbers, columns):
+    width = sum(len(rows[0]) for rows in columns.values())
+    return [numbers[i:i + width] for i in range(0, len(numbers), width)]
+
+
 # --- readers: bytes of an answer and its header fields, the columns of the JSON ---
 
 def read_csv(what, data, headers, columns):
@@ -92,9 +119,7 @@ def read_csv(what, data, headers, columns):
     words = [line.removeprefix("# warning: ") for line in data.decode().splitlines() if line.startswith("# ")]
     warned(what, words, columns)
     rows = rows[:len(rows) - len(words)]  # the last lines are words about the numbers above
-    names = [f"{name}_{k + 1}" if len(rows_[0]) > 1 or name not in SCALARS else name
-             for name, rows_ in columns.items() for k in range(len(rows_[0]))]
-    check(f"{what}: the header of the CSV", header == names, f"{header} is not {names}")
+    check(f"{what}: the header of the CSV", header == names_of(columns), f"{header} is not {names_of(columns)}")
     same(what, rows_of(columns), [[float(cell) for cell in row] for row in rows])
 
 
@@ -173,17 +198,19 @@ def read_h5dump(what, data, headers, columns):
             same(f"{what}: {name}", [[number for row in rows for number in row]], [numbers])
 
 
+OCTAVE_ARRAYS = """
+s = load(argv(){1});
+out = fopen(argv(){2}, 'w');
+for name = strsplit(argv(){3}, ',')
+  fwrite(out, s.(name{1}), 'double');
+end
+fclose(out);
+"""
+
+
 def read_hdf5_octave(what, data, headers, columns):
     """Octave's own load: the last axis comes first there, and warnings are attributes, which it leaves alone."""
-    with tempfile.TemporaryDirectory() as directory:
-        file, out, script = (pathlib.Path(directory, name) for name in ("answer.h5", "numbers", "read.m"))
-        file.write_bytes(data)
-        script.write_text("s = load(argv(){1}); out = fopen(argv(){2}, 'w');\n"
-                          "for name = strsplit(argv(){3}, ',')\n  fwrite(out, s.(name{1}), 'double');\nend\nfclose(out);\n")
-        run = subprocess.run([OCTAVE, "--norc", "--quiet", script, file, out, ",".join(columns)], capture_output=True, text=True, timeout=600)
-        check(f"{what}: load", not run.returncode, run.stderr[-500:])
-        numbers = [number for (number,) in struct.iter_unpack("<d", out.read_bytes())] if not run.returncode else []
-    same(what, [[number for rows in columns.values() for row in rows for number in row]], [numbers])
+    same_in_turn(what, columns, program(what, "h5", data, [OCTAVE, "--norc", "--quiet"], OCTAVE_ARRAYS, ",".join(columns))[0])
 
 
 PARQUET = """
@@ -196,36 +223,11 @@ console.log(JSON.stringify([rows.length, Object.keys(rows[0] ?? {})]));
 
 
 def read_parquet_node(what, data, headers, columns):
-    with tempfile.TemporaryDirectory() as directory:
-        file, out, script = (pathlib.Path(directory, name) for name in ("answer.parquet", "numbers", "read.mjs"))
-        file.write_bytes(data)
-        script.write_text(PARQUET)
-        run = subprocess.run(["node", script, file, out, HYPARQUET.resolve()], capture_output=True, text=True, timeout=600)
-        check(f"{what}: read", not run.returncode, run.stderr[-500:])
-        numbers = out.read_bytes() if not run.returncode else b""
-    count, names = json.loads(run.stdout or "[0, []]")
-    wanted = [f"{name}_{k + 1}" if len(rows[0]) > 1 or name not in SCALARS else name for name, rows in columns.items() for k in range(len(rows[0]))]
-    check(f"{what}: the names of the columns", names == wanted, f"{names} are not {wanted}")
-    width = max(len(names), 1)
-    flat = struct.unpack(f"<{count * width}d", numbers)
-    same(what, rows_of(columns), [flat[i * width:(i + 1) * width] for i in range(count)])
-
-
-def program(what, ending, data, command, script, *words):
-    """The doubles that a program writes into the second of its two files, of an answer in the first."""
-    with tempfile.TemporaryDirectory() as directory:
-        file, out, own = (pathlib.Path(directory, name) for name in (f"answer.{ending}", "numbers", "read.mjs"))
-        file.write_bytes(data)
-        own.write_text(script)
-        run = subprocess.run([*command, own, file, out, *words], capture_output=True, text=True, timeout=600)
-        check(f"{what}: read", not run.returncode, run.stdout + run.stderr[-500:])
-        numbers = out.read_bytes() if not run.returncode else b""
-    return [number for (number,) in struct.iter_unpack("<d", numbers)]
-
-
-def in_rows(numbers, columns):
-    width = sum(len(rows[0]) for rows in columns.values())
-    return [numbers[i:i + width] for i in range(0, len(numbers), width)]
+    numbers, told = program(what, "parquet", data, ["node"], PARQUET, HYPARQUET.resolve())
+    count, names = json.loads(told or "[0, []]")
+    check(f"{what}: the names of the columns", names == names_of(columns), f"{names} are not {names_of(columns)}")
+    check(f"{what}: rows", len(numbers) == count * len(names), f"{len(numbers)} numbers in {count} rows")
+    same(what, rows_of(columns), in_rows(numbers, columns))
 
 
 SELECT = """
@@ -239,11 +241,11 @@ writeFileSync(process.argv[3], Float64Array.from(found.getRows().flat().map(Numb
 
 
 def read_parquet_duckdb(what, data, headers, columns):
-    same(what, rows_of(columns), in_rows(program(what, "parquet", data, ["node"], SELECT, DUCKDB.resolve(), "'FILE'"), columns))
+    same(what, rows_of(columns), in_rows(program(what, "parquet", data, ["node"], SELECT, DUCKDB.resolve(), "'FILE'")[0], columns))
 
 
 def read_csv_duckdb(what, data, headers, columns):
-    told = program(what, "csv", data, ["node"], SELECT, DUCKDB.resolve(), "read_csv('FILE', comment = '#')")
+    told, _ = program(what, "csv", data, ["node"], SELECT, DUCKDB.resolve(), "read_csv('FILE', comment = '#')")
     same(what, positive(rows_of(columns)), positive(in_rows(told, columns)))
 
 
@@ -274,15 +276,14 @@ close(out)
 
 def read_csv_r(what, data, headers, columns):
     """R reads decimals in long doubles, and rounds twice: the last bit may be another."""
-    wanted, rows = rows_of(columns), in_rows(program(what, "csv", data, RSCRIPT, TABLE), columns)
+    wanted, rows = rows_of(columns), in_rows(program(what, "csv", data, RSCRIPT, TABLE)[0], columns)
     near = len(wanted) == len(rows) and all(abs(a - b) <= 4e-16 * abs(a) for one, other in zip(wanted, rows) for a, b in zip(one, other))
     check(what, near, f"{len(rows)} rows of {len(wanted)}")
 
 
 def read_hdf5_r(what, data, headers, columns):
     """The last axis comes first there, so that the numbers have their order in the file."""
-    told = program(what, "h5", data, RSCRIPT, ARRAYS, ",".join(columns))
-    same(what, [[number for rows in columns.values() for row in rows for number in row]], [told])
+    same_in_turn(what, columns, program(what, "h5", data, RSCRIPT, ARRAYS, ",".join(columns))[0])
 
 
 def works(command):
@@ -333,23 +334,16 @@ fclose(out);
 
 
 def read_mat_octave(what, data, headers, columns):
-    with tempfile.TemporaryDirectory() as directory:
-        file, out, script = (pathlib.Path(directory, name) for name in ("answer.mat", "numbers", "read.m"))
-        file.write_bytes(data)
-        script.write_text(TELL)
-        run = subprocess.run([OCTAVE, "--norc", "--quiet", script, file, out], capture_output=True, text=True, timeout=600)
-        check(f"{what}: load", not run.returncode, run.stderr[-500:])
-        numbers = out.read_bytes() if not run.returncode else b""
-    arrays, at, lines = {}, 0, run.stdout.splitlines()
+    numbers, told = program(what, "mat", data, [OCTAVE, "--norc", "--quiet"], TELL)
+    arrays, at, lines = {}, 0, told.splitlines()
     warned(what, [line.removeprefix("# ") for line in lines if line.startswith("# ")], columns)
     for line in lines:
         if line.startswith("# "):
             continue
         name, rows, width = (int(word) if word.isdigit() else word for word in line.split())
         count = rows * width
-        real, imaginary = (struct.unpack_from(f"<{count}d", numbers, at + part * 8 * count) for part in (0, 1))
-        at += 16 * count
-        pairs = [complex(a, b) for a, b in zip(real, imaginary)]
+        pairs = [complex(a, b) for a, b in zip(numbers[at:at + count], numbers[at + count:at + 2 * count])]
+        at += 2 * count
         arrays[name] = [pairs[i * width:(i + 1) * width] for i in range(rows)]
     arrays = {name: rows if f"{name}_re" in columns else [[z.real for z in row] for row in rows] for name, rows in arrays.items()}
     compare_arrays(what, arrays, columns)

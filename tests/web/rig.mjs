@@ -244,6 +244,20 @@ export async function createRig({ store = false, sources = true } = {}) {
   };
 }
 
+/** The document that the page shows. */
+export const doc = (page) => page.evaluate(() => pendulumd.store.get());
+
+/** Stands at the start. */
+export const pause = (page) => page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(0); });
+
+/** Waits for words in the notice. */
+export const told = (page, words) => page.waitForFunction((source) => new RegExp(source).test(document.querySelector(".notice:not([hidden])")?.textContent ?? ""), words.source);
+
+/** From the next load on the browser keeps nothing for the page, or for all of a context. */
+export const refuseStorage = (where) => where.addInitScript(() => {
+  Object.defineProperty(window, "localStorage", { get() { throw new DOMException("refused", "SecurityError"); } });
+});
+
 /** Waits until the page has a whole motion. */
 export const moving = (page) => page.waitForFunction(() => window.pendulumd?.motion.complete);
 

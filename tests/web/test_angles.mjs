@@ -3,9 +3,8 @@
 
 import assert from "node:assert/strict";
 import { openDrawer, saved } from "./drawers.mjs";
-import { close, drawn } from "./rig.mjs";
+import { close, drawn, pause } from "./rig.mjs";
 
-const pause = (page) => page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(0); });
 
 export async function ninety_degrees_are_horizontal_and_grow_against_the_clock(rig) {
   const page = await rig.open();

@@ -2,9 +2,8 @@
 
 import assert from "node:assert/strict";
 import { openDrawer } from "./drawers.mjs";
-import { close, drawn, moving } from "./rig.mjs";
+import { close, doc, drawn, moving } from "./rig.mjs";
 
-const doc = (page) => page.evaluate(() => pendulumd.store.get());
 
 /** Where an arm's tip is on the screen; the stage stands still for it. */
 async function tip(page, arm) {

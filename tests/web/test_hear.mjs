@@ -4,9 +4,8 @@
 import assert from "node:assert/strict";
 import { violations } from "./axe.mjs";
 import { openDrawer } from "./drawers.mjs";
-import { close, moving } from "./rig.mjs";
+import { close, moving, told } from "./rig.mjs";
 
-const told = (page, words) => page.waitForFunction((source) => new RegExp(source).test(document.querySelector(".notice:not([hidden])")?.textContent ?? ""), words.source);
 
 export async function the_motion_is_told_in_words_when_they_are_asked_for(rig) {
   const page = await rig.open({ path: "/?length=1,1,1,1,1&theta=30,30,30,30,30", height: 1200 });

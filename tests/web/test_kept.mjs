@@ -3,11 +3,10 @@
 
 import assert from "node:assert/strict";
 import { openDrawer } from "./drawers.mjs";
-import { close, drawn, moving } from "./rig.mjs";
+import { close, doc, drawn, moving, refuseStorage } from "./rig.mjs";
 
 export const rig = { store: true, sources: false };
 
-const doc = (page) => page.evaluate(() => pendulumd.store.get());
 /** Waits until the tab's history has a length of the first arm. */
 const kept = (page, length) => page.waitForFunction((meters) => history.state?.["pendulumd.entry"]?.scene.request.pendulum.length[0] === meters, length);
 const lengthen = (page, length) => page.evaluate((meters) => pendulumd.edits.setLength(1, meters), length);
@@ -37,9 +36,7 @@ export async function a_reload_leads_to_what_was_there(rig) {
 
 export async function a_reload_leads_there_with_storage_refused_too(rig) {
   const page = await rig.open({ cold: true, wait: false });
-  await page.context().addInitScript(() => {
-    Object.defineProperty(window, "localStorage", { get() { throw new DOMException("refused", "SecurityError"); } });
-  });
+  await refuseStorage(page.context());
   await page.goto(rig.url);
   await moving(page);
   await a_reload_goes_on(page);

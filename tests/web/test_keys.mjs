@@ -1,9 +1,8 @@
 // The keyboard alone: a pendulum is walked through, turned, changed, built and played without a hand on the stage.
 
 import assert from "node:assert/strict";
-import { close, drawn, moving } from "./rig.mjs";
+import { close, doc, drawn, moving } from "./rig.mjs";
 
-const doc = (page) => page.evaluate(() => pendulumd.store.get());
 const said = (page) => page.textContent("#live");
 
 /** Tab until the element is focused; throws where it is never reached. */

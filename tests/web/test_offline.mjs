@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { existsSync, statSync } from "node:fs";
 import { join } from "node:path";
-import { close, moving, ROOT, startDaemon } from "./rig.mjs";
+import { ROOT, close, moving, startDaemon, told } from "./rig.mjs";
 import { servePage } from "./serve.mjs";
 
 const FILE = join(ROOT, "build/web/engine.wasm");
@@ -22,7 +22,6 @@ const visit = async (rig, home, more = {}) => {
   page.forgiven.push(FORGIVEN);
   return page;
 };
-const told = (page, words) => page.waitForFunction((source) => new RegExp(source).test(document.querySelector(".notice:not([hidden])")?.textContent ?? ""), words.source);
 
 /** What is kept: paths without a digest, by the names of the caches. */
 const listed = (page) => page.evaluate(async () => Object.fromEntries(await Promise.all((await caches.keys()).map(async (name) => [name,

@@ -4,10 +4,9 @@ import assert from "node:assert/strict";
 import { violations } from "./axe.mjs";
 import { bodiesOf } from "./bidi.mjs";
 import { openDrawer } from "./drawers.mjs";
-import { close, drawn, moving } from "./rig.mjs";
+import { close, doc, drawn, moving } from "./rig.mjs";
 
 const TURN = 2 * Math.PI;
-const doc = (page) => page.evaluate(() => pendulumd.store.get());
 /** Until nothing waits and the motion is the document's. */
 const settled = (page) => page.waitForFunction(() => !pendulumd.live.waiting() && !pendulumd.motion.loading && pendulumd.motion.complete
   && pendulumd.motion.doc === pendulumd.store.get());

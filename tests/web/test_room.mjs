@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { violations } from "./axe.mjs";
 import { openDrawer } from "./drawers.mjs";
-import { close } from "./rig.mjs";
+import { close, refuseStorage } from "./rig.mjs";
 import { arms, cell, hasArms, join, says, setChain, teach } from "./room.mjs";
 
 export const rig = { store: true, sources: false };
@@ -107,9 +107,7 @@ export async function the_end_of_a_room_is_told_and_wrong_codes_are_refused_in_w
 export async function the_room_works_where_the_browser_keeps_nothing(rig) {
   const { page: teacher, code } = await teach(rig);
   const pupil = await rig.open({ cold: true, still: true, wait: false });
-  await pupil.addInitScript(() => {
-    Object.defineProperty(window, "localStorage", { get() { throw new DOMException("no", "SecurityError"); } });
-  });
+  await refuseStorage(pupil);
   await pupil.goto(`${rig.url}/?room=${code}`);
   await pupil.fill("[data-class=nickname]", "Ada");
   await pupil.press("[data-class=nickname]", "Enter");

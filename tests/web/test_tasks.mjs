@@ -5,7 +5,7 @@
 import assert from "node:assert/strict";
 import { IN_FIREFOX } from "./bidi.mjs";
 import { openDrawer } from "./drawers.mjs";
-import { close, drawn, moving } from "./rig.mjs";
+import { close, doc, drawn, moving, pause } from "./rig.mjs";
 
 const FARTHEST = 150; // presses of the tab key to anywhere
 
@@ -75,8 +75,6 @@ function keyboard(page) {
   };
 }
 
-const doc = (page) => page.evaluate(() => pendulumd.store.get());
-const pause = (page) => page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(0); });
 const words = (page, id, pattern) => page.waitForFunction(([at, source]) => new RegExp(source).test(document.querySelector(`[data-drawer="${at}"]`)?.innerText ?? ""), [id, pattern.source]);
 
 /** What a click or key saves, by its name. */

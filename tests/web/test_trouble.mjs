@@ -1,7 +1,7 @@
 // A server that is away, slow or refuses: the page says so in words, and goes on when it is over.
 
 import assert from "node:assert/strict";
-import { close, moving } from "./rig.mjs";
+import { close, moving, refuseStorage } from "./rig.mjs";
 
 const FORGIVEN = /Failed to load resource|net::ERR/;
 
@@ -206,9 +206,7 @@ export async function a_drawer_whose_library_is_refused_says_so_and_comes_later(
 
 export async function a_browser_that_refuses_storage_shows_the_page(rig) {
   const page = await rig.open({ cold: true });
-  await page.addInitScript(() => {
-    Object.defineProperty(window, "localStorage", { get() { throw new DOMException("refused", "SecurityError"); } });
-  });
+  await refuseStorage(page);
   const holders = new Set();
   page.on("request", (asked) => asked.url().includes("/v1/") && holders.add(asked.headers().authorization));
   await page.reload();

@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import { openDrawer } from "./drawers.mjs";
-import { close } from "./rig.mjs";
+import { close, refuseStorage } from "./rig.mjs";
 
 const FORGIVEN = /Failed to load resource|net::ERR|cannot be made|did not come/;
 
@@ -97,9 +97,7 @@ export async function a_page_whose_style_never_comes_says_so_and_swings(rig) {
 
 export async function a_browser_that_keeps_nothing_is_told_and_the_page_goes_on(rig) {
   const page = await rig.open({ cold: true });
-  await page.addInitScript(() => {
-    Object.defineProperty(window, "localStorage", { get() { throw new DOMException("refused", "SecurityError"); } });
-  });
+  await refuseStorage(page);
   await page.reload();
   await swings(page);
   await told(page, /keeps nothing/);
@@ -126,9 +124,7 @@ export async function the_reference_without_style_or_storage_says_what_it_has(ri
   await page.waitForFunction(() => document.documentElement.dataset.ready === "yes");
   await page.waitForFunction(() => /style sheet of this page did not come/.test(document.body.innerText));
   rig.front.fault = null;
-  await page.addInitScript(() => {
-    Object.defineProperty(window, "localStorage", { get() { throw new DOMException("refused", "SecurityError"); } });
-  });
+  await refuseStorage(page);
   await page.reload();
   await page.waitForFunction(() => document.documentElement.dataset.ready === "yes");
   await page.click('.tools button');
