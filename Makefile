@@ -87,9 +87,10 @@ ISA_ASKS.avx2 := avx2 fma bmi2
 ISA_ASKS.avx512 := avx512f avx512dq avx512bw avx512vl avx512cd
 ISA_IDLE := $(if $(filter asan tsan,$(MODE)),$(strip $(foreach isa,$(filter-out base,$(ISAS)), \
 	$(if $(filter-out $(shell grep -m 1 '^flags' /proc/cpuinfo),$(ISA_ASKS.$(isa))),$(isa)))))
-# Under the thread sanitizer servers alone run, which take the best of the sets that are here.
-ISA_IDLE := $(if $(filter tsan,$(MODE)),$(filter-out $(lastword $(filter-out $(ISA_IDLE),$(ISAS))),$(ISAS)),$(ISA_IDLE))
+# Under the thread sanitizer servers alone run, which take the best of the sets that are here. Under the address sanitizer the
+# widest and the base alone are compiled: avx2 between them, the same source of another width, is what valgrind runs.
 ISA_RUNS := $(lastword $(filter-out $(ISA_IDLE),$(ISAS)))
+ISA_IDLE := $(if $(filter asan tsan,$(MODE)),$(filter-out $(if $(filter asan,$(MODE)),base) $(ISA_RUNS),$(ISAS)))
 
 objects = $(patsubst %,$(B)/%.o,$(basename $(filter-out $(KERNELS),$(wildcard $(addprefix $(1)/,*.c *.cpp */*.c */*.cpp)) \
   $(filter-out api/clients/%,$(wildcard $(1)/*/*/*.c $(1)/*/*/*.cpp)))))
@@ -134,8 +135,8 @@ check: ## builds and runs every test; the last line counts them
 quick: ## while you work: the tests of core and api, and the rules that read text, within two minutes
 	@$(NEEDED) test
 	@$(CHECK) ROOMS='core api' ONLY='build-release release-core release-api layers layout measures mirror words docs'; $(COUNT)
-# two jobs more than there are processors: half of the time tests of the live server wait
-CHECK = rm -rf build/check; $(MAKE) --no-print-directory $(if $(PARALLEL),-j$(shell expr $(JOBS) + 2)) -f tests/harness/check.mk
+# three jobs more than there are processors: half of the time tests of the live server wait
+CHECK = rm -rf build/check; $(MAKE) --no-print-directory $(if $(PARALLEL),-j$(shell expr $(JOBS) + 3)) -f tests/harness/check.mk
 # all processors, unless whoever called make has said how many
 PARALLEL = $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
 COUNT = tests/harness/job.sh --sum
