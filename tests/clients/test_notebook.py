@@ -1,6 +1,6 @@
 """Runs the cells of the notebooks of api/clients/python, in their order, and compares what they say with what stands in them.
 
-    WRITE_NOTEBOOKS=1 tests/rules/clients.sh build/release python notebook     puts what they say into them
+    WRITE_NOTEBOOKS=1 python3 -B tests/rules/clients.py build/release python notebook     puts what they say into them
 
 Leaves to others: the client (test_python.py), which has to be installed before. Invariant: a cell sees only what cells above it have made.
 """

@@ -87,7 +87,7 @@ school: build-release
 	$(job) /usr/bin/python3 -B tests/drill/school.py build/release
 layers: build-release
 	$(job) tests/rules/layers.sh build/release
-docs examples web readback clients equations nginx deploy restart operators fetch install same hardened packages image: build-release
+docs web readback fetch install same hardened packages image: build-release
 	$(job) tests/rules/$@.sh build/release
 replies: release-wire
 	$(job) tests/rules/replies.sh build/release/tests/wire/replies.ndjson
@@ -99,8 +99,8 @@ layout types words clang openapi:
 engine: build-release
 	@$(MAKE) --no-print-directory build/release/tests/engine/native
 	$(job) tests/rules/engine.sh build/release
-guides: build-release
-	$(job) /usr/bin/python3 -B tests/rules/guides.py build/release
+clients deploy equations examples guides nginx operators restart: build-release
+	$(job) /usr/bin/python3 -B tests/rules/$@.py build/release
 tour: build-release
 	$(job) /usr/bin/python3 -B tests/rules/tour.py build/release --check
 measures mirror:

@@ -1,6 +1,6 @@
 """Posts every example of the OpenAPI document to a live server.
 
-    examples.py api/call/openapi.yaml http://127.0.0.1:PORT
+    examples.py BUILD
 
 Each request example must be answered with success and a valid body; where the operation's answer has an example of the same name
 it must be that answer: the same fields, the same texts and whole numbers, other numbers to 1e-5 of the largest in their
@@ -8,14 +8,14 @@ array. What a computation takes (stats) is compared by its fields alone. Then ev
 posted as a trajectory. Prints "N passed, N failed".
 """
 import json
-import pathlib
 import sys
+import tempfile
 import urllib.error
 import urllib.request
 
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from replies import BINARY, Document, Fault  # noqa: E402
+from replies import BINARY, Document, Fault
+from rule import TOP
+from servers import daemon
 
 
 def ask(url, method, body, accept):
@@ -130,8 +130,8 @@ def preset(document, base, name):
     check(document, base, "post", "/v1/trajectories", body | {"rtol": 1e-6, "digits": 6}, "application/json")
 
 
-def main(path, base):
-    document, passed, failed = Document(path), 0, 0
+def run(base):
+    document, passed, failed = Document(TOP / "api/call/openapi.yaml"), 0, 0
     jobs = [(example, case) for case in cases(document)]
     listed = json.loads(ask(base + "/v1/presets", "get", None, "application/json")[2])
     jobs += [(preset, (item["name"],)) for item in listed["presets"]]
@@ -147,6 +147,7 @@ def main(path, base):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3:
+    if len(sys.argv) != 2:
         sys.exit(__doc__)
-    sys.exit(main(*sys.argv[1:]))
+    with tempfile.TemporaryDirectory() as home, daemon(sys.argv[1], "--store", f"sqlite:{home}/store.db") as server:
+        sys.exit(run(f"http://127.0.0.1:{server.port}"))
