@@ -10,26 +10,7 @@
 #include "core/fit/fit_end.h"
 #include "core/fit/fit_release.h"
 #include "core/fit/fit_start.h"
-
-/* Tolerances of an iteration: of a window that will grow, of all rows, and of these where a search
- * ended though its slopes foretell a fall. */
-static const double fit_rough = 1e-3, fit_fine = 1e-6, fit_finest = 1e-12;
-
-/* most iterations in a window that will grow */
-enum { FIT_ROUGH = 12 };
-
-/* iterations of all rows after which bounds are looked at */
-enum { FIT_CREEPS = 16 };
-
-/* Rows are taken in as long as the fit so far foretells an angle to this, rad, and a tip to this
- * part of the lengths together. */
-static const double fit_foretold = 0.4;
-
-/* a motion that explains less may be another one */
-static const double fit_clear = 0.99;
-
-/* residual where there is no motion: a step there is never taken */
-static const double fit_nowhere = 1e6;
+#include "core/fit/fit_constants.h"
 
 struct fit_search {
     gsl_multifit_nlinear_workspace *work;
@@ -195,9 +176,8 @@ static long fit_first(const struct pend_fit_problem *problem) {
 
 /* a motion of so many steps is one of wild values, where the search has nothing to find */
 static void fit_cap(struct pend_fit_problem *problem) {
-    enum { LEAST = 200, A_SWING = 200 };
     double swings = pend_fit_since(problem, problem->rows - 1) / fit_swing(problem);
-    double most = LEAST + A_SWING * problem->n * swings;
+    double most = FIT_STEPS + FIT_STEPS * problem->n * swings;
     if (!problem->step_cap || problem->step_cap > most) problem->step_cap = (long)most;
 }
 
@@ -385,10 +365,10 @@ static enum pend_status fit_iterate(struct pend_fit *fit, int *over, struct pend
     fit->here++;
     if (fit->starved) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
     if (!fit_keep(fit)) stuck = 1;
-    *over = stuck || (!whole && fit->here >= FIT_ROUGH) ||
+    *over = stuck || (!whole && fit->here >= FIT_WINDOW_ITERATIONS) ||
             gsl_multifit_nlinear_test(tolerance, tolerance * tolerance, 0, &why,
                                       fit->search->work) == GSL_SUCCESS;
-    if (*over || !whole || fit->here % FIT_CREEPS) return PEND_OK;
+    if (*over || !whole || fit->here % FIT_BOUND_ITERATIONS) return PEND_OK;
     // a bound beyond which an unknown would go is never reached, but by a creep
     if (fit_put(fit, &squares, &variance, &put, error) == PEND_NO_MEMORY) return PEND_NO_MEMORY;
     if (put) fit->begun = 0;

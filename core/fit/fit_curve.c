@@ -5,12 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Steps of the differences, relative: their error is a hundred-millionth, and that of the slopes,
- * of a motion to 1e-10, a millionth. */
-static const double curve_step = 1e-4;
-
-/* so many times its tolerance the error of a motion may be */
-static const double curve_margin = 10;
+#include "core/fit/fit_constants.h"
 
 /* what both have of memory: q values, two gradients, a direction, q flags */
 struct curve {
@@ -62,7 +57,7 @@ static enum pend_status curve_change(struct curve *curve, struct pend_fit *fit,
     int q = fit->problem.unknowns;
     assert(q >= 1);
     for (int side = 0; side < 2; side++) {
-        double step = side ? -curve_step : curve_step;
+        double step = side ? -fit_curve_step : fit_curve_step;
         for (int j = 0; j < q; j++)
             curve->value[j] = fit->value[j] + step * fit->size[j] * direction[j];
         fit->result.evaluations++;
@@ -74,7 +69,8 @@ static enum pend_status curve_change(struct curve *curve, struct pend_fit *fit,
         curve_slopes(fit, curve->gradient[side]);
     }
     for (int j = 0; j < q; j++)
-        curve->gradient[0][j] = (curve->gradient[0][j] - curve->gradient[1][j]) / (2 * curve_step);
+        curve->gradient[0][j] =
+            (curve->gradient[0][j] - curve->gradient[1][j]) / (2 * fit_curve_step);
     return PEND_OK;
 }
 
@@ -112,7 +108,7 @@ enum pend_status pend_fit_curve_gain(struct pend_fit *fit, double *gain, double 
     long count;
     int there = 1;
     double *bend = calloc(q * q, sizeof *bend);
-    double error = curve_margin * fit->problem.rtol / curve_step;
+    double error = fit_curve_margin * fit->problem.rtol / fit_curve_step;
     double rest = sqrt(pend_fit_state_squares(fit, fit->problem.rows, &count));
     *gain = INFINITY;
     enum pend_status status = pend_fit_state_tell(fit, &told);

@@ -7,28 +7,7 @@
 #include "core/fit/fit_curve.h"
 #include "core/fit/fit_release.h"
 #include "core/fit/fit_verdict.h"
-
-/* Parts of the sum of squares: what a motion that follows explains; residuals of so many sigma are
- * not noise. */
-static const double fit_explained = 0.9, fit_strange = 3;
-
-/* A motion that explains less than this follows if what it misses is noise: the parts of residuals
- * that neighbouring rows have in common are less than that, where so many pairs can tell. */
-static const double fit_clear = 0.99, fit_common = 0.5;
-enum { END_PAIRS = 16 };
-
-/* what is left of the data's squares where they are met: the blind directions are as the slopes say
- */
-static const double fit_met = 1e-12;
-
-/* so many times its start: what the data let go so far they do not hold */
-static const double fit_away = 1e6;
-
-/* a fall of the sum of squares, over the variance of a residual, that is none beside rounding */
-static const double end_fall = 0.01;
-
-/* most unknowns whose second derivatives are computed: two motions with derivatives each */
-enum { END_BENDS = 16 };
+#include "core/fit/fit_constants.h"
 
 /* whether an unknown has a part in what the data do not tell */
 static int end_blind(const struct pend_fit *fit, size_t j) {
@@ -103,7 +82,7 @@ static int end_drifts(const struct pend_fit *fit) {
             common += r[0] * before, all += (r[0] * r[0] + before * before) / 2, pairs++;
         }
     }
-    return pairs >= END_PAIRS && common > fit_common * all;
+    return pairs >= FIT_PAIRS && common > fit_common * all;
 }
 
 /* how it ended, of a result that is filled in but for that */
@@ -140,7 +119,7 @@ static enum pend_status end_bends(struct pend_fit *fit, double variance,
     struct pend_fit_result *result = &fit->result;
     size_t q = (size_t)fit->problem.unknowns;
     double total = pend_fit_state_total(fit), noise = 1e-5 * told->value[0];
-    if (!(result->chi_squared > fit_met * total)) return PEND_OK;
+    if (!(result->chi_squared > fit_exact * total)) return PEND_OK;
     for (int d = 0; d < result->blind;) {
         double bend, square = 0, *direction = fit->direction + (size_t)d * q;
         PEND_TRY(pend_fit_curve_along(fit, direction, &bend));
@@ -171,11 +150,11 @@ static enum pend_status end_told(struct pend_fit *fit, double variance, long *fo
             pend_fit_told_blind(&told, fit->bounded, PEND_FIT_BLIND, fit->direction);
     if (status == PEND_OK) status = pend_fit_release_let(fit, &gain);
     // a fall that a search begun anew did not find either, within a fraction of a standard error
-    double fall = fit->anew ? end_fall * variance : 0;
+    double fall = fit->anew ? fit_fall * variance : 0;
     if (status == PEND_OK)
         *minimum = pend_fit_state_flat(fit, fmax(gain - fall, 0), fit->result.chi_squared);
     // next to where the slopes are 0 along a direction they foretell gains that are not there
-    if (status == PEND_OK && !*minimum && fit->problem.unknowns <= END_BENDS) {
+    if (status == PEND_OK && !*minimum && fit->problem.unknowns <= FIT_BENDS) {
         int free = !memchr(fit->bounded, 1, (size_t)fit->problem.unknowns);
         status = pend_fit_curve_gain(fit, &gain, free ? fit->covariance : NULL);
         *minimum = pend_fit_state_flat(fit, gain, fit->result.chi_squared);

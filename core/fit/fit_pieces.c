@@ -9,20 +9,7 @@
 #include "core/fit/fit_bounds.h"
 #include "core/fit/fit_model.h"
 #include "core/fit/fit_start.h"
-
-/* rows of a piece at least, pieces at most, rounds of tighter joints and iterations in one */
-enum { PIECE_ROWS = 4, PIECES = 24, ROUNDS = 4, ROUND_MOST = 15, PIECES_NUMBERS = 16384 };
-
-/* Joints may gape by so many standard deviations of a measurement at first, and by a tenth of that
- * in every round after it. */
-static const double piece_gape = 10;
-
-/* a residual where there is no motion */
-static const double piece_nowhere = 1e6;
-
-/* A piece is so much of a swing: a tip that goes over the top takes about as long for half a turn.
- */
-static const double piece_swings = 0.25;
+#include "core/fit/fit_constants.h"
 
 struct piece {
     struct pend_fit_problem problem; /* its rows, and one for the joint at its end */
@@ -43,7 +30,7 @@ struct fit_pieces {
     struct pend_fit_problem own; /* the rows that are cut */
     const struct pend_fit_problem *problem;
     int count, unknowns, round, here;
-    struct piece piece[PIECES];
+    struct piece piece[FIT_PIECES];
     double *x; /* inner numbers of the unknowns, then phi and rate of every joint, stored order */
     double omega, sigma; /* rad/s, of a swing; rad, of a measurement */
     gsl_multifit_nlinear_workspace *work;
@@ -57,8 +44,8 @@ struct fit_pieces {
 /* the first rows, which are cut: of as many pieces as there may be, and as memory allows */
 static long pieces_rows(const struct pend_fit_problem *p, double swing) {
     long rows = 1;
-    while (rows < p->rows && rows * p->columns < PIECES_NUMBERS &&
-           p->t[rows] - p->t[0] < piece_swings * swing * PIECES)
+    while (rows < p->rows && rows * p->columns < FIT_PIECE_NUMBERS &&
+           p->t[rows] - p->t[0] < fit_piece * swing * FIT_PIECES)
         rows++;
     return rows;
 }
@@ -66,8 +53,8 @@ static long pieces_rows(const struct pend_fit_problem *p, double swing) {
 static int pieces_count(const struct pend_fit_problem *p, double swing) {
     long rows = pieces_rows(p, swing);
     double span = p->t[rows - 1] - p->t[0];
-    double most = fmin(span / (piece_swings * swing), (double)PIECES);
-    return (int)fmin(most, (double)rows / PIECE_ROWS);
+    double most = fmin(span / (fit_piece * swing), (double)FIT_PIECES);
+    return (int)fmin(most, (double)rows / FIT_PIECE_ROWS);
 }
 
 /* the first row of a piece */
@@ -204,7 +191,7 @@ void pend_fit_pieces_free(struct fit_pieces **pieces) {
 /* values, joints and their width into the pieces */
 static void pieces_set(struct fit_pieces *all, const gsl_vector *x) {
     const struct pend_fit_problem *p = all->problem;
-    double gape = piece_gape * pow(0.1, all->round) * all->sigma;
+    double gape = fit_gape * pow(0.1, all->round) * all->sigma;
     for (int s = 0; s < all->count; s++) {
         struct piece *piece = &all->piece[s];
         long rows = piece->problem.rows;
@@ -252,7 +239,7 @@ static int pieces_look(struct fit_pieces *all, const gsl_vector *x, gsl_vector *
         for (size_t i = 0; i < rows * columns; i++) {
             size_t c = i % columns;
             if (isnan(piece->column[c].data[i / columns])) continue;
-            if (f) gsl_vector_set(f, at, status == PEND_OK ? piece->residual[i] : piece_nowhere);
+            if (f) gsl_vector_set(f, at, status == PEND_OK ? piece->residual[i] : fit_nowhere);
             if (J) pieces_row_of(all, s, c, piece->slope + i * q, x, at, J);
             at++;
         }
@@ -337,10 +324,10 @@ enum pend_status pend_fit_pieces_step(struct fit_pieces *pieces, int *done, long
     if (all->status == PEND_NO_MEMORY) return PEND_NO_MEMORY;
     const gsl_vector *now = gsl_multifit_nlinear_position(all->work);
     for (int j = 0; j < all->unknowns && !lost; j++) all->x[j] = gsl_vector_get(now, (size_t)j);
-    int over = failed || ++all->here >= ROUND_MOST ||
+    int over = failed || ++all->here >= FIT_ROUND_ITERATIONS ||
                gsl_multifit_nlinear_test(1e-3, 1e-6, 0, &why, all->work) == GSL_SUCCESS;
     if (over) all->here = 0, all->round++;
-    *done = all->round >= ROUNDS;
+    *done = all->round >= FIT_ROUNDS;
     return PEND_OK;
 }
 

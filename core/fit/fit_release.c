@@ -6,10 +6,7 @@
 #include <string.h>
 
 #include "core/fit/fit_bounds.h"
-
-/* Of the data's size, the effect of a change by 1 that is none; how far from a bound an unknown
- * begins that the data do not depend on there. */
-static const double release_unmoved = 1e-6, release_little = 1e-3;
+#include "core/fit/fit_constants.h"
 
 /* half of the derivative of the sum of squares by an unknown, of these residuals */
 static double release_slope(const struct pend_fit *fit, const double residual[], int j) {
@@ -233,10 +230,10 @@ static double release_apart(const struct pend_fit *fit, size_t j) {
 static double release_unknown(const struct pend_fit *fit, size_t j, size_t m, double squares,
                               long count) {
     size_t q = (size_t)fit->problem.unknowns;
-    double told = 0, least = release_unmoved * release_unmoved * pend_fit_state_size(fit);
+    double told = 0, least = fit_unmoved * fit_unmoved * pend_fit_state_size(fit);
     for (size_t i = 0; i < m; i++) told += fit->slope[i * q + j] * fit->slope[i * q + j];
     double step = count && told > least ? sqrt(squares / ((double)count * told)) : 0;
-    return step > 0 ? step : release_little;
+    return step > 0 ? step : fit_little;
 }
 
 enum pend_status pend_fit_release_begin(struct pend_fit *fit, long rows) {

@@ -4,21 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-/* places that lie on less of a circle, as a part of their spread squared, tell none */
-static const double start_flat = 1e-9;
-
-/* so many times the noise residuals are of another motion */
-static const double start_most = 10;
-
-/* rad, by how much the first rows may leave a steady pace */
-static const double start_bent = 0.1;
-
-/* rows on each side that a parabola goes through; rows whose pace is a rate, and places that tell a
- * circle */
-enum { START_BESIDE = 2, START_ROWS = 5, START_PLACES = 5 };
-
-/* arms and rows at most where an arm without tips of its own is looked for in a line with others */
-enum { START_ARMS = 30, START_SOME = 64 };
+#include "core/fit/fit_constants.h"
 
 /* the columns of an arm's quantity; -1 = it is not measured */
 static int start_column(const struct pend_fit_problem *p, int arm, enum pend_fit_kind kind) {
@@ -52,7 +38,7 @@ double pend_fit_start_angle(const struct pend_fit_problem *p, int arm, long row)
 static double start_line(const struct pend_fit_problem *p, int arm, long row) {
     double x, y, to_x, to_y;
     int from = p->parent[arm], to = 0;
-    if (p->n > START_ARMS) return NAN;
+    if (p->n > FIT_LINE_ARMS) return NAN;
     while (!start_tip(p, from, row, &x, &y)) from = p->parent[from];
     for (; to < p->n; to++) {
         int k = to;
@@ -74,9 +60,8 @@ void pend_fit_start_parabola(const struct pend_fit_problem *p, int arm, long row
                              double *rate) {
     double at = NAN, sums[5] = {0}, sides[3] = {0};
     long first = row, last = row, run = pend_fit_run(p, row);
-    for (int left = START_BESIDE; left && first > 0;) left -= pend_fit_run(p, --first) == run;
-    for (int left = START_BESIDE; left && last < p->rows - 1;)
-        left -= pend_fit_run(p, ++last) == run;
+    for (int left = FIT_BESIDE; left && first > 0;) left -= pend_fit_run(p, --first) == run;
+    for (int left = FIT_BESIDE; left && last < p->rows - 1;) left -= pend_fit_run(p, ++last) == run;
     for (long i = first; i <= last; i++) {
         double angle = start_seen(p, arm, i), t = p->t[i] - p->t[row], power = 1;
         if (isnan(angle) || pend_fit_run(p, i) != run) continue;
@@ -101,11 +86,11 @@ void pend_fit_start_parabola(const struct pend_fit_problem *p, int arm, long row
 
 /* the first rows of a run in which an arm is seen; `since` is the instant of the first of all.
  * Returns how many they are. */
-static int start_rows(const struct pend_fit_problem *p, int run, int arm, long row[START_ROWS],
+static int start_rows(const struct pend_fit_problem *p, int run, int arm, long row[FIT_FIRST],
                       double *since) {
     int seen = 0, rows = 0;
     int own = start_column(p, arm, PEND_FIT_PHI) >= 0 || start_column(p, arm, PEND_FIT_X) >= 0;
-    for (long i = 0; i < p->rows && (own || rows < START_SOME) && seen < START_ROWS; i++) {
+    for (long i = 0; i < p->rows && (own || rows < FIT_LINE_ROWS) && seen < FIT_FIRST; i++) {
         if (pend_fit_run(p, i) != run) continue;
         if (!rows++) *since = p->t[i];
         if (!isnan(start_seen(p, arm, i))) row[seen++] = i;
@@ -115,8 +100,8 @@ static int start_rows(const struct pend_fit_problem *p, int run, int arm, long r
 
 int pend_fit_start_state(const struct pend_fit_problem *p, int run, int arm, double *phi,
                          double *rate) {
-    double way[START_ROWS] = {0}, since = 0, bent = 0;
-    long row[START_ROWS];
+    double way[FIT_FIRST] = {0}, since = 0, bent = 0;
+    long row[FIT_FIRST];
     int seen = start_rows(p, run, arm, row, &since);
     if (!seen) return 0;
     *phi = start_seen(p, arm, row[0]), *rate = 0;
@@ -131,7 +116,7 @@ int pend_fit_start_state(const struct pend_fit_problem *p, int run, int arm, dou
     if (seen > 1) *rate = whole / (p->t[row[seen - 1]] - begin);
     for (int i = 1; i < seen; i++) bent = fmax(bent, fabs(way[i] - *rate * (p->t[row[i]] - begin)));
     // a pace that changes so much is none of the start
-    if (bent > start_bent) pend_fit_start_parabola(p, arm, row[0], phi, rate);
+    if (bent > fit_bent) pend_fit_start_parabola(p, arm, row[0], phi, rate);
     if (begin > since) *phi -= *rate * (begin - since);
     return 1;
 }
@@ -210,7 +195,7 @@ int pend_fit_start_noisy(const struct pend_fit_problem *p, const double residual
             double r = residual[i * p->columns + c] * pend_fit_sigma(&p->column[c], i);
             if (!isnan(r)) sum += r * r, count++;
         }
-        noisy |= sum > pow(start_most * noise, 2) * (double)count;
+        noisy |= sum > pow(fit_noisy * noise, 2) * (double)count;
     }
     return noisy;
 }
@@ -261,7 +246,7 @@ int pend_fit_start_camera(const struct pend_fit_problem *p, double camera[PEND_F
     if (arm < 0) return 0;
     start_places(p, arm, &s);
     double whole = s.uu * s.vv - s.uv * s.uv, size = s.uu + s.vv, radius = s.far;
-    int round = s.count >= START_PLACES && whole > start_flat * size * size && sought;
+    int round = s.count >= FIT_FIRST && whole > fit_circle_flat * size * size && sought;
     double a = round ? (s.uw * s.vv - s.vw * s.uv) / whole : 0;
     double b = round ? (s.vw * s.uu - s.uw * s.uv) / whole : 0;
     if (round) radius = sqrt(a * a + b * b + size / (double)s.count);

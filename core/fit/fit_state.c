@@ -5,19 +5,7 @@
 #include <string.h>
 
 #include "core/fit/fit_bounds.h"
-
-/* part of the data's squares that is rounding: data may be met exactly */
-static const double fit_exact = 1e-12;
-
-/* In units of the motions' tolerance, by how much of it data that are met exactly may be missed. */
-static const double fit_loose = 300;
-
-/* a part of the data that is the rounding of a motion */
-static const double fit_rounding = 1e-13;
-
-/* Part of the sum of squares that one more step may still gain at a minimum, and of the variance of
- * a residual: the square of that step in standard errors. */
-static const double fit_minimum = 1e-6, fit_step = 1e-4;
+#include "core/fit/fit_constants.h"
 
 /* what an unknown is measured in: its value, or its start, or 1, where that is next to nothing:
  * what ends close to 0 would be too small beside what it cannot be told apart from */

@@ -6,24 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* A direction whose effect on the data is less than this part of the largest is not told by them.
- */
-static const double told_least = 1e-9;
-
-/* The same where the direction's standard error is known, of so many sizes of the unknowns at most:
- * what no motion depends on has effects up to 1e-15 of the largest, by rounding. */
-static const double told_rounding = 1e-13, told_unsure = 1e3;
-
-/* slopes whose squares, many of them, are still numbers */
-static const double told_most = 1e140;
-
-/* An unknown with more than this part of it in directions that are not told stands alone there;
- * less than that length of a direction is what others have told. */
-static const double told_alone = 1 - 1e-6, told_left = 0.1;
-
-/* A sum of squares that bends by less than this part of what the slopes say has no minimum there.
- */
-static const double told_flat = 1e-6;
+#include "core/fit/fit_constants.h"
 
 enum pend_status pend_fit_told_init(struct fit_told *told, size_t m, int q, const double slope[],
                                     const double residual[], const unsigned char fixed[],
@@ -40,7 +23,7 @@ enum pend_status pend_fit_told_init(struct fit_told *told, size_t m, int q, cons
             left[i * p + j] = fixed[j] ? 0 : slope[i * p + j] * size[j];
             whole = fmax(whole, isnan(left[i * p + j]) ? INFINITY : fabs(left[i * p + j]));
         }
-    if (!(whole < told_most)) return PEND_NOT_FINITE;
+    if (!(whole < fit_largest)) return PEND_NOT_FINITE;
     gsl_matrix_view U = gsl_matrix_view_array(left, m, p);
     gsl_matrix_view V = gsl_matrix_view_array(told->direction, p, p);
     gsl_vector_view s = gsl_vector_view_array(told->value, p);
@@ -50,7 +33,7 @@ enum pend_status pend_fit_told_init(struct fit_told *told, size_t m, int q, cons
         told->gain[d] = 0;
         for (size_t i = 0; i < m; i++) told->gain[d] += left[i * p + d] * residual[i];
     }
-    told->least = told_least * told->value[0];
+    told->least = fit_least * told->value[0];
     return PEND_OK;
 }
 
@@ -66,7 +49,7 @@ int pend_fit_told_is(const struct fit_told *told, int d) {
 
 void pend_fit_told_sure(struct fit_told *told, double variance) {
     assert(variance >= 0);
-    double sure = fmax(told_rounding * told->value[0], sqrt(variance) / told_unsure);
+    double sure = fmax(fit_rounding * told->value[0], sqrt(variance) / fit_unsure);
     told->least = fmin(told->least, sure);
 }
 
@@ -148,8 +131,8 @@ enum pend_status pend_fit_told_newton(const struct fit_told *told, const double 
         double along = 0;
         for (size_t a = 0; a < q; a++)
             if (pend_fit_told_is(told, (int)a)) along += direction[a * q + d] * told->gain[a];
-        failed |= !(value[d] > told_flat);
-        sum += along * along / fmax(value[d], told_flat);
+        failed |= !(value[d] > fit_flat);
+        sum += along * along / fmax(value[d], fit_flat);
         for (size_t j = 0; j < q; j++) {
             turned[j * q + d] = 0;
             for (size_t a = 0; a < q; a++)
@@ -196,7 +179,7 @@ static int told_singles(const struct fit_told *told, const unsigned char fixed[]
                         double to[]) {
     int q = told->q, count = 0;
     for (int j = 0; j < q && count < most; j++) {
-        if (fixed[j] || !(told_unseen(told, j) > told_alone)) continue;
+        if (fixed[j] || !(told_unseen(told, j) > fit_alone)) continue;
         for (int i = 0; i < q; i++) to[count * q + i] = i == j;
         count++;
     }
@@ -211,7 +194,7 @@ int pend_fit_told_blind(const struct fit_told *told, const unsigned char fixed[]
         if (pend_fit_told_is(told, d)) continue;
         for (int j = 0; j < q; j++) row[j] = fixed[j] ? 0 : told->direction[j * q + d];
         // of mixtures what stands alone is left out, and what was told before
-        if (told_part(q, to, count, row) < told_left) continue;
+        if (told_part(q, to, count, row) < fit_left) continue;
         for (int j = 0; j < q; j++)
             if (fabs(row[j]) > fabs(largest)) largest = row[j];
         if (fabs(largest) < 0.1) continue; // the direction of an unknown at its bound

@@ -7,22 +7,7 @@
 #include <string.h>
 
 #include "core/fit/fit_loss.h"
-
-/* Significance of a test; what a motion explains that is tested by nothing else; what is left of
- * the data's squares where they are met exactly. */
-static const double verdict_level = 1e-3, verdict_explained = 0.9, verdict_clear = 0.99,
-                    verdict_exact = 1e-12;
-
-/* of a column's size, what its measurements are known to at best */
-static const double verdict_fine = 1e-6;
-
-/* Errors are withheld where less than this part of the measurements is left to tell the noise by.
- */
-static const double verdict_left = 0.25;
-
-/* neighbours of which at least so many tell a run; one of so many measurements may be an outlier;
- * so many degrees of freedom tell something */
-enum { VERDICT_PAIRS = 16, VERDICT_MANY = 10, VERDICT_FEW = 3 };
+#include "core/fit/fit_constants.h"
 
 /* whether more than frequencies is measured */
 static int verdict_moves(const struct pend_fit *fit) {
@@ -51,7 +36,7 @@ static double verdict_column(const struct pend_fit *fit, int c, double room[]) {
     }
     if (!count) return INFINITY;
     qsort(room, count, sizeof *room, verdict_order);
-    return fmax(1.4826 * room[count / 2], pend_fit_known(column) ? 1 : verdict_fine * size);
+    return fmax(1.4826 * room[count / 2], pend_fit_known(column) ? 1 : fit_known_best * size);
 }
 
 static enum pend_status verdict_spread(struct pend_fit *fit) {
@@ -67,7 +52,7 @@ static enum pend_status verdict_spread(struct pend_fit *fit) {
     for (long i = 0; i < p->rows; i++)
         for (int c = 0; c < p->columns; c++)
             off += fabs(fit->residual[i * p->columns + c]) > fit->result.beyond * fit->spread[c];
-    if (off * VERDICT_MANY > count) fit->result.beyond = INFINITY, off = 0;
+    if (off * FIT_OUTLIERS > count) fit->result.beyond = INFINITY, off = 0;
     fit->result.outliers = off;
     return PEND_OK;
 }
@@ -118,7 +103,7 @@ static void verdict_run(struct pend_fit *fit) {
     fit->result.watson = pairs && lag[0] > 0 ? steps / lag[0] : NAN;
     for (int k = 0; k < 2; k++) fit->lag[k] = lag[0] > 0 ? lag[k + 1] / lag[0] : 0;
     fit->result.alike =
-        pairs < VERDICT_PAIRS ? NAN : gsl_cdf_ugaussian_Q(fit->lag[0] * sqrt((double)pairs));
+        pairs < FIT_PAIRS ? NAN : gsl_cdf_ugaussian_Q(fit->lag[0] * sqrt((double)pairs));
 }
 
 /* chi-squared and its freedom without outliers, where a loss is there for them */
@@ -203,7 +188,7 @@ static double verdict_noise(struct pend_fit *fit, double *last, double meat[], d
     for (size_t j = 0; j < q; j++) taken += half[j * q + j];
     verdict_product(q, half, fit->covariance, covariance);
     double left = 1 - taken / (double)count;
-    for (size_t k = 0; k < q * q; k++) all += covariance[k] *= squares / fmax(left, verdict_left);
+    for (size_t k = 0; k < q * q; k++) all += covariance[k] *= squares / fmax(left, fit_freedom);
     fit->result.effective = fmin(1, (double)(count - fit->result.freedom) / taken) * (double)count;
     return isfinite(all) ? left : 0;
 }
@@ -217,7 +202,7 @@ static enum pend_status verdict_alike(struct pend_fit *fit, double variance) {
     double *noise = room + 2 * q * q, *wider = noise + q * q, *last = wider + q;
     double left = verdict_noise(fit, last, room, room + q * q, noise);
     // the unknowns took smooth parts from the residuals, whose autocorrelations are next to 1
-    for (int k = 0; k < 2 && left > verdict_left; k++) fit->lag[k] = left * fit->lag[k] + 1 - left;
+    for (int k = 0; k < 2 && left > fit_freedom; k++) fit->lag[k] = left * fit->lag[k] + 1 - left;
     left = verdict_noise(fit, last, room, room + q * q, noise);
     for (size_t j = 0; j < q; j++) {
         double old = variance * fit->covariance[j * q + j], fresh = noise[j * q + j];
@@ -226,7 +211,7 @@ static enum pend_status verdict_alike(struct pend_fit *fit, double variance) {
     }
     for (size_t k = 0; k < q * q; k++)
         fit->covariance[k] = noise[k] * wider[k / q] * wider[k % q] / variance;
-    if (left < verdict_left) fit->result.widened = INFINITY;
+    if (left < fit_freedom) fit->result.widened = INFINITY;
     free(room);
     return PEND_OK;
 }
@@ -238,13 +223,13 @@ static enum pend_status verdict_widen(struct pend_fit *fit, double variance) {
     long count;
     (void)pend_fit_state_squares(fit, fit->problem.rows, &count);
     result->widened = 1, result->effective = (double)count;
-    if (result->explained > 1 - verdict_exact || result->freedom < 1) return PEND_OK;
+    if (result->explained > 1 - fit_exact || result->freedom < 1) return PEND_OK;
     // of a motion that is another one the errors say nothing
-    int poor = !(result->explained > verdict_explained) && !(result->p_value >= verdict_level);
+    int poor = !(result->explained > fit_explained) && !(result->p_value >= fit_level);
     if (poor && verdict_moves(fit)) result->widened = INFINITY;
     if (poor && verdict_moves(fit)) return PEND_OK;
-    if (result->alike < verdict_level) return verdict_alike(fit, variance);
-    if (!(result->p_value < verdict_level)) return PEND_OK;
+    if (result->alike < fit_level) return verdict_alike(fit, variance);
+    if (!(result->p_value < fit_level)) return PEND_OK;
     result->widened = sqrt(spread);
     for (size_t k = 0; k < q * q; k++) fit->covariance[k] *= spread;
     return PEND_OK;
@@ -281,14 +266,14 @@ static double verdict_straight(struct pend_fit *fit) {
 static enum pend_fit_model verdict_model(const struct pend_fit *fit, int minimum) {
     const struct pend_fit_result *result = &fit->result;
     double p = result->p_value, part = result->explained;
-    int poor = !(part > verdict_explained);
+    int poor = !(part > fit_explained);
     if (!minimum || (result->freedom < 1 && !poor)) return PEND_FIT_UNDECIDED;
-    if (part > 1 - verdict_exact) return PEND_FIT_ACCEPTED;
-    if (p < verdict_level || result->alike < verdict_level) return PEND_FIT_REJECTED;
+    if (part > 1 - fit_exact) return PEND_FIT_ACCEPTED;
+    if (p < fit_level || result->alike < fit_level) return PEND_FIT_REJECTED;
     // data that are noise of the size that was said
-    if (poor) return p >= verdict_level ? PEND_FIT_UNDECIDED : PEND_FIT_REJECTED;
-    int tested = p >= verdict_level || isfinite(result->alike) ||
-                 (part > verdict_clear && verdict_moves(fit) && result->freedom >= VERDICT_FEW);
+    if (poor) return p >= fit_level ? PEND_FIT_UNDECIDED : PEND_FIT_REJECTED;
+    int tested = p >= fit_level || isfinite(result->alike) ||
+                 (part > fit_clear && verdict_moves(fit) && result->freedom >= FIT_FREEDOM);
     return tested ? PEND_FIT_ACCEPTED : PEND_FIT_UNDECIDED;
 }
 
@@ -302,7 +287,7 @@ enum pend_status pend_fit_verdict(struct pend_fit *fit, double *variance, int mi
     PEND_TRY(verdict_spread(fit));
     verdict_test(fit);
     // a motion that is missed for a while has no outliers
-    if (result->alike < verdict_level) result->beyond = INFINITY, result->outliers = 0;
+    if (result->alike < fit_level) result->beyond = INFINITY, result->outliers = 0;
     result->model = verdict_model(fit, minimum);
     return verdict_widen(fit, *variance);
 }

@@ -5,17 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { EASY = 3, HARD = 5 };
-
-/* the shortest step, in parts of the longest */
-static const double orbits_shortest = 1e-5;
-
-/* cosine of the largest angle between the directions of a step's ends */
-static const double orbits_bend = 0.9;
-
-/* an orbit that misses its start by more, times the growth of its disturbances, is none; and one
- * that misses it by more whatever the growth is not known to be one */
-static const double orbits_closed = 1e-9, orbits_wild = 1e-3;
+#include "core/orbits/orbit_constants.h"
 
 /* ---- along the branch */
 
@@ -40,7 +30,7 @@ static void orbits_failed(struct pend_orbits *o, enum pend_orbits_end why) {
         pend_orbit_search_small(o);
     else if (o->aim == FIRST)
         pend_orbit_search_over(o, why == PEND_ORBITS_LOST ? PEND_ORBITS_NONE : why);
-    else if (o->step < orbits_shortest * o->problem.step)
+    else if (o->step < branch_shortest * o->problem.step)
         pend_orbit_search_over(o, why);
     else
         orbits_predict(o);
@@ -85,7 +75,7 @@ static int orbits_take(struct pend_orbits *o) {
     double turn =
         pend_orbit_search_dot(along, before, q) /
         sqrt(pend_orbit_search_dot(along, along, q) * pend_orbit_search_dot(before, before, q));
-    return o->aim == FIRST || turn >= orbits_bend;
+    return o->aim == FIRST || turn >= branch_bend;
 }
 
 /* true if the orbit that was taken is beyond an end of the branch, which ends or lands there */
@@ -125,7 +115,6 @@ static enum pend_status orbits_accept(struct pend_orbits *o, enum pend_orbits_fo
 /* true if the last step has passed the first orbit of a branch that begins at a bifurcation, in the
  * direction in which it left it; keeps the first orbit */
 static int orbits_closes(struct pend_orbits *o) {
-    static const double part_missed = 0.1; // of a step: a straight line is no closer
     size_t q = (size_t)o->newton.unknowns;
     const double *a = o->last.u, *b = o->next.u, *home = o->home, *along = o->home + q;
     double before = 0, after = 0, chord = 0, missed = 0;
@@ -143,7 +132,7 @@ static int orbits_closes(struct pend_orbits *o) {
     double part = before / (before - after);
     for (size_t j = 0; j < q; j++)
         missed = fmax(missed, fabs(a[j] + part * (b[j] - a[j]) - home[j]));
-    return missed <= part_missed * chord;
+    return missed <= branch_missed * chord;
 }
 
 /* goes on from the orbit that was found, or ends */
@@ -169,8 +158,8 @@ static void orbits_forward(struct pend_orbits *o) {
         return;
     }
     int corrections = o->newton.iteration;
-    if (!first && corrections <= EASY) o->step = fmin(1.6 * o->step, o->problem.step);
-    if (corrections >= HARD) o->step *= 0.7;
+    if (!first && corrections <= BRANCH_EASY) o->step = fmin(1.6 * o->step, o->problem.step);
+    if (corrections >= BRANCH_HARD) o->step *= 0.7;
     orbits_predict(o);
 }
 
@@ -199,10 +188,10 @@ static enum pend_status orbits_checked(struct pend_orbits *o, enum pend_orbits_f
         orbits_failed(o, PEND_ORBITS_LOST);
         return PEND_OK;
     }
-    if (closure <= orbits_closed * o->floquet.growth && closure <= orbits_wild && o->part == 1)
+    if (closure <= branch_closed * o->floquet.growth && closure <= branch_wild && o->part == 1)
         return orbits_accept(o, found, error);
-    orbits_failed(o, closure > orbits_closed * o->floquet.growth ? PEND_ORBITS_LOST
-                     : closure > orbits_wild                     ? PEND_ORBITS_WILD
+    orbits_failed(o, closure > branch_closed * o->floquet.growth ? PEND_ORBITS_LOST
+                     : closure > branch_wild                     ? PEND_ORBITS_WILD
                                                                  : PEND_ORBITS_MEETS);
     return PEND_OK;
 }

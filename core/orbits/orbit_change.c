@@ -5,32 +5,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LOCATE_MOST = 40 };
+#include "core/orbits/orbit_constants.h"
 
-/* a bifurcation is known to this part of a step, or where the test for it is so small */
-static const double change_short = 1e-7, change_zero = 1e-11;
-
-/* How small a slope is at a fold, in parts of those at the ends of the step, and where two branches
- * meet: orbits that are nearer have larger errors there. How near an orbit is to a turn, in parts
- * of a step, and its test, in parts of those at the ends; cosine of the largest angle between two
- * directions of a branch, and how much steeper it may be than at its ends. */
-static const double change_zero_slope = 1e-9, change_level = 3e-4, change_near_turn = 3e-3,
-                    change_tied = 1e-4, change_bend = 0.8, change_other = 2;
-
-/* how close to its mirror image or to its start an orbit is after half of its period that is taken
- * to be there, and one at a turn, in parts of the step */
-static const double change_alike = 1e-5, change_alike_turn = 0.1;
-
-/* how far beside a part of a step at which no orbit was found one is looked for, five times as far
- * each time; what that adds to the tries, so that the next orbit found is the last, and how often
- */
-static const double change_beside = 2e-6;
-enum { LOCATE_LOST = 1000, LOCATE_BESIDE = 5 };
+enum { LOCATE_LOST = 1000 };
 
 /* parts of the unit of unknowns: how far from a bifurcation the first orbit of the branch that
  * begins there is looked for, one after the other; and how much farther it may be */
 static const double change_aside[] = {5e-3, 2e-3, 1e-3, 1e-2, 3e-2};
-static const double change_near = 8;
 enum { ASIDE = sizeof change_aside / sizeof *change_aside };
 
 void pend_orbit_change_aside(struct pend_orbits *o) {
@@ -115,7 +96,7 @@ static void change_locate(struct pend_orbits *o) {
 static int change_locate_beside(struct pend_orbits *o) {
     int lost = o->tries / LOCATE_LOST;
     double away = change_beside * pow(5, lost) * (lost % 2 ? -1 : 1);
-    if (lost == LOCATE_BESIDE) return 0;
+    if (lost == CHANGE_BESIDE) return 0;
     o->tries = LOCATE_LOST * (lost + 1);
     o->at += o->at + away > o->low.at && o->at + away < change_top(o)->at ? away : -away;
     change_locate_at(o);
@@ -387,7 +368,7 @@ enum pend_status pend_orbit_change_lost(struct pend_orbits *o, enum pend_orbits_
 /* true if the bifurcation between `low` and the first one ahead is where the orbit found is */
 static int change_exact(struct pend_orbits *o, const struct orbits_mark *mark, int border) {
     int single = change_single(o), folds = change_passes(&o->low, change_top(o), ORBIT_PLUS);
-    if (change_top(o)->at - o->low.at <= change_short || o->tries >= LOCATE_MOST) return 1;
+    if (change_top(o)->at - o->low.at <= change_short || o->tries >= CHANGE_MOST) return 1;
     if (!single || (border != o->border && !o->beside) || border == ORBIT_AROUND) return 0;
     if (border == ORBIT_TURN)
         return o->beside || change_slope(o, mark) <= (folds ? change_zero_slope : change_level);

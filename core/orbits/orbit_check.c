@@ -4,13 +4,12 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "core/orbits/orbit_constants.h"
+
 /* instants of a period: of driven pendulums and orbits that do not rest so many that every part of
  * it is one of them */
 enum { ALL = 840, PARTS = 8 };
 static const double pi = 3.14159265358979323846;
-
-/* an orbit comes back after a part of its period if it misses its start by no more than this */
-static const double check_alike = 1e-6;
 
 static size_t check_rows(int all) { return all ? ALL + 1 : PARTS + 1; }
 

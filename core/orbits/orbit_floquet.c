@@ -5,10 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* how far beyond a border a multiplier must be: round-off of the half sums of pairs, and of the
- * multipliers of driven pendulums and of orbits that do not rest; the imaginary part that tells two
- * equal ones from a pair */
-static const double floquet_border = 1e-9, floquet_driven = 1e-6, floquet_apart = 1e-6;
+#include "core/orbits/orbit_constants.h"
 
 static size_t floquet_numbers(size_t n) { return 8 * n + 8 * n * n; }
 
@@ -44,7 +41,7 @@ static void floquet_tell(struct orbit_floquet *f, int count, int driven) {
     for (int i = 0; i < count; i++) {
         double re = f->part_re[i], im = f->part_im[i];
         double complex z = re + I * im;
-        int pair = fabs(im) > floquet_apart;
+        int pair = fabs(im) > floquet_driven;
         f->test[ORBIT_PLUS] *= pair ? cabs(z - 1) : re - 1;
         f->test[ORBIT_MINUS] *= pair ? cabs(z + 1) : re + 1;
         if (pair) {
@@ -81,7 +78,7 @@ static enum pend_status floquet_mirrored(struct orbit_floquet *f, struct orbit_n
     // half a period turns the sign of a mirrored orbit: what it leaves alone is at -1
     for (int i = 0; i < f->n - 1; i++) {
         if (quarter) f->part_re[i] = -f->part_re[i], f->part_im[i] = -f->part_im[i];
-        double im = fabs(f->part_im[i]) > floquet_apart ? f->part_im[i] : 0;
+        double im = fabs(f->part_im[i]) > floquet_driven ? f->part_im[i] : 0;
         floquet_pair(f, i, f->part_re[i] + I * im, quarter);
     }
     f->re[2 * f->n - 2] = f->re[2 * f->n - 1] = 1;

@@ -8,13 +8,10 @@
 #include "core/dynamics/kinematics_at.h"
 #include "core/modes/damped.h"
 #include "core/modes/modes.h"
+#include "core/orbits/orbit_constants.h"
 
-enum { MULTIPLES = 12 };
 static const double pi = 3.14159265358979323846;
 static const double hanging = -1.57079632679489661923, hanging_low = -6.123233995736766e-17;
-
-/* frequencies of drives are multiples of one to this relative accuracy */
-static const double form_alike = 1e-12;
 
 /* ---- the pendulum */
 
@@ -27,12 +24,13 @@ int pend_orbit_drive(const struct pend_loads *loads, double *omega) {
         if (w > 0) least = fmin(least, w);
     }
     if (!isfinite(least)) return 0;
-    for (int part = 1; part <= MULTIPLES; part++) {
+    for (int part = 1; part <= FORM_MULTIPLES; part++) {
         double base = least / part;
         int fits = 1;
         for (int i = 0; i < terms->harmonics; i++) {
             double times = fabs(loads->value[terms->harmonic[i].at + 1]) / base;
-            fits &= fabs(times - rint(times)) <= form_alike * times && rint(times) <= MULTIPLES;
+            fits &=
+                fabs(times - rint(times)) <= form_alike * times && rint(times) <= FORM_MULTIPLES;
         }
         if (!fits) continue;
         *omega = base;

@@ -5,14 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { NEAR = 9, FAR = 60 }; /* most corrections */
-
-/* a correction of this size is the last one; one that no longer shrinks may be so much larger */
-static const double newton_fine = 1e-13, newton_stalled = 1e-8;
-/* a correction after which the next is likely to be the last */
-static const double newton_nearly = 1e-4;
-/* the longest correction, rad, and the least part of one, from far away */
-static const double newton_longest = 0.5, newton_least = 1.0 / 256;
+#include "core/orbits/orbit_constants.h"
 
 static size_t newton_numbers(size_t unknowns) { return unknowns * (unknowns + 6); }
 
@@ -162,7 +155,7 @@ static enum orbit_newton_end newton_correct(struct orbit_newton *newton) {
     double correction = newton_size(newton->delta, q);
     int stalled = correction <= newton_stalled && correction > newton->last / 4;
     if (correction <= newton_fine || stalled) return newton_last(newton, correction);
-    if (newton->iteration >= (newton->careful ? FAR : NEAR)) return ORBIT_LOST;
+    if (newton->iteration >= (newton->careful ? NEWTON_FAR : NEWTON_NEAR)) return ORBIT_LOST;
     if (newton->careful) return newton_far(newton, correction);
     if (correction > newton_longest || (newton->iteration > 2 && correction > newton->last))
         return ORBIT_LOST;

@@ -3,9 +3,7 @@
 #include <assert.h>
 #include <math.h>
 
-/* where the equations change so little in a direction, in parts of what they change in the next,
- * orbits lie in it: bifurcations are found to about 1e-7 of a step */
-static const double switch_least = 1e-3;
+#include "core/orbits/orbit_constants.h"
 
 int pend_orbit_switch_form(struct orbit_form *form, enum pend_orbits_kind kind) {
     assert(kind < PEND_ORBITS_KINDS);

@@ -9,12 +9,7 @@
 #include "core/dynamics/kinematics_at.h"
 #include "core/integrate/run/run.h"
 #include "core/orbits/orbit_branch.h"
-
-/* arm-evaluations of a piece, about a quarter of a millisecond */
-static const double orbits_piece = 20000;
-
-/* rad: the first swing of a branch, and its first step */
-static const double orbits_first = 0.02, orbits_begin = 0.02;
+#include "core/orbits/orbit_constants.h"
 
 /* ---- making and freeing */
 
@@ -63,7 +58,7 @@ static enum pend_status orbits_small(struct pend_orbits *o, double *swing,
                                      struct pend_error *error) {
     enum { HALVES = 40 };
     const struct orbit_form *form = &o->newton.form;
-    *swing = orbits_first;
+    *swing = orbits_begin;
     if (o->problem.target == PEND_ORBIT_AMPLITUDE) {
         *swing = fmin(*swing, o->problem.until / 2);
         return PEND_OK;

@@ -2,7 +2,7 @@
 
 usage: mirror.py
 tests/ROOM/FOLDER/test_X.c (.cpp), or test_X_MORE.c, is for ROOM/FOLDER/X.c; for what has none, tests/ROOM/README.md has a row
-`FOLDER/X` | files of tests. SECURITY.md names for each of its sentences tests that exist.
+`FOLDER/X` | files of tests. SECURITY.md names for each of its sentences tests that exist, and so do tables of constants.
 Leaves to others: what the tests check, and that they pass. Invariant: a row that is not needed, or names what is not there, fails;
 so does a test whose name is that of no source.
 """
@@ -98,6 +98,9 @@ def main():
     readmes = {room: (TOP / "tests" / room / "README.md").read_text(encoding="utf-8") for room in ROOMS}
     wrong = list(complaints(sources, found("", (".h",)), found("tests", (".c", ".cpp"), "test_"), readmes))
     wrong += untested((TOP / "SECURITY.md").read_text(encoding="utf-8"), tests_of_c())
+    tests = tests_of_c()
+    wrong += [f"{path.relative_to(TOP)} names the test {name}, which is not there" for path in (TOP / "core").rglob("*_constants.h")
+              for name in re.findall(r"\[(\w+)\]", path.read_text(encoding="utf-8")) if name not in tests]
     if len(list(untested("| sentence | tests |\n| --- | --- |\n| a | `x_y` |\n| b | none |\n", {"x"}))) != 2 or len(list(untested("", set()))) != 1:
         wrong.append("faults of a sample of SECURITY.md are not seen")
     if len(sources) < 100:
