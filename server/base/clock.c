@@ -1,13 +1,23 @@
 #include "server/base/clock.h"
 
 #include <assert.h>
+#include <stdatomic.h>
 
 enum { SECOND = 1000000000 };
+
+/* ns that tests have set the clock ahead */
+static _Atomic int64_t clock_ahead;
 
 int64_t srv_clock_now(void) {
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * SECOND + now.tv_nsec;
+    return (int64_t)now.tv_sec * SECOND + now.tv_nsec +
+           atomic_load_explicit(&clock_ahead, memory_order_relaxed);
+}
+
+void srv_clock_advance(int64_t ns) {
+    assert(ns > 0);
+    atomic_fetch_add(&clock_ahead, ns);
 }
 
 double srv_clock_seconds(void *context) {
@@ -22,7 +32,8 @@ int64_t srv_clock_span(double seconds) {
 
 struct timespec srv_clock_timespec(int64_t ns) {
     assert(ns >= 0);
-    return (struct timespec){ns / SECOND, ns % SECOND};
+    ns -= atomic_load_explicit(&clock_ahead, memory_order_relaxed);
+    return ns < 0 ? (struct timespec){0} : (struct timespec){ns / SECOND, ns % SECOND};
 }
 
 void srv_clock_stamp(struct srv_stamp *stamp) {

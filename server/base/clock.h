@@ -17,13 +17,17 @@ struct srv_stamp {
 /** Returns the nanoseconds since some fixed instant; the value never decreases. Any thread. */
 int64_t srv_clock_now(void);
 
+/** Sets the clock ahead by so many ns, > 0: for tests, which need not wait then. A thread that
+ * waits already wakes no earlier. Any thread. */
+void srv_clock_advance(int64_t ns);
+
 /** Returns srv_clock_now in seconds, in the form of api_call_clock; context is ignored. */
 double srv_clock_seconds(void *context);
 
 /** Returns the nanoseconds in so many seconds, 0 .. 9e9. */
 int64_t srv_clock_span(double seconds);
 
-/** Converts an instant of srv_clock_now, at least 0, for system calls. */
+/** Converts an instant of srv_clock_now, at least 0, to CLOCK_MONOTONIC, for system calls. */
 struct timespec srv_clock_timespec(int64_t ns);
 
 /** Writes the wall clock's time to stamp->text, in UTC as RFC 3339; a stamp begins as {0}. */

@@ -26,6 +26,17 @@ TEST(seconds_and_nanoseconds_are_the_same_clock) {
     CHECK_INT(srv_clock_span(0), 0);
 }
 
+TEST(a_test_sets_the_clock_ahead_and_waits_end_when_they_would) {
+    int64_t before = srv_clock_now();
+    srv_clock_advance(srv_clock_span(3600));
+    int64_t now = srv_clock_now(), system = now - srv_clock_span(1);
+    CHECK(now - before >= srv_clock_span(3600));
+    struct timespec real, instant = srv_clock_timespec(system);
+    clock_gettime(CLOCK_MONOTONIC, &real);
+    CHECK(instant.tv_sec <= real.tv_sec && instant.tv_sec >= real.tv_sec - 600);
+    CHECK_INT(srv_clock_timespec(0).tv_sec, 0);
+}
+
 TEST(a_stamp_is_the_time_as_rfc_3339_writes_it) {
     struct srv_stamp stamp = {0};
     struct tm part = {0};
