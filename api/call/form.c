@@ -199,10 +199,38 @@ static enum pend_status table_latin(const struct span *table, struct api_buffer 
     return PEND_OK;
 }
 
+/* whether a table is UTF-16: it begins with the mark of that */
+static int is_utf16(const struct span *table) {
+    return table->bytes >= 2 &&
+           (!memcmp(table->at, "\xff\xfe", 2) || !memcmp(table->at, "\xfe\xff", 2));
+}
+
+/* UTF-16 as the inside of a string of JSON; what lies beyond the first plane is '?' */
+static enum pend_status table_utf16(const struct span *table, struct api_buffer *out) {
+    int low = (unsigned char)table->at[0] == 0xff;
+    for (size_t at = 2; at + 1 < table->bytes; at += 2) {
+        unsigned first = (unsigned char)table->at[at], second = (unsigned char)table->at[at + 1];
+        unsigned c = low ? second << 8 | first : first << 8 | second;
+        char text[3] = {(char)(0xe0 | c >> 12), (char)(0x80 | (c >> 6 & 0x3f)),
+                        (char)(0x80 | (c & 0x3f))};
+        int bytes = c < 0x80 ? 1 : c < 0x800 ? 2 : 3;
+        if (bytes == 2) text[1] = (char)(0xc0 | c >> 6);
+        if (c >= 0xd800 && c < 0xe000) c = '?', bytes = 1;
+        if (bytes == 1) text[2] = (char)c;
+        PEND_TRY(api_text_escape(out, text + 3 - bytes, (size_t)bytes));
+    }
+    return PEND_OK;
+}
+
 /* a table as a string of JSON */
 static enum pend_status form_table(const struct form *form, int i, struct api_buffer *out) {
     struct span table = form->table[i];
     int utf8 = 1;
+    if (is_utf16(&table)) {
+        PEND_TRY(api_buffer_text(out, "\""));
+        PEND_TRY(table_utf16(&table, out));
+        return api_buffer_text(out, "\"");
+    }
     if (table.bytes >= 3 && !memcmp(table.at, "\xef\xbb\xbf", 3)) table.at += 3, table.bytes -= 3;
     if (!table_plain(form, i, &table)) return PEND_INVALID;
     for (size_t at = 0; at < table.bytes && utf8;) {

@@ -14,7 +14,8 @@ enum {
     API_FIT_SERIES = 64,
     API_FIT_MODES = 30,
     API_FIT_RUNS = 32,
-    API_FIT_LABEL = 64
+    API_FIT_LABEL = 64,
+    API_FIT_TABLES_BYTES = 1 << 20
 };
 
 /* One motion of the pendulum: its start, and what of the measurements is its own. */
@@ -53,6 +54,7 @@ struct api_fit {
     double knee[API_FIT_SERIES + API_FIT_MODES];
     double rtol;
     long iterations, step_cap;
+    struct api_buffer tables; /* JSON: what the columns of each table were taken for */
 };
 
 /**

@@ -2,290 +2,249 @@
 
 #include <assert.h>
 #include <math.h>
-#include <stdlib.h>
+#include <stdio.h>
 #include <string.h>
 
-enum { HEAD_LINES = 20, FAULTY_LINES = 10, FIELD_BYTES = 64 };
+#include "api/base/text.h"
+#include "api/csv/csv_roles.h"
+#include "api/json/json_out.h"
 
 static const double pi = 3.14159265358979323846;
 
-/* a field: its text without blanks around it */
-struct csv_field {
-    const char *at;
-    int bytes;
-};
+static const char *const angle_units[] = {"rad", "deg", NULL};
 
-static int is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
-
-static const char *line_end(const char *line) {
-    const char *end = strchr(line, '\n');
-    return end ? end : line + strlen(line);
+/* the names of a table's columns, and why one is not used, for a message */
+static const char *csv_names(const struct api_csv *csv, const struct api_csv_roles *roles,
+                             char out[400]) {
+    size_t at = 0;
+    for (int i = 0; i < csv->columns && at < 250; i++) {
+        const struct api_csv_cell *name = &csv->column[i].name;
+        const char *why = roles->column[i].role == API_CSV_NONE ? roles->column[i].why : NULL;
+        int bytes = (int)api_text_cut(name->bytes ? name->at : "", (size_t)name->bytes, 40);
+        at += (size_t)snprintf(out + at, 400 - at, "%s\"%.*s\"%s%s%s", at ? ", " : "", bytes,
+                               bytes ? name->at : "", why ? " (" : "", why ? why : "",
+                               why ? ")" : "");
+    }
+    return out;
 }
 
-/* cuts a line into fields; returns how many */
-static int line_cut(const char *line, char separator, struct csv_field field[API_CSV_FIELDS]) {
-    const char *end = line_end(line);
+/* what a table is of, for a pendulum and what the request says of it; 0 after a fault */
+static int csv_look(struct api_csv *csv, struct api_csv_roles *roles, const struct api_tree *tree,
+                    const struct api_value *data, const struct api_value *text,
+                    struct api_problem *problem) {
+    struct api_value arms = api_value_member(data, "arms"), unit = api_value_member(data, "unit");
+    int listed[API_FIT_SERIES], degrees = -1, fitted = 0;
+    char names[400];
+    struct api_csv_hints hints = {.arms = tree->n, .listed = listed};
+    struct api_value arm = api_value_item(&arms, 0);
+    for (; api_value_kind(&arm) != API_MISSING && hints.count < API_FIT_SERIES;
+         arm = api_value_next(&arm))
+        listed[hints.count++] = api_tree_read_arm(tree, &arm, problem) + 1;
+    (void)api_field_word(&unit, angle_units, &degrees, problem);
+    hints.degrees = degrees;
+    if (!api_value_text(text)) {
+        api_value_fault(text, problem, API_CODE_WRONG_TYPE "must be a table as text");
+        return 0;
+    }
+    if (!api_csv_look(csv, api_value_text(text))) {
+        api_value_fault(text, problem,
+                        API_CODE_MISSING "has no rows of two or more numbers: instants in s, and "
+                                         "angles or places");
+        return 0;
+    }
+    // where no pendulum could be read, that has been said
+    if (!tree->n) return 0;
+    api_csv_guess(roles, csv, &hints);
+    for (int i = 0; i < csv->columns; i++)
+        fitted += roles->column[i].role >= API_CSV_THETA && roles->column[i].role <= API_CSV_Y;
+    if (roles->time < 0)
+        api_value_fault(text, problem,
+                        API_CODE_MISSING
+                        "has no column of instants: call it t, in s; its columns are %s",
+                        csv_names(csv, roles, names));
+    else if (!fitted)
+        api_value_fault(text, problem,
+                        API_CODE_MISSING "has no column of angles or places: theta_1, phi_1, x_1, "
+                                         "y_1; its columns are %s",
+                        csv_names(csv, roles, names));
+    return !problem->status;
+}
+
+/* whether all cells of the columns that are used are numbers, or empty */
+static int csv_good(const struct api_csv *csv, const struct api_csv_roles *roles,
+                    const struct api_value *text, struct api_problem *problem) {
+    int good = 1;
+    for (int i = 0; i < csv->columns; i++) {
+        const struct api_csv_column *column = &csv->column[i];
+        if (roles->column[i].role == API_CSV_NONE || !column->words) continue;
+        api_value_fault(text, problem,
+                        API_CODE_WRONG_TYPE "line %d: field %d must be a number, or empty where "
+                                            "nothing was measured",
+                        column->word_line, i + 1);
+        good = 0;
+    }
+    return good;
+}
+
+/* the quantity of a column, and its series in the run */
+static void csv_series(struct api_fit_part *run, int c, const struct api_csv_taken *taken,
+                       double error) {
+    struct pend_fit_column *column = &run->column[c];
+    column->kind = taken->role == API_CSV_X   ? PEND_FIT_X
+                   : taken->role == API_CSV_Y ? PEND_FIT_Y
+                                              : PEND_FIT_PHI;
+    column->arm = taken->arm - 1;
+    column->sigma = error * (column->kind == PEND_FIT_PHI ? taken->unit : 1);
+    run->zero[c] = taken->role == API_CSV_THETA ? -pi / 2 : 0;
+}
+
+/* what has no error of its own, where the others have, was not measured */
+static void part_weigh(struct api_fit_part *run, long row, long all) {
+    for (int c = 0; c < run->columns; c++) {
+        double *each = &run->each[c * all + row];
+        if (!run->column[c].each || *each > 0) continue;
+        *each = 1, run->data[c * all + row] = NAN;
+    }
+}
+
+/* the rows of a table; an instant that is there twice counts once */
+static void csv_rows(struct api_fit_part *run, const struct api_csv *csv,
+                     const struct api_csv_roles *roles, const int series[],
+                     const struct api_value *text, struct api_problem *problem) {
+    const char *at = csv->begin;
+    double value[API_CSV_COLUMNS];
+    long row = 0, all = run->rows;
+    int line = csv->first - 1;
+    const struct api_csv_taken *time = &roles->column[roles->time];
+    while (api_csv_row(csv, &at, &line, value)) {
+        if (isnan(value[roles->time])) {
+            api_value_fault(text, problem, API_CODE_WRONG_TYPE "line %d: t must be a number", line);
+            return;
+        }
+        double t = value[roles->time] * time->unit - roles->origin;
+        if (row && t == run->t[row - 1]) continue;
+        run->t[row] = t;
+        for (int i = 0; i < csv->columns; i++) {
+            const struct api_csv_taken *taken = &roles->column[i];
+            int sigma = taken->role == API_CSV_SIGMA;
+            int c = sigma ? series[taken->of] : series[i];
+            if (c < 0) continue;
+            // places are in the camera's unit, whatever it is
+            double unit = run->column[c].kind == PEND_FIT_PHI ? taken->unit : 1;
+            double x = value[i] * unit + (sigma ? 0 : run->zero[c]);
+            (sigma ? run->each : run->data)[c * all + row] = x;
+        }
+        part_weigh(run, row, all);
+        row++;
+    }
+    run->rows = row;
+    for (int c = 0; c < run->columns && row < all; c++) {
+        memmove(run->data + c * row, run->data + c * all, (size_t)row * sizeof(double));
+        memmove(run->each + c * row, run->each + c * all, (size_t)row * sizeof(double));
+    }
+}
+
+/* {"column": 2, "name": "x_m2", "is": "x 2", "sure": false, "why": "..."} */
+static enum pend_status csv_write_column(const struct api_csv *csv,
+                                         const struct api_csv_roles *roles, int i,
+                                         struct api_buffer *out) {
+    const struct api_csv_taken *taken = &roles->column[i];
+    const struct api_csv_cell *name = &csv->column[i].name;
+    char is[40] = "";
+    PEND_TRY(api_out_comma(out));
+    PEND_TRY(api_buffer_text(out, "{"));
+    PEND_TRY(api_out_whole(out, "column", i + 1));
+    PEND_TRY(api_out_key(out, "name"));
+    PEND_TRY(api_text_quote(out, name->bytes ? name->at : "", (size_t)name->bytes));
+    if (taken->role == API_CSV_SIGMA)
+        snprintf(is, sizeof is, "sigma of column %d", taken->of + 1);
+    else
+        snprintf(is, sizeof is, taken->arm ? "%s %d" : "%s", api_csv_role_name(taken->role),
+                 taken->arm);
+    PEND_TRY(api_out_text(out, "is", taken->role == API_CSV_RATE ? "" : is));
+    if (taken->unit > 0) PEND_TRY(api_out_number(out, "unit", taken->unit, 0));
+    PEND_TRY(api_out_key(out, "sure"));
+    PEND_TRY(api_buffer_text(out, taken->sure || taken->role == API_CSV_NONE ? "true" : "false"));
+    const char *why = taken->role == API_CSV_RATE ? "rates are not fitted" : taken->why;
+    if (why) PEND_TRY(api_out_text(out, "why", why));
+    return api_buffer_text(out, "}");
+}
+
+/* what the columns of a table were taken for, as JSON */
+static enum pend_status csv_write(const struct api_csv *csv, const struct api_csv_roles *roles,
+                                  long used, struct api_buffer *out) {
+    PEND_TRY(api_out_comma(out));
+    PEND_TRY(api_buffer_text(out, "{"));
+    PEND_TRY(api_out_whole(out, "rows", used));
+    PEND_TRY(api_out_whole(out, "repeated", csv->rows - used));
+    PEND_TRY(api_out_whole(out, "passed_over", csv->passed));
+    PEND_TRY(api_out_open(out, "columns", '['));
+    for (int i = 0; i < csv->columns; i++) PEND_TRY(csv_write_column(csv, roles, i, out));
+    return api_buffer_text(out, "]}");
+}
+
+/* what of a table becomes a series: series[column], -1 for what does not; returns how many */
+static int csv_choose(const struct api_csv *csv, const struct api_csv_roles *roles, int scaled,
+                      int series[], const struct api_value *text, struct api_problem *problem) {
     int count = 0;
-    while (count < API_CSV_FIELDS) {
-        const char *stop = memchr(line, separator, (size_t)(end - line)), *last;
-        last = stop ? stop : end;
-        const char *from = line;
-        while (from < last && (is_blank(*from) || *from == '"')) from++;
-        while (last > from && (is_blank(last[-1]) || last[-1] == '"')) last--;
-        field[count++] = (struct csv_field){from, (int)(last - from)};
-        if (!stop) break;
-        line = stop + 1;
+    double unit = 0;
+    for (int i = 0; i < csv->columns; i++) {
+        const struct api_csv_taken *taken = &roles->column[i];
+        int place = taken->role == API_CSV_X || taken->role == API_CSV_Y;
+        series[i] = (place || taken->role == API_CSV_THETA || taken->role == API_CSV_PHI) &&
+                            count < API_FIT_SERIES
+                        ? count++
+                        : -1;
+        if (!place) continue;
+        // in metres such places would be of another pendulum
+        if (unit > 0 && taken->unit != unit)
+            api_value_fault(text, problem,
+                            API_CODE_CONFLICT
+                            "line %d: field %d is in another unit than the places before it: give "
+                            "all in one",
+                            csv->head, i + 1);
+        else if (!unit && taken->unit > 0 && taken->unit < 1 && !scaled)
+            api_value_fault(text, problem,
+                            API_CODE_MISSING
+                            "line %d: field %d is not in m: give the \"scale\" of \"camera\" "
+                            "too, which is %.0f units per m",
+                            csv->head, i + 1, 1 / taken->unit);
+        unit = taken->unit;
     }
     return count;
 }
 
-static int line_empty(const char *line) {
-    const char *end = line_end(line);
-    for (; line < end; line++)
-        if (!is_blank(*line)) return *line == '#';
-    return 1;
-}
-
-static const char *line_next(const char *line) {
-    const char *end = line_end(line);
-    return *end ? end + 1 : end;
-}
-
-static int field_is(const struct csv_field *field, const char *name) {
-    return field->bytes == (int)strlen(name) && !strncmp(field->at, name, strlen(name));
-}
-
-/* whether a field is the name of the time, which is in s */
-static int field_time(const struct csv_field *field) {
-    static const char *const names[] = {"t", "t (s)", "t [s]", "t(s)", "t[s]"};
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
-        if (field_is(field, names[i])) return 1;
-    return 0;
-}
-
-/* what separates the fields of a line */
-static char line_separator(const char *line) {
-    const char *end = line_end(line);
-    for (const char *c = "\t;,"; *c; c++)
-        if (memchr(line, *c, (size_t)(end - line))) return *c;
-    return ',';
-}
-
-/* what a field of the head is among, and how many x and y without a number there were */
-struct csv_context {
-    int n, count;
-    const int *listed;
-    int degrees, pairs[2];
-    const struct api_value *text;
-    struct api_problem *problem;
-};
-
-/* the arm, from 1, of an x or y without a number; 0 after a fault */
-static long head_listed(const struct api_csv *csv, struct csv_context *context, const char *name) {
-    int i = context->pairs[*name == 'y']++;
-    assert(*name == 'x' || *name == 'y');
-    if (i < context->count && context->listed[i] >= 0) return context->listed[i] + 1;
-    if (context->n == 1 && !i) return 1;
-    api_value_fault(
-        context->text, context->problem,
-        API_CODE_UNKNOWN_NAME
-        "line %d: %s number %d is of no arm: list the arms in \"arms\", or call it %s_1",
-        csv->line, name, i + 1, name);
-    return 0;
-}
-
-/* the arm, from 1, of an angle without a number, which is not in doubt of one arm; 0 after a fault
- */
-static long head_angle(const struct api_csv *csv, const struct csv_context *context,
-                       const char *name) {
-    assert(context->n >= 1);
-    if (context->n == 1) return 1;
-    api_value_fault(context->text, context->problem,
-                    API_CODE_UNKNOWN_NAME
-                    "line %d: %s is of no arm: call it %s_1, say; a column that is not to be "
-                    "fitted needs another name",
-                    csv->line, name, name);
-    return 0;
-}
-
-/* Cuts the unit off a name, as of "theta_1 (deg)" or "x [px]"; returns what one of it is of an
- * angle, rad, `scale` where there is none, 0 if that is no unit of an angle. */
-static double name_unit(char *name, double scale) {
-    static const char *const units[] = {"rad", "deg", "degrees", "\302\260"};
-    char *open = strpbrk(name, "([");
-    if (!open) return scale;
-    char *unit = open + 1, *close = unit + strcspn(unit, ")]");
-    *close = 0;
-    while (open > name && is_blank(open[-1])) open--;
-    *open = 0;
-    for (size_t i = 0; i < sizeof units / sizeof *units; i++)
-        if (!strcmp(unit, units[i])) return i ? pi / 180 : 1;
-    return 0;
-}
-
-/* how many of the unit that stands behind a name are a metre; 0 = there is none, or none that is
- * known */
-static double name_per_m(const char *name) {
-    static const struct {
-        const char *unit;
-        double per_m;
-    } units[] = {{"m", 1}, {"cm", 100}, {"mm", 1000}};
-    const char *open = strpbrk(name, "([");
-    size_t bytes = open ? strcspn(open + 1, ")]") : 0;
-    for (size_t i = 0; i < sizeof units / sizeof *units && open; i++)
-        if (bytes == strlen(units[i].unit) && !strncmp(open + 1, units[i].unit, bytes))
-            return units[i].per_m;
-    return 0;
-}
-
-/* Cuts the arm's number off a name, as of "theta_1": from 1, 0 where it is none, -1 without one. */
-static long name_arm(char *name) {
-    char *mark = strrchr(name, '_'), *end;
-    if (!mark) return -1;
-    long arm = strtol(mark + 1, &end, 10);
-    assert(end);
-    *mark = 0;
-    return *end ? 0 : arm;
-}
-
-/* whether the arm and the unit of a column are such; faults them */
-static int head_good(const struct api_csv *csv, const char *name, long arm, double unit, int place,
-                     const struct csv_context *context) {
-    if (arm < 1 || arm > context->n)
-        api_value_fault(context->text, context->problem,
-                        API_CODE_UNKNOWN_NAME "line %d: %s names no arm of this pendulum, 1 to %d",
-                        csv->line, name, context->n);
-    else if (unit == 0)
-        api_value_fault(context->text, context->problem,
-                        API_CODE_UNKNOWN_NAME
-                        "line %d: field %d has a unit that no angle has here: rad or deg",
-                        csv->line, place + 1);
-    else
-        return 1;
-    return 0;
-}
-
-/* keeps what places are measured in; one camera has one unit */
-static void head_per_m(struct api_csv *csv, double per_m, int place,
-                       const struct csv_context *context) {
-    if (per_m > 0 && !csv->per_m) csv->per_m = per_m, csv->per_m_field = place;
-    if (per_m > 0 && per_m != csv->per_m)
-        api_value_fault(context->text, context->problem,
-                        API_CODE_CONFLICT
-                        "line %d: fields %d and %d have units of their own: give all in one",
-                        csv->line, csv->per_m_field + 1, place + 1);
-}
-
-/* adds the column of a field, unless it is of nothing that is known here */
-static void head_field(struct api_csv *csv, const struct csv_field *field, int place,
-                       struct csv_context *context) {
-    static const char *const names[] = {"phi", "theta", "x", "y"};
-    static const enum pend_fit_kind kinds[] = {PEND_FIT_PHI, PEND_FIT_PHI, PEND_FIT_X, PEND_FIT_Y};
-    char name[FIELD_BYTES];
-    if (field->bytes >= FIELD_BYTES || csv->columns == API_CSV_COLUMNS) return;
-    memcpy(name, field->at, (size_t)field->bytes);
-    name[field->bytes] = 0;
-    double per_m = name_per_m(name), unit = name_unit(name, context->degrees ? pi / 180 : 1);
-    long arm = name_arm(name);
-    int which = 0;
-    while (which < 4 && strcmp(name, names[which]) != 0) which++;
-    int angle = which < 2, alone = arm < 0;
-    if (which == 4) return;
-    if (alone) arm = angle ? head_angle(csv, context, name) : head_listed(csv, context, name);
-    if (alone && !arm) return;
-    if (!head_good(csv, name, arm, angle ? unit : 1, place, context)) return;
-    if (!angle) head_per_m(csv, per_m, place, context);
-    csv->scale[csv->columns] = angle ? unit : 1;
-    csv->field[csv->columns] = place, csv->arm[csv->columns] = (int)arm - 1;
-    csv->kind[csv->columns] = kinds[which], csv->theta[csv->columns] = which == 1;
-    csv->columns++;
-}
-
-void api_csv_head(struct api_csv *csv, const struct api_value *text, int n, int count,
-                  const int listed[], int degrees, struct api_problem *problem) {
-    static const char mark[] = "\357\273\277"; // of UTF-8, which spreadsheets write in front
-    const char *line = api_value_text(text);
-    struct csv_field field[API_CSV_FIELDS];
-    struct csv_context context = {n, count, listed, degrees, {0, 0}, text, problem};
-    int fields = 0;
-    assert(line);
-    if (!strncmp(line, mark, sizeof mark - 1)) line += sizeof mark - 1;
-    *csv = (struct api_csv){.line = 1, .t = -1};
-    for (; *line && csv->line <= HEAD_LINES; line = line_next(line), csv->line++) {
-        csv->separator = line_separator(line);
-        fields = line_cut(line, csv->separator, field);
-        for (int i = 0; i < fields && csv->t < 0; i++)
-            if (field_time(&field[i])) csv->t = i;
-        if (csv->t >= 0) break;
+/* the errors that a table lists are those of its series: kept there before the rows are read, and
+ * where they lie once it is known how many there are */
+static void csv_weighted(struct api_fit_part *run, const struct api_csv *csv,
+                         const struct api_csv_roles *roles, const int series[]) {
+    for (int i = 0; i < csv->columns; i++) {
+        int c = roles->column[i].role == API_CSV_SIGMA ? series[roles->column[i].of] : -1;
+        if (c >= 0) run->column[c].each = run->each + (size_t)c * (size_t)run->rows;
     }
-    if (csv->t < 0) {
-        api_value_fault(text, problem,
-                        API_CODE_MISSING
-                        "has no line with the names of its columns, one of which is t, in s");
-        return;
-    }
-    // where no pendulum could be read, that has been said
-    for (int i = 0; i < fields && n; i++) head_field(csv, &field[i], i, &context);
-    if (!csv->columns && !problem->status)
-        api_value_fault(text, problem,
-                        API_CODE_MISSING
-                        "line %d: names nothing that is measured: theta_1, phi_1, x_1, y_1, x, y",
-                        csv->line);
-    for (line = line_next(line); *line; line = line_next(line)) csv->rows += !line_empty(line);
-    if (!csv->rows)
-        api_value_fault(text, problem, API_CODE_WRONG_COUNT "has no rows below line %d", csv->line);
 }
 
-/* the number of a field; 0 if it is none */
-static int field_number(const struct csv_field *field, char separator, double *x) {
-    char number[FIELD_BYTES], *end;
-    if (!field->bytes || field->bytes >= FIELD_BYTES) return 0;
-    memcpy(number, field->at, (size_t)field->bytes);
-    number[field->bytes] = 0;
-    char *comma = separator == ',' ? NULL : strchr(number, ',');
-    if (comma) *comma = '.';
-    *x = strtod(number, &end);
-    return !*end && isfinite(*x);
-}
-
-/* one row; returns whether it is good */
-static int row_read(const struct api_csv *csv, const struct csv_field field[], int fields, long row,
-                    int line, double t[], double data[], const struct api_value *text,
-                    struct api_problem *problem) {
-    if (csv->t >= fields || !field_number(&field[csv->t], csv->separator, &t[row])) {
-        api_value_fault(text, problem, API_CODE_WRONG_TYPE "line %d: t must be a number", line);
-        return 0;
-    }
-    for (int c = 0; c < csv->columns; c++) {
-        double *to = &data[c * csv->rows + row];
-        int at = csv->field[c];
-        if (at >= fields || !field[at].bytes) continue;
-        if (!field_number(&field[at], csv->separator, to)) {
-            api_value_fault(text, problem,
-                            API_CODE_WRONG_TYPE
-                            "line %d: field %d must be a number, or empty where nothing was "
-                            "measured, got %.*s",
-                            line, at + 1, field[at].bytes < 20 ? field[at].bytes : 20,
-                            field[at].at);
-            return 0;
-        }
-        *to *= csv->scale[c];
-        if (csv->theta[c]) *to -= pi / 2;
-    }
-    return 1;
-}
-
-void api_csv_rows(const struct api_csv *csv, const struct api_value *text, double t[],
-                  double data[], struct api_problem *problem) {
-    const char *line = api_value_text(text);
-    struct csv_field field[API_CSV_FIELDS];
-    long row = 0;
-    int number = 1, faulty = 0;
-    assert(line && csv->t >= 0);
-    for (; *line && faulty < FAULTY_LINES; line = line_next(line), number++) {
-        if (number <= csv->line || line_empty(line)) continue;
-        int fields = line_cut(line, csv->separator, field);
-        faulty += !row_read(csv, field, fields, row, number, t, data, text, problem);
-        row++;
-    }
+enum pend_status api_fit_csv_read(struct api_fit_part *run, const struct api_tree *tree,
+                                  const struct api_value *data, const struct api_reading *reading) {
+    struct api_value text = api_value_member(data, "csv"), sigma = api_value_member(data, "sigma"),
+                     camera = api_value_member(reading->root, "camera"),
+                     scale = api_value_member(&camera, "scale");
+    struct api_problem *problem = reading->problem;
+    struct api_csv csv;
+    struct api_csv_roles roles;
+    double error = 0;
+    int series[API_CSV_COLUMNS];
+    (void)api_value_read_number(&sigma, 1e-12, 1e12, "", &error, problem);
+    if (!csv_look(&csv, &roles, tree, data, &text, problem)) return PEND_INVALID;
+    if (!csv_good(&csv, &roles, &text, problem)) return PEND_INVALID;
+    int count =
+        csv_choose(&csv, &roles, api_value_kind(&scale) != API_MISSING, series, &text, problem);
+    if (problem->status) return PEND_INVALID;
+    PEND_TRY(api_fit_part_room(run, csv.rows, count, data, reading));
+    for (int i = 0; i < csv.columns; i++)
+        if (series[i] >= 0) csv_series(run, series[i], &roles.column[i], error);
+    if (!error) csv_weighted(run, &csv, &roles, series);
+    csv_rows(run, &csv, &roles, series, &text, problem);
+    if (!error) csv_weighted(run, &csv, &roles, series);
+    return csv_write(&csv, &roles, run->rows, run->tables);
 }

@@ -17,24 +17,15 @@ static const char *const run_fields[] = {"t",    "series",  "csv",   "arms", "si
 static const char *const series_fields[] = {"phi",    "theta", "x",    "y",
                                             "values", "sigma", "unit", NULL};
 static const char *const angle_units[] = {"rad", "deg", NULL};
-/* One run as it was read. */
-struct measured {
-    long rows;
-    int columns;
-    double *t, *data, *each;
-    double *taken; /* bytes of all runs together */
-    struct pend_fit_column column[API_FIT_SERIES];
-    double zero[API_FIT_SERIES]; /* rad, of an angle that was given as 0 */
-};
 
 /* what is empty of each run; they count their bytes together */
-static struct measured *parts_new(int runs, double *taken) {
-    struct measured *part = calloc((size_t)runs, sizeof *part);
-    for (int r = 0; part && r < runs; r++) part[r].taken = taken;
+static struct api_fit_part *parts_new(int runs, double *taken, struct api_buffer *tables) {
+    struct api_fit_part *part = calloc((size_t)runs, sizeof *part);
+    for (int r = 0; part && r < runs; r++) part[r].taken = taken, part[r].tables = tables;
     return part;
 }
 
-static void parts_free(struct measured part[], int runs) {
+static void parts_free(struct api_fit_part part[], int runs) {
     for (int r = 0; r < runs; r++) {
         free(part[r].t);
         free(part[r].data);
@@ -43,35 +34,7 @@ static void parts_free(struct measured part[], int runs) {
     free(part);
 }
 
-/* whether so many rows of so many columns have their memory beside what is taken; else it is told
- */
-static int data_fits(double rows, double columns, double *taken, const struct api_value *data,
-                     const struct api_reading *reading) {
-    double most = reading->limits->answer_bytes;
-    *taken += rows * (2 * columns + 1) * sizeof(double);
-    if (*taken <= most) return 1;
-    api_value_fault(data, reading->problem,
-                    API_CODE_LIMIT "would take %.0f bytes of memory, rows times columns of all "
-                                   "runs, more than the limit max-answer-bytes of %.0f",
-                    *taken, most);
-    return 0;
-}
-
-/* room for `columns` series of `rows` measurements, none of them measured */
-static enum pend_status data_room(struct measured *run, long rows, int columns,
-                                  const struct api_value *data, const struct api_reading *reading) {
-    size_t count = (size_t)rows * (size_t)columns;
-    if (!data_fits((double)rows, columns, run->taken, data, reading)) return PEND_INVALID;
-    run->t = malloc((size_t)(rows + 1) * sizeof(double));
-    run->data = malloc((count + 1) * sizeof(double));
-    run->each = malloc((count + 1) * sizeof(double));
-    if (!run->t || !run->data || !run->each) return PEND_NO_MEMORY;
-    for (size_t i = 0; i < count; i++) run->data[i] = NAN;
-    run->rows = rows, run->columns = columns;
-    return PEND_OK;
-}
-
-static void read_instants(struct measured *run, const struct api_value *list,
+static void read_instants(struct api_fit_part *run, const struct api_value *list,
                           struct api_problem *problem) {
     int count;
     const double *t = api_value_numbers(list, &count);
@@ -84,7 +47,7 @@ static void read_instants(struct measured *run, const struct api_value *list,
 }
 
 /* numbers, or null where nothing was measured */
-static void read_values(struct measured *run, int c, const struct api_value *list, double scale,
+static void read_values(struct api_fit_part *run, int c, const struct api_value *list, double scale,
                         double shift, struct api_problem *problem) {
     double *to = run->data + (size_t)c * (size_t)run->rows;
     if (api_value_kind(list) != API_ARRAY || api_value_count(list) != run->rows) {
@@ -105,7 +68,7 @@ static void read_values(struct measured *run, int c, const struct api_value *lis
 }
 
 /* the standard deviation of a series: a number, or one an instant; scale is the unit's */
-static void read_sigma(struct measured *run, int c, const struct api_value *sigma, double scale,
+static void read_sigma(struct api_fit_part *run, int c, const struct api_value *sigma, double scale,
                        struct api_problem *problem) {
     static const double least = 1e-12, most = 1e12;
     double *to = run->each + (size_t)c * (size_t)run->rows;
@@ -127,7 +90,7 @@ static void read_sigma(struct measured *run, int c, const struct api_value *sigm
 }
 
 /* one series: what of which arm, with what error */
-static void read_series(struct measured *run, const struct api_tree *tree,
+static void read_series(struct api_fit_part *run, const struct api_tree *tree,
                         const struct api_value *item, struct api_problem *problem) {
     static const struct {
         const char *name;
@@ -161,46 +124,8 @@ static void read_series(struct measured *run, const struct api_tree *tree,
     read_values(run, item->index, &values, scale, theta ? -pi / 2 : 0, problem);
 }
 
-/* the columns of a table of text */
-static enum pend_status read_csv(struct measured *run, const struct api_tree *tree,
-                                 const struct api_value *data, const struct api_reading *reading) {
-    struct api_value csv = api_value_member(data, "csv"), arms = api_value_member(data, "arms"),
-                     sigma = api_value_member(data, "sigma"), unit = api_value_member(data, "unit");
-    struct api_csv table;
-    double error = 0;
-    int most = 0, degrees = 0, listed[API_FIT_SERIES];
-    struct api_value arm = api_value_item(&arms, 0);
-    for (; api_value_kind(&arm) != API_MISSING && most < API_FIT_SERIES; arm = api_value_next(&arm))
-        listed[most++] = api_tree_read_arm(tree, &arm, reading->problem);
-    (void)api_value_read_number(&sigma, 1e-12, 1e12, "", &error, reading->problem);
-    (void)api_field_word(&unit, angle_units, &degrees, reading->problem);
-    if (!api_value_text(&csv)) {
-        api_value_fault(&csv, reading->problem, API_CODE_WRONG_TYPE "must be a table as text");
-        return PEND_INVALID;
-    }
-    api_csv_head(&table, &csv, tree->n, most, listed, degrees, reading->problem);
-    struct api_value camera = api_value_member(reading->root, "camera"),
-                     scale = api_value_member(&camera, "scale");
-    // in metres such places would be of another pendulum
-    if (table.per_m > 1 && api_value_kind(&scale) == API_MISSING)
-        api_value_fault(&csv, reading->problem,
-                        API_CODE_MISSING
-                        "line %d: field %d is not in m: give the \"scale\" of \"camera\" too, "
-                        "which is %.0f units per m",
-                        table.line, table.per_m_field + 1, table.per_m);
-    if (reading->problem->status) return PEND_INVALID;
-    PEND_TRY(data_room(run, table.rows, table.columns, data, reading));
-    for (int c = 0; c < table.columns; c++) {
-        run->column[c].kind = table.kind[c], run->column[c].arm = table.arm[c];
-        run->column[c].sigma = error * table.scale[c];
-        run->zero[c] = table.theta[c] ? -pi / 2 : 0;
-    }
-    api_csv_rows(&table, &csv, run->t, run->data, reading->problem);
-    return PEND_OK;
-}
-
 /* instants and series */
-static enum pend_status read_table(struct measured *run, const struct api_tree *tree,
+static enum pend_status read_table(struct api_fit_part *run, const struct api_tree *tree,
                                    const struct api_value *data,
                                    const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
@@ -218,7 +143,7 @@ static enum pend_status read_table(struct measured *run, const struct api_tree *
         api_value_fault(&t, problem, API_CODE_WRONG_COUNT "must be an array of 1 to %.0f instants",
                         reading->limits->samples);
     if (problem->status) return PEND_INVALID;
-    PEND_TRY(data_room(run, rows, columns, data, reading));
+    PEND_TRY(api_fit_part_room(run, rows, columns, data, reading));
     read_instants(run, &t, problem);
     struct api_value item = api_value_item(&series, 0);
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
@@ -263,8 +188,8 @@ static int data_column(struct api_fit *fit, const struct pend_fit_column *column
 }
 
 /* the rows of all runs in the order of their time since the start of their run */
-static enum pend_status data_order(struct api_fit *fit, const struct measured part[], double shift,
-                                   struct place **order) {
+static enum pend_status data_order(struct api_fit *fit, const struct api_fit_part part[],
+                                   double shift, struct place **order) {
     long at = 0;
     struct place *place = *order = malloc((size_t)fit->rows * sizeof *place);
     if (!place) return PEND_NO_MEMORY;
@@ -282,7 +207,7 @@ static enum pend_status data_order(struct api_fit *fit, const struct measured pa
 }
 
 /* the columns of all series; 0 where they are too many */
-static int data_columns(struct api_fit *fit, const struct measured part[],
+static int data_columns(struct api_fit *fit, const struct api_fit_part part[],
                         const struct api_value *data, const struct api_reading *reading) {
     for (int r = 0; r < fit->runs; r++) {
         fit->run[r].rows = part[r].rows, fit->rows += part[r].rows;
@@ -300,7 +225,7 @@ static int data_columns(struct api_fit *fit, const struct measured part[],
 }
 
 /* the measurements of all runs in one table, and `modes` columns behind them */
-static enum pend_status data_merge(struct api_fit *fit, const struct measured part[], int modes,
+static enum pend_status data_merge(struct api_fit *fit, const struct api_fit_part part[], int modes,
                                    double shift, const struct api_value *data,
                                    const struct api_reading *reading) {
     struct place *order;
@@ -310,7 +235,7 @@ static enum pend_status data_merge(struct api_fit *fit, const struct measured pa
     // the runs are there until their table is
     double *taken = part[0].taken;
     *taken += (double)(rows * (sizeof(struct place) + sizeof(int) + sizeof(long)));
-    if (!data_fits((double)rows, fit->columns, taken, data, reading)) return PEND_INVALID;
+    if (!api_fit_part_fits((double)rows, fit->columns, taken, data, reading)) return PEND_INVALID;
     fit->t = malloc((rows + 1) * sizeof(double)), fit->of = malloc((rows + 1) * sizeof(int));
     fit->row = malloc((rows + 1) * sizeof(long));
     fit->data = malloc((count + 1) * sizeof(double));
@@ -319,7 +244,7 @@ static enum pend_status data_merge(struct api_fit *fit, const struct measured pa
     for (size_t i = 0; i < count; i++) fit->data[i] = NAN, fit->each[i] = 1;
     PEND_TRY(data_order(fit, part, shift, &order));
     for (size_t i = 0; i < rows; i++) {
-        const struct measured *from = &part[order[i].run];
+        const struct api_fit_part *from = &part[order[i].run];
         const struct api_fit_run *run = &fit->run[order[i].run];
         fit->t[i] = from->t[order[i].row], fit->of[i] = order[i].run;
         fit->row[i] = order[i].row;
@@ -341,7 +266,7 @@ static enum pend_status data_merge(struct api_fit *fit, const struct measured pa
 /* ---- all of it */
 
 /* start and measurements of a run, which is an item of `runs`, or the request and its `data` */
-static enum pend_status read_run(struct api_fit *fit, int r, struct measured *part,
+static enum pend_status read_run(struct api_fit *fit, int r, struct api_fit_part *part,
                                  const struct api_value *at, const struct api_value *data,
                                  const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
@@ -356,7 +281,7 @@ static enum pend_status read_run(struct api_fit *fit, int r, struct measured *pa
                         "must be given by angles: a fit has no mode to start in");
     run->begins = api_value_read_number(&start, -1e9, 1e9, "s", &fit->begin[r], problem) > 0;
     if (!part) return PEND_OK;
-    return api_value_kind(&csv) != API_MISSING ? read_csv(part, &fit->tree, data, reading)
+    return api_value_kind(&csv) != API_MISSING ? api_fit_csv_read(part, &fit->tree, data, reading)
                                                : read_table(part, &fit->tree, data, reading);
 }
 
@@ -387,7 +312,7 @@ static int count_runs(const struct api_value *root, const struct api_value *data
 }
 
 /* all runs, `part` for each */
-static enum pend_status read_runs(struct api_fit *fit, struct measured part[],
+static enum pend_status read_runs(struct api_fit *fit, struct api_fit_part part[],
                                   const struct api_value *data, int modes,
                                   const struct api_reading *reading) {
     struct api_value runs = api_value_member(data, "runs");
@@ -401,7 +326,7 @@ static enum pend_status read_runs(struct api_fit *fit, struct measured part[],
         PEND_TRY(read_run(fit, 0, alone ? NULL : part, reading->root, data, reading));
         // modes alone are of no motion but for its first instant
         if (!alone) return PEND_OK;
-        PEND_TRY(data_room(part, 1, 0, data, reading));
+        PEND_TRY(api_fit_part_room(part, 1, 0, data, reading));
         part->t[0] = fit->begin[0];
         return PEND_OK;
     }
@@ -434,7 +359,8 @@ enum pend_status api_fit_read_data(struct api_fit *fit, double shift,
     fit->runs = count_runs(reading->root, &data, &runs, problem);
     if (!fit->runs) return PEND_INVALID;
     if (fit->tree.tree) PEND_TRY(api_states_new(&fit->start, fit->runs, fit->tree.tree->n));
-    struct measured *part = parts_new(fit->runs, &taken);
+    api_buffer_init(&fit->tables, API_FIT_TABLES_BYTES);
+    struct api_fit_part *part = parts_new(fit->runs, &taken, &fit->tables);
     if (!part) return PEND_NO_MEMORY;
     enum pend_status status = read_runs(fit, part, &data, count, reading);
     if (status == PEND_OK && problem->status) status = PEND_INVALID;

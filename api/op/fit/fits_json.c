@@ -29,6 +29,7 @@ void api_fit_clear(struct api_fit *fit) {
     free(fit->length);
     free(fit->bare);
     free(fit->parent);
+    api_buffer_clear(&fit->tables);
     api_states_free(&fit->start);
     api_tree_clear(&fit->tree);
     fit->t = fit->data = fit->each = fit->length = NULL;

@@ -231,6 +231,11 @@ static enum pend_status write_figures(const struct fits *fits, const struct pend
     PEND_TRY(write_maybe(out, "effective_measurements", r->effective));
     PEND_TRY(api_out_number(out, "explained", r->explained, 0));
     PEND_TRY(api_hints_write(fits->hints, out));
+    if (fits->asked.tables.bytes) {
+        PEND_TRY(api_out_open(out, "tables", '['));
+        PEND_TRY(api_buffer_add(out, fits->asked.tables.data, fits->asked.tables.bytes));
+        PEND_TRY(api_buffer_text(out, "]"));
+    }
     PEND_TRY(write_outliers(&fits->asked, r, out));
     PEND_TRY(api_out_open(out, "not_told", '['));
     for (int d = 0; d < r->blind; d++)

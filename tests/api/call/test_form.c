@@ -202,7 +202,7 @@ TEST(forms_are_refused_where_they_are_malformed) {
         {PART("request") "{\"data\":{\"runs\":[{},{\"csv\":1}]}}\r\n" ONE_TABLE ONE_TABLE END,
          "/data/runs/1/csv", "leave one"},
         {PART("request") REQUEST("{}") "\r\n" PART("csv") "t,theta_1\r\n0,NaN\r\n" END, "/data/csv",
-         "line 2"},
+         "has no number"},
     };
     for (size_t i = 0; i < sizeof faulty / sizeof *faulty; i++) {
         struct test_reply reply = post_form(TYPE, faulty[i].body, strlen(faulty[i].body));
@@ -255,8 +255,35 @@ TEST(forms_are_bounded) {
         .op = API_OP_FITS, .content_type = TYPE, .body = body, .body_bytes = strlen(body)};
     reply = test_send(&request, &limits);
     // names of columns stand in the first lines
-    CHECK(test_reply_has_fault(&reply, "/data/csv", "no line with the names"));
+    CHECK(test_reply_has_fault(&reply, "/data/csv", "no rows of two or more"));
     test_reply_free(&reply);
+}
+
+/* a table that a spreadsheet saves as "Unicode text": both orders of bytes, and a letter of each
+ * length */
+TEST(forms_take_tables_in_utf16) {
+    static const char *const letters =
+        "t\tWinkel \316\270 \342\200\211(deg)\n0\t10\n0.5\t-1\n1\t-9\n1.5\t2\n";
+    for (int low = 0; low < 2; low++) {
+        char body[1000];
+        int at = sprintf(body, PART("request") REQUEST("{}") "\r\n" PART("csv"));
+        at += sprintf(body + at, "%s", low ? "\xff\xfe" : "\xfe\xff");
+        for (const unsigned char *c = (const unsigned char *)letters; *c;) {
+            unsigned code = *c < 0x80   ? *c
+                            : *c < 0xe0 ? (c[0] & 31U) << 6 | (c[1] & 63U)
+                                        : (c[0] & 15U) << 12 | (c[1] & 63U) << 6 | (c[2] & 63U);
+            c += *c < 0x80 ? 1 : *c < 0xe0 ? 2 : 3;
+            body[at++] = (char)(low ? code : code >> 8),
+            body[at++] = (char)(low ? code >> 8 : code);
+        }
+        int end = sprintf(body + at, "\r\n" END);
+        struct test_reply reply = post_form(TYPE, body, (size_t)(at + end));
+        CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+        CHECK_TEXT(test_reply_text(&reply, "/tables/0/columns/1/is"), "theta 1");
+        CHECK_TEXT(test_reply_text(&reply, "/tables/0/columns/1/name"),
+                   "Winkel \316\270 \342\200\211(deg)");
+        test_reply_free(&reply);
+    }
 }
 
 TEST(forms_survive_without_memory) {

@@ -203,3 +203,25 @@ TEST(a_table_says_nothing_of_arms_of_a_pendulum_that_cannot_be_read) {
         test_reply_free(&reply);
     }
 }
+
+/* German decimals, an error for each angle, the last instant twice and a note below, as one table
+ */
+TEST(fits_read_a_table_as_it_was_saved_and_say_what_they_took) {
+    struct test_reply reply =
+        test_post(API_OP_FITS, ONE LENGTH
+                  ",\"data\":{\"csv\":\"Zeit (s);Winkel (\\u00b0);sigma;Bild\\n0,0;10,0;0,5;1\\n"
+                  "0,5;-0,1;0,5;2\\n1,0;-10,1;0,5;3\\n1,5;0,1;0,6;4\\n1,5;0,1;0,6;4\\nEnde\\n\"}}");
+    CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+    CHECK_INT((int)test_reply_number(&reply, "/tables/0/rows"), 4);
+    CHECK_INT((int)test_reply_number(&reply, "/tables/0/repeated"), 1);
+    CHECK_INT((int)test_reply_number(&reply, "/tables/0/passed_over"), 1);
+    CHECK_TEXT(test_reply_text(&reply, "/tables/0/columns/0/is"), "t");
+    CHECK_TEXT(test_reply_text(&reply, "/tables/0/columns/1/is"), "theta 1");
+    CHECK_TEXT(test_reply_text(&reply, "/tables/0/columns/2/is"), "sigma of column 2");
+    CHECK_TEXT(test_reply_text(&reply, "/tables/0/columns/3/is"), "");
+    // with errors of half a degree chi-squared is known
+    CHECK(test_reply_number(&reply, "/chi_squared") < 10);
+    CHECK_INT(test_reply_count(&reply, "/residuals"), 4);
+    CHECK_TEXT(test_reply_text(&reply, "/model"), "accepted");
+    test_reply_free(&reply);
+}

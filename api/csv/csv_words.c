@@ -1,0 +1,179 @@
+#include "api/csv/csv_words.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NAME_BYTES = 128 };
+
+/* rad */
+#define DEGREE (3.14159265358979323846 / 180)
+
+/* words of names, between blanks: English, German, French, Spanish, Dutch, Turkish, Italian,
+ * Portuguese, Polish, Swedish, Russian, Chinese; all in small letters */
+static const struct {
+    enum api_csv_word word;
+    const char *list;
+} words[] = {
+    {API_CSV_WORD_TIME,
+     " t time zeit temps tiempo tijd zaman tempo czas tid aika čas время 时间 時間 زمن "
+     "seconds timestamp elapsed zeitpunkt instant "},
+    {API_CSV_WORD_ANGLE, " theta θ th thetas angle winkel auslenkung angulo ángulo hoek açı aci "
+                         "angolo ângulo kąt kat vinkel "
+                         "угол 角度 alpha α beta β deflection orientation encoder "},
+    {API_CSV_WORD_PHI, " phi φ ϕ "},
+    {API_CSV_WORD_X, " x xpos posx abscisse "},
+    {API_CSV_WORD_Y, " y ypos posy ordonnee ordonnée "},
+    {API_CSV_WORD_RATE,
+     " omega ω thetad thetadot dtheta dθ phid angvel gyro gyroscope gyroskop winkelgeschwindigkeit "
+     "hoeksnelheid "},
+    {API_CSV_WORD_SPEED, " velocity speed rate vitesse velocidad snelheid hız hızı hiz hizi "
+                         "velocità velocita velocidade geschwindigkeit "
+                         "prędkość hastighet скорость 速度 v vx vy dot "},
+    {API_CSV_WORD_ERROR, " error err errors sigma σ uncertainty unc std stdev stderr sd fehler "
+                         "unsicherheit erreur incertitude "
+                         "error incertidumbre fout onzekerheid hata belirsizlik errore incertezza "
+                         "erro incerteza błąd fel ошибка 误差 delta δ "},
+    {API_CSV_WORD_MODEL, " sim simulated simulation simule simulé simulée simuliert simulado model "
+                         "modell modele modèle modelo "
+                         "fit fitted theory theorie théorie theoretical predicted prediction "
+                         "calculated berechnet residual residuals "},
+    {API_CSV_WORD_FRAME, " frame frames image img step index nr no number bild "},
+    {API_CSV_WORD_OTHER, " r radius likelihood confidence score energy energie énergie mass masse "
+                         "acceleration accel ax ay az a "
+                         "beschleunigung ivme force kraft z length "},
+};
+
+/* the letter that a capital of two bytes of UTF-8 has, in place: Latin, Greek, Cyrillic */
+static void small_letter(unsigned char at[2]) {
+    static const struct {
+        unsigned char lead, from, to, small_lead, shift;
+    } ranges[] = {{0xC3, 0x80, 0x9E, 0xC3, 0x20},
+                  {0xCE, 0x91, 0x9F, 0xCE, 0x20},
+                  {0xCE, 0xA0, 0xA9, 0xCF, 0xE0},
+                  {0xD0, 0x90, 0x9F, 0xD0, 0x20},
+                  {0xD0, 0xA0, 0xAF, 0xD1, 0xE0}};
+    for (size_t i = 0; i < sizeof ranges / sizeof *ranges; i++) {
+        if (at[0] != ranges[i].lead || at[1] < ranges[i].from || at[1] > ranges[i].to) continue;
+        at[0] = ranges[i].small_lead, at[1] = (unsigned char)(at[1] + ranges[i].shift);
+        return;
+    }
+}
+
+static int text_of(const struct api_csv_cell *cell, char text[NAME_BYTES]) {
+    int bytes = cell->bytes < NAME_BYTES ? cell->bytes : NAME_BYTES - 1;
+    if (bytes) memcpy(text, cell->at, (size_t)bytes);
+    text[bytes] = 0;
+    for (int i = 0; i < bytes; i++) {
+        unsigned char *at = (unsigned char *)text + i;
+        if (*at >= 'A' && *at <= 'Z') *at += 32;
+        if (*at >= 0xC3 && i + 1 < bytes) small_letter(at), i++;
+    }
+    return bytes;
+}
+
+/* --- units --- */
+
+static void unit_put(struct api_csv_words *found, const char *text, int bytes) {
+    static const struct {
+        const char *unit;
+        double s, rad, m, rad_s;
+    } units[] = {{"s", 1, 0, 0, 0},
+                 {"sec", 1, 0, 0, 0},
+                 {"secs", 1, 0, 0, 0},
+                 {"second", 1, 0, 0, 0},
+                 {"seconds", 1, 0, 0, 0},
+                 {"sekunden", 1, 0, 0, 0},
+                 {"ms", 1e-3, 0, 0, 0},
+                 {"us", 1e-6, 0, 0, 0},
+                 {"\302\265s", 1e-6, 0, 0, 0},
+                 {"\316\274s", 1e-6, 0, 0, 0},
+                 {"min", 60, 0, 0, 0},
+                 {"rad", 0, 1, 0, 0},
+                 {"radians", 0, 1, 0, 0},
+                 {"deg", 0, DEGREE, 0, 0},
+                 {"degree", 0, DEGREE, 0, 0},
+                 {"degrees", 0, DEGREE, 0, 0},
+                 {"grad", 0, DEGREE, 0, 0},
+                 {"\302\260", 0, DEGREE, 0, 0},
+                 {"m", 0, 0, 1, 0},
+                 {"cm", 0, 0, 0.01, 0},
+                 {"mm", 0, 0, 0.001, 0},
+                 {"rad/s", 0, 0, 0, 1},
+                 {"1/s", 0, 0, 0, 1},
+                 {"deg/s", 0, 0, 0, DEGREE},
+                 {"\302\260/s", 0, 0, 0, DEGREE},
+                 {"dps", 0, 0, 0, DEGREE}};
+    for (size_t i = 0; i < sizeof units / sizeof *units; i++) {
+        if (bytes != (int)strlen(units[i].unit) || memcmp(text, units[i].unit, (size_t)bytes) != 0)
+            continue;
+        found->s = units[i].s, found->rad = units[i].rad, found->m = units[i].m;
+        found->rad_s = units[i].rad_s;
+        return;
+    }
+    if ((bytes == 2 && !memcmp(text, "px", 2)) || (bytes >= 5 && !memcmp(text, "pixel", 5)))
+        found->pixels = 1;
+    if (bytes > 2 && !memcmp(text + bytes - 2, "/s", 2)) found->words |= API_CSV_WORD_OTHER;
+}
+
+/* cuts "(deg)", "[s]", "/s", ", m" or " in s" off a name, and keeps what it says */
+static void unit_cut(struct api_csv_words *found, char *text) {
+    char *open = strrchr(text, '('), *slash = strrchr(text, '/'), *in = strstr(text, " in ");
+    if (!open) open = strrchr(text, '[');
+    if (open) {
+        size_t bytes = strcspn(open + 1, ")]");
+        unit_put(found, open + 1, (int)bytes);
+        // "Time (s) Run #1": what stands behind says nothing of the column
+        *open = 0;
+    } else if (in) {
+        unit_put(found, in + 4, (int)strlen(in + 4));
+        *in = 0;
+    } else if (slash && slash > text) {
+        unit_put(found, slash + 1, (int)strlen(slash + 1));
+        *slash = 0;
+    }
+}
+
+/* --- words --- */
+
+static int is_letter(char c) { return (c >= 'a' && c <= 'z') || (unsigned char)c >= 0x80; }
+
+static void word_put(struct api_csv_words *found, const char *at, int bytes, int last) {
+    char word[NAME_BYTES + 2] = " ";
+    memcpy(word + 1, at, (size_t)bytes);
+    word[bytes + 1] = ' ', word[bytes + 2] = 0;
+    int before = found->words;
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        if (strstr(words[i].list, word)) found->words |= words[i].word;
+    // "temps_s", "theta1_mesure_deg": a unit without brackets stands last
+    if (found->words == before && last && !found->s && !found->rad && !found->m && !found->rad_s)
+        unit_put(found, at, bytes);
+}
+
+struct api_csv_words api_csv_words_of(const struct api_csv_cell *name,
+                                      const struct api_csv_cell *unit) {
+    struct api_csv_words found = {.number = -1};
+    char text[NAME_BYTES];
+    assert(name && unit);
+    text_of(unit, text);
+    const char *bare = text + strspn(text, "([ ");
+    unit_put(&found, bare, (int)strcspn(bare, ")] "));
+    text_of(name, text);
+    if (text[0] && text[strlen(text) - 1] == '\'') found.words |= API_CSV_WORD_PRIME;
+    unit_cut(&found, text);
+    for (const char *at = text; *at;) {
+        if (*at >= '0' && *at <= '9') {
+            char *end;
+            long number = strtol(at, &end, 10);
+            found.number = number < 1000 ? (int)number : -1;
+            at = end;
+        } else if (is_letter(*at)) {
+            const char *from = at;
+            while (is_letter(*at)) at++;
+            word_put(&found, from, (int)(at - from), !*at);
+        } else {
+            at++;
+        }
+    }
+    return found;
+}
