@@ -72,11 +72,6 @@ static void horizon_view(struct pend_horizon *horizon, double *at, size_t stride
     for (size_t i = 0; i < HORIZON_ROWS; i++) *row[i] = at + i * stride;
 }
 
-/* by what the error of coordinate k is divided before it counts beside angles */
-static double horizon_unit(const struct pend_horizon *horizon, int k) {
-    return k || horizon->cart == 0 ? 1 : horizon->cart;
-}
-
 /* the shortest arm on a cart, m; 0 where there is none */
 static double horizon_cart(const struct pend_problem *problem) {
     double shortest = INFINITY;
@@ -145,23 +140,20 @@ void pend_horizon_free(struct pend_horizon **horizon) {
 
 /* ---- how errors spread */
 
-/* the larger of two; of what is no number, either */
-static double horizon_larger(double x, double y) { return x > y ? x : y; }
-
 /* the largest error of angles and rates over what is allowed */
 static double horizon_ratio(struct pend_horizon *horizon, const double rate[]) {
     double angle = 0, speed = 0, sum = 0, fastest = horizon->fastest;
     for (int k = 0; k < horizon->problem.tree->n; k++) {
-        double unit = horizon_unit(horizon, k);
+        double unit = pend_neighbour_unit(horizon->cart, k);
         double turned = fabs(horizon->phi[k]) / unit, faster = fabs(horizon->rate[k]) / unit;
         sum += turned + faster;
-        fastest = horizon_larger(fabs(rate[k]) / unit, fastest);
-        angle = horizon_larger(turned, angle);
-        speed = horizon_larger(faster, speed);
+        fastest = pend_larger(fabs(rate[k]) / unit, fastest);
+        angle = pend_larger(turned, angle);
+        speed = pend_larger(faster, speed);
     }
     horizon->fastest = fastest;
     if (!isfinite(sum)) return INFINITY;
-    return horizon->grade * horizon_larger(angle, fastest > 0 ? speed / fastest : 0);
+    return horizon->grade * pend_larger(angle, fastest > 0 ? speed / fastest : 0);
 }
 
 /* notes the error at an instant; where it is too large, the accuracy was lost since the one
@@ -191,7 +183,7 @@ static void horizon_look(struct pend_horizon *horizon, const struct pend_jets *s
     double inverse = 1 / unit;
     for (int k = 0; k < horizon->problem.tree->n; k++) {
         double force = fabs(series->force[pend_jets_place(series, k, 0)]) * (inverse * inverse);
-        horizon->strongest = horizon_larger(force, horizon->strongest);
+        horizon->strongest = pend_larger(force, horizon->strongest);
     }
 }
 
@@ -217,10 +209,10 @@ static double horizon_pass(struct pend_horizon *horizon, const struct pend_serie
     horizon->end_ratio = -1;
     double force = horizon_carry(horizon, step, x);
     if (horizon->strongest > 0) part = force * horizon->grade / horizon->strongest;
-    horizon_note(horizon, time, horizon_larger(part, ratio));
+    horizon_note(horizon, time, pend_larger(part, ratio));
     if (horizon->lost) return 0;
     horizon->time = time;
-    horizon->ratio = horizon_larger(part, ratio);
+    horizon->ratio = pend_larger(part, ratio);
     return ratio > 0 ? part / ratio : 0;
 }
 
@@ -238,7 +230,7 @@ static void horizon_series_error(struct pend_horizon *horizon, const struct pend
            turn = fabs(x) * HORIZON_ROUNDING;
     pend_jets_left(jets, step->order, PEND_SERIES_BEYOND, x, horizon->left_rate, horizon->left_phi);
     for (int k = 0; k < tree->n; k++)
-        most = horizon_larger(most, tree->len[k] * fabs(jets->rate[pend_jets_place(jets, k, 1)]));
+        most = pend_larger(most, tree->len[k] * fabs(jets->rate[pend_jets_place(jets, k, 1)]));
     most *= turn * fabs(inverse);
     for (int k = 0; k < tree->n; k++) {
         int seat = pend_jets_seat(jets, k);
@@ -266,7 +258,7 @@ static void horizon_series_step(struct pend_horizon *horizon, const struct pend_
     if (horizon->lost) return;
     horizon_series_error(horizon, step, x);
     horizon->end_ratio = horizon_ratio(horizon, rate);
-    horizon_note(horizon, step->reached, horizon->end_ratio * horizon_larger(1, part));
+    horizon_note(horizon, step->reached, horizon->end_ratio * pend_larger(1, part));
 }
 
 /* expands about the start of a step that is solved anew; returns how far the series serves, in
@@ -338,7 +330,7 @@ static void horizon_anew(struct pend_horizon *horizon, double reached, const dou
     memset(begin->phi_low, 0, bytes);
     memset(begin->rate_low, 0, bytes);
     horizon->settled = reached;
-    horizon_note(horizon, reached, horizon_ratio(horizon, rate) * horizon_larger(1, part));
+    horizon_note(horizon, reached, horizon_ratio(horizon, rate) * pend_larger(1, part));
 }
 
 void pend_horizon_step(struct pend_horizon *horizon, void *stepper, double reached,

@@ -56,21 +56,14 @@ static void neighbour_add(double x, double low, double d, double *sum, double *r
     *rest = (x - (s - part)) + (d - part) + low;
 }
 
-/* by what the error of coordinate k is divided before it counts beside angles */
-static double neighbour_unit(const struct pend_neighbour *neighbour, int k) {
-    return k || neighbour->cart == 0 ? 1 : neighbour->cart;
-}
-
-static double neighbour_larger(double x, double y) { return x > y ? x : y; }
-
 /* an error's size: angles, and rates over a time, s */
 static double neighbour_size(const struct pend_neighbour *neighbour, const double phi[],
                              const double rate[], double time) {
     double most = 0;
     for (int k = 0; k < neighbour->problem->tree->n; k++)
-        most = neighbour_larger(neighbour_larger(fabs(phi[k]), fabs(rate[k]) * time) /
-                                    neighbour_unit(neighbour, k),
-                                most);
+        most = pend_larger(pend_larger(fabs(phi[k]), fabs(rate[k]) * time) /
+                               pend_neighbour_unit(neighbour->cart, k),
+                           most);
     return most;
 }
 
@@ -105,7 +98,7 @@ static void neighbour_sums(const struct pend_neighbour *neighbour, const struct 
         const double *to = near->rate + pend_jets_place(near, k, 0),
                      *from = own->rate + pend_jets_place(own, k, 0);
         double faster = rate[k] * (x * step->unit), turned = scale * (phi[k] + faster), power = x,
-               share = 1 / neighbour_unit(neighbour, k), *row = neighbour->sum + 2 * k;
+               share = 1 / pend_neighbour_unit(neighbour->cart, k), *row = neighbour->sum + 2 * k;
         faster *= scale;
         row[0] = turned, row[1] = faster;
         for (int j = 1; j <= order; j++) {
@@ -114,7 +107,7 @@ static void neighbour_sums(const struct pend_neighbour *neighbour, const struct 
             row += 2 * n;
             row[0] = turned += gap * near->share[j];
             row[1] = faster += gap;
-            term[j] = neighbour_larger(fabs(gap) * share, term[j]);
+            term[j] = pend_larger(fabs(gap) * share, term[j]);
         }
     }
 }
@@ -166,7 +159,7 @@ static const double *neighbour_later(struct pend_neighbour *neighbour,
         pend_jets_expand(&neighbour->jets, &neighbour->problem->loads, step->unit,
                          &neighbour->state, order);
         neighbour_sums(neighbour, step, x, scale, phi, rate, term);
-        for (int j = 1; j <= order; j++) largest = neighbour_larger(term[j], largest);
+        for (int j = 1; j <= order; j++) largest = pend_larger(term[j], largest);
         last = term[order] + term[order - 1];
         while (enough > JETS_SPREAD && term[enough - 1] + term[enough - 2] < least) enough--;
         neighbour->order = enough;
@@ -192,7 +185,7 @@ double pend_neighbour_spread(struct pend_neighbour *neighbour, const struct pend
     for (int k = 0; k < neighbour->problem->tree->n; k++) {
         double gap =
             near->force[pend_jets_place(near, k, 0)] - own->force[pend_jets_place(own, k, 0)];
-        force = neighbour_larger(fabs(gap), force);
+        force = pend_larger(fabs(gap), force);
         phi[k] = later[2 * k] / scale;
         rate[k] = later[2 * k + 1] / (scale * length);
     }

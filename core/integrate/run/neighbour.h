@@ -20,6 +20,12 @@ struct pend_neighbour {
     double *sum, *before; /* of the limit */
 };
 
+/** By what the error of coordinate k is divided before it counts beside angles. */
+static inline double pend_neighbour_unit(double cart, int k) { return k || cart == 0 ? 1 : cart; }
+
+/** The larger of two; of what is no number, either. */
+static inline double pend_larger(double x, double y) { return x > y ? x : y; }
+
 /** Bytes of memory, a multiple of 64, for series up to order `cap`. O(n). */
 size_t pend_neighbour_bytes(const struct pend_problem *problem, int cap);
 
