@@ -78,15 +78,6 @@ static void modes_mass_apply(const struct pend_tree *tree, const unsigned char u
     for (int k = 0; k < tree->n; k++) product[k] *= store_length(tree, up, k);
 }
 
-double pend_modes_mass_norm(const struct pend_tree *tree, const double x[], double tips[]) {
-    double sum = 0;
-    for (int k = 0; k < tree->n; k++) {
-        tips[k] = (k ? tips[tree->parent[k]] : 0) + tree->len[k] * x[k];
-        sum += tree->mass[k] * tips[k] * tips[k];
-    }
-    return sqrt(sum);
-}
-
 static double store_largest(int n, const double x[]) {
     double largest[8] = {0};
     int k = 0;

@@ -45,15 +45,6 @@ PEND_MUST_CHECK enum pend_status pend_modes_alloc(struct pend_modes **modes, int
                                                   int vectors);
 
 /**
- * Returns the square root of x^T Re(0) x.
- *
- * x     n angles, stored order.
- * tips  n doubles of scratch.
- * O(n).
- */
-double pend_modes_mass_norm(const struct pend_tree *tree, const double x[], double tips[]);
-
-/**
  * Gives the multiple frequency that begins at a mode its basis: orthogonal vectors of which each
  * has its first entry that is not zero at a later arm than the vector before.
  *

@@ -130,13 +130,3 @@ double test_quad_gap(int n, const double x[], const test_quad exact[]) {
     }
     return gap > 0 ? (double)(gap / most) : 0;
 }
-
-double test_quad_gap_each(int n, const double x[], const test_quad exact[]) {
-    double gap = 0;
-    for (int i = 0; i < n; i++) {
-        if (exact[i] == 0) continue;
-        double here = (double)test_quad_abs((x[i] - exact[i]) / exact[i]);
-        if (!(here <= gap)) gap = here;
-    }
-    return gap;
-}

@@ -43,7 +43,4 @@ void test_quad_solve(int n, test_quad a[], test_quad b[]);
 /** Largest |x - exact| over the largest |exact| (0 when all are 0); NaN when anything is. */
 double test_quad_gap(int n, const double x[], const test_quad exact[]);
 
-/** Largest |x_i - exact_i| / |exact_i|, where exact_i is not 0. */
-double test_quad_gap_each(int n, const double x[], const test_quad exact[]);
-
 #endif
