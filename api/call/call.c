@@ -81,7 +81,7 @@ static void call_end_op(struct api_call *call) {
     api_results_free(&call->results);
     if (!call->state) return;
     if (call->op->steps) call->steps = call->op->steps(call->state);
-    call->op->free(&call->state);
+    api_op_free(call->op, &call->state);
 }
 
 void api_call_free(struct api_call **call) {

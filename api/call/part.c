@@ -52,7 +52,7 @@ int api_plan_read(struct api_plan *plan, const struct api_request *request,
         plan->parts = (long)fmax(1, fmin(wanted, most));
         plan->chained = op->carry && plan->parts > 1;
         plan_bytes(plan, op, state);
-        op->free(&state);
+        api_op_free(op, &state);
     }
     return api_problem_end(&problem, status, out);
 }
@@ -122,7 +122,7 @@ enum pend_status api_part_new(struct api_part **part, const struct api_request *
 
 void api_part_free(struct api_part **part) {
     if (!*part) return;
-    if ((*part)->state) (*part)->op->free(&(*part)->state);
+    api_op_free((*part)->op, &(*part)->state);
     free(*part);
     *part = NULL;
 }
@@ -244,7 +244,7 @@ enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int
     *done = !part_says_more(part);
     if (*done && part->carries) return part->wrote ? PEND_OK : part_write_nothing(part, out);
     if (*done) {
-        part->op->free(&part->state);
+        api_op_free(part->op, &part->state);
     } else {
         part->op->json(part->state);
         part->format = &api_format_json;

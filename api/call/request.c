@@ -116,10 +116,10 @@ enum pend_status api_request_read(const struct api_request *request,
         status = PEND_INVALID;
         if (!api_field_object(&root, problem)) goto out;
     }
-    status = op->read(state, &reading);
+    status = api_op_read(state, &reading);
     if (status == PEND_OK) api_digest(digest, parts, reading.root);
     if (status == PEND_OK && canonical) status = request_canonical(&body, reading.root, canonical);
-    if (status != PEND_OK && *state) op->free(state);
+    if (status != PEND_OK) api_op_free(op, state);
 out:
     api_json_free(&document);
     api_buffer_clear(&joined);

@@ -49,8 +49,8 @@ enum pend_status api_scene_check_request(const struct api_value *value,
                                   .problem = problem};
     void *state = NULL;
     if (!api_field_object(value, problem)) return PEND_INVALID;
-    enum pend_status status = api_op_trajectories.read(&state, &reading);
-    if (state) api_op_trajectories.free(&state);
+    enum pend_status status = api_op_read(&state, &reading);
+    api_op_free(&api_op_trajectories, &state);
     return status;
 }
 

@@ -3,6 +3,7 @@
 #include <assert.h>
 #include <stddef.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "api/encode/encode.h"
 #include "api/json/json_in.h"
@@ -21,6 +22,20 @@ int api_turn_over(const struct api_turn *turn) {
     double seconds = turn->now(turn->context) - turn->begun;
     return seconds >= turn_seconds ||
            (turn->hurry && seconds >= hurried_seconds && turn->hurry(turn->company));
+}
+
+enum pend_status api_op_read(void **state, const struct api_reading *reading) {
+    *state = calloc(1, reading->op->size);
+    if (!*state) return PEND_NO_MEMORY;
+    enum pend_status status = reading->op->read(*state, reading);
+    if (status != PEND_OK) api_op_free(reading->op, state);
+    return status;
+}
+
+void api_op_free(const struct api_op *op, void **state) {
+    if (*state && op->clear) op->clear(*state);
+    free(*state);
+    *state = NULL;
 }
 
 enum pend_status api_reading_tree(const struct api_reading *reading, struct api_tree *tree) {

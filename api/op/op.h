@@ -70,6 +70,7 @@ int api_turn_over(const struct api_turn *turn);
 
 struct api_op {
     const char *name; /* as in the route: "trajectories" */
+    size_t size;      /* bytes of the state */
     int body;         /* needs a JSON body */
     int form;         /* or takes a form of files: its JSON and tables for `data` */
     int terms;        /* takes the terms of a real pendulum, not of an ideal one alone */
@@ -80,12 +81,12 @@ struct api_op {
     /**
      * Reads and checks the request.
      *
-     * state  out; NULL on failure; ends with the row's free.
+     * state  `size` bytes of 0.
      *
      * PEND_INVALID   every fault found is in reading->problem.
      * PEND_NO_MEMORY
      */
-    enum pend_status (*read)(void **state, const struct api_reading *reading);
+    enum pend_status (*read)(void *state, const struct api_reading *reading);
     /**
      * Continues the computation until the turn is over or the answer is complete, and appends to
      * it.
@@ -140,13 +141,25 @@ struct api_op {
      * more than its table; nothing is computed again. NULL: JSON says no more.
      */
     void (*json)(void *state);
-    /** Frees the state; nothing happens if it is NULL. */
-    void (*free)(void **state);
+    /** Releases what the state holds, also if it could not be read; NULL: nothing. */
+    void (*clear)(void *state);
 };
 
 extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api_op_modes,
     api_op_ensembles, api_op_equations, api_op_lyapunov, api_op_sections, api_op_response,
     api_op_fits, api_op_orbits, api_op_presets, api_op_preset;
+
+/**
+ * Reads and checks a request by its operation.
+ *
+ * state  out; NULL on failure; ends with api_op_free.
+ *
+ * Fails as the operation's `read` does.
+ */
+PEND_MUST_CHECK enum pend_status api_op_read(void **state, const struct api_reading *reading);
+
+/** Frees the state of an operation; nothing happens if it is NULL. */
+void api_op_free(const struct api_op *op, void **state);
 
 /**
  * Reads the member `pendulum`, as api_tree_read does; terms that the operation does not take are

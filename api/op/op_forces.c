@@ -118,16 +118,13 @@ struct forces {
     double *column[COLUMNS];
 };
 
-static void forces_free(void **state) {
-    struct forces *forces = *state;
-    if (!forces) return;
+static void forces_clear(void *state) {
+    struct forces *forces = state;
     free(forces->work);
     api_writer_free(&forces->writer);
     api_derived_clear(&forces->derived);
     api_states_free(&forces->states);
     api_tree_clear(&forces->tree);
-    free(forces);
-    *state = NULL;
 }
 
 /* reading */
@@ -210,14 +207,10 @@ static enum pend_status forces_read_parts(struct forces *forces,
     return forces_read_states(forces, reading);
 }
 
-static enum pend_status forces_read(void **state, const struct api_reading *reading) {
-    struct forces *forces = calloc(1, sizeof *forces);
-    *state = forces;
-    if (!forces) return PEND_NO_MEMORY;
+static enum pend_status forces_read(void *state, const struct api_reading *reading) {
+    struct forces *forces = state;
     forces->format = reading->format;
-    enum pend_status status = forces_read_parts(forces, reading);
-    if (status != PEND_OK) forces_free(state);
-    return status;
+    return forces_read_parts(forces, reading);
 }
 
 /* running */
@@ -411,6 +404,7 @@ static const struct api_table *forces_table(const void *state) {
 }
 
 const struct api_op api_op_forces = {.name = "forces",
+                                     .size = sizeof(struct forces),
                                      .body = 1,
                                      .terms = 1,
                                      .cart = 1,
@@ -420,4 +414,4 @@ const struct api_op api_op_forces = {.name = "forces",
                                      .table = forces_table,
                                      .cost = forces_cost,
                                      .bytes = forces_bytes,
-                                     .free = forces_free};
+                                     .clear = forces_clear};

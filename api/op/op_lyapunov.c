@@ -57,16 +57,13 @@ struct lyapunov {
     char warning[API_WARNING_TEXT];
 };
 
-static void lyapunov_free(void **state) {
-    struct lyapunov *lyapunov = *state;
-    if (!lyapunov) return;
+static void lyapunov_clear(void *state) {
+    struct lyapunov *lyapunov = state;
     free(lyapunov->column[0]);
     api_writer_free(&lyapunov->writer);
     pend_lyapunov_free(&lyapunov->exponents);
     api_states_free(&lyapunov->start);
     api_tree_clear(&lyapunov->tree);
-    free(lyapunov);
-    *state = NULL;
 }
 
 /* --- reading --- */
@@ -143,17 +140,13 @@ static enum pend_status lyapunov_check_size(struct lyapunov *lyapunov,
     return reading->problem->status ? PEND_INVALID : PEND_OK;
 }
 
-static enum pend_status lyapunov_read(void **state, const struct api_reading *reading) {
-    struct lyapunov *lyapunov = calloc(1, sizeof *lyapunov);
-    *state = lyapunov;
-    if (!lyapunov) return PEND_NO_MEMORY;
+static enum pend_status lyapunov_read(void *state, const struct api_reading *reading) {
+    struct lyapunov *lyapunov = state;
     lyapunov->format = reading->format;
     lyapunov->step_cap = reading->limits->steps;
     lyapunov->step_name = api_limits_name(reading->limits, &reading->limits->steps);
     enum pend_status status = lyapunov_read_parts(lyapunov, reading);
-    if (status == PEND_OK) status = lyapunov_check_size(lyapunov, reading);
-    if (status != PEND_OK) lyapunov_free(state);
-    return status;
+    return status == PEND_OK ? lyapunov_check_size(lyapunov, reading) : status;
 }
 
 /* --- running --- */
@@ -370,6 +363,7 @@ static const struct api_stats *lyapunov_stats(const void *state) {
 }
 
 const struct api_op api_op_lyapunov = {.name = "lyapunov",
+                                       .size = sizeof(struct lyapunov),
                                        .body = 1,
                                        .terms = 1,
                                        .cart = 1,
@@ -383,4 +377,4 @@ const struct api_op api_op_lyapunov = {.name = "lyapunov",
                                        .doubt = 5,
                                        .stats = lyapunov_stats,
                                        .bytes = lyapunov_bytes,
-                                       .free = lyapunov_free};
+                                       .clear = lyapunov_clear};

@@ -20,22 +20,10 @@ struct presets {
     struct pend_preset preset;
 };
 
-static void presets_free(void **state) {
-    free(*state);
-    *state = NULL;
-}
-
-static enum pend_status presets_new(void **state, int only) {
-    struct presets *presets = malloc(sizeof *presets);
-    *state = presets;
-    if (!presets) return PEND_NO_MEMORY;
-    presets->only = only;
-    return PEND_OK;
-}
-
-static enum pend_status presets_read(void **state, const struct api_reading *reading) {
+static enum pend_status presets_read(void *state, const struct api_reading *reading) {
     (void)reading;
-    return presets_new(state, -1);
+    ((struct presets *)state)->only = -1;
+    return PEND_OK;
 }
 
 static int presets_count(void) {
@@ -80,11 +68,10 @@ static enum pend_status refuse_name(const char *name, struct api_problem *proble
     return status;
 }
 
-static enum pend_status preset_read(void **state, const struct api_reading *reading) {
+static enum pend_status preset_read(void *state, const struct api_reading *reading) {
     const char *name = reading->argument ? reading->argument : "";
-    int found = preset_find(name);
-    *state = NULL;
-    return found < 0 ? refuse_name(name, reading->problem) : presets_new(state, found);
+    int found = ((struct presets *)state)->only = preset_find(name);
+    return found < 0 ? refuse_name(name, reading->problem) : PEND_OK;
 }
 
 static enum pend_status write_head(const char *name, const char *title, const char *description,
@@ -156,7 +143,7 @@ static enum pend_status presets_run(void *state, const struct api_turn *turn, in
 }
 
 const struct api_op api_op_presets = {
-    .name = "presets", .read = presets_read, .run = presets_run, .free = presets_free};
+    .name = "presets", .size = sizeof(struct presets), .read = presets_read, .run = presets_run};
 
 const struct api_op api_op_preset = {
-    .name = "preset", .read = preset_read, .run = presets_run, .free = presets_free};
+    .name = "preset", .size = sizeof(struct presets), .read = preset_read, .run = presets_run};

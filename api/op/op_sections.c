@@ -61,17 +61,14 @@ struct sections {
     char warning[API_WARNING_TEXT];
 };
 
-static void sections_free(void **state) {
-    struct sections *sections = *state;
-    if (!sections) return;
+static void sections_clear(void *state) {
+    struct sections *sections = state;
     for (int c = 0; c < COLUMNS; c++) free(sections->column[c]);
     free(sections->state);
     api_writer_free(&sections->writer);
     pend_section_free(&sections->section);
     api_states_free(&sections->start);
     api_tree_clear(&sections->tree);
-    free(sections);
-    *state = NULL;
 }
 
 /* --- reading --- */
@@ -257,17 +254,13 @@ static enum pend_status sections_check_size(struct sections *sections,
     return reading->problem->status ? PEND_INVALID : PEND_OK;
 }
 
-static enum pend_status sections_read(void **state, const struct api_reading *reading) {
-    struct sections *sections = calloc(1, sizeof *sections);
-    *state = sections;
-    if (!sections) return PEND_NO_MEMORY;
+static enum pend_status sections_read(void *state, const struct api_reading *reading) {
+    struct sections *sections = state;
     sections->format = reading->format;
     sections->step_cap = reading->limits->steps;
     sections->step_name = api_limits_name(reading->limits, &reading->limits->steps);
     enum pend_status status = sections_read_parts(sections, reading);
-    if (status == PEND_OK) status = sections_check_size(sections, reading);
-    if (status != PEND_OK) sections_free(state);
-    return status;
+    return status == PEND_OK ? sections_check_size(sections, reading) : status;
 }
 
 /* --- running --- */
@@ -461,6 +454,7 @@ static const struct api_stats *sections_stats(const void *state) {
 }
 
 const struct api_op api_op_sections = {.name = "sections",
+                                       .size = sizeof(struct sections),
                                        .body = 1,
                                        .terms = 1,
                                        .cart = 1,
@@ -474,4 +468,4 @@ const struct api_op api_op_sections = {.name = "sections",
                                        .doubt = 5,
                                        .bytes = sections_bytes,
                                        .stats = sections_stats,
-                                       .free = sections_free};
+                                       .clear = sections_clear};

@@ -64,9 +64,8 @@ struct trajectory {
     char stiff_warning[API_WARNING_TEXT];
 };
 
-static void trajectory_free(void **state) {
-    struct trajectory *trajectory = *state;
-    if (!trajectory) return;
+static void trajectory_clear(void *state) {
+    struct trajectory *trajectory = state;
     api_writer_free(&trajectory->writer);
     api_samples_free(&trajectory->samples);
     api_derived_clear(&trajectory->derived);
@@ -76,8 +75,6 @@ static void trajectory_free(void **state) {
     api_times_clear(&trajectory->times);
     api_states_free(&trajectory->start);
     api_tree_clear(&trajectory->tree);
-    free(trajectory);
-    *state = NULL;
 }
 
 /* reads true, false, or the largest error of an angle, rad */
@@ -154,18 +151,14 @@ static enum pend_status trajectory_check_size(struct trajectory *trajectory,
     return reading->problem->status ? PEND_INVALID : PEND_OK;
 }
 
-static enum pend_status trajectory_read(void **state, const struct api_reading *reading) {
-    struct trajectory *trajectory = calloc(1, sizeof *trajectory);
-    *state = trajectory;
-    if (!trajectory) return PEND_NO_MEMORY;
+static enum pend_status trajectory_read(void *state, const struct api_reading *reading) {
+    struct trajectory *trajectory = state;
     trajectory->format = reading->format;
     trajectory->step_cap = (long)reading->limits->steps;
     trajectory->step_name = api_limits_name(reading->limits, &reading->limits->steps);
     trajectory->until = 1;
     enum pend_status status = trajectory_read_parts(trajectory, reading);
-    if (status == PEND_OK) status = trajectory_check_size(trajectory, reading);
-    if (status != PEND_OK) trajectory_free(state);
-    return status;
+    return status == PEND_OK ? trajectory_check_size(trajectory, reading) : status;
 }
 
 /* starts the integration */
@@ -445,6 +438,7 @@ static int trajectory_stats_first(const void *state) {
 
 const struct api_op api_op_trajectories = {
     .name = "trajectories",
+    .size = sizeof(struct trajectory),
     .body = 1,
     .terms = 1,
     .cart = 1,
@@ -463,5 +457,5 @@ const struct api_op api_op_trajectories = {
     .carry = trajectory_carry,
     .stats = trajectory_stats,
     .stats_first = trajectory_stats_first,
-    .free = trajectory_free,
+    .clear = trajectory_clear,
 };

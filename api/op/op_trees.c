@@ -18,22 +18,17 @@ struct trees {
     int matrices; /* S and B are answered: the tree is within the limit for them */
 };
 
-static void trees_free(void **state) {
-    struct trees *trees = *state;
-    if (trees) api_tree_clear(&trees->tree);
-    free(trees);
-    *state = NULL;
+static void trees_clear(void *state) {
+    struct trees *trees = state;
+    api_tree_clear(&trees->tree);
 }
 
-static enum pend_status trees_read(void **state, const struct api_reading *reading) {
-    struct trees *trees = calloc(1, sizeof *trees);
-    *state = trees;
-    if (!trees) return PEND_NO_MEMORY;
+static enum pend_status trees_read(void *state, const struct api_reading *reading) {
+    struct trees *trees = state;
     int unknown = api_value_only(reading->root, fields, reading->problem);
     enum pend_status status = api_reading_tree(reading, &trees->tree);
     if (status == PEND_OK && unknown) status = PEND_INVALID;
     trees->matrices = trees->tree.n <= reading->limits->matrix_arms;
-    if (status != PEND_OK) trees_free(state);
     return status;
 }
 
@@ -119,10 +114,11 @@ static double trees_bytes(const void *state) {
 }
 
 const struct api_op api_op_trees = {.name = "trees",
+                                    .size = sizeof(struct trees),
                                     .body = 1,
                                     .terms = 1,
                                     .cart = 1,
                                     .read = trees_read,
                                     .run = trees_run,
                                     .bytes = trees_bytes,
-                                    .free = trees_free};
+                                    .clear = trees_clear};

@@ -35,26 +35,19 @@ struct ensembles {
     struct api_stats stats;
 };
 
-static void ensembles_free(void **state) {
-    struct ensembles *op = *state;
-    if (!op) return;
+static void ensembles_clear(void *state) {
+    struct ensembles *op = state;
     api_member_range_free(&op->range);
     api_writer_free(&op->writer);
     free(op->raw);
     api_ensemble_free(&op->ensemble);
-    free(op);
-    *state = NULL;
 }
 
-static enum pend_status ensembles_read(void **state, const struct api_reading *reading) {
-    struct ensembles *op = *state = calloc(1, sizeof *op);
-    if (!op) return PEND_NO_MEMORY;
+static enum pend_status ensembles_read(void *state, const struct api_reading *reading) {
+    struct ensembles *op = state;
     op->format = reading->format;
     enum pend_status status = api_ensemble_new(&op->ensemble, reading);
-    if (status == PEND_OK)
-        op->end = api_ensemble_count(op->ensemble);
-    else
-        ensembles_free(state);
+    if (status == PEND_OK) op->end = api_ensemble_count(op->ensemble);
     return status;
 }
 
@@ -188,6 +181,7 @@ static double ensembles_bytes(const void *state) {
 
 const struct api_op api_op_ensembles = {
     .name = "ensembles",
+    .size = sizeof(struct ensembles),
     .body = 1,
     .terms = 1,
     .cart = 1,
@@ -201,5 +195,5 @@ const struct api_op api_op_ensembles = {
     .parts = ensembles_parts,
     .part = ensembles_part,
     .stats = ensembles_stats,
-    .free = ensembles_free,
+    .clear = ensembles_clear,
 };

@@ -21,14 +21,11 @@ struct equations {
     struct api_buffer text;
 };
 
-static void equations_free(void **state) {
-    struct equations *equations = *state;
-    if (!equations) return;
+static void equations_clear(void *state) {
+    struct equations *equations = state;
     api_buffer_clear(&equations->text);
     api_states_free(&equations->start);
     api_tree_clear(&equations->tree);
-    free(equations);
-    *state = NULL;
 }
 
 static void equations_read_form(struct equations *equations, const struct api_reading *reading) {
@@ -64,14 +61,10 @@ static enum pend_status equations_read_parts(struct equations *equations,
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
-static enum pend_status equations_read(void **state, const struct api_reading *reading) {
-    struct equations *equations = calloc(1, sizeof *equations);
-    *state = equations;
-    if (!equations) return PEND_NO_MEMORY;
+static enum pend_status equations_read(void *state, const struct api_reading *reading) {
+    struct equations *equations = state;
     api_buffer_init(&equations->text, (size_t)reading->limits->answer_bytes);
-    enum pend_status status = equations_read_parts(equations, reading);
-    if (status != PEND_OK) equations_free(state);
-    return status;
+    return equations_read_parts(equations, reading);
 }
 
 /* appends a form as a member */
@@ -125,10 +118,11 @@ static double equations_bytes(const void *state) {
 }
 
 const struct api_op api_op_equations = {.name = "equations",
+                                        .size = sizeof(struct equations),
                                         .body = 1,
                                         .terms = 1,
                                         .cart = 1,
                                         .read = equations_read,
                                         .run = equations_run,
                                         .bytes = equations_bytes,
-                                        .free = equations_free};
+                                        .clear = equations_clear};

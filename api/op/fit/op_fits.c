@@ -40,25 +40,18 @@ struct fits {
     int settled; /* how many fits there were before it, each with knees of a loss */
 };
 
-static void fits_free(void **state) {
-    struct fits *fits = *state;
-    if (!fits) return;
+static void fits_clear(void *state) {
+    struct fits *fits = state;
     api_hints_free(&fits->hints);
     pend_fit_free(&fits->fit);
     api_fit_clear(&fits->asked);
-    free(fits);
-    *state = NULL;
 }
 
-static enum pend_status fits_read(void **state, const struct api_reading *reading) {
-    struct fits *fits = calloc(1, sizeof *fits);
-    *state = fits;
-    if (!fits) return PEND_NO_MEMORY;
+static enum pend_status fits_read(void *state, const struct api_reading *reading) {
+    struct fits *fits = state;
     fits->format = reading->format;
     api_table_add(&fits->table, "residuals", NULL, 0);
-    enum pend_status status = api_fit_read(&fits->asked, reading);
-    if (status != PEND_OK) fits_free(state);
-    return status;
+    return api_fit_read(&fits->asked, reading);
 }
 
 /* ---- writing */
@@ -372,6 +365,7 @@ static double fits_bytes(const void *state) {
 }
 
 const struct api_op api_op_fits = {.name = "fits",
+                                   .size = sizeof(struct fits),
                                    .body = 1,
                                    .form = 1,
                                    .terms = 1,
@@ -382,4 +376,4 @@ const struct api_op api_op_fits = {.name = "fits",
                                    .cost = fits_cost,
                                    .bytes = fits_bytes,
                                    .json = fits_json,
-                                   .free = fits_free};
+                                   .clear = fits_clear};

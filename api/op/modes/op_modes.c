@@ -54,9 +54,8 @@ struct modes {
         row; /* what is written next: a row of the vectors (part 0) or of matrix part - 1 */
 };
 
-static void modes_free(void **state) {
-    struct modes *modes = *state;
-    if (!modes) return;
+static void modes_clear(void *state) {
+    struct modes *modes = state;
     api_writer_free(&modes->writer);
     api_damped_clear(&modes->damped);
     free(modes->near);
@@ -64,8 +63,6 @@ static void modes_free(void **state) {
     pend_modes_free(&modes->found);
     pend_modes_search_free(&modes->search);
     api_modes_clear(&modes->asked);
-    free(modes);
-    *state = NULL;
 }
 
 /* reading */
@@ -160,14 +157,10 @@ static enum pend_status modes_read_parts(struct modes *modes, const struct api_r
     return reading->problem->status ? PEND_INVALID : PEND_OK;
 }
 
-static enum pend_status modes_read(void **state, const struct api_reading *reading) {
-    struct modes *modes = calloc(1, sizeof *modes);
-    *state = modes;
-    if (!modes) return PEND_NO_MEMORY;
+static enum pend_status modes_read(void *state, const struct api_reading *reading) {
+    struct modes *modes = state;
     modes->format = reading->format;
-    enum pend_status status = modes_read_parts(modes, reading);
-    if (status != PEND_OK) modes_free(state);
-    return status;
+    return modes_read_parts(modes, reading);
 }
 
 /* running */
@@ -431,6 +424,7 @@ static double modes_bytes(const void *state) {
 }
 
 const struct api_op api_op_modes = {.name = "modes",
+                                    .size = sizeof(struct modes),
                                     .body = 1,
                                     .terms = 1,
                                     .cart = 1,
@@ -442,4 +436,4 @@ const struct api_op api_op_modes = {.name = "modes",
                                     .bytes = modes_bytes,
                                     .stats = modes_stats,
                                     .json = modes_json,
-                                    .free = modes_free};
+                                    .clear = modes_clear};

@@ -62,9 +62,8 @@ struct response {
     char warning[4][API_WARNING_TEXT];
 };
 
-static void response_free(void **state) {
-    struct response *response = *state;
-    if (!response) return;
+static void response_clear(void *state) {
+    struct response *response = state;
     api_writer_free(&response->writer);
     pend_response_free(&response->found);
     pend_damped_free(&response->poles);
@@ -72,8 +71,6 @@ static void response_free(void **state) {
     free(response->part);
     free(response->couple);
     api_response_clear(&response->asked);
-    free(response);
-    *state = NULL;
 }
 
 /* ---- reading */
@@ -111,10 +108,8 @@ static void response_check_size(const struct response *response,
     api_reading_check_size(reading, table, &omega, "frequencies", "fewer frequencies or outputs");
 }
 
-static enum pend_status response_read(void **state, const struct api_reading *reading) {
-    struct response *response = calloc(1, sizeof *response);
-    *state = response;
-    if (!response) return PEND_NO_MEMORY;
+static enum pend_status response_read(void *state, const struct api_reading *reading) {
+    struct response *response = state;
     response->format = reading->format;
     enum pend_status status = api_response_read(&response->asked, reading);
     if (status == PEND_OK) {
@@ -124,7 +119,6 @@ static enum pend_status response_read(void **state, const struct api_reading *re
         response_check_size(response, reading);
         if (reading->problem->status) status = PEND_INVALID;
     }
-    if (status != PEND_OK) response_free(state);
     return status;
 }
 
@@ -454,6 +448,7 @@ static double response_bytes(const void *state) {
 }
 
 const struct api_op api_op_response = {.name = "response",
+                                       .size = sizeof(struct response),
                                        .body = 1,
                                        .terms = 1,
                                        .cart = 1,
@@ -467,4 +462,4 @@ const struct api_op api_op_response = {.name = "response",
                                        .bytes = response_bytes,
                                        .stats = response_stats,
                                        .json = response_json,
-                                       .free = response_free};
+                                       .clear = response_clear};

@@ -58,17 +58,14 @@ struct orbits {
     char warning[API_WARNING_TEXT];
 };
 
-static void orbits_free(void **state) {
-    struct orbits *orbits = *state;
-    if (!orbits) return;
+static void orbits_clear(void *state) {
+    struct orbits *orbits = state;
     pend_orbits_free(&orbits->search);
     api_writer_free(&orbits->writer);
     api_bifurcations_clear(&orbits->bifurcations);
     for (int c = 0; c < orbits->table.count; c++) free(orbits->column[c]);
     free(orbits->start);
     api_orbits_clear(&orbits->asked);
-    free(orbits);
-    *state = NULL;
 }
 
 /* ---- reading */
@@ -106,10 +103,8 @@ static void orbits_check_size(const struct orbits *orbits, const struct api_read
     api_reading_check_size(reading, table, &points, "orbits", "fewer points");
 }
 
-static enum pend_status orbits_read(void **state, const struct api_reading *reading) {
-    struct orbits *orbits = calloc(1, sizeof *orbits);
-    *state = orbits;
-    if (!orbits) return PEND_NO_MEMORY;
+static enum pend_status orbits_read(void *state, const struct api_reading *reading) {
+    struct orbits *orbits = state;
     orbits->format = reading->format;
     orbits->last = 1;
     orbits->step_cap = reading->limits->steps;
@@ -128,7 +123,6 @@ static enum pend_status orbits_read(void **state, const struct api_reading *read
         orbits_check_size(orbits, reading);
         if (reading->problem->status) status = PEND_INVALID;
     }
-    if (status != PEND_OK) orbits_free(state);
     return status;
 }
 
@@ -424,6 +418,7 @@ static double orbits_bytes(const void *state) {
 }
 
 const struct api_op api_op_orbits = {.name = "orbits",
+                                     .size = sizeof(struct orbits),
                                      .body = 1,
                                      .terms = 1,
                                      .samples = 1,
@@ -438,4 +433,4 @@ const struct api_op api_op_orbits = {.name = "orbits",
                                      .carry = orbits_carry,
                                      .stats = orbits_stats,
                                      .json = orbits_json,
-                                     .free = orbits_free};
+                                     .clear = orbits_clear};
