@@ -81,6 +81,16 @@ void api_derived_clear(struct api_derived *derived) {
     derived->parameter = NULL;
 }
 
+double api_swing(const struct api_tree *tree, const struct api_states *start) {
+    const struct pend_tree *stored = tree->tree;
+    double shortest = INFINITY, rate = 0;
+    for (int k = tree->cart; k < stored->n; k++) {
+        shortest = fmin(shortest, stored->len[k]);
+        if (start) rate = fmax(rate, fabs(start->rate[k]));
+    }
+    return rate + sqrt(fabs(tree->loads.gravity) / shortest * sqrt(stored->n));
+}
+
 double api_terms_pace(const struct api_tree *tree) {
     static const double drives = 0.2, decays = 0.05;
     double decay = pend_loads_decay(&tree->loads, tree->tree);

@@ -7,6 +7,7 @@
 
 #include "api/encode/encode.h"
 #include "api/op/varied.h"
+#include "api/read/state_json.h"
 #include "api/read/method_json.h"
 #include "core/derivatives/derivatives.h"
 
@@ -103,6 +104,10 @@ double *api_derived_put(const struct api_derived *derived, long row, double to[]
 
 /** Fills in where the columns' rows are, `columns` pointers. */
 void api_derived_columns(const struct api_derived *derived, const double *column[]);
+
+/** Returns at how many rad/s the fastest arm swings, about: as fast as the shortest arm does,
+ * faster where many hang on each other, and as the start has it; NULL: at rest. O(n). */
+double api_swing(const struct api_tree *tree, const struct api_states *start);
 
 /** Returns how fast terms make a motion as the steps of a power series have it, rad/s of a swing
  * that takes as many: a fifth of springs' and drives', a twentieth of what friction stops. O(n +

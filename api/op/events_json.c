@@ -433,12 +433,10 @@ enum pend_status api_events_write(struct api_events *events, const struct pend_t
                                   struct api_writer *writer, struct api_stats *stats,
                                   const struct api_turn *turn, int *done,
                                   struct pend_error *error) {
-    double seconds = api_turn_seconds(turn);
     assert(events->searched && events->rows);
     if (!stats->count) {
         api_events_tell(events, times, stats);
-        api_stats_origin(stats);
-        if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
+        api_turn_tell(turn, 0, stats);
         if (events->found)
             PEND_TRY(api_writer_block(writer, events->found, (const double *const *)events->column,
                                       turn->out, error));

@@ -1,6 +1,7 @@
 #include "api/op/op.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -22,6 +23,12 @@ int api_turn_over(const struct api_turn *turn) {
     double seconds = turn->now(turn->context) - turn->begun;
     return seconds >= turn_seconds ||
            (turn->hurry && seconds >= hurried_seconds && turn->hurry(turn->company));
+}
+
+void api_turn_tell(const struct api_turn *turn, double more, struct api_stats *stats) {
+    double seconds = api_turn_seconds(turn) + more;
+    api_stats_origin(stats);
+    if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
 }
 
 enum pend_status api_op_read(void **state, const struct api_reading *reading) {
@@ -77,6 +84,35 @@ void api_reading_check_size(const struct api_reading *reading, const struct api_
                     "representation without such a limit: %s",
                     table->rows, what, api_table_numbers(table, 0), bytes, reason, most, fewer,
                     format->digits ? ", or round the numbers by \"digits\"" : "", flowing);
+}
+
+void api_reading_check_kept(const struct api_reading *reading, const struct api_table *table,
+                            const struct api_value *value, int arms, const char *what,
+                            const char *fewer) {
+    double bytes = 8 * api_table_numbers(table, 0) * (double)table->rows;
+    if (bytes > reading->limits->answer_bytes)
+        api_value_fault(value, reading->problem,
+                        API_CODE_LIMIT
+                        "asks for %s%ld %s of %d arms, %.0f bytes, more than the limit "
+                        "max-answer-bytes of %.0f: ask for fewer",
+                        table->rows_later ? "up to " : "", table->rows, what, arms, bytes,
+                        reading->limits->answer_bytes);
+    api_reading_check_size(reading, table, value, what, fewer);
+}
+
+enum pend_status api_table_grow(const struct api_table *table, long used, long first, long *room,
+                                double *column[], struct pend_error *error) {
+    long more = *room ? 2 * *room : first;
+    if (used < *room) return PEND_OK;
+    if (more > table->rows) more = table->rows;
+    for (int c = 0; c < table->count; c++) {
+        size_t numbers = (size_t)more * (size_t)api_column_numbers(&table->column[c]);
+        double *grown = realloc(column[c], numbers * sizeof *grown);
+        if (!grown) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %ld rows", more);
+        column[c] = grown;
+    }
+    *room = more;
+    return PEND_OK;
 }
 
 static const struct api_op *const ops[API_OP_COUNT] = {

@@ -68,6 +68,10 @@ double api_turn_seconds(const struct api_turn *turn);
  */
 int api_turn_over(const struct api_turn *turn);
 
+/** Adds what the answer comes from, and the seconds of computation, `more` beside those of the
+ * turns; none without a clock. */
+void api_turn_tell(const struct api_turn *turn, double more, struct api_stats *stats);
+
 struct api_op {
     const char *name; /* as in the route: "trajectories" */
     size_t size;      /* bytes of the state */
@@ -177,6 +181,29 @@ PEND_MUST_CHECK enum pend_status api_reading_tree(const struct api_reading *read
  */
 void api_reading_check_size(const struct api_reading *reading, const struct api_table *table,
                             const struct api_value *value, const char *what, const char *fewer);
+
+/**
+ * The same of rows that are kept while they are found, in every representation; then
+ * api_reading_check_size.
+ *
+ * arms  the arms of each row, for the message.
+ */
+void api_reading_check_kept(const struct api_reading *reading, const struct api_table *table,
+                            const struct api_value *value, int arms, const char *what,
+                            const char *fewer);
+
+/**
+ * Doubles the memory of a table's columns if all of it is used, up to the table's rows.
+ *
+ * used   rows.
+ * first  rows that there is memory for at first.
+ * room   rows that there is memory for.
+ *
+ * PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status api_table_grow(const struct api_table *table, long used,
+                                                long first, long *room, double *column[],
+                                                struct pend_error *error);
 
 /** Returns the row of an operation; NULL if there is none. */
 const struct api_op *api_op_at(enum api_op_id id);

@@ -151,22 +151,10 @@ static enum pend_status lyapunov_read(void *state, const struct api_reading *rea
 
 /* --- running --- */
 
-/* rad/s, about: as fast as the shortest arm swings, faster where many hang on each other, and as
- * the start has it */
-static double lyapunov_rate(const struct lyapunov *lyapunov) {
-    const struct pend_tree *tree = lyapunov->tree.tree;
-    double shortest = INFINITY, rate = 0;
-    for (int k = lyapunov->tree.cart; k < tree->n; k++) {
-        shortest = fmin(shortest, tree->len[k]);
-        rate = fmax(rate, fabs(lyapunov->start->rate[k]));
-    }
-    return rate + sqrt(fabs(lyapunov->tree.loads.gravity) / shortest * sqrt(tree->n));
-}
-
 /* intervals of a row, so many that none is longer than the fastest arm's turn */
 static double lyapunov_intervals(const struct lyapunov *lyapunov) {
     double row = lyapunov->duration / (double)lyapunov->table.rows;
-    return fmax(1, ceil(row * lyapunov_rate(lyapunov) / turn));
+    return fmax(1, ceil(row * api_swing(&lyapunov->tree, lyapunov->start) / turn));
 }
 
 /* finds out whether the start is at rest where hardly anything accelerates it, and no drive will */
@@ -180,7 +168,7 @@ static enum pend_status lyapunov_balance(struct lyapunov *lyapunov,
                                    .rate = start->rate,
                                    .phi_low = start->phi_low,
                                    .times = {.count = 1, .start = start->start, .divisor = 1}};
-    double t, least = lyapunov_rate(lyapunov), most = 0;
+    double t, least = api_swing(&lyapunov->tree, lyapunov->start), most = 0;
     size_t n = (size_t)start->tree->n;
     double *acc = calloc(n, sizeof *acc);
     struct pend_samples samples = {.cap = 1, .t = &t, .acc = acc};
@@ -287,7 +275,6 @@ static enum pend_status lyapunov_piece(struct lyapunov *lyapunov, struct api_buf
 
 static void lyapunov_tell(struct lyapunov *lyapunov, const struct api_turn *turn_) {
     struct api_stats *stats = &lyapunov->stats;
-    double seconds = api_turn_seconds(turn_);
     api_stats_whole(stats, "steps", pend_lyapunov_steps(lyapunov->exponents));
     api_stats_number(stats, "interval", lyapunov->interval);
     api_stats_number(stats, "frequency", pend_lyapunov_frequency(lyapunov->exponents));
@@ -301,8 +288,7 @@ static void lyapunov_tell(struct lyapunov *lyapunov, const struct api_turn *turn
                  lyapunov->origin + held);
         api_stats_warning(stats, "warning_equilibrium", lyapunov->warning);
     }
-    api_stats_origin(stats);
-    if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
+    api_turn_tell(turn_, 0, stats);
 }
 
 static enum pend_status lyapunov_run(void *state, const struct api_turn *turn_, int *done,

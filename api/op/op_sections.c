@@ -228,7 +228,6 @@ static enum pend_status sections_check_size(struct sections *sections,
                                             const struct api_reading *reading) {
     struct api_table *table = &sections->table;
     struct api_value count = api_value_member(reading->root, "count");
-    double most = reading->limits->answer_bytes;
     int n = sections->tree.n;
     api_table_add(table, "t", NULL, 0);
     api_table_add(table, "phi", NULL, n);
@@ -242,15 +241,7 @@ static enum pend_status sections_check_size(struct sections *sections,
         api_table_add(table, "cart", "x", 0);
         api_table_add(table, "cart", "v", 0);
     }
-    double bytes = 8 * api_table_numbers(table, 0) * (double)table->rows;
-    if (bytes > most)
-        api_value_fault(&count, reading->problem,
-                        API_CODE_LIMIT
-                        "asks for up to %ld passages of %d arms, %.0f bytes, more than the limit "
-                        "max-answer-bytes of "
-                        "%.0f: ask for fewer",
-                        table->rows, n, bytes, most);
-    api_reading_check_size(reading, table, &count, "passages", "fewer");
+    api_reading_check_kept(reading, table, &count, n, "passages", "fewer");
     return reading->problem->status ? PEND_INVALID : PEND_OK;
 }
 
@@ -290,28 +281,13 @@ static enum pend_status sections_begin(struct sections *sections, struct pend_er
     return pend_section_new(&sections->section, &problem, error);
 }
 
-/* grows the memory if it is full */
-static enum pend_status sections_grow(struct sections *sections, struct pend_error *error) {
-    long room = sections->room ? 2 * sections->room : FIRST_ROOM;
-    if (sections->count < sections->room) return PEND_OK;
-    if (room > sections->table.rows) room = sections->table.rows;
-    for (int c = 0; c < sections->table.count; c++) {
-        size_t width = (size_t)api_column_numbers(&sections->table.column[c]);
-        double *grown = realloc(sections->column[c], (size_t)room * width * sizeof *grown);
-        if (!grown)
-            return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %ld passages", room);
-        sections->column[c] = grown;
-    }
-    sections->room = room;
-    return PEND_OK;
-}
-
 static enum pend_status sections_keep(struct sections *sections, const struct pend_passage *passage,
                                       struct pend_error *error) {
     int n = sections->tree.n, cart = sections->tree.cart;
     const double *phi = sections->state, *rate = phi + n + cart;
     const int *order = sections->tree.tree->order;
-    PEND_TRY(sections_grow(sections, error));
+    PEND_TRY(api_table_grow(&sections->table, sections->count, FIRST_ROOM, &sections->room,
+                            sections->column, error));
     long row = sections->count++;
     sections->column[T][row] = sections->origin + passage->time;
     if (sections->direction)
@@ -374,13 +350,11 @@ static void sections_tell_horizon(struct sections *sections) {
 
 static void sections_tell(struct sections *sections, const struct api_turn *turn) {
     struct api_stats *stats = &sections->stats;
-    double seconds = api_turn_seconds(turn);
     api_stats_whole(stats, "steps", pend_section_steps(sections->section));
     api_stats_whole(stats, "passages", sections->count);
     api_stats_number(stats, "until", sections->until);
     sections_tell_horizon(sections);
-    api_stats_origin(stats);
-    if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
+    api_turn_tell(turn, 0, stats);
 }
 
 static enum pend_status sections_run(void *state, const struct api_turn *turn, int *done,
@@ -414,20 +388,15 @@ static void sections_progress(const void *state, double *steps, double *work) {
 
 static double sections_cost(const void *state) {
     const struct sections *sections = state;
-    const struct pend_tree *tree = sections->tree.tree;
-    double shortest = INFINITY, rate = 0;
-    for (int k = sections->tree.cart; k < tree->n; k++) {
-        shortest = fmin(shortest, tree->len[k]);
-        rate = fmax(rate, fabs(sections->start->rate[k]));
-    }
-    rate += sqrt(fabs(sections->tree.loads.gravity) / shortest * sqrt(tree->n));
+    double rate = api_swing(&sections->tree, sections->start);
     double pace = rate + api_terms_pace(&sections->tree);
     /* a search may end long before its time, at its count of passages: an arm passes each turn
      * or swing but once or twice */
     double passages = (double)sections->table.rows;
     double most = sections->period > 0 ? passages * sections->period : 20 * passages / rate;
     double seconds = fmin(sections->duration, most);
-    return fmin(steps_a_radian * seconds * pace, sections->step_cap) * (tree->n + 2) * arm_seconds;
+    return fmin(steps_a_radian * seconds * pace, sections->step_cap) *
+           (api_tree_stored(&sections->tree) + 2) * arm_seconds;
 }
 
 /* passages are kept when they are found, in memory that doubles whenever it is full, and once more

@@ -27,19 +27,6 @@ static const struct trajectory_steps {
 static const double extended_times = 25, symplectic_times = 17,
                     trust_times = API_TRAJECTORY_TRUST_TIMES;
 
-/* rad/s at which the fastest arm swings, about: as fast as the shortest arm does, faster where
- * many hang on each other, and as the start has it */
-static double trajectory_swing(const struct api_trajectory_size *size) {
-    const struct pend_tree *tree = size->tree->tree;
-    assert(tree && size->start->rate);
-    double shortest = INFINITY, rate = 0;
-    for (int k = size->tree->cart; k < tree->n; k++) {
-        shortest = fmin(shortest, tree->len[k]);
-        rate = fmax(rate, fabs(size->start->rate[k]));
-    }
-    return rate + sqrt(fabs(size->tree->loads.gravity) / shortest * sqrt(tree->n));
-}
-
 /* steps a second of motion; fade: those that friction asks for */
 static double trajectory_pace(const struct api_trajectory_size *size, double *fade) {
     const struct pend_loads *loads = &size->tree->loads;
@@ -49,7 +36,7 @@ static double trajectory_pace(const struct api_trajectory_size *size, double *fa
     for (size_t i = 0; i < sizeof steps_of / sizeof *steps_of; i++)
         if (!strcmp(size->method->method->name, steps_of[i].method)) steps = &steps_of[i];
     *fade = steps->decay * decay;
-    return steps->swing * trajectory_swing(size) + steps->drive * drive + *fade;
+    return steps->swing * api_swing(size->tree, size->start) + steps->drive * drive + *fade;
 }
 
 static double trajectory_span(const struct api_trajectory_size *size) {
@@ -102,7 +89,8 @@ double api_trajectory_cost_seconds(struct api_trajectory_size size) {
     if (size.method->method == &pend_method_symplectic) times_as_long = symplectic_times;
     if (size.events->rows) times_as_long = 0;
     times_as_long += api_events_times(size.events);
-    double rate = trajectory_swing(&size) + pend_loads_rate(&size.tree->loads, size.tree->tree);
+    double rate =
+        api_swing(size.tree, size.start) + pend_loads_rate(&size.tree->loads, size.tree->tree);
     return times_as_long * fmin(steps, (double)size.step_cap) * a_step +
            api_derived_seconds(size.derived, size.tree, span * rate) +
            numbers * (size.format->digits ? text_seconds : binary_seconds);

@@ -119,7 +119,6 @@ static enum pend_status ensembles_write(struct ensembles *op, struct api_buffer 
 
 /* writes the figures once, so that they are the same in every piece of the answer */
 static void ensembles_tell(struct ensembles *op, const struct api_turn *turn) {
-    double seconds = api_turn_seconds(turn);
     api_stats_text(&op->stats, "method", "taylor");
     api_stats_whole(&op->stats, "members", op->end - op->begin);
     api_stats_whole(&op->stats, "failed", op->failed);
@@ -131,8 +130,7 @@ static void ensembles_tell(struct ensembles *op, const struct api_turn *turn) {
                           "some members lose their digits before their end (estimated): stats.lost "
                           "counts them and the "
                           "observable horizon tells up to when each keeps them");
-    api_stats_origin(&op->stats);
-    if (seconds >= 0) api_stats_number(&op->stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
+    api_turn_tell(turn, 0, &op->stats);
 }
 
 static enum pend_status ensembles_run(void *state, const struct api_turn *turn, int *done,

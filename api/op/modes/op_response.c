@@ -94,20 +94,6 @@ static void response_columns(struct response *response) {
     table->column[table->count - 1].sparse = 1;
 }
 
-static void response_check_size(const struct response *response,
-                                const struct api_reading *reading) {
-    const struct api_table *table = &response->table;
-    struct api_value omega = api_value_member(reading->root, "omega");
-    double bytes = 8 * api_table_numbers(table, 0) * (double)table->rows;
-    if (bytes > reading->limits->answer_bytes)
-        api_value_fault(&omega, reading->problem,
-                        API_CODE_LIMIT
-                        "asks for %ld frequencies of %d arms, %.0f bytes, more than the limit "
-                        "max-answer-bytes of %.0f: ask for fewer",
-                        table->rows, response->asked.tree.n, bytes, reading->limits->answer_bytes);
-    api_reading_check_size(reading, table, &omega, "frequencies", "fewer frequencies or outputs");
-}
-
 static enum pend_status response_read(void *state, const struct api_reading *reading) {
     struct response *response = state;
     response->format = reading->format;
@@ -116,7 +102,9 @@ static enum pend_status response_read(void *state, const struct api_reading *rea
         response->table.rows = response->asked.rows;
         response->table.digits = response->asked.digits;
         response_columns(response);
-        response_check_size(response, reading);
+        struct api_value omega = api_value_member(reading->root, "omega");
+        api_reading_check_kept(reading, &response->table, &omega, response->asked.tree.n,
+                               "frequencies", "fewer frequencies or outputs");
         if (reading->problem->status) status = PEND_INVALID;
     }
     return status;
@@ -320,12 +308,10 @@ static void response_tell_rub(struct response *response) {
 
 static void response_tell(struct response *response, const struct api_turn *turn) {
     struct api_stats *stats = &response->stats;
-    double seconds = api_turn_seconds(turn);
     api_stats_whole(stats, "frequencies", response->table.rows);
     api_stats_whole(stats, "unknown", response->unknown);
     api_stats_whole(stats, "stable", pend_response_stable(response->found));
-    api_stats_origin(stats);
-    if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
+    api_turn_tell(turn, 0, stats);
     if (response->unknown) {
         snprintf(response->warning[0], API_WARNING_TEXT,
                  "at %ld of the frequencies the amplitude is not finite: nothing damps a mode "

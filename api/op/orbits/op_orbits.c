@@ -12,6 +12,7 @@
 
 #include "api/encode/encode.h"
 #include "api/json/json_out.h"
+#include "api/op/derived.h"
 #include "api/op/orbits/bifurcations.h"
 #include "api/op/orbits/orbits_json.h"
 #include "api/op/orbits/orbits_told.h"
@@ -90,19 +91,6 @@ static void orbits_columns(struct orbits *orbits) {
     api_table_add_inner(table, "multipliers", "im", 0, 2 * n);
 }
 
-static void orbits_check_size(const struct orbits *orbits, const struct api_reading *reading) {
-    const struct api_table *table = &orbits->table;
-    struct api_value points = api_value_member(reading->root, "points");
-    double bytes = 8 * api_table_numbers(table, 0) * (double)table->rows;
-    if (bytes > reading->limits->answer_bytes)
-        api_value_fault(&points, reading->problem,
-                        API_CODE_LIMIT
-                        "asks for up to %ld orbits of %d arms, %.0f bytes, more than the limit "
-                        "max-answer-bytes of %.0f: ask for fewer",
-                        table->rows, orbits->asked.tree.n, bytes, reading->limits->answer_bytes);
-    api_reading_check_size(reading, table, &points, "orbits", "fewer points");
-}
-
 static enum pend_status orbits_read(void *state, const struct api_reading *reading) {
     struct orbits *orbits = state;
     orbits->format = reading->format;
@@ -120,7 +108,9 @@ static enum pend_status orbits_read(void *state, const struct api_reading *readi
         orbits->table.rows_later = 1;
         orbits->table.digits = orbits->asked.digits;
         orbits_columns(orbits);
-        orbits_check_size(orbits, reading);
+        struct api_value points = api_value_member(reading->root, "points");
+        api_reading_check_kept(reading, &orbits->table, &points, orbits->asked.tree.n, "orbits",
+                               "fewer points");
         if (reading->problem->status) status = PEND_INVALID;
     }
     return status;
@@ -150,18 +140,8 @@ static enum pend_status orbits_begin(struct orbits *orbits, struct pend_error *e
 
 /* grows the memory of rows if it is full */
 static enum pend_status orbits_grow(struct orbits *orbits, struct pend_error *error) {
-    long room = orbits->room ? 2 * orbits->room : FIRST_ROOM;
-    if (orbits->count < orbits->room) return PEND_OK;
-    if (room > orbits->table.rows) room = orbits->table.rows;
-    for (int c = 0; c < orbits->table.count; c++) {
-        size_t width = (size_t)api_column_numbers(&orbits->table.column[c]);
-        double *grown = realloc(orbits->column[c], (size_t)room * width * sizeof *grown);
-        if (!grown)
-            return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %ld orbits", room);
-        orbits->column[c] = grown;
-    }
-    orbits->room = room;
-    return PEND_OK;
+    return api_table_grow(&orbits->table, orbits->count, FIRST_ROOM, &orbits->room, orbits->column,
+                          error);
 }
 
 static enum pend_status orbits_keep(struct orbits *orbits, const struct pend_orbit *orbit,
@@ -227,15 +207,13 @@ static enum pend_status orbits_search(struct orbits *orbits, struct pend_error *
 
 static void orbits_tell(struct orbits *orbits, const struct api_turn *turn) {
     struct api_stats *stats = &orbits->stats;
-    double seconds = api_turn_seconds(turn) + orbits->earlier;
     long maps, steps = pend_orbits_steps(orbits->search, &maps);
     api_stats_text(stats, "end", api_orbits_end(orbits->end));
     api_stats_whole(stats, "orbits", orbits->count);
     api_stats_whole(stats, "bifurcations", orbits->bifurcations.count);
     api_stats_whole(stats, "shots", maps);
     api_stats_whole(stats, "steps", steps);
-    api_stats_origin(stats);
-    if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
+    api_turn_tell(turn, orbits->earlier, stats);
     api_orbits_sentence(&orbits->asked.problem, orbits->search, orbits->count, orbits->warning);
     if (orbits->end != PEND_ORBITS_REACHED)
         api_stats_warning(stats, "warning_end", orbits->warning);
@@ -374,11 +352,8 @@ static enum pend_status orbits_carry(void *state, struct pend_checkpoint *checkp
 
 /* steps of a motion over the periods of a drive, as sections count them */
 static double orbits_driven_steps(const struct api_orbits *asked, double periods) {
-    const struct pend_tree *tree = asked->tree.tree;
-    double shortest = INFINITY;
-    for (int k = 0; k < tree->n; k++) shortest = fmin(shortest, tree->len[k]);
-    double rate = sqrt(fabs(asked->tree.loads.gravity) / shortest * sqrt(tree->n)) +
-                  pend_loads_rate(&asked->tree.loads, tree);
+    double rate =
+        api_swing(&asked->tree, NULL) + pend_loads_rate(&asked->tree.loads, asked->tree.tree);
     return steps_least + periods * 2 * M_PI / asked->omega * rate;
 }
 
