@@ -10,7 +10,7 @@
 enum {
     CLAIM_POLL_MS = 1000,
     CLAIM_ASIDE_MS = 10000, /* a part that was set aside waits so long for an idle worker */
-    CLAIM_SPREAD_US = 4000, /* for each other worker: claims wait a random time up to this */
+    CLAIM_SPREAD_US = 8000, /* for each other worker: claims wait a random time up to this */
     CLAIM_SPREAD_MOST = 64  /* of the other workers */
 };
 

@@ -15,8 +15,10 @@
 enum {
     MOST_TOGETHER = 128,
     SWEEP_MS = 1000,
+    SWEEP_WORKERS = 8,
     RING_MS = 10,     /* between two notifications of a process, */
     RING_WORKERS = 5, /* and of those of work for each so many workers */
+    RING_WAKES = 1000,
     LISTEN_MS = 500,
     READERS = 1,
     WRITERS = 1,
@@ -155,7 +157,10 @@ static void storage_sweep(struct storage_desk *desk, struct storage_round *round
     round->pieces = 0;
     if (stored == SRV_STORED) stored = srv_store_figures(store, &figures);
     storage_note(desk, stored);
-    if (!more) round->next = now + second;
+    /* many processes that only compute sweep in turns: one that answers does it each second */
+    int64_t seconds =
+        storage->count == 1 && stored == SRV_STORED ? 1 + figures.workers / SWEEP_WORKERS : 1;
+    if (!more) round->next = now + seconds * second;
     if (stored != SRV_STORED) return;
     pthread_mutex_lock(&storage->lock);
     storage->figures = figures;
@@ -178,7 +183,10 @@ static void storage_knock(struct storage_desk *desk) {
 }
 
 /* Notifications that a desk sends, each kind at most once in a while. Those of work the more rarely
- * the more workers there are: each of them looks at a random instant after the last one. */
+ * the more workers there are: each of them looks at a random instant after the last one. PostgreSQL
+ * wakes every connection that listens, whatever it listens to: so the notifications of ends that
+ * all workers send together wake RING_WAKES connections a second at most. Whoever waits for an end
+ * looks after any of them. */
 struct storage_rings {
     int64_t work, others; /* ns: not before */
 };
@@ -195,7 +203,8 @@ static int64_t storage_ring(struct storage_desk *desk, struct storage_rings *rin
     if (now >= rings->work) due |= wanted & SRV_RING_WORK;
     if (now >= rings->others) due |= wanted & ~SRV_RING_WORK;
     if (due & SRV_RING_WORK) rings->work = now + (most > gap ? most : gap);
-    if (due & ~SRV_RING_WORK) rings->others = now + gap;
+    int64_t ends = desk->storage->count == 1 ? workers * workers * (1000000000 / RING_WAKES) : 0;
+    if (due & ~SRV_RING_WORK) rings->others = now + (ends > gap ? ends : gap);
     if (due) srv_store_ring(desk->store, due);
     wanted &= ~due;
     return !wanted ? INT64_MAX : wanted & ~SRV_RING_WORK ? rings->others : rings->work;
